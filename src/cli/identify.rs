@@ -1,0 +1,12 @@
+//! `lostmotion identify`.
+
+use crate::error::{Error, Result};
+
+/// Arguments of `identify`.
+#[derive(Debug, clap::Args)]
+pub struct Args {}
+
+/// Runs the command.
+pub fn run(_args: Args) -> Result<()> {
+    Err(Error::Refused("not built yet".into()))
+}

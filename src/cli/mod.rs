@@ -1,0 +1,54 @@
+//! The command line: one file per command, each `arguments -> load -> call -> write`, no mathematics.
+
+pub mod assess;
+pub mod completions;
+pub mod demo;
+pub mod fit;
+pub mod identify;
+pub mod rewrite;
+pub mod simulate;
+
+use crate::error::Result;
+use clap::{Parser, Subcommand};
+
+/// Takes lost motion (backlash, stiction) out of robot programs before they reach the controller.
+///
+/// The job in four steps: `identify` finds each joint's half gap in laser-tracker logs, `fit` makes a compensator of it,
+/// `rewrite` puts reversal points and offsets into a joint-space program, `simulate` and `assess` show what is left.
+#[derive(Debug, Parser)]
+#[command(name = "lostmotion", version, propagate_version = true, max_term_width = 100)]
+#[command(after_help = "Examples:
+  lostmotion demo
+  lostmotion identify static --robot robot.yaml --log axis1.csv --log axis2.csv --output gaps.yaml
+  lostmotion fit --robot robot.yaml --gaps gaps.yaml --output compensator.yaml
+  lostmotion rewrite --robot robot.yaml --compensator compensator.yaml program.csv --output out.csv
+
+Exit codes: 0 done; 1 the answer is no (a limit would be exceeded, a check differs); 2 bad usage or input, nothing was written.")]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    Identify(identify::Args),
+    Fit(fit::Args),
+    Rewrite(rewrite::Args),
+    Simulate(simulate::Args),
+    Assess(assess::Args),
+    Demo(demo::Args),
+    Completions(completions::Args),
+}
+
+/// Runs a parsed command line.
+pub fn run(cli: Cli) -> Result<()> {
+    match cli.command {
+        Command::Identify(a) => identify::run(a),
+        Command::Fit(a) => fit::run(a),
+        Command::Rewrite(a) => rewrite::run(a),
+        Command::Simulate(a) => simulate::run(a),
+        Command::Assess(a) => assess::run(a),
+        Command::Demo(a) => demo::run(a),
+        Command::Completions(a) => completions::run(a),
+    }
+}

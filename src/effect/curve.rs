@@ -1,0 +1,130 @@
+//! A half gap as a function of the commanded position: constant, polynomial, or PCHIP through knots.
+//!
+//! PCHIP: monotone piecewise cubic Hermite interpolation (Fritsch and Carlson 1980, end slopes as Moler 2004), the same
+//! as `scipy.interpolate.PchipInterpolator`. Beyond its knots, or its tested range, a curve is constant.
+
+/// Half gap over position; arguments and values in rad or m.
+#[derive(Debug, Clone, PartialEq)]
+pub enum GapCurve {
+    Constant(f64),
+    /// `sum c_k p^k`, held constant outside `range`.
+    Polynomial {
+        coefficients: Vec<f64>,
+        range: [f64; 2],
+    },
+    Pchip(Pchip),
+}
+
+impl GapCurve {
+    /// Half gap at position `p`.
+    #[inline]
+    pub fn at(&self, p: f64) -> f64 {
+        match self {
+            Self::Constant(b) => *b,
+            Self::Polynomial { coefficients, range } => {
+                let x = p.clamp(range[0], range[1]);
+                coefficients.iter().rev().fold(0.0, |s, c| s * x + c)
+            }
+            Self::Pchip(c) => c.at(p),
+        }
+    }
+
+    /// The value, where it is one everywhere.
+    pub fn constant(&self) -> Option<f64> {
+        if let Self::Constant(b) = self { Some(*b) } else { None }
+    }
+
+    /// Largest value: at knots for PCHIP (it does not overshoot), on a grid of 1,000 points for a polynomial.
+    pub fn largest(&self) -> f64 {
+        match self {
+            Self::Constant(b) => *b,
+            Self::Polynomial { range: [lo, hi], .. } => {
+                (0..=1000).map(|k| self.at(lo + (hi - lo) * f64::from(k) / 1000.0)).fold(f64::NEG_INFINITY, f64::max)
+            }
+            Self::Pchip(c) => c.y.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        }
+    }
+
+    /// Smallest value, found in the same way.
+    pub fn smallest(&self) -> f64 {
+        match self {
+            Self::Constant(b) => *b,
+            Self::Polynomial { range: [lo, hi], .. } => {
+                (0..=1000).map(|k| self.at(lo + (hi - lo) * f64::from(k) / 1000.0)).fold(f64::INFINITY, f64::min)
+            }
+            Self::Pchip(c) => c.y.iter().copied().fold(f64::INFINITY, f64::min),
+        }
+    }
+}
+
+/// PCHIP through knots with strictly rising positions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pchip {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    slope: Vec<f64>,
+}
+
+impl Pchip {
+    /// At least two finite knots with strictly rising positions, else `None`.
+    pub fn new(knots: &[[f64; 2]]) -> Option<Self> {
+        let rising = knots.windows(2).all(|w| w[0][0] < w[1][0]);
+        if knots.len() < 2 || !rising || knots.iter().flatten().any(|v| !v.is_finite()) {
+            return None;
+        }
+        let (x, y): (Vec<f64>, Vec<f64>) = knots.iter().map(|k| (k[0], k[1])).unzip();
+        let n = x.len();
+        let h: Vec<f64> = x.windows(2).map(|w| w[1] - w[0]).collect();
+        let d: Vec<f64> = (0..n - 1).map(|i| (y[i + 1] - y[i]) / h[i]).collect();
+        let mut slope = vec![d[0]; n];
+        if n > 2 {
+            for i in 1..n - 1 {
+                slope[i] = if d[i - 1] * d[i] <= 0.0 {
+                    0.0
+                } else {
+                    let (w1, w2) = (2.0 * h[i] + h[i - 1], h[i] + 2.0 * h[i - 1]);
+                    (w1 + w2) / (w1 / d[i - 1] + w2 / d[i])
+                };
+            }
+            slope[0] = end_slope(h[0], h[1], d[0], d[1]);
+            slope[n - 1] = end_slope(h[n - 2], h[n - 3], d[n - 2], d[n - 3]);
+        }
+        Some(Self { x, y, slope })
+    }
+
+    /// Knots `[position, value]`.
+    pub fn knots(&self) -> Vec<[f64; 2]> {
+        self.x.iter().zip(&self.y).map(|(&x, &y)| [x, y]).collect()
+    }
+
+    /// Value at `p`, constant beyond the knots.
+    pub fn at(&self, p: f64) -> f64 {
+        let n = self.x.len();
+        if p <= self.x[0] {
+            return self.y[0];
+        }
+        if p >= self.x[n - 1] {
+            return self.y[n - 1];
+        }
+        let i = self.x.partition_point(|&x| x <= p) - 1;
+        let h = self.x[i + 1] - self.x[i];
+        let s = (p - self.x[i]) / h;
+        let (s2, s3) = (s * s, s * s * s);
+        (2.0 * s3 - 3.0 * s2 + 1.0) * self.y[i]
+            + (s3 - 2.0 * s2 + s) * h * self.slope[i]
+            + (3.0 * s2 - 2.0 * s3) * self.y[i + 1]
+            + (s3 - s2) * h * self.slope[i + 1]
+    }
+}
+
+/// Three-point end slope that keeps the shape.
+fn end_slope(h0: f64, h1: f64, d0: f64, d1: f64) -> f64 {
+    let s = ((2.0 * h0 + h1) * d0 - h0 * d1) / (h0 + h1);
+    if s * d0 <= 0.0 {
+        0.0
+    } else if d0 * d1 <= 0.0 && s.abs() > 3.0 * d0.abs() {
+        3.0 * d0
+    } else {
+        s
+    }
+}

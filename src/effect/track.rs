@@ -1,0 +1,129 @@
+//! A joint's command over time, with its direction and its turning points.
+//!
+//! A direction is the sign of the last movement; a pause keeps it (seed 000, note 2 of equation 16). A turn stands where
+//! the command leaves its extreme: the last sample of a pause on the extreme, since the reversal begins when the joint
+//! moves again. A movement of at most `deadband` against the direction is number noise and no reversal.
+
+/// A reversal: the joint leaves `p` at `t_s` in direction `dir`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turn {
+    /// Sample at which the command still stands on its extreme.
+    pub index: usize,
+    pub t_s: f64,
+    /// Command at the extreme, rad or m.
+    pub p: f64,
+    /// New direction, +1 or -1.
+    pub dir: i8,
+}
+
+/// Command of one joint, sampled: times in s, positions in rad or m.
+#[derive(Debug, Clone)]
+pub struct Track<'a> {
+    pub t_s: &'a [f64],
+    pub p: &'a [f64],
+    /// Direction of the movement that arrives at each sample: -1, +1, or 0 before the first movement.
+    pub dir: Vec<i8>,
+    /// Reversals in order. The first movement is none.
+    pub turns: Vec<Turn>,
+    /// +1 or -1: the joint was brought to its start in that direction; 0: the play stands in the middle of its gap.
+    pub preload: i8,
+}
+
+impl<'a> Track<'a> {
+    /// Finds directions and turning points. `t_s` and `p` have one length.
+    pub fn new(t_s: &'a [f64], p: &'a [f64], deadband: f64) -> Self {
+        let n = p.len();
+        let mut dir = vec![0i8; n];
+        let mut turns = Vec::new();
+        let Some(&start) = p.first() else {
+            return Self { t_s, p, dir, turns, preload: 0 };
+        };
+        let mut now = 0i8;
+        // extreme of the present direction, and the last sample that stands on it
+        let (mut extreme, mut at) = (start, 0usize);
+        for i in 1..n {
+            let step = p[i] - extreme;
+            if now == 0 {
+                if step.abs() > deadband {
+                    now = if step > 0.0 { 1 } else { -1 };
+                    dir[at + 1..=i].fill(now);
+                    (extreme, at) = (p[i], i);
+                } else if step == 0.0 {
+                    at = i;
+                }
+                continue;
+            }
+            if step * f64::from(now) >= 0.0 {
+                (extreme, at) = (p[i], i);
+                dir[i] = now;
+            } else if step.abs() > deadband {
+                now = -now;
+                turns.push(Turn { index: at, t_s: t_s[at], p: extreme, dir: now });
+                dir[at + 1..=i].fill(now);
+                (extreme, at) = (p[i], i);
+            } else {
+                dir[i] = now;
+            }
+        }
+        Self { t_s, p, dir, turns, preload: 0 }
+    }
+
+    /// The same track with the play at one side of its gap at the start.
+    pub fn with_preload(mut self, preload: i8) -> Self {
+        self.preload = preload.signum();
+        self
+    }
+
+    pub fn len(&self) -> usize {
+        self.p.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.p.is_empty()
+    }
+
+    /// Walks the samples behind each turn: `(turn, range of samples that lie behind it up to the next turn)`.
+    pub fn strokes(&self) -> impl Iterator<Item = (&Turn, std::ops::Range<usize>)> {
+        self.turns.iter().enumerate().map(|(k, t)| {
+            let end = self.turns.get(k + 1).map_or(self.len(), |n| n.index + 1);
+            (t, t.index + 1..end)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn times(n: usize) -> Vec<f64> {
+        (0..n).map(|i| i as f64).collect()
+    }
+
+    #[test]
+    fn a_pause_keeps_the_direction_and_the_turn_is_where_the_pause_ends() {
+        let p = [0.0, 1.0, 2.0, 2.0, 2.0, 1.0, 0.0];
+        let t = times(p.len());
+        let track = Track::new(&t, &p, 0.0);
+        assert_eq!(track.dir, [0, 1, 1, 1, 1, -1, -1]);
+        assert_eq!(track.turns, [Turn { index: 4, t_s: 4.0, p: 2.0, dir: -1 }]);
+    }
+
+    #[test]
+    fn number_noise_within_the_deadband_is_no_reversal() {
+        let p = [0.0, 1.0, 0.9999, 1.0, 2.0, 1.9999, 1.0];
+        let t = times(p.len());
+        let track = Track::new(&t, &p, 0.001);
+        assert_eq!(track.turns.len(), 1);
+        assert_eq!((track.turns[0].index, track.turns[0].p), (4, 2.0));
+        assert_eq!(track.dir, [0, 1, 1, 1, 1, -1, -1]);
+    }
+
+    #[test]
+    fn the_first_movement_is_no_reversal() {
+        let p = [0.0, 0.0, -1.0, -2.0];
+        let t = times(4);
+        let track = Track::new(&t, &p, 0.0);
+        assert!(track.turns.is_empty());
+        assert_eq!(track.dir, [0, 0, -1, -1]);
+    }
+}

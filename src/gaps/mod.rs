@@ -1,0 +1,84 @@
+//! What an identification found: half gaps per joint and angle, stiction, the registration. Document
+//! `lostmotion/gaps/1`; written by `identify`, read by `fit`.
+//!
+//! Values are SI (rad or m, s); [`file`] turns them into the document's units.
+
+pub mod file;
+
+use crate::effect::{Decay, GapCurve};
+use nalgebra::Isometry3;
+
+/// Result of an identification.
+#[derive(Debug, Clone)]
+pub struct Gaps {
+    pub robot_name: String,
+    pub robot_sha256: String,
+    pub logs: Vec<LogRef>,
+    pub registration: Option<Registered>,
+    /// Gap at each tested angle (static test) or at each reversal (path).
+    pub points: Vec<GapPoint>,
+    pub joints: Vec<JointGap>,
+    /// Median TCP speed of the commanded path where it moves, m/s: lets `rewrite` turn seconds into points.
+    pub tcp_speed_m_s: Option<f64>,
+    /// What a reader should know: dropped cycles, joints left out and why.
+    pub notes: Vec<String>,
+}
+
+/// A log that was used.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LogRef {
+    pub name: String,
+    pub sha256: String,
+}
+
+/// The tracker's frame as it was found.
+#[derive(Debug, Clone)]
+pub struct Registered {
+    /// Base frame -> tracker frame.
+    pub frame: Isometry3<f64>,
+    /// Residual per coordinate, m.
+    pub rms_m: f64,
+    pub samples: usize,
+    /// Standard uncertainty of the translation (m) and of the rotation vector (rad), where estimated.
+    pub sigma_m: [f64; 3],
+    pub sigma_rad: [f64; 3],
+}
+
+/// A half gap at one place.
+#[derive(Debug, Clone)]
+pub struct GapPoint {
+    pub axis: usize,
+    pub at: f64,
+    pub half_gap: f64,
+    pub ci95: [f64; 2],
+    pub cycles: usize,
+    /// Each cycle's value, in order, where there are cycles.
+    pub per_cycle: Vec<f64>,
+}
+
+/// A joint's lost motion.
+#[derive(Debug, Clone)]
+pub struct JointGap {
+    pub axis: usize,
+    /// Mean half gap over the tested angles.
+    pub half_gap: f64,
+    pub ci95: [f64; 2],
+    /// The interval excludes zero.
+    pub significant: bool,
+    /// Where the gap varies with position.
+    pub schedule: Option<GapCurve>,
+    /// p value of the test that the gap does not vary.
+    pub varies_p_value: Option<f64>,
+    pub stiction: Option<StictionFound>,
+    /// p value of the test that there is no stiction, where it was looked for.
+    pub stiction_p_value: Option<f64>,
+}
+
+/// A spike behind reversals.
+#[derive(Debug, Clone)]
+pub struct StictionFound {
+    pub spike: f64,
+    pub ci95: [f64; 2],
+    pub decay: Decay,
+    pub decay_ci95: [f64; 2],
+}

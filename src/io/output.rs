@@ -1,0 +1,136 @@
+//! Writing: a file appears whole or not at all.
+//!
+//! Method: bytes go to a temporary file beside the target, which is flushed to disk and renamed on [`Output::commit`]; a
+//! dropped output leaves nothing. Standard output is held back in the same way (in memory up to 16 MiB, then on disk), so
+//! that a pipe never receives the first half of a program whose second half was refused.
+
+use crate::error::{Error, Result, is_stdio};
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use tempfile::{NamedTempFile, SpooledTempFile};
+
+const IN_MEMORY: usize = 16 << 20;
+const BUFFER: usize = 1 << 18;
+/// Files up to this size are forced to disk before the rename; beyond it that costs more than writing them.
+const SYNC_UP_TO: u64 = 64 << 20;
+
+enum Sink {
+    Stdout(SpooledTempFile),
+    File {
+        temp: BufWriter<NamedTempFile>,
+        target: PathBuf,
+    },
+    /// A target that is no regular file (a FIFO, `/dev/null`): held back like standard output, then written.
+    Special {
+        held: SpooledTempFile,
+        target: PathBuf,
+    },
+}
+
+/// An output that is not there until it is committed.
+pub struct Output {
+    sink: Sink,
+    shown: String,
+}
+
+impl Output {
+    /// Prepares an output; fails early where the folder is missing or the target cannot be written.
+    pub fn create(path: &Path) -> Result<Self> {
+        let shown = if is_stdio(path) { "standard output".into() } else { path.display().to_string() };
+        if is_stdio(path) {
+            return Ok(Self { sink: Sink::Stdout(SpooledTempFile::new(IN_MEMORY)), shown });
+        }
+        let target = match std::fs::canonicalize(path) {
+            Ok(real) => real, // a link stays a link: what it points to is replaced
+            Err(_) => path.to_path_buf(),
+        };
+        if let Ok(meta) = std::fs::metadata(&target) {
+            if meta.is_dir() {
+                return Err(Error::bad(crate::error::Place::file(&shown), "a folder", "a file to write"));
+            }
+            if !meta.is_file() {
+                return Ok(Self { sink: Sink::Special { held: SpooledTempFile::new(IN_MEMORY), target }, shown });
+            }
+            if meta.permissions().readonly() {
+                return Err(Error::io(path, "write", io::Error::from(io::ErrorKind::PermissionDenied)));
+            }
+            OpenOptions::new().append(true).open(&target).map_err(|e| Error::io(path, "write", e))?;
+        }
+        let folder = match target.parent() {
+            Some(p) if !p.as_os_str().is_empty() => p,
+            _ => Path::new("."),
+        };
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".lostmotion-").suffix(".part");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            // the mode of the file it replaces, else what the umask leaves of 0666
+            let mode = std::fs::metadata(&target).map_or(0o666, |m| m.permissions().mode() & 0o7777);
+            builder.permissions(std::fs::Permissions::from_mode(mode));
+        }
+        let temp = builder.tempfile_in(folder).map_err(|e| Error::io(path, "write", e))?;
+        Ok(Self { sink: Sink::File { temp: BufWriter::with_capacity(BUFFER, temp), target }, shown })
+    }
+
+    /// Puts the output in place.
+    pub fn commit(self) -> Result<()> {
+        let shown = self.shown;
+        match self.sink {
+            Sink::Stdout(mut held) => {
+                let mut out = io::stdout().lock();
+                held.seek(SeekFrom::Start(0))
+                    .and_then(|_| io::copy(&mut held, &mut out))
+                    .and_then(|_| out.flush())
+                    .map_err(|e| Error::io(&shown, "write", e))
+            }
+            Sink::Special { mut held, target } => {
+                let mut out = OpenOptions::new().write(true).open(&target).map_err(|e| Error::io(&shown, "open", e))?;
+                held.seek(SeekFrom::Start(0))
+                    .and_then(|_| io::copy(&mut held, &mut out))
+                    .and_then(|_| out.flush())
+                    .map_err(|e| Error::io(&shown, "write", e))
+            }
+            Sink::File { temp, target } => {
+                let temp = temp.into_inner().map_err(|e| Error::io(&shown, "write", e.into_error()))?;
+                // a full disk has shown by now, before the target is touched
+                if temp.as_file().metadata().is_ok_and(|m| m.len() <= SYNC_UP_TO) {
+                    temp.as_file()
+                        .sync_data()
+                        .or_else(ignore_unsupported)
+                        .map_err(|e| Error::io(&shown, "write", e))?;
+                }
+                temp.persist(&target).map(|_: File| ()).map_err(|e| Error::io(&shown, "replace", e.error))
+            }
+        }
+    }
+}
+
+/// Some file systems know no sync; that is no failure of the write.
+fn ignore_unsupported(e: io::Error) -> io::Result<()> {
+    if matches!(e.kind(), io::ErrorKind::Unsupported | io::ErrorKind::InvalidInput) { Ok(()) } else { Err(e) }
+}
+
+impl Write for Output {
+    fn write(&mut self, buf: &[u8]) -> io::Result<usize> {
+        match &mut self.sink {
+            Sink::Stdout(held) | Sink::Special { held, .. } => held.write(buf),
+            Sink::File { temp, .. } => temp.write(buf),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match &mut self.sink {
+            Sink::Stdout(held) | Sink::Special { held, .. } => held.flush(),
+            Sink::File { temp, .. } => temp.flush(),
+        }
+    }
+}
+
+/// Writes one whole text.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut out = Output::create(path)?;
+    out.write_all(bytes).map_err(|e| Error::io(path, "write", e))?;
+    out.commit()
+}

@@ -1,0 +1,78 @@
+//! A measurement log: commands and measured TCP positions, as samples of a motion or as settled poses.
+//!
+//! Rooms:
+//! - [`columns`]: which column is what: the contract's names, or a column map from foreign names and units.
+//! - [`read`]: CSV (and gzip) to [`Log`], with file, line and column of every refusal.
+
+pub mod columns;
+pub mod read;
+
+use nalgebra::Vector3;
+
+/// A log in SI, column by column. Joint columns stand in the order of the robot's axes.
+#[derive(Debug, Clone)]
+pub struct Log {
+    /// File name as messages show it, and SHA-256 of the stored bytes.
+    pub name: String,
+    pub sha256: String,
+    /// Line in the file of each row, for messages.
+    pub line: Vec<u32>,
+    /// Times in s, strictly increasing; for settled poses the row number.
+    pub t_s: Vec<f64>,
+    /// Rows are settled poses in the order visited, not samples of a motion.
+    pub poses: bool,
+    /// Commands, `cmd[axis][row]`, rad or m.
+    pub cmd: Vec<Vec<f64>>,
+    /// Decimals with which each command column is written (the most of any row), in deg or mm.
+    pub cmd_decimals: Vec<u8>,
+    /// Measured TCP in the tracker frame, m; `None` where the tracker lost the reflector. Empty: no such columns.
+    pub tcp_m: Vec<Option<Vector3<f64>>>,
+    /// Further reflectors, `reflectors_m[k][row]`.
+    pub reflectors_m: Vec<Vec<Option<Vector3<f64>>>>,
+    /// Encoder (motor side at the joint's scale), rad or m, per axis where logged.
+    pub enc: Vec<Option<Vec<Option<f64>>>>,
+    /// Joint position measured behind the gear, rad or m, per axis where logged.
+    pub meas: Vec<Option<Vec<Option<f64>>>>,
+    /// 1: in a dwell reached by positive movement, -1: by negative, 0: moving.
+    pub trigger: Option<Vec<i8>>,
+    /// Number of the repeat, 0 outside dwells.
+    pub cycle: Option<Vec<u32>>,
+    pub speed_m_s: Option<Vec<Option<f64>>>,
+    pub payload_kg: Option<Vec<Option<f64>>>,
+    pub temp_c: Option<Vec<Option<f64>>>,
+}
+
+impl Log {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.t_s.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.t_s.is_empty()
+    }
+
+    /// Commands of one row into `q` (one value per axis, rad or m).
+    pub fn command_into(&self, row: usize, q: &mut [f64]) {
+        for (v, column) in q.iter_mut().zip(&self.cmd) {
+            *v = column[row];
+        }
+    }
+
+    /// Commands of one row.
+    pub fn command(&self, row: usize) -> Vec<f64> {
+        self.cmd.iter().map(|c| c[row]).collect()
+    }
+
+    /// Range of the commands of an axis, rad or m.
+    pub fn travel(&self, axis: usize) -> f64 {
+        let (lo, hi) =
+            self.cmd[axis].iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+        if hi > lo { hi - lo } else { 0.0 }
+    }
+
+    /// Axes that move by more than the last digit of their column.
+    pub fn moving_axes(&self) -> Vec<usize> {
+        (0..self.cmd.len()).filter(|&a| self.travel(a) > 1e-5).collect()
+    }
+}

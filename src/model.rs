@@ -1,0 +1,108 @@
+//! The model file `lostmotion/model/1`: a robot, the tracker's frame, and what is known to be wrong with the machine.
+
+use crate::effect::entry::{self, Placed};
+use crate::effect::{Effect, Track, joint_output};
+use crate::error::{Error, Result};
+use crate::io::{input, yaml, yaml::Document};
+use crate::robot::{Robot, file::FrameFile, file::RobotFile};
+use indexmap::IndexMap;
+use nalgebra::Isometry3;
+use serde::{Deserialize, Serialize};
+use serde_yaml::Value;
+use std::path::Path;
+
+pub const SCHEMA: &str = "lostmotion/model/1";
+
+/// A machine: its robot, the transform base frame -> tracker frame, its effects in the order of the file.
+#[derive(Debug, Clone)]
+pub struct Model {
+    pub robot: Robot,
+    pub registration: Option<Isometry3<f64>>,
+    pub effects: Vec<Placed>,
+    /// Side of the gap on which each axis starts: -1, 0 or +1.
+    pub preload: Vec<i8>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ModelFile {
+    schema: String,
+    robot: Value,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    registration: Option<FrameFile>,
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    preload: IndexMap<String, i8>,
+    #[serde(default)]
+    effects: Vec<Value>,
+}
+
+impl Model {
+    /// A machine without faults.
+    pub fn ideal(robot: Robot) -> Self {
+        let preload = vec![0; robot.dof()];
+        Self { robot, registration: None, effects: Vec::new(), preload }
+    }
+
+    /// Reads and checks a model file; its `robot` is a path relative to it, or the robot inline.
+    pub fn load(path: &Path) -> Result<Self> {
+        let (text, input) = input::read_text(path)?;
+        let doc = Document { name: &input.name, text: &text };
+        let file: ModelFile = doc.parse("a model file (schema lostmotion/model/1)")?;
+        doc.require_schema(&file.schema, SCHEMA)?;
+        let robot = match &file.robot {
+            Value::String(relative) => Robot::load(&path.parent().unwrap_or(Path::new("")).join(relative))?,
+            inline => {
+                let inline: RobotFile = serde_yaml::from_value(inline.clone())
+                    .map_err(|e| Error::bad(doc.place(&["robot"]), e.to_string(), "a path, or a robot inline"))?;
+                inline.build(&doc)?
+            }
+        };
+        let mut model = Self::ideal(robot);
+        if let Some(frame) = &file.registration {
+            if frame.xyz_mm.iter().chain(&frame.rpy_deg).any(|v| !v.is_finite()) {
+                return Err(Error::bad(doc.place(&["registration"]), "a number that is not finite", "finite numbers"));
+            }
+            model.registration = Some(frame.to_isometry());
+        }
+        for (name, &side) in &file.preload {
+            match model.robot.axis_named(name) {
+                Some(axis) if (-1..=1).contains(&side) => model.preload[axis] = side,
+                _ => {
+                    let expected = format!("a joint of {} and -1, 0 or +1", model.robot.axis_names().join(", "));
+                    return Err(Error::bad(doc.place(&["preload"]), format!("preload {name}: {side}"), expected));
+                }
+            }
+        }
+        for e in &file.effects {
+            model.effects.push(entry::read(e, &model.robot, &doc)?);
+        }
+        Ok(model)
+    }
+
+    /// The document, with `robot` as the given reference (a path relative to where it will stand).
+    pub fn to_yaml(&self, robot: &str) -> Result<String> {
+        let mut preload = IndexMap::new();
+        for (joint, &side) in self.robot.axis_joints().zip(&self.preload) {
+            if side != 0 {
+                preload.insert(joint.name.clone(), side);
+            }
+        }
+        yaml::to_text(&ModelFile {
+            schema: SCHEMA.into(),
+            robot: Value::String(robot.into()),
+            registration: self.registration.as_ref().map(FrameFile::from_isometry),
+            preload,
+            effects: self.effects.iter().map(|e| entry::write(e, &self.robot)).collect(),
+        })
+    }
+
+    /// Effects on one axis, in the order of the file.
+    pub fn effects_on(&self, axis: usize) -> impl Iterator<Item = &Effect> {
+        self.effects.iter().filter(move |e| e.axis == axis).map(|e| &e.effect)
+    }
+
+    /// True position of an axis behind its gear for its command track, rad or m.
+    pub fn joint_output(&self, axis: usize, track: &Track) -> Vec<f64> {
+        joint_output(track, self.effects_on(axis))
+    }
+}

@@ -1,0 +1,210 @@
+//! Forward kinematics and the analytic Jacobian of a serial chain.
+//!
+//! Method: one pass from base to tool over elements `Rot_x(alpha) Trans_x(a) Rot_z(theta) Trans_z(d)`. Craig's convention
+//! is that form as it stands; the standard convention (seed 000 equation 2) is the same chain with `a`, `alpha` moved one
+//! joint on, because Trans_x and Rot_x commute. Sines and cosines of `alpha` are kept, so a pass costs one sine and cosine
+//! per joint. Columns of the Jacobian: `z x (p - o)` (revolute), `z` (prismatic).
+//!
+//! Accuracy: 1e-12 m for an arm of 3 m against a product of rotations about fixed axes.
+
+use super::{Convention, Joint, JointKind};
+use nalgebra::{Dyn, Isometry3, Matrix3, OMatrix, Rotation3, U6, Vector3};
+
+/// Position (metres) and rotation of the TCP in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    pub position: Vector3<f64>,
+    pub rotation: Rotation3<f64>,
+}
+
+/// One element of the chain.
+#[derive(Debug, Clone)]
+struct Element {
+    a_m: f64,
+    sin_alpha: f64,
+    cos_alpha: f64,
+    theta_rad: f64,
+    d_m: f64,
+    revolute: bool,
+    /// Axis that drives this joint, and `direction * ratio`.
+    axis: usize,
+    gain: f64,
+}
+
+/// The part of a robot that computes: no names, no limits.
+#[derive(Debug, Clone)]
+pub struct Chain {
+    base_r: Matrix3<f64>,
+    base_p: Vector3<f64>,
+    elements: Vec<Element>,
+    tool_r: Matrix3<f64>,
+    tool_p: Vector3<f64>,
+    dof: usize,
+}
+
+/// Frame in motion along the chain: rotation columns and origin.
+#[derive(Clone, Copy)]
+struct Frame {
+    x: Vector3<f64>,
+    y: Vector3<f64>,
+    z: Vector3<f64>,
+    o: Vector3<f64>,
+}
+
+impl Frame {
+    #[inline(always)]
+    fn advance(&mut self, e: &Element, q: f64) {
+        self.o += self.x * e.a_m;
+        let y = self.y * e.cos_alpha + self.z * e.sin_alpha;
+        self.z = self.z * e.cos_alpha - self.y * e.sin_alpha;
+        let (theta, d) = if e.revolute { (e.theta_rad + e.gain * q, e.d_m) } else { (e.theta_rad, e.d_m + e.gain * q) };
+        let (s, c) = theta.sin_cos();
+        self.y = y * c - self.x * s;
+        self.x = self.x * c + y * s;
+        self.o += self.z * d;
+    }
+
+    #[inline(always)]
+    fn point(&self, p: &Vector3<f64>) -> Vector3<f64> {
+        self.o + self.x * p.x + self.y * p.y + self.z * p.z
+    }
+}
+
+impl Chain {
+    pub(super) fn new(
+        convention: Convention,
+        joints: &[Joint],
+        axes: &[usize],
+        base: &Isometry3<f64>,
+        tool: &Isometry3<f64>,
+    ) -> Self {
+        let standard = convention == Convention::Standard;
+        let mut elements = Vec::with_capacity(joints.len());
+        let (mut a, mut alpha) = (0.0, 0.0);
+        for (i, j) in joints.iter().enumerate() {
+            if !standard {
+                (a, alpha) = (j.a_m, j.alpha_rad);
+            }
+            let (driver, ratio) = j.follows.map_or((i, 1.0), |f| (f.joint, f.ratio));
+            let axis = axes.iter().position(|&k| k == driver).unwrap_or(0);
+            let (sin_alpha, cos_alpha) = sin_cos_exact(alpha);
+            elements.push(Element {
+                a_m: a,
+                sin_alpha,
+                cos_alpha,
+                theta_rad: j.theta_rad,
+                d_m: j.d_m,
+                revolute: j.kind == JointKind::Revolute,
+                axis,
+                gain: j.direction * ratio,
+            });
+            if standard {
+                (a, alpha) = (j.a_m, j.alpha_rad);
+            }
+        }
+        let mut tool_r = *tool.rotation.to_rotation_matrix().matrix();
+        let mut tool_p = tool.translation.vector;
+        if standard {
+            let (s, c) = sin_cos_exact(alpha);
+            let last = Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c);
+            tool_p = last * tool_p + Vector3::new(a, 0.0, 0.0);
+            tool_r = last * tool_r;
+        }
+        let base_r = *base.rotation.to_rotation_matrix().matrix();
+        Self { base_r, base_p: base.translation.vector, elements, tool_r, tool_p, dof: axes.len() }
+    }
+
+    /// Number of axes.
+    pub fn dof(&self) -> usize {
+        self.dof
+    }
+
+    fn start(&self) -> Frame {
+        Frame {
+            x: self.base_r.column(0).into(),
+            y: self.base_r.column(1).into(),
+            z: self.base_r.column(2).into(),
+            o: self.base_p,
+        }
+    }
+
+    /// TCP position in the world, metres. `q` in rad or m, one value per axis.
+    pub fn position(&self, q: &[f64]) -> Vector3<f64> {
+        let mut f = self.start();
+        for e in &self.elements {
+            f.advance(e, q[e.axis]);
+        }
+        f.point(&self.tool_p)
+    }
+
+    /// TCP pose in the world.
+    pub fn forward(&self, q: &[f64]) -> Pose {
+        let mut f = self.start();
+        for e in &self.elements {
+            f.advance(e, q[e.axis]);
+        }
+        let r = Matrix3::from_columns(&[f.x, f.y, f.z]) * self.tool_r;
+        Pose { position: f.point(&self.tool_p), rotation: Rotation3::from_matrix_unchecked(r) }
+    }
+
+    /// TCP position and its derivative by each axis: `columns[i]` in m/rad or m/m. No allocation when `columns` has room.
+    pub fn position_and_jacobian(&self, q: &[f64], columns: &mut [Vector3<f64>]) -> Vector3<f64> {
+        const ON_STACK: usize = 16;
+        let mut stack = [(Vector3::zeros(), Vector3::zeros()); ON_STACK];
+        let mut heap;
+        let lines: &mut [(Vector3<f64>, Vector3<f64>)] = if self.elements.len() <= ON_STACK {
+            &mut stack[..self.elements.len()]
+        } else {
+            heap = vec![(Vector3::zeros(), Vector3::zeros()); self.elements.len()];
+            &mut heap
+        };
+        let mut f = self.start();
+        for (e, line) in self.elements.iter().zip(lines.iter_mut()) {
+            f.advance(e, q[e.axis]);
+            *line = (f.z, f.o);
+        }
+        let p = f.point(&self.tool_p);
+        columns.fill(Vector3::zeros());
+        for (e, (z, o)) in self.elements.iter().zip(lines.iter()) {
+            let column = if e.revolute { z.cross(&(p - o)) } else { *z };
+            columns[e.axis] += column * e.gain;
+        }
+        p
+    }
+
+    /// Geometric Jacobian of the TCP: rows 0-2 velocity (m), rows 3-5 angular velocity (rad), one column per axis.
+    pub fn jacobian(&self, q: &[f64]) -> (Pose, OMatrix<f64, U6, Dyn>) {
+        let mut f = self.start();
+        let mut lines = Vec::with_capacity(self.elements.len());
+        for e in &self.elements {
+            f.advance(e, q[e.axis]);
+            lines.push((f.z, f.o));
+        }
+        let p = f.point(&self.tool_p);
+        let mut jac = OMatrix::<f64, U6, Dyn>::zeros(self.dof);
+        for (e, (z, o)) in self.elements.iter().zip(&lines) {
+            let mut column = jac.column_mut(e.axis);
+            let (v, w) = if e.revolute { (z.cross(&(p - o)), *z) } else { (*z, Vector3::zeros()) };
+            for k in 0..3 {
+                column[k] += e.gain * v[k];
+                column[k + 3] += e.gain * w[k];
+            }
+        }
+        let r = Matrix3::from_columns(&[f.x, f.y, f.z]) * self.tool_r;
+        (Pose { position: p, rotation: Rotation3::from_matrix_unchecked(r) }, jac)
+    }
+}
+
+/// Sine and cosine with quarter turns exact, so that a stretched arm stays in its plane.
+pub(crate) fn sin_cos_exact(angle_rad: f64) -> (f64, f64) {
+    let quarters = angle_rad / std::f64::consts::FRAC_PI_2;
+    if (quarters - quarters.round()).abs() < 1e-15 {
+        match quarters.round().rem_euclid(4.0) as u8 {
+            0 => return (0.0, 1.0),
+            1 => return (1.0, 0.0),
+            2 => return (0.0, -1.0),
+            _ => return (-1.0, 0.0),
+        }
+    }
+    angle_rad.sin_cos()
+}

@@ -1,0 +1,298 @@
+//! The robot file `lostmotion/robot/1`: YAML in degrees and millimetres, checked before anything is computed.
+
+use super::{Convention, Follow, Joint, JointKind, Link, Robot};
+use crate::error::{Error, Place, Result};
+use crate::io::{input, yaml::Document};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+pub const SCHEMA: &str = "lostmotion/robot/1";
+
+/// A frame at the edges: fixed-axis X, then Y, then Z; degrees and millimetres.
+#[derive(Debug, Clone, Serialize, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct FrameFile {
+    #[serde(default)]
+    pub xyz_mm: [f64; 3],
+    #[serde(default)]
+    pub rpy_deg: [f64; 3],
+}
+
+impl FrameFile {
+    /// To SI.
+    pub fn to_isometry(&self) -> Isometry3<f64> {
+        let [r, p, y] = self.rpy_deg.map(f64::to_radians);
+        Isometry3::from_parts((Vector3::from(self.xyz_mm) * 1e-3).into(), UnitQuaternion::from_euler_angles(r, p, y))
+    }
+
+    /// From SI.
+    pub fn from_isometry(frame: &Isometry3<f64>) -> Self {
+        let (r, p, y) = frame.rotation.euler_angles();
+        Self { xyz_mm: (frame.translation.vector * 1e3).into(), rpy_deg: [r, p, y].map(f64::to_degrees) }
+    }
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FollowFile {
+    joint: String,
+    ratio: f64,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct JointFile {
+    name: String,
+    kind: String,
+    #[serde(default)]
+    theta_deg: f64,
+    #[serde(default)]
+    d_mm: f64,
+    #[serde(default)]
+    a_mm: f64,
+    #[serde(default)]
+    alpha_deg: f64,
+    #[serde(default = "one")]
+    direction: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    limits_deg: Option<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    limits_mm: Option<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    max_speed_deg_s: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    max_speed_mm_s: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    max_accel_deg_s2: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    max_accel_mm_s2: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    lead_mm_per_rev: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    follows: Option<FollowFile>,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct LinkFile {
+    mass_kg: f64,
+    com_mm: [f64; 3],
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct ReflectorFile {
+    xyz_mm: [f64; 3],
+}
+
+/// The document as it stands in YAML; also an inline `robot:` of a model file.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct RobotFile {
+    pub schema: String,
+    #[serde(default)]
+    name: String,
+    #[serde(default = "standard")]
+    convention: String,
+    joints: Vec<JointFile>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    links: Vec<LinkFile>,
+    #[serde(default = "still")]
+    base: FrameFile,
+    #[serde(default = "still")]
+    tool: FrameFile,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    tools: Vec<ReflectorFile>,
+    #[serde(default = "gravity")]
+    gravity_m_s2: [f64; 3],
+}
+
+fn standard() -> String {
+    "dh-standard".into()
+}
+
+fn still() -> FrameFile {
+    FrameFile { xyz_mm: [0.0; 3], rpy_deg: [0.0; 3] }
+}
+
+fn gravity() -> [f64; 3] {
+    [0.0, 0.0, -9.80665]
+}
+
+impl Robot {
+    /// Reads and checks a robot file.
+    pub fn load(path: &Path) -> Result<Self> {
+        let (text, input) = input::read_text(path)?;
+        Self::parse(&input.name, &text)
+    }
+
+    /// Parses and checks the text of a robot file; `name` stands in messages.
+    pub fn parse(name: &str, text: &str) -> Result<Self> {
+        let doc = Document { name, text };
+        let file: RobotFile = doc.parse("a robot file (schema lostmotion/robot/1)")?;
+        file.build(&doc)
+    }
+}
+
+impl RobotFile {
+    /// Checks every number and builds the robot; `doc` finds the line of what is wrong.
+    pub fn build(self, doc: &Document) -> Result<Robot> {
+        doc.require_schema(&self.schema, SCHEMA)?;
+        let convention = match self.convention.as_str() {
+            "dh-standard" => Convention::Standard,
+            "dh-modified" => Convention::Modified,
+            other => {
+                return Err(Error::bad(
+                    doc.place(&["convention"]),
+                    format!("convention `{other}`"),
+                    "`dh-standard` or `dh-modified`",
+                ));
+            }
+        };
+        if self.joints.is_empty() {
+            return Err(Error::bad(doc.place(&["joints"]), "no joints", "at least one joint"));
+        }
+        let mut joints: Vec<Joint> = Vec::with_capacity(self.joints.len());
+        for j in &self.joints {
+            let joint = build_joint(j, &self.joints, doc)?;
+            if joints.iter().any(|k| k.name.eq_ignore_ascii_case(&joint.name)) {
+                return Err(Error::bad(
+                    doc.place(&[&j.name]),
+                    format!("a second joint `{}`", j.name),
+                    "joint names that differ, case ignored",
+                ));
+            }
+            joints.push(joint);
+        }
+        if joints.iter().all(|j| j.follows.is_some()) {
+            return Err(Error::bad(doc.place(&["joints"]), "no joint with a command of its own", "at least one"));
+        }
+        if !self.links.is_empty() && self.links.len() != joints.len() {
+            return Err(Error::bad(
+                doc.place(&["links"]),
+                format!("{} links for {} joints", self.links.len(), joints.len()),
+                "one link per joint, or none",
+            ));
+        }
+        for l in &self.links {
+            finite(doc, "links", "mass_kg", &[l.mass_kg])?;
+            finite(doc, "links", "com_mm", &l.com_mm)?;
+            if l.mass_kg < 0.0 {
+                return Err(Error::bad(
+                    doc.place(&["mass_kg"]),
+                    format!("mass_kg {}", l.mass_kg),
+                    "a mass of 0 or more",
+                ));
+            }
+        }
+        for (key, f) in [("base", &self.base), ("tool", &self.tool)] {
+            finite(doc, key, "xyz_mm", &f.xyz_mm)?;
+            finite(doc, key, "rpy_deg", &f.rpy_deg)?;
+        }
+        finite(doc, "gravity_m_s2", "gravity_m_s2", &self.gravity_m_s2)?;
+        let mut robot = Robot::new(self.name, convention, joints, self.base.to_isometry(), self.tool.to_isometry());
+        robot.links =
+            self.links.iter().map(|l| Link { mass_kg: l.mass_kg, com_m: Vector3::from(l.com_mm) * 1e-3 }).collect();
+        for t in &self.tools {
+            finite(doc, "tools", "xyz_mm", &t.xyz_mm)?;
+            robot.reflectors_m.push(Vector3::from(t.xyz_mm) * 1e-3);
+        }
+        robot.gravity_m_s2 = Vector3::from(self.gravity_m_s2);
+        Ok(robot)
+    }
+}
+
+fn finite(doc: &Document, near: &str, key: &str, values: &[f64]) -> Result<()> {
+    match values.iter().find(|v| !v.is_finite()) {
+        None => Ok(()),
+        Some(v) => Err(Error::bad(doc.place(&[near, key]), format!("{key} {v}"), "a finite number")),
+    }
+}
+
+fn build_joint(j: &JointFile, all: &[JointFile], doc: &Document) -> Result<Joint> {
+    let near = |key: &str| -> Place { doc.place(&[&j.name, key]) };
+    if j.name.trim().is_empty() || j.name.contains(|c: char| c.is_control() || c == ',') {
+        return Err(Error::bad(doc.place(&["joints"]), format!("joint name `{}`", j.name), "a name without commas"));
+    }
+    let kind = match j.kind.as_str() {
+        "revolute" => JointKind::Revolute,
+        "prismatic" => JointKind::Prismatic,
+        other => return Err(Error::bad(near("kind"), format!("kind `{other}`"), "`revolute` or `prismatic`")),
+    };
+    for (key, v) in [("theta_deg", j.theta_deg), ("d_mm", j.d_mm), ("a_mm", j.a_mm), ("alpha_deg", j.alpha_deg)] {
+        finite(doc, &j.name, key, &[v])?;
+    }
+    if j.direction != 1.0 && j.direction != -1.0 {
+        return Err(Error::bad(near("direction"), format!("direction {} of {}", j.direction, j.name), "1 or -1"));
+    }
+    let revolute = kind == JointKind::Revolute;
+    let (limits, wrong_limits) =
+        if revolute { (j.limits_deg, j.limits_mm.is_some()) } else { (j.limits_mm, j.limits_deg.is_some()) };
+    let (speed, wrong_speed) = if revolute {
+        (j.max_speed_deg_s, j.max_speed_mm_s.is_some())
+    } else {
+        (j.max_speed_mm_s, j.max_speed_deg_s.is_some())
+    };
+    let (accel, wrong_accel) = if revolute {
+        (j.max_accel_deg_s2, j.max_accel_mm_s2.is_some())
+    } else {
+        (j.max_accel_mm_s2, j.max_accel_deg_s2.is_some())
+    };
+    if wrong_limits || wrong_speed || wrong_accel {
+        return Err(Error::bad(
+            near(if wrong_limits { "limits" } else { "max_" }),
+            format!("a limit of {} joint {} in the wrong unit", j.kind, j.name),
+            format!("keys in {}", kind.unit()),
+        ));
+    }
+    if let Some([lo, hi]) = limits
+        && !(lo.is_finite() && hi.is_finite() && lo < hi)
+    {
+        return Err(Error::bad(
+            near("limits"),
+            format!("limits [{lo}, {hi}] of {}", j.name),
+            "[lower, upper] with lower < upper",
+        ));
+    }
+    for (key, v) in [("max_speed", speed), ("max_accel", accel), ("lead_mm_per_rev", j.lead_mm_per_rev)] {
+        if let Some(v) = v
+            && !(v.is_finite() && v > 0.0)
+        {
+            return Err(Error::bad(near(key), format!("{key} {v} of {}", j.name), "a number above 0"));
+        }
+    }
+    let follows = match &j.follows {
+        None => None,
+        Some(f) => {
+            let driver = all.iter().position(|k| k.name.eq_ignore_ascii_case(&f.joint));
+            match driver {
+                Some(d) if all[d].follows.is_none() && f.ratio.is_finite() && all[d].kind == j.kind => {
+                    Some(Follow { joint: d, ratio: f.ratio })
+                }
+                _ => {
+                    return Err(Error::bad(
+                        near("follows"),
+                        format!("{} follows `{}` with ratio {}", j.name, f.joint, f.ratio),
+                        "a joint of the same kind that has a command of its own, and a finite ratio",
+                    ));
+                }
+            }
+        }
+    };
+    let si = kind.si();
+    Ok(Joint {
+        name: j.name.clone(),
+        kind,
+        theta_rad: j.theta_deg.to_radians(),
+        d_m: j.d_mm * 1e-3,
+        a_m: j.a_mm * 1e-3,
+        alpha_rad: j.alpha_deg.to_radians(),
+        direction: j.direction,
+        limits: limits.map(|l| l.map(|v| v * si)),
+        max_speed: speed.map(|v| v * si),
+        max_accel: accel.map(|v| v * si),
+        lead_m_per_rev: j.lead_mm_per_rev.map(|v| v * 1e-3),
+        follows,
+    })
+}

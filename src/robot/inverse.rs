@@ -1,0 +1,179 @@
+//! Numerical inverse kinematics: damped least squares from a seed, for any subset of axes.
+//!
+//! Method: Levenberg-Marquardt on the position error (metres) and, for a pose, the rotation vector scaled by a length so
+//! that both count alike; step from the normal equations of at most 6 rows (`J^T (J J^T + mu I)^-1 e`), which is the
+//! minimum-norm step where there are more free axes than rows. It works where the target is reachable near the seed; it
+//! does not search other branches. It never returns NaN: it returns the best `q` seen and says why it stopped.
+
+use super::Robot;
+use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
+
+/// What to reach.
+#[derive(Debug, Clone, Copy)]
+pub enum Target {
+    /// Position of the TCP only, metres.
+    Position(Vector3<f64>),
+    /// Position and orientation of the TCP.
+    Pose(super::Pose),
+}
+
+/// Settings of the inverse.
+#[derive(Debug, Clone)]
+pub struct InverseOptions {
+    /// Axes that may move; empty means all.
+    pub free: Vec<usize>,
+    pub target_error_m: f64,
+    pub target_error_rad: f64,
+    pub max_iterations: usize,
+    /// Length that makes one radian of orientation count like metres.
+    pub rotation_length_m: f64,
+    /// Keep within the limits of the joints (a step that would leave is cut at the limit).
+    pub within_limits: bool,
+}
+
+impl Default for InverseOptions {
+    fn default() -> Self {
+        Self {
+            free: Vec::new(),
+            target_error_m: 1e-10,
+            target_error_rad: 1e-10,
+            max_iterations: 100,
+            rotation_length_m: 1.0,
+            within_limits: false,
+        }
+    }
+}
+
+/// Why the inverse stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// Both errors are below their targets.
+    Converged,
+    /// No step reduces the error any more: out of reach, singular, or held by a limit.
+    NoProgress,
+    IterationLimit,
+    /// The target or the seed is not finite.
+    NotFinite,
+}
+
+/// Result: the best joint vector, its errors, and why it stopped.
+#[derive(Debug, Clone)]
+pub struct Inverse {
+    pub q: Vec<f64>,
+    pub stop: Stop,
+    pub error_m: f64,
+    /// 0 where only the position was asked for.
+    pub error_rad: f64,
+    pub iterations: usize,
+}
+
+impl Inverse {
+    pub fn converged(&self) -> bool {
+        self.stop == Stop::Converged
+    }
+}
+
+impl Robot {
+    /// Joint vector that brings the TCP to `target`, from the seed `seed` (rad or m; one value per axis).
+    pub fn inverse(&self, target: &Target, seed: &[f64], options: &InverseOptions) -> Inverse {
+        let free: Vec<usize> = if options.free.is_empty() { (0..self.dof()).collect() } else { options.free.clone() };
+        let mut q = seed.to_vec();
+        let finite = q.iter().all(|v| v.is_finite())
+            && match target {
+                Target::Position(p) => p.iter().all(|v| v.is_finite()),
+                Target::Pose(p) => p.position.iter().chain(p.rotation.matrix().iter()).all(|v| v.is_finite()),
+            };
+        if !finite {
+            return Inverse { q, stop: Stop::NotFinite, error_m: f64::INFINITY, error_rad: 0.0, iterations: 0 };
+        }
+        let mut best = self.miss(target, &q, options);
+        let mut mu = 1e-6;
+        for iteration in 0..options.max_iterations {
+            if best.error_m <= options.target_error_m && best.error_rad <= options.target_error_rad {
+                return best.result(q, Stop::Converged, iteration);
+            }
+            let jac = self.free_jacobian(target, &q, &free, options);
+            let gram = &jac * jac.transpose();
+            let scale = gram.diagonal().max().max(f64::MIN_POSITIVE);
+            let mut moved = false;
+            for _ in 0..12 {
+                let damped = &gram + DMatrix::identity(gram.nrows(), gram.nrows()) * (mu * scale);
+                let Some(factor) = damped.cholesky() else {
+                    mu *= 10.0;
+                    continue;
+                };
+                let step = jac.transpose() * factor.solve(&best.vector);
+                let mut trial = q.clone();
+                for (k, &axis) in free.iter().enumerate() {
+                    trial[axis] += step[k];
+                    if options.within_limits
+                        && let Some([lo, hi]) = self.axis(axis).limits
+                    {
+                        trial[axis] = trial[axis].clamp(lo, hi);
+                    }
+                }
+                let miss = self.miss(target, &trial, options);
+                if miss.vector.norm_squared() < best.vector.norm_squared() {
+                    q = trial;
+                    best = miss;
+                    mu = (mu * 0.1).max(1e-15);
+                    moved = true;
+                    break;
+                }
+                mu *= 10.0;
+            }
+            if !moved {
+                let done = best.error_m <= options.target_error_m && best.error_rad <= options.target_error_rad;
+                return best.result(q, if done { Stop::Converged } else { Stop::NoProgress }, iteration + 1);
+            }
+        }
+        let done = best.error_m <= options.target_error_m && best.error_rad <= options.target_error_rad;
+        best.result(q, if done { Stop::Converged } else { Stop::IterationLimit }, options.max_iterations)
+    }
+
+    fn miss(&self, target: &Target, q: &[f64], options: &InverseOptions) -> Miss {
+        match target {
+            Target::Position(want) => {
+                let e = want - self.tcp_m(q);
+                Miss { vector: DVector::from_column_slice(e.as_slice()), error_m: e.norm(), error_rad: 0.0 }
+            }
+            Target::Pose(want) => {
+                let now = self.forward(q);
+                let e = want.position - now.position;
+                let w = Rotation3::from_matrix_eps(
+                    &(want.rotation.matrix() * now.rotation.matrix().transpose()),
+                    1e-15,
+                    50,
+                    Rotation3::identity(),
+                )
+                .scaled_axis();
+                let l = options.rotation_length_m;
+                Miss {
+                    vector: DVector::from_column_slice(&[e.x, e.y, e.z, w.x * l, w.y * l, w.z * l]),
+                    error_m: e.norm(),
+                    error_rad: w.norm(),
+                }
+            }
+        }
+    }
+
+    fn free_jacobian(&self, target: &Target, q: &[f64], free: &[usize], options: &InverseOptions) -> DMatrix<f64> {
+        let (_, full) = self.chain().jacobian(q);
+        let rows = if matches!(target, Target::Pose(_)) { 6 } else { 3 };
+        DMatrix::from_fn(rows, free.len(), |r, c| {
+            full[(r, free[c])] * if r < 3 { 1.0 } else { options.rotation_length_m }
+        })
+    }
+}
+
+struct Miss {
+    vector: DVector<f64>,
+    error_m: f64,
+    error_rad: f64,
+}
+
+impl Miss {
+    fn result(self, q: Vec<f64>, stop: Stop, iterations: usize) -> Inverse {
+        Inverse { q, stop, error_m: self.error_m, error_rad: self.error_rad, iterations }
+    }
+}

@@ -1,0 +1,186 @@
+//! A robot: a serial chain of revolute and prismatic joints in any mix, its base, tool and limits.
+//!
+//! Rooms:
+//! - [`file`]: the robot file (YAML, degrees and millimetres) to and from this module's types (SI), with every refusal.
+//! - [`chain`]: forward kinematics and the analytic Jacobian (seed 000 equations 2-5; Craig's convention too).
+//! - [`inverse`]: the damped numerical inverse for any subset of joints; says why it stopped.
+//! - [`fingerprint`]: SHA-256 of the robot's numbers, so that a compensator cannot meet another robot.
+//!
+//! Joint vectors `q` hold one value per *axis*, that is, per joint with a command of its own, in file order, in radians
+//! or metres. A joint that follows another one has no entry.
+
+pub mod chain;
+pub mod file;
+pub mod fingerprint;
+pub mod inverse;
+
+pub use chain::{Chain, Pose};
+pub use inverse::{Inverse, InverseOptions, Stop, Target};
+
+use nalgebra::{Isometry3, Vector3};
+
+/// Denavit-Hartenberg convention of a robot file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Convention {
+    /// Rot_z(theta) Trans_z(d) Trans_x(a) Rot_x(alpha): seed 000 equation 2.
+    Standard,
+    /// Craig: Rot_x(alpha) Trans_x(a) Rot_z(theta) Trans_z(d).
+    Modified,
+}
+
+/// Kind of a joint; it fixes the unit of its command (rad or m).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum JointKind {
+    Revolute,
+    Prismatic,
+}
+
+impl JointKind {
+    /// Unit at the edges: `deg` or `mm`, as it stands in keys and column names.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Revolute => "deg",
+            Self::Prismatic => "mm",
+        }
+    }
+
+    /// Edge unit to SI: multiply (rad per deg, m per mm).
+    pub fn si(self) -> f64 {
+        match self {
+            Self::Revolute => std::f64::consts::PI / 180.0,
+            Self::Prismatic => 1e-3,
+        }
+    }
+
+    /// SI value in the unit of the edges (deg or mm).
+    pub fn to_edge(self, si: f64) -> f64 {
+        match self {
+            Self::Revolute => si.to_degrees(),
+            Self::Prismatic => si * 1e3,
+        }
+    }
+}
+
+/// A joint driven by another one: `command = ratio * command of that axis`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Follow {
+    /// Index of the driving joint in [`Robot::joints`].
+    pub joint: usize,
+    pub ratio: f64,
+}
+
+/// One joint with its DH parameters (radians, metres) and limits (radians or metres, per second, per second squared).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    pub name: String,
+    pub kind: JointKind,
+    pub theta_rad: f64,
+    pub d_m: f64,
+    pub a_m: f64,
+    pub alpha_rad: f64,
+    /// +1 or -1: sense of the command.
+    pub direction: f64,
+    pub limits: Option<[f64; 2]>,
+    pub max_speed: Option<f64>,
+    pub max_accel: Option<f64>,
+    pub lead_m_per_rev: Option<f64>,
+    pub follows: Option<Follow>,
+}
+
+/// Mass of a link and its centre of mass in the link frame of its joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Link {
+    pub mass_kg: f64,
+    pub com_m: Vector3<f64>,
+}
+
+/// A robot. Its numbers are SI.
+#[derive(Debug, Clone)]
+pub struct Robot {
+    pub name: String,
+    pub convention: Convention,
+    pub joints: Vec<Joint>,
+    /// Empty, or one per joint.
+    pub links: Vec<Link>,
+    /// Robot base in the world.
+    pub base: Isometry3<f64>,
+    /// TCP (the reflector) in the flange frame.
+    pub tool: Isometry3<f64>,
+    /// Further reflectors in the flange frame, metres: `x2_mm`, `x3_mm`, ... of a log.
+    pub reflectors_m: Vec<Vector3<f64>>,
+    pub gravity_m_s2: Vector3<f64>,
+    axes: Vec<usize>,
+    chain: Chain,
+}
+
+impl Robot {
+    /// Puts the parts together; joints, base and tool are given in SI and have been checked by [`file`].
+    pub fn new(
+        name: String,
+        convention: Convention,
+        joints: Vec<Joint>,
+        base: Isometry3<f64>,
+        tool: Isometry3<f64>,
+    ) -> Self {
+        let axes: Vec<usize> = (0..joints.len()).filter(|&i| joints[i].follows.is_none()).collect();
+        let chain = Chain::new(convention, &joints, &axes, &base, &tool);
+        Self {
+            name,
+            convention,
+            joints,
+            links: Vec::new(),
+            base,
+            tool,
+            reflectors_m: Vec::new(),
+            gravity_m_s2: Vector3::new(0.0, 0.0, -9.80665),
+            axes,
+            chain,
+        }
+    }
+
+    /// Number of axes: the length of a joint vector.
+    pub fn dof(&self) -> usize {
+        self.axes.len()
+    }
+
+    /// The joint behind axis `axis`.
+    pub fn axis(&self, axis: usize) -> &Joint {
+        &self.joints[self.axes[axis]]
+    }
+
+    /// The joints that have a command of their own, in file order.
+    pub fn axis_joints(&self) -> impl ExactSizeIterator<Item = &Joint> + Clone {
+        self.axes.iter().map(|&i| &self.joints[i])
+    }
+
+    /// Axis of a joint name, case ignored.
+    pub fn axis_named(&self, name: &str) -> Option<usize> {
+        self.axes.iter().position(|&i| self.joints[i].name.eq_ignore_ascii_case(name))
+    }
+
+    /// Axis names in order, for messages.
+    pub fn axis_names(&self) -> Vec<&str> {
+        self.axis_joints().map(|j| j.name.as_str()).collect()
+    }
+
+    /// The chain that computes.
+    pub fn chain(&self) -> &Chain {
+        &self.chain
+    }
+
+    /// Pose of the TCP in the world for `q` (rad or m, one value per axis; seed 000 equation 3).
+    pub fn forward(&self, q: &[f64]) -> Pose {
+        self.chain.forward(q)
+    }
+
+    /// Position of the TCP in the world, metres.
+    pub fn tcp_m(&self, q: &[f64]) -> Vector3<f64> {
+        self.chain.position(q)
+    }
+
+    /// Chain to another point of the flange frame (metres): a further reflector, or a trial tool.
+    pub fn chain_to(&self, point_m: &Vector3<f64>) -> Chain {
+        let tool = Isometry3::from_parts((*point_m).into(), self.tool.rotation);
+        Chain::new(self.convention, &self.joints, &self.axes, &self.base, &tool)
+    }
+}
