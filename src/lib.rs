@@ -11,4 +11,5 @@ pub mod gaps;
 pub mod io;
 pub mod log;
 pub mod model;
+pub mod rewrite;
 pub mod robot;

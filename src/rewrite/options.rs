@@ -1,0 +1,53 @@
+//! What a user may choose about a rewrite.
+
+/// How turning points between program points are found and the path near them is refined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Refine {
+    /// The program's own points are the turning points; only the points that carry the step and its decay are inserted.
+    None,
+    /// Local cubic through the joint samples: the true turning point is inserted.
+    #[default]
+    Cubic,
+    /// Arcs through the TCP path and inverse kinematics: turning points on the smooth path, and the whole path made dense
+    /// enough that its chords stay within [`Options::chord_m`].
+    Cartesian,
+}
+
+/// Settings of a rewrite; values are SI.
+#[derive(Debug, Clone)]
+pub struct Options {
+    pub refine: Refine,
+    /// Share of the segment behind a turning point at which the point stands that carries the step (seed 000: 0.1).
+    pub step_fraction: f64,
+    /// Movement against the direction that is number noise, per axis (rad or m).
+    pub deadband: Vec<f64>,
+    /// Spread the step over this travel behind the turning point, per axis (rad or m); 0: at once.
+    pub ramp: Vec<f64>,
+    /// Direction in which each axis was moved before the first point: -1, +1; 0: that of its first movement.
+    pub initial_direction: Vec<i8>,
+    /// Share of every offset that is applied, 0 to 1.
+    pub gain: f64,
+    /// TCP speed of a program without times, m/s.
+    pub tcp_speed_m_s: Option<f64>,
+    /// Largest distance between the path and its chords, m (`Refine::Cartesian`).
+    pub chord_m: f64,
+    /// Largest TCP error that the straight lines between inserted points may add to the wanted offset, m.
+    pub shape_m: f64,
+}
+
+impl Options {
+    /// The defaults for a robot of `axes` axes.
+    pub fn new(axes: usize) -> Self {
+        Self {
+            refine: Refine::default(),
+            step_fraction: 0.1,
+            deadband: vec![1e-8; axes],
+            ramp: vec![0.0; axes],
+            initial_direction: vec![0; axes],
+            gain: 1.0,
+            tcp_speed_m_s: None,
+            chord_m: 2e-6,
+            shape_m: 1e-6,
+        }
+    }
+}
