@@ -3,6 +3,7 @@
 //! The rooms, and the one direction in which they know each other, are drawn in `docs/architecture.md`.
 #![forbid(unsafe_code)]
 
+pub mod assess;
 pub mod cli;
 pub mod compensator;
 pub mod effect;
@@ -13,3 +14,4 @@ pub mod log;
 pub mod model;
 pub mod rewrite;
 pub mod robot;
+pub mod simulate;

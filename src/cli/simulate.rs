@@ -1,12 +1,134 @@
-//! `lostmotion simulate`.
+//! `lostmotion simulate`: model + program or log -> predicted log.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::io::{input, output::Output};
+use crate::log::Log;
+use crate::model::Model;
+use crate::simulate::{Motion, Options, Program, Timing, predicted};
+use std::path::PathBuf;
 
-/// Arguments of `simulate`.
+/// Run a program, or the commands of a log, on a modelled machine and write the log that a tracker would.
+///
+/// A program (joint-space CSV) is run linear in the joints between its points: at its own times where it has `t_s`, else
+/// at a constant TCP speed. A log keeps its rows, times and commands as they are; what was measured is predicted.
+/// Without --noise-um the result is exact.
+///
+/// Examples:
+///   lostmotion simulate --model machine.yaml --input circle.csv --output circle_log.csv
+///   lostmotion simulate --model machine.yaml --input circle.csv --rate-hz 250 --noise-um 11 --seed 3 -o log.csv
+///   lostmotion simulate --model machine.yaml --input measured.csv.gz --output predicted.csv
 #[derive(Debug, clap::Args)]
-pub struct Args {}
+#[command(verbatim_doc_comment)]
+pub struct Args {
+    /// Model file: the robot and what is known to be wrong with it
+    #[arg(long, value_name = "MODEL.yaml")]
+    pub model: PathBuf,
+    /// Program or log to run (CSV, .gz as it is); - is standard input
+    #[arg(long, value_name = "PROGRAM_OR_LOG")]
+    pub input: PathBuf,
+    /// Where the predicted log goes; - is standard output
+    #[arg(long, short, value_name = "LOG.csv", default_value = "-")]
+    pub output: PathBuf,
+    /// Standard deviation of white noise on each coordinate, micrometres [default: none]
+    #[arg(long, value_name = "UM", value_parser = not_negative)]
+    pub noise_um: Option<f64>,
+    /// Seed of the noise: the same seed gives the same log
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Rows per second, for a program [default: 25]
+    #[arg(long, value_name = "HZ", value_parser = rate)]
+    pub rate_hz: Option<f64>,
+    /// TCP speed of a program, mm/s; goes before the program's own `t_s` [default: 1.5]
+    #[arg(long, value_name = "MM_S", value_parser = above_zero)]
+    pub speed_mm_s: Option<f64>,
+    /// Leave out the model's registration: TCP in the frame of the robot file, not of the tracker
+    #[arg(long)]
+    pub base_frame: bool,
+    /// Add encoder columns (enc_A1_deg, ...): the motor side of each joint
+    #[arg(long)]
+    pub encoders: bool,
+}
+
+fn finite(text: &str) -> std::result::Result<f64, String> {
+    text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| "expected a number with a decimal point".into())
+}
+
+fn not_negative(text: &str) -> std::result::Result<f64, String> {
+    finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("expected 0 or more".into()) })
+}
+
+fn above_zero(text: &str) -> std::result::Result<f64, String> {
+    finite(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("expected more than 0".into()) })
+}
+
+fn rate(text: &str) -> std::result::Result<f64, String> {
+    above_zero(text).and_then(|v| if v <= 1e5 { Ok(v) } else { Err("expected at most 100000 Hz".into()) })
+}
 
 /// Runs the command.
-pub fn run(_args: Args) -> Result<()> {
-    Err(Error::Refused("not built yet".into()))
+pub fn run(args: Args) -> Result<()> {
+    let model = Model::load(&args.model)?;
+    let input = input::read(&args.input)?;
+    let defaults = Options::default();
+    let mut options = Options {
+        rate_hz: args.rate_hz.unwrap_or(defaults.rate_hz),
+        speed_m_s: args.speed_mm_s.map_or(defaults.speed_m_s, |v| v * 1e-3),
+        noise_m: args.noise_um.unwrap_or(0.0) * 1e-6,
+        seed: args.seed,
+        base_frame: args.base_frame,
+        encoders: args.encoders,
+    };
+    let mut out = Output::create(&args.output)?;
+    let written = if predicted::is_log(&input, &model) {
+        let log = Log::parse(input.clone(), &model.robot)?;
+        options.encoders |= predicted::has_encoders(&input, &model);
+        let motion = Motion::of_log(&model, &log, options.encoders);
+        let mut written = predicted::write_log_again(&model, &motion, &options, &input, &mut out)?;
+        if args.rate_hz.is_some() || args.speed_mm_s.is_some() {
+            written.notes.push("--rate-hz and --speed-mm-s say nothing to a log: it keeps its rows".into());
+        }
+        if log.poses {
+            written.notes.push("no t_s: rows are settled poses, where the servo has worked its error off".into());
+        }
+        written
+    } else {
+        let program = Program::parse(&input, &model.robot)?;
+        let (t_s, notes) = times(&args, &model, &program, &options);
+        let motion = Motion::of_program(&model, &program, &t_s, options.rate_hz, options.encoders)?;
+        let mut written = predicted::write_program_log(&model, &motion, &options, &input.name, &mut out)?;
+        written.notes.extend(notes);
+        written
+    };
+    out.commit()?;
+    for note in &written.notes {
+        eprintln!("note: {note}");
+    }
+    eprintln!("{} rows", written.rows);
+    Ok(())
+}
+
+/// Times of the program's points, with what a user should know about them.
+fn times(args: &Args, model: &Model, program: &Program, options: &Options) -> (Vec<f64>, Vec<String>) {
+    let mut notes = Vec::new();
+    if let (Some(t_s), None) = (&program.t_s, args.speed_mm_s) {
+        return (t_s.clone(), notes);
+    }
+    let timing = Timing::at_speed(&model.robot, program, options.speed_m_s);
+    let mm_s = options.speed_m_s * 1e3;
+    if program.t_s.is_some() {
+        notes.push(format!("the program's t_s gives way to --speed-mm-s {mm_s}"));
+    } else if args.speed_mm_s.is_none() {
+        notes.push(format!("no t_s and no --speed-mm-s: run at {mm_s} mm/s"));
+    }
+    if timing.held_by_a_joint > 0 {
+        notes.push(format!("{} segments take longer, as a joint's max_speed allows no more", timing.held_by_a_joint));
+    }
+    if timing.unknown_speed > 0 {
+        notes.push(format!(
+            "{} segments turn joints of unknown max_speed about a TCP at rest: {} ms each",
+            timing.unknown_speed,
+            crate::simulate::timing::SHORTEST_S * 1e3
+        ));
+    }
+    (timing.t_s, notes)
 }

@@ -3,9 +3,11 @@
 //! Rooms:
 //! - [`columns`]: which column is what: the contract's names, or a column map from foreign names and units.
 //! - [`read`]: CSV (and gzip) to [`Log`], with file, line and column of every refusal.
+//! - [`write`]: numbers, fields and column names on the way out.
 
 pub mod columns;
 pub mod read;
+pub mod write;
 
 use nalgebra::Vector3;
 

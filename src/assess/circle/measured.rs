@@ -1,0 +1,248 @@
+//! One log against the nominal circle.
+
+use super::fit::CircleFit;
+use super::nominal::{Nominal, NominalReversal};
+use super::{SMOOTHING_S, WINDOW_DEG};
+use crate::assess::rigid;
+use crate::error::{Error, Place, Result};
+use crate::log::Log;
+use crate::robot::Robot;
+use nalgebra::Vector3;
+
+/// Points kept for drawing.
+const DRAWN: usize = 4000;
+
+/// Rows below which there is nothing to average.
+const LEAST_ROWS: usize = 20;
+
+/// Registration residual beyond which commands and positions do not belong together, as a share of the radius.
+const TOO_FAR: f64 = 0.05;
+
+/// Errors of one log; metres.
+#[derive(Debug, Clone)]
+pub struct Measured {
+    pub name: String,
+    pub sha256: String,
+    /// Rows assessed, and the rows over which errors were averaged.
+    pub rows: usize,
+    pub averaged_rows: usize,
+    /// Phases that the rows cover.
+    pub covered_deg: [f64; 2],
+    pub circle: CircleFit,
+    pub registration_rms_m: f64,
+    pub total_max_m: f64,
+    pub total_rms_m: f64,
+    pub in_plane_max_m: f64,
+    pub in_plane_rms_m: f64,
+    pub out_of_plane_max_m: f64,
+    pub out_of_plane_rms_m: f64,
+    pub beyond_nominal_max_m: f64,
+    pub beyond_nominal_rms_m: f64,
+    /// One per reversal of [`Nominal::reversals`], in that order.
+    pub reversals: Vec<ReversalError>,
+    pub trace: Trace,
+    pub notes: Vec<String>,
+    pub(super) totals_m: Vec<f64>,
+}
+
+/// Largest errors within the window of a reversal; `None` where the log has no row there.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ReversalError {
+    pub total_m: Option<f64>,
+    pub in_plane_m: Option<f64>,
+    pub out_of_plane_m: Option<f64>,
+    pub beyond_nominal_m: Option<f64>,
+}
+
+/// At most 4,000 rows in order, for drawing; averaged errors.
+#[derive(Debug, Clone, Default)]
+pub struct Trace {
+    pub phase_deg: Vec<f64>,
+    pub in_plane_m: Vec<f64>,
+    pub out_of_plane_m: Vec<f64>,
+    pub beyond_in_plane_m: Vec<f64>,
+    pub beyond_out_of_plane_m: Vec<f64>,
+    /// Point of the best-fit circle in the base frame, and the error vector there: `ideal + k * error` is the path drawn
+    /// k times too far off.
+    pub ideal_m: Vec<Vector3<f64>>,
+    pub error_m: Vec<Vector3<f64>>,
+}
+
+impl Measured {
+    /// Errors of the rows of `log` that lie in the assessed revolution.
+    pub fn new(robot: &Robot, nominal: &Nominal, log: &Log) -> Result<Self> {
+        let place = || Place::file(&log.name);
+        if log.tcp_m.is_empty() {
+            return Err(Error::bad(place(), "no columns `x_mm,y_mm,z_mm`", "a log with measured TCP positions"));
+        }
+        let (mut t_s, mut want, mut seen) = (Vec::new(), Vec::new(), Vec::new());
+        let mut q = vec![0.0; robot.dof()];
+        for (row, p) in log.tcp_m.iter().enumerate() {
+            if let Some(p) = p {
+                log.command_into(row, &mut q);
+                t_s.push(log.t_s[row]);
+                want.push(robot.tcp_m(&q));
+                seen.push(*p);
+            }
+        }
+        let frame = rigid::fit(&seen, &want).ok_or_else(|| {
+            Error::bad(
+                place(),
+                format!("{} measured positions on a line, or too few", seen.len()),
+                "positions along a circle",
+            )
+        })?;
+        let base: Vec<Vector3<f64>> = seen.iter().map(|p| frame.rotation * p + frame.translation.vector).collect();
+        let registration_rms_m =
+            (base.iter().zip(&want).map(|(a, b)| (a - b).norm_squared()).sum::<f64>() / (3 * base.len()) as f64).sqrt();
+        if !(registration_rms_m <= TOO_FAR * nominal.circle.radius_m) {
+            return Err(Error::bad(
+                place(),
+                format!(
+                    "measured positions {:.3} mm rms away from the commanded ones after the best rigid fit",
+                    registration_rms_m * 1e3
+                ),
+                "commands in deg and mm, positions in mm, of this robot",
+            ));
+        }
+        let phases = nominal.phases_deg(&want);
+        let inside: Vec<usize> =
+            (0..phases.len()).filter(|&i| phases[i] >= nominal.from_deg && phases[i] < nominal.to_deg).collect();
+        if inside.len() < LEAST_ROWS {
+            let (lo, hi) = phases.iter().fold((f64::MAX, f64::MIN), |(l, h), &p| (l.min(p), h.max(p)));
+            return Err(Error::bad(
+                place(),
+                format!("{} measured rows in the last revolution (log: {lo:.1} to {hi:.1} deg)", inside.len()),
+                format!(
+                    "a log that runs the program to its end ({:.1} to {:.1} deg)",
+                    nominal.from_deg, nominal.to_deg
+                ),
+            ));
+        }
+        let points: Vec<Vector3<f64>> = inside.iter().map(|&i| base[i]).collect();
+        let phase_deg: Vec<f64> = inside.iter().map(|&i| phases[i]).collect();
+        let circle = CircleFit::new(&points, &nominal.circle.normal)
+            .ok_or_else(|| Error::bad(place(), "measured positions without a circle", "positions along a circle"))?;
+        let mut notes = Vec::new();
+        let averaged_rows = if log.poses {
+            notes.push(format!("no t_s: errors of single rows, not averaged over {SMOOTHING_S} s"));
+            1
+        } else {
+            (SMOOTHING_S / median_step(&t_s)).round().max(1.0) as usize
+        };
+        let errors: Vec<[f64; 2]> = points.iter().map(|p| circle.error_m(p)).collect();
+        let [in_plane, out_of_plane] =
+            [0, 1].map(|k| moving_mean(&errors.iter().map(|e| e[k]).collect::<Vec<_>>(), averaged_rows));
+        let chord: Vec<[f64; 2]> = phase_deg.iter().map(|&p| nominal.chord.at(p)).collect();
+        let beyond_in: Vec<f64> = in_plane.iter().zip(&chord).map(|(e, c)| e - c[0]).collect();
+        let beyond_out: Vec<f64> = out_of_plane.iter().zip(&chord).map(|(e, c)| e - c[1]).collect();
+        let length = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a.hypot(*b)).collect::<Vec<f64>>();
+        let total = length(&in_plane, &out_of_plane);
+        let beyond = length(&beyond_in, &beyond_out);
+        let reversals = nominal
+            .reversals
+            .iter()
+            .map(|r| ReversalError {
+                total_m: within(r, &phase_deg, &total),
+                in_plane_m: within(r, &phase_deg, &in_plane),
+                out_of_plane_m: within(r, &phase_deg, &out_of_plane),
+                beyond_nominal_m: within(r, &phase_deg, &beyond),
+            })
+            .collect();
+        let step = points.len().div_ceil(DRAWN);
+        let mut trace = Trace::default();
+        for i in (0..points.len()).step_by(step) {
+            let outward = circle.outward(&points[i]);
+            trace.phase_deg.push(phase_deg[i]);
+            trace.in_plane_m.push(in_plane[i]);
+            trace.out_of_plane_m.push(out_of_plane[i]);
+            trace.beyond_in_plane_m.push(beyond_in[i]);
+            trace.beyond_out_of_plane_m.push(beyond_out[i]);
+            trace.ideal_m.push(circle.centre_m + outward * circle.radius_m);
+            trace.error_m.push(outward * in_plane[i] + circle.normal * out_of_plane[i]);
+        }
+        let covered_deg = phase_deg.iter().fold([f64::MAX, f64::MIN], |[l, h], &p| [l.min(p), h.max(p)]);
+        let (asked, has) = (nominal.to_deg - nominal.from_deg, covered_deg[1] - covered_deg[0]);
+        if has < 0.98 * asked {
+            notes.push(format!("covers {has:.1} of {asked:.1} deg of the revolution"));
+        }
+        Ok(Self {
+            name: log.name.clone(),
+            sha256: log.sha256.clone(),
+            rows: points.len(),
+            averaged_rows,
+            covered_deg,
+            circle,
+            registration_rms_m,
+            total_max_m: largest(&total),
+            total_rms_m: rms(&total),
+            in_plane_max_m: largest(&in_plane),
+            in_plane_rms_m: rms(&in_plane),
+            out_of_plane_max_m: largest(&out_of_plane),
+            out_of_plane_rms_m: rms(&out_of_plane),
+            beyond_nominal_max_m: largest(&beyond),
+            beyond_nominal_rms_m: rms(&beyond),
+            reversals,
+            trace,
+            notes,
+            totals_m: total,
+        })
+    }
+}
+
+/// Largest magnitude of `e` in the window of a reversal.
+fn within(r: &NominalReversal, phase_deg: &[f64], e: &[f64]) -> Option<f64> {
+    let window = r.phase_deg + WINDOW_DEG[0]..=r.phase_deg + WINDOW_DEG[1];
+    phase_deg.iter().zip(e).filter(|(p, _)| window.contains(p)).map(|(_, e)| e.abs()).max_by(f64::total_cmp)
+}
+
+fn largest(e: &[f64]) -> f64 {
+    e.iter().fold(0.0, |m, v| m.max(v.abs()))
+}
+
+fn rms(e: &[f64]) -> f64 {
+    (e.iter().map(|v| v * v).sum::<f64>() / e.len().max(1) as f64).sqrt()
+}
+
+fn median_step(t_s: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = t_s.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    match steps.len() {
+        0 => f64::INFINITY,
+        n if n % 2 == 1 => steps[n / 2],
+        n => 0.5 * (steps[n / 2 - 1] + steps[n / 2]),
+    }
+}
+
+/// Mean over `width` rows around each row (one more behind than ahead where even); fewer at the ends.
+fn moving_mean(e: &[f64], width: usize) -> Vec<f64> {
+    let mut sums = Vec::with_capacity(e.len() + 1);
+    let mut sum = 0.0;
+    sums.push(sum);
+    for v in e {
+        sum += v;
+        sums.push(sum);
+    }
+    let ahead = (width - 1) / 2;
+    let behind = width - 1 - ahead;
+    (0..e.len())
+        .map(|i| {
+            let (lo, hi) = (i.saturating_sub(behind), (i + ahead + 1).min(e.len()));
+            (sums[hi] - sums[lo]) / (hi - lo) as f64
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_moving_mean_is_a_box_that_shrinks_at_the_ends() {
+        let got = moving_mean(&[1.0, 2.0, 3.0, 4.0, 10.0], 3);
+        let want = [1.5, 2.0, 3.0, 17.0 / 3.0, 7.0];
+        assert!(got.iter().zip(want).all(|(a, b)| (a - b).abs() < 1e-12), "{got:?}");
+        let got = moving_mean(&[1.0, 2.0, 3.0, 4.0], 2);
+        assert!(got.iter().zip([1.0, 1.5, 2.5, 3.5]).all(|(a, b)| (a - b).abs() < 1e-12), "{got:?}");
+    }
+}

@@ -1,0 +1,276 @@
+//! The predicted log as CSV.
+//!
+//! From a program: `t_s`, `cmd_*`, `enc_*` where asked for, the TCP, the robot's further reflectors. From a log: its own
+//! columns in their order, text as it was; what is a measurement (`x_mm`..., `enc_`, `meas_`) is predicted in its place,
+//! and a TCP that the log has not is added. Commands have 6 decimals, positions [`POSITION_DECIMALS`] (1 nm).
+
+use super::noise::Noise;
+use super::{Motion, Options};
+use crate::error::{Error, Place, Result, one_line};
+use crate::io::input::Input;
+use crate::log::columns::{Meaning, meaning};
+use crate::log::write::{field, joint_column, number, position_columns};
+use crate::model::Model;
+use crate::robot::Chain;
+use nalgebra::Isometry3;
+use rayon::prelude::*;
+use std::io::Write;
+
+/// Decimals of positions in mm and of joints in deg or mm.
+pub const POSITION_DECIMALS: u8 = 6;
+const JOINT_DECIMALS: u8 = 6;
+
+/// Rows that one thread formats at a time, and how many such blocks are held at once.
+const BLOCK: usize = 4096;
+const BLOCKS: usize = 32;
+
+/// What was written, and what a user should know about it.
+#[derive(Debug, Clone, Default)]
+pub struct Written {
+    pub rows: usize,
+    pub notes: Vec<String>,
+}
+
+/// Where a column comes from.
+#[derive(Debug, Clone, Copy)]
+enum Source {
+    /// Field of the input's row, as it was.
+    Text(usize),
+    Time(u8),
+    Command(usize),
+    Encoder(usize),
+    Joint(usize),
+    /// Coordinate of reflector `k`; 0 is the TCP.
+    Position(usize, usize),
+}
+
+/// Writes the log of a program.
+pub fn write_program_log(
+    model: &Model,
+    motion: &Motion,
+    options: &Options,
+    from: &str,
+    out: &mut dyn Write,
+) -> Result<Written> {
+    let robot = &model.robot;
+    let mut columns = vec![("t_s".to_string(), Source::Time(time_decimals(motion, options.rate_hz)))];
+    for (axis, joint) in robot.axis_joints().enumerate() {
+        columns.push((joint_column("cmd", joint), Source::Command(axis)));
+    }
+    add_encoders(model, options, &mut columns);
+    for k in 0..=robot.reflectors_m.len() {
+        add_position(k, &mut columns);
+    }
+    let plan = Plan::new(model, motion, options, columns);
+    plan.head(from, out)?;
+    let mut noise = Noise::new(options.noise_m, options.seed);
+    let mut row = 0;
+    while row < motion.len() {
+        let rows = (motion.len() - row).min(BLOCK * BLOCKS);
+        plan.rows(row, rows, &[], &mut noise, out)?;
+        row += rows;
+    }
+    Ok(Written { rows: motion.len(), notes: Vec::new() })
+}
+
+/// Writes the log of a log: `input` holds the bytes from which `motion` was made.
+pub fn write_log_again(
+    model: &Model,
+    motion: &Motion,
+    options: &Options,
+    input: &Input,
+    out: &mut dyn Write,
+) -> Result<Written> {
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(input.bytes.as_slice());
+    let broken = |e: csv::Error| Error::bad(Place::file(&input.name), e.to_string(), "CSV");
+    let header = reader.byte_headers().map_err(broken)?.clone();
+    let mut written = Written { rows: motion.len(), notes: Vec::new() };
+    let mut columns: Vec<(String, Source)> = Vec::new();
+    let (mut has_tcp, mut has_encoders) = (false, false);
+    for (i, name) in header.iter().enumerate() {
+        let name = String::from_utf8_lossy(name).into_owned();
+        let source = match meaning(&name, &model.robot) {
+            Meaning::Position { k, coordinate } if k <= model.robot.reflectors_m.len() => {
+                has_tcp |= k == 0;
+                Source::Position(k, coordinate)
+            }
+            Meaning::Position { .. } => {
+                written
+                    .notes
+                    .push(format!("column {} left out: the robot file has no such reflector", one_line(&name)));
+                continue;
+            }
+            Meaning::Encoder(axis) => {
+                has_encoders = true;
+                Source::Encoder(axis)
+            }
+            Meaning::Measured(axis) => Source::Joint(axis),
+            _ => Source::Text(i),
+        };
+        columns.push((name, source));
+    }
+    if !has_encoders {
+        add_encoders(model, options, &mut columns);
+    }
+    if !has_tcp {
+        add_position(0, &mut columns);
+    }
+    let plan = Plan::new(model, motion, options, columns);
+    plan.head(&input.name, out)?;
+    let mut noise = Noise::new(options.noise_m, options.seed);
+    let mut row = 0;
+    let mut records = Vec::with_capacity(BLOCK * BLOCKS);
+    for record in reader.byte_records() {
+        records.push(record.map_err(broken)?);
+        if records.len() == BLOCK * BLOCKS {
+            plan.rows(row, records.len(), &records, &mut noise, out)?;
+            row += records.len();
+            records.clear();
+        }
+    }
+    plan.rows(row, records.len(), &records, &mut noise, out)?;
+    Ok(written)
+}
+
+/// True where a log needs encoder columns: asked for, or in the log already.
+pub fn has_encoders(input: &Input, model: &Model) -> bool {
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(input.bytes.as_slice());
+    reader.byte_headers().is_ok_and(|h| {
+        h.iter().any(|n| matches!(meaning(&String::from_utf8_lossy(n), &model.robot), Meaning::Encoder(_)))
+    })
+}
+
+/// True for a log (it has a `cmd_` column of the robot), false for a program.
+pub fn is_log(input: &Input, model: &Model) -> bool {
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(input.bytes.as_slice());
+    reader.byte_headers().is_ok_and(|h| {
+        h.iter().any(|n| matches!(meaning(&String::from_utf8_lossy(n), &model.robot), Meaning::Command(_)))
+    })
+}
+
+fn add_encoders(model: &Model, options: &Options, columns: &mut Vec<(String, Source)>) {
+    if options.encoders {
+        for (axis, joint) in model.robot.axis_joints().enumerate() {
+            columns.push((joint_column("enc", joint), Source::Encoder(axis)));
+        }
+    }
+}
+
+fn add_position(k: usize, columns: &mut Vec<(String, Source)>) {
+    for (coordinate, name) in position_columns(k).into_iter().enumerate() {
+        columns.push((name, Source::Position(k, coordinate)));
+    }
+}
+
+/// Decimals that show the times of the rows: 3 to 6, as few as keep them.
+fn time_decimals(motion: &Motion, rate_hz: f64) -> u8 {
+    let whole = |x: f64| (x - x.round()).abs() < 1e-6;
+    let start = motion.t_s.first().copied().unwrap_or(0.0);
+    (3..6).find(|&d| whole(10f64.powi(d) / rate_hz) && whole(10f64.powi(d) * start)).unwrap_or(6) as u8
+}
+
+/// What every row needs.
+struct Plan<'a> {
+    model: &'a Model,
+    motion: &'a Motion,
+    options: &'a Options,
+    names: Vec<String>,
+    sources: Vec<Source>,
+    /// Chains to the TCP and to the further reflectors that are written.
+    chains: Vec<Chain>,
+    frame: Option<Isometry3<f64>>,
+}
+
+impl<'a> Plan<'a> {
+    fn new(model: &'a Model, motion: &'a Motion, options: &'a Options, columns: Vec<(String, Source)>) -> Self {
+        let (names, sources): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
+        let last = sources.iter().map(|s| if let Source::Position(k, _) = s { *k } else { 0 }).max().unwrap_or(0);
+        let mut chains = vec![model.robot.chain().clone()];
+        chains.extend(model.robot.reflectors_m.iter().take(last).map(|p| model.robot.chain_to(p)));
+        let frame = if options.base_frame { None } else { model.registration };
+        Self { model, motion, options, names, sources, chains, frame }
+    }
+
+    fn head(&self, from: &str, out: &mut dyn Write) -> Result<()> {
+        let from = from.rsplit(['/', '\\']).next().unwrap_or(from);
+        let frame = if self.frame.is_some() { "tracker frame" } else { "base frame" };
+        let mut line =
+            format!("# lostmotion simulate: {} on {}, {frame}", one_line(from), one_line(&self.model.robot.name));
+        if self.options.noise_m > 0.0 {
+            line.push_str(&format!(", noise {} um, seed {}", self.options.noise_m * 1e6, self.options.seed));
+        }
+        line.push('\n');
+        let mut head = line.into_bytes();
+        for (i, name) in self.names.iter().enumerate() {
+            if i > 0 {
+                head.push(b',');
+            }
+            field(&mut head, name.as_bytes());
+        }
+        head.push(b'\n');
+        out.write_all(&head).map_err(|e| Error::io("output", "write", e))
+    }
+
+    /// Formats rows `first..first + rows`; `records` are those of the input, or none.
+    fn rows(
+        &self,
+        first: usize,
+        rows: usize,
+        records: &[csv::ByteRecord],
+        noise: &mut Option<Noise>,
+        out: &mut dyn Write,
+    ) -> Result<()> {
+        let per_row = 3 * self.chains.len();
+        let drawn: Vec<f64> = match noise {
+            Some(n) => (0..rows * per_row).map(|_| n.draw_m()).collect(),
+            None => Vec::new(),
+        };
+        let blocks: Vec<Vec<u8>> = (0..rows.div_ceil(BLOCK))
+            .into_par_iter()
+            .map(|b| {
+                let range = b * BLOCK..((b + 1) * BLOCK).min(rows);
+                let mut text = Vec::with_capacity(range.len() * self.sources.len() * 12);
+                let mut q = vec![0.0; self.model.robot.dof()];
+                let mut points = vec![nalgebra::Vector3::zeros(); self.chains.len()];
+                for i in range {
+                    self.motion.joint_into(first + i, &mut q);
+                    for (k, (p, chain)) in points.iter_mut().zip(&self.chains).enumerate() {
+                        *p = chain.position(&q);
+                        if let Some(frame) = &self.frame {
+                            *p = frame.rotation * *p + frame.translation.vector;
+                        }
+                        for c in 0..3 {
+                            p[c] += drawn.get(i * per_row + 3 * k + c).copied().unwrap_or(0.0);
+                        }
+                    }
+                    self.row(first + i, records.get(i), &points, &mut text);
+                }
+                text
+            })
+            .collect();
+        for block in &blocks {
+            out.write_all(block).map_err(|e| Error::io("output", "write", e))?;
+        }
+        Ok(())
+    }
+
+    fn row(&self, row: usize, record: Option<&csv::ByteRecord>, points: &[nalgebra::Vector3<f64>], text: &mut Vec<u8>) {
+        let joint = |text: &mut Vec<u8>, axis: usize, value: f64| {
+            number(text, self.model.robot.axis(axis).kind.to_edge(value), JOINT_DECIMALS);
+        };
+        for (i, source) in self.sources.iter().enumerate() {
+            if i > 0 {
+                text.push(b',');
+            }
+            match *source {
+                Source::Text(c) => field(text, record.and_then(|r| r.get(c)).unwrap_or_default()),
+                Source::Time(decimals) => number(text, self.motion.t_s[row], decimals),
+                Source::Command(axis) => joint(text, axis, self.motion.cmd[axis].at(row)),
+                Source::Encoder(axis) => joint(text, axis, self.motion.servo[axis].at(row)),
+                Source::Joint(axis) => joint(text, axis, self.motion.joint[axis].at(row)),
+                Source::Position(k, c) => number(text, points[k][c] * 1e3, POSITION_DECIMALS),
+            }
+        }
+        text.push(b'\n');
+    }
+}
