@@ -1,12 +1,51 @@
-//! `lostmotion assess`.
+//! `lostmotion assess`: what lost motion costs at the TCP; one file per subcommand.
 
-use crate::error::{Error, Result};
+pub mod circle;
+pub mod impact;
 
-/// Arguments of `assess`.
+use crate::error::Result;
+
+/// What lost motion costs at the TCP: on a measured circle, or computed at a pose or over a program.
 #[derive(Debug, clap::Args)]
-pub struct Args {}
+pub struct Args {
+    #[command(subcommand)]
+    pub what: What,
+}
+
+#[derive(Debug, clap::Subcommand)]
+pub enum What {
+    Circle(circle::Args),
+    Impact(impact::Args),
+}
 
 /// Runs the command.
-pub fn run(_args: Args) -> Result<()> {
-    Err(Error::Refused("not built yet".into()))
+pub fn run(args: Args) -> Result<()> {
+    match args.what {
+        What::Circle(a) => circle::run(a),
+        What::Impact(a) => impact::run(a),
+    }
+}
+
+/// Prints a result on standard output.
+fn print(text: &str) -> Result<()> {
+    use std::io::Write;
+    let mut out = std::io::stdout().lock();
+    out.write_all(text.as_bytes())
+        .and_then(|()| out.flush())
+        .map_err(|e| crate::error::Error::io("standard output", "write", e))
+}
+
+/// One JSON document with a last newline.
+fn print_json(value: &serde_json::Value) -> Result<()> {
+    print(&format!("{value:#}\n"))
+}
+
+/// An empty table in the look that all commands share.
+fn table(header: &[&str]) -> comfy_table::Table {
+    let mut table = comfy_table::Table::new();
+    table.load_preset(comfy_table::presets::UTF8_HORIZONTAL_ONLY).set_header(header);
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(comfy_table::CellAlignment::Right);
+    }
+    table
 }

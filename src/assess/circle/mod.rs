@@ -14,7 +14,9 @@
 //! - [`nominal`]: what the program says.
 //! - [`fit`]: plane and circle.
 //! - [`measured`]: one log against it.
+//! - [`document`]: the result as JSON.
 
+pub mod document;
 pub mod fit;
 pub mod measured;
 pub mod nominal;

@@ -1,0 +1,104 @@
+//! `lostmotion assess circle`.
+
+use super::{print, print_json, table};
+use crate::assess::circle::{Assessment, Measured, assess};
+use crate::error::Result;
+use crate::io::input;
+use crate::log::Log;
+use crate::robot::Robot;
+use crate::simulate::Program;
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Errors of a measured circle at the joints' reversals, before and after compensation.
+///
+/// The best-fit plane and circle (Taubin) of the last revolution are the reference; errors are averaged over 1 s, and the
+/// error of a reversal is the largest from 0.9 deg of the circle before it to 7.2 deg behind it. "Beyond nominal" takes
+/// away what the program's own chords cause. The nominal program alone says where the reversals are; run it for two
+/// revolutions, and start it away from them.
+///
+/// Examples:
+///   lostmotion assess circle --robot robot.yaml --nominal circle.csv --before log.csv
+///   lostmotion assess circle --robot robot.yaml --nominal circle.csv --before a.csv.gz --after b.csv --json
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct Args {
+    /// Robot file
+    #[arg(long, value_name = "ROBOT.yaml")]
+    pub robot: PathBuf,
+    /// The circle's program before compensation (joint-space CSV)
+    #[arg(long, value_name = "PROGRAM.csv")]
+    pub nominal: PathBuf,
+    /// Log of the run without compensation
+    #[arg(long, value_name = "LOG.csv")]
+    pub before: PathBuf,
+    /// Log of the run with compensation; its commands are the compensated ones
+    #[arg(long, value_name = "LOG.csv")]
+    pub after: Option<PathBuf>,
+    /// Print one JSON document (lostmotion/circle/1) in place of the tables
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    let robot = Robot::load(&args.robot)?;
+    let nominal = Program::parse(&input::read(&args.nominal)?, &robot)?;
+    let before = Log::load(&args.before, &robot)?;
+    let after = args.after.as_deref().map(|p| Log::load(p, &robot)).transpose()?;
+    let result = assess(&robot, &nominal, &before, after.as_ref())?;
+    for note in &result.notes {
+        eprintln!("note: {note}");
+    }
+    if args.json { print_json(&result.to_json(&robot)) } else { print(&tables(&result, &robot)) }
+}
+
+/// Reversals, then the whole path.
+fn tables(result: &Assessment, robot: &Robot) -> String {
+    let um = |v: Option<f64>| v.map_or("-".into(), |v| format!("{:.1}", v * 1e6));
+    let percent = |v: Option<f64>| v.map_or("-".into(), |v| format!("{:.0} %", v * 100.0));
+    let n = &result.nominal;
+    let mut text = format!(
+        "Circle of radius {:.3} mm, {:.2} revolutions; assessed: phase {:.2} to {:.2} deg, {} rows, averaged over {}.\n\n",
+        n.circle.radius_m * 1e3,
+        n.revolutions(),
+        n.from_deg,
+        n.to_deg,
+        result.before.rows,
+        result.before.averaged_rows
+    );
+    let mut header = vec!["reversal", "at, deg", "total, um", "in plane", "out of plane", "beyond nominal"];
+    if result.after.is_some() {
+        header.extend(["after: total", "in plane", "out of plane", "beyond nominal", "reduction"]);
+    }
+    let mut reversals = table(&header);
+    for (i, (r, b)) in n.reversals.iter().zip(&result.before.reversals).enumerate() {
+        let mut row = vec![
+            robot.axis(r.axis).name.clone(),
+            format!("{:.2}", r.at_deg),
+            um(b.total_m),
+            um(b.in_plane_m),
+            um(b.out_of_plane_m),
+            um(b.beyond_nominal_m),
+        ];
+        if let Some(a) = result.after.as_ref().and_then(|m| m.reversals.get(i)) {
+            row.extend([a.total_m, a.in_plane_m, a.out_of_plane_m, a.beyond_nominal_m].map(um));
+            row.push(percent(result.reduction(i)));
+        }
+        reversals.add_row(row);
+    }
+    let _ = writeln!(text, "{reversals}\n");
+    let mut path = table(&["whole revolution, um", "before", "after"]);
+    let after = |f: &dyn Fn(&Measured) -> f64| um(result.after.as_ref().map(f));
+    let mut line = |name: &str, f: &dyn Fn(&Measured) -> f64| {
+        path.add_row(vec![name.to_string(), um(Some(f(&result.before))), after(f)]);
+    };
+    line("total, largest", &|m| m.total_max_m);
+    line("in plane, largest", &|m| m.in_plane_max_m);
+    line("out of plane, largest", &|m| m.out_of_plane_max_m);
+    line("beyond nominal, largest", &|m| m.beyond_nominal_max_m);
+    line("in plane, rms", &|m| m.in_plane_rms_m);
+    line("beyond nominal, rms", &|m| m.beyond_nominal_rms_m);
+    let _ = writeln!(text, "{path}");
+    text
+}

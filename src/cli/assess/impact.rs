@@ -1,0 +1,301 @@
+//! `lostmotion assess impact`.
+
+use super::{print, print_json, table};
+use crate::assess::impact::{JointImpact, displacement_m, over_program};
+use crate::effect::{Effect, GapCurve};
+use crate::error::{Error, Place, Result};
+use crate::io::input;
+use crate::model::Model;
+use crate::robot::{Joint, Robot};
+use crate::simulate::Program;
+use serde_json::{Map, Value, json};
+use std::path::PathBuf;
+
+pub const SCHEMA: &str = "lostmotion/impact/1";
+
+/// How far one half gap of each joint moves the TCP: at a pose, or over a program.
+///
+/// Computed from the robot alone: |F(q + gap) - F(q)|. Two measurements from opposite sides differ by twice that. Over a
+/// program the joints are ranked by what their reversals cost.
+///
+/// --pose may be given once for all joints; once per joint, in their order; or for one joint by its name (A4@...), which
+/// goes before a pose for all.
+///
+/// Examples:
+///   lostmotion assess impact --robot robot.yaml --pose 40,-10,5,0,0,0 --half-gap 0.0032,0.005,0.0022,0.008,0.0092,0.0078
+///   lostmotion assess impact --robot robot.yaml --pose A1@40,-10,5,0,0,0 --pose A4@-3,-52,58,-80,0,0 --half-gap A1=0.0032,A4=0.008
+///   lostmotion assess impact --model machine.yaml --program circle.csv
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+#[command(group = clap::ArgGroup::new("machine").required(true).args(["robot", "model"]))]
+#[command(group = clap::ArgGroup::new("place").required(true).args(["pose", "program"]))]
+pub struct Args {
+    /// Robot file
+    #[arg(long, value_name = "ROBOT.yaml", requires = "half_gap")]
+    pub robot: Option<PathBuf>,
+    /// Model file: its robot, and half gaps from its backlash effects (a joint's gaps add up)
+    #[arg(long, value_name = "MODEL.yaml")]
+    pub model: Option<PathBuf>,
+    /// Joint positions, deg or mm, in the order of the robot file; NAME@... for one joint's gap; repeatable
+    #[arg(long, value_name = "[NAME@]Q1,Q2,...", allow_hyphen_values = true)]
+    pub pose: Vec<String>,
+    /// Program whose points are the poses (joint-space CSV)
+    #[arg(long, value_name = "PROGRAM.csv", conflicts_with = "pose")]
+    pub program: Option<PathBuf>,
+    /// Half gaps, deg or mm: one per joint, or NAME=GAP,NAME=GAP
+    #[arg(long, value_name = "G1,G2,... | NAME=G,...", conflicts_with = "model")]
+    pub half_gap: Option<String>,
+    /// Print one JSON document (lostmotion/impact/1) in place of the table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    let (robot, gaps) = match (&args.model, &args.robot) {
+        (Some(path), _) => {
+            let model = Model::load(path)?;
+            let gaps = gaps_of_model(&model);
+            if gaps.is_empty() {
+                return Err(Error::bad(
+                    Place::file(path.display().to_string()),
+                    "no backlash effect",
+                    "a gap on at least one joint",
+                ));
+            }
+            (model.robot, gaps)
+        }
+        (None, Some(path)) => {
+            let robot = Robot::load(path)?;
+            let gaps = gaps_of_text(&robot, args.half_gap.as_deref().unwrap_or_default())?;
+            (robot, gaps)
+        }
+        (None, None) => return Err(usage("neither --robot nor --model", "one of them")),
+    };
+    match &args.program {
+        Some(path) => {
+            let program = Program::parse(&input::read(path)?, &robot)?;
+            let joints = over_program(&robot, &program, &gaps);
+            if args.json {
+                print_json(&program_json(&robot, &program, &joints))
+            } else {
+                print(&program_table(&robot, &program, &joints))
+            }
+        }
+        None => {
+            let poses = Poses::parse(&robot, &args.pose)?;
+            let mut rows = Vec::new();
+            for (axis, gap) in &gaps {
+                let q = poses.of(&robot, *axis)?;
+                let half_gap = gap.at(q[*axis]);
+                rows.push((*axis, half_gap, q, displacement_m(&robot, q, *axis, half_gap)));
+            }
+            if args.json { print_json(&pose_json(&robot, &rows)) } else { print(&pose_table(&robot, &rows)) }
+        }
+    }
+}
+
+fn usage(found: impl Into<String>, expected: impl Into<String>) -> Error {
+    Error::bad(Place::file("command line"), found, expected)
+}
+
+fn finite(text: &str, what: &str) -> Result<f64> {
+    let value = text.trim().parse::<f64>().ok().filter(|v| v.is_finite());
+    value.ok_or_else(|| usage(format!("`{text}` in {what}"), "a finite number with a decimal point"))
+}
+
+fn axis_named(robot: &Robot, name: &str) -> Result<usize> {
+    robot
+        .axis_named(name.trim())
+        .ok_or_else(|| usage(format!("joint `{name}`"), format!("one of {}", robot.axis_names().join(", "))))
+}
+
+/// A place on an axis or a gap, in deg or mm, to SI.
+fn gaps_of_text(robot: &Robot, text: &str) -> Result<Vec<(usize, GapCurve)>> {
+    let parts: Vec<&str> = text.split(',').collect();
+    let named = parts.iter().filter(|p| p.contains('=')).count();
+    let mut gaps: Vec<(usize, GapCurve)> = Vec::new();
+    if named == 0 && parts.len() != robot.dof() || named != 0 && named != parts.len() {
+        let expected = format!("one gap for each of {}, or NAME=GAP for some of them", robot.axis_names().join(", "));
+        return Err(usage(format!("--half-gap {text}"), expected));
+    }
+    for (i, part) in parts.iter().enumerate() {
+        let (axis, number) = match part.split_once('=') {
+            Some((name, number)) => (axis_named(robot, name)?, number),
+            None => (i, *part),
+        };
+        let gap = finite(number, "--half-gap")?;
+        if gap < 0.0 || gaps.iter().any(|(a, _)| *a == axis) {
+            return Err(usage(format!("`{part}` in --half-gap"), "one gap of 0 or more for a joint"));
+        }
+        gaps.push((axis, GapCurve::Constant(gap * robot.axis(axis).kind.si())));
+    }
+    gaps.sort_by_key(|(axis, _)| *axis);
+    Ok(gaps)
+}
+
+/// Half gaps of a model; constant ones on one joint add up, a gap over position stands for itself.
+fn gaps_of_model(model: &Model) -> Vec<(usize, GapCurve)> {
+    let mut gaps = Vec::new();
+    for axis in 0..model.robot.dof() {
+        let curves: Vec<&GapCurve> = model
+            .effects_on(axis)
+            .filter_map(|e| if let Effect::Backlash(b) = e { Some(&b.half_gap) } else { None })
+            .collect();
+        match curves.as_slice() {
+            [] => {}
+            [one] => gaps.push((axis, (*one).clone())),
+            many => gaps.extend(many.iter().map(|c| (axis, (*c).clone()))),
+        }
+    }
+    gaps
+}
+
+/// Poses of the command line.
+struct Poses {
+    for_all: Option<Vec<f64>>,
+    of_axis: Vec<Option<Vec<f64>>>,
+}
+
+impl Poses {
+    fn parse(robot: &Robot, texts: &[String]) -> Result<Self> {
+        let mut plain = Vec::new();
+        let mut of_axis = vec![None; robot.dof()];
+        for text in texts {
+            let (name, numbers) = match text.split_once('@') {
+                Some((name, numbers)) => (Some(name), numbers),
+                None => (None, text.as_str()),
+            };
+            let values: Vec<&str> = numbers.split(',').collect();
+            if values.len() != robot.dof() {
+                return Err(usage(
+                    format!("--pose {text} with {} values", values.len()),
+                    format!("one for each of {}", robot.axis_names().join(", ")),
+                ));
+            }
+            let mut q = Vec::with_capacity(values.len());
+            for (v, joint) in values.iter().zip(robot.axis_joints()) {
+                q.push(finite(v, "--pose")? * joint.kind.si());
+            }
+            match name {
+                Some(name) => {
+                    let axis = axis_named(robot, name)?;
+                    if of_axis[axis].replace(q).is_some() {
+                        return Err(usage(format!("a second --pose for {name}"), "one pose for a joint"));
+                    }
+                }
+                None => plain.push(q),
+            }
+        }
+        if plain.len() > 1 {
+            if plain.len() != robot.dof() || of_axis.iter().any(Option::is_some) {
+                let expected = format!("one --pose, or {} (one per joint), or NAME@... for some joints", robot.dof());
+                return Err(usage(format!("{} times --pose", texts.len()), expected));
+            }
+            return Ok(Self { for_all: None, of_axis: plain.into_iter().map(Some).collect() });
+        }
+        Ok(Self { for_all: plain.pop(), of_axis })
+    }
+
+    fn of(&self, robot: &Robot, axis: usize) -> Result<&[f64]> {
+        self.of_axis[axis].as_deref().or(self.for_all.as_deref()).ok_or_else(|| {
+            let name = &robot.axis(axis).name;
+            usage(format!("a gap for {name} and no pose"), format!("--pose {name}@..., or a --pose for all joints"))
+        })
+    }
+}
+
+type PoseRow<'a> = (usize, f64, &'a [f64], f64);
+
+fn edge(joint: &Joint, si: f64) -> f64 {
+    (joint.kind.to_edge(si) * 1e9).round() / 1e9
+}
+
+fn um(m: f64) -> f64 {
+    (m * 1e9).round() / 1e3
+}
+
+fn pose_json(robot: &Robot, rows: &[PoseRow]) -> Value {
+    let joints: Vec<Value> = rows
+        .iter()
+        .map(|(axis, gap, q, m)| {
+            let joint = robot.axis(*axis);
+            let mut one = Map::new();
+            one.insert("joint".into(), joint.name.clone().into());
+            one.insert("tcp_um".into(), um(*m).into());
+            one.insert("between_directions_um".into(), um(2.0 * m).into());
+            one.insert(format!("half_gap_{}", joint.kind.unit()), edge(joint, *gap).into());
+            one.insert("pose".into(), robot.axis_joints().zip(*q).map(|(j, v)| edge(j, *v)).collect::<Vec<_>>().into());
+            Value::Object(one)
+        })
+        .collect();
+    json!({"schema": SCHEMA, "robot": {"name": robot.name, "sha256": robot.fingerprint()}, "joints": joints})
+}
+
+fn pose_table(robot: &Robot, rows: &[PoseRow]) -> String {
+    let mut t = table(&["joint", "half gap", "TCP, um", "between directions, um", "at"]);
+    for (axis, gap, q, m) in rows {
+        let joint = robot.axis(*axis);
+        let pose: Vec<String> = robot.axis_joints().zip(*q).map(|(j, v)| format!("{}", edge(j, *v))).collect();
+        t.add_row(vec![
+            joint.name.clone(),
+            format!("{} {}", edge(joint, *gap), joint.kind.unit()),
+            format!("{:.2}", m * 1e6),
+            format!("{:.2}", 2e6 * m),
+            pose.join(", "),
+        ]);
+    }
+    format!("{t}\n")
+}
+
+fn program_json(robot: &Robot, program: &Program, joints: &[JointImpact]) -> Value {
+    let joints: Vec<Value> = joints
+        .iter()
+        .map(|j| {
+            let joint = robot.axis(j.axis);
+            let mut one = Map::new();
+            one.insert("joint".into(), joint.name.clone().into());
+            one.insert("tcp_um".into(), um(j.largest_m).into());
+            one.insert("line".into(), j.largest_line.into());
+            one.insert(format!("half_gap_{}", joint.kind.unit()), edge(joint, j.half_gap).into());
+            one.insert("rms_um".into(), um(j.rms_m).into());
+            one.insert("reversals".into(), j.reversals.into());
+            one.insert("at_reversals_um".into(), j.at_reversals_m.map_or(Value::Null, |m| um(m).into()));
+            one.insert("share".into(), ((j.share * 1e4).round() / 1e4).into());
+            Value::Object(one)
+        })
+        .collect();
+    json!({
+        "schema": SCHEMA,
+        "robot": {"name": robot.name, "sha256": robot.fingerprint()},
+        "program": {"name": program.name, "points": program.len()},
+        "joints": joints,
+    })
+}
+
+fn program_table(robot: &Robot, program: &Program, joints: &[JointImpact]) -> String {
+    let mut t = table(&[
+        "joint",
+        "half gap",
+        "largest, um",
+        "at line",
+        "rms, um",
+        "reversals",
+        "largest at reversal, um",
+        "share",
+    ]);
+    for j in joints {
+        let joint = robot.axis(j.axis);
+        t.add_row(vec![
+            joint.name.clone(),
+            format!("{} {}", edge(joint, j.half_gap), joint.kind.unit()),
+            format!("{:.1}", j.largest_m * 1e6),
+            j.largest_line.to_string(),
+            format!("{:.1}", j.rms_m * 1e6),
+            j.reversals.to_string(),
+            j.at_reversals_m.map_or("-".into(), |m| format!("{:.1}", m * 1e6)),
+            if j.reversals > 0 { format!("{:.1} %", j.share * 100.0) } else { "-".into() },
+        ]);
+    }
+    format!("{} points of {}\n\n{t}\n", program.len(), program.name)
+}
