@@ -6,7 +6,8 @@
 //!
 //! Exact, not linearised; a gap that depends on position is taken at the commanded one.
 
-use crate::effect::{GapCurve, Track};
+use crate::effect::{Effect, GapCurve, Track};
+use crate::model::Model;
 use crate::robot::Robot;
 use crate::simulate::Program;
 use rayon::prelude::*;
@@ -22,6 +23,33 @@ pub fn displacement_m(robot: &Robot, q: &[f64], axis: usize, half_gap: f64) -> f
     let mut moved = q.to_vec();
     moved[axis] += half_gap;
     (robot.tcp_m(&moved) - robot.tcp_m(q)).norm()
+}
+
+/// Gaps of one axis, one behind the other (coupling and nut): they add up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AxisGap {
+    pub axis: usize,
+    pub curves: Vec<GapCurve>,
+}
+
+impl AxisGap {
+    /// Half gap at the commanded position `p` (rad or m).
+    pub fn at(&self, p: f64) -> f64 {
+        self.curves.iter().map(|c| c.at(p)).sum()
+    }
+
+    /// Gaps of a model, for the axes that have one.
+    pub fn of_model(model: &Model) -> Vec<Self> {
+        let curves = |axis| {
+            model
+                .effects_on(axis)
+                .filter_map(|e| if let Effect::Backlash(b) = e { Some(b.half_gap.clone()) } else { None })
+        };
+        (0..model.robot.dof())
+            .map(|axis| Self { axis, curves: curves(axis).collect() })
+            .filter(|g| !g.curves.is_empty())
+            .collect()
+    }
 }
 
 /// One joint over a program.
@@ -42,15 +70,16 @@ pub struct JointImpact {
 }
 
 /// Joints with a gap over the points of a program, largest share first, then by rms.
-pub fn over_program(robot: &Robot, program: &Program, gaps: &[(usize, GapCurve)]) -> Vec<JointImpact> {
+pub fn over_program(robot: &Robot, program: &Program, gaps: &[AxisGap]) -> Vec<JointImpact> {
     let index: Vec<f64> = (0..program.len()).map(|i| i as f64).collect();
     let mut joints: Vec<JointImpact> = gaps
         .iter()
-        .map(|(axis, gap)| {
+        .map(|gap| {
+            let axis = gap.axis;
             let at = |i: usize| {
                 let mut q = vec![0.0; robot.dof()];
                 program.point_into(i, &mut q);
-                displacement_m(robot, &q, *axis, gap.at(q[*axis]))
+                displacement_m(robot, &q, axis, gap.at(q[axis]))
             };
             let blocks: Vec<(f64, usize, f64)> = (0..program.len().div_ceil(BLOCK))
                 .into_par_iter()
@@ -64,13 +93,13 @@ pub fn over_program(robot: &Robot, program: &Program, gaps: &[(usize, GapCurve)]
             let (largest_m, point, sum) = blocks
                 .into_iter()
                 .fold((-1.0, 0, 0.0), |a, b| if b.0 > a.0 { (b.0, b.1, a.2 + b.2) } else { (a.0, a.1, a.2 + b.2) });
-            let turns = Track::new(&index, &program.q[*axis], DEADBAND).turns;
+            let turns = Track::new(&index, &program.q[axis], DEADBAND).turns;
             JointImpact {
-                axis: *axis,
+                axis,
                 largest_m,
                 largest_line: program.line[point],
                 rms_m: (sum / program.len() as f64).sqrt(),
-                half_gap: gap.at(program.q[*axis][point]),
+                half_gap: gap.at(program.q[axis][point]),
                 reversals: turns.len(),
                 at_reversals_m: turns.iter().map(|t| at(t.index)).max_by(f64::total_cmp),
                 share: 0.0,

@@ -15,7 +15,7 @@ pub fn fit(src: &[Vector3<f64>], dst: &[Vector3<f64>]) -> Option<Isometry3<f64>>
     let svd = h.svd(true, true);
     let (u, vt) = (svd.u?, svd.v_t?);
     let sorted = svd.singular_values;
-    if !(sorted[1] > 1e-12 * sorted[0]) {
+    if !sorted.iter().all(|v| v.is_finite()) || sorted[1] <= 1e-12 * sorted[0] {
         return None;
     }
     let v = vt.transpose();

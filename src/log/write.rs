@@ -10,7 +10,7 @@ use crate::robot::Joint;
 pub fn number(out: &mut Vec<u8>, value: f64, decimals: u8) {
     const EXACT: f64 = 9_007_199_254_740_992.0;
     let scaled = value * 10f64.powi(i32::from(decimals));
-    if !(scaled.abs() < EXACT) {
+    if !scaled.is_finite() || scaled.abs() >= EXACT {
         out.extend_from_slice(format!("{value:.*}", usize::from(decimals)).as_bytes());
         return;
     }

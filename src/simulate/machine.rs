@@ -59,7 +59,7 @@ impl Motion {
         };
         let duration = last - first;
         let rows = (duration * rate_hz).floor() + 1.0;
-        if !(rows <= MOST_ROWS) {
+        if !rows.is_finite() || rows > MOST_ROWS {
             return Err(Error::bad(
                 Place::file(&program.name),
                 format!("{rows:.0} rows: {duration:.3} s at {rate_hz} Hz"),

@@ -58,7 +58,7 @@ impl Assessment {
             let joint = robot.axis(r.axis);
             let mut one = Map::new();
             one.insert("joint".into(), joint.name.clone().into());
-            one.insert("at_deg".into(), round(r.at_deg, 4));
+            one.insert("at_deg".into(), round(if r.at_deg < 359.99995 { r.at_deg } else { 0.0 }, 4));
             one.insert(format!("command_{}", joint.kind.unit()), round(joint.kind.to_edge(r.command), 6));
             one.insert("direction".into(), r.direction.into());
             one.insert("line".into(), r.line.into());

@@ -95,7 +95,7 @@ impl Measured {
         let base: Vec<Vector3<f64>> = seen.iter().map(|p| frame.rotation * p + frame.translation.vector).collect();
         let registration_rms_m =
             (base.iter().zip(&want).map(|(a, b)| (a - b).norm_squared()).sum::<f64>() / (3 * base.len()) as f64).sqrt();
-        if !(registration_rms_m <= TOO_FAR * nominal.circle.radius_m) {
+        if registration_rms_m > TOO_FAR * nominal.circle.radius_m {
             return Err(Error::bad(
                 place(),
                 format!(

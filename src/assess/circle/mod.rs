@@ -87,7 +87,7 @@ impl Assessment {
 fn notes_on(nominal: &Nominal) -> Vec<String> {
     let mut notes = Vec::new();
     let turns = nominal.revolutions();
-    if nominal.travel_deg < 360.0 - nominal.travel_deg.min(0.01) {
+    if !nominal.closed() {
         notes.push(format!(
             "the program runs an arc of {:.1} deg: its radius and centre rest on that arc alone, and reversals beyond it are not seen",
             nominal.travel_deg
@@ -108,7 +108,7 @@ impl Histogram {
     /// At most 40 bins of 1, 2 or 5 times a power of ten.
     fn new(before: &Measured, after: Option<&Measured>) -> Self {
         let largest = after.map_or(before.total_max_m, |a| a.total_max_m.max(before.total_max_m));
-        if !(largest > 0.0) {
+        if largest <= 0.0 {
             return Self::default();
         }
         let least = largest / 40.0;

@@ -20,6 +20,9 @@ const PARTS: usize = 20;
 /// Largest distance of the program's points from their circle, as a share of its radius.
 const ROUND: f64 = 0.01;
 
+/// An arc below this tells too little about its circle, deg.
+const SHORTEST_ARC_DEG: f64 = 10.0;
+
 /// Slack when revolutions are counted, deg.
 const CLOSED_DEG: f64 = 0.01;
 
@@ -111,8 +114,15 @@ impl Nominal {
         nominal.start_phase_deg = phases[0];
         nominal.travel_deg = (last - first).abs();
         nominal.to_deg = phases[phases.len() - 1];
-        let whole = nominal.travel_deg >= 360.0 - CLOSED_DEG;
-        nominal.from_deg = if whole { nominal.to_deg - 360.0 } else { nominal.start_phase_deg };
+        if nominal.travel_deg < SHORTEST_ARC_DEG {
+            let found = format!("an arc of {:.2} deg (radius {:.3} mm)", nominal.travel_deg, circle.radius_m * 1e3);
+            return Err(Error::bad(
+                Place::file(&program.name),
+                found,
+                format!("a circle, or an arc of at least {SHORTEST_ARC_DEG} deg"),
+            ));
+        }
+        nominal.from_deg = if nominal.closed() { nominal.to_deg - 360.0 } else { nominal.start_phase_deg };
         nominal.chord = nominal.chords(robot, program, &phases)?;
         nominal.reversals = nominal.find_reversals(program, &phases);
         Ok(nominal)
@@ -146,6 +156,11 @@ impl Nominal {
             *p = *p * self.sense - shift;
         }
         phases
+    }
+
+    /// The program runs at least once around.
+    pub fn closed(&self) -> bool {
+        self.travel_deg >= 360.0 - CLOSED_DEG
     }
 
     /// Revolutions of the program.

@@ -59,7 +59,7 @@ fn tables(result: &Assessment, robot: &Robot) -> String {
     let percent = |v: Option<f64>| v.map_or("-".into(), |v| format!("{:.0} %", v * 100.0));
     let n = &result.nominal;
     let mut text = format!(
-        "Circle of radius {:.3} mm, {:.2} revolutions; assessed: phase {:.2} to {:.2} deg, {} rows, averaged over {}.\n\n",
+        "Circle of radius {:.3} mm, {:.2} revolutions; assessed: phase {:.2} to {:.2} deg, {} rows, averaged over {} rows.\n\n",
         n.circle.radius_m * 1e3,
         n.revolutions(),
         n.from_deg,
@@ -67,9 +67,9 @@ fn tables(result: &Assessment, robot: &Robot) -> String {
         result.before.rows,
         result.before.averaged_rows
     );
-    let mut header = vec!["reversal", "at, deg", "total, um", "in plane", "out of plane", "beyond nominal"];
+    let mut header = vec!["reversal", "at\ndeg", "total\num", "in plane", "out of\nplane", "beyond\nnominal"];
     if result.after.is_some() {
-        header.extend(["after: total", "in plane", "out of plane", "beyond nominal", "reduction"]);
+        header.extend(["after:\ntotal", "in plane", "out of\nplane", "beyond\nnominal", "reduction\nof total"]);
     }
     let mut reversals = table(&header);
     for (i, (r, b)) in n.reversals.iter().zip(&result.before.reversals).enumerate() {

@@ -1,8 +1,8 @@
 //! `lostmotion assess impact`.
 
 use super::{print, print_json, table};
-use crate::assess::impact::{JointImpact, displacement_m, over_program};
-use crate::effect::{Effect, GapCurve};
+use crate::assess::impact::{AxisGap, JointImpact, displacement_m, over_program};
+use crate::effect::GapCurve;
 use crate::error::{Error, Place, Result};
 use crate::io::input;
 use crate::model::Model;
@@ -55,7 +55,7 @@ pub fn run(args: Args) -> Result<()> {
     let (robot, gaps) = match (&args.model, &args.robot) {
         (Some(path), _) => {
             let model = Model::load(path)?;
-            let gaps = gaps_of_model(&model);
+            let gaps = AxisGap::of_model(&model);
             if gaps.is_empty() {
                 return Err(Error::bad(
                     Place::file(path.display().to_string()),
@@ -85,10 +85,10 @@ pub fn run(args: Args) -> Result<()> {
         None => {
             let poses = Poses::parse(&robot, &args.pose)?;
             let mut rows = Vec::new();
-            for (axis, gap) in &gaps {
-                let q = poses.of(&robot, *axis)?;
-                let half_gap = gap.at(q[*axis]);
-                rows.push((*axis, half_gap, q, displacement_m(&robot, q, *axis, half_gap)));
+            for gap in &gaps {
+                let q = poses.of(&robot, gap.axis)?;
+                let half_gap = gap.at(q[gap.axis]);
+                rows.push((gap.axis, half_gap, q, displacement_m(&robot, q, gap.axis, half_gap)));
             }
             if args.json { print_json(&pose_json(&robot, &rows)) } else { print(&pose_table(&robot, &rows)) }
         }
@@ -110,11 +110,11 @@ fn axis_named(robot: &Robot, name: &str) -> Result<usize> {
         .ok_or_else(|| usage(format!("joint `{name}`"), format!("one of {}", robot.axis_names().join(", "))))
 }
 
-/// A place on an axis or a gap, in deg or mm, to SI.
-fn gaps_of_text(robot: &Robot, text: &str) -> Result<Vec<(usize, GapCurve)>> {
+/// Gaps of the command line, in SI and in the order of the axes.
+fn gaps_of_text(robot: &Robot, text: &str) -> Result<Vec<AxisGap>> {
     let parts: Vec<&str> = text.split(',').collect();
     let named = parts.iter().filter(|p| p.contains('=')).count();
-    let mut gaps: Vec<(usize, GapCurve)> = Vec::new();
+    let mut gaps: Vec<AxisGap> = Vec::new();
     if named == 0 && parts.len() != robot.dof() || named != 0 && named != parts.len() {
         let expected = format!("one gap for each of {}, or NAME=GAP for some of them", robot.axis_names().join(", "));
         return Err(usage(format!("--half-gap {text}"), expected));
@@ -125,30 +125,13 @@ fn gaps_of_text(robot: &Robot, text: &str) -> Result<Vec<(usize, GapCurve)>> {
             None => (i, *part),
         };
         let gap = finite(number, "--half-gap")?;
-        if gap < 0.0 || gaps.iter().any(|(a, _)| *a == axis) {
+        if gap < 0.0 || gaps.iter().any(|g| g.axis == axis) {
             return Err(usage(format!("`{part}` in --half-gap"), "one gap of 0 or more for a joint"));
         }
-        gaps.push((axis, GapCurve::Constant(gap * robot.axis(axis).kind.si())));
+        gaps.push(AxisGap { axis, curves: vec![GapCurve::Constant(gap * robot.axis(axis).kind.si())] });
     }
-    gaps.sort_by_key(|(axis, _)| *axis);
+    gaps.sort_by_key(|g| g.axis);
     Ok(gaps)
-}
-
-/// Half gaps of a model; constant ones on one joint add up, a gap over position stands for itself.
-fn gaps_of_model(model: &Model) -> Vec<(usize, GapCurve)> {
-    let mut gaps = Vec::new();
-    for axis in 0..model.robot.dof() {
-        let curves: Vec<&GapCurve> = model
-            .effects_on(axis)
-            .filter_map(|e| if let Effect::Backlash(b) = e { Some(&b.half_gap) } else { None })
-            .collect();
-        match curves.as_slice() {
-            [] => {}
-            [one] => gaps.push((axis, (*one).clone())),
-            many => gaps.extend(many.iter().map(|c| (axis, (*c).clone()))),
-        }
-    }
-    gaps
 }
 
 /// Poses of the command line.
@@ -239,7 +222,7 @@ fn pose_table(robot: &Robot, rows: &[PoseRow]) -> String {
         let pose: Vec<String> = robot.axis_joints().zip(*q).map(|(j, v)| format!("{}", edge(j, *v))).collect();
         t.add_row(vec![
             joint.name.clone(),
-            format!("{} {}", edge(joint, *gap), joint.kind.unit()),
+            format!("{:.6} {}", edge(joint, *gap), joint.kind.unit()),
             format!("{:.2}", m * 1e6),
             format!("{:.2}", 2e6 * m),
             pose.join(", "),
@@ -288,7 +271,7 @@ fn program_table(robot: &Robot, program: &Program, joints: &[JointImpact]) -> St
         let joint = robot.axis(j.axis);
         t.add_row(vec![
             joint.name.clone(),
-            format!("{} {}", edge(joint, j.half_gap), joint.kind.unit()),
+            format!("{:.6} {}", edge(joint, j.half_gap), joint.kind.unit()),
             format!("{:.1}", j.largest_m * 1e6),
             j.largest_line.to_string(),
             format!("{:.1}", j.rms_m * 1e6),

@@ -1,0 +1,5 @@
+//! Integration tests: one binary, one module per room.
+
+mod assess_circle;
+mod assess_impact;
+mod simulate;

@@ -1,0 +1,267 @@
+//! `simulate` against the twin, against analytic cases, and its refusals.
+
+use assert_cmd::Command;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+const CIRCLE: &str = "samples/circle/circle_program.csv";
+
+fn lostmotion() -> Command {
+    Command::cargo_bin("lostmotion").unwrap()
+}
+
+/// Columns of a CSV (gzip too) by name; empty cells are NaN.
+fn columns(path: &Path) -> HashMap<String, Vec<f64>> {
+    let input = lostmotion::io::input::read(path).unwrap();
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(input.bytes.as_slice());
+    let names: Vec<String> = reader.headers().unwrap().iter().map(str::to_string).collect();
+    let mut table: HashMap<String, Vec<f64>> = names.iter().map(|n| (n.clone(), Vec::new())).collect();
+    for record in reader.records() {
+        for (name, text) in names.iter().zip(record.unwrap().iter()) {
+            table.get_mut(name).unwrap().push(text.parse().unwrap_or(f64::NAN));
+        }
+    }
+    table
+}
+
+fn simulate(folder: &Path, args: &[&str]) -> PathBuf {
+    let out = folder.join("log.csv");
+    lostmotion().arg("simulate").args(args).arg("--output").arg(&out).assert().success();
+    out
+}
+
+/// Largest difference of two columns, where the rows of `decimated` are every `every`th of `all`.
+fn difference(all: &[f64], decimated: &[f64], every: usize) -> f64 {
+    assert_eq!(all.len().div_ceil(every), decimated.len());
+    all.iter().step_by(every).zip(decimated).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+fn agrees_with_the_twin(model: &str, program: &str, truth: &str, encoders: bool) {
+    let folder = tempfile::tempdir().unwrap();
+    let model = format!("samples/models/{model}");
+    let mut args = vec!["--model", &model, "--input", program];
+    if encoders {
+        args.push("--encoders");
+    }
+    let ours = columns(&simulate(folder.path(), &args));
+    let twin = columns(Path::new(truth));
+    for (name, want) in &twin {
+        // the twin writes 4 decimals of a millimetre and 6 of a degree
+        let rounding = if name.ends_with("_mm") { 0.51e-4 } else { 1.01e-6 };
+        let worst = difference(&ours[name], want, 50);
+        assert!(worst <= rounding, "{name}: {worst}");
+    }
+}
+
+#[test]
+fn the_circle_is_that_of_the_twin_on_constant_gaps() {
+    agrees_with_the_twin("kuka-table3.model.yaml", CIRCLE, "tests/data/twin/run_table3.csv.gz", true);
+}
+
+#[test]
+fn the_circle_is_that_of_the_twin_on_gaps_that_vary_with_position() {
+    agrees_with_the_twin("kuka-figure5.model.yaml", CIRCLE, "tests/data/twin/run_figure5.csv.gz", true);
+}
+
+#[test]
+fn a_compensated_program_is_run_as_the_twin_runs_it() {
+    let program = "tests/data/twin/best_program.csv";
+    agrees_with_the_twin("kuka-table3.model.yaml", program, "tests/data/twin/run_best.csv.gz", false);
+}
+
+/// Model of the static test: figure 5 without stiction, as text with an absolute robot path.
+fn static_model(folder: &Path) -> PathBuf {
+    let text = std::fs::read_to_string("samples/models/kuka-figure5.model.yaml").unwrap();
+    let configs = std::fs::canonicalize("configs").unwrap();
+    let lines: Vec<String> = text
+        .lines()
+        .filter(|l| !l.contains("effect: stiction"))
+        .map(|l| l.replace("../../configs", configs.to_str().unwrap()))
+        .collect();
+    let path = folder.join("model.yaml");
+    std::fs::write(&path, lines.join("\n")).unwrap();
+    path
+}
+
+#[test]
+fn a_program_with_times_follows_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = static_model(folder.path());
+    let program = "tests/data/twin/static_A2_program.csv";
+    let out = simulate(folder.path(), &["--model", model.to_str().unwrap(), "--input", program, "--rate-hz", "2"]);
+    let (ours, twin) = (columns(&out), columns(Path::new("tests/data/twin/static_A2.csv.gz")));
+    for name in ["t_s", "cmd_A2_deg", "x_mm", "y_mm", "z_mm"] {
+        let worst = difference(&ours[name], &twin[name], 1);
+        assert!(worst <= 0.51e-4, "{name}: {worst}");
+    }
+}
+
+#[test]
+fn dwells_of_a_log_are_predicted_where_the_twin_measures_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = static_model(folder.path());
+    let log = "tests/data/twin/static_A2.csv.gz";
+    let ours = columns(&simulate(folder.path(), &["--model", model.to_str().unwrap(), "--input", log]));
+    let twin = columns(Path::new(log));
+    let (mut dwells, mut worst) = (0, 0f64);
+    for (i, _) in twin["trigger"].iter().enumerate().filter(|(_, t)| **t != 0.0) {
+        dwells += 1;
+        worst = ["x_mm", "y_mm", "z_mm"].iter().map(|c| (ours[*c][i] - twin[*c][i]).abs()).fold(worst, f64::max);
+    }
+    assert!(dwells > 150 && worst <= 0.51e-4, "{dwells} rows, {worst} mm");
+}
+
+#[test]
+fn a_log_keeps_its_columns_as_text() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("in.csv");
+    let text = "# a comment\nt_s,note,cmd_A1_deg,cmd_A2_deg,cmd_A3_deg,cmd_A4_deg,cmd_A5_deg,cmd_A6_deg,x_mm,y_mm,z_mm,cycle\n\
+                0.000,\"a, b\",60,-90.00,1e1,0,0,0,1,2,3,0\n0.500,,60.5,-90.00,1e1,0,0,0,,,,1\n";
+    std::fs::write(&log, text).unwrap();
+    let model = "samples/models/kuka-table3.model.yaml";
+    let out = simulate(folder.path(), &["--model", model, "--input", log.to_str().unwrap()]);
+    let written = std::fs::read_to_string(out).unwrap();
+    let lines: Vec<&str> = written.lines().collect();
+    assert_eq!(lines[1], text.lines().nth(1).unwrap());
+    assert!(lines[2].starts_with("0.000,\"a, b\",60,-90.00,1e1,0,0,0,") && lines[2].ends_with(",0"), "{}", lines[2]);
+    assert!(lines[3].starts_with("0.500,,60.5,-90.00,1e1,0,0,0,") && !lines[3].contains(",,,"), "{}", lines[3]);
+}
+
+#[test]
+fn a_prismatic_axis_lags_by_its_half_gap() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = folder.path().join("p.csv");
+    std::fs::write(&program, "x_mm,y_mm,z_mm\n100,50,20\n300,50,20\n150,50,20\n").unwrap();
+    let model = "samples/models/gantry-seed003.model.yaml";
+    let args = ["--model", model, "--input", program.to_str().unwrap(), "--speed-mm-s", "10", "--rate-hz", "10"];
+    let log = columns(&simulate(folder.path(), &args));
+    // seed 003: 0.11625 mm; X starts in the middle of its gap
+    let at = |i: usize| log["x_mm"][i] - log["x_mm"][0];
+    let command = |i: usize| log["cmd_X_mm"][i] - log["cmd_X_mm"][0];
+    let sense = if at(200) > 0.0 { 1.0 } else { -1.0 };
+    assert_eq!(log["t_s"].len(), 351);
+    assert!((sense * at(100) - (command(100) - 0.11625)).abs() < 1e-6, "{}", at(100));
+    assert!((sense * at(200) - (200.0 - 0.11625)).abs() < 1e-6);
+    assert!((sense * at(300) - (command(300) + 0.11625)).abs() < 1e-6);
+}
+
+#[test]
+fn settled_poses_carry_no_decaying_stiction() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("poses.csv");
+    let mut text = String::from("cmd_A1_deg,cmd_A2_deg,cmd_A3_deg,cmd_A4_deg,cmd_A5_deg,cmd_A6_deg\n");
+    for a1 in [0.0, 5.0, 10.0, 5.0, 0.0, 5.0] {
+        text.push_str(&format!("{a1},-60,60,0,0,0\n"));
+    }
+    std::fs::write(&log, text).unwrap();
+    let robot = std::fs::canonicalize("configs/kuka-kr120-r2500-pro.yaml").unwrap();
+    let model = |effects: &str| {
+        let path = folder.path().join("m.yaml");
+        let robot = robot.display();
+        std::fs::write(&path, format!("schema: lostmotion/model/1\nrobot: {robot}\neffects: [{effects}]\n")).unwrap();
+        columns(&simulate(folder.path(), &["--model", path.to_str().unwrap(), "--input", log.to_str().unwrap()]))
+    };
+    let gap = "{effect: backlash, joint: A1, half_gap_deg: 0.003}";
+    let stick = "{effect: stiction, joint: A1, spike_deg: 0.5, decay_s: 5}";
+    let (plain, with) = (model(gap), model(&format!("{gap}, {stick}")));
+    assert_eq!(plain["y_mm"], with["y_mm"]);
+    let travel = "{effect: stiction, joint: A1, spike_deg: 0.5, decay_deg: 5}";
+    assert_ne!(plain["y_mm"], model(&format!("{gap}, {travel}"))["y_mm"]);
+}
+
+#[test]
+fn a_finer_rate_gives_the_same_rows_at_the_same_times() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |rate: &str| {
+        let model = "samples/models/kuka-figure5.model.yaml";
+        columns(&simulate(folder.path(), &["--model", model, "--input", CIRCLE, "--rate-hz", rate, "--encoders"]))
+    };
+    let (coarse, fine) = (run("1"), run("20"));
+    for (name, values) in &coarse {
+        let worst = values.iter().zip(fine[name].iter().step_by(20)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(worst <= 1.01e-6, "{name}: {worst}");
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
+    let run = |threads: &str, seed: &str| {
+        let model = "samples/models/kuka-table3.model.yaml";
+        lostmotion()
+            .env("RAYON_NUM_THREADS", threads)
+            .args(["simulate", "--model", model, "--input", CIRCLE, "--noise-um", "11", "--seed", seed])
+            .output()
+            .unwrap()
+            .stdout
+    };
+    let one = run("1", "5");
+    assert!(one.len() > 4_000_000);
+    assert!(one == run("4", "5"), "threads change the bytes");
+    assert!(one != run("4", "6"), "the seed changes nothing");
+}
+
+#[test]
+fn the_base_frame_is_the_tracker_frame_turned_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = "samples/models/kuka-table3.model.yaml";
+    let args = ["--model", model, "--input", CIRCLE, "--rate-hz", "0.1", "--base-frame"];
+    let base = columns(&simulate(folder.path(), &args));
+    // the circle stands at x = 1780 mm, centre (450, 1200) mm, radius 250 mm
+    for i in 0..base["x_mm"].len() {
+        let radius = (base["y_mm"][i] - 450.0).hypot(base["z_mm"][i] - 1200.0);
+        assert!((base["x_mm"][i] - 1780.0).abs() < 0.3 && (radius - 250.0).abs() < 0.3, "row {i}");
+    }
+}
+
+#[test]
+fn a_move_that_turns_the_tool_about_the_tcp_takes_what_its_joint_needs() {
+    let robot = lostmotion::robot::Robot::parse(
+        "r.yaml",
+        "schema: lostmotion/robot/1\njoints: [{name: J1, kind: revolute, a_mm: 100, max_speed_deg_s: 90}, \
+         {name: J2, kind: revolute, max_speed_deg_s: 180}]\n",
+    )
+    .unwrap();
+    let input = lostmotion::io::input::Input {
+        name: "p.csv".into(),
+        bytes: b"j1_deg,j2_deg\n0,0\n0,90\n57.29577951308232,90\n57.29577951308232,90\n".to_vec(),
+        sha256: String::new(),
+    };
+    let program = lostmotion::simulate::Program::parse(&input, &robot).unwrap();
+    let timing = lostmotion::simulate::Timing::at_speed(&robot, &program, 0.01);
+    // 90 deg at 180 deg/s; a chord of 2 * 100 mm * sin(0.5 rad) at 10 mm/s; a repeated point
+    let want = [0.0, 0.5, 0.5 + 20.0 * 0.5f64.sin(), 0.504 + 20.0 * 0.5f64.sin()];
+    assert!(timing.t_s.iter().zip(want).all(|(a, b)| (a - b).abs() < 1e-9), "{:?}", timing.t_s);
+    assert_eq!((timing.held_by_a_joint, timing.unknown_speed), (1, 0));
+}
+
+#[test]
+fn refuses_bad_input_with_its_place_and_writes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let bad = folder.path().join("bad.csv");
+    let out = folder.path().join("log.csv");
+    let model = "samples/models/gantry-seed003.model.yaml";
+    for (text, says) in [
+        ("x_mm,y_mm,z_mm\n0,0,0\n1,nan,0\n", "bad.csv:3:2: found `nan` in column `y_mm`"),
+        ("x_mm,y_mm,z_mm\n0,0,0\n1,2\n", "bad.csv:3"),
+        ("x_mm,z_mm\n0,0\n1,2\n", "no column `y_mm`"),
+        ("x_mm,y_mm,z_mm\n0,0,0\n", "a program of 1 points"),
+        ("t_s,x_mm,y_mm,z_mm\n1,0,0,0\n0.5,0,0,1\n", "bad.csv:3:1: found time 0.5 s after 1 s"),
+        ("t_s,cmd_X_mm,cmd_Y_mm,cmd_Z_mm\n1,0,0,0\n1,0,0,1\n", "times that strictly increase"),
+    ] {
+        std::fs::write(&bad, text).unwrap();
+        let assert = lostmotion()
+            .args(["simulate", "--model", model, "--input", bad.to_str().unwrap(), "--output", out.to_str().unwrap()])
+            .assert()
+            .code(2);
+        let stderr = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
+        assert!(stderr.contains(says), "{stderr}");
+        assert!(!out.exists());
+    }
+    std::fs::write(&bad, "x_mm,y_mm,z_mm\n0,0,0\n1000,0,0\n").unwrap();
+    for (option, value) in [("--rate-hz", "0"), ("--rate-hz", "1e9"), ("--speed-mm-s", "nan"), ("--noise-um", "-1")] {
+        let args = ["simulate", "--model", model, "--input", bad.to_str().unwrap(), option, value];
+        lostmotion().args(args).assert().code(2);
+    }
+    let slow = ["--rate-hz", "100000", "--speed-mm-s", "0.001"];
+    lostmotion().args(["simulate", "--model", model, "--input", bad.to_str().unwrap()]).args(slow).assert().code(2);
+}
