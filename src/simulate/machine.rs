@@ -4,7 +4,7 @@
 //! rounding of arithmetic and no reversal; a step of the last written digit is a command and may be one. Axes are
 //! independent, so they run in parallel.
 
-use super::Program;
+use super::{Program, turns};
 use crate::effect::{Stage, Track, joint_output};
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
@@ -89,7 +89,25 @@ impl Motion {
         };
         let axes = (0..model.robot.dof())
             .into_par_iter()
-            .map(|axis| drive(model, axis, times, &log.cmd[axis], None, servo))
+            .map(|axis| {
+                let cmd = &log.cmd[axis];
+                let found = if log.poses { Vec::new() } else { turns::between_rows(times, cmd, deadband(model, axis)) };
+                if found.is_empty() {
+                    return drive(model, axis, times, cmd, None, servo);
+                }
+                let (mut t_s, mut p, mut keep) = (Vec::new(), Vec::new(), Vec::new());
+                let mut next = found.into_iter().peekable();
+                for (row, (&t, &q)) in times.iter().zip(cmd).enumerate() {
+                    keep.push(t_s.len() as u32);
+                    t_s.push(t);
+                    p.push(q);
+                    while let Some((_, t, q)) = next.next_if(|turn| turn.0 == row) {
+                        t_s.push(t);
+                        p.push(q);
+                    }
+                }
+                drive(model, axis, &t_s, &p, Some(&keep), servo)
+            })
             .collect();
         Self::collect(log.t_s.clone(), axes)
     }
@@ -121,6 +139,11 @@ impl Motion {
     }
 }
 
+/// Movement that is none, rad or m.
+fn deadband(model: &Model, axis: usize) -> f64 {
+    NO_MOVEMENT * model.robot.axis(axis).kind.si()
+}
+
 struct Driven {
     cmd: Column,
     servo: Option<Column>,
@@ -137,8 +160,7 @@ fn drive(model: &Model, axis: usize, t_s: &[f64], p: &[f64], keep: Option<&[u32]
         (_, Some(keep)) => Column::Rows(keep.iter().map(|&i| values[i as usize]).collect()),
         (_, None) => Column::Rows(values),
     };
-    let deadband = NO_MOVEMENT * model.robot.axis(axis).kind.si();
-    let track = Track::new(t_s, p, deadband).with_preload(model.preload[axis]);
+    let track = Track::new(t_s, p, deadband(model, axis)).with_preload(model.preload[axis]);
     let servo =
         servo.then(|| column(joint_output(&track, model.effects_on(axis).filter(|e| e.stage() == Stage::Servo))));
     Driven { cmd: column(p.to_vec()), servo, joint: column(model.joint_output(axis, &track)) }

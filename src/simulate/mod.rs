@@ -5,12 +5,13 @@
 //! TCP into the tracker's frame; noise comes last. Between points a program is linear in the joints.
 //!
 //! The play and the stiction are exact at the rows: within a stroke both are monotone functions of a monotone command, so
-//! no finer grid than rows and program points together changes them. Of a log only its rows are known: a turning point
-//! between two rows is seen at the outer one of them.
+//! no finer grid than rows and program points together changes them. Of a log only its rows are known; its turning points
+//! between them are estimated ([`turns`]).
 //!
 //! Rooms:
 //! - [`program`]: a small reader of joint-space CSV programs, for this job only.
 //! - [`timing`]: times of program points at a constant TCP speed.
+//! - [`turns`]: turning points between the rows of a log.
 //! - [`machine`]: command tracks to joint positions behind the gears.
 //! - [`noise`]: seeded white noise.
 //! - [`predicted`]: the predicted log as CSV, with the input's own columns where it was a log.
@@ -20,6 +21,7 @@ pub mod noise;
 pub mod predicted;
 pub mod program;
 pub mod timing;
+pub mod turns;
 
 pub use machine::{Column, Motion};
 pub use predicted::Written;
