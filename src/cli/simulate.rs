@@ -9,13 +9,13 @@ use std::path::PathBuf;
 
 /// Run a program, or the commands of a log, on a modelled machine and write the log that a tracker would.
 ///
-/// A program (joint-space CSV) is run linear in the joints between its points: at its own times where it has `t_s`, else
-/// at a constant TCP speed. A log keeps its rows, times and commands as they are; what was measured is predicted.
-/// Without --noise-um the result is exact.
+/// A program (joint-space CSV) is run linear in the joints between its points: at its own times
+/// where it has `t_s`, else at a constant TCP speed. A log keeps its rows, times and commands as
+/// they are; what was measured is predicted. Without --noise-um the result is exact.
 ///
 /// Examples:
 ///   lostmotion simulate --model machine.yaml --input circle.csv --output circle_log.csv
-///   lostmotion simulate --model machine.yaml --input circle.csv --rate-hz 250 --noise-um 11 --seed 3 -o log.csv
+///   lostmotion simulate --model machine.yaml --input circle.csv --rate-hz 250 --noise-um 11 -o log.csv
 ///   lostmotion simulate --model machine.yaml --input measured.csv.gz --output predicted.csv
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]

@@ -228,9 +228,10 @@ fn the_base_frame_is_the_tracker_frame_turned_back() {
     let args = ["--model", model, "--input", CIRCLE, "--rate-hz", "0.1", "--base-frame"];
     let base = columns(&simulate(folder.path(), &args));
     // the circle stands at x = 1780 mm, centre (450, 1200) mm, radius 250 mm
-    for i in 0..base["x_mm"].len() {
-        let radius = (base["y_mm"][i] - 450.0).hypot(base["z_mm"][i] - 1200.0);
-        assert!((base["x_mm"][i] - 1780.0).abs() < 0.3 && (radius - 250.0).abs() < 0.3, "row {i}");
+    assert!(base["x_mm"].len() > 200);
+    for ((x, y), z) in base["x_mm"].iter().zip(&base["y_mm"]).zip(&base["z_mm"]) {
+        let radius = (y - 450.0).hypot(z - 1200.0);
+        assert!((x - 1780.0).abs() < 0.3 && (radius - 250.0).abs() < 0.3, "{x} {y} {z}");
     }
 }
 

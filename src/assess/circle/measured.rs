@@ -125,7 +125,7 @@ impl Measured {
             .ok_or_else(|| Error::bad(place(), "measured positions without a circle", "positions along a circle"))?;
         let mut notes = Vec::new();
         let averaged_rows = if log.poses {
-            notes.push(format!("no t_s: errors of single rows, not averaged over {SMOOTHING_S} s"));
+            notes.push(format!("no `t_s`: errors of single rows, not averaged over {SMOOTHING_S} s"));
             1
         } else {
             (SMOOTHING_S / median_step(&t_s)).round().max(1.0) as usize

@@ -12,14 +12,16 @@ use std::path::PathBuf;
 
 /// Errors of a measured circle at the joints' reversals, before and after compensation.
 ///
-/// The best-fit plane and circle (Taubin) of the last revolution are the reference; errors are averaged over 1 s, and the
-/// error of a reversal is the largest from 0.9 deg of the circle before it to 7.2 deg behind it. "Beyond nominal" takes
-/// away what the program's own chords cause. The nominal program alone says where the reversals are; run it for two
-/// revolutions, and start it away from them.
+/// The best-fit plane and circle (Taubin) of the last revolution are the reference; errors are
+/// averaged over 1 s, and the error of a reversal is the largest from 0.9 deg of the circle before
+/// it to 7.2 deg behind it. "Beyond nominal" takes away what the program's own chords cause. The
+/// nominal program alone says where the reversals are; run it for two revolutions, and start it
+/// away from them.
 ///
 /// Examples:
 ///   lostmotion assess circle --robot robot.yaml --nominal circle.csv --before log.csv
-///   lostmotion assess circle --robot robot.yaml --nominal circle.csv --before a.csv.gz --after b.csv --json
+///   lostmotion assess circle --robot robot.yaml --nominal circle.csv \
+///       --before before.csv.gz --after after.csv --json
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {

@@ -15,16 +15,18 @@ pub const SCHEMA: &str = "lostmotion/impact/1";
 
 /// How far one half gap of each joint moves the TCP: at a pose, or over a program.
 ///
-/// Computed from the robot alone: |F(q + gap) - F(q)|. Two measurements from opposite sides differ by twice that. Over a
-/// program the joints are ranked by what their reversals cost.
+/// Computed from the robot alone: |F(q + gap) - F(q)|. Two measurements from opposite sides differ
+/// by twice that. Over a program the joints are ranked by what their reversals cost.
 ///
-/// --pose may be given once for all joints; once per joint, in their order; or for one joint by its name (A4@...), which
-/// goes before a pose for all.
+/// --pose may be given once for all joints; once per joint, in their order; or for one joint by its
+/// name (A4@...), which goes before a pose for all.
 ///
 /// Examples:
-///   lostmotion assess impact --robot robot.yaml --pose 40,-10,5,0,0,0 --half-gap 0.0032,0.005,0.0022,0.008,0.0092,0.0078
-///   lostmotion assess impact --robot robot.yaml --pose A1@40,-10,5,0,0,0 --pose A4@-3,-52,58,-80,0,0 --half-gap A1=0.0032,A4=0.008
-///   lostmotion assess impact --model machine.yaml --program circle.csv
+///   lostmotion assess impact --robot robot.yaml --pose 40,-10,5,0,0,0 \
+///       --half-gap 0.0032,0.005,0.0022,0.008,0.0092,0.0078
+///   lostmotion assess impact --robot robot.yaml --pose A1@40,-10,5,0,0,0 \
+///       --pose A4@-3,-52,58,-80,0,0 --half-gap A1=0.0032,A4=0.008
+///   lostmotion assess impact --model machine.yaml --program circle.csv --json
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 #[command(group = clap::ArgGroup::new("machine").required(true).args(["robot", "model"]))]
