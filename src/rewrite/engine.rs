@@ -129,29 +129,26 @@ impl<'a> Engine<'a> {
         if self.idle {
             out.q.extend_from_slice(&block.q);
             out.t_s.extend_from_slice(&block.t_s);
-            for i in 0..block.len() {
-                let origin = Origin::Point(self.points);
-                let t_s = block.t_s.get(i).copied();
-                self.limits.check(block.row(i), block.row(i), t_s, origin, &mut self.account);
-                out.origin.push(origin);
-                self.points += 1;
-            }
+            let at = out.origin.len();
+            out.origin.extend((self.points..self.points + block.len() as u64).map(Origin::Point));
+            self.points += block.len() as u64;
+            let times = timed.then_some(block.t_s.as_slice());
+            self.limits.check_run(&block.q, times, &out.origin[at..], &mut self.account);
             return Ok(());
         }
-        for i in 0..block.len() {
-            let q = block.row(i);
-            let t_s = block.t_s.get(i).copied().unwrap_or(0.0);
-            let origin = Origin::Point(self.points);
-            self.points += 1;
-            match &mut self.densify {
-                Some(d) => d.push(q, t_s, timed, origin, &mut self.turning),
-                None => self.turning.push(q, t_s, timed, origin),
-            }
-            // now and then, so that the bookkeeping is shared by many points
-            if i & 63 == 63 {
-                self.advance(false, out);
+        match &mut self.densify {
+            None => self.turning.extend(&block.q, &block.t_s, self.points),
+            Some(d) => {
+                for i in 0..block.len() {
+                    let t_s = block.t_s.get(i).copied().unwrap_or(0.0);
+                    d.push(block.row(i), t_s, timed, Origin::Point(self.points + i as u64), &mut self.turning);
+                    if i & 63 == 63 {
+                        self.turning.hand_on(&mut self.path, false);
+                    }
+                }
             }
         }
+        self.points += block.len() as u64;
         self.advance(false, out);
         Ok(())
     }
@@ -190,19 +187,42 @@ impl<'a> Engine<'a> {
             _ => Clock::None,
         };
         let settled = self.plan.settle(&mut self.path, clock, end, &mut self.account);
-        for k in self.path.start()..settled {
-            self.emit(k, out);
+        let mut k = self.path.start();
+        while k < settled {
+            let quiet = if self.options.gain == 1.0 { self.path.next_busy(k, settled) } else { k };
+            if quiet > k {
+                self.emit_run(k, quiet, out);
+                k = quiet;
+            } else {
+                self.emit(k, out);
+                k += 1;
+            }
         }
         self.path.release(settled);
+    }
+
+    /// Vertices `from..to`, between which no offset changes.
+    fn emit_run(&mut self, from: usize, to: usize, out: &mut Emitted) {
+        let timed = self.timed == Some(true);
+        let (c, t_s, origin) = self.path.run(from, to);
+        self.limits.check_run(c, timed.then_some(t_s), origin, &mut self.account);
+        out.q.extend_from_slice(c);
+        if timed {
+            out.t_s.extend_from_slice(t_s);
+        }
+        out.origin.extend_from_slice(origin);
+        if self.densify.is_some() {
+            self.account.inserted += origin.iter().filter(|o| !matches!(o, Origin::Point(_))).count() as u64;
+        }
     }
 
     /// Vertex `k`, then what is inserted in the leg behind it.
     fn emit(&mut self, k: usize, out: &mut Emitted) {
         self.emit_point(self.path.origin(k), self.path.t_s(k), None, k, out);
-        if self.path.knots(k).is_empty() {
+        if self.path.knots(k).next().is_none() {
             return;
         }
-        let mut shares: Vec<f64> = self.path.knots(k).iter().flat_map(|(_, knots)| knots.iter().map(|x| x.0)).collect();
+        let mut shares: Vec<f64> = self.path.knots(k).flat_map(|(_, knots)| knots.iter().map(|x| x.0)).collect();
         shares.sort_by(f64::total_cmp);
         // places that no controller could tell apart become one
         shares.dedup_by(|b, a| *b - *a < 1e-6);
@@ -228,7 +248,7 @@ impl<'a> Engine<'a> {
                 for axis in 0..axes {
                     let (q0, q1) = (self.path.q(k)[axis], self.path.q(k + 1)[axis]);
                     let (c0, c1) = (self.path.c(k)[axis], self.path.c(k + 1)[axis]);
-                    let knots = self.path.knots(k).iter().find(|(a, _)| *a == axis);
+                    let knots = self.path.knots(k).find(|(a, _)| *a == axis);
                     let c = match knots {
                         None => lerp(c0, c1),
                         Some((_, knots)) => {
@@ -244,14 +264,7 @@ impl<'a> Engine<'a> {
             }
         }
         let timed = self.timed == Some(true);
-        let nominal = if share.is_none() { Some(self.path.q(k)) } else { None };
-        let row = &out.q[at..];
-        if let Some(q) = nominal {
-            for ((largest, q), c) in self.account.largest_offset.iter_mut().zip(q).zip(row) {
-                *largest = largest.max((c - q).abs());
-            }
-        }
-        self.limits.check(nominal.unwrap_or(row), row, timed.then_some(t_s), origin, &mut self.account);
+        self.limits.check(&out.q[at..], timed.then_some(t_s), origin, &mut self.account);
         if timed {
             out.t_s.push(t_s);
         }

@@ -1,12 +1,14 @@
 //! Limits of the joints on what comes out: range always; speed and acceleration where times, or a TCP speed, tell them.
 //!
-//! Range is checked at every point. Speed is checked on every leg of a program with times; without times only on legs whose
-//! offset changes, at the TCP speed of the program. Acceleration is the change of speed between two legs over their mean
-//! duration; it is checked where an offset changes, so that a corner of the program itself is not held against the offsets.
+//! Range is checked at every point. Speed is checked on every leg of a program with times; without times only on legs on
+//! which an offset changes, at the TCP speed of the program. Acceleration is the change of speed between two legs over
+//! their mean duration; it is checked where an offset changes, so that a corner of the program itself is not held against
+//! the offsets.
 
 use super::Origin;
 use super::engine::{Account, LimitKind, Violation};
 use crate::robot::Robot;
+use nalgebra::Vector3;
 
 /// Violations that are listed in full.
 const LISTED: usize = 100;
@@ -18,12 +20,12 @@ const SLACK: f64 = 1e-9;
 #[derive(Debug, Clone, Default)]
 struct Last {
     q: Vec<f64>,
-    offset: Vec<f64>,
     t_s: f64,
-    /// Speed on the leg that arrives here, and its duration; empty before the second point.
+    /// Speed on the leg that arrives here, and its duration; empty where it is not known.
     speed: Vec<f64>,
     duration_s: f64,
-    changed: bool,
+    /// TCP there, where it was computed.
+    tcp_m: Option<Vector3<f64>>,
 }
 
 /// Running checks.
@@ -49,8 +51,49 @@ impl<'a> Limits<'a> {
         Some([d, d])
     }
 
-    /// Checks the next point: nominal joints, compensated joints.
-    pub fn check(&mut self, nominal: &[f64], q: &[f64], t_s: Option<f64>, origin: Origin, account: &mut Account) {
+    /// Checks the next points, between which no offset changes.
+    pub fn check_run(&mut self, q: &[f64], t_s: Option<&[f64]>, origin: &[Origin], account: &mut Account) {
+        let axes = self.range.len();
+        let rows = origin.len();
+        if rows == 0 {
+            return;
+        }
+        for (row, &at) in q.chunks_exact(axes).zip(origin) {
+            let mut inside = true;
+            for (v, [lo, hi]) in row.iter().zip(&self.range) {
+                inside &= v >= lo && v <= hi;
+            }
+            if !inside {
+                self.range_of(row, at, account);
+            }
+        }
+        match t_s {
+            Some(t) if self.any_rate => {
+                for ((row, &t), &at) in q.chunks_exact(axes).zip(t).zip(origin) {
+                    self.rates(row, Some(t), at, false, account);
+                }
+            }
+            _ => {
+                let row = &q[(rows - 1) * axes..];
+                let t = t_s.map_or(0.0, |t| t[rows - 1]);
+                self.first_t_s = self.first_t_s.or(t_s.map(|t| t[0]));
+                let last = self.last.get_or_insert_default();
+                last.q.clear();
+                last.q.extend_from_slice(row);
+                last.speed.clear();
+                last.tcp_m = None;
+                last.t_s = t;
+            }
+        }
+    }
+
+    /// Checks the next point, at which an offset may change.
+    pub fn check(&mut self, q: &[f64], t_s: Option<f64>, origin: Origin, account: &mut Account) {
+        self.range_of(q, origin, account);
+        self.rates(q, t_s, origin, true, account);
+    }
+
+    fn range_of(&self, q: &[f64], origin: Origin, account: &mut Account) {
         for (axis, (&v, &[lo, hi])) in q.iter().zip(&self.range).enumerate() {
             if v < lo || v > hi {
                 let limit = if v < lo { lo } else { hi };
@@ -59,42 +102,29 @@ impl<'a> Limits<'a> {
                 }
             }
         }
-        if !self.any_rate || (t_s.is_none() && self.tcp_speed_m_s.is_none()) {
-            return;
-        }
-        self.rates(nominal, q, t_s, origin, account);
     }
 
-    fn rates(&mut self, nominal: &[f64], q: &[f64], t_s: Option<f64>, origin: Origin, account: &mut Account) {
-        let axes = q.len();
+    fn rates(&mut self, q: &[f64], t_s: Option<f64>, origin: Origin, busy: bool, account: &mut Account) {
+        self.first_t_s = self.first_t_s.or(t_s);
         let Some(mut last) = self.last.take() else {
-            self.first_t_s = t_s;
-            let offset = q.iter().zip(nominal).map(|(c, n)| c - n).collect();
-            self.last = Some(Last { q: q.to_vec(), offset, t_s: t_s.unwrap_or(0.0), ..Last::default() });
+            self.last = Some(Last { q: q.to_vec(), t_s: t_s.unwrap_or(0.0), ..Last::default() });
             return;
         };
-        let inserted = matches!(origin, Origin::Inserted { .. });
-        // an inserted point has no nominal of its own here; it stands where offsets change
-        let mut changed = inserted;
-        for axis in 0..axes {
-            let offset = if inserted { last.offset[axis] } else { q[axis] - nominal[axis] };
-            changed |= (offset - last.offset[axis]).abs() > 1e-3 * (q[axis] - last.q[axis]).abs();
-            last.offset[axis] = offset;
-        }
-        let duration_s = match t_s {
-            Some(t) => t - last.t_s,
-            None if changed || last.changed => {
-                let v = self.tcp_speed_m_s.unwrap_or(f64::INFINITY);
-                ((self.robot.tcp_m(q) - self.robot.tcp_m(&last.q)).norm() / v).max(CYCLE_S)
+        let duration_s = match (t_s, self.tcp_speed_m_s) {
+            (Some(t), _) => t - last.t_s,
+            (None, Some(v)) if self.any_rate => {
+                let before = last.tcp_m.unwrap_or_else(|| self.robot.tcp_m(&last.q));
+                let now = self.robot.tcp_m(q);
+                last.tcp_m = Some(now);
+                ((now - before).norm() / v).max(CYCLE_S)
             }
-            None => 0.0,
+            _ => 0.0,
         };
         if duration_s > 0.0 {
-            let known = last.speed.len() == axes && last.duration_s > 0.0;
-            last.speed.resize(axes, 0.0);
-            for axis in 0..axes {
-                let joint = self.robot.axis(axis);
-                let speed = (q[axis] - last.q[axis]) / duration_s;
+            let known = last.speed.len() == q.len();
+            last.speed.resize(q.len(), 0.0);
+            for (axis, (joint, (now, before))) in self.robot.axis_joints().zip(q.iter().zip(&last.q)).enumerate() {
+                let speed = (now - before) / duration_s;
                 if let Some(limit) = joint.max_speed
                     && speed.abs() > limit * (1.0 + SLACK)
                 {
@@ -102,7 +132,7 @@ impl<'a> Limits<'a> {
                 }
                 if let Some(limit) = joint.max_accel
                     && known
-                    && (changed || last.changed)
+                    && busy
                 {
                     let accel = (speed - last.speed[axis]) / (0.5 * (duration_s + last.duration_s));
                     if accel.abs() > limit * (1.0 + SLACK) {
@@ -115,7 +145,6 @@ impl<'a> Limits<'a> {
             last.speed.clear();
         }
         last.duration_s = duration_s;
-        last.changed = changed;
         last.q.copy_from_slice(q);
         last.t_s = t_s.unwrap_or(0.0);
         self.last = Some(last);

@@ -2,6 +2,7 @@
 //! whose front is given back as soon as it has been emitted.
 
 use super::Origin;
+use std::collections::VecDeque;
 
 /// Knots of one axis inside a leg: `(share of the leg, compensated value)`, shares rising within 0 and 1.
 pub type Knots = Vec<(f64, f64)>;
@@ -34,7 +35,8 @@ impl Turns {
     }
 }
 
-/// Vertices `start()..end()`, numbered over the whole program; a leg carries the number of its first vertex.
+/// Vertices `start()..end()`, numbered over the whole program; a leg carries the number of its first vertex. Turns and
+/// knots are rare, so they stand in lists of their own and long quiet runs are moved in one piece.
 #[derive(Debug, Default)]
 pub struct Path {
     axes: usize,
@@ -44,8 +46,10 @@ pub struct Path {
     c: Vec<f64>,
     origin: Vec<Origin>,
     t_s: Vec<f64>,
-    turns: Vec<Turns>,
-    knots: Vec<Vec<(usize, Knots)>>,
+    /// Offsets change on the leg that arrives here or on the one behind.
+    busy: Vec<bool>,
+    turns: VecDeque<(usize, Turns)>,
+    knots: VecDeque<(usize, usize, Knots)>,
 }
 
 impl Path {
@@ -68,12 +72,19 @@ impl Path {
 
     /// Appends a vertex whose compensated joints are still its nominal ones.
     pub fn push(&mut self, q: &[f64], t_s: f64, origin: Origin, turns: Turns) {
+        if turns.axes != 0 {
+            self.turns.push_back((self.end(), turns));
+        }
+        self.extend(q, &[t_s], &[origin]);
+    }
+
+    /// Appends vertices at which nothing turns.
+    pub fn extend(&mut self, q: &[f64], t_s: &[f64], origin: &[Origin]) {
         self.q.extend_from_slice(q);
         self.c.extend_from_slice(q);
-        self.t_s.push(t_s);
-        self.origin.push(origin);
-        self.turns.push(turns);
-        self.knots.push(Vec::new());
+        self.t_s.extend_from_slice(t_s);
+        self.origin.extend_from_slice(origin);
+        self.busy.resize(self.origin.len(), false);
     }
 
     #[inline]
@@ -94,6 +105,20 @@ impl Path {
         &mut self.c[i..i + self.axes]
     }
 
+    /// Adds a constant to one axis of the vertices `from..to`.
+    pub fn shift(&mut self, axis: usize, from: usize, to: usize, by: f64) {
+        let (a, b) = (self.at(from) * self.axes, self.at(to) * self.axes);
+        for (c, q) in self.c[a..b].chunks_exact_mut(self.axes).zip(self.q[a..b].chunks_exact(self.axes)) {
+            c[axis] = q[axis] + by;
+        }
+    }
+
+    /// Compensated joints, times and origins of the vertices `from..to`.
+    pub fn run(&self, from: usize, to: usize) -> (&[f64], &[f64], &[Origin]) {
+        let (a, b) = (self.at(from), self.at(to));
+        (&self.c[a * self.axes..b * self.axes], &self.t_s[a..b], &self.origin[a..b])
+    }
+
     #[inline]
     pub fn t_s(&self, k: usize) -> f64 {
         self.t_s[self.at(k)]
@@ -111,30 +136,58 @@ impl Path {
     /// Axes that turn, or start to move, at this vertex.
     #[inline]
     pub fn turns(&self, k: usize) -> Turns {
-        self.turns[self.at(k)]
+        let i = self.turns.partition_point(|t| t.0 < k);
+        self.turns.get(i).filter(|t| t.0 == k).map_or(Turns::default(), |t| t.1)
     }
 
-    /// Points to insert in the leg behind vertex `k`, per axis.
-    pub fn knots(&self, k: usize) -> &[(usize, Knots)] {
-        &self.knots[self.at(k)]
+    /// First vertex from `k` on at which an axis turns.
+    pub fn next_turn(&self, k: usize) -> Option<usize> {
+        self.turns.get(self.turns.partition_point(|t| t.0 < k)).map(|t| t.0)
+    }
+
+    /// Says that offsets change between the vertices `from..=to`.
+    pub fn mark_busy(&mut self, from: usize, to: usize) {
+        let (a, b) = (self.at(from), self.at(to));
+        self.busy[a..=b].fill(true);
+    }
+
+    pub fn is_busy(&self, k: usize) -> bool {
+        self.busy[self.at(k)]
+    }
+
+    /// First busy vertex from `k` on, at most `to`.
+    pub fn next_busy(&self, k: usize, to: usize) -> usize {
+        let (a, b) = (self.at(k), self.at(to));
+        self.busy[a..b].iter().position(|b| *b).map_or(to, |i| k + i)
+    }
+
+    /// Points to insert in the leg behind vertex `k`: axis and knots.
+    pub fn knots(&self, k: usize) -> impl Iterator<Item = (usize, &Knots)> + Clone {
+        let from = self.knots.partition_point(|x| x.0 < k);
+        self.knots.range(from..).take_while(move |x| x.0 == k).map(|x| (x.1, &x.2))
     }
 
     pub fn add_knots(&mut self, k: usize, axis: usize, knots: Knots) {
-        let i = self.at(k);
-        self.knots[i].push((axis, knots));
+        let i = self.knots.partition_point(|x| x.0 <= k);
+        self.knots.insert(i, (k, axis, knots));
     }
 
     /// Gives back everything before vertex `k`.
     pub fn release(&mut self, k: usize) {
         self.head = k - self.first;
+        while self.turns.front().is_some_and(|t| t.0 < k) {
+            self.turns.pop_front();
+        }
+        while self.knots.front().is_some_and(|x| x.0 < k) {
+            self.knots.pop_front();
+        }
         const KEEP: usize = 4096;
         if self.head >= KEEP && self.head * 2 >= self.origin.len() {
             self.q.drain(..self.head * self.axes);
             self.c.drain(..self.head * self.axes);
             self.origin.drain(..self.head);
             self.t_s.drain(..self.head);
-            self.turns.drain(..self.head);
-            self.knots.drain(..self.head);
+            self.busy.drain(..self.head);
             self.first += self.head;
             self.head = 0;
         }

@@ -14,7 +14,7 @@ use super::limits::CYCLE_S;
 use super::offset::{Offset, friction_gone, friction_left};
 use super::path::{Knots, Path};
 use super::stroke::{Node, solve, thin, travel_command};
-use crate::compensator::FrictionShape;
+use crate::compensator::{FrictionOffset, FrictionShape};
 use crate::effect::Decay;
 use crate::robot::Robot;
 use nalgebra::Vector3;
@@ -106,20 +106,45 @@ impl<'a> Plan<'a> {
             if !end && k + 1 >= path.end() {
                 break;
             }
-            let turns = path.turns(k);
-            if turns.axes != 0 && !self.strokes(k, path, clock, end, account) {
+            let turn = path.next_turn(k).unwrap_or(usize::MAX);
+            if turn == k && !self.strokes(k, path, clock, end, account) {
                 break;
             }
+            // up to the next turn nothing but offsets
+            let last = if end { path.end() } else { path.end() - 1 };
+            let to = if turn == k { k + 1 } else { turn.min(last) };
             for a in 0..self.active.len() {
                 let axis = self.active[a];
-                if self.done[axis] <= k {
-                    self.plain(axis, k, path);
-                }
+                self.offset_run(axis, k.max(self.done[axis]), to, path, account);
             }
-            self.next += 1;
+            self.next = to;
         }
         // vertex k is emitted with its leg, whose other end must be known as well
         if end { self.next } else { self.next.saturating_sub(1).max(path.start()) }
+    }
+
+    /// Offsets of one axis at the vertices `from..to`, between which it does not turn.
+    fn offset_run(&mut self, axis: usize, from: usize, to: usize, path: &mut Path, account: &mut Account) {
+        let mut k = from;
+        let Some(offset) = &self.offsets[axis] else { return };
+        let dir = self.dir[axis];
+        if dir == 0 {
+            return;
+        }
+        let fixed = offset.is_plain().then(|| f64::from(dir) * offset.gap(dir, 0.0));
+        while k < to {
+            if let Some(by) = fixed
+                && !self.guard[axis]
+            {
+                path.shift(axis, k, to, by);
+                account.largest_offset[axis] = account.largest_offset[axis].max(by.abs());
+                return;
+            }
+            self.plain(axis, k, path);
+            let by = path.c(k)[axis] - path.q(k)[axis];
+            account.largest_offset[axis] = account.largest_offset[axis].max(by.abs());
+            k += 1;
+        }
     }
 
     /// Between turns: the half gap in the direction of the movement, never turning back.
@@ -137,6 +162,7 @@ impl<'a> Plan<'a> {
             let d = f64::from(dir);
             if d * (c - before) < 0.0 && d * (p - path.q(k - 1)[axis]) >= 0.0 {
                 c = before;
+                path.mark_busy(k - 1, k);
             } else {
                 self.guard[axis] = false;
             }
@@ -190,6 +216,8 @@ impl<'a> Plan<'a> {
             (turn, i, since) if turn == k => (i + 1, since),
             _ => (k + 1, 0.0),
         };
+        // seconds matter to friction that fades in seconds; the program's own times come for nothing
+        let clock = if clock == Clock::Times || fades_in_time(friction.as_ref()) { clock } else { Clock::None };
         let mut seen = None;
         for i in from..path.end() {
             match clock {
@@ -258,6 +286,7 @@ impl<'a> Plan<'a> {
         self.robot.chain().position_and_jacobian(path.q(k), &mut columns);
         let lever = columns[axis];
 
+        let clock = if clock == Clock::Times || fades_in_time(friction.as_ref()) { clock } else { Clock::None };
         // legs behind the turn: duration by the nominal path; the step adds its own time
         let mut work = std::mem::take(&mut self.work);
         let legs = self.legs(k, last, path, clock);
@@ -306,6 +335,10 @@ impl<'a> Plan<'a> {
                 * work.command.iter().zip(&work.nodes).map(|(c, n)| (y0 + d * c - n.p).abs()).fold(0.0, f64::max),
         );
 
+        let largest = work.command.iter().zip(&work.nodes).map(|(c, n)| (y0 + d * c - n.p).abs()).fold(0.0, f64::max);
+        account.largest_change_m = account.largest_change_m.max(lever.norm() * largest);
+        account.largest_offset[axis] = account.largest_offset[axis].max(largest);
+
         // thin, then hand values to vertices and knots to legs; the command never turns back
         let x: Vec<f64> = work.nodes.iter().map(|n| n.u).collect();
         let y: Vec<f64> = work.command.iter().map(|c| y0 + d * c).collect();
@@ -335,6 +368,7 @@ impl<'a> Plan<'a> {
             path.add_knots(leg, axis, knots);
         }
         self.work = work;
+        path.mark_busy(k, last);
         self.done[axis] = last + 1;
         self.guard[axis] = true;
     }
@@ -397,7 +431,7 @@ impl<'a> Plan<'a> {
         step_s: f64,
         p_turn: f64,
         d: f64,
-        friction: Option<&crate::compensator::FrictionOffset>,
+        friction: Option<&FrictionOffset>,
         work: &mut Work,
     ) -> usize {
         let nodes = &mut work.nodes;
@@ -462,14 +496,13 @@ impl<'a> Plan<'a> {
     }
 }
 
+/// The friction needs a clock.
+fn fades_in_time(friction: Option<&FrictionOffset>) -> bool {
+    friction.is_some_and(|f| matches!(f.shape, FrictionShape::Decay(Decay::Time(_))))
+}
+
 /// Parts of a leg that resolve the friction's decay there.
-fn subdivisions(
-    f: &crate::compensator::FrictionOffset,
-    duration_s: f64,
-    elapsed_s: f64,
-    travel: f64,
-    poses: f64,
-) -> usize {
+fn subdivisions(f: &FrictionOffset, duration_s: f64, elapsed_s: f64, travel: f64, poses: f64) -> usize {
     let parts = match f.shape {
         FrictionShape::Decay(Decay::Time(tau)) => {
             if elapsed_s > -tau * 1e-3f64.ln() {

@@ -10,6 +10,7 @@ use super::path::{Path, Turns, between};
 use super::vertices::Vertices;
 use super::{Origin, offset::Offset};
 use crate::robot::Robot;
+use std::collections::VecDeque;
 
 /// A turn that is not settled after so many points (a pause with number noise) is taken to begin at the latest one.
 const PATIENCE: usize = 4096;
@@ -27,7 +28,7 @@ struct Tracker {
     extreme: f64,
     at: usize,
     /// Settled turns that were not yet handed on: point, new direction.
-    turns: Vec<(usize, i8)>,
+    turns: VecDeque<(usize, i8)>,
 }
 
 /// Takes points in order and hands them on to a [`Path`] with turning points marked and inserted.
@@ -54,7 +55,7 @@ impl<'a> Turning<'a> {
                 dir,
                 extreme: 0.0,
                 at: 0,
-                turns: Vec::new(),
+                turns: VecDeque::new(),
             })
             .collect();
         Self { robot, points: Vertices::new(robot.dof()), trackers, cubic, timed: false, next: 0 }
@@ -70,6 +71,21 @@ impl<'a> Turning<'a> {
         }
     }
 
+    /// Takes a block of the program's own points, the first of them with the number `first`.
+    pub fn extend(&mut self, q: &[f64], t_s: &[f64], first: u64) {
+        self.timed = !t_s.is_empty();
+        let start = self.points.end();
+        self.points.extend(q, t_s, first);
+        let axes = self.trackers.len();
+        for (axis, tracker) in self.trackers.iter_mut().enumerate() {
+            if tracker.active {
+                for (i, row) in q.chunks_exact(axes).enumerate() {
+                    tracker.take(start + i, row[axis]);
+                }
+            }
+        }
+    }
+
     /// Hands on every point of which all turns are known; at the `end` all of them.
     pub fn hand_on(&mut self, path: &mut Path, end: bool) {
         let last = self.points.end();
@@ -81,13 +97,21 @@ impl<'a> Turning<'a> {
             left.min(last.saturating_sub(2))
         };
         while self.next < known {
-            self.hand_on_one(self.next, path);
-            self.next += 1;
-        }
-        for t in &mut self.trackers {
-            // turns stay for one more point: they may stand in the leg behind it
-            if t.turns.first().is_some_and(|&(i, _)| i + 1 < self.next) {
-                t.turns.retain(|&(i, _)| i + 1 >= self.next);
+            // a turn concerns its point and the one behind it; quiet runs go in one piece
+            let turn = self.trackers.iter().flat_map(|t| t.turns.front()).map(|t| t.0).min();
+            let quiet = turn.map_or(known, |r| r.min(known));
+            if quiet > self.next {
+                let (q, t_s, origin) = self.points.run(self.next, quiet);
+                path.extend(q, t_s, origin);
+                self.next = quiet;
+            } else {
+                self.hand_on_one(self.next, path);
+                self.next += 1;
+                for t in &mut self.trackers {
+                    while t.turns.front().is_some_and(|&(r, _)| r + 1 < self.next) {
+                        t.turns.pop_front();
+                    }
+                }
             }
         }
         self.points.forget(self.next.saturating_sub(3));
@@ -101,7 +125,10 @@ impl<'a> Turning<'a> {
         for axis in 0..self.trackers.len() {
             for k in 0..self.trackers[axis].turns.len() {
                 let (r, dir) = self.trackers[axis].turns[k];
-                if r != i && r + 1 != i {
+                if r > i {
+                    break;
+                }
+                if r + 1 < i {
                     continue;
                 }
                 match self.extreme(axis, r) {
@@ -215,7 +242,7 @@ impl Tracker {
             (self.extreme, self.at) = (p, i);
         } else if step.abs() > self.deadband {
             self.dir = if step > 0.0 { 1 } else { -1 };
-            self.turns.push((self.at, self.dir));
+            self.turns.push_back((self.at, self.dir));
             (self.extreme, self.at) = (p, i);
         } else if i - self.at > PATIENCE {
             self.at = i - 1;

@@ -17,6 +17,18 @@ impl Vertices {
         Self { axes, ..Self::default() }
     }
 
+    /// Takes a block of the program's own points; `t_s` may be empty.
+    pub fn extend(&mut self, q: &[f64], t_s: &[f64], first: u64) {
+        let n = q.len() / self.axes.max(1);
+        self.q.extend_from_slice(q);
+        if t_s.is_empty() {
+            self.t_s.resize(self.t_s.len() + n, 0.0);
+        } else {
+            self.t_s.extend_from_slice(t_s);
+        }
+        self.origin.extend((first..first + n as u64).map(Origin::Point));
+    }
+
     pub fn push(&mut self, q: &[f64], t_s: f64, origin: Origin) {
         self.q.extend_from_slice(q);
         self.t_s.push(t_s);
@@ -41,6 +53,12 @@ impl Vertices {
 
     pub fn origin(&self, i: usize) -> Origin {
         self.origin[i - self.first]
+    }
+
+    /// Joints, times and origins of the points `from..to`.
+    pub fn run(&self, from: usize, to: usize) -> (&[f64], &[f64], &[Origin]) {
+        let (a, b) = (from - self.first, to - self.first);
+        (&self.q[a * self.axes..b * self.axes], &self.t_s[a..b], &self.origin[a..b])
     }
 
     /// Number of the oldest point that is still held.
