@@ -51,6 +51,8 @@ pub struct Plan<'a> {
     done: Vec<usize>,
     /// Command of an axis that must not turn back while it catches up behind a stroke.
     guard: Vec<bool>,
+    /// Where each joint stood when its present stroke began, rad or m.
+    stands: Vec<Option<f64>>,
     next: usize,
     /// How far the look-ahead of an axis has come: turn, last vertex looked at, seconds since the turn.
     looked: Vec<(usize, usize, f64)>,
@@ -92,6 +94,7 @@ impl<'a> Plan<'a> {
             dir: options.initial_direction.clone(),
             done: vec![0; axes],
             guard: vec![false; axes],
+            stands: vec![None; axes],
             next: 0,
             looked: vec![(usize::MAX, 0, 0.0); axes],
             work: Work::default(),
@@ -277,8 +280,14 @@ impl<'a> Plan<'a> {
         let d = f64::from(dir);
         let (p_turn, c_turn) = (path.q(k)[axis], path.c(k)[axis]);
         let gap_old = if first_ever { 0.0 } else { offset.gap(-dir, c_turn) };
-        // where the joint stands: it was dragged in the old direction at the distance of the gap
-        let y0 = c_turn + d * gap_old;
+        // where the joint stands: dragged in the old direction at the distance of the gap, unless that stroke was too short
+        // to move it at all
+        let dragged = c_turn + d * gap_old;
+        let y0 = match self.stands[axis] {
+            Some(before) if d * (before - dragged) < 0.0 => before,
+            _ => dragged,
+        };
+        self.stands[axis] = Some(y0);
         let open = path.turns(last).of(axis).is_some();
         let friction = if first_ever { None } else { offset.friction() };
         let step_s = self.step_time(axis, &offset);
@@ -378,23 +387,21 @@ impl<'a> Plan<'a> {
     fn ramped(&self, axis: usize, d: f64, p_turn: f64, c_turn: f64, y0: f64, first: usize, work: &mut Work) {
         let start = d * (c_turn - y0);
         let ramp = self.ramp[axis];
-        let step_u = work.nodes.get(first).map(|n| n.u);
-        let from_u = work.nodes.first().map(|n| n.u);
-        for (i, n) in work.nodes.iter().enumerate() {
-            let mut share = 1.0f64;
-            if ramp > 0.0 {
-                share = (d * (n.p - p_turn) / ramp).clamp(0.0, 1.0);
+        if ramp > 0.0 {
+            for (i, n) in work.nodes.iter().enumerate().skip(first) {
+                let share = (d * (n.p - p_turn) / ramp).clamp(0.0, 1.0);
+                let travel = work.machine[i].travel;
+                work.command[i] = travel + start + (work.command[i] - travel - start) * share;
             }
-            if let (Some(a), Some(b)) = (from_u, step_u)
-                && i < first
-                && b > a
-            {
-                // on the way to the step point
-                let level = work.machine.get(first).map_or(0.0, |_| work.command[first]);
-                work.command[i] = start + (level - start) * share.min((n.u - a) / (b - a));
-            } else {
-                work.command[i] = start + (work.command[i] - start) * share;
-            }
+        }
+        // on the way to the step point: a straight line
+        let (Some(from), Some(to)) = (work.nodes.first().map(|n| n.u), work.nodes.get(first).map(|n| n.u)) else {
+            return;
+        };
+        let level = work.command[first];
+        for (i, n) in work.nodes.iter().enumerate().take(first) {
+            let share = if to > from { (n.u - from) / (to - from) } else { 0.0 };
+            work.command[i] = start + (level - start) * share;
         }
     }
 

@@ -7,7 +7,7 @@
 //! isotonic fit of `H` in the infinity norm, in which an excess counts only once the joint has to move:
 //!
 //! ```text
-//! D(k)  = max over k <= s < t of H(s) - H(t)         the largest later fall
+//! D(k)  = max over k <= s < t of H(s) - H(t)         the largest later fall, up to where H stays above all before
 //! kE    = first node at which D <= 2 z                 until there the joint may stand: its lag is z
 //! C(t)  = (max over kE..t of H + min over t.. of H)/2  from kE on; C(kE) before
 //! E     = max(z(kE), D(kE)/2)                          the largest error that is left
@@ -40,23 +40,34 @@ pub fn solve(nodes: &[Node], first: usize, open: bool, command: &mut Vec<f64>, f
     if open {
         command[n - 1] -= nodes[n - 1].friction;
     }
-    // D(k): largest fall from k or later to anything behind
+    // suffix minima: H falls to these later
     fall.clear();
     fall.resize(n, 0.0);
-    let (mut least, mut worst) = (f64::INFINITY, 0.0f64);
-    for k in (first..n).rev() {
-        least = least.min(command[k]);
-        worst = worst.max(command[k] - least);
-        fall[k] = worst;
-    }
-    let start = (first..n).find(|&k| fall[k] <= 2.0 * nodes[k].travel.max(0.0)).unwrap_or(n - 1);
-    let left = nodes[start].travel.max(fall[start] / 2.0);
-    // suffix minima from the back, prefix maxima from the front; fall[] is free now
     let mut least = f64::INFINITY;
-    for k in (start..n).rev() {
+    for k in (first..n).rev() {
         least = least.min(command[k]);
         fall[k] = least;
     }
+    // the first stretch ends where everything behind stays above everything before: later falls are not its business
+    let mut most = f64::NEG_INFINITY;
+    let end = (first..n)
+        .find(|&k| {
+            most = most.max(command[k]);
+            k + 1 == n || most <= fall[k + 1]
+        })
+        .unwrap_or(n - 1);
+    // D(k) within it, from the back; kE is the first node that passes
+    let (mut least, mut worst) = (f64::INFINITY, 0.0f64);
+    let mut start = end;
+    let mut at_start = 0.0;
+    for k in (first..=end).rev() {
+        least = least.min(command[k]);
+        worst = worst.max(command[k] - least);
+        if worst <= 2.0 * nodes[k].travel.max(0.0) {
+            (start, at_start) = (k, worst);
+        }
+    }
+    let left = nodes[start].travel.max(at_start / 2.0);
     let mut most = f64::NEG_INFINITY;
     for k in start..n {
         most = most.max(command[k]);
@@ -64,7 +75,9 @@ pub fn solve(nodes: &[Node], first: usize, open: bool, command: &mut Vec<f64>, f
     }
     let level = command[start];
     command[first..start].fill(level);
-    left
+    // what later falls leave
+    let later = nodes[start..].iter().zip(&command[start..]);
+    later.map(|(m, c)| (c - m.travel - m.gap - m.friction).abs()).fold(left, f64::max)
 }
 
 /// Command travel behind a turn for friction that fades with the travel of the command: `x - g exp(-x/lambda) = wanted`,
