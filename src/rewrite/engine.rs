@@ -1,8 +1,19 @@
-//! The engine: pushes of points in, points with offsets out.
+//! The engine: blocks of points in, points with offsets out.
+//!
+//! Stations: ([`super::densify`] ->) [`super::turning`] -> [`super::path`], on which each axis' command is worked out stroke
+//! by stroke ([`super::stroke`]), -> [`super::limits`] -> out. A station holds back only what its look-ahead needs: two
+//! points for turning points, and behind a turn with friction the points until the friction has faded.
 
-use super::{Emitted, Options, Origin, Points};
-use crate::compensator::Compensator;
-use crate::error::Result;
+use super::densify::Densify;
+use super::limits::Limits;
+use super::offset::Offset;
+use super::path::{Path, between};
+use super::plan::{Clock, Plan};
+use super::turning::Turning;
+use super::{Emitted, Options, Origin, Points, Refine};
+use crate::compensator::{Compensator, FrictionShape};
+use crate::effect::Decay;
+use crate::error::{Error, Result};
 use crate::robot::Robot;
 
 /// What a rewrite did, for the account that a user reads.
@@ -14,12 +25,14 @@ pub struct Account {
     pub reversals: Vec<u64>,
     /// Largest offset per axis, rad or m.
     pub largest_offset: Vec<f64>,
+    /// Largest joint error that the command must leave at a reversal because it may not turn back, per axis, rad or m.
+    pub largest_left: Vec<f64>,
     /// Places where a limit would be exceeded after compensation, the first of them in full.
     pub violations: Vec<Violation>,
     pub violations_total: u64,
     /// Duration of the program before and after, s, where it can be told.
     pub duration_s: Option<[f64; 2]>,
-    /// Largest TCP change, m.
+    /// Largest TCP displacement that an offset makes at a reversal, m.
     pub largest_change_m: f64,
 }
 
@@ -45,33 +58,219 @@ pub enum LimitKind {
 /// State of a rewrite in progress.
 pub struct Engine<'a> {
     robot: &'a Robot,
-    compensator: &'a Compensator,
     options: Options,
+    offsets: Vec<Option<Offset>>,
+    /// Nothing to do: points pass as they are.
+    idle: bool,
+    densify: Option<Densify<'a>>,
+    turning: Turning<'a>,
+    path: Path,
+    plan: Plan<'a>,
+    limits: Limits<'a>,
+    timed: Option<bool>,
+    points: u64,
     account: Account,
 }
 
 impl<'a> Engine<'a> {
-    /// Prepares a rewrite; fails where an option is missing (a decay in seconds needs times or a TCP speed).
+    /// Prepares a rewrite. A friction offset that fades in seconds needs times or [`Options::tcp_speed_m_s`]; the first
+    /// block of points tells whether there are times.
     pub fn new(robot: &'a Robot, compensator: &'a Compensator, options: Options) -> Result<Self> {
-        Ok(Self { robot, compensator, options, account: Account::default() })
+        let axes = robot.dof();
+        if axes > 64 {
+            return Err(Error::Refused(format!("a robot of {axes} axes; a rewrite handles up to 64")));
+        }
+        let idle = compensator.is_zero() || options.gain == 0.0;
+        let mut offsets: Vec<Option<Offset>> = vec![None; axes];
+        if !idle {
+            for joint in compensator.joints.iter().filter(|j| j.axis < axes) {
+                let offset = Offset::new(joint);
+                if offset.largest_step() > 0.0 {
+                    offsets[joint.axis] = Some(offset);
+                }
+            }
+        }
+        let cubic = options.refine != Refine::None;
+        let turning = Turning::new(robot, &offsets, &options.deadband, &options.initial_direction, cubic);
+        let densify =
+            (options.refine == Refine::Cartesian && !idle).then(|| Densify::new(robot, options.chord_m.max(1e-8)));
+        let plan = Plan::new(robot, offsets.clone(), &options);
+        let account = Account {
+            reversals: vec![0; axes],
+            largest_offset: vec![0.0; axes],
+            largest_left: vec![0.0; axes],
+            ..Account::default()
+        };
+        let limits = Limits::new(robot, options.tcp_speed_m_s);
+        Ok(Self {
+            robot,
+            options,
+            offsets,
+            idle,
+            densify,
+            turning,
+            path: Path::new(axes),
+            plan,
+            limits,
+            timed: None,
+            points: 0,
+            account,
+        })
     }
 
     /// Takes the next points and appends what is settled to `out`.
     pub fn push(&mut self, block: &Points, out: &mut Emitted) -> Result<()> {
-        let _ = (self.robot, self.compensator, &self.options);
-        out.axes = block.axes;
-        out.q.extend_from_slice(&block.q);
-        out.t_s.extend_from_slice(&block.t_s);
-        for _ in 0..block.len() {
-            out.origin.push(Origin::Point(self.account.points));
-            self.account.points += 1;
+        let timed = !block.t_s.is_empty();
+        if self.timed.is_none() {
+            self.timed = Some(timed);
+            self.need_clock(timed)?;
         }
+        out.axes = block.axes;
+        if self.idle {
+            out.q.extend_from_slice(&block.q);
+            out.t_s.extend_from_slice(&block.t_s);
+            let at = out.origin.len();
+            out.origin.extend((self.points..self.points + block.len() as u64).map(Origin::Point));
+            self.points += block.len() as u64;
+            let times = timed.then_some(block.t_s.as_slice());
+            self.limits.check_run(&block.q, times, &out.origin[at..], &mut self.account);
+            return Ok(());
+        }
+        match &mut self.densify {
+            None => self.turning.extend(&block.q, &block.t_s, self.points),
+            Some(d) => {
+                for i in 0..block.len() {
+                    let t_s = block.t_s.get(i).copied().unwrap_or(0.0);
+                    d.push(block.row(i), t_s, timed, Origin::Point(self.points + i as u64), &mut self.turning);
+                    if i & 63 == 63 {
+                        self.turning.hand_on(&mut self.path, false);
+                    }
+                }
+            }
+        }
+        self.points += block.len() as u64;
+        self.advance(false, out);
         Ok(())
     }
 
     /// Appends what is left and returns the account.
-    pub fn finish(self, out: &mut Emitted) -> Result<Account> {
-        let _ = out;
+    pub fn finish(mut self, out: &mut Emitted) -> Result<Account> {
+        out.axes = self.robot.dof();
+        if let Some(d) = &mut self.densify {
+            d.finish(&mut self.turning);
+        }
+        self.advance(true, out);
+        self.account.points = self.points;
+        self.account.duration_s = self.limits.durations();
         Ok(self.account)
+    }
+
+    fn need_clock(&self, timed: bool) -> Result<()> {
+        let seconds =
+            |o: &Offset| o.friction().is_some_and(|f| matches!(f.shape, FrictionShape::Decay(Decay::Time(_))));
+        let axis = self.offsets.iter().position(|o| o.as_ref().is_some_and(seconds));
+        match axis {
+            Some(axis) if !timed && self.options.tcp_speed_m_s.is_none() => Err(Error::Refused(format!(
+                "the friction offset of {} fades in seconds, but the program has no column `t_s` and no TCP speed is known; \
+                 give --speed-mm-s",
+                self.robot.axis(axis).name
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    fn advance(&mut self, end: bool, out: &mut Emitted) {
+        self.turning.hand_on(&mut self.path, end);
+        let clock = match (self.timed, self.options.tcp_speed_m_s) {
+            (Some(true), _) => Clock::Times,
+            (_, Some(v)) => Clock::Speed(v),
+            _ => Clock::None,
+        };
+        let settled = self.plan.settle(&mut self.path, clock, end, &mut self.account);
+        let mut k = self.path.start();
+        while k < settled {
+            let quiet = if self.options.gain == 1.0 { self.path.next_busy(k, settled) } else { k };
+            if quiet > k {
+                self.emit_run(k, quiet, out);
+                k = quiet;
+            } else {
+                self.emit(k, out);
+                k += 1;
+            }
+        }
+        self.path.release(settled);
+    }
+
+    /// Vertices `from..to`, between which no offset changes.
+    fn emit_run(&mut self, from: usize, to: usize, out: &mut Emitted) {
+        let timed = self.timed == Some(true);
+        let (c, t_s, origin) = self.path.run(from, to);
+        self.limits.check_run(c, timed.then_some(t_s), origin, &mut self.account);
+        out.q.extend_from_slice(c);
+        if timed {
+            out.t_s.extend_from_slice(t_s);
+        }
+        out.origin.extend_from_slice(origin);
+        if self.densify.is_some() {
+            self.account.inserted += origin.iter().filter(|o| !matches!(o, Origin::Point(_))).count() as u64;
+        }
+    }
+
+    /// Vertex `k`, then what is inserted in the leg behind it.
+    fn emit(&mut self, k: usize, out: &mut Emitted) {
+        self.emit_point(self.path.origin(k), self.path.t_s(k), None, k, out);
+        if self.path.knots(k).next().is_none() {
+            return;
+        }
+        let mut shares: Vec<f64> = self.path.knots(k).flat_map(|(_, knots)| knots.iter().map(|x| x.0)).collect();
+        shares.sort_by(f64::total_cmp);
+        // places that no controller could tell apart become one
+        shares.dedup_by(|b, a| *b - *a < 1e-6);
+        let (a, b) = (self.path.origin(k), self.path.origin(k + 1));
+        let (t0, t1) = (self.path.t_s(k), self.path.t_s(k + 1));
+        for share in shares {
+            self.emit_point(between(a, b, share), t0 + share * (t1 - t0), Some(share), k, out);
+        }
+    }
+
+    fn emit_point(&mut self, origin: Origin, t_s: f64, share: Option<f64>, k: usize, out: &mut Emitted) {
+        let gain = self.options.gain;
+        let axes = self.robot.dof();
+        let at = out.q.len();
+        match share {
+            None => {
+                for (&q, &c) in self.path.q(k).iter().zip(self.path.c(k)) {
+                    out.q.push(if gain == 1.0 { c } else { q + gain * (c - q) });
+                }
+            }
+            Some(s) => {
+                let lerp = |a: f64, b: f64| a + s * (b - a);
+                for axis in 0..axes {
+                    let (q0, q1) = (self.path.q(k)[axis], self.path.q(k + 1)[axis]);
+                    let (c0, c1) = (self.path.c(k)[axis], self.path.c(k + 1)[axis]);
+                    let knots = self.path.knots(k).find(|(a, _)| *a == axis);
+                    let c = match knots {
+                        None => lerp(c0, c1),
+                        Some((_, knots)) => {
+                            let i = knots.partition_point(|x| x.0 < s - 1e-6);
+                            let (x0, y0) = if i == 0 { (0.0, c0) } else { knots[i - 1] };
+                            let (x1, y1) = if i == knots.len() { (1.0, c1) } else { knots[i] };
+                            if x1 - x0 < 1e-12 { y1 } else { y0 + ((s - x0) / (x1 - x0)).min(1.0) * (y1 - y0) }
+                        }
+                    };
+                    let q = lerp(q0, q1);
+                    out.q.push(if gain == 1.0 { c } else { q + gain * (c - q) });
+                }
+            }
+        }
+        let timed = self.timed == Some(true);
+        self.limits.check(&out.q[at..], timed.then_some(t_s), origin, &mut self.account);
+        if timed {
+            out.t_s.push(t_s);
+        }
+        if !matches!(origin, Origin::Point(_)) {
+            self.account.inserted += 1;
+        }
+        out.origin.push(origin);
     }
 }

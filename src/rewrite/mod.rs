@@ -3,14 +3,26 @@
 //! The engine sees joint vectors and times only; text, formats and files are the business of [`crate::program`] and of the
 //! command. It is causal with a bounded look-ahead, so a program of any length passes in constant memory.
 //!
-//! Rooms:
-//! - [`engine`]: the state machine.
-//! - [`options`]: what a user may choose.
-//! - [`points`]: blocks of points that go in and come out.
+//! Rooms, in the order in which a point passes them:
+//! - [`points`], [`options`]: blocks of points that go in and come out; what a user may choose.
+//! - [`engine`]: the stations in a row, and the account of what was done.
+//! - [`densify`]: points on the smooth TCP path between program points (`--refine cartesian`).
+//! - [`turning`]: directions, dead band, true turning points between points ([`vertices`] is its memory).
+//! - [`path`]: the stretch of path that is being worked on.
+//! - [`plan`]: each axis' command along the path; [`offset`] says what an axis needs, [`stroke`] solves one reversal.
+//! - [`limits`]: range, speed and acceleration of what comes out.
 
+pub mod densify;
 pub mod engine;
+pub mod limits;
+pub mod offset;
 pub mod options;
+pub mod path;
+pub mod plan;
 pub mod points;
+pub mod stroke;
+pub mod turning;
+pub mod vertices;
 
 pub use engine::{Account, Engine, LimitKind, Violation};
 pub use options::{Options, Refine};

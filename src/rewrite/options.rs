@@ -4,9 +4,10 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Refine {
     /// The program's own points are the turning points; only the points that carry the step and its decay are inserted.
-    None,
-    /// Local cubic through the joint samples: the true turning point is inserted.
     #[default]
+    None,
+    /// Local cubic through the joint samples: the true turning point is inserted. On a coarse program that moves straight
+    /// between points, the new point stands out of the polygon by the height of its chords.
     Cubic,
     /// Arcs through the TCP path and inverse kinematics: turning points on the smooth path, and the whole path made dense
     /// enough that its chords stay within [`Options::chord_m`].
@@ -17,8 +18,10 @@ pub enum Refine {
 #[derive(Debug, Clone)]
 pub struct Options {
     pub refine: Refine,
-    /// Share of the segment behind a turning point at which the point stands that carries the step (seed 000: 0.1).
+    /// Share of the segment behind a turning point at which the point stands that carries the step (seed 000: 0.1). It
+    /// stands nearer where the joint would lag by more than [`Options::shape_m`] until then, unless `step_exact`.
     pub step_fraction: f64,
+    pub step_exact: bool,
     /// Movement against the direction that is number noise, per axis (rad or m).
     pub deadband: Vec<f64>,
     /// Spread the step over this travel behind the turning point, per axis (rad or m); 0: at once.
@@ -41,6 +44,7 @@ impl Options {
         Self {
             refine: Refine::default(),
             step_fraction: 0.1,
+            step_exact: false,
             deadband: vec![1e-8; axes],
             ramp: vec![0.0; axes],
             initial_direction: vec![0; axes],

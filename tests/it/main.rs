@@ -1,5 +1,6 @@
-//! Integration tests: one binary, one module per room.
+//! Integration tests: one binary, a module per room.
 
 mod assess_circle;
 mod assess_impact;
+mod rewrite_engine;
 mod simulate;

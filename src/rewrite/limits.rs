@@ -1,0 +1,159 @@
+//! Limits of the joints on what comes out: range always; speed and acceleration where times, or a TCP speed, tell them.
+//!
+//! Range is checked at every point. Speed is checked on every leg of a program with times; without times only on legs on
+//! which an offset changes, at the TCP speed of the program. Acceleration is the change of speed between two legs over
+//! their mean duration; it is checked where an offset changes, so that a corner of the program itself is not held against
+//! the offsets.
+
+use super::Origin;
+use super::engine::{Account, LimitKind, Violation};
+use crate::robot::Robot;
+use nalgebra::Vector3;
+
+/// Violations that are listed in full.
+const LISTED: usize = 100;
+/// Shortest duration of a segment, s: one interpolation cycle of a controller.
+pub const CYCLE_S: f64 = 0.004;
+/// A limit counts as exceeded beyond this share of itself: number noise of a value that stands on it.
+const SLACK: f64 = 1e-9;
+
+#[derive(Debug, Clone, Default)]
+struct Last {
+    q: Vec<f64>,
+    t_s: f64,
+    /// Speed on the leg that arrives here, and its duration; empty where it is not known.
+    speed: Vec<f64>,
+    duration_s: f64,
+    /// TCP there, where it was computed.
+    tcp_m: Option<Vector3<f64>>,
+}
+
+/// Running checks.
+pub struct Limits<'a> {
+    robot: &'a Robot,
+    range: Vec<[f64; 2]>,
+    any_rate: bool,
+    tcp_speed_m_s: Option<f64>,
+    last: Option<Last>,
+    first_t_s: Option<f64>,
+}
+
+impl<'a> Limits<'a> {
+    pub fn new(robot: &'a Robot, tcp_speed_m_s: Option<f64>) -> Self {
+        let range = robot.axis_joints().map(|j| j.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY])).collect();
+        let any_rate = robot.axis_joints().any(|j| j.max_speed.is_some() || j.max_accel.is_some());
+        Self { robot, range, any_rate, tcp_speed_m_s, last: None, first_t_s: None }
+    }
+
+    /// Duration before and after, where the program has times: it keeps them.
+    pub fn durations(&self) -> Option<[f64; 2]> {
+        let d = self.last.as_ref()?.t_s - self.first_t_s?;
+        Some([d, d])
+    }
+
+    /// Checks the next points, between which no offset changes.
+    pub fn check_run(&mut self, q: &[f64], t_s: Option<&[f64]>, origin: &[Origin], account: &mut Account) {
+        let axes = self.range.len();
+        let rows = origin.len();
+        if rows == 0 {
+            return;
+        }
+        for (row, &at) in q.chunks_exact(axes).zip(origin) {
+            let mut inside = true;
+            for (v, [lo, hi]) in row.iter().zip(&self.range) {
+                inside &= v >= lo && v <= hi;
+            }
+            if !inside {
+                self.range_of(row, at, account);
+            }
+        }
+        match t_s {
+            Some(t) if self.any_rate => {
+                for ((row, &t), &at) in q.chunks_exact(axes).zip(t).zip(origin) {
+                    self.rates(row, Some(t), at, false, account);
+                }
+            }
+            _ => {
+                let row = &q[(rows - 1) * axes..];
+                let t = t_s.map_or(0.0, |t| t[rows - 1]);
+                self.first_t_s = self.first_t_s.or(t_s.map(|t| t[0]));
+                let last = self.last.get_or_insert_default();
+                last.q.clear();
+                last.q.extend_from_slice(row);
+                last.speed.clear();
+                last.tcp_m = None;
+                last.t_s = t;
+            }
+        }
+    }
+
+    /// Checks the next point, at which an offset may change.
+    pub fn check(&mut self, q: &[f64], t_s: Option<f64>, origin: Origin, account: &mut Account) {
+        self.range_of(q, origin, account);
+        self.rates(q, t_s, origin, true, account);
+    }
+
+    fn range_of(&self, q: &[f64], origin: Origin, account: &mut Account) {
+        for (axis, (&v, &[lo, hi])) in q.iter().zip(&self.range).enumerate() {
+            if v < lo || v > hi {
+                let limit = if v < lo { lo } else { hi };
+                if (v - limit).abs() > SLACK * limit.abs().max(1e-3) {
+                    add(account, Violation { origin, axis, what: LimitKind::Range, value: v, limit });
+                }
+            }
+        }
+    }
+
+    fn rates(&mut self, q: &[f64], t_s: Option<f64>, origin: Origin, busy: bool, account: &mut Account) {
+        self.first_t_s = self.first_t_s.or(t_s);
+        let Some(mut last) = self.last.take() else {
+            self.last = Some(Last { q: q.to_vec(), t_s: t_s.unwrap_or(0.0), ..Last::default() });
+            return;
+        };
+        let duration_s = match (t_s, self.tcp_speed_m_s) {
+            (Some(t), _) => t - last.t_s,
+            (None, Some(v)) if self.any_rate => {
+                let before = last.tcp_m.unwrap_or_else(|| self.robot.tcp_m(&last.q));
+                let now = self.robot.tcp_m(q);
+                last.tcp_m = Some(now);
+                ((now - before).norm() / v).max(CYCLE_S)
+            }
+            _ => 0.0,
+        };
+        if duration_s > 0.0 {
+            let known = last.speed.len() == q.len();
+            last.speed.resize(q.len(), 0.0);
+            for (axis, (joint, (now, before))) in self.robot.axis_joints().zip(q.iter().zip(&last.q)).enumerate() {
+                let speed = (now - before) / duration_s;
+                if let Some(limit) = joint.max_speed
+                    && speed.abs() > limit * (1.0 + SLACK)
+                {
+                    add(account, Violation { origin, axis, what: LimitKind::Speed, value: speed, limit });
+                }
+                if let Some(limit) = joint.max_accel
+                    && known
+                    && busy
+                {
+                    let accel = (speed - last.speed[axis]) / (0.5 * (duration_s + last.duration_s));
+                    if accel.abs() > limit * (1.0 + SLACK) {
+                        add(account, Violation { origin, axis, what: LimitKind::Acceleration, value: accel, limit });
+                    }
+                }
+                last.speed[axis] = speed;
+            }
+        } else {
+            last.speed.clear();
+        }
+        last.duration_s = duration_s;
+        last.q.copy_from_slice(q);
+        last.t_s = t_s.unwrap_or(0.0);
+        self.last = Some(last);
+    }
+}
+
+fn add(account: &mut Account, violation: Violation) {
+    account.violations_total += 1;
+    if account.violations.len() < LISTED {
+        account.violations.push(violation);
+    }
+}

@@ -1,0 +1,359 @@
+//! The rewriting engine against analytic cases and against the effect catalogue as the machine.
+
+use lostmotion::compensator::{BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator};
+use lostmotion::effect::{Backlash, Decay, Effect, GapCurve, Stiction, Track, joint_output};
+use lostmotion::rewrite::{Account, Emitted, Engine, LimitKind, Options, Origin, Points, Refine};
+use lostmotion::robot::Robot;
+use proptest::prelude::*;
+use std::path::Path;
+
+const DEG: f64 = std::f64::consts::PI / 180.0;
+
+fn kuka() -> Robot {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/kuka-kr120-r2500-pro.yaml");
+    Robot::load(&path).expect("the bundled robot loads")
+}
+
+/// Compensator with half gap `gap` and friction `gain` (degrees) on axis `axis`.
+fn on_axis(axis: usize, gap: f64, friction: Option<(f64, FrictionShape)>) -> Compensator {
+    let curve = GapCurve::Constant(gap * DEG);
+    Compensator {
+        robot_name: String::new(),
+        robot_sha256: String::new(),
+        joints: vec![JointCompensator {
+            axis,
+            backlash: Some(BacklashOffset { positive: curve.clone(), negative: curve }),
+            friction: friction.map(|(g, shape)| FrictionOffset { gain: g * DEG, shape }),
+        }],
+        evidence: Evidence::default(),
+    }
+}
+
+/// Program of the KUKA in which only axis 0 moves, degrees.
+fn one_axis(a1: &[f64]) -> Points {
+    let mut p = Points { axes: 6, ..Points::default() };
+    for v in a1 {
+        p.q.extend([v * DEG, -80.0 * DEG, 90.0 * DEG, 0.0, 0.0, 0.0]);
+    }
+    p
+}
+
+fn run(
+    robot: &Robot,
+    compensator: &Compensator,
+    options: Options,
+    points: &Points,
+    block: usize,
+) -> (Emitted, Account) {
+    let mut engine = Engine::new(robot, compensator, options).expect("engine");
+    let mut out = Emitted::default();
+    for from in (0..points.len()).step_by(block) {
+        let to = (from + block).min(points.len());
+        let part = Points {
+            axes: points.axes,
+            q: points.q[from * points.axes..to * points.axes].to_vec(),
+            t_s: if points.t_s.is_empty() { Vec::new() } else { points.t_s[from..to].to_vec() },
+        };
+        engine.push(&part, &mut out).expect("push");
+    }
+    let account = engine.finish(&mut out).expect("finish");
+    (out, account)
+}
+
+fn a1_of(out: &Emitted) -> Vec<f64> {
+    (0..out.len()).map(|i| out.row(i)[0] / DEG).collect()
+}
+
+fn close(found: &[f64], want: &[f64], tolerance: f64) {
+    assert_eq!(found.len(), want.len(), "{found:?} against {want:?}");
+    for (f, w) in found.iter().zip(want) {
+        assert!((f - w).abs() <= tolerance, "{found:?} against {want:?}");
+    }
+}
+
+#[test]
+fn a_triangle_gets_the_step_behind_its_tip() {
+    let robot = kuka();
+    let mut options = Options::new(6);
+    options.step_exact = true;
+    let (out, account) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&[0.0, 1.0, 2.0, 1.0, 0.0]), 100);
+    // equation 16, and the inserted point 0.1 of the segment behind the turn
+    close(&a1_of(&out), &[0.01, 1.01, 2.01, 1.89, 0.99, -0.01], 1e-12);
+    assert!(matches!(out.origin[3], Origin::Inserted { after: 2, fraction } if (fraction - 0.1).abs() < 1e-12));
+    assert_eq!((account.points, account.inserted, account.reversals[0]), (5, 1, 1));
+}
+
+#[test]
+fn a_pause_keeps_the_direction_and_the_step_follows_its_end() {
+    let robot = kuka();
+    let mut options = Options::new(6);
+    options.step_exact = true;
+    let (out, _) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&[0.0, 1.0, 1.0, 1.0, 0.0]), 100);
+    close(&a1_of(&out), &[0.01, 1.01, 1.01, 1.01, 0.89, -0.01], 1e-12);
+}
+
+#[test]
+fn a_joint_that_has_not_moved_yet_is_left_alone() {
+    let robot = kuka();
+    let mut options = Options::new(6);
+    options.step_exact = true;
+    let (out, account) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&[5.0, 5.0, 5.0, 4.0]), 100);
+    close(&a1_of(&out), &[5.0, 5.0, 5.0, 4.89, 3.99], 1e-12);
+    assert_eq!(account.reversals[0], 0);
+}
+
+#[test]
+fn a_known_initial_direction_makes_the_first_movement_a_reversal() {
+    let robot = kuka();
+    let mut options = Options::new(6);
+    options.step_exact = true;
+    options.initial_direction[0] = -1;
+    let (out, account) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&[0.0, 1.0]), 100);
+    close(&a1_of(&out), &[-0.01, 0.11, 1.01], 1e-12);
+    assert_eq!(account.reversals[0], 1);
+}
+
+#[test]
+fn number_noise_makes_no_reversal() {
+    let robot = kuka();
+    let mut options = Options::new(6);
+    options.deadband = vec![1.5e-4 * DEG; 6];
+    let noisy: Vec<f64> = (0..200).map(|i| f64::from(i) * 1e-3 - f64::from(i % 2) * 1.05e-3).collect();
+    let (_, account) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&noisy), 100);
+    assert_eq!(account.reversals[0], 0);
+}
+
+#[test]
+fn a_ramp_spreads_the_step_over_its_travel() {
+    let robot = kuka();
+    let mut options = Options::new(6);
+    options.ramp[0] = 1.0 * DEG;
+    let down: Vec<f64> = (0..=20).map(|i| 2.0 - 0.1 * f64::from(i)).collect();
+    let program: Vec<f64> = [0.0, 1.0].into_iter().chain(down).collect();
+    let (out, _) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&program), 100);
+    for i in 0..out.len() {
+        if let Origin::Point(k) = out.origin[i]
+            && k >= 2
+        {
+            let travel = 2.0 - program[k as usize];
+            let want = program[k as usize] + 0.01 - 0.02 * (travel / 1.0).min(1.0);
+            assert!((out.row(i)[0] / DEG - want).abs() < 1e-9, "point {k}");
+        }
+    }
+}
+
+#[test]
+fn equation_17_counts_program_points_from_the_turn() {
+    let robot = kuka();
+    let shape = FrictionShape::Poses { exponent: 3.0, poses: 5 };
+    let program: Vec<f64> = (0..30).map(|i| 10.0 - (f64::from(i) - 12.0).abs()).collect();
+    let (out, _) = run(&robot, &on_axis(0, 0.0028, Some((0.0034, shape))), Options::new(6), &one_axis(&program), 100);
+    // published.yaml, seed_000.table_3.equation_17_k_1_to_5: k = 1 at the turn, where the step has yet to be made
+    let published = [1.0, 0.38553, 0.09301, 0.01279, 0.00091];
+    for i in 0..out.len() {
+        if let Origin::Point(k) = out.origin[i]
+            && (13..17).contains(&k)
+        {
+            let want = program[k as usize] - 0.0028 - 0.0034 * published[k as usize - 12];
+            assert!((out.row(i)[0] / DEG - want).abs() < 1e-7, "point {k}: {} {want}", out.row(i)[0] / DEG);
+        }
+    }
+}
+
+#[test]
+fn a_zero_compensator_changes_and_inserts_nothing() {
+    let robot = kuka();
+    let points = one_axis(&[0.0, 1.0, 2.0, 1.0, 0.5, 1.0]);
+    for refine in [Refine::None, Refine::Cubic, Refine::Cartesian] {
+        let options = Options { refine, ..Options::new(6) };
+        let (out, account) = run(&robot, &on_axis(0, 0.0, None), options, &points, 2);
+        assert_eq!(out.q, points.q);
+        assert_eq!(account.inserted, 0);
+    }
+}
+
+#[test]
+fn cubic_finds_the_extreme_of_a_sampled_sine() {
+    let robot = kuka();
+    let n = 101;
+    let phase = 0.3;
+    let value = |u: f64| 20.0 * (u * 2.0 * std::f64::consts::PI / 25.0 + phase).sin();
+    let program: Vec<f64> = (0..n).map(|i| value(f64::from(i))).collect();
+    let mut points = one_axis(&program);
+    points.t_s = (0..n).map(f64::from).collect();
+    let options = Options { refine: Refine::Cubic, ..Options::new(6) };
+    let (out, account) = run(&robot, &on_axis(0, 0.01, None), options, &points, 7);
+    assert_eq!(account.reversals[0], 8);
+    // the quarter waves, in program points
+    let mut found = 0;
+    for (i, o) in out.origin.iter().enumerate() {
+        if let Origin::Inserted { after, fraction } = o {
+            let u = *after as f64 + fraction;
+            let turn = ((u * 2.0 / 25.0 + phase / std::f64::consts::PI - 0.5).round() + 0.5) * 12.5
+                - phase * 12.5 / std::f64::consts::PI;
+            if (u - turn).abs() < 0.02 {
+                let peak = 20.0 * value(turn).signum();
+                assert!((out.row(i)[0] / DEG - peak - 0.01 * peak.signum()).abs() < 0.01, "{}", out.row(i)[0] / DEG);
+                found += 1;
+            }
+        }
+    }
+    assert!(found >= 6, "{found} turning points inserted");
+}
+
+#[test]
+fn a_zigzag_is_no_smooth_path_and_gets_no_turning_points_beyond_its_tips() {
+    let robot = kuka();
+    let program: Vec<f64> = (0..40).map(|i| f64::from((i % 8 - 4i32).abs())).collect();
+    let options = Options { refine: Refine::Cubic, ..Options::new(6) };
+    let (out, _) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&program), 9);
+    assert!(a1_of(&out).iter().all(|v| (-0.0101..=4.0101).contains(v)));
+}
+
+#[test]
+fn cartesian_brings_the_chords_of_a_circle_down_to_the_tolerance() {
+    let robot = kuka();
+    // the seed's circle, solved by the numerical inverse from its neighbour
+    let mut points = Points { axes: 6, ..Points::default() };
+    let mut seed = [-14.36, -77.83, 84.74, 0.0, 0.0, 0.0].map(|v: f64| v * DEG).to_vec();
+    let inverse = lostmotion::robot::InverseOptions { free: vec![0, 1, 2], ..Default::default() };
+    let on = |phi: f64| nalgebra::Vector3::new(1.78, 0.45 + 0.25 * phi.cos(), 1.2 + 0.25 * phi.sin());
+    for i in 0..=200 {
+        let phi = (88.7 + 1.8 * f64::from(i)) * DEG;
+        let r = robot.inverse(&lostmotion::robot::Target::Position(on(phi)), &seed, &inverse);
+        assert!(r.converged());
+        seed = r.q;
+        points.q.extend(&seed);
+    }
+    // a gap so small that offsets do not matter
+    let options = Options { refine: Refine::Cartesian, chord_m: 2e-6, ..Options::new(6) };
+    let (out, _) = run(&robot, &on_axis(0, 1e-9, None), options, &points, 50);
+    let mut worst = 0.0f64;
+    for i in 1..out.len() {
+        let middle: Vec<f64> = out.row(i - 1).iter().zip(out.row(i)).map(|(a, b)| 0.5 * (a + b)).collect();
+        for q in [&middle, &out.row(i).to_vec()] {
+            let p = robot.tcp_m(q);
+            worst = worst.max(((p.y - 0.45).hypot(p.z - 1.2) - 0.25).abs()).max((p.x - 1.78).abs());
+        }
+    }
+    // the first and last leg lack a neighbour and use one arc alone: exact on a circle
+    assert!(worst < 2.1e-6, "{} um", worst * 1e6);
+}
+
+#[test]
+fn limits_are_named_with_place_and_value() {
+    let robot = kuka();
+    // A1 ends at 185 degrees
+    let (_, account) = run(&robot, &on_axis(0, 0.01, None), Options::new(6), &one_axis(&[184.0, 184.995, 184.0]), 10);
+    assert_eq!(account.violations_total, 1);
+    let v = &account.violations[0];
+    assert_eq!((v.origin, v.axis, v.what), (Origin::Point(1), 0, LimitKind::Range));
+    assert!((v.value / DEG - 185.005).abs() < 1e-9 && (v.limit / DEG - 185.0).abs() < 1e-9);
+    // 136 degrees a second
+    let mut fast = one_axis(&[0.0, 1.0, 2.0]);
+    fast.t_s = vec![0.0, 0.005, 1.0];
+    let (_, account) = run(&robot, &on_axis(0, 0.01, None), Options::new(6), &fast, 10);
+    assert!(account.violations.iter().any(|v| v.what == LimitKind::Speed && v.origin == Origin::Point(1)));
+}
+
+#[test]
+fn the_step_of_a_fast_program_keeps_to_the_joint_s_own_acceleration() {
+    let robot = kuka();
+    // 250 Hz, soft turns of 3 degrees
+    let n = 4000;
+    let mut points = one_axis(&(0..n).map(|i| 3.0 * (f64::from(i) * 0.004 * 2.0).sin()).collect::<Vec<_>>());
+    points.t_s = (0..n).map(|i| f64::from(i) * 0.004).collect();
+    let (out, account) = run(
+        &robot,
+        &on_axis(0, 0.005, Some((0.003, FrictionShape::Decay(Decay::Time(0.2))))),
+        Options::new(6),
+        &points,
+        512,
+    );
+    assert!(account.reversals[0] > 8);
+    assert_eq!(account.violations, []);
+    assert!(out.t_s.windows(2).all(|w| w[1] > w[0]));
+}
+
+fn smooth_program(amplitudes: &[f64], phases: &[f64], n: usize, dt: f64) -> Points {
+    let value = |t: f64| -> f64 {
+        amplitudes.iter().zip(phases).enumerate().map(|(k, (a, f))| a * ((k as f64 + 1.0) * 0.21 * t + f).sin()).sum()
+    };
+    let mut points = one_axis(&(0..n).map(|i| value(i as f64 * dt)).collect::<Vec<_>>());
+    points.t_s = (0..n).map(|i| i as f64 * dt).collect();
+    points
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+
+    #[test]
+    fn block_sizes_do_not_change_a_bit(
+        amplitudes in prop::collection::vec(0.0..3.0f64, 3), phases in prop::collection::vec(0.0..6.0f64, 3),
+        refine in prop_oneof![Just(Refine::None), Just(Refine::Cubic), Just(Refine::Cartesian)], block in 1usize..90, timed: bool,
+    ) {
+        let robot = kuka();
+        let mut points = smooth_program(&amplitudes, &phases, 240, 0.5);
+        if !timed {
+            points.t_s.clear();
+        }
+        let compensator = on_axis(0, 0.004, Some((0.003, FrictionShape::Decay(Decay::Time(3.0)))));
+        let options = Options { refine, tcp_speed_m_s: Some(5e-3), ..Options::new(6) };
+        let (whole, a) = run(&robot, &compensator, options.clone(), &points, 1000);
+        let (parts, b) = run(&robot, &compensator, options, &points, block);
+        prop_assert_eq!(&whole.q, &parts.q);
+        prop_assert_eq!(&whole.t_s, &parts.t_s);
+        prop_assert_eq!(&whole.origin, &parts.origin);
+        prop_assert_eq!(a.reversals, b.reversals);
+        let own: Vec<u64> = whole.origin.iter().filter_map(|o| if let Origin::Point(i) = o { Some(*i) } else { None }).collect();
+        prop_assert!(own.iter().copied().eq(0..240));
+    }
+
+    /// The catalogue is the machine: what it makes of the rewritten command is the program, but for what the account
+    /// announces.
+    #[test]
+    fn the_machine_follows_the_program_within_the_announced_error(
+        amplitudes in prop::collection::vec(0.2..3.0f64, 3), phases in prop::collection::vec(0.0..6.0f64, 3),
+        gap in 0.0005..0.006f64, gain in 0.0005..0.006f64, decay in 0.3..6.0f64,
+    ) {
+        let robot = kuka();
+        let points = smooth_program(&amplitudes, &phases, 1200, 0.1);
+        let compensator = on_axis(0, gap, Some((gain, FrictionShape::Decay(Decay::Time(decay)))));
+        let options = Options { shape_m: 1e-7, ..Options::new(6) };
+        let (out, account) = run(&robot, &compensator, options, &points, 128);
+        // a fine clock, so that the machine sees the command between its points
+        let (mut t, mut c, mut want) = (Vec::new(), Vec::new(), Vec::new());
+        let nominal = |u: f64| {
+            let i = (u.floor() as usize).min(points.len() - 2);
+            points.row(i)[0] + (u - i as f64) * (points.row(i + 1)[0] - points.row(i)[0])
+        };
+        for i in 0..out.len() - 1 {
+            let (t0, t1) = (out.t_s[i], out.t_s[i + 1]);
+            let parts = ((t1 - t0) / 0.002).ceil().max(1.0);
+            for k in 0..parts as usize {
+                let s = k as f64 / parts;
+                t.push(t0 + s * (t1 - t0));
+                c.push(out.row(i)[0] + s * (out.row(i + 1)[0] - out.row(i)[0]));
+                want.push(nominal((t0 + s * (t1 - t0)) / 0.1));
+            }
+        }
+        let track = Track::new(&t, &c, 1e-12);
+        // as many reversals as the program has: the offsets made none
+        prop_assert_eq!(track.turns.len() as u64, account.reversals[0]);
+        let effects = [
+            Effect::Stiction(Stiction { spike: gain * DEG, decay: Decay::Time(decay) }),
+            Effect::Backlash(Backlash::constant(gap * DEG)),
+        ];
+        let got = joint_output(&track, &effects);
+        let Some(first) = track.turns.first().map(|t| t.index) else { return Ok(()) };
+        // the step takes a few milliseconds of the program, in which the joint lags
+        let speed = points.q.chunks(6).map(|r| r[0]).collect::<Vec<_>>().windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max) / 0.1;
+        let worst = got.iter().zip(&want).skip(first).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        prop_assert!(worst <= account.largest_left[0] + speed * 0.02 + 2e-6 * DEG, "{} deg, announced {}", worst / DEG, account.largest_left[0] / DEG);
+        // and the offsets help
+        let raw: Vec<f64> = points.q.chunks(6).map(|r| r[0]).collect();
+        let plain = Track::new(&points.t_s, &raw, 1e-12);
+        let before = joint_output(&plain, &effects).iter().zip(&raw).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        prop_assert!(worst < before, "{} deg without, {} with", before / DEG, worst / DEG);
+    }
+}
