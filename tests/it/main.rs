@@ -4,3 +4,4 @@ mod assess_circle;
 mod assess_impact;
 mod rewrite_engine;
 mod simulate;
+mod val_job;
