@@ -1,6 +1,7 @@
 //! Notes on method: what a figure rests on, its equation and its source, to be quoted by name.
 //!
-//! Equations are MathML of our own, written here; words from files never get into them.
+//! Equations are HTML of our own, written here; words from files never get into them. MathML would need a font for mathematics
+//! on the reader's machine.
 
 use maud::{Markup, PreEscaped, html};
 use std::borrow::Cow;
@@ -13,7 +14,7 @@ const PAPER: &str = "Experimental assessment and feedforward control of backlash
 pub struct Method {
     pub name: Cow<'static, str>,
     pub text: Cow<'static, str>,
-    /// MathML, or empty.
+    /// HTML, or empty.
     equation: &'static str,
     /// Number of the equation in its source, or empty.
     number: &'static str,
@@ -44,12 +45,8 @@ impl Method {
 /// Play operator.
 pub const PLAY: Method = Method::known(
     "Backlash as play",
-    "The joint q follows its command p at the distance of the half gap b and stands still while the gap is crossed. b may depend on position.",
-    "<math display=\"block\"><mrow><msub><mi>q</mi><mi>j</mi></msub><mo>=</mo><mo>{</mo><mtable columnalign=\"left left\">\
-<mtr><mtd><msub><mi>p</mi><mi>j</mi></msub><mo>−</mo><mi>b</mi></mtd><mtd><mtext>moving up, </mtext><msub><mi>p</mi><mi>j</mi></msub><mo>≥</mo><msub><mi>q</mi><mrow><mi>j</mi><mo>−</mo><mn>1</mn></mrow></msub><mo>+</mo><mi>b</mi></mtd></mtr>\
-<mtr><mtd><msub><mi>p</mi><mi>j</mi></msub><mo>+</mo><mi>b</mi></mtd><mtd><mtext>moving down, </mtext><msub><mi>p</mi><mi>j</mi></msub><mo>≤</mo><msub><mi>q</mi><mrow><mi>j</mi><mo>−</mo><mn>1</mn></mrow></msub><mo>−</mo><mi>b</mi></mtd></mtr>\
-<mtr><mtd><msub><mi>q</mi><mrow><mi>j</mi><mo>−</mo><mn>1</mn></mrow></msub></mtd><mtd><mtext>otherwise</mtext></mtd></mtr>\
-</mtable></mrow></math>",
+    "The joint q follows its command p at the distance of the half gap b and stands still while the gap is crossed: the three cases of the equation in one line. b may depend on position.",
+    "<i>q<sub>j</sub></i> = min( max( <i>q</i><sub><i>j</i>−1</sub>, <i>p<sub>j</sub></i> − <i>b</i> ), <i>p<sub>j</sub></i> + <i>b</i> )",
     "equation 6",
     PAPER,
 );
@@ -57,8 +54,8 @@ pub const PLAY: Method = Method::known(
 /// Stiction behind a reversal.
 pub const STICTION: Method = Method::known(
     "Stiction",
-    "Behind a reversal at p_rev the joint stands still until the command has moved as far as the spike that is left; the servo works the spike s off with the time constant τ (or with the travel).",
-    "<math display=\"block\"><mrow><msub><mi>r</mi><mi>f</mi></msub><mo>=</mo><mo>−</mo><mi>dir</mi><mo>·</mo><mi>min</mi><mo>(</mo><mo>|</mo><mi>p</mi><mo>−</mo><msub><mi>p</mi><mi>rev</mi></msub><mo>|</mo><mo>,</mo><mspace width=\"0.3em\"/><mi>s</mi><msup><mi>e</mi><mrow><mo>−</mo><mo>(</mo><mi>t</mi><mo>−</mo><msub><mi>t</mi><mi>rev</mi></msub><mo>)</mo><mo>/</mo><mi>τ</mi></mrow></msup><mo>)</mo></mrow></math>",
+    "Behind a reversal the joint stands still until its command has moved as far from the turning point as what is left of the spike s; the servo works that off with the time constant τ, or with the travel.",
+    "<i>r</i><sub>f</sub> = −dir · min( |<i>p</i> − <i>p</i><sub>rev</sub>|, <i>s</i> e<sup>−(<i>t</i> − <i>t</i><sub>rev</sub>)/<i>τ</i></sup> )",
     "after equations 8 and 9",
     PAPER,
 );
@@ -67,7 +64,7 @@ pub const STICTION: Method = Method::known(
 pub const STATIC_GAP: Method = Method::known(
     "Half gap from dwells",
     "Each position is reached from below and from above and rested at; half of the difference of the two joint positions is the half gap. Joint positions come from the measured TCP by inverse kinematics, each dwell is a mean, each cycle a value.",
-    "<math display=\"block\"><mrow><mi>b</mi><mo>=</mo><mfrac><mn>1</mn><mn>2</mn></mfrac><mo>(</mo><msub><mover><mi>q</mi><mo>¯</mo></mover><mtext>from above</mtext></msub><mo>−</mo><msub><mover><mi>q</mi><mo>¯</mo></mover><mtext>from below</mtext></msub><mo>)</mo></mrow></math>",
+    "<i>b</i> = ½ ( <i>q</i><sub>from above</sub> − <i>q</i><sub>from below</sub> )",
     "section 3.3, equation 6",
     PAPER,
 );
@@ -76,7 +73,7 @@ pub const STATIC_GAP: Method = Method::known(
 pub const FEEDFORWARD: Method = Method::known(
     "Feedforward compensation",
     "The program that is sent holds the wanted joint position plus an offset against the gap, of the sign of the movement, and an offset against friction that fades behind each reversal. The movement never turns back while an offset fades.",
-    "<math display=\"block\"><mrow><mover><mi>Θ</mi><mo>^</mo></mover><mo>=</mo><mi>Θ</mi><mo>+</mo><msub><mi>C</mi><mi>b</mi></msub><mo>+</mo><msub><mi>C</mi><mi>f</mi></msub><mo>,</mo><mspace width=\"0.8em\"/><msub><mi>C</mi><mi>b</mi></msub><mo>=</mo><mo>±</mo><mi>d</mi></mrow></math>",
+    "<i>Θ</i><sub>sent</sub> = <i>Θ</i> + <i>C</i><sub>b</sub> + <i>C</i><sub>f</sub>, <i>C</i><sub>b</sub> = dir · <i>d</i>",
     "equations 15 and 16",
     PAPER,
 );
@@ -84,8 +81,8 @@ pub const FEEDFORWARD: Method = Method::known(
 /// Friction offset over program points.
 pub const FRICTION_POINTS: Method = Method::known(
     "Friction offset over program points",
-    "Where a compensator counts program points behind a reversal: gain g, exponent l, k_t points.",
-    "<math display=\"block\"><mrow><msub><mi>c</mi><mi>f</mi></msub><mo>=</mo><mi>g</mi><mspace width=\"0.2em\"/><mi>exp</mi><mo>(</mo><mn>1</mn><mo>−</mo><msup><mrow><mo>(</mo><mn>1</mn><mo>+</mo><mfrac><mrow><mi>k</mi><mo>−</mo><mn>1</mn></mrow><mrow><msub><mi>k</mi><mi>t</mi></msub><mo>−</mo><mn>1</mn></mrow></mfrac><mo>)</mo></mrow><mi>l</mi></msup><mo>)</mo><mo>,</mo><mspace width=\"0.6em\"/><mi>k</mi><mo>=</mo><mn>1</mn><mo>…</mo><msub><mi>k</mi><mi>t</mi></msub></mrow></math>",
+    "Where a compensator counts program points behind a reversal: gain g, exponent l, over kₜ points.",
+    "<i>c</i><sub>f</sub> = <i>g</i> exp( 1 − (1 + (<i>k</i> − 1)/(<i>k</i><sub>t</sub> − 1))<sup><i>l</i></sup> ), <i>k</i> = 1 … <i>k</i><sub>t</sub>",
     "equation 17",
     PAPER,
 );
@@ -94,7 +91,7 @@ pub const FRICTION_POINTS: Method = Method::known(
 pub const IMPACT: Method = Method::known(
     "Error at the TCP",
     "Distance of the TCP at the joint position with the error r from the TCP without it, by forward kinematics. For a half gap it is the error of one direction; two directions differ by twice that.",
-    "<math display=\"block\"><mrow><msub><mi>e</mi><mi>T</mi></msub><mo>=</mo><mo>‖</mo><mi>F</mi><mo>(</mo><mi>θ</mi><mo>+</mo><mi>r</mi><mo>)</mo><mo>−</mo><mi>F</mi><mo>(</mo><mi>θ</mi><mo>)</mo><mo>‖</mo></mrow></math>",
+    "<i>e</i><sub>T</sub> = ‖ <i>F</i>(<i>θ</i> + <i>r</i>) − <i>F</i>(<i>θ</i>) ‖",
     "equation 12 of section 2.2",
     PAPER,
 );
@@ -103,7 +100,7 @@ pub const IMPACT: Method = Method::known(
 pub const CIRCLE: Method = Method::known(
     "Error against the best-fit circle",
     "The plane is that of the smallest singular value of the centred points, the circle in it Taubin's fit. In plane: radius minus fitted radius; out of plane: distance from the plane; total: their 2-norm. Beyond nominal: the same after the nominal path's own deviation from its circle, mostly its chords, is taken off.",
-    "<math display=\"block\"><mrow><msub><mi>e</mi><mtext>total</mtext></msub><mo>=</mo><msqrt><mrow><msup><mrow><mo>(</mo><mi>ρ</mi><mo>−</mo><mi>R</mi><mo>)</mo></mrow><mn>2</mn></msup><mo>+</mo><msup><mi>n</mi><mn>2</mn></msup></mrow></msqrt></mrow></math>",
+    "<i>e</i> = √( (<i>ρ</i> − <i>R</i>)² + <i>n</i>² )",
     "",
     "G. Taubin, Estimation of planar curves, surfaces, and nonplanar space curves defined by implicit equations, IEEE Transactions on Pattern Analysis and Machine Intelligence 13 (11), 1991",
 );

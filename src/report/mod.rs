@@ -27,3 +27,8 @@ pub use figures::*;
 pub use method::Method;
 pub use number::number;
 pub use views::*;
+
+/// The example of `docs/report.md`, kept true.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/report.md")]
+struct Documentation;

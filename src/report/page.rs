@@ -1,6 +1,6 @@
 //! The page itself: HTML shell, head, sections.
 //!
-//! Every word from outside passes through maud, which escapes it; only this crate's own style, script and MathML go in as
+//! Every word from outside passes through maud, which escapes it; only this crate's own style, script and equations go in as
 //! they are. The page is also well-formed XML but for HTML's void elements.
 
 use super::method;
@@ -74,11 +74,17 @@ impl Page {
                 (self.provenance())
                 @if self.sections.len() > 3 {
                     nav aria-label="Sections" { ol {
-                        @for (i, s) in self.sections.iter().enumerate() { li { a href=(format!("#s{}", i + 1)) { (s.content.name()) } } }
+                        @for (i, s) in self.sections.iter().enumerate() { li { a href=(format!("#s{}", i + 1)) { (self.nav_name(s)) } } }
                     } }
                 }
             }
         }
+    }
+
+    /// Name of a section among the others: its kind, or its finding where the kind is there twice.
+    fn nav_name<'a>(&self, s: &'a Section) -> &'a str {
+        let twice = self.sections.iter().filter(|o| o.content.name() == s.content.name()).count() > 1;
+        if twice && !s.title.is_empty() { &s.title } else { s.content.name() }
     }
 
     /// Robot, files and options: what the figures rest on.
@@ -129,7 +135,7 @@ fn verdict(tone: Tone, text: &str) -> Markup {
 fn section(i: usize, s: &Section, joints: &Joints) -> Markup {
     let name = s.content.name();
     html! {
-        section id=(format!("s{}", i + 1)) {
+        section.half[s.content.is_narrow()] id=(format!("s{}", i + 1)) {
             @if s.title.is_empty() { h2 { (name) } } @else { p.kicker { (name) } h2 { (s.title) } }
             @if !s.caption.is_empty() { p.caption { (s.caption) } }
             (content(&s.content, joints))

@@ -48,7 +48,7 @@ pub(super) fn reversals(view: &ReversalsView, joints: &Joints) -> Markup {
             tbody {
                 @for row in rows {
                     tr {
-                        th scope="row" { (joint_key(&row.joint, joints)) (turning(&row.joint, row.sense)) }
+                        th.joint scope="row" { (joint_key(&row.joint, joints)) (turning(&row.joint, row.sense)) }
                         @if with_angle { td.n { (row.at_deg.map_or_else(|| "–".into(), |a| number(a, 1))) } }
                         @for k in 0..view.runs.len() {
                             @let v = row.values.get(k);
@@ -95,7 +95,7 @@ pub(super) fn gaps(rows: &[GapRow], joints: &Joints) -> Markup {
             tbody { @for r in shown {
                 @let unit = joints.milli_unit(&r.joint);
                 tr {
-                    th scope="row" { (joint_key(&r.joint, joints)) (r.joint) }
+                    th.joint scope="row" { (joint_key(&r.joint, joints)) (r.joint) }
                     td.n { (number(r.half_gap_milli, 2)) " " span.unit { (unit) } }
                     td.n { (interval(r.ci95_milli, 2)) }
                     td { (if r.significant { "yes" } else { "no: the interval holds zero" }) }
@@ -140,7 +140,7 @@ pub(super) fn compensator(rows: &[CompensatorRow], joints: &Joints) -> Markup {
             tbody { @for r in shown {
                 @let unit = joints.milli_unit(&r.joint);
                 tr {
-                    th scope="row" { (joint_key(&r.joint, joints)) (r.joint) }
+                    th.joint scope="row" { (joint_key(&r.joint, joints)) (r.joint) }
                     td.n { (ends(&r.positive_milli)) @if r.positive_milli.is_some() { " " span.unit { (unit) } } }
                     td.n { (ends(&r.negative_milli)) @if r.negative_milli.is_some() { " " span.unit { (unit) } } }
                     td { (or_dash(&r.kind)) }
@@ -193,7 +193,7 @@ pub(super) fn places(view: &PlacesView, joints: &Joints) -> Markup {
             tbody { @for p in shown {
                 tr {
                     td.n { (p.line.map_or_else(|| "–".into(), |l| l.to_string())) }
-                    th scope="row" { (joint_key(&p.joint, joints)) (p.joint) }
+                    th.joint scope="row" { (joint_key(&p.joint, joints)) (p.joint) }
                     td { (p.what) }
                     td.n { (number(p.at_deg_mm, 4)) " " span.unit { (joints.unit(&p.joint)) } }
                     td.n { (number(p.offset_milli, 2)) " " span.unit { (joints.milli_unit(&p.joint)) } }

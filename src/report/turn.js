@@ -53,8 +53,8 @@ document.querySelectorAll(".space").forEach(function (box) {
     bar.style.display = words.style.display = shown ? "" : "none";
     if (shown) {
       var um = nice(110000 / (d.scale * gain)), w = um / 1000 * gain * d.scale;
-      bar.setAttribute("d", "M340 452v8M340 456H" + (340 + w) + "M" + (340 + w) + " 452v8");
-      words.setAttribute("x", 340 + w + 8);
+      bar.setAttribute("d", "M300 452v8M300 456H" + (300 + w) + "M" + (300 + w) + " 452v8");
+      words.setAttribute("x", 300 + w + 8);
       words.textContent = "error " + um + " µm";
     }
   }

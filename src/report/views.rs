@@ -173,6 +173,12 @@ impl Tile {
 }
 
 impl Content {
+    /// Whether two such sections stand side by side on a wide screen.
+    pub(super) fn is_narrow(&self) -> bool {
+        use Content::*;
+        matches!(self, Histogram(_) | Bars(_) | Waterfall(_) | LeftOut(_) | Places(_) | Notes(_))
+    }
+
     /// What kind of section it is, in a few words.
     pub fn name(&self) -> &'static str {
         match self {

@@ -87,10 +87,15 @@ impl Ticks {
             return Self { values: Vec::new(), step: 1.0 };
         }
         let power = 10f64.powf(rough.log10().floor());
-        let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= rough * 0.9999).unwrap_or(rough);
-        let (first, last) = ((lo / step - 1e-6).ceil(), (hi / step + 1e-6).floor());
+        let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= rough * 0.75).unwrap_or(rough);
+        Self { values: Vec::new(), step }.spanning([lo, hi])
+    }
+
+    /// The same step over another range.
+    pub fn spanning(&self, [lo, hi]: [f64; 2]) -> Self {
+        let (first, last) = ((lo / self.step - 1e-6).ceil(), (hi / self.step + 1e-6).floor());
         let n = (last - first).clamp(-1.0, 50.0) as i64;
-        Self { values: (0..=n).map(|k| (first + k as f64) * step).collect(), step }
+        Self { values: (0..=n).map(|k| (first + k as f64) * self.step).collect(), step: self.step }
     }
 
     /// Angles go by 15, 30, 45 or 90 where they span that much.
@@ -100,8 +105,7 @@ impl Ticks {
             return Self::new(range, about);
         }
         let step = [10.0, 15.0, 30.0, 45.0, 60.0, 90.0, 120.0].into_iter().find(|s| *s >= rough).unwrap_or(120.0);
-        let (first, last) = ((range[0] / step - 1e-6).ceil() as i64, (range[1] / step + 1e-6).floor() as i64);
-        Self { values: (first..=last).map(|k| k as f64 * step).collect(), step }
+        Self { values: Vec::new(), step }.spanning(range)
     }
 
     /// A tick as it is written.

@@ -9,24 +9,30 @@ use maud::{Markup, html};
 const WIDTH: f64 = 540.0;
 const BAR: f64 = 13.0;
 /// Width of a letter of a label, about, px.
-const LETTER: f64 = 6.6;
+const LETTER: f64 = 7.2;
+/// Longest label, letters.
+const LABEL: usize = 32;
 /// Rows beyond this are not drawn but counted.
 const ROWS: usize = 60;
 
 /// Room for the labels on the left.
 fn label_room<'a>(labels: impl Iterator<Item = &'a str>) -> f64 {
-    (12.0 + LETTER * labels.map(|l| l.chars().count().min(26)).max().unwrap_or(0) as f64).max(30.0)
+    (12.0 + LETTER * labels.map(|l| l.chars().count().min(LABEL)).max().unwrap_or(0) as f64).max(30.0)
 }
 
 /// A label that fits the room.
 fn cut(label: &str) -> String {
-    if label.chars().count() <= 26 { label.to_owned() } else { label.chars().take(25).chain(['…']).collect() }
+    if label.chars().count() <= LABEL {
+        label.to_owned()
+    } else {
+        label.chars().take(LABEL - 1).chain(['…']).collect()
+    }
 }
 
-fn grid(scale: &Scale, ticks: &Ticks, bottom: f64, title: &str) -> Markup {
+fn grid(scale: &Scale, ticks: &Ticks, [top, bottom]: [f64; 2], title: &str) -> Markup {
     html! {
         @for &v in &ticks.values {
-            line.grid.zero[v == 0.0] x1=(px(scale.at(v))) x2=(px(scale.at(v))) y1="2" y2=(px(bottom)) {}
+            line.grid.zero[v == 0.0] x1=(px(scale.at(v))) x2=(px(scale.at(v))) y1=(px(top)) y2=(px(bottom)) {}
             text.tick x=(px(scale.at(v))) y=(px(bottom + 16.0)) text-anchor="middle" { (ticks.label(v)) }
         }
         text.title x=(px(WIDTH - 4.0)) y=(px(bottom + 34.0)) text-anchor="end" { (title) }
@@ -50,7 +56,7 @@ pub fn bars(view: &BarsView) -> Markup {
         @if view.runs.len() > 1 { (legend(&view.runs, &[])) }
         figure.single {
             svg role="img" aria-label=(format!("{} in {}, compared", view.quantity, view.unit)) viewBox=(format!("0 0 {} {}", px(WIDTH), px(bottom + 40.0))) {
-                (grid(&scale, &ticks, bottom, &format!("{}, {}", view.quantity, view.unit)))
+                (grid(&scale, &ticks, [2.0, bottom], &format!("{}, {}", view.quantity, view.unit)))
                 @for (i, row) in rows.iter().enumerate() {
                     @let top = 6.0 + group * i as f64;
                     text.label x=(px(left - 8.0)) y=(px(top + (group - 10.0) / 2.0 + 4.0)) text-anchor="end" { (cut(&row.label)) }
@@ -86,14 +92,16 @@ pub fn waterfall(view: &WaterfallView) -> Markup {
     let scale = Scale::new(from_zero(range, false), [left, WIDTH - 70.0]);
     let ticks = Ticks::new([scale.lo, scale.hi], 6);
     let row = BAR + 13.0;
-    let bottom = row * (all.len() + 1) as f64 + 6.0;
+    // the name of the floor stands above the bars
+    let top = if floor.is_some() { 22.0 } else { 6.0 };
+    let bottom = row * (all.len() + 1) as f64 + top;
     let zero = scale.at(0.0);
     let bar = |i: usize, class: &str, a: f64, b: f64| {
-        let y = 6.0 + row * i as f64;
+        let y = top + row * i as f64;
         html! { rect.bar.(class) x=(px(a.min(b))) y=(px(y + 3.0)) width=(px((b - a).abs().max(0.5))) height=(px(BAR + 2.0)) {} }
     };
     let words = |i: usize, label: &str, x: f64, value: String| {
-        let y = 6.0 + row * i as f64 + BAR + 1.0;
+        let y = top + row * i as f64 + BAR + 1.0;
         html! {
             text.label x=(px(left - 8.0)) y=(px(y)) text-anchor="end" { (cut(label)) }
             text.value x=(px(x + 5.0)) y=(px(y)) { (value) }
@@ -102,16 +110,16 @@ pub fn waterfall(view: &WaterfallView) -> Markup {
     html! {
         figure.single {
             svg role="img" aria-label=(format!("{} in {}, step by step", view.quantity, view.unit)) viewBox=(format!("0 0 {} {}", px(WIDTH), px(bottom + 40.0))) {
-                (grid(&scale, &ticks, bottom, &format!("{}, {}", view.quantity, view.unit)))
+                (grid(&scale, &ticks, [top - 4.0, bottom], &format!("{}, {}", view.quantity, view.unit)))
                 @if let Some((name, v)) = floor {
-                    line.floor x1=(px(scale.at(*v))) x2=(px(scale.at(*v))) y1="2" y2=(px(bottom)) {}
-                    text.note x=(px(scale.at(*v) + 5.0)) y=(px(bottom - 3.0)) { (name) " " (value_label(*v)) }
+                    line.floor x1=(px(scale.at(*v))) x2=(px(scale.at(*v))) y1="4" y2=(px(bottom)) {}
+                    text.note x=(px(scale.at(*v) + 5.0)) y="13" { (name) " " (value_label(*v)) }
                 }
                 (bar(0, "before", zero, scale.at(all[0].1)))
                 (words(0, &all[0].0, scale.at(all[0].1), value_label(all[0].1)))
                 @for (i, pair) in all.windows(2).enumerate() {
                     @let (a, b) = (scale.at(pair[0].1), scale.at(pair[1].1));
-                    line.link x1=(px(a)) x2=(px(a)) y1=(px(6.0 + row * i as f64 + BAR + 5.0)) y2=(px(6.0 + row * (i + 1) as f64 + 3.0)) {}
+                    line.link x1=(px(a)) x2=(px(a)) y1=(px(top + row * i as f64 + BAR + 5.0)) y2=(px(top + row * (i + 1) as f64 + 3.0)) {}
                     (bar(i + 1, if b > a { "rise" } else { "fall" }, a, b))
                     (words(i + 1, &pair[1].0, a.max(b), value_change(pair[1].1 - pair[0].1)))
                 }

@@ -26,6 +26,10 @@ pub fn draw(view: &HistogramView) -> Markup {
     let size = Size { height: 280.0, top: 30.0, ..Size::WIDE };
     let frame = Frame::new(size, x_range, from_zero(highest, false), false);
     let dropped = view.runs.iter().flat_map(|r| &r.values).filter(|v| !usable(**v)).count();
+    // the smallest on the highest line, so that no line crosses the words of another
+    let mut quantiles: Vec<(&HistogramRun, f64)> =
+        (view.runs.iter()).filter_map(|r| r.p95.filter(|p| usable(*p) && frame.x.holds(*p)).map(|p| (r, p))).collect();
+    quantiles.sort_by(|a, b| a.1.total_cmp(&b.1));
     html! {
         (legend(view.runs.iter().map(|r| &r.run), &[]))
         figure.single {
@@ -35,9 +39,7 @@ pub fn draw(view: &HistogramView) -> Markup {
                     @let d = outline(&frame, shares, step, first);
                     path.hist.(role_class(run.run.role)) d=(d) {}
                 }
-                @for (k, run) in view.runs.iter().enumerate() {
-                    @if let Some(p) = run.p95.filter(|p| usable(*p) && frame.x.holds(*p)) { (quantile(&frame, run, p, k, &view.unit)) }
-                }
+                @for (k, (run, p)) in quantiles.iter().enumerate() { (quantile(&frame, run, *p, k, &view.unit)) }
             }
             (dropped_note(dropped))
         }

@@ -94,3 +94,11 @@ pub fn turning(joint: &str, sense: i8) -> String {
         _ => joint.to_owned(),
     }
 }
+
+/// Longest name that stands beside a mark in a round drawing, letters; longer ones are in the legend alone.
+const SHORT: usize = 8;
+
+/// Whether the names of all marks are short enough to stand beside them.
+pub fn all_short<'a>(mut names: impl Iterator<Item = &'a str>) -> bool {
+    names.all(|n| n.chars().count() < SHORT)
+}

@@ -5,7 +5,7 @@
 //! drawing as JSON.
 
 use super::axes::{Ticks, extent, usable};
-use super::joints::{Joints, turning};
+use super::joints::{Joints, all_short, turning};
 use super::{dropped_note, legend, line, nothing, role_class};
 use crate::report::figures::{PathMark, PathRun, PathView};
 use crate::report::number::{number, px};
@@ -14,16 +14,19 @@ use std::fmt::Write;
 
 const AZIMUTH_DEG: f64 = 45.0;
 const ELEVATION_DEG: f64 = 35.264_389_682_754_654;
-const SIZE: [f64; 2] = [560.0, 470.0];
-const CENTRE: [f64; 2] = [280.0, 215.0];
+const SIZE: [f64; 2] = [520.0, 470.0];
+const CENTRE: [f64; 2] = [260.0, 208.0];
 /// Radius of the ball on the drawing, px.
-const BALL: f64 = 192.0;
+const BALL: f64 = 200.0;
 /// About this many points of a path are drawn.
 const POINTS: usize = 700;
 /// Reversals beyond this are not drawn; beyond the first of these they have no names.
 const MARKS: usize = 300;
 const NAMED: usize = 24;
-const NAME_BOX: [f64; 2] = [30.0, 14.0];
+/// Largest exaggeration that is taken.
+const MOST: f64 = 1e6;
+/// Height of a name and width of its letters, about, px.
+const NAME: [f64; 2] = [14.0, 8.0];
 
 type Point = [f64; 3];
 
@@ -63,7 +66,8 @@ type Thinned = Vec<Option<(Point, Point)>>;
 
 /// The figure.
 pub fn draw(view: &PathView, joints: &Joints) -> Markup {
-    let exaggeration = if usable(view.exaggeration) { view.exaggeration } else { 400.0 };
+    let sensible = view.exaggeration > 0.0 && view.exaggeration <= MOST;
+    let exaggeration = if sensible { view.exaggeration } else { 400.0 };
     let mut dropped = view.nominal_mm.iter().filter(|p| !finite(p)).count();
     let nominal: Vec<Option<Point>> = stride(view.nominal_mm.iter().map(|p| finite(p).then_some(*p)).collect());
     let runs: Vec<Thinned> = view.runs.iter().map(|r| thinned(r, &mut dropped)).collect();
@@ -74,9 +78,16 @@ pub fn draw(view: &PathView, joints: &Joints) -> Markup {
         return nothing("the path has no finite point");
     };
     let marks: Vec<&PathMark> = view.marks.iter().filter(|m| finite(&m.at_mm)).take(MARKS).collect();
-    let names = place_names(&marks, &stage);
+    let named = marks.len() <= NAMED && all_short(marks.iter().map(|m| m.joint.as_str()));
+    let drawn: Vec<[f64; 2]> = every.iter().map(|p| stage.at(p)).collect();
+    let names = place_names(&marks, &stage, &drawn);
     html! {
         div.space data-exaggeration=(number(exaggeration, 0)) {
+            div.legends {
+                (legend(view.runs.iter().map(|r| &r.run), &[("nominal", "nominal")]))
+                (joints.legend(view.marks.iter().map(|m| m.joint.as_str())))
+                @if view.marks.len() > marks.len() { p.dropped { (view.marks.len() - marks.len()) " further reversals are not drawn." } }
+            }
             figure.single {
                 svg role="img" aria-label=(format!("Nominal and measured path in space, errors drawn {} times larger", number(exaggeration, 0))) viewBox=(format!("0 0 {} {}", px(SIZE[0]), px(SIZE[1]))) {
                     path.nominal data-line="nominal" d=(line::path(nominal.iter().map(|p| p.as_ref().map(|p| stage.at(p))))) {}
@@ -88,7 +99,7 @@ pub fn draw(view: &PathView, joints: &Joints) -> Markup {
                         g.reversal transform=(format!("translate({} {})", px(p[0]), px(p[1]))) data-at=(json(&m.at_mm, 1)) {
                             title { (turning(&m.joint, m.sense)) }
                             (joints.glyph(&m.joint, 0.0, 0.0, 4.6))
-                            @if marks.len() <= NAMED {
+                            @if named {
                                 text.mark-name x=(px(name[0] - p[0])) y=(px(name[1] - p[1] + 4.0)) text-anchor="middle" { (turning(&m.joint, m.sense)) }
                             }
                         }
@@ -98,11 +109,6 @@ pub fn draw(view: &PathView, joints: &Joints) -> Markup {
                 }
                 (controls(exaggeration))
                 (dropped_note(dropped))
-            }
-            div.legends {
-                (legend(view.runs.iter().map(|r| &r.run), &[("nominal", "nominal")]))
-                (joints.legend(view.marks.iter().map(|m| m.joint.as_str())))
-                @if view.marks.len() > marks.len() { p.dropped { (view.marks.len() - marks.len()) " further reversals are not drawn." } }
             }
             script type="application/json" { (PreEscaped(data(&nominal, &runs, &stage))) }
         }
@@ -152,23 +158,25 @@ fn stage(points: &[Point]) -> Option<Stage> {
     Some(Stage { camera: Camera::new(AZIMUTH_DEG, ELEVATION_DEG), middle, px_per_mm })
 }
 
-/// Names stand outside their marks, further out where another name stands already.
-fn place_names(marks: &[&PathMark], stage: &Stage) -> Vec<[f64; 2]> {
+/// Names stand outside their marks, or inside, where they hide least of what is drawn and no other name.
+fn place_names(marks: &[&PathMark], stage: &Stage, drawn: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut placed: Vec<[f64; 2]> = Vec::new();
     for m in marks.iter().take(NAMED) {
         let p = stage.at(&m.at_mm);
         let (dx, dy) = (p[0] - CENTRE[0], p[1] - CENTRE[1]);
         let r = dx.hypot(dy);
         let [ux, uy] = if r > 1.0 { [dx / r, dy / r] } else { [0.0, -1.0] };
-        let candidate = |k: u32| {
-            let far = 24.0 + 13.0 * f64::from(k);
-            [p[0] + far * ux, p[1] + far * uy]
+        let width = 6.0 + NAME[1] * (m.joint.chars().count() + 1) as f64;
+        let within = |a: &[f64; 2], b: &[f64; 2], share: f64| {
+            (a[0] - b[0]).abs() < share * width && (a[1] - b[1]).abs() < share * NAME[0]
         };
-        let clash = |c: &[f64; 2]| {
-            placed.iter().any(|q| (q[0] - c[0]).abs() < NAME_BOX[0] && (q[1] - c[1]).abs() < NAME_BOX[1])
+        let hidden = |c: &[f64; 2]| {
+            let names = placed.iter().filter(|q| within(q, c, 1.0)).count();
+            10_000 * names + drawn.iter().filter(|q| within(q, c, 0.6)).count()
         };
-        let free = (0..6).map(candidate).find(|c| !clash(c)).unwrap_or_else(|| candidate(0));
-        placed.push(free);
+        let candidates = [24.0, 36.0, 48.0, -26.0, -38.0].map(|far| [p[0] + far * ux, p[1] + far * uy]);
+        let best = candidates.into_iter().min_by_key(hidden).unwrap_or(p);
+        placed.push(best);
     }
     placed.resize(marks.len(), CENTRE);
     placed
@@ -215,7 +223,7 @@ fn bars(px_per_mm: f64, exaggeration: f64) -> Markup {
         g.scalebars data-scale=(format!("{px_per_mm:.6}")) {
             @for (k, (width, words, class)) in rows.iter().enumerate() {
                 @let y = 432.0 + 24.0 * k as f64;
-                @let left = 340.0;
+                @let left = 300.0;
                 path.(class) d=(format!("M{} {}v8M{} {}H{}M{} {}v8", px(left), px(y - 4.0), px(left), px(y), px(left + width), px(left + width), px(y - 4.0))) {}
                 text x=(px(left + width + 8.0)) y=(px(y + 4.0)) { (words) }
             }
@@ -226,7 +234,7 @@ fn bars(px_per_mm: f64, exaggeration: f64) -> Markup {
 /// Hidden until the script is there.
 fn controls(exaggeration: f64) -> Markup {
     html! {
-        div.controls hidden {
+        div.controls hidden="hidden" {
             label { "Errors drawn "
                 output { (number(exaggeration, 0)) }
                 " times larger "

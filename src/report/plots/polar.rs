@@ -4,18 +4,20 @@
 //! three plots have scales of their own.
 
 use super::axes::{Scale, Ticks, extent, spread, usable};
-use super::joints::{Joints, turning};
+use super::joints::{Joints, all_short, turning};
 use super::{dropped_note, legend, line, nothing, role_class};
 use crate::report::figures::{AngleMark, PolarRun, PolarView};
 use crate::report::number::{number, px};
 use maud::{Markup, html};
 
-const CENTRE: [f64; 2] = [185.0, 178.0];
-const RIM: f64 = 128.0;
+const CENTRE: [f64; 2] = [196.0, 174.0];
+const RIM: f64 = 136.0;
 /// Innermost ring of the parts with a sign, as a share of the rim.
 const HUB: f64 = 0.12;
 /// Slices of a turn into which samples are thinned.
 const SLICES: f64 = 540.0;
+/// Least distance of two ring labels, px.
+const LABEL_GAP: f64 = 24.0;
 /// Reversals beyond this are not named.
 const NAMED: usize = 24;
 
@@ -46,11 +48,11 @@ fn plot(view: &PolarView, joints: &Joints, name: &str, part: Part, signed: bool)
     };
     let far = range[0].abs().max(range[1].abs());
     let far = if far > 0.0 { far } else { 1.0 };
-    // the rim is the first tick beyond the largest value
-    let step = Ticks::new([0.0, far], if signed { 2 } else { 4 }).step();
-    let far = (far / step * 0.999).ceil() * step;
+    // the rim is the first ring beyond the largest value
+    let ticks = Ticks::new(if signed { [-far, far] } else { [0.0, far] }, 4);
+    let far = (far / ticks.step() * 0.999).ceil() * ticks.step();
     let scale = if signed { Scale::new([-far, far], [HUB * RIM, RIM]) } else { Scale::new([0.0, far], [0.0, RIM]) };
-    let rings = Ticks::new([scale.lo, scale.hi], if signed { 4 } else { 4 });
+    let rings = ticks.spanning([scale.lo, scale.hi]);
     let mut dropped = 0;
     let lines: Vec<_> =
         view.runs.iter().map(|r| (role_class(r.run.role), path(r, part(r), &scale, &mut dropped))).collect();
@@ -58,7 +60,7 @@ fn plot(view: &PolarView, joints: &Joints, name: &str, part: Part, signed: bool)
     html! {
         figure.panel {
             figcaption { (name) }
-            svg role="img" aria-label=(format!("{name} in micrometres over the angle of the circle, polar plot")) viewBox="0 0 370 356" {
+            svg role="img" aria-label=(format!("{name} in micrometres over the angle of the circle, polar plot")) viewBox="0 0 392 348" {
                 @for &v in rings.values.iter().filter(|v| scale.at(**v) > 1.0) {
                     circle.grid.zero[v == 0.0] cx=(px(CENTRE[0])) cy=(px(CENTRE[1])) r=(px(scale.at(v))) {}
                 }
@@ -67,14 +69,14 @@ fn plot(view: &PolarView, joints: &Joints, name: &str, part: Part, signed: bool)
                     @let inner = at(a, if signed { HUB * RIM } else { 0.0 });
                     @let outer = at(a, RIM);
                     line.grid x1=(px(inner[0])) y1=(px(inner[1])) x2=(px(outer[0])) y2=(px(outer[1])) {}
-                    @if k % 3 == 0 {
+                    @if k % 3 == 0 && apart(a, &view.marks) > 10.0 {
                         @let p = at(a, RIM + 11.0);
                         text.tick x=(px(p[0])) y=(px(p[1] + 4.0)) text-anchor="middle" { (k * 30) "°" }
                     }
                 }
                 (marks(&view.marks, joints))
                 @for (class, d) in &lines { path.line.(class) d=(d) {} }
-                @for &v in rings.values.iter().filter(|v| scale.at(**v) > 1.0) {
+                @for v in labelled(&rings.values, &scale) {
                     @let p = at(quiet, scale.at(v));
                     text.ring x=(px(p[0])) y=(px(p[1] + 3.5)) text-anchor="middle" { (rings.label(v)) @if v == scale.hi { " µm" } }
                 }
@@ -90,6 +92,27 @@ fn at(deg: f64, r: f64) -> [f64; 2] {
     [CENTRE[0] + r * c, CENTRE[1] - r * s]
 }
 
+/// The rings that have room for a label: rim, zero and hub first.
+fn labelled(rings: &[f64], scale: &Scale) -> Vec<f64> {
+    let first = rings.iter().rev().take(1).chain(rings.iter().filter(|v| **v == 0.0)).chain(rings.iter().take(1));
+    let mut kept: Vec<f64> = Vec::new();
+    for &v in first.chain(rings) {
+        if scale.at(v) > 1.0 && kept.iter().all(|k| (scale.at(*k) - scale.at(v)).abs() >= LABEL_GAP) {
+            kept.push(v);
+        }
+    }
+    kept
+}
+
+/// Angle from `a` to the nearest reversal, deg.
+fn apart(a: f64, marks: &[AngleMark]) -> f64 {
+    let to_mark = marks.iter().filter(|m| usable(m.at_deg)).map(|m| {
+        let d = (m.at_deg - a).rem_euclid(360.0);
+        d.min(360.0 - d)
+    });
+    to_mark.fold(180.0, f64::min)
+}
+
 fn path(run: &PolarRun, error_um: &[f64], scale: &Scale, dropped: &mut usize) -> String {
     let (points, lost) = line::points(&run.angle_deg, error_um);
     *dropped += lost;
@@ -99,14 +122,7 @@ fn path(run: &PolarRun, error_um: &[f64], scale: &Scale, dropped: &mut usize) ->
 
 /// The middle of the widest sector without a reversal, away from the angle labels: ring labels stand there.
 fn quiet_angle(marks: &[AngleMark]) -> f64 {
-    let free = |a: f64| {
-        let to_mark = marks.iter().filter(|m| usable(m.at_deg)).map(|m| {
-            let d = (m.at_deg - a).rem_euclid(360.0);
-            d.min(360.0 - d)
-        });
-        let to_axis = { (a % 90.0).min(90.0 - a % 90.0) };
-        to_mark.fold(to_axis.min(30.0) + 60.0, f64::min)
-    };
+    let free = |a: f64| apart(a, marks).min((a % 90.0).min(90.0 - a % 90.0).min(30.0) + 60.0);
     (0..24).map(|k| 7.5 + 15.0 * f64::from(k)).fold(22.5, |best, a| if free(a) > free(best) + 1e-9 { a } else { best })
 }
 
@@ -116,12 +132,14 @@ fn marks(all: &[AngleMark], joints: &Joints) -> Markup {
         all.iter().filter(|m| usable(m.at_deg)).map(|m| (m.at_deg.rem_euclid(360.0), m)).take(360).collect();
     seen.sort_by(|a, b| a.0.total_cmp(&b.0));
     let wanted: Vec<f64> = seen.iter().map(|s| s.0).collect();
-    let names = spread(&wanted, 9.0, [-4.0, 364.0]);
-    let named = seen.len() <= NAMED;
+    let letters = seen.iter().map(|s| s.1.joint.chars().count()).max().unwrap_or(0) + 1;
+    let gap_deg = ((7.0 * letters as f64 + 4.0) / (RIM + 27.0)).to_degrees();
+    let names = spread(&wanted, gap_deg, [-4.0, 364.0]);
+    let named = seen.len() <= NAMED && all_short(seen.iter().map(|s| s.1.joint.as_str()));
     html! {
         @for ((deg, m), &name_deg) in seen.iter().zip(&names) {
             @let outer = at(*deg, RIM);
-            @let name = at(name_deg, RIM + 31.0);
+            @let name = at(name_deg, RIM + 27.0 + 16.0 * name_deg.to_radians().cos().abs());
             line.mark.own.(joints.class(&m.joint)) x1=(px(CENTRE[0])) y1=(px(CENTRE[1])) x2=(px(outer[0])) y2=(px(outer[1])) {}
             g {
                 title { (turning(&m.joint, m.sense)) " at " (number(*deg, 1)) "°" }

@@ -11,8 +11,12 @@ use maud::{Markup, html};
 
 /// Marks beyond this in one panel are not drawn but counted.
 const MARKS: usize = 200;
-/// Room that a mark's name takes, px.
-const NAME: f64 = 27.0;
+/// Fewer measured points than this are drawn larger.
+const FEW: usize = 400;
+/// Furthest that a mark's name stands aside, px.
+const ASIDE: f64 = 24.0;
+/// Width of a letter of a mark's name, about, px.
+const LETTER: f64 = 7.2;
 
 /// All rows.
 pub fn draw(view: &TracesView, joints: &Joints) -> Markup {
@@ -69,8 +73,9 @@ fn draw_panel(view: &TracesView, joint: &JointTraces, panel: &TracePanel, frame:
             let (measured, lost) = line::points(&r.x, &r.error_milli);
             let (model, lost_model) = line::points(&r.model_x, &r.model_milli);
             dropped += lost + lost_model;
-            let dots = line::dots(line::in_frame(frame, &measured).into_iter().flatten());
-            (role_class(r.run.role), dots, line::path(line::in_frame(frame, &model)))
+            let kept: Vec<[f64; 2]> = line::in_frame(frame, &measured).into_iter().flatten().collect();
+            let few = kept.len() < FEW;
+            (role_class(r.run.role), few, line::dots(kept), line::path(line::in_frame(frame, &model)))
         })
         .collect();
     html! {
@@ -79,8 +84,10 @@ fn draw_panel(view: &TracesView, joint: &JointTraces, panel: &TracePanel, frame:
             svg role="img" aria-label=(label) viewBox=(frame.size.view_box()) {
                 (frame.axes(&format!("{}, {}", view.x_name, view.x_unit), &format!("{quantity}, {}", joints.milli_unit(&joint.joint))))
                 (marks(&panel.marks, &joint.joint, frame, joints))
-                @for (class, dots, _) in &drawn { @if !dots.is_empty() { path.dots.(class) d=(dots) {} } }
-                @for (class, _, model) in &drawn { @if !model.is_empty() { path.model.(class) d=(model) {} } }
+                @for (class, few, dots, _) in &drawn {
+                    @if !dots.is_empty() { path.dots.few[*few].(class) d=(dots) {} }
+                }
+                @for (class, _, _, model) in &drawn { @if !model.is_empty() { path.model.(class) d=(model) {} } }
             }
             (dropped_note(dropped))
         }
@@ -94,9 +101,13 @@ fn marks(all: &[TraceMark], own: &str, frame: &Frame, joints: &Joints) -> Markup
     let more = seen.len().saturating_sub(MARKS);
     seen.truncate(MARKS);
     let at: Vec<f64> = seen.iter().map(|m| frame.x.at(m.x)).collect();
-    let room = [frame.x.from_px + 8.0, frame.x.to_px - NAME / 2.0];
-    let named = (seen.len() as f64 - 1.0) * NAME <= room[1] - room[0];
-    let names = spread(&at, NAME, room);
+    let letters = seen.iter().map(|m| m.joint.chars().count()).max().unwrap_or(0) + 1;
+    let width = 5.0 + LETTER * letters as f64;
+    let room = [frame.x.from_px + width / 2.0 - 5.0, frame.x.to_px - width / 2.0 + 5.0];
+    let names = spread(&at, width, room);
+    // a name that would stand far from its mark says more wrong than right
+    let near = at.iter().zip(&names).all(|(a, n)| (a - n).abs() <= ASIDE);
+    let named = near && (seen.len() as f64 - 1.0) * width <= room[1] - room[0];
     let top = frame.size.top;
     html! {
         @for ((m, &x), &name_x) in seen.iter().zip(&at).zip(&names) {
