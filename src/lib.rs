@@ -12,6 +12,7 @@ pub mod gaps;
 pub mod io;
 pub mod log;
 pub mod model;
+pub mod report;
 pub mod rewrite;
 pub mod robot;
 pub mod simulate;

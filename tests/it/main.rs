@@ -2,6 +2,7 @@
 
 mod assess_circle;
 mod assess_impact;
+mod report;
 mod rewrite_engine;
 mod simulate;
 mod val_job;

@@ -1,0 +1,133 @@
+//! Notes on method: what a figure rests on, its equation and its source, to be quoted by name.
+//!
+//! Equations are HTML of our own, written here; words from files never get into them. MathML would need a font for mathematics
+//! on the reader's machine.
+
+use maud::{Markup, PreEscaped, html};
+use std::borrow::Cow;
+
+/// The paper whose method the tool carries out.
+const PAPER: &str = "Experimental assessment and feedforward control of backlash and stiction in industrial serial robots for low-speed operations";
+
+/// A note.
+#[derive(Debug, Clone)]
+pub struct Method {
+    pub name: Cow<'static, str>,
+    pub text: Cow<'static, str>,
+    /// HTML, or empty.
+    equation: &'static str,
+    /// Number of the equation in its source, or empty.
+    number: &'static str,
+    pub source: Cow<'static, str>,
+}
+
+impl Method {
+    /// A note in words of the caller's own.
+    pub fn new(
+        name: impl Into<Cow<'static, str>>,
+        text: impl Into<Cow<'static, str>>,
+        source: impl Into<Cow<'static, str>>,
+    ) -> Self {
+        Self { name: name.into(), text: text.into(), equation: "", number: "", source: source.into() }
+    }
+
+    const fn known(
+        name: &'static str,
+        text: &'static str,
+        equation: &'static str,
+        number: &'static str,
+        source: &'static str,
+    ) -> Self {
+        Self { name: Cow::Borrowed(name), text: Cow::Borrowed(text), equation, number, source: Cow::Borrowed(source) }
+    }
+}
+
+/// Play operator.
+pub const PLAY: Method = Method::known(
+    "Backlash as play",
+    "The joint q follows its command p at the distance of the half gap b and stands still while the gap is crossed: the three cases of the equation in one line. b may depend on position.",
+    "<i>q<sub>j</sub></i> = min( max( <i>q</i><sub><i>j</i>−1</sub>, <i>p<sub>j</sub></i> − <i>b</i> ), <i>p<sub>j</sub></i> + <i>b</i> )",
+    "equation 6",
+    PAPER,
+);
+
+/// Stiction behind a reversal.
+pub const STICTION: Method = Method::known(
+    "Stiction",
+    "Behind a reversal the joint stands still until its command has moved as far from the turning point as what is left of the spike s; the servo works that off with the time constant τ, or with the travel.",
+    "<i>r</i><sub>f</sub> = −dir · min( |<i>p</i> − <i>p</i><sub>rev</sub>|, <i>s</i> e<sup>−(<i>t</i> − <i>t</i><sub>rev</sub>)/<i>τ</i></sup> )",
+    "after equations 8 and 9",
+    PAPER,
+);
+
+/// Gap from dwells reached from both sides.
+pub const STATIC_GAP: Method = Method::known(
+    "Half gap from dwells",
+    "Each position is reached from below and from above and rested at; half of the difference of the two joint positions is the half gap. Joint positions come from the measured TCP by inverse kinematics, each dwell is a mean, each cycle a value.",
+    "<i>b</i> = ½ ( <i>q</i><sub>from above</sub> − <i>q</i><sub>from below</sub> )",
+    "section 3.3, equation 6",
+    PAPER,
+);
+
+/// Offsets of the compensator.
+pub const FEEDFORWARD: Method = Method::known(
+    "Feedforward compensation",
+    "The program that is sent holds the wanted joint position plus an offset against the gap, of the sign of the movement, and an offset against friction that fades behind each reversal. The movement never turns back while an offset fades.",
+    "<i>Θ</i><sub>sent</sub> = <i>Θ</i> + <i>C</i><sub>b</sub> + <i>C</i><sub>f</sub>, <i>C</i><sub>b</sub> = dir · <i>d</i>",
+    "equations 15 and 16",
+    PAPER,
+);
+
+/// Friction offset over program points.
+pub const FRICTION_POINTS: Method = Method::known(
+    "Friction offset over program points",
+    "Where a compensator counts program points behind a reversal: gain g, exponent l, over kₜ points.",
+    "<i>c</i><sub>f</sub> = <i>g</i> exp( 1 − (1 + (<i>k</i> − 1)/(<i>k</i><sub>t</sub> − 1))<sup><i>l</i></sup> ), <i>k</i> = 1 … <i>k</i><sub>t</sub>",
+    "equation 17",
+    PAPER,
+);
+
+/// TCP error of a joint error.
+pub const IMPACT: Method = Method::known(
+    "Error at the TCP",
+    "Distance of the TCP at the joint position with the error r from the TCP without it, by forward kinematics. For a half gap it is the error of one direction; two directions differ by twice that.",
+    "<i>e</i><sub>T</sub> = ‖ <i>F</i>(<i>θ</i> + <i>r</i>) − <i>F</i>(<i>θ</i>) ‖",
+    "equation 12 of section 2.2",
+    PAPER,
+);
+
+/// Circle fit and its errors.
+pub const CIRCLE: Method = Method::known(
+    "Error against the best-fit circle",
+    "The plane is that of the smallest singular value of the centred points, the circle in it Taubin's fit. In plane: radius minus fitted radius; out of plane: distance from the plane; total: their 2-norm. Beyond nominal: the same after the nominal path's own deviation from its circle, mostly its chords, is taken off.",
+    "<i>e</i> = √( (<i>ρ</i> − <i>R</i>)² + <i>n</i>² )",
+    "",
+    "G. Taubin, Estimation of planar curves, surfaces, and nonplanar space curves defined by implicit equations, IEEE Transactions on Pattern Analysis and Machine Intelligence 13 (11), 1991",
+);
+
+/// Registration together with the gaps.
+pub const REGISTRATION: Method = Method::known(
+    "Registration",
+    "The rigid transform from base to tracker frame is estimated from the log together with the gaps and away from reversals: fitted first, it would swallow part of a gap on a path that goes round in one direction.",
+    "",
+    "",
+    "lostmotion, documentation of the measurement log",
+);
+
+/// The notes as a list.
+pub(super) fn draw(notes: &[Method]) -> Markup {
+    html! {
+        div.methods {
+            @for m in notes {
+                article {
+                    h3 { (m.name) }
+                    p { (m.text) }
+                    @if !m.equation.is_empty() { div.equation { (PreEscaped(m.equation)) } }
+                    @if !m.source.is_empty() {
+                        p.source { cite { (m.source) } @if !m.number.is_empty() { ", " (m.number) } "." }
+                    }
+                }
+            }
+        }
+    }
+}

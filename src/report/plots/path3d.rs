@@ -1,0 +1,278 @@
+//! The path in space (seed 000 figures 2 c and 11 a): nominal and measured, the errors exaggerated, seen isometrically.
+//!
+//! Orthographic projection, viewer at 45 degrees of azimuth and 35.26 degrees of elevation. The scale leaves room for a
+//! ball around all points, so the script may turn the view without cutting anything off; what it needs stands beside the
+//! drawing as JSON.
+
+use super::axes::{Ticks, extent, usable};
+use super::joints::{Joints, all_short, turning};
+use super::{dropped_note, legend, line, nothing, role_class};
+use crate::report::figures::{PathMark, PathRun, PathView};
+use crate::report::number::{number, px};
+use maud::{Markup, PreEscaped, html};
+use std::fmt::Write;
+
+const AZIMUTH_DEG: f64 = 45.0;
+const ELEVATION_DEG: f64 = 35.264_389_682_754_654;
+const SIZE: [f64; 2] = [520.0, 470.0];
+const CENTRE: [f64; 2] = [260.0, 208.0];
+/// Radius of the ball on the drawing, px.
+const BALL: f64 = 200.0;
+/// About this many points of a path are drawn.
+const POINTS: usize = 700;
+/// Reversals beyond this are not drawn; beyond the first of these they have no names.
+const MARKS: usize = 300;
+const NAMED: usize = 24;
+/// Largest exaggeration that is taken.
+const MOST: f64 = 1e6;
+/// Height of a name and width of its letters, about, px.
+const NAME: [f64; 2] = [14.0, 8.0];
+
+type Point = [f64; 3];
+
+/// A view direction: right, up and towards the viewer.
+struct Camera {
+    right: Point,
+    up: Point,
+}
+
+impl Camera {
+    fn new(azimuth_deg: f64, elevation_deg: f64) -> Self {
+        let (sa, ca) = azimuth_deg.to_radians().sin_cos();
+        let (se, ce) = elevation_deg.to_radians().sin_cos();
+        Self { right: [-sa, ca, 0.0], up: [-ca * se, -sa * se, ce] }
+    }
+}
+
+/// The mapping of millimetres to the drawing.
+struct Stage {
+    camera: Camera,
+    middle: Point,
+    px_per_mm: f64,
+}
+
+impl Stage {
+    fn at(&self, p: &Point) -> [f64; 2] {
+        let d = [p[0] - self.middle[0], p[1] - self.middle[1], p[2] - self.middle[2]];
+        [
+            CENTRE[0] + self.px_per_mm * dot(&d, &self.camera.right),
+            CENTRE[1] - self.px_per_mm * dot(&d, &self.camera.up),
+        ]
+    }
+}
+
+/// A run ready to be drawn: where it belongs, mm, and its error, µm.
+type Thinned = Vec<Option<(Point, Point)>>;
+
+/// The figure.
+pub fn draw(view: &PathView, joints: &Joints) -> Markup {
+    let sensible = view.exaggeration > 0.0 && view.exaggeration <= MOST;
+    let exaggeration = if sensible { view.exaggeration } else { 400.0 };
+    let mut dropped = view.nominal_mm.iter().filter(|p| !finite(p)).count();
+    let nominal: Vec<Option<Point>> = stride(view.nominal_mm.iter().map(|p| finite(p).then_some(*p)).collect());
+    let runs: Vec<Thinned> = view.runs.iter().map(|r| thinned(r, &mut dropped)).collect();
+    let exaggerated = |r: &(Point, Point)| [0, 1, 2].map(|k| r.0[k] + exaggeration * r.1[k] * 1e-3);
+    let every: Vec<Point> =
+        nominal.iter().flatten().copied().chain(runs.iter().flatten().flatten().map(exaggerated)).collect();
+    let Some(stage) = stage(&every) else {
+        return nothing("the path has no finite point");
+    };
+    let marks: Vec<&PathMark> = view.marks.iter().filter(|m| finite(&m.at_mm)).take(MARKS).collect();
+    let named = marks.len() <= NAMED && all_short(marks.iter().map(|m| m.joint.as_str()));
+    let drawn: Vec<[f64; 2]> = every.iter().map(|p| stage.at(p)).collect();
+    let names = place_names(&marks, &stage, &drawn);
+    html! {
+        div.space data-exaggeration=(number(exaggeration, 0)) {
+            div.legends {
+                (legend(view.runs.iter().map(|r| &r.run), &[("nominal", "nominal")]))
+                (joints.legend(view.marks.iter().map(|m| m.joint.as_str())))
+                @if view.marks.len() > marks.len() { p.dropped { (view.marks.len() - marks.len()) " further reversals are not drawn." } }
+            }
+            figure.single {
+                svg role="img" aria-label=(format!("Nominal and measured path in space, errors drawn {} times larger", number(exaggeration, 0))) viewBox=(format!("0 0 {} {}", px(SIZE[0]), px(SIZE[1]))) {
+                    path.nominal data-line="nominal" d=(line::path(nominal.iter().map(|p| p.as_ref().map(|p| stage.at(p))))) {}
+                    @for (k, (run, r)) in runs.iter().zip(&view.runs).enumerate() {
+                        path.line.(role_class(r.run.role)) data-line=(k) d=(line::path(run.iter().map(|p| p.as_ref().map(|p| stage.at(&exaggerated(p)))))) {}
+                    }
+                    @for (m, name) in marks.iter().zip(&names) {
+                        @let p = stage.at(&m.at_mm);
+                        g.reversal transform=(format!("translate({} {})", px(p[0]), px(p[1]))) data-at=(json(&m.at_mm, 1)) {
+                            title { (turning(&m.joint, m.sense)) }
+                            (joints.glyph(&m.joint, 0.0, 0.0, 4.6))
+                            @if named {
+                                text.mark-name x=(px(name[0] - p[0])) y=(px(name[1] - p[1] + 4.0)) text-anchor="middle" { (turning(&m.joint, m.sense)) }
+                            }
+                        }
+                    }
+                    (triad(&stage.camera))
+                    (bars(stage.px_per_mm, exaggeration))
+                }
+                (controls(exaggeration))
+                (dropped_note(dropped))
+            }
+            script type="application/json" { (PreEscaped(data(&nominal, &runs, &stage))) }
+        }
+    }
+}
+
+fn finite(p: &Point) -> bool {
+    p.iter().all(|v| usable(*v))
+}
+
+fn dot(a: &Point, b: &Point) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Every so many points, and the last.
+fn stride(points: Vec<Option<Point>>) -> Vec<Option<Point>> {
+    let every = points.len().div_ceil(POINTS).max(1);
+    let last = points.len().saturating_sub(1);
+    points.into_iter().enumerate().filter(|(i, _)| i % every == 0 || *i == last).map(|(_, p)| p).collect()
+}
+
+/// Of each slice of a run the points that matter: first, smallest and largest error, last.
+fn thinned(run: &PathRun, dropped: &mut usize) -> Thinned {
+    let n = run.reference_mm.len().min(run.error_um.len());
+    let per_slice = n.div_ceil(POINTS / 2).max(1);
+    let points: Vec<Option<(usize, Point, Point)>> = (run.reference_mm.iter().zip(&run.error_um).enumerate())
+        .map(|(i, (r, e))| (finite(r) && finite(e)).then_some((i, *r, *e)))
+        .collect();
+    *dropped += points.iter().filter(|p| p.is_none()).count();
+    let kept = line::thin(&points, |(i, ..)| (i / per_slice) as i64, |(_, _, e)| dot(e, e));
+    kept.into_iter().map(|p| p.map(|(_, r, e)| (r, e))).collect()
+}
+
+/// Scale and middle such that a ball around all points fits.
+fn stage(points: &[Point]) -> Option<Stage> {
+    let mut middle = [0.0; 3];
+    for (k, m) in middle.iter_mut().enumerate() {
+        let [lo, hi] = extent(points.iter().map(|p| p[k]))?;
+        *m = 0.5 * (lo + hi);
+    }
+    let reach = |p: &Point| {
+        let d = [p[0] - middle[0], p[1] - middle[1], p[2] - middle[2]];
+        dot(&d, &d).sqrt()
+    };
+    let radius = points.iter().map(reach).fold(0.0, f64::max);
+    let px_per_mm = if radius > 1e-9 { BALL / radius } else { 1.0 };
+    Some(Stage { camera: Camera::new(AZIMUTH_DEG, ELEVATION_DEG), middle, px_per_mm })
+}
+
+/// Names stand outside their marks, or inside, where they hide least of what is drawn and no other name.
+fn place_names(marks: &[&PathMark], stage: &Stage, drawn: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut placed: Vec<[f64; 2]> = Vec::new();
+    for m in marks.iter().take(NAMED) {
+        let p = stage.at(&m.at_mm);
+        let (dx, dy) = (p[0] - CENTRE[0], p[1] - CENTRE[1]);
+        let r = dx.hypot(dy);
+        let [ux, uy] = if r > 1.0 { [dx / r, dy / r] } else { [0.0, -1.0] };
+        let width = 6.0 + NAME[1] * (m.joint.chars().count() + 1) as f64;
+        let within = |a: &[f64; 2], b: &[f64; 2], share: f64| {
+            (a[0] - b[0]).abs() < share * width && (a[1] - b[1]).abs() < share * NAME[0]
+        };
+        let hidden = |c: &[f64; 2]| {
+            let names = placed.iter().filter(|q| within(q, c, 1.0)).count();
+            10_000 * names + drawn.iter().filter(|q| within(q, c, 0.6)).count()
+        };
+        let candidates = [24.0, 36.0, 48.0, -26.0, -38.0].map(|far| [p[0] + far * ux, p[1] + far * uy]);
+        let best = candidates.into_iter().min_by_key(hidden).unwrap_or(p);
+        placed.push(best);
+    }
+    placed.resize(marks.len(), CENTRE);
+    placed
+}
+
+/// The base frame's axes.
+fn triad(camera: &Camera) -> Markup {
+    const FOOT: [f64; 2] = [46.0, 414.0];
+    const LENGTH: f64 = 34.0;
+    html! {
+        g.triad data-foot=(format!("{},{},{}", FOOT[0], FOOT[1], LENGTH)) {
+            @for (k, name) in ["x", "y", "z"].into_iter().enumerate() {
+                @let d = [camera.right[k], -camera.up[k]];
+                @let tip = [FOOT[0] + LENGTH * d[0], FOOT[1] + LENGTH * d[1]];
+                @let label = [FOOT[0] + (LENGTH + 11.0) * d[0], FOOT[1] + (LENGTH + 11.0) * d[1] + 4.0];
+                line x1=(px(FOOT[0])) y1=(px(FOOT[1])) x2=(px(tip[0])) y2=(px(tip[1])) {}
+                text x=(px(label[0])) y=(px(label[1])) text-anchor="middle" { (name) }
+            }
+        }
+    }
+}
+
+/// Scale bars: for the path, and for the errors as they are drawn.
+fn bars(px_per_mm: f64, exaggeration: f64) -> Markup {
+    let round = |most: f64| Ticks::new([0.0, most], 1).step();
+    // the longest round length of at most 110 px
+    let nice = |per_px: f64| {
+        let most = 110.0 * per_px;
+        let step = round(most);
+        if step > most * 1.0001 {
+            [0.5, 0.4, 0.2].map(|f| f * step).into_iter().find(|s| *s <= most).unwrap_or(0.1 * step)
+        } else {
+            step
+        }
+    };
+    let path_mm = nice(1.0 / px_per_mm);
+    let error_um = nice(1e3 / (px_per_mm * exaggeration));
+    let shown = |v: f64| super::super::number::significant(v).trim_end_matches(".00").to_owned();
+    let rows = [
+        (path_mm * px_per_mm, format!("path {} mm", shown(path_mm)), "path"),
+        (error_um * 1e-3 * exaggeration * px_per_mm, format!("error {} µm", shown(error_um)), "error"),
+    ];
+    html! {
+        g.scalebars data-scale=(format!("{px_per_mm:.6}")) {
+            @for (k, (width, words, class)) in rows.iter().enumerate() {
+                @let y = 432.0 + 24.0 * k as f64;
+                @let left = 300.0;
+                path.(class) d=(format!("M{} {}v8M{} {}H{}M{} {}v8", px(left), px(y - 4.0), px(left), px(y), px(left + width), px(left + width), px(y - 4.0))) {}
+                text x=(px(left + width + 8.0)) y=(px(y + 4.0)) { (words) }
+            }
+        }
+    }
+}
+
+/// Hidden until the script is there.
+fn controls(exaggeration: f64) -> Markup {
+    html! {
+        div.controls hidden="hidden" {
+            label { "Errors drawn "
+                output { (number(exaggeration, 0)) }
+                " times larger "
+                input type="range" min="0" max=(number((2.0 * exaggeration).max(1.0), 0)) step="1" value=(number(exaggeration, 0)) aria-label="Exaggeration of the errors";
+            }
+            button type="button" { "Isometric view" }
+            span.hint { "Drag the drawing, or use the arrow keys, to turn it." }
+        }
+    }
+}
+
+fn json(p: &Point, decimals: usize) -> String {
+    format!("[{:.decimals$},{:.decimals$},{:.decimals$}]", p[0], p[1], p[2])
+}
+
+/// What the script draws from: points relative to the middle, mm, and errors, µm; `null` lifts the pen.
+fn data(nominal: &[Option<Point>], runs: &[Thinned], stage: &Stage) -> String {
+    let relative = |p: &Point| json(&[p[0] - stage.middle[0], p[1] - stage.middle[1], p[2] - stage.middle[2]], 1);
+    let mut out = format!(
+        "{{\"scale\":{:.6},\"middle\":{},\"centre\":[{},{}],\"nominal\":[",
+        stage.px_per_mm,
+        json(&stage.middle, 3),
+        CENTRE[0],
+        CENTRE[1]
+    );
+    let list = |out: &mut String, items: Vec<String>| {
+        let _ = write!(out, "{}]", items.join(","));
+    };
+    list(&mut out, nominal.iter().map(|p| p.as_ref().map_or("null".into(), relative)).collect());
+    out.push_str(",\"runs\":[");
+    let written = runs.iter().map(|run| {
+        let items = run.iter().map(|p| match p {
+            Some((r, e)) => format!("[{},{}]", relative(r), json(e, 0)),
+            None => "null".into(),
+        });
+        format!("[{}]", items.collect::<Vec<_>>().join(","))
+    });
+    list(&mut out, written.collect());
+    out.push('}');
+    out
+}

@@ -1,0 +1,78 @@
+"use strict";
+// Turns the drawing in space and changes the exaggeration. No less-than signs and no ampersands: the page stays well-formed XML.
+document.querySelectorAll(".space").forEach(function (box) {
+  var svg = box.querySelector("svg"), controls = box.querySelector(".controls"), json = box.querySelector("script");
+  if (!svg) return;
+  var d = JSON.parse(json.textContent), slider = controls.querySelector("input"), output = controls.querySelector("output");
+  var iso = [45, 35.264], az = iso[0], el = iso[1], from = null;
+  var right, up;
+  function project(p) {
+    return [d.centre[0] + d.scale * (p[0] * right[0] + p[1] * right[1] + p[2] * right[2]),
+            d.centre[1] - d.scale * (p[0] * up[0] + p[1] * up[1] + p[2] * up[2])];
+  }
+  function line(points) {
+    var down = false;
+    return points.map(function (p) {
+      if (!p) { down = false; return ""; }
+      var q = project(p), s = (down ? "L" : "M") + q[0].toFixed(1) + " " + q[1].toFixed(1);
+      down = true;
+      return s;
+    }).join("");
+  }
+  function nice(most) {
+    var power = Math.pow(10, Math.floor(Math.log10(most)));
+    return [5, 2, 1].map(function (m) { return m * power; }).find(function (s) { return most >= s; });
+  }
+  function draw() {
+    var a = az * Math.PI / 180, e = el * Math.PI / 180, gain = Number(slider.value);
+    right = [-Math.sin(a), Math.cos(a), 0];
+    up = [-Math.cos(a) * Math.sin(e), -Math.sin(a) * Math.sin(e), Math.cos(e)];
+    output.textContent = slider.value;
+    svg.querySelectorAll("[data-line]").forEach(function (path) {
+      var which = path.getAttribute("data-line");
+      var points = which === "nominal" ? d.nominal : d.runs[Number(which)].map(function (p) {
+        return p ? p[0].map(function (v, k) { return v + gain * p[1][k] / 1000; }) : null;
+      });
+      path.setAttribute("d", line(points));
+    });
+    svg.querySelectorAll("[data-at]").forEach(function (mark) {
+      var p = JSON.parse(mark.getAttribute("data-at")).map(function (v, k) { return v - d.middle[k]; }), q = project(p);
+      mark.setAttribute("transform", "translate(" + q[0].toFixed(1) + " " + q[1].toFixed(1) + ")");
+      var text = mark.querySelector("text"), x = q[0] - d.centre[0], y = q[1] - d.centre[1], r = Math.hypot(x, y) || 1;
+      if (text) { text.setAttribute("x", (24 * x / r).toFixed(1)); text.setAttribute("y", (24 * y / r + 4).toFixed(1)); }
+    });
+    var triad = svg.querySelector(".triad"), foot = triad.getAttribute("data-foot").split(",").map(Number);
+    triad.querySelectorAll("line").forEach(function (axis, k) {
+      var text = triad.querySelectorAll("text")[k], far = foot[2] + 11;
+      axis.setAttribute("x2", foot[0] + foot[2] * right[k]);
+      axis.setAttribute("y2", foot[1] - foot[2] * up[k]);
+      text.setAttribute("x", foot[0] + far * right[k]);
+      text.setAttribute("y", foot[1] - far * up[k] + 4);
+    });
+    var bar = svg.querySelector(".scalebars .error"), words = bar.nextElementSibling, shown = gain > 0;
+    bar.style.display = words.style.display = shown ? "" : "none";
+    if (shown) {
+      var um = nice(110000 / (d.scale * gain)), w = um / 1000 * gain * d.scale;
+      bar.setAttribute("d", "M300 452v8M300 456H" + (300 + w) + "M" + (300 + w) + " 452v8");
+      words.setAttribute("x", 300 + w + 8);
+      words.textContent = "error " + um + " µm";
+    }
+  }
+  function turn(da, de) { az += da; el = Math.max(-90, Math.min(90, el + de)); draw(); }
+  controls.hidden = false;
+  svg.setAttribute("tabindex", "0");
+  svg.classList.add("turns");
+  slider.addEventListener("input", draw);
+  controls.querySelector("button").addEventListener("click", function () { az = iso[0]; el = iso[1]; draw(); });
+  svg.addEventListener("pointerdown", function (e) { from = [e.clientX, e.clientY]; svg.setPointerCapture(e.pointerId); });
+  svg.addEventListener("pointermove", function (e) {
+    if (!from) return;
+    turn(0.5 * (from[0] - e.clientX), 0.5 * (e.clientY - from[1]));
+    from = [e.clientX, e.clientY];
+  });
+  ["pointerup", "pointercancel"].forEach(function (n) { svg.addEventListener(n, function () { from = null; }); });
+  svg.addEventListener("keydown", function (e) {
+    var step = { ArrowLeft: [5, 0], ArrowRight: [-5, 0], ArrowUp: [0, 5], ArrowDown: [0, -5] }[e.key];
+    if (step) { e.preventDefault(); turn(step[0], step[1]); }
+  });
+});

@@ -1,0 +1,230 @@
+//! What a page takes: its head and its sections. Plain data; figures and tables are in [`super::figures`].
+
+use super::figures::*;
+use super::method::Method;
+use crate::robot::JointKind;
+
+/// A whole page.
+#[derive(Debug, Clone, Default)]
+pub struct Page {
+    /// What the page is about: "Circle of 250 mm before and after compensation".
+    pub title: String,
+    /// The command: "assess circle".
+    pub command: String,
+    /// What was done, in one or two sentences.
+    pub summary: String,
+    pub verdict: Verdict,
+    pub robot: Option<RobotView>,
+    /// Joints in the robot's order: their order fixes their colours and marks on the whole page.
+    pub joints: Vec<JointView>,
+    pub files: Vec<FileView>,
+    /// Options and their values, as a reader would type them.
+    pub options: Vec<(String, String)>,
+    pub tiles: Vec<Tile>,
+    pub warnings: Vec<String>,
+    pub sections: Vec<Section>,
+}
+
+/// The answer in one sentence.
+#[derive(Debug, Clone, Default)]
+pub struct Verdict {
+    pub tone: Tone,
+    pub text: String,
+}
+
+/// How an answer is meant; drawn as a sign and a colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Tone {
+    #[default]
+    Plain,
+    Good,
+    Mixed,
+    Bad,
+}
+
+/// The robot of a page.
+#[derive(Debug, Clone, Default)]
+pub struct RobotView {
+    pub name: String,
+    pub sha256: String,
+}
+
+/// A joint: its unit is the degree or the millimetre, its errors are in thousandths of that (mdeg, µm).
+#[derive(Debug, Clone)]
+pub struct JointView {
+    pub name: String,
+    pub kind: JointKind,
+}
+
+/// A file that was read or written.
+#[derive(Debug, Clone, Default)]
+pub struct FileView {
+    /// "robot", "log before", "program out", ...
+    pub role: String,
+    pub name: String,
+    /// Lower-case hex; shown short, whole on hovering.
+    pub sha256: String,
+}
+
+/// A key figure.
+#[derive(Debug, Clone, Default)]
+pub struct Tile {
+    pub label: String,
+    pub value: String,
+    pub unit: String,
+    /// A few words: what it was before, where it stands.
+    pub detail: String,
+}
+
+/// A section: a finding, how it was measured, and what shows it.
+#[derive(Debug, Clone)]
+pub struct Section {
+    /// The finding, as a sentence; empty: the name of the content stands alone.
+    pub title: String,
+    /// How it was measured.
+    pub caption: String,
+    pub content: Content,
+}
+
+/// What a section holds.
+#[derive(Debug, Clone)]
+pub enum Content {
+    Path(PathView),
+    Polar(PolarView),
+    Traces(TracesView),
+    Gaps(GapsView),
+    Histogram(HistogramView),
+    Bars(BarsView),
+    Waterfall(WaterfallView),
+    Reversals(ReversalsView),
+    GapTable(Vec<GapRow>),
+    Compensator(Vec<CompensatorRow>),
+    LeftOut(Vec<LeftOut>),
+    Places(PlacesView),
+    Table(TableView),
+    Notes(Vec<String>),
+    Method(Vec<Method>),
+}
+
+impl Page {
+    /// A page without sections.
+    pub fn new(command: impl Into<String>, title: impl Into<String>) -> Self {
+        Self { command: command.into(), title: title.into(), ..Self::default() }
+    }
+
+    /// Sets the verdict.
+    pub fn verdict(&mut self, tone: Tone, text: impl Into<String>) -> &mut Self {
+        self.verdict = Verdict { tone, text: text.into() };
+        self
+    }
+
+    /// Adds a joint; call in the robot's order.
+    pub fn joint(&mut self, name: impl Into<String>, kind: JointKind) -> &mut Self {
+        self.joints.push(JointView { name: name.into(), kind });
+        self
+    }
+
+    /// Adds a file.
+    pub fn file(&mut self, role: impl Into<String>, name: impl Into<String>, sha256: impl Into<String>) -> &mut Self {
+        self.files.push(FileView { role: role.into(), name: name.into(), sha256: sha256.into() });
+        self
+    }
+
+    /// Adds an option.
+    pub fn option(&mut self, name: impl Into<String>, value: impl Into<String>) -> &mut Self {
+        self.options.push((name.into(), value.into()));
+        self
+    }
+
+    /// Adds a key figure.
+    pub fn tile(&mut self, tile: Tile) -> &mut Self {
+        self.tiles.push(tile);
+        self
+    }
+
+    /// Adds a section: its finding, how it was measured, and what shows it.
+    pub fn section(
+        &mut self,
+        title: impl Into<String>,
+        caption: impl Into<String>,
+        content: impl Into<Content>,
+    ) -> &mut Self {
+        self.sections.push(Section { title: title.into(), caption: caption.into(), content: content.into() });
+        self
+    }
+}
+
+impl Tile {
+    /// A number with its unit; what is not finite shows as a dash.
+    pub fn number(label: impl Into<String>, value: f64, decimals: usize, unit: impl Into<String>) -> Self {
+        Self::text(label, super::number(value, decimals), unit)
+    }
+
+    /// A word or a number that is written already.
+    pub fn text(label: impl Into<String>, value: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self { label: label.into(), value: value.into(), unit: unit.into(), detail: String::new() }
+    }
+
+    /// Adds a few words below the figure.
+    pub fn with_detail(mut self, detail: impl Into<String>) -> Self {
+        self.detail = detail.into();
+        self
+    }
+}
+
+impl Content {
+    /// Whether two such sections stand side by side on a wide screen.
+    pub(super) fn is_narrow(&self) -> bool {
+        use Content::*;
+        matches!(self, Histogram(_) | Bars(_) | Waterfall(_) | LeftOut(_) | Places(_) | Notes(_))
+    }
+
+    /// What kind of section it is, in a few words.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Path(_) => "Path in space",
+            Self::Polar(_) => "Error around the circle",
+            Self::Traces(_) => "Joint errors",
+            Self::Gaps(_) => "Gap over position",
+            Self::Histogram(_) => "Distribution of the error",
+            Self::Bars(_) => "Comparison",
+            Self::Waterfall(_) => "What each step takes away",
+            Self::Reversals(_) => "Errors at the reversals",
+            Self::GapTable(_) => "Gaps and stiction",
+            Self::Compensator(_) => "Compensator",
+            Self::LeftOut(_) => "Left out",
+            Self::Places(_) => "Rewritten places",
+            Self::Table(_) => "Table",
+            Self::Notes(_) => "Notes",
+            Self::Method(_) => "Method",
+        }
+    }
+}
+
+macro_rules! content_from {
+    ($($from:ty => $variant:ident),* $(,)?) => {
+        $(impl From<$from> for Content {
+            fn from(view: $from) -> Self {
+                Self::$variant(view)
+            }
+        })*
+    };
+}
+
+content_from! {
+    PathView => Path,
+    PolarView => Polar,
+    TracesView => Traces,
+    GapsView => Gaps,
+    HistogramView => Histogram,
+    BarsView => Bars,
+    WaterfallView => Waterfall,
+    ReversalsView => Reversals,
+    Vec<GapRow> => GapTable,
+    Vec<CompensatorRow> => Compensator,
+    Vec<LeftOut> => LeftOut,
+    PlacesView => Places,
+    TableView => Table,
+    Vec<String> => Notes,
+    Vec<Method> => Method,
+}
