@@ -66,7 +66,8 @@ fn sines_and_cosines_alone(b: Bencher) {
 #[divan::bench(sample_count = 20)]
 fn read_a_log_of_262000_rows(b: Bencher) {
     let robot = robot("kuka-kr120-r2500-pro.yaml");
-    let mut text = String::from("t_s,cmd_A1_deg,cmd_A2_deg,cmd_A3_deg,cmd_A4_deg,cmd_A5_deg,cmd_A6_deg,x_mm,y_mm,z_mm\n");
+    let mut text =
+        String::from("t_s,cmd_A1_deg,cmd_A2_deg,cmd_A3_deg,cmd_A4_deg,cmd_A5_deg,cmd_A6_deg,x_mm,y_mm,z_mm\n");
     for i in 0..262_000 {
         let s = (f64::from(i) * 1e-4).sin();
         let t = f64::from(i) * 0.004;
