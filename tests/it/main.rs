@@ -1,0 +1,5 @@
+//! All integration tests in one binary, a module per room.
+
+mod bad_input;
+mod log;
+mod robot;
