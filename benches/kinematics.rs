@@ -51,6 +51,17 @@ fn position_and_jacobian(b: Bencher) {
 }
 
 #[divan::bench]
+fn jacobian_of_six_rows(b: Bencher) {
+    let robot = robot("kuka-kr120-r2500-pro.yaml");
+    let q = poses(&robot, BATCH);
+    b.counter(ItemsCount::new(BATCH)).bench_local(|| {
+        for q in &q {
+            black_box(robot.chain().jacobian(black_box(q)));
+        }
+    });
+}
+
+#[divan::bench]
 fn sines_and_cosines_alone(b: Bencher) {
     let robot = robot("kuka-kr120-r2500-pro.yaml");
     let q = poses(&robot, BATCH);

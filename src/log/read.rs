@@ -258,7 +258,8 @@ impl Layout<'_> {
                 if record.len() == 1 && record[0].trim_ascii().is_empty() {
                     continue; // a line of blanks
                 }
-                let at_end = last && record.len() < self.head.names.len() && reader.is_done();
+                let at_end =
+                    last && record.len() < self.head.names.len() && reader.position().byte() as usize >= bytes.len();
                 return Err(self.ragged(line, record.len(), at_end));
             }
             table.line.push(line as u32);

@@ -50,6 +50,7 @@ pub(super) struct FollowFile {
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct JointFile {
     pub(super) name: String,
     pub(super) kind: String,
@@ -98,6 +99,7 @@ pub(super) struct ReflectorFile {
 
 /// The document as it stands in YAML; also an inline `robot:` of a model file.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct RobotFile {
     pub schema: String,
     #[serde(default)]
