@@ -5,7 +5,7 @@
 //! commands in radians (all, or one joint's), in metres or inches; a mirrored frame (a TCP axis swapped or of the wrong
 //! sign); a command column of the wrong sign, or two of them swapped; clocks apart. A fault is reported where it explains
 //! the difference to a seventh or less, which a wrong guess does not do by chance. A path that no fault explains, and no
-//! other TCP in the flange either, is of another robot. Figures on 1,300 changed logs: `docs/log.md`.
+//! other TCP in the flange either, is of another robot. Figures on 1,400 changed logs: `docs/log.md`.
 //!
 //! Assumptions: the lost motion sought is far smaller than the path. What a log cannot tell, it is not asked: a short
 //! travel in noise, one joint turning on a circle (its mirror image is the same circle), the unit of one joint where no

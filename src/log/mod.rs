@@ -3,12 +3,14 @@
 //! Rooms:
 //! - [`columns`]: which column is what: the contract's names, or a column map from foreign names and units.
 //! - [`read`]: CSV (and gzip) to [`Log`], with file, line and column of every refusal.
+//! - `number`: decimal text to f64.
 //! - [`hygiene`]: units, axes and clocks that cannot be right, found from the shape of the measured path.
 //! - `oddities`: encoders, speeds and limits that make a reader wonder.
 //! - `shape`: robust rigid and mirrored fits, for hygiene.
 
 pub mod columns;
 pub mod hygiene;
+mod number;
 mod oddities;
 pub mod read;
 mod shape;

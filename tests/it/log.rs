@@ -184,7 +184,7 @@ fn measured(rows: usize, noise_m: f64, path: impl Fn(f64) -> [f64; 6]) -> Log {
 }
 
 fn six(s: f64) -> [f64; 6] {
-    let w = |k: f64, a: f64| a * (6.283 * k * s + k).sin();
+    let w = |k: f64, a: f64| a * (std::f64::consts::TAU * k * s + k).sin();
     [w(1.0, 20.0), -80.0 + w(2.0, 10.0), 85.0 + w(3.0, 12.0), w(2.0, 30.0), 30.0 + w(1.0, 20.0), w(3.0, 60.0)]
 }
 
