@@ -341,29 +341,18 @@ fn the_suite_is_as_large_as_it_says_and_its_good_files_are_good() {
     }
 }
 
-/// The command that reads such a file; its flags tell whether it is built.
-fn command_for(bad: Bad) -> (&'static [&'static str], &'static [&'static str]) {
+/// The command lines that read such a file, in a folder that holds it; a command that is not built yet lacks their flags.
+fn command_lines(bad: Bad) -> &'static [&'static str] {
     match bad {
-        R | L => (
-            &["identify", "path"],
-            &["identify", "path", "--robot", "robot.yaml", "--log", "log.csv", "--output", "out.yaml"],
-        ),
-        M => (
-            &["identify", "path"],
-            &[
-                "identify",
-                "path",
-                "--robot",
-                "robot.yaml",
-                "--log",
-                "log.csv",
-                "--columns",
-                "map.yaml",
-                "--output",
-                "out.yaml",
-            ],
-        ),
-        D => (&["simulate"], &["simulate", "--model", "model.yaml", "--input", "log.csv", "--output", "out.csv"]),
+        R | L => &[
+            "identify static --robot robot.yaml --log log.csv --output out.yaml",
+            "identify path --robot robot.yaml --log log.csv --output out.yaml",
+        ],
+        M => &[
+            "identify static --robot robot.yaml --log log.csv --columns map.yaml --output out.yaml",
+            "identify path --robot robot.yaml --log log.csv --columns map.yaml --output out.yaml",
+        ],
+        D => &["simulate --model model.yaml --input log.csv --output out.csv"],
     }
 }
 
@@ -371,32 +360,41 @@ fn lostmotion() -> Command {
     Command::cargo_bin("lostmotion").unwrap()
 }
 
-fn built(command: &[&str], arguments: &[&str]) -> bool {
+fn built(line: &str) -> bool {
+    let command = line.split_whitespace().take_while(|a| !a.starts_with('-'));
     let help = lostmotion().args(command).arg("--help").output().unwrap();
     let help = String::from_utf8_lossy(&help.stdout).into_owned();
-    arguments.iter().filter(|a| a.starts_with("--")).all(|flag| help.contains(flag))
+    line.split_whitespace().filter(|a| a.starts_with('-')).all(|flag| help.contains(flag))
 }
 
 #[test]
 fn the_command_line_refuses_in_one_line_and_leaves_nothing() {
     let mut wrong = Vec::new();
-    let ready: Vec<Bad> = [R, D, L, M].into_iter().filter(|b| built(command_for(*b).0, command_for(*b).1)).collect();
-    for case in cases().into_iter().filter(|c| ready.contains(&c.bad)) {
-        let folder = folder_of(&case);
-        let before = listing(folder.path());
-        let out = lostmotion().current_dir(folder.path()).args(command_for(case.bad).1).output().unwrap();
-        let text = String::from_utf8_lossy(&out.stderr).into_owned();
-        if out.status.code() != Some(2) || text.lines().count() != 1 || !out.stdout.is_empty() {
-            wrong.push(format!("{}: {:?}, {} bytes on stdout, says: {text}", case.name, out.status, out.stdout.len()));
-        }
-        for part in case.says.iter().filter(|p| !text.contains(**p)) {
-            wrong.push(format!("{}: no `{part}` in: {text}", case.name));
-        }
-        if listing(folder.path()) != before {
-            wrong.push(format!("{}: left {:?}", case.name, listing(folder.path())));
+    for bad in [R, D, L, M] {
+        for line in command_lines(bad).iter().filter(|l| built(l)) {
+            for case in cases().iter().filter(|c| c.bad == bad) {
+                wrong.extend(run(case, line).into_iter().map(|w| format!("{}: {line}: {w}", case.name)));
+            }
         }
     }
     assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
+/// What is wrong with the answer of a command line to a case.
+fn run(case: &Case, line: &str) -> Vec<String> {
+    let folder = folder_of(case);
+    let before = listing(folder.path());
+    let out = lostmotion().current_dir(folder.path()).args(line.split_whitespace()).output().unwrap();
+    let text = String::from_utf8_lossy(&out.stderr).into_owned();
+    let mut wrong = Vec::new();
+    if out.status.code() != Some(2) || text.lines().count() != 1 || !out.stdout.is_empty() {
+        wrong.push(format!("{:?}, {} bytes on stdout, says: {text}", out.status, out.stdout.len()));
+    }
+    wrong.extend(case.says.iter().filter(|p| !text.contains(**p)).map(|p| format!("no `{p}` in: {text}")));
+    if listing(folder.path()) != before {
+        wrong.push(format!("left {:?}", listing(folder.path())));
+    }
+    wrong
 }
 
 fn listing(folder: &Path) -> Vec<PathBuf> {
@@ -481,4 +479,51 @@ fn an_unknown_flag_is_bad_usage() {
     let out = lostmotion().args(["rewrite", "--no-such-flag"]).output().unwrap();
     assert_eq!(out.status.code(), Some(2));
     assert!(out.stdout.is_empty());
+}
+
+/// Whatever the bytes, a reader answers; a log that is accepted is whole and finite.
+fn answer(bad: Bad, bytes: Vec<u8>) {
+    use lostmotion::io::input::{Input, decode};
+    let robot = Robot::parse("robot.yaml", ROBOT).unwrap();
+    let text = || decode("file", bytes.clone());
+    match bad {
+        R | D => drop(text().and_then(|t| Robot::parse("robot.yaml", &t))),
+        M => drop(text().and_then(|t| ColumnMap::parse("map.yaml", &t))),
+        L => {
+            let Ok(log) = Log::parse(Input { name: "log.csv".into(), bytes, sha256: String::new() }, &robot) else {
+                return;
+            };
+            assert!(log.cmd.iter().all(|c| c.len() == log.len() && c.iter().all(|v| v.is_finite())));
+            assert!(log.tcp_m.is_empty() || log.tcp_m.len() == log.len());
+            assert!(log.tcp_m.iter().flatten().all(|p| p.iter().all(|v| v.is_finite())));
+            drop(hygiene::check(&log, &robot));
+        }
+    }
+}
+
+proptest::proptest! {
+    #[test]
+    fn no_bytes_make_a_reader_panic(bytes in proptest::collection::vec(proptest::num::u8::ANY, 0..200)) {
+        for bad in [R, L, M] {
+            answer(bad, bytes.clone());
+        }
+    }
+
+    #[test]
+    fn no_damage_to_a_good_file_makes_a_reader_panic(
+        hits in proptest::collection::vec((0.0..1.0_f64, "[-0-9.,;:#\"\\[\\]{}&*!|>%@\n\r\t eNn\u{0}\u{e9}]{0,4}"), 1..6),
+        cut in 0.0..1.5_f64,
+    ) {
+        let map = map("{x_mm: {to: x_mm, unit: m, sign: -1, scale: 2}}");
+        for (bad, good) in [(R, ROBOT.to_string()), (M, map), (L, log_of(20, |_, _| {}))] {
+            let mut text: Vec<char> = good.chars().collect();
+            for (at, new) in &hits {
+                let at = (at * text.len() as f64) as usize;
+                let end = (at + 2).min(text.len());
+                text.splice(at..end, new.chars());
+            }
+            text.truncate((cut * text.len() as f64) as usize);
+            answer(bad, text.into_iter().collect::<String>().into_bytes());
+        }
+    }
 }
