@@ -58,9 +58,7 @@ pub fn read_text(path: &Path) -> Result<(String, Input)> {
 
 /// UTF-8 text of bytes, or what they are instead.
 pub fn decode(name: &str, bytes: Vec<u8>) -> Result<String> {
-    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
-        return Err(Error::bad(Place::line(name, 1), "UTF-16 text (byte order mark FF FE or FE FF)", "UTF-8 text"));
-    }
+    refuse_utf16(name, &bytes)?;
     let bytes = if bytes.starts_with(b"\xef\xbb\xbf") { bytes[3..].to_vec() } else { bytes };
     String::from_utf8(bytes).map_err(|e| {
         let at = e.utf8_error().valid_up_to();
@@ -71,6 +69,15 @@ pub fn decode(name: &str, bytes: Vec<u8>) -> Result<String> {
             "UTF-8 text",
         )
     })
+}
+
+/// Names UTF-16 by its byte order mark, or by the zero bytes that Latin letters have in it.
+pub fn refuse_utf16(name: &str, bytes: &[u8]) -> Result<()> {
+    let zeros = |from: usize| bytes.len() >= 8 && bytes.iter().take(64).skip(from).step_by(2).all(|&b| b == 0);
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || zeros(0) || zeros(1) {
+        return Err(Error::bad(Place::line(name, 1), "UTF-16 text", "UTF-8 text"));
+    }
+    Ok(())
 }
 
 /// Lower-case hex.

@@ -1,6 +1,32 @@
-//! Which column of a file is what.
+//! Which column of a file is what, and how its numbers become SI.
+//!
+//! The contract's names carry their unit (`cmd_A1_deg`, `x_mm`). A log with other names, units, a semicolon or a decimal
+//! comma is read through a column map:
+//!
+//! ```yaml
+//! schema: lostmotion/columns/1
+//! separator: ";"                 # one character or `tab`; a comma where absent
+//! decimal: ","                   # a point where absent
+//! columns:                       # theirs: ours
+//!   Zeit: {to: t_s, unit: ms}
+//!   Achse1: {to: cmd_A1_deg, unit: rad, sign: -1}
+//!   X: {to: x_mm, unit: m, scale: 1.0000021}
+//!   Y: y_mm                      # the unit of our name
+//!   cmd_A1_deg: ignore           # theirs, but not what we mean by it
+//! ```
+//!
+//! How it fails: a name that says "command of a joint" for a joint or unit the robot does not have is refused, because
+//! dropping it quietly would move the wrong axes; names that say nothing to us are passed over.
 
+use crate::error::{Error, Place, Result};
+use crate::io::{input, yaml::Document};
 use crate::robot::Robot;
+use indexmap::IndexMap;
+use serde::Deserialize;
+use serde_yaml::{Mapping, Value};
+use std::path::Path;
+
+pub const SCHEMA: &str = "lostmotion/columns/1";
 
 /// Meaning of a column; `axis` counts the robot's axes, `k` the reflectors from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,12 +74,13 @@ pub fn meaning(name: &str, robot: &Robot) -> Meaning {
         }
     }
     if let Some(rest) = name.strip_suffix("_mm") {
-        let (letter, number) = rest.split_at(rest.len().min(1));
-        if let Some(coordinate) = ["x", "y", "z"].iter().position(|c| *c == letter) {
-            if number.is_empty() {
+        let mut letters = rest.chars();
+        let coordinate = letters.next().and_then(|c| ['x', 'y', 'z'].iter().position(|k| *k == c));
+        if let Some(coordinate) = coordinate {
+            if letters.as_str().is_empty() {
                 return Meaning::Position { k: 0, coordinate };
             }
-            if let Ok(n) = number.parse::<usize>()
+            if let Ok(n) = letters.as_str().parse::<usize>()
                 && (2..=99).contains(&n)
             {
                 return Meaning::Position { k: n - 1, coordinate };
@@ -61,4 +88,317 @@ pub fn meaning(name: &str, robot: &Robot) -> Meaning {
         }
     }
     Meaning::Other
+}
+
+impl Meaning {
+    /// Unit in which the contract's name gives the value.
+    fn unit(self, robot: &Robot) -> Option<&'static str> {
+        match self {
+            Self::Time => Some("s"),
+            Self::Command(axis) | Self::Encoder(axis) | Self::Measured(axis) => Some(robot.axis(axis).kind.unit()),
+            Self::Position { .. } => Some("mm"),
+            Self::Speed => Some("mm_s"),
+            _ => None,
+        }
+    }
+
+    /// Contract's name, for messages.
+    pub fn name(self, robot: &Robot) -> String {
+        let joint = |prefix: &str, axis: usize| {
+            let j = robot.axis(axis);
+            format!("{prefix}_{}_{}", j.name, j.kind.unit())
+        };
+        match self {
+            Self::Time => "t_s".into(),
+            Self::Command(axis) => joint("cmd", axis),
+            Self::Encoder(axis) => joint("enc", axis),
+            Self::Measured(axis) => joint("meas", axis),
+            Self::Position { k, coordinate } => {
+                let number = if k == 0 { String::new() } else { (k + 1).to_string() };
+                format!("{}{number}_mm", ["x", "y", "z"][coordinate.min(2)])
+            }
+            Self::Trigger => "trigger".into(),
+            Self::Cycle => "cycle".into(),
+            Self::Speed => "speed_mm_s".into(),
+            Self::Payload => "payload_kg".into(),
+            Self::Temperature => "temp_c".into(),
+            Self::Index => "index".into(),
+            Self::Other => "other".into(),
+        }
+    }
+}
+
+/// Units of a column map: name, dimension, SI per unit.
+const UNITS: &[(&str, char, f64)] = &[
+    ("deg", 'a', std::f64::consts::PI / 180.0),
+    ("rad", 'a', 1.0),
+    ("mrad", 'a', 1e-3),
+    ("mm", 'l', 1e-3),
+    ("m", 'l', 1.0),
+    ("um", 'l', 1e-6),
+    ("in", 'l', 0.0254),
+    ("s", 't', 1.0),
+    ("ms", 't', 1e-3),
+    ("us", 't', 1e-6),
+    ("mm_s", 'v', 1e-3),
+    ("m_s", 'v', 1.0),
+];
+
+fn unit_named(name: &str) -> Option<(char, f64)> {
+    UNITS.iter().find(|u| u.0 == name).map(|u| (u.1, u.2))
+}
+
+/// One line of a column map.
+#[derive(Debug, Clone, PartialEq)]
+struct Entry {
+    /// Contract's name; `None`: the column is to be passed over.
+    to: Option<String>,
+    unit: Option<String>,
+    /// Sign times scale.
+    factor: f64,
+}
+
+/// A column map: their names to ours, with unit, sign and scale, and how the file writes separator and decimals.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ColumnMap {
+    name: String,
+    /// Byte between fields.
+    pub separator: u8,
+    /// Byte before the decimals.
+    pub decimal: u8,
+    entries: IndexMap<String, Entry>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MapFile {
+    schema: String,
+    #[serde(default)]
+    separator: Option<String>,
+    #[serde(default)]
+    decimal: Option<String>,
+    #[serde(default)]
+    columns: Mapping,
+}
+
+impl ColumnMap {
+    /// Reads and checks a column map.
+    pub fn load(path: &Path) -> Result<Self> {
+        let (text, input) = input::read_text(path)?;
+        Self::parse(&input.name, &text)
+    }
+
+    /// Parses and checks the text of a column map; `name` stands in messages.
+    pub fn parse(name: &str, text: &str) -> Result<Self> {
+        let doc = Document { name, text };
+        let file: MapFile = doc.parse("a column map (schema lostmotion/columns/1)")?;
+        doc.require_schema(&file.schema, SCHEMA)?;
+        let separator = match file.separator.as_deref() {
+            None => b',',
+            Some("tab" | "\t") => b'\t',
+            Some(",") => b',',
+            Some(";") => b';',
+            Some("|") => b'|',
+            Some(" ") => b' ',
+            Some(other) => {
+                let place = doc.place(&["separator"]);
+                return Err(Error::bad(place, format!("separator `{other}`"), "`,`, `;`, `|`, a blank or `tab`"));
+            }
+        };
+        let decimal = match file.decimal.as_deref() {
+            None | Some(".") => b'.',
+            Some(",") => b',',
+            Some(other) => {
+                return Err(Error::bad(doc.place(&["decimal"]), format!("decimal `{other}`"), "`.` or `,`"));
+            }
+        };
+        if separator == decimal {
+            let place = doc.place(&["decimal"]);
+            return Err(Error::bad(place, "a comma both as separator and before decimals", "two different characters"));
+        }
+        let mut entries = IndexMap::new();
+        for (key, value) in &file.columns {
+            let Value::String(theirs) = key else {
+                let place = doc.place(&["columns"]);
+                return Err(Error::bad(place, "a column name that is no text", "`their name: our name`, quoted"));
+            };
+            entries.insert(theirs.trim().to_string(), entry(theirs, value, &doc)?);
+        }
+        Ok(Self { name: name.into(), separator, decimal, entries })
+    }
+}
+
+fn entry(theirs: &str, value: &Value, doc: &Document) -> Result<Entry> {
+    let bad = |key: &str, found: String, expected: &str| {
+        Error::bad(doc.place(&[theirs, key]), format!("{found} of column `{theirs}`"), expected)
+    };
+    let to = |name: &str| (name != "ignore").then(|| name.trim().to_string());
+    let map = match value {
+        Value::String(name) => return Ok(Entry { to: to(name), unit: None, factor: 1.0 }),
+        Value::Mapping(map) => map,
+        _ => {
+            return Err(bad(
+                "",
+                "no name".into(),
+                "our name, `ignore`, or `{to: NAME, unit: UNIT, sign: -1, scale: 1}`",
+            ));
+        }
+    };
+    let (mut name, mut unit, mut sign, mut scale) = (None, None, 1.0, 1.0);
+    for (key, v) in map {
+        let key = key.as_str().unwrap_or("");
+        match key {
+            "to" => match v.as_str() {
+                Some(s) => name = Some(s),
+                None => return Err(bad(key, "a `to` that is no text".into(), "our name, e.g. `cmd_A1_deg`")),
+            },
+            "unit" => match v.as_str() {
+                Some(s) if unit_named(s).is_some() => unit = Some(s.to_string()),
+                _ => {
+                    let known: Vec<&str> = UNITS.iter().map(|u| u.0).collect();
+                    let found = format!("unit `{}`", v.as_str().unwrap_or("?"));
+                    return Err(bad(key, found, &format!("one of {}", known.join(", "))));
+                }
+            },
+            "sign" => match v.as_f64() {
+                Some(s) if s == 1.0 || s == -1.0 => sign = s,
+                _ => return Err(bad(key, "another sign".into(), "1 or -1")),
+            },
+            "scale" => match v.as_f64() {
+                Some(s) if s.is_finite() && s > 0.0 => scale = s,
+                _ => return Err(bad(key, "another scale".into(), "a finite number above 0")),
+            },
+            other => return Err(bad(other, format!("unknown key `{other}`"), "`to`, `unit`, `sign`, `scale`")),
+        }
+    }
+    let Some(name) = name else { return Err(bad("", "no `to`".into(), "`to: NAME`")) };
+    Ok(Entry { to: to(name), unit, factor: sign * scale })
+}
+
+/// A column that is used.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Column {
+    /// Field number from 0.
+    pub index: usize,
+    pub meaning: Meaning,
+    /// SI per unit as written; 1 for numbers without a unit.
+    pub factor: f64,
+    /// Unit of the contract per unit as written (1 without a map).
+    pub edge: f64,
+}
+
+/// The columns that are used, in the order of the file.
+pub(super) fn resolve(header: &[String], robot: &Robot, map: Option<&ColumnMap>, at: &Place) -> Result<Vec<Column>> {
+    let mut used: Vec<Column> = Vec::new();
+    let mut mapped = vec![false; map.map_or(0, |m| m.entries.len())];
+    for (index, theirs) in header.iter().enumerate() {
+        let theirs = theirs.trim();
+        let place = || Place { column: Some(index as u64 + 1), ..at.clone() };
+        let entry = map.and_then(|m| m.entries.get_full(theirs));
+        let (meaning, factor, edge) = match entry {
+            Some((k, _, entry)) => {
+                mapped[k] = true;
+                let Some(ours) = &entry.to else { continue };
+                from_map(theirs, ours, entry, robot, map.map_or("", |m| &m.name))?
+            }
+            None => {
+                let m = meaning(theirs, robot);
+                if m == Meaning::Other {
+                    refuse_unknown_joint(theirs, robot, place)?;
+                }
+                let si = m.unit(robot).and_then(unit_named).map_or(1.0, |u| u.1);
+                (m, si, 1.0)
+            }
+        };
+        if matches!(meaning, Meaning::Other | Meaning::Index) {
+            continue;
+        }
+        if let Some(before) = used.iter().find(|c| c.meaning == meaning) {
+            return Err(Error::bad(
+                place(),
+                format!("a second column for `{}` (the first is column {})", meaning.name(robot), before.index + 1),
+                "one column of each name",
+            ));
+        }
+        used.push(Column { index, meaning, factor, edge });
+    }
+    if let Some(map) = map
+        && let Some(k) = mapped.iter().position(|m| !m)
+        && let Some((theirs, _)) = map.entries.get_index(k)
+    {
+        let found = format!("no column `{theirs}`, which {} names", map.name);
+        return Err(Error::bad(at.clone(), found, format!("a column of that name among {}", listed(header))));
+    }
+    Ok(used)
+}
+
+fn from_map(theirs: &str, ours: &str, entry: &Entry, robot: &Robot, map: &str) -> Result<(Meaning, f64, f64)> {
+    let m = meaning(ours, robot);
+    let place = Place::file(map);
+    if m == Meaning::Other {
+        let names: Vec<String> = (0..robot.dof()).map(|a| Meaning::Command(a).name(robot)).collect();
+        return Err(Error::bad(
+            place,
+            format!("`{theirs}` to `{ours}`"),
+            format!("a name of the log format: t_s, {}, x_mm, y_mm, z_mm, ...", names.join(", ")),
+        ));
+    }
+    let own = m.unit(robot);
+    let (si, own_si) = match (entry.unit.as_deref(), own) {
+        (None, Some(own)) => (unit_named(own), unit_named(own)),
+        (None, None) => (Some((' ', 1.0)), Some((' ', 1.0))),
+        (Some(theirs), Some(own)) => (unit_named(theirs), unit_named(own)),
+        (Some(_), None) => (None, None),
+    };
+    match (si, own_si) {
+        (Some((dimension, si)), Some((same, own_si))) if dimension == same => {
+            Ok((m, si * entry.factor, (si * entry.factor / own_si).abs()))
+        }
+        _ => Err(Error::bad(
+            place,
+            format!("unit `{}` for `{ours}`", entry.unit.as_deref().unwrap_or("")),
+            match own {
+                Some(u) => format!("a unit that converts to {u}"),
+                None => "no unit for this column".into(),
+            },
+        )),
+    }
+}
+
+/// `cmd_B1_deg` where the robot has no B1, `cmd_A1_rad` where it has an A1.
+fn refuse_unknown_joint(theirs: &str, robot: &Robot, place: impl Fn() -> Place) -> Result<()> {
+    let name = theirs.to_ascii_lowercase();
+    let Some(rest) = ["cmd_", "enc_", "meas_"].iter().find_map(|p| name.strip_prefix(p)) else { return Ok(()) };
+    let Some((joint, unit)) = rest.rsplit_once('_') else { return Ok(()) };
+    if !matches!(unit, "deg" | "mm" | "rad" | "m") || joint.is_empty() {
+        return Ok(());
+    }
+    match robot.joints.iter().find(|j| j.name.eq_ignore_ascii_case(joint)) {
+        Some(j) if j.follows.is_some() => Ok(()),
+        Some(j) => Err(Error::bad(
+            place(),
+            format!("column `{theirs}`: {} in {unit}", j.name),
+            format!(
+                "`{}_{}_{}`, or a column map with `unit: {unit}`",
+                &theirs[..theirs.len() - rest.len() - 1],
+                j.name,
+                j.kind.unit()
+            ),
+        )),
+        None => Err(Error::bad(
+            place(),
+            format!("column `{theirs}`: the robot has no joint `{joint}`"),
+            format!("one of {}", robot.axis_names().join(", ")),
+        )),
+    }
+}
+
+/// Some column names, for messages.
+pub(super) fn listed(header: &[String]) -> String {
+    const SHOWN: usize = 12;
+    let mut text = header.iter().take(SHOWN).map(|h| h.trim()).collect::<Vec<_>>().join(", ");
+    if header.len() > SHOWN {
+        text.push_str(", ...");
+    }
+    text
 }

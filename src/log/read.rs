@@ -1,190 +1,399 @@
 //! CSV (and gzip) to a [`Log`].
+//!
+//! Method: the body is cut at line ends into pieces of about 1 MiB, which are parsed side by side and put together in
+//! order, so that neither the result nor the first refusal depends on the number of threads.
+//!
+//! How it fails: on the first row that is not what the header promises, with line and field.
 
 use super::Log;
-use super::columns::{Meaning, meaning};
+use super::columns::{Column, ColumnMap, Meaning, listed, resolve};
+use super::number::{decimals, number};
 use crate::error::{Error, Place, Result};
 use crate::io::input::{self, Input};
 use crate::robot::Robot;
 use nalgebra::Vector3;
+use rayon::prelude::*;
+use std::ops::Range;
 use std::path::Path;
+
+/// Bytes of a piece; fixed, so that the cuts do not depend on the machine.
+const PIECE: usize = 1 << 20;
+/// Largest command (deg or mm) and coordinate (mm): beyond it a cell is damaged, and squares would lose their digits.
+const LARGEST: f64 = 1e7;
 
 impl Log {
     /// Reads a log with the contract's column names.
     pub fn load(path: &Path, robot: &Robot) -> Result<Self> {
-        Self::parse(input::read(path)?, robot)
+        Self::load_with(path, robot, None)
     }
 
-    /// Parses the bytes of a log.
+    /// Reads a log, through a column map where one is given.
+    pub fn load_with(path: &Path, robot: &Robot, map: Option<&ColumnMap>) -> Result<Self> {
+        Self::parse_with(input::read(path)?, robot, map)
+    }
+
+    /// Parses the bytes of a log with the contract's column names.
     pub fn parse(input: Input, robot: &Robot) -> Result<Self> {
-        let name = input.name;
-        let mut reader =
-            csv::ReaderBuilder::new().comment(Some(b'#')).flexible(false).from_reader(input.bytes.as_slice());
-        let header = reader.byte_headers().map_err(|e| csv_error(&name, &e))?.clone();
-        let meanings: Vec<Meaning> = header.iter().map(|h| meaning(&String::from_utf8_lossy(h), robot)).collect();
-        let column_of = |m: Meaning| meanings.iter().position(|x| *x == m);
-        let n_axes = robot.dof();
-        let mut cmd_columns = Vec::with_capacity(n_axes);
-        for (axis, joint) in robot.axis_joints().enumerate() {
-            cmd_columns.push(column_of(Meaning::Command(axis)).ok_or_else(|| {
-                Error::bad(
-                    Place::line(&name, 1),
-                    format!("no column `cmd_{}_{}`", joint.name, joint.kind.unit()),
-                    format!("a command column for each joint of {}", robot.axis_names().join(", ")),
-                )
-            })?);
-        }
-        let time = column_of(Meaning::Time);
-        let position = |k: usize| -> Option<[usize; 3]> {
-            let c = [0, 1, 2].map(|coordinate| column_of(Meaning::Position { k, coordinate }));
-            Some([c[0]?, c[1]?, c[2]?])
-        };
-        let tcp = position(0);
-        let trigger = column_of(Meaning::Trigger);
-        let cycle = column_of(Meaning::Cycle);
-        let optional = |m| column_of(m);
-        let (speed, payload, temp) =
-            (optional(Meaning::Speed), optional(Meaning::Payload), optional(Meaning::Temperature));
-        let enc_columns: Vec<Option<usize>> = (0..n_axes).map(|a| column_of(Meaning::Encoder(a))).collect();
-        let meas_columns: Vec<Option<usize>> = (0..n_axes).map(|a| column_of(Meaning::Measured(a))).collect();
-        let si: Vec<f64> = robot.axis_joints().map(|j| j.kind.si()).collect();
-        let mut log = Log {
-            name: name.clone(),
-            sha256: input.sha256,
-            line: Vec::new(),
-            t_s: Vec::new(),
-            poses: time.is_none(),
-            cmd: vec![Vec::new(); n_axes],
-            cmd_decimals: vec![0; n_axes],
-            tcp_m: Vec::new(),
-            reflectors_m: Vec::new(),
-            enc: enc_columns.iter().map(|c| c.map(|_| Vec::new())).collect(),
-            meas: meas_columns.iter().map(|c| c.map(|_| Vec::new())).collect(),
-            trigger: trigger.map(|_| Vec::new()),
-            cycle: cycle.map(|_| Vec::new()),
-            speed_m_s: speed.map(|_| Vec::new()),
-            payload_kg: payload.map(|_| Vec::new()),
-            temp_c: temp.map(|_| Vec::new()),
-        };
-        let reflectors: Vec<[usize; 3]> = (1..).map_while(position).collect();
-        log.reflectors_m = vec![Vec::new(); reflectors.len()];
-        let mut record = csv::ByteRecord::new();
-        while reader.read_byte_record(&mut record).map_err(|e| csv_error(&name, &e))? {
-            let line = record.position().map_or(0, |p| p.line());
-            let row = Row { record: &record, header: &header, name: &name, line };
-            let t = match time {
-                Some(c) => row.number(c)?,
-                None => log.t_s.len() as f64,
-            };
-            if let Some(&before) = log.t_s.last()
-                && t <= before
-            {
-                return Err(row.bad(
-                    time.unwrap_or(0),
-                    format!("time {t} s after {before} s"),
-                    "times that strictly increase",
-                ));
-            }
-            log.line.push(line as u32);
-            log.t_s.push(t);
-            for (axis, &c) in cmd_columns.iter().enumerate() {
-                log.cmd[axis].push(row.number(c)? * si[axis]);
-                log.cmd_decimals[axis] = log.cmd_decimals[axis].max(decimals(&record[c]));
-            }
-            if let Some(c) = tcp {
-                log.tcp_m.push(row.point(c)?);
-            }
-            for (track, &c) in log.reflectors_m.iter_mut().zip(&reflectors) {
-                track.push(row.point(c)?);
-            }
-            for (columns, tracks) in [(&enc_columns, &mut log.enc), (&meas_columns, &mut log.meas)] {
-                for (axis, (c, track)) in columns.iter().zip(tracks.iter_mut()).enumerate() {
-                    if let (Some(c), Some(track)) = (c, track) {
-                        track.push(row.optional(*c)?.map(|v| v * si[axis]));
-                    }
-                }
-            }
-            if let (Some(c), Some(v)) = (trigger, &mut log.trigger) {
-                v.push(row.number(c)? as i8);
-            }
-            if let (Some(c), Some(v)) = (cycle, &mut log.cycle) {
-                v.push(row.number(c)? as u32);
-            }
-            for (c, v, scale) in
-                [(speed, &mut log.speed_m_s, 1e-3), (payload, &mut log.payload_kg, 1.0), (temp, &mut log.temp_c, 1.0)]
-            {
-                if let (Some(c), Some(v)) = (c, v) {
-                    v.push(row.optional(c)?.map(|x| x * scale));
-                }
-            }
-        }
-        if log.is_empty() {
+        Self::parse_with(input, robot, None)
+    }
+
+    /// Parses the bytes of a log, through a column map where one is given.
+    pub fn parse_with(input: Input, robot: &Robot, map: Option<&ColumnMap>) -> Result<Self> {
+        let Input { name, bytes, sha256 } = input;
+        input::refuse_utf16(&name, &bytes)?;
+        let separator = map.map_or(b',', |m| m.separator);
+        let head = Head::read(&name, &bytes, separator)?;
+        let at = Place::line(&name, head.line);
+        let columns = resolve(&head.names, robot, map, &at).map_err(|e| head.explain(&name, separator, e))?;
+        head.check(&name, &columns, robot, separator)?;
+        let layout =
+            Layout { name: &name, head: &head, columns: &columns, separator, decimal: map.map_or(b'.', |m| m.decimal) };
+        let table = layout.read(&bytes)?;
+        drop(bytes);
+        if table.line.is_empty() {
             return Err(Error::bad(Place::file(&name), "a header and no rows", "at least one row"));
         }
+        let log = build(&name, sha256, table, &columns, robot);
+        log.check_time(&columns)?;
         Ok(log)
+    }
+
+    fn check_time(&self, columns: &[Column]) -> Result<()> {
+        if self.poses {
+            return Ok(());
+        }
+        let Some(i) = self.t_s.windows(2).position(|w| w[1] <= w[0]) else { return Ok(()) };
+        let (before, t) = (self.t_s[i], self.t_s[i + 1]);
+        let found = if t == before { format!("time {t} s twice") } else { format!("time {t} s after {before} s") };
+        let place = Place {
+            file: self.name.clone(),
+            line: Some(u64::from(self.line[i + 1])),
+            column: columns.iter().find(|c| c.meaning == Meaning::Time).map(|c| c.index as u64 + 1),
+        };
+        Err(Error::bad(place, found, "times that strictly increase"))
     }
 }
 
-/// One row, with what its messages need.
-struct Row<'a> {
-    record: &'a csv::ByteRecord,
-    header: &'a csv::ByteRecord,
-    name: &'a str,
+/// The header row and where the rows begin.
+struct Head {
+    names: Vec<String>,
     line: u64,
+    body: usize,
+    body_line: u64,
 }
 
-impl Row<'_> {
-    fn bad(&self, column: usize, found: String, expected: &str) -> Error {
-        let head = String::from_utf8_lossy(&self.header[column]);
+impl Head {
+    fn read(name: &str, bytes: &[u8], separator: u8) -> Result<Self> {
+        let skip = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
+        let text = &bytes[skip..];
+        if text.starts_with(b"PK\x03\x04") {
+            return Err(Error::bad(Place::file(name), "a ZIP file (a workbook?)", "CSV text, plain or gzipped"));
+        }
+        if text.iter().all(u8::is_ascii_whitespace) {
+            return Err(Error::bad(Place::file(name), "an empty file", "a header and rows"));
+        }
+        let mut reader = reader(text, separator);
+        let mut record = csv::ByteRecord::new();
+        let found =
+            reader.read_byte_record(&mut record).map_err(|e| Error::bad(Place::file(name), e.to_string(), "CSV"))?;
+        if !found {
+            return Err(Error::bad(Place::file(name), "comments and nothing else", "a header and rows"));
+        }
+        let line = record.position().map_or(1, |p| p.line());
+        let mut names = Vec::with_capacity(record.len());
+        for field in &record {
+            match std::str::from_utf8(field) {
+                Ok(s) => names.push(s.trim().to_string()),
+                Err(_) => {
+                    let found = format!("a header that is not UTF-8 (`{}`)", String::from_utf8_lossy(field));
+                    return Err(Error::bad(Place::line(name, line), found, "UTF-8 text"));
+                }
+            }
+        }
+        if names.iter().all(|n| n.parse::<f64>().is_ok()) {
+            return Err(Error::bad(
+                Place::line(name, line),
+                "a row of numbers first",
+                "a header with the names of the columns",
+            ));
+        }
+        Ok(Self { names, line, body: skip + reader.position().byte() as usize, body_line: reader.position().line() })
+    }
+
+    /// A header in one piece where another separator would cut it: says so, whatever else is wrong.
+    fn explain(&self, name: &str, separator: u8, otherwise: Error) -> Error {
+        let Some(other) = [';', '\t', ',']
+            .iter()
+            .find(|&&c| c as u32 != u32::from(separator) && self.names.len() == 1 && self.names[0].contains(c))
+        else {
+            return otherwise;
+        };
+        let shown = if *other == '\t' { "tab".to_string() } else { other.to_string() };
         Error::bad(
-            Place::field(self.name, self.line, column as u64 + 1),
-            format!("{found} in column `{head}`"),
-            expected,
+            Place::line(name, self.line),
+            format!("fields separated by `{shown}`"),
+            format!("`{}`, or a column map with `separator: \"{shown}\"`", separator as char),
         )
     }
 
-    fn optional(&self, column: usize) -> Result<Option<f64>> {
-        let text = self.record[column].trim_ascii();
-        if text.is_empty() {
-            return Ok(None);
+    /// Every axis needs its command, every point its three coordinates.
+    fn check(&self, name: &str, columns: &[Column], robot: &Robot, separator: u8) -> Result<()> {
+        let has = |m: Meaning| columns.iter().any(|c| c.meaning == m);
+        let missing = |m: Meaning, expected: String| {
+            let error = Error::bad(
+                Place::line(name, self.line),
+                format!("no column `{}` among {}", m.name(robot), listed(&self.names)),
+                expected,
+            );
+            Err(self.explain(name, separator, error))
+        };
+        if let Some(axis) = (0..robot.dof()).find(|&a| !has(Meaning::Command(a))) {
+            let names = robot.axis_names().join(", ");
+            return missing(Meaning::Command(axis), format!("a command column for each joint of {names}"));
         }
-        match std::str::from_utf8(text).ok().and_then(|s| s.parse::<f64>().ok()) {
-            Some(v) if v.is_finite() => Ok(Some(v)),
-            _ => Err(self.bad(
-                column,
-                format!("`{}`", String::from_utf8_lossy(text)),
-                "a finite number with a decimal point",
-            )),
-        }
-    }
-
-    fn number(&self, column: usize) -> Result<f64> {
-        self.optional(column)?.ok_or_else(|| self.bad(column, "an empty cell".into(), "a finite number"))
-    }
-
-    fn point(&self, columns: [usize; 3]) -> Result<Option<Vector3<f64>>> {
-        Ok(match (self.optional(columns[0])?, self.optional(columns[1])?, self.optional(columns[2])?) {
-            (Some(x), Some(y), Some(z)) => Some(Vector3::new(x, y, z) * 1e-3),
+        let reflectors = columns.iter().filter_map(|c| match c.meaning {
+            Meaning::Position { k, .. } => Some(k),
             _ => None,
-        })
-    }
-}
-
-/// Decimals behind the point of a number as written.
-fn decimals(text: &[u8]) -> u8 {
-    match text.iter().position(|&b| b == b'.') {
-        Some(i) => text[i + 1..].iter().take_while(|b| b.is_ascii_digit()).count().min(15) as u8,
-        None => 0,
-    }
-}
-
-fn csv_error(name: &str, e: &csv::Error) -> Error {
-    let line = e.position().map(|p| p.line());
-    let place = Place { file: name.into(), line, column: None };
-    match e.kind() {
-        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-            Error::bad(place, format!("{len} fields"), format!("{expected_len} fields, as in the header"))
+        });
+        for k in 0..=reflectors.max().unwrap_or(0) {
+            let point = [0, 1, 2].map(|coordinate| Meaning::Position { k, coordinate });
+            if (k > 0 || point.iter().any(|&m| has(m)))
+                && let Some(&absent) = point.iter().find(|&&m| !has(m))
+            {
+                return missing(absent, "x, y and z of every reflector".into());
+            }
         }
-        csv::ErrorKind::Io(io) => Error::bad(place, io.to_string(), "readable CSV"),
-        _ => Error::bad(place, e.to_string(), "CSV"),
+        Ok(())
+    }
+}
+
+fn reader(bytes: &[u8], separator: u8) -> csv::Reader<&[u8]> {
+    csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .comment(Some(b'#'))
+        .delimiter(separator)
+        .buffer_capacity(1 << 16)
+        .from_reader(bytes)
+}
+
+/// How the rows are to be read.
+struct Layout<'a> {
+    name: &'a str,
+    head: &'a Head,
+    columns: &'a [Column],
+    separator: u8,
+    decimal: u8,
+}
+
+/// Numbers of the used columns as written; an empty cell, where allowed, is NaN (a written NaN is refused).
+struct Table {
+    line: Vec<u32>,
+    values: Vec<Vec<f64>>,
+    decimals: Vec<u8>,
+}
+
+impl Layout<'_> {
+    fn read(&self, bytes: &[u8]) -> Result<Table> {
+        let cuts = self.cuts(bytes);
+        let last = cuts.len().saturating_sub(1);
+        let pieces: Vec<Result<Table>> = cuts
+            .into_par_iter()
+            .enumerate()
+            .map(|(i, (range, line))| self.piece(&bytes[range], line, i == last))
+            .collect();
+        let pieces = pieces.into_iter().collect::<Result<Vec<Table>>>()?;
+        let rows = pieces.iter().map(|p| p.line.len()).sum();
+        let n = self.columns.len();
+        let mut whole = Table { line: Vec::with_capacity(rows), values: Vec::with_capacity(n), decimals: vec![0; n] };
+        whole.values.resize_with(n, || Vec::with_capacity(rows));
+        for piece in pieces {
+            whole.line.extend_from_slice(&piece.line);
+            for (to, from) in whole.values.iter_mut().zip(&piece.values) {
+                to.extend_from_slice(from);
+            }
+            for (to, from) in whole.decimals.iter_mut().zip(&piece.decimals) {
+                *to = (*to).max(*from);
+            }
+        }
+        Ok(whole)
+    }
+
+    /// Ranges of the body that end at line ends, with the number of their first line. A file with quotes stays whole: a
+    /// line end may stand inside them.
+    fn cuts(&self, bytes: &[u8]) -> Vec<(Range<usize>, u64)> {
+        let mut cuts = Vec::new();
+        let (mut start, mut line) = (self.head.body.min(bytes.len()), self.head.body_line);
+        let whole = memchr::memchr(b'"', &bytes[start..]).is_some();
+        while start < bytes.len() {
+            let from = start + PIECE;
+            let end = if whole || from >= bytes.len() {
+                bytes.len()
+            } else {
+                memchr::memchr(b'\n', &bytes[from..]).map_or(bytes.len(), |k| from + k + 1)
+            };
+            cuts.push((start..end, line));
+            line += memchr::memchr_iter(b'\n', &bytes[start..end]).count() as u64;
+            start = end;
+        }
+        cuts
+    }
+
+    fn piece(&self, bytes: &[u8], first_line: u64, last: bool) -> Result<Table> {
+        let n = self.columns.len();
+        let guess = bytes.len() / (8 * self.head.names.len()).max(1);
+        let mut table = Table { line: Vec::with_capacity(guess), values: Vec::with_capacity(n), decimals: vec![0; n] };
+        table.values.resize_with(n, || Vec::with_capacity(guess));
+        let mut reader = reader(bytes, self.separator);
+        let mut record = csv::ByteRecord::new();
+        loop {
+            match reader.read_byte_record(&mut record) {
+                Ok(true) => {}
+                Ok(false) => return Ok(table),
+                Err(e) => return Err(Error::bad(Place::file(self.name), e.to_string(), "CSV")),
+            }
+            let line = record.position().map_or(0, |p| p.line()) + first_line - 1;
+            if record.len() != self.head.names.len() {
+                if record.len() == 1 && record[0].trim_ascii().is_empty() {
+                    continue; // a line of blanks
+                }
+                let at_end =
+                    last && record.len() < self.head.names.len() && reader.position().byte() as usize >= bytes.len();
+                return Err(self.ragged(line, record.len(), at_end));
+            }
+            table.line.push(line as u32);
+            for ((column, values), decimals) in self.columns.iter().zip(&mut table.values).zip(&mut table.decimals) {
+                let text = &record[column.index];
+                let (value, places) = match number(text, self.decimal) {
+                    Some(n) => n,
+                    None => self.cell(line, column, text)?,
+                };
+                values.push(self.in_range(line, column, value)?);
+                *decimals = (*decimals).max(places);
+            }
+        }
+    }
+
+    fn ragged(&self, line: u64, fields: usize, at_end: bool) -> Error {
+        let found = format!(
+            "{fields} field{}{}",
+            if fields == 1 { "" } else { "s" },
+            if at_end { " in the last row: the file is cut short" } else { "" }
+        );
+        Error::bad(Place::line(self.name, line), found, format!("{} fields, as in the header", self.head.names.len()))
+    }
+
+    fn bad(&self, line: u64, column: &Column, found: String, expected: &str) -> Error {
+        let place = Place::field(self.name, line, column.index as u64 + 1);
+        Error::bad(place, format!("{found} in column `{}`", self.head.names[column.index]), expected)
+    }
+
+    /// A cell that is no plain short number: empty, long, with an exponent, or wrong.
+    fn cell(&self, line: u64, column: &Column, text: &[u8]) -> Result<(f64, u8)> {
+        let text = text.trim_ascii();
+        if text.is_empty() {
+            return match column.meaning {
+                Meaning::Time | Meaning::Command(_) | Meaning::Trigger | Meaning::Cycle => {
+                    Err(self.bad(line, column, "an empty cell".into(), "a finite number"))
+                }
+                _ => Ok((f64::NAN, 0)),
+            };
+        }
+        let expected = if self.decimal == b',' {
+            "a finite number with a decimal comma"
+        } else {
+            "a finite number with a decimal point"
+        };
+        let bad = || self.bad(line, column, format!("`{}`", String::from_utf8_lossy(text)), expected);
+        let plain = std::str::from_utf8(text).map_err(|_| bad())?;
+        let plain = match self.decimal {
+            b'.' => std::borrow::Cow::Borrowed(plain),
+            _ if plain.contains('.') => return Err(bad()),
+            d => plain.replace(d as char, ".").into(),
+        };
+        match plain.parse::<f64>() {
+            Ok(v) if v.is_finite() => Ok((v, decimals(plain.as_bytes()))),
+            _ => Err(bad()),
+        }
+    }
+
+    fn in_range(&self, line: u64, column: &Column, v: f64) -> Result<f64> {
+        let (ok, expected) = match column.meaning {
+            Meaning::Command(_) | Meaning::Encoder(_) | Meaning::Measured(_) | Meaning::Position { .. } => {
+                (v.is_nan() || (v * column.edge).abs() <= LARGEST, "a value of at most 10,000,000 deg or mm")
+            }
+            Meaning::Trigger => (v == 0.0 || v == 1.0 || v == -1.0, "1, -1 or 0"),
+            Meaning::Cycle => {
+                (v >= 0.0 && v <= f64::from(u32::MAX) && v.fract() == 0.0, "a whole number from 0 to 4,294,967,295")
+            }
+            _ => (true, ""),
+        };
+        if ok { Ok(v) } else { Err(self.bad(line, column, format!("{v}"), expected)) }
+    }
+}
+
+/// Columns as written to a log in SI.
+fn build(name: &str, sha256: String, mut table: Table, columns: &[Column], robot: &Robot) -> Log {
+    let mut take = |m: Meaning| -> Option<Vec<f64>> {
+        let k = columns.iter().position(|c| c.meaning == m)?;
+        let mut values = std::mem::take(&mut table.values[k]);
+        let factor = columns[k].factor;
+        if factor != 1.0 {
+            values.iter_mut().for_each(|v| *v *= factor);
+        }
+        Some(values)
+    };
+    let rows = table.line.len();
+    let axes = robot.dof();
+    let time = take(Meaning::Time);
+    let poses = time.is_none();
+    let t_s = time.unwrap_or_else(|| (0..rows).map(|i| i as f64).collect());
+    let cmd = (0..axes).map(|a| take(Meaning::Command(a)).unwrap_or_default()).collect();
+    let mut points = |k: usize| -> Option<Vec<Option<Vector3<f64>>>> {
+        let [x, y, z] = [0, 1, 2].map(|coordinate| take(Meaning::Position { k, coordinate }));
+        let (x, y, z) = (x?, y?, z?);
+        // a point with an empty cell is lost as a whole
+        Some(
+            x.iter()
+                .zip(&y)
+                .zip(&z)
+                .map(|((x, y), z)| Some(Vector3::new(*x, *y, *z)).filter(|v| !v.sum().is_nan()))
+                .collect(),
+        )
+    };
+    let tcp_m = points(0).unwrap_or_default();
+    let reflectors_m = (1..).map_while(&mut points).collect();
+    let mut cells = |m: Meaning| -> Option<Vec<Option<f64>>> {
+        Some(take(m)?.into_iter().map(|v| Some(v).filter(|v| !v.is_nan())).collect())
+    };
+    let enc = (0..axes).map(|a| cells(Meaning::Encoder(a))).collect();
+    let meas = (0..axes).map(|a| cells(Meaning::Measured(a))).collect();
+    let (speed_m_s, payload_kg, temp_c) = (cells(Meaning::Speed), cells(Meaning::Payload), cells(Meaning::Temperature));
+    let trigger = take(Meaning::Trigger).map(|v| v.into_iter().map(|x| x as i8).collect());
+    let cycle = take(Meaning::Cycle).map(|v| v.into_iter().map(|x| x as u32).collect());
+    let cmd_decimals = (0..axes)
+        .map(|a| match columns.iter().position(|c| c.meaning == Meaning::Command(a)) {
+            // another unit moves the last digit: 8 decimals of a radian are 6 of a degree
+            Some(k) => (f64::from(table.decimals[k]) - columns[k].edge.log10()).floor().clamp(0.0, 15.0) as u8,
+            None => 0,
+        })
+        .collect();
+    Log {
+        name: name.into(),
+        sha256,
+        line: table.line,
+        t_s,
+        poses,
+        cmd,
+        cmd_decimals,
+        tcp_m,
+        reflectors_m,
+        enc,
+        meas,
+        trigger,
+        cycle,
+        speed_m_s,
+        payload_kg,
+        temp_c,
     }
 }

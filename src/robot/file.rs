@@ -26,50 +26,60 @@ impl FrameFile {
         Isometry3::from_parts((Vector3::from(self.xyz_mm) * 1e-3).into(), UnitQuaternion::from_euler_angles(r, p, y))
     }
 
-    /// From SI.
+    /// From SI. Where the pitch is a quarter turn, roll and yaw turn about one axis: the yaw is written as 0.
     pub fn from_isometry(frame: &Isometry3<f64>) -> Self {
-        let (r, p, y) = frame.rotation.euler_angles();
-        Self { xyz_mm: (frame.translation.vector * 1e3).into(), rpy_deg: [r, p, y].map(f64::to_degrees) }
+        let m = frame.rotation.to_rotation_matrix();
+        let level = m[(0, 0)].hypot(m[(1, 0)]);
+        let pitch = (-m[(2, 0)]).atan2(level);
+        let (roll, yaw) = if level < 1e-12 {
+            (pitch.signum() * m[(0, 1)].atan2(m[(1, 1)]), 0.0)
+        } else {
+            (m[(2, 1)].atan2(m[(2, 2)]), m[(1, 0)].atan2(m[(0, 0)]))
+        };
+        // -0.0 + 0.0 is 0.0
+        let rpy_deg = [roll, pitch, yaw].map(|v| v.to_degrees() + 0.0);
+        Self { xyz_mm: (frame.translation.vector * 1e3).into(), rpy_deg }
     }
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct FollowFile {
-    joint: String,
-    ratio: f64,
+pub(super) struct FollowFile {
+    pub(super) joint: String,
+    pub(super) ratio: f64,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct JointFile {
-    name: String,
-    kind: String,
+#[serde(deny_unknown_fields)]
+pub(super) struct JointFile {
+    pub(super) name: String,
+    pub(super) kind: String,
     #[serde(default)]
-    theta_deg: f64,
+    pub(super) theta_deg: f64,
     #[serde(default)]
-    d_mm: f64,
+    pub(super) d_mm: f64,
     #[serde(default)]
-    a_mm: f64,
+    pub(super) a_mm: f64,
     #[serde(default)]
-    alpha_deg: f64,
+    pub(super) alpha_deg: f64,
     #[serde(default = "one")]
-    direction: f64,
+    pub(super) direction: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    limits_deg: Option<[f64; 2]>,
+    pub(super) limits_deg: Option<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    limits_mm: Option<[f64; 2]>,
+    pub(super) limits_mm: Option<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    max_speed_deg_s: Option<f64>,
+    pub(super) max_speed_deg_s: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    max_speed_mm_s: Option<f64>,
+    pub(super) max_speed_mm_s: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    max_accel_deg_s2: Option<f64>,
+    pub(super) max_accel_deg_s2: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    max_accel_mm_s2: Option<f64>,
+    pub(super) max_accel_mm_s2: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    lead_mm_per_rev: Option<f64>,
+    pub(super) lead_mm_per_rev: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    follows: Option<FollowFile>,
+    pub(super) follows: Option<FollowFile>,
 }
 
 fn one() -> f64 {
@@ -77,35 +87,36 @@ fn one() -> f64 {
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct LinkFile {
-    mass_kg: f64,
-    com_mm: [f64; 3],
+pub(super) struct LinkFile {
+    pub(super) mass_kg: f64,
+    pub(super) com_mm: [f64; 3],
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct ReflectorFile {
-    xyz_mm: [f64; 3],
+pub(super) struct ReflectorFile {
+    pub(super) xyz_mm: [f64; 3],
 }
 
 /// The document as it stands in YAML; also an inline `robot:` of a model file.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct RobotFile {
     pub schema: String,
     #[serde(default)]
-    name: String,
+    pub(super) name: String,
     #[serde(default = "standard")]
-    convention: String,
-    joints: Vec<JointFile>,
+    pub(super) convention: String,
+    pub(super) joints: Vec<JointFile>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    links: Vec<LinkFile>,
+    pub(super) links: Vec<LinkFile>,
     #[serde(default = "still")]
-    base: FrameFile,
+    pub(super) base: FrameFile,
     #[serde(default = "still")]
-    tool: FrameFile,
+    pub(super) tool: FrameFile,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    tools: Vec<ReflectorFile>,
+    pub(super) tools: Vec<ReflectorFile>,
     #[serde(default = "gravity")]
-    gravity_m_s2: [f64; 3],
+    pub(super) gravity_m_s2: [f64; 3],
 }
 
 fn standard() -> String {

@@ -6,7 +6,7 @@
 //! does not search other branches. It never returns NaN: it returns the best `q` seen and says why it stopped.
 
 use super::Robot;
-use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 /// What to reach.
 #[derive(Debug, Clone, Copy)]
@@ -140,13 +140,7 @@ impl Robot {
             Target::Pose(want) => {
                 let now = self.forward(q);
                 let e = want.position - now.position;
-                let w = Rotation3::from_matrix_eps(
-                    &(want.rotation.matrix() * now.rotation.matrix().transpose()),
-                    1e-15,
-                    50,
-                    Rotation3::identity(),
-                )
-                .scaled_axis();
+                let w = rotation_vector(&(want.rotation.matrix() * now.rotation.matrix().transpose()));
                 let l = options.rotation_length_m;
                 Miss {
                     vector: DVector::from_column_slice(&[e.x, e.y, e.z, w.x * l, w.y * l, w.z * l]),
@@ -166,6 +160,21 @@ impl Robot {
     }
 }
 
+/// Axis times angle of a rotation, rad; half a turn keeps its axis, which an iterative projection would lose.
+pub fn rotation_vector(r: &Matrix3<f64>) -> Vector3<f64> {
+    let sine = Vector3::new(r[(2, 1)] - r[(1, 2)], r[(0, 2)] - r[(2, 0)], r[(1, 0)] - r[(0, 1)]) * 0.5;
+    let (s, c) = (sine.norm(), 0.5 * (r.trace() - 1.0));
+    let angle = s.atan2(c);
+    if c > -0.99 {
+        return if s > 1e-12 { sine * (angle / s) } else { sine };
+    }
+    // near half a turn the sine has no digits left: (R + R^T)/2 = cos I + (1 - cos) axis axis^T
+    let square = (r + r.transpose()) * 0.5 - Matrix3::identity() * c;
+    let k = square.diagonal().imax();
+    let axis = Vector3::from(square.column(k)).normalize();
+    axis * if axis.dot(&sine) < 0.0 { -angle } else { angle }
+}
+
 struct Miss {
     vector: DVector<f64>,
     error_m: f64,
@@ -175,5 +184,23 @@ struct Miss {
 impl Miss {
     fn result(self, q: Vec<f64>, stop: Stop, iterations: usize) -> Inverse {
         Inverse { q, stop, error_m: self.error_m, error_rad: self.error_rad, iterations }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Rotation3;
+    use std::f64::consts::PI;
+
+    #[test]
+    fn a_rotation_vector_comes_back_at_every_angle() {
+        let axis = Vector3::new(0.36, -0.48, 0.8);
+        for angle in [0.0, 1e-13, 1e-6, 0.5, 3.0, 3.1, PI - 1e-6, PI - 1e-9] {
+            let v = rotation_vector(Rotation3::from_scaled_axis(axis * angle).matrix());
+            assert!((v - axis * angle).norm() < 1e-13, "{angle}: {v}");
+        }
+        let half = rotation_vector(Rotation3::from_scaled_axis(axis * PI).matrix());
+        assert!((half.norm() - PI).abs() < 1e-13 && half.cross(&axis).norm() < 1e-13);
     }
 }

@@ -4,6 +4,7 @@
 //! - [`file`]: the robot file (YAML, degrees and millimetres) to and from this module's types (SI), with every refusal.
 //! - [`chain`]: forward kinematics and the analytic Jacobian (seed 000 equations 2-5; Craig's convention too).
 //! - [`inverse`]: the damped numerical inverse for any subset of joints; says why it stopped.
+//! - [`write`]: a robot back to its file.
 //! - [`fingerprint`]: SHA-256 of the robot's numbers, so that a compensator cannot meet another robot.
 //!
 //! Joint vectors `q` hold one value per *axis*, that is, per joint with a command of its own, in file order, in radians
@@ -13,6 +14,7 @@ pub mod chain;
 pub mod file;
 pub mod fingerprint;
 pub mod inverse;
+pub mod write;
 
 pub use chain::{Chain, Pose};
 pub use inverse::{Inverse, InverseOptions, Stop, Target};

@@ -1,0 +1,44 @@
+//! Sections about a compensator: its offsets, and what was left out and why.
+
+use super::{milli, milli2};
+use crate::compensator::{Compensator, FrictionShape, JointCompensator};
+use crate::effect::{Decay, GapCurve};
+use crate::report::{CompensatorRow, Page, method};
+use crate::robot::Robot;
+
+/// Table of offsets, then the notes of the fit.
+pub fn sections(page: &mut Page, robot: &Robot, compensator: &Compensator) {
+    let rows: Vec<CompensatorRow> = compensator.joints.iter().map(|j| row(robot, j)).collect();
+    page.section(
+        "Offsets of the compensator",
+        "Added to the command in the direction of the movement; the friction term fades behind each reversal.",
+        rows,
+    );
+    if !compensator.evidence.notes.is_empty() {
+        page.section("Decisions of the fit", "", compensator.evidence.notes.clone());
+    }
+    page.section("", "", vec![method::FEEDFORWARD, method::FRICTION_POINTS]);
+}
+
+fn row(robot: &Robot, j: &JointCompensator) -> CompensatorRow {
+    let kind = robot.axis(j.axis).kind;
+    let ends = |c: &GapCurve| milli2(robot, j.axis, [c.smallest(), c.largest()]);
+    let shape = j.friction.map_or(String::new(), |f| match f.shape {
+        FrictionShape::Decay(Decay::Time(t)) => format!("decays over {t:.2} s"),
+        FrictionShape::Decay(Decay::Travel(x)) => format!("decays over {:.4} {}", kind.to_edge(x), kind.unit()),
+        FrictionShape::Poses { exponent, poses } => format!("equation 17, l = {exponent}, {poses} points"),
+    });
+    let kind_of = |c: &GapCurve| match c {
+        GapCurve::Constant(_) => "constant".to_string(),
+        GapCurve::Polynomial { coefficients, .. } => format!("polynomial of degree {}", coefficients.len().saturating_sub(1)),
+        GapCurve::Pchip(p) => format!("PCHIP, {} knots", p.knots().len()),
+    };
+    CompensatorRow {
+        joint: robot.axis(j.axis).name.clone(),
+        positive_milli: j.backlash.as_ref().map(|b| ends(&b.positive)),
+        negative_milli: j.backlash.as_ref().map(|b| ends(&b.negative)),
+        kind: j.backlash.as_ref().map_or(String::new(), |b| kind_of(&b.positive)),
+        friction_gain_milli: j.friction.map(|f| milli(robot, j.axis, f.gain)),
+        friction_shape: shape,
+    }
+}

@@ -1,0 +1,120 @@
+//! Sections about an identification: gap over position (seed 000 Figure 5), the table of gaps and stiction, joint error
+//! traces (Figures 3 and 13).
+
+use super::{milli, milli2};
+use crate::effect::Decay;
+use crate::gaps::{Gaps, JointGap};
+use crate::identify::path::PathFound;
+use crate::report::{
+    GapPointView, GapRow, GapsView, JointGapView, JointTraces, Page, Role, Run, ScheduleView, StictionRow, TraceMark,
+    TracePanel, TraceRun, TracesView, method,
+};
+use crate::robot::Robot;
+
+/// Table of gaps, then the gap over position where points were tested.
+pub fn sections(page: &mut Page, robot: &Robot, gaps: &Gaps) {
+    let rows: Vec<GapRow> = gaps.joints.iter().map(|j| row(robot, j)).collect();
+    page.section("Half gaps and stiction", "With 95 % intervals. Thousandths of a degree (mdeg) or micrometres.", rows);
+    if gaps.points.len() > gaps.joints.len() {
+        let joints = gaps.joints.iter().map(|j| over_position(robot, gaps, j)).collect();
+        page.section(
+            "Half gap over position",
+            "Each place with its 95 % interval and its repeats; the line is the constant, or the schedule that a compensator uses.",
+            GapsView { joints },
+        );
+    }
+    if !gaps.notes.is_empty() {
+        page.section("", "", gaps.notes.clone());
+    }
+}
+
+fn row(robot: &Robot, j: &JointGap) -> GapRow {
+    let stiction = j.stiction.as_ref().map(|s| {
+        let kind = robot.axis(j.axis).kind;
+        let (decay, decay_ci95, decay_unit) = match s.decay {
+            Decay::Time(t) => (t, s.decay_ci95, "s"),
+            Decay::Travel(x) => (kind.to_edge(x), s.decay_ci95.map(|v| kind.to_edge(v)), kind.unit()),
+        };
+        StictionRow {
+            spike_milli: milli(robot, j.axis, s.spike),
+            ci95_milli: milli2(robot, j.axis, s.ci95),
+            decay,
+            decay_ci95,
+            decay_unit: decay_unit.into(),
+        }
+    });
+    GapRow {
+        joint: robot.axis(j.axis).name.clone(),
+        half_gap_milli: milli(robot, j.axis, j.half_gap),
+        ci95_milli: milli2(robot, j.axis, j.ci95),
+        significant: j.significant,
+        varies_p_value: j.varies_p_value,
+        tcp_um: None,
+        stiction,
+    }
+}
+
+fn over_position(robot: &Robot, gaps: &Gaps, j: &JointGap) -> JointGapView {
+    let kind = robot.axis(j.axis).kind;
+    let points: Vec<GapPointView> = gaps
+        .points
+        .iter()
+        .filter(|p| p.axis == j.axis)
+        .map(|p| GapPointView {
+            at_deg_mm: kind.to_edge(p.at),
+            half_gap_milli: milli(robot, j.axis, p.half_gap),
+            ci95_milli: milli2(robot, j.axis, p.ci95),
+            per_cycle_milli: p.per_cycle.iter().map(|v| milli(robot, j.axis, *v)).collect(),
+        })
+        .collect();
+    let (lo, hi) = points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.at_deg_mm), h.max(p.at_deg_mm)));
+    let p = j.varies_p_value.map_or(String::new(), |p| format!(", p {}", crate::report::number::p_value(p)));
+    let schedule = j.schedule.as_ref().filter(|_| lo < hi).map(|curve| {
+        let at: Vec<f64> = (0..=200).map(|i| lo + (hi - lo) * f64::from(i) / 200.0).collect();
+        let half_gap_milli = at.iter().map(|x| milli(robot, j.axis, curve.at(x * kind.si()))).collect();
+        ScheduleView { at_deg_mm: at, half_gap_milli, band_milli: Vec::new() }
+    });
+    JointGapView {
+        joint: robot.axis(j.axis).name.clone(),
+        finding: if schedule.is_some() { format!("varies{p}") } else { format!("constant{p}") },
+        points,
+        constant_milli: schedule.is_none().then(|| (milli(robot, j.axis, j.half_gap), milli2(robot, j.axis, j.ci95))),
+        schedule,
+    }
+}
+
+/// Joint errors over time, measured and fitted, with all reversals; one panel a run.
+pub fn traces(page: &mut Page, robot: &Robot, runs: &[(&str, Role, &PathFound)]) {
+    let mut joints: Vec<JointTraces> = Vec::new();
+    let axes: std::collections::BTreeSet<usize> = runs.iter().flat_map(|r| &r.2.traces).map(|t| t.axis).collect();
+    for axis in axes {
+        let panels = runs.iter().flat_map(|(name, role, found)| {
+            found.traces.iter().filter(move |t| t.axis == axis && t.log == 0).map(move |t| TracePanel {
+                title: (*name).to_string(),
+                runs: vec![TraceRun {
+                    run: Run::new(*name, *role),
+                    x: t.t_s.clone(),
+                    error_milli: t.error.iter().map(|v| milli(robot, axis, *v)).collect(),
+                    model_x: t.t_s.clone(),
+                    model_milli: t.fitted.iter().map(|v| milli(robot, axis, *v)).collect(),
+                }],
+                marks: t
+                    .reversals_s
+                    .iter()
+                    .map(|&x| TraceMark { joint: robot.axis(axis).name.clone(), x, sense: 0 })
+                    .collect(),
+            })
+        });
+        joints.push(JointTraces { joint: robot.axis(axis).name.clone(), panels: panels.collect() });
+    }
+    if joints.is_empty() {
+        return;
+    }
+    page.section(
+        "Joint errors step at each reversal",
+        "Actual minus commanded joint position from the measured TCP (inverse of the position Jacobian of the free joints, \
+         registration fitted together with the gaps), averaged; the line is the identified model; marks where the joint turns.",
+        TracesView { x_name: "time".into(), x_unit: "s".into(), y_name: String::new(), joints },
+    );
+    page.section("", "", vec![method::PLAY, method::STICTION]);
+}

@@ -1,0 +1,36 @@
+//! Results -> report pages: which finding goes into which section. No mathematics, no drawing.
+//!
+//! Rooms:
+//! - [`circle`]: circles before and after, side by side for any number of runs.
+//! - [`gaps`]: what an identification found; joint error traces of a path.
+//! - [`compensator`]: offsets, and what was left out.
+
+pub mod circle;
+pub mod compensator;
+pub mod gaps;
+
+use crate::report::{Page, RobotView};
+use crate::robot::Robot;
+
+/// Errors at the TCP are drawn this many times too large (seed 000, Figure 11).
+pub const EXAGGERATION: f64 = 400.0;
+
+/// A page about one robot.
+pub fn start(command: &str, title: &str, robot: &Robot) -> Page {
+    let mut page = Page::new(command, title);
+    page.robot = Some(RobotView { name: robot.name.clone(), sha256: robot.fingerprint() });
+    for joint in robot.axis_joints() {
+        page.joint(joint.name.clone(), joint.kind);
+    }
+    page
+}
+
+/// A joint value in thousandths of its unit: mdeg or um.
+pub fn milli(robot: &Robot, axis: usize, si: f64) -> f64 {
+    robot.axis(axis).kind.to_edge(si) * 1e3
+}
+
+/// Both ends of an interval in thousandths of the joint's unit.
+pub fn milli2(robot: &Robot, axis: usize, si: [f64; 2]) -> [f64; 2] {
+    si.map(|v| milli(robot, axis, v))
+}

@@ -1,0 +1,115 @@
+//! What sensors, speeds and limits say about a log, mostly as notes: they make a fault likely, the path's shape proves it.
+//!
+//! Method: encoders against commands by the slope of a straight line; speeds by the 99th percentile of the differences, so
+//! that one jump is no suspicion; limits row by row.
+
+use super::Log;
+use super::shape::quantile;
+use crate::error::{Error, Place, Result};
+use crate::robot::{JointKind, Robot};
+
+/// Fewest rows that say something.
+const FEWEST: usize = 10;
+
+/// Encoders and joint sensors against the commands: another unit is refused, another sense or a wide gap is noted.
+pub(super) fn sensors(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Result<()> {
+    for (what, columns) in [("enc", &log.enc), ("meas", &log.meas)] {
+        for (axis, column) in columns.iter().enumerate() {
+            let Some(column) = column else { continue };
+            let joint = robot.axis(axis);
+            let name = format!("{what}_{}_{}", joint.name, joint.kind.unit());
+            let pairs: Vec<(f64, f64)> =
+                log.cmd[axis].iter().zip(column).filter_map(|(c, v)| v.map(|v| (*c, v))).collect();
+            let Some((slope, correlation)) = line(&pairs) else { continue };
+            let is = |factor: f64| (slope / factor - 1.0).abs() < 0.05;
+            let per_radian = 1_f64.to_radians();
+            let wrong = match joint.kind {
+                JointKind::Revolute if is(per_radian) => Some("radians"),
+                JointKind::Prismatic if is(1e-3) => Some("metres"),
+                JointKind::Prismatic if is(1.0 / 25.4) => Some("inches"),
+                _ => None,
+            };
+            if let Some(unit) = wrong
+                && correlation > 0.99
+            {
+                let text = format!("values in {unit} in column `{name}`");
+                return Err(Error::bad(Place::file(&log.name), text, joint.kind.unit()));
+            }
+            if is(-1.0) && correlation < -0.99 {
+                notes.push(format!("{name} runs against the commands of {}: wrong sign?", joint.name));
+                continue;
+            }
+            let apart: Vec<f64> = pairs.iter().map(|(c, v)| (v - c).abs()).collect();
+            let (usual, travel) = (quantile(&apart, 0.5), log.travel(axis));
+            if travel > 0.0 && usual > 0.05 * travel {
+                let shown = joint.kind.to_edge(usual);
+                notes
+                    .push(format!("{name} differs from the command by {shown:.3} {} in the median", joint.kind.unit()));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Slope of `v` on `c` and their correlation; `None` where the command hardly moves.
+fn line(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let n = pairs.len() as f64;
+    let (mc, mv) = (pairs.iter().map(|p| p.0).sum::<f64>() / n, pairs.iter().map(|p| p.1).sum::<f64>() / n);
+    let sum = |f: &dyn Fn(f64, f64) -> f64| pairs.iter().map(|p| f(p.0 - mc, p.1 - mv)).sum::<f64>();
+    let (cc, cv, vv) = (sum(&|c, _| c * c), sum(&|c, v| c * v), sum(&|_, v| v * v));
+    (pairs.len() >= FEWEST && cc / n > 1e-6 && vv > 0.0).then(|| (cv / cc, cv / (cc * vv).sqrt()))
+}
+
+/// Times in another unit than seconds, as far as speeds can tell.
+pub(super) fn times(log: &Log, robot: &Robot, notes: &mut Vec<String>) {
+    if log.poses || log.len() < FEWEST {
+        return;
+    }
+    let dt: Vec<f64> = log.t_s.windows(2).map(|w| w[1] - w[0]).collect();
+    let usual = quantile(&dt, 0.5);
+    let moving = log.moving_axes();
+    let mut slow = !moving.is_empty();
+    for axis in moving {
+        let joint = robot.axis(axis);
+        let speed: Vec<f64> = log.cmd[axis].windows(2).zip(&dt).map(|(w, dt)| ((w[1] - w[0]) / dt).abs()).collect();
+        let fast = quantile(&speed, 0.99);
+        let unit = joint.kind.unit();
+        if let Some(max) = joint.max_speed
+            && fast > 3.0 * max
+        {
+            notes.push(format!(
+                "{} moves at {:.3e} {unit}/s, its limit is {:.0}: are `t_s` seconds and the commands {unit}?",
+                joint.name,
+                joint.kind.to_edge(fast),
+                joint.kind.to_edge(max)
+            ));
+        }
+        // 0.1 deg/s or mm/s with a row a second: rarely a program, often milliseconds read as seconds
+        slow &= joint.kind.to_edge(fast) < 0.1;
+    }
+    if usual >= 1.0 && slow {
+        notes.push(format!(
+            "rows stand {usual} s apart and no joint is faster than 0.1 deg/s or mm/s: is `t_s` in milliseconds?"
+        ));
+    }
+}
+
+/// Commands beyond the limits of the robot file.
+pub(super) fn limits(log: &Log, robot: &Robot, notes: &mut Vec<String>) {
+    for (axis, joint) in robot.axis_joints().enumerate() {
+        let Some([lo, hi]) = joint.limits else { continue };
+        let slack = 1e-6 * (hi - lo);
+        if let Some(row) = log.cmd[axis].iter().position(|&v| v < lo - slack || v > hi + slack) {
+            let edge = |v: f64| joint.kind.to_edge(v);
+            notes.push(format!(
+                "line {}: {} is commanded to {:.3} {}, outside its limits {:.1} to {:.1}",
+                log.line[row],
+                joint.name,
+                edge(log.cmd[axis][row]),
+                joint.kind.unit(),
+                edge(lo),
+                edge(hi)
+            ));
+        }
+    }
+}

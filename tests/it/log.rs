@@ -1,0 +1,294 @@
+//! Logs that are right in an unusual way, column maps, and hygiene that must stay quiet.
+
+use lostmotion::io::input::Input;
+use lostmotion::log::{ColumnMap, Log, hygiene};
+use lostmotion::robot::{JointKind, Robot};
+use nalgebra::{Rotation3, Vector3};
+use rand::{Rng, SeedableRng};
+use std::io::Write;
+use std::path::Path;
+
+fn robot() -> Robot {
+    Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/kuka-kr120-r2500-pro.yaml")).unwrap()
+}
+
+fn gantry() -> Robot {
+    Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/gantry-xyz-ballscrew.yaml")).unwrap()
+}
+
+fn input(bytes: impl Into<Vec<u8>>) -> Input {
+    Input { name: "log.csv".into(), bytes: bytes.into(), sha256: String::new() }
+}
+
+fn parse(text: impl Into<Vec<u8>>, robot: &Robot) -> Log {
+    Log::parse(input(text), robot).unwrap()
+}
+
+fn parse_map(text: impl Into<Vec<u8>>, robot: &Robot, map: &str) -> Log {
+    let map = ColumnMap::parse("map.yaml", &format!("schema: lostmotion/columns/1\n{map}")).unwrap();
+    Log::parse_with(input(text), robot, Some(&map)).unwrap()
+}
+
+const PLAIN: &str =
+    "t_s,cmd_X_mm,cmd_Y_mm,cmd_Z_mm,x_mm,y_mm,z_mm\n0,100,200.5,-30.25,1,2,3\n0.5,101,200.5,-30.25,,,\n";
+
+fn same(a: &Log, b: &Log) {
+    assert_eq!((&a.t_s, &a.cmd, &a.tcp_m, a.poses), (&b.t_s, &b.cmd, &b.tcp_m, b.poses));
+}
+
+#[test]
+fn numbers_become_si_and_lost_points_are_none() {
+    let log = parse(PLAIN, &gantry());
+    assert_eq!(log.t_s, [0.0, 0.5]);
+    assert_eq!(log.cmd, [[100.0 * 1e-3, 101.0 * 1e-3], [200.5 * 1e-3, 200.5 * 1e-3], [-30.25 * 1e-3, -30.25 * 1e-3]]);
+    assert_eq!(log.tcp_m, [Some(Vector3::new(1.0, 2.0, 3.0) * 1e-3), None]);
+    assert_eq!((log.cmd_decimals, log.line, log.poses), (vec![0, 1, 2], vec![2, 3], false));
+}
+
+#[test]
+fn the_same_log_in_other_clothes_is_the_same_log() {
+    let robot = gantry();
+    let plain = parse(PLAIN, &robot);
+    let quoted = "\"t_s\",\"cmd_X_mm\",cmd_Y_mm,cmd_Z_mm,x_mm,y_mm,z_mm\n\"0\",\"100\",200.5,-30.25,1,2,3\n0.5,101,200.5,-30.25,,,\n";
+    let dressed = [
+        PLAIN.replace('\n', "\r\n"),
+        format!("\u{feff}{PLAIN}"),
+        PLAIN.trim_end().to_string(),
+        format!("# tracker 7\n\n{}\n\n# end\n", PLAIN.replacen('\n', "\n# first row\n", 1)),
+        PLAIN.replace(',', " , "),
+        PLAIN.replace("cmd_X_mm", "CMD_x_MM").replace("t_s", "T_S"),
+        PLAIN.replace("z_mm\n", "z_mm,note\n").replace(",3\n", ",3,\"a, b\"\n").replace(",,,\n", ",,,,half\n"),
+        PLAIN.replace("100", "1e2").replace("200.5", "+200.500000000000000000"),
+        quoted.to_string(),
+    ];
+    for text in dressed {
+        same(&parse(text, &robot), &plain);
+    }
+}
+
+#[test]
+fn gzip_is_read_as_it_is() {
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    packed.write_all(PLAIN.as_bytes()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log of today.csv.gz");
+    std::fs::write(&path, packed.finish().unwrap()).unwrap();
+    let log = Log::load(&path, &gantry()).unwrap();
+    same(&log, &parse(PLAIN, &gantry()));
+    assert_eq!(log.sha256.len(), 64);
+}
+
+#[test]
+fn a_log_without_time_is_one_of_settled_poses() {
+    let log = parse("index,cmd_X_mm,cmd_Y_mm,cmd_Z_mm\n7,1,2,3\n7,2,2,3\n", &gantry());
+    assert!(log.poses && log.tcp_m.is_empty());
+    assert_eq!(log.t_s, [0.0, 1.0]);
+}
+
+#[test]
+fn all_columns_of_the_contract_arrive() {
+    let text = "t_s,cmd_X_mm,cmd_Y_mm,cmd_Z_mm,x_mm,y_mm,z_mm,x2_mm,y2_mm,z2_mm,enc_X_mm,meas_Z_mm,trigger,cycle,speed_mm_s,payload_kg,temp_c\n\
+                0,1,2,3,1,2,3,4,5,6,1.5,,-1,4,250,12.5,21\n";
+    let log = parse(text, &gantry());
+    assert_eq!(log.reflectors_m, [[Some(Vector3::new(4.0, 5.0, 6.0) * 1e-3)]]);
+    assert_eq!(log.enc[0], Some(vec![Some(1.5 * 1e-3)]));
+    assert_eq!((&log.enc[1], &log.meas[2]), (&None, &Some(vec![None])));
+    assert_eq!((log.trigger, log.cycle), (Some(vec![-1]), Some(vec![4])));
+    assert_eq!(
+        (log.speed_m_s, log.payload_kg, log.temp_c),
+        (Some(vec![Some(0.25)]), Some(vec![Some(12.5)]), Some(vec![Some(21.0)]))
+    );
+}
+
+#[test]
+fn a_map_reads_foreign_names_units_signs_and_commas() {
+    let robot = gantry();
+    let text = "Zeit;Achse X;Achse Y;Hub;PX;PY;PZ;Bemerkung\n0;0,1;-200,5;-0,0302500;1000;2000;3000;gut\n500;0,101;-200,5;-0,0302500;;;;\n";
+    let map = "separator: ';'\ndecimal: ','\ncolumns:\n  Zeit: {to: t_s, unit: ms}\n  Achse X: {to: cmd_X_mm, unit: m}\n  \
+               Achse Y: {to: cmd_Y_mm, sign: -1}\n  Hub: {to: cmd_z_mm, unit: m}\n  PX: {to: x_mm, unit: um}\n  PY: {to: y_mm, unit: um}\n  PZ: {to: z_mm, unit: um}\n";
+    let log = parse_map(text, &robot, map);
+    let plain = parse(PLAIN, &robot);
+    assert_eq!(log.t_s, plain.t_s);
+    for (a, b) in log.cmd.iter().flatten().zip(plain.cmd.iter().flatten()) {
+        assert!((a - b).abs() < 1e-15);
+    }
+    assert!((log.tcp_m[0].unwrap() - plain.tcp_m[0].unwrap()).norm() < 1e-15 && log.tcp_m[1].is_none());
+    // 3 decimals of a metre are none of a millimetre, 7 are 4
+    assert_eq!(log.cmd_decimals, [0, 1, 4]);
+}
+
+#[test]
+fn a_map_reads_radians_as_the_degrees_they_are() {
+    let robot = robot();
+    let degrees = "t_s,cmd_A1_deg,cmd_A2_deg,cmd_A3_deg,cmd_A4_deg,cmd_A5_deg,cmd_A6_deg\n0,30,-90,90,0,0,0\n";
+    let radians =
+        "t_s,cmd_A1_rad,cmd_A2_deg,cmd_A3_deg,cmd_A4_deg,cmd_A5_deg,cmd_A6_deg\n0,0.523598775598,-90,90,0,0,0\n";
+    let log = parse_map(radians, &robot, "columns: {cmd_A1_rad: {to: cmd_A1_deg, unit: rad}}\n");
+    assert!((log.cmd[0][0] - parse(degrees, &robot).cmd[0][0]).abs() < 1e-12);
+    assert_eq!(log.cmd_decimals[0], 10, "12 decimals of a radian are 10 of a degree");
+}
+
+#[test]
+fn a_map_can_pass_a_column_over() {
+    let text = PLAIN.replace("t_s", "cmd_B9_deg");
+    let log = parse_map(text, &gantry(), "columns: {cmd_B9_deg: ignore}\n");
+    assert!(log.poses);
+}
+
+/// Pieces are cut at fixed places: many of them, the same numbers, the right line in a refusal far down.
+#[test]
+fn a_long_log_is_read_whole_and_refused_at_the_right_line() {
+    let robot = gantry();
+    let rows = 120_000;
+    let mut text = String::from("t_s,cmd_X_mm,cmd_Y_mm,cmd_Z_mm,x_mm,y_mm,z_mm\n");
+    for i in 0..rows {
+        text.push_str(&format!("{:.3},{}.25,{},-7.125,{i},1.5,2.5\n", f64::from(i) * 0.004, i % 1000, i % 77));
+    }
+    assert!(text.len() > 3 << 20);
+    let log = parse(text.clone(), &robot);
+    assert_eq!(log.len(), rows as usize);
+    for i in [0, 1, 40_000, 90_123, 119_999] {
+        assert_eq!(log.cmd[0][i], (f64::from(i as u32 % 1000) + 0.25) * 1e-3);
+        assert_eq!(log.tcp_m[i].unwrap().x, i as f64 * 1e-3);
+        assert_eq!(log.line[i] as usize, i + 2);
+    }
+    let mut lines: Vec<&str> = text.lines().collect();
+    lines[90_000] = "360.5,1,2,oops,1,1,1";
+    lines[110_000] = "1";
+    let refused = Log::parse(input(lines.join("\n")), &robot).unwrap_err().to_string();
+    assert!(refused.starts_with("log.csv:90001:4: found `oops` in column `cmd_Z_mm`"), "{refused}");
+}
+
+/// A log of the KUKA in a turned frame: `path(i)` in degrees, noise in m.
+fn measured(rows: usize, noise_m: f64, path: impl Fn(f64) -> [f64; 6]) -> Log {
+    let robot = robot();
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(5);
+    let turn = Rotation3::from_euler_angles(0.1, -0.3, 2.0);
+    let mut log = parse(
+        "t_s,cmd_A1_deg,cmd_A2_deg,cmd_A3_deg,cmd_A4_deg,cmd_A5_deg,cmd_A6_deg,x_mm,y_mm,z_mm\n0,0,0,0,0,0,0,0,0,0\n",
+        &robot,
+    );
+    log.t_s = (0..rows).map(|i| i as f64 * 0.04).collect();
+    log.line = (0..rows as u32).map(|i| i + 2).collect();
+    log.cmd = vec![Vec::new(); 6];
+    log.tcp_m.clear();
+    for i in 0..rows {
+        let q = path(i as f64 / rows as f64).map(f64::to_radians);
+        for (column, v) in log.cmd.iter_mut().zip(q) {
+            column.push(v);
+        }
+        let jitter = Vector3::from_fn(|_, _| noise_m * (rng.random::<f64>() - 0.5) * 3.46);
+        log.tcp_m.push(Some(turn * robot.tcp_m(&q) + Vector3::new(1.0, 2.0, 3.0) + jitter));
+    }
+    log
+}
+
+fn six(s: f64) -> [f64; 6] {
+    let w = |k: f64, a: f64| a * (std::f64::consts::TAU * k * s + k).sin();
+    [w(1.0, 20.0), -80.0 + w(2.0, 10.0), 85.0 + w(3.0, 12.0), w(2.0, 30.0), 30.0 + w(1.0, 20.0), w(3.0, 60.0)]
+}
+
+#[test]
+fn hygiene_is_quiet_on_a_good_log() {
+    let found = hygiene::check(&measured(2000, 1e-5, six), &robot()).unwrap();
+    assert!(found.notes.is_empty(), "{:?}", found.notes);
+    assert!(found.misfit_m.unwrap() < 3e-5 && found.spread_m > 0.2);
+}
+
+#[test]
+fn hygiene_says_nothing_where_the_travel_is_short() {
+    // a tenth of a millimetre of travel in noise of 30 um: no scale can be seen in it
+    let short = |s: f64| [0.003 * (20.0 * s).sin(), -80.0, 85.0 + 0.002 * (31.0 * s).cos(), 0.0, 0.0, 0.0];
+    assert!(hygiene::check(&measured(500, 3e-5, short), &robot()).unwrap().notes.is_empty());
+    assert!(hygiene::check(&measured(5, 1e-5, six), &robot()).is_ok());
+    assert!(hygiene::check(&measured(500, 1e-5, |_| [0.0; 6]), &robot()).is_ok());
+}
+
+/// Zero offsets, a wrong tool, outliers and drift are the business of effects and robust fits, not of hygiene.
+#[test]
+fn hygiene_does_not_mistake_an_effect_for_a_unit() {
+    let robot = robot();
+    for axis in 0..6 {
+        for offset_deg in [0.1_f64, 1.0, 5.0] {
+            for (name, path) in [
+                ("six axes", six as fn(f64) -> [f64; 6]),
+                ("A4 alone", |s| [0.0, -52.0, 58.0, 340.0 * s - 170.0, 0.0, 0.0]),
+            ] {
+                let mut log = measured(400, 1e-5, path);
+                log.cmd[axis].iter_mut().for_each(|v| *v += offset_deg.to_radians());
+                hygiene::check(&log, &robot).unwrap_or_else(|e| panic!("{name}, axis {axis} by {offset_deg} deg: {e}"));
+            }
+        }
+    }
+    let mut wild = measured(1000, 1e-5, six);
+    wild.tcp_m.iter_mut().step_by(9).for_each(|p| *p = p.map(|p| p + Vector3::new(0.5, -0.4, 0.3)));
+    assert!(hygiene::check(&wild, &robot).is_ok());
+    let mut other_tool = robot.clone();
+    let tool = nalgebra::Isometry3::translation(0.25, -0.1, 0.3);
+    other_tool = Robot::new(other_tool.name, other_tool.convention, other_tool.joints, other_tool.base, tool);
+    assert!(hygiene::check(&measured(1000, 1e-5, six), &other_tool).is_ok());
+}
+
+#[test]
+fn hygiene_refuses_a_path_of_another_robot() {
+    let mut other = robot();
+    let mut joints = other.joints.clone();
+    for (j, d) in joints.iter_mut().zip([0.0, -0.6, 0.4, -0.8, 0.0, 0.0]) {
+        j.a_m += d;
+        j.alpha_rad += d;
+    }
+    other = Robot::new(other.name, other.convention, joints, other.base, other.tool);
+    let refused = hygiene::check(&measured(1000, 1e-5, six), &other).unwrap_err().to_string();
+    assert!(refused.contains("another shape"), "{refused}");
+}
+
+#[test]
+fn hygiene_sees_clocks_apart() {
+    let mut log = measured(2000, 1e-5, six);
+    log.tcp_m.rotate_right(5);
+    log.tcp_m[..5].fill(None);
+    let found = hygiene::check(&log, &robot()).unwrap();
+    assert!(found.notes.iter().any(|n| n.contains("about 0.20 s behind")), "{:?}", found.notes);
+    log.tcp_m.rotate_right(45);
+    log.tcp_m[..50].fill(None);
+    let refused = hygiene::check(&log, &robot()).unwrap_err().to_string();
+    assert!(refused.contains("about 2.00 s behind") && refused.contains("one clock"), "{refused}");
+}
+
+#[test]
+fn hygiene_compares_encoders_with_commands() {
+    let good = measured(500, 1e-5, six);
+    let with = |factor: f64, offset: f64| {
+        let mut log = good.clone();
+        log.enc[0] = Some(log.cmd[0].iter().map(|v| Some(v * factor + offset)).collect());
+        log
+    };
+    assert!(hygiene::check(&with(1.0, 1e-5), &robot()).unwrap().notes.is_empty());
+    let refused = hygiene::check(&with(JointKind::Revolute.si(), 0.0), &robot()).unwrap_err().to_string();
+    assert!(refused.contains("enc_A1_deg") && refused.contains("radians"), "{refused}");
+    let against = hygiene::check(&with(-1.0, 0.0), &robot()).unwrap();
+    assert!(against.notes.iter().any(|n| n.contains("wrong sign")), "{:?}", against.notes);
+    let apart = hygiene::check(&with(1.0, 0.2), &robot()).unwrap();
+    assert!(apart.notes.iter().any(|n| n.contains("differs from the command")), "{:?}", apart.notes);
+}
+
+#[test]
+fn hygiene_notes_speeds_and_limits_that_cannot_be() {
+    let mut log = measured(500, 1e-5, six);
+    log.t_s.iter_mut().for_each(|t| *t *= 1e-3);
+    let fast = hygiene::check(&log, &robot()).unwrap().notes;
+    assert!(fast.iter().any(|n| n.contains("A1 moves at") && n.contains("its limit is 136")), "{fast:?}");
+    log.t_s.iter_mut().for_each(|t| *t *= 1e6);
+    let slow = hygiene::check(&log, &robot()).unwrap().notes;
+    assert!(slow.iter().any(|n| n.contains("milliseconds")), "{slow:?}");
+    let beyond = measured(500, 1e-5, |s| {
+        let mut q = six(s);
+        q[1] += 120.0;
+        q
+    });
+    let notes = hygiene::check(&beyond, &robot()).unwrap().notes;
+    assert!(
+        notes.iter().any(|n| n.starts_with("line ") && n.contains("A2") && n.contains("outside its limits")),
+        "{notes:?}"
+    );
+}
