@@ -3,27 +3,21 @@
 //! Rooms:
 //! - [`columns`]: which column is what: the contract's names, or a column map from foreign names and units.
 //! - [`read`]: CSV (and gzip) to [`Log`], with file, line and column of every refusal.
-<<<<<<< HEAD
 //! - [`write`]: numbers, fields and column names on the way out.
-=======
 //! - `number`: decimal text to f64.
 //! - [`hygiene`]: units, axes and clocks that cannot be right, found from the shape of the measured path.
 //! - `oddities`: encoders, speeds and limits that make a reader wonder.
 //! - `shape`: robust rigid and mirrored fits, for hygiene.
->>>>>>> robotlog
 
 pub mod columns;
 pub mod hygiene;
 mod number;
 mod oddities;
 pub mod read;
-<<<<<<< HEAD
 pub mod write;
-=======
 mod shape;
 
 pub use columns::ColumnMap;
->>>>>>> robotlog
 
 use nalgebra::Vector3;
 
