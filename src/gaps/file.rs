@@ -213,7 +213,26 @@ impl Node<'_> {
     fn bad(&self, key: &str, found: String, expected: &str) -> Error {
         let mut path = self.path.clone();
         path.push(key.into());
-        Error::bad(self.doc.place(&[key]), format!("{found} at {}", path.join(".")), expected)
+        Error::bad(self.place(key), format!("{found} at {}", path.join(".")), expected)
+    }
+
+    /// Line of a key: within its item of its section.
+    fn place(&self, key: &str) -> Place {
+        let lines: Vec<&str> = self.doc.text.lines().collect();
+        let has =
+            |i: usize, key: &str| lines[i].contains(&format!("{key}:")) || lines[i].contains(&format!("{key}\":"));
+        let whole = 0..lines.len();
+        let item = self.path.first().and_then(|p| p.strip_suffix(']')?.split_once('['));
+        let (mut from, mut to) = (whole.start, whole.end);
+        if let Some((section, index)) = item
+            && let Some(start) = whole.clone().find(|&i| has(i, section))
+        {
+            let mut items = (start..whole.end).filter(|&i| has(i, "joint"));
+            from = items.nth(index.parse().unwrap_or(0)).unwrap_or(start);
+            to = items.next().unwrap_or(whole.end);
+        }
+        let hit = (from..to).find(|&i| has(i, key)).or(item.map(|_| from));
+        hit.map_or_else(|| self.doc.place(&[key]), |i| Place::line(self.doc.name, i as u64 + 1))
     }
 
     fn child(&self, key: &str) -> Option<Node<'_>> {
@@ -256,7 +275,11 @@ impl Node<'_> {
     }
 
     fn number(&self, key: &str) -> Result<f64> {
-        self.optional(key)?.ok_or_else(|| self.bad(key, format!("no `{key}`"), &format!("`{key}`: a finite number")))
+        self.optional(key)?.ok_or_else(|| {
+            // YAML's .inf and .nan arrive as null
+            let found = if self.value.get(key).is_some() { "null, or a number that is not finite" } else { "nothing" };
+            self.bad(key, found.into(), &format!("`{key}`: a finite number"))
+        })
     }
 
     fn numbers(&self, key: &str) -> Result<Vec<f64>> {
@@ -384,7 +407,11 @@ impl Node<'_> {
             (Some(s), None) if s > 0.0 => (Decay::Time(s), 1.0),
             (None, Some(x)) if x > 0.0 => (Decay::Travel(x * si), si),
             _ => {
-                return Err(self.bad("decay_s", "no decay above 0, or two".into(), &format!("`decay_s` or `{travel}`")));
+                return Err(self.bad(
+                    "decay_s",
+                    "no decay above 0, or two".into(),
+                    &format!("`decay_s` or `{travel}`"),
+                ));
             }
         };
         let value = match decay {
