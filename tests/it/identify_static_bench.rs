@@ -216,3 +216,46 @@ fn refuses_the_same_log_twice_and_a_log_without_dwells() {
     let none = identify(&bench.robot, &[bench.log(&moving)], &Options::default()).unwrap_err().to_string();
     assert!(none.contains("no dwell"), "{none}");
 }
+
+#[test]
+fn a_gap_of_degrees_is_not_shortened_to_its_sine() {
+    let mut bench = Bench::new(robot("micro-iges-4dof.yaml"), 0.1e-6);
+    let gap = 6f64.to_radians();
+    let rows =
+        bench.rows(2, &deg(&[5.0, 10.0, 0.0, -8.0]), &deg(&[-20.0, 0.0, 10.0, 20.0]), 20f64.to_radians(), 4, |_| gap);
+    let found = identify(&bench.robot, &[bench.log(&rows)], &Options::default()).unwrap();
+    let off = found.gaps.joints[0].half_gap / gap - 1.0;
+    assert!(off.abs() < 2e-4, "{off}: one projection alone would be 0.0018 short");
+}
+
+#[test]
+fn both_approaches_from_below_before_both_from_above_make_two_cycles() {
+    let mut bench = Bench::new(kuka(), 10e-6);
+    let (mut rows, b) = (Vec::new(), 0.003f64.to_radians());
+    for p in deg(&[20.0, 50.0, 80.0]) {
+        for side in [-1.0, -1.0, 1.0, 1.0] {
+            let at = |p: f64| [0.2, -1.4, p, 0.0, 0.3, 0.0];
+            rows.push(bench.row(&at(p + side * 0.03), 2, 0.0, false));
+            rows.extend((0..10).map(|_| bench.row(&at(p), 2, side * b, true)).collect::<Vec<_>>());
+        }
+    }
+    let found = identify(&bench.robot, &[bench.log(&rows)], &Options::default()).unwrap();
+    assert!(found.joints[0].summary.angles.iter().all(|a| a.cycles.len() == 2));
+    assert!((found.gaps.joints[0].half_gap - b).abs() < 2e-6);
+}
+
+#[test]
+fn the_servo_settling_into_a_dwell_does_not_count() {
+    let mut bench = Bench::new(kuka(), 1e-6);
+    let mut rows = a3_rows(&mut bench);
+    let first: Vec<usize> = (1..rows.len()).filter(|&i| rows[i].dwell && !rows[i - 1].dwell).collect();
+    for (n, i) in first.into_iter().enumerate() {
+        // following error in the first 0.2 s, 0.1 mm against the approach, which alternates
+        let lag = if n % 2 == 0 { 1e-4 } else { -1e-4 };
+        for row in &mut rows[i..i + 2] {
+            row.point = row.point.map(|p| p + Vector3::repeat(lag));
+        }
+    }
+    let found = identify(&bench.robot, &[bench.log(&rows)], &Options::default()).unwrap();
+    assert!((found.gaps.joints[0].half_gap.to_degrees() - 0.003).abs() < 1e-5);
+}

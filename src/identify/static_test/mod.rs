@@ -2,9 +2,9 @@
 //!
 //! The story, one room a step:
 //! - [`readings`]: dwells of all logs; which joint each one tests; pairs of the two approaches of one cycle.
-//! - [`frame`]: the tracker's frame from both approaches averaged, and each joint's deviation from its command by the inverse of
-//!   that one joint. Half the difference between the two approaches is the half gap: everything that does not depend on
-//!   the side (geometry, gravity, registration) cancels.
+//! - [`frame`]: the tracker's frame from both approaches averaged.
+//! - [`deviation`]: each joint's deviation from its command by the inverse of that one joint. Half the difference between the
+//!   two approaches is the half gap: everything that does not depend on the side (geometry, gravity, frame) cancels.
 //! - [`summary`]: gross errors, pure error between cycles, intervals, and the test whether the gap varies with position.
 //! - [`polynomial`], [`knots`]: two families of curves for a gap that varies.
 //! - [`schedule`]: their average, weighted by how well each explains the data for its size.
@@ -13,6 +13,7 @@
 //! A joint that was reached from one side only, that barely moves the TCP, or whose dwells the tracker missed gets no gap and a
 //! note that says why.
 
+pub mod deviation;
 pub mod display;
 pub mod document;
 pub mod frame;
@@ -86,7 +87,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found>
     }
     let mut readings = readings::collect(robot, logs, &options.dwell)?;
     let frame = frame::find(robot, logs, &readings, options.registration)?;
-    let tables = frame::half_gaps(robot, logs, &mut readings, frame.as_ref());
+    let tables = deviation::half_gaps(robot, logs, &mut readings, frame.as_ref());
     let mut gaps = Gaps {
         robot_name: robot.name.clone(),
         robot_sha256: robot.fingerprint(),
