@@ -1,12 +1,14 @@
 //! What an identification found: half gaps per joint and angle, stiction, the registration. Document
 //! `lostmotion/gaps/1`; written by `identify`, read by `fit`.
 //!
-//! Values are SI (rad or m, s); [`file`] turns them into the document's units.
+//! Values are SI (rad or m, s); [`file`] turns them into the document's units, [`read`] back.
 
 pub mod file;
+pub mod read;
+
+pub use crate::log::registration::Registered;
 
 use crate::effect::{Decay, GapCurve};
-use nalgebra::Isometry3;
 
 /// Result of an identification.
 #[derive(Debug, Clone)]
@@ -29,19 +31,6 @@ pub struct Gaps {
 pub struct LogRef {
     pub name: String,
     pub sha256: String,
-}
-
-/// The tracker's frame as it was found.
-#[derive(Debug, Clone)]
-pub struct Registered {
-    /// Base frame -> tracker frame.
-    pub frame: Isometry3<f64>,
-    /// Residual per coordinate, m.
-    pub rms_m: f64,
-    pub samples: usize,
-    /// Standard uncertainty of the translation (m) and of the rotation vector (rad), where estimated.
-    pub sigma_m: [f64; 3],
-    pub sigma_rad: [f64; 3],
 }
 
 /// A half gap at one place.

@@ -18,6 +18,13 @@ pub mod write;
 mod shape;
 
 pub use columns::ColumnMap;
+//! - [`dwells`]: where the robot stands still, from which side each joint came, and the mean of the measurements there.
+//! - [`registration`]: the tracker's frame from points known in both frames.
+
+pub mod columns;
+pub mod dwells;
+pub mod read;
+pub mod registration;
 
 use nalgebra::Vector3;
 

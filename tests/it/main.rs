@@ -3,9 +3,15 @@
 mod assess_circle;
 mod assess_impact;
 mod bad_input;
+mod bench;
+mod gaps_file;
+mod identify_static;
+mod identify_static_bench;
 mod log;
+mod registration;
 mod report;
 mod rewrite_engine;
 mod robot;
 mod simulate;
+mod stats;
 mod val_job;

@@ -1,0 +1,6 @@
+//! Identification: from measurement logs to half gaps per joint, with intervals ([`crate::gaps::Gaps`]).
+//!
+//! Rooms:
+//! - [`static_test`]: every angle reached from both sides with a dwell (seed 000, Table 1 and Figure 5).
+
+pub mod static_test;

@@ -1,0 +1,200 @@
+//! Each joint's deviation from its command, and half the difference between the two approaches.
+//!
+//! Method: the projection of the measured point's error onto the tested joint's column of the Jacobian, iterated
+//! (Gauss-Newton in one unknown: the place of the joint nearest to the measured point); several reflectors count together.
+//! Where the log holds `meas_<joint>`, deviation is `meas - cmd` and no frame is needed. Everything that does not
+//! depend on the side of approach cancels in the difference.
+
+use super::frame::Frame;
+use super::readings::{Pair, Readings};
+use super::summary::{HalfGap, Table};
+use crate::log::Log;
+use crate::log::dwells::Dwell;
+use crate::robot::{Chain, JointKind, Robot};
+use crate::stats::robust::median;
+use nalgebra::{Isometry3, Point3, Vector3};
+use std::collections::BTreeMap;
+
+/// A joint that moves the TCP by less than this (m per rad, or m per m) cannot be tested through it.
+const LEAST_LEVER: f64 = 1e-3;
+/// Rounding in the last digit of a tracker's file (0.1 um): repeats cannot agree better, m.
+pub(super) const ROUNDING_M: f64 = 5e-8;
+/// Rounding of an angle measured behind the gear (0.000001 deg), rad.
+const ROUNDING_RAD: f64 = 1e-8;
+/// A step of the one-joint inverse below this (rad or m) ends it.
+const SETTLED: f64 = 1e-9;
+const ITERATIONS: usize = 20;
+
+/// TCP and the further reflectors that both robot file and logs know.
+pub(super) fn chains(robot: &Robot, logs: &[Log]) -> Vec<Chain> {
+    let further = logs.iter().map(|l| l.reflectors_m.len()).max().unwrap_or(0);
+    std::iter::once(robot.chain().clone())
+        .chain(robot.reflectors_m.iter().take(further).map(|p| robot.chain_to(p)))
+        .collect()
+}
+
+pub(super) fn both<'a>(readings: &'a Readings, pair: &Pair) -> (&'a Dwell, &'a Dwell) {
+    let found = &readings.dwells[pair.log];
+    (&found[pair.up], &found[pair.down])
+}
+
+pub(super) fn point(dwell: &Dwell, k: usize) -> Option<Vector3<f64>> {
+    dwell.points.get(k)?.map(|p| p.mean)
+}
+
+/// Deviations of both dwells where the joint was measured behind its gear.
+pub(super) fn measured(readings: &Readings, pair: &Pair) -> Option<(f64, f64)> {
+    let (up, down) = both(readings, pair);
+    let of = |d: &Dwell| Some(d.meas.get(pair.axis).copied()?? - d.command[pair.axis]);
+    Some((of(up)?, of(down)?))
+}
+
+/// Deviation of one joint in one dwell.
+pub(super) struct Deviation {
+    value: f64,
+    /// m per rad, or m per m.
+    lever: f64,
+    pub(super) samples: usize,
+    pub(super) sum_squares_m2: f64,
+    /// Variance of the mean of the dwell, as a joint value.
+    variance: f64,
+}
+
+/// Half gap of one pair through the TCP, by the reflectors that both dwells saw.
+pub(super) struct Half {
+    pub(super) value: f64,
+    variance: f64,
+    lever: f64,
+}
+
+/// Reflectors that both dwells of a pair saw.
+fn seen_by_both(chains: &[Chain], up: &Dwell, down: &Dwell) -> Vec<bool> {
+    (0..chains.len()).map(|k| point(up, k).is_some() && point(down, k).is_some()).collect()
+}
+
+/// Half the difference between the two approaches: reached going up the joint stands half a gap below its command, going
+/// down half a gap above.
+pub(super) fn half_gap(chains: &[Chain], inverse: &Isometry3<f64>, readings: &Readings, pair: &Pair) -> Option<Half> {
+    let (up, down) = both(readings, pair);
+    let mask = seen_by_both(chains, up, down);
+    let going_up = deviation(chains, inverse, up, pair.axis, &mask)?;
+    let going_down = deviation(chains, inverse, down, pair.axis, &mask)?;
+    Some(Half {
+        value: 0.5 * (going_down.value - going_up.value),
+        variance: 0.25 * (going_up.variance + going_down.variance),
+        lever: going_up.lever,
+    })
+}
+
+/// How far joint `axis` stands from its command, by the reflectors of `mask`.
+pub(super) fn deviation(
+    chains: &[Chain],
+    inverse: &Isometry3<f64>,
+    dwell: &Dwell,
+    axis: usize,
+    mask: &[bool],
+) -> Option<Deviation> {
+    let mut q = dwell.command.clone();
+    let mut columns = vec![Vector3::zeros(); q.len()];
+    let used = |k: usize| mask[k].then(|| dwell.points.get(k).copied().flatten()).flatten();
+    let (mut value, mut lever2) = (0.0, 0.0);
+    for _ in 0..ITERATIONS {
+        let (mut along, mut count) = (0.0, 0usize);
+        lever2 = 0.0;
+        for (k, chain) in chains.iter().enumerate() {
+            let Some(p) = used(k) else { continue };
+            let error = (inverse * Point3::from(p.mean)).coords - chain.position_and_jacobian(&q, &mut columns);
+            along += error.dot(&columns[axis]);
+            lever2 += columns[axis].norm_squared();
+            count += 1;
+        }
+        if count == 0 || lever2 / (count as f64) < LEAST_LEVER.powi(2) {
+            return None;
+        }
+        let step = along / lever2;
+        value += step;
+        q[axis] += step;
+        if step.abs() < SETTLED {
+            break;
+        }
+    }
+    let (mut sum, mut samples, mut scatter) = (0.0, 0usize, 0.0);
+    for (k, chain) in chains.iter().enumerate() {
+        let Some(p) = used(k) else { continue };
+        let error = (inverse * Point3::from(p.mean)).coords - chain.position(&q);
+        sum += p.sum_squares + p.used as f64 * error.norm_squared();
+        samples += p.used;
+        scatter += p.sum_squares;
+    }
+    let reflectors = mask.iter().filter(|&&m| m).count().max(1) as f64;
+    let (n, dof) = (samples as f64 / reflectors, 3.0 * (samples as f64 - reflectors));
+    let variance = if dof > 0.0 { scatter / dof / n / lever2 } else { 0.0 };
+    let lever = (lever2 / reflectors).sqrt();
+    Some(Deviation { value, lever, samples, sum_squares_m2: sum, variance })
+}
+
+/// Half gaps of every pair, as one table per joint; pairs that cannot be read are noted.
+pub fn half_gaps(robot: &Robot, logs: &[Log], readings: &mut Readings, frame: Option<&Frame>) -> Vec<Table> {
+    let chains = chains(robot, logs);
+    let inverse = frame.map(|f| f.found.frame.inverse());
+    let mut tables = Vec::new();
+    for axis in 0..robot.dof() {
+        let joint = robot.axis(axis);
+        let mut places: BTreeMap<usize, (Vec<f64>, Vec<HalfGap>)> = BTreeMap::new();
+        let (mut lost, mut blind, mut measured_pairs) = (0usize, 0usize, 0usize);
+        let (mut levers, mut strokes) = (Vec::new(), f64::INFINITY);
+        for p in readings.pairs.iter().filter(|p| p.axis == axis) {
+            let (up, down) = both(readings, p);
+            let read = if let Some((going_up, going_down)) = measured(readings, p) {
+                measured_pairs += 1;
+                Some(HalfGap { value: 0.5 * (going_down - going_up), variance_in_dwell: 0.0 })
+            } else if seen_by_both(&chains, up, down).contains(&true) {
+                let half = inverse.as_ref().and_then(|inverse| half_gap(&chains, inverse, readings, p));
+                blind += usize::from(half.is_none());
+                half.map(|h| {
+                    levers.push(h.lever);
+                    HalfGap { value: h.value, variance_in_dwell: h.variance }
+                })
+            } else {
+                lost += 1;
+                None
+            };
+            let Some(value) = read else { continue };
+            strokes = [up, down].iter().filter_map(|d| d.approach).map(|a| a.stroke).fold(strokes, f64::min);
+            let (at, values) = places.entry(p.place).or_default();
+            at.extend([up.command[axis], down.command[axis]]);
+            values.push(value);
+        }
+        if lost > 0 {
+            readings.notes.push(format!("{}: pairs left out, without the tracker: {lost}", joint.name));
+        }
+        if blind > 0 {
+            readings.notes.push(format!(
+                "{}: pairs left out, as the joint moves the TCP by less than {} mm per radian there: {blind}",
+                joint.name,
+                LEAST_LEVER * 1e3
+            ));
+        }
+        if places.is_empty() {
+            continue;
+        }
+        let measured = levers.is_empty() && measured_pairs > 0;
+        let rounding = if measured {
+            if joint.kind == JointKind::Revolute { ROUNDING_RAD } else { ROUNDING_M }
+        } else {
+            ROUNDING_M / median(&levers).max(LEAST_LEVER)
+        };
+        tables.push(Table {
+            axis,
+            places: places
+                .into_values()
+                .map(|(at, values)| (at.iter().sum::<f64>() / at.len() as f64, values))
+                .collect(),
+            rounding,
+            least_stroke: strokes,
+            unpaired: readings.unpaired[axis],
+            measured,
+        });
+    }
+    tables
+}
