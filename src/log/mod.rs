@@ -2,29 +2,24 @@
 //!
 //! Rooms:
 //! - [`columns`]: which column is what: the contract's names, or a column map from foreign names and units.
-//! - [`read`]: CSV (and gzip) to [`Log`], with file, line and column of every refusal.
+//! - [`read`]: CSV (and gzip) to [`Log`], with file, line and column of every refusal; `number`: decimal text to f64.
 //! - [`write`]: numbers, fields and column names on the way out.
-//! - `number`: decimal text to f64.
-//! - [`hygiene`]: units, axes and clocks that cannot be right, found from the shape of the measured path.
-//! - `oddities`: encoders, speeds and limits that make a reader wonder.
-//! - `shape`: robust rigid and mirrored fits, for hygiene.
-
-pub mod columns;
-pub mod hygiene;
-mod number;
-mod oddities;
-pub mod read;
-pub mod write;
-mod shape;
-
-pub use columns::ColumnMap;
+//! - [`hygiene`]: units, axes and clocks that cannot be right, found from the shape of the measured path; `oddities`:
+//!   encoders, speeds and limits that make a reader wonder; `shape`: robust rigid and mirrored fits, for hygiene.
 //! - [`dwells`]: where the robot stands still, from which side each joint came, and the mean of the measurements there.
 //! - [`registration`]: the tracker's frame from points known in both frames.
 
 pub mod columns;
 pub mod dwells;
+pub mod hygiene;
+mod number;
+mod oddities;
 pub mod read;
 pub mod registration;
+mod shape;
+pub mod write;
+
+pub use columns::ColumnMap;
 
 use nalgebra::Vector3;
 
