@@ -8,6 +8,7 @@ pub mod compensator;
 pub mod effect;
 pub mod error;
 pub mod gaps;
+pub mod identify;
 pub mod io;
 pub mod log;
 pub mod model;

@@ -1,0 +1,3 @@
+//! Lost motion from logs: [`path`] from reversals in continuous motion.
+
+pub mod path;
