@@ -1,12 +1,25 @@
-//! `lostmotion identify`.
+//! `lostmotion identify`: one file per way to find gaps.
 
-use crate::error::{Error, Result};
+pub mod static_;
 
-/// Arguments of `identify`.
+use crate::error::Result;
+use clap::Subcommand;
+
+/// Find half gaps (and stiction) of the joints in measurement logs.
 #[derive(Debug, clap::Args)]
-pub struct Args {}
+pub struct Args {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    Static(static_::Args),
+}
 
 /// Runs the command.
-pub fn run(_args: Args) -> Result<()> {
-    Err(Error::Refused("not built yet".into()))
+pub fn run(args: Args) -> Result<()> {
+    match args.command {
+        Command::Static(a) => static_::run(a),
+    }
 }

@@ -5,8 +5,9 @@
 
 pub mod file;
 
+pub use crate::log::registration::Registered;
+
 use crate::effect::{Decay, GapCurve};
-use nalgebra::Isometry3;
 
 /// Result of an identification.
 #[derive(Debug, Clone)]
@@ -29,19 +30,6 @@ pub struct Gaps {
 pub struct LogRef {
     pub name: String,
     pub sha256: String,
-}
-
-/// The tracker's frame as it was found.
-#[derive(Debug, Clone)]
-pub struct Registered {
-    /// Base frame -> tracker frame.
-    pub frame: Isometry3<f64>,
-    /// Residual per coordinate, m.
-    pub rms_m: f64,
-    pub samples: usize,
-    /// Standard uncertainty of the translation (m) and of the rotation vector (rad), where estimated.
-    pub sigma_m: [f64; 3],
-    pub sigma_rad: [f64; 3],
 }
 
 /// A half gap at one place.

@@ -3,9 +3,13 @@
 //! Rooms:
 //! - [`columns`]: which column is what: the contract's names, or a column map from foreign names and units.
 //! - [`read`]: CSV (and gzip) to [`Log`], with file, line and column of every refusal.
+//! - [`dwells`]: where the robot stands still, from which side each joint came, and the mean of the measurements there.
+//! - [`registration`]: the tracker's frame from points known in both frames.
 
 pub mod columns;
+pub mod dwells;
 pub mod read;
+pub mod registration;
 
 use nalgebra::Vector3;
 

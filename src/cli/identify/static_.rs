@@ -1,0 +1,122 @@
+//! `lostmotion identify static`.
+
+use crate::error::{Error, Place, Result, is_stdio};
+use crate::gaps::file::{to_json, to_yaml};
+use crate::identify::static_test::{self, Knots, Options, display, document};
+use crate::io::output::write_whole;
+use crate::log::Log;
+use crate::log::dwells::DwellOptions;
+use crate::model::Model;
+use crate::robot::Robot;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// Find half gaps from bidirectional dwells: every angle reached from below and from above.
+///
+/// Move one joint at a time. Reach each test angle from below, stand still for a second, pass it by 2 degrees, reach it from
+/// above, stand still again; four cycles or more; then the next angle. Log commands and TCP while you do. Half the
+/// difference between the two approaches is the half gap of that joint at that angle; geometry errors, gravity and the tracker's
+/// frame cancel in it.
+///
+/// A log holds columns t_s, cmd_<joint>_deg (or _mm), x_mm, y_mm, z_mm; a log without t_s holds one settled pose a row, in
+/// the order visited. Columns trigger and cycle mark the dwells where present, else the commands show them. Columns
+/// meas_<joint>_deg (a secondary encoder) are used in place of the TCP. Which joint is tested is found from the commands; a log may
+/// test several joints, and several logs may test one.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  lostmotion identify static --robot robot.yaml --log axis1.csv --log axis2.csv.gz --output gaps.yaml
+  lostmotion identify static --robot robot.yaml --log poses.csv --json | jq '.joints[] | {joint, half_gap_deg, ci95}'
+  lostmotion identify static --model machine.yaml --log axis6.csv   # a registration that is already known
+
+Reading the result: an interval that holds 0 means that no gap was found (\"not significant\"). \"varies\" tells whether the gap
+depends on the position of the joint (p below 0.01); its schedule then has a knot at each tested angle. A gap that varies is only
+as good as the test is dense: its shape between tested angles is a guess.")]
+pub struct Args {
+    /// Robot file (YAML)
+    #[arg(long, value_name = "FILE", required_unless_present = "model")]
+    pub robot: Option<PathBuf>,
+    /// Measurement log (CSV, .gz), `-` for standard input; give it once per file
+    #[arg(long = "log", value_name = "FILE", required = true)]
+    pub logs: Vec<PathBuf>,
+    /// Model file whose registration is known; else it is found from the logs
+    #[arg(long, value_name = "FILE")]
+    pub model: Option<PathBuf>,
+    /// Write the result here (YAML; JSON where the name ends in .json)
+    #[arg(long, short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Print the result as one JSON document
+    #[arg(long)]
+    pub json: bool,
+    /// Shortest dwell in seconds, where no trigger or cycle column marks them
+    #[arg(long, value_name = "S", default_value_t = 0.5)]
+    pub min_dwell_s: f64,
+    /// Schedule of a gap that varies: a knot at every tested angle, or the best curve of few parameters
+    #[arg(long, value_enum, default_value_t = KnotsArg::All)]
+    pub knots: KnotsArg,
+}
+
+/// Knots of a schedule.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum KnotsArg {
+    Few,
+    All,
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    if !(args.min_dwell_s.is_finite() && args.min_dwell_s > 0.0) {
+        return Err(Error::bad(Place::file("--min-dwell-s"), args.min_dwell_s.to_string(), "seconds above 0"));
+    }
+    let to_stdout = args.output.as_deref().is_some_and(is_stdio);
+    if args.json && to_stdout {
+        return Err(Error::bad(Place::file("--output"), "`-` together with --json", "one document on standard output"));
+    }
+    let (robot, registration) = machine(args.robot.as_deref(), args.model.as_deref())?;
+    let logs = args.logs.par_iter().map(|path| Log::load(path, &robot)).collect::<Result<Vec<_>>>()?;
+    let options = Options {
+        dwell: DwellOptions { min_s: args.min_dwell_s },
+        knots: if args.knots == KnotsArg::Few { Knots::Few } else { Knots::All },
+        registration,
+    };
+    let found = static_test::identify(&robot, &logs, &options)?;
+    let doc = document::document(&found, &robot);
+    if let Some(path) = &args.output {
+        let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+        let text = if json { to_json(&doc)? } else { to_yaml(&doc)? };
+        write_whole(path, text.as_bytes())?;
+    }
+    let table = display::table(&found, &robot);
+    if args.json {
+        write_whole(Path::new("-"), to_json(&doc)?.as_bytes())?;
+    } else if to_stdout {
+        eprint!("{table}");
+    } else {
+        write_whole(Path::new("-"), table.as_bytes())?;
+    }
+    for note in &found.gaps.notes {
+        eprintln!("note: {note}");
+    }
+    Ok(())
+}
+
+/// The robot, and the registration where a model brings one.
+fn machine(robot: Option<&Path>, model: Option<&Path>) -> Result<(Robot, Option<nalgebra::Isometry3<f64>>)> {
+    let given = robot.map(Robot::load).transpose()?;
+    let Some(path) = model else {
+        return match given {
+            Some(r) => Ok((r, None)),
+            None => Err(Error::bad(Place::file("--robot"), "no robot", "--robot FILE or --model FILE")),
+        };
+    };
+    let model = Model::load(path)?;
+    if let Some(r) = &given
+        && r.fingerprint() != model.robot.fingerprint()
+    {
+        return Err(Error::bad(
+            Place::file(path.display().to_string()),
+            format!("a model of another robot, `{}`", model.robot.name),
+            format!("a model of `{}`, or no --robot", r.name),
+        ));
+    }
+    Ok((given.unwrap_or(model.robot), model.registration))
+}

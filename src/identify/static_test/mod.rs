@@ -1,0 +1,151 @@
+//! The static test (seed 000, Table 1 and Figure 5): every angle reached from below and from above, a dwell, some cycles.
+//!
+//! The story, one room a step:
+//! - [`readings`]: dwells of all logs; which joint each one tests; pairs of the two approaches of one cycle.
+//! - [`frame`]: the tracker's frame from both approaches averaged, and each joint's deviation from its command by the inverse of
+//!   that one joint. Half the difference between the two approaches is the half gap: everything that does not depend on
+//!   the side (geometry, gravity, registration) cancels.
+//! - [`summary`]: gross errors, pure error between cycles, intervals, and the test whether the gap varies with position.
+//! - [`polynomial`], [`knots`]: two families of curves for a gap that varies.
+//! - [`schedule`]: their average, weighted by how well each explains the data for its size.
+//! - [`document`], [`display`]: the result as a document and as a table.
+//!
+//! A joint that was reached from one side only, that barely moves the TCP, or whose dwells the tracker missed gets no gap and a
+//! note that says why.
+
+pub mod display;
+pub mod document;
+pub mod frame;
+pub mod knots;
+pub mod polynomial;
+pub mod readings;
+pub mod schedule;
+pub mod summary;
+
+use crate::effect::GapCurve;
+use crate::error::{Error, Place, Result};
+use crate::gaps::{GapPoint, Gaps, JointGap, LogRef};
+use crate::log::Log;
+use crate::log::dwells::DwellOptions;
+use crate::robot::Robot;
+use frame::Frame;
+use nalgebra::Isometry3;
+use schedule::Schedule;
+use std::collections::HashSet;
+use summary::Summary;
+
+/// Which curve is exported where a gap varies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Knots {
+    /// PCHIP with a knot at every tested angle, on the average of all curves: the most accurate.
+    #[default]
+    All,
+    /// The single best curve of few parameters: PCHIP with few knots, or a polynomial where polynomials hold nearly all
+    /// weight.
+    Few,
+}
+
+/// Settings of the identification.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    pub dwell: DwellOptions,
+    pub knots: Knots,
+    /// Base frame -> tracker frame, where it is known; else it is found from the logs.
+    pub registration: Option<Isometry3<f64>>,
+}
+
+/// One joint's test, with everything that its figures rest on.
+#[derive(Debug, Clone)]
+pub struct JointTest {
+    pub axis: usize,
+    pub summary: Summary,
+    /// Where the gap varies with position.
+    pub schedule: Option<Schedule>,
+    /// Approaches without a partner from the other side at a tested angle.
+    pub unpaired: usize,
+    /// Measured behind the gear instead of through the TCP.
+    pub measured: bool,
+}
+
+/// What the test found.
+#[derive(Debug, Clone)]
+pub struct Found {
+    pub gaps: Gaps,
+    /// In the order of `gaps.joints`.
+    pub joints: Vec<JointTest>,
+    /// How the tracker's frame was found, where it was needed.
+    pub frame: Option<Frame>,
+}
+
+/// Finds the half gap of every joint that the logs test.
+pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found> {
+    let mut seen = HashSet::new();
+    if let Some(twice) = logs.iter().find(|l| !seen.insert(&l.sha256)) {
+        let expected = "each log once: its cycles would count twice";
+        return Err(Error::bad(Place::file(&twice.name), "a log that was given before (same SHA-256)", expected));
+    }
+    let mut readings = readings::collect(robot, logs, &options.dwell)?;
+    let frame = frame::find(robot, logs, &readings, options.registration)?;
+    let tables = frame::half_gaps(robot, logs, &mut readings, frame.as_ref());
+    let mut gaps = Gaps {
+        robot_name: robot.name.clone(),
+        robot_sha256: robot.fingerprint(),
+        logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),
+        registration: frame.as_ref().map(|f| f.found.clone()),
+        points: Vec::new(),
+        joints: Vec::new(),
+        tcp_speed_m_s: None,
+        notes: readings.notes,
+    };
+    if let Some(f) = &frame {
+        gaps.notes.extend(f.notes.iter().cloned());
+    }
+    let mut joints = Vec::new();
+    for table in tables {
+        let name = robot.axis(table.axis).name.clone();
+        let Some(summary) = summary::summarise(&table) else {
+            gaps.notes.push(format!("{name}: one cycle at one angle: no interval is possible, so no gap is given"));
+            continue;
+        };
+        let schedule = summary.varies().then(|| schedule::build(&summary));
+        gaps.notes.extend(summary::notes(&table, &summary, robot.axis(table.axis)));
+        if let Some(s) = &schedule {
+            gaps.notes.extend(s.notes.iter().map(|n| format!("{name}: {n}")));
+        }
+        for angle in &summary.angles {
+            gaps.points.push(GapPoint {
+                axis: table.axis,
+                at: angle.at,
+                half_gap: angle.mean,
+                ci95: angle.ci95,
+                cycles: angle.cycles.len(),
+                per_cycle: angle.cycles.clone(),
+            });
+        }
+        gaps.joints.push(JointGap {
+            axis: table.axis,
+            half_gap: summary.half_gap,
+            ci95: summary.ci95,
+            significant: summary.ci95[0] > 0.0 || summary.ci95[1] < 0.0,
+            schedule: schedule.as_ref().map(|s| exported(s, options.knots)),
+            varies_p_value: summary.gate.as_ref().map(|g| g.p_value),
+            stiction: None,
+            stiction_p_value: None,
+        });
+        joints.push(JointTest {
+            axis: table.axis,
+            summary,
+            schedule,
+            unpaired: table.unpaired,
+            measured: table.measured,
+        });
+    }
+    Ok(Found { gaps, joints, frame })
+}
+
+fn exported(schedule: &Schedule, knots: Knots) -> GapCurve {
+    match knots {
+        Knots::All => schedule.all.clone(),
+        Knots::Few => schedule.few.clone(),
+    }
+}

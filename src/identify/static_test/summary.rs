@@ -1,0 +1,280 @@
+//! Gross errors, pure error between cycles, intervals, and whether the gap varies with position.
+//!
+//! Method, for half gaps `b[i][c]` of place `i` and cycle `c`:
+//! - Gross errors: values farther from their place's median than [`GROSS`] times the median of all such distances are left
+//!   out and reported; a place of which fewer than two cycles would stay is kept whole and flagged.
+//! - Pure error: `s2 = sum (b - y_i)^2 / nu`, `nu = N - n` (the replicates' own variance, no model in it). Intervals
+//!   `y_i +- t(nu) sqrt(s2 / R_i)`. Mean of the joint: of the places, unweighted, `se = sqrt(s2 sum(1/R_i)) / n`; where the
+//!   gap is constant, of all values.
+//! - Gate: F test of the places' means against `s2`, once for any shape (`n - 1` degrees of freedom) and once for slope and
+//!   bow (2), the smaller p value doubled (Bonferroni). At [`ALPHA`] or above the gap is constant.
+//!
+//! Assumptions: cycles are independent and their scatter is the same at all places. With fewer than 3 degrees of freedom
+//! nothing is tested. One cycle only: the spread between places stands for the noise; one place only: the noise inside
+//! the dwells does, which knows nothing of repeatability. Both are said.
+
+use crate::robot::{Joint, JointKind};
+use crate::stats::robust::{median, median_of};
+use crate::stats::{fisher, student};
+use nalgebra::{DMatrix, DVector};
+
+/// Distance of a gross error, in medians of all distances (8 standard deviations of a normal distribution).
+const GROSS: f64 = 12.0;
+/// Level of the gate: below it a gap counts as varying with position.
+pub const ALPHA: f64 = 0.01;
+/// Degrees of freedom from which something can be tested.
+const LEAST_DOF: f64 = 3.0;
+
+/// Half gap of one pair, rad or m, and the variance that the noise inside its dwells leaves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HalfGap {
+    pub value: f64,
+    pub variance_in_dwell: f64,
+}
+
+/// Half gaps of one joint by place, before any statistics; rad or m.
+#[derive(Debug, Clone)]
+pub struct Table {
+    pub axis: usize,
+    /// Places in rising order, each with one value per cycle in the order of time.
+    pub places: Vec<(f64, Vec<HalfGap>)>,
+    /// Repeats cannot agree better than the file's rounding: standard deviation of a value, rad or m.
+    pub rounding: f64,
+    /// Shortest approach, rad or m.
+    pub least_stroke: f64,
+    pub unpaired: usize,
+    pub measured: bool,
+}
+
+/// One place, summarised.
+#[derive(Debug, Clone)]
+pub struct Angle {
+    pub at: f64,
+    pub cycles: Vec<f64>,
+    /// Gross errors that were left out.
+    pub dropped: Vec<f64>,
+    /// Gross errors that could not be left out.
+    pub flagged: bool,
+    pub mean: f64,
+    pub ci95: [f64; 2],
+}
+
+/// What the noise was taken from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoiseFrom {
+    /// Repeats of the same place.
+    Cycles,
+    /// No repeats: the spread between places, as if the gap were constant.
+    Places,
+    /// One pair at one place: scatter inside its dwells.
+    Dwells,
+}
+
+/// Variance of one half gap and its degrees of freedom.
+#[derive(Debug, Clone, Copy)]
+pub struct Noise {
+    pub variance: f64,
+    pub dof: f64,
+    pub from: NoiseFrom,
+    /// The repeats agree better than the file's digits: the rounding was taken instead.
+    pub rounding: bool,
+}
+
+/// Test that the gap is constant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gate {
+    pub p_value: f64,
+    pub p_any_shape: f64,
+    pub p_slope_and_bow: Option<f64>,
+}
+
+/// A joint's half gaps with their statistics; rad or m.
+#[derive(Debug, Clone)]
+pub struct Summary {
+    pub angles: Vec<Angle>,
+    pub noise: Noise,
+    pub half_gap: f64,
+    pub ci95: [f64; 2],
+    /// `None` where nothing could be tested.
+    pub gate: Option<Gate>,
+    /// Scatter expected of a value from the noise inside its dwells alone.
+    pub sigma_in_dwell: f64,
+}
+
+impl Summary {
+    pub fn varies(&self) -> bool {
+        self.gate.is_some_and(|g| g.p_value < ALPHA)
+    }
+
+    pub fn places(&self) -> Vec<f64> {
+        self.angles.iter().map(|a| a.at).collect()
+    }
+
+    pub fn means(&self) -> Vec<f64> {
+        self.angles.iter().map(|a| a.mean).collect()
+    }
+
+    /// Cycles per place.
+    pub fn repeats(&self) -> Vec<f64> {
+        self.angles.iter().map(|a| a.cycles.len() as f64).collect()
+    }
+
+    /// Number of values.
+    pub fn total(&self) -> f64 {
+        self.repeats().iter().sum()
+    }
+}
+
+/// Summarises a joint; `None` where no interval is possible at all.
+pub fn summarise(table: &Table) -> Option<Summary> {
+    let mut angles = without_gross_errors(table);
+    let n = angles.len() as f64;
+    let means: Vec<f64> = angles.iter().map(|a| a.mean).collect();
+    let repeats: Vec<f64> = angles.iter().map(|a| a.cycles.len() as f64).collect();
+    let total: f64 = repeats.iter().sum();
+    let in_dwell: Vec<f64> = table.places.iter().flat_map(|(_, v)| v.iter().map(|h| h.variance_in_dwell)).collect();
+    let sigma_in_dwell = median(&in_dwell).sqrt();
+    let sse: f64 = angles.iter().flat_map(|a| a.cycles.iter().map(|b| (b - a.mean).powi(2))).sum();
+    let floor = table.rounding.powi(2);
+    let noise = if total > n {
+        let raw = sse / (total - n);
+        Noise { variance: raw.max(floor), dof: total - n, from: NoiseFrom::Cycles, rounding: raw < floor }
+    } else if n > 1.0 {
+        let mean = means.iter().sum::<f64>() / n;
+        let raw = means.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        Noise { variance: raw.max(floor), dof: n - 1.0, from: NoiseFrom::Places, rounding: raw < floor }
+    } else if sigma_in_dwell > 0.0 {
+        // degrees of freedom of the scatter are many; 30 keeps the interval honest where they are few
+        Noise { variance: sigma_in_dwell.powi(2).max(floor), dof: 30.0, from: NoiseFrom::Dwells, rounding: false }
+    } else {
+        return None;
+    };
+    let factor = student::factor(0.95, noise.dof);
+    for (a, r) in angles.iter_mut().zip(&repeats) {
+        a.ci95 = around(a.mean, factor * (noise.variance / r).sqrt());
+    }
+    let gate = (noise.from == NoiseFrom::Cycles && noise.dof >= LEAST_DOF && angles.len() > 1)
+        .then(|| test(&angles, &means, &repeats, &noise));
+    let varies = gate.is_some_and(|g| g.p_value < ALPHA);
+    let (half_gap, se) = if varies {
+        let inverse: f64 = repeats.iter().map(|r| 1.0 / r).sum();
+        (means.iter().sum::<f64>() / n, (noise.variance * inverse).sqrt() / n)
+    } else {
+        (means.iter().zip(&repeats).map(|(y, r)| y * r).sum::<f64>() / total, (noise.variance / total).sqrt())
+    };
+    Some(Summary { angles, noise, half_gap, ci95: around(half_gap, factor * se), gate, sigma_in_dwell })
+}
+
+fn around(middle: f64, half: f64) -> [f64; 2] {
+    [middle - half, middle + half]
+}
+
+fn without_gross_errors(table: &Table) -> Vec<Angle> {
+    let medians: Vec<f64> =
+        table.places.iter().map(|(_, v)| median(&v.iter().map(|h| h.value).collect::<Vec<_>>())).collect();
+    let mut distances: Vec<f64> =
+        table.places.iter().zip(&medians).flat_map(|((_, v), m)| v.iter().map(move |h| (h.value - m).abs())).collect();
+    let limit = GROSS * median_of(&mut distances).unwrap_or(0.0).max(table.rounding);
+    table
+        .places
+        .iter()
+        .zip(&medians)
+        .map(|((at, values), middle)| {
+            let all: Vec<f64> = values.iter().map(|h| h.value).collect();
+            let (kept, dropped): (Vec<f64>, Vec<f64>) = all.iter().partition(|&&b| (b - middle).abs() <= limit);
+            let flagged = !dropped.is_empty() && kept.len() < 2;
+            let (cycles, dropped) = if flagged { (all, Vec::new()) } else { (kept, dropped) };
+            let mean = cycles.iter().sum::<f64>() / cycles.len().max(1) as f64;
+            Angle { at: *at, cycles, dropped, flagged, mean, ci95: [mean; 2] }
+        })
+        .collect()
+}
+
+/// Positions mapped to -1..1.
+pub fn mapped(places: &[f64]) -> Vec<f64> {
+    let (lo, hi) = (places.first().copied().unwrap_or(0.0), places.last().copied().unwrap_or(0.0));
+    places.iter().map(|x| if hi > lo { (2.0 * x - lo - hi) / (hi - lo) } else { 0.0 }).collect()
+}
+
+fn test(angles: &[Angle], means: &[f64], repeats: &[f64], noise: &Noise) -> Gate {
+    let n = means.len();
+    let total: f64 = repeats.iter().sum();
+    let grand = means.iter().zip(repeats).map(|(y, r)| y * r).sum::<f64>() / total;
+    let between: f64 = means.iter().zip(repeats).map(|(y, r)| r * (y - grand).powi(2)).sum();
+    let dof = n as f64 - 1.0;
+    let p_any_shape = fisher::tail(between / dof / noise.variance, dof, noise.dof);
+    let p_slope_and_bow = (n >= 4).then(|| {
+        let u = mapped(&angles.iter().map(|a| a.at).collect::<Vec<_>>());
+        let root: Vec<f64> = repeats.iter().map(|r| r.sqrt()).collect();
+        let q = DMatrix::from_fn(n, 3, |i, k| root[i] * u[i].powi(k as i32)).qr().q();
+        let y = DVector::from_fn(n, |i, _| root[i] * means[i]);
+        let explained: f64 = (1..3).map(|k| q.column(k).dot(&y).powi(2)).sum();
+        fisher::tail(explained / 2.0 / noise.variance, 2.0, noise.dof)
+    });
+    let p_value = p_slope_and_bow.map_or(p_any_shape, |q| (2.0 * q.min(p_any_shape)).min(1.0));
+    Gate { p_value, p_any_shape, p_slope_and_bow }
+}
+
+/// What a reader of a joint's figures should know.
+pub fn notes(table: &Table, summary: &Summary, joint: &Joint) -> Vec<String> {
+    let (unit, edge) = (joint.kind.unit(), |v: f64| joint.kind.to_edge(v));
+    let mut notes = Vec::new();
+    let mut note = |text: String| notes.push(format!("{}: {text}", joint.name));
+    for a in &summary.angles {
+        let at = edge(a.at);
+        if !a.dropped.is_empty() {
+            let values: Vec<String> = a.dropped.iter().map(|b| format!("{:.5}", edge(*b))).collect();
+            note(format!(
+                "at {at:.4} {unit} {} left out as gross errors: {} {unit}",
+                a.dropped.len(),
+                values.join(", ")
+            ));
+        }
+        if a.flagged {
+            note(format!(
+                "at {at:.4} {unit} the cycles disagree and too few would remain: kept whole, do not trust it"
+            ));
+        }
+    }
+    match summary.noise.from {
+        NoiseFrom::Cycles if summary.gate.is_none() && summary.angles.len() > 1 => {
+            note("too few repeats to test whether the gap varies with position".into());
+        }
+        NoiseFrom::Cycles => {}
+        NoiseFrom::Places => note(
+            "one cycle only: intervals take the spread between places for noise; whether the gap varies is not tested"
+                .into(),
+        ),
+        NoiseFrom::Dwells => {
+            note("one pair only: its interval holds the noise inside the dwells and nothing of repeatability".into())
+        }
+    }
+    if summary.noise.rounding {
+        note("repeats agree better than the last digit of the file: its rounding was taken for the noise".into());
+    }
+    let sigma = summary.noise.variance.sqrt();
+    if summary.noise.from == NoiseFrom::Cycles
+        && summary.noise.dof >= 6.0
+        && sigma > 3.0 * summary.sigma_in_dwell
+        && summary.sigma_in_dwell > table.rounding
+    {
+        note(format!(
+            "cycles scatter {:.1} times as much as the noise inside the dwells: drift, temperature or settling between cycles",
+            sigma / summary.sigma_in_dwell
+        ));
+    }
+    if summary.ci95[1] < 0.0 {
+        let turned = if joint.kind == JointKind::Revolute { "turns" } else { "moves" };
+        note(format!(
+            "the gap is negative: the joint {turned} past its command; check the sense of the joint and of `trigger`"
+        ));
+    }
+    let largest = summary.angles.iter().map(|a| a.mean).fold(0.0, f64::max);
+    if table.least_stroke < 2.0 * largest {
+        note(format!(
+            "an approach of {:.5} {unit} is shorter than twice the half gap: the gap was not crossed; approach from farther away",
+            edge(table.least_stroke)
+        ));
+    }
+    notes
+}

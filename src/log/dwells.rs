@@ -1,0 +1,304 @@
+//! Dwells: where the robot stands still, which joint brought it there, from which side, and what was measured.
+//!
+//! Method: a dwell is a stretch of rows in which no command moves by more than the last digits of its column. Where the log
+//! has `trigger` (or `cycle`), its rows that are not 0 are the dwells, all of them; else a dwell lasts at least
+//! [`DwellOptions::min_s`] and its first [`SETTLE_S`] seconds (a third of it at most) are left to the servo. Each row of a
+//! log without `t_s` is a settled pose and a dwell of its own. The joint that made the approach is the one that moved last,
+//! alone; its direction is the sign of that movement (a pause keeps it: seed 000, note 2 of equation 16). Positions are
+//! means without gross errors ([`point_mean`]).
+//!
+//! Assumptions: commands stand exactly still in a dwell, or flicker in the last digit. Fails with an error where a trigger
+//! contradicts the commands.
+
+use super::Log;
+use crate::error::{Error, Place, Result};
+use crate::robot::Robot;
+use crate::stats::robust::{PointMean, median_of, point_mean};
+use std::ops::Range;
+
+/// Time in s left to the servo at the start of a dwell that only the commands show: a following error of 50 ms fades to 2 %.
+pub const SETTLE_S: f64 = 0.2;
+/// Movement within this many units of a column's last digit is flicker.
+const FLICKER_DIGITS: f64 = 1.5;
+/// A column with fewer decimals than this was written with exact values, not to its last digit.
+const LEAST_DECIMALS: u8 = 2;
+/// Last digit of a tracker's file, m.
+const LAST_DIGIT_M: f64 = 1e-7;
+
+/// What counts as a dwell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DwellOptions {
+    /// Shortest dwell, s, where no `trigger` or `cycle` marks them.
+    pub min_s: f64,
+}
+
+impl Default for DwellOptions {
+    fn default() -> Self {
+        Self { min_s: 0.5 }
+    }
+}
+
+/// How a dwell was reached.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Approach {
+    pub axis: usize,
+    /// +1: from below, -1: from above.
+    pub dir: i8,
+    /// Distance moved in that direction since the joint last turned, rad or m.
+    pub stroke: f64,
+}
+
+/// A settled place.
+#[derive(Debug, Clone)]
+pub struct Dwell {
+    /// Rows that were averaged.
+    pub rows: Range<usize>,
+    /// Commands, one per axis, rad or m.
+    pub command: Vec<f64>,
+    /// Direction of the last movement of each axis; 0 before its first.
+    pub dirs: Vec<i8>,
+    /// The joint that brought the robot here, where it was one alone.
+    pub approach: Option<Approach>,
+    /// Number of the repeat, where the log has one; else 0.
+    pub cycle: u32,
+    /// TCP and further reflectors in the tracker frame; `None` where the tracker saw nothing in this dwell.
+    pub points: Vec<Option<PointMean>>,
+    /// Mean of the position measured behind the gear, per axis where logged, rad or m.
+    pub meas: Vec<Option<f64>>,
+}
+
+/// Movement of an axis that counts, rad or m.
+pub fn resolution(log: &Log, robot: &Robot, axis: usize) -> f64 {
+    let decimals = i32::from(log.cmd_decimals.get(axis).copied().unwrap_or(0).max(LEAST_DECIMALS));
+    FLICKER_DIGITS * 10f64.powi(-decimals) * robot.axis(axis).kind.si()
+}
+
+/// Dwells of a log in the order visited.
+pub fn dwells(log: &Log, robot: &Robot, options: &DwellOptions) -> Result<Vec<Dwell>> {
+    let still: Vec<f64> = (0..log.cmd.len()).map(|a| resolution(log, robot, a)).collect();
+    let marked = log.trigger.is_some() || log.cycle.is_some();
+    let mut walk = Walk::new(log, &still);
+    let mut found = Vec::new();
+    for rows in stretches(log, &still) {
+        // the step into the first row of a stretch is the end of the approach
+        walk.to(rows.start);
+        let Some(averaged) = averaged_rows(log, &rows, marked, options) else {
+            continue;
+        };
+        let approach = walk.approach();
+        if let (Some(trigger), Some(a)) = (&log.trigger, &approach)
+            && trigger[rows.start].signum() != a.dir
+            && trigger[rows.start] != 0
+        {
+            let joint = &robot.axis(a.axis).name;
+            return Err(Error::bad(
+                Place::line(&log.name, u64::from(log.line[rows.start])),
+                format!(
+                    "trigger {} where the command of {joint} moved {} last",
+                    trigger[rows.start],
+                    if a.dir > 0 { "up" } else { "down" }
+                ),
+                "trigger 1 in a dwell reached by positive movement of the command, -1 by negative",
+            ));
+        }
+        found.push(Dwell {
+            command: log.cmd.iter().map(|c| median_of(&mut c[averaged.clone()].to_vec()).unwrap_or(0.0)).collect(),
+            dirs: walk.dir.clone(),
+            approach,
+            cycle: log.cycle.as_ref().map_or(0, |c| c[rows.start]),
+            points: std::iter::once(&log.tcp_m)
+                .chain(&log.reflectors_m)
+                .map(|track| {
+                    let seen: Vec<_> = track.get(averaged.clone())?.iter().flatten().copied().collect();
+                    point_mean(&seen, LAST_DIGIT_M)
+                })
+                .collect(),
+            meas: log
+                .meas
+                .iter()
+                .map(|column| {
+                    let mut seen: Vec<f64> = column.as_ref()?[averaged.clone()].iter().flatten().copied().collect();
+                    trimmed_mean(&mut seen)
+                })
+                .collect(),
+            rows: averaged,
+        });
+    }
+    Ok(found)
+}
+
+/// Maximal stretches without movement and with one trigger and cycle; each row of a pose log is one.
+fn stretches(log: &Log, still: &[f64]) -> Vec<Range<usize>> {
+    let n = log.len();
+    if log.poses {
+        return (0..n).map(|i| i..i + 1).collect();
+    }
+    let mut out = Vec::new();
+    let mut start = 0;
+    for i in 1..=n {
+        let same = i < n
+            && log.cmd.iter().zip(still).all(|(c, &tol)| (c[i] - c[start]).abs() <= tol)
+            && log.trigger.as_ref().is_none_or(|t| t[i] == t[start])
+            && log.cycle.as_ref().is_none_or(|c| c[i] == c[start]);
+        if !same {
+            out.push(start..i);
+            start = i;
+        }
+    }
+    out
+}
+
+/// The rows of a stretch that are averaged, or `None` where it is no dwell.
+fn averaged_rows(log: &Log, rows: &Range<usize>, marked: bool, options: &DwellOptions) -> Option<Range<usize>> {
+    if log.poses {
+        return Some(rows.clone());
+    }
+    if marked {
+        let on = match (&log.trigger, &log.cycle) {
+            (Some(t), _) => t[rows.start] != 0,
+            (None, Some(c)) => c[rows.start] != 0,
+            (None, None) => false,
+        };
+        return on.then(|| rows.clone());
+    }
+    let last = rows.end - 1;
+    let length_s = log.t_s[last] - log.t_s[rows.start];
+    if length_s < options.min_s {
+        return None;
+    }
+    let from_s = log.t_s[rows.start] + SETTLE_S.min(length_s / 3.0);
+    let first = rows.start + log.t_s[rows.clone()].partition_point(|&t| t < from_s);
+    Some(first.min(last)..rows.end)
+}
+
+/// Mean of the middle half and what lies within six of its deviations: as [`point_mean`] for one coordinate.
+fn trimmed_mean(values: &mut [f64]) -> Option<f64> {
+    let middle = median_of(values)?;
+    let mut off: Vec<f64> = values.iter().map(|v| (v - middle).abs()).collect();
+    let limit = 6.0 * crate::stats::robust::SIGMA_PER_MAD * median_of(&mut off)?;
+    let kept: Vec<f64> =
+        values.iter().copied().filter(|v| values.len() < 4 || limit == 0.0 || (v - middle).abs() <= limit).collect();
+    Some(kept.iter().sum::<f64>() / kept.len().max(1) as f64)
+}
+
+/// Walks the commands and knows the last movement of each axis.
+struct Walk<'a> {
+    log: &'a Log,
+    still: &'a [f64],
+    row: usize,
+    /// Last direction, extreme of the present stroke, where the stroke began.
+    dir: Vec<i8>,
+    extreme: Vec<f64>,
+    began: Vec<f64>,
+    /// Row of the last movement beyond flicker, and the command there.
+    moved: Vec<usize>,
+    anchor: Vec<f64>,
+}
+
+impl<'a> Walk<'a> {
+    fn new(log: &'a Log, still: &'a [f64]) -> Self {
+        let start: Vec<f64> = log.cmd.iter().map(|c| c[0]).collect();
+        let n = start.len();
+        Self {
+            log,
+            still,
+            row: 0,
+            dir: vec![0; n],
+            extreme: start.clone(),
+            began: start.clone(),
+            moved: vec![0; n],
+            anchor: start,
+        }
+    }
+
+    fn to(&mut self, row: usize) {
+        while self.row < row {
+            self.row += 1;
+            for (axis, column) in self.log.cmd.iter().enumerate() {
+                let step = column[self.row] - self.extreme[axis];
+                if step * f64::from(self.dir[axis]) > 0.0 {
+                    self.extreme[axis] = column[self.row];
+                } else if step.abs() > self.still[axis] {
+                    // a turn, or the first movement
+                    self.began[axis] = self.extreme[axis];
+                    self.dir[axis] = if step > 0.0 { 1 } else { -1 };
+                    self.extreme[axis] = column[self.row];
+                }
+                if (column[self.row] - self.anchor[axis]).abs() > self.still[axis] {
+                    self.anchor[axis] = column[self.row];
+                    self.moved[axis] = self.row;
+                }
+            }
+        }
+    }
+
+    /// The axis that moved last, if no other moved up to the same row.
+    fn approach(&self) -> Option<Approach> {
+        let latest = self.moved.iter().copied().max().filter(|&r| r > 0)?;
+        let mut last = (0..self.moved.len()).filter(|&a| self.moved[a] == latest);
+        let (axis, None) = (last.next()?, last.next()) else { return None };
+        Some(Approach { axis, dir: self.dir[axis], stroke: (self.extreme[axis] - self.began[axis]).abs() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::input::Input;
+
+    fn robot() -> Robot {
+        Robot::parse(
+            "robot.yaml",
+            "schema: lostmotion/robot/1\njoints:\n  - {name: A, kind: revolute, a_mm: 500}\n  - {name: B, kind: revolute, a_mm: 300}\n",
+        )
+        .unwrap()
+    }
+
+    fn log(text: &str) -> Log {
+        Log::parse(Input { name: "log.csv".into(), bytes: text.into(), sha256: String::new() }, &robot()).unwrap()
+    }
+
+    #[test]
+    fn each_row_without_time_is_a_pose_and_a_joint_that_moves_alone_made_the_approach() {
+        let log = log("cmd_A_deg,cmd_B_deg,x_mm,y_mm,z_mm\n0,0,800,0,0\n2,0,799,30,0\n1,0,799,15,0\n2,1,1,2,3\n");
+        let found = dwells(&log, &robot(), &DwellOptions::default()).unwrap();
+        assert_eq!(found.len(), 4);
+        assert_eq!(found[0].approach, None);
+        let a = found[1].approach.unwrap();
+        assert_eq!((a.axis, a.dir), (0, 1));
+        assert_eq!(found[2].approach.unwrap().dir, -1);
+        assert!((found[2].approach.unwrap().stroke - 1f64.to_radians()).abs() < 1e-12);
+        assert_eq!(found[3].approach, None, "two joints arrived together");
+    }
+
+    #[test]
+    fn a_stop_shorter_than_the_minimum_is_no_dwell_and_a_pause_keeps_the_direction() {
+        let mut text = String::from("t_s,cmd_A_deg,cmd_B_deg,x_mm,y_mm,z_mm\n");
+        let mut t = 0.0;
+        let mut rows = |p: f64, n: usize| {
+            for _ in 0..n {
+                text += &format!("{t:.2},{p:.3},0,800,0,0\n");
+                t += 0.05;
+            }
+        };
+        rows(0.0, 1);
+        rows(1.0, 5);
+        rows(2.0, 21);
+        rows(2.001, 1);
+        rows(2.0, 21);
+        let log = log(&text);
+        let found = dwells(&log, &robot(), &DwellOptions::default()).unwrap();
+        assert_eq!(found.len(), 1, "0.2 s is no dwell, and a flicker of the last digit ends none");
+        assert_eq!(found[0].approach.unwrap().dir, 1);
+        let first = log.t_s[found[0].rows.start] - 0.3;
+        assert!((first - SETTLE_S).abs() < 1e-9, "the first {SETTLE_S} s are left to the servo, here {first}");
+    }
+
+    #[test]
+    fn a_trigger_against_the_commands_is_refused_with_its_line() {
+        let text =
+            "t_s,cmd_A_deg,cmd_B_deg,x_mm,y_mm,z_mm,trigger\n0,0,0,800,0,0,0\n1,2,0,799,0,0,-1\n2,2,0,799,0,0,-1\n";
+        let error = dwells(&log(text), &robot(), &DwellOptions::default()).unwrap_err().to_string();
+        assert!(error.contains("log.csv:3") && error.contains("trigger -1"), "{error}");
+    }
+}

@@ -1,0 +1,19 @@
+//! Fisher's F distribution.
+
+use statrs::function::beta::beta_reg;
+
+/// Probability of a ratio of `f` or more with `d1` and `d2` degrees of freedom; 1 where there is nothing to test with.
+pub fn tail(f: f64, d1: f64, d2: f64) -> f64 {
+    if f.is_nan() || f <= 0.0 || d1.is_nan() || d1 <= 0.0 || d2.is_nan() || d2 <= 0.0 {
+        return 1.0;
+    }
+    if f.is_infinite() {
+        return 0.0;
+    }
+    beta_reg(0.5 * d2, 0.5 * d1, d2 / (d2 + d1 * f)).clamp(0.0, 1.0)
+}
+
+/// Ratio that is exceeded with probability `p`.
+pub fn exceeded_with(p: f64, d1: f64, d2: f64) -> f64 {
+    super::where_it_falls_to(p, |f| tail(f, d1, d2))
+}

@@ -1,0 +1,30 @@
+//! Statistics, each function named after its test: thin over `statrs`.
+//!
+//! Rooms:
+//! - [`student`], [`fisher`]: tail probabilities and quantiles.
+//! - [`robust`]: median, scale from the median, and a mean without gross errors.
+//!
+//! Accuracy against scipy (`tests/oracle/stats.py`): tails 1e-7 relative, quantiles 1e-8 relative, 1 to 1e7 degrees of
+//! freedom. `statrs` 0.18 alone misses its quantiles from 1e4 degrees of freedom on (t at 0.975: 7e-6 relative at 1e5, 7 % at
+//! 1e7) while its tails hold, so quantiles are found here by bisection on the tails.
+
+pub mod fisher;
+pub mod robust;
+pub mod student;
+
+/// Root of a falling function that is above `level` at 0: bracket by doubling, then bisection to the last digit.
+fn where_it_falls_to(level: f64, tail: impl Fn(f64) -> f64) -> f64 {
+    let (mut lo, mut hi) = (0.0, 1.0);
+    while tail(hi) > level && hi < 1e300 {
+        lo = hi;
+        hi *= 2.0;
+    }
+    for _ in 0..200 {
+        let mid = 0.5 * (lo + hi);
+        if mid <= lo || mid >= hi {
+            break;
+        }
+        if tail(mid) > level { lo = mid } else { hi = mid }
+    }
+    0.5 * (lo + hi)
+}
