@@ -384,7 +384,11 @@ impl Node<'_> {
             (Some(s), None) if s > 0.0 => (Decay::Time(s), 1.0),
             (None, Some(x)) if x > 0.0 => (Decay::Travel(x * si), si),
             _ => {
-                return Err(self.bad("decay_s", "no decay above 0, or two".into(), &format!("`decay_s` or `{travel}`")));
+                return Err(self.bad(
+                    "decay_s",
+                    "no decay above 0, or two".into(),
+                    &format!("`decay_s` or `{travel}`"),
+                ));
             }
         };
         let value = match decay {

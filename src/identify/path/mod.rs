@@ -23,10 +23,12 @@ pub mod solve;
 pub mod tail;
 pub mod trace;
 
+use crate::compensator::Compensator;
 use crate::effect::{Decay, GapCurve};
 use crate::error::{Error, Place, Result};
 use crate::gaps::{GapPoint, Gaps, JointGap, LogRef, Registered, StictionFound};
 use crate::log::Log;
+use crate::model::Model;
 use crate::robot::Robot;
 use interval::{Covariance, StictionInterval};
 use problem::{Name, Problem};
@@ -46,6 +48,34 @@ pub struct Options {
     pub free: Vec<usize>,
     /// Half gaps that are known (from a static test) and held.
     pub known: Vec<(usize, GapCurve)>,
+}
+
+impl Options {
+    /// Holds the half gaps and schedules of a gaps document.
+    pub fn hold_gaps(&mut self, gaps: &Gaps) {
+        for j in &gaps.joints {
+            self.hold(j.axis, j.schedule.clone().unwrap_or(GapCurve::Constant(j.half_gap)));
+        }
+    }
+
+    /// Holds the gaps of a model of the same robot; two plays on a joint count with their sum.
+    pub fn hold_model(&mut self, model: &Model, robot: &Robot) -> Result<()> {
+        if model.robot.fingerprint() != robot.fingerprint() {
+            let found = format!("a model of another robot, `{}`", model.robot.name);
+            return Err(Error::bad(Place::file("--model"), found, format!("a model of `{}`", robot.name)));
+        }
+        for j in Compensator::from_model(model)?.joints {
+            if let Some(b) = j.backlash {
+                self.hold(j.axis, b.positive);
+            }
+        }
+        Ok(())
+    }
+
+    fn hold(&mut self, axis: usize, curve: GapCurve) {
+        self.known.retain(|(a, _)| *a != axis);
+        self.known.push((axis, curve));
+    }
 }
 
 /// The document, and what reports want beyond it.

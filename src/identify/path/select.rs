@@ -7,7 +7,7 @@
 //!    of more than a tenth of the gap.
 //! 4. The errors of the links are dropped where the data show no sign of them (`p > LINKS_P`): they cost a third of the
 //!    precision. Steps 1 to 3 again without them.
-//! 5. One decay for all joints with stiction unless the data refuse it (`F >= SHARE`).
+//! 5. One decay for all joints with stiction unless the data refuse it (`p < SHARE_P`).
 //!
 //! Every F is divided by the inflation for correlated residuals ([`super::interval::inflation`]).
 
@@ -16,10 +16,10 @@ use super::problem::{Form, Problem, Values};
 use super::solve::{TauBounds, grid, mean_gap, minimise, start};
 use super::tail::f_tail;
 
-/// F (2 or fewer numbers) from which an effect is believed: p of about 1e-5.
+/// F from which an effect is believed: p of 5e-4 for one number, 6e-6 for two.
 const ENTER: f64 = 12.0;
-/// F of one decay each against one for all from which the joints keep their own: p of 0.01.
-const SHARE: f64 = 6.6;
+/// p of one decay for all below which the joints keep their own.
+const SHARE_P: f64 = 1e-3;
 /// p above which the errors of the links are not needed.
 const LINKS_P: f64 = 0.05;
 /// Spike over gap below which a stiction is not told from the gap's shape.
@@ -226,7 +226,7 @@ fn share(problem: &Problem, now: &mut State, bounds: TauBounds) -> Option<f64> {
     let d = dof(problem, now);
     let spread = inflation(problem, &now.values);
     let f = ((trial.cost - now.cost) / (sticky.len() - 1) as f64 / (now.cost / d) / spread).max(0.0);
-    if f < SHARE {
+    if f_tail(f, (sticky.len() - 1) as f64, d) >= SHARE_P {
         *now = trial;
     }
     Some(f)
