@@ -1,6 +1,6 @@
 //! `lostmotion identify path`: gaps and stiction from reversals in continuous motion.
 
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place, Result, is_stdio};
 use crate::gaps::{Gaps, file};
 use crate::identify::path::{Options, PathFound, identify};
 use crate::io::output::write_whole;
@@ -15,13 +15,15 @@ use std::path::{Path, PathBuf};
 /// Any path on which the joints reverse will do, a slow circle best: about 1.5 mm/s at the TCP, two revolutions, all joints of
 /// interest reversing at least twice. The tracker's frame need not be known. Each joint's half gap, the spike behind its
 /// reversals and its decay are fitted together with the frame, with 95 % intervals.
-///
-/// Examples:
-///   lostmotion identify path --robot robot.yaml --log circle.csv --output gaps.yaml
-///   lostmotion identify path --robot robot.yaml --log a.csv.gz --log b.csv.gz --free A1,A2,A3 --json
-///   lostmotion identify path --robot robot.yaml --log circle.csv --known static.yaml --output gaps.yaml
 #[derive(Debug, clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(after_help = "Examples:
+  lostmotion identify path --robot robot.yaml --log circle.csv --output gaps.yaml
+  lostmotion identify path --robot robot.yaml --log a.csv.gz --log b.csv.gz --free A1,A2,A3 --json
+  lostmotion identify path --robot robot.yaml --log circle.csv --known static.yaml --output gaps.yaml
+
+Reading the result: a spike and its decay trade off against each other where a joint crosses its gap slowly; the notes give the
+lag at the time behind a reversal where the log knows it best. A gap that varies along the path is better taken from a static
+test and held with --known: on a path it is hard to tell from errors of the links.")]
 pub struct Args {
     /// Robot file (YAML)
     #[arg(long, value_name = "FILE")]
@@ -38,8 +40,8 @@ pub struct Args {
     /// Model file whose gaps are held in the same way
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
-    /// Write the gaps (YAML) to this file; `-` is standard output
-    #[arg(long, value_name = "FILE")]
+    /// Write the result here (YAML; JSON where the name ends in .json); `-` is standard output
+    #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Print the result as one JSON document
     #[arg(long)]
@@ -48,6 +50,10 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
+    let to_stdout = args.output.as_deref().is_some_and(is_stdio);
+    if args.json && to_stdout {
+        return Err(Error::bad(Place::file("--output"), "`-` together with --json", "one document on standard output"));
+    }
     let robot = Robot::load(&args.robot)?;
     let mut options = Options::default();
     for name in &args.free {
@@ -67,17 +73,21 @@ pub fn run(args: Args) -> Result<()> {
     let found = identify(&robot, &logs, &options)?;
     let document = file::document(&found.gaps, &robot);
     if let Some(path) = &args.output {
-        write_whole(path, file::to_yaml(&document)?.as_bytes())?;
+        let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+        let text = if json { file::to_json(&document)? } else { file::to_yaml(&document)? };
+        write_whole(path, text.as_bytes())?;
     }
     if args.json {
         write_whole(Path::new("-"), file::to_json(&document)?.as_bytes())?;
+    } else if to_stdout {
+        eprint!("{}", table(&found, &robot));
+    } else {
+        write_whole(Path::new("-"), table(&found, &robot).as_bytes())?;
     }
-    let on_screen = table(&found, &robot);
-    if args.json || args.output.is_some() {
-        eprint!("{on_screen}");
-        return Ok(());
+    for note in &found.gaps.notes {
+        eprintln!("note: {note}");
     }
-    write_whole(Path::new("-"), on_screen.as_bytes())
+    Ok(())
 }
 
 /// What a person reads.
@@ -107,8 +117,5 @@ fn table(found: &PathFound, robot: &Robot) -> String {
     }
     let mut out = format!("{t}\n");
     out.push_str(&format!("noise {:.1} um per coordinate\n", found.sigma_m * 1e6));
-    for n in &found.gaps.notes {
-        out.push_str(&format!("note: {n}\n"));
-    }
     out
 }

@@ -19,7 +19,7 @@ use super::{BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape
 use crate::effect::{Decay, GapCurve};
 use crate::error::{Error, Place, Result};
 use crate::gaps::LogRef;
-use crate::io::{input, yaml, yaml::Document};
+use crate::io::{input, yaml::Document};
 use crate::robot::{Joint, Robot};
 use serde::{Deserialize, Serialize};
 use serde_yaml::{Mapping, Value};
@@ -114,7 +114,7 @@ impl Compensator {
 
     /// The document as YAML text.
     pub fn to_yaml(&self, robot: &Robot) -> Result<String> {
-        yaml::to_text(&self.to_file(robot)?)
+        crate::gaps::file::to_yaml(&self.to_json(robot)?)
     }
 
     /// The document as a JSON value: the same keys.

@@ -48,6 +48,9 @@ pub fn inflation(problem: &Problem, values: &[Values]) -> f64 {
 /// Inverse of a positive semidefinite matrix; directions without information get none of it.
 pub fn inverse(h: &DMatrix<f64>) -> DMatrix<f64> {
     let n = h.nrows();
+    if n == 0 {
+        return DMatrix::zeros(0, 0);
+    }
     let s: Vec<f64> = (0..n).map(|k| 1.0 / h[(k, k)].max(1e-300).sqrt()).collect();
     let scaled = DMatrix::from_fn(n, n, |i, j| h[(i, j)] * s[i] * s[j]);
     let eig = scaled.symmetric_eigen();

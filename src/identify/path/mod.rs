@@ -47,14 +47,23 @@ pub struct Options {
     /// Axes that may have lost motion; empty: all that move.
     pub free: Vec<usize>,
     /// Half gaps that are known (from a static test) and held.
-    pub known: Vec<(usize, GapCurve)>,
+    pub known: Vec<Known>,
+}
+
+/// A half gap that is held.
+#[derive(Debug, Clone)]
+pub struct Known {
+    pub axis: usize,
+    pub half_gap: GapCurve,
+    /// 95 % interval of its mean, where it has one.
+    pub ci95: Option<[f64; 2]>,
 }
 
 impl Options {
     /// Holds the half gaps and schedules of a gaps document.
     pub fn hold_gaps(&mut self, gaps: &Gaps) {
         for j in &gaps.joints {
-            self.hold(j.axis, j.schedule.clone().unwrap_or(GapCurve::Constant(j.half_gap)));
+            self.hold(j.axis, j.schedule.clone().unwrap_or(GapCurve::Constant(j.half_gap)), Some(j.ci95));
         }
     }
 
@@ -66,15 +75,15 @@ impl Options {
         }
         for j in Compensator::from_model(model)?.joints {
             if let Some(b) = j.backlash {
-                self.hold(j.axis, b.positive);
+                self.hold(j.axis, b.positive, None);
             }
         }
         Ok(())
     }
 
-    fn hold(&mut self, axis: usize, curve: GapCurve) {
-        self.known.retain(|(a, _)| *a != axis);
-        self.known.push((axis, curve));
+    fn hold(&mut self, axis: usize, half_gap: GapCurve, ci95: Option<[f64; 2]>) {
+        self.known.retain(|k| k.axis != axis);
+        self.known.push(Known { axis, half_gap, ci95 });
     }
 }
 
@@ -144,7 +153,8 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
         }
         binned.push(b);
     }
-    let mut problem = Problem::new(binned, &options.known);
+    let held: Vec<(usize, GapCurve)> = options.known.iter().map(|k| (k.axis, k.half_gap.clone())).collect();
+    let mut problem = Problem::new(binned, &held);
     let selected = select::select(&mut problem);
     let unit_variance = selected.cost / selected.dof;
     let variance = unit_variance * selected.inflation;
@@ -158,7 +168,10 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
     let mut joints = Vec::new();
     let mut details = Vec::new();
     for g in 0..problem.joints.len() {
-        let (gap, detail) = joint(g, &problem, &selected, &cov, t95);
+        let (mut gap, detail) = joint(g, &problem, &selected, &cov, t95);
+        if let Some(ci95) = options.known.iter().find(|k| k.axis == gap.axis).and_then(|k| k.ci95) {
+            (gap.ci95, gap.significant) = (ci95, ci95[0] > 0.0);
+        }
         let name = &robot.axis(gap.axis).name;
         let kind = robot.axis(gap.axis).kind;
         let unit = kind.unit();

@@ -504,6 +504,9 @@ impl Part {
 impl Problem {
     /// Least-squares half gaps of the joints `g` from the direction of movement alone, everywhere.
     pub fn regress_direction(&self, g: &[usize]) -> Vec<f64> {
+        if g.is_empty() {
+            return Vec::new();
+        }
         let mut h = DMatrix::zeros(g.len(), g.len());
         let mut rhs = DVector::zeros(g.len());
         for part in &self.parts {
