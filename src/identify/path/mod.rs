@@ -170,7 +170,10 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
     for g in 0..problem.joints.len() {
         let (mut gap, detail) = joint(g, &problem, &selected, &cov, t95);
         if let Some(ci95) = options.known.iter().find(|k| k.axis == gap.axis).and_then(|k| k.ci95) {
-            (gap.ci95, gap.significant) = (ci95, ci95[0] > 0.0);
+            // the width is that of the held document; the middle that of this path
+            let wide = (ci95[1] - ci95[0]) / 2.0;
+            gap.ci95 = [(gap.half_gap - wide).max(0.0), gap.half_gap + wide];
+            gap.significant = gap.half_gap > wide;
         }
         let name = &robot.axis(gap.axis).name;
         let kind = robot.axis(gap.axis).kind;
