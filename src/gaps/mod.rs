@@ -1,9 +1,10 @@
 //! What an identification found: half gaps per joint and angle, stiction, the registration. Document
 //! `lostmotion/gaps/1`; written by `identify`, read by `fit`.
 //!
-//! Values are SI (rad or m, s); [`file`] turns them into the document's units.
+//! Values are SI (rad or m, s); [`file`] turns them into the document's units, [`read`] back.
 
 pub mod file;
+pub mod read;
 
 pub use crate::log::registration::Registered;
 

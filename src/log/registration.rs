@@ -16,8 +16,11 @@ use crate::error::{Error, Place, Result};
 use crate::stats::robust::{MEDIAN_DISTANCE, median_of};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, SMatrix, Translation3, UnitQuaternion, Vector3};
 
-/// Points farther off than this many standard deviations of a coordinate are left out.
-const GROSS: f64 = 6.0;
+/// Points farther off than this many standard deviations of a coordinate are left out: wide, since the points are averages
+/// of unlike numbers of samples, and geometry errors of a robot have no normal distribution.
+const GROSS: f64 = 10.0;
+/// With fewer points nothing can be told from the rest.
+const GROSS_FROM: usize = 6;
 /// Spread across a line, over the spread along it, below which points count as one line.
 const LINE: f64 = 1e-6;
 /// Points that spread by less than this (m) are one pose.
@@ -110,9 +113,9 @@ pub fn register_line(pairs: &[Pair]) -> Result<Registration> {
     let mut kept = vec![true; n];
     for _ in 0..20 {
         let limit = limit_m(&distances);
-        let next: Vec<bool> = distances.iter().map(|&d| d <= limit).collect();
-        if next.iter().filter(|&&k| k).count() < 3.max(n.div_ceil(2)) {
-            break;
+        let mut next: Vec<bool> = distances.iter().map(|&d| d <= limit).collect();
+        if n < GROSS_FROM || next.iter().filter(|&&k| k).count() < n.div_ceil(2) {
+            next.fill(true);
         }
         weights.iter_mut().zip(&next).for_each(|(w, &k)| *w = f64::from(u8::from(k)));
         let Ok(refit) = kabsch(pairs, &weights) else { break };
@@ -151,7 +154,10 @@ fn residuals(pairs: &[Pair], frame: &Isometry3<f64>) -> Vec<f64> {
 }
 
 fn limit_m(distances: &[f64]) -> f64 {
-    GROSS * (median_of(&mut distances.to_vec()).unwrap_or(0.0) / MEDIAN_DISTANCE).max(LAST_DIGIT_M)
+    // residuals are smaller than errors where six unknowns were fitted to few points
+    let n = distances.len() as f64;
+    let shrunk = (n / (n - 2.0)).sqrt();
+    GROSS * (shrunk * median_of(&mut distances.to_vec()).unwrap_or(0.0) / MEDIAN_DISTANCE).max(LAST_DIGIT_M)
 }
 
 struct Fit {

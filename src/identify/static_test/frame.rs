@@ -294,11 +294,11 @@ pub fn half_gaps(robot: &Robot, logs: &[Log], readings: &mut Readings, frame: Op
             values.push(HalfGap { value: 0.5 * (going_down - going_up), variance_in_dwell: variance });
         }
         if lost > 0 {
-            readings.notes.push(format!("{}: {lost} pairs of dwells without the tracker were left out", joint.name));
+            readings.notes.push(format!("{}: pairs left out, without the tracker: {lost}", joint.name));
         }
         if blind > 0 {
             readings.notes.push(format!(
-                "{}: {blind} pairs were left out: the joint moves the TCP by less than {} mm per radian there",
+                "{}: pairs left out, as the joint moves the TCP by less than {} mm per radian there: {blind}",
                 joint.name,
                 LEAST_LEVER * 1e3
             ));

@@ -95,6 +95,14 @@ pub fn collect(robot: &Robot, logs: &[Log], options: &DwellOptions) -> Result<Re
         pairs.extend(matched.into_iter().map(|(up, down)| Pair { log: *log, axis: *axis, place, setting, up, down }));
     }
     pairs.sort_by_key(|p: &Pair| (p.axis, p.place, p.log, p.up.min(p.down)));
+    if !tested.contains(&true) {
+        let name = logs.first().map_or("", |l| l.name.as_str());
+        return Err(Error::bad(
+            Place::file(name),
+            format!("{} dwells, none of them reached by one joint alone", all.iter().map(Vec::len).sum::<usize>()),
+            "a static test: one joint moves at a time, and reaches each place from below and from above",
+        ));
+    }
     let mut notes = Vec::new();
     for axis in 0..robot.dof() {
         let name = &robot.axis(axis).name;
@@ -104,7 +112,7 @@ pub fn collect(robot: &Robot, logs: &[Log], options: &DwellOptions) -> Result<Re
                 one_sided[axis]
             ));
         } else if one_sided[axis] > 0 {
-            notes.push(format!("{name}: {} places were reached from one side only and left out", one_sided[axis]));
+            notes.push(format!("{name}: places left out, as reached from one side only: {}", one_sided[axis]));
         }
         if unpaired[axis] > 0 {
             notes
@@ -112,7 +120,7 @@ pub fn collect(robot: &Robot, logs: &[Log], options: &DwellOptions) -> Result<Re
         }
     }
     if together > 0 {
-        notes.push(format!("{together} dwells were reached by several joints at once, or by none, and left out"));
+        notes.push(format!("dwells left out, reached by several joints at once or by none: {together}"));
     }
     Ok(Readings { dwells: all, pairs, unpaired, notes })
 }

@@ -1,0 +1,287 @@
+//! Reading of the document `lostmotion/gaps/1`, as YAML or JSON (which is YAML).
+//!
+//! Keys that are not known are left alone (fields may be added). Refused, with file and line: another schema, another
+//! robot, an unknown joint, a number that is missing or not finite, knots that do not rise.
+
+use super::file::SCHEMA;
+use super::{GapPoint, Gaps, JointGap, LogRef, Registered, StictionFound};
+use crate::effect::curve::Pchip;
+use crate::effect::{Decay, GapCurve};
+use crate::error::{Error, Place, Result};
+use crate::io::{input, yaml::Document};
+use crate::robot::file::FrameFile;
+use crate::robot::{JointKind, Robot};
+use serde_json::Value;
+use std::path::Path;
+
+impl Gaps {
+    /// Reads and checks a gaps file for a robot; `-` is standard input.
+    pub fn load(path: &Path, robot: &Robot) -> Result<Self> {
+        let (text, input) = input::read_text(path)?;
+        Self::parse(&input.name, &text, robot)
+    }
+
+    /// Parses and checks the text of a gaps file; `name` stands in messages.
+    pub fn parse(name: &str, text: &str, robot: &Robot) -> Result<Self> {
+        let doc = Document { name, text };
+        let root: Value = doc.parse("a gaps file (schema lostmotion/gaps/1)")?;
+        let top = Node { doc: &doc, robot, value: &root, path: Vec::new() };
+        doc.require_schema(&top.text("schema")?, SCHEMA)?;
+        let robot_node = top.child("robot");
+        let robot_name = robot_node.as_ref().map_or(Ok(String::new()), |r| r.text("name"))?;
+        let robot_sha256 = match &robot_node {
+            Some(r) if r.child("sha256").is_some() => r.text("sha256")?,
+            _ => robot.fingerprint(),
+        };
+        if robot_sha256 != robot.fingerprint() {
+            return Err(Error::bad(
+                doc.place(&["sha256"]),
+                format!("gaps of another robot, `{robot_name}` ({robot_sha256})"),
+                format!("gaps of `{}` ({})", robot.name, robot.fingerprint()),
+            ));
+        }
+        let logs = top
+            .children("logs")?
+            .iter()
+            .map(|l| Ok(LogRef { name: l.text("name")?, sha256: l.text("sha256")? }))
+            .collect::<Result<_>>()?;
+        Ok(Self {
+            robot_name,
+            robot_sha256,
+            logs,
+            registration: top.child("registration").map(|r| r.registration()).transpose()?,
+            points: top.children("points")?.iter().map(Node::point).collect::<Result<_>>()?,
+            joints: top.children("joints")?.iter().map(Node::joint).collect::<Result<_>>()?,
+            tcp_speed_m_s: top.optional("tcp_speed_mm_s")?.map(|v| v * 1e-3),
+            notes: top.children("notes")?.iter().filter_map(|n| n.value.as_str().map(str::to_string)).collect(),
+        })
+    }
+}
+
+/// A value of the document and the way to it, for messages.
+struct Node<'a> {
+    doc: &'a Document<'a>,
+    robot: &'a Robot,
+    value: &'a Value,
+    path: Vec<String>,
+}
+
+impl Node<'_> {
+    fn bad(&self, key: &str, found: String, expected: &str) -> Error {
+        let mut path = self.path.clone();
+        path.push(key.into());
+        Error::bad(self.place(key), format!("{found} at {}", path.join(".")), expected)
+    }
+
+    /// Line of a key: within its item of its section.
+    fn place(&self, key: &str) -> Place {
+        let lines: Vec<&str> = self.doc.text.lines().collect();
+        let has =
+            |i: usize, key: &str| lines[i].contains(&format!("{key}:")) || lines[i].contains(&format!("{key}\":"));
+        let whole = 0..lines.len();
+        let item = self.path.first().and_then(|p| p.strip_suffix(']')?.split_once('['));
+        let (mut from, mut to) = (whole.start, whole.end);
+        if let Some((section, index)) = item
+            && let Some(start) = whole.clone().find(|&i| has(i, section))
+        {
+            let mut items = (start..whole.end).filter(|&i| has(i, "joint"));
+            from = items.nth(index.parse().unwrap_or(0)).unwrap_or(start);
+            to = items.next().unwrap_or(whole.end);
+        }
+        let hit = (from..to).find(|&i| has(i, key)).or(item.map(|_| from));
+        hit.map_or_else(|| self.doc.place(&[key]), |i| Place::line(self.doc.name, i as u64 + 1))
+    }
+
+    fn child(&self, key: &str) -> Option<Node<'_>> {
+        let value = self.value.get(key).filter(|v| !v.is_null())?;
+        let mut path = self.path.clone();
+        path.push(key.into());
+        Some(Node { doc: self.doc, robot: self.robot, value, path })
+    }
+
+    fn children(&self, key: &str) -> Result<Vec<Node<'_>>> {
+        let Some(node) = self.child(key) else { return Ok(Vec::new()) };
+        let Value::Array(list) = node.value else {
+            return Err(self.bad(key, format!("`{}`", node.value), "a list"));
+        };
+        let numbered = |i: usize| {
+            let mut path = self.path.clone();
+            path.push(format!("{key}[{i}]"));
+            path
+        };
+        let node = |(i, value)| Node { doc: self.doc, robot: self.robot, value, path: numbered(i) };
+        Ok(list.iter().enumerate().map(node).collect())
+    }
+
+    fn text(&self, key: &str) -> Result<String> {
+        match self.value.get(key) {
+            Some(Value::String(s)) => Ok(s.clone()),
+            Some(v) => Err(self.bad(key, format!("`{v}`"), "text")),
+            None => Err(self.bad(key, format!("no `{key}`"), &format!("`{key}`"))),
+        }
+    }
+
+    fn optional(&self, key: &str) -> Result<Option<f64>> {
+        match self.value.get(key) {
+            None | Some(Value::Null) => Ok(None),
+            Some(v) => match v.as_f64() {
+                Some(x) if x.is_finite() => Ok(Some(x)),
+                _ => Err(self.bad(key, format!("`{v}`"), "a finite number")),
+            },
+        }
+    }
+
+    fn number(&self, key: &str) -> Result<f64> {
+        self.optional(key)?.ok_or_else(|| {
+            // YAML's .inf and .nan arrive as null
+            let found = if self.value.get(key).is_some() { "null, or a number that is not finite" } else { "nothing" };
+            self.bad(key, found.into(), &format!("`{key}`: a finite number"))
+        })
+    }
+
+    fn numbers(&self, key: &str) -> Result<Vec<f64>> {
+        let Some(v) = self.value.get(key) else {
+            return Err(self.bad(key, format!("no `{key}`"), "a list of numbers"));
+        };
+        let list: Option<Vec<f64>> =
+            v.as_array().and_then(|a| a.iter().map(|x| x.as_f64().filter(|f| f.is_finite())).collect());
+        list.ok_or_else(|| self.bad(key, format!("`{v}`"), "a list of finite numbers"))
+    }
+
+    fn array<const N: usize>(&self, key: &str) -> Result<[f64; N]> {
+        let list = self.numbers(key)?;
+        list.as_slice()
+            .try_into()
+            .map_err(|_| self.bad(key, format!("{} numbers", list.len()), &format!("{N} numbers")))
+    }
+
+    /// The joint that `joint` names: axis and kind.
+    fn axis(&self) -> Result<(usize, JointKind)> {
+        let name = self.text("joint")?;
+        match self.robot.axis_named(&name) {
+            Some(axis) => Ok((axis, self.robot.axis(axis).kind)),
+            None => Err(self.bad(
+                "joint",
+                format!("joint `{name}`"),
+                &format!("one of {}", self.robot.axis_names().join(", ")),
+            )),
+        }
+    }
+
+    fn registration(&self) -> Result<Registered> {
+        let frame = FrameFile { xyz_mm: self.array("xyz_mm")?, rpy_deg: self.array("rpy_deg")? };
+        let sigma = |key: &str, scale: f64| -> Result<[f64; 3]> {
+            if self.child(key).is_some() { Ok(self.array::<3>(key)?.map(|v| v * scale)) } else { Ok([0.0; 3]) }
+        };
+        Ok(Registered {
+            frame: frame.to_isometry(),
+            rms_m: self.optional("rms_um")?.unwrap_or(0.0) * 1e-6,
+            samples: self.optional("samples")?.unwrap_or(0.0).max(0.0) as usize,
+            sigma_m: sigma("sigma_um", 1e-6)?,
+            sigma_rad: sigma("sigma_deg", 1f64.to_radians())?,
+        })
+    }
+
+    fn point(&self) -> Result<GapPoint> {
+        let (axis, kind) = self.axis()?;
+        let (unit, si) = (kind.unit(), kind.si());
+        let per_cycle = format!("per_cycle_{unit}");
+        Ok(GapPoint {
+            axis,
+            at: self.number(&format!("at_{unit}"))? * si,
+            half_gap: self.number(&format!("half_gap_{unit}"))? * si,
+            ci95: self.array::<2>("ci95")?.map(|v| v * si),
+            cycles: self.optional("cycles")?.unwrap_or(0.0).max(0.0) as usize,
+            per_cycle: match self.child(&per_cycle) {
+                Some(_) => self.numbers(&per_cycle)?.iter().map(|v| v * si).collect(),
+                None => Vec::new(),
+            },
+        })
+    }
+
+    fn joint(&self) -> Result<JointGap> {
+        let (axis, kind) = self.axis()?;
+        let (unit, si) = (kind.unit(), kind.si());
+        let half_gap = self.number(&format!("half_gap_{unit}"))? * si;
+        let ci95 = if self.child("ci95").is_some() { self.array::<2>("ci95")?.map(|v| v * si) } else { [half_gap; 2] };
+        Ok(JointGap {
+            axis,
+            half_gap,
+            ci95,
+            significant: match self.value.get("significant") {
+                Some(Value::Bool(b)) => *b,
+                None | Some(Value::Null) => ci95[0] > 0.0 || ci95[1] < 0.0,
+                Some(v) => return Err(self.bad("significant", format!("`{v}`"), "true or false")),
+            },
+            schedule: self.child("schedule").map(|s| s.curve(kind)).transpose()?,
+            varies_p_value: self.optional("varies_p_value")?,
+            stiction: self.child("stiction").map(|s| s.stiction(kind)).transpose()?,
+            stiction_p_value: self.optional("stiction_p_value")?,
+        })
+    }
+
+    fn curve(&self, kind: JointKind) -> Result<GapCurve> {
+        let (unit, si) = (kind.unit(), kind.si());
+        match self.text("kind")?.as_str() {
+            "constant" => Ok(GapCurve::Constant(self.number(&format!("half_gap_{unit}"))? * si)),
+            "pchip" => {
+                let expected = "two or more pairs `[position, half gap]` with rising positions";
+                let shown = || self.value.get("knots").map_or("no `knots`".into(), |v| format!("`{v}`"));
+                let knots: Option<Vec<[f64; 2]>> =
+                    self.value.get("knots").and_then(|v| serde_json::from_value(v.clone()).ok());
+                knots
+                    .map(|k| k.iter().map(|p| p.map(|v| v * si)).collect::<Vec<_>>())
+                    .and_then(|k| Pchip::new(&k))
+                    .map(GapCurve::Pchip)
+                    .ok_or_else(|| self.bad("knots", shown(), expected))
+            }
+            "polynomial" => {
+                let coefficients = self.numbers("coefficients")?;
+                if coefficients.is_empty() {
+                    return Err(self.bad("coefficients", "an empty list".into(), "one coefficient or more"));
+                }
+                let key = format!("range_{unit}");
+                let range = if self.child(&key).is_some() {
+                    self.array::<2>(&key)?.map(|v| v * si)
+                } else {
+                    [f64::MIN, f64::MAX]
+                };
+                if range[0] >= range[1] {
+                    return Err(self.bad(&key, format!("[{}, {}]", range[0] / si, range[1] / si), "[lower, upper]"));
+                }
+                let coefficients = coefficients.iter().enumerate().map(|(k, c)| c * si.powi(1 - k as i32)).collect();
+                Ok(GapCurve::Polynomial { coefficients, range })
+            }
+            other => Err(self.bad("kind", format!("kind `{other}`"), "`pchip`, `polynomial` or `constant`")),
+        }
+    }
+
+    fn stiction(&self, kind: JointKind) -> Result<StictionFound> {
+        let (unit, si) = (kind.unit(), kind.si());
+        let spike = self.number(&format!("spike_{unit}"))? * si;
+        let travel = format!("decay_{unit}");
+        let (decay, scale) = match (self.optional("decay_s")?, self.optional(&travel)?) {
+            (Some(s), None) if s > 0.0 => (Decay::Time(s), 1.0),
+            (None, Some(x)) if x > 0.0 => (Decay::Travel(x * si), si),
+            _ => {
+                return Err(self.bad(
+                    "decay_s",
+                    "no decay above 0, or two".into(),
+                    &format!("`decay_s` or `{travel}`"),
+                ));
+            }
+        };
+        let value = match decay {
+            Decay::Time(v) | Decay::Travel(v) => v,
+        };
+        let interval = |key: &str, scale: f64, value: f64| -> Result<[f64; 2]> {
+            if self.child(key).is_some() { Ok(self.array::<2>(key)?.map(|v| v * scale)) } else { Ok([value; 2]) }
+        };
+        Ok(StictionFound {
+            spike,
+            ci95: interval("ci95", si, spike)?,
+            decay,
+            decay_ci95: interval("decay_ci95", scale, value)?,
+        })
+    }
+}
