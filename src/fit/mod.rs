@@ -167,7 +167,8 @@ fn friction(
         ));
     };
     let f = poses::fit(s.spike, tau_s, spacing_s);
-    if f.largest_left >= s.spike - uncertainty {
+    let d = poses::distance(s.spike, tau_s, spacing_s, f.gain, f.exponent, f.poses);
+    if d.largest >= s.spike - uncertainty || d.energy >= 1.0 {
         notes.push(format!(
             "{name}: friction term is left out: points {spacing_s:.2} s apart cannot follow a decay of {tau_s:.2} s"
         ));
@@ -203,7 +204,7 @@ fn before_and_after(
             Some((gain, FrictionShape::Poses { exponent, poses })),
             Some(Decay::Time(tau_s)),
             Form::Poses { spacing_s },
-        ) => poses::largest_left(lag, tau_s, spacing_s, gain, exponent, poses),
+        ) => poses::distance(lag, tau_s, spacing_s, gain, exponent, poses).largest,
         _ => 0.0,
     };
     known.largest_before = Some(gaps.iter().map(|g| g.1.abs()).fold(0.0, f64::max) + lag);

@@ -9,8 +9,8 @@
 const MOST: u32 = 60;
 /// Exponents that are searched.
 const EXPONENTS: [f64; 2] = [0.25, 8.0];
-/// Places per segment at which the distance is taken.
-const PER_SEGMENT: usize = 8;
+/// Places per segment, or per decay where that is shorter, at which the distance is taken.
+const PER_SCALE: f64 = 8.0;
 
 /// `{g, l, k_t}` and the largest distance to the decay that they leave, in the unit of the spike.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,28 +30,41 @@ pub fn shape(k: u32, exponent: f64, poses: u32) -> f64 {
     (1.0 - (1.0 + share).powf(exponent)).exp()
 }
 
-/// Largest distance of the points' polygon to `spike exp(-t/tau)`.
-pub fn largest_left(spike: f64, tau_s: f64, spacing_s: f64, gain: f64, exponent: f64, poses: u32) -> f64 {
+/// How far the points' polygon is from `spike exp(-t/tau)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Distance {
+    /// Largest distance, in the unit of the spike.
+    pub largest: f64,
+    /// Squared distance over all time, as a share of that of the decay itself: above 1 the points do harm on the whole.
+    pub energy: f64,
+}
+
+/// Distance of the polygon with the given numbers to the decay.
+pub fn distance(spike: f64, tau_s: f64, spacing_s: f64, gain: f64, exponent: f64, poses: u32) -> Distance {
     let segments = poses.max((8.0 * tau_s / spacing_s).ceil().min(1000.0) as u32);
-    let mut largest = 0.0f64;
+    let per_segment = (PER_SCALE * (spacing_s / tau_s).max(1.0)).ceil().min(2e4) as usize;
+    let step_s = spacing_s / per_segment as f64;
+    let (mut largest, mut energy) = (0.0f64, 0.0);
     let mut from = gain * shape(1, exponent, poses);
     for k in 1..=segments {
         let to = gain * shape(k + 1, exponent, poses);
-        for i in 0..PER_SEGMENT {
-            let u = i as f64 / PER_SEGMENT as f64;
+        for i in 0..per_segment {
+            let u = i as f64 / per_segment as f64;
             let t = (f64::from(k - 1) + u) * spacing_s;
-            largest = largest.max((from + (to - from) * u - spike * (-t / tau_s).exp()).abs());
+            let off = from + (to - from) * u - spike * (-t / tau_s).exp();
+            largest = largest.max(off.abs());
+            energy += off * off * step_s;
         }
         from = to;
     }
-    largest
+    Distance { largest, energy: energy / (spike * spike * tau_s / 2.0) }
 }
 
 /// Best gain for a count and an exponent.
 fn best_gain(spike: f64, tau_s: f64, spacing_s: f64, exponent: f64, poses: u32) -> PosesFit {
     let (mut lo, mut hi) = (0.0, 2.0 * spike);
-    let left = |g: f64| largest_left(spike, tau_s, spacing_s, g, exponent, poses);
-    for _ in 0..50 {
+    let left = |g: f64| distance(spike, tau_s, spacing_s, g, exponent, poses).largest;
+    for _ in 0..40 {
         let (a, b) = (lo + (hi - lo) / 3.0, hi - (hi - lo) / 3.0);
         if left(a) < left(b) { hi = b } else { lo = a }
     }

@@ -276,7 +276,7 @@ fn joint(g: usize, problem: &Problem, s: &Selected, cov: &Covariance, t95: f64) 
         }
         None => {
             // mean over the travel: even powers of x only
-            let weight = |k: usize| if k % 2 == 0 { 1.0 / (k as f64 + 1.0) } else { 0.0 };
+            let weight = |k: usize| if k.is_multiple_of(2) { 1.0 / (k as f64 + 1.0) } else { 0.0 };
             let mean = v.c.iter().enumerate().map(|(k, c)| c * weight(k)).sum();
             let parts: Vec<(usize, f64)> = (0..v.c.len())
                 .filter_map(|power| cov.place(Name::Gap { joint: g, power }).map(|p| (p, weight(power))))

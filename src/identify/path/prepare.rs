@@ -289,13 +289,17 @@ fn outliers(
     (bad, frame, (sigma.iter().map(|s| s * s).sum::<f64>() / 3.0).sqrt())
 }
 
-/// Robust sigma of a series from its differences (at most 20,000 of them).
+/// Robust sigma of a series from its differences over 1, 4 and 16 rows (at most 20,000 of each), the largest of the three: a
+/// tracker slower than the log repeats its values, whose neighbours then differ by nothing.
 fn noise(r: &[f64]) -> f64 {
     let step = (r.len() / 20_000).max(1);
-    let mut d: Vec<f64> = r.windows(2).step_by(step).map(|w| w[1] - w[0]).collect();
-    let Some(m) = median(&mut d) else { return 0.0 };
-    d.iter_mut().for_each(|v| *v = (*v - m).abs());
-    median(&mut d).unwrap_or(0.0) * 1.4826 / std::f64::consts::SQRT_2
+    let over = |lag: usize| {
+        let mut d: Vec<f64> = r.windows(lag + 1).step_by(step).map(|w| w[lag] - w[0]).collect();
+        let m = median(&mut d)?;
+        d.iter_mut().for_each(|v| *v = (*v - m).abs());
+        median(&mut d)
+    };
+    [1, 4, 16].into_iter().filter_map(over).fold(0.0, f64::max) * 1.4826 / std::f64::consts::SQRT_2
 }
 
 /// Median of the 7 values around each; at the ends of the series the nearest full window.

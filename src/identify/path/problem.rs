@@ -452,12 +452,12 @@ impl Part {
             }
             let mut qt = vec![0.0; width * rank];
             let mut g = vec![0.0; width];
-            for i in 0..n {
+            for (i, rest) in rest.iter().enumerate() {
                 let row = &self.qj[a][i * rank..(i + 1) * rank];
                 for c in 0..width {
                     let d = block.der[i * width + c];
                     if d != 0.0 {
-                        g[c] += d * rest[i];
+                        g[c] += d * rest;
                         for (t, q) in qt[c * rank..(c + 1) * rank].iter_mut().zip(row) {
                             *t += d * q;
                         }
@@ -472,9 +472,9 @@ impl Part {
                 let wb = other.names.len();
                 let jj = &self.jj[a * pairs + b];
                 let mut h = vec![0.0; width * wb];
-                for i in 0..n {
+                for (i, jj) in jj.iter().enumerate() {
                     for c in 0..width {
-                        let d = block.der[i * width + c] * jj[i];
+                        let d = block.der[i * width + c] * jj;
                         for k in 0..wb {
                             h[c * wb + k] += d * other.der[i * wb + k];
                         }

@@ -67,8 +67,7 @@ pub fn reversals(
             let Some(k) = problem.local(l, g) else { continue };
             let j = &log.joints[k];
             let der = by_run(&j.runs, &log.t_s, &j.p, &problem.law(g, v));
-            for (c, &(joint, run, spike)) in columns.iter().enumerate().filter(|(_, c)| c.0 == g) {
-                let _ = joint;
+            for (c, &(_, run, spike)) in columns.iter().enumerate().filter(|(_, c)| c.0 == g) {
                 for i in 0..n {
                     if der[i].run == Some(run) {
                         g_raw[c][i] = j.jac[i] * (roots[i] * if spike { der[i].spike } else { der[i].gap });
@@ -94,7 +93,7 @@ pub fn reversals(
         let cov = inverse(&h);
         let step = &cov * rhs;
         let cov = cov * variance;
-        for g in 0..values.len() {
+        for (g, v) in values.iter().enumerate() {
             let Some(k) = problem.local(l, g) else { continue };
             let runs = &log.joints[k].runs;
             let at = |run: usize| columns.iter().position(|c| *c == (g, run, false));
@@ -104,11 +103,11 @@ pub fn reversals(
                 if h[(a, a)] <= 0.0 || h[(b, b)] <= 0.0 {
                     continue; // a run that is never pushed, or was not measured
                 }
-                let law = problem.law(g, &values[g]);
+                let law = problem.law(g, v);
                 let before = law.gap.at((runs[i - 1].p + runs[i].p) / 2.0);
                 let next = runs.get(i + 1).map_or(runs[i].p, |n| n.p);
                 let behind = law.gap.at((runs[i].p + next) / 2.0);
-                let base = if values[g].c.len() > 1 || problem.joints[g].held.is_some() {
+                let base = if v.c.len() > 1 || problem.joints[g].held.is_some() {
                     law.gap.at(runs[i].p)
                 } else {
                     (before + behind) / 2.0
