@@ -8,6 +8,7 @@ pub mod cli;
 pub mod compensator;
 pub mod effect;
 pub mod error;
+pub mod fit;
 pub mod gaps;
 pub mod identify;
 pub mod io;

@@ -1,12 +1,150 @@
-//! `lostmotion fit`.
+//! `lostmotion fit`: identified gaps -> compensator file.
 
-use crate::error::{Error, Result};
+use crate::compensator::{Compensator, FrictionShape};
+use crate::effect::Decay;
+use crate::error::{Error, Place, Result, is_stdio};
+use crate::fit::{Form, fit, spacing};
+use crate::gaps::Gaps;
+use crate::io::output::write_whole;
+use crate::robot::Robot;
+use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
+use std::path::{Path, PathBuf};
 
-/// Arguments of `fit`.
+/// Make a compensator of identified gaps and stiction.
+///
+/// Each joint gets the offset of its half gap (a constant, or a schedule where the gap varies with position) and, where the log
+/// shows stiction, a friction term that fades behind each reversal. A term that is not significant or not larger than its own
+/// uncertainty is left out, and the notes say so. Give the gaps of static tests and of a path together: a schedule
+/// wins over a constant, of two constants the more certain one, friction comes from the path.
 #[derive(Debug, clap::Args)]
-pub struct Args {}
+#[command(after_help = "Examples:
+  lostmotion fit --robot robot.yaml --gaps gaps.yaml --output compensator.yaml
+  lostmotion fit --robot robot.yaml --gaps static.yaml --gaps path.yaml --output compensator.yaml
+  lostmotion fit --robot robot.yaml --gaps path.yaml --form poses --program circle.csv --output compensator.yaml
+
+The friction term fades in seconds (`decay_s`), which `rewrite` turns into points of any program. `--form poses` writes the three
+numbers g, l, k_t of the published method (equation 17) instead: they count points, so they hold only for programs of the given
+spacing and speed.")]
+pub struct Args {
+    /// Robot file (YAML)
+    #[arg(long, value_name = "FILE")]
+    pub robot: PathBuf,
+    /// Gaps file from `identify`; give it once per file
+    #[arg(long, value_name = "FILE", required = true)]
+    pub gaps: Vec<PathBuf>,
+    /// Write the compensator (YAML) here; `-` is standard output
+    #[arg(long, short, value_name = "FILE", required_unless_present = "json")]
+    pub output: Option<PathBuf>,
+    /// How the friction term fades: in seconds, or over a count of program points
+    #[arg(long, value_enum, default_value_t = FormArg::Decay)]
+    pub form: FormArg,
+    /// Program (joint-space CSV) whose spacing `--form poses` counts in
+    #[arg(long, value_name = "FILE", conflicts_with = "pose_spacing_mm")]
+    pub program: Option<PathBuf>,
+    /// Distance between program points in mm, in place of --program
+    #[arg(long, value_name = "MM")]
+    pub pose_spacing_mm: Option<f64>,
+    /// TCP speed of the program in mm/s [default: that of the log]
+    #[arg(long, value_name = "V")]
+    pub speed_mm_s: Option<f64>,
+    /// Last day on which the compensator should be used, YYYY-MM-DD
+    #[arg(long, value_name = "DATE")]
+    pub valid_until: Option<String>,
+    /// Print the compensator as one JSON document
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum FormArg {
+    Decay,
+    Poses,
+}
 
 /// Runs the command.
-pub fn run(_args: Args) -> Result<()> {
-    Err(Error::Refused("not built yet".into()))
+pub fn run(args: Args) -> Result<()> {
+    let to_stdout = args.output.as_deref().is_some_and(is_stdio);
+    if args.json && to_stdout {
+        return Err(Error::bad(Place::file("--output"), "`-` together with --json", "one document on standard output"));
+    }
+    let robot = Robot::load(&args.robot)?;
+    let documents = args.gaps.iter().map(|p| Gaps::load(p, &robot)).collect::<Result<Vec<_>>>()?;
+    let form = form(&args, &documents, &robot)?;
+    let mut compensator = fit(&robot, &documents, form)?;
+    compensator.evidence.valid_until = args.valid_until;
+    let text = compensator.to_yaml(&robot)?;
+    // what is written must be read again
+    Compensator::parse("the compensator", &text, &robot)?;
+    if let Some(path) = &args.output {
+        write_whole(path, text.as_bytes())?;
+    }
+    if args.json {
+        let json = serde_json::to_string_pretty(&compensator.to_json(&robot)?)
+            .map_err(|e| Error::bad(Place::default(), e.to_string(), "values that JSON can hold"))?;
+        write_whole(Path::new("-"), (json + "\n").as_bytes())?;
+    } else if to_stdout {
+        eprint!("{}", table(&compensator, &robot));
+    } else {
+        write_whole(Path::new("-"), table(&compensator, &robot).as_bytes())?;
+    }
+    for note in &compensator.evidence.notes {
+        eprintln!("note: {note}");
+    }
+    Ok(())
+}
+
+/// The form, with the time between points where it counts them.
+fn form(args: &Args, documents: &[Gaps], robot: &Robot) -> Result<Form> {
+    let positive = |name: &str, v: Option<f64>| match v {
+        Some(x) if !(x.is_finite() && x > 0.0) => Err(Error::bad(Place::file(name), x.to_string(), "a number above 0")),
+        other => Ok(other.map(|x| x * 1e-3)),
+    };
+    let spacing = positive("--pose-spacing-mm", args.pose_spacing_mm)?;
+    let speed = positive("--speed-mm-s", args.speed_mm_s)?.or(documents.iter().find_map(|d| d.tcp_speed_m_s));
+    if args.form == FormArg::Decay {
+        return Ok(Form::Decay);
+    }
+    let spacing_m = match (&args.program, spacing) {
+        (Some(path), _) => spacing::of_program(path, robot)?,
+        (None, Some(m)) => m,
+        (None, None) => {
+            let expected = "--program FILE or --pose-spacing-mm MM: equation 17 counts points of one spacing";
+            return Err(Error::bad(Place::file("--form poses"), "no spacing of points", expected));
+        }
+    };
+    match speed {
+        Some(v) => Ok(Form::Poses { spacing_s: spacing_m / v }),
+        None => Err(Error::bad(Place::file("--form poses"), "gaps without a TCP speed", "--speed-mm-s V")),
+    }
+}
+
+/// What a person reads.
+fn table(c: &Compensator, robot: &Robot) -> String {
+    let mut t = Table::new();
+    t.load_preset(UTF8_HORIZONTAL_ONLY);
+    t.set_header(["joint", "backlash offset", "friction gain", "fades", "error before", "after"]);
+    for j in &c.joints {
+        let joint = robot.axis(j.axis);
+        let (kind, unit) = (joint.kind, joint.kind.unit());
+        let edge = |v: f64| format!("{:.5} {unit}", kind.to_edge(v));
+        let gap = j.backlash.as_ref().map_or("none".into(), |b| match b.positive.constant() {
+            Some(d) => edge(d),
+            None => format!("{:.5} to {}", kind.to_edge(b.positive.smallest()), edge(b.positive.largest())),
+        });
+        let fades = |s: FrictionShape| match s {
+            FrictionShape::Decay(Decay::Time(tau)) => format!("{tau:.2} s"),
+            FrictionShape::Decay(Decay::Travel(x)) => edge(x),
+            FrictionShape::Poses { exponent, poses } => format!("l {exponent:.2}, k_t {poses}"),
+        };
+        let known = c.evidence.joints.iter().find(|e| e.axis == j.axis);
+        t.add_row([
+            joint.name.clone(),
+            gap,
+            j.friction.map_or("none".into(), |f| edge(f.gain)),
+            j.friction.map_or(String::new(), |f| fades(f.shape)),
+            known.and_then(|k| k.largest_before).map_or(String::new(), edge),
+            known.and_then(|k| k.largest_after).map_or(String::new(), edge),
+        ]);
+    }
+    format!("{t}\n")
 }

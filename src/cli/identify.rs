@@ -15,11 +15,13 @@ pub struct Args {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     Static(static_::Args),
+    Path(Box<super::identify_path::Args>),
 }
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
     match args.command {
         Command::Static(a) => static_::run(a),
+        Command::Path(a) => super::identify_path::run(*a),
     }
 }

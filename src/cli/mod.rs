@@ -5,6 +5,7 @@ pub mod completions;
 pub mod demo;
 pub mod fit;
 pub mod identify;
+pub mod identify_path;
 pub mod rewrite;
 pub mod simulate;
 

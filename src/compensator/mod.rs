@@ -1,8 +1,15 @@
 //! The compensator: what `fit` writes and `rewrite` reads (seed 000 equations 15-17). Document `lostmotion/compensator/1`.
 //!
 //! Values are SI (rad or m, s); [`file`] turns them into the document's units.
+//!
+//! Rooms:
+//! - [`file`]: the YAML document, to and from these types, with every refusal and its line.
+//! - [`schedule`]: a half gap over position as it stands in a document.
+//! - [`from_model`]: the compensator of a model file: the predicted joint error with its sign turned.
 
 pub mod file;
+pub mod from_model;
+pub mod schedule;
 
 use crate::effect::{Decay, GapCurve};
 use crate::gaps::LogRef;
@@ -54,8 +61,25 @@ pub struct Evidence {
     pub logs: Vec<LogRef>,
     /// TCP speed of the log, m/s: turns seconds into points where a program has no times.
     pub tcp_speed_m_s: Option<f64>,
+    /// Last day on which the compensator is meant to be used, `YYYY-MM-DD`; stands at the top of the document.
+    pub valid_until: Option<String>,
+    /// Joint by joint: how well the values are known, and what they leave.
+    pub joints: Vec<JointEvidence>,
     /// 95 % intervals, residuals and reasons, as lines.
     pub notes: Vec<String>,
+}
+
+/// How well the offsets of an axis are known; rad or m, s.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct JointEvidence {
+    pub axis: usize,
+    pub half_gap_ci95: Option<[f64; 2]>,
+    pub gain_ci95: Option<[f64; 2]>,
+    /// Of a decay in time, s.
+    pub decay_s_ci95: Option<[f64; 2]>,
+    /// Largest joint error behind the reversals that the identified chain predicts, without and with the offsets.
+    pub largest_before: Option<f64>,
+    pub largest_after: Option<f64>,
 }
 
 impl Compensator {

@@ -1,0 +1,81 @@
+//! Which document a joint's values come from.
+//!
+//! A schedule wins over a constant: a gap that varies has no constant. Among schedules the one from most tested cycles wins, among
+//! constants the one with the narrower interval. Stiction comes from the document that knows it best in proportion. The
+//! reversals by which a constant is judged are those of the document it comes from.
+
+use crate::gaps::{GapPoint, Gaps, JointGap, StictionFound};
+use crate::robot::Robot;
+
+/// What is known about an axis.
+#[derive(Debug, Clone)]
+pub struct Merged {
+    pub axis: usize,
+    pub gap: JointGap,
+    /// Logs of the document that the gap comes from.
+    pub gap_source: String,
+    pub points: Vec<GapPoint>,
+    pub stiction: Option<StictionFound>,
+    /// p of no stiction, where one was looked for.
+    pub stiction_p: Option<f64>,
+}
+
+/// One entry per axis that any document names, in the robot's order.
+pub fn merge(documents: &[Gaps], robot: &Robot, notes: &mut Vec<String>) -> Vec<Merged> {
+    let mut out = Vec::new();
+    for axis in 0..robot.dof() {
+        let found: Vec<(usize, &JointGap)> = documents
+            .iter()
+            .enumerate()
+            .flat_map(|(d, doc)| doc.joints.iter().filter(|j| j.axis == axis).map(move |j| (d, j)))
+            .collect();
+        let Some(&first) = found.first() else { continue };
+        let points = |d: usize| documents[d].points.iter().filter(move |p| p.axis == axis);
+        let cycles = |d: usize| points(d).map(|p| p.cycles).sum::<usize>();
+        let scheduled = found.iter().filter(|(_, j)| j.schedule.is_some()).max_by_key(|(d, _)| cycles(*d));
+        let narrowest = found
+            .iter()
+            .filter(|(_, j)| width(j.ci95) > 0.0)
+            .min_by(|a, b| width(a.1.ci95).total_cmp(&width(b.1.ci95)));
+        let &(from, gap) = scheduled.or(narrowest).unwrap_or(&first);
+        for (d, j) in found.iter().filter(|(d, _)| *d != from) {
+            if gap.schedule.is_none() && (j.ci95[0] > gap.ci95[1] || j.ci95[1] < gap.ci95[0]) {
+                let kind = robot.axis(axis).kind;
+                notes.push(format!(
+                    "{}: half gaps from {} ({:.5} {unit}) and {} ({:.5} {unit}) differ by more than their uncertainty; the narrower is used",
+                    robot.axis(axis).name,
+                    source(&documents[from]),
+                    kind.to_edge(gap.half_gap),
+                    source(&documents[*d]),
+                    kind.to_edge(j.half_gap),
+                    unit = kind.unit()
+                ));
+            }
+        }
+        let stiction = found
+            .iter()
+            .filter_map(|(_, j)| j.stiction.as_ref())
+            .min_by(|a, b| (width(a.ci95) / a.spike).total_cmp(&(width(b.ci95) / b.spike)));
+        out.push(Merged {
+            axis,
+            gap: gap.clone(),
+            gap_source: source(&documents[from]),
+            points: points(from).cloned().collect(),
+            stiction: stiction.cloned(),
+            stiction_p: found.iter().find_map(|(_, j)| j.stiction_p_value),
+        });
+    }
+    out
+}
+
+fn width(ci: [f64; 2]) -> f64 {
+    ci[1] - ci[0]
+}
+
+fn source(document: &Gaps) -> String {
+    match document.logs.as_slice() {
+        [] => "a document without logs".into(),
+        [one] => one.name.clone(),
+        [first, rest @ ..] => format!("{} and {} more", first.name, rest.len()),
+    }
+}

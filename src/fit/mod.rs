@@ -1,0 +1,212 @@
+//! `fit`: identified gaps and stiction become the offsets of seed 000 equations 15 to 17.
+//!
+//! The story: [`merge`] takes each joint's gap from the document that knows it best and its stiction from the path; this module
+//! decides which terms are worth applying; [`minimax`] finds the constants that leave the smallest largest error behind the
+//! reversals (infinity norm) under the identified chain; [`poses`] turns a decay into the paper's `{g, l, k_t}`; [`spacing`] reads
+//! how far apart the points of a program are.
+//!
+//! With half gaps `b_i` at the reversals, spike `s` and decay `tau`, a joint that has closed its gap is off by
+//! `(d - b_i) + g f(t) - s exp(-t/tau)` after an offset of `d` and a friction term `g f(t)`. A term that is not significant, or
+//! smaller than its own uncertainty, is left out: an offset that is not known does more harm than the error it is meant for.
+//! Every decision stands in the notes.
+
+pub mod merge;
+pub mod minimax;
+pub mod poses;
+pub mod spacing;
+
+use crate::compensator::{
+    BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator, JointEvidence,
+};
+use crate::effect::{Decay, GapCurve, curve::Pchip};
+use crate::error::{Error, Place, Result};
+use crate::gaps::{GapPoint, Gaps, StictionFound};
+use crate::robot::{Joint, Robot};
+use merge::{Merged, merge};
+
+/// How the friction term fades.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Form {
+    /// As it was identified: in seconds, or in travel.
+    #[default]
+    Decay,
+    /// Equation 17 as printed, for programs whose points are this far apart in time, s.
+    Poses { spacing_s: f64 },
+}
+
+/// Fits a compensator for `robot` to gaps documents of that robot.
+pub fn fit(robot: &Robot, documents: &[Gaps], form: Form) -> Result<Compensator> {
+    let fingerprint = robot.fingerprint();
+    if let Some(other) = documents.iter().find(|d| d.robot_sha256 != fingerprint) {
+        return Err(Error::bad(
+            Place::default(),
+            format!("gaps of another robot, `{}` ({})", other.robot_name, other.robot_sha256),
+            format!("gaps of `{}` ({fingerprint})", robot.name),
+        ));
+    }
+    let mut evidence = Evidence::default();
+    for log in documents.iter().flat_map(|d| &d.logs) {
+        if !evidence.logs.contains(log) {
+            evidence.logs.push(log.clone());
+        }
+    }
+    let with_stiction = documents.iter().filter(|d| d.joints.iter().any(|j| j.stiction.is_some()));
+    evidence.tcp_speed_m_s = with_stiction.chain(documents).find_map(|d| d.tcp_speed_m_s);
+    let mut joints = Vec::new();
+    for merged in merge(documents, robot, &mut evidence.notes) {
+        let joint = robot.axis(merged.axis);
+        let mut known = JointEvidence { axis: merged.axis, ..JointEvidence::default() };
+        let backlash = backlash(&merged, joint, &mut known, &mut evidence.notes);
+        let friction = friction(&merged, joint, form, &mut known, &mut evidence.notes)?;
+        if backlash.is_none() && friction.is_none() {
+            continue;
+        }
+        before_and_after(&merged, backlash.as_ref(), friction.as_ref(), form, &mut known);
+        joints.push(JointCompensator { axis: merged.axis, backlash, friction });
+        evidence.joints.push(known);
+    }
+    if joints.is_empty() {
+        evidence.notes.push("no joint has lost motion that exceeds its uncertainty: programs stay as they are".into());
+    }
+    Ok(Compensator { robot_name: robot.name.clone(), robot_sha256: fingerprint, joints, evidence })
+}
+
+/// A value of a joint as a note shows it.
+fn shown(v: f64, joint: &Joint) -> String {
+    format!("{:.5} {}", joint.kind.to_edge(v), joint.kind.unit())
+}
+
+/// Equation 16: a schedule where the gap varies, else the constant that leaves the smallest largest error.
+fn backlash(m: &Merged, joint: &Joint, known: &mut JointEvidence, notes: &mut Vec<String>) -> Option<BacklashOffset> {
+    let name = &joint.name;
+    let g = &m.gap;
+    known.half_gap_ci95 = Some(g.ci95);
+    let uncertainty = (g.ci95[1] - g.ci95[0]) / 2.0;
+    if !g.significant || g.half_gap <= uncertainty {
+        notes.push(format!(
+            "{name}: half gap {} is left out: not larger than its uncertainty of {}",
+            shown(g.half_gap, joint),
+            shown(uncertainty, joint)
+        ));
+        known.half_gap_ci95 = None;
+        return None;
+    }
+    if let Some(curve) = &g.schedule {
+        let (curve, dropped) = significant_knots(curve, &m.points);
+        if dropped > 0 {
+            notes.push(format!(
+                "{name}: at {dropped} tested positions the gap is smaller than its uncertainty and set to 0"
+            ));
+        }
+        notes.push(format!("{name}: the gap varies with position; its schedule comes from {}", m.gap_source));
+        return Some(BacklashOffset::symmetric(curve));
+    }
+    let d = minimax::constant_gap(g.half_gap, &m.points);
+    if d != g.half_gap {
+        notes.push(format!(
+            "{name}: the gaps at its reversals differ by more than their uncertainty; {} leaves the smallest largest error (mean {})",
+            shown(d, joint),
+            shown(g.half_gap, joint)
+        ));
+    }
+    Some(BacklashOffset::symmetric(GapCurve::Constant(d)))
+}
+
+/// A schedule whose knots are zero where the tested gap does not exceed its uncertainty; how many were.
+fn significant_knots(curve: &GapCurve, points: &[GapPoint]) -> (GapCurve, usize) {
+    let GapCurve::Pchip(p) = curve else { return (curve.clone(), 0) };
+    let mut dropped = 0;
+    let knots: Vec<[f64; 2]> = p
+        .knots()
+        .into_iter()
+        .map(|[at, gap]| {
+            let unsure =
+                points.iter().filter(|q| (q.at - at).abs() < 1e-6).any(|q| q.half_gap <= (q.ci95[1] - q.ci95[0]) / 2.0);
+            dropped += usize::from(unsure && gap > 0.0);
+            [at, if unsure { 0.0 } else { gap.max(0.0) }]
+        })
+        .collect();
+    (Pchip::new(&knots).map_or_else(|| curve.clone(), GapCurve::Pchip), dropped)
+}
+
+/// Equation 17.
+fn friction(
+    m: &Merged,
+    joint: &Joint,
+    form: Form,
+    known: &mut JointEvidence,
+    notes: &mut Vec<String>,
+) -> Result<Option<FrictionOffset>> {
+    let name = &joint.name;
+    let Some(s) = &m.stiction else {
+        if let Some(p) = m.stiction_p {
+            notes.push(format!("{name}: no friction term: the log shows no stiction (p = {p:.2})"));
+        }
+        return Ok(None);
+    };
+    let uncertainty = (s.ci95[1] - s.ci95[0]) / 2.0;
+    if s.spike <= uncertainty || s.ci95[0] <= 0.0 {
+        notes.push(format!(
+            "{name}: friction term of {} is left out: not larger than its uncertainty of {}",
+            shown(s.spike, joint),
+            shown(uncertainty, joint)
+        ));
+        return Ok(None);
+    }
+    known.gain_ci95 = Some(s.ci95);
+    if let Decay::Time(_) = s.decay {
+        known.decay_s_ci95 = Some(s.decay_ci95);
+    }
+    let exact = FrictionOffset { gain: s.spike, shape: FrictionShape::Decay(s.decay) };
+    let Form::Poses { spacing_s } = form else { return Ok(Some(exact)) };
+    let Decay::Time(tau_s) = s.decay else {
+        return Err(Error::bad(
+            Place::file("--form poses"),
+            format!("a decay of {name} over travel"),
+            "a decay in seconds: equation 17 counts points in time",
+        ));
+    };
+    let f = poses::fit(s.spike, tau_s, spacing_s);
+    let d = poses::distance(s.spike, tau_s, spacing_s, f.gain, f.exponent, f.poses);
+    if d.largest >= s.spike - uncertainty || d.energy >= 1.0 {
+        notes.push(format!(
+            "{name}: friction term is left out: points {spacing_s:.2} s apart cannot follow a decay of {tau_s:.2} s"
+        ));
+        (known.gain_ci95, known.decay_s_ci95) = (None, None);
+        return Ok(None);
+    }
+    notes.push(format!(
+        "{name}: {{g, l, k_t}} leave at most {} of the decay of {tau_s:.2} s at points {spacing_s:.2} s apart; they hold for that \
+         spacing only",
+        shown(f.largest_left, joint)
+    ));
+    Ok(Some(FrictionOffset { gain: f.gain, shape: FrictionShape::Poses { exponent: f.exponent, poses: f.poses } }))
+}
+
+/// Largest joint error behind the reversals, without and with the offsets, as the identified chain predicts it.
+fn before_and_after(
+    m: &Merged,
+    backlash: Option<&BacklashOffset>,
+    friction: Option<&FrictionOffset>,
+    form: Form,
+    known: &mut JointEvidence,
+) {
+    let spike = |s: &StictionFound| s.spike;
+    let lag = m.stiction.as_ref().map_or(0.0, spike);
+    let mut gaps: Vec<(f64, f64)> = m.points.iter().map(|p| (p.at, p.half_gap)).collect();
+    if gaps.is_empty() {
+        gaps.push((0.0, m.gap.half_gap));
+    }
+    let offset = |at: f64| backlash.map_or(0.0, |b| b.positive.at(at));
+    let left_of_lag = match (friction.map(|f| (f.gain, f.shape)), m.stiction.as_ref().map(|s| s.decay), form) {
+        (None, ..) => lag,
+        (
+            Some((gain, FrictionShape::Poses { exponent, poses })),
+            Some(Decay::Time(tau_s)),
+            Form::Poses { spacing_s },
+        ) => poses::distance(lag, tau_s, spacing_s, gain, exponent, poses).largest,
+        _ => 0.0,
+    };
+    known.largest_before = Some(gaps.iter().map(|g| g.1.abs()).fold(0.0, f64::max) + lag);
+    known.largest_after = Some(gaps.iter().map(|g| (g.1 - offset(g.0)).abs()).fold(0.0, f64::max) + left_of_lag);
+}

@@ -1,0 +1,410 @@
+//! From a log to bins: axes that move, runs, a first registration, outliers, averages.
+//!
+//! The first registration fits all rows to the commanded path (Kabsch 1976). It is biased by the gaps (a lag on a path that goes
+//! round looks like a turned frame) and only a start: the fit estimates frame and gaps together.
+//!
+//! Outliers are found per coordinate in what the first registration leaves, twice: single rows off the median of 7 by
+//! [`SPIKE_SIGMA`], bursts off the median over +-[`BURST_S`] by [`BURST_SIGMA`]; the burst test is off around reversals, where the
+//! error itself moves fast. Sigma is that of the differences of neighbouring rows.
+
+use super::bins;
+use super::chain::{Run, runs};
+use crate::effect::Track;
+use crate::error::{Error, Place, Result};
+use crate::log::Log;
+use crate::robot::Robot;
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use rayon::prelude::*;
+
+/// Movements of the command up to this many last digits of its column are number noise.
+const QUANTA: f64 = 10.0;
+/// Least deadband, rad or m.
+const LEAST_DEADBAND: f64 = 1e-10;
+/// An axis moves if its travel exceeds this, rad or m (1e-3 deg; 1e-3 mm).
+const MOVES: [f64; 2] = [1.7453e-5, 1e-6];
+const SPIKE_SIGMA: f64 = 6.0;
+const BURST_SIGMA: f64 = 8.0;
+const BURST_S: f64 = 0.6;
+/// No burst test from this long before to this long behind a reversal, s.
+const QUIET_S: [f64; 2] = [0.1, 1.2];
+/// Rows of a burst window; denser logs are thinned for it.
+const BURST_ROWS: usize = 41;
+
+/// A joint of a log: its axis, its runs, its command and Jacobian column at the bins.
+#[derive(Debug, Clone)]
+pub struct FreeJoint {
+    pub axis: usize,
+    pub runs: Vec<Run>,
+    pub p: Vec<f64>,
+    /// Derivative of the TCP by the joint, m/rad or m/m.
+    pub jac: Vec<Vector3<f64>>,
+    /// Rotation of the body behind the joint and the TCP in that body, per bin; `None` where a coupling forbids it.
+    pub body: Option<Vec<(Matrix3<f64>, Vector3<f64>)>>,
+}
+
+impl FreeJoint {
+    pub fn reverses(&self) -> bool {
+        self.runs.len() > 1
+    }
+}
+
+/// A log as bins.
+#[derive(Debug, Clone)]
+pub struct Binned {
+    pub name: String,
+    pub joints: Vec<FreeJoint>,
+    pub t_s: Vec<f64>,
+    /// Good rows in each bin.
+    pub rows: Vec<f64>,
+    /// Measured TCP, tracker frame, and commanded TCP, world, m.
+    pub xyz: Vec<Vector3<f64>>,
+    pub want: Vec<Vector3<f64>>,
+    /// Tracker frame -> world, as known so far.
+    pub frame: Isometry3<f64>,
+    pub good: usize,
+    pub outliers: usize,
+    pub lost: usize,
+    /// Scatter of the rows about their bins: sum of squares over all coordinates, m^2.
+    pub within_m2: f64,
+    /// Noise of a coordinate of a row, from neighbouring rows, m.
+    pub sigma_m: f64,
+    /// Median TCP speed of the commanded path where it moves, m/s.
+    pub speed_m_s: Option<f64>,
+}
+
+/// Axes of a log that move.
+pub fn moving(log: &Log, robot: &Robot) -> Vec<usize> {
+    let least = |a: usize| MOVES[usize::from(robot.axis(a).kind.unit() == "mm")];
+    (0..robot.dof()).filter(|&a| log.travel(a) > least(a)).collect()
+}
+
+/// Deadband of an axis of a log, rad or m.
+pub fn deadband(log: &Log, axis: usize, robot: &Robot) -> f64 {
+    let digits = log.cmd_decimals.get(axis).copied().unwrap_or(6);
+    (QUANTA * 10f64.powi(-i32::from(digits)) * robot.axis(axis).kind.si()).max(LEAST_DEADBAND)
+}
+
+/// Bins of `log` for the axes `free`.
+pub fn prepare(log: &Log, robot: &Robot, free: &[usize]) -> Result<Binned> {
+    let refuse = |found: &str, expected: &str| Err(Error::bad(Place::file(&log.name), found, expected));
+    if log.poses {
+        return refuse(
+            "settled poses (no column `t_s`)",
+            "samples of a motion with times `t_s`; dwells are for `identify static`",
+        );
+    }
+    if log.tcp_m.is_empty() {
+        return refuse("no columns `x_mm,y_mm,z_mm`", "the measured TCP of each row");
+    }
+    let want = forward(log, robot);
+    let valid: Vec<usize> = (0..log.len()).filter(|&i| log.tcp_m[i].is_some()).collect();
+    if valid.len() < 100 {
+        return refuse(&format!("{} rows with a measured TCP", valid.len()), "at least 100");
+    }
+    let tracks: Vec<(usize, Vec<Run>)> = free
+        .iter()
+        .map(|&a| (a, runs(&Track::new(&log.t_s, &log.cmd[a], deadband(log, a, robot)))))
+        .filter(|(_, r)| !r.is_empty())
+        .collect();
+    let (bad, frame, sigma_m) = outliers(log, &want, &valid, &tracks);
+    let outliers = bad.iter().filter(|b| **b).count();
+    let good: Vec<bool> = (0..log.len()).map(|i| log.tcp_m[i].is_some() && !bad[i]).collect();
+    let cuts: Vec<usize> = tracks.iter().flat_map(|(_, r)| r.iter().map(|x| x.index + 1)).collect();
+    let starts = bins::starts(log.len(), &cuts);
+    let mut out = Binned {
+        name: log.name.clone(),
+        joints: Vec::new(),
+        t_s: Vec::new(),
+        rows: Vec::new(),
+        xyz: Vec::new(),
+        want: Vec::new(),
+        frame,
+        good: valid.len() - outliers,
+        outliers,
+        lost: log.len() - valid.len(),
+        within_m2: 0.0,
+        sigma_m,
+        speed_m_s: speed(log, &want),
+    };
+    let mut kept = Vec::new();
+    let mut q_mean: Vec<Vec<f64>> = Vec::new();
+    let rotation = frame.rotation.to_rotation_matrix();
+    for (k, &from) in starts.iter().enumerate() {
+        let to = starts.get(k + 1).copied().unwrap_or(log.len());
+        let (mut n, mut t, mut xyz, mut cmd) = (0.0, 0.0, Vector3::zeros(), Vector3::zeros());
+        let mut q = vec![0.0; robot.dof()];
+        let (mut rest, mut rest2) = (Vector3::zeros(), 0.0);
+        for i in (from..to).filter(|&i| good[i]) {
+            let Some(x) = log.tcp_m[i] else { continue };
+            n += 1.0;
+            t += log.t_s[i];
+            xyz += x;
+            cmd += want[i];
+            let r = rotation * x + frame.translation.vector - want[i];
+            rest += r;
+            rest2 += r.norm_squared();
+            for (s, c) in q.iter_mut().zip(&log.cmd) {
+                *s += c[i];
+            }
+        }
+        if n == 0.0 {
+            continue;
+        }
+        kept.push(from);
+        out.t_s.push(t / n);
+        out.rows.push(n);
+        out.xyz.push(xyz / n);
+        out.want.push(cmd / n);
+        out.within_m2 += (rest2 - rest.norm_squared() / n).max(0.0);
+        q.iter_mut().for_each(|v| *v /= n);
+        q_mean.push(q);
+    }
+    out.joints = tracks.into_iter().map(|(axis, runs)| joint(axis, runs, &kept, &q_mean, &out.want, robot)).collect();
+    Ok(out)
+}
+
+/// Runs with their bins, command, Jacobian column and body of one joint.
+fn joint(
+    axis: usize,
+    mut runs: Vec<Run>,
+    first_rows: &[usize],
+    q: &[Vec<f64>],
+    want: &[Vector3<f64>],
+    robot: &Robot,
+) -> FreeJoint {
+    let begin: Vec<usize> = runs.iter().map(|r| first_rows.partition_point(|&s| s <= r.index)).collect();
+    for (k, run) in runs.iter_mut().enumerate() {
+        run.bins = begin[k]..begin.get(k + 1).copied().unwrap_or(first_rows.len());
+    }
+    let mut columns = vec![Vector3::zeros(); robot.dof()];
+    let jac = q
+        .iter()
+        .map(|q| {
+            robot.chain().position_and_jacobian(q, &mut columns);
+            columns[axis]
+        })
+        .collect();
+    let body = body_chain(axis, robot).map(|(part, axes)| {
+        let frames = q.iter().zip(want).map(|(q, tcp)| {
+            let pose = part.forward(&q[..axes]);
+            let r = *pose.rotation.matrix();
+            (r, r.transpose() * (tcp - pose.position))
+        });
+        frames.collect()
+    });
+    FreeJoint { axis, runs, p: q.iter().map(|q| q[axis]).collect(), jac, body }
+}
+
+/// The robot cut off behind the joint of `axis`, and how many axes are left; `None` where a joint before it follows one behind.
+fn body_chain(axis: usize, robot: &Robot) -> Option<(Robot, usize)> {
+    let name = &robot.axis(axis).name;
+    let last = robot.joints.iter().position(|j| &j.name == name)?;
+    let part = &robot.joints[..=last];
+    if part.iter().any(|j| j.follows.is_some_and(|f| f.joint > last)) {
+        return None;
+    }
+    let part = Robot::new(String::new(), robot.convention, part.to_vec(), robot.base, Isometry3::identity());
+    let axes = part.dof();
+    Some((part, axes))
+}
+
+/// Commanded TCP of every row.
+fn forward(log: &Log, robot: &Robot) -> Vec<Vector3<f64>> {
+    let chain = robot.chain();
+    let mut out = vec![Vector3::zeros(); log.len()];
+    out.par_chunks_mut(4096).enumerate().for_each(|(k, chunk)| {
+        let mut q = vec![0.0; robot.dof()];
+        for (i, o) in chunk.iter_mut().enumerate() {
+            log.command_into(k * 4096 + i, &mut q);
+            *o = chain.position(&q);
+        }
+    });
+    out
+}
+
+/// Median speed of the commanded TCP over stretches of a second or so in which it moves.
+fn speed(log: &Log, want: &[Vector3<f64>]) -> Option<f64> {
+    let step = (log.len() / 2000).max(1);
+    let rows: Vec<usize> = (0..log.len()).step_by(step).collect();
+    let mut v: Vec<f64> = rows
+        .windows(2)
+        .map(|w| (want[w[1]] - want[w[0]]).norm() / (log.t_s[w[1]] - log.t_s[w[0]]))
+        .filter(|v| v.is_finite() && *v > 1e-7)
+        .collect();
+    median(&mut v)
+}
+
+/// Rows to leave out, the registration without them, and the noise of a coordinate.
+fn outliers(
+    log: &Log,
+    want: &[Vector3<f64>],
+    valid: &[usize],
+    tracks: &[(usize, Vec<Run>)],
+) -> (Vec<bool>, Isometry3<f64>, f64) {
+    let mut bad = vec![false; log.len()];
+    let xyz: Vec<Vector3<f64>> = valid.iter().filter_map(|&i| log.tcp_m[i]).collect();
+    let target: Vec<Vector3<f64>> = valid.iter().map(|&i| want[i]).collect();
+    let dt = median(
+        &mut valid
+            .windows(2)
+            .step_by((valid.len() / 5000).max(1))
+            .map(|w| log.t_s[w[1]] - log.t_s[w[0]])
+            .collect::<Vec<_>>(),
+    );
+    let half_burst = dt.map_or(0, |dt| (BURST_S / dt) as usize);
+    let mut turns: Vec<f64> = tracks.iter().flat_map(|(_, r)| r.iter().map(|x| x.t_s)).collect();
+    turns.sort_by(f64::total_cmp);
+    let quiet = |t: f64| {
+        let k = turns.partition_point(|&u| u - QUIET_S[0] <= t);
+        k > 0 && t <= turns[k - 1] + QUIET_S[1]
+    };
+    let mut frame = kabsch(xyz.iter().zip(&target));
+    let mut sigma = [f64::MIN_POSITIVE; 3];
+    for _ in 0..2 {
+        let rotation = frame.rotation.to_rotation_matrix();
+        let flags: Vec<(Vec<bool>, f64)> = (0..3usize)
+            .into_par_iter()
+            .map(|c| {
+                let r: Vec<f64> = xyz
+                    .iter()
+                    .zip(&target)
+                    .map(|(x, w)| (rotation * x)[c] + frame.translation.vector[c] - w[c])
+                    .collect();
+                let sigma = noise(&r).max(1e-12);
+                let smooth = median_of_7(&r);
+                let mut off: Vec<bool> =
+                    r.iter().zip(&smooth).map(|(a, b)| (a - b).abs() > SPIKE_SIGMA * sigma).collect();
+                if half_burst > 3 {
+                    burst(&smooth, half_burst, BURST_SIGMA * sigma, &mut off, |i| quiet(log.t_s[valid[i]]));
+                }
+                (off, sigma)
+            })
+            .collect();
+        for (k, &i) in valid.iter().enumerate() {
+            bad[i] = flags.iter().any(|(f, _)| f[k]);
+        }
+        sigma = [flags[0].1, flags[1].1, flags[2].1];
+        frame = kabsch(xyz.iter().zip(&target).zip(valid).filter(|(_, i)| !bad[**i]).map(|(pair, _)| pair));
+    }
+    (bad, frame, (sigma.iter().map(|s| s * s).sum::<f64>() / 3.0).sqrt())
+}
+
+/// Robust sigma of a series from its differences over 1, 4 and 16 rows (at most 20,000 of each), the largest of the three: a
+/// tracker slower than the log repeats its values, whose neighbours then differ by nothing.
+fn noise(r: &[f64]) -> f64 {
+    let step = (r.len() / 20_000).max(1);
+    let over = |lag: usize| {
+        let mut d: Vec<f64> = r.windows(lag + 1).step_by(step).map(|w| w[lag] - w[0]).collect();
+        let m = median(&mut d)?;
+        d.iter_mut().for_each(|v| *v = (*v - m).abs());
+        median(&mut d)
+    };
+    [1, 4, 16].into_iter().filter_map(over).fold(0.0, f64::max) * 1.4826 / std::f64::consts::SQRT_2
+}
+
+/// Median of the 7 values around each; at the ends of the series the nearest full window.
+fn median_of_7(r: &[f64]) -> Vec<f64> {
+    if r.len() < 7 {
+        return r.to_vec();
+    }
+    let inner: Vec<f64> = r
+        .windows(7)
+        .map(|w| {
+            // a fixed network of minima and maxima that leaves the fourth of seven in place
+            let mut v = [w[0], w[1], w[2], w[3], w[4], w[5], w[6]];
+            for (a, b) in
+                [(0, 5), (0, 3), (1, 6), (2, 4), (0, 1), (3, 5), (2, 6), (2, 3), (3, 6), (4, 5), (1, 4), (1, 3), (3, 4)]
+            {
+                let (x, y) = (v[a].min(v[b]), v[a].max(v[b]));
+                (v[a], v[b]) = (x, y);
+            }
+            v[3]
+        })
+        .collect();
+    let mut out = vec![inner[0]; 3];
+    out.extend_from_slice(&inner);
+    out.extend([inner[inner.len() - 1]; 3]);
+    out
+}
+
+/// Marks values off the median of a long window, except where `quiet`.
+fn burst(smooth: &[f64], half: usize, limit: f64, off: &mut [bool], quiet: impl Fn(usize) -> bool) {
+    let step = (2 * half / BURST_ROWS).max(1);
+    let thin: Vec<f64> = smooth.iter().copied().step_by(step).collect();
+    let reach = (half / step).max(1);
+    let mut window = Vec::with_capacity(2 * reach + 1);
+    for k in 0..thin.len() {
+        window.clear();
+        window.extend_from_slice(&thin[k.saturating_sub(reach)..(k + reach + 1).min(thin.len())]);
+        let Some(m) = median(&mut window) else { continue };
+        for i in k * step..((k + 1) * step).min(smooth.len()) {
+            if (smooth[i] - m).abs() > limit && !quiet(i) {
+                off[i] = true;
+            }
+        }
+    }
+}
+
+/// Median, upper of the two for an even count; reorders the values.
+pub fn median(v: &mut [f64]) -> Option<f64> {
+    if v.is_empty() {
+        return None;
+    }
+    let k = v.len() / 2;
+    Some(*v.select_nth_unstable_by(k, f64::total_cmp).1)
+}
+
+/// Rigid transform that brings the first of each pair to the second, least squares.
+pub fn kabsch<'a>(pairs: impl Iterator<Item = (&'a Vector3<f64>, &'a Vector3<f64>)> + Clone) -> Isometry3<f64> {
+    let (mut n, mut a, mut b) = (0.0, Vector3::zeros(), Vector3::zeros());
+    for (x, y) in pairs.clone() {
+        n += 1.0;
+        a += x;
+        b += y;
+    }
+    if n == 0.0 {
+        return Isometry3::identity();
+    }
+    (a, b) = (a / n, b / n);
+    let mut h = Matrix3::zeros();
+    for (x, y) in pairs {
+        h += (x - a) * (y - b).transpose();
+    }
+    let svd = h.svd(true, true);
+    let (Some(u), Some(vt)) = (svd.u, svd.v_t) else { return Isometry3::identity() };
+    let flip = (vt.transpose() * u.transpose()).determinant().signum();
+    let r = vt.transpose() * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, flip)) * u.transpose();
+    let rotation = Rotation3::from_matrix_unchecked(r);
+    Isometry3::from_parts(Translation3::from(b - rotation * a), UnitQuaternion::from_rotation_matrix(&rotation))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_network_finds_the_median_of_seven() {
+        let mut x = 12345u64;
+        let mut next = || {
+            x = x.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (x >> 40) as f64
+        };
+        let r: Vec<f64> = (0..5000).map(|_| next()).collect();
+        let m = median_of_7(&r);
+        for (i, w) in r.windows(7).enumerate() {
+            let mut s = w.to_vec();
+            s.sort_by(f64::total_cmp);
+            assert_eq!(m[i + 3], s[3]);
+        }
+    }
+
+    #[test]
+    fn kabsch_finds_a_transform_again() {
+        let truth = Isometry3::new(Vector3::new(2.0, -1.0, 0.3), Vector3::new(0.4, 2.0, -1.1));
+        let a: Vec<Vector3<f64>> =
+            (0..20).map(|i| Vector3::new(f64::from(i).sin(), f64::from(i).cos(), f64::from(i % 3))).collect();
+        let b: Vec<Vector3<f64>> = a.iter().map(|x| truth.rotation * x + truth.translation.vector).collect();
+        let found = kabsch(a.iter().zip(&b));
+        assert!((found.to_homogeneous() - truth.to_homogeneous()).abs().max() < 1e-12);
+    }
+}

@@ -1,0 +1,164 @@
+//! `fit`: from gaps documents to a compensator.
+
+use crate::path_bench::{file, kuka};
+use lostmotion::compensator::{Compensator, FrictionShape};
+use lostmotion::effect::{Decay, GapCurve};
+use lostmotion::fit::{Form, fit};
+use lostmotion::gaps::Gaps;
+use lostmotion::robot::Robot;
+
+fn document(robot: &Robot, rest: &str) -> Gaps {
+    let head = format!("schema: lostmotion/gaps/1\nrobot: {{name: k, sha256: {}}}\n", robot.fingerprint());
+    Gaps::parse("gaps.yaml", &(head + rest), robot).unwrap()
+}
+
+const PATH: &str = "logs: [{name: circle.csv, sha256: aa}]
+tcp_speed_mm_s: 1.5
+joints:
+  - {joint: A1, half_gap_deg: 0.0028, ci95: [0.00276, 0.00284], significant: true, stiction: {spike_deg: 0.0034, ci95: [0.0030, 0.0038], decay_s: 5.2, decay_ci95: [4.8, 5.6]}}
+  - {joint: A2, half_gap_deg: 0.0030, ci95: [0.0029, 0.0031], significant: true, stiction: null, stiction_p_value: 0.4}
+  - {joint: A3, half_gap_deg: 0.0022, ci95: [0.0021, 0.0023], significant: true, stiction: {spike_deg: 0.0010, ci95: [0.0002, 0.0050], decay_s: 5.2, decay_ci95: [1, 20]}}
+";
+const STATIC: &str = "logs: [{name: static.csv, sha256: bb}]
+points:
+  - {joint: A2, at_deg: -100, half_gap_deg: 0.0035, ci95: [0.0034, 0.0036], cycles: 4}
+  - {joint: A2, at_deg: -50, half_gap_deg: 0.0022, ci95: [0.0021, 0.0023], cycles: 4}
+  - {joint: A2, at_deg: 0, half_gap_deg: 0.0001, ci95: [-0.0002, 0.0004], cycles: 4}
+joints:
+  - {joint: A1, half_gap_deg: 0.0029, ci95: [0.0027, 0.0031], significant: true}
+  - {joint: A2, half_gap_deg: 0.0020, ci95: [0.0019, 0.0021], significant: true, schedule: {kind: pchip, knots: [[-100, 0.0035], [-50, 0.0022], [0, 0.0001]]}, varies_p_value: 1.0e-9}
+  - {joint: A4, half_gap_deg: 0.0002, ci95: [-0.0001, 0.0005], significant: false}
+";
+
+fn deg(v: f64) -> f64 {
+    v.to_degrees()
+}
+
+#[test]
+fn constants_come_from_the_surer_document_schedules_from_the_static_one() {
+    let robot = kuka();
+    let c = fit(&robot, &[document(&robot, STATIC), document(&robot, PATH)], Form::Decay).unwrap();
+    assert_eq!(c.joints.iter().map(|j| j.axis).collect::<Vec<_>>(), [0, 1, 2]);
+    let gap = |axis: usize| c.on(axis).unwrap().backlash.as_ref().unwrap().positive.clone();
+    assert!((deg(gap(0).constant().unwrap()) - 0.0028).abs() < 1e-12, "the path knows A1 better");
+    assert!(matches!(gap(1), GapCurve::Pchip(_)));
+    assert!((deg(gap(1).at(-50f64.to_radians())) - 0.0022).abs() < 1e-9);
+    assert_eq!(gap(1).at(0.0), 0.0, "where the gap is smaller than its uncertainty nothing is compensated");
+    let friction = c.on(0).unwrap().friction.unwrap();
+    assert!((deg(friction.gain) - 0.0034).abs() < 1e-12);
+    assert_eq!(friction.shape, FrictionShape::Decay(Decay::Time(5.2)));
+    assert_eq!(c.evidence.logs.len(), 2);
+    assert_eq!(c.evidence.tcp_speed_m_s, Some(1.5e-3));
+}
+
+#[test]
+fn terms_that_are_not_known_are_left_out_and_the_notes_say_why() {
+    let robot = kuka();
+    let c = fit(&robot, &[document(&robot, STATIC), document(&robot, PATH)], Form::Decay).unwrap();
+    assert!(c.on(1).unwrap().friction.is_none() && c.on(2).unwrap().friction.is_none() && c.on(3).is_none());
+    for words in [
+        "A2: no friction term: the log shows no stiction (p = 0.40)",
+        "A3: friction term of 0.00100 deg is left out",
+        "A4: half gap 0.00020 deg is left out",
+        "A2: at 1 tested positions",
+    ] {
+        assert!(c.evidence.notes.iter().any(|n| n.starts_with(words)), "{words}: {:?}", c.evidence.notes);
+    }
+}
+
+#[test]
+fn gaps_at_reversals_that_differ_get_the_offset_of_least_largest_error() {
+    let robot = kuka();
+    let points = "points:
+  - {joint: A1, at_deg: 10, half_gap_deg: 0.0020, ci95: [0.00198, 0.00202], cycles: 1}
+  - {joint: A1, at_deg: -10, half_gap_deg: 0.0021, ci95: [0.00208, 0.00212], cycles: 1}
+  - {joint: A1, at_deg: 10, half_gap_deg: 0.0030, ci95: [0.00298, 0.00302], cycles: 1}
+joints: [{joint: A1, half_gap_deg: 0.00237, ci95: [0.0023, 0.0024], significant: true}]
+";
+    let c = fit(&robot, &[document(&robot, points)], Form::Decay).unwrap();
+    let d = c.joints[0].backlash.as_ref().unwrap().positive.constant().unwrap();
+    assert!((deg(d) - 0.0025).abs() < 1e-9, "{}", deg(d));
+    let e = &c.evidence.joints[0];
+    assert!(
+        (deg(e.largest_after.unwrap()) - 0.0005).abs() < 1e-9 && (deg(e.largest_before.unwrap()) - 0.003).abs() < 1e-9
+    );
+}
+
+#[test]
+fn poses_follow_the_decay_at_the_programs_spacing() {
+    let robot = kuka();
+    let c = fit(&robot, &[document(&robot, PATH)], Form::Poses { spacing_s: 5.236 }).unwrap();
+    let f = c.on(0).unwrap().friction.unwrap();
+    let FrictionShape::Poses { exponent, poses } = f.shape else { panic!("{f:?}") };
+    assert!((0.25..=8.0).contains(&exponent) && (2..=60).contains(&poses));
+    assert!((deg(f.gain) / 0.0034 - 1.0).abs() < 0.15, "{}", deg(f.gain));
+    let left = deg(c.evidence.joints[0].largest_after.unwrap());
+    assert!(left < 0.12 * 0.0034, "{left}");
+}
+
+#[test]
+fn points_too_far_apart_for_a_decay_leave_the_friction_out() {
+    let robot = kuka();
+    let c = fit(&robot, &[document(&robot, PATH)], Form::Poses { spacing_s: 200.0 }).unwrap();
+    assert!(c.on(0).unwrap().friction.is_none(), "{:?}", c.on(0));
+    assert!(c.evidence.notes.iter().any(|n| n.contains("cannot follow a decay")));
+}
+
+#[test]
+fn from_log_to_compensator_on_the_command_line() {
+    let work = tempfile::tempdir().unwrap();
+    let (gaps, out) = (work.path().join("gaps.yaml"), work.path().join("compensator.yaml"));
+    let robot_file = file("configs/kuka-kr120-r2500-pro.yaml");
+    let command = || assert_cmd::Command::cargo_bin("lostmotion").unwrap();
+    let log = file("samples/circle/circle_uncompensated_table3.csv.gz");
+    command()
+        .args(["identify", "path", "--robot"])
+        .arg(&robot_file)
+        .arg("--log")
+        .arg(log)
+        .arg("--output")
+        .arg(&gaps)
+        .assert()
+        .success();
+    let fit = |more: &[&str]| {
+        let mut c = command();
+        c.args(["fit", "--json", "--robot"])
+            .arg(&robot_file)
+            .arg("--gaps")
+            .arg(&gaps)
+            .arg("--output")
+            .arg(&out)
+            .args(more);
+        c
+    };
+    fit(&["--valid-until", "2031-05-31"]).assert().success();
+    let robot = kuka();
+    let c = Compensator::load(&out, &robot).unwrap();
+    for (axis, truth) in [(0, 0.0028), (1, 0.0037), (2, 0.0022)] {
+        let b = c.on(axis).unwrap().backlash.as_ref().unwrap().positive.constant().unwrap();
+        assert!((deg(b) / truth - 1.0).abs() < 0.01);
+    }
+    assert!(c.on(0).unwrap().friction.is_some() && c.on(1).unwrap().friction.is_none());
+    assert_eq!(c.evidence.valid_until.as_deref(), Some("2031-05-31"));
+    let program = file("samples/circle/circle_program.csv").display().to_string();
+    fit(&["--form", "poses", "--program", &program]).assert().success();
+    let c = Compensator::load(&out, &robot).unwrap();
+    assert!(matches!(c.on(0).unwrap().friction.unwrap().shape, FrictionShape::Poses { .. }));
+    let said = fit(&["--form", "poses"]).assert().code(2).get_output().stderr.clone();
+    assert!(String::from_utf8_lossy(&said).contains("no spacing of points"));
+    fit(&["--valid-until", "tomorrow"]).assert().code(2);
+    let other = file("configs/abb-irb1600-6-145.yaml");
+    let refused = command()
+        .args(["fit", "--robot"])
+        .arg(other)
+        .arg("--gaps")
+        .arg(&gaps)
+        .arg("--output")
+        .arg(&out)
+        .assert()
+        .code(2)
+        .get_output()
+        .stderr
+        .clone();
+    assert!(String::from_utf8_lossy(&refused).contains("another robot"), "{}", String::from_utf8_lossy(&refused));
+}
