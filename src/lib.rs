@@ -11,5 +11,6 @@ pub mod gaps;
 pub mod io;
 pub mod log;
 pub mod model;
+pub mod program;
 pub mod rewrite;
 pub mod robot;

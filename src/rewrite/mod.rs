@@ -7,10 +7,12 @@
 //! - [`engine`]: the state machine.
 //! - [`options`]: what a user may choose.
 //! - [`points`]: blocks of points that go in and come out.
+//! - [`stream`]: a program of any length through the engine: text in, text out.
 
 pub mod engine;
 pub mod options;
 pub mod points;
+pub mod stream;
 
 pub use engine::{Account, Engine, LimitKind, Violation};
 pub use options::{Options, Refine};
