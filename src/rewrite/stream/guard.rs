@@ -86,13 +86,20 @@ pub fn rewritten_beside(input: &Path) -> Vec<String> {
     notes.iter().filter_map(read).filter(|n| n.schema == SCHEMA).map(|n| n.sha256_out).collect()
 }
 
+const ALREADY: &str = "a program that has been rewritten already";
+
 /// The refusal.
 pub fn already(name: &str, how: &str) -> Error {
     Error::bad(
         Place::file(name),
-        format!("a program that has been rewritten already ({how})"),
+        format!("{ALREADY} ({how})"),
         "the original program (--force rewrites it all the same)",
     )
+}
+
+/// Whether an error is this refusal.
+pub fn is_already(e: &Error) -> bool {
+    matches!(e, Error::BadInput(b) if b.found.starts_with(ALREADY))
 }
 
 /// Fewest reversals on which a judgement rests, and the share of them that must look made.
