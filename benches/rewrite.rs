@@ -70,7 +70,13 @@ fn made(folder: &Path) -> Result<PathBuf> {
     Ok(path)
 }
 
-fn timed<E: Stage>(what: &str, robot: &Robot, input: &Path, output: &Path, make: impl FnOnce() -> Result<E>) -> Result<()> {
+fn timed<E: Stage>(
+    what: &str,
+    robot: &Robot,
+    input: &Path,
+    output: &Path,
+    make: impl FnOnce() -> Result<E>,
+) -> Result<()> {
     let start = Instant::now();
     let passage = Passage { style: Style { forced: None, least: vec![4; robot.dof()] }, threads: true, hash: false };
     let reader = Reader::open(input, robot)?;

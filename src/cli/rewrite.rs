@@ -2,8 +2,8 @@
 
 use crate::compensator::Compensator;
 use crate::error::{Error, Place, Result, shown};
-use crate::io::output::write_whole;
 use crate::io::input;
+use crate::io::output::write_whole;
 use crate::model::Model;
 use crate::rewrite::job::{Job, Outcome, Target};
 use crate::rewrite::stream::guard::Named;
@@ -269,7 +269,9 @@ fn job<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
         Some(v) if !(v.is_finite() && ok(v)) => Err(usage(&format!("--{flag} {v}"), expected)),
         v => Ok(v),
     };
-    if let Some(f) = number("step-fraction", args.step_fraction, &|v| v > 0.0 && v < 1.0, "a share above 0 and below 1")? {
+    if let Some(f) =
+        number("step-fraction", args.step_fraction, &|v| v > 0.0 && v < 1.0, "a share above 0 and below 1")?
+    {
         options.step_fraction = f;
         said.push(format!("step_fraction {f}"));
     }
@@ -279,7 +281,9 @@ fn job<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
     }
     let per_axis = |deg: Option<f64>, mm: Option<f64>| -> Vec<Option<f64>> {
         let joints = robot.axis_joints().map(|j| j.kind);
-        joints.map(|k| if k == JointKind::Revolute { deg.map(|v| v * k.si()) } else { mm.map(|v| v * k.si()) }).collect()
+        joints
+            .map(|k| if k == JointKind::Revolute { deg.map(|v| v * k.si()) } else { mm.map(|v| v * k.si()) })
+            .collect()
     };
     let positive: (&dyn Fn(f64) -> bool, &str) = (&|v| v >= 0.0, "a number of 0 or more");
     let ramp_deg = number("ramp-deg", args.ramp_deg, positive.0, positive.1)?;

@@ -78,7 +78,11 @@ impl Job<'_> {
         let short = |s: &str| s.chars().take(12).collect::<String>();
         Err(Error::bad(
             Place::file(compensator_file),
-            format!("a compensator of robot `{}` ({})", self.compensator.robot_name, short(&self.compensator.robot_sha256)),
+            format!(
+                "a compensator of robot `{}` ({})",
+                self.compensator.robot_name,
+                short(&self.compensator.robot_sha256)
+            ),
             format!("one of `{}` ({}): same lengths, angles, base and tool", self.robot.name, short(&ours)),
         ))
     }
@@ -201,7 +205,8 @@ impl Job<'_> {
                     "decimals that can hold the offset",
                 ));
             }
-            least.push((0..MOST_DECIMALS).find(|&d| 10f64.powi(-i32::from(d)) <= COARSE * gap).unwrap_or(MOST_DECIMALS));
+            least
+                .push((0..MOST_DECIMALS).find(|&d| 10f64.powi(-i32::from(d)) <= COARSE * gap).unwrap_or(MOST_DECIMALS));
         }
         Ok(least)
     }
@@ -234,7 +239,8 @@ impl Job<'_> {
             return None;
         }
         let total = account.violations_total.max(account.violations.len() as u64);
-        let mut text = vec![format!("{name}: {total} limits would be exceeded after compensation; nothing was written")];
+        let mut text =
+            vec![format!("{name}: {total} limits would be exceeded after compensation; nothing was written")];
         for v in account.violations.iter().take(LISTED) {
             let (point, added) = match v.origin {
                 Origin::Point(n) => (n, ""),

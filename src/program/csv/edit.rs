@@ -67,7 +67,8 @@ impl Edits {
                 *s = to_edge * power(d);
             }
             // a unit of the first digit before the point is more than any rounding
-            let safe = limits.map_or([f64::NEG_INFINITY, f64::INFINITY], |[lo, hi]| [lo + 1.0, hi - 1.0].map(|v| v / to_edge));
+            let safe =
+                limits.map_or([f64::NEG_INFINITY, f64::INFINITY], |[lo, hi]| [lo + 1.0, hi - 1.0].map(|v| v / to_edge));
             SlotEdit { slot, to_edge, scale, least, column: 0, base: least, limits, safe, written: None }
         });
         Self { slots: slots.collect(), forced: style.forced, scratch: Vec::new() }
@@ -93,7 +94,15 @@ impl Edits {
     /// Writes row `i` with the targets `q` as far as they differ, from the place `cursor` of its block on; gives the place up
     /// to which the block's text has been written. An untouched row writes nothing.
     #[inline]
-    pub fn row(&mut self, block: &Block, i: usize, mut cursor: usize, q: &[f64], t_s: Option<f64>, out: &mut Vec<u8>) -> usize {
+    pub fn row(
+        &mut self,
+        block: &Block,
+        i: usize,
+        mut cursor: usize,
+        q: &[f64],
+        t_s: Option<f64>,
+        out: &mut Vec<u8>,
+    ) -> usize {
         let n = self.slots.len();
         let axes = q.len();
         let old = &block.q[i * axes..(i + 1) * axes];
@@ -133,7 +142,15 @@ impl Edits {
                 Slot::Time => {
                     let decimals = token.decimals.max(edit.base).max(TIME_LEAST);
                     let fewest = usize::from(token.decimals.max(edit.base));
-                    cursor = edit.number(block, token, cursor, t_s.unwrap_or(block.t_s[i]), decimals, &mut self.scratch, out);
+                    cursor = edit.number(
+                        block,
+                        token,
+                        cursor,
+                        t_s.unwrap_or(block.t_s[i]),
+                        decimals,
+                        &mut self.scratch,
+                        out,
+                    );
                     drop_zeros(out, usize::from(decimals), fewest);
                 }
             }

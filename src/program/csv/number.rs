@@ -138,7 +138,13 @@ mod tests {
 
     #[test]
     fn unusual_numbers_are_read_with_the_weight_of_their_last_digit() {
-        let cases = [("+1.50", 1.5, 2), (".384", 0.384, 3), ("5.", 5.0, 0), ("9.60894E-05", 9.60894e-5, 10), ("1e3", 1000.0, 0)];
+        let cases = [
+            ("+1.50", 1.5, 2),
+            (".384", 0.384, 3),
+            ("5.", 5.0, 0),
+            ("9.60894E-05", 9.60894e-5, 10),
+            ("1e3", 1000.0, 0),
+        ];
         for (text, value, decimals) in cases {
             assert_eq!(any(text.as_bytes()), Some(Read { value, decimals }), "{text}");
         }

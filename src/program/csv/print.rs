@@ -67,7 +67,17 @@ impl<'a> Look<'a> {
         let whole = body.iter().take_while(|b| b.is_ascii_digit()).count();
         let padded = whole > 1 && body[0] == b'0';
         let exponent = body.iter().position(|b| matches!(b, b'e' | b'E')).map(|k| (body[k], &body[k + 1..]));
-        Self { plus, whole: if whole == 0 { 0 } else if padded { whole } else { 1 }, exponent }
+        Self {
+            plus,
+            whole: if whole == 0 {
+                0
+            } else if padded {
+                whole
+            } else {
+                1
+            },
+            exponent,
+        }
     }
 
     /// `value` with `decimals` digits behind the point (of an exponent form: down to the weight `10^-decimals`).

@@ -242,12 +242,8 @@ impl Reader {
                     let (number, end) = number::plain(text, at)?;
                     let whole = usize::from(text[at] == b'-') + at;
                     let padded = text[whole] == b'0' && text[whole + 1].is_ascii_digit();
-                    let token = Token {
-                        start: at as u32,
-                        len: (end - at) as u16,
-                        decimals: number.decimals,
-                        plain: !padded,
-                    };
+                    let token =
+                        Token { start: at as u32, len: (end - at) as u16, decimals: number.decimals, plain: !padded };
                     block.tokens.push(token);
                     let most = &mut block.decimals[slot];
                     *most = (*most).max(number.decimals);
