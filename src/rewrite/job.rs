@@ -240,7 +240,7 @@ impl Job<'_> {
         }
         let total = account.violations_total.max(account.violations.len() as u64);
         let mut text =
-            vec![format!("{name}: {total} limits would be exceeded after compensation; nothing was written")];
+            vec![format!("{name}: a limit would be exceeded after compensation, {total} times; nothing was written")];
         for v in account.violations.iter().take(LISTED) {
             let (point, added) = match v.origin {
                 Origin::Point(n) => (n, ""),

@@ -7,19 +7,19 @@
 //! - [`engine`]: the state machine.
 //! - [`options`]: what a user may choose.
 //! - [`points`]: blocks of points that go in and come out.
-//! - [`job`]: one program from file to file; [`batch`]: a folder of them; [`summary`]: what was done, for people and machines.
-//! - [`from_model`]: a compensator made of a model file.
-//! - [`stream`]: a program of any length through the engine: text in, text out.
 
-pub mod batch;
 pub mod engine;
-pub mod from_model;
-pub mod job;
 pub mod options;
 pub mod points;
-pub mod stream;
-pub mod summary;
 
 pub use engine::{Account, Engine, LimitKind, Violation};
 pub use options::{Options, Refine};
 pub use points::{Emitted, Origin, Points};
+
+// from file to file: job is one program, batch a folder of them, stream the way of the text, from_model a compensator
+// made of a model file, summary the account
+pub mod batch;
+pub mod from_model;
+pub mod job;
+pub mod stream;
+pub mod summary;

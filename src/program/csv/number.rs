@@ -104,7 +104,7 @@ pub fn is_plain(text: &[u8]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{any, *};
     use proptest::prelude::*;
 
     fn read(text: &str) -> Option<(Read, usize)> {

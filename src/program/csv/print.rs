@@ -90,12 +90,14 @@ impl<'a> Look<'a> {
                 let text = format!("{:.digits$e}", value.abs());
                 let (mantissa, power) = text.split_once('e').unwrap_or((&text, "0"));
                 let power: i32 = power.parse().unwrap_or(0);
+                let width = old.iter().filter(|b| b.is_ascii_digit()).count();
                 let sign = match (power < 0, old.first()) {
                     (true, _) => "-",
-                    (false, Some(b'+' | b'-')) => "+",
+                    (false, Some(b'+')) => "+",
+                    // `e-05` comes from a writer that also writes `e+05`
+                    (false, Some(b'-')) if width > 1 => "+",
                     _ => "",
                 };
-                let width = old.iter().filter(|b| b.is_ascii_digit()).count();
                 format!("{mantissa}{}{sign}{:0width$}", char::from(letter), power.unsigned_abs())
             }
         };

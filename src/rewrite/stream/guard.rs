@@ -109,6 +109,8 @@ const SHARE: f64 = 0.8;
 const STEP_TOLERANCE: f64 = 0.15;
 /// The segment that carries the step is at most this share of the one behind it (`--step-fraction` 0.1 makes it 0.11).
 const SHORT: f64 = 0.35;
+/// A step is a leap where it is more than this many times the steps before and behind it: smooth motion is slow at a reversal.
+const LEAP: f64 = 3.0;
 
 /// Whether the targets `q` look like an output of this compensator: counts the reversals of the compensated axes, and those
 /// whose next segment is short and carries the compensator's step.
@@ -132,11 +134,11 @@ pub fn looks_rewritten(q: &[f64], axes: usize, compensator: &Compensator, option
             };
             let (short, long) = (others(i), others(i + 1));
             let own = after.abs();
+            let size = own >= least * (1.0 - STEP_TOLERANCE) && own <= most * (1.0 + STEP_TOLERANCE) + SHORT * behind;
             let short_segment = if long > most { short < SHORT * long } else { own - most < SHORT * behind };
-            if short_segment
-                && own >= least * (1.0 - STEP_TOLERANCE)
-                && own <= most * (1.0 + STEP_TOLERANCE) + SHORT * behind
-            {
+            // a program with dense points has no short segments; there the step stands out among its neighbours
+            let leap = own > LEAP * before.abs().max(behind);
+            if size && (short_segment || leap) {
                 made += 1;
             }
         }
@@ -173,7 +175,12 @@ mod tests {
 
     /// Two axes on a circle of 100 points a turn; with `half_gap`, as a rewrite leaves it.
     fn circle(half_gap: f64) -> Vec<f64> {
-        let at = |i: f64| [(i * 0.0628 + 0.01).cos(), (i * 0.0628 + 0.01).sin()];
+        arc(half_gap, 0.0628)
+    }
+
+    /// 1,000 points, `step` rad apart.
+    fn arc(half_gap: f64, step: f64) -> Vec<f64> {
+        let at = |i: f64| [(i * step + 0.01).cos(), (i * step + 0.01).sin()];
         let mut q = Vec::new();
         let mut dir = -1.0;
         for i in 0..1000 {
@@ -196,6 +203,13 @@ mod tests {
         let options = Options::new(2);
         assert!(looks_rewritten(&circle(5e-4), 2, &compensator(5e-4), &options));
         assert!(!looks_rewritten(&circle(0.0), 2, &compensator(5e-4), &options));
+    }
+
+    #[test]
+    fn where_points_are_dense_the_step_stands_out_among_its_neighbours() {
+        let options = Options::new(2);
+        assert!(looks_rewritten(&arc(5e-4, 0.014), 2, &compensator(5e-4), &options));
+        assert!(!looks_rewritten(&arc(0.0, 0.014), 2, &compensator(5e-4), &options));
     }
 
     #[test]
