@@ -14,6 +14,7 @@ pub mod identify;
 pub mod io;
 pub mod log;
 pub mod model;
+pub mod program;
 pub mod report;
 pub mod rewrite;
 pub mod robot;

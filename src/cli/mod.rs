@@ -34,7 +34,7 @@ pub struct Cli {
 pub enum Command {
     Identify(identify::Args),
     Fit(fit::Args),
-    Rewrite(rewrite::Args),
+    Rewrite(Box<rewrite::Args>),
     Simulate(simulate::Args),
     Assess(assess::Args),
     Demo(demo::Args),
@@ -46,7 +46,7 @@ pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
         Command::Identify(a) => identify::run(a),
         Command::Fit(a) => fit::run(a),
-        Command::Rewrite(a) => rewrite::run(a),
+        Command::Rewrite(a) => rewrite::run(*a),
         Command::Simulate(a) => simulate::run(a),
         Command::Assess(a) => assess::run(a),
         Command::Demo(a) => demo::run(a),

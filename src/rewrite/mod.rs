@@ -27,3 +27,11 @@ pub mod vertices;
 pub use engine::{Account, Engine, LimitKind, Violation};
 pub use options::{Options, Refine};
 pub use points::{Emitted, Origin, Points};
+
+// from file to file: job is one program, batch a folder of them, stream the way of the text, from_model a compensator
+// made of a model file, summary the account
+pub mod batch;
+pub mod from_model;
+pub mod job;
+pub mod stream;
+pub mod summary;

@@ -1,0 +1,250 @@
+//! New values in, rows out: only the digits that change are written, everything around them is copied.
+//!
+//! Digits (`docs/program-csv.md`): a changed number has at least the decimals of its own token, at least those of its
+//! column (so that rounding never makes a movement turn back where rows are of mixed length), and at least [`Style::least`].
+//! Rounding never takes a value beyond a joint limit that the exact value keeps: there the last digit is rounded inwards.
+
+use super::super::{Block, Slot, Token};
+use super::print::{Look, ROOM, fixed, power};
+use crate::robot::Robot;
+
+/// Decimals of a column beyond which a longer token does not lengthen the others: 1e-6 deg, 1 nm.
+const COLUMN_MOST: u8 = 6;
+/// Decimals of the time of an added row, where its column has fewer (trailing zeros are dropped): 1 us.
+const TIME_LEAST: u8 = 6;
+const MOST: usize = 15;
+
+/// How many decimals changed numbers get.
+#[derive(Debug, Clone)]
+pub struct Style {
+    /// This many, whatever the tokens have.
+    pub forced: Option<u8>,
+    /// At least this many, per axis (deg or mm).
+    pub least: Vec<u8>,
+}
+
+/// Writes the changed numbers of a program's rows.
+pub struct Edits {
+    slots: Vec<SlotEdit>,
+    forced: Option<u8>,
+    scratch: Vec<u8>,
+}
+
+struct SlotEdit {
+    slot: Slot,
+    /// SI to edge unit.
+    to_edge: f64,
+    /// `to_edge * 10^d`.
+    scale: [f64; MOST + 1],
+    least: u8,
+    /// Most decimals of the column so far.
+    column: u8,
+    /// Fewest decimals of a changed or added number.
+    base: u8,
+    /// Limits in the edge unit, and the range (SI) in which no rounding reaches them.
+    limits: Option<[f64; 2]>,
+    safe: [f64; 2],
+    /// Fewest decimals written so far.
+    written: Option<u8>,
+}
+
+impl Edits {
+    /// For rows whose numbers are `slots`.
+    pub fn new(slots: &[Slot], robot: &Robot, style: &Style) -> Self {
+        let slots = slots.iter().map(|&slot| {
+            let (to_edge, least, limits) = match slot {
+                Slot::Time => (1.0, 0, None),
+                Slot::Axis(a) => {
+                    let joint = robot.axis(a);
+                    // 1e-9 deg or mm: what the limits lost on their way to SI and back
+                    let edge = |v: f64| (joint.kind.to_edge(v) * 1e9).round() / 1e9;
+                    let least = style.least.get(a).copied().unwrap_or(0);
+                    (joint.kind.to_edge(1.0), least, joint.limits.map(|l| l.map(edge)))
+                }
+            };
+            let mut scale = [0.0; MOST + 1];
+            for (d, s) in scale.iter_mut().enumerate() {
+                *s = to_edge * power(d);
+            }
+            // a unit of the first digit before the point is more than any rounding
+            let safe =
+                limits.map_or([f64::NEG_INFINITY, f64::INFINITY], |[lo, hi]| [lo + 1.0, hi - 1.0].map(|v| v / to_edge));
+            SlotEdit { slot, to_edge, scale, least, column: 0, base: least, limits, safe, written: None }
+        });
+        Self { slots: slots.collect(), forced: style.forced, scratch: Vec::new() }
+    }
+
+    /// To be told of every block before its rows are written.
+    pub fn begin(&mut self, block: &Block) {
+        for (edit, &d) in self.slots.iter_mut().zip(&block.decimals) {
+            edit.column = edit.column.max(d);
+            edit.base = match (self.forced, edit.slot) {
+                (Some(n), Slot::Axis(_)) => n,
+                (_, Slot::Axis(_)) => edit.least.max(edit.column.min(COLUMN_MOST.max(edit.least))),
+                (_, Slot::Time) => edit.column,
+            };
+        }
+    }
+
+    /// Fewest decimals with which numbers of an axis were written (deg or mm); `None`: none was written.
+    pub fn written(&self, axis: usize) -> Option<u8> {
+        self.slots.iter().find(|s| s.slot == Slot::Axis(axis)).and_then(|s| s.written)
+    }
+
+    /// Writes row `i` with the targets `q` as far as they differ, from the place `cursor` of its block on; gives the place up
+    /// to which the block's text has been written. An untouched row writes nothing.
+    #[inline]
+    pub fn row(
+        &mut self,
+        block: &Block,
+        i: usize,
+        mut cursor: usize,
+        q: &[f64],
+        t_s: Option<f64>,
+        out: &mut Vec<u8>,
+    ) -> usize {
+        let n = self.slots.len();
+        let axes = q.len();
+        let old = &block.q[i * axes..(i + 1) * axes];
+        let tokens = &block.tokens[i * n..(i + 1) * n];
+        for (edit, token) in self.slots.iter_mut().zip(tokens) {
+            let value = match edit.slot {
+                Slot::Axis(a) if q[a].to_bits() != old[a].to_bits() => q[a],
+                Slot::Time => match t_s {
+                    Some(t) if t.to_bits() != block.t_s[i].to_bits() => t,
+                    _ => continue,
+                },
+                Slot::Axis(_) => continue,
+            };
+            let decimals = match self.forced {
+                Some(d) => d,
+                None => token.decimals.max(edit.base),
+            };
+            cursor = edit.number(block, token, cursor, value, decimals, &mut self.scratch, out);
+        }
+        cursor
+    }
+
+    /// Writes an added row behind row `i`: its cells are those of row `i`, its targets and time are new.
+    pub fn added(&mut self, block: &Block, i: usize, q: &[f64], t_s: Option<f64>, out: &mut Vec<u8>) {
+        let n = self.slots.len();
+        let span = block.rows[i];
+        let (mut cursor, end) = (span.start as usize, span.end as usize);
+        for (edit, token) in self.slots.iter_mut().zip(&block.tokens[i * n..(i + 1) * n]) {
+            match edit.slot {
+                Slot::Axis(a) => {
+                    let decimals = match self.forced {
+                        Some(d) => d,
+                        None => token.decimals.max(edit.base),
+                    };
+                    cursor = edit.number(block, token, cursor, q[a], decimals, &mut self.scratch, out);
+                }
+                Slot::Time => {
+                    let decimals = token.decimals.max(edit.base).max(TIME_LEAST);
+                    let fewest = usize::from(token.decimals.max(edit.base));
+                    cursor = edit.number(
+                        block,
+                        token,
+                        cursor,
+                        t_s.unwrap_or(block.t_s[i]),
+                        decimals,
+                        &mut self.scratch,
+                        out,
+                    );
+                    drop_zeros(out, usize::from(decimals), fewest);
+                }
+            }
+        }
+        out.extend_from_slice(&block.text[cursor..end]);
+    }
+}
+
+/// Drops zeros at the end of a fraction of `decimals` digits down to `fewest` of them.
+fn drop_zeros(out: &mut Vec<u8>, decimals: usize, fewest: usize) {
+    let mut have = decimals;
+    while have > fewest && out.last() == Some(&b'0') {
+        out.pop();
+        have -= 1;
+    }
+    if have == 0 && out.last() == Some(&b'.') {
+        out.pop();
+    }
+}
+
+impl SlotEdit {
+    /// Writes the text from `cursor` to the token, then the number; gives the place behind the token.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments)]
+    fn number(
+        &mut self,
+        block: &Block,
+        token: &Token,
+        cursor: usize,
+        value: f64,
+        decimals: u8,
+        scratch: &mut Vec<u8>,
+        out: &mut Vec<u8>,
+    ) -> usize {
+        let start = token.start as usize;
+        let gap = &block.text[cursor..start];
+        match gap {
+            [one] => out.push(*one),
+            many => out.extend_from_slice(many),
+        }
+        let from = out.len();
+        self.written = Some(self.written.map_or(decimals, |w| w.min(decimals)));
+        let end = start + usize::from(token.len);
+        if token.plain && decimals < 8 && value > self.safe[0] && value < self.safe[1] {
+            let x = value * self.scale[usize::from(decimals)];
+            let n = (x.abs() + 0.5) as u64;
+            if n < 100_000_000 {
+                out.extend_from_slice(&[0; ROOM]);
+                if let Some(room) = out.get_mut(from..).and_then(|o| o.first_chunk_mut::<ROOM>()) {
+                    let len = fixed(room, x < 0.0, n, u32::from(decimals));
+                    out.truncate(from + len);
+                }
+                if gap.len() > 1 {
+                    pad(gap, usize::from(token.len), from, out, scratch);
+                }
+                return end;
+            }
+        }
+        let rounded = self.rounded(value, decimals);
+        Look::of(&block.text[start..end]).write(rounded, usize::from(decimals), out);
+        pad(gap, usize::from(token.len), from, out, scratch);
+        end
+    }
+
+    /// The value in the edge unit; near a limit that it keeps, rounded so that it still keeps it.
+    #[cold]
+    fn rounded(&self, value: f64, decimals: u8) -> f64 {
+        let exact = value * self.to_edge;
+        let Some([lo, hi]) = self.limits else { return exact };
+        let unit = power(usize::from(decimals.min(22)));
+        let count = (exact * unit).abs().round().copysign(exact);
+        // 1e-9 of a unit: the limit itself must not be taken for beyond it
+        let slack = 1e-9;
+        if exact <= hi + slack && count / unit > hi + slack {
+            return (hi * unit + 1e-6).floor() / unit;
+        }
+        if exact >= lo - slack && count / unit < lo - slack {
+            return (lo * unit - 1e-6).ceil() / unit;
+        }
+        exact
+    }
+}
+
+/// Keeps the width of a cell that is padded with two or more spaces on its left, as far as they reach (one is kept).
+fn pad(gap: &[u8], old: usize, from: usize, out: &mut Vec<u8>, scratch: &mut Vec<u8>) {
+    let spaces = gap.iter().rev().take_while(|&&b| b == b' ').count();
+    let new = out.len() - from;
+    if spaces < 2 || new == old {
+        return;
+    }
+    scratch.clear();
+    scratch.extend_from_slice(&out[from..]);
+    out.truncate(from - spaces);
+    let keep = (spaces + old).saturating_sub(new).max(1);
+    out.resize(out.len() + keep, b' ');
+    out.extend_from_slice(scratch);
+}

@@ -1,0 +1,21 @@
+//! Joint-space CSV: `a1_deg,a2_deg,...` and optionally `t_s`; other columns pass through.
+//!
+//! Rooms:
+//! - [`header`]: which column is what; the dialects that are refused.
+//! - [`number`]: bytes to a number and its style.
+//! - [`record`]: a row that is not plain: quotes, spaces, exponents.
+//! - [`reader`]: the file in blocks of whole rows.
+//! - [`print`]: a number in the style of the one it replaces.
+//! - [`edit`]: new values in, rows out.
+//!
+//! What is kept and what may change is said in `docs/program-csv.md`.
+
+pub mod edit;
+pub mod header;
+pub mod number;
+pub mod print;
+pub mod reader;
+pub mod record;
+
+pub use edit::{Edits, Style};
+pub use reader::Reader;

@@ -1,0 +1,134 @@
+//! A program as text with places: every motion target keeps the bytes it was written with, so that an edit touches its
+//! digits and nothing else. Knows formats, joints and units; knows nothing of compensation.
+//!
+//! A program is read in [`Block`]s of whole rows, so that one of any length passes in constant memory. A block holds its
+//! text, the joint targets in SI, and for every target the [`Token`] (span and style) from which it was read.
+//!
+//! Rooms:
+//! - [`csv`]: joint-space CSV: header, cells, rows in; numbers and rows out.
+//! - [`lines`]: point number -> line of the file, for messages.
+
+pub mod csv;
+pub mod lines;
+
+use crate::error::Result;
+use crate::robot::Robot;
+use lines::Lines;
+use std::path::Path;
+
+/// What a number of a row means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Slot {
+    /// Target of an axis.
+    Axis(usize),
+    /// `t_s`.
+    Time,
+}
+
+/// Where a number stands in its block and how it is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Token {
+    /// First byte of the number in [`Block::text`], sign included.
+    pub start: u32,
+    pub len: u16,
+    /// Digits behind the point; of a number with an exponent those of its last digit's weight.
+    pub decimals: u8,
+    /// `-123.4567`, and nothing unusual about it.
+    pub plain: bool,
+}
+
+/// Bytes of a row in its block, line ending included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RowSpan {
+    pub start: u32,
+    pub end: u32,
+}
+
+/// Whole rows of a program. What stands between rows (comments, blank lines, the header) belongs to no row.
+#[derive(Debug, Clone, Default)]
+pub struct Block {
+    pub text: Vec<u8>,
+    pub rows: Vec<RowSpan>,
+    /// `tokens[row * slots + slot]`, slots in the order in which they stand in a row.
+    pub tokens: Vec<Token>,
+    /// `q[row * axes + axis]`, rad or m.
+    pub q: Vec<f64>,
+    /// Empty, or one per row, s.
+    pub t_s: Vec<f64>,
+    /// Most decimals of each slot in this block.
+    pub decimals: Vec<u8>,
+    /// Number of the first row's point, counted from 0 over the program.
+    pub first_point: u64,
+}
+
+impl Block {
+    /// Empties the block and keeps its memory.
+    pub fn clear(&mut self) {
+        self.text.clear();
+        self.rows.clear();
+        self.tokens.clear();
+        self.q.clear();
+        self.t_s.clear();
+        self.decimals.clear();
+    }
+
+    /// Bytes of a span.
+    pub fn bytes(&self, start: usize, end: usize) -> &[u8] {
+        self.text.get(start..end).unwrap_or_default()
+    }
+}
+
+/// A program that is wholly in memory, for jobs that need no text.
+#[derive(Debug, Clone)]
+pub struct Program {
+    /// As messages show it.
+    pub name: String,
+    pub axes: usize,
+    /// `q[row * axes + axis]`, rad or m.
+    pub q: Vec<f64>,
+    /// Empty, or one per row, s.
+    pub t_s: Vec<f64>,
+    /// Most decimals of each axis, in deg or mm.
+    pub decimals: Vec<u8>,
+    pub lines: Lines,
+}
+
+impl Program {
+    /// Reads a joint-space program.
+    pub fn load(path: &Path, robot: &Robot) -> Result<Self> {
+        let mut reader = csv::Reader::open(path, robot)?;
+        let mut program = Self {
+            name: reader.name().to_string(),
+            axes: robot.dof(),
+            q: Vec::new(),
+            t_s: Vec::new(),
+            decimals: vec![0; robot.dof()],
+            lines: Lines::default(),
+        };
+        let mut block = Block::default();
+        while reader.next(&mut block)? {
+            program.q.extend_from_slice(&block.q);
+            program.t_s.extend_from_slice(&block.t_s);
+            for (slot, &d) in reader.slots().iter().zip(&block.decimals) {
+                if let Slot::Axis(a) = slot {
+                    program.decimals[*a] = program.decimals[*a].max(d);
+                }
+            }
+        }
+        program.lines = reader.into_lines();
+        Ok(program)
+    }
+
+    pub fn len(&self) -> usize {
+        self.q.len().checked_div(self.axes).unwrap_or(0)
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.q.is_empty()
+    }
+
+    /// Target of a row.
+    pub fn row(&self, i: usize) -> &[f64] {
+        &self.q[i * self.axes..(i + 1) * self.axes]
+    }
+}

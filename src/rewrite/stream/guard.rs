@@ -1,0 +1,223 @@
+//! A program that has been rewritten is not rewritten again.
+//!
+//! Two checks. (1) Beside every file that it writes, `rewrite` leaves a note `FILE.lostmotion.json` with the SHA-256 of the
+//! file; an input whose hash stands in a note of its folder is refused (the file itself may carry no mark: every byte that is
+//! no motion target stays). (2) A file without its note is known by its reversals ([`looks_rewritten`]): behind nearly every
+//! one a short segment carries the very step that this compensator would make. A ramp of several points hides it from (2).
+
+use super::super::Options;
+use crate::compensator::{Compensator, JointCompensator};
+use crate::error::{Error, Place, Result, is_stdio};
+use crate::io::output::write_whole;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+pub const SCHEMA: &str = "lostmotion/rewritten/1";
+const ENDING: &str = ".lostmotion.json";
+/// A folder with more entries than this is not searched; only the note with the input's own name counts.
+const MOST_ENTRIES: usize = 10_000;
+
+/// The note beside a rewritten file.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Note {
+    pub schema: String,
+    /// Version of the program that wrote the file.
+    pub version: String,
+    /// Names without folders.
+    pub input: String,
+    pub output: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sha256_in: Option<String>,
+    pub sha256_out: String,
+    pub robot: Named,
+    pub compensator: Named,
+    pub options: Vec<String>,
+}
+
+/// Name and SHA-256.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Named {
+    pub name: String,
+    pub sha256: String,
+}
+
+/// Where the note of a file stands.
+pub fn note_path(file: &Path) -> PathBuf {
+    let mut name = file.as_os_str().to_os_string();
+    name.push(ENDING);
+    PathBuf::from(name)
+}
+
+/// Whether a name is that of a note.
+pub fn is_note(file: &Path) -> bool {
+    file.to_string_lossy().ends_with(ENDING)
+}
+
+/// Writes the note of `file`; standard output, a FIFO and the like have none.
+pub fn leave_note(file: &Path, note: &Note) -> Result<()> {
+    if is_stdio(file) || std::fs::metadata(file).is_ok_and(|m| !m.is_file()) {
+        return Ok(());
+    }
+    let mut text = serde_json::to_string_pretty(note)
+        .map_err(|e| Error::bad(Place::default(), e.to_string(), "values that JSON can hold"))?;
+    text.push('\n');
+    write_whole(&note_path(file), text.as_bytes())
+}
+
+/// SHA-256 of the files that were rewritten, as the notes in the folder of `input` have it.
+pub fn rewritten_beside(input: &Path) -> Vec<String> {
+    if is_stdio(input) {
+        return Vec::new();
+    }
+    let mut notes = vec![note_path(input)];
+    let folder = match input.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    };
+    if let Ok(entries) = std::fs::read_dir(folder) {
+        let names: Vec<PathBuf> = entries.take(MOST_ENTRIES + 1).filter_map(|e| e.ok().map(|e| e.path())).collect();
+        if names.len() <= MOST_ENTRIES {
+            notes.extend(names.into_iter().filter(|p| is_note(p)));
+        }
+    }
+    notes.sort();
+    notes.dedup();
+    let read = |p: &PathBuf| serde_json::from_slice::<Note>(&std::fs::read(p).ok()?).ok();
+    notes.iter().filter_map(read).filter(|n| n.schema == SCHEMA).map(|n| n.sha256_out).collect()
+}
+
+const ALREADY: &str = "a program that has been rewritten already";
+
+/// The refusal.
+pub fn already(name: &str, how: &str) -> Error {
+    Error::bad(
+        Place::file(name),
+        format!("{ALREADY} ({how})"),
+        "the original program (--force rewrites it all the same)",
+    )
+}
+
+/// Whether an error is this refusal.
+pub fn is_already(e: &Error) -> bool {
+    matches!(e, Error::BadInput(b) if b.found.starts_with(ALREADY))
+}
+
+/// Fewest reversals on which a judgement rests, and the share of them that must look made.
+const LEAST_TURNS: usize = 4;
+const SHARE: f64 = 0.8;
+/// The step may differ by this share from the compensator's: rounding, a position-dependent gap, another gain.
+const STEP_TOLERANCE: f64 = 0.15;
+/// The segment that carries the step is at most this share of the one behind it (`--step-fraction` 0.1 makes it 0.11).
+const SHORT: f64 = 0.35;
+/// A step is a leap where it is more than this many times the steps before and behind it: smooth motion is slow at a reversal.
+const LEAP: f64 = 3.0;
+
+/// Whether the targets `q` look like an output of this compensator: counts the reversals of the compensated axes, and those
+/// whose next segment is short and carries the compensator's step.
+pub fn looks_rewritten(q: &[f64], axes: usize, compensator: &Compensator, options: &Options) -> bool {
+    let rows = q.len().checked_div(axes).unwrap_or(0);
+    let (mut turns, mut made) = (0, 0);
+    for joint in compensator.joints.iter().filter(|j| j.axis < axes) {
+        let Some([least, most]) = step(joint) else { continue };
+        let a = joint.axis;
+        let deadband = options.deadband.get(a).copied().unwrap_or(0.0);
+        let p = |i: usize| q[i * axes + a];
+        for i in 1..rows.saturating_sub(2) {
+            let (before, after) = (p(i) - p(i - 1), p(i + 1) - p(i));
+            if before * after >= 0.0 || before.abs().min(after.abs()) <= deadband {
+                continue;
+            }
+            turns += 1;
+            let behind = (p(i + 2) - p(i + 1)).abs();
+            let others = |i: usize| -> f64 {
+                (0..axes).filter(|&k| k != a).map(|k| (q[(i + 1) * axes + k] - q[i * axes + k]).abs()).sum()
+            };
+            let (short, long) = (others(i), others(i + 1));
+            let own = after.abs();
+            let size = own >= least * (1.0 - STEP_TOLERANCE) && own <= most * (1.0 + STEP_TOLERANCE) + SHORT * behind;
+            let short_segment = if long > most { short < SHORT * long } else { own - most < SHORT * behind };
+            // a program with dense points has no short segments; there the step stands out among its neighbours
+            let leap = own > LEAP * before.abs().max(behind);
+            if size && (short_segment || leap) {
+                made += 1;
+            }
+        }
+    }
+    turns >= LEAST_TURNS && made as f64 >= SHARE * turns as f64
+}
+
+/// Smallest and largest step at a reversal, rad or m; `None`: too small to be told from anything else.
+fn step(joint: &JointCompensator) -> Option<[f64; 2]> {
+    let gap = joint.backlash.as_ref().map_or([0.0, 0.0], |b| {
+        [b.positive.smallest() + b.negative.smallest(), b.positive.largest() + b.negative.largest()]
+    });
+    let friction = joint.friction.map_or(0.0, |f| f.gain);
+    let [least, most] = [gap[0], gap[1] + friction];
+    (least > 0.0).then_some([least, most])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compensator::{BacklashOffset, Evidence};
+    use crate::effect::GapCurve;
+
+    fn compensator(half_gap: f64) -> Compensator {
+        let gap = GapCurve::Constant(half_gap);
+        let backlash = Some(BacklashOffset { positive: gap.clone(), negative: gap });
+        Compensator {
+            robot_name: String::new(),
+            robot_sha256: String::new(),
+            joints: vec![JointCompensator { axis: 0, backlash, friction: None }],
+            evidence: Evidence::default(),
+        }
+    }
+
+    /// Two axes on a circle of 100 points a turn; with `half_gap`, as a rewrite leaves it.
+    fn circle(half_gap: f64) -> Vec<f64> {
+        arc(half_gap, 0.0628)
+    }
+
+    /// 1,000 points, `step` rad apart.
+    fn arc(half_gap: f64, step: f64) -> Vec<f64> {
+        let at = |i: f64| [(i * step + 0.01).cos(), (i * step + 0.01).sin()];
+        let mut q = Vec::new();
+        let mut dir = -1.0;
+        for i in 0..1000 {
+            let [x, y] = at(f64::from(i));
+            let next = at(f64::from(i + 1));
+            q.extend([x + dir * half_gap, y]);
+            let to = (next[0] - x).signum();
+            if to != dir {
+                dir = to;
+                if half_gap > 0.0 {
+                    q.extend([x + 0.1 * (next[0] - x) + dir * half_gap, y + 0.1 * (next[1] - y)]);
+                }
+            }
+        }
+        q
+    }
+
+    #[test]
+    fn a_rewritten_program_is_known_by_its_reversals() {
+        let options = Options::new(2);
+        assert!(looks_rewritten(&circle(5e-4), 2, &compensator(5e-4), &options));
+        assert!(!looks_rewritten(&circle(0.0), 2, &compensator(5e-4), &options));
+    }
+
+    #[test]
+    fn where_points_are_dense_the_step_stands_out_among_its_neighbours() {
+        let options = Options::new(2);
+        assert!(looks_rewritten(&arc(5e-4, 0.014), 2, &compensator(5e-4), &options));
+        assert!(!looks_rewritten(&arc(0.0, 0.014), 2, &compensator(5e-4), &options));
+    }
+
+    #[test]
+    fn even_where_the_steps_of_the_program_are_as_large_as_the_gap_the_original_passes() {
+        let q = circle(0.0);
+        // the first segment behind a reversal is about half of 0.0628^2 / 2
+        for gap in [2e-4, 5e-4, 1e-3, 2e-3] {
+            assert!(!looks_rewritten(&q, 2, &compensator(gap), &Options::new(2)), "{gap}");
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! Where the bytes of a rewritten program go: a file, nowhere, memory, or against a golden file.
+
+use crate::error::{Error, Result};
+use crate::io::input::hex;
+use crate::io::output::Output;
+use sha2::{Digest, Sha256};
+use std::io::Write;
+use std::path::Path;
+
+/// Takes the output piece by piece, in order.
+pub trait Sink: Send {
+    fn take(&mut self, bytes: &[u8]) -> Result<()>;
+
+    /// Whether there is any use in making the bytes.
+    fn wants_bytes(&self) -> bool {
+        true
+    }
+}
+
+/// Nothing is kept: a dry run.
+pub struct Nowhere;
+
+impl Sink for Nowhere {
+    fn take(&mut self, _: &[u8]) -> Result<()> {
+        Ok(())
+    }
+
+    fn wants_bytes(&self) -> bool {
+        false
+    }
+}
+
+/// In memory.
+impl Sink for Vec<u8> {
+    fn take(&mut self, bytes: &[u8]) -> Result<()> {
+        self.extend_from_slice(bytes);
+        Ok(())
+    }
+}
+
+/// A file (or standard output) that is not there until it is committed, with the SHA-256 of its bytes.
+pub struct File {
+    output: Output,
+    hash: Sha256,
+    shown: String,
+}
+
+impl File {
+    /// Fails early where the target cannot be written.
+    pub fn create(path: &Path) -> Result<Self> {
+        Ok(Self { output: Output::create(path)?, hash: Sha256::new(), shown: path.display().to_string() })
+    }
+
+    /// SHA-256 of the bytes so far.
+    pub fn sha256(&self) -> String {
+        hex(&self.hash.clone().finalize())
+    }
+
+    /// Puts the file in place.
+    pub fn commit(self) -> Result<()> {
+        self.output.commit()
+    }
+}
+
+impl Sink for File {
+    fn take(&mut self, bytes: &[u8]) -> Result<()> {
+        self.hash.update(bytes);
+        self.output.write_all(bytes).map_err(|e| Error::io(&self.shown, "write", e))
+    }
+}
