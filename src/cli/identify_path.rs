@@ -1,10 +1,10 @@
 //! `lostmotion identify path`: gaps and stiction from reversals in continuous motion.
 
+use crate::cli::logs;
 use crate::error::{Error, Place, Result, is_stdio};
 use crate::gaps::{Gaps, file};
 use crate::identify::path::{Options, PathFound, identify};
 use crate::io::output::write_whole;
-use crate::log::Log;
 use crate::model::Model;
 use crate::robot::Robot;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
@@ -31,6 +31,9 @@ pub struct Args {
     /// Log of a motion (CSV, .gz; `-` is standard input); several are fitted together, each with a frame of its own
     #[arg(long, value_name = "FILE", required = true)]
     pub log: Vec<PathBuf>,
+    /// Column map (YAML) for a log with other names, units, separators: theirs -> ours
+    #[arg(long, value_name = "FILE")]
+    pub columns: Option<PathBuf>,
     /// Joints that may have lost motion [default: all that move]
     #[arg(long, value_name = "JOINTS", value_delimiter = ',')]
     pub free: Vec<String>,
@@ -69,7 +72,7 @@ pub fn run(args: Args) -> Result<()> {
     if let Some(path) = &args.model {
         options.hold_model(&Model::load(path)?, &robot)?;
     }
-    let logs = args.log.iter().map(|p| Log::load(p, &robot)).collect::<Result<Vec<_>>>()?;
+    let logs = logs::load(&args.log, args.columns.as_deref(), &robot)?;
     let found = identify(&robot, &logs, &options)?;
     let document = file::document(&found.gaps, &robot);
     if let Some(path) = &args.output {

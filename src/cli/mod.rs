@@ -6,6 +6,8 @@ pub mod demo;
 pub mod fit;
 pub mod identify;
 pub mod identify_path;
+pub mod logs;
+pub mod page;
 pub mod rewrite;
 pub mod simulate;
 

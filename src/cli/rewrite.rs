@@ -8,7 +8,7 @@ use crate::model::Model;
 use crate::rewrite::job::{Job, Outcome, Target};
 use crate::rewrite::stream::guard::Named;
 use crate::rewrite::summary::{Line, Status, document, words};
-use crate::rewrite::{Options, Refine, batch, from_model};
+use crate::rewrite::{Options, Refine, batch};
 use crate::robot::{JointKind, Robot};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
@@ -60,7 +60,8 @@ pub struct Args {
     #[arg(long, value_enum)]
     pub refine: Option<RefineArg>,
 
-    /// Share of the segment behind a reversal at which the point stands that carries the step [default: 0.1]
+    /// Share of the segment behind a reversal at which the point stands that carries the step [default: 0.1, nearer where the
+    /// joint would lag until then]
     #[arg(long, value_name = "0..1")]
     pub step_fraction: Option<f64>,
 
@@ -234,12 +235,12 @@ impl Source {
         let (robot, compensator, path, preload) = match (&args.model, &args.robot, &args.compensator) {
             (Some(path), ..) => {
                 let model = Model::load(path)?;
-                let compensator = from_model::compensator(&model, &shown(path))?;
+                let compensator = Compensator::from_model(&model)?;
                 (model.robot, compensator, path, Some(model.preload))
             }
             (None, Some(robot), Some(path)) => {
                 let robot = Robot::load(robot)?;
-                let compensator = load_compensator(path, &robot)?;
+                let compensator = Compensator::load(path, &robot)?;
                 (robot, compensator, path, None)
             }
             _ => return Err(usage("no compensator", "--robot and --compensator, or --model")),
@@ -248,12 +249,6 @@ impl Source {
         let name = path.file_name().map_or_else(|| shown(path), |n| n.to_string_lossy().into_owned());
         Ok(Self { robot, compensator, named: Named { name, sha256 }, file: shown(path), preload })
     }
-}
-
-/// The compensator file. Its reader is being joined from its own room; until then `--model` is the way.
-fn load_compensator(path: &Path, _robot: &Robot) -> Result<Compensator> {
-    let expected = "--model MODEL.yaml (this build does not read compensator files yet)";
-    Err(Error::bad(Place::file(shown(path)), "a compensator file", expected))
 }
 
 /// The job that the arguments ask for, every value checked.
@@ -273,6 +268,7 @@ fn job<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
         number("step-fraction", args.step_fraction, &|v| v > 0.0 && v < 1.0, "a share above 0 and below 1")?
     {
         options.step_fraction = f;
+        options.step_exact = true;
         said.push(format!("step_fraction {f}"));
     }
     if number("gain", Some(args.gain), &|v| (0.0..=1.0).contains(&v), "a share from 0 to 1")? != Some(1.0) {

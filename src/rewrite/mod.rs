@@ -11,27 +11,26 @@
 //! - [`path`]: the stretch of path that is being worked on.
 //! - [`plan`]: each axis' command along the path; [`offset`] says what an axis needs, [`stroke`] solves one reversal.
 //! - [`limits`]: range, speed and acceleration of what comes out.
+//!
+//! Around the engine, from file to file: [`job`] is one program, [`batch`] a folder of them, [`stream`] the way of the text
+//! through the engine in constant memory, [`summary`] the account.
 
+pub mod batch;
 pub mod densify;
 pub mod engine;
+pub mod job;
 pub mod limits;
 pub mod offset;
 pub mod options;
 pub mod path;
 pub mod plan;
 pub mod points;
+pub mod stream;
 pub mod stroke;
+pub mod summary;
 pub mod turning;
 pub mod vertices;
 
 pub use engine::{Account, Engine, LimitKind, Violation};
 pub use options::{Options, Refine};
 pub use points::{Emitted, Origin, Points};
-
-// from file to file: job is one program, batch a folder of them, stream the way of the text, from_model a compensator
-// made of a model file, summary the account
-pub mod batch;
-pub mod from_model;
-pub mod job;
-pub mod stream;
-pub mod summary;

@@ -2,9 +2,9 @@
 
 use super::{print, print_json, table};
 use crate::assess::circle::{Assessment, Measured, assess};
+use crate::cli::logs;
 use crate::error::Result;
 use crate::io::input;
-use crate::log::Log;
 use crate::robot::Robot;
 use crate::simulate::Program;
 use std::fmt::Write;
@@ -37,6 +37,9 @@ pub struct Args {
     /// Log of the run with compensation; its commands are the compensated ones
     #[arg(long, value_name = "LOG.csv")]
     pub after: Option<PathBuf>,
+    /// Column map (YAML) for a log with other names, units, separators: theirs -> ours
+    #[arg(long, value_name = "FILE")]
+    pub columns: Option<PathBuf>,
     /// Print one JSON document (lostmotion/circle/1) in place of the tables
     #[arg(long)]
     pub json: bool,
@@ -46,9 +49,10 @@ pub struct Args {
 pub fn run(args: Args) -> Result<()> {
     let robot = Robot::load(&args.robot)?;
     let nominal = Program::parse(&input::read(&args.nominal)?, &robot)?;
-    let before = Log::load(&args.before, &robot)?;
-    let after = args.after.as_deref().map(|p| Log::load(p, &robot)).transpose()?;
-    let result = assess(&robot, &nominal, &before, after.as_ref())?;
+    let paths: Vec<PathBuf> = std::iter::once(&args.before).chain(&args.after).cloned().collect();
+    let logs = logs::load(&paths, args.columns.as_deref(), &robot)?;
+    let Some(before) = logs.first() else { return Ok(()) };
+    let result = assess(&robot, &nominal, before, logs.get(1))?;
     for note in &result.notes {
         eprintln!("note: {note}");
     }

@@ -1,14 +1,13 @@
 //! `lostmotion identify static`.
 
+use crate::cli::logs;
 use crate::error::{Error, Place, Result, is_stdio};
 use crate::gaps::file::{to_json, to_yaml};
 use crate::identify::static_test::{self, Knots, Options, display, document};
 use crate::io::output::write_whole;
-use crate::log::Log;
 use crate::log::dwells::DwellOptions;
 use crate::model::Model;
 use crate::robot::Robot;
-use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Find half gaps from bidirectional dwells: every angle reached from below and from above.
@@ -38,6 +37,9 @@ pub struct Args {
     /// Measurement log (CSV, .gz), `-` for standard input; give it once per file
     #[arg(long = "log", value_name = "FILE", required = true)]
     pub logs: Vec<PathBuf>,
+    /// Column map (YAML) for a log with other names, units, separators: theirs -> ours
+    #[arg(long, value_name = "FILE")]
+    pub columns: Option<PathBuf>,
     /// Model file whose registration is known; else it is found from the logs
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
@@ -72,7 +74,7 @@ pub fn run(args: Args) -> Result<()> {
         return Err(Error::bad(Place::file("--output"), "`-` together with --json", "one document on standard output"));
     }
     let (robot, registration) = machine(args.robot.as_deref(), args.model.as_deref())?;
-    let logs = args.logs.par_iter().map(|path| Log::load(path, &robot)).collect::<Result<Vec<_>>>()?;
+    let logs = logs::load(&args.logs, args.columns.as_deref(), &robot)?;
     let options = Options {
         dwell: DwellOptions { min_s: args.min_dwell_s },
         knots: if args.knots == KnotsArg::Few { Knots::Few } else { Knots::All },

@@ -18,7 +18,8 @@ pub struct Named<'a> {
 /// Mean share by which the total error at the reversals fell from `before` to `after`.
 pub fn mean_reduction(before: &Measured, after: &Measured) -> Option<f64> {
     let pairs = before.reversals.iter().zip(&after.reversals);
-    let shares: Vec<f64> = pairs.filter_map(|(b, a)| Some(1.0 - a.total_m? / b.total_m.filter(|v| *v > 0.0)?)).collect();
+    let shares: Vec<f64> =
+        pairs.filter_map(|(b, a)| Some(1.0 - a.total_m? / b.total_m.filter(|v| *v > 0.0)?)).collect();
     (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64)
 }
 
@@ -51,7 +52,9 @@ pub fn head(page: &mut Page, runs: &[Named]) {
     }
     let detail = |b: f64| format!("before: {:.1} µm", b * 1e6);
     let (f, l) = (first.measured, last.measured);
-    page.tile(Tile::number("in the plane, largest", l.in_plane_max_m * 1e6, 1, "µm").with_detail(detail(f.in_plane_max_m)));
+    page.tile(
+        Tile::number("in the plane, largest", l.in_plane_max_m * 1e6, 1, "µm").with_detail(detail(f.in_plane_max_m)),
+    );
     page.tile(
         Tile::number("out of the plane, largest", l.out_of_plane_max_m * 1e6, 1, "µm")
             .with_detail(detail(f.out_of_plane_max_m)),
@@ -111,7 +114,11 @@ pub fn sections(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named
             .collect(),
         marks: marks.collect(),
     };
-    page.section("Error around the circle", "Total, radial and normal error over the angle of the circle, averaged over 1 s.", polar);
+    page.section(
+        "Error around the circle",
+        "Total, radial and normal error over the angle of the circle, averaged over 1 s.",
+        polar,
+    );
     let histogram = HistogramView {
         quantity: "total error".into(),
         unit: "µm".into(),
@@ -119,14 +126,19 @@ pub fn sections(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named
             .iter()
             .map(|r| {
                 let t = &r.measured.trace;
-                let mut values: Vec<f64> = t.in_plane_m.iter().zip(&t.out_of_plane_m).map(|(i, o)| um(i.hypot(*o))).collect();
+                let mut values: Vec<f64> =
+                    t.in_plane_m.iter().zip(&t.out_of_plane_m).map(|(i, o)| um(i.hypot(*o))).collect();
                 values.sort_by(f64::total_cmp);
                 let p95 = values.get(values.len() * 95 / 100).copied();
                 HistogramRun { run: named(r), values, p95 }
             })
             .collect(),
     };
-    page.section("Distribution of the error", "Total error of the rows of the last revolution; 95 % lie left of the mark.", histogram);
+    page.section(
+        "Distribution of the error",
+        "Total error of the rows of the last revolution; 95 % lie left of the mark.",
+        histogram,
+    );
     page.section("", "", vec![method::CIRCLE, method::REGISTRATION]);
 }
 

@@ -30,7 +30,9 @@ fn row(robot: &Robot, j: &JointCompensator) -> CompensatorRow {
     });
     let kind_of = |c: &GapCurve| match c {
         GapCurve::Constant(_) => "constant".to_string(),
-        GapCurve::Polynomial { coefficients, .. } => format!("polynomial of degree {}", coefficients.len().saturating_sub(1)),
+        GapCurve::Polynomial { coefficients, .. } => {
+            format!("polynomial of degree {}", coefficients.len().saturating_sub(1))
+        }
         GapCurve::Pchip(p) => format!("PCHIP, {} knots", p.knots().len()),
     };
     CompensatorRow {

@@ -67,7 +67,8 @@ fn over_position(robot: &Robot, gaps: &Gaps, j: &JointGap) -> JointGapView {
             per_cycle_milli: p.per_cycle.iter().map(|v| milli(robot, j.axis, *v)).collect(),
         })
         .collect();
-    let (lo, hi) = points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.at_deg_mm), h.max(p.at_deg_mm)));
+    let (lo, hi) =
+        points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.at_deg_mm), h.max(p.at_deg_mm)));
     let p = j.varies_p_value.map_or(String::new(), |p| format!(", p {}", crate::report::number::p_value(p)));
     let schedule = j.schedule.as_ref().filter(|_| lo < hi).map(|curve| {
         let at: Vec<f64> = (0..=200).map(|i| lo + (hi - lo) * f64::from(i) / 200.0).collect();
