@@ -204,7 +204,7 @@ fn a_gap_that_varies_gets_a_schedule() {
         spike_deg: 0.0,
         decay_s: 1.0,
     };
-    let log = run(&robot, &t, &cmd, &[slope.clone()], &frame, 11e-6, 4);
+    let log = run(&robot, &t, &cmd, std::slice::from_ref(&slope), &frame, 11e-6, 4);
     let found = identify(&robot, &[log], &Options::default()).unwrap();
     let curve = joint(&found, 1).schedule.clone().unwrap();
     for p in [-76.0f64, -70.0, -64.0] {
