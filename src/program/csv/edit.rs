@@ -44,9 +44,11 @@ struct SlotEdit {
     /// Limits in the edge unit, and the range (SI) in which no rounding reaches them.
     limits: Option<[f64; 2]>,
     safe: [f64; 2],
-    /// Fewest decimals written so far.
-    written: Option<u8>,
+    /// Fewest decimals written so far; [`NONE`]: no number was written.
+    written: u8,
 }
+
+const NONE: u8 = u8::MAX;
 
 impl Edits {
     /// For rows whose numbers are `slots`.
@@ -69,7 +71,7 @@ impl Edits {
             // a unit of the first digit before the point is more than any rounding
             let safe =
                 limits.map_or([f64::NEG_INFINITY, f64::INFINITY], |[lo, hi]| [lo + 1.0, hi - 1.0].map(|v| v / to_edge));
-            SlotEdit { slot, to_edge, scale, least, column: 0, base: least, limits, safe, written: None }
+            SlotEdit { slot, to_edge, scale, least, column: 0, base: least, limits, safe, written: NONE }
         });
         Self { slots: slots.collect(), forced: style.forced, scratch: Vec::new() }
     }
@@ -88,7 +90,7 @@ impl Edits {
 
     /// Fewest decimals with which numbers of an axis were written (deg or mm); `None`: none was written.
     pub fn written(&self, axis: usize) -> Option<u8> {
-        self.slots.iter().find(|s| s.slot == Slot::Axis(axis)).and_then(|s| s.written)
+        self.slots.iter().find(|s| s.slot == Slot::Axis(axis)).map(|s| s.written).filter(|&w| w != NONE)
     }
 
     /// Writes row `i` with the targets `q` as far as they differ, from the place `cursor` of its block on; gives the place up
@@ -107,19 +109,42 @@ impl Edits {
         let axes = q.len();
         let old = &block.q[i * axes..(i + 1) * axes];
         let tokens = &block.tokens[i * n..(i + 1) * n];
-        for (edit, token) in self.slots.iter_mut().zip(tokens) {
-            let value = match edit.slot {
-                Slot::Axis(a) if q[a].to_bits() != old[a].to_bits() => q[a],
-                Slot::Time => match t_s {
-                    Some(t) if t.to_bits() != block.t_s[i].to_bits() => t,
-                    _ => continue,
-                },
-                Slot::Axis(_) => continue,
-            };
-            let decimals = match self.forced {
-                Some(d) => d,
-                None => token.decimals.max(edit.base),
-            };
+        let old_t_s = block.t_s.get(i).copied();
+        let changed = |slot: Slot| match slot {
+            Slot::Axis(a) => (q[a].to_bits() != old[a].to_bits()).then_some(q[a]),
+            Slot::Time => t_s.filter(|t| Some(t.to_bits()) != old_t_s.map(f64::to_bits)),
+        };
+        let Some(first) = self.slots.iter().position(|s| changed(s.slot).is_some()) else { return cursor };
+        // plain numbers one behind the other, as in nearly every row: their text is made in one piece of memory
+        let start = tokens[first].start as usize;
+        let mut k = first;
+        // (spaces in front belong to the width of a cell, which the general way keeps)
+        if !matches!(start.checked_sub(1).map(|b| block.text[b]), Some(b' ')) {
+            out.extend_from_slice(&block.text[cursor..start]);
+            cursor = start;
+            let length = out.len();
+            out.resize(length + (n - first) * (ROOM + 1) + ROOM, 0);
+            let room = &mut out[length..];
+            let mut at = 0;
+            while k < n {
+                let (edit, token) = (&mut self.slots[k], &tokens[k]);
+                let Some(value) = changed(edit.slot) else { break };
+                let decimals = self.forced.unwrap_or(token.decimals.max(edit.base));
+                let gap = token.start as usize - cursor;
+                let Some((negative, count)) = edit.count(token, value, decimals).filter(|_| gap <= 1) else { break };
+                room[at] = block.text[cursor];
+                at += gap;
+                let Some(place) = room[at..].first_chunk_mut::<ROOM>() else { break };
+                at += fixed(place, negative, count, u32::from(decimals));
+                edit.written = edit.written.min(decimals);
+                cursor = token.start as usize + usize::from(token.len);
+                k += 1;
+            }
+            out.truncate(length + at);
+        }
+        for (edit, token) in self.slots[k..].iter_mut().zip(&tokens[k..]) {
+            let Some(value) = changed(edit.slot) else { continue };
+            let decimals = self.forced.unwrap_or(token.decimals.max(edit.base));
             cursor = edit.number(block, token, cursor, value, decimals, &mut self.scratch, out);
         }
         cursor
@@ -133,10 +158,7 @@ impl Edits {
         for (edit, token) in self.slots.iter_mut().zip(&block.tokens[i * n..(i + 1) * n]) {
             match edit.slot {
                 Slot::Axis(a) => {
-                    let decimals = match self.forced {
-                        Some(d) => d,
-                        None => token.decimals.max(edit.base),
-                    };
+                    let decimals = self.forced.unwrap_or(token.decimals.max(edit.base));
                     cursor = edit.number(block, token, cursor, q[a], decimals, &mut self.scratch, out);
                 }
                 Slot::Time => {
@@ -172,6 +194,17 @@ fn drop_zeros(out: &mut Vec<u8>, decimals: usize, fewest: usize) {
 }
 
 impl SlotEdit {
+    /// Sign and count of last digits of a value that is written plainly and is near no limit.
+    #[inline(always)]
+    fn count(&self, token: &Token, value: f64, decimals: u8) -> Option<(bool, u64)> {
+        if !token.plain || decimals > 7 || value <= self.safe[0] || value >= self.safe[1] {
+            return None;
+        }
+        let x = value * self.scale[usize::from(decimals)];
+        let n = (x.abs() + 0.5) as i64 as u64;
+        (n < 100_000_000).then_some((x < 0.0, n))
+    }
+
     /// Writes the text from `cursor` to the token, then the number; gives the place behind the token.
     #[inline(always)]
     #[allow(clippy::too_many_arguments)]
@@ -192,22 +225,18 @@ impl SlotEdit {
             many => out.extend_from_slice(many),
         }
         let from = out.len();
-        self.written = Some(self.written.map_or(decimals, |w| w.min(decimals)));
+        self.written = self.written.min(decimals);
         let end = start + usize::from(token.len);
-        if token.plain && decimals < 8 && value > self.safe[0] && value < self.safe[1] {
-            let x = value * self.scale[usize::from(decimals)];
-            let n = (x.abs() + 0.5) as u64;
-            if n < 100_000_000 {
-                out.extend_from_slice(&[0; ROOM]);
-                if let Some(room) = out.get_mut(from..).and_then(|o| o.first_chunk_mut::<ROOM>()) {
-                    let len = fixed(room, x < 0.0, n, u32::from(decimals));
-                    out.truncate(from + len);
-                }
-                if gap.len() > 1 {
-                    pad(gap, usize::from(token.len), from, out, scratch);
-                }
-                return end;
+        if let Some((negative, n)) = self.count(token, value, decimals) {
+            out.extend_from_slice(&[0; ROOM]);
+            if let Some(room) = out.get_mut(from..).and_then(|o| o.first_chunk_mut::<ROOM>()) {
+                let len = fixed(room, negative, n, u32::from(decimals));
+                out.truncate(from + len);
             }
+            if gap.len() > 1 {
+                pad(gap, usize::from(token.len), from, out, scratch);
+            }
+            return end;
         }
         let rounded = self.rounded(value, decimals);
         Look::of(&block.text[start..end]).write(rounded, usize::from(decimals), out);
