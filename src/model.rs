@@ -46,11 +46,17 @@ impl Model {
     /// Reads and checks a model file; its `robot` is a path relative to it, or the robot inline.
     pub fn load(path: &Path) -> Result<Self> {
         let (text, input) = input::read_text(path)?;
-        let doc = Document { name: &input.name, text: &text };
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Self::parse(&input.name, &text, &|relative| Robot::load(&folder.join(relative)))
+    }
+
+    /// Parses and checks the text of a model file; `find` loads a robot that is given by its path.
+    pub fn parse(name: &str, text: &str, find: &dyn Fn(&str) -> Result<Robot>) -> Result<Self> {
+        let doc = Document { name, text };
         let file: ModelFile = doc.parse("a model file (schema lostmotion/model/1)")?;
         doc.require_schema(&file.schema, SCHEMA)?;
         let robot = match &file.robot {
-            Value::String(relative) => Robot::load(&path.parent().unwrap_or(Path::new("")).join(relative))?,
+            Value::String(relative) => find(relative)?,
             inline => {
                 let inline: RobotFile = serde_yaml::from_value(inline.clone())
                     .map_err(|e| Error::bad(doc.place(&["robot"]), e.to_string(), "a path, or a robot inline"))?;

@@ -31,9 +31,13 @@ pub fn open(path: &Path) -> Result<Box<dyn Read + Send>> {
 
 /// Reads a whole input, unpacking gzip.
 pub fn read(path: &Path) -> Result<Input> {
-    let name = shown(path);
     let mut bytes = Vec::new();
     open(path)?.read_to_end(&mut bytes).map_err(|e| Error::io(path, "read", e))?;
+    from_bytes(shown(path), bytes)
+}
+
+/// Takes stored bytes for an input, unpacking gzip; `name` stands in messages.
+pub fn from_bytes(name: String, mut bytes: Vec<u8>) -> Result<Input> {
     let sha256 = hex(&Sha256::digest(&bytes));
     if bytes.starts_with(&[0x1f, 0x8b]) {
         let mut plain = Vec::new();

@@ -11,6 +11,7 @@
 //! - [`path`]: the stretch of path that is being worked on.
 //! - [`plan`]: each axis' command along the path; [`offset`] says what an axis needs, [`stroke`] solves one reversal.
 //! - [`limits`]: range, speed and acceleration of what comes out.
+//! - [`printed`]: the equations exactly as the paper prints them, to compare with.
 //!
 //! Around the engine, from file to file: [`job`] is one program, [`batch`] a folder of them, [`stream`] the way of the text
 //! through the engine in constant memory, [`summary`] the account.
@@ -25,6 +26,7 @@ pub mod options;
 pub mod path;
 pub mod plan;
 pub mod points;
+pub mod printed;
 pub mod stream;
 pub mod stroke;
 pub mod summary;

@@ -100,6 +100,8 @@ pub fn document(outcome: &Outcome, robot: &Robot) -> Value {
             j.insert("reversals".into(), json!(a.reversals.get(k).copied().unwrap_or(0)));
             let offset = joint.kind.to_edge(a.largest_offset.get(k).copied().unwrap_or(0.0));
             j.insert(format!("largest_offset_{unit}"), json!(round(offset, 9)));
+            let left = joint.kind.to_edge(a.largest_left.get(k).copied().unwrap_or(0.0));
+            j.insert(format!("largest_left_{unit}"), json!(round(left, 9)));
             j.insert("decimals".into(), json!(outcome.written.get(k).copied().flatten()));
             Value::Object(j)
         })
@@ -146,6 +148,10 @@ pub fn words(outcome: &Outcome, robot: &Robot, dry: bool) -> String {
             if offset > 0.0 {
                 let _ = write!(text, " ({:.1} %)", 100.0 * lost / offset);
             }
+        }
+        let left = a.largest_left.get(k).copied().unwrap_or(0.0);
+        if left > 0.0 {
+            let _ = write!(text, "; leaves up to {:.6} {unit} at a reversal", joint.kind.to_edge(left));
         }
         text.push('\n');
     }

@@ -7,6 +7,7 @@ writes tests/data/twin/ again. The twin shares no code and no kinematic conventi
 and pandas. Everything here is simulated; nothing was measured.
 
   run_<machine>.csv.gz     noise-free run of the circle program at 25 Hz, every 50th row, with encoder columns
+  table3_program.csv       the circle program with the controller of seed 000 Table 3, as printed (`--kind table3`)
   best_program.csv         the circle program compensated by the twin (`--kind best`)
   run_best.csv.gz          its noise-free run on machine table3, every 50th row
   static_A2_program.csv    seed 000's static test of A2 as a program with times
@@ -44,6 +45,7 @@ for machine in ("table3", "figure5"):
     path = OUT / f"run_{machine}.csv.gz"
     twin.run(circle, None, path, options(machine=machine, encoders=True), f"twin, circle, {machine}, noise-free")
     decimate(path, 50)
+twin.write_program(OUT / "table3_program.csv", twin.compensate(circle, "table3"))
 best = twin.compensate(circle, "best")
 twin.write_program(OUT / "best_program.csv", best)
 best, _ = twin.read_program(OUT / "best_program.csv")

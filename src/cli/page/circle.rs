@@ -61,10 +61,16 @@ pub fn head(page: &mut Page, runs: &[Named]) {
     );
 }
 
-/// Table and figures of all runs; the first is the one that reductions refer to.
-pub fn sections(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named]) {
-    let named = |r: &Named| Run::new(r.name, r.role);
-    let um = |v: f64| v * 1e6;
+fn named(r: &Named) -> Run {
+    Run::new(r.name, r.role)
+}
+
+fn um(v: f64) -> f64 {
+    v * 1e6
+}
+
+/// Errors at the reversals of all runs; the first is the one that reductions refer to.
+pub fn table(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named]) {
     let how = "Best-fit plane and circle (Taubin) of the last revolution; errors averaged over 1 s; the largest from 0.9° of \
                the circle before a reversal to 7.2° behind it. Beyond nominal: without what the program's own chords cause.";
     let rows = nominal.reversals.iter().enumerate().map(|(i, r)| ReversalRow {
@@ -87,6 +93,10 @@ pub fn sections(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named
     });
     let view = ReversalsView { runs: runs.iter().map(named).collect(), rows: rows.collect() };
     page.section("What each reversal costs", how, view);
+}
+
+/// Path in space, polar plots, histogram.
+pub fn figures(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named]) {
     page.section(
         "Where the path leaves its circle",
         format!("Errors drawn {EXAGGERATION:.0} times too large, averaged over 1 s; marks where joints turn."),
