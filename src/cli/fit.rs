@@ -1,5 +1,6 @@
 //! `lostmotion fit`: identified gaps -> compensator file.
 
+use crate::cli::page;
 use crate::compensator::{Compensator, FrictionShape};
 use crate::effect::Decay;
 use crate::error::{Error, Place, Result, is_stdio};
@@ -53,6 +54,9 @@ pub struct Args {
     /// Print the compensator as one JSON document
     #[arg(long)]
     pub json: bool,
+    /// Write a self-contained HTML page with figures and tables here
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -78,6 +82,7 @@ pub fn run(args: Args) -> Result<()> {
     if let Some(path) = &args.output {
         write_whole(path, text.as_bytes())?;
     }
+    page::write(args.report.as_deref(), || page::compensator::of_fit(&robot, &compensator))?;
     if args.json {
         let json = serde_json::to_string_pretty(&compensator.to_json(&robot)?)
             .map_err(|e| Error::bad(Place::default(), e.to_string(), "values that JSON can hold"))?;

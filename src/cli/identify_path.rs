@@ -1,6 +1,6 @@
 //! `lostmotion identify path`: gaps and stiction from reversals in continuous motion.
 
-use crate::cli::logs;
+use crate::cli::{logs, page};
 use crate::error::{Error, Place, Result, is_stdio};
 use crate::gaps::{Gaps, file};
 use crate::identify::path::{Options, PathFound, identify};
@@ -49,6 +49,9 @@ pub struct Args {
     /// Print the result as one JSON document
     #[arg(long)]
     pub json: bool,
+    /// Write a self-contained HTML page with figures and tables here
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
 }
 
 /// Runs the command.
@@ -80,6 +83,7 @@ pub fn run(args: Args) -> Result<()> {
         let text = if json { file::to_json(&document)? } else { file::to_yaml(&document)? };
         write_whole(path, text.as_bytes())?;
     }
+    page::write(args.report.as_deref(), || page::gaps::of_path(&robot, &found))?;
     if args.json {
         write_whole(Path::new("-"), file::to_json(&document)?.as_bytes())?;
     } else if to_stdout {

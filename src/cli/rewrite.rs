@@ -1,5 +1,6 @@
 //! `lostmotion rewrite`: program and compensator in, program with reversal points and offsets out.
 
+use crate::cli::page;
 use crate::compensator::Compensator;
 use crate::error::{Error, Place, Result, shown};
 use crate::io::input;
@@ -116,6 +117,10 @@ pub struct Args {
     /// Print the account as one JSON document on standard output
     #[arg(long)]
     pub json: bool,
+
+    /// Write a self-contained HTML page with figures and tables here
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
 }
 
 /// `--refine`.
@@ -170,6 +175,7 @@ pub fn run(args: Args) -> Result<()> {
         }
     };
     summary(&args, &[Line::of(&outcome)])?;
+    page::write(args.report.as_deref(), || page::rewrite::of_outcome(&source.robot, &source.compensator, &outcome))?;
     if args.json {
         print(&document(&outcome, &source.robot))?;
     } else {

@@ -1,5 +1,6 @@
 //! `lostmotion simulate`: model + program or log -> predicted log.
 
+use crate::cli::page;
 use crate::error::Result;
 use crate::io::{input, output::Output};
 use crate::log::Log;
@@ -44,6 +45,9 @@ pub struct Args {
     /// Leave out the model's registration: TCP in the frame of the robot file, not of the tracker
     #[arg(long)]
     pub base_frame: bool,
+    /// Write a self-contained HTML page with figures and tables here
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
     /// Add encoder columns (enc_A1_deg, ...): the motor side of each joint
     #[arg(long)]
     pub encoders: bool,
@@ -100,6 +104,7 @@ pub fn run(args: Args) -> Result<()> {
         written
     };
     out.commit()?;
+    page::write(args.report.as_deref(), || page::simulate::of_run(&model, &input, &written))?;
     for note in &written.notes {
         eprintln!("note: {note}");
     }

@@ -14,10 +14,12 @@
 //! - [`nominal`]: what the program says.
 //! - [`fit`]: plane and circle.
 //! - [`measured`]: one log against it.
+//! - [`joints`]: joint errors against the nominal program at the same place.
 //! - [`document`]: the result as JSON.
 
 pub mod document;
 pub mod fit;
+pub mod joints;
 pub mod measured;
 pub mod nominal;
 

@@ -2,7 +2,7 @@
 
 use super::{print, print_json, table};
 use crate::assess::circle::{Assessment, Measured, assess};
-use crate::cli::logs;
+use crate::cli::{logs, page};
 use crate::error::Result;
 use crate::io::input;
 use crate::robot::Robot;
@@ -43,6 +43,9 @@ pub struct Args {
     /// Print one JSON document (lostmotion/circle/1) in place of the tables
     #[arg(long)]
     pub json: bool,
+    /// Write a self-contained HTML page with figures and tables here
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
 }
 
 /// Runs the command.
@@ -56,6 +59,7 @@ pub fn run(args: Args) -> Result<()> {
     for note in &result.notes {
         eprintln!("note: {note}");
     }
+    page::write(args.report.as_deref(), || page::circle::of_assessment(&robot, &result))?;
     if args.json { print_json(&result.to_json(&robot)) } else { print(&tables(&result, &robot)) }
 }
 

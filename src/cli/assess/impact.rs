@@ -2,6 +2,7 @@
 
 use super::{print, print_json, table};
 use crate::assess::impact::{AxisGap, JointImpact, displacement_m, over_program};
+use crate::cli::page;
 use crate::effect::GapCurve;
 use crate::error::{Error, Place, Result};
 use crate::io::input;
@@ -50,6 +51,9 @@ pub struct Args {
     /// Print one JSON document (lostmotion/impact/1) in place of the table
     #[arg(long)]
     pub json: bool,
+    /// Write a self-contained HTML page with figures and tables here
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
 }
 
 /// Runs the command.
@@ -78,6 +82,7 @@ pub fn run(args: Args) -> Result<()> {
         Some(path) => {
             let program = Program::parse(&input::read(path)?, &robot)?;
             let joints = over_program(&robot, &program, &gaps);
+            page::write(args.report.as_deref(), || page::impact::of_program(&robot, &joints))?;
             if args.json {
                 print_json(&program_json(&robot, &program, &joints))
             } else {
@@ -92,6 +97,7 @@ pub fn run(args: Args) -> Result<()> {
                 let half_gap = gap.at(q[gap.axis]);
                 rows.push((gap.axis, half_gap, q, displacement_m(&robot, q, gap.axis, half_gap)));
             }
+            page::write(args.report.as_deref(), || page::impact::of_poses(&robot, &rows))?;
             if args.json { print_json(&pose_json(&robot, &rows)) } else { print(&pose_table(&robot, &rows)) }
         }
     }

@@ -40,6 +40,8 @@ pub struct Args {
     pub json: bool,
 }
 
+const DENSE: &str = "this tool, dense path";
+
 /// What the table and the page show of one run.
 struct Shown {
     name: &'static str,
@@ -87,7 +89,7 @@ pub fn run(args: Args) -> Result<()> {
         ("without", Role::Before, &nominal),
         ("published controller", Role::Between, &published),
         ("this tool, own points", Role::Between, &offsets),
-        ("this tool, dense path", Role::After, &dense),
+        (DENSE, Role::After, &dense),
     ] {
         let log = runs::run(&machine, program, &program.with_extension("log.csv"))?;
         let (points, measured, plan) = runs::assess(&robot, &nominal, program, &log)?;
@@ -96,7 +98,11 @@ pub fn run(args: Args) -> Result<()> {
     }
     // the dense program's own log, through the same inverse, for the joint error traces after
     let after = runs::log(&robot, &dense.with_extension("log.csv"))?;
-    let after = path::identify(&robot, &[after], &path::Options::default());
+    let after = path::identify(&robot, &[after], &path::Options::default())
+        .ok()
+        .zip(circle.as_ref())
+        .map(|(mut a, plan)| runs::against_nominal(&robot, plan, &nominal, &mut a).map(|()| a));
+    let after = after.transpose()?;
 
     let report = dir.join("report.html");
     if let Some(nominal) = &circle {
@@ -104,7 +110,7 @@ pub fn run(args: Args) -> Result<()> {
         page.summary = "Simulated laser-tracker logs of a KUKA KR 120 R2500 PRO: gaps identified, a compensator fitted, the program \
                         rewritten, and run again on the simulated machine. Nothing here was measured on a real robot."
             .into();
-        describe(&mut page, &robot, &still, &found, &compensator, nominal, &shown, after.as_ref().ok());
+        describe(&mut page, &robot, &still, &found, &compensator, nominal, &shown, after.as_ref());
         write_whole(&report, page.render().as_bytes())?;
     }
     if args.json {
@@ -144,7 +150,7 @@ fn describe(
     shown: &[Shown],
     after: Option<&path::PathFound>,
 ) {
-    let named = |s: &'static str, r: Role, m| page::circle::Named { name: s, role: r, measured: m };
+    let named = |s: &'static str, r: Role, m| page::circle::Named { name: s, role: r, measured: m, chords: s != DENSE };
     let all: Vec<page::circle::Named> = shown.iter().map(|s| named(s.name, s.role, &s.measured)).collect();
     // the figures show three runs: four lines on one circle hide each other
     let drawn: Vec<page::circle::Named> =
@@ -156,14 +162,16 @@ fn describe(
     page::circle::table(page, robot, nominal, &all);
     page::circle::figures(page, robot, nominal, &drawn);
     let mut runs = vec![("without", Role::Before, found)];
-    runs.extend(after.map(|a| ("this tool, dense path", Role::After, a)));
+    runs.extend(after.map(|a| ("this tool, dense path, against the nominal program", Role::After, a)));
     page::gaps::traces(page, robot, &runs);
-    page::gaps::sections(page, robot, &found.gaps);
-    page::gaps::sections(page, robot, &still.gaps);
+    page::gaps::sections(page, robot, &found.gaps, "the circle");
+    page::gaps::sections(page, robot, &still.gaps, "the static tests");
     if let Some(r) = found.gaps.registration.as_ref() {
         page.section("The tracker's frame, found with the gaps", "", registration(r));
     }
     page::compensator::sections(page, robot, compensator);
+    let methods = [page::circle::methods(), page::gaps::methods(), page::compensator::methods()].concat();
+    page.section("", "", methods);
     if page.verdict.tone == Tone::Plain {
         page.verdict.tone = Tone::Good;
     }

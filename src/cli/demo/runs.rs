@@ -1,8 +1,10 @@
 //! Programs of the demo: rewritten, executed on the bundled machine, assessed.
 
+use crate::assess::circle::joints::NominalJoints;
 use crate::assess::circle::{Measured, Nominal};
 use crate::compensator::Compensator;
 use crate::error::{Error, Result};
+use crate::identify::path::PathFound;
 use crate::io::input;
 use crate::io::output::{Output, write_whole};
 use crate::log::Log;
@@ -84,4 +86,28 @@ pub fn assess(robot: &Robot, nominal: &Path, from: &Path, log: &Log) -> Result<(
     let plan = Nominal::new(robot, &program(robot, nominal)?)?;
     let measured = Measured::new(robot, &plan, log)?;
     Ok((program(robot, from)?.len(), measured, plan))
+}
+
+/// Turns the joint errors of a compensated run into those against the nominal program at the same place.
+pub fn against_nominal(robot: &Robot, plan: &Nominal, nominal: &Path, found: &mut PathFound) -> Result<()> {
+    let wanted = NominalJoints::new(robot, plan, &program(robot, nominal)?);
+    let Some(rows) = found.traces.iter().map(|t| t.t_s.len()).min() else { return Ok(()) };
+    let mut q = wanted.first().to_vec();
+    let tcp: Vec<_> = (0..rows)
+        .map(|i| {
+            for t in &found.traces {
+                q[t.axis] = t.command[i] + t.error[i];
+            }
+            robot.tcp_m(&q)
+        })
+        .collect();
+    let phases = plan.phases_deg(&tcp);
+    for t in &mut found.traces {
+        for (i, phase) in phases.iter().enumerate() {
+            let by = wanted.at(t.axis, *phase).map_or(f64::NAN, |n| t.command[i] - n);
+            t.error[i] += by;
+        }
+        t.fitted.clear();
+    }
+    Ok(())
 }

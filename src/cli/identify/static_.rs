@@ -1,6 +1,6 @@
 //! `lostmotion identify static`.
 
-use crate::cli::logs;
+use crate::cli::{logs, page};
 use crate::error::{Error, Place, Result, is_stdio};
 use crate::gaps::file::{to_json, to_yaml};
 use crate::identify::static_test::{self, Knots, Options, display, document};
@@ -49,6 +49,9 @@ pub struct Args {
     /// Print the result as one JSON document
     #[arg(long)]
     pub json: bool,
+    /// Write a self-contained HTML page with figures and tables here
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
     /// Shortest dwell in seconds, where no trigger or cycle column marks them
     #[arg(long, value_name = "S", default_value_t = 0.5)]
     pub min_dwell_s: f64,
@@ -87,6 +90,7 @@ pub fn run(args: Args) -> Result<()> {
         let text = if json { to_json(&doc)? } else { to_yaml(&doc)? };
         write_whole(path, text.as_bytes())?;
     }
+    page::write(args.report.as_deref(), || page::gaps::of_static(&robot, &found))?;
     let table = display::table(&found, &robot);
     if args.json {
         write_whole(Path::new("-"), to_json(&doc)?.as_bytes())?;

@@ -1,7 +1,7 @@
 //! Sections about a circle: reversals (seed 000 Table 5), path in space, polar plots, histogram (Figures 11 and 12).
 
 use super::EXAGGERATION;
-use crate::assess::circle::{Measured, Nominal};
+use crate::assess::circle::{Assessment, Measured, Nominal};
 use crate::report::{
     AngleMark, HistogramRun, HistogramView, Page, PathMark, PathRun, PathView, PolarRun, PolarView, ReversalRow,
     ReversalValue, ReversalsView, Role, Run, Tile, Tone, method,
@@ -13,6 +13,8 @@ pub struct Named<'a> {
     pub name: &'a str,
     pub role: Role,
     pub measured: &'a Measured,
+    /// The program ran the nominal program's own chords; else "beyond nominal" means nothing.
+    pub chords: bool,
 }
 
 /// Mean share by which the total error at the reversals fell from `before` to `after`.
@@ -85,7 +87,7 @@ pub fn table(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named]) 
                 let first = runs.first().and_then(|f| f.measured.reversals.get(i)?.total_m);
                 ReversalValue {
                     total_um: e.total_m.map_or(f64::NAN, um),
-                    beyond_nominal_um: e.beyond_nominal_m.map(um),
+                    beyond_nominal_um: e.beyond_nominal_m.filter(|_| run.chords).map(um),
                     reduction: if k == 0 { None } else { e.total_m.zip(first).map(|(a, b)| 1.0 - a / b) },
                 }
             })
@@ -149,7 +151,11 @@ pub fn figures(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named]
         "Total error of the rows of the last revolution; 95 % lie left of the mark.",
         histogram,
     );
-    page.section("", "", vec![method::CIRCLE, method::REGISTRATION]);
+}
+
+/// How errors of a circle are measured.
+pub fn methods() -> Vec<method::Method> {
+    vec![method::CIRCLE, method::REGISTRATION]
 }
 
 /// Nominal circle and the runs around it.
@@ -178,4 +184,23 @@ fn path(robot: &Robot, nominal: &Nominal, runs: &[Named]) -> PathView {
             .collect(),
         marks: marks.collect(),
     }
+}
+
+/// Page of `assess circle`.
+pub fn of_assessment(robot: &Robot, result: &Assessment) -> Page {
+    let mut page =
+        super::start("assess circle", &format!("Circle of {:.0} mm", result.nominal.circle.radius_m * 1e3), robot);
+    let mut runs = vec![Named { name: "before", role: Role::Before, measured: &result.before, chords: true }];
+    runs.extend(result.after.as_ref().map(|a| Named { name: "after", role: Role::After, measured: a, chords: true }));
+    for r in &runs {
+        page.file(format!("log {}", r.name), r.measured.name.clone(), r.measured.sha256.clone());
+    }
+    head(&mut page, &runs);
+    table(&mut page, robot, &result.nominal, &runs);
+    figures(&mut page, robot, &result.nominal, &runs);
+    if !result.notes.is_empty() {
+        page.section("", "", result.notes.clone());
+    }
+    page.section("", "", methods());
+    page
 }

@@ -3,7 +3,7 @@
 use super::{milli, milli2};
 use crate::compensator::{Compensator, FrictionShape, JointCompensator};
 use crate::effect::{Decay, GapCurve};
-use crate::report::{CompensatorRow, Page, method};
+use crate::report::{CompensatorRow, Page, Tone, method};
 use crate::robot::Robot;
 
 /// Table of offsets, then the notes of the fit.
@@ -17,7 +17,11 @@ pub fn sections(page: &mut Page, robot: &Robot, compensator: &Compensator) {
     if !compensator.evidence.notes.is_empty() {
         page.section("Decisions of the fit", "", compensator.evidence.notes.clone());
     }
-    page.section("", "", vec![method::FEEDFORWARD, method::FRICTION_POINTS]);
+}
+
+/// The offsets.
+pub fn methods() -> Vec<method::Method> {
+    vec![method::FEEDFORWARD, method::FRICTION_POINTS]
 }
 
 fn row(robot: &Robot, j: &JointCompensator) -> CompensatorRow {
@@ -43,4 +47,22 @@ fn row(robot: &Robot, j: &JointCompensator) -> CompensatorRow {
         friction_gain_milli: j.friction.map(|f| milli(robot, j.axis, f.gain)),
         friction_shape: shape,
     }
+}
+
+/// Page of `fit`.
+pub fn of_fit(robot: &Robot, compensator: &Compensator) -> Page {
+    let mut page = super::start("fit", "Compensator", robot);
+    for log in &compensator.evidence.logs {
+        page.file("log", log.name.clone(), log.sha256.clone());
+    }
+    let names: Vec<&str> = compensator.joints.iter().map(|j| robot.axis(j.axis).name.as_str()).collect();
+    let text = if names.is_empty() {
+        "Nothing to compensate: programs stay as they are.".to_string()
+    } else {
+        format!("Offsets for {}.", names.join(", "))
+    };
+    page.verdict(Tone::Plain, text);
+    sections(&mut page, robot, compensator);
+    page.section("", "", methods());
+    page
 }

@@ -5,27 +5,37 @@ use super::{milli, milli2};
 use crate::effect::Decay;
 use crate::gaps::{Gaps, JointGap};
 use crate::identify::path::PathFound;
+use crate::identify::static_test::Found;
 use crate::report::{
-    GapPointView, GapRow, GapsView, JointGapView, JointTraces, Page, Role, Run, ScheduleView, StictionRow, TraceMark,
-    TracePanel, TraceRun, TracesView, method,
+    GapPointView, GapRow, GapsView, JointGapView, JointTraces, Page, Role, Run, ScheduleView, StictionRow, Tile, Tone,
+    TraceMark, TracePanel, TraceRun, TracesView, method,
 };
-use crate::robot::Robot;
+use crate::robot::{JointKind, Robot};
 
 /// Table of gaps, then the gap over position where points were tested.
-pub fn sections(page: &mut Page, robot: &Robot, gaps: &Gaps) {
+pub fn sections(page: &mut Page, robot: &Robot, gaps: &Gaps, from: &str) {
     let rows: Vec<GapRow> = gaps.joints.iter().map(|j| row(robot, j)).collect();
-    page.section("Half gaps and stiction", "With 95 % intervals. Thousandths of a degree (mdeg) or micrometres.", rows);
+    page.section(
+        format!("Half gaps from {from}"),
+        "With 95 % intervals. Thousandths of a degree (mdeg) or micrometres.",
+        rows,
+    );
     if gaps.points.len() > gaps.joints.len() {
         let joints = gaps.joints.iter().map(|j| over_position(robot, gaps, j)).collect();
         page.section(
-            "Half gap over position",
+            format!("Half gap over position, {from}"),
             "Each place with its 95 % interval and its repeats; the line is the constant, or the schedule that a compensator uses.",
             GapsView { joints },
         );
     }
     if !gaps.notes.is_empty() {
-        page.section("", "", gaps.notes.clone());
+        page.section(format!("Notes on {from}"), "", gaps.notes.clone());
     }
+}
+
+/// The model that is fitted.
+pub fn methods() -> Vec<method::Method> {
+    vec![method::PLAY, method::STICTION]
 }
 
 fn row(robot: &Robot, j: &JointGap) -> GapRow {
@@ -96,7 +106,7 @@ pub fn traces(page: &mut Page, robot: &Robot, runs: &[(&str, Role, &PathFound)])
                     run: Run::new(*name, *role),
                     x: t.t_s.clone(),
                     error_milli: t.error.iter().map(|v| milli(robot, axis, *v)).collect(),
-                    model_x: t.t_s.clone(),
+                    model_x: if t.fitted.is_empty() { Vec::new() } else { t.t_s.clone() },
                     model_milli: t.fitted.iter().map(|v| milli(robot, axis, *v)).collect(),
                 }],
                 marks: t
@@ -117,5 +127,65 @@ pub fn traces(page: &mut Page, robot: &Robot, runs: &[(&str, Role, &PathFound)])
          registration fitted together with the gaps), averaged; the line is the identified model; marks where the joint turns.",
         TracesView { x_name: "time".into(), x_unit: "s".into(), y_name: String::new(), joints },
     );
-    page.section("", "", vec![method::PLAY, method::STICTION]);
+}
+
+/// Page of `identify static`.
+pub fn of_static(robot: &Robot, found: &Found) -> Page {
+    of_gaps(
+        robot,
+        &found.gaps,
+        "identify static",
+        "Half gaps from bidirectional dwells",
+        "static tests",
+        method::STATIC_GAP,
+    )
+}
+
+/// Page of `identify path`.
+pub fn of_path(robot: &Robot, found: &PathFound) -> Page {
+    let mut page = of_gaps(
+        robot,
+        &found.gaps,
+        "identify path",
+        "Half gaps and stiction from a path",
+        "the path",
+        method::STICTION,
+    );
+    let method = page.sections.pop();
+    traces(&mut page, robot, &[("measured", Role::Before, found)]);
+    page.sections.extend(method);
+    page
+}
+
+fn of_gaps(robot: &Robot, gaps: &Gaps, command: &str, title: &str, from: &str, method: method::Method) -> Page {
+    let mut page = super::start(command, title, robot);
+    for log in &gaps.logs {
+        page.file("log", log.name.clone(), log.sha256.clone());
+    }
+    let found: Vec<&str> =
+        gaps.joints.iter().filter(|j| j.significant).map(|j| robot.axis(j.axis).name.as_str()).collect();
+    let text = match found.as_slice() {
+        [] => "No joint has a gap that exceeds its uncertainty.".to_string(),
+        [one] => format!("{one} has a gap that exceeds its uncertainty."),
+        names => format!("{} have gaps that exceed their uncertainty.", names.join(", ")),
+    };
+    page.verdict(Tone::Plain, text);
+    for j in &gaps.joints {
+        let kind = robot.axis(j.axis).kind;
+        let unit = if kind == JointKind::Revolute { "mdeg" } else { "µm" };
+        let [lo, hi] = milli2(robot, j.axis, j.ci95);
+        page.tile(
+            Tile::number(format!("half gap of {}", robot.axis(j.axis).name), milli(robot, j.axis, j.half_gap), 2, unit)
+                .with_detail(format!("95 %: {lo:.2} to {hi:.2}")),
+        );
+    }
+    if let Some(r) = &gaps.registration {
+        page.option(
+            "residual of the registration",
+            format!("{:.1} µm per coordinate, {} samples", r.rms_m * 1e6, r.samples),
+        );
+    }
+    sections(&mut page, robot, gaps, from);
+    page.section("", "", vec![method, method::REGISTRATION]);
+    page
 }

@@ -3,14 +3,21 @@
 //! Rooms:
 //! - [`circle`]: circles before and after, side by side for any number of runs.
 //! - [`gaps`]: what an identification found; joint error traces of a path.
-//! - [`compensator`]: offsets, and what was left out.
+//! - [`compensator`]: offsets, and what was left out; [`rewrite`]: what was done to a program.
+//! - [`impact`]: what a gap costs at the TCP; [`simulate`]: what was run on which machine.
 
 pub mod circle;
 pub mod compensator;
 pub mod gaps;
+pub mod impact;
+pub mod rewrite;
+pub mod simulate;
 
+use crate::error::Result;
+use crate::io::output::write_whole;
 use crate::report::{Page, RobotView};
 use crate::robot::Robot;
+use std::path::Path;
 
 /// Errors at the TCP are drawn this many times too large (seed 000, Figure 11).
 pub const EXAGGERATION: f64 = 400.0;
@@ -23,6 +30,14 @@ pub fn start(command: &str, title: &str, robot: &Robot) -> Page {
         page.joint(joint.name.clone(), joint.kind);
     }
     page
+}
+
+/// Writes the page that `make` fills, where one is asked for.
+pub fn write(path: Option<&Path>, page: impl FnOnce() -> Page) -> Result<()> {
+    match path {
+        Some(path) => write_whole(path, page().render().as_bytes()),
+        None => Ok(()),
+    }
 }
 
 /// A joint value in thousandths of its unit: mdeg or um.
