@@ -15,6 +15,7 @@ mod program;
 mod registration;
 mod report;
 mod rewrite_engine;
+mod rewrite_printed;
 mod rewrite_stream;
 mod robot;
 mod simulate;
