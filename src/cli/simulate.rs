@@ -4,7 +4,8 @@ use crate::error::Result;
 use crate::io::{input, output::Output};
 use crate::log::Log;
 use crate::model::Model;
-use crate::simulate::{Motion, Options, Program, Timing, predicted};
+use crate::program::Program;
+use crate::simulate::{Motion, Options, Timing, predicted};
 use std::path::PathBuf;
 
 /// Run a program, or the commands of a log, on a modelled machine and write the log that a tracker would.
@@ -92,10 +93,10 @@ pub fn run(args: Args) -> Result<()> {
         }
         written
     } else {
-        let program = Program::parse(&input, &model.robot)?;
+        let program = Program::parse(input, &model.robot)?;
         let (t_s, notes) = times(&args, &model, &program, &options);
         let motion = Motion::of_program(&model, &program, &t_s, options.rate_hz, options.encoders)?;
-        let mut written = predicted::write_program_log(&model, &motion, &options, &input.name, &mut out)?;
+        let mut written = predicted::write_program_log(&model, &motion, &options, &program.name, &mut out)?;
         written.notes.extend(notes);
         written
     };

@@ -4,10 +4,9 @@ use super::{print, print_json, table};
 use crate::assess::impact::{AxisGap, JointImpact, displacement_m, over_program};
 use crate::effect::GapCurve;
 use crate::error::{Error, Place, Result};
-use crate::io::input;
 use crate::model::Model;
+use crate::program::Program;
 use crate::robot::{Joint, Robot};
-use crate::simulate::Program;
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 
@@ -76,7 +75,7 @@ pub fn run(args: Args) -> Result<()> {
     };
     match &args.program {
         Some(path) => {
-            let program = Program::parse(&input::read(path)?, &robot)?;
+            let program = Program::load(path, &robot)?;
             let joints = over_program(&robot, &program, &gaps);
             if args.json {
                 print_json(&program_json(&robot, &program, &joints))
@@ -275,7 +274,7 @@ fn program_table(robot: &Robot, program: &Program, joints: &[JointImpact]) -> St
             joint.name.clone(),
             format!("{:.6} {}", edge(joint, j.half_gap), joint.kind.unit()),
             format!("{:.1}", j.largest_m * 1e6),
-            j.largest_line.to_string(),
+            j.largest_line.map_or("-".into(), |l| l.to_string()),
             format!("{:.1}", j.rms_m * 1e6),
             j.reversals.to_string(),
             j.at_reversals_m.map_or("-".into(), |m| format!("{:.1}", m * 1e6)),
