@@ -47,7 +47,7 @@ impl Model {
     pub fn load(path: &Path) -> Result<Self> {
         let (text, input) = input::read_text(path)?;
         let doc = Document { name: &input.name, text: &text };
-        let file: ModelFile = doc.parse("a model file (schema lostmotion/model/1)")?;
+        let file: ModelFile = doc.parse_schema("a model file", SCHEMA)?;
         doc.require_schema(&file.schema, SCHEMA)?;
         let robot = match &file.robot {
             Value::String(relative) => Robot::load(&path.parent().unwrap_or(Path::new("")).join(relative))?,
