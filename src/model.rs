@@ -53,7 +53,7 @@ impl Model {
     /// Parses and checks the text of a model file; `find` loads a robot that is given by its path.
     pub fn parse(name: &str, text: &str, find: &dyn Fn(&str) -> Result<Robot>) -> Result<Self> {
         let doc = Document { name, text };
-        let file: ModelFile = doc.parse("a model file (schema lostmotion/model/1)")?;
+        let file: ModelFile = doc.parse_schema("a model file", SCHEMA)?;
         doc.require_schema(&file.schema, SCHEMA)?;
         let robot = match &file.robot {
             Value::String(relative) => find(relative)?,

@@ -8,8 +8,8 @@
 
 use crate::effect::{Effect, GapCurve, Track};
 use crate::model::Model;
+use crate::program::Program;
 use crate::robot::Robot;
-use crate::simulate::Program;
 use rayon::prelude::*;
 
 /// Command movement that is number noise, rad or m; as the rewriter has it.
@@ -58,7 +58,7 @@ pub struct JointImpact {
     pub axis: usize,
     /// Largest displacement, and the line of the program where it is.
     pub largest_m: f64,
-    pub largest_line: u32,
+    pub largest_line: Option<u64>,
     pub rms_m: f64,
     /// Half gap where the displacement is largest, rad or m.
     pub half_gap: f64,
@@ -97,7 +97,7 @@ pub fn over_program(robot: &Robot, program: &Program, gaps: &[AxisGap]) -> Vec<J
             JointImpact {
                 axis,
                 largest_m,
-                largest_line: program.line[point],
+                largest_line: program.line(point),
                 rms_m: (sum / program.len() as f64).sqrt(),
                 half_gap: gap.at(program.q[axis][point]),
                 reversals: turns.len(),

@@ -1,7 +1,7 @@
 //! `lostmotion fit`: identified gaps -> compensator file.
 
 use crate::cli::page;
-use crate::compensator::{Compensator, FrictionShape};
+use crate::compensator::{Compensator, FrictionShape, file::is_date};
 use crate::effect::Decay;
 use crate::error::{Error, Place, Result, is_stdio};
 use crate::fit::{Form, fit, spacing};
@@ -70,6 +70,9 @@ pub fn run(args: Args) -> Result<()> {
     let to_stdout = args.output.as_deref().is_some_and(is_stdio);
     if args.json && to_stdout {
         return Err(Error::bad(Place::file("--output"), "`-` together with --json", "one document on standard output"));
+    }
+    if let Some(day) = args.valid_until.as_deref().filter(|d| !is_date(d)) {
+        return Err(Error::bad(Place::file("--valid-until"), format!("`{day}`"), "a date as 2027-01-31"));
     }
     let robot = Robot::load(&args.robot)?;
     let documents = args.gaps.iter().map(|p| Gaps::load(p, &robot)).collect::<Result<Vec<_>>>()?;

@@ -1,6 +1,6 @@
 //! Logs as commands read them: column map, reading side by side, hygiene before anything is computed.
 
-use crate::error::Result;
+use crate::error::{Error, Place, Result};
 use crate::log::{ColumnMap, Log, hygiene};
 use crate::robot::Robot;
 use rayon::prelude::*;
@@ -16,13 +16,25 @@ pub fn load(paths: &[PathBuf], columns: Option<&Path>, robot: &Robot) -> Result<
     };
     // the first file in order that is wrong is the one that is named
     let all: Vec<Result<(Log, Vec<String>)>> = paths.par_iter().map(read).collect();
+    // nothing is said of the good ones before all are known to be good
+    let all = all.into_iter().collect::<Result<Vec<_>>>()?;
     let mut logs = Vec::with_capacity(paths.len());
-    for one in all {
-        let (log, notes) = one?;
+    for (log, notes) in all {
         for note in notes {
             eprintln!("note: {}: {note}", log.name);
         }
         logs.push(log);
     }
     Ok(logs)
+}
+
+/// Refuses a log that is given twice: counted twice, it would seem to know twice as much.
+pub fn refuse_repeats(logs: &[Log]) -> Result<()> {
+    for (i, log) in logs.iter().enumerate() {
+        if let Some(first) = logs[..i].iter().find(|l| l.sha256 == log.sha256) {
+            let found = format!("the same log as {}", first.name);
+            return Err(Error::bad(Place::file(&log.name), found, "every log once"));
+        }
+    }
+    Ok(())
 }

@@ -179,7 +179,7 @@ pub fn run(args: Args) -> Result<()> {
     if args.json {
         print(&document(&outcome, &source.robot))?;
     } else {
-        eprint!("{}", words(&outcome, &source.robot, dry));
+        eprint!("{}", words(&outcome, &source.robot, dry || outcome.refusal.is_some()));
     }
     said(outcome)
 }

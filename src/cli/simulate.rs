@@ -5,7 +5,8 @@ use crate::error::Result;
 use crate::io::{input, output::Output};
 use crate::log::Log;
 use crate::model::Model;
-use crate::simulate::{Motion, Options, Program, Timing, predicted};
+use crate::program::Program;
+use crate::simulate::{Motion, Options, Timing, predicted};
 use std::path::PathBuf;
 
 /// Run a program, or the commands of a log, on a modelled machine and write the log that a tracker would.
@@ -73,6 +74,7 @@ fn rate(text: &str) -> std::result::Result<f64, String> {
 pub fn run(args: Args) -> Result<()> {
     let model = Model::load(&args.model)?;
     let input = input::read(&args.input)?;
+    let from = page::simulate::From { name: input.name.clone(), sha256: input.sha256.clone() };
     let defaults = Options::default();
     let mut options = Options {
         rate_hz: args.rate_hz.unwrap_or(defaults.rate_hz),
@@ -96,15 +98,15 @@ pub fn run(args: Args) -> Result<()> {
         }
         written
     } else {
-        let program = Program::parse(&input, &model.robot)?;
+        let program = Program::parse(input, &model.robot)?;
         let (t_s, notes) = times(&args, &model, &program, &options);
         let motion = Motion::of_program(&model, &program, &t_s, options.rate_hz, options.encoders)?;
-        let mut written = predicted::write_program_log(&model, &motion, &options, &input.name, &mut out)?;
+        let mut written = predicted::write_program_log(&model, &motion, &options, &program.name, &mut out)?;
         written.notes.extend(notes);
         written
     };
     out.commit()?;
-    page::write(args.report.as_deref(), || page::simulate::of_run(&model, &input, &written))?;
+    page::write(args.report.as_deref(), || page::simulate::of_run(&model, &from, &written))?;
     for note in &written.notes {
         eprintln!("note: {note}");
     }

@@ -76,11 +76,7 @@ impl Compensator {
     /// Parses and checks the text of a compensator file; `name` stands in messages.
     pub fn parse(name: &str, text: &str, robot: &Robot) -> Result<Self> {
         let doc = Document { name, text };
-        let whole: Value = doc.parse("a compensator file (schema lostmotion/compensator/1)")?;
-        if let Some(schema) = whole.get("schema").and_then(Value::as_str) {
-            doc.require_schema(schema, SCHEMA)?;
-        }
-        let file: CompensatorFile = doc.parse("a compensator file (schema lostmotion/compensator/1)")?;
+        let file: CompensatorFile = doc.parse_schema("a compensator file", SCHEMA)?;
         doc.require_schema(&file.schema, SCHEMA)?;
         if file.robot.sha256 != robot.fingerprint() {
             return Err(Error::bad(
@@ -402,7 +398,7 @@ fn write_evidence(e: &Evidence, robot: &Robot) -> EvidenceFile {
 }
 
 /// `YYYY-MM-DD` with a month and a day that exist.
-fn is_date(text: &str) -> bool {
+pub fn is_date(text: &str) -> bool {
     let b = text.as_bytes();
     let digits = |r: std::ops::Range<usize>| text.get(r).and_then(|s| s.parse::<u32>().ok());
     b.len() == 10

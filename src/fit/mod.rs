@@ -82,6 +82,14 @@ fn backlash(m: &Merged, joint: &Joint, known: &mut JointEvidence, notes: &mut Ve
     let g = &m.gap;
     known.half_gap_ci95 = Some(g.ci95);
     let uncertainty = (g.ci95[1] - g.ci95[0]) / 2.0;
+    if g.significant && g.half_gap < -uncertainty {
+        notes.push(format!(
+            "{name}: half gap {} is left out: the joint goes beyond its command, which is no gap (look at the sense of the joint and at the log)",
+            shown(g.half_gap, joint)
+        ));
+        known.half_gap_ci95 = None;
+        return None;
+    }
     if !g.significant || g.half_gap <= uncertainty {
         notes.push(format!(
             "{name}: half gap {} is left out: not larger than its uncertainty of {}",

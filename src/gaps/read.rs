@@ -51,7 +51,7 @@ impl Gaps {
             logs,
             registration: top.child("registration").map(|r| r.registration()).transpose()?,
             points: top.children("points")?.iter().map(Node::point).collect::<Result<_>>()?,
-            joints: top.children("joints")?.iter().map(Node::joint).collect::<Result<_>>()?,
+            joints: top.joints()?,
             tcp_speed_m_s: top.optional("tcp_speed_mm_s")?.map(|v| v * 1e-3),
             notes: top.children("notes")?.iter().filter_map(|n| n.value.as_str().map(str::to_string)).collect(),
         })
@@ -199,11 +199,28 @@ impl Node<'_> {
         })
     }
 
+    /// One entry per joint: of two, one would silently be lost.
+    fn joints(&self) -> Result<Vec<JointGap>> {
+        let mut joints: Vec<JointGap> = Vec::new();
+        for node in self.children("joints")? {
+            let joint = node.joint()?;
+            if joints.iter().any(|j| j.axis == joint.axis) {
+                let name = &self.robot.axis(joint.axis).name;
+                return Err(node.bad("joint", format!("a second entry for {name}"), "one entry per joint"));
+            }
+            joints.push(joint);
+        }
+        Ok(joints)
+    }
+
     fn joint(&self) -> Result<JointGap> {
         let (axis, kind) = self.axis()?;
         let (unit, si) = (kind.unit(), kind.si());
         let half_gap = self.number(&format!("half_gap_{unit}"))? * si;
         let ci95 = if self.child("ci95").is_some() { self.array::<2>("ci95")?.map(|v| v * si) } else { [half_gap; 2] };
+        if ci95[0] > ci95[1] {
+            return Err(self.bad("ci95", format!("[{}, {}]", ci95[0] / si, ci95[1] / si), "[lower, upper]"));
+        }
         Ok(JointGap {
             axis,
             half_gap,

@@ -24,6 +24,15 @@ impl Document<'_> {
         })
     }
 
+    /// The same for a document of one schema; another kind of document is called what it is, not by its first strange key.
+    pub fn parse_schema<T: DeserializeOwned>(&self, what: &str, schema: &str) -> Result<T> {
+        self.parse(&format!("{what} (schema {schema})")).map_err(|e| {
+            let other = serde_yaml::from_str::<serde_yaml::Value>(self.text).ok();
+            let found = other.as_ref().and_then(|v| v.get("schema")).and_then(|v| v.as_str());
+            found.and_then(|f| self.require_schema(f, schema).err()).unwrap_or(e)
+        })
+    }
+
     /// Refuses a document of another schema, with the line on which it stands.
     pub fn require_schema(&self, found: &str, expected: &str) -> Result<()> {
         if found == expected {

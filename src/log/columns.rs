@@ -191,7 +191,7 @@ impl ColumnMap {
     /// Parses and checks the text of a column map; `name` stands in messages.
     pub fn parse(name: &str, text: &str) -> Result<Self> {
         let doc = Document { name, text };
-        let file: MapFile = doc.parse("a column map (schema lostmotion/columns/1)")?;
+        let file: MapFile = doc.parse_schema("a column map", SCHEMA)?;
         doc.require_schema(&file.schema, SCHEMA)?;
         let separator = match file.separator.as_deref() {
             None => b',',

@@ -11,9 +11,11 @@
 pub mod csv;
 pub mod lines;
 
-use crate::error::Result;
+use crate::error::{Place, Result};
+use crate::io::input::{self, Input};
 use crate::robot::Robot;
 use lines::Lines;
+use std::io::Cursor;
 use std::path::Path;
 
 /// What a number of a row means.
@@ -83,52 +85,61 @@ impl Block {
 pub struct Program {
     /// As messages show it.
     pub name: String,
-    pub axes: usize,
-    /// `q[row * axes + axis]`, rad or m.
-    pub q: Vec<f64>,
-    /// Empty, or one per row, s.
-    pub t_s: Vec<f64>,
-    /// Most decimals of each axis, in deg or mm.
-    pub decimals: Vec<u8>,
+    /// `q[axis][point]`, rad or m.
+    pub q: Vec<Vec<f64>>,
+    /// Times in s where the program has them.
+    pub t_s: Option<Vec<f64>>,
     pub lines: Lines,
 }
 
 impl Program {
-    /// Reads a joint-space program.
+    /// Reads a joint-space program (`-`: standard input), packed or not.
     pub fn load(path: &Path, robot: &Robot) -> Result<Self> {
-        let mut reader = csv::Reader::open(path, robot)?;
-        let mut program = Self {
-            name: reader.name().to_string(),
-            axes: robot.dof(),
-            q: Vec::new(),
-            t_s: Vec::new(),
-            decimals: vec![0; robot.dof()],
-            lines: Lines::default(),
-        };
-        let mut block = Block::default();
-        while reader.next(&mut block)? {
-            program.q.extend_from_slice(&block.q);
-            program.t_s.extend_from_slice(&block.t_s);
-            for (slot, &d) in reader.slots().iter().zip(&block.decimals) {
-                if let Slot::Axis(a) = slot {
-                    program.decimals[*a] = program.decimals[*a].max(d);
-                }
-            }
-        }
-        program.lines = reader.into_lines();
-        Ok(program)
+        Self::parse(input::read(path)?, robot)
     }
 
+    /// Parses the bytes of a program.
+    pub fn parse(input: Input, robot: &Robot) -> Result<Self> {
+        let mut reader = csv::Reader::new(Box::new(Cursor::new(input.bytes)), &input.name, robot)?;
+        let mut q = vec![Vec::new(); robot.dof()];
+        let mut t_s = reader.has_times().then(Vec::new);
+        let mut block = Block::default();
+        while reader.next(&mut block)? {
+            for row in block.q.chunks_exact(robot.dof()) {
+                for (axis, &v) in q.iter_mut().zip(row) {
+                    axis.push(v);
+                }
+            }
+            if let Some(times) = &mut t_s {
+                times.extend_from_slice(&block.t_s);
+            }
+        }
+        Ok(Self { name: input.name, q, t_s, lines: reader.into_lines() })
+    }
+
+    /// Number of points.
     pub fn len(&self) -> usize {
-        self.q.len().checked_div(self.axes).unwrap_or(0)
+        self.q.first().map_or(0, Vec::len)
     }
 
     pub fn is_empty(&self) -> bool {
-        self.q.is_empty()
+        self.len() == 0
     }
 
-    /// Target of a row.
-    pub fn row(&self, i: usize) -> &[f64] {
-        &self.q[i * self.axes..(i + 1) * self.axes]
+    /// Joint vector of a point into `q`.
+    pub fn point_into(&self, i: usize, q: &mut [f64]) {
+        for (v, column) in q.iter_mut().zip(&self.q) {
+            *v = column[i];
+        }
+    }
+
+    /// Line of the file on which a point stands.
+    pub fn line(&self, point: usize) -> Option<u64> {
+        self.lines.line(point as u64)
+    }
+
+    /// Place of a point, for messages.
+    pub fn place(&self, point: usize) -> Place {
+        Place { file: self.name.clone(), line: self.line(point), column: None }
     }
 }

@@ -140,11 +140,15 @@ impl Job<'_> {
                     return Ok(result);
                 }
                 let sha256_out = sink.sha256();
-                if !result.unchanged {
-                    guard::leave_note(path, &self.note(input, path, &result, &sha256_out))?;
-                }
+                // the note comes first: a rewritten file never stands without one
+                let noted =
+                    !result.unchanged && guard::leave_note(path, &self.note(input, path, &result, &sha256_out))?;
                 result.sha256_out = Some(sha256_out);
-                sink.commit()?;
+                sink.commit().inspect_err(|_| {
+                    if noted {
+                        let _ = std::fs::remove_file(guard::note_path(path));
+                    }
+                })?;
                 Ok(result)
             }
         }

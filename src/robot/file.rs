@@ -141,7 +141,7 @@ impl Robot {
     /// Parses and checks the text of a robot file; `name` stands in messages.
     pub fn parse(name: &str, text: &str) -> Result<Self> {
         let doc = Document { name, text };
-        let file: RobotFile = doc.parse("a robot file (schema lostmotion/robot/1)")?;
+        let file: RobotFile = doc.parse_schema("a robot file", SCHEMA)?;
         file.build(&doc)
     }
 }

@@ -4,11 +4,12 @@
 //! rounding of arithmetic and no reversal; a step of the last written digit is a command and may be one. Axes are
 //! independent, so they run in parallel.
 
-use super::{Program, turns};
+use super::turns;
 use crate::effect::{Stage, Track, joint_output};
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
 use crate::model::Model;
+use crate::program::Program;
 use rayon::prelude::*;
 
 /// Movement in the edge unit (deg or mm) up to which nothing has moved.
@@ -54,8 +55,9 @@ pub struct Motion {
 impl Motion {
     /// Runs a program whose points stand at `t_s` (one per point, not decreasing), sampled at `rate_hz` from the first.
     pub fn of_program(model: &Model, program: &Program, t_s: &[f64], rate_hz: f64, servo: bool) -> Result<Self> {
-        let (Some(&first), Some(&last)) = (t_s.first(), t_s.last()) else {
-            return Err(Error::bad(Place::file(&program.name), "no points", "at least two points"));
+        let &[first, .., last] = t_s else {
+            let found = format!("a program of {} points", t_s.len());
+            return Err(Error::bad(Place::file(&program.name), found, "at least two points"));
         };
         let duration = last - first;
         let rows = (duration * rate_hz).floor() + 1.0;

@@ -9,7 +9,6 @@
 //! between them are estimated ([`turns`]).
 //!
 //! Rooms:
-//! - [`program`]: a small reader of joint-space CSV programs, for this job only.
 //! - [`timing`]: times of program points at a constant TCP speed.
 //! - [`turns`]: turning points between the rows of a log.
 //! - [`machine`]: command tracks to joint positions behind the gears.
@@ -19,13 +18,11 @@
 pub mod machine;
 pub mod noise;
 pub mod predicted;
-pub mod program;
 pub mod timing;
 pub mod turns;
 
 pub use machine::{Column, Motion};
 pub use predicted::Written;
-pub use program::Program;
 pub use timing::Timing;
 
 /// What a user may choose; SI.

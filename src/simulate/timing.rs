@@ -4,7 +4,7 @@
 //! its slowest joint needs at its `max_speed` where the robot file says one: that alone limits a move which turns a joint
 //! about the TCP. A move that does not move the TCP, of joints without a known speed, lasts [`SHORTEST_S`] and is counted.
 
-use super::Program;
+use crate::program::Program;
 use crate::robot::Robot;
 
 /// Shortest segment, s: one interpolation cycle of a common controller.

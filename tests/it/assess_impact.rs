@@ -3,8 +3,8 @@
 use assert_cmd::Command;
 use lostmotion::assess::impact::{AxisGap, displacement_m, over_program};
 use lostmotion::effect::GapCurve;
+use lostmotion::program::Program;
 use lostmotion::robot::Robot;
-use lostmotion::simulate::Program;
 use serde_json::Value;
 use std::path::Path;
 
@@ -76,7 +76,7 @@ fn a_prismatic_gap_moves_the_tcp_by_itself_anywhere() {
 fn over_a_program_only_reversing_joints_share_and_the_largest_is_where_it_says() {
     let robot = Robot::load(Path::new(KUKA)).unwrap();
     let input = lostmotion::io::input::read(Path::new("samples/circle/circle_program.csv")).unwrap();
-    let program = Program::parse(&input, &robot).unwrap();
+    let program = Program::parse(input, &robot).unwrap();
     let gaps: Vec<AxisGap> = [(0, 0.0028), (1, 0.0037), (2, 0.0022), (3, 0.0061)]
         .into_iter()
         .map(|(axis, deg): (usize, f64)| AxisGap { axis, curves: vec![GapCurve::Constant(deg.to_radians())] })
@@ -95,7 +95,7 @@ fn over_a_program_only_reversing_joints_share_and_the_largest_is_where_it_says()
                 displacement_m(&robot, &q, j.axis, gap.at(q[j.axis]))
             })
             .collect();
-        let row = program.line.iter().position(|l| *l == j.largest_line).unwrap();
+        let row = (0..program.len()).position(|i| program.line(i) == j.largest_line).unwrap();
         assert_eq!(all[row], j.largest_m);
         assert!(all.iter().all(|d| *d <= j.largest_m));
         let rms = (all.iter().map(|d| d * d).sum::<f64>() / all.len() as f64).sqrt();

@@ -45,8 +45,11 @@ fn constants_come_from_the_surer_document_schedules_from_the_static_one() {
     assert!((deg(gap(1).at(-50f64.to_radians())) - 0.0022).abs() < 1e-9);
     assert_eq!(gap(1).at(0.0), 0.0, "where the gap is smaller than its uncertainty nothing is compensated");
     let friction = c.on(0).unwrap().friction.unwrap();
-    assert!((deg(friction.gain) - 0.0034).abs() < 1e-12);
-    assert_eq!(friction.shape, FrictionShape::Decay(Decay::Time(5.2)));
+    // three quarters of a standard error (of the logarithm) below the spike, the decay as much above
+    let shade = |ci: [f64; 2]| 0.75 * (ci[1] / ci[0]).ln() / (2.0 * 1.959964);
+    assert!((deg(friction.gain) - 0.0034 * (-shade([0.0030, 0.0038])).exp()).abs() < 1e-12);
+    let FrictionShape::Decay(Decay::Time(tau_s)) = friction.shape else { panic!("{:?}", friction.shape) };
+    assert!((tau_s - 5.2 * shade([4.8, 5.6]).exp()).abs() < 1e-9, "{tau_s}");
     assert_eq!(c.evidence.logs.len(), 2);
     assert_eq!(c.evidence.tcp_speed_m_s, Some(1.5e-3));
 }

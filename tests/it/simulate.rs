@@ -248,7 +248,7 @@ fn a_move_that_turns_the_tool_about_the_tcp_takes_what_its_joint_needs() {
         bytes: b"j1_deg,j2_deg\n0,0\n0,90\n57.29577951308232,90\n57.29577951308232,90\n".to_vec(),
         sha256: String::new(),
     };
-    let program = lostmotion::simulate::Program::parse(&input, &robot).unwrap();
+    let program = lostmotion::program::Program::parse(input, &robot).unwrap();
     let timing = lostmotion::simulate::Timing::at_speed(&robot, &program, 0.01);
     // 90 deg at 180 deg/s; a chord of 2 * 100 mm * sin(0.5 rad) at 10 mm/s; a repeated point
     let want = [0.0, 0.5, 0.5 + 20.0 * 0.5f64.sin(), 0.504 + 20.0 * 0.5f64.sin()];
@@ -265,7 +265,7 @@ fn refuses_bad_input_with_its_place_and_writes_nothing() {
     for (text, says) in [
         ("x_mm,y_mm,z_mm\n0,0,0\n1,nan,0\n", "bad.csv:3:2: found `nan` in column `y_mm`"),
         ("x_mm,y_mm,z_mm\n0,0,0\n1,2\n", "bad.csv:3"),
-        ("x_mm,z_mm\n0,0\n1,2\n", "no column `y_mm`"),
+        ("x_mm,z_mm\n0,0\n1,2\n", "bad.csv:1: found no column y_mm"),
         ("x_mm,y_mm,z_mm\n0,0,0\n", "a program of 1 points"),
         ("t_s,x_mm,y_mm,z_mm\n1,0,0,0\n0.5,0,0,1\n", "bad.csv:3:1: found time 0.5 s after 1 s"),
         ("t_s,cmd_X_mm,cmd_Y_mm,cmd_Z_mm\n1,0,0,0\n1,0,0,1\n", "times that strictly increase"),

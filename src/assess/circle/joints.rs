@@ -6,8 +6,8 @@
 //! error along the path has no part in it.
 
 use super::Nominal;
+use crate::program::Program;
 use crate::robot::Robot;
-use crate::simulate::Program;
 use nalgebra::Vector3;
 
 /// Nominal joints over the phase of the circle.

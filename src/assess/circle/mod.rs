@@ -29,8 +29,8 @@ pub use nominal::Nominal;
 
 use crate::error::Result;
 use crate::log::Log;
+use crate::program::Program;
 use crate::robot::Robot;
-use crate::simulate::Program;
 
 /// Errors are averaged over this time, s.
 pub const SMOOTHING_S: f64 = 1.0;

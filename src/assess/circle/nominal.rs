@@ -7,8 +7,8 @@
 use super::fit::CircleFit;
 use crate::effect::Track;
 use crate::error::{Error, Place, Result};
+use crate::program::Program;
 use crate::robot::Robot;
-use crate::simulate::Program;
 use nalgebra::Vector3;
 
 /// Command movement that is number noise, rad or m; as the rewriter has it.
@@ -31,7 +31,7 @@ const CLOSED_DEG: f64 = 0.01;
 pub struct NominalReversal {
     pub axis: usize,
     /// Line of the program on which the joint turns.
-    pub line: u32,
+    pub line: Option<u64>,
     /// Command there, rad or m, and the direction behind it.
     pub command: f64,
     pub direction: i8,
@@ -86,7 +86,7 @@ impl Nominal {
             points.iter().enumerate().find(|(_, p)| circle.error_m(p).iter().any(|e| e.abs() > ROUND * circle.radius_m))
         {
             let [a, b] = circle.error_m(p).map(|e| e * 1e3);
-            let place = Place::line(&program.name, u64::from(program.line[i]));
+            let place = program.place(i);
             let r = circle.radius_m * 1e3;
             return Err(no_circle(
                 place,
@@ -209,7 +209,7 @@ impl Nominal {
                 if phase >= self.from_deg - 1e-6 && phase <= self.to_deg {
                     found.push(NominalReversal {
                         axis,
-                        line: program.line[turn.index],
+                        line: program.line(turn.index),
                         command: turn.p,
                         direction: turn.dir,
                         phase_deg: phase,

@@ -4,9 +4,8 @@ use super::{print, print_json, table};
 use crate::assess::circle::{Assessment, Measured, assess};
 use crate::cli::{logs, page};
 use crate::error::Result;
-use crate::io::input;
+use crate::program::Program;
 use crate::robot::Robot;
-use crate::simulate::Program;
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -51,7 +50,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
     let robot = Robot::load(&args.robot)?;
-    let nominal = Program::parse(&input::read(&args.nominal)?, &robot)?;
+    let nominal = Program::load(&args.nominal, &robot)?;
     let paths: Vec<PathBuf> = std::iter::once(&args.before).chain(&args.after).cloned().collect();
     let logs = logs::load(&paths, args.columns.as_deref(), &robot)?;
     let Some(before) = logs.first() else { return Ok(()) };

@@ -5,10 +5,9 @@ use crate::assess::impact::{AxisGap, JointImpact, displacement_m, over_program};
 use crate::cli::page;
 use crate::effect::GapCurve;
 use crate::error::{Error, Place, Result};
-use crate::io::input;
 use crate::model::Model;
+use crate::program::Program;
 use crate::robot::{Joint, Robot};
-use crate::simulate::Program;
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 
@@ -80,7 +79,7 @@ pub fn run(args: Args) -> Result<()> {
     };
     match &args.program {
         Some(path) => {
-            let program = Program::parse(&input::read(path)?, &robot)?;
+            let program = Program::load(path, &robot)?;
             let joints = over_program(&robot, &program, &gaps);
             page::write(args.report.as_deref(), || page::impact::of_program(&robot, &joints))?;
             if args.json {
@@ -281,7 +280,7 @@ fn program_table(robot: &Robot, program: &Program, joints: &[JointImpact]) -> St
             joint.name.clone(),
             format!("{:.6} {}", edge(joint, j.half_gap), joint.kind.unit()),
             format!("{:.1}", j.largest_m * 1e6),
-            j.largest_line.to_string(),
+            j.largest_line.map_or("-".into(), |l| l.to_string()),
             format!("{:.1}", j.rms_m * 1e6),
             j.reversals.to_string(),
             j.at_reversals_m.map_or("-".into(), |m| format!("{:.1}", m * 1e6)),

@@ -5,15 +5,15 @@ use crate::assess::circle::{Measured, Nominal};
 use crate::compensator::Compensator;
 use crate::error::{Error, Result};
 use crate::identify::path::PathFound;
-use crate::io::input;
 use crate::io::output::{Output, write_whole};
 use crate::log::Log;
 use crate::model::Model;
+use crate::program::Program;
 use crate::rewrite::job::{Job, Target};
 use crate::rewrite::stream::guard::Named;
 use crate::rewrite::{Options, Points, printed};
 use crate::robot::Robot;
-use crate::simulate::{self, Motion, Program, Timing, predicted};
+use crate::simulate::{self, Motion, Timing, predicted};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -60,7 +60,7 @@ pub fn rewrite_as_printed(robot: &Robot, compensator: &Compensator, from: &Path,
 }
 
 fn program(robot: &Robot, path: &Path) -> Result<Program> {
-    Program::parse(&input::read(path)?, robot)
+    Program::load(path, robot)
 }
 
 /// Executes a program on the machine and writes its log.

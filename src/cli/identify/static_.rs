@@ -78,6 +78,7 @@ pub fn run(args: Args) -> Result<()> {
     }
     let (robot, registration) = machine(args.robot.as_deref(), args.model.as_deref())?;
     let logs = logs::load(&args.logs, args.columns.as_deref(), &robot)?;
+    logs::refuse_repeats(&logs)?;
     let options = Options {
         dwell: DwellOptions { min_s: args.min_dwell_s },
         knots: if args.knots == KnotsArg::Few { Knots::Few } else { Knots::All },

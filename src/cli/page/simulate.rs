@@ -2,12 +2,17 @@
 
 use super::milli;
 use crate::effect::{Decay, Effect};
-use crate::io::input::Input;
 use crate::model::Model;
 use crate::report::{Page, TableView, Tile, Tone, method};
 use crate::simulate::Written;
 
-pub fn of_run(model: &Model, input: &Input, written: &Written) -> Page {
+/// The input of a run.
+pub struct From {
+    pub name: String,
+    pub sha256: String,
+}
+
+pub fn of_run(model: &Model, input: &From, written: &Written) -> Page {
     let robot = &model.robot;
     let mut page = super::start("simulate", "A predicted log", robot);
     page.file("input", input.name.clone(), input.sha256.clone());

@@ -53,15 +53,16 @@ pub fn is_note(file: &Path) -> bool {
     file.to_string_lossy().ends_with(ENDING)
 }
 
-/// Writes the note of `file`; standard output, a FIFO and the like have none.
-pub fn leave_note(file: &Path, note: &Note) -> Result<()> {
+/// Writes the note of `file`; `false`: standard output, a FIFO and the like have none.
+pub fn leave_note(file: &Path, note: &Note) -> Result<bool> {
     if is_stdio(file) || std::fs::metadata(file).is_ok_and(|m| !m.is_file()) {
-        return Ok(());
+        return Ok(false);
     }
     let mut text = serde_json::to_string_pretty(note)
         .map_err(|e| Error::bad(Place::default(), e.to_string(), "values that JSON can hold"))?;
     text.push('\n');
-    write_whole(&note_path(file), text.as_bytes())
+    write_whole(&note_path(file), text.as_bytes())?;
+    Ok(true)
 }
 
 /// SHA-256 of the files that were rewritten, as the notes in the folder of `input` have it.
