@@ -1,12 +1,12 @@
 //! `lostmotion fit`: identified gaps -> compensator file.
 
-use crate::cli::page;
+use crate::cli::{page, paths};
 use crate::compensator::{Compensator, FrictionShape, file::is_date};
 use crate::effect::Decay;
 use crate::error::{Error, Place, Result, is_stdio};
 use crate::fit::{Form, fit, spacing};
 use crate::gaps::Gaps;
-use crate::io::output::write_whole;
+use crate::io::output::{self, write_whole};
 use crate::robot::Robot;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use std::path::{Path, PathBuf};
@@ -74,6 +74,13 @@ pub fn run(args: Args) -> Result<()> {
     if let Some(day) = args.valid_until.as_deref().filter(|d| !is_date(d)) {
         return Err(Error::bad(Place::file("--valid-until"), format!("`{day}`"), "a date as 2027-01-31"));
     }
+    let inputs: Vec<paths::Named> = [("--robot", Some(args.robot.as_path())), ("--program", args.program.as_deref())]
+        .into_iter()
+        .chain(args.gaps.iter().map(|p| ("--gaps", Some(p.as_path()))))
+        .collect();
+    paths::refuse_shared(&inputs, &[("--output", args.output.as_deref()), ("--report", args.report.as_deref())])?;
+    let mut output = output::create(args.output.as_deref())?;
+    let mut report = output::create(args.report.as_deref())?;
     let robot = Robot::load(&args.robot)?;
     let documents = args.gaps.iter().map(|p| Gaps::load(p, &robot)).collect::<Result<Vec<_>>>()?;
     let form = form(&args, &documents, &robot)?;
@@ -82,10 +89,11 @@ pub fn run(args: Args) -> Result<()> {
     let text = compensator.to_yaml(&robot)?;
     // what is written must be read again
     Compensator::parse("the compensator", &text, &robot)?;
-    if let Some(path) = &args.output {
-        write_whole(path, text.as_bytes())?;
+    if let Some(out) = &mut output {
+        out.put(text.as_bytes())?;
     }
-    page::write(args.report.as_deref(), || page::compensator::of_fit(&robot, &compensator))?;
+    page::write(&mut report, || page::compensator::of_fit(&robot, &compensator))?;
+    output::commit([output, report])?;
     if args.json {
         let json = serde_json::to_string_pretty(&compensator.to_json(&robot)?)
             .map_err(|e| Error::bad(Place::default(), e.to_string(), "values that JSON can hold"))?;

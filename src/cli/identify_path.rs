@@ -1,10 +1,10 @@
 //! `lostmotion identify path`: gaps and stiction from reversals in continuous motion.
 
-use crate::cli::{logs, page};
+use crate::cli::{logs, page, paths};
 use crate::error::{Error, Place, Result, is_stdio};
 use crate::gaps::{Gaps, file};
 use crate::identify::path::{Options, PathFound, identify};
-use crate::io::output::write_whole;
+use crate::io::output::{self, write_whole};
 use crate::model::Model;
 use crate::robot::Robot;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
@@ -60,6 +60,18 @@ pub fn run(args: Args) -> Result<()> {
     if args.json && to_stdout {
         return Err(Error::bad(Place::file("--output"), "`-` together with --json", "one document on standard output"));
     }
+    let inputs: Vec<paths::Named> = [
+        ("--robot", Some(args.robot.as_path())),
+        ("--columns", args.columns.as_deref()),
+        ("--known", args.known.as_deref()),
+        ("--model", args.model.as_deref()),
+    ]
+    .into_iter()
+    .chain(args.log.iter().map(|p| ("--log", Some(p.as_path()))))
+    .collect();
+    paths::refuse_shared(&inputs, &[("--output", args.output.as_deref()), ("--report", args.report.as_deref())])?;
+    let mut output = output::create(args.output.as_deref())?;
+    let mut report = output::create(args.report.as_deref())?;
     let robot = Robot::load(&args.robot)?;
     let mut options = Options::default();
     for name in &args.free {
@@ -79,12 +91,13 @@ pub fn run(args: Args) -> Result<()> {
     logs::refuse_repeats(&logs)?;
     let found = identify(&robot, &logs, &options)?;
     let document = file::document(&found.gaps, &robot);
-    if let Some(path) = &args.output {
+    if let (Some(path), Some(out)) = (&args.output, &mut output) {
         let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
         let text = if json { file::to_json(&document)? } else { file::to_yaml(&document)? };
-        write_whole(path, text.as_bytes())?;
+        out.put(text.as_bytes())?;
     }
-    page::write(args.report.as_deref(), || page::gaps::of_path(&robot, &found))?;
+    page::write(&mut report, || page::gaps::of_path(&robot, &found))?;
+    output::commit([output, report])?;
     if args.json {
         write_whole(Path::new("-"), file::to_json(&document)?.as_bytes())?;
     } else if to_stdout {

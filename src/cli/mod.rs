@@ -8,6 +8,7 @@ pub mod identify;
 pub mod identify_path;
 pub mod logs;
 pub mod page;
+pub mod paths;
 pub mod rewrite;
 pub mod simulate;
 

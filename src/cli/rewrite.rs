@@ -1,13 +1,13 @@
 //! `lostmotion rewrite`: program and compensator in, program with reversal points and offsets out.
 
-use crate::cli::page;
+use crate::cli::{page, paths};
 use crate::compensator::Compensator;
-use crate::error::{Error, Place, Result, shown};
+use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::input;
-use crate::io::output::write_whole;
+use crate::io::output::{self, Output, write_whole};
 use crate::model::Model;
 use crate::rewrite::job::{Job, Outcome, Target};
-use crate::rewrite::stream::guard::Named;
+use crate::rewrite::stream::guard::{Named, note_path};
 use crate::rewrite::summary::{Line, Status, document, words};
 use crate::rewrite::{Options, Refine, batch};
 use crate::robot::{JointKind, Robot};
@@ -146,6 +146,7 @@ impl From<RefineArg> for Refine {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
+    refuse_shared(&args)?;
     let source = Source::load(&args)?;
     let job = job(&args, &source)?;
     job.check_robot(&source.file)?;
@@ -164,18 +165,23 @@ pub fn run(args: Args) -> Result<()> {
         _ => Target::DryRun,
     };
     let dry = !matches!(target, Target::File(_));
+    let mut summary = output::create(args.summary.as_deref())?;
+    let mut report = output::create(args.report.as_deref())?;
     let bar = bytes_bar(&args.input);
-    let result = job.run(&args.input, target, &|bytes| bar.set_position(bytes));
+    let result = job.prepare(&args.input, target, &|bytes| bar.set_position(bytes));
     bar.finish_and_clear();
-    let outcome = match result {
-        Ok(outcome) => outcome,
+    let ready = match result {
+        Ok(ready) => ready,
         Err(e) => {
-            summary(&args, &[Line::failed(shown(&args.input), &e, None)])?;
+            summarise(&mut summary, &[Line::failed(shown(&args.input), &e, None)])?;
+            output::commit([summary])?;
             return Err(e);
         }
     };
-    summary(&args, &[Line::of(&outcome)])?;
-    page::write(args.report.as_deref(), || page::rewrite::of_outcome(&source.robot, &source.compensator, &outcome))?;
+    summarise(&mut summary, &[Line::of(&ready.outcome)])?;
+    page::write(&mut report, || page::rewrite::of_outcome(&source.robot, &source.compensator, &ready.outcome))?;
+    let outcome = ready.commit()?;
+    output::commit([summary, report])?;
     if args.json {
         print(&document(&outcome, &source.robot))?;
     } else {
@@ -197,7 +203,23 @@ fn folder(args: &Args, job: &Job) -> Result<()> {
     if output.is_none() && !args.dry_run {
         return Err(usage("a folder as IN without --output-dir", "--output-dir"));
     }
+    if let Some(output) = output.filter(|_| !args.force) {
+        refuse_in_place(&args.input, output)?;
+    }
     let programs = batch::programs(&args.input, output.unwrap_or(Path::new("")))?;
+    if let Some(folder) = output {
+        std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "make", e))?;
+    }
+    if let Some(file) = &args.summary {
+        for program in &programs {
+            let ours = [Some(args.input.join(program)), output.map(|o| o.join(program))];
+            if let Some(other) = ours.iter().flatten().find(|p| paths::same(file, p)) {
+                let found = format!("the same file as the program {}", shown(other));
+                return Err(Error::bad(Place::file("--summary"), found, "a file of its own"));
+            }
+        }
+    }
+    let mut summary = output::create(args.summary.as_deref())?;
     let bar = if std::io::stderr().is_terminal() {
         ProgressBar::new(programs.len() as u64).with_style(style("{wide_bar} {pos}/{len} programs"))
     } else {
@@ -205,7 +227,8 @@ fn folder(args: &Args, job: &Job) -> Result<()> {
     };
     let lines = batch::run(job, &args.input, &programs, output, &|| bar.inc(1));
     bar.finish_and_clear();
-    summary(args, &lines)?;
+    summarise(&mut summary, &lines)?;
+    output::commit([summary])?;
     let count = |s: Status| lines.iter().filter(|l| l.status == s).count();
     let (refused, failed) = (count(Status::Refused), count(Status::Failed));
     for l in lines.iter().filter(|l| matches!(l.status, Status::Refused | Status::Failed)) {
@@ -355,10 +378,47 @@ fn usage(found: &str, expected: &str) -> Error {
     Error::bad(Place::file("command line"), found, expected)
 }
 
-fn summary(args: &Args, lines: &[Line]) -> Result<()> {
-    let Some(path) = &args.summary else { return Ok(()) };
+/// Refuses files that are named twice, and a program that would be replaced by its own result.
+fn refuse_shared(args: &Args) -> Result<()> {
+    let writes = args.output.as_deref().filter(|_| !args.dry_run && args.check.is_none());
+    let in_place = writes.is_some_and(|o| paths::same(o, &args.input));
+    if in_place && !args.force {
+        let expected = "another file: the program as it is would be lost (--force replaces it)";
+        return Err(Error::bad(Place::file("--output"), "the program itself", expected));
+    }
+    let note = writes.filter(|o| !is_stdio(o)).map(note_path);
+    let inputs = [
+        ("--robot", args.robot.as_deref()),
+        ("--compensator", args.compensator.as_deref()),
+        ("--model", args.model.as_deref()),
+        ("--check", args.check.as_deref()),
+        ("IN", Some(args.input.as_path()).filter(|_| !in_place)),
+    ];
+    let outputs = [
+        ("--output", writes),
+        ("the note beside --output", note.as_deref()),
+        ("--summary", args.summary.as_deref()),
+        ("--report", args.report.as_deref()),
+    ];
+    paths::refuse_shared(&inputs, &outputs)
+}
+
+/// Refuses an output folder that is the input folder, or holds it: results would stand where programs are. An output
+/// folder inside the input folder replaces nothing; it is left out of the programs.
+fn refuse_in_place(input: &Path, output: &Path) -> Result<()> {
+    let (Ok(from), Ok(to)) = (std::fs::canonicalize(input), std::fs::canonicalize(output)) else { return Ok(()) };
+    if !from.starts_with(&to) {
+        return Ok(());
+    }
+    let found = if from == to { "the folder of the programs" } else { "a folder that holds the programs" };
+    let expected = "another folder: the programs as they are could be lost (--force replaces them)";
+    Err(Error::bad(Place::file("--output-dir"), found, expected))
+}
+
+fn summarise(summary: &mut Option<Output>, lines: &[Line]) -> Result<()> {
+    let Some(out) = summary else { return Ok(()) };
     let text: String = lines.iter().map(|l| l.json() + "\n").collect();
-    write_whole(path, text.as_bytes())
+    out.put(text.as_bytes())
 }
 
 fn print(document: &serde_json::Value) -> Result<()> {

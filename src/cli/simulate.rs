@@ -1,8 +1,9 @@
 //! `lostmotion simulate`: model + program or log -> predicted log.
 
-use crate::cli::page;
+use crate::cli::{page, paths};
 use crate::error::Result;
-use crate::io::{input, output::Output};
+use crate::io::input;
+use crate::io::output::{self, Output};
 use crate::log::Log;
 use crate::model::Model;
 use crate::program::Program;
@@ -72,6 +73,10 @@ fn rate(text: &str) -> std::result::Result<f64, String> {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
+    let inputs = [("--model", Some(args.model.as_path())), ("--input", Some(args.input.as_path()))];
+    paths::refuse_shared(&inputs, &[("--output", Some(args.output.as_path())), ("--report", args.report.as_deref())])?;
+    let mut out = Output::create(&args.output)?;
+    let mut report = output::create(args.report.as_deref())?;
     let model = Model::load(&args.model)?;
     let input = input::read(&args.input)?;
     let from = page::simulate::From { name: input.name.clone(), sha256: input.sha256.clone() };
@@ -84,7 +89,6 @@ pub fn run(args: Args) -> Result<()> {
         base_frame: args.base_frame,
         encoders: args.encoders,
     };
-    let mut out = Output::create(&args.output)?;
     let written = if predicted::is_log(&input, &model) {
         let log = Log::parse(input.clone(), &model.robot)?;
         options.encoders |= predicted::has_encoders(&input, &model);
@@ -105,8 +109,8 @@ pub fn run(args: Args) -> Result<()> {
         written.notes.extend(notes);
         written
     };
-    out.commit()?;
-    page::write(args.report.as_deref(), || page::simulate::of_run(&model, &from, &written))?;
+    page::write(&mut report, || page::simulate::of_run(&model, &from, &written))?;
+    output::commit([Some(out), report])?;
     for note in &written.notes {
         eprintln!("note: {note}");
     }

@@ -2,8 +2,9 @@
 
 use super::{print, print_json, table};
 use crate::assess::circle::{Assessment, Measured, assess};
-use crate::cli::{logs, page};
+use crate::cli::{logs, page, paths};
 use crate::error::Result;
+use crate::io::output;
 use crate::program::Program;
 use crate::robot::Robot;
 use std::fmt::Write;
@@ -49,6 +50,15 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
+    let inputs = [
+        ("--robot", Some(args.robot.as_path())),
+        ("--nominal", Some(args.nominal.as_path())),
+        ("--before", Some(args.before.as_path())),
+        ("--after", args.after.as_deref()),
+        ("--columns", args.columns.as_deref()),
+    ];
+    paths::refuse_shared(&inputs, &[("--report", args.report.as_deref())])?;
+    let mut report = output::create(args.report.as_deref())?;
     let robot = Robot::load(&args.robot)?;
     let nominal = Program::load(&args.nominal, &robot)?;
     let paths: Vec<PathBuf> = std::iter::once(&args.before).chain(&args.after).cloned().collect();
@@ -58,7 +68,8 @@ pub fn run(args: Args) -> Result<()> {
     for note in &result.notes {
         eprintln!("note: {note}");
     }
-    page::write(args.report.as_deref(), || page::circle::of_assessment(&robot, &result))?;
+    page::write(&mut report, || page::circle::of_assessment(&robot, &result))?;
+    output::commit([report])?;
     if args.json { print_json(&result.to_json(&robot)) } else { print(&tables(&result, &robot)) }
 }
 

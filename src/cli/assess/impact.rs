@@ -2,9 +2,10 @@
 
 use super::{print, print_json, table};
 use crate::assess::impact::{AxisGap, JointImpact, displacement_m, over_program};
-use crate::cli::page;
+use crate::cli::{page, paths};
 use crate::effect::GapCurve;
 use crate::error::{Error, Place, Result};
+use crate::io::output;
 use crate::model::Model;
 use crate::program::Program;
 use crate::robot::{Joint, Robot};
@@ -57,6 +58,13 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
+    let inputs = [
+        ("--robot", args.robot.as_deref()),
+        ("--model", args.model.as_deref()),
+        ("--program", args.program.as_deref()),
+    ];
+    paths::refuse_shared(&inputs, &[("--report", args.report.as_deref())])?;
+    let mut report = output::create(args.report.as_deref())?;
     let (robot, gaps) = match (&args.model, &args.robot) {
         (Some(path), _) => {
             let model = Model::load(path)?;
@@ -81,7 +89,8 @@ pub fn run(args: Args) -> Result<()> {
         Some(path) => {
             let program = Program::load(path, &robot)?;
             let joints = over_program(&robot, &program, &gaps);
-            page::write(args.report.as_deref(), || page::impact::of_program(&robot, &joints))?;
+            page::write(&mut report, || page::impact::of_program(&robot, &joints))?;
+            output::commit([report])?;
             if args.json {
                 print_json(&program_json(&robot, &program, &joints))
             } else {
@@ -96,7 +105,8 @@ pub fn run(args: Args) -> Result<()> {
                 let half_gap = gap.at(q[gap.axis]);
                 rows.push((gap.axis, half_gap, q, displacement_m(&robot, q, gap.axis, half_gap)));
             }
-            page::write(args.report.as_deref(), || page::impact::of_poses(&robot, &rows))?;
+            page::write(&mut report, || page::impact::of_poses(&robot, &rows))?;
+            output::commit([report])?;
             if args.json { print_json(&pose_json(&robot, &rows)) } else { print(&pose_table(&robot, &rows)) }
         }
     }

@@ -1,10 +1,10 @@
 //! `lostmotion identify static`.
 
-use crate::cli::{logs, page};
+use crate::cli::{logs, page, paths};
 use crate::error::{Error, Place, Result, is_stdio};
 use crate::gaps::file::{to_json, to_yaml};
 use crate::identify::static_test::{self, Knots, Options, display, document};
-use crate::io::output::write_whole;
+use crate::io::output::{self, write_whole};
 use crate::log::dwells::DwellOptions;
 use crate::model::Model;
 use crate::robot::Robot;
@@ -76,6 +76,17 @@ pub fn run(args: Args) -> Result<()> {
     if args.json && to_stdout {
         return Err(Error::bad(Place::file("--output"), "`-` together with --json", "one document on standard output"));
     }
+    let inputs: Vec<paths::Named> = [
+        ("--robot", args.robot.as_deref()),
+        ("--columns", args.columns.as_deref()),
+        ("--model", args.model.as_deref()),
+    ]
+    .into_iter()
+    .chain(args.logs.iter().map(|p| ("--log", Some(p.as_path()))))
+    .collect();
+    paths::refuse_shared(&inputs, &[("--output", args.output.as_deref()), ("--report", args.report.as_deref())])?;
+    let mut output = output::create(args.output.as_deref())?;
+    let mut report = output::create(args.report.as_deref())?;
     let (robot, registration) = machine(args.robot.as_deref(), args.model.as_deref())?;
     let logs = logs::load(&args.logs, args.columns.as_deref(), &robot)?;
     logs::refuse_repeats(&logs)?;
@@ -86,12 +97,13 @@ pub fn run(args: Args) -> Result<()> {
     };
     let found = static_test::identify(&robot, &logs, &options)?;
     let doc = document::document(&found, &robot);
-    if let Some(path) = &args.output {
+    if let (Some(path), Some(out)) = (&args.output, &mut output) {
         let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
         let text = if json { to_json(&doc)? } else { to_yaml(&doc)? };
-        write_whole(path, text.as_bytes())?;
+        out.put(text.as_bytes())?;
     }
-    page::write(args.report.as_deref(), || page::gaps::of_static(&robot, &found))?;
+    page::write(&mut report, || page::gaps::of_static(&robot, &found))?;
+    output::commit([output, report])?;
     let table = display::table(&found, &robot);
     if args.json {
         write_whole(Path::new("-"), to_json(&doc)?.as_bytes())?;

@@ -14,10 +14,9 @@ pub mod rewrite;
 pub mod simulate;
 
 use crate::error::Result;
-use crate::io::output::write_whole;
+use crate::io::output::Output;
 use crate::report::{Page, RobotView};
 use crate::robot::Robot;
-use std::path::Path;
 
 /// Errors at the TCP are drawn this many times too large (seed 000, Figure 11).
 pub const EXAGGERATION: f64 = 400.0;
@@ -32,10 +31,10 @@ pub fn start(command: &str, title: &str, robot: &Robot) -> Page {
     page
 }
 
-/// Writes the page that `make` fills, where one is asked for.
-pub fn write(path: Option<&Path>, page: impl FnOnce() -> Page) -> Result<()> {
-    match path {
-        Some(path) => write_whole(path, page().render().as_bytes()),
+/// Writes the page where one is asked for; it is not in place before its output is committed.
+pub fn write(report: &mut Option<Output>, page: impl FnOnce() -> Page) -> Result<()> {
+    match report {
+        Some(out) => out.put(page().render().as_bytes()),
         None => Ok(()),
     }
 }

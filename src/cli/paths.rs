@@ -1,0 +1,44 @@
+//! No command writes two results into one file, or a result over what it reads.
+
+use crate::error::{Error, Place, Result, is_stdio};
+use std::path::{Path, PathBuf};
+
+/// A file of the command line and the option that names it.
+pub type Named<'a> = (&'a str, Option<&'a Path>);
+
+/// Refuses an output that is the same file as one of `inputs`, or as an output before it.
+pub fn refuse_shared(inputs: &[Named], outputs: &[Named]) -> Result<()> {
+    let mut taken: Vec<(&str, PathBuf)> = Vec::new();
+    for (option, path) in inputs.iter().filter_map(|(o, p)| p.map(|p| (*o, p))) {
+        if let Some(file) = real(path).filter(|_| !is_stdio(path)) {
+            taken.push((option, file));
+        }
+    }
+    for (option, path) in outputs.iter().filter_map(|(o, p)| p.map(|p| (*o, p))) {
+        let Some(file) = real(path) else { continue };
+        if let Some((other, _)) = taken.iter().find(|(_, f)| *f == file) {
+            return Err(Error::bad(Place::file(option), format!("the same file as {other}"), "a file of its own"));
+        }
+        taken.push((option, file));
+    }
+    Ok(())
+}
+
+/// Whether both are one regular file.
+pub fn same(a: &Path, b: &Path) -> bool {
+    !is_stdio(a) && !is_stdio(b) && real(a).is_some_and(|a| real(b) == Some(a))
+}
+
+/// Where a path leads, whether or not the file is there; `None`: a FIFO, `/dev/null`, a folder, a path to nowhere.
+fn real(path: &Path) -> Option<PathBuf> {
+    if is_stdio(path) {
+        return Some(path.to_path_buf());
+    }
+    match std::fs::canonicalize(path) {
+        Ok(real) => Some(real).filter(|r| r.is_file()),
+        Err(_) => {
+            let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            Some(std::fs::canonicalize(folder).ok()?.join(path.file_name()?))
+        }
+    }
+}
