@@ -175,7 +175,6 @@ fn a_folder_with_a_good_a_bad_and_a_limit_breaking_program_writes_the_good_one()
     std::fs::create_dir(at("in")).unwrap();
     let good = std::fs::read_to_string(PROGRAM).unwrap();
     std::fs::write(at("in/good.csv"), &good).unwrap();
-    std::fs::write(at("in/bad.csv"), good.replacen("30.7352", "thirty", 1).replace(",", ",")).unwrap();
     let mut limit = String::from("a1_deg,a2_deg,a3_deg,a4_deg,a5_deg,a6_deg\n");
     for i in 0..=20 {
         limit.push_str(&format!("{:.3},-60,80,0,0,0\n", 175.0 + f64::from(10 - (i - 10_i32).abs())));
@@ -232,18 +231,26 @@ fn a_compensator_of_zeros_returns_an_odd_program_byte_for_byte() {
 }
 
 #[test]
-fn a_rewritten_program_is_refused_with_its_note_and_without() {
+fn a_rewritten_program_is_refused_by_its_note_whatever_the_compensator_and_by_its_reversals_without() {
     let work = tempfile::tempdir().unwrap();
-    let line = |input: &str| {
-        format!("rewrite --robot {ROBOT} --compensator {} {input} --output {{}}/again.csv", made("comp.yaml").display())
-    };
-    let noted = run(work.path(), &line(made("out.csv").to_str().unwrap()));
-    assert!(noted.status.code() == Some(2) && says(&noted).contains("its note lies beside it"), "{}", says(&noted));
+    let robot = lostmotion::robot::Robot::load(Path::new(ROBOT)).unwrap();
+    let other = format!(
+        "schema: lostmotion/compensator/1\nrobot: {{name: k, sha256: {}}}\njoints: {{A5: {{backlash: {{half_gap_deg: 0.002}}}}}}\n",
+        robot.fingerprint()
+    );
+    std::fs::write(work.path().join("other.yaml"), other).unwrap();
     std::fs::copy(made("out.csv"), work.path().join("bare.csv")).unwrap();
-    let bare = run(work.path(), &line("{}/bare.csv"));
-    let text = says(&bare);
-    assert!(bare.status.code() == Some(2) && text.contains("steps of this compensator"), "{text}");
-    assert!(!work.path().join("again.csv").exists() && text.lines().count() == 1);
+    let (out, comp) = (made("out.csv"), made("comp.yaml"));
+    for (input, comp, why) in [
+        (out.to_str().unwrap(), "{}/other.yaml", "its note lies beside it"),
+        ("{}/bare.csv", comp.to_str().unwrap(), "its reversals carry the steps of this compensator"),
+    ] {
+        let line = format!("rewrite --robot {ROBOT} --compensator {comp} {input} --output {{}}/again.csv");
+        let refused = run(work.path(), &line);
+        let text = says(&refused);
+        assert!(refused.status.code() == Some(2) && text.contains("rewritten already") && text.contains(why), "{text}");
+        assert!(!work.path().join("again.csv").exists() && text.lines().count() == 1, "{text}");
+    }
 }
 
 #[test]
@@ -258,7 +265,7 @@ fn a_compensator_of_another_robot_is_refused() {
         format!("rewrite --robot {{}}/robot.yaml --compensator {} {PROGRAM} --output {{}}/o.csv", comp.display());
     let out = run(work.path(), &line);
     assert!(
-        out.status.code() == Some(2) && says(&out).contains("comp.yaml:3: found a compensator for"),
+        out.status.code() == Some(2) && says(&out).contains("comp.yaml:4: found a compensator for"),
         "{}",
         says(&out)
     );
