@@ -54,3 +54,17 @@ fn names_that_are_not_utf8_are_read_and_written() {
     use std::os::unix::ffi::OsStringExt;
     the_whole_way(&|n| OsString::from_vec([b"\xe9\xff ", n.as_bytes()].concat()));
 }
+
+#[test]
+fn a_compensator_past_its_day_is_used_and_said_to_be_old() {
+    let folder = good_folder();
+    let path = folder.path().join(Bad::Compensator.file());
+    let text = std::fs::read_to_string(&path).unwrap();
+    for (day, old) in [("2020-01-31", true), ("9999-12-31", false)] {
+        std::fs::write(&path, format!("{text}valid_until: {day}\n")).unwrap();
+        let args = ["rewrite", "--robot", "robot.yaml", "--compensator", "comp.yaml", "program.csv", "--dry-run"];
+        let out = lostmotion().current_dir(folder.path()).args(args).output().unwrap();
+        let says = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(out.status.success() && says.contains(&format!("comp.yaml: valid until {day}")) == old, "{says}");
+    }
+}
