@@ -338,11 +338,7 @@ impl<'a> Plan<'a> {
             }
             jump = work.command.get(first).copied().unwrap_or(0.0) - d * (c_turn - y0);
         }
-        self.ramped(axis, d, p_turn, c_turn, y0, first, &mut work);
-        account.largest_change_m = account.largest_change_m.max(
-            lever.norm()
-                * work.command.iter().zip(&work.nodes).map(|(c, n)| (y0 + d * c - n.p).abs()).fold(0.0, f64::max),
-        );
+        self.ramped(axis, d, p_turn, d * (c_turn - y0), first, &mut work);
 
         let largest = work.command.iter().zip(&work.nodes).map(|(c, n)| (y0 + d * c - n.p).abs()).fold(0.0, f64::max);
         account.largest_change_m = account.largest_change_m.max(lever.norm() * largest);
@@ -382,10 +378,8 @@ impl<'a> Plan<'a> {
         self.guard[axis] = true;
     }
 
-    #[allow(clippy::too_many_arguments)]
     /// Spreads the step over the chosen travel: the command rises in proportion to it.
-    fn ramped(&self, axis: usize, d: f64, p_turn: f64, c_turn: f64, y0: f64, first: usize, work: &mut Work) {
-        let start = d * (c_turn - y0);
+    fn ramped(&self, axis: usize, d: f64, p_turn: f64, start: f64, first: usize, work: &mut Work) {
         let ramp = self.ramp[axis];
         if ramp > 0.0 {
             for (i, n) in work.nodes.iter().enumerate().skip(first) {
@@ -475,6 +469,15 @@ impl<'a> Plan<'a> {
             }
             if let Some(s) = step_here {
                 shares.insert(0, s);
+            }
+            // the end of a ramp bends the command
+            let ramp_end = p_turn + d * self.ramp[axis];
+            if self.ramp[axis] > 0.0 && d * (ramp_end - pa) > 0.0 && d * (pb - ramp_end) > 0.0 {
+                let s = (ramp_end - pa) / (pb - pa);
+                let i = shares.partition_point(|x| *x < s);
+                if first.is_some() || step_here.is_some_and(|h| h < s) {
+                    shares.insert(i, s);
+                }
             }
             // the step takes time of its own at constant speed
             let mut extra = 0.0;

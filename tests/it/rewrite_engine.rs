@@ -357,3 +357,35 @@ proptest! {
         prop_assert!(worst < before, "{} deg without, {} with", before / DEG, worst / DEG);
     }
 }
+
+#[test]
+fn a_ramp_ends_where_it_was_asked_to_even_inside_a_segment() {
+    let robot = kuka();
+    for ramp in [0.5, 1.5] {
+        let mut options = Options::new(6);
+        options.ramp[0] = ramp * DEG;
+        let (out, _) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&[1.0, 2.0, 3.0, 2.0, 1.0, 0.0]), 100);
+        // position of the program where a point stands, from its origin
+        let place = |o: Origin| match o {
+            Origin::Point(i) => i as f64,
+            Origin::Inserted { after, fraction } => after as f64 + fraction,
+        };
+        let turned: Vec<(f64, f64)> = (0..out.len())
+            .filter(|&i| place(out.origin[i]) > 2.0)
+            .map(|i| (place(out.origin[i]) - 2.0, out.row(i)[0] / DEG - (3.0 - (place(out.origin[i]) - 2.0))))
+            .collect();
+        let at_end = turned.iter().find(|(travel, _)| (travel - ramp).abs() < 1e-6);
+        assert!(at_end.is_some_and(|(_, offset)| (offset + 0.01).abs() < 1e-9), "{ramp}: {turned:?}");
+        assert!(
+            turned.iter().all(|(t, o)| (o - (0.01 - 0.02 * (t / ramp).min(1.0))).abs() < 1e-9),
+            "{ramp}: {turned:?}"
+        );
+    }
+}
+
+#[test]
+fn a_zero_compensator_refuses_nothing() {
+    let robot = kuka();
+    let (_, account) = run(&robot, &on_axis(0, 0.0, None), Options::new(6), &one_axis(&[0.0, 300.0]), 10);
+    assert_eq!(account.violations_total, 0);
+}
