@@ -26,7 +26,7 @@ pub enum Slot {
 }
 
 /// Where a number stands in its block and how it is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Token {
     /// First byte of the number in [`Block::text`], sign included.
     pub start: u32,
@@ -57,6 +57,8 @@ pub struct Block {
     pub t_s: Vec<f64>,
     /// Most decimals of each slot in this block.
     pub decimals: Vec<u8>,
+    /// So many of the first rows hold nothing but plain numbers with one byte between them.
+    pub pure: usize,
     /// Number of the first row's point, counted from 0 over the program.
     pub first_point: u64,
 }
@@ -70,6 +72,7 @@ impl Block {
         self.q.clear();
         self.t_s.clear();
         self.decimals.clear();
+        self.pure = 0;
     }
 
     /// Bytes of a span.

@@ -73,6 +73,51 @@ pub fn plain(text: &[u8], at: usize) -> Option<(Read, usize)> {
     Some((Read { value, decimals }, end))
 }
 
+/// A short number: what most numbers of a program are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Short {
+    pub value: f64,
+    pub decimals: u8,
+    /// Zeros stand in front of it.
+    pub padded: bool,
+    /// Bytes, sign included: at most 9.
+    pub len: usize,
+}
+
+/// Reads the number with which `text` begins, if it has a point, digits on both sides of it and at most eight bytes behind
+/// its sign (`-118.6345`): one word, in which the digits close the place of the point. The way to the next number is short,
+/// as each waits for the one before it.
+#[inline(always)]
+pub fn short(text: &[u8; 16]) -> Option<Short> {
+    let [b0, b1, b2, b3, b4, b5, b6, b7, b8, ..] = *text;
+    let negative = b0 == b'-';
+    let unsigned = u64::from_le_bytes([b0, b1, b2, b3, b4, b5, b6, b7]);
+    let signed = u64::from_le_bytes([b1, b2, b3, b4, b5, b6, b7, b8]);
+    let word = if negative { signed } else { unsigned };
+    let digits = word ^ ZEROS;
+    // exact up to the second byte that is no digit, if the first is a point
+    let stops = not_digits(digits);
+    let point = stops.trailing_zeros() & !7;
+    let end = (stops & stops.wrapping_sub(1)).trailing_zeros() & !7;
+    let decimals = end.wrapping_sub(point + 8) / 8;
+    let behind = if negative { text[9] } else { b8 };
+    if point == 0
+        || point > 48
+        || (word >> point) as u8 != b'.'
+        || decimals == 0
+        || (end == 64 && behind.is_ascii_digit())
+    {
+        return None;
+    }
+    let whole = (1u64 << point) - 1;
+    let closed = (digits & whole) | ((digits >> 8) & !whole);
+    let mantissa = join(closed, end / 8 - 1);
+    let size = mantissa as i64 as f64 / POW10[decimals as usize & 7];
+    let value = f64::from_bits(size.to_bits() | (u64::from(negative) << 63));
+    let padded = word as u8 == b'0' && point > 8;
+    Some(Short { value, decimals: decimals as u8, padded, len: usize::from(negative) + (end / 8) as usize })
+}
+
 /// Reads any finite decimal number that fills `text` (no spaces, no quotes).
 pub fn any(text: &[u8]) -> Option<Read> {
     // the standard parser also takes `inf`, `nan` and `infinity`
@@ -125,6 +170,22 @@ mod tests {
             let (got, end) = read(&text).unwrap();
             prop_assert_eq!(got.value.to_bits(), text.parse::<f64>().unwrap().to_bits());
             prop_assert_eq!((end, usize::from(got.decimals)), (text.len(), d));
+        }
+
+        #[test]
+        fn short_numbers_are_read_as_all_others(
+            negative: bool, whole in "[0-9]{1,8}", fraction in "[0-9]{0,8}", point: bool, behind in "[,\n\r 0-9.x-]{8}"
+        ) {
+            let sign = if negative { "-" } else { "" };
+            let text = format!("{sign}{whole}{}{fraction}{behind}        ", if point { "." } else { "" });
+            let chunk = text.as_bytes().first_chunk::<16>().unwrap();
+            if let Some(got) = short(chunk) {
+                let (want, end) = plain(text.as_bytes(), 0).unwrap();
+                prop_assert_eq!((got.value.to_bits(), got.decimals, got.len), (want.value.to_bits(), want.decimals, end));
+                prop_assert_eq!(!got.padded, is_plain(&text.as_bytes()[..end]));
+            } else if point && behind.starts_with([',', '\n', '\r']) && !fraction.is_empty() {
+                prop_assert!(whole.len() + fraction.len() > 7);
+            }
         }
 
         #[test]
