@@ -38,7 +38,8 @@ struct Cell {
     axis: Option<usize>,
     decimals: u8,
     scale: f64,
-    safe: [f64; 2],
+    /// Counts of last digits between which the number has 8 digits at most and rounding reaches no limit.
+    safe: [i64; 2],
     /// A number was written.
     written: bool,
 }
@@ -110,7 +111,10 @@ impl Edits {
             };
             even &= edit.base <= 7 && (d <= edit.base || self.forced.is_some());
             let scale = edit.scale[usize::from(edit.base).min(MOST)];
-            self.cells.push(Cell { axis, decimals: edit.base, scale, safe: edit.safe, written: false });
+            // a limit in last digits is rounded inwards; a number of its own kind, else none passes
+            let [lo, hi] = edit.safe.map(|v| (v * scale).clamp(-1e8, 1e8));
+            let safe = [lo.ceil() as i64, hi.floor() as i64];
+            self.cells.push(Cell { axis, decimals: edit.base, scale, safe, written: false });
         }
         if !even {
             self.cells.clear();
@@ -289,12 +293,10 @@ fn pure_row(
         let place = room.get_mut(at..)?.first_chunk_mut::<ROOM>()?;
         let changed = cell.axis.map(|a| (q[a], old[a])).filter(|(q, old)| q.to_bits() != old.to_bits());
         let length = if let Some((value, _)) = changed {
-            if value <= cell.safe[0] || value >= cell.safe[1] {
-                return None;
-            }
             let x = value * cell.scale;
             let count = (x.abs() + 0.5) as i64 as u64;
-            if count >= 100_000_000 {
+            let signed = if x < 0.0 { -(count as i64) } else { count as i64 };
+            if signed <= cell.safe[0] || signed >= cell.safe[1] {
                 return None;
             }
             cell.written = true;

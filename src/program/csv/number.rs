@@ -11,6 +11,8 @@ pub const POW10: [f64; 23] = [
     1e21, 1e22,
 ];
 const POW10_INT: [u64; 8] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
+/// `2^52` as bits.
+const TWO_52: u64 = 0x4330_0000_0000_0000;
 const ZEROS: u64 = 0x3030_3030_3030_3030;
 
 /// A number that was read.
@@ -89,33 +91,37 @@ pub struct Short {
 /// as each waits for the one before it.
 #[inline(always)]
 pub fn short(text: &[u8; 16]) -> Option<Short> {
-    let [b0, b1, b2, b3, b4, b5, b6, b7, b8, ..] = *text;
-    let negative = b0 == b'-';
-    let unsigned = u64::from_le_bytes([b0, b1, b2, b3, b4, b5, b6, b7]);
-    let signed = u64::from_le_bytes([b1, b2, b3, b4, b5, b6, b7, b8]);
-    let word = if negative { signed } else { unsigned };
+    let negative = text[0] == b'-';
+    // a load from one of two places: a choice between two words would become a branch that is guessed wrong
+    let sign = usize::from(negative);
+    let mut word = [0; 8];
+    word.copy_from_slice(&text[sign..sign + 8]);
+    let word = u64::from_le_bytes(word);
     let digits = word ^ ZEROS;
     // exact up to the second byte that is no digit, if the first is a point
     let stops = not_digits(digits);
     let point = stops.trailing_zeros() & !7;
     let end = (stops & stops.wrapping_sub(1)).trailing_zeros() & !7;
     let decimals = end.wrapping_sub(point + 8) / 8;
-    let behind = if negative { text[9] } else { b8 };
-    if point == 0
-        || point > 48
-        || (word >> point) as u8 != b'.'
-        || decimals == 0
-        || (end == 64 && behind.is_ascii_digit())
-    {
+    let behind = text[8 + sign];
+    // one branch that is nearly never taken; which of these it is would be guessed wrong
+    let other = (point == 0)
+        | (point > 48)
+        | ((word >> (point & 63)) as u8 != b'.')
+        | (decimals == 0)
+        | ((end == 64) & behind.is_ascii_digit());
+    if other {
         return None;
     }
     let whole = (1u64 << point) - 1;
     let closed = (digits & whole) | ((digits >> 8) & !whole);
     let mantissa = join(closed, end / 8 - 1);
-    let size = mantissa as i64 as f64 / POW10[decimals as usize & 7];
+    // 2^52 + mantissa - 2^52, exact; a conversion instruction would wait for the register's last value
+    let mantissa = f64::from_bits(TWO_52 | mantissa) - f64::from_bits(TWO_52);
+    let size = mantissa / POW10[decimals as usize & 7];
     let value = f64::from_bits(size.to_bits() | (u64::from(negative) << 63));
     let padded = word as u8 == b'0' && point > 8;
-    Some(Short { value, decimals: decimals as u8, padded, len: usize::from(negative) + (end / 8) as usize })
+    Some(Short { value, decimals: decimals as u8, padded, len: sign + (end / 8) as usize })
 }
 
 /// Reads any finite decimal number that fills `text` (no spaces, no quotes).

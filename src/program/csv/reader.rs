@@ -31,6 +31,8 @@ pub struct Reader {
     si: Vec<f64>,
     /// Where the numbers of a row go, if the columns hold nothing else: axis (`None`: the time) and unit to SI.
     pure: Vec<(Option<usize>, f64)>,
+    /// Memory for rows that are read ahead.
+    spare: Block,
     /// Text that was read and belongs to the next block; in the first block the rows start at `rows_at`.
     carry: Vec<u8>,
     rows_at: usize,
@@ -88,6 +90,40 @@ fn pure_row(
     }
 }
 
+/// Rows of short numbers alone from one place of a text to another.
+struct PureRows {
+    at: usize,
+    end: usize,
+    rows: Block,
+}
+
+impl PureRows {
+    fn new(at: usize, end: usize) -> Self {
+        Self { at, end, rows: Block::default() }
+    }
+
+    /// Reads one more row; `false`: there is none.
+    #[inline(always)]
+    fn step(&mut self, columns: &[(Option<usize>, f64)], axes: usize, text: &[u8]) -> bool {
+        if self.at >= self.end {
+            return false;
+        }
+        let mut q = [0.0; MOST_PURE];
+        let mut tokens = [Token::default(); MOST_PURE];
+        let Some((end, t_s)) = pure_row(columns, text, self.at, &mut q, &mut tokens) else { return false };
+        let Some((q, tokens)) = q.get(..axes).zip(tokens.get(..columns.len())) else { return false };
+        self.rows.q.extend_from_slice(q);
+        self.rows.tokens.extend_from_slice(tokens);
+        for (most, token) in self.rows.decimals.iter_mut().zip(tokens) {
+            *most = (*most).max(token.decimals);
+        }
+        self.rows.t_s.extend(t_s);
+        self.rows.rows.push(RowSpan { start: self.at as u32, end: end as u32 });
+        self.at = end;
+        true
+    }
+}
+
 impl Reader {
     /// Opens a program (`-`: standard input) and reads its header.
     pub fn open(path: &Path, robot: &Robot) -> Result<Self> {
@@ -102,6 +138,7 @@ impl Reader {
             header: Header { columns: Vec::new(), slots: Vec::new(), names: Vec::new() },
             si: robot.axis_joints().map(|j| j.kind.si()).collect(),
             pure: Vec::new(),
+            spare: Block::default(),
             carry: Vec::new(),
             rows_at: 0,
             ended: false,
@@ -280,40 +317,49 @@ impl Reader {
         Ok(at)
     }
 
-    /// Rows of short numbers alone, as far as they go; gives the place behind the last.
-    fn pure_rows(&mut self, text: &[u8], mut at: usize, block: &mut Block) -> Result<usize> {
-        let (axes, n) = (self.si.len(), self.pure.len());
-        let all_pure = block.pure == block.rows.len();
-        let before = block.rows.len();
-        let mut most = [0u8; MOST_PURE];
-        let mut q = [0.0; MOST_PURE];
-        let mut tokens = [Token::default(); MOST_PURE];
-        while let Some((end, t_s)) = pure_row(&self.pure, text, at, &mut q, &mut tokens) {
-            block.q.extend_from_slice(&q[..axes]);
-            block.tokens.extend_from_slice(&tokens[..n]);
-            for (most, token) in most.iter_mut().zip(&tokens[..n]) {
-                *most = (*most).max(token.decimals);
-            }
-            if block.rows.len() == before {
-                // the rows behind it stand on the lines behind it
-                self.lines.note(self.point, self.line);
-            }
-            self.line += 1;
-            if let Some(t) = t_s {
-                block.t_s.push(t);
-                self.check_time(t)?;
-            }
-            block.rows.push(RowSpan { start: at as u32, end: end as u32 });
-            self.point += 1;
-            at = end;
+    /// Rows of short numbers alone, as far as they go; gives the place behind the last. Long texts are read at two places
+    /// side by side: each number waits for the one before it, and the processor has room for two such chains.
+    fn pure_rows(&mut self, text: &[u8], at: usize, block: &mut Block) -> Result<usize> {
+        let middle = at + (text.len() - at) / 2;
+        let middle = memchr::memchr(b'\n', &text[middle..]).map_or(text.len(), |k| middle + k + 1);
+        let mut parts = [PureRows::new(at, middle), PureRows::new(middle, text.len())];
+        std::mem::swap(&mut parts[0].rows, block);
+        std::mem::swap(&mut parts[1].rows, &mut self.spare);
+        let [one, two] = &mut parts;
+        two.rows.clear();
+        two.rows.decimals.resize(self.pure.len(), 0);
+        let before = one.rows.rows.len();
+        let all_pure = one.rows.pure == before;
+        while one.step(&self.pure, self.si.len(), text) & two.step(&self.pure, self.si.len(), text) {}
+        while one.step(&self.pure, self.si.len(), text) {}
+        // what was read from the middle on counts only if rows that begin there are rows
+        let whole = one.at == middle;
+        if whole {
+            while two.step(&self.pure, self.si.len(), text) {}
+            one.rows.append(&two.rows);
         }
-        for (a, b) in block.decimals.iter_mut().zip(&most) {
-            *a = (*a).max(*b);
+        let end = if whole { two.at } else { one.at };
+        std::mem::swap(&mut parts[0].rows, block);
+        std::mem::swap(&mut parts[1].rows, &mut self.spare);
+        let rows = block.rows.len() - before;
+        if rows > 0 {
+            // the rows behind the first stand on the lines behind it
+            self.lines.note(self.point, self.line);
+        }
+        if self.has_times() {
+            for k in before..block.rows.len() {
+                self.line += 1;
+                self.check_time(block.t_s[k])?;
+                self.point += 1;
+            }
+        } else {
+            self.line += rows as u64;
+            self.point += rows as u64;
         }
         if all_pure {
             block.pure = block.rows.len();
         }
-        Ok(at)
+        Ok(end)
     }
 
     /// A row of plain numbers and unquoted cells that ends in this text, else `None` and the block as it was.
