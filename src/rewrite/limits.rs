@@ -1,14 +1,15 @@
 //! Limits of the joints on what comes out: range always; speed and acceleration where times, or a TCP speed, tell them.
 //!
 //! Range is checked at every point. Speed is checked on every leg of a program with times; without times only on legs on
-//! which an offset changes, at the TCP speed of the program. Acceleration is the change of speed between two legs over
+//! which an offset changes, at the TCP speed of the program along its own path: the points of a step share the time of the
+//! leg in which they stand, as in a program with times. (Were the way of the step itself to take time at that speed, all
+//! other joints would have to stop for it; a controller blends it into the leg.) Acceleration is the change of speed between two legs over
 //! their mean duration; it is checked where an offset changes, so that a corner of the program itself is not held against
 //! the offsets.
 
 use super::Origin;
 use super::engine::{Account, LimitKind, Violation};
 use crate::robot::Robot;
-use nalgebra::Vector3;
 
 /// Violations that are listed in full.
 const LISTED: usize = 100;
@@ -24,8 +25,6 @@ struct Last {
     /// Speed on the leg that arrives here, and its duration; empty where it is not known.
     speed: Vec<f64>,
     duration_s: f64,
-    /// TCP there, where it was computed.
-    tcp_m: Option<Vector3<f64>>,
 }
 
 /// Running checks.
@@ -70,7 +69,7 @@ impl<'a> Limits<'a> {
         match t_s {
             Some(t) if self.any_rate => {
                 for ((row, &t), &at) in q.chunks_exact(axes).zip(t).zip(origin) {
-                    self.rates(row, Some(t), at, false, account);
+                    self.rates(row, Some(t), None, at, false, account);
                 }
             }
             _ => {
@@ -81,16 +80,28 @@ impl<'a> Limits<'a> {
                 last.q.clear();
                 last.q.extend_from_slice(row);
                 last.speed.clear();
-                last.tcp_m = None;
                 last.t_s = t;
             }
         }
     }
 
-    /// Checks the next point, at which an offset may change.
-    pub fn check(&mut self, q: &[f64], t_s: Option<f64>, origin: Origin, account: &mut Account) {
+    /// Checks the next point, at which an offset may change. `duration_s` is the time since the last point where it is known
+    /// without `t_s`; else it comes from the way of the TCP.
+    pub fn check(
+        &mut self,
+        q: &[f64],
+        t_s: Option<f64>,
+        duration_s: Option<f64>,
+        origin: Origin,
+        account: &mut Account,
+    ) {
         self.range_of(q, origin, account);
-        self.rates(q, t_s, origin, true, account);
+        self.rates(q, t_s, duration_s, origin, true, account);
+    }
+
+    /// TCP speed at which rates are to be checked.
+    pub fn rate_speed_m_s(&self) -> Option<f64> {
+        self.tcp_speed_m_s.filter(|_| self.any_rate)
     }
 
     fn range_of(&self, q: &[f64], origin: Origin, account: &mut Account) {
@@ -104,19 +115,25 @@ impl<'a> Limits<'a> {
         }
     }
 
-    fn rates(&mut self, q: &[f64], t_s: Option<f64>, origin: Origin, busy: bool, account: &mut Account) {
+    fn rates(
+        &mut self,
+        q: &[f64],
+        t_s: Option<f64>,
+        duration_s: Option<f64>,
+        origin: Origin,
+        busy: bool,
+        account: &mut Account,
+    ) {
         self.first_t_s = self.first_t_s.or(t_s);
         let Some(mut last) = self.last.take() else {
             self.last = Some(Last { q: q.to_vec(), t_s: t_s.unwrap_or(0.0), ..Last::default() });
             return;
         };
-        let duration_s = match (t_s, self.tcp_speed_m_s) {
-            (Some(t), _) => t - last.t_s,
-            (None, Some(v)) if self.any_rate => {
-                let before = last.tcp_m.unwrap_or_else(|| self.robot.tcp_m(&last.q));
-                let now = self.robot.tcp_m(q);
-                last.tcp_m = Some(now);
-                ((now - before).norm() / v).max(CYCLE_S)
+        let duration_s = match (t_s, duration_s, self.tcp_speed_m_s) {
+            (Some(t), _, _) => t - last.t_s,
+            (None, Some(d), _) => d,
+            (None, None, Some(v)) if self.any_rate => {
+                ((self.robot.tcp_m(q) - self.robot.tcp_m(&last.q)).norm() / v).max(CYCLE_S)
             }
             _ => 0.0,
         };

@@ -208,7 +208,7 @@ impl<'a> Plan<'a> {
 
     /// Last vertex of the stroke that begins at `k`: the friction has faded there, or the axis turns again, or the path
     /// ends; `None`: further points are needed.
-    fn reach(&mut self, axis: usize, dir: i8, k: usize, path: &Path, clock: Clock, end: bool) -> Option<usize> {
+    fn reach(&mut self, axis: usize, dir: i8, k: usize, path: &mut Path, clock: Clock, end: bool) -> Option<usize> {
         let offset = self.offsets[axis].as_ref()?;
         let friction = offset.friction();
         let step_s = self.step_time(axis, offset);
@@ -219,19 +219,16 @@ impl<'a> Plan<'a> {
             (turn, i, since) if turn == k => (i + 1, since),
             _ => (k + 1, 0.0),
         };
-        // seconds matter to friction that fades in seconds; the program's own times come for nothing
-        let clock = if clock == Clock::Times || fades_in_time(friction.as_ref()) { clock } else { Clock::None };
-        let mut seen = None;
+        // seconds matter to the step, and beyond it to friction that fades in seconds
+        let fades = fades_in_time(friction.as_ref());
         for i in from..path.end() {
             match clock {
                 Clock::Times => since = path.t_s(i) - t0,
-                Clock::Speed(v) => {
-                    let a = seen.unwrap_or_else(|| self.robot.tcp_m(path.q(i - 1)));
-                    let b = self.robot.tcp_m(path.q(i));
-                    since += ((b - a).norm() / v).max(CYCLE_S);
-                    seen = Some(b);
+                Clock::Speed(v) if fades || since < step_s => {
+                    let leg = path.tcp_m(self.robot, i) - path.tcp_m(self.robot, i - 1);
+                    since += (leg.norm() / v).max(CYCLE_S);
                 }
-                Clock::None => {}
+                Clock::Speed(_) | Clock::None => {}
             }
             if path.turns(i).of(axis).is_some() || i - k >= LONGEST_STROKE {
                 return Some(i);
@@ -239,7 +236,7 @@ impl<'a> Plan<'a> {
             let u = path.u(i) - u0;
             let travel = d * (path.q(i)[axis] - p0);
             let stepped =
-                u >= self.step_fraction && (clock != Clock::Times || since >= step_s) && travel >= self.ramp[axis];
+                u >= self.step_fraction && (clock == Clock::None || since >= step_s) && travel >= self.ramp[axis];
             let faded = friction.is_none_or(|f| friction_gone(&f, since, travel, u));
             if stepped && faded {
                 return Some(i);
@@ -295,12 +292,12 @@ impl<'a> Plan<'a> {
         self.robot.chain().position_and_jacobian(path.q(k), &mut columns);
         let lever = columns[axis];
 
-        let clock = if clock == Clock::Times || fades_in_time(friction.as_ref()) { clock } else { Clock::None };
+        let fades = fades_in_time(friction.as_ref());
         // legs behind the turn: duration by the nominal path; the step adds its own time
         let mut work = std::mem::take(&mut self.work);
-        let legs = self.legs(k, last, path, clock);
+        let legs = self.legs(k, last, path, clock, if fades { f64::INFINITY } else { step_s });
         let mut jump = offset.gap(dir, p_turn) + gap_old + friction.map_or(0.0, |f| f.gain);
-        let passes = if matches!(clock, Clock::Speed(_)) && friction.is_some() { 3 } else { 1 };
+        let passes = if matches!(clock, Clock::Speed(_)) && fades { 3 } else { 1 };
         let mut first = 0;
         for _ in 0..passes {
             first = self.lay_nodes(
@@ -399,23 +396,22 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// TCP vectors and durations of the nominal legs from `k` to `last`.
-    fn legs(&self, k: usize, last: usize, path: &Path, clock: Clock) -> Vec<(Vector3<f64>, f64)> {
-        match clock {
-            Clock::Times => (k..last).map(|i| (Vector3::zeros(), path.t_s(i + 1) - path.t_s(i))).collect(),
-            Clock::None => (k..last).map(|_| (Vector3::zeros(), 0.0)).collect(),
-            Clock::Speed(v) => {
-                let mut from = self.robot.tcp_m(path.q(k));
-                (k + 1..=last)
-                    .map(|i| {
-                        let to = self.robot.tcp_m(path.q(i));
-                        let leg = to - from;
-                        from = to;
-                        (leg, (leg.norm() / v).max(CYCLE_S))
-                    })
-                    .collect()
-            }
-        }
+    /// TCP vectors and durations of the nominal legs from `k` to `last`; at constant speed zero beyond `until_s`, where they
+    /// do not matter.
+    fn legs(&self, k: usize, last: usize, path: &mut Path, clock: Clock, until_s: f64) -> Vec<(Vector3<f64>, f64)> {
+        let mut since = 0.0;
+        (k..last)
+            .map(|i| match clock {
+                Clock::Times => (Vector3::zeros(), path.t_s(i + 1) - path.t_s(i)),
+                Clock::Speed(v) if since < until_s => {
+                    let leg = path.tcp_m(self.robot, i + 1) - path.tcp_m(self.robot, i);
+                    let duration = (leg.norm() / v).max(CYCLE_S);
+                    since += duration;
+                    (leg, duration)
+                }
+                Clock::Speed(_) | Clock::None => (Vector3::zeros(), 0.0),
+            })
+            .collect()
     }
 
     /// Lays the nodes of a stroke; node 0 is the turn. Returns the index of the step point.
@@ -450,7 +446,7 @@ impl<'a> Plan<'a> {
             if first.is_none() {
                 // the step point: a fraction of a program segment behind the turn, and not before the joint can
                 let by_u = if ub > ua { (u0 + self.step_fraction - ua) / (ub - ua) } else { 1.0 };
-                let by_t = if clock == Clock::Times && duration > 0.0 { (step_s - elapsed) / duration } else { 0.0 };
+                let by_t = if clock != Clock::None && duration > 0.0 { (step_s - elapsed) / duration } else { 0.0 };
                 // nearer, where the joint would lag by more than the tolerance until then
                 let lag = (lever_m * (pb - pa)).abs();
                 let near =
@@ -495,7 +491,7 @@ impl<'a> Plan<'a> {
             elapsed += duration + extra;
             if first.is_none() && n + 1 < legs.len() {
                 // the step may end on a vertex
-                let here = (ub - u0 - self.step_fraction).abs() < 1e-6 && (clock != Clock::Times || elapsed >= step_s);
+                let here = (ub - u0 - self.step_fraction).abs() < 1e-6 && (clock == Clock::None || elapsed >= step_s);
                 if here {
                     first = Some(nodes.len());
                 }
