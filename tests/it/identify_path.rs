@@ -268,3 +268,20 @@ fn the_command_writes_a_document_that_is_read_back() {
     assert_eq!(gaps.joints.len(), 3);
     assert!((json["joints"][0]["half_gap_deg"].as_f64().unwrap() - deg(gaps.joints[0].half_gap)).abs() < 1e-9);
 }
+
+#[test]
+fn joints_that_are_not_asked_for_are_fitted_all_the_same() {
+    let (robot, t, cmd, frame) = busy();
+    let log = run(&robot, &t, &cmd, &table3(), &frame, 11e-6, 4);
+    let all = identify(&robot, std::slice::from_ref(&log), &Options::default()).unwrap();
+    let only = identify(&robot, &[log], &Options { free: vec![0], ..Options::default() }).unwrap();
+    assert_eq!(only.gaps.joints.len(), 1);
+    assert!(only.details.iter().all(|d| d.axis == 0) && only.details.len() == 1);
+    assert!(only.gaps.points.iter().all(|p| p.axis == 0) && !only.gaps.points.is_empty());
+    assert!(only.traces.iter().all(|t| t.axis == 0) && only.traces.len() == 1);
+    let (a, b) = (joint(&all, 0), joint(&only, 0));
+    let spike = |j: &JointGap| j.stiction.as_ref().unwrap().spike;
+    for (x, y) in [(a.half_gap, b.half_gap), (a.ci95[0], b.ci95[0]), (a.ci95[1], b.ci95[1]), (spike(a), spike(b))] {
+        assert!((x - y).abs() < 1e-9, "{x} {y}");
+    }
+}

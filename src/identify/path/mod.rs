@@ -44,7 +44,7 @@ const SEPARABLE: f64 = 0.5;
 /// What a user may choose.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// Axes that may have lost motion; empty: all that move.
+    /// Axes that are reported; empty: all that move. The lost motion of every joint that reverses is fitted in any case.
     pub free: Vec<usize>,
     /// Half gaps that are known (from a static test) and held.
     pub known: Vec<Known>,
@@ -134,8 +134,9 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
                 },
             ));
         }
-        let b = prepare::prepare(log, robot, &free)?;
-        for j in b.joints.iter().filter(|j| !j.reverses()) {
+        // a joint that reverses has lost motion whether it is asked for or not: left out, it would bend the gaps of the others
+        let b = prepare::prepare(log, robot, &moving)?;
+        for j in b.joints.iter().filter(|j| !j.reverses() && free.contains(&j.axis)) {
             notes.push(format!(
                 "{}: {} never reverses: its lost motion cannot be seen",
                 log.name,
@@ -155,6 +156,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
     }
     let held: Vec<(usize, GapCurve)> = options.known.iter().map(|k| (k.axis, k.half_gap.clone())).collect();
     let mut problem = Problem::new(binned, &held);
+    let asked = |axis: usize| options.free.is_empty() || options.free.contains(&axis);
     let selected = select::select(&mut problem);
     let unit_variance = selected.cost / selected.dof;
     let variance = unit_variance * selected.inflation;
@@ -165,9 +167,10 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
             notes.push("too many reversals to list the gap at each of them".into());
             (Vec::new(), Vec::new())
         });
+    let reversals: Vec<Reversal> = reversals.into_iter().filter(|r| asked(problem.joints[r.joint].axis)).collect();
     let mut joints = Vec::new();
     let mut details = Vec::new();
-    for g in 0..problem.joints.len() {
+    for g in (0..problem.joints.len()).filter(|&g| asked(problem.joints[g].axis)) {
         let (mut gap, detail) = joint(g, &problem, &selected, &cov, t95);
         if let Some(ci95) = options.known.iter().find(|k| k.axis == gap.axis).and_then(|k| k.ci95) {
             // the width is that of the held document; the middle that of this path
@@ -252,7 +255,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
     Ok(PathFound {
         gaps,
         details,
-        traces: trace::traces(&problem, &selected.values),
+        traces: trace::traces(&problem, &selected.values).into_iter().filter(|t| asked(t.axis)).collect(),
         reversals,
         sigma_m: rms_m,
         inflation: selected.inflation,
