@@ -76,7 +76,6 @@ pub fn run(args: Args) -> Result<()> {
         options.hold_model(&Model::load(path)?, &robot)?;
     }
     let logs = logs::load(&args.log, args.columns.as_deref(), &robot)?;
-    logs::refuse_repeats(&logs)?;
     let found = identify(&robot, &logs, &options)?;
     let document = file::document(&found.gaps, &robot);
     if let Some(path) = &args.output {
