@@ -69,6 +69,8 @@ pub struct Engine<'a> {
     limits: Limits<'a>,
     /// At constant TCP speed: the vertex that comes next, and how long after the last point it does, s.
     arrives: Option<(usize, f64)>,
+    /// A point without its offsets.
+    own: Vec<f64>,
     timed: Option<bool>,
     points: u64,
     account: Account,
@@ -115,6 +117,7 @@ impl<'a> Engine<'a> {
             plan,
             limits,
             arrives: None,
+            own: Vec::with_capacity(axes),
             timed: None,
             points: 0,
             account,
@@ -258,8 +261,10 @@ impl<'a> Engine<'a> {
         let gain = self.options.gain;
         let axes = self.robot.dof();
         let at = out.q.len();
+        self.own.clear();
         match share {
             None => {
+                self.own.extend_from_slice(self.path.q(k));
                 for (&q, &c) in self.path.q(k).iter().zip(self.path.c(k)) {
                     out.q.push(if gain == 1.0 { c } else { q + gain * (c - q) });
                 }
@@ -280,12 +285,13 @@ impl<'a> Engine<'a> {
                         }
                     };
                     let q = lerp(q0, q1);
+                    self.own.push(q);
                     out.q.push(if gain == 1.0 { c } else { q + gain * (c - q) });
                 }
             }
         }
         let timed = self.timed == Some(true);
-        self.limits.check(&out.q[at..], timed.then_some(t_s), duration_s, origin, &mut self.account);
+        self.limits.check(&out.q[at..], &self.own, timed.then_some(t_s), duration_s, origin, &mut self.account);
         if timed {
             out.t_s.push(t_s);
         }

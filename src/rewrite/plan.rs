@@ -335,7 +335,7 @@ impl<'a> Plan<'a> {
             }
             jump = work.command.get(first).copied().unwrap_or(0.0) - d * (c_turn - y0);
         }
-        self.ramped(axis, d, p_turn, d * (c_turn - y0), first, &mut work);
+        self.ramped(axis, d, p_turn, d * (c_turn - y0), first, clock, &mut work);
 
         let largest = work.command.iter().zip(&work.nodes).map(|(c, n)| (y0 + d * c - n.p).abs()).fold(0.0, f64::max);
         account.largest_change_m = account.largest_change_m.max(lever.norm() * largest);
@@ -376,7 +376,8 @@ impl<'a> Plan<'a> {
     }
 
     /// Spreads the step over the chosen travel: the command rises in proportion to it.
-    fn ramped(&self, axis: usize, d: f64, p_turn: f64, start: f64, first: usize, work: &mut Work) {
+    #[allow(clippy::too_many_arguments)]
+    fn ramped(&self, axis: usize, d: f64, p_turn: f64, start: f64, first: usize, clock: Clock, work: &mut Work) {
         let ramp = self.ramp[axis];
         if ramp > 0.0 {
             for (i, n) in work.nodes.iter().enumerate().skip(first) {
@@ -385,14 +386,21 @@ impl<'a> Plan<'a> {
                 work.command[i] = travel + start + (work.command[i] - travel - start) * share;
             }
         }
-        // on the way to the step point: a straight line
+        // on the way to the step point at even speed; at constant TCP speed the offset alone rises evenly, as legs of a program
+        // whose TCP hardly moves are short in time and long for the joint, and their bends must not be cut
         let (Some(from), Some(to)) = (work.nodes.first().map(|n| n.u), work.nodes.get(first).map(|n| n.u)) else {
             return;
         };
+        let travel = |i: usize| work.machine[i].travel;
         let level = work.command[first];
+        let (low, high) = (start - travel(0), level - travel(first));
         for (i, n) in work.nodes.iter().enumerate().take(first) {
             let share = if to > from { (n.u - from) / (to - from) } else { 0.0 };
-            work.command[i] = start + (level - start) * share;
+            work.command[i] = match clock {
+                Clock::Times | Clock::None => start + (level - start) * share,
+                _ if i == 0 => start,
+                _ => travel(i) + low + (high - low) * share,
+            };
         }
     }
 
