@@ -1,6 +1,6 @@
 //! Writing: a file appears whole or not at all.
 //!
-//! Method: bytes go to a temporary file beside the target, which is flushed to disk and renamed on [`Output::commit`]; a
+//! Method: bytes go to a temporary file beside the target, which [`Output::prepare`] flushes to disk and [`Output::commit`] renames; a
 //! dropped output leaves nothing. Standard output is held back in the same way (in memory up to 16 MiB, then on disk), so
 //! that a pipe never receives the first half of a program whose second half was refused.
 
@@ -32,6 +32,7 @@ enum Sink {
 pub struct Output {
     sink: Sink,
     shown: String,
+    prepared: bool,
 }
 
 impl Output {
@@ -39,7 +40,7 @@ impl Output {
     pub fn create(path: &Path) -> Result<Self> {
         let shown = if is_stdio(path) { "standard output".into() } else { path.display().to_string() };
         if is_stdio(path) {
-            return Ok(Self { sink: Sink::Stdout(SpooledTempFile::new(IN_MEMORY)), shown });
+            return Ok(Self { sink: Sink::Stdout(SpooledTempFile::new(IN_MEMORY)), shown, prepared: false });
         }
         let target = match std::fs::canonicalize(path) {
             Ok(real) => real, // a link stays a link: what it points to is replaced
@@ -50,7 +51,11 @@ impl Output {
                 return Err(Error::bad(crate::error::Place::file(&shown), "a folder", "a file to write"));
             }
             if !meta.is_file() {
-                return Ok(Self { sink: Sink::Special { held: SpooledTempFile::new(IN_MEMORY), target }, shown });
+                return Ok(Self {
+                    sink: Sink::Special { held: SpooledTempFile::new(IN_MEMORY), target },
+                    shown,
+                    prepared: false,
+                });
             }
             if meta.permissions().readonly() {
                 return Err(Error::io(path, "write", io::Error::from(io::ErrorKind::PermissionDenied)));
@@ -71,11 +76,34 @@ impl Output {
             builder.permissions(std::fs::Permissions::from_mode(mode));
         }
         let temp = builder.tempfile_in(folder).map_err(|e| Error::io(path, "write", e))?;
-        Ok(Self { sink: Sink::File { temp: BufWriter::with_capacity(BUFFER, temp), target }, shown })
+        Ok(Self { sink: Sink::File { temp: BufWriter::with_capacity(BUFFER, temp), target }, shown, prepared: false })
+    }
+
+    /// Writes the last of the output.
+    pub fn put(&mut self, bytes: &[u8]) -> Result<()> {
+        self.write_all(bytes).map_err(|e| Error::io(&self.shown, "write", e))?;
+        self.prepare()
+    }
+
+    /// Brings all bytes to where [`Output::commit`] has only to put them in place: a full disk shows here, while nothing of
+    /// this output, nor of those that belong to it, is in place.
+    pub fn prepare(&mut self) -> Result<()> {
+        self.flush().map_err(|e| Error::io(&self.shown, "write", e))?;
+        if let Sink::File { temp, .. } = &self.sink {
+            let file = temp.get_ref().as_file();
+            if file.metadata().is_ok_and(|m| m.len() <= SYNC_UP_TO) {
+                file.sync_data().or_else(ignore_unsupported).map_err(|e| Error::io(&self.shown, "write", e))?;
+            }
+        }
+        self.prepared = true;
+        Ok(())
     }
 
     /// Puts the output in place.
-    pub fn commit(self) -> Result<()> {
+    pub fn commit(mut self) -> Result<()> {
+        if !self.prepared {
+            self.prepare()?;
+        }
         let shown = self.shown;
         match self.sink {
             Sink::Stdout(mut held) => {
@@ -94,13 +122,6 @@ impl Output {
             }
             Sink::File { temp, target } => {
                 let temp = temp.into_inner().map_err(|e| Error::io(&shown, "write", e.into_error()))?;
-                // a full disk has shown by now, before the target is touched
-                if temp.as_file().metadata().is_ok_and(|m| m.len() <= SYNC_UP_TO) {
-                    temp.as_file()
-                        .sync_data()
-                        .or_else(ignore_unsupported)
-                        .map_err(|e| Error::io(&shown, "write", e))?;
-                }
                 temp.persist(&target).map(|_: File| ()).map_err(|e| Error::io(&shown, "replace", e.error))
             }
         }
@@ -114,6 +135,7 @@ fn ignore_unsupported(e: io::Error) -> io::Result<()> {
 
 impl Write for Output {
     fn write(&mut self, buf: &[u8]) -> io::Result<usize> {
+        self.prepared = false;
         match &mut self.sink {
             Sink::Stdout(held) | Sink::Special { held, .. } => held.write(buf),
             Sink::File { temp, .. } => temp.write(buf),
@@ -126,6 +148,17 @@ impl Write for Output {
             Sink::File { temp, .. } => temp.flush(),
         }
     }
+}
+
+/// Prepares an output where one is asked for.
+pub fn create(path: Option<&Path>) -> Result<Option<Output>> {
+    path.map(Output::create).transpose()
+}
+
+/// Puts outputs that belong together in place, in this order; none before all are known to be whole.
+pub fn commit<const N: usize>(mut outputs: [Option<Output>; N]) -> Result<()> {
+    outputs.iter_mut().flatten().try_for_each(Output::prepare)?;
+    outputs.into_iter().flatten().try_for_each(Output::commit)
 }
 
 /// Writes one whole text.

@@ -7,7 +7,8 @@ use super::stream::{Done, Passage, Preview, pass};
 use super::{Account, Engine, LimitKind, Options, Origin};
 use crate::compensator::{Compensator, FrictionShape, JointCompensator};
 use crate::effect::Decay;
-use crate::error::{Error, Place, Result, shown};
+use crate::error::{Error, Place, Result, is_stdio, shown};
+use crate::io::output::Output;
 use crate::program::csv::{Reader, Style};
 use crate::program::lines::Lines;
 use crate::robot::Robot;
@@ -68,6 +69,26 @@ pub struct Outcome {
     pub refusal: Option<String>,
 }
 
+/// A program that has been taken through and whose output is whole, but not in place; dropped, it leaves nothing.
+pub struct Ready {
+    pub outcome: Outcome,
+    program: Option<File>,
+    note: Option<Output>,
+}
+
+impl Ready {
+    fn without_output(outcome: Outcome) -> Self {
+        Self { outcome, program: None, note: None }
+    }
+
+    /// Puts the program in place, then its note.
+    pub fn commit(self) -> Result<Outcome> {
+        self.program.map_or(Ok(()), File::commit)?;
+        self.note.map_or(Ok(()), Output::commit)?;
+        Ok(self.outcome)
+    }
+}
+
 impl Job<'_> {
     /// Refuses a compensator of another robot.
     pub fn check_robot(&self, compensator_file: &str) -> Result<()> {
@@ -89,6 +110,11 @@ impl Job<'_> {
 
     /// Takes one program through; nothing is written where the answer is no.
     pub fn run(&self, input: &Path, target: Target, progress: &(dyn Fn(u64) + Sync)) -> Result<Outcome> {
+        self.prepare(input, target, progress)?.commit()
+    }
+
+    /// Takes one program through, up to where its output has only to be put in place.
+    pub fn prepare(&self, input: &Path, target: Target, progress: &(dyn Fn(u64) + Sync)) -> Result<Ready> {
         let notes = if self.force { Vec::new() } else { guard::rewritten_beside(input) };
         let reader = Reader::open(input, self.robot)?;
         let name = shown(input);
@@ -117,7 +143,7 @@ impl Job<'_> {
             Target::DryRun => {
                 let (done, _) = split(pass(self.robot, reader, &passage, make, Nowhere, progress)?);
                 self.refuse_known(&name, &notes, &done.sha256_in)?;
-                Ok(outcome(done, None))
+                Ok(Ready::without_output(outcome(done, None)))
             }
             Target::Check(golden) => {
                 let header = reader.header().clone();
@@ -129,27 +155,26 @@ impl Job<'_> {
                     let text = explain(&d, &shown(golden), &header, self.robot);
                     result.refusal = Some(result.refusal.map_or(text.clone(), |r| format!("{r}\n{text}")));
                 }
-                Ok(result)
+                Ok(Ready::without_output(result))
             }
             Target::File(path) => {
-                let (done, sink) = split(pass(self.robot, reader, &passage, make, File::create(path)?, progress)?);
+                let (done, mut sink) = split(pass(self.robot, reader, &passage, make, File::create(path)?, progress)?);
                 self.refuse_known(&name, &notes, &done.sha256_in)?;
                 let mut result = outcome(done, Some(path));
                 if result.refusal.is_some() {
                     result.output = None;
-                    return Ok(result);
+                    return Ok(Ready::without_output(result));
                 }
                 let sha256_out = sink.sha256();
-                // the note comes first: a rewritten file never stands without one
-                let noted =
-                    !result.unchanged && guard::leave_note(path, &self.note(input, path, &result, &sha256_out))?;
+                // a full disk shows here, while neither the program nor its note is in place
+                sink.prepare()?;
+                let note = if result.unchanged {
+                    None
+                } else {
+                    prepare_note(path, &self.note(input, path, &result, &sha256_out))?
+                };
                 result.sha256_out = Some(sha256_out);
-                sink.commit().inspect_err(|_| {
-                    if noted {
-                        let _ = std::fs::remove_file(guard::note_path(path));
-                    }
-                })?;
-                Ok(result)
+                Ok(Ready { outcome: result, program: Some(sink), note })
             }
         }
     }
@@ -273,6 +298,18 @@ impl Job<'_> {
         }
         Some(text.join("\n"))
     }
+}
+
+/// The note of `file`, whole but not in place; `None`: standard output, a FIFO and the like have none.
+fn prepare_note(file: &Path, note: &Note) -> Result<Option<Output>> {
+    if is_stdio(file) || std::fs::metadata(file).is_ok_and(|m| !m.is_file()) {
+        return Ok(None);
+    }
+    let text = serde_json::to_string_pretty(note)
+        .map_err(|e| Error::bad(Place::default(), e.to_string(), "values that JSON can hold"))?;
+    let mut output = Output::create(&guard::note_path(file))?;
+    output.put((text + "\n").as_bytes())?;
+    Ok(Some(output))
 }
 
 /// The sink apart from the rest.

@@ -56,6 +56,11 @@ impl File {
         hex(&self.hash.clone().finalize())
     }
 
+    /// Brings all bytes to disk, beside the target.
+    pub fn prepare(&mut self) -> Result<()> {
+        self.output.prepare()
+    }
+
     /// Puts the file in place.
     pub fn commit(self) -> Result<()> {
         self.output.commit()
