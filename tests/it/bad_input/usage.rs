@@ -7,7 +7,7 @@ const LINES: &[(&str, &[&str])] = &[
     ("identify path --robot robot.yaml --log log.csv --free J1,A9 --output o.yaml", &["--free", "`A9`", "J1, J2, Z"]),
     (
         "identify path --robot robot.yaml --log log.csv --log log.csv --output o.yaml",
-        &["log.csv", "the same log as log.csv"],
+        &["log.csv", "found a log that was given before"],
     ),
     ("identify static --robot robot.yaml --log log.csv --log log.csv --output o.yaml", &["log.csv", "every log once"]),
     ("identify path --robot robot.yaml --log log.csv --output - --json", &["--output", "--json", "one document"]),
