@@ -5,7 +5,7 @@ use crate::compensator::{Compensator, FrictionShape, file::is_date};
 use crate::effect::Decay;
 use crate::error::{Error, Place, Result, is_stdio};
 use crate::fit::{Form, fit, spacing};
-use crate::gaps::Gaps;
+use crate::gaps::{Gaps, file::document};
 use crate::io::output::{self, write_whole};
 use crate::robot::Robot;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
@@ -83,6 +83,7 @@ pub fn run(args: Args) -> Result<()> {
     let mut report = output::create(args.report.as_deref())?;
     let robot = Robot::load(&args.robot)?;
     let documents = args.gaps.iter().map(|p| Gaps::load(p, &robot)).collect::<Result<Vec<_>>>()?;
+    refuse_repeats(&args.gaps, &documents, &robot)?;
     let form = form(&args, &documents, &robot)?;
     let mut compensator = fit(&robot, &documents, form)?;
     compensator.evidence.valid_until = args.valid_until;
@@ -105,6 +106,19 @@ pub fn run(args: Args) -> Result<()> {
     }
     for note in &compensator.evidence.notes {
         eprintln!("note: {note}");
+    }
+    Ok(())
+}
+
+/// Refuses gaps that are given twice, under whatever name.
+fn refuse_repeats(paths: &[PathBuf], documents: &[Gaps], robot: &Robot) -> Result<()> {
+    let contents: Vec<_> = documents.iter().map(|d| document(d, robot)).collect();
+    for (k, path) in paths.iter().enumerate() {
+        if contents[..k].contains(&contents[k]) {
+            let expected = "each gaps file once: its gaps would count twice";
+            let place = Place::file(path.display().to_string());
+            return Err(Error::bad(place, "gaps that were given before (same content)", expected));
+        }
     }
     Ok(())
 }

@@ -34,7 +34,7 @@ pub struct Args {
     /// Column map (YAML) for a log with other names, units, separators: theirs -> ours
     #[arg(long, value_name = "FILE")]
     pub columns: Option<PathBuf>,
-    /// Joints that may have lost motion [default: all that move]
+    /// Joints to report [default: all that move]; the lost motion of the others is fitted beside them
     #[arg(long, value_name = "JOINTS", value_delimiter = ',')]
     pub free: Vec<String>,
     /// Gaps file whose half gaps and schedules are held, for joints whose gap a static test knows
@@ -88,7 +88,6 @@ pub fn run(args: Args) -> Result<()> {
         options.hold_model(&Model::load(path)?, &robot)?;
     }
     let logs = logs::load(&args.log, args.columns.as_deref(), &robot)?;
-    logs::refuse_repeats(&logs)?;
     let found = identify(&robot, &logs, &options)?;
     let document = file::document(&found.gaps, &robot);
     if let (Some(path), Some(out)) = (&args.output, &mut output) {

@@ -1,7 +1,7 @@
 //! `lostmotion rewrite`: program and compensator in, program with reversal points and offsets out.
 
 use crate::cli::{page, paths};
-use crate::compensator::Compensator;
+use crate::compensator::{Compensator, file::is_past};
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::input;
 use crate::io::output::{self, Output, write_whole};
@@ -14,6 +14,7 @@ use crate::robot::{JointKind, Robot};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Put reversal points and offsets into a joint-space program.
 ///
@@ -150,6 +151,7 @@ pub fn run(args: Args) -> Result<()> {
     let source = Source::load(&args)?;
     let job = job(&args, &source)?;
     job.check_robot(&source.file)?;
+    note_age(&source);
     if args.json && args.output.as_deref() == Some(Path::new("-")) {
         return Err(usage("--json with --output -", "one of them: both go to standard output"));
     }
@@ -188,6 +190,15 @@ pub fn run(args: Args) -> Result<()> {
         eprint!("{}", words(&outcome, &source.robot, dry || outcome.refusal.is_some()));
     }
     said(outcome)
+}
+
+/// Says so where the last day of the compensator has passed: gaps grow with wear.
+fn note_age(source: &Source) {
+    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
+    let past = |day: &&String| is_past(day, (seconds / 86_400) as i64);
+    if let Some(day) = source.compensator.evidence.valid_until.as_ref().filter(past) {
+        eprintln!("note: {}: valid until {day}; identify again", source.file);
+    }
 }
 
 /// The refusal of an outcome as the command's error.

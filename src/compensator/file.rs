@@ -397,6 +397,17 @@ fn write_evidence(e: &Evidence, robot: &Robot) -> EvidenceFile {
     }
 }
 
+/// Whether the day `YYYY-MM-DD` lies before `today`, days since 1970-01-01.
+pub fn is_past(day: &str, today: i64) -> bool {
+    let number = |r: std::ops::Range<usize>| day.get(r).and_then(|s| s.parse::<i64>().ok());
+    let (Some(y), Some(m), Some(d)) = (number(0..4), number(5..7), number(8..10)) else { return false };
+    // years begin in March, so that the leap day is their last (Hinnant, days_from_civil)
+    let (y, m) = if m > 2 { (y, m - 3) } else { (y - 1, m + 9) };
+    let (era, of_era) = (y.div_euclid(400), y.rem_euclid(400));
+    let days = era * 146_097 + of_era * 365 + of_era / 4 - of_era / 100 + (153 * m + 2) / 5 + d - 1 - 719_468;
+    days < today
+}
+
 /// `YYYY-MM-DD` with a month and a day that exist.
 pub fn is_date(text: &str) -> bool {
     let b = text.as_bytes();
@@ -473,6 +484,15 @@ mod tests {
         ] {
             let message = refusal(&file(joints));
             assert!(message.starts_with(&format!("c.yaml:{line}")) && message.contains(what), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_day_is_past_from_the_next_one_on() {
+        // 2024-02-29 is day 19,782 and 2000-01-01 day 10,957 since 1970-01-01
+        for (day, number) in [("1970-01-01", 0), ("2000-01-01", 10_957), ("2024-02-29", 19_782), ("2024-03-01", 19_783)]
+        {
+            assert!(!is_past(day, number) && is_past(day, number + 1), "{day}");
         }
     }
 

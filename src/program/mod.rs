@@ -28,7 +28,7 @@ pub enum Slot {
 }
 
 /// Where a number stands in its block and how it is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Token {
     /// First byte of the number in [`Block::text`], sign included.
     pub start: u32,
@@ -59,6 +59,8 @@ pub struct Block {
     pub t_s: Vec<f64>,
     /// Most decimals of each slot in this block.
     pub decimals: Vec<u8>,
+    /// So many of the first rows hold nothing but plain numbers with one byte between them.
+    pub pure: usize,
     /// Number of the first row's point, counted from 0 over the program.
     pub first_point: u64,
 }
@@ -72,6 +74,18 @@ impl Block {
         self.q.clear();
         self.t_s.clear();
         self.decimals.clear();
+        self.pure = 0;
+    }
+
+    /// Appends rows of the same text; what they say of [`Block::pure`] is left out.
+    fn append(&mut self, rows: &Block) {
+        self.rows.extend_from_slice(&rows.rows);
+        self.tokens.extend_from_slice(&rows.tokens);
+        self.q.extend_from_slice(&rows.q);
+        self.t_s.extend_from_slice(&rows.t_s);
+        for (most, d) in self.decimals.iter_mut().zip(&rows.decimals) {
+            *most = (*most).max(*d);
+        }
     }
 
     /// Bytes of a span.

@@ -5,7 +5,7 @@
 //! points for turning points, and behind a turn with friction the points until the friction has faded.
 
 use super::densify::Densify;
-use super::limits::Limits;
+use super::limits::{CYCLE_S, Limits};
 use super::offset::Offset;
 use super::path::{Path, between};
 use super::plan::{Clock, Plan};
@@ -67,6 +67,10 @@ pub struct Engine<'a> {
     path: Path,
     plan: Plan<'a>,
     limits: Limits<'a>,
+    /// At constant TCP speed: the vertex that comes next, and how long after the last point it does, s.
+    arrives: Option<(usize, f64)>,
+    /// A point without its offsets.
+    own: Vec<f64>,
     timed: Option<bool>,
     points: u64,
     account: Account,
@@ -112,6 +116,8 @@ impl<'a> Engine<'a> {
             path: Path::new(axes),
             plan,
             limits,
+            arrives: None,
+            own: Vec::with_capacity(axes),
             timed: None,
             points: 0,
             account,
@@ -129,11 +135,9 @@ impl<'a> Engine<'a> {
         if self.idle {
             out.q.extend_from_slice(&block.q);
             out.t_s.extend_from_slice(&block.t_s);
-            let at = out.origin.len();
             out.origin.extend((self.points..self.points + block.len() as u64).map(Origin::Point));
             self.points += block.len() as u64;
-            let times = timed.then_some(block.t_s.as_slice());
-            self.limits.check_run(&block.q, times, &out.origin[at..], &mut self.account);
+            // nothing is changed, so nothing is held against the offsets
             return Ok(());
         }
         match &mut self.densify {
@@ -218,27 +222,49 @@ impl<'a> Engine<'a> {
 
     /// Vertex `k`, then what is inserted in the leg behind it.
     fn emit(&mut self, k: usize, out: &mut Emitted) {
-        self.emit_point(self.path.origin(k), self.path.t_s(k), None, k, out);
-        if self.path.knots(k).next().is_none() {
-            return;
+        let duration_s = self.arrives.take().filter(|a| a.0 == k).map(|a| a.1);
+        self.emit_point(self.path.origin(k), self.path.t_s(k), None, duration_s, k, out);
+        let last = k + 1 >= self.path.end();
+        let leg_s = match self.limits.rate_speed_m_s() {
+            Some(v) if !last && self.timed != Some(true) && self.path.is_busy(k + 1) => {
+                let leg = self.path.tcp_m(self.robot, k + 1) - self.path.tcp_m(self.robot, k);
+                Some((leg.norm() / v).max(CYCLE_S))
+            }
+            _ => None,
+        };
+        let mut at = 0.0;
+        if self.path.knots(k).next().is_some() {
+            let mut shares: Vec<f64> = self.path.knots(k).flat_map(|(_, knots)| knots.iter().map(|x| x.0)).collect();
+            shares.sort_by(f64::total_cmp);
+            // places that no controller could tell apart become one
+            shares.dedup_by(|b, a| *b - *a < 1e-6);
+            let (a, b) = (self.path.origin(k), self.path.origin(k + 1));
+            let (t0, t1) = (self.path.t_s(k), self.path.t_s(k + 1));
+            for share in shares {
+                let duration_s = leg_s.map(|s| s * (share - at));
+                at = share;
+                self.emit_point(between(a, b, share), t0 + share * (t1 - t0), Some(share), duration_s, k, out);
+            }
         }
-        let mut shares: Vec<f64> = self.path.knots(k).flat_map(|(_, knots)| knots.iter().map(|x| x.0)).collect();
-        shares.sort_by(f64::total_cmp);
-        // places that no controller could tell apart become one
-        shares.dedup_by(|b, a| *b - *a < 1e-6);
-        let (a, b) = (self.path.origin(k), self.path.origin(k + 1));
-        let (t0, t1) = (self.path.t_s(k), self.path.t_s(k + 1));
-        for share in shares {
-            self.emit_point(between(a, b, share), t0 + share * (t1 - t0), Some(share), k, out);
-        }
+        self.arrives = leg_s.map(|s| (k + 1, s * (1.0 - at)));
     }
 
-    fn emit_point(&mut self, origin: Origin, t_s: f64, share: Option<f64>, k: usize, out: &mut Emitted) {
+    fn emit_point(
+        &mut self,
+        origin: Origin,
+        t_s: f64,
+        share: Option<f64>,
+        duration_s: Option<f64>,
+        k: usize,
+        out: &mut Emitted,
+    ) {
         let gain = self.options.gain;
         let axes = self.robot.dof();
         let at = out.q.len();
+        self.own.clear();
         match share {
             None => {
+                self.own.extend_from_slice(self.path.q(k));
                 for (&q, &c) in self.path.q(k).iter().zip(self.path.c(k)) {
                     out.q.push(if gain == 1.0 { c } else { q + gain * (c - q) });
                 }
@@ -259,12 +285,13 @@ impl<'a> Engine<'a> {
                         }
                     };
                     let q = lerp(q0, q1);
+                    self.own.push(q);
                     out.q.push(if gain == 1.0 { c } else { q + gain * (c - q) });
                 }
             }
         }
         let timed = self.timed == Some(true);
-        self.limits.check(&out.q[at..], timed.then_some(t_s), origin, &mut self.account);
+        self.limits.check(&out.q[at..], &self.own, timed.then_some(t_s), duration_s, origin, &mut self.account);
         if timed {
             out.t_s.push(t_s);
         }

@@ -1,14 +1,16 @@
 //! Limits of the joints on what comes out: range always; speed and acceleration where times, or a TCP speed, tell them.
 //!
 //! Range is checked at every point. Speed is checked on every leg of a program with times; without times only on legs on
-//! which an offset changes, at the TCP speed of the program. Acceleration is the change of speed between two legs over
-//! their mean duration; it is checked where an offset changes, so that a corner of the program itself is not held against
-//! the offsets.
+//! which an offset changes, at the TCP speed of the program along its own path: the points of a step share the time of the
+//! leg in which they stand, as in a program with times. (Were the way of the step itself to take time at that speed, all
+//! other joints would have to stop for it; a controller blends it into the leg.) Acceleration is the change of speed between two legs over
+//! their mean duration; it is checked where an offset changes. A corner of the program itself is not held against the
+//! offsets: where the program alone exceeds the limit, what the offsets add must do so too. At a TCP speed that is known
+//! without times the same holds for the joints' speeds, as the speed may be too high for a place where the TCP hardly moves.
 
 use super::Origin;
 use super::engine::{Account, LimitKind, Violation};
 use crate::robot::Robot;
-use nalgebra::Vector3;
 
 /// Violations that are listed in full.
 const LISTED: usize = 100;
@@ -23,9 +25,10 @@ struct Last {
     t_s: f64,
     /// Speed on the leg that arrives here, and its duration; empty where it is not known.
     speed: Vec<f64>,
+    /// The same of the program without offsets, and where it stands; empty where it is not known.
+    own_speed: Vec<f64>,
+    own_q: Vec<f64>,
     duration_s: f64,
-    /// TCP there, where it was computed.
-    tcp_m: Option<Vector3<f64>>,
 }
 
 /// Running checks.
@@ -70,7 +73,7 @@ impl<'a> Limits<'a> {
         match t_s {
             Some(t) if self.any_rate => {
                 for ((row, &t), &at) in q.chunks_exact(axes).zip(t).zip(origin) {
-                    self.rates(row, Some(t), at, false, account);
+                    self.rates(row, None, Some(t), None, at, account);
                 }
             }
             _ => {
@@ -81,16 +84,30 @@ impl<'a> Limits<'a> {
                 last.q.clear();
                 last.q.extend_from_slice(row);
                 last.speed.clear();
-                last.tcp_m = None;
+                last.own_q.clear();
                 last.t_s = t;
             }
         }
     }
 
-    /// Checks the next point, at which an offset may change.
-    pub fn check(&mut self, q: &[f64], t_s: Option<f64>, origin: Origin, account: &mut Account) {
+    /// Checks the next point, at which an offset may change; `own` is the program's own. `duration_s` is the time since the last point where it is known
+    /// without `t_s`; else it comes from the way of the TCP.
+    pub fn check(
+        &mut self,
+        q: &[f64],
+        own: &[f64],
+        t_s: Option<f64>,
+        duration_s: Option<f64>,
+        origin: Origin,
+        account: &mut Account,
+    ) {
         self.range_of(q, origin, account);
-        self.rates(q, t_s, origin, true, account);
+        self.rates(q, Some(own), t_s, duration_s, origin, account);
+    }
+
+    /// TCP speed at which rates are to be checked.
+    pub fn rate_speed_m_s(&self) -> Option<f64> {
+        self.tcp_speed_m_s.filter(|_| self.any_rate)
     }
 
     fn range_of(&self, q: &[f64], origin: Origin, account: &mut Account) {
@@ -104,46 +121,65 @@ impl<'a> Limits<'a> {
         }
     }
 
-    fn rates(&mut self, q: &[f64], t_s: Option<f64>, origin: Origin, busy: bool, account: &mut Account) {
+    /// `own` is there where an offset may change.
+    fn rates(
+        &mut self,
+        q: &[f64],
+        own: Option<&[f64]>,
+        t_s: Option<f64>,
+        duration_s: Option<f64>,
+        origin: Origin,
+        account: &mut Account,
+    ) {
         self.first_t_s = self.first_t_s.or(t_s);
         let Some(mut last) = self.last.take() else {
             self.last = Some(Last { q: q.to_vec(), t_s: t_s.unwrap_or(0.0), ..Last::default() });
             return;
         };
-        let duration_s = match (t_s, self.tcp_speed_m_s) {
-            (Some(t), _) => t - last.t_s,
-            (None, Some(v)) if self.any_rate => {
-                let before = last.tcp_m.unwrap_or_else(|| self.robot.tcp_m(&last.q));
-                let now = self.robot.tcp_m(q);
-                last.tcp_m = Some(now);
-                ((now - before).norm() / v).max(CYCLE_S)
+        let duration_s = match (t_s, duration_s, self.tcp_speed_m_s) {
+            (Some(t), _, _) => t - last.t_s,
+            (None, Some(d), _) => d,
+            (None, None, Some(v)) if self.any_rate => {
+                ((self.robot.tcp_m(q) - self.robot.tcp_m(&last.q)).norm() / v).max(CYCLE_S)
             }
             _ => 0.0,
         };
         if duration_s > 0.0 {
             let known = last.speed.len() == q.len();
             last.speed.resize(q.len(), 0.0);
+            last.own_speed.resize(q.len(), 0.0);
+            let mean_s = 0.5 * (duration_s + last.duration_s);
             for (axis, (joint, (now, before))) in self.robot.axis_joints().zip(q.iter().zip(&last.q)).enumerate() {
                 let speed = (now - before) / duration_s;
-                if let Some(limit) = joint.max_speed
-                    && speed.abs() > limit * (1.0 + SLACK)
-                {
-                    add(account, Violation { origin, axis, what: LimitKind::Speed, value: speed, limit });
+                // no offset changes on the way from a point at which it is not known
+                let own_speed = match (own, last.own_q.get(axis)) {
+                    (Some(own), Some(before)) => (own[axis] - before) / duration_s,
+                    _ => speed,
+                };
+                let mut check = |what, value: f64, own: f64, limit: f64| {
+                    let beyond = |v: f64| v.abs() > limit * (1.0 + SLACK);
+                    if beyond(value) && (!beyond(own) || beyond(value - own)) {
+                        add(account, Violation { origin, axis, what, value, limit });
+                    }
+                };
+                if let Some(limit) = joint.max_speed {
+                    check(LimitKind::Speed, speed, if t_s.is_some() { 0.0 } else { own_speed }, limit);
                 }
                 if let Some(limit) = joint.max_accel
                     && known
-                    && busy
+                    && own.is_some()
                 {
-                    let accel = (speed - last.speed[axis]) / (0.5 * (duration_s + last.duration_s));
-                    if accel.abs() > limit * (1.0 + SLACK) {
-                        add(account, Violation { origin, axis, what: LimitKind::Acceleration, value: accel, limit });
-                    }
+                    let by = (own_speed - last.own_speed[axis]) / mean_s;
+                    check(LimitKind::Acceleration, (speed - last.speed[axis]) / mean_s, by, limit);
                 }
                 last.speed[axis] = speed;
+                last.own_speed[axis] = own_speed;
             }
         } else {
             last.speed.clear();
         }
+        last.own_q.clear();
+        last.own_q.extend_from_slice(own.unwrap_or_default());
         last.duration_s = duration_s;
         last.q.copy_from_slice(q);
         last.t_s = t_s.unwrap_or(0.0);

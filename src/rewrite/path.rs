@@ -2,6 +2,8 @@
 //! whose front is given back as soon as it has been emitted.
 
 use super::Origin;
+use crate::robot::Robot;
+use nalgebra::Vector3;
 use std::collections::VecDeque;
 
 /// Knots of one axis inside a leg: `(share of the leg, compensated value)`, shares rising within 0 and 1.
@@ -46,6 +48,8 @@ pub struct Path {
     c: Vec<f64>,
     origin: Vec<Origin>,
     t_s: Vec<f64>,
+    /// Nominal TCP where it was asked for; not a number elsewhere, and not there behind the last that was.
+    tcp_m: Vec<Vector3<f64>>,
     /// Offsets change on the leg that arrives here or on the one behind.
     busy: Vec<bool>,
     turns: VecDeque<(usize, Turns)>,
@@ -124,6 +128,18 @@ impl Path {
         self.t_s[self.at(k)]
     }
 
+    /// Nominal TCP of a vertex; worked out once.
+    pub fn tcp_m(&mut self, robot: &Robot, k: usize) -> Vector3<f64> {
+        let at = self.at(k);
+        if at >= self.tcp_m.len() {
+            self.tcp_m.resize(at + 1, Vector3::repeat(f64::NAN));
+        }
+        if self.tcp_m[at].x.is_nan() {
+            self.tcp_m[at] = robot.tcp_m(self.q(k));
+        }
+        self.tcp_m[at]
+    }
+
     pub fn origin(&self, k: usize) -> Origin {
         self.origin[self.at(k)]
     }
@@ -187,6 +203,7 @@ impl Path {
             self.c.drain(..self.head * self.axes);
             self.origin.drain(..self.head);
             self.t_s.drain(..self.head);
+            self.tcp_m.drain(..self.head.min(self.tcp_m.len()));
             self.busy.drain(..self.head);
             self.first += self.head;
             self.head = 0;

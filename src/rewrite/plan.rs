@@ -208,7 +208,7 @@ impl<'a> Plan<'a> {
 
     /// Last vertex of the stroke that begins at `k`: the friction has faded there, or the axis turns again, or the path
     /// ends; `None`: further points are needed.
-    fn reach(&mut self, axis: usize, dir: i8, k: usize, path: &Path, clock: Clock, end: bool) -> Option<usize> {
+    fn reach(&mut self, axis: usize, dir: i8, k: usize, path: &mut Path, clock: Clock, end: bool) -> Option<usize> {
         let offset = self.offsets[axis].as_ref()?;
         let friction = offset.friction();
         let step_s = self.step_time(axis, offset);
@@ -219,19 +219,16 @@ impl<'a> Plan<'a> {
             (turn, i, since) if turn == k => (i + 1, since),
             _ => (k + 1, 0.0),
         };
-        // seconds matter to friction that fades in seconds; the program's own times come for nothing
-        let clock = if clock == Clock::Times || fades_in_time(friction.as_ref()) { clock } else { Clock::None };
-        let mut seen = None;
+        // seconds matter to the step, and beyond it to friction that fades in seconds
+        let fades = fades_in_time(friction.as_ref());
         for i in from..path.end() {
             match clock {
                 Clock::Times => since = path.t_s(i) - t0,
-                Clock::Speed(v) => {
-                    let a = seen.unwrap_or_else(|| self.robot.tcp_m(path.q(i - 1)));
-                    let b = self.robot.tcp_m(path.q(i));
-                    since += ((b - a).norm() / v).max(CYCLE_S);
-                    seen = Some(b);
+                Clock::Speed(v) if fades || since < step_s => {
+                    let leg = path.tcp_m(self.robot, i) - path.tcp_m(self.robot, i - 1);
+                    since += (leg.norm() / v).max(CYCLE_S);
                 }
-                Clock::None => {}
+                Clock::Speed(_) | Clock::None => {}
             }
             if path.turns(i).of(axis).is_some() || i - k >= LONGEST_STROKE {
                 return Some(i);
@@ -239,7 +236,7 @@ impl<'a> Plan<'a> {
             let u = path.u(i) - u0;
             let travel = d * (path.q(i)[axis] - p0);
             let stepped =
-                u >= self.step_fraction && (clock != Clock::Times || since >= step_s) && travel >= self.ramp[axis];
+                u >= self.step_fraction && (clock == Clock::None || since >= step_s) && travel >= self.ramp[axis];
             let faded = friction.is_none_or(|f| friction_gone(&f, since, travel, u));
             if stepped && faded {
                 return Some(i);
@@ -295,12 +292,12 @@ impl<'a> Plan<'a> {
         self.robot.chain().position_and_jacobian(path.q(k), &mut columns);
         let lever = columns[axis];
 
-        let clock = if clock == Clock::Times || fades_in_time(friction.as_ref()) { clock } else { Clock::None };
+        let fades = fades_in_time(friction.as_ref());
         // legs behind the turn: duration by the nominal path; the step adds its own time
         let mut work = std::mem::take(&mut self.work);
-        let legs = self.legs(k, last, path, clock);
+        let legs = self.legs(k, last, path, clock, if fades { f64::INFINITY } else { step_s });
         let mut jump = offset.gap(dir, p_turn) + gap_old + friction.map_or(0.0, |f| f.gain);
-        let passes = if matches!(clock, Clock::Speed(_)) && friction.is_some() { 3 } else { 1 };
+        let passes = if matches!(clock, Clock::Speed(_)) && fades { 3 } else { 1 };
         let mut first = 0;
         for _ in 0..passes {
             first = self.lay_nodes(
@@ -338,11 +335,7 @@ impl<'a> Plan<'a> {
             }
             jump = work.command.get(first).copied().unwrap_or(0.0) - d * (c_turn - y0);
         }
-        self.ramped(axis, d, p_turn, c_turn, y0, first, &mut work);
-        account.largest_change_m = account.largest_change_m.max(
-            lever.norm()
-                * work.command.iter().zip(&work.nodes).map(|(c, n)| (y0 + d * c - n.p).abs()).fold(0.0, f64::max),
-        );
+        self.ramped(axis, d, p_turn, d * (c_turn - y0), first, clock, &mut work);
 
         let largest = work.command.iter().zip(&work.nodes).map(|(c, n)| (y0 + d * c - n.p).abs()).fold(0.0, f64::max);
         account.largest_change_m = account.largest_change_m.max(lever.norm() * largest);
@@ -382,10 +375,9 @@ impl<'a> Plan<'a> {
         self.guard[axis] = true;
     }
 
-    #[allow(clippy::too_many_arguments)]
     /// Spreads the step over the chosen travel: the command rises in proportion to it.
-    fn ramped(&self, axis: usize, d: f64, p_turn: f64, c_turn: f64, y0: f64, first: usize, work: &mut Work) {
-        let start = d * (c_turn - y0);
+    #[allow(clippy::too_many_arguments)]
+    fn ramped(&self, axis: usize, d: f64, p_turn: f64, start: f64, first: usize, clock: Clock, work: &mut Work) {
         let ramp = self.ramp[axis];
         if ramp > 0.0 {
             for (i, n) in work.nodes.iter().enumerate().skip(first) {
@@ -394,34 +386,40 @@ impl<'a> Plan<'a> {
                 work.command[i] = travel + start + (work.command[i] - travel - start) * share;
             }
         }
-        // on the way to the step point: a straight line
+        // on the way to the step point at even speed; at constant TCP speed the offset alone rises evenly, as legs of a program
+        // whose TCP hardly moves are short in time and long for the joint, and their bends must not be cut
         let (Some(from), Some(to)) = (work.nodes.first().map(|n| n.u), work.nodes.get(first).map(|n| n.u)) else {
             return;
         };
+        let travel = |i: usize| work.machine[i].travel;
         let level = work.command[first];
+        let (low, high) = (start - travel(0), level - travel(first));
         for (i, n) in work.nodes.iter().enumerate().take(first) {
             let share = if to > from { (n.u - from) / (to - from) } else { 0.0 };
-            work.command[i] = start + (level - start) * share;
+            work.command[i] = match clock {
+                Clock::Times | Clock::None => start + (level - start) * share,
+                _ if i == 0 => start,
+                _ => travel(i) + low + (high - low) * share,
+            };
         }
     }
 
-    /// TCP vectors and durations of the nominal legs from `k` to `last`.
-    fn legs(&self, k: usize, last: usize, path: &Path, clock: Clock) -> Vec<(Vector3<f64>, f64)> {
-        match clock {
-            Clock::Times => (k..last).map(|i| (Vector3::zeros(), path.t_s(i + 1) - path.t_s(i))).collect(),
-            Clock::None => (k..last).map(|_| (Vector3::zeros(), 0.0)).collect(),
-            Clock::Speed(v) => {
-                let mut from = self.robot.tcp_m(path.q(k));
-                (k + 1..=last)
-                    .map(|i| {
-                        let to = self.robot.tcp_m(path.q(i));
-                        let leg = to - from;
-                        from = to;
-                        (leg, (leg.norm() / v).max(CYCLE_S))
-                    })
-                    .collect()
-            }
-        }
+    /// TCP vectors and durations of the nominal legs from `k` to `last`; at constant speed zero beyond `until_s`, where they
+    /// do not matter.
+    fn legs(&self, k: usize, last: usize, path: &mut Path, clock: Clock, until_s: f64) -> Vec<(Vector3<f64>, f64)> {
+        let mut since = 0.0;
+        (k..last)
+            .map(|i| match clock {
+                Clock::Times => (Vector3::zeros(), path.t_s(i + 1) - path.t_s(i)),
+                Clock::Speed(v) if since < until_s => {
+                    let leg = path.tcp_m(self.robot, i + 1) - path.tcp_m(self.robot, i);
+                    let duration = (leg.norm() / v).max(CYCLE_S);
+                    since += duration;
+                    (leg, duration)
+                }
+                Clock::Speed(_) | Clock::None => (Vector3::zeros(), 0.0),
+            })
+            .collect()
     }
 
     /// Lays the nodes of a stroke; node 0 is the turn. Returns the index of the step point.
@@ -456,7 +454,7 @@ impl<'a> Plan<'a> {
             if first.is_none() {
                 // the step point: a fraction of a program segment behind the turn, and not before the joint can
                 let by_u = if ub > ua { (u0 + self.step_fraction - ua) / (ub - ua) } else { 1.0 };
-                let by_t = if clock == Clock::Times && duration > 0.0 { (step_s - elapsed) / duration } else { 0.0 };
+                let by_t = if clock != Clock::None && duration > 0.0 { (step_s - elapsed) / duration } else { 0.0 };
                 // nearer, where the joint would lag by more than the tolerance until then
                 let lag = (lever_m * (pb - pa)).abs();
                 let near =
@@ -476,6 +474,15 @@ impl<'a> Plan<'a> {
             if let Some(s) = step_here {
                 shares.insert(0, s);
             }
+            // the end of a ramp bends the command
+            let ramp_end = p_turn + d * self.ramp[axis];
+            if self.ramp[axis] > 0.0 && d * (ramp_end - pa) > 0.0 && d * (pb - ramp_end) > 0.0 {
+                let s = (ramp_end - pa) / (pb - pa);
+                let i = shares.partition_point(|x| *x < s);
+                if first.is_some() || step_here.is_some_and(|h| h < s) {
+                    shares.insert(i, s);
+                }
+            }
             // the step takes time of its own at constant speed
             let mut extra = 0.0;
             if let (Some(s), Clock::Speed(v)) = (step_here, clock) {
@@ -492,7 +499,7 @@ impl<'a> Plan<'a> {
             elapsed += duration + extra;
             if first.is_none() && n + 1 < legs.len() {
                 // the step may end on a vertex
-                let here = (ub - u0 - self.step_fraction).abs() < 1e-6 && (clock != Clock::Times || elapsed >= step_s);
+                let here = (ub - u0 - self.step_fraction).abs() < 1e-6 && (clock == Clock::None || elapsed >= step_s);
                 if here {
                     first = Some(nodes.len());
                 }

@@ -165,3 +165,20 @@ fn from_log_to_compensator_on_the_command_line() {
         .clone();
     assert!(String::from_utf8_lossy(&refused).contains("another robot"), "{}", String::from_utf8_lossy(&refused));
 }
+
+#[test]
+fn a_half_gap_below_zero_is_left_out_and_called_no_gap() {
+    let robot = kuka();
+    let rest = "joints:
+  - {joint: A1, half_gap_deg: -0.0028, ci95: [-0.0029, -0.0027], significant: true}
+  - {joint: A2, half_gap_deg: -0.0001, ci95: [-0.0004, 0.0002], significant: false}
+";
+    let c = fit(&robot, &[document(&robot, rest)], Form::Decay).unwrap();
+    assert!(c.joints.is_empty());
+    for words in [
+        "A1: half gap -0.00280 deg is left out: the joint goes beyond",
+        "A2: half gap -0.00010 deg is left out: not larger",
+    ] {
+        assert!(c.evidence.notes.iter().any(|n| n.starts_with(words)), "{words}: {:?}", c.evidence.notes);
+    }
+}

@@ -162,15 +162,15 @@ fn a_joint_that_never_reverses_is_named_and_the_others_are_found() {
 }
 
 #[test]
-fn no_reversal_at_all_is_said_and_nothing_is_invented() {
+fn a_log_without_a_reversal_is_refused() {
     let robot = kuka();
     let (t, mut cmd) = waves(&robot, &[0.0, -70.0, 100.0, 0.0, 30.0, 0.0], 60.0, &[]);
     for (c, t) in cmd[0].iter_mut().zip(&t) {
         *c = (t * 0.1).to_radians();
     }
     let log = run(&robot, &t, &cmd, &table3(), &Isometry3::identity(), 11e-6, 3);
-    let found = identify(&robot, &[log], &Options::default()).unwrap();
-    assert!(found.gaps.joints.is_empty() && found.gaps.notes.iter().any(|n| n.contains("no joint reverses")));
+    let message = identify(&robot, &[log], &Options::default()).unwrap_err().to_string();
+    assert!(message.contains("no joint that reverses"), "{message}");
 }
 
 #[test]
@@ -267,4 +267,60 @@ fn the_command_writes_a_document_that_is_read_back() {
     let gaps = Gaps::load(&target, &kuka()).unwrap();
     assert_eq!(gaps.joints.len(), 3);
     assert!((json["joints"][0]["half_gap_deg"].as_f64().unwrap() - deg(gaps.joints[0].half_gap)).abs() < 1e-9);
+}
+
+#[test]
+fn joints_that_are_not_asked_for_are_fitted_all_the_same() {
+    let (robot, t, cmd, frame) = busy();
+    let log = run(&robot, &t, &cmd, &table3(), &frame, 11e-6, 4);
+    let all = identify(&robot, std::slice::from_ref(&log), &Options::default()).unwrap();
+    let only = identify(&robot, &[log], &Options { free: vec![0], ..Options::default() }).unwrap();
+    assert_eq!(only.gaps.joints.len(), 1);
+    assert!(only.details.iter().all(|d| d.axis == 0) && only.details.len() == 1);
+    assert!(only.gaps.points.iter().all(|p| p.axis == 0) && !only.gaps.points.is_empty());
+    assert!(only.traces.iter().all(|t| t.axis == 0) && only.traces.len() == 1);
+    let (a, b) = (joint(&all, 0), joint(&only, 0));
+    let spike = |j: &JointGap| j.stiction.as_ref().unwrap().spike;
+    for (x, y) in [(a.half_gap, b.half_gap), (a.ci95[0], b.ci95[0]), (a.ci95[1], b.ci95[1]), (spike(a), spike(b))] {
+        assert!((x - y).abs() < 1e-9, "{x} {y}");
+    }
+}
+
+#[test]
+fn a_log_or_a_gaps_file_given_twice_is_refused() {
+    let (robot, t, cmd, frame) = busy();
+    let mut log = run(&robot, &t, &cmd, &table3(), &frame, 11e-6, 4);
+    log.sha256 = "ab".into();
+    let found = identify(&robot, std::slice::from_ref(&log), &Options::default()).unwrap();
+    let message = identify(&robot, &[log.clone(), log], &Options::default()).unwrap_err().to_string();
+    assert!(message.contains("same SHA-256") && message.contains("its reversals would count twice"), "{message}");
+    let dir = tempfile::tempdir().unwrap();
+    let text = lostmotion::gaps::file::to_yaml(&lostmotion::gaps::file::document(&found.gaps, &robot)).unwrap();
+    let fit = |names: &[&str]| {
+        let mut command = assert_cmd::Command::cargo_bin("lostmotion").unwrap();
+        command.args(["fit", "--json", "--robot"]).arg(file("configs/kuka-kr120-r2500-pro.yaml"));
+        for name in names {
+            std::fs::write(dir.path().join(name), &text).unwrap();
+            command.arg("--gaps").arg(dir.path().join(name));
+        }
+        command.output().unwrap()
+    };
+    assert!(fit(&["a.yaml"]).status.success());
+    let twice = fit(&["a.yaml", "copy.yaml"]);
+    let message = String::from_utf8_lossy(&twice.stderr).into_owned();
+    assert!(twice.status.code() == Some(2) && message.contains("copy.yaml"), "{message}");
+}
+
+#[test]
+fn val_swapped_or_negated_axes_are_refused() {
+    let good = circle("circle_uncompensated_table3.csv.gz");
+    let changes: [fn(Vector3<f64>) -> Vector3<f64>; 2] =
+        [|p| Vector3::new(p.y, p.x, p.z), |p| Vector3::new(p.x, p.y, -p.z)];
+    for change in changes {
+        let mut log = good.clone();
+        log.tcp_m.iter_mut().for_each(|p| *p = p.map(change));
+        let refused = identify(&kuka(), &[log], &Options::default()).map(|f| (f.inflation, f.sigma_m, f.gaps.joints));
+        let message = refused.unwrap_err().to_string();
+        assert!(message.contains("mirrored frame"), "{message}");
+    }
 }

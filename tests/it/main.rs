@@ -9,6 +9,7 @@ mod gaps_file;
 mod identify_path;
 mod identify_static;
 mod identify_static_bench;
+mod job;
 mod log;
 mod path_bench;
 mod program;

@@ -275,6 +275,52 @@ fn the_step_of_a_fast_program_keeps_to_the_joint_s_own_acceleration() {
     assert!(out.t_s.windows(2).all(|w| w[1] > w[0]));
 }
 
+/// A1 turns once, in the middle; A6 goes on by 4 degrees a point, the TCP by some millimetres.
+fn turn_beside_a_fast_wrist(n: u32) -> Points {
+    let mut p = Points { axes: 6, ..Points::default() };
+    for i in 0..n {
+        let a1 = 0.2 * (f64::from(i) - f64::from(n) / 2.0).abs();
+        p.q.extend([a1 * DEG, -80.0 * DEG, 90.0 * DEG, 0.0, 20.0 * DEG, (4.0 * f64::from(i) - 80.0) * DEG]);
+    }
+    p
+}
+
+#[test]
+fn a_step_at_constant_tcp_speed_has_the_time_its_joint_needs_and_stops_no_other_joint() {
+    let robot = kuka();
+    let points = turn_beside_a_fast_wrist(40);
+    for (mm_s, friction) in
+        [(100.0, None), (300.0, None), (100.0, Some((0.0034, FrictionShape::Decay(Decay::Time(5.2)))))]
+    {
+        let options = Options { tcp_speed_m_s: Some(mm_s / 1000.0), ..Options::new(6) };
+        let (out, account) = run(&robot, &on_axis(0, 0.006, friction), options, &points, 16);
+        assert_eq!((account.reversals[0], &account.violations), (1, &vec![]), "{mm_s} mm/s");
+        // the leg behind the turn at nominal speed, and the least time of the step: half the acceleration, up and down again
+        let leg_s = (robot.tcp_m(points.row(21)) - robot.tcp_m(points.row(20))).norm() / (mm_s / 1000.0);
+        let step = 0.012 + friction.map_or(0.0, |f| f.0);
+        let need_s = 2.0 * (step * DEG / (0.5 * robot.axis(0).max_accel.unwrap())).sqrt();
+        let share = out.origin.iter().find_map(|o| match *o {
+            Origin::Inserted { after: 20, fraction } => Some(fraction),
+            _ => None,
+        });
+        assert!(need_s < leg_s && (share.unwrap() * leg_s - need_s).abs() < 1e-6, "{share:?}, {need_s} of {leg_s} s");
+    }
+}
+
+#[test]
+fn a_step_that_its_joint_cannot_do_before_it_turns_again_is_named_and_a_corner_of_the_program_is_not() {
+    let robot = kuka();
+    let zigzag: Vec<f64> = (0..40).map(|i| if i % 2 == 0 { 0.0 } else { 0.02 }).collect();
+    let options = || Options { tcp_speed_m_s: Some(0.2), ..Options::new(6) };
+    let (_, account) = run(&robot, &on_axis(0, 0.006, None), options(), &one_axis(&zigzag), 16);
+    assert!(account.violations.iter().any(|v| v.what == LimitKind::Acceleration && v.axis == 0));
+    // 0.4 degrees a point and back, 80 ms a point: far beyond the joint at 2 m/s, with or without an offset of 1e-6 degrees
+    let corner: Vec<f64> = (0..40).map(|i: i32| 0.4 * f64::from((i - 20).abs())).collect();
+    let options = Options { tcp_speed_m_s: Some(2.0), ..Options::new(6) };
+    let (_, account) = run(&robot, &on_axis(0, 1e-6, None), options, &one_axis(&corner), 16);
+    assert_eq!(account.violations, []);
+}
+
 fn smooth_program(amplitudes: &[f64], phases: &[f64], n: usize, dt: f64) -> Points {
     let value = |t: f64| -> f64 {
         amplitudes.iter().zip(phases).enumerate().map(|(k, (a, f))| a * ((k as f64 + 1.0) * 0.21 * t + f).sin()).sum()
@@ -356,4 +402,36 @@ proptest! {
         let before = joint_output(&plain, &effects).iter().zip(&raw).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         prop_assert!(worst < before, "{} deg without, {} with", before / DEG, worst / DEG);
     }
+}
+
+#[test]
+fn a_ramp_ends_where_it_was_asked_to_even_inside_a_segment() {
+    let robot = kuka();
+    for ramp in [0.5, 1.5] {
+        let mut options = Options::new(6);
+        options.ramp[0] = ramp * DEG;
+        let (out, _) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&[1.0, 2.0, 3.0, 2.0, 1.0, 0.0]), 100);
+        // position of the program where a point stands, from its origin
+        let place = |o: Origin| match o {
+            Origin::Point(i) => i as f64,
+            Origin::Inserted { after, fraction } => after as f64 + fraction,
+        };
+        let turned: Vec<(f64, f64)> = (0..out.len())
+            .filter(|&i| place(out.origin[i]) > 2.0)
+            .map(|i| (place(out.origin[i]) - 2.0, out.row(i)[0] / DEG - (3.0 - (place(out.origin[i]) - 2.0))))
+            .collect();
+        let at_end = turned.iter().find(|(travel, _)| (travel - ramp).abs() < 1e-6);
+        assert!(at_end.is_some_and(|(_, offset)| (offset + 0.01).abs() < 1e-9), "{ramp}: {turned:?}");
+        assert!(
+            turned.iter().all(|(t, o)| (o - (0.01 - 0.02 * (t / ramp).min(1.0))).abs() < 1e-9),
+            "{ramp}: {turned:?}"
+        );
+    }
+}
+
+#[test]
+fn a_zero_compensator_refuses_nothing() {
+    let robot = kuka();
+    let (_, account) = run(&robot, &on_axis(0, 0.0, None), Options::new(6), &one_axis(&[0.0, 300.0]), 10);
+    assert_eq!(account.violations_total, 0);
 }

@@ -8,12 +8,13 @@
 //!
 //! Assumes a joint command that is followed up to lag, play and rigid errors; noise with a correlation of less than some
 //! seconds. Drift of the tracker over minutes breaks the intervals (they cover the truth about half the time at a correlation of
-//! 60 s); an inflation above [`ALARM`] is reported as a model that does not hold. A joint that never reverses cannot be
+//! 60 s); an inflation above [`ALARM`] is reported, above [`MISTRUST`] the log is tried in a mirrored frame ([`mirror`]). A joint that never reverses cannot be
 //! judged and is named so.
 
 pub mod bins;
 pub mod chain;
 pub mod interval;
+mod mirror;
 pub mod nuisance;
 pub mod prepare;
 pub mod problem;
@@ -38,13 +39,16 @@ pub use trace::Trace;
 
 /// Inflation from which the residuals say that the model does not hold (a gap that varies, a moved tracker).
 pub const ALARM: f64 = 5.0;
+/// Inflation from which gaps are significant only if they are [`MISTRUST_MARGIN`] half intervals or more.
+pub const MISTRUST: f64 = 10.0;
+const MISTRUST_MARGIN: f64 = 3.0;
 /// Standard error over spike from which spike and decay are not told apart.
 const SEPARABLE: f64 = 0.5;
 
 /// What a user may choose.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// Axes that may have lost motion; empty: all that move.
+    /// Axes that are reported; empty: all that move. The lost motion of every joint that reverses is fitted in any case.
     pub free: Vec<usize>,
     /// Half gaps that are known (from a static test) and held.
     pub known: Vec<Known>,
@@ -115,6 +119,13 @@ pub struct JointDetail {
 
 /// Identifies from one or more logs of one robot.
 pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFound> {
+    for (k, log) in logs.iter().enumerate() {
+        // a log that was not read from bytes has no hash
+        if !log.sha256.is_empty() && logs[..k].iter().any(|l| l.sha256 == log.sha256) {
+            let expected = "each log once: its reversals would count twice";
+            return Err(Error::bad(Place::file(&log.name), "a log that was given before (same SHA-256)", expected));
+        }
+    }
     let mut binned = Vec::with_capacity(logs.len());
     let mut notes = Vec::new();
     for log in logs {
@@ -134,8 +145,9 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
                 },
             ));
         }
-        let b = prepare::prepare(log, robot, &free)?;
-        for j in b.joints.iter().filter(|j| !j.reverses()) {
+        // a joint that reverses has lost motion whether it is asked for or not: left out, it would bend the gaps of the others
+        let b = prepare::prepare(log, robot, &moving)?;
+        for j in b.joints.iter().filter(|j| !j.reverses() && free.contains(&j.axis)) {
             notes.push(format!(
                 "{}: {} never reverses: its lost motion cannot be seen",
                 log.name,
@@ -155,7 +167,25 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
     }
     let held: Vec<(usize, GapCurve)> = options.known.iter().map(|k| (k.axis, k.half_gap.clone())).collect();
     let mut problem = Problem::new(binned, &held);
+    let asked = |axis: usize| options.free.is_empty() || options.free.contains(&axis);
+    if let Some(log) = logs.first()
+        && !problem.joints.iter().any(|j| asked(j.axis))
+    {
+        let expected = "a path on which a joint of interest turns round at least once";
+        return Err(Error::bad(Place::file(&log.name), "no joint that reverses", expected));
+    }
     let selected = select::select(&mut problem);
+    if selected.inflation > MISTRUST {
+        mirror::refuse(&problem, &selected, &held)?;
+        notes.insert(
+            0,
+            format!(
+                "the model does not describe this log (variance inflated {:.1} times), the gaps cannot be trusted: check the order and \
+                 sign of the x, y, z columns, units and the robot file",
+                selected.inflation
+            ),
+        );
+    }
     let unit_variance = selected.cost / selected.dof;
     let variance = unit_variance * selected.inflation;
     let cov = Covariance::new(&problem, &selected.values, &selected.form, variance);
@@ -165,15 +195,19 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
             notes.push("too many reversals to list the gap at each of them".into());
             (Vec::new(), Vec::new())
         });
+    let reversals: Vec<Reversal> = reversals.into_iter().filter(|r| asked(problem.joints[r.joint].axis)).collect();
     let mut joints = Vec::new();
     let mut details = Vec::new();
-    for g in 0..problem.joints.len() {
+    for g in (0..problem.joints.len()).filter(|&g| asked(problem.joints[g].axis)) {
         let (mut gap, detail) = joint(g, &problem, &selected, &cov, t95);
         if let Some(ci95) = options.known.iter().find(|k| k.axis == gap.axis).and_then(|k| k.ci95) {
             // the width is that of the held document; the middle that of this path
             let wide = (ci95[1] - ci95[0]) / 2.0;
             gap.ci95 = [(gap.half_gap - wide).max(0.0), gap.half_gap + wide];
             gap.significant = gap.half_gap > wide;
+        }
+        if selected.inflation > MISTRUST {
+            gap.significant &= gap.half_gap > MISTRUST_MARGIN * (gap.ci95[1] - gap.half_gap);
         }
         let name = &robot.axis(gap.axis).name;
         let kind = robot.axis(gap.axis).kind;
@@ -201,10 +235,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
         joints.push(gap);
         details.push(detail);
     }
-    if problem.joints.is_empty() {
-        notes.push("no joint reverses: nothing can be said about lost motion".into());
-    }
-    if selected.inflation > ALARM {
+    if selected.inflation > ALARM && selected.inflation <= MISTRUST {
         notes.push(format!(
             "the residuals hang together (variance inflated {:.1} times): a gap that varies, a drift, or another effect is not in the model; \
              intervals are too narrow",
@@ -252,7 +283,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
     Ok(PathFound {
         gaps,
         details,
-        traces: trace::traces(&problem, &selected.values),
+        traces: trace::traces(&problem, &selected.values).into_iter().filter(|t| asked(t.axis)).collect(),
         reversals,
         sigma_m: rms_m,
         inflation: selected.inflation,

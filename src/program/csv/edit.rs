@@ -26,9 +26,26 @@ pub struct Style {
 /// Writes the changed numbers of a program's rows.
 pub struct Edits {
     slots: Vec<SlotEdit>,
+    /// The slots once more as rows of plain numbers need them; empty where the present block is not of that kind.
+    cells: Vec<Cell>,
     forced: Option<u8>,
     scratch: Vec<u8>,
 }
+
+/// A slot whose numbers all get the same decimals in the present block.
+struct Cell {
+    /// `None`: the time.
+    axis: Option<usize>,
+    decimals: u8,
+    scale: f64,
+    /// Counts of last digits between which the number has 8 digits at most and rounding reaches no limit.
+    safe: [i64; 2],
+    /// A number was written.
+    written: bool,
+}
+
+/// Bytes of a plain number and the comma before it.
+const CELL: usize = 11;
 
 struct SlotEdit {
     slot: Slot,
@@ -73,11 +90,14 @@ impl Edits {
                 limits.map_or([f64::NEG_INFINITY, f64::INFINITY], |[lo, hi]| [lo + 1.0, hi - 1.0].map(|v| v / to_edge));
             SlotEdit { slot, to_edge, scale, least, column: 0, base: least, limits, safe, written: NONE }
         });
-        Self { slots: slots.collect(), forced: style.forced, scratch: Vec::new() }
+        Self { slots: slots.collect(), cells: Vec::new(), forced: style.forced, scratch: Vec::new() }
     }
 
     /// To be told of every block before its rows are written.
     pub fn begin(&mut self, block: &Block) {
+        self.note_written();
+        self.cells.clear();
+        let mut even = true;
         for (edit, &d) in self.slots.iter_mut().zip(&block.decimals) {
             edit.column = edit.column.max(d);
             edit.base = match (self.forced, edit.slot) {
@@ -85,12 +105,36 @@ impl Edits {
                 (_, Slot::Axis(_)) => edit.least.max(edit.column.min(COLUMN_MOST.max(edit.least))),
                 (_, Slot::Time) => edit.column,
             };
+            let axis = match edit.slot {
+                Slot::Axis(a) => Some(a),
+                Slot::Time => None,
+            };
+            even &= edit.base <= 7 && (d <= edit.base || self.forced.is_some());
+            let scale = edit.scale[usize::from(edit.base).min(MOST)];
+            // a limit in last digits is rounded inwards; a number of its own kind, else none passes
+            let [lo, hi] = edit.safe.map(|v| (v * scale).clamp(-1e8, 1e8));
+            let safe = [lo.ceil() as i64, hi.floor() as i64];
+            self.cells.push(Cell { axis, decimals: edit.base, scale, safe, written: false });
+        }
+        if !even {
+            self.cells.clear();
+        }
+    }
+
+    /// Carries what the cells of a block have written over to their slots.
+    fn note_written(&mut self) {
+        for (edit, cell) in self.slots.iter_mut().zip(&self.cells) {
+            if cell.written {
+                edit.written = edit.written.min(cell.decimals);
+            }
         }
     }
 
     /// Fewest decimals with which numbers of an axis were written (deg or mm); `None`: none was written.
     pub fn written(&self, axis: usize) -> Option<u8> {
-        self.slots.iter().find(|s| s.slot == Slot::Axis(axis)).map(|s| s.written).filter(|&w| w != NONE)
+        let k = self.slots.iter().position(|s| s.slot == Slot::Axis(axis))?;
+        let cell = self.cells.get(k).filter(|c| c.written).map_or(NONE, |c| c.decimals);
+        Some(self.slots[k].written.min(cell)).filter(|&w| w != NONE)
     }
 
     /// Writes row `i` with the targets `q` as far as they differ, from the place `cursor` of its block on; gives the place up
@@ -150,6 +194,49 @@ impl Edits {
         cursor
     }
 
+    /// Writes rows of plain numbers alone ([`Block::pure`]) from row `i` on, with the targets `q` (row behind row, `axes` in
+    /// each) and times `t_s` (may be empty), just as [`Edits::row`] writes them one by one. Gives the number of rows that
+    /// are done and the place up to which the block's text has been written; the next of the rows needs the general way.
+    #[allow(clippy::too_many_arguments)]
+    pub fn pure_rows(
+        &mut self,
+        block: &Block,
+        i: usize,
+        cursor: usize,
+        q: &[f64],
+        axes: usize,
+        t_s: &[f64],
+        out: &mut Vec<u8>,
+    ) -> (usize, usize) {
+        let (n, rows) = (self.cells.len(), q.len() / axes.max(1));
+        let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
+        if n == 0 || rows == 0 || !(t_s.is_empty() || same(t_s, &block.t_s[i..i + rows])) {
+            return (0, cursor);
+        }
+        let old = &block.q[i * axes..(i + rows) * axes];
+        if same(q, old) {
+            return (rows, cursor);
+        }
+        let tokens = &block.tokens[i * n..(i + rows) * n];
+        let first = tokens[0].start as usize;
+        out.extend_from_slice(&block.text[cursor..first]);
+        let length = out.len();
+        out.resize(length + rows * (n * CELL + 2) + ROOM, 0);
+        let room = &mut out[length..];
+        let (mut done, mut at, mut cursor) = (0, 0, first);
+        let targets = q.chunks_exact(axes).zip(old.chunks_exact(axes));
+        for ((q, old), tokens) in targets.zip(tokens.chunks_exact(n)) {
+            let Some(length) = pure_row(&mut self.cells, &block.text, cursor, q, old, tokens, &mut room[at..]) else {
+                break;
+            };
+            at += length;
+            cursor = tokens[n - 1].start as usize + usize::from(tokens[n - 1].len);
+            done += 1;
+        }
+        out.truncate(length + at);
+        (done, cursor)
+    }
+
     /// Writes an added row behind row `i`: its cells are those of row `i`, its targets and time are new.
     pub fn added(&mut self, block: &Block, i: usize, q: &[f64], t_s: Option<f64>, out: &mut Vec<u8>) {
         let n = self.slots.len();
@@ -179,6 +266,54 @@ impl Edits {
         }
         out.extend_from_slice(&block.text[cursor..end]);
     }
+}
+
+/// A row of plain numbers to the start of `room`, the text from `cursor` (behind the row before) to its first number
+/// included; gives its length. `None`: a number needs the general way.
+#[inline(always)]
+fn pure_row(
+    cells: &mut [Cell],
+    text: &[u8],
+    cursor: usize,
+    q: &[f64],
+    old: &[f64],
+    tokens: &[Token],
+    room: &mut [u8],
+) -> Option<usize> {
+    let start = tokens[0].start as usize;
+    let ending = text.get(cursor..start)?;
+    match *ending {
+        [] => {}
+        [a] => room[0] = a,
+        [a, b] => room[..2].copy_from_slice(&[a, b]),
+        _ => return None, // comments or blank lines between the rows
+    }
+    let mut at = ending.len();
+    for (cell, token) in cells.iter_mut().zip(tokens) {
+        let place = room.get_mut(at..)?.first_chunk_mut::<ROOM>()?;
+        let changed = cell.axis.map(|a| (q[a], old[a])).filter(|(q, old)| q.to_bits() != old.to_bits());
+        let length = if let Some((value, _)) = changed {
+            let x = value * cell.scale;
+            let count = (x.abs() + 0.5) as i64 as u64;
+            let signed = if x < 0.0 { -(count as i64) } else { count as i64 };
+            if signed <= cell.safe[0] || signed >= cell.safe[1] {
+                return None;
+            }
+            cell.written = true;
+            fixed(place, x < 0.0, count, u32::from(cell.decimals))
+        } else {
+            let number = text.get(token.start as usize..)?;
+            match number.first_chunk::<16>() {
+                Some(chunk) => place[..16].copy_from_slice(chunk),
+                None => place[..number.len()].copy_from_slice(number),
+            }
+            usize::from(token.len)
+        };
+        place[length & (ROOM - 1)] = b',';
+        at += length + 1;
+    }
+    // behind the last number stands the line ending, which belongs to what comes next
+    Some(at - 1)
 }
 
 /// Drops zeros at the end of a fraction of `decimals` digits down to `fewest` of them.

@@ -11,6 +11,8 @@ pub const POW10: [f64; 23] = [
     1e21, 1e22,
 ];
 const POW10_INT: [u64; 8] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
+/// `2^52` as bits.
+const TWO_52: u64 = 0x4330_0000_0000_0000;
 const ZEROS: u64 = 0x3030_3030_3030_3030;
 
 /// A number that was read.
@@ -73,6 +75,55 @@ pub fn plain(text: &[u8], at: usize) -> Option<(Read, usize)> {
     Some((Read { value, decimals }, end))
 }
 
+/// A short number: what most numbers of a program are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Short {
+    pub value: f64,
+    pub decimals: u8,
+    /// Zeros stand in front of it.
+    pub padded: bool,
+    /// Bytes, sign included: at most 9.
+    pub len: usize,
+}
+
+/// Reads the number with which `text` begins, if it has a point, digits on both sides of it and at most eight bytes behind
+/// its sign (`-118.6345`): one word, in which the digits close the place of the point. The way to the next number is short,
+/// as each waits for the one before it.
+#[inline(always)]
+pub fn short(text: &[u8; 16]) -> Option<Short> {
+    let negative = text[0] == b'-';
+    // a load from one of two places: a choice between two words would become a branch that is guessed wrong
+    let sign = usize::from(negative);
+    let mut word = [0; 8];
+    word.copy_from_slice(&text[sign..sign + 8]);
+    let word = u64::from_le_bytes(word);
+    let digits = word ^ ZEROS;
+    // exact up to the second byte that is no digit, if the first is a point
+    let stops = not_digits(digits);
+    let point = stops.trailing_zeros() & !7;
+    let end = (stops & stops.wrapping_sub(1)).trailing_zeros() & !7;
+    let decimals = end.wrapping_sub(point + 8) / 8;
+    let behind = text[8 + sign];
+    // one branch that is nearly never taken; which of these it is would be guessed wrong
+    let other = (point == 0)
+        | (point > 48)
+        | ((word >> (point & 63)) as u8 != b'.')
+        | (decimals == 0)
+        | ((end == 64) & behind.is_ascii_digit());
+    if other {
+        return None;
+    }
+    let whole = (1u64 << point) - 1;
+    let closed = (digits & whole) | ((digits >> 8) & !whole);
+    let mantissa = join(closed, end / 8 - 1);
+    // 2^52 + mantissa - 2^52, exact; a conversion instruction would wait for the register's last value
+    let mantissa = f64::from_bits(TWO_52 | mantissa) - f64::from_bits(TWO_52);
+    let size = mantissa / POW10[decimals as usize & 7];
+    let value = f64::from_bits(size.to_bits() | (u64::from(negative) << 63));
+    let padded = word as u8 == b'0' && point > 8;
+    Some(Short { value, decimals: decimals as u8, padded, len: sign + (end / 8) as usize })
+}
+
 /// Reads any finite decimal number that fills `text` (no spaces, no quotes).
 pub fn any(text: &[u8]) -> Option<Read> {
     // the standard parser also takes `inf`, `nan` and `infinity`
@@ -125,6 +176,22 @@ mod tests {
             let (got, end) = read(&text).unwrap();
             prop_assert_eq!(got.value.to_bits(), text.parse::<f64>().unwrap().to_bits());
             prop_assert_eq!((end, usize::from(got.decimals)), (text.len(), d));
+        }
+
+        #[test]
+        fn short_numbers_are_read_as_all_others(
+            negative: bool, whole in "[0-9]{1,8}", fraction in "[0-9]{0,8}", point: bool, behind in "[,\n\r 0-9.x-]{8}"
+        ) {
+            let sign = if negative { "-" } else { "" };
+            let text = format!("{sign}{whole}{}{fraction}{behind}        ", if point { "." } else { "" });
+            let chunk = text.as_bytes().first_chunk::<16>().unwrap();
+            if let Some(got) = short(chunk) {
+                let (want, end) = plain(text.as_bytes(), 0).unwrap();
+                prop_assert_eq!((got.value.to_bits(), got.decimals, got.len), (want.value.to_bits(), want.decimals, end));
+                prop_assert_eq!(!got.padded, is_plain(&text.as_bytes()[..end]));
+            } else if point && behind.starts_with([',', '\n', '\r']) && !fraction.is_empty() {
+                prop_assert!(whole.len() + fraction.len() > 7);
+            }
         }
 
         #[test]

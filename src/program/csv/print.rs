@@ -9,41 +9,45 @@ use super::number::POW10;
 pub const ROOM: usize = 32;
 const ZEROS: u64 = 0x3030_3030_3030_3030;
 
-/// The eight decimal digits of `n < 10^8` as text, first digit in the lowest byte.
+/// The eight decimal digits of `n < 10^8`, a byte each, first digit in the lowest.
 #[inline(always)]
 fn eight_digits(n: u64) -> u64 {
+    let n = n as u32;
     let (high, low) = (n / 10_000, n % 10_000);
-    let x = high | (low << 32);
+    let x = u64::from(high) | (u64::from(low) << 32);
     // two digits in each 16-bit field, then one in each byte
     let hundreds = ((x * 10_486) >> 20) & 0x0000_007F_0000_007F;
     let x = hundreds | ((x - hundreds * 100) << 16);
     let tens = ((x * 103) >> 10) & 0x000F_000F_000F_000F;
-    (tens | ((x - tens * 10) << 8)) | ZEROS
+    tens | ((x - tens * 10) << 8)
 }
 
 /// Writes `n * 10^-decimals` (with `-` where `negative`) to the start of `out`, for `n < 10^8`, `decimals < 8`; gives the
 /// length. Zero has no sign.
 #[inline(always)]
 pub fn fixed(out: &mut [u8; ROOM], negative: bool, n: u64, decimals: u32) -> usize {
-    let text = eight_digits(n);
-    out[0] = b'-';
+    let decimals = decimals & 7;
+    let digits = eight_digits(n);
+    let text = digits | ZEROS;
     let sign = usize::from(negative & (n != 0));
-    let zeros = ((text ^ ZEROS).trailing_zeros() / 8).min(7 - decimals);
-    let whole = (8 - zeros - decimals) as usize;
-    put(out, sign, text >> (8 * zeros));
+    // zeros in front go, up to the digit before the point
+    let zeros = (digits | 1 << (56 - 8 * decimals)).trailing_zeros() & 56;
+    let whole = (8 - zeros / 8 - decimals) as usize;
+    out[0] = b'-';
+    put(out, sign, text >> zeros);
     if decimals == 0 {
         return sign + whole;
     }
-    out[(sign + whole) & (ROOM - 1)] = b'.';
-    put(out, sign + whole + 1, text >> (8 * (8 - decimals)));
+    out[(sign + whole) & 15] = b'.';
+    put(out, sign + whole + 1, text >> (64 - 8 * decimals));
     sign + whole + 1 + decimals as usize
 }
 
+/// `at` is at most 10.
 #[inline(always)]
 fn put(out: &mut [u8; ROOM], at: usize, word: u64) {
-    if let Some(place) = out.get_mut(at..at + 8) {
-        place.copy_from_slice(&word.to_le_bytes());
-    }
+    let at = at & 15;
+    out[at..at + 8].copy_from_slice(&word.to_le_bytes());
 }
 
 /// What the bytes of a number say about its style.

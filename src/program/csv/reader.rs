@@ -17,6 +17,8 @@ use std::path::Path;
 
 /// Text of a block, bytes: large enough to hide the hand-over, small enough to stay in the cache.
 pub const BLOCK: usize = 256 << 10;
+/// Columns up to which rows of nothing but short numbers take the fastest way.
+const MOST_PURE: usize = 16;
 /// A row that is longer is refused.
 const LONGEST_ROW: usize = 8 << 20;
 
@@ -27,6 +29,10 @@ pub struct Reader {
     header: Header,
     /// Edge unit to SI, per axis; the number of axes.
     si: Vec<f64>,
+    /// Where the numbers of a row go, if the columns hold nothing else: axis (`None`: the time) and unit to SI.
+    pure: Vec<(Option<usize>, f64)>,
+    /// Memory for rows that are read ahead.
+    spare: Block,
     /// Text that was read and belongs to the next block; in the first block the rows start at `rows_at`.
     carry: Vec<u8>,
     rows_at: usize,
@@ -48,6 +54,76 @@ enum Aside {
     Row,
 }
 
+/// The row at `start` if it holds short numbers alone (none padded): its end and time; targets to `q`, places to `tokens`.
+#[inline(always)]
+fn pure_row(
+    columns: &[(Option<usize>, f64)],
+    text: &[u8],
+    start: usize,
+    q: &mut [f64; MOST_PURE],
+    tokens: &mut [Token; MOST_PURE],
+) -> Option<(usize, Option<f64>)> {
+    let mut at = start;
+    let (mut ending, mut padded) = (0, false);
+    let mut t_s = None;
+    for (&(axis, si), token) in columns.iter().zip(tokens) {
+        // each separator but the last is a comma
+        if at > start && ending != b',' {
+            return None;
+        }
+        let chunk = text.get(at..)?.first_chunk::<16>()?;
+        let number = number::short(chunk)?;
+        padded |= number.padded;
+        *token = Token { start: at as u32, len: number.len as u16, decimals: number.decimals, plain: true };
+        match axis {
+            Some(axis) => q[axis & (MOST_PURE - 1)] = number.value * si,
+            None => t_s = Some(number.value),
+        }
+        ending = chunk[number.len & 15];
+        at += number.len + 1;
+    }
+    match ending {
+        _ if padded => None,
+        b'\n' => Some((at, t_s)),
+        b'\r' if *text.get(at)? == b'\n' => Some((at + 1, t_s)),
+        _ => None,
+    }
+}
+
+/// Rows of short numbers alone from one place of a text to another.
+struct PureRows {
+    at: usize,
+    end: usize,
+    rows: Block,
+}
+
+impl PureRows {
+    fn new(at: usize, end: usize) -> Self {
+        Self { at, end, rows: Block::default() }
+    }
+
+    /// Reads one more row; `false`: there is none.
+    #[inline(always)]
+    fn step(&mut self, columns: &[(Option<usize>, f64)], axes: usize, text: &[u8]) -> bool {
+        if self.at >= self.end {
+            return false;
+        }
+        let mut q = [0.0; MOST_PURE];
+        let mut tokens = [Token::default(); MOST_PURE];
+        let Some((end, t_s)) = pure_row(columns, text, self.at, &mut q, &mut tokens) else { return false };
+        let Some((q, tokens)) = q.get(..axes).zip(tokens.get(..columns.len())) else { return false };
+        self.rows.q.extend_from_slice(q);
+        self.rows.tokens.extend_from_slice(tokens);
+        for (most, token) in self.rows.decimals.iter_mut().zip(tokens) {
+            *most = (*most).max(token.decimals);
+        }
+        self.rows.t_s.extend(t_s);
+        self.rows.rows.push(RowSpan { start: self.at as u32, end: end as u32 });
+        self.at = end;
+        true
+    }
+}
+
 impl Reader {
     /// Opens a program (`-`: standard input) and reads its header.
     pub fn open(path: &Path, robot: &Robot) -> Result<Self> {
@@ -61,6 +137,8 @@ impl Reader {
             name: name.into(),
             header: Header { columns: Vec::new(), slots: Vec::new(), names: Vec::new() },
             si: robot.axis_joints().map(|j| j.kind.si()).collect(),
+            pure: Vec::new(),
+            spare: Block::default(),
             carry: Vec::new(),
             rows_at: 0,
             ended: false,
@@ -103,6 +181,14 @@ impl Reader {
         }
         reader.header = Header::parse(&text, &reader.record, robot, name, reader.line)?;
         reader.line += 1 + reader.record.breaks;
+        let slots = &reader.header.slots;
+        if slots.len() == reader.header.columns.len() && slots.len() <= MOST_PURE {
+            let target = |slot: &Slot| match *slot {
+                Slot::Axis(axis) => (Some(axis), reader.si[axis]),
+                Slot::Time => (None, 1.0),
+            };
+            reader.pure = slots.iter().map(target).collect();
+        }
         reader.rows_at = reader.record.end;
         reader.carry = text;
         Ok(reader)
@@ -185,7 +271,21 @@ impl Reader {
 
     /// Reads rows from `at` on as far as they are whole; gives the place behind the last.
     fn rows(&mut self, text: &[u8], mut at: usize, block: &mut Block) -> Result<usize> {
+        if !self.pure.is_empty() {
+            // room for rows of this length; more where they become shorter
+            let rows = text.len() / (3 * self.pure.len());
+            block.tokens.reserve(rows / 2 * self.pure.len());
+            block.q.reserve(rows / 2 * self.si.len());
+            block.rows.reserve(rows / 2);
+        }
         while let Some(&byte) = text.get(at) {
+            if !self.pure.is_empty() {
+                let next = self.pure_rows(text, at, block)?;
+                if next > at {
+                    at = next;
+                    continue;
+                }
+            }
             if matches!(byte, b'#' | b'\n' | b'\r' | b' ' | b'\t') {
                 match self.aside(text, at) {
                     Aside::Line(next) => {
@@ -215,6 +315,51 @@ impl Reader {
             at = end;
         }
         Ok(at)
+    }
+
+    /// Rows of short numbers alone, as far as they go; gives the place behind the last. Long texts are read at two places
+    /// side by side: each number waits for the one before it, and the processor has room for two such chains.
+    fn pure_rows(&mut self, text: &[u8], at: usize, block: &mut Block) -> Result<usize> {
+        let middle = at + (text.len() - at) / 2;
+        let middle = memchr::memchr(b'\n', &text[middle..]).map_or(text.len(), |k| middle + k + 1);
+        let mut parts = [PureRows::new(at, middle), PureRows::new(middle, text.len())];
+        std::mem::swap(&mut parts[0].rows, block);
+        std::mem::swap(&mut parts[1].rows, &mut self.spare);
+        let [one, two] = &mut parts;
+        two.rows.clear();
+        two.rows.decimals.resize(self.pure.len(), 0);
+        let before = one.rows.rows.len();
+        let all_pure = one.rows.pure == before;
+        while one.step(&self.pure, self.si.len(), text) & two.step(&self.pure, self.si.len(), text) {}
+        while one.step(&self.pure, self.si.len(), text) {}
+        // what was read from the middle on counts only if rows that begin there are rows
+        let whole = one.at == middle;
+        if whole {
+            while two.step(&self.pure, self.si.len(), text) {}
+            one.rows.append(&two.rows);
+        }
+        let end = if whole { two.at } else { one.at };
+        std::mem::swap(&mut parts[0].rows, block);
+        std::mem::swap(&mut parts[1].rows, &mut self.spare);
+        let rows = block.rows.len() - before;
+        if rows > 0 {
+            // the rows behind the first stand on the lines behind it
+            self.lines.note(self.point, self.line);
+        }
+        if self.has_times() {
+            for k in before..block.rows.len() {
+                self.line += 1;
+                self.check_time(block.t_s[k])?;
+                self.point += 1;
+            }
+        } else {
+            self.line += rows as u64;
+            self.point += rows as u64;
+        }
+        if all_pure {
+            block.pure = block.rows.len();
+        }
+        Ok(end)
     }
 
     /// A row of plain numbers and unquoted cells that ends in this text, else `None` and the block as it was.

@@ -129,17 +129,27 @@ pub fn looks_rewritten(q: &[f64], axes: usize, compensator: &Compensator, option
                 continue;
             }
             turns += 1;
-            let behind = (p(i + 2) - p(i + 1)).abs();
+            let behind = |k: usize| (i + k + 1 < rows).then(|| (p(i + k + 1) - p(i + k)).abs());
             let others = |i: usize| -> f64 {
                 (0..axes).filter(|&k| k != a).map(|k| (q[(i + 1) * axes + k] - q[i * axes + k]).abs()).sum()
             };
             let (short, long) = (others(i), others(i + 1));
-            let own = after.abs();
-            let size = own >= least * (1.0 - STEP_TOLERANCE) && own <= most * (1.0 + STEP_TOLERANCE) + SHORT * behind;
-            let short_segment = if long > most { short < SHORT * long } else { own - most < SHORT * behind };
-            // a program with dense points has no short segments; there the step stands out among its neighbours
-            let leap = own > LEAP * before.abs().max(behind);
-            if size && (short_segment || leap) {
+            let size = |own: f64, behind: f64| {
+                own >= least * (1.0 - STEP_TOLERANCE) && own <= most * (1.0 + STEP_TOLERANCE) + SHORT * behind
+            };
+            let carries_step = behind(1).is_some_and(|behind| {
+                let own = after.abs();
+                let short_segment = if long > most { short < SHORT * long } else { own - most < SHORT * behind };
+                size(own, behind) && short_segment
+            });
+            // a program with dense points has no short segments; there the step stands out among its neighbours, also
+            // where a point that another joint or the path asked for cuts it in two
+            let leaps = (1..=2).any(|k| {
+                let Some(behind) = behind(k) else { return false };
+                let own = (p(i + k) - p(i)).abs();
+                size(own, behind) && own > LEAP * before.abs().max(behind)
+            });
+            if carries_step || leaps {
                 made += 1;
             }
         }

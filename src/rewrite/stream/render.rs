@@ -13,6 +13,9 @@ use std::collections::VecDeque;
 /// Bytes are handed on in pieces of about this size.
 pub const PIECE: usize = 1 << 20;
 
+/// Rows that are written in one go at most.
+const MOST_RUN: usize = 256;
+
 /// Rows that wait for the engine, and the output as it grows.
 pub struct Render {
     edits: Edits,
@@ -58,7 +61,11 @@ impl Render {
             self.pending.push_back(block);
         }
         let timed = !settled.t_s.is_empty();
-        for (k, origin) in settled.origin.iter().enumerate() {
+        let mut k = 0;
+        while k < settled.len() {
+            let run = self.run(settled, k, free)?;
+            k += run;
+            let Some(origin) = settled.origin.get(k) else { break };
             let t_s = if timed { Some(settled.t_s[k]) } else { None };
             match *origin {
                 Origin::Point(n) if n == self.next => {
@@ -85,8 +92,29 @@ impl Render {
                 }
                 Origin::Point(n) | Origin::Inserted { after: n, .. } => return Err(astray(n)),
             }
+            k += 1;
         }
         Ok(())
+    }
+
+    /// The points from place `k` on that are the program's own, one behind the other, and whose rows hold plain numbers
+    /// alone: most of a program. Gives how many were written.
+    #[inline]
+    fn run(&mut self, settled: &Emitted, k: usize, free: &mut dyn FnMut(Block)) -> Result<usize> {
+        if settled.origin[k] != Origin::Point(self.next) {
+            return Ok(0);
+        }
+        self.reach(self.next, free)?;
+        let Some(block) = self.pending.front() else { return Err(astray(self.next)) };
+        let i = (self.next - block.first_point) as usize;
+        let own = settled.origin[k..].iter().zip(self.next..).take(block.pure.saturating_sub(i).min(MOST_RUN));
+        let rows = own.take_while(|&(origin, n)| *origin == Origin::Point(n)).count();
+        let q = &settled.q[k * settled.axes..(k + rows) * settled.axes];
+        let t_s = if settled.t_s.is_empty() { &[] } else { &settled.t_s[k..k + rows] };
+        let (done, cursor) = self.edits.pure_rows(block, i, self.cursor, q, settled.axes, t_s, &mut self.out);
+        self.cursor = cursor;
+        self.next += done as u64;
+        Ok(done)
     }
 
     /// Makes the block of point `n` the first one; what is left of those before it is written.

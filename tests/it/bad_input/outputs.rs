@@ -1,1 +1,151 @@
+//! Outputs that cannot be written, must not be written, or already stand there.
 
+use super::{good_folder, listing, lostmotion};
+use std::path::Path;
+use std::process::Output;
+
+/// Commands up to their output.
+const WRITERS: [&str; 5] = [
+    "identify path --robot robot.yaml --log log.csv --output",
+    "fit --robot robot.yaml --gaps gaps.yaml --output",
+    "rewrite --robot robot.yaml --compensator comp.yaml program.csv --output",
+    "simulate --model model.yaml --input program.csv --output",
+    "simulate --model model.yaml --input log.csv --output",
+];
+const REWRITE: &str = "rewrite --robot robot.yaml --compensator comp.yaml";
+
+fn run(folder: &Path, line: &str) -> Output {
+    lostmotion().current_dir(folder).args(line.split_whitespace()).output().unwrap()
+}
+
+fn says(out: &Output) -> String {
+    String::from_utf8_lossy(&out.stderr).into_owned()
+}
+
+fn refused_in_one_line(out: &Output, what: &str) {
+    let text = says(out);
+    assert!(out.status.code() == Some(2) && text.contains(what) && text.lines().count() == 1, "{text}");
+    assert!(out.stdout.is_empty());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_read_only_target_keeps_what_it_holds() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = good_folder();
+    let kept = folder.path().join("kept");
+    std::fs::write(&kept, "old").unwrap();
+    std::fs::set_permissions(&kept, std::fs::Permissions::from_mode(0o444)).unwrap();
+    let before = listing(folder.path());
+    for line in WRITERS {
+        refused_in_one_line(&run(folder.path(), &format!("{line} kept")), "kept: cannot write");
+        assert_eq!(std::fs::read(&kept).unwrap(), b"old");
+        assert_eq!(listing(folder.path()), before, "{line}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_refused_by_every_writer() {
+    let folder = good_folder();
+    let before = listing(folder.path());
+    for line in WRITERS {
+        refused_in_one_line(&run(folder.path(), &format!("{line} /dev/full")), "/dev/full: cannot write");
+        assert_eq!(listing(folder.path()), before, "{line}");
+    }
+    let full = || std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    for line in WRITERS.map(|l| format!("{l} -")).iter().chain(&PRINTERS.map(str::to_string)) {
+        let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("lostmotion"));
+        let out = command.current_dir(folder.path()).args(line.split_whitespace()).stdout(full()).output().unwrap();
+        let text = says(&out);
+        let last = text.lines().last().unwrap_or_default();
+        assert!(out.status.code() == Some(2) && last.contains("standard output: cannot write"), "{line}: {text}");
+    }
+}
+
+/// Commands that print what they found.
+const PRINTERS: [&str; 4] = [
+    "assess impact --model model.yaml --pose 1,2,3",
+    "assess impact --model model.yaml --program program.csv --json",
+    "rewrite --robot robot.yaml --compensator comp.yaml program.csv --dry-run --json",
+    "fit --robot robot.yaml --gaps gaps.yaml --json",
+];
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_goes_away_is_no_failure_of_any_command() {
+    use std::process::{Command, Stdio};
+    let folder = good_folder();
+    for line in WRITERS.map(|l| format!("{l} -")).iter().chain(&PRINTERS.map(str::to_string)) {
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin("lostmotion"));
+        command.current_dir(folder.path()).args(line.split_whitespace());
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let out = child.wait_with_output().unwrap();
+        assert!(out.status.success(), "{line}: {}", says(&out));
+        assert!(!says(&out).contains("pipe") && !says(&out).contains("panicked"), "{line}: {}", says(&out));
+    }
+}
+
+#[test]
+fn its_own_output_is_refused_without_force_under_whatever_name() {
+    let folder = good_folder();
+    let at = |name: &str| folder.path().join(name);
+    assert!(run(folder.path(), &format!("{REWRITE} program.csv --output out.csv")).status.success());
+    std::fs::rename(at("out.csv"), at("renamed.csv")).unwrap();
+    let before = listing(folder.path());
+    let again = run(folder.path(), &format!("{REWRITE} renamed.csv --output again.csv"));
+    refused_in_one_line(&again, "renamed.csv: found a program that has been rewritten already");
+    assert_eq!(listing(folder.path()), before);
+    assert!(run(folder.path(), &format!("{REWRITE} renamed.csv --output again.csv --force")).status.success());
+    assert_ne!(std::fs::read(at("again.csv")).unwrap(), std::fs::read(at("renamed.csv")).unwrap());
+    // the original may be rewritten any number of times, also over the last output
+    assert!(run(folder.path(), &format!("{REWRITE} program.csv --output again.csv")).status.success());
+    assert_eq!(std::fs::read(at("again.csv")).unwrap(), std::fs::read(at("renamed.csv")).unwrap());
+}
+
+#[test]
+fn a_limit_that_would_be_exceeded_is_listed_and_nothing_is_written() {
+    let folder = good_folder();
+    let mut text = String::from("# to the limit of J1\nt_s,J1_deg,J2_deg,Z_mm\n");
+    for i in 0..=20 {
+        text.push_str(&format!("{i},{:.3},0,5\n", 160.0 + f64::from(10 - (i - 10_i32).abs())));
+    }
+    std::fs::write(folder.path().join("limit.csv"), text).unwrap();
+    let before = listing(folder.path());
+    let out = run(folder.path(), &format!("{REWRITE} limit.csv --output out.csv"));
+    let text = says(&out);
+    assert_eq!(out.status.code(), Some(1), "{text}");
+    assert!(text.contains("limit.csv: a limit would be exceeded"), "{text}");
+    assert!(text.contains("limit.csv:13: J1 position 170.00") && text.contains("limit 170.000000 deg"), "{text}");
+    assert!(out.stdout.is_empty() && !text.contains("points added"), "{text}");
+    assert_eq!(listing(folder.path()), before);
+    let json = run(folder.path(), &format!("{REWRITE} limit.csv --output out.csv --json"));
+    let v: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!((json.status.code(), v["status"].as_str(), v["output"].as_str()), (Some(1), Some("refused"), None));
+    assert!(v["limits_exceeded"].as_u64().unwrap() > 0);
+    assert_eq!(listing(folder.path()), before);
+}
+
+#[test]
+fn a_check_is_0_where_equal_and_1_with_degrees_and_micrometres_where_not() {
+    let folder = good_folder();
+    let at = |name: &str| folder.path().join(name);
+    assert!(run(folder.path(), &format!("{REWRITE} program.csv --output golden.csv")).status.success());
+    let before = listing(folder.path());
+    let same = run(folder.path(), &format!("{REWRITE} program.csv --check golden.csv"));
+    assert!(same.status.success() && same.stdout.is_empty(), "{}", says(&same));
+    let golden = std::fs::read_to_string(at("golden.csv")).unwrap();
+    let line = golden.lines().nth(20).unwrap();
+    let mut cells: Vec<String> = line.split(',').map(str::to_string).collect();
+    cells[1] = format!("{:.4}", cells[1].parse::<f64>().unwrap() + 0.001);
+    std::fs::write(at("golden.csv"), golden.replace(line, &cells.join(","))).unwrap();
+    let other = run(folder.path(), &format!("{REWRITE} program.csv --check golden.csv"));
+    let text = says(&other);
+    assert!(other.status.code() == Some(1) && other.stdout.is_empty(), "{text}");
+    // 0.001 deg at the reach of the arm: some 12 um
+    let um: f64 = text.rsplit("at the TCP ").next().unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!(text.contains("golden.csv:21: the output differs") && (9.0..13.0).contains(&um), "{text}");
+    assert!(text.contains("J1_deg") && text.contains("-0.001000 deg"), "{text}");
+    assert_eq!(listing(folder.path()), before);
+}
