@@ -110,8 +110,9 @@ const BEFORE_TABLE3: [f64; 6] = [142.0, 141.0, 118.0, 109.0, 63.0, 65.0];
 const BEFORE_FIGURE5: [f64; 6] = [130.0, 130.0, 69.0, 67.0, 68.0, 67.0];
 
 /// At each reversal at most 2 um above `best`, median of five runs with different tracker noise: a single run moves by 3 um.
-/// `slack_um` is allowed beyond that with the chords removed: what this log's own noise costs (README, figures).
-fn no_worse_than_best(machine: &str, best: &[(f64, f64); 6], slack_um: f64) {
+/// `slack_um` (total, chords removed) is allowed beyond that: what the noise of the given log, and of the one run behind
+/// `best`, costs (README, figures; these are misses).
+fn no_worse_than_best(machine: &str, best: &[(f64, f64); 6], slack_um: [f64; 2]) {
     let work = tempfile::tempdir().expect("a folder");
     let program = rewritten(work.path(), machine, "none");
     let runs: Vec<Score> = ["1", "2", "3", "4", "5"].iter().map(|s| score(&program, machine, s, "11")).collect();
@@ -123,7 +124,10 @@ fn no_worse_than_best(machine: &str, best: &[(f64, f64); 6], slack_um: f64) {
     for (i, (total, chord)) in best.iter().enumerate() {
         let (t, c) = (median(&|s| s.total[i]), median(&|s| s.chord_removed[i]));
         println!("{machine} reversal {i}: total {t:.1} (best {total}), chord removed {c:.1} (best {chord})");
-        assert!(t <= total + 2.0 && c <= chord + 2.0 + slack_um, "reversal {i}: {t} ({c}) against {total} ({chord})");
+        assert!(
+            t <= total + 2.0 + slack_um[0] && c <= chord + 2.0 + slack_um[1],
+            "reversal {i}: {t} ({c}) against {total} ({chord})"
+        );
     }
     let (i, o) = (median(&|s| s.in_plane), median(&|s| s.out_of_plane));
     println!("{machine}: in plane {i:.1}, out of plane {o:.1}");
@@ -146,13 +150,13 @@ fn dense_path_beats_the_paper(machine: &str, before: &[f64; 6]) {
 #[test]
 #[ignore = "runs the Python simulator: .ci/run"]
 fn table3_machine_from_its_circle_log_is_no_worse_than_best() {
-    no_worse_than_best("table3", &BEST_TABLE3, 0.5);
+    no_worse_than_best("table3", &BEST_TABLE3, [0.0, 0.5]);
 }
 
 #[test]
 #[ignore = "runs the Python simulator: .ci/run"]
 fn figure5_machine_from_static_and_circle_logs_is_no_worse_than_best() {
-    no_worse_than_best("figure5", &BEST_FIGURE5, 4.5);
+    no_worse_than_best("figure5", &BEST_FIGURE5, [1.5, 4.5]);
 }
 
 #[test]
