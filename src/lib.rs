@@ -6,6 +6,7 @@
 pub mod assess;
 pub mod cli;
 pub mod compensator;
+pub mod diagnose;
 pub mod effect;
 pub mod error;
 pub mod fit;
@@ -13,6 +14,7 @@ pub mod gaps;
 pub mod identify;
 pub mod io;
 pub mod log;
+pub mod machine;
 pub mod model;
 pub mod program;
 pub mod report;

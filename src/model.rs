@@ -1,7 +1,6 @@
 //! The model file `lostmotion/model/1`: a robot, the tracker's frame, and what is known to be wrong with the machine.
 
-use crate::effect::entry::{self, Placed};
-use crate::effect::{Effect, Track, joint_output};
+use crate::effect::{Effect, Placed, Target, entry};
 use crate::error::{Error, Result};
 use crate::io::{input, yaml, yaml::Document};
 use crate::robot::{Robot, file::FrameFile, file::RobotFile};
@@ -87,28 +86,35 @@ impl Model {
 
     /// The document, with `robot` as the given reference (a path relative to where it will stand).
     pub fn to_yaml(&self, robot: &str) -> Result<String> {
+        yaml::to_text(&self.to_file(Value::String(robot.into())))
+    }
+
+    fn to_file(&self, robot: Value) -> ModelFile {
         let mut preload = IndexMap::new();
         for (joint, &side) in self.robot.axis_joints().zip(&self.preload) {
             if side != 0 {
                 preload.insert(joint.name.clone(), side);
             }
         }
-        yaml::to_text(&ModelFile {
+        ModelFile {
             schema: SCHEMA.into(),
-            robot: Value::String(robot.into()),
+            robot,
             registration: self.registration.as_ref().map(FrameFile::from_isometry),
             preload,
             effects: self.effects.iter().map(|e| entry::write(e, &self.robot)).collect(),
-        })
+        }
     }
 
-    /// Effects on one axis, in the order of the file.
+    /// The document with the robot inline, so that it stands by itself.
+    pub fn to_yaml_inline(&self) -> Result<String> {
+        let mut file = self.to_file(Value::Null);
+        file.robot = serde_yaml::to_value(self.robot.to_file())
+            .map_err(|e| Error::bad(crate::error::Place::default(), e.to_string(), "a robot that can be written"))?;
+        yaml::to_text(&file)
+    }
+
+    /// Effects on one axis alone, in the order of the file; a coupling from another axis is none of them.
     pub fn effects_on(&self, axis: usize) -> impl Iterator<Item = &Effect> {
-        self.effects.iter().filter(move |e| e.axis == axis).map(|e| &e.effect)
-    }
-
-    /// True position of an axis behind its gear for its command track, rad or m.
-    pub fn joint_output(&self, axis: usize, track: &Track) -> Vec<f64> {
-        joint_output(track, self.effects_on(axis))
+        self.effects.iter().filter(move |e| e.target == Target::Joint(axis)).map(|e| &e.effect)
     }
 }

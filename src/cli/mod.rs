@@ -3,6 +3,7 @@
 pub mod assess;
 pub mod completions;
 pub mod demo;
+pub mod diagnose;
 pub mod fit;
 pub mod identify;
 pub mod identify_path;
@@ -40,6 +41,7 @@ pub enum Command {
     Rewrite(Box<rewrite::Args>),
     Simulate(simulate::Args),
     Assess(assess::Args),
+    Diagnose(diagnose::Args),
     Demo(demo::Args),
     Completions(completions::Args),
 }
@@ -52,6 +54,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Rewrite(a) => rewrite::run(*a),
         Command::Simulate(a) => simulate::run(a),
         Command::Assess(a) => assess::run(a),
+        Command::Diagnose(a) => diagnose::run(a),
         Command::Demo(a) => demo::run(a),
         Command::Completions(a) => completions::run(a),
     }

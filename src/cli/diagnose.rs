@@ -1,0 +1,80 @@
+//! `lostmotion diagnose`: model + logs -> what the model lacks, and the model with it inside.
+
+use crate::cli::{logs, paths};
+use crate::diagnose::{self, display};
+use crate::error::{Error, Result};
+use crate::io::output::{self, Output};
+use crate::model::Model;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Find where a model and measured logs disagree, and name the effect that the model lacks.
+///
+/// Every effect of the catalogue is tried on every joint; what is found goes into the model, everything is fitted again,
+/// until nothing but noise is left. Where the log cannot tell two effects apart, both are said, with the experiment
+/// that decides. Structure that no effect describes is said to be unknown.
+///
+/// Examples:
+///   lostmotion diagnose --model machine.yaml --log log.csv
+///   lostmotion diagnose --model machine.yaml --log slow.csv --log fast.csv --model-out found.yaml --report report.html
+///   lostmotion diagnose --model machine.yaml --log log.csv --columns map.yaml --json > diagnosis.json
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct Args {
+    /// Model file: the robot and what is known to be wrong with it
+    #[arg(long, value_name = "MODEL.yaml")]
+    pub model: PathBuf,
+    /// Log to diagnose (CSV, .gz as it is); several are fitted together
+    #[arg(long = "log", required = true, value_name = "LOG.csv")]
+    pub logs: Vec<PathBuf>,
+    /// Column map for logs with other names or units
+    #[arg(long, value_name = "MAP.yaml")]
+    pub columns: Option<PathBuf>,
+    /// Write the model with the found effects and the frame here
+    #[arg(long, value_name = "MODEL.yaml")]
+    pub model_out: Option<PathBuf>,
+    /// Print the diagnosis as one JSON document on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    let mut inputs = vec![("--model", Some(args.model.as_path()))];
+    inputs.extend(args.logs.iter().map(|l| ("--log", Some(l.as_path()))));
+    inputs.push(("--columns", args.columns.as_deref()));
+    paths::refuse_shared(&inputs, &[("--model-out", args.model_out.as_deref())])?;
+    let mut model_out = output::create(args.model_out.as_deref())?;
+    let model = Model::load(&args.model)?;
+    let read = match logs::load(&args.logs, args.columns.as_deref(), &model.robot) {
+        Ok(read) => read,
+        Err(e) => return Err(bad_data(e, args.json)),
+    };
+    logs::refuse_repeats(&read)?;
+    let (diagnosis, found) = diagnose::diagnose(&model, &read)?;
+    if let Some(out) = &mut model_out {
+        let text = found.to_yaml_inline()?;
+        out.write_all(text.as_bytes()).map_err(|e| Error::io("--model-out", "write", e))?;
+    }
+    let story = display::story(&diagnosis);
+    let mut stdout = Output::create(std::path::Path::new("-"))?;
+    if args.json {
+        let text = serde_json::to_string_pretty(&diagnosis).unwrap_or_default();
+        writeln!(stdout, "{text}").map_err(|e| Error::io("standard output", "write", e))?;
+    } else {
+        stdout.write_all(story.as_bytes()).map_err(|e| Error::io("standard output", "write", e))?;
+    }
+    output::commit([model_out, Some(stdout)])?;
+    Ok(())
+}
+
+/// A log whose units, axes, times or columns are wrong: with `--json` the verdict is printed too.
+fn bad_data(error: Error, json: bool) -> Error {
+    if json && matches!(error, Error::BadInput(_)) {
+        let document = serde_json::json!({
+            "schema": diagnose::document::SCHEMA, "verdict": "bad_data", "reason": error.to_string(),
+        });
+        println!("{document:#}");
+    }
+    error
+}

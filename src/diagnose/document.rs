@@ -1,0 +1,364 @@
+//! The diagnosis document `lostmotion/diagnosis/1`.
+
+use super::search::Outcome;
+use super::story::{self, Chapter};
+use super::verdict::{self, Member, Verdict};
+use crate::effect::{Placed, catalogue, entry};
+use indexmap::IndexMap;
+use serde::Serialize;
+use serde_json::{Value, json};
+
+pub const SCHEMA: &str = "lostmotion/diagnosis/1";
+
+/// What `diagnose --json` prints. Micrometres are rms per coordinate.
+#[derive(Debug, Clone, Serialize)]
+pub struct Diagnosis {
+    pub schema: &'static str,
+    pub verdict: Verdict,
+    pub samples: usize,
+    /// Samples left out because they disagree with their neighbours.
+    pub outliers: usize,
+    pub noise: NoiseFound,
+    pub gap: Gap,
+    pub rounds: Vec<Round>,
+    /// Effects that a round named and a later one put aside.
+    pub put_aside: Vec<PutAside>,
+    pub effects: Vec<Value>,
+    pub unexplained: Option<Unexplained>,
+    pub blind_spots: Vec<Value>,
+    pub notes: Vec<String>,
+}
+
+/// Noise of the first group: that of the TCP, where it was measured.
+#[derive(Debug, Clone, Serialize)]
+pub struct NoiseFound {
+    pub sigma_um: f64,
+    pub source: &'static str,
+    /// Autocorrelation from one sample to the next.
+    pub ar1: f64,
+    /// Correlation of the coloured part, and its share of the variance.
+    pub phi: f64,
+    pub share: f64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Gap {
+    pub initial_rms_um: f64,
+    pub nuisance_only_rms_um: f64,
+    pub final_rms_um: f64,
+    pub initial_max_um: f64,
+    pub final_max_um: f64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Round {
+    pub effect: String,
+    pub target: String,
+    pub set: Vec<Member>,
+    pub decide_by: Option<String>,
+    #[serde(rename = "where")]
+    pub place: Place,
+    pub evidence: Evidence,
+    pub parameters: IndexMap<String, Parameter>,
+    pub rms_before_um: f64,
+    pub rms_after_um: f64,
+    pub rms_after_predicted_um: f64,
+    pub validation: Validation,
+    /// What to do about it.
+    pub action: String,
+    /// Candidates that were refitted in this round, best first.
+    pub candidates: Vec<Tried>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Tried {
+    pub effect: String,
+    pub target: String,
+    pub gain_2lnl: f64,
+    pub parameters: usize,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Place {
+    pub joint: Option<String>,
+    pub description: String,
+    /// Stretches of the first log in which the effect shows, s.
+    pub t_s: Vec<[f64; 2]>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Evidence {
+    pub statistic: &'static str,
+    pub value: f64,
+    pub dof: usize,
+    pub p_value: f64,
+    pub delta_bic: f64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Parameter {
+    pub value: f64,
+    pub ci95: [f64; 2],
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Validation {
+    pub rms_before_um: f64,
+    pub rms_after_um: f64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct PutAside {
+    pub effect: String,
+    pub target: String,
+    pub replaced_by: String,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Unexplained {
+    pub rms_um: f64,
+    pub joint: Option<String>,
+    pub goes_with: String,
+    pub p_value: f64,
+    pub nearest: Option<Tried>,
+    pub record: String,
+}
+
+const UM: f64 = 1e6;
+/// Quantile of the normal distribution for 95 %.
+const Z95: f64 = 1.959_963_985;
+
+fn digits(value: f64) -> f64 {
+    if value == 0.0 || !value.is_finite() {
+        return value;
+    }
+    let scale = 10f64.powi(7 - value.abs().log10().floor() as i32);
+    if scale.is_finite() { (value * scale).round() / scale } else { value }
+}
+
+/// The document of an outcome.
+pub fn of(outcome: &Outcome) -> Diagnosis {
+    let robot = &outcome.problem.robot;
+    let found: Vec<&Placed> = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]).collect();
+    let named: Vec<(String, String)> =
+        found.iter().map(|p| (p.effect.name().to_string(), p.target_text(robot))).collect();
+    let sets: Vec<Vec<Member>> = named
+        .iter()
+        .zip(&outcome.rivals)
+        .map(|(n, r)| verdict::set((&n.0, &n.1), r, outcome.price))
+        .collect();
+    let order = told_in_order(outcome, &named);
+    let indices: Vec<usize> = order.iter().map(|&k| outcome.fit.free[k]).collect();
+    let chapters = story::chapters(&outcome.problem, &outcome.fit, outcome.known, &indices, &outcome.whitening);
+    let structured = verdict::structure(outcome);
+    let rounds = order
+        .iter()
+        .enumerate()
+        .map(|(step, &k)| round(outcome, k, &named[k], &sets[k], (&chapters[step], &chapters[step + 1])))
+        .collect();
+    let noise = outcome.whitening.noise.first().copied().unwrap_or(super::noise::Noise::white(0.0));
+    let (initial_max, final_max) = (largest(outcome, &outcome.state_nuisance.residual), largest(outcome, &outcome.fit.state.residual));
+    let put_aside = outcome
+        .steps
+        .iter()
+        .filter_map(|s| {
+            s.replaced_by.as_ref().map(|by| PutAside {
+                effect: s.effect.into(),
+                target: s.target.clone(),
+                replaced_by: by.clone(),
+            })
+        })
+        .collect();
+    Diagnosis {
+        schema: SCHEMA,
+        verdict: verdict::of(outcome, &sets, structured.is_some()),
+        samples: outcome.problem.groups.iter().map(|g| g.rows.len()).sum(),
+        outliers: outcome.outliers,
+        noise: NoiseFound {
+            sigma_um: digits(noise.sigma * UM),
+            source: "autoregressive fit",
+            ar1: digits(noise.lag_one()),
+            phi: digits(noise.phi),
+            share: digits(noise.share),
+        },
+        gap: Gap {
+            initial_rms_um: digits(outcome.rms_given * UM),
+            nuisance_only_rms_um: digits(outcome.rms_nuisance * UM),
+            final_rms_um: digits(super::search::rms(&outcome.problem, &outcome.fit.state.residual) * UM),
+            initial_max_um: digits(initial_max * UM),
+            final_max_um: digits(final_max * UM),
+        },
+        rounds,
+        put_aside,
+        effects: found.iter().map(|p| effect_value(p, outcome)).collect(),
+        unexplained: structured.map(|s| unexplained(outcome, &s)),
+        blind_spots: verdict::blind_spots(outcome).iter().map(|s| spot(s, outcome)).collect(),
+        notes: Vec::new(),
+    }
+}
+
+/// Found effects in the order in which they were accepted.
+fn told_in_order(outcome: &Outcome, named: &[(String, String)]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..named.len()).collect();
+    let accepted = |k: usize| {
+        outcome
+            .steps
+            .iter()
+            .position(|s| s.replaced_by.is_none() && s.effect == named[k].0 && s.target == named[k].1)
+            .unwrap_or(usize::MAX)
+    };
+    order.sort_by_key(|&k| (accepted(k), k));
+    order
+}
+
+/// Largest distance between measured and predicted points, m.
+fn largest(outcome: &Outcome, residual: &[f64]) -> f64 {
+    let mut most = 0.0_f64;
+    for g in &outcome.problem.groups {
+        let (v, n) = (&residual[g.range()], g.len());
+        for b in 0..n {
+            let squares: f64 = (0..g.dims).map(|c| v[c * n + b] * v[c * n + b]).sum();
+            most = most.max(squares.sqrt());
+        }
+    }
+    most
+}
+
+fn effect_value(placed: &Placed, outcome: &Outcome) -> Value {
+    let robot = &outcome.problem.robot;
+    let mut value = serde_json::to_value(entry::write(placed, robot)).unwrap_or(Value::Null);
+    if let Value::Object(map) = &mut value
+        && !map.contains_key("target")
+    {
+        map.shift_insert(1, "target".into(), placed.target_text(robot).into());
+    }
+    value
+}
+
+fn round(
+    outcome: &Outcome,
+    k: usize,
+    named: &(String, String),
+    set: &[Member],
+    (before, after): (&Chapter, &Chapter),
+) -> Round {
+    let robot = &outcome.problem.robot;
+    let placed = &outcome.fit.hypothesis.effects[outcome.fit.free[k]];
+    let sigma = outcome.fit.sigma_of(k);
+    let values = placed.effect.values();
+    let parameters = placed
+        .keys(robot)
+        .into_iter()
+        .zip(values.iter().zip(&sigma))
+        .map(|((key, factor), (v, s))| {
+            let (value, half) = (v * factor, Z95 * s * factor.abs());
+            (key, Parameter { value: digits(value), ci95: [digits(value - half), digits(value + half)] })
+        })
+        .collect();
+    let step = outcome.steps.iter().rev().find(|s| s.effect == named.0 && s.target == named.1);
+    let rivals = &outcome.rivals[k];
+    let own = rivals.iter().find(|r| r.effect == named.0 && r.target == named.1);
+    let gain = own.map_or(0.0, |r| r.gain);
+    let count = own.map_or(values.len(), |r| r.parameters);
+    let card = catalogue::of(&named.0);
+    let dof = outcome.problem.n as f64;
+    let predicted = step.map_or(after.rms, |s| s.rms_predicted);
+    Round {
+        effect: named.0.clone(),
+        target: named.1.clone(),
+        decide_by: (set.len() > 1).then(|| card.decide_by.to_string()),
+        place: place(outcome, placed),
+        evidence: Evidence {
+            statistic: "F",
+            value: digits(gain / count as f64),
+            dof: count,
+            p_value: crate::stats::fisher::tail(gain / count as f64, count as f64, dof),
+            delta_bic: digits(count as f64 * dof.ln() - gain),
+        },
+        set: set.to_vec(),
+        parameters,
+        rms_before_um: digits(before.rms * UM),
+        rms_after_um: digits(after.rms * UM),
+        rms_after_predicted_um: digits(predicted * UM),
+        validation: Validation { rms_before_um: digits(before.held_out * UM), rms_after_um: digits(after.held_out * UM) },
+        action: card.action.to_string(),
+        candidates: rivals
+            .iter()
+            .map(|r| Tried {
+                effect: r.effect.into(),
+                target: r.target.clone(),
+                gain_2lnl: digits(r.gain),
+                parameters: r.parameters,
+            })
+            .collect(),
+    }
+}
+
+/// Where an effect shows: its joint, and the stretches behind its reversals.
+fn place(outcome: &Outcome, placed: &Placed) -> Place {
+    const SHOWN: usize = 12;
+    let robot = &outcome.problem.robot;
+    let joint = placed.axis().map(|a| robot.axis(a).name.clone());
+    let name = placed.effect.name();
+    let log = &outcome.problem.logs[0];
+    let reverses = matches!(name, "backlash" | "backlash_position" | "backlash_speed" | "stiction" | "hysteresis");
+    let Some(axis) = placed.axis().filter(|_| reverses && !log.log.poses) else {
+        return Place { joint, description: format!("all along: {}", catalogue::of(name).adds), t_s: Vec::new() };
+    };
+    let turns = log.drive.turns(axis);
+    let end = log.drive.t_s().last().copied().unwrap_or(0.0);
+    let t_s = turns
+        .iter()
+        .enumerate()
+        .take(SHOWN)
+        .map(|(i, t)| {
+            let next = turns.get(i + 1).map_or(end, |n| n.0);
+            [digits(t.0), digits(next.min(t.0 + 2.0))]
+        })
+        .collect();
+    let what = if name == "stiction" { "tails behind" } else { "steps at" };
+    Place { joint, description: format!("{what} its {} reversals", turns.len()), t_s }
+}
+
+fn unexplained(outcome: &Outcome, ratio: &super::structure::Ratio) -> Unexplained {
+    let n = outcome.problem.n as f64;
+    let noise = super::search::rms(&outcome.problem, &outcome.fit.state.residual);
+    let best = outcome
+        .last
+        .iter()
+        .filter(|s| s.gain > 0.0)
+        .max_by(|a, b| a.gain.total_cmp(&b.gain))
+        .map(|s| (&outcome.candidates[s.candidate], s.gain));
+    let record = match ratio.aspect {
+        Some(super::structure::Aspect::Time) => "temperature, and the tracker on a fixed reflector",
+        Some(super::structure::Aspect::Geometry) => "more poses, far apart, with the orientation of the tool",
+        _ => "the joint behind its gear (secondary encoder), at two speeds, both ways",
+    };
+    Unexplained {
+        rms_um: digits(noise * ((ratio.gain - ratio.dof as f64).max(0.0) / n).sqrt() * UM),
+        joint: ratio.axis.map(|a| outcome.problem.robot.axis(a).name.clone()),
+        goes_with: verdict::structure_said(outcome, ratio),
+        p_value: ratio.p_value,
+        nearest: best.map(|(c, gain)| Tried {
+            effect: c.effect.into(),
+            target: c.target.clone(),
+            gain_2lnl: digits(gain),
+            parameters: c.parameters(),
+        }),
+        record: record.into(),
+    }
+}
+
+fn spot(spot: &verdict::BlindSpot, outcome: &Outcome) -> Value {
+    let c = spot.candidate;
+    let sizes = spot.size.as_ref().map(|size| {
+        let mut map = serde_json::Map::new();
+        for p in c.at(size) {
+            for ((key, factor), v) in p.keys(&outcome.problem.robot).into_iter().zip(p.effect.values()) {
+                map.insert(key, json!(digits((v * factor).abs())));
+            }
+        }
+        Value::Object(map)
+    });
+    json!({"effect": c.effect, "target": c.target, "detectable_from": sizes})
+}

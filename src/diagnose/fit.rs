@@ -1,0 +1,250 @@
+//! Generalised least squares over the whole chain: all found effects and, where free, the frames, refitted together.
+//!
+//! Method: Levenberg-Marquardt on whitened residuals with the signatures of [`super::forward`], scaled by the columns'
+//! norms, steps held inside the physical bounds. Covariance from the whitened normal matrix at the end, so intervals
+//! account for coloured noise. Fails softly: it says whether it converged, and returns the best point it saw.
+
+use super::forward::{Hypothesis, Problem, State};
+use super::noise::{self, Noise, Whitener};
+use crate::effect::Placed;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// Filters of all groups.
+#[derive(Debug, Clone)]
+pub struct Whitening {
+    pub noise: Vec<Noise>,
+    filters: Vec<Whitener>,
+}
+
+impl Whitening {
+    pub fn new(problem: &Problem, noise: Vec<Noise>) -> Self {
+        let filters = problem.groups.iter().zip(&noise).map(|(g, n)| Whitener::new(g, n)).collect();
+        Self { noise, filters }
+    }
+
+    /// Noise of the largest likelihood for a residual from which `fitted` parameters were taken; with 2 ln L.
+    pub fn of_residual(problem: &Problem, residual: &[f64], fitted: usize) -> (Self, f64) {
+        let share = fitted as f64 / problem.n.max(1) as f64;
+        let found: Vec<(Noise, f64)> = problem
+            .groups
+            .par_iter()
+            .map(|g| noise::estimate(g, &residual[g.range()], share * g.range().len() as f64))
+            .collect();
+        let two_ln_l = found.iter().map(|f| f.1).sum();
+        (Self::new(problem, found.into_iter().map(|f| f.0).collect()), two_ln_l)
+    }
+
+    /// Whitens a long vector in place.
+    pub fn apply(&self, problem: &Problem, values: &mut [f64]) {
+        for (g, f) in problem.groups.iter().zip(&self.filters) {
+            f.apply(&mut values[g.range()]);
+        }
+    }
+
+    /// A whitened copy.
+    pub fn of(&self, problem: &Problem, values: &[f64]) -> Vec<f64> {
+        let mut v = values.to_vec();
+        self.apply(problem, &mut v);
+        v
+    }
+
+    /// Adjoint of [`Self::apply`], in place.
+    pub fn adjoint(&self, problem: &Problem, values: &mut [f64]) {
+        for (g, f) in problem.groups.iter().zip(&self.filters) {
+            f.adjoint(&mut values[g.range()]);
+        }
+    }
+}
+
+/// A hypothesis refitted, with what it leaves.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    pub hypothesis: Hypothesis,
+    pub state: State,
+    /// Effects that were free: index into the hypothesis' effects, in the order of the columns.
+    pub free: Vec<usize>,
+    /// Sum of the whitened squares.
+    pub cost: f64,
+    /// Covariance of the free parameters (effects in order, each with all its values; then six per free frame).
+    pub covariance: DMatrix<f64>,
+    pub converged: bool,
+}
+
+impl Fit {
+    /// Number of free parameters.
+    pub fn parameters(&self) -> usize {
+        self.covariance.nrows()
+    }
+
+    /// Standard uncertainties of the values of the k-th free effect.
+    pub fn sigma_of(&self, k: usize) -> Vec<f64> {
+        let values = |i: &usize| self.hypothesis.effects[*i].effect.values().len();
+        let start: usize = self.free[..k].iter().map(values).sum();
+        (start..start + values(&self.free[k])).map(|i| self.covariance[(i, i)].max(0.0).sqrt()).collect()
+    }
+}
+
+/// Most steps of a refit.
+const STEPS: usize = 25;
+/// Change of the cost, in units of 2 ln L, at which a refit stops.
+const SETTLED: f64 = 1e-4;
+
+/// Step of a parameter for its numerical derivative.
+fn step_of(value: f64, bounds: (f64, f64)) -> f64 {
+    let span = (bounds.1 - bounds.0).abs();
+    let scale = if span.is_finite() { 1e-5 * span } else { 1e-6 };
+    let h = (1e-3 * value.abs()).max(1e-3 * scale).max(1e-12);
+    if value + h > bounds.1 { -h } else { h }
+}
+
+/// Signatures of all values of one effect of the hypothesis.
+pub fn effect_columns(problem: &Problem, h: &Hypothesis, state: &State, index: usize) -> Vec<Vec<f64>> {
+    let placed = &h.effects[index];
+    let bounds = placed.bounds(&problem.robot);
+    let values = placed.effect.values();
+    (0..values.len())
+        .map(|v| {
+            let step = step_of(values[v], bounds[v]);
+            let mut changed = values.clone();
+            changed[v] += step;
+            let to = Placed { target: placed.target, effect: placed.effect.with_values(&changed) };
+            problem.difference(h, state, std::slice::from_ref(placed), &[to], step)
+        })
+        .collect()
+}
+
+/// Whitened signatures of the free effects and frames.
+pub fn tangent(
+    problem: &Problem,
+    h: &Hypothesis,
+    state: &State,
+    free: &[usize],
+    whitening: &Whitening,
+) -> Vec<Vec<f64>> {
+    let mut columns: Vec<Vec<f64>> =
+        free.par_iter().map(|&i| effect_columns(problem, h, state, i)).collect::<Vec<_>>().into_iter().flatten().collect();
+    if problem.frames_free {
+        for f in 0..h.frames.len() {
+            columns.extend(problem.frame_columns(state, f));
+        }
+    }
+    columns.par_iter_mut().for_each(|c| whitening.apply(problem, c));
+    columns
+}
+
+/// Normal matrix of columns.
+pub fn gram(columns: &[Vec<f64>]) -> DMatrix<f64> {
+    let k = columns.len();
+    let rows: Vec<Vec<f64>> =
+        (0..k).into_par_iter().map(|i| (0..=i).map(|j| dot(&columns[i], &columns[j])).collect()).collect();
+    DMatrix::from_fn(k, k, |i, j| if j <= i { rows[i][j] } else { rows[j][i] })
+}
+
+/// Scalar product, in a fixed order.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (x, y) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f64 = x.remainder().iter().zip(y.remainder()).map(|(a, b)| a * b).sum();
+    for (p, q) in x.zip(y) {
+        for k in 0..8 {
+            sums[k] += p[k] * q[k];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+/// Inverse of a normal matrix after scaling its diagonal to one; open directions (eigenvalue under `floor`) get none.
+pub fn scaled_inverse(gram: &DMatrix<f64>, floor: f64) -> DMatrix<f64> {
+    let k = gram.nrows();
+    let d: Vec<f64> = (0..k).map(|i| if gram[(i, i)] > 0.0 { 1.0 / gram[(i, i)].sqrt() } else { 0.0 }).collect();
+    let scaled = DMatrix::from_fn(k, k, |i, j| gram[(i, j)] * d[i] * d[j]);
+    let eigen = scaled.symmetric_eigen();
+    let mut inverse = DMatrix::zeros(k, k);
+    for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+        if *value > floor {
+            inverse += vector * vector.transpose() / *value;
+        }
+    }
+    DMatrix::from_fn(k, k, |i, j| inverse[(i, j)] * d[i] * d[j])
+}
+
+/// Eigenvalue, after scaling, below which a direction of the parameters is open.
+const OPEN: f64 = 1e-10;
+
+/// Refits the effects `free` (indices) and the frames from where the hypothesis stands.
+pub fn refit(problem: &Problem, start: &Hypothesis, free: &[usize], whitening: &Whitening) -> Fit {
+    let mut h = start.clone();
+    let mut state = problem.evaluate(&h);
+    let mut white = whitening.of(problem, &state.residual);
+    let mut cost = dot(&white, &white);
+    let mut lambda = 1e-4;
+    let mut converged = false;
+    let mut columns = tangent(problem, &h, &state, free, whitening);
+    let mut normal = gram(&columns);
+    for _ in 0..STEPS {
+        if columns.is_empty() {
+            converged = true;
+            break;
+        }
+        let gradient = DVector::from_iterator(columns.len(), columns.iter().map(|c| dot(c, &white)));
+        let mut improved = None;
+        for _ in 0..8 {
+            let mut damped = normal.clone();
+            for i in 0..damped.nrows() {
+                damped[(i, i)] *= 1.0 + lambda;
+            }
+            let step = scaled_inverse(&damped, OPEN) * &gradient;
+            let next = moved(problem, &h, free, step.as_slice());
+            let next_state = problem.evaluate(&next);
+            let next_white = whitening.of(problem, &next_state.residual);
+            let next_cost = dot(&next_white, &next_white);
+            if next_cost <= cost {
+                improved = Some((next, next_state, next_white, next_cost));
+                lambda = (lambda * 0.2).max(1e-9);
+                break;
+            }
+            if next_cost - cost < SETTLED * 1e-3 {
+                break;
+            }
+            lambda = (lambda * 10.0).max(1e-6);
+        }
+        let Some((next, next_state, next_white, next_cost)) = improved else {
+            converged = true;
+            break;
+        };
+        let gain = cost - next_cost;
+        (h, state, white, cost) = (next, next_state, next_white, next_cost);
+        if gain < SETTLED {
+            converged = true;
+            break;
+        }
+        columns = tangent(problem, &h, &state, free, whitening);
+        normal = gram(&columns);
+    }
+    let covariance = scaled_inverse(&normal, OPEN);
+    Fit { hypothesis: h, state, free: free.to_vec(), cost, covariance, converged }
+}
+
+/// The hypothesis with its free values moved by `step`, held inside their bounds.
+fn moved(problem: &Problem, h: &Hypothesis, free: &[usize], step: &[f64]) -> Hypothesis {
+    let mut next = h.clone();
+    let mut at = 0;
+    for &i in free {
+        let placed = &mut next.effects[i];
+        let bounds = placed.bounds(&problem.robot);
+        let mut values = placed.effect.values();
+        for (v, (lo, hi)) in values.iter_mut().zip(bounds) {
+            *v = (*v + step[at]).clamp(lo, hi);
+            at += 1;
+        }
+        placed.effect = placed.effect.with_values(&values);
+    }
+    if problem.frames_free {
+        for f in 0..next.frames.len() {
+            next.move_frame(f, &step[at..at + 6]);
+            at += 6;
+        }
+    }
+    next
+}

@@ -1,0 +1,384 @@
+//! From a hypothesis (effects and frames) to the residual of every observation, and to the signature of every parameter.
+//!
+//! Method: the whole chain is evaluated exactly, nothing is linearised in the residual. Measured points are taken into the
+//! base frame by the inverse registration, so that signatures do not turn with the frame. A signature is the derivative
+//! of the prediction by one parameter: joint effects by a difference of joint positions times the Jacobian's column,
+//! geometry by a difference of kinematics, the rest in closed form.
+
+use super::layout::{Group, Sensor};
+use crate::effect::{Effect, Placed, Stage, Target};
+use crate::log::Log;
+use crate::machine::{self, Drive, parts};
+use crate::robot::{Chain, Robot};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use rayon::prelude::*;
+
+/// One log, prepared.
+#[derive(Debug)]
+pub struct LogData {
+    pub log: Log,
+    /// Commands that drive the gears.
+    pub drive: Drive,
+    /// Frame (index into [`Hypothesis::frames`]) in which its points were measured.
+    pub frame: usize,
+    /// Rows averaged into one observation.
+    pub block: usize,
+    /// Rows left out as outliers, per reflector.
+    pub left_out: Vec<Vec<bool>>,
+}
+
+impl LogData {
+    /// Measured point of a reflector in a row, tracker frame.
+    pub fn measured(&self, reflector: usize, row: usize) -> Option<Vector3<f64>> {
+        let column = if reflector == 0 { &self.log.tcp_m } else { self.log.reflectors_m.get(reflector - 1)? };
+        if self.left_out.get(reflector).is_some_and(|l| l[row]) {
+            return None;
+        }
+        column.get(row).copied().flatten()
+    }
+
+    /// Number of reflectors with columns.
+    pub fn reflectors(&self) -> usize {
+        if self.log.tcp_m.is_empty() { 0 } else { 1 + self.log.reflectors_m.len() }
+    }
+}
+
+/// Everything that does not change while hypotheses are tried.
+#[derive(Debug)]
+pub struct Problem {
+    pub robot: Robot,
+    pub preload: Vec<i8>,
+    pub logs: Vec<LogData>,
+    pub groups: Vec<Group>,
+    /// Length of the long vector.
+    pub n: usize,
+    /// The frames are estimated; else they are given.
+    pub frames_free: bool,
+}
+
+/// What is supposed to be wrong with the machine, and where it stands.
+#[derive(Debug, Clone)]
+pub struct Hypothesis {
+    /// Known effects first, then found ones.
+    pub effects: Vec<Placed>,
+    /// Base frame -> tracker frame, one per group of logs.
+    pub frames: Vec<Isometry3<f64>>,
+}
+
+/// Prediction for one log.
+#[derive(Debug, Clone)]
+pub struct LogState {
+    /// Motor side and joint positions, `[axis][row]`.
+    pub servo: Vec<Vec<f64>>,
+    pub joint: Vec<Vec<f64>>,
+    /// Points in the base frame `[reflector][row]`, m.
+    pub points_m: Vec<Vec<Vector3<f64>>>,
+    /// Derivatives of the points by the joints, `[reflector][axis][row]`.
+    pub jacobian: Vec<Vec<Vec<Vector3<f64>>>>,
+}
+
+/// Prediction of a hypothesis and what it leaves.
+#[derive(Debug, Clone)]
+pub struct State {
+    pub logs: Vec<LogState>,
+    /// Measured minus predicted, the long vector (m and rad).
+    pub residual: Vec<f64>,
+    geometry: Robot,
+}
+
+impl Problem {
+    /// Index of every observation group of one log.
+    pub fn groups_of(&self, log: usize) -> impl Iterator<Item = &Group> {
+        self.groups.iter().filter(move |g| g.log == log)
+    }
+
+    fn chains(&self, geometry: &Robot, log: &LogData) -> Vec<Chain> {
+        (0..log.reflectors())
+            .map(|k| match k {
+                0 => geometry.chain().clone(),
+                _ => geometry.reflectors_m.get(k - 1).map_or_else(|| geometry.chain().clone(), |p| geometry.chain_to(p)),
+            })
+            .collect()
+    }
+
+    /// Evaluates a hypothesis.
+    pub fn evaluate(&self, h: &Hypothesis) -> State {
+        let geometry = machine::geometry(&self.robot, &h.effects);
+        let logs: Vec<LogState> = self.logs.iter().map(|log| self.evaluate_log(h, &geometry, log)).collect();
+        let mut residual = vec![0.0; self.n];
+        for g in &self.groups {
+            let (log, state) = (&self.logs[g.log], &logs[g.log]);
+            match g.sensor {
+                Sensor::Reflector(k) => {
+                    let back = h.frames[log.frame].inverse();
+                    let points = &state.points_m[k];
+                    g.add_points(&mut residual, |r| match log.measured(k, r) {
+                        Some(m) => back.transform_point(&m.into()).coords - points[r],
+                        None => Vector3::zeros(),
+                    });
+                }
+                Sensor::Motor(a) => g.add_numbers(&mut residual, |r| sensed(&log.log.enc, a, r) - state.servo[a][r]),
+                Sensor::Joint(a) => g.add_numbers(&mut residual, |r| sensed(&log.log.meas, a, r) - state.joint[a][r]),
+            }
+        }
+        State { logs, residual, geometry }
+    }
+
+    fn evaluate_log(&self, h: &Hypothesis, geometry: &Robot, log: &LogData) -> LogState {
+        let dof = self.robot.dof();
+        let on = |axis: usize| -> Vec<&Effect> {
+            h.effects.iter().filter(|p| p.target == Target::Joint(axis)).map(|p| &p.effect).collect()
+        };
+        let motors = self.groups_of(0).any(|g| matches!(g.sensor, Sensor::Motor(_)));
+        let servo: Vec<Vec<f64>> =
+            (0..dof).map(|a| if motors { log.drive.servo(a, &on(a), self.preload[a]) } else { Vec::new() }).collect();
+        let mut joint: Vec<Vec<f64>> =
+            (0..dof).into_par_iter().map(|a| log.drive.gear(a, &on(a), self.preload[a])).collect();
+        for p in h.effects.iter().filter(|p| p.effect.stage() == Stage::Link) {
+            if let Some(axis) = p.axis() {
+                parts::add_link(&log.drive, p, &mut joint[axis]);
+            }
+        }
+        let rows = log.drive.rows();
+        let mut points_m = Vec::new();
+        let mut jacobian = Vec::new();
+        for chain in self.chains(geometry, log) {
+            let mut points = vec![Vector3::zeros(); rows];
+            let mut columns = vec![vec![Vector3::zeros(); rows]; dof];
+            let mut q = vec![0.0; dof];
+            let mut line = vec![Vector3::zeros(); dof];
+            for r in 0..rows {
+                for (v, j) in q.iter_mut().zip(&joint) {
+                    *v = j[r];
+                }
+                points[r] = chain.position_and_jacobian(&q, &mut line);
+                for (c, v) in columns.iter_mut().zip(&line) {
+                    c[r] = *v;
+                }
+            }
+            let offset_s = parts::time_offset_s(&h.effects);
+            parts::shift_in_time(&log.drive, offset_s, &mut points);
+            parts::add_tcp(&log.drive, &h.effects, offset_s, &mut points);
+            points_m.push(points);
+            jacobian.push(columns);
+        }
+        LogState { servo, joint, points_m, jacobian }
+    }
+
+    /// Adds to `out` what a change of an axis' position (`joint`, and `servo` where it moves the motor too; per row of
+    /// `log`) does to the observations of that log.
+    pub fn add_joint_change(
+        &self,
+        state: &State,
+        log: usize,
+        axis: usize,
+        joint: &dyn Fn(usize) -> f64,
+        servo: Option<&dyn Fn(usize) -> f64>,
+        out: &mut [f64],
+    ) {
+        for g in self.groups_of(log) {
+            match g.sensor {
+                Sensor::Reflector(k) => {
+                    let j = &state.logs[log].jacobian[k][axis];
+                    g.add_points(out, |r| j[r] * joint(r));
+                }
+                Sensor::Joint(a) if a == axis => g.add_numbers(out, joint),
+                Sensor::Motor(a) if a == axis => {
+                    if let Some(servo) = servo {
+                        g.add_numbers(out, servo);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// What replacing the effects `from` of the hypothesis by `to` changes in the prediction, divided by `scale`.
+    pub fn difference(&self, h: &Hypothesis, state: &State, from: &[Placed], to: &[Placed], scale: f64) -> Vec<f64> {
+        let mut out = vec![0.0; self.n];
+        let per = 1.0 / scale;
+        let axes: Vec<usize> = {
+            let mut axes: Vec<usize> = from.iter().chain(to).filter_map(Placed::axis).collect();
+            axes.sort_unstable();
+            axes.dedup();
+            axes
+        };
+        for (l, log) in self.logs.iter().enumerate() {
+            for &axis in &axes {
+                self.joint_difference(h, state, l, axis, (from, to), per, &mut out);
+            }
+            self.tcp_difference(state, l, log, (from, to), per, &mut out);
+        }
+        out
+    }
+
+    fn joint_difference(
+        &self,
+        h: &Hypothesis,
+        state: &State,
+        l: usize,
+        axis: usize,
+        (from, to): (&[Placed], &[Placed]),
+        per: f64,
+        out: &mut [f64],
+    ) {
+        let log = &self.logs[l];
+        let here = |list: &[Placed], stages: &[Stage]| {
+            list.iter().any(|p| p.axis() == Some(axis) && stages.contains(&p.effect.stage()))
+        };
+        let both = |stages: &[Stage]| here(from, stages) || here(to, stages);
+        let rows = log.drive.rows();
+        let mut change = vec![0.0; rows];
+        let mut motor: Option<Vec<f64>> = None;
+        if both(&[Stage::Servo, Stage::Gear]) {
+            let (before, after) = (replaced(h, axis, &[], &[]), replaced(h, axis, from, to));
+            let (x, y) =
+                (log.drive.gear(axis, &before, self.preload[axis]), log.drive.gear(axis, &after, self.preload[axis]));
+            for ((c, x), y) in change.iter_mut().zip(&x).zip(&y) {
+                *c = (y - x) * per;
+            }
+            if both(&[Stage::Servo]) && self.groups_of(l).any(|g| g.sensor == Sensor::Motor(axis)) {
+                let (x, y) =
+                    (log.drive.servo(axis, &before, self.preload[axis]), log.drive.servo(axis, &after, self.preload[axis]));
+                motor = Some(x.iter().zip(&y).map(|(x, y)| (y - x) * per).collect());
+            }
+        }
+        if both(&[Stage::Link]) {
+            let mut link = vec![0.0; rows];
+            for p in from.iter().filter(|p| p.axis() == Some(axis) && p.effect.stage() == Stage::Link) {
+                parts::add_link(&log.drive, p, &mut link);
+            }
+            link.iter_mut().for_each(|v| *v = -*v);
+            for p in to.iter().filter(|p| p.axis() == Some(axis) && p.effect.stage() == Stage::Link) {
+                parts::add_link(&log.drive, p, &mut link);
+            }
+            for (c, v) in change.iter_mut().zip(&link) {
+                *c += v * per;
+            }
+        }
+        let servo = motor.as_ref().map(|m| move |r: usize| m[r]);
+        let servo = servo.as_ref().map(|f| f as &dyn Fn(usize) -> f64);
+        self.add_joint_change(state, l, axis, &|r| change[r], servo, out);
+    }
+
+    fn tcp_difference(
+        &self,
+        state: &State,
+        l: usize,
+        log: &LogData,
+        (from, to): (&[Placed], &[Placed]),
+        per: f64,
+        out: &mut [f64],
+    ) {
+        let has = |stage: Stage| from.iter().chain(to).any(|p| p.effect.stage() == stage);
+        let s = &state.logs[l];
+        if has(Stage::Geometry) {
+            // `from` is part of the geometry now: `to` in its place
+            let mut effects: Vec<Placed> = Vec::new();
+            effects.extend(to.iter().cloned());
+            effects.extend(from.iter().map(negated));
+            let other = machine::geometry(&state.geometry, &effects);
+            let dof = self.robot.dof();
+            for (k, (a, b)) in self.chains(&state.geometry, log).iter().zip(self.chains(&other, log)).enumerate() {
+                let at = |r: usize| {
+                    let mut q = [0.0; 16];
+                    if dof <= q.len() {
+                        for (v, j) in q.iter_mut().zip(&s.joint) {
+                            *v = j[r];
+                        }
+                        b.position(&q[..dof]) - a.position(&q[..dof])
+                    } else {
+                        let q: Vec<f64> = s.joint.iter().map(|j| j[r]).collect();
+                        b.position(&q) - a.position(&q)
+                    }
+                };
+                for g in self.groups_of(l).filter(|g| g.sensor == Sensor::Reflector(k)) {
+                    g.add_points(out, |r| at(r) * per);
+                }
+            }
+        }
+        if has(Stage::Tcp) {
+            let rows = log.drive.rows();
+            let (mut x, mut y) = (vec![Vector3::zeros(); rows], vec![Vector3::zeros(); rows]);
+            parts::add_tcp(&log.drive, from, 0.0, &mut x);
+            parts::add_tcp(&log.drive, to, 0.0, &mut y);
+            for g in self.groups_of(l).filter(|g| matches!(g.sensor, Sensor::Reflector(_))) {
+                g.add_points(out, |r| (y[r] - x[r]) * per);
+            }
+        }
+        if has(Stage::Measurement) {
+            let by = parts::time_offset_s(to) - parts::time_offset_s(from);
+            for g in self.groups_of(l) {
+                match g.sensor {
+                    Sensor::Reflector(k) => {
+                        // the state holds `from` already
+                        let x = &s.points_m[k];
+                        let mut y = x.clone();
+                        parts::shift_in_time(&log.drive, by, &mut y);
+                        g.add_points(out, |r| (y[r] - x[r]) * per);
+                    }
+                    Sensor::Joint(a) => {
+                        let slope = machine::slopes(log.drive.t_s(), &s.joint[a]);
+                        g.add_numbers(out, |r| slope[r] * by * per);
+                    }
+                    Sensor::Motor(_) => {}
+                }
+            }
+        }
+    }
+
+    /// Signatures of a frame's three translations (m) and three rotations (rad), in the base frame.
+    pub fn frame_columns(&self, state: &State, frame: usize) -> Vec<Vec<f64>> {
+        (0..6)
+            .map(|k| {
+                let mut out = vec![0.0; self.n];
+                let e = Vector3::ith(k % 3, 1.0);
+                for g in &self.groups {
+                    if let Sensor::Reflector(reflector) = g.sensor
+                        && self.logs[g.log].frame == frame
+                    {
+                        let points = &state.logs[g.log].points_m[reflector];
+                        g.add_points(&mut out, |r| if k < 3 { e } else { e.cross(&points[r]) });
+                    }
+                }
+                out
+            })
+            .collect()
+    }
+}
+
+impl Hypothesis {
+    /// Moves a frame by a small change found with [`Problem::frame_columns`].
+    pub fn move_frame(&mut self, frame: usize, change: &[f64]) {
+        let (t, w) = (Vector3::new(change[0], change[1], change[2]), Vector3::new(change[3], change[4], change[5]));
+        let small = Isometry3::from_parts(Translation3::from(t), UnitQuaternion::from_scaled_axis(w));
+        self.frames[frame] *= small;
+    }
+}
+
+fn sensed(columns: &[Option<Vec<Option<f64>>>], axis: usize, row: usize) -> f64 {
+    columns.get(axis).and_then(|c| c.as_ref()).and_then(|c| c[row]).unwrap_or(0.0)
+}
+
+/// The effect that undoes a geometry or clock effect, to first order and beyond, as both are additive.
+fn negated(p: &Placed) -> Placed {
+    let values: Vec<f64> = p.effect.values().iter().map(|v| -v).collect();
+    Placed { target: p.target, effect: p.effect.with_values(&values) }
+}
+
+/// Effects of one joint where `from[k]` gives way to `to[k]`; what `to` has more stands behind.
+fn replaced<'a>(h: &'a Hypothesis, axis: usize, from: &[Placed], to: &'a [Placed]) -> Vec<&'a Effect> {
+    let mut list = Vec::new();
+    let mut done = vec![false; from.len()];
+    for p in &h.effects {
+        match (0..from.len()).find(|&k| !done[k] && from[k] == *p) {
+            Some(k) => {
+                done[k] = true;
+                list.extend(to.get(k));
+            }
+            None => list.push(p),
+        }
+    }
+    list.extend(to.iter().skip(from.len()));
+    list.into_iter().filter(|p| p.target == Target::Joint(axis)).map(|p| &p.effect).collect()
+}

@@ -1,0 +1,51 @@
+//! Diagnosis: a model and logs in; where they disagree, which effect is missing, how sure, and the model with it, out.
+//!
+//! The form is detection, identification, adaptation (Baarda's data snooping, Teunissen's DIA): every effect of the
+//! catalogue is a hypothesis about the residual, compared by generalised least squares under coloured noise; what is found
+//! goes into the model, everything is fitted again, until a test without the catalogue sees no structure.
+//!
+//! Rooms, in the order of the work:
+//! - [`prepare`]: logs to a problem: observations, frames, samples that cannot be trusted; [`layout`] is their long vector.
+//! - [`forward`]: the chain evaluated for a hypothesis; signatures of its parameters.
+//! - [`noise`]: white and coloured noise, whitening; [`fit`]: the refit of everything.
+//! - [`candidates`], [`spectrum`]: what may be missing; [`screen`]: what each would explain.
+//! - [`structure`]: the test without the catalogue.
+//! - [`search`]: the rounds; [`story`]: the found effects told one by one, and on held-out parts.
+//! - [`verdict`]: sets, remaining structure, blind spots; [`document`]: the result as it is written; [`display`]: for a
+//!   terminal.
+
+pub mod candidates;
+pub mod display;
+pub mod document;
+pub mod fit;
+pub mod forward;
+pub mod layout;
+pub mod noise;
+pub mod prepare;
+pub mod screen;
+pub mod search;
+pub mod spectrum;
+pub mod story;
+pub mod structure;
+pub mod verdict;
+
+use crate::error::Result;
+use crate::log::Log;
+use crate::model::Model;
+pub use document::Diagnosis;
+pub use verdict::Verdict;
+
+/// Diagnoses logs of one machine against its model; the second is the model with what was found inside.
+///
+/// Logs have been through [`crate::log::hygiene`]. Errors: no measured column, or points from which no frame follows.
+pub fn diagnose(model: &Model, logs: &[Log]) -> Result<(Diagnosis, Model)> {
+    let (problem, start) = prepare::problem(model, logs)?;
+    let outcome = search::run(problem, start);
+    let diagnosis = document::of(&outcome);
+    let mut found = model.clone();
+    found.effects = outcome.fit.hypothesis.effects.clone();
+    if outcome.problem.groups.iter().any(|g| g.dims == 3) {
+        found.registration = outcome.fit.hypothesis.frames.first().copied();
+    }
+    Ok((diagnosis, found))
+}

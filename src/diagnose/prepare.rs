@@ -1,0 +1,192 @@
+//! From model and logs to a [`Problem`]: groups of observations, frames, and samples that cannot be trusted.
+//!
+//! Frames: given by the model, or registered robustly on the path that the known model predicts; they stay free then.
+//! Outliers: a single sample that disagrees with its two neighbours on either side by more than six standard deviations
+//! of such disagreements is left out, but not beside a reversal, where spikes are what is looked for. Settled poses have
+//! no neighbours: [`poses_without_outliers`] looks at what a fit leaves.
+
+use super::forward::{Hypothesis, LogData, Problem, State};
+use super::layout::{Group, Sensor};
+use crate::error::{Error, Place, Result};
+use crate::log::{Log, registration};
+use crate::machine::Drive;
+use crate::model::Model;
+use crate::stats::robust::{SIGMA_PER_MAD, median, median_of};
+use nalgebra::{Isometry3, Vector3};
+
+/// Rows beyond which a log is averaged over blocks.
+const MOST_ROWS: usize = 12_000;
+/// Disagreement with the neighbours, in standard deviations, beyond which a sample is an outlier.
+const GROSS: f64 = 6.0;
+/// The same beside a reversal, where a spike may stand.
+const GROSS_AT_REVERSAL: f64 = 60.0;
+/// Samples on either side of a reversal that count as beside it.
+const BESIDE: usize = 3;
+/// Pairs used for the first registration.
+const PAIRS: usize = 3000;
+
+/// Puts a problem together; the hypothesis holds the model's known effects.
+pub fn problem(model: &Model, logs: &[Log]) -> Result<(Problem, Hypothesis)> {
+    let logs: Vec<LogData> = logs
+        .iter()
+        .map(|log| LogData {
+            drive: Drive::of_log(&model.robot, log),
+            frame: 0,
+            block: if log.poses { 1 } else { log.len().div_ceil(MOST_ROWS).max(1) },
+            left_out: Vec::new(),
+            log: log.clone(),
+        })
+        .collect();
+    let mut problem = Problem {
+        robot: model.robot.clone(),
+        preload: model.preload.clone(),
+        logs,
+        groups: Vec::new(),
+        n: 0,
+        frames_free: model.registration.is_none(),
+    };
+    if !problem.logs.iter().any(|l| l.reflectors() > 0) {
+        problem.frames_free = false;
+    }
+    group(&mut problem);
+    if problem.n == 0 {
+        let name = logs_named(&problem);
+        return Err(Error::bad(
+            Place::file(name),
+            "no measured column",
+            "x_mm, y_mm, z_mm, or meas_<joint>, or enc_<joint> beside the commands",
+        ));
+    }
+    let mut h =
+        Hypothesis { effects: model.effects.clone(), frames: vec![model.registration.unwrap_or_else(Isometry3::identity)] };
+    if problem.frames_free {
+        h.frames[0] = register(&problem, &h)?;
+    }
+    Ok((problem, h))
+}
+
+fn logs_named(problem: &Problem) -> String {
+    problem.logs.iter().map(|l| l.log.name.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+/// Lays the groups out anew, without the samples that are left out.
+pub fn group(problem: &mut Problem) {
+    let mut groups = Vec::new();
+    let mut offset = 0;
+    for (l, log) in problem.logs.iter().enumerate() {
+        let mut add = |sensor: Sensor, rows: Vec<u32>| {
+            if !rows.is_empty() {
+                let g = Group::new(l, sensor, rows, log.block, offset, log.log.poses);
+                offset = g.range().end;
+                groups.push(g);
+            }
+        };
+        let rows = |there: &dyn Fn(usize) -> bool| (0..log.log.len()).filter(|&r| there(r)).map(|r| r as u32).collect();
+        for k in 0..log.reflectors() {
+            add(Sensor::Reflector(k), rows(&|r| log.measured(k, r).is_some()));
+        }
+        for (a, column) in log.log.meas.iter().enumerate() {
+            if let Some(c) = column {
+                add(Sensor::Joint(a), rows(&|r| c[r].is_some()));
+            }
+        }
+    }
+    problem.groups = groups;
+    problem.n = offset;
+}
+
+fn register(problem: &Problem, h: &Hypothesis) -> Result<Isometry3<f64>> {
+    let state = problem.evaluate(h);
+    let mut pairs = Vec::new();
+    for g in &problem.groups {
+        if let Sensor::Reflector(k) = g.sensor {
+            let log = &problem.logs[g.log];
+            let thin = (g.rows.len() * problem.groups.len() / PAIRS).max(1);
+            for &r in g.rows.iter().step_by(thin) {
+                if let Some(m) = log.measured(k, r as usize) {
+                    pairs.push(registration::Pair { base_m: state.logs[g.log].points_m[k][r as usize], tracker_m: m });
+                }
+            }
+        }
+    }
+    Ok(registration::register_line(&pairs)?.found.frame)
+}
+
+/// Finds samples that disagree with their neighbours and leaves them out; says how many.
+pub fn drop_spikes(problem: &mut Problem, state: &State) -> usize {
+    let mut found: Vec<(usize, usize, usize)> = Vec::new();
+    for g in &problem.groups {
+        let Sensor::Reflector(k) = g.sensor else { continue };
+        let log = &problem.logs[g.log];
+        if log.log.poses || g.rows.len() < 8 || log.block > 1 {
+            continue;
+        }
+        let n = g.len();
+        let values = &state.residual[g.range()];
+        let point = |b: usize| Vector3::new(values[b], values[n + b], values[2 * n + b]);
+        // a sample against the median of its neighbours, coordinate by coordinate
+        let off = |b: usize| -> f64 {
+            let near: Vec<usize> = (b.saturating_sub(2)..(b + 3).min(n)).filter(|&i| i != b).collect();
+            let c = |k: usize| {
+                let mut v: Vec<f64> = near.iter().map(|&i| point(i)[k]).collect();
+                median_of(&mut v).unwrap_or(0.0)
+            };
+            (point(b) - Vector3::new(c(0), c(1), c(2))).norm()
+        };
+        let all: Vec<f64> = (0..n).map(off).collect();
+        let scale = SIGMA_PER_MAD * median(&all).max(1e-9);
+        let mut beside = vec![false; log.log.len()];
+        for axis in 0..problem.robot.dof() {
+            for (t_s, _, _) in log.drive.turns(axis) {
+                let row = log.drive.t_s().partition_point(|t| *t < t_s);
+                let range = row.saturating_sub(BESIDE)..(row + BESIDE + 1).min(beside.len());
+                beside[range].fill(true);
+            }
+        }
+        for b in 0..n {
+            let row = g.middle(b);
+            let gross = if beside[row] { GROSS_AT_REVERSAL } else { GROSS };
+            let largest = (b.saturating_sub(1)..(b + 2).min(n)).all(|i| all[i] <= all[b]);
+            if all[b] > gross * scale && largest {
+                found.push((g.log, k, row));
+            }
+        }
+    }
+    leave_out(problem, &found);
+    found.len()
+}
+
+fn leave_out(problem: &mut Problem, found: &[(usize, usize, usize)]) {
+    for &(l, k, row) in found {
+        let log = &mut problem.logs[l];
+        let (reflectors, rows) = (log.reflectors(), log.log.len());
+        log.left_out.resize(reflectors, Vec::new());
+        log.left_out[k].resize(rows, false);
+        log.left_out[k][row] = true;
+    }
+    if !found.is_empty() {
+        group(problem);
+    }
+}
+
+/// Finds settled poses that a fit leaves far off and leaves them out; says how many.
+pub fn poses_without_outliers(problem: &mut Problem, state: &State) -> usize {
+    let mut found = Vec::new();
+    for g in &problem.groups {
+        let Sensor::Reflector(k) = g.sensor else { continue };
+        if !problem.logs[g.log].log.poses || g.len() < 12 {
+            continue;
+        }
+        let n = g.len();
+        let values = &state.residual[g.range()];
+        let size: Vec<f64> = (0..n).map(|b| Vector3::new(values[b], values[n + b], values[2 * n + b]).norm()).collect();
+        let typical = median(&size);
+        for (b, s) in size.iter().enumerate() {
+            if *s > 5.0 * typical {
+                found.push((g.log, k, g.middle(b)));
+            }
+        }
+    }
+    leave_out(problem, &found);
+    found.len()
+}

@@ -1,0 +1,143 @@
+//! Screening: what each candidate would explain of the whitened residual beyond the present effects and the frames.
+//!
+//! Method: signatures and residual are whitened and projected off the tangent of everything that is fitted already, since
+//! a frame can swallow an effect; a small least-squares problem per candidate then gives its gain in 2 ln L and its first
+//! values. The same projected norms say how small an effect the log would show: the minimal detectable bias.
+
+use super::candidates::{self, Candidate};
+use super::fit::{Whitening, dot, gram, scaled_inverse};
+use super::forward::{Hypothesis, Problem, State};
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+/// Whitened residual and orthonormal tangent of a fitted hypothesis.
+pub struct Ground<'a> {
+    pub problem: &'a Problem,
+    pub hypothesis: &'a Hypothesis,
+    pub state: &'a State,
+    pub whitening: &'a Whitening,
+    /// Orthonormal, whitened.
+    basis: Vec<Vec<f64>>,
+    /// Whitened, off the tangent.
+    pub residual: Vec<f64>,
+}
+
+/// What a candidate explains.
+#[derive(Debug, Clone)]
+pub struct Score {
+    /// Index into the candidates.
+    pub candidate: usize,
+    /// Gain in 2 ln L.
+    pub gain: f64,
+    pub coefficients: Vec<f64>,
+    /// Standard uncertainty of each coefficient.
+    pub sigma: Vec<f64>,
+    /// Share of the signatures' squared norm that is left off the tangent: 0 where the log cannot tell.
+    pub own: f64,
+}
+
+/// Share below which a signature counts as swallowed by frame and present effects.
+pub const SWALLOWED: f64 = 1e-8;
+
+/// Orthonormal basis of columns (Gram-Schmidt, twice); what is dependent is dropped.
+pub fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let mut basis: Vec<Vec<f64>> = Vec::with_capacity(columns.len());
+    for mut c in columns {
+        let before = dot(&c, &c);
+        project_off(&basis, &mut c);
+        project_off(&basis, &mut c);
+        let left = dot(&c, &c);
+        if before > 0.0 && left > 1e-12 * before {
+            let per = 1.0 / left.sqrt();
+            c.iter_mut().for_each(|v| *v *= per);
+            basis.push(c);
+        }
+    }
+    basis
+}
+
+/// Takes the part in the span of an orthonormal basis off a column.
+pub fn project_off(basis: &[Vec<f64>], column: &mut [f64]) {
+    for b in basis {
+        let share = dot(b, column);
+        for (c, b) in column.iter_mut().zip(b) {
+            *c -= share * b;
+        }
+    }
+}
+
+impl<'a> Ground<'a> {
+    /// `tangent`: whitened signatures of all that is fitted.
+    pub fn new(
+        problem: &'a Problem,
+        hypothesis: &'a Hypothesis,
+        state: &'a State,
+        whitening: &'a Whitening,
+        tangent: Vec<Vec<f64>>,
+    ) -> Self {
+        let basis = orthonormal(tangent);
+        let mut residual = whitening.of(problem, &state.residual);
+        project_off(&basis, &mut residual);
+        Self { problem, hypothesis, state, whitening, basis, residual }
+    }
+
+    /// Whitens columns and takes the tangent off; with the squared norms before.
+    pub fn project(&self, columns: &mut [Vec<f64>]) -> Vec<f64> {
+        columns
+            .iter_mut()
+            .map(|c| {
+                self.whitening.apply(self.problem, c);
+                let before = dot(c, c);
+                project_off(&self.basis, c);
+                before
+            })
+            .collect()
+    }
+
+    /// What one candidate explains.
+    pub fn score(&self, index: usize, candidate: &Candidate) -> Score {
+        let columns = candidate.columns(self.problem, self.hypothesis, self.state);
+        self.score_columns(index, columns, candidate.positive)
+    }
+
+    /// What given signatures explain.
+    pub fn score_columns(&self, index: usize, mut columns: Vec<Vec<f64>>, positive: bool) -> Score {
+        let before = self.project(&mut columns);
+        let k = columns.len();
+        let normal = gram(&columns);
+        let own = (0..k)
+            .map(|i| if before[i] > 0.0 { normal[(i, i)] / before[i] } else { 0.0 })
+            .fold(if k == 0 { 0.0 } else { f64::INFINITY }, f64::min);
+        let none = Score { candidate: index, gain: 0.0, coefficients: vec![0.0; k], sigma: vec![f64::INFINITY; k], own };
+        if own < SWALLOWED || !own.is_finite() {
+            return none;
+        }
+        let right = DVector::from_iterator(k, columns.iter().map(|c| dot(c, &self.residual)));
+        let covariance = scaled_inverse(&normal, 1e-9);
+        let solution = &covariance * &right;
+        let gain = solution.dot(&right);
+        let sigma = (0..k).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect();
+        let gain = if positive && solution[0] < 0.0 { 0.0 } else { gain };
+        Score { candidate: index, gain, coefficients: solution.as_slice().to_vec(), sigma, own }
+    }
+
+    /// Scores of all candidates, in their order.
+    pub fn score_all(&self, candidates: &[Candidate]) -> Vec<Score> {
+        candidates.par_iter().enumerate().map(|(i, c)| self.score(i, c)).collect()
+    }
+
+    /// The whitened residual taken back through the filters: its scalar product with a raw signature is the whitened one.
+    pub fn back(&self) -> Vec<f64> {
+        let mut back = self.residual.clone();
+        self.whitening.adjoint(self.problem, &mut back);
+        back
+    }
+
+    /// Best ripples (per axis) and vibrations, at the peaks of their spectra.
+    pub fn spectral(&self) -> Vec<Candidate> {
+        let back = self.back();
+        let mut found = super::spectrum::ripples(self, &back);
+        found.extend(super::spectrum::vibrations(self, &back).into_iter().map(candidates::vibration));
+        found
+    }
+}

@@ -1,0 +1,88 @@
+//! The found effects told one by one: what each leaves, and what it leaves of data that it was not fitted to.
+//!
+//! Method: the hypothesis grows from the frame alone to the last effect, refitted each time. Validation cuts every log into
+//! [`FOLDS`] x [`TURNS`] consecutive parts; each fold is predicted from parameters that were fitted to the other folds (one
+//! Gauss-Newton step from the full fit, which is all that a small change needs).
+
+use super::fit::{self, Fit, Whitening, dot, gram, scaled_inverse};
+use super::forward::{Hypothesis, Problem};
+use super::search::rms;
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+/// Folds of the cross-validation.
+const FOLDS: usize = 5;
+/// Parts of one fold in a log, spread over it.
+const TURNS: usize = 4;
+
+/// One stage of the growing hypothesis.
+#[derive(Debug, Clone)]
+pub struct Chapter {
+    pub fit: Fit,
+    /// rms per coordinate, m (rad for joints).
+    pub rms: f64,
+    /// The same on parts that were not fitted.
+    pub held_out: f64,
+}
+
+/// Refits with the first 0, 1, ... found effects (`order`: indices into the hypothesis' effects).
+pub fn chapters(problem: &Problem, last: &Fit, known: usize, order: &[usize], whitening: &Whitening) -> Vec<Chapter> {
+    let all = &last.hypothesis.effects;
+    (0..=order.len())
+        .into_par_iter()
+        .map(|count| {
+            let mut effects = all[..known].to_vec();
+            effects.extend(order[..count].iter().map(|&i| all[i].clone()));
+            let h = Hypothesis { effects, frames: last.hypothesis.frames.clone() };
+            let free: Vec<usize> = (known..known + count).collect();
+            let fit = fit::refit(problem, &h, &free, whitening);
+            Chapter { rms: rms(problem, &fit.state.residual), held_out: held_out(problem, &fit, whitening), fit }
+        })
+        .collect()
+}
+
+/// Fold of every observation.
+fn folds(problem: &Problem) -> Vec<usize> {
+    let mut fold = vec![0; problem.n];
+    for g in &problem.groups {
+        let n = g.len();
+        for c in 0..g.dims {
+            for b in 0..n {
+                fold[g.offset + c * n + b] = (b * FOLDS * TURNS / n.max(1)) % FOLDS;
+            }
+        }
+    }
+    fold
+}
+
+/// rms of each fold as predicted from the others.
+fn held_out(problem: &Problem, fit: &Fit, whitening: &Whitening) -> f64 {
+    let mut raw: Vec<Vec<f64>> =
+        fit.free.iter().flat_map(|&i| fit::effect_columns(problem, &fit.hypothesis, &fit.state, i)).collect();
+    if problem.frames_free {
+        for f in 0..fit.hypothesis.frames.len() {
+            raw.extend(problem.frame_columns(&fit.state, f));
+        }
+    }
+    let fold = folds(problem);
+    let white = whitening.of(problem, &fit.state.residual);
+    let columns: Vec<Vec<f64>> = raw.iter().map(|c| whitening.of(problem, c)).collect();
+    let mut predicted = fit.state.residual.clone();
+    for f in 0..FOLDS {
+        let masked = |v: &[f64]| -> Vec<f64> { v.iter().zip(&fold).map(|(v, g)| if *g == f { 0.0 } else { *v }).collect() };
+        let (part, target): (Vec<Vec<f64>>, Vec<f64>) = (columns.iter().map(|c| masked(c)).collect(), masked(&white));
+        let right = DVector::from_iterator(part.len(), part.iter().map(|c| dot(c, &target)));
+        if part.is_empty() {
+            continue;
+        }
+        let change = scaled_inverse(&gram(&part), 1e-9) * right;
+        for (c, s) in raw.iter().zip(change.iter()) {
+            for ((p, v), g) in predicted.iter_mut().zip(c).zip(&fold) {
+                if *g == f {
+                    *p -= s * v;
+                }
+            }
+        }
+    }
+    rms(problem, &predicted)
+}

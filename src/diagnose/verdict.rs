@@ -1,0 +1,157 @@
+//! From the outcome of the search to a verdict: sets of rivals with probabilities, remaining structure, blind spots.
+
+use super::candidates::Candidate;
+use super::search::{Outcome, Refined};
+use super::screen::SWALLOWED;
+use super::structure::{self, Ratio};
+
+/// Effects that fit within this much of 2 ln L of the named one belong to its set.
+pub const WITHIN: f64 = 4.0;
+/// Probability that the smallest set holds.
+pub const HELD: f64 = 0.95;
+/// Chance of a structure ratio below which structure remains.
+const STRUCTURED: f64 = 1e-5;
+/// Structure smaller than this part of what was explained is the imprecision of the explained effects.
+const IMPRECISION: f64 = 0.06;
+/// Minimal detectable bias: non-centrality at a chance of 0.001 and a power of 0.8.
+pub const MDB: f64 = 4.13;
+
+/// What the log says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    None,
+    Named,
+    NamedSet,
+    Unknown,
+    NotObservable,
+    BadData,
+}
+
+/// One member of a set.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Member {
+    pub effect: String,
+    pub target: String,
+    pub probability: f64,
+}
+
+/// The smallest set that holds the truth: the named effect first, then what fits as well.
+pub fn set(named: (&str, &str), rivals: &[Refined], price: f64) -> Vec<Member> {
+    let best = rivals.iter().map(|r| r.merit(price)).fold(f64::NEG_INFINITY, f64::max);
+    let weight = |r: &Refined| (0.5 * (r.merit(price) - best)).exp();
+    let total: f64 = rivals.iter().map(weight).sum();
+    let is_named = |r: &Refined| r.effect == named.0 && r.target == named.1;
+    let gain = rivals.iter().find(|r| is_named(r)).map_or(0.0, |r| r.gain);
+    let parameters = rivals.iter().find(|r| is_named(r)).map_or(1, |r| r.parameters);
+    let mut members = Vec::new();
+    let mut held = 0.0;
+    for r in rivals {
+        let share = if total > 0.0 { weight(r) / total } else { 0.0 };
+        let needed = held < HELD && share > 1.0 - HELD;
+        // a wider form of the named effect always fits as well: it is a rival where what it adds is more than chance
+        let price_here = if widens(r.effect, named.0) && r.target == named.1 {
+            4.0 * r.parameters.saturating_sub(parameters) as f64 + WITHIN
+        } else {
+            0.0
+        };
+        if is_named(r) || needed || r.gain - price_here >= gain - WITHIN {
+            members.push(Member { effect: r.effect.into(), target: r.target.clone(), probability: share });
+        }
+        held += share;
+    }
+    if let Some(k) = members.iter().position(|m| m.effect == named.0 && m.target == named.1) {
+        let first = members.remove(k);
+        members.insert(0, first);
+    }
+    members
+}
+
+/// Is `wide` a form of `narrow` with more freedom?
+fn widens(wide: &str, narrow: &str) -> bool {
+    matches!((wide, narrow), ("backlash_position" | "backlash_speed" | "hysteresis", "backlash"))
+}
+
+/// Structure that is more than chance and more than the imprecision of what was explained.
+pub fn structure(outcome: &Outcome) -> Option<Ratio> {
+    let explained = (outcome.rms_nuisance.powi(2) - rms_now(outcome).powi(2)).max(0.0);
+    let noise = rms_now(outcome).powi(2);
+    let n = outcome.problem.n as f64;
+    let tolerated = IMPRECISION * IMPRECISION * explained / noise.max(1e-300) * n;
+    let told = |r: &Ratio, tests: f64| r.p_value * tests < STRUCTURED && r.gain - r.dof as f64 > tolerated;
+    let whole = told(&outcome.structure.whole, 1.0);
+    let count = outcome.structure.bundles.len() as f64;
+    let worst = outcome
+        .structure
+        .bundles
+        .iter()
+        .filter(|r| told(r, count))
+        .min_by(|a, b| a.p_value.total_cmp(&b.p_value).then((b.gain).total_cmp(&a.gain)));
+    match (whole, worst) {
+        (_, Some(r)) => Some(r.clone()),
+        (true, None) => Some(outcome.structure.whole.clone()),
+        _ => None,
+    }
+}
+
+fn rms_now(outcome: &Outcome) -> f64 {
+    super::search::rms(&outcome.problem, &outcome.fit.state.residual)
+}
+
+/// Structure in words.
+pub fn structure_said(outcome: &Outcome, r: &Ratio) -> String {
+    structure::said(r, &outcome.problem)
+}
+
+/// The verdict.
+pub fn of(outcome: &Outcome, sets: &[Vec<Member>], structured: bool) -> Verdict {
+    let moves = outcome.problem.logs.iter().any(|l| !l.log.moving_axes().is_empty());
+    if structured {
+        Verdict::Unknown
+    } else if outcome.fit.free.is_empty() {
+        if moves { Verdict::None } else { Verdict::NotObservable }
+    } else if sets.iter().any(|s| s.len() > 1) {
+        Verdict::NamedSet
+    } else {
+        Verdict::Named
+    }
+}
+
+/// What this log could not have shown, one entry per effect and target: the smallest size that it would have detected.
+#[derive(Clone)]
+pub struct BlindSpot<'a> {
+    pub candidate: &'a Candidate,
+    /// Coefficients at the detectable size; `None` where frame or found effects swallow the effect whole.
+    pub size: Option<Vec<f64>>,
+}
+
+/// Blind spots in the order of the candidates; of several shapes the one that is seen best.
+pub fn blind_spots(outcome: &Outcome) -> Vec<BlindSpot<'_>> {
+    let mut spots: Vec<(BlindSpot, f64)> = Vec::new();
+    for s in &outcome.last {
+        let c = &outcome.candidates[s.candidate];
+        if c.signatures() != 1 && c.effect != "tool_error" && c.effect != "thermal_drift" {
+            continue;
+        }
+        let found = outcome.fit.free.iter().any(|&i| {
+            let p = &outcome.fit.hypothesis.effects[i];
+            p.effect.name() == c.effect && p.target_text(&outcome.problem.robot) == c.target
+        });
+        if found {
+            continue;
+        }
+        let visible = s.own >= SWALLOWED && s.sigma.iter().all(|v| v.is_finite() && *v > 0.0);
+        let (size, measure) = if visible {
+            (Some(s.sigma.iter().map(|v| MDB * v).collect()), s.sigma.iter().sum::<f64>())
+        } else {
+            (None, f64::INFINITY)
+        };
+        let spot = BlindSpot { candidate: c, size };
+        match spots.iter_mut().find(|(o, _)| o.candidate.effect == c.effect && o.candidate.target == c.target) {
+            Some(known) if measure < known.1 => *known = (spot, measure),
+            Some(_) => {}
+            None => spots.push((spot, measure)),
+        }
+    }
+    spots.into_iter().map(|s| s.0).collect()
+}
