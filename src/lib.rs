@@ -13,6 +13,7 @@ pub mod gaps;
 pub mod identify;
 pub mod io;
 pub mod log;
+pub mod machine;
 pub mod model;
 pub mod program;
 pub mod report;

@@ -1,7 +1,6 @@
 //! The model file `lostmotion/model/1`: a robot, the tracker's frame, and what is known to be wrong with the machine.
 
-use crate::effect::entry::{self, Placed};
-use crate::effect::{Effect, Track, joint_output};
+use crate::effect::{Effect, Placed, Target, entry};
 use crate::error::{Error, Result};
 use crate::io::{input, yaml, yaml::Document};
 use crate::robot::{Robot, file::FrameFile, file::RobotFile};
@@ -102,13 +101,8 @@ impl Model {
         })
     }
 
-    /// Effects on one axis, in the order of the file.
+    /// Effects on one axis alone, in the order of the file; a coupling from another axis is none of them.
     pub fn effects_on(&self, axis: usize) -> impl Iterator<Item = &Effect> {
-        self.effects.iter().filter(move |e| e.axis == axis).map(|e| &e.effect)
-    }
-
-    /// True position of an axis behind its gear for its command track, rad or m.
-    pub fn joint_output(&self, axis: usize, track: &Track) -> Vec<f64> {
-        joint_output(track, self.effects_on(axis))
+        self.effects.iter().filter(move |e| e.target == Target::Joint(axis)).map(|e| &e.effect)
     }
 }

@@ -41,9 +41,14 @@ impl AxisGap {
     /// Gaps of a model, for the axes that have one.
     pub fn of_model(model: &Model) -> Vec<Self> {
         let curves = |axis| {
-            model
-                .effects_on(axis)
-                .filter_map(|e| if let Effect::Backlash(b) = e { Some(b.half_gap.clone()) } else { None })
+            model.effects_on(axis).filter_map(|e| match e {
+                Effect::Backlash(b) => Some(b.half_gap.clone()),
+                // at rest; a speed is not known here
+                Effect::BacklashSpeed(b) => Some(GapCurve::Constant(b.half_gap)),
+                // a stroke longer than the transition loses as much
+                Effect::Hysteresis(h) => Some(GapCurve::Constant(h.half_width)),
+                _ => None,
+            })
         };
         (0..model.robot.dof())
             .map(|axis| Self { axis, curves: curves(axis).collect() })

@@ -77,7 +77,10 @@ pub fn run(args: Args) -> Result<()> {
     paths::refuse_shared(&inputs, &[("--output", Some(args.output.as_path())), ("--report", args.report.as_deref())])?;
     let mut out = Output::create(&args.output)?;
     let mut report = output::create(args.report.as_deref())?;
-    let model = Model::load(&args.model)?;
+    let mut model = Model::load(&args.model)?;
+    if args.base_frame {
+        model.registration = None;
+    }
     let input = input::read(&args.input)?;
     let from = page::simulate::From { name: input.name.clone(), sha256: input.sha256.clone() };
     let defaults = Options::default();
@@ -86,13 +89,12 @@ pub fn run(args: Args) -> Result<()> {
         speed_m_s: args.speed_mm_s.map_or(defaults.speed_m_s, |v| v * 1e-3),
         noise_m: args.noise_um.unwrap_or(0.0) * 1e-6,
         seed: args.seed,
-        base_frame: args.base_frame,
         encoders: args.encoders,
     };
     let written = if predicted::is_log(&input, &model) {
         let log = Log::parse(input.clone(), &model.robot)?;
         options.encoders |= predicted::has_encoders(&input, &model);
-        let motion = Motion::of_log(&model, &log, options.encoders);
+        let motion = Motion::of_log(&model, &log);
         let mut written = predicted::write_log_again(&model, &motion, &options, &input, &mut out)?;
         if args.rate_hz.is_some() || args.speed_mm_s.is_some() {
             written.notes.push("--rate-hz and --speed-mm-s say nothing to a log: it keeps its rows".into());
@@ -104,7 +106,7 @@ pub fn run(args: Args) -> Result<()> {
     } else {
         let program = Program::parse(input, &model.robot)?;
         let (t_s, notes) = times(&args, &model, &program, &options);
-        let motion = Motion::of_program(&model, &program, &t_s, options.rate_hz, options.encoders)?;
+        let motion = Motion::of_program(&model, &program, &t_s, options.rate_hz)?;
         let mut written = predicted::write_program_log(&model, &motion, &options, &program.name, &mut out)?;
         written.notes.extend(notes);
         written

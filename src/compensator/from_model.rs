@@ -44,6 +44,7 @@ impl Compensator {
                             }
                         }
                     }
+                    _ => {}
                 }
             }
             if gap.is_some() || friction.is_some() {
@@ -95,13 +96,13 @@ fn sum(a: &GapCurve, b: &GapCurve) -> GapCurve {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::{Backlash, Decay, Stiction, entry::Placed};
+    use crate::effect::{Backlash, Decay, Placed, Stiction};
     use crate::robot::Robot;
 
     fn model(effects: Vec<Effect>) -> Model {
         let text = "schema: lostmotion/robot/1\njoints:\n  - {name: A1, kind: revolute, a_mm: 500}\n";
         let mut model = Model::ideal(Robot::parse("robot.yaml", text).unwrap());
-        model.effects = effects.into_iter().map(|effect| Placed { axis: 0, effect }).collect();
+        model.effects = effects.into_iter().map(|e| Placed::on_axis(0, e)).collect();
         model
     }
 

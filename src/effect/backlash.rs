@@ -2,6 +2,9 @@
 //!
 //! The output follows its input at the distance of the half gap `b` and stands still inside the gap. `b` may be a
 //! function of the commanded position. Start: in the middle of the gap, unless the track says on which side.
+//!
+//! Parameter: half gaps of 0 or more, at most 0.1 rad or 10 mm: more is a broken joint. Action: take up the gap (preload, shim,
+//! change the nut); an offset of half a gap in the direction of travel undoes it.
 
 use super::{GapCurve, Track};
 

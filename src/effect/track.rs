@@ -3,6 +3,11 @@
 //! A direction is the sign of the last movement; a pause keeps it (seed 000, note 2 of equation 16). A turn stands where
 //! the command leaves its extreme: the last sample of a pause on the extreme, since the reversal begins when the joint
 //! moves again. A movement of at most `deadband` against the direction is number noise and no reversal.
+//!
+//! What else effects look at goes with it: which samples are rows of a log (others are turning points put between them),
+//! how the command runs between samples, the commanded TCP speed, the length of one turn of the joint.
+
+use std::borrow::Cow;
 
 /// A reversal: the joint leaves `p` at `t_s` in direction `dir`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,17 +21,35 @@ pub struct Turn {
     pub dir: i8,
 }
 
+/// How the command runs between samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Between {
+    /// A smooth motion of which rows are known.
+    Smooth,
+    /// Straight: a program, of which every corner is a sample.
+    Straight,
+    /// Settled poses: the robot stands still at each, and what fades in time has faded.
+    Settled,
+}
+
 /// Command of one joint, sampled: times in s, positions in rad or m.
 #[derive(Debug, Clone)]
 pub struct Track<'a> {
     pub t_s: &'a [f64],
     pub p: &'a [f64],
     /// Direction of the movement that arrives at each sample: -1, +1, or 0 before the first movement.
-    pub dir: Vec<i8>,
+    pub dir: Cow<'a, [i8]>,
     /// Reversals in order. The first movement is none.
-    pub turns: Vec<Turn>,
+    pub turns: Cow<'a, [Turn]>,
     /// +1 or -1: the joint was brought to its start in that direction; 0: the play stands in the middle of its gap.
     pub preload: i8,
+    pub between: Between,
+    /// Samples that are rows, rising from the first sample; the others are estimates between them. `None`: all.
+    pub rows: Option<&'a [u32]>,
+    /// Commanded TCP speed at each sample, m/s; empty: at rest.
+    pub tcp_speed_m_s: &'a [f64],
+    /// One turn of the joint: 2 pi rad, or the lead of a screw in m.
+    pub rev: f64,
 }
 
 impl<'a> Track<'a> {
@@ -36,7 +59,7 @@ impl<'a> Track<'a> {
         let mut dir = vec![0i8; n];
         let mut turns = Vec::new();
         let Some(&start) = p.first() else {
-            return Self { t_s, p, dir, turns, preload: 0 };
+            return Self::known(t_s, p, dir, turns);
         };
         let mut now = 0i8;
         // extreme of the present direction, and the last sample that stands on it
@@ -65,7 +88,27 @@ impl<'a> Track<'a> {
                 dir[i] = now;
             }
         }
-        Self { t_s, p, dir, turns, preload: 0 }
+        Self::known(t_s, p, dir, turns)
+    }
+
+    /// A track whose directions and turning points are known.
+    pub fn known(
+        t_s: &'a [f64],
+        p: &'a [f64],
+        dir: impl Into<Cow<'a, [i8]>>,
+        turns: impl Into<Cow<'a, [Turn]>>,
+    ) -> Self {
+        Self {
+            t_s,
+            p,
+            dir: dir.into(),
+            turns: turns.into(),
+            preload: 0,
+            between: Between::Smooth,
+            rows: None,
+            tcp_speed_m_s: &[],
+            rev: std::f64::consts::TAU,
+        }
     }
 
     /// The same track with the play at one side of its gap at the start.
@@ -104,8 +147,8 @@ mod tests {
         let p = [0.0, 1.0, 2.0, 2.0, 2.0, 1.0, 0.0];
         let t = times(p.len());
         let track = Track::new(&t, &p, 0.0);
-        assert_eq!(track.dir, [0, 1, 1, 1, 1, -1, -1]);
-        assert_eq!(track.turns, [Turn { index: 4, t_s: 4.0, p: 2.0, dir: -1 }]);
+        assert_eq!(track.dir[..], [0, 1, 1, 1, 1, -1, -1]);
+        assert_eq!(track.turns[..], [Turn { index: 4, t_s: 4.0, p: 2.0, dir: -1 }]);
     }
 
     #[test]
@@ -115,7 +158,7 @@ mod tests {
         let track = Track::new(&t, &p, 0.001);
         assert_eq!(track.turns.len(), 1);
         assert_eq!((track.turns[0].index, track.turns[0].p), (4, 2.0));
-        assert_eq!(track.dir, [0, 1, 1, 1, 1, -1, -1]);
+        assert_eq!(track.dir[..], [0, 1, 1, 1, 1, -1, -1]);
     }
 
     #[test]
@@ -124,6 +167,6 @@ mod tests {
         let t = times(4);
         let track = Track::new(&t, &p, 0.0);
         assert!(track.turns.is_empty());
-        assert_eq!(track.dir, [0, 0, -1, -1]);
+        assert_eq!(track.dir[..], [0, 0, -1, -1]);
     }
 }

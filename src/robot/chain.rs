@@ -172,6 +172,22 @@ impl Chain {
         p
     }
 
+    /// Calls `each(joint, [x, y, z, o])` with the frame behind every joint, base to flange, in Craig's form: for the standard
+    /// convention that is the frame before the joint's own `a` and `alpha`.
+    pub(crate) fn frames(&self, q: &[f64], mut each: impl FnMut(usize, &[Vector3<f64>; 4])) {
+        let mut f = self.start();
+        for (i, e) in self.elements.iter().enumerate() {
+            f.advance(e, q[e.axis]);
+            each(i, &[f.x, f.y, f.z, f.o]);
+        }
+    }
+
+    /// Axis that drives a joint, and how far the joint turns (or slides) about its z axis per unit of that axis' command.
+    pub(crate) fn drive_of(&self, joint: usize) -> (usize, f64) {
+        let e = &self.elements[joint];
+        (e.axis, e.gain)
+    }
+
     /// Geometric Jacobian of the TCP: rows 0-2 velocity (m), rows 3-5 angular velocity (rad), one column per axis.
     pub fn jacobian(&self, q: &[f64]) -> (Pose, OMatrix<f64, U6, Dyn>) {
         let mut f = self.start();

@@ -140,6 +140,15 @@ impl Robot {
         }
     }
 
+    /// The same robot with other numbers in its joints (as many, with the same names, kinds and followers) and another tool.
+    pub fn with_geometry(&self, joints: Vec<Joint>, tool: Isometry3<f64>) -> Self {
+        let mut robot = Self::new(self.name.clone(), self.convention, joints, self.base, tool);
+        robot.links = self.links.clone();
+        robot.reflectors_m = self.reflectors_m.clone();
+        robot.gravity_m_s2 = self.gravity_m_s2;
+        robot
+    }
+
     /// Number of axes: the length of a joint vector.
     pub fn dof(&self) -> usize {
         self.axes.len()

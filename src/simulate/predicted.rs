@@ -11,8 +11,6 @@ use crate::io::input::Input;
 use crate::log::columns::{Meaning, meaning};
 use crate::log::write::{field, joint_column, number, position_columns};
 use crate::model::Model;
-use crate::robot::Chain;
-use nalgebra::Isometry3;
 use rayon::prelude::*;
 use std::io::Write;
 
@@ -165,7 +163,7 @@ fn add_position(k: usize, columns: &mut Vec<(String, Source)>) {
 /// Decimals that show the times of the rows: 3 to 6, as few as keep them.
 fn time_decimals(motion: &Motion, rate_hz: f64) -> u8 {
     let whole = |x: f64| (x - x.round()).abs() < 1e-6;
-    let start = motion.t_s.first().copied().unwrap_or(0.0);
+    let start = motion.drive.t_s().first().copied().unwrap_or(0.0);
     (3..6).find(|&d| whole(10f64.powi(d) / rate_hz) && whole(10f64.powi(d) * start)).unwrap_or(6) as u8
 }
 
@@ -176,24 +174,20 @@ struct Plan<'a> {
     options: &'a Options,
     names: Vec<String>,
     sources: Vec<Source>,
-    /// Chains to the TCP and to the further reflectors that are written.
-    chains: Vec<Chain>,
-    frame: Option<Isometry3<f64>>,
+    /// The TCP and the further reflectors that are written.
+    reflectors: usize,
 }
 
 impl<'a> Plan<'a> {
     fn new(model: &'a Model, motion: &'a Motion, options: &'a Options, columns: Vec<(String, Source)>) -> Self {
         let (names, sources): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
         let last = sources.iter().map(|s| if let Source::Position(k, _) = s { *k } else { 0 }).max().unwrap_or(0);
-        let mut chains = vec![model.robot.chain().clone()];
-        chains.extend(model.robot.reflectors_m.iter().take(last).map(|p| model.robot.chain_to(p)));
-        let frame = if options.base_frame { None } else { model.registration };
-        Self { model, motion, options, names, sources, chains, frame }
+        Self { model, motion, options, names, sources, reflectors: last + 1 }
     }
 
     fn head(&self, from: &str, out: &mut dyn Write) -> Result<()> {
         let from = from.rsplit(['/', '\\']).next().unwrap_or(from);
-        let frame = if self.frame.is_some() { "tracker frame" } else { "base frame" };
+        let frame = if self.model.registration.is_some() { "tracker frame" } else { "base frame" };
         let mut line =
             format!("# lostmotion simulate: {} on {}, {frame}", one_line(from), one_line(&self.model.robot.name));
         if self.options.noise_m > 0.0 {
@@ -220,7 +214,7 @@ impl<'a> Plan<'a> {
         noise: &mut Option<Noise>,
         out: &mut dyn Write,
     ) -> Result<()> {
-        let per_row = 3 * self.chains.len();
+        let per_row = 3 * self.reflectors;
         let drawn: Vec<f64> = match noise {
             Some(n) => (0..rows * per_row).map(|_| n.draw_m()).collect(),
             None => Vec::new(),
@@ -230,15 +224,10 @@ impl<'a> Plan<'a> {
             .map(|b| {
                 let range = b * BLOCK..((b + 1) * BLOCK).min(rows);
                 let mut text = Vec::with_capacity(range.len() * self.sources.len() * 12);
-                let mut q = vec![0.0; self.model.robot.dof()];
-                let mut points = vec![nalgebra::Vector3::zeros(); self.chains.len()];
+                let mut points = vec![nalgebra::Vector3::zeros(); self.reflectors];
                 for i in range {
-                    self.motion.joint_into(first + i, &mut q);
-                    for (k, (p, chain)) in points.iter_mut().zip(&self.chains).enumerate() {
-                        *p = chain.position(&q);
-                        if let Some(frame) = &self.frame {
-                            *p = frame.rotation * *p + frame.translation.vector;
-                        }
+                    for (k, p) in points.iter_mut().enumerate() {
+                        *p = self.motion.point_m(k, first + i);
                         for c in 0..3 {
                             p[c] += drawn.get(i * per_row + 3 * k + c).copied().unwrap_or(0.0);
                         }
@@ -264,10 +253,10 @@ impl<'a> Plan<'a> {
             }
             match *source {
                 Source::Text(c) => field(text, record.and_then(|r| r.get(c)).unwrap_or_default()),
-                Source::Time(decimals) => number(text, self.motion.t_s[row], decimals),
-                Source::Command(axis) => joint(text, axis, self.motion.cmd[axis].at(row)),
-                Source::Encoder(axis) => joint(text, axis, self.motion.servo[axis].at(row)),
-                Source::Joint(axis) => joint(text, axis, self.motion.joint[axis].at(row)),
+                Source::Time(decimals) => number(text, self.motion.drive.t_s()[row], decimals),
+                Source::Command(axis) => joint(text, axis, self.motion.drive.command(axis)[row]),
+                Source::Encoder(axis) => joint(text, axis, self.motion.prediction.servo[axis][row]),
+                Source::Joint(axis) => joint(text, axis, self.motion.prediction.joint[axis][row]),
                 Source::Position(k, c) => number(text, points[k][c] * 1e3, POSITION_DECIMALS),
             }
         }

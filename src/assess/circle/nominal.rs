@@ -204,7 +204,7 @@ impl Nominal {
         let index: Vec<f64> = (0..program.len()).map(|i| i as f64).collect();
         let mut found = Vec::new();
         for (axis, q) in program.q.iter().enumerate() {
-            for turn in &Track::new(&index, q, DEADBAND).turns {
+            for turn in Track::new(&index, q, DEADBAND).turns.iter() {
                 let phase = phases[turn.index];
                 if phase >= self.from_deg - 1e-6 && phase <= self.to_deg {
                     found.push(NominalReversal {

@@ -68,7 +68,7 @@ pub fn run(machine: &Model, from: &Path, to: &Path) -> Result<Log> {
     let options = simulate::Options { noise_m: NOISE_M, ..simulate::Options::default() };
     let program = program(&machine.robot, from)?;
     let timing = Timing::at_speed(&machine.robot, &program, options.speed_m_s);
-    let motion = Motion::of_program(machine, &program, &timing.t_s, options.rate_hz, false)?;
+    let motion = Motion::of_program(machine, &program, &timing.t_s, options.rate_hz)?;
     let mut out = Output::create(to)?;
     let name = from.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     predicted::write_program_log(machine, &motion, &options, &name, &mut out)?;

@@ -1,7 +1,6 @@
 //! Page of `simulate`: what was run on which machine.
 
-use super::milli;
-use crate::effect::{Decay, Effect};
+use crate::effect::{Effect, Placed, catalogue};
 use crate::model::Model;
 use crate::report::{Page, TableView, Tile, Tone, method};
 use crate::simulate::Written;
@@ -18,38 +17,39 @@ pub fn of_run(model: &Model, input: &From, written: &Written) -> Page {
     page.file("input", input.name.clone(), input.sha256.clone());
     page.verdict(Tone::Plain, format!("{} rows predicted with {} effects.", written.rows, model.effects.len()));
     page.tile(Tile::text("rows", written.rows.to_string(), ""));
-    let row = |e: &crate::effect::entry::Placed| {
-        let (size, more) = match &e.effect {
-            Effect::Backlash(b) => (b.half_gap.largest(), String::new()),
-            Effect::Stiction(s) => (
-                s.spike,
-                match s.decay {
-                    Decay::Time(t) => format!("decays over {t} s"),
-                    Decay::Travel(x) => format!(
-                        "decays over {:.4} {}",
-                        robot.axis(e.axis).kind.to_edge(x),
-                        robot.axis(e.axis).kind.unit()
-                    ),
-                },
-            ),
+    let row = |e: &Placed| {
+        let parameters: Vec<String> = match &e.effect {
+            Effect::Backlash(b) if b.half_gap.constant().is_none() => {
+                let kind = e.axis().map(|a| robot.axis(a).kind);
+                let largest = kind.map_or(b.half_gap.largest(), |k| k.to_edge(b.half_gap.largest()));
+                vec![format!("largest half gap {} {}", short(largest), kind.map_or("", |k| k.unit()))]
+            }
+            effect => e
+                .keys(robot)
+                .iter()
+                .zip(effect.values())
+                .map(|((key, factor), value)| format!("{key} {}", short(value * factor)))
+                .collect(),
         };
         vec![
             e.effect.name().into(),
-            robot.axis(e.axis).name.clone(),
-            format!("{:.3}", milli(robot, e.axis, size)),
-            more,
+            e.target_text(robot),
+            parameters.join(", "),
+            catalogue::of(e.effect.name()).adds.into(),
         ]
     };
-    let columns = vec![
-        ("effect".into(), false),
-        ("joint".into(), false),
-        ("size, mdeg or µm".into(), true),
-        ("decay".into(), false),
-    ];
+    let columns = ["effect", "target", "parameters", "what it does"].map(|c| (c.to_string(), false)).to_vec();
     page.section("The machine", "", TableView { columns, rows: model.effects.iter().map(row).collect() });
     if !written.notes.is_empty() {
         page.section("", "", written.notes.clone());
     }
     page.section("", "", vec![method::PLAY, method::STICTION]);
     page
+}
+
+/// A number with six digits at most.
+fn short(v: f64) -> String {
+    let digits = if v == 0.0 { 0 } else { (5 - v.abs().log10().floor() as i32).clamp(0, 9) as usize };
+    let text = format!("{v:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }

@@ -1,0 +1,456 @@
+//! Commands of all axes, prepared once for running them through servo and gear many times.
+//!
+//! Per axis: the samples (rows, and what must stand between them: the corners of a program, the turning points of a log),
+//! directions and turning points. A movement of at most [`NO_MOVEMENT`] (deg or mm) is the rounding of arithmetic and no
+//! reversal; a step of the last written digit is a command and may be one. An axis at rest has one sample.
+//!
+//! A play behind a lagging servo turns where the lagged joint does, between the samples of the command; those points
+//! are worked out and added where both stand on one axis ([`ServoLag::turning_points`]).
+
+use super::gravity::Gravity;
+use super::{grid::Grid, speed, turns};
+use crate::effect::{Between, Effect, ServoLag, Stage, Track, Turn, apply_stage};
+use crate::error::{Error, Place, Result};
+use crate::log::Log;
+use crate::program::Program;
+use crate::robot::{Chain, JointKind, Robot};
+use rayon::prelude::*;
+use std::sync::OnceLock;
+
+/// Movement in the edge unit (deg or mm) up to which nothing has moved.
+pub const NO_MOVEMENT: f64 = 1e-9;
+
+/// Rows beyond which a rate is surely a mistake.
+const MOST_ROWS: f64 = 5e7;
+
+/// Seconds between two settled poses: long enough for any servo to have worked its error off.
+const SETTLED_S: f64 = 1e6;
+
+/// Where the samples of an axis stand.
+#[derive(Debug)]
+enum Samples {
+    /// The axis does not move: one sample.
+    Rest,
+    /// The rows.
+    Rows,
+    /// The grid of a program.
+    Grid { p: Vec<f64> },
+    /// The rows and turning points between them; `rows` are the samples that are rows.
+    Own { t_s: Vec<f64>, p: Vec<f64>, rows: Vec<u32> },
+}
+
+#[derive(Debug)]
+struct Axis {
+    samples: Samples,
+    dir: Vec<i8>,
+    turns: Vec<Turn>,
+    rev: f64,
+    /// TCP speed at own samples, once somebody asks.
+    speed: OnceLock<Vec<f64>>,
+}
+
+/// Commands of all axes over rows: a log's, or those at which a program is sampled.
+#[derive(Debug)]
+pub struct Drive {
+    between: Between,
+    t_s: Vec<f64>,
+    /// Times of settled poses, far apart.
+    spaced_s: Vec<f64>,
+    cmd: Vec<Vec<f64>>,
+    grid: Option<Grid>,
+    axes: Vec<Axis>,
+    chain: Chain,
+    gravity: Gravity,
+    payload_kg: Option<Vec<f64>>,
+    speed: OnceLock<Vec<f64>>,
+    torque: OnceLock<Vec<Vec<f64>>>,
+}
+
+impl Drive {
+    /// The rows of a log. Settled poses have no time: what fades in seconds has faded at each of them. Their TCP speed is that
+    /// of the column `speed_mm_s`, with which they were reached.
+    pub fn of_log(robot: &Robot, log: &Log) -> Self {
+        let payload = log.payload_kg.as_ref().map(|p| carried(p));
+        let drive = Self::of_columns(robot, log.t_s.clone(), log.cmd.clone(), payload, log.poses);
+        if let (true, Some(speed)) = (log.poses, &log.speed_m_s) {
+            // nobody has asked for it yet
+            let _ = drive.speed.set(carried(speed));
+        }
+        drive
+    }
+
+    /// Rows given by their columns: times (s, strictly rising; of settled poses any), commands `cmd[axis][row]` (rad or m).
+    pub fn of_columns(
+        robot: &Robot,
+        t_s: Vec<f64>,
+        cmd: Vec<Vec<f64>>,
+        payload_kg: Option<Vec<f64>>,
+        settled_poses: bool,
+    ) -> Self {
+        let rows = cmd.first().map_or(0, Vec::len);
+        let spaced_s: Vec<f64> =
+            if settled_poses { (0..rows).map(|i| i as f64 * SETTLED_S).collect() } else { Vec::new() };
+        let times = if settled_poses { &spaced_s } else { &t_s };
+        let axes = cmd
+            .par_iter()
+            .enumerate()
+            .map(|(axis, p)| {
+                let found = if settled_poses || at_rest(p) {
+                    Vec::new()
+                } else {
+                    turns::between_rows(times, p, deadband(robot, axis))
+                };
+                let samples = match found.is_empty() {
+                    _ if at_rest(p) => Samples::Rest,
+                    true => Samples::Rows,
+                    false => with_turning_points(times, p, found),
+                };
+                Axis::new(robot, axis, samples, times, p)
+            })
+            .collect();
+        let between = if settled_poses { Between::Settled } else { Between::Smooth };
+        Self { t_s, spaced_s, cmd, payload_kg, ..Self::with_axes(robot, between, axes) }
+    }
+
+    /// A program whose points stand at `t_s` (one per point, not decreasing), straight in the joints between them, sampled at
+    /// `rate_hz` from the first.
+    pub fn of_program(robot: &Robot, program: &Program, t_s: &[f64], rate_hz: f64) -> Result<Self> {
+        let &[first, .., last] = t_s else {
+            let found = format!("a program of {} points", t_s.len());
+            return Err(Error::bad(Place::file(&program.name), found, "at least two points"));
+        };
+        let duration = last - first;
+        let rows = (duration * rate_hz).floor() + 1.0;
+        if !rows.is_finite() || rows > MOST_ROWS {
+            return Err(Error::bad(
+                Place::file(&program.name),
+                format!("{rows:.0} rows: {duration:.3} s at {rate_hz} Hz"),
+                format!("at most {MOST_ROWS:.0} rows; a lower rate, or a higher speed"),
+            ));
+        }
+        let grid = Grid::new(t_s, rows as usize, rate_hz);
+        let (axes, cmd): (Vec<Axis>, Vec<Vec<f64>>) = (0..robot.dof())
+            .into_par_iter()
+            .map(|axis| {
+                let p = grid.interpolate(t_s, &program.q[axis]);
+                let rows: Vec<f64> = grid.keep.iter().map(|&i| p[i as usize]).collect();
+                let samples = if at_rest(&p) { Samples::Rest } else { Samples::Grid { p } };
+                (Axis::new(robot, axis, samples, &grid.t_s, &rows), rows)
+            })
+            .unzip();
+        let times = grid.keep.iter().map(|&i| grid.t_s[i as usize]).collect();
+        Ok(Self { t_s: times, cmd, grid: Some(grid), ..Self::with_axes(robot, Between::Straight, axes) })
+    }
+
+    fn with_axes(robot: &Robot, between: Between, axes: Vec<Axis>) -> Self {
+        Self {
+            between,
+            t_s: Vec::new(),
+            spaced_s: Vec::new(),
+            cmd: Vec::new(),
+            grid: None,
+            axes,
+            chain: robot.chain().clone(),
+            gravity: Gravity::new(robot),
+            payload_kg: None,
+            speed: OnceLock::new(),
+            torque: OnceLock::new(),
+        }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.cmd.first().map_or(0, Vec::len)
+    }
+
+    /// Number of axes.
+    pub fn dof(&self) -> usize {
+        self.axes.len()
+    }
+
+    /// Times of the rows, s; of settled poses what the log has.
+    pub fn t_s(&self) -> &[f64] {
+        &self.t_s
+    }
+
+    /// The rows are settled poses.
+    pub fn settled(&self) -> bool {
+        self.between == Between::Settled
+    }
+
+    /// Command of an axis, row by row, rad or m.
+    pub fn command(&self, axis: usize) -> &[f64] {
+        &self.cmd[axis]
+    }
+
+    /// Commands of one row.
+    pub fn command_into(&self, row: usize, q: &mut [f64]) {
+        for (v, column) in q.iter_mut().zip(&self.cmd) {
+            *v = column[row];
+        }
+    }
+
+    /// The axis stands still over all rows.
+    pub fn rests(&self, axis: usize) -> bool {
+        matches!(self.axes[axis].samples, Samples::Rest)
+    }
+
+    /// Command of an axis with its directions and turning points; one sample where the axis rests.
+    pub fn track(&self, axis: usize) -> Track<'_> {
+        let a = &self.axes[axis];
+        let (t_s, p, rows) = self.samples(axis);
+        let mut track = Track::known(t_s, p, &a.dir[..], &a.turns[..]);
+        track.between = self.between;
+        track.rows = rows;
+        track.rev = a.rev;
+        track
+    }
+
+    /// Times, positions, and which samples are rows (`None`: all; of an axis at rest: it has one sample).
+    fn samples(&self, axis: usize) -> (&[f64], &[f64], Option<&[u32]>) {
+        let clock = self.clock();
+        match (&self.axes[axis].samples, &self.grid) {
+            (Samples::Rest, _) => (&clock[..clock.len().min(1)], &self.cmd[axis][..self.rows().min(1)], None),
+            (Samples::Grid { p }, Some(grid)) => (&grid.t_s, p, Some(&grid.keep)),
+            (Samples::Own { t_s, p, rows }, _) => (t_s, p, Some(rows)),
+            _ => (clock, &self.cmd[axis], None),
+        }
+    }
+
+    /// Times by which things fade.
+    fn clock(&self) -> &[f64] {
+        if self.settled() { &self.spaced_s } else { &self.t_s }
+    }
+
+    /// Commanded TCP speed at each row, m/s: the derivative of the commanded TCP, of second order.
+    pub fn tcp_speed_m_s(&self) -> &[f64] {
+        self.speed.get_or_init(|| match &self.grid {
+            _ if self.settled() => vec![0.0; self.rows()],
+            Some(grid) => {
+                let all = self.grid_speed(grid);
+                grid.keep.iter().map(|&i| all[i as usize]).collect()
+            }
+            None => speed::along(&self.chain, &self.t_s, |axis, i| self.cmd[axis][i]),
+        })
+    }
+
+    fn grid_speed(&self, grid: &Grid) -> Vec<f64> {
+        speed::along(&self.chain, &grid.t_s, |axis, i| match &self.axes[axis].samples {
+            Samples::Grid { p } => p[i],
+            _ => self.cmd[axis][0],
+        })
+    }
+
+    /// The same at the samples of an axis.
+    fn sample_speed(&self, axis: usize) -> &[f64] {
+        let a = &self.axes[axis];
+        match (&a.samples, &self.grid) {
+            (Samples::Own { t_s, rows, .. }, _) => {
+                a.speed.get_or_init(|| speed::between(self.tcp_speed_m_s(), rows, t_s))
+            }
+            (Samples::Grid { .. }, Some(grid)) => a.speed.get_or_init(|| self.grid_speed(grid)),
+            _ => self.tcp_speed_m_s(),
+        }
+    }
+
+    /// Gravity's torque about an axis at the commanded pose of each row, Nm (N for a prismatic one); positive turns it
+    /// positive. Zeros where the robot file has no `links`.
+    pub fn gravity_torque(&self, axis: usize) -> &[f64] {
+        let all = self.torque.get_or_init(|| self.gravity.over(&self.chain, &self.cmd, self.payload_kg.as_deref()));
+        &all[axis]
+    }
+
+    /// Reversals of an axis: time (s), position, new direction.
+    pub fn turns(&self, axis: usize) -> Vec<(f64, f64, i8)> {
+        let time = |t: &Turn| {
+            if self.settled() { self.t_s.get(t.index).copied().unwrap_or(0.0) } else { t.t_s }
+        };
+        self.axes[axis].turns.iter().map(|t| (time(t), t.p, t.dir)).collect()
+    }
+
+    /// Motor side of an axis, row by row: what the servo makes of the command. Effects of other stages are ignored.
+    pub fn servo(&self, axis: usize, effects: &[&Effect], preload: i8) -> Vec<f64> {
+        self.run(axis, effects, preload, Stage::Servo)
+    }
+
+    /// Behind the gear of an axis, row by row. Effects of later stages are ignored.
+    pub fn gear(&self, axis: usize, effects: &[&Effect], preload: i8) -> Vec<f64> {
+        self.run(axis, effects, preload, Stage::Gear)
+    }
+
+    fn run(&self, axis: usize, effects: &[&Effect], preload: i8, last: Stage) -> Vec<f64> {
+        let mut track = self.track(axis).with_preload(preload);
+        if effects.iter().any(|e| matches!(e, Effect::BacklashSpeed(_))) {
+            track.tcp_speed_m_s = self.sample_speed(axis);
+        }
+        let lag = effects.iter().find_map(|e| if let Effect::ServoLag(l) = e { Some(l) } else { None });
+        let remembers = effects.iter().any(|e| e.stage() == Stage::Gear && e.has_memory());
+        let mut signal = track.p.to_vec();
+        match lag {
+            Some(lag) if last == Stage::Gear && remembers && !self.rests(axis) => {
+                return self.run_behind_lag(lag, &track, effects);
+            }
+            _ => {
+                apply_stage(Stage::Servo, &track, effects.iter().copied(), &mut signal);
+                if last == Stage::Gear {
+                    apply_stage(Stage::Gear, &track, effects.iter().copied(), &mut signal);
+                }
+            }
+        }
+        if self.rests(axis) {
+            signal.resize(self.rows(), signal.first().copied().unwrap_or(0.0));
+            return signal;
+        }
+        let rows = self.samples(axis).2;
+        pick(signal, rows)
+    }
+
+    /// With the turning points of the lagged joint as further samples.
+    fn run_behind_lag(&self, lag: &ServoLag, track: &Track, effects: &[&Effect]) -> Vec<f64> {
+        let found = lag.turning_points(track);
+        let more = More::new(track, &found);
+        let wide = more.track(track);
+        let mut all = wide.p.to_vec();
+        apply_stage(Stage::Servo, &wide, effects.iter().copied(), &mut all);
+        apply_stage(Stage::Gear, &wide, effects.iter().copied(), &mut all);
+        match track.rows {
+            None => pick(all, Some(&more.place)),
+            Some(rows) => rows.iter().map(|&r| all[more.place[r as usize] as usize]).collect(),
+        }
+    }
+}
+
+/// The samples of a track and some more between them.
+struct More {
+    t_s: Vec<f64>,
+    p: Vec<f64>,
+    dir: Vec<i8>,
+    turns: Vec<Turn>,
+    speed: Vec<f64>,
+    /// Where each old sample stands.
+    place: Vec<u32>,
+    /// Where the rows stand on which the motion between samples rests.
+    rows: Vec<u32>,
+}
+
+impl More {
+    /// `found`: `(sample before, t, p)`, rising.
+    fn new(track: &Track, found: &[(usize, f64, f64)]) -> Self {
+        let n = track.len() + found.len();
+        let mut m = Self {
+            t_s: Vec::with_capacity(n),
+            p: Vec::with_capacity(n),
+            dir: Vec::with_capacity(n),
+            turns: track.turns.to_vec(),
+            speed: Vec::new(),
+            place: Vec::with_capacity(track.len()),
+            rows: Vec::new(),
+        };
+        let mut next = found.iter().peekable();
+        for i in 0..track.len() {
+            m.place.push(m.t_s.len() as u32);
+            m.t_s.push(track.t_s[i]);
+            m.p.push(track.p[i]);
+            m.dir.push(track.dir[i]);
+            while let Some(&&(_, t, p)) = next.peek().filter(|f| f.0 == i) {
+                next.next();
+                m.t_s.push(t);
+                m.p.push(p);
+                m.dir.push(track.dir.get(i + 1).copied().unwrap_or(track.dir[i]));
+            }
+        }
+        for turn in &mut m.turns {
+            turn.index = m.place[turn.index] as usize;
+        }
+        let rows: Vec<u32> = match (track.between, track.rows) {
+            // the corners of a program are samples of their own
+            (Between::Straight, _) | (_, None) => m.place.clone(),
+            (_, Some(rows)) => rows.iter().map(|&r| m.place[r as usize]).collect(),
+        };
+        m.rows = rows;
+        if !track.tcp_speed_m_s.is_empty() {
+            m.speed = speed::between(track.tcp_speed_m_s, &m.place, &m.t_s);
+        }
+        m
+    }
+
+    fn track<'a>(&'a self, of: &Track) -> Track<'a> {
+        let mut track = Track::known(&self.t_s, &self.p, &self.dir[..], &self.turns[..]).with_preload(of.preload);
+        track.between = of.between;
+        track.rows = Some(&self.rows);
+        track.tcp_speed_m_s = &self.speed;
+        track.rev = of.rev;
+        track
+    }
+}
+
+/// The rows of a signal, in its own memory.
+fn pick(mut signal: Vec<f64>, rows: Option<&[u32]>) -> Vec<f64> {
+    let Some(rows) = rows else { return signal };
+    // a row stands at its own place or behind it, but for rows that share the last sample
+    if rows.iter().enumerate().any(|(row, &at)| row > at as usize) {
+        return rows.iter().map(|&at| signal[at as usize]).collect();
+    }
+    for (row, &at) in rows.iter().enumerate() {
+        signal[row] = signal[at as usize];
+    }
+    signal.truncate(rows.len());
+    signal
+}
+
+impl Axis {
+    fn new(robot: &Robot, axis: usize, samples: Samples, times: &[f64], rows: &[f64]) -> Self {
+        let joint = robot.axis(axis);
+        let rev = match joint.kind {
+            JointKind::Revolute => std::f64::consts::TAU,
+            JointKind::Prismatic => joint.lead_m_per_rev.unwrap_or(1.0),
+        };
+        let quiet = deadband(robot, axis);
+        let track = match &samples {
+            Samples::Rest => Track::new(&times[..times.len().min(1)], &rows[..rows.len().min(1)], quiet),
+            Samples::Rows => Track::new(times, rows, quiet),
+            Samples::Grid { p } => Track::new(times, p, quiet),
+            Samples::Own { t_s, p, .. } => Track::new(t_s, p, quiet),
+        };
+        let (dir, turns) = (track.dir.into_owned(), track.turns.into_owned());
+        Self { samples, dir, turns, rev, speed: OnceLock::new() }
+    }
+}
+
+/// Movement that is none, rad or m.
+fn deadband(robot: &Robot, axis: usize) -> f64 {
+    NO_MOVEMENT * robot.axis(axis).kind.si()
+}
+
+fn at_rest(p: &[f64]) -> bool {
+    p.windows(2).all(|w| w[0] == w[1])
+}
+
+/// Rows and the turning points behind them.
+fn with_turning_points(times: &[f64], p: &[f64], found: Vec<(usize, f64, f64)>) -> Samples {
+    let n = p.len() + found.len();
+    let (mut t_s, mut q, mut rows) = (Vec::with_capacity(n), Vec::with_capacity(n), Vec::with_capacity(p.len()));
+    let mut next = found.into_iter().peekable();
+    for (row, (&t, &v)) in times.iter().zip(p).enumerate() {
+        rows.push(t_s.len() as u32);
+        t_s.push(t);
+        q.push(v);
+        while let Some((_, t, v)) = next.next_if(|turn| turn.0 == row) {
+            t_s.push(t);
+            q.push(v);
+        }
+    }
+    Samples::Own { t_s, p: q, rows }
+}
+
+/// A column with gaps: what is missing is what stood before it; 0 before the first value.
+fn carried(column: &[Option<f64>]) -> Vec<f64> {
+    let mut last = 0.0;
+    column
+        .iter()
+        .map(|v| {
+            last = v.unwrap_or(last);
+            last
+        })
+        .collect()
+}

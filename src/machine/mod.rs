@@ -1,0 +1,24 @@
+//! The machine: from commands to what a tracker measures, through every stage of the effect catalogue.
+//!
+//! command -> servo -> gear -> link -> geometry -> TCP -> measurement. `simulate` writes what comes out, `diagnose` fits it,
+//! `assess` judges it; all three run this one chain.
+//!
+//! The play and the stiction are exact at the rows: within a stroke both are monotone functions of a monotone command, so no
+//! finer grid than rows, a program's points and turning points together changes them. Of a log only its rows are known; its
+//! turning points between them are estimated ([`turns`]).
+//!
+//! Rooms:
+//! - [`drive`]: commands of all axes, prepared once; through servo and gear as often as wanted.
+//! - [`grid`]: points of a program and rows together; [`turns`]: turning points between the rows of a log.
+//! - [`speed`]: speed of the commanded TCP; [`gravity`]: torque of the weights about each axis.
+//! - [`predict`]: the whole chain, to the reflectors in the tracker's frame.
+
+pub mod drive;
+pub mod gravity;
+pub mod grid;
+pub mod predict;
+pub mod speed;
+pub mod turns;
+
+pub use drive::Drive;
+pub use predict::{Prediction, geometry, predict};

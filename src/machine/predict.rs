@@ -1,0 +1,192 @@
+//! The whole chain: servo, gear, link, geometry, TCP, measurement.
+//!
+//! Link effects add to what the gear gives. Geometry effects change the robot. Drift and vibration move every reflector in the
+//! frame that forward kinematics gives, before the registration; their time counts from the first row. A time offset shows
+//! the robot at `t + offset`: its joints by the cubic of [`crate::effect::smooth`] over the rows' TCP, straight on beyond the
+//! first and last row for at most [`BEYOND`] intervals; drift and vibration exactly.
+//!
+//! Settled poses have no time: no drift, no vibration, no time offset.
+
+use super::Drive;
+use crate::effect::smooth::{self, Samples};
+use crate::effect::{DhParameter, Effect, Placed, Stage, Target, ThermalDrift, Vibration};
+use crate::model::Model;
+use crate::robot::{Chain, Robot};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+/// Rows that one thread takes at a time.
+const BLOCK: usize = 4096;
+
+/// Row intervals beyond the ends over which a motion is drawn out straight.
+const BEYOND: f64 = 2.0;
+
+/// What the machine does at the rows.
+#[derive(Debug, Clone)]
+pub struct Prediction {
+    /// Motor side, `[axis][row]`, rad or m.
+    pub servo: Vec<Vec<f64>>,
+    /// Behind gear and link stage, `[axis][row]`, rad or m.
+    pub joint: Vec<Vec<f64>>,
+    /// Reflectors in the tracker frame (the base frame where the model has no registration), `[reflector][row]`, m. The first is the
+    /// TCP.
+    pub points_m: Vec<Vec<Vector3<f64>>>,
+}
+
+/// Robot with the `link_error` and `tool_error` effects applied to its DH parameters and tool. A tool error moves the TCP;
+/// further reflectors stay where the robot file has them.
+pub fn geometry(robot: &Robot, effects: &[Placed]) -> Robot {
+    if effects.iter().all(|e| e.effect.stage() != Stage::Geometry) {
+        return robot.clone();
+    }
+    let mut joints = robot.joints.clone();
+    let mut tool = robot.tool;
+    for placed in effects {
+        match (&placed.effect, placed.target) {
+            (Effect::LinkError(e), Target::Link { joint, parameter }) => {
+                let Some(j) = joints.get_mut(joint) else { continue };
+                match parameter {
+                    DhParameter::A => j.a_m += e.delta,
+                    DhParameter::D => j.d_m += e.delta,
+                    DhParameter::Alpha => j.alpha_rad += e.delta,
+                }
+            }
+            (Effect::ToolError(e), _) => tool.translation.vector += e.offset_m,
+            _ => {}
+        }
+    }
+    robot.with_geometry(joints, tool)
+}
+
+/// Runs the whole chain.
+pub fn predict(model: &Model, drive: &Drive) -> Prediction {
+    let (servo, joint): (Vec<_>, Vec<_>) =
+        (0..model.robot.dof()).into_par_iter().map(|a| axis(model, drive, a)).unzip();
+    let robot = geometry(&model.robot, &model.effects);
+    let mut chains = vec![robot.chain().clone()];
+    chains.extend(robot.reflectors_m.iter().map(|p| robot.chain_to(p)));
+    let tcp = TcpStage::new(model, drive);
+    let points_m = chains.iter().map(|chain| tcp.points(model, drive, chain, &joint)).collect();
+    Prediction { servo, joint, points_m }
+}
+
+/// One axis: motor side, and behind the link stage.
+fn axis(model: &Model, drive: &Drive, axis: usize) -> (Vec<f64>, Vec<f64>) {
+    let effects: Vec<&Effect> = model.effects_on(axis).collect();
+    let preload = model.preload.get(axis).copied().unwrap_or(0);
+    let servo = drive.servo(axis, &effects, preload);
+    let mut joint = drive.gear(axis, &effects, preload);
+    for placed in model.effects.iter().filter(|e| e.axis() == Some(axis)) {
+        match (&placed.effect, placed.target) {
+            (Effect::JointZeroOffset(e), _) => joint.iter_mut().for_each(|q| *q += e.offset),
+            (Effect::AxisCoupling(e), Target::Coupled { from, .. }) => {
+                joint.iter_mut().zip(drive.command(from)).for_each(|(q, p)| *q += e.ratio * p);
+            }
+            (Effect::GravityCompliance(e), _) => {
+                joint.iter_mut().zip(drive.gravity_torque(axis)).for_each(|(q, t)| *q += e.compliance * t);
+            }
+            _ => {}
+        }
+    }
+    (servo, joint)
+}
+
+/// What happens to the TCP behind the kinematics.
+struct TcpStage<'a> {
+    drift: Vec<&'a ThermalDrift>,
+    vibration: Vec<&'a Vibration>,
+    offset_s: f64,
+}
+
+impl<'a> TcpStage<'a> {
+    fn new(model: &'a Model, drive: &Drive) -> Self {
+        let mut stage = Self { drift: Vec::new(), vibration: Vec::new(), offset_s: 0.0 };
+        if drive.settled() {
+            return stage;
+        }
+        for placed in &model.effects {
+            match &placed.effect {
+                Effect::ThermalDrift(e) => stage.drift.push(e),
+                Effect::Vibration(e) => stage.vibration.push(e),
+                Effect::TimeOffset(e) => stage.offset_s += e.offset_s,
+                _ => {}
+            }
+        }
+        stage
+    }
+
+    /// One reflector over the rows.
+    fn points(&self, model: &Model, drive: &Drive, chain: &Chain, joint: &[Vec<f64>]) -> Vec<Vector3<f64>> {
+        let rows = drive.rows();
+        let blocks = rows.div_ceil(BLOCK);
+        let range = |b: usize| b * BLOCK..((b + 1) * BLOCK).min(rows);
+        let mut points: Vec<Vector3<f64>> = (0..blocks)
+            .into_par_iter()
+            .flat_map_iter(|b| {
+                let mut q = vec![0.0; joint.len()];
+                range(b).map(move |row| {
+                    for (v, column) in q.iter_mut().zip(joint) {
+                        *v = column[row];
+                    }
+                    chain.position(&q)
+                })
+            })
+            .collect();
+        let t_s = drive.t_s();
+        if self.offset_s != 0.0 && rows > 1 {
+            points = (0..blocks)
+                .into_par_iter()
+                .flat_map_iter(|b| range(b).map(|row| at_time(t_s, &points, t_s[row] + self.offset_s)))
+                .collect();
+        }
+        let moves = !self.drift.is_empty() || !self.vibration.is_empty();
+        let start = t_s.first().copied().unwrap_or(0.0);
+        if moves || model.registration.is_some() {
+            points.par_iter_mut().enumerate().for_each(|(row, p)| {
+                if moves {
+                    let t = t_s[row] + self.offset_s - start;
+                    self.drift.iter().for_each(|d| *p += d.at(t));
+                    self.vibration.iter().for_each(|v| *p += v.at(t));
+                }
+                if let Some(frame) = &model.registration {
+                    *p = frame.rotation * *p + frame.translation.vector;
+                }
+            });
+        }
+        points
+    }
+}
+
+/// One coordinate of a path.
+struct Coordinate<'a> {
+    t_s: &'a [f64],
+    points: &'a [Vector3<f64>],
+    c: usize,
+}
+
+impl Samples for Coordinate<'_> {
+    fn len(&self) -> usize {
+        self.t_s.len()
+    }
+    fn t_s(&self, i: usize) -> f64 {
+        self.t_s[i]
+    }
+    fn p(&self, i: usize) -> f64 {
+        self.points[i][self.c]
+    }
+}
+
+/// A path of two or more rows at any time.
+fn at_time(t_s: &[f64], points: &[Vector3<f64>], t: f64) -> Vector3<f64> {
+    let last = t_s.len() - 1;
+    let i = t_s.partition_point(|&x| x <= t).saturating_sub(1).min(last - 1);
+    let h = t_s[i + 1] - t_s[i];
+    let x = (t - t_s[i]).clamp(-BEYOND * h, (1.0 + BEYOND) * h);
+    let inside = x.clamp(0.0, h);
+    Vector3::from_fn(|c, _| {
+        let coordinate = Coordinate { t_s, points, c };
+        let k = smooth::cubic(&coordinate, i);
+        let slope = k[0] + inside * (2.0 * k[1] + 3.0 * k[2] * inside);
+        smooth::value(points[i][c], &k, inside) + slope * (x - inside)
+    })
+}
