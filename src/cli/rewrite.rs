@@ -1,12 +1,13 @@
 //! `lostmotion rewrite`: program and compensator in, program with reversal points and offsets out.
 
 use crate::cli::{page, paths};
-use crate::compensator::{Compensator, file::is_past};
+use crate::compensator::{Compensator, file::is_past, from_model::not_compensated};
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::input;
 use crate::io::output::{self, Output, write_whole};
 use crate::model::Model;
 use crate::rewrite::job::{Job, Outcome, Target};
+use crate::rewrite::statics::Statics;
 use crate::rewrite::stream::guard::{Named, note_path};
 use crate::rewrite::summary::{Line, Status, document, words};
 use crate::rewrite::{Options, Refine, batch};
@@ -14,6 +15,7 @@ use crate::robot::{JointKind, Robot};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Put reversal points and offsets into a joint-space program.
@@ -152,6 +154,9 @@ pub fn run(args: Args) -> Result<()> {
     let job = job(&args, &source)?;
     job.check_robot(&source.file)?;
     note_age(&source);
+    for line in &source.left {
+        eprintln!("note: not compensated: {line}");
+    }
     if args.json && args.output.as_deref() == Some(Path::new("-")) {
         return Err(usage("--json with --output -", "one of them: both go to standard output"));
     }
@@ -268,14 +273,22 @@ struct Source {
     file: String,
     /// Side of its gap on which each axis starts, where a model says so.
     preload: Option<Vec<i8>>,
+    /// Static joint errors of a model.
+    statics: Option<Arc<Statics>>,
+    /// What of a model is not compensated.
+    left: Vec<String>,
 }
 
 impl Source {
     fn load(args: &Args) -> Result<Self> {
+        let (mut statics, mut left) = (None, Vec::new());
         let (robot, compensator, path, preload) = match (&args.model, &args.robot, &args.compensator) {
             (Some(path), ..) => {
                 let model = Model::load(path)?;
-                let compensator = Compensator::from_model(&model)?;
+                let speed = args.speed_mm_s.map(|v| v * 1e-3);
+                let compensator = Compensator::from_model_at(&model, speed.unwrap_or(0.0))?;
+                statics = Statics::of_model(&model).map(Arc::new);
+                left = not_compensated(&model, speed);
                 (model.robot, compensator, path, Some(model.preload))
             }
             (None, Some(robot), Some(path)) => {
@@ -287,7 +300,7 @@ impl Source {
         };
         let sha256 = input::read(path)?.sha256;
         let name = path.file_name().map_or_else(|| shown(path), |n| n.to_string_lossy().into_owned());
-        Ok(Self { robot, compensator, named: Named { name, sha256 }, file: shown(path), preload })
+        Ok(Self { robot, compensator, named: Named { name, sha256 }, file: shown(path), preload, statics, left })
     }
 }
 
@@ -295,6 +308,7 @@ impl Source {
 fn job<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
     let robot = &source.robot;
     let mut options = Options::new(robot.dof());
+    options.statics = source.statics.clone();
     let mut said = Vec::new();
     if let Some(r) = args.refine {
         options.refine = r.into();

@@ -4,9 +4,16 @@
 //! plays in series are one play of their sum (exactly, for symmetric play); where one of them varies with position, the sum is
 //! joined by PCHIP through 41 positions of the joint's range. Two stictions on one joint are one only if their decay is
 //! the same; otherwise the model is refused, because the document holds one friction term a joint.
+//!
+//! A hysteresis alone on its joint is a gap of its half width whose step builds up over travel: the friction term with the gain
+//! `-2 half_width` and the presliding as its travel is its exact inverse behind a saturated stroke. Beside a gap or a stiction
+//! its half width counts as a gap, and its transition is left. A gap that depends on speed is that of the speed given.
+//!
+//! What depends on the joint vector alone (scale, transmission error, zero, coupling, gravity) is no state and stands in no compensator
+//! document: [`crate::rewrite::statics`] undoes it. What no joint offset can undo is listed by [`not_compensated`].
 
 use super::{BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator};
-use crate::effect::{Effect, GapCurve, curve::Pchip};
+use crate::effect::{Decay, Effect, GapCurve, curve::Pchip};
 use crate::error::{Error, Place, Result};
 use crate::model::Model;
 
@@ -14,8 +21,13 @@ use crate::model::Model;
 const GRID: usize = 40;
 
 impl Compensator {
-    /// Offsets that undo the model's joint effects.
+    /// Offsets that undo the model's joint effects that depend on where a joint came from; gaps at rest.
     pub fn from_model(model: &Model) -> Result<Self> {
+        Self::from_model_at(model, 0.0)
+    }
+
+    /// The same at a TCP speed in m/s, for gaps that depend on it.
+    pub fn from_model_at(model: &Model, tcp_speed_m_s: f64) -> Result<Self> {
         let robot = &model.robot;
         let mut joints = Vec::new();
         for axis in 0..robot.dof() {
@@ -44,6 +56,18 @@ impl Compensator {
                             }
                         }
                     }
+                    Effect::BacklashSpeed(b) => {
+                        let b = GapCurve::Constant(b.half_gap_at(tcp_speed_m_s));
+                        gap = Some(gap.take().map_or_else(|| b.clone(), |g| sum(&g, &b)));
+                    }
+                    Effect::Hysteresis(h) => {
+                        let b = GapCurve::Constant(h.half_width);
+                        gap = Some(gap.take().map_or_else(|| b.clone(), |g| sum(&g, &b)));
+                        if stands_alone(model, axis) && 2.0 * h.half_width < h.presliding {
+                            let shape = FrictionShape::Decay(Decay::Travel(h.presliding));
+                            friction = Some(FrictionOffset { gain: -2.0 * h.half_width, shape });
+                        }
+                    }
                     _ => {}
                 }
             }
@@ -56,6 +80,42 @@ impl Compensator {
             Evidence { notes: vec!["offsets undo the effects of a model file".into()], ..Evidence::default() };
         Ok(Self { robot_name: robot.name.clone(), robot_sha256: robot.fingerprint(), joints, evidence })
     }
+}
+
+/// One effect with memory on an axis, and no other.
+fn stands_alone(model: &Model, axis: usize) -> bool {
+    model.effects_on(axis).filter(|e| e.has_memory()).count() == 1
+}
+
+/// Effects of a model that `rewrite` leaves, each with the reason, as lines; `tcp_speed_m_s` is the speed of the program where it
+/// is known.
+pub fn not_compensated(model: &Model, tcp_speed_m_s: Option<f64>) -> Vec<String> {
+    let robot = &model.robot;
+    let mut left = Vec::new();
+    for placed in &model.effects {
+        let reason = match &placed.effect {
+            Effect::ServoLag(_) => "it is no error of position: tune the servo",
+            Effect::LinkError(_) | Effect::ToolError(_) => "it moves poses, not joints: correct it in the kinematics",
+            Effect::ThermalDrift(_) | Effect::Vibration(_) => "it depends on time, not on the program",
+            Effect::TimeOffset(_) => "it is an error of the measurement",
+            Effect::BacklashSpeed(_) if tcp_speed_m_s.is_none() => {
+                "without --speed-mm-s only its gap at rest is compensated"
+            }
+            Effect::Hysteresis(h) => match placed.axis() {
+                Some(axis) if !stands_alone(model, axis) => {
+                    "beside another gap or stiction its half width is compensated, its transition is not"
+                }
+                _ if 2.0 * h.half_width >= h.presliding => {
+                    "it turns over faster than the joint moves: its half width is compensated, its transition is not"
+                }
+                _ => continue,
+            },
+            Effect::GravityCompliance(_) if robot.links.is_empty() => "the robot file has no `links`",
+            _ => continue,
+        };
+        left.push(format!("{} of {}: {reason}", placed.effect.name(), placed.target_text(robot)));
+    }
+    left
 }
 
 impl BacklashOffset {
@@ -96,7 +156,7 @@ fn sum(a: &GapCurve, b: &GapCurve) -> GapCurve {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::{Backlash, Decay, Placed, Stiction};
+    use crate::effect::{Backlash, Hysteresis, Placed, ServoLag, Stiction};
     use crate::robot::Robot;
 
     fn model(effects: Vec<Effect>) -> Model {
@@ -113,6 +173,24 @@ mod tests {
         let b = c.joints[0].backlash.as_ref().unwrap();
         assert!((b.positive.constant().unwrap() - 3e-4).abs() < 1e-18);
         assert_eq!(b.positive, b.negative);
+    }
+
+    #[test]
+    fn a_hysteresis_is_a_gap_that_builds_up() {
+        let h = Effect::Hysteresis(Hysteresis { half_width: 1e-4, presliding: 1e-3 });
+        let alone = Compensator::from_model(&model(vec![h.clone()])).unwrap();
+        assert_eq!(alone.joints[0].friction.unwrap().gain, -2e-4);
+        let beside = model(vec![h, Effect::Backlash(Backlash::constant(2e-4))]);
+        let c = Compensator::from_model(&beside).unwrap();
+        assert!(c.joints[0].friction.is_none());
+        assert!((c.joints[0].backlash.as_ref().unwrap().positive.largest() - 3e-4).abs() < 1e-18);
+        assert!(not_compensated(&beside, None)[0].contains("transition"));
+    }
+
+    #[test]
+    fn says_what_no_offset_can_undo() {
+        let lag = model(vec![Effect::ServoLag(ServoLag { lag_s: 0.01 })]);
+        assert!(not_compensated(&lag, None)[0].starts_with("servo_lag of A1"));
     }
 
     #[test]

@@ -134,8 +134,8 @@ impl ServoLag {
                 continue;
             }
             let piece = Piece::new(track.p[a], support.cubic(i), self.lag_s, q);
-            for j in a + 1..=b {
-                let now = signal[j] - track.p[j];
+            for (j, s) in signal.iter_mut().enumerate().take(b + 1).skip(a + 1) {
+                let now = *s - track.p[j];
                 let h = track.t_s[j] - track.t_s[j - 1];
                 if (added != 0.0 || now != 0.0 || lagged != 0.0) && h > 0.0 {
                     let steady = |e: f64| e - self.lag_s * (now - added) / h;
@@ -144,7 +144,7 @@ impl ServoLag {
                 added = now;
                 let x = track.t_s[j] - track.t_s[a];
                 q = piece.steady(x) + piece.fades * fade.over(x);
-                signal[j] = q + lagged;
+                *s = q + lagged;
             }
         }
     }

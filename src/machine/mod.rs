@@ -11,6 +11,7 @@
 //! - [`drive`]: commands of all axes, prepared once; through servo and gear as often as wanted.
 //! - [`grid`]: points of a program and rows together; [`turns`]: turning points between the rows of a log.
 //! - [`speed`]: speed of the commanded TCP; [`gravity`]: torque of the weights about each axis.
+//! - [`parts`]: single stages, for whoever runs the chain piece by piece.
 //! - [`predict`]: the whole chain, to the reflectors in the tracker's frame.
 
 pub mod drive;

@@ -7,7 +7,7 @@
 //!
 //! Settled poses have no time: no drift, no vibration, no time offset.
 
-use super::Drive;
+use super::{Drive, parts};
 use crate::effect::smooth::{self, Samples};
 use crate::effect::{DhParameter, Effect, Placed, Stage, Target, ThermalDrift, Vibration};
 use crate::model::Model;
@@ -77,16 +77,7 @@ fn axis(model: &Model, drive: &Drive, axis: usize) -> (Vec<f64>, Vec<f64>) {
     let servo = drive.servo(axis, &effects, preload);
     let mut joint = drive.gear(axis, &effects, preload);
     for placed in model.effects.iter().filter(|e| e.axis() == Some(axis)) {
-        match (&placed.effect, placed.target) {
-            (Effect::JointZeroOffset(e), _) => joint.iter_mut().for_each(|q| *q += e.offset),
-            (Effect::AxisCoupling(e), Target::Coupled { from, .. }) => {
-                joint.iter_mut().zip(drive.command(from)).for_each(|(q, p)| *q += e.ratio * p);
-            }
-            (Effect::GravityCompliance(e), _) => {
-                joint.iter_mut().zip(drive.gravity_torque(axis)).for_each(|(q, t)| *q += e.compliance * t);
-            }
-            _ => {}
-        }
+        parts::add_link(drive, placed, &mut joint);
     }
     (servo, joint)
 }

@@ -1,6 +1,6 @@
 //! The engine: blocks of points in, points with offsets out.
 //!
-//! Stations: ([`super::densify`] ->) [`super::turning`] -> [`super::path`], on which each axis' command is worked out stroke
+//! Stations: ([`super::statics`] ->) ([`super::densify`] ->) [`super::turning`] -> [`super::path`], on which each axis' command is worked out stroke
 //! by stroke ([`super::stroke`]), -> [`super::limits`] -> out. A station holds back only what its look-ahead needs: two
 //! points for turning points, and behind a turn with friction the points until the friction has faded.
 
@@ -23,7 +23,7 @@ pub struct Account {
     pub inserted: u64,
     /// Reversals per axis.
     pub reversals: Vec<u64>,
-    /// Largest offset per axis, rad or m.
+    /// Largest offset per axis, rad or m; with static corrections the sum of the largest of both.
     pub largest_offset: Vec<f64>,
     /// Largest joint error that the command must leave at a reversal because it may not turn back, per axis, rad or m.
     pub largest_left: Vec<f64>,
@@ -73,6 +73,8 @@ pub struct Engine<'a> {
     own: Vec<f64>,
     timed: Option<bool>,
     points: u64,
+    /// Largest static correction per axis, rad or m.
+    corrected: Vec<f64>,
     account: Account,
 }
 
@@ -84,12 +86,12 @@ impl<'a> Engine<'a> {
         if axes > 64 {
             return Err(Error::Refused(format!("a robot of {axes} axes; a rewrite handles up to 64")));
         }
-        let idle = compensator.is_zero() || options.gain == 0.0;
+        let idle = options.gain == 0.0 || (compensator.is_zero() && options.statics.is_none());
         let mut offsets: Vec<Option<Offset>> = vec![None; axes];
         if !idle {
             for joint in compensator.joints.iter().filter(|j| j.axis < axes) {
                 let offset = Offset::new(joint);
-                if offset.largest_step() > 0.0 {
+                if offset.largest_step() > 0.0 || offset.largest_gap() > 0.0 {
                     offsets[joint.axis] = Some(offset);
                 }
             }
@@ -120,6 +122,7 @@ impl<'a> Engine<'a> {
             own: Vec::with_capacity(axes),
             timed: None,
             points: 0,
+            corrected: vec![0.0; axes],
             account,
         })
     }
@@ -140,6 +143,14 @@ impl<'a> Engine<'a> {
             // nothing is changed, so nothing is held against the offsets
             return Ok(());
         }
+        let shifted;
+        let block = match &self.options.statics {
+            None => block,
+            Some(statics) => {
+                shifted = statics.commands(block, self.options.gain, &mut self.corrected);
+                &shifted
+            }
+        };
         match &mut self.densify {
             None => self.turning.extend(&block.q, &block.t_s, self.points),
             Some(d) => {
@@ -165,6 +176,9 @@ impl<'a> Engine<'a> {
         }
         self.advance(true, out);
         self.account.points = self.points;
+        for (offset, by) in self.account.largest_offset.iter_mut().zip(&self.corrected) {
+            *offset += by;
+        }
         self.account.duration_s = self.limits.durations();
         Ok(self.account)
     }

@@ -6,6 +6,7 @@
 //! Rooms, in the order in which a point passes them:
 //! - [`points`], [`options`]: blocks of points that go in and come out; what a user may choose.
 //! - [`engine`]: the stations in a row, and the account of what was done.
+//! - [`statics`]: joint errors that depend on the joint vector alone, undone point by point before everything else.
 //! - [`densify`]: points on the smooth TCP path between program points (`--refine cartesian`).
 //! - [`turning`]: directions, dead band, true turning points between points ([`vertices`] is its memory).
 //! - [`path`]: the stretch of path that is being worked on.
@@ -27,6 +28,7 @@ pub mod path;
 pub mod plan;
 pub mod points;
 pub mod printed;
+pub mod statics;
 pub mod stream;
 pub mod stroke;
 pub mod summary;

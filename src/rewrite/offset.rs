@@ -21,7 +21,8 @@ impl Offset {
         let zero = || GapCurve::Constant(0.0);
         let (positive, negative) =
             joint.backlash.as_ref().map_or((zero(), zero()), |b| (b.positive.clone(), b.negative.clone()));
-        let friction = joint.friction.filter(|f| f.gain > 0.0);
+        // a negative gain takes back what the gap would do at once: lost motion that builds up over travel
+        let friction = joint.friction.filter(|f| f.gain != 0.0);
         let fixed = positive.constant().zip(negative.constant()).map(|(p, n)| [p, n]);
         Self { positive, negative, friction, fixed }
     }

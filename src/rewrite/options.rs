@@ -1,5 +1,8 @@
 //! What a user may choose about a rewrite.
 
+use super::statics::Statics;
+use std::sync::Arc;
+
 /// How turning points between program points are found and the path near them is refined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Refine {
@@ -34,6 +37,8 @@ pub struct Options {
     pub tcp_speed_m_s: Option<f64>,
     /// Largest distance between the path and its chords, m (`Refine::Cartesian`).
     pub chord_m: f64,
+    /// Static joint errors that are undone at every point.
+    pub statics: Option<Arc<Statics>>,
     /// Largest TCP error that the straight lines between inserted points may add to the wanted offset, m.
     pub shape_m: f64,
 }
@@ -51,6 +56,7 @@ impl Options {
             gain: 1.0,
             tcp_speed_m_s: None,
             chord_m: 2e-6,
+            statics: None,
             shape_m: 1e-6,
         }
     }

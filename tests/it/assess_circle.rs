@@ -136,7 +136,7 @@ fn gantry(start_deg: f64, travel_deg: f64, effects: &str) -> (Model, Assessment)
     let program = gantry_circle(&model, start_deg, travel_deg);
     let t_s = Timing::at_speed(&model.robot, &program, 1e-3).t_s;
     let options = Options { rate_hz: 10.0, ..Options::default() };
-    let motion = Motion::of_program(&model, &program, &t_s, options.rate_hz, false).unwrap();
+    let motion = Motion::of_program(&model, &program, &t_s, options.rate_hz).unwrap();
     let mut bytes = Vec::new();
     predicted::write_program_log(&model, &motion, &options, "circle.csv", &mut bytes).unwrap();
     let log = Log::parse(Input { name: "log.csv".into(), bytes, sha256: String::new() }, &model.robot).unwrap();

@@ -4,6 +4,7 @@ mod assess_circle;
 mod assess_impact;
 mod bad_input;
 mod bench;
+mod catalogue;
 mod fit;
 mod gaps_file;
 mod identify_path;

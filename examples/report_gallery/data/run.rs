@@ -71,7 +71,7 @@ pub fn commands(robot: &Robot) -> (Vec<f64>, [Vec<f64>; 3], Vec<f64>) {
 /// Command with offsets `gap` and `spike` (mdeg), never turning back.
 fn compensated(t_s: &[f64], p: &[f64], gap: f64, spike: f64) -> Vec<f64> {
     let track = Track::new(t_s, p, 1e-9);
-    let mut out: Vec<f64> = p.iter().zip(&track.dir).map(|(p, d)| p + f64::from(*d) * mdeg(gap)).collect();
+    let mut out: Vec<f64> = p.iter().zip(track.dir.iter()).map(|(p, d)| p + f64::from(*d) * mdeg(gap)).collect();
     let decay = Decay::Time(DECAY_S);
     for (turn, samples) in track.strokes() {
         for i in samples {
@@ -147,7 +147,7 @@ pub fn reversals(t_s: &[f64], nominal: &[Vec<f64>; 3]) -> Vec<Reversal> {
     let mut all: Vec<Reversal> = (0..3)
         .flat_map(|j| {
             let turns = Track::new(t_s, &nominal[j], 1e-9).turns;
-            turns.into_iter().filter(move |t| t.index > half).map(move |t| (j, t.index - half, t.dir))
+            turns.into_owned().into_iter().filter(move |t| t.index > half).map(move |t| (j, t.index - half, t.dir))
         })
         .collect();
     all.sort();

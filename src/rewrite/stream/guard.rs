@@ -163,6 +163,9 @@ fn step(joint: &JointCompensator) -> Option<[f64; 2]> {
         [b.positive.smallest() + b.negative.smallest(), b.positive.largest() + b.negative.largest()]
     });
     let friction = joint.friction.map_or(0.0, |f| f.gain);
+    if friction < 0.0 {
+        return None; // it builds up; there is no step
+    }
     let [least, most] = [gap[0], gap[1] + friction];
     (least > 0.0).then_some([least, most])
 }
