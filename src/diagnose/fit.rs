@@ -49,6 +49,13 @@ impl Whitening {
         v
     }
 
+    /// Takes the whitening back, in place.
+    pub fn undo(&self, problem: &Problem, values: &mut [f64]) {
+        for (g, f) in problem.groups.iter().zip(&self.filters) {
+            f.undo(&mut values[g.range()]);
+        }
+    }
+
     /// Adjoint of [`Self::apply`], in place.
     pub fn adjoint(&self, problem: &Problem, values: &mut [f64]) {
         for (g, f) in problem.groups.iter().zip(&self.filters) {

@@ -120,6 +120,23 @@ impl Whitener {
 }
 
 impl Whitener {
+    /// Takes the whitening back, in place.
+    pub fn undo(&self, values: &mut [f64]) {
+        let n = self.gains.len();
+        if n == 0 {
+            return;
+        }
+        for series in values.chunks_exact_mut(n) {
+            let mut x = 0.0;
+            for (v, &[a, k, s]) in series.iter_mut().zip(&self.gains) {
+                x *= a;
+                let innovation = *v / s;
+                *v = innovation + x;
+                x += k * innovation;
+            }
+        }
+    }
+
     /// Adjoint of [`Self::apply`] in place: `<apply(x), y> = <x, adjoint(y)>`.
     pub fn adjoint(&self, values: &mut [f64]) {
         let n = self.gains.len();
@@ -218,6 +235,8 @@ mod tests {
         w.adjoint(&mut ay);
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         assert!((product(&wx, &y) - product(&x, &ay)).abs() < 1e-12);
+        w.undo(&mut wx);
+        assert!(wx.iter().zip(&x).all(|(a, b)| (a - b).abs() < 1e-12));
     }
 
     #[test]

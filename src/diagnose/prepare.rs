@@ -11,13 +11,15 @@ use crate::error::{Error, Place, Result};
 use crate::log::{Log, registration};
 use crate::machine::Drive;
 use crate::model::Model;
-use crate::stats::robust::{SIGMA_PER_MAD, median, median_of};
+use crate::stats::robust::{MEDIAN_DISTANCE, SIGMA_PER_MAD, median, median_of};
 use nalgebra::{Isometry3, Vector3};
 
 /// Rows beyond which a log is averaged over blocks.
 const MOST_ROWS: usize = 12_000;
 /// Disagreement with the neighbours, in standard deviations, beyond which a sample is an outlier.
 const GROSS: f64 = 6.0;
+/// Distance within which a sample counts as noise, in standard deviations of a coordinate.
+const NEAR: f64 = 4.5;
 /// The same beside a reversal, where a spike may stand.
 const GROSS_AT_REVERSAL: f64 = 60.0;
 /// Samples on either side of a reversal that count as beside it.
@@ -149,6 +151,32 @@ pub fn drop_spikes(problem: &mut Problem, state: &State) -> usize {
             let largest = (b.saturating_sub(1)..(b + 2).min(n)).all(|i| all[i] <= all[b]);
             if all[b] > gross * scale && largest {
                 found.push((g.log, k, row));
+            }
+        }
+    }
+    leave_out(problem, &found);
+    found.len()
+}
+
+/// Finds single samples that stand out of a residual freed of all structure and leaves them out; says how many. Their
+/// neighbours lie within the noise: what decays behind a reversal lasts longer than a sample.
+pub fn drop_single(problem: &mut Problem, freed: &[f64]) -> usize {
+    let mut found = Vec::new();
+    for g in &problem.groups {
+        let Sensor::Reflector(k) = g.sensor else { continue };
+        let log = &problem.logs[g.log];
+        if log.log.poses || g.rows.len() < 8 || log.block > 1 {
+            continue;
+        }
+        let n = g.len();
+        let v = &freed[g.range()];
+        let size: Vec<f64> = (0..n).map(|b| Vector3::new(v[b], v[n + b], v[2 * n + b]).norm()).collect();
+        let sigma = median(&size) / MEDIAN_DISTANCE;
+        for b in 0..n {
+            let near = |i: usize| size.get(i).is_none_or(|s| *s < NEAR * sigma);
+            let alone = (b == 0 || near(b - 1)) && near(b + 1);
+            if size[b] > GROSS * sigma && alone {
+                found.push((g.log, k, g.middle(b)));
             }
         }
     }

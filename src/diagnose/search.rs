@@ -136,8 +136,16 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     h = fit.hypothesis.clone();
     fit = fit::refit(&problem, &h, &[], &white(&problem, &h));
     let candidates = candidates::all(&problem);
-    let bundles = structure::basis(&problem, &h, &fit.state, &candidates);
-    let mut whitening = first_noise(&problem, &fit, &white(&problem, &h), &bundles);
+    let mut bundles = structure::basis(&problem, &h, &fit.state, &candidates);
+    let (first, freed) = first_noise(&problem, &fit, &white(&problem, &h), &bundles);
+    let mut whitening = first;
+    let single = prepare::drop_single(&mut problem, &freed);
+    if single > 0 {
+        outliers += single;
+        fit = fit::refit(&problem, &h, &[], &white(&problem, &h));
+        bundles = structure::basis(&problem, &h, &fit.state, &candidates);
+        whitening = first_noise(&problem, &fit, &white(&problem, &h), &bundles).0;
+    }
     fit = fit::refit(&problem, &fit.hypothesis, &[], &whitening);
     let rms_nuisance = rms(&problem, &fit.state.residual);
     let state_nuisance = fit.state.clone();
@@ -175,15 +183,17 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
 }
 
 /// Noise of the residual freed of the whole catalogue-free basis, in two turns.
-fn first_noise(problem: &Problem, fit: &Fit, white: &Whitening, bundles: &[Bundle]) -> Whitening {
+fn first_noise(problem: &Problem, fit: &Fit, white: &Whitening, bundles: &[Bundle]) -> (Whitening, Vec<f64>) {
     let mut whitening = white.clone();
+    let mut freed = Vec::new();
     for _ in 0..2 {
         let tangent = fit::tangent(problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
         let ground = Ground::new(problem, &fit.hypothesis, &fit.state, &whitening, tangent);
         let tested = structure::test(&ground, bundles);
         whitening = Whitening::of_residual(problem, &tested.freed, tested.whole.dof).0;
+        freed = tested.freed;
     }
-    whitening
+    (whitening, freed)
 }
 
 impl Search<'_> {
@@ -285,12 +295,16 @@ impl Search<'_> {
         Some((step, best.fit))
     }
 
-    /// The fit without its k-th found effect.
-    fn without(&self, fit: &Fit, k: usize, whitening: &Whitening) -> Fit {
+    /// The fit without its k-th found effect: refitted, and with the others where they are. From there rivals start:
+    /// others that have bent themselves to the missing one would not find back.
+    fn without(&self, fit: &Fit, k: usize, whitening: &Whitening) -> (Fit, Fit) {
         let mut h = fit.hypothesis.clone();
         h.effects.remove(fit.free[k]);
         let free: Vec<usize> = (self.known..h.effects.len()).collect();
-        fit::refit(self.problem, &h, &free, whitening)
+        let state = self.problem.evaluate(&h);
+        let refitted = fit::refit(self.problem, &h, &free, whitening);
+        let bare = Fit { hypothesis: h, state, free, ..refitted.clone() };
+        (refitted, bare)
     }
 
     /// Puts every found effect in doubt until none gives way.
@@ -301,10 +315,10 @@ impl Search<'_> {
         for _ in 0..3 {
             let mut changed = false;
             for k in (0..fit.free.len()).rev() {
-                let base = self.without(&fit, k, whitening);
+                let (base, bare) = self.without(&fit, k, whitening);
                 let old = fit.hypothesis.effects[fit.free[k]].clone();
                 let name = (old.effect.name(), old.target_text(&self.problem.robot));
-                let refined = self.refine(&base, whitening, Some(std::slice::from_ref(&old)));
+                let refined = self.refine(&bare, whitening, Some(std::slice::from_ref(&old)));
                 let Some(best) = refined.first() else { continue };
                 if !self.believed(&base, best) {
                     mark(steps, &name, "nothing: the others explain it");
@@ -332,7 +346,7 @@ impl Search<'_> {
 
     /// What could stand in the place of the k-th found effect, itself included.
     fn rivals(&mut self, fit: &Fit, k: usize, whitening: &Whitening) -> Vec<Refined> {
-        let base = self.without(fit, k, whitening);
+        let (_, base) = self.without(fit, k, whitening);
         let old = fit.hypothesis.effects[fit.free[k]].clone();
         self.refine(&base, whitening, Some(std::slice::from_ref(&old)))
     }

@@ -228,7 +228,7 @@ pub struct Ratio {
 pub struct Tested {
     pub whole: Ratio,
     pub bundles: Vec<Ratio>,
-    /// Raw residual without what the whole basis explains, in the long vector.
+    /// Residual without what the tangent and the whole basis explain, in the long vector (not whitened).
     pub freed: Vec<f64>,
 }
 
@@ -267,14 +267,15 @@ pub fn test(ground: &Ground, bundles: &[Bundle]) -> Tested {
             ratio(gain, dof, b.axis, Some(b.aspect))
         })
         .collect();
-    let mut freed = ground.state.residual.clone();
-    for (c, s) in raw.iter().zip(solution.iter()) {
+    let mut freed = ground.residual.clone();
+    for (c, s) in columns.iter().zip(solution.iter()) {
         if *s != 0.0 {
-            for (f, v) in freed.iter_mut().zip(c.iter()) {
+            for (f, v) in freed.iter_mut().zip(c) {
                 *f -= s * v;
             }
         }
     }
+    ground.whitening.undo(ground.problem, &mut freed);
     Tested { whole, bundles: tested, freed }
 }
 
@@ -290,8 +291,9 @@ fn product(columns: &[Vec<f64>]) -> DMatrix<f64> {
             let mut sum = DMatrix::zeros(k, k);
             for &s in starts {
                 let e = (s + PIECE).min(n);
+                // both ways round: the library multiplies by blocks only without a transpose
                 let a = DMatrix::from_fn(e - s, k, |i, j| columns[j][s + i]);
-                sum.gemm_tr(1.0, &a, &a, 1.0);
+                sum.gemm(1.0, &a.transpose(), &a, 1.0);
             }
             sum
         })
