@@ -1,0 +1,112 @@
+//! Hidden-effect test set: machines with faults that their models do not know, made here, diagnosed by the built program.
+
+mod badfile;
+mod case;
+mod effects;
+mod files;
+mod kinematics;
+mod noise;
+mod outside;
+mod paths;
+mod physics;
+mod replay;
+mod rivals;
+mod robots;
+mod truth;
+
+use rayon::prelude::*;
+use std::path::PathBuf;
+
+fn folder() -> PathBuf {
+    std::env::var_os("LOSTMOTION_CASES_DIR").expect("LOSTMOTION_CASES_DIR names a folder").into()
+}
+
+fn number(name: &str, default: usize) -> usize {
+    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
+}
+
+#[test]
+#[ignore = "writes cases into LOSTMOTION_CASES_DIR, to look at"]
+fn write_cases() {
+    let dir = folder();
+    let seed = number("LOSTMOTION_HIDDEN_SEED", 1) as u64;
+    let plan = plan();
+    plan.par_iter().enumerate().for_each(|(k, kind)| {
+        let case = case::make(*kind, k, seed);
+        files::write(&case, &dir.join(&case.name));
+    });
+    println!("{} cases in {}", plan.len(), dir.display());
+}
+
+/// The kinds to write: a fixed set of 180 unless LOSTMOTION_HIDDEN_CASES asks for a number of mixed ones.
+fn plan() -> Vec<case::Kind> {
+    use case::Kind::{Bad, Large, Null, Outside, Pair, Single, Triple};
+    let n = number("LOSTMOTION_HIDDEN_CASES", 0);
+    if n > 0 {
+        return (0..n).map(case::kind_of).collect();
+    }
+    let mut plan: Vec<case::Kind> = (0..40).map(|k| Single(10.0, k)).collect();
+    plan.extend((0..40).map(|k| Single(3.0, k)));
+    plan.extend((0..20).map(|_| Null));
+    plan.extend((0..25).map(|_| Pair));
+    plan.extend((0..15).map(|_| Triple));
+    plan.extend((0..20).map(Outside));
+    plan.extend((0..20).map(Bad));
+    plan.extend((0..10).map(Large));
+    plan
+}
+
+/// The gaps that `truth.json` states against those of our physics, per case of LOSTMOTION_CASES_DIR.
+#[test]
+#[ignore = "compares our physics with the cases in LOSTMOTION_CASES_DIR"]
+fn validate_folder() {
+    for path in case_folders(&folder()) {
+        let f = replay::Folder::read(&path);
+        for name in ["train", "test"] {
+            if name == "train" && f.truth["kind"] == "bad" {
+                continue;
+            }
+            let log = f.log(&format!("{name}.csv"));
+            let (model, truth) = (f.predict(&log, &[]), f.predict(&log, &f.effects));
+            let exact: Vec<_> = truth.iter().map(|p| Some(*p)).collect();
+            let kept = replay::without_outliers(&truth, &log.measured);
+            let stated = |key: &str| f.truth[name][key].as_f64().unwrap_or(0.0);
+            println!(
+                "{:40} {name:5} noise-free {:8.3} (stated {:8.3})  measured {:8.3} ({:8.3})  with truth {:8.3} ({:8.3})  {} of {} rows",
+                path.file_name().unwrap_or_default().to_string_lossy(),
+                f.gap_um(&model, &exact),
+                stated("gap_noise_free_rms_um"),
+                f.gap_um(&model, &log.measured),
+                stated("gap_measured_rms_um"),
+                f.gap_um(&truth, &log.measured),
+                stated("gap_with_truth_rms_um"),
+                kept.iter().flatten().count(),
+                kept.len(),
+            );
+            let noise = noise::Noise::parse(&f.truth["noise"]);
+            let period = 1.0 / f.truth[name]["rate_hz"].as_f64().unwrap_or(10.0);
+            let there: Vec<usize> = (0..kept.len()).filter(|k| log.measured[*k].is_some()).collect();
+            let ticks: Vec<usize> = there.iter().map(|&k| (log.log.t_s[k] / period).round() as usize).collect();
+            let at: Vec<_> = there.iter().map(|&k| model[k]).collect();
+            let metric = noise::Metric::new(&noise, &ticks, &at, f.given);
+            for (k, e) in f.effects.iter().enumerate() {
+                let with = f.predict(&log, std::slice::from_ref(e));
+                let course: Vec<_> = there.iter().map(|&k| with[k] - model[k]).collect();
+                println!(
+                    "    {} {}: {:.2} MDB on this log, stated {} (train)",
+                    e.name,
+                    e.target,
+                    metric.whiten(&course).norm() / noise::MDB,
+                    f.truth["effects"][k]["mdb_multiple"]
+                );
+            }
+        }
+    }
+}
+
+fn case_folders(dir: &std::path::Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(dir).expect("the folder is there");
+    let mut all: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.join("truth.json").is_file()).collect();
+    all.sort();
+    all
+}
