@@ -2,6 +2,7 @@
 
 mod badfile;
 mod case;
+mod diagnose;
 mod effects;
 mod files;
 mod kinematics;
@@ -12,6 +13,8 @@ mod physics;
 mod replay;
 mod rivals;
 mod robots;
+mod score;
+mod table;
 mod truth;
 
 use rayon::prelude::*;
@@ -102,6 +105,45 @@ fn validate_folder() {
             }
         }
     }
+}
+
+/// Diagnoses every case of LOSTMOTION_CASES_DIR; a line each, then the table.
+#[test]
+#[ignore = "diagnoses the cases in LOSTMOTION_CASES_DIR"]
+fn score_folder() {
+    let scores: Vec<score::Score> = case_folders(&folder())
+        .par_iter()
+        .map(|path| {
+            let score = score::folder(path);
+            println!("{}", table::line(&score));
+            score
+        })
+        .collect();
+    println!("{}", table::report(&scores));
+}
+
+/// Makes cases in a folder of their own, diagnoses them, and throws them away.
+fn made_and_scored(plan: &[case::Kind], seed: u64) -> Vec<score::Score> {
+    plan.par_iter()
+        .enumerate()
+        .map(|(k, kind)| {
+            let case = case::make(*kind, k, seed);
+            let dir = tempfile::tempdir().expect("a folder for the case");
+            let path = dir.path().join(&case.name);
+            files::write(&case, &path);
+            let score = score::folder(&path);
+            println!("{}", table::line(&score));
+            score
+        })
+        .collect()
+}
+
+/// LOSTMOTION_HIDDEN_CASES (300) new cases of seed LOSTMOTION_HIDDEN_SEED (1000), and the table.
+#[test]
+#[ignore = "takes many minutes"]
+fn large_set() {
+    let plan: Vec<case::Kind> = (0..number("LOSTMOTION_HIDDEN_CASES", 300)).map(case::kind_of).collect();
+    println!("{}", table::report(&made_and_scored(&plan, number("LOSTMOTION_HIDDEN_SEED", 1000) as u64)));
 }
 
 fn case_folders(dir: &std::path::Path) -> Vec<PathBuf> {
