@@ -9,7 +9,7 @@ use crate::paths;
 use crate::physics::{Grid, STEP_S, registration, rms_um};
 use crate::rivals;
 use crate::robots::{self, Robot, rounded};
-use crate::truth::{NAMES, Setting, left_after};
+use crate::truth::{NAMES, Setting};
 use nalgebra::Vector3;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -237,7 +237,7 @@ fn content(kind: Kind, s: &Setting, clean: &[Vector3<f64>], rng: &mut ChaCha8Rng
         }
         Kind::Outside(k) => {
             let name = outside::KINDS[k % outside::KINDS.len()];
-            let mut fault = Outside::draw(name, s.robot, &s.grid.joints, s.moving, rng);
+            let mut fault = Outside::draw(name, &s.grid.joints, s.moving, rng);
             let goal = log_uniform(10.0, 100.0, rng) * MDB;
             for _ in 0..10 {
                 let now = s.signature(clean, &[], std::slice::from_ref(&fault)).norm();
@@ -346,9 +346,4 @@ pub fn kind_of(index: usize) -> Kind {
         14 => Kind::Outside(index / 16),
         _ => Kind::Bad(index / 16),
     }
-}
-
-/// The rounding errors of effects left out: whether what `others` leave of a course is small.
-pub fn explained(course: &nalgebra::DVector<f64>, others: &[nalgebra::DVector<f64>]) -> f64 {
-    left_after(course, others).norm_squared()
 }

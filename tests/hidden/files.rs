@@ -48,7 +48,7 @@ pub fn read_robot(folder: &Path) -> Robot {
 
 /// Reads a log of a case; commands in file units, in the order of the joints.
 pub fn read_log(path: &Path, robot: &Robot) -> Log {
-    let mut reader = csv::Reader::from_path(path).expect("the log can be opened");
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path(path).expect("the log can be opened");
     let header: Vec<String> = reader.headers().expect("a header").iter().map(str::to_lowercase).collect();
     let column = |name: String| header.iter().position(|h| *h == name.to_lowercase());
     let cmd: Vec<usize> =

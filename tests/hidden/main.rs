@@ -2,6 +2,7 @@
 
 mod badfile;
 mod case;
+mod checks;
 mod diagnose;
 mod effects;
 mod files;

@@ -38,7 +38,7 @@ pub struct Outside {
 
 impl Outside {
     /// A fault of a kind at unit size, with shape numbers that suit the path.
-    pub fn draw(kind: &str, robot: &Robot, joints: &[Vec<f64>], moving: &[usize], rng: &mut ChaCha8Rng) -> Outside {
+    pub fn draw(kind: &str, joints: &[Vec<f64>], moving: &[usize], rng: &mut ChaCha8Rng) -> Outside {
         let joint = moving[rng.random_range(0..moving.len())];
         let others: Vec<usize> = moving.iter().copied().filter(|j| *j != joint).collect();
         let other = if others.is_empty() { joint } else { others[rng.random_range(0..others.len())] };

@@ -4,7 +4,7 @@
 //! geometry effects through those that the log samples. Written from the table of effects alone.
 
 use crate::effects::Effect;
-use crate::kinematics::{Pose, apply, forward, frames, gravity_load, position, rpy, translation};
+use crate::kinematics::{Pose, apply, forward, frames, gravity_load, rpy, translation};
 use crate::outside::Outside;
 use crate::robots::Robot;
 use nalgebra::Vector3;
@@ -285,6 +285,20 @@ impl Pchip {
         Pchip { x, y, slope }
     }
 
+    /// Through rows of a log: slopes of the parabola through three rows, so that a course turns beyond its rows as the path
+    /// did; none where the course rests on one side.
+    pub fn through_rows(knots: &[[f64; 2]]) -> Pchip {
+        let mut curve = Pchip::new(knots);
+        let secant = |k: usize| (curve.y[k + 1] - curve.y[k]) / (curve.x[k + 1] - curve.x[k]);
+        for k in 1..curve.x.len() - 1 {
+            let (h0, h1) = (curve.x[k] - curve.x[k - 1], curve.x[k + 1] - curve.x[k]);
+            let (m0, m1) = (secant(k - 1), secant(k));
+            let rests = (m0 * h0).abs() < 3e-8 || (m1 * h1).abs() < 3e-8;
+            curve.slope[k] = if rests { 0.0 } else { (m0 * h1 + m1 * h0) / (h0 + h1) };
+        }
+        curve
+    }
+
     pub fn at(&self, p: f64) -> f64 {
         let n = self.x.len();
         if p <= self.x[0] {
@@ -313,9 +327,4 @@ pub fn registration(xyz_mm: [f64; 3], rpy_deg: [f64; 3]) -> Pose {
 pub fn rms_um(a: &[Vector3<f64>], b: &[Option<Vector3<f64>>]) -> f64 {
     let (sum, n) = a.iter().zip(b).filter_map(|(a, b)| b.map(|b| (a - b).norm_squared())).fold((0.0, 0), |s, d| (s.0 + d, s.1 + 3));
     (sum / f64::from(n.max(1))).sqrt() * 1e6
-}
-
-/// Origin of a pose (m); a shorthand for tests.
-pub fn origin(pose: &Pose) -> Vector3<f64> {
-    position(pose)
 }

@@ -54,7 +54,7 @@ impl Folder {
     }
 }
 
-/// A log with its commands as courses on the fine grid: monotone cubics between the rows, as the path itself is not there.
+/// A log with its commands as courses on the fine grid: cubics between the rows, as the path itself is not there.
 pub struct Replay {
     pub log: Log,
     pub grid: Grid,
@@ -73,7 +73,7 @@ impl Replay {
             .map(|(j, joint)| {
                 let knots: Vec<[f64; 2]> =
                     rows.iter().zip(&log.cmd).map(|(k, c)| [*k as f64, c[j] * joint.unit()]).collect();
-                let curve = Pchip::new(&knots);
+                let curve = Pchip::through_rows(&knots);
                 (0..steps).map(|k| curve.at(k as f64)).collect()
             })
             .collect();

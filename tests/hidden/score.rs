@@ -94,7 +94,8 @@ pub fn judge(truth: &Value, said: &Said) -> Score {
     let bad = truth["kind"] == "bad";
     score.verdict = match document["verdict"].as_str() {
         Some(v) => v.into(),
-        None if said.exit == 2 && bad => "bad_data".into(),
+        // A refusal of the file, not of the command line.
+        None if said.exit == 2 && bad && !said.stderr.contains("--help") => "bad_data".into(),
         None => format!("exit {}", said.exit),
     };
     if said.exit != 0 {
@@ -175,7 +176,8 @@ fn measure(e: &Effect, parameters: &Value, f: &mut Found) {
     }
 }
 
-fn closure(case: &Folder, found: &Path, work: &Path, score: &mut Score) {
+/// How much of the gap on the second log a found model closes.
+pub fn closure(case: &Folder, found: &Path, work: &Path, score: &mut Score) {
     let log = case.log("test.csv");
     let (known, truth) = (case.predict(&log, &[]), case.predict(&log, &case.effects));
     let measured = without_outliers(&truth, &log.measured);
