@@ -25,7 +25,8 @@ pub fn spoil(kind: &str, robot: &Robot, log: &mut Log, moving: &[usize], rng: &m
     let turning: Vec<usize> = moving.iter().copied().filter(|j| robot.joints[*j].revolute).collect();
     let pick = |of: &[usize], rng: &mut ChaCha8Rng| of[rng.random_range(0..of.len())];
     let column = |j: usize| format!("cmd_{}_{}", robot.joints[j].name, robot.joints[j].suffix());
-    let tcp = |log: &mut Log, f: &dyn Fn([f64; 3]) -> [f64; 3]| log.tcp_mm.iter_mut().flatten().for_each(|p| *p = f(*p));
+    let tcp =
+        |log: &mut Log, f: &dyn Fn([f64; 3]) -> [f64; 3]| log.tcp_mm.iter_mut().flatten().for_each(|p| *p = f(*p));
     log.decimals = 8;
     let place = match kind {
         "cmd_in_radians" => {
@@ -63,8 +64,9 @@ pub fn spoil(kind: &str, robot: &Robot, log: &mut Log, moving: &[usize], rng: &m
         }
         "cmd_columns_swapped" => {
             let a = pick(moving, rng);
-            let same: Vec<usize> =
-                (0..robot.joints.len()).filter(|&j| j != a && robot.joints[j].revolute == robot.joints[a].revolute).collect();
+            let same: Vec<usize> = (0..robot.joints.len())
+                .filter(|&j| j != a && robot.joints[j].revolute == robot.joints[a].revolute)
+                .collect();
             let b = pick(&same, rng);
             log.cmd.iter_mut().for_each(|row| row.swap(a, b));
             format!("{},{}", column(a), column(b))

@@ -3,7 +3,7 @@
 use crate::badfile;
 use crate::effects::Effect;
 use crate::kinematics::rigid_fit;
-use crate::noise::{MDB, Metric, Noise};
+use crate::noise::{MDB, Metric, Noise, Spoiled};
 use crate::outside::{self, Outside};
 use crate::paths;
 use crate::physics::{Grid, STEP_S, registration, rms_um};
@@ -78,20 +78,21 @@ fn path_kind(rng: &mut ChaCha8Rng) -> &'static str {
 /// Makes the case of a kind from its seed; draws again where the effect would not show on the path.
 pub fn make(kind: Kind, index: usize, seed: u64) -> Case {
     let mut rng = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(1_000_003).wrapping_add(index as u64));
+    let given = rng.random_bool(0.5);
     loop {
-        if let Some(case) = attempt(kind, index, &mut rng) {
+        if let Some(case) = attempt(kind, index, given, &mut rng) {
             return case;
         }
     }
 }
 
-fn attempt(kind: Kind, index: usize, rng: &mut ChaCha8Rng) -> Option<Case> {
+fn attempt(kind: Kind, index: usize, given: bool, rng: &mut ChaCha8Rng) -> Option<Case> {
     let robot = robots::draw(rng);
     let noise = Noise::draw(rng);
-    let given = index % 2 == 0;
     let xyz = [0; 3].map(|_: i32| rounded(rng.random_range(-3000.0..3000.0), 4));
     let xyz = [xyz[0], xyz[1], rounded(xyz[2] * 0.2, 4)];
-    let angles = [rng.random_range(-8.0..8.0), rng.random_range(-8.0..8.0), rng.random_range(-180.0..180.0)].map(|v| rounded(v, 6));
+    let angles = [rng.random_range(-8.0..8.0), rng.random_range(-8.0..8.0), rng.random_range(-180.0..180.0)]
+        .map(|v| rounded(v, 6));
     let frame = registration(xyz, angles);
     let rate_hz = [10.0, 20.0, 20.0, 25.0][rng.random_range(0..4)];
     let count = if rate_hz < 15.0 { rng.random_range(3000..3550) } else { rng.random_range(3400..5000) };
@@ -181,7 +182,14 @@ fn attempt(kind: Kind, index: usize, rng: &mut ChaCha8Rng) -> Option<Case> {
         "train": stories[0].clone(),
         "test": stories[1].clone(),
     });
-    Some(Case { name, model_yaml: model_yaml(given.then_some((xyz, angles)), &known), robot, truth, train: train_log, test: test_log })
+    Some(Case {
+        name,
+        model_yaml: model_yaml(given.then_some((xyz, angles)), &known),
+        robot,
+        truth,
+        train: train_log,
+        test: test_log,
+    })
 }
 
 /// In one case of five the model knows an effect already.
@@ -200,7 +208,12 @@ fn known_effects(robot: &Robot, moving: &[usize], kind: Kind, rng: &mut ChaCha8R
 }
 
 /// The effects, or the faults, that a kind asks for; none where the path does not show them.
-fn content(kind: Kind, s: &Setting, clean: &[Vector3<f64>], rng: &mut ChaCha8Rng) -> Option<(Vec<Effect>, Vec<Outside>)> {
+fn content(
+    kind: Kind,
+    s: &Setting,
+    clean: &[Vector3<f64>],
+    rng: &mut ChaCha8Rng,
+) -> Option<(Vec<Effect>, Vec<Outside>)> {
     let free = |e: &Effect| s.known.iter().all(|k| k.target != e.target);
     let one = |name: &str, multiple: f64, rng: &mut ChaCha8Rng| {
         (0..4).find_map(|_| s.sized(clean, &s.draw(name, rng), multiple)).filter(free)
@@ -276,7 +289,7 @@ fn log_of(
     let model = machine(known.to_vec(), vec![]);
     let truth = machine(known.iter().chain(effects).cloned().collect(), faults.to_vec());
     let n = course.rows.len();
-    let (outliers, empty, missing) = noise.spoil(n, rng);
+    let Spoiled { outliers, empty, missing } = noise.spoil(n, rng);
     let mut measured: Vec<Vector3<f64>> = truth.iter().zip(noise.course(n, rng)).map(|(p, e)| p + e).collect();
     let decimals = if noise.round_um > 0.0 { 3 } else { 4 };
     let clean_of_outliers: Vec<Option<Vector3<f64>>> = (0..n)

@@ -4,7 +4,7 @@ use crate::case::{self, Kind};
 use crate::diagnose::Said;
 use crate::effects::Effect;
 use crate::kinematics::{Pose, apply, forward, frames, gravity_load, rigid_fit, rpy, translation};
-use crate::noise::{MDB, Metric, Noise};
+use crate::noise::{MDB, Metric, Noise, Spoiled};
 use crate::physics::{Grid, Machine, Pchip, STEP_S};
 use crate::replay::Folder;
 use crate::robots::{self, Joint, Link, Robot};
@@ -147,11 +147,20 @@ fn the_monotone_cubic_goes_where_scipy_goes() {
     assert_eq!((curve.at(-1.0), curve.at(9.0)), (1.0, 4.0));
 }
 
-const SCIPY: [(f64, f64); 4] = [(0.5, 1.6770833333333333), (1.7, 1.8591250000000001), (3.2, 1.650666666666667), (3.9, 3.6532499999999994)];
+const SCIPY: [(f64, f64); 4] =
+    [(0.5, 1.6770833333333333), (1.7, 1.8591250000000001), (3.2, 1.650666666666667), (3.9, 3.6532499999999994)];
 
 #[test]
 fn noise_has_its_size_and_memory_and_whitens_to_unit_normals() {
-    let noise = Noise { sigma_um: 10.0, ar1: 0.6, ar_share: 0.5, outlier_share: 0.0, dropout_share: 0.0, missing_rows: 0, round_um: 0.0 };
+    let noise = Noise {
+        sigma_um: 10.0,
+        ar1: 0.6,
+        ar_share: 0.5,
+        outlier_share: 0.0,
+        dropout_share: 0.0,
+        missing_rows: 0,
+        round_um: 0.0,
+    };
     let n = 60_000;
     let course = noise.course(n, &mut ChaCha8Rng::seed_from_u64(7));
     let correlation = |c: &[f64], lag: usize| {
@@ -173,8 +182,16 @@ fn noise_has_its_size_and_memory_and_whitens_to_unit_normals() {
 
 #[test]
 fn outliers_and_lost_rows_have_their_shares() {
-    let noise = Noise { sigma_um: 10.0, ar1: 0.0, ar_share: 0.5, outlier_share: 0.01, dropout_share: 0.02, missing_rows: 4, round_um: 0.0 };
-    let (outliers, empty, missing) = noise.spoil(40_000, &mut ChaCha8Rng::seed_from_u64(3));
+    let noise = Noise {
+        sigma_um: 10.0,
+        ar1: 0.0,
+        ar_share: 0.5,
+        outlier_share: 0.01,
+        dropout_share: 0.02,
+        missing_rows: 4,
+        round_um: 0.0,
+    };
+    let Spoiled { outliers, empty, missing } = noise.spoil(40_000, &mut ChaCha8Rng::seed_from_u64(3));
     assert!((outliers.len() as f64 / 400.0 - 1.0).abs() < 0.15);
     assert!(outliers.iter().all(|(_, d)| d.norm() > 70e-6));
     let lost = empty.iter().filter(|e| **e).count() as f64;

@@ -16,11 +16,32 @@ pub struct Effect {
 
 /// Parameters that are a size: multiplying them multiplies the effect.
 const SIZES: [&str; 16] = [
-    "lag_s", "spike_deg", "spike_mm", "scale_ppm", "amplitude_deg", "amplitude_mm", "amplitude_um", "half_gap_deg",
-    "half_gap_mm", "half_width_deg", "half_width_mm", "offset_deg", "offset_mm", "ratio", "offset_s", "x_mm",
+    "lag_s",
+    "spike_deg",
+    "spike_mm",
+    "scale_ppm",
+    "amplitude_deg",
+    "amplitude_mm",
+    "amplitude_um",
+    "half_gap_deg",
+    "half_gap_mm",
+    "half_width_deg",
+    "half_width_mm",
+    "offset_deg",
+    "offset_mm",
+    "ratio",
+    "offset_s",
+    "x_mm",
 ];
 const MORE_SIZES: [&str; 8] = [
-    "y_mm", "z_mm", "delta_mm", "delta_deg", "slope_deg_per_mm_s", "slope_mm_per_mm_s", "compliance_deg_per_nm", "compliance_mm_per_n",
+    "y_mm",
+    "z_mm",
+    "delta_mm",
+    "delta_deg",
+    "slope_deg_per_mm_s",
+    "slope_mm_per_mm_s",
+    "compliance_deg_per_nm",
+    "compliance_mm_per_n",
 ];
 
 pub fn is_size(key: &str) -> bool {
@@ -106,11 +127,15 @@ impl Effect {
         });
         let skip = ["mdb_multiple", "mdb_conditional"];
         let values = v.as_object().map(|o| {
-            o.iter().filter(|(k, _)| !skip.contains(&k.as_str())).filter_map(|(k, v)| Some((k.clone(), v.as_f64()?))).collect()
+            o.iter()
+                .filter(|(k, _)| !skip.contains(&k.as_str()))
+                .filter_map(|(k, v)| Some((k.clone(), v.as_f64()?)))
+                .collect()
         });
         let pair = |k: &Value| Some([k.get(0)?.as_f64()?, k.get(1)?.as_f64()?]);
         let knots = v.get("knots").and_then(Value::as_array).map(|a| a.iter().filter_map(pair).collect());
-        let direction = v.get("direction").and_then(|d| Some([d.get(0)?.as_f64()?, d.get(1)?.as_f64()?, d.get(2)?.as_f64()?]));
+        let direction =
+            v.get("direction").and_then(|d| Some([d.get(0)?.as_f64()?, d.get(1)?.as_f64()?, d.get(2)?.as_f64()?]));
         Effect { name, target, values: values.unwrap_or_default(), knots: knots.unwrap_or_default(), direction }
     }
 

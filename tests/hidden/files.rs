@@ -29,7 +29,11 @@ fn csv(robot: &Robot, log: &Log) -> String {
         }
         match tcp {
             Some(p) => {
-                let _ = writeln!(s, ",{:.*},{:.*},{:.*}", log.tcp_decimals, p[0], log.tcp_decimals, p[1], log.tcp_decimals, p[2]);
+                let _ = writeln!(
+                    s,
+                    ",{:.*},{:.*},{:.*}",
+                    log.tcp_decimals, p[0], log.tcp_decimals, p[1], log.tcp_decimals, p[2]
+                );
             }
             None => s.push_str(",,,\n"),
         }
@@ -51,8 +55,11 @@ pub fn read_log(path: &Path, robot: &Robot) -> Log {
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path(path).expect("the log can be opened");
     let header: Vec<String> = reader.headers().expect("a header").iter().map(str::to_lowercase).collect();
     let column = |name: String| header.iter().position(|h| *h == name.to_lowercase());
-    let cmd: Vec<usize> =
-        robot.joints.iter().map(|j| column(format!("cmd_{}_{}", j.name, j.suffix())).expect("a column per joint")).collect();
+    let cmd: Vec<usize> = robot
+        .joints
+        .iter()
+        .map(|j| column(format!("cmd_{}_{}", j.name, j.suffix())).expect("a column per joint"))
+        .collect();
     let tcp = ["x_mm", "y_mm", "z_mm"].map(|n| column(n.into()).expect("TCP columns"));
     let t = column("t_s".into()).expect("t_s");
     let mut log = Log { t_s: vec![], cmd: vec![], tcp_mm: vec![], decimals: 6, tcp_decimals: 4 };

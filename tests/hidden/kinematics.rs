@@ -53,8 +53,12 @@ pub struct Frames {
 /// Frames for joint values `q` (rad or m), in the base.
 pub fn frames(robot: &Robot, tool: &Pose, q: &[f64]) -> Frames {
     let n = robot.joints.len();
-    let mut f =
-        Frames { axis: Vec::with_capacity(n), origin: Vec::with_capacity(n), link: Vec::with_capacity(n), tcp: Vector3::zeros() };
+    let mut f = Frames {
+        axis: Vec::with_capacity(n),
+        origin: Vec::with_capacity(n),
+        link: Vec::with_capacity(n),
+        tcp: Vector3::zeros(),
+    };
     let mut at = Pose::identity();
     for (j, &value) in robot.joints.iter().zip(q) {
         let (mut theta, mut d) = (j.theta_rad, j.d_m);

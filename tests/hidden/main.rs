@@ -1,4 +1,19 @@
 //! Hidden-effect test set: machines with faults that their models do not know, made here, diagnosed by the built program.
+//!
+//! Nothing here uses the crate: kinematics are 4x4 products, effects are stepped through time every 2 ms from the table of
+//! effects alone. A case is a folder (`robot.yaml`, `model.yaml`, `train.csv`, `test.csv`, `truth.json`); effects are as large as
+//! so many minimal detectable biases of their log (4.13 sigma, with the true noise and the frame projected off where it is
+//! not given). Seeds are fixed: the same seed makes the same bytes.
+//!
+//! ```text
+//! cargo test --test hidden                                                     checks of the generator, and a small set
+//! cargo test --release --test hidden -- --ignored large_set --nocapture        300 cases and the table
+//! LOSTMOTION_CASES_DIR=dir cargo test --test hidden -- --ignored write_cases   cases to look at
+//! LOSTMOTION_CASES_DIR=dir cargo test --test hidden -- --ignored score_folder --nocapture    scores a folder of cases
+//! LOSTMOTION_CASES_DIR=dir cargo test --test hidden -- --ignored validate_folder --nocapture our physics against it
+//! ```
+//!
+//! `LOSTMOTION_HIDDEN_CASES` and `LOSTMOTION_HIDDEN_SEED` set number and seed; `LOSTMOTION_BIN` another built program.
 
 mod badfile;
 mod case;
@@ -139,6 +154,29 @@ fn made_and_scored(plan: &[case::Kind], seed: u64) -> Vec<score::Score> {
         .collect()
 }
 
+/// A small set that stands for all: what it asserts is looser than the targets, as so few cases cannot tell 90 % from 95 %.
+#[test]
+#[ignore = "diagnose is not there yet"]
+fn fast_set() {
+    use case::Kind::{Bad, Null, Outside, Pair, Single, Triple};
+    let mut plan: Vec<case::Kind> = [1, 3, 4, 7, 8, 10, 13].map(|k| Single(10.0, k)).to_vec();
+    plan.extend([0, 2, 4, 14].map(|k| Single(3.0, k)));
+    plan.extend([Null, Null, Null, Null, Pair, Pair, Pair, Triple]);
+    plan.extend([Outside(0), Outside(3), Bad(0), Bad(4), Bad(8)]);
+    let scores = made_and_scored(&plan, 77);
+    println!("{}", table::report(&scores));
+    let figures = table::figures(&scores);
+    let rate = |what: &str| figures.iter().find(|f| f.what.starts_with(what)).expect("a figure of the table").rate();
+    assert!(rate("null: something named") == 0.0);
+    assert!(rate("bad file") == 1.0);
+    assert!(rate("single 10 MDB: right") >= 0.85);
+    assert!(rate("single 3 MDB: right") >= 0.75);
+    assert!(rate("outside") >= 0.5);
+    assert!(table::f1(&scores, "pair").0 >= 0.8);
+    let closed: Vec<f64> = scores.iter().filter_map(|s| s.closed).collect();
+    assert!(table::quantile(&closed, 0.5) >= 0.95);
+}
+
 /// LOSTMOTION_HIDDEN_CASES (300) new cases of seed LOSTMOTION_HIDDEN_SEED (1000), and the table.
 #[test]
 #[ignore = "takes many minutes"]
@@ -149,7 +187,8 @@ fn large_set() {
 
 fn case_folders(dir: &std::path::Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(dir).expect("the folder is there");
-    let mut all: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.join("truth.json").is_file()).collect();
+    let mut all: Vec<PathBuf> =
+        entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.join("truth.json").is_file()).collect();
     all.sort();
     all
 }

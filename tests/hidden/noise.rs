@@ -19,6 +19,13 @@ pub struct Noise {
     pub round_um: f64,
 }
 
+/// Rows that are outliers and by how much (m), rows with empty cells, rows that are missing.
+pub struct Spoiled {
+    pub outliers: Vec<(usize, Vector3<f64>)>,
+    pub empty: Vec<bool>,
+    pub missing: Vec<bool>,
+}
+
 impl Noise {
     pub fn draw(rng: &mut ChaCha8Rng) -> Noise {
         let cut = |v: f64| format!("{v:.3e}").parse().unwrap_or(v);
@@ -50,8 +57,8 @@ impl Noise {
             .collect()
     }
 
-    /// Which rows are outliers and by how much (m), which have empty cells, which are missing.
-    pub fn spoil(&self, rows: usize, rng: &mut ChaCha8Rng) -> (Vec<(usize, Vector3<f64>)>, Vec<bool>, Vec<bool>) {
+    /// Draws what is wrong with the rows.
+    pub fn spoil(&self, rows: usize, rng: &mut ChaCha8Rng) -> Spoiled {
         let mut outliers = Vec::new();
         for k in 0..rows {
             if rng.random_bool(self.outlier_share) {
@@ -70,7 +77,7 @@ impl Noise {
         for _ in 0..self.missing_rows {
             missing[rng.random_range(1..rows - 1)] = true;
         }
-        (outliers, empty, missing)
+        Spoiled { outliers, empty, missing }
     }
 
     pub fn json(&self) -> Value {

@@ -78,7 +78,9 @@ impl Outside {
             "notch" => (0..n).for_each(|k| add[k] = -self.size * (-0.5 * ((p[k] - s0) / s1).powi(2)).exp()),
             "acceleration" => {
                 // Over 20 ms, as a drive feels it.
-                (10..n - 10).for_each(|k| add[k] = self.size * (p[k + 10] - 2.0 * p[k] + p[k - 10]) / (100.0 * STEP_S * STEP_S));
+                (10..n - 10).for_each(|k| {
+                    add[k] = self.size * (p[k + 10] - 2.0 * p[k] + p[k - 10]) / (100.0 * STEP_S * STEP_S)
+                });
             }
             "speed_squared" => (0..n).for_each(|k| add[k] = self.size * (dp(k) / STEP_S).powi(2)),
             "slip" => (0..n).filter(|k| *k as f64 * STEP_S > s0).for_each(|k| add[k] = self.size),
@@ -87,7 +89,7 @@ impl Outside {
             }
             "growing_one_sided_play" => {
                 let (mut out, mut b, mut dir) = (p[0], self.size, 0.0);
-                for k in 0..n {
+                for (k, a) in add.iter_mut().enumerate() {
                     if dp(k).abs() > 1e-10 {
                         if dir * dp(k) < 0.0 {
                             b += self.size * s0;
@@ -95,13 +97,13 @@ impl Outside {
                         dir = dp(k).signum();
                     }
                     out = f64::clamp(out, p[k] - b, p[k]);
-                    add[k] = out - p[k];
+                    *a = out - p[k];
                 }
             }
             "sawtooth" => (0..n).for_each(|k| add[k] = self.size * ((p[k] * s0 / TAU + s1).rem_euclid(1.0) - 0.5)),
             "ringing_after_reversals" => {
                 let (mut since, mut dir) = (None, 0.0);
-                for k in 0..n {
+                for (k, a) in add.iter_mut().enumerate() {
                     if dp(k).abs() > 1e-10 {
                         if dir * dp(k) < 0.0 {
                             since = Some(k);
@@ -110,7 +112,7 @@ impl Outside {
                     }
                     if let Some(k0) = since {
                         let t = (k - k0) as f64 * STEP_S;
-                        add[k] = dir * self.size * (-t / s1).exp() * (TAU * s0 * t).sin();
+                        *a = dir * self.size * (-t / s1).exp() * (TAU * s0 * t).sin();
                     }
                 }
             }

@@ -99,9 +99,8 @@ impl Harmonics {
     fn draw(robot: &Robot, home: &[f64], gentle: f64, rng: &mut ChaCha8Rng) -> Harmonics {
         let mut h = Harmonics { terms: vec![], middle: vec![], scale: vec![], home: home.to_vec() };
         for joint in &robot.joints {
-            let terms: Vec<(f64, f64)> = (1..=5)
-                .map(|k| (rng.random_range(0.2..1.0) / f64::from(k), rng.random_range(0.0..TAU)))
-                .collect();
+            let terms: Vec<(f64, f64)> =
+                (1..=5).map(|k| (rng.random_range(0.2..1.0) / f64::from(k), rng.random_range(0.0..TAU))).collect();
             let course: Vec<f64> = (0..400).map(|k| sum(&terms, k as f64 / 400.0)).collect();
             let (low, high) = course.iter().fold((f64::MAX, f64::MIN), |s, v| (s.0.min(*v), s.1.max(*v)));
             h.middle.push(0.5 * (low + high));
@@ -208,7 +207,8 @@ fn script<const N: usize>(places: &[([f64; N], f64, f64)], steps: usize) -> Vec<
 
 fn raster(robot: &Robot, start: &[f64], steps: usize, gentle: f64, rng: &mut ChaCha8Rng) -> Option<Vec<Vec<f64>>> {
     let (u, v) = plane(rng);
-    let (length, over, lines) = (rng.random_range(0.15..0.34) * gentle, rng.random_range(0.02..0.045) * gentle, rng.random_range(4..9));
+    let (length, over, lines) =
+        (rng.random_range(0.15..0.34) * gentle, rng.random_range(0.02..0.045) * gentle, rng.random_range(4..9));
     let mut places = vec![([0.0, 0.0], 0.0, 0.5)];
     let mut used = 0.0;
     let (mut x, mut y, mut down) = (0.0, 0.0, false);
@@ -230,7 +230,14 @@ fn raster(robot: &Robot, start: &[f64], steps: usize, gentle: f64, rng: &mut Cha
 }
 
 /// One joint after the other: up and down in steps with dwells, or in sweeps.
-fn one_by_one(robot: &Robot, home: &[f64], steps: usize, gentle: f64, stairs: bool, rng: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
+fn one_by_one(
+    robot: &Robot,
+    home: &[f64],
+    steps: usize,
+    gentle: f64,
+    stairs: bool,
+    rng: &mut ChaCha8Rng,
+) -> Vec<Vec<f64>> {
     let total_s = steps as f64 * STEP_S;
     let n = robot.joints.len();
     let mut order: Vec<usize> = (0..n).collect();
@@ -289,7 +296,10 @@ fn soften(q: &mut [f64]) {
         for (i, value) in q[a..=b].iter_mut().enumerate() {
             let u = i as f64 / n;
             let (u2, u3) = (u * u, u * u * u);
-            *value = ya * (2. * u3 - 3. * u2 + 1.) + va * n * (u3 - 2. * u2 + u) + yb * (3. * u2 - 2. * u3) + vb * n * (u3 - u2);
+            *value = ya * (2. * u3 - 3. * u2 + 1.)
+                + va * n * (u3 - 2. * u2 + u)
+                + yb * (3. * u2 - 2. * u3)
+                + vb * n * (u3 - u2);
         }
     }
 }

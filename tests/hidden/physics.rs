@@ -110,7 +110,8 @@ impl Machine<'_> {
                     }
                     "backlash_speed" => {
                         let v = grid.speed_mm_s(self.robot);
-                        let slope = if joint.revolute { e.get("slope_deg_per_mm_s") } else { e.get("slope_mm_per_mm_s") };
+                        let slope =
+                            if joint.revolute { e.get("slope_deg_per_mm_s") } else { e.get("slope_mm_per_mm_s") };
                         play(q, |k, _| (e.of("half_gap") + slope * v[k]) * u);
                     }
                     _ => hysteresis(q, e.of("half_width") * u, e.of("presliding") * u),
@@ -140,7 +141,11 @@ impl Machine<'_> {
                 }
                 "gravity_compliance" => {
                     let f = loads.get_or_insert_with(|| frames(robot, tool, &from));
-                    let c = if robot.joints[j].revolute { e.get("compliance_deg_per_nm") } else { e.get("compliance_mm_per_n") };
+                    let c = if robot.joints[j].revolute {
+                        e.get("compliance_deg_per_nm")
+                    } else {
+                        e.get("compliance_mm_per_n")
+                    };
                     q[j] += c * u * gravity_load(robot, f, j);
                 }
                 _ => {}
@@ -205,8 +210,8 @@ fn lag(q: &mut [f64], lag_s: f64) {
 fn stiction(q: &mut [f64], spike: f64, decay_s: f64, decay_travel: f64) {
     let (mut dir, mut turned) = (0.0, None);
     let (mut before, mut travel) = (q[0], 0.0);
-    for k in 0..q.len() {
-        let p = q[k];
+    for (k, out) in q.iter_mut().enumerate() {
+        let p = *out;
         let step = p - before;
         if step.abs() > REST {
             if dir * step < 0.0 {
@@ -223,7 +228,7 @@ fn stiction(q: &mut [f64], spike: f64, decay_s: f64, decay_travel: f64) {
             } else {
                 (-travel / decay_travel.max(1e-12)).exp()
             };
-            q[k] = p - dir * (spike * left).min((p - p_rev).abs());
+            *out = p - dir * (spike * left).min((p - p_rev).abs());
         }
     }
 }
@@ -294,7 +299,14 @@ impl Pchip {
             let (h0, h1) = (curve.x[k] - curve.x[k - 1], curve.x[k + 1] - curve.x[k]);
             let (m0, m1) = (secant(k - 1), secant(k));
             let rests = (m0 * h0).abs() < 3e-8 || (m1 * h1).abs() < 3e-8;
-            curve.slope[k] = if rests { 0.0 } else { (m0 * h1 + m1 * h0) / (h0 + h1) };
+            let mut slope = if rests { 0.0 } else { (m0 * h1 + m1 * h0) / (h0 + h1) };
+            // An interval that is run through in one direction must not turn within: that would be a reversal of its own.
+            for m in [m0, m1] {
+                if slope * m > 0.0 {
+                    slope = slope.signum() * slope.abs().min(3.0 * m.abs());
+                }
+            }
+            curve.slope[k] = slope;
         }
         curve
     }
@@ -325,6 +337,10 @@ pub fn registration(xyz_mm: [f64; 3], rpy_deg: [f64; 3]) -> Pose {
 
 /// Rms per coordinate of a difference (um), over the rows where `b` stands.
 pub fn rms_um(a: &[Vector3<f64>], b: &[Option<Vector3<f64>>]) -> f64 {
-    let (sum, n) = a.iter().zip(b).filter_map(|(a, b)| b.map(|b| (a - b).norm_squared())).fold((0.0, 0), |s, d| (s.0 + d, s.1 + 3));
+    let (sum, n) = a
+        .iter()
+        .zip(b)
+        .filter_map(|(a, b)| b.map(|b| (a - b).norm_squared()))
+        .fold((0.0, 0), |s, d| (s.0 + d, s.1 + 3));
     (sum / f64::from(n.max(1))).sqrt() * 1e6
 }

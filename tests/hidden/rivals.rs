@@ -84,7 +84,8 @@ fn left(s: &Setting, clean: &[Vector3<f64>], c: &Candidate, course: &DVector<f64
     let mut parts: Vec<DVector<f64>> = c.parts.iter().map(part).collect();
     if let [only] = parts.as_slice() {
         let scale = only.dot(course) / only.norm_squared().max(1e-30);
-        let cannot = ["backlash", "stiction", "hysteresis", "servo_lag", "gravity_compliance"].contains(&c.name.as_str());
+        let cannot =
+            ["backlash", "stiction", "hysteresis", "servo_lag", "gravity_compliance"].contains(&c.name.as_str());
         if cannot && scale <= 0.0 {
             return course.norm_squared();
         }

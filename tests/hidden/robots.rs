@@ -347,9 +347,8 @@ impl Robot {
     pub fn parse(text: &str) -> Robot {
         let doc: Value = serde_yaml::from_str(text).expect("robot.yaml is YAML");
         let num = |v: &Value, key: &str| v.get(key).and_then(Value::as_f64).unwrap_or(0.0);
-        let three = |v: Option<&Value>| {
-            [0usize, 1, 2].map(|k| v.and_then(|v| v.get(k)).and_then(Value::as_f64).unwrap_or(0.0))
-        };
+        let three =
+            |v: Option<&Value>| [0usize, 1, 2].map(|k| v.and_then(|v| v.get(k)).and_then(Value::as_f64).unwrap_or(0.0));
         let list = |key: &str| doc.get(key).and_then(Value::as_sequence).cloned().unwrap_or_default();
         let joints: Vec<Joint> = list("joints")
             .iter()

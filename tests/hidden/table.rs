@@ -18,7 +18,13 @@ impl Figure {
     }
 }
 
-fn count(scores: &[Score], what: &'static str, target: &'static str, class: &str, hit: impl Fn(&Score) -> bool) -> Figure {
+fn count(
+    scores: &[Score],
+    what: &'static str,
+    target: &'static str,
+    class: &str,
+    hit: impl Fn(&Score) -> bool,
+) -> Figure {
     let of: Vec<&Score> = scores.iter().filter(|s| s.class == class).collect();
     Figure { what, target, hits: of.iter().filter(|s| hit(s)).count(), of: of.len() }
 }
@@ -36,11 +42,15 @@ pub fn figures(scores: &[Score]) -> Vec<Figure> {
         count(scores, "single large: right (set of at most 3)", ">= 99 %", "single large", right),
         count(scores, "single large: named first", ">= 95 %", "single large", first),
         count(scores, "pair: all named first, nothing else", "-", "pair", |s| first(s) && s.false_alarms.is_empty()),
-        count(scores, "triple: all named first, nothing else", "-", "triple", |s| first(s) && s.false_alarms.is_empty()),
+        count(scores, "triple: all named first, nothing else", "-", "triple", |s| {
+            first(s) && s.false_alarms.is_empty()
+        }),
         count(scores, "outside the catalogue: unknown", ">= 90 %", "unknown", |s| s.verdict_right),
         count(scores, "bad file: bad_data", ">= 98 %", "bad", |s| s.verdict_right),
     ];
-    for (what, class) in [("single 10 MDB: a false name beside", "single 10"), ("single 3 MDB: a false name beside", "single 3")] {
+    for (what, class) in
+        [("single 10 MDB: a false name beside", "single 10"), ("single 3 MDB: a false name beside", "single 3")]
+    {
         list.push(count(scores, what, "0", class, |s| !s.false_alarms.is_empty()));
     }
     let found = scores.iter().filter(|s| s.class != "bad").flat_map(|s| &s.effects);
@@ -59,10 +69,8 @@ pub fn f1(scores: &[Score], class: &str) -> (f64, f64) {
         let truth: usize = of.iter().map(|s| s.effects.len()).sum();
         let hits: usize = of.iter().map(|s| s.effects.iter().filter(|e| hit(e)).count()).sum();
         // A round in whose set the truth stands, but not first, is a false name by first names.
-        let extra: usize = of
-            .iter()
-            .map(|s| s.false_alarms.len() + s.effects.iter().filter(|e| e.right && !hit(e)).count())
-            .sum();
+        let extra: usize =
+            of.iter().map(|s| s.false_alarms.len() + s.effects.iter().filter(|e| e.right && !hit(e)).count()).sum();
         2.0 * hits as f64 / (hits + extra + truth).max(1) as f64
     };
     (f1(&|e| e.first), f1(&|e| e.right))
@@ -83,7 +91,8 @@ pub fn report(scores: &[Score]) -> String {
     }
     for (class, target) in [("pair", "0.95"), ("triple", "0.90")] {
         let (first, set) = f1(scores, class);
-        let _ = writeln!(s, "{:<52} {:>10} {first:>8.3}   with sets {set:.3}", format!("{class}: F1, named first"), target);
+        let _ =
+            writeln!(s, "{:<52} {:>10} {first:>8.3}   with sets {set:.3}", format!("{class}: F1, named first"), target);
     }
     for (what, value) in [
         ("gap closed, measured squares against oracle", scores.iter().filter_map(|s| s.closed).collect::<Vec<_>>()),
@@ -99,7 +108,14 @@ pub fn report(scores: &[Score]) -> String {
         );
     }
     let seconds: Vec<f64> = scores.iter().map(|s| s.seconds).collect();
-    let _ = writeln!(s, "{:<52} {:>10} {:>8.2} s median, {:.2} s longest", "time of a diagnosis", "-", quantile(&seconds, 0.5), quantile(&seconds, 1.0));
+    let _ = writeln!(
+        s,
+        "{:<52} {:>10} {:>8.2} s median, {:.2} s longest",
+        "time of a diagnosis",
+        "-",
+        quantile(&seconds, 0.5),
+        quantile(&seconds, 1.0)
+    );
     s + &matrix(scores) + &misses(scores)
 }
 
@@ -157,7 +173,13 @@ pub fn line(c: &Score) -> String {
         .effects
         .iter()
         .map(|e| {
-            let mark = if e.first { "first" } else if e.right { "in set" } else { "MISSED" };
+            let mark = if e.first {
+                "first"
+            } else if e.right {
+                "in set"
+            } else {
+                "MISSED"
+            };
             let named = e.named.as_ref().filter(|_| !e.first).map_or(String::new(), |(n, t)| format!(" as {n} {t}"));
             let size = e.size.map_or(String::new(), |v| format!(" x{v:.3}"));
             let inside = if e.inside.1 > 0 { format!(" ci {}/{}", e.inside.0, e.inside.1) } else { String::new() };

@@ -76,7 +76,8 @@ impl Setting<'_> {
 
     /// Size of each effect beside all others, in minimal detectable biases.
     pub fn conditional(&self, clean: &[Vector3<f64>], effects: &[Effect]) -> Vec<f64> {
-        let all: Vec<DVector<f64>> = effects.iter().map(|e| self.signature(clean, std::slice::from_ref(e), &[])).collect();
+        let all: Vec<DVector<f64>> =
+            effects.iter().map(|e| self.signature(clean, std::slice::from_ref(e), &[])).collect();
         (0..all.len())
             .map(|k| {
                 let others: Vec<_> = (0..all.len()).filter(|i| *i != k).map(|i| all[i].clone()).collect();
@@ -200,7 +201,9 @@ fn physical(e: &Effect) -> bool {
         "time_offset" => below(e.get("offset_s"), 0.1),
         "stiction" => below(e.of("spike"), play),
         "encoder_scale" => below(e.get("scale_ppm"), 5e3),
-        "transmission_error" => below(e.of("amplitude"), play) && below(e.of("amplitude") * e.get("cycles_per_rev"), 10.0),
+        "transmission_error" => {
+            below(e.of("amplitude"), play) && below(e.of("amplitude") * e.get("cycles_per_rev"), 10.0)
+        }
         "backlash" | "backlash_speed" => below(e.of("half_gap"), play),
         "backlash_position" => e.knots.iter().all(|k| below(k[1], 0.06 * if k[1] > 0.06 { 20.0 } else { 1.0 })),
         "hysteresis" => below(e.of("half_width"), 2.0 * play),
