@@ -1,0 +1,346 @@
+//! The machine: every effect of the catalogue, and the faults outside it, stepped in time on a fine grid.
+//!
+//! The commands are a function of time evaluated every 2 ms; servo and gear effects run through all of those steps, link and
+//! geometry effects through those that the log samples. Written from the table of effects alone.
+
+use crate::effects::Effect;
+use crate::kinematics::{Pose, apply, forward, frames, gravity_load, rpy, translation};
+use crate::outside::Outside;
+use crate::robots::Robot;
+use nalgebra::Vector3;
+use std::borrow::Cow;
+use std::f64::consts::TAU;
+use std::sync::OnceLock;
+
+/// Step of the fine grid (s); divides every period of the logs.
+pub const STEP_S: f64 = 0.002;
+/// A step of the command smaller than this is rest (rad or m): a hundredth of what a log resolves.
+const REST: f64 = 1e-10;
+
+/// Commands on the fine grid, joint by joint (rad or m); runs on beyond the log's last row.
+pub struct Grid {
+    pub joints: Vec<Vec<f64>>,
+    speed_mm_s: OnceLock<Vec<f64>>,
+}
+
+impl Grid {
+    pub fn new(joints: Vec<Vec<f64>>) -> Grid {
+        Grid { joints, speed_mm_s: OnceLock::new() }
+    }
+
+    /// Commanded TCP speed on the grid.
+    fn speed_mm_s(&self, robot: &Robot) -> &[f64] {
+        self.speed_mm_s.get_or_init(|| {
+            let n = self.joints[0].len();
+            let tool = robot.tool();
+            let at = |k: usize| forward(robot, &tool, &self.joints.iter().map(|q| q[k]).collect::<Vec<_>>());
+            // Every fifth step is fine enough for a speed; between them it is linear.
+            let coarse: Vec<_> = (0..n.div_ceil(5)).map(|k| at(k * 5)).collect();
+            let m = coarse.len();
+            let v: Vec<f64> = (0..m)
+                .map(|k| {
+                    let (a, b) = (k.saturating_sub(1), (k + 1).min(m - 1));
+                    (coarse[b] - coarse[a]).norm() * 1e3 / ((b - a).max(1) as f64 * 5.0 * STEP_S)
+                })
+                .collect();
+            (0..n).map(|k| v[k / 5] + (v[(k / 5 + 1).min(m - 1)] - v[k / 5]) * (k % 5) as f64 / 5.0).collect()
+        })
+    }
+}
+
+/// A machine: the robot and all that is wrong with it.
+pub struct Machine<'a> {
+    pub robot: &'a Robot,
+    pub registration: Pose,
+    pub effects: Vec<Effect>,
+    pub outside: Vec<Outside>,
+}
+
+impl Machine<'_> {
+    /// The TCP in the tracker's frame (m) at the grid's steps `rows`, without noise.
+    pub fn run(&self, grid: &Grid, rows: &[usize]) -> Vec<Vector3<f64>> {
+        let joints = self.gears(grid);
+        let last = grid.joints[0].len() - 1;
+        let offset_s: f64 = self.on("time_offset").map(|e| e.get("offset_s")).sum();
+        let robot = self.with_geometry();
+        let tool = robot.tool();
+        rows.iter()
+            .map(|&row| {
+                let at = (row as f64 + offset_s / STEP_S).clamp(0.0, last as f64);
+                let (k, u) = ((at as usize).min(last - 1), 0.0);
+                let u = u + at - k as f64;
+                let mut q: Vec<f64> = joints.iter().map(|c| c[k] + (c[k + 1] - c[k]) * u).collect();
+                self.links(&robot, &tool, &mut q);
+                let mut p = forward(&robot, &tool, &q);
+                self.tcp(&mut p, at * STEP_S);
+                for o in &self.outside {
+                    p += o.tcp(at * STEP_S);
+                }
+                apply(&self.registration, &p)
+            })
+            .collect()
+    }
+
+    fn on<'s>(&'s self, name: &'s str) -> impl Iterator<Item = &'s Effect> {
+        self.effects.iter().filter(move |e| e.name == name)
+    }
+
+    /// Servo and gear of every joint, through all steps of the grid.
+    fn gears<'g>(&self, grid: &'g Grid) -> Vec<Cow<'g, [f64]>> {
+        let mut joints: Vec<Cow<[f64]>> = grid.joints.iter().map(|q| Cow::Borrowed(q.as_slice())).collect();
+        for stage in [&["servo_lag"][..], &["stiction"], &GEAR] {
+            for e in self.effects.iter().filter(|e| stage.contains(&e.name.as_str())) {
+                let Some(j) = self.robot.index(&e.target) else { continue };
+                let joint = &self.robot.joints[j];
+                let (u, q) = (joint.unit(), joints[j].to_mut());
+                match e.name.as_str() {
+                    "servo_lag" => lag(q, e.get("lag_s")),
+                    "stiction" => stiction(q, e.of("spike") * u, e.get("decay_s"), e.of("decay") * u),
+                    "encoder_scale" => q.iter_mut().for_each(|p| *p *= 1.0 + e.get("scale_ppm") * 1e-6),
+                    "transmission_error" => {
+                        let turn = if joint.revolute { TAU } else { joint.lead_m };
+                        let rate = e.get("cycles_per_rev") * TAU / turn;
+                        let (amplitude, phase) = (e.of("amplitude") * u, e.get("phase_deg").to_radians());
+                        q.iter_mut().for_each(|p| *p += amplitude * (rate * *p + phase).sin());
+                    }
+                    "backlash" => play(q, |_, _| e.of("half_gap") * u),
+                    "backlash_position" => {
+                        let curve = Pchip::new(&e.knots.iter().map(|k| k.map(|v| v * u)).collect::<Vec<_>>());
+                        play(q, |_, p| curve.at(p));
+                    }
+                    "backlash_speed" => {
+                        let v = grid.speed_mm_s(self.robot);
+                        let slope =
+                            if joint.revolute { e.get("slope_deg_per_mm_s") } else { e.get("slope_mm_per_mm_s") };
+                        play(q, |k, _| (e.of("half_gap") + slope * v[k]) * u);
+                    }
+                    _ => hysteresis(q, e.of("half_width") * u, e.of("presliding") * u),
+                }
+            }
+        }
+        for o in &self.outside {
+            o.gear(&grid.joints, &mut joints);
+        }
+        joints
+    }
+
+    /// Offsets of the links at one pose.
+    fn links(&self, robot: &Robot, tool: &Pose, q: &mut [f64]) {
+        let from: Vec<f64> = q.to_vec();
+        let mut loads = None;
+        for e in &self.effects {
+            let (to, source) = e.target.split_once("<-").unwrap_or((&e.target, ""));
+            let Some(j) = self.robot.index(to) else { continue };
+            let u = robot.joints[j].unit();
+            match e.name.as_str() {
+                "joint_zero_offset" => q[j] += e.of("offset") * u,
+                "axis_coupling" => {
+                    if let Some(i) = self.robot.index(source) {
+                        q[j] += e.get("ratio") * from[i];
+                    }
+                }
+                "gravity_compliance" => {
+                    let f = loads.get_or_insert_with(|| frames(robot, tool, &from));
+                    let c = if robot.joints[j].revolute {
+                        e.get("compliance_deg_per_nm")
+                    } else {
+                        e.get("compliance_mm_per_n")
+                    };
+                    q[j] += c * u * gravity_load(robot, f, j);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// The robot with its wrong lengths and tool.
+    fn with_geometry(&self) -> Robot {
+        let mut robot = self.robot.clone();
+        for e in self.on("link_error") {
+            let Some((joint, parameter)) = e.target.rsplit_once('.') else { continue };
+            let Some(j) = self.robot.index(joint) else { continue };
+            let j = &mut robot.joints[j];
+            match parameter {
+                "a" => j.a_m += e.get("delta_mm") * 1e-3,
+                "d" => j.d_m += e.get("delta_mm") * 1e-3,
+                _ => j.alpha_rad += e.get("delta_deg").to_radians(),
+            }
+        }
+        for e in self.on("tool_error") {
+            for (k, key) in ["x_mm", "y_mm", "z_mm"].iter().enumerate() {
+                robot.tool_xyz_m[k] += e.get(key) * 1e-3;
+            }
+        }
+        robot
+    }
+
+    fn tcp(&self, p: &mut Vector3<f64>, t_s: f64) {
+        for e in self.on("thermal_drift") {
+            let full = Vector3::new(e.get("x_mm"), e.get("y_mm"), e.get("z_mm")) * 1e-3;
+            *p += full * (1.0 - (-t_s / e.get("tau_s").max(1e-9)).exp());
+        }
+        for e in self.on("vibration") {
+            let d = Vector3::from(e.direction.unwrap_or([1., 0., 0.])).normalize();
+            let phase = TAU * e.get("frequency_hz") * t_s + e.get("phase_deg").to_radians();
+            *p += d * e.get("amplitude_um") * 1e-6 * phase.sin();
+        }
+    }
+}
+
+const GEAR: [&str; 6] =
+    ["encoder_scale", "transmission_error", "backlash", "backlash_position", "backlash_speed", "hysteresis"];
+
+/// First-order lag of a command that is linear within a step; exact for that.
+fn lag(q: &mut [f64], lag_s: f64) {
+    if lag_s == 0.0 {
+        return;
+    }
+    let decay = (-STEP_S / lag_s).exp();
+    let (mut out, mut before) = (q[0], q[0]);
+    for p in q.iter_mut() {
+        let slope = (*p - before) / STEP_S;
+        // Steady solution p - lag*slope; the rest decays.
+        out = (*p - lag_s * slope) + (out - (before - lag_s * slope)) * decay;
+        before = *p;
+        *p = out;
+    }
+}
+
+/// The joint stands still after a reversal until the command has moved as far as the error that the servo has not worked off.
+fn stiction(q: &mut [f64], spike: f64, decay_s: f64, decay_travel: f64) {
+    let (mut dir, mut turned) = (0.0, None);
+    let (mut before, mut travel) = (q[0], 0.0);
+    for (k, out) in q.iter_mut().enumerate() {
+        let p = *out;
+        let step = p - before;
+        if step.abs() > REST {
+            if dir * step < 0.0 {
+                turned = Some((before, k as f64 - 1.0));
+                travel = 0.0;
+            }
+            dir = step.signum();
+        }
+        travel += step.abs();
+        before = p;
+        if let Some((p_rev, k_rev)) = turned {
+            let left = if decay_s > 0.0 {
+                (-(k as f64 - k_rev) * STEP_S / decay_s).exp()
+            } else {
+                (-travel / decay_travel.max(1e-12)).exp()
+            };
+            *out = p - dir * (spike * left).min((p - p_rev).abs());
+        }
+    }
+}
+
+/// The play operator, starting in the middle of its gap.
+fn play(q: &mut [f64], half_gap: impl Fn(usize, f64) -> f64) {
+    let mut out = q[0];
+    for (k, p) in q.iter_mut().enumerate() {
+        let b = half_gap(k, *p).max(0.0);
+        out = out.clamp(*p - b, *p + b);
+        *p = out;
+    }
+}
+
+/// Dahl's lost motion; exact for a command that is monotone within a step.
+fn hysteresis(q: &mut [f64], half_width: f64, presliding: f64) {
+    let (mut z, mut before) = (0.0f64, q[0]);
+    for p in q.iter_mut() {
+        let step = *p - before;
+        before = *p;
+        if step != 0.0 {
+            let dir = step.signum();
+            z = dir + (z - dir) * (-step.abs() / presliding.max(1e-12)).exp();
+        }
+        *p -= half_width * z;
+    }
+}
+
+/// Monotone cubic through knots (Fritsch and Carlson 1980, with scipy's end slopes), constant beyond them.
+pub struct Pchip {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    slope: Vec<f64>,
+}
+
+impl Pchip {
+    pub fn new(knots: &[[f64; 2]]) -> Pchip {
+        let (x, y): (Vec<f64>, Vec<f64>) = knots.iter().map(|k| (k[0], k[1])).unzip();
+        let n = x.len();
+        let h: Vec<f64> = x.windows(2).map(|w| w[1] - w[0]).collect();
+        let m: Vec<f64> = (0..n.saturating_sub(1)).map(|k| (y[k + 1] - y[k]) / h[k]).collect();
+        let mut slope = vec![m.first().copied().unwrap_or(0.0); n];
+        for k in 1..n.saturating_sub(1) {
+            let (w1, w2) = (2.0 * h[k] + h[k - 1], h[k] + 2.0 * h[k - 1]);
+            slope[k] = if m[k - 1] * m[k] <= 0.0 { 0.0 } else { (w1 + w2) / (w1 / m[k - 1] + w2 / m[k]) };
+        }
+        if n > 2 {
+            let end = |h0: f64, h1: f64, m0: f64, m1: f64| {
+                let s = ((2.0 * h0 + h1) * m0 - h0 * m1) / (h0 + h1);
+                match () {
+                    () if s * m0 <= 0.0 => 0.0,
+                    () if m0 * m1 <= 0.0 && s.abs() > 3.0 * m0.abs() => 3.0 * m0,
+                    () => s,
+                }
+            };
+            slope[0] = end(h[0], h[1], m[0], m[1]);
+            slope[n - 1] = end(h[n - 2], h[n - 3], m[n - 2], m[n - 3]);
+        }
+        Pchip { x, y, slope }
+    }
+
+    /// Through rows of a log: slopes of the parabola through three rows, so that a course turns beyond its rows as the path
+    /// did; none where the course rests on one side.
+    pub fn through_rows(knots: &[[f64; 2]]) -> Pchip {
+        let mut curve = Pchip::new(knots);
+        let secant = |k: usize| (curve.y[k + 1] - curve.y[k]) / (curve.x[k + 1] - curve.x[k]);
+        for k in 1..curve.x.len() - 1 {
+            let (h0, h1) = (curve.x[k] - curve.x[k - 1], curve.x[k + 1] - curve.x[k]);
+            let (m0, m1) = (secant(k - 1), secant(k));
+            let rests = (m0 * h0).abs() < 3e-8 || (m1 * h1).abs() < 3e-8;
+            let mut slope = if rests { 0.0 } else { (m0 * h1 + m1 * h0) / (h0 + h1) };
+            // An interval that is run through in one direction must not turn within: that would be a reversal of its own.
+            for m in [m0, m1] {
+                if slope * m > 0.0 {
+                    slope = slope.signum() * slope.abs().min(3.0 * m.abs());
+                }
+            }
+            curve.slope[k] = slope;
+        }
+        curve
+    }
+
+    pub fn at(&self, p: f64) -> f64 {
+        let n = self.x.len();
+        if p <= self.x[0] {
+            return self.y[0];
+        }
+        if p >= self.x[n - 1] {
+            return self.y[n - 1];
+        }
+        let k = self.x.partition_point(|x| *x <= p) - 1;
+        let h = self.x[k + 1] - self.x[k];
+        let u = (p - self.x[k]) / h;
+        let (u2, u3) = (u * u, u * u * u);
+        self.y[k] * (2. * u3 - 3. * u2 + 1.)
+            + self.slope[k] * h * (u3 - 2. * u2 + u)
+            + self.y[k + 1] * (3. * u2 - 2. * u3)
+            + self.slope[k + 1] * h * (u3 - u2)
+    }
+}
+
+/// A registration from its file numbers (mm, deg).
+pub fn registration(xyz_mm: [f64; 3], rpy_deg: [f64; 3]) -> Pose {
+    translation(xyz_mm.map(|v| v * 1e-3)) * rpy(rpy_deg.map(f64::to_radians))
+}
+
+/// Rms per coordinate of a difference (um), over the rows where `b` stands.
+pub fn rms_um(a: &[Vector3<f64>], b: &[Option<Vector3<f64>>]) -> f64 {
+    let (sum, n) = a
+        .iter()
+        .zip(b)
+        .filter_map(|(a, b)| b.map(|b| (a - b).norm_squared()))
+        .fold((0.0, 0), |s, d| (s.0 + d, s.1 + 3));
+    (sum / f64::from(n.max(1))).sqrt() * 1e6
+}
