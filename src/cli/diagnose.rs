@@ -51,9 +51,10 @@ pub fn run(args: Args) -> Result<()> {
         Err(e) => return Err(bad_data(e, args.json)),
     };
     logs::refuse_repeats(&read)?;
-    let (diagnosis, found) = diagnose::diagnose(&model, &read)?;
+    let outcome = diagnose::diagnose(&model, &read)?;
+    let diagnosis = diagnose::document::of(&outcome);
     if let Some(out) = &mut model_out {
-        let text = found.to_yaml_inline()?;
+        let text = diagnose::model_with(&model, &outcome).to_yaml_inline()?;
         out.write_all(text.as_bytes()).map_err(|e| Error::io("--model-out", "write", e))?;
     }
     let story = display::story(&diagnosis);

@@ -33,19 +33,24 @@ use crate::error::Result;
 use crate::log::Log;
 use crate::model::Model;
 pub use document::Diagnosis;
+pub use search::Outcome;
 pub use verdict::Verdict;
 
-/// Diagnoses logs of one machine against its model; the second is the model with what was found inside.
+/// Diagnoses logs of one machine against its model: the outcome of the search, from which [`document::of`] makes the
+/// document and [`model_with`] the model.
 ///
 /// Logs have been through [`crate::log::hygiene`]. Errors: no measured column, or points from which no frame follows.
-pub fn diagnose(model: &Model, logs: &[Log]) -> Result<(Diagnosis, Model)> {
+pub fn diagnose(model: &Model, logs: &[Log]) -> Result<Outcome> {
     let (problem, start) = prepare::problem(model, logs)?;
-    let outcome = search::run(problem, start);
-    let diagnosis = document::of(&outcome);
+    Ok(search::run(problem, start))
+}
+
+/// The model with what was found inside, and the estimated frame.
+pub fn model_with(model: &Model, outcome: &Outcome) -> Model {
     let mut found = model.clone();
     found.effects = outcome.fit.hypothesis.effects.clone();
     if outcome.problem.groups.iter().any(|g| g.dims == 3) {
         found.registration = outcome.fit.hypothesis.frames.first().copied();
     }
-    Ok((diagnosis, found))
+    found
 }
