@@ -29,6 +29,8 @@ pub struct Candidate {
     pub positive: bool,
     /// Parameters that the shape holds.
     pub shape_parameters: usize,
+    /// Forms of one effect that a refit cannot turn into each other.
+    pub form: &'static str,
     build: Build,
 }
 
@@ -86,6 +88,7 @@ fn one(
         base: None,
         positive,
         shape_parameters,
+        form: "",
         build: Box::new(move |c| vec![Placed { target, effect: build(c[0]) }]),
     }
 }
@@ -162,7 +165,8 @@ fn joint(problem: &Problem, axis: usize, list: &mut Vec<Candidate>) {
 
 fn stiction(problem: &Problem, target: Target, decay: Decay, list: &mut Vec<Candidate>) {
     let effect = move |x: f64| Effect::Stiction(Stiction { spike: x, decay });
-    list.push(one(problem, target, effect(TRIAL), TRIAL, true, 1, effect));
+    let form = if matches!(decay, Decay::Time(_)) { "time" } else { "travel" };
+    list.push(Candidate { form, ..one(problem, target, effect(TRIAL), TRIAL, true, 1, effect) });
 }
 
 /// Counts of knots with which a gap over position is tried.
@@ -189,6 +193,7 @@ fn gaps(problem: &Problem, axis: usize, list: &mut Vec<Candidate>) {
         base: None,
         positive: false,
         shape_parameters: 0,
+        form: "",
         build: Box::new(move |c| {
             // a gap is nowhere negative: start inside
             let least = c[0].min(c[0] + c[1] * fastest);
@@ -224,6 +229,7 @@ fn gaps(problem: &Problem, axis: usize, list: &mut Vec<Candidate>) {
                 base: Some(base),
                 positive: false,
                 shape_parameters: 0,
+                form: "",
                 build: Box::new(move |c| curve(c).map(place).unwrap_or_default()),
             });
         }
@@ -252,6 +258,7 @@ fn geometry(problem: &Problem, list: &mut Vec<Candidate>) {
         base: None,
         positive: false,
         shape_parameters: 0,
+        form: "",
         build: Box::new(move |c| tool(Vector3::new(c[0], c[1], c[2]))),
     });
 }
@@ -270,6 +277,7 @@ fn tcp(problem: &Problem, list: &mut Vec<Candidate>) {
             base: None,
             positive: false,
             shape_parameters: 1,
+            form: "",
             build: Box::new(move |c| drift(Vector3::new(c[0], c[1], c[2]))),
         });
     }
@@ -293,6 +301,7 @@ pub fn ripple(problem: &Problem, axis: usize, cycles_per_rev: f64) -> Candidate 
         base: None,
         positive: false,
         shape_parameters: 1,
+        form: "",
         build: Box::new(move |c| effect(c[0], c[1])),
     }
 }
@@ -318,6 +327,7 @@ pub fn vibration(frequency_hz: f64) -> Candidate {
         positive: false,
         // the six coefficients of an ellipse hold one more than a line has
         shape_parameters: 0,
+        form: "",
         build: Box::new(move |c| {
             let (s, c) = (Vector3::new(c[0], c[1], c[2]), Vector3::new(c[3], c[4], c[5]));
             // the phase at which the ellipse is longest: its major axis is the line of motion

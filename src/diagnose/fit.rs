@@ -97,11 +97,11 @@ const STEPS: usize = 25;
 /// Change of the cost, in units of 2 ln L, at which a refit stops.
 const SETTLED: f64 = 1e-4;
 
-/// Step of a parameter for its numerical derivative.
+/// Step of a parameter for its numerical derivative: small, as a frequency turns the phase at the end of a long log.
 fn step_of(value: f64, bounds: (f64, f64)) -> f64 {
     let span = (bounds.1 - bounds.0).abs();
-    let scale = if span.is_finite() { 1e-5 * span } else { 1e-6 };
-    let h = (1e-3 * value.abs()).max(1e-3 * scale).max(1e-12);
+    let least = if span.is_finite() { 1e-8 * span } else { 1e-9 };
+    let h = if value == 0.0 { least } else { (2e-6 * value.abs()).max(1e-13) };
     if value + h > bounds.1 { -h } else { h }
 }
 

@@ -12,6 +12,7 @@ use crate::machine::{self, Drive, parts};
 use crate::robot::{Chain, Robot};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
+use std::sync::{Arc, OnceLock};
 
 /// One log, prepared.
 #[derive(Debug)]
@@ -25,7 +26,12 @@ pub struct LogData {
     pub block: usize,
     /// Rows left out as outliers, per reflector.
     pub left_out: Vec<Vec<bool>>,
+    /// Derivatives of the points at the first hypothesis: effects are far too small to change them.
+    pub jacobian: OnceLock<Arc<Jacobian>>,
 }
+
+/// Derivatives of points by joints, `[reflector][axis][row]`, m/rad or m/m.
+pub type Jacobian = Vec<Vec<Vec<Vector3<f64>>>>;
 
 impl LogData {
     /// Measured point of a reflector in a row, tracker frame.
@@ -73,8 +79,7 @@ pub struct LogState {
     pub joint: Vec<Vec<f64>>,
     /// Points in the base frame `[reflector][row]`, m.
     pub points_m: Vec<Vec<Vector3<f64>>>,
-    /// Derivatives of the points by the joints, `[reflector][axis][row]`.
-    pub jacobian: Vec<Vec<Vec<Vector3<f64>>>>,
+    pub jacobian: Arc<Jacobian>,
 }
 
 /// Prediction of a hypothesis and what it leaves.
@@ -140,29 +145,27 @@ impl Problem {
             }
         }
         let rows = log.drive.rows();
-        let mut points_m = Vec::new();
-        let mut jacobian = Vec::new();
-        for chain in self.chains(geometry, log) {
-            let mut points = vec![Vector3::zeros(); rows];
-            let mut columns = vec![vec![Vector3::zeros(); rows]; dof];
-            let mut q = vec![0.0; dof];
-            let mut line = vec![Vector3::zeros(); dof];
-            for r in 0..rows {
-                for (v, j) in q.iter_mut().zip(&joint) {
-                    *v = j[r];
-                }
-                points[r] = chain.position_and_jacobian(&q, &mut line);
-                for (c, v) in columns.iter_mut().zip(&line) {
-                    c[r] = *v;
-                }
-            }
-            let offset_s = parts::time_offset_s(&h.effects);
-            parts::shift_in_time(&log.drive, offset_s, &mut points);
-            parts::add_tcp(&log.drive, &h.effects, offset_s, &mut points);
-            points_m.push(points);
-            jacobian.push(columns);
-        }
-        LogState { servo, joint, points_m, jacobian }
+        let chains = self.chains(geometry, log);
+        let points_m = chains
+            .iter()
+            .map(|chain| {
+                let mut q = vec![0.0; dof];
+                let mut points: Vec<Vector3<f64>> = (0..rows)
+                    .map(|r| {
+                        for (v, j) in q.iter_mut().zip(&joint) {
+                            *v = j[r];
+                        }
+                        chain.position(&q)
+                    })
+                    .collect();
+                let offset_s = parts::time_offset_s(&h.effects);
+                parts::shift_in_time(&log.drive, offset_s, &mut points);
+                parts::add_tcp(&log.drive, &h.effects, offset_s, &mut points);
+                points
+            })
+            .collect();
+        let jacobian = log.jacobian.get_or_init(|| Arc::new(chains.iter().map(|c| derivatives(c, &joint)).collect()));
+        LogState { servo, jacobian: jacobian.clone(), joint, points_m }
     }
 
     /// Adds to `out` what a change of an axis' position (`joint`, and `servo` where it moves the motor too; per row of
@@ -354,6 +357,22 @@ impl Hypothesis {
         let small = Isometry3::from_parts(Translation3::from(t), UnitQuaternion::from_scaled_axis(w));
         self.frames[frame] *= small;
     }
+}
+
+fn derivatives(chain: &Chain, joint: &[Vec<f64>]) -> Vec<Vec<Vector3<f64>>> {
+    let (dof, rows) = (joint.len(), joint.first().map_or(0, Vec::len));
+    let mut columns = vec![vec![Vector3::zeros(); rows]; dof];
+    let (mut q, mut line) = (vec![0.0; dof], vec![Vector3::zeros(); dof]);
+    for r in 0..rows {
+        for (v, j) in q.iter_mut().zip(joint) {
+            *v = j[r];
+        }
+        chain.position_and_jacobian(&q, &mut line);
+        for (c, v) in columns.iter_mut().zip(&line) {
+            c[r] = *v;
+        }
+    }
+    columns
 }
 
 fn sensed(columns: &[Option<Vec<Option<f64>>>], axis: usize, row: usize) -> f64 {

@@ -11,11 +11,14 @@ use crate::error::{Error, Place, Result};
 use crate::log::{Log, registration};
 use crate::machine::Drive;
 use crate::model::Model;
-use crate::stats::robust::{MEDIAN_DISTANCE, SIGMA_PER_MAD, median, median_of};
+use crate::stats::robust::{self, MEDIAN_DISTANCE, SIGMA_PER_MAD, median, median_of};
 use nalgebra::{Isometry3, Vector3};
+use std::sync::OnceLock;
 
-/// Rows beyond which a log is averaged over blocks.
-const MOST_ROWS: usize = 12_000;
+/// Blocks into which a log is averaged at most.
+const MOST_BLOCKS: usize = 6000;
+/// Rows to which a log is thinned before: four to a block keep what is fast.
+const MOST_ROWS: usize = 24_000;
 /// Disagreement with the neighbours, in standard deviations, beyond which a sample is an outlier.
 const GROSS: f64 = 6.0;
 /// Distance within which a sample counts as noise, in standard deviations of a coordinate.
@@ -31,12 +34,14 @@ const PAIRS: usize = 3000;
 pub fn problem(model: &Model, logs: &[Log]) -> Result<(Problem, Hypothesis)> {
     let logs: Vec<LogData> = logs
         .iter()
+        .map(|log| thinned(model, log))
         .map(|log| LogData {
-            drive: Drive::of_log(&model.robot, log),
+            drive: Drive::of_log(&model.robot, &log),
             frame: 0,
-            block: if log.poses { 1 } else { log.len().div_ceil(MOST_ROWS).max(1) },
+            block: if log.poses { 1 } else { log.len().div_ceil(MOST_BLOCKS).max(1) },
             left_out: Vec::new(),
-            log: log.clone(),
+            jacobian: OnceLock::new(),
+            log,
         })
         .collect();
     let mut problem = Problem {
@@ -65,6 +70,90 @@ pub fn problem(model: &Model, logs: &[Log]) -> Result<(Problem, Hypothesis)> {
         h.frames[0] = register(&problem, &h)?;
     }
     Ok((problem, h))
+}
+
+/// A log of at most [`MOST_ROWS`] rows: of each run of rows the middle one, its measurement replaced by the prediction of
+/// the commands there plus the mean of measured minus predicted over the run. What is slower than a run is kept, its
+/// noise averaged; gross errors of single rows are taken by the median.
+fn thinned(model: &Model, log: &Log) -> Log {
+    let run = log.len().div_ceil(MOST_ROWS);
+    if run <= 1 || log.poses {
+        return log.clone();
+    }
+    let runs: Vec<std::ops::Range<usize>> =
+        (0..log.len()).step_by(run).map(|s| s..(s + run).min(log.len())).collect();
+    let middle = |r: &std::ops::Range<usize>| (r.start + r.end) / 2;
+    let numbers = |c: &Option<Vec<Option<f64>>>| c.as_ref().map(|c| runs.iter().map(|r| c[middle(r)]).collect());
+    let mut q = vec![0.0; model.robot.dof()];
+    let frame = frame_of(model, log);
+    let mut expected = |row: usize| {
+        log.command_into(row, &mut q);
+        frame.transform_point(&model.robot.tcp_m(&q).into()).coords
+    };
+    let mut points = |column: &[Option<Vector3<f64>>]| -> Vec<Option<Vector3<f64>>> {
+        if column.is_empty() {
+            return Vec::new();
+        }
+        runs.iter()
+            .map(|r| {
+                let off: Vec<Vector3<f64>> =
+                    r.clone().filter_map(|row| column[row].map(|m| m - expected(row))).collect();
+                robust::point_mean(&off, 1e-7).map(|m| m.mean + expected(middle(r)))
+            })
+            .collect()
+    };
+    let joints = |columns: &[Option<Vec<Option<f64>>>]| -> Vec<Option<Vec<Option<f64>>>> {
+        columns
+            .iter()
+            .zip(&log.cmd)
+            .map(|(c, cmd)| {
+                c.as_ref().map(|c| {
+                    runs.iter()
+                        .map(|r| {
+                            let mut off: Vec<f64> = r.clone().filter_map(|i| c[i].map(|v| v - cmd[i])).collect();
+                            let n = off.len() as f64;
+                            let _ = median_of(&mut off)?;
+                            Some(off.iter().sum::<f64>() / n + cmd[middle(r)])
+                        })
+                        .collect()
+                })
+            })
+            .collect()
+    };
+    Log {
+        name: log.name.clone(),
+        sha256: log.sha256.clone(),
+        line: runs.iter().map(|r| log.line.get(middle(r)).copied().unwrap_or(0)).collect(),
+        t_s: runs.iter().map(|r| log.t_s[middle(r)]).collect(),
+        poses: false,
+        cmd: log.cmd.iter().map(|c| runs.iter().map(|r| c[middle(r)]).collect()).collect(),
+        cmd_decimals: log.cmd_decimals.clone(),
+        tcp_m: points(&log.tcp_m),
+        reflectors_m: log.reflectors_m.iter().map(|c| points(c)).collect(),
+        enc: joints(&log.enc),
+        meas: joints(&log.meas),
+        trigger: None,
+        cycle: None,
+        speed_m_s: numbers(&log.speed_m_s),
+        payload_kg: numbers(&log.payload_kg),
+        temp_c: numbers(&log.temp_c),
+    }
+}
+
+/// The model's frame, or the one that fits the commands: good enough to take differences over a fraction of a second.
+fn frame_of(model: &Model, log: &Log) -> Isometry3<f64> {
+    if let Some(frame) = model.registration {
+        return frame;
+    }
+    let thin = (log.len() / PAIRS).max(1);
+    let pairs: Vec<registration::Pair> = (0..log.len())
+        .step_by(thin)
+        .filter_map(|r| {
+            let m = log.tcp_m.get(r).copied().flatten()?;
+            Some(registration::Pair { base_m: model.robot.tcp_m(&log.command(r)), tracker_m: m })
+        })
+        .collect();
+    registration::register_line(&pairs).map_or_else(|_| Isometry3::identity(), |r| r.found.frame)
 }
 
 fn logs_named(problem: &Problem) -> String {

@@ -78,6 +78,8 @@ pub struct Outcome {
     /// Rivals of each found effect, with the found one among them, best first.
     pub rivals: Vec<Vec<Refined>>,
     pub structure: Tested,
+    /// The same before the first round, with noise that no structure can be mistaken for.
+    pub structure_at_first: Tested,
     /// Screening at the end: what is left and what would have been seen.
     pub last: Vec<Score>,
     pub outliers: usize,
@@ -137,14 +139,14 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     fit = fit::refit(&problem, &h, &[], &white(&problem, &h));
     let candidates = candidates::all(&problem);
     let mut bundles = structure::basis(&problem, &h, &fit.state, &candidates);
-    let (first, freed) = first_noise(&problem, &fit, &white(&problem, &h), &bundles);
+    let (first, mut free) = first_noise(&problem, &fit, &white(&problem, &h), &bundles);
     let mut whitening = first;
-    let single = prepare::drop_single(&mut problem, &freed);
+    let single = prepare::drop_single(&mut problem, &free.freed);
     if single > 0 {
         outliers += single;
         fit = fit::refit(&problem, &h, &[], &white(&problem, &h));
         bundles = structure::basis(&problem, &h, &fit.state, &candidates);
-        whitening = first_noise(&problem, &fit, &white(&problem, &h), &bundles).0;
+        (whitening, free) = first_noise(&problem, &fit, &white(&problem, &h), &bundles);
     }
     fit = fit::refit(&problem, &fit.hypothesis, &[], &whitening);
     let rms_nuisance = rms(&problem, &fit.state.residual);
@@ -159,6 +161,8 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         whitening = Whitening::of_residual(&problem, &fit.state.residual, fit.parameters()).0;
         fit = fit::refit(&problem, &fit.hypothesis, &fit.free, &whitening);
     }
+    // the noise of what is left: that of the freed residual is a little too quiet for a test
+    whitening = Whitening::of_residual(&problem, &fit.state.residual, fit.parameters()).0;
     let rivals = (0..fit.free.len()).map(|k| search.rivals(&fit, k, &whitening)).collect();
     let tangent = fit::tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     let ground = Ground::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
@@ -172,6 +176,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         whitening,
         rivals,
         structure,
+        structure_at_first: free,
         last,
         outliers,
         rms_given,
@@ -183,17 +188,19 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
 }
 
 /// Noise of the residual freed of the whole catalogue-free basis, in two turns.
-fn first_noise(problem: &Problem, fit: &Fit, white: &Whitening, bundles: &[Bundle]) -> (Whitening, Vec<f64>) {
+fn first_noise(problem: &Problem, fit: &Fit, white: &Whitening, bundles: &[Bundle]) -> (Whitening, Tested) {
     let mut whitening = white.clone();
-    let mut freed = Vec::new();
-    for _ in 0..2 {
+    let mut turn = 0;
+    loop {
         let tangent = fit::tangent(problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
         let ground = Ground::new(problem, &fit.hypothesis, &fit.state, &whitening, tangent);
         let tested = structure::test(&ground, bundles);
         whitening = Whitening::of_residual(problem, &tested.freed, tested.whole.dof).0;
-        freed = tested.freed;
+        turn += 1;
+        if turn == 2 {
+            return (whitening, tested);
+        }
     }
-    (whitening, freed)
 }
 
 impl Search<'_> {
@@ -215,7 +222,9 @@ impl Search<'_> {
         let mut picked: Vec<&(Score, &Candidate)> = Vec::new();
         let best = scored.first().map_or(0.0, |s| s.0.gain);
         for s in &scored {
-            let again = picked.iter().any(|q| q.1.effect == s.1.effect && q.1.target == s.1.target);
+            let again = picked
+                .iter()
+                .any(|q| q.1.effect == s.1.effect && q.1.target == s.1.target && q.1.form == s.1.form);
             if !again && picked.len() < REFINED && s.0.gain > NEAR * best {
                 picked.push(s);
             }

@@ -1,8 +1,8 @@
 //! Frequencies of ripple (over the angle of a joint) and of vibration (over time), from the residual's spectra.
 //!
-//! Method: the scalar product of the residual with a sine of any frequency is a discrete Fourier sum over the joint's
-//! angle (uneven, so summed with a turning phasor) or over time (even but for gaps, so by FFT); divided by the norm that
-//! the sine has after whitening, it is the gain in 2 ln L (the periodogram of Lomb and Scargle, for coloured noise).
+//! Method: the scalar product of the residual with a sine of any frequency is a Fourier sum over the joint's angle (shared
+//! out linearly to a fine grid of angles) or over time, so an FFT gives it at all frequencies; divided by the norm that the
+//! sine has after whitening, it is the gain in 2 ln L (the periodogram of Lomb and Scargle, for coloured noise).
 //! The norm is approximated by the noise spectrum at the local frequency and made exact at the peaks by the screening.
 
 use super::candidates::{self, Candidate};
@@ -17,27 +17,34 @@ use std::f64::consts::TAU;
 const MOST_CYCLES: f64 = 2000.0;
 /// Points per width of a peak.
 const OVERSAMPLING: f64 = 3.0;
-/// Most frequencies that are tried on one joint.
-const MOST_FREQUENCIES: usize = 12_000;
 /// Peaks kept per joint, and of the vibration.
 const PEAKS: usize = 3;
 
 /// Number of independent frequencies looked at, for the chance of the best of them.
 pub fn tried(ground: &Ground) -> f64 {
     let joints: f64 =
-        (0..ground.problem.robot.dof()).filter_map(|a| grid(ground, a)).map(|g| g.count as f64 / OVERSAMPLING).sum();
+        (0..ground.problem.robot.dof()).filter_map(|a| grid(ground, a)).map(|g| (g.to - g.from) as f64 / g.fine).sum();
     let time: f64 = ground.problem.logs.iter().filter(|l| !l.log.poses).map(|l| l.drive.rows() as f64 / 2.0).sum();
     joints + time
 }
 
-/// Frequencies of one joint: rad per rad (or per m) of travel.
+/// Frequencies of one joint, rad per rad (or per m) of travel: multiples `from..to` of `step`.
 struct Grid {
-    first: f64,
+    from: usize,
+    to: usize,
     step: f64,
-    count: usize,
     /// rad per rad or per m of one cycle per revolution.
     unit: f64,
+    /// Grid of angles: first one, distance, and length of the transform.
+    lo: f64,
+    width: f64,
+    size: usize,
+    /// Points per width of a peak.
+    fine: f64,
 }
+
+/// Cells of the grid of angles per period of the highest frequency.
+const CELLS: f64 = 8.0;
 
 fn grid(ground: &Ground, axis: usize) -> Option<Grid> {
     let joint = ground.problem.robot.axis(axis);
@@ -57,10 +64,16 @@ fn grid(ground: &Ground, axis: usize) -> Option<Grid> {
     if cycles.is_nan() || cycles < 2e-3 {
         return None;
     }
-    let step = 1.0 / cycles / OVERSAMPLING;
-    let most = MOST_CYCLES.min(0.4 * samples as f64 / cycles).max(1.0);
-    let count = (((most - 1.0) / step) as usize + 1).min(MOST_FREQUENCIES);
-    Some(Grid { first: unit, step: step * unit, count, unit })
+    let most = MOST_CYCLES.min(0.4 * samples as f64 / cycles).max(1.5);
+    let width = TAU / (CELLS * most * unit);
+    let cells = ((hi - lo) / width).ceil() as usize + 2;
+    // one cycle per revolution must stand on the grid, also where the joint turns by less
+    let size = ((OVERSAMPLING * cells as f64).max(CELLS * most)).ceil() as usize;
+    let size = size.next_power_of_two();
+    let step = TAU / (size as f64 * width);
+    let from = (unit / step).ceil() as usize;
+    let to = ((most * unit / step) as usize).max(from) + 1;
+    (to <= size / 2).then_some(Grid { from, to, step, unit, lo, width, size, fine: size as f64 / cells as f64 })
 }
 
 /// Candidates at the peaks of each joint's spectrum.
@@ -70,8 +83,10 @@ pub fn ripples(ground: &Ground, back: &[f64]) -> Vec<Candidate> {
         .map(|axis| {
             let Some(g) = grid(ground, axis) else { return Vec::new() };
             let power = spectrum(ground, back, axis, &g);
-            let peaks = peaks(&power, OVERSAMPLING as usize);
-            peaks.into_iter().map(|k| candidates::ripple(ground.problem, axis, (g.first + g.step * k) / g.unit)).collect()
+            peaks(&power, g.fine.ceil() as usize)
+                .into_iter()
+                .map(|k| candidates::ripple(ground.problem, axis, g.step * (g.from as f64 + k) / g.unit))
+                .collect()
         })
         .collect::<Vec<Vec<Candidate>>>()
         .into_iter()
@@ -81,8 +96,8 @@ pub fn ripples(ground: &Ground, back: &[f64]) -> Vec<Candidate> {
 
 /// Gain in 2 ln L of a sine over a joint's position, at each frequency of the grid.
 fn spectrum(ground: &Ground, back: &[f64], axis: usize, grid: &Grid) -> Vec<f64> {
-    let mut sums = vec![Complex::new(0.0, 0.0); grid.count];
-    let mut norms = vec![0.0; grid.count];
+    let mut sums = vec![Complex::new(0.0, 0.0); grid.size];
+    let mut norms = vec![0.0; grid.to - grid.from];
     for g in &ground.problem.groups {
         let n = g.len();
         let log = &ground.problem.logs[g.log];
@@ -106,20 +121,18 @@ fn spectrum(ground: &Ground, back: &[f64], axis: usize, grid: &Grid) -> Vec<f64>
         let per_variance = 0.5 / (noise.sigma * noise.sigma);
         let bins = lever_by_speed(g, p, &lever);
         for (b, &(w, _)) in lever.iter().enumerate() {
-            let at = p[g.middle(b)];
-            let mut phasor = Complex::from_polar(1.0, grid.first * at);
-            let turn = Complex::from_polar(1.0, grid.step * at);
-            for s in &mut sums {
-                *s += phasor * w;
-                phasor *= turn;
-            }
+            let at = (p[g.middle(b)] - grid.lo) / grid.width;
+            let cell = at.floor();
+            sums[cell as usize].re += w * (1.0 - (at - cell));
+            sums[cell as usize + 1].re += w * (at - cell);
         }
         for (k, norm) in norms.iter_mut().enumerate() {
-            let frequency = grid.first + grid.step * k as f64;
+            let frequency = grid.step * (grid.from + k) as f64;
             *norm += per_variance * bins.iter().map(|(v, l)| l / noise.spectrum((frequency * v).min(2.5))).sum::<f64>();
         }
     }
-    sums.iter().zip(&norms).map(|(s, n)| if *n > 0.0 { s.norm_sqr() / n } else { 0.0 }).collect()
+    FftPlanner::new().plan_fft_forward(grid.size).process(&mut sums);
+    sums[grid.from..grid.to].iter().zip(&norms).map(|(s, n)| if *n > 0.0 { s.norm_sqr() / n } else { 0.0 }).collect()
 }
 
 fn g_index(ground: &Ground, g: &Group) -> usize {

@@ -11,6 +11,8 @@ pub const WITHIN: f64 = 4.0;
 pub const HELD: f64 = 0.95;
 /// Chance of a structure ratio below which structure remains.
 const STRUCTURED: f64 = 1e-5;
+/// The same where the noise is that of the freed residual, which is a little too quiet.
+const BEYOND_DOUBT: f64 = 1e-15;
 /// Structure smaller than this part of what was explained is the imprecision of the explained effects.
 const IMPRECISION: f64 = 0.06;
 /// Minimal detectable bias: non-centrality at a chance of 0.001 and a power of 0.8.
@@ -87,9 +89,20 @@ pub fn structure(outcome: &Outcome) -> Option<Ratio> {
         .iter()
         .filter(|r| told(r, count))
         .min_by(|a, b| a.p_value.total_cmp(&b.p_value).then((b.gain).total_cmp(&a.gain)));
+    let swallowed = &outcome.structure_at_first.whole;
     match (whole, worst) {
         (_, Some(r)) => Some(r.clone()),
         (true, None) => Some(outcome.structure.whole.clone()),
+        // nothing was found, and the noise model may have taken structure for slow noise
+        _ if outcome.fit.free.is_empty() && swallowed.p_value < BEYOND_DOUBT => Some(
+            outcome
+                .structure_at_first
+                .bundles
+                .iter()
+                .min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)))
+                .unwrap_or(swallowed)
+                .clone(),
+        ),
         _ => None,
     }
 }
