@@ -27,7 +27,7 @@ const MOST_ROWS: f64 = 5e7;
 const SETTLED_S: f64 = 1e6;
 
 /// Where the samples of an axis stand.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 enum Samples {
     /// The axis does not move: one sample.
     Rest,
@@ -39,7 +39,7 @@ enum Samples {
     Own { t_s: Vec<f64>, p: Vec<f64>, rows: Vec<u32> },
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Axis {
     samples: Samples,
     dir: Vec<i8>,
@@ -50,7 +50,7 @@ struct Axis {
 }
 
 /// Commands of all axes over rows: a log's, or those at which a program is sampled.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Drive {
     between: Between,
     t_s: Vec<f64>,
