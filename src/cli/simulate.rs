@@ -1,6 +1,7 @@
 //! `lostmotion simulate`: model + program or log -> predicted log.
 
 use crate::cli::{page, paths};
+use crate::effect::{Effect, Placed};
 use crate::error::Result;
 use crate::io::input;
 use crate::io::output::{self, Output};
@@ -91,7 +92,7 @@ pub fn run(args: Args) -> Result<()> {
         seed: args.seed,
         encoders: args.encoders,
     };
-    let written = if predicted::is_log(&input, &model) {
+    let mut written = if predicted::is_log(&input, &model) {
         let log = Log::parse(input.clone(), &model.robot)?;
         options.encoders |= predicted::has_encoders(&input, &model);
         let motion = Motion::of_log(&model, &log);
@@ -101,6 +102,14 @@ pub fn run(args: Args) -> Result<()> {
         }
         if log.poses {
             written.notes.push("no t_s: rows are settled poses, where the servo has worked its error off".into());
+            let timeless = |e: &&Placed| {
+                use Effect::{ServoLag, ThermalDrift, TimeOffset, Vibration};
+                matches!(e.effect, ServoLag(_) | ThermalDrift(_) | Vibration(_) | TimeOffset(_))
+            };
+            for e in model.effects.iter().filter(timeless) {
+                let target = e.target_text(&model.robot);
+                written.notes.push(format!("{} of {target} does nothing: settled poses have no time", e.effect.name()));
+            }
         }
         written
     } else {
@@ -111,6 +120,9 @@ pub fn run(args: Args) -> Result<()> {
         written.notes.extend(notes);
         written
     };
+    if model.robot.links.is_empty() && model.effects.iter().any(|e| matches!(e.effect, Effect::GravityCompliance(_))) {
+        written.notes.push("gravity_compliance does nothing: the robot file has no `links`".into());
+    }
     page::write(&mut report, || page::simulate::of_run(&model, &from, &written))?;
     output::commit([Some(out), report])?;
     for note in &written.notes {

@@ -61,6 +61,19 @@ impl Samples for Support<'_> {
     }
 }
 
+/// Command at the time `t_s` behind sample `j`, by the motion between samples on which a lag rests.
+pub fn command_between(track: &Track, j: usize, t_s: f64) -> f64 {
+    let support = Support(track);
+    let i = match track.rows {
+        Some(rows) if track.between == Between::Smooth => rows.partition_point(|&r| r as usize <= j).saturating_sub(1),
+        _ => j,
+    };
+    if i + 1 >= support.len() {
+        return track.p[j];
+    }
+    smooth::value(support.p(i), &support.cubic(i), t_s - support.t_s(i))
+}
+
 /// The lagged command within one interval.
 struct Piece {
     p: f64,

@@ -5,11 +5,13 @@
 //! reversal; a step of the last written digit is a command and may be one. An axis at rest has one sample.
 //!
 //! A play behind a lagging servo turns where the lagged joint does, between the samples of the command; those points
-//! are worked out and added where both stand on one axis ([`ServoLag::turning_points`]).
+//! are worked out and added where both stand on one axis ([`crate::effect::ServoLag::turning_points`]). A stiction that a lag
+//! filters gets finer samples until it comes loose.
 
 use super::gravity::Gravity;
 use super::{grid::Grid, speed, turns};
-use crate::effect::{Between, Effect, ServoLag, Stage, Track, Turn, apply_stage};
+use crate::effect::servo_lag::command_between;
+use crate::effect::{Between, Effect, Stage, Track, Turn, apply_stage};
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
 use crate::program::Program;
@@ -26,8 +28,12 @@ const MOST_ROWS: f64 = 5e7;
 /// Seconds between two settled poses: long enough for any servo to have worked its error off.
 const SETTLED_S: f64 = 1e6;
 
+/// Parts of an interval in which a stuck joint may come loose before a servo lag, and the intervals so divided behind a turn at most.
+const SUBSAMPLES: u8 = 16;
+const MOST_STUCK: usize = 64;
+
 /// Where the samples of an axis stand.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 enum Samples {
     /// The axis does not move: one sample.
     Rest,
@@ -39,7 +45,7 @@ enum Samples {
     Own { t_s: Vec<f64>, p: Vec<f64>, rows: Vec<u32> },
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Axis {
     samples: Samples,
     dir: Vec<i8>,
@@ -50,7 +56,7 @@ struct Axis {
 }
 
 /// Commands of all axes over rows: a log's, or those at which a program is sampled.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Drive {
     between: Between,
     t_s: Vec<f64>,
@@ -283,19 +289,13 @@ impl Drive {
         if effects.iter().any(|e| matches!(e, Effect::BacklashSpeed(_))) {
             track.tcp_speed_m_s = self.sample_speed(axis);
         }
-        let lag = effects.iter().find_map(|e| if let Effect::ServoLag(l) = e { Some(l) } else { None });
-        let remembers = effects.iter().any(|e| e.stage() == Stage::Gear && e.has_memory());
+        if let Some(between) = self.between_samples(&track, effects, last) {
+            return run_wide(&track, &between, effects, last);
+        }
         let mut signal = track.p.to_vec();
-        match lag {
-            Some(lag) if last == Stage::Gear && remembers && !self.rests(axis) => {
-                return self.run_behind_lag(lag, &track, effects);
-            }
-            _ => {
-                apply_stage(Stage::Servo, &track, effects.iter().copied(), &mut signal);
-                if last == Stage::Gear {
-                    apply_stage(Stage::Gear, &track, effects.iter().copied(), &mut signal);
-                }
-            }
+        apply_stage(Stage::Servo, &track, effects.iter().copied(), &mut signal);
+        if last == Stage::Gear {
+            apply_stage(Stage::Gear, &track, effects.iter().copied(), &mut signal);
         }
         if self.rests(axis) {
             signal.resize(self.rows(), signal.first().copied().unwrap_or(0.0));
@@ -305,18 +305,53 @@ impl Drive {
         pick(signal, rows)
     }
 
-    /// With the turning points of the lagged joint as further samples.
-    fn run_behind_lag(&self, lag: &ServoLag, track: &Track, effects: &[&Effect]) -> Vec<f64> {
-        let found = lag.turning_points(track);
-        let more = More::new(track, &found);
-        let wide = more.track(track);
-        let mut all = wide.p.to_vec();
-        apply_stage(Stage::Servo, &wide, effects.iter().copied(), &mut all);
-        apply_stage(Stage::Gear, &wide, effects.iter().copied(), &mut all);
-        match track.rows {
-            None => pick(all, Some(&more.place)),
-            Some(rows) => rows.iter().map(|&r| all[more.place[r as usize] as usize]).collect(),
+    /// Further samples that a servo lag needs: where the lagged joint turns, if its gear remembers turning points; and many behind
+    /// each turn of the command, if the lag filters a stiction, whose way out of the stick no row shows.
+    fn between_samples(&self, track: &Track, effects: &[&Effect], last: Stage) -> Option<Vec<(usize, f64, f64)>> {
+        let at = effects.iter().position(|e| matches!(e, Effect::ServoLag(_)))?;
+        let Effect::ServoLag(lag) = effects[at] else { return None };
+        if self.settled() || track.len() < 2 {
+            return None;
         }
+        let stuck = effects[..at].iter().filter_map(|e| if let Effect::Stiction(s) = e { Some(s.spike) } else { None });
+        let spike = stuck.fold(0.0, f64::max);
+        let turns_matter = last == Stage::Gear && effects.iter().any(|e| e.stage() == Stage::Gear && e.has_memory());
+        if spike <= 0.0 && !turns_matter {
+            return None;
+        }
+        let mut found = if turns_matter { lag.turning_points(track) } else { Vec::new() };
+        if spike > 0.0 {
+            for (turn, samples) in track.strokes() {
+                for j in samples.take(MOST_STUCK) {
+                    let (t0, t1) = (track.t_s[j - 1], track.t_s[j]);
+                    for k in 1..SUBSAMPLES {
+                        let t = t0 + (t1 - t0) * f64::from(k) / f64::from(SUBSAMPLES);
+                        found.push((j - 1, t, command_between(track, j - 1, t)));
+                    }
+                    if (track.p[j] - turn.p).abs() > spike {
+                        break;
+                    }
+                }
+            }
+            found.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+            found.dedup_by(|a, b| a.1 == b.1);
+        }
+        Some(found)
+    }
+}
+
+/// Runs over the samples of a track and more between them; gives the rows.
+fn run_wide(track: &Track, between: &[(usize, f64, f64)], effects: &[&Effect], last: Stage) -> Vec<f64> {
+    let more = More::new(track, between);
+    let wide = more.track(track);
+    let mut all = wide.p.to_vec();
+    apply_stage(Stage::Servo, &wide, effects.iter().copied(), &mut all);
+    if last == Stage::Gear {
+        apply_stage(Stage::Gear, &wide, effects.iter().copied(), &mut all);
+    }
+    match track.rows {
+        None => pick(all, Some(&more.place)),
+        Some(rows) => rows.iter().map(|&r| all[more.place[r as usize] as usize]).collect(),
     }
 }
 

@@ -1,7 +1,7 @@
 //! All points of a program and all rows of its log, in the order of time.
 
 /// The merged times of points and rows.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Grid {
     pub t_s: Vec<f64>,
     /// Program point at or before each grid time; its segment.

@@ -5,6 +5,7 @@ mod assess_impact;
 mod bad_input;
 mod bench;
 mod catalogue;
+mod catalogue_docs;
 mod fit;
 mod gaps_file;
 mod identify_path;
