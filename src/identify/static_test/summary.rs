@@ -143,9 +143,10 @@ pub fn summarise(table: &Table) -> Option<Summary> {
         let mean = means.iter().sum::<f64>() / n;
         let raw = means.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / (n - 1.0);
         Noise { variance: raw.max(floor), dof: n - 1.0, from: NoiseFrom::Places, rounding: raw < floor }
-    } else if sigma_in_dwell > 0.0 {
+    } else if sigma_in_dwell > 0.0 || (table.measured && floor > 0.0) {
         // degrees of freedom of the scatter are many; 30 keeps the interval honest where they are few
-        Noise { variance: sigma_in_dwell.powi(2).max(floor), dof: 30.0, from: NoiseFrom::Dwells, rounding: false }
+        let raw = sigma_in_dwell.powi(2);
+        Noise { variance: raw.max(floor), dof: 30.0, from: NoiseFrom::Dwells, rounding: raw < floor }
     } else {
         return None;
     };
