@@ -12,6 +12,8 @@
 //!   Achse1: {to: cmd_A1_deg, unit: rad, sign: -1}
 //!   X: {to: x_mm, unit: m, scale: 1.0000021}
 //!   Y: y_mm                      # the unit of our name
+//!   Z: {to: z_mm, missing: [nan, 0]}  # such a cell is an empty one
+//!   Stamp: {to: t_s, unit: iso8601}  # seconds since the first row
 //!   cmd_A1_deg: ignore           # theirs, but not what we mean by it
 //! ```
 //!
@@ -144,8 +146,23 @@ const UNITS: &[(&str, char, f64)] = &[
     ("m_s", 'v', 1.0),
 ];
 
+/// Unit of a column of dates and times; its values are microseconds (see `timestamp`).
+const TIMESTAMP: &str = "iso8601";
+
 fn unit_named(name: &str) -> Option<(char, f64)> {
+    if name == TIMESTAMP {
+        return Some(('t', 1e-6));
+    }
     UNITS.iter().find(|u| u.0 == name).map(|u| (u.1, u.2))
+}
+
+/// What a file writes in place of an empty cell.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Missing {
+    /// A text, case ignored (`nan`, `n/a`).
+    Text(String),
+    /// A number, however it is written (`0`, `0.000`).
+    Number(f64),
 }
 
 /// One line of a column map.
@@ -156,6 +173,7 @@ struct Entry {
     unit: Option<String>,
     /// Sign times scale.
     factor: f64,
+    missing: Vec<Missing>,
 }
 
 /// A column map: their names to ours, with unit, sign and scale, and how the file writes separator and decimals.
@@ -234,7 +252,7 @@ fn entry(theirs: &str, value: &Value, doc: &Document) -> Result<Entry> {
     };
     let to = |name: &str| (name != "ignore").then(|| name.trim().to_string());
     let map = match value {
-        Value::String(name) => return Ok(Entry { to: to(name), unit: None, factor: 1.0 }),
+        Value::String(name) => return Ok(Entry { to: to(name), unit: None, factor: 1.0, missing: Vec::new() }),
         Value::Mapping(map) => map,
         _ => {
             return Err(bad(
@@ -245,6 +263,7 @@ fn entry(theirs: &str, value: &Value, doc: &Document) -> Result<Entry> {
         }
     };
     let (mut name, mut unit, mut sign, mut scale) = (None, None, 1.0, 1.0);
+    let mut missing = Vec::new();
     for (key, v) in map {
         let key = key.as_str().unwrap_or("");
         match key {
@@ -255,7 +274,7 @@ fn entry(theirs: &str, value: &Value, doc: &Document) -> Result<Entry> {
             "unit" => match v.as_str() {
                 Some(s) if unit_named(s).is_some() => unit = Some(s.to_string()),
                 _ => {
-                    let known: Vec<&str> = UNITS.iter().map(|u| u.0).collect();
+                    let known: Vec<&str> = UNITS.iter().map(|u| u.0).chain([TIMESTAMP]).collect();
                     let found = format!("unit `{}`", v.as_str().unwrap_or("?"));
                     return Err(bad(key, found, &format!("one of {}", known.join(", "))));
                 }
@@ -268,15 +287,34 @@ fn entry(theirs: &str, value: &Value, doc: &Document) -> Result<Entry> {
                 Some(s) if s.is_finite() && s > 0.0 => scale = s,
                 _ => return Err(bad(key, "another scale".into(), "a finite number above 0")),
             },
-            other => return Err(bad(other, format!("unknown key `{other}`"), "`to`, `unit`, `sign`, `scale`")),
+            "missing" => {
+                let listed = match v {
+                    Value::Sequence(all) => all.as_slice(),
+                    one => std::slice::from_ref(one),
+                };
+                for v in listed {
+                    missing.push(match (v.as_f64(), v.as_str()) {
+                        (Some(n), _) if !n.is_nan() => Missing::Number(n),
+                        (Some(_), _) => Missing::Text("nan".into()), // `.nan` is a number of YAML
+                        (None, Some(text)) if !text.trim().is_empty() => Missing::Text(text.trim().to_lowercase()),
+                        _ => return Err(bad(key, "another `missing`".into(), "a number, a text, or a list of them")),
+                    });
+                }
+            }
+            other => {
+                return Err(bad(other, format!("unknown key `{other}`"), "`to`, `unit`, `sign`, `scale`, `missing`"));
+            }
         }
     }
     let Some(name) = name else { return Err(bad("", "no `to`".into(), "`to: NAME`")) };
-    Ok(Entry { to: to(name), unit, factor: sign * scale })
+    if unit.as_deref() == Some(TIMESTAMP) && sign * scale != 1.0 {
+        return Err(bad("unit", format!("a sign or scale with unit `{TIMESTAMP}`"), "dates and times as they are"));
+    }
+    Ok(Entry { to: to(name), unit, factor: sign * scale, missing })
 }
 
 /// A column that is used.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Column {
     /// Field number from 0.
     pub index: usize,
@@ -285,6 +323,10 @@ pub(super) struct Column {
     pub factor: f64,
     /// Unit of the contract per unit as written (1 without a map).
     pub edge: f64,
+    /// Cells are dates and times, not numbers.
+    pub timestamp: bool,
+    /// Cells that count as empty.
+    pub missing: Vec<Missing>,
 }
 
 /// The columns that are used, in the order of the file.
@@ -320,7 +362,15 @@ pub(super) fn resolve(header: &[String], robot: &Robot, map: Option<&ColumnMap>,
                 "one column of each name",
             ));
         }
-        used.push(Column { index, meaning, factor, edge });
+        let entry = entry.map(|(_, _, e)| e);
+        used.push(Column {
+            index,
+            meaning,
+            factor,
+            edge,
+            timestamp: entry.is_some_and(|e| e.unit.as_deref() == Some(TIMESTAMP)),
+            missing: entry.map_or_else(Vec::new, |e| e.missing.clone()),
+        });
     }
     if let Some(map) = map
         && let Some(k) = mapped.iter().position(|m| !m)

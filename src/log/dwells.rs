@@ -2,10 +2,12 @@
 //!
 //! Method: a dwell is a stretch of rows in which no command moves by more than the last digits of its column. Where the log
 //! has `trigger` (or `cycle`), its rows that are not 0 are the dwells, all of them; else a dwell lasts at least
-//! [`DwellOptions::min_s`] and its first [`SETTLE_S`] seconds (a third of it at most) are left to the servo. Each row of a
+//! [`DwellOptions::min_s`] and its first seconds are left to the servo: [`DwellOptions::settle_s`], or [`SETTLE_S`] and a third
+//! of the dwell at most. Each row of a
 //! log without `t_s` is a settled pose and a dwell of its own. The joint that made the approach is the one that moved last,
 //! alone; its direction is the sign of that movement (a pause keeps it: seed 000, note 2 of equation 16). Positions are
-//! means without gross errors ([`point_mean`]).
+//! means without gross errors ([`point_mean`]); so are joint positions measured behind the gear. Where most of those say the same
+//! count, what is more than one count away is still moving, or a fault.
 //!
 //! Assumptions: commands stand exactly still in a dwell, or flicker in the last digit. Fails with an error where a trigger
 //! contradicts the commands.
@@ -22,6 +24,8 @@ pub const SETTLE_S: f64 = 0.2;
 const FLICKER_DIGITS: f64 = 1.5;
 /// A column with fewer decimals than this was written with exact values, not to its last digit.
 const LEAST_DECIMALS: u8 = 2;
+/// Values of a sensor closer than this (rad or m) differ by rounding alone.
+const SAME_COUNT: f64 = 1e-12;
 /// Last digit of a tracker's file, m.
 const LAST_DIGIT_M: f64 = 1e-7;
 
@@ -30,11 +34,13 @@ const LAST_DIGIT_M: f64 = 1e-7;
 pub struct DwellOptions {
     /// Shortest dwell, s, where no `trigger` or `cycle` marks them.
     pub min_s: f64,
+    /// Time left to the servo at the start of such a dwell, s; a dwell that ends before is none.
+    pub settle_s: Option<f64>,
 }
 
 impl Default for DwellOptions {
     fn default() -> Self {
-        Self { min_s: 0.5 }
+        Self { min_s: 0.5, settle_s: None }
     }
 }
 
@@ -63,8 +69,17 @@ pub struct Dwell {
     pub cycle: u32,
     /// TCP and further reflectors in the tracker frame; `None` where the tracker saw nothing in this dwell.
     pub points: Vec<Option<PointMean>>,
-    /// Mean of the position measured behind the gear, per axis where logged, rad or m.
-    pub meas: Vec<Option<f64>>,
+    /// Position measured behind the gear, per axis where logged.
+    pub meas: Vec<Option<JointMean>>,
+}
+
+/// Mean of a joint position over a dwell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointMean {
+    /// rad or m.
+    pub mean: f64,
+    /// Variance of the mean from the scatter in the dwell, (rad or m)^2.
+    pub variance: f64,
 }
 
 /// Movement of an axis that counts, rad or m.
@@ -77,6 +92,7 @@ pub fn resolution(log: &Log, robot: &Robot, axis: usize) -> f64 {
 pub fn dwells(log: &Log, robot: &Robot, options: &DwellOptions) -> Result<Vec<Dwell>> {
     let still: Vec<f64> = (0..log.cmd.len()).map(|a| resolution(log, robot, a)).collect();
     let marked = log.trigger.is_some() || log.cycle.is_some();
+    let counts: Vec<f64> = log.meas.iter().map(|c| c.as_deref().map_or(0.0, count)).collect();
     let mut walk = Walk::new(log, &still);
     let mut found = Vec::new();
     for rows in stretches(log, &still) {
@@ -116,9 +132,10 @@ pub fn dwells(log: &Log, robot: &Robot, options: &DwellOptions) -> Result<Vec<Dw
             meas: log
                 .meas
                 .iter()
-                .map(|column| {
+                .zip(&counts)
+                .map(|(column, &count)| {
                     let mut seen: Vec<f64> = column.as_ref()?[averaged.clone()].iter().flatten().copied().collect();
-                    trimmed_mean(&mut seen)
+                    trimmed_mean(&mut seen, count)
                 })
                 .collect(),
             rows: averaged,
@@ -166,19 +183,34 @@ fn averaged_rows(log: &Log, rows: &Range<usize>, marked: bool, options: &DwellOp
     if length_s < options.min_s {
         return None;
     }
-    let from_s = log.t_s[rows.start] + SETTLE_S.min(length_s / 3.0);
+    let settle_s = match options.settle_s {
+        None => SETTLE_S.min(length_s / 3.0),
+        Some(s) if s > length_s => return None,
+        Some(s) => s,
+    };
+    let from_s = log.t_s[rows.start] + settle_s;
     let first = rows.start + log.t_s[rows.clone()].partition_point(|&t| t < from_s);
     Some(first.min(last)..rows.end)
 }
 
-/// Mean of the middle half and what lies within six of its deviations: as [`point_mean`] for one coordinate.
-fn trimmed_mean(values: &mut [f64]) -> Option<f64> {
+/// Smallest step between the values of a sensor's column: one count of its encoder, or its last digit. 0: it never moved.
+pub fn count(column: &[Option<f64>]) -> f64 {
+    let mut seen: Vec<f64> = column.iter().flatten().copied().collect();
+    seen.sort_by(f64::total_cmp);
+    let least = seen.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > SAME_COUNT).fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least } else { 0.0 }
+}
+
+/// Mean of what lies within six deviations of the median, or within one count: as [`point_mean`] for one coordinate.
+fn trimmed_mean(values: &mut [f64], count: f64) -> Option<JointMean> {
     let middle = median_of(values)?;
     let mut off: Vec<f64> = values.iter().map(|v| (v - middle).abs()).collect();
-    let limit = 6.0 * crate::stats::robust::SIGMA_PER_MAD * median_of(&mut off)?;
-    let kept: Vec<f64> =
-        values.iter().copied().filter(|v| values.len() < 4 || limit == 0.0 || (v - middle).abs() <= limit).collect();
-    Some(kept.iter().sum::<f64>() / kept.len().max(1) as f64)
+    let limit = (6.0 * crate::stats::robust::SIGMA_PER_MAD * median_of(&mut off)?).max(1.001 * count);
+    let kept: Vec<f64> = values.iter().copied().filter(|v| values.len() < 4 || (v - middle).abs() <= limit).collect();
+    let n = kept.len().max(1) as f64;
+    let mean = kept.iter().sum::<f64>() / n;
+    let scatter: f64 = kept.iter().map(|v| (v - mean).powi(2)).sum();
+    Some(JointMean { mean, variance: scatter / (n - 1.0).max(1.0) / n })
 }
 
 /// Walks the commands and knows the last movement of each axis.

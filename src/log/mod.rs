@@ -2,7 +2,8 @@
 //!
 //! Rooms:
 //! - [`columns`]: which column is what: the contract's names, or a column map from foreign names and units.
-//! - [`read`]: CSV (and gzip) to [`Log`], with file, line and column of every refusal; `number`: decimal text to f64.
+//! - [`read`]: CSV (and gzip) to [`Log`], with file, line and column of every refusal; `number`: decimal text to f64;
+//!   `timestamp`: dates and times to microseconds.
 //! - [`write`]: numbers, fields and column names on the way out.
 //! - [`hygiene`]: units, axes and clocks that cannot be right, found from the shape of the measured path; `oddities`:
 //!   encoders, speeds and limits that make a reader wonder; `shape`: robust rigid and mirrored fits, for hygiene.
@@ -17,6 +18,7 @@ mod oddities;
 pub mod read;
 pub mod registration;
 mod shape;
+mod timestamp;
 pub mod write;
 
 pub use columns::ColumnMap;

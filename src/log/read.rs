@@ -6,8 +6,9 @@
 //! How it fails: on the first row that is not what the header promises, with line and field.
 
 use super::Log;
-use super::columns::{Column, ColumnMap, Meaning, listed, resolve};
+use super::columns::{Column, ColumnMap, Meaning, Missing, listed, resolve};
 use super::number::{decimals, number};
+use super::timestamp;
 use crate::error::{Error, Place, Result};
 use crate::io::input::{self, Input};
 use crate::robot::Robot;
@@ -265,8 +266,8 @@ impl Layout<'_> {
             for ((column, values), decimals) in self.columns.iter().zip(&mut table.values).zip(&mut table.decimals) {
                 let text = &record[column.index];
                 let (value, places) = match number(text, self.decimal) {
-                    Some(n) => n,
-                    None => self.cell(line, column, text)?,
+                    Some(n) if !column.timestamp && column.missing.is_empty() => n,
+                    _ => self.cell(line, column, text)?,
                 };
                 values.push(self.in_range(line, column, value)?);
                 *decimals = (*decimals).max(places);
@@ -288,16 +289,27 @@ impl Layout<'_> {
         Error::bad(place, format!("{found} in column `{}`", self.head.names[column.index]), expected)
     }
 
-    /// A cell that is no plain short number: empty, long, with an exponent, or wrong.
+    /// A cell that is no plain short number: empty or missing, a date, long, with an exponent, or wrong.
     fn cell(&self, line: u64, column: &Column, text: &[u8]) -> Result<(f64, u8)> {
         let text = text.trim_ascii();
+        let empty = |found: &str| match column.meaning {
+            Meaning::Time | Meaning::Command(_) | Meaning::Trigger | Meaning::Cycle => {
+                Err(self.bad(line, column, found.into(), "a finite number"))
+            }
+            _ => Ok((f64::NAN, 0)),
+        };
         if text.is_empty() {
-            return match column.meaning {
-                Meaning::Time | Meaning::Command(_) | Meaning::Trigger | Meaning::Cycle => {
-                    Err(self.bad(line, column, "an empty cell".into(), "a finite number"))
-                }
-                _ => Ok((f64::NAN, 0)),
-            };
+            return empty("an empty cell");
+        }
+        if column.missing.iter().any(|m| self.is_missing(m, text)) {
+            return empty(&format!("a missing value (`{}`)", String::from_utf8_lossy(text)));
+        }
+        if column.timestamp {
+            let microseconds = std::str::from_utf8(text).ok().and_then(timestamp::microseconds);
+            let found = format!("`{}`", String::from_utf8_lossy(text));
+            return microseconds
+                .map(|us| (us, 0))
+                .ok_or_else(|| self.bad(line, column, found, "a date and time, e.g. 2025-11-12T10:03:29.555Z"));
         }
         let expected = if self.decimal == b',' {
             "a finite number with a decimal comma"
@@ -314,6 +326,14 @@ impl Layout<'_> {
         match plain.parse::<f64>() {
             Ok(v) if v.is_finite() => Ok((v, decimals(plain.as_bytes()))),
             _ => Err(bad()),
+        }
+    }
+
+    fn is_missing(&self, missing: &Missing, text: &[u8]) -> bool {
+        let Ok(text) = std::str::from_utf8(text) else { return false };
+        match missing {
+            Missing::Text(t) => text.to_lowercase() == *t,
+            Missing::Number(n) => text.replace(self.decimal as char, ".").parse::<f64>() == Ok(*n),
         }
     }
 
@@ -338,6 +358,11 @@ fn build(name: &str, sha256: String, mut table: Table, columns: &[Column], robot
         let k = columns.iter().position(|c| c.meaning == m)?;
         let mut values = std::mem::take(&mut table.values[k]);
         let factor = columns[k].factor;
+        if columns[k].timestamp {
+            // whole microseconds: differences are exact, which the seconds of today's dates are not
+            let first = values.first().copied().unwrap_or(0.0);
+            values.iter_mut().for_each(|v| *v -= first);
+        }
         if factor != 1.0 {
             values.iter_mut().for_each(|v| *v *= factor);
         }

@@ -292,3 +292,53 @@ fn hygiene_notes_speeds_and_limits_that_cannot_be() {
         "{notes:?}"
     );
 }
+
+#[test]
+fn a_map_reads_dates_as_seconds_since_the_first_row() {
+    let text = PLAIN
+        .replace("t_s,", "stamp,")
+        .replace("\n0,", "\n2025-12-31T23:59:59.900Z,")
+        .replace("\n0.5,", "\n2026-01-01T01:00:00.4+01:00,");
+    let log = parse_map(text.clone(), &gantry(), "columns: {stamp: {to: t_s, unit: iso8601}}\n");
+    assert_eq!(log.t_s, [0.0, 0.5]);
+    same(&log, &parse(PLAIN, &gantry()));
+    let map = |map: &str| ColumnMap::parse("map.yaml", &format!("schema: lostmotion/columns/1\n{map}"));
+    let wrong = map("columns: {stamp: {to: x_mm, unit: iso8601}}\n").unwrap();
+    assert!(Log::parse_with(input(text.clone()), &gantry(), Some(&wrong)).is_err(), "a date is no position");
+    assert!(map("columns: {stamp: {to: t_s, unit: iso8601, scale: 2}}\n").is_err());
+    let map = map("columns: {stamp: {to: t_s, unit: iso8601}}\n").unwrap();
+    for (bad, expected) in [("12.5", "a date and time"), ("2025-02-30T00:00:00Z", "a date and time"), ("", "empty")] {
+        let broken = text.replace("2026-01-01T01:00:00.4+01:00", bad);
+        let error = Log::parse_with(input(broken), &gantry(), Some(&map)).unwrap_err().to_string();
+        assert!(error.contains("log.csv:3") && error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn a_missing_reading_is_an_empty_cell_however_the_file_writes_it() {
+    let map = "columns:\n  x_mm: {to: x_mm, missing: [nan, 0]}\n  y_mm: {to: y_mm, missing: 0}\n  z_mm: {to: z_mm, missing: .nan}\n";
+    for lost in ["0,0,0", "0.000,0.0,7", "NaN,1,2", "1,0e0,3", "1,2,nan", ",,"] {
+        let text = PLAIN.replace(",,,\n", &format!(",{lost}\n"));
+        same(&parse_map(text, &gantry(), map), &parse(PLAIN, &gantry()));
+    }
+    let kept = parse_map(PLAIN.replace(",,,\n", ",1,2,0\n"), &gantry(), map);
+    assert!(kept.tcp_m[1].is_some(), "0 is a place where the map does not say otherwise");
+    let map = ColumnMap::parse(
+        "map.yaml",
+        "schema: lostmotion/columns/1\ncolumns: {cmd_Y_mm: {to: cmd_Y_mm, missing: 200.5}}\n",
+    );
+    let error = Log::parse_with(input(PLAIN), &gantry(), Some(&map.unwrap())).unwrap_err().to_string();
+    assert!(error.contains("a missing value (`200.5`)"), "a command may not be missing: {error}");
+}
+
+#[test]
+fn counts_of_an_encoder_become_degrees_by_a_scale() {
+    let robot =
+        Robot::parse("robot.yaml", "schema: lostmotion/robot/1\njoints:\n  - {name: S, kind: revolute, a_mm: 100}\n")
+            .unwrap();
+    let map = "columns:\n  goal: {to: cmd_S_deg, scale: 0.087890625}\n  pos: {to: meas_S_deg, scale: 0.087890625}\n";
+    let log = parse_map("t_s,goal,pos\n0,1024,\n0.1,2048,2049\n", &robot, map);
+    assert_eq!(log.cmd[0].iter().map(|v| v.to_degrees().round()).collect::<Vec<_>>(), [90.0, 180.0]);
+    assert!((log.meas[0].as_ref().unwrap()[1].unwrap().to_degrees() - 180.087890625).abs() < 1e-9);
+    assert_eq!(log.meas[0].as_ref().unwrap()[0], None);
+}

@@ -55,6 +55,9 @@ pub struct Args {
     /// Shortest dwell in seconds, where no trigger or cycle column marks them
     #[arg(long, value_name = "S", default_value_t = 0.5)]
     pub min_dwell_s: f64,
+    /// Seconds left to the servo at the start of such a dwell [default: 0.2, a third of the dwell at most]
+    #[arg(long, value_name = "S")]
+    pub settle_s: Option<f64>,
     /// Schedule of a gap that varies: a knot at every tested angle, or the best curve of few parameters
     #[arg(long, value_enum, default_value_t = KnotsArg::All)]
     pub knots: KnotsArg,
@@ -71,6 +74,11 @@ pub enum KnotsArg {
 pub fn run(args: Args) -> Result<()> {
     if !(args.min_dwell_s.is_finite() && args.min_dwell_s > 0.0) {
         return Err(Error::bad(Place::file("--min-dwell-s"), args.min_dwell_s.to_string(), "seconds above 0"));
+    }
+    if let Some(s) = args.settle_s
+        && !(s.is_finite() && s >= 0.0)
+    {
+        return Err(Error::bad(Place::file("--settle-s"), s.to_string(), "seconds, 0 or more"));
     }
     let to_stdout = args.output.as_deref().is_some_and(is_stdio);
     if args.json && to_stdout {
@@ -91,7 +99,7 @@ pub fn run(args: Args) -> Result<()> {
     let logs = logs::load(&args.logs, args.columns.as_deref(), &robot)?;
     logs::refuse_repeats(&logs)?;
     let options = Options {
-        dwell: DwellOptions { min_s: args.min_dwell_s },
+        dwell: DwellOptions { min_s: args.min_dwell_s, settle_s: args.settle_s },
         knots: if args.knots == KnotsArg::Few { Knots::Few } else { Knots::All },
         registration,
     };

@@ -9,8 +9,8 @@ use super::frame::Frame;
 use super::readings::{Pair, Readings};
 use super::summary::{HalfGap, Table};
 use crate::log::Log;
-use crate::log::dwells::Dwell;
-use crate::robot::{Chain, JointKind, Robot};
+use crate::log::dwells::{Dwell, count};
+use crate::robot::{Chain, Robot};
 use crate::stats::robust::median;
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
@@ -19,8 +19,8 @@ use std::collections::BTreeMap;
 const LEAST_LEVER: f64 = 1e-3;
 /// Rounding in the last digit of a tracker's file (0.1 um): repeats cannot agree better, m.
 pub(super) const ROUNDING_M: f64 = 5e-8;
-/// Rounding of an angle measured behind the gear (0.000001 deg), rad.
-const ROUNDING_RAD: f64 = 1e-8;
+/// Standard deviation that rounding to whole counts gives half the difference of two readings, in counts: `sqrt(1/12) / sqrt(2)`.
+const ROUNDING_COUNTS: f64 = 0.204;
 /// A step of the one-joint inverse below this (rad or m) ends it.
 const SETTLED: f64 = 1e-9;
 const ITERATIONS: usize = 20;
@@ -42,11 +42,16 @@ pub(super) fn point(dwell: &Dwell, k: usize) -> Option<Vector3<f64>> {
     dwell.points.get(k)?.map(|p| p.mean)
 }
 
-/// Deviations of both dwells where the joint was measured behind its gear.
-pub(super) fn measured(readings: &Readings, pair: &Pair) -> Option<(f64, f64)> {
+/// Half gap of a pair whose joint was measured behind its gear.
+pub(super) fn measured(readings: &Readings, pair: &Pair) -> Option<HalfGap> {
     let (up, down) = both(readings, pair);
-    let of = |d: &Dwell| Some(d.meas.get(pair.axis).copied()?? - d.command[pair.axis]);
-    Some((of(up)?, of(down)?))
+    let of = |d: &Dwell| d.meas.get(pair.axis).copied().flatten();
+    let (going_up, going_down) = (of(up)?, of(down)?);
+    let deviation = |m: f64, d: &Dwell| m - d.command[pair.axis];
+    Some(HalfGap {
+        value: 0.5 * (deviation(going_down.mean, down) - deviation(going_up.mean, up)),
+        variance_in_dwell: 0.25 * (going_up.variance + going_down.variance),
+    })
 }
 
 /// Deviation of one joint in one dwell.
@@ -145,9 +150,9 @@ pub fn half_gaps(robot: &Robot, logs: &[Log], readings: &mut Readings, frame: Op
         let (mut levers, mut strokes) = (Vec::new(), f64::INFINITY);
         for p in readings.pairs.iter().filter(|p| p.axis == axis) {
             let (up, down) = both(readings, p);
-            let read = if let Some((going_up, going_down)) = measured(readings, p) {
+            let read = if let Some(half) = measured(readings, p) {
                 measured_pairs += 1;
-                Some(HalfGap { value: 0.5 * (going_down - going_up), variance_in_dwell: 0.0 })
+                Some(half)
             } else if seen_by_both(&chains, up, down).contains(&true) {
                 let half = inverse.as_ref().and_then(|inverse| half_gap(&chains, inverse, readings, p));
                 blind += usize::from(half.is_none());
@@ -180,7 +185,8 @@ pub fn half_gaps(robot: &Robot, logs: &[Log], readings: &mut Readings, frame: Op
         }
         let measured = levers.is_empty() && measured_pairs > 0;
         let rounding = if measured {
-            if joint.kind == JointKind::Revolute { ROUNDING_RAD } else { ROUNDING_M }
+            let of = |l: &Log| l.meas.get(axis).and_then(|c| c.as_deref()).map_or(0.0, count);
+            ROUNDING_COUNTS * logs.iter().map(of).fold(0.0, f64::max)
         } else {
             ROUNDING_M / median(&levers).max(LEAST_LEVER)
         };

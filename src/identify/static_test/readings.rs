@@ -76,6 +76,9 @@ pub fn collect(robot: &Robot, logs: &[Log], options: &DwellOptions) -> Result<Re
             let places = groups.iter().map(|g| g[l][d]).collect();
             let mut others = dwell.dirs.clone();
             others[approach.axis] = 0;
+            if logs[l].meas[approach.axis].is_some() {
+                others.fill(0); // the sensor behind this gear knows nothing of the others' gaps
+            }
             settings.entry((l, approach.axis, places, others)).or_default().push(d);
         }
     }

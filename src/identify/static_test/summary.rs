@@ -22,6 +22,8 @@ use nalgebra::{DMatrix, DVector};
 const GROSS: f64 = 12.0;
 /// Level of the gate: below it a gap counts as varying with position.
 pub const ALPHA: f64 = 0.01;
+/// Degrees of freedom of a variance that is known well.
+const KNOWN_DOF: f64 = 30.0;
 /// Degrees of freedom from which something can be tested.
 const LEAST_DOF: f64 = 3.0;
 
@@ -138,14 +140,17 @@ pub fn summarise(table: &Table) -> Option<Summary> {
     let floor = table.rounding.powi(2);
     let noise = if total > n {
         let raw = sse / (total - n);
-        Noise { variance: raw.max(floor), dof: total - n, from: NoiseFrom::Cycles, rounding: raw < floor }
+        // the width of a sensor's count is known, not estimated from these few cycles
+        let dof = if table.measured && raw < floor { (total - n).max(KNOWN_DOF) } else { total - n };
+        Noise { variance: raw.max(floor), dof, from: NoiseFrom::Cycles, rounding: raw < floor }
     } else if n > 1.0 {
         let mean = means.iter().sum::<f64>() / n;
         let raw = means.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / (n - 1.0);
         Noise { variance: raw.max(floor), dof: n - 1.0, from: NoiseFrom::Places, rounding: raw < floor }
-    } else if sigma_in_dwell > 0.0 {
-        // degrees of freedom of the scatter are many; 30 keeps the interval honest where they are few
-        Noise { variance: sigma_in_dwell.powi(2).max(floor), dof: 30.0, from: NoiseFrom::Dwells, rounding: false }
+    } else if sigma_in_dwell > 0.0 || (table.measured && floor > 0.0) {
+        // degrees of freedom of the scatter are many; this keeps the interval honest where they are few
+        let raw = sigma_in_dwell.powi(2);
+        Noise { variance: raw.max(floor), dof: KNOWN_DOF, from: NoiseFrom::Dwells, rounding: raw < floor }
     } else {
         return None;
     };
