@@ -161,6 +161,14 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         whitening = Whitening::of_residual(&problem, &fit.state.residual, fit.parameters()).0;
         fit = fit::refit(&problem, &fit.hypothesis, &fit.free, &whitening);
     }
+    if let Some(simpler) = search.merge(&fit, &whitening, &mut steps) {
+        fit = simpler;
+        while fit.free.len() < MOST_EFFECTS {
+            let Some((step, next)) = search.round(&fit, &whitening) else { break };
+            steps.push(step);
+            fit = search.settle(next, &whitening, &mut steps);
+        }
+    }
     // the noise of what is left: that of the freed residual is a little too quiet for a test
     whitening = Whitening::of_residual(&problem, &fit.state.residual, fit.parameters()).0;
     let rivals = (0..fit.free.len()).map(|k| search.rivals(&fit, k, &whitening)).collect();
@@ -351,6 +359,52 @@ impl Search<'_> {
             }
         }
         fit
+    }
+
+    /// One effect in the place of two, where the BIC likes it better: two wrong ones may share what one right one explains.
+    fn merge(&mut self, fit: &Fit, whitening: &Whitening, steps: &mut Vec<Step>) -> Option<Fit> {
+        let p = self.problem;
+        let values = |f: &Fit| f.free.iter().map(|&i| f.hypothesis.effects[i].effect.values().len()).sum::<usize>() as f64;
+        let price = self.price;
+        let worth = |f: &Fit| f.cost + price * values(f);
+        let now = worth(fit);
+        let mut best: Option<(f64, (usize, usize), Refined)> = None;
+        for a in 0..fit.free.len() {
+            for b in a + 1..fit.free.len() {
+                let mut h = fit.hypothesis.clone();
+                h.effects.remove(fit.free[b]);
+                h.effects.remove(fit.free[a]);
+                let free: Vec<usize> = (self.known..h.effects.len()).collect();
+                let state = p.evaluate(&h);
+                let bare = Fit { hypothesis: h, state, free, ..fit.clone() };
+                for r in self.refine(&bare, whitening, None).into_iter().take(3) {
+                    let then = worth(&r.fit);
+                    if then < now - 2.0 && best.as_ref().is_none_or(|o| then < o.0) {
+                        best = Some((then, (a, b), r));
+                    }
+                }
+            }
+        }
+        let (_, (a, b), r) = best?;
+        for k in [a, b] {
+            let old = &fit.hypothesis.effects[fit.free[k]];
+            let name = (old.effect.name(), old.target_text(&p.robot));
+            mark(steps, &name, &format!("{} {}", r.effect, r.target));
+        }
+        let (before, after) = (rms(p, &fit.state.residual), rms(p, &r.fit.state.residual));
+        steps.push(Step {
+            effect: r.effect,
+            target: r.target.clone(),
+            rms_before: before,
+            rms_predicted: after,
+            rms_after: after,
+            gain: r.gain,
+            parameters: r.parameters,
+            p_value: self.chance(r.gain.max(0.0), r.parameters),
+            table: Vec::new(),
+            replaced_by: None,
+        });
+        Some(r.fit)
     }
 
     /// What could stand in the place of the k-th found effect, itself included.

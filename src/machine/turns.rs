@@ -5,14 +5,42 @@
 //! through it and its neighbours, with three-point slopes, has its own extreme on one side of the row; that point is
 //! added to the track, held within the chords on either side drawn out to it, so that a step in the command adds nothing.
 //! On a parabola (a smooth reversal) it is exact; at the corner of two ramps it finds up to half of what is missing,
-//! never more than there is. A pause on the extreme gets no point.
+//! never more than there is. A pause on the extreme ends between rows, too: the rows behind it show by which power of time
+//! the joint leaves (a ramp, a constant acceleration, a constant jerk) and so when it left.
 
 use crate::effect::Track;
 
 /// Inserted points behind a row: `(row, time in s, position)`, rows rising.
 pub fn between_rows(t_s: &[f64], p: &[f64], deadband: f64) -> Vec<(usize, f64, f64)> {
     let track = Track::new(t_s, p, deadband);
-    track.turns.iter().filter_map(|turn| extreme_near(t_s, p, turn.index, deadband)).collect()
+    let found = |k: usize| extreme_near(t_s, p, k, deadband).or_else(|| end_of_pause(t_s, p, k));
+    track.turns.iter().filter_map(|turn| found(turn.index)).collect()
+}
+
+/// Powers of time by which a joint leaves a pause.
+const POWERS: [f64; 3] = [1.0, 2.0, 3.0];
+
+/// When a pause that ends behind row `k` ends. For each power `n` the n-th roots of the way made lie on a line through the
+/// end of the pause; two rows give it, a third and a fourth say which power it is.
+fn end_of_pause(t_s: &[f64], p: &[f64], k: usize) -> Option<(usize, f64, f64)> {
+    if k == 0 || k + 4 >= p.len() || p[k - 1] != p[k] {
+        return None;
+    }
+    let way = |i: usize| (p[k + i] - p[k]).abs();
+    if !(way(1) < way(2) && way(2) < way(3) && way(3) < way(4)) {
+        return None;
+    }
+    let line = |n: f64| -> (f64, f64) {
+        let (y1, y2) = (way(2).powf(1.0 / n), way(3).powf(1.0 / n));
+        let slope = (y2 - y1) / (t_s[k + 3] - t_s[k + 2]);
+        let end = (t_s[k + 2] - y1 / slope).clamp(t_s[k], t_s[k + 1]);
+        let at = |t: f64| (slope * (t - end).max(0.0)).powf(n);
+        let miss = (at(t_s[k + 1]) - way(1)).abs() / way(2) + (at(t_s[k + 4]) - way(4)).abs() / way(4);
+        (miss, end)
+    };
+    let (_, end) = POWERS.iter().map(|&n| line(n)).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let h = t_s[k + 1] - t_s[k];
+    (end > t_s[k] + 1e-6 * h && end < t_s[k + 1] - 1e-6 * h).then_some((k, end, p[k]))
 }
 
 /// The extreme of the cubic beside row `k`, where that row alone is an extreme of `p` and the cubic goes beyond it.
@@ -98,8 +126,21 @@ mod tests {
     }
 
     #[test]
-    fn a_pause_on_the_extreme_gets_no_point() {
+    fn a_pause_of_which_only_rows_are_known_gets_no_point() {
         let t: Vec<f64> = (0..6).map(f64::from).collect();
         assert!(between_rows(&t, &[0.0, 1.0, 2.0, 2.0, 1.0, 0.0], 1e-12).is_empty());
+    }
+
+    #[test]
+    fn a_pause_ends_when_the_joint_leaves() {
+        for n in [1.0, 2.0, 3.0] {
+            for left in [4.05, 4.5, 4.95] {
+                let t: Vec<f64> = (0..10).map(f64::from).collect();
+                let p: Vec<f64> = t.iter().map(|&t| if t < 3.0 { t } else { 3.0 - (t - left).max(0.0).powf(n) }).collect();
+                let found = between_rows(&t, &p, 1e-12);
+                assert_eq!(found.len(), 1, "{n} {left}");
+                assert!(found[0].0 == 4 && (found[0].1 - left).abs() < 0.02, "{n} {left} {found:?}");
+            }
+        }
     }
 }
