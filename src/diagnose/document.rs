@@ -150,7 +150,7 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
     let order = told_in_order(outcome, &named);
     let indices: Vec<usize> = order.iter().map(|&k| outcome.fit.free[k]).collect();
     let chapters = story::chapters(&outcome.problem, &outcome.fit, outcome.known, &indices, &outcome.whitening);
-    let structured = verdict::structure(outcome);
+    let structured = outcome.remains.clone();
     let rounds = order
         .iter()
         .enumerate()
@@ -321,8 +321,8 @@ fn place(outcome: &Outcome, placed: &Placed) -> Place {
 }
 
 fn unexplained(outcome: &Outcome, ratio: &super::structure::Ratio) -> Unexplained {
-    let n = outcome.problem.n as f64;
-    let noise = super::search::rms(&outcome.problem, &outcome.fit.state.residual);
+    let rms = |residual: &[f64]| super::search::rms(&outcome.problem, residual);
+    let (left, floor) = (rms(&outcome.fit.state.residual), rms(&outcome.structure.freed));
     let best = outcome
         .last
         .iter()
@@ -335,7 +335,7 @@ fn unexplained(outcome: &Outcome, ratio: &super::structure::Ratio) -> Unexplaine
         _ => "the joint behind its gear (secondary encoder), at two speeds, both ways",
     };
     Unexplained {
-        rms_um: digits(noise * ((ratio.gain - ratio.dof as f64).max(0.0) / n).sqrt() * UM),
+        rms_um: digits((left * left - floor * floor).max(0.0).sqrt() * UM),
         joint: ratio.axis.map(|a| outcome.problem.robot.axis(a).name.clone()),
         goes_with: verdict::structure_said(outcome, ratio),
         p_value: ratio.p_value,

@@ -9,8 +9,8 @@ use super::candidates::{self, Candidate};
 use super::fit::{self, Fit, Whitening};
 use super::forward::{Hypothesis, Problem};
 use super::screen::{Ground, Score};
-use super::structure::{self, Bundle, Tested};
-use super::{prepare, spectrum};
+use super::structure::{self, Bundle, Ratio, Tested};
+use super::{prepare, spectrum, verdict};
 use crate::effect::Placed;
 use crate::stats::fisher;
 use rayon::prelude::*;
@@ -78,8 +78,8 @@ pub struct Outcome {
     /// Rivals of each found effect, with the found one among them, best first.
     pub rivals: Vec<Vec<Refined>>,
     pub structure: Tested,
-    /// The same before the first round, with noise that no structure can be mistaken for.
-    pub structure_at_first: Tested,
+    /// Structure that remains, if it is more than chance.
+    pub remains: Option<Ratio>,
     /// Screening at the end: what is left and what would have been seen.
     pub last: Vec<Score>,
     pub outliers: usize,
@@ -161,20 +161,28 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         whitening = Whitening::of_residual(&problem, &fit.state.residual, fit.parameters()).0;
         fit = fit::refit(&problem, &fit.hypothesis, &fit.free, &whitening);
     }
-    if let Some(simpler) = search.merge(&fit, &whitening, &mut steps) {
+    let mut structure = tested(&problem, &fit, &bundles);
+    let mut remains = verdict::remaining(&problem, &structure, &free, &fit, rms_nuisance);
+    if remains.is_none()
+        && let Some(simpler) = search.merge(&fit, &whitening, &mut steps)
+    {
         fit = simpler;
         while fit.free.len() < MOST_EFFECTS {
             let Some((step, next)) = search.round(&fit, &whitening) else { break };
             steps.push(step);
             fit = search.settle(next, &whitening, &mut steps);
         }
+        structure = tested(&problem, &fit, &bundles);
+        remains = verdict::remaining(&problem, &structure, &free, &fit, rms_nuisance);
+    }
+    if let Some(r) = &remains {
+        fit = search.without_substitutes(fit, r, &whitening, &mut steps);
     }
     // the noise of what is left: that of the freed residual is a little too quiet for a test
     whitening = Whitening::of_residual(&problem, &fit.state.residual, fit.parameters()).0;
     let rivals = (0..fit.free.len()).map(|k| search.rivals(&fit, k, &whitening)).collect();
     let tangent = fit::tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     let ground = Ground::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
-    let structure = structure::test(&ground, &bundles);
     let last = ground.score_all(&candidates);
     Outcome {
         candidates,
@@ -184,7 +192,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         whitening,
         rivals,
         structure,
-        structure_at_first: free,
+        remains,
         last,
         outliers,
         rms_given,
@@ -193,6 +201,13 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         price,
         problem,
     }
+}
+
+/// The test without the catalogue, under the noise of what is left.
+fn tested(problem: &Problem, fit: &Fit, bundles: &[Bundle]) -> Tested {
+    let whitening = Whitening::of_residual(problem, &fit.state.residual, fit.parameters()).0;
+    let tangent = fit::tangent(problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
+    structure::test(&Ground::new(problem, &fit.hypothesis, &fit.state, &whitening, tangent), bundles)
 }
 
 /// Noise of the residual freed of the whole catalogue-free basis, in two turns.
@@ -358,6 +373,36 @@ impl Search<'_> {
                 break;
             }
         }
+        fit
+    }
+
+    /// Found effects that only stand in for structure which none describes go: those on the structure's joint, or on none,
+    /// whose gain is not far beyond that of the structure.
+    fn without_substitutes(&self, mut fit: Fit, structure: &Ratio, whitening: &Whitening, steps: &mut [Step]) -> Fit {
+        const FAR: f64 = 30.0;
+        const ELSEWHERE: f64 = 3.0;
+        let p = self.problem;
+        let stands = |k: usize| {
+            let placed = &fit.hypothesis.effects[fit.free[k]];
+            let related = structure.axis.is_none() || placed.axis().is_none() || placed.axis() == structure.axis;
+            let needed = if related { FAR } else { ELSEWHERE };
+            let gain = self.without(&fit, k, whitening).0.cost - fit.cost;
+            gain > needed * (structure.gain - structure.dof as f64)
+        };
+        let kept: Vec<bool> = (0..fit.free.len()).map(stands).collect();
+        if kept.iter().all(|k| *k) {
+            return fit;
+        }
+        let mut h = fit.hypothesis.clone();
+        for (k, stays) in kept.iter().enumerate().rev() {
+            if !stays {
+                let old = h.effects.remove(fit.free[k]);
+                let name = (old.effect.name(), old.target_text(&p.robot));
+                mark(steps, &name, "unknown: it stood in for structure that no effect describes");
+            }
+        }
+        let free: Vec<usize> = (self.known..h.effects.len()).collect();
+        fit = fit::refit(p, &h, &free, whitening);
         fit
     }
 
