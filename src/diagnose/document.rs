@@ -142,11 +142,8 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
     let found: Vec<&Placed> = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]).collect();
     let named: Vec<(String, String)> =
         found.iter().map(|p| (p.effect.name().to_string(), p.target_text(robot))).collect();
-    let sets: Vec<Vec<Member>> = named
-        .iter()
-        .zip(&outcome.rivals)
-        .map(|(n, r)| verdict::set((&n.0, &n.1), r, outcome.price))
-        .collect();
+    let sets: Vec<Vec<Member>> =
+        named.iter().zip(&outcome.rivals).map(|(n, r)| verdict::set((&n.0, &n.1), r, outcome.price)).collect();
     let order = told_in_order(outcome, &named);
     let indices: Vec<usize> = order.iter().map(|&k| outcome.fit.free[k]).collect();
     let chapters = story::chapters(&outcome.problem, &outcome.fit, outcome.known, &indices, &outcome.whitening);
@@ -157,7 +154,8 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         .map(|(step, &k)| round(outcome, k, &named[k], &sets[k], (&chapters[step], &chapters[step + 1])))
         .collect();
     let noise = outcome.whitening.noise.first().copied().unwrap_or(super::noise::Noise::white(0.0));
-    let (initial_max, final_max) = (largest(outcome, &outcome.state_nuisance.residual), largest(outcome, &outcome.fit.state.residual));
+    let (initial_max, final_max) =
+        (largest(outcome, &outcome.state_nuisance.residual), largest(outcome, &outcome.fit.state.residual));
     let put_aside = outcome
         .steps
         .iter()
@@ -280,7 +278,10 @@ fn round(
         rms_before_um: digits(before.rms * UM),
         rms_after_um: digits(after.rms * UM),
         rms_after_predicted_um: digits(predicted * UM),
-        validation: Validation { rms_before_um: digits(before.held_out * UM), rms_after_um: digits(after.held_out * UM) },
+        validation: Validation {
+            rms_before_um: digits(before.held_out * UM),
+            rms_after_um: digits(after.held_out * UM),
+        },
         action: card.action.to_string(),
         candidates: rivals
             .iter()

@@ -101,7 +101,9 @@ impl Problem {
         (0..log.reflectors())
             .map(|k| match k {
                 0 => geometry.chain().clone(),
-                _ => geometry.reflectors_m.get(k - 1).map_or_else(|| geometry.chain().clone(), |p| geometry.chain_to(p)),
+                _ => {
+                    geometry.reflectors_m.get(k - 1).map_or_else(|| geometry.chain().clone(), |p| geometry.chain_to(p))
+                }
             })
             .collect()
     }
@@ -241,8 +243,10 @@ impl Problem {
                 *c = (y - x) * per;
             }
             if both(&[Stage::Servo]) && self.groups_of(l).any(|g| g.sensor == Sensor::Motor(axis)) {
-                let (x, y) =
-                    (log.drive.servo(axis, &before, self.preload[axis]), log.drive.servo(axis, &after, self.preload[axis]));
+                let (x, y) = (
+                    log.drive.servo(axis, &before, self.preload[axis]),
+                    log.drive.servo(axis, &after, self.preload[axis]),
+                );
                 motor = Some(x.iter().zip(&y).map(|(x, y)| (y - x) * per).collect());
             }
         }

@@ -64,8 +64,10 @@ pub fn problem(model: &Model, logs: &[Log]) -> Result<(Problem, Hypothesis)> {
             "x_mm, y_mm, z_mm, or meas_<joint>, or enc_<joint> beside the commands",
         ));
     }
-    let mut h =
-        Hypothesis { effects: model.effects.clone(), frames: vec![model.registration.unwrap_or_else(Isometry3::identity)] };
+    let mut h = Hypothesis {
+        effects: model.effects.clone(),
+        frames: vec![model.registration.unwrap_or_else(Isometry3::identity)],
+    };
     if problem.frames_free {
         h.frames[0] = register(&problem, &h)?;
     }
@@ -80,8 +82,7 @@ fn thinned(model: &Model, log: &Log) -> Log {
     if run <= 1 || log.poses {
         return log.clone();
     }
-    let runs: Vec<std::ops::Range<usize>> =
-        (0..log.len()).step_by(run).map(|s| s..(s + run).min(log.len())).collect();
+    let runs: Vec<std::ops::Range<usize>> = (0..log.len()).step_by(run).map(|s| s..(s + run).min(log.len())).collect();
     let middle = |r: &std::ops::Range<usize>| (r.start + r.end) / 2;
     let numbers = |c: &Option<Vec<Option<f64>>>| c.as_ref().map(|c| runs.iter().map(|r| c[middle(r)]).collect());
     let mut q = vec![0.0; model.robot.dof()];

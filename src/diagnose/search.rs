@@ -21,8 +21,10 @@ pub const MOST_EFFECTS: usize = 4;
 const CHANCE: f64 = 1e-4;
 /// Candidates that are refitted with their shapes free in a round.
 const REFINED: usize = 12;
-/// Refined are those whose screening gain is at least this part of the best.
-const NEAR: f64 = 0.4;
+/// Refined are those whose screening gain is at least this part of the best: the shapes of the screening are coarse.
+const NEAR: f64 = 0.5;
+/// The same where an effect is put in doubt, which was refined before.
+const NEAR_IN_DOUBT: f64 = 0.85;
 /// Gain in 2 ln L, with the noise fitted anew on both sides, below which an effect is not believed.
 const LEAST_GAIN: f64 = 15.0;
 
@@ -152,7 +154,8 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     let rms_nuisance = rms(&problem, &fit.state.residual);
     let state_nuisance = fit.state.clone();
     let price = (problem.n as f64).ln().min(8.0);
-    let mut search = Search { problem: &problem, candidates: &candidates, known, price, tried: candidates.len() as f64 };
+    let mut search =
+        Search { problem: &problem, candidates: &candidates, known, price, tried: candidates.len() as f64 };
     let mut steps: Vec<Step> = Vec::new();
     while fit.free.len() < MOST_EFFECTS {
         let Some((step, next)) = search.round(&fit, &whitening) else { break };
@@ -242,13 +245,13 @@ impl Search<'_> {
         let merit = |s: &Score, c: &Candidate| s.gain - self.price * c.parameters() as f64;
         scored.sort_by(|(a, ca), (b, cb)| merit(b, cb).total_cmp(&merit(a, ca)));
         // of every effect on every target the best shape; of gaps over position the best number of knots
+        let near = if also.is_some() { NEAR_IN_DOUBT } else { NEAR };
         let mut picked: Vec<&(Score, &Candidate)> = Vec::new();
         let best = scored.first().map_or(0.0, |s| s.0.gain);
         for s in &scored {
-            let again = picked
-                .iter()
-                .any(|q| q.1.effect == s.1.effect && q.1.target == s.1.target && q.1.form == s.1.form);
-            if !again && picked.len() < REFINED && s.0.gain > NEAR * best {
+            let again =
+                picked.iter().any(|q| q.1.effect == s.1.effect && q.1.target == s.1.target && q.1.form == s.1.form);
+            if !again && picked.len() < REFINED && s.0.gain > near * best {
                 picked.push(s);
             }
         }
@@ -358,7 +361,10 @@ impl Search<'_> {
                     changed = true;
                     break;
                 }
-                let own = refined.iter().find(|r| r.effect == name.0 && r.target == name.1).map_or(0.0, |r| r.merit(self.price));
+                let own = refined
+                    .iter()
+                    .find(|r| r.effect == name.0 && r.target == name.1)
+                    .map_or(0.0, |r| r.merit(self.price));
                 if (best.effect, &best.target) != (name.0, &name.1) && best.merit(self.price) > own + 2.0 {
                     mark(steps, &name, &format!("{} {}", best.effect, best.target));
                     fit = best.fit.clone();
@@ -409,7 +415,8 @@ impl Search<'_> {
     /// One effect in the place of two, where the BIC likes it better: two wrong ones may share what one right one explains.
     fn merge(&mut self, fit: &Fit, whitening: &Whitening, steps: &mut Vec<Step>) -> Option<Fit> {
         let p = self.problem;
-        let values = |f: &Fit| f.free.iter().map(|&i| f.hypothesis.effects[i].effect.values().len()).sum::<usize>() as f64;
+        let values =
+            |f: &Fit| f.free.iter().map(|&i| f.hypothesis.effects[i].effect.values().len()).sum::<usize>() as f64;
         let price = self.price;
         let worth = |f: &Fit| f.cost + price * values(f);
         let now = worth(fit);
@@ -461,7 +468,9 @@ impl Search<'_> {
 }
 
 fn mark(steps: &mut [Step], name: &(&'static str, String), by: &str) {
-    if let Some(s) = steps.iter_mut().rev().find(|s| s.effect == name.0 && s.target == name.1 && s.replaced_by.is_none()) {
+    if let Some(s) =
+        steps.iter_mut().rev().find(|s| s.effect == name.0 && s.target == name.1 && s.replaced_by.is_none())
+    {
         s.replaced_by = Some(by.into());
     }
 }

@@ -69,7 +69,8 @@ fn held_out(problem: &Problem, fit: &Fit, whitening: &Whitening) -> f64 {
     let columns: Vec<Vec<f64>> = raw.iter().map(|c| whitening.of(problem, c)).collect();
     let mut predicted = fit.state.residual.clone();
     for f in 0..FOLDS {
-        let masked = |v: &[f64]| -> Vec<f64> { v.iter().zip(&fold).map(|(v, g)| if *g == f { 0.0 } else { *v }).collect() };
+        let masked =
+            |v: &[f64]| -> Vec<f64> { v.iter().zip(&fold).map(|(v, g)| if *g == f { 0.0 } else { *v }).collect() };
         let (part, target): (Vec<Vec<f64>>, Vec<f64>) = (columns.iter().map(|c| masked(c)).collect(), masked(&white));
         let right = DVector::from_iterator(part.len(), part.iter().map(|c| dot(c, &target)));
         if part.is_empty() {
