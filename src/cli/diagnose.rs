@@ -90,7 +90,8 @@ fn bad_data(error: Error, json: bool) -> Error {
         let document = serde_json::json!({
             "schema": diagnose::document::SCHEMA, "verdict": "bad_data", "reason": error.to_string(),
         });
-        println!("{document:#}");
+        // the reason is told in any case: a reader that has gone is no further failure
+        let _ = output::write_whole(std::path::Path::new("-"), format!("{document:#}\n").as_bytes());
     }
     error
 }

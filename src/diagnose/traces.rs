@@ -4,7 +4,7 @@
 //! over joints where only joints were measured), before with the frame alone, after with all that was found. What an effect
 //! moves is the difference of the predictions with and without it. Along a joint the residual e is projected on the joint's
 //! lever J: `e.J / |J|^2`, an angle; three coordinates cannot give six joints, so errors of other joints show there too, and
-//! samples with a short lever are left out. Medians over bins of position, for each direction of travel. What may hide is
+//! samples with a short lever are left out, and what was found on other joints is taken off. Medians over bins of position, for each direction of travel. What may hide is
 //! every candidate at its smallest detectable size (4.13 standard uncertainties), as the rms that it would move the TCP.
 
 use super::candidates::Candidate;
@@ -51,12 +51,15 @@ pub struct EffectTrace {
     pub turns: Vec<(f64, i8)>,
 }
 
-/// Medians of the residual along a joint.
+/// Medians of the residual along a joint: after is what all that was found leaves, before what it leaves without that on this
+/// joint (partial residuals: what was found on other joints does not show on this one).
 #[derive(Debug, Clone)]
 pub struct JointTrace {
     pub axis: usize,
     /// The joint itself was measured; else its part of the TCP's residual is taken along its lever.
     pub measured: bool,
+    /// Something was found on it: before and after differ.
+    pub own: bool,
     /// Up, then down.
     pub ways: [Way; 2],
 }
@@ -102,7 +105,14 @@ pub fn of(outcome: &Outcome) -> Traces {
         })
         .collect();
     let logs = (0..p.logs.len()).map(|l| log_trace(outcome, l, points, &moved)).collect();
-    let joints = (0..p.robot.dof()).into_par_iter().filter_map(|a| joint_trace(outcome, a)).collect();
+    let joints = (0..p.robot.dof())
+        .into_par_iter()
+        .filter_map(|a| {
+            let own: Vec<&Vec<f64>> =
+                moved.iter().filter(|(i, _)| outcome.fit.hypothesis.effects[*i].axis() == Some(a)).map(|m| &m.1).collect();
+            joint_trace(outcome, a, &own)
+        })
+        .collect();
     Traces { points, logs, joints, hidden: hidden(outcome) }
 }
 
@@ -162,8 +172,14 @@ pub fn behind_reversals(effect: &str) -> bool {
 }
 
 /// Position, direction, residual before and after of every sample that tells something about a joint.
-fn joint_trace(outcome: &Outcome, axis: usize) -> Option<JointTrace> {
+fn joint_trace(outcome: &Outcome, axis: usize, own: &[&Vec<f64>]) -> Option<JointTrace> {
     let p = &outcome.problem;
+    let after = &outcome.fit.state.residual;
+    // the moves are predictions without less predictions with the effect: what is missed grows by their negative
+    let mut before = after.clone();
+    for moved in own {
+        before.iter_mut().zip(*moved).for_each(|(b, m)| *b -= m);
+    }
     let measured = p.groups.iter().any(|g| g.sensor == Sensor::Joint(axis));
     let mut samples: [Vec<[f64; 3]>; 2] = [Vec::new(), Vec::new()];
     for (l, log) in p.logs.iter().enumerate() {
@@ -174,7 +190,7 @@ fn joint_trace(outcome: &Outcome, axis: usize) -> Option<JointTrace> {
         let track = Track::new(log.drive.t_s(), command, 1e-9);
         for g in p.groups_of(l) {
             let (n, at) = (g.len(), g.range());
-            let (x, y) = (&outcome.state_nuisance.residual[at.clone()], &outcome.fit.state.residual[at]);
+            let (x, y) = (&before[at.clone()], &after[at]);
             let mut push = |row: usize, before: f64, after: f64| match track.dir[row] {
                 1 => samples[0].push([command[row], before, after]),
                 -1 => samples[1].push([command[row], before, after]),
@@ -206,7 +222,7 @@ fn joint_trace(outcome: &Outcome, axis: usize) -> Option<JointTrace> {
     let all = || samples.iter().flatten().map(|s| s[0]);
     let (lo, hi) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
     let ways = [medians(up, lo, hi), medians(down, lo, hi)];
-    Some(JointTrace { axis, measured, ways })
+    Some(JointTrace { axis, measured, own: !own.is_empty(), ways })
 }
 
 /// Quartiles over bins of position between `lo` and `hi`.

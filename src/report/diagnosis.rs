@@ -82,6 +82,8 @@ pub struct MapView {
     /// What the colour means; empty: there is none.
     pub quantity: String,
     pub unit: String,
+    /// Colours by the logarithm: what differs by less than a decade looks alike.
+    pub by_decades: bool,
     /// What a hatched cell means.
     pub hatched: String,
     pub blocks: Vec<MapBlock>,

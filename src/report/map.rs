@@ -18,7 +18,7 @@ pub(super) fn draw(view: &MapView) -> Markup {
     if view.blocks.iter().all(|b| b.rows.is_empty()) {
         return nothing("there is nothing to compare");
     }
-    let colours = Colours::of(sizes(), 0.0);
+    let colours = if view.by_decades { Colours::by_decades(sizes()) } else { Colours::of(sizes(), 0.0) };
     let key = !view.quantity.is_empty() && sizes().next().is_some();
     html! {
         div.legends {

@@ -56,6 +56,13 @@ impl Page {
                 h1 { (self.title) }
                 @if !self.summary.is_empty() { p.lead { (self.summary) } }
                 @if !self.verdict.text.is_empty() { (verdict(self.verdict.tone, &self.verdict.text)) }
+                @if !self.next.is_empty() {
+                    div.next {
+                        h2 { "What to do next" }
+                        ol { @for (about, what) in self.next.iter().take(LISTED) { li { @if !about.is_empty() { strong { (about) } ": " } (what) } } }
+                        (further(self.next.len()))
+                    }
+                }
                 @if !self.tiles.is_empty() {
                     ul.tiles { @for t in &self.tiles {
                         li {

@@ -15,6 +15,8 @@ pub struct Page {
     /// What was done, in one or two sentences.
     pub summary: String,
     pub verdict: Verdict,
+    /// What to do next: about what, and what; stands below the verdict.
+    pub next: Vec<(String, String)>,
     pub robot: Option<RobotView>,
     /// Joints in the robot's order: their order fixes their colours and marks on the whole page.
     pub joints: Vec<JointView>,

@@ -5,6 +5,8 @@ mod assess_impact;
 mod bad_input;
 mod bench;
 mod catalogue;
+mod diagnose_cli;
+mod diagnose_page;
 mod fit;
 mod gaps_file;
 mod identify_path;

@@ -49,15 +49,14 @@ pub fn of(model: &str, outcome: &Outcome, d: &Diagnosis) -> Page {
     let t = traces::of(outcome);
     let mut page = super::start("diagnose", "What the model lacks", robot);
     head(&mut page, model, outcome, d, &told);
-    next(&mut page, d);
     if d.unexplained.is_some() {
         structure(&mut page, outcome, d, &told);
     }
-    waterfall(&mut page, d, &told);
+    waterfall(&mut page, outcome, d, &told);
     strips(&mut page, robot, outcome, d, &t, &told);
     path(&mut page, d, &t, &told);
     ways(&mut page, robot, &t);
-    found(&mut page, d);
+    found(&mut page, d, &told);
     candidates(&mut page, outcome, d);
     blind(&mut page, robot, &t, &told);
     if d.unexplained.is_none() {
@@ -81,6 +80,10 @@ fn head(page: &mut Page, model: &str, outcome: &Outcome, d: &Diagnosis, told: &T
         Verdict::Unknown | Verdict::BadData => Tone::Bad,
     };
     page.verdict(tone, display::sentence(d).replace(" um ", " µm "));
+    page.next = words::next_steps(d);
+    if d.verdict == Verdict::None {
+        page.next.push((String::new(), "nothing; what this log could not have shown stands in the map of blind spots".into()));
+    }
     page.warnings.extend(d.notes.iter().cloned());
     page.file("model", model, "");
     for l in &outcome.problem.logs {
@@ -104,31 +107,15 @@ fn head(page: &mut Page, model: &str, outcome: &Outcome, d: &Diagnosis, told: &T
     }
 }
 
-/// What to do next.
-fn next(page: &mut Page, d: &Diagnosis) {
-    let mut steps: Vec<String> =
-        words::next_steps(d).into_iter().map(|(about, what)| format!("{}: {what}.", capital(&about))).collect();
-    if steps.is_empty() {
-        steps.push("Nothing has to be done. What this log could not have shown stands in the map of blind spots.".into());
-    }
-    page.section("What to do next", "", steps);
-}
-
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    match (letters.next(), text.contains('_') || !text.starts_with("to ")) {
-        (Some(first), false) => first.to_uppercase().chain(letters).collect(),
-        _ => text.into(),
-    }
-}
-
 /// From the gap as given to the noise, and the same on parts that were not fitted.
-fn waterfall(page: &mut Page, d: &Diagnosis, told: &Told) {
-    let points = told.unit == "µm";
+fn waterfall(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
     let mut steps = Vec::new();
-    if points {
-        steps.push(("frame fitted".to_string(), d.gap.nuisance_only_rms_um * told.um));
-    }
+    let start = match (outcome.problem.frames_free, d.outliers) {
+        (true, _) => Some("frame fitted"),
+        (false, 1..) => Some("outliers left out"),
+        (false, 0) => None,
+    };
+    steps.extend(start.map(|name| (name.to_string(), d.gap.nuisance_only_rms_um * told.um)));
     steps.extend(d.rounds.iter().map(|r| (format!("+ {} {}", r.effect, r.target), r.rms_after_um * told.um)));
     page.section(
         format!("The gap falls from {:.1} to {:.1} {}", d.gap.initial_rms_um * told.um, d.gap.final_rms_um * told.um, told.unit),
@@ -142,24 +129,21 @@ fn waterfall(page: &mut Page, d: &Diagnosis, told: &Told) {
         },
     );
     let Some(first) = d.rounds.first() else { return };
-    let row = |label: String, fitted: f64, promised: Option<f64>, held: f64| BarRow {
+    let row = |label: String, fitted: f64, held: f64| BarRow {
         label,
-        values: [Some(fitted), promised, Some(held)].map(|v| v.map(|v| v * told.um)).to_vec(),
+        values: [fitted, held].map(|v| Some(v * told.um)).to_vec(),
     };
-    let start = if points { "frame fitted" } else { "as given" };
-    let mut rows = vec![row(start.into(), first.rms_before_um, None, first.validation.rms_before_um)];
+    let mut rows = vec![row(start.unwrap_or("as given").into(), first.rms_before_um, first.validation.rms_before_um)];
     rows.extend(d.rounds.iter().map(|r| {
-        let label = format!("+ {} {}", r.effect, r.target);
-        row(label, r.rms_after_um, Some(r.rms_after_predicted_um), r.validation.rms_after_um)
+        row(format!("+ {} {}", r.effect, r.target), r.rms_after_um, r.validation.rms_after_um)
     }));
     page.section(
         "The same on parts that were not fitted",
-        "Predicted: what the screening promised when the effect was accepted. Held out: each fifth of the log, in four stretches, \
-         from parameters of the other four fifths.",
+        "Held out: each fifth of the log, in four stretches, is predicted with parameters of the other four fifths.",
         BarsView {
             quantity: "gap, rms".into(),
             unit: told.unit.into(),
-            runs: vec![Run::new("achieved", Role::After), Run::new("predicted", Role::Between), Run::new("held out", Role::Before)],
+            runs: vec![Run::new("fitted", Role::After), Run::new("held out", Role::Between)],
             rows,
         },
     );
@@ -253,13 +237,17 @@ fn ways(page: &mut Page, robot: &Robot, t: &Traces) {
                 quartiles_milli: quartiles.iter().map(|q| q.map(|v| milli(robot, j.axis, v))).collect(),
             };
             let [up, down] = &j.ways;
-            JointWays {
-                joint: robot.axis(j.axis).name.clone(),
-                panels: vec![
-                    WaysPanel { title: "before".into(), up: view(up, &up.before), down: view(down, &down.before) },
-                    WaysPanel { title: "after".into(), up: view(up, &up.after), down: view(down, &down.after) },
-                ],
-            }
+            let panel = |title: &str, of: fn(&Way) -> &Vec<[f64; 3]>| WaysPanel {
+                title: title.into(),
+                up: view(up, of(up)),
+                down: view(down, of(down)),
+            };
+            let panels = if j.own {
+                vec![panel("without what was found on it", |w| &w.before), panel("after", |w| &w.after)]
+            } else {
+                vec![panel("after; nothing was found on it", |w| &w.after)]
+            };
+            JointWays { joint: robot.axis(j.axis).name.clone(), panels }
         })
         .collect();
     if joints.is_empty() {
@@ -269,21 +257,23 @@ fn ways(page: &mut Page, robot: &Robot, t: &Traces) {
         "Measured minus predicted joint position over the command."
     } else {
         "The part of the TCP's gap that lies along the joint's lever, as an angle: e·J / |J|², over the command of the joint. \
-         Three coordinates cannot give all joints, so a short lever shows the errors of the others, too."
+         Three coordinates cannot give all joints, so what is left of the others shows there, too."
     };
     let caption = format!(
-        "{how} Medians over bins of position. Alike in both directions: geometry, compliance, gear; apart: lost motion or lag."
+        "{how} Effects found elsewhere are taken off in all drawings. Medians over bins of position. Alike in both directions: \
+         geometry, compliance, gear; apart: lost motion or lag."
     );
-    page.section("Each joint before and after, both ways", caption, WaysView { joints });
+    page.section("Each joint by itself, both ways", caption, WaysView { joints });
 }
 
 /// Sizes, intervals, sets and evidence of what was found.
-fn found(page: &mut Page, d: &Diagnosis) {
+fn found(page: &mut Page, d: &Diagnosis, told: &Told) {
     if d.rounds.is_empty() {
         return;
     }
+    let left = format!("left: predicted, achieved, {}", told.unit);
     let headings =
-        [("round", false), ("effect", false), ("target", false), ("size, 95 % interval", false), ("set", false), ("F", true), ("p value", true), ("ΔBIC", true)];
+        [("round", false), ("effect", false), ("target", false), ("size, 95 % interval", false), ("set", false), (&left, true), ("F", true), ("p value", true), ("ΔBIC", true)];
     let rows = d.rounds.iter().enumerate().map(|(i, r)| {
         let sizes: Vec<String> =
             words::sizes(r).into_iter().map(|(name, value, [lo, hi], unit)| format!("{name} {value} {unit} ({lo} to {hi})").replace(" um ", " µm ")).collect();
@@ -295,6 +285,7 @@ fn found(page: &mut Page, d: &Diagnosis) {
             r.target.clone(),
             sizes.join("; "),
             if r.set.len() > 1 { set.join("; ") } else { "alone".into() },
+            [r.rms_after_predicted_um, r.rms_after_um].map(|v| number(v * told.um, 1)).join(", "),
             significant(r.evidence.value),
             p_value(r.evidence.p_value),
             number(r.evidence.delta_bic, 0),
@@ -432,6 +423,7 @@ fn blind(page: &mut Page, robot: &Robot, t: &Traces, told: &Told) {
             quantity: "what may hide, rms".into(),
             unit: told.unit.into(),
             hatched: "not visible at any size".into(),
+            by_decades: true,
             blocks,
         },
     );
@@ -525,7 +517,7 @@ fn structure(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
              the structure in {}, rms. A dash: no more than chance. One structure may show in several cells.{nearest}",
             told.unit
         ),
-        MapView { quantity: "structure, rms".into(), unit: told.unit.into(), hatched: String::new(), blocks },
+        MapView { quantity: "structure, rms".into(), unit: told.unit.into(), hatched: String::new(), by_decades: false, blocks },
     );
 }
 

@@ -30,9 +30,10 @@ pub const LEVELS: usize = 32;
 /// Share of the first lane's values that the scale holds.
 const HELD: f64 = 0.98;
 
-/// Values 0 to `top` in colours.
+/// Values in colours: from 0 to `top`, or by their logarithm from `bottom` to `top`.
 #[derive(Debug, Clone, Copy)]
 pub struct Colours {
+    bottom: Option<f64>,
     top: f64,
 }
 
@@ -45,14 +46,46 @@ impl Colours {
         let least = if usable(at_least) { at_least } else { 0.0 };
         let far = most.unwrap_or(0.0).max(least);
         if far <= 0.0 {
-            return Self { top: 1.0 };
+            return Self { bottom: None, top: 1.0 };
         }
         let step = Ticks::new([0.0, far], 5).step();
-        Self { top: (far / step * 0.999).ceil() * step }
+        Self { bottom: None, top: (far / step * 0.999).ceil() * step }
+    }
+
+    /// A scale of whole decades, at least two.
+    pub fn by_decades(values: impl Iterator<Item = f64>) -> Self {
+        let Some([lo, hi]) = extent(values.filter(|v| *v > 0.0)) else { return Self { bottom: None, top: 1.0 } };
+        let (low, high) = (lo.log10().floor(), hi.log10().ceil());
+        Self { bottom: Some(10f64.powf(low)), top: 10f64.powf(high.max(low + 2.0)) }
+    }
+
+    /// Place of a value between the ends of the scale.
+    fn share(&self, v: f64) -> f64 {
+        let share = match self.bottom {
+            None => v / self.top,
+            Some(bottom) => (v.max(bottom) / bottom).log10() / (self.top / bottom).log10(),
+        };
+        share.clamp(0.0, 1.0)
     }
 
     pub fn level(&self, v: f64) -> usize {
-        ((v / self.top).clamp(0.0, 1.0) * (LEVELS - 1) as f64).round() as usize
+        (self.share(v) * (LEVELS - 1) as f64).round() as usize
+    }
+
+    /// Values and words below the key.
+    fn ticks(&self) -> Vec<(f64, String)> {
+        match self.bottom {
+            None => {
+                let ticks = Ticks::new([0.0, self.top], 4);
+                ticks.values.iter().map(|&v| (v, ticks.label(v))).collect()
+            }
+            Some(bottom) => {
+                let decades = (self.top / bottom).log10().round() as i32;
+                let every = decades / 5 + 1;
+                let at = (0..=decades).step_by(every as usize).map(|k| bottom * 10f64.powi(k));
+                at.map(|v| (v, if (0.001..1e5).contains(&v) { format!("{:.*}", (-v.log10()).ceil().max(0.0) as usize, v) } else { format!("{v:.0e}") })).collect()
+            }
+        }
     }
 
     /// As `#rrggbb`.
@@ -77,17 +110,17 @@ impl Colours {
     /// The key: a bar of all colours with ticks.
     pub fn key(&self, quantity: &str, unit: &str) -> Markup {
         const WIDTH: f64 = 256.0;
-        let ticks = Ticks::new([0.0, self.top], 4);
-        let last = ticks.values.len().saturating_sub(1);
+        let ticks = self.ticks();
+        let last = ticks.len().saturating_sub(1);
         html! {
             div.heat-key {
                 span { (quantity) ", " (unit) }
-                svg viewBox="0 0 300 30" role="img" aria-label=(format!("{quantity}: dark is 0, yellow is {} {unit} and more", significant(self.top))) {
+                svg viewBox="0 0 300 30" role="img" aria-label=(format!("{quantity}: dark is little, yellow is {} {unit} and more", significant(self.top))) {
                     @for k in 0..LEVELS {
                         rect x=(px(10.0 + WIDTH / LEVELS as f64 * k as f64)) y="0" width=(px(WIDTH / LEVELS as f64 + 0.4)) height="11" style=(format!("fill:{}", Self::hex(k))) {}
                     }
-                    @for (k, &v) in ticks.values.iter().enumerate() {
-                        text.tick x=(px(10.0 + WIDTH * v / self.top)) y="26" text-anchor="middle" { (ticks.label(v)) @if k == last { "+" } }
+                    @for (k, (v, label)) in ticks.iter().enumerate() {
+                        text.tick x=(px(10.0 + WIDTH * self.share(*v))) y="26" text-anchor="middle" { (label) @if k == last { "+" } }
                     }
                 }
             }

@@ -8,6 +8,9 @@ use super::{dropped_note, line, nothing};
 use crate::report::diagnosis::{JointWays, WayView, WaysPanel, WaysView};
 use maud::{Markup, html};
 
+/// Four in a row on a wide screen.
+const PANEL: Size = Size { width: 280.0, height: 190.0, left: 40.0, right: 8.0, top: 24.0, bottom: 38.0 };
+
 /// All joints.
 pub fn draw(view: &WaysView, joints: &Joints) -> Markup {
     if view.joints.iter().all(|j| every(j).next().is_none()) {
@@ -36,7 +39,7 @@ fn row(joint: &JointWays, joints: &Joints) -> Markup {
             h3 { (joint.joint) }
             @if let (Some(xs), Some(ys)) = (xs, ys) {
                 div.panels.small { @for panel in &joint.panels {
-                    (draw_panel(joint, panel, &Frame::new(Size::SMALL, widen(xs, 0.01), widen(ys, 0.06), joints.unit(&joint.joint) == "deg"), joints))
+                    (draw_panel(joint, panel, &Frame::new(PANEL, widen(xs, 0.01), widen(ys, 0.06), joints.unit(&joint.joint) == "deg"), joints))
                 } }
             } @else { (nothing("no value of this joint is a finite number")) }
         }
