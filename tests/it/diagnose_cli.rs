@@ -207,3 +207,20 @@ fn a_reader_that_has_gone_is_no_failure() {
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
+
+#[test]
+fn the_page_of_the_command_names_every_option_of_its_help() {
+    use clap::CommandFactory;
+    let page = std::fs::read_to_string("docs/diagnose.md").unwrap();
+    let cli = lostmotion::cli::Cli::command();
+    let command = cli.find_subcommand("diagnose").unwrap();
+    let options: Vec<&str> = command.get_arguments().filter_map(|a| a.get_long()).filter(|l| *l != "help").collect();
+    assert!(options.len() >= 6, "{options:?}");
+    for option in options {
+        assert!(page.contains(&format!("| `--{option}` |")), "--{option}");
+    }
+    let help = command.clone().render_long_help().to_string();
+    for example in help.lines().map(str::trim).filter(|l| l.starts_with("lostmotion diagnose")) {
+        assert!(page.contains(example), "{example}");
+    }
+}
