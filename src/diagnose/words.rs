@@ -1,6 +1,6 @@
 //! Keys, sizes and units of a diagnosis in words, for a terminal and for a page.
 
-use super::document::{Diagnosis, Round};
+use super::document::{Diagnosis, Parameter, Round};
 
 /// In what the gap is told: micrometres at the TCP, or the joints' own unit where only joints were measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,14 +62,35 @@ pub fn decimals(half_width: f64) -> usize {
 
 /// The parameters of a round: name, value, interval and unit.
 pub fn sizes(r: &Round) -> Vec<(String, String, [String; 2], &'static str)> {
+    let knots = r.parameters.keys().filter(|k| k.starts_with("knots[")).count();
+    if knots > 1 {
+        return vec![curve(r, knots)];
+    }
     r.parameters
         .iter()
         .map(|(k, p)| {
             let (name, unit) = key(k, r.joint_unit);
             let d = decimals(0.5 * (p.ci95[1] - p.ci95[0]));
-            (name, format!("{:.d$}", p.value), p.ci95.map(|v| format!("{v:.d$}")), unit)
+            (name, fixed(p.value, d), p.ci95.map(|v| fixed(v, d)), unit)
         })
         .collect()
+}
+
+/// A gap over position in one piece: its smallest and largest knot, and the ends of their intervals.
+fn curve(r: &Round, knots: usize) -> (String, String, [String; 2], &'static str) {
+    let all = || r.parameters.values();
+    let least = |f: fn(&Parameter) -> f64| all().map(f).fold(f64::INFINITY, f64::min);
+    let most = |f: fn(&Parameter) -> f64| all().map(f).fold(f64::NEG_INFINITY, f64::max);
+    let d = decimals(all().map(|p| 0.5 * (p.ci95[1] - p.ci95[0])).fold(f64::INFINITY, f64::min));
+    let value = format!("{} to {}", fixed(least(|p| p.value), d), fixed(most(|p| p.value), d));
+    let ends = [fixed(least(|p| p.ci95[0]), d), fixed(most(|p| p.ci95[1]), d)];
+    (format!("half gap at {knots} knots"), value, ends, r.joint_unit)
+}
+
+/// Fixed decimals; zero has no sign.
+fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    if text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.')) { text.trim_start_matches('-').into() } else { text }
 }
 
 /// A detectable size, with two digits.
@@ -102,7 +123,11 @@ pub fn next_steps(d: &Diagnosis) -> Vec<(String, String)> {
         steps.push(("to see anything".into(), "record a path on which every joint moves, both ways".into()));
     }
     for r in &d.rounds {
-        let about = format!("{} {}", r.effect, r.target);
+        // beside structure that nothing describes a name is not to be trusted alone
+        let about = match d.verdict {
+            Verdict::Unknown => format!("if {} {} is confirmed", r.effect, r.target),
+            _ => format!("{} {}", r.effect, r.target),
+        };
         if !steps.iter().any(|s| s.0 == about) {
             steps.push((about, r.action.clone()));
         }
@@ -133,6 +158,7 @@ mod tests {
     #[test]
     fn a_value_has_the_digits_that_its_uncertainty_allows() {
         assert_eq!((decimals(1.6e-5), decimals(0.3), decimals(40.0), decimals(0.0)), (6, 2, 0, 4));
+        assert_eq!((fixed(-0.001, 1), fixed(-0.5, 1)), ("0.0".into(), "-0.5".into()));
         assert_eq!((rough(0.01234), rough(3.21), rough(0.0)), ("0.012".into(), "3.2".into(), "0".into()));
     }
 }

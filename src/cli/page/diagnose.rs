@@ -100,9 +100,17 @@ fn head(page: &mut Page, model: &str, outcome: &Outcome, d: &Diagnosis, told: &T
         told.unit
     )));
     page.tile(told.tile("noise", d.noise.sigma_um).with_detail("per coordinate, one standard deviation"));
-    for r in &d.rounds {
+    for (i, r) in d.rounds.iter().enumerate() {
+        let alike = |o: &Round| o.effect == r.effect && o.target == r.target;
+        if d.rounds[..i].iter().any(alike) {
+            continue;
+        }
+        let more = match d.rounds[i + 1..].iter().filter(|o| alike(o)).count() {
+            0 => String::new(),
+            k => format!("; {k} more"),
+        };
         if let Some((name, value, [lo, hi], unit)) = words::sizes(r).into_iter().next() {
-            page.tile(Tile::text(format!("{} {}, {name}", r.effect, r.target), value, unit).with_detail(format!("95 %: {lo} to {hi}")));
+            page.tile(Tile::text(format!("{} {}, {name}", r.effect, r.target), value, unit).with_detail(format!("95 %: {lo} to {hi}{more}")));
         }
     }
 }
