@@ -1,6 +1,6 @@
 //! The diagnosis on a terminal: the story round by round, the verdict in one sentence, what to do next, where it is blind.
 
-use super::document::{Diagnosis, Round};
+use super::document::{Diagnosis, OF_MOTION, Round};
 use super::verdict::Verdict;
 use super::words::{self, GapUnit};
 use serde_json::Value;
@@ -68,7 +68,9 @@ fn round(out: &mut String, number: usize, r: &Round, unit: GapUnit) {
     );
     let sizes: Vec<String> = words::sizes(r)
         .into_iter()
-        .map(|(name, value, [lo, hi], unit)| format!("{name} {value} {unit}{}[{lo}, {hi}]", if unit.is_empty() { "" } else { " " }))
+        .map(|(name, value, [lo, hi], unit)| {
+            format!("{name} {value} {unit}{}[{lo}, {hi}]", if unit.is_empty() { "" } else { " " })
+        })
         .collect();
     paragraph(out, "   ", &format!("{}; {}", sizes.join(", "), r.place.description));
     if r.set.len() > 1 {
@@ -95,14 +97,18 @@ pub fn sentence(d: &Diagnosis) -> String {
         Verdict::None => "Nothing is missing: the gap is at the noise floor.".into(),
         Verdict::Named => format!("Missing: {found}. What remains is noise."),
         Verdict::NamedSet => {
-            let open: Vec<String> = d.rounds.iter().filter(|r| r.set.len() > 1).map(|r| format!("{} {}", r.effect, r.target)).collect();
+            let open: Vec<String> =
+                d.rounds.iter().filter(|r| r.set.len() > 1).map(|r| format!("{} {}", r.effect, r.target)).collect();
             format!("Missing: {found}. This log cannot tell {} from a rival.", open.join(" and "))
         }
         Verdict::Unknown => match &d.unexplained {
             Some(u) => {
                 let beyond = if found.is_empty() { String::new() } else { format!(" beyond {found}") };
                 let size = d.unit.said(u.rms_um);
-                format!("Unknown: {size} of structure remains{beyond} that no effect of the catalogue describes; it goes with {}.", u.goes_with)
+                format!(
+                    "Unknown: {size} of structure remains{beyond} that no effect of the catalogue describes; it goes with {}.",
+                    u.goes_with
+                )
             }
             None => "Unknown: structure remains that no effect of the catalogue describes.".into(),
         },
@@ -111,15 +117,26 @@ pub fn sentence(d: &Diagnosis) -> String {
     }
 }
 
+/// Joints on which nothing that shows in motion could be seen: they rest.
+fn resting(d: &Diagnosis) -> Vec<String> {
+    let unseen = |effect: &str, target: &str| {
+        d.blind_spots.iter().any(|s| s["effect"] == effect && s["target"] == target && s["detectable_from"].is_null())
+    };
+    let targets = d.blind_spots.iter().filter(|s| s["effect"] == "encoder_scale").filter_map(|s| s["target"].as_str());
+    targets.filter(|t| OF_MOTION.iter().all(|e| unseen(e, t))).map(String::from).collect()
+}
+
 /// The worst blind spots in one line: what this log cannot show at all, then the weakest joint for lost motion.
 pub fn blind(d: &Diagnosis) -> Option<String> {
     const NAMED: usize = 6;
+    let resting = resting(d);
     let mut hidden: Vec<(String, Vec<String>)> = Vec::new();
     let mut weakest: Option<(f64, String)> = None;
     for spot in &d.blind_spots {
         let text = |k: &str| spot.get(k).and_then(Value::as_str).unwrap_or("").to_string();
         let (effect, target) = (text("effect"), text("target"));
         match spot.get("detectable_from").and_then(Value::as_object) {
+            None if resting.contains(&target) && OF_MOTION.contains(&effect.as_str()) => {}
             None => match hidden.iter_mut().find(|h| h.0 == effect) {
                 Some(h) => h.1.push(target),
                 None => hidden.push((effect, vec![target])),
@@ -132,6 +149,9 @@ pub fn blind(d: &Diagnosis) -> Option<String> {
             }
             Some(_) => {}
         }
+    }
+    if !resting.is_empty() {
+        hidden.insert(0, ("lost motion and lag of resting".into(), resting));
     }
     let mut parts: Vec<String> = hidden
         .into_iter()
@@ -174,7 +194,9 @@ mod tests {
     fn a_long_line_is_broken_between_words_and_set_in() {
         let mut out = String::new();
         paragraph(&mut out, "  ", &"word ".repeat(50));
-        assert!(out.lines().all(|l| l.chars().count() <= WIDTH && l.starts_with("  word") || l.starts_with("    word")));
+        assert!(
+            out.lines().all(|l| l.chars().count() <= WIDTH && l.starts_with("  word") || l.starts_with("    word"))
+        );
         assert_eq!(out.split_whitespace().count(), 50);
     }
 }

@@ -1,8 +1,8 @@
 //! The diagnosis document `lostmotion/diagnosis/1`.
 
+use super::layout::Sensor;
 use super::search::Outcome;
 use super::story::{self, Chapter};
-use super::layout::Sensor;
 use super::verdict::{self, Member, Verdict};
 use super::words::GapUnit;
 use crate::effect::{Placed, catalogue, entry};
@@ -149,11 +149,8 @@ fn digits(value: f64) -> f64 {
 pub fn of(outcome: &Outcome) -> Diagnosis {
     let found: Vec<&Placed> = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]).collect();
     let named = named(outcome);
-    let sets: Vec<Vec<Member>> = named
-        .iter()
-        .zip(&outcome.rivals)
-        .map(|(n, r)| verdict::set((&n.0, &n.1), r, outcome.price))
-        .collect();
+    let sets: Vec<Vec<Member>> =
+        named.iter().zip(&outcome.rivals).map(|(n, r)| verdict::set((&n.0, &n.1), r, outcome.price)).collect();
     let order = told_in_order(outcome);
     let indices: Vec<usize> = order.iter().map(|&k| outcome.fit.free[k]).collect();
     let chapters = story::chapters(&outcome.problem, &outcome.fit, outcome.known, &indices, &outcome.whitening);
@@ -164,7 +161,8 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         .map(|(step, &k)| round(outcome, k, &named[k], &sets[k], (&chapters[step], &chapters[step + 1])))
         .collect();
     let noise = outcome.whitening.noise.first().copied().unwrap_or(super::noise::Noise::white(0.0));
-    let (initial_max, final_max) = (largest(outcome, &outcome.state_nuisance.residual), largest(outcome, &outcome.fit.state.residual));
+    let (initial_max, final_max) =
+        (largest(outcome, &outcome.state_nuisance.residual), largest(outcome, &outcome.fit.state.residual));
     let put_aside = outcome
         .steps
         .iter()
@@ -199,7 +197,7 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         put_aside,
         effects: found.iter().map(|p| effect_value(p, outcome)).collect(),
         unexplained: structured.map(|s| unexplained(outcome, &s)),
-        blind_spots: verdict::blind_spots(outcome).iter().map(|s| spot(s, outcome)).collect(),
+        blind_spots: blind_spots(outcome),
         notes: notes(outcome),
         unit: unit(outcome),
     }
@@ -316,7 +314,10 @@ fn round(
         rms_before_um: digits(before.rms * UM),
         rms_after_um: digits(after.rms * UM),
         rms_after_predicted_um: digits(predicted * UM),
-        validation: Validation { rms_before_um: digits(before.held_out * UM), rms_after_um: digits(after.held_out * UM) },
+        validation: Validation {
+            rms_before_um: digits(before.held_out * UM),
+            rms_after_um: digits(after.held_out * UM),
+        },
         action: card.action.to_string(),
         joint_unit: placed.axis().map_or("deg", |a| robot.axis(a).kind.unit()),
         candidates: rivals
@@ -384,6 +385,28 @@ fn unexplained(outcome: &Outcome, ratio: &super::structure::Ratio) -> Unexplaine
         }),
         record: record.into(),
     }
+}
+
+/// Detectable sizes, then the effects of motion on joints that do not move: no size of them would show.
+fn blind_spots(outcome: &Outcome) -> Vec<Value> {
+    let mut all: Vec<Value> = verdict::blind_spots(outcome).iter().map(|s| spot(s, outcome)).collect();
+    for (effect, target) in of_resting_joints(outcome) {
+        if !all.iter().any(|s| s["effect"] == effect && s["target"] == target.as_str()) {
+            all.push(json!({"effect": effect, "target": target, "detectable_from": null}));
+        }
+    }
+    all
+}
+
+/// Effects that show in motion alone.
+pub const OF_MOTION: [&str; 5] = ["backlash", "stiction", "hysteresis", "servo_lag", "encoder_scale"];
+
+/// Effects of motion on joints that move in no log.
+pub fn of_resting_joints(outcome: &Outcome) -> Vec<(&'static str, String)> {
+    let robot = &outcome.problem.robot;
+    let tried = |name: &str| outcome.candidates.iter().any(|c| c.effect == "encoder_scale" && c.target == name);
+    let resting = robot.axis_joints().filter(|j| !tried(&j.name));
+    resting.flat_map(|j| OF_MOTION.map(|effect| (effect, j.name.clone()))).collect()
 }
 
 fn spot(spot: &verdict::BlindSpot, outcome: &Outcome) -> Value {

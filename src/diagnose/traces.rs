@@ -100,7 +100,8 @@ pub fn of(outcome: &Outcome) -> Traces {
         .into_par_iter()
         .map(|i| {
             let placed = &outcome.fit.hypothesis.effects[i];
-            let moved = p.difference(&outcome.fit.hypothesis, &outcome.fit.state, std::slice::from_ref(placed), &[], 1.0);
+            let moved =
+                p.difference(&outcome.fit.hypothesis, &outcome.fit.state, std::slice::from_ref(placed), &[], 1.0);
             (i, moved)
         })
         .collect();
@@ -108,8 +109,11 @@ pub fn of(outcome: &Outcome) -> Traces {
     let joints = (0..p.robot.dof())
         .into_par_iter()
         .filter_map(|a| {
-            let own: Vec<&Vec<f64>> =
-                moved.iter().filter(|(i, _)| outcome.fit.hypothesis.effects[*i].axis() == Some(a)).map(|m| &m.1).collect();
+            let own: Vec<&Vec<f64>> = moved
+                .iter()
+                .filter(|(i, _)| outcome.fit.hypothesis.effects[*i].axis() == Some(a))
+                .map(|m| &m.1)
+                .collect();
             joint_trace(outcome, a, &own)
         })
         .collect();
@@ -150,10 +154,7 @@ fn log_trace(outcome: &Outcome, l: usize, points: bool, moved: &[(usize, Vec<f64
         points_m: tcp.filter(|_| points).map_or(Vec::new(), |t| before.iter().map(|s| t[s.0]).collect()),
         before: before.into_iter().map(|s| s.1).collect(),
         after: values(&outcome.fit.state.residual),
-        effects: moved
-            .iter()
-            .map(|(i, m)| EffectTrace { moves: values(m), turns: turns(outcome, *i, log) })
-            .collect(),
+        effects: moved.iter().map(|(i, m)| EffectTrace { moves: values(m), turns: turns(outcome, *i, log) }).collect(),
     }
 }
 
@@ -274,6 +275,11 @@ fn hidden(outcome: &Outcome) -> Vec<Hidden> {
             Hidden { effect: c.effect, target: c.target.clone(), found: false, sizes, moves: Some(moves) }
         })
         .collect();
+    for (effect, target) in document::of_resting_joints(outcome) {
+        if !all.iter().any(|h| h.effect == effect && h.target == target) {
+            all.push(Hidden { effect, target, found: false, sizes: Vec::new(), moves: None });
+        }
+    }
     for &i in &outcome.fit.free {
         let placed = &outcome.fit.hypothesis.effects[i];
         let (effect, target) = (catalogue::of(placed.effect.name()).name, placed.target_text(&p.robot));

@@ -57,7 +57,11 @@ pub fn key(key: &str, joint_unit: &'static str) -> (String, &'static str) {
 
 /// Decimals with which a value of this uncertainty is written: two digits of the uncertainty.
 pub fn decimals(half_width: f64) -> usize {
-    if half_width > 0.0 && half_width.is_finite() { (1 - half_width.log10().floor() as i32).clamp(0, 9) as usize } else { 4 }
+    if half_width > 0.0 && half_width.is_finite() {
+        (1 - half_width.log10().floor() as i32).clamp(0, 9) as usize
+    } else {
+        4
+    }
 }
 
 /// The parameters of a round: name, value, interval and unit.

@@ -26,7 +26,8 @@ pub struct Run {
 fn run(case: &str) -> Run {
     let folder = tempfile::tempdir().unwrap();
     let (page, model) = (folder.path().join("report.html"), folder.path().join("found.yaml"));
-    let output = diagnose(case).arg("--json").arg("--report").arg(&page).arg("--model-out").arg(&model).assert().success();
+    let output =
+        diagnose(case).arg("--json").arg("--report").arg(&page).arg("--model-out").arg(&model).assert().success();
     let json = serde_json::from_slice(&output.get_output().stdout).unwrap();
     Run { json, page: std::fs::read_to_string(page).unwrap(), model, _folder: folder }
 }
@@ -51,10 +52,7 @@ fn the_document_has_every_field_of_its_contract() {
     has(d, &["schema", "verdict", "samples", "noise", "gap", "rounds", "effects", "unexplained", "blind_spots"]);
     assert_eq!((d["schema"].as_str(), d["verdict"].as_str()), (Some("lostmotion/diagnosis/1"), Some("named")));
     has(&d["noise"], &["sigma_um", "source", "ar1"]);
-    has(
-        &d["gap"],
-        &["initial_rms_um", "nuisance_only_rms_um", "final_rms_um", "initial_max_um", "final_max_um"],
-    );
+    has(&d["gap"], &["initial_rms_um", "nuisance_only_rms_um", "final_rms_um", "initial_max_um", "final_max_um"]);
     let round = &d["rounds"][0];
     has(
         round,
@@ -115,8 +113,12 @@ fn simulate_runs_the_written_model() {
     };
     let (measured, predicted) = (points(&log_text(BACKLASH)), points(&std::fs::read_to_string(out).unwrap()));
     assert_eq!(measured.len(), predicted.len());
-    let mut errors: Vec<f64> =
-        measured.iter().zip(&predicted).flat_map(|(m, p)| [0, 1, 2].map(|k| (m[k] - p[k]).abs())).filter(|e| e.is_finite()).collect();
+    let mut errors: Vec<f64> = measured
+        .iter()
+        .zip(&predicted)
+        .flat_map(|(m, p)| [0, 1, 2].map(|k| (m[k] - p[k]).abs()))
+        .filter(|e| e.is_finite())
+        .collect();
     errors.sort_by(f64::total_cmp);
     // two thirds of white noise of 8 um lie within 8 um
     let two_thirds_um = 1e3 * errors[errors.len() * 2 / 3];
@@ -201,7 +203,13 @@ fn paths_with_spaces_are_taken_and_two_documents_on_standard_output_are_not() {
 fn a_reader_that_has_gone_is_no_failure() {
     use std::process::Stdio;
     let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("lostmotion"));
-    command.args(["diagnose", "--model", &format!("{BACKLASH}/model.yaml"), "--log", &format!("{BACKLASH}/train.csv.gz")]);
+    command.args([
+        "diagnose",
+        "--model",
+        &format!("{BACKLASH}/model.yaml"),
+        "--log",
+        &format!("{BACKLASH}/train.csv.gz"),
+    ]);
     let mut child = command.arg("--json").stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();

@@ -26,7 +26,10 @@ fn holds(html: &str, sections: &[&str]) {
 fn drawings(html: &str, start: &str) -> usize {
     let mut count = 0;
     with_elements(html, |all| {
-        count = named(all, "svg").iter().filter(|n| n.attribute("aria-label").is_some_and(|l| l.starts_with(start))).count();
+        count = named(all, "svg")
+            .iter()
+            .filter(|n| n.attribute("aria-label").is_some_and(|l| l.starts_with(start)))
+            .count();
     });
     count
 }
@@ -73,7 +76,8 @@ fn what_is_unknown_stands_first_with_its_place_and_what_to_record() {
     let html = &NOTCH_RUN.page;
     sound(html);
     let titles = titles(html);
-    let at = |words: &str| titles.iter().position(|t| t.contains(words)).unwrap_or_else(|| panic!("{words}: {titles:?}"));
+    let at =
+        |words: &str| titles.iter().position(|t| t.contains(words)).unwrap_or_else(|| panic!("{words}: {titles:?}"));
     assert!(at("What is left goes with") < at("The gap falls from"));
     assert!(html.contains("Unknown: ") && html.contains("to find the rest"));
     assert!(html.contains("The nearest effect of the catalogue"));

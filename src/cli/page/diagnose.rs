@@ -9,8 +9,9 @@ use crate::diagnose::words::{self, GapUnit};
 use crate::diagnose::{Outcome, Verdict};
 use crate::report::number::{p_value, significant};
 use crate::report::{
-    BarRow, BarsView, HeatPath, HeatPathView, JointWays, Lane, MapBlock, MapCell, MapView, Method, Page, PathMark, Role, Run,
-    StripLog, StripsView, TableView, Tile, Tone, TraceMark, WaterfallView, WayView, WaysPanel, WaysView, number,
+    BarRow, BarsView, HeatPath, HeatPathView, JointWays, Lane, MapBlock, MapCell, MapView, Method, Page, PathMark,
+    Role, Run, StripLog, StripsView, TableView, Tile, Tone, TraceMark, WaterfallView, WayView, WaysPanel, WaysView,
+    number,
 };
 use crate::robot::Robot;
 
@@ -42,6 +43,9 @@ impl Told {
     }
 }
 
+/// Colours reach to this many standard deviations of the noise at least, so that noise is dark.
+const QUIET: f64 = 6.0;
+
 /// The page.
 pub fn of(model: &str, outcome: &Outcome, d: &Diagnosis) -> Page {
     let robot = &outcome.problem.robot;
@@ -52,7 +56,9 @@ pub fn of(model: &str, outcome: &Outcome, d: &Diagnosis) -> Page {
     if d.unexplained.is_some() {
         structure(&mut page, outcome, d, &told);
     }
-    waterfall(&mut page, outcome, d, &told);
+    if !d.rounds.is_empty() {
+        waterfall(&mut page, outcome, d, &told);
+    }
     strips(&mut page, robot, outcome, d, &t, &told);
     path(&mut page, d, &t, &told);
     ways(&mut page, robot, &t);
@@ -82,7 +88,10 @@ fn head(page: &mut Page, model: &str, outcome: &Outcome, d: &Diagnosis, told: &T
     page.verdict(tone, display::sentence(d).replace(" um ", " µm "));
     page.next = words::next_steps(d);
     if d.verdict == Verdict::None {
-        page.next.push((String::new(), "nothing; what this log could not have shown stands in the map of blind spots".into()));
+        page.next.push((
+            String::new(),
+            "Nothing has to be done. What this log could not have shown stands in the map of blind spots.".into(),
+        ));
     }
     page.warnings.extend(d.notes.iter().cloned());
     page.file("model", model, "");
@@ -110,7 +119,10 @@ fn head(page: &mut Page, model: &str, outcome: &Outcome, d: &Diagnosis, told: &T
             k => format!("; {k} more"),
         };
         if let Some((name, value, [lo, hi], unit)) = words::sizes(r).into_iter().next() {
-            page.tile(Tile::text(format!("{} {}, {name}", r.effect, r.target), value, unit).with_detail(format!("95 %: {lo} to {hi}{more}")));
+            page.tile(
+                Tile::text(format!("{} {}, {name}", r.effect, r.target), value, unit)
+                    .with_detail(format!("95 %: {lo} to {hi}{more}")),
+            );
         }
     }
 }
@@ -126,7 +138,12 @@ fn waterfall(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
     steps.extend(start.map(|name| (name.to_string(), d.gap.nuisance_only_rms_um * told.um)));
     steps.extend(d.rounds.iter().map(|r| (format!("+ {} {}", r.effect, r.target), r.rms_after_um * told.um)));
     page.section(
-        format!("The gap falls from {:.1} to {:.1} {}", d.gap.initial_rms_um * told.um, d.gap.final_rms_um * told.um, told.unit),
+        format!(
+            "The gap falls from {:.1} to {:.1} {}",
+            d.gap.initial_rms_um * told.um,
+            d.gap.final_rms_um * told.um,
+            told.unit
+        ),
         "Root mean square per coordinate. Each step refits everything that came before it; the line is the noise.",
         WaterfallView {
             quantity: "gap, rms".into(),
@@ -142,9 +159,9 @@ fn waterfall(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
         values: [fitted, held].map(|v| Some(v * told.um)).to_vec(),
     };
     let mut rows = vec![row(start.unwrap_or("as given").into(), first.rms_before_um, first.validation.rms_before_um)];
-    rows.extend(d.rounds.iter().map(|r| {
-        row(format!("+ {} {}", r.effect, r.target), r.rms_after_um, r.validation.rms_after_um)
-    }));
+    rows.extend(
+        d.rounds.iter().map(|r| row(format!("+ {} {}", r.effect, r.target), r.rms_after_um, r.validation.rms_after_um)),
+    );
     page.section(
         "The same on parts that were not fitted",
         "Held out: each fifth of the log, in four stretches, is predicted with parameters of the other four fifths.",
@@ -161,6 +178,9 @@ fn strips(page: &mut Page, robot: &Robot, outcome: &Outcome, d: &Diagnosis, t: &
     let axis_of = |r: &Round| r.place.joint.clone().filter(|j| robot.axis_named(j).is_some());
     let scaled = |v: &[f64]| v.iter().map(|v| v * told.si).collect::<Vec<f64>>();
     let lanes = |l: &LogTrace| {
+        if d.rounds.is_empty() {
+            return vec![Lane { name: "gap".into(), values: scaled(&l.after), marks: Vec::new() }];
+        }
         let mut lanes = vec![Lane { name: "before".into(), values: scaled(&l.before), marks: Vec::new() }];
         lanes.extend(l.effects.iter().zip(&d.rounds).map(|(e, r)| Lane {
             name: format!("{} {}", r.effect, r.target),
@@ -191,7 +211,7 @@ fn strips(page: &mut Page, robot: &Robot, outcome: &Outcome, d: &Diagnosis, t: &
         StripsView {
             quantity: told.quantity().into(),
             unit: told.unit.into(),
-            at_least: 4.0 * noise * told.si,
+            at_least: QUIET * noise * told.si,
             logs: logs.collect(),
         },
     );
@@ -223,14 +243,25 @@ fn path(page: &mut Page, d: &Diagnosis, t: &Traces, told: &Told) {
             dots: l.poses,
             marks,
         };
-        panels.push(panel(format!("before{of}"), &l.before, marks));
-        panels.push(panel(format!("after{of}"), &l.after, Vec::new()));
+        if !d.rounds.is_empty() {
+            panels.push(panel(format!("before{of}"), &l.before, marks));
+            panels.push(panel(format!("after{of}"), &l.after, Vec::new()));
+        } else {
+            panels.push(panel(format!("gap{of}"), &l.after, marks));
+        }
     }
+    let words = match (panels.iter().any(|p| !p.marks.is_empty()), panels.len()) {
+        (true, _) => " All drawings have one scale. Marks: reversals behind which a found effect acts.",
+        (false, 2..) => " All drawings have one scale.",
+        _ => "",
+    };
     page.section(
         "Where on the path the gap stands",
-        "Path of the TCP in the base frame, seen isometrically, coloured by the distance from the predicted to the measured point. \
-         Both drawings have one scale. Marks: reversals behind which a found effect acts.",
-        HeatPathView { quantity: "gap at the TCP".into(), unit: "µm".into(), at_least: 4.0 * noise_um, panels },
+        format!(
+            "Path of the TCP in the base frame, seen isometrically, coloured by the distance from the predicted to the measured \
+             point.{words}"
+        ),
+        HeatPathView { quantity: "gap at the TCP".into(), unit: "µm".into(), at_least: QUIET * noise_um, panels },
     );
 }
 
@@ -280,11 +311,24 @@ fn found(page: &mut Page, d: &Diagnosis, told: &Told) {
         return;
     }
     let left = format!("left: predicted, achieved, {}", told.unit);
-    let headings =
-        [("round", false), ("effect", false), ("target", false), ("size, 95 % interval", false), ("set", false), (&left, true), ("F", true), ("p value", true), ("ΔBIC", true)];
+    let headings = [
+        ("round", false),
+        ("effect", false),
+        ("target", false),
+        ("size, 95 % interval", false),
+        ("set", false),
+        (&left, true),
+        ("F", true),
+        ("p value", true),
+        ("ΔBIC", true),
+    ];
     let rows = d.rounds.iter().enumerate().map(|(i, r)| {
-        let sizes: Vec<String> =
-            words::sizes(r).into_iter().map(|(name, value, [lo, hi], unit)| format!("{name} {value} {unit} ({lo} to {hi})").replace(" um ", " µm ")).collect();
+        let sizes: Vec<String> = words::sizes(r)
+            .into_iter()
+            .map(|(name, value, [lo, hi], unit)| {
+                format!("{name} {value} {unit} ({lo} to {hi})").replace(" um ", " µm ")
+            })
+            .collect();
         let set: Vec<String> =
             r.set.iter().map(|m| format!("{} {} {:.0} %", m.effect, m.target, 100.0 * m.probability)).collect();
         vec![
@@ -339,7 +383,16 @@ fn candidates(page: &mut Page, outcome: &Outcome, d: &Diagnosis) {
             ]);
         }
     }
-    let headings = [("round", false), ("effect", false), ("target", false), ("gain in 2 ln L", true), ("against the named", true), ("parameters", true), ("ΔBIC", true), ("", false)];
+    let headings = [
+        ("round", false),
+        ("effect", false),
+        ("target", false),
+        ("gain in 2 ln L", true),
+        ("against the named", true),
+        ("parameters", true),
+        ("ΔBIC", true),
+        ("", false),
+    ];
     page.section(
         "What was tried in its place",
         "Each found effect was taken out and the best of the catalogue refitted in its place, with everything else free. ΔBIC: \
@@ -387,9 +440,16 @@ fn blind(page: &mut Page, robot: &Robot, t: &Traces, told: &Told) {
             .collect(),
         rows: joints
             .iter()
-            .map(|j| (j.to_string(), kept.iter().map(|(e, _)| on_joint(e, j).map_or(MapCell::Absent, |h| cell(h, told))).collect()))
+            .map(|j| {
+                (
+                    j.to_string(),
+                    kept.iter().map(|(e, _)| on_joint(e, j).map_or(MapCell::Absent, |h| cell(h, told))).collect(),
+                )
+            })
             .collect(),
     });
+    // a coupling shows only where both joints move
+    let rests = |joint: &str| find("encoder_scale", joint).is_some_and(|h| !h.found && h.moves.is_none());
     let coupled = |to: &str, from: &str| find("axis_coupling", &format!("{to}<-{from}"));
     if joints.iter().any(|to| joints.iter().any(|from| coupled(to, from).is_some())) {
         let all = || joints.iter().flat_map(|to| joints.iter().filter_map(|from| coupled(to, from)));
@@ -400,7 +460,11 @@ fn blind(page: &mut Page, robot: &Robot, t: &Traces, told: &Told) {
             rows: joints
                 .iter()
                 .map(|to| {
-                    let cells = joints.iter().map(|from| coupled(to, from).map_or(MapCell::Absent, |h| cell(h, told)));
+                    let cells = joints.iter().map(|from| match coupled(to, from) {
+                        Some(h) => cell(h, told),
+                        None if to != from && (rests(to) || rests(from)) => MapCell::Hatched,
+                        None => MapCell::Absent,
+                    });
                     (to.to_string(), cells.collect())
                 })
                 .collect(),
@@ -463,7 +527,11 @@ fn cell(h: &Hidden, told: &Told) -> MapCell {
         (Some((key, v)), Some(moves)) => {
             let tool = matches!(h.effect, "tool_error" | "thermal_drift");
             // of a vector the coordinate that is seen worst
-            let size = if tool { h.sizes.iter().filter(|s| s.0.ends_with("_mm")).map(|s| s.1).fold(0.0, f64::max) } else { *v };
+            let size = if tool {
+                h.sizes.iter().filter(|s| s.0.ends_with("_mm")).map(|s| s.1).fold(0.0, f64::max)
+            } else {
+                *v
+            };
             MapCell::Size { text: words::rough(size * shown(key).0), colour: moves * told.si }
         }
         _ => MapCell::Hatched,
@@ -487,19 +555,22 @@ fn structure(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
     let noise = d.gap.final_rms_um * told.um;
     let n = outcome.problem.n as f64;
     let chance = 1e-3 / bundles.len() as f64;
-    let cell = |axis: Option<usize>, aspect: Aspect| match bundles.iter().find(|b| b.axis == axis && b.aspect == Some(aspect)) {
-        None => MapCell::Absent,
-        Some(b) if b.p_value > chance => MapCell::Word("–".into()),
-        Some(b) => {
-            let size = noise * ((b.gain - b.dof as f64).max(0.0) / n).sqrt();
-            MapCell::Size { text: words::rough(size), colour: size }
-        }
-    };
+    let cell =
+        |axis: Option<usize>, aspect: Aspect| match bundles.iter().find(|b| b.axis == axis && b.aspect == Some(aspect))
+        {
+            None => MapCell::Absent,
+            Some(b) if b.p_value > chance => MapCell::Word("–".into()),
+            Some(b) => {
+                let size = noise * ((b.gain - b.dof as f64).max(0.0) / n).sqrt();
+                MapCell::Size { text: words::rough(size), colour: size }
+            }
+        };
     let robot = &outcome.problem.robot;
-    let rows = (0..robot.dof()).filter(|&a| bundles.iter().any(|b| b.axis == Some(a))).map(|a| {
-        (robot.axis(a).name.clone(), ASPECTS.iter().map(|(aspect, _)| cell(Some(a), *aspect)).collect())
-    });
-    let named = |list: &[(Aspect, &str)]| list.iter().map(|(_, name)| (name.to_string(), told.unit.to_string())).collect();
+    let rows = (0..robot.dof())
+        .filter(|&a| bundles.iter().any(|b| b.axis == Some(a)))
+        .map(|a| (robot.axis(a).name.clone(), ASPECTS.iter().map(|(aspect, _)| cell(Some(a), *aspect)).collect()));
+    let named =
+        |list: &[(Aspect, &str)]| list.iter().map(|(_, name)| (name.to_string(), told.unit.to_string())).collect();
     let whole = [(Aspect::Time, "time"), (Aspect::Geometry, "pose")];
     let mut blocks = vec![MapBlock { corner: "joint".into(), columns: named(&ASPECTS), rows: rows.collect() }];
     if bundles.iter().any(|b| b.axis.is_none()) {
@@ -512,7 +583,10 @@ fn structure(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
     let (title, nearest) = match &d.unexplained {
         Some(u) => {
             let nearest = u.nearest.as_ref().map_or(String::new(), |c| {
-                format!(" The nearest effect of the catalogue is {} {}, with a gain of {:.0} in 2 ln L.", c.effect, c.target, c.gain_2lnl)
+                format!(
+                    " The nearest effect of the catalogue is {} {}, with a gain of {:.0} in 2 ln L.",
+                    c.effect, c.target, c.gain_2lnl
+                )
             });
             (format!("What is left goes with {}", u.goes_with), nearest)
         }
@@ -553,14 +627,26 @@ fn noise(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
             crate::report::number::percent(noise.share),
         ]
     });
-    let headings = [("log", false), ("sensor", false), ("samples", true), ("noise", true), ("from sample to sample", true), ("coloured part", true), ("share", true)];
+    let headings = [
+        ("log", false),
+        ("sensor", false),
+        ("samples", true),
+        ("noise", true),
+        ("from sample to sample", true),
+        ("coloured part", true),
+        ("share", true),
+    ];
     let left = if d.outliers == 0 {
         "No sample was left out.".to_string()
     } else {
         format!("{} samples were left out, since they disagree with their neighbours.", d.outliers)
     };
     let blocks = outcome.problem.logs.iter().map(|l| l.block).max().unwrap_or(1);
-    let means = if blocks > 1 { format!(" Up to {blocks} rows are averaged into one value; the noise is that of the averages.") } else { String::new() };
+    let means = if blocks > 1 {
+        format!(" Up to {blocks} rows are averaged into one value; the noise is that of the averages.")
+    } else {
+        String::new()
+    };
     page.section(
         format!("Noise of {} {}", significant(d.noise.sigma_um * told.um), told.unit),
         format!(

@@ -83,7 +83,17 @@ impl Colours {
                 let decades = (self.top / bottom).log10().round() as i32;
                 let every = decades / 5 + 1;
                 let at = (0..=decades).step_by(every as usize).map(|k| bottom * 10f64.powi(k));
-                at.map(|v| (v, if (0.001..1e5).contains(&v) { format!("{:.*}", (-v.log10()).ceil().max(0.0) as usize, v) } else { format!("{v:.0e}") })).collect()
+                at.map(|v| {
+                    (
+                        v,
+                        if (0.001..1e5).contains(&v) {
+                            format!("{:.*}", (-v.log10()).ceil().max(0.0) as usize, v)
+                        } else {
+                            format!("{v:.0e}")
+                        },
+                    )
+                })
+                .collect()
             }
         }
     }
@@ -236,7 +246,8 @@ fn shapes(columns: &[Option<f64>], top: f64, colours: &Colours) -> Vec<(usize, S
         let level = columns[k].map(|v| colours.level(v));
         let end = (k..columns.len()).find(|&i| columns[i].map(|v| colours.level(v)) != level).unwrap_or(columns.len());
         if let Some(level) = level {
-            let _ = write!(by_level[level], "M{} {}h{}v{}h-{}z", px(LEFT + k as f64), px(top), end - k, px(LANE), end - k);
+            let _ =
+                write!(by_level[level], "M{} {}h{}v{}h-{}z", px(LEFT + k as f64), px(top), end - k, px(LANE), end - k);
         }
         k = end;
     }
@@ -266,7 +277,8 @@ const ROOM: [f64; 4] = [24.0, 14.0, 496.0, 372.0];
 pub fn path(view: &HeatPathView, joints: &Joints) -> Markup {
     let camera = Camera::new(ISOMETRIC[0], ISOMETRIC[1]);
     let at = |p: &[f64; 3]| [camera.across(p), -camera.upwards(p)];
-    let flat: Vec<[f64; 2]> = view.panels.iter().flat_map(|p| &p.at_mm).filter(|p| p.iter().all(|v| usable(*v))).map(at).collect();
+    let flat: Vec<[f64; 2]> =
+        view.panels.iter().flat_map(|p| &p.at_mm).filter(|p| p.iter().all(|v| usable(*v))).map(at).collect();
     let (Some(xs), Some(ys)) = (extent(flat.iter().map(|p| p[0])), extent(flat.iter().map(|p| p[1]))) else {
         return nothing("no point of the path is a finite number");
     };

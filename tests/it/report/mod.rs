@@ -30,7 +30,7 @@ fn xml(html: &str) -> String {
 }
 
 /// Parses a page strictly and hands its elements to a check.
-pub fn with_elements(html: &str, check: impl Fn(&[Node])) {
+pub fn with_elements(html: &str, check: impl FnOnce(&[Node])) {
     let text = xml(html);
     let document = Document::parse(&text).unwrap_or_else(|e| panic!("not well-formed: {e}"));
     check(&document.descendants().filter(Node::is_element).collect::<Vec<_>>());
