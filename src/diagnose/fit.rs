@@ -129,13 +129,8 @@ pub fn tangent(
     free: &[usize],
     whitening: &Whitening,
 ) -> Vec<Vec<f64>> {
-    let mut columns: Vec<Vec<f64>> = free
-        .par_iter()
-        .map(|&i| effect_columns(problem, h, state, i))
-        .collect::<Vec<_>>()
-        .into_iter()
-        .flatten()
-        .collect();
+    let mut columns: Vec<Vec<f64>> =
+        free.par_iter().map(|&i| effect_columns(problem, h, state, i)).collect::<Vec<_>>().into_iter().flatten().collect();
     if problem.frames_free {
         for f in 0..h.frames.len() {
             columns.extend(problem.frame_columns(state, f));
