@@ -12,7 +12,7 @@
 //! - [`structure`]: the test without the catalogue.
 //! - [`search`]: the rounds; [`story`]: the found effects told one by one, and on held-out parts.
 //! - [`verdict`]: sets, remaining structure, blind spots; [`document`]: the result as it is written; [`display`]: for a
-//!   terminal.
+//!   terminal; [`traces`]: for a page; [`words`]: for both.
 
 pub mod candidates;
 pub mod display;
@@ -27,7 +27,9 @@ pub mod search;
 pub mod spectrum;
 pub mod story;
 pub mod structure;
+pub mod traces;
 pub mod verdict;
+pub mod words;
 
 use crate::error::Result;
 use crate::log::Log;

@@ -6,6 +6,8 @@ mod bad_input;
 mod bench;
 mod catalogue;
 mod catalogue_docs;
+mod diagnose_cli;
+mod diagnose_page;
 mod fit;
 mod gaps_file;
 mod identify_path;
