@@ -11,6 +11,7 @@
 //! - [`candidates`], [`spectrum`]: what may be missing; [`screen`]: what each would explain.
 //! - [`structure`]: the test without the catalogue.
 //! - [`search`]: the rounds; [`story`]: the found effects told one by one, and on held-out parts.
+//! - [`synthetic`]: a problem of commands alone, for planning an experiment.
 //! - [`verdict`]: sets, remaining structure, blind spots; [`document`]: the result as it is written; [`display`]: for a
 //!   terminal.
 
@@ -27,6 +28,7 @@ pub mod search;
 pub mod spectrum;
 pub mod story;
 pub mod structure;
+pub mod synthetic;
 pub mod verdict;
 
 use crate::error::Result;

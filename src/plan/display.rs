@@ -1,0 +1,99 @@
+//! The plan on a terminal: the question, a table of the motions, the proposal in words.
+
+use super::document::{Entry, Plan, Verdict};
+use std::fmt::Write;
+
+/// Motions that are shown.
+const SHOWN: usize = 12;
+
+/// The whole story.
+pub fn story(plan: &Plan) -> String {
+    let mut out = String::new();
+    for set in &plan.sets {
+        let names: Vec<&str> = set.rivals.iter().map(|r| r.name.as_str()).collect();
+        let _ = writeln!(out, "to tell apart: {}", names.join(" | "));
+    }
+    if plan.question == "catalogue" {
+        let _ = writeln!(out, "to see: every effect of the catalogue on every joint");
+    }
+    if !plan.motions.is_empty() {
+        table(&mut out, plan);
+    }
+    let _ = writeln!(out, "{}", sentence(plan));
+    if let Some(reason) = &plan.reason {
+        let _ = writeln!(out, "  why: {reason}");
+    }
+    for c in &plan.channels {
+        let _ = writeln!(out, "  with {} ({}): {} by {}", c.channel, c.log, short(c.expected_2lnl), c.motion);
+    }
+    if let Some(runs) = plan.best.as_ref().map(|b| &b.runs).filter(|r| r.len() > 1) {
+        let loads: Vec<String> = runs.iter().map(|r| format!("{} kg", r.payload_kg.unwrap_or(0.0))).collect();
+        let _ = writeln!(out, "  run this program {} times, with {}", runs.len(), loads.join(" and with "));
+    }
+    for note in &plan.notes {
+        let _ = writeln!(out, "  note: {note}");
+    }
+    out
+}
+
+fn table(out: &mut String, plan: &Plan) {
+    let value = |e: &Entry| match (&e.evidence, e.worst_ratio) {
+        (Some(v), _) => (short(v.expected_2lnl), format!("{:.1} %", 100.0 * v.probability_named)),
+        (None, Some(r)) => (short(r), String::new()),
+        _ => (String::new(), String::new()),
+    };
+    let (head, last) =
+        if plan.question == "catalogue" { ("size/MDB of worst", "") } else { ("expected 2 ln L", "named alone") };
+    let _ = writeln!(out, "{:<36} {:>10} {:>18} {:>12}", "motion", "duration", head, last);
+    for e in plan.motions.iter().take(SHOWN) {
+        let (v, p) = value(e);
+        let runs = if e.runs.len() > 1 { format!("{} x ", e.runs.len()) } else { String::new() };
+        let line = format!("{:<36} {:>10} {v:>18} {p:>12}", e.motion, format!("{runs}{:.0} s", e.duration_s));
+        let _ = writeln!(out, "{}", line.trim_end());
+    }
+    if plan.motions.len() > SHOWN {
+        let _ = writeln!(out, "... and {} more", plan.motions.len() - SHOWN);
+    }
+}
+
+fn short(v: f64) -> String {
+    if v >= 100.0 {
+        format!("{v:.0}")
+    } else if v >= 0.01 {
+        format!("{v:.2}")
+    } else {
+        format!("{v:.1e}")
+    }
+}
+
+/// The proposal in one sentence.
+pub fn sentence(plan: &Plan) -> String {
+    let best = plan.best.as_ref();
+    let motion = best.map_or("", |b| b.motion.as_str());
+    let evidence = best.and_then(|b| b.evidence.as_ref());
+    let expected = evidence.map_or(String::new(), |e| {
+        format!("expected 2 ln L {}, named alone in {:.1} % of logs", short(e.expected_2lnl), 100.0 * e.probability_named)
+    });
+    match plan.verdict {
+        Verdict::Separable => format!("Run \"{motion}\": {expected}."),
+        Verdict::Weak => format!("Run \"{motion}\", but it may not decide: {expected}."),
+        Verdict::NeedsChannel => {
+            let channel = plan.needs_channel.as_deref().unwrap_or_default();
+            format!("No motion separates them by the TCP alone. Run \"{motion}\" with {channel} in the log: {expected}.")
+        }
+        Verdict::Inseparable => "No motion separates them, with no channel that a log can hold. No program.".into(),
+        Verdict::Observable => format!("Run \"{motion}\": every effect that can be seen is seen at its typical size."),
+        Verdict::PartlyObservable => {
+            let worst = best.and_then(|b| b.detectable.iter().find(|d| d["ratio"].as_f64().is_some_and(|r| r > 0.0)));
+            let text = |key: &str| worst.and_then(|w| w[key].as_str()).unwrap_or_default().to_string();
+            let ratio = worst.and_then(|w| w["ratio"].as_f64()).unwrap_or(0.0);
+            format!(
+                "Run \"{motion}\"; {} {} is seen worst, from {} times its typical size.",
+                text("effect"),
+                text("target"),
+                short(1.0 / ratio.max(1e-12))
+            )
+        }
+        Verdict::NothingToDecide => "Nothing to decide. No program.".into(),
+    }
+}
