@@ -30,6 +30,10 @@ pub fn story(plan: &Plan) -> String {
         let loads: Vec<String> = runs.iter().map(|r| format!("{} kg", r.payload_kg.unwrap_or(0.0))).collect();
         let _ = writeln!(out, "  run this program {} times, with {}", runs.len(), loads.join(" and with "));
     }
+    let evidence = plan.best.as_ref().and_then(|b| b.evidence.as_ref());
+    if let Some(o) = evidence.and_then(|e| e.nearest_outside.as_ref()) {
+        let _ = writeln!(out, "  nearest effect outside the set: {} ({} worse)", o.what, short(o.expected_2lnl));
+    }
     for note in &plan.notes {
         let _ = writeln!(out, "  note: {note}");
     }
@@ -44,7 +48,8 @@ fn table(out: &mut String, plan: &Plan) {
     };
     let (head, last) =
         if plan.question == "catalogue" { ("size/MDB of worst", "") } else { ("expected 2 ln L", "named alone") };
-    let _ = writeln!(out, "{:<36} {:>10} {:>18} {:>12}", "motion", "duration", head, last);
+    let line = format!("{:<36} {:>10} {head:>18} {last:>12}", "motion", "duration");
+    let _ = writeln!(out, "{}", line.trim_end());
     for e in plan.motions.iter().take(SHOWN) {
         let (v, p) = value(e);
         let runs = if e.runs.len() > 1 { format!("{} x ", e.runs.len()) } else { String::new() };
@@ -61,6 +66,8 @@ fn short(v: f64) -> String {
         format!("{v:.0}")
     } else if v >= 0.01 {
         format!("{v:.2}")
+    } else if v < 1e-6 {
+        "0".into()
     } else {
         format!("{v:.1e}")
     }

@@ -26,7 +26,7 @@ pub struct Plan {
     pub sets: Vec<SetShown>,
     /// The proposal; null where nothing is worth running.
     pub best: Option<Entry>,
-    /// Every motion of the library, best first.
+    /// Every motion of the library, best first: of those that are enough, the one that no other effect comes near.
     pub motions: Vec<Entry>,
     /// Why no motion is enough; null where one is.
     pub reason: Option<String>,
@@ -99,6 +99,14 @@ pub struct Evidence {
     pub probability_right: f64,
     pub probability_named: f64,
     pub comparisons: Vec<ComparisonShown>,
+    /// The effect outside the sets that comes nearest to one of the rivals; null where it was not looked for.
+    pub nearest_outside: Option<OutsideShown>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct OutsideShown {
+    pub what: String,
+    pub expected_2lnl: f64,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -177,6 +185,10 @@ fn evidence(worth: &Worth, sets: &[Set], robot: &Robot) -> Evidence {
         probability_right: digits(right(worth.evidence)),
         probability_named: digits(named(worth.evidence)),
         comparisons: worth.comparisons.iter().map(shown).collect(),
+        nearest_outside: worth
+            .outside
+            .as_ref()
+            .map(|(left, what)| OutsideShown { what: what.clone(), expected_2lnl: digits(*left) }),
     }
 }
 
@@ -229,6 +241,9 @@ pub fn of_separation<'a>(
     if best.worth.evidence >= NEEDED {
         plan.verdict = Verdict::Separable;
         plan.best = Some(shown(&best.motion, &best.worth));
+        if let Some((_, what)) = best.worth.outside.as_ref().filter(|o| o.0 < NEEDED) {
+            plan.notes.push(format!("the set will be decided, but it may be taken for another effect: {what}"));
+        }
         return (plan, Some(&best.motion));
     }
     let least = |c: &&Comparison| c.evidence;

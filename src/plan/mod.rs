@@ -33,6 +33,8 @@ use sizes::Scale;
 pub const LEAST: f64 = crate::diagnose::verdict::WITHIN;
 /// Motions from which pairs are made.
 const PAIRED: usize = 5;
+/// Motions that are also held against the effects outside the set.
+const LOOKED_AROUND: usize = 6;
 /// Motions that are tried again with a further channel.
 const TRIED_AGAIN: usize = 5;
 
@@ -87,6 +89,10 @@ pub fn separate(bench: &Bench, library: Vec<Motion>, sets: &[Set]) -> Separation
         })
         .collect();
     singles.sort_by(|a, b| b.worth.evidence.total_cmp(&a.worth.evidence));
+    // of motions that are enough, the one that leaves no effect outside the set near either
+    let enough = singles.iter().take(LOOKED_AROUND).filter(|j| j.worth.evidence >= NEEDED).count();
+    singles[..enough].par_iter_mut().for_each(|j| j.worth.outside = bench.outside(&j.motion, sets));
+    singles[..enough].sort_by(|a, b| b.worth.whole().total_cmp(&a.worth.whole()));
     let best = singles.first().map_or(0.0, |j| j.worth.evidence);
     let mut answer = Separation { singles, pair: None, with: Vec::new() };
     if best < NEEDED {

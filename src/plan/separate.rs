@@ -51,6 +51,15 @@ pub struct Worth {
     pub evidence: f64,
     /// The least with which any rival shows at all beside the frame.
     pub visible: f64,
+    /// The effect outside the sets that comes nearest to one of the rivals, and what it leaves; where it was looked for.
+    pub outside: Option<(f64, String)>,
+}
+
+impl Worth {
+    /// Evidence against the set's rivals and against everything else.
+    pub fn whole(&self) -> f64 {
+        self.outside.as_ref().map_or(self.evidence, |o| self.evidence.min(o.0))
+    }
 }
 
 /// Probability that 2 ln L is larger for the truth than for its rival.
@@ -123,6 +132,61 @@ impl Bench<'_> {
             worth.evidence = 0.0;
         }
         worth
+    }
+}
+
+/// Effects outside a set that are refitted to every truth.
+const OUTSIDE: usize = 3;
+
+impl Bench<'_> {
+    /// The effect outside the sets that fits best what a motion would show of one of the rivals, and what it leaves: a motion
+    /// that tells two rivals apart may confuse both with a third. Looked for where the truth is one effect.
+    pub fn outside(&self, motion: &Motion, sets: &[Set]) -> Option<(f64, String)> {
+        let (mut problem, start, whitening) = self.problem(motion);
+        let candidates = candidates::all(&problem);
+        let known = start.effects.len();
+        let mut nearest: Option<(f64, String)> = None;
+        for set in sets {
+            let mut base = start.clone();
+            base.effects.extend(set.common.iter().cloned());
+            let free: Vec<usize> = (known..base.effects.len()).collect();
+            for truth in set.rivals.iter().filter(|r| r.effects.len() == 1) {
+                let mut h = base.clone();
+                h.effects.extend(truth.effects.iter().cloned());
+                synthetic::measure(&mut problem, &h);
+                let state = problem.evaluate(&base);
+                let tangent = fit::tangent(&problem, &base, &state, &free, &whitening);
+                let ground = Ground::new(&problem, &base, &state, &whitening, tangent);
+                let inside = |c: &Candidate| {
+                    set.rivals.iter().flat_map(|r| &r.effects).any(|p| {
+                        (p.effect.name(), p.target_text(&problem.robot)) == (c.effect, c.target.clone())
+                    })
+                };
+                let mut scored: Vec<(f64, Rival)> = ground
+                    .score_all(&candidates)
+                    .iter()
+                    .map(|s| (s, &candidates[s.candidate]))
+                    .filter(|(s, c)| s.gain > 0.0 && !inside(c))
+                    .map(|(s, c)| (s.gain, Rival { name: format!("{} {}", c.effect, c.target), effects: c.at(&s.coefficients) }))
+                    .filter(|(_, r)| !r.effects.is_empty() && !nested(truth, r))
+                    .collect();
+                scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+                let mut tried: Vec<Rival> = Vec::new();
+                for (_, r) in scored {
+                    if tried.len() < OUTSIDE && !tried.iter().any(|t| t.name == r.name) {
+                        tried.push(r);
+                    }
+                }
+                for mut r in tried {
+                    r.effects = r.effects.into_iter().map(|p| self::inside(p, &problem)).collect();
+                    let (left, _) = left_by(&problem, &base, known, &r, &[], &whitening);
+                    if nearest.as_ref().is_none_or(|n| left < n.0) {
+                        nearest = Some((left, format!("{} for {}", r.name, truth.name)));
+                    }
+                }
+            }
+        }
+        nearest
     }
 }
 
