@@ -1,6 +1,6 @@
 //! The plan on a terminal: the question, a table of the motions, the proposal in words.
 
-use super::document::{Entry, Plan, Verdict};
+use super::document::{Plan, Verdict};
 use std::fmt::Write;
 
 /// Motions that are shown.
@@ -41,20 +41,29 @@ pub fn story(plan: &Plan) -> String {
 }
 
 fn table(out: &mut String, plan: &Plan) {
-    let value = |e: &Entry| match (&e.evidence, e.worst_ratio) {
-        (Some(v), _) => (short(v.expected_2lnl), format!("{:.1} %", 100.0 * v.probability_named)),
-        (None, Some(r)) => (short(r), String::new()),
-        _ => (String::new(), String::new()),
+    let heads = if plan.question == "catalogue" {
+        ["size/MDB of worst", "", ""]
+    } else {
+        ["expected 2 ln L", "named alone", "to other effects"]
     };
-    let (head, last) =
-        if plan.question == "catalogue" { ("size/MDB of worst", "") } else { ("expected 2 ln L", "named alone") };
-    let line = format!("{:<36} {:>10} {head:>18} {last:>12}", "motion", "duration");
-    let _ = writeln!(out, "{}", line.trim_end());
+    let mut line = |cells: [&str; 5]| {
+        let [motion, duration, a, b, c] = cells;
+        let text = format!("{motion:<36} {duration:>10} {a:>18} {b:>12} {c:>17}");
+        let _ = writeln!(out, "{}", text.trim_end());
+    };
+    line(["motion", "duration", heads[0], heads[1], heads[2]]);
     for e in plan.motions.iter().take(SHOWN) {
-        let (v, p) = value(e);
         let runs = if e.runs.len() > 1 { format!("{} x ", e.runs.len()) } else { String::new() };
-        let line = format!("{:<36} {:>10} {v:>18} {p:>12}", e.motion, format!("{runs}{:.0} s", e.duration_s));
-        let _ = writeln!(out, "{}", line.trim_end());
+        let duration = format!("{runs}{:.0} s", e.duration_s);
+        let (mut value, mut named, mut other) = (String::new(), String::new(), String::new());
+        if let Some(v) = &e.evidence {
+            value = short(v.expected_2lnl);
+            named = format!("{:.1} %", 100.0 * v.probability_named);
+            other = v.nearest_outside.as_ref().map_or(String::new(), |o| short(o.expected_2lnl));
+        } else if let Some(ratio) = e.worst_ratio {
+            value = short(ratio);
+        }
+        line([&e.motion, &duration, &value, &named, &other]);
     }
     if plan.motions.len() > SHOWN {
         let _ = writeln!(out, "... and {} more", plan.motions.len() - SHOWN);

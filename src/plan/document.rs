@@ -5,6 +5,7 @@ use super::path::{DECIMALS, Room};
 use super::question::Set;
 use super::separate::{Bench, Comparison, NEEDED, Worth, named, right};
 use super::{LEAST, Separation, Shown, reasons};
+use crate::diagnose::search::MOST_EFFECTS;
 use crate::effect::{Placed, entry};
 use crate::log::write;
 use crate::robot::Robot;
@@ -230,6 +231,9 @@ pub fn of_separation<'a>(
         Entry { evidence: Some(evidence(worth, sets, robot)), ..entry_of(motion, bench) }
     };
     plan.motions = answer.singles.iter().map(|j| shown(&j.motion, &j.worth)).collect();
+    if sets.iter().flat_map(|s| &s.rivals).any(|r| r.effects.len() > MOST_EFFECTS) {
+        plan.notes.push(format!("a diagnosis looks for {MOST_EFFECTS} effects at most: put the larger rival into a model and compare"));
+    }
     let Some(best) = answer.best() else {
         plan.verdict = Verdict::Inseparable;
         plan.reason = Some("no motion of the library fits into the duration and the joints' windows".into());

@@ -18,6 +18,8 @@ const SPEED: [f64; 2] = [0.5, 0.1];
 const ACCEL: [f64; 2] = [0.5, 0.5];
 /// Shortest time to reach the working speed, s.
 const SPEED_UP_S: f64 = 0.3;
+/// Rows of the log that the shortest move lasts: of a quicker one the log would not know how it went.
+const ROWS_OF_A_MOVE: f64 = 10.0;
 /// Shortest lever by which a joint's speed follows from that of the TCP, m.
 const LEVER_M: f64 = 0.05;
 /// Decimals of a program in deg and mm.
@@ -186,10 +188,14 @@ impl<'a> Path<'a> {
         if !v.is_finite() {
             return;
         }
-        // of the path parameter: speed-up, and the whole
-        let up = (v / a).min((1.0 / a).sqrt());
-        let top = a * up;
-        let whole = up + 1.0 / top;
+        // of the path parameter: speed-up, top speed, and the whole
+        let shape = |v: f64, a: f64| {
+            let up = (v / a).min((1.0 / a).sqrt());
+            (up, a * up, up + 1.0 / (a * up))
+        };
+        let slower = (ROWS_OF_A_MOVE / self.room.rate_hz / shape(v, a).2).max(1.0);
+        a /= slower * slower;
+        let (up, top, whole) = shape(v / slower, a);
         let n = (whole / self.room.step_s - 1e-9).ceil().max(1.0);
         for i in 1..=n as usize {
             let t = whole * i as f64 / n;

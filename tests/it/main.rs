@@ -13,6 +13,7 @@ mod identify_static_bench;
 mod job;
 mod log;
 mod path_bench;
+mod plan_experiment;
 mod program;
 mod registration;
 mod report;
