@@ -11,6 +11,7 @@
 //! - [`candidates`], [`spectrum`]: what may be missing; [`screen`]: what each would explain.
 //! - [`structure`]: the test without the catalogue.
 //! - [`search`]: the rounds; [`story`]: the found effects told one by one, and on held-out parts.
+//! - [`synthetic`]: a problem of commands alone, for planning an experiment.
 //! - [`verdict`]: sets, remaining structure, blind spots; [`document`]: the result as it is written; [`display`]: for a
 //!   terminal; [`traces`]: for a page; [`words`]: for both.
 
@@ -28,6 +29,7 @@ pub mod spectrum;
 pub mod story;
 pub mod structure;
 pub mod traces;
+pub mod synthetic;
 pub mod verdict;
 pub mod words;
 

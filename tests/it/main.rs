@@ -16,6 +16,7 @@ mod identify_static_bench;
 mod job;
 mod log;
 mod path_bench;
+mod plan_experiment;
 mod program;
 mod real_data;
 mod real_diagnose;
