@@ -1,5 +1,6 @@
 //! The diagnosis document `lostmotion/diagnosis/1`.
 
+use super::geometry;
 use super::search::Outcome;
 use super::story::{self, Chapter};
 use super::verdict::{self, Member, Verdict};
@@ -56,6 +57,9 @@ pub struct Round {
     pub target: String,
     pub set: Vec<Member>,
     pub decide_by: Option<String>,
+    /// Rounds of one group were found, and are believed, together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub group: Option<&'static str>,
     #[serde(rename = "where")]
     pub place: Place,
     pub evidence: Evidence,
@@ -93,6 +97,18 @@ pub struct Evidence {
     pub dof: usize,
     pub p_value: f64,
     pub delta_bic: f64,
+    /// The test of the group that the round belongs to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub group: Option<GroupTest>,
+}
+
+/// F of all parameters of a group together.
+#[derive(Debug, Clone, Serialize)]
+pub struct GroupTest {
+    pub name: &'static str,
+    pub value: f64,
+    pub dof: usize,
+    pub p_value: f64,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -142,22 +158,22 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
     let found: Vec<&Placed> = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]).collect();
     let named: Vec<(String, String)> =
         found.iter().map(|p| (p.effect.name().to_string(), p.target_text(robot))).collect();
-    let sets: Vec<Vec<Member>> = named
-        .iter()
-        .zip(&outcome.rivals)
-        .map(|(n, r)| verdict::set((&n.0, &n.1), r, outcome.price))
-        .collect();
+    let sets: Vec<Vec<Member>> =
+        named.iter().zip(&outcome.rivals).map(|(n, r)| verdict::set((&n.0, &n.1), r, outcome.price)).collect();
     let order = told_in_order(outcome, &named);
     let indices: Vec<usize> = order.iter().map(|&k| outcome.fit.free[k]).collect();
     let chapters = story::chapters(&outcome.problem, &outcome.fit, outcome.known, &indices, &outcome.whitening);
-    let structured = verdict::structure(outcome);
+    let structured = if outcome.group.is_some() { geometry::remains(outcome) } else { verdict::structure(outcome) };
+    // what stays of a real arm is told; it takes nothing from what was named
+    let unknown = structured.is_some() && outcome.group.is_none();
     let rounds = order
         .iter()
         .enumerate()
         .map(|(step, &k)| round(outcome, k, &named[k], &sets[k], (&chapters[step], &chapters[step + 1])))
         .collect();
     let noise = outcome.whitening.noise.first().copied().unwrap_or(super::noise::Noise::white(0.0));
-    let (initial_max, final_max) = (largest(outcome, &outcome.state_nuisance.residual), largest(outcome, &outcome.fit.state.residual));
+    let (initial_max, final_max) =
+        (largest(outcome, &outcome.state_nuisance.residual), largest(outcome, &outcome.fit.state.residual));
     let put_aside = outcome
         .steps
         .iter()
@@ -171,7 +187,7 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         .collect();
     Diagnosis {
         schema: SCHEMA,
-        verdict: verdict::of(outcome, &sets, structured.is_some()),
+        verdict: verdict::of(outcome, &sets, unknown),
         samples: outcome.problem.groups.iter().map(|g| g.rows.len()).sum(),
         outliers: outcome.outliers,
         noise: NoiseFound {
@@ -193,7 +209,7 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         effects: found.iter().map(|p| effect_value(p, outcome)).collect(),
         unexplained: structured.map(|s| unexplained(outcome, &s)),
         blind_spots: verdict::blind_spots(outcome).iter().map(|s| spot(s, outcome)).collect(),
-        notes: Vec::new(),
+        notes: outcome.notes.clone(),
     }
 }
 
@@ -262,25 +278,40 @@ fn round(
     let count = own.map_or(values.len(), |r| r.parameters);
     let card = catalogue::of(&named.0);
     let dof = outcome.problem.n as f64;
-    let predicted = step.map_or(after.rms, |s| s.rms_predicted);
+    let group = outcome.group.as_ref().filter(|g| k < g.count);
+    let predicted = step.filter(|_| group.is_none()).map_or(after.rms, |s| s.rms_predicted);
+    let mut place = place(outcome, placed);
+    if let Some(g) = group {
+        place.description = format!("geometry: {} parameters together, joint F {:.0}", g.parameters, g.f);
+    }
     Round {
         effect: named.0.clone(),
         target: named.1.clone(),
-        decide_by: (set.len() > 1).then(|| card.decide_by.to_string()),
-        place: place(outcome, placed),
+        decide_by: (set.len() > 1).then(|| decide_by(set, card.decide_by)),
+        group: group.map(|_| "geometry"),
+        place,
         evidence: Evidence {
             statistic: "F",
             value: digits(gain / count as f64),
             dof: count,
             p_value: crate::stats::fisher::tail(gain / count as f64, count as f64, dof),
             delta_bic: digits(count as f64 * dof.ln() - gain),
+            group: group.map(|g| GroupTest {
+                name: "geometry",
+                value: digits(g.f),
+                dof: g.parameters,
+                p_value: g.p_value,
+            }),
         },
         set: set.to_vec(),
         parameters,
         rms_before_um: digits(before.rms * UM),
         rms_after_um: digits(after.rms * UM),
         rms_after_predicted_um: digits(predicted * UM),
-        validation: Validation { rms_before_um: digits(before.held_out * UM), rms_after_um: digits(after.held_out * UM) },
+        validation: Validation {
+            rms_before_um: digits(before.held_out * UM),
+            rms_after_um: digits(after.held_out * UM),
+        },
         action: card.action.to_string(),
         candidates: rivals
             .iter()
@@ -292,6 +323,16 @@ fn round(
             })
             .collect(),
     }
+}
+
+/// The experiment that decides within a set.
+fn decide_by(set: &[Member], card: &str) -> String {
+    if set.iter().any(|m| m.effect == "servo_lag" && m.target == "all") {
+        return "record all sensors with one clock, at 2 kHz or more, in a stop from full speed: a lag rounds the corner, a clock \
+                offset shifts it"
+            .into();
+    }
+    card.to_string()
 }
 
 /// Where an effect shows: its joint, and the stretches behind its reversals.

@@ -1,14 +1,19 @@
-//! Generalised least squares over the whole chain: all found effects and, where free, the frames, refitted together.
+//! Generalised least squares over the whole chain: all found effects and the nuisance (frames, sensor zeros) refitted together.
 //!
 //! Method: Levenberg-Marquardt on whitened residuals with the signatures of [`super::forward`], scaled by the columns'
 //! norms, steps held inside the physical bounds. Covariance from the whitened normal matrix at the end, so intervals
 //! account for coloured noise. Fails softly: it says whether it converged, and returns the best point it saw.
 
 use super::forward::{Hypothesis, Problem, State};
+use super::geometry;
+use super::layout::Sensor;
 use super::noise::{self, Noise, Whitener};
 use crate::effect::Placed;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+
+/// Least noise of an encoder, rad or m: between its rows a model of the servo is no better.
+const LEAST_MOTOR_SIGMA: f64 = 1e-6;
 
 /// Filters of all groups.
 #[derive(Debug, Clone)]
@@ -29,7 +34,18 @@ impl Whitening {
         let found: Vec<(Noise, f64)> = problem
             .groups
             .par_iter()
-            .map(|g| noise::estimate(g, &residual[g.range()], share * g.range().len() as f64))
+            .map(|g| {
+                let (mut noise, mut two_ln_l) =
+                    noise::estimate(g, &residual[g.range()], share * g.range().len() as f64);
+                // reflectors of one pose err together
+                let together = geometry::inflation(problem, g.log, residual);
+                noise.sigma *= together.sqrt();
+                two_ln_l /= together;
+                if matches!(g.sensor, Sensor::Motor(_)) {
+                    noise.sigma = noise.sigma.max(LEAST_MOTOR_SIGMA);
+                }
+                (noise, two_ln_l)
+            })
             .collect();
         let two_ln_l = found.iter().map(|f| f.1).sum();
         (Self::new(problem, found.into_iter().map(|f| f.0).collect()), two_ln_l)
@@ -73,7 +89,7 @@ pub struct Fit {
     pub free: Vec<usize>,
     /// Sum of the whitened squares.
     pub cost: f64,
-    /// Covariance of the free parameters (effects in order, each with all its values; then six per free frame).
+    /// Covariance of the free parameters (effects in order, each with all its values; then the nuisance).
     pub covariance: DMatrix<f64>,
     pub converged: bool,
 }
@@ -129,13 +145,14 @@ pub fn tangent(
     free: &[usize],
     whitening: &Whitening,
 ) -> Vec<Vec<f64>> {
-    let mut columns: Vec<Vec<f64>> =
-        free.par_iter().map(|&i| effect_columns(problem, h, state, i)).collect::<Vec<_>>().into_iter().flatten().collect();
-    if problem.frames_free {
-        for f in 0..h.frames.len() {
-            columns.extend(problem.frame_columns(state, f));
-        }
-    }
+    let mut columns: Vec<Vec<f64>> = free
+        .par_iter()
+        .map(|&i| effect_columns(problem, h, state, i))
+        .collect::<Vec<_>>()
+        .into_iter()
+        .flatten()
+        .collect();
+    columns.extend(problem.nuisance_columns(h, state));
     columns.par_iter_mut().for_each(|c| whitening.apply(problem, c));
     columns
 }
@@ -250,11 +267,6 @@ fn moved(problem: &Problem, h: &Hypothesis, free: &[usize], step: &[f64]) -> Hyp
         }
         placed.effect = placed.effect.with_values(&values);
     }
-    if problem.frames_free {
-        for f in 0..next.frames.len() {
-            next.move_frame(f, &step[at..at + 6]);
-            at += 6;
-        }
-    }
+    next.move_nuisance(problem, &step[at..]);
     next
 }

@@ -108,7 +108,8 @@ impl<'a> Ground<'a> {
         let own = (0..k)
             .map(|i| if before[i] > 0.0 { normal[(i, i)] / before[i] } else { 0.0 })
             .fold(if k == 0 { 0.0 } else { f64::INFINITY }, f64::min);
-        let none = Score { candidate: index, gain: 0.0, coefficients: vec![0.0; k], sigma: vec![f64::INFINITY; k], own };
+        let none =
+            Score { candidate: index, gain: 0.0, coefficients: vec![0.0; k], sigma: vec![f64::INFINITY; k], own };
         if own < SWALLOWED || !own.is_finite() {
             return none;
         }

@@ -10,8 +10,8 @@ use super::fit::{self, Fit, Whitening};
 use super::forward::{Hypothesis, Problem};
 use super::screen::{Ground, Score};
 use super::structure::{self, Bundle, Tested};
-use super::{prepare, spectrum};
-use crate::effect::Placed;
+use super::{across, geometry, prepare, spectrum};
+use crate::effect::{Effect, Placed};
 use crate::stats::fisher;
 use rayon::prelude::*;
 
@@ -75,6 +75,10 @@ pub struct Outcome {
     /// Number of known effects: the first of the hypothesis.
     pub known: usize,
     pub whitening: Whitening,
+    /// The geometry of a real arm, found as one: the first of the free effects.
+    pub group: Option<geometry::Group>,
+    /// What a reader should know about the channels, and about what was not named.
+    pub notes: Vec<String>,
     /// Rivals of each found effect, with the found one among them, best first.
     pub rivals: Vec<Vec<Refined>>,
     pub structure: Tested,
@@ -108,6 +112,8 @@ struct Search<'a> {
     known: usize,
     price: f64,
     tried: f64,
+    /// Effects that may be tried; all where `None`.
+    only: Option<fn(&str) -> bool>,
 }
 
 /// Runs the rounds from a hypothesis of known effects.
@@ -134,7 +140,13 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         Whitening::new(problem, noise)
     };
     let mut fit = fit::refit(&problem, &h, &[], &white(&problem, &h));
-    outliers += prepare::poses_without_outliers(&mut problem, &fit.state);
+    let poses = geometry::applies(&problem);
+    outliers += if poses {
+        let noise = |p: &Problem, f: &Fit| Whitening::of_residual(p, &f.state.residual, 0).0;
+        geometry::drop_gross(&mut problem, &fit.hypothesis, &noise)
+    } else {
+        prepare::poses_without_outliers(&mut problem, &fit.state)
+    };
     h = fit.hypothesis.clone();
     fit = fit::refit(&problem, &h, &[], &white(&problem, &h));
     let candidates = candidates::all(&problem);
@@ -152,16 +164,27 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     let rms_nuisance = rms(&problem, &fit.state.residual);
     let state_nuisance = fit.state.clone();
     let price = (problem.n as f64).ln().min(8.0);
-    let mut search = Search { problem: &problem, candidates: &candidates, known, price, tried: candidates.len() as f64 };
+    let mut search =
+        Search { problem: &problem, candidates: &candidates, known, price, tried: candidates.len() as f64, only: None };
     let mut steps: Vec<Step> = Vec::new();
-    while fit.free.len() < MOST_EFFECTS {
+    let mut notes = problem.notes.clone();
+    let mut group = None;
+    let mut gaps: Vec<geometry::Term> = Vec::new();
+    if poses && let Some((found, next)) = search.geometry(&fit, &whitening) {
+        steps.extend(search.steps_of(&fit, &next, &found));
+        group = Some(found);
+        fit = search.arm(next, &mut whitening, &mut steps, &mut gaps, &mut notes);
+    }
+    while group.is_none() && fit.free.len() < MOST_EFFECTS {
         let Some((step, next)) = search.round(&fit, &whitening) else { break };
         steps.push(step);
         fit = search.settle(next, &whitening, &mut steps);
         whitening = Whitening::of_residual(&problem, &fit.state.residual, fit.parameters()).0;
         fit = fit::refit(&problem, &fit.hypothesis, &fit.free, &whitening);
     }
-    if let Some(simpler) = search.merge(&fit, &whitening, &mut steps) {
+    if group.is_none()
+        && let Some(simpler) = search.merge(&fit, &whitening, &mut steps)
+    {
         fit = simpler;
         while fit.free.len() < MOST_EFFECTS {
             let Some((step, next)) = search.round(&fit, &whitening) else { break };
@@ -171,7 +194,19 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     }
     // the noise of what is left: that of the freed residual is a little too quiet for a test
     whitening = Whitening::of_residual(&problem, &fit.state.residual, fit.parameters()).0;
-    let rivals = (0..fit.free.len()).map(|k| search.rivals(&fit, k, &whitening)).collect();
+    let in_group = group.as_ref().map_or(0, |g: &geometry::Group| g.count);
+    let rivals = (0..fit.free.len())
+        .map(|k| {
+            if k < in_group {
+                return vec![geometry::own_rival(&problem, &fit, k)];
+            }
+            search.only = group.as_ref().map(|_| is_gravity as fn(&str) -> bool);
+            match &fit.hypothesis.effects[fit.free[k]].effect {
+                Effect::Backlash(_) if group.is_some() => geometry::gap_rivals(&problem, &fit, &gaps),
+                _ => search.rivals(&fit, k, &whitening),
+            }
+        })
+        .collect();
     let tangent = fit::tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     let ground = Ground::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
     let structure = structure::test(&ground, &bundles);
@@ -182,6 +217,8 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         fit,
         known,
         whitening,
+        group,
+        notes,
         rivals,
         structure,
         structure_at_first: free,
@@ -217,22 +254,22 @@ impl Search<'_> {
         let p = self.problem;
         let tangent = fit::tangent(p, &base.hypothesis, &base.state, &base.free, whitening);
         let ground = Ground::new(p, &base.hypothesis, &base.state, whitening, tangent);
-        let spectral = ground.spectral();
+        let spectral = if self.only.is_some() { Vec::new() } else { ground.spectral() };
         self.tried = self.candidates.len() as f64 + spectrum::tried(&ground);
         let mut scored: Vec<(Score, &Candidate)> =
             ground.score_all(self.candidates).into_iter().zip(self.candidates).collect();
         let more: Vec<Score> = ground.score_all(&spectral);
         scored.extend(more.into_iter().zip(&spectral));
-        scored.retain(|(s, _)| s.gain > 0.0);
+        let only = self.only;
+        scored.retain(|(s, c)| s.gain > 0.0 && only.is_none_or(|f| f(c.effect)));
         let merit = |s: &Score, c: &Candidate| s.gain - self.price * c.parameters() as f64;
         scored.sort_by(|(a, ca), (b, cb)| merit(b, cb).total_cmp(&merit(a, ca)));
         // of every effect on every target the best shape; of gaps over position the best number of knots
         let mut picked: Vec<&(Score, &Candidate)> = Vec::new();
         let best = scored.first().map_or(0.0, |s| s.0.gain);
         for s in &scored {
-            let again = picked
-                .iter()
-                .any(|q| q.1.effect == s.1.effect && q.1.target == s.1.target && q.1.form == s.1.form);
+            let again =
+                picked.iter().any(|q| q.1.effect == s.1.effect && q.1.target == s.1.target && q.1.form == s.1.form);
             if !again && picked.len() < REFINED && s.0.gain > NEAR * best {
                 picked.push(s);
             }
@@ -264,6 +301,7 @@ impl Search<'_> {
             })
             .collect();
         refined.sort_by(|a, b| b.merit(self.price).total_cmp(&a.merit(self.price)));
+        refined.retain(|r| across::agrees(p, r, whitening));
         let mut seen: Vec<(&str, String)> = Vec::new();
         refined.retain(|r| {
             let key = (r.effect, r.target.clone());
@@ -343,7 +381,10 @@ impl Search<'_> {
                     changed = true;
                     break;
                 }
-                let own = refined.iter().find(|r| r.effect == name.0 && r.target == name.1).map_or(0.0, |r| r.merit(self.price));
+                let own = refined
+                    .iter()
+                    .find(|r| r.effect == name.0 && r.target == name.1)
+                    .map_or(0.0, |r| r.merit(self.price));
                 if (best.effect, &best.target) != (name.0, &name.1) && best.merit(self.price) > own + 2.0 {
                     mark(steps, &name, &format!("{} {}", best.effect, best.target));
                     fit = best.fit.clone();
@@ -364,7 +405,8 @@ impl Search<'_> {
     /// One effect in the place of two, where the BIC likes it better: two wrong ones may share what one right one explains.
     fn merge(&mut self, fit: &Fit, whitening: &Whitening, steps: &mut Vec<Step>) -> Option<Fit> {
         let p = self.problem;
-        let values = |f: &Fit| f.free.iter().map(|&i| f.hypothesis.effects[i].effect.values().len()).sum::<usize>() as f64;
+        let values =
+            |f: &Fit| f.free.iter().map(|&i| f.hypothesis.effects[i].effect.values().len()).sum::<usize>() as f64;
         let price = self.price;
         let worth = |f: &Fit| f.cost + price * values(f);
         let now = worth(fit);
@@ -411,12 +453,106 @@ impl Search<'_> {
     fn rivals(&mut self, fit: &Fit, k: usize, whitening: &Whitening) -> Vec<Refined> {
         let (_, base) = self.without(fit, k, whitening);
         let old = fit.hypothesis.effects[fit.free[k]].clone();
-        self.refine(&base, whitening, Some(std::slice::from_ref(&old)))
+        let mut rivals = self.refine(&base, whitening, Some(std::slice::from_ref(&old)));
+        if old.effect.name() == "time_offset"
+            && let Some(own) = rivals.iter().find(|r| r.effect == "time_offset")
+            && let Some(lag) = across::common_lag(self.problem, &base, whitening, &own.placed[0], own.gain)
+        {
+            rivals.push(lag);
+            rivals.sort_by(|a, b| b.merit(self.price).total_cmp(&a.merit(self.price)));
+        }
+        rivals
+    }
+
+    /// The geometry of a real arm as one group, where it explains more than any single effect.
+    fn geometry(&mut self, base: &Fit, whitening: &Whitening) -> Option<(geometry::Group, Fit)> {
+        let (group, fit) = geometry::group(self.problem, base, whitening, self.candidates)?;
+        let single = self.refine(base, whitening, None);
+        let best = single.first().map_or(0.0, |r| r.merit(self.price));
+        (group.gain - self.price * group.parameters as f64 > best).then_some((group, fit))
+    }
+
+    /// The effects of the group as steps.
+    fn steps_of(&self, before: &Fit, after: &Fit, group: &geometry::Group) -> Vec<Step> {
+        let p = self.problem;
+        let (rms_before, rms_after) = (rms(p, &before.state.residual), rms(p, &after.state.residual));
+        let step = |k: usize| {
+            let own = geometry::own_rival(p, after, k);
+            Step {
+                effect: own.effect,
+                target: own.target,
+                rms_before,
+                rms_predicted: rms_after,
+                rms_after,
+                gain: own.gain,
+                parameters: own.parameters,
+                p_value: group.p_value,
+                table: Vec::new(),
+                replaced_by: None,
+            }
+        };
+        (0..group.count).map(step).collect()
+    }
+
+    /// Behind the geometry of a real arm: gravity, then a gap.
+    fn arm(
+        &mut self,
+        mut fit: Fit,
+        whitening: &mut Whitening,
+        steps: &mut Vec<Step>,
+        gaps: &mut Vec<geometry::Term>,
+        notes: &mut Vec<String>,
+    ) -> Fit {
+        let p = self.problem;
+        let mut again = |fit: &Fit| {
+            *whitening = Whitening::of_residual(p, &fit.state.residual, fit.parameters()).0;
+            (fit::refit(p, &fit.hypothesis, &fit.free, whitening), whitening.clone())
+        };
+        let mut noise;
+        (fit, noise) = again(&fit);
+        self.only = Some(is_gravity);
+        for _ in 0..MOST_EFFECTS - 2 {
+            let Some((step, next)) = self.round(&fit, &noise) else { break };
+            steps.push(step);
+            (fit, noise) = again(&next);
+        }
+        self.only = None;
+        *gaps = geometry::directions(p, &fit, &noise);
+        let (gap, said) = geometry::gap(p, gaps);
+        notes.extend(said);
+        if let Some(gap) = gap {
+            let before = rms(p, &fit.state.residual);
+            let mut h = fit.hypothesis.clone();
+            h.effects.push(gap.clone());
+            let free: Vec<usize> = (self.known..h.effects.len()).collect();
+            let z = gaps.iter().map(|t| t.z).fold(0.0, f64::min);
+            (fit, _) = again(&fit::refit(p, &h, &free, &noise));
+            let rms_after = rms(p, &fit.state.residual);
+            steps.push(Step {
+                effect: gap.effect.name(),
+                target: gap.target_text(&p.robot),
+                rms_before: before,
+                rms_predicted: rms_after,
+                rms_after,
+                gain: z * z,
+                parameters: 1,
+                p_value: self.chance(z * z, 1),
+                table: Vec::new(),
+                replaced_by: None,
+            });
+        }
+        fit
     }
 }
 
+fn is_gravity(effect: &str) -> bool {
+    effect == "gravity_compliance"
+}
+
 fn mark(steps: &mut [Step], name: &(&'static str, String), by: &str) {
-    if let Some(s) = steps.iter_mut().rev().find(|s| s.effect == name.0 && s.target == name.1 && s.replaced_by.is_none()) {
+    if let Some(s) =
+        steps.iter_mut().rev().find(|s| s.effect == name.0 && s.target == name.1 && s.replaced_by.is_none())
+    {
         s.replaced_by = Some(by.into());
     }
 }

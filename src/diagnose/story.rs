@@ -33,7 +33,7 @@ pub fn chapters(problem: &Problem, last: &Fit, known: usize, order: &[usize], wh
         .map(|count| {
             let mut effects = all[..known].to_vec();
             effects.extend(order[..count].iter().map(|&i| all[i].clone()));
-            let h = Hypothesis { effects, frames: last.hypothesis.frames.clone() };
+            let h = Hypothesis { effects, ..last.hypothesis.clone() };
             let free: Vec<usize> = (known..known + count).collect();
             let fit = fit::refit(problem, &h, &free, whitening);
             Chapter { rms: rms(problem, &fit.state.residual), held_out: held_out(problem, &fit, whitening), fit }
@@ -59,17 +59,14 @@ fn folds(problem: &Problem) -> Vec<usize> {
 fn held_out(problem: &Problem, fit: &Fit, whitening: &Whitening) -> f64 {
     let mut raw: Vec<Vec<f64>> =
         fit.free.iter().flat_map(|&i| fit::effect_columns(problem, &fit.hypothesis, &fit.state, i)).collect();
-    if problem.frames_free {
-        for f in 0..fit.hypothesis.frames.len() {
-            raw.extend(problem.frame_columns(&fit.state, f));
-        }
-    }
+    raw.extend(problem.nuisance_columns(&fit.hypothesis, &fit.state));
     let fold = folds(problem);
     let white = whitening.of(problem, &fit.state.residual);
     let columns: Vec<Vec<f64>> = raw.iter().map(|c| whitening.of(problem, c)).collect();
     let mut predicted = fit.state.residual.clone();
     for f in 0..FOLDS {
-        let masked = |v: &[f64]| -> Vec<f64> { v.iter().zip(&fold).map(|(v, g)| if *g == f { 0.0 } else { *v }).collect() };
+        let masked =
+            |v: &[f64]| -> Vec<f64> { v.iter().zip(&fold).map(|(v, g)| if *g == f { 0.0 } else { *v }).collect() };
         let (part, target): (Vec<Vec<f64>>, Vec<f64>) = (columns.iter().map(|c| masked(c)).collect(), masked(&white));
         let right = DVector::from_iterator(part.len(), part.iter().map(|c| dot(c, &target)));
         if part.is_empty() {

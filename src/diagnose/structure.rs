@@ -120,7 +120,11 @@ fn joint_bundles(problem: &Problem, state: &State, axis: usize, splines: usize, 
         }
         out
     };
-    let tracks: Vec<Track> = problem.logs.iter().map(|l| Track::new(l.drive.t_s(), l.drive.command(axis), 1e-9)).collect();
+    let tracks: Vec<Track> = problem
+        .logs
+        .iter()
+        .map(|l| Track::new(l.drive.t_s(), l.drive.command(axis), l.drive.quiet(axis).max(1e-9)))
+        .collect();
     let spline = |n: usize, k: usize, dir: bool| {
         let tables: Vec<Vec<f64>> = tracks
             .iter()
@@ -143,7 +147,11 @@ fn joint_bundles(problem: &Problem, state: &State, axis: usize, splines: usize, 
             aspect: Aspect::Position,
             columns: (0..splines).map(|k| spline(splines, k, false)).collect(),
         },
-        Bundle { axis: Some(axis), aspect: Aspect::Direction, columns: (0..odd).map(|k| spline(odd, k, true)).collect() },
+        Bundle {
+            axis: Some(axis),
+            aspect: Aspect::Direction,
+            columns: (0..odd).map(|k| spline(odd, k, true)).collect(),
+        },
     ];
     if candidates::clock(problem).is_none() {
         return bundles;
@@ -247,7 +255,8 @@ pub fn test(ground: &Ground, bundles: &[Bundle]) -> Tested {
         }
     });
     let normal = product(&columns);
-    let right = DVector::from_iterator(columns.len(), columns.par_iter().map(|c| dot(c, &ground.residual)).collect::<Vec<_>>());
+    let right =
+        DVector::from_iterator(columns.len(), columns.par_iter().map(|c| dot(c, &ground.residual)).collect::<Vec<_>>());
     let n = ground.residual.len() as f64;
     let rss = dot(&ground.residual, &ground.residual);
     let ratio = |gain: f64, dof: usize, axis, aspect| {
