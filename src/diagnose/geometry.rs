@@ -43,6 +43,8 @@ const MOST: usize = 40;
 const GROSS: f64 = 6.0;
 /// Standard deviation of the coefficients of the smooth nuisance, rad (m for a prismatic joint).
 const RIDGE: f64 = 0.3e-3;
+/// The same of geometry that the group has not: rad or m.
+const GEOMETRY_RIDGE: f64 = 3e-3;
 /// Size of a direction term in standard uncertainties, and in the largest of the wrong sign.
 const SEEN: f64 = 5.0;
 const ABOVE_DECOYS: f64 = 2.0;
@@ -130,7 +132,9 @@ fn select(problem: &Problem, fit: &Fit, whitening: &Whitening, pool: &[&Candidat
     while chosen.len() + fit.free.len() < MOST {
         let rss = dot(&residual, &residual);
         let mut best: Option<(f64, usize, Vec<Vec<f64>>)> = None;
-        for (i, (_, columns, before)) in left.iter().enumerate() {
+        // the tool is as rough as the frame: what it explains is not sought elsewhere
+        let tool = left.iter().position(|l| l.0.effect == "tool_error");
+        for (i, (_, columns, before)) in left.iter().enumerate().filter(|(i, _)| tool.is_none_or(|t| *i == t)) {
             let own = columns.iter().zip(before).all(|(c, b)| dot(c, c) > OWN * b);
             if !own {
                 continue;
@@ -139,11 +143,20 @@ fn select(problem: &Problem, fit: &Fit, whitening: &Whitening, pool: &[&Candidat
             let k = basis.len() as f64;
             let gain: f64 = basis.iter().map(|b| dot(b, &residual).powi(2)).sum();
             let f = (gain / k) / ((rss - gain).max(1e-300) / n);
-            if tried * fisher::tail(f, k, n) < CHANCE && best.as_ref().is_none_or(|b| f > b.0) {
+            if (tool.is_some() || tried * fisher::tail(f, k, n) < CHANCE) && best.as_ref().is_none_or(|b| f > b.0) {
                 best = Some((f, i, basis));
             }
         }
-        let Some((_, i, basis)) = best else { break };
+        let Some((_, i, basis)) = best else {
+            match tool {
+                // nothing of its own
+                Some(i) => {
+                    left.remove(i);
+                    continue;
+                }
+                None => break,
+            }
+        };
         let (c, columns, _) = left.remove(i);
         project_off(&basis, &mut residual);
         left.par_iter_mut().for_each(|l| l.1.iter_mut().for_each(|c| project_off(&basis, c)));
@@ -240,19 +253,30 @@ pub struct Term {
 }
 
 /// Direction terms of all joints.
-pub fn directions(problem: &Problem, fit: &Fit, whitening: &Whitening) -> Vec<Term> {
+pub fn directions(problem: &Problem, fit: &Fit, whitening: &Whitening, candidates: &[Candidate]) -> Vec<Term> {
     let tangent = fit::tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
     let ground = Ground::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
     let mut even = smooth(problem, fit);
+    let mut ridge = vec![RIDGE; even.len()];
+    // and the whole geometry: what the group has not
+    for c in candidates.iter().filter(|c| is_geometry(c.effect)) {
+        let columns = c.columns(problem, &fit.hypothesis, &fit.state);
+        ridge.extend(vec![GEOMETRY_RIDGE; columns.len()]);
+        even.extend(columns);
+    }
     ground.project(&mut even);
     let m = even.len();
     let n = ground.residual.len();
     let a = DMatrix::from_fn(n, m, |i, j| even[j][i]);
     let mut normal = a.transpose() * &a;
-    for i in 0..m {
-        normal[(i, i)] += 1.0 / (RIDGE * RIDGE);
+    let bare = normal.clone();
+    for (i, sigma) in ridge.iter().enumerate() {
+        normal[(i, i)] += 1.0 / (sigma * sigma);
     }
     let Some(factor) = normal.cholesky() else { return Vec::new() };
+    // the nuisance takes freedom from the residual
+    let freedom = factor.solve(&bare).trace() + fit.parameters() as f64;
+    let fewer = n as f64 / (n as f64 - freedom).max(1.0);
     let off = |v: &[f64]| -> DVector<f64> {
         let v = DVector::from_row_slice(v);
         let right = a.transpose() * &v;
@@ -276,7 +300,7 @@ pub fn directions(problem: &Problem, fit: &Fit, whitening: &Whitening) -> Vec<Te
         }
         let size = own.dot(&DVector::from_row_slice(&ground.residual)) / norm;
         let score = sums_by_pose(problem, |i| own[i] * (residual[i] - size * own[i]));
-        let sigma = score.iter().map(|s| s * s).sum::<f64>().sqrt() / norm;
+        let sigma = (fewer * score.iter().map(|s| s * s).sum::<f64>()).sqrt() / norm;
         terms.push(Term { axis, size, z: if sigma > 0.0 { size / sigma } else { 0.0 } });
     }
     terms
@@ -349,14 +373,20 @@ pub fn gap(problem: &Problem, terms: &[Term]) -> (Option<Placed>, Option<String>
     let joint = problem.robot.axis(most.axis);
     let said = (-most.z >= 3.0).then(|| {
         format!(
-            "direction-dependent part on {}: {:.4} deg or mm, {:.1} standard uncertainties; terms of the wrong sign, which no play has, reach {:.1}: no gap is named",
+            "no gap is named: the largest direction-dependent part, on {}, is {:.4} deg or mm, {:.1} standard uncertainties, and terms of \
+             the wrong sign, which no play has, reach {decoy:.1}",
             joint.name,
             -most.size / joint.kind.si(),
             -most.z,
-            decoy
         )
     });
     (None, said)
+}
+
+/// Direction terms in words.
+pub fn terms_said(problem: &Problem, terms: &[Term]) -> String {
+    let each: Vec<String> = terms.iter().map(|t| format!("{} {:.1}", problem.robot.axis(t.axis).name, -t.z)).collect();
+    format!("direction terms in standard uncertainties, positive as of play: {}", each.join(", "))
 }
 
 /// Gaps of the joints by their terms.

@@ -179,7 +179,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         let Some((step, next)) = search.round(&fit, &whitening) else { break };
         steps.push(step);
         fit = search.settle(next, &whitening, &mut steps);
-        whitening = Whitening::of_residual(&problem, &fit.state.residual, fit.parameters()).0;
+        whitening = noise_left(&problem, &fit, &whitening, &bundles);
         fit = fit::refit(&problem, &fit.hypothesis, &fit.free, &whitening);
     }
     if group.is_none()
@@ -193,7 +193,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         }
     }
     // the noise of what is left: that of the freed residual is a little too quiet for a test
-    whitening = Whitening::of_residual(&problem, &fit.state.residual, fit.parameters()).0;
+    whitening = noise_left(&problem, &fit, &whitening, &bundles);
     let in_group = group.as_ref().map_or(0, |g: &geometry::Group| g.count);
     let rivals = (0..fit.free.len())
         .map(|k| {
@@ -245,6 +245,28 @@ fn first_noise(problem: &Problem, fit: &Fit, white: &Whitening, bundles: &[Bundl
         if turn == 2 {
             return (whitening, tested);
         }
+    }
+}
+
+/// Noise of what a fit leaves. Joint sensors are so precise that structure remains: taken for slow noise it would swallow
+/// the next effect, so they are freed of the whole basis each time.
+fn noise_left(problem: &Problem, fit: &Fit, whitening: &Whitening, bundles: &[Bundle]) -> Whitening {
+    if problem.groups.iter().all(|g| g.dims == 1) {
+        return first_noise(problem, fit, whitening, bundles).0;
+    }
+    Whitening::of_residual(problem, &fit.state.residual, fit.parameters()).0
+}
+
+/// Joint sensors have a free zero: a slow ripple whose size is not known to half of it is no ripple.
+fn determined(problem: &Problem, r: &Refined) -> bool {
+    let sensors = problem.groups.iter().all(|g| g.dims == 1);
+    if !sensors || r.effect != "transmission_error" {
+        return true;
+    }
+    let k = r.fit.free.len().saturating_sub(1);
+    match (r.placed.first().map(|p| p.effect.values()), r.fit.sigma_of(k).first()) {
+        (Some(values), Some(sigma)) => values[0] > 2.0 * sigma,
+        _ => true,
     }
 }
 
@@ -301,7 +323,7 @@ impl Search<'_> {
             })
             .collect();
         refined.sort_by(|a, b| b.merit(self.price).total_cmp(&a.merit(self.price)));
-        refined.retain(|r| across::agrees(p, r, whitening));
+        refined.retain(|r| determined(p, r) && across::agrees(p, r, whitening));
         let mut seen: Vec<(&str, String)> = Vec::new();
         refined.retain(|r| {
             let key = (r.effect, r.target.clone());
@@ -517,8 +539,9 @@ impl Search<'_> {
             (fit, noise) = again(&next);
         }
         self.only = None;
-        *gaps = geometry::directions(p, &fit, &noise);
+        *gaps = geometry::directions(p, &fit, &noise, self.candidates);
         let (gap, said) = geometry::gap(p, gaps);
+        notes.push(geometry::terms_said(p, gaps));
         notes.extend(said);
         if let Some(gap) = gap {
             let before = rms(p, &fit.state.residual);

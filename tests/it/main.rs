@@ -6,6 +6,7 @@ mod bad_input;
 mod bench;
 mod catalogue;
 mod catalogue_docs;
+mod diagnose_sensors;
 mod fit;
 mod gaps_file;
 mod identify_path;
