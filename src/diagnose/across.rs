@@ -139,10 +139,8 @@ pub fn common_lag(problem: &Problem, base: &Fit, whitening: &Whitening, found: &
     }
     let tangent = fit::tangent(problem, &base.hypothesis, &base.state, &base.free, whitening);
     let ground = Ground::new(problem, &base.hypothesis, &base.state, whitening, tangent);
-    let mut columns = vec![
-        column,
-        problem.difference(&base.hypothesis, &base.state, &[], std::slice::from_ref(found), 1.0),
-    ];
+    let mut columns =
+        vec![column, problem.difference(&base.hypothesis, &base.state, &[], std::slice::from_ref(found), 1.0)];
     ground.project(&mut columns);
     let explains = |c: &[f64]| dot(c, &ground.residual).powi(2) / dot(c, c).max(1e-300);
     let by_lag = explains(&columns[0]);

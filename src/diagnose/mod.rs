@@ -10,7 +10,8 @@
 //! - [`forward`]: the chain evaluated for a hypothesis; signatures of its parameters.
 //! - [`noise`]: white and coloured noise, whitening; [`fit`]: the refit of everything.
 //! - [`candidates`], [`spectrum`]: what may be missing; [`screen`]: what each would explain.
-//! - [`geometry`]: settled poses: the geometry as one group, gaps beside the misfit of a real arm.
+//! - [`geometry`]: settled poses: the geometry as one group; [`direction`]: gaps beside the misfit of a real arm; `arm`: its rounds;
+//!   `precise`: joint sensors beside a misfit.
 //! - [`structure`]: the test without the catalogue.
 //! - [`across`]: what several logs agree about.
 //! - [`search`]: the rounds; [`story`]: the found effects told one by one, and on held-out parts.
@@ -18,7 +19,9 @@
 //!   terminal.
 
 pub mod across;
+mod arm;
 pub mod candidates;
+pub mod direction;
 pub mod display;
 pub mod document;
 pub mod fit;
@@ -26,6 +29,7 @@ pub mod forward;
 pub mod geometry;
 pub mod layout;
 pub mod noise;
+mod precise;
 pub mod prepare;
 pub mod screen;
 pub mod search;

@@ -10,7 +10,7 @@ use super::fit::{self, Fit, Whitening};
 use super::forward::{Hypothesis, Problem};
 use super::screen::{Ground, Score};
 use super::structure::{self, Bundle, Tested};
-use super::{across, geometry, prepare, spectrum};
+use super::{across, arm, direction, geometry, precise, prepare, spectrum};
 use crate::effect::{Effect, Placed};
 use crate::stats::fisher;
 use rayon::prelude::*;
@@ -106,14 +106,14 @@ pub fn rms(problem: &Problem, residual: &[f64]) -> f64 {
     (sum / n.max(1) as f64).sqrt()
 }
 
-struct Search<'a> {
-    problem: &'a Problem,
-    candidates: &'a [Candidate],
-    known: usize,
-    price: f64,
+pub(super) struct Search<'a> {
+    pub(super) problem: &'a Problem,
+    pub(super) candidates: &'a [Candidate],
+    pub(super) known: usize,
+    pub(super) price: f64,
     tried: f64,
     /// Effects that may be tried; all where `None`.
-    only: Option<fn(&str) -> bool>,
+    pub(super) only: Option<fn(&str) -> bool>,
 }
 
 /// Runs the rounds from a hypothesis of known effects.
@@ -169,7 +169,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     let mut steps: Vec<Step> = Vec::new();
     let mut notes = problem.notes.clone();
     let mut group = None;
-    let mut gaps: Vec<geometry::Term> = Vec::new();
+    let mut gaps: Vec<direction::Term> = Vec::new();
     if poses && let Some((found, next)) = search.geometry(&fit, &whitening) {
         steps.extend(search.steps_of(&fit, &next, &found));
         group = Some(found);
@@ -179,7 +179,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         let Some((step, next)) = search.round(&fit, &whitening) else { break };
         steps.push(step);
         fit = search.settle(next, &whitening, &mut steps);
-        whitening = noise_left(&problem, &fit, &whitening, &bundles);
+        whitening = precise::noise_left(&problem, &fit, &whitening, &bundles);
         fit = fit::refit(&problem, &fit.hypothesis, &fit.free, &whitening);
     }
     if group.is_none()
@@ -193,16 +193,19 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         }
     }
     // the noise of what is left: that of the freed residual is a little too quiet for a test
-    whitening = noise_left(&problem, &fit, &whitening, &bundles);
+    whitening = precise::noise_left(&problem, &fit, &whitening, &bundles);
+    if problem.groups.iter().all(|g| g.dims == 1) {
+        fit = precise::beside_structure(&problem, &fit, &whitening, &bundles);
+    }
     let in_group = group.as_ref().map_or(0, |g: &geometry::Group| g.count);
     let rivals = (0..fit.free.len())
         .map(|k| {
             if k < in_group {
                 return vec![geometry::own_rival(&problem, &fit, k)];
             }
-            search.only = group.as_ref().map(|_| is_gravity as fn(&str) -> bool);
+            search.only = group.as_ref().map(|_| arm::is_gravity as fn(&str) -> bool);
             match &fit.hypothesis.effects[fit.free[k]].effect {
-                Effect::Backlash(_) if group.is_some() => geometry::gap_rivals(&problem, &fit, &gaps),
+                Effect::Backlash(_) if group.is_some() => direction::gap_rivals(&problem, &fit, &gaps),
                 _ => search.rivals(&fit, k, &whitening),
             }
         })
@@ -233,7 +236,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
 }
 
 /// Noise of the residual freed of the whole catalogue-free basis, in two turns.
-fn first_noise(problem: &Problem, fit: &Fit, white: &Whitening, bundles: &[Bundle]) -> (Whitening, Tested) {
+pub(super) fn first_noise(problem: &Problem, fit: &Fit, white: &Whitening, bundles: &[Bundle]) -> (Whitening, Tested) {
     let mut whitening = white.clone();
     let mut turn = 0;
     loop {
@@ -248,31 +251,9 @@ fn first_noise(problem: &Problem, fit: &Fit, white: &Whitening, bundles: &[Bundl
     }
 }
 
-/// Noise of what a fit leaves. Joint sensors are so precise that structure remains: taken for slow noise it would swallow
-/// the next effect, so they are freed of the whole basis each time.
-fn noise_left(problem: &Problem, fit: &Fit, whitening: &Whitening, bundles: &[Bundle]) -> Whitening {
-    if problem.groups.iter().all(|g| g.dims == 1) {
-        return first_noise(problem, fit, whitening, bundles).0;
-    }
-    Whitening::of_residual(problem, &fit.state.residual, fit.parameters()).0
-}
-
-/// Joint sensors have a free zero: a slow ripple whose size is not known to half of it is no ripple.
-fn determined(problem: &Problem, r: &Refined) -> bool {
-    let sensors = problem.groups.iter().all(|g| g.dims == 1);
-    if !sensors || r.effect != "transmission_error" {
-        return true;
-    }
-    let k = r.fit.free.len().saturating_sub(1);
-    match (r.placed.first().map(|p| p.effect.values()), r.fit.sigma_of(k).first()) {
-        (Some(values), Some(sigma)) => values[0] > 2.0 * sigma,
-        _ => true,
-    }
-}
-
 impl Search<'_> {
     /// Screens and refines; the refined candidates, best first.
-    fn refine(&mut self, base: &Fit, whitening: &Whitening, also: Option<&[Placed]>) -> Vec<Refined> {
+    pub(super) fn refine(&mut self, base: &Fit, whitening: &Whitening, also: Option<&[Placed]>) -> Vec<Refined> {
         let p = self.problem;
         let tangent = fit::tangent(p, &base.hypothesis, &base.state, &base.free, whitening);
         let ground = Ground::new(p, &base.hypothesis, &base.state, whitening, tangent);
@@ -323,7 +304,7 @@ impl Search<'_> {
             })
             .collect();
         refined.sort_by(|a, b| b.merit(self.price).total_cmp(&a.merit(self.price)));
-        refined.retain(|r| determined(p, r) && across::agrees(p, r, whitening));
+        refined.retain(|r| precise::determined(p, r) && across::agrees(p, r, whitening));
         let mut seen: Vec<(&str, String)> = Vec::new();
         refined.retain(|r| {
             let key = (r.effect, r.target.clone());
@@ -335,7 +316,7 @@ impl Search<'_> {
     }
 
     /// Chance that the best of all that was tried gains this much.
-    fn chance(&self, gain: f64, parameters: usize) -> f64 {
+    pub(super) fn chance(&self, gain: f64, parameters: usize) -> f64 {
         let n = self.problem.n as f64;
         let d = parameters as f64;
         (self.tried * fisher::tail(gain / d, d, n)).min(1.0)
@@ -351,7 +332,7 @@ impl Search<'_> {
         with - without > LEAST_GAIN + r.parameters as f64
     }
 
-    fn round(&mut self, fit: &Fit, whitening: &Whitening) -> Option<(Step, Fit)> {
+    pub(super) fn round(&mut self, fit: &Fit, whitening: &Whitening) -> Option<(Step, Fit)> {
         let refined = self.refine(fit, whitening, None);
         let best = refined.iter().find(|r| self.believed(fit, r))?.clone();
         let p = self.problem;
@@ -485,91 +466,6 @@ impl Search<'_> {
         }
         rivals
     }
-
-    /// The geometry of a real arm as one group, where it explains more than any single effect.
-    fn geometry(&mut self, base: &Fit, whitening: &Whitening) -> Option<(geometry::Group, Fit)> {
-        let (group, fit) = geometry::group(self.problem, base, whitening, self.candidates)?;
-        let single = self.refine(base, whitening, None);
-        let best = single.first().map_or(0.0, |r| r.merit(self.price));
-        (group.gain - self.price * group.parameters as f64 > best).then_some((group, fit))
-    }
-
-    /// The effects of the group as steps.
-    fn steps_of(&self, before: &Fit, after: &Fit, group: &geometry::Group) -> Vec<Step> {
-        let p = self.problem;
-        let (rms_before, rms_after) = (rms(p, &before.state.residual), rms(p, &after.state.residual));
-        let step = |k: usize| {
-            let own = geometry::own_rival(p, after, k);
-            Step {
-                effect: own.effect,
-                target: own.target,
-                rms_before,
-                rms_predicted: rms_after,
-                rms_after,
-                gain: own.gain,
-                parameters: own.parameters,
-                p_value: group.p_value,
-                table: Vec::new(),
-                replaced_by: None,
-            }
-        };
-        (0..group.count).map(step).collect()
-    }
-
-    /// Behind the geometry of a real arm: gravity, then a gap.
-    fn arm(
-        &mut self,
-        mut fit: Fit,
-        whitening: &mut Whitening,
-        steps: &mut Vec<Step>,
-        gaps: &mut Vec<geometry::Term>,
-        notes: &mut Vec<String>,
-    ) -> Fit {
-        let p = self.problem;
-        let mut again = |fit: &Fit| {
-            *whitening = Whitening::of_residual(p, &fit.state.residual, fit.parameters()).0;
-            (fit::refit(p, &fit.hypothesis, &fit.free, whitening), whitening.clone())
-        };
-        let mut noise;
-        (fit, noise) = again(&fit);
-        self.only = Some(is_gravity);
-        for _ in 0..MOST_EFFECTS - 2 {
-            let Some((step, next)) = self.round(&fit, &noise) else { break };
-            steps.push(step);
-            (fit, noise) = again(&next);
-        }
-        self.only = None;
-        *gaps = geometry::directions(p, &fit, &noise, self.candidates);
-        let (gap, said) = geometry::gap(p, gaps);
-        notes.push(geometry::terms_said(p, gaps));
-        notes.extend(said);
-        if let Some(gap) = gap {
-            let before = rms(p, &fit.state.residual);
-            let mut h = fit.hypothesis.clone();
-            h.effects.push(gap.clone());
-            let free: Vec<usize> = (self.known..h.effects.len()).collect();
-            let z = gaps.iter().map(|t| t.z).fold(0.0, f64::min);
-            (fit, _) = again(&fit::refit(p, &h, &free, &noise));
-            let rms_after = rms(p, &fit.state.residual);
-            steps.push(Step {
-                effect: gap.effect.name(),
-                target: gap.target_text(&p.robot),
-                rms_before: before,
-                rms_predicted: rms_after,
-                rms_after,
-                gain: z * z,
-                parameters: 1,
-                p_value: self.chance(z * z, 1),
-                table: Vec::new(),
-                replaced_by: None,
-            });
-        }
-        fit
-    }
-}
-
-fn is_gravity(effect: &str) -> bool {
-    effect == "gravity_compliance"
 }
 
 fn mark(steps: &mut [Step], name: &(&'static str, String), by: &str) {

@@ -68,7 +68,8 @@ fn a_stiction_is_named_from_the_encoders_and_a_gap_behind_them() {
         &plain,
         "[{effect: stiction, target: J4, spike_deg: 0.01, decay_s: 0.8}, {effect: backlash, target: J2, half_gap_deg: 0.004}]",
     );
-    let mut text = String::from("t_s,cmd_J1_deg,cmd_J2_deg,cmd_J3_deg,cmd_J4_deg,cmd_J5_deg,cmd_J6_deg,x_mm,y_mm,z_mm\n");
+    let mut text =
+        String::from("t_s,cmd_J1_deg,cmd_J2_deg,cmd_J3_deg,cmd_J4_deg,cmd_J5_deg,cmd_J6_deg,x_mm,y_mm,z_mm\n");
     for i in 0..1800 {
         let t = 0.05 * f64::from(i);
         let _ = write!(text, "{t:.2}");
@@ -101,7 +102,9 @@ fn a_stiction_is_named_from_the_encoders_and_a_gap_behind_them() {
 /// Motor and link-side encoders of J2 and J3, the motor ahead of its command, the link 4 ms behind the motor.
 fn two_encoders(seed: u64, scale: f64) -> String {
     let mut draw = Draw(seed);
-    let mut text = String::from("t_s,cmd_J2_deg,cmd_J3_deg,enc_J2_deg,enc_J3_deg,meas_J2_deg,meas_J3_deg,cmd_J1_deg,cmd_J4_deg,cmd_J5_deg,cmd_J6_deg\n");
+    let mut text = String::from(
+        "t_s,cmd_J2_deg,cmd_J3_deg,enc_J2_deg,enc_J3_deg,meas_J2_deg,meas_J3_deg,cmd_J1_deg,cmd_J4_deg,cmd_J5_deg,cmd_J6_deg\n",
+    );
     let at = |j: usize, t: f64| {
         let w = scale * (0.7 + 0.3 * j as f64);
         12.0 * (w * t).sin() + 4.0 * (2.7 * w * t + 1.0).sin()
@@ -130,8 +133,14 @@ fn a_clock_offset_between_two_encoders_is_named_once_and_a_lead_over_the_command
     assert_eq!(first["effect"], "time_offset", "{doc}");
     assert!((value(first, "offset_s") + 0.004).abs() < 5e-5, "{first}");
     let second = &rounds(&doc)[1];
-    assert_eq!((second["effect"].as_str(), second["target"].as_str()), (Some("transmission_error"), Some("J2")), "{doc}");
-    assert!((value(second, "cycles_per_rev") - 400.0).abs() < 1.0 && (value(second, "amplitude_deg") - 0.004).abs() < 3e-4);
+    assert_eq!(
+        (second["effect"].as_str(), second["target"].as_str()),
+        (Some("transmission_error"), Some("J2")),
+        "{doc}"
+    );
+    assert!(
+        (value(second, "cycles_per_rev") - 400.0).abs() < 1.0 && (value(second, "amplitude_deg") - 0.004).abs() < 3e-4
+    );
     assert_eq!(rounds(&doc).len(), 2, "{doc}");
     let notes = doc["notes"].to_string();
     assert!(notes.contains("lead") && notes.contains("joint_zero_offset"), "{notes}");
@@ -186,9 +195,12 @@ fn the_geometry_of_an_arm_is_one_group_and_a_gap_is_found_behind_it() {
         let log = poses(folder.path(), &truth);
         let doc = diagnose(&model(folder.path(), "bare.yaml", &robot([0.0, 0.0, 120.0], REFLECTORS), "[]"), &[log]);
         let group: Vec<&Value> = rounds(&doc).iter().filter(|r| r["group"] == "geometry").collect();
-        for (target, key, want) in
-            [("J2", "offset_deg", 0.08), ("J5", "offset_deg", -0.05), ("J2.a", "delta_mm", 0.3), ("J4.d", "delta_mm", -0.4)]
-        {
+        for (target, key, want) in [
+            ("J2", "offset_deg", 0.08),
+            ("J5", "offset_deg", -0.05),
+            ("J2.a", "delta_mm", 0.3),
+            ("J4.d", "delta_mm", -0.4),
+        ] {
             let round = group.iter().find(|r| r["target"] == target).unwrap_or_else(|| panic!("no {target} in {doc}"));
             assert!((value(round, key) - want).abs() < 0.05 * want.abs(), "{round}");
         }
