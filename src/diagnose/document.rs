@@ -1,5 +1,6 @@
 //! The diagnosis document `lostmotion/diagnosis/1`.
 
+use super::geometry;
 use super::layout::Sensor;
 use super::search::Outcome;
 use super::story::{self, Chapter};
@@ -62,6 +63,9 @@ pub struct Round {
     pub target: String,
     pub set: Vec<Member>,
     pub decide_by: Option<String>,
+    /// Rounds of one group were found, and are believed, together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub group: Option<&'static str>,
     #[serde(rename = "where")]
     pub place: Place,
     pub evidence: Evidence,
@@ -102,6 +106,18 @@ pub struct Evidence {
     pub dof: usize,
     pub p_value: f64,
     pub delta_bic: f64,
+    /// The test of the group that the round belongs to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub group: Option<GroupTest>,
+}
+
+/// F of all parameters of a group together.
+#[derive(Debug, Clone, Serialize)]
+pub struct GroupTest {
+    pub name: &'static str,
+    pub value: f64,
+    pub dof: usize,
+    pub p_value: f64,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -154,7 +170,9 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
     let order = told_in_order(outcome);
     let indices: Vec<usize> = order.iter().map(|&k| outcome.fit.free[k]).collect();
     let chapters = story::chapters(&outcome.problem, &outcome.fit, outcome.known, &indices, &outcome.whitening);
-    let structured = outcome.remains.clone();
+    let structured = if outcome.group.is_some() { geometry::remains(outcome) } else { outcome.remains.clone() };
+    // what stays of a real arm is told; it takes nothing from what was named
+    let unknown = structured.is_some() && outcome.group.is_none();
     let rounds = order
         .iter()
         .enumerate()
@@ -176,7 +194,7 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         .collect();
     Diagnosis {
         schema: SCHEMA,
-        verdict: verdict::of(outcome, &sets, structured.is_some()),
+        verdict: verdict::of(outcome, &sets, unknown),
         samples: outcome.problem.groups.iter().map(|g| g.rows.len()).sum(),
         outliers: outcome.outliers,
         noise: NoiseFound {
@@ -217,11 +235,11 @@ fn unit(outcome: &Outcome) -> GapUnit {
 }
 
 fn notes(outcome: &Outcome) -> Vec<String> {
+    let mut notes = outcome.notes.clone();
     if unit(outcome) == GapUnit::DEGREE {
-        vec!["only joints were measured: in the document, figures in `_um` are microradians of a joint".into()]
-    } else {
-        Vec::new()
+        notes.push("only joints were measured: in the document, figures in `_um` are microradians of a joint".into());
     }
+    notes
 }
 
 /// Effect and target of each found effect.
@@ -296,18 +314,30 @@ fn round(
     let count = own.map_or(values.len(), |r| r.parameters);
     let card = catalogue::of(&named.0);
     let dof = outcome.problem.n as f64;
-    let predicted = step.map_or(after.rms, |s| s.rms_predicted);
+    let group = outcome.group.as_ref().filter(|g| k < g.count);
+    let predicted = step.filter(|_| group.is_none()).map_or(after.rms, |s| s.rms_predicted);
+    let mut place = place(outcome, placed);
+    if let Some(g) = group {
+        place.description = format!("geometry: {} parameters together, joint F {:.0}", g.parameters, g.f);
+    }
     Round {
         effect: named.0.clone(),
         target: named.1.clone(),
-        decide_by: (set.len() > 1).then(|| card.decide_by.to_string()),
-        place: place(outcome, placed),
+        decide_by: (set.len() > 1).then(|| decide_by(set, card.decide_by)),
+        group: group.map(|_| "geometry"),
+        place,
         evidence: Evidence {
             statistic: "F",
             value: digits(gain / count as f64),
             dof: count,
             p_value: crate::stats::fisher::tail(gain / count as f64, count as f64, dof),
             delta_bic: digits(count as f64 * dof.ln() - gain),
+            group: group.map(|g| GroupTest {
+                name: "geometry",
+                value: digits(g.f),
+                dof: g.parameters,
+                p_value: g.p_value,
+            }),
         },
         set: set.to_vec(),
         parameters,
@@ -330,6 +360,16 @@ fn round(
             })
             .collect(),
     }
+}
+
+/// The experiment that decides within a set.
+fn decide_by(set: &[Member], card: &str) -> String {
+    if set.iter().any(|m| m.effect == "servo_lag" && m.target == "all") {
+        return "record all sensors with one clock, at 2 kHz or more, in a stop from full speed: a lag rounds the corner, a clock \
+                offset shifts it"
+            .into();
+    }
+    card.to_string()
 }
 
 /// Where an effect shows: its joint, and the stretches behind its reversals.

@@ -1,14 +1,19 @@
-//! Generalised least squares over the whole chain: all found effects and, where free, the frames, refitted together.
+//! Generalised least squares over the whole chain: all found effects and the nuisance (frames, sensor zeros) refitted together.
 //!
 //! Method: Levenberg-Marquardt on whitened residuals with the signatures of [`super::forward`], scaled by the columns'
 //! norms, steps held inside the physical bounds. Covariance from the whitened normal matrix at the end, so intervals
 //! account for coloured noise. Fails softly: it says whether it converged, and returns the best point it saw.
 
 use super::forward::{Hypothesis, Problem, State};
+use super::geometry;
+use super::layout::Sensor;
 use super::noise::{self, Noise, Whitener};
 use crate::effect::Placed;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+
+/// Least noise of an encoder, rad or m: between its rows a model of the servo is no better.
+const LEAST_MOTOR_SIGMA: f64 = 1e-6;
 
 /// Filters of all groups.
 #[derive(Debug, Clone)]
@@ -29,7 +34,18 @@ impl Whitening {
         let found: Vec<(Noise, f64)> = problem
             .groups
             .par_iter()
-            .map(|g| noise::estimate(g, &residual[g.range()], share * g.range().len() as f64))
+            .map(|g| {
+                let (mut noise, mut two_ln_l) =
+                    noise::estimate(g, &residual[g.range()], share * g.range().len() as f64);
+                // reflectors of one pose err together
+                let together = geometry::inflation(problem, g.log, residual);
+                noise.sigma *= together.sqrt();
+                two_ln_l /= together;
+                if matches!(g.sensor, Sensor::Motor(_)) {
+                    noise.sigma = noise.sigma.max(LEAST_MOTOR_SIGMA);
+                }
+                (noise, two_ln_l)
+            })
             .collect();
         let two_ln_l = found.iter().map(|f| f.1).sum();
         (Self::new(problem, found.into_iter().map(|f| f.0).collect()), two_ln_l)
@@ -73,7 +89,7 @@ pub struct Fit {
     pub free: Vec<usize>,
     /// Sum of the whitened squares.
     pub cost: f64,
-    /// Covariance of the free parameters (effects in order, each with all its values; then six per free frame).
+    /// Covariance of the free parameters (effects in order, each with all its values; then the nuisance).
     pub covariance: DMatrix<f64>,
     pub converged: bool,
 }
@@ -136,11 +152,7 @@ pub fn tangent(
         .into_iter()
         .flatten()
         .collect();
-    if problem.frames_free {
-        for f in 0..h.frames.len() {
-            columns.extend(problem.frame_columns(state, f));
-        }
-    }
+    columns.extend(problem.nuisance_columns(h, state));
     columns.par_iter_mut().for_each(|c| whitening.apply(problem, c));
     columns
 }
@@ -192,7 +204,7 @@ pub fn refit(problem: &Problem, start: &Hypothesis, free: &[usize], whitening: &
     let mut h = start.clone();
     let mut state = problem.evaluate(&h);
     let mut white = whitening.of(problem, &state.residual);
-    let mut cost = dot(&white, &white);
+    let mut cost = dot(&white, &white) + pulled(problem, &h, free).0;
     let mut lambda = 1e-4;
     let mut converged = false;
     let mut columns = tangent(problem, &h, &state, free, whitening);
@@ -202,7 +214,12 @@ pub fn refit(problem: &Problem, start: &Hypothesis, free: &[usize], whitening: &
             converged = true;
             break;
         }
-        let gradient = DVector::from_iterator(columns.len(), columns.iter().map(|c| dot(c, &white)));
+        let mut gradient = DVector::from_iterator(columns.len(), columns.iter().map(|c| dot(c, &white)));
+        let (_, pull, weights) = pulled(problem, &h, free);
+        for (k, (p, w)) in pull.iter().zip(&weights).enumerate() {
+            gradient[k] -= p;
+            normal[(k, k)] += w;
+        }
         let mut improved = None;
         for _ in 0..8 {
             let mut damped = normal.clone();
@@ -213,7 +230,7 @@ pub fn refit(problem: &Problem, start: &Hypothesis, free: &[usize], whitening: &
             let next = moved(problem, &h, free, step.as_slice());
             let next_state = problem.evaluate(&next);
             let next_white = whitening.of(problem, &next_state.residual);
-            let next_cost = dot(&next_white, &next_white);
+            let next_cost = dot(&next_white, &next_white) + pulled(problem, &next, free).0;
             if next_cost <= cost {
                 improved = Some((next, next_state, next_white, next_cost));
                 lambda = (lambda * 0.2).max(1e-9);
@@ -237,8 +254,28 @@ pub fn refit(problem: &Problem, start: &Hypothesis, free: &[usize], whitening: &
         columns = tangent(problem, &h, &state, free, whitening);
         normal = gram(&columns);
     }
+    normal = gram(&columns);
+    for (k, w) in pulled(problem, &h, free).2.iter().enumerate() {
+        normal[(k, k)] += w;
+    }
     let covariance = scaled_inverse(&normal, OPEN);
     Fit { hypothesis: h, state, free: free.to_vec(), cost, covariance, converged }
+}
+
+/// What the weak prior of a geometry adds: cost, gradient and weight of each value of the free effects.
+fn pulled(problem: &Problem, h: &Hypothesis, free: &[usize]) -> (f64, Vec<f64>, Vec<f64>) {
+    let (mut cost, mut pull, mut weights) = (0.0, Vec::new(), Vec::new());
+    for &i in free {
+        let effect = &h.effects[i].effect;
+        let held = problem.poses && geometry::is_geometry(effect.name());
+        for v in effect.values() {
+            let w = if held { 1.0 / (geometry::PRIOR * geometry::PRIOR) } else { 0.0 };
+            cost += w * v * v;
+            pull.push(w * v);
+            weights.push(w);
+        }
+    }
+    (cost, pull, weights)
 }
 
 /// The hypothesis with its free values moved by `step`, held inside their bounds.
@@ -255,11 +292,6 @@ fn moved(problem: &Problem, h: &Hypothesis, free: &[usize], step: &[f64]) -> Hyp
         }
         placed.effect = placed.effect.with_values(&values);
     }
-    if problem.frames_free {
-        for f in 0..next.frames.len() {
-            next.move_frame(f, &step[at..at + 6]);
-            at += 6;
-        }
-    }
+    next.move_nuisance(problem, &step[at..]);
     next
 }

@@ -18,8 +18,14 @@ use std::sync::{Arc, OnceLock};
 #[derive(Debug)]
 pub struct LogData {
     pub log: Log,
-    /// Commands that drive the gears.
+    /// What drives the gears: the commands, or the encoders of the axes that `driven` marks.
     pub drive: Drive,
+    /// The commands, where `drive` does not hold them.
+    pub commands: Option<Drive>,
+    /// Axes whose gear is driven by the encoder: servo effects lie before it and show there alone.
+    pub driven: Vec<bool>,
+    /// Axes whose encoder shows what the servo makes of the command.
+    pub motors: Vec<bool>,
     /// Frame (index into [`Hypothesis::frames`]) in which its points were measured.
     pub frame: usize,
     /// Rows averaged into one observation.
@@ -43,6 +49,16 @@ impl LogData {
         column.get(row).copied().flatten()
     }
 
+    /// The commands, which the servo follows.
+    pub fn command_drive(&self) -> &Drive {
+        self.commands.as_ref().unwrap_or(&self.drive)
+    }
+
+    /// Is the gear of an axis driven by its encoder?
+    pub fn is_driven(&self, axis: usize) -> bool {
+        self.driven.get(axis).copied().unwrap_or(false)
+    }
+
     /// Number of reflectors with columns.
     pub fn reflectors(&self) -> usize {
         if self.log.tcp_m.is_empty() { 0 } else { 1 + self.log.reflectors_m.len() }
@@ -60,6 +76,12 @@ pub struct Problem {
     pub n: usize,
     /// The frames are estimated; else they are given.
     pub frames_free: bool,
+    /// The places of the second and further reflectors in the flange are estimated.
+    pub points_free: bool,
+    /// All logs are settled poses with points: the geometry has a weak prior, for what the poses cannot tell.
+    pub poses: bool,
+    /// What a reader should know about the channels.
+    pub notes: Vec<String>,
 }
 
 /// What is supposed to be wrong with the machine, and where it stands.
@@ -69,6 +91,10 @@ pub struct Hypothesis {
     pub effects: Vec<Placed>,
     /// Base frame -> tracker frame, one per group of logs.
     pub frames: Vec<Isometry3<f64>>,
+    /// Where the second and further reflectors stand beside the robot file, flange frame, m.
+    pub points_m: Vec<Vector3<f64>>,
+    /// Zero of each joint sensor of each log, rad or m, in the order of their groups.
+    pub zeros: Vec<f64>,
 }
 
 /// Prediction for one log.
@@ -110,9 +136,14 @@ impl Problem {
 
     /// Evaluates a hypothesis.
     pub fn evaluate(&self, h: &Hypothesis) -> State {
-        let geometry = machine::geometry(&self.robot, &h.effects);
-        let logs: Vec<LogState> = self.logs.iter().map(|log| self.evaluate_log(h, &geometry, log)).collect();
+        let mut geometry = machine::geometry(&self.robot, &h.effects);
+        for (p, d) in geometry.reflectors_m.iter_mut().zip(&h.points_m) {
+            *p += d;
+        }
+        let logs: Vec<LogState> = (0..self.logs.len()).map(|l| self.evaluate_log(h, &geometry, l)).collect();
         let mut residual = vec![0.0; self.n];
+        let offset_s = parts::time_offset_s(&h.effects);
+        let mut zeros = h.zeros.iter().copied();
         for g in &self.groups {
             let (log, state) = (&self.logs[g.log], &logs[g.log]);
             match g.sensor {
@@ -124,23 +155,36 @@ impl Problem {
                         None => Vector3::zeros(),
                     });
                 }
-                Sensor::Motor(a) => g.add_numbers(&mut residual, |r| sensed(&log.log.enc, a, r) - state.servo[a][r]),
-                Sensor::Joint(a) => g.add_numbers(&mut residual, |r| sensed(&log.log.meas, a, r) - state.joint[a][r]),
+                Sensor::Motor(a) => {
+                    let zero = zeros.next().unwrap_or(0.0);
+                    g.add_numbers(&mut residual, |r| sensed(&log.log.enc, a, r) - state.servo[a][r] - zero);
+                }
+                Sensor::Joint(a) => {
+                    let zero = zeros.next().unwrap_or(0.0);
+                    let joint = parts::number_in_time(&log.drive, offset_s, &state.joint[a]);
+                    g.add_numbers(&mut residual, |r| sensed(&log.log.meas, a, r) - joint[r] - zero);
+                }
             }
         }
         State { logs, residual, geometry }
     }
 
-    fn evaluate_log(&self, h: &Hypothesis, geometry: &Robot, log: &LogData) -> LogState {
+    fn evaluate_log(&self, h: &Hypothesis, geometry: &Robot, l: usize) -> LogState {
         let dof = self.robot.dof();
+        let log = &self.logs[l];
         let on = |axis: usize| -> Vec<&Effect> {
             h.effects.iter().filter(|p| p.target == Target::Joint(axis)).map(|p| &p.effect).collect()
         };
-        let motors = self.groups_of(0).any(|g| matches!(g.sensor, Sensor::Motor(_)));
-        let servo: Vec<Vec<f64>> =
-            (0..dof).map(|a| if motors { log.drive.servo(a, &on(a), self.preload[a]) } else { Vec::new() }).collect();
-        let mut joint: Vec<Vec<f64>> =
-            (0..dof).into_par_iter().map(|a| log.drive.gear(a, &on(a), self.preload[a])).collect();
+        let servo: Vec<Vec<f64>> = (0..dof)
+            .map(|a| {
+                let seen = self.groups_of(l).any(|g| g.sensor == Sensor::Motor(a));
+                if seen { log.command_drive().servo(a, &on(a), self.preload[a]) } else { Vec::new() }
+            })
+            .collect();
+        let mut joint: Vec<Vec<f64>> = (0..dof)
+            .into_par_iter()
+            .map(|a| log.drive.gear(a, &behind_encoder(on(a), log.is_driven(a)), self.preload[a]))
+            .collect();
         for p in h.effects.iter().filter(|p| p.effect.stage() == Stage::Link) {
             if let Some(axis) = p.axis() {
                 parts::add_link(&log.drive, p, &mut joint[axis]);
@@ -237,16 +281,18 @@ impl Problem {
         let mut motor: Option<Vec<f64>> = None;
         if both(&[Stage::Servo, Stage::Gear]) {
             let (before, after) = (replaced(h, axis, &[], &[]), replaced(h, axis, from, to));
-            let (x, y) =
-                (log.drive.gear(axis, &before, self.preload[axis]), log.drive.gear(axis, &after, self.preload[axis]));
-            for ((c, x), y) in change.iter_mut().zip(&x).zip(&y) {
-                *c = (y - x) * per;
+            let preload = self.preload[axis];
+            let driven = log.is_driven(axis);
+            if !driven || both(&[Stage::Gear]) {
+                let gear = |list: &[&Effect]| log.drive.gear(axis, &behind_encoder(list.to_vec(), driven), preload);
+                let (x, y) = (gear(&before), gear(&after));
+                for ((c, x), y) in change.iter_mut().zip(&x).zip(&y) {
+                    *c = (y - x) * per;
+                }
             }
             if both(&[Stage::Servo]) && self.groups_of(l).any(|g| g.sensor == Sensor::Motor(axis)) {
-                let (x, y) = (
-                    log.drive.servo(axis, &before, self.preload[axis]),
-                    log.drive.servo(axis, &after, self.preload[axis]),
-                );
+                let commands = log.command_drive();
+                let (x, y) = (commands.servo(axis, &before, preload), commands.servo(axis, &after, preload));
                 motor = Some(x.iter().zip(&y).map(|(x, y)| (y - x) * per).collect());
             }
         }
@@ -325,8 +371,9 @@ impl Problem {
                         g.add_points(out, |r| (y[r] - x[r]) * per);
                     }
                     Sensor::Joint(a) => {
-                        let slope = machine::slopes(log.drive.t_s(), &s.joint[a]);
-                        g.add_numbers(out, |r| slope[r] * by * per);
+                        let x = &s.joint[a];
+                        let y = parts::number_in_time(&log.drive, by, x);
+                        g.add_numbers(out, |r| (y[r] - x[r]) * per);
                     }
                     Sensor::Motor(_) => {}
                 }
@@ -334,8 +381,44 @@ impl Problem {
         }
     }
 
+    /// Signatures of all nuisance: frames, places of the further reflectors, zeros of joint sensors.
+    pub fn nuisance_columns(&self, h: &Hypothesis, state: &State) -> Vec<Vec<f64>> {
+        let mut columns = Vec::new();
+        if self.frames_free {
+            for f in 0..h.frames.len() {
+                columns.extend(self.frame_columns(state, f));
+            }
+        }
+        if self.points_free {
+            for k in 0..h.points_m.len() {
+                columns.extend((0..3).map(|c| self.point_column(state, k, c)));
+            }
+        }
+        for g in self.groups.iter().filter(|g| g.dims == 1) {
+            let mut out = vec![0.0; self.n];
+            g.add_numbers(&mut out, |_| 1.0);
+            columns.push(out);
+        }
+        columns
+    }
+
+    /// Signature of a coordinate of a further reflector in the flange.
+    fn point_column(&self, state: &State, k: usize, c: usize) -> Vec<f64> {
+        let mut out = vec![0.0; self.n];
+        let place = state.geometry.reflectors_m[k];
+        let (here, there) = (state.geometry.chain_to(&place), state.geometry.chain_to(&(place + Vector3::ith(c, 1.0))));
+        for g in self.groups.iter().filter(|g| g.sensor == Sensor::Reflector(k + 1)) {
+            let joint = &state.logs[g.log].joint;
+            g.add_points(&mut out, |r| {
+                let q: Vec<f64> = joint.iter().map(|j| j[r]).collect();
+                there.position(&q) - here.position(&q)
+            });
+        }
+        out
+    }
+
     /// Signatures of a frame's three translations (m) and three rotations (rad), in the base frame.
-    pub fn frame_columns(&self, state: &State, frame: usize) -> Vec<Vec<f64>> {
+    fn frame_columns(&self, state: &State, frame: usize) -> Vec<Vec<f64>> {
         (0..6)
             .map(|k| {
                 let mut out = vec![0.0; self.n];
@@ -355,12 +438,43 @@ impl Problem {
 }
 
 impl Hypothesis {
-    /// Moves a frame by a small change found with [`Problem::frame_columns`].
-    pub fn move_frame(&mut self, frame: usize, change: &[f64]) {
+    /// Moves the nuisance by changes found with [`Problem::nuisance_columns`].
+    pub fn move_nuisance(&mut self, problem: &Problem, change: &[f64]) {
+        let mut change = change;
+        let mut take = |n: usize| {
+            let (head, rest) = change.split_at(n.min(change.len()));
+            change = rest;
+            head
+        };
+        if problem.frames_free {
+            for f in 0..self.frames.len() {
+                self.move_frame(f, take(6));
+            }
+        }
+        if problem.points_free {
+            for p in &mut self.points_m {
+                *p += Vector3::from_row_slice(take(3));
+            }
+        }
+        for z in &mut self.zeros {
+            *z += take(1)[0];
+        }
+    }
+
+    /// Moves a frame by a small change.
+    fn move_frame(&mut self, frame: usize, change: &[f64]) {
         let (t, w) = (Vector3::new(change[0], change[1], change[2]), Vector3::new(change[3], change[4], change[5]));
         let small = Isometry3::from_parts(Translation3::from(t), UnitQuaternion::from_scaled_axis(w));
         self.frames[frame] *= small;
     }
+}
+
+/// Effects behind the encoder, where that drives the gear.
+fn behind_encoder(mut effects: Vec<&Effect>, driven: bool) -> Vec<&Effect> {
+    if driven {
+        effects.retain(|e| e.stage() != Stage::Servo);
+    }
+    effects
 }
 
 fn derivatives(chain: &Chain, joint: &[Vec<f64>]) -> Vec<Vec<Vector3<f64>>> {

@@ -6,30 +6,40 @@
 //!
 //! Rooms, in the order of the work:
 //! - [`prepare`]: logs to a problem: observations, frames, samples that cannot be trusted; [`layout`] is their long vector.
+//! - [`sensors`]: what drives the gears where the log has encoders.
 //! - [`forward`]: the chain evaluated for a hypothesis; signatures of its parameters.
 //! - [`noise`]: white and coloured noise, whitening; [`fit`]: the refit of everything.
 //! - [`candidates`], [`spectrum`]: what may be missing; [`screen`]: what each would explain.
+//! - [`geometry`]: settled poses: the geometry as one group; [`direction`]: gaps beside the misfit of a real arm; `arm`: its rounds;
+//!   `precise`: joint sensors beside a misfit.
 //! - [`structure`]: the test without the catalogue.
+//! - [`across`]: what several logs agree about.
 //! - [`search`]: the rounds; [`story`]: the found effects told one by one, and on held-out parts.
 //! - [`synthetic`]: a problem of commands alone, for planning an experiment.
 //! - [`verdict`]: sets, remaining structure, blind spots; [`document`]: the result as it is written; [`display`]: for a
 //!   terminal; [`traces`]: for a page; [`words`]: for both.
 
+pub mod across;
+mod arm;
 pub mod candidates;
+pub mod direction;
 pub mod display;
 pub mod document;
 pub mod fit;
 pub mod forward;
+pub mod geometry;
 pub mod layout;
 pub mod noise;
+mod precise;
 pub mod prepare;
 pub mod screen;
 pub mod search;
+pub mod sensors;
 pub mod spectrum;
 pub mod story;
 pub mod structure;
-pub mod traces;
 pub mod synthetic;
+pub mod traces;
 pub mod verdict;
 pub mod words;
 
@@ -55,6 +65,9 @@ pub fn model_with(model: &Model, outcome: &Outcome) -> Model {
     found.effects = outcome.fit.hypothesis.effects.clone();
     if outcome.problem.groups.iter().any(|g| g.dims == 3) {
         found.registration = outcome.fit.hypothesis.frames.first().copied();
+        for (p, d) in found.robot.reflectors_m.iter_mut().zip(&outcome.fit.hypothesis.points_m) {
+            *p += d;
+        }
     }
     found
 }

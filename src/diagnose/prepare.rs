@@ -7,6 +7,7 @@
 
 use super::forward::{Hypothesis, LogData, Problem, State};
 use super::layout::{Group, Sensor};
+use super::sensors;
 use crate::error::{Error, Place, Result};
 use crate::log::{Log, registration};
 use crate::machine::Drive;
@@ -37,6 +38,9 @@ pub fn problem(model: &Model, logs: &[Log]) -> Result<(Problem, Hypothesis)> {
         .map(|log| thinned(model, log))
         .map(|log| LogData {
             drive: Drive::of_log(&model.robot, &log),
+            commands: None,
+            driven: Vec::new(),
+            motors: Vec::new(),
             frame: 0,
             block: if log.poses { 1 } else { log.len().div_ceil(MOST_BLOCKS).max(1) },
             left_out: Vec::new(),
@@ -51,12 +55,18 @@ pub fn problem(model: &Model, logs: &[Log]) -> Result<(Problem, Hypothesis)> {
         groups: Vec::new(),
         n: 0,
         frames_free: model.registration.is_none(),
+        points_free: false,
+        poses: false,
+        notes: Vec::new(),
     };
     if !problem.logs.iter().any(|l| l.reflectors() > 0) {
         problem.frames_free = false;
     }
+    problem.points_free = problem.frames_free && problem.logs.iter().all(|l| l.log.poses);
+    problem.poses = super::geometry::applies(&problem);
     group(&mut problem);
-    if problem.n == 0 {
+    let points = problem.logs.iter().any(|l| l.reflectors() > 0);
+    if problem.n == 0 && !encoders(&problem) {
         let name = logs_named(&problem);
         return Err(Error::bad(
             Place::file(name),
@@ -67,11 +77,40 @@ pub fn problem(model: &Model, logs: &[Log]) -> Result<(Problem, Hypothesis)> {
     let mut h = Hypothesis {
         effects: model.effects.clone(),
         frames: vec![model.registration.unwrap_or_else(Isometry3::identity)],
+        points_m: if points { vec![Vector3::zeros(); problem.robot.reflectors_m.len()] } else { Vec::new() },
+        zeros: zeros(&problem),
     };
     if problem.frames_free {
         h.frames[0] = register(&problem, &h)?;
     }
+    sensors::choose(&mut problem, &h);
+    group(&mut problem);
+    if problem.n == 0 {
+        return Err(Error::bad(
+            Place::file(logs_named(&problem)),
+            format!("encoders alone, and {}", problem.notes.join("; ")),
+            "x_mm, y_mm, z_mm, or meas_<joint>",
+        ));
+    }
+    h.zeros = zeros(&problem);
+    if problem.frames_free && problem.logs.iter().any(|l| l.driven.contains(&true)) {
+        h.frames[0] = register(&problem, &h)?;
+    }
+    if problem.groups.iter().any(|g| matches!(g.sensor, Sensor::Joint(_))) {
+        problem.notes.push(
+            "each joint sensor has a zero of its own, which is fitted per log: a joint_zero_offset cannot be told from it".into(),
+        );
+    }
     Ok((problem, h))
+}
+
+fn encoders(problem: &Problem) -> bool {
+    problem.logs.iter().any(|l| l.log.enc.iter().any(Option::is_some))
+}
+
+/// A zero for every joint sensor of every log.
+fn zeros(problem: &Problem) -> Vec<f64> {
+    vec![0.0; problem.groups.iter().filter(|g| g.dims == 1).count()]
 }
 
 /// A log of at most [`MOST_ROWS`] rows: of each run of rows the middle one, its measurement replaced by the prediction of
@@ -176,6 +215,11 @@ pub fn group(problem: &mut Problem) {
         let rows = |there: &dyn Fn(usize) -> bool| (0..log.log.len()).filter(|&r| there(r)).map(|r| r as u32).collect();
         for k in 0..log.reflectors() {
             add(Sensor::Reflector(k), rows(&|r| log.measured(k, r).is_some()));
+        }
+        for (a, column) in log.log.enc.iter().enumerate() {
+            if let (Some(c), true) = (column, log.motors.get(a).copied().unwrap_or(false)) {
+                add(Sensor::Motor(a), rows(&|r| c[r].is_some()));
+            }
         }
         for (a, column) in log.log.meas.iter().enumerate() {
             if let Some(c) = column {
@@ -285,6 +329,13 @@ fn leave_out(problem: &mut Problem, found: &[(usize, usize, usize)]) {
     if !found.is_empty() {
         group(problem);
     }
+}
+
+/// Leaves out all reflectors of poses `(log, row)`.
+pub fn leave_poses_out(problem: &mut Problem, poses: &[(usize, usize)]) {
+    let found: Vec<(usize, usize, usize)> =
+        poses.iter().flat_map(|&(l, row)| (0..problem.logs[l].reflectors()).map(move |k| (l, k, row))).collect();
+    leave_out(problem, &found);
 }
 
 /// Finds settled poses that a fit leaves far off and leaves them out; says how many.

@@ -10,8 +10,8 @@ use super::fit::{self, Fit, Whitening};
 use super::forward::{Hypothesis, Problem};
 use super::screen::{Ground, Score};
 use super::structure::{self, Bundle, Ratio, Tested};
-use super::{prepare, spectrum, verdict};
-use crate::effect::Placed;
+use super::{across, arm, direction, geometry, precise, prepare, spectrum, verdict};
+use crate::effect::{Effect, Placed};
 use crate::stats::fisher;
 use rayon::prelude::*;
 
@@ -77,6 +77,10 @@ pub struct Outcome {
     /// Number of known effects: the first of the hypothesis.
     pub known: usize,
     pub whitening: Whitening,
+    /// The geometry of a real arm, found as one: the first of the free effects.
+    pub group: Option<geometry::Group>,
+    /// What a reader should know about the channels, and about what was not named.
+    pub notes: Vec<String>,
     /// Rivals of each found effect, with the found one among them, best first.
     pub rivals: Vec<Vec<Refined>>,
     pub structure: Tested,
@@ -104,12 +108,14 @@ pub fn rms(problem: &Problem, residual: &[f64]) -> f64 {
     (sum / n.max(1) as f64).sqrt()
 }
 
-struct Search<'a> {
-    problem: &'a Problem,
-    candidates: &'a [Candidate],
-    known: usize,
-    price: f64,
+pub(super) struct Search<'a> {
+    pub(super) problem: &'a Problem,
+    pub(super) candidates: &'a [Candidate],
+    pub(super) known: usize,
+    pub(super) price: f64,
     tried: f64,
+    /// Effects that may be tried; all where `None`.
+    pub(super) only: Option<fn(&str) -> bool>,
 }
 
 /// Runs the rounds from a hypothesis of known effects.
@@ -136,7 +142,13 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         Whitening::new(problem, noise)
     };
     let mut fit = fit::refit(&problem, &h, &[], &white(&problem, &h));
-    outliers += prepare::poses_without_outliers(&mut problem, &fit.state);
+    let poses = geometry::applies(&problem);
+    outliers += if poses {
+        let noise = |p: &Problem, f: &Fit| Whitening::of_residual(p, &f.state.residual, 0).0;
+        geometry::drop_gross(&mut problem, &fit.hypothesis, &noise)
+    } else {
+        prepare::poses_without_outliers(&mut problem, &fit.state)
+    };
     h = fit.hypothesis.clone();
     fit = fit::refit(&problem, &h, &[], &white(&problem, &h));
     let candidates = candidates::all(&problem);
@@ -155,18 +167,28 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     let state_nuisance = fit.state.clone();
     let price = (problem.n as f64).ln().min(8.0);
     let mut search =
-        Search { problem: &problem, candidates: &candidates, known, price, tried: candidates.len() as f64 };
+        Search { problem: &problem, candidates: &candidates, known, price, tried: candidates.len() as f64, only: None };
     let mut steps: Vec<Step> = Vec::new();
-    while fit.free.len() < MOST_EFFECTS {
+    let mut notes = problem.notes.clone();
+    let mut group = None;
+    let mut gaps: Vec<direction::Term> = Vec::new();
+    if poses && let Some((found, next)) = search.geometry(&fit, &whitening) {
+        steps.extend(search.steps_of(&fit, &next, &found));
+        group = Some(found);
+        fit = search.arm(next, &mut whitening, &mut steps, &mut gaps, &mut notes);
+    }
+    while group.is_none() && fit.free.len() < MOST_EFFECTS {
         let Some((step, next)) = search.round(&fit, &whitening) else { break };
         steps.push(step);
         fit = search.settle(next, &whitening, &mut steps);
-        whitening = Whitening::of_residual(&problem, &fit.state.residual, fit.parameters()).0;
+        whitening = precise::noise_left(&problem, &fit, &whitening, &bundles);
         fit = fit::refit(&problem, &fit.hypothesis, &fit.free, &whitening);
     }
     let mut structure = tested(&problem, &fit, &bundles);
-    let mut remains = verdict::remaining(&problem, &structure, &free, &fit, rms_nuisance);
+    let mut remains =
+        if group.is_some() { None } else { verdict::remaining(&problem, &structure, &free, &fit, rms_nuisance) };
     if remains.is_none()
+        && group.is_none()
         && let Some(simpler) = search.merge(&fit, &whitening, &mut steps)
     {
         fit = simpler;
@@ -182,8 +204,23 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         fit = search.without_substitutes(fit, r, &whitening, &mut steps);
     }
     // the noise of what is left: that of the freed residual is a little too quiet for a test
-    whitening = Whitening::of_residual(&problem, &fit.state.residual, fit.parameters()).0;
-    let rivals = (0..fit.free.len()).map(|k| search.rivals(&fit, k, &whitening)).collect();
+    whitening = precise::noise_left(&problem, &fit, &whitening, &bundles);
+    if problem.groups.iter().all(|g| g.dims == 1) {
+        fit = precise::beside_structure(&problem, &fit, &whitening, &bundles);
+    }
+    let in_group = group.as_ref().map_or(0, |g: &geometry::Group| g.count);
+    let rivals = (0..fit.free.len())
+        .map(|k| {
+            if k < in_group {
+                return vec![geometry::own_rival(&problem, &fit, k)];
+            }
+            search.only = group.as_ref().map(|_| arm::is_gravity as fn(&str) -> bool);
+            match &fit.hypothesis.effects[fit.free[k]].effect {
+                Effect::Backlash(_) if group.is_some() => direction::gap_rivals(&problem, &fit, &gaps),
+                _ => search.rivals(&fit, k, &whitening),
+            }
+        })
+        .collect();
     let tangent = fit::tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     let ground = Ground::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
     let last = ground.score_all(&candidates);
@@ -193,6 +230,8 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         fit,
         known,
         whitening,
+        group,
+        notes,
         rivals,
         structure,
         remains,
@@ -214,7 +253,7 @@ fn tested(problem: &Problem, fit: &Fit, bundles: &[Bundle]) -> Tested {
 }
 
 /// Noise of the residual freed of the whole catalogue-free basis, in two turns.
-fn first_noise(problem: &Problem, fit: &Fit, white: &Whitening, bundles: &[Bundle]) -> (Whitening, Tested) {
+pub(super) fn first_noise(problem: &Problem, fit: &Fit, white: &Whitening, bundles: &[Bundle]) -> (Whitening, Tested) {
     let mut whitening = white.clone();
     let mut turn = 0;
     loop {
@@ -231,17 +270,18 @@ fn first_noise(problem: &Problem, fit: &Fit, white: &Whitening, bundles: &[Bundl
 
 impl Search<'_> {
     /// Screens and refines; the refined candidates, best first.
-    fn refine(&mut self, base: &Fit, whitening: &Whitening, also: Option<&[Placed]>) -> Vec<Refined> {
+    pub(super) fn refine(&mut self, base: &Fit, whitening: &Whitening, also: Option<&[Placed]>) -> Vec<Refined> {
         let p = self.problem;
         let tangent = fit::tangent(p, &base.hypothesis, &base.state, &base.free, whitening);
         let ground = Ground::new(p, &base.hypothesis, &base.state, whitening, tangent);
-        let spectral = ground.spectral();
+        let spectral = if self.only.is_some() { Vec::new() } else { ground.spectral() };
         self.tried = self.candidates.len() as f64 + spectrum::tried(&ground);
         let mut scored: Vec<(Score, &Candidate)> =
             ground.score_all(self.candidates).into_iter().zip(self.candidates).collect();
         let more: Vec<Score> = ground.score_all(&spectral);
         scored.extend(more.into_iter().zip(&spectral));
-        scored.retain(|(s, _)| s.gain > 0.0);
+        let only = self.only;
+        scored.retain(|(s, c)| s.gain > 0.0 && only.is_none_or(|f| f(c.effect)));
         let merit = |s: &Score, c: &Candidate| s.gain - self.price * c.parameters() as f64;
         scored.sort_by(|(a, ca), (b, cb)| merit(b, cb).total_cmp(&merit(a, ca)));
         // of every effect on every target the best shape; of gaps over position the best number of knots
@@ -282,6 +322,7 @@ impl Search<'_> {
             })
             .collect();
         refined.sort_by(|a, b| b.merit(self.price).total_cmp(&a.merit(self.price)));
+        refined.retain(|r| precise::determined(p, r) && across::agrees(p, r, whitening));
         let mut seen: Vec<(&str, String)> = Vec::new();
         refined.retain(|r| {
             let key = (r.effect, r.target.clone());
@@ -293,7 +334,7 @@ impl Search<'_> {
     }
 
     /// Chance that the best of all that was tried gains this much.
-    fn chance(&self, gain: f64, parameters: usize) -> f64 {
+    pub(super) fn chance(&self, gain: f64, parameters: usize) -> f64 {
         let n = self.problem.n as f64;
         let d = parameters as f64;
         (self.tried * fisher::tail(gain / d, d, n)).min(1.0)
@@ -309,7 +350,7 @@ impl Search<'_> {
         with - without > LEAST_GAIN + r.parameters as f64
     }
 
-    fn round(&mut self, fit: &Fit, whitening: &Whitening) -> Option<(Step, Fit)> {
+    pub(super) fn round(&mut self, fit: &Fit, whitening: &Whitening) -> Option<(Step, Fit)> {
         let refined = self.refine(fit, whitening, None);
         let best = refined.iter().find(|r| self.believed(fit, r))?.clone();
         let p = self.problem;
@@ -463,7 +504,15 @@ impl Search<'_> {
     fn rivals(&mut self, fit: &Fit, k: usize, whitening: &Whitening) -> Vec<Refined> {
         let (_, base) = self.without(fit, k, whitening);
         let old = fit.hypothesis.effects[fit.free[k]].clone();
-        self.refine(&base, whitening, Some(std::slice::from_ref(&old)))
+        let mut rivals = self.refine(&base, whitening, Some(std::slice::from_ref(&old)));
+        if old.effect.name() == "time_offset"
+            && let Some(own) = rivals.iter().find(|r| r.effect == "time_offset")
+            && let Some(lag) = across::common_lag(self.problem, &base, whitening, &own.placed[0], own.gain)
+        {
+            rivals.push(lag);
+            rivals.sort_by(|a, b| b.merit(self.price).total_cmp(&a.merit(self.price)));
+        }
+        rivals
     }
 }
 

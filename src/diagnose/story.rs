@@ -33,7 +33,7 @@ pub fn chapters(problem: &Problem, last: &Fit, known: usize, order: &[usize], wh
         .map(|count| {
             let mut effects = all[..known].to_vec();
             effects.extend(order[..count].iter().map(|&i| all[i].clone()));
-            let h = Hypothesis { effects, frames: last.hypothesis.frames.clone() };
+            let h = Hypothesis { effects, ..last.hypothesis.clone() };
             let free: Vec<usize> = (known..known + count).collect();
             let fit = fit::refit(problem, &h, &free, whitening);
             Chapter { rms: rms(problem, &fit.state.residual), held_out: held_out(problem, &fit, whitening), fit }
@@ -59,11 +59,7 @@ fn folds(problem: &Problem) -> Vec<usize> {
 fn held_out(problem: &Problem, fit: &Fit, whitening: &Whitening) -> f64 {
     let mut raw: Vec<Vec<f64>> =
         fit.free.iter().flat_map(|&i| fit::effect_columns(problem, &fit.hypothesis, &fit.state, i)).collect();
-    if problem.frames_free {
-        for f in 0..fit.hypothesis.frames.len() {
-            raw.extend(problem.frame_columns(&fit.state, f));
-        }
-    }
+    raw.extend(problem.nuisance_columns(&fit.hypothesis, &fit.state));
     let fold = folds(problem);
     let white = whitening.of(problem, &fit.state.residual);
     let columns: Vec<Vec<f64>> = raw.iter().map(|c| whitening.of(problem, c)).collect();

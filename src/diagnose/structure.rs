@@ -123,8 +123,11 @@ fn joint_bundles(problem: &Problem, state: &State, axis: usize, splines: usize, 
         }
         out
     };
-    let tracks: Vec<Track> =
-        problem.logs.iter().map(|l| Track::new(l.drive.t_s(), l.drive.command(axis), 1e-9)).collect();
+    let tracks: Vec<Track> = problem
+        .logs
+        .iter()
+        .map(|l| Track::new(l.drive.t_s(), l.drive.command(axis), l.drive.quiet(axis).max(1e-9)))
+        .collect();
     let spline = |n: usize, k: usize, dir: bool| {
         let tables: Vec<Vec<f64>> = tracks
             .iter()

@@ -12,6 +12,7 @@ use crate::log::Log;
 use crate::machine::Drive;
 use crate::model::Model;
 use nalgebra::{Isometry3, Vector3};
+use std::sync::OnceLock;
 
 /// Rows beyond which a log is averaged over blocks, as it is for a diagnosis.
 const MOST_ROWS: usize = 12_000;
@@ -49,7 +50,17 @@ pub fn problem(model: &Model, runs: Vec<Run>, channels: Channels) -> (Problem, H
         .map(|(k, run)| {
             let log = log_of(run, k, robot.reflectors_m.len(), channels);
             let block = log.len().div_ceil(MOST_ROWS).max(1);
-            LogData { drive: Drive::of_log(robot, &log), frame: 0, block, left_out: Vec::new(), log }
+            LogData {
+                drive: Drive::of_log(robot, &log),
+                commands: None,
+                driven: Vec::new(),
+                motors: vec![channels.motors; robot.dof()],
+                frame: 0,
+                block,
+                left_out: Vec::new(),
+                jacobian: OnceLock::new(),
+                log,
+            }
         })
         .collect();
     let mut groups: Vec<Group> = Vec::new();
@@ -77,9 +88,15 @@ pub fn problem(model: &Model, runs: Vec<Run>, channels: Channels) -> (Problem, H
         groups,
         n: offset,
         frames_free: model.registration.is_none() && !channels.frame,
+        points_free: false,
+        poses: false,
+        notes: Vec::new(),
     };
+    // what only joints measure has a zero of its own
+    let zeros = vec![0.0; problem.groups.iter().filter(|g| g.dims == 1).count()];
+    let points_m = vec![Vector3::zeros(); robot.reflectors_m.len()];
     let frames = vec![model.registration.unwrap_or_else(Isometry3::identity)];
-    (problem, Hypothesis { effects: model.effects.clone(), frames })
+    (problem, Hypothesis { effects: model.effects.clone(), frames, points_m, zeros })
 }
 
 fn log_of(run: Run, number: usize, reflectors: usize, channels: Channels) -> Log {

@@ -51,6 +51,8 @@ struct Axis {
     dir: Vec<i8>,
     turns: Vec<Turn>,
     rev: f64,
+    /// Movement that is none, rad or m.
+    quiet: f64,
     /// TCP speed at own samples, once somebody asks.
     speed: OnceLock<Vec<f64>>,
 }
@@ -85,6 +87,13 @@ impl Drive {
         drive
     }
 
+    /// The rows of a log with other columns (rad or m) in the place of its commands, of which a movement of at most `quiet[axis]`
+    /// is noise.
+    pub fn of_log_by(robot: &Robot, log: &Log, columns: Vec<Vec<f64>>, quiet: &[f64]) -> Self {
+        let payload = log.payload_kg.as_ref().map(|p| carried(p));
+        Self::of_sensors(robot, log.t_s.clone(), columns, payload, log.poses, quiet)
+    }
+
     /// Rows given by their columns: times (s, strictly rising; of settled poses any), commands `cmd[axis][row]` (rad or m).
     pub fn of_columns(
         robot: &Robot,
@@ -93,6 +102,20 @@ impl Drive {
         payload_kg: Option<Vec<f64>>,
         settled_poses: bool,
     ) -> Self {
+        let quiet: Vec<f64> = (0..cmd.len()).map(|axis| deadband(robot, axis)).collect();
+        Self::of_sensors(robot, t_s, cmd, payload_kg, settled_poses, &quiet)
+    }
+
+    /// The same for columns that were measured: a movement of at most `quiet[axis]` (rad or m) is their noise and no reversal.
+    pub fn of_sensors(
+        robot: &Robot,
+        t_s: Vec<f64>,
+        cmd: Vec<Vec<f64>>,
+        payload_kg: Option<Vec<f64>>,
+        settled_poses: bool,
+        quiet: &[f64],
+    ) -> Self {
+        let deadband = |axis: usize| quiet.get(axis).copied().unwrap_or(0.0).max(deadband(robot, axis));
         let rows = cmd.first().map_or(0, Vec::len);
         let spaced_s: Vec<f64> =
             if settled_poses { (0..rows).map(|i| i as f64 * SETTLED_S).collect() } else { Vec::new() };
@@ -104,14 +127,14 @@ impl Drive {
                 let found = if settled_poses || at_rest(p) {
                     Vec::new()
                 } else {
-                    turns::between_rows(times, p, deadband(robot, axis))
+                    turns::between_rows(times, p, deadband(axis))
                 };
                 let samples = match found.is_empty() {
                     _ if at_rest(p) => Samples::Rest,
                     true => Samples::Rows,
                     false => with_turning_points(times, p, found),
                 };
-                Axis::new(robot, axis, samples, times, p)
+                Axis::new(robot, axis, samples, times, p, deadband(axis))
             })
             .collect();
         let between = if settled_poses { Between::Settled } else { Between::Smooth };
@@ -141,7 +164,7 @@ impl Drive {
                 let p = grid.interpolate(t_s, &program.q[axis]);
                 let rows: Vec<f64> = grid.keep.iter().map(|&i| p[i as usize]).collect();
                 let samples = if at_rest(&p) { Samples::Rest } else { Samples::Grid { p } };
-                (Axis::new(robot, axis, samples, &grid.t_s, &rows), rows)
+                (Axis::new(robot, axis, samples, &grid.t_s, &rows, deadband(robot, axis)), rows)
             })
             .unzip();
         let times = grid.keep.iter().map(|&i| grid.t_s[i as usize]).collect();
@@ -194,6 +217,11 @@ impl Drive {
         for (v, column) in q.iter_mut().zip(&self.cmd) {
             *v = column[row];
         }
+    }
+
+    /// Movement of an axis that is none, rad or m.
+    pub fn quiet(&self, axis: usize) -> f64 {
+        self.axes[axis].quiet
     }
 
     /// The axis stands still over all rows.
@@ -434,13 +462,12 @@ fn pick(mut signal: Vec<f64>, rows: Option<&[u32]>) -> Vec<f64> {
 }
 
 impl Axis {
-    fn new(robot: &Robot, axis: usize, samples: Samples, times: &[f64], rows: &[f64]) -> Self {
+    fn new(robot: &Robot, axis: usize, samples: Samples, times: &[f64], rows: &[f64], quiet: f64) -> Self {
         let joint = robot.axis(axis);
         let rev = match joint.kind {
             JointKind::Revolute => std::f64::consts::TAU,
             JointKind::Prismatic => joint.lead_m_per_rev.unwrap_or(1.0),
         };
-        let quiet = deadband(robot, axis);
         let track = match &samples {
             Samples::Rest => Track::new(&times[..times.len().min(1)], &rows[..rows.len().min(1)], quiet),
             Samples::Rows => Track::new(times, rows, quiet),
@@ -448,7 +475,7 @@ impl Axis {
             Samples::Own { t_s, p, .. } => Track::new(t_s, p, quiet),
         };
         let (dir, turns) = (track.dir.into_owned(), track.turns.into_owned());
-        Self { samples, dir, turns, rev, speed: OnceLock::new() }
+        Self { samples, dir, turns, rev, quiet, speed: OnceLock::new() }
     }
 }
 

@@ -54,6 +54,16 @@ pub fn shift_in_time(drive: &Drive, offset_s: f64, points: &mut Vec<Vector3<f64>
     points.extend(t_s.iter().map(|t| at_time(t_s, &old, t + offset_s)));
 }
 
+/// A number per row as it is `offset_s` later. Settled poses stay.
+pub fn number_in_time<'a>(drive: &Drive, offset_s: f64, values: &'a [f64]) -> std::borrow::Cow<'a, [f64]> {
+    if offset_s == 0.0 || drive.settled() || values.len() < 2 {
+        return values.into();
+    }
+    let t_s = drive.t_s();
+    let points: Vec<Vector3<f64>> = values.iter().map(|v| Vector3::new(*v, 0.0, 0.0)).collect();
+    t_s.iter().map(|t| at_time(t_s, &points, t + offset_s).x).collect::<Vec<f64>>().into()
+}
+
 /// Derivative of a series at each of its times: the slope of the parabola through a sample and its neighbours.
 pub fn slopes(t_s: &[f64], values: &[f64]) -> Vec<f64> {
     let n = values.len();

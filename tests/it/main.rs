@@ -8,6 +8,7 @@ mod catalogue;
 mod catalogue_docs;
 mod diagnose_cli;
 mod diagnose_page;
+mod diagnose_sensors;
 mod fit;
 mod gaps_file;
 mod identify_path;

@@ -38,7 +38,6 @@ fn has(doc: &Value, effects: &[&str]) -> bool {
 }
 
 #[test]
-#[ignore = "diagnose"]
 fn two_encoders_show_a_delay_first_then_a_cyclic_error_and_no_gap() {
     let both = ["trajectory_A.csv", "trajectory_B.csv"];
     for files in [&both[..], &both[..1], &both[1..]] {
@@ -63,7 +62,6 @@ fn two_encoders_show_a_delay_first_then_a_cyclic_error_and_no_gap() {
 }
 
 #[test]
-#[ignore = "diagnose"]
 fn tracker_poses_of_an_arm_show_geometry_then_gravity_then_a_gap_of_a4() {
     let Some(doc) = diagnose("abb-irb120-laser-tracker", "map-read.yaml", &["poses_0000_0599.csv"]) else { return };
     let index = |effects: &[&str]| rounds(&doc).iter().position(|r| is(r, effects));
@@ -87,7 +85,6 @@ fn tracker_poses_of_an_arm_show_geometry_then_gravity_then_a_gap_of_a4() {
 }
 
 #[test]
-#[ignore = "diagnose"]
 fn a_harmonic_drive_arm_shows_geometry_and_compliance_and_no_gap() {
     for (file, dh_um, compliance) in [
         ("Series_A_measurements_grid_rows_00001_04000.csv", 440.0, true),
@@ -105,7 +102,6 @@ fn a_harmonic_drive_arm_shows_geometry_and_compliance_and_no_gap() {
 }
 
 #[test]
-#[ignore = "diagnose"]
 fn a_stiff_arm_shows_geometry_and_no_gap() {
     let Some(doc) = diagnose("motoman-dual-arm-leica", "map.yaml", &["right_arm_216_poses.csv"]) else { return };
     assert!(has(&doc, GEOMETRY) && !has(&doc, GAPS), "{doc}");
