@@ -431,7 +431,7 @@ impl Search<'_> {
         let p = self.problem;
         let stands = |k: usize| {
             let placed = &fit.hypothesis.effects[fit.free[k]];
-            let related = structure.axis.is_none() || placed.axis().is_none() || placed.axis() == structure.axis;
+            let related = placed.axis().is_none() || placed.axis() == structure.axis;
             let needed = if related { FAR } else { ELSEWHERE };
             let gain = self.without(&fit, k, whitening).0.cost - fit.cost;
             gain > needed * (structure.gain - structure.dof as f64)
