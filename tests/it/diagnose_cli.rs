@@ -106,10 +106,11 @@ fn simulate_runs_the_written_model() {
     simulate.arg("simulate").arg("--model").arg(&BACKLASH_RUN.model);
     simulate.args(["--input", &format!("{BACKLASH}/train.csv.gz"), "--output"]).arg(&out).assert().success();
     let points = |text: &str| -> Vec<[f64; 3]> {
-        let names: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+        let mut lines = text.lines().filter(|l| !l.starts_with('#'));
+        let names: Vec<&str> = lines.next().unwrap().split(',').collect();
         let at = ["x_mm", "y_mm", "z_mm"].map(|n| names.iter().position(|c| *c == n).unwrap());
         let cell = |row: &str, k: usize| row.split(',').nth(at[k]).and_then(|c| c.parse().ok()).unwrap_or(f64::NAN);
-        text.lines().skip(1).map(|row| [0, 1, 2].map(|k| cell(row, k))).collect()
+        lines.map(|row| [0, 1, 2].map(|k| cell(row, k))).collect()
     };
     let (measured, predicted) = (points(&log_text(BACKLASH)), points(&std::fs::read_to_string(out).unwrap()));
     assert_eq!(measured.len(), predicted.len());
@@ -146,6 +147,7 @@ fn the_story_fits_a_terminal_and_says_gap_effect_size_and_gap() {
     assert!(story.contains(" -> backlash J1 -> 8.") && story.contains("half gap 0.0027"), "{story}");
     assert!(story.contains("Missing: backlash J1. What remains is noise."), "{story}");
     assert!(story.contains("backlash J1: take the gap up"), "{story}");
+    assert!(story.contains("Blind to: lost motion and lag of resting J4, J5, J6;"), "{story}");
 }
 
 #[test]

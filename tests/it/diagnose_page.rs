@@ -66,8 +66,8 @@ fn a_named_effect_has_its_verdict_its_action_and_all_drawings() {
     );
     assert_eq!(drawings(html, "gap at the TCP in µm over time"), 1);
     assert_eq!(drawings(html, "Path in space"), 2);
-    // J1 without what was found on it and with it, five others
-    assert_eq!(drawings(html, "Error of joint"), 7);
+    // J1 without what was found on it and with it, two others; three joints rest
+    assert_eq!(drawings(html, "Error of joint"), 4);
     assert!(html.contains("not visible at any size"), "the frame is free: a zero offset of J1 is a turned frame");
 }
 

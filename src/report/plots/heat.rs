@@ -125,7 +125,7 @@ impl Colours {
         html! {
             div.heat-key {
                 span { (quantity) ", " (unit) }
-                svg viewBox="0 0 300 30" role="img" aria-label=(format!("{quantity}: dark is little, yellow is {} {unit} and more", significant(self.top))) {
+                svg viewBox="-12 0 312 30" role="img" aria-label=(format!("{quantity}: dark is little, yellow is {} {unit} and more", significant(self.top))) {
                     @for k in 0..LEVELS {
                         rect x=(px(10.0 + WIDTH / LEVELS as f64 * k as f64)) y="0" width=(px(WIDTH / LEVELS as f64 + 0.4)) height="11" style=(format!("fill:{}", Self::hex(k))) {}
                     }
