@@ -132,18 +132,19 @@ fn joint(problem: &Problem, axis: usize, list: &mut Vec<Candidate>) {
         let effect = |x: f64| Effect::GravityCompliance(GravityCompliance { compliance: x });
         list.push(one(problem, target, effect(1e-8), 1e-8, true, 0, effect));
     }
-    let travel = problem.logs.iter().map(|l| l.log.travel(axis)).fold(0.0, f64::max);
-    if travel < 1e-4 * unit.max(1e-2) {
-        return;
-    }
-    let scale = |x: f64| Effect::EncoderScale(EncoderScale { scale: x });
-    list.push(one(problem, target, scale(1e-6), 1e-6, false, 0, scale));
+    // a joint at rest may still be moved by another one
     for from in (0..problem.robot.dof()).filter(|&f| f != axis && problem.robot.axis(f).kind == joint.kind) {
         if problem.logs.iter().any(|l| l.log.travel(from) > 1e-3 * unit) {
             let effect = |x: f64| Effect::AxisCoupling(AxisCoupling { ratio: x });
             list.push(one(problem, Target::Coupled { to: axis, from }, effect(1e-6), 1e-6, false, 0, effect));
         }
     }
+    let travel = problem.logs.iter().map(|l| l.log.travel(axis)).fold(0.0, f64::max);
+    if travel < 1e-4 * unit.max(1e-2) {
+        return;
+    }
+    let scale = |x: f64| Effect::EncoderScale(EncoderScale { scale: x });
+    list.push(one(problem, target, scale(1e-6), 1e-6, false, 0, scale));
     gaps(problem, axis, list);
     if let Some((step, length)) = clock(problem) {
         let lag = |x: f64| Effect::ServoLag(ServoLag { lag_s: x });

@@ -254,7 +254,7 @@ impl Problem {
         };
         for (l, log) in self.logs.iter().enumerate() {
             for &axis in &axes {
-                self.joint_difference(h, state, l, axis, (from, to), per, &mut out);
+                self.joint_difference(h, state, (l, axis), (from, to), per, &mut out);
             }
             self.tcp_difference(state, l, log, (from, to), per, &mut out);
         }
@@ -265,8 +265,7 @@ impl Problem {
         &self,
         h: &Hypothesis,
         state: &State,
-        l: usize,
-        axis: usize,
+        (l, axis): (usize, usize),
         (from, to): (&[Placed], &[Placed]),
         per: f64,
         out: &mut [f64],
