@@ -83,7 +83,11 @@ pub fn run(args: Args) -> Result<()> {
     let inputs = [("--model", Some(args.model.as_path())), ("--diagnosis", args.diagnosis.as_deref())];
     paths::refuse_shared(&inputs, &[("--output", args.output.as_deref())])?;
     if args.json && args.output.as_deref() == Some(Path::new("-")) {
-        return Err(Error::bad(Place::file("--output"), "`-` with --json", "a file: standard output holds the document"));
+        return Err(Error::bad(
+            Place::file("--output"),
+            "`-` with --json",
+            "a file: standard output holds the document",
+        ));
     }
     if args.duration_s * args.rate_hz.max(25.0) > MOST_ROWS {
         let found = format!("{} s at {} Hz", args.duration_s, args.rate_hz);
@@ -187,10 +191,12 @@ fn noise_of(text: &str) -> Option<Noise> {
 fn pose(text: &str, model: &Model) -> Result<Vec<f64>> {
     let robot = &model.robot;
     let bad = |found: String| {
-        let expected = format!("{} numbers within the joints' ranges, deg or mm: {}", robot.dof(), robot.axis_names().join(","));
+        let expected =
+            format!("{} numbers within the joints' ranges, deg or mm: {}", robot.dof(), robot.axis_names().join(","));
         Error::bad(Place::file("--pose"), found, expected)
     };
-    let values: Option<Vec<f64>> = text.split(',').map(|v| v.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
+    let values: Option<Vec<f64>> =
+        text.split(',').map(|v| v.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
     let values = values.filter(|v| v.len() == robot.dof()).ok_or_else(|| bad(format!("`{text}`")))?;
     let mut q = Vec::with_capacity(values.len());
     for (joint, v) in robot.axis_joints().zip(values) {

@@ -88,14 +88,20 @@ pub fn sentence(plan: &Plan) -> String {
     let motion = best.map_or("", |b| b.motion.as_str());
     let evidence = best.and_then(|b| b.evidence.as_ref());
     let expected = evidence.map_or(String::new(), |e| {
-        format!("expected 2 ln L {}, named alone in {:.1} % of logs", short(e.expected_2lnl), 100.0 * e.probability_named)
+        format!(
+            "expected 2 ln L {}, named alone in {:.1} % of logs",
+            short(e.expected_2lnl),
+            100.0 * e.probability_named
+        )
     });
     match plan.verdict {
         Verdict::Separable => format!("Run \"{motion}\": {expected}."),
         Verdict::Weak => format!("Run \"{motion}\", but it may not decide: {expected}."),
         Verdict::NeedsChannel => {
             let channel = plan.needs_channel.as_deref().unwrap_or_default();
-            format!("No motion separates them by the TCP alone. Run \"{motion}\" with {channel} in the log: {expected}.")
+            format!(
+                "No motion separates them by the TCP alone. Run \"{motion}\" with {channel} in the log: {expected}."
+            )
         }
         Verdict::Inseparable => "No motion separates them, with no channel that a log can hold. No program.".into(),
         Verdict::Observable => format!("Run \"{motion}\": every effect that can be seen is seen at its typical size."),

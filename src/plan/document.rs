@@ -227,12 +227,15 @@ pub fn of_separation<'a>(
     let robot = &bench.model.robot;
     let mut plan = empty(question, bench);
     plan.sets = sets_shown(sets, robot);
-    let shown = |motion: &Motion, worth: &Worth| {
-        Entry { evidence: Some(evidence(worth, sets, robot)), ..entry_of(motion, bench) }
+    let shown = |motion: &Motion, worth: &Worth| Entry {
+        evidence: Some(evidence(worth, sets, robot)),
+        ..entry_of(motion, bench)
     };
     plan.motions = answer.singles.iter().map(|j| shown(&j.motion, &j.worth)).collect();
     if sets.iter().flat_map(|s| &s.rivals).any(|r| r.effects.len() > MOST_EFFECTS) {
-        plan.notes.push(format!("a diagnosis looks for {MOST_EFFECTS} effects at most: put the larger rival into a model and compare"));
+        plan.notes.push(format!(
+            "a diagnosis looks for {MOST_EFFECTS} effects at most: put the larger rival into a model and compare"
+        ));
     }
     let Some(best) = answer.best() else {
         plan.verdict = Verdict::Inseparable;
@@ -271,7 +274,9 @@ pub fn of_separation<'a>(
     if weak {
         plan.reason = None;
         let times = (NEEDED / best.worth.evidence).ceil();
-        plan.notes.push(format!("evidence grows with the time: {times:.0} times the duration (or less noise) would be enough"));
+        plan.notes.push(format!(
+            "evidence grows with the time: {times:.0} times the duration (or less noise) would be enough"
+        ));
     }
     match answer.channel() {
         Some(with) if !weak => {
@@ -322,14 +327,20 @@ pub fn of_catalogue<'a>(answer: &'a [Shown], bench: &Bench) -> (Plan, Option<&'a
     let hidden: Vec<String> = best
         .seen
         .iter()
-        .filter(|x| answer.iter().all(|s| s.seen.iter().all(|y| y.effect != x.effect || y.target != x.target || y.ratio == 0.0)))
+        .filter(|x| {
+            answer.iter().all(|s| s.seen.iter().all(|y| y.effect != x.effect || y.target != x.target || y.ratio == 0.0))
+        })
         .map(|x| format!("{} {}", x.effect, x.target))
         .collect();
     if !hidden.is_empty() {
         plan.reason = Some(format!(
             "{} cannot be seen by any motion: {}",
             hidden.join(", "),
-            if bench.model.registration.is_none() { "the estimated frame moves alike; measure the base" } else { "they do not move the TCP" }
+            if bench.model.registration.is_none() {
+                "the estimated frame moves alike; measure the base"
+            } else {
+                "they do not move the TCP"
+            }
         ));
     }
     (plan, Some(&best.motion))

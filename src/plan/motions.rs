@@ -33,17 +33,42 @@ pub fn library(room: &Room, axes: &[usize], payload: bool) -> Vec<Motion> {
         let joint = &room.robot.axis(a).name;
         let named = |name: &str| format!("{name} {joint}");
         add(named("sweep"), "sweeps both ways at the working speed", sweep(room, a), false);
-        add(named("two speeds"), "sweeps both ways at the working speed and at a quarter of it", two_speeds(room, a), false);
+        add(
+            named("two speeds"),
+            "sweeps both ways at the working speed and at a quarter of it",
+            two_speeds(room, a),
+            false,
+        );
         add(named("speed ladder"), "reverses at one place at four speeds", speed_ladder(room, a), false);
-        add(named("soft reversals"), "reverses so slowly that many rows stand inside the transition", soft_reversals(room, a), false);
+        add(
+            named("soft reversals"),
+            "reverses so slowly that many rows stand inside the transition",
+            soft_reversals(room, a),
+            false,
+        );
         add(named("stairs"), "stairs up and down with dwells", stairs(room, a), false);
-        add(named("fine stairs"), "stairs of growing steps behind each reversal, with dwells", fine_stairs(room, a), false);
+        add(
+            named("fine stairs"),
+            "stairs of growing steps behind each reversal, with dwells",
+            fine_stairs(room, a),
+            false,
+        );
         add(named("reversals along the range"), "reverses at seven positions", zigzag(room, a), false);
-        add(named("reverse and wait"), "reverses fast and slowly and stands still behind it", reverse_and_wait(room, a), false);
+        add(
+            named("reverse and wait"),
+            "reverses fast and slowly and stands still behind it",
+            reverse_and_wait(room, a),
+            false,
+        );
     }
     let all: Vec<usize> = (0..room.robot.dof()).collect();
     add("one joint at a time".into(), "each joint alone, both ways, at two speeds", one_at_a_time(room, &all), false);
-    add("stairs of all joints".into(), "each joint alone by stairs with dwells, up and down", stairs_of(room, &all), false);
+    add(
+        "stairs of all joints".into(),
+        "each joint alone by stairs with dwells, up and down",
+        stairs_of(room, &all),
+        false,
+    );
     for (plane, [u, v]) in [("XY", [0, 1]), ("YZ", [1, 2]), ("XZ", [0, 2])] {
         let does = "a circle of the TCP both ways, at the working speed and at half of it";
         add(format!("circle {plane}"), does, circle(room, u, v), false);
@@ -51,12 +76,22 @@ pub fn library(room: &Room, axes: &[usize], payload: bool) -> Vec<Motion> {
     add("all joints".into(), "all joints at once through their windows, both ways", all_joints(room), false);
     add("poses".into(), "poses over the whole window with dwells", poses(room), false);
     add("wrist".into(), "the last three joints over wide angles, the arm at rest", wrist(room), false);
-    add("back to one pose".into(), "comes back to one pose again and again and waits there", back_to_one_pose(room), false);
+    add(
+        "back to one pose".into(),
+        "comes back to one pose again and again and waits there",
+        back_to_one_pose(room),
+        false,
+    );
     add("stand still".into(), "stands still after one short move", stand_still(room), false);
     if payload {
         let half = room.of_duration(0.5 * room.duration_s);
         add("poses, two payloads".into(), "the poses without and with the payload", poses(&half), true);
-        add("all joints, two payloads".into(), "all joints at once, without and with the payload", all_joints(&half), true);
+        add(
+            "all joints, two payloads".into(),
+            "all joints at once, without and with the payload",
+            all_joints(&half),
+            true,
+        );
         for &a in axes {
             let name = format!("sweep {}, two payloads", room.robot.axis(a).name);
             add(name, "sweeps both ways, without and with the payload", sweep(&half, a), true);

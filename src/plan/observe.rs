@@ -40,7 +40,9 @@ pub fn seen(bench: &Bench, motion: &Motion, scale: &Scale) -> Vec<Seen> {
     let mut candidates = candidates::all(&problem);
     for axis in 0..problem.robot.dof() {
         // two typical ripples: slow, and of a motor turn
-        if problem.robot.axis(axis).kind == crate::robot::JointKind::Revolute || problem.robot.axis(axis).lead_m_per_rev.is_some() {
+        if problem.robot.axis(axis).kind == crate::robot::JointKind::Revolute
+            || problem.robot.axis(axis).lead_m_per_rev.is_some()
+        {
             candidates.extend([37.0, 101.0].map(|n| candidates::ripple(&problem, axis, n)));
         }
     }

@@ -40,7 +40,11 @@ pub fn between(text: &str, scale: &Scale) -> Result<Set> {
         rivals.push(rival);
     }
     if rivals.len() < 2 {
-        return Err(Error::bad(Place::file("--between"), format!("`{text}`"), format!("two rivals or more: {EXPECTED}")));
+        return Err(Error::bad(
+            Place::file("--between"),
+            format!("`{text}`"),
+            format!("two rivals or more: {EXPECTED}"),
+        ));
     }
     Ok(Set { rivals, common: Vec::new() })
 }
@@ -56,7 +60,11 @@ fn rival(part: &str, scale: &Scale, doc: &Document) -> Result<Rival> {
         let name = fields.next().unwrap_or_default();
         if catalogue::find(name).is_none() {
             let names: Vec<&str> = catalogue::CARDS.iter().map(|c| c.name).collect();
-            return Err(Error::bad(Place::file(doc.name), format!("effect `{name}`"), format!("one of {}", names.join(", "))));
+            return Err(Error::bad(
+                Place::file(doc.name),
+                format!("effect `{name}`"),
+                format!("one of {}", names.join(", ")),
+            ));
         }
         let mut rest: Vec<&str> = fields.collect();
         let target = if rest.first().is_some_and(|t| !t.contains('=')) { rest.remove(0) } else { "" };
@@ -84,7 +92,11 @@ fn rival(part: &str, scale: &Scale, doc: &Document) -> Result<Rival> {
 pub fn of_diagnosis(name: &str, text: &str, scale: &mut Scale) -> Result<Vec<Set>> {
     let doc = Document { name, text };
     let value: serde_json::Value = serde_json::from_str(text).map_err(|e| {
-        Error::bad(Place::field(name, e.line() as u64, e.column() as u64), e.to_string(), format!("a diagnosis ({SCHEMA})"))
+        Error::bad(
+            Place::field(name, e.line() as u64, e.column() as u64),
+            e.to_string(),
+            format!("a diagnosis ({SCHEMA})"),
+        )
     })?;
     doc.require_schema(value["schema"].as_str().unwrap_or("none"), SCHEMA)?;
     let mut found = Vec::new();
@@ -125,7 +137,9 @@ pub fn of_diagnosis(name: &str, text: &str, scale: &mut Scale) -> Result<Vec<Set
             let known = names.iter().position(|n| n.0 == *effect && n.1 == *target);
             let placed = match known {
                 Some(k) => found[k].clone(),
-                None if catalogue::find(effect).is_some() => sizes::placed(effect, target, &Mapping::new(), scale, &doc)?,
+                None if catalogue::find(effect).is_some() => {
+                    sizes::placed(effect, target, &Mapping::new(), scale, &doc)?
+                }
                 None => {
                     let place = doc.place(&[effect.as_str()]);
                     return Err(Error::bad(place, format!("effect `{effect}` in a set"), "a name of the catalogue"));

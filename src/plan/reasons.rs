@@ -3,9 +3,9 @@
 //! The reason is looked up by the form of the rivals (the conditions of the effect catalogue); the channels are computed: the
 //! same motions with one more channel in the log.
 
+use super::motions::Motion;
 use super::question::{Rival, Set};
 use super::separate::{Bench, Worth};
-use super::motions::Motion;
 use crate::diagnose::synthetic::Channels;
 use crate::effect::{Effect, Placed, Stage, Target};
 use crate::model::Model;
@@ -83,12 +83,18 @@ pub fn reason(a: &Rival, b: &Rival, model: &Model) -> String {
     let plays = |r: &Rival| r.effects.iter().filter(|p| matches!(p.effect, Effect::Backlash(_))).count();
     let only = |r: &Rival, f: &dyn Fn(&Placed) -> bool| !r.effects.is_empty() && r.effects.iter().all(f);
     let either = |f: &dyn Fn(&Rival, &Rival) -> bool| f(a, b) || f(b, a);
-    let same_axis = a.effects.iter().chain(&b.effects).all(|p| p.target == a.effects.first().map_or(p.target, |q| q.target));
-    let zero = |p: &Placed, axis: usize| p.target == Target::Joint(axis) && matches!(p.effect, Effect::JointZeroOffset(_));
+    let same_axis =
+        a.effects.iter().chain(&b.effects).all(|p| p.target == a.effects.first().map_or(p.target, |q| q.target));
+    let zero =
+        |p: &Placed, axis: usize| p.target == Target::Joint(axis) && matches!(p.effect, Effect::JointZeroOffset(_));
     let last = model.robot.dof() - 1;
     let tool = |p: &Placed| p.target == Target::Tool;
     let link_d = |p: &Placed| matches!(p.effect, Effect::LinkError(_));
-    if same_axis && plays(a) + plays(b) == a.effects.len() + b.effects.len() && plays(a) != plays(b) && plays(a).min(plays(b)) > 0 {
+    if same_axis
+        && plays(a) + plays(b) == a.effects.len() + b.effects.len()
+        && plays(a) != plays(b)
+        && plays(a).min(plays(b)) > 0
+    {
         return "gaps in series act as one gap of their sum: what stands before and behind both moves alike. Only a sensor \
                 between the two (motor shaft and screw, say), which no log of this tool has, tells them apart"
             .into();
@@ -120,7 +126,9 @@ pub fn reason(a: &Rival, b: &Rival, model: &Model) -> String {
     let geometry = |r: &Rival| only(r, &|p| p.effect.stage() >= Stage::Gear && !p.effect.has_memory());
     if geometry(a) && geometry(b) {
         let kind = if model.robot.axis(0).kind == JointKind::Revolute { "wider angles" } else { "longer strokes" };
-        return format!("both bend the path in the same way over the travel that was allowed; {kind} (--travel-deg, --travel-mm) may part them");
+        return format!(
+            "both bend the path in the same way over the travel that was allowed; {kind} (--travel-deg, --travel-mm) may part them"
+        );
     }
     "their traces at the TCP are alike on every motion of the library, once the frame and the rival's own size are fitted".into()
 }

@@ -88,7 +88,8 @@ impl Bench<'_> {
     pub fn problem(&self, motion: &Motion) -> (Problem, Hypothesis, Whitening) {
         let (t_s, cmd) = rows_of_log(motion, self.room);
         let payloads = if motion.two_payloads { vec![Some(0.0), Some(self.payload_kg)] } else { vec![None] };
-        let runs = payloads.into_iter().map(|payload_kg| Run { t_s: t_s.clone(), cmd: cmd.clone(), payload_kg }).collect();
+        let runs =
+            payloads.into_iter().map(|payload_kg| Run { t_s: t_s.clone(), cmd: cmd.clone(), payload_kg }).collect();
         let (problem, start) = synthetic::problem(self.model, runs, self.channels);
         let noise = problem.groups.iter().map(|g| match g.sensor {
             Sensor::Reflector(_) => self.noise,
@@ -158,16 +159,19 @@ impl Bench<'_> {
                 let tangent = fit::tangent(&problem, &base, &state, &free, &whitening);
                 let ground = Ground::new(&problem, &base, &state, &whitening, tangent);
                 let inside = |c: &Candidate| {
-                    set.rivals.iter().flat_map(|r| &r.effects).any(|p| {
-                        (p.effect.name(), p.target_text(&problem.robot)) == (c.effect, c.target.clone())
-                    })
+                    set.rivals
+                        .iter()
+                        .flat_map(|r| &r.effects)
+                        .any(|p| (p.effect.name(), p.target_text(&problem.robot)) == (c.effect, c.target.clone()))
                 };
                 let mut scored: Vec<(f64, Rival)> = ground
                     .score_all(&candidates)
                     .iter()
                     .map(|s| (s, &candidates[s.candidate]))
                     .filter(|(s, c)| s.gain > 0.0 && !inside(c))
-                    .map(|(s, c)| (s.gain, Rival { name: format!("{} {}", c.effect, c.target), effects: c.at(&s.coefficients) }))
+                    .map(|(s, c)| {
+                        (s.gain, Rival { name: format!("{} {}", c.effect, c.target), effects: c.at(&s.coefficients) })
+                    })
                     .filter(|(_, r)| !r.effects.is_empty() && !nested(truth, r))
                     .collect();
                 scored.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -264,7 +268,8 @@ fn screened(
         if dot(&ground.residual, &ground.residual) == 0.0 {
             return None;
         }
-        let spectral = if matches!(name.0, "transmission_error" | "vibration") { ground.spectral() } else { Vec::new() };
+        let spectral =
+            if matches!(name.0, "transmission_error" | "vibration") { ground.spectral() } else { Vec::new() };
         let mut scored: Vec<(f64, Vec<Placed>)> = candidates
             .iter()
             .chain(&spectral)

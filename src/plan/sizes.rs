@@ -61,7 +61,8 @@ pub fn placed(name: &str, target: &str, given: &Mapping, scale: &Scale, doc: &Do
         map.insert(key.into(), target.into());
     }
     let placed = entry::read(&Value::Mapping(map), scale.robot, doc)?;
-    let inside = placed.effect.values().iter().zip(placed.bounds(scale.robot)).all(|(v, (lo, hi))| *v >= lo && *v <= hi);
+    let inside =
+        placed.effect.values().iter().zip(placed.bounds(scale.robot)).all(|(v, (lo, hi))| *v >= lo && *v <= hi);
     if !inside {
         let found = format!("{name} {target} of a size that no machine has");
         return Err(Error::bad(doc.place(&[name]), found, "a size within the bounds of the catalogue"));

