@@ -306,7 +306,7 @@ fn noisy_logs_keep_the_promised_evidence_on_average() {
     let set = question::between("backlash:X,stiction:X:decay_s=4", &scale).unwrap();
     let sets = [set];
     // so noisy that the evidence is about twenty
-    let sigma = 60e-6;
+    let sigma = 15e-6;
     let bench = Bench {
         model: &model,
         room: &room,
