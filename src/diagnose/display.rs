@@ -72,9 +72,7 @@ pub fn sentence(d: &Diagnosis) -> String {
     match d.verdict {
         Verdict::None => "Nothing is missing: the gap is at the noise floor.".into(),
         Verdict::Named => format!("Missing: {}. What remains is noise.", names.join(", ")),
-        Verdict::NamedSet => {
-            format!("Missing: {}; at least one of them cannot be told from a rival with this log.", names.join(", "))
-        }
+        Verdict::NamedSet => format!("Missing: {}; at least one of them cannot be told from a rival with this log.", names.join(", ")),
         Verdict::Unknown => {
             let u = d.unexplained.as_ref();
             format!(

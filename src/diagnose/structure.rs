@@ -147,11 +147,7 @@ fn joint_bundles(problem: &Problem, state: &State, axis: usize, splines: usize, 
             aspect: Aspect::Position,
             columns: (0..splines).map(|k| spline(splines, k, false)).collect(),
         },
-        Bundle {
-            axis: Some(axis),
-            aspect: Aspect::Direction,
-            columns: (0..odd).map(|k| spline(odd, k, true)).collect(),
-        },
+        Bundle { axis: Some(axis), aspect: Aspect::Direction, columns: (0..odd).map(|k| spline(odd, k, true)).collect() },
     ];
     if candidates::clock(problem).is_none() {
         return bundles;
@@ -255,8 +251,7 @@ pub fn test(ground: &Ground, bundles: &[Bundle]) -> Tested {
         }
     });
     let normal = product(&columns);
-    let right =
-        DVector::from_iterator(columns.len(), columns.par_iter().map(|c| dot(c, &ground.residual)).collect::<Vec<_>>());
+    let right = DVector::from_iterator(columns.len(), columns.par_iter().map(|c| dot(c, &ground.residual)).collect::<Vec<_>>());
     let n = ground.residual.len() as f64;
     let rss = dot(&ground.residual, &ground.residual);
     let ratio = |gain: f64, dof: usize, axis, aspect| {

@@ -1,8 +1,8 @@
 //! From the outcome of the search to a verdict: sets of rivals with probabilities, remaining structure, blind spots.
 
 use super::candidates::Candidate;
-use super::screen::SWALLOWED;
 use super::search::{Outcome, Refined};
+use super::screen::SWALLOWED;
 use super::structure::{self, Ratio};
 
 /// Effects that fit within this much of 2 ln L of the named one belong to its set.

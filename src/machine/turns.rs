@@ -136,8 +136,7 @@ mod tests {
         for n in [1.0, 2.0, 3.0] {
             for left in [4.05, 4.5, 4.95] {
                 let t: Vec<f64> = (0..10).map(f64::from).collect();
-                let p: Vec<f64> =
-                    t.iter().map(|&t| if t < 3.0 { t } else { 3.0 - (t - left).max(0.0).powf(n) }).collect();
+                let p: Vec<f64> = t.iter().map(|&t| if t < 3.0 { t } else { 3.0 - (t - left).max(0.0).powf(n) }).collect();
                 let found = between_rows(&t, &p, 1e-12);
                 assert_eq!(found.len(), 1, "{n} {left}");
                 assert!(found[0].0 == 4 && (found[0].1 - left).abs() < 0.02, "{n} {left} {found:?}");
