@@ -22,7 +22,8 @@ fn robot() -> Robot {
 /// Five joints swing at 25 Hz, the sixth rests.
 fn drive(robot: &Robot) -> Drive {
     let t_s: Vec<f64> = (0..ROWS).map(|i| i as f64 * 0.04).collect();
-    let column = |a: usize| t_s.iter().map(|t| if a < 5 { 0.3 * (t * (0.05 + 0.02 * a as f64)).sin() } else { 0.1 });
+    let column =
+        |a: usize| t_s.iter().map(move |t| if a < 5 { 0.3 * (t * (0.05 + 0.02 * a as f64)).sin() } else { 0.1 });
     let cmd = (0..6).map(|a| column(a).collect()).collect();
     Drive::of_columns(robot, t_s.clone(), cmd, None, false)
 }

@@ -16,6 +16,7 @@ pub mod io;
 pub mod log;
 pub mod machine;
 pub mod model;
+pub mod plan;
 pub mod program;
 pub mod report;
 pub mod rewrite;

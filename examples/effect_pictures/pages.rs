@@ -80,7 +80,7 @@ pub fn all() -> Vec<(String, String)> {
 /// Commands in rad at 50 Hz over 24 s: A1 swings by 20 deg, ever slower in the view over speed; A2 by 30 deg.
 fn motion(name: &str) -> (Vec<f64>, Vec<Vec<f64>>) {
     let t_s: Vec<f64> = (0..=1200).map(|i| f64::from(i) * 0.02).collect();
-    let turn = |t: f64| if name == "backlash_speed" { 0.06 * t * t } else { t * 0.7854 };
+    let turn = |t: f64| if name == "backlash_speed" { 0.06 * t * t } else { t * std::f64::consts::FRAC_PI_4 };
     let a1 = t_s.iter().map(|&t| (20.0 * turn(t).sin()).to_radians()).collect();
     let a2 = t_s.iter().map(|&t| (60.0 + 30.0 * (0.5 * t).sin()).to_radians()).collect();
     (t_s, vec![a1, a2])

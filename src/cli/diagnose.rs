@@ -1,8 +1,8 @@
 //! `lostmotion diagnose`: model + logs -> what the model lacks, and the model with it inside.
 
-use crate::cli::{logs, paths};
+use crate::cli::{logs, page, paths};
 use crate::diagnose::{self, display};
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result, is_stdio};
 use crate::io::output::{self, Output};
 use crate::model::Model;
 use std::io::Write;
@@ -36,6 +36,9 @@ pub struct Args {
     /// Print the diagnosis as one JSON document on standard output
     #[arg(long)]
     pub json: bool,
+    /// Write a self-contained HTML page with figures and tables here
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
 }
 
 /// Runs the command.
@@ -43,8 +46,14 @@ pub fn run(args: Args) -> Result<()> {
     let mut inputs = vec![("--model", Some(args.model.as_path()))];
     inputs.extend(args.logs.iter().map(|l| ("--log", Some(l.as_path()))));
     inputs.push(("--columns", args.columns.as_deref()));
-    paths::refuse_shared(&inputs, &[("--model-out", args.model_out.as_deref())])?;
+    let outputs = [("--model-out", args.model_out.as_deref()), ("--report", args.report.as_deref())];
+    paths::refuse_shared(&inputs, &outputs)?;
+    let to_stdout = outputs.iter().find(|(_, path)| path.is_some_and(is_stdio));
+    if let Some((option, _)) = to_stdout.filter(|_| args.json) {
+        return Err(Error::bad(Place::file(*option), "`-` together with --json", "one document on standard output"));
+    }
     let mut model_out = output::create(args.model_out.as_deref())?;
+    let mut report = output::create(args.report.as_deref())?;
     let model = Model::load(&args.model)?;
     let read = match logs::load(&args.logs, args.columns.as_deref(), &model.robot) {
         Ok(read) => read,
@@ -57,7 +66,13 @@ pub fn run(args: Args) -> Result<()> {
         let text = diagnose::model_with(&model, &outcome).to_yaml_inline()?;
         out.write_all(text.as_bytes()).map_err(|e| Error::io("--model-out", "write", e))?;
     }
+    page::write(&mut report, || page::diagnose::of(&args.model.display().to_string(), &outcome, &diagnosis))?;
     let story = display::story(&diagnosis);
+    if to_stdout.is_some() {
+        eprint!("{story}");
+        output::commit([model_out, report])?;
+        return Ok(());
+    }
     let mut stdout = Output::create(std::path::Path::new("-"))?;
     if args.json {
         let text = serde_json::to_string_pretty(&diagnosis).unwrap_or_default();
@@ -65,7 +80,7 @@ pub fn run(args: Args) -> Result<()> {
     } else {
         stdout.write_all(story.as_bytes()).map_err(|e| Error::io("standard output", "write", e))?;
     }
-    output::commit([model_out, Some(stdout)])?;
+    output::commit([model_out, report, Some(stdout)])?;
     Ok(())
 }
 
@@ -75,7 +90,8 @@ fn bad_data(error: Error, json: bool) -> Error {
         let document = serde_json::json!({
             "schema": diagnose::document::SCHEMA, "verdict": "bad_data", "reason": error.to_string(),
         });
-        println!("{document:#}");
+        // the reason is told in any case: a reader that has gone is no further failure
+        let _ = output::write_whole(std::path::Path::new("-"), format!("{document:#}\n").as_bytes());
     }
     error
 }

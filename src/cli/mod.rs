@@ -10,6 +10,7 @@ pub mod identify_path;
 pub mod logs;
 pub mod page;
 pub mod paths;
+pub mod plan_experiment;
 pub mod rewrite;
 pub mod simulate;
 
@@ -42,6 +43,7 @@ pub enum Command {
     Simulate(simulate::Args),
     Assess(assess::Args),
     Diagnose(diagnose::Args),
+    PlanExperiment(plan_experiment::Args),
     Demo(demo::Args),
     Completions(completions::Args),
 }
@@ -55,6 +57,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Simulate(a) => simulate::run(a),
         Command::Assess(a) => assess::run(a),
         Command::Diagnose(a) => diagnose::run(a),
+        Command::PlanExperiment(a) => plan_experiment::run(a),
         Command::Demo(a) => demo::run(a),
         Command::Completions(a) => completions::run(a),
     }

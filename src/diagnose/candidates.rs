@@ -186,10 +186,7 @@ fn gaps(problem: &Problem, axis: usize, list: &mut Vec<Candidate>) {
     list.push(Candidate {
         effect,
         target: text,
-        trial: vec![
-            (place(speed(TRIAL, 0.0)), TRIAL),
-            (place(speed(0.0, TRIAL / fastest)), TRIAL / fastest),
-        ],
+        trial: vec![(place(speed(TRIAL, 0.0)), TRIAL), (place(speed(0.0, TRIAL / fastest)), TRIAL / fastest)],
         base: None,
         positive: false,
         shape_parameters: 0,
@@ -250,7 +247,8 @@ fn geometry(problem: &Problem, list: &mut Vec<Candidate>) {
             list.push(one(problem, Target::Link { joint, parameter }, effect(1e-5), 1e-5, false, 0, effect));
         }
     }
-    let tool = |v: Vector3<f64>| vec![Placed { target: Target::Tool, effect: Effect::ToolError(ToolError { offset_m: v }) }];
+    let tool =
+        |v: Vector3<f64>| vec![Placed { target: Target::Tool, effect: Effect::ToolError(ToolError { offset_m: v }) }];
     list.push(Candidate {
         effect: "tool_error",
         target: "tool".into(),
@@ -320,9 +318,7 @@ pub fn vibration(frequency_hz: f64) -> Candidate {
     Candidate {
         effect: "vibration",
         target: "tcp".into(),
-        trial: (0..6)
-            .map(|k| (effect(Vector3::ith(k % 3, 1e-5), if k < 3 { 0.0 } else { quarter }), 1e-5))
-            .collect(),
+        trial: (0..6).map(|k| (effect(Vector3::ith(k % 3, 1e-5), if k < 3 { 0.0 } else { quarter }), 1e-5)).collect(),
         base: None,
         positive: false,
         // the six coefficients of an ellipse hold one more than a line has

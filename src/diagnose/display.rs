@@ -1,88 +1,202 @@
-//! The diagnosis on a terminal: the story round by round, the verdict in one sentence, what to do next.
+//! The diagnosis on a terminal: the story round by round, the verdict in one sentence, what to do next, where it is blind.
 
-use super::document::{Diagnosis, Round};
+use super::document::{Diagnosis, OF_MOTION, Round};
 use super::verdict::Verdict;
+use super::words::{self, GapUnit};
+use serde_json::Value;
 use std::fmt::Write;
+
+/// Columns of a line.
+const WIDTH: usize = 100;
 
 /// The whole story.
 pub fn story(d: &Diagnosis) -> String {
+    let unit = d.unit;
     let mut out = String::new();
-    let _ = writeln!(
-        out,
-        "{} samples, noise {:.1} um ({}, from one sample to the next {:.2})",
-        d.samples, d.noise.sigma_um, d.noise.source, d.noise.ar1
+    paragraph(
+        &mut out,
+        "",
+        &format!(
+            "{} samples, noise {} ({}; correlation {:.2} from one sample to the next)",
+            d.samples,
+            unit.said(d.noise.sigma_um),
+            d.noise.source,
+            d.noise.ar1
+        ),
     );
     if d.outliers > 0 {
-        let _ = writeln!(out, "{} samples disagree with their neighbours and were left out", d.outliers);
+        let _ = writeln!(out, "{} samples left out: they disagree with their neighbours", d.outliers);
     }
-    let _ = writeln!(
-        out,
-        "gap {:.1} um as given, {:.1} um with the frame fitted",
-        d.gap.initial_rms_um, d.gap.nuisance_only_rms_um
-    );
+    for note in &d.notes {
+        paragraph(&mut out, "", note);
+    }
+    let frame = if unit == GapUnit::MICROMETRE {
+        format!(", {} with the frame fitted", unit.said(d.gap.nuisance_only_rms_um))
+    } else {
+        String::new()
+    };
+    let most = unit.said(d.gap.initial_max_um);
+    let _ = writeln!(out, "gap {} rms as given{frame}; at most {most}", unit.said(d.gap.initial_rms_um));
     for (i, r) in d.rounds.iter().enumerate() {
-        round(&mut out, i + 1, r);
+        round(&mut out, i + 1, r, unit);
     }
-    for p in &d.put_aside {
-        let _ = writeln!(out, "  put aside: {} {} (now {})", p.effect, p.target, p.replaced_by);
+    if let Some(aside) = put_aside(d) {
+        paragraph(&mut out, "   ", &aside);
     }
-    let _ = writeln!(out, "{}", sentence(d));
-    for r in &d.rounds {
-        let _ = writeln!(out, "  do: {} - {}", r.target, r.action);
+    out.push('\n');
+    paragraph(&mut out, "", &sentence(d));
+    for (about, what) in words::next_steps(d) {
+        paragraph(&mut out, "  ", &format!("{about}: {what}"));
+    }
+    if let Some(blind) = blind(d) {
+        paragraph(&mut out, "", &format!("Blind to: {blind}"));
     }
     out
 }
 
-fn round(out: &mut String, number: usize, r: &Round) {
-    let sizes: Vec<String> = r
-        .parameters
-        .iter()
-        .map(|(k, p)| format!("{k} {} [{}, {}]", short(p.value), short(p.ci95[0]), short(p.ci95[1])))
-        .collect();
+fn round(out: &mut String, number: usize, r: &Round, unit: GapUnit) {
     let _ = writeln!(
         out,
-        "{number}. {:.1} um -> {} {} -> {:.1} um (predicted {:.1}; held out {:.1} -> {:.1})",
-        r.rms_before_um,
+        "{number}. {} -> {} {} -> {} (predicted {}; held out {} -> {})",
+        unit.said(r.rms_before_um),
         r.effect,
         r.target,
-        r.rms_after_um,
-        r.rms_after_predicted_um,
-        r.validation.rms_before_um,
-        r.validation.rms_after_um
+        unit.said(r.rms_after_um),
+        unit.bare(r.rms_after_predicted_um),
+        unit.bare(r.validation.rms_before_um),
+        unit.bare(r.validation.rms_after_um)
     );
-    let _ = writeln!(out, "   {}", sizes.join(", "));
-    let _ = writeln!(out, "   {}", r.place.description);
+    let sizes: Vec<String> = words::sizes(r)
+        .into_iter()
+        .map(|(name, value, [lo, hi], unit)| {
+            format!("{name} {value} {unit}{}[{lo}, {hi}]", if unit.is_empty() { "" } else { " " })
+        })
+        .collect();
+    paragraph(out, "   ", &format!("{}; {}", sizes.join(", "), r.place.description));
     if r.set.len() > 1 {
-        let names: Vec<String> =
-            r.set.iter().map(|m| format!("{} {} ({:.0} %)", m.effect, m.target, 100.0 * m.probability)).collect();
-        let _ = writeln!(out, "   this log cannot tell: {}", names.join(", "));
-        if let Some(by) = &r.decide_by {
-            let _ = writeln!(out, "   to decide: {by}");
-        }
+        let names: Vec<String> = r.set.iter().map(member).collect();
+        paragraph(out, "   ", &format!("this log cannot tell: {}", names.join(", ")));
     }
 }
 
-fn short(v: f64) -> String {
-    if v == 0.0 { "0".into() } else { format!("{:.*}", (3 - v.abs().log10().floor() as i32).clamp(0, 9) as usize, v) }
+fn member(m: &super::verdict::Member) -> String {
+    format!("{} {} ({:.0} %)", m.effect, m.target, 100.0 * m.probability)
+}
+
+/// Effects that gave way to others, in one line.
+fn put_aside(d: &Diagnosis) -> Option<String> {
+    let list: Vec<String> =
+        d.put_aside.iter().map(|p| format!("{} {} (now {})", p.effect, p.target, p.replaced_by)).collect();
+    (!list.is_empty()).then(|| format!("put aside: {}", list.join(", ")))
 }
 
 /// The verdict in one sentence.
 pub fn sentence(d: &Diagnosis) -> String {
-    let names: Vec<String> = d.rounds.iter().map(|r| format!("{} {}", r.effect, r.target)).collect();
+    let found = words::found(d).join(", ");
     match d.verdict {
         Verdict::None => "Nothing is missing: the gap is at the noise floor.".into(),
-        Verdict::Named => format!("Missing: {}. What remains is noise.", names.join(", ")),
-        Verdict::NamedSet => format!("Missing: {}; at least one of them cannot be told from a rival with this log.", names.join(", ")),
-        Verdict::Unknown => {
-            let u = d.unexplained.as_ref();
-            format!(
-                "Unknown: {:.1} um of structure remains that no effect of the catalogue describes; it goes with {}. Record {}.",
-                u.map_or(0.0, |u| u.rms_um),
-                u.map_or("nothing in particular", |u| &u.goes_with),
-                u.map_or("more channels", |u| &u.record)
-            )
+        Verdict::Named => format!("Missing: {found}. What remains is noise."),
+        Verdict::NamedSet => {
+            let open: Vec<String> =
+                d.rounds.iter().filter(|r| r.set.len() > 1).map(|r| format!("{} {}", r.effect, r.target)).collect();
+            format!("Missing: {found}. This log cannot tell {} from a rival.", open.join(" and "))
         }
+        Verdict::Unknown => match &d.unexplained {
+            Some(u) => {
+                let beyond = if found.is_empty() { String::new() } else { format!(" beyond {found}") };
+                let size = d.unit.said(u.rms_um);
+                format!(
+                    "Unknown: {size} of structure remains{beyond} that no effect of the catalogue describes; it goes with {}.",
+                    u.goes_with
+                )
+            }
+            None => "Unknown: structure remains that no effect of the catalogue describes.".into(),
+        },
         Verdict::NotObservable => "Not observable: no joint moves in this log.".into(),
         Verdict::BadData => "Bad data.".into(),
+    }
+}
+
+/// Joints on which nothing that shows in motion could be seen: they rest.
+fn resting(d: &Diagnosis) -> Vec<String> {
+    let unseen = |effect: &str, target: &str| {
+        d.blind_spots.iter().any(|s| s["effect"] == effect && s["target"] == target && s["detectable_from"].is_null())
+    };
+    let targets = d.blind_spots.iter().filter(|s| s["effect"] == "encoder_scale").filter_map(|s| s["target"].as_str());
+    targets.filter(|t| OF_MOTION.iter().all(|e| unseen(e, t))).map(String::from).collect()
+}
+
+/// The worst blind spots in one line: what this log cannot show at all, then the weakest joint for lost motion.
+pub fn blind(d: &Diagnosis) -> Option<String> {
+    const NAMED: usize = 6;
+    let resting = resting(d);
+    let mut hidden: Vec<(String, Vec<String>)> = Vec::new();
+    let mut weakest: Option<(f64, String)> = None;
+    for spot in &d.blind_spots {
+        let text = |k: &str| spot.get(k).and_then(Value::as_str).unwrap_or("").to_string();
+        let (effect, target) = (text("effect"), text("target"));
+        match spot.get("detectable_from").and_then(Value::as_object) {
+            None if resting.contains(&target) && OF_MOTION.contains(&effect.as_str()) => {}
+            None => match hidden.iter_mut().find(|h| h.0 == effect) {
+                Some(h) => h.1.push(target),
+                None => hidden.push((effect, vec![target])),
+            },
+            Some(sizes) if effect == "backlash" => {
+                let size = sizes.iter().next().and_then(|(k, v)| v.as_f64().map(|v| (words::key(k, "deg").1, v)));
+                if let Some((unit, v)) = size.filter(|s| weakest.as_ref().is_none_or(|w| s.1 > w.0)) {
+                    weakest = Some((v, format!("{effect} {target} below {} {unit}", words::rough(v))));
+                }
+            }
+            Some(_) => {}
+        }
+    }
+    if !resting.is_empty() {
+        hidden.insert(0, ("lost motion and lag of resting".into(), resting));
+    }
+    let mut parts: Vec<String> = hidden
+        .into_iter()
+        .map(|(effect, targets)| {
+            let more = targets.len().saturating_sub(NAMED);
+            let shown = targets.into_iter().take(NAMED).collect::<Vec<_>>().join(", ");
+            if more > 0 { format!("{effect} {shown} and {more} more") } else { format!("{effect} {shown}") }
+        })
+        .collect();
+    parts.extend(weakest.map(|w| w.1));
+    (!parts.is_empty()).then(|| parts.join("; "))
+}
+
+/// Words in lines of [`WIDTH`] columns; lines behind the first are set in by two more.
+fn paragraph(out: &mut String, indent: &str, text: &str) {
+    let mut line = String::from(indent);
+    let mut empty = true;
+    for word in text.split_whitespace() {
+        if !empty && line.chars().count() + 1 + word.chars().count() > WIDTH {
+            out.push_str(&line);
+            out.push('\n');
+            line = format!("{indent}  ");
+            empty = true;
+        }
+        if !empty {
+            line.push(' ');
+        }
+        line.push_str(word);
+        empty = false;
+    }
+    out.push_str(&line);
+    out.push('\n');
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_line_is_broken_between_words_and_set_in() {
+        let mut out = String::new();
+        paragraph(&mut out, "  ", &"word ".repeat(50));
+        assert!(
+            out.lines().all(|l| l.chars().count() <= WIDTH && l.starts_with("  word") || l.starts_with("    word"))
+        );
+        assert_eq!(out.split_whitespace().count(), 50);
     }
 }

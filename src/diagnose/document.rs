@@ -1,10 +1,13 @@
 //! The diagnosis document `lostmotion/diagnosis/1`.
 
 use super::geometry;
+use super::layout::Sensor;
 use super::search::Outcome;
 use super::story::{self, Chapter};
 use super::verdict::{self, Member, Verdict};
+use super::words::GapUnit;
 use crate::effect::{Placed, catalogue, entry};
+use crate::robot::JointKind;
 use indexmap::IndexMap;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -28,6 +31,9 @@ pub struct Diagnosis {
     pub unexplained: Option<Unexplained>,
     pub blind_spots: Vec<Value>,
     pub notes: Vec<String>,
+    /// How the `_um` figures are told to a reader.
+    #[serde(skip)]
+    pub unit: GapUnit,
 }
 
 /// Noise of the first group: that of the TCP, where it was measured.
@@ -72,6 +78,9 @@ pub struct Round {
     pub action: String,
     /// Candidates that were refitted in this round, best first.
     pub candidates: Vec<Tried>,
+    /// Unit of the joint that the effect moves; "deg" where there is none.
+    #[serde(skip)]
+    pub joint_unit: &'static str,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -154,16 +163,14 @@ fn digits(value: f64) -> f64 {
 
 /// The document of an outcome.
 pub fn of(outcome: &Outcome) -> Diagnosis {
-    let robot = &outcome.problem.robot;
     let found: Vec<&Placed> = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]).collect();
-    let named: Vec<(String, String)> =
-        found.iter().map(|p| (p.effect.name().to_string(), p.target_text(robot))).collect();
+    let named = named(outcome);
     let sets: Vec<Vec<Member>> =
         named.iter().zip(&outcome.rivals).map(|(n, r)| verdict::set((&n.0, &n.1), r, outcome.price)).collect();
-    let order = told_in_order(outcome, &named);
+    let order = told_in_order(outcome);
     let indices: Vec<usize> = order.iter().map(|&k| outcome.fit.free[k]).collect();
     let chapters = story::chapters(&outcome.problem, &outcome.fit, outcome.known, &indices, &outcome.whitening);
-    let structured = if outcome.group.is_some() { geometry::remains(outcome) } else { verdict::structure(outcome) };
+    let structured = if outcome.group.is_some() { geometry::remains(outcome) } else { outcome.remains.clone() };
     // what stays of a real arm is told; it takes nothing from what was named
     let unknown = structured.is_some() && outcome.group.is_none();
     let rounds = order
@@ -208,13 +215,42 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         put_aside,
         effects: found.iter().map(|p| effect_value(p, outcome)).collect(),
         unexplained: structured.map(|s| unexplained(outcome, &s)),
-        blind_spots: verdict::blind_spots(outcome).iter().map(|s| spot(s, outcome)).collect(),
-        notes: outcome.notes.clone(),
+        blind_spots: blind_spots(outcome),
+        notes: notes(outcome),
+        unit: unit(outcome),
     }
 }
 
-/// Found effects in the order in which they were accepted.
-fn told_in_order(outcome: &Outcome, named: &[(String, String)]) -> Vec<usize> {
+/// Degrees where only joints were measured and the first of them turns.
+fn unit(outcome: &Outcome) -> GapUnit {
+    let p = &outcome.problem;
+    match p.groups.first().map(|g| g.sensor) {
+        Some(Sensor::Joint(a) | Sensor::Motor(a))
+            if p.groups.iter().all(|g| g.dims == 1) && p.robot.axis(a).kind == JointKind::Revolute =>
+        {
+            GapUnit::DEGREE
+        }
+        _ => GapUnit::MICROMETRE,
+    }
+}
+
+fn notes(outcome: &Outcome) -> Vec<String> {
+    let mut notes = outcome.notes.clone();
+    if unit(outcome) == GapUnit::DEGREE {
+        notes.push("only joints were measured: in the document, figures in `_um` are microradians of a joint".into());
+    }
+    notes
+}
+
+/// Effect and target of each found effect.
+fn named(outcome: &Outcome) -> Vec<(String, String)> {
+    let found = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]);
+    found.map(|p| (p.effect.name().to_string(), p.target_text(&outcome.problem.robot))).collect()
+}
+
+/// Found effects (indices into the free ones) in the order in which they were accepted: that of the rounds.
+pub fn told_in_order(outcome: &Outcome) -> Vec<usize> {
+    let named = named(outcome);
     let mut order: Vec<usize> = (0..named.len()).collect();
     let accepted = |k: usize| {
         outcome
@@ -313,6 +349,7 @@ fn round(
             rms_after_um: digits(after.held_out * UM),
         },
         action: card.action.to_string(),
+        joint_unit: placed.axis().map_or("deg", |a| robot.axis(a).kind.unit()),
         candidates: rivals
             .iter()
             .map(|r| Tried {
@@ -362,8 +399,8 @@ fn place(outcome: &Outcome, placed: &Placed) -> Place {
 }
 
 fn unexplained(outcome: &Outcome, ratio: &super::structure::Ratio) -> Unexplained {
-    let n = outcome.problem.n as f64;
-    let noise = super::search::rms(&outcome.problem, &outcome.fit.state.residual);
+    let rms = |residual: &[f64]| super::search::rms(&outcome.problem, residual);
+    let (left, floor) = (rms(&outcome.fit.state.residual), rms(&outcome.structure.freed));
     let best = outcome
         .last
         .iter()
@@ -376,7 +413,7 @@ fn unexplained(outcome: &Outcome, ratio: &super::structure::Ratio) -> Unexplaine
         _ => "the joint behind its gear (secondary encoder), at two speeds, both ways",
     };
     Unexplained {
-        rms_um: digits(noise * ((ratio.gain - ratio.dof as f64).max(0.0) / n).sqrt() * UM),
+        rms_um: digits((left * left - floor * floor).max(0.0).sqrt() * UM),
         joint: ratio.axis.map(|a| outcome.problem.robot.axis(a).name.clone()),
         goes_with: verdict::structure_said(outcome, ratio),
         p_value: ratio.p_value,
@@ -388,6 +425,28 @@ fn unexplained(outcome: &Outcome, ratio: &super::structure::Ratio) -> Unexplaine
         }),
         record: record.into(),
     }
+}
+
+/// Detectable sizes, then the effects of motion on joints that do not move: no size of them would show.
+fn blind_spots(outcome: &Outcome) -> Vec<Value> {
+    let mut all: Vec<Value> = verdict::blind_spots(outcome).iter().map(|s| spot(s, outcome)).collect();
+    for (effect, target) in of_resting_joints(outcome) {
+        if !all.iter().any(|s| s["effect"] == effect && s["target"] == target.as_str()) {
+            all.push(json!({"effect": effect, "target": target, "detectable_from": null}));
+        }
+    }
+    all
+}
+
+/// Effects that show in motion alone.
+pub const OF_MOTION: [&str; 5] = ["backlash", "stiction", "hysteresis", "servo_lag", "encoder_scale"];
+
+/// Effects of motion on joints that move in no log.
+pub fn of_resting_joints(outcome: &Outcome) -> Vec<(&'static str, String)> {
+    let robot = &outcome.problem.robot;
+    let tried = |name: &str| outcome.candidates.iter().any(|c| c.effect == "encoder_scale" && c.target == name);
+    let resting = robot.axis_joints().filter(|j| !tried(&j.name));
+    resting.flat_map(|j| OF_MOTION.map(|effect| (effect, j.name.clone()))).collect()
 }
 
 fn spot(spot: &verdict::BlindSpot, outcome: &Outcome) -> Value {

@@ -109,9 +109,9 @@ impl Fit {
 }
 
 /// Most steps of a refit.
-const STEPS: usize = 25;
+const STEPS: usize = 15;
 /// Change of the cost, in units of 2 ln L, at which a refit stops.
-const SETTLED: f64 = 1e-4;
+const SETTLED: f64 = 3e-3;
 
 /// Step of a parameter for its numerical derivative: small, as a frequency turns the phase at the end of a long log.
 fn step_of(value: f64, bounds: (f64, f64)) -> f64 {

@@ -15,8 +15,9 @@
 //! - [`structure`]: the test without the catalogue.
 //! - [`across`]: what several logs agree about.
 //! - [`search`]: the rounds; [`story`]: the found effects told one by one, and on held-out parts.
+//! - [`synthetic`]: a problem of commands alone, for planning an experiment.
 //! - [`verdict`]: sets, remaining structure, blind spots; [`document`]: the result as it is written; [`display`]: for a
-//!   terminal.
+//!   terminal; [`traces`]: for a page; [`words`]: for both.
 
 pub mod across;
 mod arm;
@@ -37,7 +38,10 @@ pub mod sensors;
 pub mod spectrum;
 pub mod story;
 pub mod structure;
+pub mod synthetic;
+pub mod traces;
 pub mod verdict;
+pub mod words;
 
 use crate::error::Result;
 use crate::log::Log;

@@ -9,8 +9,8 @@ use super::candidates::{self, Candidate};
 use super::fit::{self, Fit, Whitening};
 use super::forward::{Hypothesis, Problem};
 use super::screen::{Ground, Score};
-use super::structure::{self, Bundle, Tested};
-use super::{across, arm, direction, geometry, precise, prepare, spectrum};
+use super::structure::{self, Bundle, Ratio, Tested};
+use super::{across, arm, direction, geometry, precise, prepare, spectrum, verdict};
 use crate::effect::{Effect, Placed};
 use crate::stats::fisher;
 use rayon::prelude::*;
@@ -21,8 +21,10 @@ pub const MOST_EFFECTS: usize = 4;
 const CHANCE: f64 = 1e-4;
 /// Candidates that are refitted with their shapes free in a round.
 const REFINED: usize = 12;
-/// Refined are those whose screening gain is at least this part of the best.
-const NEAR: f64 = 0.4;
+/// Refined are those whose screening gain is at least this part of the best: the shapes of the screening are coarse.
+const NEAR: f64 = 0.5;
+/// The same where an effect is put in doubt, which was refined before.
+const NEAR_IN_DOUBT: f64 = 0.85;
 /// Gain in 2 ln L, with the noise fitted anew on both sides, below which an effect is not believed.
 const LEAST_GAIN: f64 = 15.0;
 
@@ -82,8 +84,8 @@ pub struct Outcome {
     /// Rivals of each found effect, with the found one among them, best first.
     pub rivals: Vec<Vec<Refined>>,
     pub structure: Tested,
-    /// The same before the first round, with noise that no structure can be mistaken for.
-    pub structure_at_first: Tested,
+    /// Structure that remains, if it is more than chance.
+    pub remains: Option<Ratio>,
     /// Screening at the end: what is left and what would have been seen.
     pub last: Vec<Score>,
     pub outliers: usize,
@@ -182,7 +184,11 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         whitening = precise::noise_left(&problem, &fit, &whitening, &bundles);
         fit = fit::refit(&problem, &fit.hypothesis, &fit.free, &whitening);
     }
-    if group.is_none()
+    let mut structure = tested(&problem, &fit, &bundles);
+    let mut remains =
+        if group.is_some() { None } else { verdict::remaining(&problem, &structure, &free, &fit, rms_nuisance) };
+    if remains.is_none()
+        && group.is_none()
         && let Some(simpler) = search.merge(&fit, &whitening, &mut steps)
     {
         fit = simpler;
@@ -191,6 +197,11 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
             steps.push(step);
             fit = search.settle(next, &whitening, &mut steps);
         }
+        structure = tested(&problem, &fit, &bundles);
+        remains = verdict::remaining(&problem, &structure, &free, &fit, rms_nuisance);
+    }
+    if let Some(r) = &remains {
+        fit = search.without_substitutes(fit, r, &whitening, &mut steps);
     }
     // the noise of what is left: that of the freed residual is a little too quiet for a test
     whitening = precise::noise_left(&problem, &fit, &whitening, &bundles);
@@ -209,7 +220,6 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         .collect();
     let tangent = fit::tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     let ground = Ground::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
-    let structure = structure::test(&ground, &bundles);
     let last = ground.score_all(&candidates);
     Outcome {
         candidates,
@@ -221,7 +231,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         notes,
         rivals,
         structure,
-        structure_at_first: free,
+        remains,
         last,
         outliers,
         rms_given,
@@ -230,6 +240,13 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         price,
         problem,
     }
+}
+
+/// The test without the catalogue, under the noise of what is left.
+fn tested(problem: &Problem, fit: &Fit, bundles: &[Bundle]) -> Tested {
+    let whitening = Whitening::of_residual(problem, &fit.state.residual, fit.parameters()).0;
+    let tangent = fit::tangent(problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
+    structure::test(&Ground::new(problem, &fit.hypothesis, &fit.state, &whitening, tangent), bundles)
 }
 
 /// Noise of the residual freed of the whole catalogue-free basis, in two turns.
@@ -265,12 +282,13 @@ impl Search<'_> {
         let merit = |s: &Score, c: &Candidate| s.gain - self.price * c.parameters() as f64;
         scored.sort_by(|(a, ca), (b, cb)| merit(b, cb).total_cmp(&merit(a, ca)));
         // of every effect on every target the best shape; of gaps over position the best number of knots
+        let near = if also.is_some() { NEAR_IN_DOUBT } else { NEAR };
         let mut picked: Vec<&(Score, &Candidate)> = Vec::new();
         let best = scored.first().map_or(0.0, |s| s.0.gain);
         for s in &scored {
             let again =
                 picked.iter().any(|q| q.1.effect == s.1.effect && q.1.target == s.1.target && q.1.form == s.1.form);
-            if !again && picked.len() < REFINED && s.0.gain > NEAR * best {
+            if !again && picked.len() < REFINED && s.0.gain > near * best {
                 picked.push(s);
             }
         }
@@ -399,6 +417,36 @@ impl Search<'_> {
                 break;
             }
         }
+        fit
+    }
+
+    /// Found effects that only stand in for structure which none describes go: those on the structure's joint, or on none,
+    /// whose gain is not far beyond that of the structure.
+    fn without_substitutes(&self, mut fit: Fit, structure: &Ratio, whitening: &Whitening, steps: &mut [Step]) -> Fit {
+        const FAR: f64 = 30.0;
+        const ELSEWHERE: f64 = 3.0;
+        let p = self.problem;
+        let stands = |k: usize| {
+            let placed = &fit.hypothesis.effects[fit.free[k]];
+            let related = structure.axis.is_none() || placed.axis().is_none() || placed.axis() == structure.axis;
+            let needed = if related { FAR } else { ELSEWHERE };
+            let gain = self.without(&fit, k, whitening).0.cost - fit.cost;
+            gain > needed * (structure.gain - structure.dof as f64)
+        };
+        let kept: Vec<bool> = (0..fit.free.len()).map(stands).collect();
+        if kept.iter().all(|k| *k) {
+            return fit;
+        }
+        let mut h = fit.hypothesis.clone();
+        for (k, stays) in kept.iter().enumerate().rev() {
+            if !stays {
+                let old = h.effects.remove(fit.free[k]);
+                let name = (old.effect.name(), old.target_text(&p.robot));
+                mark(steps, &name, "unknown: it stood in for structure that no effect describes");
+            }
+        }
+        let free: Vec<usize> = (self.known..h.effects.len()).collect();
+        fit = fit::refit(p, &h, &free, whitening);
         fit
     }
 

@@ -159,9 +159,7 @@ fn lever_by_speed(g: &Group, p: &[f64], lever: &[(f64, f64)]) -> Vec<(f64, f64)>
 fn peaks(power: &[f64], apart: usize) -> Vec<f64> {
     let mut order: Vec<usize> = (0..power.len())
         .filter(|&k| {
-            power[k] > 0.0
-                && (k == 0 || power[k - 1] <= power[k])
-                && (k + 1 == power.len() || power[k + 1] < power[k])
+            power[k] > 0.0 && (k == 0 || power[k - 1] <= power[k]) && (k + 1 == power.len() || power[k + 1] < power[k])
         })
         .collect();
     order.sort_by(|&a, &b| power[b].total_cmp(&power[a]).then(a.cmp(&b)));

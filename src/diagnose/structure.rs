@@ -68,6 +68,9 @@ pub fn basis(problem: &Problem, h: &Hypothesis, state: &State, list: &[Candidate
     let mut bundles: Vec<Bundle> =
         moving.par_iter().flat_map_iter(|&axis| joint_bundles(problem, state, axis, splines, odd)).collect();
     if let Some((_, length)) = candidates::clock(problem) {
+        if room > 40 * moving.len() {
+            bundles.extend(moving.par_iter().map(|&axis| slip_bundle(problem, state, axis)).collect::<Vec<_>>());
+        }
         let functions = ((length / 8.0) as usize).clamp(4, 14).min((room / 8).max(2));
         bundles.push(time_bundle(problem, functions));
     }
@@ -147,7 +150,11 @@ fn joint_bundles(problem: &Problem, state: &State, axis: usize, splines: usize, 
             aspect: Aspect::Position,
             columns: (0..splines).map(|k| spline(splines, k, false)).collect(),
         },
-        Bundle { axis: Some(axis), aspect: Aspect::Direction, columns: (0..odd).map(|k| spline(odd, k, true)).collect() },
+        Bundle {
+            axis: Some(axis),
+            aspect: Aspect::Direction,
+            columns: (0..odd).map(|k| spline(odd, k, true)).collect(),
+        },
     ];
     if candidates::clock(problem).is_none() {
         return bundles;
@@ -189,6 +196,32 @@ fn joint_bundles(problem: &Problem, state: &State, axis: usize, splines: usize, 
         bundles.push(Bundle { axis: Some(axis), aspect: Aspect::SinceReversal, columns: tails.into() });
     }
     bundles
+}
+
+/// Splines over time of one joint: a slip, a creep.
+const SLIPS: usize = 8;
+
+fn slip_bundle(problem: &Problem, state: &State, axis: usize) -> Bundle {
+    let columns = (0..SLIPS)
+        .map(|k| {
+            let mut out = vec![0.0; problem.n];
+            let mut values = [0.0; SLIPS];
+            for (l, log) in problem.logs.iter().enumerate() {
+                let t = log.drive.t_s();
+                let (lo, hi) = (t[0], t[t.len() - 1]);
+                let table: Vec<f64> = t
+                    .iter()
+                    .map(|&t| {
+                        splines_at(t, lo, hi, SLIPS, &mut values);
+                        values[k]
+                    })
+                    .collect();
+                problem.add_joint_change(state, l, axis, &|r| table[r], None, &mut out);
+            }
+            out
+        })
+        .collect();
+    Bundle { axis: Some(axis), aspect: Aspect::Time, columns }
 }
 
 fn time_bundle(problem: &Problem, functions: usize) -> Bundle {
@@ -251,7 +284,8 @@ pub fn test(ground: &Ground, bundles: &[Bundle]) -> Tested {
         }
     });
     let normal = product(&columns);
-    let right = DVector::from_iterator(columns.len(), columns.par_iter().map(|c| dot(c, &ground.residual)).collect::<Vec<_>>());
+    let right =
+        DVector::from_iterator(columns.len(), columns.par_iter().map(|c| dot(c, &ground.residual)).collect::<Vec<_>>());
     let n = ground.residual.len() as f64;
     let rss = dot(&ground.residual, &ground.residual);
     let ratio = |gain: f64, dof: usize, axis, aspect| {

@@ -1,9 +1,11 @@
 //! From the outcome of the search to a verdict: sets of rivals with probabilities, remaining structure, blind spots.
 
 use super::candidates::Candidate;
-use super::search::{Outcome, Refined};
+use super::fit::{Fit, Whitening};
+use super::forward::Problem;
 use super::screen::SWALLOWED;
-use super::structure::{self, Ratio};
+use super::search::{self, Outcome, Refined};
+use super::structure::{self, Ratio, Tested};
 
 /// Effects that fit within this much of 2 ln L of the named one belong to its set.
 pub const WITHIN: f64 = 4.0;
@@ -13,6 +15,8 @@ pub const HELD: f64 = 0.95;
 const STRUCTURED: f64 = 1e-5;
 /// The same where the noise is that of the freed residual, which is a little too quiet.
 const BEYOND_DOUBT: f64 = 1e-15;
+/// Likelihood that freeing the residual may gain beyond its degrees of freedom, in standard deviations of that.
+const SWALLOWED_BY_NOISE: f64 = 12.0;
 /// Structure smaller than this part of what was explained is the imprecision of the explained effects.
 const IMPRECISION: f64 = 0.06;
 /// Minimal detectable bias: non-centrality at a chance of 0.001 and a power of 0.8.
@@ -75,40 +79,31 @@ fn widens(wide: &str, narrow: &str) -> bool {
 }
 
 /// Structure that is more than chance and more than the imprecision of what was explained.
-pub fn structure(outcome: &Outcome) -> Option<Ratio> {
-    let explained = (outcome.rms_nuisance.powi(2) - rms_now(outcome).powi(2)).max(0.0);
-    let noise = rms_now(outcome).powi(2);
-    let n = outcome.problem.n as f64;
-    let tolerated = IMPRECISION * IMPRECISION * explained / noise.max(1e-300) * n;
+///
+/// `now` is the test under the noise of what is left, `first` the one before the first round, `rms_nuisance` the rms that
+/// the frame alone leaves (m or rad).
+pub fn remaining(problem: &Problem, now: &Tested, first: &Tested, fit: &Fit, rms_nuisance: f64) -> Option<Ratio> {
+    let left = search::rms(problem, &fit.state.residual);
+    let n = problem.n as f64;
+    let explained = (rms_nuisance.powi(2) - left.powi(2)).max(0.0);
+    let tolerated = IMPRECISION * IMPRECISION * explained / left.powi(2).max(1e-300) * n;
     let told = |r: &Ratio, tests: f64| r.p_value * tests < STRUCTURED && r.gain - r.dof as f64 > tolerated;
-    let whole = told(&outcome.structure.whole, 1.0);
-    let count = outcome.structure.bundles.len() as f64;
-    let worst = outcome
-        .structure
-        .bundles
-        .iter()
-        .filter(|r| told(r, count))
-        .min_by(|a, b| a.p_value.total_cmp(&b.p_value).then((b.gain).total_cmp(&a.gain)));
-    let swallowed = &outcome.structure_at_first.whole;
-    match (whole, worst) {
-        (_, Some(r)) => Some(r.clone()),
-        (true, None) => Some(outcome.structure.whole.clone()),
-        // nothing was found, and the noise model may have taken structure for slow noise
-        _ if outcome.fit.free.is_empty() && swallowed.p_value < BEYOND_DOUBT => Some(
-            outcome
-                .structure_at_first
-                .bundles
-                .iter()
-                .min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)))
-                .unwrap_or(swallowed)
-                .clone(),
-        ),
-        _ => None,
+    let likeliest = |of: &Tested| {
+        let best = of.bundles.iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)));
+        best.unwrap_or(&of.whole).clone()
+    };
+    let count = now.bundles.len() as f64;
+    if told(&now.whole, 1.0) || now.bundles.iter().any(|r| told(r, count)) {
+        return Some(likeliest(now));
     }
-}
-
-fn rms_now(outcome: &Outcome) -> f64 {
-    super::search::rms(&outcome.problem, &outcome.fit.state.residual)
+    // the noise model may have taken structure for slow noise: then the residual freed of it is much likelier
+    let likely = |residual: &[f64]| Whitening::of_residual(problem, residual, 0).1;
+    let dof = now.whole.dof as f64;
+    let gain = likely(&now.freed) - likely(&fit.state.residual);
+    if gain - dof * (1.0 + dof / n) > SWALLOWED_BY_NOISE * (2.0 * dof).sqrt() && gain - dof > tolerated {
+        return Some(Ratio { gain, ..likeliest(now) });
+    }
+    (fit.free.is_empty() && first.whole.p_value < BEYOND_DOUBT).then(|| likeliest(first))
 }
 
 /// Structure in words.

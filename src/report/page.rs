@@ -3,10 +3,11 @@
 //! Every word from outside passes through maud, which escapes it; only this crate's own style, script and equations go in as
 //! they are. The page is also well-formed XML but for HTML's void elements.
 
+use super::map;
 use super::method;
 use super::number::count;
 use super::plots::joints::Joints;
-use super::plots::{bars, gap_curve, histogram, path3d, polar, traces};
+use super::plots::{bars, gap_curve, heat, histogram, path3d, polar, traces, ways};
 use super::tables;
 use super::views::{Content, Page, Section, Tone};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -55,6 +56,13 @@ impl Page {
                 h1 { (self.title) }
                 @if !self.summary.is_empty() { p.lead { (self.summary) } }
                 @if !self.verdict.text.is_empty() { (verdict(self.verdict.tone, &self.verdict.text)) }
+                @if !self.next.is_empty() {
+                    div.next {
+                        h2 { "What to do next" }
+                        ol { @for (about, what) in self.next.iter().take(LISTED) { li { @if !about.is_empty() { strong { (about) } ": " } (what) } } }
+                        (further(self.next.len()))
+                    }
+                }
                 @if !self.tiles.is_empty() {
                     ul.tiles { @for t in &self.tiles {
                         li {
@@ -148,6 +156,10 @@ fn content(content: &Content, joints: &Joints) -> Markup {
         Content::Path(v) => path3d::draw(v, joints),
         Content::Polar(v) => polar::draw(v, joints),
         Content::Traces(v) => traces::draw(v, joints),
+        Content::Strips(v) => heat::strips(v, joints),
+        Content::HeatPath(v) => heat::path(v, joints),
+        Content::Ways(v) => ways::draw(v, joints),
+        Content::Map(v) => map::draw(v),
         Content::Gaps(v) => gap_curve::draw(v, joints),
         Content::Histogram(v) => histogram::draw(v),
         Content::Bars(v) => bars::bars(v),

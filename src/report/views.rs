@@ -1,5 +1,6 @@
 //! What a page takes: its head and its sections. Plain data; figures and tables are in [`super::figures`].
 
+use super::diagnosis::*;
 use super::figures::*;
 use super::method::Method;
 use crate::robot::JointKind;
@@ -14,6 +15,8 @@ pub struct Page {
     /// What was done, in one or two sentences.
     pub summary: String,
     pub verdict: Verdict,
+    /// What to do next: about what, and what; stands below the verdict.
+    pub next: Vec<(String, String)>,
     pub robot: Option<RobotView>,
     /// Joints in the robot's order: their order fixes their colours and marks on the whole page.
     pub joints: Vec<JointView>,
@@ -92,6 +95,10 @@ pub enum Content {
     Path(PathView),
     Polar(PolarView),
     Traces(TracesView),
+    Strips(StripsView),
+    HeatPath(HeatPathView),
+    Ways(WaysView),
+    Map(MapView),
     Gaps(GapsView),
     Histogram(HistogramView),
     Bars(BarsView),
@@ -185,6 +192,10 @@ impl Content {
             Self::Path(_) => "Path in space",
             Self::Polar(_) => "Error around the circle",
             Self::Traces(_) => "Joint errors",
+            Self::Strips(_) => "The gap over time",
+            Self::HeatPath(_) => "The gap on the path",
+            Self::Ways(_) => "Joint by joint, both ways",
+            Self::Map(_) => "Map",
             Self::Gaps(_) => "Gap over position",
             Self::Histogram(_) => "Distribution of the error",
             Self::Bars(_) => "Comparison",
@@ -215,6 +226,10 @@ content_from! {
     PathView => Path,
     PolarView => Polar,
     TracesView => Traces,
+    StripsView => Strips,
+    HeatPathView => HeatPath,
+    WaysView => Ways,
+    MapView => Map,
     GapsView => Gaps,
     HistogramView => Histogram,
     BarsView => Bars,

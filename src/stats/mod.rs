@@ -1,7 +1,7 @@
 //! Statistics, each function named after its test: thin over `statrs`.
 //!
 //! Rooms:
-//! - [`student`], [`fisher`]: tail probabilities and quantiles.
+//! - [`student`], [`fisher`], [`normal`]: tail probabilities and quantiles.
 //! - [`robust`]: median, scale from the median, and a mean without gross errors.
 //!
 //! Accuracy against scipy (`tests/oracle/stats.py`): tails and quantiles 1e-7 relative (tails of F 1e-6), 1 to 1e7 degrees of
@@ -9,6 +9,7 @@
 //! 1e7) while its tails hold, so quantiles are found here by bisection on the tails.
 
 pub mod fisher;
+pub mod normal;
 pub mod robust;
 pub mod student;
 

@@ -36,8 +36,13 @@ mod truth;
 use rayon::prelude::*;
 use std::path::PathBuf;
 
-fn folder() -> PathBuf {
-    std::env::var_os("LOSTMOTION_CASES_DIR").expect("LOSTMOTION_CASES_DIR names a folder").into()
+/// The folder that LOSTMOTION_CASES_DIR names; without it there is nothing to do, which is said.
+fn folder() -> Option<PathBuf> {
+    let dir = std::env::var_os("LOSTMOTION_CASES_DIR").map(PathBuf::from);
+    if dir.is_none() {
+        println!("skipped: LOSTMOTION_CASES_DIR names no folder");
+    }
+    dir
 }
 
 fn number(name: &str, default: usize) -> usize {
@@ -47,7 +52,7 @@ fn number(name: &str, default: usize) -> usize {
 #[test]
 #[ignore = "writes cases into LOSTMOTION_CASES_DIR, to look at"]
 fn write_cases() {
-    let dir = folder();
+    let Some(dir) = folder() else { return };
     let seed = number("LOSTMOTION_HIDDEN_SEED", 1) as u64;
     let plan = plan();
     plan.par_iter().enumerate().for_each(|(k, kind)| {
@@ -79,7 +84,8 @@ fn plan() -> Vec<case::Kind> {
 #[test]
 #[ignore = "compares our physics with the cases in LOSTMOTION_CASES_DIR"]
 fn validate_folder() {
-    for path in case_folders(&folder()) {
+    let Some(dir) = folder() else { return };
+    for path in case_folders(&dir) {
         let f = replay::Folder::read(&path);
         for name in ["train", "test"] {
             if name == "train" && f.truth["kind"] == "bad" {
@@ -127,7 +133,8 @@ fn validate_folder() {
 #[test]
 #[ignore = "diagnoses the cases in LOSTMOTION_CASES_DIR"]
 fn score_folder() {
-    let scores: Vec<score::Score> = case_folders(&folder())
+    let Some(dir) = folder() else { return };
+    let scores: Vec<score::Score> = case_folders(&dir)
         .par_iter()
         .map(|path| {
             let score = score::folder(path);
@@ -156,7 +163,6 @@ fn made_and_scored(plan: &[case::Kind], seed: u64) -> Vec<score::Score> {
 
 /// A small set that stands for all: what it asserts is looser than the targets, as so few cases cannot tell 90 % from 95 %.
 #[test]
-#[ignore = "diagnose is not there yet"]
 fn fast_set() {
     use case::Kind::{Bad, Null, Outside, Pair, Single, Triple};
     let mut plan: Vec<case::Kind> = [1, 3, 4, 7, 8, 10, 13].map(|k| Single(10.0, k)).to_vec();

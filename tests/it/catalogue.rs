@@ -172,9 +172,9 @@ fn an_axis_at_rest_and_an_empty_list_of_effects_change_nothing() {
     let cmd: Vec<Vec<f64>> =
         (0..6).map(|a| t_s.iter().map(|t| if a == 2 { (t * 0.7).sin() } else { 0.2 }).collect()).collect();
     let drive = Drive::of_columns(&robot, t_s, cmd.clone(), None, false);
-    for axis in 0..6 {
-        assert_eq!(drive.gear(axis, &[], 0), cmd[axis]);
-        assert_eq!(drive.servo(axis, &[], 1), cmd[axis]);
+    for (axis, command) in cmd.iter().enumerate() {
+        assert_eq!(&drive.gear(axis, &[], 0), command);
+        assert_eq!(&drive.servo(axis, &[], 1), command);
         assert_eq!(drive.rests(axis), axis != 2);
     }
     let ideal = predict(&Model::ideal(robot.clone()), &drive);

@@ -4,10 +4,12 @@
 //! - [`circle`]: circles before and after, side by side for any number of runs.
 //! - [`gaps`]: what an identification found; joint error traces of a path.
 //! - [`compensator`]: offsets, and what was left out; [`rewrite`]: what was done to a program.
+//! - [`diagnose`]: what a model lacks, and how that was found.
 //! - [`impact`]: what a gap costs at the TCP; [`simulate`]: what was run on which machine.
 
 pub mod circle;
 pub mod compensator;
+pub mod diagnose;
 pub mod gaps;
 pub mod impact;
 pub mod rewrite;

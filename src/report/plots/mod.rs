@@ -4,17 +4,19 @@
 //! - [`axes`]: extents, scales, ticks, the frame of a chart in x and y.
 //! - [`line`]: series of points to path data, thinned to what the eye can see.
 //! - [`joints`]: a joint's colour, shape, name and units on the page.
-//! - [`path3d`], [`polar`], [`traces`], [`gap_curve`], [`histogram`], [`bars`]: one figure each.
+//! - [`path3d`], [`polar`], [`traces`], [`gap_curve`], [`histogram`], [`bars`], [`ways`]: one figure each; [`heat`]: what is coloured by a quantity.
 
 pub mod axes;
 pub mod bars;
 pub mod gap_curve;
+pub mod heat;
 pub mod histogram;
 pub mod joints;
 pub mod line;
 pub mod path3d;
 pub mod polar;
 pub mod traces;
+pub mod ways;
 
 use super::figures::{Role, Run};
 use maud::{Markup, html};

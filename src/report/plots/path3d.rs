@@ -12,6 +12,8 @@ use crate::report::number::{number, px};
 use maud::{Markup, PreEscaped, html};
 use std::fmt::Write;
 
+/// Azimuth and elevation of the viewer, deg.
+pub(super) const ISOMETRIC: [f64; 2] = [AZIMUTH_DEG, ELEVATION_DEG];
 const AZIMUTH_DEG: f64 = 45.0;
 const ELEVATION_DEG: f64 = 35.264_389_682_754_654;
 const SIZE: [f64; 2] = [520.0, 470.0];
@@ -31,16 +33,25 @@ const NAME: [f64; 2] = [14.0, 8.0];
 type Point = [f64; 3];
 
 /// A view direction: right, up and towards the viewer.
-struct Camera {
+pub(super) struct Camera {
     right: Point,
     up: Point,
 }
 
 impl Camera {
-    fn new(azimuth_deg: f64, elevation_deg: f64) -> Self {
+    pub(super) fn new(azimuth_deg: f64, elevation_deg: f64) -> Self {
         let (sa, ca) = azimuth_deg.to_radians().sin_cos();
         let (se, ce) = elevation_deg.to_radians().sin_cos();
         Self { right: [-sa, ca, 0.0], up: [-ca * se, -sa * se, ce] }
+    }
+
+    /// Coordinates of a point in the picture, to the right and upwards.
+    pub(super) fn across(&self, p: &Point) -> f64 {
+        dot(p, &self.right)
+    }
+
+    pub(super) fn upwards(&self, p: &Point) -> f64 {
+        dot(p, &self.up)
     }
 }
 
@@ -183,7 +194,7 @@ fn place_names(marks: &[&PathMark], stage: &Stage, drawn: &[[f64; 2]]) -> Vec<[f
 }
 
 /// The base frame's axes.
-fn triad(camera: &Camera) -> Markup {
+pub(super) fn triad(camera: &Camera) -> Markup {
     const FOOT: [f64; 2] = [46.0, 414.0];
     const LENGTH: f64 = 34.0;
     html! {

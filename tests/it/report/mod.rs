@@ -30,13 +30,13 @@ fn xml(html: &str) -> String {
 }
 
 /// Parses a page strictly and hands its elements to a check.
-fn with_elements(html: &str, check: impl Fn(&[Node])) {
+pub fn with_elements(html: &str, check: impl FnOnce(&[Node])) {
     let text = xml(html);
     let document = Document::parse(&text).unwrap_or_else(|e| panic!("not well-formed: {e}"));
     check(&document.descendants().filter(Node::is_element).collect::<Vec<_>>());
 }
 
-fn named<'a, 'i>(all: &[Node<'a, 'i>], name: &str) -> Vec<Node<'a, 'i>> {
+pub fn named<'a, 'i>(all: &[Node<'a, 'i>], name: &str) -> Vec<Node<'a, 'i>> {
     all.iter().copied().filter(|n| n.tag_name().name() == name).collect()
 }
 
@@ -49,7 +49,7 @@ fn text_of(n: &Node) -> String {
 }
 
 /// Every attribute of every drawing is free of what no browser can draw.
-fn draws_only_numbers(html: &str) {
+pub fn draws_only_numbers(html: &str) {
     assert!(!html.contains("NaN"), "NaN on the page");
     with_elements(html, |all| {
         for n in all.iter().filter(|n| n.ancestors().any(|a| a.tag_name().name() == "svg")) {

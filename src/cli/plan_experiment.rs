@@ -1,0 +1,210 @@
+//! `lostmotion plan-experiment`: rivals, or the whole catalogue -> the motion that decides, as a program.
+
+use crate::cli::paths;
+use crate::diagnose::noise::Noise;
+use crate::diagnose::synthetic::Channels;
+use crate::error::{Error, Place, Result};
+use crate::io::input;
+use crate::io::output::{self, Output};
+use crate::model::Model;
+use crate::plan::path::{Room, RoomOptions};
+use crate::plan::question::{self, Set};
+use crate::plan::separate::Bench;
+use crate::plan::sizes::{self, Scale};
+use crate::plan::{self, display, document, motions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Propose the motion that tells apart what a diagnosis could not.
+///
+/// Every motion of a library (sweeps, stairs, slow reversals, circles, all joints, waiting, two
+/// payloads) is evaluated with the engine of `diagnose`: how much worse would the wrong rival fit?
+/// The best one, or the best two, is written as a program that starts and ends at rest at the pose.
+/// Without --diagnosis and --between: the motion that shows the whole catalogue best.
+///
+/// Examples:
+///   lostmotion plan-experiment --model machine.yaml --diagnosis diagnosis.json --output program.csv
+///   lostmotion plan-experiment --model machine.yaml --between backlash:A2,hysteresis:A2 --output program.csv
+///   lostmotion plan-experiment --model machine.yaml --between servo_lag:A2:lag_s=0.004,time_offset --json
+///   lostmotion plan-experiment --model machine.yaml --output first.csv
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct Args {
+    /// Model file: the robot and what is known to be wrong with it
+    #[arg(long, value_name = "MODEL.yaml")]
+    pub model: PathBuf,
+    /// Diagnosis (`diagnose --json`) whose sets are to be decided
+    #[arg(long, value_name = "DIAGNOSIS.json", conflicts_with = "between")]
+    pub diagnosis: Option<PathBuf>,
+    /// Rivals: EFFECT:TARGET[:key=value...], commas between them; + joins effects, * is every joint, `frame` is no effect
+    #[arg(long, value_name = "RIVALS")]
+    pub between: Option<String>,
+    /// Joint pose at which the program starts and ends, deg or mm [default: near the middle of the ranges]
+    #[arg(long, value_name = "Q1,Q2,...", allow_hyphen_values = true)]
+    pub pose: Option<String>,
+    /// Longest time of one motion, s
+    #[arg(long, value_name = "S", default_value_t = 120.0, value_parser = above_zero)]
+    pub duration_s: f64,
+    /// Standard deviation of the noise on each coordinate, um [default: the diagnosis', else 10]
+    #[arg(long, value_name = "UM", value_parser = above_zero)]
+    pub noise_um: Option<f64>,
+    /// Rows per second of the log
+    #[arg(long, value_name = "HZ", default_value_t = 25.0, value_parser = above_zero)]
+    pub rate_hz: f64,
+    /// Payload with which motions of two loads are evaluated, kg
+    #[arg(long, value_name = "KG", default_value_t = 5.0, value_parser = above_zero)]
+    pub payload_kg: f64,
+    /// Working speed of the TCP, mm/s
+    #[arg(long, value_name = "MM_S", default_value_t = 100.0, value_parser = above_zero)]
+    pub speed_mm_s: f64,
+    /// Farthest from the pose that a revolute joint goes, deg
+    #[arg(long, value_name = "DEG", default_value_t = 30.0, value_parser = above_zero)]
+    pub travel_deg: f64,
+    /// Farthest from the pose that a prismatic joint goes, mm
+    #[arg(long, value_name = "MM", default_value_t = 200.0, value_parser = above_zero)]
+    pub travel_mm: f64,
+    /// Where the program goes (CSV with t_s)
+    #[arg(long, short, value_name = "PROGRAM.csv")]
+    pub output: Option<PathBuf>,
+    /// Print the plan as one JSON document on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Most rows of a program, and of the log of one motion.
+const MOST_ROWS: f64 = 200_000.0;
+
+fn above_zero(text: &str) -> std::result::Result<f64, String> {
+    text.parse().ok().filter(|v: &f64| v.is_finite() && *v > 0.0).ok_or_else(|| "expected a number above 0".into())
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    let inputs = [("--model", Some(args.model.as_path())), ("--diagnosis", args.diagnosis.as_deref())];
+    paths::refuse_shared(&inputs, &[("--output", args.output.as_deref())])?;
+    if args.json && args.output.as_deref() == Some(Path::new("-")) {
+        return Err(Error::bad(
+            Place::file("--output"),
+            "`-` with --json",
+            "a file: standard output holds the document",
+        ));
+    }
+    if args.duration_s * args.rate_hz.max(25.0) > MOST_ROWS {
+        let found = format!("{} s at {} Hz", args.duration_s, args.rate_hz);
+        return Err(Error::bad(Place::file("--duration-s"), found, format!("at most {MOST_ROWS:.0} rows")));
+    }
+    let model = Model::load(&args.model)?;
+    let robot = &model.robot;
+    let options = RoomOptions {
+        pose: args.pose.as_deref().map(|p| pose(p, &model)).transpose()?,
+        duration_s: args.duration_s,
+        rate_hz: args.rate_hz,
+        speed_m_s: args.speed_mm_s * 1e-3,
+        travel_rad: args.travel_deg.to_radians(),
+        travel_m: args.travel_mm * 1e-3,
+    };
+    let mut room = Room::new(robot, &options);
+    let window = room.window.clone();
+    let mut scale = Scale {
+        robot,
+        window: &window,
+        speed_m_s: room.speed_m_s,
+        duration_s: room.duration_s,
+        lost: vec![None; robot.dof()],
+    };
+    let mut noise = Noise::white(10e-6);
+    let (question, sets): (&str, Vec<Set>) = match (&args.diagnosis, &args.between) {
+        (Some(path), _) => {
+            let (text, input) = input::read_text(path)?;
+            let sets = question::of_diagnosis(&input.name, &text, &mut scale)?;
+            noise = noise_of(&text).unwrap_or(noise);
+            ("diagnosis", sets)
+        }
+        (None, Some(text)) => ("between", vec![question::between(text, &scale)?]),
+        (None, None) => ("catalogue", Vec::new()),
+    };
+    if let Some(um) = args.noise_um {
+        noise = Noise::white(um * 1e-6);
+    }
+    widen(&mut room, &sets);
+    let mut out = output::create(args.output.as_deref())?;
+    let bench = Bench { model: &model, room: &room, noise, payload_kg: args.payload_kg, channels: Channels::default() };
+    let payload = !robot.links.is_empty();
+    let (plan, program) = match question {
+        "catalogue" => {
+            let answer = plan::observe(&bench, motions::library(&room, &[], payload), &scale);
+            let (plan, motion) = document::of_catalogue(&answer, &bench);
+            (plan, motion.map(|m| document::program(m, &room)))
+        }
+        _ if sets.is_empty() => (document::of_nothing(&bench), None),
+        _ => {
+            let library = motions::library(&room, &plan::axes_of(&sets, robot.dof()), payload);
+            let answer = plan::separate(&bench, library, &sets);
+            let (plan, motion) = document::of_separation(question, &answer, &sets, &bench);
+            (plan, motion.map(|m| document::program(m, &room)))
+        }
+    };
+    match (&mut out, program) {
+        (Some(out), Some(bytes)) => out.put(&bytes)?,
+        (Some(_), None) => {
+            eprintln!("note: no program is written to {}", args.output.as_deref().unwrap_or(Path::new("-")).display());
+            out = None;
+        }
+        _ => {}
+    }
+    let mut text = display::story(&plan);
+    if args.json {
+        text = serde_json::to_string_pretty(&plan).unwrap_or_default() + "\n";
+    }
+    if args.output.as_deref() == Some(Path::new("-")) {
+        // the program goes to standard output: the words beside it
+        eprint!("{text}");
+        return output::commit([out]);
+    }
+    let mut stdout = Output::create(Path::new("-"))?;
+    stdout.write_all(text.as_bytes()).map_err(|e| Error::io("standard output", "write", e))?;
+    output::commit([out, Some(stdout)])
+}
+
+/// Transitions as long as the rivals'.
+fn widen(room: &mut Room, sets: &[Set]) {
+    let mut found: Vec<Option<f64>> = vec![None; room.pose.len()];
+    for p in sets.iter().flat_map(|s| &s.rivals).flat_map(|r| &r.effects) {
+        if let (Some(axis), Some(x)) = (p.axis(), sizes::transition(&p.effect)) {
+            found[axis] = Some(found[axis].unwrap_or(0.0).max(x));
+        }
+    }
+    for (t, x) in room.transition.iter_mut().zip(found) {
+        *t = x.unwrap_or(*t);
+    }
+}
+
+/// Noise as a diagnosis found it.
+fn noise_of(text: &str) -> Option<Noise> {
+    let value: serde_json::Value = serde_json::from_str(text).ok()?;
+    let noise = value.get("noise")?;
+    let sigma = noise.get("sigma_um")?.as_f64().filter(|s| s.is_finite() && *s > 0.0)? * 1e-6;
+    let part = |key: &str| noise.get(key).and_then(|v| v.as_f64()).filter(|v| (0.0..=1.0).contains(v)).unwrap_or(0.0);
+    Some(Noise { sigma, phi: part("phi").min(0.99), share: part("share") })
+}
+
+fn pose(text: &str, model: &Model) -> Result<Vec<f64>> {
+    let robot = &model.robot;
+    let bad = |found: String| {
+        let expected =
+            format!("{} numbers within the joints' ranges, deg or mm: {}", robot.dof(), robot.axis_names().join(","));
+        Error::bad(Place::file("--pose"), found, expected)
+    };
+    let values: Option<Vec<f64>> =
+        text.split(',').map(|v| v.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
+    let values = values.filter(|v| v.len() == robot.dof()).ok_or_else(|| bad(format!("`{text}`")))?;
+    let mut q = Vec::with_capacity(values.len());
+    for (joint, v) in robot.axis_joints().zip(values) {
+        let si = v * joint.kind.si();
+        if joint.limits.is_some_and(|[lo, hi]| si < lo || si > hi) {
+            return Err(bad(format!("{} at {v} {}", joint.name, joint.kind.unit())));
+        }
+        q.push(si);
+    }
+    Ok(q)
+}

@@ -1,0 +1,365 @@
+//! The plan as it is written: `lostmotion/plan/1`, and the program.
+
+use super::motions::Motion;
+use super::path::{DECIMALS, Room};
+use super::question::Set;
+use super::separate::{Bench, Comparison, NEEDED, Worth, named, right};
+use super::{LEAST, Separation, Shown, reasons};
+use crate::diagnose::search::MOST_EFFECTS;
+use crate::effect::{Placed, entry};
+use crate::log::write;
+use crate::robot::Robot;
+use serde::Serialize;
+use serde_json::{Value, json};
+
+pub const SCHEMA: &str = "lostmotion/plan/1";
+
+/// What `plan-experiment --json` prints.
+#[derive(Debug, Clone, Serialize)]
+pub struct Plan {
+    pub schema: &'static str,
+    /// `between`, `diagnosis` or `catalogue`.
+    pub question: &'static str,
+    pub verdict: Verdict,
+    pub noise_um: f64,
+    pub rate_hz: f64,
+    /// Rivals of every set with their sizes.
+    pub sets: Vec<SetShown>,
+    /// The proposal; null where nothing is worth running.
+    pub best: Option<Entry>,
+    /// Every motion of the library, best first: of those that are enough, the one that no other effect comes near.
+    pub motions: Vec<Entry>,
+    /// Why no motion is enough; null where one is.
+    pub reason: Option<String>,
+    /// What a further channel would give, where no motion is enough.
+    pub channels: Vec<ChannelShown>,
+    /// The channel that has to be logged for the proposal to decide.
+    pub needs_channel: Option<String>,
+    pub notes: Vec<String>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The proposal tells them apart in 99 of 100 logs.
+    Separable,
+    /// More often than not, but not surely.
+    Weak,
+    /// No motion does; with another channel the proposal does.
+    NeedsChannel,
+    /// Nothing that this tool knows does.
+    Inseparable,
+    /// The whole catalogue: everything that can be seen is seen at its typical size.
+    Observable,
+    /// The whole catalogue: some effect is seen only when larger.
+    PartlyObservable,
+    /// The diagnosis has no set.
+    NothingToDecide,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct SetShown {
+    pub rivals: Vec<RivalShown>,
+    /// Further found effects, refitted with each.
+    pub beside: Vec<Value>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct RivalShown {
+    pub name: String,
+    pub effects: Vec<Value>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Entry {
+    pub motion: String,
+    pub does: String,
+    /// Of one run.
+    pub duration_s: f64,
+    /// One, or one per payload.
+    pub runs: Vec<RunShown>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<Evidence>,
+    /// Size over smallest detectable size of the effect that is seen worst (whole catalogue).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub worst_ratio: Option<f64>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub detectable: Vec<Value>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct RunShown {
+    pub payload_kg: Option<f64>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Evidence {
+    /// Expected difference in 2 ln L, the least over all comparisons.
+    pub expected_2lnl: f64,
+    /// Probability that the truth fits better, and that a diagnosis names it alone, for that comparison.
+    pub probability_right: f64,
+    pub probability_named: f64,
+    pub comparisons: Vec<ComparisonShown>,
+    /// The effect outside the sets that comes nearest to one of the rivals; null where it was not looked for.
+    pub nearest_outside: Option<OutsideShown>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct OutsideShown {
+    pub what: String,
+    pub expected_2lnl: f64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct ComparisonShown {
+    pub truth: String,
+    pub rival: String,
+    pub expected_2lnl: f64,
+    pub probability_right: f64,
+    pub probability_named: f64,
+    /// The rival where it fits the truth best.
+    pub rival_fitted: Vec<Value>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct ChannelShown {
+    pub channel: &'static str,
+    pub log: &'static str,
+    pub motion: String,
+    pub expected_2lnl: f64,
+}
+
+fn digits(value: f64) -> f64 {
+    if value == 0.0 || !value.is_finite() {
+        return value;
+    }
+    let scale = 10f64.powi(5 - value.abs().log10().floor() as i32);
+    if scale.is_finite() && scale > 0.0 { (value * scale).round() / scale } else { value }
+}
+
+fn effect(placed: &Placed, robot: &Robot) -> Value {
+    let mut value = serde_json::to_value(entry::write(placed, robot)).unwrap_or(Value::Null);
+    if let Value::Object(map) = &mut value {
+        for v in map.values_mut() {
+            if let Some(x) = v.as_f64() {
+                *v = json!(digits(x));
+            }
+        }
+    }
+    value
+}
+
+fn sets_shown(sets: &[Set], robot: &Robot) -> Vec<SetShown> {
+    let list = |p: &[Placed]| p.iter().map(|p| effect(p, robot)).collect();
+    sets.iter()
+        .map(|s| SetShown {
+            rivals: s.rivals.iter().map(|r| RivalShown { name: r.name.clone(), effects: list(&r.effects) }).collect(),
+            beside: list(&s.common),
+        })
+        .collect()
+}
+
+fn entry_of(motion: &Motion, bench: &Bench) -> Entry {
+    let payloads = if motion.two_payloads { vec![Some(0.0), Some(bench.payload_kg)] } else { vec![None] };
+    Entry {
+        motion: motion.name.clone(),
+        does: motion.does.clone(),
+        duration_s: digits((motion.rows.len() - 1) as f64 * bench.room.step_s),
+        runs: payloads.into_iter().map(|payload_kg| RunShown { payload_kg }).collect(),
+        evidence: None,
+        worst_ratio: None,
+        detectable: Vec::new(),
+    }
+}
+
+fn evidence(worth: &Worth, sets: &[Set], robot: &Robot) -> Evidence {
+    let shown = |c: &Comparison| ComparisonShown {
+        truth: sets[c.set].rivals[c.truth].name.clone(),
+        rival: sets[c.set].rivals[c.other].name.clone(),
+        expected_2lnl: digits(c.evidence),
+        probability_right: digits(right(c.evidence)),
+        probability_named: digits(named(c.evidence)),
+        rival_fitted: c.fitted.iter().map(|p| effect(p, robot)).collect(),
+    };
+    Evidence {
+        expected_2lnl: digits(worth.evidence),
+        probability_right: digits(right(worth.evidence)),
+        probability_named: digits(named(worth.evidence)),
+        comparisons: worth.comparisons.iter().map(shown).collect(),
+        nearest_outside: worth
+            .outside
+            .as_ref()
+            .map(|(left, what)| OutsideShown { what: what.clone(), expected_2lnl: digits(*left) }),
+    }
+}
+
+fn empty(question: &'static str, bench: &Bench) -> Plan {
+    Plan {
+        schema: SCHEMA,
+        question,
+        verdict: Verdict::NothingToDecide,
+        noise_um: digits(bench.noise.sigma * 1e6),
+        rate_hz: bench.room.rate_hz,
+        sets: Vec::new(),
+        best: None,
+        motions: Vec::new(),
+        reason: None,
+        channels: Vec::new(),
+        needs_channel: None,
+        notes: Vec::new(),
+    }
+}
+
+/// The document where a diagnosis has no set.
+pub fn of_nothing(bench: &Bench) -> Plan {
+    let mut plan = empty("diagnosis", bench);
+    plan.reason = Some("no round of the diagnosis has a set of two or more: there is nothing to decide".into());
+    plan
+}
+
+/// The document of a separation, and the motion to run.
+pub fn of_separation<'a>(
+    question: &'static str,
+    answer: &'a Separation,
+    sets: &[Set],
+    bench: &Bench,
+) -> (Plan, Option<&'a Motion>) {
+    let robot = &bench.model.robot;
+    let mut plan = empty(question, bench);
+    plan.sets = sets_shown(sets, robot);
+    let shown = |motion: &Motion, worth: &Worth| Entry {
+        evidence: Some(evidence(worth, sets, robot)),
+        ..entry_of(motion, bench)
+    };
+    plan.motions = answer.singles.iter().map(|j| shown(&j.motion, &j.worth)).collect();
+    if sets.iter().flat_map(|s| &s.rivals).any(|r| r.effects.len() > MOST_EFFECTS) {
+        plan.notes.push(format!(
+            "a diagnosis looks for {MOST_EFFECTS} effects at most: put the larger rival into a model and compare"
+        ));
+    }
+    let Some(best) = answer.best() else {
+        plan.verdict = Verdict::Inseparable;
+        plan.reason = Some("no motion of the library fits into the duration and the joints' windows".into());
+        return (plan, None);
+    };
+    if answer.pair.is_some() {
+        plan.notes.push("no single motion is enough: two, one after the other, in one program".into());
+    }
+    if best.worth.evidence >= NEEDED {
+        plan.verdict = Verdict::Separable;
+        plan.best = Some(shown(&best.motion, &best.worth));
+        if let Some((_, what)) = best.worth.outside.as_ref().filter(|o| o.0 < NEEDED) {
+            plan.notes.push(format!("the set will be decided, but it may be taken for another effect: {what}"));
+        }
+        return (plan, Some(&best.motion));
+    }
+    let least = |c: &&Comparison| c.evidence;
+    if let Some(c) = best.worth.comparisons.iter().min_by(|a, b| least(a).total_cmp(&least(b))) {
+        let (a, b) = (&sets[c.set].rivals[c.truth], &sets[c.set].rivals[c.other]);
+        plan.reason = Some(format!("{} and {}: {}", a.name, b.name, reasons::reason(a, b, bench.model)));
+    } else {
+        plan.reason = Some("one rival is a special case of the other, whatever the log".into());
+    }
+    plan.channels = answer
+        .with
+        .iter()
+        .map(|w| ChannelShown {
+            channel: w.channel.name,
+            log: w.channel.log,
+            motion: answer.singles[w.motion].motion.name.clone(),
+            expected_2lnl: digits(w.worth.evidence),
+        })
+        .collect();
+    let weak = best.worth.evidence >= LEAST;
+    if weak {
+        plan.reason = None;
+        let times = (NEEDED / best.worth.evidence).ceil();
+        plan.notes.push(format!(
+            "evidence grows with the time: {times:.0} times the duration (or less noise) would be enough"
+        ));
+    }
+    match answer.channel() {
+        Some(with) if !weak => {
+            let motion = &answer.singles[with.motion].motion;
+            plan.verdict = Verdict::NeedsChannel;
+            plan.needs_channel = Some(with.channel.name.into());
+            plan.best = Some(shown(motion, &with.worth));
+            (plan, Some(motion))
+        }
+        _ if weak => {
+            plan.verdict = Verdict::Weak;
+            plan.best = Some(shown(&best.motion, &best.worth));
+            (plan, Some(&best.motion))
+        }
+        _ => {
+            plan.verdict = Verdict::Inseparable;
+            (plan, None)
+        }
+    }
+}
+
+/// The document of the whole catalogue, and the motion to run.
+pub fn of_catalogue<'a>(answer: &'a [Shown], bench: &Bench) -> (Plan, Option<&'a Motion>) {
+    let robot = &bench.model.robot;
+    let mut plan = empty("catalogue", bench);
+    let shown = |s: &Shown| {
+        let mut entry = entry_of(&s.motion, bench);
+        entry.worst_ratio = Some(digits(s.worst));
+        let mut seen: Vec<_> = s.seen.iter().collect();
+        seen.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
+        entry.detectable = seen
+            .iter()
+            .map(|x| {
+                let from = x.detectable.as_ref().map(|p| effect(p, robot));
+                json!({"effect": x.effect, "target": x.target, "ratio": digits(x.ratio), "detectable_from": from})
+            })
+            .collect();
+        entry
+    };
+    plan.motions = answer.iter().map(shown).collect();
+    let Some(best) = answer.first() else {
+        plan.verdict = Verdict::Inseparable;
+        plan.reason = Some("no motion of the library fits into the duration and the joints' windows".into());
+        return (plan, None);
+    };
+    plan.best = Some(shown(best));
+    plan.verdict = if best.worst >= 1.0 { Verdict::Observable } else { Verdict::PartlyObservable };
+    let hidden: Vec<String> = best
+        .seen
+        .iter()
+        .filter(|x| {
+            answer.iter().all(|s| s.seen.iter().all(|y| y.effect != x.effect || y.target != x.target || y.ratio == 0.0))
+        })
+        .map(|x| format!("{} {}", x.effect, x.target))
+        .collect();
+    if !hidden.is_empty() {
+        plan.reason = Some(format!(
+            "{} cannot be seen by any motion: {}",
+            hidden.join(", "),
+            if bench.model.registration.is_none() {
+                "the estimated frame moves alike; measure the base"
+            } else {
+                "they do not move the TCP"
+            }
+        ));
+    }
+    (plan, Some(&best.motion))
+}
+
+/// The program: `t_s` and a column per joint, one row an interval.
+pub fn program(motion: &Motion, room: &Room) -> Vec<u8> {
+    let mut out = b"t_s".to_vec();
+    for joint in room.robot.axis_joints() {
+        out.extend_from_slice(format!(",{}_{}", joint.name.to_lowercase(), joint.kind.unit()).as_bytes());
+    }
+    out.push(b'\n');
+    for (i, row) in motion.rows.iter().enumerate() {
+        write::number(&mut out, i as f64 * room.step_s, DECIMALS);
+        for (axis, v) in row.iter().enumerate() {
+            out.push(b',');
+            write::number(&mut out, room.robot.axis(axis).kind.to_edge(*v), DECIMALS);
+        }
+        out.push(b'\n');
+    }
+    out
+}

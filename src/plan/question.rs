@@ -1,0 +1,154 @@
+//! What is to be told apart: from the command line, or from a diagnosis.
+//!
+//! `backlash:A2,hysteresis:A2` names two rivals; `+` joins effects of one rival (`backlash:A2+backlash:A2` is two gaps in
+//! series); `*` is every joint (`servo_lag:*`); sizes stand behind the target (`backlash:A2:half_gap_deg=0.004`). `frame` (or
+//! `nothing`) is the rival without any effect: what the estimated frame can swallow.
+
+use super::sizes::{self, Scale};
+use crate::diagnose::document::SCHEMA;
+use crate::effect::{Placed, catalogue, entry};
+use crate::error::{Error, Place, Result};
+use crate::io::yaml::Document;
+use serde_yaml::{Mapping, Value};
+
+/// One explanation: the effects that would have to be there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rival {
+    pub name: String,
+    pub effects: Vec<Placed>,
+}
+
+/// Rivals that a log could not tell apart, and what else is wrong with the machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Set {
+    pub rivals: Vec<Rival>,
+    /// Further found effects: there in every rival, refitted with it.
+    pub common: Vec<Placed>,
+}
+
+const EXPECTED: &str = "EFFECT:TARGET,EFFECT:TARGET with names of the catalogue, as backlash:A2,hysteresis:A2";
+
+/// Reads `--between`.
+pub fn between(text: &str, scale: &Scale) -> Result<Set> {
+    let doc = Document { name: "--between", text };
+    let mut rivals: Vec<Rival> = Vec::new();
+    for part in text.split(',').map(str::trim) {
+        let rival = rival(part, scale, &doc)?;
+        if rivals.iter().any(|r| r.name == rival.name) {
+            return Err(Error::bad(Place::file("--between"), format!("`{part}` twice"), "every rival once"));
+        }
+        rivals.push(rival);
+    }
+    if rivals.len() < 2 {
+        return Err(Error::bad(
+            Place::file("--between"),
+            format!("`{text}`"),
+            format!("two rivals or more: {EXPECTED}"),
+        ));
+    }
+    Ok(Set { rivals, common: Vec::new() })
+}
+
+fn rival(part: &str, scale: &Scale, doc: &Document) -> Result<Rival> {
+    if matches!(part, "frame" | "nothing") {
+        return Ok(Rival { name: part.into(), effects: Vec::new() });
+    }
+    let mut effects = Vec::new();
+    let mut names = Vec::new();
+    for one in part.split('+').map(str::trim) {
+        let mut fields = one.split(':').map(str::trim);
+        let name = fields.next().unwrap_or_default();
+        if catalogue::find(name).is_none() {
+            let names: Vec<&str> = catalogue::CARDS.iter().map(|c| c.name).collect();
+            return Err(Error::bad(
+                Place::file(doc.name),
+                format!("effect `{name}`"),
+                format!("one of {}", names.join(", ")),
+            ));
+        }
+        let mut rest: Vec<&str> = fields.collect();
+        let target = if rest.first().is_some_and(|t| !t.contains('=')) { rest.remove(0) } else { "" };
+        let mut given = Mapping::new();
+        for pair in rest {
+            let Some((key, value)) = pair.split_once('=') else {
+                return Err(Error::bad(Place::file(doc.name), format!("`{pair}` in `{one}`"), "key=value"));
+            };
+            let value: Value = serde_yaml::from_str(value.trim()).unwrap_or(Value::Null);
+            given.insert(key.trim().into(), value);
+        }
+        let targets: Vec<String> = match target {
+            "*" => scale.robot.axis_names().iter().map(|n| n.to_string()).collect(),
+            t => vec![t.to_string()],
+        };
+        for t in &targets {
+            effects.push(sizes::placed(name, t, &given, scale, doc)?);
+        }
+        names.push(if target.is_empty() { name.to_string() } else { format!("{name} {target}") });
+    }
+    Ok(Rival { name: names.join(" + "), effects })
+}
+
+/// Reads the sets of a diagnosis document; `None` where it has none of two or more.
+pub fn of_diagnosis(name: &str, text: &str, scale: &mut Scale) -> Result<Vec<Set>> {
+    let doc = Document { name, text };
+    let value: serde_json::Value = serde_json::from_str(text).map_err(|e| {
+        Error::bad(
+            Place::field(name, e.line() as u64, e.column() as u64),
+            e.to_string(),
+            format!("a diagnosis ({SCHEMA})"),
+        )
+    })?;
+    doc.require_schema(value["schema"].as_str().unwrap_or("none"), SCHEMA)?;
+    let mut found = Vec::new();
+    for e in value["effects"].as_array().into_iter().flatten() {
+        let mut e = e.clone();
+        // a document names the target beside the joint
+        if let Some(map) = e.as_object_mut()
+            && map.contains_key("joint")
+        {
+            map.shift_remove("target");
+        }
+        let yaml: Value = serde_json::from_value(e)
+            .map_err(|e| Error::bad(Place::file(name), e.to_string(), "effects as in a model file"))?;
+        found.push(entry::read(&yaml, scale.robot, &doc)?);
+    }
+    let text_of = |p: &Placed| (p.effect.name().to_string(), p.target_text(scale.robot));
+    let names: Vec<(String, String)> = found.iter().map(text_of).collect();
+    let mut sets = Vec::new();
+    for round in value["rounds"].as_array().into_iter().flatten() {
+        let members: Vec<(String, String)> = round["set"]
+            .as_array()
+            .into_iter()
+            .flatten()
+            .map(|m| (m["effect"].as_str().unwrap_or("").into(), m["target"].as_str().unwrap_or("").into()))
+            .collect();
+        if members.len() < 2 {
+            continue;
+        }
+        let own = names.iter().position(|n| *n == members[0]);
+        scale.lost = vec![None; scale.robot.dof()];
+        if let Some(p) = own.map(|k| &found[k])
+            && let Some(axis) = p.axis()
+        {
+            scale.lost[axis] = sizes::lost_motion(&p.effect);
+        }
+        let mut rivals = Vec::new();
+        for (effect, target) in &members {
+            let known = names.iter().position(|n| n.0 == *effect && n.1 == *target);
+            let placed = match known {
+                Some(k) => found[k].clone(),
+                None if catalogue::find(effect).is_some() => {
+                    sizes::placed(effect, target, &Mapping::new(), scale, &doc)?
+                }
+                None => {
+                    let place = doc.place(&[effect.as_str()]);
+                    return Err(Error::bad(place, format!("effect `{effect}` in a set"), "a name of the catalogue"));
+                }
+            };
+            rivals.push(Rival { name: format!("{effect} {target}"), effects: vec![placed] });
+        }
+        let common = found.iter().enumerate().filter(|(k, _)| Some(*k) != own).map(|(_, p)| p.clone()).collect();
+        sets.push(Set { rivals, common });
+    }
+    Ok(sets)
+}

@@ -1,0 +1,134 @@
+//! Why no motion tells two rivals apart, and which measurement would.
+//!
+//! The reason is looked up by the form of the rivals (the conditions of the effect catalogue); the channels are computed: the
+//! same motions with one more channel in the log.
+
+use super::motions::Motion;
+use super::question::{Rival, Set};
+use super::separate::{Bench, Worth};
+use crate::diagnose::synthetic::Channels;
+use crate::effect::{Effect, Placed, Stage, Target};
+use crate::model::Model;
+use crate::robot::JointKind;
+use nalgebra::Vector3;
+
+/// A measurement that could be added to the log.
+#[derive(Debug, Clone, Copy)]
+pub struct Channel {
+    pub name: &'static str,
+    pub log: &'static str,
+    pub channels: Channels,
+}
+
+const NONE: Channels = Channels { frame: false, reflectors: false, motors: false, joints: false };
+
+/// Every further measurement that a log can hold, the cheapest first.
+pub const CHANNELS: [Channel; 4] = [
+    Channel {
+        name: "the base, measured",
+        log: "`registration` in the model, from targets on the base",
+        channels: Channels { frame: true, ..NONE },
+    },
+    Channel {
+        name: "two further reflectors on the tool",
+        log: "x2_mm..., x3_mm..., their places under `tools:`",
+        channels: Channels { reflectors: true, ..NONE },
+    },
+    Channel { name: "the motor encoders", log: "enc_<joint> columns", channels: Channels { motors: true, ..NONE } },
+    Channel {
+        name: "the joints behind their gears",
+        log: "meas_<joint> columns: secondary encoder, level or scale",
+        channels: Channels { joints: true, ..NONE },
+    },
+];
+
+/// The model with at least two further reflectors: where it has fewer, 0.1 m off the TCP.
+pub fn with_reflectors(model: &Model) -> Model {
+    let mut model = model.clone();
+    let tcp = model.robot.tool.translation.vector;
+    while model.robot.reflectors_m.len() < 2 {
+        let k = model.robot.reflectors_m.len();
+        model.robot.reflectors_m.push(tcp + Vector3::ith(k, 0.1));
+    }
+    model
+}
+
+/// What a channel makes of one motion.
+#[derive(Debug, Clone)]
+pub struct With {
+    pub channel: Channel,
+    pub motion: usize,
+    pub worth: Worth,
+}
+
+/// The best of the motions `few` (indices) for every channel.
+pub fn channels(bench: &Bench, motions: &[Motion], few: &[usize], sets: &[Set]) -> Vec<With> {
+    use rayon::prelude::*;
+    let wide = with_reflectors(bench.model);
+    CHANNELS
+        .iter()
+        .filter(|c| !(c.channels.frame && bench.model.registration.is_some()))
+        .filter_map(|channel| {
+            let model = if channel.channels.reflectors { &wide } else { bench.model };
+            let with = Bench { model, channels: channel.channels, ..bench.clone() };
+            let all: Vec<(usize, Worth)> = few.par_iter().map(|&m| (m, with.worth(&motions[m], sets))).collect();
+            let best = all.into_iter().reduce(|a, b| if b.1.evidence > a.1.evidence { b } else { a });
+            best.map(|(motion, worth)| With { channel: *channel, motion, worth })
+        })
+        .collect()
+}
+
+/// Why two rivals look alike, in a sentence.
+pub fn reason(a: &Rival, b: &Rival, model: &Model) -> String {
+    let plays = |r: &Rival| r.effects.iter().filter(|p| matches!(p.effect, Effect::Backlash(_))).count();
+    let only = |r: &Rival, f: &dyn Fn(&Placed) -> bool| !r.effects.is_empty() && r.effects.iter().all(f);
+    let either = |f: &dyn Fn(&Rival, &Rival) -> bool| f(a, b) || f(b, a);
+    let same_axis =
+        a.effects.iter().chain(&b.effects).all(|p| p.target == a.effects.first().map_or(p.target, |q| q.target));
+    let zero =
+        |p: &Placed, axis: usize| p.target == Target::Joint(axis) && matches!(p.effect, Effect::JointZeroOffset(_));
+    let last = model.robot.dof() - 1;
+    let tool = |p: &Placed| p.target == Target::Tool;
+    let link_d = |p: &Placed| matches!(p.effect, Effect::LinkError(_));
+    if same_axis
+        && plays(a) + plays(b) == a.effects.len() + b.effects.len()
+        && plays(a) != plays(b)
+        && plays(a).min(plays(b)) > 0
+    {
+        return "gaps in series act as one gap of their sum: what stands before and behind both moves alike. Only a sensor \
+                between the two (motor shaft and screw, say), which no log of this tool has, tells them apart"
+            .into();
+    }
+    let named_nothing = |r: &Rival| r.effects.is_empty();
+    if either(&|x, y| named_nothing(y) && only(x, &|p| zero(p, 0))) && model.registration.is_none() {
+        return "a zero offset of the first joint turns the whole robot about that joint, and so does the frame between base \
+                and tracker, which is estimated from the same log"
+            .into();
+    }
+    if either(&|x, y| named_nothing(y) && !x.effects.is_empty()) {
+        return "the estimated frame swallows the effect, or it is too small for the noise".into();
+    }
+    if either(&|x, y| only(x, &|p| zero(p, last)) && only(y, &tool)) {
+        return "a zero offset of the last joint turns the TCP about its axis, and so does another tool, where one point of it is measured".into();
+    }
+    if only(a, &link_d) && only(b, &link_d) {
+        return "both lengths move the TCP by the same amount in the same direction at every pose: along parallel axes only their sum is seen".into();
+    }
+    let lag = |p: &Placed| matches!(p.effect, Effect::ServoLag(_));
+    let clock = |p: &Placed| p.target == Target::Log;
+    if either(&|x, y| only(x, &lag) && only(y, &clock)) {
+        let moving = model.robot.dof();
+        return format!(
+            "a lag of all {moving} joints by the same time and a shifted clock show the same path later; they differ only where \
+             a joint speeds up"
+        );
+    }
+    let geometry = |r: &Rival| only(r, &|p| p.effect.stage() >= Stage::Gear && !p.effect.has_memory());
+    if geometry(a) && geometry(b) {
+        let kind = if model.robot.axis(0).kind == JointKind::Revolute { "wider angles" } else { "longer strokes" };
+        return format!(
+            "both bend the path in the same way over the travel that was allowed; {kind} (--travel-deg, --travel-mm) may part them"
+        );
+    }
+    "their traces at the TCP are alike on every motion of the library, once the frame and the rival's own size are fitted".into()
+}

@@ -1,0 +1,330 @@
+//! How well a motion separates rivals: the expected difference in 2 ln L between the truth and the best-fitting other.
+//!
+//! Method: the log that the truth would give is made without noise; the rival is refitted to it with everything that a
+//! diagnosis would refit (its shape parameters, the frame where the model has none, further found effects). What it leaves,
+//! whitened by the noise, is the non-centrality: with noise the difference in 2 ln L is this much on average, with twice its
+//! root as standard deviation (Cox 1961, for separate families). Both ways round, as a truth may be told better than its
+//! rival; a narrow rival inside a wider one is no way to be wrong about the narrow one, so only the wide truth counts.
+//!
+//! Assumptions: the sizes are those given; noise white, or as a diagnosis found it. How it fails: a refit that stops in a
+//! side valley promises too much; every refit starts from two screened shapes and from the rival's own size.
+
+use super::motions::Motion;
+use super::path::Room;
+use super::question::{Rival, Set};
+use crate::diagnose::candidates::{self, Candidate};
+use crate::diagnose::fit::{self, Fit, Whitening, dot};
+use crate::diagnose::forward::{Hypothesis, Problem};
+use crate::diagnose::layout::Sensor;
+use crate::diagnose::noise::Noise;
+use crate::diagnose::screen::Ground;
+use crate::diagnose::synthetic::{self, Channels, Run};
+use crate::diagnose::verdict::WITHIN;
+use crate::effect::Placed;
+use crate::model::Model;
+use crate::robot::JointKind;
+use crate::stats::normal;
+
+/// Expected difference from which a set is told apart in 99 of 100 logs: [`named`] of it is 0.99.
+pub const NEEDED: f64 = 30.0;
+/// Noise of an encoder or secondary encoder: rad (1 arcsec), m.
+const SENSOR_SIGMA: [f64; 2] = [5e-6, 1e-6];
+
+/// One rival as the truth, another refitted to its log.
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// Number of the set, of the truth and of the other in it.
+    pub set: usize,
+    pub truth: usize,
+    pub other: usize,
+    /// Non-centrality.
+    pub evidence: f64,
+    /// The other's effects as they fit the truth best.
+    pub fitted: Vec<Placed>,
+}
+
+/// What a motion is worth for the question.
+#[derive(Debug, Clone, Default)]
+pub struct Worth {
+    pub comparisons: Vec<Comparison>,
+    /// The least over all comparisons.
+    pub evidence: f64,
+    /// The least with which any rival shows at all beside the frame.
+    pub visible: f64,
+    /// The effect outside the sets that comes nearest to one of the rivals, and what it leaves; where it was looked for.
+    pub outside: Option<(f64, String)>,
+}
+
+impl Worth {
+    /// Evidence against the set's rivals and against everything else.
+    pub fn whole(&self) -> f64 {
+        self.outside.as_ref().map_or(self.evidence, |o| self.evidence.min(o.0))
+    }
+}
+
+/// Probability that 2 ln L is larger for the truth than for its rival.
+pub fn right(evidence: f64) -> f64 {
+    normal::below(0.5 * evidence.max(0.0).sqrt())
+}
+
+/// Probability that a diagnosis names the truth alone: the rival fits worse by more than what keeps it in the set.
+pub fn named(evidence: f64) -> f64 {
+    if evidence > 0.0 { normal::below((evidence - WITHIN) / (2.0 * evidence.sqrt())) } else { 0.0 }
+}
+
+/// What everything is evaluated with.
+#[derive(Debug, Clone)]
+pub struct Bench<'a> {
+    pub model: &'a Model,
+    pub room: &'a Room<'a>,
+    /// Of one coordinate of a reflector, m.
+    pub noise: Noise,
+    pub payload_kg: f64,
+    pub channels: Channels,
+}
+
+impl Bench<'_> {
+    /// Logs of a motion: one, or one per payload.
+    pub fn problem(&self, motion: &Motion) -> (Problem, Hypothesis, Whitening) {
+        let (t_s, cmd) = rows_of_log(motion, self.room);
+        let payloads = if motion.two_payloads { vec![Some(0.0), Some(self.payload_kg)] } else { vec![None] };
+        let runs =
+            payloads.into_iter().map(|payload_kg| Run { t_s: t_s.clone(), cmd: cmd.clone(), payload_kg }).collect();
+        let (problem, start) = synthetic::problem(self.model, runs, self.channels);
+        let noise = problem.groups.iter().map(|g| match g.sensor {
+            Sensor::Reflector(_) => self.noise,
+            Sensor::Motor(a) | Sensor::Joint(a) => {
+                let revolute = self.model.robot.axis(a).kind == JointKind::Revolute;
+                Noise::white(SENSOR_SIGMA[usize::from(!revolute)])
+            }
+        });
+        let whitening = Whitening::new(&problem, noise.collect());
+        (problem, start, whitening)
+    }
+
+    /// What a motion is worth for all sets.
+    pub fn worth(&self, motion: &Motion, sets: &[Set]) -> Worth {
+        let (mut problem, start, whitening) = self.problem(motion);
+        let candidates = candidates::all(&problem);
+        let mut worth = Worth { evidence: f64::INFINITY, visible: f64::INFINITY, ..Worth::default() };
+        for (number, set) in sets.iter().enumerate() {
+            let mut base = start.clone();
+            base.effects.extend(set.common.iter().cloned());
+            let known = start.effects.len();
+            for (i, truth) in set.rivals.iter().enumerate() {
+                let mut h = base.clone();
+                h.effects.extend(truth.effects.iter().cloned());
+                synthetic::measure(&mut problem, &h);
+                let asked: Vec<usize> =
+                    (0..set.rivals.len()).filter(|&j| j != i && !nested(truth, &set.rivals[j])).collect();
+                if !truth.effects.is_empty() {
+                    let nothing = Rival { name: String::new(), effects: Vec::new() };
+                    let (seen, _) = left_by(&problem, &base, known, &nothing, &candidates, &whitening);
+                    worth.visible = worth.visible.min(seen);
+                }
+                for j in asked {
+                    let (evidence, fitted) = left_by(&problem, &base, known, &set.rivals[j], &candidates, &whitening);
+                    worth.evidence = worth.evidence.min(evidence);
+                    worth.comparisons.push(Comparison { set: number, truth: i, other: j, evidence, fitted });
+                }
+            }
+        }
+        if worth.comparisons.is_empty() {
+            worth.evidence = 0.0;
+        }
+        worth
+    }
+}
+
+/// Effects outside a set that are refitted to every truth.
+const OUTSIDE: usize = 3;
+
+impl Bench<'_> {
+    /// The effect outside the sets that fits best what a motion would show of one of the rivals, and what it leaves: a motion
+    /// that tells two rivals apart may confuse both with a third. Looked for where the truth is one effect.
+    pub fn outside(&self, motion: &Motion, sets: &[Set]) -> Option<(f64, String)> {
+        let (mut problem, start, whitening) = self.problem(motion);
+        let candidates = candidates::all(&problem);
+        let known = start.effects.len();
+        let mut nearest: Option<(f64, String)> = None;
+        for set in sets {
+            let mut base = start.clone();
+            base.effects.extend(set.common.iter().cloned());
+            let free: Vec<usize> = (known..base.effects.len()).collect();
+            for truth in set.rivals.iter().filter(|r| r.effects.len() == 1) {
+                let mut h = base.clone();
+                h.effects.extend(truth.effects.iter().cloned());
+                synthetic::measure(&mut problem, &h);
+                let state = problem.evaluate(&base);
+                let tangent = fit::tangent(&problem, &base, &state, &free, &whitening);
+                let ground = Ground::new(&problem, &base, &state, &whitening, tangent);
+                let inside = |c: &Candidate| {
+                    set.rivals
+                        .iter()
+                        .flat_map(|r| &r.effects)
+                        .any(|p| (p.effect.name(), p.target_text(&problem.robot)) == (c.effect, c.target.clone()))
+                };
+                let mut scored: Vec<(f64, Rival)> = ground
+                    .score_all(&candidates)
+                    .iter()
+                    .map(|s| (s, &candidates[s.candidate]))
+                    .filter(|(s, c)| s.gain > 0.0 && !inside(c))
+                    .map(|(s, c)| {
+                        (s.gain, Rival { name: format!("{} {}", c.effect, c.target), effects: c.at(&s.coefficients) })
+                    })
+                    .filter(|(_, r)| !r.effects.is_empty() && !nested(truth, r))
+                    .collect();
+                scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+                let mut tried: Vec<Rival> = Vec::new();
+                for (_, r) in scored {
+                    if tried.len() < OUTSIDE && !tried.iter().any(|t| t.name == r.name) {
+                        tried.push(r);
+                    }
+                }
+                for mut r in tried {
+                    r.effects = r.effects.into_iter().map(|p| self::inside(p, &problem)).collect();
+                    let (left, _) = left_by(&problem, &base, known, &r, &[], &whitening);
+                    if nearest.as_ref().is_none_or(|n| left < n.0) {
+                        nearest = Some((left, format!("{} for {}", r.name, truth.name)));
+                    }
+                }
+            }
+        }
+        nearest
+    }
+}
+
+/// Is every log of `narrow` one of `wide`, too?
+pub fn nested(narrow: &Rival, wide: &Rival) -> bool {
+    let key = |p: &Placed| (p.effect.name(), p.target);
+    if narrow.effects.len() < wide.effects.len() {
+        let mut rest: Vec<_> = wide.effects.iter().map(key).collect();
+        return narrow.effects.iter().all(|p| {
+            let at = rest.iter().position(|r| *r == key(p));
+            at.map(|k| rest.remove(k)).is_some()
+        });
+    }
+    match (narrow.effects.as_slice(), wide.effects.as_slice()) {
+        ([a], [b]) if a.target == b.target => {
+            matches!((a.effect.name(), b.effect.name()), ("backlash", "backlash_position" | "backlash_speed"))
+        }
+        _ => false,
+    }
+}
+
+/// What the best fit of a rival leaves of the measurements, whitened and squared, and the rival's effects there.
+fn left_by(
+    problem: &Problem,
+    base: &Hypothesis,
+    known: usize,
+    rival: &Rival,
+    candidates: &[Candidate],
+    whitening: &Whitening,
+) -> (f64, Vec<Placed>) {
+    let from = base.effects.len();
+    let mut starts = vec![rival.effects.clone()];
+    for rank in 0..2 {
+        if let Some(found) = screened(problem, base, known, rival, candidates, whitening, rank) {
+            starts.push(found);
+        }
+    }
+    let mut best: Option<Fit> = None;
+    for effects in starts {
+        let mut h = base.clone();
+        h.effects.extend(effects);
+        let free: Vec<usize> = (known..h.effects.len()).collect();
+        let fit = fit::refit(problem, &h, &free, whitening);
+        if best.as_ref().is_none_or(|b| fit.cost < b.cost) {
+            best = Some(fit);
+        }
+        if rival.effects.is_empty() {
+            break;
+        }
+    }
+    match best {
+        Some(fit) => (fit.cost, fit.hypothesis.effects[from..].to_vec()),
+        None => (0.0, Vec::new()),
+    }
+}
+
+/// A rival with the shapes that screening likes best (`rank` 0) or next to best for its first effect.
+fn screened(
+    problem: &Problem,
+    base: &Hypothesis,
+    known: usize,
+    rival: &Rival,
+    candidates: &[Candidate],
+    whitening: &Whitening,
+    rank: usize,
+) -> Option<Vec<Placed>> {
+    let from = base.effects.len();
+    let mut h = base.clone();
+    for (k, wanted) in rival.effects.iter().enumerate() {
+        let name = (wanted.effect.name(), wanted.target_text(&problem.robot));
+        let state = problem.evaluate(&h);
+        let free: Vec<usize> = (known..h.effects.len()).collect();
+        let tangent = fit::tangent(problem, &h, &state, &free, whitening);
+        let ground = Ground::new(problem, &h, &state, whitening, tangent);
+        if dot(&ground.residual, &ground.residual) == 0.0 {
+            return None;
+        }
+        let spectral =
+            if matches!(name.0, "transmission_error" | "vibration") { ground.spectral() } else { Vec::new() };
+        let mut scored: Vec<(f64, Vec<Placed>)> = candidates
+            .iter()
+            .chain(&spectral)
+            .filter(|c| c.effect == name.0 && c.target == name.1)
+            .map(|c| {
+                let s = ground.score(0, c);
+                (s.gain, c.at(&s.coefficients))
+            })
+            .filter(|(gain, placed)| *gain > 0.0 && !placed.is_empty())
+            .collect();
+        scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let pick = if k == 0 { rank } else { 0 };
+        let (_, placed) = scored.into_iter().nth(pick)?;
+        h.effects.extend(placed.into_iter().map(|p| inside(p, problem)));
+    }
+    Some(h.effects[from..].to_vec())
+}
+
+fn inside(placed: Placed, problem: &Problem) -> Placed {
+    let bounds = placed.bounds(&problem.robot);
+    let values: Vec<f64> = placed.effect.values().iter().zip(bounds).map(|(v, (lo, hi))| v.clamp(lo, hi)).collect();
+    Placed { target: placed.target, effect: placed.effect.with_values(&values) }
+}
+
+/// Times and commands `[axis][row]` at which a tracker of the room's rate sees the motion: straight between the program's rows.
+pub fn rows_of_log(motion: &Motion, room: &Room) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let last = motion.rows.len() - 1;
+    let duration_s = last as f64 * room.step_s;
+    let count = (duration_s * room.rate_hz + 1e-6).floor() as usize + 1;
+    let t_s: Vec<f64> = (0..count).map(|i| i as f64 / room.rate_hz).collect();
+    let cmd = (0..room.pose.len())
+        .map(|axis| {
+            t_s.iter()
+                .map(|t| {
+                    let x = t / room.step_s;
+                    let i = ((x + 1e-6) as usize).min(last);
+                    let (from, share) = (motion.rows[i][axis], x - i as f64);
+                    match motion.rows.get(i + 1) {
+                        Some(next) if share > 1e-6 => from + share * (next[axis] - from),
+                        _ => from,
+                    }
+                })
+                .collect()
+        })
+        .collect();
+    (t_s, cmd)
+}
+
+/// Two motions one after the other, in one program.
+pub fn joined(a: &Motion, b: &Motion) -> Motion {
+    let rows = a.rows.iter().chain(b.rows.iter().skip(1)).cloned().collect();
+    Motion {
+        name: format!("{}, then {}", a.name, b.name),
+        does: format!("{}; then {}", a.does, b.does),
+        rows,
+        two_payloads: a.two_payloads || b.two_payloads,
+    }
+}

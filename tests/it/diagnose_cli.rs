@@ -1,0 +1,234 @@
+//! `diagnose` from the outside: documents, the model that is written, refusals, steady bytes.
+
+use assert_cmd::Command;
+use lostmotion::io::input;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+pub const BACKLASH: &str = "tests/data/diagnose/one-backlash";
+pub const NOTCH: &str = "tests/data/diagnose/outside-the-catalogue";
+
+pub fn diagnose(case: &str) -> Command {
+    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    command.args(["diagnose", "--model", &format!("{case}/model.yaml"), "--log", &format!("{case}/train.csv.gz")]);
+    command
+}
+
+/// Everything that one run writes.
+pub struct Run {
+    _folder: tempfile::TempDir,
+    pub json: Value,
+    pub page: String,
+    pub model: PathBuf,
+}
+
+fn run(case: &str) -> Run {
+    let folder = tempfile::tempdir().unwrap();
+    let (page, model) = (folder.path().join("report.html"), folder.path().join("found.yaml"));
+    let output =
+        diagnose(case).arg("--json").arg("--report").arg(&page).arg("--model-out").arg(&model).assert().success();
+    let json = serde_json::from_slice(&output.get_output().stdout).unwrap();
+    Run { json, page: std::fs::read_to_string(page).unwrap(), model, _folder: folder }
+}
+
+pub static BACKLASH_RUN: LazyLock<Run> = LazyLock::new(|| run(BACKLASH));
+pub static NOTCH_RUN: LazyLock<Run> = LazyLock::new(|| run(NOTCH));
+
+/// The bundled log as text.
+pub fn log_text(case: &str) -> String {
+    String::from_utf8(input::read(Path::new(&format!("{case}/train.csv.gz"))).unwrap().bytes).unwrap()
+}
+
+fn has(value: &Value, keys: &[&str]) {
+    for key in keys {
+        assert!(value.get(key).is_some(), "no `{key}` in {value}");
+    }
+}
+
+#[test]
+fn the_document_has_every_field_of_its_contract() {
+    let d = &BACKLASH_RUN.json;
+    has(d, &["schema", "verdict", "samples", "noise", "gap", "rounds", "effects", "unexplained", "blind_spots"]);
+    assert_eq!((d["schema"].as_str(), d["verdict"].as_str()), (Some("lostmotion/diagnosis/1"), Some("named")));
+    has(&d["noise"], &["sigma_um", "source", "ar1"]);
+    has(&d["gap"], &["initial_rms_um", "nuisance_only_rms_um", "final_rms_um", "initial_max_um", "final_max_um"]);
+    let round = &d["rounds"][0];
+    has(
+        round,
+        &[
+            "effect",
+            "target",
+            "set",
+            "decide_by",
+            "where",
+            "evidence",
+            "parameters",
+            "rms_before_um",
+            "rms_after_um",
+            "rms_after_predicted_um",
+            "validation",
+        ],
+    );
+    has(&round["where"], &["joint", "description", "t_s"]);
+    has(&round["evidence"], &["statistic", "value", "p_value", "delta_bic"]);
+    has(&round["validation"], &["rms_before_um", "rms_after_um"]);
+    has(&round["set"][0], &["effect", "target", "probability"]);
+    let ci = &round["parameters"]["half_gap_deg"]["ci95"];
+    let truth = 0.002_723;
+    assert!(ci[0].as_f64().unwrap() < truth && truth < ci[1].as_f64().unwrap() + 2e-5, "{ci}");
+    has(&d["blind_spots"][0], &["effect", "target", "detectable_from"]);
+}
+
+#[test]
+fn what_no_effect_describes_is_said_to_be_unknown() {
+    let d = &NOTCH_RUN.json;
+    assert_eq!(d["verdict"], "unknown");
+    has(&d["unexplained"], &["rms_um", "goes_with", "nearest", "record"]);
+    assert!(d["unexplained"]["rms_um"].as_f64().unwrap() > 1.0);
+}
+
+#[test]
+fn the_written_model_leaves_nothing_to_find_in_the_same_log() {
+    let mut again = Command::cargo_bin("lostmotion").unwrap();
+    again.arg("diagnose").arg("--model").arg(&BACKLASH_RUN.model);
+    again.args(["--log", &format!("{BACKLASH}/train.csv.gz"), "--json"]);
+    let output = again.assert().success();
+    let d: Value = serde_json::from_slice(&output.get_output().stdout).unwrap();
+    assert_eq!((d["verdict"].as_str(), d["rounds"].as_array().map(Vec::len)), (Some("none"), Some(0)), "{d}");
+}
+
+#[test]
+fn simulate_runs_the_written_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("predicted.csv");
+    let mut simulate = Command::cargo_bin("lostmotion").unwrap();
+    simulate.arg("simulate").arg("--model").arg(&BACKLASH_RUN.model);
+    simulate.args(["--input", &format!("{BACKLASH}/train.csv.gz"), "--output"]).arg(&out).assert().success();
+    let points = |text: &str| -> Vec<[f64; 3]> {
+        let names: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+        let at = ["x_mm", "y_mm", "z_mm"].map(|n| names.iter().position(|c| *c == n).unwrap());
+        let cell = |row: &str, k: usize| row.split(',').nth(at[k]).and_then(|c| c.parse().ok()).unwrap_or(f64::NAN);
+        text.lines().skip(1).map(|row| [0, 1, 2].map(|k| cell(row, k))).collect()
+    };
+    let (measured, predicted) = (points(&log_text(BACKLASH)), points(&std::fs::read_to_string(out).unwrap()));
+    assert_eq!(measured.len(), predicted.len());
+    let mut errors: Vec<f64> = measured
+        .iter()
+        .zip(&predicted)
+        .flat_map(|(m, p)| [0, 1, 2].map(|k| (m[k] - p[k]).abs()))
+        .filter(|e| e.is_finite())
+        .collect();
+    errors.sort_by(f64::total_cmp);
+    // two thirds of white noise of 8 um lie within 8 um
+    let two_thirds_um = 1e3 * errors[errors.len() * 2 / 3];
+    assert!(two_thirds_um > 6.0 && two_thirds_um < 10.0, "{two_thirds_um}");
+}
+
+#[test]
+fn bytes_do_not_depend_on_the_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = |threads: &str| {
+        let (page, model) = (folder.path().join("r.html"), folder.path().join("m.yaml"));
+        let mut command = diagnose(BACKLASH);
+        command.env("RAYON_NUM_THREADS", threads).arg("--report").arg(&page).arg("--model-out").arg(&model);
+        let stdout = command.assert().success().get_output().stdout.clone();
+        (stdout, std::fs::read(page).unwrap(), std::fs::read(model).unwrap())
+    };
+    assert!(written("1") == written("2"));
+}
+
+#[test]
+fn the_story_fits_a_terminal_and_says_gap_effect_size_and_gap() {
+    let output = diagnose(BACKLASH).assert().success();
+    let story = String::from_utf8(output.get_output().stdout.clone()).unwrap();
+    assert!(story.lines().all(|l| l.chars().count() <= 100), "{story}");
+    assert!(story.contains(" -> backlash J1 -> 8.") && story.contains("half gap 0.0027"), "{story}");
+    assert!(story.contains("Missing: backlash J1. What remains is noise."), "{story}");
+    assert!(story.contains("backlash J1: take the gap up"), "{story}");
+}
+
+#[test]
+fn a_log_that_is_given_twice_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let copy = folder.path().join("another name.csv.gz");
+    std::fs::copy(format!("{BACKLASH}/train.csv.gz"), &copy).unwrap();
+    let output = diagnose(BACKLASH).arg("--log").arg(&copy).assert().code(2);
+    let words = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+    assert!(words.contains("the same log as") && words.contains("every log once"), "{words}");
+}
+
+#[test]
+fn a_log_in_radians_is_bad_data_with_a_document_and_nothing_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, page) = (folder.path().join("radians.csv"), folder.path().join("r.html"));
+    let text = log_text(BACKLASH);
+    let mut lines = text.lines();
+    let header = lines.next().unwrap();
+    let joints: Vec<bool> = header.split(',').map(|c| c.starts_with("cmd_")).collect();
+    let mut out = format!("{header}\n");
+    for line in lines {
+        let cells = line.split(',').zip(&joints).map(|(c, joint)| match c.parse::<f64>() {
+            Ok(v) if *joint => format!("{:.8}", v.to_radians()),
+            _ => c.to_string(),
+        });
+        out += &(cells.collect::<Vec<_>>().join(",") + "\n");
+    }
+    std::fs::write(&log, out).unwrap();
+    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    command.args(["diagnose", "--model", &format!("{BACKLASH}/model.yaml"), "--json", "--report"]).arg(&page);
+    let output = command.arg("--log").arg(&log).assert().code(2);
+    let d: Value = serde_json::from_slice(&output.get_output().stdout).unwrap();
+    assert_eq!(d["verdict"], "bad_data");
+    assert!(d["reason"].as_str().unwrap().contains("radians.csv"), "{d}");
+    assert!(!page.exists());
+}
+
+#[test]
+fn paths_with_spaces_are_taken_and_two_documents_on_standard_output_are_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path().join("my logs, März");
+    std::fs::create_dir(&here).unwrap();
+    for name in ["model.yaml", "robot.yaml", "train.csv.gz"] {
+        std::fs::copy(format!("{BACKLASH}/{name}"), here.join(name)).unwrap();
+    }
+    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    command.arg("diagnose").arg("--model").arg(here.join("model.yaml")).arg("--log").arg(here.join("train.csv.gz"));
+    command.arg("--report").arg(here.join("a report.html")).assert().success();
+    assert!(std::fs::read_to_string(here.join("a report.html")).unwrap().contains("my logs, März"));
+    diagnose(BACKLASH).args(["--json", "--report", "-"]).assert().code(2);
+}
+
+#[test]
+fn a_reader_that_has_gone_is_no_failure() {
+    use std::process::Stdio;
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("lostmotion"));
+    command.args([
+        "diagnose",
+        "--model",
+        &format!("{BACKLASH}/model.yaml"),
+        "--log",
+        &format!("{BACKLASH}/train.csv.gz"),
+    ]);
+    let mut child = command.arg("--json").stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn the_page_of_the_command_names_every_option_of_its_help() {
+    use clap::CommandFactory;
+    let page = std::fs::read_to_string("docs/diagnose.md").unwrap();
+    let cli = lostmotion::cli::Cli::command();
+    let command = cli.find_subcommand("diagnose").unwrap();
+    let options: Vec<&str> = command.get_arguments().filter_map(|a| a.get_long()).filter(|l| *l != "help").collect();
+    assert!(options.len() >= 6, "{options:?}");
+    for option in options {
+        assert!(page.contains(&format!("| `--{option}` |")), "--{option}");
+    }
+    let help = command.clone().render_long_help().to_string();
+    for example in help.lines().map(str::trim).filter(|l| l.starts_with("lostmotion diagnose")) {
+        assert!(page.contains(example), "{example}");
+    }
+}
