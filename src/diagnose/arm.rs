@@ -46,7 +46,7 @@ impl Search<'_> {
         mut fit: Fit,
         whitening: &mut Whitening,
         steps: &mut Vec<Step>,
-        gaps: &mut Vec<direction::Term>,
+        gaps: &mut direction::Terms,
         notes: &mut Vec<String>,
     ) -> Fit {
         let p = self.problem;
@@ -69,14 +69,14 @@ impl Search<'_> {
         self.only = None;
         *gaps = direction::directions(p, &fit, &noise, self.candidates);
         let (gap, said) = direction::gap(p, gaps);
-        notes.push(direction::terms_said(p, gaps));
+        notes.push(direction::terms_said(p, &gaps.terms));
         notes.extend(said);
         if let Some(gap) = gap {
             let before = rms(p, &fit.state.residual);
             let mut h = fit.hypothesis.clone();
             h.effects.push(gap.clone());
             let free: Vec<usize> = (self.known..h.effects.len()).collect();
-            let z = gaps.iter().map(|t| t.z).fold(0.0, f64::min);
+            let z = gaps.terms.iter().map(|t| t.z).fold(0.0, f64::min);
             (fit, _) = again(&fit::refit(p, &h, &free, &noise));
             let rms_after = rms(p, &fit.state.residual);
             steps.push(Step {

@@ -2,7 +2,7 @@
 //! directions. Two guards: a smooth even nuisance (each joint's error a quadratic form in all joints, and its own third and
 //! fourth degree) is fitted beside; and decoys: a joint that runs ahead of its command cannot be play, so the terms of the wrong
 //! sign show what misfit does. A gap is named where its term is five standard uncertainties large and twice the
-//! largest of the wrong sign. Uncertainties are by pose (a sandwich): the reflectors of a pose err together.
+//! largest of the wrong sign, from two poses or more per parameter of the nuisance. Uncertainties are by pose (a sandwich): the reflectors of a pose err together.
 //!
 //! Fails on an arm whose misfit itself depends on the approach (cables, belts): the decoys grow, nothing is named.
 
@@ -21,6 +21,8 @@ const RIDGE: f64 = 0.3e-3;
 /// Size of a direction term in standard uncertainties, and in the largest of the wrong sign.
 const SEEN: f64 = 5.0;
 const ABOVE_DECOYS: f64 = 2.0;
+/// Poses per parameter of the nuisance: with fewer the scatter over poses says nothing about uncertainty.
+const LEAST_POSES: f64 = 2.0;
 
 /// Direction term of one joint beside the smooth nuisance.
 #[derive(Debug, Clone)]
@@ -31,8 +33,15 @@ pub struct Term {
     pub z: f64,
 }
 
+/// Direction terms of all joints, and how many there are poses for each parameter of the nuisance.
+#[derive(Debug, Clone, Default)]
+pub struct Terms {
+    pub terms: Vec<Term>,
+    pub poses_per_parameter: f64,
+}
+
 /// Direction terms of all joints.
-pub fn directions(problem: &Problem, fit: &Fit, whitening: &Whitening, candidates: &[Candidate]) -> Vec<Term> {
+pub fn directions(problem: &Problem, fit: &Fit, whitening: &Whitening, candidates: &[Candidate]) -> Terms {
     let tangent = fit::tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
     let ground = Ground::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
     let mut even = smooth(problem, fit);
@@ -52,7 +61,7 @@ pub fn directions(problem: &Problem, fit: &Fit, whitening: &Whitening, candidate
     for (i, sigma) in ridge.iter().enumerate() {
         normal[(i, i)] += 1.0 / (sigma * sigma);
     }
-    let Some(factor) = normal.cholesky() else { return Vec::new() };
+    let Some(factor) = normal.cholesky() else { return Terms::default() };
     // the nuisance takes freedom from the residual
     let freedom = factor.solve(&bare).trace() + fit.parameters() as f64;
     let fewer = n as f64 / (n as f64 - freedom).max(1.0);
@@ -82,7 +91,8 @@ pub fn directions(problem: &Problem, fit: &Fit, whitening: &Whitening, candidate
         let sigma = (fewer * score.iter().map(|s| s * s).sum::<f64>()).sqrt() / norm;
         terms.push(Term { axis, size, z: if sigma > 0.0 { size / sigma } else { 0.0 } });
     }
-    terms
+    let poses: usize = problem.logs.iter().map(|l| l.log.len()).sum();
+    Terms { terms, poses_per_parameter: poses as f64 / (m + fit.parameters()).max(1) as f64 }
 }
 
 /// Sums of a value per observation over the observations of each pose.
@@ -142,10 +152,12 @@ fn smooth(problem: &Problem, fit: &Fit) -> Vec<Vec<f64>> {
 }
 
 /// The joint that has a gap beyond what misfit does, and what to say where none has.
-pub fn gap(problem: &Problem, terms: &[Term]) -> (Option<Placed>, Option<String>) {
+pub fn gap(problem: &Problem, found: &Terms) -> (Option<Placed>, Option<String>) {
+    let terms = &found.terms;
     let decoy = terms.iter().map(|t| t.z).fold(0.0, f64::max);
     let Some(most) = terms.iter().min_by(|a, b| a.z.total_cmp(&b.z)).filter(|t| t.z < 0.0) else { return (None, None) };
-    if -most.z >= SEEN && -most.z >= ABOVE_DECOYS * decoy {
+    let enough = found.poses_per_parameter >= LEAST_POSES;
+    if enough && -most.z >= SEEN && -most.z >= ABOVE_DECOYS * decoy {
         let effect = Effect::Backlash(Backlash::constant(-most.size));
         return (Some(Placed { target: Target::Joint(most.axis), effect }), None);
     }
@@ -153,10 +165,11 @@ pub fn gap(problem: &Problem, terms: &[Term]) -> (Option<Placed>, Option<String>
     let said = (-most.z >= 3.0).then(|| {
         format!(
             "no gap is named: the largest direction-dependent part, on {}, is {:.4} deg or mm, {:.1} standard uncertainties, and terms of \
-             the wrong sign, which no play has, reach {decoy:.1}",
+             the wrong sign, which no play has, reach {decoy:.1}{}",
             joint.name,
             -most.size / joint.kind.si(),
             -most.z,
+            if enough { String::new() } else { format!("; {:.1} poses per parameter of the nuisance are too few", found.poses_per_parameter) }
         )
     });
     (None, said)

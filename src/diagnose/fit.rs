@@ -204,7 +204,7 @@ pub fn refit(problem: &Problem, start: &Hypothesis, free: &[usize], whitening: &
     let mut h = start.clone();
     let mut state = problem.evaluate(&h);
     let mut white = whitening.of(problem, &state.residual);
-    let mut cost = dot(&white, &white) + pulled(problem, &h, free).0;
+    let mut cost = dot(&white, &white);
     let mut lambda = 1e-4;
     let mut converged = false;
     let mut columns = tangent(problem, &h, &state, free, whitening);
@@ -214,12 +214,7 @@ pub fn refit(problem: &Problem, start: &Hypothesis, free: &[usize], whitening: &
             converged = true;
             break;
         }
-        let mut gradient = DVector::from_iterator(columns.len(), columns.iter().map(|c| dot(c, &white)));
-        let (_, pull, weights) = pulled(problem, &h, free);
-        for (k, (p, w)) in pull.iter().zip(&weights).enumerate() {
-            gradient[k] -= p;
-            normal[(k, k)] += w;
-        }
+        let gradient = DVector::from_iterator(columns.len(), columns.iter().map(|c| dot(c, &white)));
         let mut improved = None;
         for _ in 0..8 {
             let mut damped = normal.clone();
@@ -230,7 +225,7 @@ pub fn refit(problem: &Problem, start: &Hypothesis, free: &[usize], whitening: &
             let next = moved(problem, &h, free, step.as_slice());
             let next_state = problem.evaluate(&next);
             let next_white = whitening.of(problem, &next_state.residual);
-            let next_cost = dot(&next_white, &next_white) + pulled(problem, &next, free).0;
+            let next_cost = dot(&next_white, &next_white);
             if next_cost <= cost {
                 improved = Some((next, next_state, next_white, next_cost));
                 lambda = (lambda * 0.2).max(1e-9);
@@ -254,28 +249,8 @@ pub fn refit(problem: &Problem, start: &Hypothesis, free: &[usize], whitening: &
         columns = tangent(problem, &h, &state, free, whitening);
         normal = gram(&columns);
     }
-    normal = gram(&columns);
-    for (k, w) in pulled(problem, &h, free).2.iter().enumerate() {
-        normal[(k, k)] += w;
-    }
     let covariance = scaled_inverse(&normal, OPEN);
     Fit { hypothesis: h, state, free: free.to_vec(), cost, covariance, converged }
-}
-
-/// What the weak prior of a geometry adds: cost, gradient and weight of each value of the free effects.
-fn pulled(problem: &Problem, h: &Hypothesis, free: &[usize]) -> (f64, Vec<f64>, Vec<f64>) {
-    let (mut cost, mut pull, mut weights) = (0.0, Vec::new(), Vec::new());
-    for &i in free {
-        let effect = &h.effects[i].effect;
-        let held = problem.poses && geometry::is_geometry(effect.name());
-        for v in effect.values() {
-            let w = if held { 1.0 / (geometry::PRIOR * geometry::PRIOR) } else { 0.0 };
-            cost += w * v * v;
-            pull.push(w * v);
-            weights.push(w);
-        }
-    }
-    (cost, pull, weights)
 }
 
 /// The hypothesis with its free values moved by `step`, held inside their bounds.

@@ -78,8 +78,6 @@ pub struct Problem {
     pub frames_free: bool,
     /// The places of the second and further reflectors in the flange are estimated.
     pub points_free: bool,
-    /// All logs are settled poses with points: the geometry has a weak prior, for what the poses cannot tell.
-    pub poses: bool,
     /// What a reader should know about the channels.
     pub notes: Vec<String>,
 }

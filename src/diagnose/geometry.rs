@@ -10,7 +10,7 @@
 //! - Gaps: [`super::direction`].
 //!
 //! Gross poses: all reflectors of a pose beyond six times the median are left out, after the group was fitted.
-//! Fails where the poses are so few that a group explains anything: the prior then keeps it near the drawing.
+//! Fails where the poses are few or alike: what they do not tell to a third of [`PRIOR`] stays as the drawing has it.
 
 use super::candidates::Candidate;
 use super::fit::{self, Fit, Whitening, dot};
@@ -25,8 +25,7 @@ use crate::stats::robust::median;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-/// Standard deviation of the weak prior of a geometry, rad or m: far more than a made arm is off, far less than what the
-/// open directions of few poses run away to.
+/// How far a made arm may be off its drawing, rad or m.
 pub const PRIOR: f64 = 3e-3;
 /// Parameters that make a group.
 const GROUP: usize = 3;
@@ -130,7 +129,8 @@ fn select(problem: &Problem, fit: &Fit, whitening: &Whitening, pool: &[&Candidat
         // the tool is as rough as the frame: what it explains is not sought elsewhere
         let tool = left.iter().position(|l| l.0.effect == "tool_error");
         for (i, (_, columns, before)) in left.iter().enumerate().filter(|(i, _)| tool.is_none_or(|t| *i == t)) {
-            let own = columns.iter().zip(before).all(|(c, b)| dot(c, c) > OWN * b);
+            // the poses must tell it, and to a third of what a drawing may be off
+            let own = columns.iter().zip(before).all(|(c, b)| dot(c, c) > (OWN * b).max(9.0 / (PRIOR * PRIOR)));
             if !own {
                 continue;
             }
@@ -220,19 +220,22 @@ pub fn stands_beside(
 /// Poses that the geometry leaves far off are left out, all their reflectors; says how many.
 pub fn drop_gross(problem: &mut Problem, h: &Hypothesis, white: &dyn Fn(&Problem, &Fit) -> Whitening) -> usize {
     let mut dropped = 0;
-    for _ in 0..4 {
+    let mut gravity = false;
+    for _ in 0..6 {
         let base = fit::refit(problem, h, &[], &white_of(problem, h));
         let candidates = super::candidates::all(problem);
         let whitening = white(problem, &base);
         let mut fit = group(problem, &base, &whitening, &candidates).map_or(base, |g| g.1);
-        // gravity moves no pose alone, but it hides what does
-        let mut h = fit.hypothesis.clone();
-        let mut free = fit.free.clone();
-        for c in candidates.iter().filter(|c| c.effect == "gravity_compliance") {
-            free.push(h.effects.len());
-            h.effects.extend(c.at(&[0.0]));
+        // what gravity does is not gross
+        if gravity {
+            let mut h = fit.hypothesis.clone();
+            let mut free = fit.free.clone();
+            for c in candidates.iter().filter(|c| c.effect == "gravity_compliance") {
+                free.push(h.effects.len());
+                h.effects.extend(c.at(&[0.0]));
+            }
+            fit = fit::refit(problem, &h, &free, &whitening);
         }
-        fit = fit::refit(problem, &h, &free, &whitening);
         let mut found = Vec::new();
         for l in 0..problem.logs.len() {
             let mut size = vec![None; problem.logs[l].log.len()];
@@ -252,9 +255,10 @@ pub fn drop_gross(problem: &mut Problem, h: &Hypothesis, white: &dyn Fn(&Problem
                 );
             }
         }
-        if found.is_empty() {
+        if found.is_empty() && gravity {
             break;
         }
+        gravity |= found.is_empty();
         dropped += found.len();
         super::prepare::leave_poses_out(problem, &found);
     }

@@ -56,14 +56,12 @@ pub fn problem(model: &Model, logs: &[Log]) -> Result<(Problem, Hypothesis)> {
         n: 0,
         frames_free: model.registration.is_none(),
         points_free: false,
-        poses: false,
         notes: Vec::new(),
     };
     if !problem.logs.iter().any(|l| l.reflectors() > 0) {
         problem.frames_free = false;
     }
     problem.points_free = problem.frames_free && problem.logs.iter().all(|l| l.log.poses);
-    problem.poses = super::geometry::applies(&problem);
     group(&mut problem);
     let points = problem.logs.iter().any(|l| l.reflectors() > 0);
     if problem.n == 0 && !encoders(&problem) {

@@ -81,11 +81,6 @@ impl<'a> Ground<'a> {
         Self { problem, hypothesis, state, whitening, basis, residual }
     }
 
-    /// Takes the tangent off a whitened column.
-    pub fn take_tangent_off(&self, column: &mut [f64]) {
-        project_off(&self.basis, column);
-    }
-
     /// Whitens columns and takes the tangent off; with the squared norms before.
     pub fn project(&self, columns: &mut [Vec<f64>]) -> Vec<f64> {
         columns

@@ -171,7 +171,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     let mut steps: Vec<Step> = Vec::new();
     let mut notes = problem.notes.clone();
     let mut group = None;
-    let mut gaps: Vec<direction::Term> = Vec::new();
+    let mut gaps = direction::Terms::default();
     if poses && let Some((found, next)) = search.geometry(&fit, &whitening) {
         steps.extend(search.steps_of(&fit, &next, &found));
         group = Some(found);
@@ -205,9 +205,6 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     }
     // the noise of what is left: that of the freed residual is a little too quiet for a test
     whitening = precise::noise_left(&problem, &fit, &whitening, &bundles);
-    if problem.groups.iter().all(|g| g.dims == 1) {
-        fit = precise::beside_structure(&problem, &fit, &whitening, &bundles);
-    }
     let in_group = group.as_ref().map_or(0, |g: &geometry::Group| g.count);
     let rivals = (0..fit.free.len())
         .map(|k| {
@@ -216,7 +213,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
             }
             search.only = group.as_ref().map(|_| arm::is_gravity as fn(&str) -> bool);
             match &fit.hypothesis.effects[fit.free[k]].effect {
-                Effect::Backlash(_) if group.is_some() => direction::gap_rivals(&problem, &fit, &gaps),
+                Effect::Backlash(_) if group.is_some() => direction::gap_rivals(&problem, &fit, &gaps.terms),
                 _ => search.rivals(&fit, k, &whitening),
             }
         })

@@ -89,7 +89,6 @@ pub fn problem(model: &Model, runs: Vec<Run>, channels: Channels) -> (Problem, H
         n: offset,
         frames_free: model.registration.is_none() && !channels.frame,
         points_free: false,
-        poses: false,
         notes: Vec::new(),
     };
     // what only joints measure has a zero of its own

@@ -156,7 +156,7 @@ fn poses(folder: &Path, truth: &Path) -> PathBuf {
         }
     }
     text.push('\n');
-    for _ in 0..160 {
+    for _ in 0..500 {
         for _ in 0..6 {
             let _ = write!(text, "{:.4},", 50.0 * draw.next());
         }
