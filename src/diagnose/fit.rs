@@ -8,7 +8,7 @@ use super::forward::{Hypothesis, Problem, State};
 use super::geometry;
 use super::layout::Sensor;
 use super::noise::{self, Noise, Whitener};
-use crate::effect::Placed;
+use crate::effect::{Effect, Placed};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -111,7 +111,10 @@ impl Fit {
 /// Most steps of a refit.
 const STEPS: usize = 15;
 /// Change of the cost, in units of 2 ln L, at which a refit stops.
-const SETTLED: f64 = 3e-3;
+const SETTLED: f64 = 1e-2;
+
+/// Gain of a step, in the same units, below which the next one uses the same signatures.
+const REFRESHED: f64 = 1.0;
 
 /// Step of a parameter for its numerical derivative: small, as a frequency turns the phase at the end of a long log.
 fn step_of(value: f64, bounds: (f64, f64)) -> f64 {
@@ -246,11 +249,29 @@ pub fn refit(problem: &Problem, start: &Hypothesis, free: &[usize], whitening: &
             converged = true;
             break;
         }
-        columns = tangent(problem, &h, &state, free, whitening);
-        normal = gram(&columns);
+        // close to the end the signatures hardly change any more
+        if gain > REFRESHED {
+            columns = tangent(problem, &h, &state, free, whitening);
+            normal = gram(&columns);
+        }
     }
     let covariance = scaled_inverse(&normal, OPEN);
     Fit { hypothesis: h, state, free: free.to_vec(), cost, covariance, converged }
+}
+
+/// Which value of an effect is a phase: it goes round instead of stopping at a bound.
+fn phase_of(effect: &Effect) -> Option<usize> {
+    match effect {
+        Effect::TransmissionError(_) => Some(2),
+        Effect::Vibration(_) => Some(4),
+        _ => None,
+    }
+}
+
+/// An angle within half a turn either way.
+fn turned(angle_rad: f64) -> f64 {
+    let turns = angle_rad / std::f64::consts::TAU;
+    (turns - turns.round()) * std::f64::consts::TAU
 }
 
 /// The hypothesis with its free values moved by `step`, held inside their bounds.
@@ -261,8 +282,10 @@ fn moved(problem: &Problem, h: &Hypothesis, free: &[usize], step: &[f64]) -> Hyp
         let placed = &mut next.effects[i];
         let bounds = placed.bounds(&problem.robot);
         let mut values = placed.effect.values();
-        for (v, (lo, hi)) in values.iter_mut().zip(bounds) {
-            *v = (*v + step[at]).clamp(lo, hi);
+        let phase = phase_of(&placed.effect);
+        for (k, (v, (lo, hi))) in values.iter_mut().zip(bounds).enumerate() {
+            let wanted = *v + step[at];
+            *v = if phase == Some(k) { turned(wanted) } else { wanted.clamp(lo, hi) };
             at += 1;
         }
         placed.effect = placed.effect.with_values(&values);

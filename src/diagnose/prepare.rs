@@ -17,9 +17,9 @@ use nalgebra::{Isometry3, Vector3};
 use std::sync::OnceLock;
 
 /// Blocks into which a log is averaged at most.
-const MOST_BLOCKS: usize = 6000;
-/// Rows to which a log is thinned before: four to a block keep what is fast.
-const MOST_ROWS: usize = 24_000;
+const MOST_BLOCKS: usize = 8000;
+/// Rows to which a log is thinned before.
+const MOST_ROWS: usize = 8000;
 /// Disagreement with the neighbours, in standard deviations, beyond which a sample is an outlier.
 const GROSS: f64 = 6.0;
 /// Distance within which a sample counts as noise, in standard deviations of a coordinate.

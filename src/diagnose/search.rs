@@ -206,18 +206,37 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     // the noise of what is left: that of the freed residual is a little too quiet for a test
     whitening = precise::noise_left(&problem, &fit, &whitening, &bundles);
     let in_group = group.as_ref().map_or(0, |g: &geometry::Group| g.count);
-    let rivals = (0..fit.free.len())
-        .map(|k| {
-            if k < in_group {
-                return vec![geometry::own_rival(&problem, &fit, k)];
+    let mut exchanged = 0;
+    let rivals = loop {
+        let all: Vec<Vec<Refined>> = (0..fit.free.len())
+            .map(|k| {
+                if k < in_group {
+                    return vec![geometry::own_rival(&problem, &fit, k)];
+                }
+                search.only = group.as_ref().map(|_| arm::is_gravity as fn(&str) -> bool);
+                match &fit.hypothesis.effects[fit.free[k]].effect {
+                    Effect::Backlash(_) if group.is_some() => direction::gap_rivals(&problem, &fit, &gaps.terms),
+                    _ => search.rivals(&fit, k, &whitening),
+                }
+            })
+            .collect();
+        // a rival that the whole set makes the better one takes the place
+        let swap = (in_group..all.len()).find_map(|k| {
+            let old = &fit.hypothesis.effects[fit.free[k]];
+            let name = (old.effect.name(), old.target_text(&problem.robot));
+            let own = all[k].iter().find(|r| r.effect == name.0 && r.target == name.1)?.merit(price);
+            let best = all[k].iter().find(|r| !r.placed.is_empty() && r.merit(price) > own + 2.0)?;
+            Some((name, best.clone()))
+        });
+        match swap {
+            Some((name, best)) if group.is_none() && exchanged < MOST_EFFECTS => {
+                exchanged += 1;
+                mark(&mut steps, &name, &format!("{} {}", best.effect, best.target));
+                fit = best.fit;
             }
-            search.only = group.as_ref().map(|_| arm::is_gravity as fn(&str) -> bool);
-            match &fit.hypothesis.effects[fit.free[k]].effect {
-                Effect::Backlash(_) if group.is_some() => direction::gap_rivals(&problem, &fit, &gaps.terms),
-                _ => search.rivals(&fit, k, &whitening),
-            }
-        })
-        .collect();
+            _ => break all,
+        }
+    };
     let tangent = fit::tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     let ground = Ground::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
     let last = ground.score_all(&candidates);

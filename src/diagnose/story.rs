@@ -15,6 +15,9 @@ const FOLDS: usize = 5;
 /// Parts of one fold in a log, spread over it.
 const TURNS: usize = 4;
 
+/// Eigenvalue, after scaling, below which the other folds do not tell a direction: it keeps the value of the full fit.
+const TOLD: f64 = 1e-4;
+
 /// One stage of the growing hypothesis.
 #[derive(Debug, Clone)]
 pub struct Chapter {
@@ -72,7 +75,7 @@ fn held_out(problem: &Problem, fit: &Fit, whitening: &Whitening) -> f64 {
         if part.is_empty() {
             continue;
         }
-        let change = scaled_inverse(&gram(&part), 1e-9) * right;
+        let change = scaled_inverse(&gram(&part), TOLD) * right;
         for (c, s) in raw.iter().zip(change.iter()) {
             for ((p, v), g) in predicted.iter_mut().zip(c).zip(&fold) {
                 if *g == f {
