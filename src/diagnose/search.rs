@@ -25,6 +25,8 @@ const REFINED: usize = 12;
 const NEAR: f64 = 0.5;
 /// The same where an effect is put in doubt, which was refined before.
 const NEAR_IN_DOUBT: f64 = 0.85;
+/// Part of what two effects explain that one must promise to be tried in their place.
+const SHARED: f64 = 0.8;
 /// Gain in 2 ln L, with the noise fitted anew on both sides, below which an effect is not believed.
 const LEAST_GAIN: f64 = 15.0;
 
@@ -469,6 +471,16 @@ impl Search<'_> {
         fit
     }
 
+    /// Largest gain that the screening promises.
+    fn largest_gain(&self, base: &Fit, whitening: &Whitening) -> f64 {
+        let p = self.problem;
+        let tangent = fit::tangent(p, &base.hypothesis, &base.state, &base.free, whitening);
+        let ground = Ground::new(p, &base.hypothesis, &base.state, whitening, tangent);
+        let spectral = ground.spectral();
+        let gains = ground.score_all(self.candidates).into_iter().chain(ground.score_all(&spectral)).map(|s| s.gain);
+        gains.fold(0.0, f64::max)
+    }
+
     /// One effect in the place of two, where the BIC likes it better: two wrong ones may share what one right one explains.
     fn merge(&mut self, fit: &Fit, whitening: &Whitening, steps: &mut Vec<Step>) -> Option<Fit> {
         let p = self.problem;
@@ -484,8 +496,12 @@ impl Search<'_> {
                 h.effects.remove(fit.free[b]);
                 h.effects.remove(fit.free[a]);
                 let free: Vec<usize> = (self.known..h.effects.len()).collect();
+                let needed = fit::refit(p, &h, &free, whitening).cost - fit.cost;
                 let state = p.evaluate(&h);
                 let bare = Fit { hypothesis: h, state, free, ..fit.clone() };
+                if self.largest_gain(&bare, whitening) < SHARED * needed {
+                    continue;
+                }
                 for r in self.refine(&bare, whitening, None).into_iter().take(3) {
                     let then = worth(&r.fit);
                     if then < now - 2.0 && best.as_ref().is_none_or(|o| then < o.0) {

@@ -15,8 +15,8 @@ const FOLDS: usize = 5;
 /// Parts of one fold in a log, spread over it.
 const TURNS: usize = 4;
 
-/// Eigenvalue, after scaling, below which the other folds do not tell a direction: it keeps the value of the full fit.
-const TOLD: f64 = 1e-4;
+/// Weight of the full fit beside the other folds: what these do not tell at all keeps its value.
+const HELD_BACK: f64 = 0.02;
 
 /// One stage of the growing hypothesis.
 #[derive(Debug, Clone)]
@@ -66,6 +66,7 @@ fn held_out(problem: &Problem, fit: &Fit, whitening: &Whitening) -> f64 {
     let fold = folds(problem);
     let white = whitening.of(problem, &fit.state.residual);
     let columns: Vec<Vec<f64>> = raw.iter().map(|c| whitening.of(problem, c)).collect();
+    let whole = gram(&columns);
     let mut predicted = fit.state.residual.clone();
     for f in 0..FOLDS {
         let masked =
@@ -75,7 +76,7 @@ fn held_out(problem: &Problem, fit: &Fit, whitening: &Whitening) -> f64 {
         if part.is_empty() {
             continue;
         }
-        let change = scaled_inverse(&gram(&part), TOLD) * right;
+        let change = scaled_inverse(&(gram(&part) + &whole * HELD_BACK), 1e-9) * right;
         for (c, s) in raw.iter().zip(change.iter()) {
             for ((p, v), g) in predicted.iter_mut().zip(c).zip(&fold) {
                 if *g == f {
