@@ -57,9 +57,12 @@ pub fn agrees(problem: &Problem, refined: &Refined, whitening: &Whitening) -> bo
     // the values of a gap are all sizes; of another effect the first is
     let sizes = if refined.effect.starts_with("backlash") { values.len() } else { 1 };
     let mut found: Vec<Vec<(f64, f64)>> = vec![Vec::new(); sizes];
+    let last = if sizes == 1 { at + 1 } else { columns.len() };
     for ranges in &parts {
         let part = |v: &[f64]| -> Vec<f64> { ranges.iter().flat_map(|r| v[r.clone()].to_vec()).collect() };
-        let columns: Vec<Vec<f64>> = columns.iter().map(|c| part(c)).collect();
+        // a size is compared with its shape (frequency, decay) held
+        let held = |k: &usize| *k < last || *k >= count;
+        let columns: Vec<Vec<f64>> = (0..columns.len()).filter(held).map(|k| part(&columns[k])).collect();
         let right = part(&white);
         let normal = gram(&columns);
         let inverse = scaled_inverse(&normal, 1e-9);

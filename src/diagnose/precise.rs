@@ -8,7 +8,7 @@ use super::structure::Bundle;
 /// Noise of what a fit leaves. Joint sensors are so precise that structure remains: taken for slow noise it would swallow
 /// the next effect, so they are freed of the whole basis each time.
 pub(super) fn noise_left(problem: &Problem, fit: &Fit, whitening: &Whitening, bundles: &[Bundle]) -> Whitening {
-    if problem.groups.iter().all(|g| g.dims == 1) {
+    if sensors_alone(problem) {
         return super::search::first_noise(problem, fit, whitening, bundles).0;
     }
     Whitening::of_residual(problem, &fit.state.residual, fit.parameters()).0
@@ -16,8 +16,7 @@ pub(super) fn noise_left(problem: &Problem, fit: &Fit, whitening: &Whitening, bu
 
 /// Joint sensors have a free zero: a slow ripple whose size is not known to half of it is no ripple.
 pub(super) fn determined(problem: &Problem, r: &Refined) -> bool {
-    let sensors = problem.groups.iter().all(|g| g.dims == 1);
-    if !sensors || r.effect != "transmission_error" {
+    if !sensors_alone(problem) || r.effect != "transmission_error" {
         return true;
     }
     let k = r.fit.free.len().saturating_sub(1);
@@ -25,4 +24,9 @@ pub(super) fn determined(problem: &Problem, r: &Refined) -> bool {
         (Some(values), Some(sigma)) => values[0] > 2.0 * sigma,
         _ => true,
     }
+}
+
+/// Were joints measured, and no points?
+pub(super) fn sensors_alone(problem: &Problem) -> bool {
+    problem.groups.iter().all(|g| g.dims == 1)
 }

@@ -23,6 +23,8 @@ const CHANCE: f64 = 1e-4;
 const REFINED: usize = 12;
 /// Refined are those whose screening gain is at least this part of the best: the shapes of the screening are coarse.
 const NEAR: f64 = 0.5;
+/// The same where parts of the data may refuse the best: what stands behind it must have been refined, too.
+const NEAR_BEHIND_REFUSED: f64 = 0.15;
 /// The same where an effect is put in doubt, which was refined before.
 const NEAR_IN_DOUBT: f64 = 0.85;
 /// Part of what two effects explain that one must promise to be tried in their place.
@@ -202,7 +204,8 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         structure = tested(&problem, &fit, &bundles);
         remains = verdict::remaining(&problem, &structure, &free, &fit, rms_nuisance);
     }
-    if let Some(r) = &remains {
+    // of joint sensors a misfit stays, and effects stand out of it by their shape
+    if let Some(r) = remains.as_ref().filter(|_| !precise::sensors_alone(&problem)) {
         fit = search.without_substitutes(fit, r, &whitening, &mut steps);
     }
     // the noise of what is left: that of the freed residual is a little too quiet for a test
@@ -266,6 +269,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
 /// The test without the catalogue, under the noise of what is left.
 fn tested(problem: &Problem, fit: &Fit, bundles: &[Bundle]) -> Tested {
     let whitening = Whitening::of_residual(problem, &fit.state.residual, fit.parameters()).0;
+    let whitening = precise::noise_left(problem, fit, &whitening, bundles);
     let tangent = fit::tangent(problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     structure::test(&Ground::new(problem, &fit.hypothesis, &fit.state, &whitening, tangent), bundles)
 }
@@ -303,7 +307,11 @@ impl Search<'_> {
         let merit = |s: &Score, c: &Candidate| s.gain - self.price * c.parameters() as f64;
         scored.sort_by(|(a, ca), (b, cb)| merit(b, cb).total_cmp(&merit(a, ca)));
         // of every effect on every target the best shape; of gaps over position the best number of knots
-        let near = if also.is_some() { NEAR_IN_DOUBT } else { NEAR };
+        let near = match also {
+            Some(_) => NEAR_IN_DOUBT,
+            None if p.logs.len() > 1 || precise::sensors_alone(p) => NEAR_BEHIND_REFUSED,
+            None => NEAR,
+        };
         let mut picked: Vec<&(Score, &Candidate)> = Vec::new();
         let best = scored.first().map_or(0.0, |s| s.0.gain);
         for s in &scored {
