@@ -29,7 +29,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   lostmotion demo
-  lostmotion demo --output-dir /tmp/demo
+  lostmotion demo --output-dir demo-2
   lostmotion demo --json | jq '.runs[] | {name, largest_um, mean_reduction}'")]
 pub struct Args {
     /// Folder for the files that the job makes; it is created where it is missing
