@@ -28,7 +28,7 @@ const NEAR_BEHIND_REFUSED: f64 = 0.15;
 /// The same where an effect is put in doubt, which was refined before.
 const NEAR_IN_DOUBT: f64 = 0.85;
 /// Part of what two effects explain that one must promise to be tried in their place.
-const SHARED: f64 = 0.8;
+const SHARED: f64 = 0.5;
 /// Gain in 2 ln L, with the noise fitted anew on both sides, below which an effect is not believed.
 const LEAST_GAIN: f64 = 15.0;
 
