@@ -53,7 +53,7 @@ pub struct Hygiene {
 pub fn check(log: &Log, robot: &Robot) -> Result<Hygiene> {
     let mut found = Hygiene::default();
     oddities::sensors(log, robot, &mut found.notes)?;
-    oddities::times(log, robot, &mut found.notes);
+    oddities::times(log, robot, &mut found.notes)?;
     oddities::limits(log, robot, &mut found.notes);
     let sample = Sample::take(log);
     if sample.commands.len() >= FEWEST {

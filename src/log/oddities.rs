@@ -10,6 +10,8 @@ use crate::robot::{JointKind, Robot};
 
 /// Fewest rows that say something.
 const FEWEST: usize = 10;
+/// Time between rows that a motion is not sampled with: milliseconds of 40 Hz or less, read as seconds.
+const SURELY_MILLISECONDS_S: f64 = 25.0;
 
 /// Encoders and joint sensors against the commands: another unit is refused, another sense or a wide gap is noted.
 pub(super) fn sensors(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Result<()> {
@@ -61,9 +63,9 @@ fn line(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
 }
 
 /// Times in another unit than seconds, as far as speeds can tell.
-pub(super) fn times(log: &Log, robot: &Robot, notes: &mut Vec<String>) {
+pub(super) fn times(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Result<()> {
     if log.poses || log.len() < FEWEST {
-        return;
+        return Ok(());
     }
     let dt: Vec<f64> = log.t_s.windows(2).map(|w| w[1] - w[0]).collect();
     let usual = quantile(&dt, 0.5);
@@ -87,11 +89,20 @@ pub(super) fn times(log: &Log, robot: &Robot, notes: &mut Vec<String>) {
         // 0.1 deg/s or mm/s with a row a second: rarely a program, often milliseconds read as seconds
         slow &= joint.kind.to_edge(fast) < 0.1;
     }
+    // no tracker waits so long between the samples of a motion: settled poses have no `t_s`
+    if usual >= SURELY_MILLISECONDS_S && slow {
+        return Err(Error::bad(
+            Place::file(&log.name),
+            format!("rows {usual} s apart, and no joint faster than 0.1 deg/s or mm/s"),
+            "`t_s` in seconds: these look like milliseconds; a column map with `unit: ms` reads them",
+        ));
+    }
     if usual >= 1.0 && slow {
         notes.push(format!(
             "rows stand {usual} s apart and no joint is faster than 0.1 deg/s or mm/s: is `t_s` in milliseconds?"
         ));
     }
+    Ok(())
 }
 
 /// Commands beyond the limits of the robot file.

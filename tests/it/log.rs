@@ -279,8 +279,18 @@ fn hygiene_notes_speeds_and_limits_that_cannot_be() {
     let fast = hygiene::check(&log, &robot()).unwrap().notes;
     assert!(fast.iter().any(|n| n.contains("A1 moves at") && n.contains("its limit is 136")), "{fast:?}");
     log.t_s.iter_mut().for_each(|t| *t *= 1e6);
-    let slow = hygiene::check(&log, &robot()).unwrap().notes;
-    assert!(slow.iter().any(|n| n.contains("milliseconds")), "{slow:?}");
+    let step_s = log.t_s[1] - log.t_s[0];
+    let slow = match hygiene::check(&log, &robot()) {
+        Err(refused) => refused.to_string(),
+        Ok(found) => found.notes.join("; "),
+    };
+    assert!(slow.contains("milliseconds"), "{step_s}: {slow}");
+    // slower rows are refused, faster ones noted
+    for (apart_s, refused) in [(40.0, true), (4.0, false)] {
+        let mut log = log.clone();
+        log.t_s.iter_mut().for_each(|t| *t *= apart_s / step_s);
+        assert_eq!(hygiene::check(&log, &robot()).is_err(), refused, "{apart_s}");
+    }
     let beyond = measured(500, 1e-5, |s| {
         let mut q = six(s);
         q[1] += 120.0;
