@@ -17,6 +17,8 @@ use rayon::prelude::*;
 
 /// Effects that are found at most.
 pub const MOST_EFFECTS: usize = 4;
+/// Rounds at most: where none describes what is there, effects could take turns without end.
+const MOST_ROUNDS: usize = 6;
 /// Probability, all that is tried counted, below which a gain is no chance.
 const CHANCE: f64 = 1e-4;
 /// Candidates that are refitted with their shapes free in a round.
@@ -181,7 +183,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         group = Some(found);
         fit = search.arm(next, &mut whitening, &mut steps, &mut gaps, &mut notes);
     }
-    while group.is_none() && fit.free.len() < MOST_EFFECTS {
+    while group.is_none() && fit.free.len() < MOST_EFFECTS && steps.len() < MOST_ROUNDS {
         let Some((step, next)) = search.round(&fit, &whitening) else { break };
         steps.push(step);
         fit = search.settle(next, &whitening, &mut steps);
@@ -196,7 +198,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         && let Some(simpler) = search.merge(&fit, &whitening, &mut steps)
     {
         fit = simpler;
-        while fit.free.len() < MOST_EFFECTS {
+        while fit.free.len() < MOST_EFFECTS && steps.len() < MOST_ROUNDS {
             let Some((step, next)) = search.round(&fit, &whitening) else { break };
             steps.push(step);
             fit = search.settle(next, &whitening, &mut steps);
