@@ -75,6 +75,9 @@ pub enum Error {
     /// The reader of our output went away: quiet, exit code 0.
     #[error("the reader closed the pipe")]
     ClosedPipe,
+    /// `--exit-code`: done, and no program needed a change: exit code 3.
+    #[error("nothing needed a change")]
+    Unchanged,
 }
 
 pub type Result<T> = std::result::Result<T, Error>;
@@ -93,11 +96,12 @@ impl Error {
         Self::Io { path: path.as_ref().display().to_string(), action, source }
     }
 
-    /// Exit code of the contract: 0 for a closed pipe, 1 for a no, 2 for bad input.
+    /// Exit code of the contract: 0 for a closed pipe, 1 for a no, 2 for bad input, 3 for nothing to do where that was asked.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::ClosedPipe => 0,
             Self::Refused(_) => 1,
+            Self::Unchanged => 3,
             Self::BadInput(_) | Self::Io { .. } => 2,
         }
     }
@@ -111,6 +115,11 @@ pub fn one_line(text: &str) -> String {
         out.push('…');
     }
     out
+}
+
+/// "1 row", "2 rows": a number of things, `what` being one of them.
+pub fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
 /// A file name as a message shows it: `-` is standard input.

@@ -1,10 +1,14 @@
 //! Assessing: what lost motion costs at the TCP.
 //!
 //! Rooms:
+//! - [`bidirectional`]: positions reached from both sides: repeatability, backlash, its curve over position and states.
 //! - [`circle`]: a measured circle before and after compensation, against its best-fit circle and its nominal path.
+//! - [`deadzone`]: deadzones of a motion without and with compensation.
 //! - [`impact`]: TCP displacement of one half gap of each joint, at a pose or over a program.
 //! - [`rigid`]: the rigid transform between two sets of points.
 
+pub mod bidirectional;
 pub mod circle;
+pub mod deadzone;
 pub mod impact;
 pub mod rigid;

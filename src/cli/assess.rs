@@ -1,11 +1,14 @@
 //! `lostmotion assess`: what lost motion costs at the TCP; one file per subcommand.
 
+pub mod bidirectional;
 pub mod circle;
+pub mod deadzone;
 pub mod impact;
 
 use crate::error::Result;
 
-/// What lost motion costs at the TCP: on a measured circle, or computed at a pose or over a program.
+/// What lost motion costs at the TCP: on a measured circle, along a line from both sides, behind the turns of a motion, or computed
+/// at a pose or over a program.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -14,14 +17,18 @@ pub struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 pub enum What {
+    Bidirectional(Box<bidirectional::Args>),
     Circle(circle::Args),
+    Deadzone(deadzone::Args),
     Impact(impact::Args),
 }
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
     match args.what {
+        What::Bidirectional(a) => bidirectional::run(*a),
         What::Circle(a) => circle::run(a),
+        What::Deadzone(a) => deadzone::run(a),
         What::Impact(a) => impact::run(a),
     }
 }

@@ -1,7 +1,7 @@
 //! `lostmotion diagnose`: model + logs -> what the model lacks, and the model with it inside.
 
 use crate::cli::{logs, page, paths};
-use crate::diagnose::{self, display};
+use crate::diagnose::{self, Diagnosis, display};
 use crate::error::{Error, Place, Result, is_stdio};
 use crate::io::output::{self, Output};
 use crate::model::Model;
@@ -33,6 +33,10 @@ pub struct Args {
     /// Write the model with the found effects and the frame here
     #[arg(long, value_name = "MODEL.yaml")]
     pub model_out: Option<PathBuf>,
+    /// Exit with 1 where more than this remains with everything found: rms per coordinate, the document's
+    /// gap.final_rms_um
+    #[arg(long, value_name = "GAP")]
+    pub max_gap_um: Option<f64>,
     /// Print the diagnosis as one JSON document on standard output
     #[arg(long)]
     pub json: bool,
@@ -46,6 +50,9 @@ pub fn run(args: Args) -> Result<()> {
     let mut inputs = vec![("--model", Some(args.model.as_path()))];
     inputs.extend(args.logs.iter().map(|l| ("--log", Some(l.as_path()))));
     inputs.push(("--columns", args.columns.as_deref()));
+    if let Some(most) = args.max_gap_um.filter(|m| !(m.is_finite() && *m >= 0.0)) {
+        return Err(Error::bad(Place::file("--max-gap-um"), most.to_string(), "a number of 0 or more"));
+    }
     let outputs = [("--model-out", args.model_out.as_deref()), ("--report", args.report.as_deref())];
     paths::refuse_shared(&inputs, &outputs)?;
     let to_stdout = outputs.iter().find(|(_, path)| path.is_some_and(is_stdio));
@@ -60,7 +67,10 @@ pub fn run(args: Args) -> Result<()> {
         Err(e) => return Err(bad_data(e, args.json)),
     };
     logs::refuse_repeats(&read)?;
-    let outcome = diagnose::diagnose(&model, &read)?;
+    let outcome = match diagnose::diagnose(&model, &read) {
+        Ok(outcome) => outcome,
+        Err(e) => return Err(bad_data(e, args.json)),
+    };
     let diagnosis = diagnose::document::of(&outcome);
     if let Some(out) = &mut model_out {
         let text = diagnose::model_with(&model, &outcome).to_yaml_inline()?;
@@ -71,7 +81,7 @@ pub fn run(args: Args) -> Result<()> {
     if to_stdout.is_some() {
         eprint!("{story}");
         output::commit([model_out, report])?;
-        return Ok(());
+        return within(&args, &diagnosis);
     }
     let mut stdout = Output::create(std::path::Path::new("-"))?;
     if args.json {
@@ -81,7 +91,17 @@ pub fn run(args: Args) -> Result<()> {
         stdout.write_all(story.as_bytes()).map_err(|e| Error::io("standard output", "write", e))?;
     }
     output::commit([model_out, report, Some(stdout)])?;
-    Ok(())
+    within(&args, &diagnosis)
+}
+
+/// `--max-gap-um`: the answer is no where more remains.
+fn within(args: &Args, diagnosis: &Diagnosis) -> Result<()> {
+    let Some(most) = args.max_gap_um else { return Ok(()) };
+    let left = diagnosis.gap.final_rms_um;
+    if left <= most {
+        return Ok(());
+    }
+    Err(Error::Refused(format!("a gap of {} remains, more than --max-gap-um {most}", diagnosis.unit.said(left))))
 }
 
 /// A log whose units, axes, times or columns are wrong: with `--json` the verdict is printed too.

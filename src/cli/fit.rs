@@ -36,6 +36,9 @@ pub struct Args {
     /// Write the compensator (YAML) here; `-` is standard output
     #[arg(long, short, value_name = "FILE", required_unless_present = "json")]
     pub output: Option<PathBuf>,
+    /// Fit gaps of which `identify` says that they cannot be trusted
+    #[arg(long)]
+    pub force: bool,
     /// How the friction term fades: in seconds, or over a count of program points
     #[arg(long, value_enum, default_value_t = FormArg::Decay)]
     pub form: FormArg,
@@ -84,8 +87,13 @@ pub fn run(args: Args) -> Result<()> {
     let robot = Robot::load(&args.robot)?;
     let documents = args.gaps.iter().map(|p| Gaps::load(p, &robot)).collect::<Result<Vec<_>>>()?;
     refuse_repeats(&args.gaps, &documents, &robot)?;
+    let distrusted = args.gaps.iter().zip(&documents).find_map(|(p, d)| d.distrusted().map(|note| (p, note)));
+    if let Some((path, note)) = distrusted.filter(|_| !args.force) {
+        return Err(Error::Refused(format!("{}: {note} (--force fits them all the same)", path.display())));
+    }
     let form = form(&args, &documents, &robot)?;
     let mut compensator = fit(&robot, &documents, form)?;
+    compensator.evidence.notes.extend(distrusted.map(|(_, note)| note.to_string()));
     compensator.evidence.valid_until = args.valid_until;
     let text = compensator.to_yaml(&robot)?;
     // what is written must be read again

@@ -1,5 +1,8 @@
 //! `lostmotion identify`: one file per way to find gaps.
 
+pub mod common;
+pub mod deadzone;
+pub mod screw;
 pub mod static_;
 
 use crate::error::Result;
@@ -16,6 +19,8 @@ pub struct Args {
 pub enum Command {
     Static(static_::Args),
     Path(Box<super::identify_path::Args>),
+    Deadzone(deadzone::Args),
+    Screw(screw::Args),
 }
 
 /// Runs the command.
@@ -23,5 +28,7 @@ pub fn run(args: Args) -> Result<()> {
     match args.command {
         Command::Static(a) => static_::run(a),
         Command::Path(a) => super::identify_path::run(*a),
+        Command::Deadzone(a) => deadzone::run(a),
+        Command::Screw(a) => screw::run(a),
     }
 }

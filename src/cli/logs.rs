@@ -1,17 +1,38 @@
 //! Logs as commands read them: column map, reading side by side, hygiene before anything is computed.
 
 use crate::error::{Error, Place, Result};
-use crate::log::{ColumnMap, Log, hygiene};
+use crate::log::hygiene::{self, Kinematics};
+use crate::log::{ColumnMap, Log};
 use crate::robot::Robot;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Reads the logs in order and refuses those whose units, axes or clocks cannot be right; notes go to standard error.
 pub fn load(paths: &[PathBuf], columns: Option<&Path>, robot: &Robot) -> Result<Vec<Log>> {
+    load_by(Log::load_with, Kinematics::OfFile, paths, columns, robot)
+}
+
+/// The same for machines whose kinematics need not be that of the robot file.
+pub fn load_free(paths: &[PathBuf], columns: Option<&Path>, robot: &Robot) -> Result<Vec<Log>> {
+    load_by(Log::load_with, Kinematics::Unknown, paths, columns, robot)
+}
+
+/// The same for logs in which coordinates of the TCP may be missing.
+pub fn load_lone(paths: &[PathBuf], columns: Option<&Path>, robot: &Robot) -> Result<Vec<Log>> {
+    load_by(Log::load_lone, Kinematics::OfFile, paths, columns, robot)
+}
+
+fn load_by(
+    load: fn(&Path, &Robot, Option<&ColumnMap>) -> Result<Log>,
+    kinematics: Kinematics,
+    paths: &[PathBuf],
+    columns: Option<&Path>,
+    robot: &Robot,
+) -> Result<Vec<Log>> {
     let map = columns.map(ColumnMap::load).transpose()?;
     let read = |path: &PathBuf| -> Result<(Log, Vec<String>)> {
-        let log = Log::load_with(path, robot, map.as_ref())?;
-        let notes = hygiene::check(&log, robot)?.notes;
+        let log = load(path, robot, map.as_ref())?;
+        let notes = hygiene::check_for(&log, robot, kinematics)?.notes;
         Ok((log, notes))
     };
     // the first file in order that is wrong is the one that is named
@@ -30,8 +51,14 @@ pub fn load(paths: &[PathBuf], columns: Option<&Path>, robot: &Robot) -> Result<
 
 /// Refuses a log that is given twice: counted twice, it would seem to know twice as much.
 pub fn refuse_repeats(logs: &[Log]) -> Result<()> {
+    let alike = |a: &Log, b: &Log| {
+        (&a.t_s, &a.cmd, &a.tcp_m, &a.reflectors_m) == (&b.t_s, &b.cmd, &b.tcp_m, &b.reflectors_m)
+            && (&a.enc, &a.meas, &a.screw) == (&b.enc, &b.meas, &b.screw)
+    };
     for (i, log) in logs.iter().enumerate() {
-        if let Some(first) = logs[..i].iter().find(|l| l.sha256 == log.sha256) {
+        // packed or not, under whatever name
+        let same = |l: &&Log| l.sha256 == log.sha256 || alike(l, log);
+        if let Some(first) = logs[..i].iter().find(same) {
             let found = format!("the same log as {}", first.name);
             return Err(Error::bad(Place::file(&log.name), found, "every log once"));
         }

@@ -7,12 +7,15 @@ pub mod diagnose;
 pub mod fit;
 pub mod identify;
 pub mod identify_path;
+pub mod learn;
 pub mod logs;
 pub mod page;
 pub mod paths;
 pub mod plan_experiment;
 pub mod rewrite;
 pub mod simulate;
+pub mod track;
+pub mod undo;
 
 use crate::error::Result;
 use clap::{Parser, Subcommand};
@@ -20,7 +23,7 @@ use clap::{Parser, Subcommand};
 /// Takes lost motion (backlash, stiction) out of robot programs before they reach the controller.
 ///
 /// The job in four steps: `identify` finds each joint's half gap in laser-tracker logs, `fit` makes a compensator of it,
-/// `rewrite` puts reversal points and offsets into a joint-space program, `simulate` and `assess` show what is left.
+/// `rewrite` puts reversal points and offsets into a program, `simulate` and `assess` show what is left.
 #[derive(Debug, Parser)]
 #[command(name = "lostmotion", version, propagate_version = true, max_term_width = 100)]
 #[command(after_help = "Examples:
@@ -40,10 +43,13 @@ pub enum Command {
     Identify(identify::Args),
     Fit(fit::Args),
     Rewrite(Box<rewrite::Args>),
+    Undo(undo::Args),
     Simulate(simulate::Args),
     Assess(assess::Args),
     Diagnose(diagnose::Args),
     PlanExperiment(plan_experiment::Args),
+    Learn(learn::Args),
+    Track(track::Args),
     Demo(demo::Args),
     Completions(completions::Args),
 }
@@ -54,10 +60,13 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Identify(a) => identify::run(a),
         Command::Fit(a) => fit::run(a),
         Command::Rewrite(a) => rewrite::run(*a),
+        Command::Undo(a) => undo::run(a),
         Command::Simulate(a) => simulate::run(a),
         Command::Assess(a) => assess::run(a),
         Command::Diagnose(a) => diagnose::run(a),
         Command::PlanExperiment(a) => plan_experiment::run(a),
+        Command::Learn(a) => learn::run(a),
+        Command::Track(a) => track::run(a),
         Command::Demo(a) => demo::run(a),
         Command::Completions(a) => completions::run(a),
     }

@@ -1,6 +1,6 @@
 //! No command writes two results into one file, or a result over what it reads.
 
-use crate::error::{Error, Place, Result, is_stdio};
+use crate::error::{Error, Place, Result, is_stdio, shown};
 use std::path::{Path, PathBuf};
 
 /// A file of the command line and the option that names it.
@@ -20,6 +20,18 @@ pub fn refuse_shared(inputs: &[Named], outputs: &[Named]) -> Result<()> {
             return Err(Error::bad(Place::file(option), format!("the same file as {other}"), "a file of its own"));
         }
         taken.push((option, file));
+    }
+    Ok(())
+}
+
+/// Refuses outputs into folders that are not there, before anything is computed.
+pub fn refuse_missing_folders(outputs: &[Named]) -> Result<()> {
+    for (option, path) in outputs.iter().filter_map(|(o, p)| p.map(|p| (*o, p))) {
+        let folder = path.parent().filter(|f| !is_stdio(path) && !f.as_os_str().is_empty());
+        if let Some(folder) = folder.filter(|f| !f.is_dir()) {
+            let found = format!("{} in a folder that is not there, {}", shown(path), shown(folder));
+            return Err(Error::bad(Place::file(option), found, "a folder that is there"));
+        }
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! `lostmotion plan-experiment`: rivals, or the whole catalogue -> the motion that decides, as a program.
 
-use crate::cli::paths;
+use crate::cli::{page, paths};
 use crate::diagnose::noise::Noise;
 use crate::diagnose::synthetic::Channels;
 use crate::error::{Error, Place, Result};
@@ -69,6 +69,9 @@ pub struct Args {
     /// Print the plan as one JSON document on standard output
     #[arg(long)]
     pub json: bool,
+    /// Write a self-contained HTML page with figures and tables here
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
 }
 
 /// Most rows of a program, and of the log of one motion.
@@ -81,7 +84,8 @@ fn above_zero(text: &str) -> std::result::Result<f64, String> {
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
     let inputs = [("--model", Some(args.model.as_path())), ("--diagnosis", args.diagnosis.as_deref())];
-    paths::refuse_shared(&inputs, &[("--output", args.output.as_deref())])?;
+    let outputs = [("--output", args.output.as_deref()), ("--report", args.report.as_deref())];
+    paths::refuse_shared(&inputs, &outputs)?;
     if args.json && args.output.as_deref() == Some(Path::new("-")) {
         return Err(Error::bad(
             Place::file("--output"),
@@ -128,23 +132,25 @@ pub fn run(args: Args) -> Result<()> {
     }
     widen(&mut room, &sets);
     let mut out = output::create(args.output.as_deref())?;
+    let mut report = output::create(args.report.as_deref())?;
     let bench = Bench { model: &model, room: &room, noise, payload_kg: args.payload_kg, channels: Channels::default() };
     let payload = !robot.links.is_empty();
-    let (plan, program) = match question {
+    let (plan, motion) = match question {
         "catalogue" => {
             let answer = plan::observe(&bench, motions::library(&room, &[], payload), &scale);
             let (plan, motion) = document::of_catalogue(&answer, &bench);
-            (plan, motion.map(|m| document::program(m, &room)))
+            (plan, motion.cloned())
         }
         _ if sets.is_empty() => (document::of_nothing(&bench), None),
         _ => {
             let library = motions::library(&room, &plan::axes_of(&sets, robot.dof()), payload);
             let answer = plan::separate(&bench, library, &sets);
             let (plan, motion) = document::of_separation(question, &answer, &sets, &bench);
-            (plan, motion.map(|m| document::program(m, &room)))
+            (plan, motion.cloned())
         }
     };
-    match (&mut out, program) {
+    page::write(&mut report, || page::plan::of_plan(robot, &plan, motion.as_ref(), &room))?;
+    match (&mut out, motion.map(|m| document::program(&m, &room))) {
         (Some(out), Some(bytes)) => out.put(&bytes)?,
         (Some(_), None) => {
             eprintln!("note: no program is written to {}", args.output.as_deref().unwrap_or(Path::new("-")).display());
@@ -159,11 +165,11 @@ pub fn run(args: Args) -> Result<()> {
     if args.output.as_deref() == Some(Path::new("-")) {
         // the program goes to standard output: the words beside it
         eprint!("{text}");
-        return output::commit([out]);
+        return output::commit([out, report]);
     }
     let mut stdout = Output::create(Path::new("-"))?;
     stdout.write_all(text.as_bytes()).map_err(|e| Error::io("standard output", "write", e))?;
-    output::commit([out, Some(stdout)])
+    output::commit([out, report, Some(stdout)])
 }
 
 /// Transitions as long as the rivals'.

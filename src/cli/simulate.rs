@@ -1,15 +1,15 @@
 //! `lostmotion simulate`: model + program or log -> predicted log.
 
 use crate::cli::{page, paths};
-use crate::effect::{Effect, Placed};
-use crate::error::Result;
+use crate::effect::{Effect, Placed, entry};
+use crate::error::{Error, Place, Result, counted, is_stdio, shown};
 use crate::io::input;
 use crate::io::output::{self, Output};
 use crate::log::Log;
 use crate::model::Model;
 use crate::program::Program;
-use crate::simulate::{Motion, Options, Timing, predicted};
-use std::path::PathBuf;
+use crate::simulate::{Motion, Options, Timing, Written, predicted};
+use std::path::{Path, PathBuf};
 
 /// Run a program, or the commands of a log, on a modelled machine and write the log that a tracker would.
 ///
@@ -48,12 +48,18 @@ pub struct Args {
     /// Leave out the model's registration: TCP in the frame of the robot file, not of the tracker
     #[arg(long)]
     pub base_frame: bool,
+    /// Print what was written as one JSON document on standard output; needs --output FILE
+    #[arg(long)]
+    pub json: bool,
     /// Write a self-contained HTML page with figures and tables here
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
     /// Add encoder columns (enc_A1_deg, ...): the motor side of each joint
     #[arg(long)]
     pub encoders: bool,
+    /// Add screw columns (screw_Z_deg, ...): between two gaps in series, coupling and nut
+    #[arg(long)]
+    pub screws: bool,
 }
 
 fn finite(text: &str) -> std::result::Result<f64, String> {
@@ -76,6 +82,10 @@ fn rate(text: &str) -> std::result::Result<f64, String> {
 pub fn run(args: Args) -> Result<()> {
     let inputs = [("--model", Some(args.model.as_path())), ("--input", Some(args.input.as_path()))];
     paths::refuse_shared(&inputs, &[("--output", Some(args.output.as_path())), ("--report", args.report.as_deref())])?;
+    if args.json && is_stdio(&args.output) {
+        let expected = "a file: standard output holds the document";
+        return Err(Error::bad(Place::file("--output"), "standard output with --json", expected));
+    }
     let mut out = Output::create(&args.output)?;
     let mut report = output::create(args.report.as_deref())?;
     let mut model = Model::load(&args.model)?;
@@ -91,6 +101,7 @@ pub fn run(args: Args) -> Result<()> {
         noise_m: args.noise_um.unwrap_or(0.0) * 1e-6,
         seed: args.seed,
         encoders: args.encoders,
+        screws: args.screws,
     };
     let mut written = if predicted::is_log(&input, &model) {
         let log = Log::parse(input.clone(), &model.robot)?;
@@ -124,12 +135,33 @@ pub fn run(args: Args) -> Result<()> {
         written.notes.push("gravity_compliance does nothing: the robot file has no `links`".into());
     }
     page::write(&mut report, || page::simulate::of_run(&model, &from, &written))?;
-    output::commit([Some(out), report])?;
+    let mut document = args.json.then(|| Output::create(Path::new("-"))).transpose()?;
+    if let Some(document) = &mut document {
+        let text = serde_json::to_string_pretty(&told(&model, &from, &args, &written)).unwrap_or_default();
+        document.put((text + "\n").as_bytes())?;
+    }
+    output::commit([Some(out), report, document])?;
     for note in &written.notes {
         eprintln!("note: {note}");
     }
-    eprintln!("{} rows", written.rows);
+    eprintln!("{}", counted(written.rows, "row"));
     Ok(())
+}
+
+/// `simulate --json`: the log itself is in `--output`.
+fn told(model: &Model, from: &page::simulate::From, args: &Args, written: &Written) -> serde_json::Value {
+    let effects: Vec<_> = model.effects.iter().map(|e| entry::write(e, &model.robot)).collect();
+    serde_json::json!({
+        "schema": "lostmotion/simulation/1",
+        "input": {"name": from.name, "sha256": from.sha256},
+        "output": shown(&args.output),
+        "robot": {"name": model.robot.name, "sha256": model.robot.fingerprint()},
+        "effects": effects,
+        "rows": written.rows,
+        "noise_um": args.noise_um.unwrap_or(0.0),
+        "seed": args.seed,
+        "notes": written.notes,
+    })
 }
 
 /// Times of the program's points, with what a user should know about them.

@@ -14,11 +14,11 @@
 //! A file written for another robot is refused by its fingerprint: offsets of one machine are wrong on the next. Keys that
 //! are not known are refused in `joints` (a misspelt key would silently compensate nothing) and passed over in `evidence`.
 
+use super::evidence;
 use super::schedule::{self, shown, tidy};
-use super::{BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator, JointEvidence};
+use super::{BacklashOffset, Compensator, FrictionOffset, FrictionShape, JointCompensator};
 use crate::effect::{Decay, GapCurve};
 use crate::error::{Error, Place, Result};
-use crate::gaps::LogRef;
 use crate::io::{input, yaml::Document};
 use crate::robot::{Joint, Robot};
 use serde::{Deserialize, Serialize};
@@ -44,25 +44,6 @@ struct CompensatorFile {
 struct RobotRef {
     #[serde(default)]
     name: String,
-    sha256: String,
-}
-
-#[derive(Debug, Default, Serialize, Deserialize)]
-struct EvidenceFile {
-    #[serde(default)]
-    logs: Vec<LogFile>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    tcp_speed_mm_s: Option<f64>,
-    #[serde(default)]
-    joints: Mapping,
-    #[serde(default)]
-    notes: Vec<String>,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-struct LogFile {
-    name: String,
-    #[serde(default)]
     sha256: String,
 }
 
@@ -103,7 +84,7 @@ impl Compensator {
             joints.push(read_joint(axis, value, robot.axis(axis), &at)?);
         }
         joints.sort_by_key(|j| j.axis);
-        let mut evidence = read_evidence(&file.evidence, robot, &doc)?;
+        let mut evidence = evidence::read(&file.evidence, robot, &doc)?;
         evidence.valid_until = file.valid_until;
         Ok(Self { robot_name: file.robot.name, robot_sha256: file.robot.sha256, joints, evidence })
     }
@@ -132,7 +113,7 @@ impl Compensator {
             }
             joints.insert(joint.name.clone().into(), Value::Mapping(entry));
         }
-        let evidence = serde_yaml::to_value(write_evidence(&self.evidence, robot))
+        let evidence = serde_yaml::to_value(evidence::write(&self.evidence, robot))
             .map_err(|e| Error::bad(Place::default(), e.to_string(), "values that YAML can hold"))?;
         Ok(CompensatorFile {
             schema: SCHEMA.into(),
@@ -325,76 +306,6 @@ fn write_friction(f: &FrictionOffset, joint: &Joint) -> Value {
         }
     }
     Value::Mapping(map)
-}
-
-fn read_evidence(value: &Value, robot: &Robot, doc: &Document) -> Result<Evidence> {
-    if value.is_null() {
-        return Ok(Evidence::default());
-    }
-    let file: EvidenceFile = serde_yaml::from_value(value.clone()).map_err(|e| {
-        Error::bad(doc.place(&["evidence"]), e.to_string(), "evidence as `fit` writes it, or no evidence")
-    })?;
-    if let Some(v) = file.tcp_speed_mm_s
-        && !(v.is_finite() && v > 0.0)
-    {
-        return Err(Error::bad(doc.place(&["tcp_speed_mm_s"]), format!("{v}"), "a finite speed above 0"));
-    }
-    let mut joints = Vec::new();
-    for (key, v) in &file.joints {
-        let Some(axis) = robot.axis_named(&shown(key)) else { continue };
-        let kind = robot.axis(axis).kind;
-        let (unit, si) = (kind.unit(), kind.si());
-        let pair = |k: String, scale: f64| -> Option<[f64; 2]> {
-            let p: [f64; 2] = serde_yaml::from_value(v.get(k.as_str())?.clone()).ok()?;
-            Some(p.map(|x| x * scale))
-        };
-        let number = |k: String| v.get(k.as_str()).and_then(Value::as_f64).map(|x| x * si);
-        joints.push(JointEvidence {
-            axis,
-            half_gap_ci95: pair(format!("half_gap_{unit}_ci95"), si),
-            gain_ci95: pair(format!("gain_{unit}_ci95"), si),
-            decay_s_ci95: pair("decay_s_ci95".into(), 1.0),
-            largest_before: number(format!("largest_before_{unit}")),
-            largest_after: number(format!("largest_after_{unit}")),
-        });
-    }
-    Ok(Evidence {
-        logs: file.logs.into_iter().map(|l| LogRef { name: l.name, sha256: l.sha256 }).collect(),
-        tcp_speed_m_s: file.tcp_speed_mm_s.map(|v| v * 1e-3),
-        valid_until: None,
-        joints,
-        notes: file.notes,
-    })
-}
-
-fn write_evidence(e: &Evidence, robot: &Robot) -> EvidenceFile {
-    let mut joints = Mapping::new();
-    for j in &e.joints {
-        let joint = robot.axis(j.axis);
-        let unit = joint.kind.unit();
-        let edge = |v: f64| Value::from(tidy(joint.kind.to_edge(v)));
-        let mut map = Mapping::new();
-        let pair = |p: [f64; 2]| Value::Sequence(p.iter().map(|&v| edge(v)).collect());
-        let entries = [
-            (format!("half_gap_{unit}_ci95"), j.half_gap_ci95.map(pair)),
-            (format!("gain_{unit}_ci95"), j.gain_ci95.map(pair)),
-            ("decay_s_ci95".into(), j.decay_s_ci95.map(|p| Value::Sequence(p.map(|v| tidy(v).into()).into()))),
-            (format!("largest_before_{unit}"), j.largest_before.map(edge)),
-            (format!("largest_after_{unit}"), j.largest_after.map(edge)),
-        ];
-        for (key, value) in entries {
-            if let Some(v) = value {
-                map.insert(key.into(), v);
-            }
-        }
-        joints.insert(joint.name.clone().into(), Value::Mapping(map));
-    }
-    EvidenceFile {
-        logs: e.logs.iter().map(|l| LogFile { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),
-        tcp_speed_mm_s: e.tcp_speed_m_s.map(|v| tidy(v * 1e3)),
-        joints,
-        notes: e.notes.clone(),
-    }
 }
 
 /// Whether the day `YYYY-MM-DD` lies before `today`, days since 1970-01-01.

@@ -4,9 +4,11 @@
 //!
 //! Rooms:
 //! - [`file`]: the YAML document, to and from these types, with every refusal and its line.
+//!   `evidence`: what the offsets rest on.
 //! - [`schedule`]: a half gap over position as it stands in a document.
 //! - [`from_model`]: the compensator of a model file: the predicted joint error with its sign turned.
 
+mod evidence;
 pub mod file;
 pub mod from_model;
 pub mod schedule;
@@ -91,6 +93,12 @@ impl Compensator {
                     [&b.positive, &b.negative].iter().all(|c| c.largest() == 0.0 && c.smallest() == 0.0)
                 })
         })
+    }
+
+    /// An offset fades in seconds, so that times are needed.
+    pub fn fades_in_seconds(&self) -> bool {
+        let seconds = |f: &FrictionOffset| f.gain != 0.0 && matches!(f.shape, FrictionShape::Decay(Decay::Time(_)));
+        self.joints.iter().any(|j| j.friction.as_ref().is_some_and(seconds))
     }
 
     /// Offsets of an axis.

@@ -8,8 +8,8 @@
 
 use super::fit::{self, Fit, Whitening, dot, gram, scaled_inverse};
 use super::forward::Problem;
+use super::outcome::Refined;
 use super::screen::Ground;
-use super::search::Refined;
 use crate::effect::{Effect, Placed, ServoLag, Target};
 use crate::machine::parts;
 use crate::stats::fisher;
@@ -153,13 +153,5 @@ pub fn common_lag(problem: &Problem, base: &Fit, whitening: &Whitening, found: &
         difference = difference.clamp(-0.5 * super::verdict::WITHIN, 0.5 * super::verdict::WITHIN);
     }
     let gain = gain + difference;
-    Some(Refined {
-        effect: "servo_lag",
-        target: "all".into(),
-        placed,
-        gain,
-        parameters: 1,
-        promised: by_lag,
-        fit: base.clone(),
-    })
+    Some(Refined { effect: "servo_lag", target: "all".into(), placed, gain, parameters: 1, fit: base.clone() })
 }

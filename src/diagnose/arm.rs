@@ -1,7 +1,8 @@
 //! The rounds of settled poses of a real arm: its geometry as one group, gravity, a gap ([`super::geometry`] has the reasons).
 
 use super::fit::{self, Fit, Whitening};
-use super::search::{MOST_EFFECTS, Search, Step, rms};
+use super::outcome::Step;
+use super::search::{MOST_EFFECTS, Search};
 use super::{direction, geometry};
 
 /// The one effect that is sought behind the group, but for gaps.
@@ -19,23 +20,11 @@ impl Search<'_> {
     }
 
     /// The effects of the group as steps.
-    pub(super) fn steps_of(&self, before: &Fit, after: &Fit, group: &geometry::Group) -> Vec<Step> {
+    pub(super) fn steps_of(&self, after: &Fit, group: &geometry::Group) -> Vec<Step> {
         let p = self.problem;
-        let (rms_before, rms_after) = (rms(p, &before.state.residual), rms(p, &after.state.residual));
         let step = |k: usize| {
             let own = geometry::own_rival(p, after, k);
-            Step {
-                effect: own.effect,
-                target: own.target,
-                rms_before,
-                rms_predicted: rms_after,
-                rms_after,
-                gain: own.gain,
-                parameters: own.parameters,
-                p_value: group.p_value,
-                table: Vec::new(),
-                replaced_by: None,
-            }
+            Step::new(own.effect, own.target)
         };
         (0..group.count).map(step).collect()
     }
@@ -72,25 +61,11 @@ impl Search<'_> {
         notes.push(direction::terms_said(p, &gaps.terms));
         notes.extend(said);
         if let Some(gap) = gap {
-            let before = rms(p, &fit.state.residual);
             let mut h = fit.hypothesis.clone();
             h.effects.push(gap.clone());
             let free: Vec<usize> = (self.known..h.effects.len()).collect();
-            let z = gaps.terms.iter().map(|t| t.z).fold(0.0, f64::min);
             (fit, _) = again(&fit::refit(p, &h, &free, &noise));
-            let rms_after = rms(p, &fit.state.residual);
-            steps.push(Step {
-                effect: gap.effect.name(),
-                target: gap.target_text(&p.robot),
-                rms_before: before,
-                rms_predicted: rms_after,
-                rms_after,
-                gain: z * z,
-                parameters: 1,
-                p_value: self.chance(z * z, 1),
-                table: Vec::new(),
-                replaced_by: None,
-            });
+            steps.push(Step::new(gap.effect.name(), gap.target_text(&p.robot)));
         }
         fit
     }

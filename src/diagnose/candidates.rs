@@ -45,6 +45,11 @@ impl Candidate {
         self.trial.len()
     }
 
+    /// The joint whose position it changes.
+    pub fn axis(&self) -> Option<usize> {
+        self.trial.first().and_then(|t| t.0.first()).and_then(Placed::axis)
+    }
+
     /// Signatures, one per coefficient.
     pub fn columns(&self, problem: &Problem, h: &Hypothesis, state: &State) -> Vec<Vec<f64>> {
         let base = self.base.as_ref().map(|b| problem.difference(h, state, &[], b, 1.0));

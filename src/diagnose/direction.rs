@@ -10,8 +10,8 @@ use super::candidates::Candidate;
 use super::fit::{self, Fit, Whitening};
 use super::forward::Problem;
 use super::geometry::{PRIOR, is_geometry};
+use super::outcome::Refined;
 use super::screen::Ground;
-use super::search::Refined;
 use crate::effect::{Backlash, Effect, Placed, Target};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -195,7 +195,6 @@ pub fn gap_rivals(problem: &Problem, fit: &Fit, terms: &[Term]) -> Vec<Refined> 
                 placed: vec![placed],
                 gain: t.z * t.z,
                 parameters: 1,
-                promised: t.z * t.z,
                 fit: fit.clone(),
             }
         })

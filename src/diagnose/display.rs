@@ -85,8 +85,9 @@ fn member(m: &super::verdict::Member) -> String {
 
 /// Effects that gave way to others, in one line.
 fn put_aside(d: &Diagnosis) -> Option<String> {
-    let list: Vec<String> =
+    let mut list: Vec<String> =
         d.put_aside.iter().map(|p| format!("{} {} (now {})", p.effect, p.target, p.replaced_by)).collect();
+    list.dedup();
     (!list.is_empty()).then(|| format!("put aside: {}", list.join(", ")))
 }
 
@@ -95,13 +96,29 @@ pub fn sentence(d: &Diagnosis) -> String {
     let found = words::found(d).join(", ");
     match d.verdict {
         Verdict::None => "Nothing is missing: the gap is at the noise floor.".into(),
-        Verdict::Named => format!("Missing: {found}. What remains is noise."),
+        Verdict::Named => match &d.unexplained {
+            Some(u) => format!(
+                "Missing: {found}. Beyond them {} of structure remains; it goes with {}.",
+                d.unit.said(u.rms_um),
+                u.goes_with
+            ),
+            None if d.further.is_some() => format!("Missing: {found}, and more: see the note on a further round."),
+            None => format!("Missing: {found}. What remains is noise."),
+        },
         Verdict::NamedSet => {
             let open: Vec<String> =
                 d.rounds.iter().filter(|r| r.set.len() > 1).map(|r| format!("{} {}", r.effect, r.target)).collect();
             format!("Missing: {found}. This log cannot tell {} from a rival.", open.join(" and "))
         }
+        Verdict::Unknown if d.contradicted => {
+            "Unknown: the log contradicts what is taken as known; the first note says what.".into()
+        }
         Verdict::Unknown => match &d.unexplained {
+            Some(u) if u.next.is_some() => format!(
+                "Unknown: more than one diagnosis names: {} of structure remains beyond {found}; it goes with {}.",
+                d.unit.said(u.rms_um),
+                u.goes_with
+            ),
             Some(u) => {
                 let beyond = if found.is_empty() { String::new() } else { format!(" beyond {found}") };
                 let size = d.unit.said(u.rms_um);

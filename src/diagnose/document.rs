@@ -2,7 +2,7 @@
 
 use super::geometry;
 use super::layout::Sensor;
-use super::search::Outcome;
+use super::outcome::{Outcome, largest};
 use super::story::{self, Chapter};
 use super::verdict::{self, Member, Verdict};
 use super::words::GapUnit;
@@ -31,6 +31,12 @@ pub struct Diagnosis {
     pub unexplained: Option<Unexplained>,
     pub blind_spots: Vec<Value>,
     pub notes: Vec<String>,
+    /// The logs contradict what the model takes as known; the first notes say how.
+    #[serde(skip)]
+    pub contradicted: bool,
+    /// What a further round would name, where there was no room for it.
+    #[serde(skip)]
+    pub further: Option<String>,
     /// How the `_um` figures are told to a reader.
     #[serde(skip)]
     pub unit: GapUnit,
@@ -146,6 +152,8 @@ pub struct Unexplained {
     pub goes_with: String,
     pub p_value: f64,
     pub nearest: Option<Tried>,
+    /// Where the rounds ended at their limit: what the next one would have named.
+    pub next: Option<Tried>,
     pub record: String,
 }
 
@@ -179,8 +187,7 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         .map(|(step, &k)| round(outcome, k, &named[k], &sets[k], (&chapters[step], &chapters[step + 1])))
         .collect();
     let noise = outcome.whitening.noise.first().copied().unwrap_or(super::noise::Noise::white(0.0));
-    let (initial_max, final_max) =
-        (largest(outcome, &outcome.state_nuisance.residual), largest(outcome, &outcome.fit.state.residual));
+    let (initial_max, final_max) = (outcome.max_given, largest(&outcome.problem, &outcome.fit.state.residual));
     let put_aside = outcome
         .steps
         .iter()
@@ -207,7 +214,7 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         gap: Gap {
             initial_rms_um: digits(outcome.rms_given * UM),
             nuisance_only_rms_um: digits(outcome.rms_nuisance * UM),
-            final_rms_um: digits(super::search::rms(&outcome.problem, &outcome.fit.state.residual) * UM),
+            final_rms_um: digits(super::outcome::rms(&outcome.problem, &outcome.fit.state.residual) * UM),
             initial_max_um: digits(initial_max * UM),
             final_max_um: digits(final_max * UM),
         },
@@ -217,6 +224,8 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         unexplained: structured.map(|s| unexplained(outcome, &s)),
         blind_spots: blind_spots(outcome),
         notes: notes(outcome),
+        contradicted: !outcome.contradictions.is_empty(),
+        further: outcome.further.as_ref().map(|n| format!("{} {}", n.effect, n.target)),
         unit: unit(outcome),
     }
 }
@@ -235,7 +244,8 @@ fn unit(outcome: &Outcome) -> GapUnit {
 }
 
 fn notes(outcome: &Outcome) -> Vec<String> {
-    let mut notes = outcome.notes.clone();
+    let mut notes: Vec<String> = outcome.contradictions.iter().map(|c| c.said.clone()).collect();
+    notes.extend(outcome.notes.iter().cloned());
     if unit(outcome) == GapUnit::DEGREE {
         notes.push("only joints were measured: in the document, figures in `_um` are microradians of a joint".into());
     }
@@ -252,28 +262,25 @@ fn named(outcome: &Outcome) -> Vec<(String, String)> {
 pub fn told_in_order(outcome: &Outcome) -> Vec<usize> {
     let named = named(outcome);
     let mut order: Vec<usize> = (0..named.len()).collect();
-    let accepted = |k: usize| {
-        outcome
-            .steps
-            .iter()
-            .position(|s| s.replaced_by.is_none() && s.effect == named[k].0 && s.target == named[k].1)
-            .unwrap_or(usize::MAX)
-    };
-    order.sort_by_key(|&k| (accepted(k), k));
-    order
-}
-
-/// Largest distance between measured and predicted points, m.
-fn largest(outcome: &Outcome, residual: &[f64]) -> f64 {
-    let mut most = 0.0_f64;
-    for g in &outcome.problem.groups {
-        let (v, n) = (&residual[g.range()], g.len());
-        for b in 0..n {
-            let squares: f64 = (0..g.dims).map(|c| v[c * n + b] * v[c * n + b]).sum();
-            most = most.max(squares.sqrt());
-        }
+    if outcome.group.is_some() {
+        let accepted = |k: usize| {
+            outcome
+                .steps
+                .iter()
+                .position(|s| s.replaced_by.is_none() && s.effect == named[k].0 && s.target == named[k].1)
+                .unwrap_or(usize::MAX)
+        };
+        order.sort_by_key(|&k| (accepted(k), k));
+        return order;
     }
-    most
+    // the one first that explains most beside all the others
+    let gain = |k: usize| {
+        let own =
+            outcome.rivals.get(k).into_iter().flatten().find(|r| r.effect == named[k].0 && r.target == named[k].1);
+        own.map_or(0.0, |r| r.gain)
+    };
+    order.sort_by(|&a, &b| gain(b).total_cmp(&gain(a)));
+    order
 }
 
 fn effect_value(placed: &Placed, outcome: &Outcome) -> Value {
@@ -307,7 +314,6 @@ fn round(
             (key, Parameter { value: digits(value), ci95: [digits(value - half), digits(value + half)] })
         })
         .collect();
-    let step = outcome.steps.iter().rev().find(|s| s.effect == named.0 && s.target == named.1);
     let rivals = &outcome.rivals[k];
     let own = rivals.iter().find(|r| r.effect == named.0 && r.target == named.1);
     let gain = own.map_or(0.0, |r| r.gain);
@@ -315,7 +321,7 @@ fn round(
     let card = catalogue::of(&named.0);
     let dof = outcome.problem.n as f64;
     let group = outcome.group.as_ref().filter(|g| k < g.count);
-    let predicted = step.filter(|_| group.is_none()).map_or(after.rms, |s| s.rms_predicted);
+    let predicted = if group.is_some() { after.rms } else { after.predicted };
     let mut place = place(outcome, placed);
     if let Some(g) = group {
         place.description = format!("geometry: {} parameters together, joint F {:.0}", g.parameters, g.f);
@@ -399,8 +405,9 @@ fn place(outcome: &Outcome, placed: &Placed) -> Place {
 }
 
 fn unexplained(outcome: &Outcome, ratio: &super::structure::Ratio) -> Unexplained {
-    let rms = |residual: &[f64]| super::search::rms(&outcome.problem, residual);
+    let rms = |residual: &[f64]| super::outcome::rms(&outcome.problem, residual);
     let (left, floor) = (rms(&outcome.fit.state.residual), rms(&outcome.structure.freed));
+    let size = outcome.contradictions.first().map_or((left * left - floor * floor).max(0.0).sqrt(), |c| c.rms);
     let best = outcome
         .last
         .iter()
@@ -412,17 +419,24 @@ fn unexplained(outcome: &Outcome, ratio: &super::structure::Ratio) -> Unexplaine
         Some(super::structure::Aspect::Geometry) => "more poses, far apart, with the orientation of the tool",
         _ => "the joint behind its gear (secondary encoder), at two speeds, both ways",
     };
+    let tried = |effect: &str, target: &str, gain: f64, parameters: usize| Tried {
+        effect: effect.into(),
+        target: target.into(),
+        gain_2lnl: digits(gain),
+        parameters,
+    };
+    let next = outcome.next.as_ref().map(|n| tried(n.effect, &n.target, n.gain, n.parameters));
     Unexplained {
-        rms_um: digits((left * left - floor * floor).max(0.0).sqrt() * UM),
+        rms_um: digits(size * UM),
         joint: ratio.axis.map(|a| outcome.problem.robot.axis(a).name.clone()),
-        goes_with: verdict::structure_said(outcome, ratio),
+        goes_with: match &outcome.next {
+            _ if !outcome.contradictions.is_empty() => "what is taken as known: see the first note".into(),
+            Some(n) => format!("{} {}, which a further round would name", n.effect, n.target),
+            None => verdict::structure_said(outcome, ratio),
+        },
         p_value: ratio.p_value,
-        nearest: best.map(|(c, gain)| Tried {
-            effect: c.effect.into(),
-            target: c.target.clone(),
-            gain_2lnl: digits(gain),
-            parameters: c.parameters(),
-        }),
+        nearest: best.map(|(c, gain)| tried(c.effect, &c.target, gain, c.parameters())),
+        next,
         record: record.into(),
     }
 }

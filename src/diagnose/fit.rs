@@ -8,9 +8,11 @@ use super::forward::{Hypothesis, Problem, State};
 use super::geometry;
 use super::layout::Sensor;
 use super::noise::{self, Noise, Whitener};
+use super::screen::{orthonormal, project_off};
 use crate::effect::{Effect, Placed};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Least noise of an encoder, rad or m: between its rows a model of the servo is no better.
 const LEAST_MOTOR_SIGMA: f64 = 1e-6;
@@ -26,6 +28,16 @@ impl Whitening {
     pub fn new(problem: &Problem, noise: Vec<Noise>) -> Self {
         let filters = problem.groups.iter().zip(&noise).map(|(g, n)| Whitener::new(g, n)).collect();
         Self { noise, filters }
+    }
+
+    /// White noise as large as a residual.
+    pub fn white(problem: &Problem, residual: &[f64]) -> Self {
+        let of = |g: &super::layout::Group| {
+            let v = &residual[g.range()];
+            let rms = (v.iter().map(|x| x * x).sum::<f64>() / v.len() as f64).sqrt();
+            Noise::white(rms.max(noise::least_sigma(g)))
+        };
+        Self::new(problem, problem.groups.iter().map(of).collect())
     }
 
     /// Noise of the largest likelihood for a residual from which `fitted` parameters were taken; with 2 ln L.
@@ -202,34 +214,158 @@ pub fn scaled_inverse(gram: &DMatrix<f64>, floor: f64) -> DMatrix<f64> {
 /// Eigenvalue, after scaling, below which a direction of the parameters is open.
 const OPEN: f64 = 1e-10;
 
+/// A whitened signature, shared by the refits that start from one fit.
+pub type Column = Arc<Vec<f64>>;
+
+/// Whitened signatures of a fit: of each free effect in order, then of the nuisance.
+#[derive(Debug, Clone)]
+pub struct Signatures {
+    blocks: Vec<Vec<Column>>,
+    normal: DMatrix<f64>,
+}
+
+impl Signatures {
+    /// Those of a hypothesis and its free effects.
+    pub fn new(problem: &Problem, h: &Hypothesis, state: &State, free: &[usize], whitening: &Whitening) -> Self {
+        let mut new = Self { blocks: vec![Vec::new(); free.len() + 1], normal: DMatrix::zeros(0, 0) };
+        new.renew(problem, h, state, free, whitening, &vec![true; free.len() + 1]);
+        new
+    }
+
+    /// The columns one behind the other.
+    pub fn columns(&self) -> impl Iterator<Item = &Column> {
+        self.blocks.iter().flatten()
+    }
+
+    /// Copies that may be changed.
+    pub fn to_columns(&self) -> Vec<Vec<f64>> {
+        self.columns().map(|c| c.as_ref().clone()).collect()
+    }
+
+    /// Computes the blocks that are `stale` anew, and what they change of the normal matrix.
+    fn renew(
+        &mut self,
+        problem: &Problem,
+        h: &Hypothesis,
+        state: &State,
+        free: &[usize],
+        whitening: &Whitening,
+        stale: &[bool],
+    ) {
+        let fresh: Vec<Option<Vec<Column>>> = (0..stale.len())
+            .into_par_iter()
+            .map(|k| {
+                let mut columns = match (stale[k], free.get(k)) {
+                    (false, _) => return None,
+                    (true, Some(&i)) => effect_columns(problem, h, state, i),
+                    (true, None) => problem.nuisance_columns(h, state),
+                };
+                columns.par_iter_mut().for_each(|c| whitening.apply(problem, c));
+                Some(columns.into_iter().map(Arc::new).collect())
+            })
+            .collect();
+        // where a kept column stood in the normal matrix
+        let mut stood: Vec<Option<usize>> = Vec::new();
+        let mut at = 0;
+        for (k, block) in fresh.into_iter().enumerate() {
+            let before = self.blocks[k].len();
+            match block {
+                Some(columns) => {
+                    stood.extend(std::iter::repeat_n(None, columns.len()));
+                    self.blocks[k] = columns;
+                }
+                None => stood.extend((at..at + before).map(Some)),
+            }
+            at += before;
+        }
+        let columns: Vec<&Column> = self.columns().collect();
+        let row = |i: usize| -> Vec<f64> {
+            let one = |j: usize| match (stood[i], stood[j]) {
+                (Some(a), Some(b)) => self.normal[(a, b)],
+                _ => dot(columns[i], columns[j]),
+            };
+            (0..=i).map(one).collect()
+        };
+        let rows: Vec<Vec<f64>> = (0..columns.len()).into_par_iter().map(row).collect();
+        let normal = DMatrix::from_fn(rows.len(), rows.len(), |i, j| if j <= i { rows[i][j] } else { rows[j][i] });
+        self.normal = normal;
+    }
+
+    /// The same with `more` effects behind the free ones, whose signatures are not there yet.
+    fn with_more(&self, more: usize) -> Self {
+        let mut blocks = self.blocks.clone();
+        let nuisance = blocks.pop().unwrap_or_default();
+        blocks.extend(std::iter::repeat_n(Vec::new(), more));
+        blocks.push(nuisance);
+        Self { blocks, normal: self.normal.clone() }
+    }
+}
+
 /// Refits the effects `free` (indices) and the frames from where the hypothesis stands.
 pub fn refit(problem: &Problem, start: &Hypothesis, free: &[usize], whitening: &Whitening) -> Fit {
-    let mut h = start.clone();
-    let mut state = problem.evaluate(&h);
+    let state = problem.evaluate(start);
+    let signatures = Signatures::new(problem, start, &state, free, whitening);
+    solve(problem, start.clone(), state, free, whitening, signatures)
+}
+
+/// The same where the signatures `known` of the first free effects and of the nuisance were computed at this very start,
+/// without the effects behind them: only those on a joint that has a new one are computed anew.
+pub fn refit_near(
+    problem: &Problem,
+    start: &Hypothesis,
+    free: &[usize],
+    whitening: &Whitening,
+    known: &Signatures,
+) -> Fit {
+    let state = problem.evaluate(start);
+    let old = known.blocks.len() - 1;
+    let touched = |i: &usize| {
+        let axis = start.effects[*i].axis();
+        axis.is_some() && free[old..].iter().any(|&j| start.effects[j].axis() == axis)
+    };
+    let mut stale: Vec<bool> = free.iter().enumerate().map(|(k, i)| k >= old || touched(i)).collect();
+    stale.push(false);
+    let mut signatures = known.with_more(free.len() - old);
+    signatures.renew(problem, start, &state, free, whitening, &stale);
+    solve(problem, start.clone(), state, free, whitening, signatures)
+}
+
+fn solve(
+    problem: &Problem,
+    mut h: Hypothesis,
+    mut state: State,
+    free: &[usize],
+    whitening: &Whitening,
+    mut signatures: Signatures,
+) -> Fit {
     let mut white = whitening.of(problem, &state.residual);
     let mut cost = dot(&white, &white);
     let mut lambda = 1e-4;
     let mut converged = false;
-    let mut columns = tangent(problem, &h, &state, free, whitening);
-    let mut normal = gram(&columns);
+    // how far each value has moved since its signature was computed, in its own uncertainties
+    let mut moves = vec![0.0; signatures.normal.nrows()];
     for _ in 0..STEPS {
-        if columns.is_empty() {
+        if moves.is_empty() {
             converged = true;
             break;
         }
-        let gradient = DVector::from_iterator(columns.len(), columns.iter().map(|c| dot(c, &white)));
+        let gradient = DVector::from_iterator(moves.len(), signatures.columns().map(|c| dot(c, &white)));
         let mut improved = None;
         for _ in 0..8 {
-            let mut damped = normal.clone();
+            let mut damped = signatures.normal.clone();
             for i in 0..damped.nrows() {
                 damped[(i, i)] *= 1.0 + lambda;
             }
-            let step = scaled_inverse(&damped, OPEN) * &gradient;
+            let inverse = scaled_inverse(&damped, OPEN);
+            let step = &inverse * &gradient;
             let next = moved(problem, &h, free, step.as_slice());
             let next_state = problem.evaluate(&next);
             let next_white = whitening.of(problem, &next_state.residual);
             let next_cost = dot(&next_white, &next_white);
             if next_cost <= cost {
+                for (k, m) in moves.iter_mut().enumerate() {
+                    *m += step[k] / inverse[(k, k)].max(f64::MIN_POSITIVE).sqrt();
+                }
                 improved = Some((next, next_state, next_white, next_cost));
                 lambda = (lambda * 0.2).max(1e-9);
                 break;
@@ -251,12 +387,67 @@ pub fn refit(problem: &Problem, start: &Hypothesis, free: &[usize], whitening: &
         }
         // close to the end the signatures hardly change any more
         if gain > REFRESHED {
-            columns = tangent(problem, &h, &state, free, whitening);
-            normal = gram(&columns);
+            let stale = signatures.moved_too_far(&h, free, &moves);
+            signatures.renew(problem, &h, &state, free, whitening, &stale);
+            let mut at = 0;
+            for (k, block) in signatures.blocks.iter().enumerate() {
+                if stale[k] {
+                    moves[at..at + block.len()].fill(0.0);
+                }
+                at += block.len();
+            }
         }
     }
-    let covariance = scaled_inverse(&normal, OPEN);
+    let covariance = scaled_inverse(&signatures.normal, OPEN);
     Fit { hypothesis: h, state, free: free.to_vec(), cost, covariance, converged }
+}
+
+/// Squared cosine up to which two effects do not touch each other.
+pub const APART: f64 = 0.02;
+
+/// Movement of a value, in its own uncertainties, up to which its signature holds: within the noise nothing bends.
+const HOLDS: f64 = 0.5;
+
+impl Signatures {
+    /// Largest squared cosine between a signature of effect `a` and one of effect `b` (places in the list of free effects),
+    /// the nuisance taken off both: below [`APART`] neither can stand in for the other.
+    pub fn shared(&self, a: usize, b: usize) -> f64 {
+        let nuisance: Vec<Vec<f64>> =
+            self.blocks.last().map(|n| n.iter().map(|c| c.as_ref().clone()).collect()).unwrap_or_default();
+        let nuisance = orthonormal(nuisance);
+        let freed = |k: usize| -> Vec<Vec<f64>> {
+            let own = self.blocks.get(k).map(Vec::as_slice).unwrap_or_default();
+            own.iter()
+                .map(|c| {
+                    let mut c = c.as_ref().clone();
+                    project_off(&nuisance, &mut c);
+                    c
+                })
+                .collect()
+        };
+        let (x, y) = (orthonormal(freed(a)), orthonormal(freed(b)));
+        x.iter().flat_map(|u| y.iter().map(|v| dot(u, v).powi(2))).fold(0.0, f64::max)
+    }
+
+    /// Blocks of which a value has moved too far, and those on the same joint.
+    fn moved_too_far(&self, h: &Hypothesis, free: &[usize], moves: &[f64]) -> Vec<bool> {
+        let mut at = 0;
+        let far: Vec<bool> = self
+            .blocks
+            .iter()
+            .map(|b| {
+                let own = &moves[at..at + b.len()];
+                at += b.len();
+                own.iter().any(|m| m.abs() > HOLDS)
+            })
+            .collect();
+        let with = |k: usize| {
+            let Some(&i) = free.get(k) else { return far[k] };
+            let axis = h.effects[i].axis();
+            far[k] || axis.is_some() && (0..free.len()).any(|j| far[j] && h.effects[free[j]].axis() == axis)
+        };
+        (0..self.blocks.len()).map(with).collect()
+    }
 }
 
 /// Which value of an effect is a phase: it goes round instead of stopping at a bound.

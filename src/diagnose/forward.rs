@@ -10,9 +10,12 @@ use crate::effect::{Effect, Placed, Stage, Target};
 use crate::log::Log;
 use crate::machine::{self, Drive, parts};
 use crate::robot::{Chain, Robot};
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Vector3};
 use rayon::prelude::*;
 use std::sync::{Arc, OnceLock};
+
+/// Rows that one thread takes at a time.
+const CHUNK: usize = 4096;
 
 /// One log, prepared.
 #[derive(Debug)]
@@ -98,11 +101,14 @@ pub struct Hypothesis {
 /// Prediction for one log.
 #[derive(Debug, Clone)]
 pub struct LogState {
-    /// Motor side and joint positions, `[axis][row]`.
+    /// Motor side, behind the gear, and joint positions, `[axis][row]`.
     pub servo: Vec<Vec<f64>>,
-    pub joint: Vec<Vec<f64>>,
+    pub gear: Vec<Arc<Vec<f64>>>,
+    pub joint: Vec<Arc<Vec<f64>>>,
+    /// Points of the chain alone, base frame `[reflector][row]`, m.
+    pub chain_m: Vec<Arc<Vec<Vector3<f64>>>>,
     /// Points in the base frame `[reflector][row]`, m.
-    pub points_m: Vec<Vec<Vector3<f64>>>,
+    pub points_m: Vec<Arc<Vec<Vector3<f64>>>>,
     pub jacobian: Arc<Jacobian>,
 }
 
@@ -112,7 +118,7 @@ pub struct State {
     pub logs: Vec<LogState>,
     /// Measured minus predicted, the long vector (m and rad).
     pub residual: Vec<f64>,
-    geometry: Robot,
+    pub(super) geometry: Robot,
 }
 
 impl Problem {
@@ -179,37 +185,30 @@ impl Problem {
                 if seen { log.command_drive().servo(a, &on(a), self.preload[a]) } else { Vec::new() }
             })
             .collect();
-        let mut joint: Vec<Vec<f64>> = (0..dof)
+        let gear: Vec<Arc<Vec<f64>>> = (0..dof)
             .into_par_iter()
-            .map(|a| log.drive.gear(a, &behind_encoder(on(a), log.is_driven(a)), self.preload[a]))
+            .map(|a| Arc::new(log.drive.gear(a, &behind_encoder(on(a), log.is_driven(a)), self.preload[a])))
             .collect();
+        let mut joint = gear.clone();
         for p in h.effects.iter().filter(|p| p.effect.stage() == Stage::Link) {
             if let Some(axis) = p.axis() {
-                parts::add_link(&log.drive, p, &mut joint[axis]);
+                parts::add_link(&log.drive, p, Arc::make_mut(&mut joint[axis]).as_mut_slice());
             }
         }
         let rows = log.drive.rows();
         let chains = self.chains(geometry, log);
-        let points_m = chains
-            .iter()
-            .map(|chain| {
-                let mut q = vec![0.0; dof];
-                let mut points: Vec<Vector3<f64>> = (0..rows)
-                    .map(|r| {
-                        for (v, j) in q.iter_mut().zip(&joint) {
-                            *v = j[r];
-                        }
-                        chain.position(&q)
-                    })
-                    .collect();
-                let offset_s = parts::time_offset_s(&h.effects);
-                parts::shift_in_time(&log.drive, offset_s, &mut points);
-                parts::add_tcp(&log.drive, &h.effects, offset_s, &mut points);
-                points
-            })
-            .collect();
+        let chain_m: Vec<Arc<Vec<Vector3<f64>>>> = chains.iter().map(|c| Arc::new(along(c, &joint, rows))).collect();
+        let mut points_m = chain_m.clone();
+        let offset_s = parts::time_offset_s(&h.effects);
+        if h.effects.iter().any(|p| matches!(p.effect.stage(), Stage::Tcp | Stage::Measurement)) {
+            for points in &mut points_m {
+                let points = Arc::make_mut(points);
+                parts::shift_in_time(&log.drive, offset_s, points);
+                parts::add_tcp(&log.drive, &h.effects, offset_s, points);
+            }
+        }
         let jacobian = log.jacobian.get_or_init(|| Arc::new(chains.iter().map(|c| derivatives(c, &joint)).collect()));
-        LogState { servo, jacobian: jacobian.clone(), joint, points_m }
+        LogState { servo, gear, jacobian: jacobian.clone(), joint, chain_m, points_m }
     }
 
     /// Adds to `out` what a change of an axis' position (`joint`, and `servo` where it moves the motor too; per row of
@@ -277,20 +276,19 @@ impl Problem {
         let mut change = vec![0.0; rows];
         let mut motor: Option<Vec<f64>> = None;
         if both(&[Stage::Servo, Stage::Gear]) {
-            let (before, after) = (replaced(h, axis, &[], &[]), replaced(h, axis, from, to));
+            let after = replaced(h, axis, from, to);
             let preload = self.preload[axis];
             let driven = log.is_driven(axis);
             if !driven || both(&[Stage::Gear]) {
-                let gear = |list: &[&Effect]| log.drive.gear(axis, &behind_encoder(list.to_vec(), driven), preload);
-                let (x, y) = (gear(&before), gear(&after));
-                for ((c, x), y) in change.iter_mut().zip(&x).zip(&y) {
+                let y = log.drive.gear(axis, &behind_encoder(after.clone(), driven), preload);
+                for ((c, x), y) in change.iter_mut().zip(state.logs[l].gear[axis].iter()).zip(&y) {
                     *c = (y - x) * per;
                 }
             }
             if both(&[Stage::Servo]) && self.groups_of(l).any(|g| g.sensor == Sensor::Motor(axis)) {
                 let commands = log.command_drive();
-                let (x, y) = (commands.servo(axis, &before, preload), commands.servo(axis, &after, preload));
-                motor = Some(x.iter().zip(&y).map(|(x, y)| (y - x) * per).collect());
+                let y = commands.servo(axis, &after, preload);
+                motor = Some(state.logs[l].servo[axis].iter().zip(&y).map(|(x, y)| (y - x) * per).collect());
             }
         }
         if both(&[Stage::Link]) {
@@ -328,22 +326,10 @@ impl Problem {
             effects.extend(to.iter().cloned());
             effects.extend(from.iter().map(negated));
             let other = machine::geometry(&state.geometry, &effects);
-            let dof = self.robot.dof();
-            for (k, (a, b)) in self.chains(&state.geometry, log).iter().zip(self.chains(&other, log)).enumerate() {
-                let at = |r: usize| {
-                    let mut q = [0.0; 16];
-                    if dof <= q.len() {
-                        for (v, j) in q.iter_mut().zip(&s.joint) {
-                            *v = j[r];
-                        }
-                        b.position(&q[..dof]) - a.position(&q[..dof])
-                    } else {
-                        let q: Vec<f64> = s.joint.iter().map(|j| j[r]).collect();
-                        b.position(&q) - a.position(&q)
-                    }
-                };
+            for (k, chain) in self.chains(&other, log).iter().enumerate() {
+                let (x, y) = (&s.chain_m[k], along(chain, &s.joint, log.drive.rows()));
                 for g in self.groups_of(l).filter(|g| g.sensor == Sensor::Reflector(k)) {
-                    g.add_points(out, |r| at(r) * per);
+                    g.add_points(out, |r| (y[r] - x[r]) * per);
                 }
             }
         }
@@ -363,7 +349,7 @@ impl Problem {
                     Sensor::Reflector(k) => {
                         // the state holds `from` already
                         let x = &s.points_m[k];
-                        let mut y = x.clone();
+                        let mut y = x.as_ref().clone();
                         parts::shift_in_time(&log.drive, by, &mut y);
                         g.add_points(out, |r| (y[r] - x[r]) * per);
                     }
@@ -377,93 +363,6 @@ impl Problem {
             }
         }
     }
-
-    /// Signatures of all nuisance: frames, places of the further reflectors, zeros of joint sensors.
-    pub fn nuisance_columns(&self, h: &Hypothesis, state: &State) -> Vec<Vec<f64>> {
-        let mut columns = Vec::new();
-        if self.frames_free {
-            for f in 0..h.frames.len() {
-                columns.extend(self.frame_columns(state, f));
-            }
-        }
-        if self.points_free {
-            for k in 0..h.points_m.len() {
-                columns.extend((0..3).map(|c| self.point_column(state, k, c)));
-            }
-        }
-        for g in self.groups.iter().filter(|g| g.dims == 1) {
-            let mut out = vec![0.0; self.n];
-            g.add_numbers(&mut out, |_| 1.0);
-            columns.push(out);
-        }
-        columns
-    }
-
-    /// Signature of a coordinate of a further reflector in the flange.
-    fn point_column(&self, state: &State, k: usize, c: usize) -> Vec<f64> {
-        let mut out = vec![0.0; self.n];
-        let place = state.geometry.reflectors_m[k];
-        let (here, there) = (state.geometry.chain_to(&place), state.geometry.chain_to(&(place + Vector3::ith(c, 1.0))));
-        for g in self.groups.iter().filter(|g| g.sensor == Sensor::Reflector(k + 1)) {
-            let joint = &state.logs[g.log].joint;
-            g.add_points(&mut out, |r| {
-                let q: Vec<f64> = joint.iter().map(|j| j[r]).collect();
-                there.position(&q) - here.position(&q)
-            });
-        }
-        out
-    }
-
-    /// Signatures of a frame's three translations (m) and three rotations (rad), in the base frame.
-    fn frame_columns(&self, state: &State, frame: usize) -> Vec<Vec<f64>> {
-        (0..6)
-            .map(|k| {
-                let mut out = vec![0.0; self.n];
-                let e = Vector3::ith(k % 3, 1.0);
-                for g in &self.groups {
-                    if let Sensor::Reflector(reflector) = g.sensor
-                        && self.logs[g.log].frame == frame
-                    {
-                        let points = &state.logs[g.log].points_m[reflector];
-                        g.add_points(&mut out, |r| if k < 3 { e } else { e.cross(&points[r]) });
-                    }
-                }
-                out
-            })
-            .collect()
-    }
-}
-
-impl Hypothesis {
-    /// Moves the nuisance by changes found with [`Problem::nuisance_columns`].
-    pub fn move_nuisance(&mut self, problem: &Problem, change: &[f64]) {
-        let mut change = change;
-        let mut take = |n: usize| {
-            let (head, rest) = change.split_at(n.min(change.len()));
-            change = rest;
-            head
-        };
-        if problem.frames_free {
-            for f in 0..self.frames.len() {
-                self.move_frame(f, take(6));
-            }
-        }
-        if problem.points_free {
-            for p in &mut self.points_m {
-                *p += Vector3::from_row_slice(take(3));
-            }
-        }
-        for z in &mut self.zeros {
-            *z += take(1)[0];
-        }
-    }
-
-    /// Moves a frame by a small change.
-    fn move_frame(&mut self, frame: usize, change: &[f64]) {
-        let (t, w) = (Vector3::new(change[0], change[1], change[2]), Vector3::new(change[3], change[4], change[5]));
-        let small = Isometry3::from_parts(Translation3::from(t), UnitQuaternion::from_scaled_axis(w));
-        self.frames[frame] *= small;
-    }
 }
 
 /// Effects behind the encoder, where that drives the gear.
@@ -474,8 +373,16 @@ fn behind_encoder(mut effects: Vec<&Effect>, driven: bool) -> Vec<&Effect> {
     effects
 }
 
-fn derivatives(chain: &Chain, joint: &[Vec<f64>]) -> Vec<Vec<Vector3<f64>>> {
-    let (dof, rows) = (joint.len(), joint.first().map_or(0, Vec::len));
+/// Points of a chain, row by row.
+fn along(chain: &Chain, joint: &[Arc<Vec<f64>>], rows: usize) -> Vec<Vector3<f64>> {
+    let mut points = vec![Vector3::zeros(); rows];
+    let columns: Vec<&[f64]> = joint.iter().map(|j| j.as_slice()).collect();
+    points.par_chunks_mut(CHUNK).enumerate().for_each(|(k, points)| chain.positions(&columns, k * CHUNK, points));
+    points
+}
+
+fn derivatives(chain: &Chain, joint: &[Arc<Vec<f64>>]) -> Vec<Vec<Vector3<f64>>> {
+    let (dof, rows) = (joint.len(), joint.first().map_or(0, |j| j.len()));
     let mut columns = vec![vec![Vector3::zeros(); rows]; dof];
     let (mut q, mut line) = (vec![0.0; dof], vec![Vector3::zeros(); dof]);
     for r in 0..rows {

@@ -16,8 +16,8 @@ use super::candidates::Candidate;
 use super::fit::{self, Fit, Whitening, dot};
 use super::forward::{Hypothesis, Problem};
 use super::layout::Sensor;
+use super::outcome::{Outcome, Refined, rms};
 use super::screen::{Ground, orthonormal, project_off};
-use super::search::{Outcome, Refined, rms};
 use super::structure::Ratio;
 use crate::effect::Placed;
 use crate::stats::fisher;
@@ -191,7 +191,6 @@ pub fn own_rival(problem: &Problem, fit: &Fit, k: usize) -> Refined {
         parameters: values.len(),
         placed: vec![placed],
         gain,
-        promised: gain,
         fit: fit.clone(),
     }
 }

@@ -7,14 +7,14 @@
 //! Rooms, in the order of the work:
 //! - [`prepare`]: logs to a problem: observations, frames, samples that cannot be trusted; [`layout`] is their long vector.
 //! - [`sensors`]: what drives the gears where the log has encoders.
-//! - [`forward`]: the chain evaluated for a hypothesis; signatures of its parameters.
+//! - [`forward`]: the chain evaluated for a hypothesis; signatures of its parameters; `nuisance`: those of frames and zeros.
 //! - [`noise`]: white and coloured noise, whitening; [`fit`]: the refit of everything.
-//! - [`candidates`], [`spectrum`]: what may be missing; [`screen`]: what each would explain.
+//! - [`candidates`], [`spectrum`]: what may be missing; [`screen`]: what each would explain; `kept`: that, again and again.
 //! - [`geometry`]: settled poses: the geometry as one group; [`direction`]: gaps beside the misfit of a real arm; `arm`: its rounds;
 //!   `precise`: joint sensors beside a misfit.
 //! - [`structure`]: the test without the catalogue.
 //! - [`across`]: what several logs agree about.
-//! - [`search`]: the rounds; [`story`]: the found effects told one by one, and on held-out parts.
+//! - [`search`]: the rounds; [`outcome`]: what they end with; `doubt`: found effects taken out, exchanged, merged; [`contradiction`]: what is taken as known in doubt; [`story`]: the found effects told one by one, and on held-out parts.
 //! - [`synthetic`]: a problem of commands alone, for planning an experiment.
 //! - [`verdict`]: sets, remaining structure, blind spots; [`document`]: the result as it is written; [`display`]: for a
 //!   terminal; [`traces`]: for a page; [`words`]: for both.
@@ -22,14 +22,19 @@
 pub mod across;
 mod arm;
 pub mod candidates;
+pub mod contradiction;
 pub mod direction;
 pub mod display;
 pub mod document;
+mod doubt;
 pub mod fit;
 pub mod forward;
 pub mod geometry;
+mod kept;
 pub mod layout;
 pub mod noise;
+mod nuisance;
+pub mod outcome;
 mod precise;
 pub mod prepare;
 pub mod screen;
@@ -47,7 +52,7 @@ use crate::error::Result;
 use crate::log::Log;
 use crate::model::Model;
 pub use document::Diagnosis;
-pub use search::Outcome;
+pub use outcome::Outcome;
 pub use verdict::Verdict;
 
 /// Diagnoses logs of one machine against its model: the outcome of the search, from which [`document::of`] makes the
@@ -64,7 +69,11 @@ pub fn model_with(model: &Model, outcome: &Outcome) -> Model {
     let mut found = model.clone();
     found.effects = outcome.fit.hypothesis.effects.clone();
     if outcome.problem.groups.iter().any(|g| g.dims == 3) {
-        found.registration = outcome.fit.hypothesis.frames.first().copied();
+        // of several stations of the tracker none is the next log's
+        found.registration = match outcome.fit.hypothesis.frames.as_slice() {
+            [frame] => Some(*frame),
+            _ => None,
+        };
         for (p, d) in found.robot.reflectors_m.iter_mut().zip(&outcome.fit.hypothesis.points_m) {
             *p += d;
         }

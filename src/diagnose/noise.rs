@@ -23,8 +23,16 @@ pub struct Noise {
 
 /// Largest correlation that is tried: slower is drift, an effect.
 const SLOWEST: f64 = 0.97;
-/// Smallest standard deviation, m or rad: the last digit of a file.
+/// Smallest standard deviation of a joint, rad or m: the last digit of a file.
 const LEAST_SIGMA: f64 = 1e-9;
+/// Smallest standard deviation of a coordinate of a point, m: no tracker is better, and of an exact log the turning points
+/// between its rows are not known to less.
+pub(super) const LEAST_POINT_SIGMA: f64 = 1e-7;
+
+/// The smallest of a group.
+pub(super) fn least_sigma(group: &Group) -> f64 {
+    if group.dims == 3 { LEAST_POINT_SIGMA } else { LEAST_SIGMA }
+}
 
 impl Noise {
     pub fn white(sigma: f64) -> Self {
@@ -48,6 +56,8 @@ impl Noise {
 pub struct Whitener {
     /// Per block: factor of the state, Kalman gain, 1 over the standard deviation of the innovation.
     gains: Vec<[f64; 3]>,
+    /// No part of the noise is coloured: whitening is a scale.
+    white: bool,
     /// Sum of the logarithms of the innovation variances over all coordinates.
     pub log_det: f64,
 }
@@ -98,7 +108,7 @@ impl Whitener {
             p = after;
         }
         log_det += 2.0 * noise.sigma.ln() * group.len() as f64;
-        Self { gains, log_det: log_det * group.dims as f64 }
+        Self { gains, white: coloured == 0.0, log_det: log_det * group.dims as f64 }
     }
 
     /// Whitens the values of the group in place.
@@ -107,7 +117,30 @@ impl Whitener {
         if n == 0 {
             return;
         }
-        for series in values.chunks_exact_mut(n) {
+        if self.white {
+            for series in values.chunks_exact_mut(n) {
+                for (v, &[_, _, s]) in series.iter_mut().zip(&self.gains) {
+                    *v *= s;
+                }
+            }
+            return;
+        }
+        // three coordinates side by side: each value waits for the one before it in its series alone
+        let mut points = values.chunks_exact_mut(3 * n);
+        for point in &mut points {
+            let (first, rest) = point.split_at_mut(n);
+            let (second, third) = rest.split_at_mut(n);
+            let mut x = [0.0; 3];
+            for (((&[a, k, s], u), v), w) in self.gains.iter().zip(first).zip(second).zip(third) {
+                for (x, v) in x.iter_mut().zip([u, v, w]) {
+                    *x *= a;
+                    let innovation = *v - *x;
+                    *x += k * innovation;
+                    *v = innovation * s;
+                }
+            }
+        }
+        for series in points.into_remainder().chunks_exact_mut(n) {
             let mut x = 0.0;
             for (v, &[a, k, s]) in series.iter_mut().zip(&self.gains) {
                 x *= a;
@@ -117,9 +150,6 @@ impl Whitener {
             }
         }
     }
-}
-
-impl Whitener {
     /// Takes the whitening back, in place.
     pub fn undo(&self, values: &mut [f64]) {
         let n = self.gains.len();
@@ -160,7 +190,7 @@ impl Whitener {
 pub fn estimate(group: &Group, residual: &[f64], fitted: f64) -> (Noise, f64) {
     let n = residual.len() as f64;
     let free = (n - fitted).max(1.0);
-    let rms = (residual.iter().map(|v| v * v).sum::<f64>() / free).sqrt().max(LEAST_SIGMA);
+    let rms = (residual.iter().map(|v| v * v).sum::<f64>() / free).sqrt().max(least_sigma(group));
     if group.steps.iter().all(|s| s.is_infinite()) || residual.len() < 30 {
         return (Noise::white(rms), -n * (2.0 * rms.ln()) - n);
     }
@@ -169,7 +199,7 @@ pub fn estimate(group: &Group, residual: &[f64], fitted: f64) -> (Noise, f64) {
         let w = Whitener::new(group, &Noise { sigma: 1.0, phi, share });
         buffer.copy_from_slice(residual);
         w.apply(&mut buffer);
-        let variance = (buffer.iter().map(|v| v * v).sum::<f64>() / free).max(LEAST_SIGMA * LEAST_SIGMA);
+        let variance = (buffer.iter().map(|v| v * v).sum::<f64>() / free).max(least_sigma(group).powi(2));
         (n * variance.ln() + w.log_det, variance)
     };
     let mut best = (0.0, 0.0, cost(0.0, 0.0));

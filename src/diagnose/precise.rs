@@ -2,7 +2,7 @@
 
 use super::fit::{Fit, Whitening};
 use super::forward::Problem;
-use super::search::Refined;
+use super::outcome::Refined;
 use super::structure::Bundle;
 
 /// Noise of what a fit leaves. Joint sensors are so precise that structure remains: taken for slow noise it would swallow

@@ -7,7 +7,7 @@
 
 use super::forward::{Hypothesis, LogData, Problem, State};
 use super::layout::{Group, Sensor};
-use super::sensors;
+use super::{noise, sensors};
 use crate::error::{Error, Place, Result};
 use crate::log::{Log, registration};
 use crate::machine::Drive;
@@ -79,7 +79,8 @@ pub fn problem(model: &Model, logs: &[Log]) -> Result<(Problem, Hypothesis)> {
         zeros: zeros(&problem),
     };
     if problem.frames_free {
-        h.frames[0] = register(&problem, &h)?;
+        h.frames[0] = register(&problem, &h, None)?;
+        separate_frames(&mut problem, &mut h);
     }
     sensors::choose(&mut problem, &h);
     group(&mut problem);
@@ -91,8 +92,8 @@ pub fn problem(model: &Model, logs: &[Log]) -> Result<(Problem, Hypothesis)> {
         ));
     }
     h.zeros = zeros(&problem);
-    if problem.frames_free && problem.logs.iter().any(|l| l.driven.contains(&true)) {
-        h.frames[0] = register(&problem, &h)?;
+    if problem.frames_free && h.frames.len() == 1 && problem.logs.iter().any(|l| l.driven.contains(&true)) {
+        h.frames[0] = register(&problem, &h, None)?;
     }
     if problem.groups.iter().any(|g| matches!(g.sensor, Sensor::Joint(_))) {
         problem.notes.push(
@@ -168,7 +169,9 @@ fn thinned(model: &Model, log: &Log) -> Log {
         cmd_decimals: log.cmd_decimals.clone(),
         tcp_m: points(&log.tcp_m),
         reflectors_m: log.reflectors_m.iter().map(|c| points(c)).collect(),
+        lone_m: [const { None }; 3],
         enc: joints(&log.enc),
+        screw: vec![None; log.cmd.len()],
         meas: joints(&log.meas),
         trigger: None,
         cycle: None,
@@ -229,10 +232,57 @@ pub fn group(problem: &mut Problem) {
     problem.n = offset;
 }
 
-fn register(problem: &Problem, h: &Hypothesis) -> Result<Isometry3<f64>> {
+/// Frames of two logs whose points they set this far apart are those of two stations of the tracker, m; effects of a machine
+/// that is worth a diagnosis stay below it.
+const STATIONS_APART_M: f64 = 0.02;
+/// And this many times farther than each frame misses its own points.
+const STATIONS_CLEAR: f64 = 20.0;
+
+/// Gives every log a frame of its own, where the tracker was moved between them.
+fn separate_frames(problem: &mut Problem, h: &mut Hypothesis) {
+    let measured: Vec<usize> = (0..problem.logs.len()).filter(|&l| problem.logs[l].reflectors() > 0).collect();
+    if measured.len() < 2 {
+        return;
+    }
+    let own: Option<Vec<Isometry3<f64>>> = measured.iter().map(|&l| register(problem, h, Some(l)).ok()).collect();
+    let Some(own) = own else { return };
+    let state = problem.evaluate(h);
+    // rms over the points of a log: between two frames, and what the log's own one misses
+    let apart = |l: usize, a: &Isometry3<f64>, b: Option<&Isometry3<f64>>| {
+        let squares = problem.logs[l].log.tcp_m.iter().enumerate().filter_map(|(r, p)| {
+            let here = a.inverse_transform_point(&(*p)?.into()).coords;
+            let there = b.map_or(state.logs[l].points_m[0][r], |b| {
+                b.inverse_transform_point(&p.unwrap_or_default().into()).coords
+            });
+            Some((here - there).norm_squared())
+        });
+        let (n, sum) = squares.fold((0.0, 0.0), |(n, s), v| (n + 1.0, s + v));
+        (sum / f64::max(n, 1.0)).sqrt()
+    };
+    let moved = measured.iter().zip(&own).skip(1).any(|(&l, frame)| {
+        let by = apart(l, frame, Some(&own[0]));
+        by > STATIONS_APART_M && by > STATIONS_CLEAR * apart(l, frame, None).max(apart(measured[0], &own[0], None))
+    });
+    if moved {
+        let shared = h.frames[0];
+        h.frames = vec![shared; problem.logs.len()];
+        for (&l, frame) in measured.iter().zip(own) {
+            h.frames[l] = frame;
+        }
+        for (l, log) in problem.logs.iter_mut().enumerate() {
+            log.frame = l;
+        }
+        problem
+            .notes
+            .push("the logs are not in one frame: the tracker was moved, and each log has a frame of its own".into());
+    }
+}
+
+/// The frame that fits all logs, or one of them.
+fn register(problem: &Problem, h: &Hypothesis, only: Option<usize>) -> Result<Isometry3<f64>> {
     let state = problem.evaluate(h);
     let mut pairs = Vec::new();
-    for g in &problem.groups {
+    for g in problem.groups.iter().filter(|g| only.is_none_or(|l| g.log == l)) {
         if let Sensor::Reflector(k) = g.sensor {
             let log = &problem.logs[g.log];
             let thin = (g.rows.len() * problem.groups.len() / PAIRS).max(1);
@@ -268,7 +318,7 @@ pub fn drop_spikes(problem: &mut Problem, state: &State) -> usize {
             (point(b) - Vector3::new(c(0), c(1), c(2))).norm()
         };
         let all: Vec<f64> = (0..n).map(off).collect();
-        let scale = SIGMA_PER_MAD * median(&all).max(1e-9);
+        let scale = SIGMA_PER_MAD * median(&all).max(noise::LEAST_POINT_SIGMA);
         let mut beside = vec![false; log.log.len()];
         for axis in 0..problem.robot.dof() {
             for (t_s, _, _) in log.drive.turns(axis) {
@@ -303,7 +353,7 @@ pub fn drop_single(problem: &mut Problem, freed: &[f64]) -> usize {
         let n = g.len();
         let v = &freed[g.range()];
         let size: Vec<f64> = (0..n).map(|b| Vector3::new(v[b], v[n + b], v[2 * n + b]).norm()).collect();
-        let sigma = median(&size) / MEDIAN_DISTANCE;
+        let sigma = (median(&size) / MEDIAN_DISTANCE).max(noise::LEAST_POINT_SIGMA);
         for b in 0..n {
             let near = |i: usize| size.get(i).is_none_or(|s| *s < NEAR * sigma);
             let alone = (b == 0 || near(b - 1)) && near(b + 1);

@@ -7,7 +7,7 @@
 use super::candidates::{self, Candidate};
 use super::fit::{Whitening, dot, gram, scaled_inverse};
 use super::forward::{Hypothesis, Problem, State};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Whitened residual and orthonormal tangent of a fitted hypothesis.
@@ -66,6 +66,31 @@ pub fn project_off(basis: &[Vec<f64>], column: &mut [f64]) {
     }
 }
 
+/// The score of whitened signatures by their scalar products: `before` with each other, `inside` with the orthonormal tangent
+/// (a row each), `right` with the residual. What the tangent holds of a product is that of the coordinates in it.
+pub fn scored(
+    index: usize,
+    before: &DMatrix<f64>,
+    inside: &DMatrix<f64>,
+    right: &DVector<f64>,
+    positive: bool,
+) -> Score {
+    let k = before.nrows();
+    let normal = before - inside.tr_mul(inside);
+    let own = (0..k)
+        .map(|i| if before[(i, i)] > 0.0 { normal[(i, i)] / before[(i, i)] } else { 0.0 })
+        .fold(if k == 0 { 0.0 } else { f64::INFINITY }, f64::min);
+    if own < SWALLOWED || !own.is_finite() {
+        return Score { candidate: index, gain: 0.0, coefficients: vec![0.0; k], sigma: vec![f64::INFINITY; k], own };
+    }
+    let covariance = scaled_inverse(&normal, 1e-9);
+    let solution = &covariance * right;
+    let gain = solution.dot(right);
+    let sigma = (0..k).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect();
+    let gain = if positive && solution[0] < 0.0 { 0.0 } else { gain };
+    Score { candidate: index, gain, coefficients: solution.as_slice().to_vec(), sigma, own }
+}
+
 impl<'a> Ground<'a> {
     /// `tangent`: whitened signatures of all that is fitted.
     pub fn new(
@@ -94,6 +119,11 @@ impl<'a> Ground<'a> {
             .collect()
     }
 
+    /// The orthonormal tangent, a row each.
+    pub fn basis_rows(&self) -> DMatrix<f64> {
+        DMatrix::from_row_iterator(self.basis.len(), self.residual.len(), self.basis.iter().flatten().copied())
+    }
+
     /// What one candidate explains.
     pub fn score(&self, index: usize, candidate: &Candidate) -> Score {
         let columns = candidate.columns(self.problem, self.hypothesis, self.state);
@@ -102,24 +132,10 @@ impl<'a> Ground<'a> {
 
     /// What given signatures explain.
     pub fn score_columns(&self, index: usize, mut columns: Vec<Vec<f64>>, positive: bool) -> Score {
-        let before = self.project(&mut columns);
-        let k = columns.len();
-        let normal = gram(&columns);
-        let own = (0..k)
-            .map(|i| if before[i] > 0.0 { normal[(i, i)] / before[i] } else { 0.0 })
-            .fold(if k == 0 { 0.0 } else { f64::INFINITY }, f64::min);
-        let none =
-            Score { candidate: index, gain: 0.0, coefficients: vec![0.0; k], sigma: vec![f64::INFINITY; k], own };
-        if own < SWALLOWED || !own.is_finite() {
-            return none;
-        }
-        let right = DVector::from_iterator(k, columns.iter().map(|c| dot(c, &self.residual)));
-        let covariance = scaled_inverse(&normal, 1e-9);
-        let solution = &covariance * &right;
-        let gain = solution.dot(&right);
-        let sigma = (0..k).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect();
-        let gain = if positive && solution[0] < 0.0 { 0.0 } else { gain };
-        Score { candidate: index, gain, coefficients: solution.as_slice().to_vec(), sigma, own }
+        columns.iter_mut().for_each(|c| self.whitening.apply(self.problem, c));
+        let inside = DMatrix::from_fn(self.basis.len(), columns.len(), |b, c| dot(&self.basis[b], &columns[c]));
+        let right = DVector::from_iterator(columns.len(), columns.iter().map(|c| dot(c, &self.residual)));
+        scored(index, &gram(&columns), &inside, &right, positive)
     }
 
     /// Scores of all candidates, in their order.

@@ -6,7 +6,9 @@
 
 use super::fit::{self, Fit, Whitening, dot, gram, scaled_inverse};
 use super::forward::{Hypothesis, Problem};
-use super::search::rms;
+use super::outcome::rms;
+use super::screen::Ground;
+use crate::effect::Placed;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -26,12 +28,14 @@ pub struct Chapter {
     pub rms: f64,
     /// The same on parts that were not fitted.
     pub held_out: f64,
+    /// What the chapter before promised of this one: the rms that its signature leaves there.
+    pub predicted: f64,
 }
 
 /// Refits with the first 0, 1, ... found effects (`order`: indices into the hypothesis' effects).
 pub fn chapters(problem: &Problem, last: &Fit, known: usize, order: &[usize], whitening: &Whitening) -> Vec<Chapter> {
     let all = &last.hypothesis.effects;
-    (0..=order.len())
+    let mut chapters: Vec<Chapter> = (0..=order.len())
         .into_par_iter()
         .map(|count| {
             let mut effects = all[..known].to_vec();
@@ -39,9 +43,29 @@ pub fn chapters(problem: &Problem, last: &Fit, known: usize, order: &[usize], wh
             let h = Hypothesis { effects, ..last.hypothesis.clone() };
             let free: Vec<usize> = (known..known + count).collect();
             let fit = fit::refit(problem, &h, &free, whitening);
-            Chapter { rms: rms(problem, &fit.state.residual), held_out: held_out(problem, &fit, whitening), fit }
+            let left = rms(problem, &fit.state.residual);
+            Chapter { rms: left, held_out: held_out(problem, &fit, whitening), predicted: left, fit }
         })
-        .collect()
+        .collect();
+    let promised: Vec<f64> =
+        order.par_iter().zip(&chapters).map(|(&i, before)| promised(problem, before, &all[i], whitening)).collect();
+    for (chapter, predicted) in chapters.iter_mut().skip(1).zip(promised) {
+        chapter.predicted = predicted;
+    }
+    chapters
+}
+
+/// The rms that an effect would leave behind a chapter, by its signature alone.
+fn promised(problem: &Problem, before: &Chapter, placed: &Placed, whitening: &Whitening) -> f64 {
+    let fit = &before.fit;
+    let mut h = fit.hypothesis.clone();
+    h.effects.push(placed.clone());
+    let state = problem.evaluate(&h);
+    let columns = fit::effect_columns(problem, &h, &state, h.effects.len() - 1);
+    let tangent = fit::tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
+    let ground = Ground::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
+    let left = 1.0 - ground.score_columns(0, columns, false).gain / fit.cost.max(1e-300);
+    before.rms * left.max(0.0).sqrt()
 }
 
 /// Fold of every observation.

@@ -372,6 +372,9 @@ pub fn said(ratio: &Ratio, problem: &Problem) -> String {
     match (ratio.axis, ratio.aspect) {
         (Some(a), Some(aspect)) => format!("{} of {}", aspect.said(), problem.robot.axis(a).name),
         (None, Some(aspect)) => aspect.said().into(),
+        (Some(a), None) => {
+            format!("one effect found several times on {}: a shape taken to pieces", problem.robot.axis(a).name)
+        }
         _ => "nothing in particular".into(),
     }
 }

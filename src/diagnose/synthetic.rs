@@ -113,7 +113,9 @@ fn log_of(run: Run, number: usize, reflectors: usize, channels: Channels) -> Log
         cmd: run.cmd,
         tcp_m: vec![Some(Vector3::zeros()); rows],
         reflectors_m: vec![vec![Some(Vector3::zeros()); rows]; if channels.reflectors { reflectors } else { 0 }],
+        lone_m: [const { None }; 3],
         enc: sensed(channels.motors),
+        screw: vec![None; dof],
         meas: sensed(channels.joints),
         trigger: None,
         cycle: None,
@@ -128,28 +130,45 @@ pub fn measure(problem: &mut Problem, truth: &Hypothesis) {
     let state = problem.evaluate(truth);
     for (log, s) in problem.logs.iter_mut().zip(state.logs) {
         let frame = truth.frames[log.frame];
-        let seen = |points: Vec<Vector3<f64>>| -> Vec<Option<Vector3<f64>>> {
-            points.into_iter().map(|p| Some(frame.transform_point(&p.into()).coords)).collect()
+        let seen = |points: &[Vector3<f64>]| -> Vec<Option<Vector3<f64>>> {
+            points.iter().map(|p| Some(frame.transform_point(&(*p).into()).coords)).collect()
         };
-        for (k, points) in s.points_m.into_iter().enumerate() {
+        for (k, points) in s.points_m.iter().enumerate() {
             match k {
                 0 => log.log.tcp_m = seen(points),
                 _ => log.log.reflectors_m[k - 1] = seen(points),
             }
         }
-        for (column, values) in log.log.enc.iter_mut().zip(s.servo).chain(log.log.meas.iter_mut().zip(s.joint)) {
+        let sensors = log.log.enc.iter_mut().zip(s.servo.iter());
+        for (column, values) in sensors.chain(log.log.meas.iter_mut().zip(s.joint.iter().map(AsRef::as_ref))) {
             if column.is_some() {
-                *column = Some(values.into_iter().map(Some).collect());
+                *column = Some(values.iter().copied().map(Some).collect());
             }
         }
     }
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::effect::{Backlash, Effect, Placed};
     use crate::robot::Robot;
+
+    /// Three axes on a closed path; the hypothesis has a gap on two of them, as has the machine that was measured, which has
+    /// a third one.
+    pub(in super::super) fn closed_path_with_gaps() -> (Problem, Hypothesis) {
+        let robot = Robot::load(std::path::Path::new("configs/gantry-xyz-ballscrew.yaml")).unwrap();
+        let t_s: Vec<f64> = (0..600).map(|i| f64::from(i) * 0.05).collect();
+        let cmd = (0..3).map(|a| t_s.iter().map(|t| 0.05 * (t * (0.5 + 0.2 * f64::from(a))).sin()).collect()).collect();
+        let run = Run { t_s, cmd, payload_kg: None };
+        let (mut problem, mut h) = problem(&Model::ideal(robot), vec![run], Channels::default());
+        let gap = |axis: usize, size: f64| Placed::on_axis(axis, Effect::Backlash(Backlash::constant(size)));
+        h.effects.extend([gap(0, 3e-5), gap(1, 2e-5)]);
+        let mut truth = h.clone();
+        truth.effects.push(gap(2, 4e-5));
+        measure(&mut problem, &truth);
+        (problem, h)
+    }
 
     #[test]
     fn the_truth_leaves_nothing_and_the_known_model_leaves_the_effect() {

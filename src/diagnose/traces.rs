@@ -11,7 +11,7 @@ use super::candidates::Candidate;
 use super::document;
 use super::forward::{LogData, Problem};
 use super::layout::{Group, Sensor};
-use super::search::{Outcome, rms};
+use super::outcome::{Outcome, rms};
 use super::verdict;
 use crate::effect::{Track, catalogue};
 use nalgebra::Vector3;

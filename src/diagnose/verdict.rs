@@ -3,8 +3,8 @@
 use super::candidates::Candidate;
 use super::fit::{Fit, Whitening};
 use super::forward::Problem;
+use super::outcome::{Outcome, Refined, rms};
 use super::screen::SWALLOWED;
-use super::search::{self, Outcome, Refined};
 use super::structure::{self, Ratio, Tested};
 
 /// Effects that fit within this much of 2 ln L of the named one belong to its set.
@@ -83,7 +83,7 @@ fn widens(wide: &str, narrow: &str) -> bool {
 /// `now` is the test under the noise of what is left, `first` the one before the first round, `rms_nuisance` the rms that
 /// the frame alone leaves (m or rad).
 pub fn remaining(problem: &Problem, now: &Tested, first: &Tested, fit: &Fit, rms_nuisance: f64) -> Option<Ratio> {
-    let left = search::rms(problem, &fit.state.residual);
+    let left = rms(problem, &fit.state.residual);
     let n = problem.n as f64;
     let explained = (rms_nuisance.powi(2) - left.powi(2)).max(0.0);
     let tolerated = IMPRECISION * IMPRECISION * explained / left.powi(2).max(1e-300) * n;
@@ -114,7 +114,9 @@ pub fn structure_said(outcome: &Outcome, r: &Ratio) -> String {
 /// The verdict.
 pub fn of(outcome: &Outcome, sets: &[Vec<Member>], structured: bool) -> Verdict {
     let moves = outcome.problem.logs.iter().any(|l| !l.log.moving_axes().is_empty());
-    if structured {
+    if !moves && !outcome.problem.logs.iter().any(|l| l.log.poses) {
+        Verdict::NotObservable
+    } else if structured {
         Verdict::Unknown
     } else if outcome.fit.free.is_empty() {
         if moves { Verdict::None } else { Verdict::NotObservable }

@@ -121,7 +121,12 @@ pub fn next_steps(d: &Diagnosis) -> Vec<(String, String)> {
     use super::verdict::Verdict;
     let mut steps: Vec<(String, String)> = Vec::new();
     if let Some(u) = &d.unexplained {
-        steps.push(("to find the rest".into(), format!("record {}", u.record)));
+        let how = match &u.next {
+            _ if d.contradicted => "put right what the first note names, and diagnose again".into(),
+            Some(_) => "write the model (--model-out) and diagnose again with it".into(),
+            None => format!("record {}", u.record),
+        };
+        steps.push(("to find the rest".into(), how));
     }
     if d.verdict == Verdict::NotObservable {
         steps.push(("to see anything".into(), "record a path on which every joint moves, both ways".into()));

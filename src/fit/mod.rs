@@ -109,6 +109,15 @@ fn backlash(m: &Merged, joint: &Joint, known: &mut JointEvidence, notes: &mut Ve
         notes.push(format!("{name}: the gap varies with position; its schedule comes from {}", m.gap_source));
         return Some(BacklashOffset::symmetric(curve));
     }
+    if let Some(s) = &g.sides {
+        notes.push(format!(
+            "{name}: the sides of its gap differ: {} moving up, {} moving down",
+            shown(s.positive, joint),
+            shown(s.negative, joint)
+        ));
+        let [positive, negative] = [s.positive, s.negative].map(GapCurve::Constant);
+        return Some(BacklashOffset { positive, negative });
+    }
     let d = minimax::constant_gap(g.half_gap, &m.points);
     if d != g.half_gap {
         notes.push(format!(
@@ -170,7 +179,12 @@ fn friction(
     let name = &joint.name;
     let Some(s) = &m.stiction else {
         if let Some(p) = m.stiction_p {
-            notes.push(format!("{name}: no friction term: the log shows no stiction (p = {p:.2})"));
+            let why = if p < 0.01 {
+                "what looks like stiction is not told from other misfit"
+            } else {
+                "the log shows no stiction"
+            };
+            notes.push(format!("{name}: no friction term: {why} (p = {p:.2})"));
         }
         return Ok(None);
     };
@@ -235,7 +249,8 @@ fn before_and_after(
     if gaps.is_empty() {
         gaps.push((0.0, m.gap.half_gap));
     }
-    let offset = |at: f64| backlash.map_or(0.0, |b| b.positive.at(at));
+    // of a gap whose sides differ the middle is an offset of the joint, not of the gap
+    let offset = |at: f64| backlash.map_or(0.0, |b| 0.5 * (b.positive.at(at) + b.negative.at(at)));
     let left_of_lag = match (friction.map(|f| (f.gain, f.shape)), m.stiction.as_ref().map(|s| s.decay), form) {
         (None, ..) => lag,
         (

@@ -56,6 +56,14 @@ pub fn document(gaps: &Gaps, robot: &Robot) -> Value {
         m.insert("joint".into(), joint.name.clone().into());
         m.insert(format!("half_gap_{unit}"), number(kind.to_edge(j.half_gap)));
         m.insert("ci95".into(), at_edge(&j.ci95, kind));
+        if let Some(s) = &j.sides {
+            for (side, value, ci95) in
+                [("positive", s.positive, s.positive_ci95), ("negative", s.negative, s.negative_ci95)]
+            {
+                m.insert(format!("{side}_{unit}"), number(kind.to_edge(value)));
+                m.insert(format!("{side}_ci95"), at_edge(&ci95, kind));
+            }
+        }
         m.insert("significant".into(), j.significant.into());
         m.insert("schedule".into(), j.schedule.as_ref().map_or(Value::Null, |c| curve(c, kind)));
         m.insert("varies_p_value".into(), j.varies_p_value.map_or(Value::Null, number));

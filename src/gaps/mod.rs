@@ -26,6 +26,16 @@ pub struct Gaps {
     pub notes: Vec<String>,
 }
 
+/// How the note begins by which an identification says that its gaps cannot be trusted.
+pub const DISTRUSTED: &str = "the model does not describe this log";
+
+impl Gaps {
+    /// The note that its gaps cannot be trusted, where there is one.
+    pub fn distrusted(&self) -> Option<&str> {
+        self.notes.iter().map(String::as_str).find(|n| n.starts_with(DISTRUSTED))
+    }
+}
+
 /// A log that was used.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LogRef {
@@ -54,6 +64,8 @@ pub struct JointGap {
     pub ci95: [f64; 2],
     /// The interval excludes zero.
     pub significant: bool,
+    /// Offsets of both directions, where they differ.
+    pub sides: Option<Sides>,
     /// Where the gap varies with position.
     pub schedule: Option<GapCurve>,
     /// p value of the test that the gap does not vary.
@@ -61,6 +73,17 @@ pub struct JointGap {
     pub stiction: Option<StictionFound>,
     /// p value of the test that there is no stiction, where it was looked for.
     pub stiction_p_value: Option<f64>,
+}
+
+/// A gap whose sides differ (seed 003 equation 2); rad or m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sides {
+    /// `c_r`: how far the joint stays behind its command moving up.
+    pub positive: f64,
+    pub positive_ci95: [f64; 2],
+    /// `-c_l`: the same moving down.
+    pub negative: f64,
+    pub negative_ci95: [f64; 2],
 }
 
 /// A spike behind reversals.

@@ -4,7 +4,7 @@
 //! robot, an unknown joint, a number that is missing or not finite, knots that do not rise.
 
 use super::file::SCHEMA;
-use super::{GapPoint, Gaps, JointGap, LogRef, Registered, StictionFound};
+use super::{GapPoint, Gaps, JointGap, LogRef, Registered, Sides, StictionFound};
 use crate::effect::curve::Pchip;
 use crate::effect::{Decay, GapCurve};
 use crate::error::{Error, Place, Result};
@@ -230,11 +230,36 @@ impl Node<'_> {
                 None | Some(Value::Null) => ci95[0] > 0.0 || ci95[1] < 0.0,
                 Some(v) => return Err(self.bad("significant", format!("`{v}`"), "true or false")),
             },
+            sides: self.sides(kind)?,
             schedule: self.child("schedule").map(|s| s.curve(kind)).transpose()?,
             varies_p_value: self.optional("varies_p_value")?,
             stiction: self.child("stiction").map(|s| s.stiction(kind)).transpose()?,
             stiction_p_value: self.optional("stiction_p_value")?,
         })
+    }
+
+    /// Both offsets or none; a joint that goes beyond its command on one side has no gap there.
+    fn sides(&self, kind: JointKind) -> Result<Option<Sides>> {
+        let (unit, si) = (kind.unit(), kind.si());
+        let keys = ["positive", "negative"].map(|s| format!("{s}_{unit}"));
+        let (positive, negative) = match (self.optional(&keys[0])?, self.optional(&keys[1])?) {
+            (None, None) => return Ok(None),
+            (Some(p), Some(n)) if p >= 0.0 && n >= 0.0 => (p * si, n * si),
+            (p, n) => {
+                let shown = |v: Option<f64>| v.map_or("nothing".into(), |v| v.to_string());
+                let found = format!("`{}`: {}, `{}`: {}", keys[0], shown(p), keys[1], shown(n));
+                return Err(self.bad(&keys[usize::from(p.is_some_and(|p| p >= 0.0))], found, "both, each 0 or more"));
+            }
+        };
+        let interval = |key: &str, value: f64| -> Result<[f64; 2]> {
+            if self.child(key).is_some() { Ok(self.array::<2>(key)?.map(|v| v * si)) } else { Ok([value; 2]) }
+        };
+        Ok(Some(Sides {
+            positive,
+            positive_ci95: interval("positive_ci95", positive)?,
+            negative,
+            negative_ci95: interval("negative_ci95", negative)?,
+        }))
     }
 
     fn curve(&self, kind: JointKind) -> Result<GapCurve> {

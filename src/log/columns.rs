@@ -20,115 +20,16 @@
 //! How it fails: a name that says "command of a joint" for a joint or unit the robot does not have is refused, because
 //! dropping it quietly would move the wrong axes; names that say nothing to us are passed over.
 
+pub use super::meaning::{Meaning, meaning};
 use crate::error::{Error, Place, Result};
 use crate::io::{input, yaml::Document};
-use crate::robot::Robot;
+use crate::robot::{JointKind, Robot};
 use indexmap::IndexMap;
 use serde::Deserialize;
 use serde_yaml::{Mapping, Value};
 use std::path::Path;
 
 pub const SCHEMA: &str = "lostmotion/columns/1";
-
-/// Meaning of a column; `axis` counts the robot's axes, `k` the reflectors from 0.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Meaning {
-    Time,
-    Command(usize),
-    Encoder(usize),
-    Measured(usize),
-    /// Coordinate 0, 1 or 2 of reflector `k`.
-    Position {
-        k: usize,
-        coordinate: usize,
-    },
-    Trigger,
-    Cycle,
-    Speed,
-    Payload,
-    Temperature,
-    Index,
-    Other,
-}
-
-/// Meaning of a contract's column name, case ignored.
-pub fn meaning(name: &str, robot: &Robot) -> Meaning {
-    let name = name.trim().to_ascii_lowercase();
-    match name.as_str() {
-        "t_s" => return Meaning::Time,
-        "trigger" => return Meaning::Trigger,
-        "cycle" => return Meaning::Cycle,
-        "speed_mm_s" => return Meaning::Speed,
-        "payload_kg" => return Meaning::Payload,
-        "temp_c" => return Meaning::Temperature,
-        "index" => return Meaning::Index,
-        _ => {}
-    }
-    for (prefix, make) in
-        [("cmd_", Meaning::Command as fn(usize) -> Meaning), ("enc_", Meaning::Encoder), ("meas_", Meaning::Measured)]
-    {
-        if let Some(rest) = name.strip_prefix(prefix) {
-            for (axis, joint) in robot.axis_joints().enumerate() {
-                if rest == format!("{}_{}", joint.name.to_ascii_lowercase(), joint.kind.unit()) {
-                    return make(axis);
-                }
-            }
-        }
-    }
-    if let Some(rest) = name.strip_suffix("_mm") {
-        let mut letters = rest.chars();
-        let coordinate = letters.next().and_then(|c| ['x', 'y', 'z'].iter().position(|k| *k == c));
-        if let Some(coordinate) = coordinate {
-            if letters.as_str().is_empty() {
-                return Meaning::Position { k: 0, coordinate };
-            }
-            if let Ok(n) = letters.as_str().parse::<usize>()
-                && (2..=99).contains(&n)
-            {
-                return Meaning::Position { k: n - 1, coordinate };
-            }
-        }
-    }
-    Meaning::Other
-}
-
-impl Meaning {
-    /// Unit in which the contract's name gives the value.
-    fn unit(self, robot: &Robot) -> Option<&'static str> {
-        match self {
-            Self::Time => Some("s"),
-            Self::Command(axis) | Self::Encoder(axis) | Self::Measured(axis) => Some(robot.axis(axis).kind.unit()),
-            Self::Position { .. } => Some("mm"),
-            Self::Speed => Some("mm_s"),
-            _ => None,
-        }
-    }
-
-    /// Contract's name, for messages.
-    pub fn name(self, robot: &Robot) -> String {
-        let joint = |prefix: &str, axis: usize| {
-            let j = robot.axis(axis);
-            format!("{prefix}_{}_{}", j.name, j.kind.unit())
-        };
-        match self {
-            Self::Time => "t_s".into(),
-            Self::Command(axis) => joint("cmd", axis),
-            Self::Encoder(axis) => joint("enc", axis),
-            Self::Measured(axis) => joint("meas", axis),
-            Self::Position { k, coordinate } => {
-                let number = if k == 0 { String::new() } else { (k + 1).to_string() };
-                format!("{}{number}_mm", ["x", "y", "z"][coordinate.min(2)])
-            }
-            Self::Trigger => "trigger".into(),
-            Self::Cycle => "cycle".into(),
-            Self::Speed => "speed_mm_s".into(),
-            Self::Payload => "payload_kg".into(),
-            Self::Temperature => "temp_c".into(),
-            Self::Index => "index".into(),
-            Self::Other => "other".into(),
-        }
-    }
-}
 
 /// Units of a column map: name, dimension, SI per unit.
 const UNITS: &[(&str, char, f64)] = &[
@@ -149,7 +50,7 @@ const UNITS: &[(&str, char, f64)] = &[
 /// Unit of a column of dates and times; its values are microseconds (see `timestamp`).
 const TIMESTAMP: &str = "iso8601";
 
-fn unit_named(name: &str) -> Option<(char, f64)> {
+pub(crate) fn unit_named(name: &str) -> Option<(char, f64)> {
     if name == TIMESTAMP {
         return Some(('t', 1e-6));
     }
@@ -163,6 +64,16 @@ pub(super) enum Missing {
     Text(String),
     /// A number, however it is written (`0`, `0.000`).
     Number(f64),
+}
+
+impl Missing {
+    /// Whether a cell says that it is empty.
+    pub(super) fn is(&self, text: &str, decimal: u8) -> bool {
+        match self {
+            Self::Text(t) => text.to_lowercase() == *t,
+            Self::Number(n) => text.replace(decimal as char, ".").parse::<f64>() == Ok(*n),
+        }
+    }
 }
 
 /// One line of a column map.
@@ -243,6 +154,42 @@ impl ColumnMap {
             entries.insert(theirs.trim().to_string(), entry(theirs, value, &doc)?);
         }
         Ok(Self { name: name.into(), separator, decimal, entries })
+    }
+}
+
+/// What a map says of a column, for files that are no logs.
+#[derive(Debug, Clone, Copy)]
+pub struct Mapped<'a> {
+    /// Our name; `None`: the column is to be passed over.
+    pub to: Option<&'a str>,
+    pub unit: Option<&'a str>,
+    /// Sign times scale.
+    pub factor: f64,
+    entry: &'a Entry,
+}
+
+impl Mapped<'_> {
+    /// Whether a cell counts as empty.
+    pub fn is_missing(&self, text: &str, decimal: u8) -> bool {
+        self.entry.missing.iter().any(|m| m.is(text, decimal))
+    }
+}
+
+impl ColumnMap {
+    /// What the map says of their column.
+    pub fn of(&self, theirs: &str) -> Option<Mapped<'_>> {
+        let entry = self.entries.get(theirs)?;
+        Some(Mapped { to: entry.to.as_deref(), unit: entry.unit.as_deref(), factor: entry.factor, entry })
+    }
+
+    /// Their columns that the map names.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.entries.keys().map(String::as_str)
+    }
+
+    /// The map's own file name.
+    pub fn file(&self) -> &str {
+        &self.name
     }
 }
 
@@ -355,6 +302,8 @@ pub(super) fn resolve(header: &[String], robot: &Robot, map: Option<&ColumnMap>,
         if matches!(meaning, Meaning::Other | Meaning::Index) {
             continue;
         }
+        let (meaning, per_radian) = meaning.of_joint(robot);
+        let factor = factor * per_radian;
         if let Some(before) = used.iter().find(|c| c.meaning == meaning) {
             return Err(Error::bad(
                 place(),
@@ -418,23 +367,22 @@ fn from_map(theirs: &str, ours: &str, entry: &Entry, robot: &Robot, map: &str) -
 /// `cmd_B1_deg` where the robot has no B1, `cmd_A1_rad` where it has an A1.
 fn refuse_unknown_joint(theirs: &str, robot: &Robot, place: impl Fn() -> Place) -> Result<()> {
     let name = theirs.to_ascii_lowercase();
-    let Some(rest) = ["cmd_", "enc_", "meas_"].iter().find_map(|p| name.strip_prefix(p)) else { return Ok(()) };
+    let Some(rest) = ["cmd_", "enc_", "screw_", "meas_"].iter().find_map(|p| name.strip_prefix(p)) else {
+        return Ok(());
+    };
     let Some((joint, unit)) = rest.rsplit_once('_') else { return Ok(()) };
     if !matches!(unit, "deg" | "mm" | "rad" | "m") || joint.is_empty() {
         return Ok(());
     }
     match robot.joints.iter().find(|j| j.name.eq_ignore_ascii_case(joint)) {
         Some(j) if j.follows.is_some() => Ok(()),
-        Some(j) => Err(Error::bad(
-            place(),
-            format!("column `{theirs}`: {} in {unit}", j.name),
-            format!(
-                "`{}_{}_{}`, or a column map with `unit: {unit}`",
-                &theirs[..theirs.len() - rest.len() - 1],
-                j.name,
-                j.kind.unit()
-            ),
-        )),
+        Some(j) => Err(Error::bad(place(), format!("column `{theirs}`: {} in {unit}", j.name), {
+            let what = &theirs[..theirs.len() - rest.len() - 1];
+            let angle = matches!(name.as_bytes()[0], b'e' | b's') && j.kind == JointKind::Prismatic;
+            let lead =
+                if angle && unit == "deg" { ", or `lead_mm_per_rev` of the joint in the robot file" } else { "" };
+            format!("`{what}_{}_{}`, or a column map with `unit: {unit}`{lead}", j.name, j.kind.unit())
+        })),
         None => Err(Error::bad(
             place(),
             format!("column `{theirs}`: the robot has no joint `{joint}`"),
@@ -444,7 +392,7 @@ fn refuse_unknown_joint(theirs: &str, robot: &Robot, place: impl Fn() -> Place) 
 }
 
 /// Some column names, for messages.
-pub(super) fn listed(header: &[String]) -> String {
+pub(crate) fn listed(header: &[String]) -> String {
     const SHOWN: usize = 12;
     let mut text = header.iter().take(SHOWN).map(|h| h.trim()).collect::<Vec<_>>().join(", ");
     if header.len() > SHOWN {

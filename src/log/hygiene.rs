@@ -11,17 +11,20 @@
 //! travel in noise, one joint turning on a circle (its mirror image is the same circle), the unit of one joint where no
 //! other moves. Then nothing is said.
 //!
+//! Where the kinematics of the machine is what is looked for, or does not matter ([`Kinematics::Unknown`]: tendons, sheaths), a path
+//! of another shape is no fault but news, and a sign or an order of the file that explains it is a guess: both are notes. Units
+//! stay errors: they are known by the path's size alone, as 57 or 1,000 is more than any machine stretches.
+//!
 //! How it fails: two faults at once may be reported as a path of another robot.
 
 use super::Log;
+use super::faults::{Fault, Sample};
 use super::oddities;
-use super::shape::{Fit, fit, fit_with_free_tool, spread};
+use super::shape::{fit, fit_with_free_tool, spread};
 use crate::error::{Error, Place, Result};
-use crate::robot::{JointKind, Robot};
+use crate::robot::Robot;
 use nalgebra::Vector3;
 
-/// Rows compared: enough to average noise, few enough to try dozens of faults in milliseconds.
-const ROWS: usize = 600;
 /// Fewest places visited that say something about a shape.
 const FEWEST: usize = 10;
 /// Part of the path's size (2 mm of 1 m) below which a difference is the business of the effects, not of hygiene.
@@ -32,8 +35,11 @@ const EXPLAINED: f64 = 0.15;
 const FOREIGN: f64 = 0.25;
 /// Size below which a path is not called another robot's, metres.
 const SMALLEST_PATH_M: f64 = 0.005;
-/// A zero offset of a joint is smaller than this, rad or m.
-const OFFSET: f64 = 0.17;
+/// Where the kinematics is not known: sizes of both paths are alike up to this factor, and unlike beyond its square (a unit is
+/// wrong by 25 or more).
+const ALIKE: f64 = 2.0;
+/// With its unit put right a path leaves this part of its size, or less, beside the computed one; noise leaves all of it.
+const CORRELATED: f64 = 0.7;
 /// Clocks this far apart are two recordings that were not joined; less is an effect (`time_offset`), seconds.
 const APART_S: f64 = 0.5;
 
@@ -49,180 +55,35 @@ pub struct Hygiene {
     pub notes: Vec<String>,
 }
 
+/// How much of the machine the robot file is taken to know.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Kinematics {
+    /// Its lengths and joints are those of the machine, up to what an effect changes.
+    #[default]
+    OfFile,
+    /// Its joints are those of the machine; how they move the TCP is not known.
+    Unknown,
+}
+
 /// Refuses a log whose units, axes or clocks cannot be right for this robot; says what else looks odd.
 pub fn check(log: &Log, robot: &Robot) -> Result<Hygiene> {
+    check_for(log, robot, Kinematics::OfFile)
+}
+
+/// The same for a machine whose kinematics may be another than the robot file's.
+pub fn check_for(log: &Log, robot: &Robot, kinematics: Kinematics) -> Result<Hygiene> {
     let mut found = Hygiene::default();
     oddities::sensors(log, robot, &mut found.notes)?;
     oddities::times(log, robot, &mut found.notes)?;
     oddities::limits(log, robot, &mut found.notes);
     let sample = Sample::take(log);
     if sample.commands.len() >= FEWEST {
-        shape(log, robot, &sample, &mut found)?;
+        shape(log, robot, kinematics, &sample, &mut found)?;
     }
     Ok(found)
 }
 
-/// Rows with a measured TCP, evenly spread over what the joints travel.
-struct Sample {
-    rows: Vec<usize>,
-    commands: Vec<Vec<f64>>,
-    measured: Vec<Vector3<f64>>,
-}
-
-impl Sample {
-    fn take(log: &Log) -> Self {
-        let step = |i: usize| -> f64 { log.cmd.iter().map(|c| (c[i] - c[i - 1]).abs()).sum() };
-        let total: f64 = (1..log.len()).map(step).sum();
-        let mut sample = Self { rows: Vec::new(), commands: Vec::new(), measured: Vec::new() };
-        let (mut travelled, mut due) = (0.0, 0.0);
-        for (i, p) in log.tcp_m.iter().enumerate() {
-            if i > 0 {
-                travelled += step(i);
-            }
-            if let Some(p) = p
-                && travelled >= due
-            {
-                sample.rows.push(i);
-                sample.commands.push(log.command(i));
-                sample.measured.push(*p);
-                due = travelled + total / ROWS as f64;
-                if total == 0.0 {
-                    break;
-                }
-            }
-        }
-        sample
-    }
-
-    fn computed(&self, robot: &Robot) -> Vec<Vector3<f64>> {
-        self.commands.iter().map(|q| robot.tcp_m(q)).collect()
-    }
-}
-
-/// One thing that may be wrong with the file.
-#[derive(Clone, Copy)]
-enum Fault {
-    /// Measured coordinates are `factor` of what they should be.
-    Tcp {
-        factor: f64,
-        unit: &'static str,
-    },
-    Mirrored,
-    /// Commands of all joints of a kind (`axis: None`) or of one, times `factor`.
-    Command {
-        axis: Option<usize>,
-        kind: JointKind,
-        factor: f64,
-        unit: &'static str,
-    },
-    Sign(usize),
-    Swapped(usize, usize),
-}
-
-impl Fault {
-    /// What is worth trying, the commonest first. A fault of single joints is tried only where two joints or more move,
-    /// and only on joints that move or that it would turn by more than a zero offset may: a small offset of a joint at
-    /// rest looks like many things.
-    fn all(robot: &Robot, log: &Log) -> Vec<Self> {
-        use JointKind::{Prismatic, Revolute};
-        let mut faults = vec![
-            Self::Tcp { factor: 1e-3, unit: "metres" },
-            Self::Tcp { factor: 1e3, unit: "micrometres" },
-            Self::Tcp { factor: 1.0 / 25.4, unit: "inches" },
-        ];
-        let wrong_units = [
-            (Revolute, 1_f64.to_degrees(), "radians"),
-            (Prismatic, 1e3, "metres"),
-            (Prismatic, 25.4, "inches"),
-            (Prismatic, 1e-3, "micrometres"),
-        ];
-        for (kind, factor, unit) in wrong_units {
-            if robot.axis_joints().any(|j| j.kind == kind) {
-                faults.push(Self::Command { axis: None, kind, factor, unit });
-            }
-        }
-        faults.push(Self::Mirrored);
-        let moves = |axis: usize| log.travel(axis) > 0.01 * OFFSET;
-        if (0..robot.dof()).filter(|&a| moves(a)).count() < 2 {
-            return faults;
-        }
-        for a in 0..robot.dof() {
-            let rest = log.cmd[a].first().map_or(0.0, |v| v.abs());
-            let tells = |factor: f64| moves(a) || rest * (factor - 1.0).abs() > OFFSET;
-            if tells(-1.0) {
-                faults.push(Self::Sign(a));
-            }
-            for (kind, factor, unit) in wrong_units {
-                if robot.axis(a).kind == kind && tells(factor) {
-                    faults.push(Self::Command { axis: Some(a), kind, factor, unit });
-                }
-            }
-        }
-        let mean = |a: usize| log.cmd[a].iter().sum::<f64>() / log.len().max(1) as f64;
-        for a in 0..robot.dof() {
-            for b in a + 1..robot.dof() {
-                let apart = (mean(a) - mean(b)).abs() > OFFSET && (moves(a) || moves(b));
-                if robot.axis(a).kind == robot.axis(b).kind && (apart || moves(a) && moves(b)) {
-                    faults.push(Self::Swapped(a, b));
-                }
-            }
-        }
-        faults
-    }
-
-    /// Fit of the paths with the fault put right.
-    fn corrected(self, robot: &Robot, sample: &Sample, computed: &[Vector3<f64>]) -> Fit {
-        let commands = |put_right: &dyn Fn(&mut [f64])| {
-            let path: Vec<Vector3<f64>> = sample
-                .commands
-                .iter()
-                .map(|q| {
-                    let mut q = q.clone();
-                    put_right(&mut q);
-                    robot.tcp_m(&q)
-                })
-                .collect();
-            fit(&path, &sample.measured, false)
-        };
-        match self {
-            Self::Tcp { factor, .. } => {
-                let to: Vec<Vector3<f64>> = sample.measured.iter().map(|p| p / factor).collect();
-                let f = fit(computed, &to, false);
-                // distances are compared as measured
-                Fit { misfit_m: f.misfit_m * factor, ..f }
-            }
-            Self::Mirrored => fit(computed, &sample.measured, true),
-            Self::Command { axis, kind, factor, .. } => commands(&|q| {
-                for (a, v) in q.iter_mut().enumerate() {
-                    if axis.is_none_or(|x| x == a) && robot.axis(a).kind == kind {
-                        *v *= factor;
-                    }
-                }
-            }),
-            Self::Sign(a) => commands(&|q| q[a] = -q[a]),
-            Self::Swapped(a, b) => commands(&|q| q.swap(a, b)),
-        }
-    }
-
-    fn said(self, robot: &Robot) -> String {
-        let name = |a: usize| robot.axis(a).name.as_str();
-        match self {
-            Self::Tcp { unit: "micrometres", .. } => {
-                "x, y and z are in micrometres, or the lengths of the robot file in metres".into()
-            }
-            Self::Tcp { unit, .. } => format!("x, y and z are in {unit}"),
-            Self::Mirrored => {
-                "the measured frame is mirrored: two of x, y and z are swapped, or one has the wrong sign".into()
-            }
-            Self::Command { axis: None, unit, .. } => format!("the commands are in {unit}"),
-            Self::Command { axis: Some(a), unit, .. } => format!("the commands of {} are in {unit}", name(a)),
-            Self::Sign(a) => format!("the commands of {} have the wrong sign", name(a)),
-            Self::Swapped(a, b) => format!("the commands of {} and {} are swapped", name(a), name(b)),
-        }
-    }
-}
-
-fn shape(log: &Log, robot: &Robot, sample: &Sample, found: &mut Hygiene) -> Result<()> {
+fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, found: &mut Hygiene) -> Result<()> {
     let computed = sample.computed(robot);
     let as_read = fit(&computed, &sample.measured, false);
     let size = spread(&sample.measured).max(spread(&computed));
@@ -234,17 +95,21 @@ fn shape(log: &Log, robot: &Robot, sample: &Sample, found: &mut Hygiene) -> Resu
     let moving = log.moving_axes();
     let tried: Vec<(Fault, f64)> =
         Fault::all(robot, log).into_iter().map(|f| (f, f.corrected(robot, sample, &computed).misfit_m)).collect();
-    let least = tried.iter().map(|t| t.1).fold(f64::INFINITY, f64::min);
     let fits = "the path that the robot file gives for the commands";
-    if least <= EXPLAINED * as_read.misfit_m {
-        let alike: Vec<String> = tried.iter().filter(|t| t.1 <= 1.5 * least).take(3).map(|t| t.0.said(robot)).collect();
-        let text = format!(
-            "a measured path that fits only if {} ({} instead of {} of misfit)",
-            alike.join("; or if "),
-            millimetres(least),
-            millimetres(as_read.misfit_m)
-        );
-        return Err(Error::bad(Place::file(&log.name), text, fits));
+    let refused = |text: String| Err(Error::bad(Place::file(&log.name), text, fits));
+    let known = kinematics == Kinematics::OfFile;
+    let units: Vec<(Fault, f64)> = tried.iter().copied().filter(|t| known || t.0.is_of_units(log)).collect();
+    if let Some(text) = explained(&units, robot, as_read.misfit_m) {
+        return refused(text);
+    }
+    if !known {
+        if let Some(text) = of_another_size(&units, robot, sample, &computed) {
+            return refused(text);
+        }
+        if let Some(text) = explained(&tried, robot, as_read.misfit_m) {
+            found.notes.push(text);
+            return Ok(());
+        }
     }
     if let Some((shift_s, left)) = clock(log, robot, sample)
         && left <= EXPLAINED * as_read.misfit_m
@@ -261,6 +126,15 @@ fn shape(log: &Log, robot: &Robot, sample: &Sample, found: &mut Hygiene) -> Resu
         return Ok(());
     }
     if as_read.misfit_m <= FOREIGN * size || moving.len() < 2 || spread(&sample.measured) < SMALLEST_PATH_M {
+        return Ok(());
+    }
+    if !known {
+        found.notes.push(format!(
+            "the measured path is not the one that the robot file gives ({} of misfit on a path of {}): the machine's kinematics is \
+             another, or robot file, units, order and clock of the columns are not those of this log",
+            millimetres(as_read.misfit_m),
+            millimetres(size)
+        ));
         return Ok(());
     }
     let frames: Vec<_> = sample.commands.iter().map(|q| robot.forward(q).rotation).collect();
@@ -283,6 +157,46 @@ fn shape(log: &Log, robot: &Robot, sample: &Sample, found: &mut Hygiene) -> Resu
         text,
         format!("{fits}: check robot file, units, order and clock of the columns"),
     ))
+}
+
+/// The faults that explain the difference, in words.
+fn explained(tried: &[(Fault, f64)], robot: &Robot, misfit_m: f64) -> Option<String> {
+    let least = tried.iter().map(|t| t.1).fold(f64::INFINITY, f64::min);
+    (least <= EXPLAINED * misfit_m).then(|| {
+        let alike: Vec<String> = tried.iter().filter(|t| t.1 <= 1.5 * least).take(3).map(|t| t.0.said(robot)).collect();
+        format!(
+            "a measured path that fits only if {} ({} instead of {} of misfit)",
+            alike.join("; or if "),
+            millimetres(least),
+            millimetres(misfit_m)
+        )
+    })
+}
+
+/// Units that make paths of one size out of two that are far apart, and that leave a path and not noise.
+fn of_another_size(
+    units: &[(Fault, f64)],
+    robot: &Robot,
+    sample: &Sample,
+    computed: &[Vector3<f64>],
+) -> Option<String> {
+    let measured = spread(&sample.measured);
+    let apart = |ratio: f64| if ratio > 1.0 { ratio } else { 1.0 / ratio };
+    let as_read = measured / spread(computed);
+    if apart(as_read) <= ALIKE * ALIKE {
+        return None;
+    }
+    let right = |t: &&(Fault, f64)| {
+        t.1 <= CORRELATED * measured && t.0.ratio(robot, sample, computed).is_some_and(|r| apart(r) <= ALIKE)
+    };
+    let found: Vec<String> = units.iter().filter(right).map(|t| t.0.said(robot)).collect();
+    (!found.is_empty()).then(|| {
+        format!(
+            "a measured path {} times the size of the computed one: {}",
+            if as_read < 0.1 { format!("{as_read:.4}") } else { format!("{as_read:.1}") },
+            found.join("; or ")
+        )
+    })
 }
 
 fn millimetres(m: f64) -> String {

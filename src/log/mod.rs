@@ -1,18 +1,20 @@
 //! A measurement log: commands and measured TCP positions, as samples of a motion or as settled poses.
 //!
 //! Rooms:
-//! - [`columns`]: which column is what: the contract's names, or a column map from foreign names and units.
+//! - [`columns`]: which column is what: the contract's names (`meaning`), or a column map from foreign names and units.
 //! - [`read`]: CSV (and gzip) to [`Log`], with file, line and column of every refusal; `number`: decimal text to f64;
 //!   `timestamp`: dates and times to microseconds.
 //! - [`write`]: numbers, fields and column names on the way out.
 //! - [`hygiene`]: units, axes and clocks that cannot be right, found from the shape of the measured path; `oddities`:
-//!   encoders, speeds and limits that make a reader wonder; `shape`: robust rigid and mirrored fits, for hygiene.
+//!   encoders, speeds and limits that make a reader wonder; `faults`: what is tried; `shape`: robust rigid and mirrored fits, for hygiene.
 //! - [`dwells`]: where the robot stands still, from which side each joint came, and the mean of the measurements there.
 //! - [`registration`]: the tracker's frame from points known in both frames.
 
 pub mod columns;
 pub mod dwells;
+mod faults;
 pub mod hygiene;
+mod meaning;
 mod number;
 mod oddities;
 pub mod read;
@@ -43,10 +45,14 @@ pub struct Log {
     pub cmd_decimals: Vec<u8>,
     /// Measured TCP in the tracker frame, m; `None` where the tracker lost the reflector. Empty: no such columns.
     pub tcp_m: Vec<Option<Vector3<f64>>>,
+    /// Coordinates of a TCP of which not all three were logged, m; only where a log was read for that.
+    pub lone_m: [Option<Vec<Option<f64>>>; 3],
     /// Further reflectors, `reflectors_m[k][row]`.
     pub reflectors_m: Vec<Vec<Option<Vector3<f64>>>>,
     /// Encoder (motor side at the joint's scale), rad or m, per axis where logged.
     pub enc: Vec<Option<Vec<Option<f64>>>>,
+    /// Between coupling and nut (or gear), at the joint's scale, rad or m, per axis where logged.
+    pub screw: Vec<Option<Vec<Option<f64>>>>,
     /// Joint position measured behind the gear, rad or m, per axis where logged.
     pub meas: Vec<Option<Vec<Option<f64>>>>,
     /// 1: in a dwell reached by positive movement, -1: by negative, 0: moving.

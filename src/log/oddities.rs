@@ -15,11 +15,12 @@ const SURELY_MILLISECONDS_S: f64 = 25.0;
 
 /// Encoders and joint sensors against the commands: another unit is refused, another sense or a wide gap is noted.
 pub(super) fn sensors(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Result<()> {
-    for (what, columns) in [("enc", &log.enc), ("meas", &log.meas)] {
+    for (what, columns) in [("enc", &log.enc), ("screw", &log.screw), ("meas", &log.meas)] {
         for (axis, column) in columns.iter().enumerate() {
             let Some(column) = column else { continue };
             let joint = robot.axis(axis);
-            let name = format!("{what}_{}_{}", joint.name, joint.kind.unit());
+            let angle = what != "meas" && joint.kind == JointKind::Prismatic && joint.lead_m_per_rev.is_some();
+            let name = format!("{what}_{}", joint.name);
             let pairs: Vec<(f64, f64)> =
                 log.cmd[axis].iter().zip(column).filter_map(|(c, v)| v.map(|v| (*c, v))).collect();
             let Some((slope, correlation)) = line(&pairs) else { continue };
@@ -29,13 +30,19 @@ pub(super) fn sensors(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Resu
                 JointKind::Revolute if is(per_radian) => Some("radians"),
                 JointKind::Prismatic if is(1e-3) => Some("metres"),
                 JointKind::Prismatic if is(1.0 / 25.4) => Some("inches"),
+                // an angle of the screw, in another unit than degrees
+                JointKind::Prismatic if angle && is(per_radian) => Some("radians"),
+                JointKind::Prismatic if angle && is(1.0 / 360.0) => Some("revolutions"),
                 _ => None,
             };
             if let Some(unit) = wrong
                 && correlation > 0.99
             {
-                let text = format!("values in {unit} in column `{name}`");
-                return Err(Error::bad(Place::file(&log.name), text, joint.kind.unit()));
+                let turns = angle && matches!(unit, "radians" | "revolutions");
+                let text =
+                    format!("values in {unit} in column `{name}_{}`", if turns { "deg" } else { joint.kind.unit() });
+                let expected = if angle { "degrees of the screw, or mm of the joint" } else { joint.kind.unit() };
+                return Err(Error::bad(Place::file(&log.name), text, expected));
             }
             if is(-1.0) && correlation < -0.99 {
                 notes.push(format!("{name} runs against the commands of {}: wrong sign?", joint.name));

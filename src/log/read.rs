@@ -30,7 +30,12 @@ impl Log {
 
     /// Reads a log, through a column map where one is given.
     pub fn load_with(path: &Path, robot: &Robot, map: Option<&ColumnMap>) -> Result<Self> {
-        Self::parse_with(input::read(path)?, robot, map)
+        Self::parse_any(input::read(path)?, robot, map, false)
+    }
+
+    /// Reads a log of which the tracker may have written one or two coordinates only ([`Log::lone_m`]).
+    pub fn load_lone(path: &Path, robot: &Robot, map: Option<&ColumnMap>) -> Result<Self> {
+        Self::parse_any(input::read(path)?, robot, map, true)
     }
 
     /// Parses the bytes of a log with the contract's column names.
@@ -40,13 +45,17 @@ impl Log {
 
     /// Parses the bytes of a log, through a column map where one is given.
     pub fn parse_with(input: Input, robot: &Robot, map: Option<&ColumnMap>) -> Result<Self> {
+        Self::parse_any(input, robot, map, false)
+    }
+
+    fn parse_any(input: Input, robot: &Robot, map: Option<&ColumnMap>, lone: bool) -> Result<Self> {
         let Input { name, bytes, sha256 } = input;
         input::refuse_utf16(&name, &bytes)?;
         let separator = map.map_or(b',', |m| m.separator);
         let head = Head::read(&name, &bytes, separator)?;
         let at = Place::line(&name, head.line);
         let columns = resolve(&head.names, robot, map, &at).map_err(|e| head.explain(&name, separator, e))?;
-        head.check(&name, &columns, robot, separator)?;
+        head.check(&name, &columns, robot, separator, lone)?;
         let layout =
             Layout { name: &name, head: &head, columns: &columns, separator, decimal: map.map_or(b'.', |m| m.decimal) };
         let table = layout.read(&bytes)?;
@@ -76,15 +85,15 @@ impl Log {
 }
 
 /// The header row and where the rows begin.
-struct Head {
-    names: Vec<String>,
-    line: u64,
-    body: usize,
-    body_line: u64,
+pub(crate) struct Head {
+    pub(crate) names: Vec<String>,
+    pub(crate) line: u64,
+    pub(crate) body: usize,
+    pub(crate) body_line: u64,
 }
 
 impl Head {
-    fn read(name: &str, bytes: &[u8], separator: u8) -> Result<Self> {
+    pub(crate) fn read(name: &str, bytes: &[u8], separator: u8) -> Result<Self> {
         let skip = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
         let text = &bytes[skip..];
         if text.starts_with(b"PK\x03\x04") {
@@ -122,7 +131,7 @@ impl Head {
     }
 
     /// A header in one piece where another separator would cut it: says so, whatever else is wrong.
-    fn explain(&self, name: &str, separator: u8, otherwise: Error) -> Error {
+    pub(crate) fn explain(&self, name: &str, separator: u8, otherwise: Error) -> Error {
         let Some(other) = [';', '\t', ',']
             .iter()
             .find(|&&c| c as u32 != u32::from(separator) && self.names.len() == 1 && self.names[0].contains(c))
@@ -137,8 +146,8 @@ impl Head {
         )
     }
 
-    /// Every axis needs its command, every point its three coordinates.
-    fn check(&self, name: &str, columns: &[Column], robot: &Robot, separator: u8) -> Result<()> {
+    /// Every axis needs its command, every point its three coordinates (the TCP may lack some where it may stand `lone`).
+    fn check(&self, name: &str, columns: &[Column], robot: &Robot, separator: u8, lone: bool) -> Result<()> {
         let has = |m: Meaning| columns.iter().any(|c| c.meaning == m);
         let missing = |m: Meaning, expected: String| {
             let error = Error::bad(
@@ -158,7 +167,7 @@ impl Head {
         });
         for k in 0..=reflectors.max().unwrap_or(0) {
             let point = [0, 1, 2].map(|coordinate| Meaning::Position { k, coordinate });
-            if (k > 0 || point.iter().any(|&m| has(m)))
+            if (k > 0 || !lone && point.iter().any(|&m| has(m)))
                 && let Some(&absent) = point.iter().find(|&&m| !has(m))
             {
                 return missing(absent, "x, y and z of every reflector".into());
@@ -168,7 +177,7 @@ impl Head {
     }
 }
 
-fn reader(bytes: &[u8], separator: u8) -> csv::Reader<&[u8]> {
+pub(crate) fn reader(bytes: &[u8], separator: u8) -> csv::Reader<&[u8]> {
     csv::ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
@@ -330,16 +339,16 @@ impl Layout<'_> {
     }
 
     fn is_missing(&self, missing: &Missing, text: &[u8]) -> bool {
-        let Ok(text) = std::str::from_utf8(text) else { return false };
-        match missing {
-            Missing::Text(t) => text.to_lowercase() == *t,
-            Missing::Number(n) => text.replace(self.decimal as char, ".").parse::<f64>() == Ok(*n),
-        }
+        std::str::from_utf8(text).is_ok_and(|text| missing.is(text, self.decimal))
     }
 
     fn in_range(&self, line: u64, column: &Column, v: f64) -> Result<f64> {
         let (ok, expected) = match column.meaning {
-            Meaning::Command(_) | Meaning::Encoder(_) | Meaning::Measured(_) | Meaning::Position { .. } => {
+            Meaning::Command(_)
+            | Meaning::Encoder(_)
+            | Meaning::Screw(_)
+            | Meaning::Measured(_)
+            | Meaning::Position { .. } => {
                 (v.is_nan() || (v * column.edge).abs() <= LARGEST, "a value of at most 10,000,000 deg or mm")
             }
             Meaning::Trigger => (v == 0.0 || v == 1.0 || v == -1.0, "1, -1 or 0"),
@@ -374,6 +383,9 @@ fn build(name: &str, sha256: String, mut table: Table, columns: &[Column], robot
     let poses = time.is_none();
     let t_s = time.unwrap_or_else(|| (0..rows).map(|i| i as f64).collect());
     let cmd = (0..axes).map(|a| take(Meaning::Command(a)).unwrap_or_default()).collect();
+    let coordinates = [0, 1, 2].map(|coordinate| Meaning::Position { k: 0, coordinate });
+    let whole = coordinates.iter().all(|m| columns.iter().any(|c| c.meaning == *m));
+    let lone = coordinates.map(|m| if whole { None } else { take(m) });
     let mut points = |k: usize| -> Option<Vec<Option<Vector3<f64>>>> {
         let [x, y, z] = [0, 1, 2].map(|coordinate| take(Meaning::Position { k, coordinate }));
         let (x, y, z) = (x?, y?, z?);
@@ -388,10 +400,10 @@ fn build(name: &str, sha256: String, mut table: Table, columns: &[Column], robot
     };
     let tcp_m = points(0).unwrap_or_default();
     let reflectors_m = (1..).map_while(&mut points).collect();
-    let mut cells = |m: Meaning| -> Option<Vec<Option<f64>>> {
-        Some(take(m)?.into_iter().map(|v| Some(v).filter(|v| !v.is_nan())).collect())
-    };
+    let there = |values: Vec<f64>| values.into_iter().map(|v| Some(v).filter(|v| !v.is_nan())).collect();
+    let mut cells = |m: Meaning| -> Option<Vec<Option<f64>>> { take(m).map(there) };
     let enc = (0..axes).map(|a| cells(Meaning::Encoder(a))).collect();
+    let screw = (0..axes).map(|a| cells(Meaning::Screw(a))).collect();
     let meas = (0..axes).map(|a| cells(Meaning::Measured(a))).collect();
     let (speed_m_s, payload_kg, temp_c) = (cells(Meaning::Speed), cells(Meaning::Payload), cells(Meaning::Temperature));
     let trigger = take(Meaning::Trigger).map(|v| v.into_iter().map(|x| x as i8).collect());
@@ -412,8 +424,10 @@ fn build(name: &str, sha256: String, mut table: Table, columns: &[Column], robot
         cmd,
         cmd_decimals,
         tcp_m,
+        lone_m: lone.map(|c| c.map(there)),
         reflectors_m,
         enc,
+        screw,
         meas,
         trigger,
         cycle,

@@ -9,6 +9,7 @@
 //!
 //! Rooms:
 //! - [`drive`]: commands of all axes, prepared once; through servo and gear as often as wanted.
+//!   `wide`: over more samples than there are.
 //! - [`grid`]: points of a program and rows together; [`turns`]: turning points between the rows of a log.
 //! - [`speed`]: speed of the commanded TCP; [`gravity`]: torque of the weights about each axis.
 //! - [`parts`]: single stages, for whoever runs the chain piece by piece.
@@ -21,6 +22,7 @@ pub mod parts;
 pub mod predict;
 pub mod speed;
 pub mod turns;
+mod wide;
 
 pub use drive::Drive;
 pub use parts::slopes;

@@ -2,7 +2,8 @@
 
 use super::Drive;
 use super::predict::at_time;
-use crate::effect::{Effect, Placed, Target};
+use crate::effect::{Effect, Placed, Stage, Target};
+use crate::model::Model;
 use nalgebra::Vector3;
 
 /// Adds what a link effect adds to its axis, row by row, rad or m.
@@ -16,6 +17,23 @@ pub fn add_link(drive: &Drive, placed: &Placed, joint: &mut [f64]) {
             joint.iter_mut().zip(drive.gravity_torque(axis)).for_each(|(q, t)| *q += e.compliance * t);
         }
         _ => {}
+    }
+}
+
+/// Between the two gaps of a drive (coupling and nut, seed 003), row by row, rad or m: behind what the model lists before the
+/// last play of the axis. With one play or none that is the motor side.
+pub fn between_gaps(model: &Model, drive: &Drive, axis: usize) -> Vec<f64> {
+    let effects: Vec<&Effect> = model.effects_on(axis).collect();
+    let play = |e: &&Effect| matches!(e, Effect::Backlash(_) | Effect::BacklashSpeed(_));
+    let preload = model.preload.get(axis).copied().unwrap_or(0);
+    match effects.iter().rposition(play) {
+        Some(last) if effects.iter().filter(|e| play(e)).count() > 1 => {
+            // servo effects stand where they like in the file and act first all the same
+            let servo = effects[last..].iter().filter(|e| e.stage() == Stage::Servo);
+            let before: Vec<&Effect> = effects[..last].iter().chain(servo).copied().collect();
+            drive.gear(axis, &before, preload)
+        }
+        _ => drive.servo(axis, &effects, preload),
     }
 }
 

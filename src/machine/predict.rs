@@ -3,7 +3,8 @@
 //! Link effects add to what the gear gives. Geometry effects change the robot. Drift and vibration move every reflector in the
 //! frame that forward kinematics gives, before the registration; their time counts from the first row. A time offset shows
 //! the robot at `t + offset`: its joints by the cubic of [`crate::effect::smooth`] over the rows' TCP, straight on beyond the
-//! first and last row for at most [`BEYOND`] intervals; drift and vibration exactly.
+//! first and last row for at most [`BEYOND`] intervals; drift and vibration exactly. Sensors of joints are shown
+//! with the same offset, encoders are not: they share the clock of the commands.
 //!
 //! Settled poses have no time: no drift, no vibration, no time offset.
 
@@ -26,7 +27,7 @@ const BEYOND: f64 = 2.0;
 pub struct Prediction {
     /// Motor side, `[axis][row]`, rad or m.
     pub servo: Vec<Vec<f64>>,
-    /// Behind gear and link stage, `[axis][row]`, rad or m.
+    /// Behind gear and link stage as a joint sensor shows it, `[axis][row]`, rad or m.
     pub joint: Vec<Vec<f64>>,
     /// Reflectors in the tracker frame (the base frame where the model has no registration), `[reflector][row]`, m. The first is the
     /// TCP.
@@ -67,6 +68,7 @@ pub fn predict(model: &Model, drive: &Drive) -> Prediction {
     chains.extend(robot.reflectors_m.iter().map(|p| robot.chain_to(p)));
     let tcp = TcpStage::new(model, drive);
     let points_m = chains.iter().map(|chain| tcp.points(model, drive, chain, &joint)).collect();
+    let joint = joint.into_iter().map(|j| parts::number_in_time(drive, tcp.offset_s, &j).into_owned()).collect();
     Prediction { servo, joint, points_m }
 }
 

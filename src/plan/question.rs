@@ -99,6 +99,11 @@ pub fn of_diagnosis(name: &str, text: &str, scale: &mut Scale) -> Result<Vec<Set
         )
     })?;
     doc.require_schema(value["schema"].as_str().unwrap_or("none"), SCHEMA)?;
+    if value["verdict"] == "bad_data" {
+        let reason = value["reason"].as_str().unwrap_or("its log cannot be right");
+        let found = format!("a diagnosis of bad data: {reason}");
+        return Err(Error::bad(Place::file(name), found, "a diagnosis whose log is right"));
+    }
     let mut found = Vec::new();
     for e in value["effects"].as_array().into_iter().flatten() {
         let mut e = e.clone();
@@ -136,16 +141,21 @@ pub fn of_diagnosis(name: &str, text: &str, scale: &mut Scale) -> Result<Vec<Set
         for (effect, target) in &members {
             let known = names.iter().position(|n| n.0 == *effect && n.1 == *target);
             let placed = match known {
-                Some(k) => found[k].clone(),
+                Some(k) => vec![found[k].clone()],
+                // the rival of a clock offset: every joint by the same lag
+                None if catalogue::find(effect).is_some() && target == "all" => {
+                    let axes = scale.robot.axis_names().into_iter();
+                    axes.map(|t| sizes::placed(effect, t, &Mapping::new(), scale, &doc)).collect::<Result<_>>()?
+                }
                 None if catalogue::find(effect).is_some() => {
-                    sizes::placed(effect, target, &Mapping::new(), scale, &doc)?
+                    vec![sizes::placed(effect, target, &Mapping::new(), scale, &doc)?]
                 }
                 None => {
                     let place = doc.place(&[effect.as_str()]);
                     return Err(Error::bad(place, format!("effect `{effect}` in a set"), "a name of the catalogue"));
                 }
             };
-            rivals.push(Rival { name: format!("{effect} {target}"), effects: vec![placed] });
+            rivals.push(Rival { name: format!("{effect} {target}"), effects: placed });
         }
         let common = found.iter().enumerate().filter(|(k, _)| Some(*k) != own).map(|(_, p)| p.clone()).collect();
         sets.push(Set { rivals, common });

@@ -5,15 +5,31 @@
 //! text, the joint targets in SI, and for every target the [`Token`] (span and style) from which it was read.
 //!
 //! Rooms:
-//! - [`csv`]: joint-space CSV: header, cells, rows in; numbers and rows out.
-//! - [`lines`]: point number -> line of the file, for messages.
+//! - [`csv`]: joint-space CSV: header, cells, rows in; numbers and rows out; [`lines`]: point -> line of the file.
+//! - [`script`]: vendor programs, read whole: the interface that each of their formats fills. One room each: [`inform`]
+//!   (Yaskawa), [`rapid`] (ABB), [`krl`] (KUKA), [`fanuc`], [`urscript`] (Universal Robots), [`trajectory`] (ROS), [`gcode`].
+//! - [`formats`]: the list of formats, and which one a program is written in; [`files`]: what lies beside it.
+//! - [`played`]: a vendor program as a list of joint targets.
 
 pub mod csv;
+pub mod fanuc;
+pub mod files;
+pub mod formats;
+pub mod gcode;
+pub mod inform;
+pub mod krl;
 pub mod lines;
+pub mod played;
+pub mod rapid;
+pub mod script;
+pub mod trajectory;
+pub mod urscript;
 
 use crate::error::{Place, Result};
 use crate::io::input::{self, Input};
 use crate::robot::Robot;
+use files::Files;
+use formats::Recognised;
 use lines::Lines;
 use std::io::Cursor;
 use std::path::Path;
@@ -97,8 +113,9 @@ impl Block {
 /// A program that is wholly in memory, for jobs that need no text.
 #[derive(Debug, Clone)]
 pub struct Program {
-    /// As messages show it.
+    /// As messages show it, and SHA-256 of the stored bytes.
     pub name: String,
+    pub sha256: String,
     /// `q[axis][point]`, rad or m.
     pub q: Vec<Vec<f64>>,
     /// Times in s where the program has them.
@@ -107,13 +124,29 @@ pub struct Program {
 }
 
 impl Program {
-    /// Reads a joint-space program (`-`: standard input), packed or not.
+    /// Reads a program (`-`: standard input), packed or not.
     pub fn load(path: &Path, robot: &Robot) -> Result<Self> {
         Self::parse(input::read(path)?, robot)
     }
 
-    /// Parses the bytes of a program.
+    /// Parses the bytes of a program: joint-space CSV, or a vendor's whose moves all have joint targets.
     pub fn parse(input: Input, robot: &Robot) -> Result<Self> {
+        match formats::recognise(Path::new(&input.name), &input.bytes) {
+            Recognised::Csv => Self::of_rows(input, robot),
+            Recognised::Script(format) => {
+                let sha256 = input.sha256;
+                let mut texts = vec![script::Text::new(&input.name, input.bytes)];
+                for path in format.companions(Path::new(&input.name), &Files::Disk) {
+                    let more = input::read(&path)?;
+                    texts.push(script::Text::new(more.name, more.bytes));
+                }
+                let document = format.parse(texts, robot)?;
+                Ok(Self { sha256, ..played::joints(document.script(), robot)?.into_program() })
+            }
+        }
+    }
+
+    fn of_rows(input: Input, robot: &Robot) -> Result<Self> {
         let mut reader = csv::Reader::new(Box::new(Cursor::new(input.bytes)), &input.name, robot)?;
         let mut q = vec![Vec::new(); robot.dof()];
         let mut t_s = reader.has_times().then(Vec::new);
@@ -128,7 +161,7 @@ impl Program {
                 times.extend_from_slice(&block.t_s);
             }
         }
-        Ok(Self { name: input.name, q, t_s, lines: reader.into_lines() })
+        Ok(Self { name: input.name, sha256: input.sha256, q, t_s, lines: reader.into_lines() })
     }
 
     /// Number of points.

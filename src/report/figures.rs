@@ -88,8 +88,9 @@ pub struct TracesView {
     pub x_name: String,
     /// "s", "deg", "mm", "points".
     pub x_unit: String,
-    /// What is on the vertical axis; empty: "error". Its unit is the joint's thousandth.
+    /// What is on the vertical axis; empty: "error". Its unit is the joint's thousandth, or the joint's own.
     pub y_name: String,
+    pub y_whole: bool,
     pub joints: Vec<JointTraces>,
 }
 

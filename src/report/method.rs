@@ -60,6 +60,15 @@ pub const STICTION: Method = Method::known(
     PAPER,
 );
 
+/// Flanks of a gap between two sensors.
+pub const TWO_FLANKS: Method = Method::known(
+    "Two gaps in series",
+    "Each gap is the distance between the lines on which the output follows its input upwards and downwards, fitted with one slope to the rows behind the gaps. Coupling: screw against motor; nut: carriage against screw. Intervals are those of strokes left out in turn (jackknife), Student's t.",
+    "<i>y</i> = <i>m</i>(<i>θ</i> − <i>c</i><sub>r</sub>) upwards, <i>y</i> = <i>m</i>(<i>θ</i> − <i>c</i><sub>l</sub>) downwards, else <i>y</i> stays",
+    "equation 2",
+    "Mathematical modeling and experimental identification of backlash nonlinearity in prototype of a robot gantry with electric drive and ball screw transmission",
+);
+
 /// Gap from dwells reached from both sides.
 pub const STATIC_GAP: Method = Method::known(
     "Half gap from dwells",
@@ -67,6 +76,15 @@ pub const STATIC_GAP: Method = Method::known(
     "<i>b</i> = ½ ( <i>q</i><sub>from above</sub> − <i>q</i><sub>from below</sub> )",
     "section 3.3, equation 6",
     PAPER,
+);
+
+/// Deadzones from sweeps of one joint.
+pub const DEADZONE: Method = Method::known(
+    "Deadzones from growing sweeps",
+    "Behind each turn of the motor the tip rests until the deadzone is crossed. Its size is the travel of the motor between the turn and the place where the branch on which the tip leaves meets the place where it rested; half of it is the half gap, in the middle between both. Only tip positions enter.",
+    "<i>δ</i> = | <i>θ</i><sub>fin</sub> − <i>θ</i><sub>init</sub> | = <i>b</i>(<i>θ</i><sub>init</sub>) + <i>b</i>(<i>θ</i><sub>fin</sub>)",
+    "algorithm 1",
+    "Model Learning with Backlash Compensation for a Tendon-Driven Surgical Robot",
 );
 
 /// Offsets of the compensator.
@@ -112,6 +130,36 @@ pub const REGISTRATION: Method = Method::known(
     "",
     "",
     "lostmotion, documentation of the measurement log",
+);
+
+/// The paper on positions reached from both sides.
+const BACKLASH_PAPER: &str = "M. Slamani, A. Nubiola, I. A. Bonev, Modeling and assessment of the backlash error of an industrial robot, Robotica, 2012";
+
+/// Repeatability and backlash of poses.
+pub const BIDIRECTIONAL: Method = Method::known(
+    "Repeatability and backlash",
+    "Of each pose: RP is 3 standard deviations of one direction; the backlash is the mean of the forward errors less the mean of the backward ones; R holds both directions and their distance. ISO 230-2 since 1997 takes 2 standard deviations in place of 3.",
+    "<i>R</i> = max( 3<i>s</i>↑ + 3<i>s</i>↓ + |<i>ȳ</i>|, 6<i>s</i>↑, 6<i>s</i>↓ )",
+    "equations 1, 23 and 24",
+    BACKLASH_PAPER,
+);
+
+/// Degree by lack of fit.
+pub const LACK_OF_FIT: Method = Method::known(
+    "Degree by lack of fit",
+    "What a polynomial of degree p leaves of the means of n poses, against what the repeats (n_t readings of the backlash in all) scatter about their means. The first degree whose F is not significant is chosen.",
+    "<i>F</i> = [ Σ <i>m</i><sub>i</sub> (<i>ȳ</i><sub>i</sub> − <i>ŷ</i><sub>i</sub>)² / (<i>n</i> − <i>p</i> − 1) ] / [ Σ Σ (<i>y</i><sub>iu</sub> − <i>ȳ</i><sub>i</sub>)² / (<i>n</i><sub>t</sub> − <i>n</i>) ]",
+    "equations 7 to 14",
+    BACKLASH_PAPER,
+);
+
+/// Indicator variables.
+pub const INDICATOR: Method = Method::known(
+    "Indicator variables of states",
+    "D is 1 in the state and 0 in the reference. Its offset is tested by Student in a fit of the reference and that state; where it is significant, its slope; and so on. States without a significant term share the curve of the reference.",
+    "<i>y</i> = <i>β</i><sub>0</sub> + <i>β</i><sub>1</sub><i>x</i> + … + <i>β</i>′<sub>0</sub><i>D</i> + <i>β</i>′<sub>1</sub><i>Dx</i> + …, <i>t</i> = <i>b</i>/<i>s</i>(<i>b</i>)",
+    "equations 15 to 22",
+    BACKLASH_PAPER,
 );
 
 /// The notes as a list.

@@ -8,13 +8,14 @@
 //! Values that cannot be drawn (not finite, or beyond 1e15) are left out and counted under their figure.
 //!
 //! Rooms:
-//! - [`views`], [`figures`], [`diagnosis`]: what a page takes, with units in every name.
+//! - [`views`], [`figures`], [`bidirectional`], [`diagnosis`]: what a page takes, with units in every name.
 //! - [`page`]: the HTML shell, head and sections; `style.css` and `turn.js` go into it as they are.
 //! - [`plots`]: SVG drawings; [`plots::axes`] has the scales and ticks that all of them share.
 //! - [`tables`]: HTML tables; [`map`]: tables with coloured cells.
 //! - [`method`]: notes on method with equations and sources, to be quoted by name.
 //! - [`number`]: how numbers are written.
 
+pub mod bidirectional;
 pub mod diagnosis;
 pub mod figures;
 pub mod map;
@@ -25,6 +26,7 @@ pub mod plots;
 pub mod tables;
 pub mod views;
 
+pub use bidirectional::*;
 pub use diagnosis::*;
 pub use figures::*;
 pub use method::Method;

@@ -7,7 +7,7 @@ use super::map;
 use super::method;
 use super::number::count;
 use super::plots::joints::Joints;
-use super::plots::{bars, gap_curve, heat, histogram, path3d, polar, traces, ways};
+use super::plots::{backlash_line, bars, gap_curve, heat, histogram, path3d, polar, traces, ways};
 use super::tables;
 use super::views::{Content, Page, Section, Tone};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -161,6 +161,8 @@ fn content(content: &Content, joints: &Joints) -> Markup {
         Content::Ways(v) => ways::draw(v, joints),
         Content::Map(v) => map::draw(v),
         Content::Gaps(v) => gap_curve::draw(v, joints),
+        Content::BothWays(v) => backlash_line::both_ways(v),
+        Content::BacklashCurves(v) => backlash_line::curves(v),
         Content::Histogram(v) => histogram::draw(v),
         Content::Bars(v) => bars::bars(v),
         Content::Waterfall(v) => bars::waterfall(v),

@@ -93,18 +93,19 @@ pub(super) fn gaps(rows: &[GapRow], joints: &Joints) -> Markup {
                 }
             } }
             tbody { @for r in shown {
-                @let unit = joints.milli_unit(&r.joint);
+                @let (factor, unit, decimals) = joints.gaps(&r.joint);
+                @let span = |ends: [f64; 2]| interval(ends.map(|v| v * factor), decimals);
                 tr {
                     th.joint scope="row" { (joint_key(&r.joint, joints)) (r.joint) }
-                    td.n { (number(r.half_gap_milli, 2)) " " span.unit { (unit) } }
-                    td.n { (interval(r.ci95_milli, 2)) }
+                    td.n { (number(r.half_gap_milli * factor, decimals)) " " span.unit { (unit) } }
+                    td.n { (span(r.ci95_milli)) }
                     td { (if r.significant { "yes" } else { "no: the interval holds zero" }) }
                     td.n { (r.varies_p_value.map_or_else(|| "–".into(), p_value)) }
                     @if tcp { td.n { (r.tcp_um.map_or_else(|| "–".into(), |t| number(t, 1))) } }
                     @if stiction {
                         @if let Some(s) = &r.stiction {
-                            td.n.first { (number(s.spike_milli, 2)) " " span.unit { (unit) } }
-                            td.n { (interval(s.ci95_milli, 2)) }
+                            td.n.first { (number(s.spike_milli * factor, decimals)) " " span.unit { (unit) } }
+                            td.n { (span(s.ci95_milli)) }
                             td.n { (significant(s.decay)) " " span.unit { (s.decay_unit) } }
                             td.n { (significant(s.decay_ci95[0])) " to " (significant(s.decay_ci95[1])) }
                         } @else { td.n.first { "–" } td.n { "–" } td.n { "–" } td.n { "–" } }

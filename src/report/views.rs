@@ -1,5 +1,6 @@
 //! What a page takes: its head and its sections. Plain data; figures and tables are in [`super::figures`].
 
+use super::bidirectional::*;
 use super::diagnosis::*;
 use super::figures::*;
 use super::method::Method;
@@ -57,6 +58,8 @@ pub struct RobotView {
 pub struct JointView {
     pub name: String,
     pub kind: JointKind,
+    /// Its gaps are so large that the page shows them in degrees (a tendon's, not a gear's).
+    pub wide_gaps: bool,
 }
 
 /// A file that was read or written.
@@ -100,6 +103,8 @@ pub enum Content {
     Ways(WaysView),
     Map(MapView),
     Gaps(GapsView),
+    BothWays(BothWaysView),
+    BacklashCurves(BacklashCurvesView),
     Histogram(HistogramView),
     Bars(BarsView),
     Waterfall(WaterfallView),
@@ -127,7 +132,7 @@ impl Page {
 
     /// Adds a joint; call in the robot's order.
     pub fn joint(&mut self, name: impl Into<String>, kind: JointKind) -> &mut Self {
-        self.joints.push(JointView { name: name.into(), kind });
+        self.joints.push(JointView { name: name.into(), kind, wide_gaps: false });
         self
     }
 
@@ -191,12 +196,15 @@ impl Content {
         match self {
             Self::Path(_) => "Path in space",
             Self::Polar(_) => "Error around the circle",
+            Self::Traces(v) if v.y_whole => "Joint positions",
             Self::Traces(_) => "Joint errors",
             Self::Strips(_) => "The gap over time",
             Self::HeatPath(_) => "The gap on the path",
             Self::Ways(_) => "Joint by joint, both ways",
             Self::Map(_) => "Map",
             Self::Gaps(_) => "Gap over position",
+            Self::BothWays(_) => "Errors in both directions",
+            Self::BacklashCurves(_) => "Backlash over position",
             Self::Histogram(_) => "Distribution of the error",
             Self::Bars(_) => "Comparison",
             Self::Waterfall(_) => "What each step takes away",
@@ -231,6 +239,8 @@ content_from! {
     WaysView => Ways,
     MapView => Map,
     GapsView => Gaps,
+    BothWaysView => BothWays,
+    BacklashCurvesView => BacklashCurves,
     HistogramView => Histogram,
     BarsView => Bars,
     WaterfallView => Waterfall,

@@ -5,6 +5,7 @@
 //! points for turning points, and behind a turn with friction the points until the friction has faded.
 
 use super::densify::Densify;
+use super::equation2::{Equation2, Law};
 use super::limits::{CYCLE_S, Limits};
 use super::offset::Offset;
 use super::path::{Path, between};
@@ -62,6 +63,8 @@ pub struct Engine<'a> {
     offsets: Vec<Option<Offset>>,
     /// Nothing to do: points pass as they are.
     idle: bool,
+    /// In place of everything behind it, where another law than equation 16 is asked for.
+    equation2: Option<Equation2>,
     densify: Option<Densify<'a>>,
     turning: Turning<'a>,
     path: Path,
@@ -108,11 +111,14 @@ impl<'a> Engine<'a> {
             ..Account::default()
         };
         let limits = Limits::new(robot, options.tcp_speed_m_s);
+        let equation2 = (options.law != Law::Equation16 && !idle)
+            .then(|| Equation2::new(options.law == Law::Equation2Held, &options.deadband, &options.initial_direction));
         Ok(Self {
             robot,
             options,
             offsets,
             idle,
+            equation2,
             densify,
             turning,
             path: Path::new(axes),
@@ -151,6 +157,10 @@ impl<'a> Engine<'a> {
                 &shifted
             }
         };
+        if self.equation2.is_some() {
+            self.printed(block, timed, out);
+            return Ok(());
+        }
         match &mut self.densify {
             None => self.turning.extend(&block.q, &block.t_s, self.points),
             Some(d) => {
@@ -183,13 +193,31 @@ impl<'a> Engine<'a> {
         Ok(self.account)
     }
 
+    /// Points by equation 2: as many as come in.
+    fn printed(&mut self, block: &Points, timed: bool, out: &mut Emitted) {
+        let Some(law) = &mut self.equation2 else { return };
+        for i in 0..block.len() {
+            let (at, q) = (out.q.len(), block.row(i));
+            law.apply(self.robot, &self.offsets, q, &mut out.q, &mut self.account);
+            for (c, &p) in out.q[at..].iter_mut().zip(q) {
+                *c = p + self.options.gain * (*c - p);
+            }
+            let t_s = timed.then(|| block.t_s[i]);
+            let origin = Origin::Point(self.points);
+            self.limits.check(&out.q[at..], q, t_s, None, origin, &mut self.account);
+            out.t_s.extend(t_s);
+            out.origin.push(origin);
+            self.points += 1;
+        }
+    }
+
     fn need_clock(&self, timed: bool) -> Result<()> {
         let seconds =
             |o: &Offset| o.friction().is_some_and(|f| matches!(f.shape, FrictionShape::Decay(Decay::Time(_))));
         let axis = self.offsets.iter().position(|o| o.as_ref().is_some_and(seconds));
         match axis {
             Some(axis) if !timed && self.options.tcp_speed_m_s.is_none() => Err(Error::Refused(format!(
-                "the friction offset of {} fades in seconds, but the program has no column `t_s` and no TCP speed is known; \
+                "the friction offset of {} fades in seconds, but the program has no times and no TCP speed is known; \
                  give --speed-mm-s",
                 self.robot.axis(axis).name
             ))),

@@ -12,22 +12,26 @@
 //! - [`path`]: the stretch of path that is being worked on.
 //! - [`plan`]: each axis' command along the path; [`offset`] says what an axis needs, [`stroke`] solves one reversal.
 //! - [`limits`]: range, speed and acceleration of what comes out.
+//! - [`equation2`]: another paper's law in place of all that: a whole deadzone at each change of direction.
 //! - [`printed`]: the equations exactly as the paper prints them, to compare with.
 //!
 //! Around the engine, from file to file: [`job`] is one program, [`batch`] a folder of them, [`stream`] the way of the text
-//! through the engine in constant memory, [`summary`] the account.
+//! through the engine in constant memory, [`script`] that of vendor programs, which are read whole; [`summary`] the account.
 
 pub mod batch;
 pub mod densify;
 pub mod engine;
+pub mod equation2;
 pub mod job;
 pub mod limits;
 pub mod offset;
 pub mod options;
+pub mod original;
 pub mod path;
 pub mod plan;
 pub mod points;
 pub mod printed;
+pub mod script;
 pub mod statics;
 pub mod stream;
 pub mod stroke;

@@ -1,5 +1,6 @@
 //! What a user may choose about a rewrite.
 
+use super::equation2::Law;
 use super::statics::Statics;
 use std::sync::Arc;
 
@@ -20,6 +21,7 @@ pub enum Refine {
 /// Settings of a rewrite; values are SI.
 #[derive(Debug, Clone)]
 pub struct Options {
+    pub law: Law,
     pub refine: Refine,
     /// Share of the segment behind a turning point at which the point stands that carries the step (seed 000: 0.1). It
     /// stands nearer where the joint would lag by more than [`Options::shape_m`] until then, unless `step_exact`.
@@ -47,6 +49,7 @@ impl Options {
     /// The defaults for a robot of `axes` axes.
     pub fn new(axes: usize) -> Self {
         Self {
+            law: Law::default(),
             refine: Refine::default(),
             step_fraction: 0.1,
             step_exact: false,

@@ -13,7 +13,7 @@ use super::engine::Account;
 use super::limits::CYCLE_S;
 use super::offset::{Offset, friction_gone, friction_left};
 use super::path::{Knots, Path};
-use super::stroke::{Node, solve, thin, travel_command};
+use super::stroke::{Node, largest_error, solve, thin, travel_command};
 use crate::compensator::{FrictionOffset, FrictionShape};
 use crate::effect::Decay;
 use crate::robot::Robot;
@@ -35,6 +35,10 @@ const FINE: f64 = 64.0;
 const COARSE: f64 = 8.0;
 /// The step point stands at least this share of a leg behind its turn.
 const NEAREST: f64 = 0.01;
+/// Part of the step by which an evenly rising command may cut the bends of the program.
+const CUT: f64 = 0.1;
+/// ... or so many times the step itself, where that is nearer.
+const GENTLE: f64 = 20.0;
 const MOST_NODES_PER_LEG: usize = 400;
 
 /// State of each axis along the path.
@@ -329,13 +333,16 @@ impl<'a> Plan<'a> {
                     );
                 }
                 _ => {
-                    let left = solve(&work.machine, first, open, &mut work.command, &mut work.fall);
-                    account.largest_left[axis] = account.largest_left[axis].max(left);
+                    solve(&work.machine, first, open, &mut work.command, &mut work.fall);
                 }
             }
             jump = work.command.get(first).copied().unwrap_or(0.0) - d * (c_turn - y0);
         }
         self.ramped(axis, d, p_turn, d * (c_turn - y0), first, clock, &mut work);
+        if !matches!(friction.map(|f| f.shape), Some(FrictionShape::Decay(Decay::Travel(_)))) {
+            let left = largest_error(&work.machine, &work.command);
+            account.largest_left[axis] = account.largest_left[axis].max(left);
+        }
 
         let largest = work.command.iter().zip(&work.nodes).map(|(c, n)| (y0 + d * c - n.p).abs()).fold(0.0, f64::max);
         account.largest_change_m = account.largest_change_m.max(lever.norm() * largest);
@@ -386,22 +393,26 @@ impl<'a> Plan<'a> {
                 work.command[i] = travel + start + (work.command[i] - travel - start) * share;
             }
         }
-        // on the way to the step point at even speed; at constant TCP speed the offset alone rises evenly, as legs of a program
-        // whose TCP hardly moves are short in time and long for the joint, and their bends must not be cut
+        // on the way to the step point the offset rises evenly, so that the bends of legs between are not cut; where they are
+        // nearly straight the command itself rises evenly, which asks less of the joint
         let (Some(from), Some(to)) = (work.nodes.first().map(|n| n.u), work.nodes.get(first).map(|n| n.u)) else {
             return;
         };
         let travel = |i: usize| work.machine[i].travel;
         let level = work.command[first];
         let (low, high) = (start - travel(0), level - travel(first));
-        for (i, n) in work.nodes.iter().enumerate().take(first) {
-            let share = if to > from { (n.u - from) / (to - from) } else { 0.0 };
-            work.command[i] = match clock {
-                Clock::Times | Clock::None => start + (level - start) * share,
+        let share = |i: usize| if to > from { (work.nodes[i].u - from) / (to - from) } else { 0.0 };
+        let bent = |i: usize| travel(i) + low + (high - low) * share(i);
+        let even = |i: usize| start + (level - start) * share(i);
+        let nearly = (0..first).all(|i| (bent(i) - even(i)).abs() <= CUT * (high - low).abs());
+        let rise: Vec<f64> = (0..first)
+            .map(|i| match clock {
                 _ if i == 0 => start,
-                _ => travel(i) + low + (high - low) * share,
-            };
-        }
+                Clock::Times | Clock::None if nearly => even(i),
+                _ => bent(i),
+            })
+            .collect();
+        work.command[..first].copy_from_slice(&rise);
     }
 
     /// TCP vectors and durations of the nominal legs from `k` to `last`; at constant speed zero beyond `until_s`, where they
@@ -457,8 +468,10 @@ impl<'a> Plan<'a> {
                 let by_t = if clock != Clock::None && duration > 0.0 { (step_s - elapsed) / duration } else { 0.0 };
                 // nearer, where the joint would lag by more than the tolerance until then
                 let lag = (lever_m * (pb - pa)).abs();
+                // on a long leg not steeper than the joint moves anyway, or a controller would have to stop for it
+                let nearest = NEAREST.min(GENTLE * jump_m.norm() / lag.max(f64::MIN_POSITIVE));
                 let near =
-                    if self.step_exact || lag <= 0.0 { by_u } else { by_u.min((self.shape_m / lag).max(NEAREST)) };
+                    if self.step_exact || lag <= 0.0 { by_u } else { by_u.min((self.shape_m / lag).max(nearest)) };
                 let share = near.max(by_t);
                 if share <= 1.0 - 1e-6 {
                     step_here = Some(share.max(1e-6));

@@ -80,6 +80,26 @@ pub fn solve(nodes: &[Node], first: usize, open: bool, command: &mut Vec<f64>, f
     later.map(|(m, c)| (c - m.travel - m.gap - m.friction).abs()).fold(left, f64::max)
 }
 
+/// Largest error behind a turn at node 0, `command` being straight between the nodes and the joint standing until the command
+/// has crossed gap and friction: also on the way to the step point, where the joint lags.
+pub fn largest_error(nodes: &[Node], command: &[f64]) -> f64 {
+    let pull = |k: usize| command[k] - nodes[k].gap - nodes[k].friction;
+    let mut out = 0.0f64;
+    let mut worst = 0.0f64;
+    for k in 1..nodes.len().min(command.len()) {
+        let (a, b) = (pull(k - 1), pull(k));
+        if a < out && b > out {
+            // until here the joint stands
+            let share = (out - a) / (b - a);
+            let wanted = nodes[k - 1].travel + share * (nodes[k].travel - nodes[k - 1].travel);
+            worst = worst.max((wanted - out).abs());
+        }
+        out = out.max(b);
+        worst = worst.max((nodes[k].travel - out).abs());
+    }
+    worst
+}
+
 /// Command travel behind a turn for friction that fades with the travel of the command: `x - g exp(-x/lambda) = wanted`,
 /// by Newton from above; the left side rises, so the command never has to be held. `x` counts from the turn.
 pub fn travel_command(wanted: f64, gain: f64, lambda: f64) -> f64 {
@@ -194,6 +214,16 @@ mod tests {
         let (mut c, mut f) = (Vec::new(), Vec::new());
         assert!(solve(&nodes, 0, true, &mut c, &mut f) < 1e-15);
         assert!(c.iter().zip(&nodes).all(|(c, n)| (c - n.travel - n.gap).abs() < 1e-15));
+    }
+
+    #[test]
+    fn on_the_way_to_a_far_step_point_the_joint_lags_by_no_more_than_the_gap() {
+        // half gap 0.002 on either side, step point 0.5 behind the turn
+        let node = |travel: f64| Node { travel, gap: 0.002, friction: 0.0 };
+        let nodes = [node(0.0), node(0.5), node(1.0)];
+        let left = largest_error(&nodes, &[-0.002, 0.502, 1.002]);
+        // the joint stands for 0.004 of 0.504 of the command's way
+        assert!((left - 0.5 * 0.004 / 0.504).abs() < 1e-12, "{left}");
     }
 
     #[test]

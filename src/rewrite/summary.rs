@@ -1,6 +1,7 @@
 //! What a rewrite did, as the contract's summary line, as one JSON document, and in words.
 
 use super::job::Outcome;
+use super::script::job::Vendor;
 use super::stream::guard::is_already;
 use crate::error::{Error, one_line};
 use crate::robot::Robot;
@@ -10,10 +11,12 @@ use std::fmt::Write;
 
 /// How a program came out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum Status {
     Written,
-    /// Written, and equal to the input byte for byte.
+    /// Of a dry run or a check: nothing was written, and could be.
+    WouldBeWritten,
+    /// Equal to the input byte for byte.
     Unchanged,
     /// The answer is no: a limit, a check, a program that has been rewritten already.
     Refused,
@@ -45,11 +48,12 @@ impl Line {
             status: match (&o.refusal, o.unchanged) {
                 (Some(_), _) => Status::Refused,
                 (None, true) => Status::Unchanged,
+                (None, false) if o.output.is_none() => Status::WouldBeWritten,
                 (None, false) => Status::Written,
             },
             reason: o.refusal.as_ref().map(|r| one_line(r)),
             moves: o.points,
-            editable: o.points,
+            editable: o.vendor.as_ref().map_or(o.points, |v| v.coverage.editable),
             reversals: o.account.reversals.iter().sum(),
             inserted: o.account.inserted,
             sha256_in: o.sha256_in.clone(),
@@ -111,6 +115,33 @@ pub fn document(outcome: &Outcome, robot: &Robot) -> Value {
     let cycle = a.duration_s.map(|[before, after]| json!({"before": round(before, 6), "after": round(after, 6)}));
     map.insert("cycle_time_s".into(), json!(cycle));
     map.insert("limits_exceeded".into(), json!(a.violations_total));
+    if let Some(v) = &outcome.vendor {
+        map.insert("format".into(), json!(v.format));
+        map.insert("coverage_percent".into(), json!(round(v.coverage.percent(), 3)));
+        map.insert("not_edited".into(), json!(v.coverage.reasons));
+        map.insert("closed".into(), json!(v.coverage.closed));
+        map.insert("runs".into(), json!(v.runs));
+        let gaps: Vec<Value> = v.gaps.iter().map(|g| json!({"line": g.at.line, "why": g.why})).collect();
+        map.insert("directions_lost".into(), json!(gaps));
+        map.insert("points_not_placed".into(), json!(v.unplaced.points + v.unplaced.rounded));
+        let stops: Vec<Value> =
+            v.written.stops.iter().map(|s| json!({"line": s.at.line, "points": s.points})).collect();
+        map.insert("points_without_corner".into(), json!(stops));
+        map.insert("changes".into(), json!(v.changes));
+        let notes: Vec<Value> = v.notes.iter().map(|n| json!({"line": n.place.line, "text": n.text})).collect();
+        map.insert("notes".into(), json!(notes));
+        let lost: Vec<Value> = robot
+            .axis_joints()
+            .zip(&v.written.lost)
+            .filter_map(|(j, l)| {
+                let mut m = Map::new();
+                m.insert("joint".into(), json!(j.name));
+                m.insert(format!("rounding_{}", j.kind.unit()), json!(round(j.kind.to_edge((*l)?), 9)));
+                Some(Value::Object(m))
+            })
+            .collect();
+        map.insert("rounding".into(), json!(lost));
+    }
     Value::Object(map)
 }
 
@@ -119,20 +150,41 @@ fn round(v: f64, digits: i32) -> f64 {
     (v * unit).round() / unit
 }
 
+/// What the words tell of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Told {
+    /// What was done.
+    Done,
+    /// What would be done, change by change.
+    Plan,
+    /// What would be done, for a check or a refusal.
+    Check,
+}
+
 /// The account in words, for stderr.
-pub fn words(outcome: &Outcome, robot: &Robot, dry: bool) -> String {
+pub fn words(outcome: &Outcome, robot: &Robot, told: Told) -> String {
+    let dry = told != Told::Done;
     let a = &outcome.account;
     let mut text = String::new();
-    let reversals: u64 = a.reversals.iter().sum();
-    let _ = writeln!(
-        text,
-        "{}: {} moves, all editable; {} reversals, {} points {}",
-        outcome.input,
-        outcome.points,
-        reversals,
-        a.inserted,
-        if dry { "to be added" } else { "added" }
-    );
+    let written = if dry { "to be written" } else { "written" };
+    let editable = outcome.vendor.as_ref().map_or(outcome.points, |v| v.coverage.editable);
+    if outcome.points == 0 {
+        let _ = writeln!(text, "{}: no moves", outcome.input);
+    } else {
+        let _ = writeln!(
+            text,
+            "{}: {}, {}; {}, {} {}",
+            outcome.input,
+            counted(outcome.points, "move"),
+            if editable == outcome.points { "all editable".into() } else { format!("{editable} editable") },
+            counted(a.reversals.iter().sum(), "reversal"),
+            counted(a.inserted, "point"),
+            if dry { "to be added" } else { "added" }
+        );
+    }
+    if let Some(v) = &outcome.vendor {
+        coverage_words(&mut text, v);
+    }
     for (k, joint) in robot.axis_joints().enumerate() {
         let reversals = a.reversals.get(k).copied().unwrap_or(0);
         let offset = a.largest_offset.get(k).copied().unwrap_or(0.0);
@@ -141,28 +193,123 @@ pub fn words(outcome: &Outcome, robot: &Robot, dry: bool) -> String {
         }
         let unit = joint.kind.unit();
         let offset = joint.kind.to_edge(offset);
-        let _ = write!(text, "  {}: {reversals} reversals, largest offset {offset:.6} {unit}", joint.name);
+        let reversals = counted(reversals, "reversal");
+        let _ = write!(text, "  {}: {reversals}, largest offset {offset:.6} {unit}", joint.name);
         if let Some(d) = outcome.written.get(k).copied().flatten() {
             let lost = 0.5 * 10f64.powi(-i32::from(d));
-            let _ = write!(text, "; written with {d} decimals, rounding loses up to {lost} {unit}");
+            let _ = write!(text, "; {written} with {d} decimals, rounding loses up to {lost} {unit}");
+            if offset > 0.0 {
+                let _ = write!(text, " ({:.1} %)", 100.0 * lost / offset);
+            }
+        }
+        if let Some(v) = &outcome.vendor
+            && let Some(Some(lost)) = v.written.lost.get(k)
+        {
+            let (lost, digit) = (joint.kind.to_edge(*lost), joint.kind.to_edge(v.written.digit[k]));
+            let _ = write!(text, "; {written} in steps of {digit:.6} {unit}, rounding loses up to {lost:.6} {unit}");
             if offset > 0.0 {
                 let _ = write!(text, " ({:.1} %)", 100.0 * lost / offset);
             }
         }
         let left = a.largest_left.get(k).copied().unwrap_or(0.0);
         if left > 0.0 {
-            let _ = write!(text, "; leaves up to {:.6} {unit} at a reversal", joint.kind.to_edge(left));
+            let _ = write!(text, "; up to {:.6} {unit} is left behind a reversal", joint.kind.to_edge(left));
+            if left > a.largest_offset.get(k).copied().unwrap_or(f64::INFINITY) {
+                text.push_str(", more than without compensation");
+            }
         }
         text.push('\n');
     }
     if a.largest_change_m > 0.0 {
-        let _ = writeln!(text, "  largest change at the TCP {:.1} um", a.largest_change_m * 1e6);
+        let odd = if a.largest_change_m > UNUSUAL_M {
+            ", far more than lost motion usually is: check the offsets"
+        } else {
+            ""
+        };
+        let _ = writeln!(text, "  largest change at the TCP {:.1} um{odd}", a.largest_change_m * 1e6);
     }
     if let Some([before, after]) = a.duration_s {
-        let _ = writeln!(text, "  cycle time {before:.3} s before, {after:.3} s after");
+        let _ = writeln!(
+            text,
+            "  cycle time {before:.3} s before, {after:.3} s after (at the speeds of the program, without waiting)"
+        );
     }
-    if outcome.unchanged && !dry {
-        let _ = writeln!(text, "  nothing to compensate: the output is the input, byte for byte");
+    if let Some(v) = outcome.vendor.as_ref().filter(|_| told == Told::Plan) {
+        for c in v.changes.iter().take(LISTED) {
+            let _ = writeln!(text, "  {}", c.words(robot));
+        }
+        if v.changes.len() > LISTED {
+            let _ = writeln!(text, "  and {} more (--json lists them all)", v.changes.len() - LISTED);
+        }
+    }
+    if outcome.unchanged {
+        let is = if dry { "would be" } else { "is" };
+        let _ = writeln!(text, "  nothing to compensate: the output {is} the input, byte for byte");
     }
     text
+}
+
+/// Changes that a dry run lists.
+const LISTED: usize = 40;
+/// Change at the TCP beyond which a word is due: lost motion moves it by 0.05 to 0.2 mm, m.
+const UNUSUAL_M: f64 = 2e-3;
+/// Notes and places of one kind that are listed.
+const FEW: usize = 8;
+
+/// `1 move`, `2 moves`.
+fn counted(n: u64, what: &str) -> String {
+    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
+}
+
+/// `line 3`, `lines 3, 7 and 5 more`.
+fn lines_text(lines: &[u64]) -> String {
+    let shown: Vec<String> = lines.iter().take(FEW).map(u64::to_string).collect();
+    let word = if lines.len() == 1 { "line" } else { "lines" };
+    match lines.len().saturating_sub(FEW) {
+        0 => format!("{word} {}", shown.join(", ")),
+        more => format!("{word} {} and {more} more", shown.join(", ")),
+    }
+}
+
+/// What of a vendor program is not edited, and why; where directions start anew.
+fn coverage_words(text: &mut String, v: &Vendor) {
+    for r in &v.coverage.reasons {
+        let _ = writeln!(text, "  not edited: {} ({}; {})", counted(r.moves, "move"), r.why, r.lines_text());
+    }
+    if v.runs > 1 {
+        let _ = writeln!(
+            text,
+            "  directions start anew {} (labels, loops, calls, targets that cannot be told): the first point there stays as it is",
+            if v.runs == 2 { "once".into() } else { format!("{} times", v.runs - 1) }
+        );
+    }
+    for g in v.gaps.iter().take(FEW) {
+        let _ = writeln!(text, "  line {}: directions are lost at {}", g.at.line, g.why);
+    }
+    if v.gaps.len() > FEW {
+        let _ = writeln!(text, "  and at {} more", counted((v.gaps.len() - FEW) as u64, "place"));
+    }
+    if v.unplaced.points > 0 {
+        let _ = writeln!(
+            text,
+            "  {} on moves that take none: there the step is spread over the whole move",
+            counted(v.unplaced.points, "new point")
+        );
+    }
+    if !v.written.stops.is_empty() {
+        let lines: Vec<u64> = v.written.stops.iter().map(|s| s.at.line).collect();
+        let points = v.written.stops.iter().map(|s| s.points).sum();
+        let _ = writeln!(
+            text,
+            "  {} on straight TCP moves without a corner, as none fits: the robot stops there for a moment, or nearly ({})",
+            counted(points, "new point"),
+            lines_text(&lines)
+        );
+    }
+    for n in v.notes.iter().take(FEW) {
+        let _ = writeln!(text, "  line {}: {}", n.place.line, n.text);
+    }
+    if v.notes.len() > FEW {
+        let _ = writeln!(text, "  and {}", counted((v.notes.len() - FEW) as u64, "more note"));
+    }
 }

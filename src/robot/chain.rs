@@ -51,14 +51,26 @@ struct Frame {
     o: Vector3<f64>,
 }
 
+impl Element {
+    /// Sine and cosine of the joint's angle.
+    #[inline(always)]
+    fn turned(&self, q: f64) -> (f64, f64) {
+        if self.revolute { self.theta_rad + self.gain * q } else { self.theta_rad }.sin_cos()
+    }
+}
+
 impl Frame {
     #[inline(always)]
     fn advance(&mut self, e: &Element, q: f64) {
+        self.advance_turned(e, q, e.turned(q));
+    }
+
+    #[inline(always)]
+    fn advance_turned(&mut self, e: &Element, q: f64, (s, c): (f64, f64)) {
         self.o += self.x * e.a_m;
         let y = self.y * e.cos_alpha + self.z * e.sin_alpha;
         self.z = self.z * e.cos_alpha - self.y * e.sin_alpha;
-        let (theta, d) = if e.revolute { (e.theta_rad + e.gain * q, e.d_m) } else { (e.theta_rad, e.d_m + e.gain * q) };
-        let (s, c) = theta.sin_cos();
+        let d = if e.revolute { e.d_m } else { e.d_m + e.gain * q };
         self.y = y * c - self.x * s;
         self.x = self.x * c + y * s;
         self.o += self.z * d;
@@ -135,6 +147,23 @@ impl Chain {
             f.advance(e, q[e.axis]);
         }
         f.point(&self.tool_p)
+    }
+
+    /// TCP positions of rows, `columns[axis][row]` in rad or m, into `points`: row `first` and those behind it. A joint that
+    /// stands still from row to row is turned once.
+    pub fn positions(&self, columns: &[&[f64]], first: usize, points: &mut [Vector3<f64>]) {
+        let mut known = vec![(f64::NAN, (0.0, 0.0)); self.elements.len()];
+        for (row, p) in (first..).zip(points) {
+            let mut f = self.start();
+            for (e, (at, turned)) in self.elements.iter().zip(&mut known) {
+                let q = columns[e.axis][row];
+                if q != *at {
+                    (*at, *turned) = (q, e.turned(q));
+                }
+                f.advance_turned(e, q, *turned);
+            }
+            *p = f.point(&self.tool_p);
+        }
     }
 
     /// TCP pose in the world.

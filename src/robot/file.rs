@@ -79,6 +79,10 @@ pub(super) struct JointFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) lead_mm_per_rev: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) pulses_per_deg: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) pulses_per_mm: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) follows: Option<FollowFile>,
 }
 
@@ -273,6 +277,18 @@ fn build_joint(j: &JointFile, all: &[JointFile], doc: &Document) -> Result<Joint
             return Err(Error::bad(near(key), format!("{key} {v} of {}", j.name), "a number above 0"));
         }
     }
+    let (pulses, wrong_pulses) = if revolute {
+        (j.pulses_per_deg, j.pulses_per_mm.is_some())
+    } else {
+        (j.pulses_per_mm, j.pulses_per_deg.is_some())
+    };
+    if wrong_pulses || pulses.is_some_and(|p| !p.is_finite() || p == 0.0) {
+        return Err(Error::bad(
+            near("pulses_per"),
+            format!("pulses of {} joint {}", j.kind, j.name),
+            format!("pulses_per_{}, not 0 (negative where they count the other way)", kind.unit()),
+        ));
+    }
     let follows = match &j.follows {
         None => None,
         Some(f) => {
@@ -304,6 +320,7 @@ fn build_joint(j: &JointFile, all: &[JointFile], doc: &Document) -> Result<Joint
         max_speed: speed.map(|v| v * si),
         max_accel: accel.map(|v| v * si),
         lead_m_per_rev: j.lead_mm_per_rev.map(|v| v * 1e-3),
+        pulses: pulses.map(|p| p / si),
         follows,
     })
 }

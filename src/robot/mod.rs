@@ -86,6 +86,8 @@ pub struct Joint {
     pub max_speed: Option<f64>,
     pub max_accel: Option<f64>,
     pub lead_m_per_rev: Option<f64>,
+    /// Pulses of the controller per rad or m, with sign: programs may hold joints in pulses.
+    pub pulses: Option<f64>,
     pub follows: Option<Follow>,
 }
 

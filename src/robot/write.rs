@@ -55,6 +55,8 @@ fn joint(j: &Joint, robot: &Robot) -> JointFile {
         max_accel_deg_s2: one(j.max_accel, revolute),
         max_accel_mm_s2: one(j.max_accel, !revolute),
         lead_mm_per_rev: j.lead_m_per_rev.map(millimetres),
+        pulses_per_deg: j.pulses.filter(|_| revolute).map(|p| shortest(p, |edge| edge / j.kind.si())),
+        pulses_per_mm: j.pulses.filter(|_| !revolute).map(|p| shortest(p, |edge| edge / j.kind.si())),
         follows: j.follows.map(|f| FollowFile { joint: robot.joints[f.joint].name.clone(), ratio: f.ratio }),
     }
 }

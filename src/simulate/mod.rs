@@ -29,11 +29,13 @@ pub struct Options {
     pub seed: u64,
     /// Add `enc_` columns: the motor side, which the servo's effects move and the gear's do not.
     pub encoders: bool,
+    /// Add `screw_` columns: between the two gaps of a drive.
+    pub screws: bool,
 }
 
 impl Default for Options {
     /// 25 Hz, and 1.5 mm/s, the TCP speed of the circle of seed 000 (section 3.2).
     fn default() -> Self {
-        Self { rate_hz: 25.0, speed_m_s: 1.5e-3, noise_m: 0.0, seed: 1, encoders: false }
+        Self { rate_hz: 25.0, speed_m_s: 1.5e-3, noise_m: 0.0, seed: 1, encoders: false, screws: false }
     }
 }

@@ -1,7 +1,7 @@
 //! The predicted log as CSV.
 //!
 //! From a program: `t_s`, `cmd_*`, `enc_*` where asked for, the TCP, the robot's further reflectors. From a log: its own
-//! columns in their order, text as it was; what is a measurement (`x_mm`..., `enc_`, `meas_`) is predicted in its place,
+//! columns in their order, text as it was; what is a measurement (`x_mm`..., `enc_`, `screw_`, `meas_`) is predicted in its place,
 //! and a TCP that the log has not is added. Commands have 6 decimals, positions [`POSITION_DECIMALS`] (1 nm).
 
 use super::noise::Noise;
@@ -10,6 +10,7 @@ use crate::error::{Error, Place, Result, one_line};
 use crate::io::input::Input;
 use crate::log::columns::{Meaning, meaning};
 use crate::log::write::{field, joint_column, number, position_columns};
+use crate::machine::parts;
 use crate::model::Model;
 use rayon::prelude::*;
 use std::io::Write;
@@ -37,6 +38,10 @@ enum Source {
     Time(u8),
     Command(usize),
     Encoder(usize),
+    Screw(usize),
+    /// The same as angles of the screw of a prismatic joint.
+    EncoderAngle(usize),
+    ScrewAngle(usize),
     Joint(usize),
     /// Coordinate of reflector `k`; 0 is the TCP.
     Position(usize, usize),
@@ -56,6 +61,7 @@ pub fn write_program_log(
         columns.push((joint_column("cmd", joint), Source::Command(axis)));
     }
     add_encoders(model, options, &mut columns);
+    add_screws(model, options, &mut columns);
     for k in 0..=robot.reflectors_m.len() {
         add_position(k, &mut columns);
     }
@@ -84,7 +90,7 @@ pub fn write_log_again(
     let header = reader.byte_headers().map_err(broken)?.clone();
     let mut written = Written { rows: motion.len(), notes: Vec::new() };
     let mut columns: Vec<(String, Source)> = Vec::new();
-    let (mut has_tcp, mut has_encoders) = (false, false);
+    let (mut has_tcp, mut has_encoders, mut has_screws) = (false, false, false);
     for (i, name) in header.iter().enumerate() {
         let name = String::from_utf8_lossy(name).into_owned();
         let source = match meaning(&name, &model.robot) {
@@ -102,6 +108,18 @@ pub fn write_log_again(
                 has_encoders = true;
                 Source::Encoder(axis)
             }
+            Meaning::EncoderAngle(axis) => {
+                has_encoders = true;
+                Source::EncoderAngle(axis)
+            }
+            Meaning::Screw(axis) => {
+                has_screws = true;
+                Source::Screw(axis)
+            }
+            Meaning::ScrewAngle(axis) => {
+                has_screws = true;
+                Source::ScrewAngle(axis)
+            }
             Meaning::Measured(axis) => Source::Joint(axis),
             _ => Source::Text(i),
         };
@@ -109,6 +127,9 @@ pub fn write_log_again(
     }
     if !has_encoders {
         add_encoders(model, options, &mut columns);
+    }
+    if !has_screws {
+        add_screws(model, options, &mut columns);
     }
     if !has_tcp {
         add_position(0, &mut columns);
@@ -134,7 +155,10 @@ pub fn write_log_again(
 pub fn has_encoders(input: &Input, model: &Model) -> bool {
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(input.bytes.as_slice());
     reader.byte_headers().is_ok_and(|h| {
-        h.iter().any(|n| matches!(meaning(&String::from_utf8_lossy(n), &model.robot), Meaning::Encoder(_)))
+        h.iter().any(|n| {
+            let (m, _) = meaning(&String::from_utf8_lossy(n), &model.robot).of_joint(&model.robot);
+            matches!(m, Meaning::Encoder(_))
+        })
     })
 }
 
@@ -150,6 +174,18 @@ fn add_encoders(model: &Model, options: &Options, columns: &mut Vec<(String, Sou
     if options.encoders {
         for (axis, joint) in model.robot.axis_joints().enumerate() {
             columns.push((joint_column("enc", joint), Source::Encoder(axis)));
+        }
+    }
+}
+
+/// Angles where a lead makes them.
+fn add_screws(model: &Model, options: &Options, columns: &mut Vec<(String, Source)>) {
+    if options.screws {
+        for (axis, joint) in model.robot.axis_joints().enumerate() {
+            columns.push(match joint.lead_m_per_rev {
+                Some(_) => (Meaning::ScrewAngle(axis).name(&model.robot), Source::ScrewAngle(axis)),
+                None => (Meaning::Screw(axis).name(&model.robot), Source::Screw(axis)),
+            });
         }
     }
 }
@@ -176,13 +212,20 @@ struct Plan<'a> {
     sources: Vec<Source>,
     /// The TCP and the further reflectors that are written.
     reflectors: usize,
+    /// Between the two gaps of a drive, by axis; empty where it is not written.
+    screws: Vec<Vec<f64>>,
 }
 
 impl<'a> Plan<'a> {
     fn new(model: &'a Model, motion: &'a Motion, options: &'a Options, columns: Vec<(String, Source)>) -> Self {
         let (names, sources): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
         let last = sources.iter().map(|s| if let Source::Position(k, _) = s { *k } else { 0 }).max().unwrap_or(0);
-        Self { model, motion, options, names, sources, reflectors: last + 1 }
+        let written =
+            |axis: usize| sources.iter().any(|s| matches!(s, Source::Screw(a) | Source::ScrewAngle(a) if *a == axis));
+        let screws = (0..model.robot.dof())
+            .map(|a| if written(a) { parts::between_gaps(model, &motion.drive, a) } else { Vec::new() })
+            .collect();
+        Self { model, motion, options, names, sources, reflectors: last + 1, screws }
     }
 
     fn head(&self, from: &str, out: &mut dyn Write) -> Result<()> {
@@ -191,7 +234,9 @@ impl<'a> Plan<'a> {
         let mut line =
             format!("# lostmotion simulate: {} on {}, {frame}", one_line(from), one_line(&self.model.robot.name));
         if self.options.noise_m > 0.0 {
-            line.push_str(&format!(", noise {} um, seed {}", self.options.noise_m * 1e6, self.options.seed));
+            // the decimal that was meant: 30e-6 m are 29.999999999999996 um
+            let um = (self.options.noise_m * 1e12).round() / 1e6;
+            line.push_str(&format!(", noise {um} um, seed {}", self.options.seed));
         }
         line.push('\n');
         let mut head = line.into_bytes();
@@ -247,6 +292,10 @@ impl<'a> Plan<'a> {
         let joint = |text: &mut Vec<u8>, axis: usize, value: f64| {
             number(text, self.model.robot.axis(axis).kind.to_edge(value), JOINT_DECIMALS);
         };
+        let angle = |text: &mut Vec<u8>, axis: usize, value: f64| {
+            let lead = self.model.robot.axis(axis).lead_m_per_rev.unwrap_or(1.0);
+            number(text, value / lead * 360.0, JOINT_DECIMALS);
+        };
         for (i, source) in self.sources.iter().enumerate() {
             if i > 0 {
                 text.push(b',');
@@ -256,6 +305,9 @@ impl<'a> Plan<'a> {
                 Source::Time(decimals) => number(text, self.motion.drive.t_s()[row], decimals),
                 Source::Command(axis) => joint(text, axis, self.motion.drive.command(axis)[row]),
                 Source::Encoder(axis) => joint(text, axis, self.motion.prediction.servo[axis][row]),
+                Source::Screw(axis) => joint(text, axis, self.screws[axis][row]),
+                Source::EncoderAngle(axis) => angle(text, axis, self.motion.prediction.servo[axis][row]),
+                Source::ScrewAngle(axis) => angle(text, axis, self.screws[axis][row]),
                 Source::Joint(axis) => joint(text, axis, self.motion.prediction.joint[axis][row]),
                 Source::Position(k, c) => number(text, points[k][c] * 1e3, POSITION_DECIMALS),
             }

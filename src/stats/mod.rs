@@ -2,6 +2,7 @@
 //!
 //! Rooms:
 //! - [`student`], [`fisher`], [`normal`]: tail probabilities and quantiles.
+//! - [`least_squares`]: weighted linear fits by QR; [`legendre`]: the basis of polynomials.
 //! - [`robust`]: median, scale from the median, and a mean without gross errors.
 //!
 //! Accuracy against scipy (`tests/oracle/stats.py`): tails and quantiles 1e-7 relative (tails of F 1e-6), 1 to 1e7 degrees of
@@ -9,6 +10,8 @@
 //! 1e7) while its tails hold, so quantiles are found here by bisection on the tails.
 
 pub mod fisher;
+pub mod least_squares;
+pub mod legendre;
 pub mod normal;
 pub mod robust;
 pub mod student;

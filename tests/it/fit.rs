@@ -182,3 +182,30 @@ fn a_half_gap_below_zero_is_left_out_and_called_no_gap() {
         assert!(c.evidence.notes.iter().any(|n| n.starts_with(words)), "{words}: {:?}", c.evidence.notes);
     }
 }
+
+#[test]
+fn gaps_that_cannot_be_trusted_are_fitted_by_force_alone_and_say_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let (gaps, out) = (folder.path().join("gaps.yaml"), folder.path().join("comp.yaml"));
+    let robot = kuka();
+    let head = format!("schema: lostmotion/gaps/1\nrobot: {{name: k, sha256: {}}}\n", robot.fingerprint());
+    let note = format!(
+        "notes: [\"{} (variance inflated 18.2 times), the gaps cannot be trusted\"]\n",
+        lostmotion::gaps::DISTRUSTED
+    );
+    std::fs::write(&gaps, head + PATH + &note).unwrap();
+    let fit = |more: &[&str]| {
+        let mut run = assert_cmd::Command::cargo_bin("lostmotion").unwrap();
+        run.args(["fit", "--robot", "configs/kuka-kr120-r2500-pro.yaml", "--gaps"])
+            .arg(&gaps)
+            .arg("--output")
+            .arg(&out);
+        run.args(more).output().unwrap()
+    };
+    let refused = fit(&[]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("cannot be trusted (--force"), "{refused:?}");
+    assert!(!out.exists());
+    assert!(fit(&["--force"]).status.success());
+    assert!(std::fs::read_to_string(&out).unwrap().contains("cannot be trusted"));
+}

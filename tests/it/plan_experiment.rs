@@ -243,6 +243,27 @@ fn what_no_motion_separates_is_said_with_a_reason_and_no_program() {
 }
 
 #[test]
+fn a_page_shows_the_motion_and_every_other_one() {
+    let desk = Desk::new();
+    let model = desk.model("kuka.yaml", KUKA, "effects: []\n");
+    let model = model.to_str().unwrap();
+    for between in [&["--between", "backlash:A2,hysteresis:A2"][..], &[]] {
+        let plan = desk.plan(&[&["--model", model, "--report", "plan.html"], between].concat());
+        let page = std::fs::read_to_string(desk.path("plan.html")).unwrap();
+        crate::report::draws_only_numbers(&page);
+        for motion in plan["motions"].as_array().unwrap() {
+            assert!(page.contains(motion["motion"].as_str().unwrap()), "{motion}");
+        }
+        let moves = if between.is_empty() { 6 } else { 1 };
+        crate::report::with_elements(&page, |all| {
+            let titles =
+                all.iter().filter(|n| n.tag_name().name() == "h3" && n.text().is_some_and(|t| t.starts_with('A')));
+            assert_eq!(titles.count(), moves);
+        });
+    }
+}
+
+#[test]
 fn the_channel_that_would_separate_is_named() {
     let desk = Desk::new();
     let free = desk.model("free.yaml", KUKA, "effects: []\n");

@@ -435,3 +435,26 @@ fn a_zero_compensator_refuses_nothing() {
     let (_, account) = run(&robot, &on_axis(0, 0.0, None), Options::new(6), &one_axis(&[0.0, 300.0]), 10);
     assert_eq!(account.violations_total, 0);
 }
+
+#[test]
+fn a_step_that_takes_several_legs_does_not_cut_their_bends() {
+    let robot = kuka();
+    // coarse points with times: the step of a weak joint takes longer than the leg behind the turn
+    let places = [0.0, -3.0, -3.2, -3.1, -2.2, 0.4, 3.0, 6.0];
+    let mut points = one_axis(&places);
+    points.t_s = vec![0.0, 1.0, 1.2, 1.22, 1.3, 1.5, 2.0, 2.5];
+    let mut weak = robot.clone();
+    let mut joints = weak.joints.clone();
+    joints[0].max_accel = Some(1.0_f64.to_radians());
+    weak = weak.with_geometry(joints, weak.tool);
+    let half_gap = 0.02;
+    let (out, account) = run(&weak, &on_axis(0, half_gap, None), Options::new(6), &points, 4);
+    assert_eq!(account.reversals[0], 1);
+    // no command is farther from the program than the gap
+    for (row, t) in out.q.chunks_exact(6).zip(&out.t_s) {
+        let k = points.t_s.windows(2).position(|w| (w[0]..=w[1]).contains(t)).unwrap();
+        let share = (t - points.t_s[k]) / (points.t_s[k + 1] - points.t_s[k]);
+        let nominal = places[k] + share * (places[k + 1] - places[k]);
+        assert!((row[0] / DEG - nominal).abs() < half_gap + 1e-9, "{t}: {} for {nominal}", row[0] / DEG);
+    }
+}

@@ -111,7 +111,7 @@ fn refuses_a_file_whose_hash_stands_in_a_note_of_its_folder_under_whatever_name(
         sha256_out: lostmotion::io::input::sha256(&b.read("program.csv")),
         robot: named(),
         compensator: named(),
-        options: Vec::new(),
+        ..Note::default()
     };
     leave_note(&b.path("b.csv"), &note).unwrap();
     let run = |extra: &[&str]| {
@@ -224,4 +224,36 @@ fn mistakes_on_the_command_line_are_exit_code_2_and_write_nothing() {
     b.rewrite(&["--model", "model.yaml", "program.csv", "--output", "out.csv", "--initial-direction", "X=+,Y=-"])
         .assert()
         .success();
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_nothing() {
+    use std::io::Write;
+    let bench = Bench::new();
+    let files = || std::fs::read_dir(bench.dir.path()).unwrap().count();
+    let before = files();
+    let mut run = std::process::Command::new(assert_cmd::cargo::cargo_bin("lostmotion"))
+        .current_dir(bench.dir.path())
+        .args(["rewrite", "--model", "model.yaml", "-", "--output", "out.csv"])
+        .stdin(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut stdin = run.stdin.take().unwrap();
+    // the output's temporary file is there, the input goes on
+    let (all, rows) = (circle(0.0), 60);
+    let body = &all[all.find('\n').unwrap() + 1..];
+    stdin.write_all((all.clone() + &body.repeat(rows)).as_bytes()).unwrap();
+    for _ in 0..500 {
+        if files() > before {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    assert!(files() > before, "no temporary file");
+    let kill = std::process::Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    assert_eq!(run.wait().unwrap().code(), Some(130));
+    assert_eq!(files(), before);
 }

@@ -287,3 +287,42 @@ fn refuses_bad_input_with_its_place_and_writes_nothing() {
     let slow = ["--rate-hz", "100000", "--speed-mm-s", "0.001"];
     lostmotion().args(["simulate", "--model", model, "--input", bad.to_str().unwrap()]).args(slow).assert().code(2);
 }
+
+#[test]
+fn the_document_says_what_was_run_and_leaves_the_log_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["--model", "samples/models/kuka-table3.model.yaml", "--input", CIRCLE, "--noise-um", "11"];
+    let plain = std::fs::read(simulate(folder.path(), &args)).unwrap();
+    let out = folder.path().join("with.csv");
+    let run = lostmotion().arg("simulate").args(args).arg("--json").arg("--output").arg(&out).output().unwrap();
+    let told: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+    assert_eq!(std::fs::read(&out).unwrap(), plain);
+    assert_eq!(told["rows"].as_u64().unwrap() as usize, columns(&out)["x_mm"].len());
+    assert_eq!((told["noise_um"].as_f64(), told["seed"].as_u64()), (Some(11.0), Some(1)));
+    assert!(told["effects"].as_array().unwrap().iter().any(|e| e["effect"] == "backlash" && e["joint"] == "A1"));
+    // both on standard output would be neither
+    lostmotion().arg("simulate").args(args).arg("--json").assert().code(2);
+}
+
+#[test]
+fn a_time_offset_shows_sensors_of_joints_as_they_are_later() {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = std::fs::canonicalize("configs/gantry-xyz-ballscrew.yaml").unwrap();
+    let model = folder.path().join("model.yaml");
+    let effects = "effects:\n  - {effect: time_offset, offset_s: 0.05}\n";
+    std::fs::write(&model, format!("schema: lostmotion/model/1\nrobot: {}\n{effects}", robot.display())).unwrap();
+    let at = |t: f64| 200.0 + 50.0 * (0.8 * t).sin();
+    let times: Vec<f64> = (0..400).map(|i| f64::from(i) * 0.02).collect();
+    let mut log = String::from("t_s,cmd_X_mm,cmd_Y_mm,cmd_Z_mm,enc_X_mm,meas_X_mm\n");
+    for t in &times {
+        log += &format!("{t:.3},{:.9},100,100,0,0\n", at(*t));
+    }
+    let input = folder.path().join("in.csv");
+    std::fs::write(&input, log).unwrap();
+    let out = simulate(folder.path(), &["--model", model.to_str().unwrap(), "--input", input.to_str().unwrap()]);
+    let columns = columns(&out);
+    for (i, t) in times.iter().enumerate().take(395).skip(5) {
+        assert!((columns["meas_X_mm"][i] - at(t + 0.05)).abs() < 1e-5, "{t}: {}", columns["meas_X_mm"][i]);
+        assert!((columns["enc_X_mm"][i] - at(*t)).abs() < 1e-5, "{t}: {}", columns["enc_X_mm"][i]);
+    }
+}

@@ -170,3 +170,42 @@ fn table3_machine_with_a_dense_path_beats_the_paper() {
 fn figure5_machine_with_a_dense_path_beats_the_paper() {
     dense_path_beats_the_paper("figure5", &BEFORE_FIGURE5);
 }
+
+#[test]
+#[ignore = "runs the independent simulator"]
+fn every_vendor_format_leaves_on_the_independent_machine_what_the_csv_program_leaves() {
+    use crate::vendor_circle::{circle, robot, written};
+    let folder = tempfile::tempdir().expect("a folder");
+    let work = folder.path();
+    std::fs::write(work.join("robot.yaml"), robot()).expect("written");
+    let model = std::fs::read_to_string(root().join("samples/models/kuka-table3.model.yaml")).expect("a model");
+    let model: Vec<&str> = model.lines().filter(|l| !l.starts_with("robot:")).collect();
+    std::fs::write(work.join("model.yaml"), format!("{}\nrobot: robot.yaml\n", model.join("\n"))).expect("written");
+    let points = circle();
+    let mut csv: Option<Vec<f64>> = None;
+    for format in ["csv", "krl", "rapid", "urscript", "trajectory", "inform", "fanuc"] {
+        let (name, text_of, digit) = written(format, &points);
+        let (file, out) = (work.join(&name), work.join(format!("out-{name}")));
+        std::fs::write(&file, text_of).expect("written");
+        let model = work.join("model.yaml");
+        lostmotion(&["rewrite", "--model", text(&model), text(&file), "--output", text(&out), "--speed-mm-s", "1.5"]);
+        // the joints as the program gives them, for a machine that reads CSV
+        let robot = lostmotion::robot::Robot::load(&work.join("robot.yaml")).expect("a robot");
+        let program = lostmotion::program::Program::load(&out, &robot).expect("a program");
+        let mut rows = String::from("a1_deg,a2_deg,a3_deg,a4_deg,a5_deg,a6_deg\n");
+        for i in 0..program.len() {
+            let row: Vec<String> = program.q.iter().map(|q| format!("{:.9}", q[i].to_degrees())).collect();
+            rows += &(row.join(",") + "\n");
+        }
+        let played = work.join(format!("{format}.played.csv"));
+        std::fs::write(&played, rows).expect("written");
+        let left = score(&played, "table3", "1", "0").total;
+        let own = csv.get_or_insert_with(|| left.clone());
+        // half a digit of each of three joints at 2 m, there and back
+        let rounding_um = 3.0 * digit.to_radians() * 2.0 * 1e6;
+        for (k, (a, b)) in own.iter().zip(&left).enumerate() {
+            assert!(*b < a + 2.0 + rounding_um, "{format}, reversal {k}: {b} um, CSV {a} um");
+        }
+        println!("{format}: {left:.1?} um");
+    }
+}

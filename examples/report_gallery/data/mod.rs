@@ -160,6 +160,7 @@ pub fn page() -> Result<Page> {
             x_name: "time".into(),
             x_unit: "s".into(),
             y_name: String::new(),
+            y_whole: false,
             joints: (0..3)
                 .map(|j| JointTraces {
                     joint: JOINTS[j].into(),
@@ -184,6 +185,7 @@ pub fn page() -> Result<Page> {
             x_name: "time since the reversal".into(),
             x_unit: "s".into(),
             y_name: String::new(),
+            y_whole: false,
             joints: [0, 2]
                 .map(|j| JointTraces {
                     joint: JOINTS[j].into(),

@@ -5,12 +5,14 @@ use crate::assess::circle::{Measured, Nominal};
 use crate::compensator::Compensator;
 use crate::error::{Error, Result};
 use crate::identify::path::PathFound;
-use crate::io::output::{Output, write_whole};
+use crate::io::output::{Manner, Output, write_whole};
 use crate::log::Log;
 use crate::model::Model;
 use crate::program::Program;
+use crate::program::files::Files;
 use crate::rewrite::job::{Job, Target};
-use crate::rewrite::stream::guard::Named;
+use crate::rewrite::script::Choices;
+use crate::rewrite::stream::guard::{Named, Notes};
 use crate::rewrite::{Options, Points, printed};
 use crate::robot::Robot;
 use crate::simulate::{self, Motion, Timing, predicted};
@@ -23,6 +25,11 @@ const NOISE_M: f64 = 11e-6;
 /// Rewrites one file into another, as the command does.
 pub fn rewrite(robot: &Robot, compensator: &Compensator, options: Options, from: &Path, to: &Path) -> Result<()> {
     let job = Job {
+        files: Files::Disk,
+        format: None,
+        choices: Choices::default(),
+        manner: Manner::Safe,
+        notes: Notes::default(),
         robot,
         compensator,
         source: Named { name: "compensator.yaml".into(), sha256: String::new() },

@@ -1,10 +1,9 @@
 //! `lostmotion identify static`.
 
-use crate::cli::{logs, page, paths};
-use crate::error::{Error, Place, Result, is_stdio};
-use crate::gaps::file::{to_json, to_yaml};
+use super::common::{LogArgs, ResultArgs, Shown};
+use crate::cli::{logs, page};
+use crate::error::{Error, Place, Result};
 use crate::identify::static_test::{self, Knots, Options, display, document};
-use crate::io::output::{self, write_whole};
 use crate::log::dwells::DwellOptions;
 use crate::model::Model;
 use crate::robot::Robot;
@@ -34,24 +33,13 @@ pub struct Args {
     /// Robot file (YAML)
     #[arg(long, value_name = "FILE", required_unless_present = "model")]
     pub robot: Option<PathBuf>,
-    /// Measurement log (CSV, .gz), `-` for standard input; give it once per file
-    #[arg(long = "log", value_name = "FILE", required = true)]
-    pub logs: Vec<PathBuf>,
-    /// Column map (YAML) for a log with other names, units, separators: theirs -> ours
-    #[arg(long, value_name = "FILE")]
-    pub columns: Option<PathBuf>,
+    #[command(flatten)]
+    pub input: LogArgs,
     /// Model file whose registration is known; else it is found from the logs
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
-    /// Write the result here (YAML; JSON where the name ends in .json)
-    #[arg(long, short, value_name = "FILE")]
-    pub output: Option<PathBuf>,
-    /// Print the result as one JSON document
-    #[arg(long)]
-    pub json: bool,
-    /// Write a self-contained HTML page with figures and tables here
-    #[arg(long, value_name = "FILE.html")]
-    pub report: Option<PathBuf>,
+    #[command(flatten)]
+    pub result: ResultArgs,
     /// Shortest dwell in seconds, where no trigger or cycle column marks them
     #[arg(long, value_name = "S", default_value_t = 0.5)]
     pub min_dwell_s: f64,
@@ -80,23 +68,10 @@ pub fn run(args: Args) -> Result<()> {
     {
         return Err(Error::bad(Place::file("--settle-s"), s.to_string(), "seconds, 0 or more"));
     }
-    let to_stdout = args.output.as_deref().is_some_and(is_stdio);
-    if args.json && to_stdout {
-        return Err(Error::bad(Place::file("--output"), "`-` together with --json", "one document on standard output"));
-    }
-    let inputs: Vec<paths::Named> = [
-        ("--robot", args.robot.as_deref()),
-        ("--columns", args.columns.as_deref()),
-        ("--model", args.model.as_deref()),
-    ]
-    .into_iter()
-    .chain(args.logs.iter().map(|p| ("--log", Some(p.as_path()))))
-    .collect();
-    paths::refuse_shared(&inputs, &[("--output", args.output.as_deref()), ("--report", args.report.as_deref())])?;
-    let mut output = output::create(args.output.as_deref())?;
-    let mut report = output::create(args.report.as_deref())?;
+    let opened =
+        args.result.open(&args.input, &[("--robot", args.robot.as_deref()), ("--model", args.model.as_deref())])?;
     let (robot, registration) = machine(args.robot.as_deref(), args.model.as_deref())?;
-    let logs = logs::load(&args.logs, args.columns.as_deref(), &robot)?;
+    let logs = logs::load(&args.input.logs, args.input.columns.as_deref(), &robot)?;
     logs::refuse_repeats(&logs)?;
     let options = Options {
         dwell: DwellOptions { min_s: args.min_dwell_s, settle_s: args.settle_s },
@@ -105,25 +80,8 @@ pub fn run(args: Args) -> Result<()> {
     };
     let found = static_test::identify(&robot, &logs, &options)?;
     let doc = document::document(&found, &robot);
-    if let (Some(path), Some(out)) = (&args.output, &mut output) {
-        let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
-        let text = if json { to_json(&doc)? } else { to_yaml(&doc)? };
-        out.put(text.as_bytes())?;
-    }
-    page::write(&mut report, || page::gaps::of_static(&robot, &found))?;
-    output::commit([output, report])?;
-    let table = display::table(&found, &robot);
-    if args.json {
-        write_whole(Path::new("-"), to_json(&doc)?.as_bytes())?;
-    } else if to_stdout {
-        eprint!("{table}");
-    } else {
-        write_whole(Path::new("-"), table.as_bytes())?;
-    }
-    for note in &found.gaps.notes {
-        eprintln!("note: {note}");
-    }
-    Ok(())
+    let shown = Shown { document: &doc, table: &display::table(&found, &robot), notes: &found.gaps.notes };
+    args.result.finish(opened, &shown, || page::gaps::of_static(&robot, &found))
 }
 
 /// The robot, and the registration where a model brings one.

@@ -4,6 +4,7 @@
 use super::{milli, milli2};
 use crate::effect::Decay;
 use crate::gaps::{Gaps, JointGap};
+use crate::identify::deadzone;
 use crate::identify::path::PathFound;
 use crate::identify::static_test::Found;
 use crate::report::{
@@ -12,14 +13,18 @@ use crate::report::{
 };
 use crate::robot::{JointKind, Robot};
 
+/// Half gaps of revolute joints from here on are shown in degrees, not in thousandths: those of tendons, not of gears.
+const WIDE_DEG: f64 = 0.1;
+
 /// Table of gaps, then the gap over position where points were tested.
 pub fn sections(page: &mut Page, robot: &Robot, gaps: &Gaps, from: &str) {
     let rows: Vec<GapRow> = gaps.joints.iter().map(|j| row(robot, j)).collect();
-    page.section(
-        format!("Half gaps from {from}"),
-        "With 95 % intervals. Thousandths of a degree (mdeg) or micrometres.",
-        rows,
-    );
+    let unit = if page.joints.iter().any(|j| j.wide_gaps) {
+        "With 95 % intervals. Degrees, or micrometres of a prismatic joint."
+    } else {
+        "With 95 % intervals. Thousandths of a degree (mdeg) or micrometres."
+    };
+    page.section(format!("Half gaps from {from}"), unit, rows);
     if gaps.points.len() > gaps.joints.len() {
         let joints = gaps.joints.iter().map(|j| over_position(robot, gaps, j)).collect();
         page.section(
@@ -125,7 +130,7 @@ pub fn traces(page: &mut Page, robot: &Robot, runs: &[(&str, Role, &PathFound)])
         "Joint errors step at each reversal",
         "Actual minus commanded joint position from the measured TCP (inverse of the position Jacobian of the free joints, \
          registration fitted together with the gaps), averaged; the line is the identified model; marks where the joint turns.",
-        TracesView { x_name: "time".into(), x_unit: "s".into(), y_name: String::new(), joints },
+        TracesView { x_name: "time".into(), x_unit: "s".into(), y_name: String::new(), y_whole: false, joints },
     );
 }
 
@@ -139,6 +144,21 @@ pub fn of_static(robot: &Robot, found: &Found) -> Page {
         "static tests",
         method::STATIC_GAP,
     )
+}
+
+/// Page of `identify deadzone`.
+pub fn of_deadzones(robot: &Robot, found: &deadzone::Found) -> Page {
+    let mut page = of_gaps(
+        robot,
+        &found.gaps,
+        "identify deadzone",
+        "Deadzones from growing sweeps",
+        "the sweeps",
+        method::DEADZONE,
+    );
+    page.sections.pop();
+    page.section("", "", vec![method::DEADZONE, method::PLAY]);
+    page
 }
 
 /// Page of `identify path`.
@@ -169,15 +189,26 @@ fn of_gaps(robot: &Robot, gaps: &Gaps, command: &str, title: &str, from: &str, m
         [one] => format!("{one} has a gap that exceeds its uncertainty."),
         names => format!("{} have gaps that exceed their uncertainty.", names.join(", ")),
     };
-    page.verdict(Tone::Plain, text);
+    match gaps.distrusted() {
+        Some(note) => page.verdict(Tone::Bad, format!("{note}.")),
+        None => page.verdict(Tone::Plain, text),
+    };
+    let wide =
+        |j: &JointGap| robot.axis(j.axis).kind == JointKind::Revolute && j.half_gap.abs().to_degrees() >= WIDE_DEG;
+    let wide = gaps.joints.iter().any(wide);
+    for joint in &mut page.joints {
+        joint.wide_gaps = wide && joint.kind == JointKind::Revolute;
+    }
     for j in &gaps.joints {
-        let kind = robot.axis(j.axis).kind;
-        let unit = if kind == JointKind::Revolute { "mdeg" } else { "µm" };
-        let [lo, hi] = milli2(robot, j.axis, j.ci95);
-        page.tile(
-            Tile::number(format!("half gap of {}", robot.axis(j.axis).name), milli(robot, j.axis, j.half_gap), 2, unit)
-                .with_detail(format!("95 %: {lo:.2} to {hi:.2}")),
-        );
+        let (factor, unit, decimals) = match robot.axis(j.axis).kind {
+            JointKind::Revolute if wide => (1e-3, "deg", 4),
+            JointKind::Revolute => (1.0, "mdeg", 2),
+            JointKind::Prismatic => (1.0, "µm", 2),
+        };
+        let [lo, hi] = milli2(robot, j.axis, j.ci95).map(|v| v * factor);
+        let value = milli(robot, j.axis, j.half_gap) * factor;
+        let tile = Tile::number(format!("half gap of {}", robot.axis(j.axis).name), value, decimals, unit);
+        page.tile(tile.with_detail(format!("95 %: {lo:.decimals$} to {hi:.decimals$}")));
     }
     if let Some(r) = &gaps.registration {
         page.option(

@@ -1,19 +1,27 @@
 //! Results -> report pages: which finding goes into which section. No mathematics, no drawing.
 //!
 //! Rooms:
+//! - [`bidirectional`]: positions reached from both sides.
 //! - [`circle`]: circles before and after, side by side for any number of runs.
-//! - [`gaps`]: what an identification found; joint error traces of a path.
+//! - [`gaps`]: what an identification found; joint error traces of a path; [`screw`]: two gaps in series.
 //! - [`compensator`]: offsets, and what was left out; [`rewrite`]: what was done to a program.
 //! - [`diagnose`]: what a model lacks, and how that was found.
 //! - [`impact`]: what a gap costs at the TCP; [`simulate`]: what was run on which machine.
+//! - [`plan`]: the motion that decides, and what it would show.
+//! - [`learn`]: errors of learned kinematics; [`track`]: a path and what the joints do along it.
 
+pub mod bidirectional;
 pub mod circle;
 pub mod compensator;
 pub mod diagnose;
 pub mod gaps;
 pub mod impact;
+pub mod learn;
+pub mod plan;
 pub mod rewrite;
+pub mod screw;
 pub mod simulate;
+pub mod track;
 
 use crate::error::Result;
 use crate::io::output::Output;

@@ -4,6 +4,9 @@ use super::milli;
 use crate::compensator::Compensator;
 use crate::report::{Page, TableView, Tile, Tone};
 use crate::rewrite::job::Outcome;
+use crate::rewrite::script::change::Change;
+use crate::rewrite::script::coverage::Reason;
+use crate::rewrite::script::job::Vendor;
 use crate::robot::Robot;
 
 pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome) -> Page {
@@ -15,13 +18,17 @@ pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome) -
     let a = &outcome.account;
     match (&outcome.refusal, outcome.unchanged) {
         (Some(reason), _) => page.verdict(Tone::Bad, format!("Refused: {}", reason.lines().next().unwrap_or_default())),
-        (None, true) => page.verdict(Tone::Plain, "Nothing to compensate: the output is the input, byte for byte."),
+        (None, true) => page.verdict(Tone::Plain, "Nothing to compensate: the output equals the input, byte for byte."),
         (None, false) => {
-            page.verdict(Tone::Good, format!("{} points read, {} added, every limit kept.", a.points, a.inserted))
+            let added = if outcome.output.is_some() { "added" } else { "to be added" };
+            let known = robot.axis_joints().any(|j| j.limits.is_some() || j.max_speed.is_some());
+            let limits = if known { "every limit kept" } else { "no limit known: the robot file has none" };
+            page.verdict(Tone::Good, format!("{} points read, {} {added}, {limits}.", a.points, a.inserted))
         }
     };
     page.tile(Tile::text("reversals", a.reversals.iter().sum::<u64>().to_string(), ""));
-    page.tile(Tile::text("points added", a.inserted.to_string(), ""));
+    let added = if outcome.output.is_some() { "points added" } else { "points to be added" };
+    page.tile(Tile::text(added, a.inserted.to_string(), ""));
     page.tile(Tile::number("largest change at the TCP", a.largest_change_m * 1e6, 1, "µm"));
     let per = |v: &[f64], k: usize| format!("{:.3}", milli(robot, k, v.get(k).copied().unwrap_or(0.0)));
     let rows = (0..robot.dof())
@@ -39,10 +46,49 @@ pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome) -
         "\u{201c}Left\u{201d} is what the command must leave because it may not turn back while friction fades.",
         TableView { columns, rows },
     );
+    if let Some(v) = &outcome.vendor {
+        vendor(&mut page, v, robot);
+    }
     super::compensator::sections(&mut page, robot, compensator);
     if let Some(reason) = &outcome.refusal {
         page.section("Why nothing was written", "", reason.lines().map(str::to_string).collect::<Vec<_>>());
     }
     page.section("", "", super::compensator::methods());
     page
+}
+
+/// Changes that a page lists.
+const LISTED: usize = 500;
+
+/// What of a vendor program can be edited, and what was.
+fn vendor(page: &mut Page, v: &Vendor, robot: &Robot) {
+    let text = |list: &[(&str, bool)]| list.iter().map(|(h, right)| ((*h).to_string(), *right)).collect();
+    page.tile(Tile::text("format", v.title, ""));
+    page.tile(Tile::text("moves edited", format!("{} of {}", v.coverage.editable, v.coverage.moves), ""));
+    if !v.coverage.reasons.is_empty() {
+        let row = |r: &Reason| vec![r.why.clone(), r.moves.to_string(), r.lines_text()];
+        let rows = v.coverage.reasons.iter().map(row).collect();
+        let columns = text(&[("why", false), ("moves", true), ("where", false)]);
+        page.section("Moves that stay as they are", "", TableView { columns, rows });
+    }
+    let mut words: Vec<String> = Vec::new();
+    words.extend(v.gaps.iter().map(|g| format!("line {}: directions are lost at {}", g.at.line, g.why)));
+    words.extend(v.notes.iter().map(|n| format!("line {}: {}", n.place.line, n.text)));
+    if !words.is_empty() {
+        page.section("Remarks", "", words);
+    }
+    if !v.changes.is_empty() {
+        let row = |c: &Change| {
+            let unit = |n: &str| robot.axis_named(n).map_or("", |a| robot.axis(a).kind.unit());
+            let joints: Vec<String> = c.joints.iter().map(|(n, x)| format!("{n} {x:+.6} {}", unit(n))).collect();
+            let what = if c.added { "new point" } else { "changed" };
+            vec![c.line.to_string(), what.into(), joints.join(", "), format!("{:.1}", c.tcp_um)]
+        };
+        let rows = v.changes.iter().take(LISTED).map(row).collect();
+        let columns = text(&[("line", true), ("what", false), ("joints", false), ("at the TCP, µm", true)]);
+        let more = v.changes.len().saturating_sub(LISTED);
+        let note =
+            if more > 0 { format!("The first {LISTED}; {more} more are in the JSON document.") } else { String::new() };
+        page.section("Change by change", note, TableView { columns, rows });
+    }
 }

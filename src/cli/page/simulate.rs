@@ -1,6 +1,7 @@
 //! Page of `simulate`: what was run on which machine.
 
 use crate::effect::{Effect, Placed, catalogue};
+use crate::error::counted;
 use crate::model::Model;
 use crate::report::{Page, TableView, Tile, Tone, method};
 use crate::simulate::Written;
@@ -15,7 +16,10 @@ pub fn of_run(model: &Model, input: &From, written: &Written) -> Page {
     let robot = &model.robot;
     let mut page = super::start("simulate", "A predicted log", robot);
     page.file("input", input.name.clone(), input.sha256.clone());
-    page.verdict(Tone::Plain, format!("{} rows predicted with {} effects.", written.rows, model.effects.len()));
+    page.verdict(
+        Tone::Plain,
+        format!("{} predicted with {}.", counted(written.rows, "row"), counted(model.effects.len(), "effect")),
+    );
     page.tile(Tile::text("rows", written.rows.to_string(), ""));
     let row = |e: &Placed| {
         let parameters: Vec<String> = match &e.effect {

@@ -2,7 +2,7 @@
 //!
 //! The story: a log becomes bins ([`prepare`], [`bins`]); every joint that reverses gets the error chain of the effect
 //! catalogue with exact derivatives ([`chain`]); the tracker's frame and rigid errors of the links are projected out
-//! ([`nuisance`], [`problem`]) instead of being fitted first, because a lag on a path that goes round in one direction looks like
+//! ([`nuisance`], [`problem`], `reduced`) instead of being fitted first, because a lag on a path that goes round in one direction looks like
 //! a turned frame; gaps, spikes and decays are fitted together ([`solve`]); tests say which of them the data ask for ([`select`]);
 //! intervals ([`interval`]), the gap at each reversal ([`reversal`]) and error traces ([`trace`]) follow.
 //!
@@ -18,6 +18,7 @@ mod mirror;
 pub mod nuisance;
 pub mod prepare;
 pub mod problem;
+mod reduced;
 pub mod reversal;
 pub mod select;
 pub mod solve;
@@ -27,7 +28,7 @@ pub mod trace;
 use crate::compensator::Compensator;
 use crate::effect::{Decay, GapCurve};
 use crate::error::{Error, Place, Result};
-use crate::gaps::{GapPoint, Gaps, JointGap, LogRef, Registered, StictionFound};
+use crate::gaps::{DISTRUSTED, GapPoint, Gaps, JointGap, LogRef, Registered, StictionFound};
 use crate::log::Log;
 use crate::model::Model;
 use crate::robot::Robot;
@@ -180,9 +181,10 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
         notes.insert(
             0,
             format!(
-                "the model does not describe this log (variance inflated {:.1} times), the gaps cannot be trusted: check the order and \
-                 sign of the x, y, z columns, units and the robot file",
-                selected.inflation
+                "{DISTRUSTED} (variance inflated {:.1} times), the gaps cannot be trusted: check {}the order and sign of the x, y, z \
+                 columns, units and the robot file",
+                selected.inflation,
+                if held.is_empty() { "" } else { "the gaps given as known, " }
             ),
         );
     }
@@ -321,6 +323,7 @@ fn joint(g: usize, problem: &Problem, s: &Selected, cov: &Covariance, t95: f64) 
         half_gap,
         ci95,
         significant: half_gap - t95 * sigma > 0.0,
+        sides: None,
         schedule,
         varies_p_value: s.varies_p[g],
         stiction: stiction.map(|i| StictionFound {

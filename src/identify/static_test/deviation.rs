@@ -10,7 +10,7 @@ use super::readings::{Pair, Readings};
 use super::summary::{HalfGap, Table};
 use crate::log::Log;
 use crate::log::dwells::{Dwell, count};
-use crate::robot::{Chain, Robot};
+use crate::robot::{Chain, JointKind, Robot};
 use crate::stats::robust::median;
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
@@ -174,8 +174,9 @@ pub fn half_gaps(robot: &Robot, logs: &[Log], readings: &mut Readings, frame: Op
             readings.notes.push(format!("{}: pairs left out, without the tracker: {lost}", joint.name));
         }
         if blind > 0 {
+            let per = if joint.kind == JointKind::Revolute { "mm per radian" } else { "um per mm" };
             readings.notes.push(format!(
-                "{}: pairs left out, as the joint moves the TCP by less than {} mm per radian there: {blind}",
+                "{}: pairs left out, as the joint moves the TCP by less than {} {per} there: {blind}",
                 joint.name,
                 LEAST_LEVER * 1e3
             ));

@@ -128,6 +128,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found>
             half_gap: summary.half_gap,
             ci95: summary.ci95,
             significant: summary.ci95[0] > 0.0 || summary.ci95[1] < 0.0,
+            sides: None,
             schedule: schedule.as_ref().map(|s| exported(s, options.knots)),
             varies_p_value: summary.gate.as_ref().map(|g| g.p_value),
             stiction: None,

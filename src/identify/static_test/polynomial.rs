@@ -5,7 +5,7 @@
 
 use super::summary::{Summary, mapped};
 use crate::effect::GapCurve;
-use crate::stats::fisher;
+use crate::stats::{fisher, legendre};
 use nalgebra::{DMatrix, DVector};
 
 /// Highest degree that is tried.
@@ -38,7 +38,7 @@ pub fn fits(summary: &Summary) -> Vec<Fit> {
     let mut fits = Vec::new();
     for degree in 0..=highest {
         let k = degree + 1;
-        let design = DMatrix::from_fn(n, k, |i, j| legendre(j, u[i]));
+        let design = DMatrix::from_fn(n, k, |i, j| legendre::value(j, u[i]));
         let scaled = DMatrix::from_fn(n, k, |i, j| r[i].sqrt() * design[(i, j)]);
         let qr = scaled.qr();
         let Some(c) = qr.r().solve_upper_triangular(&(qr.q().transpose() * &weighted)) else { break };
@@ -64,46 +64,9 @@ pub fn explaining(fits: &[Fit]) -> Option<&Fit> {
     fits.iter().find(|f| f.p_value > EXPLAINS)
 }
 
-fn legendre(k: usize, u: f64) -> f64 {
-    let (mut before, mut now) = (1.0, u);
-    if k == 0 {
-        return before;
-    }
-    for j in 1..k {
-        let j = j as f64;
-        (before, now) = (now, ((2.0 * j + 1.0) * u * now - j * before) / (j + 1.0));
-    }
-    now
-}
-
 /// The fit as `sum c_k p^k` over the tested range.
 pub fn curve(fit: &Fit, range: [f64; 2]) -> GapCurve {
-    let k = fit.legendre.len();
-    // powers of u: P_0 = 1, P_1 = u, (j + 1) P_{j+1} = (2j + 1) u P_j - j P_{j-1}
-    let mut rows: Vec<Vec<f64>> = vec![vec![0.0; k]; k.max(2)];
-    rows[0][0] = 1.0;
-    if k > 1 {
-        rows[1][1] = 1.0;
-    }
-    for j in 1..k.saturating_sub(1) {
-        let f = j as f64;
-        for m in 0..k {
-            let up = if m > 0 { rows[j][m - 1] } else { 0.0 };
-            rows[j + 1][m] = ((2.0 * f + 1.0) * up - f * rows[j - 1][m]) / (f + 1.0);
-        }
-    }
-    let in_u: Vec<f64> = (0..k).map(|m| (0..k).map(|j| fit.legendre[j] * rows[j][m]).sum()).collect();
-    // u = a p + b, by Horner on polynomials of p
-    let [lo, hi] = range;
-    let (a, b) = (2.0 / (hi - lo), -(lo + hi) / (hi - lo));
-    let mut coefficients = vec![0.0; k];
-    for c in in_u.iter().rev() {
-        for m in (0..k).rev() {
-            let below = if m > 0 { coefficients[m - 1] } else { 0.0 };
-            coefficients[m] = coefficients[m] * b + below * a;
-        }
-        coefficients[0] += c;
-    }
+    let coefficients = legendre::in_powers(&fit.legendre, range);
     GapCurve::Polynomial { coefficients, range }
 }
 
@@ -127,7 +90,7 @@ mod tests {
         for i in 0..=10 {
             let p = range[0] + (range[1] - range[0]) * f64::from(i) / 10.0;
             let u = (2.0 * p - range[0] - range[1]) / (range[1] - range[0]);
-            let want: f64 = fit.legendre.iter().enumerate().map(|(k, c)| c * legendre(k, u)).sum();
+            let want: f64 = fit.legendre.iter().enumerate().map(|(k, c)| c * legendre::value(k, u)).sum();
             assert!((curve.at(p) - want).abs() < 1e-18, "{p}");
         }
     }

@@ -4,6 +4,7 @@
 use super::axes::{Frame, Scale, Size, extent, from_zero, usable, widen};
 use super::joints::Joints;
 use super::{dropped_note, line, nothing};
+use crate::error::counted;
 use crate::report::figures::{GapPointView, GapsView, JointGapView};
 use crate::report::number::{interval, number, px};
 use maud::{Markup, html};
@@ -27,7 +28,26 @@ pub fn draw(view: &GapsView, joints: &Joints) -> Markup {
     }
 }
 
+/// The same in the unit that the page shows gaps in.
+fn scaled(joint: &JointGapView, factor: f64) -> JointGapView {
+    let mut joint = joint.clone();
+    for p in &mut joint.points {
+        p.half_gap_milli *= factor;
+        p.ci95_milli.iter_mut().chain(&mut p.per_cycle_milli).for_each(|v| *v *= factor);
+    }
+    if let Some((value, ci95)) = &mut joint.constant_milli {
+        *value *= factor;
+        ci95.iter_mut().for_each(|v| *v *= factor);
+    }
+    if let Some(s) = &mut joint.schedule {
+        s.half_gap_milli.iter_mut().chain(s.band_milli.iter_mut().flatten()).for_each(|v| *v *= factor);
+    }
+    joint
+}
+
 fn panel(joint: &JointGapView, joints: &Joints) -> Markup {
+    let (factor, gap_unit, decimals) = joints.gaps(&joint.joint);
+    let joint = &scaled(joint, factor);
     let points = || joint.points.iter();
     let schedule = || joint.schedule.iter();
     let xs = extent(points().map(|p| p.at_deg_mm).chain(schedule().flat_map(|s| s.at_deg_mm.iter().copied())));
@@ -41,7 +61,7 @@ fn panel(joint: &JointGapView, joints: &Joints) -> Markup {
             .chain(constant),
     );
     let name = &joint.joint;
-    let (unit, milli) = (joints.unit(name), joints.milli_unit(name));
+    let unit = joints.unit(name);
     let frame = Frame::new(
         Size { top: 24.0, height: 224.0, ..Size::SMALL },
         widen(xs.unwrap_or([0.0, 0.0]), 0.05),
@@ -57,10 +77,10 @@ fn panel(joint: &JointGapView, joints: &Joints) -> Markup {
             @if ys.is_none() { (nothing("no value of this joint is a finite number")) }
             @else {
                 svg role="img" aria-label=(format!("Half gap of joint {name} over its position: {}", joint.finding)) viewBox=(frame.size.view_box()) {
-                    (frame.axes(&format!("position, {unit}"), &format!("half gap, {milli}")))
+                    (frame.axes(&format!("position, {unit}"), &format!("half gap, {gap_unit}")))
                     @if let Some((value, ci)) = joint.constant_milli { @if usable(value) { (constant_line(&frame, value, ci)) } }
                     @if let Some(s) = &joint.schedule { (schedule_line(&frame, s)) }
-                    @for p in points().filter(|p| !bad(p)) { (point(&frame, p, unit, milli)) }
+                    @for p in points().filter(|p| !bad(p)) { (point(&frame, p, unit, gap_unit, decimals)) }
                 }
             }
             (dropped_note(dropped))
@@ -93,7 +113,7 @@ fn schedule_line(frame: &Frame, s: &crate::report::figures::ScheduleView) -> Mar
     }
 }
 
-fn point(frame: &Frame, p: &GapPointView, unit: &str, milli: &str) -> Markup {
+fn point(frame: &Frame, p: &GapPointView, unit: &str, gap_unit: &str, decimals: usize) -> Markup {
     let (x, y) = (frame.x.at(p.at_deg_mm), frame.y.at(p.half_gap_milli));
     let n = p.per_cycle_milli.len() as f64;
     // cycles stand side by side in their order, within 10 px
@@ -101,11 +121,15 @@ fn point(frame: &Frame, p: &GapPointView, unit: &str, milli: &str) -> Markup {
     let cycles = p.per_cycle_milli.iter().enumerate().filter(|(_, v)| usable(**v));
     let dots = line::dots(cycles.map(|(k, v)| [x + (k as f64 - (n - 1.0) / 2.0) * step, frame.y.at(*v)]));
     let said = format!(
-        "{} {unit}: {} {milli} ({}), {} cycles",
+        "{} {unit}: {} {gap_unit} ({}){}",
         number(p.at_deg_mm, 1),
-        number(p.half_gap_milli, 2),
-        interval(p.ci95_milli, 2),
-        p.per_cycle_milli.len()
+        number(p.half_gap_milli, decimals),
+        interval(p.ci95_milli, decimals),
+        if p.per_cycle_milli.is_empty() {
+            String::new()
+        } else {
+            format!(", {}", counted(p.per_cycle_milli.len(), "cycle"))
+        }
     );
     html! {
         @if !dots.is_empty() { path.cycles d=(dots) {} }

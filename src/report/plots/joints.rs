@@ -32,6 +32,12 @@ impl Joints<'_> {
         if self.is_prismatic(name) { "µm" } else { "mdeg" }
     }
 
+    /// How gaps are shown: factor of thousandths, unit, decimals.
+    pub fn gaps(&self, name: &str) -> (f64, &'static str, usize) {
+        let wide = self.index(name).is_some_and(|i| self.0[i].wide_gaps);
+        if wide { (1e-3, self.unit(name), 4) } else { (1.0, self.milli_unit(name), 2) }
+    }
+
     /// Whether positions are angles.
     pub fn is_prismatic(&self, name: &str) -> bool {
         self.index(name).is_some_and(|i| self.0[i].kind == JointKind::Prismatic)

@@ -30,7 +30,7 @@ pub fn draw(view: &TracesView, joints: &Joints) -> Markup {
             runs.push(r);
         }
     }
-    let has_model = panels().flat_map(|p| &p.runs).any(|r| !r.model_x.is_empty());
+    let has_model = !view.y_whole && panels().flat_map(|p| &p.runs).any(|r| !r.model_x.is_empty());
     let model: &[(&str, &str)] = if has_model { &[("model", "model")] } else { &[] };
     html! {
         div.legends {
@@ -64,6 +64,7 @@ fn row(view: &TracesView, joint: &JointTraces, joints: &Joints) -> Markup {
 
 fn draw_panel(view: &TracesView, joint: &JointTraces, panel: &TracePanel, frame: &Frame, joints: &Joints) -> Markup {
     let quantity = if view.y_name.is_empty() { "error" } else { &view.y_name };
+    let unit = if view.y_whole { joints.unit(&joint.joint) } else { joints.milli_unit(&joint.joint) };
     let label = format!("{} of joint {}, {}, over {}", quantity, joint.joint, panel.title, view.x_name);
     let mut dropped = 0;
     let drawn: Vec<_> = panel
@@ -82,7 +83,7 @@ fn draw_panel(view: &TracesView, joint: &JointTraces, panel: &TracePanel, frame:
         figure.panel {
             @if !panel.title.is_empty() { figcaption { (panel.title) } }
             svg role="img" aria-label=(label) viewBox=(frame.size.view_box()) {
-                (frame.axes(&format!("{}, {}", view.x_name, view.x_unit), &format!("{quantity}, {}", joints.milli_unit(&joint.joint))))
+                (frame.axes(&format!("{}, {}", view.x_name, view.x_unit), &format!("{quantity}, {unit}")))
                 (marks(&panel.marks, &joint.joint, frame, joints))
                 @for (class, few, dots, _) in &drawn {
                     @if !dots.is_empty() { path.dots.few[*few].(class) d=(dots) {} }

@@ -10,15 +10,15 @@ use crate::compensator::{Compensator, JointCompensator};
 use crate::error::{Error, Place, Result, is_stdio};
 use crate::io::output::write_whole;
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 pub const SCHEMA: &str = "lostmotion/rewritten/1";
 const ENDING: &str = ".lostmotion.json";
-/// A folder with more entries than this is not searched; only the note with the input's own name counts.
-const MOST_ENTRIES: usize = 10_000;
 
 /// The note beside a rewritten file.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Note {
     pub schema: String,
     /// Version of the program that wrote the file.
@@ -32,10 +32,36 @@ pub struct Note {
     pub robot: Named,
     pub compensator: Named,
     pub options: Vec<String>,
+    /// As in a summary line.
+    #[serde(default)]
+    pub moves: u64,
+    #[serde(default)]
+    pub editable: u64,
+    #[serde(default)]
+    pub reversals: u64,
+    #[serde(default)]
+    pub inserted: u64,
+    /// The input's bytes, for `undo` ([`super::super::original`]); a large program is not kept.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub original: Option<String>,
+    /// Further files of the program.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub companions: Vec<Companion>,
+}
+
+/// A file that belongs to a program, such as the `.dat` of a `.src`.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Companion {
+    pub input: String,
+    pub output: String,
+    pub sha256_in: String,
+    pub sha256_out: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub original: Option<String>,
 }
 
 /// Name and SHA-256.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Named {
     pub name: String,
     pub sha256: String,
@@ -65,26 +91,47 @@ pub fn leave_note(file: &Path, note: &Note) -> Result<bool> {
     Ok(true)
 }
 
-/// SHA-256 of the files that were rewritten, as the notes in the folder of `input` have it.
-pub fn rewritten_beside(input: &Path) -> Vec<String> {
-    if is_stdio(input) {
-        return Vec::new();
-    }
-    let mut notes = vec![note_path(input)];
-    let folder = match input.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p,
-        _ => Path::new("."),
-    };
-    if let Ok(entries) = std::fs::read_dir(folder) {
-        let names: Vec<PathBuf> = entries.take(MOST_ENTRIES + 1).filter_map(|e| e.ok().map(|e| e.path())).collect();
-        if names.len() <= MOST_ENTRIES {
-            notes.extend(names.into_iter().filter(|p| is_note(p)));
+/// Reads the note of a file; `None`: there is none, or it is none of ours.
+pub fn read_note(file: &Path) -> Option<Note> {
+    let note = serde_json::from_slice::<Note>(&std::fs::read(note_path(file)).ok()?).ok()?;
+    (note.schema == SCHEMA).then_some(note)
+}
+
+/// One word for the SHA-256 of all files of a program: a program is known by all of them, as a change may stand in one alone.
+pub fn together<'a>(hashes: impl Iterator<Item = &'a String>) -> String {
+    hashes.map(String::as_str).collect::<Vec<_>>().join("+")
+}
+
+/// SHA-256 of the files that were rewritten, folder by folder, each folder read once.
+#[derive(Debug, Default)]
+pub struct Notes {
+    folders: Mutex<HashMap<PathBuf, Arc<Vec<String>>>>,
+}
+
+impl Notes {
+    /// As the notes in the folder of `input` have it.
+    pub fn beside(&self, input: &Path) -> Arc<Vec<String>> {
+        if is_stdio(input) {
+            return Arc::default();
         }
+        let folder = match input.parent() {
+            Some(p) if !p.as_os_str().is_empty() => p,
+            _ => Path::new("."),
+        };
+        // a thread that failed while it read leaves at most a folder unread
+        let mut folders = self.folders.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = folders.get(folder) {
+            return Arc::clone(known);
+        }
+        let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(|e| e.ok().map(|e| e.path()));
+        let read = |p: PathBuf| serde_json::from_slice::<Note>(&std::fs::read(p).ok()?).ok();
+        let notes = entries.filter(|p| is_note(p)).filter_map(read).filter(|n| n.schema == SCHEMA);
+        let whole =
+            |n: Note| together(std::iter::once(&n.sha256_out).chain(n.companions.iter().map(|c| &c.sha256_out)));
+        let found: Arc<Vec<String>> = Arc::new(notes.map(whole).collect());
+        folders.insert(folder.to_path_buf(), Arc::clone(&found));
+        found
     }
-    notes.sort();
-    notes.dedup();
-    let read = |p: &PathBuf| serde_json::from_slice::<Note>(&std::fs::read(p).ok()?).ok();
-    notes.iter().filter_map(read).filter(|n| n.schema == SCHEMA).map(|n| n.sha256_out).collect()
 }
 
 const ALREADY: &str = "a program that has been rewritten already";

@@ -5,12 +5,14 @@
 //! to be filled again. An error travels the same way, behind everything that came before it.
 //!
 //! Rooms:
+//! - [`job`]: from file to file.
 //! - [`render`]: the text of pending rows, and the engine's points put into it.
 //! - [`sink`]: where the bytes go; [`golden`]: against a golden file, with the first difference in words.
 //! - [`guard`]: a program that has been rewritten is not rewritten again.
 
 pub mod golden;
 pub mod guard;
+pub mod job;
 pub mod render;
 pub mod sink;
 

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::io::input::hex;
-use crate::io::output::Output;
+use crate::io::output::{Manner, Output};
 use sha2::{Digest, Sha256};
 use std::io::Write;
 use std::path::Path;
@@ -47,8 +47,8 @@ pub struct File {
 
 impl File {
     /// Fails early where the target cannot be written.
-    pub fn create(path: &Path) -> Result<Self> {
-        Ok(Self { output: Output::create(path)?, hash: Sha256::new(), shown: path.display().to_string() })
+    pub fn create(path: &Path, manner: Manner) -> Result<Self> {
+        Ok(Self { output: Output::create_as(path, manner)?, hash: Sha256::new(), shown: path.display().to_string() })
     }
 
     /// SHA-256 of the bytes so far.

@@ -68,8 +68,8 @@ const LINES: &[(&str, &[&str])] = &[
     ),
     ("rewrite --robot robot.yaml --compensator comp.yaml program.csv --output o.csv --gain nan", &["--gain NaN"]),
     (
-        "rewrite --robot robot.yaml --compensator comp.yaml program.csv --output o.csv --step-fraction 1",
-        &["--step-fraction 1"],
+        "rewrite --robot robot.yaml --compensator comp.yaml program.csv --output o.csv --step-fraction 1.5",
+        &["--step-fraction 1.5"],
     ),
     ("rewrite --robot robot.yaml --compensator comp.yaml program.csv --output o.csv --chord-um 0", &["--chord-um 0"]),
     ("rewrite --robot robot.yaml --compensator comp.yaml program.csv --output o.csv --ramp-deg=-1", &["--ramp-deg -1"]),
@@ -95,7 +95,7 @@ const LINES: &[(&str, &[&str])] = &[
     ("rewrite --robot robot.yaml --compensator comp.yaml program.csv --check none.csv", &["none.csv: cannot open"]),
     (
         "rewrite --robot robot.yaml --compensator comp.yaml program.csv --output none/o.csv",
-        &["none/o.csv: cannot write"],
+        &["--output: found none/o.csv in a folder that is not there"],
     ),
     ("rewrite --robot robot.yaml --compensator none.yaml program.csv --output o.csv", &["none.yaml: cannot open"]),
     ("rewrite --robot robot.yaml --compensator comp.yaml program.csv --output .", &["found a folder"]),

@@ -36,6 +36,7 @@ fn a_constant_error_is_a_circle_and_a_known_value_stands_at_its_tick() {
         x_name: "time".into(),
         x_unit: "s".into(),
         y_name: String::new(),
+        y_whole: false,
         joints: vec![JointTraces {
             joint: "Z".into(),
             panels: vec![TracePanel {

@@ -44,6 +44,7 @@ fn words_from_files_stay_words() {
             x_name: e(),
             x_unit: e(),
             y_name: e(),
+            y_whole: false,
             joints: vec![JointTraces {
                 joint: e(),
                 panels: vec![TracePanel {
@@ -195,6 +196,7 @@ fn odd_inputs_leave_no_hole_and_values_that_are_no_numbers_are_counted() {
                     x_name: "time".into(),
                     x_unit: "s".into(),
                     y_name: String::new(),
+                    y_whole: false,
                     joints: vec![JointTraces {
                         joint: "A1".into(),
                         panels: vec![TracePanel {
@@ -362,6 +364,7 @@ fn a_long_log_makes_a_page_of_bounded_size_and_keeps_a_spike_of_one_sample() {
             x_name: "time".into(),
             x_unit: "s".into(),
             y_name: String::new(),
+            y_whole: false,
             joints: (1..=6)
                 .map(|j| JointTraces {
                     joint: format!("A{j}"),

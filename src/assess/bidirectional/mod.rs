@@ -1,0 +1,135 @@
+//! Bidirectional assessment: what positions along a line show when they are reached from both sides (Slamani, Nubiola and
+//! Bonev, "Modeling and assessment of the backlash error of an industrial robot", Robotica 30, 2012: seed 001).
+//!
+//! The story: [`readings`] (with [`columns`], [`direction`], [`state`]) reads errors at positions, from both directions, repeated,
+//! in one state (speed, payload) or several. [`poses`] gives each pose its repeatabilities and its backlash. [`degree`] finds
+//! the polynomial of the backlash over position by tests for lack of fit; [`model`] tests with Student whether a state adds an
+//! offset, a slope, ..., and fits the whole; [`equation`] prints it as the paper does. [`gap`] turns the curve into the half gap
+//! of a joint. [`document`] is the JSON.
+//!
+//! Sign: an error is measured minus commanded, forward is towards rising positions. A play then reads low going forward
+//! and high going backward: its backlash `y` is negative, its half gap `-y/2`.
+
+pub mod columns;
+pub mod degree;
+pub mod direction;
+pub mod document;
+pub mod equation;
+pub mod gap;
+pub mod model;
+pub mod poses;
+pub mod readings;
+pub mod state;
+
+pub use model::{Errors, Model, Options};
+pub use poses::{Line, Pose};
+pub use readings::Readings;
+
+use crate::error::Result;
+use model::NoModel;
+use state::States;
+
+/// The whole result; SI.
+#[derive(Debug, Clone)]
+pub struct Assessment {
+    pub file: String,
+    pub sha256: String,
+    /// Readings that were used, and those that are missing.
+    pub used: usize,
+    pub missing: usize,
+    pub states: States,
+    /// States in the order of the report, the reference first.
+    pub order: Vec<usize>,
+    pub poses: Vec<Pose>,
+    pub lines: Vec<Line>,
+    pub model: Option<Model>,
+    pub alpha: f64,
+    pub notes: Vec<String>,
+}
+
+/// Assesses readings; `reference` chooses the reference state by `column=value` pairs.
+pub fn assess(readings: Readings, reference: &[(String, String)], options: &Options) -> Result<Assessment> {
+    let order = readings.states.sorted(reference, &readings.name)?;
+    let poses = poses::group(&readings, &order);
+    let mut notes = readings.notes.clone();
+    about_poses(&poses, &readings.states, &mut notes);
+    about_states(&readings.states, &order, &mut notes);
+    let fitted = model::fit(&poses, &order, &readings.states, options, &readings.name, &mut notes)?;
+    let model = match fitted {
+        Ok(model) => Some(model),
+        Err(NoModel::NoPureError) => {
+            let text = "one repeat only: there is no pure error, so no degree can be tested and no repeatability be given; \
+                        repeat the run, or name a degree (--degree) for a curve without that test";
+            notes.push(text.into());
+            None
+        }
+    };
+    let lines = order.iter().filter_map(|s| poses::line(&poses, *s)).collect();
+    let used = readings.rows.iter().filter(|r| r.error_m.is_some()).count();
+    Ok(Assessment {
+        file: readings.name,
+        sha256: readings.sha256,
+        used,
+        missing: readings.missing,
+        states: readings.states,
+        order,
+        poses,
+        lines,
+        model,
+        alpha: options.alpha,
+        notes,
+    })
+}
+
+fn at(p: &Pose, states: &States) -> String {
+    let state = states.text(p.state);
+    let position = equation::digits(p.position_m * 1e3, 9);
+    if state.is_empty() { format!("{position} mm") } else { format!("{position} mm ({state})") }
+}
+
+fn listed(poses: &[&Pose], states: &States) -> String {
+    const SHOWN: usize = 6;
+    let mut text: Vec<String> = poses.iter().take(SHOWN).map(|p| at(p, states)).collect();
+    if poses.len() > SHOWN {
+        text.push(format!("{} more", poses.len() - SHOWN));
+    }
+    text.join(", ")
+}
+
+/// What is not as it should be at single poses.
+fn about_poses(poses: &[Pose], states: &States, notes: &mut Vec<String>) {
+    let mut note = |which: &dyn Fn(&Pose) -> bool, text: &str| {
+        let found: Vec<&Pose> = poses.iter().filter(|p| which(p)).collect();
+        if !found.is_empty() {
+            notes.push(format!("{text}: {}", listed(&found, states)));
+        }
+    };
+    note(&|p| p.forward.is_none() && p.backward.is_none(), "no reading at all, left out");
+    note(&|p| p.forward.is_some() != p.backward.is_some(), "one direction only, so no backlash");
+    note(&|p| p.by_order, "paired by their order, as the repeats have no names in common");
+    note(
+        &|p| p.backlash.is_some() && p.unpaired > 0,
+        "readings without a partner in the same repeat count for means and repeatability, not for the model",
+    );
+    let one = |p: &Pose| p.backlash.is_some() && p.bidirectional_m(1.0).is_none();
+    if poses.iter().any(|p| p.bidirectional_m(1.0).is_some()) {
+        note(&one, "one reading of a direction, so no repeatability");
+    }
+}
+
+/// State columns that cannot be told apart, and those that never change.
+fn about_states(states: &States, order: &[usize], notes: &mut Vec<String>) {
+    let varying = states.varying();
+    for (i, &a) in varying.iter().enumerate() {
+        for &b in &varying[i + 1..] {
+            let pairs = |k: usize| order.iter().map(|s| &states.all[*s][k]).collect::<Vec<_>>();
+            let (x, y) = (pairs(a), pairs(b));
+            let same = |v: &[&state::Level], i: usize, j: usize| v[i] == v[j];
+            let together = (0..x.len()).all(|i| (0..i).all(|j| same(&x, i, j) == same(&y, i, j)));
+            if together {
+                let (a, b) = (&states.names[a], &states.names[b]);
+                notes.push(format!("{a} and {b} always change together: what one of them does cannot be told"));
+            }
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! `lostmotion assess deadzone`.
+
+use super::{print, print_json, table};
+use crate::assess::deadzone::{Assessment, Left, assess};
+use crate::cli::{logs, paths};
+use crate::error::Result;
+use crate::program::Program;
+use crate::robot::Robot;
+use std::path::PathBuf;
+
+/// Deadzones of a motion without and with compensation (seed 002, Table I).
+///
+/// Joints move one at a time. Both logs are judged by the wanted program: a deadzone is the part
+/// of the wanted motion behind a turn during which the tip stands still. Mean sizes per joint, and
+/// the share that compensation takes away.
+///
+/// Examples:
+///   lostmotion assess deadzone --robot robot.yaml --nominal random.csv --before before.csv
+///   lostmotion assess deadzone --robot robot.yaml --nominal random.csv \
+///       --before before.csv --after after.csv --json
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct Args {
+    /// Robot file
+    #[arg(long, value_name = "ROBOT.yaml")]
+    pub robot: PathBuf,
+    /// The program before compensation (joint-space CSV with t_s)
+    #[arg(long, value_name = "PROGRAM.csv")]
+    pub nominal: PathBuf,
+    /// Log of the run without compensation
+    #[arg(long, value_name = "LOG.csv")]
+    pub before: PathBuf,
+    /// Log of the run with compensation
+    #[arg(long, value_name = "LOG.csv")]
+    pub after: Option<PathBuf>,
+    /// Column map (YAML) for a log with other names, units, separators: theirs -> ours
+    #[arg(long, value_name = "FILE")]
+    pub columns: Option<PathBuf>,
+    /// Print one JSON document (lostmotion/deadzone/1) in place of the table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    let inputs = [
+        ("--robot", Some(args.robot.as_path())),
+        ("--nominal", Some(args.nominal.as_path())),
+        ("--before", Some(args.before.as_path())),
+        ("--after", args.after.as_deref()),
+        ("--columns", args.columns.as_deref()),
+    ];
+    paths::refuse_shared(&inputs, &[])?;
+    let robot = Robot::load(&args.robot)?;
+    let nominal = Program::load(&args.nominal, &robot)?;
+    let paths: Vec<PathBuf> = std::iter::once(&args.before).chain(&args.after).cloned().collect();
+    let logs = logs::load_free(&paths, args.columns.as_deref(), &robot)?;
+    let Some(before) = logs.first() else { return Ok(()) };
+    let result = assess(&robot, &nominal, before, logs.get(1))?;
+    for note in &result.notes {
+        eprintln!("note: {note}");
+    }
+    if args.json { print_json(&result.to_json(&robot)) } else { print(&text(&result, &robot)) }
+}
+
+fn text(result: &Assessment, robot: &Robot) -> String {
+    let mut header = vec!["joint", "", "deadzones", "mean size", "95 %"];
+    if result.joints.iter().any(|j| j.after.is_some()) {
+        header.extend(["after:\ndeadzones", "mean size", "95 %", "reduction"]);
+    }
+    let mut table = table(&header);
+    for j in &result.joints {
+        let kind = robot.axis(j.axis).kind;
+        let of = |l: &Left| {
+            let [lo, hi] = l.ci95.map(|v| kind.to_edge(v));
+            [l.deadzones.to_string(), format!("{:.4}", kind.to_edge(l.mean)), format!("{lo:.4} .. {hi:.4}")]
+        };
+        let mut row = vec![robot.axis(j.axis).name.clone(), kind.unit().into()];
+        row.extend(of(&j.before));
+        if let Some(a) = &j.after {
+            row.extend(of(a));
+            row.push(j.reduction().map_or("-".into(), |r| format!("{:.1} %", 100.0 * r)));
+        }
+        table.add_row(row);
+    }
+    format!("{table}\n")
+}

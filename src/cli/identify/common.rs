@@ -1,0 +1,91 @@
+//! What all four identifications take and give: logs in; a document, a table and a page out.
+
+use crate::cli::{page, paths};
+use crate::error::{Error, Place, Result, is_stdio};
+use crate::gaps::file::{to_json, to_yaml};
+use crate::io::output::{self, Output, write_whole};
+use crate::report::Page;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// Logs, and how they are read.
+#[derive(Debug, clap::Args)]
+pub struct LogArgs {
+    /// Measurement log (CSV, .gz), `-` for standard input; give it once per file
+    #[arg(long = "log", value_name = "FILE", required = true)]
+    pub logs: Vec<PathBuf>,
+    /// Column map (YAML) for a log with other names, units, separators: theirs -> ours
+    #[arg(long, value_name = "FILE")]
+    pub columns: Option<PathBuf>,
+}
+
+/// Where the result goes.
+#[derive(Debug, clap::Args)]
+pub struct ResultArgs {
+    /// Write the result here (YAML; JSON where the name ends in .json); `-` is standard output
+    #[arg(long, short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Print the result as one JSON document
+    #[arg(long)]
+    pub json: bool,
+    /// Write a self-contained HTML page with figures and tables here
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+}
+
+/// A result as people and programs read it.
+pub struct Shown<'a> {
+    pub document: &'a Value,
+    pub table: &'a str,
+    pub notes: &'a [String],
+}
+
+/// The files of a result, opened and not yet in place.
+pub struct Opened {
+    output: Option<Output>,
+    report: Option<Output>,
+}
+
+impl ResultArgs {
+    fn to_stdout(&self) -> bool {
+        self.output.as_deref().is_some_and(is_stdio)
+    }
+
+    /// Opens the outputs before any work is done; refuses two documents on standard output, and a file that is an input as well.
+    pub fn open<'a>(&'a self, logs: &'a LogArgs, others: &[paths::Named<'a>]) -> Result<Opened> {
+        if self.json && self.to_stdout() {
+            let expected = "one document on standard output";
+            return Err(Error::bad(Place::file("--output"), "`-` together with --json", expected));
+        }
+        let mut inputs = others.to_vec();
+        inputs.push(("--columns", logs.columns.as_deref()));
+        inputs.extend(logs.logs.iter().map(|p| ("--log", Some(p.as_path()))));
+        let outputs = [("--output", self.output.as_deref()), ("--report", self.report.as_deref())];
+        paths::refuse_shared(&inputs, &outputs)?;
+        let output = output::create(self.output.as_deref())?;
+        Ok(Opened { output, report: output::create(self.report.as_deref())? })
+    }
+
+    /// Writes document, page and table; says the notes.
+    pub fn finish(&self, opened: Opened, shown: &Shown, page: impl FnOnce() -> Page) -> Result<()> {
+        let Opened { mut output, mut report } = opened;
+        if let (Some(path), Some(out)) = (&self.output, &mut output) {
+            let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+            let text = if json { to_json(shown.document)? } else { to_yaml(shown.document)? };
+            out.put(text.as_bytes())?;
+        }
+        page::write(&mut report, page)?;
+        output::commit([output, report])?;
+        if self.json {
+            write_whole(Path::new("-"), to_json(shown.document)?.as_bytes())?;
+        } else if self.to_stdout() {
+            eprint!("{}", shown.table);
+        } else {
+            write_whole(Path::new("-"), shown.table.as_bytes())?;
+        }
+        for note in shown.notes {
+            eprintln!("note: {note}");
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,110 @@
+//! `lostmotion identify deadzone`.
+
+use super::common::{LogArgs, ResultArgs, Shown};
+use crate::cli::{logs, page};
+use crate::error::{Error, Place, Result};
+use crate::gaps::file::number;
+use crate::identify::deadzone::{self, Options, display, document};
+use crate::robot::{JointKind, Robot};
+use std::path::PathBuf;
+
+/// Find deadzones from sweeps of one joint at a time, with tip positions alone (seed 002, algorithm 1).
+///
+/// Move one joint to and fro with growing amplitude, from nothing to its range, while the others rest; then the next joint. Log
+/// commands and the tip. Behind each turn of the motor the tip stands still until the deadzone is crossed; its size is where
+/// the branch on which the tip leaves meets the place where it rested. Half of it is the half gap that `fit` and `rewrite`
+/// take; a growing sweep turns everywhere, so that the gap is found as a function of position.
+///
+/// The tracker's frame and the lengths of the robot need not be known; coupled joints are found through their driver. A
+/// log holds t_s, cmd_<joint>_deg (or _mm), x_mm, y_mm, z_mm; it may hold the sweeps of several joints, one after the other.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  lostmotion identify deadzone --robot robot.yaml --log sweeps.csv.gz --output gaps.yaml
+  lostmotion identify deadzone --robot robot.yaml --log e1.csv --log e2.csv --json | jq '.joints[] | {joint, half_gap_deg, ci95}'
+  lostmotion identify deadzone --robot robot.yaml --log sweeps.csv --eps-motor-deg-s 0.05 --eps-tip-mm-s 1   # and as printed
+
+Reading the result: \"deadzones\" counts those that were crossed; turns inside the gap, strokes too short to be read and turns without
+the tracker are counted in the JSON document. An interval that holds 0 means that no gap was found.")]
+pub struct Args {
+    /// Robot file (YAML)
+    #[arg(long, value_name = "FILE")]
+    pub robot: PathBuf,
+    #[command(flatten)]
+    pub input: LogArgs,
+    /// Look at this joint alone; give it once per joint [default: every joint that moves alone]
+    #[arg(long = "joint", value_name = "JOINT")]
+    pub joints: Vec<String>,
+    /// The tip rests within this distance of where it stopped, micrometres [default: 5 standard deviations of the tracker's noise,
+    /// from the log]
+    #[arg(long, value_name = "UM")]
+    pub rest_um: Option<f64>,
+    /// Movement of a revolute joint's command that is noise and no turn, degrees [default: from the log]
+    #[arg(long, value_name = "DEG")]
+    pub deadband_deg: Option<f64>,
+    /// The same for prismatic joints, mm
+    #[arg(long, value_name = "MM")]
+    pub deadband_mm: Option<f64>,
+    /// Say as well what algorithm 1 finds exactly as printed: its threshold of motor speed, deg/s (mm/s of a prismatic joint)
+    #[arg(long, value_name = "DEG_S", requires = "eps_tip_mm_s")]
+    pub eps_motor_deg_s: Option<f64>,
+    /// Its threshold of tip speed, mm/s
+    #[arg(long, value_name = "MM_S", requires = "eps_motor_deg_s")]
+    pub eps_tip_mm_s: Option<f64>,
+    #[command(flatten)]
+    pub result: ResultArgs,
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    let opened = args.result.open(&args.input, &[("--robot", Some(args.robot.as_path()))])?;
+    let robot = Robot::load(&args.robot)?;
+    let options = options(&args, &robot)?;
+    let logs = logs::load_free(&args.input.logs, args.input.columns.as_deref(), &robot)?;
+    logs::refuse_repeats(&logs)?;
+    let found = deadzone::identify(&robot, &logs, &options)?;
+    let mut doc = document::document(&found, &robot);
+    let mut as_printed = String::new();
+    if let (Some(motor), Some(tip)) = (args.eps_motor_deg_s, args.eps_tip_mm_s) {
+        for (i, (sweeps, sizes)) in
+            deadzone::as_printed(&robot, &logs, &options, &found, motor, tip * 1e-3).iter().enumerate()
+        {
+            let kind = robot.axis(*sweeps).kind;
+            let (n, unit) = (sizes.len(), kind.unit());
+            let mean = (n > 0).then(|| kind.to_edge(sizes.iter().sum::<f64>() / n as f64));
+            doc["joints"][i]["as_printed"] =
+                serde_json::json!({"deadzones": n, format!("mean_deadzone_{unit}"): mean.map(number)});
+            let mean = mean.map_or(String::new(), |m| format!(", mean size {m:.5} {unit}"));
+            as_printed += &format!("algorithm 1 as printed, {}: {n} deadzones{mean}\n", robot.axis(*sweeps).name);
+        }
+    }
+    let shown =
+        Shown { document: &doc, table: &(display::table(&found, &robot) + &as_printed), notes: &found.gaps.notes };
+    args.result.finish(opened, &shown, || page::gaps::of_deadzones(&robot, &found))
+}
+
+/// Every value checked.
+fn options(args: &Args, robot: &Robot) -> Result<Options> {
+    let positive = |flag: &str, v: Option<f64>| match v {
+        Some(x) if !(x.is_finite() && x > 0.0) => {
+            Err(Error::bad(Place::file(flag.to_string()), x.to_string(), "a finite number above 0"))
+        }
+        v => Ok(v),
+    };
+    let rest_m = positive("--rest-um", args.rest_um)?.map(|v| v * 1e-6);
+    let deg = positive("--deadband-deg", args.deadband_deg)?.map(f64::to_radians);
+    let mm = positive("--deadband-mm", args.deadband_mm)?.map(|v| v * 1e-3);
+    positive("--eps-motor-deg-s", args.eps_motor_deg_s)?;
+    positive("--eps-tip-mm-s", args.eps_tip_mm_s)?;
+    let deadband = robot.axis_joints().map(|j| if j.kind == JointKind::Revolute { deg } else { mm }).collect();
+    let mut axes = Vec::new();
+    for name in &args.joints {
+        match robot.axis_named(name.trim()) {
+            Some(axis) => axes.push(axis),
+            None => {
+                let expected = format!("a joint with a command of its own: {}", robot.axis_names().join(", "));
+                return Err(Error::bad(Place::file("--joint"), format!("`{name}`"), expected));
+            }
+        }
+    }
+    Ok(Options { axes, rest_m, deadband })
+}

@@ -1,0 +1,61 @@
+//! `lostmotion identify screw`.
+
+use super::common::{LogArgs, ResultArgs, Shown};
+use crate::cli::{logs, page};
+use crate::error::{Error, Place, Result};
+use crate::identify::screw::{display, document, identify};
+use crate::robot::Robot;
+use std::path::PathBuf;
+
+/// Find the two gaps in series of a screw drive: coupling (motor to screw) and nut (screw to carriage).
+///
+/// Move one joint up and down, four cycles or more, each stroke ten times the gap or longer, with a stop of half a second at
+/// each end. Begin with the preload of seed 003: move behind the start of the test, then up to it, so that the gap lies to one
+/// side. Log the motor angle, the screw angle and the carriage. Each gap is the distance between the flanks of upward
+/// and downward movement: c_r - c_l of equation 2, with its slope m.
+///
+/// Columns: t_s, cmd_<joint>_mm, enc_<joint>_deg or _mm (motor), screw_<joint>_deg or _mm (behind the coupling),
+/// meas_<joint>_mm (carriage), or a tracker's x_mm, y_mm, z_mm, of which one along the joint is enough. Angles are those of the
+/// screw; the robot file's lead_mm_per_rev turns them into mm. Without screw_<joint> the gaps cannot be separated and
+/// their sum is given; without enc_<joint> the command stands for the motor. A log may test several joints. Revolute joints with
+/// a sensor between coupling and gear are read in the same way, in degrees.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  lostmotion identify screw --robot gantry.yaml --log z.csv --output gaps.yaml
+  lostmotion identify screw --robot gantry.yaml --log z.csv.gz --joint Z --json | jq '.series[] | {coupling, nut}'
+  lostmotion identify screw --robot gantry.yaml --log z.csv --report gaps.html && lostmotion fit --robot gantry.yaml --gaps gaps.yaml -o c.yaml
+
+Reading the result: `total` is the whole gap c_r - c_l; `fit` uses half of it in each direction, or c_r and -c_l where they differ
+by more than is known of them. c_l and c_r refer to the zero of the columns; a tracker has none. `> 0.2 mm` means that no
+stroke crossed the gap: make longer strokes. `slope m` is carriage per command: 1 is the lead of the robot file.")]
+pub struct Args {
+    /// Robot file (YAML)
+    #[arg(long, value_name = "FILE")]
+    pub robot: PathBuf,
+    #[command(flatten)]
+    pub input: LogArgs,
+    /// Joint to identify [default: all that move]
+    #[arg(long, value_name = "JOINT")]
+    pub joint: Option<String>,
+    #[command(flatten)]
+    pub result: ResultArgs,
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    let opened = args.result.open(&args.input, &[("--robot", Some(args.robot.as_path()))])?;
+    let robot = Robot::load(&args.robot)?;
+    let joint = match &args.joint {
+        None => None,
+        Some(name) => Some(robot.axis_named(name.trim()).ok_or_else(|| {
+            let expected = format!("one of {}", robot.axis_names().join(", "));
+            Error::bad(Place::file("--joint"), format!("joint `{name}`"), expected)
+        })?),
+    };
+    let logs = logs::load_lone(&args.input.logs, args.input.columns.as_deref(), &robot)?;
+    logs::refuse_repeats(&logs)?;
+    let found = identify(&robot, &logs, joint)?;
+    let doc = document::document(&found, &robot);
+    let shown = Shown { document: &doc, table: &display::table(&found, &robot), notes: &found.gaps.notes };
+    args.result.finish(opened, &shown, || page::screw::of_screw(&robot, &found))
+}

@@ -1,0 +1,144 @@
+//! What the log could not have shown: the smallest size of each effect that would have been seen.
+
+use super::Told;
+use crate::diagnose::traces::{Hidden, Traces};
+use crate::diagnose::words;
+use crate::report::{MapBlock, MapCell, MapView, Page};
+use crate::robot::Robot;
+
+/// Columns of the map for joints: effect, heading, and whether its targets are `joint.parameter`.
+const ON_JOINTS: [(&str, &str); 11] = [
+    ("backlash", "backlash"),
+    ("stiction", "stiction"),
+    ("hysteresis", "hysteresis"),
+    ("servo_lag", "servo lag"),
+    ("encoder_scale", "encoder scale"),
+    ("joint_zero_offset", "zero offset"),
+    ("gravity_compliance", "gravity compliance"),
+    ("transmission_error", "transmission error"),
+    ("link_error.a", "link a"),
+    ("link_error.d", "link d"),
+    ("link_error.alpha", "link alpha"),
+];
+
+pub(super) fn blind(page: &mut Page, robot: &Robot, t: &Traces, told: &Told) {
+    if t.hidden.is_empty() {
+        return;
+    }
+    let find = |effect: &str, target: &str| -> Option<&Hidden> {
+        let both = || t.hidden.iter().filter(|h| h.effect == effect && h.target == target);
+        both().find(|h| h.found).or_else(|| both().next())
+    };
+    let joints: Vec<&str> = robot.joints.iter().map(|j| j.name.as_str()).collect();
+    let on_joint = |effect: &str, joint: &str| match effect.split_once('.') {
+        Some((effect, parameter)) => find(effect, &format!("{joint}.{parameter}")),
+        None => find(effect, joint),
+    };
+    let mut blocks = Vec::new();
+    let kept: Vec<&(&str, &str)> =
+        ON_JOINTS.iter().filter(|(e, _)| joints.iter().any(|j| on_joint(e, j).is_some())).collect();
+    blocks.push(MapBlock {
+        corner: "joint".into(),
+        columns: kept
+            .iter()
+            .map(|(e, heading)| (heading.to_string(), unit_of(joints.iter().filter_map(|j| on_joint(e, j)))))
+            .collect(),
+        rows: joints
+            .iter()
+            .map(|j| {
+                (
+                    j.to_string(),
+                    kept.iter().map(|(e, _)| on_joint(e, j).map_or(MapCell::Absent, |h| cell(h, told))).collect(),
+                )
+            })
+            .collect(),
+    });
+    // a coupling shows only where both joints move
+    let rests = |joint: &str| find("encoder_scale", joint).is_some_and(|h| !h.found && h.moves.is_none());
+    let coupled = |to: &str, from: &str| find("axis_coupling", &format!("{to}<-{from}"));
+    if joints.iter().any(|to| joints.iter().any(|from| coupled(to, from).is_some())) {
+        let all = || joints.iter().flat_map(|to| joints.iter().filter_map(|from| coupled(to, from)));
+        let unit = unit_of(all());
+        blocks.push(MapBlock {
+            corner: "coupling of".into(),
+            columns: joints.iter().map(|from| (format!("to {from}"), unit.clone())).collect(),
+            rows: joints
+                .iter()
+                .map(|to| {
+                    let cells = joints.iter().map(|from| match coupled(to, from) {
+                        Some(h) => cell(h, told),
+                        None if to != from && (rests(to) || rests(from)) => MapCell::Hatched,
+                        None => MapCell::Absent,
+                    });
+                    (to.to_string(), cells.collect())
+                })
+                .collect(),
+        });
+    }
+    let whole: Vec<&Hidden> = t.hidden.iter().filter(|h| matches!(h.target.as_str(), "tool" | "tcp" | "log")).collect();
+    if !whole.is_empty() {
+        blocks.push(MapBlock {
+            corner: "whole machine".into(),
+            columns: whole.iter().map(|h| (h.effect.replace('_', " "), unit_of(std::iter::once(*h)))).collect(),
+            rows: vec![(String::new(), whole.iter().map(|h| cell(h, told)).collect())],
+        });
+    }
+    let none = t.hidden.iter().filter(|h| !h.found && h.moves.is_none()).count();
+    let title = match none {
+        0 => "What this log could not have shown".to_string(),
+        1 => "One effect could hide in this log whatever its size".to_string(),
+        n => format!("{n} effects could hide in this log whatever their size"),
+    };
+    page.section(
+        title,
+        format!(
+            "The smallest size that would have been detected (chance 0.001, power 0.8), in the unit of its column; coloured by the \
+             {} that such a size moves, rms. The brighter, the more may be wrong without a trace in this log.",
+            told.unit
+        ),
+        MapView {
+            quantity: "what may hide, rms".into(),
+            unit: told.unit.into(),
+            hatched: "not visible at any size".into(),
+            by_decades: true,
+            blocks,
+        },
+    );
+}
+
+/// Unit in which a size is shown, and the factor from its key's.
+fn shown(key: &str) -> (f64, &'static str) {
+    match words::key(key, "deg").1 {
+        "deg" => (1e3, "mdeg"),
+        "mm" => (1e3, "µm"),
+        "s" => (1e3, "ms"),
+        "deg/Nm" => (1e6, "µdeg/Nm"),
+        "mm/N" => (1e6, "nm/N"),
+        "" => (1e6, "10⁻⁶"),
+        "um" => (1.0, "µm"),
+        other => (1.0, other),
+    }
+}
+
+fn unit_of<'a>(all: impl Iterator<Item = &'a Hidden>) -> String {
+    let mut units: Vec<&str> = all.filter_map(|h| h.sizes.first()).map(|(k, _)| shown(k).1).collect();
+    units.dedup();
+    units.join(" or ")
+}
+
+fn cell(h: &Hidden, told: &Told) -> MapCell {
+    match (h.sizes.first(), h.moves) {
+        _ if h.found => MapCell::Word("found".into()),
+        (Some((key, v)), Some(moves)) => {
+            let tool = matches!(h.effect, "tool_error" | "thermal_drift");
+            // of a vector the coordinate that is seen worst
+            let size = if tool {
+                h.sizes.iter().filter(|s| s.0.ends_with("_mm")).map(|s| s.1).fold(0.0, f64::max)
+            } else {
+                *v
+            };
+            MapCell::Size { text: words::rough(size * shown(key).0), colour: moves * told.si }
+        }
+        _ => MapCell::Hatched,
+    }
+}

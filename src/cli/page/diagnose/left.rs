@@ -1,0 +1,130 @@
+//! What is left: structure by joint and aspect, and the noise that it was tested against.
+
+use super::super::milli;
+use super::{Told, columns};
+use crate::diagnose::Outcome;
+use crate::diagnose::document::Diagnosis;
+use crate::diagnose::structure::Aspect;
+use crate::diagnose::words;
+use crate::report::number::significant;
+use crate::report::{MapBlock, MapCell, MapView, Page, TableView, number};
+
+const ASPECTS: [(Aspect, &str); 5] = [
+    (Aspect::Position, "position"),
+    (Aspect::Direction, "direction"),
+    (Aspect::Speed, "speed"),
+    (Aspect::Acceleration, "acceleration"),
+    (Aspect::SinceReversal, "since its reversals"),
+];
+
+/// What is left, by joint and aspect: the test without the catalogue.
+pub(super) fn structure(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
+    let bundles = &outcome.structure.bundles;
+    if bundles.is_empty() {
+        return;
+    }
+    let noise = d.gap.final_rms_um * told.um;
+    let n = outcome.problem.n as f64;
+    let chance = 1e-3 / bundles.len() as f64;
+    let cell =
+        |axis: Option<usize>, aspect: Aspect| match bundles.iter().find(|b| b.axis == axis && b.aspect == Some(aspect))
+        {
+            None => MapCell::Absent,
+            Some(b) if b.p_value > chance => MapCell::Word("–".into()),
+            Some(b) => {
+                let size = noise * ((b.gain - b.dof as f64).max(0.0) / n).sqrt();
+                MapCell::Size { text: words::rough(size), colour: size }
+            }
+        };
+    let robot = &outcome.problem.robot;
+    let rows = (0..robot.dof())
+        .filter(|&a| bundles.iter().any(|b| b.axis == Some(a)))
+        .map(|a| (robot.axis(a).name.clone(), ASPECTS.iter().map(|(aspect, _)| cell(Some(a), *aspect)).collect()));
+    let named =
+        |list: &[(Aspect, &str)]| list.iter().map(|(_, name)| (name.to_string(), told.unit.to_string())).collect();
+    let whole = [(Aspect::Time, "time"), (Aspect::Geometry, "pose")];
+    let mut blocks = vec![MapBlock { corner: "joint".into(), columns: named(&ASPECTS), rows: rows.collect() }];
+    if bundles.iter().any(|b| b.axis.is_none()) {
+        blocks.push(MapBlock {
+            corner: "whole machine".into(),
+            columns: named(&whole),
+            rows: vec![(String::new(), whole.iter().map(|(aspect, _)| cell(None, *aspect)).collect())],
+        });
+    }
+    let (title, nearest) = match &d.unexplained {
+        Some(u) => {
+            let nearest = u.nearest.as_ref().map_or(String::new(), |c| {
+                format!(
+                    " The nearest effect of the catalogue is {} {}, with a gain of {:.0} in 2 ln L.",
+                    c.effect, c.target, c.gain_2lnl
+                )
+            });
+            (format!("What is left goes with {}", u.goes_with), nearest)
+        }
+        None => ("A test without the catalogue".to_string(), String::new()),
+    };
+    page.section(
+        title,
+        format!(
+            "Splines and powers per joint, over time and over the pose, tested on the residual against correlated noise; the size of \
+             the structure in {}, rms. A dash: no more than chance. One structure may show in several cells.{nearest}",
+            told.unit
+        ),
+        MapView { quantity: "structure, rms".into(), unit: told.unit.into(), hatched: String::new(), by_decades: false, blocks },
+    );
+}
+
+pub(super) fn noise(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
+    use crate::diagnose::layout::Sensor;
+    let robot = &outcome.problem.robot;
+    let rows = outcome.problem.groups.iter().zip(&outcome.whitening.noise).map(|(g, noise)| {
+        let (sensor, axis) = match g.sensor {
+            Sensor::Reflector(0) => ("TCP".to_string(), None),
+            Sensor::Reflector(k) => (format!("reflector {}", k + 1), None),
+            Sensor::Motor(a) => (format!("motor of {}", robot.axis(a).name), Some(a)),
+            Sensor::Joint(a) => (format!("joint {}", robot.axis(a).name), Some(a)),
+        };
+        let (sigma, unit) = match axis {
+            None => (noise.sigma * 1e6, "µm"),
+            Some(a) => (milli(robot, a, noise.sigma), if robot.axis(a).kind.unit() == "deg" { "mdeg" } else { "µm" }),
+        };
+        vec![
+            outcome.problem.logs[g.log].log.name.clone(),
+            sensor,
+            crate::report::number::count(g.rows.len() as u64),
+            format!("{} {unit}", significant(sigma)),
+            number(noise.lag_one(), 2),
+            number(noise.phi, 2),
+            crate::report::number::percent(noise.share),
+        ]
+    });
+    let headings = [
+        ("log", false),
+        ("sensor", false),
+        ("samples", true),
+        ("noise", true),
+        ("from sample to sample", true),
+        ("coloured part", true),
+        ("share", true),
+    ];
+    let left = if d.outliers == 0 {
+        "No sample was left out.".to_string()
+    } else {
+        format!("{} samples were left out, since they disagree with their neighbours.", d.outliers)
+    };
+    let blocks = outcome.problem.logs.iter().map(|l| l.block).max().unwrap_or(1);
+    let means = if blocks > 1 {
+        format!(" Up to {blocks} rows are averaged into one value; the noise is that of the averages.")
+    } else {
+        String::new()
+    };
+    page.section(
+        format!("Noise of {} {}", significant(d.noise.sigma_um * told.um), told.unit),
+        format!(
+            "White noise and a first-order autoregressive part, of the largest likelihood ({}). Autocorrelation of the whole from one \
+             sample to the next, that of the coloured part, and its share of the variance. {left}{means}",
+            d.noise.source
+        ),
+        TableView { columns: columns(&headings), rows: rows.collect() },
+    );
+}

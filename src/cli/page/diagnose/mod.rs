@@ -1,0 +1,292 @@
+//! Page of `diagnose`: the verdict and what to do, what was found and tried.
+//!
+//! Rooms: [`gap`] where the gap is, [`hidden`] what could not be seen, [`left`] what is left.
+
+mod gap;
+mod hidden;
+mod left;
+
+use crate::diagnose::display;
+use crate::diagnose::document::{Diagnosis, Round};
+use crate::diagnose::traces;
+use crate::diagnose::words::{self, GapUnit};
+use crate::diagnose::{Outcome, Verdict};
+use crate::report::number::{p_value, significant};
+use crate::report::{BarRow, BarsView, Method, Page, Role, Run, TableView, Tile, Tone, WaterfallView, number};
+
+/// In what the page tells a gap: micrometres, or thousandths of a degree where only joints were measured.
+struct Told {
+    unit: &'static str,
+    /// From SI.
+    si: f64,
+    /// From the `_um` figures of the document.
+    um: f64,
+}
+
+impl Told {
+    fn of(d: &Diagnosis) -> Self {
+        if d.unit == GapUnit::MICROMETRE {
+            Self { unit: "µm", si: 1e6, um: 1.0 }
+        } else {
+            let mdeg = 180e3 / std::f64::consts::PI;
+            Self { unit: "mdeg", si: mdeg, um: mdeg * 1e-6 }
+        }
+    }
+
+    fn tile(&self, label: &str, um: f64) -> Tile {
+        Tile::number(label, um * self.um, if self.um * um < 10.0 { 2 } else { 1 }, self.unit)
+    }
+
+    fn quantity(&self) -> &'static str {
+        if self.unit == "µm" { "gap at the TCP" } else { "gap of the joints" }
+    }
+}
+
+/// The page.
+pub fn of(model: &str, outcome: &Outcome, d: &Diagnosis) -> Page {
+    let robot = &outcome.problem.robot;
+    let told = Told::of(d);
+    let t = traces::of(outcome);
+    let mut page = super::start("diagnose", "What the model lacks", robot);
+    head(&mut page, model, outcome, d, &told);
+    if d.unexplained.is_some() {
+        left::structure(&mut page, outcome, d, &told);
+    }
+    if !d.rounds.is_empty() {
+        waterfall(&mut page, outcome, d, &told);
+    }
+    gap::strips(&mut page, robot, outcome, d, &t, &told);
+    gap::path(&mut page, d, &t, &told);
+    gap::ways(&mut page, robot, &t);
+    found(&mut page, d, &told);
+    candidates(&mut page, outcome, d);
+    hidden::blind(&mut page, robot, &t, &told);
+    if d.unexplained.is_none() {
+        left::structure(&mut page, outcome, d, &told);
+    }
+    left::noise(&mut page, outcome, d, &told);
+    let aside: Vec<String> =
+        d.put_aside.iter().map(|p| format!("{} {}: now {}", p.effect, p.target, p.replaced_by)).collect();
+    if !aside.is_empty() {
+        page.section("Put aside on the way", "Named in one round, replaced in a later one.", aside);
+    }
+    page.section("", "", methods());
+    page
+}
+
+fn head(page: &mut Page, model: &str, outcome: &Outcome, d: &Diagnosis, told: &Told) {
+    let tone = match d.verdict {
+        Verdict::None => Tone::Good,
+        Verdict::Named => Tone::Plain,
+        Verdict::NamedSet | Verdict::NotObservable => Tone::Mixed,
+        Verdict::Unknown | Verdict::BadData => Tone::Bad,
+    };
+    page.verdict(tone, display::sentence(d).replace(" um ", " µm "));
+    page.next = words::next_steps(d);
+    if d.verdict == Verdict::None {
+        page.next.push((
+            String::new(),
+            "Nothing has to be done. What this log could not have shown stands in the map of blind spots.".into(),
+        ));
+    }
+    page.warnings.extend(d.notes.iter().cloned());
+    page.file("model", model, "");
+    for l in &outcome.problem.logs {
+        page.file("log", l.log.name.clone(), l.log.sha256.clone());
+    }
+    page.tile(told.tile("gap as given, rms", d.gap.initial_rms_um).with_detail(format!(
+        "at most {} {}",
+        number(d.gap.initial_max_um * told.um, 1),
+        told.unit
+    )));
+    page.tile(told.tile("gap that is left, rms", d.gap.final_rms_um).with_detail(format!(
+        "at most {} {}",
+        number(d.gap.final_max_um * told.um, 1),
+        told.unit
+    )));
+    page.tile(told.tile("noise", d.noise.sigma_um).with_detail("per coordinate, one standard deviation"));
+    for (i, r) in d.rounds.iter().enumerate() {
+        let alike = |o: &Round| o.effect == r.effect && o.target == r.target;
+        if d.rounds[..i].iter().any(alike) {
+            continue;
+        }
+        let more = match d.rounds[i + 1..].iter().filter(|o| alike(o)).count() {
+            0 => String::new(),
+            k => format!("; {k} more"),
+        };
+        if let Some((name, value, [lo, hi], unit)) = words::sizes(r).into_iter().next() {
+            page.tile(
+                Tile::text(format!("{} {}, {name}", r.effect, r.target), value, unit)
+                    .with_detail(format!("95 %: {lo} to {hi}{more}")),
+            );
+        }
+    }
+}
+
+/// From the gap as given to the noise, and the same on parts that were not fitted.
+fn waterfall(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
+    let mut steps = Vec::new();
+    let start = match (outcome.problem.frames_free, d.outliers) {
+        (true, _) => Some("frame fitted"),
+        (false, 1..) => Some("outliers left out"),
+        (false, 0) => None,
+    };
+    steps.extend(start.map(|name| (name.to_string(), d.gap.nuisance_only_rms_um * told.um)));
+    steps.extend(d.rounds.iter().map(|r| (format!("+ {} {}", r.effect, r.target), r.rms_after_um * told.um)));
+    page.section(
+        format!(
+            "The gap falls from {:.1} to {:.1} {}",
+            d.gap.initial_rms_um * told.um,
+            d.gap.final_rms_um * told.um,
+            told.unit
+        ),
+        "Root mean square per coordinate. Each step refits everything that came before it; the line is the noise.",
+        WaterfallView {
+            quantity: "gap, rms".into(),
+            unit: told.unit.into(),
+            start: ("as given".into(), d.gap.initial_rms_um * told.um),
+            steps,
+            floor: Some(("noise".into(), d.noise.sigma_um * told.um)),
+        },
+    );
+    let Some(first) = d.rounds.first() else { return };
+    let row = |label: String, fitted: f64, held: f64| BarRow {
+        label,
+        values: [fitted, held].map(|v| Some(v * told.um)).to_vec(),
+    };
+    let mut rows = vec![row(start.unwrap_or("as given").into(), first.rms_before_um, first.validation.rms_before_um)];
+    rows.extend(
+        d.rounds.iter().map(|r| row(format!("+ {} {}", r.effect, r.target), r.rms_after_um, r.validation.rms_after_um)),
+    );
+    page.section(
+        "The same on parts that were not fitted",
+        "Held out: each fifth of the log, in four stretches, is predicted with parameters of the other four fifths.",
+        BarsView {
+            quantity: "gap, rms".into(),
+            unit: told.unit.into(),
+            runs: vec![Run::new("fitted", Role::After), Run::new("held out", Role::Between)],
+            rows,
+        },
+    );
+}
+
+/// Sizes, intervals, sets and evidence of what was found.
+fn found(page: &mut Page, d: &Diagnosis, told: &Told) {
+    if d.rounds.is_empty() {
+        return;
+    }
+    let left = format!("left: predicted, achieved, {}", told.unit);
+    let headings = [
+        ("round", false),
+        ("effect", false),
+        ("target", false),
+        ("size, 95 % interval", false),
+        ("set", false),
+        (&left, true),
+        ("F", true),
+        ("p value", true),
+        ("ΔBIC", true),
+    ];
+    let rows = d.rounds.iter().enumerate().map(|(i, r)| {
+        let sizes: Vec<String> = words::sizes(r)
+            .into_iter()
+            .map(|(name, value, [lo, hi], unit)| {
+                format!("{name} {value} {unit} ({lo} to {hi})").replace(" um ", " µm ")
+            })
+            .collect();
+        let set: Vec<String> =
+            r.set.iter().map(|m| format!("{} {} {:.0} %", m.effect, m.target, 100.0 * m.probability)).collect();
+        vec![
+            (i + 1).to_string(),
+            r.effect.clone(),
+            r.target.clone(),
+            sizes.join("; "),
+            if r.set.len() > 1 { set.join("; ") } else { "alone".into() },
+            [r.rms_after_predicted_um, r.rms_after_um].map(|v| number(v * told.um, 1)).join(", "),
+            significant(r.evidence.value),
+            p_value(r.evidence.p_value),
+            number(r.evidence.delta_bic, 0),
+        ]
+    });
+    page.section(
+        "What was found",
+        "Parameters of the joint fit of everything, with intervals that account for correlated noise. Set: the smallest that holds \
+         the truth with 95 %, and whatever fits within 4 of 2 ln L.",
+        TableView { columns: columns(&headings), rows: rows.collect() },
+    );
+}
+
+fn columns(headings: &[(&str, bool)]) -> Vec<(String, bool)> {
+    headings.iter().map(|(h, n)| (h.to_string(), *n)).collect()
+}
+
+/// What was tried in the place of each found effect.
+fn candidates(page: &mut Page, outcome: &Outcome, d: &Diagnosis) {
+    if d.rounds.is_empty() {
+        return;
+    }
+    let price = (outcome.problem.n as f64).ln();
+    let mut rows = Vec::new();
+    for (i, r) in d.rounds.iter().enumerate() {
+        let named = r.candidates.iter().find(|c| c.effect == r.effect && c.target == r.target).map(|c| c.gain_2lnl);
+        for c in &r.candidates {
+            let member = r.set.iter().find(|m| m.effect == c.effect && m.target == c.target);
+            let word = match member {
+                Some(_) if c.effect == r.effect && c.target == r.target => "named".to_string(),
+                Some(m) => format!("in the set, {:.0} %", 100.0 * m.probability),
+                None => String::new(),
+            };
+            rows.push(vec![
+                (i + 1).to_string(),
+                c.effect.clone(),
+                c.target.clone(),
+                number(c.gain_2lnl, 1),
+                named.map_or("–".into(), |n| number(c.gain_2lnl - n, 1)),
+                c.parameters.to_string(),
+                number(c.parameters as f64 * price - c.gain_2lnl, 1),
+                word,
+            ]);
+        }
+    }
+    let headings = [
+        ("round", false),
+        ("effect", false),
+        ("target", false),
+        ("gain in 2 ln L", true),
+        ("against the named", true),
+        ("parameters", true),
+        ("ΔBIC", true),
+        ("", false),
+    ];
+    page.section(
+        "What was tried in its place",
+        "Each found effect was taken out and the best of the catalogue refitted in its place, with everything else free. ΔBIC: \
+         parameters times ln n, less the gain; the lower the better.",
+        TableView { columns: columns(&headings), rows },
+    );
+}
+
+fn methods() -> Vec<Method> {
+    vec![
+        Method::new(
+            "Detection, identification, adaptation",
+            "Every effect of the catalogue on every joint is a hypothesis about the residual; the best goes into the model, all is fitted again, until a test without the catalogue finds nothing.",
+            "W. Baarda, A testing procedure for use in geodetic networks, 1968; P. Teunissen, Distributional theory for the DIA method, Journal of Geodesy 92, 2018",
+        ),
+        Method::new(
+            "Correlated noise",
+            "White noise plus a first-order autoregressive part; a Kalman filter turns it white for any pattern of lost samples. Without it every test alarms on noise alone.",
+            "A. C. Harvey, Forecasting, Structural Time Series Models and the Kalman Filter, 1989, section 3.4",
+        ),
+        Method::new(
+            "Smallest detectable size",
+            "An effect of this size is found with a probability of 0.8 where one in a thousand is found that is not there: 4.13 standard uncertainties, with frame and found effects free.",
+            "W. Baarda, 1968 (minimal detectable bias)",
+        ),
+        Method::new(
+            "Weights of rivals",
+            "Probability of each candidate in the place of a found effect by the Bayesian information criterion.",
+            "G. Schwarz, Estimating the dimension of a model, Annals of Statistics 6, 1978",
+        ),
+    ]
+}

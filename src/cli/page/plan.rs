@@ -1,0 +1,189 @@
+//! Page of `plan-experiment`: the motion that decides, what else was tried, and what each would show.
+
+use crate::plan::display::sentence;
+use crate::plan::document::{Entry, Plan, Verdict};
+use crate::plan::motions::Motion;
+use crate::plan::path::Room;
+use crate::report::{JointTraces, Method, Page, Role, Run, TableView, Tile, Tone, TracePanel, TraceRun, TracesView};
+use crate::robot::Robot;
+use serde_json::Value;
+
+/// Points of a joint's line.
+const POINTS: usize = 1500;
+
+pub fn of_plan(robot: &Robot, plan: &Plan, motion: Option<&Motion>, room: &Room) -> Page {
+    let mut page = super::start("plan-experiment", "The experiment that decides", robot);
+    let tone = match plan.verdict {
+        Verdict::Separable | Verdict::Observable => Tone::Good,
+        Verdict::Inseparable => Tone::Bad,
+        _ => Tone::Mixed,
+    };
+    page.verdict(tone, sentence(plan));
+    page.option("noise", format!("{} µm", number(plan.noise_um)));
+    page.option("rows", format!("{} Hz", number(plan.rate_hz)));
+    if let Some(best) = &plan.best {
+        page.tile(Tile::text("motion", best.motion.clone(), "").with_detail(best.does.clone()));
+        page.tile(Tile::number("of one run", best.duration_s, 0, "s").with_detail(runs(best)));
+        if let Some(e) = &best.evidence {
+            page.tile(Tile::text("expected 2 ln L", number(e.expected_2lnl), ""));
+            page.tile(Tile::number("named alone", 100.0 * e.probability_named, 1, "% of logs"));
+        }
+    }
+    let notes: Vec<String> = plan.reason.iter().chain(&plan.notes).cloned().collect();
+    if !notes.is_empty() {
+        page.section("To know", "", notes);
+    }
+    if let Some(motion) = motion {
+        let caption = "Starts and ends at rest at the pose, within ranges and speeds of the joints.";
+        page.section("The motion", caption, traces(robot, motion, room));
+    }
+    sets(&mut page, plan);
+    motions(&mut page, plan);
+    if let Some(best) = plan.best.as_ref().filter(|b| !b.detectable.is_empty()) {
+        page.section(
+            "What the motion would show",
+            "Typical size over the smallest size that is surely seen; below 1 an effect of that size stays hidden.",
+            detectable(best),
+        );
+    }
+    if !plan.channels.is_empty() {
+        let row = |c: &crate::plan::document::ChannelShown| {
+            vec![c.channel.to_string(), c.log.to_string(), c.motion.clone(), number(c.expected_2lnl)]
+        };
+        let view = TableView {
+            columns: columns(&["channel", "columns of the log", "motion", "expected 2 ln L"], 3),
+            rows: plan.channels.iter().map(row).collect(),
+        };
+        page.section("With a further channel", "", view);
+    }
+    let text = "Each motion is run on the model with one rival as the truth; the other is refitted with the frame and all it \
+                may be confused with. What it leaves, in 2 ln L, is the evidence that a log of that motion would give.";
+    page.section("", "", vec![Method::new("Expected evidence", text, "non-centrality of the likelihood ratio")]);
+    page
+}
+
+/// Joints that move, over time.
+fn traces(robot: &Robot, motion: &Motion, room: &Room) -> TracesView {
+    let step = motion.rows.len().div_ceil(POINTS).max(1);
+    let moves = |a: &usize| motion.rows.iter().any(|r| r.get(*a) != motion.rows[0].get(*a));
+    let joints = (0..robot.dof()).filter(moves).map(|a| {
+        let joint = robot.axis(a);
+        let (model_x, model_milli) = motion
+            .rows
+            .iter()
+            .enumerate()
+            .step_by(step)
+            .filter_map(|(i, q)| Some((i as f64 * room.step_s, joint.kind.to_edge(*q.get(a)?))))
+            .unzip();
+        let run = TraceRun { run: Run::new("command", Role::After), model_x, model_milli, ..TraceRun::default() };
+        let panel = TracePanel { title: String::new(), runs: vec![run], marks: Vec::new() };
+        JointTraces { joint: joint.name.clone(), panels: vec![panel] }
+    });
+    TracesView {
+        x_name: "time".into(),
+        x_unit: "s".into(),
+        y_name: "position".into(),
+        y_whole: true,
+        joints: joints.collect(),
+    }
+}
+
+fn sets(page: &mut Page, plan: &Plan) {
+    let rows: Vec<Vec<String>> = plan
+        .sets
+        .iter()
+        .enumerate()
+        .flat_map(|(k, s)| s.rivals.iter().map(move |r| (k, r)))
+        .map(|(k, r)| {
+            let effects: Vec<String> = r.effects.iter().map(parameters).collect();
+            vec![(k + 1).to_string(), r.name.clone(), effects.join("; ")]
+        })
+        .collect();
+    if !rows.is_empty() {
+        let view = TableView { columns: columns(&["set", "rival", "as it was tried"], usize::MAX), rows };
+        page.section("What is to be told apart", "", view);
+    }
+}
+
+fn motions(page: &mut Page, plan: &Plan) {
+    if plan.motions.is_empty() {
+        return;
+    }
+    let catalogue = plan.question == "catalogue";
+    let row = |e: &Entry| {
+        let mut cells =
+            vec![e.motion.clone(), e.does.clone(), format!("{:.0}", e.duration_s), e.runs.len().to_string()];
+        if catalogue {
+            cells.push(e.worst_ratio.map_or("–".into(), number));
+            return cells;
+        }
+        let evidence = e.evidence.as_ref();
+        cells.push(evidence.map_or("–".into(), |v| number(v.expected_2lnl)));
+        cells.push(evidence.map_or("–".into(), |v| format!("{:.1}", 100.0 * v.probability_named)));
+        let outside = evidence.and_then(|v| v.nearest_outside.as_ref());
+        cells.push(outside.map_or("–".into(), |o| format!("{} ({})", o.what, number(o.expected_2lnl))));
+        cells
+    };
+    let names: &[&str] = if catalogue {
+        &["motion", "what it does", "s", "runs", "typical over detectable size, worst effect"]
+    } else {
+        &["motion", "what it does", "s", "runs", "expected 2 ln L", "named alone, %", "nearest other effect"]
+    };
+    let view = TableView { columns: columns(names, 2), rows: plan.motions.iter().map(row).collect() };
+    page.section("Every motion of the library", "Best first.", view);
+}
+
+fn detectable(entry: &Entry) -> TableView {
+    let text = |v: &Value, key: &str| v[key].as_str().unwrap_or("–").to_string();
+    let row = |d: &Value| {
+        vec![
+            text(d, "effect"),
+            text(d, "target"),
+            d["ratio"].as_f64().map_or("–".into(), number),
+            if d["detectable_from"].is_object() { parameters(&d["detectable_from"]) } else { "–".into() },
+        ]
+    };
+    TableView {
+        columns: columns(&["effect", "target", "typical over detectable size", "detectable from"], 2),
+        rows: entry.detectable.iter().map(row).collect(),
+    }
+}
+
+/// Columns, of which those from `numbers` on hold numbers; the last column of words stays one.
+fn columns(names: &[&str], numbers: usize) -> Vec<(String, bool)> {
+    let words = ["nearest other effect", "detectable from"];
+    names.iter().enumerate().map(|(k, n)| ((*n).to_string(), k >= numbers && !words.contains(n))).collect()
+}
+
+/// Parameters of an effect as a model file has them.
+fn parameters(effect: &Value) -> String {
+    let Some(map) = effect.as_object() else { return String::new() };
+    let shown = |(key, value): (&String, &Value)| match value {
+        _ if key == "effect" => None,
+        Value::Number(n) => Some(format!("{key} {}", n.as_f64().map_or_else(|| n.to_string(), number))),
+        Value::String(s) => Some(format!("{key} {s}")),
+        other => Some(format!("{key} {other}")),
+    };
+    let kind = map.get("effect").and_then(Value::as_str).unwrap_or_default();
+    let list: Vec<String> = map.iter().filter_map(shown).collect();
+    format!("{kind}: {}", list.join(", "))
+}
+
+/// Four digits that count.
+fn number(v: f64) -> String {
+    if !v.is_finite() {
+        return crate::report::number(v, 0);
+    }
+    if v.abs() < 0.005 {
+        return "0".into();
+    }
+    let decimals = (3 - v.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    let text = format!("{v:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
+}
+
+fn runs(entry: &Entry) -> String {
+    let loads: Vec<String> =
+        entry.runs.iter().filter_map(|r| r.payload_kg).map(|kg| format!("{} kg", number(kg))).collect();
+    if loads.is_empty() { String::new() } else { format!("once with each of {}", loads.join(" and ")) }
+}

@@ -1,0 +1,156 @@
+//! `rewrite` on a folder: every program by itself, a line of JSON for each.
+
+use super::{Args, print, style, summarise, usage};
+use crate::cli::paths;
+use crate::error::{Error, Place, Result, shown};
+use crate::io::input::sha256;
+use crate::io::output;
+use crate::program::files::Files;
+use crate::program::formats;
+use crate::rewrite::batch;
+use crate::rewrite::job::Job;
+use crate::rewrite::stream::guard::{note_path, read_note};
+use crate::rewrite::summary::Status;
+use indicatif::ProgressBar;
+use std::collections::{BTreeSet, HashSet};
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+/// Runs the command on a folder of programs.
+pub(super) fn run(args: &Args, mut job: Job) -> Result<()> {
+    if args.output.is_some() || args.check.is_some() {
+        return Err(usage("a folder as IN with --output or --check", "--output-dir"));
+    }
+    let output = if args.dry_run { None } else { args.output_dir.as_deref() };
+    if output.is_none() && !args.dry_run {
+        return Err(usage("a folder as IN without --output-dir", "--output-dir"));
+    }
+    if let Some(output) = output.filter(|_| !args.force) {
+        refuse_in_place(&args.input, output)?;
+    }
+    let (mut programs, files) = batch::programs(&args.input, output.unwrap_or(Path::new("")), job.format)?;
+    let results = results(&args.input, &programs, &files);
+    if !results.is_empty() {
+        let before = programs.len();
+        programs.retain(|p| !results.iter().any(|folder| p.starts_with(folder)));
+        let shown: Vec<String> = results.iter().map(|f| args.input.join(f).display().to_string()).collect();
+        let left = before - programs.len();
+        eprintln!("note: {left} programs in {} are results of an earlier rewrite, and left out", shown.join(", "));
+    }
+    job.files = files;
+    if let Some(text) = &args.shard {
+        let (k, n) = shard(text)?;
+        // by place in the sorted list: parts of much the same size, and the same ones on every machine
+        programs = programs.into_iter().skip(k - 1).step_by(n).collect();
+    }
+    if let Some(folder) = output {
+        std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "make", e))?;
+    }
+    if let Some(file) = &args.summary {
+        refuse_program(file, &args.input, output, &programs, &job.files)?;
+    }
+    let mut summary = output::create(args.summary.as_deref())?;
+    let bar = if std::io::stderr().is_terminal() {
+        ProgressBar::new(programs.len() as u64).with_style(style("{wide_bar} {pos}/{len} programs"))
+    } else {
+        ProgressBar::hidden()
+    };
+    let lines = batch::run(&job, &args.input, &programs, output, &|| bar.inc(1));
+    bar.finish_and_clear();
+    summarise(&mut summary, &lines)?;
+    output::commit([summary])?;
+    let count = |s: Status| lines.iter().filter(|l| l.status == s).count();
+    let (refused, failed) = (count(Status::Refused), count(Status::Failed));
+    for l in lines.iter().filter(|l| matches!(l.status, Status::Refused | Status::Failed)) {
+        eprintln!("{}: {}", l.input, l.reason.as_deref().unwrap_or(""));
+    }
+    if args.json {
+        print(&serde_json::json!({"schema": "lostmotion/rewrite-batch/1", "programs": lines}))?;
+    }
+    let (written, would) = match args.dry_run {
+        true => (count(Status::WouldBeWritten), " would be"),
+        false => (count(Status::Written), ""),
+    };
+    eprintln!(
+        "{} programs: {written}{would} written, {} unchanged, {refused} refused, {failed} failed",
+        lines.len(),
+        count(Status::Unchanged)
+    );
+    if refused + failed > 0 {
+        let could = if args.dry_run { "could not be" } else { "were not" };
+        return Err(Error::Refused(format!("{} of {} programs {could} rewritten", refused + failed, lines.len())));
+    }
+    super::exit_unchanged(args, written > 0)
+}
+
+/// Folders below `input` with results of an earlier rewrite of it: a program whose path goes on, behind that folder, as that of
+/// another program of `input`, which is the one that its note names.
+fn results(input: &Path, programs: &[PathBuf], files: &Files) -> BTreeSet<PathBuf> {
+    let all: HashSet<&Path> = programs.iter().map(PathBuf::as_path).collect();
+    let mut found = BTreeSet::new();
+    let of = |original: &Path| std::fs::read(input.join(original)).ok().map(|bytes| sha256(&bytes));
+    let noted = |p: &&PathBuf| files.has(&note_path(&input.join(p)));
+    for (program, note) in programs.iter().filter(noted).filter_map(|p| Some((p, read_note(&input.join(p))?))) {
+        let mut rest = program.components();
+        let mut folder = PathBuf::new();
+        while let Some(first) = rest.next() {
+            folder.push(first);
+            if all.contains(rest.as_path()) && note.sha256_in.is_some() && note.sha256_in == of(rest.as_path()) {
+                found.insert(folder);
+                break;
+            }
+        }
+    }
+    found
+}
+
+/// Refuses a summary that would go over a program, or over a result.
+fn refuse_program(
+    summary: &Path,
+    input: &Path,
+    output: Option<&Path>,
+    programs: &[PathBuf],
+    files: &Files,
+) -> Result<()> {
+    // one file has one name, but for links
+    let linked = |p: &Path| std::fs::symlink_metadata(p).is_ok_and(|m| m.is_symlink());
+    let summary_linked = linked(summary);
+    let same =
+        |p: &Path| (summary_linked || p.file_name() == summary.file_name() || linked(p)) && paths::same(summary, p);
+    for program in programs {
+        let from = input.join(program);
+        let mut ours = formats::companions(&from, files);
+        if let Some(to) = output.map(|o| o.join(program)) {
+            let beside: Vec<_> = ours.iter().filter_map(|c| c.extension()).map(|e| to.with_extension(e)).collect();
+            ours.extend(beside);
+            ours.push(to);
+        }
+        ours.push(from);
+        if let Some(other) = ours.iter().find(|p| same(p)) {
+            let found = format!("the same file as the program {}", shown(other));
+            return Err(Error::bad(Place::file("--summary"), found, "a file of its own"));
+        }
+    }
+    Ok(())
+}
+
+/// `K/N`.
+fn shard(text: &str) -> Result<(usize, usize)> {
+    let parts = text.split_once('/').and_then(|(k, n)| Some((k.trim().parse().ok()?, n.trim().parse().ok()?)));
+    match parts {
+        Some((k, n)) if (1..=n).contains(&k) => Ok((k, n)),
+        _ => Err(usage(&format!("--shard {text}"), "K/N with K from 1 to N, such as 3/8")),
+    }
+}
+
+/// Refuses an output folder that is the input folder, or holds it: results would stand where programs are. An output
+/// folder inside the input folder replaces nothing; it is left out of the programs.
+fn refuse_in_place(input: &Path, output: &Path) -> Result<()> {
+    let (Ok(from), Ok(to)) = (std::fs::canonicalize(input), std::fs::canonicalize(output)) else { return Ok(()) };
+    if !from.starts_with(&to) {
+        return Ok(());
+    }
+    let found = if from == to { "the folder of the programs" } else { "a folder that holds the programs" };
+    let expected = "another folder: the programs as they are could be lost (--force replaces them)";
+    Err(Error::bad(Place::file("--output-dir"), found, expected))
+}

@@ -1,0 +1,224 @@
+//! What the arguments of `rewrite` ask for, every value checked.
+
+use super::{Args, usage};
+use crate::compensator::{Compensator, JointEvidence, from_model::not_compensated};
+use crate::error::{Result, shown};
+use crate::io::input;
+use crate::io::output::Manner;
+use crate::model::Model;
+use crate::program::files::Files;
+use crate::program::formats;
+use crate::rewrite::equation2::Law;
+use crate::rewrite::job::Job;
+use crate::rewrite::script::Choices;
+use crate::rewrite::statics::Statics;
+use crate::rewrite::stream::guard::{Named, Notes};
+use crate::rewrite::{Options, Refine};
+use crate::robot::{JointKind, Robot};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Robot, compensator, and where they came from.
+pub(super) struct Source {
+    pub(super) robot: Robot,
+    pub(super) compensator: Compensator,
+    pub(super) named: Named,
+    pub(super) file: String,
+    /// Side of its gap on which each axis starts, where a model says so.
+    preload: Option<Vec<i8>>,
+    /// Static joint errors of a model.
+    statics: Option<Arc<Statics>>,
+    /// What of a model is not compensated.
+    pub(super) left: Vec<String>,
+}
+
+impl Source {
+    pub(super) fn load(args: &Args) -> Result<Self> {
+        let (mut statics, mut left) = (None, Vec::new());
+        let (robot, compensator, path, preload) = match (&args.model, &args.robot, &args.compensator) {
+            (Some(path), ..) => {
+                let model = Model::load(path)?;
+                let speed = args.speed_mm_s.map(|v| v * 1e-3);
+                let compensator = Compensator::from_model_at(&model, speed.unwrap_or(0.0))?;
+                statics = Statics::of_model(&model).map(Arc::new);
+                left = not_compensated(&model, speed);
+                (model.robot, compensator, path, Some(model.preload))
+            }
+            (None, Some(robot), Some(path)) => {
+                let robot = Robot::load(robot)?;
+                let compensator = Compensator::load(path, &robot)?;
+                (robot, compensator, path, None)
+            }
+            _ => return Err(usage("no compensator", "--robot and --compensator, or --model")),
+        };
+        let mut compensator = compensator;
+        leave_out(args, &robot, &mut compensator, &mut left)?;
+        let sha256 = input::read(path)?.sha256;
+        let name = path.file_name().map_or_else(|| shown(path), |n| n.to_string_lossy().into_owned());
+        Ok(Self { robot, compensator, named: Named { name, sha256 }, file: shown(path), preload, statics, left })
+    }
+}
+
+/// The job that the arguments ask for, every value checked.
+pub(super) fn of<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
+    let robot = &source.robot;
+    let mut options = Options::new(robot.dof());
+    options.statics = source.statics.clone();
+    let mut said = Vec::new();
+    options.law = args.law.into();
+    if options.law != Law::Equation16 {
+        if args.refine.is_some() {
+            return Err(usage("--refine with --law equation-2", "equation 2 adds no points: leave --refine out"));
+        }
+        said.push(format!("law {}", if options.law == Law::Equation2 { "equation-2" } else { "equation-2-held" }));
+    }
+    if let Some(r) = args.refine {
+        options.refine = r.into();
+        said.push(format!("refine {}", format!("{r:?}").to_lowercase()));
+    }
+    let number = |flag: &str, value: Option<f64>, ok: &dyn Fn(f64) -> bool, expected: &str| match value {
+        Some(v) if !(v.is_finite() && ok(v)) => Err(usage(&format!("--{flag} {v}"), expected)),
+        v => Ok(v),
+    };
+    if let Some(f) =
+        number("step-fraction", args.step_fraction, &|v| v > 0.0 && v <= 1.0, "a share above 0, at most 1")?
+    {
+        options.step_fraction = f;
+        options.step_exact = true;
+        said.push(format!("step_fraction {f}"));
+    }
+    if number("gain", Some(args.gain), &|v| (0.0..=1.0).contains(&v), "a share from 0 to 1")? != Some(1.0) {
+        options.gain = args.gain;
+        said.push(format!("gain {}", args.gain));
+    }
+    let per_axis = |deg: Option<f64>, mm: Option<f64>| -> Vec<Option<f64>> {
+        let joints = robot.axis_joints().map(|j| j.kind);
+        joints
+            .map(|k| if k == JointKind::Revolute { deg.map(|v| v * k.si()) } else { mm.map(|v| v * k.si()) })
+            .collect()
+    };
+    let positive: (&dyn Fn(f64) -> bool, &str) = (&|v| v >= 0.0, "a number of 0 or more");
+    let ramp_deg = number("ramp-deg", args.ramp_deg, positive.0, positive.1)?;
+    let ramp_mm = number("ramp-mm", args.ramp_mm, positive.0, positive.1)?;
+    options.ramp = per_axis(ramp_deg, ramp_mm).into_iter().map(|v| v.unwrap_or(0.0)).collect();
+    let deadband_deg = number("deadband-deg", args.deadband_deg, positive.0, positive.1)?;
+    let deadband_mm = number("deadband-mm", args.deadband_mm, positive.0, positive.1)?;
+    for (what, v) in [
+        ("ramp_deg", ramp_deg),
+        ("ramp_mm", ramp_mm),
+        ("deadband_deg", deadband_deg),
+        ("deadband_mm", deadband_mm),
+        ("speed_mm_s", args.speed_mm_s),
+        ("chord_um", args.chord_um),
+        ("decimals", args.decimals.map(f64::from)),
+    ] {
+        said.extend(v.map(|v| format!("{what} {v}")));
+    }
+    if let Some(side) = &source.preload {
+        options.initial_direction = side.clone();
+    }
+    if let Some(text) = &args.initial_direction {
+        directions(text, robot, &mut options.initial_direction)?;
+        said.push(format!("initial_direction {text}"));
+    }
+    let speed = number("speed-mm-s", args.speed_mm_s, &|v| v > 0.0, "a speed above 0")?;
+    options.tcp_speed_m_s = speed.map(|v| v * 1e-3).or(source.compensator.evidence.tcp_speed_m_s);
+    if let Some(c) = number("chord-um", args.chord_um, &|v| v > 0.0, "a distance above 0")? {
+        if options.refine != Refine::Cartesian {
+            return Err(usage(&format!("--chord-um {c} without --refine cartesian"), "both, or neither"));
+        }
+        options.chord_m = c * 1e-6;
+    }
+    // limits and pulses are not in the fingerprint, but in the result
+    said.push(format!("robot_file {}", input::sha256(robot.to_yaml()?.as_bytes())));
+    if args.insignificant {
+        said.push("insignificant".into());
+    }
+    for (what, value) in [("format", &args.format), ("require_coverage", &args.require_coverage)] {
+        said.extend(value.as_ref().map(|v| format!("{what} {v}")));
+    }
+    if let Some(list) = &args.leave_out {
+        said.push(format!("leave_out {list}"));
+    }
+    let solve = number("solve-cartesian", args.solve_cartesian, &|v| v > 0.0, "a distance above 0")?;
+    said.extend(solve.map(|v| format!("solve_cartesian_um {v}")));
+    if args.exclude_process {
+        said.push("exclude_process".into());
+    }
+    let choices = Choices {
+        exclude_process: args.exclude_process,
+        solve_within_m: solve.map(|um| um * 1e-6),
+        speed_m_s: speed.map(|v| v * 1e-3),
+        require_coverage: args.require_coverage.as_deref().map(share).transpose()?,
+    };
+    Ok(Job {
+        format: args.format.as_deref().map(formats::named).transpose()?,
+        choices,
+        files: Files::Disk,
+        manner: if args.output_dir.is_some() { Manner::Swift } else { Manner::Safe },
+        notes: Notes::default(),
+        robot,
+        compensator: &source.compensator,
+        source: source.named.clone(),
+        options,
+        deadband: per_axis(deadband_deg, deadband_mm),
+        decimals: args.decimals,
+        said,
+        force: args.force,
+        hash: args.json || args.summary.is_some() || args.output_dir.is_some(),
+        threads: !(args.input != Path::new("-") && args.input.is_dir()),
+    })
+}
+
+/// `A1=+,A2=-` into one sign per axis.
+fn directions(text: &str, robot: &Robot, into: &mut [i8]) -> Result<()> {
+    for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+        let (joint, sign) = part.split_once('=').unwrap_or((part, ""));
+        let sign = match sign.trim() {
+            "+" | "+1" | "1" => 1,
+            "-" | "-1" => -1,
+            "0" => 0,
+            _ => return Err(usage(&format!("--initial-direction {part}"), "JOINT=+ or JOINT=-, such as A1=+,A2=-")),
+        };
+        match robot.axis_named(joint.trim()) {
+            Some(axis) => into[axis] = sign,
+            None => {
+                let expected = format!("a joint of {}", robot.axis_names().join(", "));
+                return Err(usage(&format!("--initial-direction {part}"), &expected));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Joints that are not compensated: those that the user names, and those whose gap is not significant.
+fn leave_out(args: &Args, robot: &Robot, compensator: &mut Compensator, left: &mut Vec<String>) -> Result<()> {
+    for name in args.leave_out.iter().flat_map(|l| l.split(',')).map(str::trim).filter(|n| !n.is_empty()) {
+        let Some(axis) = robot.axis_named(name) else {
+            let expected = format!("joints of {}", robot.axis_names().join(", "));
+            return Err(usage(&format!("--leave-out {name}"), &expected));
+        };
+        compensator.joints.retain(|j| j.axis != axis);
+        left.push(format!("{name}, as asked"));
+    }
+    if args.insignificant {
+        return Ok(());
+    }
+    let doubtful = |e: &&JointEvidence| e.half_gap_ci95.is_some_and(|[lo, _]| lo <= 0.0);
+    for e in compensator.evidence.joints.iter().filter(doubtful) {
+        if compensator.joints.iter().any(|j| j.axis == e.axis) {
+            compensator.joints.retain(|j| j.axis != e.axis);
+            left.push(format!("{}, whose gap may be zero (--insignificant does)", robot.axis(e.axis).name));
+        }
+    }
+    Ok(())
+}
+
+/// `95%` or `95` as a share.
+fn share(text: &str) -> Result<f64> {
+    let percent = text.trim().trim_end_matches('%').trim().parse::<f64>().ok();
+    match percent.filter(|p| (0.0..=100.0).contains(p)) {
+        Some(p) => Ok(p / 100.0),
+        None => Err(usage(&format!("--require-coverage {text}"), "a percentage from 0% to 100%")),
+    }
+}

@@ -1,0 +1,187 @@
+//! `lostmotion track`: Cartesian path -> joint program.
+
+use crate::cli::{page, paths};
+use crate::error::{Error, Place, Result, counted, is_stdio};
+use crate::gaps::LogRef;
+use crate::io::input;
+use crate::io::output::{self, Output};
+use crate::learn::Learned;
+use crate::model::Model;
+use crate::robot::Robot;
+use crate::track::{Kinematics, Method, Options, Origin, Path, follow, write};
+use std::path::{Path as FilePath, PathBuf};
+
+/// Turn a Cartesian path into a joint program.
+///
+/// The path is a CSV with x_mm, y_mm, z_mm (a coordinate that is left out is free) and perhaps t_s. The
+/// joints follow by the bounded quadratic program of seed 002, equation 1, or by the numerical inverse:
+/// within joint limits, joint speeds, and the range in which a kinematics was learned. With --robot the
+/// kinematics is the nominal one, with --model that of the model's geometry, with --kinematics a learned
+/// one; the path is in its frame (of a learned one: that of its logs). Where the path cannot be followed,
+/// the places are named, the exit code is 1 and nothing is written.
+///
+/// Lost motion is not in it: give the program to `rewrite`.
+///
+/// Examples:
+///   lostmotion track --robot robot.yaml --path path.csv --speed-mm-s 5 --output program.csv
+///   lostmotion track --robot robot.yaml --kinematics kinematics.yaml --path path.csv --output program.csv
+///   lostmotion track --model found.yaml --path path.csv --method inverse --output program.csv
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+#[command(group = clap::ArgGroup::new("machine").required(true).args(["robot", "model"]))]
+pub struct Args {
+    /// Robot file
+    #[arg(long, value_name = "ROBOT.yaml")]
+    pub robot: Option<PathBuf>,
+    /// Model file in place of --robot: its link_error and tool_error count; `rewrite --model` undoes the rest
+    #[arg(long, value_name = "MODEL.yaml")]
+    pub model: Option<PathBuf>,
+    /// Learned kinematics in place of the robot's own
+    #[arg(long, value_name = "KINEMATICS.yaml", requires = "robot")]
+    pub kinematics: Option<PathBuf>,
+    /// The path; - is standard input
+    #[arg(long, value_name = "PATH.csv")]
+    pub path: PathBuf,
+    /// How each step is found
+    #[arg(long, value_enum, default_value_t = MethodArg::Qp)]
+    pub method: MethodArg,
+    /// Joint vector from which the first point is looked for, such as 0,-90,90,0,0,0 in deg and mm [default: all 0]
+    #[arg(long, value_name = "Q1,Q2,...", allow_hyphen_values = true)]
+    pub start: Option<String>,
+    /// TCP speed of a path without t_s, mm/s
+    #[arg(long, value_name = "MM_S", allow_negative_numbers = true)]
+    pub speed_mm_s: Option<f64>,
+    /// Distance from the path beyond which a point counts as missed, mm
+    #[arg(long, value_name = "MM", default_value_t = 0.1, allow_negative_numbers = true)]
+    pub tolerance_mm: f64,
+    /// Where the program goes; - is standard output
+    #[arg(long, short, value_name = "PROGRAM.csv")]
+    pub output: PathBuf,
+    /// Print one JSON document (lostmotion/tracking/1) on standard output
+    #[arg(long)]
+    pub json: bool,
+    /// Write a self-contained HTML page with figures and tables here
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+}
+
+/// `--method`.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+pub enum MethodArg {
+    /// One bounded quadratic program a step
+    Qp,
+    /// The numerical inverse at each point
+    Inverse,
+}
+
+fn usage(found: impl Into<String>, expected: &str) -> Error {
+    Error::bad(Place::file("command line"), found, expected)
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    let inputs = [
+        ("--robot", args.robot.as_deref()),
+        ("--model", args.model.as_deref()),
+        ("--kinematics", args.kinematics.as_deref()),
+        ("--path", Some(args.path.as_path())),
+    ];
+    paths::refuse_shared(&inputs, &[("--output", Some(args.output.as_path())), ("--report", args.report.as_deref())])?;
+    if args.json && args.output == FilePath::new("-") {
+        return Err(usage("--json with --output -", "one of them: both go to standard output"));
+    }
+    let above_zero = |option: &str, v: f64| {
+        if v.is_finite() && v > 0.0 { Ok(v * 1e-3) } else { Err(usage(format!("{option} {v}"), "a number above 0")) }
+    };
+    let tolerance_m = above_zero("--tolerance-mm", args.tolerance_mm)?;
+    let speed_m_s = args.speed_mm_s.map(|v| above_zero("--speed-mm-s", v)).transpose()?;
+    let mut out = Output::create(&args.output)?;
+    let mut report = output::create(args.report.as_deref())?;
+    let mut model_file = None;
+    let (model, nominal) = match (&args.model, &args.robot) {
+        (Some(file), _) => {
+            // standard input is read once
+            if !is_stdio(file) {
+                let read = input::read(file)?;
+                model_file = Some(LogRef { name: read.name, sha256: read.sha256 });
+            }
+            (Model::load(file)?, false)
+        }
+        (None, Some(file)) => (Model::ideal(Robot::load(file)?), true),
+        (None, None) => return Err(usage("neither --robot nor --model", "one of them")),
+    };
+    let robot = &model.robot;
+    let learned = args.kinematics.as_ref().map(|file| Learned::load(file, robot)).transpose()?;
+    let path = Path::load(&args.path)?;
+    let mut origin = Origin { by: "nominal kinematics".into(), file: None };
+    let kinematics = match learned {
+        Some(learned) => {
+            let file = learned.file.clone();
+            let name = file.as_ref().map_or(String::new(), |f| f.name.clone());
+            if !learned.evidence.programs.is_empty() {
+                eprintln!(
+                    "note: {name} was learned on compensated runs: compensate this program in the same way (rewrite)"
+                );
+            }
+            origin = Origin { by: format!("learned kinematics ({})", learned.kind.text()), file };
+            Kinematics::learned(learned, &path.coordinates, &name)?
+        }
+        None if nominal => Kinematics::nominal(robot, &path.coordinates),
+        None => {
+            let left = model.effects.iter().filter(|e| e.effect.stage() != crate::effect::Stage::Geometry).count();
+            if left > 0 {
+                eprintln!(
+                    "note: {} of the model {} joints, not the geometry: rewrite --model undoes those that an offset can",
+                    counted(left, "effect"),
+                    if left == 1 { "moves" } else { "move" }
+                );
+            }
+            if model.registration.is_some() {
+                eprintln!("note: the path is taken in the robot's frame; the model's registration is not applied");
+            }
+            origin = Origin { by: "kinematics of the model's geometry".into(), file: model_file };
+            Kinematics::of_model(&model, &path.coordinates)
+        }
+    };
+    let t_s = match (&path.t_s, speed_m_s) {
+        (Some(_), Some(_)) => {
+            return Err(usage("--speed-mm-s and a path with t_s", "one of them"));
+        }
+        (Some(t), None) => t.clone(),
+        (None, Some(v)) => path.times_at(v),
+        (None, None) => {
+            return Err(Error::bad(Place::file(&path.name), "no column t_s", "times, or --speed-mm-s"));
+        }
+    };
+    let method = match args.method {
+        MethodArg::Qp => Method::Qp,
+        MethodArg::Inverse => Method::Inverse,
+    };
+    let start = args.start.as_deref().map(|s| joints(s, robot)).transpose()?;
+    let tracked = follow(robot, &kinematics, &path, &t_s, &Options { method, start, tolerance_m })?;
+    if let Some(no) = tracked.refusal(robot, &path, tolerance_m) {
+        return Err(Error::Refused(no));
+    }
+    origin.by = format!("{}, {}", origin.by, method.text());
+    out.put(&write::program(robot, &tracked, &path.name, &origin.by))?;
+    page::write(&mut report, || page::track::of_tracked(robot, &kinematics, &path, &tracked, &origin))?;
+    let mut stdout = if args.json { Some(Output::create(FilePath::new("-"))?) } else { None };
+    if let Some(stdout) = &mut stdout {
+        stdout.put(format!("{:#}\n", tracked.to_json(robot, &path, &origin, method.text())).as_bytes())?;
+    }
+    output::commit([Some(out), report, stdout])?;
+    eprint!("{}", tracked.words(&path, &origin.by));
+    Ok(())
+}
+
+/// A joint vector in deg and mm, one value per axis.
+fn joints(text: &str, robot: &Robot) -> Result<Vec<f64>> {
+    let bad = || {
+        let expected = format!("a number for each of {}, in deg or mm, commas between", robot.axis_names().join(", "));
+        Error::bad(Place::file("--start"), format!("`{text}`"), expected)
+    };
+    let values: Option<Vec<f64>> =
+        text.split(',').map(|v| v.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
+    let values = values.filter(|v| v.len() == robot.dof()).ok_or_else(bad)?;
+    Ok(robot.axis_joints().zip(values).map(|(j, v)| v * j.kind.si()).collect())
+}

@@ -1,0 +1,158 @@
+//! `lostmotion undo`: a rewritten program back to what it was, byte for byte.
+
+use crate::cli::paths;
+use crate::error::{Error, Place, Result, is_stdio, shown};
+use crate::io::input;
+use crate::io::output::{Output, write_whole};
+use crate::rewrite::original::{KEPT_UP_TO, unpack};
+use crate::rewrite::stream::guard::{Note, note_path, read_note};
+use std::path::{Path, PathBuf};
+
+/// Bring a rewritten program back, byte for byte.
+///
+/// The note FILE.lostmotion.json that `rewrite` left beside the program holds the bytes of the original and their SHA-256. A
+/// program that was changed since it was written is not touched. Of a program above 4 MB the note holds the SHA-256 alone:
+/// then --original names the file, and it is checked.
+///
+/// Examples:
+///   lostmotion undo out.src --output original.src
+///   lostmotion undo out.src --in-place
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct Args {
+    /// The rewritten program; its note lies beside it
+    #[arg(value_name = "FILE")]
+    pub input: PathBuf,
+
+    /// Where the original goes; `-` for standard output
+    #[arg(long, short, value_name = "FILE", required_unless_present = "in_place", conflicts_with = "in_place")]
+    pub output: Option<PathBuf>,
+
+    /// Put the original in the place of the rewritten program and take the note away
+    #[arg(long)]
+    pub in_place: bool,
+
+    /// The original of a program that is too large for its note
+    #[arg(long, value_name = "FILE")]
+    pub original: Option<PathBuf>,
+
+    /// Print what was brought back as one JSON document on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    let note_file = note_path(&args.input);
+    let name = shown(&note_file);
+    if !args.input.is_file() {
+        return Err(Error::bad(Place::file(shown(&args.input)), "no file", "a program that `rewrite` wrote"));
+    }
+    let Some(note) = read_note(&args.input) else {
+        return Err(Error::bad(
+            Place::file(&name),
+            "no note of `rewrite`",
+            "the note that lies beside a rewritten program",
+        ));
+    };
+    let target = args.output.clone().unwrap_or_else(|| args.input.clone());
+    paths::refuse_missing_folders(&[("--output", args.output.as_deref())])?;
+    if !args.in_place {
+        let found = |path: &Path| Err(Error::bad(Place::file("--output"), shown(path), "another file (or --in-place)"));
+        for path in [&args.input, &note_file].into_iter().chain(args.original.as_ref()) {
+            if !is_stdio(&target) && paths::same(&target, path) {
+                return found(path);
+            }
+        }
+    }
+    if args.json && is_stdio(&target) {
+        let expected = "a file: standard output holds the document";
+        return Err(Error::bad(Place::file("--output"), "standard output with --json", expected));
+    }
+    let mut files = vec![(target.clone(), original_of(&args, &note, &name)?)];
+    for c in &note.companions {
+        let rewritten = beside(&args.input, &c.output);
+        unchanged(&rewritten, &c.sha256_out)?;
+        let bytes = match &c.original {
+            Some(text) => checked(&name, unpack(&name, text)?, &c.sha256_in)?,
+            None => return Err(too_large(&name, &c.input)),
+        };
+        if is_stdio(&target) {
+            return Err(Error::bad(Place::file("--output"), "standard output for several files", "a file"));
+        }
+        let ending = Path::new(&c.output).extension().unwrap_or_default();
+        let to = if args.in_place { rewritten.clone() } else { target.with_extension(ending) };
+        if !args.in_place && (paths::same(&to, &rewritten) || paths::same(&to, &args.input) || to == target) {
+            let found = format!("a name by which {} would go over {}", c.input, shown(&to));
+            return Err(Error::bad(Place::file("--output"), found, "another name or folder (or --in-place)"));
+        }
+        files.push((to, bytes));
+    }
+    let mut outputs = Vec::with_capacity(files.len());
+    for (path, bytes) in &files {
+        let mut output = Output::create(path)?;
+        output.put(bytes)?;
+        outputs.push(output);
+    }
+    outputs.into_iter().try_for_each(Output::commit)?;
+    if args.in_place {
+        std::fs::remove_file(&note_file).map_err(|e| Error::io(&note_file, "remove", e))?;
+    }
+    if args.json {
+        let file = |(path, bytes): &(PathBuf, Vec<u8>)| serde_json::json!({"output": shown(path), "bytes": bytes.len(), "sha256": input::sha256(bytes)});
+        let files: Vec<_> = files.iter().map(file).collect();
+        let document = serde_json::json!({"schema": "lostmotion/undone/1", "original": note.input, "files": files});
+        let text = serde_json::to_string_pretty(&document).unwrap_or_default() + "\n";
+        return write_whole(Path::new("-"), text.as_bytes());
+    }
+    eprintln!("{}: {} as it was, {} bytes", shown(&target), note.input, files[0].1.len());
+    Ok(())
+}
+
+/// The original's bytes, checked.
+fn original_of(args: &Args, note: &Note, name: &str) -> Result<Vec<u8>> {
+    unchanged(&args.input, &note.sha256_out)?;
+    let Some(sha256) = &note.sha256_in else {
+        return Err(Error::bad(Place::file(name), "no SHA-256 of the original", "a note that has one"));
+    };
+    match (&args.original, &note.original) {
+        (Some(path), _) => {
+            let bytes = std::fs::read(path).map_err(|e| Error::io(path, "read", e))?;
+            checked(&shown(path), bytes, sha256)
+        }
+        (None, Some(text)) => checked(name, unpack(name, text)?, sha256),
+        (None, None) => Err(too_large(name, &note.input)),
+    }
+}
+
+fn too_large(name: &str, original: &str) -> Error {
+    Error::Refused(format!(
+        "{name}: the note does not hold the bytes of {original} (a stream, or more than {} MB): give the file with --original",
+        KEPT_UP_TO >> 20
+    ))
+}
+
+fn checked(name: &str, bytes: Vec<u8>, sha256: &str) -> Result<Vec<u8>> {
+    let found = input::sha256(&bytes);
+    if found == sha256 {
+        return Ok(bytes);
+    }
+    Err(Error::bad(Place::file(name), format!("bytes with SHA-256 {found}"), format!("the original's: {sha256}")))
+}
+
+/// The rewritten file is still what was written.
+fn unchanged(file: &Path, sha256: &str) -> Result<()> {
+    let bytes = std::fs::read(file).map_err(|e| Error::io(file, "read", e))?;
+    if input::sha256(&bytes) == sha256 {
+        return Ok(());
+    }
+    Err(Error::Refused(format!(
+        "{}: changed since it was written: what was changed would be lost; nothing was written",
+        shown(file)
+    )))
+}
+
+/// A file in the folder of `file`; a name that a note gives leads nowhere else.
+fn beside(file: &Path, name: &str) -> PathBuf {
+    file.with_file_name(Path::new(name).file_name().unwrap_or_default())
+}

@@ -1,0 +1,417 @@
+//! Deadzones by growing sweeps (seed 002, algorithm 1): one joint at a time turns again and again, a tracker sees the tip alone.
+//!
+//! The story, one room a step:
+//! - [`motion`]: the stretches of all logs in which one joint moves alone, and its turning points.
+//! - [`rest`]: at which turns the tip stops, and in which stroke it leaves again: algorithm 1, asked so that noise cannot
+//!   shatter a deadzone; [`printed`]: the algorithm as it is printed, to compare with.
+//! - [`edge`]: the size of each deadzone from the rows about it, with its standard error.
+//! - [`map`]: size over position, with intervals; does it vary?
+//! - [`document`], [`display`]: the result as a document and as a table.
+//!
+//! A deadzone of the motor spans both half gaps: `half_gap = size / 2`, placed in the middle between where the deadzone
+//! begins and where it ends. Kinematics serve for one thing only: how far a polynomial can follow the tip's path. No
+//! tracker frame, no lengths, no followers of a coupled joint enter the sizes.
+//!
+//! How it fails: a tracker that lags behind the commands makes a deadzone longer by its lag times the speed with which the
+//! motor leaves it; a deadzone that no stroke crosses has no size. Both are said in `docs/identify-deadzone.md`.
+
+pub mod display;
+pub mod document;
+pub mod edge;
+pub mod map;
+pub mod motion;
+pub mod printed;
+pub mod rest;
+mod words;
+
+use crate::effect::GapCurve;
+use crate::effect::curve::Pchip;
+use crate::error::{Error, Place, Result};
+use crate::gaps::{GapPoint, Gaps, JointGap, LogRef};
+use crate::log::Log;
+use crate::robot::{JointKind, Robot};
+use crate::stats::robust::{SIGMA_PER_MAD, median_of};
+use crate::stats::student;
+use edge::{Edge, Warp};
+use map::{Map, Sized};
+use motion::{Motions, Stretch};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use std::collections::HashSet;
+
+/// Settings of the identification; SI.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Joints to be looked at; empty: all that move.
+    pub axes: Vec<usize>,
+    /// Distance from where it stopped up to which the tip rests; else five standard deviations of the noise.
+    pub rest_m: Option<f64>,
+    /// Movement of a command that is noise, by axis (rad or m); else from the log. One per axis, or empty.
+    pub deadband: Vec<Option<f64>>,
+}
+
+/// One deadzone of a joint; rad or m, s.
+#[derive(Debug, Clone)]
+pub struct Deadzone {
+    pub axis: usize,
+    pub log: usize,
+    /// Line of the log's file near the turn.
+    pub line: u32,
+    pub t_s: f64,
+    /// Motor position at which the tip stopped, and at which it moved again.
+    pub from: f64,
+    pub to: f64,
+    pub size: f64,
+    pub sigma: f64,
+    pub rows: usize,
+    pub rest_m: Vector3<f64>,
+}
+
+/// A joint's sweeps and what they gave.
+#[derive(Debug, Clone)]
+pub struct JointSweeps {
+    pub axis: usize,
+    pub deadzones: Vec<Deadzone>,
+    pub map: Map,
+    /// Turning points seen, and what became of those that gave no size.
+    pub turns: usize,
+    pub inside: usize,
+    pub not_crossed: usize,
+    pub too_short: usize,
+    pub unseen: usize,
+    /// Deadzones whose branch could not be fitted.
+    pub unfitted: usize,
+    /// Standard deviation of one coordinate, m, from what the fits left.
+    pub noise_m: f64,
+    /// Rest radius that was used, m, the largest of all stretches.
+    pub radius_m: f64,
+    pub outliers: usize,
+}
+
+/// What the sweeps gave.
+#[derive(Debug, Clone)]
+pub struct Found {
+    pub gaps: Gaps,
+    /// In the order of `gaps.joints`.
+    pub joints: Vec<JointSweeps>,
+}
+
+/// Noise below this is the rounding of a file, m.
+const LEAST_NOISE_M: f64 = 1e-8;
+/// Root of the sum of the squared weights of a third difference.
+const THIRD: f64 = 4.472_135_955;
+/// Scatter at rest over that of third differences above which the noise is not white.
+const COLOURED: f64 = 1.3;
+/// A size is no use where its 95 % interval is wider than the travel that was looked at.
+const WIDEST: f64 = 1.0;
+/// Half a 95 % interval over its standard error, where the noise of a whole log gives the latter.
+const Z95: f64 = 1.959_964;
+/// Steps of the differences of the nominal path, rad or m.
+const STEP_RAD: f64 = 0.05;
+const STEP_M: f64 = 0.005;
+/// Rounds of sizes and map; the map of the second changes by a tenth of its interval or less in a third.
+const ROUNDS: usize = 3;
+
+/// Finds the deadzones of every joint that the logs sweep alone.
+pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found> {
+    let mut seen = HashSet::new();
+    if let Some(twice) = logs.iter().find(|l| !seen.insert(&l.sha256)) {
+        let expected = "each log once: its deadzones would count twice";
+        return Err(Error::bad(Place::file(&twice.name), "a log that was given before (same SHA-256)", expected));
+    }
+    let stretches = sweeps(robot, logs, options)?;
+    let mut gaps = Gaps {
+        robot_name: robot.name.clone(),
+        robot_sha256: robot.fingerprint(),
+        logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),
+        registration: None,
+        points: Vec::new(),
+        joints: Vec::new(),
+        tcp_speed_m_s: None,
+        notes: Vec::new(),
+    };
+    let mut joints = Vec::new();
+    for axis in 0..robot.dof() {
+        let own: Vec<&Stretch> = stretches.iter().filter(|s| s.axis == axis).collect();
+        if own.is_empty() {
+            continue;
+        }
+        let name = &robot.axis(axis).name;
+        match joint(robot, logs, &own, options) {
+            Ok(found) => {
+                gaps.notes.extend(words::notes(robot, &found));
+                gaps.points.extend(found.deadzones.iter().map(point));
+                gaps.joints.push(joint_gap(&found));
+                joints.push(found);
+            }
+            Err(why) => gaps.notes.push(format!("{name}: {why}")),
+        }
+    }
+    if joints.is_empty() {
+        let expected =
+            "sweeps of one joint at a time, turning again and again with growing amplitude, larger than its deadzone";
+        let found = format!("no deadzone that was crossed ({})", gaps.notes.join("; "));
+        return Err(Error::bad(logs.first().map_or_else(Place::default, |l| Place::file(&l.name)), found, expected));
+    }
+    Ok(Found { gaps, joints })
+}
+
+/// Sizes by algorithm 1 as printed, joint by joint of `found`: thresholds in deg/s (or mm/s) of the motor and m/s of the tip.
+pub fn as_printed(
+    robot: &Robot,
+    logs: &[Log],
+    options: &Options,
+    found: &Found,
+    eps: f64,
+    eps_tip_m_s: f64,
+) -> Vec<(usize, Vec<f64>)> {
+    let all = sweeps(robot, logs, options).unwrap_or_default();
+    let of = |axis: usize| {
+        let eps = eps * robot.axis(axis).kind.si();
+        let own = all.iter().filter(|s| s.axis == axis);
+        own.flat_map(|s| printed::identify(s, eps, eps_tip_m_s)).map(|d| d.size).collect()
+    };
+    found.joints.iter().map(|j| (j.axis, of(j.axis))).collect()
+}
+
+/// Stretches of all logs in which a wanted joint moves alone; says what else the logs hold where there are none.
+fn sweeps(robot: &Robot, logs: &[Log], options: &Options) -> Result<Vec<Stretch>> {
+    let mut all = Vec::new();
+    let mut last: Option<(&Log, Motions)> = None;
+    for (index, log) in logs.iter().enumerate() {
+        let bad = |found: String, expected: &str| Err(Error::bad(Place::file(&log.name), found, expected));
+        if log.poses {
+            return bad(
+                "settled poses (no column t_s)".into(),
+                "samples of a motion with t_s; settled poses are for `identify static`",
+            );
+        }
+        if log.tcp_m.iter().all(Option::is_none) {
+            return bad("no measured tip".into(), "columns x_mm, y_mm, z_mm with measurements");
+        }
+        let chosen = |a: usize| options.deadband.get(a).copied().flatten();
+        let deadband: Vec<f64> = (0..robot.dof()).map(|a| motion::deadband(log, robot, a, chosen(a))).collect();
+        let mut motions = motion::stretches(log, index, &deadband);
+        all.extend(motions.stretches.drain(..).filter(|s| options.axes.is_empty() || options.axes.contains(&s.axis)));
+        last = Some((log, motions));
+    }
+    if all.iter().any(|s: &Stretch| !s.turns.is_empty()) {
+        return Ok(all);
+    }
+    let Some((log, motions)) = last else {
+        return Err(Error::bad(Place::default(), "no log", "one log or more"));
+    };
+    let names = |axes: &[usize]| axes.iter().map(|&a| robot.axis(a).name.as_str()).collect::<Vec<_>>().join(", ");
+    let found = if motions.together > 0 {
+        format!(
+            "a motion of {} together ({} of {} rows that move)",
+            names(&motions.mixed),
+            motions.together,
+            motions.moving
+        )
+    } else if motions.moving == 0 {
+        "commands that do not move".into()
+    } else if all.is_empty() && !options.axes.is_empty() {
+        format!("no movement of {} alone", names(&options.axes))
+    } else {
+        "a motion that never turns back".into()
+    };
+    let expected = "one joint at a time, sweeping to and fro with growing amplitude while the others rest";
+    Err(Error::bad(Place::file(&log.name), found, expected))
+}
+
+/// Standard deviation of one coordinate: third differences of rows that follow each other, robust.
+fn noise(s: &Stretch) -> f64 {
+    let mut third = Vec::new();
+    for w in s.tip.windows(4) {
+        if let [Some(a), Some(b), Some(c), Some(d)] = w {
+            let e = d - 3.0 * c + 3.0 * b - a;
+            third.extend(e.iter().map(|v| v.abs()));
+        }
+    }
+    (SIGMA_PER_MAD * median_of(&mut third).unwrap_or(0.0) / THIRD).max(LEAST_NOISE_M)
+}
+
+/// The same from the scatter of the tip within its rests: larger where the noise hangs together.
+fn noise_at_rest(s: &Stretch, rests: &rest::Rests) -> Option<f64> {
+    let mut deviations = Vec::new();
+    for r in &rests.crossed {
+        let turn = s.turns[r.turn];
+        let [_, end_s] = s.stroke_s(r.stroke);
+        // the last third of a rest may hold the edge
+        let inside = |i: &usize| (turn.dir * (s.p[*i] - turn.p)) < 0.67 * r.travel[0];
+        let tips: Vec<Vector3<f64>> = s.rows(turn.t_s, end_s).take_while(inside).filter_map(|i| s.tip[i]).collect();
+        if tips.len() < 3 {
+            continue;
+        }
+        let mean = tips.iter().sum::<Vector3<f64>>() / tips.len() as f64;
+        let widen = (tips.len() as f64 / (tips.len() - 1) as f64).sqrt();
+        deviations.extend(tips.iter().flat_map(|p| (p - mean).iter().map(|v| widen * v.abs()).collect::<Vec<_>>()));
+    }
+    (deviations.len() >= 30).then(|| SIGMA_PER_MAD * median_of(&mut deviations).unwrap_or(0.0))
+}
+
+/// Everything about one joint, or why there is nothing.
+fn joint(
+    robot: &Robot,
+    logs: &[Log],
+    stretches: &[&Stretch],
+    options: &Options,
+) -> std::result::Result<JointSweeps, String> {
+    let axis = stretches[0].axis;
+    let kind = robot.axis(axis).kind;
+    let mut out = JointSweeps {
+        axis,
+        deadzones: Vec::new(),
+        map: Map {
+            half_gap: 0.0,
+            ci95: [0.0; 2],
+            knots: Vec::new(),
+            band: Vec::new(),
+            varies_p_value: None,
+            scatter: 1.0,
+            scatter_p_value: None,
+        },
+        turns: stretches.iter().map(|s| s.turns.len()).sum(),
+        inside: 0,
+        not_crossed: 0,
+        too_short: 0,
+        unseen: 0,
+        unfitted: 0,
+        noise_m: 0.0,
+        radius_m: 0.0,
+        outliers: 0,
+    };
+    if out.turns == 0 {
+        return Err("it never turns back".into());
+    }
+    let cleaned: Vec<(Stretch, usize)> = stretches.iter().map(|s| s.without_outliers(noise(s))).collect();
+    let glitches: usize = cleaned.iter().map(|c| c.1).sum();
+    let stretches: &[&Stretch] = &cleaned.iter().map(|c| &c.0).collect::<Vec<_>>();
+    let mut crossings = Vec::new();
+    for (k, &s) in stretches.iter().enumerate() {
+        let mut sigma = noise(s);
+        let radius = |sigma: f64| options.rest_m.unwrap_or((rest::RADIUS * sigma).max(rest::LEAST_RADIUS_M));
+        let mut rests = rest::find(s, radius(sigma));
+        if let Some(wider) = noise_at_rest(s, &rests).filter(|w| *w > COLOURED * sigma) {
+            sigma = wider;
+            rests = rest::find(s, radius(sigma));
+        }
+        out.radius_m = out.radius_m.max(radius(sigma));
+        out.inside += rests.inside(s.turns.len());
+        out.not_crossed += rests.not_crossed;
+        out.too_short += rests.too_short;
+        out.unseen += rests.unseen;
+        let path = |v: f64| {
+            let mut q = s.pose.clone();
+            q[axis] = v;
+            robot.tcp_m(&q)
+        };
+        let step = if kind == JointKind::Revolute { STEP_RAD } else { STEP_M };
+        for rest in rests.crossed {
+            let at = s.turns[rest.turn];
+            let bends = edge::bends(path, at.p + at.dir * rest.travel[1], step);
+            crossings.push(Crossing { stretch: k, rest, bends, sigma, radius_m: radius(sigma) });
+        }
+    }
+    let mut warp = Warp::default();
+    for round in 0..ROUNDS {
+        let edges: Vec<Option<Edge>> = crossings.par_iter().map(|c| c.size(stretches[c.stretch], &warp)).collect();
+        out.take(&crossings, &edges, stretches, logs);
+        if out.deadzones.is_empty() {
+            return Err(words::no_deadzone(&out, kind, stretches));
+        }
+        match map::fit(&out.deadzones.iter().map(Deadzone::sized).collect::<Vec<_>>()) {
+            Some(map) => out.map = map,
+            None => return Err("sizes of its deadzones that no mean can be taken of".into()),
+        }
+        warp.gap = Pchip::new(&out.map.knots).map(GapCurve::Pchip);
+        if warp.gap.is_none() || round + 1 == ROUNDS {
+            break;
+        }
+    }
+    out.outliers += glitches;
+    for d in &mut out.deadzones {
+        d.sigma *= out.map.scatter;
+    }
+    Ok(out)
+}
+
+/// A deadzone that was seen to be crossed, with what sizing it needs.
+struct Crossing {
+    stretch: usize,
+    rest: rest::Rest,
+    bends: edge::Bends,
+    sigma: f64,
+    radius_m: f64,
+}
+
+impl Crossing {
+    fn size(&self, s: &Stretch, warp: &Warp) -> Option<Edge> {
+        let edge = edge::size(s, &self.rest, &self.bends, warp, self.sigma, self.radius_m)?;
+        let travel = self.rest.travel[1].max(edge.size.abs());
+        (student::factor(0.95, edge.dof) * edge.sigma < WIDEST * travel).then_some(edge)
+    }
+}
+
+impl Deadzone {
+    fn sized(&self) -> Sized {
+        Sized { from: self.from, to: self.to, size: self.size, sigma: self.sigma.max(f64::MIN_POSITIVE) }
+    }
+}
+
+impl JointSweeps {
+    /// The deadzones of one round; their standard errors rest on what all fits of the joint left, together.
+    fn take(&mut self, crossings: &[Crossing], edges: &[Option<Edge>], stretches: &[&Stretch], logs: &[Log]) {
+        let (sse, dof) = edges.iter().flatten().fold((0.0, 0.0), |(s, d), e| (s + e.sse_m2, d + e.dof));
+        self.noise_m = if dof > 0.0 { (sse / dof).sqrt() } else { 0.0 };
+        self.unfitted = edges.iter().filter(|e| e.is_none()).count();
+        self.outliers = edges.iter().flatten().map(|e| e.outliers).sum();
+        self.deadzones.clear();
+        for (c, e) in crossings.iter().zip(edges).filter_map(|(c, e)| Some((c, e.as_ref()?))) {
+            let s = stretches[c.stretch];
+            let at = s.turns[c.rest.turn];
+            let row = s.first + s.rows(at.t_s, f64::INFINITY).start.min(s.t_s.len() - 1);
+            self.deadzones.push(Deadzone {
+                axis: self.axis,
+                log: s.log,
+                line: logs[s.log].line.get(row).copied().unwrap_or(0),
+                t_s: at.t_s,
+                from: at.p,
+                to: at.p + at.dir * e.size,
+                size: e.size,
+                sigma: e.sigma * self.noise_m / c.sigma,
+                rows: e.rows,
+                rest_m: e.rest_m,
+            });
+        }
+    }
+}
+
+fn point(d: &Deadzone) -> GapPoint {
+    let half = 0.5 * Z95 * d.sigma;
+    let half_gap = 0.5 * d.size;
+    GapPoint {
+        axis: d.axis,
+        at: 0.5 * (d.from + d.to),
+        half_gap,
+        ci95: [half_gap - half, half_gap + half],
+        cycles: 1,
+        per_cycle: Vec::new(),
+    }
+}
+
+fn joint_gap(found: &JointSweeps) -> JointGap {
+    let m = &found.map;
+    JointGap {
+        sides: None,
+        axis: found.axis,
+        half_gap: m.half_gap,
+        ci95: m.ci95,
+        significant: m.ci95[0] > 0.0,
+        schedule: Pchip::new(&m.knots).map(GapCurve::Pchip),
+        varies_p_value: m.varies_p_value,
+        stiction: None,
+        stiction_p_value: None,
+    }
+}

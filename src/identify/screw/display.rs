@@ -1,0 +1,58 @@
+//! The result as a table for people.
+
+use super::flanks::{Flanks, Known};
+use super::{Found, Series};
+use crate::robot::{Joint, Robot};
+use comfy_table::{CellAlignment, Table, presets};
+
+/// One line a gap.
+pub fn table(found: &Found, robot: &Robot) -> String {
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING);
+    table.set_header(["joint", "gap", "total", "95 % interval", "c_l", "c_r", "slope m", "strokes", "fluctuation"]);
+    for s in &found.series {
+        let joint = robot.axis(s.axis);
+        for (name, flanks) in [("coupling", &s.coupling), ("nut", &s.nut), ("both", &s.both)] {
+            if let Some(f) = flanks {
+                table.add_row(row(s, joint, name, f));
+            }
+        }
+        if let Some(least) = s.at_least {
+            table.add_row(vec![joint.name.clone(), "both".into(), format!("> {}", super::words::shown(least, joint))]);
+        }
+    }
+    for column in 2..9 {
+        if let Some(c) = table.column_mut(column) {
+            c.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    if found.series.iter().all(|s| s.both.is_none() && s.coupling.is_none() && s.at_least.is_none()) {
+        return "no gap found\n".into();
+    }
+    format!("{}\n", table.trim_fmt())
+}
+
+fn row(s: &Series, joint: &Joint, name: &str, f: &Flanks) -> Vec<String> {
+    let edge = |v: f64| format!("{:.4}", joint.kind.to_edge(v) + 0.0);
+    let zero = |k: Known| if s.shares_zero(f, name != "coupling") { edge(k.value) } else { "-".into() };
+    let angle = match joint.lead_m_per_rev {
+        Some(lead) if name == "coupling" => format!(" ({:.3} deg)", f.total.value / lead * 360.0),
+        _ => String::new(),
+    };
+    let mark = match f.total.ci95 {
+        [_, hi] if hi < 0.0 => ", negative: no gap",
+        _ if f.significant() => "",
+        _ => ", not significant",
+    };
+    vec![
+        joint.name.clone(),
+        name.into(),
+        format!("{} {}{angle}", edge(f.total.value), joint.kind.unit()),
+        format!("{} .. {}{mark}", edge(f.total.ci95[0]), edge(f.total.ci95[1])),
+        zero(f.c_l),
+        zero(f.c_r),
+        format!("{:.6}", f.slope.value),
+        format!("{} + {}", f.strokes[0], f.strokes[1]),
+        format!("{:.1} {}", joint.kind.to_edge(f.rms) * 1e3, if joint.kind.unit() == "mm" { "um" } else { "mdeg" }),
+    ]
+}

@@ -1,0 +1,360 @@
+//! Two gaps in series on one joint: the coupling (motor against screw) and the nut (screw against carriage), after seed 003.
+//!
+//! The story, one room a step:
+//! - [`strokes`]: strokes of the command, and how far each row is into its own.
+//! - [`tracker`]: the carriage of each prismatic joint from a tracker in an unknown frame, where no sensor of its own measures it.
+//! - [`reach`]: from which way into a stroke on every gap before a sensor is surely closed; strokes that are too short.
+//! - [`flanks`]: both flanks of one gap: slope `m`, `c_r`, `c_l` of equation 2, with intervals from the strokes.
+//! - [`start`]: on which side the log began (Figure 4).
+//! - [`loops`]: deviation over position, for pictures, by the catalogue's play operator.
+//! - [`document`], [`display`]: the result as a document and as a table.
+//!
+//! Coupling and nut are separated where a sensor stands between them (`screw_<joint>`). Without it there is one play, whose
+//! `c_l` and `c_r` are the sums of both (two plays in series are the play of the summed gaps), and only that is reported.
+//! Where the input is the command (no encoder) or the output a tracker, a lag between them is fitted too.
+//!
+//! Separate left and right: `c_l` and `c_r` refer to the zero of the columns. Where `c_l <= 0 <= c_r` and their middle differs
+//! from 0 by more than its uncertainty, the offsets of a compensator are `c_r` up and `-c_l` down; else, and always with a tracker,
+//! whose zero is free, the total is split evenly.
+
+pub mod display;
+pub mod document;
+pub mod flanks;
+pub mod loops;
+pub mod reach;
+pub mod start;
+pub mod strokes;
+pub mod tracker;
+mod words;
+
+use crate::error::{Error, Place, Result};
+use crate::gaps::{Gaps, JointGap, LogRef, Sides};
+use crate::log::Log;
+use crate::robot::{Joint, JointKind, Robot};
+use flanks::{Flanks, Pair, fit};
+use loops::Loop;
+use reach::{Short, reach};
+use start::Start;
+use std::collections::BTreeMap;
+use strokes::Strokes;
+
+/// What a sensor says row by row (rad or m), or why there is nothing.
+pub type Behind = std::result::Result<Vec<Option<f64>>, String>;
+
+/// A sensor that moves by this part of its joint's way, or less, stands still.
+const STILL: f64 = 1e-3;
+/// Rounds of tracker directions and gaps in turn: each takes their error down by gap over stroke.
+const ROUNDS: usize = 3;
+
+/// What is measured on the output side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Output {
+    /// `meas_<joint>`.
+    Sensor,
+    /// The tracker's coordinates.
+    Tracker,
+}
+
+/// One joint's gaps; rad or m.
+#[derive(Debug, Clone)]
+pub struct Series {
+    pub axis: usize,
+    /// Number of the log.
+    pub log: usize,
+    /// The input is the encoder, else the command.
+    pub encoder: bool,
+    pub output: Option<Output>,
+    pub coupling: Option<Flanks>,
+    pub nut: Option<Flanks>,
+    pub both: Option<Flanks>,
+    pub start: Start,
+    /// Where the gaps were not crossed: the least that the total can be.
+    pub at_least: Option<f64>,
+    pub loops: Vec<Loop>,
+}
+
+impl Series {
+    /// `c_l` and `c_r` mean something: the columns have one zero, as far as can be told, and it is known to less than the gap.
+    pub fn shares_zero(&self, flanks: &Flanks, of_carriage: bool) -> bool {
+        let tracked = of_carriage && self.output == Some(Output::Tracker);
+        let unsure = flanks.middle.ci95[1] - flanks.middle.value;
+        let about = flanks.middle.value.abs() <= 0.5 * flanks.total.value + unsure;
+        !tracked && about && unsure <= flanks.total.value
+    }
+}
+
+/// What was found.
+#[derive(Debug, Clone)]
+pub struct Found {
+    pub gaps: Gaps,
+    pub series: Vec<Series>,
+}
+
+/// Finds the gaps of `only` (an axis), or of every joint that moves.
+pub fn identify(robot: &Robot, logs: &[Log], only: Option<usize>) -> Result<Found> {
+    let mut gaps = Gaps {
+        robot_name: robot.name.clone(),
+        robot_sha256: robot.fingerprint(),
+        logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),
+        registration: None,
+        points: Vec::new(),
+        joints: Vec::new(),
+        tcp_speed_m_s: None,
+        notes: Vec::new(),
+    };
+    let mut found: BTreeMap<usize, Series> = BTreeMap::new();
+    for (k, log) in logs.iter().enumerate() {
+        let axes: Vec<usize> = log.moving_axes().into_iter().filter(|a| only.is_none_or(|o| o == *a)).collect();
+        for series in of_log(robot, log, k, &axes, &mut gaps.notes)? {
+            let name = &robot.axis(series.axis).name;
+            match found.get(&series.axis) {
+                Some(known) if !better(&series, known) => {
+                    gaps.notes.push(format!("{name}: {} is not used: {} knows more", log.name, logs[known.log].name));
+                }
+                _ => {
+                    found.insert(series.axis, series);
+                }
+            }
+        }
+    }
+    if found.is_empty() {
+        let what = only.map_or("no joint".to_string(), |a| robot.axis(a).name.clone());
+        return Err(Error::bad(
+            Place::file(logs.first().map_or("", |l| l.name.as_str())),
+            format!("{what} that moves, with a sensor behind its motor"),
+            "strokes up and down of a joint, with `screw_<joint>`, `meas_<joint>` or a tracker's coordinates",
+        ));
+    }
+    for series in found.values() {
+        gaps.joints.extend(joint(robot, series, &mut gaps.notes));
+    }
+    Ok(Found { gaps, series: found.into_values().collect() })
+}
+
+/// More gaps, or the same known better.
+fn better(a: &Series, b: &Series) -> bool {
+    let worth = |s: &Series| {
+        let known = [&s.coupling, &s.nut, &s.both].iter().filter(|g| g.is_some()).count();
+        let width =
+            s.both.as_ref().or(s.coupling.as_ref()).map_or(f64::INFINITY, |g| g.total.ci95[1] - g.total.ci95[0]);
+        (known, -width)
+    };
+    worth(a) > worth(b)
+}
+
+/// The joints of one log.
+fn of_log(robot: &Robot, log: &Log, number: usize, axes: &[usize], notes: &mut Vec<String>) -> Result<Vec<Series>> {
+    let measured = log.meas.iter().chain(&log.screw).any(Option::is_some);
+    if !measured && tracker::coordinates(log).is_empty() {
+        return Err(Error::bad(
+            Place::line(&log.name, 1),
+            "no measurement column",
+            "`screw_<joint>`, `meas_<joint>`, or one or more of `x_mm,y_mm,z_mm`",
+        ));
+    }
+    // all joints' motion is needed to read one of them from a tracker
+    let mut motion = log.cmd.clone();
+    let mut series = Vec::new();
+    let rounds = if tracker::coordinates(log).is_empty() { 1 } else { ROUNDS };
+    for round in 0..rounds {
+        let last = round + 1 == rounds;
+        let behind = tracker::positions(robot, log, &motion);
+        let all = log.moving_axes();
+        for &axis in if last { axes } else { &all[..] } {
+            let mut said = Vec::new();
+            let one = of_joint(robot, log, number, axis, &behind[axis], &mut said)?;
+            if let Some(both) = one.as_ref().and_then(|s| s.both.as_ref()) {
+                motion[axis] = loops::carriage(log, axis, both);
+            }
+            if last {
+                notes.append(&mut said);
+                series.extend(one);
+            }
+        }
+    }
+    Ok(series)
+}
+
+/// One joint of one log; `None` where nothing behind its motor is measured.
+fn of_joint(
+    robot: &Robot,
+    log: &Log,
+    number: usize,
+    axis: usize,
+    tracked: &Behind,
+    notes: &mut Vec<String>,
+) -> Result<Option<Series>> {
+    let joint = robot.axis(axis);
+    let screw = log.screw[axis].as_deref();
+    let output: Option<(&[Option<f64>], Output)> = match (&log.meas[axis], tracked) {
+        (Some(meas), _) => Some((meas, Output::Sensor)),
+        (None, Ok(seen)) => Some((seen, Output::Tracker)),
+        (None, Err(why)) => {
+            if !why.is_empty() {
+                notes.push(format!("{}: nothing is read from the tracker: {why}", joint.name));
+            }
+            None
+        }
+    };
+    if screw.is_none() && output.is_none() {
+        return Ok(None);
+    }
+    let strokes = Strokes::of(log, robot, axis);
+    let command: Vec<Option<f64>> = log.cmd[axis].iter().map(|c| Some(*c)).collect();
+    let encoder = log.enc[axis].as_deref();
+    let input = encoder.unwrap_or(&command);
+    let revolute = joint.kind == JointKind::Revolute;
+    let mut series = Series {
+        axis,
+        log: number,
+        encoder: encoder.is_some(),
+        output: output.map(|o| o.1),
+        coupling: None,
+        nut: None,
+        both: None,
+        start: Start::Unknown,
+        at_least: None,
+        loops: Vec::new(),
+    };
+    let mut from = None;
+    if let Some(encoder) = encoder {
+        same_scale(log, joint, "enc", &command, encoder, &strokes)?;
+    }
+    let mut short = |what: &str, why: Short, notes: &mut Vec<String>| -> Result<()> {
+        if let Short::Slope(_) = why {
+            return Err(Error::bad(Place::file(&log.name), words::short(what, why, joint, &strokes), words::SCALE));
+        }
+        notes.push(format!("{}: {}", joint.name, words::short(what, why, joint, &strokes)));
+        if let Short::NeverCrossed { way } = why {
+            series.at_least = Some(series.at_least.map_or(way, |w: f64| w.max(way)));
+        }
+        Ok(())
+    };
+    let of = |input, output, from, with_lag, what: &str, notes: &mut Vec<String>| {
+        let found = fit(&Pair { t_s: &log.t_s, input, output, strokes: &strokes, from, with_lag });
+        match found {
+            Ok(found) => {
+                words::flanks(&found, what, joint, notes);
+                Some(found)
+            }
+            Err(why) => {
+                notes.push(format!("{}: no {what} gap: {}", joint.name, words::missing(why)));
+                None
+            }
+        }
+    };
+    let (mut coupling, mut nut, mut both) = (None, None, None);
+    if let Some(screw) = screw {
+        match reach(&command, screw, &strokes, revolute) {
+            Ok(way) => {
+                from = Some(way);
+                coupling = of(input, screw, way, encoder.is_none(), "coupling", notes);
+                if coupling.as_ref().is_some_and(off_scale) {
+                    same_scale(log, joint, "screw", input, screw, &strokes)?;
+                }
+            }
+            Err(why) => short("the screw", why, notes)?,
+        }
+    }
+    if let Some((carriage, kind)) = output {
+        match reach(&command, carriage, &strokes, revolute) {
+            Ok(way) => {
+                from = Some(way);
+                let other_clock = kind == Output::Tracker;
+                both = of(input, carriage, way, other_clock || encoder.is_none(), "total", notes);
+                if let Some(screw) = screw {
+                    nut = of(screw, carriage, way, other_clock, "nut", notes);
+                }
+            }
+            Err(why) => short("the carriage", why, notes)?,
+        }
+    }
+    let whole = both.as_ref().map(|b| (b, output.map_or(&command[..], |o| o.0)));
+    let read = whole.or(coupling.as_ref().zip(screw));
+    if let (Some((flanks, sensor)), Some(from)) = (read, from) {
+        series.start = start::of(&strokes, input, sensor, flanks, from);
+        notes.push(format!("{}: {}", joint.name, words::start(series.start, from, joint)));
+    }
+    series.loops = loops::of(log, axis, input, screw, output.map(|o| o.0), [&coupling, &nut, &both]);
+    (series.coupling, series.nut, series.both) = (coupling, nut, both);
+    words::of_series(&series, joint, notes);
+    Ok(Some(series))
+}
+
+/// The slope is surely none of the joint's scale.
+fn off_scale(flanks: &Flanks) -> bool {
+    [1.0 - words::LEAD, 1.0 + words::LEAD].iter().all(|edge| flanks.slope.excludes(*edge))
+        && (flanks.slope.value - 1.0).abs() > words::LEAD
+}
+
+/// Refuses an encoder or screw that stands still, or that moves by another scale than its joint.
+fn same_scale(
+    log: &Log,
+    joint: &Joint,
+    what: &str,
+    command: &[Option<f64>],
+    sensor: &[Option<f64>],
+    strokes: &Strokes,
+) -> Result<()> {
+    if span(sensor) <= STILL * span(command) {
+        let text = format!("`{what}_{}` stands still while {} moves", joint.name, joint.name);
+        return Err(Error::bad(
+            Place::file(&log.name),
+            text,
+            "the joint's own sensor and a live one, or no such column",
+        ));
+    }
+    let far = 0.5 * strokes.longest();
+    let pair = Pair { t_s: &log.t_s, input: command, output: sensor, strokes, from: far, with_lag: false };
+    let Ok(found) = fit(&pair) else { return Ok(()) };
+    if !off_scale(&found) {
+        return Ok(());
+    }
+    let text = format!("`{what}_{}` moves by {:.5} per command", joint.name, found.slope.value);
+    Err(Error::bad(Place::file(&log.name), text, words::SCALE))
+}
+
+/// Range of the readings.
+fn span(readings: &[Option<f64>]) -> f64 {
+    let all = readings.iter().flatten();
+    let [lo, hi] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(*v), h.max(*v)]);
+    (hi - lo).max(0.0)
+}
+
+/// Offsets of both directions, where they differ by more than is known of them.
+pub fn sides(series: &Series) -> Option<Sides> {
+    let both = series.both.as_ref().filter(|b| series.shares_zero(b, true))?;
+    let differ = both.middle.excludes(0.0) && both.c_r.value >= 0.0 && both.c_l.value <= 0.0;
+    differ.then(|| Sides {
+        positive: both.c_r.value,
+        positive_ci95: both.c_r.ci95,
+        negative: -both.c_l.value,
+        negative_ci95: [-both.c_l.ci95[1], -both.c_l.ci95[0]],
+    })
+}
+
+/// What a compensator needs: the sum of both gaps.
+fn joint(robot: &Robot, series: &Series, notes: &mut Vec<String>) -> Option<JointGap> {
+    let name = &robot.axis(series.axis).name;
+    let Some(both) = &series.both else {
+        if series.coupling.is_some() {
+            notes.push(format!(
+                "{name}: the coupling's gap alone is no lost motion of the joint: nothing is given to `fit`"
+            ));
+        }
+        return None;
+    };
+    let half = both.total.ci95.map(|v| 0.5 * v);
+    Some(JointGap {
+        axis: series.axis,
+        half_gap: 0.5 * both.total.value,
+        ci95: half,
+        // a negative one is no gap: a note says what is wrong with it
+        significant: half[0] > 0.0,
+        sides: sides(series),
+        schedule: None,
+        varies_p_value: None,
+        stiction: None,
+        stiction_p_value: None,
+    })
+}

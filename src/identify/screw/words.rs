@@ -1,0 +1,155 @@
+//! What a reader of the figures should know, in words.
+
+use super::flanks::{Flanks, Missing, Repeats};
+use super::reach::Short;
+use super::start::Start;
+use super::strokes::Strokes;
+use super::{Output, Series};
+use crate::error::counted;
+use crate::robot::Joint;
+
+/// Slopes farther from 1 than this are hardly a screw's lead error.
+pub const LEAD: f64 = 0.05;
+/// A slope this near to 1 is worth no word.
+const PPM: f64 = 1e-5;
+/// What columns of a drive should be.
+pub const SCALE: &str = "the scale of the joint: check unit and sign of the column, `lead_mm_per_rev` in the robot file, or give a gear ratio as `scale` in a column map";
+
+/// A joint value with its unit.
+pub fn shown(v: f64, joint: &Joint) -> String {
+    format!("{:.4} {}", joint.kind.to_edge(v) + 0.0, joint.kind.unit())
+}
+
+/// Why the gaps before a sensor cannot be seen.
+pub fn short(what: &str, why: Short, joint: &Joint, strokes: &Strokes) -> String {
+    let way = |v: f64| shown(v, joint);
+    match why {
+        Short::OneWay => {
+            format!("{what}: the joint moves in one direction only: strokes up and down are needed")
+        }
+        Short::NeverCrossed { way: w } => format!(
+            "{what} stands still over strokes of {}: the gap was never crossed, it is larger than that; make longer strokes",
+            way(w)
+        ),
+        Short::HardlyCrossed { way: w } => format!(
+            "{what} moves, but strokes of {} end before enough of it is seen beyond the gap: make them twice as long or more \
+             (longest: {})",
+            way(w),
+            way(strokes.longest())
+        ),
+        Short::Dead { way: w } => format!(
+            "{what} stands still over strokes of {}: no gap is so wide; is this the sensor of this joint, and is it alive?",
+            way(w)
+        ),
+        Short::Slope(m) => format!("{what} of {} moves by {m:.5} per command", joint.name),
+        Short::Rows => format!("{what}: too few rows in the far half of the strokes"),
+    }
+}
+
+pub fn missing(why: Missing) -> &'static str {
+    match why {
+        Missing::TooShort => "too few rows beyond the gap in one of the directions",
+        Missing::Singular => "its input hardly moves beyond the gap",
+    }
+}
+
+/// What one gap's figures rest on.
+pub fn flanks(found: &Flanks, what: &str, joint: &Joint, notes: &mut Vec<String>) {
+    let mut note = |text: String| notes.push(format!("{}: {text}", joint.name));
+    if found.repeats == Repeats::Pieces {
+        note(format!(
+            "{what} gap: {} up and {} down: its intervals hold the noise within them and nothing of repeatability; \
+             three of each or more tell",
+            counted(found.strokes[0], "stroke"),
+            found.strokes[1]
+        ));
+    }
+    if found.dropped > 0 {
+        note(format!(
+            "{what} gap: {} of {} left out as gross errors",
+            found.dropped,
+            counted(found.rows + found.dropped, "row")
+        ));
+    }
+    if let Some(per) = found.total_per_lag {
+        note(format!(
+            "{what} gap: at one speed a lag looks like a gap: each millisecond of it would add {}; let the joint stand at the ends \
+             of its strokes, or move at two speeds, or log the encoder",
+            shown(per * 1e-3, joint)
+        ));
+    }
+    if found.total.ci95[1] < 0.0 {
+        let swapped = if what == "total" { "" } else { " (are `enc` and `screw`, or `screw` and `meas`, swapped?)" };
+        note(format!(
+            "{what} gap is negative, so it is none: the output runs ahead; check signs, order and clocks of the columns{swapped}"
+        ));
+    }
+    let m = found.slope;
+    if (m.value - 1.0).abs() > LEAD {
+        note(format!(
+            "{what}: slope {:.4}: another lead than the robot file's, or a sensor at another scale?",
+            m.value
+        ));
+    }
+}
+
+/// Where the log began.
+pub fn start(start: Start, from: f64, joint: &Joint) -> String {
+    let side = |d: i8| if d > 0 { "upwards" } else { "downwards" };
+    let left = format!("the first {} are left out like those behind every reversal", shown(from, joint));
+    match start {
+        Start::Move(d) => format!("preloaded: the log begins with a short move {}, which closes the gaps", side(d)),
+        Start::Flank(d) => format!("the log begins on the flank of movement {}, as behind a preload", side(d)),
+        Start::Inside(p) => format!(
+            "no preload: the log begins inside the gap, about {:.0} % of it behind the flank of movement upwards; {left}",
+            p * 100.0
+        ),
+        Start::Unknown => format!("no preload before the first stroke: the side on which it starts is unknown; {left}"),
+    }
+}
+
+/// What concerns the joint as a whole.
+pub fn of_series(series: &Series, joint: &Joint, notes: &mut Vec<String>) {
+    let name = &joint.name;
+    if series.both.is_some() && series.coupling.is_none() && series.nut.is_none() {
+        notes.push(format!(
+            "{name}: no sensor between coupling and nut (`screw_{name}_{}`): the gaps cannot be separated, only their sum is given",
+            if joint.lead_m_per_rev.is_some() { "deg" } else { joint.kind.unit() }
+        ));
+    }
+    if let Some(both) = &series.both {
+        if both.slope.excludes(1.0) && (both.slope.value - 1.0).abs() > PPM && (both.slope.value - 1.0).abs() <= LEAD {
+            notes.push(format!(
+                "{name}: slope {:.6}: the joint moves {:+.0} ppm of its command too far; correct the lead or scale in the controller, \
+                 offsets at reversals do not",
+                both.slope.value,
+                (both.slope.value - 1.0) * 1e6
+            ));
+        }
+        let zero = series.shares_zero(both, true);
+        if series.output == Some(Output::Tracker) {
+            notes.push(format!("{name}: the tracker's zero is free: c_l and c_r are known by their difference only"));
+        } else if !zero && both.middle.ci95[1] - both.middle.value > both.total.value {
+            notes.push(format!(
+                "{name}: c_l and c_r are not known: the zero lies too far outside the strokes; their difference is"
+            ));
+        } else if !zero {
+            notes.push(format!(
+                "{name}: both flanks lie on one side of zero (c_l {}, c_r {}): the sensor has another zero than the command; the \
+                 gap is split evenly",
+                shown(both.c_l.value, joint),
+                shown(both.c_r.value, joint)
+            ));
+        }
+    }
+    if let (Some(a), Some(b), Some(sum)) = (&series.coupling, &series.nut, &series.both) {
+        let off = a.total.value + b.total.value - sum.total.value;
+        let unsure = [a, b, sum].map(|g| g.total.ci95[1] - g.total.value).iter().sum::<f64>();
+        if off.abs() > unsure {
+            notes.push(format!(
+                "{name}: coupling and nut together differ from the gap over both by {}: is the screw's column at the joint's scale?",
+                shown(off, joint)
+            ));
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! What was learned, as JSON (`lostmotion/learning/1`) and as a table in the manner of seed 002 Table II.
+
+use super::{LETTERS, Lesson, Rmse};
+use crate::error::counted;
+use crate::gaps::file::number;
+use serde_json::{Map, Value, json};
+use std::fmt::Write;
+
+pub const SCHEMA: &str = "lostmotion/learning/1";
+
+impl Lesson {
+    /// The JSON document; lengths in mm, velocities in mm/s.
+    pub fn to_json(&self) -> Value {
+        let l = &self.learned;
+        let e = &l.evidence;
+        let mut coordinates = Map::new();
+        for (k, &c) in l.coordinates.iter().enumerate() {
+            let of = |all: &[Rmse]| all.get(k).map_or(Value::Null, rmse);
+            let (train, test) = self.nominal.as_ref().map_or((&[][..], &[][..]), |n| (&n.train, &n.test));
+            let t = self.training.get(k);
+            let one = json!({
+                "train": of(&e.train),
+                "test": of(&e.test),
+                "nominal": {"train": of(train), "test": of(test)},
+                "stop": t.map(|t| t.stop.text()),
+                "steps": t.map(|t| t.steps),
+            });
+            coordinates.insert(LETTERS[c].into(), one);
+        }
+        json!({
+            "schema": SCHEMA,
+            "robot": {"name": l.robot_name, "sha256": l.robot_sha256},
+            "kind": l.kind.text(),
+            "hidden": l.networks.first().map_or(0, |n| n.hidden),
+            "seed": e.seed,
+            "rows": {"train": e.train_rows, "test": e.test_rows},
+            "coordinates": coordinates,
+            "notes": self.notes,
+        })
+    }
+
+    /// A table for a terminal.
+    pub fn to_text(&self) -> String {
+        let l = &self.learned;
+        let e = &l.evidence;
+        let hidden = l.networks.first().map_or(0, |n| n.hidden);
+        let mut text = format!(
+            "{} network, {}, seed {}: {} learned from, {} tested on\n\n",
+            l.kind.text(),
+            counted(hidden, "neuron"),
+            e.seed,
+            counted(e.train_rows, "row"),
+            e.test_rows
+        );
+        let _ =
+            writeln!(text, "{:<10}{:<12}{:>12}{:>12}{:>14}{:>14}", "RMSE", "", "position mm", "", "velocity mm/s", "");
+        let _ = writeln!(text, "{:<10}{:<12}{:>12}{:>12}{:>14}{:>14}", "", "", "train", "test", "train", "test");
+        for (k, &c) in l.coordinates.iter().enumerate() {
+            let mut line = |who: &str, train: &[Rmse], test: &[Rmse]| {
+                let p = |all: &[Rmse]| all.get(k).map_or("-".into(), |r| format!("{:.4}", r.position_m * 1e3));
+                let v = |all: &[Rmse]| {
+                    all.get(k).and_then(|r| r.speed_m_s).map_or("-".into(), |v| format!("{:.4}", v * 1e3))
+                };
+                let (pt, ps, vt, vs) = (p(train), p(test), v(train), v(test));
+                let _ = writeln!(text, "{:<10}{who:<12}{pt:>12}{ps:>12}{vt:>14}{vs:>14}", LETTERS[c]);
+            };
+            line("learned", &e.train, &e.test);
+            if let Some(n) = &self.nominal {
+                line("nominal", &n.train, &n.test);
+            }
+        }
+        text
+    }
+}
+
+fn rmse(r: &Rmse) -> Value {
+    json!({"position_mm": number(r.position_m * 1e3), "velocity_mm_s": r.speed_m_s.map(|v| number(v * 1e3))})
+}

@@ -1,0 +1,111 @@
+//! Learned kinematics: a network for each coordinate of the TCP, and the commands for which it was taught.
+
+use super::network::Network;
+use crate::gaps::LogRef;
+
+/// Coordinates of the TCP by their letters.
+pub const LETTERS: [&str; 3] = ["x", "y", "z"];
+
+/// Which cost a network was trained with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Positions alone (FFNet of seed 002).
+    Plain,
+    /// Positions and velocities (AugNet).
+    Augmented,
+}
+
+impl Kind {
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Plain => "plain",
+            Self::Augmented => "augmented",
+        }
+    }
+}
+
+/// Range of an axis in the training: commands are scaled as `(q - centre) / half_range`. An axis that stood still has the half range 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Input {
+    pub centre: f64,
+    pub half_range: f64,
+}
+
+impl Input {
+    /// Lower and upper end, rad or m.
+    pub fn range(&self) -> [f64; 2] {
+        [self.centre - self.half_range, self.centre + self.half_range]
+    }
+
+    fn scaled(&self, q: f64) -> f64 {
+        if self.half_range > 0.0 { (q - self.centre) / self.half_range } else { 0.0 }
+    }
+
+    /// Scaled units per rad or m.
+    pub fn gain(&self) -> f64 {
+        if self.half_range > 0.0 { 1.0 / self.half_range } else { 0.0 }
+    }
+}
+
+/// Root mean square errors of a coordinate, m and m/s.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Rmse {
+    pub position_m: f64,
+    pub speed_m_s: Option<f64>,
+}
+
+/// What the kinematics rests on.
+#[derive(Debug, Clone, Default)]
+pub struct Evidence {
+    pub logs: Vec<LogRef>,
+    /// The commands learned from were those of these programs, and the machine got compensated ones.
+    pub programs: Vec<LogRef>,
+    pub seed: u64,
+    pub train_rows: usize,
+    pub test_rows: usize,
+    /// Per coordinate.
+    pub train: Vec<Rmse>,
+    pub test: Vec<Rmse>,
+}
+
+/// Forward kinematics of one robot from commands to the TCP in the log's frame.
+#[derive(Debug, Clone)]
+pub struct Learned {
+    pub robot_name: String,
+    pub robot_sha256: String,
+    pub kind: Kind,
+    /// 0, 1, 2 for x, y, z; rising.
+    pub coordinates: Vec<usize>,
+    /// One per axis.
+    pub inputs: Vec<Input>,
+    /// One per coordinate; outputs in m.
+    pub networks: Vec<Network>,
+    pub evidence: Evidence,
+    /// The file it was read from.
+    pub file: Option<LogRef>,
+}
+
+impl Learned {
+    /// Commands scaled for the networks.
+    pub fn scaled(&self, q: &[f64]) -> Vec<f64> {
+        self.inputs.iter().zip(q).map(|(i, &q)| i.scaled(q)).collect()
+    }
+
+    /// Coordinates of the TCP at commands `q` (rad or m), m.
+    pub fn position_m(&self, q: &[f64]) -> Vec<f64> {
+        let u = self.scaled(q);
+        self.networks.iter().map(|n| n.value(&u)).collect()
+    }
+
+    /// The same with the derivative by each axis, `jacobian[coordinate][axis]` in m/rad or m/m.
+    pub fn position_and_jacobian(&self, q: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let u = self.scaled(q);
+        let slope = |n: &Network| {
+            let mut slope = vec![0.0; u.len()];
+            let value = n.value_and_slope(&u, &mut slope);
+            slope.iter_mut().zip(&self.inputs).for_each(|(s, i)| *s *= i.gain());
+            (value, slope)
+        };
+        self.networks.iter().map(slope).unzip()
+    }
+}

@@ -1,0 +1,199 @@
+//! What may be wrong with the units, signs and order of a log's columns, and the path with that put right: for hygiene.
+//!
+//! Each fault is tried alone, over some hundred rows with a measured TCP. How it fails: two faults at once are neither.
+
+use super::Log;
+use super::shape::{Fit, fit, spread};
+use crate::robot::{JointKind, Robot};
+use nalgebra::Vector3;
+
+/// Rows compared: enough to average noise, few enough to try dozens of faults in milliseconds.
+const ROWS: usize = 600;
+/// A zero offset of a joint is smaller than this, rad or m.
+const OFFSET: f64 = 0.17;
+
+/// Rows with a measured TCP, evenly spread over what the joints travel.
+pub(super) struct Sample {
+    pub rows: Vec<usize>,
+    pub commands: Vec<Vec<f64>>,
+    pub measured: Vec<Vector3<f64>>,
+}
+
+impl Sample {
+    pub fn take(log: &Log) -> Self {
+        let step = |i: usize| -> f64 { log.cmd.iter().map(|c| (c[i] - c[i - 1]).abs()).sum() };
+        let total: f64 = (1..log.len()).map(step).sum();
+        let mut sample = Self { rows: Vec::new(), commands: Vec::new(), measured: Vec::new() };
+        let (mut travelled, mut due) = (0.0, 0.0);
+        for (i, p) in log.tcp_m.iter().enumerate() {
+            if i > 0 {
+                travelled += step(i);
+            }
+            if let Some(p) = p
+                && travelled >= due
+            {
+                sample.rows.push(i);
+                sample.commands.push(log.command(i));
+                sample.measured.push(*p);
+                due = travelled + total / ROWS as f64;
+                if total == 0.0 {
+                    break;
+                }
+            }
+        }
+        sample
+    }
+
+    pub fn computed(&self, robot: &Robot) -> Vec<Vector3<f64>> {
+        self.commands.iter().map(|q| robot.tcp_m(q)).collect()
+    }
+}
+
+/// One thing that may be wrong with the file.
+#[derive(Clone, Copy)]
+pub(super) enum Fault {
+    /// Measured coordinates are `factor` of what they should be.
+    Tcp {
+        factor: f64,
+        unit: &'static str,
+    },
+    Mirrored,
+    /// Commands of all joints of a kind (`axis: None`) or of one, times `factor`.
+    Command {
+        axis: Option<usize>,
+        kind: JointKind,
+        factor: f64,
+        unit: &'static str,
+    },
+    Sign(usize),
+    Swapped(usize, usize),
+}
+
+impl Fault {
+    /// What is worth trying, the commonest first. A fault of single joints is tried only where two joints or more move,
+    /// and only on joints that move or that it would turn by more than a zero offset may: a small offset of a joint at
+    /// rest looks like many things.
+    pub fn all(robot: &Robot, log: &Log) -> Vec<Self> {
+        use JointKind::{Prismatic, Revolute};
+        let mut faults = vec![
+            Self::Tcp { factor: 1e-3, unit: "metres" },
+            Self::Tcp { factor: 1e3, unit: "micrometres" },
+            Self::Tcp { factor: 1.0 / 25.4, unit: "inches" },
+        ];
+        let wrong_units = [
+            (Revolute, 1_f64.to_degrees(), "radians"),
+            (Prismatic, 1e3, "metres"),
+            (Prismatic, 25.4, "inches"),
+            (Prismatic, 1e-3, "micrometres"),
+        ];
+        for (kind, factor, unit) in wrong_units {
+            if robot.axis_joints().any(|j| j.kind == kind) {
+                faults.push(Self::Command { axis: None, kind, factor, unit });
+            }
+        }
+        faults.push(Self::Mirrored);
+        let moves = |axis: usize| log.travel(axis) > 0.01 * OFFSET;
+        if (0..robot.dof()).filter(|&a| moves(a)).count() < 2 {
+            return faults;
+        }
+        for a in 0..robot.dof() {
+            let rest = log.cmd[a].first().map_or(0.0, |v| v.abs());
+            let tells = |factor: f64| moves(a) || rest * (factor - 1.0).abs() > OFFSET;
+            if tells(-1.0) {
+                faults.push(Self::Sign(a));
+            }
+            for (kind, factor, unit) in wrong_units {
+                if robot.axis(a).kind == kind && tells(factor) {
+                    faults.push(Self::Command { axis: Some(a), kind, factor, unit });
+                }
+            }
+        }
+        let mean = |a: usize| log.cmd[a].iter().sum::<f64>() / log.len().max(1) as f64;
+        for a in 0..robot.dof() {
+            for b in a + 1..robot.dof() {
+                let apart = (mean(a) - mean(b)).abs() > OFFSET && (moves(a) || moves(b));
+                if robot.axis(a).kind == robot.axis(b).kind && (apart || moves(a) && moves(b)) {
+                    faults.push(Self::Swapped(a, b));
+                }
+            }
+        }
+        faults
+    }
+
+    /// Fit of the paths with the fault put right.
+    pub fn corrected(self, robot: &Robot, sample: &Sample, computed: &[Vector3<f64>]) -> Fit {
+        let commands = |put_right: &dyn Fn(&mut [f64])| {
+            let path: Vec<Vector3<f64>> = sample
+                .commands
+                .iter()
+                .map(|q| {
+                    let mut q = q.clone();
+                    put_right(&mut q);
+                    robot.tcp_m(&q)
+                })
+                .collect();
+            fit(&path, &sample.measured, false)
+        };
+        match self {
+            Self::Tcp { factor, .. } => {
+                let to: Vec<Vector3<f64>> = sample.measured.iter().map(|p| p / factor).collect();
+                let f = fit(computed, &to, false);
+                // distances are compared as measured
+                Fit { misfit_m: f.misfit_m * factor, ..f }
+            }
+            Self::Mirrored => fit(computed, &sample.measured, true),
+            Self::Command { axis, kind, factor, .. } => commands(&|q| {
+                for (a, v) in q.iter_mut().enumerate() {
+                    if axis.is_none_or(|x| x == a) && robot.axis(a).kind == kind {
+                        *v *= factor;
+                    }
+                }
+            }),
+            Self::Sign(a) => commands(&|q| q[a] = -q[a]),
+            Self::Swapped(a, b) => commands(&|q| q.swap(a, b)),
+        }
+    }
+
+    /// A unit is wrong, which no kinematics explains. One of a joint at rest may be.
+    pub fn is_of_units(self, log: &Log) -> bool {
+        match self {
+            Self::Tcp { .. } => true,
+            Self::Command { axis, .. } => axis.is_none_or(|a| log.travel(a) > 0.01 * OFFSET),
+            Self::Mirrored | Self::Sign(_) | Self::Swapped(..) => false,
+        }
+    }
+
+    /// Size of the measured path over that of the computed one, with the fault put right; `None` where a fault is no matter of size.
+    pub fn ratio(self, robot: &Robot, sample: &Sample, computed: &[Vector3<f64>]) -> Option<f64> {
+        let measured = spread(&sample.measured);
+        match self {
+            Self::Tcp { factor, .. } => Some(measured / factor / spread(computed)),
+            Self::Command { axis: None, kind, factor, .. } => {
+                let right = |q: &Vec<f64>| {
+                    let scaled =
+                        q.iter().enumerate().map(|(a, v)| if robot.axis(a).kind == kind { v * factor } else { *v });
+                    robot.tcp_m(&scaled.collect::<Vec<_>>())
+                };
+                Some(measured / spread(&sample.commands.iter().map(right).collect::<Vec<_>>()))
+            }
+            _ => None,
+        }
+    }
+
+    pub fn said(self, robot: &Robot) -> String {
+        let name = |a: usize| robot.axis(a).name.as_str();
+        match self {
+            Self::Tcp { unit: "micrometres", .. } => {
+                "x, y and z are in micrometres, or the lengths of the robot file in metres".into()
+            }
+            Self::Tcp { unit, .. } => format!("x, y and z are in {unit}"),
+            Self::Mirrored => {
+                "the measured frame is mirrored: two of x, y and z are swapped, or one has the wrong sign".into()
+            }
+            Self::Command { axis: None, unit, .. } => format!("the commands are in {unit}"),
+            Self::Command { axis: Some(a), unit, .. } => format!("the commands of {} are in {unit}", name(a)),
+            Self::Sign(a) => format!("the commands of {} have the wrong sign", name(a)),
+            Self::Swapped(a, b) => format!("the commands of {} and {} are swapped", name(a), name(b)),
+        }
+    }
+}

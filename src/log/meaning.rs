@@ -1,0 +1,130 @@
+//! What a column is, by the contract's name, and the name of what a column is.
+
+use crate::robot::{Joint, Robot};
+
+/// Meaning of a column; `axis` counts the robot's axes, `k` the reflectors from 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Meaning {
+    Time,
+    Command(usize),
+    Encoder(usize),
+    /// Between the two gaps of a drive: behind the coupling, before the nut or gear; at the joint's scale.
+    Screw(usize),
+    Measured(usize),
+    /// Encoder or screw of a prismatic joint as an angle of its screw: read, it is one of the above.
+    EncoderAngle(usize),
+    ScrewAngle(usize),
+    /// Coordinate 0, 1 or 2 of reflector `k`.
+    Position {
+        k: usize,
+        coordinate: usize,
+    },
+    Trigger,
+    Cycle,
+    Speed,
+    Payload,
+    Temperature,
+    Index,
+    Other,
+}
+
+/// Meaning of a contract's column name, case ignored.
+pub fn meaning(name: &str, robot: &Robot) -> Meaning {
+    let name = name.trim().to_ascii_lowercase();
+    match name.as_str() {
+        "t_s" => return Meaning::Time,
+        "trigger" => return Meaning::Trigger,
+        "cycle" => return Meaning::Cycle,
+        "speed_mm_s" => return Meaning::Speed,
+        "payload_kg" => return Meaning::Payload,
+        "temp_c" => return Meaning::Temperature,
+        "index" => return Meaning::Index,
+        _ => {}
+    }
+    type Make = fn(usize) -> Meaning;
+    let columns: [(&str, Make, Option<Make>); 4] = [
+        ("cmd_", Meaning::Command, None),
+        ("enc_", Meaning::Encoder, Some(Meaning::EncoderAngle)),
+        ("screw_", Meaning::Screw, Some(Meaning::ScrewAngle)),
+        ("meas_", Meaning::Measured, None),
+    ];
+    for (prefix, make, angle) in columns {
+        let Some((joint, unit)) = name.strip_prefix(prefix).and_then(|rest| rest.rsplit_once('_')) else { continue };
+        let named = |j: &Joint| j.name.eq_ignore_ascii_case(joint);
+        let Some((axis, joint)) = robot.axis_joints().enumerate().find(|(_, j)| named(j)) else { continue };
+        match angle {
+            _ if unit == joint.kind.unit() => return make(axis),
+            Some(angle) if unit == "deg" && joint.lead_m_per_rev.is_some() => return angle(axis),
+            _ => {}
+        }
+    }
+    if let Some(rest) = name.strip_suffix("_mm") {
+        let mut letters = rest.chars();
+        let coordinate = letters.next().and_then(|c| ['x', 'y', 'z'].iter().position(|k| *k == c));
+        if let Some(coordinate) = coordinate {
+            if letters.as_str().is_empty() {
+                return Meaning::Position { k: 0, coordinate };
+            }
+            if let Ok(n) = letters.as_str().parse::<usize>()
+                && (2..=99).contains(&n)
+            {
+                return Meaning::Position { k: n - 1, coordinate };
+            }
+        }
+    }
+    Meaning::Other
+}
+
+impl Meaning {
+    /// Unit in which the contract's name gives the value.
+    pub(super) fn unit(self, robot: &Robot) -> Option<&'static str> {
+        match self {
+            Self::Time => Some("s"),
+            Self::Command(axis) | Self::Encoder(axis) | Self::Screw(axis) | Self::Measured(axis) => {
+                Some(robot.axis(axis).kind.unit())
+            }
+            Self::EncoderAngle(_) | Self::ScrewAngle(_) => Some("deg"),
+            Self::Position { .. } => Some("mm"),
+            Self::Speed => Some("mm_s"),
+            _ => None,
+        }
+    }
+
+    /// What a screw's angle measures, and metres per radian of it; else itself and 1.
+    pub fn of_joint(self, robot: &Robot) -> (Self, f64) {
+        let lead = |axis: usize| robot.axis(axis).lead_m_per_rev.unwrap_or(0.0) / std::f64::consts::TAU;
+        match self {
+            Self::EncoderAngle(axis) => (Self::Encoder(axis), lead(axis)),
+            Self::ScrewAngle(axis) => (Self::Screw(axis), lead(axis)),
+            other => (other, 1.0),
+        }
+    }
+
+    /// Contract's name, for messages.
+    pub fn name(self, robot: &Robot) -> String {
+        let joint = |prefix: &str, axis: usize| {
+            let j = robot.axis(axis);
+            format!("{prefix}_{}_{}", j.name, j.kind.unit())
+        };
+        match self {
+            Self::Time => "t_s".into(),
+            Self::Command(axis) => joint("cmd", axis),
+            Self::Encoder(axis) => joint("enc", axis),
+            Self::Screw(axis) => joint("screw", axis),
+            Self::Measured(axis) => joint("meas", axis),
+            Self::EncoderAngle(axis) => format!("enc_{}_deg", robot.axis(axis).name),
+            Self::ScrewAngle(axis) => format!("screw_{}_deg", robot.axis(axis).name),
+            Self::Position { k, coordinate } => {
+                let number = if k == 0 { String::new() } else { (k + 1).to_string() };
+                format!("{}{number}_mm", ["x", "y", "z"][coordinate.min(2)])
+            }
+            Self::Trigger => "trigger".into(),
+            Self::Cycle => "cycle".into(),
+            Self::Speed => "speed_mm_s".into(),
+            Self::Payload => "payload_kg".into(),
+            Self::Temperature => "temp_c".into(),
+            Self::Index => "index".into(),
+            Self::Other => "other".into(),
+        }
+    }
+}

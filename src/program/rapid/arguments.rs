@@ -1,0 +1,103 @@
+//! Arguments of RAPID instructions: what stands between the commas, and its switches behind backslashes.
+
+use super::lex::Kind;
+use super::read::{Item, ItemKind, Parsed, Span};
+use super::words::{self, Leads, Motion};
+use std::ops::Range;
+
+/// An argument: its expression and its switches.
+#[derive(Debug, Clone, Default)]
+pub struct Arg {
+    pub bytes: Range<usize>,
+    pub switches: Vec<Switch>,
+    /// Tokens of the expression.
+    pub span: Span,
+    /// `ToPoint` of `ToPoint:=p1`, lower case.
+    pub name: String,
+}
+
+#[derive(Debug, Clone)]
+pub struct Switch {
+    /// Lower case.
+    pub name: String,
+    /// From `\`.
+    pub bytes: Range<usize>,
+    /// Tokens of its value.
+    pub value: Option<Span>,
+}
+
+/// Arguments of a motion instruction.
+pub fn motion_of(p: &Parsed, item: &Item) -> Option<(Motion, Vec<Arg>)> {
+    let ItemKind::Call { .. } = item.kind else { return None };
+    let motion = words::motion(p.words.get(item.span.start)?)?;
+    Some((motion, arguments(p, item.span.start + 1..item.span.end)))
+}
+
+/// Token of the name that a move leads to. Other uses of a name count as reading it, so that its value stays.
+pub fn goal_name(p: &Parsed, motion: Motion, args: &[Arg]) -> Option<usize> {
+    let span = &args.get(positional(args, motion.target)?)?.span;
+    let index = span.clone().skip(1).all(|i| matches!(p.tokens[i].kind, Kind::Number | Kind::Mark(b'{' | b',' | b'}')));
+    let follows = matches!(motion.leads, Leads::Joints | Leads::Pose);
+    (index && follows).then_some(span.start)
+}
+
+/// Splits at commas, and each argument at its backslashes.
+pub fn arguments(p: &Parsed, span: Span) -> Vec<Arg> {
+    let mut out = Vec::new();
+    let mut start = span.start;
+    let mut depth = 0usize;
+    for i in span.start..=span.end {
+        let kind = if i == span.end { Some(Kind::Mark(b',')) } else { p.tokens.get(i).map(|t| t.kind) };
+        match kind {
+            Some(Kind::Mark(b'(' | b'[' | b'{')) => depth += 1,
+            Some(Kind::Mark(b')' | b']' | b'}')) => depth = depth.saturating_sub(1),
+            Some(Kind::Mark(b',')) if depth == 0 || i == span.end => {
+                out.push(argument(p, start..i));
+                start = i + 1;
+            }
+            _ => {}
+        }
+    }
+    out
+}
+
+pub fn argument(p: &Parsed, span: Span) -> Arg {
+    let bytes = |s: &Span| match (p.tokens.get(s.start), s.end.checked_sub(1).and_then(|k| p.tokens.get(k))) {
+        (Some(a), Some(b)) if s.start < s.end => a.start..b.end,
+        (Some(a), _) => a.start..a.start,
+        _ => 0..0,
+    };
+    let mut cuts = Vec::new();
+    let mut depth = 0usize;
+    for i in span.clone() {
+        match p.tokens[i].kind {
+            Kind::Mark(b'(' | b'[' | b'{') => depth += 1,
+            Kind::Mark(b')' | b']' | b'}') => depth = depth.saturating_sub(1),
+            Kind::Mark(b'\\') if depth == 0 => cuts.push(i),
+            _ => {}
+        }
+    }
+    let mut expression = span.start..cuts.first().copied().unwrap_or(span.end);
+    let mut name = String::new();
+    let assigned = |at: usize| p.tokens.get(at).is_some_and(|t| t.kind == Kind::Assign);
+    if expression.len() > 2 && assigned(expression.start + 1) {
+        name.clone_from(&p.words[expression.start]);
+        expression.start += 2;
+    }
+    let ends = cuts.iter().skip(1).copied().chain([span.end]);
+    let switches = cuts
+        .iter()
+        .zip(ends)
+        .map(|(&start, end)| Switch {
+            name: p.words.get(start + 1).cloned().unwrap_or_default(),
+            bytes: bytes(&(start..end)),
+            value: (assigned(start + 2) && start + 3 < end).then_some(start + 3..end),
+        })
+        .collect();
+    Arg { bytes: bytes(&expression), switches, span: expression, name }
+}
+
+/// Index of the `n`-th required argument; `\Conc` before a comma counts as none.
+pub fn positional(args: &[Arg], n: usize) -> Option<usize> {
+    args.iter().enumerate().filter(|(_, a)| !a.span.is_empty()).map(|(k, _)| k).nth(n)
+}

@@ -1,0 +1,183 @@
+//! Numbers of vendor programs: read with the style in which they are written, written in that style again.
+
+/// How a number is written.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Style {
+    /// Digits behind the point; for an exponent those of its last digit's weight.
+    pub decimals: u8,
+    /// `5.` has a point and no digits behind it.
+    pub point: bool,
+    /// `.384` in place of `0.384`.
+    pub bare: bool,
+    /// `+1.5`.
+    pub plus: bool,
+    /// `9.60894E-05`: `E` or `e`; written plainly again when it is changed.
+    pub exponent: bool,
+}
+
+/// A number and its style. Takes sign, digits, point and exponent (`e`, `E`), and nothing else around it.
+pub fn read(text: &[u8]) -> Option<(f64, Style)> {
+    let mut rest = text;
+    let mut style = Style::default();
+    if let [sign @ (b'+' | b'-'), tail @ ..] = rest {
+        style.plus = *sign == b'+';
+        rest = tail;
+    }
+    let whole = rest.iter().take_while(|b| b.is_ascii_digit()).count();
+    rest = &rest[whole..];
+    let mut decimals = 0;
+    if let [b'.', tail @ ..] = rest {
+        style.point = true;
+        decimals = tail.iter().take_while(|b| b.is_ascii_digit()).count();
+        rest = &tail[decimals..];
+    }
+    if whole + decimals == 0 {
+        return None;
+    }
+    style.bare = whole == 0;
+    let mut weight = -(i64::try_from(decimals).ok()?);
+    if let [b'e' | b'E', tail @ ..] = rest {
+        style.exponent = true;
+        let digits = tail.strip_prefix(b"+").or_else(|| tail.strip_prefix(b"-")).unwrap_or(tail);
+        if digits.is_empty() || digits.len() > 4 || !digits.iter().all(u8::is_ascii_digit) {
+            return None;
+        }
+        let exponent: i64 = std::str::from_utf8(tail).ok()?.trim_start_matches('+').parse().ok()?;
+        weight += exponent;
+        rest = &[];
+    }
+    if !rest.is_empty() {
+        return None;
+    }
+    style.decimals = u8::try_from((-weight).clamp(0, 30)).ok()?;
+    let value: f64 = std::str::from_utf8(text).ok()?.trim_start_matches('+').parse().ok()?;
+    value.is_finite().then_some((value, style))
+}
+
+/// A number with `decimals` digits behind the point, otherwise in `style`. A number that rounds to zero has no sign.
+pub fn write(value: f64, style: Style, decimals: u8) -> String {
+    let mut text = format!("{value:.*}", usize::from(decimals));
+    if text.starts_with('-') && !text.bytes().any(|b| (b'1'..=b'9').contains(&b)) {
+        text.remove(0);
+    }
+    if style.bare {
+        let (sign, digits) = text.strip_prefix('-').map_or(("", text.as_str()), |d| ("-", d));
+        if let Some(fraction) = digits.strip_prefix("0.") {
+            text = format!("{sign}.{fraction}");
+        }
+    }
+    if style.point && decimals == 0 {
+        text.push('.');
+    }
+    if style.plus && !text.starts_with('-') {
+        text.insert(0, '+');
+    }
+    text
+}
+
+/// Decimals whose last digit weighs `digit` at most, in the number's own unit, between those of its style and `most`.
+pub fn decimals_for(style: Style, digit: f64, most: u8) -> u8 {
+    let own = style.decimals.min(most);
+    if !(digit.is_finite() && digit > 0.0) {
+        return own;
+    }
+    let needed = (-digit.log10() - 1e-9).ceil().clamp(0.0, 30.0) as u8;
+    own.max(needed.min(most))
+}
+
+/// A number right-aligned in a field of `width` characters, as controllers print columns; wider where it does not fit.
+pub fn field(text: &str, width: usize) -> String {
+    format!("{text:>width$}")
+}
+
+/// A changed number in the style of the old one, all in the number's own unit: with a last digit of at most `digit`, but none
+/// finer than `finest`. `None`: it stays as it is.
+pub fn changed(old: f64, style: Style, new: f64, digit: f64, finest: f64) -> Option<String> {
+    if (new - old).abs() <= 1e-12 * old.abs().max(1.0) {
+        return None;
+    }
+    let most = (-finest.log10() - 1e-9).ceil().clamp(0.0, 12.0) as u8;
+    let mut style = style;
+    if style.exponent {
+        // an exponent says nothing about how fine the number is meant
+        style.decimals = style.decimals.min(most);
+        style.exponent = false;
+    }
+    let decimals = decimals_for(style, digit, most);
+    let text = write(new, style, decimals);
+    (text != write(old, style, decimals)).then_some(text)
+}
+
+/// Time of a move shared out over the legs to its new points and to its goal, in proportion to their shares of the way. A leg of
+/// next to no length (a new point at the very start) gets a fiftieth of an even part, and none less than `least`; the sum is `total`.
+/// `None`: so many legs of `least` do not fit.
+pub fn share_out(total: f64, shares: &[f64], least: f64) -> Option<Vec<f64>> {
+    const FLOOR: f64 = 0.02;
+    let n = shares.len() + 1;
+    let ends = shares.iter().copied().chain([1.0]);
+    let mut before = 0.0;
+    let mut legs: Vec<f64> = ends
+        .map(|s| {
+            let leg = if s.is_finite() { (s - before).max(0.0) } else { 0.0 };
+            before = s.max(before);
+            leg.max(FLOOR / n as f64)
+        })
+        .collect();
+    let sum: f64 = legs.iter().sum();
+    legs.iter_mut().for_each(|l| *l *= total / sum);
+    let spare = total - least * n as f64;
+    if spare.is_nan() || spare < 0.0 {
+        return None;
+    }
+    // what short legs lack is taken from the others, in proportion to what these have above the least
+    let lack: f64 = legs.iter().map(|l| (least - l).max(0.0)).sum();
+    let rich: f64 = legs.iter().map(|l| (l - least).max(0.0)).sum();
+    if lack > 0.0 {
+        let keep = if rich > 0.0 { 1.0 - lack / rich } else { 0.0 };
+        legs.iter_mut().for_each(|l| *l = least + (*l - least).max(0.0) * keep);
+    }
+    Some(legs)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn styles_come_back() {
+        for text in ["-12.340", ".384", "-.5", "+7.25", "35", "0.000", "5."] {
+            let (value, style) = read(text.as_bytes()).unwrap();
+            assert_eq!(write(value, style, style.decimals), text);
+        }
+    }
+
+    #[test]
+    fn an_exponent_counts_its_last_digit() {
+        let (value, style) = read(b"9.60894E-05").unwrap();
+        assert_eq!((value, style.decimals, style.exponent), (9.60894e-5, 10, true));
+        assert_eq!(read(b"1E+10").unwrap().1.decimals, 0);
+    }
+
+    #[test]
+    fn what_is_no_number_is_refused() {
+        for text in ["", "-", ".", "1,5", "1.2.3", "12 ", "1e", "0x1", "nan", "inf", "1e99999"] {
+            assert_eq!(read(text.as_bytes()), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn more_decimals_where_they_are_needed() {
+        let style = read(b"35.13").unwrap().1;
+        assert_eq!(decimals_for(style, 1e-4, 6), 4);
+        assert_eq!(decimals_for(style, 1e-4, 3), 3);
+        assert_eq!(decimals_for(style, 1.0, 6), 2);
+    }
+
+    #[test]
+    fn a_time_is_shared_out_in_proportion_and_its_sum_stays() {
+        assert_eq!(share_out(2.0, &[0.25], 0.0).unwrap(), [0.5, 1.5]);
+        let legs = share_out(1.0, &[0.0, 0.5], 0.1).unwrap();
+        assert!((legs.iter().sum::<f64>() - 1.0).abs() < 1e-12 && legs.iter().all(|l| *l >= 0.1 - 1e-12), "{legs:?}");
+        assert_eq!(share_out(0.1, &[0.5], 0.06), None);
+    }
+}

@@ -1,0 +1,146 @@
+//! Bytes of a program, their lines, and patches of them.
+
+use crate::error::{Error, Place, Result};
+use std::ops::Range;
+
+/// A text of a program. Bytes, as files in Latin-1 and with any line ending must come back as they were.
+#[derive(Debug, Clone, Default)]
+pub struct Text {
+    /// As messages show it.
+    pub name: String,
+    pub bytes: Vec<u8>,
+    /// First byte of every line.
+    starts: Vec<usize>,
+}
+
+/// Bytes to be put in the place of others.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Patch {
+    /// Index of the text.
+    pub file: usize,
+    /// Bytes that go; empty: an insertion.
+    pub span: Range<usize>,
+    pub bytes: Vec<u8>,
+}
+
+impl Patch {
+    pub fn new(file: usize, span: Range<usize>, bytes: impl Into<Vec<u8>>) -> Self {
+        Self { file, span, bytes: bytes.into() }
+    }
+}
+
+impl Text {
+    pub fn new(name: impl Into<String>, bytes: Vec<u8>) -> Self {
+        let starts = std::iter::once(0).chain(memchr::memchr_iter(b'\n', &bytes).map(|k| k + 1)).collect();
+        Self { name: name.into(), bytes, starts }
+    }
+
+    /// Number of lines; what follows a last line ending counts only if there is something.
+    pub fn line_count(&self) -> usize {
+        self.starts.len() - usize::from(self.starts.last() == Some(&self.bytes.len()))
+    }
+
+    /// Bytes of line `k` (from 0), line ending included; empty beyond the last.
+    pub fn line_span(&self, k: usize) -> Range<usize> {
+        let end = self.bytes.len();
+        let at = |k: usize| self.starts.get(k).copied().unwrap_or(end);
+        at(k)..at(k + 1)
+    }
+
+    /// Bytes of line `k` (from 0) without its ending (`\n`, `\r\n`).
+    pub fn line(&self, k: usize) -> &[u8] {
+        let bytes = self.slice(self.line_span(k));
+        let bytes = bytes.strip_suffix(b"\n").unwrap_or(bytes);
+        bytes.strip_suffix(b"\r").unwrap_or(bytes)
+    }
+
+    /// Line number of a byte, counted from 1.
+    pub fn line_of(&self, byte: usize) -> u64 {
+        self.starts.partition_point(|&s| s <= byte).max(1) as u64
+    }
+
+    /// Bytes of a span; empty where it is not in the text.
+    pub fn slice(&self, span: Range<usize>) -> &[u8] {
+        self.bytes.get(span).unwrap_or_default()
+    }
+
+    /// Place of a byte for a message: line and column in bytes, both from 1.
+    pub fn place(&self, byte: usize) -> Place {
+        let line = self.line_of(byte);
+        let start = self.starts.get(line as usize - 1).copied().unwrap_or(0);
+        Place::field(&self.name, line, (byte - start) as u64 + 1)
+    }
+
+    /// Bad input at a byte.
+    pub fn bad(&self, byte: usize, found: impl Into<String>, expected: impl Into<String>) -> Error {
+        Error::bad(self.place(byte), found, expected)
+    }
+
+    /// The line ending that a new line behind `byte` takes: that of its line, else that of the first line, else `\n`.
+    pub fn ending(&self, byte: usize) -> &'static [u8] {
+        let line = self.line_span(self.line_of(byte) as usize - 1);
+        let of = |span: Range<usize>| {
+            let bytes = self.slice(span);
+            if bytes.ends_with(b"\r\n") {
+                Some(b"\r\n".as_slice())
+            } else {
+                bytes.ends_with(b"\n").then_some(b"\n".as_slice())
+            }
+        };
+        of(line).or_else(|| of(self.line_span(0))).unwrap_or(b"\n")
+    }
+}
+
+/// The texts with their patches, sorted here; refuses patches that overlap or lie outside (a fault of a format).
+pub fn apply(texts: &[Text], patches: &[Patch]) -> Result<Vec<Vec<u8>>> {
+    let mut sorted: Vec<&Patch> = patches.iter().collect();
+    // stable: insertions at one place keep their order and stand before a replacement there
+    sorted.sort_by_key(|p| (p.file, p.span.start, p.span.end));
+    let mut out = Vec::with_capacity(texts.len());
+    for (file, text) in texts.iter().enumerate() {
+        let mut bytes = Vec::with_capacity(text.bytes.len() + 256);
+        let mut at = 0;
+        for p in sorted.iter().filter(|p| p.file == file) {
+            if p.span.start < at || p.span.end < p.span.start || p.span.end > text.bytes.len() {
+                return Err(Error::Refused(format!(
+                    "{}: two edits touch the same bytes ({}); nothing was written",
+                    text.name,
+                    text.line_of(p.span.start)
+                )));
+            }
+            bytes.extend_from_slice(&text.bytes[at..p.span.start]);
+            bytes.extend_from_slice(&p.bytes);
+            at = p.span.end;
+        }
+        bytes.extend_from_slice(&text.bytes[at..]);
+        out.push(bytes);
+    }
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_and_places() {
+        let t = Text::new("a", b"one\r\ntwo\nthree".to_vec());
+        assert_eq!((t.line_count(), t.line(0), t.line(2)), (3, b"one".as_slice(), b"three".as_slice()));
+        assert_eq!((t.line_of(0), t.line_of(5), t.line_of(13)), (1, 2, 3));
+        assert_eq!(
+            (t.ending(1), t.ending(6), t.ending(12)),
+            (b"\r\n".as_slice(), b"\n".as_slice(), b"\r\n".as_slice())
+        );
+        assert_eq!(Text::new("a", b"one\n".to_vec()).line_count(), 1);
+        assert_eq!(Text::new("a", Vec::new()).line_count(), 0);
+    }
+
+    #[test]
+    fn patches_change_their_bytes_alone() {
+        let t = vec![Text::new("a", b"0123456789".to_vec())];
+        let patches = [Patch::new(0, 8..9, *b"x"), Patch::new(0, 2..2, *b"ab"), Patch::new(0, 2..4, *b"-")];
+        assert_eq!(apply(&t, &patches).unwrap(), vec![b"01ab-4567x9".to_vec()]);
+        assert!(apply(&t, &[Patch::new(0, 2..5, *b""), Patch::new(0, 4..6, *b"")]).is_err());
+        assert!(apply(&t, &[Patch::new(0, 9..11, *b"")]).is_err());
+    }
+}

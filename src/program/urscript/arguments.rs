@@ -1,0 +1,74 @@
+//! Calls of URScript and their arguments, by keyword or by place.
+
+use super::lex::Kind;
+use super::read::{Item, ItemKind, Parsed, Span};
+use super::words::{self, Motion, MotionKind};
+
+/// An argument of a call: keyword, tokens of the expression.
+pub struct Arg {
+    pub name: String,
+    pub span: Span,
+}
+
+/// The motion call that an item is: function, arguments, tokens from its name to its closing bracket.
+pub fn call(p: &Parsed, item: &Item) -> Option<(Motion, Vec<Arg>, Span)> {
+    let i = item.span.start;
+    if item.kind != ItemKind::Other || p.tokens.get(i + 1)?.kind != Kind::Mark(b'(') || item.span.len() < 3 {
+        return None;
+    }
+    let motion = words::motion(&p.words[i])?;
+    let (args, close) = arguments(p, i + 2, item.span.end)?;
+    Some((motion, args, i..close + 1))
+}
+
+/// Arguments behind an opening bracket, and its closing one.
+pub fn arguments(p: &Parsed, from: usize, end: usize) -> Option<(Vec<Arg>, usize)> {
+    let mut out = Vec::new();
+    let mut depth = 0usize;
+    let mut start = from;
+    for i in from..end {
+        let kind = p.tokens[i].kind;
+        let closes = depth == 0 && kind == Kind::Mark(b')');
+        if closes || depth == 0 && kind == Kind::Mark(b',') {
+            let named = i > start + 2 && p.tokens[start + 1].kind == Kind::Mark(b'=') && !p.words[start].is_empty();
+            let (name, span) = if named { (p.words[start].clone(), start + 2..i) } else { (String::new(), start..i) };
+            if !span.is_empty() {
+                out.push(Arg { name, span });
+            }
+            start = i + 1;
+        }
+        if closes {
+            return Some((out, i));
+        }
+        match kind {
+            Kind::Mark(b'(' | b'[' | b'{') => depth += 1,
+            Kind::Mark(b')' | b']' | b'}') => depth = depth.checked_sub(1)?,
+            _ => {}
+        }
+    }
+    None
+}
+
+/// Argument of a parameter, by keyword or by place.
+pub fn argument<'a>(motion: &Motion, args: &'a [Arg], parameter: &str) -> Option<&'a Arg> {
+    args.iter().find(|a| a.name == parameter).or_else(|| {
+        let place = motion.parameters.iter().position(|p| *p == parameter)?;
+        args.get(place).filter(|a| a.name.is_empty())
+    })
+}
+
+/// The target: `q` and `pose` are one parameter; an arc leads to `pose_to`.
+pub fn goal<'a>(motion: &Motion, args: &'a [Arg]) -> Option<&'a Arg> {
+    ["pose_to", "pose", "q"]
+        .into_iter()
+        .filter(|p| motion.kind != MotionKind::Arc || *p != "q")
+        .find_map(|p| argument(motion, args, p))
+        .or_else(|| args.iter().find(|a| matches!(a.name.as_str(), "q" | "pose")))
+}
+
+/// Token of the name that a move leads to. Other uses of a name count as reading it, so that its value stays.
+pub fn goal_name(p: &Parsed, item: &Item) -> Option<usize> {
+    let (motion, args, _) = call(p, item)?;
+    let span = &goal(&motion, &args)?.span;
+    (span.len() == 1).then_some(span.start)
+}

@@ -1,0 +1,334 @@
+//! The steps of a URScript: moves with their targets, and what ends a joint's known direction.
+
+use super::arguments::{Arg, argument, arguments, call, goal, goal_name};
+use super::goals::tool;
+use super::read::{Item, ItemKind, Parsed, Span};
+use super::value;
+use super::words::{self, Motion, MotionKind};
+use crate::error::{Result, one_line};
+use crate::program::script::sites::Time;
+use crate::program::script::{At, Break, Goal, Move, PathKind, Script, Speed, Step, StepKind, Target, Text, pragma};
+use crate::robot::Robot;
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+
+/// Shortest time between two set points that controllers of every generation keep, s (8 ms cycle of the CB series).
+pub const CYCLE_S: f64 = 0.008;
+
+/// A target as it can be written: bytes of its list, and where it is assigned.
+#[derive(Debug, Clone)]
+pub struct Literal {
+    pub bytes: Range<usize>,
+    /// SI per unit of each number: 1, or rad per degree inside `d2r()`.
+    pub units: Vec<f64>,
+    pub owner: Option<Owner>,
+}
+
+/// Assignment of a list to a name.
+#[derive(Debug, Clone)]
+pub struct Owner {
+    /// From `global` or the name to the end of the list.
+    pub bytes: Range<usize>,
+    /// `global `, `local ` or nothing.
+    pub qualifier: String,
+    pub name: String,
+    /// Its value is read elsewhere: it must stay.
+    pub keep: bool,
+}
+
+/// Where a move stands.
+#[derive(Debug, Clone, Default)]
+pub struct Site {
+    /// Function name to closing bracket.
+    pub bytes: Range<usize>,
+    /// The target's expression.
+    pub goal: Range<usize>,
+    /// `t=`: bytes of the number, s, style.
+    pub time: Option<Time>,
+    /// Expression of `r=`.
+    pub blend: Option<Range<usize>>,
+}
+
+#[derive(Default)]
+pub struct Built {
+    pub script: Script,
+    pub sites: BTreeMap<usize, Site>,
+    /// One per target of the script.
+    pub literals: Vec<Literal>,
+}
+
+pub fn build(text: Text, mut p: Parsed, robot: &Robot) -> Result<(Built, Vec<String>)> {
+    let goals: Vec<Option<usize>> = p.items.iter().map(|item| goal_name(&p, item)).collect();
+    p.settle(&goals);
+    let moving = p.moving();
+    let mut b = Builder {
+        text: &text,
+        p: &p,
+        robot,
+        moving,
+        tool: tool(&text, &p, robot),
+        steps: Vec::new(),
+        sites: BTreeMap::new(),
+        open: Vec::new(),
+        targets: Vec::new(),
+        literals: Vec::new(),
+        known: HashMap::new(),
+        led: None,
+        comment: 0,
+    };
+    for item in &p.items {
+        b.item(item)?;
+    }
+    b.pragmas(usize::MAX);
+    let Builder { steps, sites, targets, literals, .. } = b;
+    let mut out = Built { literals, ..Built::default() };
+    for (k, step) in steps.into_iter().enumerate() {
+        let Some(step) = step else { continue };
+        if let Some(site) = sites.get(&k) {
+            out.sites.insert(out.script.steps.len(), site.clone());
+        }
+        out.script.steps.push(step);
+    }
+    out.script.targets = targets;
+    out.script.texts = vec![text];
+    Ok((out, p.words))
+}
+
+pub struct Builder<'a> {
+    pub text: &'a Text,
+    pub p: &'a Parsed,
+    pub robot: &'a Robot,
+    moving: HashMap<String, bool>,
+    pub tool: std::result::Result<usize, String>,
+    /// `None`: a break of a block that holds nothing which moves.
+    steps: Vec<Option<Step>>,
+    sites: BTreeMap<usize, Site>,
+    open: Vec<Block>,
+    pub targets: Vec<Target>,
+    pub literals: Vec<Literal>,
+    /// Targets of variables.
+    pub known: HashMap<(Option<usize>, String), usize>,
+    /// Function that was called last in the text and by which something else moves the robot beside its targets.
+    led: Option<&'static str>,
+    /// Next comment to look at.
+    comment: usize,
+}
+
+/// A block that is open: its own breaks, and whether anything in it moves.
+#[derive(Default)]
+struct Block {
+    breaks: Vec<usize>,
+    busy: bool,
+}
+
+impl Builder<'_> {
+    pub fn line(&self, token: usize) -> u64 {
+        self.text.line_of(self.p.tokens.get(token).map_or(self.text.bytes.len(), |t| t.start))
+    }
+
+    fn push(&mut self, token: usize, kind: StepKind) -> usize {
+        if !matches!(kind, StepKind::Dwell(_))
+            && let Some(block) = self.open.last_mut()
+        {
+            block.busy = true;
+        }
+        let at = At { file: 0, line: self.line(token) };
+        self.steps.push(Some(Step { at, kind }));
+        self.steps.len() - 1
+    }
+
+    /// Comments for the tool that stand before a byte.
+    fn pragmas(&mut self, before: usize) {
+        while let Some(&(start, end)) = self.p.comments.get(self.comment).filter(|c| c.0 < before) {
+            self.comment += 1;
+            if let Some(on) = pragma(self.text.slice(start..end)) {
+                let at = At { file: 0, line: self.text.line_of(start) };
+                if let Some(block) = self.open.last_mut() {
+                    block.busy = true;
+                }
+                self.steps.push(Some(Step { at, kind: StepKind::Pragma(on) }));
+            }
+        }
+    }
+
+    fn block_break(&mut self, token: usize, kind: Break) {
+        let at = At { file: 0, line: self.line(token) };
+        self.steps.push(Some(Step { at, kind: StepKind::Break(kind) }));
+        let k = self.steps.len() - 1;
+        if let Some(block) = self.open.last_mut() {
+            block.breaks.push(k);
+        }
+    }
+
+    fn close(&mut self, token: usize, kind: Break) {
+        match self.open.pop() {
+            Some(block) if !block.busy => {
+                for k in block.breaks {
+                    self.steps[k] = None;
+                }
+            }
+            _ => {
+                self.push(token, StepKind::Break(kind));
+            }
+        }
+    }
+
+    fn may_move(&self, name: &str) -> bool {
+        self.moving.get(name).copied().unwrap_or_else(|| !words::is_quiet(name))
+    }
+
+    fn item(&mut self, item: &Item) -> Result<()> {
+        let token = item.span.start;
+        if let Some(t) = self.p.tokens.get(token) {
+            self.pragmas(t.start);
+        }
+        if let Some((motion, args, span)) = call(self.p, item) {
+            return self.motion(item, motion, &args, span);
+        }
+        let runs = item.kind != ItemKind::Start
+            && self.p.words[item.span.clone()].iter().any(|w| matches!(w.as_str(), "run" | "kill" | "join"));
+        if runs {
+            self.push(token, StepKind::Break(Break::Interrupt));
+        }
+        let name = self.p.words.get(token).map_or("", String::as_str);
+        for called in self.p.called(item) {
+            self.led = words::leads(called).unwrap_or(self.led);
+        }
+        if name == "set_tcp" {
+            self.push(token, StepKind::Break(Break::Frame));
+        } else if self.p.called(item).any(|name| self.may_move(name)) {
+            self.push(token, StepKind::Break(Break::Call));
+        }
+        match item.kind {
+            ItemKind::Start => {
+                self.open.clear();
+                self.push(token, StepKind::Break(Break::Start));
+            }
+            ItemKind::Branch | ItemKind::Loop => {
+                self.open.push(Block::default());
+                self.block_break(token, if item.kind == ItemKind::Loop { Break::Loop } else { Break::Jump });
+            }
+            ItemKind::Middle => self.block_break(token, Break::Jump),
+            ItemKind::EndBranch => self.close(token, Break::Jump),
+            ItemKind::EndLoop => self.close(token, Break::Loop),
+            ItemKind::Assign { .. } => {}
+            ItemKind::Other if words::is_wait(name) => {
+                let args = arguments(self.p, token + 2, item.span.end).map(|a| a.0).unwrap_or_default();
+                let seconds = args.first().and_then(|a| self.number(&a.span, item));
+                self.push(token, StepKind::Dwell(seconds.filter(|s| name == "sleep" && *s >= 0.0)));
+            }
+            ItemKind::Other => {}
+        }
+        Ok(())
+    }
+
+    /// A number: written there, or a variable that is assigned it once.
+    fn number(&self, span: &Span, item: &Item) -> Option<f64> {
+        let found = value::plain(self.text, &self.p.tokens, span).map(|(v, ..)| v);
+        found.or_else(|| {
+            let (value, _) = self.assigned(span, item).ok()?;
+            value::plain(self.text, &self.p.tokens, &value).map(|(v, ..)| v)
+        })
+    }
+
+    /// What the name in `span` is assigned, if that is certain: tokens of the value, and the item.
+    pub fn assigned(&self, span: &Span, item: &Item) -> std::result::Result<(Span, usize), String> {
+        let name = &self.p.words[span.start];
+        if span.len() != 1 || name.is_empty() {
+            let bytes = self.p.tokens[span.start].start..self.p.tokens[span.end - 1].end;
+            let shown = one_line(&String::from_utf8_lossy(self.text.slice(bytes)));
+            return Err(format!("the target `{shown}` is an expression"));
+        }
+        let Some(key) = self.p.key(item.def, name) else {
+            let what = if self.p.is_parameter(item.def, name) {
+                "a parameter of the function"
+            } else {
+                "not assigned in this file"
+            };
+            return Err(format!("`{name}` is {what}"));
+        };
+        let variable = &self.p.variables[&key];
+        if let Some(why) = &variable.changed {
+            return Err(why.clone());
+        }
+        match variable.assigned.first().map(|&n| (&self.p.items[n], n)) {
+            Some((Item { kind: ItemKind::Assign { value, .. }, span, .. }, n)) => Ok((*value..span.end, n)),
+            _ => Err(format!("`{name}` is not assigned in this file")),
+        }
+    }
+
+    fn motion(&mut self, item: &Item, motion: Motion, args: &[Arg], span: Span) -> Result<()> {
+        let (p, text) = (self.p, self.text);
+        let token = span.start;
+        let calls = p.called(item).any(|name| words::motion(name).is_none() && self.may_move(name));
+        if calls {
+            self.push(token, StepKind::Break(Break::Call));
+        }
+        let bytes = p.tokens[span.start].start..p.tokens[span.end - 1].end;
+        let Some(target) = goal(&motion, args).or(args.first()) else {
+            return Err(text.bad(
+                bytes.start,
+                format!("`{}` without a target", p.words[token]),
+                "a list of joint values or a pose",
+            ));
+        };
+        let target = target.span.clone();
+        let goal_bytes = p.tokens[target.start].start..p.tokens[target.end - 1].end;
+        let mut site = Site { bytes, goal: goal_bytes, ..Site::default() };
+        let line = text.line_span(self.line(token) as usize - 1);
+        let alone =
+            text.slice(line.start..site.bytes.start).iter().all(u8::is_ascii_whitespace) && span.end == item.span.end;
+        let mut closed = match motion.kind {
+            MotionKind::Arc => Some("it is an arc or a process move"),
+            MotionKind::Velocity => Some("it commands a velocity"),
+            _ if calls => Some("its arguments call a function that may move the robot"),
+            _ if !alone => Some("it shares its line with other code"),
+            _ => None,
+        };
+        let t = argument(&motion, args, "t").map(|a| value::plain(text, &p.tokens, &a.span));
+        let mut seconds = None;
+        match t {
+            Some(Some((s, style, bytes))) if s > 0.0 => {
+                seconds = Some(s);
+                if s < 2.0 * CYCLE_S {
+                    closed.get_or_insert("its time is too short to be shared out over two cycles of the controller");
+                }
+                site.time = Some((bytes, s, style));
+            }
+            Some(Some((s, ..))) if s == 0.0 && motion.kind == MotionKind::Move => {}
+            None if motion.kind != MotionKind::Servo => {}
+            Some(_) => drop(closed.get_or_insert("its time is no plain number, and cannot be shared out")),
+            None => drop(closed.get_or_insert("it has no time t= that could be shared out")),
+        }
+        let v = argument(&motion, args, "v").map_or(motion.v, |a| self.number(&a.span, item));
+        let speed = match (seconds, v, motion.kind) {
+            (Some(s), ..) => Speed::Seconds(s),
+            (None, Some(v), MotionKind::Optimised) => Speed::Share(v),
+            (None, Some(v), MotionKind::Move) if motion.path == PathKind::Joint => Speed::Joint(v),
+            (None, Some(v), MotionKind::Move | MotionKind::Arc) => Speed::Tcp(v),
+            _ => Speed::Unknown,
+        };
+        let blend = argument(&motion, args, "r");
+        let blend_m = match (&blend, motion.parameters.contains(&"r")) {
+            (Some(a), _) => self.number(&a.span, item),
+            (None, takes) => takes.then_some(0.0),
+        };
+        site.blend = blend.map(|a| p.tokens[a.span.start].start..p.tokens[a.span.end - 1].end);
+        let goal = match motion.kind {
+            _ if self.led.is_some() => {
+                let by = self.led.unwrap_or_default();
+                Goal::Opaque(format!("{by}() leads the robot away from the target"))
+            }
+            MotionKind::Velocity => Goal::Opaque("a velocity ends where its time ends".into()),
+            MotionKind::Arc => self.pose_or_opaque(&target, item),
+            _ => self.goal(&target, item)?,
+        };
+        let closed = closed.map(String::from);
+        let k = self.push(
+            token,
+            StepKind::Move(Move { path: motion.path, goal, fixed: None, closed, speed, blend_m, way: Vec::new() }),
+        );
+        self.sites.insert(k, site);
+        Ok(())
+    }
+}

@@ -1,0 +1,124 @@
+//! What differs between two programs, move by move: joints in degrees or millimetres, the TCP in micrometres.
+
+use super::run::{Role, Run};
+use crate::error::Result;
+use crate::program::script::{Edits, Format, Goal, Script, StepKind, Text};
+use crate::robot::Robot;
+use serde::Serialize;
+
+/// A move that is written differently, or a point that is new.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Change {
+    pub line: u64,
+    /// The point is new, on the way to the target of this line.
+    pub added: bool,
+    /// Joint name and change, deg or mm (of a new point: against the way without it).
+    pub joints: Vec<(String, f64)>,
+    pub tcp_um: f64,
+}
+
+impl Change {
+    /// `line 12: A1 +0.002800 deg, at the TCP 142.0 um`.
+    pub fn words(&self, robot: &Robot) -> String {
+        let unit = |name: &str| robot.axis_named(name).map_or("", |a| robot.axis(a).kind.unit());
+        let joints: Vec<String> = self.joints.iter().map(|(n, v)| format!("{n} {v:+.6} {}", unit(n))).collect();
+        let added = if self.added { " new point:" } else { "" };
+        format!("line {}:{added} {}, at the TCP {:.1} um", self.line, joints.join(", "), self.tcp_um)
+    }
+}
+
+/// The changes that edits make, in the order of the program.
+pub fn of_edits(script: &Script, runs: &[Run], edits: &Edits, robot: &Robot) -> Vec<Change> {
+    let mut changes = Vec::new();
+    for run in runs {
+        let mut last: Option<&[f64]> = None;
+        for vertex in run.vertices.iter().filter(|v| v.role == Role::Goal) {
+            let line = script.steps[vertex.step].at.line;
+            if let Some(edit) = edits.steps.get(&vertex.step) {
+                for p in &edit.before {
+                    let own = match (run.line(vertex.step), last) {
+                        (Some(line), _) => line.at(robot, p.share),
+                        (None, Some(from)) => {
+                            Some(from.iter().zip(&vertex.q).map(|(a, b)| a + p.share * (b - a)).collect())
+                        }
+                        (None, None) => None,
+                    };
+                    if let Some(own) = own.filter(|_| !p.of_way) {
+                        changes.extend(change(line, true, &own, &p.q, robot));
+                    }
+                }
+                if let Some(goal) = &edit.goal {
+                    changes.extend(change(line, false, &vertex.q, goal, robot));
+                }
+            }
+            last = Some(&vertex.q);
+        }
+    }
+    changes
+}
+
+fn change(line: u64, added: bool, from: &[f64], to: &[f64], robot: &Robot) -> Option<Change> {
+    let joints: Vec<(String, f64)> = robot
+        .axis_joints()
+        .enumerate()
+        .map(|(k, j)| (j.name.clone(), j.kind.to_edge(to[k] - from[k])))
+        .filter(|(_, v)| v.abs() > 1e-9)
+        .map(|(n, v)| (n, (v * 1e9).round() / 1e9))
+        .collect();
+    let tcp_um = (robot.tcp_m(to) - robot.tcp_m(from)).norm() * 1e6;
+    (added || !joints.is_empty()).then(|| Change { line, added, joints, tcp_um: (tcp_um * 1e3).round() / 1e3 })
+}
+
+/// The first difference between our texts and a golden program, in words; `None`: the same bytes.
+pub fn against(format: &dyn Format, ours: &[Text], golden: &[Text], robot: &Robot) -> Result<Option<String>> {
+    let Some(file) =
+        (0..ours.len().max(golden.len())).find(|&k| ours.get(k).map(|t| &t.bytes) != golden.get(k).map(|t| &t.bytes))
+    else {
+        return Ok(None);
+    };
+    let (Some(a), Some(b)) = (ours.get(file), golden.get(file)) else {
+        return Ok(Some("a file that belongs to the program is missing".into()));
+    };
+    let byte = a.bytes.iter().zip(&b.bytes).position(|(x, y)| x != y).unwrap_or(a.bytes.len().min(b.bytes.len()));
+    let line = b.line_of(byte);
+    let text = |t: &Text| String::from_utf8_lossy(t.line(t.line_of(byte) as usize - 1)).trim_end().to_string();
+    let mut words = vec![format!("{}:{line}: the output differs", b.name)];
+    if byte >= a.bytes.len() || byte >= b.bytes.len() {
+        let which = if byte >= a.bytes.len() { "the output ends" } else { "the golden file ends" };
+        words[0] = format!("{}: {which} before this line", words[0]);
+    } else {
+        words[0] = format!("{}: `{}` instead of `{}`", words[0], text(a), text(b));
+    }
+    // the first move whose joints differ, where both can be read
+    if let (Ok(x), Ok(y)) = (format.parse(ours.to_vec(), robot), format.parse(golden.to_vec(), robot)) {
+        words.extend(first_move(x.script(), y.script(), robot));
+    }
+    Ok(Some(words.join("\n")))
+}
+
+/// The first move whose joint target differs.
+fn first_move(ours: &Script, golden: &Script, robot: &Robot) -> Option<String> {
+    let targets = |s: &Script| -> Vec<(u64, Vec<Option<f64>>)> {
+        s.steps
+            .iter()
+            .filter_map(|step| match &step.kind {
+                StepKind::Move(m) => match m.goal {
+                    Goal::Joints(t) => {
+                        Some((step.at.line, s.targets.get(t)?.values.iter().map(|v| v.map(|v| v.si)).collect()))
+                    }
+                    _ => Some((step.at.line, Vec::new())),
+                },
+                _ => None,
+            })
+            .collect()
+    };
+    let (a, b) = (targets(ours), targets(golden));
+    let k = a.iter().zip(&b).position(|(x, y)| x.1 != y.1);
+    let Some(k) = k else {
+        return (a.len() != b.len()).then(|| format!("  {} moves instead of {}", a.len(), b.len()));
+    };
+    let full =
+        |v: &[Option<f64>]| (0..robot.dof()).map(|i| v.get(i).copied().flatten().unwrap_or(0.0)).collect::<Vec<_>>();
+    let difference = change(b[k].0, false, &full(&b[k].1), &full(&a[k].1), robot)?;
+    Some(format!("  {}", difference.words(robot)))
+}

@@ -1,0 +1,98 @@
+//! How much of a program can be edited, said before anything else: moves, those with joint targets that may change, and
+//! why the others may not, with their lines.
+
+use crate::program::script::{At, Goal, Move, Script, StepKind};
+use serde::Serialize;
+
+/// Lines that are listed for one reason.
+const LISTED: usize = 20;
+
+/// Coverage of a program.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Coverage {
+    pub moves: u64,
+    pub editable: u64,
+    /// Editable moves on whose way no point may be put: a step there is spread over the whole move.
+    pub closed: u64,
+    pub reasons: Vec<Reason>,
+}
+
+/// Why moves are not edited.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Reason {
+    pub why: String,
+    pub moves: u64,
+    /// The first of their lines.
+    pub lines: Vec<u64>,
+    #[serde(skip)]
+    pub file: usize,
+}
+
+/// What keeps a move as it is; `None`: it may be edited.
+pub fn kept(m: &Move) -> Option<String> {
+    match (&m.goal, &m.fixed) {
+        (Goal::Opaque(why), _) => Some(why.clone()),
+        (Goal::Pose(_), _) => Some("Cartesian target".into()),
+        (Goal::Joints(_), Some(why)) => Some(why.clone()),
+        (Goal::Joints(_), None) => None,
+    }
+}
+
+impl Coverage {
+    /// Coverage of a script; `excluded` says which steps are left out on request, and why, `solved` which Cartesian moves are
+    /// written as joint moves.
+    pub fn of(
+        script: &Script,
+        excluded: &dyn Fn(usize) -> Option<&'static str>,
+        solved: &dyn Fn(usize) -> bool,
+    ) -> Self {
+        let mut coverage = Self::default();
+        for (k, step) in script.steps.iter().enumerate() {
+            let StepKind::Move(m) = &step.kind else { continue };
+            coverage.moves += 1;
+            match kept(m).filter(|_| !solved(k)).or_else(|| excluded(k).map(String::from)) {
+                Some(why) => coverage.add(why, step.at),
+                None => {
+                    coverage.editable += 1;
+                    coverage.closed += u64::from(m.closed.is_some());
+                }
+            }
+        }
+        coverage
+    }
+
+    /// One more move that stays, for this reason.
+    fn add(&mut self, why: String, at: At) {
+        let found = self.reasons.iter_mut().find(|r| r.why == why && r.file == at.file);
+        let reason = match found {
+            Some(r) => r,
+            None => {
+                self.reasons.push(Reason { why, moves: 0, lines: Vec::new(), file: at.file });
+                let last = self.reasons.len() - 1;
+                &mut self.reasons[last]
+            }
+        };
+        reason.moves += 1;
+        if reason.lines.len() < LISTED {
+            reason.lines.push(at.line);
+        }
+    }
+
+    /// Editable moves in percent; 100 of a program without moves, as none stays as it is.
+    pub fn percent(&self) -> f64 {
+        if self.moves == 0 { 100.0 } else { 100.0 * self.editable as f64 / self.moves as f64 }
+    }
+}
+
+impl Reason {
+    /// `lines 3, 7, 12 and 5 more`.
+    pub fn lines_text(&self) -> String {
+        let shown: Vec<String> = self.lines.iter().map(u64::to_string).collect();
+        let more = self.moves.saturating_sub(self.lines.len() as u64);
+        let word = if self.moves == 1 { "line" } else { "lines" };
+        match more {
+            0 => format!("{word} {}", shown.join(", ")),
+            _ => format!("{word} {} and {more} more", shown.join(", ")),
+        }
+    }
+}

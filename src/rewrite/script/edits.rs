@@ -1,0 +1,219 @@
+//! What comes out of the engine, as edits of the program: other values for targets, new points on the way to them.
+
+use super::run::{Role, Run, Vertex};
+use crate::program::script::{Document, Edit, Edits, Goal, NewPoint, Script, StepKind};
+use crate::rewrite::{Emitted, Origin};
+use crate::robot::Robot;
+
+/// A change of a joint that is none: rounding of the arithmetic, rad or m.
+const NOTHING: f64 = 1e-13;
+
+/// See [`spaced`].
+const CLOSE: f64 = 2.0;
+
+/// What of the engine's work found no place in the program.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Unplaced {
+    /// New points on moves that take none, or that are left as they are: the step is spread over the whole move.
+    pub points: u64,
+    /// New points that are no others than their neighbours once they are rounded.
+    pub rounded: u64,
+}
+
+/// A point that came out, with its place among the vertices.
+struct Out<'a> {
+    q: &'a [f64],
+    t_s: Option<f64>,
+    /// Vertex itself, or the vertex before it and the share of the leg behind that.
+    vertex: usize,
+    fraction: Option<f64>,
+}
+
+/// Adds the edits of one run. Returns what found no place and how many points were added.
+pub fn collect(
+    document: &dyn Document,
+    robot: &Robot,
+    run: &Run,
+    emitted: &Emitted,
+    edits: &mut Edits,
+) -> (Unplaced, u64) {
+    let script = document.script();
+    let outs: Vec<Out> = (0..emitted.len())
+        .map(|i| {
+            let (vertex, fraction) = match emitted.origin[i] {
+                Origin::Point(n) => (n as usize, None),
+                Origin::Inserted { after, fraction } => (after as usize, Some(fraction)),
+            };
+            let t_s = emitted.t_s.get(i).copied();
+            Out { q: emitted.row(i), t_s, vertex, fraction }
+        })
+        .collect();
+    let mut unplaced = Unplaced::default();
+    let mut added = 0;
+    let mut at = 0;
+    while at < outs.len() {
+        // all that lies behind the goal before, up to the goal of this step
+        let Some(end) = (at..outs.len()).find(|&i| goal(run, &outs[i]).is_some()) else { break };
+        let Some(vertex) = goal(run, &outs[end]) else { break };
+        let span = &outs[at..end];
+        let before = at.checked_sub(1).map(|k| outs[k].q);
+        let edit = step(document, robot, run, vertex, before, span, &outs[end], &mut unplaced);
+        at = end + 1;
+        if let Some((edit, points)) = edit {
+            added += points;
+            edits.steps.insert(vertex.step, edit);
+        }
+    }
+    blends(script, robot, run, edits);
+    (unplaced, added)
+}
+
+/// The goal vertex at which a point stands.
+fn goal<'a>(run: &'a Run, out: &Out) -> Option<&'a Vertex> {
+    run.vertices.get(out.vertex).filter(|v| out.fraction.is_none() && v.role == Role::Goal)
+}
+
+#[allow(clippy::too_many_arguments)] // a step, what led to it, what came out, and where what is lost is counted
+fn step(
+    document: &dyn Document,
+    robot: &Robot,
+    run: &Run,
+    vertex: &Vertex,
+    before: Option<&[f64]>,
+    span: &[Out],
+    end: &Out,
+    unplaced: &mut Unplaced,
+) -> Option<(Edit, u64)> {
+    let script = document.script();
+    let StepKind::Move(m) = &script.steps.get(vertex.step)?.kind else { return None };
+    let inserted = |o: &&Out| o.fraction.is_some();
+    if !vertex.editable || m.closed.is_some() {
+        unplaced.points += span.iter().filter(inserted).count() as u64;
+    }
+    if !vertex.editable {
+        return None;
+    }
+    let as_joint_moves = matches!(m.goal, Goal::Pose(_));
+    let changed = |o: &Out, own: &[f64]| o.q.iter().zip(own).any(|(a, b)| (a - b).abs() > NOTHING);
+    let mut edit = Edit { as_joint_moves, ..Edit::default() };
+    // points of a way are written where the offset changes between them; else the goal alone carries it
+    let offset = |q: &[f64], own: &[f64]| q.iter().zip(own).map(|(a, b)| a - b).collect::<Vec<f64>>();
+    let here = offset(end.q, &vertex.q);
+    let differs = |o: &Out| {
+        let own = run.vertices.get(o.vertex).map(|v| offset(o.q, &v.q)).unwrap_or_default();
+        own.iter().zip(&here).any(|(a, b)| (a - b).abs() > NOTHING)
+    };
+    let steps_inside = span.iter().any(|o| on_way(run, o, vertex.step) && (o.fraction.is_some() || differs(o)));
+    if m.closed.is_none() && (steps_inside || as_joint_moves) {
+        let mut last = before;
+        let span: Vec<&Out> = span.iter().filter(|o| on_way(run, o, vertex.step)).collect();
+        let span = spaced(&span);
+        for (k, o) in span.iter().enumerate() {
+            let next = span.get(k + 1).map_or(end.q, |o| o.q);
+            let point = new_point(document, robot, run, vertex.step, o, last, next);
+            if o.fraction.is_some() && finest(script, vertex).is_some_and(|f| same(&point.q, last, &f)) {
+                unplaced.rounded += 1;
+                continue;
+            }
+            last = Some(o.q);
+            edit.before.push(point);
+        }
+    }
+    if as_joint_moves || changed(end, &vertex.q) {
+        edit.goal = Some(end.q.to_vec());
+    }
+    let points = edit.before.len() as u64;
+    (edit.goal.is_some() || points > 0).then_some((edit, points))
+}
+
+/// Of the points of one leg that stand within [`CLOSE`] times the distance of the first of them from the leg's start, the last:
+/// joints that turn together take their steps at one point, not at a row of points that no controller could tell apart.
+fn spaced<'a>(span: &[&'a Out<'a>]) -> Vec<&'a Out<'a>> {
+    let mut kept: Vec<&Out> = Vec::with_capacity(span.len());
+    let mut first: Option<(usize, f64)> = None;
+    for &o in span {
+        let near = match (first, o.fraction) {
+            (Some((vertex, share)), Some(own)) => o.vertex == vertex && own <= CLOSE * share,
+            _ => false,
+        };
+        if near {
+            kept.pop();
+        } else {
+            first = o.fraction.map(|share| (o.vertex, share));
+        }
+        kept.push(o);
+    }
+    kept
+}
+
+/// A point on the way to a step's goal, not one at which the robot waits before it.
+fn on_way(run: &Run, o: &Out, step: usize) -> bool {
+    match o.fraction {
+        None => run.vertices.get(o.vertex).is_some_and(|v| v.step == step && v.role == Role::Way),
+        Some(_) => run.vertices.get(o.vertex + 1).is_some_and(|v| v.step == step),
+    }
+}
+
+fn new_point(
+    document: &dyn Document,
+    robot: &Robot,
+    run: &Run,
+    step: usize,
+    o: &Out,
+    last: Option<&[f64]>,
+    next: &[f64],
+) -> NewPoint {
+    let own = &run.vertices[o.vertex];
+    // the leg starts where the step before ended, unless a point of this way stands there
+    let from = if own.step == step && own.role == Role::Way { own.share } else { 0.0 };
+    let share = match (o.fraction, run.vertices.get(o.vertex + 1)) {
+        (Some(f), Some(to)) => from + f * (to.share - from),
+        _ => own.share,
+    };
+    let mut q = o.q.to_vec();
+    // the engine goes straight in the joints; on a straight TCP path or an arc the point moves onto it, its offset stays
+    let on_way = || document.on_way(step, share).or_else(|| run.line(step)?.at(robot, share));
+    if let (Some(f), Some(to)) = (o.fraction, run.vertices.get(o.vertex + 1))
+        && let Some(on_way) = on_way()
+    {
+        for (k, v) in q.iter_mut().enumerate() {
+            *v += on_way[k] - (own.q[k] + f * (to.q[k] - own.q[k]));
+        }
+    }
+    let here = robot.tcp_m(&q);
+    let distance = |other: &[f64]| (robot.tcp_m(other) - here).norm();
+    let clearance_m = 0.5 * last.map_or(f64::INFINITY, distance).min(distance(next));
+    NewPoint { q, share, t_s: o.t_s, clearance_m, of_way: o.fraction.is_none() }
+}
+
+/// The finest digits of a step's target.
+fn finest(script: &Script, vertex: &Vertex) -> Option<Vec<f64>> {
+    let StepKind::Move(m) = &script.steps.get(vertex.step)?.kind else { return None };
+    let Goal::Joints(t) = m.goal else { return None };
+    let target = script.targets.get(t)?;
+    Some(target.values.iter().map(|v| v.map_or(f64::INFINITY, |v| v.finest)).collect())
+}
+
+/// No axis differs by half a digit.
+fn same(a: &[f64], b: Option<&[f64]>, digit: &[f64]) -> bool {
+    b.is_some_and(|b| a.iter().zip(b).zip(digit).all(|((x, y), d)| (x - y).abs() < 0.5 * d.min(1.0)))
+}
+
+/// Corners that may be cut no wider than to the middle of the way to a new point.
+fn blends(script: &Script, robot: &Robot, run: &Run, edits: &mut Edits) {
+    let goals: Vec<&Vertex> = run.vertices.iter().filter(|v| v.role == Role::Goal).collect();
+    for pair in goals.windows(2) {
+        let [own, next] = pair else { continue };
+        let near = |step: usize, first: bool| {
+            let edit = edits.steps.get(&step)?;
+            if first { edit.before.first() } else { edit.before.last() }.map(|p| robot.tcp_m(&p.q))
+        };
+        let here = robot.tcp_m(&own.q);
+        let nearest = [near(next.step, true), near(own.step, false)].into_iter().flatten();
+        let at_most = nearest.map(|p| 0.5 * (p - here).norm()).fold(f64::INFINITY, f64::min);
+        let StepKind::Move(m) = &script.steps[own.step].kind else { continue };
+        if at_most.is_finite() && m.blend_m != Some(0.0) && m.blend_m.is_none_or(|b| b > at_most) && own.editable {
+            edits.steps.entry(own.step).or_default().blend_at_most_m = Some(at_most);
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! One vendor program from file to file, with the files that belong to it.
+
+use super::change::{self, Change};
+use super::coverage::Coverage;
+use super::edits::Unplaced;
+use super::run::Gap;
+use super::verify::Written;
+use super::{Done, Task, rewrite};
+use crate::error::{Error, Place, Result, is_stdio, shown};
+use crate::io::input;
+use crate::program::files::Files;
+use crate::program::script::{Format, Note as Said, Text};
+use crate::rewrite::Refine;
+use crate::rewrite::job::{Job, Outcome, Ready, Target, smallest};
+use crate::rewrite::original;
+use crate::rewrite::stream::guard::{self, Companion};
+use crate::rewrite::stream::sink::{File, Sink};
+use std::path::{Path, PathBuf};
+
+/// A last digit is coarse where it is more than this share of the smallest half gap.
+const COARSE: f64 = 0.05;
+/// Last digit of a joint that is corrected at every point, rad or m.
+const STATIC_DIGIT: f64 = 1e-8;
+/// Last digit of the other joints at a new point, rad or m: it must stand on the path.
+const PATH_DIGIT: f64 = 2e-6;
+/// A vendor program is read whole; a larger one is none that a controller could load.
+const LARGEST: usize = 256 << 20;
+
+/// What is said of a vendor program, besides what is said of every one.
+#[derive(Debug, Clone)]
+pub struct Vendor {
+    pub format: &'static str,
+    pub title: &'static str,
+    pub coverage: Coverage,
+    /// Where directions are lost because a target could not be followed.
+    pub gaps: Vec<Gap>,
+    pub unplaced: Unplaced,
+    pub written: Written,
+    pub changes: Vec<Change>,
+    pub notes: Vec<Said>,
+    /// Stretches with known directions.
+    pub runs: usize,
+}
+
+impl Job<'_> {
+    /// Takes a vendor program through; `bytes` are those of `input`.
+    pub(in super::super) fn prepare_script(
+        &self,
+        format: &dyn Format,
+        input: &Path,
+        bytes: Vec<u8>,
+        target: Target,
+    ) -> Result<Ready> {
+        let name = shown(input);
+        if self.options.refine != Refine::None {
+            return Err(Error::bad(
+                Place::file("--refine"),
+                format!("{name}, a program in {}", format.title()),
+                "joint-space CSV: the robot goes from target to target of this program, so that they are its turning \
+                 points (those on straight lines and arcs are found without it)",
+            ));
+        }
+        let (texts, companions) = texts(format, input, bytes, &self.files)?;
+        let originals: Vec<Vec<u8>> = texts.iter().map(|t| t.bytes.clone()).collect();
+        let hashes: Vec<String> = originals.iter().map(|b| input::sha256(b)).collect();
+        self.refuse_known(&name, &self.known(input), &Some(guard::together(hashes.iter())))?;
+        let digit = self.digits()?;
+        let task = Task {
+            robot: self.robot,
+            compensator: self.compensator,
+            options: &self.options,
+            choices: &self.choices,
+            deadband: &self.deadband,
+            digit: &digit,
+        };
+        let done = rewrite(format, texts, &task)?;
+        if !self.force && self.looks_rewritten(&done) {
+            return Err(guard::already(&name, "its reversals carry the steps of this compensator"));
+        }
+        let mut outcome = self.outcome(format, &name, &hashes, &done);
+        match target {
+            Target::DryRun => Ok(Ready::without_output(outcome)),
+            Target::Check(golden) => {
+                let (theirs, _) = self::texts(format, golden, input::read(golden)?.bytes, &Files::Disk)?;
+                let ours: Vec<Text> = theirs
+                    .iter()
+                    .map(|t| t.name.clone())
+                    .zip(&done.texts)
+                    .map(|(n, b)| Text::new(n, b.clone()))
+                    .collect();
+                if let Some(text) = change::against(format, &ours, &theirs, self.robot)? {
+                    outcome.refusal = Some(outcome.refusal.map_or(text.clone(), |r| format!("{r}\n{text}")));
+                }
+                Ok(Ready::without_output(outcome))
+            }
+            Target::File(_) if outcome.refusal.is_some() => Ok(Ready::without_output(outcome)),
+            Target::File(path) => {
+                let paths = outputs(path, &companions)?;
+                if !self.force {
+                    free_to_write(input, &companions, &paths, &done.texts)?;
+                }
+                outcome.output = Some(shown(path));
+                let mut files = Vec::with_capacity(paths.len());
+                let mut sums = Vec::with_capacity(paths.len());
+                for (path, bytes) in paths.iter().zip(&done.texts) {
+                    let mut file = File::create(path, self.manner)?;
+                    file.take(bytes)?;
+                    file.prepare()?;
+                    sums.push(file.sha256());
+                    files.push(file);
+                }
+                outcome.sha256_out = sums.first().cloned();
+                let note = if outcome.unchanged {
+                    None
+                } else {
+                    let mut note = self.note(input, path, &outcome);
+                    note.original = originals.first().and_then(|b| original::pack(b));
+                    let named = |p: &Path| p.file_name().map_or_else(|| shown(p), |n| n.to_string_lossy().into_owned());
+                    note.companions = (1..paths.len())
+                        .map(|k| Companion {
+                            input: named(&companions[k - 1]),
+                            output: named(&paths[k]),
+                            sha256_in: hashes[k].clone(),
+                            sha256_out: sums[k].clone(),
+                            original: original::pack(&originals[k]),
+                        })
+                        .collect();
+                    self.prepare_note(path, &note)?
+                };
+                Ok(Ready { outcome, files, note })
+            }
+        }
+    }
+
+    fn outcome(&self, format: &dyn Format, name: &str, hashes: &[String], done: &Done) -> Outcome {
+        let line = |n: u64| done.lines.get(n as usize).map(|at| at.line);
+        Outcome {
+            input: name.into(),
+            output: None,
+            points: done.coverage.moves,
+            refusal: self.violations(name, &done.account, &line),
+            account: done.account.clone(),
+            sha256_in: hashes.first().cloned(),
+            sha256_out: None,
+            unchanged: done.unchanged(),
+            written: vec![None; self.robot.dof()],
+            vendor: Some(Vendor {
+                format: format.name(),
+                title: format.title(),
+                coverage: done.coverage.clone(),
+                gaps: done.gaps.clone(),
+                unplaced: done.unplaced,
+                written: done.written.clone(),
+                changes: done.changes.clone(),
+                notes: done.script.notes.clone(),
+                runs: done.runs,
+            }),
+        }
+    }
+
+    /// Weight of the last digit that changed numbers of each axis should have at most, rad or m.
+    fn digits(&self) -> Result<Vec<f64>> {
+        self.least_decimals()?; // refuses --decimals that cannot hold the offset
+        let of = |(a, joint): (usize, &crate::robot::Joint)| {
+            if let Some(n) = self.decimals {
+                return 10f64.powi(-i32::from(n)) * joint.kind.si();
+            }
+            let fine = self.options.statics.as_ref().is_some_and(|s| s.changes(a));
+            let gap = self.compensator.on(a).and_then(smallest).map_or(f64::INFINITY, |g| g * self.options.gain);
+            (COARSE * gap).min(if fine { STATIC_DIGIT } else { PATH_DIGIT })
+        };
+        Ok(self.robot.axis_joints().enumerate().map(of).collect())
+    }
+
+    /// By its reversals, as for a program of rows.
+    fn looks_rewritten(&self, done: &Done) -> bool {
+        let mut options = self.options.clone();
+        options.deadband.fill(1e-9);
+        done.positions.iter().any(|q| guard::looks_rewritten(q, self.robot.dof(), self.compensator, &options))
+    }
+}
+
+/// The texts of a program, and the paths of its companions that are there.
+fn texts(format: &dyn Format, input: &Path, bytes: Vec<u8>, there: &Files) -> Result<(Vec<Text>, Vec<PathBuf>)> {
+    let name = shown(input);
+    if bytes.len() > LARGEST {
+        return Err(Error::bad(
+            Place::file(&name),
+            format!("a {} program of {} MB", format.title(), bytes.len() >> 20),
+            format!("at most {} MB", LARGEST >> 20),
+        ));
+    }
+    if bytes.starts_with(&[0x1f, 0x8b]) {
+        return Err(Error::bad(Place::file(&name), "a gzip file", "a program as the controller takes it"));
+    }
+    input::refuse_utf16(&name, &bytes)?;
+    let mut all = vec![Text::new(name, bytes)];
+    let mut companions = Vec::new();
+    if !is_stdio(input) {
+        for path in format.companions(input, there) {
+            all.push(Text::new(shown(&path), std::fs::read(&path).map_err(|e| Error::io(&path, "read", e))?));
+            companions.push(path);
+        }
+    }
+    Ok((all, companions))
+}
+
+/// Where the texts go: the program to `path`, companions beside it under its stem with their own endings.
+fn outputs(path: &Path, companions: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    if is_stdio(path) && !companions.is_empty() {
+        let found = format!("a program of {} files for standard output", companions.len() + 1);
+        return Err(Error::bad(Place::file("--output"), found, "a file: the others go beside it"));
+    }
+    let mut all = vec![path.to_path_buf()];
+    all.extend(companions.iter().map(|c| match c.extension() {
+        Some(ending) => path.with_extension(ending),
+        None => path.with_extension("dat"),
+    }));
+    Ok(all)
+}
+
+/// Refuses to put a file of the program over another one that is not its own earlier result.
+fn free_to_write(input: &Path, companions: &[PathBuf], paths: &[PathBuf], texts: &[Vec<u8>]) -> Result<()> {
+    if paths.first().is_some_and(|p| is_stdio(p)) {
+        return Ok(());
+    }
+    let same = |a: &Path, b: &Path| {
+        a == b || std::fs::canonicalize(a).ok().is_some_and(|a| std::fs::canonicalize(b).ok() == Some(a))
+    };
+    for (k, path) in paths.iter().enumerate() {
+        if k == 0 && std::fs::symlink_metadata(path).is_err_and(|e| e.kind() == std::io::ErrorKind::NotFound) {
+            continue; // nothing stands there
+        }
+        let refuse = |found: String| Err(Error::bad(Place::file(shown(path)), found, "another name for --output"));
+        if paths[..k].iter().any(|other| same(path, other)) {
+            return refuse("two files of the program for one name".into());
+        }
+        if std::iter::once(input).chain(companions.iter().map(PathBuf::as_path)).any(|own| same(path, own)) {
+            return refuse("a file of the program that is read".into());
+        }
+        // beside the file that was named, a file appears that was not: it must be ours, or the same
+        if k > 0 && path.exists() && std::fs::read(path).ok().as_deref() != texts.get(k).map(Vec::as_slice) {
+            let name = path.file_name().map(|n| n.to_string_lossy().into_owned());
+            let note = paths.first().and_then(|p| guard::read_note(p));
+            if !note.is_some_and(|n| n.companions.iter().any(|c| Some(&c.output) == name.as_ref())) {
+                return refuse("a file that is there already and is not known to belong to this program".into());
+            }
+        }
+    }
+    Ok(())
+}

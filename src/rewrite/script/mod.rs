@@ -1,0 +1,335 @@
+//! Rewriting a vendor program: read whole, cut into runs, each run through the engine, what comes out back as edits.
+//!
+//! ```text
+//! texts -> Format::parse -> Script -> runs (run, way, clock) -> Engine -> edits -> Document::patches -> texts -> read again
+//! ```
+//!
+//! Rooms:
+//! - [`coverage`]: how much can be edited, and why not the rest.
+//! - [`run`]: where positions follow each other; [`way`] solves what lies between targets; [`clock`] tells durations.
+//! - [`edits`]: points that came out -> values and new points of the program.
+//! - [`verify`]: the result is read again before anyone gets it.
+//! - [`job`]: from file to file.
+//! - [`change`]: what differs, move by move, in degrees and micrometres: dry runs and golden files.
+
+pub mod change;
+pub mod clock;
+pub mod coverage;
+pub mod edits;
+pub mod job;
+pub mod run;
+pub mod verify;
+pub mod way;
+
+use super::engine::{Account, Engine};
+use super::{Emitted, Options, Origin, Points};
+use crate::compensator::Compensator;
+use crate::error::{Error, Result};
+use crate::program::script::{At, Edits, Format, Note, Script, StepKind, Text, text};
+use crate::robot::Robot;
+use change::Change;
+use coverage::Coverage;
+use edits::Unplaced;
+use run::{Choice, Gap, Run};
+use std::collections::HashSet;
+
+/// The dead band is this many last digits of the coarsest target: rounding is no movement.
+const DEADBAND_DIGITS: f64 = 1.5;
+/// Smallest dead band, rad or m.
+const LEAST_DEADBAND: f64 = 1e-9;
+
+/// What a user may choose about vendor programs alone.
+#[derive(Debug, Clone, Default)]
+pub struct Choices {
+    /// Moves while a process (welding, dispensing) is on stay as they are.
+    pub exclude_process: bool,
+    /// Write Cartesian moves between joint moves as joint moves, within this distance of the TCP's line, m.
+    pub solve_within_m: Option<f64>,
+    /// Share of the moves that must be editable, 0 to 1.
+    pub require_coverage: Option<f64>,
+    /// TCP speed in the place of what joint speeds would make it, m/s.
+    pub speed_m_s: Option<f64>,
+}
+
+/// The task: what is the same for all programs of a call.
+pub struct Task<'a> {
+    pub robot: &'a Robot,
+    pub compensator: &'a Compensator,
+    pub options: &'a Options,
+    pub choices: &'a Choices,
+    /// Dead bands that were asked for, per axis.
+    pub deadband: &'a [Option<f64>],
+    /// Weight of the last digit that changed numbers should have at most, per axis, rad or m.
+    pub digit: &'a [f64],
+}
+
+/// A rewritten program, in memory.
+#[derive(Debug)]
+pub struct Done {
+    pub texts: Vec<Vec<u8>>,
+    pub script: Script,
+    pub account: Account,
+    /// Line of each point of the account's violations.
+    pub lines: Vec<At>,
+    pub coverage: Coverage,
+    pub gaps: Vec<Gap>,
+    pub unplaced: Unplaced,
+    pub written: verify::Written,
+    pub changes: Vec<Change>,
+    /// Number of runs, each of which starts with unknown directions.
+    pub runs: usize,
+    /// Positions of each run, `q[point * axes + axis]`, rad or m, as they were.
+    pub positions: Vec<Vec<f64>>,
+}
+
+impl Done {
+    /// No byte differs.
+    pub fn unchanged(&self) -> bool {
+        self.texts.iter().zip(&self.script.texts).all(|(a, b)| *a == b.bytes)
+    }
+}
+
+/// Takes a program through.
+///
+/// # Errors
+/// Bad input where it cannot be read; refused where coverage is too low, the format cannot hold the gap, or an edit cannot be
+/// said in it.
+pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Done> {
+    let names: Vec<String> = texts.iter().map(|t| t.name.clone()).collect();
+    let document = format.parse(texts, task.robot)?;
+    let script = document.script();
+    let left_out = left_out(script, task.choices);
+    let excluded = |k: usize| left_out.get(k).copied().flatten().is_some();
+    let deadband = deadbands(script, task);
+    let named = |k: usize| script.targets.iter().any(|t| t.values.get(k).is_some_and(Option::is_some));
+    let commanded: Vec<bool> = (0..task.robot.dof()).map(named).collect();
+    let choice = Choice {
+        commanded: &commanded,
+        robot: task.robot,
+        deadband: &deadband,
+        tcp_speed_m_s: task.options.tcp_speed_m_s,
+        certain_speed_m_s: task.choices.speed_m_s,
+        excluded: &excluded,
+        solve_within_m: task.choices.solve_within_m.filter(|_| document.takes_joints_for_poses()),
+        on_way: &|step, share| document.on_way(step, share),
+    };
+    let (runs, gaps) = run::cut(script, &choice);
+    let mut edits = Edits { digit: task.digit.to_vec(), ..Edits::default() };
+    let mut account = empty(task.robot.dof());
+    let mut unplaced = Unplaced::default();
+    let mut lines = Vec::new();
+    for (k, run) in runs.iter().enumerate() {
+        let mut options = task.options.clone();
+        options.deadband.clone_from(&deadband);
+        if k > 0 {
+            // only the first run starts where the user says
+            options.initial_direction.fill(0);
+        }
+        let (emitted, done) = through(script, task, run, options)?;
+        let (lost, added) = edits::collect(document.as_ref(), task.robot, run, &emitted, &mut edits);
+        unplaced.points += lost.points;
+        unplaced.rounded += lost.rounded;
+        add(&mut account, done, added, lines.len() as u64);
+        lines.extend(run.vertices.iter().map(|v| script.steps[v.step].at));
+    }
+    let solved = |k: usize| edits.steps.get(&k).is_some_and(|e| e.as_joint_moves);
+    let coverage = Coverage::of(script, &|k| left_out.get(k).copied().flatten(), &solved);
+    require_coverage(&coverage, task.choices, script)?;
+    account.points = coverage.moves;
+    // an estimate of a part would read as one of the whole
+    account.duration_s = (runs.iter().all(Run::timed) && !runs.is_empty() && gaps.is_empty())
+        .then(|| runs.iter().filter_map(|r| r.vertices.last()).map(|v| v.t_s).sum())
+        .map(|s: f64| [s, s]);
+    enough_digits(script, &edits, task)?;
+    let patches = if edits.steps.is_empty() { Vec::new() } else { document.patches(&edits)? };
+    let texts = text::apply(&script.texts, &patches)?;
+    let written = if patches.is_empty() {
+        verify::Written::nothing(task.robot.dof())
+    } else {
+        let again = names.iter().zip(&texts).map(|(n, b)| Text::new(n, b.clone())).collect();
+        verify::read_again(format, script, &edits, again, task.robot)?
+    };
+    let changes = change::of_edits(script, &runs, &edits, task.robot);
+    let mut script = script.clone();
+    script.notes.extend(not_understood(&script));
+    if task.choices.solve_within_m.is_some() && !document.takes_joints_for_poses() {
+        let text =
+            format!("--solve-cartesian: {} has no straight move to joint values; Cartesian moves stay", format.title());
+        script.notes.insert(0, Note { place: At { file: 0, line: 1 }, text });
+    }
+    let positions = runs.iter().map(|r| r.vertices.iter().flat_map(|v| v.q.iter().copied()).collect()).collect();
+    Ok(Done { texts, account, lines, coverage, gaps, unplaced, written, changes, runs: runs.len(), positions, script })
+}
+
+/// Comments that are meant for the tool and switch nothing, as their words are not quite those.
+fn not_understood(script: &Script) -> Vec<Note> {
+    let Some(text) = script.texts.first() else { return Vec::new() };
+    let read: HashSet<At> =
+        script.steps.iter().filter(|s| matches!(s.kind, StepKind::Pragma(_))).map(|s| s.at).collect();
+    let places = (0..text.line_count()).map(|k| (At { file: 0, line: k as u64 + 1 }, text.line(k)));
+    let missed = places.filter(|(at, line)| addresses_us(line) && !read.contains(at));
+    let note = |place| Note {
+        place,
+        text: "a comment for this tool that is not understood: it switches nothing (lostmotion: off, lostmotion: on)"
+            .into(),
+    };
+    missed.map(|(at, _)| note(at)).collect()
+}
+
+/// `lost motion: of`, `lostmotion ON (seam)`: the name and a colon, or in one word with on or off behind it.
+fn addresses_us(line: &[u8]) -> bool {
+    let Some(first) = memchr::memmem::find(&line.to_ascii_lowercase(), b"lost") else { return false };
+    let line = String::from_utf8_lossy(&line[first..]).to_ascii_lowercase();
+    let behind = line.trim_start_matches("lost");
+    let Some(rest) = behind.trim_start_matches([' ', '-', '_']).strip_prefix("motion") else { return false };
+    let word = rest.trim_start_matches([' ', '\t', '-']);
+    word.starts_with([':', '='])
+        || behind.starts_with('m')
+            && word.len() < rest.len()
+            && ["on", "off", "of"].contains(&word.split(|c: char| !c.is_ascii_alphabetic()).next().unwrap_or_default())
+}
+
+/// Why each step is left out on request.
+fn left_out(script: &Script, choices: &Choices) -> Vec<Option<&'static str>> {
+    let (mut process, mut off) = (false, false);
+    let one = |step: &crate::program::script::Step| {
+        match step.kind {
+            StepKind::Process(on) => process = on,
+            StepKind::Pragma(on) => off = !on,
+            _ => {}
+        }
+        match (off, process && choices.exclude_process) {
+            (true, _) => Some("switched off by a comment"),
+            (_, true) => Some("a process is on"),
+            _ => None,
+        }
+    };
+    script.steps.iter().map(one).collect()
+}
+
+fn require_coverage(coverage: &Coverage, choices: &Choices, script: &Script) -> Result<()> {
+    let Some(share) = choices.require_coverage else { return Ok(()) };
+    if coverage.percent() >= 100.0 * share - 1e-9 {
+        return Ok(());
+    }
+    let name = script.texts.first().map_or("", |t| t.name.as_str());
+    let mut text = vec![format!(
+        "{name}: {} of {} moves can be edited, {:.1} %; {:.1} % are required; nothing was written",
+        coverage.editable,
+        coverage.moves,
+        coverage.percent(),
+        100.0 * share
+    )];
+    text.extend(coverage.reasons.iter().map(|r| format!("  {}: {} ({})", r.moves, r.why, r.lines_text())));
+    Err(Error::Refused(text.join("\n")))
+}
+
+/// What was asked for, else 1.5 of the coarsest last digits with which the axis is written, at most its smallest half gap.
+fn deadbands(script: &Script, task: &Task) -> Vec<f64> {
+    let coarsest = |a: usize| {
+        let digits = script.targets.iter().filter_map(|t| t.values.get(a).copied().flatten()).map(|v| v.digit);
+        digits.fold(0.0, f64::max)
+    };
+    (0..task.robot.dof())
+        .map(|a| match task.deadband.get(a).copied().flatten() {
+            Some(chosen) => chosen,
+            None => {
+                let gap = task.compensator.on(a).and_then(super::job::smallest).unwrap_or(f64::INFINITY);
+                (DEADBAND_DIGITS * coarsest(a)).min(gap).max(LEAST_DEADBAND)
+            }
+        })
+        .collect()
+}
+
+/// One run through the engine.
+fn through(script: &Script, task: &Task, run: &Run, options: Options) -> Result<(Emitted, Account)> {
+    let axes = task.robot.dof();
+    let mut points = Points { axes, ..Points::default() };
+    let seconds = task.compensator.fades_in_seconds();
+    if let Some(at) = run.untimed.filter(|_| seconds && task.options.tcp_speed_m_s.is_none()) {
+        return Err(Error::Refused(format!(
+            "{}: no speed of this move can be told, and a friction offset fades in seconds; nothing was written (give --speed-mm-s)",
+            script.place(at)
+        )));
+    }
+    let timed = run.timed() && (run.certain || seconds);
+    for v in &run.vertices {
+        points.q.extend_from_slice(&v.q);
+        if timed {
+            points.t_s.push(v.t_s);
+        }
+    }
+    let mut engine = Engine::new(task.robot, task.compensator, options)?;
+    let mut out = Emitted { axes, ..Emitted::default() };
+    engine.push(&points, &mut out)?;
+    let account = engine.finish(&mut out)?;
+    Ok((out, account))
+}
+
+fn empty(axes: usize) -> Account {
+    Account {
+        reversals: vec![0; axes],
+        largest_offset: vec![0.0; axes],
+        largest_left: vec![0.0; axes],
+        ..Account::default()
+    }
+}
+
+/// Adds the account of a run whose points count from `first` on.
+fn add(sum: &mut Account, run: Account, added: u64, first: u64) {
+    sum.inserted += added;
+    for (a, b) in sum.reversals.iter_mut().zip(&run.reversals) {
+        *a += b;
+    }
+    for (a, b) in sum.largest_offset.iter_mut().zip(&run.largest_offset) {
+        *a = a.max(*b);
+    }
+    for (a, b) in sum.largest_left.iter_mut().zip(&run.largest_left) {
+        *a = a.max(*b);
+    }
+    sum.violations_total += run.violations_total.max(run.violations.len() as u64);
+    sum.violations.extend(run.violations.into_iter().map(|mut v| {
+        v.origin = match v.origin {
+            Origin::Point(n) => Origin::Point(n + first),
+            Origin::Inserted { after, fraction } => Origin::Inserted { after: after + first, fraction },
+        };
+        v
+    }));
+    sum.largest_change_m = sum.largest_change_m.max(run.largest_change_m);
+}
+
+/// A gap below what the format can hold is refused, not faked.
+fn enough_digits(script: &Script, edits: &Edits, task: &Task) -> Result<()> {
+    let mut text = Vec::new();
+    for (axis, joint) in task.robot.axis_joints().enumerate() {
+        let Some(gap) = task.compensator.on(axis).and_then(super::job::smallest) else { continue };
+        let gap = gap * task.options.gain;
+        let coarsest = script
+            .moves()
+            .filter(|(k, _)| edits.steps.contains_key(k))
+            .filter_map(|(k, m)| match m.goal {
+                crate::program::script::Goal::Joints(t) => {
+                    Some((k, script.targets.get(t)?.values.get(axis).copied()??))
+                }
+                _ => None,
+            })
+            .max_by(|a, b| a.1.finest.total_cmp(&b.1.finest));
+        if let Some((k, value)) = coarsest
+            && value.finest > gap
+            && gap > 0.0
+        {
+            let edge = |v: f64| joint.kind.to_edge(v);
+            text.push(format!(
+                "{}: the format holds {} in steps of {:.6} {unit}, its half gap is {:.6} {unit}; nothing was written \
+                 (--leave-out {} writes the others)",
+                script.place(script.steps[k].at),
+                joint.name,
+                edge(value.finest),
+                edge(gap),
+                joint.name,
+                unit = joint.kind.unit()
+            ));
+        }
+    }
+    if text.is_empty() { Ok(()) } else { Err(Error::Refused(text.join("\n"))) }
+}

@@ -1,0 +1,256 @@
+//! Runs: stretches of a program on which each position certainly follows the one before it.
+//!
+//! A label, a loop, a call, or a target that cannot be told ends a run: behind it the directions are unknown, and the first
+//! movement's direction is taken, as at the start of a program. A dwell, a process or a comment ends nothing.
+
+use super::clock;
+use super::coverage::kept;
+use super::way;
+use crate::program::script::{At, Goal, Move, PathKind, Script, Speed, StepKind, Way};
+use crate::robot::Robot;
+
+/// What a vertex stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// The goal of its step.
+    Goal,
+    /// A turning point on the way to it.
+    Way,
+    /// The place where the robot waits.
+    Hold,
+}
+
+/// A point of a run.
+#[derive(Debug, Clone)]
+pub struct Vertex {
+    pub step: usize,
+    pub role: Role,
+    /// rad or m, one per axis.
+    pub q: Vec<f64>,
+    /// Share of the way to the step's goal; 1 for a goal.
+    pub share: f64,
+    /// Its numbers may be written (or, on a way, a point may be put there).
+    pub editable: bool,
+    pub t_s: f64,
+}
+
+/// A stretch with known directions.
+#[derive(Debug, Clone, Default)]
+pub struct Run {
+    pub vertices: Vec<Vertex>,
+    /// The first move whose duration cannot be told.
+    pub untimed: Option<At>,
+    /// ... and are those of the program, no estimate from joint speeds.
+    pub certain: bool,
+    /// Sampled ways of straight TCP moves, by step.
+    pub lines: Vec<(usize, way::Line)>,
+}
+
+impl Run {
+    /// Times are known all along.
+    pub fn timed(&self) -> bool {
+        self.untimed.is_none()
+    }
+
+    /// The sampled way of a step.
+    pub fn line(&self, step: usize) -> Option<&way::Line> {
+        self.lines.iter().find(|l| l.0 == step).map(|l| &l.1)
+    }
+}
+
+/// What ended a run, or what could not be followed on the way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gap {
+    pub at: At,
+    pub why: &'static str,
+}
+
+/// How a script is cut into runs.
+pub struct Choice<'a> {
+    pub robot: &'a Robot,
+    /// Movement that is number noise, per axis, rad or m.
+    pub deadband: &'a [f64],
+    /// TCP speed where a move has none that can be told, m/s.
+    pub tcp_speed_m_s: Option<f64>,
+    /// TCP speed of every move whose own is a joint speed, m/s: the user knows it.
+    pub certain_speed_m_s: Option<f64>,
+    /// Steps that are left as they are on request.
+    pub excluded: &'a dyn Fn(usize) -> bool,
+    /// Write Cartesian moves as joint moves that stay within this distance of the TCP's line, m.
+    pub solve_within_m: Option<f64>,
+    /// Axes that some target of the script names.
+    pub commanded: &'a [bool],
+    /// Joints on a way that the format alone knows.
+    pub on_way: &'a dyn Fn(usize, f64) -> Option<Vec<f64>>,
+}
+
+/// The runs of a script, and where directions are lost.
+pub fn cut(script: &Script, choice: &Choice) -> (Vec<Run>, Vec<Gap>) {
+    let mut cutter =
+        Cutter { choice, runs: Vec::new(), run: Run { certain: true, ..Run::default() }, gaps: Vec::new() };
+    for (k, step) in script.steps.iter().enumerate() {
+        match &step.kind {
+            StepKind::Move(m) => cutter.take(script, k, step.at, m),
+            StepKind::Dwell(seconds) => cutter.dwell(*seconds),
+            StepKind::Break(_) => cutter.end(),
+            StepKind::Process(_) | StepKind::Pragma(_) => {}
+        }
+    }
+    cutter.end();
+    (cutter.runs, cutter.gaps)
+}
+
+struct Cutter<'a> {
+    choice: &'a Choice<'a>,
+    runs: Vec<Run>,
+    run: Run,
+    gaps: Vec<Gap>,
+}
+
+impl Cutter<'_> {
+    fn end(&mut self) {
+        let mut run = std::mem::replace(&mut self.run, Run { certain: true, ..Run::default() });
+        // from which side the robot comes to the first point behind a label, a loop or a call is not known: it stays
+        if !self.runs.is_empty()
+            && let Some(first) = run.vertices.first_mut()
+        {
+            first.editable = false;
+        }
+        if !run.vertices.is_empty() {
+            self.runs.push(run);
+        }
+    }
+
+    fn lost(&mut self, at: At, why: &'static str) {
+        self.end();
+        self.gaps.push(Gap { at, why });
+    }
+
+    fn dwell(&mut self, seconds: Option<f64>) {
+        let Some(last) = self.run.vertices.last() else { return };
+        let hold = Vertex {
+            role: Role::Hold,
+            share: 1.0,
+            editable: false,
+            t_s: last.t_s + seconds.unwrap_or(0.0).max(1e-3),
+            ..last.clone()
+        };
+        self.run.vertices.push(hold);
+    }
+
+    fn take(&mut self, script: &Script, step: usize, at: At, m: &Move) {
+        let robot = self.choice.robot;
+        let from = self.run.vertices.last().map(|v| v.q.clone());
+        let excluded = (self.choice.excluded)(step);
+        let mut editable = kept(m).is_none() && !excluded;
+        let mut solved = false;
+        let q = match &m.goal {
+            Goal::Joints(t) => {
+                let Some(target) = script.targets.get(*t) else { return self.lost(at, "a target that is not there") };
+                let given = |k: usize| target.values.get(k).copied().flatten().map(|v| v.si);
+                // an axis without a value stays where it is; at the start of a run that is not known, and a number in its place
+                // would be written into new points. Only an axis that no target names does not matter: nobody writes it.
+                let unknown = |k: usize| given(k).is_none() && self.choice.commanded.get(k).copied().unwrap_or(true);
+                if from.is_none() && (0..robot.dof()).any(unknown) {
+                    return self.lost(at, "a target that does not say where every axis stands");
+                }
+                (0..robot.dof()).map(|k| given(k).or(from.as_ref().map(|q| q[k])).unwrap_or(0.0)).collect::<Vec<f64>>()
+            }
+            Goal::Pose(goal) => {
+                let Some(from) = &from else { return self.lost(at, "a Cartesian target without a known start") };
+                match way::joints_of(robot, goal, from) {
+                    Some(q) => {
+                        let asked = self.choice.solve_within_m.is_some();
+                        solved = asked && m.path == PathKind::Linear && m.closed.is_none() && !excluded;
+                        editable = solved;
+                        q
+                    }
+                    None if goal.foreign_frame.is_some() => {
+                        return self.lost(at, "a Cartesian target in a frame that the program does not give");
+                    }
+                    None => return self.lost(at, "a Cartesian target that the robot's kinematics do not reach"),
+                }
+            }
+            Goal::Opaque(_) => {
+                // a relative motion would carry the offset of the goal before it along
+                if let Some(last) = self.run.vertices.last_mut() {
+                    last.editable = false;
+                }
+                return self.lost(at, "a target that cannot be told");
+            }
+        };
+        let Some(from) = from else {
+            self.run.vertices.push(Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: 0.0 });
+            return;
+        };
+        let t0 = self.run.vertices.last().map_or(0.0, |v| v.t_s);
+        let speed = match self.choice.certain_speed_m_s {
+            Some(v) if !clock::is_certain(m.speed) => Speed::Tcp(v),
+            _ => m.speed,
+        };
+        let on_way = |share: f64| (self.choice.on_way)(step, share);
+        let duration = clock::duration_s(robot, &from, &q, m.path, speed, self.choice.tcp_speed_m_s, &on_way);
+        if duration.is_none() {
+            self.run.untimed.get_or_insert(at);
+        }
+        self.run.certain &= clock::is_certain(speed);
+        let duration = duration.unwrap_or(0.0);
+        // an arc that is closed to new points has no ways either: its turns stay inside it
+        let ways = if m.closed.is_some() { Some(Vec::new()) } else { self.ways(step, m, &from, &q, solved) };
+        let ways = ways.unwrap_or_else(|| {
+            // as joint moves it would leave its line
+            editable &= !solved;
+            Vec::new()
+        });
+        for w in ways {
+            let t_s = t0 + w.share * duration;
+            self.run.vertices.push(Vertex { step, role: Role::Way, q: w.q, share: w.share, editable, t_s });
+        }
+        self.run.vertices.push(Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: t0 + duration });
+    }
+
+    /// Points between the start and the goal of a move; `None`: its line cannot be followed closely enough.
+    fn ways(&mut self, step: usize, m: &Move, from: &[f64], to: &[f64], solved: bool) -> Option<Vec<Way>> {
+        if !m.way.is_empty() || m.path != PathKind::Linear {
+            return Some(m.way.clone());
+        }
+        let robot = self.choice.robot;
+        // straight in the joints is straight at the TCP where all joints are prismatic
+        if robot.axis_joints().all(|j| j.kind == crate::robot::JointKind::Prismatic) {
+            return Some(Vec::new());
+        }
+        let line = way::Line::between(robot, from, to)?;
+        let mut ways = line.turning_points(robot, self.choice.deadband);
+        if let Some(within) = self.choice.solve_within_m.filter(|_| solved) {
+            ways.extend(chords(robot, &line, within)?);
+            ways.sort_by(|a, b| a.share.total_cmp(&b.share));
+            ways.dedup_by(|b, a| b.share - a.share < 1e-3);
+        }
+        self.run.lines.push((step, line));
+        Some(ways)
+    }
+}
+
+/// Points on a TCP line between which joint moves stay within `within` metres of it; `None`: so many points are too few.
+fn chords(robot: &Robot, line: &way::Line, within: f64) -> Option<Vec<Way>> {
+    const MOST: usize = 1024;
+    let mut parts = 1;
+    loop {
+        let points: Option<Vec<Vec<f64>>> = (0..=parts).map(|k| line.at(robot, k as f64 / parts as f64)).collect();
+        let points = points?;
+        let worst = (0..parts).try_fold(0.0f64, |worst, k| {
+            let middle = line.at(robot, (k as f64 + 0.5) / parts as f64)?;
+            let chord: Vec<f64> = points[k].iter().zip(&points[k + 1]).map(|(x, y)| 0.5 * (x + y)).collect();
+            Some(worst.max((robot.tcp_m(&chord) - robot.tcp_m(&middle)).norm()))
+        })?;
+        // half of what is allowed, as the largest distance need not stand in the middle
+        if worst <= 0.5 * within {
+            let inner = points.into_iter().enumerate().skip(1).take(parts - 1);
+            return Some(inner.map(|(k, q)| Way { share: k as f64 / parts as f64, q }).collect());
+        }
+        parts *= 2;
+        if parts > MOST {
+            return None;
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! A rewritten program is read again before it is put anywhere: every step must be the one that was meant.
+
+use crate::error::{Error, Result};
+use crate::program::script::{At, Document, Edits, Format, Goal, Move, PathKind, Script, StepKind, Text, Value};
+use crate::robot::Robot;
+
+/// Largest rounding of a written value, in digits.
+const ROUNDED: f64 = 0.501;
+/// A number that was left as it stands gives the very same value, but for the arithmetic of the wish, rad or m.
+const SAME: f64 = 1e-12;
+
+/// What reading again shows.
+#[derive(Debug, Clone, Default)]
+pub struct Written {
+    /// Largest distance between what was wanted and what is written, per axis, rad or m; `None`: nothing written.
+    pub lost: Vec<Option<f64>>,
+    /// Weight of the coarsest last digit of a number that was written anew, per axis, rad or m.
+    pub digit: Vec<f64>,
+    /// Straight TCP moves with new points at which the robot stops, or nearly: no corner fits, or the format has none so small.
+    pub stops: Vec<Stops>,
+}
+
+/// New points of one move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stops {
+    /// Where the move stands in the program as it was.
+    pub at: At,
+    pub points: u64,
+}
+
+impl Written {
+    /// Of a program of so many axes into which nothing was written.
+    pub fn nothing(axes: usize) -> Self {
+        Self { lost: vec![None; axes], digit: vec![0.0; axes], stops: Vec::new() }
+    }
+}
+
+/// Reads `texts` again and compares.
+///
+/// # Errors
+/// Refused, with the line, where a step is not what it must be: that is a fault of ours, and nothing is written.
+pub fn read_again(
+    format: &dyn Format,
+    before: &Script,
+    edits: &Edits,
+    texts: Vec<Text>,
+    robot: &Robot,
+) -> Result<Written> {
+    let fault = |script: &Script, k: usize, what: &str| {
+        let place = script.steps.get(k).map(|s| script.place(s.at).to_string()).unwrap_or_default();
+        Error::Refused(format!(
+            "{place}: the rewritten program would not read as it was meant ({what}); nothing was written. \
+             This is a fault of the program `lostmotion`: please report it with this file"
+        ))
+    };
+    let document: Box<dyn Document> =
+        format.parse(texts, robot).map_err(|e| fault(before, 0, &format!("it does not parse: {e}")))?;
+    let after = document.script();
+    let mut written = Written::nothing(robot.dof());
+    let mut k = 0;
+    for (i, step) in before.steps.iter().enumerate() {
+        let edit = edits.steps.get(&i);
+        let own = own_values(before, &step.kind);
+        let mut stops = 0;
+        for point in edit.iter().flat_map(|e| &e.before) {
+            let m = moved(after, k).ok_or_else(|| fault(before, i, "a new point is missing"))?;
+            // a quadrant that is already a part of the way may stay inside its arc
+            compare(after, m, &point.q, own, edits, &mut written).map_err(|what| fault(after, k, &what))?;
+            stops += u64::from(m.blend_m == Some(0.0));
+            k += 1;
+        }
+        if stops > 0 && matches!(&step.kind, StepKind::Move(m) if m.path == PathKind::Linear) {
+            written.stops.push(Stops { at: step.at, points: stops });
+        }
+        let Some(here) = after.steps.get(k) else { return Err(fault(before, i, "a step is missing")) };
+        match (&step.kind, &here.kind) {
+            (StepKind::Move(a), StepKind::Move(m)) if edit.is_some_and(|e| e.goal.is_some()) => {
+                let goal = edit.and_then(|e| e.goal.as_deref()).unwrap_or_default();
+                compare(after, m, goal, own, edits, &mut written).map_err(|what| fault(after, k, &what))?;
+                if m.path != a.path && !edit.is_some_and(|e| e.as_joint_moves) {
+                    return Err(fault(after, k, "another kind of path"));
+                }
+            }
+            (StepKind::Move(a), StepKind::Move(b)) => {
+                if !alike(before, a, after, b) {
+                    return Err(fault(after, k, "a move changed that should not"));
+                }
+            }
+            (a, b) if std::mem::discriminant(a) == std::mem::discriminant(b) => {}
+            _ => return Err(fault(after, k, "another kind of step")),
+        }
+        k += 1;
+    }
+    if k != after.steps.len() {
+        return Err(fault(after, k, "a step too many"));
+    }
+    Ok(written)
+}
+
+fn moved(script: &Script, k: usize) -> Option<&Move> {
+    match &script.steps.get(k)?.kind {
+        StepKind::Move(m) => Some(m),
+        _ => None,
+    }
+}
+
+/// What the target of a move says as it is, by axis; empty where it has no joint values.
+fn own_values<'a>(script: &'a Script, kind: &StepKind) -> &'a [Option<Value>] {
+    match kind {
+        StepKind::Move(Move { goal: Goal::Joints(t), .. }) => script.targets.get(*t).map_or(&[], |t| &t.values),
+        _ => &[],
+    }
+}
+
+/// The target of `m` is `want` within half a digit, on the axes that it commands. Numbers that still are those of `own`, the
+/// target that was changed or copied, are not written anew.
+fn compare(
+    script: &Script,
+    m: &Move,
+    want: &[f64],
+    own: &[Option<Value>],
+    edits: &Edits,
+    written: &mut Written,
+) -> std::result::Result<(), String> {
+    let Goal::Joints(t) = m.goal else { return Err("no joint target".into()) };
+    let target = script.targets.get(t).ok_or("a target that is not there")?;
+    for (axis, (value, &want)) in target.values.iter().zip(want).enumerate() {
+        let Some(v) = value else { continue };
+        let lost = (v.si - want).abs();
+        let stays = own.get(axis).copied().flatten().is_some_and(|o| o.si == v.si);
+        // a number may stand there with more digits than are written: then a change below these leaves it
+        let digit =
+            if stays { v.digit.max(v.finest).max(edits.digit.get(axis).copied().unwrap_or(0.0)) } else { v.digit };
+        if lost > ROUNDED * digit + 1e-12 {
+            return Err(format!("axis {} is {} and not {want}", axis + 1, v.si));
+        }
+        if stays && lost <= SAME {
+            continue;
+        }
+        written.lost[axis] = Some(written.lost[axis].unwrap_or(0.0).max(lost));
+        written.digit[axis] = written.digit[axis].max(v.digit);
+    }
+    Ok(())
+}
+
+/// Two moves lead to the same place in the same way.
+fn alike(before: &Script, a: &Move, after: &Script, b: &Move) -> bool {
+    let same = match (&a.goal, &b.goal) {
+        (Goal::Joints(s), Goal::Joints(t)) => {
+            let values = |script: &Script, t: usize| {
+                script.targets.get(t).map(|t| t.values.iter().map(|v| v.map(|v| v.si)).collect::<Vec<_>>())
+            };
+            values(before, *s) == values(after, *t)
+        }
+        (Goal::Pose(s), Goal::Pose(t)) => {
+            s.position_m == t.position_m && s.rotation == t.rotation && s.foreign_frame == t.foreign_frame
+        }
+        (Goal::Opaque(_), Goal::Opaque(_)) => true,
+        _ => false,
+    };
+    same && a.path == b.path
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::program::krl::Krl;
+    use crate::program::rapid::Rapid;
+    use crate::program::script::{Edit, PoseGoal, Speed};
+    use nalgebra::{UnitQuaternion, Vector3};
+
+    fn pose(turn: f64) -> Goal {
+        let rotation = Some(UnitQuaternion::from_euler_angles(0.0, 0.0, turn));
+        Goal::Pose(PoseGoal { position_m: Vector3::new(1.0, 0.5, 0.2), rotation, foreign_frame: None })
+    }
+
+    fn to(goal: Goal, path: PathKind) -> Move {
+        Move { path, goal, fixed: None, closed: None, speed: Speed::Unknown, blend_m: None, way: Vec::new() }
+    }
+
+    #[test]
+    fn a_pose_that_turned_and_a_path_of_another_kind_are_other_moves() {
+        let script = Script::default();
+        let alike = |a: &Move, b: &Move| alike(&script, a, &script, b);
+        let line = to(pose(0.1), PathKind::Linear);
+        assert!(alike(&line, &to(pose(0.1), PathKind::Linear)));
+        assert!(!alike(&line, &to(pose(0.2), PathKind::Linear)));
+        assert!(!alike(&line, &to(pose(0.1), PathKind::Joint)));
+        assert!(!alike(&line, &to(Goal::Opaque("computed".into()), PathKind::Linear)));
+    }
+
+    #[test]
+    fn a_change_below_what_is_written_may_leave_a_number_of_more_digits() {
+        let robot = Robot::parse("robot", include_str!("../../../configs/abb-irb1600-6-145.yaml")).unwrap();
+        let text = "MODULE m\nPROC main()\nMoveAbsJ [[1.267E-05,2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tool0;\nENDPROC\nENDMODULE\n";
+        let texts = || vec![Text::new("m.mod", text.as_bytes().to_vec())];
+        let before = Rapid.parse(texts(), &robot).unwrap();
+        let (k, m) = before.script().moves().next().unwrap();
+        let own = own_values(before.script(), &StepKind::Move(m.clone()));
+        let mut goal: Vec<f64> = own.iter().map(|v| v.unwrap().si).collect();
+        // 1e-7 deg, as a solver's last digits are; RAPID's numbers are single
+        goal[0] += 1e-7_f64.to_radians();
+        let edit = |goal: &[f64]| Edit { goal: Some(goal.to_vec()), ..Edit::default() };
+        let edits = Edits { steps: [(k, edit(&goal))].into(), digit: vec![1e-7; 6] };
+        assert_eq!(before.patches(&edits).unwrap(), vec![]);
+        assert!(read_again(&Rapid, before.script(), &edits, texts(), &robot).is_ok());
+        goal[0] += 1e-4_f64.to_radians();
+        let edits = Edits { steps: [(k, edit(&goal))].into(), digit: vec![1e-7; 6] };
+        assert!(read_again(&Rapid, before.script(), &edits, texts(), &robot).is_err());
+    }
+
+    #[test]
+    fn numbers_that_stay_say_nothing_of_the_steps_in_which_others_are_written() {
+        let robot = Robot::parse("robot", include_str!("../../../configs/kuka-kr120-r2500-pro.yaml")).unwrap();
+        let program = |a1: &str| {
+            let text = format!("DEF a( )\nPTP {{A1 {a1},A2 -90,A3 90,A4 0,A5 10.5,A6 0}}\nEND\n");
+            vec![Text::new("a.src", text.into_bytes())]
+        };
+        let before = Krl.parse(program("5"), &robot).unwrap();
+        let (k, m) = before.script().moves().next().unwrap();
+        let mut goal: Vec<f64> =
+            own_values(before.script(), &StepKind::Move(m.clone())).iter().map(|v| v.unwrap().si).collect();
+        goal[0] = 5.0028_f64.to_radians();
+        let edit = Edit { goal: Some(goal), ..Edit::default() };
+        let edits = Edits { steps: [(k, edit)].into(), digit: vec![1e-6; 6] };
+        let written = read_again(&Krl, before.script(), &edits, program("5.0028"), &robot).unwrap();
+        assert!((written.digit[0].to_degrees() - 1e-4).abs() < 1e-12, "{written:?}");
+        assert!(
+            written.lost[0].is_some_and(|l| l < 1e-12) && written.lost[1..].iter().all(Option::is_none),
+            "{written:?}"
+        );
+        assert_eq!(&written.digit[1..], [0.0; 5]);
+        // the same goal, and what was written is another one
+        assert!(read_again(&Krl, before.script(), &edits, program("5.0029"), &robot).is_err());
+    }
+}

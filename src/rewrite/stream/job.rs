@@ -1,0 +1,178 @@
+//! One joint-space CSV from file to file, in constant memory.
+
+use super::golden::{Difference, Golden, explain};
+use super::guard;
+use super::sink::{File, Nowhere, Sink};
+use super::{Done, Passage, Preview, pass};
+use crate::compensator::{FrictionShape, JointCompensator};
+use crate::effect::Decay;
+use crate::error::{Error, Place, Result, is_stdio, shown};
+use crate::io::input;
+use crate::program::csv::{Reader, Style};
+use crate::rewrite::job::{Job, Outcome, Ready, Target, smallest};
+use crate::rewrite::{Engine, original};
+use std::path::Path;
+
+/// A token's last digit is coarse where it is more than this share of the smallest half gap.
+const COARSE: f64 = 0.05;
+/// Decimals that the rule above asks for at most.
+const MOST_DECIMALS: u8 = 9;
+/// Decimals of a joint that is corrected at every point: 1e-6 deg is 0.05 um at a lever of 3 m.
+const STATIC_DECIMALS: u8 = 6;
+/// The dead band is this many of a column's last digits: rounding to even and odd digits is no movement.
+const DEADBAND_DIGITS: f64 = 1.5;
+/// Smallest dead band, rad or m.
+const LEAST_DEADBAND: f64 = 1e-9;
+
+impl Job<'_> {
+    /// Takes one joint-space CSV through, from its `reader`.
+    pub(in super::super) fn prepare_rows(
+        &self,
+        input: &Path,
+        reader: Reader,
+        target: Target,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<Ready> {
+        let notes = self.known(input);
+        let name = shown(input);
+        let passage = Passage {
+            style: Style { forced: self.decimals, least: self.least_decimals()? },
+            threads: self.threads,
+            // a note beside the result names its original
+            hash: self.hash || !notes.is_empty() || matches!(target, Target::File(path) if !is_stdio(path)),
+        };
+        let make = |p: &Preview| self.engine(&name, p);
+        let outcome = |done: Done<()>, output: Option<&Path>| {
+            let unchanged = done.account.inserted == 0 && done.written.iter().all(Option::is_none);
+            Outcome {
+                input: name.clone(),
+                output: output.map(shown),
+                points: done.points,
+                refusal: self.violations(&name, &done.account, &|n| done.lines.line(n)),
+                account: done.account,
+                sha256_in: done.sha256_in,
+                sha256_out: None,
+                unchanged,
+                written: done.written,
+                vendor: None,
+            }
+        };
+        match target {
+            Target::DryRun => {
+                let (done, _) = split(pass(self.robot, reader, &passage, make, Nowhere, progress)?);
+                self.refuse_known(&name, &notes, &done.sha256_in)?;
+                Ok(Ready::without_output(outcome(done, None)))
+            }
+            Target::Check(golden) => {
+                let header = reader.header().clone();
+                let (done, sink) = split(pass(self.robot, reader, &passage, make, Golden::open(golden)?, progress)?);
+                self.refuse_known(&name, &notes, &done.sha256_in)?;
+                let mut result = outcome(done, None);
+                let difference: Option<Difference> = sink.finish()?;
+                if let Some(d) = difference {
+                    let text = explain(&d, &shown(golden), &header, self.robot);
+                    result.refusal = Some(result.refusal.map_or(text.clone(), |r| format!("{r}\n{text}")));
+                }
+                Ok(Ready::without_output(result))
+            }
+            Target::File(path) => {
+                let (done, mut sink) =
+                    split(pass(self.robot, reader, &passage, make, File::create(path, self.manner)?, progress)?);
+                self.refuse_known(&name, &notes, &done.sha256_in)?;
+                let mut result = outcome(done, Some(path));
+                if result.refusal.is_some() {
+                    result.output = None;
+                    return Ok(Ready::without_output(result));
+                }
+                let sha256_out = sink.sha256();
+                // a full disk shows here, while neither the program nor its note is in place
+                sink.prepare()?;
+                result.sha256_out = Some(sha256_out);
+                let note = if result.unchanged {
+                    None
+                } else {
+                    let mut note = self.note(input, path, &result);
+                    note.original = kept(input, note.sha256_in.as_deref());
+                    self.prepare_note(path, &note)?
+                };
+                Ok(Ready { outcome: result, files: vec![sink], note })
+            }
+        }
+    }
+
+    fn engine(&self, name: &str, preview: &Preview) -> Result<Engine<'_>> {
+        let mut options = self.options.clone();
+        options.deadband = self.deadbands(&preview.decimals);
+        if !self.force && guard::looks_rewritten(preview.q, self.robot.dof(), self.compensator, &options) {
+            return Err(guard::already(name, "its reversals carry the steps of this compensator"));
+        }
+        let seconds = |j: &JointCompensator| {
+            j.friction.is_some_and(|f| f.gain != 0.0 && matches!(f.shape, FrictionShape::Decay(Decay::Time(_))))
+        };
+        if !preview.has_times
+            && options.tcp_speed_m_s.is_none()
+            && let Some(j) = self.compensator.joints.iter().find(|j| seconds(j))
+        {
+            return Err(Error::bad(
+                Place::file(name),
+                format!("no column t_s, and an offset of {} that fades in seconds", self.robot.axis(j.axis).name),
+                "a TCP speed: --speed-mm-s",
+            ));
+        }
+        Engine::new(self.robot, self.compensator, options)
+    }
+
+    /// What was asked for, else 1.5 last digits of each column, at most the smallest half gap.
+    fn deadbands(&self, decimals: &[u8]) -> Vec<f64> {
+        let axes = self.robot.axis_joints().zip(decimals).enumerate();
+        axes.map(|(a, (joint, &d))| {
+            if let Some(chosen) = self.deadband.get(a).copied().flatten() {
+                return chosen;
+            }
+            let digits = DEADBAND_DIGITS * 10f64.powi(-i32::from(d)) * joint.kind.si();
+            let gap = self.compensator.on(a).and_then(smallest).unwrap_or(f64::INFINITY);
+            digits.min(gap).max(LEAST_DEADBAND)
+        })
+        .collect()
+    }
+
+    /// Decimals that each axis needs so that the last digit is no more than 5 % of its smallest half gap.
+    pub(in super::super) fn least_decimals(&self) -> Result<Vec<u8>> {
+        let mut least = Vec::new();
+        for (a, joint) in self.robot.axis_joints().enumerate() {
+            let fine = if self.options.statics.as_ref().is_some_and(|s| s.changes(a)) { STATIC_DECIMALS } else { 0 };
+            let Some(gap) = self.compensator.on(a).and_then(smallest) else {
+                least.push(fine);
+                continue;
+            };
+            let gap = joint.kind.to_edge(gap * self.options.gain);
+            if let Some(n) = self.decimals
+                && 10f64.powi(-i32::from(n)) > gap
+                && gap > 0.0
+            {
+                return Err(Error::bad(
+                    Place::file("--decimals"),
+                    format!("{n} decimals for an offset of {gap:.6} {} of {}", joint.kind.unit(), joint.name),
+                    "decimals that can hold the offset",
+                ));
+            }
+            let digits = (0..MOST_DECIMALS).find(|&d| 10f64.powi(-i32::from(d)) <= COARSE * gap);
+            least.push(digits.unwrap_or(MOST_DECIMALS).max(fine));
+        }
+        Ok(least)
+    }
+}
+
+/// The sink apart from the rest.
+fn split<S: Sink>(done: Done<S>) -> (Done<()>, S) {
+    let Done { account, points, lines, sha256_in, written, sink } = done;
+    (Done { account, points, lines, sha256_in, written, sink: () }, sink)
+}
+
+/// The bytes of the program at `input` for its note: read again where it is a small file that is still what was read.
+fn kept(input: &Path, sha256: Option<&str>) -> Option<String> {
+    let small =
+        !is_stdio(input) && std::fs::metadata(input).is_ok_and(|m| m.is_file() && m.len() <= original::KEPT_UP_TO);
+    let bytes = small.then(|| std::fs::read(input).ok()).flatten()?;
+    (sha256 == Some(input::sha256(&bytes).as_str())).then(|| original::pack(&bytes)).flatten()
+}

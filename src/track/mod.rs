@@ -1,0 +1,37 @@
+//! Tracking: a Cartesian path to a joint program, by nominal, diagnosed or learned kinematics (seed 002, section II-B).
+//!
+//! At each step of the path the joints' move is the bounded quadratic program of equation 1, or the numerical inverse. Equation 1 asks
+//! for the path's velocity and integrates what comes out; here the velocity leads from where the kinematics says the TCP is to the next
+//! point, so that the error of a step is made up for by the next instead of being summed. On the path itself the two are the
+//! same.
+//!
+//! Joint limits, joint speeds and the range in which a kinematics was learned are bounds of every step; accelerations
+//! are checked afterwards, as `rewrite` checks them. What comes out is rounded to the digits it is written with before it is
+//! judged. A point that cannot be reached within the tolerance is named with its line and with what holds the robot back.
+//!
+//! Rooms:
+//! - [`path`]: the path file.
+//! - [`kinematics`]: from commands to coordinates, with a Jacobian.
+//! - [`quadratic`]: the bounded quadratic program.
+//! - [`follow`]: from point to point.
+//! - [`write`]: the program; [`document`]: what was done.
+//!
+//! The program is open-loop and knows nothing of lost motion: `rewrite` puts the compensation in.
+
+pub mod document;
+pub mod follow;
+pub mod kinematics;
+pub mod path;
+pub mod quadratic;
+pub mod write;
+
+pub use crate::learn::LETTERS;
+pub use document::Origin;
+pub use follow::{Method, Options, Tracked, follow};
+pub use kinematics::Kinematics;
+pub use path::Path;
+
+/// Distance of two points with as many coordinates.
+pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}

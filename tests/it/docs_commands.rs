@@ -1,0 +1,93 @@
+//! The commands that the pages print run as they stand, in the root of the repository.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Pages whose commands are run. Those of other pages name the files of a user.
+const PAGES: [&str; 11] = [
+    "assess-bidirectional",
+    "assess-circle",
+    "assess-impact",
+    "fit",
+    "identify-deadzone",
+    "identify-path",
+    "identify-screw",
+    "identify-static",
+    "learn",
+    "simulate",
+    "track",
+];
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Blocks of a page by their language.
+fn blocks(page: &str) -> Vec<(String, String)> {
+    let text = std::fs::read_to_string(root().join(format!("docs/{page}.md"))).unwrap();
+    let mut found = Vec::new();
+    let mut open: Option<(String, String)> = None;
+    for line in text.lines() {
+        match (line.strip_prefix("```"), &mut open) {
+            (Some(language), None) => open = Some((language.trim().into(), String::new())),
+            (Some(_), Some(_)) => found.extend(open.take()),
+            (None, Some((_, block))) => block.extend([line, "\n"]),
+            (None, None) => {}
+        }
+    }
+    assert!(open.is_none(), "{page}: a block that does not end");
+    found
+}
+
+/// A folder that looks like the root of the repository to a command that reads samples and writes into `out`.
+#[cfg(unix)]
+fn checkout() -> tempfile::TempDir {
+    let work = tempfile::tempdir().unwrap();
+    for folder in ["configs", "samples"] {
+        std::os::unix::fs::symlink(root().join(folder), work.path().join(folder)).unwrap();
+    }
+    work
+}
+
+#[cfg(unix)]
+#[test]
+fn every_printed_command_runs_as_it_stands() {
+    let binary = Path::new(env!("CARGO_BIN_EXE_lostmotion")).parent().unwrap();
+    let path = std::env::join_paths(
+        std::iter::once(binary.to_path_buf()).chain(std::env::split_paths(&std::env::var_os("PATH").unwrap())),
+    )
+    .unwrap();
+    std::thread::scope(|scope| {
+        for page in PAGES {
+            let path = &path;
+            scope.spawn(move || {
+                let work = checkout();
+                let mut commands = 0;
+                for (_, block) in blocks(page).into_iter().filter(|(language, _)| language == "sh") {
+                    commands += block.lines().filter(|l| l.starts_with("lostmotion ")).count();
+                    let out = Command::new("sh")
+                        .args(["-euc", &block])
+                        .env("PATH", path)
+                        .current_dir(work.path())
+                        .output()
+                        .unwrap();
+                    assert!(out.status.success(), "{page}:\n{block}\n{}", String::from_utf8_lossy(&out.stderr));
+                }
+                assert!(commands >= 1, "{page} prints no command");
+                let written = std::fs::read_dir(work.path()).unwrap().map(|e| e.unwrap().file_name());
+                let stray: Vec<_> = written.filter(|n| !["configs", "samples", "out"].iter().any(|k| n == k)).collect();
+                assert!(stray.is_empty(), "{page} writes {stray:?} beside `out`");
+            });
+        }
+    });
+}
+
+#[test]
+fn no_command_of_these_pages_stands_in_a_block_that_is_not_run() {
+    for page in PAGES {
+        for (language, block) in blocks(page) {
+            let command = block.lines().find(|l| l.starts_with("lostmotion "));
+            assert!(language == "sh" || command.is_none(), "{page}: {}", command.unwrap_or_default());
+        }
+    }
+}
