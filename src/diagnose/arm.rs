@@ -2,7 +2,7 @@
 
 use super::fit::{self, Fit, Whitening};
 use super::outcome::Step;
-use super::search::{MOST_EFFECTS, Search};
+use super::search::{Asked, MOST_EFFECTS, Search};
 use super::{direction, geometry};
 
 /// The one effect that is sought behind the group, but for gaps.
@@ -14,7 +14,7 @@ impl Search<'_> {
     /// The geometry of a real arm as one group, where it explains more than any single effect.
     pub(super) fn geometry(&mut self, base: &Fit, whitening: &Whitening) -> Option<(geometry::Group, Fit)> {
         let (group, fit) = geometry::group(self.problem, base, whitening, self.candidates)?;
-        let single = self.refine(base, whitening, None);
+        let single = self.refine(base, whitening, &Asked::default());
         let best = single.first().map_or(0.0, |r| r.merit(self.price));
         (group.gain - self.price * group.parameters as f64 > best).then_some((group, fit))
     }

@@ -5,11 +5,10 @@
 
 use super::fit::{self, APART, Fit, Signatures, Whitening};
 use super::outcome::{Refined, Step, flat};
-use super::screen::Ground;
-use super::search::{MOST_EFFECTS, Search};
+use super::search::{Asked, MOST_EFFECTS, Search};
 use super::structure::Ratio;
 use super::{across, arm, direction, geometry};
-use crate::effect::Effect;
+use crate::effect::{Effect, Placed};
 
 /// Merit (2 ln L less the price of the parameters) by which another effect must be better to take the place of a found one.
 const BETTER: f64 = 2.0;
@@ -45,7 +44,7 @@ impl Search<'_> {
                 let (base, bare) = self.without(&fit, k, whitening);
                 let old = fit.hypothesis.effects[fit.free[k]].clone();
                 let name = self.name_of(&fit, k);
-                let refined = self.refine(&bare, whitening, Some(std::slice::from_ref(&old)));
+                let refined = self.refine(&bare, whitening, &in_place_of(&old, fit.cost));
                 let Some(best) = refined.first() else { continue };
                 if !self.believed(&base, best) {
                     mark(steps, &name, "nothing: the others explain it");
@@ -123,17 +122,6 @@ impl Search<'_> {
         fit::refit(p, &h, &free, whitening)
     }
 
-    /// Largest gain that the screening promises.
-    fn largest_gain(&mut self, base: &Fit, whitening: &Whitening) -> f64 {
-        let p = self.problem;
-        let tangent = fit::tangent(p, &base.hypothesis, &base.state, &base.free, whitening);
-        let ground = Ground::new(p, &base.hypothesis, &base.state, whitening, tangent);
-        let spectral = ground.spectral();
-        let gains =
-            self.kept.score(&ground, self.candidates).into_iter().chain(ground.score_all(&spectral)).map(|s| s.gain);
-        gains.fold(0.0, f64::max)
-    }
-
     /// One effect in the place of two, where the BIC likes it better: two wrong ones may share what one right one explains.
     pub(super) fn merge(&mut self, fit: &Fit, whitening: &Whitening, steps: &mut Vec<Step>) -> Option<Fit> {
         let p = self.problem;
@@ -152,10 +140,9 @@ impl Search<'_> {
                 let needed = fit::refit(p, &h, &free, whitening).cost - fit.cost;
                 let state = p.evaluate(&h);
                 let bare = Fit { hypothesis: h, state, free, ..fit.clone() };
-                if self.largest_gain(&bare, whitening) < SHARED * needed {
-                    continue;
-                }
-                for r in self.refine(&bare, whitening, None).into_iter().take(3) {
+                let asked =
+                    Asked { also: None, aim: Some(now - price * values(&bare)), promise: SHARED * needed };
+                for r in self.refine(&bare, whitening, &asked).into_iter().take(3) {
                     let then = worth(&r.fit);
                     if then < now - BETTER && best.as_ref().is_none_or(|o| then < o.0) {
                         best = Some((then, (a, b), r));
@@ -175,7 +162,7 @@ impl Search<'_> {
     fn rivals(&mut self, fit: &Fit, k: usize, whitening: &Whitening) -> Vec<Refined> {
         let (_, base) = self.without(fit, k, whitening);
         let old = fit.hypothesis.effects[fit.free[k]].clone();
-        let mut rivals = self.refine(&base, whitening, Some(std::slice::from_ref(&old)));
+        let mut rivals = self.refine(&base, whitening, &in_place_of(&old, fit.cost));
         if old.effect.name() == "time_offset"
             && let Some(own) = rivals.iter().find(|r| r.effect == "time_offset")
             && let Some(lag) = across::common_lag(self.problem, &base, whitening, &own.placed[0], own.gain)
@@ -237,6 +224,11 @@ impl Search<'_> {
         let placed = &fit.hypothesis.effects[fit.free[k]];
         (placed.effect.name(), placed.target_text(&self.problem.robot))
     }
+}
+
+/// A found effect in doubt: what takes its place must leave as little.
+fn in_place_of(old: &Placed, cost: f64) -> Asked<'_> {
+    Asked { also: Some(std::slice::from_ref(old)), aim: Some(cost), promise: 0.0 }
 }
 
 /// Notes on the step that named an effect what has taken its place.

@@ -125,6 +125,16 @@ const STEPS: usize = 15;
 /// Change of the cost, in units of 2 ln L, at which a refit stops.
 const SETTLED: f64 = 1e-2;
 
+/// Factor by which a step that makes things worse raises the damping; it doubles from one to the next.
+const GROWTH: f64 = 8.0;
+/// Factor by which a step that keeps what was promised lowers it.
+const LEAST_EASING: f64 = 0.1;
+/// A refit is given up where it is farther than this from its aim, in units of 2 ln L,
+const FAR: f64 = 50.0;
+/// and a step brings less than this part of what is missing,
+const HOPELESS: f64 = 0.02;
+/// the first steps apart: shapes may start far off.
+const FIRST_STEPS: usize = 2;
 /// Gain of a step, in the same units, below which the next one uses the same signatures.
 const REFRESHED: f64 = 1.0;
 
@@ -305,17 +315,19 @@ impl Signatures {
 pub fn refit(problem: &Problem, start: &Hypothesis, free: &[usize], whitening: &Whitening) -> Fit {
     let state = problem.evaluate(start);
     let signatures = Signatures::new(problem, start, &state, free, whitening);
-    solve(problem, start.clone(), state, free, whitening, signatures)
+    solve(problem, start.clone(), state, free, whitening, signatures, f64::INFINITY)
 }
 
 /// The same where the signatures `known` of the first free effects and of the nuisance were computed at this very start,
-/// without the effects behind them: only those on a joint that has a new one are computed anew.
+/// without the effects behind them: only those on a joint that has a new one are computed anew. It ends early where the cost
+/// stays far above `aim`.
 pub fn refit_near(
     problem: &Problem,
     start: &Hypothesis,
     free: &[usize],
     whitening: &Whitening,
     known: &Signatures,
+    aim: f64,
 ) -> Fit {
     let state = problem.evaluate(start);
     let old = known.blocks.len() - 1;
@@ -327,7 +339,7 @@ pub fn refit_near(
     stale.push(false);
     let mut signatures = known.with_more(free.len() - old);
     signatures.renew(problem, start, &state, free, whitening, &stale);
-    solve(problem, start.clone(), state, free, whitening, signatures)
+    solve(problem, start.clone(), state, free, whitening, signatures, aim)
 }
 
 fn solve(
@@ -337,14 +349,16 @@ fn solve(
     free: &[usize],
     whitening: &Whitening,
     mut signatures: Signatures,
+    aim: f64,
 ) -> Fit {
     let mut white = whitening.of(problem, &state.residual);
     let mut cost = dot(&white, &white);
     let mut lambda = 1e-4;
+    let mut growth = GROWTH;
     let mut converged = false;
     // how far each value has moved since its signature was computed, in its own uncertainties
     let mut moves = vec![0.0; signatures.normal.nrows()];
-    for _ in 0..STEPS {
+    for step in 0..STEPS {
         if moves.is_empty() {
             converged = true;
             break;
@@ -358,6 +372,11 @@ fn solve(
             }
             let inverse = scaled_inverse(&damped, OPEN);
             let step = &inverse * &gradient;
+            // what the signatures promise: where that is nothing, this is the place
+            let promised = 2.0 * step.dot(&gradient) - (&signatures.normal * &step).dot(&step);
+            if promised < SETTLED {
+                break;
+            }
             let next = moved(problem, &h, free, step.as_slice());
             let next_state = problem.evaluate(&next);
             let next_white = whitening.of(problem, &next_state.residual);
@@ -366,14 +385,14 @@ fn solve(
                 for (k, m) in moves.iter_mut().enumerate() {
                     *m += step[k] / inverse[(k, k)].max(f64::MIN_POSITIVE).sqrt();
                 }
+                let kept = (cost - next_cost) / promised;
+                lambda = (lambda * (1.0 - (2.0 * kept - 1.0).powi(3)).clamp(LEAST_EASING, 2.0)).max(1e-9);
+                growth = GROWTH;
                 improved = Some((next, next_state, next_white, next_cost));
-                lambda = (lambda * 0.2).max(1e-9);
                 break;
             }
-            if next_cost - cost < SETTLED * 1e-3 {
-                break;
-            }
-            lambda = (lambda * 10.0).max(1e-6);
+            lambda = (lambda * growth).max(1e-6);
+            growth *= 2.0;
         }
         let Some((next, next_state, next_white, next_cost)) = improved else {
             converged = true;
@@ -383,6 +402,10 @@ fn solve(
         (h, state, white, cost) = (next, next_state, next_white, next_cost);
         if gain < SETTLED {
             converged = true;
+            break;
+        }
+        let far = cost - aim;
+        if step >= FIRST_STEPS && far > FAR && gain < HOPELESS * far {
             break;
         }
         // close to the end the signatures hardly change any more

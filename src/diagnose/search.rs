@@ -47,6 +47,17 @@ pub(super) struct Search<'a> {
     pub(super) only: Option<fn(&str) -> bool>,
 }
 
+/// What a refinement is for.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Asked<'a> {
+    /// What stood there before: it is refined, too.
+    pub(super) also: Option<&'a [Placed]>,
+    /// The cost that is to be reached; else what the screening promises of the best.
+    pub(super) aim: Option<f64>,
+    /// Nothing is refined where the screening promises less gain than this of the best.
+    pub(super) promise: f64,
+}
+
 /// Runs the rounds from a hypothesis of known effects.
 pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     let known = start.effects.len();
@@ -211,7 +222,7 @@ pub(super) fn first_noise(problem: &Problem, fit: &Fit, white: &Whitening, bundl
 
 impl Search<'_> {
     /// Screens and refines; the refined candidates, best first.
-    pub(super) fn refine(&mut self, base: &Fit, whitening: &Whitening, also: Option<&[Placed]>) -> Vec<Refined> {
+    pub(super) fn refine(&mut self, base: &Fit, whitening: &Whitening, asked: &Asked) -> Vec<Refined> {
         let p = self.problem;
         let signatures = Signatures::new(p, &base.hypothesis, &base.state, &base.free, whitening);
         let ground = Ground::new(p, &base.hypothesis, &base.state, whitening, signatures.to_columns());
@@ -226,13 +237,17 @@ impl Search<'_> {
         let merit = |s: &Score, c: &Candidate| s.gain - self.price * c.parameters() as f64;
         scored.sort_by(|(a, ca), (b, cb)| merit(b, cb).total_cmp(&merit(a, ca)));
         // of every effect on every target the best shape; of gaps over position the best number of knots
-        let near = match also {
+        let near = match asked.also {
             Some(_) => NEAR_IN_DOUBT,
             None if p.logs.len() > 1 || precise::sensors_alone(p) => NEAR_BEHIND_REFUSED,
             None => NEAR,
         };
         let mut picked: Vec<&(Score, &Candidate)> = Vec::new();
         let best = scored.first().map_or(0.0, |s| s.0.gain);
+        if best < asked.promise {
+            return Vec::new();
+        }
+        let aim = asked.aim.unwrap_or(base.cost - best);
         for s in &scored {
             let again =
                 picked.iter().any(|q| q.1.effect == s.1.effect && q.1.target == s.1.target && q.1.form == s.1.form);
@@ -253,7 +268,7 @@ impl Search<'_> {
             .map(|(s, c)| (c.effect, c.target.clone(), c.at(&s.coefficients)))
             .filter(|t| !t.2.is_empty())
             .collect();
-        if let Some(also) = also
+        if let Some(also) = asked.also
             && let Some(first) = also.first()
         {
             trials.push((first.effect.name(), first.target_text(&p.robot), also.to_vec()));
@@ -273,7 +288,7 @@ impl Search<'_> {
                     free.push(h.effects.len());
                     h.effects.push(q);
                 }
-                let fit = fit::refit_near(p, &h, &free, whitening, &signatures);
+                let fit = fit::refit_near(p, &h, &free, whitening, &signatures, aim);
                 let placed: Vec<Placed> = fit.hypothesis.effects[base.hypothesis.effects.len()..].to_vec();
                 let parameters = placed.iter().map(|q| q.effect.values().len()).sum();
                 Refined { effect, target, gain: base.cost - fit.cost, parameters, placed, fit }
@@ -361,7 +376,7 @@ impl Search<'_> {
 
     /// One round: the best candidate that is believed, and the fit with it.
     pub(super) fn round(&mut self, fit: &Fit, whitening: &Whitening) -> Option<(Step, Fit)> {
-        let refined = self.refine(fit, whitening, None);
+        let refined = self.refine(fit, whitening, &Asked::default());
         let best = refined.iter().find(|r| self.believed(fit, r))?.clone();
         let step = Step::new(best.effect, best.target.clone());
         Some((step, best.fit))
