@@ -23,7 +23,7 @@ impl Search<'_> {
         h.effects.remove(fit.free[k]);
         let free: Vec<usize> = (self.known..h.effects.len()).collect();
         let state = self.problem.evaluate(&h);
-        let refitted = fit::refit(self.problem, &h, &free, whitening);
+        let refitted = fit::refit_above(self.problem, &h, &free, whitening, fit.cost);
         let bare = Fit { hypothesis: h, state, free, ..refitted.clone() };
         (refitted, bare)
     }
@@ -137,11 +137,10 @@ impl Search<'_> {
                 h.effects.remove(fit.free[b]);
                 h.effects.remove(fit.free[a]);
                 let free: Vec<usize> = (self.known..h.effects.len()).collect();
-                let needed = fit::refit(p, &h, &free, whitening).cost - fit.cost;
+                let needed = fit::refit_above(p, &h, &free, whitening, fit.cost).cost - fit.cost;
                 let state = p.evaluate(&h);
                 let bare = Fit { hypothesis: h, state, free, ..fit.clone() };
-                let asked =
-                    Asked { also: None, aim: Some(now - price * values(&bare)), promise: SHARED * needed };
+                let asked = Asked { also: None, aim: Some(now - price * values(&bare)), promise: SHARED * needed };
                 for r in self.refine(&bare, whitening, &asked).into_iter().take(3) {
                     let then = worth(&r.fit);
                     if then < now - BETTER && best.as_ref().is_none_or(|o| then < o.0) {

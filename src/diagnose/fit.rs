@@ -184,23 +184,60 @@ pub fn tangent(
 
 /// Normal matrix of columns.
 pub fn gram(columns: &[Vec<f64>]) -> DMatrix<f64> {
-    let k = columns.len();
-    let rows: Vec<Vec<f64>> =
-        (0..k).into_par_iter().map(|i| (0..=i).map(|j| dot(&columns[i], &columns[j])).collect()).collect();
-    DMatrix::from_fn(k, k, |i, j| if j <= i { rows[i][j] } else { rows[j][i] })
+    let all: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+    products(&all, |_, _| true)
 }
 
-/// Scalar product, in a fixed order.
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (x, y) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = x.remainder().iter().zip(y.remainder()).map(|(a, b)| a * b).sum();
-    for (p, q) in x.zip(y) {
-        for k in 0..8 {
-            sums[k] += p[k] * q[k];
+/// Scalar products of all pairs of columns that are `wanted` (the second not behind the first), both ways round; 0 elsewhere.
+/// Piece by piece, as many columns do not fit into the cache; the pieces do not depend on the number of threads.
+fn products(columns: &[&[f64]], wanted: impl Fn(usize, usize) -> bool + Sync) -> DMatrix<f64> {
+    const PIECE: usize = 1024;
+    const PARTS: usize = 8;
+    let k = columns.len();
+    let n = columns.first().map_or(0, |c| c.len());
+    let part = n.div_ceil(PARTS).next_multiple_of(PIECE).max(PIECE);
+    let sum_of = |start: usize| {
+        let mut sum = DMatrix::zeros(k, k);
+        for from in (start..n.min(start + part)).step_by(PIECE) {
+            let to = n.min(from + PIECE);
+            for i in 0..k {
+                for j in (0..=i).filter(|&j| wanted(i, j)) {
+                    sum[(i, j)] += dot(&columns[i][from..to], &columns[j][from..to]);
+                }
+            }
         }
+        sum
+    };
+    let sums: Vec<DMatrix<f64>> = (0..n).step_by(part).collect::<Vec<_>>().into_par_iter().map(sum_of).collect();
+    let mut sum = sums.into_iter().fold(DMatrix::zeros(k, k), |a, b| a + b);
+    sum.fill_upper_triangle_with_lower_triangle();
+    sum
+}
+
+/// Scalar product, in a fixed order whatever the width of the processor's registers.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    pulp::Arch::new().dispatch(Dot(a, b))
+}
+
+struct Dot<'a>(&'a [f64], &'a [f64]);
+
+impl pulp::NullaryFnOnce for Dot<'_> {
+    type Output = f64;
+
+    // inlined, so that it is compiled for the registers that there are
+    #[inline(always)]
+    fn call(self) -> f64 {
+        const LANES: usize = 32;
+        let mut sums = [0.0; LANES];
+        let (x, y) = (self.0.chunks_exact(LANES), self.1.chunks_exact(LANES));
+        let rest: f64 = x.remainder().iter().zip(y.remainder()).map(|(a, b)| a * b).sum();
+        for (p, q) in x.zip(y) {
+            for k in 0..LANES {
+                sums[k] += p[k] * q[k];
+            }
+        }
+        sums.iter().sum::<f64>() + rest
     }
-    sums.iter().sum::<f64>() + rest
 }
 
 /// Inverse of a normal matrix after scaling its diagonal to one; open directions (eigenvalue under `floor`) get none.
@@ -288,16 +325,15 @@ impl Signatures {
             }
             at += before;
         }
-        let columns: Vec<&Column> = self.columns().collect();
-        let row = |i: usize| -> Vec<f64> {
-            let one = |j: usize| match (stood[i], stood[j]) {
-                (Some(a), Some(b)) => self.normal[(a, b)],
-                _ => dot(columns[i], columns[j]),
-            };
-            (0..=i).map(one).collect()
-        };
-        let rows: Vec<Vec<f64>> = (0..columns.len()).into_par_iter().map(row).collect();
-        let normal = DMatrix::from_fn(rows.len(), rows.len(), |i, j| if j <= i { rows[i][j] } else { rows[j][i] });
+        let columns: Vec<&[f64]> = self.columns().map(|c| c.as_slice()).collect();
+        let mut normal = products(&columns, |i, j| stood[i].is_none() || stood[j].is_none());
+        for (i, a) in stood.iter().enumerate() {
+            for (j, b) in stood.iter().enumerate() {
+                if let (Some(a), Some(b)) = (a, b) {
+                    normal[(i, j)] = self.normal[(*a, *b)];
+                }
+            }
+        }
         self.normal = normal;
     }
 
@@ -313,9 +349,14 @@ impl Signatures {
 
 /// Refits the effects `free` (indices) and the frames from where the hypothesis stands.
 pub fn refit(problem: &Problem, start: &Hypothesis, free: &[usize], whitening: &Whitening) -> Fit {
+    refit_above(problem, start, free, whitening, f64::INFINITY)
+}
+
+/// The same for a fit that is known to lie above `aim`: where it stays far above it does not settle to the last digit.
+pub fn refit_above(problem: &Problem, start: &Hypothesis, free: &[usize], whitening: &Whitening, aim: f64) -> Fit {
     let state = problem.evaluate(start);
     let signatures = Signatures::new(problem, start, &state, free, whitening);
-    solve(problem, start.clone(), state, free, whitening, signatures, f64::INFINITY)
+    solve(problem, start.clone(), state, free, whitening, signatures, aim)
 }
 
 /// The same where the signatures `known` of the first free effects and of the nuisance were computed at this very start,

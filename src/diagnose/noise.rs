@@ -54,7 +54,8 @@ impl Noise {
 /// Filter gains of one group, ready to whiten columns.
 #[derive(Debug, Clone)]
 pub struct Whitener {
-    /// Per block: factor of the state, Kalman gain, 1 over the standard deviation of the innovation.
+    /// Per block: what its own prediction and its value weigh in the prediction of the next, 1 over the standard deviation of
+    /// the innovation.
     gains: Vec<[f64; 3]>,
     /// No part of the noise is coloured: whitening is a scale.
     white: bool,
@@ -108,6 +109,12 @@ impl Whitener {
             p = after;
         }
         log_det += 2.0 * noise.sigma.ln() * group.len() as f64;
+        // the factor of a step stands with the block behind it
+        for b in 0..gains.len() {
+            let next = gains.get(b + 1).map_or(0.0, |g| g[0]);
+            let [_, k, s] = gains[b];
+            gains[b] = [next * (1.0 - k), next * k, s];
+        }
         Self { gains, white: coloured == 0.0, log_det: log_det * group.dims as f64 }
     }
 
@@ -131,21 +138,19 @@ impl Whitener {
             let (first, rest) = point.split_at_mut(n);
             let (second, third) = rest.split_at_mut(n);
             let mut x = [0.0; 3];
-            for (((&[a, k, s], u), v), w) in self.gains.iter().zip(first).zip(second).zip(third) {
+            for (((&[c, d, s], u), v), w) in self.gains.iter().zip(first).zip(second).zip(third) {
                 for (x, v) in x.iter_mut().zip([u, v, w]) {
-                    *x *= a;
                     let innovation = *v - *x;
-                    *x += k * innovation;
+                    *x = c * *x + d * *v;
                     *v = innovation * s;
                 }
             }
         }
         for series in points.into_remainder().chunks_exact_mut(n) {
             let mut x = 0.0;
-            for (v, &[a, k, s]) in series.iter_mut().zip(&self.gains) {
-                x *= a;
+            for (v, &[c, d, s]) in series.iter_mut().zip(&self.gains) {
                 let innovation = *v - x;
-                x += k * innovation;
+                x = c * x + d * *v;
                 *v = innovation * s;
             }
         }
@@ -158,11 +163,9 @@ impl Whitener {
         }
         for series in values.chunks_exact_mut(n) {
             let mut x = 0.0;
-            for (v, &[a, k, s]) in series.iter_mut().zip(&self.gains) {
-                x *= a;
-                let innovation = *v / s;
-                *v = innovation + x;
-                x += k * innovation;
+            for (v, &[c, d, s]) in series.iter_mut().zip(&self.gains) {
+                *v = *v / s + x;
+                x = c * x + d * *v;
             }
         }
     }
@@ -175,11 +178,10 @@ impl Whitener {
         }
         for series in values.chunks_exact_mut(n) {
             let mut after = 0.0;
-            for (v, &[a, k, s]) in series.iter_mut().zip(&self.gains).rev() {
-                let innovation = s * *v + k * after;
-                let before = after - innovation;
-                *v = innovation;
-                after = a * before;
+            for (v, &[c, d, s]) in series.iter_mut().zip(&self.gains).rev() {
+                let innovation = s * *v;
+                *v = innovation + d * after;
+                after = c * after - innovation;
             }
         }
     }

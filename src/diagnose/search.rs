@@ -90,7 +90,8 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         outliers += single;
         fit = fit::refit(&problem, &h, &[], &white(&problem, &h));
         bundles = structure::basis(&problem, &h, &fit.state, &candidates);
-        (whitening, free) = first_noise(&problem, &fit, &white(&problem, &h), &bundles);
+        // hardly anything has changed: one turn from the noise that is known
+        (whitening, free) = noise_of_freed(&problem, &fit, &Whitening::new(&problem, whitening.noise), &bundles);
     }
     fit = fit::refit(&problem, &fit.hypothesis, &[], &whitening);
     let rms_nuisance = rms(&problem, &fit.state.residual);
@@ -206,18 +207,16 @@ fn tested(problem: &Problem, fit: &Fit, bundles: &[Bundle]) -> Tested {
 
 /// Noise of the residual freed of the whole catalogue-free basis, in two turns.
 pub(super) fn first_noise(problem: &Problem, fit: &Fit, white: &Whitening, bundles: &[Bundle]) -> (Whitening, Tested) {
-    let mut whitening = white.clone();
-    let mut turn = 0;
-    loop {
-        let tangent = fit::tangent(problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
-        let ground = Ground::new(problem, &fit.hypothesis, &fit.state, &whitening, tangent);
-        let tested = structure::test(&ground, bundles);
-        whitening = Whitening::of_residual(problem, &tested.freed, tested.whole.dof).0;
-        turn += 1;
-        if turn == 2 {
-            return (whitening, tested);
-        }
-    }
+    let (whitening, _) = noise_of_freed(problem, fit, white, bundles);
+    noise_of_freed(problem, fit, &whitening, bundles)
+}
+
+/// One turn of it.
+fn noise_of_freed(problem: &Problem, fit: &Fit, whitening: &Whitening, bundles: &[Bundle]) -> (Whitening, Tested) {
+    let tangent = fit::tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
+    let ground = Ground::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
+    let tested = structure::test(&ground, bundles);
+    (Whitening::of_residual(problem, &tested.freed, tested.whole.dof).0, tested)
 }
 
 impl Search<'_> {
