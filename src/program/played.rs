@@ -169,7 +169,7 @@ mod tests {
             .iter()
             .map(|t| Target { name: None, at: At::default(), values: t.iter().map(|v| v.map(value)).collect() })
             .collect();
-        Script { texts: vec![Text::new("p.src", Vec::new())], steps, targets, notes: Vec::new() }
+        Script { texts: vec![Text::new("p.src", Vec::new())], steps, targets, ..Script::default() }
     }
 
     #[test]

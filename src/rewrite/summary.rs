@@ -229,9 +229,15 @@ pub fn words(outcome: &Outcome, robot: &Robot, told: Told) -> String {
         let _ = writeln!(text, "  largest change at the TCP {:.1} um{odd}", a.largest_change_m * 1e6);
     }
     if let Some([before, after]) = a.duration_s {
+        // of a vendor's moves the speeds are known, not how the controller stops and starts at new points
+        let stops = if outcome.vendor.is_some() && a.inserted > 0 {
+            format!("; {} not counted: the robot may slow down there", counted(a.inserted, "new point"))
+        } else {
+            String::new()
+        };
         let _ = writeln!(
             text,
-            "  cycle time {before:.3} s before, {after:.3} s after (at the speeds of the program, without waiting)"
+            "  cycle time {before:.3} s before, {after:.3} s after (at the speeds of the program, without waiting{stops})"
         );
     }
     if let Some(v) = outcome.vendor.as_ref().filter(|_| told == Told::Plan) {
@@ -276,11 +282,11 @@ fn coverage_words(text: &mut String, v: &Vendor) {
     for r in &v.coverage.reasons {
         let _ = writeln!(text, "  not edited: {} ({}; {})", counted(r.moves, "move"), r.why, r.lines_text());
     }
-    if v.runs > 1 {
+    if v.anew > 0 {
         let _ = writeln!(
             text,
             "  directions start anew {} (labels, loops, calls, targets that cannot be told): the first point there stays as it is",
-            if v.runs == 2 { "once".into() } else { format!("{} times", v.runs - 1) }
+            if v.anew == 1 { "once".into() } else { format!("{} times", v.anew) }
         );
     }
     for g in v.gaps.iter().take(FEW) {

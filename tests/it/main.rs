@@ -44,5 +44,6 @@ mod stretched;
 mod val_bidirectional;
 mod val_job;
 mod vendor_circle;
+mod vendor_history;
 mod vendor_options;
 mod vendor_rewrite;

@@ -246,7 +246,7 @@ fn no_number_is_made_up_for_an_axis_whose_place_is_not_known() {
          PTP {A1 8.0000,A2 -85.0000}\r\nENDLOOP\r\nEND\r\n",
     );
     let run = desk.run("rewrite --model model.yaml part.src --output out.src");
-    run.success().stderr(contains("does not say where every axis stands").and(contains("line 4")));
+    run.success().stderr(contains("before it is known where every axis stands; lines 4, 5, 6"));
     let out = String::from_utf8(desk.read("out.src")).unwrap();
     assert!(!out.contains("A3 0.0"), "{out}");
     // an axis that nobody names is not written at all

@@ -6,7 +6,7 @@
 
 use super::statement::shown;
 use crate::error::Result;
-use crate::program::script::{PoseGoal, Text, number};
+use crate::program::script::{PoseGoal, Solution, Text, number};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::ops::Range;
 
@@ -76,7 +76,7 @@ impl Position {
             (Some(0), Some(0)) => None,
             (frame, tool) => Some(format!("user frame {}, tool {}", name(frame), name(tool))),
         };
-        Some(PoseGoal { position_m, rotation, foreign_frame })
+        Some(PoseGoal { position_m, rotation, foreign_frame, solution: Solution::Same })
     }
 }
 

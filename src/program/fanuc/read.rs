@@ -56,7 +56,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Robot) -> Result<Program> {
     let Reader { steps, targets, of_target, shared, notes, motions, positions, by_index, .. } = reader;
     let kinds = robot.axis_joints().map(|j| j.kind).collect();
     let end = sections.end;
-    let script = Script { texts, steps, targets, notes };
+    let script = Script { texts, steps, targets, notes, ..Script::default() };
     Ok(Program { script, kinds, motions, numbered, count, positions, by_index, of_target, shared, last, end, bare })
 }
 

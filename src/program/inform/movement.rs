@@ -7,7 +7,9 @@
 use super::read::{ANGLE_DECIMALS, Reader, upper};
 use super::{Kind, Meaning, Number, Position, Reference, Statement, Tag};
 use crate::error::Result;
-use crate::program::script::{At, Break, Goal, Move, PathKind, PoseGoal, Speed, StepKind, Target, Value, number};
+use crate::program::script::{
+    At, Break, Goal, Move, PathKind, PoseGoal, Solution, Speed, StepKind, Target, Value, number,
+};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::ops::Range;
 
@@ -172,6 +174,7 @@ impl Reader<'_> {
             position_m: Vector3::new(x, y, z) * 1e-3,
             rotation: Some(UnitQuaternion::from_euler_angles(rx.to_radians(), ry.to_radians(), rz.to_radians())),
             foreign_frame,
+            solution: Solution::Same,
         })
     }
 

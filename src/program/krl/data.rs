@@ -4,7 +4,7 @@ use super::calls::calls;
 use super::lex::{Kind, Token, tokens};
 use super::motion;
 use crate::error::Result;
-use crate::program::script::{PoseGoal, Text, number};
+use crate::program::script::{PoseGoal, Solution, Text, number};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -47,7 +47,7 @@ impl Aggregate {
             let [a, b, c] = [of("A")?, of("B")?, of("C")?].map(f64::to_radians);
             Some(UnitQuaternion::from_euler_angles(c, b, a))
         })();
-        Some(PoseGoal { position_m, rotation, foreign_frame: foreign })
+        Some(PoseGoal { position_m, rotation, foreign_frame: foreign, solution: Solution::Same })
     }
 
     /// Values of external axes and of axes that are none of the robot's, for comparison.

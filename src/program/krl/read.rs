@@ -44,7 +44,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Robot) -> Result<Program> {
     }
     let (axes, kinds) = axes.iter().cloned().unzip();
     drop(line);
-    let script = Script { texts: Vec::new(), steps, targets, notes };
+    let script = Script { steps, targets, notes, ..Script::default() };
     let mut program = Program { script, kinds, axes, motions, data, sources };
     program.script.texts = texts;
     Ok(program)

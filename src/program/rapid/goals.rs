@@ -6,8 +6,10 @@ use super::read::{Item, Span, Storage};
 use super::steps::{Builder, Literal, Owner, Site};
 use super::value::{self, Node};
 use crate::error::Result;
-use crate::program::script::{At, Goal, PoseGoal, Target};
+use crate::program::script::{At, Goal, PathKind, PoseGoal, Solution, Target};
+use crate::robot::{JointKind, Robot};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use std::f64::consts::FRAC_PI_2;
 
 impl Builder<'_> {
     fn opaque(&self, span: &Span) -> String {
@@ -78,6 +80,7 @@ impl Builder<'_> {
                 Ok(values) => {
                     let at = At { file: 0, line: self.f.line(span.start) };
                     self.targets.push(Target { name: None, at, values });
+                    self.externals.push(node.get(1).and_then(Node::numbers::<6>));
                     self.literals.push(Literal { bytes: node.bytes(), owner: None });
                     Goal::Joints(self.targets.len() - 1)
                 }
@@ -121,6 +124,7 @@ impl Builder<'_> {
         }
         let at = At { file: 0, line: self.f.line(decl.at) };
         self.targets.push(Target { name: Some(name.clone()), at, values });
+        self.externals.push(node.get(1).and_then(Node::numbers::<6>));
         let keep = self.f.states[d].read || self.f.reaches_out(d);
         let owner = Owner { bytes: first..last, head: head.join(" "), name, keep };
         self.literals.push(Literal { bytes: node.bytes(), owner: Some(owner) });
@@ -135,6 +139,7 @@ impl Builder<'_> {
         tool: Option<Arg>,
         wobj: Option<Switch>,
         item: &Item,
+        path: PathKind,
         site: &mut Site,
     ) -> Goal {
         let p = self.f.p;
@@ -153,11 +158,34 @@ impl Builder<'_> {
         let Some(rotation) = unit(w, x, y, z) else {
             return Goal::Opaque("its orientation is no quaternion".into());
         };
-        if external.numbers::<6>().is_some() {
+        site.external_axes = external.numbers::<6>();
+        if site.external_axes.is_some() {
             site.external = Some(String::from_utf8_lossy(self.f.text.slice(external.bytes())).into_owned());
         }
-        let frame = self.frame(wobj, item).or_else(|| self.tool(tool, item));
-        Goal::Pose(PoseGoal { position_m: Vector3::from(xyz) * 1e-3, rotation: Some(rotation), foreign_frame: frame })
+        // a track carries the base, a positioner may carry the work object
+        let carried = site.external_axes.is_none_or(|axes| axes.iter().any(|v| is_used(*v)));
+        let carried = carried.then(|| "external axes, which may carry the robot or the work object".to_string());
+        let frame = self.frame(wobj, item).or_else(|| self.tool(tool, item)).or(carried);
+        let checked = if path == PathKind::Joint { self.configured.joint } else { self.configured.linear };
+        let conf = node.as_ref().and_then(|n| n.get(2)?.numbers::<4>()).filter(|_| checked);
+        let solution = conf.map_or(Solution::Same, |conf| quarters(conf, self.robot));
+        let position_m = Vector3::from(xyz) * 1e-3;
+        Goal::Pose(PoseGoal { position_m, rotation: Some(rotation), foreign_frame: frame, solution })
+    }
+
+    /// Whether the external axes that the robot file does not have move from the goal before to this one.
+    pub fn external_axes_move(&mut self, goal: &Goal, site: &Site) -> bool {
+        let axes = match goal {
+            Goal::Joints(t) => self.externals.get(*t).copied().flatten(),
+            _ => site.external_axes,
+        };
+        let before = std::mem::replace(&mut self.external, axes);
+        let first = self.robot.dof().saturating_sub(6).min(6);
+        match (before, axes) {
+            (Some(a), Some(b)) => (first..6).any(|k| (is_used(a[k]) || is_used(b[k])) && a[k] != b[k]),
+            // no move comes before, or its target cannot be told: no new point is put on the way
+            _ => false,
+        }
     }
 
     /// Why a robtarget is not in the world frame.
@@ -195,6 +223,20 @@ impl Builder<'_> {
         let same = other.translation.vector.norm() < 1e-5 && other.rotation.angle() < 1e-3;
         (!same).then(|| format!("tool `{name}`, which is not the tool of the robot file"))
     }
+}
+
+/// 9E9 (9E+09, 1E+10 in older programs): the axis is not used.
+fn is_used(external: f64) -> bool {
+    external.abs() < 8.9e9
+}
+
+/// Quarters of a turn in which a configuration has axes 1, 4 and 6.
+fn quarters([cf1, cf4, cf6, _]: [f64; 4], robot: &Robot) -> Solution {
+    if robot.dof() != 6 || robot.axis_joints().any(|j| j.kind != JointKind::Revolute) {
+        return Solution::Same;
+    }
+    let bounds = [(0, cf1), (3, cf4), (5, cf6)].map(|(axis, q)| (axis, q * FRAC_PI_2, (q + 1.0) * FRAC_PI_2));
+    Solution::Within(bounds.into())
 }
 
 fn unit(w: f64, x: f64, y: f64, z: f64) -> Option<UnitQuaternion<f64>> {

@@ -12,7 +12,7 @@ use crate::program::script::{
     At, Break, Goal, Move, Note, PathKind, Script, Speed, Step, StepKind, Target, Text, number, pragma,
 };
 use crate::robot::Robot;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 
 /// A target as it can be written: bytes of its list, and where it is declared.
@@ -48,6 +48,8 @@ pub struct Site {
     pub time: Option<Time>,
     /// External axes of a robtarget as text, for joint moves in its place.
     pub external: Option<String>,
+    /// ... and as numbers.
+    pub external_axes: Option<[f64; 6]>,
 }
 
 #[derive(Default)]
@@ -72,20 +74,28 @@ pub fn build(text: Text, p: &Parsed, robot: &Robot) -> Result<Built> {
         open: Vec::new(),
         targets: Vec::new(),
         literals: Vec::new(),
+        externals: Vec::new(),
+        external: None,
+        configured: Configured { joint: true, linear: true },
         known: HashMap::new(),
         nodes: HashMap::new(),
         notes: BTreeMap::new(),
         comment: 0,
         synchronised: false,
+        entry_routine: entry_routine(p),
+        entry: None,
     };
     for (item, motion) in p.items.iter().zip(args) {
         b.item(item, motion)?;
     }
     b.pragmas(usize::MAX);
-    let Builder { steps, sites, targets, literals, notes, .. } = b;
+    let Builder { steps, sites, targets, literals, notes, entry, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     for (k, step) in steps.into_iter().enumerate() {
         let Some(step) = step else { continue };
+        if entry == Some(k) {
+            out.script.entry = Some(out.script.steps.len());
+        }
         if let Some(site) = sites.get(&k) {
             out.sites.insert(out.script.steps.len(), site.clone());
         }
@@ -107,6 +117,12 @@ pub struct Builder<'a> {
     open: Vec<Block>,
     pub targets: Vec<Target>,
     pub literals: Vec<Literal>,
+    /// External axes of each target, where they are plain numbers.
+    pub externals: Vec<Option<[f64; 6]>>,
+    /// ... and of the goal before, on the same stretch.
+    pub external: Option<[f64; 6]>,
+    /// Whether configurations are watched (`ConfJ`, `ConfL`), in the order of the text.
+    pub configured: Configured,
     /// Targets of declarations, by declaration and index list.
     pub known: HashMap<(usize, Vec<usize>), usize>,
     /// Values of declarations.
@@ -115,6 +131,22 @@ pub struct Builder<'a> {
     /// Next comment to look at.
     comment: usize,
     synchronised: bool,
+    /// Where the program starts: the routine, and its first step.
+    entry_routine: Option<usize>,
+    entry: Option<usize>,
+}
+
+/// `main`, else the first routine that none of this file calls.
+fn entry_routine(p: &Parsed) -> Option<usize> {
+    let main = p.routines.iter().position(|r| r.name == "main");
+    let called: HashSet<&str> = p.items.iter().flat_map(|item| facts::called(p, item)).collect();
+    main.or_else(|| p.routines.iter().position(|r| !called.contains(r.name.as_str())))
+}
+
+/// On joint moves, and on straight and circular ones.
+pub struct Configured {
+    pub joint: bool,
+    pub linear: bool,
 }
 
 /// A block that is open: its own breaks, and whether anything in it moves.
@@ -130,6 +162,9 @@ impl Builder<'_> {
             && let Some(block) = self.open.last_mut()
         {
             block.busy = true;
+        }
+        if matches!(kind, StepKind::Break(_)) {
+            self.external = None;
         }
         let at = At { file: 0, line: self.f.line(token) };
         self.steps.push(Some(Step { at, kind }));
@@ -157,6 +192,7 @@ impl Builder<'_> {
 
     /// A break that belongs to the innermost block.
     fn block_break(&mut self, token: usize, kind: Break) {
+        self.external = None;
         let at = At { file: 0, line: self.f.line(token) };
         self.steps.push(Some(Step { at, kind: StepKind::Break(kind) }));
         let k = self.steps.len() - 1;
@@ -194,7 +230,10 @@ impl Builder<'_> {
             ItemKind::Start => {
                 self.open.clear();
                 self.synchronised = false;
-                self.push(token, StepKind::Break(Break::Start));
+                let k = self.push(token, StepKind::Break(Break::Start));
+                if self.entry_routine == Some(item.routine) {
+                    self.entry.get_or_insert(k);
+                }
             }
             ItemKind::Branch | ItemKind::Loop => {
                 self.open.push(Block::default());
@@ -228,6 +267,10 @@ impl Builder<'_> {
         match name {
             "syncmoveon" => self.synchronised = true,
             "syncmoveoff" => self.synchronised = false,
+            "confj" | "confl" => {
+                let off = self.f.p.words[item.span.clone()].iter().any(|w| w == "off");
+                *(if name == "confj" { &mut self.configured.joint } else { &mut self.configured.linear }) = !off;
+            }
             "exitcycle" => return,
             _ => {}
         }
@@ -281,6 +324,7 @@ impl Builder<'_> {
             self.push(token, StepKind::Break(Break::Call));
         }
         if motion.leads == Leads::External && self.robot.dof() <= 6 {
+            self.external = Some([f64::NAN; 6]);
             self.push(token, StepKind::Dwell(None));
             return Ok(());
         }
@@ -342,7 +386,8 @@ impl Builder<'_> {
         let goal = match motion.leads {
             Leads::Joints => self.joint_goal(&goal_span, item)?,
             Leads::Pose => {
-                self.pose_goal(&goal_span, tool_at.map(|k| args[k].clone()), switch("wobj"), item, &mut site)
+                let tool = tool_at.map(|k| args[k].clone());
+                self.pose_goal(&goal_span, tool, switch("wobj"), item, motion.path, &mut site)
             }
             Leads::Search => Goal::Opaque("a search may end anywhere on its way".into()),
             Leads::External => Goal::Opaque("MoveExtJ moves external axes alone".into()),
@@ -352,6 +397,9 @@ impl Builder<'_> {
             && matches!(goal, Goal::Pose(_))
         {
             closed.get_or_insert_with(|| "its external axes are no plain numbers".into());
+        }
+        if self.external_axes_move(&goal, &site) {
+            closed.get_or_insert_with(|| "its external axes move, too".into());
         }
         let switched_on = switch("on").is_some().then_some(true).or(switch("off").is_some().then_some(false));
         site.args = args;

@@ -74,6 +74,8 @@ pub struct Script {
     pub targets: Vec<Target>,
     /// What a user should know, with its line: `second motion group is left as it is`.
     pub notes: Vec<Note>,
+    /// The [`Break::Start`] with which the program starts, where that is not the first.
+    pub entry: Option<usize>,
 }
 
 /// A sentence about a place of the program.
@@ -182,6 +184,19 @@ pub struct PoseGoal {
     pub rotation: Option<UnitQuaternion<f64>>,
     /// The frame in which it is given where that is not the robot's base or world frame: nothing can be solved then.
     pub foreign_frame: Option<String>,
+    pub solution: Solution,
+}
+
+/// Which joints of those that reach a pose are meant.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub enum Solution {
+    /// Those on the branch on which the robot stands.
+    #[default]
+    Same,
+    /// Those next to these, rad or m.
+    Near(Vec<f64>),
+    /// Those with axes within bounds: axis, from, to, rad.
+    Within(Vec<(usize, f64, f64)>),
 }
 
 /// Speed of a move.

@@ -6,7 +6,7 @@ use super::read::{Item, Parsed, Span};
 use super::steps::{Builder, Literal, Owner};
 use super::value;
 use crate::error::Result;
-use crate::program::script::{At, Goal, PoseGoal, Target, Text};
+use crate::program::script::{At, Goal, PoseGoal, Solution, Target, Text};
 use crate::robot::Robot;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -51,7 +51,12 @@ impl Builder<'_> {
             Ok(_) => Some("the TCP of the installation: set_tcp comes later".into()),
             Err(why) => Some(why.clone()),
         };
-        Goal::Pose(PoseGoal { position_m: world.translation.vector, rotation: Some(world.rotation), foreign_frame })
+        Goal::Pose(PoseGoal {
+            position_m: world.translation.vector,
+            rotation: Some(world.rotation),
+            foreign_frame,
+            solution: Solution::Same,
+        })
     }
 
     pub fn pose_or_opaque(&self, span: &Span, item: &Item) -> Goal {
@@ -63,6 +68,23 @@ impl Builder<'_> {
         }
     }
 
+    /// The solution that `qnear` chooses; `None`: it cannot be told.
+    fn near(&self, span: &Span, item: &Item) -> Result<Option<Solution>> {
+        let (p, text) = (self.p, self.text);
+        // where the robot stands
+        if matches!(p.words[span.start].as_str(), "get_actual_joint_positions" | "get_target_joint_positions") {
+            return Ok(Some(Solution::Same));
+        }
+        let value = match self.assigned(span, item) {
+            _ if p.tokens[span.start].kind == Kind::Mark(b'[') => span.clone(),
+            Ok((value, _)) if !value.is_empty() => value,
+            _ => return Ok(None),
+        };
+        let found = value::joints(text, &p.tokens, &p.words, &value, self.robot)?.ok();
+        let near = found.and_then(|(values, _)| values.into_iter().map(|v| v.map(|v| v.si)).collect());
+        Ok(near.map(Solution::Near))
+    }
+
     pub fn goal(&mut self, span: &Span, item: &Item) -> Result<Goal> {
         let (p, text, robot) = (self.p, self.text, self.robot);
         if let Some(pose) = self.pose(span, item) {
@@ -72,10 +94,15 @@ impl Builder<'_> {
         if p.words[span.start] == "get_inverse_kin" && span.len() > 3 {
             let args = arguments(p, span.start + 2, span.end).map(|a| a.0).unwrap_or_default();
             let pose = args.first().filter(|_| args.len() <= 2).and_then(|a| self.pose(&a.span, item));
-            return Ok(match pose {
-                Some(pose) => self.pose_goal(pose, span.start),
-                None => Goal::Opaque("get_inverse_kin computes the target".into()),
-            });
+            let Some(pose) = pose else { return Ok(Goal::Opaque("get_inverse_kin computes the target".into())) };
+            let mut goal = self.pose_goal(pose, span.start);
+            if let (Some(near), Goal::Pose(goal)) = (args.get(1), &mut goal) {
+                match self.near(&near.span, item)? {
+                    Some(solution) => goal.solution = solution,
+                    None => return Ok(Goal::Opaque("qnear of get_inverse_kin is computed".into())),
+                }
+            }
+            return Ok(goal);
         }
         let at = At { file: 0, line: self.line(span.start) };
         let bytes = |s: &Span| p.tokens[s.start].start..p.tokens[s.end - 1].end;

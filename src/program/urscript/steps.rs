@@ -9,7 +9,7 @@ use crate::error::{Result, one_line};
 use crate::program::script::sites::Time;
 use crate::program::script::{At, Break, Goal, Move, PathKind, Script, Speed, Step, StepKind, Target, Text, pragma};
 use crate::robot::Robot;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 
 /// Shortest time between two set points that controllers of every generation keep, s (8 ms cycle of the CB series).
@@ -75,15 +75,22 @@ pub fn build(text: Text, mut p: Parsed, robot: &Robot) -> Result<(Built, Vec<Str
         known: HashMap::new(),
         led: None,
         comment: 0,
+        entry_def: entry_def(&p),
+        def: None,
+        last_start: None,
+        entry: None,
     };
     for item in &p.items {
         b.item(item)?;
     }
     b.pragmas(usize::MAX);
-    let Builder { steps, sites, targets, literals, .. } = b;
+    let Builder { steps, sites, targets, literals, entry, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     for (k, step) in steps.into_iter().enumerate() {
         let Some(step) = step else { continue };
+        if entry == Some(k) {
+            out.script.entry = Some(out.script.steps.len());
+        }
         if let Some(site) = sites.get(&k) {
             out.sites.insert(out.script.steps.len(), site.clone());
         }
@@ -112,6 +119,19 @@ pub struct Builder<'a> {
     led: Option<&'static str>,
     /// Next comment to look at.
     comment: usize,
+    /// Where the program starts: the function (`None`: none), and the last start before the first thing that it does.
+    entry_def: Option<usize>,
+    /// The function of the item at hand.
+    def: Option<usize>,
+    last_start: Option<usize>,
+    entry: Option<usize>,
+}
+
+/// The first function of the file that no other calls.
+fn entry_def(p: &Parsed) -> Option<usize> {
+    let called: HashSet<&str> =
+        p.items.iter().filter(|item| item.def.is_some()).flat_map(|item| p.called(item)).collect();
+    p.defs.iter().position(|(name, parent)| parent.is_none() && !called.contains(name.as_str()))
 }
 
 /// A block that is open: its own breaks, and whether anything in it moves.
@@ -133,6 +153,15 @@ impl Builder<'_> {
             block.busy = true;
         }
         let at = At { file: 0, line: self.line(token) };
+        match kind {
+            StepKind::Break(Break::Start) => self.last_start = Some(self.steps.len()),
+            StepKind::Move(_) | StepKind::Break(Break::Call | Break::Jump | Break::Loop)
+                if self.def == self.entry_def =>
+            {
+                self.entry = self.entry.or(self.last_start);
+            }
+            _ => {}
+        }
         self.steps.push(Some(Step { at, kind }));
         self.steps.len() - 1
     }
@@ -182,6 +211,7 @@ impl Builder<'_> {
         if let Some(t) = self.p.tokens.get(token) {
             self.pragmas(t.start);
         }
+        self.def = item.def;
         if let Some((motion, args, span)) = call(self.p, item) {
             return self.motion(item, motion, &args, span);
         }

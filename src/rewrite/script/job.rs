@@ -40,6 +40,8 @@ pub struct Vendor {
     pub notes: Vec<Said>,
     /// Stretches with known directions.
     pub runs: usize,
+    /// Of them those that do not start with the program.
+    pub anew: usize,
 }
 
 impl Job<'_> {
@@ -153,7 +155,8 @@ impl Job<'_> {
                 written: done.written.clone(),
                 changes: done.changes.clone(),
                 notes: done.script.notes.clone(),
-                runs: done.runs,
+                runs: done.positions.len(),
+                anew: done.anew,
             }),
         }
     }

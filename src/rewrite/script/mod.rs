@@ -30,7 +30,7 @@ use crate::robot::Robot;
 use change::Change;
 use coverage::Coverage;
 use edits::Unplaced;
-use run::{Choice, Gap, Run};
+use run::{Choice, Cut, Gap, Run};
 use std::collections::HashSet;
 
 /// The dead band is this many last digits of the coarsest target: rounding is no movement.
@@ -76,8 +76,8 @@ pub struct Done {
     pub unplaced: Unplaced,
     pub written: verify::Written,
     pub changes: Vec<Change>,
-    /// Number of runs, each of which starts with unknown directions.
-    pub runs: usize,
+    /// Number of runs that start elsewhere than the program: with unknown directions.
+    pub anew: usize,
     /// Positions of each run, `q[point * axes + axis]`, rad or m, as they were.
     pub positions: Vec<Vec<f64>>,
 }
@@ -113,16 +113,16 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         solve_within_m: task.choices.solve_within_m.filter(|_| document.takes_joints_for_poses()),
         on_way: &|step, share| document.on_way(step, share),
     };
-    let (runs, gaps) = run::cut(script, &choice);
+    let Cut { runs, gaps, partial } = run::cut(script, &choice);
     let mut edits = Edits { digit: task.digit.to_vec(), ..Edits::default() };
     let mut account = empty(task.robot.dof());
     let mut unplaced = Unplaced::default();
     let mut lines = Vec::new();
-    for (k, run) in runs.iter().enumerate() {
+    for run in &runs {
         let mut options = task.options.clone();
         options.deadband.clone_from(&deadband);
-        if k > 0 {
-            // only the first run starts where the user says
+        if !run.entry {
+            // only the program starts where the user says
             options.initial_direction.fill(0);
         }
         let (emitted, done) = through(script, task, run, options)?;
@@ -133,11 +133,12 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         lines.extend(run.vertices.iter().map(|v| script.steps[v.step].at));
     }
     let solved = |k: usize| edits.steps.get(&k).is_some_and(|e| e.as_joint_moves);
-    let coverage = Coverage::of(script, &|k| left_out.get(k).copied().flatten(), &solved);
+    let unknown = |k: usize| partial.binary_search(&k).is_ok().then_some("before it is known where every axis stands");
+    let coverage = Coverage::of(script, &|k| left_out.get(k).copied().flatten().or(unknown(k)), &solved);
     require_coverage(&coverage, task.choices, script)?;
     account.points = coverage.moves;
     // an estimate of a part would read as one of the whole
-    account.duration_s = (runs.iter().all(Run::timed) && !runs.is_empty() && gaps.is_empty())
+    account.duration_s = (runs.iter().all(Run::timed) && !runs.is_empty() && gaps.is_empty() && partial.is_empty())
         .then(|| runs.iter().filter_map(|r| r.vertices.last()).map(|v| v.t_s).sum())
         .map(|s: f64| [s, s]);
     enough_digits(script, &edits, task)?;
@@ -158,7 +159,19 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         script.notes.insert(0, Note { place: At { file: 0, line: 1 }, text });
     }
     let positions = runs.iter().map(|r| r.vertices.iter().flat_map(|v| v.q.iter().copied()).collect()).collect();
-    Ok(Done { texts, account, lines, coverage, gaps, unplaced, written, changes, runs: runs.len(), positions, script })
+    Ok(Done {
+        texts,
+        account,
+        lines,
+        coverage,
+        gaps,
+        unplaced,
+        written,
+        changes,
+        anew: runs.iter().filter(|r| !r.entry).count(),
+        positions,
+        script,
+    })
 }
 
 /// Comments that are meant for the tool and switch nothing, as their words are not quite those.

@@ -1,12 +1,13 @@
 //! Runs: stretches of a program on which each position certainly follows the one before it.
 //!
-//! A label, a loop, a call, or a target that cannot be told ends a run: behind it the directions are unknown, and the first
-//! movement's direction is taken, as at the start of a program. A dwell, a process or a comment ends nothing.
+//! A label, a loop, a call, or a target that cannot be told ends a run: behind it the directions are unknown. The first
+//! movement's direction is taken, but only at the start of the program the first point carries its offset: anywhere else the
+//! robot may come to it from the other side. A dwell, a process or a comment ends nothing.
 
 use super::clock;
 use super::coverage::kept;
 use super::way;
-use crate::program::script::{At, Goal, Move, PathKind, Script, Speed, StepKind, Way};
+use crate::program::script::{At, Break, Goal, Move, PathKind, Script, Speed, StepKind, Way};
 use crate::robot::Robot;
 
 /// What a vertex stands for.
@@ -44,6 +45,8 @@ pub struct Run {
     pub certain: bool,
     /// Sampled ways of straight TCP moves, by step.
     pub lines: Vec<(usize, way::Line)>,
+    /// The program starts with it: nothing that moves stands before.
+    pub entry: bool,
 }
 
 impl Run {
@@ -63,6 +66,15 @@ impl Run {
 pub struct Gap {
     pub at: At,
     pub why: &'static str,
+}
+
+/// A script in runs.
+#[derive(Debug, Default)]
+pub struct Cut {
+    pub runs: Vec<Run>,
+    pub gaps: Vec<Gap>,
+    /// Moves behind which it is not yet known where every axis stands.
+    pub partial: Vec<usize>,
 }
 
 /// How a script is cut into runs.
@@ -85,45 +97,58 @@ pub struct Choice<'a> {
 }
 
 /// The runs of a script, and where directions are lost.
-pub fn cut(script: &Script, choice: &Choice) -> (Vec<Run>, Vec<Gap>) {
-    let mut cutter =
-        Cutter { choice, runs: Vec::new(), run: Run { certain: true, ..Run::default() }, gaps: Vec::new() };
+pub fn cut(script: &Script, choice: &Choice) -> Cut {
+    let start = |k: usize| matches!(script.steps[k].kind, StepKind::Break(Break::Start));
+    let entry = script.entry.or_else(|| (0..script.steps.len()).find(|&k| start(k)));
+    let mut cutter = Cutter { choice, out: Cut::default(), run: empty_run(entry.is_none()), known: Vec::new() };
     for (k, step) in script.steps.iter().enumerate() {
         match &step.kind {
             StepKind::Move(m) => cutter.take(script, k, step.at, m),
             StepKind::Dwell(seconds) => cutter.dwell(*seconds),
-            StepKind::Break(_) => cutter.end(),
+            // what moves nothing leaves a program at its start
+            StepKind::Break(Break::Frame | Break::Interrupt) => {
+                let still = cutter.run.vertices.is_empty() && cutter.run.entry && cutter.known.is_empty();
+                cutter.end(still);
+            }
+            StepKind::Break(_) => cutter.end(entry == Some(k)),
             StepKind::Process(_) | StepKind::Pragma(_) => {}
         }
     }
-    cutter.end();
-    (cutter.runs, cutter.gaps)
+    cutter.end(false);
+    cutter.out
+}
+
+fn empty_run(entry: bool) -> Run {
+    Run { certain: true, entry, ..Run::default() }
 }
 
 struct Cutter<'a> {
     choice: &'a Choice<'a>,
-    runs: Vec<Run>,
+    out: Cut,
     run: Run,
-    gaps: Vec<Gap>,
+    /// Where the axes stand that were told to go somewhere, before a run has begun.
+    known: Vec<Option<f64>>,
 }
 
 impl Cutter<'_> {
-    fn end(&mut self) {
-        let mut run = std::mem::replace(&mut self.run, Run { certain: true, ..Run::default() });
+    /// Ends the run; `entry`: the next one is the program's first.
+    fn end(&mut self, entry: bool) {
+        self.known.clear();
+        let mut run = std::mem::replace(&mut self.run, empty_run(entry));
         // from which side the robot comes to the first point behind a label, a loop or a call is not known: it stays
-        if !self.runs.is_empty()
+        if !run.entry
             && let Some(first) = run.vertices.first_mut()
         {
             first.editable = false;
         }
         if !run.vertices.is_empty() {
-            self.runs.push(run);
+            self.out.runs.push(run);
         }
     }
 
     fn lost(&mut self, at: At, why: &'static str) {
-        self.end();
-        self.gaps.push(Gap { at, why });
+        self.end(false);
+        self.out.gaps.push(Gap { at, why });
     }
 
     fn dwell(&mut self, seconds: Option<f64>) {
@@ -148,27 +173,32 @@ impl Cutter<'_> {
             Goal::Joints(t) => {
                 let Some(target) = script.targets.get(*t) else { return self.lost(at, "a target that is not there") };
                 let given = |k: usize| target.values.get(k).copied().flatten().map(|v| v.si);
-                // an axis without a value stays where it is; at the start of a run that is not known, and a number in its place
-                // would be written into new points. Only an axis that no target names does not matter: nobody writes it.
-                let unknown = |k: usize| given(k).is_none() && self.choice.commanded.get(k).copied().unwrap_or(true);
-                if from.is_none() && (0..robot.dof()).any(unknown) {
-                    return self.lost(at, "a target that does not say where every axis stands");
+                // an axis without a value stays where it is; before a run that is what the moves before have said. A number in
+                // the place of one that is not known would be written into new points. Only an axis that no target names
+                // does not matter: nobody writes it.
+                let before = |k: usize| from.as_ref().map(|q| q[k]).or(self.known.get(k).copied().flatten());
+                let all: Vec<Option<f64>> = (0..robot.dof()).map(|k| given(k).or(before(k))).collect();
+                let matters = |k: usize| self.choice.commanded.get(k).copied().unwrap_or(true);
+                if (0..robot.dof()).any(|k| all[k].is_none() && matters(k)) {
+                    self.known = all;
+                    self.out.partial.push(step);
+                    return;
                 }
-                (0..robot.dof()).map(|k| given(k).or(from.as_ref().map(|q| q[k])).unwrap_or(0.0)).collect::<Vec<f64>>()
+                // the moves before have not carried its offset: this one does not either
+                editable &= self.known.is_empty();
+                self.known.clear();
+                all.into_iter().map(Option::unwrap_or_default).collect::<Vec<f64>>()
             }
             Goal::Pose(goal) => {
                 let Some(from) = &from else { return self.lost(at, "a Cartesian target without a known start") };
                 match way::joints_of(robot, goal, from) {
-                    Some(q) => {
+                    Ok(q) => {
                         let asked = self.choice.solve_within_m.is_some();
                         solved = asked && m.path == PathKind::Linear && m.closed.is_none() && !excluded;
                         editable = solved;
                         q
                     }
-                    None if goal.foreign_frame.is_some() => {
-                        return self.lost(at, "a Cartesian target in a frame that the program does not give");
-                    }
-                    None => return self.lost(at, "a Cartesian target that the robot's kinematics do not reach"),
+                    Err(why) => return self.lost(at, why),
                 }
             }
             Goal::Opaque(_) => {

@@ -166,12 +166,17 @@ mod tests {
     use super::*;
     use crate::program::krl::Krl;
     use crate::program::rapid::Rapid;
-    use crate::program::script::{Edit, PoseGoal, Speed};
+    use crate::program::script::{Edit, PoseGoal, Solution, Speed};
     use nalgebra::{UnitQuaternion, Vector3};
 
     fn pose(turn: f64) -> Goal {
         let rotation = Some(UnitQuaternion::from_euler_angles(0.0, 0.0, turn));
-        Goal::Pose(PoseGoal { position_m: Vector3::new(1.0, 0.5, 0.2), rotation, foreign_frame: None })
+        Goal::Pose(PoseGoal {
+            position_m: Vector3::new(1.0, 0.5, 0.2),
+            rotation,
+            foreign_frame: None,
+            solution: Solution::Same,
+        })
     }
 
     fn to(goal: Goal, path: PathKind) -> Move {

@@ -4,7 +4,7 @@
 //! the shortest turn). It follows the branch on which the robot stands. Where a pose is not reached within [`REACHED_M`] and
 //! [`REACHED_RAD`], or the joints leap, nothing is claimed.
 
-use crate::program::script::{PoseGoal, Way};
+use crate::program::script::{PoseGoal, Solution, Way};
 use crate::robot::{InverseOptions, Pose, Robot, Target};
 use nalgebra::{Isometry3, Rotation3, UnitQuaternion};
 
@@ -20,15 +20,43 @@ const APART: f64 = 2e-3;
 /// A joint that moves further than this in one part has changed its branch, rad or m.
 const LEAP: f64 = 0.5;
 
-/// Joints of a Cartesian target, from the joints before; `None`: not reached, or not enough is known.
-pub fn joints_of(robot: &Robot, goal: &PoseGoal, from: &[f64]) -> Option<Vec<f64>> {
+/// Slack of the bounds of a configuration, rad: programs are rounded.
+const SLACK_RAD: f64 = 2e-3;
+
+/// Joints of a Cartesian target, from the joints before.
+///
+/// # Errors
+/// Why they cannot be told: not reached, or not enough is known.
+pub fn joints_of(robot: &Robot, goal: &PoseGoal, from: &[f64]) -> Result<Vec<f64>, &'static str> {
     if goal.foreign_frame.is_some() {
-        return None;
+        return Err("a Cartesian target in a frame that the program does not give");
     }
     let start = isometry(&robot.forward(from));
     let rotation = goal.rotation.unwrap_or(start.rotation);
     let end = Isometry3::from_parts(goal.position_m.into(), rotation);
-    along(robot, &start, &end, goal.rotation.is_some(), from).map(|line| line.last().cloned().unwrap_or_default())
+    let reached = along(robot, &start, &end, goal.rotation.is_some(), from).and_then(|mut line| line.pop());
+    match &goal.solution {
+        Solution::Same => reached.ok_or("a Cartesian target that the robot's kinematics do not reach"),
+        Solution::Within(bounds) => {
+            let q = reached.ok_or("a Cartesian target that the robot's kinematics do not reach")?;
+            let inside = |&(axis, lo, hi): &(usize, f64, f64)| {
+                q.get(axis).is_some_and(|v| (lo - SLACK_RAD..=hi + SLACK_RAD).contains(v))
+            };
+            let fits = bounds.iter().all(inside);
+            if fits {
+                Ok(q)
+            } else {
+                Err("a Cartesian target in another arm configuration than that of the move before")
+            }
+        }
+        Solution::Near(near) => {
+            let close = |q: &Vec<f64>| q.len() == near.len() && q.iter().zip(near).all(|(a, b)| (a - b).abs() <= LEAP);
+            let from_there =
+                || (near.len() == robot.dof()).then(|| solved(robot, &end, &end, true, 1.0, near)).flatten();
+            let q = reached.filter(close).or_else(from_there).filter(close);
+            q.ok_or("a Cartesian target without a solution next to the joints that the program names")
+        }
+    }
 }
 
 /// A straight TCP path: its two poses, and joints along it as first guesses.

@@ -157,6 +157,9 @@ const SHARE: f64 = 0.8;
 const STEP_TOLERANCE: f64 = 0.15;
 /// The segment that carries the step is at most this share of the one behind it (`--step-fraction` 0.1 makes it 0.11).
 const SHORT: f64 = 0.35;
+/// Its share of both differs by at most this from the fraction: corners and turns of a program are short as well, but of their
+/// own length.
+const FRACTION_TOLERANCE: f64 = 0.03;
 /// A step is a leap where it is more than this many times the steps before and behind it: smooth motion is slow at a reversal.
 const LEAP: f64 = 3.0;
 
@@ -186,8 +189,11 @@ pub fn looks_rewritten(q: &[f64], axes: usize, compensator: &Compensator, option
             };
             let carries_step = behind(1).is_some_and(|behind| {
                 let own = after.abs();
-                let short_segment = if long > most { short < SHORT * long } else { own - most < SHORT * behind };
-                size(own, behind) && short_segment
+                let (part, rest) = if long > most { (short, long) } else { ((own - most).max(0.0), behind) };
+                let share = part / (part + rest).max(f64::MIN_POSITIVE) - options.step_fraction;
+                // points of a friction that fades cut the rest short
+                let fits = share.abs() < FRACTION_TOLERANCE || joint.friction.is_some() && share > 0.0;
+                size(own, behind) && part < SHORT * rest && fits
             });
             // a program with dense points has no short segments; there the step stands out among its neighbours, also
             // where a point that another joint or the path asked for cuts it in two
@@ -264,6 +270,18 @@ mod tests {
         let options = Options::new(2);
         assert!(looks_rewritten(&circle(5e-4), 2, &compensator(5e-4), &options));
         assert!(!looks_rewritten(&circle(0.0), 2, &compensator(5e-4), &options));
+    }
+
+    /// Face milling: straights of 30 mm along one axis, joined by half circles of 1.5 mm in front of each.
+    #[test]
+    fn turns_of_a_program_that_are_short_as_they_are_do_not_look_made() {
+        let mut q = Vec::new();
+        for k in 0..20 {
+            let (x, sign) = (if k % 2 == 0 { 0.0 } else { 0.03 }, if k % 2 == 0 { 1.0 } else { -1.0 });
+            let y = 0.003 * f64::from(k);
+            q.extend([x - sign * 0.0015, y - 0.0015, x, y, x + sign * 0.03, y]);
+        }
+        assert!(!looks_rewritten(&q, 2, &compensator(2.2e-5), &Options::new(2)));
     }
 
     #[test]
