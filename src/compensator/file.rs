@@ -322,18 +322,35 @@ pub fn is_past(day: &str, today: i64) -> bool {
 /// `YYYY-MM-DD` with a month and a day that exist.
 pub fn is_date(text: &str) -> bool {
     let b = text.as_bytes();
-    let digits = |r: std::ops::Range<usize>| text.get(r).and_then(|s| s.parse::<u32>().ok());
-    b.len() == 10
-        && b[4] == b'-'
-        && b[7] == b'-'
-        && digits(0..4).is_some()
-        && digits(5..7).is_some_and(|m| (1..=12).contains(&m))
-        && digits(8..10).is_some_and(|d| (1..=31).contains(&d))
+    let digits = |r: std::ops::Range<usize>| {
+        text.get(r).filter(|s| s.bytes().all(|b| b.is_ascii_digit())).and_then(|s| s.parse::<u32>().ok())
+    };
+    if b.len() != 10 || b[4] != b'-' || b[7] != b'-' {
+        return false;
+    }
+    let (Some(year), Some(month), Some(day)) = (digits(0..4), digits(5..7), digits(8..10)) else { return false };
+    let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let days = match month {
+        4 | 6 | 9 | 11 => 30,
+        2 => 28 + u32::from(leap),
+        _ => 31,
+    };
+    (1..=12).contains(&month) && (1..=days).contains(&day)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn days_that_no_calendar_has_are_no_dates() {
+        for day in ["2027-01-31", "2028-02-29", "2000-02-29", "2027-12-01"] {
+            assert!(is_date(day), "{day}");
+        }
+        for day in ["2027-02-29", "2100-02-29", "2020-02-31", "2027-13-01", "2027-00-10", "2027-04-31", "2027-1-031", "+027-01-31"] {
+            assert!(!is_date(day), "{day}");
+        }
+    }
 
     fn robot() -> Robot {
         let text = "schema: lostmotion/robot/1\nname: two\njoints:\n  - {name: A1, kind: revolute, a_mm: 500}\n  - {name: Z, \

@@ -401,7 +401,12 @@ fn place(outcome: &Outcome, placed: &Placed) -> Place {
         })
         .collect();
     let what = if name == "stiction" { "tails behind" } else { "steps at" };
-    Place { joint, description: format!("{what} its {} reversals", turns.len()), t_s }
+    let description = match turns.len() {
+        0 => "as it moves one way throughout this log".into(),
+        1 => format!("{what} its reversal"),
+        n => format!("{what} its {n} reversals"),
+    };
+    Place { joint, description, t_s }
 }
 
 fn unexplained(outcome: &Outcome, ratio: &super::structure::Ratio) -> Unexplained {

@@ -215,7 +215,7 @@ pub fn words(outcome: &Outcome, robot: &Robot, told: Told) -> String {
         if left > 0.0 {
             let _ = write!(text, "; up to {:.6} {unit} is left behind a reversal", joint.kind.to_edge(left));
             if left > a.largest_offset.get(k).copied().unwrap_or(f64::INFINITY) {
-                text.push_str(", more than without compensation");
+                text.push_str(", more than without compensation until the step is done (nearer to the turn: --step-fraction)");
             }
         }
         text.push('\n');

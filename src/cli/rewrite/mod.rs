@@ -110,15 +110,15 @@ pub struct Args {
 
     /// Share of the segment behind a reversal at which the point stands that carries the step; 1: the next point carries it
     /// [default: 0.1, nearer where the joint would lag until then]
-    #[arg(long, value_name = "0..1")]
+    #[arg(long, value_name = "0..1", allow_negative_numbers = true)]
     pub step_fraction: Option<f64>,
 
     /// Spread the step of a revolute joint over this travel behind the reversal, degrees
-    #[arg(long, value_name = "DEG")]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub ramp_deg: Option<f64>,
 
     /// The same for prismatic joints, mm
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pub ramp_mm: Option<f64>,
 
     /// Directions in which joints were moved before the first point, such as A1=+,A2=-; else that of their first movement
@@ -126,12 +126,12 @@ pub struct Args {
     pub initial_direction: Option<String>,
 
     /// Share of every offset that is applied, 0 to 1 (over-compensation does more harm than a rest)
-    #[arg(long, value_name = "0..1", default_value_t = 1.0)]
+    #[arg(long, value_name = "0..1", default_value_t = 1.0, allow_negative_numbers = true)]
     pub gain: f64,
 
     /// TCP speed of a program without t_s, or of moves with joint speeds, mm/s: turns a decay in seconds into points [default: that
     /// of the compensator's log]
-    #[arg(long, value_name = "MM_S")]
+    #[arg(long, value_name = "MM_S", allow_negative_numbers = true)]
     pub speed_mm_s: Option<f64>,
 
     /// With --refine cartesian: largest distance between the path and its chords, um [default: 2]
@@ -139,11 +139,11 @@ pub struct Args {
     pub chord_um: Option<f64>,
 
     /// Movement of a revolute joint that is number noise and no reversal, degrees [default: 1.5 last digits of its column]
-    #[arg(long, value_name = "DEG")]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub deadband_deg: Option<f64>,
 
     /// The same for prismatic joints, mm
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pub deadband_mm: Option<f64>,
 
     /// Write changed numbers with this many decimals [default: as they are, more where the gap needs them]

@@ -2,41 +2,45 @@
 
 use super::arguments::arguments;
 use super::lex::Kind;
-use super::read::{Item, Parsed, Span};
+use super::read::{Item, Span};
 use super::steps::{Builder, Literal, Owner};
 use super::value;
 use crate::error::Result;
-use crate::program::script::{At, Goal, PoseGoal, Solution, Target, Text};
-use crate::robot::Robot;
+use crate::program::script::{At, Goal, PoseGoal, Solution, Target};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-
-/// First token of the `set_tcp` from which on the robot file's tool is the active one; why poses cannot be solved.
-pub fn tool(text: &Text, p: &Parsed, robot: &Robot) -> std::result::Result<usize, String> {
-    let mut first = None;
-    for i in 0..p.tokens.len() {
-        if p.words[i] != "set_tcp" {
-            continue;
-        }
-        let args = arguments(p, i + 2, p.tokens.len()).map(|a| a.0).unwrap_or_default();
-        let frame = args.first().and_then(|a| value::pose(text, &p.tokens, &p.words, &a.span)).map(isometry);
-        let Some(frame) = frame else {
-            return Err("a TCP that is computed".into());
-        };
-        let other = frame.inverse() * robot.tool;
-        // 0.01 mm and 0.001 rad: what robot files and TCPs are rounded to
-        if other.translation.vector.norm() > 1e-5 || other.rotation.angle() > 1e-3 {
-            return Err("a TCP that is not the tool of the robot file".into());
-        }
-        first.get_or_insert(i);
-    }
-    first.ok_or_else(|| "the TCP of the installation: no set_tcp says which".into())
-}
 
 fn isometry([x, y, z, rx, ry, rz]: [f64; 6]) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_scaled_axis(Vector3::new(rx, ry, rz)))
 }
 
 impl Builder<'_> {
+    /// First token of the `set_tcp` from which on the robot file's tool is the active one; why poses cannot be solved.
+    pub fn find_tool(&self) -> std::result::Result<usize, String> {
+        let (p, robot) = (self.p, self.robot);
+        let mut first = None;
+        let mut left = p.words.iter().filter(|w| *w == "set_tcp").count();
+        for item in &p.items {
+            for i in item.span.clone().filter(|&i| p.words[i] == "set_tcp") {
+                let args = arguments(p, i + 2, p.tokens.len()).map(|a| a.0).unwrap_or_default();
+                let Some(pose) = args.first().and_then(|a| self.pose(&a.span, item)) else {
+                    return Err("a TCP that is computed".into());
+                };
+                let other = isometry(pose).inverse() * robot.tool;
+                // 0.01 mm and 0.001 rad: what robot files and TCPs are rounded to
+                if other.translation.vector.norm() > 1e-5 || other.rotation.angle() > 1e-3 {
+                    return Err("a TCP that is not the tool of the robot file".into());
+                }
+                first.get_or_insert(i);
+                left = left.saturating_sub(1);
+            }
+        }
+        // one that stands in no statement is not understood
+        if left > 0 {
+            return Err("a TCP that is computed".into());
+        }
+        first.ok_or_else(|| "the TCP of the installation: no set_tcp says which".into())
+    }
+
     /// The pose that an expression is: `p[..]`, or a name that is assigned one.
     fn pose(&self, span: &Span, item: &Item) -> Option<[f64; 6]> {
         let read = |s: &Span| value::pose(self.text, &self.p.tokens, &self.p.words, s);

@@ -1,7 +1,6 @@
 //! The steps of a URScript: moves with their targets, and what ends a joint's known direction.
 
 use super::arguments::{Arg, argument, arguments, call, goal, goal_name};
-use super::goals::tool;
 use super::read::{Item, ItemKind, Parsed, Span};
 use super::value;
 use super::words::{self, Motion, MotionKind};
@@ -66,7 +65,7 @@ pub fn build(text: Text, mut p: Parsed, robot: &Robot) -> Result<(Built, Vec<Str
         p: &p,
         robot,
         moving,
-        tool: tool(&text, &p, robot),
+        tool: Err(String::new()),
         steps: Vec::new(),
         sites: BTreeMap::new(),
         open: Vec::new(),
@@ -80,6 +79,7 @@ pub fn build(text: Text, mut p: Parsed, robot: &Robot) -> Result<(Built, Vec<Str
         last_start: None,
         entry: None,
     };
+    b.tool = b.find_tool();
     for item in &p.items {
         b.item(item)?;
     }

@@ -161,6 +161,8 @@ fn a_pose_is_foreign_unless_set_tcp_says_the_tool_of_the_robot_file() {
     assert_eq!(pose("set_tcp(p[0,0,0,0,0,0])\n"), None);
     assert!(pose("set_tcp(p[0,0,0.1,0,0,0])\n").unwrap().contains("not the tool"));
     assert!(pose("set_tcp(tcp1)\n").unwrap().contains("computed"));
+    assert_eq!(pose("tcp2 = p[0,0,0,0,0,0]\nset_tcp(tcp2)\n"), None);
+    assert!(pose("tcp2 = p[0,0,0,0,0,0]\ntcp2 = p[0,0,1,0,0,0]\nset_tcp(tcp2)\n").unwrap().contains("computed"));
 }
 
 #[test]
