@@ -6,7 +6,7 @@ use super::outcome::{Outcome, largest};
 use super::story::{self, Chapter};
 use super::verdict::{self, Member, Verdict};
 use super::words::GapUnit;
-use crate::effect::{Placed, catalogue, entry};
+use crate::effect::{Effect, Placed, catalogue, entry};
 use crate::robot::JointKind;
 use indexmap::IndexMap;
 use serde::Serialize;
@@ -305,15 +305,24 @@ fn round(
     let placed = &outcome.fit.hypothesis.effects[outcome.fit.free[k]];
     let sigma = outcome.fit.sigma_of(k);
     let values = placed.effect.values();
-    let parameters = placed
+    let mut place = place(outcome, placed);
+    let parameter =
+        |value: f64, half: f64| Parameter { value: digits(value), ci95: [digits(value - half), digits(value + half)] };
+    let mut parameters: IndexMap<String, Parameter> = placed
         .keys(robot)
         .into_iter()
         .zip(values.iter().zip(&sigma))
-        .map(|((key, factor), (v, s))| {
-            let (value, half) = (v * factor, Z95 * s * factor.abs());
-            (key, Parameter { value: digits(value), ci95: [digits(value - half), digits(value + half)] })
-        })
+        .map(|((key, factor), (v, s))| (key, parameter(v * factor, Z95 * s * factor.abs())))
         .collect();
+    // of an oscillation the size is told, as in a model; its direction stands with the place
+    if let Effect::Vibration(v) = &placed.effect {
+        let share = values.iter().map(|a| a / v.amplitude_m.max(f64::MIN_POSITIVE));
+        let spread = share.zip(&sigma).take(3).map(|(share, s)| (share * s).powi(2)).sum::<f64>().sqrt();
+        parameters.retain(|key, _| !key.starts_with("amplitude_um["));
+        parameters.shift_insert(0, "amplitude_um".into(), parameter(v.amplitude_m * UM, Z95 * spread * UM));
+        let [x, y, z] = v.direction.into();
+        place.description = format!("all along: the TCP swings along ({x:.2}, {y:.2}, {z:.2})");
+    }
     let rivals = &outcome.rivals[k];
     let own = rivals.iter().find(|r| r.effect == named.0 && r.target == named.1);
     let gain = own.map_or(0.0, |r| r.gain);
@@ -322,7 +331,6 @@ fn round(
     let dof = outcome.problem.n as f64;
     let group = outcome.group.as_ref().filter(|g| k < g.count);
     let predicted = if group.is_some() { after.rms } else { after.predicted };
-    let mut place = place(outcome, placed);
     if let Some(g) = group {
         place.description = format!("geometry: {} parameters together, joint F {:.0}", g.parameters, g.f);
     }

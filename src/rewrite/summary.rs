@@ -215,7 +215,9 @@ pub fn words(outcome: &Outcome, robot: &Robot, told: Told) -> String {
         if left > 0.0 {
             let _ = write!(text, "; up to {:.6} {unit} is left behind a reversal", joint.kind.to_edge(left));
             if left > a.largest_offset.get(k).copied().unwrap_or(f64::INFINITY) {
-                text.push_str(", more than without compensation until the step is done (nearer to the turn: --step-fraction)");
+                text.push_str(
+                    ", more than without compensation until the step is done (nearer to the turn: --step-fraction)",
+                );
             }
         }
         text.push('\n');
@@ -298,8 +300,9 @@ fn coverage_words(text: &mut String, v: &Vendor) {
     if v.unplaced.points > 0 {
         let _ = writeln!(
             text,
-            "  {} on moves that take none: there the step is spread over the whole move",
-            counted(v.unplaced.points, "new point")
+            "  {} on moves that take none, or stay as they are: there the step is spread over the whole move ({})",
+            counted(v.unplaced.points, "new point"),
+            lines_text(&v.unplaced.lines)
         );
     }
     if !v.written.stops.is_empty() {

@@ -167,8 +167,9 @@ fn measure(e: &Effect, parameters: &Value, f: &mut Found) {
             f.size = Some(got / value);
         }
         let (Some(low), Some(high)) = (p["ci95"][0].as_f64(), p["ci95"][1].as_f64()) else { continue };
-        // A phase counts round the turn that is nearest.
-        let turn = if key == "phase_deg" { 360.0 * ((0.5 * (low + high) - value) / 360.0).round() } else { 0.0 };
+        // A phase counts round the turn that is nearest; of a swing the half turn, as its direction may be told either way.
+        let round = if e.name == "vibration" { 180.0 } else { 360.0 };
+        let turn = if key == "phase_deg" { round * ((0.5 * (low + high) - value) / round).round() } else { 0.0 };
         f.inside.1 += 1;
         if (low..=high).contains(&(value + turn)) {
             f.inside.0 += 1;

@@ -12,10 +12,12 @@ const NOTHING: f64 = 1e-13;
 const CLOSE: f64 = 2.0;
 
 /// What of the engine's work found no place in the program.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Unplaced {
     /// New points on moves that take none, or that are left as they are: the step is spread over the whole move.
     pub points: u64,
+    /// Lines of these moves.
+    pub lines: Vec<u64>,
     /// New points that are no others than their neighbours once they are rounded.
     pub rounded: u64,
 }
@@ -88,7 +90,9 @@ fn step(
     let StepKind::Move(m) = &script.steps.get(vertex.step)?.kind else { return None };
     let inserted = |o: &&Out| o.fraction.is_some();
     if !vertex.editable || m.closed.is_some() {
-        unplaced.points += span.iter().filter(inserted).count() as u64;
+        let points = span.iter().filter(inserted).count() as u64;
+        unplaced.points += points;
+        unplaced.lines.extend(script.steps.get(vertex.step).filter(|_| points > 0).map(|s| s.at.line));
     }
     if !vertex.editable {
         return None;

@@ -151,7 +151,7 @@ impl Job<'_> {
                 title: format.title(),
                 coverage: done.coverage.clone(),
                 gaps: done.gaps.clone(),
-                unplaced: done.unplaced,
+                unplaced: done.unplaced.clone(),
                 written: done.written.clone(),
                 changes: done.changes.clone(),
                 notes: done.script.notes.clone(),

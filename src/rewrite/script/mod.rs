@@ -128,6 +128,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         let (emitted, done) = through(script, task, run, options)?;
         let (lost, added) = edits::collect(document.as_ref(), task.robot, run, &emitted, &mut edits);
         unplaced.points += lost.points;
+        unplaced.lines.extend(lost.lines);
         unplaced.rounded += lost.rounded;
         add(&mut account, done, added, lines.len() as u64);
         lines.extend(run.vertices.iter().map(|v| script.steps[v.step].at));
