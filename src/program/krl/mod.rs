@@ -19,6 +19,7 @@
 mod calls;
 mod clone;
 mod data;
+mod form;
 mod lex;
 mod motion;
 mod read;

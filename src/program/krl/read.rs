@@ -1,7 +1,8 @@
 //! A program's text into its script.
 
-use super::calls::calls;
-use super::data::{Aggregate, Data, Holds, assignment, is_routine, upper};
+use super::calls::{arc, calls};
+use super::data::{Aggregate, Data, assignment, is_routine, upper};
+use super::form;
 use super::lex::{Kind, Token, tokens};
 use super::motion::{self, Word};
 use super::settings::{self, Settings};
@@ -78,6 +79,8 @@ fn arc(text: &Text, line: &[Token], word: &str) -> Option<bool> {
     if state.starts_with("ARCON") { Some(true) } else { state.starts_with("ARCOFFAFTER").then_some(false) }
 }
 
+    /// Something stands in it that is no setting of the form.
+    more: bool,
 struct Fold {
     line: usize,
     inline: bool,
@@ -161,11 +164,14 @@ impl<'a> Reader<'a> {
         let comment = String::from_utf8_lossy(self.text.slice(t.span())).to_ascii_uppercase();
         let comment = comment.trim_start_matches([';', ' ', '\t']);
         if comment.starts_with("ENDFOLD") {
-            self.folds.pop();
+            let more = self.folds.pop().is_some_and(|f| f.more);
+            if let Some(outer) = self.folds.last_mut() {
+                outer.more |= more;
+            }
         } else if let Some(rest) = comment.strip_prefix("FOLD").filter(|r| r.starts_with([' ', '\t']) || r.is_empty()) {
             let first = rest.split_ascii_whitespace().next().unwrap_or_default();
             let inline = rest.contains("%{P") && !rest.contains("%{PH}") || motion::word(first).is_some();
-            self.folds.push(Fold { line: k, inline, steps: self.steps.len() });
+            self.folds.push(Fold { line: k, inline, steps: self.steps.len(), more: false });
         }
     }
 
@@ -173,6 +179,9 @@ impl<'a> Reader<'a> {
         let Some(first) = line.first() else { return Ok(()) };
         if first.is(b'&') {
             return Ok(());
+        }
+        if let Some(fold) = self.folds.last_mut() {
+            fold.more = fold.more || !form::setting(self.text, line);
         }
         let word = upper(self.text, first);
         let second = line.get(1).map(|t| upper(self.text, t)).unwrap_or_default();
@@ -311,7 +320,7 @@ impl<'a> Reader<'a> {
             close("its statement cannot be copied");
         }
         let fold = self.folds.last().filter(|f| f.inline);
-        if fold.is_some_and(|f| f.steps != self.steps.len()) {
+        if fold.is_some_and(|f| f.more || f.steps != self.steps.len()) {
             close("its inline form does more than this motion");
         }
         let tail: Vec<String> = line.iter().skip(end.unwrap_or(at)).map(|t| upper(self.text, t)).collect();
