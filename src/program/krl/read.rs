@@ -5,6 +5,7 @@ use super::data::{Aggregate, Data, assignment, is_routine, upper};
 use super::form;
 use super::lex::{Kind, Token, tokens};
 use super::motion::{self, Word};
+use super::name::Holds;
 use super::settings::{self, Settings};
 use super::target::{Others, axis_names, external_axes, target};
 use super::{Motion, Program, Source};
@@ -73,19 +74,13 @@ fn whole(text: &Text) -> Result<()> {
     if any { Ok(()) } else { Err(text.bad(0, "no routine", "a KUKA KRL program with DEF ... END")) }
 }
 
-/// ArcTech's `ArcMainNG(#ArcOnBeforeMoveStd, ...)`: on before the motion to the seam, off behind the motion to its end.
-fn arc(text: &Text, line: &[Token], word: &str) -> Option<bool> {
-    let state = line.get(3).filter(|_| word == "ARCMAINNG" && line[2].is(b'#')).map(|t| upper(text, t))?;
-    if state.starts_with("ARCON") { Some(true) } else { state.starts_with("ARCOFFAFTER").then_some(false) }
-}
-
-    /// Something stands in it that is no setting of the form.
-    more: bool,
 struct Fold {
     line: usize,
     inline: bool,
     /// Steps before it.
     steps: usize,
+    /// Something stands in it that is no setting of the form.
+    more: bool,
 }
 
 struct Reader<'a> {
@@ -180,13 +175,13 @@ impl<'a> Reader<'a> {
         if first.is(b'&') {
             return Ok(());
         }
-        if let Some(fold) = self.folds.last_mut() {
-            fold.more = fold.more || !form::setting(self.text, line);
-        }
         let word = upper(self.text, first);
         let second = line.get(1).map(|t| upper(self.text, t)).unwrap_or_default();
         if let Some(w) = motion::word(&word) {
             return self.motion(k, line, w);
+        }
+        if let Some(fold) = self.folds.last_mut() {
+            fold.more = fold.more || !form::setting(self.text, line);
         }
         if is_routine(&word, &second) {
             self.routine += 1;
@@ -286,6 +281,8 @@ impl<'a> Reader<'a> {
                 end = Some(at + 1);
                 let name = upper(self.text, t);
                 match self.data.find(self.routine, &name) {
+                    // a call, an element of an array, a sum of frames
+                    None if !motion::ends(self.text, line, at + 1) => Goal::Opaque("the goal is computed".into()),
                     None if name.starts_with('$') => Goal::Opaque(format!("{name} is known on the controller only")),
                     None => Goal::Opaque(format!("{name} is not declared in the files given")),
                     Some(n) => {
@@ -387,7 +384,7 @@ impl<'a> Reader<'a> {
         if let (Some(&t), true) = (self.of_name.get(&n), word.path == PathKind::Joint) {
             return Ok(Goal::Joints(t));
         }
-        let line = if name.given.is_some() { name.line } else { name.assigned.first().map_or(name.line, |l| l.0) };
+        let line = if name.given.is_some() { name.line } else { name.assigned.first().map_or(name.line, |a| a.line) };
         let at = At { file: a.file, line: line as u64 + 1 };
         Ok(match target(self.axes, &self.texts[a.file], a, Some(name.text.clone()), at, word)? {
             Err(why) => Goal::Opaque(why),
