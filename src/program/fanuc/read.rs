@@ -238,6 +238,7 @@ impl<'a> Reader<'a> {
             if let Some(said) = motion::read(self.text, statement, words) {
                 read.extend(said.via);
                 continue;
+                read_any |= said.any;
             }
             for (k, word) in words.iter().enumerate() {
                 let bytes = self.text.slice(word.clone());
