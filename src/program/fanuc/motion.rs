@@ -34,8 +34,11 @@ pub(super) struct Said {
     pub blend_m: Option<f64>,
     /// Index of the goal's position; why it cannot be told.
     pub goal: Result<u64, String>,
-    /// Further positions of the statement (the point on the way of an arc).
+    /// Positions of the statement whose numbers it needs as they are: the point on the way of an arc, and a goal that is
+    /// moved by an offset or an increment.
     pub via: Vec<u64>,
+    /// One of its positions is told only while the program runs: it may be any.
+    pub any: bool,
     pub closed: Option<String>,
     /// Welding goes on or off at the goal.
     pub process: Option<bool>,
@@ -58,6 +61,7 @@ pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -
         blend_m: None,
         goal: Err(String::new()),
         via: Vec::new(),
+        any: false,
         closed: None,
         process: None,
         skips: false,
@@ -69,12 +73,12 @@ pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -
         b"A" => said.closed = Some("an arc is given by three points".into()),
         b"C" => {
             said.closed = Some("an arc is given by three points".into());
-            said.via.extend(index(text, words[1].clone()).map(|i| i.1));
+            passes(text, &words[1], &mut said);
             goal = 2;
         }
         _ => {
             said.goal = Err(format!("`{}` is no motion that is known", String::from_utf8_lossy(letter)));
-            said.via.extend(index(text, words[1].clone()).map(|i| i.1));
+            words.iter().filter(|w| is_position(text.slice((*w).clone()))).for_each(|w| passes(text, w, &mut said));
             return Some(said);
         }
     }
@@ -90,6 +94,7 @@ pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -
         None
     } else {
         let found = index(text, target.clone());
+        said.any |= found.is_none();
         said.goal = found.as_ref().map(|i| i.1).ok_or_else(|| "the position's index is computed".into());
         found.map(|i| i.0)
     };
@@ -118,7 +123,9 @@ pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -
         close(&mut said, "its duration is written, and a point on the way would have a duration of its own");
     }
     let mut kept = Vec::new();
+    let own = said.goal.as_ref().ok().copied();
     read_options(text, words, options, &mut said, &mut kept);
+    said.via.extend(own.filter(|_| said.goal.is_err()));
     if let (Some(digits), Some(last)) = (digits, statement.pieces.last()) {
         let used = words.last().map_or(last.start, |w| w.end);
         let line_end = text.line_span(text.line_of(last.start) as usize - 1);
@@ -139,6 +146,16 @@ pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -
     Some(said)
 }
 
+/// A position that a motion needs besides its goal.
+fn passes(text: &Text, word: &Range<usize>, said: &mut Said) {
+    if is_position(text.slice(word.clone())) {
+        match index(text, word.clone()) {
+            Some((_, n)) => said.via.push(n),
+            None => said.any = true,
+        }
+    }
+}
+
 fn close(said: &mut Said, why: &str) {
     said.closed.get_or_insert_with(|| why.into());
 }
@@ -153,7 +170,8 @@ fn read_options(text: &Text, words: &[Range<usize>], from: usize, said: &mut Sai
     while let Some(span) = words.get(k) {
         let word = text.slice(span.clone());
         let upper = word.to_ascii_uppercase();
-        let next_bracket = words.get(k + 1).is_some_and(|w| text.slice(w.clone()).contains(&b'['));
+        let next = words.get(k + 1).map(|w| text.slice(w.clone()).to_ascii_uppercase()).unwrap_or_default();
+        let next_bracket = next.contains(&b'[');
         if let Some(process) = process(&upper) {
             said.process = Some(process);
         }
@@ -164,15 +182,18 @@ fn read_options(text: &Text, words: &[Range<usize>], from: usize, said: &mut Sai
         } else if upper.starts_with(b"SKIP") {
             said.skips = true;
             close(said, "a skip may end it before its goal");
-        } else if upper.starts_with(b"ACC") {
-            let computed = upper == b"ACC" && next_bracket;
+        } else if upper.starts_with(b"ACC") || upper.starts_with(b"PSPD") {
+            let computed = matches!(upper.as_slice(), b"ACC" | b"PSPD") && next_bracket;
             kept.push(span.start..words.get(k + usize::from(computed)).map_or(span.end, |w| w.end));
             k += usize::from(computed);
         } else if upper == b"WJNT" || upper == b"RTCP" {
             kept.push(span.clone());
         } else if upper == b"COORD" {
             close(said, "it is coordinated with another group");
-        } else if upper == b"CALL" || upper.ends_with(b",CALL") {
+        } else if upper == b"CALL" || upper.ends_with(b",CALL") || upper == b"AUFRUF" || upper.ends_with(b",AUFRUF") {
+            k += 1;
+        } else if matches!((upper.as_slice(), next.as_slice()), (b"ZEIT", b"VOR" | b"NACH") | (b"WEG", b"VOR")) {
+            // TB, TA, DB in German
             k += 1;
         } else if !(PLAIN.iter().any(|p| p.as_bytes() == upper) || next_bracket || parameter(&upper)) {
             let name = String::from_utf8_lossy(word).into_owned();

@@ -13,7 +13,8 @@ use crate::robot::{JointKind, Robot};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 
-/// The finest weight of a digit in a position: the controller writes three decimals, deg or mm.
+/// The finest weight of a digit in a position: the controller writes three decimals, deg or mm. A number that stands there
+/// with more keeps them.
 pub(super) const FINEST: f64 = 1e-3;
 
 /// Lines of the sections that matter.
@@ -237,6 +238,7 @@ impl<'a> Reader<'a> {
             }
             if let Some(said) = motion::read(self.text, statement, words) {
                 read.extend(said.via);
+                read_any |= said.any;
                 continue;
             }
             for (k, word) in words.iter().enumerate() {
@@ -379,7 +381,7 @@ fn target(text: &Text, robot: &Robot, p: &Position) -> Result<Target> {
             end: field.number.end,
             style,
             digit: weight(style) * joint.kind.si(),
-            finest: FINEST * joint.kind.si(),
+            finest: FINEST.min(weight(style)) * joint.kind.si(),
         }));
     }
     Ok(Target { name: Some(format!("P[{}]", p.index)), at: At { file: 0, line: p.line }, values })

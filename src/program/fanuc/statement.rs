@@ -1,6 +1,6 @@
 //! Lines of `/MN`: numbers, statements that go on over several lines, their words.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::program::script::Text;
 use std::ops::Range;
 
@@ -83,9 +83,13 @@ pub(super) fn statements(text: &Text, lines: Range<usize>) -> Result<(Vec<Statem
             }
         };
         let body = colon + 1..content_end;
-        if open.is_some() && number.is_some() {
-            let at = open.map_or(0, |s: Statement| s.colon);
-            return Err(text.bad(at, "a statement without an end", "`;` at the end of a statement"));
+        if let Some(s) = &open {
+            // a statement goes on in indented lines without a number, and only one that has a number: elsewhere such a
+            // line may as well be the next statement
+            let indented = text.line(k).first().is_some_and(u8::is_ascii_whitespace);
+            if number.is_some() || s.number.is_none() || !indented || motion_like(text.slice(body.clone())) {
+                return Err(endless(text, s));
+            }
         }
         if nested && motion_like(text.slice(body.clone())) {
             nested = false;
@@ -116,9 +120,14 @@ pub(super) fn statements(text: &Text, lines: Range<usize>) -> Result<(Vec<Statem
         out.push(statement);
     }
     match open {
-        Some(s) => Err(text.bad(s.colon, "a statement without an end", "`;` at the end of a statement")),
+        Some(s) => Err(endless(text, &s)),
         None => Ok((out, numbered)),
     }
+}
+
+fn endless(text: &Text, s: &Statement) -> Error {
+    let first = s.pieces.first().map_or(&[][..], |p| text.slice(p.clone()));
+    text.bad(s.colon, format!("`:{}`, a statement without an end", shown(first)), "`;` at the end of a statement")
 }
 
 /// `!`, `--eg:` (a comment in a language) and `//` (a statement that is switched off).

@@ -1,3 +1,5 @@
+mod lines;
+
 use super::Fanuc;
 use super::props::m10ia;
 use crate::program::script::harness::{self, rewritten};

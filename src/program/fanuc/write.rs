@@ -36,7 +36,7 @@ pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Vec<Patch>> {
 /// A joint value in the style of a field, deg or mm.
 fn written(program: &Program, edits: &Edits, axis: usize, q: f64, style: number::Style) -> String {
     let kind = program.kinds.get(axis).copied().unwrap_or(JointKind::Revolute);
-    let most = (-FINEST.log10()).round() as u8;
+    let most = ((-FINEST.log10()).round() as u8).max(style.decimals);
     let digit = edits.digit.get(axis).map_or(f64::NAN, |d| kind.to_edge(*d));
     let style = number::Style { bare: program.bare, exponent: false, ..style };
     number::write(kind.to_edge(q), style, number::decimals_for(style, digit, most))
@@ -54,9 +54,14 @@ fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Result
             continue;
         }
         let new = written(program, edits, axis, q, value.style);
-        let new = number::field(&new, field.field.len());
-        if own.is_none_or(|t| t.slice(field.field.clone()) != new.as_bytes()) {
-            out.push((field.field.clone(), new));
+        // blanks before a number are its column and give way; a tab stays
+        let blanks = own.is_some_and(|t| t.slice(field.field.start..field.number.start).iter().all(|b| *b == b' '));
+        let (span, new) = match blanks {
+            true => (field.field.clone(), number::field(&new, field.field.len())),
+            false => (field.number.clone(), new),
+        };
+        if own.is_none_or(|t| t.slice(span.clone()) != new.as_bytes()) {
+            out.push((span, new));
         }
     }
     Ok(out)

@@ -1,13 +1,13 @@
 //! A point's second form: a declaration of its own with a free name, in an inline form together with all that it couples.
 
 use super::data::{Aggregate, upper};
+use super::form::{Reference, references};
 use super::lex::{Kind, tokens};
 use super::write::{Change, motion_of, place, texts};
 use super::{Program, Source};
 use crate::error::{Error, Result};
 use crate::program::script::{Patch, Text};
 use std::collections::{HashMap, HashSet};
-use std::ops::Range;
 
 /// KRL's longest name.
 const LONGEST: usize = 24;
@@ -98,7 +98,11 @@ pub(super) fn clone(
         return Err(refused("its inline form does not name the point as inline forms do (X and the name)"));
     }
     let body = if form { &name.text[1..] } else { name.text.as_str() };
-    let Some(fresh) = taken.fresh(body, form) else { return Err(refused("no name is free for a clone of the point")) };
+    // the form may write the name in another case than its declaration
+    let spelled = motion.fold.map(|fold| Ok(shown(texts(program, 0)?, fold, motion.line, body))).transpose()?;
+    let Some(fresh) = taken.fresh(spelled.as_deref().unwrap_or(body), form) else {
+        return Err(refused("no name is free for a clone of the point"));
+    };
     let first = |s: &str| s.get(..1).unwrap_or_default().to_string();
     let new = if form { format!("{}{fresh}", first(&name.text)) } else { fresh.clone() };
     let text = texts(program, name.file)?;
@@ -109,7 +113,8 @@ pub(super) fn clone(
     let mut lines = vec![line];
     if form && let Some(fold) = motion.fold {
         let frame = format!("F{}", body.to_ascii_uppercase());
-        if mentions(program, fold, motion.line, &frame)? {
+        let framed = |r: &Reference| r.head.is_some_and(|h| h.eq_ignore_ascii_case(&b'F'));
+        if references(texts(program, 0)?, fold, motion.line, body).iter().any(framed) {
             let Some(&(file, at)) = program.data.frames.get(&frame) else {
                 return Err(refused(&format!(
                     "its inline form needs a clone of {frame}, which is not declared in the data list"
@@ -166,24 +171,11 @@ fn replaced(text: &Text, a: &Aggregate, change: &Change) -> Vec<u8> {
     out
 }
 
-/// Words of a line that may name a point, comments included; a word behind `%` or `{` is a key of the form.
-fn names_of(text: &Text, k: usize) -> Vec<Range<usize>> {
-    let (span, bytes) = (text.line_span(k), text.line(k));
-    let word = |b: &u8| b.is_ascii_alphanumeric() || *b == b'_' || *b == b'$';
-    let (mut out, mut at) = (Vec::new(), 0);
-    while at < bytes.len() {
-        let len = bytes[at..].iter().take_while(|b| word(b)).count();
-        if len > 0 && (at == 0 || !b"%{#".contains(&bytes[at - 1])) {
-            out.push(span.start + at..span.start + at + len);
-        }
-        at += len.max(1);
-    }
-    out
-}
-
-fn mentions(program: &Program, from: usize, to: usize, name: &str) -> Result<bool> {
-    let text = texts(program, 0)?;
-    Ok((from..=to).any(|k| names_of(text, k).into_iter().any(|w| text.slice(w).eq_ignore_ascii_case(name.as_bytes()))))
+/// The point's name as the fold's line writes it.
+fn shown(text: &Text, fold: usize, to: usize, name: &str) -> String {
+    let line = text.line_span(fold);
+    let found = references(text, fold, to, name).into_iter().find(|r| line.contains(&r.span.start));
+    found.map_or_else(|| name.to_string(), |r| String::from_utf8_lossy(text.slice(r.span)).into_owned())
 }
 
 /// Makes a motion lead to a clone: the whole fold of an inline form, else the goal alone.
@@ -208,23 +200,13 @@ pub(super) fn refer(program: &Program, step: usize, clone: &Clone, out: &mut Vec
     }
     let text = texts(program, 0)?;
     let (old, new) = (&old[1..], &new[1..]);
+    let head = text.line_span(fold);
     let mut named = false;
-    for k in fold..=motion.line {
-        for word in names_of(text, k) {
-            let bytes = text.slice(word.clone());
-            let (head, rest) = match bytes {
-                [h @ (b'X' | b'x' | b'F' | b'f'), rest @ ..] if rest.eq_ignore_ascii_case(old.as_bytes()) => {
-                    (Some(*h), rest)
-                }
-                _ => (None, bytes),
-            };
-            if rest.eq_ignore_ascii_case(old.as_bytes()) {
-                named |= k == fold && head.is_none();
-                let mut replacement: Vec<u8> = head.into_iter().collect();
-                replacement.extend_from_slice(new.as_bytes());
-                out.push(Patch::new(0, word, replacement));
-            }
-        }
+    for r in references(text, fold, motion.line, old) {
+        named |= r.head.is_none() && head.contains(&r.span.start);
+        let mut replacement: Vec<u8> = r.head.into_iter().collect();
+        replacement.extend_from_slice(new.as_bytes());
+        out.push(Patch::new(0, r.span, replacement));
     }
     if named {
         return Ok(());

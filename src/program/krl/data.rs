@@ -3,6 +3,7 @@
 use super::calls::calls;
 use super::lex::{Kind, Token, tokens};
 use super::motion;
+use super::name::{Assigned, Flow, Holds, Name};
 use crate::error::Result;
 use crate::program::script::{PoseGoal, Solution, Text, number};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -137,51 +138,6 @@ fn literal(text: &Text, tokens: &[Token]) -> Result<Option<(Range<usize>, f64, n
     Ok(number::read(text.slice(span.clone())).map(|(v, s)| (span, v, s)))
 }
 
-/// What a point holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Holds {
-    Axes,
-    Pose,
-}
-
-/// A declared point.
-#[derive(Debug, Clone)]
-pub(super) struct Name {
-    pub text: String,
-    pub file: usize,
-    /// Line of its declaration, from 0.
-    pub line: usize,
-    /// Word of its type.
-    pub type_word: Range<usize>,
-    pub holds: Holds,
-    pub local: bool,
-    pub global: bool,
-    pub given: Option<Aggregate>,
-    /// Assignments of a whole aggregate in the program: line from 0, aggregate.
-    pub assigned: Vec<(usize, Option<Aggregate>)>,
-    /// Why its value is not certain.
-    pub spoiled: Option<String>,
-    /// Something else than a motion reads it.
-    pub read: bool,
-}
-
-impl Name {
-    /// The aggregate that gives its value, where there is exactly one.
-    pub fn value(&self) -> std::result::Result<&Aggregate, String> {
-        if let Some(why) = &self.spoiled {
-            return Err(format!("{}: {why}", self.text));
-        }
-        match (&self.given, self.assigned.as_slice()) {
-            (Some(a), []) => Ok(a),
-            (None, [(_, Some(a))]) if !self.global => Ok(a),
-            (None, []) => Err(format!("{} has no value in the program", self.text)),
-            (_, [(line, _), ..]) => {
-                Err(format!("{} is assigned while the program runs (line {})", self.text, line + 1))
-            }
-        }
-    }
-}
-
 /// Every name of a program.
 #[derive(Debug, Default)]
 pub(super) struct Data {
@@ -211,6 +167,7 @@ impl Data {
         for pass in 0..2 {
             for (file, text) in texts.iter().enumerate() {
                 let mut routine = 0;
+                let mut flow = Flow::default();
                 for k in 0..text.line_count() {
                     tokens(text, k, &mut line);
                     line.retain(|t| t.kind != Kind::Comment);
@@ -218,14 +175,16 @@ impl Data {
                     let second = line.get(1).map(|t| upper(text, t)).unwrap_or_default();
                     if is_routine(&first, &second) {
                         routine += 1;
+                        flow = Flow::default();
                     }
+                    flow.pass(&first);
                     let scope = (file == 0).then_some(routine);
                     if let Some(at) = declaration(text, &line) {
                         if pass == 0 {
                             data.declare(text, file, k, scope, &line, at)?;
                         }
                     } else if pass == 1 && !matches!(first.as_str(), "STRUC" | "ENUM" | "EXT" | "EXTP" | "EXTFCT") {
-                        data.uses(text, file, k, scope.unwrap_or(0), &line)?;
+                        data.uses(text, file, k, (scope.unwrap_or(0), flow.certain()), &line)?;
                     }
                 }
             }
@@ -293,6 +252,7 @@ impl Data {
                 global,
                 given,
                 assigned: Vec::new(),
+                used: false,
                 spoiled,
                 read: false,
             });
@@ -300,16 +260,23 @@ impl Data {
         Ok(())
     }
 
-    /// Assignments, and uses besides motions.
-    fn uses(&mut self, text: &Text, file: usize, k: usize, routine: usize, line: &[Token]) -> Result<()> {
+    /// Assignments, and uses besides motions. `at`: the routine, and whether the line certainly runs in it.
+    fn uses(&mut self, text: &Text, file: usize, k: usize, at: (usize, bool), line: &[Token]) -> Result<()> {
+        let (routine, certain) = at;
         let goal = motion::goal_word(text, line);
         let sign = assignment(line);
         let call = calls(text, line).into_iter().next();
         for (i, t) in line.iter().enumerate() {
-            if t.kind != Kind::Word || Some(i) == goal || i > 0 && line[i - 1].is(b'.') {
+            if t.kind != Kind::Word || i > 0 && line[i - 1].is(b'.') {
                 continue;
             }
             let Some(n) = self.find(routine, &upper(text, t)) else { continue };
+            if (i, sign) != (0, Some(1)) {
+                self.names[n].used_in(routine);
+            }
+            if Some(i) == goal {
+                continue;
+            }
             let spoil = |name: &mut Name, why: String| {
                 name.spoiled.get_or_insert(why);
             };
@@ -318,7 +285,8 @@ impl Data {
                     let whole =
                         line.get(2).filter(|t| t.is(b'{')).map(|_| aggregate(text, file, line, 2)).transpose()?;
                     let whole = whole.filter(|(_, next)| *next == line.len()).map(|w| w.0);
-                    self.names[n].assigned.push((k, whole));
+                    let always = certain && !self.names[n].used;
+                    self.names[n].assigned.push(Assigned { line: k, routine, aggregate: whole, always });
                 }
                 Some(s) if i == 0 && s > 1 => {
                     spoil(

@@ -9,9 +9,9 @@
 //! References: KUKA System Software 8.x, Operating and Programming Instructions for System Integrators (motions,
 //! approximate positioning, folds, data lists); public programs.
 //!
-//! Rooms: [`lex`] tokens; [`data`] names, declarations, aggregates; [`calls`] what a line calls; [`motion`] a motion
-//! instruction; [`settings`] speeds and frames; [`target`] axis values; [`read`] makes the script; [`write`] the patches;
-//! [`clone`] a point's second form.
+//! Rooms: [`lex`] tokens; [`data`] declarations, aggregates; [`name`] a point and its value; [`calls`] what a line calls;
+//! [`motion`] a motion instruction; [`form`] inline forms; [`settings`] speeds and frames; [`target`] axis values; [`read`]
+//! makes the script; [`write`] the patches; [`clone`] a point's second form.
 //!
 //! How it fails: what other modules do to a point (`$config.dat`, GLOBAL data) is not in the text. Such points are never
 //! changed in place, and where they are not declared in the two files their motions are not edited at all.
@@ -19,8 +19,10 @@
 mod calls;
 mod clone;
 mod data;
+mod form;
 mod lex;
 mod motion;
+mod name;
 mod read;
 mod settings;
 mod target;

@@ -1,9 +1,11 @@
 //! A program's text into its script.
 
-use super::calls::calls;
-use super::data::{Aggregate, Data, Holds, assignment, is_routine, upper};
+use super::calls::{arc, calls};
+use super::data::{Aggregate, Data, assignment, is_routine, upper};
+use super::form;
 use super::lex::{Kind, Token, tokens};
 use super::motion::{self, Word};
+use super::name::Holds;
 use super::settings::{self, Settings};
 use super::target::{Others, axis_names, external_axes, target};
 use super::{Motion, Program, Source};
@@ -72,17 +74,13 @@ fn whole(text: &Text) -> Result<()> {
     if any { Ok(()) } else { Err(text.bad(0, "no routine", "a KUKA KRL program with DEF ... END")) }
 }
 
-/// ArcTech's `ArcMainNG(#ArcOnBeforeMoveStd, ...)`: on before the motion to the seam, off behind the motion to its end.
-fn arc(text: &Text, line: &[Token], word: &str) -> Option<bool> {
-    let state = line.get(3).filter(|_| word == "ARCMAINNG" && line[2].is(b'#')).map(|t| upper(text, t))?;
-    if state.starts_with("ARCON") { Some(true) } else { state.starts_with("ARCOFFAFTER").then_some(false) }
-}
-
 struct Fold {
     line: usize,
     inline: bool,
     /// Steps before it.
     steps: usize,
+    /// Something stands in it that is no setting of the form.
+    more: bool,
 }
 
 struct Reader<'a> {
@@ -161,11 +159,14 @@ impl<'a> Reader<'a> {
         let comment = String::from_utf8_lossy(self.text.slice(t.span())).to_ascii_uppercase();
         let comment = comment.trim_start_matches([';', ' ', '\t']);
         if comment.starts_with("ENDFOLD") {
-            self.folds.pop();
+            let more = self.folds.pop().is_some_and(|f| f.more);
+            if let Some(outer) = self.folds.last_mut() {
+                outer.more |= more;
+            }
         } else if let Some(rest) = comment.strip_prefix("FOLD").filter(|r| r.starts_with([' ', '\t']) || r.is_empty()) {
             let first = rest.split_ascii_whitespace().next().unwrap_or_default();
             let inline = rest.contains("%{P") && !rest.contains("%{PH}") || motion::word(first).is_some();
-            self.folds.push(Fold { line: k, inline, steps: self.steps.len() });
+            self.folds.push(Fold { line: k, inline, steps: self.steps.len(), more: false });
         }
     }
 
@@ -178,6 +179,9 @@ impl<'a> Reader<'a> {
         let second = line.get(1).map(|t| upper(self.text, t)).unwrap_or_default();
         if let Some(w) = motion::word(&word) {
             return self.motion(k, line, w);
+        }
+        if let Some(fold) = self.folds.last_mut() {
+            fold.more = fold.more || !form::setting(self.text, line);
         }
         if is_routine(&word, &second) {
             self.routine += 1;
@@ -277,6 +281,8 @@ impl<'a> Reader<'a> {
                 end = Some(at + 1);
                 let name = upper(self.text, t);
                 match self.data.find(self.routine, &name) {
+                    // a call, an element of an array, a sum of frames
+                    None if !motion::ends(self.text, line, at + 1) => Goal::Opaque("the goal is computed".into()),
                     None if name.starts_with('$') => Goal::Opaque(format!("{name} is known on the controller only")),
                     None => Goal::Opaque(format!("{name} is not declared in the files given")),
                     Some(n) => {
@@ -311,7 +317,7 @@ impl<'a> Reader<'a> {
             close("its statement cannot be copied");
         }
         let fold = self.folds.last().filter(|f| f.inline);
-        if fold.is_some_and(|f| f.steps != self.steps.len()) {
+        if fold.is_some_and(|f| f.more || f.steps != self.steps.len()) {
             close("its inline form does more than this motion");
         }
         let tail: Vec<String> = line.iter().skip(end.unwrap_or(at)).map(|t| upper(self.text, t)).collect();
@@ -378,7 +384,7 @@ impl<'a> Reader<'a> {
         if let (Some(&t), true) = (self.of_name.get(&n), word.path == PathKind::Joint) {
             return Ok(Goal::Joints(t));
         }
-        let line = if name.given.is_some() { name.line } else { name.assigned.first().map_or(name.line, |l| l.0) };
+        let line = if name.given.is_some() { name.line } else { name.assigned.first().map_or(name.line, |a| a.line) };
         let at = At { file: a.file, line: line as u64 + 1 };
         Ok(match target(self.axes, &self.texts[a.file], a, Some(name.text.clone()), at, word)? {
             Err(why) => Goal::Opaque(why),

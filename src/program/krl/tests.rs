@@ -1,3 +1,5 @@
+mod points;
+
 use super::Krl;
 use super::props::kr120;
 use crate::program::files::Files;
@@ -274,14 +276,6 @@ fn names_stay_within_twenty_four_characters_and_are_free() {
     let m = moves(d.as_ref());
     let after = text(rewrite(d.as_ref(), &edits(d.as_ref(), &[(m[0].0, 0.5)], &[])).as_ref(), 1);
     assert!(after.contains("DECL E6AXIS XABCDEFGHIJKLMNOPQRSTU_3={A1 5.5000}\n"), "{after}");
-}
-
-#[test]
-fn a_declaration_at_the_end_of_a_file_without_line_end_is_cloned_too() {
-    let d = doc(&[b"DEF a()\nPTP XA\nPTP {A1 1}\nPTP XA\nEND", b"DEFDAT a\nDECL E6AXIS XA={A1 5.0}"]);
-    let m = moves(d.as_ref());
-    let after = text(rewrite(d.as_ref(), &edits(d.as_ref(), &[(m[2].0, 0.5)], &[])).as_ref(), 1);
-    assert_eq!(after, "DEFDAT a\nDECL E6AXIS XA={A1 5.0}\nDECL E6AXIS XA_2={A1 5.5000}");
 }
 
 #[test]

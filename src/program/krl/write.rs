@@ -1,7 +1,8 @@
 //! Edits as patches: numbers of goals, cloned points, new motions in line.
 
 use super::clone::{Clone, clone, refer, words};
-use super::lex::{Kind, tokens};
+use super::form;
+use super::lex::tokens;
 use super::target::finest;
 use super::{Motion, Program, Source};
 use crate::error::{Error, Result};
@@ -143,7 +144,7 @@ fn insert<'a>(
         let mut line = Vec::new();
         for k in fold + 1..motion.line {
             tokens(text, k, &mut line);
-            if line.first().is_some_and(|t| t.kind != Kind::Comment) {
+            if form::setting(text, &line) {
                 bytes.extend_from_slice(text.line(k));
                 bytes.extend_from_slice(ending);
             }

@@ -1,0 +1,142 @@
+//! Lines of a program: which of them belong together, what moves besides motions, what stays as it is written.
+
+use super::*;
+
+/// A program of these lines, with three positions.
+fn of_lines(lines: &str) -> String {
+    let position = |n: usize, j1: &str| {
+        format!(
+            "P[{n}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\n\tJ1=    {j1} deg,\tJ2=    10.000 deg,\tJ3=    10.000 deg,\n\
+             \tJ4=     0.000 deg,\tJ5=    90.000 deg,\tJ6=     0.000 deg\n}};\n"
+        )
+    };
+    let positions: String =
+        ["10.000", "20.000", "30.000"].iter().enumerate().map(|(i, v)| position(i + 1, v)).collect();
+    let count = lines.lines().count();
+    format!("/PROG  OWN\n/ATTR\nLINE_COUNT\t= {count};\n/MN\n{lines}\n/POS\n{positions}/END\n")
+}
+
+#[test]
+fn a_position_that_an_offset_an_increment_or_an_unknown_option_moves_too_is_never_changed_in_place() {
+    let fixed = ["Offset,PR[1]", "Tool_Offset,PR[2]", "INC", "Elsewhere", "VOFFSET,VR[1]"];
+    let others = fixed.iter().map(|o| format!("L P[1] 100mm/sec FINE {o}"));
+    for other in others.chain(["J P[R[1]] 100% FINE".to_string(), "C P[R[1]]    :  P[2] 50mm/sec FINE".to_string()]) {
+        let text = of_lines(&format!("   1:J P[1] 100% FINE    ;\n   2:J P[3] 100% FINE    ;\n   3:{other}    ;"));
+        let d = doc(text.as_bytes());
+        let k = moves(d.as_ref())[0].0;
+        let after = self::text(rewrite(d.as_ref(), &edits(d.as_ref(), &[(k, 0.5)], &[])).as_ref());
+        assert!(after.contains("   1:J P[4] 100% FINE    ;"), "{after}");
+        assert!(
+            after.contains(&format!("   3:{other}    ;"))
+                && after.contains("P[1]{\n   GP1:\n\tUF : 0, UT : 1,\t\n\tJ1=    10.000 deg")
+        );
+    }
+}
+
+#[test]
+fn a_macro_whose_name_begins_like_an_input_or_a_register_ends_the_known_direction() {
+    let breaks = |line: &str| {
+        let d = doc(of_lines(&format!("   1:  {line} ;\n   2:J P[1] 100% FINE    ;")).as_bytes());
+        let steps = &d.script().steps;
+        steps.iter().filter(|s| matches!(s.kind, StepKind::Break(_))).count() - 1
+    };
+    for line in [
+        "GO HOME",
+        "R HOME",
+        "DO SERVICE",
+        "PAYLOAD WEIGH",
+        "MESSAGE",
+        "LOCK GRIPPER",
+        "WEAVE HOME",
+        "OVERRIDE TEST",
+        "R_HOME",
+    ] {
+        assert_eq!(breaks(line), 1, "{line}");
+    }
+    for line in [
+        "DO[1]=ON",
+        "R[1:count]=R[1:count]+1",
+        "TIMER[1]=START",
+        "OVERRIDE=50%",
+        "PAYLOAD[1]",
+        "MESSAGE[READY]",
+        "LOCK PREG",
+        "STOP_TRACKING",
+        "LINEAR_MAX_SPEED=100",
+        "Weave Sine[1]",
+        "$WAITTMOUT=100",
+    ] {
+        assert_eq!(breaks(line), 0, "{line}");
+    }
+}
+
+#[test]
+fn a_line_without_its_end_never_takes_the_next_statement_in() {
+    let first = refusal(of_lines(":!no number\n:UFRAME_NUM=0\n:J P[1] 100% FINE;\n:J P[2] 100% FINE;").as_bytes());
+    assert!(first.contains("p.ls:6:") || first.contains("UFRAME_NUM"), "{first}");
+    for lines in [
+        ":UFRAME_NUM=0\n:J P[1] 100% FINE;",
+        "    :UFRAME_NUM=0\n    :J P[1] 100% FINE;",
+        "   1:UFRAME_NUM=0\n:J P[1] 100% FINE;",
+        "   1:UFRAME_NUM=0\n    :J P[1] 100% FINE;",
+        "   1:UFRAME_NUM=0\n   2:J P[1] 100% FINE;",
+    ] {
+        let message = refusal(of_lines(lines).as_bytes());
+        assert!(message.contains("p.ls:5:") && message.contains("`:UFRAME_NUM=0`"), "{lines}\n{message}");
+    }
+    let d =
+        doc(of_lines("   1:J P[1] 100% FINE\n    :  ACC80 TB .10sec,DO[1]=ON    ;\n   2:J P[2] 100% FINE    ;")
+            .as_bytes());
+    assert_eq!(moves(d.as_ref()).len(), 2);
+    let d = doc(of_lines(":UFRAME_NUM=0;\n:J P[1] 100% FINE;\n:J P[2] 100% FINE;").as_bytes());
+    assert_eq!(moves(d.as_ref()).len(), 2);
+}
+
+#[test]
+fn tabs_and_six_decimals_stay() {
+    let text = of_lines("   1:J P[1] 100% FINE    ;\n   2:J P[2] 100% FINE    ;")
+        .replace("J1=    10.000 deg", "J1=\t10.000000\tdeg")
+        .replace("J1=    20.000 deg", "J1= \t9.9 deg");
+    let d = doc(text.as_bytes());
+    let m = moves(d.as_ref());
+    let by = [(m[0].0, 0.012_345_6), (m[1].0, 0.25)];
+    let mut fine = edits(d.as_ref(), &by, &[]);
+    fine.digit = vec![1e-6_f64.to_radians(); 6];
+    let after = self::text(rewrite(d.as_ref(), &fine).as_ref());
+    assert!(after.contains("\tJ1=\t10.012346\tdeg,\tJ2=    10.012 deg"), "{after}");
+    assert!(after.contains("\tJ1= \t10.150 deg,\t"), "{after}");
+    let coarse = self::text(rewrite(d.as_ref(), &edits(d.as_ref(), &by[..1], &[])).as_ref());
+    assert!(coarse.contains("J1=\t10.012346\tdeg"), "{coarse}");
+}
+
+#[test]
+fn a_new_line_keeps_the_speed_of_the_process() {
+    for speed in ["PSPD50", "PSPD R[5]", "ACC80 PSPD120"] {
+        let text = of_lines(&format!("   1:J P[1] 100% FINE {speed} TB .10sec,DO[1]=ON    ;"));
+        let d = doc(text.as_bytes());
+        let k = moves(d.as_ref())[0].0;
+        let after = self::text(rewrite(d.as_ref(), &edits(d.as_ref(), &[], &[k])).as_ref());
+        assert!(after.contains(&format!("   1:J P[4] 100% FINE {speed}    ;\n   2:J P[1]")), "{after}");
+    }
+}
+
+#[test]
+fn german_words_for_actions_tools_and_loads_are_known() {
+    let d = doc(of_lines(
+        "   1:  BENUTZER_NUM=0 ;\n   2:  WKZ_NUM=1 ;\n   3:  TRAGLST[1] ;\n   4:J P[1] 100% CNT0 ACC100 ZEIT VOR    .10sek,P-SPS    ;\n\
+         \x20     1:  A[23]=AUS ;\n       ------ ;\n   5:  A[80]=AN ;\n   6:J P[2] 100% FINE ZEIT NACH    .10sek,AUFRUF AUF    ;\n\
+         \x20  7:J P[3] 100% CNT100 WEG VOR    5.0mm,A[1]=AN    ;\n   8:  WARTE    .20(sek) ;\n   9:  MRK[1] ;",
+    )
+    .as_bytes());
+    let m = moves(d.as_ref());
+    assert!(m.iter().all(|m| matches!(m.1.goal, Goal::Joints(_)) && m.1.closed.is_none()), "{m:?}");
+    let breaks: Vec<Break> =
+        d.script().steps.iter().filter_map(|s| if let StepKind::Break(b) = s.kind { Some(b) } else { None }).collect();
+    assert_eq!(breaks, [Break::Start, Break::Frame, Break::Frame, Break::Jump]);
+    assert!(d.script().steps.iter().any(|s| matches!(s.kind, StepKind::Dwell(Some(s)) if s == 0.2)));
+    let after = self::text(rewrite(d.as_ref(), &edits(d.as_ref(), &[], &[m[2].0])).as_ref());
+    assert!(
+        after.contains("   7:J P[4] 100% CNT0    ;\n   8:J P[3] 100% CNT100 WEG VOR    5.0mm,A[1]=AN    ;"),
+        "{after}"
+    );
+}

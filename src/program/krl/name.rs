@@ -1,0 +1,98 @@
+//! A declared point, and whether the text tells its value: it does where the point is declared with it, and where it is given
+//! it once, by a line that certainly runs before every use. Data lists keep values from one run to the next, so that a use
+//! that runs before the assignment finds another value there.
+
+use super::data::Aggregate;
+use std::ops::Range;
+
+/// What a point holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Holds {
+    Axes,
+    Pose,
+}
+
+/// A declared point.
+#[derive(Debug, Clone)]
+pub(super) struct Name {
+    pub text: String,
+    pub file: usize,
+    /// Line of its declaration, from 0.
+    pub line: usize,
+    /// Word of its type.
+    pub type_word: Range<usize>,
+    pub holds: Holds,
+    pub local: bool,
+    pub global: bool,
+    pub given: Option<Aggregate>,
+    /// Assignments of the whole point in the program.
+    pub assigned: Vec<Assigned>,
+    /// Something uses it, in the part of the program that has been read.
+    pub used: bool,
+    /// Why its value is not certain.
+    pub spoiled: Option<String>,
+    /// Something else than a motion reads it.
+    pub read: bool,
+}
+
+/// `XP1={A1 5.0,...}` as a statement.
+#[derive(Debug, Clone)]
+pub(super) struct Assigned {
+    /// From 0.
+    pub line: usize,
+    pub routine: usize,
+    pub aggregate: Option<Aggregate>,
+    /// It certainly runs before whatever stands behind it in its routine.
+    pub always: bool,
+}
+
+impl Name {
+    /// The aggregate that gives its value, where there is exactly one.
+    pub fn value(&self) -> std::result::Result<&Aggregate, String> {
+        if let Some(why) = &self.spoiled {
+            return Err(format!("{}: {why}", self.text));
+        }
+        match (&self.given, self.assigned.as_slice()) {
+            (Some(a), []) => Ok(a),
+            (None, [Assigned { aggregate: Some(a), always: true, .. }]) if !self.global => Ok(a),
+            (None, []) => Err(format!("{} has no value in the program", self.text)),
+            (None, [Assigned { aggregate: Some(_), always: false, line, .. }]) => Err(format!(
+                "{}: its value is not certain: it is assigned in line {}, but not always before it is used",
+                self.text,
+                line + 1
+            )),
+            (_, [a, ..]) => Err(format!("{} is assigned while the program runs (line {})", self.text, a.line + 1)),
+        }
+    }
+
+    /// A use in a routine. Another routine than that of its assignment may run before it.
+    pub fn used_in(&mut self, routine: usize) {
+        self.used = true;
+        self.assigned.iter_mut().filter(|a| a.routine != routine).for_each(|a| a.always = false);
+    }
+}
+
+/// Whether a line certainly runs where its routine runs on behind it.
+#[derive(Debug, Default)]
+pub(super) struct Flow {
+    /// Blocks around it that may be passed by.
+    depth: usize,
+    /// A jump before it.
+    jumps: bool,
+}
+
+impl Flow {
+    /// A line by its first word. The body of LOOP and REPEAT runs once at least.
+    pub fn pass(&mut self, first: &str) {
+        match first {
+            "IF" | "SWITCH" | "FOR" | "WHILE" => self.depth += 1,
+            "ENDIF" | "ENDSWITCH" | "ENDFOR" | "ENDWHILE" => self.depth = self.depth.saturating_sub(1),
+            "GOTO" | "EXIT" => self.jumps = true,
+            _ => {}
+        }
+    }
+
+    pub fn certain(&self) -> bool {
+        self.depth == 0 && !self.jumps
+    }
+}

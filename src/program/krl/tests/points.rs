@@ -1,0 +1,103 @@
+//! What a form couples, what a point's value is, and what its clone is called.
+
+use super::*;
+
+/// A form to point `p`, with more lines in its fold.
+fn form(p: &str, more: &str) -> String {
+    format!(
+        ";FOLD PTP {p} Vel=100 % PDAT1 Tool[1]:tool Base[1]:test;%{{PE}}%R 8.3.44,%MKUKATPBASIS,%CMOVE,%VPTP,%P 1:PTP, 2:{p}, 3:, 5:100, 7:PDAT1\n\
+         $BWDSTART=FALSE\nPDAT_ACT=PPDAT1\nFDAT_ACT=F{p}\nBAS(#PTP_PARAMS,100)\nSET_CD_PARAMS (0)\n{more}PTP X{p}\n;ENDFOLD\n"
+    )
+}
+
+fn forms_of(points: &[(&str, &str)]) -> Box<dyn Document> {
+    let src: String = points.iter().map(|(p, more)| form(p, more)).collect();
+    let mut dat = String::from("DEFDAT a\n");
+    for p in ["P1", "P2", "TEST"] {
+        dat += &format!("DECL E6AXIS X{p}={{A1 1.0,A2 -90.0}}\nDECL FDAT F{p}={{TOOL_NO 1,BASE_NO 1}}\n");
+    }
+    doc(&[format!("DEF a()\n{src}END\n").as_bytes(), (dat + "ENDDAT\n").as_bytes()])
+}
+
+#[test]
+fn what_was_typed_into_a_fold_is_never_run_twice() {
+    for more in [
+        "nCount=nCount+1\n",
+        "$OUT[5]=TRUE\n",
+        "PULSE($OUT[7],TRUE,0.5)\n",
+        "CONTINUE\n",
+        "BAS(#VEL_PTP,nSpeed(1))\n",
+        "PDAT_ACT.VEL=50\n",
+        ";FOLD user\n$OUT[5]=TRUE\n;ENDFOLD\n",
+    ] {
+        let d = forms_of(&[("P1", ""), ("P2", more)]);
+        let m = moves(d.as_ref());
+        assert!(m[0].1.closed.is_none(), "{:?}", m[0].1.closed);
+        assert!(m[1].1.closed.as_deref().is_some_and(|c| c.contains("more than this motion")), "{more}");
+        assert!(d.patches(&edits(d.as_ref(), &[], &[m[1].0])).is_err());
+    }
+    let d = forms_of(&[("P1", ""), ("P2", "$H_POS=XP2\n;a remark\nBAS (#VEL_PTP,100 ) ;too\n")]);
+    let m = moves(d.as_ref());
+    let after = text(rewrite(d.as_ref(), &edits(d.as_ref(), &[], &[m[1].0])).as_ref(), 0);
+    assert_eq!((after.matches("$H_POS=XP2\n").count(), after.matches("a remark").count()), (2, 1), "{after}");
+}
+
+#[test]
+fn a_point_that_is_assigned_once_is_certain_only_where_that_runs_before_every_use() {
+    let goals_of = |lines: &str| {
+        let src = format!("DEF a()\n{lines}END\nDEF b()\nPTP XS\nEND\n");
+        goals(doc(&[src.as_bytes(), b"DEFDAT a\nDECL E6AXIS XL\nDECL E6AXIS XS\nENDDAT\n"]).as_ref())
+    };
+    let set = "XL={A1 10.0,A2 -90.0}\n";
+    assert_eq!(goals_of(&format!("{set}PTP XL\nPTP XL\n")), "jjo");
+    assert_eq!(goals_of(&format!("LOOP\n{set}PTP XL\nENDLOOP\n")), "jo");
+    assert_eq!(goals_of(&format!("IF n==1 THEN\nPTP {{A1 1.0}}\nENDIF\n{set}PTP XL\n")), "jjo");
+    // before its assignment the point holds what an earlier run left
+    assert_eq!(goals_of(&format!("PTP XL\n{set}PTP XL\n")), "ooo");
+    assert_eq!(goals_of(&format!("n=XL.A1\n{set}PTP XL\n")), "oo");
+    for (open, close) in [
+        ("IF n==1 THEN", "ENDIF"),
+        ("FOR n=1 TO 3", "ENDFOR"),
+        ("WHILE x", "ENDWHILE"),
+        ("SWITCH n\nCASE 1", "ENDSWITCH"),
+    ] {
+        assert_eq!(goals_of(&format!("{open}\n{set}{close}\nPTP XL\n")), "oo", "{open}");
+    }
+    assert_eq!(goals_of(&format!("IF n==1 THEN\nGOTO over\nENDIF\n{set}over:\nPTP XL\n")), "oo");
+    assert_eq!(goals_of(&format!("LOOP\nEXIT\n{set}ENDLOOP\nPTP XL\n")), "oo");
+    // another routine may run first
+    assert_eq!(goals_of("XS={A1 10.0,A2 -90.0}\nPTP XS\n"), "oo");
+    let src = format!("DEF a()\nIF n==1 THEN\n{set}ENDIF\nPTP XL\nEND\n");
+    let d = doc(&[src.as_bytes(), b"DEFDAT a\nDECL E6AXIS XL\nENDDAT\n"]);
+    let Goal::Opaque(why) = &moves(d.as_ref())[0].1.goal else { panic!() };
+    assert!(why.contains("not certain") && why.contains("line 3"), "{why}");
+}
+
+#[test]
+fn a_clone_renames_the_point_and_not_a_tool_or_base_of_the_same_name() {
+    let d = forms_of(&[("test", ""), ("P2", ""), ("test", "")]);
+    let m = moves(d.as_ref());
+    let after = rewrite(d.as_ref(), &edits(d.as_ref(), &[(m[2].0, 0.5)], &[]));
+    let (src, dat) = (text(after.as_ref(), 0), text(after.as_ref(), 1));
+    assert!(src.contains(";FOLD PTP test_2 Vel=100 % PDAT1 Tool[1]:tool Base[1]:test;"), "{src}");
+    assert!(src.contains("%P 1:PTP, 2:test_2, 3:, 5:100,") && src.contains("FDAT_ACT=Ftest_2\n"), "{src}");
+    assert!(src.contains("PTP Xtest_2\n") && !src.contains("TEST"), "{src}");
+    assert!(dat.contains("DECL E6AXIS Xtest_2={A1 1.5") && dat.contains("DECL FDAT Ftest_2={"), "{dat}");
+}
+
+#[test]
+fn the_goal_of_a_function_or_an_array_is_said_to_be_computed() {
+    let d = doc(&[b"DEF a()\nSLIN calcTopPos(P1,2)\nPTP basePos[n]\nLIN far:near C_DIS\nPTP XFAR C_PTP\nEND\n"]);
+    let m = moves(d.as_ref());
+    let why = |i: usize| if let Goal::Opaque(w) = &m[i].1.goal { w.clone() } else { String::new() };
+    assert!((0..3).all(|i| why(i) == "the goal is computed"), "{}", why(0));
+    assert!(why(3).contains("XFAR is not declared"), "{}", why(3));
+}
+
+#[test]
+fn a_declaration_at_the_end_of_a_file_without_line_end_is_cloned_too() {
+    let d = doc(&[b"DEF a()\nPTP XA\nPTP {A1 1}\nPTP XA\nEND", b"DEFDAT a\nDECL E6AXIS XA={A1 5.0}"]);
+    let m = moves(d.as_ref());
+    let after = text(rewrite(d.as_ref(), &edits(d.as_ref(), &[(m[2].0, 0.5)], &[])).as_ref(), 1);
+    assert_eq!(after, "DEFDAT a\nDECL E6AXIS XA={A1 5.0}\nDECL E6AXIS XA_2={A1 5.5000}");
+}
