@@ -5,7 +5,7 @@ use super::lex::{Kind, Token, tokens};
 use super::motion;
 use super::name::{Assigned, Flow, Holds, Name};
 use crate::error::Result;
-use crate::program::script::{PoseGoal, Solution, Text, number};
+use crate::program::script::{PathKind, PoseGoal, Solution, Text, number};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -39,8 +39,9 @@ impl Aggregate {
         self.components.iter().any(|c| axis_name(&c.name) && !(cartesian && c.name.starts_with('E')))
     }
 
-    /// The Cartesian target; `foreign`: why its frame is not the robot's base.
-    pub fn pose(&self, foreign: Option<String>) -> Option<PoseGoal> {
+    /// The Cartesian target; `foreign`: why its frame is not the robot's base; `path`: on straight ones status and turn do not
+    /// count.
+    pub fn pose(&self, foreign: Option<String>, path: PathKind) -> Option<PoseGoal> {
         let of = |name: &str| self.component(name).and_then(|c| c.value.as_ref()).map(|v| v.1);
         let position_m = Vector3::new(of("X")?, of("Y")?, of("Z")?) * 1e-3;
         // turns about Z, then the new Y, then the new X
@@ -48,7 +49,14 @@ impl Aggregate {
             let [a, b, c] = [of("A")?, of("B")?, of("C")?].map(f64::to_radians);
             Some(UnitQuaternion::from_euler_angles(c, b, a))
         })();
-        Some(PoseGoal { position_m, rotation, foreign_frame: foreign, solution: Solution::Same })
+        let external = |c: &Component| {
+            axis_name(&c.name) && c.name.starts_with('E') && c.value.as_ref().is_none_or(|v| v.1 != 0.0)
+        };
+        let carried = self.components.iter().any(external);
+        let carried = carried.then(|| "external axes, which may carry the robot or the work piece".to_string());
+        let turn = of("T").filter(|t| path == PathKind::Joint && (0.0..64.0).contains(t));
+        let solution = turn.map_or(Solution::Same, |turn| signs(turn as u32));
+        Some(PoseGoal { position_m, rotation, foreign_frame: foreign.or(carried), solution })
     }
 
     /// Values of external axes and of axes that are none of the robot's, for comparison.
@@ -59,6 +67,15 @@ impl Aggregate {
         out.sort();
         out
     }
+}
+
+/// The turn of a position: a bit for each of A1 to A6 that is below zero.
+fn signs(turn: u32) -> Solution {
+    let bounds = |k: usize| {
+        let below = turn >> k & 1 == 1;
+        if below { (k, f64::NEG_INFINITY, 0.0) } else { (k, 0.0, f64::INFINITY) }
+    };
+    Solution::Within((0..6).map(bounds).collect())
 }
 
 /// A1 to A6, E1 to E6.

@@ -366,7 +366,7 @@ impl<'a> Reader<'a> {
                 }
             });
         }
-        Ok(a.pose(self.foreign())
+        Ok(a.pose(self.foreign(), word.path)
             .map_or_else(|| Goal::Opaque("a part of its position is not given".into()), Goal::Pose))
     }
 
@@ -378,7 +378,7 @@ impl<'a> Reader<'a> {
             Err(why) => return Ok(Goal::Opaque(why)),
         };
         if name.holds == Holds::Pose {
-            let pose = a.pose(self.foreign());
+            let pose = a.pose(self.foreign(), word.path);
             return Ok(pose.map_or_else(|| Goal::Opaque(format!("a part of {} is not given", name.text)), Goal::Pose));
         }
         if let (Some(&t), true) = (self.of_name.get(&n), word.path == PathKind::Joint) {

@@ -4,7 +4,9 @@ use super::Krl;
 use super::props::kr120;
 use crate::program::files::Files;
 use crate::program::script::harness::{self, rewritten};
-use crate::program::script::{Break, Document, Edits, Format, Goal, Move, NewPoint, PathKind, Speed, StepKind, Text};
+use crate::program::script::{
+    Break, Document, Edits, Format, Goal, Move, NewPoint, PathKind, PoseGoal, Solution, Speed, StepKind, Text,
+};
 
 const LITERALS: &[u8] = include_bytes!("../../../samples/programs/krl/literals.src");
 const FOLDS: [&[u8]; 2] = [
@@ -372,6 +374,28 @@ fn external_axes_beside_a_cartesian_position_do_not_make_it_an_axis_target() {
     assert_eq!(goals(doc.as_ref()), "ppj");
     let mixed = refusal("DEF p()\nPTP {X 500,A1 10}\nEND\n");
     assert!(mixed.contains("p.src:2") && mixed.contains("`X`"), "{mixed}");
+}
+
+#[test]
+fn the_turn_of_a_position_chooses_its_solution_on_joint_moves_alone() {
+    let src = "DEF p()\nPTP {X 500,Y 10,Z 700,A 0,B 90,C 0,S 2,T 35}\nLIN {X 510,Y 10,Z 700,A 0,B 90,C 0,S 2,T 35}\n\
+               PTP {X 500,Y 10,Z 700,A 0,B 90,C 0,E1 250}\nEND\n";
+    let doc = doc(&[src.as_bytes()]);
+    let poses: Vec<&PoseGoal> = doc
+        .script()
+        .moves()
+        .map(|(_, m)| match &m.goal {
+            Goal::Pose(p) => p,
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    // 35 = 100011: A1, A2 and A6 below zero
+    let Solution::Within(bounds) = &poses[0].solution else { panic!("{:?}", poses[0].solution) };
+    let below: Vec<usize> = bounds.iter().filter(|b| b.2 == 0.0).map(|b| b.0).collect();
+    assert_eq!((below, bounds.len()), (vec![0, 1, 5], 6));
+    assert_eq!((&poses[1].solution, &poses[2].solution), (&Solution::Same, &Solution::Same));
+    // what an external axis carries is not known
+    assert!(poses[2].foreign_frame.as_deref().is_some_and(|w| w.contains("external axes")), "{:?}", poses[2]);
 }
 
 #[test]

@@ -40,7 +40,7 @@ pub fn joints_of(robot: &Robot, goal: &PoseGoal, from: &[f64]) -> Result<Vec<f64
         Solution::Within(bounds) => {
             let q = reached.ok_or("a Cartesian target that the robot's kinematics do not reach")?;
             let inside = |&(axis, lo, hi): &(usize, f64, f64)| {
-                q.get(axis).is_some_and(|v| (lo - SLACK_RAD..=hi + SLACK_RAD).contains(v))
+                q.get(axis).is_none_or(|v| (lo - SLACK_RAD..=hi + SLACK_RAD).contains(v))
             };
             let fits = bounds.iter().all(inside);
             if fits {
