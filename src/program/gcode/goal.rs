@@ -2,11 +2,11 @@
 
 use super::arc::Arc;
 use super::lex::{Block, Word};
-use super::read::Reader;
+use super::read::{Reader, SPLINES};
 use super::survey::{AXES, code, code_text};
 use super::{Centre, MOST_DEG, MOST_INCH, MOST_MM, Statement, canonical};
 use crate::error::Result;
-use crate::program::script::{At, Break, Goal, Move, Note, PathKind, Speed, StepKind, Target, Value, Way};
+use crate::program::script::{At, Goal, Move, Note, PathKind, Speed, StepKind, Target, Value, Way};
 use crate::robot::JointKind;
 use std::collections::BTreeSet;
 
@@ -28,46 +28,6 @@ impl Reader<'_> {
         if inch && self.robot.axis(axis).kind == JointKind::Prismatic { 25.4 } else { 1.0 }
     }
 
-    pub(super) fn local_frame(&mut self, k: usize, block: &Block) {
-        match self.axis_values(block) {
-            Ok(values) => {
-                for (local, v) in self.local.iter_mut().zip(values) {
-                    *local = v.unwrap_or(*local);
-                }
-            }
-            Err(()) => self.lost_frame = true,
-        }
-        self.end(k, Break::Frame, "a G52");
-    }
-
-    pub(super) fn shift_frame(&mut self, k: usize, block: &Block, c: u32) {
-        let named = block.words.iter().any(|w| self.letters.contains(&w.letter));
-        if c == 920 && !named && block.words.iter().any(|w| w.letter == b'E') {
-            return;
-        }
-        self.anchor("a G92");
-        match (c, self.axis_values(block)) {
-            (921, _) => self.moved.fill(Some(0.0)),
-            (920, Ok(values)) if named => {
-                for (a, v) in values.into_iter().enumerate() {
-                    if let Some(v) = v {
-                        let others = self.local[a];
-                        self.moved[a] = self.position[a].map(|p| p - v - others);
-                    }
-                }
-            }
-            _ => self.moved.fill(None),
-        }
-        self.end(k, Break::Frame, "a G92");
-    }
-
-    /// What is added to an absolute word; `None`: not known.
-    pub(super) fn shift(&self, axis: usize) -> Option<f64> {
-        let strange = self.lost_frame || self.reference.is_some_and(|r| Some(r) != self.frame.or(Some(r)));
-        let z = self.letters[axis] == b'Z' && self.length_reference.as_ref().is_some_and(|r| *r != self.length);
-        if strange || z { None } else { self.moved[axis].map(|m| m + self.local[axis]) }
-    }
-
     /// Why a block's goal cannot be told.
     pub(super) fn unclear(&self, block: &Block) -> Option<String> {
         if let Some(why) = self.strange.clone().or_else(|| self.compensation.clone()) {
@@ -75,12 +35,18 @@ impl Reader<'_> {
         }
         match self.motion {
             Some(0 | 10 | 20 | 30) => {}
+            Some(c) if SPLINES.contains(&c) => return Some(format!("spline {}", code_text(c))),
             Some(c) => return Some(format!("canned cycle {}", code_text(c))),
             None => return Some("no G0, G1, G2 or G3 is certain here".into()),
         }
         let Some(absolute) = self.absolute else { return Some("neither G90 nor G91 is certain here".into()) };
         if self.inch.is_none() {
             return Some("neither G20 nor G21 is certain here".into());
+        }
+        // without the comma, as lathes write it: the way ends beside the place that is written, and goes on from there
+        let cuts = |w: &&Word| b"IJKR".contains(&w.letter) && w.value.is_none_or(|v| v.0 != 0.0);
+        if let (Some(0 | 10), Some(w)) = (self.motion, block.words.iter().find(cuts)) {
+            return Some(format!("a word {} on a straight move: a chamfer or corner", w.letter as char));
         }
         let mut seen = BTreeSet::new();
         for w in &block.words {
