@@ -10,6 +10,11 @@ use crate::program::script::{At, Goal, Move, Note, PathKind, Speed, StepKind, Ta
 use crate::robot::JointKind;
 use std::collections::BTreeSet;
 
+/// Last digits between a quadrant and an end of its arc, at least.
+const NEAR_DIGITS: f64 = 10.0;
+/// A number with coarser digits is meant as it is written, mm.
+const COARSE_MM: f64 = 1e-3;
+
 impl Reader<'_> {
     /// By axis of the robot: the block's words, mm or deg; `Err`: an axis word that is no literal.
     pub(super) fn axis_values(&self, block: &Block) -> std::result::Result<Vec<Option<f64>>, ()> {
@@ -267,11 +272,14 @@ impl Reader<'_> {
 
     pub(super) fn way(&self, s: &Statement, arc: &Arc) -> Vec<Way> {
         let least_mm = 1e-5;
+        // an end may stand that far from where it was meant: a turn within its last digits is rounding, and no arc is written there
+        let digit = |a: usize| self.digit[a] / self.robot.axis(a).kind.si();
+        let apart_mm = NEAR_DIGITS * digit(arc.u).max(digit(arc.v)).min(COARSE_MM);
         let point = |share: f64| {
             let si = |(a, v): (usize, f64)| v * self.robot.axis(a).kind.si();
             Way { share, q: s.on_arc(arc, share).into_iter().enumerate().map(si).collect() }
         };
-        arc.quadrants(least_mm).into_iter().map(point).collect()
+        arc.quadrants(least_mm, apart_mm).into_iter().map(point).collect()
     }
 
     pub(super) fn target(&mut self, s: &Statement) {
