@@ -83,13 +83,13 @@ impl Arc {
         [self.centre[0] + r * angle.cos(), self.centre[1] + r * angle.sin()]
     }
 
-    /// Shares at which an axis turns, by `least` at least on both sides.
-    pub fn quadrants(&self, least: f64) -> Vec<f64> {
+    /// Shares at which an axis turns, by `least` at least on both sides and no nearer than `apart` to an end.
+    pub fn quadrants(&self, least: f64, apart: f64) -> Vec<f64> {
         let (lo, hi) =
             if self.sweep > 0.0 { (self.from, self.from + self.sweep) } else { (self.from + self.sweep, self.from) };
         let first = (lo / FRAC_PI_2).floor() as i64;
         let r = self.radius[0].min(self.radius[1]);
-        let seen = |angle: f64| r * (1.0 - angle.min(PI).cos()) > least;
+        let seen = |angle: f64| r * (1.0 - angle.min(PI).cos()) > least && r * angle > apart;
         let mut shares: Vec<f64> = (first..=first + 6)
             .map(|k| k as f64 * FRAC_PI_2)
             .filter(|q| *q > lo && *q < hi && seen(q - lo) && seen(hi - q))
@@ -120,11 +120,14 @@ mod tests {
     #[test]
     fn a_circle_turns_at_its_quadrants() {
         let circle = Arc::about([0, 1], [5.0, 0.0], [5.0, 0.0], [0.0, 0.0], true).unwrap();
-        assert_eq!(circle.quadrants(1e-5).len(), 3);
-        let p = circle.at(circle.quadrants(1e-5)[0]);
+        assert_eq!(circle.quadrants(1e-5, 0.0).len(), 3);
+        let p = circle.at(circle.quadrants(1e-5, 0.0)[0]);
         assert!(p[0].abs() < 1e-12 && (p[1] - 5.0).abs() < 1e-12);
         let clockwise = Arc::about([0, 1], [3.0, 4.0], [3.0, -4.0], [0.0, 0.0], false).unwrap();
-        assert_eq!(clockwise.quadrants(1e-5).len(), 1);
+        assert_eq!(clockwise.quadrants(1e-5, 0.0).len(), 1);
+        // an end that stands beside a quadrant by rounding
+        let corner = Arc::about([0, 1], [0.055, -0.192], [-0.005, 0.2], [0.0, 0.0], true).unwrap();
+        assert_eq!([0.0, 0.01].map(|apart| corner.quadrants(1e-5, apart).len()), [2, 1]);
     }
 
     #[test]

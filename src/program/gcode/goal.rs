@@ -2,13 +2,18 @@
 
 use super::arc::Arc;
 use super::lex::{Block, Word};
-use super::read::Reader;
+use super::read::{Reader, SPLINES};
 use super::survey::{AXES, code, code_text};
 use super::{Centre, MOST_DEG, MOST_INCH, MOST_MM, Statement, canonical};
 use crate::error::Result;
-use crate::program::script::{At, Break, Goal, Move, Note, PathKind, Speed, StepKind, Target, Value, Way};
+use crate::program::script::{At, Goal, Move, Note, PathKind, Speed, StepKind, Target, Value, Way};
 use crate::robot::JointKind;
 use std::collections::BTreeSet;
+
+/// Last digits between a quadrant and an end of its arc, at least.
+const NEAR_DIGITS: f64 = 10.0;
+/// A number with coarser digits is meant as it is written, mm.
+const COARSE_MM: f64 = 1e-3;
 
 impl Reader<'_> {
     /// By axis of the robot: the block's words, mm or deg; `Err`: an axis word that is no literal.
@@ -28,46 +33,6 @@ impl Reader<'_> {
         if inch && self.robot.axis(axis).kind == JointKind::Prismatic { 25.4 } else { 1.0 }
     }
 
-    pub(super) fn local_frame(&mut self, k: usize, block: &Block) {
-        match self.axis_values(block) {
-            Ok(values) => {
-                for (local, v) in self.local.iter_mut().zip(values) {
-                    *local = v.unwrap_or(*local);
-                }
-            }
-            Err(()) => self.lost_frame = true,
-        }
-        self.end(k, Break::Frame, "a G52");
-    }
-
-    pub(super) fn shift_frame(&mut self, k: usize, block: &Block, c: u32) {
-        let named = block.words.iter().any(|w| self.letters.contains(&w.letter));
-        if c == 920 && !named && block.words.iter().any(|w| w.letter == b'E') {
-            return;
-        }
-        self.anchor("a G92");
-        match (c, self.axis_values(block)) {
-            (921, _) => self.moved.fill(Some(0.0)),
-            (920, Ok(values)) if named => {
-                for (a, v) in values.into_iter().enumerate() {
-                    if let Some(v) = v {
-                        let others = self.local[a];
-                        self.moved[a] = self.position[a].map(|p| p - v - others);
-                    }
-                }
-            }
-            _ => self.moved.fill(None),
-        }
-        self.end(k, Break::Frame, "a G92");
-    }
-
-    /// What is added to an absolute word; `None`: not known.
-    pub(super) fn shift(&self, axis: usize) -> Option<f64> {
-        let strange = self.lost_frame || self.reference.is_some_and(|r| Some(r) != self.frame.or(Some(r)));
-        let z = self.letters[axis] == b'Z' && self.length_reference.as_ref().is_some_and(|r| *r != self.length);
-        if strange || z { None } else { self.moved[axis].map(|m| m + self.local[axis]) }
-    }
-
     /// Why a block's goal cannot be told.
     pub(super) fn unclear(&self, block: &Block) -> Option<String> {
         if let Some(why) = self.strange.clone().or_else(|| self.compensation.clone()) {
@@ -75,12 +40,18 @@ impl Reader<'_> {
         }
         match self.motion {
             Some(0 | 10 | 20 | 30) => {}
+            Some(c) if SPLINES.contains(&c) => return Some(format!("spline {}", code_text(c))),
             Some(c) => return Some(format!("canned cycle {}", code_text(c))),
             None => return Some("no G0, G1, G2 or G3 is certain here".into()),
         }
         let Some(absolute) = self.absolute else { return Some("neither G90 nor G91 is certain here".into()) };
         if self.inch.is_none() {
             return Some("neither G20 nor G21 is certain here".into());
+        }
+        // without the comma, as lathes write it: the way ends beside the place that is written, and goes on from there
+        let cuts = |w: &&Word| b"IJKR".contains(&w.letter) && w.value.is_none_or(|v| v.0 != 0.0);
+        if let (Some(0 | 10), Some(w)) = (self.motion, block.words.iter().find(cuts)) {
+            return Some(format!("a word {} on a straight move: a chamfer or corner", w.letter as char));
         }
         let mut seen = BTreeSet::new();
         for w in &block.words {
@@ -301,11 +272,14 @@ impl Reader<'_> {
 
     pub(super) fn way(&self, s: &Statement, arc: &Arc) -> Vec<Way> {
         let least_mm = 1e-5;
+        // an end may stand that far from where it was meant: a turn within its last digits is rounding, and no arc is written there
+        let digit = |a: usize| self.digit[a] / self.robot.axis(a).kind.si();
+        let apart_mm = NEAR_DIGITS * digit(arc.u).max(digit(arc.v)).min(COARSE_MM);
         let point = |share: f64| {
             let si = |(a, v): (usize, f64)| v * self.robot.axis(a).kind.si();
             Way { share, q: s.on_arc(arc, share).into_iter().enumerate().map(si).collect() }
         };
-        arc.quadrants(least_mm).into_iter().map(point).collect()
+        arc.quadrants(least_mm, apart_mm).into_iter().map(point).collect()
     }
 
     pub(super) fn target(&mut self, s: &Statement) {

@@ -17,6 +17,7 @@
 //! place. What may be edited is said in `docs/program-gcode.md`.
 
 mod arc;
+mod frame;
 mod goal;
 mod lex;
 mod pieces;

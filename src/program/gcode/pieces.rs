@@ -19,6 +19,57 @@ const CENTRE_MM: f64 = 1e-6;
 const MOST_OTHER_TURN: f64 = 0.1;
 /// Ends of an arc that move differently: turns beyond this hold no other centre.
 const MOST_TURN: f64 = TAU - 0.35;
+/// Turn by which a small arc whose ends move differently may differ, rad.
+const MOST_SMALL_TURN: f64 = 0.5;
+/// Ends of less than half a turn stand apart by this many times what rounding makes, or a control may read a full circle.
+const APART: f64 = 3.0;
+
+/// A part of an arc, and where its ends come to stand.
+struct Piece {
+    from: [f64; 2],
+    to: [f64; 2],
+    /// Of the arc.
+    shares: [f64; 2],
+    /// Of its ends from the arc.
+    offsets: [[f64; 2]; 2],
+    /// What rounding alone makes of two equal offsets, mm.
+    noise: f64,
+}
+
+impl Piece {
+    fn turn(&self, arc: &Arc) -> f64 {
+        (self.shares[1] - self.shares[0]).max(0.0) * arc.sweep.abs()
+    }
+
+    fn chord(&self) -> [f64; 2] {
+        [0, 1].map(|k| self.to[k] - self.from[k])
+    }
+
+    /// How far the offsets of its ends differ.
+    fn differ(&self) -> f64 {
+        let [a, b] = self.offsets;
+        (b[0] - a[0]).hypot(b[1] - a[1])
+    }
+
+    /// Both ends would come to stand on one place.
+    fn closes(&self, arc: &Arc) -> bool {
+        let chord = self.chord();
+        self.turn(arc) < PI && chord[0].hypot(chord[1]) < APART * self.noise
+    }
+
+    /// How far `made` runs beside the arc and its offsets.
+    fn beside(&self, arc: &Arc, made: &Arc) -> f64 {
+        const PARTS: u32 = 16;
+        let at = |k: u32| {
+            let t = f64::from(k) / f64::from(PARTS);
+            let between = |[a, b]: [f64; 2]| a + t * (b - a);
+            let (own, p) = (arc.at(between(self.shares)), made.at(t));
+            let off = |i: usize| p[i] - own[i] - between([self.offsets[0][i], self.offsets[1][i]]);
+            off(0).hypot(off(1))
+        };
+        (1..PARTS).map(at).fold(0.0, f64::max)
+    }
+}
 
 impl Writer<'_> {
     /// An arc: pieces between the given points.
@@ -68,15 +119,15 @@ impl Writer<'_> {
             let from = here(&self.now);
             let leg = self.leg(s, &want, false);
             let to = here(&leg.to);
-            let turn = (p.share - share).max(0.0) * arc.sweep.abs();
-            let differ = (place[0] - offset[0]).hypot(place[1] - offset[1]);
+            let piece = Piece { from, to, shares: [share, p.share], offsets: [offset, place], noise };
+            let (turn, differ) = (piece.turn(arc), piece.differ());
             let sagitta = arc.radius[0] * (1.0 - (0.5 * turn.min(PI)).cos());
-            straight = sagitta <= if differ > noise { differ } else { 0.3 * noise };
+            let short = if differ > noise { differ } else { 0.3 * noise };
+            straight = sagitta <= short || piece.closes(arc);
             if straight {
                 self.insert(s, &leg, 1, None);
             } else {
-                let mean = [0.5 * (offset[0] + place[0]), 0.5 * (offset[1] + place[1])];
-                let centre = self.centre(step, s, arc, form, from, to, mean, turn, differ > noise)?;
+                let centre = self.centre(step, s, arc, form, &piece)?;
                 self.insert(s, &leg, s.motion, Some(self.centre_words(s, arc, &centre)));
             }
             self.now = leg.to;
@@ -86,25 +137,18 @@ impl Writer<'_> {
         let leg = self.leg(s, goal, true);
         let to = here(&leg.to);
         let last = off(1.0, end);
-        let differ = (last[0] - offset[0]).hypot(last[1] - offset[1]);
-        let whole = points.is_empty();
+        let piece = Piece { from, to, shares: [share, 1.0], offsets: [offset, last], noise };
         let moved = offset[0].hypot(offset[1]) > SAME.max(1e-7);
-        if !whole || differ > noise || (moved && form == Centre::Absolute) {
-            let turn = (1.0 - share) * arc.sweep.abs();
-            if turn * arc.radius[0] < 3.0 * noise {
-                return Err(self.refused(step, "a new point stands at the very end of an arc"));
+        let other = !points.is_empty() || piece.differ() > noise || (moved && form == Centre::Absolute);
+        // the centre's words stay where a control still finds one radius, and the same turn
+        if other || !self.keeps(s, arc, form, &piece) {
+            if piece.closes(arc) {
+                return Err(
+                    self.refused(step, "both ends of an arc would stand on one place, as those of a full circle do")
+                );
             }
-            let mean = [0.5 * (offset[0] + last[0]), 0.5 * (offset[1] + last[1])];
-            let centre = self.centre(step, s, arc, form, from, to, mean, turn, differ > noise)?;
+            let centre = self.centre(step, s, arc, form, &piece)?;
             self.replace_centre(s, &centre);
-        } else if form == Centre::Relative {
-            // the centre's words stay: a control must still find one radius, and the same turn
-            let start = arc.at(0.0);
-            let centre = [from[0] + arc.centre[0] - start[0], from[1] + arc.centre[1] - start[1]];
-            let read = Arc::about([u, v], from, to, centre, arc.sweep > 0.0);
-            if !read.is_ok_and(|r| (r.sweep - arc.sweep).abs() < MOST_OTHER_TURN) {
-                return Err(self.refused(step, "its ends would no longer fit its centre"));
-            }
         }
         self.replace(s, &leg);
         if straight && s.motion_word.is_none() {
@@ -115,32 +159,72 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Centre words (I, J, K or R) of a piece from and to these points: letter and text.
-    #[allow(clippy::too_many_arguments)] // a piece of an arc, and how it is written
-    pub(super) fn centre(
+    /// Whether the centre words of the block do for its arc where its ends move alike.
+    fn keeps(&self, s: &Statement, arc: &Arc, form: Centre, piece: &Piece) -> bool {
+        let (axes, ccw) = ([arc.u, arc.v], arc.sweep > 0.0);
+        let read = match form {
+            Centre::Absolute => return true,
+            Centre::Relative => {
+                let start = arc.at(0.0);
+                let centre = [0, 1].map(|k| piece.from[k] + arc.centre[k] - start[k]);
+                Arc::about(axes, piece.from, piece.to, centre, ccw)
+            }
+            Centre::Radius => {
+                let r = s.words.iter().find(|w| w.letter == b'R').and_then(|w| w.value).map_or(0.0, |v| v.0);
+                Arc::of_radius(axes, piece.from, piece.to, r * s.unit[arc.u], ccw)
+            }
+        };
+        read.is_ok_and(|r| (r.sweep - arc.sweep).abs() < MOST_OTHER_TURN)
+    }
+
+    /// Centre words (I, J, K or R) of a piece: letter and text.
+    fn centre(&self, step: usize, s: &Statement, arc: &Arc, form: Centre, piece: &Piece) -> Result<Vec<(u8, String)>> {
+        let (chord, turn, differ) = (piece.chord(), piece.turn(arc), piece.differ());
+        let length = chord[0].hypot(chord[1]);
+        if differ > piece.noise && turn > MOST_TURN {
+            return Err(self.refused(step, "the offset changes over a whole circle, and no point may stand between"));
+        }
+        let own = [0, 1].map(|k| arc.centre[k] + 0.5 * (piece.offsets[0][k] + piece.offsets[1][k]));
+        // onto the middle perpendicular: both ends get the same radius
+        let middle = [0, 1].map(|k| 0.5 * (piece.from[k] + piece.to[k]));
+        let along = || ((own[0] - middle[0]) * chord[0] + (own[1] - middle[1]) * chord[1]) / (length * length);
+        let centre = if length > 0.05 * arc.radius[0] { [0, 1].map(|k| own[k] - along() * chord[k]) } else { own };
+        let (words, made) = self.centre_at(s, arc, form, piece, centre);
+        // what a control will make of it
+        let holds = |m: &Arc| {
+            (m.sweep.abs() - turn).abs() < 0.05 && (m.radius[0] - arc.radius[0]).abs() < 0.05 * arc.radius[0] + 1e-3
+        };
+        if made.is_ok_and(|m| holds(&m)) {
+            return Ok(words);
+        }
+        // An arc not much larger than the change: the same turn between the new ends, with another radius. It is the old piece,
+        // turned and stretched, and runs beside it by what the offsets differ.
+        if length > SAME && turn < MOST_TURN {
+            let aside = 0.5 / (0.5 * turn).tan() * arc.sweep.signum();
+            let centre = [middle[0] - aside * chord[1], middle[1] + aside * chord[0]];
+            let (words, made) = self.centre_at(s, arc, form, piece, centre);
+            let near = |m: &Arc| {
+                (m.sweep.abs() - turn).abs() < MOST_SMALL_TURN
+                    && piece.beside(arc, m) <= 2.0 * differ + piece.noise.max(1e-3)
+            };
+            if made.is_ok_and(|m| near(&m)) {
+                return Ok(words);
+            }
+        }
+        Err(self.refused(step, "no arc in the format's digits holds what is wanted here"))
+    }
+
+    /// Words of a centre, and what a control makes of them.
+    fn centre_at(
         &self,
-        step: usize,
         s: &Statement,
         arc: &Arc,
         form: Centre,
-        from: [f64; 2],
-        to: [f64; 2],
-        offset: [f64; 2],
-        turn: f64,
-        differ: bool,
-    ) -> Result<Vec<(u8, String)>> {
-        let chord = [to[0] - from[0], to[1] - from[1]];
+        piece: &Piece,
+        centre: [f64; 2],
+    ) -> (Vec<(u8, String)>, std::result::Result<Arc, &'static str>) {
+        let (from, to, turn, chord) = (piece.from, piece.to, piece.turn(arc), piece.chord());
         let length = chord[0].hypot(chord[1]);
-        let mut centre = [arc.centre[0] + offset[0], arc.centre[1] + offset[1]];
-        if differ && turn > MOST_TURN {
-            return Err(self.refused(step, "the offset changes over a whole circle, and no point may stand between"));
-        }
-        if length > 0.05 * arc.radius[0] {
-            // onto the middle perpendicular: both ends get the same radius
-            let middle = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])];
-            let along = ((centre[0] - middle[0]) * chord[0] + (centre[1] - middle[1]) * chord[1]) / (length * length);
-            centre = [centre[0] - along * chord[0], centre[1] - along * chord[1]];
-        }
         let mm = s.unit[arc.u];
         let letter = |axis: usize| b'I' + (self.program.letters[axis] - b'X');
         let own = |l: u8| s.words.iter().find(|w| w.letter == l).and_then(|w| w.value).map(|v| v.1);
@@ -159,7 +243,7 @@ impl Writer<'_> {
         };
         let ccw = arc.sweep > 0.0;
         let axes = [arc.u, arc.v];
-        let (words, made) = match form {
+        match form {
             Centre::Radius => {
                 let r = (from[0] - centre[0]).hypot(from[1] - centre[1]).max(0.5 * length) / mm;
                 let r = if turn > PI { -r } else { r };
@@ -179,15 +263,6 @@ impl Writer<'_> {
                 let made = Arc::about(axes, from, to, [back(0), back(1)], ccw);
                 (words, made)
             }
-        };
-        // what a control will make of it
-        let holds = made.is_ok_and(|m| {
-            (m.sweep.abs() - turn).abs() < 0.05 && (m.radius[0] - arc.radius[0]).abs() < 0.05 * arc.radius[0] + 1e-3
-        });
-        if holds {
-            Ok(words)
-        } else {
-            Err(self.refused(step, "no arc in the format's digits holds what is wanted here"))
         }
     }
 

@@ -7,14 +7,16 @@
 
 use super::goal::opaque;
 use super::lex::{self, Block, Word};
-use super::survey::{AXES, Survey, code, code_text};
+use super::survey::{AXES, Survey, code, code_text, has_axes, work_frame};
 use super::{Program, Statement};
 use crate::error::{Error, Result};
 use crate::program::script::{At, Break, Goal, Script, Step, StepKind, Text, Value, pragma};
 use crate::robot::Robot;
 
 /// G words without effect on where a block leads, times ten.
-const HARMLESS: &[u32] = &[51, 80, 131, 150, 281, 301, 500, 501, 690, 960, 970, 980, 990, 1130, 1870];
+const HARMLESS: &[u32] = &[80, 131, 150, 281, 301, 690, 960, 970, 980, 990, 1130, 1870];
+/// Splines and parabolas, modal as G1 is.
+pub(super) const SPLINES: &[u32] = &[50, 51, 52, 53, 60, 61, 62, 63];
 /// Canned cycles.
 const CANNED: &[u32] = &[730, 740, 760, 810, 820, 830, 840, 850, 860, 870, 880, 890];
 /// M words that leave the machine where it is.
@@ -323,7 +325,7 @@ impl Reader<'_> {
                     self.compensation = Some(format!("cutter compensation {} is on", code_text(c)))
                 }
                 430 | 431 | 440 | 490 => self.tool_length(k, &block, c),
-                540..=599 => self.select(k, c),
+                540..=599 => self.select(k, work_frame(&block, c, k)),
                 530 => own_frame = true,
                 610 | 611 | 640 => {
                     self.exact = c != 640;
@@ -347,6 +349,22 @@ impl Reader<'_> {
                     taken = true;
                     self.shift_frame(k, &block, c);
                 }
+                // a lathe's G92; alone it limits the spindle, or ends a scaling
+                500 if has_axes(&block) => {
+                    taken = true;
+                    self.shift_frame(k, &block, 920);
+                }
+                500 => {}
+                501 | 510 | 511 => {
+                    taken = true;
+                    self.end(k, Break::Frame, "a scaling or a mirror");
+                    if c != 501 {
+                        self.strange = Some(format!("{} is on", code_text(c)));
+                    }
+                }
+                // look-ahead of Fanuc
+                51 if !has_axes(&block) => {}
+                c if SPLINES.contains(&c) && (c != 50 || has_axes(&block)) => self.motion = Some(c),
                 280 | 300 => {
                     taken = true;
                     // G91 in this block is about the way there alone
@@ -411,27 +429,5 @@ impl Reader<'_> {
             _ => None,
         };
         self.step(k, StepKind::Dwell(seconds.filter(|s| *s >= 0.0)), None);
-    }
-
-    pub(super) fn tool_length(&mut self, k: usize, block: &Block, c: u32) {
-        self.step(k, StepKind::Break(Break::Frame), None);
-        self.lose("a tool length");
-        let h = block.words.iter().find(|w| w.letter == b'H').map(|w| self.text.slice(w.number.clone()));
-        self.length = match h {
-            _ if c == 490 => "G49".into(),
-            Some(h) => format!("{} H{}", code_text(c), String::from_utf8_lossy(h)),
-            None => format!("{} on line {}", code_text(c), k + 1),
-        };
-    }
-
-    pub(super) fn select(&mut self, k: usize, c: u32) {
-        if self.frame != Some(c) || self.lost_frame {
-            self.step(k, StepKind::Break(Break::Frame), None);
-            self.lose("a work frame");
-        }
-        self.frame = Some(c);
-        if !self.survey.codes.iter().any(|c| [520, 920, 100].contains(c)) {
-            self.lost_frame = false;
-        }
     }
 }

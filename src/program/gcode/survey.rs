@@ -1,6 +1,6 @@
 //! A look over the whole text before it is read: which codes there are, how numbers are written, what may be jumped to.
 
-use super::lex;
+use super::lex::{self, Block};
 use crate::error::Result;
 use crate::program::script::Text;
 use std::collections::BTreeSet;
@@ -43,6 +43,13 @@ impl Survey {
                 survey.printer |= [104.0, 109.0, 140.0, 190.0].contains(&m) && (has(b'S') || has(b'R'));
                 if w.letter == b'G' {
                     survey.codes.insert(code(v));
+                    // by what they do
+                    match code(v) {
+                        500 if has_axes(&block) => drop(survey.codes.insert(920)),
+                        540 if work_frame(&block, 540, k) != 540 => drop(survey.codes.insert(541)),
+                        501 | 511 => drop(survey.codes.insert(920)),
+                        _ => {}
+                    }
                 }
             }
         }
@@ -58,6 +65,31 @@ impl Survey {
     pub(super) fn frames(&self) -> bool {
         let many = self.codes.range(540..600).count() + usize::from(self.codes.contains(&541));
         many > 1 || [520, 920, 921, 922, 923, 100].iter().any(|c| self.codes.contains(c))
+    }
+}
+
+/// Whether words name axes.
+pub(super) fn has_axes(block: &Block) -> bool {
+    block.words.iter().any(|w| AXES.contains(&w.letter))
+}
+
+/// The work frame that a G54 to G59.3 on line `k` chooses: `G54.1 P2` and `G54 P2` are others than `G54.1 P1`. A P that is no
+/// number chooses a frame that is no other line's.
+pub(super) fn work_frame(block: &Block, c: u32, k: usize) -> u32 {
+    const NUMBERED: u32 = 100_000;
+    const COMPUTED: u32 = 1 << 31;
+    const MOST: f64 = 1e6;
+    // the P of a call or a dwell
+    let another = || {
+        let takes = |w: &lex::Word| w.value.is_some_and(|v| [40, 100, 650, 660, 661].contains(&code(v.0)));
+        block.words.iter().any(|w| w.letter == b'M' || w.letter == b'G' && takes(w))
+    };
+    match block.words.iter().find(|w| w.letter == b'P') {
+        Some(p) if c == 541 || c == 540 && !another() => match p.value {
+            Some((v, _)) if (0.0..MOST).contains(&v) => NUMBERED + v as u32,
+            _ => COMPUTED + k as u32,
+        },
+        _ => c,
     }
 }
 

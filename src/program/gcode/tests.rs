@@ -7,6 +7,9 @@ use proptest::prelude::*;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
+mod codes;
+mod small_arcs;
+
 fn robot() -> Robot {
     Robot::parse("gantry", include_str!("../../../configs/gantry-xyz-ballscrew.yaml")).unwrap()
 }

@@ -13,6 +13,8 @@ pub(super) struct List {
     pub(super) by_name: BTreeMap<(Kind, u32), usize>,
     pub(super) counts: Vec<Range<usize>>,
     pub(super) base_axes: bool,
+    /// The job's group where it is not that of the first robot: `RB2`, `ST1`.
+    pub(super) foreign: Option<String>,
 }
 
 impl List {
@@ -64,7 +66,7 @@ impl List {
         Err(text.bad(text.bytes.len(), "the end of the file", "`//INST`"))
     }
 
-    /// Skips the headers of the instructions; notes whether a base axis belongs to the job.
+    /// Skips the headers of the instructions; notes whose axes the job moves, and whether a base axis is one of them.
     pub(super) fn groups(&mut self, text: &Text, from: usize) -> usize {
         let mut k = from;
         while k < text.line_count() {
@@ -74,6 +76,10 @@ impl List {
             }
             let upper = String::from_utf8_lossy(line).to_ascii_uppercase();
             self.base_axes |= upper.starts_with("///GROUP") && upper.contains("BS");
+            if let Some(named) = upper.strip_prefix("///GROUP1") {
+                let first = named.trim().split([',', ' ', '\t']).next().unwrap_or_default();
+                self.foreign = (!first.is_empty() && !matches!(first, "RB1" | "R1")).then(|| first.to_string());
+            }
             k += 1;
         }
         k

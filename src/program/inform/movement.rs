@@ -56,6 +56,9 @@ impl Reader<'_> {
             .then(
                 || if word.contains("IMOV") { "a relative move".to_string() } else { format!("{word} is not known") },
             );
+        if let Some(group) = &self.list.foreign {
+            unclear = Some(format!("the job is of group {group}"));
+        }
         let (mut stops, mut tail) = (false, false);
         for w in &own[1..] {
             let name = upper(text, w);
@@ -118,6 +121,7 @@ impl Reader<'_> {
         if matches!(m.goal, Goal::Pose(_)) {
             close(&mut m, "its target holds no joint values");
         }
+        self.counted(&mut m);
         if !matches!(m.goal, Goal::Joints(_)) || m.fixed.is_some() {
             for r in &statement.references {
                 self.pinned[r.position] = true;

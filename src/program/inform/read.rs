@@ -3,7 +3,7 @@
 use super::list::{List, shown};
 use super::{Job, Kind, Statement};
 use crate::error::{Error, Place, Result};
-use crate::program::script::{At, Break, Goal, Note, Script, Step, StepKind, Text, number, pragma};
+use crate::program::script::{At, Break, Goal, Move, Note, Script, Step, StepKind, Text, number, pragma};
 use crate::robot::Robot;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -68,6 +68,8 @@ pub(super) fn job(texts: Vec<Text>, robot: &Robot) -> Result<Job> {
         robot,
         list: &list,
         assigned: assigned(text, begin),
+        counted: Counted::of(text, begin),
+        moves: 0,
         script: Script::default(),
         statements: Vec::new(),
         targets: BTreeMap::new(),
@@ -79,6 +81,7 @@ pub(super) fn job(texts: Vec<Text>, robot: &Robot) -> Result<Job> {
         noted: BTreeSet::new(),
     };
     reader.instructions(begin)?;
+    reader.script.notes.extend(reader.counted.as_ref().map(Counted::note));
     let Reader { mut script, statements, numbers, pinned, .. } = reader;
     script.texts = texts;
     Ok(Job {
@@ -143,11 +146,53 @@ fn assigned(text: &Text, begin: usize) -> BTreeSet<u32> {
     found
 }
 
+/// Instructions that name moves by their number: `GETPOS PX000 STEP#(4)`.
+struct Counted {
+    /// Line of the first of them, from 0.
+    line: usize,
+    steps: BTreeSet<u32>,
+    /// A number is set at run time: any step may be meant.
+    any: bool,
+}
+
+impl Counted {
+    fn of(text: &Text, begin: usize) -> Option<Self> {
+        let mut found: Option<Self> = None;
+        for k in begin..text.line_count() {
+            for word in words(text, k) {
+                let word = upper(text, &word);
+                let Some(at) = word.find("STEP#") else { continue };
+                let counted = found.get_or_insert(Self { line: k, steps: BTreeSet::new(), any: false });
+                let number = word[at..].strip_prefix("STEP#(").and_then(|w| w.split(')').next());
+                match number.and_then(|n| n.parse().ok()) {
+                    Some(n) => drop(counted.steps.insert(n)),
+                    None => counted.any = true,
+                }
+            }
+        }
+        found
+    }
+
+    fn note(&self) -> Note {
+        let named: Vec<String> = self.steps.iter().map(u32::to_string).collect();
+        let stay = match (self.any, named.as_slice()) {
+            (true, _) => "every goal stays as it is, as the number is set at run time".to_string(),
+            (false, [one]) => format!("the goal of move {one} stays as it is"),
+            (false, all) => format!("the goals of moves {} stay as they are", all.join(", ")),
+        };
+        let text = format!("STEP# counts the moves of the job: no points are added, and {stay}");
+        Note { place: At { file: 0, line: self.line as u64 + 1 }, text }
+    }
+}
+
 pub(super) struct Reader<'a> {
     pub(super) text: &'a Text,
     pub(super) robot: &'a Robot,
     pub(super) list: &'a List,
     pub(super) assigned: BTreeSet<u32>,
+    counted: Option<Counted>,
+    /// Moves so far, as the controller counts the steps of a job.
+    moves: u32,
     pub(super) script: Script,
     statements: Vec<Option<Statement>>,
     /// Targets by the positions that make them.
@@ -263,6 +308,16 @@ impl Reader<'_> {
         let name = name.strip_prefix(b"+").unwrap_or(name);
         if let Some(&p) = Kind::read(name).and_then(|(kind, n, _)| self.list.by_name.get(&(kind, n))) {
             self.pinned[p] = true;
+        }
+    }
+
+    /// The next move of a job that names its moves by number: a new one before it would shift the numbers.
+    pub(super) fn counted(&mut self, m: &mut Move) {
+        self.moves += 1;
+        let Some(counted) = &self.counted else { return };
+        m.closed.get_or_insert_with(|| "STEP# in the job counts its moves".into());
+        if counted.any || counted.steps.contains(&self.moves) {
+            m.fixed.get_or_insert_with(|| "STEP# in the job reads where it leads".into());
         }
     }
 

@@ -9,6 +9,8 @@ use proptest::prelude::*;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
+mod left_alone;
+
 fn robot() -> Robot {
     Robot::parse("motoman-ma2010.yaml", include_str!("../../../configs/motoman-ma2010.yaml")).unwrap()
 }
