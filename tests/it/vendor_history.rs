@@ -60,6 +60,26 @@ fn a_routine_in_front_of_main_is_no_start_of_the_program() {
 }
 
 #[test]
+fn traps_functions_and_threads_are_no_start_of_the_program() {
+    let desk = desk("abb-irb1600-6-145.yaml", "J1");
+    let trap = format!("TRAP tr\n{}{}ENDTRAP\n", absj(5.0, AXES), absj(15.0, AXES));
+    let func = "FUNC num twice(num n)\nRETURN 2*n;\nENDFUNC\n";
+    let path = format!("PROC path()\n{}{}ENDPROC\n", absj(40.0, AXES), absj(50.0, AXES));
+    let (out, _) = rewritten(&desk, "trap.mod", &module(&(trap + func + &path)), "");
+    assert!(out.contains("[[5,0") && out.contains("[[40.0200,0"), "{out}");
+    let desk = self::desk("universal-robots-ur10.yaml", "base");
+    let movej = |base: f64| format!("  movej([{base:.1},-1.2,1.3,-1.6,-1.2,0.1], a=1.4, v=1.05)\n");
+    let thread = "thread watch():\n  while True:\n    sync()\n  end\nend\n";
+    let (out, _) =
+        rewritten(&desk, "thread.script", &format!("{thread}def p():\n{}{}end\n", movej(0.3), movej(0.8)), "");
+    assert!(out.contains("movej([0.300349,"), "{out}");
+    // what stands outside of functions runs first
+    let outside = format!("def pick():\n{}{}end\n{}{}pick()\n", movej(0.5), movej(0.9), movej(1.5), movej(1.1));
+    let (out, _) = rewritten(&desk, "outside.script", &outside, "");
+    assert!(out.contains("movej([0.5,") && out.contains("movej([1.499651,"), "{out}");
+}
+
+#[test]
 fn behind_a_call_the_first_point_stays_also_where_no_run_stands_before() {
     let desk = desk("abb-irb1600-6-145.yaml", "J1");
     let body = format!("PROC main()\nGoSomewhere;\n{}{}ENDPROC\n", absj(40.0, AXES), absj(50.0, AXES));
@@ -76,6 +96,15 @@ fn no_point_is_put_on_a_way_on_which_external_axes_move() {
     let (out, said) = rewritten(&desk, "track.mod", &module(&format!("PROC main()\n{moves}ENDPROC\n")), "");
     assert_eq!(out.matches("MoveAbsJ").count(), 3, "{out}");
     assert!(said.contains("moves that take none") && said.contains("(line 5)"), "{said}");
+    // also behind a block that moves nothing, and from a place that the text does not give
+    let quiet = "IF di1=1 THEN\nSetDO do1,1;\nENDIF\n";
+    let moves = [absj(0.0, &track(0)), absj(80.0, &track(1000)), quiet.into(), absj(0.0, &track(4000))].concat();
+    let (out, _) = rewritten(&desk, "block.mod", &module(&format!("PROC main()\n{moves}ENDPROC\n")), "");
+    assert_eq!(out.matches("MoveAbsJ").count(), 3, "{out}");
+    let from = "[nTrack,9E9,9E9,9E9,9E9,9E9]";
+    let moves = [absj(0.0, from), absj(80.0, from), absj(0.0, &track(4000))].concat();
+    let (out, _) = rewritten(&desk, "computed.mod", &module(&format!("PROC main()\n{moves}ENDPROC\n")), "");
+    assert_eq!(out.matches("MoveAbsJ").count(), 3, "{out}");
     // a track that stands changes nothing
     let moves = [absj(0.0, &track(700)), absj(80.0, &track(700)), absj(0.0, &track(700))].concat();
     let (out, _) = rewritten(&desk, "stands.mod", &module(&format!("PROC main()\n{moves}ENDPROC\n")), "");
@@ -110,6 +139,15 @@ fn a_pose_is_followed_in_the_configuration_that_it_names_alone() {
     assert!(lost("", "[0,1,-2,1]", AXES));
     assert!(!lost("ConfJ\\Off;\n", "[0,1,-2,1]", AXES));
     assert!(lost("ConfJ\\Off;\nConfJ\\On;\n", "[0,1,-2,1]", AXES));
+    // the switch in main holds for routines in front of it, one in another routine for that alone
+    let program = |start: &str, switch: &str| {
+        let pose = robtarget(&robot, [25.0, 5.0, 12.0, -15.0, 40.0, 20.0], "[0,1,-2,1]", AXES);
+        let moves = format!("MoveAbsJ [[20,0,10,-15,45,25],{AXES}],v500,fine,tool0;\nMoveJ {pose},v500,fine,tool0;\n");
+        let body = format!("PROC path()\n{moves}ENDPROC\nPROC main()\n{start}path;\nENDPROC\n");
+        module(&format!("{body}PROC other()\n{switch}ENDPROC\n"))
+    };
+    assert!(!rewritten(&desk, "main.mod", &program("ConfJ\\Off;\n", ""), "").1.contains("directions are lost"));
+    assert!(rewritten(&desk, "other.mod", &program("", "ConfJ\\Off;\n"), "").1.contains("directions are lost"));
     // what an external axis carries is not known
     assert!(lost("", "[0,-1,0,0]", "[700,9E9,9E9,9E9,9E9,9E9]"));
 }

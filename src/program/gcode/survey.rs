@@ -79,9 +79,13 @@ pub(super) fn work_frame(block: &Block, c: u32, k: usize) -> u32 {
     const NUMBERED: u32 = 100_000;
     const COMPUTED: u32 = 1 << 31;
     const MOST: f64 = 1e6;
-    // the P of a call or a dwell
+    // words of settings that take no P; any other may have it: a dwell, a call, a cycle, a tolerance
+    const WITHOUT: [u32; 24] = [
+        0, 10, 170, 180, 190, 200, 210, 400, 430, 490, 500, 540, 550, 560, 570, 580, 590, 690, 700, 710, 800, 900, 910,
+        940,
+    ];
     let another = || {
-        let takes = |w: &lex::Word| w.value.is_some_and(|v| [40, 100, 650, 660, 661].contains(&code(v.0)));
+        let takes = |w: &lex::Word| w.value.is_none_or(|v| !WITHOUT.contains(&code(v.0)));
         block.words.iter().any(|w| w.letter == b'M' || w.letter == b'G' && takes(w))
     };
     match block.words.iter().find(|w| w.letter == b'P') {

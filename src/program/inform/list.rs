@@ -77,7 +77,7 @@ impl List {
             let upper = String::from_utf8_lossy(line).to_ascii_uppercase();
             self.base_axes |= upper.starts_with("///GROUP") && upper.contains("BS");
             if let Some(named) = upper.strip_prefix("///GROUP1") {
-                let first = named.trim().split([',', ' ', '\t']).next().unwrap_or_default();
+                let first = named.trim().split([',', '+', ' ', '\t']).next().unwrap_or_default();
                 self.foreign = (!first.is_empty() && !matches!(first, "RB1" | "R1")).then(|| first.to_string());
             }
             k += 1;

@@ -54,9 +54,11 @@ impl Aggregate {
         };
         let carried = self.components.iter().any(external);
         let carried = carried.then(|| "external axes, which may carry the robot or the work piece".to_string());
-        let turn = of("T").filter(|t| path == PathKind::Joint && (0.0..64.0).contains(t));
-        let solution = turn.map_or(Solution::Same, |turn| signs(turn as u32));
-        Some(PoseGoal { position_m, rotation, foreign_frame: foreign.or(carried), solution })
+        let turn = self.component("T").filter(|_| path == PathKind::Joint).map(|_| of("T").filter(|t| *t >= 0.0));
+        // bits beyond the sixth are those of external axes
+        let solution = turn.flatten().map_or(Solution::Same, |turn| signs(turn as u32));
+        let unread = turn.is_some_and(|t| t.is_none()).then(|| "a turn T that is computed".to_string());
+        Some(PoseGoal { position_m, rotation, foreign_frame: foreign.or(carried).or(unread), solution })
     }
 
     /// Values of external axes and of axes that are none of the robot's, for comparison.
@@ -127,7 +129,13 @@ pub(super) fn aggregate(text: &Text, file: usize, tokens: &[Token], k: usize) ->
             }
             // `A1-5`: another number would run into the name
             let apart = |v: &(Range<usize>, f64, number::Style)| v.0.start > first.end;
-            components.push(Component { name, value: literal(text, &tokens[at + 1..end])?.filter(apart) });
+            let value = match (name.as_str(), &tokens[at + 1..end]) {
+                ("S" | "T", [t]) if t.kind == Kind::Quoted => {
+                    bits(text.slice(t.span())).map(|v| (t.span(), v, number::Style::default()))
+                }
+                (_, rest) => literal(text, rest)?.filter(apart),
+            };
+            components.push(Component { name, value });
         } else if !first.is(b',') {
             let found = String::from_utf8_lossy(text.slice(first.span())).into_owned();
             return Err(text.bad(first.start, format!("`{found}`"), "the name of a component such as `A1`"));
@@ -136,6 +144,17 @@ pub(super) fn aggregate(text: &Text, file: usize, tokens: &[Token], k: usize) ->
     }
     let span = open..tokens.get(at - 1).map_or(open, |t| t.end);
     Ok((Aggregate { file, span, components }, at))
+}
+
+/// `'B000111'`, `'H2A'`.
+fn bits(text: &[u8]) -> Option<f64> {
+    let inner = std::str::from_utf8(text.strip_prefix(b"'")?.strip_suffix(b"'")?).ok()?;
+    let radix = match inner.bytes().next()? {
+        b'B' | b'b' => 2,
+        b'H' | b'h' => 16,
+        _ => return None,
+    };
+    u16::from_str_radix(&inner[1..], radix).ok().map(f64::from)
 }
 
 /// A number with its sign beside it; `None`: anything else.

@@ -379,8 +379,11 @@ fn external_axes_beside_a_cartesian_position_do_not_make_it_an_axis_target() {
 #[test]
 fn the_turn_of_a_position_chooses_its_solution_on_joint_moves_alone() {
     let src = "DEF p()\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\nPTP {X 500,Y 10,Z 700,A 0,B 90,C 0,S 2,T 35}\nLIN {X 510,Y 10,Z 700,A 0,B 90,C 0,S 2,T 35}\n\
-               PTP {X 500,Y 10,Z 700,A 0,B 90,C 0,E1 250}\nEND\n";
-    let doc = doc(&[src.as_bytes()]);
+               PTP {X 500,Y 10,Z 700,A 0,B 90,C 0,E1 250}\nPTP {X 500,Y 10,Z 700,A 0,B 90,C 0,S 'B010',T 'B100011'}\n\
+               PTP {X 500,Y 10,Z 700,A 0,B 90,C 0,T nTurn}\nEND\n";
+    let mut robot = kr120();
+    robot.tool = nalgebra::Isometry3::identity();
+    let doc = Krl.parse(vec![Text::new("p.src", src.as_bytes().to_vec())], &robot).unwrap();
     let poses: Vec<&PoseGoal> = doc
         .script()
         .moves()
@@ -394,6 +397,8 @@ fn the_turn_of_a_position_chooses_its_solution_on_joint_moves_alone() {
     let below: Vec<usize> = bounds.iter().filter(|b| b.2 == 0.0).map(|b| b.0).collect();
     assert_eq!((below, bounds.len()), (vec![0, 1, 5], 6));
     assert_eq!((&poses[1].solution, &poses[2].solution), (&Solution::Same, &Solution::Same));
+    assert_eq!(poses[3].solution, poses[0].solution);
+    assert!(poses[4].foreign_frame.as_deref().is_some_and(|w| w.contains("turn")), "{:?}", poses[4]);
     // what an external axis carries is not known
     assert_eq!(poses[0].foreign_frame, None);
     assert!(poses[2].foreign_frame.as_deref().is_some_and(|w| w.contains("external axes")), "{:?}", poses[2]);

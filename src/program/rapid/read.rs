@@ -44,6 +44,8 @@ pub struct Decl {
 pub struct Routine {
     /// Lower case.
     pub name: String,
+    /// No function, no trap.
+    pub procedure: bool,
 }
 
 /// One thing in the body of a routine.
@@ -303,7 +305,7 @@ impl Parser<'_> {
         }
         let name = self.name("the name of the routine")?;
         let id = self.out.routines.len();
-        self.out.routines.push(Routine { name });
+        self.out.routines.push(Routine { name, procedure: kind == "proc" });
         if kind != "trap" {
             self.parameters(id)?;
         }

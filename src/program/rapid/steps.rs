@@ -48,8 +48,8 @@ pub struct Site {
     pub time: Option<Time>,
     /// External axes of a robtarget as text, for joint moves in its place.
     pub external: Option<String>,
-    /// ... and as numbers.
-    pub external_axes: Option<[f64; 6]>,
+    /// ... and for comparison.
+    pub external_axes: External,
 }
 
 #[derive(Default)]
@@ -77,6 +77,7 @@ pub fn build(text: Text, p: &Parsed, robot: &Robot) -> Result<Built> {
         externals: Vec::new(),
         external: None,
         configured: Configured { joint: true, linear: true },
+        configured_first: configured_first(p),
         known: HashMap::new(),
         nodes: HashMap::new(),
         notes: BTreeMap::new(),
@@ -117,12 +118,13 @@ pub struct Builder<'a> {
     open: Vec<Block>,
     pub targets: Vec<Target>,
     pub literals: Vec<Literal>,
-    /// External axes of each target, where they are plain numbers.
-    pub externals: Vec<Option<[f64; 6]>>,
+    /// External axes of each target.
+    pub externals: Vec<External>,
     /// ... and of the goal before, on the same stretch.
-    pub external: Option<[f64; 6]>,
-    /// Whether configurations are watched (`ConfJ`, `ConfL`), in the order of the text.
+    pub external: Option<External>,
+    /// Whether configurations are watched (`ConfJ`, `ConfL`), in the order of the text of a routine, and at its start.
     pub configured: Configured,
+    configured_first: Configured,
     /// Targets of declarations, by declaration and index list.
     pub known: HashMap<(usize, Vec<usize>), usize>,
     /// Values of declarations.
@@ -136,14 +138,43 @@ pub struct Builder<'a> {
     entry: Option<usize>,
 }
 
-/// `main`, else the first routine that none of this file calls.
+/// `main`, else the first procedure with a move or a call that none of this file calls.
 fn entry_routine(p: &Parsed) -> Option<usize> {
     let main = p.routines.iter().position(|r| r.name == "main");
     let called: HashSet<&str> = p.items.iter().flat_map(|item| facts::called(p, item)).collect();
-    main.or_else(|| p.routines.iter().position(|r| !called.contains(r.name.as_str())))
+    let acts = |k: usize| {
+        let of = |item: &&Item| item.routine == k && facts::called(p, item).any(|name| !words::is_quiet(name));
+        p.items.iter().any(|item| of(&item))
+    };
+    let may = |k: &usize| p.routines[*k].procedure && !called.contains(p.routines[*k].name.as_str()) && acts(*k);
+    main.or_else(|| (0..p.routines.len()).find(may))
+}
+
+/// Whether routines start with configurations watched: not where `main` switches that off and nothing switches it on.
+fn configured_first(p: &Parsed) -> Configured {
+    let watched = |name: &str| {
+        let of = |item: &&Item| p.words.get(item.span.start).is_some_and(|w| w == name);
+        let off = |item: &Item| p.words[item.span.clone()].iter().any(|w| w == "off");
+        let in_main = |item: &Item| p.routines.get(item.routine).is_some_and(|r| r.name == "main");
+        let mut all = p.items.iter().filter(of).peekable();
+        all.peek().is_none() || !p.items.iter().filter(of).all(off) || !all.any(in_main)
+    };
+    Configured { joint: watched("confj"), linear: watched("confl") }
+}
+
+/// External axes of a target, as they are written.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub enum External {
+    Numbers([f64; 6]),
+    /// A name, or numbers that are computed.
+    Text(String),
+    /// Nothing can be said.
+    #[default]
+    Unknown,
 }
 
 /// On joint moves, and on straight and circular ones.
+#[derive(Clone, Copy)]
 pub struct Configured {
     pub joint: bool,
     pub linear: bool,
@@ -192,7 +223,6 @@ impl Builder<'_> {
 
     /// A break that belongs to the innermost block.
     fn block_break(&mut self, token: usize, kind: Break) {
-        self.external = None;
         let at = At { file: 0, line: self.f.line(token) };
         self.steps.push(Some(Step { at, kind: StepKind::Break(kind) }));
         let k = self.steps.len() - 1;
@@ -230,6 +260,7 @@ impl Builder<'_> {
             ItemKind::Start => {
                 self.open.clear();
                 self.synchronised = false;
+                self.configured = self.configured_first;
                 let k = self.push(token, StepKind::Break(Break::Start));
                 if self.entry_routine == Some(item.routine) {
                     self.entry.get_or_insert(k);
@@ -324,7 +355,7 @@ impl Builder<'_> {
             self.push(token, StepKind::Break(Break::Call));
         }
         if motion.leads == Leads::External && self.robot.dof() <= 6 {
-            self.external = Some([f64::NAN; 6]);
+            self.external = Some(External::Unknown);
             self.push(token, StepKind::Dwell(None));
             return Ok(());
         }

@@ -100,6 +100,7 @@ pub struct Step {
 }
 
 #[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant)] // most steps are moves
 pub enum StepKind {
     Move(Move),
     /// The robot stands; directions stay known. Seconds where they are written.

@@ -73,20 +73,21 @@ impl Builder<'_> {
     }
 
     /// The solution that `qnear` chooses; `None`: it cannot be told.
-    fn near(&self, span: &Span, item: &Item) -> Result<Option<Solution>> {
+    fn near(&self, span: &Span, item: &Item) -> Option<Solution> {
         let (p, text) = (self.p, self.text);
         // where the robot stands
         if matches!(p.words[span.start].as_str(), "get_actual_joint_positions" | "get_target_joint_positions") {
-            return Ok(Some(Solution::Same));
+            return Some(Solution::Same);
         }
         let value = match self.assigned(span, item) {
             _ if p.tokens[span.start].kind == Kind::Mark(b'[') => span.clone(),
             Ok((value, _)) if !value.is_empty() => value,
-            _ => return Ok(None),
+            _ => return None,
         };
-        let found = value::joints(text, &p.tokens, &p.words, &value, self.robot)?.ok();
+        // a list of other length is one that cannot be told
+        let found = value::joints(text, &p.tokens, &p.words, &value, self.robot).ok().and_then(std::result::Result::ok);
         let near = found.and_then(|(values, _)| values.into_iter().map(|v| v.map(|v| v.si)).collect());
-        Ok(near.map(Solution::Near))
+        near.map(Solution::Near)
     }
 
     pub fn goal(&mut self, span: &Span, item: &Item) -> Result<Goal> {
@@ -101,7 +102,7 @@ impl Builder<'_> {
             let Some(pose) = pose else { return Ok(Goal::Opaque("get_inverse_kin computes the target".into())) };
             let mut goal = self.pose_goal(pose, span.start);
             if let (Some(near), Goal::Pose(goal)) = (args.get(1), &mut goal) {
-                match self.near(&near.span, item)? {
+                match self.near(&near.span, item) {
                     Some(solution) => goal.solution = solution,
                     None => return Ok(Goal::Opaque("qnear of get_inverse_kin is computed".into())),
                 }

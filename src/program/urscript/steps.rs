@@ -64,7 +64,6 @@ pub fn build(text: Text, mut p: Parsed, robot: &Robot) -> Result<(Built, Vec<Str
         text: &text,
         p: &p,
         robot,
-        moving,
         tool: Err(String::new()),
         steps: Vec::new(),
         sites: BTreeMap::new(),
@@ -74,7 +73,8 @@ pub fn build(text: Text, mut p: Parsed, robot: &Robot) -> Result<(Built, Vec<Str
         known: HashMap::new(),
         led: None,
         comment: 0,
-        entry_def: entry_def(&p),
+        entry_def: entry_def(&p, &moving),
+        moving,
         def: None,
         last_start: None,
         entry: None,
@@ -127,11 +127,28 @@ pub struct Builder<'a> {
     entry: Option<usize>,
 }
 
-/// The first function of the file that no other calls.
-fn entry_def(p: &Parsed) -> Option<usize> {
+/// What runs first: what stands outside of functions, where that moves; the function that it calls first; else the first
+/// function with a move or a call of one that no other calls. `None`: what stands outside.
+fn entry_def(p: &Parsed, moving: &HashMap<String, bool>) -> Option<usize> {
+    let outside = || p.items.iter().filter(|item| item.def.is_none() && item.kind != ItemKind::Start);
+    if outside().any(|item| call(p, item).is_some()) {
+        return None;
+    }
+    let named = |name: &str| p.defs.iter().position(|(n, parent)| parent.is_none() && n == name);
+    if let Some(first) = outside().flat_map(|item| p.called(item)).find_map(named) {
+        return Some(first);
+    }
     let called: HashSet<&str> =
         p.items.iter().filter(|item| item.def.is_some()).flat_map(|item| p.called(item)).collect();
-    p.defs.iter().position(|(name, parent)| parent.is_none() && !called.contains(name.as_str()))
+    let thread = |k: usize| {
+        let head = p.items.iter().find(|item| item.kind == ItemKind::Start && item.def == Some(k));
+        head.is_some_and(|item| p.words[item.span.start] == "thread")
+    };
+    let acts = |name: &str| moving.get(name).copied().unwrap_or(true);
+    let may = |(k, (name, parent)): (usize, &(String, Option<usize>))| {
+        parent.is_none() && !called.contains(name.as_str()) && !thread(k) && acts(name)
+    };
+    p.defs.iter().enumerate().find(|d| may(*d)).map(|d| d.0)
 }
 
 /// A block that is open: its own breaks, and whether anything in it moves.

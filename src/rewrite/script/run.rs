@@ -186,6 +186,8 @@ impl Cutter<'_> {
                 }
                 // the moves before have not carried its offset: this one does not either
                 editable &= self.known.is_empty();
+                // nor is it the first that moves
+                self.run.entry &= self.known.is_empty();
                 self.known.clear();
                 all.into_iter().map(Option::unwrap_or_default).collect::<Vec<f64>>()
             }

@@ -157,9 +157,10 @@ const SHARE: f64 = 0.8;
 const STEP_TOLERANCE: f64 = 0.15;
 /// The segment that carries the step is at most this share of the one behind it (`--step-fraction` 0.1 makes it 0.11).
 const SHORT: f64 = 0.35;
-/// Its share of both differs by at most this from the fraction: corners and turns of a program are short as well, but of their
-/// own length.
+/// Its share of both differs by at most this from the fraction, or is about that of the nearest place on a long leg: corners
+/// and turns of a program are short as well, but of their own length.
 const FRACTION_TOLERANCE: f64 = 0.03;
+const NEAREST: f64 = 0.02;
 /// A step is a leap where it is more than this many times the steps before and behind it: smooth motion is slow at a reversal.
 const LEAP: f64 = 3.0;
 
@@ -190,9 +191,10 @@ pub fn looks_rewritten(q: &[f64], axes: usize, compensator: &Compensator, option
             let carries_step = behind(1).is_some_and(|behind| {
                 let own = after.abs();
                 let (part, rest) = if long > most { (short, long) } else { ((own - most).max(0.0), behind) };
-                let share = part / (part + rest).max(f64::MIN_POSITIVE) - options.step_fraction;
+                let share = part / (part + rest).max(f64::MIN_POSITIVE);
+                let off = share - options.step_fraction;
                 // points of a friction that fades cut the rest short
-                let fits = share.abs() < FRACTION_TOLERANCE || joint.friction.is_some() && share > 0.0;
+                let fits = off.abs() < FRACTION_TOLERANCE || share < NEAREST || joint.friction.is_some() && off > 0.0;
                 size(own, behind) && part < SHORT * rest && fits
             });
             // a program with dense points has no short segments; there the step stands out among its neighbours, also
@@ -282,6 +284,16 @@ mod tests {
             q.extend([x - sign * 0.0015, y - 0.0015, x, y, x + sign * 0.03, y]);
         }
         assert!(!looks_rewritten(&q, 2, &compensator(2.2e-5), &Options::new(2)));
+    }
+
+    #[test]
+    fn a_step_at_the_nearest_place_of_a_long_leg_is_known() {
+        let (b, mut q) = (3.5e-4, Vec::new());
+        for k in 0..20 {
+            let (x, sign) = if k % 2 == 0 { (0.0, 1.0) } else { (0.5, -1.0) };
+            q.extend([x - sign * b, 0.0, x + sign * (0.01 * 0.5 + b), 0.0]);
+        }
+        assert!(looks_rewritten(&q, 2, &compensator(b), &Options::new(2)));
     }
 
     #[test]

@@ -68,7 +68,10 @@ fn one(samples: &[Sample], k: usize) -> Tally {
     match result {
         _ if started.elapsed() > TOO_LONG => failed(format!("took {:?}", started.elapsed())),
         Ok(Ok(tally)) => tally,
-        Ok(Err(e)) => failed(e),
+        Ok(Err(e)) => {
+            let text = String::from_utf8_lossy(&damaged.texts[0].bytes).into_owned();
+            failed(format!("{e}\nof the damaged program\n{text}"))
+        }
         Err(panic) => {
             let words = panic.downcast_ref::<String>().cloned();
             let words = words.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_string()));
