@@ -15,6 +15,9 @@ const NEAR_DIGITS: f64 = 10.0;
 /// A number with coarser digits is meant as it is written, mm.
 const COARSE_MM: f64 = 1e-3;
 
+/// Why a number that ends in a point must stay: it says how those without one are to be read.
+pub(super) const MIXED: &str = "numbers with and without a point stand in the program";
+
 impl Reader<'_> {
     /// By axis of the robot: the block's words, mm or deg; `Err`: an axis word that is no literal.
     pub(super) fn axis_values(&self, block: &Block) -> std::result::Result<Vec<Option<f64>>, ()> {
@@ -159,7 +162,7 @@ impl Reader<'_> {
         let ends_in_point = |w: &Word| w.value.is_some_and(|v| v.1.point && v.1.decimals == 0);
         if self.survey.points && self.survey.bare && statement.words.iter().any(ends_in_point) {
             // such numbers say how the others are to be read: they must not go
-            m.fixed = Some("numbers with and without a point stand in the program".into());
+            m.fixed = Some(MIXED.into());
         }
         self.target(&statement);
         self.position.clone_from(&statement.goal);

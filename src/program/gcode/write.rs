@@ -5,7 +5,8 @@
 //! an arc between ends that moved differently gets a centre that fits both. So the place behind every block is the wanted one, and
 //! rounding never adds up.
 
-use super::{Program, Statement, canonical, goal};
+use super::goal::{self, MIXED};
+use super::{Program, Statement, canonical};
 use crate::error::{Error, Result};
 use crate::program::script::number::{self, Style};
 use crate::program::script::{Edit, Edits, Goal, Patch, StepKind};
@@ -109,6 +110,9 @@ impl Writer<'_> {
             }
             self.relative = (!s.absolute).then_some((step, 0.0));
             return Ok(());
+        }
+        if s.arc.is_some() && m.fixed.as_deref() == Some(MIXED) {
+            return Err(self.refused(step, MIXED));
         }
         let commanded = |a: usize| match m.goal {
             Goal::Joints(t) => self.program.script.targets[t].values.get(a).is_some_and(Option::is_some),
