@@ -6,10 +6,13 @@
 //!   hypothesis with one parameter, compared by its signature at the size that the offset was found with; blocks of the
 //!   data vote, since where a misfit stays the likelihood alone claims more than it knows.
 
-use super::fit::{self, Fit, Whitening, dot, gram, scaled_inverse};
+use super::fit::Fit;
 use super::forward::Problem;
+use super::normal::{dot, gram, scaled_inverse};
 use super::outcome::Refined;
 use super::screen::Ground;
+use super::signatures::tangent;
+use super::whitening::Whitening;
 use crate::effect::{Effect, Placed, ServoLag, Target};
 use crate::machine::parts;
 use crate::stats::fisher;
@@ -52,7 +55,7 @@ pub fn agrees(problem: &Problem, refined: &Refined, whitening: &Whitening) -> bo
     let fit = &refined.fit;
     let count: usize = fit.free.iter().map(|&i| fit.hypothesis.effects[i].effect.values().len()).sum();
     let at = count.saturating_sub(refined.parameters);
-    let columns = fit::tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
+    let columns = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
     let white = whitening.of(problem, &fit.state.residual);
     // the values of a gap are all sizes; of another effect the first is
     let sizes = if refined.effect.starts_with("backlash") { values.len() } else { 1 };
@@ -140,7 +143,7 @@ pub fn common_lag(problem: &Problem, base: &Fit, whitening: &Whitening, found: &
             placed.push(Placed { target: Target::Joint(axis), effect: lag.clone() });
         }
     }
-    let tangent = fit::tangent(problem, &base.hypothesis, &base.state, &base.free, whitening);
+    let tangent = tangent(problem, &base.hypothesis, &base.state, &base.free, whitening);
     let ground = Ground::new(problem, &base.hypothesis, &base.state, whitening, tangent);
     let mut columns =
         vec![column, problem.difference(&base.hypothesis, &base.state, &[], std::slice::from_ref(found), 1.0)];

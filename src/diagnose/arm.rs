@@ -1,8 +1,9 @@
 //! The rounds of settled poses of a real arm: its geometry as one group, gravity, a gap ([`super::geometry`] has the reasons).
 
-use super::fit::{self, Fit, Whitening};
+use super::fit::{self, Fit};
 use super::outcome::Step;
 use super::search::{Asked, MOST_EFFECTS, Search};
+use super::whitening::Whitening;
 use super::{direction, geometry};
 
 /// The one effect that is sought behind the group, but for gaps.

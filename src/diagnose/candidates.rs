@@ -4,8 +4,8 @@
 //! linear in what is left, so that all candidates can be compared by linear algebra; a refit frees the shape later.
 //! Ripple and vibration have a frequency instead of a list of shapes: [`super::spectrum`] finds it.
 
-use super::fit::dot;
 use super::forward::{Hypothesis, Problem, State};
+use super::normal::dot;
 use crate::effect::{
     AxisCoupling, Backlash, BacklashSpeed, Decay, DhParameter, Effect, EncoderScale, GapCurve, GravityCompliance,
     Hysteresis, JointZeroOffset, LinkError, Placed, ServoLag, Stiction, Target, ThermalDrift, TimeOffset, ToolError,

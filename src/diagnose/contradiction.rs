@@ -4,11 +4,13 @@
 //! what is left? And would another registration alone do as much as all found effects? Nothing is changed: the model is its
 //! user's.
 
-use super::fit::{self, Fit, Whitening};
+use super::fit::{self, Fit};
 use super::forward::Problem;
+use super::normal::{dot, gram, scaled_inverse};
 use super::outcome::rms;
 use super::screen::{orthonormal, project_off};
 use super::structure::Ratio;
+use super::whitening::Whitening;
 use crate::stats::fisher;
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -64,7 +66,7 @@ fn stations(problem: &Problem, fit: &Fit) -> Option<Contradiction> {
     }
     // six parameters a log, of which one frame was fitted already
     let dof = basis.len().saturating_sub(6).max(1);
-    let (before, after) = (fit::dot(&fit.state.residual, &fit.state.residual), fit::dot(&left, &left));
+    let (before, after) = (dot(&fit.state.residual, &fit.state.residual), dot(&left, &left));
     let free = problem.n.saturating_sub(basis.len()).max(1) as f64;
     let gain = (before - after) * free / after.max(f64::MIN_POSITIVE);
     let p_value = fisher::tail(gain / dof as f64, dof as f64, free);
@@ -94,8 +96,8 @@ pub(super) fn registration(problem: &Problem, fit: &Fit, known: usize) -> Option
     let given = rms(problem, &state.residual);
     for _ in 0..STEPS {
         let columns = problem.frame_columns(&state, 0);
-        let right = DVector::from_iterator(6, columns.iter().map(|c| fit::dot(c, &state.residual)));
-        let step = fit::scaled_inverse(&fit::gram(&columns), 1e-9) * right;
+        let right = DVector::from_iterator(6, columns.iter().map(|c| dot(c, &state.residual)));
+        let step = scaled_inverse(&gram(&columns), 1e-9) * right;
         h.move_frame(0, step.as_slice());
         state = problem.evaluate(&h);
     }

@@ -7,11 +7,13 @@
 //! Fails on an arm whose misfit itself depends on the approach (cables, belts): the decoys grow, nothing is named.
 
 use super::candidates::Candidate;
-use super::fit::{self, Fit, Whitening};
+use super::fit::Fit;
 use super::forward::Problem;
 use super::geometry::{PRIOR, is_geometry};
 use super::outcome::Refined;
 use super::screen::Ground;
+use super::signatures::tangent;
+use super::whitening::Whitening;
 use crate::effect::{Backlash, Effect, Placed, Target};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -42,7 +44,7 @@ pub struct Terms {
 
 /// Direction terms of all joints.
 pub fn directions(problem: &Problem, fit: &Fit, whitening: &Whitening, candidates: &[Candidate]) -> Terms {
-    let tangent = fit::tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
+    let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
     let ground = Ground::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
     let mut even = smooth(problem, fit);
     let mut ridge = vec![RIDGE; even.len()];

@@ -3,10 +3,11 @@
 use super::geometry;
 use super::layout::Sensor;
 use super::outcome::{Outcome, largest};
-use super::story::{self, Chapter};
+use super::round::round;
+use super::story;
 use super::verdict::{self, Member, Verdict};
 use super::words::GapUnit;
-use crate::effect::{Effect, Placed, catalogue, entry};
+use crate::effect::{Placed, entry};
 use crate::robot::JointKind;
 use indexmap::IndexMap;
 use serde::Serialize;
@@ -157,11 +158,11 @@ pub struct Unexplained {
     pub record: String,
 }
 
-const UM: f64 = 1e6;
+pub(super) const UM: f64 = 1e6;
 /// Quantile of the normal distribution for 95 %.
-const Z95: f64 = 1.959_963_985;
+pub(super) const Z95: f64 = 1.959_963_985;
 
-fn digits(value: f64) -> f64 {
+pub(super) fn digits(value: f64) -> f64 {
     if value == 0.0 || !value.is_finite() {
         return value;
     }
@@ -292,129 +293,6 @@ fn effect_value(placed: &Placed, outcome: &Outcome) -> Value {
         map.shift_insert(1, "target".into(), placed.target_text(robot).into());
     }
     value
-}
-
-fn round(
-    outcome: &Outcome,
-    k: usize,
-    named: &(String, String),
-    set: &[Member],
-    (before, after): (&Chapter, &Chapter),
-) -> Round {
-    let robot = &outcome.problem.robot;
-    let placed = &outcome.fit.hypothesis.effects[outcome.fit.free[k]];
-    let sigma = outcome.fit.sigma_of(k);
-    let values = placed.effect.values();
-    let mut place = place(outcome, placed);
-    let parameter =
-        |value: f64, half: f64| Parameter { value: digits(value), ci95: [digits(value - half), digits(value + half)] };
-    let mut parameters: IndexMap<String, Parameter> = placed
-        .keys(robot)
-        .into_iter()
-        .zip(values.iter().zip(&sigma))
-        .map(|((key, factor), (v, s))| (key, parameter(v * factor, Z95 * s * factor.abs())))
-        .collect();
-    // of an oscillation the size is told, as in a model; its direction stands with the place
-    if let Effect::Vibration(v) = &placed.effect {
-        let share = values.iter().map(|a| a / v.amplitude_m.max(f64::MIN_POSITIVE));
-        let spread = share.zip(&sigma).take(3).map(|(share, s)| (share * s).powi(2)).sum::<f64>().sqrt();
-        parameters.retain(|key, _| !key.starts_with("amplitude_um["));
-        parameters.shift_insert(0, "amplitude_um".into(), parameter(v.amplitude_m * UM, Z95 * spread * UM));
-        let [x, y, z] = v.direction.into();
-        place.description = format!("all along: the TCP swings along ({x:.2}, {y:.2}, {z:.2})");
-    }
-    let rivals = &outcome.rivals[k];
-    let own = rivals.iter().find(|r| r.effect == named.0 && r.target == named.1);
-    let gain = own.map_or(0.0, |r| r.gain);
-    let count = own.map_or(values.len(), |r| r.parameters);
-    let card = catalogue::of(&named.0);
-    let dof = outcome.problem.n as f64;
-    let group = outcome.group.as_ref().filter(|g| k < g.count);
-    let predicted = if group.is_some() { after.rms } else { after.predicted };
-    if let Some(g) = group {
-        place.description = format!("geometry: {} parameters together, joint F {:.0}", g.parameters, g.f);
-    }
-    Round {
-        effect: named.0.clone(),
-        target: named.1.clone(),
-        decide_by: (set.len() > 1).then(|| decide_by(set, card.decide_by)),
-        group: group.map(|_| "geometry"),
-        place,
-        evidence: Evidence {
-            statistic: "F",
-            value: digits(gain / count as f64),
-            dof: count,
-            p_value: crate::stats::fisher::tail(gain / count as f64, count as f64, dof),
-            delta_bic: digits(count as f64 * dof.ln() - gain),
-            group: group.map(|g| GroupTest {
-                name: "geometry",
-                value: digits(g.f),
-                dof: g.parameters,
-                p_value: g.p_value,
-            }),
-        },
-        set: set.to_vec(),
-        parameters,
-        rms_before_um: digits(before.rms * UM),
-        rms_after_um: digits(after.rms * UM),
-        rms_after_predicted_um: digits(predicted * UM),
-        validation: Validation {
-            rms_before_um: digits(before.held_out * UM),
-            rms_after_um: digits(after.held_out * UM),
-        },
-        action: card.action.to_string(),
-        joint_unit: placed.axis().map_or("deg", |a| robot.axis(a).kind.unit()),
-        candidates: rivals
-            .iter()
-            .map(|r| Tried {
-                effect: r.effect.into(),
-                target: r.target.clone(),
-                gain_2lnl: digits(r.gain),
-                parameters: r.parameters,
-            })
-            .collect(),
-    }
-}
-
-/// The experiment that decides within a set.
-fn decide_by(set: &[Member], card: &str) -> String {
-    if set.iter().any(|m| m.effect == "servo_lag" && m.target == "all") {
-        return "record all sensors with one clock, at 2 kHz or more, in a stop from full speed: a lag rounds the corner, a clock \
-                offset shifts it"
-            .into();
-    }
-    card.to_string()
-}
-
-/// Where an effect shows: its joint, and the stretches behind its reversals.
-fn place(outcome: &Outcome, placed: &Placed) -> Place {
-    const SHOWN: usize = 12;
-    let robot = &outcome.problem.robot;
-    let joint = placed.axis().map(|a| robot.axis(a).name.clone());
-    let name = placed.effect.name();
-    let log = &outcome.problem.logs[0];
-    let reverses = matches!(name, "backlash" | "backlash_position" | "backlash_speed" | "stiction" | "hysteresis");
-    let Some(axis) = placed.axis().filter(|_| reverses && !log.log.poses) else {
-        return Place { joint, description: format!("all along: {}", catalogue::of(name).adds), t_s: Vec::new() };
-    };
-    let turns = log.drive.turns(axis);
-    let end = log.drive.t_s().last().copied().unwrap_or(0.0);
-    let t_s = turns
-        .iter()
-        .enumerate()
-        .take(SHOWN)
-        .map(|(i, t)| {
-            let next = turns.get(i + 1).map_or(end, |n| n.0);
-            [digits(t.0), digits(next.min(t.0 + 2.0))]
-        })
-        .collect();
-    let what = if name == "stiction" { "tails behind" } else { "steps at" };
-    let description = match turns.len() {
-        0 => "as it moves one way throughout this log".into(),
-        1 => format!("{what} its reversal"),
-        n => format!("{what} its {n} reversals"),
-    };
-    Place { joint, description, t_s }
 }
 
 fn unexplained(outcome: &Outcome, ratio: &super::structure::Ratio) -> Unexplained {

@@ -3,10 +3,12 @@
 //! Method: without an effect the others stay where they are and everything is screened and refitted in its place; BIC
 //! decides. The search ([`super::search`]) is greedy, and this is what makes good its first guesses.
 
-use super::fit::{self, APART, Fit, Signatures, Whitening};
+use super::fit::{self, Fit};
 use super::outcome::{Refined, Step, flat};
 use super::search::{Asked, MOST_EFFECTS, Search};
+use super::signatures::{APART, Signatures};
 use super::structure::Ratio;
+use super::whitening::Whitening;
 use super::{across, arm, direction, geometry};
 use crate::effect::{Effect, Placed};
 

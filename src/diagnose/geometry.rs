@@ -13,12 +13,15 @@
 //! Fails where the poses are few or alike: what they do not tell to a third of [`PRIOR`] stays as the drawing has it.
 
 use super::candidates::Candidate;
-use super::fit::{self, Fit, Whitening, dot};
+use super::fit::{self, Fit};
 use super::forward::{Hypothesis, Problem};
 use super::layout::Sensor;
+use super::normal::dot;
 use super::outcome::{Outcome, Refined, rms};
 use super::screen::{Ground, orthonormal, project_off};
+use super::signatures::tangent;
 use super::structure::Ratio;
+use super::whitening::Whitening;
 use crate::effect::Placed;
 use crate::stats::fisher;
 use crate::stats::robust::median;
@@ -108,7 +111,7 @@ fn select(problem: &Problem, fit: &Fit, whitening: &Whitening, pool: &[&Candidat
             p.effect.name() == c.effect && p.target_text(&problem.robot) == c.target
         })
     };
-    let tangent = fit::tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
+    let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
     let ground = Ground::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
     let mut left: Vec<Projected> = pool
         .par_iter()
@@ -203,7 +206,7 @@ pub fn stands_beside(
     candidates: &[Candidate],
     found: &Placed,
 ) -> bool {
-    let mut tangent = fit::tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
+    let mut tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
     for c in candidates.iter().filter(|c| is_geometry(c.effect)) {
         let mut columns = c.columns(problem, &fit.hypothesis, &fit.state);
         columns.iter_mut().for_each(|c| whitening.apply(problem, c));

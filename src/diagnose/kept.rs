@@ -7,8 +7,8 @@
 //! What is screened is refitted before anything is believed, so that a signature that is a little old misleads nobody.
 
 use super::candidates::Candidate;
-use super::fit::gram;
 use super::noise::Noise;
+use super::normal::gram;
 use super::screen::{Ground, Score, scored};
 use crate::effect::{Placed, Target};
 use nalgebra::{DMatrix, DVector};
@@ -127,8 +127,9 @@ fn same(a: &[Placed], b: &[Placed]) -> bool {
 mod tests {
     use super::*;
     use crate::diagnose::candidates;
-    use crate::diagnose::fit::{self, Whitening};
+    use crate::diagnose::signatures::tangent;
     use crate::diagnose::synthetic::tests::closed_path_with_gaps;
+    use crate::diagnose::whitening::Whitening;
 
     #[test]
     fn kept_signatures_score_as_new_ones_do() {
@@ -142,7 +143,7 @@ mod tests {
             let state = problem.evaluate(h);
             let whitening = Whitening::new(&problem, vec![Noise::white(1e-5); problem.groups.len()]);
             let free: Vec<usize> = (0..h.effects.len()).collect();
-            let tangent = fit::tangent(&problem, h, &state, &free, &whitening);
+            let tangent = tangent(&problem, h, &state, &free, &whitening);
             let ground = Ground::new(&problem, h, &state, &whitening, tangent);
             let (fast, plain) = (kept.score(&ground, &list), ground.score_all(&list));
             for (f, p) in fast.iter().zip(&plain) {

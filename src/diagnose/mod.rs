@@ -8,7 +8,8 @@
 //! - [`prepare`]: logs to a problem: observations, frames, samples that cannot be trusted; [`layout`] is their long vector.
 //! - [`sensors`]: what drives the gears where the log has encoders.
 //! - [`forward`]: the chain evaluated for a hypothesis; signatures of its parameters; `nuisance`: those of frames and zeros.
-//! - [`noise`]: white and coloured noise, whitening; [`fit`]: the refit of everything.
+//! - [`noise`]: white and coloured noise of a sensor; [`whitening`]: that of all; [`signatures`]: whitened derivatives, kept while they
+//!   hold; [`normal`]: their products; [`fit`]: the refit of everything.
 //! - [`candidates`], [`spectrum`]: what may be missing; [`screen`]: what each would explain; `kept`: that, again and again.
 //! - [`geometry`]: settled poses: the geometry as one group; [`direction`]: gaps beside the misfit of a real arm; `arm`: its rounds;
 //!   `precise`: joint sensors beside a misfit.
@@ -16,7 +17,7 @@
 //! - [`across`]: what several logs agree about.
 //! - [`search`]: the rounds; [`outcome`]: what they end with; `doubt`: found effects taken out, exchanged, merged; [`contradiction`]: what is taken as known in doubt; [`story`]: the found effects told one by one, and on held-out parts.
 //! - [`synthetic`]: a problem of commands alone, for planning an experiment.
-//! - [`verdict`]: sets, remaining structure, blind spots; [`document`]: the result as it is written; [`display`]: for a
+//! - [`verdict`]: sets, remaining structure, blind spots; [`document`]: the result as it is written, `round` a found effect of it; [`display`]: for a
 //!   terminal; [`traces`]: for a page; [`words`]: for both.
 
 pub mod across;
@@ -33,19 +34,23 @@ pub mod geometry;
 mod kept;
 pub mod layout;
 pub mod noise;
+pub mod normal;
 mod nuisance;
 pub mod outcome;
 mod precise;
 pub mod prepare;
+mod round;
 pub mod screen;
 pub mod search;
 pub mod sensors;
+pub mod signatures;
 pub mod spectrum;
 pub mod story;
 pub mod structure;
 pub mod synthetic;
 pub mod traces;
 pub mod verdict;
+pub mod whitening;
 pub mod words;
 
 use crate::error::Result;

@@ -2,11 +2,12 @@
 
 use super::candidates::Candidate;
 use super::contradiction::Contradiction;
-use super::fit::{Fit, Whitening};
+use super::fit::Fit;
 use super::forward::{Problem, State};
 use super::geometry;
 use super::screen::Score;
 use super::structure::{Ratio, Tested};
+use super::whitening::Whitening;
 use crate::effect::{Effect, Placed};
 
 /// Part of a gap by which it varies over position at least, to be worth a schedule.

@@ -1,9 +1,10 @@
 //! Joint sensors measure so precisely that a misfit stays: noise and slow ripple beside it.
 
-use super::fit::{Fit, Whitening};
+use super::fit::Fit;
 use super::forward::Problem;
 use super::outcome::Refined;
 use super::structure::Bundle;
+use super::whitening::Whitening;
 
 /// Noise of what a fit leaves. Joint sensors are so precise that structure remains: taken for slow noise it would swallow
 /// the next effect, so they are freed of the whole basis each time.

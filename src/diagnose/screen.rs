@@ -5,8 +5,9 @@
 //! values. The same projected norms say how small an effect the log would show: the minimal detectable bias.
 
 use super::candidates::{self, Candidate};
-use super::fit::{Whitening, dot, gram, scaled_inverse};
 use super::forward::{Hypothesis, Problem, State};
+use super::normal::{dot, gram, scaled_inverse};
+use super::whitening::Whitening;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 

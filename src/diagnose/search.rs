@@ -6,12 +6,14 @@
 //! still needed. The search is greedy with swaps; it ends at [`MOST_EFFECTS`] effects.
 
 use super::candidates::{self, Candidate};
-use super::fit::{self, Fit, Signatures, Whitening};
+use super::fit::{self, Fit};
 use super::forward::{Hypothesis, Problem};
 use super::kept::Kept;
 use super::outcome::{Next, Outcome, Refined, Step, flat, largest, rms};
 use super::screen::{Ground, Score};
+use super::signatures::{Signatures, tangent};
 use super::structure::{self, Bundle, Ratio, Tested};
+use super::whitening::Whitening;
 use super::{across, contradiction, direction, geometry, precise, prepare, spectrum, verdict};
 use crate::effect::{Backlash, Effect, Placed};
 use crate::stats::fisher;
@@ -169,7 +171,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     if group.is_none() && remains.is_none() {
         remains = search.repeated(&fit, &rivals);
     }
-    let tangent = fit::tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
+    let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     let ground = Ground::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
     let last = search.kept.score(&ground, &candidates);
     Outcome {
@@ -201,7 +203,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
 fn tested(problem: &Problem, fit: &Fit, bundles: &[Bundle]) -> Tested {
     let whitening = Whitening::of_residual(problem, &fit.state.residual, fit.parameters()).0;
     let whitening = precise::noise_left(problem, fit, &whitening, bundles);
-    let tangent = fit::tangent(problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
+    let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     structure::test(&Ground::new(problem, &fit.hypothesis, &fit.state, &whitening, tangent), bundles)
 }
 
@@ -213,7 +215,7 @@ pub(super) fn first_noise(problem: &Problem, fit: &Fit, white: &Whitening, bundl
 
 /// One turn of it.
 fn noise_of_freed(problem: &Problem, fit: &Fit, whitening: &Whitening, bundles: &[Bundle]) -> (Whitening, Tested) {
-    let tangent = fit::tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
+    let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
     let ground = Ground::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
     let tested = structure::test(&ground, bundles);
     (Whitening::of_residual(problem, &tested.freed, tested.whole.dof).0, tested)

@@ -12,9 +12,9 @@
 //! smooth motion does not have.
 
 use super::candidates;
-use super::fit::dot;
 use super::forward::{Hypothesis, Problem};
 use super::layout::Sensor;
+use super::normal::dot;
 use super::screen::{orthonormal, project_off};
 use crate::machine::{self, Drive};
 use crate::robot::JointKind;

@@ -4,10 +4,13 @@
 //! [`FOLDS`] x [`TURNS`] consecutive parts; each fold is predicted from parameters that were fitted to the other folds (one
 //! Gauss-Newton step from the full fit, which is all that a small change needs).
 
-use super::fit::{self, Fit, Whitening, dot, gram, scaled_inverse};
+use super::fit::{self, Fit};
 use super::forward::{Hypothesis, Problem};
+use super::normal::{dot, gram, scaled_inverse};
 use super::outcome::rms;
 use super::screen::Ground;
+use super::signatures::{effect_columns, tangent};
+use super::whitening::Whitening;
 use crate::effect::Placed;
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -61,8 +64,8 @@ fn promised(problem: &Problem, before: &Chapter, placed: &Placed, whitening: &Wh
     let mut h = fit.hypothesis.clone();
     h.effects.push(placed.clone());
     let state = problem.evaluate(&h);
-    let columns = fit::effect_columns(problem, &h, &state, h.effects.len() - 1);
-    let tangent = fit::tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
+    let columns = effect_columns(problem, &h, &state, h.effects.len() - 1);
+    let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
     let ground = Ground::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
     let left = 1.0 - ground.score_columns(0, columns, false).gain / fit.cost.max(1e-300);
     before.rms * left.max(0.0).sqrt()
@@ -85,7 +88,7 @@ fn folds(problem: &Problem) -> Vec<usize> {
 /// rms of each fold as predicted from the others.
 fn held_out(problem: &Problem, fit: &Fit, whitening: &Whitening) -> f64 {
     let mut raw: Vec<Vec<f64>> =
-        fit.free.iter().flat_map(|&i| fit::effect_columns(problem, &fit.hypothesis, &fit.state, i)).collect();
+        fit.free.iter().flat_map(|&i| effect_columns(problem, &fit.hypothesis, &fit.state, i)).collect();
     raw.extend(problem.nuisance_columns(&fit.hypothesis, &fit.state));
     let fold = folds(problem);
     let white = whitening.of(problem, &fit.state.residual);

@@ -9,8 +9,8 @@
 //! aspect; what depends on several joints at once it sees only in part.
 
 use super::candidates::{self, Candidate};
-use super::fit::dot;
 use super::forward::{Hypothesis, Problem, State};
+use super::normal::dot;
 use super::screen::{Ground, SWALLOWED};
 use crate::effect::Track;
 use crate::stats::fisher;

@@ -1,11 +1,12 @@
 //! From the outcome of the search to a verdict: sets of rivals with probabilities, remaining structure, blind spots.
 
 use super::candidates::Candidate;
-use super::fit::{Fit, Whitening};
+use super::fit::Fit;
 use super::forward::Problem;
 use super::outcome::{Outcome, Refined, rms};
 use super::screen::SWALLOWED;
 use super::structure::{self, Ratio, Tested};
+use super::whitening::Whitening;
 
 /// Effects that fit within this much of 2 ln L of the named one belong to its set.
 pub const WITHIN: f64 = 4.0;

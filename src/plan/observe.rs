@@ -11,8 +11,8 @@ use super::motions::Motion;
 use super::separate::Bench;
 use super::sizes::{self, Scale};
 use crate::diagnose::candidates;
-use crate::diagnose::fit;
 use crate::diagnose::screen::{Ground, SWALLOWED};
+use crate::diagnose::signatures::tangent;
 use crate::diagnose::verdict::MDB;
 use crate::effect::{Effect, Placed};
 use crate::io::yaml::Document;
@@ -33,7 +33,7 @@ pub struct Seen {
 pub fn seen(bench: &Bench, motion: &Motion, scale: &Scale) -> Vec<Seen> {
     let (problem, start, whitening) = bench.problem(motion);
     let state = problem.evaluate(&start);
-    let tangent = fit::tangent(&problem, &start, &state, &[], &whitening);
+    let tangent = tangent(&problem, &start, &state, &[], &whitening);
     let ground = Ground::new(&problem, &start, &state, &whitening, tangent);
     let doc = Document { name: "typical sizes", text: "" };
     let mut list: Vec<Seen> = Vec::new();

@@ -13,13 +13,16 @@ use super::motions::Motion;
 use super::path::Room;
 use super::question::{Rival, Set};
 use crate::diagnose::candidates::{self, Candidate};
-use crate::diagnose::fit::{self, Fit, Whitening, dot};
+use crate::diagnose::fit::{self, Fit};
 use crate::diagnose::forward::{Hypothesis, Problem};
 use crate::diagnose::layout::Sensor;
 use crate::diagnose::noise::Noise;
+use crate::diagnose::normal::dot;
 use crate::diagnose::screen::Ground;
+use crate::diagnose::signatures::tangent;
 use crate::diagnose::synthetic::{self, Channels, Run};
 use crate::diagnose::verdict::WITHIN;
+use crate::diagnose::whitening::Whitening;
 use crate::effect::Placed;
 use crate::model::Model;
 use crate::robot::JointKind;
@@ -156,7 +159,7 @@ impl Bench<'_> {
                 h.effects.extend(truth.effects.iter().cloned());
                 synthetic::measure(&mut problem, &h);
                 let state = problem.evaluate(&base);
-                let tangent = fit::tangent(&problem, &base, &state, &free, &whitening);
+                let tangent = tangent(&problem, &base, &state, &free, &whitening);
                 let ground = Ground::new(&problem, &base, &state, &whitening, tangent);
                 let inside = |c: &Candidate| {
                     set.rivals
@@ -263,7 +266,7 @@ fn screened(
         let name = (wanted.effect.name(), wanted.target_text(&problem.robot));
         let state = problem.evaluate(&h);
         let free: Vec<usize> = (known..h.effects.len()).collect();
-        let tangent = fit::tangent(problem, &h, &state, &free, whitening);
+        let tangent = tangent(problem, &h, &state, &free, whitening);
         let ground = Ground::new(problem, &h, &state, whitening, tangent);
         if dot(&ground.residual, &ground.residual) == 0.0 {
             return None;

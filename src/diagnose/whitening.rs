@@ -1,0 +1,85 @@
+//! The noise of all groups of observations, and the filters that whiten the long vector by it.
+
+use super::forward::Problem;
+use super::geometry;
+use super::layout::Sensor;
+use super::noise::{self, Noise, Whitener};
+use rayon::prelude::*;
+
+/// Least noise of an encoder, rad or m: between its rows a model of the servo is no better.
+const LEAST_MOTOR_SIGMA: f64 = 1e-6;
+
+/// Filters of all groups.
+#[derive(Debug, Clone)]
+pub struct Whitening {
+    pub noise: Vec<Noise>,
+    filters: Vec<Whitener>,
+}
+
+impl Whitening {
+    pub fn new(problem: &Problem, noise: Vec<Noise>) -> Self {
+        let filters = problem.groups.iter().zip(&noise).map(|(g, n)| Whitener::new(g, n)).collect();
+        Self { noise, filters }
+    }
+
+    /// White noise as large as a residual.
+    pub fn white(problem: &Problem, residual: &[f64]) -> Self {
+        let of = |g: &super::layout::Group| {
+            let v = &residual[g.range()];
+            let rms = (v.iter().map(|x| x * x).sum::<f64>() / v.len() as f64).sqrt();
+            Noise::white(rms.max(noise::least_sigma(g)))
+        };
+        Self::new(problem, problem.groups.iter().map(of).collect())
+    }
+
+    /// Noise of the largest likelihood for a residual from which `fitted` parameters were taken; with 2 ln L.
+    pub fn of_residual(problem: &Problem, residual: &[f64], fitted: usize) -> (Self, f64) {
+        let share = fitted as f64 / problem.n.max(1) as f64;
+        let found: Vec<(Noise, f64)> = problem
+            .groups
+            .par_iter()
+            .map(|g| {
+                let (mut noise, mut two_ln_l) =
+                    noise::estimate(g, &residual[g.range()], share * g.range().len() as f64);
+                // reflectors of one pose err together
+                let together = geometry::inflation(problem, g.log, residual);
+                noise.sigma *= together.sqrt();
+                two_ln_l /= together;
+                if matches!(g.sensor, Sensor::Motor(_)) {
+                    noise.sigma = noise.sigma.max(LEAST_MOTOR_SIGMA);
+                }
+                (noise, two_ln_l)
+            })
+            .collect();
+        let two_ln_l = found.iter().map(|f| f.1).sum();
+        (Self::new(problem, found.into_iter().map(|f| f.0).collect()), two_ln_l)
+    }
+
+    /// Whitens a long vector in place.
+    pub fn apply(&self, problem: &Problem, values: &mut [f64]) {
+        for (g, f) in problem.groups.iter().zip(&self.filters) {
+            f.apply(&mut values[g.range()]);
+        }
+    }
+
+    /// A whitened copy.
+    pub fn of(&self, problem: &Problem, values: &[f64]) -> Vec<f64> {
+        let mut v = values.to_vec();
+        self.apply(problem, &mut v);
+        v
+    }
+
+    /// Takes the whitening back, in place.
+    pub fn undo(&self, problem: &Problem, values: &mut [f64]) {
+        for (g, f) in problem.groups.iter().zip(&self.filters) {
+            f.undo(&mut values[g.range()]);
+        }
+    }
+
+    /// Adjoint of [`Self::apply`], in place.
+    pub fn adjoint(&self, problem: &Problem, values: &mut [f64]) {
+        for (g, f) in problem.groups.iter().zip(&self.filters) {
+            f.adjoint(&mut values[g.range()]);
+        }
+    }
+}
