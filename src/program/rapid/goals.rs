@@ -3,10 +3,11 @@
 use super::arguments::{Arg, Switch};
 use super::lex::Kind;
 use super::read::{Item, Span, Storage};
-use super::steps::{Builder, External, Literal, Owner, Site};
+use super::rules::External;
+use super::steps::{Builder, Literal, Owner, Site};
 use super::value::{self, Node};
 use crate::error::Result;
-use crate::program::script::{At, Goal, PathKind, PoseGoal, Solution, Target, Text};
+use crate::program::script::{At, Goal, PathKind, PoseGoal, Solution, Target};
 use crate::robot::{JointKind, Robot};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;
@@ -80,7 +81,7 @@ impl Builder<'_> {
                 Ok(values) => {
                     let at = At { file: 0, line: self.f.line(span.start) };
                     self.targets.push(Target { name: None, at, values });
-                    self.externals.push(external(text, node.get(1)));
+                    self.externals.push(External::of(text, node.get(1)));
                     self.literals.push(Literal { bytes: node.bytes(), owner: None });
                     Goal::Joints(self.targets.len() - 1)
                 }
@@ -124,7 +125,7 @@ impl Builder<'_> {
         }
         let at = At { file: 0, line: self.f.line(decl.at) };
         self.targets.push(Target { name: Some(name.clone()), at, values });
-        self.externals.push(external(text, node.get(1)));
+        self.externals.push(External::of(text, node.get(1)));
         let keep = self.f.states[d].read || self.f.reaches_out(d);
         let owner = Owner { bytes: first..last, head: head.join(" "), name, keep };
         self.literals.push(Literal { bytes: node.bytes(), owner: Some(owner) });
@@ -158,12 +159,12 @@ impl Builder<'_> {
         let Some(rotation) = unit(w, x, y, z) else {
             return Goal::Opaque("its orientation is no quaternion".into());
         };
-        site.external_axes = self::external(self.f.text, Some(external));
+        site.external_axes = External::of(self.f.text, Some(external));
         if matches!(site.external_axes, External::Numbers(_)) {
             site.external = Some(String::from_utf8_lossy(self.f.text.slice(external.bytes())).into_owned());
         }
         // a track carries the base, a positioner may carry the work object
-        let carried = !matches!(site.external_axes, External::Numbers(axes) if !axes.into_iter().any(is_used));
+        let carried = site.external_axes.used_from(0);
         let carried = carried.then(|| "external axes, which may carry the robot or the work object".to_string());
         let frame = self.frame(wobj, item).or_else(|| self.tool(tool, item)).or(carried);
         let checked = if path == PathKind::Joint { self.configured.joint } else { self.configured.linear };
@@ -179,18 +180,10 @@ impl Builder<'_> {
             Goal::Joints(t) => self.externals.get(*t).cloned().unwrap_or_default(),
             _ => site.external_axes.clone(),
         };
+        // the first of them that the robot file does not have
         let first = self.robot.dof().saturating_sub(6).min(6);
-        let Some(before) = self.external.replace(axes.clone()) else { return false };
-        match (before, axes) {
-            (External::Numbers(a), External::Numbers(b)) => {
-                (first..6).any(|k| (is_used(a[k]) || is_used(b[k])) && a[k] != b[k])
-            }
-            // all of the axes are the robot's own
-            _ if first == 6 => false,
-            (_, External::Numbers(b)) => b[first..].iter().any(|v| is_used(*v)),
-            (External::Text(a), External::Text(b)) => a != b,
-            _ => true,
-        }
+        let before = self.external.replace(axes.clone());
+        before.is_some_and(|before| before.moves_to(&axes, first))
     }
 
     /// Why a robtarget is not in the world frame.
@@ -228,18 +221,6 @@ impl Builder<'_> {
         let same = other.translation.vector.norm() < 1e-5 && other.rotation.angle() < 1e-3;
         (!same).then(|| format!("tool `{name}`, which is not the tool of the robot file"))
     }
-}
-
-/// External axes as they are written.
-fn external(text: &Text, node: Option<&Node>) -> External {
-    let Some(node) = node else { return External::Unknown };
-    let written = || String::from_utf8_lossy(text.slice(node.bytes())).to_ascii_lowercase();
-    node.numbers::<6>().map_or_else(|| External::Text(written()), External::Numbers)
-}
-
-/// 9E9 (9E+09, 1E+10 in older programs): the axis is not used.
-fn is_used(external: f64) -> bool {
-    external.abs() < 8.9e9
 }
 
 /// Quarters of a turn in which a configuration has axes 1, 4 and 6.

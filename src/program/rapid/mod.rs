@@ -5,6 +5,7 @@
 //! - [`words`]: what RAPID's own names mean: reserved words, motion instructions, what never moves, speeds and zones.
 //! - [`read`]: tokens to modules, routines and declarations; [`statements`]: what stands in routines.
 //! - [`facts`]: which declaration a name means, whether its value is certain, which routines move.
+//! - [`rules`]: what holds for the file: where the program starts, configurations, external axes.
 //! - [`value`]: `[[..],[..]]` and the numbers in it.
 //! - [`arguments`]: what stands between the commas of an instruction.
 //! - [`goals`]: targets of moves: joint values, poses, or why neither can be told.
@@ -19,6 +20,7 @@ mod facts;
 mod goals;
 mod lex;
 mod read;
+mod rules;
 mod statements;
 mod steps;
 mod value;

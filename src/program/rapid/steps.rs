@@ -4,15 +4,15 @@ use super::arguments::{Arg, arguments, goal_name, motion_of, positional};
 use super::facts::{self, Facts};
 use super::lex::Kind;
 use super::read::{Item, ItemKind, Parsed, Span};
+use super::rules::{Configured, External, configured_first, entry_routine};
 use super::value::{self, Node};
 use super::words::{self, Leads, Motion};
 use crate::error::Result;
+use crate::program::script::blocks::Steps;
 use crate::program::script::sites::Time;
-use crate::program::script::{
-    At, Break, Goal, Move, Note, PathKind, Script, Speed, Step, StepKind, Target, Text, number, pragma,
-};
+use crate::program::script::{At, Break, Goal, Move, Note, PathKind, Script, Speed, StepKind, Target, Text, number};
 use crate::robot::Robot;
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 /// A target as it can be written: bytes of its list, and where it is declared.
@@ -69,9 +69,7 @@ pub fn build(text: Text, p: &Parsed, robot: &Robot) -> Result<Built> {
         f: Facts::new(&text, p, &goals),
         robot,
         displaced: p.words.iter().any(|w| w.starts_with("pdispon") || w == "pdispset"),
-        steps: Vec::new(),
-        sites: BTreeMap::new(),
-        open: Vec::new(),
+        steps: Steps::default(),
         targets: Vec::new(),
         literals: Vec::new(),
         externals: Vec::new(),
@@ -81,27 +79,16 @@ pub fn build(text: Text, p: &Parsed, robot: &Robot) -> Result<Built> {
         known: HashMap::new(),
         nodes: HashMap::new(),
         notes: BTreeMap::new(),
-        comment: 0,
         synchronised: false,
         entry_routine: entry_routine(p),
-        entry: None,
     };
     for (item, motion) in p.items.iter().zip(args) {
         b.item(item, motion)?;
     }
-    b.pragmas(usize::MAX);
-    let Builder { steps, sites, targets, literals, notes, entry, .. } = b;
+    b.steps.pragmas(&text, &p.comments, usize::MAX);
+    let Builder { steps, targets, literals, notes, .. } = b;
     let mut out = Built { literals, ..Built::default() };
-    for (k, step) in steps.into_iter().enumerate() {
-        let Some(step) = step else { continue };
-        if entry == Some(k) {
-            out.script.entry = Some(out.script.steps.len());
-        }
-        if let Some(site) = sites.get(&k) {
-            out.sites.insert(out.script.steps.len(), site.clone());
-        }
-        out.script.steps.push(step);
-    }
+    out.sites = steps.finish(&mut out.script);
     out.script.targets = targets;
     out.script.notes = notes.into_values().collect();
     out.script.texts = vec![text];
@@ -112,10 +99,7 @@ pub struct Builder<'a> {
     pub f: Facts<'a>,
     pub robot: &'a Robot,
     pub displaced: bool,
-    /// `None`: a break of a block that holds nothing which moves.
-    steps: Vec<Option<Step>>,
-    sites: BTreeMap<usize, Site>,
-    open: Vec<Block>,
+    steps: Steps<Site>,
     pub targets: Vec<Target>,
     pub literals: Vec<Literal>,
     /// External axes of each target.
@@ -130,125 +114,38 @@ pub struct Builder<'a> {
     /// Values of declarations.
     nodes: HashMap<usize, Option<Node>>,
     notes: BTreeMap<(u64, String), Note>,
-    /// Next comment to look at.
-    comment: usize,
     synchronised: bool,
-    /// Where the program starts: the routine, and its first step.
+    /// The routine with which the program starts.
     entry_routine: Option<usize>,
-    entry: Option<usize>,
-}
-
-/// `main`, else the first procedure with a move or a call that none of this file calls.
-fn entry_routine(p: &Parsed) -> Option<usize> {
-    let main = p.routines.iter().position(|r| r.name == "main");
-    let called: HashSet<&str> = p.items.iter().flat_map(|item| facts::called(p, item)).collect();
-    let acts = |k: usize| {
-        let of = |item: &&Item| item.routine == k && facts::called(p, item).any(|name| !words::is_quiet(name));
-        p.items.iter().any(|item| of(&item))
-    };
-    let may = |k: &usize| p.routines[*k].procedure && !called.contains(p.routines[*k].name.as_str()) && acts(*k);
-    main.or_else(|| (0..p.routines.len()).find(may))
-}
-
-/// Whether routines start with configurations watched: not where `main` switches that off and nothing switches it on.
-fn configured_first(p: &Parsed) -> Configured {
-    let watched = |name: &str| {
-        let of = |item: &&Item| p.words.get(item.span.start).is_some_and(|w| w == name);
-        let off = |item: &Item| p.words[item.span.clone()].iter().any(|w| w == "off");
-        let in_main = |item: &Item| p.routines.get(item.routine).is_some_and(|r| r.name == "main");
-        let mut all = p.items.iter().filter(of).peekable();
-        all.peek().is_none() || !p.items.iter().filter(of).all(off) || !all.any(in_main)
-    };
-    Configured { joint: watched("confj"), linear: watched("confl") }
-}
-
-/// External axes of a target, as they are written.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub enum External {
-    Numbers([f64; 6]),
-    /// A name, or numbers that are computed.
-    Text(String),
-    /// Nothing can be said.
-    #[default]
-    Unknown,
-}
-
-/// On joint moves, and on straight and circular ones.
-#[derive(Clone, Copy)]
-pub struct Configured {
-    pub joint: bool,
-    pub linear: bool,
-}
-
-/// A block that is open: its own breaks, and whether anything in it moves.
-#[derive(Default)]
-struct Block {
-    breaks: Vec<usize>,
-    busy: bool,
 }
 
 impl Builder<'_> {
+    fn at(&self, token: usize) -> At {
+        At { file: 0, line: self.f.line(token) }
+    }
+
     fn push(&mut self, token: usize, kind: StepKind) -> usize {
-        if !matches!(kind, StepKind::Dwell(_))
-            && let Some(block) = self.open.last_mut()
-        {
-            block.busy = true;
-        }
         if matches!(kind, StepKind::Break(_)) {
             self.external = None;
         }
-        let at = At { file: 0, line: self.f.line(token) };
-        self.steps.push(Some(Step { at, kind }));
-        self.steps.len() - 1
-    }
-
-    pub fn note(&mut self, token: usize, text: String) {
-        let place = At { file: 0, line: self.f.line(token) };
-        self.notes.entry((place.line, text.clone())).or_insert(Note { place, text });
-    }
-
-    /// Comments for the tool that stand before a byte.
-    fn pragmas(&mut self, before: usize) {
-        while let Some(&(start, end)) = self.f.p.comments.get(self.comment).filter(|c| c.0 < before) {
-            self.comment += 1;
-            if let Some(on) = pragma(self.f.text.slice(start..end)) {
-                let at = At { file: 0, line: self.f.text.line_of(start) };
-                if let Some(block) = self.open.last_mut() {
-                    block.busy = true;
-                }
-                self.steps.push(Some(Step { at, kind: StepKind::Pragma(on) }));
-            }
-        }
-    }
-
-    /// A break that belongs to the innermost block.
-    fn block_break(&mut self, token: usize, kind: Break) {
-        let at = At { file: 0, line: self.f.line(token) };
-        self.steps.push(Some(Step { at, kind: StepKind::Break(kind) }));
-        let k = self.steps.len() - 1;
-        if let Some(block) = self.open.last_mut() {
-            block.breaks.push(k);
-        }
+        self.steps.push(self.at(token), kind)
     }
 
     fn close(&mut self, token: usize, kind: Break) {
-        let Some(block) = self.open.pop() else {
-            self.push(token, StepKind::Break(kind));
-            return;
-        };
-        if block.busy {
-            self.push(token, StepKind::Break(kind));
-            return;
+        if self.steps.close(self.at(token), kind) {
+            self.external = None;
         }
-        for k in block.breaks {
-            self.steps[k] = None;
-        }
+    }
+
+    pub fn note(&mut self, token: usize, text: String) {
+        let place = self.at(token);
+        self.notes.entry((place.line, text.clone())).or_insert(Note { place, text });
     }
 
     fn item(&mut self, item: &Item, motion: Option<(Motion, Vec<Arg>)>) -> Result<()> {
         let token = item.span.start;
         if let Some(t) = self.f.p.tokens.get(token) {
-            self.pragmas(t.start);
+            self.steps.pragmas(self.f.text, &self.f.p.comments, t.start);
         }
         if item.kind != ItemKind::Start && motion.is_none() && !matches!(item.kind, ItemKind::Call { .. }) {
             let calls = facts::called(self.f.p, item).any(|name| self.f.may_move(name));
@@ -258,20 +155,19 @@ impl Builder<'_> {
         }
         match item.kind {
             ItemKind::Start => {
-                self.open.clear();
+                self.steps.start();
                 self.synchronised = false;
                 self.configured = self.configured_first;
                 let k = self.push(token, StepKind::Break(Break::Start));
                 if self.entry_routine == Some(item.routine) {
-                    self.entry.get_or_insert(k);
+                    self.steps.entry.get_or_insert(k);
                 }
             }
             ItemKind::Branch | ItemKind::Loop => {
-                self.open.push(Block::default());
                 let kind = if item.kind == ItemKind::Loop { Break::Loop } else { Break::Jump };
-                self.block_break(token, kind);
+                self.steps.open(self.at(token), kind);
             }
-            ItemKind::Middle => self.block_break(token, Break::Jump),
+            ItemKind::Middle => self.steps.middle(self.at(token), Break::Jump),
             ItemKind::EndBranch => self.close(token, Break::Jump),
             ItemKind::EndLoop => self.close(token, Break::Loop),
             ItemKind::Label => {
@@ -436,7 +332,7 @@ impl Builder<'_> {
         site.args = args;
         let m = Move { path: motion.path, goal, fixed: None, closed, speed, blend_m, way: Vec::new() };
         let k = self.push(token, StepKind::Move(m));
-        self.sites.insert(k, site);
+        self.steps.place(k, site);
         if let Some(on) = motion.process.or(switched_on.filter(|_| !motion.plain)) {
             self.push(token, StepKind::Process(on));
         }

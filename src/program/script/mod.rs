@@ -6,8 +6,9 @@
 //! robots beyond the unit of an axis, nor of compensation.
 //!
 //! Rooms: [`number`] numbers and the style in which they are written; [`text`] bytes, lines and patches; [`sites`] what writers of
-//! languages with statements share; [`lex`] words, numbers and marks of such languages.
+//! languages with statements share; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps.
 
+pub mod blocks;
 #[cfg(test)]
 pub(crate) mod harness;
 pub mod lex;

@@ -5,8 +5,9 @@ use super::read::{Item, ItemKind, Parsed, Span};
 use super::value;
 use super::words::{self, Motion, MotionKind};
 use crate::error::{Result, one_line};
+use crate::program::script::blocks::Steps;
 use crate::program::script::sites::Time;
-use crate::program::script::{At, Break, Goal, Move, PathKind, Script, Speed, Step, StepKind, Target, Text, pragma};
+use crate::program::script::{At, Break, Goal, Move, PathKind, Script, Speed, StepKind, Target, Text};
 use crate::robot::Robot;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
@@ -65,37 +66,24 @@ pub fn build(text: Text, mut p: Parsed, robot: &Robot) -> Result<(Built, Vec<Str
         p: &p,
         robot,
         tool: Err(String::new()),
-        steps: Vec::new(),
-        sites: BTreeMap::new(),
-        open: Vec::new(),
+        steps: Steps::default(),
         targets: Vec::new(),
         literals: Vec::new(),
         known: HashMap::new(),
         led: None,
-        comment: 0,
         entry_def: entry_def(&p, &moving),
         moving,
         def: None,
         last_start: None,
-        entry: None,
     };
     b.tool = b.find_tool();
     for item in &p.items {
         b.item(item)?;
     }
-    b.pragmas(usize::MAX);
-    let Builder { steps, sites, targets, literals, entry, .. } = b;
+    b.steps.pragmas(&text, &p.comments, usize::MAX);
+    let Builder { steps, targets, literals, .. } = b;
     let mut out = Built { literals, ..Built::default() };
-    for (k, step) in steps.into_iter().enumerate() {
-        let Some(step) = step else { continue };
-        if entry == Some(k) {
-            out.script.entry = Some(out.script.steps.len());
-        }
-        if let Some(site) = sites.get(&k) {
-            out.sites.insert(out.script.steps.len(), site.clone());
-        }
-        out.script.steps.push(step);
-    }
+    out.sites = steps.finish(&mut out.script);
     out.script.targets = targets;
     out.script.texts = vec![text];
     Ok((out, p.words))
@@ -107,24 +95,19 @@ pub struct Builder<'a> {
     pub robot: &'a Robot,
     moving: HashMap<String, bool>,
     pub tool: std::result::Result<usize, String>,
-    /// `None`: a break of a block that holds nothing which moves.
-    steps: Vec<Option<Step>>,
-    sites: BTreeMap<usize, Site>,
-    open: Vec<Block>,
+    steps: Steps<Site>,
     pub targets: Vec<Target>,
     pub literals: Vec<Literal>,
     /// Targets of variables.
     pub known: HashMap<(Option<usize>, String), usize>,
     /// Function that was called last in the text and by which something else moves the robot beside its targets.
     led: Option<&'static str>,
-    /// Next comment to look at.
-    comment: usize,
-    /// Where the program starts: the function (`None`: none), and the last start before the first thing that it does.
+    /// The function with which the program starts; `None`: none.
     entry_def: Option<usize>,
     /// The function of the item at hand.
     def: Option<usize>,
+    /// The step at which the last function started or ended.
     last_start: Option<usize>,
-    entry: Option<usize>,
 }
 
 /// What runs first: what stands outside of functions, where that moves; the function that it calls first; else the first
@@ -151,71 +134,34 @@ fn entry_def(p: &Parsed, moving: &HashMap<String, bool>) -> Option<usize> {
     p.defs.iter().enumerate().find(|d| may(*d)).map(|d| d.0)
 }
 
-/// A block that is open: its own breaks, and whether anything in it moves.
-#[derive(Default)]
-struct Block {
-    breaks: Vec<usize>,
-    busy: bool,
-}
-
 impl Builder<'_> {
     pub fn line(&self, token: usize) -> u64 {
         self.text.line_of(self.p.tokens.get(token).map_or(self.text.bytes.len(), |t| t.start))
     }
 
+    fn at(&self, token: usize) -> At {
+        At { file: 0, line: self.line(token) }
+    }
+
     fn push(&mut self, token: usize, kind: StepKind) -> usize {
-        if !matches!(kind, StepKind::Dwell(_))
-            && let Some(block) = self.open.last_mut()
-        {
-            block.busy = true;
-        }
-        let at = At { file: 0, line: self.line(token) };
         match kind {
-            StepKind::Break(Break::Start) => self.last_start = Some(self.steps.len()),
-            StepKind::Move(_) | StepKind::Break(Break::Call | Break::Jump | Break::Loop)
-                if self.def == self.entry_def =>
-            {
-                self.entry = self.entry.or(self.last_start);
-            }
+            StepKind::Break(Break::Start) => self.last_start = Some(self.steps.next()),
+            StepKind::Move(_) | StepKind::Break(Break::Call | Break::Jump | Break::Loop) => self.acts(),
             _ => {}
         }
-        self.steps.push(Some(Step { at, kind }));
-        self.steps.len() - 1
-    }
-
-    /// Comments for the tool that stand before a byte.
-    fn pragmas(&mut self, before: usize) {
-        while let Some(&(start, end)) = self.p.comments.get(self.comment).filter(|c| c.0 < before) {
-            self.comment += 1;
-            if let Some(on) = pragma(self.text.slice(start..end)) {
-                let at = At { file: 0, line: self.text.line_of(start) };
-                if let Some(block) = self.open.last_mut() {
-                    block.busy = true;
-                }
-                self.steps.push(Some(Step { at, kind: StepKind::Pragma(on) }));
-            }
-        }
-    }
-
-    fn block_break(&mut self, token: usize, kind: Break) {
-        let at = At { file: 0, line: self.line(token) };
-        self.steps.push(Some(Step { at, kind: StepKind::Break(kind) }));
-        let k = self.steps.len() - 1;
-        if let Some(block) = self.open.last_mut() {
-            block.breaks.push(k);
-        }
+        self.steps.push(self.at(token), kind)
     }
 
     fn close(&mut self, token: usize, kind: Break) {
-        match self.open.pop() {
-            Some(block) if !block.busy => {
-                for k in block.breaks {
-                    self.steps[k] = None;
-                }
-            }
-            _ => {
-                self.push(token, StepKind::Break(kind));
-            }
+        if self.steps.close(self.at(token), kind) {
+            self.acts();
+        }
+    }
+
+    /// The program starts before the first thing that its first function does.
+    fn acts(&mut self) {
+        if self.def == self.entry_def {
+            self.steps.entry = self.steps.entry.or(self.last_start);
         }
     }
 
@@ -226,7 +172,7 @@ impl Builder<'_> {
     fn item(&mut self, item: &Item) -> Result<()> {
         let token = item.span.start;
         if let Some(t) = self.p.tokens.get(token) {
-            self.pragmas(t.start);
+            self.steps.pragmas(self.text, &self.p.comments, t.start);
         }
         self.def = item.def;
         if let Some((motion, args, span)) = call(self.p, item) {
@@ -248,14 +194,14 @@ impl Builder<'_> {
         }
         match item.kind {
             ItemKind::Start => {
-                self.open.clear();
+                self.steps.start();
                 self.push(token, StepKind::Break(Break::Start));
             }
             ItemKind::Branch | ItemKind::Loop => {
-                self.open.push(Block::default());
-                self.block_break(token, if item.kind == ItemKind::Loop { Break::Loop } else { Break::Jump });
+                let kind = if item.kind == ItemKind::Loop { Break::Loop } else { Break::Jump };
+                self.steps.open(self.at(token), kind);
             }
-            ItemKind::Middle => self.block_break(token, Break::Jump),
+            ItemKind::Middle => self.steps.middle(self.at(token), Break::Jump),
             ItemKind::EndBranch => self.close(token, Break::Jump),
             ItemKind::EndLoop => self.close(token, Break::Loop),
             ItemKind::Assign { .. } => {}
@@ -375,7 +321,7 @@ impl Builder<'_> {
             token,
             StepKind::Move(Move { path: motion.path, goal, fixed: None, closed, speed, blend_m, way: Vec::new() }),
         );
-        self.sites.insert(k, site);
+        self.steps.place(k, site);
         Ok(())
     }
 }
