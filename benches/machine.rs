@@ -2,8 +2,8 @@
 //!
 //! `cargo bench --bench machine`.
 
-use lostmotion::effect::{Backlash, Decay, Effect, Hysteresis, ServoLag, Stiction, TransmissionError};
-use lostmotion::machine::{Drive, predict};
+use lostmotion::effects::{Backlash, Decay, Effect, Hysteresis, ServoLag, Stiction, TransmissionError};
+use lostmotion::machine::{CommandTrajectory, predict};
 use lostmotion::model::Model;
 use lostmotion::robot::Robot;
 use std::path::Path;
@@ -20,12 +20,12 @@ fn robot() -> Robot {
 }
 
 /// Five joints swing at 25 Hz, the sixth rests.
-fn drive(robot: &Robot) -> Drive {
+fn drive(robot: &Robot) -> CommandTrajectory {
     let t_s: Vec<f64> = (0..ROWS).map(|i| i as f64 * 0.04).collect();
     let column =
         |a: usize| t_s.iter().map(move |t| if a < 5 { 0.3 * (t * (0.05 + 0.02 * a as f64)).sin() } else { 0.1 });
     let cmd = (0..6).map(|a| column(a).collect()).collect();
-    Drive::of_columns(robot, t_s.clone(), cmd, None, false)
+    CommandTrajectory::of_columns(robot, t_s.clone(), cmd, None, false)
 }
 
 fn gear(bencher: divan::Bencher, effects: &[Effect]) {

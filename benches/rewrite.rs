@@ -6,7 +6,7 @@
 //! parsing, copying), one that changes every number (parsing and printing, no mathematics), and the engine.
 
 use lostmotion::compensator::{BacklashOffset, Compensator, Evidence, JointCompensator};
-use lostmotion::effect::GapCurve;
+use lostmotion::effects::GapCurve;
 use lostmotion::error::{Error, Result};
 use lostmotion::io::output::Manner;
 use lostmotion::program::csv::{Reader, Style};

@@ -7,7 +7,7 @@ pub mod assess;
 pub mod cli;
 pub mod compensator;
 pub mod diagnose;
-pub mod effect;
+pub mod effects;
 pub mod error;
 pub mod fit;
 pub mod gaps;

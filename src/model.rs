@@ -1,6 +1,6 @@
 //! The model file `lostmotion/model/1`: a robot, the tracker's frame, and what is known to be wrong with the machine.
 
-use crate::effect::{Effect, Placed, Target, entry};
+use crate::effects::{Effect, EffectInstance, Target, entry};
 use crate::error::{Error, Result};
 use crate::io::{input, yaml, yaml::Document};
 use crate::robot::{Robot, file::FrameFile, file::RobotFile};
@@ -17,9 +17,9 @@ pub const SCHEMA: &str = "lostmotion/model/1";
 pub struct Model {
     pub robot: Robot,
     pub registration: Option<Isometry3<f64>>,
-    pub effects: Vec<Placed>,
+    pub effects: Vec<EffectInstance>,
     /// Side of the gap on which each axis starts: -1, 0 or +1.
-    pub preload: Vec<i8>,
+    pub initial_gap_side: Vec<i8>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -29,8 +29,8 @@ struct ModelFile {
     robot: Value,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     registration: Option<FrameFile>,
-    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
-    preload: IndexMap<String, i8>,
+    #[serde(default, alias = "preload", skip_serializing_if = "IndexMap::is_empty")]
+    initial_gap_side: IndexMap<String, i8>,
     #[serde(default)]
     effects: Vec<Value>,
 }
@@ -38,8 +38,8 @@ struct ModelFile {
 impl Model {
     /// A machine without faults.
     pub fn ideal(robot: Robot) -> Self {
-        let preload = vec![0; robot.dof()];
-        Self { robot, registration: None, effects: Vec::new(), preload }
+        let initial_gap_side = vec![0; robot.dof()];
+        Self { robot, registration: None, effects: Vec::new(), initial_gap_side }
     }
 
     /// Reads and checks a model file; its `robot` is a path relative to it, or the robot inline.
@@ -69,12 +69,14 @@ impl Model {
             }
             model.registration = Some(frame.to_isometry());
         }
-        for (name, &side) in &file.preload {
+        for (name, &side) in &file.initial_gap_side {
             match model.robot.axis_named(name) {
-                Some(axis) if (-1..=1).contains(&side) => model.preload[axis] = side,
+                Some(axis) if (-1..=1).contains(&side) => model.initial_gap_side[axis] = side,
                 _ => {
                     let expected = format!("a joint of {} and -1, 0 or +1", model.robot.axis_names().join(", "));
-                    return Err(Error::bad(doc.place(&["preload"]), format!("preload {name}: {side}"), expected));
+                    // `preload` is the older name of the key
+                    let key = if text.contains("initial_gap_side") { "initial_gap_side" } else { "preload" };
+                    return Err(Error::bad(doc.place(&[key]), format!("{key} {name}: {side}"), expected));
                 }
             }
         }
@@ -90,17 +92,17 @@ impl Model {
     }
 
     fn to_file(&self, robot: Value) -> ModelFile {
-        let mut preload = IndexMap::new();
-        for (joint, &side) in self.robot.axis_joints().zip(&self.preload) {
+        let mut initial_gap_side = IndexMap::new();
+        for (joint, &side) in self.robot.axis_joints().zip(&self.initial_gap_side) {
             if side != 0 {
-                preload.insert(joint.name.clone(), side);
+                initial_gap_side.insert(joint.name.clone(), side);
             }
         }
         ModelFile {
             schema: SCHEMA.into(),
             robot,
             registration: self.registration.as_ref().map(FrameFile::from_isometry),
-            preload,
+            initial_gap_side,
             effects: self.effects.iter().map(|e| entry::write(e, &self.robot)).collect(),
         }
     }

@@ -1,9 +1,9 @@
 //! The page of the effect catalogue and a picture of each signature, simulated with the program's own machine chain.
 
-use lostmotion::effect::catalogue::{CARDS, Card};
-use lostmotion::effect::{Stage, entry};
+use lostmotion::effects::catalogue::{CARDS, EffectInfo};
+use lostmotion::effects::{Stage, entry};
 use lostmotion::io::yaml::Document;
-use lostmotion::machine::{Drive, predict};
+use lostmotion::machine::{CommandTrajectory, predict};
 use lostmotion::model::Model;
 use lostmotion::report::plots::axes::{Frame, Size, extent, widen};
 use lostmotion::report::plots::line;
@@ -86,12 +86,12 @@ fn motion(name: &str) -> (Vec<f64>, Vec<Vec<f64>>) {
     (t_s, vec![a1, a2])
 }
 
-fn picture(card: &Card) -> String {
+fn picture(card: &EffectInfo) -> String {
     let (effect, view) = example(card.name);
     let robot = Robot::parse("example", ROBOT).expect("the example's robot is one");
     let mut model = Model::ideal(robot.clone());
     let (t_s, cmd) = motion(card.name);
-    let drive = Drive::of_columns(&robot, t_s.clone(), cmd.clone(), None, false);
+    let drive = CommandTrajectory::of_columns(&robot, t_s.clone(), cmd.clone(), None, false);
     let ideal = predict(&model, &drive);
     let value = serde_yaml::from_str(effect).expect("the example's effect is YAML");
     let placed = entry::read(&value, &robot, &Document { name: "example", text: effect });
@@ -113,7 +113,7 @@ fn picture(card: &Card) -> String {
     draw(card, &x, &series, x_title, y_title)
 }
 
-fn draw(card: &Card, x: &[f64], series: &[Vec<f64>], x_title: &str, y_title: &str) -> String {
+fn draw(card: &EffectInfo, x: &[f64], series: &[Vec<f64>], x_title: &str, y_title: &str) -> String {
     const STYLE: &str = "text{font:11px system-ui,sans-serif;fill:#57616c}.grid{stroke:#dde2e7}.zero{stroke:#8a949e}\
 .axis{stroke:#57616c}path{fill:none;stroke:#0072b2;stroke-width:1.6}.second{stroke:#d55e00;stroke-dasharray:5 3}\
 @media(prefers-color-scheme:dark){text{fill:#a3adb8}.grid{stroke:#2e363f}path{stroke:#4da9e6}.second{stroke:#f58549}}";
@@ -144,7 +144,7 @@ fn page() -> String {
     let mut md = String::from(
         "# The effect catalogue
 
-Written by `cargo run --example effect_pictures` from `src/effect/catalogue.rs`; a test holds the two together.
+Written by `cargo run --example effect_pictures` from `src/effects/catalogue.rs`; a test holds the two together.
 
 One catalogue serves `simulate`, `diagnose`, `assess` and `rewrite --model`. Each effect has one name, one equation and one place in the
 chain: command -> servo -> gear -> link -> geometry -> TCP -> measurement. The stages are chained: the gear sees what the servo
@@ -152,7 +152,7 @@ made. Within a stage effects act in the order of the model file; one may stand t
 
 `p` is the commanded position of a joint, `dir` the sign of its last movement (a pause keeps it), `t_rev` the time of its last
 reversal. Before a joint's first movement the play stands in the middle of its gap and `z = 0`, unless the model says
-`preload: {A1: +1}`. Times count from the first row of a log. Settled poses (a log without `t_s`) have no time: what fades in
+`initial_gap_side: {A1: +1}` (`preload` in older files). Times count from the first row of a log. Settled poses (a log without `t_s`) have no time: what fades in
 time has faded, and there is no lag, drift, vibration or time offset.
 
 An entry names its joint (`joint: A1`), its coupling (`target: A6<-A5`) or its DH parameter (`target: A2.a`); tool, TCP and log need no

@@ -1,8 +1,8 @@
 //! The simulated instrument of seed 002: its excitation, its four paths; learned, tracked and run.
 
 use lostmotion::compensator::{BacklashOffset, Compensator};
-use lostmotion::effect::curve::Pchip;
-use lostmotion::effect::{Effect, GapCurve, JointZeroOffset, Placed};
+use lostmotion::effects::curve::Pchip;
+use lostmotion::effects::{Effect, EffectInstance, GapCurve, JointZeroOffset};
 use lostmotion::io::input::from_bytes;
 use lostmotion::learn::{self, Kind, Learned, Lesson, Source};
 use lostmotion::log::Log;
@@ -86,7 +86,7 @@ impl Instrument {
             for axis in 0..model.robot.dof() {
                 // normal numbers of any unit
                 let offset = JointZeroOffset { offset: noise.draw_m() };
-                model.effects.push(Placed::on_axis(axis, Effect::JointZeroOffset(offset)));
+                model.effects.push(EffectInstance::on_axis(axis, Effect::JointZeroOffset(offset)));
             }
         }
         model

@@ -6,7 +6,7 @@
 //!
 //! Exact, not linearised; a gap that depends on position is taken at the commanded one.
 
-use crate::effect::{Effect, GapCurve, Track};
+use crate::effects::{Effect, GapCurve, Track};
 use crate::model::Model;
 use crate::program::Program;
 use crate::robot::Robot;

@@ -2,7 +2,7 @@
 
 use crate::cli::{page, paths};
 use crate::compensator::{Compensator, FrictionShape, file::is_date};
-use crate::effect::Decay;
+use crate::effects::Decay;
 use crate::error::{Error, Place, Result, is_stdio};
 use crate::fit::{Form, fit, spacing};
 use crate::gaps::{Gaps, file::document};

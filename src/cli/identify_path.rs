@@ -93,7 +93,7 @@ fn table(found: &PathFound, robot: &Robot) -> String {
         ];
         match &j.stiction {
             Some(s) => {
-                let (crate::effect::Decay::Time(d) | crate::effect::Decay::Travel(d)) = s.decay;
+                let (crate::effects::Decay::Time(d) | crate::effects::Decay::Travel(d)) = s.decay;
                 row.extend([edge(s.spike), span(s.ci95), format!("{d:.2}")]);
                 row.push(format!("{:.2} .. {:.2}", s.decay_ci95[0], s.decay_ci95[1]));
             }

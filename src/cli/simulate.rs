@@ -1,7 +1,7 @@
 //! `lostmotion simulate`: model + program or log -> predicted log.
 
 use crate::cli::{page, paths};
-use crate::effect::{Effect, Placed, entry};
+use crate::effects::{Effect, EffectInstance, entry};
 use crate::error::{Error, Place, Result, counted, is_stdio, shown};
 use crate::io::input;
 use crate::io::output::{self, Output};
@@ -113,7 +113,7 @@ pub fn run(args: Args) -> Result<()> {
         }
         if log.poses {
             written.notes.push("no t_s: rows are settled poses, where the servo has worked its error off".into());
-            let timeless = |e: &&Placed| {
+            let timeless = |e: &&EffectInstance| {
                 use Effect::{ServoLag, ThermalDrift, TimeOffset, Vibration};
                 matches!(e.effect, ServoLag(_) | ThermalDrift(_) | Vibration(_) | TimeOffset(_))
             };

@@ -128,7 +128,7 @@ pub fn run(args: Args) -> Result<()> {
         }
         None if nominal => Kinematics::nominal(robot, &path.coordinates),
         None => {
-            let left = model.effects.iter().filter(|e| e.effect.stage() != crate::effect::Stage::Geometry).count();
+            let left = model.effects.iter().filter(|e| e.effect.stage() != crate::effects::Stage::Geometry).count();
             if left > 0 {
                 eprintln!(
                     "note: {} of the model {} joints, not the geometry: rewrite --model undoes those that an offset can",

@@ -17,7 +17,7 @@
 use super::evidence;
 use super::schedule::{self, shown, tidy};
 use super::{BacklashOffset, Compensator, FrictionOffset, FrictionShape, JointCompensator};
-use crate::effect::{Decay, GapCurve};
+use crate::effects::{Decay, GapCurve};
 use crate::error::{Error, Place, Result};
 use crate::io::{input, yaml::Document};
 use crate::robot::{Joint, Robot};

@@ -13,7 +13,7 @@
 //! document: [`crate::rewrite::statics`] undoes it. What no joint offset can undo is listed by [`not_compensated`].
 
 use super::{BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator};
-use crate::effect::{Decay, Effect, GapCurve, curve::Pchip};
+use crate::effects::{Decay, Effect, GapCurve, curve::Pchip};
 use crate::error::{Error, Place, Result};
 use crate::model::Model;
 
@@ -156,13 +156,13 @@ fn sum(a: &GapCurve, b: &GapCurve) -> GapCurve {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::{Backlash, Hysteresis, Placed, ServoLag, Stiction};
+    use crate::effects::{Backlash, EffectInstance, Hysteresis, ServoLag, Stiction};
     use crate::robot::Robot;
 
     fn model(effects: Vec<Effect>) -> Model {
         let text = "schema: lostmotion/robot/1\njoints:\n  - {name: A1, kind: revolute, a_mm: 500}\n";
         let mut model = Model::ideal(Robot::parse("robot.yaml", text).unwrap());
-        model.effects = effects.into_iter().map(|e| Placed::on_axis(0, e)).collect();
+        model.effects = effects.into_iter().map(|e| EffectInstance::on_axis(0, e)).collect();
         model
     }
 

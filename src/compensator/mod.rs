@@ -13,7 +13,7 @@ pub mod file;
 pub mod from_model;
 pub mod schedule;
 
-use crate::effect::{Decay, GapCurve};
+use crate::effects::{Decay, GapCurve};
 use crate::gaps::LogRef;
 
 /// Offsets for the joints of one robot.

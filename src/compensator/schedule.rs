@@ -4,7 +4,7 @@
 //! A polynomial without a range holds over the limits of its joint; beyond its range or its knots a schedule is constant. A
 //! schedule that falls below zero anywhere is refused: a gap cannot be negative.
 
-use crate::effect::{GapCurve, curve::Pchip};
+use crate::effects::{GapCurve, curve::Pchip};
 use crate::robot::Joint;
 use serde_yaml::{Mapping, Value};
 

@@ -13,7 +13,7 @@ use super::outcome::Refined;
 use super::screen::Ground;
 use super::signatures::tangent;
 use super::whitening::Whitening;
-use crate::effect::{Effect, Placed, ServoLag, Target};
+use crate::effects::{Effect, EffectInstance, ServoLag, Target};
 use crate::machine::parts;
 use crate::stats::fisher;
 use nalgebra::DVector;
@@ -124,7 +124,13 @@ fn decided(problem: &Problem, residual: &[f64], one: &[f64], other: &[f64]) -> b
 
 /// Lags of all joints by one time, in the place of a clock offset that was found behind `base`, which gains `gain`.
 /// `None` where the offset points into the future, as no lag does.
-pub fn common_lag(problem: &Problem, base: &Fit, whitening: &Whitening, found: &Placed, gain: f64) -> Option<Refined> {
+pub fn common_lag(
+    problem: &Problem,
+    base: &Fit,
+    whitening: &Whitening,
+    found: &EffectInstance,
+    gain: f64,
+) -> Option<Refined> {
     let offset_s = parts::time_offset_s(std::slice::from_ref(found));
     if offset_s >= 0.0 {
         return None;
@@ -140,7 +146,7 @@ pub fn common_lag(problem: &Problem, base: &Fit, whitening: &Whitening, found: &
             problem.add_joint_change(&base.state, l, axis, &change, motor, &mut column);
         }
         if problem.logs.iter().any(|l| !l.drive.rests(axis)) {
-            placed.push(Placed { target: Target::Joint(axis), effect: lag.clone() });
+            placed.push(EffectInstance { target: Target::Joint(axis), effect: lag.clone() });
         }
     }
     let tangent = tangent(problem, &base.hypothesis, &base.state, &base.free, whitening);

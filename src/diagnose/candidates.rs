@@ -6,16 +6,16 @@
 
 use super::forward::{Hypothesis, Problem, State};
 use super::normal::dot;
-use crate::effect::{
-    AxisCoupling, Backlash, BacklashSpeed, Decay, DhParameter, Effect, EncoderScale, GapCurve, GravityCompliance,
-    Hysteresis, JointZeroOffset, LinkError, Placed, ServoLag, Stiction, Target, ThermalDrift, TimeOffset, ToolError,
-    TransmissionError, Vibration, curve::Pchip,
+use crate::effects::{
+    AxisCoupling, Backlash, BacklashSpeed, Decay, DhParameter, Effect, EffectInstance, EncoderScale, GapCurve,
+    GravityCompliance, Hysteresis, JointZeroOffset, LinkError, ServoLag, Stiction, Target, ThermalDrift, TimeOffset,
+    ToolError, TransmissionError, Vibration, curve::Pchip,
 };
 use crate::robot::JointKind;
 use nalgebra::Vector3;
 
 /// Makes effects of linear coefficients.
-type Build = Box<dyn Fn(&[f64]) -> Vec<Placed> + Send + Sync>;
+type Build = Box<dyn Fn(&[f64]) -> Vec<EffectInstance> + Send + Sync>;
 
 /// One effect on one target with its shape held.
 pub struct Candidate {
@@ -23,8 +23,8 @@ pub struct Candidate {
     pub target: String,
     /// Effects whose signatures are compared with, one per linear coefficient, each at the size `scale`; where `base`
     /// stands, it is taken off.
-    trial: Vec<(Vec<Placed>, f64)>,
-    base: Option<Vec<Placed>>,
+    trial: Vec<(Vec<EffectInstance>, f64)>,
+    base: Option<Vec<EffectInstance>>,
     /// The first coefficient may not be negative: a gap, a spike, a lag.
     pub positive: bool,
     /// Parameters that the shape holds.
@@ -47,7 +47,7 @@ impl Candidate {
 
     /// The joint whose position it changes.
     pub fn axis(&self) -> Option<usize> {
-        self.trial.first().and_then(|t| t.0.first()).and_then(Placed::axis)
+        self.trial.first().and_then(|t| t.0.first()).and_then(EffectInstance::axis)
     }
 
     /// Signatures, one per coefficient.
@@ -68,7 +68,7 @@ impl Candidate {
     }
 
     /// The effects at the given coefficients.
-    pub fn at(&self, coefficients: &[f64]) -> Vec<Placed> {
+    pub fn at(&self, coefficients: &[f64]) -> Vec<EffectInstance> {
         (self.build)(coefficients)
     }
 }
@@ -85,7 +85,7 @@ fn one(
     shape_parameters: usize,
     build: impl Fn(f64) -> Effect + Send + Sync + 'static,
 ) -> Candidate {
-    let placed = Placed { target, effect };
+    let placed = EffectInstance { target, effect };
     Candidate {
         effect: placed.effect.name(),
         target: placed.target_text(&problem.robot),
@@ -94,7 +94,7 @@ fn one(
         positive,
         shape_parameters,
         form: "",
-        build: Box::new(move |c| vec![Placed { target, effect: build(c[0]) }]),
+        build: Box::new(move |c| vec![EffectInstance { target, effect: build(c[0]) }]),
     }
 }
 
@@ -182,11 +182,11 @@ fn gaps(problem: &Problem, axis: usize, list: &mut Vec<Candidate>) {
     let target = Target::Joint(axis);
     let gap = |x: f64| Effect::Backlash(Backlash::constant(x.max(0.0)));
     list.push(one(problem, target, gap(TRIAL), TRIAL, true, 0, gap));
-    let name = |e: &Effect| (e.name(), Placed { target, effect: e.clone() }.target_text(&problem.robot));
+    let name = |e: &Effect| (e.name(), EffectInstance { target, effect: e.clone() }.target_text(&problem.robot));
     // over the TCP speed
     let speed = |b: f64, m: f64| Effect::BacklashSpeed(BacklashSpeed { half_gap: b, slope: m });
     let (effect, text) = name(&speed(TRIAL, 0.0));
-    let place = move |e: Effect| vec![Placed { target, effect: e }];
+    let place = move |e: Effect| vec![EffectInstance { target, effect: e }];
     let fastest =
         problem.logs.iter().flat_map(|l| l.drive.tcp_speed_m_s().iter().copied()).fold(0.0, f64::max).max(1e-6);
     list.push(Candidate {
@@ -216,7 +216,7 @@ fn gaps(problem: &Problem, axis: usize, list: &mut Vec<Candidate>) {
             let knots: Vec<[f64; 2]> = places.iter().zip(gaps).map(|(&p, &b)| [p, b.max(0.0)]).collect();
             Pchip::new(&knots).map(|p| Effect::Backlash(Backlash { half_gap: GapCurve::Pchip(p) }))
         };
-        let trial: Option<Vec<(Vec<Placed>, f64)>> = (0..n)
+        let trial: Option<Vec<(Vec<EffectInstance>, f64)>> = (0..n)
             .map(|k| {
                 let gaps: Vec<f64> = (0..n).map(|i| if i == k { 1.5 * TRIAL } else { TRIAL }).collect();
                 curve(&gaps).map(|e| (place(e), 0.5 * TRIAL))
@@ -253,8 +253,9 @@ fn geometry(problem: &Problem, list: &mut Vec<Candidate>) {
             list.push(one(problem, Target::Link { joint, parameter }, effect(1e-5), 1e-5, false, 0, effect));
         }
     }
-    let tool =
-        |v: Vector3<f64>| vec![Placed { target: Target::Tool, effect: Effect::ToolError(ToolError { offset_m: v }) }];
+    let tool = |v: Vector3<f64>| {
+        vec![EffectInstance { target: Target::Tool, effect: Effect::ToolError(ToolError { offset_m: v }) }]
+    };
     list.push(Candidate {
         effect: "tool_error",
         target: "tool".into(),
@@ -272,7 +273,10 @@ fn tcp(problem: &Problem, list: &mut Vec<Candidate>) {
     for share in [0.02, 0.06, 0.2, 0.6, 2.0] {
         let tau_s = share * length;
         let drift = move |v: Vector3<f64>| {
-            vec![Placed { target: Target::Tcp, effect: Effect::ThermalDrift(ThermalDrift { amplitude_m: v, tau_s }) }]
+            vec![EffectInstance {
+                target: Target::Tcp,
+                effect: Effect::ThermalDrift(ThermalDrift { amplitude_m: v, tau_s }),
+            }]
         };
         list.push(Candidate {
             effect: "thermal_drift",
@@ -292,7 +296,7 @@ pub fn ripple(problem: &Problem, axis: usize, cycles_per_rev: f64) -> Candidate 
     let target = Target::Joint(axis);
     let effect = move |sine: f64, cosine: f64| {
         let (amplitude, phase_rad) = (sine.hypot(cosine), cosine.atan2(sine));
-        vec![Placed {
+        vec![EffectInstance {
             target,
             effect: Effect::TransmissionError(TransmissionError { amplitude, cycles_per_rev, phase_rad }),
         }]
@@ -315,7 +319,7 @@ pub fn vibration(frequency_hz: f64) -> Candidate {
     let effect = move |v: Vector3<f64>, phase_rad: f64| {
         let amplitude_m = v.norm();
         let direction = if amplitude_m > 0.0 { v / amplitude_m } else { Vector3::x() };
-        vec![Placed {
+        vec![EffectInstance {
             target: Target::Tcp,
             effect: Effect::Vibration(Vibration { amplitude_m, frequency_hz, phase_rad, direction }),
         }]

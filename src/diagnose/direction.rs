@@ -14,7 +14,7 @@ use super::outcome::Refined;
 use super::screen::Ground;
 use super::signatures::tangent;
 use super::whitening::Whitening;
-use crate::effect::{Backlash, Effect, Placed, Target};
+use crate::effects::{Backlash, Effect, EffectInstance, Target};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -154,14 +154,14 @@ fn smooth(problem: &Problem, fit: &Fit) -> Vec<Vec<f64>> {
 }
 
 /// The joint that has a gap beyond what misfit does, and what to say where none has.
-pub fn gap(problem: &Problem, found: &Terms) -> (Option<Placed>, Option<String>) {
+pub fn gap(problem: &Problem, found: &Terms) -> (Option<EffectInstance>, Option<String>) {
     let terms = &found.terms;
     let decoy = terms.iter().map(|t| t.z).fold(0.0, f64::max);
     let Some(most) = terms.iter().min_by(|a, b| a.z.total_cmp(&b.z)).filter(|t| t.z < 0.0) else { return (None, None) };
     let enough = found.poses_per_parameter >= LEAST_POSES;
     if enough && -most.z >= SEEN && -most.z >= ABOVE_DECOYS * decoy {
         let effect = Effect::Backlash(Backlash::constant(-most.size));
-        return (Some(Placed { target: Target::Joint(most.axis), effect }), None);
+        return (Some(EffectInstance { target: Target::Joint(most.axis), effect }), None);
     }
     let joint = problem.robot.axis(most.axis);
     let said = (-most.z >= 3.0).then(|| {
@@ -190,7 +190,7 @@ pub fn gap_rivals(problem: &Problem, fit: &Fit, terms: &[Term]) -> Vec<Refined> 
         .filter(|t| t.z < 0.0)
         .map(|t| {
             let effect = Effect::Backlash(Backlash::constant(-t.size));
-            let placed = Placed { target: Target::Joint(t.axis), effect };
+            let placed = EffectInstance { target: Target::Joint(t.axis), effect };
             Refined {
                 effect: placed.effect.name(),
                 target: placed.target_text(&problem.robot),

@@ -7,7 +7,7 @@ use super::round::round;
 use super::story;
 use super::verdict::{self, Member, Verdict};
 use super::words::GapUnit;
-use crate::effect::{Placed, entry};
+use crate::effects::{EffectInstance, entry};
 use crate::robot::JointKind;
 use indexmap::IndexMap;
 use serde::Serialize;
@@ -172,7 +172,7 @@ pub(super) fn digits(value: f64) -> f64 {
 
 /// The document of an outcome.
 pub fn of(outcome: &Outcome) -> Diagnosis {
-    let found: Vec<&Placed> = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]).collect();
+    let found: Vec<&EffectInstance> = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]).collect();
     let named = named(outcome);
     let sets: Vec<Vec<Member>> =
         named.iter().zip(&outcome.rivals).map(|(n, r)| verdict::set((&n.0, &n.1), r, outcome.price)).collect();
@@ -284,7 +284,7 @@ pub fn told_in_order(outcome: &Outcome) -> Vec<usize> {
     order
 }
 
-fn effect_value(placed: &Placed, outcome: &Outcome) -> Value {
+fn effect_value(placed: &EffectInstance, outcome: &Outcome) -> Value {
     let robot = &outcome.problem.robot;
     let mut value = serde_json::to_value(entry::write(placed, robot)).unwrap_or(Value::Null);
     if let Value::Object(map) = &mut value

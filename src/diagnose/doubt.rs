@@ -10,7 +10,7 @@ use super::signatures::{APART, Signatures};
 use super::structure::Ratio;
 use super::whitening::Whitening;
 use super::{across, arm, direction, geometry};
-use crate::effect::{Effect, Placed};
+use crate::effects::{Effect, EffectInstance};
 
 /// Merit (2 ln L less the price of the parameters) by which another effect must be better to take the place of a found one.
 const BETTER: f64 = 2.0;
@@ -228,7 +228,7 @@ impl Search<'_> {
 }
 
 /// A found effect in doubt: what takes its place must leave as little.
-fn in_place_of(old: &Placed, cost: f64) -> Asked<'_> {
+fn in_place_of(old: &EffectInstance, cost: f64) -> Asked<'_> {
     Asked { also: Some(std::slice::from_ref(old)), aim: Some(cost), promise: 0.0 }
 }
 

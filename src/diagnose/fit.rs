@@ -8,7 +8,7 @@ use super::forward::{Hypothesis, Problem, State};
 use super::normal::{dot, scaled_inverse};
 use super::signatures::Signatures;
 use super::whitening::Whitening;
-use crate::effect::Effect;
+use crate::effects::Effect;
 use nalgebra::{DMatrix, DVector};
 
 /// A hypothesis refitted, with what it leaves.

@@ -6,9 +6,9 @@
 //! geometry by a difference of kinematics, the rest in closed form.
 
 use super::layout::{Group, Sensor};
-use crate::effect::{Effect, Placed, Stage, Target};
+use crate::effects::{Effect, EffectInstance, Stage, Target};
 use crate::log::Log;
-use crate::machine::{self, Drive, parts};
+use crate::machine::{self, CommandTrajectory, parts};
 use crate::robot::{Chain, Robot};
 use nalgebra::{Isometry3, Vector3};
 use rayon::prelude::*;
@@ -22,9 +22,9 @@ const CHUNK: usize = 4096;
 pub struct LogData {
     pub log: Log,
     /// What drives the gears: the commands, or the encoders of the axes that `driven` marks.
-    pub drive: Drive,
+    pub drive: CommandTrajectory,
     /// The commands, where `drive` does not hold them.
-    pub commands: Option<Drive>,
+    pub commands: Option<CommandTrajectory>,
     /// Axes whose gear is driven by the encoder: servo effects lie before it and show there alone.
     pub driven: Vec<bool>,
     /// Axes whose encoder shows what the servo makes of the command.
@@ -53,7 +53,7 @@ impl LogData {
     }
 
     /// The commands, which the servo follows.
-    pub fn command_drive(&self) -> &Drive {
+    pub fn command_drive(&self) -> &CommandTrajectory {
         self.commands.as_ref().unwrap_or(&self.drive)
     }
 
@@ -72,7 +72,7 @@ impl LogData {
 #[derive(Debug)]
 pub struct Problem {
     pub robot: Robot,
-    pub preload: Vec<i8>,
+    pub initial_gap_side: Vec<i8>,
     pub logs: Vec<LogData>,
     pub groups: Vec<Group>,
     /// Length of the long vector.
@@ -89,7 +89,7 @@ pub struct Problem {
 #[derive(Debug, Clone)]
 pub struct Hypothesis {
     /// Known effects first, then found ones.
-    pub effects: Vec<Placed>,
+    pub effects: Vec<EffectInstance>,
     /// Base frame -> tracker frame, one per group of logs.
     pub frames: Vec<Isometry3<f64>>,
     /// Where the second and further reflectors stand beside the robot file, flange frame, m.
@@ -182,12 +182,12 @@ impl Problem {
         let servo: Vec<Vec<f64>> = (0..dof)
             .map(|a| {
                 let seen = self.groups_of(l).any(|g| g.sensor == Sensor::Motor(a));
-                if seen { log.command_drive().servo(a, &on(a), self.preload[a]) } else { Vec::new() }
+                if seen { log.command_drive().servo(a, &on(a), self.initial_gap_side[a]) } else { Vec::new() }
             })
             .collect();
         let gear: Vec<Arc<Vec<f64>>> = (0..dof)
             .into_par_iter()
-            .map(|a| Arc::new(log.drive.gear(a, &behind_encoder(on(a), log.is_driven(a)), self.preload[a])))
+            .map(|a| Arc::new(log.drive.gear(a, &behind_encoder(on(a), log.is_driven(a)), self.initial_gap_side[a])))
             .collect();
         let mut joint = gear.clone();
         for p in h.effects.iter().filter(|p| p.effect.stage() == Stage::Link) {
@@ -240,11 +240,18 @@ impl Problem {
     }
 
     /// What replacing the effects `from` of the hypothesis by `to` changes in the prediction, divided by `scale`.
-    pub fn difference(&self, h: &Hypothesis, state: &State, from: &[Placed], to: &[Placed], scale: f64) -> Vec<f64> {
+    pub fn difference(
+        &self,
+        h: &Hypothesis,
+        state: &State,
+        from: &[EffectInstance],
+        to: &[EffectInstance],
+        scale: f64,
+    ) -> Vec<f64> {
         let mut out = vec![0.0; self.n];
         let per = 1.0 / scale;
         let axes: Vec<usize> = {
-            let mut axes: Vec<usize> = from.iter().chain(to).filter_map(Placed::axis).collect();
+            let mut axes: Vec<usize> = from.iter().chain(to).filter_map(EffectInstance::axis).collect();
             axes.sort_unstable();
             axes.dedup();
             axes
@@ -263,12 +270,12 @@ impl Problem {
         h: &Hypothesis,
         state: &State,
         (l, axis): (usize, usize),
-        (from, to): (&[Placed], &[Placed]),
+        (from, to): (&[EffectInstance], &[EffectInstance]),
         per: f64,
         out: &mut [f64],
     ) {
         let log = &self.logs[l];
-        let here = |list: &[Placed], stages: &[Stage]| {
+        let here = |list: &[EffectInstance], stages: &[Stage]| {
             list.iter().any(|p| p.axis() == Some(axis) && stages.contains(&p.effect.stage()))
         };
         let both = |stages: &[Stage]| here(from, stages) || here(to, stages);
@@ -277,17 +284,17 @@ impl Problem {
         let mut motor: Option<Vec<f64>> = None;
         if both(&[Stage::Servo, Stage::Gear]) {
             let after = replaced(h, axis, from, to);
-            let preload = self.preload[axis];
+            let initial_gap_side = self.initial_gap_side[axis];
             let driven = log.is_driven(axis);
             if !driven || both(&[Stage::Gear]) {
-                let y = log.drive.gear(axis, &behind_encoder(after.clone(), driven), preload);
+                let y = log.drive.gear(axis, &behind_encoder(after.clone(), driven), initial_gap_side);
                 for ((c, x), y) in change.iter_mut().zip(state.logs[l].gear[axis].iter()).zip(&y) {
                     *c = (y - x) * per;
                 }
             }
             if both(&[Stage::Servo]) && self.groups_of(l).any(|g| g.sensor == Sensor::Motor(axis)) {
                 let commands = log.command_drive();
-                let y = commands.servo(axis, &after, preload);
+                let y = commands.servo(axis, &after, initial_gap_side);
                 motor = Some(state.logs[l].servo[axis].iter().zip(&y).map(|(x, y)| (y - x) * per).collect());
             }
         }
@@ -314,7 +321,7 @@ impl Problem {
         state: &State,
         l: usize,
         log: &LogData,
-        (from, to): (&[Placed], &[Placed]),
+        (from, to): (&[EffectInstance], &[EffectInstance]),
         per: f64,
         out: &mut [f64],
     ) {
@@ -322,7 +329,7 @@ impl Problem {
         let s = &state.logs[l];
         if has(Stage::Geometry) {
             // `from` is part of the geometry now: `to` in its place
-            let mut effects: Vec<Placed> = Vec::new();
+            let mut effects: Vec<EffectInstance> = Vec::new();
             effects.extend(to.iter().cloned());
             effects.extend(from.iter().map(negated));
             let other = machine::geometry(&state.geometry, &effects);
@@ -402,13 +409,13 @@ fn sensed(columns: &[Option<Vec<Option<f64>>>], axis: usize, row: usize) -> f64 
 }
 
 /// The effect that undoes a geometry or clock effect, to first order and beyond, as both are additive.
-fn negated(p: &Placed) -> Placed {
+fn negated(p: &EffectInstance) -> EffectInstance {
     let values: Vec<f64> = p.effect.values().iter().map(|v| -v).collect();
-    Placed { target: p.target, effect: p.effect.with_values(&values) }
+    EffectInstance { target: p.target, effect: p.effect.with_values(&values) }
 }
 
 /// Effects of one joint where `from[k]` gives way to `to[k]`; what `to` has more stands behind.
-fn replaced<'a>(h: &'a Hypothesis, axis: usize, from: &[Placed], to: &'a [Placed]) -> Vec<&'a Effect> {
+fn replaced<'a>(h: &'a Hypothesis, axis: usize, from: &[EffectInstance], to: &'a [EffectInstance]) -> Vec<&'a Effect> {
     let mut list = Vec::new();
     let mut done = vec![false; from.len()];
     for p in &h.effects {

@@ -22,7 +22,7 @@ use super::screen::{Ground, orthonormal, project_off};
 use super::signatures::tangent;
 use super::structure::Ratio;
 use super::whitening::Whitening;
-use crate::effect::Placed;
+use crate::effects::EffectInstance;
 use crate::stats::fisher;
 use crate::stats::robust::median;
 use nalgebra::DVector;
@@ -104,7 +104,7 @@ pub fn group(problem: &Problem, base: &Fit, whitening: &Whitening, candidates: &
 type Projected<'a> = (&'a Candidate, Vec<Vec<f64>>, Vec<f64>);
 
 /// Forward selection at one linearisation.
-fn select(problem: &Problem, fit: &Fit, whitening: &Whitening, pool: &[&Candidate]) -> Vec<Placed> {
+fn select(problem: &Problem, fit: &Fit, whitening: &Whitening, pool: &[&Candidate]) -> Vec<EffectInstance> {
     let taken = |c: &Candidate| {
         fit.free.iter().any(|&i| {
             let p = &fit.hypothesis.effects[i];
@@ -204,7 +204,7 @@ pub fn stands_beside(
     fit: &Fit,
     whitening: &Whitening,
     candidates: &[Candidate],
-    found: &Placed,
+    found: &EffectInstance,
 ) -> bool {
     let mut tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
     for c in candidates.iter().filter(|c| is_geometry(c.effect)) {

@@ -10,7 +10,7 @@ use super::candidates::Candidate;
 use super::noise::Noise;
 use super::normal::gram;
 use super::screen::{Ground, Score, scored};
-use crate::effect::{Placed, Target};
+use crate::effects::{EffectInstance, Target};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -30,7 +30,7 @@ pub struct Kept {
     /// First column of each candidate, and one behind the last.
     starts: Vec<usize>,
     /// Effects of its joint with which each candidate was computed; `None`: not yet.
-    with: Vec<Option<Vec<Placed>>>,
+    with: Vec<Option<Vec<EffectInstance>>>,
     /// Normal matrices of the candidates, before the tangent is taken off.
     normals: Vec<DMatrix<f64>>,
 }
@@ -107,14 +107,14 @@ impl Kept {
 }
 
 /// Effects of the hypothesis on the joint of a candidate.
-fn of_joint(ground: &Ground, candidate: &Candidate) -> Vec<Placed> {
+fn of_joint(ground: &Ground, candidate: &Candidate) -> Vec<EffectInstance> {
     let Some(axis) = candidate.axis() else { return Vec::new() };
     ground.hypothesis.effects.iter().filter(|p| p.target == Target::Joint(axis)).cloned().collect()
 }
 
 /// The same effects, hardly moved.
-fn same(a: &[Placed], b: &[Placed]) -> bool {
-    let near = |x: &Placed, y: &Placed| {
+fn same(a: &[EffectInstance], b: &[EffectInstance]) -> bool {
+    let near = |x: &EffectInstance, y: &EffectInstance| {
         x.effect.name() == y.effect.name() && {
             let (x, y) = (x.effect.values(), y.effect.values());
             x.len() == y.len() && x.iter().zip(&y).all(|(x, y)| (x - y).abs() <= SAME * x.abs())

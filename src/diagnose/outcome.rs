@@ -8,7 +8,7 @@ use super::geometry;
 use super::screen::Score;
 use super::structure::{Ratio, Tested};
 use super::whitening::Whitening;
-use crate::effect::{Effect, Placed};
+use crate::effects::{Effect, EffectInstance};
 
 /// Part of a gap by which it varies over position at least, to be worth a schedule.
 const FLAT: f64 = 0.01;
@@ -18,7 +18,7 @@ const FLAT: f64 = 0.01;
 pub struct Refined {
     pub effect: &'static str,
     pub target: String,
-    pub placed: Vec<Placed>,
+    pub placed: Vec<EffectInstance>,
     /// Gain in 2 ln L over the hypothesis without it.
     pub gain: f64,
     /// Parameters it adds.

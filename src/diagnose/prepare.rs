@@ -10,7 +10,7 @@ use super::layout::{Group, Sensor};
 use super::{noise, sensors};
 use crate::error::{Error, Place, Result};
 use crate::log::{Log, registration};
-use crate::machine::Drive;
+use crate::machine::CommandTrajectory;
 use crate::model::Model;
 use crate::stats::robust::{self, MEDIAN_DISTANCE, SIGMA_PER_MAD, median, median_of};
 use nalgebra::{Isometry3, Vector3};
@@ -37,7 +37,7 @@ pub fn problem(model: &Model, logs: &[Log]) -> Result<(Problem, Hypothesis)> {
         .iter()
         .map(|log| thinned(model, log))
         .map(|log| LogData {
-            drive: Drive::of_log(&model.robot, &log),
+            drive: CommandTrajectory::of_log(&model.robot, &log),
             commands: None,
             driven: Vec::new(),
             motors: Vec::new(),
@@ -50,7 +50,7 @@ pub fn problem(model: &Model, logs: &[Log]) -> Result<(Problem, Hypothesis)> {
         .collect();
     let mut problem = Problem {
         robot: model.robot.clone(),
-        preload: model.preload.clone(),
+        initial_gap_side: model.initial_gap_side.clone(),
         logs,
         groups: Vec::new(),
         n: 0,

@@ -4,7 +4,7 @@ use super::document::{Evidence, GroupTest, Parameter, Place, Round, Tried, UM, V
 use super::outcome::Outcome;
 use super::story::Chapter;
 use super::verdict::Member;
-use crate::effect::{Effect, Placed, catalogue};
+use crate::effects::{Effect, EffectInstance, catalogue};
 use indexmap::IndexMap;
 
 pub(super) fn round(
@@ -100,7 +100,7 @@ fn decide_by(set: &[Member], card: &str) -> String {
 }
 
 /// Where an effect shows: its joint, and the stretches behind its reversals.
-fn place(outcome: &Outcome, placed: &Placed) -> Place {
+fn place(outcome: &Outcome, placed: &EffectInstance) -> Place {
     const SHOWN: usize = 12;
     let robot = &outcome.problem.robot;
     let joint = placed.axis().map(|a| robot.axis(a).name.clone());

@@ -15,7 +15,7 @@ use super::signatures::{Signatures, tangent};
 use super::structure::{self, Bundle, Ratio, Tested};
 use super::whitening::Whitening;
 use super::{across, contradiction, direction, geometry, precise, prepare, spectrum, verdict};
-use crate::effect::{Backlash, Effect, Placed};
+use crate::effects::{Backlash, Effect, EffectInstance};
 use crate::stats::fisher;
 use rayon::prelude::*;
 
@@ -53,7 +53,7 @@ pub(super) struct Search<'a> {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Asked<'a> {
     /// What stood there before: it is refined, too.
-    pub(super) also: Option<&'a [Placed]>,
+    pub(super) also: Option<&'a [EffectInstance]>,
     /// The cost that is to be reached; else what the screening promises of the best.
     pub(super) aim: Option<f64>,
     /// Nothing is refined where the screening promises less gain than this of the best.
@@ -264,7 +264,7 @@ impl Search<'_> {
             !matches!(c.effect, "backlash_speed" | "backlash_position")
                 || !plain.iter().any(|(target, gain)| *target == c.target && s.gain < gain + WIDER)
         });
-        let mut trials: Vec<(&'static str, String, Vec<Placed>)> = picked
+        let mut trials: Vec<(&'static str, String, Vec<EffectInstance>)> = picked
             .iter()
             .map(|(s, c)| (c.effect, c.target.clone(), c.at(&s.coefficients)))
             .filter(|t| !t.2.is_empty())
@@ -274,7 +274,7 @@ impl Search<'_> {
         {
             trials.push((first.effect.name(), first.target_text(&p.robot), also.to_vec()));
             if let Some(gap) = flat(&first.effect) {
-                let plain = Placed { target: first.target, effect: Effect::Backlash(Backlash::constant(gap)) };
+                let plain = EffectInstance { target: first.target, effect: Effect::Backlash(Backlash::constant(gap)) };
                 trials.retain(|t| t.0 != "backlash" || t.1 != first.target_text(&p.robot));
                 trials.push(("backlash", first.target_text(&p.robot), vec![plain]));
             }
@@ -284,13 +284,13 @@ impl Search<'_> {
             .map(|(effect, target, placed)| {
                 let mut h = base.hypothesis.clone();
                 let mut free = base.free.clone();
-                let bounds: Vec<Placed> = placed.iter().map(|q| inside(q, p)).collect();
+                let bounds: Vec<EffectInstance> = placed.iter().map(|q| inside(q, p)).collect();
                 for q in bounds {
                     free.push(h.effects.len());
                     h.effects.push(q);
                 }
                 let fit = fit::refit_near(p, &h, &free, whitening, &signatures, aim);
-                let placed: Vec<Placed> = fit.hypothesis.effects[base.hypothesis.effects.len()..].to_vec();
+                let placed: Vec<EffectInstance> = fit.hypothesis.effects[base.hypothesis.effects.len()..].to_vec();
                 let parameters = placed.iter().map(|q| q.effect.values().len()).sum();
                 Refined { effect, target, gain: base.cost - fit.cost, parameters, placed, fit }
             })
@@ -385,8 +385,8 @@ impl Search<'_> {
 }
 
 /// First values held inside their bounds.
-fn inside(placed: &Placed, problem: &Problem) -> Placed {
+fn inside(placed: &EffectInstance, problem: &Problem) -> EffectInstance {
     let values: Vec<f64> =
         placed.effect.values().iter().zip(placed.bounds(&problem.robot)).map(|(v, (lo, hi))| v.clamp(lo, hi)).collect();
-    Placed { target: placed.target, effect: placed.effect.with_values(&values) }
+    EffectInstance { target: placed.target, effect: placed.effect.with_values(&values) }
 }

@@ -16,7 +16,7 @@ use super::forward::{Hypothesis, Problem};
 use super::layout::Sensor;
 use super::normal::dot;
 use super::screen::{orthonormal, project_off};
-use crate::machine::{self, Drive};
+use crate::machine::{self, CommandTrajectory};
 use crate::robot::JointKind;
 use crate::stats::robust::{SIGMA_PER_MAD, median};
 
@@ -237,7 +237,7 @@ fn drive_by(problem: &mut Problem, l: usize, enc: &[Option<Vec<f64>>], driven: V
         .map(|((e, d), c)| e.as_ref().filter(|_| *d).unwrap_or(c).clone())
         .collect();
     let quiet: Vec<f64> = input.iter().zip(&driven).map(|(c, d)| if *d { QUIET * noise_of(c) } else { 0.0 }).collect();
-    let drive = Drive::of_log_by(&robot, &log.log, input, &quiet);
+    let drive = CommandTrajectory::of_log_by(&robot, &log.log, input, &quiet);
     log.commands = Some(std::mem::replace(&mut log.drive, drive));
     log.driven = driven;
     log.jacobian = std::sync::OnceLock::new();

@@ -4,7 +4,7 @@ use super::forward::{Hypothesis, Problem, State};
 use super::normal::{dot, products};
 use super::screen::{orthonormal, project_off};
 use super::whitening::Whitening;
-use crate::effect::Placed;
+use crate::effects::EffectInstance;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -27,7 +27,7 @@ pub fn effect_columns(problem: &Problem, h: &Hypothesis, state: &State, index: u
             let step = step_of(values[v], bounds[v]);
             let mut changed = values.clone();
             changed[v] += step;
-            let to = Placed { target: placed.target, effect: placed.effect.with_values(&changed) };
+            let to = EffectInstance { target: placed.target, effect: placed.effect.with_values(&changed) };
             problem.difference(h, state, std::slice::from_ref(placed), &[to], step)
         })
         .collect()

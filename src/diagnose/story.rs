@@ -11,7 +11,7 @@ use super::outcome::rms;
 use super::screen::Ground;
 use super::signatures::{effect_columns, tangent};
 use super::whitening::Whitening;
-use crate::effect::Placed;
+use crate::effects::EffectInstance;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -59,7 +59,7 @@ pub fn chapters(problem: &Problem, last: &Fit, known: usize, order: &[usize], wh
 }
 
 /// The rms that an effect would leave behind a chapter, by its signature alone.
-fn promised(problem: &Problem, before: &Chapter, placed: &Placed, whitening: &Whitening) -> f64 {
+fn promised(problem: &Problem, before: &Chapter, placed: &EffectInstance, whitening: &Whitening) -> f64 {
     let fit = &before.fit;
     let mut h = fit.hypothesis.clone();
     h.effects.push(placed.clone());

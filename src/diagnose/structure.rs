@@ -12,7 +12,7 @@ use super::candidates::{self, Candidate};
 use super::forward::{Hypothesis, Problem, State};
 use super::normal::dot;
 use super::screen::{Ground, SWALLOWED};
-use crate::effect::Track;
+use crate::effects::Track;
 use crate::stats::fisher;
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;

@@ -9,7 +9,7 @@
 use super::forward::{Hypothesis, LogData, Problem};
 use super::layout::{Group, Sensor};
 use crate::log::Log;
-use crate::machine::Drive;
+use crate::machine::CommandTrajectory;
 use crate::model::Model;
 use nalgebra::{Isometry3, Vector3};
 use std::sync::OnceLock;
@@ -51,7 +51,7 @@ pub fn problem(model: &Model, runs: Vec<Run>, channels: Channels) -> (Problem, H
             let log = log_of(run, k, robot.reflectors_m.len(), channels);
             let block = log.len().div_ceil(MOST_ROWS).max(1);
             LogData {
-                drive: Drive::of_log(robot, &log),
+                drive: CommandTrajectory::of_log(robot, &log),
                 commands: None,
                 driven: Vec::new(),
                 motors: vec![channels.motors; robot.dof()],
@@ -83,7 +83,7 @@ pub fn problem(model: &Model, runs: Vec<Run>, channels: Channels) -> (Problem, H
     }
     let problem = Problem {
         robot: robot.clone(),
-        preload: model.preload.clone(),
+        initial_gap_side: model.initial_gap_side.clone(),
         logs,
         groups,
         n: offset,
@@ -151,7 +151,7 @@ pub fn measure(problem: &mut Problem, truth: &Hypothesis) {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::effect::{Backlash, Effect, Placed};
+    use crate::effects::{Backlash, Effect, EffectInstance};
     use crate::robot::Robot;
 
     /// Three axes on a closed path; the hypothesis has a gap on two of them, as has the machine that was measured, which has
@@ -162,7 +162,7 @@ pub(super) mod tests {
         let cmd = (0..3).map(|a| t_s.iter().map(|t| 0.05 * (t * (0.5 + 0.2 * f64::from(a))).sin()).collect()).collect();
         let run = Run { t_s, cmd, payload_kg: None };
         let (mut problem, mut h) = problem(&Model::ideal(robot), vec![run], Channels::default());
-        let gap = |axis: usize, size: f64| Placed::on_axis(axis, Effect::Backlash(Backlash::constant(size)));
+        let gap = |axis: usize, size: f64| EffectInstance::on_axis(axis, Effect::Backlash(Backlash::constant(size)));
         h.effects.extend([gap(0, 3e-5), gap(1, 2e-5)]);
         let mut truth = h.clone();
         truth.effects.push(gap(2, 4e-5));
@@ -179,7 +179,7 @@ pub(super) mod tests {
         let channels = Channels { motors: true, joints: true, ..Channels::default() };
         let (mut problem, start) = problem(&model, vec![Run { t_s, cmd, payload_kg: None }], channels);
         let mut truth = start.clone();
-        truth.effects.push(Placed::on_axis(1, Effect::Backlash(Backlash::constant(2e-5))));
+        truth.effects.push(EffectInstance::on_axis(1, Effect::Backlash(Backlash::constant(2e-5))));
         measure(&mut problem, &truth);
         let most = |h: &Hypothesis| problem.evaluate(h).residual.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         assert!(most(&truth) < 1e-12, "{}", most(&truth));

@@ -13,7 +13,7 @@ use super::forward::{LogData, Problem};
 use super::layout::{Group, Sensor};
 use super::outcome::{Outcome, rms};
 use super::verdict;
-use crate::effect::{Track, catalogue};
+use crate::effects::{Track, catalogue};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 

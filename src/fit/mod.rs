@@ -18,7 +18,7 @@ pub mod spacing;
 use crate::compensator::{
     BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator, JointEvidence,
 };
-use crate::effect::{Decay, GapCurve, curve::Pchip};
+use crate::effects::{Decay, GapCurve, curve::Pchip};
 use crate::error::{Error, Place, Result};
 use crate::gaps::{GapPoint, Gaps, StictionFound};
 use crate::robot::{Joint, Robot};

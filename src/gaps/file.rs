@@ -4,7 +4,7 @@
 //! written with ten significant digits. Reading is next door ([`super::read`]).
 
 use super::{Gaps, Registered, StictionFound};
-use crate::effect::{Decay, GapCurve};
+use crate::effects::{Decay, GapCurve};
 use crate::error::{Error, Place, Result};
 use crate::io::yaml;
 use crate::robot::file::FrameFile;

@@ -8,7 +8,7 @@ pub mod read;
 
 pub use crate::log::registration::Registered;
 
-use crate::effect::{Decay, GapCurve};
+use crate::effects::{Decay, GapCurve};
 
 /// Result of an identification.
 #[derive(Debug, Clone)]

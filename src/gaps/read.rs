@@ -5,8 +5,8 @@
 
 use super::file::SCHEMA;
 use super::{GapPoint, Gaps, JointGap, LogRef, Registered, Sides, StictionFound};
-use crate::effect::curve::Pchip;
-use crate::effect::{Decay, GapCurve};
+use crate::effects::curve::Pchip;
+use crate::effects::{Decay, GapCurve};
 use crate::error::{Error, Place, Result};
 use crate::io::{input, yaml::Document};
 use crate::robot::file::FrameFile;

@@ -8,22 +8,22 @@
 //! turning points between them are estimated ([`turns`]).
 //!
 //! Rooms:
-//! - [`drive`]: commands of all axes, prepared once; through servo and gear as often as wanted.
+//! - [`trajectory`]: commands of all axes, prepared once; through servo and gear as often as wanted.
 //!   `wide`: over more samples than there are.
 //! - [`grid`]: points of a program and rows together; [`turns`]: turning points between the rows of a log.
 //! - [`speed`]: speed of the commanded TCP; [`gravity`]: torque of the weights about each axis.
 //! - [`parts`]: single stages, for whoever runs the chain piece by piece.
 //! - [`predict`]: the whole chain, to the reflectors in the tracker's frame.
 
-pub mod drive;
 pub mod gravity;
 pub mod grid;
 pub mod parts;
 pub mod predict;
 pub mod speed;
+pub mod trajectory;
 pub mod turns;
 mod wide;
 
-pub use drive::Drive;
 pub use parts::slopes;
 pub use predict::{Prediction, geometry, predict};
+pub use trajectory::CommandTrajectory;

@@ -1,13 +1,13 @@
 //! Single stages of the chain, for whoever evaluates the chain piece by piece: `diagnose` asks what one effect changes.
 
-use super::Drive;
+use super::CommandTrajectory;
 use super::predict::at_time;
-use crate::effect::{Effect, Placed, Stage, Target};
+use crate::effects::{Effect, EffectInstance, Stage, Target};
 use crate::model::Model;
 use nalgebra::Vector3;
 
 /// Adds what a link effect adds to its axis, row by row, rad or m.
-pub fn add_link(drive: &Drive, placed: &Placed, joint: &mut [f64]) {
+pub fn add_link(drive: &CommandTrajectory, placed: &EffectInstance, joint: &mut [f64]) {
     match (&placed.effect, placed.target) {
         (Effect::JointZeroOffset(e), _) => joint.iter_mut().for_each(|q| *q += e.offset),
         (Effect::AxisCoupling(e), Target::Coupled { from, .. }) => {
@@ -22,28 +22,28 @@ pub fn add_link(drive: &Drive, placed: &Placed, joint: &mut [f64]) {
 
 /// Between the two gaps of a drive (coupling and nut, seed 003), row by row, rad or m: behind what the model lists before the
 /// last play of the axis. With one play or none that is the motor side.
-pub fn between_gaps(model: &Model, drive: &Drive, axis: usize) -> Vec<f64> {
+pub fn between_gaps(model: &Model, drive: &CommandTrajectory, axis: usize) -> Vec<f64> {
     let effects: Vec<&Effect> = model.effects_on(axis).collect();
     let play = |e: &&Effect| matches!(e, Effect::Backlash(_) | Effect::BacklashSpeed(_));
-    let preload = model.preload.get(axis).copied().unwrap_or(0);
+    let initial_gap_side = model.initial_gap_side.get(axis).copied().unwrap_or(0);
     match effects.iter().rposition(play) {
         Some(last) if effects.iter().filter(|e| play(e)).count() > 1 => {
             // servo effects stand where they like in the file and act first all the same
             let servo = effects[last..].iter().filter(|e| e.stage() == Stage::Servo);
             let before: Vec<&Effect> = effects[..last].iter().chain(servo).copied().collect();
-            drive.gear(axis, &before, preload)
+            drive.gear(axis, &before, initial_gap_side)
         }
-        _ => drive.servo(axis, &effects, preload),
+        _ => drive.servo(axis, &effects, initial_gap_side),
     }
 }
 
 /// Sum of the clock offsets, s.
-pub fn time_offset_s(effects: &[Placed]) -> f64 {
+pub fn time_offset_s(effects: &[EffectInstance]) -> f64 {
     effects.iter().map(|p| if let Effect::TimeOffset(e) = &p.effect { e.offset_s } else { 0.0 }).sum()
 }
 
 /// Adds drift and vibration to points in the base frame, at the rows' times plus `offset_s`. Settled poses have no time.
-pub fn add_tcp(drive: &Drive, effects: &[Placed], offset_s: f64, points: &mut [Vector3<f64>]) {
+pub fn add_tcp(drive: &CommandTrajectory, effects: &[EffectInstance], offset_s: f64, points: &mut [Vector3<f64>]) {
     let start = drive.t_s().first().copied().unwrap_or(0.0);
     if drive.settled() {
         return;
@@ -63,7 +63,7 @@ pub fn add_tcp(drive: &Drive, effects: &[Placed], offset_s: f64, points: &mut [V
 }
 
 /// The path as it is `offset_s` later. Settled poses stay.
-pub fn shift_in_time(drive: &Drive, offset_s: f64, points: &mut Vec<Vector3<f64>>) {
+pub fn shift_in_time(drive: &CommandTrajectory, offset_s: f64, points: &mut Vec<Vector3<f64>>) {
     if offset_s == 0.0 || drive.settled() || points.len() < 2 {
         return;
     }
@@ -73,7 +73,7 @@ pub fn shift_in_time(drive: &Drive, offset_s: f64, points: &mut Vec<Vector3<f64>
 }
 
 /// A number per row as it is `offset_s` later. Settled poses stay.
-pub fn number_in_time<'a>(drive: &Drive, offset_s: f64, values: &'a [f64]) -> std::borrow::Cow<'a, [f64]> {
+pub fn number_in_time<'a>(drive: &CommandTrajectory, offset_s: f64, values: &'a [f64]) -> std::borrow::Cow<'a, [f64]> {
     if offset_s == 0.0 || drive.settled() || values.len() < 2 {
         return values.into();
     }

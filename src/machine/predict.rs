@@ -2,15 +2,15 @@
 //!
 //! Link effects add to what the gear gives. Geometry effects change the robot. Drift and vibration move every reflector in the
 //! frame that forward kinematics gives, before the registration; their time counts from the first row. A time offset shows
-//! the robot at `t + offset`: its joints by the cubic of [`crate::effect::smooth`] over the rows' TCP, straight on beyond the
+//! the robot at `t + offset`: its joints by the cubic of [`crate::effects::smooth`] over the rows' TCP, straight on beyond the
 //! first and last row for at most [`BEYOND`] intervals; drift and vibration exactly. Sensors of joints are shown
 //! with the same offset, encoders are not: they share the clock of the commands.
 //!
 //! Settled poses have no time: no drift, no vibration, no time offset.
 
-use super::{Drive, parts};
-use crate::effect::smooth::{self, Samples};
-use crate::effect::{DhParameter, Effect, Placed, Stage, Target, ThermalDrift, Vibration};
+use super::{CommandTrajectory, parts};
+use crate::effects::smooth::{self, Samples};
+use crate::effects::{DhParameter, Effect, EffectInstance, Stage, Target, ThermalDrift, Vibration};
 use crate::model::Model;
 use crate::robot::{Chain, Robot};
 use nalgebra::Vector3;
@@ -36,7 +36,7 @@ pub struct Prediction {
 
 /// Robot with the `link_error` and `tool_error` effects applied to its DH parameters and tool. A tool error moves the TCP;
 /// further reflectors stay where the robot file has them.
-pub fn geometry(robot: &Robot, effects: &[Placed]) -> Robot {
+pub fn geometry(robot: &Robot, effects: &[EffectInstance]) -> Robot {
     if effects.iter().all(|e| e.effect.stage() != Stage::Geometry) {
         return robot.clone();
     }
@@ -60,7 +60,7 @@ pub fn geometry(robot: &Robot, effects: &[Placed]) -> Robot {
 }
 
 /// Runs the whole chain.
-pub fn predict(model: &Model, drive: &Drive) -> Prediction {
+pub fn predict(model: &Model, drive: &CommandTrajectory) -> Prediction {
     let (servo, joint): (Vec<_>, Vec<_>) =
         (0..model.robot.dof()).into_par_iter().map(|a| axis(model, drive, a)).unzip();
     let robot = geometry(&model.robot, &model.effects);
@@ -73,11 +73,11 @@ pub fn predict(model: &Model, drive: &Drive) -> Prediction {
 }
 
 /// One axis: motor side, and behind the link stage.
-fn axis(model: &Model, drive: &Drive, axis: usize) -> (Vec<f64>, Vec<f64>) {
+fn axis(model: &Model, drive: &CommandTrajectory, axis: usize) -> (Vec<f64>, Vec<f64>) {
     let effects: Vec<&Effect> = model.effects_on(axis).collect();
-    let preload = model.preload.get(axis).copied().unwrap_or(0);
-    let servo = drive.servo(axis, &effects, preload);
-    let mut joint = drive.gear(axis, &effects, preload);
+    let initial_gap_side = model.initial_gap_side.get(axis).copied().unwrap_or(0);
+    let servo = drive.servo(axis, &effects, initial_gap_side);
+    let mut joint = drive.gear(axis, &effects, initial_gap_side);
     for placed in model.effects.iter().filter(|e| e.axis() == Some(axis)) {
         parts::add_link(drive, placed, &mut joint);
     }
@@ -92,7 +92,7 @@ struct TcpStage<'a> {
 }
 
 impl<'a> TcpStage<'a> {
-    fn new(model: &'a Model, drive: &Drive) -> Self {
+    fn new(model: &'a Model, drive: &CommandTrajectory) -> Self {
         let mut stage = Self { drift: Vec::new(), vibration: Vec::new(), offset_s: 0.0 };
         if drive.settled() {
             return stage;
@@ -109,7 +109,7 @@ impl<'a> TcpStage<'a> {
     }
 
     /// One reflector over the rows.
-    fn points(&self, model: &Model, drive: &Drive, chain: &Chain, joint: &[Vec<f64>]) -> Vec<Vector3<f64>> {
+    fn points(&self, model: &Model, drive: &CommandTrajectory, chain: &Chain, joint: &[Vec<f64>]) -> Vec<Vector3<f64>> {
         let rows = drive.rows();
         let blocks = rows.div_ceil(BLOCK);
         let range = |b: usize| b * BLOCK..((b + 1) * BLOCK).min(rows);

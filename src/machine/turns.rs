@@ -8,7 +8,7 @@
 //! never more than there is. A pause on the extreme ends between rows, too: the rows behind it show by which power of time
 //! the joint leaves (a ramp, a constant acceleration, a constant jerk) and so when it left.
 
-use crate::effect::Track;
+use crate::effects::Track;
 
 /// Inserted points behind a row: `(row, time in s, position)`, rows rising.
 pub fn between_rows(t_s: &[f64], p: &[f64], deadband: f64) -> Vec<(usize, f64, f64)> {

@@ -1,7 +1,7 @@
 //! An axis run over its samples and more between them: where a lagged joint turns, where a stuck one comes loose.
 
 use super::speed;
-use crate::effect::{Between, Effect, Stage, Track, Turn, apply_stage};
+use crate::effects::{Between, Effect, Stage, Track, Turn, apply_stage};
 
 /// Runs over the samples of a track and more between them; gives the rows.
 pub(super) fn run_wide(track: &Track, between: &[(usize, f64, f64)], effects: &[&Effect], last: Stage) -> Vec<f64> {
@@ -73,7 +73,8 @@ impl More {
     }
 
     fn track<'a>(&'a self, of: &Track) -> Track<'a> {
-        let mut track = Track::known(&self.t_s, &self.p, &self.dir[..], &self.turns[..]).with_preload(of.preload);
+        let mut track =
+            Track::known(&self.t_s, &self.p, &self.dir[..], &self.turns[..]).with_initial_gap_side(of.initial_gap_side);
         track.between = of.between;
         track.rows = Some(&self.rows);
         track.tcp_speed_m_s = &self.speed;

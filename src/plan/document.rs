@@ -6,7 +6,7 @@ use super::question::Set;
 use super::separate::{Bench, Comparison, NEEDED, Worth, named, right};
 use super::{LEAST, Separation, Shown, reasons};
 use crate::diagnose::search::MOST_EFFECTS;
-use crate::effect::{Placed, entry};
+use crate::effects::{EffectInstance, entry};
 use crate::log::write;
 use crate::robot::Robot;
 use serde::Serialize;
@@ -137,7 +137,7 @@ fn digits(value: f64) -> f64 {
     if scale.is_finite() && scale > 0.0 { (value * scale).round() / scale } else { value }
 }
 
-fn effect(placed: &Placed, robot: &Robot) -> Value {
+fn effect(placed: &EffectInstance, robot: &Robot) -> Value {
     let mut value = serde_json::to_value(entry::write(placed, robot)).unwrap_or(Value::Null);
     if let Value::Object(map) = &mut value {
         for v in map.values_mut() {
@@ -150,7 +150,7 @@ fn effect(placed: &Placed, robot: &Robot) -> Value {
 }
 
 fn sets_shown(sets: &[Set], robot: &Robot) -> Vec<SetShown> {
-    let list = |p: &[Placed]| p.iter().map(|p| effect(p, robot)).collect();
+    let list = |p: &[EffectInstance]| p.iter().map(|p| effect(p, robot)).collect();
     sets.iter()
         .map(|s| SetShown {
             rivals: s.rivals.iter().map(|r| RivalShown { name: r.name.clone(), effects: list(&r.effects) }).collect(),

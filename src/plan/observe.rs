@@ -14,7 +14,7 @@ use crate::diagnose::candidates;
 use crate::diagnose::screen::{Ground, SWALLOWED};
 use crate::diagnose::signatures::tangent;
 use crate::diagnose::verdict::MDB;
-use crate::effect::{Effect, Placed};
+use crate::effects::{Effect, EffectInstance};
 use crate::io::yaml::Document;
 use serde_yaml::Mapping;
 
@@ -26,7 +26,7 @@ pub struct Seen {
     /// Size that matters over the smallest that is detected: 1 or more is seen. 0: not at all.
     pub ratio: f64,
     /// The effect at the smallest size that is detected.
-    pub detectable: Option<Placed>,
+    pub detectable: Option<EffectInstance>,
 }
 
 /// What a motion shows, in the order of the catalogue's candidates.

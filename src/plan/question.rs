@@ -6,7 +6,7 @@
 
 use super::sizes::{self, Scale};
 use crate::diagnose::document::SCHEMA;
-use crate::effect::{Placed, catalogue, entry};
+use crate::effects::{EffectInstance, catalogue, entry};
 use crate::error::{Error, Place, Result};
 use crate::io::yaml::Document;
 use serde_yaml::{Mapping, Value};
@@ -15,7 +15,7 @@ use serde_yaml::{Mapping, Value};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rival {
     pub name: String,
-    pub effects: Vec<Placed>,
+    pub effects: Vec<EffectInstance>,
 }
 
 /// Rivals that a log could not tell apart, and what else is wrong with the machine.
@@ -23,7 +23,7 @@ pub struct Rival {
 pub struct Set {
     pub rivals: Vec<Rival>,
     /// Further found effects: there in every rival, refitted with it.
-    pub common: Vec<Placed>,
+    pub common: Vec<EffectInstance>,
 }
 
 const EXPECTED: &str = "EFFECT:TARGET,EFFECT:TARGET with names of the catalogue, as backlash:A2,hysteresis:A2";
@@ -117,7 +117,7 @@ pub fn of_diagnosis(name: &str, text: &str, scale: &mut Scale) -> Result<Vec<Set
             .map_err(|e| Error::bad(Place::file(name), e.to_string(), "effects as in a model file"))?;
         found.push(entry::read(&yaml, scale.robot, &doc)?);
     }
-    let text_of = |p: &Placed| (p.effect.name().to_string(), p.target_text(scale.robot));
+    let text_of = |p: &EffectInstance| (p.effect.name().to_string(), p.target_text(scale.robot));
     let names: Vec<(String, String)> = found.iter().map(text_of).collect();
     let mut sets = Vec::new();
     for round in value["rounds"].as_array().into_iter().flatten() {

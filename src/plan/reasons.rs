@@ -7,7 +7,7 @@ use super::motions::Motion;
 use super::question::{Rival, Set};
 use super::separate::{Bench, Worth};
 use crate::diagnose::synthetic::Channels;
-use crate::effect::{Effect, Placed, Stage, Target};
+use crate::effects::{Effect, EffectInstance, Stage, Target};
 use crate::model::Model;
 use crate::robot::JointKind;
 use nalgebra::Vector3;
@@ -81,15 +81,16 @@ pub fn channels(bench: &Bench, motions: &[Motion], few: &[usize], sets: &[Set]) 
 /// Why two rivals look alike, in a sentence.
 pub fn reason(a: &Rival, b: &Rival, model: &Model) -> String {
     let plays = |r: &Rival| r.effects.iter().filter(|p| matches!(p.effect, Effect::Backlash(_))).count();
-    let only = |r: &Rival, f: &dyn Fn(&Placed) -> bool| !r.effects.is_empty() && r.effects.iter().all(f);
+    let only = |r: &Rival, f: &dyn Fn(&EffectInstance) -> bool| !r.effects.is_empty() && r.effects.iter().all(f);
     let either = |f: &dyn Fn(&Rival, &Rival) -> bool| f(a, b) || f(b, a);
     let same_axis =
         a.effects.iter().chain(&b.effects).all(|p| p.target == a.effects.first().map_or(p.target, |q| q.target));
-    let zero =
-        |p: &Placed, axis: usize| p.target == Target::Joint(axis) && matches!(p.effect, Effect::JointZeroOffset(_));
+    let zero = |p: &EffectInstance, axis: usize| {
+        p.target == Target::Joint(axis) && matches!(p.effect, Effect::JointZeroOffset(_))
+    };
     let last = model.robot.dof() - 1;
-    let tool = |p: &Placed| p.target == Target::Tool;
-    let link_d = |p: &Placed| matches!(p.effect, Effect::LinkError(_));
+    let tool = |p: &EffectInstance| p.target == Target::Tool;
+    let link_d = |p: &EffectInstance| matches!(p.effect, Effect::LinkError(_));
     if same_axis
         && plays(a) + plays(b) == a.effects.len() + b.effects.len()
         && plays(a) != plays(b)
@@ -114,8 +115,8 @@ pub fn reason(a: &Rival, b: &Rival, model: &Model) -> String {
     if only(a, &link_d) && only(b, &link_d) {
         return "both lengths move the TCP by the same amount in the same direction at every pose: along parallel axes only their sum is seen".into();
     }
-    let lag = |p: &Placed| matches!(p.effect, Effect::ServoLag(_));
-    let clock = |p: &Placed| p.target == Target::Log;
+    let lag = |p: &EffectInstance| matches!(p.effect, Effect::ServoLag(_));
+    let clock = |p: &EffectInstance| p.target == Target::Log;
     if either(&|x, y| only(x, &lag) && only(y, &clock)) {
         let moving = model.robot.dof();
         return format!(

@@ -23,7 +23,7 @@ use crate::diagnose::signatures::tangent;
 use crate::diagnose::synthetic::{self, Channels, Run};
 use crate::diagnose::verdict::WITHIN;
 use crate::diagnose::whitening::Whitening;
-use crate::effect::Placed;
+use crate::effects::EffectInstance;
 use crate::model::Model;
 use crate::robot::JointKind;
 use crate::stats::normal;
@@ -43,7 +43,7 @@ pub struct Comparison {
     /// Non-centrality.
     pub evidence: f64,
     /// The other's effects as they fit the truth best.
-    pub fitted: Vec<Placed>,
+    pub fitted: Vec<EffectInstance>,
 }
 
 /// What a motion is worth for the question.
@@ -199,7 +199,7 @@ impl Bench<'_> {
 
 /// Is every log of `narrow` one of `wide`, too?
 pub fn nested(narrow: &Rival, wide: &Rival) -> bool {
-    let key = |p: &Placed| (p.effect.name(), p.target);
+    let key = |p: &EffectInstance| (p.effect.name(), p.target);
     if narrow.effects.len() < wide.effects.len() {
         let mut rest: Vec<_> = wide.effects.iter().map(key).collect();
         return narrow.effects.iter().all(|p| {
@@ -223,7 +223,7 @@ fn left_by(
     rival: &Rival,
     candidates: &[Candidate],
     whitening: &Whitening,
-) -> (f64, Vec<Placed>) {
+) -> (f64, Vec<EffectInstance>) {
     let from = base.effects.len();
     let mut starts = vec![rival.effects.clone()];
     for rank in 0..2 {
@@ -259,7 +259,7 @@ fn screened(
     candidates: &[Candidate],
     whitening: &Whitening,
     rank: usize,
-) -> Option<Vec<Placed>> {
+) -> Option<Vec<EffectInstance>> {
     let from = base.effects.len();
     let mut h = base.clone();
     for (k, wanted) in rival.effects.iter().enumerate() {
@@ -273,7 +273,7 @@ fn screened(
         }
         let spectral =
             if matches!(name.0, "transmission_error" | "vibration") { ground.spectral() } else { Vec::new() };
-        let mut scored: Vec<(f64, Vec<Placed>)> = candidates
+        let mut scored: Vec<(f64, Vec<EffectInstance>)> = candidates
             .iter()
             .chain(&spectral)
             .filter(|c| c.effect == name.0 && c.target == name.1)
@@ -291,10 +291,10 @@ fn screened(
     Some(h.effects[from..].to_vec())
 }
 
-fn inside(placed: Placed, problem: &Problem) -> Placed {
+fn inside(placed: EffectInstance, problem: &Problem) -> EffectInstance {
     let bounds = placed.bounds(&problem.robot);
     let values: Vec<f64> = placed.effect.values().iter().zip(bounds).map(|(v, (lo, hi))| v.clamp(lo, hi)).collect();
-    Placed { target: placed.target, effect: placed.effect.with_values(&values) }
+    EffectInstance { target: placed.target, effect: placed.effect.with_values(&values) }
 }
 
 /// Times and commands `[axis][row]` at which a tracker of the room's rate sees the motion: straight between the program's rows.

@@ -4,7 +4,7 @@
 //! a gear, 0.1 mm of a link. Where rivals of a found effect are asked for, lost motion is made as large as the found one,
 //! with the transition so short that a log of common speed has no row in it: the hard case.
 
-use crate::effect::{Effect, Placed, entry};
+use crate::effects::{Effect, EffectInstance, entry};
 use crate::error::{Error, Result};
 use crate::io::yaml::Document;
 use crate::robot::{JointKind, Robot};
@@ -39,15 +39,15 @@ pub fn transition(effect: &Effect) -> Option<f64> {
     match effect {
         Effect::Hysteresis(h) => Some(h.presliding),
         Effect::Stiction(s) => match s.decay {
-            crate::effect::Decay::Travel(x) => Some(x),
-            crate::effect::Decay::Time(_) => Some(2.0 * s.spike),
+            crate::effects::Decay::Travel(x) => Some(x),
+            crate::effects::Decay::Time(_) => Some(2.0 * s.spike),
         },
         other => lost_motion(other).map(|b| 2.0 * b),
     }
 }
 
 /// The effect `name` on `target` with the keys `given`; what is not given has its typical size.
-pub fn placed(name: &str, target: &str, given: &Mapping, scale: &Scale, doc: &Document) -> Result<Placed> {
+pub fn placed(name: &str, target: &str, given: &Mapping, scale: &Scale, doc: &Document) -> Result<EffectInstance> {
     let mut map = typical(name, target, given, scale);
     for (k, v) in given {
         map.insert(k.clone(), v.clone());

@@ -13,7 +13,7 @@ use super::plan::{Clock, Plan};
 use super::turning::Turning;
 use super::{Emitted, Options, Origin, Points, Refine};
 use crate::compensator::{Compensator, FrictionShape};
-use crate::effect::Decay;
+use crate::effects::Decay;
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 

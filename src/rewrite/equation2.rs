@@ -99,7 +99,7 @@ impl Equation2 {
 mod tests {
     use super::*;
     use crate::compensator::{BacklashOffset, JointCompensator};
-    use crate::effect::{Backlash, GapCurve, Track};
+    use crate::effects::{Backlash, GapCurve, Track};
     use crate::robot::{Convention, Joint, JointKind};
     use nalgebra::Isometry3;
 

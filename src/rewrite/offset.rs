@@ -1,7 +1,7 @@
 //! What one axis needs: the half gap on either side and the friction behind a turn, as functions (seed 000 equations 16, 17).
 
 use crate::compensator::{FrictionOffset, FrictionShape, JointCompensator};
-use crate::effect::{Decay, GapCurve};
+use crate::effects::{Decay, GapCurve};
 
 /// Offsets of one axis, ready to be evaluated. Values are rad or m.
 #[derive(Debug, Clone)]

@@ -15,7 +15,7 @@ use super::offset::{Offset, friction_gone, friction_left};
 use super::path::{Knots, Path};
 use super::stroke::{Node, largest_error, solve, thin, travel_command};
 use crate::compensator::{FrictionOffset, FrictionShape};
-use crate::effect::Decay;
+use crate::effects::Decay;
 use crate::robot::Robot;
 use nalgebra::Vector3;
 

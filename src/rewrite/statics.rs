@@ -9,7 +9,7 @@
 //! only. The payload is not known from a program: gravity is that of the links.
 
 use super::Points;
-use crate::effect::{Effect, Stage, Target};
+use crate::effects::{Effect, Stage, Target};
 use crate::machine::gravity::{Gravity, Line};
 use crate::model::Model;
 use crate::robot::{Chain, JointKind};

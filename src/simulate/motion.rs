@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::log::Log;
-use crate::machine::{Drive, Prediction, predict};
+use crate::machine::{CommandTrajectory, Prediction, predict};
 use crate::model::Model;
 use crate::program::Program;
 use nalgebra::Vector3;
@@ -10,22 +10,22 @@ use nalgebra::Vector3;
 /// What the machine does at the rows of the log.
 #[derive(Debug)]
 pub struct Motion {
-    pub drive: Drive,
+    pub drive: CommandTrajectory,
     pub prediction: Prediction,
 }
 
 impl Motion {
     /// Runs a program whose points stand at `t_s` (one per point, not decreasing), sampled at `rate_hz` from the first.
     pub fn of_program(model: &Model, program: &Program, t_s: &[f64], rate_hz: f64) -> Result<Self> {
-        Ok(Self::of(model, Drive::of_program(&model.robot, program, t_s, rate_hz)?))
+        Ok(Self::of(model, CommandTrajectory::of_program(&model.robot, program, t_s, rate_hz)?))
     }
 
     /// Runs the rows of a log.
     pub fn of_log(model: &Model, log: &Log) -> Self {
-        Self::of(model, Drive::of_log(&model.robot, log))
+        Self::of(model, CommandTrajectory::of_log(&model.robot, log))
     }
 
-    fn of(model: &Model, drive: Drive) -> Self {
+    fn of(model: &Model, drive: CommandTrajectory) -> Self {
         let prediction = predict(model, &drive);
         Self { drive, prediction }
     }

@@ -2,7 +2,7 @@
 
 use assert_cmd::Command;
 use lostmotion::assess::impact::{AxisGap, displacement_m, over_program};
-use lostmotion::effect::GapCurve;
+use lostmotion::effects::GapCurve;
 use lostmotion::program::Program;
 use lostmotion::robot::Robot;
 use serde_json::Value;

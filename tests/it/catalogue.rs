@@ -4,9 +4,9 @@
 //! logs show `simulate` the same commands at 20 Hz. Largest difference found: 0.2 um.
 
 use assert_cmd::Command;
-use lostmotion::effect::{Effect, Placed, catalogue, entry};
+use lostmotion::effects::{Effect, EffectInstance, catalogue, entry};
 use lostmotion::io::yaml::Document;
-use lostmotion::machine::{Drive, predict};
+use lostmotion::machine::{CommandTrajectory, predict};
 use lostmotion::model::Model;
 use lostmotion::robot::Robot;
 use serde_json::Value;
@@ -171,7 +171,7 @@ fn an_axis_at_rest_and_an_empty_list_of_effects_change_nothing() {
     let t_s: Vec<f64> = (0..50).map(|i| f64::from(i) * 0.1).collect();
     let cmd: Vec<Vec<f64>> =
         (0..6).map(|a| t_s.iter().map(|t| if a == 2 { (t * 0.7).sin() } else { 0.2 }).collect()).collect();
-    let drive = Drive::of_columns(&robot, t_s, cmd.clone(), None, false);
+    let drive = CommandTrajectory::of_columns(&robot, t_s, cmd.clone(), None, false);
     for (axis, command) in cmd.iter().enumerate() {
         assert_eq!(&drive.gear(axis, &[], 0), command);
         assert_eq!(&drive.servo(axis, &[], 1), command);
@@ -279,14 +279,14 @@ fn a_rewritten_program_brings_the_joints_where_the_program_wants_them() {
     assert!(before > 300.0 && after < 3.0, "{before} um before, {after} um after");
 }
 
-/// `Placed` and `Effect` are what others build on.
+/// `EffectInstance` and `Effect` are what others build on.
 #[test]
 fn targets_are_named_as_documents_name_them() {
     let model = load(cases().iter().find(|c| c.name.starts_with("axis_coupling A6")).unwrap());
     assert_eq!(model.effects[0].target_text(&model.robot), "A6<-A5");
-    let tool = Placed {
-        target: lostmotion::effect::Target::Tool,
-        effect: Effect::ToolError(lostmotion::effect::ToolError { offset_m: nalgebra::Vector3::x() }),
+    let tool = EffectInstance {
+        target: lostmotion::effects::Target::Tool,
+        effect: Effect::ToolError(lostmotion::effects::ToolError { offset_m: nalgebra::Vector3::x() }),
     };
     assert_eq!((tool.target_text(&model.robot).as_str(), tool.axis()), ("tool", None));
 }

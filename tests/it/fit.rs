@@ -2,7 +2,7 @@
 
 use crate::path_bench::{file, kuka};
 use lostmotion::compensator::{Compensator, FrictionShape};
-use lostmotion::effect::{Decay, GapCurve};
+use lostmotion::effects::{Decay, GapCurve};
 use lostmotion::fit::{Form, fit};
 use lostmotion::gaps::Gaps;
 use lostmotion::robot::Robot;

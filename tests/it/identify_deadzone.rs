@@ -1,7 +1,7 @@
 //! `identify deadzone` on an independent oracle's logs (`tests/oracle/deadzone.py`) and on the simulated instrument.
 
 use crate::bench::{parse, robot, root};
-use lostmotion::effect::{Effect, GapCurve, Target};
+use lostmotion::effects::{Effect, GapCurve, Target};
 use lostmotion::error::Error;
 use lostmotion::gaps::Gaps;
 use lostmotion::identify::deadzone::{Deadzone, Found, Options, as_printed, document, identify};
@@ -128,7 +128,7 @@ fn val_coupled_elbows_are_found_through_their_drivers_although_the_tracker_drops
 
 /// True size of a deadzone that begins at `from`: `b` where it begins and where it ends.
 fn of_model(model: &Model, d: &Deadzone) -> f64 {
-    let curve = |e: &&lostmotion::effect::Placed| e.target == Target::Joint(d.axis);
+    let curve = |e: &&lostmotion::effects::EffectInstance| e.target == Target::Joint(d.axis);
     let Some(Effect::Backlash(b)) = model.effects.iter().find(curve).map(|e| &e.effect) else { return 0.0 };
     let dir = (d.to - d.from).signum();
     let mut to = d.to;

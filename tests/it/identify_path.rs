@@ -1,7 +1,7 @@
 //! `identify path`: against the independent simulator's logs, and on a bench with known faults.
 
 use crate::path_bench::{Fault, file, kuka, run, table3, waves};
-use lostmotion::effect::{Decay, GapCurve, curve::Pchip};
+use lostmotion::effects::{Decay, GapCurve, curve::Pchip};
 use lostmotion::gaps::{Gaps, JointGap};
 use lostmotion::identify::path::{Known, Options, PathFound, identify};
 use lostmotion::log::Log;

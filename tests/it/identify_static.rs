@@ -2,7 +2,7 @@
 
 use crate::bench::{kuka, parse, root};
 use assert_cmd::Command;
-use lostmotion::effect::GapCurve;
+use lostmotion::effects::GapCurve;
 use lostmotion::gaps::Gaps;
 use lostmotion::identify::static_test::{Found, Options, identify};
 use lostmotion::log::Log;
@@ -136,7 +136,7 @@ fn val_settled_poses_without_time_give_the_same_gaps() {
     for joint in ["A2", "A6"] {
         let log = Log::load(&sample(joint), &robot).unwrap();
         let axis = robot.axis_named(joint).unwrap();
-        let track = lostmotion::effect::Track::new(&log.t_s, &log.cmd[axis], 0.0);
+        let track = lostmotion::effects::Track::new(&log.t_s, &log.cmd[axis], 0.0);
         let mut rows: Vec<(usize, Vec<f64>, Vector3<f64>)> = dwells(&log, &robot, &DwellOptions::default())
             .unwrap()
             .into_iter()

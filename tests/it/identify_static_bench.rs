@@ -1,7 +1,7 @@
 //! `identify static` on analytic cases: gaps that were put in, and logs that lack something.
 
 use crate::bench::{Bench, Row, kuka, parse, robot};
-use lostmotion::effect::GapCurve;
+use lostmotion::effects::GapCurve;
 use lostmotion::identify::static_test::{Options, document, identify};
 use nalgebra::Vector3;
 

@@ -1,6 +1,6 @@
 //! A machine on the bench for path tests: programs run at a TCP speed, lost motion from the effect catalogue, noise from a seed.
 
-use lostmotion::effect::{Backlash, Decay, Effect, GapCurve, Stiction, Track, joint_output};
+use lostmotion::effects::{Backlash, Decay, Effect, GapCurve, Stiction, Track, joint_output};
 use lostmotion::log::Log;
 use lostmotion::robot::Robot;
 use nalgebra::{Isometry3, Vector3};

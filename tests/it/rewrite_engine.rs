@@ -1,7 +1,7 @@
 //! The rewriting engine against analytic cases and against the effect catalogue as the machine.
 
 use lostmotion::compensator::{BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator};
-use lostmotion::effect::{Backlash, Decay, Effect, GapCurve, Stiction, Track, joint_output};
+use lostmotion::effects::{Backlash, Decay, Effect, GapCurve, Stiction, Track, joint_output};
 use lostmotion::rewrite::{Account, Emitted, Engine, LimitKind, Options, Origin, Points, Refine};
 use lostmotion::robot::Robot;
 use proptest::prelude::*;

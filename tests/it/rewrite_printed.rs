@@ -1,7 +1,7 @@
 //! The equations as printed, against the twin's own version of the published controller.
 
 use lostmotion::compensator::{BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator};
-use lostmotion::effect::GapCurve;
+use lostmotion::effects::GapCurve;
 use lostmotion::rewrite::{Points, printed};
 use std::path::PathBuf;
 

@@ -3,7 +3,7 @@
 
 use assert_cmd::Command;
 use lostmotion::compensator::Compensator;
-use lostmotion::effect::GapCurve;
+use lostmotion::effects::GapCurve;
 use lostmotion::model::Model;
 use lostmotion::robot::Robot;
 use serde_json::Value;
@@ -85,8 +85,8 @@ fn gaps_behind_a_stretch_are_found_at_the_scale_of_the_commands() {
         let (mut gap, mut ripple) = (None, 0.0);
         for e in model.effects.iter().filter(|e| e.axis() == Some(axis)) {
             match &e.effect {
-                lostmotion::effect::Effect::Backlash(b) => gap = Some(b.half_gap.clone()),
-                lostmotion::effect::Effect::TransmissionError(t) => ripple = t.amplitude,
+                lostmotion::effects::Effect::Backlash(b) => gap = Some(b.half_gap.clone()),
+                lostmotion::effects::Effect::TransmissionError(t) => ripple = t.amplitude,
                 _ => {}
             }
         }

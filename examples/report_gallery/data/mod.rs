@@ -3,8 +3,8 @@
 
 mod run;
 
-use lostmotion::effect::GapCurve;
-use lostmotion::effect::curve::Pchip;
+use lostmotion::effects::GapCurve;
+use lostmotion::effects::curve::Pchip;
 use lostmotion::error::{Error, Result};
 use lostmotion::report::{method, *};
 use lostmotion::robot::Robot;

@@ -1,6 +1,6 @@
 //! The machine: joints with the crate's own effects, a circle that it runs twice, what is measured of the second time.
 
-use lostmotion::effect::{Backlash, Decay, Effect, Stiction, Track, joint_output};
+use lostmotion::effects::{Backlash, Decay, Effect, Stiction, Track, joint_output};
 use lostmotion::robot::{InverseOptions, Robot, Target};
 use nalgebra::Vector3;
 use rand::SeedableRng;

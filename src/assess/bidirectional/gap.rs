@@ -9,8 +9,8 @@
 //! refused; one that is below 0 in places is cut at 0 there, and a note says so.
 
 use super::{Assessment, Model, equation};
-use crate::effect::curve::Pchip;
-use crate::effect::{Backlash, BacklashSpeed, Effect, GapCurve, Placed, Target};
+use crate::effects::curve::Pchip;
+use crate::effects::{Backlash, BacklashSpeed, Effect, EffectInstance, GapCurve, Target};
 use crate::error::{Error, Place, Result};
 use crate::gaps::{GapPoint, Gaps, JointGap, LogRef};
 use crate::robot::{JointKind, Robot};
@@ -177,13 +177,13 @@ pub fn over_position(
     state: usize,
     mapping: &Mapping,
     notes: &mut Vec<String>,
-) -> Result<Placed> {
+) -> Result<EffectInstance> {
     let (y, _) = model.mean_over(state, &positions(result, state)?);
     if y * mapping.scale() < 0.0 {
         return Err(refused(y));
     }
     let half_gap = curve(model, state, mapping, notes);
-    Ok(Placed { target: Target::Joint(mapping.axis), effect: Effect::Backlash(Backlash { half_gap }) })
+    Ok(EffectInstance { target: Target::Joint(mapping.axis), effect: Effect::Backlash(Backlash { half_gap }) })
 }
 
 /// Column of the TCP speed and its value in m/s.
@@ -201,7 +201,12 @@ fn speed_column(result: &Assessment) -> Option<(usize, f64)> {
 }
 
 /// `backlash_speed` of a joint: the reference and the states that differ from it in speed alone.
-pub fn over_speed(result: &Assessment, model: &Model, mapping: &Mapping, notes: &mut Vec<String>) -> Result<Placed> {
+pub fn over_speed(
+    result: &Assessment,
+    model: &Model,
+    mapping: &Mapping,
+    notes: &mut Vec<String>,
+) -> Result<EffectInstance> {
     let file = || Place::file(&result.file);
     let Some((k, _)) = speed_column(result) else {
         return Err(Error::bad(file(), "no column `speed_mm_s`", "readings at two or more TCP speeds"));
@@ -247,5 +252,8 @@ pub fn over_speed(result: &Assessment, model: &Model, mapping: &Mapping, notes: 
     if model.degree > 0 {
         notes.push("backlash_speed holds the mean over the line: how the gap varies with position is not in it".into());
     }
-    Ok(Placed { target: Target::Joint(mapping.axis), effect: Effect::BacklashSpeed(BacklashSpeed { half_gap, slope }) })
+    Ok(EffectInstance {
+        target: Target::Joint(mapping.axis),
+        effect: Effect::BacklashSpeed(BacklashSpeed { half_gap, slope }),
+    })
 }

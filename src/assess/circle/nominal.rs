@@ -5,7 +5,7 @@
 //! angle, unwrapped, with the sign of the travel, so that it rises along the program.
 
 use super::fit::CircleFit;
-use crate::effect::Track;
+use crate::effects::Track;
 use crate::error::{Error, Place, Result};
 use crate::program::Program;
 use crate::robot::Robot;

@@ -3,7 +3,7 @@
 use super::{print, print_json, table};
 use crate::assess::impact::{AxisGap, JointImpact, displacement_m, over_program};
 use crate::cli::{page, paths};
-use crate::effect::GapCurve;
+use crate::effects::GapCurve;
 use crate::error::{Error, Place, Result};
 use crate::io::output;
 use crate::model::Model;

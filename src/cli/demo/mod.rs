@@ -8,7 +8,7 @@ mod runs;
 use super::page;
 use crate::assess::circle::Measured;
 use crate::compensator::{BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator};
-use crate::effect::GapCurve;
+use crate::effects::GapCurve;
 use crate::error::{Error, Result};
 use crate::fit::{Form, fit};
 use crate::gaps::file;

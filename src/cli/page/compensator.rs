@@ -2,7 +2,7 @@
 
 use super::{milli, milli2};
 use crate::compensator::{Compensator, FrictionShape, JointCompensator};
-use crate::effect::{Decay, GapCurve};
+use crate::effects::{Decay, GapCurve};
 use crate::report::{CompensatorRow, Page, Tone, method};
 use crate::robot::Robot;
 

@@ -2,7 +2,7 @@
 //! traces (Figures 3 and 13).
 
 use super::{milli, milli2};
-use crate::effect::Decay;
+use crate::effects::Decay;
 use crate::gaps::{Gaps, JointGap};
 use crate::identify::deadzone;
 use crate::identify::path::PathFound;

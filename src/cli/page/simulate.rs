@@ -1,6 +1,6 @@
 //! Page of `simulate`: what was run on which machine.
 
-use crate::effect::{Effect, Placed, catalogue};
+use crate::effects::{Effect, EffectInstance, catalogue};
 use crate::error::counted;
 use crate::model::Model;
 use crate::report::{Page, TableView, Tile, Tone, method};
@@ -21,7 +21,7 @@ pub fn of_run(model: &Model, input: &From, written: &Written) -> Page {
         format!("{} predicted with {}.", counted(written.rows, "row"), counted(model.effects.len(), "effect")),
     );
     page.tile(Tile::text("rows", written.rows.to_string(), ""));
-    let row = |e: &Placed| {
+    let row = |e: &EffectInstance| {
         let parameters: Vec<String> = match &e.effect {
             Effect::Backlash(b) if b.half_gap.constant().is_none() => {
                 let kind = e.axis().map(|a| robot.axis(a).kind);

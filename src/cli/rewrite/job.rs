@@ -25,7 +25,7 @@ pub(super) struct Source {
     pub(super) named: Named,
     pub(super) file: String,
     /// Side of its gap on which each axis starts, where a model says so.
-    preload: Option<Vec<i8>>,
+    initial_gap_side: Option<Vec<i8>>,
     /// Static joint errors of a model.
     statics: Option<Arc<Statics>>,
     /// What of a model is not compensated.
@@ -35,14 +35,14 @@ pub(super) struct Source {
 impl Source {
     pub(super) fn load(args: &Args) -> Result<Self> {
         let (mut statics, mut left) = (None, Vec::new());
-        let (robot, compensator, path, preload) = match (&args.model, &args.robot, &args.compensator) {
+        let (robot, compensator, path, initial_gap_side) = match (&args.model, &args.robot, &args.compensator) {
             (Some(path), ..) => {
                 let model = Model::load(path)?;
                 let speed = args.speed_mm_s.map(|v| v * 1e-3);
                 let compensator = Compensator::from_model_at(&model, speed.unwrap_or(0.0))?;
                 statics = Statics::of_model(&model).map(Arc::new);
                 left = not_compensated(&model, speed);
-                (model.robot, compensator, path, Some(model.preload))
+                (model.robot, compensator, path, Some(model.initial_gap_side))
             }
             (None, Some(robot), Some(path)) => {
                 let robot = Robot::load(robot)?;
@@ -55,7 +55,15 @@ impl Source {
         leave_out(args, &robot, &mut compensator, &mut left)?;
         let sha256 = input::read(path)?.sha256;
         let name = path.file_name().map_or_else(|| shown(path), |n| n.to_string_lossy().into_owned());
-        Ok(Self { robot, compensator, named: Named { name, sha256 }, file: shown(path), preload, statics, left })
+        Ok(Self {
+            robot,
+            compensator,
+            named: Named { name, sha256 },
+            file: shown(path),
+            initial_gap_side,
+            statics,
+            left,
+        })
     }
 }
 
@@ -114,7 +122,7 @@ pub(super) fn of<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
     ] {
         said.extend(v.map(|v| format!("{what} {v}")));
     }
-    if let Some(side) = &source.preload {
+    if let Some(side) = &source.initial_gap_side {
         options.initial_direction = side.clone();
     }
     if let Some(text) = &args.initial_direction {

@@ -1,7 +1,7 @@
 //! The result as a table for people.
 
 use super::Found;
-use crate::effect::GapCurve;
+use crate::effects::GapCurve;
 use crate::robot::Robot;
 use comfy_table::{CellAlignment, Table, presets};
 

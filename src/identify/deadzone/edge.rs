@@ -19,7 +19,7 @@
 
 use super::motion::{Stretch, Turning};
 use super::rest::Rest;
-use crate::effect::GapCurve;
+use crate::effects::GapCurve;
 use nalgebra::{DMatrix, Vector3};
 
 /// Part of its end's standard error that a polynomial may miss a branch by.

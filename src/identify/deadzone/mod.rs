@@ -24,8 +24,8 @@ pub mod printed;
 pub mod rest;
 mod words;
 
-use crate::effect::GapCurve;
-use crate::effect::curve::Pchip;
+use crate::effects::GapCurve;
+use crate::effects::curve::Pchip;
 use crate::error::{Error, Place, Result};
 use crate::gaps::{GapPoint, Gaps, JointGap, LogRef};
 use crate::log::Log;

@@ -7,7 +7,7 @@
 //!
 //! Assumption: a command that is sampled often enough that a stroke has several rows.
 
-use crate::effect::Track;
+use crate::effects::Track;
 use crate::log::Log;
 use crate::machine::turns;
 use crate::robot::Robot;

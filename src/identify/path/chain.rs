@@ -1,6 +1,6 @@
 //! The error of one joint along a log, and its derivatives by half gap, spike and decay.
 //!
-//! It is the catalogue's chain (stiction, then play; [`crate::effect`]) in continuous time, evaluated at the bins of a log. A
+//! It is the catalogue's chain (stiction, then play; [`crate::effects`]) in continuous time, evaluated at the bins of a log. A
 //! run is the movement between two reversals. In run `r` with turning point `(t0, p0)` and direction `d`
 //!
 //! `lag = min(d (p - p0), spike exp(-(t - t0)/tau))` (none in run 0) and the signal `p - d lag` pushes the output as soon as that is
@@ -10,7 +10,7 @@
 //!
 //! Assumes that a bin is short against gap and decay where they act, which [`super::bins`] sees to.
 
-use crate::effect::{GapCurve, Track};
+use crate::effects::{GapCurve, Track};
 use std::ops::Range;
 
 /// Movement between two reversals.
@@ -240,7 +240,7 @@ pub fn by_run(runs: &[Run], t: &[f64], p: &[f64], law: &Law) -> Vec<ByRun> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::{Backlash, Decay, Effect, Stiction, curve::Pchip, joint_output};
+    use crate::effects::{Backlash, Decay, Effect, Stiction, curve::Pchip, joint_output};
 
     /// A command that turns at many places, sampled so finely that the first sample behind a turn is still stuck.
     fn wave() -> (Vec<f64>, Vec<f64>) {

@@ -6,7 +6,7 @@
 use super::prepare::{Binned, kabsch};
 use super::problem::Problem;
 use super::select::{Selected, select};
-use crate::effect::GapCurve;
+use crate::effects::GapCurve;
 use crate::error::{Error, Place, Result};
 
 /// Sum of squares of the mirrored fit over that of the log as it is, below which the log is mirrored.

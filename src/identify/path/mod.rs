@@ -26,7 +26,7 @@ pub mod tail;
 pub mod trace;
 
 use crate::compensator::Compensator;
-use crate::effect::{Decay, GapCurve};
+use crate::effects::{Decay, GapCurve};
 use crate::error::{Error, Place, Result};
 use crate::gaps::{DISTRUSTED, GapPoint, Gaps, JointGap, LogRef, Registered, StictionFound};
 use crate::log::Log;

@@ -9,7 +9,7 @@
 
 use super::bins;
 use super::chain::{Run, runs};
-use crate::effect::Track;
+use crate::effects::Track;
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
 use crate::robot::Robot;

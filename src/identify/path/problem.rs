@@ -12,7 +12,7 @@ use super::chain::{GapLaw, Law, Out, evaluate};
 use super::nuisance::{Basis, basis, rigid};
 use super::prepare::Binned;
 use super::reduced::{Block, Part};
-use crate::effect::GapCurve;
+use crate::effects::GapCurve;
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 /// A joint that reverses in at least one log.

@@ -1,10 +1,10 @@
 //! Deviation over position, measured and by the identified plays: the pictures of seed 003's Figures 6 and 9.
 //!
-//! The plays are the catalogue's ([`crate::effect::Backlash`]) on the command; deviations are output minus slope times input, about
+//! The plays are the catalogue's ([`crate::effects::Backlash`]) on the command; deviations are output minus slope times input, about
 //! the middle of the two flanks.
 
 use super::flanks::Flanks;
-use crate::effect::{Backlash, Track};
+use crate::effects::{Backlash, Track};
 use crate::log::Log;
 
 /// Rows that a picture holds, about.

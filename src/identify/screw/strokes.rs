@@ -3,10 +3,10 @@
 //! A command that was measured rather than commanded carries noise; a movement of fewer than [`NOISE`] of its standard deviations
 //! (from third differences, which a smooth motion leaves near zero) is no reversal.
 
-use crate::effect::Track;
+use crate::effects::Track;
 use crate::log::Log;
-use crate::machine::drive::NO_MOVEMENT;
 use crate::machine::parts::slopes;
+use crate::machine::trajectory::NO_MOVEMENT;
 use crate::robot::Robot;
 use crate::stats::robust::{SIGMA_PER_MAD, median};
 

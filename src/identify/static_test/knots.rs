@@ -222,7 +222,7 @@ fn solve(n: usize, a: &mut [f64; MOST * MOST], b: &mut [f64; MOST]) -> bool {
 }
 
 /// PCHIP at rising positions `at`, without an allocation: the kernel of the search. Up to [`MOST`] knots.
-/// The same curve as [`crate::effect::curve::Pchip`] (a test holds them together).
+/// The same curve as [`crate::effects::curve::Pchip`] (a test holds them together).
 fn pchip(x: &[f64], y: &[f64], at: &[f64], out: &mut [f64]) {
     let n = x.len();
     let (mut h, mut d, mut slope) = ([0.0; MOST], [0.0; MOST], [0.0; MOST]);
@@ -270,7 +270,7 @@ fn end(h0: f64, h1: f64, d0: f64, d1: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::curve::Pchip;
+    use crate::effects::curve::Pchip;
 
     const X: [f64; 9] = [-2.0, -1.5, -1.1, -0.4, 0.0, 0.3, 0.9, 1.6, 2.0];
 

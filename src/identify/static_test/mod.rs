@@ -23,7 +23,7 @@ pub mod readings;
 pub mod schedule;
 pub mod summary;
 
-use crate::effect::GapCurve;
+use crate::effects::GapCurve;
 use crate::error::{Error, Place, Result};
 use crate::gaps::{GapPoint, Gaps, JointGap, LogRef};
 use crate::log::Log;

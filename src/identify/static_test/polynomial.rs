@@ -4,7 +4,7 @@
 //! error is F distributed with `n - K` and `nu` degrees of freedom if the polynomial is right.
 
 use super::summary::{Summary, mapped};
-use crate::effect::GapCurve;
+use crate::effects::GapCurve;
 use crate::stats::{fisher, legendre};
 use nalgebra::{DMatrix, DVector};
 

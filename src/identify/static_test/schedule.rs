@@ -13,8 +13,8 @@
 use super::knots::{Data, search};
 use super::polynomial::{self, Fit};
 use super::summary::Summary;
-use crate::effect::GapCurve;
-use crate::effect::curve::Pchip;
+use crate::effects::GapCurve;
+use crate::effects::curve::Pchip;
 use crate::stats::fisher;
 
 /// Weight of polynomials above which the readable form is a polynomial.

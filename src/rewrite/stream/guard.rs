@@ -229,7 +229,7 @@ fn step(joint: &JointCompensator) -> Option<[f64; 2]> {
 mod tests {
     use super::*;
     use crate::compensator::{BacklashOffset, Evidence};
-    use crate::effect::GapCurve;
+    use crate::effects::GapCurve;
 
     fn compensator(half_gap: f64) -> Compensator {
         let gap = GapCurve::Constant(half_gap);

@@ -5,7 +5,7 @@ use super::guard;
 use super::sink::{File, Nowhere, Sink};
 use super::{Done, Passage, Preview, pass};
 use crate::compensator::{FrictionShape, JointCompensator};
-use crate::effect::Decay;
+use crate::effects::Decay;
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::input;
 use crate::program::csv::{Reader, Style};

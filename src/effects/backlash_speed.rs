@@ -25,7 +25,7 @@ impl BacklashSpeed {
     pub fn apply(&self, track: &Track, signal: &mut [f64]) {
         let Some(&first) = signal.first() else { return };
         let at = |i: usize| self.half_gap_at(track.tcp_speed_m_s.get(i).copied().unwrap_or(0.0));
-        let mut out = first - f64::from(track.preload) * at(0);
+        let mut out = first - f64::from(track.initial_gap_side) * at(0);
         for (i, s) in signal.iter_mut().enumerate() {
             let b = at(i);
             out = out.clamp(*s - b, *s + b);

@@ -4,7 +4,7 @@ use super::Stage;
 
 /// One effect in words.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Card {
+pub struct EffectInfo {
     /// Name in model files and documents.
     pub name: &'static str,
     pub stage: Stage,
@@ -25,7 +25,7 @@ pub struct Card {
 }
 
 /// The card of an effect, or `None` where the catalogue has no such name.
-pub fn find(name: &str) -> Option<&'static Card> {
+pub fn find(name: &str) -> Option<&'static EffectInfo> {
     CARDS.iter().find(|c| c.name == name)
 }
 
@@ -33,7 +33,7 @@ pub fn find(name: &str) -> Option<&'static Card> {
 ///
 /// # Panics
 /// For another name; [`find`] is for names from outside.
-pub fn of(name: &str) -> &'static Card {
+pub fn of(name: &str) -> &'static EffectInfo {
     match find(name) {
         Some(card) => card,
         None => unreachable!("the catalogue has a card for each effect, but none for {name}"),
@@ -41,8 +41,8 @@ pub fn of(name: &str) -> &'static Card {
 }
 
 /// All effects in the order of the chain.
-pub static CARDS: &[Card] = &[
-    Card {
+pub static CARDS: &[EffectInfo] = &[
+    EffectInfo {
         name: "servo_lag",
         stage: Stage::Servo,
         target: "joint",
@@ -53,7 +53,7 @@ pub static CARDS: &[Card] = &[
         decide_by: "log the encoders; or move one joint at a time, at two speeds: a time offset is the same for all joints",
         action: "enable or tune velocity feed-forward, or run slower; offsets in a program cannot undo it",
     },
-    Card {
+    EffectInfo {
         name: "stiction",
         stage: Stage::Servo,
         target: "joint",
@@ -67,7 +67,7 @@ pub static CARDS: &[Card] = &[
         decide_by: "reverse at two speeds and wait behind one reversal: stiction fades, a gap stays",
         action: "grease, check preload and seals, raise the integral gain; a fading offset behind each reversal undoes it",
     },
-    Card {
+    EffectInfo {
         name: "encoder_scale",
         stage: Stage::Gear,
         target: "joint",
@@ -78,7 +78,7 @@ pub static CARDS: &[Card] = &[
         decide_by: "move the joint through its whole range",
         action: "correct the gear ratio or encoder scale in the controller",
     },
-    Card {
+    EffectInfo {
         name: "transmission_error",
         stage: Stage::Gear,
         target: "joint",
@@ -93,7 +93,7 @@ pub static CARDS: &[Card] = &[
         decide_by: "move the joint at two speeds: a vibration keeps its frequency, a transmission error its period in degrees",
         action: "service the gear (worn tooth, wave generator, eccentric pinion); an offset of the negative undoes it",
     },
-    Card {
+    EffectInfo {
         name: "backlash",
         stage: Stage::Gear,
         target: "joint",
@@ -104,7 +104,7 @@ pub static CARDS: &[Card] = &[
         decide_by: "reverse slowly, with rows inside the gap, at several positions and two speeds",
         action: "take the gap up (preload, shim, new nut or pinion); an offset of half a gap in the direction of travel undoes it",
     },
-    Card {
+    EffectInfo {
         name: "backlash_position",
         stage: Stage::Gear,
         target: "joint",
@@ -115,7 +115,7 @@ pub static CARDS: &[Card] = &[
         decide_by: "reverse at five or more positions over the range",
         action: "local wear: replace the part, or work elsewhere in the range; a scheduled offset undoes it",
     },
-    Card {
+    EffectInfo {
         name: "backlash_speed",
         stage: Stage::Gear,
         target: "joint",
@@ -129,7 +129,7 @@ pub static CARDS: &[Card] = &[
         decide_by: "reverse at three or more speeds",
         action: "identify and compensate at the working speed; check lubrication and preload",
     },
-    Card {
+    EffectInfo {
         name: "hysteresis",
         stage: Stage::Gear,
         target: "joint",
@@ -143,7 +143,7 @@ pub static CARDS: &[Card] = &[
         decide_by: "reverse slowly, with ten or more rows inside the transition",
         action: "wind-up of belt, cable or wave gear: stiffen or preload; an offset of half a width in the direction of travel undoes most",
     },
-    Card {
+    EffectInfo {
         name: "joint_zero_offset",
         stage: Stage::Link,
         target: "joint",
@@ -154,7 +154,7 @@ pub static CARDS: &[Card] = &[
         decide_by: "fix the registration by measuring the base (first joint); measure two reflectors on the tool (last joint)",
         action: "master the joint again, or enter the offset in the controller",
     },
-    Card {
+    EffectInfo {
         name: "axis_coupling",
         stage: Stage::Link,
         target: "A6<-A5",
@@ -165,7 +165,7 @@ pub static CARDS: &[Card] = &[
         decide_by: "move the other joint alone",
         action: "correct the coupling ratio in the controller",
     },
-    Card {
+    EffectInfo {
         name: "gravity_compliance",
         stage: Stage::Link,
         target: "joint",
@@ -176,7 +176,7 @@ pub static CARDS: &[Card] = &[
         decide_by: "repeat the poses with another payload",
         action: "enter load data, use the controller's elasto-static correction, check the counterbalance",
     },
-    Card {
+    EffectInfo {
         name: "link_error",
         stage: Stage::Geometry,
         target: "A2.a",
@@ -187,7 +187,7 @@ pub static CARDS: &[Card] = &[
         decide_by: "poses over the whole workspace, each joint through its range; parallel axes share their d",
         action: "enter the calibrated parameter, or correct poses with the calibrated kinematics",
     },
-    Card {
+    EffectInfo {
         name: "tool_error",
         stage: Stage::Geometry,
         target: "tool",
@@ -198,7 +198,7 @@ pub static CARDS: &[Card] = &[
         decide_by: "turn the wrist about the TCP in three or more orientations; measure a second reflector",
         action: "measure the tool again and enter it",
     },
-    Card {
+    EffectInfo {
         name: "thermal_drift",
         stage: Stage::Tcp,
         target: "tcp",
@@ -209,7 +209,7 @@ pub static CARDS: &[Card] = &[
         decide_by: "come back to one pose again and again over the whole log",
         action: "warm up before work, measure again when warm",
     },
-    Card {
+    EffectInfo {
         name: "vibration",
         stage: Stage::Tcp,
         target: "tcp",
@@ -225,7 +225,7 @@ pub static CARDS: &[Card] = &[
         decide_by: "log while the robot stands; or move at two speeds",
         action: "find the source (fan, pump, resonance) and damp it; keep its frequency out of the motion",
     },
-    Card {
+    EffectInfo {
         name: "time_offset",
         stage: Stage::Measurement,
         target: "log",

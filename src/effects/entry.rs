@@ -119,7 +119,7 @@ fn one_line_value(v: &Value) -> String {
 }
 
 /// Reads one entry of `effects:`.
-pub fn read(entry: &Value, robot: &Robot, doc: &Document) -> Result<Placed> {
+pub fn read(entry: &Value, robot: &Robot, doc: &Document) -> Result<EffectInstance> {
     let Value::Mapping(map) = entry else {
         return Err(Error::bad(
             doc.place(&["effects"]),
@@ -178,7 +178,7 @@ fn axis_of(fields: &Fields, key: &str, name: &str, robot: &Robot) -> Result<usiz
         .ok_or_else(|| fields.bad(key, format!("joint `{name}`"), &format!("one of {}", robot.axis_names().join(", "))))
 }
 
-fn on_joint(mut f: Fields, named: Option<String>, robot: &Robot) -> Result<Placed> {
+fn on_joint(mut f: Fields, named: Option<String>, robot: &Robot) -> Result<EffectInstance> {
     let name = name_of_joint(&f, named)?;
     let axis = axis_of(&f, "joint", &name, robot)?;
     let kind = robot.axis(axis).kind;
@@ -244,10 +244,10 @@ fn on_joint(mut f: Fields, named: Option<String>, robot: &Robot) -> Result<Place
         }
     };
     f.finish()?;
-    Ok(Placed { target: Target::Joint(axis), effect })
+    Ok(EffectInstance { target: Target::Joint(axis), effect })
 }
 
-fn coupled(mut f: Fields, named: Option<String>, robot: &Robot) -> Result<Placed> {
+fn coupled(mut f: Fields, named: Option<String>, robot: &Robot) -> Result<EffectInstance> {
     let name = name_of_joint(&f, named)?;
     let (to, arrow) = match name.split_once("<-") {
         Some((to, from)) => (to.trim().to_string(), Some(from.trim().to_string())),
@@ -272,10 +272,10 @@ fn coupled(mut f: Fields, named: Option<String>, robot: &Robot) -> Result<Placed
     let scale = robot.axis(to).kind.si() / robot.axis(from).kind.si();
     let effect = Effect::AxisCoupling(AxisCoupling { ratio: f.any("ratio")? * scale });
     f.finish()?;
-    Ok(Placed { target: Target::Coupled { to, from }, effect })
+    Ok(EffectInstance { target: Target::Coupled { to, from }, effect })
 }
 
-fn on_link(mut f: Fields, named: Option<String>, robot: &Robot) -> Result<Placed> {
+fn on_link(mut f: Fields, named: Option<String>, robot: &Robot) -> Result<EffectInstance> {
     let expected = "`target: JOINT.a`, `.d` or `.alpha`";
     let Some(name) = named else {
         return Err(f.bad("", "no `target`".into(), expected));
@@ -298,11 +298,11 @@ fn on_link(mut f: Fields, named: Option<String>, robot: &Robot) -> Result<Placed
         _ => f.any("delta_mm")? * 1e-3,
     };
     f.finish()?;
-    Ok(Placed { target: Target::Link { joint, parameter }, effect: Effect::LinkError(LinkError { delta }) })
+    Ok(EffectInstance { target: Target::Link { joint, parameter }, effect: Effect::LinkError(LinkError { delta }) })
 }
 
 /// Tool, TCP and log: there is one of each, so a name is not needed.
-fn on_machine(mut f: Fields, named: Option<String>) -> Result<Placed> {
+fn on_machine(mut f: Fields, named: Option<String>) -> Result<EffectInstance> {
     let (target, text) = match f.effect.as_str() {
         "tool_error" => (Target::Tool, "tool"),
         "time_offset" => (Target::Log, "log"),
@@ -326,11 +326,11 @@ fn on_machine(mut f: Fields, named: Option<String>) -> Result<Placed> {
         _ => Effect::TimeOffset(TimeOffset { offset_s: f.any("offset_s")? }),
     };
     f.finish()?;
-    Ok(Placed { target, effect })
+    Ok(EffectInstance { target, effect })
 }
 
 /// The entry of an effect, in the units of the edges.
-pub fn write(placed: &Placed, robot: &Robot) -> Value {
+pub fn write(placed: &EffectInstance, robot: &Robot) -> Value {
     let mut map = Mapping::new();
     let mut put = |k: &str, v: Value| {
         map.insert(Value::String(k.into()), v);

@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 /// An effect at its place.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Placed {
+pub struct EffectInstance {
     pub target: Target,
     pub effect: Effect,
 }
@@ -18,7 +18,7 @@ fn most_lost(kind: JointKind) -> f64 {
     if kind == JointKind::Revolute { 0.1 } else { 0.01 }
 }
 
-impl Placed {
+impl EffectInstance {
     /// An effect on one axis.
     pub fn on_axis(axis: usize, effect: Effect) -> Self {
         Self { target: Target::Joint(axis), effect }

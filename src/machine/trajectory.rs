@@ -5,14 +5,14 @@
 //! reversal; a step of the last written digit is a command and may be one. An axis at rest has one sample.
 //!
 //! A play behind a lagging servo turns where the lagged joint does, between the samples of the command; those points
-//! are worked out and added where both stand on one axis ([`crate::effect::ServoLag::turning_points`]). A stiction that a lag
+//! are worked out and added where both stand on one axis ([`crate::effects::ServoLag::turning_points`]). A stiction that a lag
 //! filters gets finer samples until it comes loose.
 
 use super::gravity::Gravity;
 use super::wide::{pick, run_wide};
 use super::{grid::Grid, speed, turns};
-use crate::effect::servo_lag::command_between;
-use crate::effect::{Between, Effect, Stage, Track, Turn, apply_stage};
+use crate::effects::servo_lag::command_between;
+use crate::effects::{Between, Effect, Stage, Track, Turn, apply_stage};
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
 use crate::program::Program;
@@ -60,7 +60,7 @@ struct Axis {
 
 /// Commands of all axes over rows: a log's, or those at which a program is sampled.
 #[derive(Debug, Clone)]
-pub struct Drive {
+pub struct CommandTrajectory {
     between: Between,
     t_s: Vec<f64>,
     /// Times of settled poses, far apart.
@@ -75,7 +75,7 @@ pub struct Drive {
     torque: OnceLock<Vec<Vec<f64>>>,
 }
 
-impl Drive {
+impl CommandTrajectory {
     /// The rows of a log. Settled poses have no time: what fades in seconds has faded at each of them. Their TCP speed is that
     /// of the column `speed_mm_s`, with which they were reached.
     pub fn of_log(robot: &Robot, log: &Log) -> Self {
@@ -304,17 +304,17 @@ impl Drive {
     }
 
     /// Motor side of an axis, row by row: what the servo makes of the command. Effects of other stages are ignored.
-    pub fn servo(&self, axis: usize, effects: &[&Effect], preload: i8) -> Vec<f64> {
-        self.run(axis, effects, preload, Stage::Servo)
+    pub fn servo(&self, axis: usize, effects: &[&Effect], initial_gap_side: i8) -> Vec<f64> {
+        self.run(axis, effects, initial_gap_side, Stage::Servo)
     }
 
     /// Behind the gear of an axis, row by row. Effects of later stages are ignored.
-    pub fn gear(&self, axis: usize, effects: &[&Effect], preload: i8) -> Vec<f64> {
-        self.run(axis, effects, preload, Stage::Gear)
+    pub fn gear(&self, axis: usize, effects: &[&Effect], initial_gap_side: i8) -> Vec<f64> {
+        self.run(axis, effects, initial_gap_side, Stage::Gear)
     }
 
-    fn run(&self, axis: usize, effects: &[&Effect], preload: i8, last: Stage) -> Vec<f64> {
-        let mut track = self.track(axis).with_preload(preload);
+    fn run(&self, axis: usize, effects: &[&Effect], initial_gap_side: i8, last: Stage) -> Vec<f64> {
+        let mut track = self.track(axis).with_initial_gap_side(initial_gap_side);
         if effects.iter().any(|e| matches!(e, Effect::BacklashSpeed(_))) {
             track.tcp_speed_m_s = self.sample_speed(axis);
         }

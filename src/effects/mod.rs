@@ -9,10 +9,10 @@
 //! - [`track`]: a joint's command with its directions and turning points, which effects look at; [`smooth`]: what a motion
 //!   does between its samples; [`curve`]: a half gap as a function of position.
 //! - one file per effect, named after it: equation, parameters with their bounds and why, what to do about it.
-//! - [`placed`]: an effect and where it acts: keys, bounds; [`entry`]: the same as it stands in a model file, to and from its
+//! - [`instance`]: an effect and where it acts: keys, bounds; [`entry`]: the same as it stands in a model file, to and from its
 //!   type, with every refusal; [`catalogue`]: what a user reads about each.
 //!
-//! Adding an effect is a file here, a variant of [`Effect`] below, and its lines in [`placed`], [`entry`] and [`catalogue`].
+//! Adding an effect is a file here, a variant of [`Effect`] below, and its lines in [`instance`], [`entry`] and [`catalogue`].
 
 pub mod axis_coupling;
 pub mod backlash;
@@ -23,9 +23,9 @@ pub mod encoder_scale;
 pub mod entry;
 pub mod gravity_compliance;
 pub mod hysteresis;
+pub mod instance;
 pub mod joint_zero_offset;
 pub mod link_error;
-pub mod placed;
 pub mod servo_lag;
 pub mod smooth;
 pub mod stiction;
@@ -44,9 +44,9 @@ pub use curve::GapCurve;
 pub use encoder_scale::EncoderScale;
 pub use gravity_compliance::GravityCompliance;
 pub use hysteresis::Hysteresis;
+pub use instance::EffectInstance;
 pub use joint_zero_offset::JointZeroOffset;
 pub use link_error::LinkError;
-pub use placed::Placed;
 pub use servo_lag::ServoLag;
 pub use stiction::{Decay, Stiction};
 pub use thermal_drift::ThermalDrift;

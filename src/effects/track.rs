@@ -42,7 +42,7 @@ pub struct Track<'a> {
     /// Reversals in order. The first movement is none.
     pub turns: Cow<'a, [Turn]>,
     /// +1 or -1: the joint was brought to its start in that direction; 0: the play stands in the middle of its gap.
-    pub preload: i8,
+    pub initial_gap_side: i8,
     pub between: Between,
     /// Samples that are rows, rising from the first sample; the others are estimates between them. `None`: all.
     pub rows: Option<&'a [u32]>,
@@ -103,7 +103,7 @@ impl<'a> Track<'a> {
             p,
             dir: dir.into(),
             turns: turns.into(),
-            preload: 0,
+            initial_gap_side: 0,
             between: Between::Smooth,
             rows: None,
             tcp_speed_m_s: &[],
@@ -112,8 +112,8 @@ impl<'a> Track<'a> {
     }
 
     /// The same track with the play at one side of its gap at the start.
-    pub fn with_preload(mut self, preload: i8) -> Self {
-        self.preload = preload.signum();
+    pub fn with_initial_gap_side(mut self, initial_gap_side: i8) -> Self {
+        self.initial_gap_side = initial_gap_side.signum();
         self
     }
 

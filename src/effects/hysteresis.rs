@@ -5,7 +5,7 @@
 //! for wind-up (belt, harmonic drive, cable) rather than for a gap; stiffen, or preload.
 //!
 //! Method: `z = dir + (z0 - dir) exp(-travel/presliding)` on each monotone piece, exact between samples. Start: `z = 0`, or the
-//! side of the preload.
+//! initial side of the gap.
 
 use super::Track;
 
@@ -20,7 +20,7 @@ impl Hysteresis {
     /// Adds the error to `signal` in place.
     pub fn apply(&self, track: &Track, signal: &mut [f64]) {
         let Some(&first) = signal.first() else { return };
-        let mut z = f64::from(track.preload);
+        let mut z = f64::from(track.initial_gap_side);
         let mut before = first;
         for s in signal {
             let step = *s - before;

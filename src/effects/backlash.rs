@@ -23,7 +23,7 @@ impl Backlash {
     /// Play on `signal` in place; the gap is looked up at the command.
     pub fn apply(&self, track: &Track, signal: &mut [f64]) {
         let Some(&first) = signal.first() else { return };
-        let mut out = first - f64::from(track.preload) * self.half_gap.at(track.p[0]);
+        let mut out = first - f64::from(track.initial_gap_side) * self.half_gap.at(track.p[0]);
         let fixed = self.half_gap.constant();
         for (s, &p) in signal.iter_mut().zip(track.p) {
             let b = fixed.unwrap_or_else(|| self.half_gap.at(p));
