@@ -1,8 +1,8 @@
 //! `lostmotion`: parse, run, map the error to an exit code.
 #![forbid(unsafe_code)]
 
-use clap::Parser;
-use lostmotion::cli::{Cli, run};
+use clap::FromArgMatches;
+use lostmotion::cli::{Cli, help, run};
 use lostmotion::error::Error;
 use std::process::ExitCode;
 
@@ -10,7 +10,8 @@ use std::process::ExitCode;
 const INTERRUPTED: i32 = 130;
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let matches = help::command().get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
     // without a handler an interrupt leaves temporary files; that is no reason not to run
     let _ = ctrlc::set_handler(|| {
         lostmotion::io::output::discard();

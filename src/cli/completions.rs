@@ -1,8 +1,7 @@
 //! `lostmotion completions`: shell completions and the man page, on standard output.
 
-use super::Cli;
+use super::help;
 use crate::error::{Error, Result};
-use clap::CommandFactory;
 use std::io::Write;
 
 /// Print shell completions, or the man page.
@@ -32,7 +31,7 @@ pub enum What {
 /// Prints to standard output.
 pub fn run(args: Args) -> Result<()> {
     use clap_complete::Shell;
-    let mut command = Cli::command();
+    let mut command = help::command();
     let mut text = Vec::new();
     let shell = match args.what {
         What::Bash => Shell::Bash,

@@ -5,6 +5,7 @@ pub mod completions;
 pub mod demo;
 pub mod diagnose;
 pub mod fit;
+pub mod help;
 pub mod identify;
 pub mod identify_path;
 pub mod learn;

@@ -38,6 +38,7 @@ impl Page {
                 body {
                     (self.head())
                     main { @for (i, s) in self.sections.iter().enumerate() { (section(i, s, &joints)) } }
+                    (self.provenance())
                     footer { p {
                         "lostmotion " (env!("CARGO_PKG_VERSION")) ". mdeg: thousandth of a degree; µm: thousandth of a millimetre. "
                         "The same input gives the same page, byte for byte; there is no date in it."
@@ -79,7 +80,6 @@ impl Page {
                         (further(self.warnings.len()))
                     }
                 }
-                (self.provenance())
                 @if self.sections.len() > 3 {
                     nav aria-label="Sections" { ol {
                         @for (i, s) in self.sections.iter().enumerate() { li { a href=(format!("#s{}", i + 1)) { (self.nav_name(s)) } } }

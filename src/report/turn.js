@@ -1,7 +1,8 @@
 "use strict";
 // Turns the drawing in space and changes the exaggeration. No less-than signs and no ampersands: the page stays well-formed XML.
 document.querySelectorAll(".space").forEach(function (box) {
-  var svg = box.querySelector("svg"), controls = box.querySelector(".controls"), json = box.querySelector("script");
+  // the legend holds small drawings, too: the figure's own is meant
+  var svg = box.querySelector("figure svg"), controls = box.querySelector(".controls"), json = box.querySelector("script");
   if (!svg) return;
   var d = JSON.parse(json.textContent), slider = controls.querySelector("input"), output = controls.querySelector("output");
   var iso = [45, 35.264], az = iso[0], el = iso[1], from = null;

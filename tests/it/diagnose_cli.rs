@@ -220,9 +220,8 @@ fn a_reader_that_has_gone_is_no_failure() {
 
 #[test]
 fn the_page_of_the_command_names_every_option_of_its_help() {
-    use clap::CommandFactory;
     let page = std::fs::read_to_string("docs/diagnose.md").unwrap();
-    let cli = lostmotion::cli::Cli::command();
+    let cli = lostmotion::cli::help::command();
     let command = cli.find_subcommand("diagnose").unwrap();
     let options: Vec<&str> = command.get_arguments().filter_map(|a| a.get_long()).filter(|l| *l != "help").collect();
     assert!(options.len() >= 6, "{options:?}");

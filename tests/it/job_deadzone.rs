@@ -33,6 +33,10 @@ static JOB: LazyLock<TempDir> = LazyLock::new(|| {
     let w = work.path();
     done(w, &format!("identify deadzone --robot {ROBOT} --log {LOG} --output {{}}/gaps.yaml --report {{}}/gaps.html"));
     done(w, &format!("fit --robot {ROBOT} --gaps {{}}/gaps.yaml --output {{}}/comp.yaml"));
+    // written once: tests that run at the same time read it
+    let robot = std::fs::canonicalize(Path::new(env!("CARGO_MANIFEST_DIR")).join(ROBOT)).unwrap();
+    let text = format!("schema: lostmotion/model/1\nrobot: {}\neffects: []\n", robot.display());
+    std::fs::write(w.join("ideal.yaml"), text).unwrap();
     for m in MOTIONS {
         simulate(w, MODEL, &format!("samples/instrument/{m}.csv"), &format!("{{}}/before_{m}.csv"), 50);
     }
@@ -78,10 +82,6 @@ fn tip_rms_mm(program: &str, wanted: &str) -> f64 {
         let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
         reader.records().map(|r| r.unwrap()).map(|r| [5, 6, 7].map(|k| r[k].parse().unwrap())).collect()
     };
-    let ideal = w.join("ideal.yaml");
-    let robot = std::fs::canonicalize(Path::new(env!("CARGO_MANIFEST_DIR")).join(ROBOT)).unwrap();
-    let text = format!("schema: lostmotion/model/1\nrobot: {}\neffects: []\n", robot.display());
-    std::fs::write(&ideal, text).unwrap();
     let (is, want) = (exact(MODEL, program), exact("{}/ideal.yaml", wanted));
     let squares: Vec<f64> =
         is.iter().zip(&want).map(|(a, b)| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>()).collect();

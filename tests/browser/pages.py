@@ -1,0 +1,118 @@
+"""Opens report pages in a headless browser and tries what a reader does.
+
+    python tests/browser/pages.py FOLDER_OR_PAGE ... [--shots FOLDER]
+
+For each page: no script error; nothing wider than the window at 400 px and at 1280 px; every drawing in space rotates when
+dragged and by the arrow keys, and its slider changes the exaggeration. Screenshots (wide, narrow, dark) go to --shots.
+Needs chromium, chromedriver and the package selenium. Exit code 1 where a page fails; the last line counts.
+"""
+
+import argparse
+import pathlib
+import sys
+
+from selenium import webdriver
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+
+WIDE, NARROW = (1280, 900), (400, 800)
+OVERFLOW = """
+const w = document.documentElement.clientWidth, out = [];
+if (document.documentElement.scrollWidth > w + 1) {
+  for (const e of document.querySelectorAll("body *")) {
+    const scrolls = (n) => n && (["auto", "scroll"].includes(getComputedStyle(n).overflowX) || scrolls(n.parentElement));
+    if (e.getBoundingClientRect().right > w + 1 && !scrolls(e)) out.push(e.tagName + "." + (e.className.baseVal ?? e.className));
+  }
+}
+return out.slice(0, 5);
+"""
+
+
+def browser(dark=False):
+    options = webdriver.ChromeOptions()
+    for flag in (
+        "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+        "--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars",
+    ):
+        options.add_argument(flag)
+    if dark:
+        options.add_argument("--force-dark-mode")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    options.binary_location = "/usr/bin/chromium"
+    return webdriver.Chrome(options=options, service=webdriver.ChromeService("/usr/bin/chromedriver"))
+
+
+def resized(driver, size):
+    """The window's inner size, which headless windows do not take from the outer one below 500 px."""
+    driver.execute_cdp_cmd(
+        "Emulation.setDeviceMetricsOverride",
+        {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False},
+    )
+
+
+def drawing_answers(driver, box):
+    """Faults of one drawing in space."""
+    faults = []
+    figure = box.find_element(By.CSS_SELECTOR, "figure svg")
+    path = lambda: [p.get_attribute("d") for p in box.find_elements(By.CSS_SELECTOR, "figure svg [data-line]")]
+    driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", figure)
+    before = path()
+    ActionChains(driver).move_to_element(figure).click_and_hold().move_by_offset(60, 25).release().perform()
+    dragged = path()
+    if dragged == before:
+        faults.append("dragging does not rotate the drawing")
+    driver.execute_script("arguments[0].focus()", figure)
+    ActionChains(driver).send_keys(Keys.ARROW_LEFT).perform()
+    if path() == dragged:
+        faults.append("the arrow keys do not rotate the drawing")
+    for slider in box.find_elements(By.CSS_SELECTOR, ".controls input"):
+        shown = box.find_element(By.CSS_SELECTOR, ".controls output").text
+        slider.send_keys(Keys.ARROW_LEFT, Keys.ARROW_LEFT)
+        if box.find_element(By.CSS_SELECTOR, ".controls output").text == shown:
+            faults.append("the slider does not change the exaggeration")
+    box.find_element(By.CSS_SELECTOR, ".controls button").click()
+    return faults
+
+
+def faults_of(driver, page, shots):
+    faults = []
+    for name, size in (("wide", WIDE), ("narrow", NARROW)):
+        resized(driver, size)
+        driver.get(page.as_uri())
+        wide = driver.execute_script(OVERFLOW)
+        if wide:
+            faults.append(f"wider than the window at {size[0]} px: {', '.join(wide)}")
+        if shots:
+            driver.get_screenshot_as_file(str(shots / f"{page.stem}.{name}.png"))
+    resized(driver, WIDE)
+    driver.get(page.as_uri())
+    for box in driver.find_elements(By.CSS_SELECTOR, ".space"):
+        faults += drawing_answers(driver, box)
+    faults += [e["message"] for e in driver.get_log("browser") if e["level"] == "SEVERE"]
+    return faults
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("pages", nargs="+", type=pathlib.Path)
+    parser.add_argument("--shots", type=pathlib.Path)
+    args = parser.parse_args()
+    pages = sorted(p for a in args.pages for p in (a.rglob("*.html") if a.is_dir() else [a]))
+    if not pages:
+        sys.exit("no page found")
+    if args.shots:
+        args.shots.mkdir(parents=True, exist_ok=True)
+    failed = 0
+    driver = browser()
+    for page in pages:
+        faults = faults_of(driver, page.resolve(), args.shots)
+        failed += bool(faults)
+        print(f"{page}: {'ok' if not faults else '; '.join(faults)}")
+    driver.quit()
+    print(f"{len(pages) - failed} passed, {failed} failed")
+    sys.exit(bool(failed))
+
+
+if __name__ == "__main__":
+    main()
