@@ -80,7 +80,7 @@ fn timed<E: Stage>(
 ) -> Result<()> {
     let start = Instant::now();
     let passage = Passage { style: Style { forced: None, least: vec![4; robot.dof()] }, threads: true, hash: false };
-    let reader = Reader::open(input, robot)?;
+    let reader = lostmotion::program::open_rows(input, robot)?;
     let done = pass(robot, reader, &passage, |_| make(), sink::File::create(output, Manner::Safe)?, &|_| {})?;
     done.sink.commit()?;
     let s = start.elapsed().as_secs_f64();

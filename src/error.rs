@@ -3,62 +3,8 @@
 //! Everything that comes from outside is refused with a [`BadInput`] (exit code 2). A request that is well formed but
 //! whose answer is no (a limit would be exceeded, `--check` differs) is an [`Error::Refused`] (exit code 1).
 
-use std::fmt;
+pub use robot_programs::error::{BadInput, Place, one_line};
 use std::path::Path;
-
-/// Where in a file something was found. Lines and columns count from 1; a CSV column is the field number.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Place {
-    pub file: String,
-    pub line: Option<u64>,
-    pub column: Option<u64>,
-}
-
-impl Place {
-    /// A whole file.
-    pub fn file(name: impl Into<String>) -> Self {
-        Self { file: name.into(), line: None, column: None }
-    }
-
-    /// A line of a file.
-    pub fn line(name: impl Into<String>, line: u64) -> Self {
-        Self { file: name.into(), line: Some(line), column: None }
-    }
-
-    /// A field of a line of a file.
-    pub fn field(name: impl Into<String>, line: u64, column: u64) -> Self {
-        Self { file: name.into(), line: Some(line), column: Some(column) }
-    }
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(if self.file.is_empty() { "input" } else { &self.file })?;
-        if let Some(line) = self.line {
-            write!(f, ":{line}")?;
-            if let Some(column) = self.column {
-                write!(f, ":{column}")?;
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Input that cannot be used: place, what was found, what is expected.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct BadInput {
-    pub place: Place,
-    pub found: String,
-    pub expected: String,
-}
-
-impl fmt::Display for BadInput {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: found {}; expected {}", self.place, one_line(&self.found), one_line(&self.expected))
-    }
-}
-
-impl std::error::Error for BadInput {}
 
 /// Every way in which the library says no.
 #[derive(Debug, thiserror::Error)]
@@ -107,14 +53,14 @@ impl Error {
     }
 }
 
-/// Text from outside on one line, without control characters, cut at a length that fits a message.
-pub fn one_line(text: &str) -> String {
-    const LONGEST: usize = 300;
-    let mut out: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(LONGEST).collect();
-    if text.chars().count() > LONGEST {
-        out.push('…');
+impl From<robot_programs::Error> for Error {
+    fn from(e: robot_programs::Error) -> Self {
+        match e {
+            robot_programs::Error::BadInput(bad) => Self::BadInput(bad),
+            robot_programs::Error::Refused(why) => Self::Refused(why),
+            robot_programs::Error::Io { name, source } => Self::io(name, "read", source),
+        }
     }
-    out
 }
 
 /// "1 row", "2 rows": a number of things, `what` being one of them.

@@ -13,6 +13,7 @@ use crate::io::output::{Manner, Output};
 use crate::program::csv::Reader;
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
+use crate::program::open_rows;
 use crate::robot::Robot;
 use std::io::{Cursor, Read};
 use std::path::Path;
@@ -132,14 +133,14 @@ impl Job<'_> {
     /// Takes one program through, up to where its output has only to be put in place.
     pub fn prepare(&self, input: &Path, target: Target, progress: &(dyn Fn(u64) + Sync)) -> Result<Ready> {
         if formats::ending(input).is_some_and(|e| e == "csv") && self.format.is_none() {
-            return self.prepare_rows(input, Reader::open(input, self.robot)?, target, progress);
+            return self.prepare_rows(input, open_rows(input, self.robot)?, target, progress);
         }
         let mut stream = input::open(input)?;
         let mut head = Vec::with_capacity(HEAD as usize);
         stream.by_ref().take(HEAD).read_to_end(&mut head).map_err(|e| Error::io(input, "read", e))?;
         match self.format.unwrap_or_else(|| formats::recognise(input, &head)) {
             Recognised::Csv => {
-                let reader = Reader::new(Box::new(Cursor::new(head).chain(stream)), &shown(input), self.robot)?;
+                let reader = Reader::new(Box::new(Cursor::new(head).chain(stream)), &shown(input), self.robot.axes())?;
                 self.prepare_rows(input, reader, target, progress)
             }
             Recognised::Script(format) => {

@@ -19,6 +19,8 @@ pub mod write;
 pub use chain::{Chain, Pose};
 pub use inverse::{Inverse, InverseOptions, Stop, Target};
 
+pub use robot_programs::axes::{Axes, Axis, JointKind};
+
 use nalgebra::{Isometry3, Vector3};
 
 /// Denavit-Hartenberg convention of a robot file.
@@ -28,39 +30,6 @@ pub enum Convention {
     Standard,
     /// Craig: Rot_x(alpha) Trans_x(a) Rot_z(theta) Trans_z(d).
     Modified,
-}
-
-/// Kind of a joint; it fixes the unit of its command (rad or m).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum JointKind {
-    Revolute,
-    Prismatic,
-}
-
-impl JointKind {
-    /// Unit at the edges: `deg` or `mm`, as it stands in keys and column names.
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::Revolute => "deg",
-            Self::Prismatic => "mm",
-        }
-    }
-
-    /// Edge unit to SI: multiply (rad per deg, m per mm).
-    pub fn si(self) -> f64 {
-        match self {
-            Self::Revolute => std::f64::consts::PI / 180.0,
-            Self::Prismatic => 1e-3,
-        }
-    }
-
-    /// SI value in the unit of the edges (deg or mm).
-    pub fn to_edge(self, si: f64) -> f64 {
-        match self {
-            Self::Revolute => si.to_degrees(),
-            Self::Prismatic => si * 1e3,
-        }
-    }
 }
 
 /// A joint driven by another one: `command = ratio * command of that axis`.
@@ -115,6 +84,7 @@ pub struct Robot {
     pub gravity_m_s2: Vector3<f64>,
     axes: Vec<usize>,
     chain: Chain,
+    table: Axes,
 }
 
 impl Robot {
@@ -128,6 +98,8 @@ impl Robot {
     ) -> Self {
         let axes: Vec<usize> = (0..joints.len()).filter(|&i| joints[i].follows.is_none()).collect();
         let chain = Chain::new(convention, &joints, &axes, &base, &tool);
+        let mut table = Axes::new(name.clone(), joints.iter().map(|j| row(j, &joints)).collect());
+        (table.base, table.tool) = (base, tool);
         Self {
             name,
             convention,
@@ -139,7 +111,13 @@ impl Robot {
             gravity_m_s2: Vector3::new(0.0, 0.0, -9.80665),
             axes,
             chain,
+            table,
         }
+    }
+
+    /// The joints as programs know them: names, units, limits, pulses.
+    pub fn axes(&self) -> &Axes {
+        &self.table
     }
 
     /// The same robot with other numbers in its joints (as many, with the same names, kinds and followers) and another tool.
@@ -195,5 +173,18 @@ impl Robot {
     pub fn chain_to(&self, point_m: &Vector3<f64>) -> Chain {
         let tool = Isometry3::from_parts((*point_m).into(), self.tool.rotation);
         Chain::new(self.convention, &self.joints, &self.axes, &self.base, &tool)
+    }
+}
+
+/// A joint as programs know it.
+fn row(joint: &Joint, all: &[Joint]) -> Axis {
+    Axis {
+        name: joint.name.clone(),
+        kind: joint.kind,
+        limits: joint.limits,
+        max_speed: joint.max_speed,
+        max_accel: joint.max_accel,
+        pulses: joint.pulses,
+        follows: joint.follows.and_then(|f| all.get(f.joint)).map(|driver| driver.name.clone()),
     }
 }

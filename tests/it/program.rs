@@ -87,7 +87,7 @@ fn style(forced: Option<u8>) -> Style {
 fn take(text: &[u8], stand: Stand, style: Style, threads: bool, drip: usize) -> Result<Vec<u8>> {
     let input = Box::new(Drip(io::Cursor::new(text.to_vec()), drip));
     let robot = robot();
-    let reader = Reader::new(input, "p.csv", &robot)?;
+    let reader = Reader::new(input, "p.csv", robot.axes())?;
     let passage = Passage { style, threads, hash: false };
     Ok(pass(&robot, reader, &passage, |_| Ok(stand), Vec::new(), &|_| {})?.sink)
 }
@@ -162,7 +162,7 @@ fn rounding_takes_no_value_beyond_a_limit_that_it_kept() {
         [("89.9999", 0.00016, "90.0000"), ("-89.9999", -0.000135, "-90.0000"), ("-90.0001", 0.0, "-90.0001")]
     {
         let text = format!("a1_deg,x_mm\n{value},0\n");
-        let reader = Reader::new(Box::new(io::Cursor::new(text)), "p", &robot).unwrap();
+        let reader = Reader::new(Box::new(io::Cursor::new(text)), "p", robot.axes()).unwrap();
         let stand = Stand { by, every: usize::from(by != 0.0), ..Stand::default() };
         let passage = Passage { style: Style { forced: None, least: vec![4, 0] }, threads: false, hash: false };
         let out = pass(&robot, reader, &passage, |_| Ok(stand), Vec::new(), &|_| {}).unwrap().sink;
@@ -223,7 +223,7 @@ fn every_refusal_names_file_line_and_column() {
 fn the_line_of_a_point_counts_comments_blank_lines_and_breaks_in_cells() {
     let robot = robot();
     let text = "# c\na1_deg,x_mm,n\n1,2,\n\n1,2,\"a\nb\"\n1,2,\n";
-    let mut reader = Reader::new(Box::new(io::Cursor::new(text)), "p", &robot).unwrap();
+    let mut reader = Reader::new(Box::new(io::Cursor::new(text)), "p", robot.axes()).unwrap();
     let mut block = lostmotion::program::Block::default();
     while reader.next(&mut block).unwrap() {}
     let lines = reader.into_lines();

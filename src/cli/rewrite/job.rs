@@ -7,7 +7,7 @@ use crate::io::input;
 use crate::io::output::Manner;
 use crate::model::Model;
 use crate::program::files::Files;
-use crate::program::formats;
+use crate::program::{format_named, formats};
 use crate::rewrite::equation2::Law;
 use crate::rewrite::job::Job;
 use crate::rewrite::script::Choices;
@@ -160,7 +160,7 @@ pub(super) fn of<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
         require_coverage: args.require_coverage.as_deref().map(share).transpose()?,
     };
     Ok(Job {
-        format: args.format.as_deref().map(formats::named).transpose()?,
+        format: args.format.as_deref().map(format_named).transpose()?,
         choices,
         files: Files::Disk,
         manner: if args.output_dir.is_some() { Manner::Swift } else { Manner::Safe },

@@ -90,7 +90,7 @@ pub fn against(format: &dyn Format, ours: &[Text], golden: &[Text], robot: &Robo
         words[0] = format!("{}: `{}` instead of `{}`", words[0], text(a), text(b));
     }
     // the first move whose joints differ, where both can be read
-    if let (Ok(x), Ok(y)) = (format.parse(ours.to_vec(), robot), format.parse(golden.to_vec(), robot)) {
+    if let (Ok(x), Ok(y)) = (format.parse(ours.to_vec(), robot.axes()), format.parse(golden.to_vec(), robot.axes())) {
         words.extend(first_move(x.script(), y.script(), robot));
     }
     Ok(Some(words.join("\n")))

@@ -96,7 +96,7 @@ impl Done {
 /// said in it.
 pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Done> {
     let names: Vec<String> = texts.iter().map(|t| t.name.clone()).collect();
-    let document = format.parse(texts, task.robot)?;
+    let document = format.parse(texts, task.robot.axes())?;
     let script = document.script();
     let left_out = left_out(script, task.choices);
     let excluded = |k: usize| left_out.get(k).copied().flatten().is_some();

@@ -54,7 +54,7 @@ pub fn read_again(
         ))
     };
     let document: Box<dyn Document> =
-        format.parse(texts, robot).map_err(|e| fault(before, 0, &format!("it does not parse: {e}")))?;
+        format.parse(texts, robot.axes()).map_err(|e| fault(before, 0, &format!("it does not parse: {e}")))?;
     let after = document.script();
     let mut written = Written::nothing(robot.dof());
     let mut k = 0;
@@ -199,7 +199,7 @@ mod tests {
         let robot = Robot::parse("robot", include_str!("../../../configs/abb-irb1600-6-145.yaml")).unwrap();
         let text = "MODULE m\nPROC main()\nMoveAbsJ [[1.267E-05,2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tool0;\nENDPROC\nENDMODULE\n";
         let texts = || vec![Text::new("m.mod", text.as_bytes().to_vec())];
-        let before = Rapid.parse(texts(), &robot).unwrap();
+        let before = Rapid.parse(texts(), robot.axes()).unwrap();
         let (k, m) = before.script().moves().next().unwrap();
         let own = own_values(before.script(), &StepKind::Move(m.clone()));
         let mut goal: Vec<f64> = own.iter().map(|v| v.unwrap().si).collect();
@@ -221,7 +221,7 @@ mod tests {
             let text = format!("DEF a( )\nPTP {{A1 {a1},A2 -90,A3 90,A4 0,A5 10.5,A6 0}}\nEND\n");
             vec![Text::new("a.src", text.into_bytes())]
         };
-        let before = Krl.parse(program("5"), &robot).unwrap();
+        let before = Krl.parse(program("5"), robot.axes()).unwrap();
         let (k, m) = before.script().moves().next().unwrap();
         let mut goal: Vec<f64> =
             own_values(before.script(), &StepKind::Move(m.clone())).iter().map(|v| v.unwrap().si).collect();

@@ -254,7 +254,7 @@ fn read(
         let next = match reader.next(&mut block) {
             Ok(true) => Ok(block),
             Ok(false) => return,
-            Err(e) => Err(e),
+            Err(e) => Err(e.into()),
         };
         progress(reader.bytes());
         let failed = next.is_err();

@@ -33,7 +33,7 @@ pub struct Render {
 impl Render {
     pub fn new(slots: &[Slot], robot: &Robot, style: &Style) -> Self {
         Self {
-            edits: Edits::new(slots, robot, style),
+            edits: Edits::new(slots, robot.axes(), style),
             pending: VecDeque::new(),
             cursor: 0,
             next: 0,

@@ -139,8 +139,10 @@ pub fn check(s: &Sample, document: &dyn Document, edits: &Edits) -> Result<Outco
     let out = text::apply(&script.texts, &patches).map_err(|e| format!("patches do not fit: {e}"))?;
     let texts: Vec<_> = out.into_iter().zip(&s.texts).map(|(b, t)| text::Text::new(t.name.as_str(), b)).collect();
     let shown = |k: usize| String::from_utf8_lossy(texts.get(k).map_or(&[][..], |t| &t.bytes)).into_owned();
-    let again =
-        s.format.parse(texts.clone(), &s.robot).map_err(|e| format!("its output is refused: {e}\n{}", shown(0)))?;
+    let again = s
+        .format
+        .parse(texts.clone(), s.robot.axes())
+        .map_err(|e| format!("its output is refused: {e}\n{}", shown(0)))?;
     compare(script, again.script(), edits).map_err(|e| format!("{e}\n{}", shown(0)))?;
     Ok(Outcome::Edited)
 }

@@ -20,7 +20,7 @@ pub struct Sample {
 
 impl Sample {
     pub fn parse(&self) -> Result<Box<dyn Document>> {
-        self.format.parse(self.texts.clone(), &self.robot)
+        self.format.parse(self.texts.clone(), self.robot.axes())
     }
 
     pub fn with(&self, texts: Vec<Text>) -> Self {
@@ -96,7 +96,7 @@ pub fn of(format: &'static dyn Format) -> Vec<Sample> {
     for path in files.iter().filter(|f| !companions.contains(f)) {
         let texts = texts(format, path);
         let mut refusals = Vec::new();
-        let read = robots.iter().enumerate().find_map(|(k, robot)| match format.parse(texts.clone(), robot) {
+        let read = robots.iter().enumerate().find_map(|(k, robot)| match format.parse(texts.clone(), robot.axes()) {
             Ok(d) => {
                 let joints = d.script().moves().any(|(_, m)| matches!(m.goal, Goal::Joints(_)));
                 // a program without a joint target is one, too: with the last robot

@@ -1,0 +1,414 @@
+//! New values in, rows out: only the digits that change are written, everything around them is copied.
+//!
+//! Digits (`docs/program-csv.md`): a changed number has at least the decimals of its own token, at least those of its
+//! column (so that rounding never makes a movement turn back where rows are of mixed length), and at least [`Style::least`].
+//! Rounding never takes a value beyond a joint limit that the exact value keeps: there the last digit is rounded inwards.
+
+use super::super::{Block, Slot, Token};
+use super::print::{Look, ROOM, fixed, power};
+use crate::axes::Axes;
+
+/// Decimals of a column beyond which a longer token does not lengthen the others: 1e-6 deg, 1 nm.
+const COLUMN_MOST: u8 = 6;
+/// Decimals of the time of an added row, where its column has fewer (trailing zeros are dropped): 1 us.
+const TIME_LEAST: u8 = 6;
+const MOST: usize = 15;
+
+/// How many decimals changed numbers get.
+#[derive(Debug, Clone)]
+pub struct Style {
+    /// This many, whatever the tokens have.
+    pub forced: Option<u8>,
+    /// At least this many, per axis (deg or mm).
+    pub least: Vec<u8>,
+}
+
+/// Writes the changed numbers of a program's rows.
+pub struct Edits {
+    slots: Vec<SlotEdit>,
+    /// The slots once more as rows of plain numbers need them; empty where the present block is not of that kind.
+    cells: Vec<Cell>,
+    forced: Option<u8>,
+    scratch: Vec<u8>,
+}
+
+/// A slot whose numbers all get the same decimals in the present block.
+struct Cell {
+    /// `None`: the time.
+    axis: Option<usize>,
+    decimals: u8,
+    scale: f64,
+    /// Counts of last digits between which the number has 8 digits at most and rounding reaches no limit.
+    safe: [i64; 2],
+    /// A number was written.
+    written: bool,
+}
+
+/// Bytes of a plain number and the comma before it.
+const CELL: usize = 11;
+
+struct SlotEdit {
+    slot: Slot,
+    /// SI to edge unit.
+    to_edge: f64,
+    /// `to_edge * 10^d`.
+    scale: [f64; MOST + 1],
+    least: u8,
+    /// Most decimals of the column so far.
+    column: u8,
+    /// Fewest decimals of a changed or added number.
+    base: u8,
+    /// Limits in the edge unit, and the range (SI) in which no rounding reaches them.
+    limits: Option<[f64; 2]>,
+    safe: [f64; 2],
+    /// Fewest decimals written so far; [`NONE`]: no number was written.
+    written: u8,
+}
+
+const NONE: u8 = u8::MAX;
+
+impl Edits {
+    /// For rows whose numbers are `slots`.
+    pub fn new(slots: &[Slot], robot: &Axes, style: &Style) -> Self {
+        let slots = slots.iter().map(|&slot| {
+            let (to_edge, least, limits) = match slot {
+                Slot::Time => (1.0, 0, None),
+                Slot::Axis(a) => {
+                    let joint = robot.axis(a);
+                    // 1e-9 deg or mm: what the limits lost on their way to SI and back
+                    let edge = |v: f64| (joint.kind.to_edge(v) * 1e9).round() / 1e9;
+                    let least = style.least.get(a).copied().unwrap_or(0);
+                    (joint.kind.to_edge(1.0), least, joint.limits.map(|l| l.map(edge)))
+                }
+            };
+            let mut scale = [0.0; MOST + 1];
+            for (d, s) in scale.iter_mut().enumerate() {
+                *s = to_edge * power(d);
+            }
+            // a unit of the first digit before the point is more than any rounding
+            let safe =
+                limits.map_or([f64::NEG_INFINITY, f64::INFINITY], |[lo, hi]| [lo + 1.0, hi - 1.0].map(|v| v / to_edge));
+            SlotEdit { slot, to_edge, scale, least, column: 0, base: least, limits, safe, written: NONE }
+        });
+        Self { slots: slots.collect(), cells: Vec::new(), forced: style.forced, scratch: Vec::new() }
+    }
+
+    /// To be told of every block before its rows are written.
+    pub fn begin(&mut self, block: &Block) {
+        self.note_written();
+        self.cells.clear();
+        let mut even = true;
+        for (edit, &d) in self.slots.iter_mut().zip(&block.decimals) {
+            edit.column = edit.column.max(d);
+            edit.base = match (self.forced, edit.slot) {
+                (Some(n), Slot::Axis(_)) => n,
+                (_, Slot::Axis(_)) => edit.least.max(edit.column.min(COLUMN_MOST.max(edit.least))),
+                (_, Slot::Time) => edit.column,
+            };
+            let axis = match edit.slot {
+                Slot::Axis(a) => Some(a),
+                Slot::Time => None,
+            };
+            even &= edit.base <= 7 && (d <= edit.base || self.forced.is_some());
+            let scale = edit.scale[usize::from(edit.base).min(MOST)];
+            // a limit in last digits is rounded inwards; a number of its own kind, else none passes
+            let [lo, hi] = edit.safe.map(|v| (v * scale).clamp(-1e8, 1e8));
+            let safe = [lo.ceil() as i64, hi.floor() as i64];
+            self.cells.push(Cell { axis, decimals: edit.base, scale, safe, written: false });
+        }
+        if !even {
+            self.cells.clear();
+        }
+    }
+
+    /// Carries what the cells of a block have written over to their slots.
+    fn note_written(&mut self) {
+        for (edit, cell) in self.slots.iter_mut().zip(&self.cells) {
+            if cell.written {
+                edit.written = edit.written.min(cell.decimals);
+            }
+        }
+    }
+
+    /// Fewest decimals with which numbers of an axis were written (deg or mm); `None`: none was written.
+    pub fn written(&self, axis: usize) -> Option<u8> {
+        let k = self.slots.iter().position(|s| s.slot == Slot::Axis(axis))?;
+        let cell = self.cells.get(k).filter(|c| c.written).map_or(NONE, |c| c.decimals);
+        Some(self.slots[k].written.min(cell)).filter(|&w| w != NONE)
+    }
+
+    /// Writes row `i` with the targets `q` as far as they differ, from the place `cursor` of its block on; gives the place up
+    /// to which the block's text has been written. An untouched row writes nothing.
+    #[inline]
+    pub fn row(
+        &mut self,
+        block: &Block,
+        i: usize,
+        mut cursor: usize,
+        q: &[f64],
+        t_s: Option<f64>,
+        out: &mut Vec<u8>,
+    ) -> usize {
+        let n = self.slots.len();
+        let axes = q.len();
+        let old = &block.q[i * axes..(i + 1) * axes];
+        let tokens = &block.tokens[i * n..(i + 1) * n];
+        let old_t_s = block.t_s.get(i).copied();
+        let changed = |slot: Slot| match slot {
+            Slot::Axis(a) => (q[a].to_bits() != old[a].to_bits()).then_some(q[a]),
+            Slot::Time => t_s.filter(|t| Some(t.to_bits()) != old_t_s.map(f64::to_bits)),
+        };
+        let Some(first) = self.slots.iter().position(|s| changed(s.slot).is_some()) else { return cursor };
+        // plain numbers one behind the other, as in nearly every row: their text is made in one piece of memory
+        let start = tokens[first].start as usize;
+        let mut k = first;
+        // (spaces in front belong to the width of a cell, which the general way keeps)
+        if !matches!(start.checked_sub(1).map(|b| block.text[b]), Some(b' ')) {
+            out.extend_from_slice(&block.text[cursor..start]);
+            cursor = start;
+            let length = out.len();
+            out.resize(length + (n - first) * (ROOM + 1) + ROOM, 0);
+            let room = &mut out[length..];
+            let mut at = 0;
+            while k < n {
+                let (edit, token) = (&mut self.slots[k], &tokens[k]);
+                let Some(value) = changed(edit.slot) else { break };
+                let decimals = self.forced.unwrap_or(token.decimals.max(edit.base));
+                let gap = token.start as usize - cursor;
+                let Some((negative, count)) = edit.count(token, value, decimals).filter(|_| gap <= 1) else { break };
+                room[at] = block.text[cursor];
+                at += gap;
+                let Some(place) = room[at..].first_chunk_mut::<ROOM>() else { break };
+                at += fixed(place, negative, count, u32::from(decimals));
+                edit.written = edit.written.min(decimals);
+                cursor = token.start as usize + usize::from(token.len);
+                k += 1;
+            }
+            out.truncate(length + at);
+        }
+        for (edit, token) in self.slots[k..].iter_mut().zip(&tokens[k..]) {
+            let Some(value) = changed(edit.slot) else { continue };
+            let decimals = self.forced.unwrap_or(token.decimals.max(edit.base));
+            cursor = edit.number(block, token, cursor, value, decimals, &mut self.scratch, out);
+        }
+        cursor
+    }
+
+    /// Writes rows of plain numbers alone ([`Block::pure`]) from row `i` on, with the targets `q` (row behind row, `axes` in
+    /// each) and times `t_s` (may be empty), just as [`Edits::row`] writes them one by one. Gives the number of rows that
+    /// are done and the place up to which the block's text has been written; the next of the rows needs the general way.
+    #[allow(clippy::too_many_arguments)]
+    pub fn pure_rows(
+        &mut self,
+        block: &Block,
+        i: usize,
+        cursor: usize,
+        q: &[f64],
+        axes: usize,
+        t_s: &[f64],
+        out: &mut Vec<u8>,
+    ) -> (usize, usize) {
+        let (n, rows) = (self.cells.len(), q.len() / axes.max(1));
+        let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
+        if n == 0 || rows == 0 || !(t_s.is_empty() || same(t_s, &block.t_s[i..i + rows])) {
+            return (0, cursor);
+        }
+        let old = &block.q[i * axes..(i + rows) * axes];
+        if same(q, old) {
+            return (rows, cursor);
+        }
+        let tokens = &block.tokens[i * n..(i + rows) * n];
+        let first = tokens[0].start as usize;
+        out.extend_from_slice(&block.text[cursor..first]);
+        let length = out.len();
+        out.resize(length + rows * (n * CELL + 2) + ROOM, 0);
+        let room = &mut out[length..];
+        let (mut done, mut at, mut cursor) = (0, 0, first);
+        let targets = q.chunks_exact(axes).zip(old.chunks_exact(axes));
+        for ((q, old), tokens) in targets.zip(tokens.chunks_exact(n)) {
+            let Some(length) = pure_row(&mut self.cells, &block.text, cursor, q, old, tokens, &mut room[at..]) else {
+                break;
+            };
+            at += length;
+            cursor = tokens[n - 1].start as usize + usize::from(tokens[n - 1].len);
+            done += 1;
+        }
+        out.truncate(length + at);
+        (done, cursor)
+    }
+
+    /// Writes an added row behind row `i`: its cells are those of row `i`, its targets and time are new.
+    pub fn added(&mut self, block: &Block, i: usize, q: &[f64], t_s: Option<f64>, out: &mut Vec<u8>) {
+        let n = self.slots.len();
+        let span = block.rows[i];
+        let (mut cursor, end) = (span.start as usize, span.end as usize);
+        for (edit, token) in self.slots.iter_mut().zip(&block.tokens[i * n..(i + 1) * n]) {
+            match edit.slot {
+                Slot::Axis(a) => {
+                    let decimals = self.forced.unwrap_or(token.decimals.max(edit.base));
+                    cursor = edit.number(block, token, cursor, q[a], decimals, &mut self.scratch, out);
+                }
+                Slot::Time => {
+                    let decimals = token.decimals.max(edit.base).max(TIME_LEAST);
+                    let fewest = usize::from(token.decimals.max(edit.base));
+                    cursor = edit.number(
+                        block,
+                        token,
+                        cursor,
+                        t_s.unwrap_or(block.t_s[i]),
+                        decimals,
+                        &mut self.scratch,
+                        out,
+                    );
+                    drop_zeros(out, usize::from(decimals), fewest);
+                }
+            }
+        }
+        out.extend_from_slice(&block.text[cursor..end]);
+    }
+}
+
+/// A row of plain numbers to the start of `room`, the text from `cursor` (behind the row before) to its first number
+/// included; gives its length. `None`: a number needs the general way.
+#[inline(always)]
+fn pure_row(
+    cells: &mut [Cell],
+    text: &[u8],
+    cursor: usize,
+    q: &[f64],
+    old: &[f64],
+    tokens: &[Token],
+    room: &mut [u8],
+) -> Option<usize> {
+    let start = tokens[0].start as usize;
+    let ending = text.get(cursor..start)?;
+    match *ending {
+        [] => {}
+        [a] => room[0] = a,
+        [a, b] => room[..2].copy_from_slice(&[a, b]),
+        _ => return None, // comments or blank lines between the rows
+    }
+    let mut at = ending.len();
+    for (cell, token) in cells.iter_mut().zip(tokens) {
+        let place = room.get_mut(at..)?.first_chunk_mut::<ROOM>()?;
+        let changed = cell.axis.map(|a| (q[a], old[a])).filter(|(q, old)| q.to_bits() != old.to_bits());
+        let length = if let Some((value, _)) = changed {
+            let x = value * cell.scale;
+            let count = (x.abs() + 0.5) as i64 as u64;
+            let signed = if x < 0.0 { -(count as i64) } else { count as i64 };
+            if signed <= cell.safe[0] || signed >= cell.safe[1] {
+                return None;
+            }
+            cell.written = true;
+            fixed(place, x < 0.0, count, u32::from(cell.decimals))
+        } else {
+            let number = text.get(token.start as usize..)?;
+            match number.first_chunk::<16>() {
+                Some(chunk) => place[..16].copy_from_slice(chunk),
+                None => place[..number.len()].copy_from_slice(number),
+            }
+            usize::from(token.len)
+        };
+        place[length & (ROOM - 1)] = b',';
+        at += length + 1;
+    }
+    // behind the last number stands the line ending, which belongs to what comes next
+    Some(at - 1)
+}
+
+/// Drops zeros at the end of a fraction of `decimals` digits down to `fewest` of them.
+fn drop_zeros(out: &mut Vec<u8>, decimals: usize, fewest: usize) {
+    let mut have = decimals;
+    while have > fewest && out.last() == Some(&b'0') {
+        out.pop();
+        have -= 1;
+    }
+    if have == 0 && out.last() == Some(&b'.') {
+        out.pop();
+    }
+}
+
+impl SlotEdit {
+    /// Sign and count of last digits of a value that is written plainly and is near no limit.
+    #[inline(always)]
+    fn count(&self, token: &Token, value: f64, decimals: u8) -> Option<(bool, u64)> {
+        if !token.plain || decimals > 7 || value <= self.safe[0] || value >= self.safe[1] {
+            return None;
+        }
+        let x = value * self.scale[usize::from(decimals)];
+        let n = (x.abs() + 0.5) as i64 as u64;
+        (n < 100_000_000).then_some((x < 0.0, n))
+    }
+
+    /// Writes the text from `cursor` to the token, then the number; gives the place behind the token.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments)]
+    fn number(
+        &mut self,
+        block: &Block,
+        token: &Token,
+        cursor: usize,
+        value: f64,
+        decimals: u8,
+        scratch: &mut Vec<u8>,
+        out: &mut Vec<u8>,
+    ) -> usize {
+        let start = token.start as usize;
+        let gap = &block.text[cursor..start];
+        match gap {
+            [one] => out.push(*one),
+            many => out.extend_from_slice(many),
+        }
+        let from = out.len();
+        self.written = self.written.min(decimals);
+        let end = start + usize::from(token.len);
+        if let Some((negative, n)) = self.count(token, value, decimals) {
+            out.extend_from_slice(&[0; ROOM]);
+            if let Some(room) = out.get_mut(from..).and_then(|o| o.first_chunk_mut::<ROOM>()) {
+                let len = fixed(room, negative, n, u32::from(decimals));
+                out.truncate(from + len);
+            }
+            if gap.len() > 1 {
+                pad(gap, usize::from(token.len), from, out, scratch);
+            }
+            return end;
+        }
+        let rounded = self.rounded(value, decimals);
+        Look::of(&block.text[start..end]).write(rounded, usize::from(decimals), out);
+        pad(gap, usize::from(token.len), from, out, scratch);
+        end
+    }
+
+    /// The value in the edge unit; near a limit that it keeps, rounded so that it still keeps it.
+    #[cold]
+    fn rounded(&self, value: f64, decimals: u8) -> f64 {
+        let exact = value * self.to_edge;
+        let Some([lo, hi]) = self.limits else { return exact };
+        let unit = power(usize::from(decimals.min(22)));
+        let count = (exact * unit).abs().round().copysign(exact);
+        // 1e-9 of a unit: the limit itself must not be taken for beyond it
+        let slack = 1e-9;
+        if exact <= hi + slack && count / unit > hi + slack {
+            return (hi * unit + 1e-6).floor() / unit;
+        }
+        if exact >= lo - slack && count / unit < lo - slack {
+            return (lo * unit - 1e-6).ceil() / unit;
+        }
+        exact
+    }
+}
+
+/// Keeps the width of a cell that is padded with two or more spaces on its left, as far as they reach (one is kept).
+fn pad(gap: &[u8], old: usize, from: usize, out: &mut Vec<u8>, scratch: &mut Vec<u8>) {
+    let spaces = gap.iter().rev().take_while(|&&b| b == b' ').count();
+    let new = out.len() - from;
+    if spaces < 2 || new == old {
+        return;
+    }
+    scratch.clear();
+    scratch.extend_from_slice(&out[from..]);
+    out.truncate(from - spaces);
+    let keep = (spaces + old).saturating_sub(new).max(1);
+    out.resize(out.len() + keep, b' ');
+    out.extend_from_slice(scratch);
+}

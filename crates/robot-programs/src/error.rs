@@ -1,0 +1,90 @@
+//! What reading or editing a program can fail with: place, what was found, what is expected.
+
+use std::fmt;
+
+/// Where in a file something was found. Lines and columns count from 1; a CSV column is the field number.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Place {
+    pub file: String,
+    pub line: Option<u64>,
+    pub column: Option<u64>,
+}
+
+impl Place {
+    /// A whole file.
+    pub fn file(name: impl Into<String>) -> Self {
+        Self { file: name.into(), line: None, column: None }
+    }
+
+    /// A line of a file.
+    pub fn line(name: impl Into<String>, line: u64) -> Self {
+        Self { file: name.into(), line: Some(line), column: None }
+    }
+
+    /// A field of a line of a file.
+    pub fn field(name: impl Into<String>, line: u64, column: u64) -> Self {
+        Self { file: name.into(), line: Some(line), column: Some(column) }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.file.is_empty() { "input" } else { &self.file })?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+            if let Some(column) = self.column {
+                write!(f, ":{column}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Input that cannot be used: place, what was found, what is expected.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BadInput {
+    pub place: Place,
+    pub found: String,
+    pub expected: String,
+}
+
+impl fmt::Display for BadInput {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: found {}; expected {}", self.place, one_line(&self.found), one_line(&self.expected))
+    }
+}
+
+impl std::error::Error for BadInput {}
+
+/// Why a program is not read or an edit is not written.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The text is not what it must be.
+    #[error("{0}")]
+    BadInput(BadInput),
+    /// The format has no legal way to say the edit. One reason a line.
+    #[error("{0}")]
+    Refused(String),
+    /// The operating system did not deliver the bytes.
+    #[error("{name}: cannot read: {source}")]
+    Io { name: String, source: std::io::Error },
+}
+
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// Bad input at a place.
+    pub fn bad(place: Place, found: impl Into<String>, expected: impl Into<String>) -> Self {
+        Self::BadInput(BadInput { place, found: found.into(), expected: expected.into() })
+    }
+}
+
+/// Text from outside on one line, without control characters, cut at a length that fits a message.
+pub fn one_line(text: &str) -> String {
+    const LONGEST: usize = 300;
+    let mut out: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(LONGEST).collect();
+    if text.chars().count() > LONGEST {
+        out.push('…');
+    }
+    out
+}

@@ -1,0 +1,74 @@
+//! Instructions that are no motion: which of them stop, jump, call, or change frames.
+
+use super::motion;
+use super::statement::has;
+use crate::script::{Break, StepKind, Text, number};
+use std::ops::Range;
+
+/// Registers, inputs and outputs. They are written with their index; without a bracket the word begins a macro's name
+/// (`GO HOME`, `R HOME`), and macros move.
+const INDEXED: [&[u8]; 29] = [
+    b"DO", b"DI", b"RO", b"RI", b"GO", b"GI", b"AO", b"AI", b"SO", b"SI", b"UO", b"UI", b"WO", b"WI", b"R", b"SR",
+    b"PR", b"P", b"PL", b"F", b"M", b"AR", b"TIMER", b"PAYLOAD", b"MESSAGE", b"UALM", b"SPOT",
+    // in German: an output, the load
+    b"A", b"TRAGLST",
+];
+
+/// Settings that neither move nor jump: with `=` or an index behind them.
+const SETTINGS: [&[u8]; 6] =
+    [b"OVERRIDE", b"RSR", b"ERROR_PROG", b"RESUME_PROG", b"JOINT_MAX_SPEED", b"LINEAR_MAX_SPEED"];
+
+/// A statement that is no motion: what it means for the joints' directions.
+pub(super) fn read(text: &Text, words: &[Range<usize>]) -> Option<StepKind> {
+    let first = text.slice(words.first()?.clone()).to_ascii_uppercase();
+    let name = &first[..first.iter().take_while(|b| b.is_ascii_alphanumeric() || **b == b'_').count()];
+    let second = words.get(1).map(|w| text.slice(w.clone()).to_ascii_uppercase()).unwrap_or_default();
+    let on = |kind| Some(StepKind::Break(kind));
+    if let Some(process) = motion::process(&first).or_else(|| motion::process(&second).filter(|_| words.len() == 2)) {
+        return Some(StepKind::Process(process));
+    }
+    match name {
+        b"WAIT" | b"WARTE" => Some(StepKind::Dwell(seconds(text, words))),
+        b"PAUSE" => Some(StepKind::Dwell(None)),
+        b"LBL" | b"MRK" | b"JMP" | b"SPRUNG" | b"IF" | b"WENN" | b"ELSE" | b"ENDIF" | b"SELECT" | b"END" | b"ABORT" => {
+            on(Break::Jump)
+        }
+        b"FOR" | b"ENDFOR" => on(Break::Loop),
+        b"CALL" | b"RUN" | b"AUFRUF" => on(Break::Call),
+        b"MONITOR" => on(Break::Interrupt),
+        b"UFRAME_NUM" | b"UTOOL_NUM" | b"UFRAME" | b"UTOOL" | b"OFFSET" | b"TOOL_OFFSET" => on(Break::Frame),
+        b"BENUTZER_NUM" | b"WKZ_NUM" => on(Break::Frame),
+        b"COL" if second.starts_with(b"DETECT") || second.starts_with(b"GUARD") => None,
+        b"SKIP" if second.starts_with(b"CONDITION") => None,
+        b"" if first.starts_with(b"$") => None,
+        b"" => on(Break::Jump),
+        _ if quiet(name, &first[name.len()..], &second, words.len()) && !jumps(text, words) => None,
+        _ => on(Break::Call),
+    }
+}
+
+/// Whether an instruction neither moves nor jumps: its first word, what stands behind it in that word, the second word, and
+/// how many words there are.
+fn quiet(name: &[u8], rest: &[u8], second: &[u8], words: usize) -> bool {
+    let behind = rest.first().or(second.first()).copied();
+    match name {
+        b"LOCK" | b"UNLOCK" => second == b"PREG" && words == 2,
+        b"STOP_TRACKING" => words == 1,
+        b"TC_ONLINE" => second.starts_with(b"(") || matches!(second, b"ENABLE" | b"DISABLE"),
+        b"WEAVE" => second.contains(&b'[') || second == b"END" && words == 2,
+        _ if INDEXED.contains(&name) => behind == Some(b'['),
+        _ => SETTINGS.contains(&name) && matches!(behind, Some(b'[' | b'=')),
+    }
+}
+
+/// An action at the end of a quiet instruction may jump: `PR[1]=LPOS,JMP LBL[1]` is none, but costs nothing to see.
+fn jumps(text: &Text, words: &[Range<usize>]) -> bool {
+    words.iter().any(|w| ["LBL[", "MRK["].iter().any(|l| has(text.slice(w.clone()), l.as_bytes())))
+}
+
+/// `WAIT   .50(sec)`.
+fn seconds(text: &Text, words: &[Range<usize>]) -> Option<f64> {
+    let word = String::from_utf8_lossy(text.slice(words.get(1)?.clone())).to_ascii_lowercase();
+    let value = ["(sec)", "sec", "(sek)", "sek"].iter().find_map(|unit| word.strip_suffix(unit))?;
+    number::read(value.as_bytes()).map(|v| v.0).filter(|v| *v >= 0.0)
+}

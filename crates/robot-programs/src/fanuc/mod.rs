@@ -1,0 +1,97 @@
+//! FANUC TP programs as text (`.LS`).
+//!
+//! A program has sections: `/ATTR` (attributes, with the number of lines), `/MN` (numbered statements, each up to its `;`)
+//! and `/POS` (the positions `P[n]`, per motion group, as joints or Cartesian). Moves name positions; one position may serve
+//! several moves. What is edited are the joint fields of group 1, ten characters wide with three decimals. A new point is a
+//! new line behind whose number all others move up, and a new position behind the last one.
+//!
+//! Facts from public programs of R-J3 to R-30iB controllers and FANUC's operator manuals. Attribute names and some
+//! instructions follow the language of the controller: a word that is not known is kept, and ends what is known of the
+//! joints' directions, as it might move or jump.
+//!
+//! Rooms: [`positions`] reads `/POS`; [`statement`] lines, statements and their words; [`motion`] a motion; [`instruction`] everything else;
+//! [`read`] makes the script; [`write`] the patches.
+//!
+//! How it fails: the angle J3 of a program is that of the forearm against the horizontal. The motor at the elbow turns by
+//! J3 + J2. Values are taken as they are written, and so a reversal is one of the written J3 (docs/program-fanuc.md).
+
+mod instruction;
+mod motion;
+mod positions;
+mod read;
+mod statement;
+mod write;
+
+#[cfg(test)]
+pub(super) mod props;
+#[cfg(test)]
+mod tests;
+
+use super::script::{Document, Edits, Format, Patch, Script, Text};
+use crate::axes::{Axes, JointKind};
+use crate::error::Result;
+use motion::Motion;
+use positions::Position;
+use statement::Numbered;
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+
+/// FANUC TP (`.LS`).
+pub struct Fanuc;
+
+impl Format for Fanuc {
+    fn name(&self) -> &'static str {
+        "fanuc"
+    }
+
+    fn title(&self) -> &'static str {
+        "FANUC TP (.LS)"
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        &["ls"]
+    }
+
+    fn recognises(&self, bytes: &[u8]) -> bool {
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+        bytes.get(..6).is_some_and(|head| head.eq_ignore_ascii_case(b"/PROG ") || head.eq_ignore_ascii_case(b"/PROG\t"))
+    }
+
+    fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>> {
+        Ok(Box::new(read::program(texts, robot)?))
+    }
+}
+
+/// A program that has been read.
+struct Program {
+    script: Script,
+    kinds: Vec<JointKind>,
+    /// Where the motion of each move step stands.
+    motions: BTreeMap<usize, Motion>,
+    /// Lines with a number, in order.
+    numbered: Vec<Numbered>,
+    /// The number of lines among the attributes, and its value.
+    count: Option<(Range<usize>, u64)>,
+    positions: Vec<Position>,
+    by_index: HashMap<u64, usize>,
+    /// Position of each target of the script.
+    of_target: Vec<usize>,
+    /// Targets that something else reads too: never changed in place.
+    shared: Vec<bool>,
+    /// The largest index of a position that the program has or mentions, remarks included.
+    last: u64,
+    /// Where a new position is put.
+    end: usize,
+    /// The file writes `.384`, not `0.384`.
+    bare: bool,
+}
+
+impl Document for Program {
+    fn script(&self) -> &Script {
+        &self.script
+    }
+
+    fn patches(&self, edits: &Edits) -> Result<Vec<Patch>> {
+        write::patches(self, edits)
+    }
+}

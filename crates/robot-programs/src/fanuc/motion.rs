@@ -1,0 +1,237 @@
+//! A motion instruction: `J P[1] 100% FINE`, `L P[2:name] 100mm/sec CNT50 ACC80 TB .10sec,DO[1]=ON`, `C P[3] P[4] ...`.
+
+use super::statement::{Statement, has, index, is_position, is_register};
+use crate::script::{PathKind, Speed, Text};
+use std::ops::Range;
+
+/// Where a motion stands and what it says besides its goal.
+#[derive(Debug, Clone)]
+pub(super) struct Motion {
+    /// The line on which it starts, its colon and its number.
+    pub start: usize,
+    pub colon: usize,
+    pub number: Option<u64>,
+    /// From behind the colon to the goal.
+    pub lead: Range<usize>,
+    /// Digits of the goal's index.
+    pub digits: Range<usize>,
+    /// `FINE`, `CNT50`, `CNT R[1]`: from behind the goal to its end; speed included.
+    pub speed_and_end: Range<usize>,
+    pub end_type: Range<usize>,
+    /// `FINE`.
+    pub exact: bool,
+    /// Options that a copy of the motion repeats.
+    pub kept: Vec<Range<usize>>,
+    /// Blanks and `;` at the end of the statement.
+    pub tail: Range<usize>,
+}
+
+/// What a motion says.
+pub(super) struct Said {
+    pub motion: Option<Motion>,
+    pub path: PathKind,
+    pub speed: Speed,
+    pub blend_m: Option<f64>,
+    /// Index of the goal's position; why it cannot be told.
+    pub goal: Result<u64, String>,
+    /// Positions of the statement whose numbers it needs as they are: the point on the way of an arc, and a goal that is
+    /// moved by an offset or an increment.
+    pub via: Vec<u64>,
+    /// One of its positions is told only while the program runs: it may be any.
+    pub any: bool,
+    pub closed: Option<String>,
+    /// Welding goes on or off at the goal.
+    pub process: Option<bool>,
+    /// It may end before its goal, elsewhere in the program.
+    pub skips: bool,
+}
+
+/// Reads a statement as a motion; `None`: it is none.
+pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -> Option<Said> {
+    let word = |k: usize| words.get(k).map_or(&[][..], |w| text.slice(w.clone()));
+    let letter = word(0);
+    let named = matches!(letter, [b] if b.is_ascii_alphabetic() || !b.is_ascii());
+    if !named || !(is_position(word(1)) || is_register(word(1))) {
+        return None;
+    }
+    let mut said = Said {
+        motion: None,
+        path: PathKind::Curve,
+        speed: Speed::Unknown,
+        blend_m: None,
+        goal: Err(String::new()),
+        via: Vec::new(),
+        any: false,
+        closed: None,
+        process: None,
+        skips: false,
+    };
+    let mut goal = 1;
+    match letter.to_ascii_uppercase().as_slice() {
+        b"J" => said.path = PathKind::Joint,
+        b"L" => said.path = PathKind::Linear,
+        b"A" => said.closed = Some("an arc is given by three points".into()),
+        b"C" => {
+            said.closed = Some("an arc is given by three points".into());
+            passes(text, &words[1], &mut said);
+            goal = 2;
+        }
+        _ => {
+            said.goal = Err(format!("`{}` is no motion that is known", String::from_utf8_lossy(letter)));
+            words.iter().filter(|w| is_position(text.slice((*w).clone()))).for_each(|w| passes(text, w, &mut said));
+            return Some(said);
+        }
+    }
+    let Some(target) = words.get(goal).cloned() else {
+        said.goal = Err("the motion has no goal".into());
+        return Some(said);
+    };
+    let digits = if is_register(text.slice(target.clone())) {
+        said.goal = Err("a position register: its value is not in the program".into());
+        None
+    } else if !is_position(text.slice(target.clone())) {
+        said.goal = Err("the goal is no position".into());
+        None
+    } else {
+        let found = index(text, target.clone());
+        said.any |= found.is_none();
+        said.goal = found.as_ref().map(|i| i.1).ok_or_else(|| "the position's index is computed".into());
+        found.map(|i| i.0)
+    };
+    let ends = |k: usize| {
+        let w = word(k);
+        w.eq_ignore_ascii_case(b"FINE")
+            || w.get(..3).is_some_and(|h| h.eq_ignore_ascii_case(b"CNT"))
+            || w.get(..2).is_some_and(|h| h.eq_ignore_ascii_case(b"CD") || h.eq_ignore_ascii_case(b"CR"))
+    };
+    let end = (goal + 1..words.len()).take(4).find(|&k| ends(k));
+    said.speed = words.get(goal + 1).map_or(Speed::Unknown, |w| speed(text.slice(w.clone()), said.path));
+    let mut options = goal + 2;
+    let (mut exact, mut end_type) = (false, target.end..target.end);
+    if let Some(k) = end {
+        exact = word(k).eq_ignore_ascii_case(b"FINE");
+        let zero = word(k).eq_ignore_ascii_case(b"CNT0");
+        let bare = word(k).iter().all(u8::is_ascii_alphabetic) && !exact;
+        let last = if bare && word(k + 1).contains(&b'[') { k + 1 } else { k };
+        said.blend_m = (exact || zero).then_some(0.0);
+        options = last + 1;
+        end_type = words[k].start..words[last].end;
+    } else {
+        close(&mut said, "how it ends (FINE, CNT) is not known");
+    }
+    if matches!(said.speed, Speed::Seconds(_)) {
+        close(&mut said, "its duration is written, and a point on the way would have a duration of its own");
+    }
+    let mut kept = Vec::new();
+    let own = said.goal.as_ref().ok().copied();
+    read_options(text, words, options, &mut said, &mut kept);
+    said.via.extend(own.filter(|_| said.goal.is_err()));
+    if let (Some(digits), Some(last)) = (digits, statement.pieces.last()) {
+        let used = words.last().map_or(last.start, |w| w.end);
+        let line_end = text.line_span(text.line_of(last.start) as usize - 1);
+        let content = text.slice(line_end.clone()).trim_ascii_end().len() + line_end.start;
+        said.motion = Some(Motion {
+            start: statement.start,
+            colon: statement.colon,
+            number: statement.number,
+            lead: statement.colon + 1..target.start,
+            digits,
+            speed_and_end: target.end..end_type.end,
+            end_type,
+            exact,
+            kept,
+            tail: used..content.max(used),
+        });
+    }
+    Some(said)
+}
+
+/// A position that a motion needs besides its goal.
+fn passes(text: &Text, word: &Range<usize>, said: &mut Said) {
+    if is_position(text.slice(word.clone())) {
+        match index(text, word.clone()) {
+            Some((_, n)) => said.via.push(n),
+            None => said.any = true,
+        }
+    }
+}
+
+fn close(said: &mut Said, why: &str) {
+    said.closed.get_or_insert_with(|| why.into());
+}
+
+/// Words that end a motion line and neither move its goal nor are repeated by a copy.
+const PLAIN: [&str; 13] =
+    ["PTH", "MPTH", "LDC", "BREAK", "RTCP", "TA", "TB", "DB", "PSPI", "MROT", "COORD", "WJNT", "INDEP"];
+
+/// Options behind the end type. An offset or an increment moves the goal; an unknown word might.
+fn read_options(text: &Text, words: &[Range<usize>], from: usize, said: &mut Said, kept: &mut Vec<Range<usize>>) {
+    let mut k = from;
+    while let Some(span) = words.get(k) {
+        let word = text.slice(span.clone());
+        let upper = word.to_ascii_uppercase();
+        let next = words.get(k + 1).map(|w| text.slice(w.clone()).to_ascii_uppercase()).unwrap_or_default();
+        let next_bracket = next.contains(&b'[');
+        if let Some(process) = process(&upper) {
+            said.process = Some(process);
+        }
+        if upper == b"INC" {
+            said.goal = Err("an increment: the goal depends on where the robot stands".into());
+        } else if has(&upper, b"OFFSET") || has(&upper, b"PR[") || has(&upper, b"VR[") {
+            said.goal = Err("an offset is added to the goal".into());
+        } else if upper.starts_with(b"SKIP") {
+            said.skips = true;
+            close(said, "a skip may end it before its goal");
+        } else if upper.starts_with(b"ACC") || upper.starts_with(b"PSPD") {
+            let computed = matches!(upper.as_slice(), b"ACC" | b"PSPD") && next_bracket;
+            kept.push(span.start..words.get(k + usize::from(computed)).map_or(span.end, |w| w.end));
+            k += usize::from(computed);
+        } else if upper == b"WJNT" || upper == b"RTCP" {
+            kept.push(span.clone());
+        } else if upper == b"COORD" {
+            close(said, "it is coordinated with another group");
+        } else if upper == b"CALL" || upper.ends_with(b",CALL") || upper == b"AUFRUF" || upper.ends_with(b",AUFRUF") {
+            k += 1;
+        } else if matches!((upper.as_slice(), next.as_slice()), (b"ZEIT", b"VOR" | b"NACH") | (b"WEG", b"VOR")) {
+            // TB, TA, DB in German
+            k += 1;
+        } else if !(PLAIN.iter().any(|p| p.as_bytes() == upper) || next_bracket || parameter(&upper)) {
+            let name = String::from_utf8_lossy(word).into_owned();
+            said.goal = Err(format!("`{name}` is not known: it may move the goal"));
+        }
+        k += 1;
+    }
+}
+
+/// A word with digits, brackets or signs belongs to an option: `.10sec,DO[1]=ON`, `EV50%`.
+fn parameter(word: &[u8]) -> bool {
+    word.iter().any(|b| b.is_ascii_digit() || b"[]=,".contains(b))
+}
+
+/// `Start[1]` of `Arc Start[1]`, `Weld Start[1,2]`, `Lichtbogen Start[1]`; `End[1]`, `Ende[1]`.
+pub(super) fn process(upper: &[u8]) -> Option<bool> {
+    let name = &upper[..memchr::memchr(b'[', upper)?];
+    if name.ends_with(b"START") {
+        Some(true)
+    } else {
+        (name.ends_with(b"END") || name.ends_with(b"ENDE")).then_some(false)
+    }
+}
+
+/// `100%`, `250mm/sec`, `60cm/min`, `20inch/min`, `30deg/sec`, `2.0sec`, `200msec`.
+fn speed(word: &[u8], path: PathKind) -> Speed {
+    let digits = word.iter().take_while(|b| b.is_ascii_digit() || **b == b'.').count();
+    let Some(value) = std::str::from_utf8(&word[..digits]).ok().and_then(|d| d.parse::<f64>().ok()) else {
+        return Speed::Unknown;
+    };
+    match word[digits..].to_ascii_lowercase().as_slice() {
+        b"%" => Speed::Share(value / 100.0),
+        b"mm/sec" => Speed::Tcp(value * 1e-3),
+        b"cm/min" => Speed::Tcp(value * 1e-2 / 60.0),
+        b"inch/min" => Speed::Tcp(value * 0.0254 / 60.0),
+        b"deg/sec" if path == PathKind::Joint => Speed::Joint(value.to_radians()),
+        b"sec" => Speed::Seconds(value),
+        b"msec" => Speed::Seconds(value * 1e-3),
+        _ => Speed::Unknown,
+    }
+}

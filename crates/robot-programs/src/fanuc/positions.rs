@@ -1,0 +1,242 @@
+//! `/POS`: the positions `P[n]` with their groups.
+//!
+//! Group 1 is the robot. Its entry is either joints (`J1=    35.130 deg`, then `E1=` of extended axes) or Cartesian
+//! (`X =`, `Y =`, `Z =` in mm, `W =`, `P =`, `R =` in degrees: turns about fixed X, Y, Z in this order). What is not the
+//! robot's own (further groups, further axes) is compared byte by byte, never changed.
+
+use super::statement::shown;
+use crate::error::Result;
+use crate::script::{PoseGoal, Solution, Text, number};
+use nalgebra::{UnitQuaternion, Vector3};
+use std::ops::Range;
+
+/// A number field of a position.
+#[derive(Debug, Clone)]
+pub(super) struct Field {
+    /// `J1`, `E2`, `X`, in upper case.
+    pub name: String,
+    /// From behind the `=` to the end of the number.
+    pub field: Range<usize>,
+    pub number: Range<usize>,
+    /// Value and style; `None`: `********`, not taught.
+    pub value: Option<(f64, number::Style)>,
+    /// mm, not deg.
+    pub mm: bool,
+}
+
+/// A position.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Position {
+    pub index: u64,
+    pub line: u64,
+    /// The whole entry with its last line ending.
+    pub span: Range<usize>,
+    /// From behind `P[` to the `{`.
+    pub head: Range<usize>,
+    /// Lines of group 1 behind `GP1:`.
+    pub body: Range<usize>,
+    /// Numbers of group 1.
+    pub fields: Vec<Field>,
+    /// User frame and tool of group 1.
+    pub frame: Option<u64>,
+    pub tool: Option<u64>,
+    /// Group 1 is there.
+    pub ours: bool,
+    /// Numbers of the other groups, for comparison.
+    pub others: Vec<u8>,
+}
+
+impl Position {
+    /// Whether group 1 holds joints.
+    pub fn is_joints(&self) -> bool {
+        self.fields.iter().any(|f| is_joint(&f.name))
+    }
+
+    /// Whether a number of group 1 is missing.
+    pub fn untaught(&self) -> bool {
+        self.fields.iter().any(|f| f.value.is_none())
+    }
+
+    /// Joint fields in the order of the axes: J1, J2, ..., then E1, ...
+    pub fn axes(&self) -> Vec<&Field> {
+        let mut out: Vec<&Field> = self.fields.iter().filter(|f| is_joint(&f.name) || is_extended(&f.name)).collect();
+        out.sort_by_key(|f| (is_extended(&f.name), f.name.get(1..).and_then(|d| d.parse::<u32>().ok())));
+        out
+    }
+
+    /// The Cartesian target.
+    pub fn pose(&self) -> Option<PoseGoal> {
+        let of = |name: &str| self.fields.iter().find(|f| f.name == name).and_then(|f| f.value).map(|v| v.0);
+        let position_m = Vector3::new(of("X")?, of("Y")?, of("Z")?) * 1e-3;
+        let rotation = (|| {
+            let [w, p, r] = [of("W")?, of("P")?, of("R")?].map(f64::to_radians);
+            Some(UnitQuaternion::from_euler_angles(w, p, r))
+        })();
+        let foreign_frame = match (self.frame, self.tool) {
+            (Some(0), Some(0)) => None,
+            (frame, tool) => Some(format!("user frame {}, tool {}", name(frame), name(tool))),
+        };
+        Some(PoseGoal { position_m, rotation, foreign_frame, solution: Solution::Same })
+    }
+}
+
+fn name(number: Option<u64>) -> String {
+    number.map_or_else(|| "not given".into(), |n| n.to_string())
+}
+
+pub(super) fn is_joint(name: &str) -> bool {
+    name.strip_prefix('J').is_some_and(|d| !d.is_empty() && d.bytes().all(|b| b.is_ascii_digit()))
+}
+
+pub(super) fn is_extended(name: &str) -> bool {
+    name.strip_prefix('E').is_some_and(|d| !d.is_empty() && d.bytes().all(|b| b.is_ascii_digit()))
+}
+
+/// The positions on lines `lines`.
+pub(super) fn read(text: &Text, lines: Range<usize>) -> Result<Vec<Position>> {
+    let mut out: Vec<Position> = Vec::new();
+    let mut open: Option<Position> = None;
+    let mut group = 0_u64;
+    for k in lines {
+        let span = text.line_span(k);
+        let bytes = text.line(k);
+        let content = bytes.trim_ascii();
+        if content.is_empty() {
+            continue;
+        }
+        let at = span.start + (bytes.len() - bytes.trim_ascii_start().len());
+        let Some(position) = &mut open else {
+            open = Some(head(text, k, at, content)?);
+            group = 0;
+            continue;
+        };
+        if content.starts_with(b"}") {
+            position.span.end = span.end;
+            out.extend(open.take());
+        } else if content.get(..2).is_some_and(|h| h.eq_ignore_ascii_case(b"P[")) && content.ends_with(b"{") {
+            return Err(text.bad(at, "a position within a position", "`};` at the end of a position"));
+        } else if let Some(number) = group_of(content) {
+            group = number;
+            if group == 1 {
+                if position.ours {
+                    return Err(text.bad(at, "a second group 1", "one group 1 in a position"));
+                }
+                position.ours = true;
+                position.body = span.end..span.end;
+            }
+        } else if group == 1 {
+            position.body.end = span.end;
+            line(text, span.start..span.start + bytes.len(), position)?;
+        } else {
+            position.others.extend_from_slice(content);
+            position.others.push(b'\n');
+        }
+    }
+    if let Some(p) = open {
+        return Err(text.bad(p.span.start, "a position without an end", "`};` at the end of a position"));
+    }
+    Ok(out)
+}
+
+/// `P[3:"comment"]{`.
+fn head(text: &Text, k: usize, at: usize, content: &[u8]) -> Result<Position> {
+    let bad = || text.bad(at, format!("`{}`", shown(content)), "a position such as `P[1]{`");
+    let inside = content.get(..2).filter(|h| h.eq_ignore_ascii_case(b"P[")).and_then(|_| content.get(2..));
+    let inside = inside.and_then(|c| c.strip_suffix(b"{")).ok_or_else(bad)?;
+    let digits = inside.iter().take_while(|b| b.is_ascii_digit()).count();
+    let index: u32 = std::str::from_utf8(&inside[..digits]).ok().and_then(|d| d.parse().ok()).ok_or_else(bad)?;
+    if !matches!(inside.get(digits), Some(b']' | b':')) {
+        return Err(bad());
+    }
+    Ok(Position {
+        index: u64::from(index),
+        line: k as u64 + 1,
+        span: text.line_span(k),
+        head: at + 2..at + 2 + inside.len(),
+        ..Position::default()
+    })
+}
+
+/// `GP1:`.
+fn group_of(content: &[u8]) -> Option<u64> {
+    let rest = content.get(..2).filter(|h| h.eq_ignore_ascii_case(b"GP")).and_then(|_| content.get(2..))?;
+    std::str::from_utf8(rest.strip_suffix(b":")?.trim_ascii()).ok()?.parse().ok()
+}
+
+/// The fields of one line of group 1: `UF : 0`, `CONFIG : '...'`, `J1=    35.130 deg`.
+fn line(text: &Text, span: Range<usize>, position: &mut Position) -> Result<()> {
+    let bytes = text.slice(span.clone());
+    let mut at = 0;
+    while at < bytes.len() {
+        if bytes[at] == b'\'' {
+            // a configuration in quotes
+            at += 1 + memchr::memchr(b'\'', &bytes[at + 1..]).map_or(bytes.len(), |n| n + 1);
+            continue;
+        }
+        if !bytes[at].is_ascii_alphabetic() {
+            at += 1;
+            continue;
+        }
+        let start = at;
+        at += bytes[at..].iter().take_while(|b| b.is_ascii_alphanumeric()).count();
+        let name = String::from_utf8_lossy(&bytes[start..at]).to_ascii_uppercase();
+        at += bytes[at..].iter().take_while(|b| b.is_ascii_whitespace()).count();
+        match bytes.get(at) {
+            Some(b':') => {
+                at += 1;
+                let rest = bytes[at..].trim_ascii_start();
+                let digits = rest.iter().take_while(|b| b.is_ascii_digit()).count();
+                let value = std::str::from_utf8(&rest[..digits]).ok().and_then(|d| d.parse().ok());
+                match name.as_str() {
+                    "UF" => position.frame = value,
+                    "UT" => position.tool = value,
+                    _ => {}
+                }
+            }
+            Some(b'=') => at = field(text, &span, at + 1, name, position)?,
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// No group has as many numbers.
+const MOST: usize = 64;
+
+/// A number and its unit behind `name=`; the offset behind it.
+fn field(text: &Text, span: &Range<usize>, from: usize, name: String, position: &mut Position) -> Result<usize> {
+    let bytes = text.slice(span.clone());
+    let blanks = bytes[from..].iter().take_while(|b| b.is_ascii_whitespace()).count();
+    let start = from + blanks;
+    let len = bytes[start..].iter().take_while(|b| !b.is_ascii_whitespace() && **b != b',').count();
+    let token = &bytes[start..start + len];
+    let bad = |found: &[u8], expected: &str| text.bad(span.start + start, format!("`{}`", shown(found)), expected);
+    let value = if !token.is_empty() && token.iter().all(|b| *b == b'*') {
+        None
+    } else {
+        Some(number::read(token).ok_or_else(|| bad(token, "a number, or `********` where nothing is taught"))?)
+    };
+    let after = start + len;
+    let gap = bytes[after..].iter().take_while(|b| b.is_ascii_whitespace()).count();
+    let unit_len = bytes[after + gap..].iter().take_while(|b| b.is_ascii_alphabetic()).count();
+    let unit = &bytes[after + gap..after + gap + unit_len];
+    let mm = unit.eq_ignore_ascii_case(b"mm");
+    let known = mm || unit.eq_ignore_ascii_case(b"deg");
+    if !known && value.is_some() {
+        return Err(bad(&bytes[start..after + gap + unit_len], "a number with its unit, `deg` or `mm`"));
+    }
+    if position.fields.len() >= MOST {
+        return Err(bad(token, "fewer numbers in a group"));
+    }
+    if position.fields.iter().any(|f| f.name == name) {
+        return Err(bad(token, "each axis once"));
+    }
+    position.fields.push(Field {
+        name,
+        field: span.start + from..span.start + after,
+        number: span.start + start..span.start + after,
+        value,
+        mm,
+    });
+    Ok(after + gap + if known { unit_len } else { 0 })
+}

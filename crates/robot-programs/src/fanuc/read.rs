@@ -1,0 +1,390 @@
+//! A program's text into its script.
+
+use super::instruction;
+use super::motion::{self, Said};
+use super::positions::{self, Position, is_extended, is_joint};
+use super::statement::{Statement, index, is_comment, statements, words};
+use super::{Motion, Program};
+use crate::axes::{Axes, JointKind};
+use crate::error::{Error, Place, Result};
+use crate::script::{At, Break, Goal, Move, Note, Script, Step, StepKind, Target, Text, Value, number, pragma};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::ops::Range;
+
+/// The finest weight of a digit in a position: the controller writes three decimals, deg or mm. A number that stands there
+/// with more keeps them.
+pub(super) const FINEST: f64 = 1e-3;
+
+/// Lines of the sections that matter.
+struct Sections {
+    attributes: Range<usize>,
+    program: Range<usize>,
+    positions: Range<usize>,
+    /// First byte behind the positions.
+    end: usize,
+}
+
+pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
+    let Some(text) = texts.first() else {
+        return Err(Error::bad(Place::default(), "no text", "a FANUC TP program (.LS)"));
+    };
+    let sections = sections(text)?;
+    let positions = positions::read(text, sections.positions.clone())?;
+    let (all, numbered) = statements(text, sections.program.clone())?;
+    let all: Vec<(Statement, Parsed)> = all.into_iter().map(|s| (words(text, &s), s)).map(|(w, s)| (s, w)).collect();
+    let count = line_count(text, sections.attributes.clone(), numbered.last().map(|n| n.number));
+    let mut reader = Reader::new(text, robot, positions)?;
+    reader.collect(&all);
+    reader
+        .steps
+        .push(Step { at: At { file: 0, line: sections.program.start as u64 }, kind: StepKind::Break(Break::Start) });
+    for (statement, parsed) in &all {
+        reader.statement(statement, parsed);
+    }
+    if let (Some(found), Some(last)) = (&count, numbered.last())
+        && found.1 != last.number
+    {
+        reader.note(
+            text.line_of(found.0.start),
+            format!("the number of lines is given as {}, the last line is {}", found.1, last.number),
+        );
+    }
+    let bare = bare(&reader.positions);
+    let mentioned = mentioned(text, sections.program.clone());
+    let last = reader.positions.iter().map(|p| p.index).chain([mentioned]).max().unwrap_or(0);
+    let Reader { steps, targets, of_target, shared, notes, motions, positions, by_index, .. } = reader;
+    let kinds = robot.axis_joints().map(|j| j.kind).collect();
+    let end = sections.end;
+    let script = Script { texts, steps, targets, notes, ..Script::default() };
+    Ok(Program { script, kinds, motions, numbered, count, positions, by_index, of_target, shared, last, end, bare })
+}
+
+fn sections(text: &Text) -> Result<Sections> {
+    let mut found: Vec<(String, usize)> = Vec::new();
+    for k in 0..text.line_count() {
+        let line = text.line(k).strip_prefix(b"\xef\xbb\xbf").unwrap_or(text.line(k)).trim_ascii_start();
+        if let [b'/', rest @ ..] = line
+            && rest.first().is_some_and(u8::is_ascii_alphabetic)
+        {
+            let name = rest.iter().take_while(|b| b.is_ascii_alphanumeric()).map(|b| b.to_ascii_uppercase() as char);
+            let name: String = name.collect();
+            // some controllers write /APPL twice; nothing in it matters here
+            if name != "APPL" && found.iter().any(|(n, _)| *n == name) {
+                return Err(text.bad(text.line_span(k).start, format!("a second /{name}"), "each section once"));
+            }
+            let last = name == "END";
+            found.push((name, k));
+            if last {
+                break;
+            }
+        }
+    }
+    let missing = |name: &str| {
+        text.bad(text.bytes.len(), format!("no /{name}"), "the sections /PROG, /ATTR, /MN, /POS and /END in this order")
+    };
+    if found.first().is_none_or(|(n, _)| n != "PROG") {
+        return Err(text.bad(0, "no /PROG at the start", "a FANUC TP program (.LS): /PROG, /ATTR, /MN, /POS, /END"));
+    }
+    let of = |name: &str| {
+        let i = found.iter().position(|(n, _)| n == name)?;
+        Some(found[i].1 + 1..found.get(i + 1).map_or(text.line_count(), |f| f.1))
+    };
+    let end = of("END").ok_or_else(|| missing("END"))?.start - 1;
+    let program = of("MN").ok_or_else(|| missing("MN"))?;
+    let positions = of("POS").unwrap_or(end..end);
+    if positions.start < program.start {
+        return Err(text.bad(text.line_span(positions.start).start, "/POS before /MN", "/MN before /POS"));
+    }
+    Ok(Sections {
+        attributes: of("ATTR").unwrap_or(0..0),
+        program,
+        end: text.line_span(positions.end).start,
+        positions,
+    })
+}
+
+/// The attribute that counts the lines: by its name, else the only one with the last line's number.
+fn line_count(text: &Text, lines: Range<usize>, last: Option<u64>) -> Option<(Range<usize>, u64)> {
+    let mut same = Vec::new();
+    for k in lines {
+        let bytes = text.line(k);
+        let Some(sign) = memchr::memchr(b'=', bytes) else { continue };
+        let value = &bytes[sign + 1..];
+        let digits = value.trim_ascii();
+        let digits = digits.strip_suffix(b";").unwrap_or(digits).trim_ascii_end();
+        let Some(number) = std::str::from_utf8(digits).ok().and_then(|d| d.parse::<u32>().ok()) else { continue };
+        let start = text.line_span(k).start + sign + 1 + (value.len() - value.trim_ascii_start().len());
+        let found = (start..start + digits.len(), u64::from(number));
+        let name = bytes[..sign].trim_ascii().to_ascii_uppercase();
+        if name == b"LINE_COUNT" || name.starts_with(b"ZEILEN") {
+            return Some(found);
+        }
+        if Some(found.1) == last {
+            same.push(found);
+        }
+    }
+    if same.len() == 1 { same.pop() } else { None }
+}
+
+/// Whether the file leaves the zero before the point off, as older controllers do.
+fn bare(positions: &[Position]) -> bool {
+    let values = || positions.iter().flat_map(|p| &p.fields).filter_map(|f| f.value);
+    values().any(|v| v.1.bare) || !values().any(|v| v.0.abs() < 1.0)
+}
+
+/// The largest index in brackets behind `P` on these lines; a new position must not answer to any of them.
+fn mentioned(text: &Text, lines: Range<usize>) -> u64 {
+    let bytes = text.slice(text.line_span(lines.start).start..text.line_span(lines.end).start);
+    let digits = |at: usize| {
+        let rest = bytes.get(at + 1..).unwrap_or_default().trim_ascii_start();
+        let len = rest.iter().take_while(|b| b.is_ascii_digit()).count();
+        std::str::from_utf8(&rest[..len]).ok()?.parse::<u32>().ok()
+    };
+    let named = memchr::memchr_iter(b'[', bytes).filter(|at| *at > 0 && bytes[at - 1].eq_ignore_ascii_case(&b'P'));
+    named.filter_map(digits).max().map_or(0, u64::from)
+}
+
+/// How far behind `P[` its `]` is looked for: a comment has 16 characters.
+const NEAR: usize = 64;
+
+struct Reader<'a> {
+    text: &'a Text,
+    dof: usize,
+    positions: Vec<Position>,
+    /// Position by its index.
+    by_index: HashMap<u64, usize>,
+    /// Target of each position; why there is none.
+    target_of: Vec<std::result::Result<usize, String>>,
+    /// What each position says of axes that are not the robot's, and whether all say the same.
+    extras: Vec<Vec<u8>>,
+    idle: bool,
+    /// Extras of the last goal, where they are known.
+    before: Option<usize>,
+    targets: Vec<Target>,
+    of_target: Vec<usize>,
+    shared: Vec<bool>,
+    written: HashMap<u64, u64>,
+    written_any: Option<u64>,
+    steps: Vec<Step>,
+    notes: Vec<Note>,
+    motions: BTreeMap<usize, Motion>,
+}
+
+/// Statement and its words.
+type Parsed = Vec<Range<usize>>;
+
+impl<'a> Reader<'a> {
+    fn new(text: &'a Text, robot: &Axes, positions: Vec<Position>) -> Result<Self> {
+        let mut by_index = HashMap::new();
+        let (mut targets, mut of_target, mut target_of, mut extras) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for (i, p) in positions.iter().enumerate() {
+            if by_index.insert(p.index, i).is_some() {
+                return Err(text.bad(p.head.start, format!("a second P[{}]", p.index), "each position once"));
+            }
+            target_of.push(if !p.ours {
+                Err(format!("P[{}] has no group 1", p.index))
+            } else if p.untaught() {
+                Err(format!("P[{}] is not taught", p.index))
+            } else if p.is_joints() {
+                targets.push(target(text, robot, p)?);
+                of_target.push(i);
+                Ok(targets.len() - 1)
+            } else {
+                Err(format!("P[{}] holds neither joints nor a pose", p.index))
+            });
+            let mut other = p.others.clone();
+            let own = if p.is_joints() { robot.dof() } else { 0 };
+            for f in p.axes().into_iter().skip(own) {
+                other.extend_from_slice(text.slice(f.field.clone()).trim_ascii());
+                other.push(b' ');
+            }
+            extras.push(other);
+        }
+        let idle = extras.windows(2).all(|w| w[0] == w[1]);
+        let shared = vec![false; targets.len()];
+        Ok(Self {
+            text,
+            dof: robot.dof(),
+            positions,
+            by_index,
+            target_of,
+            extras,
+            idle,
+            before: None,
+            targets,
+            of_target,
+            shared,
+            written: HashMap::new(),
+            written_any: None,
+            steps: Vec::new(),
+            notes: Vec::new(),
+            motions: BTreeMap::new(),
+        })
+    }
+
+    fn note(&mut self, line: u64, text: String) {
+        self.notes.push(Note { place: At { file: 0, line }, text });
+    }
+
+    /// Positions that the program writes or reads besides moving to them.
+    fn collect(&mut self, all: &[(Statement, Parsed)]) {
+        let mut read: BTreeSet<u64> = BTreeSet::new();
+        let mut read_any = false;
+        for (statement, words) in all {
+            if self.comment(statement).is_some() {
+                continue;
+            }
+            if let Some(said) = motion::read(self.text, statement, words) {
+                read.extend(said.via);
+                read_any |= said.any;
+                continue;
+            }
+            for (k, word) in words.iter().enumerate() {
+                let bytes = self.text.slice(word.clone());
+                for at in memchr::memmem::find_iter(&bytes.to_ascii_uppercase(), b"P[") {
+                    if at > 0 && (bytes[at - 1].is_ascii_alphanumeric() || b"_$".contains(&bytes[at - 1])) {
+                        continue;
+                    }
+                    let close =
+                        memchr::memchr(b']', &bytes[at..bytes.len().min(at + NEAR)]).map_or(at + 2, |n| at + n + 1);
+                    let found = index(self.text, word.start + at..word.start + close).map(|i| i.1);
+                    let next = bytes.get(close).or_else(|| words.get(k + 1).and_then(|w| self.text.bytes.get(w.start)));
+                    let line = self.text.line_of(word.start);
+                    let writes = k == 0 && at == 0 && next == Some(&b'=');
+                    match (found, writes) {
+                        (Some(n), true) => drop(self.written.insert(n, line)),
+                        (None, true) => self.written_any = Some(line),
+                        (Some(n), false) => drop(read.insert(n)),
+                        (None, false) => read_any = true,
+                    }
+                }
+            }
+        }
+        for (t, &p) in self.of_target.iter().enumerate() {
+            self.shared[t] = read_any || self.positions.get(p).is_some_and(|p| read.contains(&p.index));
+        }
+    }
+
+    fn comment(&self, statement: &Statement) -> Option<Vec<u8>> {
+        let content = statement.pieces.first().map(|p| self.text.slice(p.clone()))?;
+        is_comment(content).then(|| {
+            let content = content.trim_ascii_start();
+            let language = content.starts_with(b"--").then(|| memchr::memchr(b':', content)).flatten();
+            content[language.map_or(0, |c| c + 1)..].to_vec()
+        })
+    }
+
+    fn push(&mut self, at: At, kind: StepKind) {
+        if matches!(kind, StepKind::Break(_)) {
+            self.before = None;
+        }
+        self.steps.push(Step { at, kind });
+    }
+
+    fn statement(&mut self, statement: &Statement, words: &Parsed) {
+        let at = At { file: 0, line: statement.line as u64 + 1 };
+        if let Some(comment) = self.comment(statement) {
+            if let Some(on) = pragma(&comment) {
+                self.push(at, StepKind::Pragma(on));
+            }
+        } else if let (false, Some(said)) = (statement.nested, motion::read(self.text, statement, words)) {
+            self.motion(at, said);
+        } else if let Some(kind) = instruction::read(self.text, words)
+            && (!statement.nested || matches!(kind, StepKind::Break(_)))
+        {
+            self.push(at, kind);
+        }
+    }
+
+    fn motion(&mut self, at: At, said: Said) {
+        let mut closed = said.closed;
+        let mut position = None;
+        let goal = match said.goal {
+            Err(why) => Goal::Opaque(why),
+            Ok(n) => match self.by_index.get(&n).copied() {
+                None => Goal::Opaque(format!("P[{n}] is not in /POS")),
+                Some(p) => {
+                    position = Some(p);
+                    if let Some(line) = self.written.get(&n).copied().or(self.written_any) {
+                        Goal::Opaque(format!("the program writes P[{n}] (line {line})"))
+                    } else {
+                        match &self.target_of[p] {
+                            Ok(t) => Goal::Joints(*t),
+                            Err(why) => match self.positions[p].pose().filter(|_| !self.positions[p].untaught()) {
+                                Some(pose) => Goal::Pose(pose),
+                                None => Goal::Opaque(why.clone()),
+                            },
+                        }
+                    }
+                }
+            },
+        };
+        let still = match (self.before, position) {
+            _ if self.idle => true,
+            (Some(a), Some(b)) => self.extras[a] == self.extras[b],
+            _ => false,
+        };
+        if !still {
+            closed.get_or_insert_with(|| "another axis or group may move with it".into());
+        }
+        if matches!(goal, Goal::Pose(_)) && said.path != crate::script::PathKind::Joint {
+            closed.get_or_insert_with(|| "a straight line to a Cartesian position takes no joint positions".into());
+        }
+        if matches!(goal, Goal::Pose(_)) && self.dof > 6 {
+            closed.get_or_insert_with(|| "a Cartesian position with further axes cannot be written as joints".into());
+        }
+        if said.motion.is_none() {
+            closed.get_or_insert_with(|| "its statement cannot be copied".into());
+        }
+        self.before = position;
+        if let Some(motion) = said.motion {
+            self.motions.insert(self.steps.len(), motion);
+        }
+        let kind = Move {
+            path: said.path,
+            goal,
+            fixed: None,
+            closed,
+            speed: said.speed,
+            blend_m: said.blend_m,
+            way: Vec::new(),
+        };
+        self.push(at, StepKind::Move(kind));
+        if let Some(on) = said.process {
+            self.push(at, StepKind::Process(on));
+        }
+        if said.skips {
+            self.push(at, StepKind::Break(Break::Jump));
+        }
+    }
+}
+
+/// The joints of a position, as many as the robot has axes.
+fn target(text: &Text, robot: &Axes, p: &Position) -> Result<Target> {
+    let axes = p.axes();
+    if axes.len() < robot.dof() {
+        let found = format!("{} joint values in P[{}]", axes.len(), p.index);
+        return Err(text.bad(p.head.start, found, format!("{}: one for each axis of the robot", robot.dof())));
+    }
+    let mut values = Vec::with_capacity(robot.dof());
+    for (field, joint) in axes.into_iter().zip(robot.axis_joints()) {
+        let mm = joint.kind == JointKind::Prismatic;
+        if field.mm != mm || !(is_joint(&field.name) || is_extended(&field.name)) {
+            let found = format!("`{}` in {}", field.name, if field.mm { "mm" } else { "deg" });
+            return Err(text.bad(field.number.start, found, format!("{} for axis {}", joint.kind.unit(), joint.name)));
+        }
+        values.push(field.value.map(|(value, style)| Value {
+            si: value * joint.kind.si(),
+            start: field.number.start,
+            end: field.number.end,
+            style,
+            digit: weight(style) * joint.kind.si(),
+            finest: FINEST.min(weight(style)) * joint.kind.si(),
+        }));
+    }
+    Ok(Target { name: Some(format!("P[{}]", p.index)), at: At { file: 0, line: p.line }, values })
+}
+
+fn weight(style: number::Style) -> f64 {
+    10_f64.powi(-i32::from(style.decimals))
+}

@@ -1,0 +1,98 @@
+//! The formats, and which of them a program is written in: by ending, by content, or as asked.
+
+use super::files::Files;
+use super::script::Format;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// Every format that is read whole into memory, in the order in which contents are asked. Joint-space CSV streams, and is
+/// what a program is when no other format claims it.
+pub static FORMATS: &[&dyn Format] = &[
+    &super::inform::Inform,
+    &super::rapid::Rapid,
+    &super::krl::Krl,
+    &super::fanuc::Fanuc,
+    &super::urscript::UrScript,
+    &super::trajectory::Ros,
+    &super::gcode::Gcode,
+];
+
+/// How a program is read.
+#[derive(Clone, Copy)]
+pub enum Recognised {
+    /// Joint-space CSV: rows, in constant memory.
+    Csv,
+    Script(&'static dyn Format),
+}
+
+/// Names of the formats.
+pub fn names() -> Vec<&'static str> {
+    std::iter::once("csv").chain(FORMATS.iter().map(|f| f.name())).collect()
+}
+
+/// The format of a name, case ignored.
+pub fn named(name: &str) -> Option<Recognised> {
+    if name.eq_ignore_ascii_case("csv") {
+        return Some(Recognised::Csv);
+    }
+    FORMATS.iter().find(|f| f.name().eq_ignore_ascii_case(name)).map(|f| Recognised::Script(*f))
+}
+
+/// Ending of a file name in lower case, a `.gz` behind it left out.
+pub fn ending(path: &Path) -> Option<String> {
+    let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
+    let name = name.strip_suffix(".gz").unwrap_or(&name);
+    name.rsplit_once('.').map(|(_, e)| e.to_string())
+}
+
+/// Endings that files of many kinds have: there the content must be that of a program.
+const GENERAL: &[&str] = &["yaml", "yml", "json", "txt", "sys"];
+/// Bytes by which a file with such an ending is judged.
+const HEAD: u64 = 1 << 16;
+
+/// Endings of all programs, for messages.
+pub fn endings() -> Vec<&'static str> {
+    std::iter::once("csv").chain(FORMATS.iter().flat_map(|f| f.endings().iter().copied())).collect()
+}
+
+/// Whether a file in a folder is a program (of the asked format), so that the rest of a folder is none of ours.
+pub fn is_program(path: &Path, asked: Option<Recognised>) -> bool {
+    let Some(ending) = ending(path) else { return false };
+    let has = |f: &&dyn Format| f.endings().contains(&ending.as_str());
+    let formats: Vec<&dyn Format> = match asked {
+        Some(Recognised::Csv) => Vec::new(),
+        Some(Recognised::Script(f)) => vec![f],
+        None => FORMATS.to_vec(),
+    };
+    if ending == "csv" {
+        return !matches!(asked, Some(Recognised::Script(_)));
+    }
+    if !GENERAL.contains(&ending.as_str()) {
+        return formats.iter().any(has);
+    }
+    let mut head = Vec::new();
+    let read = std::fs::File::open(path).and_then(|f| f.take(HEAD).read_to_end(&mut head));
+    read.is_ok() && formats.iter().filter(|f| has(f)).any(|f| f.recognises(&head))
+}
+
+/// Files that belong to a program by its ending, and are there.
+pub fn companions(path: &Path, there: &Files) -> Vec<PathBuf> {
+    let Some(ending) = ending(path) else { return Vec::new() };
+    let format = FORMATS.iter().find(|f| f.endings().contains(&ending.as_str()));
+    format.map_or(Vec::new(), |f| f.companions(path, there))
+}
+
+/// The format of a program: of those that have its ending the one that recognises its first bytes, else one with the ending
+/// alone; with a foreign ending the one that recognises it, else CSV.
+pub fn recognise(path: &Path, head: &[u8]) -> Recognised {
+    let ending = ending(path).unwrap_or_default();
+    if ending == "csv" {
+        return Recognised::Csv;
+    }
+    let by_ending = || FORMATS.iter().filter(|f| f.endings().contains(&ending.as_str()));
+    let found = by_ending()
+        .find(|f| f.recognises(head))
+        .or_else(|| by_ending().next())
+        .or_else(|| FORMATS.iter().find(|f| f.recognises(head)));
+    found.map_or(Recognised::Csv, |f| Recognised::Script(*f))
+}

@@ -1,0 +1,72 @@
+//! What moves the meaning of words: work frames, shifts, tool lengths, mirrors.
+
+use super::lex::Block;
+use super::read::Reader;
+use super::survey::code_text;
+use crate::script::{Break, StepKind};
+
+impl Reader<'_> {
+    pub(super) fn local_frame(&mut self, k: usize, block: &Block) {
+        match self.axis_values(block) {
+            Ok(values) => {
+                for (local, v) in self.local.iter_mut().zip(values) {
+                    *local = v.unwrap_or(*local);
+                }
+            }
+            Err(()) => self.lost_frame = true,
+        }
+        self.end(k, Break::Frame, "a G52");
+    }
+
+    pub(super) fn shift_frame(&mut self, k: usize, block: &Block, c: u32) {
+        let named = block.words.iter().any(|w| self.letters.contains(&w.letter));
+        if c == 920 && !named && block.words.iter().any(|w| w.letter == b'E') {
+            return;
+        }
+        // a lathe's relative words, which move axes by other names
+        let others = block.words.iter().any(|w| b"UVW".contains(&w.letter) && !self.letters.contains(&w.letter));
+        self.anchor("a G92");
+        match (c, self.axis_values(block)) {
+            (921, _) => self.moved.fill(Some(0.0)),
+            (920, Ok(values)) if named && !others => {
+                for (a, v) in values.into_iter().enumerate() {
+                    if let Some(v) = v {
+                        let local = self.local[a];
+                        self.moved[a] = self.position[a].map(|p| p - v - local);
+                    }
+                }
+            }
+            _ => self.moved.fill(None),
+        }
+        self.end(k, Break::Frame, "a G92");
+    }
+
+    /// What is added to an absolute word; `None`: not known.
+    pub(super) fn shift(&self, axis: usize) -> Option<f64> {
+        let strange = self.lost_frame || self.reference.is_some_and(|r| Some(r) != self.frame.or(Some(r)));
+        let z = self.letters[axis] == b'Z' && self.length_reference.as_ref().is_some_and(|r| *r != self.length);
+        if strange || z { None } else { self.moved[axis].map(|m| m + self.local[axis]) }
+    }
+
+    pub(super) fn tool_length(&mut self, k: usize, block: &Block, c: u32) {
+        self.step(k, StepKind::Break(Break::Frame), None);
+        self.lose("a tool length");
+        let h = block.words.iter().find(|w| w.letter == b'H').map(|w| self.text.slice(w.number.clone()));
+        self.length = match h {
+            _ if c == 490 => "G49".into(),
+            Some(h) => format!("{} H{}", code_text(c), String::from_utf8_lossy(h)),
+            None => format!("{} on line {}", code_text(c), k + 1),
+        };
+    }
+
+    pub(super) fn select(&mut self, k: usize, c: u32) {
+        if self.frame != Some(c) || self.lost_frame {
+            self.step(k, StepKind::Break(Break::Frame), None);
+            self.lose("a work frame");
+        }
+        self.frame = Some(c);
+        if !self.survey.codes.iter().any(|c| [520, 920, 100].contains(c)) {
+            self.lost_frame = false;
+        }
+    }
+}

@@ -1,0 +1,340 @@
+//! Where a block leads: frames, arcs, and why it cannot be told.
+
+use super::arc::Arc;
+use super::lex::{Block, Word};
+use super::read::{Reader, SPLINES};
+use super::survey::{AXES, code, code_text};
+use super::{Centre, MOST_DEG, MOST_INCH, MOST_MM, Statement, canonical};
+use crate::axes::JointKind;
+use crate::error::Result;
+use crate::script::{At, Goal, Move, Note, PathKind, Speed, StepKind, Target, Value, Way};
+use std::collections::BTreeSet;
+
+/// Last digits between a quadrant and an end of its arc, at least.
+const NEAR_DIGITS: f64 = 10.0;
+/// A number with coarser digits is meant as it is written, mm.
+const COARSE_MM: f64 = 1e-3;
+
+/// Why a number that ends in a point must stay: it says how those without one are to be read.
+pub(super) const MIXED: &str = "numbers with and without a point stand in the program";
+
+impl Reader<'_> {
+    /// By axis of the robot: the block's words, mm or deg; `Err`: an axis word that is no literal.
+    pub(super) fn axis_values(&self, block: &Block) -> std::result::Result<Vec<Option<f64>>, ()> {
+        let mut values = vec![None; self.letters.len()];
+        for w in block.words.iter().filter(|w| AXES.contains(&w.letter)) {
+            let (Some((v, _)), Some(inch)) = (w.value, self.inch) else { return Err(()) };
+            if let Some(a) = self.letters.iter().position(|&l| l == w.letter) {
+                values[a] = Some(v * self.unit(a, inch));
+            }
+        }
+        Ok(values)
+    }
+
+    /// mm or deg of one unit of a word.
+    pub(super) fn unit(&self, axis: usize, inch: bool) -> f64 {
+        if inch && self.robot.axis(axis).kind == JointKind::Prismatic { 25.4 } else { 1.0 }
+    }
+
+    /// Why a block's goal cannot be told.
+    pub(super) fn unclear(&self, block: &Block) -> Option<String> {
+        if let Some(why) = self.strange.clone().or_else(|| self.compensation.clone()) {
+            return Some(why);
+        }
+        match self.motion {
+            Some(0 | 10 | 20 | 30) => {}
+            Some(c) if SPLINES.contains(&c) => return Some(format!("spline {}", code_text(c))),
+            Some(c) => return Some(format!("canned cycle {}", code_text(c))),
+            None => return Some("no G0, G1, G2 or G3 is certain here".into()),
+        }
+        let Some(absolute) = self.absolute else { return Some("neither G90 nor G91 is certain here".into()) };
+        if self.inch.is_none() {
+            return Some("neither G20 nor G21 is certain here".into());
+        }
+        // without the comma, as lathes write it: the way ends beside the place that is written, and goes on from there
+        let cuts = |w: &&Word| b"IJKR".contains(&w.letter) && w.value.is_none_or(|v| v.0 != 0.0);
+        if let (Some(0 | 10), Some(w)) = (self.motion, block.words.iter().find(cuts)) {
+            return Some(format!("a word {} on a straight move: a chamfer or corner", w.letter as char));
+        }
+        let mut seen = BTreeSet::new();
+        for w in &block.words {
+            let axis = self.letters.iter().position(|&l| l == w.letter);
+            let geometry = AXES.contains(&w.letter) || b"IJKR".contains(&w.letter);
+            let name = w.letter as char;
+            if geometry && !seen.insert(w.letter) {
+                return Some(format!("{name} stands twice in the block"));
+            }
+            if AXES.contains(&w.letter) && axis.is_none() {
+                return Some(format!("a word {name}, and the robot file has no such axis"));
+            }
+            let Some((v, style)) = w.value else {
+                if geometry {
+                    return Some("an expression or a variable".into());
+                }
+                continue;
+            };
+            if geometry && self.survey.points && !style.point && v != 0.0 {
+                return Some("a number without a point where others end in one: it may count increments".into());
+            }
+            let Some(axis) = axis else { continue };
+            if self.shift(axis).is_none() {
+                return Some("its work frame or tool length is not the first one".into());
+            }
+            if !absolute && self.position[axis].is_none() {
+                return Some("a relative word, and the position before it is not known".into());
+            }
+        }
+        None
+    }
+
+    pub(super) fn movement(
+        &mut self,
+        k: usize,
+        block: Block,
+        codes: &[Option<u32>],
+        unclear: Option<String>,
+        exact: bool,
+    ) -> Result<()> {
+        // the first motion says in which frame the axes are counted
+        self.reference = self.reference.or(self.frame).or(Some(540));
+        self.frame = self.frame.or(Some(540));
+        if self.letters.contains(&b'Z') && block.words.iter().any(|w| w.letter == b'Z') {
+            self.length_reference.get_or_insert_with(|| self.length.clone());
+        }
+        let unclear = unclear.or_else(|| self.unclear(&block));
+        let Some((motion, inch)) = self.motion.zip(self.inch).filter(|_| unclear.is_none()) else {
+            return self.opaque(k, unclear.unwrap_or_default());
+        };
+        let absolute = self.absolute == Some(true);
+        let dof = self.letters.len();
+        let start = self.position.clone();
+        let mut goal = start.clone();
+        let mut axis_words = vec![None; dof];
+        let unit: Vec<f64> = (0..dof).map(|a| self.unit(a, inch)).collect();
+        let shift: Vec<f64> = (0..dof).map(|a| self.shift(a).unwrap_or(0.0)).collect();
+        for (i, w) in block.words.iter().enumerate() {
+            let (Some(a), Some((v, style))) = (self.letters.iter().position(|&l| l == w.letter), w.value) else {
+                continue;
+            };
+            let from = if absolute { shift[a] } else { start[a].unwrap_or(0.0) };
+            let at = canonical(from + v * unit[a]);
+            if at.is_nan() || at.abs() >= 1e7 {
+                let found = String::from_utf8_lossy(self.text.slice(w.span.clone())).into_owned();
+                return Err(self.text.bad(w.span.start, found, "a place within 10 km, or 10,000,000 degrees"));
+            }
+            goal[a] = Some(at);
+            axis_words[a] = Some(i);
+            self.digit[a] = self.weight(a, unit[a], style.decimals);
+        }
+        let arc = match motion {
+            20 | 30 => match self.arc(&block, &start, &goal, &shift, inch, motion == 30) {
+                Ok(arc) => Some(arc),
+                Err(why) => {
+                    // from another start it might be one
+                    self.anchor("an arc that is none");
+                    return self.opaque(k, why);
+                }
+            },
+            _ => None,
+        };
+        if goal.iter().all(Option::is_none) {
+            // an extruder alone
+            return Ok(());
+        }
+        let statement = Statement {
+            line: k,
+            motion: (motion / 10) as u8,
+            motion_word: block
+                .words
+                .iter()
+                .position(|w| w.letter == b'G' && w.value.is_some_and(|v| code(v.0) == motion)),
+            absolute,
+            axis_words,
+            unit,
+            shift,
+            copied: copied(&block),
+            start,
+            goal,
+            arc,
+            words: block.words,
+        };
+        let mut m = self.describe(&statement, codes, exact);
+        let ends_in_point = |w: &Word| w.value.is_some_and(|v| v.1.point && v.1.decimals == 0);
+        if self.survey.points && self.survey.bare && statement.words.iter().any(ends_in_point) {
+            // such numbers say how the others are to be read: they must not go
+            m.fixed = Some(MIXED.into());
+        }
+        self.target(&statement);
+        self.position.clone_from(&statement.goal);
+        self.relative |= !absolute;
+        self.note(k);
+        self.last = Some(self.script.steps.len());
+        self.step(k, StepKind::Move(m), Some(Box::new(statement)));
+        Ok(())
+    }
+
+    pub(super) fn opaque(&mut self, k: usize, why: String) -> Result<()> {
+        self.lose("a block that cannot be told");
+        self.step(k, StepKind::Move(opaque(why)), None);
+        Ok(())
+    }
+
+    pub(super) fn note(&mut self, k: usize) {
+        if self.script.notes.is_empty() {
+            let text = "positions are taken as those of the axes: work offsets and tool lengths are not in the program";
+            self.script.notes.push(Note { place: At { file: 0, line: k as u64 + 1 }, text: text.into() });
+        }
+    }
+
+    /// Weight of a word's last digit, rad or m.
+    pub(super) fn weight(&self, axis: usize, unit: f64, decimals: u8) -> f64 {
+        self.robot.axis(axis).kind.si() * unit * 10f64.powi(-i32::from(decimals))
+    }
+
+    pub(super) fn arc(
+        &self,
+        block: &Block,
+        start: &[Option<f64>],
+        goal: &[Option<f64>],
+        shift: &[f64],
+        inch: bool,
+        ccw: bool,
+    ) -> std::result::Result<(Arc, Centre), String> {
+        let Some(plane) = self.plane else { return Err("no plane G17, G18 or G19 is certain here".into()) };
+        let axis = |l: u8| {
+            let a = self.letters.iter().position(|&x| x == l)?;
+            (self.robot.axis(a).kind == JointKind::Prismatic).then_some(a)
+        };
+        let (Some(u), Some(v)) = (axis(plane[0]), axis(plane[1])) else {
+            return Err("an arc in a plane whose axes the robot file does not have".into());
+        };
+        let at = |p: &[Option<f64>]| p[u].zip(p[v]).map(|(a, b)| [a, b]);
+        let (Some(from), Some(to)) = (at(start), at(goal)) else {
+            return Err("an arc, and the position before it is not known".into());
+        };
+        if Self::number(block, b'P').is_some_and(|p| p != 1.0) {
+            return Err("an arc of several turns".into());
+        }
+        let mm = if inch { 25.4 } else { 1.0 };
+        let letter = |axis: u8| b'I' + (axis - b'X');
+        let word = |axis: u8| Self::number(block, letter(axis)).map(|v| v * mm);
+        let centre = [word(plane[0]), word(plane[1])];
+        if word(plane[2]).is_some() {
+            return Err("a centre outside of the plane".into());
+        }
+        match (Self::number(block, b'R'), centre) {
+            (Some(r), [None, None]) => Ok((Arc::of_radius([u, v], from, to, r * mm, ccw)?, Centre::Radius)),
+            (None, [a, b]) if a.is_some() || b.is_some() => {
+                let about = |p: [f64; 2]| Arc::about([u, v], from, to, p, ccw);
+                if self.centre_absolute {
+                    let [Some(a), Some(b)] = [a, b] else {
+                        return Err("G90.1 and not both words of the centre".into());
+                    };
+                    Ok((about([a + shift[u], b + shift[v]])?, Centre::Absolute))
+                } else {
+                    Ok((about([from[0] + a.unwrap_or(0.0), from[1] + b.unwrap_or(0.0)])?, Centre::Relative))
+                }
+            }
+            _ => Err("an arc with a radius and a centre, or with neither".into()),
+        }
+    }
+
+    pub(super) fn describe(&self, s: &Statement, codes: &[Option<u32>], exact: bool) -> Move {
+        let turning = (0..s.axis_words.len())
+            .any(|a| s.axis_words[a].is_some() && self.robot.axis(a).kind == JointKind::Revolute);
+        let mm = if self.inch == Some(true) { 25.4 } else { 1.0 };
+        let speed = match (self.feed, self.feed_mode) {
+            (Some(f), 93) if f > 0.0 => Speed::Seconds(60.0 / f),
+            (Some(f), 94) if f > 0.0 && s.motion > 0 && !turning => Speed::Tcp(f * mm * 1e-3 / 60.0),
+            _ => Speed::Unknown,
+        };
+        let other = s.words.iter().find(|w| !b"NGFIJKR".contains(&w.letter) && !self.letters.contains(&w.letter));
+        let before = self.script.steps.last().filter(|b| b.at.line == s.line as u64 + 1);
+        let closed = if before.is_some_and(|b| !matches!(b.kind, StepKind::Dwell(_) | StepKind::Process(_))) {
+            Some("a label or a word to this tool stands before it in its line".into())
+        } else if self.feed_mode == 93 && s.motion > 0 {
+            Some("inverse time feed G93: its time is that of the whole move".into())
+        } else if s.words.iter().any(|w| w.letter == b'F' && w.value.is_none()) {
+            Some("a computed feed in the block".into())
+        } else if codes.iter().flatten().any(|c| [93, 301, 281].contains(c)) {
+            Some("another G word in the block".into())
+        } else {
+            other.map(|w| format!("a word {} in the block acts once", w.letter as char))
+        };
+        let way = s.arc.as_ref().map(|(arc, _)| self.way(s, arc)).unwrap_or_default();
+        Move {
+            path: if s.arc.is_some() { PathKind::Curve } else { PathKind::Joint },
+            goal: Goal::Joints(self.script.targets.len()),
+            fixed: None,
+            closed,
+            speed,
+            blend_m: exact.then_some(0.0),
+            way,
+        }
+    }
+
+    pub(super) fn way(&self, s: &Statement, arc: &Arc) -> Vec<Way> {
+        let least_mm = 1e-5;
+        // an end may stand that far from where it was meant: a turn within its last digits is rounding, and no arc is written there
+        let digit = |a: usize| self.digit[a] / self.robot.axis(a).kind.si();
+        let apart_mm = NEAR_DIGITS * digit(arc.u).max(digit(arc.v)).min(COARSE_MM);
+        let point = |share: f64| {
+            let si = |(a, v): (usize, f64)| v * self.robot.axis(a).kind.si();
+            Way { share, q: s.on_arc(arc, share).into_iter().enumerate().map(si).collect() }
+        };
+        arc.quadrants(least_mm, apart_mm).into_iter().map(point).collect()
+    }
+
+    pub(super) fn target(&mut self, s: &Statement) {
+        let value = |a: usize| {
+            let in_arc = s.arc.as_ref().is_some_and(|(arc, _)| arc.u == a || arc.v == a);
+            let kind = self.robot.axis(a).kind;
+            let si = s.goal[a]? * kind.si();
+            let most = most(kind, s.unit[a]);
+            match s.axis_words[a].and_then(|i| s.words.get(i)) {
+                Some(w) => {
+                    let style = w.value?.1;
+                    let finest = self.weight(a, s.unit[a], style.decimals.max(most));
+                    Some(Value { si, start: w.number.start, end: w.number.end, style, digit: self.digit[a], finest })
+                }
+                // an arc commands both axes of its plane, whether their words are there or not
+                None if in_arc => {
+                    let at = s.words.last()?.span.end;
+                    let finest = self.weight(a, s.unit[a], most).min(self.digit[a]);
+                    Some(Value { si, start: at, end: at, style: Default::default(), digit: self.digit[a], finest })
+                }
+                None => None,
+            }
+        };
+        let values = (0..s.goal.len()).map(value).collect();
+        self.script.targets.push(Target { name: None, at: At { file: 0, line: s.line as u64 + 1 }, values });
+    }
+}
+
+/// Most decimals that a changed word of an axis gets.
+pub(super) fn most(kind: JointKind, unit: f64) -> u8 {
+    match kind {
+        JointKind::Revolute => MOST_DEG,
+        JointKind::Prismatic if unit > 1.0 => MOST_INCH,
+        JointKind::Prismatic => MOST_MM,
+    }
+}
+
+/// G words (motion apart) and F: a copy in front of the block needs them too.
+fn copied(block: &Block) -> Vec<usize> {
+    let motion = |w: &Word| w.value.is_some_and(|v| matches!(code(v.0), 0 | 10 | 20 | 30));
+    let taken = |w: &Word| (w.letter == b'G' && !motion(w)) || w.letter == b'F';
+    block.words.iter().enumerate().filter(|(_, w)| taken(w)).map(|(i, _)| i).collect()
+}
+
+pub(super) fn opaque(why: String) -> Move {
+    Move {
+        path: PathKind::Curve,
+        goal: Goal::Opaque(why),
+        fixed: None,
+        closed: None,
+        speed: Speed::Unknown,
+        blend_m: None,
+        way: Vec::new(),
+    }
+}

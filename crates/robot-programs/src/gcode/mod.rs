@@ -1,0 +1,158 @@
+//! G-code of gantries and other machines whose axes have letters: `G1 X10.5 Y-3 F600`.
+//!
+//! ```text
+//! text -> lex: blocks of words -> survey, read: modal state (frame: what moves their meaning) -> goal: positions, steps
+//! edits -> write: words; pieces: arcs -> patches
+//! ```
+//!
+//! Words X, Y, Z, A, B, C, U, V, W meet the robot's axes by name. A word that a block does not have leaves its axis where it is.
+//! Arcs (G2, G3 by I, J, K or R, helical too) know the quadrants at which an axis turns ([`arc`]).
+//!
+//! Reference: T. Kramer, F. Proctor, E. Messina, The NIST RS274NGC Interpreter - Version 3, NISTIR 6556 (2000); the LinuxCNC
+//! and Fanuc dialects where they differ. Assumes that the work frame in which the first motion stands is the frame of the
+//! axes (its offset is not in the program), G17 until a plane is named, and G91.1.
+//!
+//! What cannot be told stays as it is and says why: units or distance mode that no word has set, expressions and variables,
+//! canned cycles, cutter compensation, a second work frame, modes behind a call. Text that is no G-code is refused with its
+//! place. What may be edited is said in `docs/program-gcode.md`.
+
+mod arc;
+mod frame;
+mod goal;
+mod lex;
+mod pieces;
+mod read;
+mod survey;
+#[cfg(test)]
+mod tests;
+mod write;
+
+use super::script::{Document, Edits, Format, Patch, Script, Text};
+use crate::axes::Axes;
+use crate::error::{Error, Place, Result};
+use arc::Arc;
+use lex::Word;
+
+/// The format.
+pub struct Gcode;
+
+impl Format for Gcode {
+    fn name(&self) -> &'static str {
+        "gcode"
+    }
+
+    fn title(&self) -> &'static str {
+        "G-code"
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        &["nc", "gcode", "ngc", "tap", "cnc", "gc"]
+    }
+
+    fn recognises(&self, bytes: &[u8]) -> bool {
+        const LINES: usize = 60;
+        const HEAD: usize = 1 << 14;
+        let text = Text::new("", bytes.get(..HEAD).unwrap_or(bytes).to_vec());
+        // the last line may be cut
+        let cut = usize::from(text.bytes.len() < bytes.len() && text.line_count() > 1);
+        let lines = (text.line_count() - cut).min(LINES);
+        let blocks: Option<Vec<_>> = (0..lines).map(|k| lex::block(&text, k).ok()).collect();
+        let Some(blocks) = blocks else { return false };
+        let code = |w: &Word| matches!(w.letter, b'G' | b'M') && w.value.is_some_and(|v| v.0 >= 0.0);
+        blocks.iter().filter(|b| b.keyword.is_none()).any(|b| b.words.iter().any(code))
+            && blocks.iter().filter(|b| b.keyword.is_some()).count() * 4 <= blocks.len()
+    }
+
+    fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>> {
+        if texts.is_empty() {
+            return Err(Error::bad(Place::file(""), "no text", "a G-code program"));
+        }
+        Ok(Box::new(read::program(texts, robot)?))
+    }
+}
+
+/// Most decimals that a changed number gets, by unit: controls keep 10 nm or less, and 1e-5 deg.
+const MOST_MM: u8 = 5;
+const MOST_INCH: u8 = 6;
+const MOST_DEG: u8 = 5;
+
+/// How an arc's centre is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Centre {
+    /// I, J, K from the start of the arc.
+    Relative,
+    /// I, J, K in the frame of the words (G90.1).
+    Absolute,
+    Radius,
+}
+
+/// What is needed to write a move again. Lengths in mm, angles in degrees.
+#[derive(Debug, Clone)]
+struct Statement {
+    line: usize,
+    words: Vec<Word>,
+    /// 0 to 3.
+    motion: u8,
+    /// Its word in the block.
+    motion_word: Option<usize>,
+    absolute: bool,
+    /// By axis: word of the block.
+    axis_words: Vec<Option<usize>>,
+    /// By axis: mm or deg of one unit of a word.
+    unit: Vec<f64>,
+    /// By axis: what is added to an absolute word.
+    shift: Vec<f64>,
+    /// By axis, before and behind the move; `None`: not known.
+    start: Vec<Option<f64>>,
+    goal: Vec<Option<f64>>,
+    arc: Option<(Arc, Centre)>,
+    /// Words that a copy takes along besides axes, motion and centre: G words and F.
+    copied: Vec<usize>,
+}
+
+/// A program that has been read.
+struct Program {
+    script: Script,
+    /// One per step; moves that lead to a known place have one.
+    statements: Vec<Option<Box<Statement>>>,
+    /// By axis: letter of its word.
+    letters: Vec<u8>,
+    /// By axis: edge unit to SI.
+    si: Vec<f64>,
+}
+
+impl Document for Program {
+    fn script(&self) -> &Script {
+        &self.script
+    }
+
+    fn patches(&self, edits: &Edits) -> Result<Vec<Patch>> {
+        write::patches(self, edits)
+    }
+
+    fn on_way(&self, step: usize, share: f64) -> Option<Vec<f64>> {
+        let s = self.statements.get(step)?.as_deref()?;
+        let (arc, _) = s.arc.as_ref()?;
+        Some(s.on_arc(arc, share).into_iter().zip(&self.si).map(|(v, si)| v * si).collect())
+    }
+}
+
+impl Statement {
+    /// Place at a share of an arc, mm or deg by axis: on the arc in its plane, straight in the others.
+    fn on_arc(&self, arc: &Arc, share: f64) -> Vec<f64> {
+        let on = arc.at(share);
+        let axis = |a: usize| match (self.start[a], self.goal[a]) {
+            _ if a == arc.u => on[0],
+            _ if a == arc.v => on[1],
+            (Some(from), Some(to)) => from + share * (to - from),
+            (_, to) => to.unwrap_or(0.0),
+        };
+        (0..self.goal.len()).map(axis).collect()
+    }
+}
+
+/// A length or angle without the noise of sums: the same place has the same number, however it was reached.
+fn canonical(x: f64) -> f64 {
+    let rounded = (x * 1e9).round() / 1e9;
+    if rounded == 0.0 { 0.0 } else { rounded }
+}

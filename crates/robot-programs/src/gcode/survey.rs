@@ -1,0 +1,108 @@
+//! A look over the whole text before it is read: which codes there are, how numbers are written, what may be jumped to.
+
+use super::lex::{self, Block};
+use crate::error::Result;
+use crate::script::Text;
+use std::collections::BTreeSet;
+
+/// Letters of axes.
+pub(super) const AXES: &[u8] = b"XYZABCUVW";
+/// What a look over the whole text tells.
+#[derive(Default)]
+pub(super) struct Survey {
+    /// All G words, times ten.
+    pub(super) codes: BTreeSet<u32>,
+    /// Numbers with a point and nothing behind it: a control on which `X10` may be 10 increments.
+    pub(super) points: bool,
+    /// Numbers other than 0 without a point.
+    pub(super) bare: bool,
+    /// Line numbers may be jumped to.
+    pub(super) jumps: bool,
+    /// Firmware of a printer: it heats, or counts filament.
+    pub(super) printer: bool,
+}
+
+impl Survey {
+    pub(super) fn of(text: &Text) -> Result<Self> {
+        let mut survey = Self::default();
+        let (mut extrudes, mut counts) = (false, false);
+        for k in 0..text.line_count() {
+            let block = lex::block(text, k)?;
+            survey.jumps |=
+                block.keyword.is_some() && text.line(k).to_ascii_uppercase().windows(4).any(|w| w == b"GOTO");
+            let has = |l: u8| block.words.iter().any(|w| w.letter == l);
+            extrudes |= has(b'E');
+            for w in &block.words {
+                let Some((v, style)) = w.value else { continue };
+                survey.points |=
+                    style.point && style.decimals == 0 && (AXES.contains(&w.letter) || b"IJKR".contains(&w.letter));
+                survey.bare |= !style.point && v != 0.0 && (AXES.contains(&w.letter) || b"IJKR".contains(&w.letter));
+                survey.jumps |= w.letter == b'M' && v == 99.0 && block.words.iter().any(|w| w.letter == b'P');
+                let m = if w.letter == b'M' { v } else { -1.0 };
+                counts |= m == 82.0 || m == 83.0;
+                survey.printer |= [104.0, 109.0, 140.0, 190.0].contains(&m) && (has(b'S') || has(b'R'));
+                if w.letter == b'G' {
+                    survey.codes.insert(code(v));
+                    // by what they do
+                    match code(v) {
+                        500 if has_axes(&block) => drop(survey.codes.insert(920)),
+                        540 if work_frame(&block, 540, k) != 540 => drop(survey.codes.insert(541)),
+                        501 | 511 => drop(survey.codes.insert(920)),
+                        _ => {}
+                    }
+                }
+            }
+        }
+        survey.printer |= extrudes && counts;
+        Ok(survey)
+    }
+
+    /// At most one of these codes is in the text.
+    pub(super) fn single(&self, codes: &[u32]) -> bool {
+        codes.iter().filter(|c| self.codes.contains(c)).count() <= 1
+    }
+
+    pub(super) fn frames(&self) -> bool {
+        let many = self.codes.range(540..600).count() + usize::from(self.codes.contains(&541));
+        many > 1 || [520, 920, 921, 922, 923, 100].iter().any(|c| self.codes.contains(c))
+    }
+}
+
+/// Whether words name axes.
+pub(super) fn has_axes(block: &Block) -> bool {
+    block.words.iter().any(|w| AXES.contains(&w.letter))
+}
+
+/// The work frame that a G54 to G59.3 on line `k` chooses: `G54.1 P2` and `G54 P2` are others than `G54.1 P1`. A P that is no
+/// number chooses a frame that is no other line's.
+pub(super) fn work_frame(block: &Block, c: u32, k: usize) -> u32 {
+    const NUMBERED: u32 = 100_000;
+    const COMPUTED: u32 = 1 << 31;
+    const MOST: f64 = 1e6;
+    // words of settings that take no P; any other may have it: a dwell, a call, a cycle, a tolerance
+    const WITHOUT: [u32; 24] = [
+        0, 10, 170, 180, 190, 200, 210, 400, 430, 490, 500, 540, 550, 560, 570, 580, 590, 690, 700, 710, 800, 900, 910,
+        940,
+    ];
+    let another = || {
+        let takes = |w: &lex::Word| w.value.is_none_or(|v| !WITHOUT.contains(&code(v.0)));
+        block.words.iter().any(|w| w.letter == b'M' || w.letter == b'G' && takes(w))
+    };
+    match block.words.iter().find(|w| w.letter == b'P') {
+        Some(p) if c == 541 || c == 540 && !another() => match p.value {
+            Some((v, _)) if (0.0..MOST).contains(&v) => NUMBERED + v as u32,
+            _ => COMPUTED + k as u32,
+        },
+        _ => c,
+    }
+}
+
+/// A G word times ten; what is no such word becomes one that nobody knows.
+pub(super) fn code(v: f64) -> u32 {
+    let tenths = (v * 10.0).round();
+    if (v * 10.0 - tenths).abs() < 1e-6 && (0.0..99_990.0).contains(&tenths) { tenths as u32 } else { 99_999 }
+}
+
+pub(super) fn code_text(code: u32) -> String {
+    if code.is_multiple_of(10) { format!("G{}", code / 10) } else { format!("G{}.{}", code / 10, code % 10) }
+}

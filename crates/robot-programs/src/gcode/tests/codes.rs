@@ -1,0 +1,84 @@
+//! Words that name axes and lead nowhere, frames by number, splines and corners.
+
+use super::*;
+use crate::script::Step;
+
+fn breaks(text: &str) -> usize {
+    let frame = |s: &&Step| matches!(s.kind, StepKind::Break(Break::Frame));
+    script_of(&Gcode, text, &robot()).steps.iter().filter(frame).count()
+}
+
+/// X of every goal that is known.
+fn known_x(text: &str) -> Vec<f64> {
+    goals(text).into_iter().flatten().map(|g| g[0]).collect()
+}
+
+#[test]
+fn a_g50_with_axis_words_sets_coordinates_and_one_without_does_nothing() {
+    let text = format!("{HEAD}G1 X60.0 F100\nG50 X200. Z150.\nG1 X210.5\n");
+    assert_eq!(known_x(&text), [0.0, 60.0, 70.5]);
+    assert_eq!(breaks(&text), 1);
+    // the place behind which it counts stays, as before a G92
+    assert!(moves(&script_of(&Gcode, &text, &robot()))[1].1.fixed.is_some());
+    for line in ["G50", "G50 S2000"] {
+        let text = format!("{HEAD}G1 X60.0 F100\n{line}\nG1 X210.5\n");
+        assert_eq!((known_x(&text), breaks(&text)), (vec![0.0, 60.0, 210.5], 0), "{line}");
+    }
+    // a lathe's relative words shift axes that have other names
+    let found = goals(&format!("{HEAD}G1 X60.0 F100\nG50 X1.0 W3.0\nG1 Z5.0\n"));
+    assert_eq!(found[2], None);
+}
+
+#[test]
+fn mirrors_and_scalings_end_what_is_known_and_lead_nowhere() {
+    let text = format!("{HEAD}G1 X60.0 F100\nG1 X20.0\nG50.1 X0. Y0.\nG1 X60.0\n");
+    assert_eq!((known_x(&text), breaks(&text)), (vec![0.0, 60.0, 20.0, 60.0], 1));
+    for (on, why) in [("G51.1 X0.", "G51.1 is on"), ("G51 X0. Y0. P2.", "G51 is on")] {
+        let text = format!("{HEAD}G1 X60.0 F100\n{on}\nG1 X20.0\n");
+        // one move less than a goal at the mirror would make
+        assert_eq!((opaque(&text), breaks(&text)), (vec![why.to_string()], 1), "{on}");
+    }
+    // relative words behind it lead from a place that is not known
+    let text = format!("{HEAD}G91\nG1 X10.0 F100\nG50.1 X0.\nX5.0\n");
+    assert!(moves(&script_of(&Gcode, &text, &robot()))[1].1.fixed.is_some());
+    assert!(opaque(&text)[0].contains("relative word"));
+}
+
+#[test]
+fn splines_are_no_straight_moves() {
+    for code in ["G5.1", "G5", "G5.2", "G5.3", "G6.2", "G06"] {
+        let text = format!("{HEAD}G1 X60.0 F100\n{code} X40.0 Y1.0 I10 J10\nX30.0\nG1 X10.0 Y0.0 Z0.0\n");
+        let found = opaque(&text);
+        assert!(found.len() == 2 && found.iter().all(|w| w.starts_with("spline G")), "{code}: {found:?}");
+        assert_eq!(known_x(&text), [0.0, 60.0, 10.0], "{code}");
+    }
+    // look-ahead
+    let text = format!("{HEAD}G5.1 Q1\nG1 X60.0 F100\nX20.0\nG5.1 Q0\nX60.0\n");
+    assert_eq!((known_x(&text), breaks(&text)), (vec![0.0, 60.0, 20.0, 60.0], 0));
+}
+
+#[test]
+fn the_p_of_a_work_frame_is_a_part_of_its_name() {
+    for (first, other) in [("G54.1 P1", "G54.1 P2"), ("G54", "G54 P2"), ("G54.1 P1", "G54.1 P#1"), ("G54 P1", "G54")] {
+        let text = format!("G21 G90 {first}\nG0 X1.0 Y1.0 Z1.0\n{other}\nG0 X1.5\n{first}\nG0 X2.0\n");
+        let found: Vec<bool> = goals(&text).iter().map(Option::is_some).collect();
+        assert_eq!(found, [true, false, true], "{first}, {other}");
+    }
+    // one frame by two names; the P of a call or a dwell is none
+    for (first, same) in [("G54.1 P2", "G54 P2"), ("G54", "G54 G4 P2.0"), ("G54.1 P1", "G54.1 P1.0")] {
+        let text = format!("G21 G90 {first}\nG0 X1.0 Y1.0 Z1.0\n{same}\nG0 X1.5\n");
+        assert_eq!(known_x(&text), [1.0, 1.5], "{first}, {same}");
+    }
+}
+
+#[test]
+fn a_straight_move_with_the_word_of_a_corner_is_left() {
+    for word in ["R5", "R-5.0", "R#1", "C2", "A45", "I2", "K-2"] {
+        let text = format!("{HEAD}G1 X60.0 F100\nG1 X50.0 {word}\nG1 X70.0\n");
+        assert_eq!(opaque(&text).len(), 1, "{word}");
+        assert_eq!(known_x(&text), [0.0, 60.0, 70.0], "{word}");
+    }
+    // an arc's radius is none of these
+    assert!(opaque(&format!("{HEAD}G1 X60.0 F100\nG2 X50.0 R5\n")).is_empty());
+    assert!(opaque(&format!("{HEAD}G1 X60.0 F100\nG1 X50.0 R0\n")).is_empty());
+}

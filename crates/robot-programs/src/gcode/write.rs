@@ -1,0 +1,321 @@
+//! Edits to patches.
+//!
+//! The text is gone through once with two positions: where the axes stood and where they will stand. A block is written
+//! again where it is edited, or where what it leads to would change: relative words take up what was changed before them, and
+//! an arc between ends that moved differently gets a centre that fits both. So the place behind every block is the wanted one, and
+//! rounding never adds up.
+
+use super::goal::{self, MIXED};
+use super::{Program, Statement, canonical};
+use crate::axes::JointKind;
+use crate::error::{Error, Result};
+use crate::script::number::{self, Style};
+use crate::script::{Edit, Edits, Goal, Patch, StepKind};
+
+/// Two places are one, mm or deg.
+pub(super) const SAME: f64 = 1e-9;
+/// An axis that a block does not name moves with it only if it is told to by less than this, mm or deg: it is an offset.
+const OFFSET: f64 = 5.0;
+/// Most decimals with which a place that shall stay is written.
+const FULL: u8 = 12;
+
+pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Vec<Patch>> {
+    if edits.steps.is_empty() {
+        return Ok(Vec::new());
+    }
+    let dof = program.letters.len();
+    let mut writer =
+        Writer { program, edits, patches: Vec::new(), now: vec![None; dof], decimals: vec![0; dof], relative: None };
+    for (step, one) in program.script.steps.iter().enumerate() {
+        let edit = edits.steps.get(&step);
+        match (&one.kind, program.statements.get(step).and_then(Option::as_deref)) {
+            (StepKind::Move(_), Some(statement)) => writer.block(step, statement, edit)?,
+            (StepKind::Move(_), None) if edit.is_some_and(|e| e.goal.is_some() || !e.before.is_empty()) => {
+                return Err(writer.refused(step, "its target is not known"));
+            }
+            (StepKind::Move(_) | StepKind::Break(_), _) => writer.forget()?,
+            _ if edit.is_some() => return Err(writer.refused(step, "no move stands there")),
+            _ => {}
+        }
+    }
+    writer.forget()?;
+    Ok(writer.patches)
+}
+
+pub(super) struct Writer<'a> {
+    pub(super) program: &'a Program,
+    pub(super) edits: &'a Edits,
+    pub(super) patches: Vec<Patch>,
+    /// By axis: where it will stand, mm or deg; `None`: not known.
+    pub(super) now: Vec<Option<f64>>,
+    /// By axis: most decimals used since its last absolute word, in mm or deg.
+    pub(super) decimals: Vec<u8>,
+    /// The last block, if it is relative, and how far the axes stand from where they stood behind it.
+    pub(super) relative: Option<(usize, f64)>,
+}
+
+/// New words of a block, by axis.
+pub(super) struct Leg {
+    pub(super) words: Vec<Option<String>>,
+    /// Where the axes stand behind it.
+    pub(super) to: Vec<Option<f64>>,
+}
+
+impl Writer<'_> {
+    pub(super) fn refused(&self, step: usize, why: &str) -> Error {
+        let script = &self.program.script;
+        let place = script.steps.get(step).map(|s| script.place(s.at).to_string()).unwrap_or_default();
+        Error::Refused(format!("{place}: {why}; nothing was written"))
+    }
+
+    /// The position is lost: behind relative words nothing may be left over.
+    pub(super) fn forget(&mut self) -> Result<()> {
+        if let Some((step, left)) = self.relative.take()
+            && left > SAME
+        {
+            return Err(self.refused(step, "what changes here would stay in all relative words behind it"));
+        }
+        self.now.fill(None);
+        self.decimals.fill(0);
+        Ok(())
+    }
+
+    pub(super) fn block(&mut self, step: usize, s: &Statement, edit: Option<&Edit>) -> Result<()> {
+        let StepKind::Move(m) = &self.program.script.steps[step].kind else { return Ok(()) };
+        let dof = s.goal.len();
+        for a in 0..dof {
+            if self.now[a].is_none() {
+                self.now[a] = s.start[a];
+            }
+        }
+        if let Some(edit) = edit {
+            if edit.as_joint_moves {
+                return Err(self.refused(step, "it is a joint move already"));
+            }
+            if let (Some(why), true) = (&m.fixed, edit.goal.is_some()) {
+                return Err(self.refused(step, why));
+            }
+            if let (Some(why), false) = (&m.closed, edit.before.is_empty()) {
+                return Err(self.refused(step, &format!("no point can be added: {why}")));
+            }
+        }
+        // nothing has changed so far, and nothing shall: the block stays
+        let stands = |a: usize| match (self.now[a], s.start[a]) {
+            (Some(x), Some(y)) => (x - y).abs() <= SAME,
+            (x, y) => x.is_none() && y.is_none(),
+        };
+        if edit.is_none() && self.relative.is_none_or(|(_, left)| left <= SAME) && (0..dof).all(stands) {
+            for (now, goal) in self.now.iter_mut().zip(&s.goal) {
+                *now = goal.or(*now);
+            }
+            self.relative = (!s.absolute).then_some((step, 0.0));
+            return Ok(());
+        }
+        if s.arc.is_some() && m.fixed.as_deref() == Some(MIXED) {
+            return Err(self.refused(step, MIXED));
+        }
+        let commanded = |a: usize| match m.goal {
+            Goal::Joints(t) => self.program.script.targets[t].values.get(a).is_some_and(Option::is_some),
+            _ => false,
+        };
+        let asked = edit.and_then(|e| e.goal.as_deref());
+        let goal: Vec<Option<f64>> = (0..dof)
+            .map(|a| {
+                let own = s.goal[a]?;
+                let asked = asked.and_then(|q| q.get(a)).map(|q| q / self.program.si[a]);
+                if commanded(a) {
+                    return Some(asked.unwrap_or(own));
+                }
+                // an axis that the block does not name stays where it is, or takes up an offset
+                asked.filter(|v| (v - own).abs() < OFFSET)
+            })
+            .collect();
+        if goal.iter().flatten().any(|v| !v.is_finite() || v.abs() > 1e7) {
+            return Err(self.refused(step, "a place beyond 10 km"));
+        }
+        match &s.arc {
+            None => self.line(step, s, edit, &goal)?,
+            Some((arc, centre)) => self.arc(step, s, edit, &goal, arc, *centre)?,
+        }
+        let left = self
+            .now
+            .iter()
+            .zip(&s.goal)
+            .filter_map(|(n, g)| Some((n.as_ref()? - g.as_ref()?).abs()))
+            .fold(0.0, f64::max);
+        self.relative = (!s.absolute).then_some((step, left));
+        Ok(())
+    }
+
+    pub(super) fn line(&mut self, step: usize, s: &Statement, edit: Option<&Edit>, goal: &[Option<f64>]) -> Result<()> {
+        for point in edit.iter().flat_map(|e| &e.before) {
+            let want = self.wanted(step, s, &point.q)?;
+            let leg = self.leg(s, &want, false);
+            self.insert(s, &leg, s.motion, None);
+            self.now = leg.to;
+        }
+        let leg = self.leg(s, goal, true);
+        self.replace(s, &leg);
+        self.now = leg.to;
+        Ok(())
+    }
+
+    /// Places that a new point asks for, mm or deg, on the axes that are known.
+    pub(super) fn wanted(&self, step: usize, s: &Statement, q: &[f64]) -> Result<Vec<Option<f64>>> {
+        let want: Vec<Option<f64>> = (0..s.goal.len())
+            .map(|a| {
+                let v = q.get(a)? / self.program.si[a];
+                // an axis that was never named is not known to anyone
+                s.goal[a].map(|_| v)
+            })
+            .collect();
+        if want.iter().flatten().any(|v| !v.is_finite() || v.abs() > 1e7) {
+            return Err(self.refused(step, "a new point beyond 10 km"));
+        }
+        Ok(want)
+    }
+
+    pub(super) fn style(&self, s: &Statement, axis: usize) -> Style {
+        let own = |i: usize| s.words.get(i).and_then(|w| w.value).map(|v| v.1);
+        let any = || s.axis_words.iter().flatten().find_map(|&i| own(i));
+        s.axis_words[axis].and_then(own).or_else(any).map_or(Style::default(), |st| Style { plus: false, ..st })
+    }
+
+    pub(super) fn kind(&self, axis: usize) -> JointKind {
+        if self.program.si[axis] == JointKind::Revolute.si() { JointKind::Revolute } else { JointKind::Prismatic }
+    }
+
+    /// The words that lead from where the axes stand to `want`. `own`: those of the block itself.
+    pub(super) fn leg(&mut self, s: &Statement, want: &[Option<f64>], own: bool) -> Leg {
+        let dof = want.len();
+        let mut leg = Leg { words: vec![None; dof], to: self.now.clone() };
+        for a in 0..dof {
+            let Some(want) = want[a] else { continue };
+            let word = s.axis_words[a].and_then(|i| s.words.get(i));
+            let style = self.style(s, a);
+            let most = goal::most(self.kind(a), s.unit[a]).max(style.decimals);
+            let digit = self.edits.digit.get(a).copied().unwrap_or(0.0) / self.program.si[a] / s.unit[a];
+            let mut decimals = number::decimals_for(style, digit, most);
+            let from = self.now[a];
+            let base = if s.absolute {
+                s.shift[a]
+            } else {
+                // what was changed more finely before must be taken back as finely
+                decimals = decimals.max(self.decimals[a].min(most));
+                from.unwrap_or(0.0)
+            };
+            let value = (want - base) / s.unit[a];
+            // an axis that nobody asked to move loses no digit
+            if s.goal[a].is_some_and(|g| (g - want).abs() <= SAME) {
+                let off = |d: u8| (value - (value * 10f64.powi(d.into())).round() / 10f64.powi(d.into())).abs();
+                while decimals < FULL && off(decimals) * s.unit[a] > SAME {
+                    decimals += 1;
+                }
+            }
+            let mut text = number::write(value, style, decimals);
+            let mut written = text.parse::<f64>().unwrap_or(value);
+            let half = 0.5 * 10f64.powi(-i32::from(decimals));
+            let unchanged = |v: f64| (v - value).abs() <= half;
+            let stays = from.is_some_and(|f| {
+                (f - want).abs() <= (half * s.unit[a]).min(SAME.max(0.5 * 10f64.powi(-i32::from(most)) * s.unit[a]))
+            });
+            match word {
+                Some(w) if own => {
+                    let before = w.value.map_or(0.0, |v| v.0);
+                    if unchanged(before) && (before - value).abs() * s.unit[a] <= self.keep(s, a, want, before, base) {
+                        written = before;
+                        text.clear();
+                    }
+                }
+                None if stays => {
+                    continue;
+                }
+                _ => {}
+            }
+            if !text.is_empty() {
+                self.decimals[a] = if s.absolute { decimals } else { self.decimals[a].max(decimals) };
+            } else if s.absolute {
+                self.decimals[a] = 0;
+            }
+            leg.to[a] = Some(canonical(base + written * s.unit[a]));
+            leg.words[a] = Some(text);
+        }
+        leg
+    }
+
+    /// How far a word that is kept may be from what is wanted: not at all where the goal is the old one.
+    pub(super) fn keep(&self, s: &Statement, axis: usize, want: f64, before: f64, base: f64) -> f64 {
+        let stands = base + before * s.unit[axis];
+        let old = s.goal[axis].is_some_and(|g| (g - want).abs() <= SAME);
+        if old && (stands - want).abs() > SAME { -1.0 } else { f64::INFINITY }
+    }
+
+    /// Puts changed numbers into the block, and words that it does not have behind its axis words.
+    pub(super) fn replace(&mut self, s: &Statement, leg: &Leg) {
+        let mut added = String::new();
+        for (a, text) in leg.words.iter().enumerate() {
+            let Some(text) = text.as_ref().filter(|t| !t.is_empty()) else { continue };
+            match s.axis_words[a].and_then(|i| s.words.get(i)) {
+                Some(w) => self.patches.push(Patch::new(0, w.number.clone(), text.as_bytes())),
+                None => added.push_str(&format!(" {}{text}", self.letter(s, a))),
+            }
+        }
+        if !added.is_empty() {
+            let at = self.behind_axes(s);
+            self.patches.push(Patch::new(0, at..at, added));
+        }
+    }
+
+    /// Behind the last axis word, else behind the last G or N word, else before the first word.
+    pub(super) fn behind_axes(&self, s: &Statement) -> usize {
+        let axis = s.axis_words.iter().flatten().max().and_then(|&i| s.words.get(i));
+        let head = || s.words.iter().rev().find(|w| matches!(w.letter, b'G' | b'N'));
+        axis.or_else(head).map_or_else(|| s.words.first().map_or(0, |w| w.span.start), |w| w.span.end)
+    }
+
+    /// Lower case where the block is.
+    pub(super) fn cased(&self, s: &Statement, text: String) -> String {
+        let first = s.words.first().and_then(|w| self.program.script.texts[0].bytes.get(w.span.start));
+        if first.is_some_and(u8::is_ascii_lowercase) { text.to_ascii_lowercase() } else { text }
+    }
+
+    pub(super) fn letter(&self, s: &Statement, axis: usize) -> String {
+        self.cased(s, (self.program.letters[axis] as char).to_string())
+    }
+
+    /// `G1` in the digits of the block's own word: `G01`.
+    pub(super) fn motion(&self, s: &Statement, motion: u8) -> String {
+        let own = s.motion_word.and_then(|i| s.words.get(i));
+        if let Some(w) = own.filter(|_| motion == s.motion) {
+            return String::from_utf8_lossy(self.program.script.texts[0].slice(w.span.clone())).into_owned();
+        }
+        let two = own.is_some_and(|w| w.number.len() == 2);
+        self.cased(s, if two { format!("G0{motion}") } else { format!("G{motion}") })
+    }
+
+    /// A new block before this one.
+    pub(super) fn insert(&mut self, s: &Statement, leg: &Leg, motion: u8, centre: Option<String>) {
+        let text = &self.program.script.texts[0];
+        let line = text.line_span(s.line);
+        let indent = text
+            .slice(line.clone())
+            .iter()
+            .take_while(|b| b.is_ascii_whitespace() && **b != b'\n' && **b != b'\r')
+            .count();
+        let mut words: Vec<String> = Vec::new();
+        let shown = |i: &usize| String::from_utf8_lossy(text.slice(s.words[*i].span.clone())).into_owned();
+        words.extend(s.copied.iter().filter(|&&i| s.words[i].letter == b'G').map(shown));
+        if centre.is_some() || s.arc.is_some() || s.motion_word.is_some() {
+            words.push(self.motion(s, motion));
+        }
+        let axes =
+            leg.words.iter().enumerate().filter_map(|(a, t)| Some(format!("{}{}", self.letter(s, a), t.as_ref()?)));
+        words.extend(axes);
+        words.extend(centre);
+        words.extend(s.copied.iter().filter(|&&i| s.words[i].letter == b'F').map(shown));
+        let mut bytes = text.slice(line.start..line.start + indent).to_vec();
+        bytes.extend_from_slice(words.join(" ").as_bytes());
+        bytes.extend_from_slice(text.ending(line.start));
+        self.patches.push(Patch::new(0, line.start..line.start, bytes));
+    }
+}

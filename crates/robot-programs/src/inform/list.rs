@@ -1,0 +1,189 @@
+//! The list of positions with the headers in force at each of them, and its counts.
+
+use super::{Kind, Meaning, Position, Section};
+use crate::error::Result;
+use crate::script::{Text, number};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// The list of positions.
+#[derive(Default)]
+pub(super) struct List {
+    pub(super) positions: Vec<Position>,
+    pub(super) by_name: BTreeMap<(Kind, u32), usize>,
+    pub(super) counts: Vec<Range<usize>>,
+    pub(super) base_axes: bool,
+    /// The job's group where it is not that of the first robot: `RB2`, `ST1`.
+    pub(super) foreign: Option<String>,
+}
+
+impl List {
+    /// Reads the headers and the list; returns the first line (from 0) of the instructions.
+    pub(super) fn read(&mut self, text: &Text) -> Result<usize> {
+        let lines = text.line_count();
+        let mut section = Section::default();
+        let (mut begun, mut in_list, mut in_other) = (false, false, false);
+        if let Some(at) = memchr::memchr(b'\r', &text.bytes).filter(|_| !text.bytes.contains(&b'\n')) {
+            return Err(text.bad(at, "a line that ends in a lone carriage return", "lines that end in CRLF or LF"));
+        }
+        for k in 0..lines {
+            let line = text.line(k).trim_ascii();
+            let at = text.line_span(k).start;
+            if line.is_empty() {
+                continue;
+            }
+            if !begun {
+                let line = line.strip_prefix(super::BYTE_ORDER_MARK).unwrap_or(line);
+                if !line.eq_ignore_ascii_case(b"/JOB") {
+                    return Err(text.bad(at, shown(line), "`/JOB`, the first line of an INFORM job"));
+                }
+                begun = true;
+                continue;
+            }
+            if line.eq_ignore_ascii_case(b"/JOB") {
+                return Err(text.bad(at, "a second `/JOB`", "one job in a file"));
+            }
+            if line.eq_ignore_ascii_case(b"//POS") {
+                (in_list, in_other) = (true, false);
+            } else if line.eq_ignore_ascii_case(b"//INST") {
+                self.check_counts(text, at)?;
+                return Ok(self.groups(text, k + 1));
+            } else if line.starts_with(b"//") && !line.starts_with(b"///") {
+                // `//NAME`, `//ARGINFO`, whose lines may be any words
+                (in_list, in_other) = (false, !line.to_ascii_uppercase().starts_with(b"//NAME"));
+            } else if in_other {
+                continue;
+            } else if line.starts_with(b"/") {
+                if in_list {
+                    self.header(text, k, line, &mut section)?;
+                }
+            } else if in_list {
+                self.position(text, k, section)?;
+            } else {
+                return Err(text.bad(at, shown(line), "a header that begins with `//`, or `//POS`"));
+            }
+        }
+        Err(text.bad(text.bytes.len(), "the end of the file", "`//INST`"))
+    }
+
+    /// Skips the headers of the instructions; notes whose axes the job moves, and whether a base axis is one of them.
+    pub(super) fn groups(&mut self, text: &Text, from: usize) -> usize {
+        let mut k = from;
+        while k < text.line_count() {
+            let line = text.line(k).trim_ascii();
+            if !line.is_empty() && !line.starts_with(b"//") {
+                break;
+            }
+            let upper = String::from_utf8_lossy(line).to_ascii_uppercase();
+            self.base_axes |= upper.starts_with("///GROUP") && upper.contains("BS");
+            if let Some(named) = upper.strip_prefix("///GROUP1") {
+                let first = named.trim().split([',', '+', ' ', '\t']).next().unwrap_or_default();
+                self.foreign = (!first.is_empty() && !matches!(first, "RB1" | "R1")).then(|| first.to_string());
+            }
+            k += 1;
+        }
+        k
+    }
+
+    pub(super) fn header(&mut self, text: &Text, k: usize, line: &[u8], section: &mut Section) -> Result<()> {
+        let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
+        let (word, rest) = line.split_at(end);
+        let rest = String::from_utf8_lossy(rest.trim_ascii()).to_ascii_uppercase();
+        match String::from_utf8_lossy(word).to_ascii_uppercase().as_str() {
+            "///NPOS" => self.npos(text, k)?,
+            "///USER" => section.user = Some(k),
+            "///TOOL" => section.tool = Some(k),
+            "///RCONF" => section.rconf = Some(k),
+            "///PULSE" | "///ANGLE" | "///RECTAN" => section.form = Some(k),
+            "///POSTYPE" => {
+                section.postype = Some(k);
+                section.form = None;
+                section.meaning = match rest.as_str() {
+                    "PULSE" => Meaning::Pulse,
+                    "ANGLE" => Meaning::Angle,
+                    "BASE" => Meaning::Base,
+                    "ROBOT" => Meaning::Robot,
+                    _ => Meaning::Other,
+                };
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    pub(super) fn npos(&mut self, text: &Text, k: usize) -> Result<()> {
+        let span = text.line_span(k);
+        if !self.counts.is_empty() {
+            return Err(text.bad(span.start, "a second `///NPOS`", "one"));
+        }
+        let line = text.line(k);
+        let from = line.iter().position(|b| b.is_ascii_digit()).unwrap_or(line.len());
+        self.counts = fields(text, span.start + from..span.start + line.len());
+        let whole = |r: &Range<usize>| text.slice(r.clone()).iter().all(u8::is_ascii_digit) && !r.is_empty();
+        if self.counts.len() != 6 || !self.counts.iter().all(whole) {
+            return Err(text.bad(span.start + from, shown(&line[from..]), "six counts: C,BC,EC,P,BP,EX"));
+        }
+        Ok(())
+    }
+
+    pub(super) fn position(&mut self, text: &Text, k: usize, section: Section) -> Result<()> {
+        let (start, line) = (text.line_span(k).start, text.line(k));
+        let equals = line.iter().position(|&b| b == b'=').unwrap_or(line.len());
+        let name = line[..equals].trim_ascii();
+        let Some((kind, number, digits)) = Kind::read(name).filter(|_| equals < line.len()) else {
+            return Err(text.bad(start, shown(line), "a position such as `C00000=...`, a header, or `//INST`"));
+        };
+        let numbers = fields(text, start + equals + 1..start + line.len());
+        for n in &numbers {
+            let bytes = text.slice(n.clone());
+            let read = number::read(bytes);
+            let whole = section.meaning != Meaning::Pulse || read.is_some_and(|(_, s)| !s.point && !s.exponent);
+            if read.is_none() || !whole {
+                let expected = if section.meaning == Meaning::Pulse { "a whole number of pulses" } else { "a number" };
+                return Err(text.bad(n.start, shown(bytes), expected));
+            }
+        }
+        if self.by_name.insert((kind, number), self.positions.len()).is_some() {
+            return Err(text.bad(start, format!("{} a second time", shown(name)), "every position once"));
+        }
+        self.positions.push(Position { kind, number, digits, line: k, section, numbers });
+        Ok(())
+    }
+
+    pub(super) fn check_counts(&self, text: &Text, at: usize) -> Result<()> {
+        if self.counts.is_empty() {
+            return if self.positions.is_empty() {
+                Ok(())
+            } else {
+                Err(text.bad(at, "no `///NPOS`", "the counts of the positions"))
+            };
+        }
+        for ((kind, word), span) in super::KINDS.iter().zip(&self.counts) {
+            let real = self.positions.iter().filter(|p| p.kind == *kind).count();
+            let said = String::from_utf8_lossy(text.slice(span.clone())).parse::<usize>().ok();
+            if said != Some(real) {
+                let found = format!("{} {word} positions in `///NPOS`", shown(text.slice(span.clone())));
+                return Err(text.bad(span.start, found, format!("{real}, as many as there are")));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Fields between commas, without the spaces around them.
+fn fields(text: &Text, span: Range<usize>) -> Vec<Range<usize>> {
+    let mut found = Vec::new();
+    let mut at = span.start;
+    for field in text.slice(span).split(|&b| b == b',') {
+        let lead = field.len() - field.trim_ascii_start().len();
+        let len = field.trim_ascii().len();
+        let start = if len == 0 { at } else { at + lead };
+        found.push(start..start + len);
+        at += field.len() + 1;
+    }
+    found
+}
+
+pub(super) fn shown(bytes: &[u8]) -> String {
+    format!("`{}`", String::from_utf8_lossy(bytes.get(..60).unwrap_or(bytes)))
+}

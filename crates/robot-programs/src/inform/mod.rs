@@ -1,0 +1,195 @@
+//! Yaskawa INFORM jobs (`.JBI`): positions by number in a list, instructions that name them.
+//!
+//! ```text
+//! ///NPOS 2,0,0,0,0,0                          counts of C, BC, EC, P, BP, EX lines
+//! ///POSTYPE PULSE                             what the numbers of the lines below are; may switch again
+//! C00000=-49439,115900,90850,0,-52300,1200     S, L, U, R, B, T in pulses of the controller
+//! MOVL C00000 V=50.0 PL=0                      a straight TCP path to joint values
+//! ```
+//!
+//! Method: the list is read with the headers in force at each line (`///TOOL`, `///POSTYPE`, ...); instructions are read line by
+//! line. A move names a C line and, with base or station axes, BC and EC lines: together they are its target. Pulses become
+//! radians or metres by [`crate::axes::Axis::pulses`].
+//!
+//! References: Yaskawa, INFORM manuals and "Data transmission function", job data format (public editions for NX100); public
+//! jobs of DX200 cells. Assumes `V=` in mm/s where it has decimals, and the factory's position levels (12.5 mm for `PL=1`, twice
+//! that for each further one up to 4).
+//!
+//! Fails with file, line and column where counts and lines disagree, a number is none, a position is not in the list, `END`
+//! is missing, or the robot file has no pulses for a joint. What may be edited is said in `docs/program-inform.md`.
+//!
+//! Rooms: [`list`] positions and headers; [`read`] instructions; [`movement`] moves and their goals; [`write`] edits to patches.
+
+mod list;
+mod movement;
+mod read;
+#[cfg(test)]
+mod tests;
+mod write;
+
+use super::script::{Document, Edits, Format, Patch, Script, Text};
+use crate::axes::Axes;
+use crate::error::Result;
+use std::ops::Range;
+
+/// The format.
+pub struct Inform;
+
+impl Format for Inform {
+    fn name(&self) -> &'static str {
+        "inform"
+    }
+
+    fn title(&self) -> &'static str {
+        "Yaskawa INFORM (.JBI)"
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        &["jbi"]
+    }
+
+    fn recognises(&self, bytes: &[u8]) -> bool {
+        let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+        let line = bytes.split(|&b| b == b'\n').map(<[u8]>::trim_ascii).find(|l| !l.is_empty());
+        line.is_some_and(|l| l.eq_ignore_ascii_case(b"/JOB"))
+    }
+
+    fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>> {
+        Ok(Box::new(read::job(texts, robot)?))
+    }
+}
+
+/// What some editors put before UTF-8.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// Kinds of positions, in the order of `///NPOS`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    C,
+    Bc,
+    Ec,
+    P,
+    Bp,
+    Ex,
+}
+
+const KINDS: [(Kind, &str); 6] =
+    [(Kind::C, "C"), (Kind::Bc, "BC"), (Kind::Ec, "EC"), (Kind::P, "P"), (Kind::Bp, "BP"), (Kind::Ex, "EX")];
+
+impl Kind {
+    fn word(self) -> &'static str {
+        KINDS[self as usize].1
+    }
+
+    /// `EC00012`: kind, number, digits of the number.
+    fn read(word: &[u8]) -> Option<(Self, u32, usize)> {
+        let letters = word.iter().take_while(|b| b.is_ascii_alphabetic()).count();
+        let (name, digits) = word.split_at(letters);
+        let kind = KINDS.iter().find(|k| name.eq_ignore_ascii_case(k.1.as_bytes()))?.0;
+        if digits.is_empty() || digits.len() > 6 || !digits.iter().all(u8::is_ascii_digit) {
+            return None;
+        }
+        let number = std::str::from_utf8(digits).ok()?.parse().ok()?;
+        Some((kind, number, digits.len()))
+    }
+}
+
+/// What the numbers of a position are.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+enum Meaning {
+    /// No `///POSTYPE` so far.
+    #[default]
+    Unknown,
+    Pulse,
+    Angle,
+    Base,
+    Robot,
+    /// `USER`, `TOOL`, `MTOOL` and what else there may be.
+    Other,
+}
+
+/// The headers in force at a position line: the lines (from 0) on which they stand.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+struct Section {
+    meaning: Meaning,
+    user: Option<usize>,
+    tool: Option<usize>,
+    postype: Option<usize>,
+    /// `///PULSE`, `///ANGLE`, `///RECTAN`.
+    form: Option<usize>,
+    rconf: Option<usize>,
+}
+
+/// A line of the list.
+#[derive(Debug, Clone)]
+struct Position {
+    kind: Kind,
+    number: u32,
+    digits: usize,
+    /// Line from 0.
+    line: usize,
+    section: Section,
+    /// Bytes of its numbers.
+    numbers: Vec<Range<usize>>,
+}
+
+/// A position's name in an instruction.
+#[derive(Debug, Clone)]
+struct Reference {
+    /// Index into [`Job::positions`].
+    position: usize,
+    span: Range<usize>,
+}
+
+/// A word with `=` of a move: `PL=0`.
+#[derive(Debug, Clone)]
+struct Tag {
+    /// Before the `=`, upper case.
+    key: String,
+    span: Range<usize>,
+}
+
+/// What is needed to write a move again.
+#[derive(Debug, Clone, Default)]
+struct Statement {
+    /// Bytes of the line before the first word.
+    indent: Range<usize>,
+    /// The instruction's word.
+    word: Range<usize>,
+    references: Vec<Reference>,
+    /// Words that a copy takes along, in order.
+    tags: Vec<Tag>,
+    /// End of the last of these words.
+    end: usize,
+}
+
+/// A number of a target: which position line, which of its numbers.
+type Number = (usize, usize);
+
+/// A job that has been read.
+struct Job {
+    script: Script,
+    positions: Vec<Position>,
+    /// Bytes of the numbers of `///NPOS`.
+    counts: Vec<Range<usize>>,
+    /// One per step; moves with a joint target alone have one.
+    statements: Vec<Option<Statement>>,
+    /// By target, then axis: where the axis' number stands.
+    numbers: Vec<Vec<Option<Number>>>,
+    /// Positions that something else than a move of the first group uses.
+    pinned: Vec<bool>,
+    /// By axis: pulses per rad or m.
+    pulses: Vec<Option<f64>>,
+    /// By axis: edge unit to SI.
+    unit: Vec<f64>,
+}
+
+impl Document for Job {
+    fn script(&self) -> &Script {
+        &self.script
+    }
+
+    fn patches(&self, edits: &Edits) -> Result<Vec<Patch>> {
+        write::patches(self, edits)
+    }
+}

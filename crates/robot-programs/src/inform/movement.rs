@@ -1,0 +1,263 @@
+//! A move of an INFORM job: its word, its positions, its tags, and where that leads.
+//!
+//! Whatever is not known on the line closes the move to new points; what may change its goal makes the goal one that cannot be
+//! told. Fails where a move names a C position that is not in the list, one with too few numbers, or pulses of a joint of which
+//! the robot file does not say how many make a degree.
+
+use super::read::{ANGLE_DECIMALS, Reader, upper};
+use super::{Kind, Meaning, Number, Position, Reference, Statement, Tag};
+use crate::error::Result;
+use crate::script::{At, Break, Goal, Move, PathKind, PoseGoal, Solution, Speed, StepKind, Target, Value, number};
+use nalgebra::{UnitQuaternion, Vector3};
+use std::ops::Range;
+
+/// Words of a move that a copy of it takes along.
+const COPIED: &[&str] = &["VJ", "V", "VR", "VE", "PL", "CR", "ACC", "DEC"];
+
+impl Reader<'_> {
+    pub(super) fn movement(&mut self, k: usize, words: &[Range<usize>], word: &str) -> Result<()> {
+        let text = self.text;
+        let second = words.iter().skip(1).position(|w| text.slice(w.clone()).starts_with(b"+")).map(|p| p + 1);
+        let (own, others) = words.split_at(second.unwrap_or(words.len()));
+        for w in others {
+            self.pin(w);
+        }
+        let mut m = Move {
+            path: match word {
+                "MOVJ" | "SMOVJ" => PathKind::Joint,
+                "MOVL" | "SMOVL" | "IMOV" => PathKind::Linear,
+                _ => PathKind::Curve,
+            },
+            goal: Goal::Opaque(String::new()),
+            fixed: None,
+            closed: second.map(|_| "a second motion group moves along".into()),
+            speed: Speed::Unknown,
+            blend_m: None,
+            way: Vec::new(),
+        };
+        let close = |m: &mut Move, why: &str| {
+            m.closed.get_or_insert_with(|| why.into());
+        };
+        if word.starts_with("SMOV") {
+            close(&mut m, "synchronised with a station or another robot");
+        }
+        if matches!(word, "MOVC" | "MOVS") {
+            close(&mut m, "an arc or spline is given by its neighbours");
+        }
+        let mut statement = Statement {
+            indent: text.line_span(k).start..words[0].start,
+            word: words[0].clone(),
+            end: words[0].end,
+            ..Statement::default()
+        };
+        let mut unclear = (!matches!(word, "MOVJ" | "MOVL" | "MOVC" | "MOVS" | "SMOVJ" | "SMOVL" | "SMOVC" | "SMOVS"))
+            .then(
+                || if word.contains("IMOV") { "a relative move".to_string() } else { format!("{word} is not known") },
+            );
+        if let Some(group) = &self.list.foreign {
+            unclear = Some(format!("the job is of group {group}"));
+        }
+        let (mut stops, mut tail) = (false, false);
+        for w in &own[1..] {
+            let name = upper(text, w);
+            if let Some((kind, n, _)) = Kind::read(name.as_bytes()).filter(|_| !tail) {
+                match self.list.by_name.get(&(kind, n)) {
+                    Some(&position) => statement.references.push(Reference { position, span: w.clone() }),
+                    None if kind >= Kind::P => {
+                        unclear.get_or_insert_with(|| format!("{name} is not in the list of the job"));
+                    }
+                    None => {
+                        return Err(text.bad(
+                            w.start,
+                            format!("{name}, which is not in the list"),
+                            "a position of the list",
+                        ));
+                    }
+                }
+                statement.end = w.end;
+                continue;
+            }
+            let (key, value) = name.split_once('=').map_or((name.as_str(), None), |(a, b)| (a, Some(b)));
+            match key {
+                _ if tail => {}
+                "NWAIT" | "ENWAIT" => {}
+                "UNTIL" | "SRCH" | "NSRCH" => (stops, tail) = (true, true),
+                "IF" => {
+                    unclear.get_or_insert_with(|| "it is made on a condition alone".into());
+                    tail = true;
+                }
+                _ if COPIED.contains(&key) && value.is_some() => {
+                    let n = value.and_then(|v| number::read(v.as_bytes()));
+                    match (key, n) {
+                        ("VJ", Some((v, _))) => m.speed = Speed::Share((v / 100.0).clamp(0.0, 1.0)),
+                        // without decimals it may be another unit than mm/s
+                        ("V", Some((v, s))) if s.point && v > 0.0 => m.speed = Speed::Tcp(v * 1e-3),
+                        ("PL", Some((0.0, _))) => m.blend_m = Some(0.0),
+                        ("CR", Some((v, _))) if v >= 0.0 => m.blend_m = Some(v * 1e-3),
+                        _ => {}
+                    }
+                    statement.tags.push(Tag { key: key.into(), span: w.clone() });
+                    statement.end = w.end;
+                }
+                _ if Kind::read(key.as_bytes()).is_none() && looks_like_position(key) => {
+                    unclear.get_or_insert_with(|| format!("{name} is set at run time"));
+                }
+                _ => close(&mut m, &format!("`{name}` on the move is not known")),
+            }
+        }
+        if stops {
+            close(&mut m, "an input may stop it");
+        }
+        if !self.overlaid.is_empty() {
+            let what: Vec<&str> = self.overlaid.iter().copied().collect();
+            unclear.get_or_insert_with(|| format!("{} is on", what.join(" and ")));
+        }
+        m.goal = match unclear {
+            Some(why) => Goal::Opaque(why),
+            None => self.goal(k, &statement.references, &mut m)?,
+        };
+        if matches!(m.goal, Goal::Pose(_)) {
+            close(&mut m, "its target holds no joint values");
+        }
+        self.counted(&mut m);
+        if !matches!(m.goal, Goal::Joints(_)) || m.fixed.is_some() {
+            for r in &statement.references {
+                self.pinned[r.position] = true;
+            }
+        }
+        let ours = matches!(m.goal, Goal::Joints(_)).then_some(statement);
+        self.step(k, StepKind::Move(m), ours);
+        if stops {
+            self.step(k, StepKind::Break(Break::Jump), None);
+        }
+        Ok(())
+    }
+
+    /// Where a move leads; also says whether it is fixed or closed by what its positions are.
+    fn goal(&mut self, k: usize, references: &[Reference], m: &mut Move) -> Result<Goal> {
+        let list = self.list;
+        let mut key: Vec<usize> = references.iter().map(|r| r.position).collect();
+        key.sort_by_key(|&p| list.positions[p].kind);
+        let Some(first) = key.first().map(|&p| &list.positions[p]).filter(|p| matches!(p.kind, Kind::C | Kind::P))
+        else {
+            return Ok(Goal::Opaque("it names no position of the robot".into()));
+        };
+        if key.windows(2).any(|w| list.positions[w[0]].kind == list.positions[w[1]].kind) {
+            return Ok(Goal::Opaque("it names two positions of one kind".into()));
+        }
+        if first.kind == Kind::P {
+            if self.assigned.contains(&first.number) {
+                return Ok(Goal::Opaque(format!("position variable P{:03} is set in the job", first.number)));
+            }
+            m.fixed = Some(format!("position variable P{:03}: its value may be changed at run time", first.number));
+            m.closed.get_or_insert_with(|| "its target is a position variable".into());
+        }
+        match first.section.meaning {
+            Meaning::Pulse | Meaning::Angle => self.joints(k, key, m),
+            Meaning::Unknown => Ok(Goal::Opaque("no ///POSTYPE before its position".into())),
+            meaning => Ok(self.pose(k, first, meaning)),
+        }
+    }
+
+    fn pose(&mut self, k: usize, position: &Position, meaning: Meaning) -> Goal {
+        let n: Vec<f64> =
+            position.numbers.iter().filter_map(|r| number::read(self.text.slice(r.clone()))).map(|n| n.0).collect();
+        let [x, y, z, rx, ry, rz, ..] = n[..] else {
+            return Goal::Opaque("a Cartesian position of fewer than six numbers".into());
+        };
+        let foreign_frame = match meaning {
+            Meaning::Robot => None,
+            Meaning::Base if !self.base_axes => None,
+            Meaning::Base => Some("base frame of a robot on a base axis".into()),
+            _ => Some("user or tool frame of the controller".into()),
+        };
+        self.note(k, "Cartesian positions: the tool's data are not in the job, the robot file's tool is taken");
+        Goal::Pose(PoseGoal {
+            position_m: Vector3::new(x, y, z) * 1e-3,
+            rotation: Some(UnitQuaternion::from_euler_angles(rx.to_radians(), ry.to_radians(), rz.to_radians())),
+            foreign_frame,
+            solution: Solution::Same,
+        })
+    }
+
+    /// A joint target: numbers of the C line are axes first, then those of BC and EC.
+    fn joints(&mut self, k: usize, key: Vec<usize>, m: &mut Move) -> Result<Goal> {
+        let (text, robot, list) = (self.text, self.robot, self.list);
+        let all: Vec<Number> =
+            key.iter().flat_map(|&p| (0..list.positions[p].numbers.len()).map(move |n| (p, n))).collect();
+        let lead = &list.positions[key[0]];
+        if all.len() < robot.dof() {
+            let found = format!("{} numbers for the move on line {}", all.len(), k + 1);
+            let expected = format!("{}, one for each axis of {}", robot.dof(), robot.name);
+            return Err(text.bad(text.line_span(lead.line).start, found, expected));
+        }
+        let (axes, rest) = all.split_at(robot.dof());
+        let read = |n: &Number| number::read(text.slice(list.positions[n.0].numbers[n.1].clone())).map(|v| v.0);
+        if !rest.is_empty() {
+            let rest: Vec<f64> = rest.iter().filter_map(read).collect();
+            if self.still.as_ref() != Some(&rest) {
+                m.closed.get_or_insert_with(|| "axes that the robot file does not have may move along".into());
+            }
+            self.still = Some(rest);
+        }
+        if let Some(p) = axes
+            .iter()
+            .map(|n| &list.positions[n.0])
+            .find(|p| !matches!(p.section.meaning, Meaning::Pulse | Meaning::Angle))
+        {
+            return Ok(Goal::Opaque(format!("{}{:05} holds no joint values", p.kind.word(), p.number)));
+        }
+        if let Some(&t) = self.targets.get(&key) {
+            return Ok(Goal::Joints(t));
+        }
+        let mut values = Vec::with_capacity(axes.len());
+        for (axis, n) in axes.iter().enumerate() {
+            values.push(Some(self.value(axis, *n)?));
+        }
+        let t = self.script.targets.len();
+        self.script.targets.push(Target {
+            name: Some(format!("{}{:0w$}", lead.kind.word(), lead.number, w = lead.digits)),
+            at: At { file: 0, line: lead.line as u64 + 1 },
+            values,
+        });
+        self.numbers.push(axes.iter().copied().map(Some).collect());
+        self.targets.insert(key, t);
+        Ok(Goal::Joints(t))
+    }
+
+    fn value(&self, axis: usize, n: Number) -> Result<Value> {
+        let position = &self.list.positions[n.0];
+        let span = position.numbers[n.1].clone();
+        let joint = self.robot.axis(axis);
+        let (v, style) = number::read(self.text.slice(span.clone())).unwrap_or_default();
+        if position.section.meaning == Meaning::Pulse {
+            let Some(pulses) = joint.pulses else {
+                let key = format!("pulses_per_{}", joint.kind.unit());
+                return Err(self.text.bad(
+                    span.start,
+                    format!("pulses, and no `{key}` of joint {} in the file of {}", joint.name, self.robot.name),
+                    format!(
+                        "`{key}` of joint {} in the robot file (the controller's pulses per {})",
+                        joint.name,
+                        joint.kind.unit()
+                    ),
+                ));
+            };
+            let digit = 1.0 / pulses.abs();
+            return Ok(Value { si: v / pulses, start: span.start, end: span.end, style, digit, finest: digit });
+        }
+        let unit = joint.kind.si();
+        let weight = |d: u8| unit * 10f64.powi(-i32::from(d));
+        let finest = weight(style.decimals.max(ANGLE_DECIMALS));
+        Ok(Value { si: v * unit, start: span.start, end: span.end, style, digit: weight(style.decimals), finest })
+    }
+}
+
+/// `LP000`, `P[I000]`, `PX001`: positions that only the controller knows.
+fn looks_like_position(word: &str) -> bool {
+    let word = word.strip_prefix('L').unwrap_or(word);
+    ["P", "BP", "EX", "PX", "C", "BC", "EC"]
+        .iter()
+        .filter_map(|k| word.strip_prefix(k))
+        .any(|rest| rest.starts_with('[') || rest.starts_with(|c: char| c.is_ascii_digit()))
+}

@@ -1,0 +1,337 @@
+//! Instructions to steps; moves are read by [`movement`](super::movement).
+
+use super::list::{List, shown};
+use super::{Job, Kind, Statement};
+use crate::axes::Axes;
+use crate::error::{Error, Place, Result};
+use crate::script::{At, Break, Goal, Move, Note, Script, Step, StepKind, Text, number, pragma};
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+/// Decimals that an ANGLE job keeps.
+pub(super) const ANGLE_DECIMALS: u8 = 4;
+
+/// Instructions that do not move the robot, and do not change what positions mean.
+const STILL: &[&str] = &[
+    "NOP", "DOUT", "DIN", "AOUT", "AIN", "PULSE", "GOUT", "GIN", "SET", "SETE", "GETE", "GETS", "ADD", "SUB", "MUL",
+    "DIV", "INC", "DEC", "AND", "OR", "NOT", "XOR", "SQRT", "SIN", "COS", "ATAN", "CNVRT", "MSHIFT", "MULMAT",
+    "INVMAT", "CLEAR", "SETFILE", "GETFILE", "SETREG", "GETREG", "GETPOS", "GETARG", "VAL2STR", "ASC", "CHR$", "MID$",
+    "LEN", "CAT$", "STR$", "VAL", "MSG", "DIALOG", "ADVINIT", "ADVSTOP", "PRINT", "SETUALM", "REFP", "SPEED", "ARCSET",
+    "AWELD", "VWELD", "ARATION", "ARATIOF", "PWAIT", "TSYNC", "ENDWAIT", "COMM",
+];
+/// Instructions at which the robot stands.
+const STANDS: &[&str] = &["WAIT", "CWAIT", "PAUSE", "HAND", "HSEN", "SPOT", "SVSPOT", "GUNCL"];
+/// Branches.
+const JUMPS: &[&str] = &[
+    "JUMP",
+    "RET",
+    "IF",
+    "IFTHEN",
+    "IFTHENEXP",
+    "ELSEIF",
+    "ELSEIFEXP",
+    "ELSE",
+    "ENDIF",
+    "SWITCH",
+    "CASE",
+    "DEFAULT",
+    "ENDSWITCH",
+    "LABEL",
+    "ANDIF",
+    "ORIF",
+    "ABORT",
+];
+const LOOPS: &[&str] = &["WHILE", "WHILEEXP", "ENDWHILE", "FOR", "NEXT"];
+const FRAMES: &[&str] = &["SETTOOL", "MFRAME", "GETTOOL"];
+const PROCESS: &[(&str, bool)] = &[
+    ("ARCON", true),
+    ("ARCOF", false),
+    ("TOOLON", true),
+    ("TOOLOF", false),
+    ("SPYON", true),
+    ("SPYOF", false),
+    ("LASERON", true),
+    ("LASEROF", false),
+];
+/// Instructions that lay a motion of their own over the path until the second of them.
+const OVERLAID: &[(&str, &str)] = &[("WVON", "WVOF"), ("COMARCON", "COMARCOF"), ("SFTON", "SFTOF")];
+
+/// Reads a job.
+pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
+    let Some(text) = texts.first() else {
+        return Err(Error::bad(Place::file(""), "no text", "an INFORM job"));
+    };
+    let mut list = List::default();
+    let begin = list.read(text)?;
+    let mut reader = Reader {
+        text,
+        robot,
+        list: &list,
+        assigned: assigned(text, begin),
+        counted: Counted::of(text, begin),
+        moves: 0,
+        script: Script::default(),
+        statements: Vec::new(),
+        targets: BTreeMap::new(),
+        numbers: Vec::new(),
+        pinned: vec![false; list.positions.len()],
+        overlaid: BTreeSet::new(),
+        base_axes: list.base_axes,
+        still: None,
+        noted: BTreeSet::new(),
+    };
+    reader.instructions(begin)?;
+    reader.script.notes.extend(reader.counted.as_ref().map(Counted::note));
+    let Reader { mut script, statements, numbers, pinned, .. } = reader;
+    script.texts = texts;
+    Ok(Job {
+        script,
+        positions: list.positions,
+        counts: list.counts,
+        statements,
+        numbers,
+        pinned,
+        pulses: robot.axis_joints().map(|j| j.pulses).collect(),
+        unit: robot.axis_joints().map(|j| j.kind.si()).collect(),
+    })
+}
+
+/// The words of a line, each with its bytes; a comment (`'`, or `//` behind a space) is left out.
+fn words(text: &Text, k: usize) -> Vec<Range<usize>> {
+    let (start, line) = (text.line_span(k).start, text.line(k));
+    let mut quoted = false;
+    let mut found = Vec::new();
+    let mut word: Option<usize> = None;
+    for (i, &b) in line.iter().enumerate() {
+        let comment = b == b'\'' || (word.is_none() && line[i..].starts_with(b"//"));
+        if !quoted && comment {
+            break;
+        }
+        quoted ^= b == b'"';
+        if b.is_ascii_whitespace() && !quoted {
+            found.extend(word.take().map(|w| start + w..start + i));
+        } else if word.is_none() {
+            word = Some(i);
+        }
+        if i + 1 == line.len() {
+            found.extend(word.take().map(|w| start + w..start + i + 1));
+        }
+    }
+    found.extend(word.map(|w| {
+        let end = line[w..].iter().position(|&b| b == b'\'').map_or(line.len(), |e| w + e);
+        start + w..start + end
+    }));
+    found
+}
+
+pub(super) fn upper(text: &Text, span: &Range<usize>) -> String {
+    String::from_utf8_lossy(text.slice(span.clone())).to_ascii_uppercase()
+}
+
+/// Numbers of the position variables that instructions other than moves name: their values are not certain.
+fn assigned(text: &Text, begin: usize) -> BTreeSet<u32> {
+    let mut found = BTreeSet::new();
+    for k in begin..text.line_count() {
+        let words = words(text, k);
+        let Some(first) = words.first().map(|w| upper(text, w)) else { continue };
+        if first.contains("MOV") || first == "SFTON" || first == "GETE" {
+            continue;
+        }
+        for word in &words[1..] {
+            let word = upper(text, word);
+            let digits = word.strip_prefix("PX").or_else(|| word.strip_prefix('P'));
+            found.extend(digits.and_then(|d| d.parse::<u32>().ok()));
+        }
+    }
+    found
+}
+
+/// Instructions that name moves by their number: `GETPOS PX000 STEP#(4)`.
+struct Counted {
+    /// Line of the first of them, from 0.
+    line: usize,
+    steps: BTreeSet<u32>,
+    /// A number is set at run time: any step may be meant.
+    any: bool,
+}
+
+impl Counted {
+    fn of(text: &Text, begin: usize) -> Option<Self> {
+        let mut found: Option<Self> = None;
+        for k in begin..text.line_count() {
+            for word in words(text, k) {
+                let word = upper(text, &word);
+                let Some(at) = word.find("STEP#") else { continue };
+                let counted = found.get_or_insert(Self { line: k, steps: BTreeSet::new(), any: false });
+                let number = word[at..].strip_prefix("STEP#(").and_then(|w| w.split(')').next());
+                match number.and_then(|n| n.parse().ok()) {
+                    Some(n) => drop(counted.steps.insert(n)),
+                    None => counted.any = true,
+                }
+            }
+        }
+        found
+    }
+
+    fn note(&self) -> Note {
+        let named: Vec<String> = self.steps.iter().map(u32::to_string).collect();
+        let stay = match (self.any, named.as_slice()) {
+            (true, _) => "every goal stays as it is, as the number is set at run time".to_string(),
+            (false, [one]) => format!("the goal of move {one} stays as it is"),
+            (false, all) => format!("the goals of moves {} stay as they are", all.join(", ")),
+        };
+        let text = format!("STEP# counts the moves of the job: no points are added, and {stay}");
+        Note { place: At { file: 0, line: self.line as u64 + 1 }, text }
+    }
+}
+
+pub(super) struct Reader<'a> {
+    pub(super) text: &'a Text,
+    pub(super) robot: &'a Axes,
+    pub(super) list: &'a List,
+    pub(super) assigned: BTreeSet<u32>,
+    counted: Option<Counted>,
+    /// Moves so far, as the controller counts the steps of a job.
+    moves: u32,
+    pub(super) script: Script,
+    statements: Vec<Option<Statement>>,
+    /// Targets by the positions that make them.
+    pub(super) targets: BTreeMap<Vec<usize>, usize>,
+    pub(super) numbers: Vec<Vec<Option<super::Number>>>,
+    pub(super) pinned: Vec<bool>,
+    pub(super) overlaid: BTreeSet<&'static str>,
+    pub(super) base_axes: bool,
+    /// Numbers beyond the robot's axes where the move before left them.
+    pub(super) still: Option<Vec<f64>>,
+    noted: BTreeSet<&'static str>,
+}
+
+impl Reader<'_> {
+    pub(super) fn step(&mut self, k: usize, kind: StepKind, statement: Option<Statement>) {
+        let known = match &kind {
+            StepKind::Break(_) => false,
+            StepKind::Move(m) => !matches!(m.goal, Goal::Opaque(_)),
+            _ => true,
+        };
+        if !known {
+            self.still = None;
+        }
+        self.script.steps.push(Step { at: At { file: 0, line: k as u64 + 1 }, kind });
+        self.statements.push(statement);
+    }
+
+    pub(super) fn note(&mut self, k: usize, text: &'static str) {
+        if self.noted.insert(text) {
+            self.script.notes.push(Note { place: At { file: 0, line: k as u64 + 1 }, text: text.into() });
+        }
+    }
+
+    fn instructions(&mut self, begin: usize) -> Result<()> {
+        self.step(begin.saturating_sub(1), StepKind::Break(Break::Start), None);
+        let mut ended = false;
+        for k in begin..self.text.line_count() {
+            let line = self.text.line(k).trim_ascii();
+            if line.is_empty() || line == b"\x1a" {
+                continue;
+            }
+            let at = self.text.line_span(k).start;
+            if ended {
+                return Err(self.text.bad(at, shown(line), "nothing behind `END`"));
+            }
+            if line.starts_with(b"'") {
+                if let Some(on) = pragma(line) {
+                    self.step(k, StepKind::Pragma(on), None);
+                }
+                continue;
+            }
+            if line.starts_with(b"/JOB") || line.starts_with(b"//") {
+                return Err(self.text.bad(at, shown(line), "an instruction"));
+            }
+            ended = self.instruction(k)?;
+        }
+        if ended { Ok(()) } else { Err(self.text.bad(self.text.bytes.len(), "the end of the file", "`END`")) }
+    }
+
+    /// One instruction; `true`: it is `END`.
+    fn instruction(&mut self, k: usize) -> Result<bool> {
+        let words = words(self.text, k);
+        let Some(first) = words.first() else { return Ok(false) };
+        let word = upper(self.text, first);
+        let is = |list: &[&str]| list.contains(&word.as_str());
+        let foreign = word.starts_with('+');
+        if !foreign && word.contains("MOV") {
+            self.movement(k, &words, &word)?;
+            return Ok(false);
+        }
+        // positions that others than moves of the first group use stay as they are
+        let at = if foreign { 0 } else { 1 };
+        for w in words.get(at..).unwrap_or_default() {
+            self.pin(w);
+        }
+        let kind = if foreign {
+            self.close_last("a second motion group moves along");
+            None
+        } else if let Some(&(_, on)) = PROCESS.iter().find(|p| p.0 == word) {
+            Some(StepKind::Process(on))
+        } else if let Some(&(on, off)) = OVERLAID.iter().find(|p| p.0 == word || p.1 == word) {
+            if word == on {
+                self.overlaid.insert(on);
+            } else {
+                debug_assert_eq!(word, off);
+                self.overlaid.remove(on);
+            }
+            Some(StepKind::Break(Break::Frame))
+        } else if word == "TIMER" {
+            Some(StepKind::Dwell(self.seconds(&words)))
+        } else if is(STANDS) {
+            Some(StepKind::Dwell(None))
+        } else if word.starts_with('*') || is(JUMPS) {
+            Some(StepKind::Break(Break::Jump))
+        } else if is(LOOPS) {
+            Some(StepKind::Break(Break::Loop))
+        } else if is(FRAMES) {
+            Some(StepKind::Break(Break::Frame))
+        } else if word == "END" || is(STILL) {
+            None
+        } else {
+            // CALL, MACRO, PSTART, and whatever is not known
+            Some(StepKind::Break(Break::Call))
+        };
+        if let Some(kind) = kind {
+            self.step(k, kind, None);
+        }
+        Ok(word == "END")
+    }
+
+    pub(super) fn pin(&mut self, word: &Range<usize>) {
+        let name = self.text.slice(word.clone());
+        let name = name.strip_prefix(b"+").unwrap_or(name);
+        if let Some(&p) = Kind::read(name).and_then(|(kind, n, _)| self.list.by_name.get(&(kind, n))) {
+            self.pinned[p] = true;
+        }
+    }
+
+    /// The next move of a job that names its moves by number: a new one before it would shift the numbers.
+    pub(super) fn counted(&mut self, m: &mut Move) {
+        self.moves += 1;
+        let Some(counted) = &self.counted else { return };
+        m.closed.get_or_insert_with(|| "STEP# in the job counts its moves".into());
+        if counted.any || counted.steps.contains(&self.moves) {
+            m.fixed.get_or_insert_with(|| "STEP# in the job reads where it leads".into());
+        }
+    }
+
+    fn close_last(&mut self, why: &str) {
+        if let Some(Step { kind: StepKind::Move(m), .. }) = self.script.steps.last_mut()
+            && m.closed.is_none()
+        {
+            m.closed = Some(why.into());
+        }
+    }
+
+    /// `TIMER T=0.50`.
+    fn seconds(&self, words: &[Range<usize>]) -> Option<f64> {
+        let value = words.get(1).map(|w| upper(self.text, w))?;
+        number::read(value.strip_prefix("T=")?.as_bytes()).map(|n| n.0).filter(|s| *s >= 0.0)
+    }
+}

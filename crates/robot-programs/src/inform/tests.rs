@@ -1,0 +1,457 @@
+use super::Inform;
+use crate::axes::Axes;
+use crate::error::Error;
+use crate::fixtures;
+use crate::script::harness::{self, count, edited, generator, moves, random_edits, refusal, script_of, values};
+use crate::script::{Break, Edit, Edits, Format, Goal, NewPoint, PathKind, Speed, StepKind};
+use proptest::prelude::*;
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+
+mod left_alone;
+
+fn robot() -> Axes {
+    fixtures::ma2010(None)
+}
+
+/// A job with a list and instructions, lines ended by CRLF.
+fn job(npos: &str, list: &str, instructions: &str) -> String {
+    let text = format!(
+        "/JOB\n//NAME TEST\n//POS\n///NPOS {npos}\n{list}\n//INST\n///DATE 2024/01/01 10:00\n///ATTR SC,RW\n///GROUP1 RB1\nNOP\n{instructions}\nEND\n"
+    );
+    text.replace('\n', "\r\n")
+}
+
+const PULSES: &str = "///TOOL 0\n///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\nC00001=1000,-2000,300,0,-500,622";
+
+fn two(instructions: &str) -> String {
+    job("2,0,0,0,0,0", PULSES, instructions)
+}
+
+/// Step, goal and new points in pulses.
+type Wish = (usize, Option<[f64; 6]>, Vec<[f64; 6]>);
+
+/// Goals and new points as joint values.
+fn edit(robot: &Axes, steps: &[Wish]) -> Edits {
+    let si = |p: &[f64; 6]| p.iter().zip(robot.axis_joints()).map(|(v, j)| v / j.pulses.unwrap()).collect::<Vec<f64>>();
+    let mut edits = Edits { digit: vec![1e-7; 6], ..Edits::default() };
+    for (k, goal, before) in steps {
+        let before =
+            before.iter().map(|p| NewPoint { q: si(p), share: 0.5, t_s: None, clearance_m: 0.001, of_way: false });
+        let edit = Edit { before: before.collect(), goal: goal.as_ref().map(si), ..Edit::default() };
+        edits.steps.insert(*k, edit);
+    }
+    edits
+}
+
+fn written(text: &str, steps: &[Wish]) -> String {
+    let robot = robot();
+    String::from_utf8(edited(&Inform, text.as_bytes(), &edit(&robot, steps), &robot).unwrap()).unwrap()
+}
+
+#[test]
+fn pulses_become_radians_by_the_robot_file() {
+    let robot = robot();
+    let script = script_of(&Inform, &two("MOVJ C00000 VJ=25.00\nMOVL C00001 V=50.0 PL=0"), &robot);
+    let moves = moves(&script);
+    let q = values(&script, moves[1].0);
+    assert!((q[1].to_degrees() + 2000.0 / 1341.4).abs() < 1e-12 && (q[5].to_degrees() - 1.0).abs() < 1e-12);
+    assert_eq!(
+        (moves[1].1.path, moves[1].1.speed, moves[1].1.blend_m),
+        (PathKind::Linear, Speed::Tcp(0.05), Some(0.0))
+    );
+    assert_eq!((moves[0].1.speed, moves[0].1.blend_m), (Speed::Share(0.25), None));
+}
+
+#[test]
+fn a_changed_point_changes_its_digits_and_nothing_else() {
+    let text = two("MOVJ C00000 VJ=25.00\nMOVL C00001 V=50.0 PL=0");
+    let out = written(&text, &[(2, Some([1000.0, -2003.4, 300.0, 0.0, -500.0, 622.0]), vec![])]);
+    assert_eq!(out, text.replace("1000,-2000,", "1000,-2003,"));
+}
+
+#[test]
+fn a_new_point_appends_a_position_and_the_count_grows() {
+    let text = two("MOVJ C00000 VJ=25.00\nMOVL C00001 V=50.0 NWAIT 'weld start");
+    let out = written(&text, &[(2, None, vec![[500.0, -1.0, 0.0, 0.0, 0.0, 0.0]])]);
+    let expected = text
+        .replace("NPOS 2,", "NPOS 3,")
+        .replace(",-500,622\r\n", ",-500,622\r\nC00002=500,-1,0,0,0,0\r\n")
+        .replace("MOVL C00001", "MOVL C00002 V=50.0 PL=0\r\nMOVL C00001");
+    assert_eq!(out, expected);
+}
+
+#[test]
+fn line_feeds_stay_line_feeds() {
+    let text = two("MOVJ C00000 VJ=25.00\nMOVL C00001 V=50.0").replace('\r', "");
+    assert!(!written(&text, &[(2, None, vec![[5.0; 6]])]).contains('\r'));
+}
+
+#[test]
+fn a_point_of_two_moves_is_cloned_where_they_want_different_things() {
+    let text = two("MOVJ C00000 VJ=25.00\nMOVJ C00001 VJ=25.00\nMOVJ C00000 VJ=25.00\nMOVJ C00000 VJ=9.00");
+    let out =
+        written(&text, &[(1, Some([7.0; 6]), vec![]), (3, Some([-7.0; 6]), vec![]), (4, Some([-7.0; 6]), vec![])]);
+    assert!(out.contains("C00000=7,7,7,7,7,7\r\n") && out.contains("C00002=-7,-7,-7,-7,-7,-7\r\n"), "{out}");
+    assert!(out.contains("MOVJ C00002 VJ=25.00\r\nMOVJ C00002 VJ=9.00\r\n") && out.contains("NPOS 3,"), "{out}");
+}
+
+#[test]
+fn a_point_that_another_move_uses_unchanged_keeps_its_line() {
+    let text = two("MOVJ C00000 VJ=25.00\nMOVJ C00001 VJ=25.00\nMOVJ C00000 VJ=25.00");
+    let out = written(&text, &[(3, Some([7.0; 6]), vec![])]);
+    assert!(out.contains("C00000=0,0,0,0,0,0\r\n") && out.contains("C00002=7,7,7,7,7,7\r\n"), "{out}");
+    // so does one that an instruction names
+    let text = two("REFP 1 C00001\nMOVJ C00001 VJ=25.00");
+    assert!(written(&text, &[(1, Some([7.0; 6]), vec![])]).contains("C00001=1000,-2000,300,0,-500,622\r\n"));
+}
+
+#[test]
+fn new_lines_repeat_the_headers_where_the_type_switches_inside_the_list() {
+    let list = "///USER 1\n///TOOL 2\n///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\n///TOOL 0\n///POSTYPE USER\n///RECTAN\n\
+                ///RCONF 1,0,0,0,0,0\nC00001=1.000,2.000,3.000,0.0000,0.0000,90.0000\nP00001=1.000,2.000,3.000,0.0000,0.0000,90.0000";
+    let text = job("2,0,0,1,0,0", list, "MOVJ C00000 VJ=25.00\nMOVJ C00001 VJ=25.00\nMOVJ C00000 VJ=5.00");
+    let out = written(&text, &[(3, Some([9.0; 6]), vec![])]);
+    let added = "///TOOL 2\r\n///POSTYPE PULSE\r\n///PULSE\r\nC00002=9,9,9,9,9,9\r\n///TOOL 0\r\n///POSTYPE USER\r\n///RECTAN\r\n\
+                 ///RCONF 1,0,0,0,0,0\r\nP00001=";
+    assert!(out.contains(added), "{out}");
+}
+
+#[test]
+fn angle_jobs_keep_four_decimals() {
+    let robot = robot();
+    let list = "///POSTYPE ANGLE\n///ANGLE\nC00000=10.0000,0.0000,0.0000,0.0000,0.0000,0.0000";
+    let text = job("1,0,0,0,0,0", list, "MOVJ C00000 VJ=25.00");
+    let mut edits = Edits { digit: vec![1e-9; 6], ..Edits::default() };
+    let goal = [10.12345f64.to_radians(), 0.0, 0.0, 0.0, 0.0, 0.0].to_vec();
+    edits.steps.insert(1, Edit { goal: Some(goal), ..Edit::default() });
+    let out = String::from_utf8(edited(&Inform, text.as_bytes(), &edits, &robot).unwrap()).unwrap();
+    assert!(out.contains("C00000=10.1235,0.0000,") || out.contains("C00000=10.1234,0.0000,"), "{out}");
+    let value = script_of(&Inform, &text, &robot).targets[0].values[0].unwrap();
+    assert!((value.finest.to_degrees() - 1e-4).abs() < 1e-15);
+}
+
+#[test]
+fn without_pulses_the_joint_and_the_key_are_named() {
+    let robot = fixtures::ma2010(Some("T"));
+    let why = refusal(&Inform, &two("MOVJ C00001 VJ=25.00"), &robot);
+    assert!(why.contains("pulses_per_deg") && why.contains("joint T") && why.contains(":9:"), "{why}");
+    // a job that makes no use of pulses is read
+    script_of(&Inform, &two("DOUT OT#(1) ON"), &robot);
+}
+
+#[test]
+fn counts_that_are_not_the_real_ones_are_refused() {
+    let text = two("MOVJ C00000 VJ=25.00").replace("NPOS 2", "NPOS 3");
+    assert!(refusal(&Inform, &text, &robot()).contains("job:4:9"), "{}", refusal(&Inform, &text, &robot()));
+}
+
+#[test]
+fn broken_jobs_are_refused_with_their_place() {
+    let robot = robot();
+    let good = two("MOVJ C00000 VJ=25.00");
+    for (from, to, place) in [
+        ("END\r\n", "", "job:16:1"),
+        ("C00001=1000", "C00000=1000", "job:9:1"),
+        ("1000,-2000", "1000,-20x0", "job:9:13"),
+        ("1000,-2000", "1000,-20.5", "job:9:13"),
+        ("MOVJ C00000", "MOVJ C00009", "job:15:6"),
+        ("/JOB", "JOB", "job:1:1"),
+        ("//INST\r\n", "", "job:13:1"),
+        ("C00000=0,0,0,0,0,0", "C00000=0,0,0,0,0", "job:8:1"),
+        ("END\r\n", "END\r\n/JOB\r\n", "job:17:1"),
+    ] {
+        let why = refusal(&Inform, &good.replacen(from, to, 1), &robot);
+        assert!(why.starts_with(place), "{from} -> {to}: {why}");
+    }
+}
+
+#[test]
+fn position_variables_are_fixed_and_what_is_set_at_run_time_is_opaque() {
+    let list = "///POSTYPE PULSE\n///PULSE\nP00001=1,2,3,4,5,6\nP00002=1,2,3,4,5,6";
+    let text = job(
+        "0,0,0,2,0,0",
+        list,
+        "MOVJ P001 VJ=25.00\nSETE P002 (1) D000\nMOVJ P002 VJ=5.00\nMOVJ P[I000] VJ=5.00\nMOVJ LP003 VJ=5.00\nMOVJ P007 VJ=5.00",
+    );
+    let robot = robot();
+    let script = script_of(&Inform, &text, &robot);
+    let moves = moves(&script);
+    assert!(matches!(moves[0].1.goal, Goal::Joints(_)) && moves[0].1.fixed.as_ref().unwrap().contains("run time"));
+    for m in &moves[1..] {
+        assert!(matches!(m.1.goal, Goal::Opaque(_)), "{m:?}");
+    }
+    let refused = edited(&Inform, text.as_bytes(), &edit(&robot, &[(1, Some([9.0; 6]), vec![])]), &robot);
+    assert!(matches!(refused, Err(Error::Refused(_))));
+}
+
+#[test]
+fn second_groups_stations_arcs_and_conditions_take_no_new_points() {
+    let list = "///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\nC00001=1,1,1,1,1,1\nEC00000=0,5\nEC00001=7,5";
+    let text = job(
+        "2,0,2,0,0,0",
+        list,
+        "MOVJ C00000 VJ=25.00  +MOVJ C00001 VJ=25.00\nMOVJ C00000 EC00000 VJ=5.00\nMOVJ C00001 EC00000 VJ=5.00\n\
+         MOVL C00000 EC00001 V=5.0\nSMOVL C00000 V=5.0\n+MOVJ EC00000\nMOVC C00000 V=5.0\nMOVL C00000 V=5.0 UNTIL IN#(16)=ON\n\
+         MOVL C00000 V=5.0 FOO=1\nMOVL C00000 V=5.0 NWAIT\nDOUT OT#(1) ON",
+    );
+    let script = script_of(&Inform, &text, &robot());
+    let closed: Vec<bool> = moves(&script).iter().map(|m| m.1.closed.is_some()).collect();
+    assert_eq!(closed, [true, true, false, true, true, true, true, true, false]);
+}
+
+#[test]
+fn a_new_point_of_a_move_with_a_station_that_stands_gets_a_station_line_of_its_own() {
+    let list = "///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\nC00001=1,1,1,1,1,1\n///TOOL 1\nEC00000=0,5";
+    let text = job("2,0,1,0,0,0", list, "MOVJ C00000 EC00000 VJ=5.00\nMOVJ C00001 EC00000 VJ=5.00");
+    let out = written(&text, &[(2, None, vec![[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]])]);
+    assert!(out.contains("NPOS 3,0,2,0,0,0") && out.contains("EC00000=0,5\r\nEC00001=0,5\r\n//INST"), "{out}");
+    assert!(out.contains("MOVJ C00002 EC00001 VJ=5.00 PL=0\r\nMOVJ C00001 EC00000"), "{out}");
+}
+
+#[test]
+fn a_rail_of_the_robot_file_is_read_from_the_base_axis() {
+    let robot = fixtures::ma2010_on_a_rail();
+    let list = "///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\nBC00000=-5000";
+    let text = job("1,1,0,0,0,0", list, "MOVJ C00000 BC00000 VJ=5.00");
+    let script = script_of(&Inform, &text, &robot);
+    assert!((values(&script, 1)[6] - 0.05).abs() < 1e-15);
+    let mut edits = Edits { digit: vec![1e-9; 7], ..Edits::default() };
+    edits.steps.insert(1, Edit { goal: Some([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.051].to_vec()), ..Edit::default() });
+    let out = edited(&Inform, text.as_bytes(), &edits, &robot).unwrap();
+    assert_eq!(String::from_utf8(out).unwrap(), text.replace("=-5000", "=-5100"));
+}
+
+#[test]
+fn cartesian_relative_and_untyped_positions_are_no_joint_targets() {
+    let list = "C00000=1,1,1,1,1,1\n///POSTYPE ROBOT\n///RECTAN\nC00001=1000.000,0.000,500.000,180.0000,0.0000,0.0000\n\
+                ///USER 2\n///POSTYPE USER\n///RECTAN\nC00002=1.000,0.000,0.000,0.0000,0.0000,0.0000";
+    let text =
+        job("3,0,0,0,0,0", list, "MOVJ C00000 VJ=5.00\nMOVL C00001 V=5.0\nMOVL C00002 V=5.0\nIMOV P001 V=5.0 RF");
+    let script = script_of(&Inform, &text, &robot());
+    let goals: Vec<Goal> = moves(&script).into_iter().map(|m| m.1.goal).collect();
+    assert!(matches!(&goals[0], Goal::Opaque(why) if why.contains("POSTYPE")));
+    assert!(matches!(&goals[1], Goal::Pose(p) if p.foreign_frame.is_none() && (p.position_m.x - 1.0).abs() < 1e-15));
+    assert!(matches!(&goals[2], Goal::Pose(p) if p.foreign_frame.is_some()));
+    assert!(matches!(&goals[3], Goal::Opaque(why) if why.contains("relative")));
+}
+
+#[test]
+fn labels_calls_shifts_timers_and_processes_are_steps() {
+    let text = two(
+        "*A\n'lostmotion: off\nTIMER T=0.50\nTIMER T=I000\nARCON ASF#(1)\nARCOF\nCALL JOB:X IF IN#(1)=ON\nJUMP *A\n\
+                    SFTON P000 BF\nMOVJ C00000 VJ=5.00\nSFTOF\nWHILE B000=1\nENDWHILE\nIFTHENEXP B000=1\nENDIF\nDOUT OT#(2) ON\n'MOVJ C00001\nMACRO1 MJ#(5)",
+    );
+    let script = script_of(&Inform, &text, &robot());
+    let kinds: Vec<String> = script
+        .steps
+        .iter()
+        .map(|s| match &s.kind {
+            StepKind::Move(m) => {
+                if matches!(m.goal, Goal::Opaque(_)) {
+                    "opaque".into()
+                } else {
+                    "move".into()
+                }
+            }
+            StepKind::Dwell(s) => format!("{s:?}"),
+            StepKind::Break(b) => format!("{b:?}"),
+            StepKind::Process(p) => format!("{p}"),
+            StepKind::Pragma(p) => format!("pragma {p}"),
+        })
+        .collect();
+    assert_eq!(
+        kinds,
+        [
+            "Start",
+            "Jump",
+            "pragma false",
+            "Some(0.5)",
+            "None",
+            "true",
+            "false",
+            "Call",
+            "Jump",
+            "Frame",
+            "opaque",
+            "Frame",
+            "Loop",
+            "Loop",
+            "Jump",
+            "Jump",
+            "Call"
+        ]
+    );
+    assert!(matches!(script.steps[0].kind, StepKind::Break(Break::Start)));
+}
+
+#[test]
+fn corners_are_narrowed_and_new_points_get_the_finest_that_fits() {
+    let robot = robot();
+    let text = two("MOVJ C00000 VJ=25.00 PL=4 ACC=50 DEC=50\nMOVL C00001 V=50.0 CR=20.0");
+    let mut edits = edit(&robot, &[(1, None, vec![[1.0; 6]]), (2, None, vec![[1.0; 6]])]);
+    edits.steps.get_mut(&1).unwrap().before[0].clearance_m = 0.02;
+    edits.steps.get_mut(&1).unwrap().blend_at_most_m = Some(0.03);
+    edits.steps.get_mut(&2).unwrap().before[0].clearance_m = 0.00456;
+    edits.steps.get_mut(&2).unwrap().blend_at_most_m = Some(0.0004);
+    let out = String::from_utf8(edited(&Inform, text.as_bytes(), &edits, &robot).unwrap()).unwrap();
+    assert!(
+        out.contains("MOVJ C00002 VJ=25.00 PL=1 ACC=50 DEC=50\r\nMOVJ C00000 VJ=25.00 PL=2 ACC=50 DEC=50\r\n"),
+        "{out}"
+    );
+    assert!(out.contains("MOVL C00003 V=50.0 CR=4.5\r\nMOVL C00001 V=50.0 PL=0\r\n"), "{out}");
+}
+
+#[test]
+fn latin_bytes_and_old_short_names_pass() {
+    let robot = robot();
+    let mut text = b"/JOB\r\n//NAME \xc4\r\n//POS\r\n///NPOS 1,0,0,0,0,0\r\n///POSTYPE PULSE\r\n///PULSE\r\nC000= 1, 2, 3, 4, 5, 6  \r\n//INST\r\nNOP\r\n' \xe9t\xe9\r\nMOVJ C000 VJ=5\r\nEND\r\n".to_vec();
+    let out =
+        edited(&Inform, &text, &edit(&robot, &[(1, Some([1.0, 2.0, 3.0, 4.0, 5.0, 7.0]), vec![[0.0; 6]])]), &robot)
+            .unwrap();
+    let at = text.windows(3).position(|w| w == b", 6").unwrap();
+    text[at + 2] = b'7';
+    let head = out.windows(6).position(|w| w == b"C000= ").unwrap();
+    assert_eq!(out[head..head + 24], text[head..head + 24]);
+    assert!(String::from_utf8_lossy(&out).contains("C001= 0, 0, 0, 0, 0, 0"), "{}", String::from_utf8_lossy(&out));
+}
+
+#[test]
+fn ten_megabytes_are_read_in_linear_time() {
+    let n = 120_000;
+    let list: String = (0..n).map(|k| format!("C{k:06}={k},0,0,0,0,0\n")).collect();
+    let moves: String = (0..n).map(|k| format!("MOVL C{k:06} V=50.0 PL=0\n")).collect();
+    let text = job(&format!("{n},0,0,0,0,0"), &format!("///POSTYPE PULSE\n///PULSE\n{list}"), &moves);
+    let begun = std::time::Instant::now();
+    let script = script_of(&Inform, &text.replace("\r\n\r\n", "\r\n"), &robot());
+    assert_eq!(script.moves().count(), n);
+    assert!(begun.elapsed().as_secs() < 60, "quadratic");
+}
+
+/// A random job: lists with switches of type and tool, moves with everything around them.
+fn random_job(rng: &mut impl Rng) -> String {
+    let n = rng.random_range(1..8);
+    let mut list = String::from("///TOOL 0\n///POSTYPE PULSE\n///PULSE\n");
+    for k in 0..n {
+        match rng.random_range(0..6) {
+            0 => list.push_str(&format!("///TOOL {}\n", rng.random_range(0..3))),
+            1 => list.push_str("///POSTYPE ANGLE\n///ANGLE\n"),
+            2 => list.push_str("///USER 1\n///POSTYPE USER\n///RECTAN\n///RCONF 1,0,0,0,0,0\n"),
+            _ => list.push_str("///POSTYPE PULSE\n///PULSE\n"),
+        }
+        let pulse = list.rfind("///PULSE").unwrap_or(0)
+            > list.rfind("///ANGLE").unwrap_or(0).max(list.rfind("///RECTAN").unwrap_or(0));
+        let numbers: Vec<String> = (0..6)
+            .map(|_| {
+                if pulse {
+                    format!("{}", rng.random_range(-90_000..90_000))
+                } else {
+                    format!("{:.4}", rng.random_range(-99.0..99.0))
+                }
+            })
+            .collect();
+        list.push_str(&format!("C{k:05}={}\n", numbers.join(",")));
+    }
+    let stations = rng.random_bool(0.5);
+    if stations {
+        list.push_str("///POSTYPE PULSE\n///PULSE\nEC00000=5,7\n");
+    }
+    list.push_str("P00003=1,2,3,4,5,6");
+    let mut steps = String::new();
+    for _ in 0..rng.random_range(1..12) {
+        let c = rng.random_range(0..n);
+        let ec = if stations && rng.random_bool(0.5) { " EC00000" } else { "" };
+        let move_ = match rng.random_range(0..9) {
+            0 => "TIMER T=0.25".into(),
+            1 => "*LABEL".into(),
+            2 => "'a comment MOVJ C00000".into(),
+            3 => format!("MOVC C{c:05} V=12.5"),
+            4 => format!("MOVJ C{c:05} VJ=25.00 +MOVJ EC00000"),
+            5 => "MOVJ P003 VJ=10.00".into(),
+            6 => format!("MOVJ C{c:05}{ec} VJ=25.00 PL={}", rng.random_range(0..5)),
+            _ => format!("  MOVL C{c:05}{ec} V=50.0 NWAIT"),
+        };
+        if move_.contains("+MOVJ") && !stations {
+            continue;
+        }
+        steps.push_str(&move_);
+        steps.push('\n');
+    }
+    let text = job(&format!("{n},0,{},1,0,0", u8::from(stations)), &list, steps.trim_end());
+    if rng.random_bool(0.3) { text.replace('\r', "") } else { text }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: u32::try_from(count("PROPTEST_CASES", 256)).unwrap(), ..ProptestConfig::default() })]
+    #[test]
+    fn edits_come_back_when_the_job_is_read_again(seed in any::<u64>()) {
+        let robot = robot();
+        let mut rng = generator(seed);
+        let text = random_job(&mut rng);
+        let script = script_of(&Inform, &text, &robot);
+        let edits = random_edits(&script, &robot, &mut rng);
+        let out = edited(&Inform, text.as_bytes(), &edits, &robot).unwrap();
+        // all lines that no edit is about are there, in order
+        let new: Vec<&[u8]> = out.split(|&b| b == b'\n').collect();
+        let mut at = 0;
+        for line in text.as_bytes().split(|&b| b == b'\n').filter(|l| !l.starts_with(b"C") && !l.contains(&b'M') && !l.starts_with(b"///NPOS")) {
+            let found = new[at..].iter().position(|l| *l == line);
+            prop_assert!(found.is_some(), "{:?} is gone", String::from_utf8_lossy(line));
+            at += found.unwrap() + 1;
+        }
+    }
+}
+
+#[test]
+fn damaged_jobs_are_refused_or_come_back() {
+    let source = |rng: &mut ChaCha8Rng| vec![random_job(rng).into_bytes()];
+    harness::survives(&Inform, &robot(), &source, &|script, rng| random_edits(script, &robot(), rng));
+}
+
+#[test]
+fn the_samples_are_read_and_their_edits_come_back() {
+    let robot = robot();
+    let samples = harness::samples(&Inform);
+    for (name, bytes) in &samples {
+        assert!(Inform.recognises(bytes), "{name}");
+        let doc = harness::parse(&Inform, bytes, &robot).unwrap();
+        edited(&Inform, bytes, &random_edits(doc.script(), &robot, &mut generator(3)), &robot).unwrap();
+    }
+    assert!(samples.len() >= 6, "{} samples", samples.len());
+}
+
+#[test]
+fn a_section_of_arguments_between_list_and_instructions_is_passed_over() {
+    let text = two("MOVJ C00000 VJ=25.00")
+        .replace("//INST", "//ARGINFO\r\n///ARGTYPE B,I,,,,,,\r\n///COMMENT\r\nSide\r\nC00009=count\r\n//INST");
+    assert_eq!(moves(&script_of(&Inform, &text, &robot())).len(), 1);
+    // lines without such a section are none of a job
+    let text = two("MOVJ C00000 VJ=25.00").replace("//NAME TEST", "//NAME TEST\r\nSide");
+    assert!(refusal(&Inform, &text, &robot()).contains(":3:"));
+}
+
+#[test]
+fn lines_that_end_in_a_lone_carriage_return_are_named() {
+    let text = two("MOVJ C00000 VJ=25.00").replace("\r\n", "\r");
+    assert!(refusal(&Inform, &text, &robot()).contains("lone carriage return"));
+}
+
+#[test]
+fn a_straight_move_is_not_stopped_on_its_way_and_ends_as_it_did() {
+    let out = |instructions: &str, clearance_m: f64| {
+        let (robot, text) = (robot(), two(instructions));
+        let mut edits = edit(&robot, &[(2, None, vec![[1.0; 6]])]);
+        edits.steps.get_mut(&2).unwrap().before[0].clearance_m = clearance_m;
+        String::from_utf8(edited(&Inform, text.as_bytes(), &edits, &robot).unwrap()).unwrap()
+    };
+    let straight = "MOVJ C00000 VJ=25.00 PL=0\nMOVL C00001 V=50.0 PL=0";
+    assert!(out(straight, 0.02).contains("MOVL C00002 V=50.0 PL=1\r\nMOVL C00001 V=50.0 PL=0\r\n"));
+    // a controller that knows radii, and one of which that is not known
+    let radii = format!("{straight}\nMOVL C00000 V=50.0 CR=20.0");
+    assert!(out(&radii, 0.00456).contains("MOVL C00002 V=50.0 CR=4.5\r\n"));
+    assert!(out(&radii, 0.0004).contains("MOVL C00002 V=50.0 PL=0\r\n"));
+    assert!(out(straight, 0.00456).contains("MOVL C00002 V=50.0 PL=0\r\n"));
+    // a joint move that stops exactly has copies that do
+    let joint = "MOVJ C00000 VJ=25.00\nMOVJ C00001 VJ=25.00 PL=0";
+    assert!(out(joint, 0.02).contains("MOVJ C00002 VJ=25.00 PL=0\r\n"));
+}

@@ -1,0 +1,61 @@
+//! Jobs and moves that are not for this compensator to change.
+
+use super::*;
+use crate::script::Script;
+
+const LIST: &str = "///TOOL 0\n///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\nC00001=1000,-2000,300,0,-500,622\n\
+                    C00002=2000,-2000,300,0,-500,622";
+
+fn three(instructions: &str) -> String {
+    job("3,0,0,0,0,0", LIST, instructions)
+}
+
+fn fixed(script: &Script) -> Vec<bool> {
+    moves(script).iter().map(|m| m.1.fixed.is_some()).collect()
+}
+
+#[test]
+fn a_job_that_counts_its_moves_takes_none_and_keeps_those_that_it_reads() {
+    let three_moves = "MOVJ C00000 VJ=25.00\nMOVJ C00001 VJ=25.00\nMOVJ C00002 VJ=25.00";
+    let text = three(&format!("GETPOS PX000 STEP#(2)\n{three_moves}"));
+    let robot = robot();
+    let script = script_of(&Inform, &text, &robot);
+    let found = moves(&script);
+    assert!(found.iter().all(|m| m.1.closed.as_ref().is_some_and(|why| why.contains("STEP#"))), "{found:?}");
+    assert_eq!(fixed(&script), [false, true, false]);
+    assert!(script.notes.iter().any(|n| n.text.contains("move 2 stays") && n.place.line > 9), "{:?}", script.notes);
+    let point = edit(&robot, &[(1, None, vec![[1.0; 6]])]);
+    assert!(matches!(edited(&Inform, text.as_bytes(), &point, &robot), Err(Error::Refused(_))));
+    // others are edited
+    let out = written(&text, &[(3, Some([2007.0, -2000.0, 300.0, 0.0, -500.0, 622.0]), vec![])]);
+    assert_eq!(out, text.replace("C00002=2000", "C00002=2007"));
+    // a number that is set at run time may be any
+    let text = three(&format!("{three_moves}\nGETPOS PX000 STEP#(I000)"));
+    assert_eq!(fixed(&script_of(&Inform, &text, &robot)), [true; 3]);
+    // a comment counts nothing
+    let text = three(&format!("'GETPOS PX000 STEP#(2)\n{three_moves}"));
+    let script = script_of(&Inform, &text, &robot);
+    assert!(script.notes.is_empty() && moves(&script).iter().all(|m| m.1.closed.is_none()));
+}
+
+#[test]
+fn a_job_of_another_group_than_the_first_robot_is_left() {
+    let text = three("MOVJ C00000 VJ=25.00\nMOVL C00001 V=50.0");
+    for (group, named) in [("RB2", "RB2"), ("ST1", "ST1"), ("RB2,BS2", "RB2")] {
+        let other = text.replace("///GROUP1 RB1", &format!("///GROUP1 {group}"));
+        let script = script_of(&Inform, &other, &robot());
+        for (_, m) in moves(&script) {
+            let wanted = format!("the job is of group {named}");
+            assert!(matches!(&m.goal, Goal::Opaque(why) if *why == wanted), "{m:?}");
+        }
+    }
+    for group in ["RB1", "RB1,BS1", "RB1\r\n///GROUP2 ST1"] {
+        let own = text.replace("///GROUP1 RB1", &format!("///GROUP1 {group}"));
+        let goals = moves(&script_of(&Inform, &own, &robot()));
+        assert!(goals.iter().all(|m| matches!(m.1.goal, Goal::Joints(_))), "{group}");
+    }
+    // its positions may have other numbers than the robot has axes
+    let station = job("1,0,0,0,0,0", "///POSTYPE PULSE\n///PULSE\nC00000=100", "MOVJ C00000 VJ=25.00");
+    let station = station.replace("///GROUP1 RB1", "///GROUP1 ST1");
+    assert_eq!(moves(&script_of(&Inform, &station, &robot())).len(), 1);
+}

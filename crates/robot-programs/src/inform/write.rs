@@ -1,0 +1,382 @@
+//! Edits to patches.
+//!
+//! A position is changed in place where all moves that lead to it want the same. Else the first wish keeps the line (or, where
+//! one move stays as it was, the line stays), and every other wish gets a line of its own. New lines take the next free
+//! numbers and stand behind the last line of their kind, under the headers of the line that they were copied from: these are
+//! repeated where others are in force there, as controllers do themselves. So no number that stands anywhere changes its
+//! meaning, the numbers rise through the list, and `///NPOS` grows.
+
+use super::read::ANGLE_DECIMALS;
+use super::{Job, Kind, Meaning, Section, Statement};
+use crate::error::{Error, Result};
+use crate::script::{Edit, Edits, Goal, NewPoint, Patch, PathKind, StepKind, number};
+use std::collections::BTreeMap;
+
+/// Corner of each position level, m, as the factory sets it.
+const LEVELS_M: [f64; 9] = [0.0, 0.0125, 0.025, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5];
+/// Smallest corner radius `CR=`, mm.
+const LEAST_CR_MM: f64 = 1.0;
+
+/// New texts of a line's numbers; what is not named stays.
+type Form = BTreeMap<usize, String>;
+
+pub(super) fn patches(job: &Job, edits: &Edits) -> Result<Vec<Patch>> {
+    let mut writer = Writer { job, edits, patches: Vec::new(), new: Vec::new(), next: BTreeMap::new() };
+    writer.check()?;
+    let wishes = writer.goals()?;
+    writer.place(&wishes)?;
+    for (&step, edit) in &edits.steps {
+        writer.points(step, edit)?;
+        writer.blend(step, edit);
+    }
+    writer.lines();
+    writer.counts();
+    writer.patches.sort_by_key(|p| (p.span.start, p.span.end));
+    Ok(writer.patches)
+}
+
+/// A new line of the list.
+struct NewLine {
+    kind: Kind,
+    number: u32,
+    section: Section,
+    text: Vec<u8>,
+    /// The line that it was copied from.
+    model: usize,
+}
+
+struct Writer<'a> {
+    job: &'a Job,
+    edits: &'a Edits,
+    patches: Vec<Patch>,
+    new: Vec<NewLine>,
+    next: BTreeMap<Kind, u32>,
+}
+
+impl<'a> Writer<'a> {
+    fn refused(&self, step: usize, why: &str) -> Error {
+        let script = &self.job.script;
+        let place = script.steps.get(step).map(|s| script.place(s.at).to_string()).unwrap_or_default();
+        Error::Refused(format!("{place}: {why}; nothing was written"))
+    }
+
+    fn check(&self) -> Result<()> {
+        for (&k, edit) in &self.edits.steps {
+            let Some(StepKind::Move(m)) = self.job.script.steps.get(k).map(|s| &s.kind) else {
+                return Err(self.refused(k, "no move stands there"));
+            };
+            if edit.as_joint_moves {
+                return Err(self.refused(k, "a Cartesian INFORM move is not written as joint moves"));
+            }
+            if edit.goal.is_none() && edit.before.is_empty() {
+                continue;
+            }
+            if let Some(why) = &m.fixed {
+                return Err(self.refused(k, why));
+            }
+            if self.job.statements.get(k).is_none_or(Option::is_none) {
+                return Err(self.refused(k, "its target holds no joint values"));
+            }
+            if let (Some(why), false) = (&m.closed, edit.before.is_empty()) {
+                return Err(self.refused(k, &format!("no point can be added: {why}")));
+            }
+        }
+        Ok(())
+    }
+
+    fn statement(&self, step: usize) -> Option<&'a Statement> {
+        self.job.statements.get(step)?.as_ref()
+    }
+
+    fn target(&self, step: usize) -> Option<usize> {
+        match &self.job.script.steps.get(step)?.kind {
+            StepKind::Move(m) => match m.goal {
+                Goal::Joints(t) => Some(t),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// Texts that joint values need in the lines of a step's target, by line.
+    fn forms(&self, step: usize, q: &[f64]) -> Result<BTreeMap<usize, Form>> {
+        let job = self.job;
+        let mut forms: BTreeMap<usize, Form> = BTreeMap::new();
+        let Some(t) = self.target(step) else { return Ok(forms) };
+        for (axis, &number) in job.numbers[t].iter().enumerate() {
+            let (Some((line, n)), Some(&q)) = (number, q.get(axis)) else { continue };
+            let Some(value) = job.script.targets[t].values.get(axis).copied().flatten() else { continue };
+            let (written, decimals) = if job.positions[line].section.meaning == Meaning::Pulse {
+                (q * job.pulses[axis].unwrap_or(0.0), 0)
+            } else {
+                let unit = job.unit[axis];
+                let digit = self.edits.digit.get(axis).copied().unwrap_or(0.0) / unit;
+                let most = value.style.decimals.max(ANGLE_DECIMALS);
+                (q / unit, number::decimals_for(value.style, digit, most))
+            };
+            if !written.is_finite() || written.abs() >= f64::from(i32::MAX) {
+                return Err(self.refused(step, &format!("axis {} would be {written}, which no job holds", axis + 1)));
+            }
+            let text = number::write(written, value.style, decimals);
+            let own = job.script.texts[0].slice(value.span());
+            if number::read(text.as_bytes()).map(|v| v.0) != number::read(own).map(|v| v.0) {
+                forms.entry(line).or_default().insert(n, text);
+            }
+        }
+        Ok(forms)
+    }
+
+    /// By line: every use of it with what it wants there.
+    fn goals(&self) -> Result<BTreeMap<usize, Vec<(usize, Form)>>> {
+        let mut wishes: BTreeMap<usize, Vec<(usize, Form)>> = BTreeMap::new();
+        for step in 0..self.job.statements.len() {
+            let Some(statement) = self.statement(step) else { continue };
+            let goal = self.edits.steps.get(&step).and_then(|e| e.goal.as_deref());
+            let mut forms = goal.map(|q| self.forms(step, q)).transpose()?.unwrap_or_default();
+            for r in &statement.references {
+                wishes.entry(r.position).or_default().push((step, forms.remove(&r.position).unwrap_or_default()));
+            }
+        }
+        Ok(wishes)
+    }
+
+    /// In place, or a line of its own for each wish.
+    fn place(&mut self, wishes: &BTreeMap<usize, Vec<(usize, Form)>>) -> Result<()> {
+        for (&line, uses) in wishes {
+            let stays = self.job.pinned[line] || uses.iter().any(|u| u.1.is_empty());
+            let kept = if stays { Form::new() } else { uses.first().map(|u| u.1.clone()).unwrap_or_default() };
+            for (&n, text) in &kept {
+                let span = self.job.positions[line].numbers[n].clone();
+                self.patches.push(Patch::new(0, span, text.as_bytes()));
+            }
+            let mut clones: Vec<(&Form, String)> = Vec::new();
+            for (step, form) in uses.iter().filter(|u| u.1 != kept) {
+                let known = clones.iter().find(|c| c.0 == form).map(|c| c.1.clone());
+                let name = match known {
+                    Some(name) => name,
+                    None => {
+                        let name = self.add(*step, line, form)?;
+                        clones.push((form, name.clone()));
+                        name
+                    }
+                };
+                let reference = self.statement(*step).and_then(|s| s.references.iter().find(|r| r.position == line));
+                if let Some(r) = reference {
+                    self.patches.push(Patch::new(0, r.span.clone(), name));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A new line like `model` with other numbers; its name.
+    fn add(&mut self, step: usize, model: usize, form: &Form) -> Result<String> {
+        let job = self.job;
+        let text = &job.script.texts[0];
+        let position = &job.positions[model];
+        let of_kind = job.positions.iter().filter(|p| p.kind == position.kind);
+        let next = self.next.entry(position.kind);
+        let number = *next.and_modify(|n| *n += 1).or_insert_with(|| of_kind.map(|p| p.number).max().unwrap_or(0) + 1);
+        let name = format!("{}{number:0w$}", position.kind.word(), w = position.digits);
+        if name.len() > position.kind.word().len() + position.digits {
+            return Err(self.refused(step, &format!("no number is left for a new {} position", position.kind.word())));
+        }
+        let line = text.line_span(position.line);
+        let mut bytes = name.clone().into_bytes();
+        let equals = text.slice(line.clone()).iter().position(|&b| b == b'=').unwrap_or(0);
+        let mut at = line.start + equals;
+        for (n, span) in position.numbers.iter().enumerate() {
+            bytes.extend_from_slice(text.slice(at..span.start));
+            bytes.extend_from_slice(form.get(&n).map_or(text.slice(span.clone()), |t| t.as_bytes()));
+            at = span.end;
+        }
+        self.new.push(NewLine { kind: position.kind, number, section: position.section, text: bytes, model });
+        Ok(name)
+    }
+
+    /// The new moves before a step.
+    fn points(&mut self, step: usize, edit: &Edit) -> Result<()> {
+        let Some(statement) = self.statement(step) else { return Ok(()) };
+        let text = &self.job.script.texts[0];
+        for point in &edit.before {
+            let mut forms = self.forms(step, &point.q)?;
+            let mut line = text.slice(statement.indent.start..statement.word.end).to_vec();
+            for r in &statement.references {
+                let form = forms.remove(&r.position).unwrap_or_default();
+                let name = self.add(step, r.position, &form)?;
+                line.push(b' ');
+                line.extend_from_slice(name.as_bytes());
+            }
+            line.extend_from_slice(self.tags(step, statement, point).as_bytes());
+            line.extend_from_slice(text.ending(statement.word.start));
+            let at = statement.indent.start;
+            self.patches.push(Patch::new(0, at..at, line));
+        }
+        Ok(())
+    }
+
+    /// Speed and the like of a new point, with the finest corner that fits.
+    fn tags(&self, step: usize, statement: &Statement, point: &NewPoint) -> String {
+        let mut out = String::new();
+        // a copy of an exact stop stops, but a straight TCP move is not stopped on its way
+        let kind = self.job.script.steps.get(step).map(|s| &s.kind);
+        let straight = matches!(kind, Some(StepKind::Move(m)) if m.path == PathKind::Linear);
+        let corner = |stops: bool| {
+            if stops && !straight {
+                "PL=0".into()
+            } else if point.clearance_m >= LEVELS_M[1] {
+                "PL=1".into()
+            } else if straight && self.knows_radii() {
+                radius("", point.clearance_m)
+            } else {
+                "PL=0".to_string()
+            }
+        };
+        let (mut placed, mut behind_speed) = (false, 0);
+        for tag in &statement.tags {
+            let word = String::from_utf8_lossy(self.job.script.texts[0].slice(tag.span.clone())).into_owned();
+            out.push(' ');
+            match tag.key.as_str() {
+                "PL" => {
+                    out.push_str(&corner(level(&word) == Some(0)));
+                    placed = true;
+                }
+                "CR" => {
+                    out.push_str(&radius(&word, point.clearance_m));
+                    placed = true;
+                }
+                "V" | "VJ" | "VR" | "VE" => {
+                    out.push_str(&word);
+                    behind_speed = out.len();
+                }
+                _ => out.push_str(&word),
+            }
+        }
+        if !placed {
+            out.insert_str(behind_speed, &format!(" {}", corner(false)));
+        }
+        out
+    }
+
+    /// Corner radii are written on a controller only if the job has some: older ones do not know them.
+    fn knows_radii(&self) -> bool {
+        self.job.statements.iter().flatten().flat_map(|s| &s.tags).any(|t| t.key == "CR")
+    }
+
+    /// Narrows the corner at a move's own goal.
+    fn blend(&mut self, step: usize, edit: &Edit) {
+        let (Some(at_most), Some(statement)) = (edit.blend_at_most_m, self.statement(step)) else { return };
+        let text = &self.job.script.texts[0];
+        let fits = LEVELS_M.iter().rposition(|&r| r <= at_most).unwrap_or(0);
+        let found = statement.tags.iter().find(|t| t.key == "PL" || t.key == "CR");
+        match found {
+            None => {
+                let speed = statement.tags.iter().rev().find(|t| t.key.starts_with('V'));
+                let at = speed
+                    .map_or_else(|| statement.references.last().map_or(statement.end, |r| r.span.end), |t| t.span.end);
+                self.patches.push(Patch::new(0, at..at, format!(" PL={fits}")));
+            }
+            Some(tag) => {
+                let word = String::from_utf8_lossy(text.slice(tag.span.clone())).into_owned();
+                let new = if tag.key == "CR" {
+                    radius(&word, at_most)
+                } else {
+                    match level(&word) {
+                        Some(own) if own <= fits => word.clone(),
+                        _ => format!("PL={fits}"),
+                    }
+                };
+                if new != word {
+                    self.patches.push(Patch::new(0, tag.span.clone(), new));
+                }
+            }
+        }
+    }
+
+    /// New lines behind the last of their kind, under the right headers.
+    fn lines(&mut self) {
+        let text = &self.job.script.texts[0];
+        let mut by_kind: BTreeMap<Kind, Vec<&NewLine>> = BTreeMap::new();
+        for line in &self.new {
+            by_kind.entry(line.kind).or_default().push(line);
+        }
+        for (kind, mut lines) in by_kind {
+            lines.sort_by_key(|l| l.number);
+            let Some(last) = self.job.positions.iter().rfind(|p| p.kind == kind) else { continue };
+            let at = text.line_span(last.line);
+            let ending = text.ending(at.start);
+            let mut bytes = Vec::new();
+            let mut now = last.section;
+            for line in &lines {
+                self.headers(&mut bytes, &mut now, line.section, ending);
+                // what the model line has behind its numbers is its own
+                debug_assert_eq!(self.job.positions[line.model].kind, kind);
+                bytes.extend_from_slice(&line.text);
+                bytes.extend_from_slice(ending);
+            }
+            if self.job.positions.iter().any(|p| p.line > last.line) {
+                self.headers(&mut bytes, &mut now, last.section, ending);
+            }
+            self.patches.push(Patch::new(0, at.end..at.end, bytes));
+        }
+    }
+
+    /// Headers that lead from the section `now` to another.
+    fn headers(&self, bytes: &mut Vec<u8>, now: &mut Section, to: Section, ending: &[u8]) {
+        let text = &self.job.script.texts[0];
+        let words = |line: Option<usize>| line.map(|k| text.line(k).trim_ascii());
+        let mut say = |line: Option<usize>| {
+            if let Some(k) = line {
+                bytes.extend_from_slice(text.line(k).trim_ascii());
+                bytes.extend_from_slice(ending);
+            }
+        };
+        let joints = matches!(to.meaning, Meaning::Pulse | Meaning::Angle);
+        let postype = words(now.postype) != words(to.postype) || words(now.form) != words(to.form);
+        if !joints && words(now.user) != words(to.user) {
+            say(to.user);
+            now.user = to.user;
+        }
+        if words(now.tool) != words(to.tool) {
+            say(to.tool);
+            now.tool = to.tool;
+        }
+        if postype {
+            say(to.postype);
+            say(to.form);
+            (now.meaning, now.postype, now.form) = (to.meaning, to.postype, to.form);
+        }
+        if !joints && (postype || words(now.rconf) != words(to.rconf)) {
+            say(to.rconf);
+            now.rconf = to.rconf;
+        }
+    }
+
+    fn counts(&mut self) {
+        let text = &self.job.script.texts[0];
+        for (k, (kind, _)) in super::KINDS.iter().enumerate() {
+            let more = self.new.iter().filter(|l| l.kind == *kind).count();
+            let Some(span) = self.job.counts.get(k).filter(|_| more > 0) else { continue };
+            let own = String::from_utf8_lossy(text.slice(span.clone())).parse::<usize>().unwrap_or(0);
+            self.patches.push(Patch::new(0, span.clone(), (own + more).to_string()));
+        }
+    }
+}
+
+/// `PL=2`.
+fn level(word: &str) -> Option<usize> {
+    word.split_once('=')?.1.parse().ok()
+}
+
+/// `CR=` no wider than `at_most_m`; an exact stop where that is less than the least.
+fn radius(word: &str, at_most_m: f64) -> String {
+    let own = word.split_once('=').and_then(|w| w.1.parse::<f64>().ok()).unwrap_or(f64::INFINITY);
+    let fits = (at_most_m * 1e4).floor() * 0.1;
+    if own <= fits {
+        word.to_string()
+    } else if fits < LEAST_CR_MM {
+        "PL=0".into()
+    } else {
+        format!("CR={fits:.1}")
+    }
+}

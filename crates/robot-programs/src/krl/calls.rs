@@ -1,0 +1,58 @@
+//! What a line calls, and whether that may move the robot.
+
+use super::data::upper;
+use super::lex::{Kind, Token};
+use crate::script::Text;
+
+/// Functions and procedures that neither move the robot nor change what they are given.
+const QUIET: [&str; 30] = [
+    "BAS",
+    "SET_CD_PARAMS",
+    "SIN",
+    "COS",
+    "TAN",
+    "ACOS",
+    "ATAN2",
+    "ABS",
+    "SQRT",
+    "INVERSE",
+    "FORWARD",
+    "INV_POS",
+    "STRLEN",
+    "STRCOMP",
+    "STRFIND",
+    "VARSTATE",
+    "PULSE",
+    "IR_STOPM",
+    "CAST_TO",
+    "ROUND",
+    "SVEL_JOINT",
+    "STOOL2",
+    "SBASE",
+    "SIPO_MODE",
+    "SLOAD",
+    "SACC_JOINT",
+    "SAPO_PTP",
+    "SGEAR_JERK",
+    "USE_CM_PRO_VALUES",
+    "B_AND",
+];
+
+/// Routines that a line calls and that may move the robot, in upper case.
+pub(super) fn calls(text: &Text, line: &[Token]) -> Vec<String> {
+    const KEYWORDS: [&str; 16] = [
+        "IF", "AND", "OR", "NOT", "EXOR", "WHEN", "FOR", "WHILE", "UNTIL", "SWITCH", "CASE", "RETURN", "DO", "TO",
+        "SEC", "DELAY",
+    ];
+    line.windows(2)
+        .filter(|w| w[0].kind == Kind::Word && w[1].is(b'('))
+        .map(|w| upper(text, &w[0]))
+        .filter(|n| !QUIET.contains(&n.as_str()) && !KEYWORDS.contains(&n.as_str()))
+        .collect()
+}
+
+/// ArcTech's `ArcMainNG(#ArcOnBeforeMoveStd, ...)`: on before the motion to the seam, off behind the motion to its end.
+pub(super) fn arc(text: &Text, line: &[Token], word: &str) -> Option<bool> {
+    let state = line.get(3).filter(|_| word == "ARCMAINNG" && line[2].is(b'#')).map(|t| upper(text, t))?;
+    if state.starts_with("ARCON") { Some(true) } else { state.starts_with("ARCOFFAFTER").then_some(false) }
+}

@@ -1,0 +1,384 @@
+//! Names of a program: points and frame data that are declared, what they are given, and who else uses them.
+
+use super::calls::calls;
+use super::lex::{Kind, Token, tokens};
+use super::motion;
+use super::name::{Assigned, Flow, Holds, Name};
+use crate::error::Result;
+use crate::script::{PathKind, PoseGoal, Solution, Text, number};
+use nalgebra::{UnitQuaternion, Vector3};
+use std::collections::HashMap;
+use std::ops::Range;
+
+/// `A1 -50.70`.
+#[derive(Debug, Clone)]
+pub(super) struct Component {
+    /// Upper case.
+    pub name: String,
+    /// Bytes, value and style of a plain number; `None`: it is computed.
+    pub value: Option<(Range<usize>, f64, number::Style)>,
+}
+
+/// `{E6AXIS: A1 -50.70,A2 ...}`.
+#[derive(Debug, Clone)]
+pub(super) struct Aggregate {
+    pub file: usize,
+    /// Braces included.
+    pub span: Range<usize>,
+    pub components: Vec<Component>,
+}
+
+impl Aggregate {
+    pub fn component(&self, name: &str) -> Option<&Component> {
+        self.components.iter().find(|c| c.name == name)
+    }
+
+    /// Whether it gives axes; external axes alone also stand beside a Cartesian position.
+    pub fn has_axes(&self) -> bool {
+        let cartesian = self.components.iter().any(|c| matches!(c.name.as_str(), "X" | "Y" | "Z" | "A" | "B" | "C"));
+        self.components.iter().any(|c| axis_name(&c.name) && !(cartesian && c.name.starts_with('E')))
+    }
+
+    /// The Cartesian target; `foreign`: why its frame is not the robot's base; `path`: on straight ones status and turn do not
+    /// count.
+    pub fn pose(&self, foreign: Option<String>, path: PathKind) -> Option<PoseGoal> {
+        let of = |name: &str| self.component(name).and_then(|c| c.value.as_ref()).map(|v| v.1);
+        let position_m = Vector3::new(of("X")?, of("Y")?, of("Z")?) * 1e-3;
+        // turns about Z, then the new Y, then the new X
+        let rotation = (|| {
+            let [a, b, c] = [of("A")?, of("B")?, of("C")?].map(f64::to_radians);
+            Some(UnitQuaternion::from_euler_angles(c, b, a))
+        })();
+        let external = |c: &Component| {
+            axis_name(&c.name) && c.name.starts_with('E') && c.value.as_ref().is_none_or(|v| v.1 != 0.0)
+        };
+        let carried = self.components.iter().any(external);
+        let carried = carried.then(|| "external axes, which may carry the robot or the work piece".to_string());
+        let turn = self.component("T").filter(|_| path == PathKind::Joint).map(|_| of("T").filter(|t| *t >= 0.0));
+        // bits beyond the sixth are those of external axes
+        let solution = turn.flatten().map_or(Solution::Same, |turn| signs(turn as u32));
+        let unread = turn.is_some_and(|t| t.is_none()).then(|| "a turn T that is computed".to_string());
+        Some(PoseGoal { position_m, rotation, foreign_frame: foreign.or(carried).or(unread), solution })
+    }
+
+    /// Values of external axes and of axes that are none of the robot's, for comparison.
+    pub fn others(&self, own: &[String], text: &Text) -> Vec<(String, Vec<u8>)> {
+        let others = self.components.iter().filter(|c| axis_name(&c.name) && !own.contains(&c.name));
+        let value = |c: &Component| c.value.as_ref().map_or(b"?".to_vec(), |v| text.slice(v.0.clone()).to_vec());
+        let mut out: Vec<_> = others.map(|c| (c.name.clone(), value(c))).collect();
+        out.sort();
+        out
+    }
+}
+
+/// The turn of a position: a bit for each of A1 to A6 that is below zero.
+fn signs(turn: u32) -> Solution {
+    let bounds = |k: usize| {
+        let below = turn >> k & 1 == 1;
+        if below { (k, f64::NEG_INFINITY, 0.0) } else { (k, 0.0, f64::INFINITY) }
+    };
+    Solution::Within((0..6).map(bounds).collect())
+}
+
+/// A1 to A6, E1 to E6.
+pub(super) fn axis_name(name: &str) -> bool {
+    matches!(name.as_bytes(), [b'A' | b'E', b'1'..=b'6'])
+}
+
+/// No aggregate of KRL has as many components.
+const MOST: usize = 64;
+
+/// An aggregate whose brace is `tokens[k]`; the token behind it.
+pub(super) fn aggregate(text: &Text, file: usize, tokens: &[Token], k: usize) -> Result<(Aggregate, usize)> {
+    let open = tokens.get(k).map_or(0, |t| t.start);
+    let unclosed = || text.bad(open, "`{` without `}` on its line", "an aggregate such as `{A1 0.0,A2 -90.0}`");
+    let mut at = k + 1;
+    // `E6AXIS:`
+    if let (Some(a), Some(b)) = (tokens.get(at), tokens.get(at + 1))
+        && a.kind == Kind::Word
+        && b.is(b':')
+    {
+        at += 2;
+    }
+    let mut components: Vec<Component> = Vec::new();
+    loop {
+        let first = tokens.get(at).ok_or_else(unclosed)?;
+        if first.is(b'}') {
+            at += 1;
+            break;
+        }
+        let (mut depth, mut end) = (0_usize, at);
+        loop {
+            let t = tokens.get(end).filter(|t| t.kind != Kind::Comment).ok_or_else(unclosed)?;
+            match t.kind {
+                Kind::Mark(b'{' | b'(' | b'[') => depth += 1,
+                Kind::Mark(b'}') if depth == 0 => break,
+                Kind::Mark(b'}' | b')' | b']') => depth = depth.saturating_sub(1),
+                Kind::Mark(b',') if depth == 0 => break,
+                _ => {}
+            }
+            end += 1;
+        }
+        if first.kind == Kind::Word {
+            let name = String::from_utf8_lossy(text.slice(first.span())).to_ascii_uppercase();
+            if components.len() >= MOST {
+                return Err(text.bad(first.start, "a further component", format!("{MOST} components at most")));
+            }
+            if components.iter().any(|c| c.name == name) {
+                return Err(text.bad(first.start, format!("a second `{name}`"), "each component once"));
+            }
+            // `A1-5`: another number would run into the name
+            let apart = |v: &(Range<usize>, f64, number::Style)| v.0.start > first.end;
+            let value = match (name.as_str(), &tokens[at + 1..end]) {
+                ("S" | "T", [t]) if t.kind == Kind::Quoted => {
+                    bits(text.slice(t.span())).map(|v| (t.span(), v, number::Style::default()))
+                }
+                (_, rest) => literal(text, rest)?.filter(apart),
+            };
+            components.push(Component { name, value });
+        } else if !first.is(b',') {
+            let found = String::from_utf8_lossy(text.slice(first.span())).into_owned();
+            return Err(text.bad(first.start, format!("`{found}`"), "the name of a component such as `A1`"));
+        }
+        at = end + usize::from(tokens.get(end).is_some_and(|t| t.is(b',')));
+    }
+    let span = open..tokens.get(at - 1).map_or(open, |t| t.end);
+    Ok((Aggregate { file, span, components }, at))
+}
+
+/// `'B000111'`, `'H2A'`.
+fn bits(text: &[u8]) -> Option<f64> {
+    let inner = std::str::from_utf8(text.strip_prefix(b"'")?.strip_suffix(b"'")?).ok()?;
+    let radix = match inner.bytes().next()? {
+        b'B' | b'b' => 2,
+        b'H' | b'h' => 16,
+        _ => return None,
+    };
+    u16::from_str_radix(&inner[1..], radix).ok().map(f64::from)
+}
+
+/// A number with its sign beside it; `None`: anything else.
+fn literal(text: &Text, tokens: &[Token]) -> Result<Option<(Range<usize>, f64, number::Style)>> {
+    let span = match tokens {
+        [n] if n.kind == Kind::Number => n.span(),
+        [s, n] if (s.is(b'-') || s.is(b'+')) && n.kind == Kind::Number && s.end == n.start => s.start..n.end,
+        [n, ..]
+            if n.kind == Kind::Number && tokens.get(1).is_some_and(|t| t.kind == Kind::Number && t.start == n.end) =>
+        {
+            let end = tokens.last().map_or(n.end, |t| t.end);
+            let found = String::from_utf8_lossy(text.slice(n.start..end)).into_owned();
+            return Err(text.bad(n.start, format!("`{found}`"), "a number"));
+        }
+        _ => return Ok(None),
+    };
+    Ok(number::read(text.slice(span.clone())).map(|(v, s)| (span, v, s)))
+}
+
+/// Every name of a program.
+#[derive(Debug, Default)]
+pub(super) struct Data {
+    pub names: Vec<Name>,
+    /// By routine (`None`: the data list) and name in upper case.
+    by_name: HashMap<(Option<usize>, String), usize>,
+    /// Frame data: file and line of the declaration.
+    pub frames: HashMap<String, (usize, usize)>,
+}
+
+/// A word in upper case.
+pub(super) fn upper(text: &Text, t: &Token) -> String {
+    String::from_utf8_lossy(text.slice(t.span())).to_ascii_uppercase()
+}
+
+impl Data {
+    /// A name as a routine sees it.
+    pub fn find(&self, routine: usize, name: &str) -> Option<usize> {
+        let of = |scope| self.by_name.get(&(scope, name.to_string())).copied();
+        of(Some(routine)).or_else(|| of(None))
+    }
+
+    pub fn collect(texts: &[Text]) -> Result<Self> {
+        let mut data = Self::default();
+        let mut line = Vec::new();
+        // declarations first: the data list comes behind the program
+        for pass in 0..2 {
+            for (file, text) in texts.iter().enumerate() {
+                let mut routine = 0;
+                let mut flow = Flow::default();
+                for k in 0..text.line_count() {
+                    tokens(text, k, &mut line);
+                    line.retain(|t| t.kind != Kind::Comment);
+                    let first = line.first().map(|t| upper(text, t)).unwrap_or_default();
+                    let second = line.get(1).map(|t| upper(text, t)).unwrap_or_default();
+                    if is_routine(&first, &second) {
+                        routine += 1;
+                        flow = Flow::default();
+                    }
+                    flow.pass(&first);
+                    let scope = (file == 0).then_some(routine);
+                    if let Some(at) = declaration(text, &line) {
+                        if pass == 0 {
+                            data.declare(text, file, k, scope, &line, at)?;
+                        }
+                    } else if pass == 1 && !matches!(first.as_str(), "STRUC" | "ENUM" | "EXT" | "EXTP" | "EXTFCT") {
+                        data.uses(text, file, k, (scope.unwrap_or(0), flow.certain()), &line)?;
+                    }
+                }
+            }
+        }
+        Ok(data)
+    }
+
+    /// `DECL [GLOBAL] [CONST] E6AXIS XP1={...},XP2`; `at` is the token of the type.
+    fn declare(
+        &mut self,
+        text: &Text,
+        file: usize,
+        k: usize,
+        scope: Option<usize>,
+        line: &[Token],
+        at: usize,
+    ) -> Result<()> {
+        let kind = upper(text, &line[at]);
+        let global = line[..at].iter().any(|t| upper(text, t) == "GLOBAL");
+        let mut i = at + 1;
+        while let Some(word) = line.get(i) {
+            if word.kind != Kind::Word {
+                i += 1;
+                continue;
+            }
+            let (name, own) = (upper(text, word), String::from_utf8_lossy(text.slice(word.span())).into_owned());
+            i += 1;
+            let array = line.get(i).is_some_and(|t| t.is(b'['));
+            while line.get(i).is_some_and(|t| !t.is(b',') && !t.is(b'=')) {
+                i += 1;
+            }
+            let mut given = None;
+            let mut spoiled = array.then(|| "an element of an array".to_string());
+            if line.get(i).is_some_and(|t| t.is(b'=')) {
+                i += 1;
+                if line.get(i).is_some_and(|t| t.is(b'{')) && kind != "FDAT" {
+                    let (a, next) = aggregate(text, file, line, i)?;
+                    (given, i) = (Some(a), next);
+                } else if kind == "FDAT" {
+                    self.frames.insert(name, (file, k));
+                    return Ok(());
+                } else {
+                    spoiled = Some("its value is computed".into());
+                }
+            }
+            while line.get(i).is_some_and(|t| !t.is(b',')) {
+                i += 1;
+            }
+            let holds = match kind.as_str() {
+                "E6AXIS" | "AXIS" => Holds::Axes,
+                "FDAT" => continue,
+                _ => Holds::Pose,
+            };
+            let next = self.names.len();
+            if self.by_name.insert((scope, name.clone()), next).is_some() {
+                return Err(text.bad(word.start, format!("a second declaration of {own}"), "each name declared once"));
+            }
+            self.names.push(Name {
+                text: own,
+                file,
+                line: k,
+                type_word: line[at].span(),
+                holds,
+                local: scope.is_some(),
+                global,
+                given,
+                assigned: Vec::new(),
+                used: false,
+                spoiled,
+                read: false,
+            });
+        }
+        Ok(())
+    }
+
+    /// Assignments, and uses besides motions. `at`: the routine, and whether the line certainly runs in it.
+    fn uses(&mut self, text: &Text, file: usize, k: usize, at: (usize, bool), line: &[Token]) -> Result<()> {
+        let (routine, certain) = at;
+        let goal = motion::goal_word(text, line);
+        let sign = assignment(line);
+        let call = calls(text, line).into_iter().next();
+        for (i, t) in line.iter().enumerate() {
+            if t.kind != Kind::Word || i > 0 && line[i - 1].is(b'.') {
+                continue;
+            }
+            let Some(n) = self.find(routine, &upper(text, t)) else { continue };
+            if (i, sign) != (0, Some(1)) {
+                self.names[n].used_in(routine);
+            }
+            if Some(i) == goal {
+                continue;
+            }
+            let spoil = |name: &mut Name, why: String| {
+                name.spoiled.get_or_insert(why);
+            };
+            match sign {
+                Some(1) if i == 0 => {
+                    let whole =
+                        line.get(2).filter(|t| t.is(b'{')).map(|_| aggregate(text, file, line, 2)).transpose()?;
+                    let whole = whole.filter(|(_, next)| *next == line.len()).map(|w| w.0);
+                    let always = certain && !self.names[n].used;
+                    self.names[n].assigned.push(Assigned { line: k, routine, aggregate: whole, always });
+                }
+                Some(s) if i == 0 && s > 1 => {
+                    spoil(
+                        &mut self.names[n],
+                        format!("a part of it is assigned while the program runs (line {})", k + 1),
+                    );
+                }
+                _ => match &call {
+                    Some(name) => {
+                        let why = format!("it is passed to {name}, which may change it (line {})", k + 1);
+                        spoil(&mut self.names[n], why);
+                    }
+                    None => self.names[n].read = true,
+                },
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether a line begins a routine.
+pub(super) fn is_routine(first: &str, second: &str) -> bool {
+    matches!(first, "DEF" | "DEFFCT") || first == "GLOBAL" && matches!(second, "DEF" | "DEFFCT")
+}
+
+/// The token of the type of a declaration of points or frame data.
+fn declaration(text: &Text, line: &[Token]) -> Option<usize> {
+    let mut at = 0;
+    while let Some(t) = line.get(at).filter(|t| t.kind == Kind::Word) {
+        match upper(text, t).as_str() {
+            "DECL" | "GLOBAL" | "CONST" => at += 1,
+            "E6AXIS" | "AXIS" | "E6POS" | "POS" | "FRAME" | "FDAT" => {
+                return line.get(at + 1).is_some_and(|t| t.kind == Kind::Word).then_some(at);
+            }
+            _ => return None,
+        }
+    }
+    None
+}
+
+/// The `=` of an assignment; not `==`, `<=`, `>=`, and not within brackets.
+pub(super) fn assignment(line: &[Token]) -> Option<usize> {
+    if line.first()?.kind != Kind::Word {
+        return None;
+    }
+    let mut depth = 0_usize;
+    for (i, t) in line.iter().enumerate().skip(1) {
+        match t.kind {
+            Kind::Mark(b'[') => depth += 1,
+            Kind::Mark(b']') => depth = depth.saturating_sub(1),
+            Kind::Mark(b'=') if depth == 0 => return (!line.get(i + 1).is_some_and(|t| t.is(b'='))).then_some(i),
+            Kind::Mark(b'.') => {}
+            Kind::Word if line[i - 1].is(b'.') => {}
+            _ if depth > 0 => {}
+            _ => return None,
+        }
+    }
+    None
+}

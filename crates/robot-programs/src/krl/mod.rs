@@ -1,0 +1,132 @@
+//! KUKA KRL programs: `.src` (or `.sub`) with the data list `.dat` of the same name.
+//!
+//! KRL is read line by line, as the controller does. What is edited are axis values: in a motion itself
+//! (`PTP {A1 -5,A2 -90}`) or in the declaration of its point (`DECL E6AXIS XP1={A1 -5,...}`, mostly in the `.dat`). A new
+//! point is a plain motion with its values in line. A motion of an inline form stands in a fold whose text, point, frame data
+//! and motion data belong together: its new points stand before the fold, with the fold's own settings before them, and a
+//! point that must part from another use is cloned as a whole (point, frame data, text of the fold).
+//!
+//! References: KUKA System Software 8.x, Operating and Programming Instructions for System Integrators (motions,
+//! approximate positioning, folds, data lists); public programs.
+//!
+//! Rooms: [`lex`] tokens; [`data`] declarations, aggregates; [`name`] a point and its value; [`calls`] what a line calls;
+//! [`motion`] a motion instruction; [`form`] inline forms; [`settings`] speeds and frames; [`target`] axis values; [`read`]
+//! makes the script; [`write`] the patches; [`clone`] a point's second form.
+//!
+//! How it fails: what other modules do to a point (`$config.dat`, GLOBAL data) is not in the text. Such points are never
+//! changed in place, and where they are not declared in the two files their motions are not edited at all.
+
+mod calls;
+mod clone;
+mod data;
+mod form;
+mod lex;
+mod motion;
+mod name;
+mod read;
+mod settings;
+mod target;
+mod write;
+
+#[cfg(test)]
+mod props;
+#[cfg(test)]
+mod tests;
+
+use super::files::Files;
+use super::script::{Document, Edits, Format, Patch, Script, Text};
+use crate::axes::{Axes, JointKind};
+use crate::error::Result;
+use data::{Aggregate, Data};
+use motion::Motion;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// KUKA KRL (`.src` with its `.dat`).
+pub struct Krl;
+
+impl Format for Krl {
+    fn name(&self) -> &'static str {
+        "krl"
+    }
+
+    fn title(&self) -> &'static str {
+        "KUKA KRL (.src with its .dat)"
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        &["src", "sub"]
+    }
+
+    fn recognises(&self, bytes: &[u8]) -> bool {
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        for line in bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii).take(200) {
+            let upper = line.get(..line.len().min(16)).unwrap_or_default().to_ascii_uppercase();
+            if upper.is_empty() || upper.starts_with(b";") {
+                continue;
+            }
+            if upper.starts_with(b"&") {
+                return [&b"&ACCESS"[..], b"&REL", b"&PARAM", b"&COMMENT", b"&USER"]
+                    .iter()
+                    .any(|h| upper.starts_with(h));
+            }
+            let word = upper.split(u8::is_ascii_whitespace).next().unwrap_or_default();
+            // URScript's `def name():` ends in a colon
+            return (matches!(word, b"DEF" | b"DEFFCT" | b"DEFDAT") || upper.starts_with(b"GLOBAL DEF"))
+                && !line.ends_with(b":");
+        }
+        false
+    }
+
+    fn companions(&self, path: &Path, there: &Files) -> Vec<PathBuf> {
+        companions(path, there)
+    }
+
+    fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>> {
+        Ok(Box::new(read::program(texts, robot)?))
+    }
+}
+
+/// The `.dat` beside a `.src`: the same stem, as it is, in one case or capital, packed or not; the exact stem goes first.
+fn companions(path: &Path, there: &Files) -> Vec<PathBuf> {
+    let Some(file) = path.file_name().map(|n| n.to_string_lossy().into_owned()) else { return Vec::new() };
+    let plain = if file.to_ascii_lowercase().ends_with(".gz") { &file[..file.len() - 3] } else { file.as_str() };
+    let Some((stem, _)) = plain.rsplit_once('.') else { return Vec::new() };
+    let mut capital = stem.to_lowercase();
+    if let Some(first) = capital.get_mut(..1) {
+        first.make_ascii_uppercase();
+    }
+    let stems = [stem.to_string(), stem.to_lowercase(), stem.to_uppercase(), capital];
+    let names = ["dat", "DAT", "Dat", "dat.gz"].iter().flat_map(|e| stems.iter().map(move |s| format!("{s}.{e}")));
+    names.map(|n| path.with_file_name(n)).find(|p| there.has(p)).into_iter().collect()
+}
+
+/// Where a target's numbers stand.
+enum Source {
+    /// In the motion.
+    Inline(Aggregate),
+    /// In the declaration (or the only assignment) of a name.
+    Name(usize),
+}
+
+/// A program that has been read.
+struct Program {
+    script: Script,
+    kinds: Vec<JointKind>,
+    /// Axis names as KRL has them: A1, ..., A6, E1, ...
+    axes: Vec<String>,
+    motions: BTreeMap<usize, Motion>,
+    data: Data,
+    /// One per target.
+    sources: Vec<Source>,
+}
+
+impl Document for Program {
+    fn script(&self) -> &Script {
+        &self.script
+    }
+
+    fn patches(&self, edits: &Edits) -> Result<Vec<Patch>> {
+        write::patches(self, edits)
+    }
+}

@@ -1,0 +1,79 @@
+//! A motion instruction: `PTP XP1 C_PTP`, `SPTP {A1 5} WITH $VEL_AXIS[1]=SVEL_JOINT(50)`, `CIRC XAUX, XP2, CA 180`.
+
+use super::lex::{Kind, Token};
+use crate::script::{PathKind, Text};
+use std::ops::Range;
+
+/// Where a motion stands.
+#[derive(Debug, Clone)]
+pub(super) struct Motion {
+    /// Its line, from 0.
+    pub line: usize,
+    pub keyword: Range<usize>,
+    /// Name or aggregate of its goal.
+    pub goal: Range<usize>,
+    /// From behind the goal to the end of the statement.
+    pub tail: Range<usize>,
+    pub spline: bool,
+    /// First line of the fold of an inline form around it, from 0.
+    pub fold: Option<usize>,
+}
+
+/// A word that moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Word {
+    pub path: PathKind,
+    pub spline: bool,
+    pub relative: bool,
+    pub arc: bool,
+}
+
+/// The motion that a keyword begins.
+pub(super) fn word(upper: &str) -> Option<Word> {
+    let (base, relative) = upper.strip_suffix("_REL").map_or((upper, false), |b| (b, true));
+    let (path, spline, arc) = match base {
+        "PTP" => (PathKind::Joint, false, false),
+        "SPTP" => (PathKind::Joint, true, false),
+        "LIN" => (PathKind::Linear, false, false),
+        "SLIN" => (PathKind::Linear, true, false),
+        "CIRC" => (PathKind::Curve, false, true),
+        "SCIRC" => (PathKind::Curve, true, true),
+        "SPL" => (PathKind::Curve, true, false),
+        _ => return None,
+    };
+    Some(Word { path, spline, relative, arc })
+}
+
+/// Token of the goal of a motion, where that is a name alone.
+pub(super) fn goal_word(text: &Text, line: &[Token]) -> Option<usize> {
+    let w = word(&super::data::upper(text, line.first()?))?;
+    let at = if w.arc { second(line)? } else { 1 };
+    let named = line.get(at).is_some_and(|t| t.kind == Kind::Word);
+    (named && !w.relative && ends(text, line, at + 1)).then_some(at)
+}
+
+/// The token behind the first comma outside of brackets.
+pub(super) fn second(line: &[Token]) -> Option<usize> {
+    let mut depth = 0_usize;
+    for (i, t) in line.iter().enumerate() {
+        match t.kind {
+            Kind::Mark(b'{' | b'(' | b'[') => depth += 1,
+            Kind::Mark(b'}' | b')' | b']') => depth = depth.saturating_sub(1),
+            Kind::Mark(b',') if depth == 0 => return Some(i + 1),
+            _ => {}
+        }
+    }
+    None
+}
+
+/// Whether the goal ends before token `at`: nothing follows but `C_PTP`, `WITH` or `, CA`.
+pub(super) fn ends(text: &Text, line: &[Token], at: usize) -> bool {
+    line.get(at).is_none_or(|t| {
+        t.is(b',')
+            || t.kind == Kind::Comment
+            || t.kind == Kind::Word && {
+                let w = super::data::upper(text, t);
+                w.starts_with("C_") || w == "WITH"
+            }
+    })
+}

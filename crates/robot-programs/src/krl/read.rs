@@ -1,0 +1,397 @@
+//! A program's text into its script.
+
+use super::calls::{arc, calls};
+use super::data::{Aggregate, Data, assignment, is_routine, upper};
+use super::form;
+use super::lex::{Kind, Token, tokens};
+use super::motion::{self, Word};
+use super::name::Holds;
+use super::settings::{self, Settings};
+use super::target::{Others, axis_names, external_axes, target};
+use super::{Motion, Program, Source};
+use crate::axes::{Axes, JointKind};
+use crate::error::{Error, Place, Result};
+use crate::script::{At, Break, Goal, Move, Note, PathKind, Script, Speed, Step, StepKind, Target, Text, pragma};
+use std::collections::{BTreeMap, HashMap};
+
+pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
+    let Some(text) = texts.first() else {
+        return Err(Error::bad(Place::default(), "no text", "a KUKA KRL program (.src)"));
+    };
+    whole(text)?;
+    let data = Data::collect(&texts)?;
+    let axes: Vec<(String, JointKind)> =
+        axis_names(robot).into_iter().zip(robot.axis_joints().map(|j| j.kind)).collect();
+    let mut reader = Reader::new(&texts, &data, &axes, robot);
+    let mut line = Vec::new();
+    for k in 0..text.line_count() {
+        tokens(text, k, &mut line);
+        reader.line(k, &line)?;
+    }
+    let Reader { mut steps, targets, sources, motions, mut notes, others, .. } = reader;
+    if texts.len() == 1 && data.names.is_empty() && targets.is_empty() && !motions.is_empty() {
+        let text = "no data list (.dat) was found beside the program, and no point is declared in it".to_string();
+        notes.push(Note { place: At { file: 0, line: 1 }, text });
+    }
+    external_axes(&mut steps, &others);
+    if targets.iter().all(|t| t.values.iter().all(Option::is_none)) {
+        // a new point would have no axis to name
+        for step in &mut steps {
+            if let StepKind::Move(m) = &mut step.kind {
+                m.closed.get_or_insert_with(|| "no motion of the program gives axis values".into());
+            }
+        }
+    }
+    let (axes, kinds) = axes.iter().cloned().unzip();
+    drop(line);
+    let script = Script { steps, targets, notes, ..Script::default() };
+    let mut program = Program { script, kinds, axes, motions, data, sources };
+    program.script.texts = texts;
+    Ok(program)
+}
+
+/// Refuses a data list alone, and a text without a routine.
+fn whole(text: &Text) -> Result<()> {
+    let mut line = Vec::new();
+    let mut any = false;
+    for k in 0..text.line_count() {
+        tokens(text, k, &mut line);
+        let Some(first) = line.first().filter(|t| t.kind == Kind::Word) else { continue };
+        match upper(text, first).as_str() {
+            "DEFDAT" if !any => {
+                return Err(text.bad(
+                    first.start,
+                    "a data list (DEFDAT)",
+                    "the program itself: give the .src, its .dat is found beside it",
+                ));
+            }
+            "DEF" | "DEFFCT" | "GLOBAL" => any = true,
+            _ => {}
+        }
+    }
+    if any { Ok(()) } else { Err(text.bad(0, "no routine", "a KUKA KRL program with DEF ... END")) }
+}
+
+struct Fold {
+    line: usize,
+    inline: bool,
+    /// Steps before it.
+    steps: usize,
+    /// Something stands in it that is no setting of the form.
+    more: bool,
+}
+
+struct Reader<'a> {
+    texts: &'a [Text],
+    text: &'a Text,
+    data: &'a Data,
+    axes: &'a [(String, JointKind)],
+    names: Vec<String>,
+    no_tool: bool,
+    steps: Vec<Step>,
+    targets: Vec<Target>,
+    sources: Vec<Source>,
+    of_name: HashMap<usize, usize>,
+    motions: BTreeMap<usize, Motion>,
+    others: BTreeMap<usize, Others>,
+    notes: Vec<Note>,
+    routine: usize,
+    folds: Vec<Fold>,
+    trigger: bool,
+    spline: bool,
+    set: Settings,
+}
+
+impl<'a> Reader<'a> {
+    fn new(texts: &'a [Text], data: &'a Data, axes: &'a [(String, JointKind)], robot: &Axes) -> Self {
+        Self {
+            texts,
+            text: &texts[0],
+            data,
+            axes,
+            names: axes.iter().map(|a| a.0.clone()).collect(),
+            no_tool: robot.tool == nalgebra::Isometry3::identity(),
+            steps: Vec::new(),
+            targets: Vec::new(),
+            sources: Vec::new(),
+            of_name: HashMap::new(),
+            motions: BTreeMap::new(),
+            others: BTreeMap::new(),
+            notes: Vec::new(),
+            routine: 0,
+            folds: Vec::new(),
+            trigger: false,
+            spline: false,
+            set: Settings::default(),
+        }
+    }
+
+    fn push(&mut self, k: usize, kind: StepKind) {
+        if let StepKind::Break(b) = kind
+            && b != Break::Frame
+        {
+            self.set = Settings::default();
+        }
+        self.steps.push(Step { at: At { file: 0, line: k as u64 + 1 }, kind });
+    }
+
+    fn stop(&mut self, k: usize, kind: Break) {
+        self.push(k, StepKind::Break(kind));
+    }
+
+    fn line(&mut self, k: usize, tokens: &[Token]) -> Result<()> {
+        let code = tokens.iter().position(|t| t.kind == Kind::Comment).unwrap_or(tokens.len());
+        if let (0, Some(t)) = (code, tokens.first()) {
+            self.fold(k, t);
+        }
+        if code > 0 {
+            self.statement(k, &tokens[..code])?;
+        }
+        if let Some(on) = tokens.get(code).and_then(|t| pragma(self.text.slice(t.span()))) {
+            self.push(k, StepKind::Pragma(on));
+        }
+        Ok(())
+    }
+
+    fn fold(&mut self, k: usize, t: &Token) {
+        let comment = String::from_utf8_lossy(self.text.slice(t.span())).to_ascii_uppercase();
+        let comment = comment.trim_start_matches([';', ' ', '\t']);
+        if comment.starts_with("ENDFOLD") {
+            let more = self.folds.pop().is_some_and(|f| f.more);
+            if let Some(outer) = self.folds.last_mut() {
+                outer.more |= more;
+            }
+        } else if let Some(rest) = comment.strip_prefix("FOLD").filter(|r| r.starts_with([' ', '\t']) || r.is_empty()) {
+            let first = rest.split_ascii_whitespace().next().unwrap_or_default();
+            let inline = rest.contains("%{P") && !rest.contains("%{PH}") || motion::word(first).is_some();
+            self.folds.push(Fold { line: k, inline, steps: self.steps.len(), more: false });
+        }
+    }
+
+    fn statement(&mut self, k: usize, line: &[Token]) -> Result<()> {
+        let Some(first) = line.first() else { return Ok(()) };
+        if first.is(b'&') {
+            return Ok(());
+        }
+        let word = upper(self.text, first);
+        let second = line.get(1).map(|t| upper(self.text, t)).unwrap_or_default();
+        if let Some(w) = motion::word(&word) {
+            return self.motion(k, line, w);
+        }
+        if let Some(fold) = self.folds.last_mut() {
+            fold.more = fold.more || !form::setting(self.text, line);
+        }
+        if is_routine(&word, &second) {
+            self.routine += 1;
+            (self.spline, self.trigger) = (false, false);
+            self.folds.clear();
+            self.stop(k, Break::Start);
+            return Ok(());
+        }
+        if line.len() == 2 && first.kind == Kind::Word && line[1].is(b':') {
+            self.stop(k, Break::Jump);
+            return Ok(());
+        }
+        match word.as_str() {
+            "IF" | "ELSE" | "ENDIF" | "SWITCH" | "CASE" | "DEFAULT" | "ENDSWITCH" | "GOTO" | "EXIT" | "RETURN"
+            | "RESUME" | "END" | "ENDFCT" => self.stop(k, Break::Jump),
+            "LOOP" | "ENDLOOP" | "FOR" | "ENDFOR" | "WHILE" | "ENDWHILE" | "REPEAT" | "UNTIL" => {
+                self.stop(k, Break::Loop)
+            }
+            "WAIT" => {
+                let seconds =
+                    (second == "SEC").then(|| settings::number(self.text, line.get(2..).unwrap_or_default())).flatten();
+                self.push(k, StepKind::Dwell(seconds.filter(|s| *s >= 0.0)));
+                self.called(k, line);
+            }
+            "HALT" => self.push(k, StepKind::Dwell(None)),
+            "INTERRUPT" | "BRAKE" => self.stop(k, Break::Interrupt),
+            "GLOBAL" if second == "INTERRUPT" => self.stop(k, Break::Interrupt),
+            // an action at a place of the next motion; what it calls runs beside the program and may not move the robot
+            "TRIGGER" => self.trigger = true,
+            "STOP" if second == "WHEN" => {
+                self.trigger = true;
+                self.stop(k, Break::Interrupt);
+            }
+            "CONST_VEL" => self.trigger = true,
+            "SPLINE" | "PTP_SPLINE" => self.spline = true,
+            "ENDSPLINE" => self.spline = false,
+            "DECL" | "GLOBAL" | "CONST" | "INT" | "REAL" | "BOOL" | "CHAR" | "E6AXIS" | "AXIS" | "E6POS" | "POS"
+            | "FRAME" | "FDAT" | "PDAT" | "LDAT" | "ANOUT" | "ANIN" | "DIGIN" | "CCLOSE" => self.called(k, line),
+            "STRUC" | "ENUM" | "SIGNAL" | "EXT" | "EXTP" | "EXTFCT" | "IMPORT" | "CONTINUE" | "ON_ERROR_PROCEED" => {}
+            "BAS" => {
+                if self.set.bas(self.text, line) {
+                    self.stop(k, Break::Frame);
+                }
+            }
+            "ARC_ON" | "ARCON" | "ARC_STRT" => self.push(k, StepKind::Process(true)),
+            "ARC_OFF" | "ARCOFF" | "ARCOF" => self.push(k, StepKind::Process(false)),
+            _ => {
+                if let Some(on) = arc(self.text, line, &word) {
+                    self.push(k, StepKind::Process(on));
+                }
+                self.other(k, line, &word);
+            }
+        }
+        Ok(())
+    }
+
+    /// A break where the line calls something that may move.
+    fn called(&mut self, k: usize, line: &[Token]) {
+        if !calls(self.text, line).is_empty() {
+            self.stop(k, Break::Call);
+        }
+    }
+
+    /// An assignment, a call, or something unknown.
+    fn other(&mut self, k: usize, line: &[Token], word: &str) {
+        let Some(sign) = assignment(line) else {
+            let quiet = line.get(1).is_some_and(|t| t.is(b'(')) && calls(self.text, line).is_empty();
+            if !quiet {
+                self.stop(k, Break::Call);
+            }
+            return;
+        };
+        self.called(k, line);
+        if self.set.assign(self.text, line, sign, word) {
+            self.stop(k, Break::Frame);
+        }
+    }
+
+    fn motion(&mut self, k: usize, line: &[Token], word: Word) -> Result<()> {
+        let mut closed: Option<String> = None;
+        let mut close = |why: &str| {
+            closed.get_or_insert_with(|| why.to_string());
+        };
+        let at = if word.arc { motion::second(line).unwrap_or(line.len()) } else { 1 };
+        let mut others: Others = None;
+        let mut end = None;
+        let goal = match line.get(at) {
+            _ if word.relative => Goal::Opaque("a relative motion: the goal depends on where the robot stands".into()),
+            None => Goal::Opaque("the motion has no goal".into()),
+            Some(t) if t.is(b'{') => {
+                let (a, next) = super::data::aggregate(self.text, 0, line, at)?;
+                end = Some(next);
+                others = Some(a.others(&self.names, self.text));
+                self.aggregate(k, a, word)?
+            }
+            Some(t) if t.kind == Kind::Word => {
+                end = Some(at + 1);
+                let name = upper(self.text, t);
+                match self.data.find(self.routine, &name) {
+                    // a call, an element of an array, a sum of frames
+                    None if !motion::ends(self.text, line, at + 1) => Goal::Opaque("the goal is computed".into()),
+                    None if name.starts_with('$') => Goal::Opaque(format!("{name} is known on the controller only")),
+                    None => Goal::Opaque(format!("{name} is not declared in the files given")),
+                    Some(n) => {
+                        if let Ok(a) = self.data.names[n].value() {
+                            others = Some(a.others(&self.names, &self.texts[a.file]));
+                        }
+                        self.named(n, word)?
+                    }
+                }
+            }
+            Some(_) => Goal::Opaque("the goal is computed".into()),
+        };
+        let whole = end.is_some_and(|e| motion::ends(self.text, line, e));
+        let goal =
+            if whole || matches!(goal, Goal::Opaque(_)) { goal } else { Goal::Opaque("the goal is computed".into()) };
+        if word.arc {
+            close("an arc is given by three points");
+        }
+        if self.spline {
+            close("it stands in a spline block, whose curve a further point would change");
+        }
+        if std::mem::take(&mut self.trigger) {
+            close("a TRIGGER before it belongs to this very motion");
+        }
+        if matches!(goal, Goal::Pose(_)) && word.path != PathKind::Joint {
+            close("a straight line takes no axis values");
+        }
+        if line.iter().any(|t| t.kind == Kind::Mark(b',') && t.start > line[at.min(line.len() - 1)].end)
+            && !word.arc
+            && !whole
+        {
+            close("its statement cannot be copied");
+        }
+        let fold = self.folds.last().filter(|f| f.inline);
+        if fold.is_some_and(|f| f.more || f.steps != self.steps.len()) {
+            close("its inline form does more than this motion");
+        }
+        let tail: Vec<String> = line.iter().skip(end.unwrap_or(at)).map(|t| upper(self.text, t)).collect();
+        let approximates = |w: &str| tail.iter().any(|t| t == w);
+        let blend_m = if !tail.iter().any(|t| t.starts_with("C_")) {
+            Some(0.0)
+        } else if word.path != PathKind::Joint && approximates("C_DIS") {
+            self.set.apo_m
+        } else {
+            None
+        };
+        let with = approximates("WITH");
+        let speed = match word.path {
+            _ if with => Speed::Unknown,
+            PathKind::Joint => self.set.share().map_or(Speed::Unknown, |v| Speed::Share(v / 100.0)),
+            _ => self.set.vel_cp.map_or(Speed::Unknown, Speed::Tcp),
+        };
+        if let (Some(e), true) = (end, whole) {
+            let goal = line[at].start..line[e - 1].end;
+            let last = line.last().map_or(goal.end, |t| t.end);
+            let (keyword, tail) = (line[0].span(), goal.end..last);
+            let fold = fold.map(|f| f.line);
+            self.motions.insert(self.steps.len(), Motion { line: k, keyword, goal, tail, spline: word.spline, fold });
+        }
+        self.others.insert(self.steps.len(), others);
+        let path = if self.spline { PathKind::Curve } else { word.path };
+        let step = Move { path, goal, fixed: None, closed, speed, blend_m, way: Vec::new() };
+        self.push(k, StepKind::Move(step));
+        Ok(())
+    }
+
+    fn foreign(&self) -> Option<String> {
+        let certain = self.set.base_null && self.set.tool_null && self.no_tool;
+        (!certain).then(|| "$BASE and $TOOL at run time".to_string())
+    }
+
+    /// The goal that a motion gives in line.
+    fn aggregate(&mut self, k: usize, a: Aggregate, word: Word) -> Result<Goal> {
+        if a.has_axes() {
+            return Ok(match target(self.axes, self.text, &a, None, At { file: 0, line: k as u64 + 1 }, word)? {
+                Err(why) => Goal::Opaque(why),
+                Ok(target) => {
+                    self.targets.push(target);
+                    self.sources.push(Source::Inline(a));
+                    Goal::Joints(self.targets.len() - 1)
+                }
+            });
+        }
+        Ok(a.pose(self.foreign(), word.path)
+            .map_or_else(|| Goal::Opaque("a part of its position is not given".into()), Goal::Pose))
+    }
+
+    /// The goal that a name gives.
+    fn named(&mut self, n: usize, word: Word) -> Result<Goal> {
+        let name = &self.data.names[n];
+        let a = match name.value() {
+            Ok(a) => a,
+            Err(why) => return Ok(Goal::Opaque(why)),
+        };
+        if name.holds == Holds::Pose {
+            let pose = a.pose(self.foreign(), word.path);
+            return Ok(pose.map_or_else(|| Goal::Opaque(format!("a part of {} is not given", name.text)), Goal::Pose));
+        }
+        if let (Some(&t), true) = (self.of_name.get(&n), word.path == PathKind::Joint) {
+            return Ok(Goal::Joints(t));
+        }
+        let line = if name.given.is_some() { name.line } else { name.assigned.first().map_or(name.line, |a| a.line) };
+        let at = At { file: a.file, line: line as u64 + 1 };
+        Ok(match target(self.axes, &self.texts[a.file], a, Some(name.text.clone()), at, word)? {
+            Err(why) => Goal::Opaque(why),
+            Ok(target) => {
+                self.targets.push(target);
+                self.sources.push(Source::Name(n));
+                self.of_name.insert(n, self.targets.len() - 1);
+                Goal::Joints(self.targets.len() - 1)
+            }
+        })
+    }
+}

@@ -1,0 +1,90 @@
+//! Axis values as joint targets; axes that are none of the robot's.
+
+use super::data::{Aggregate, axis_name};
+use super::motion::Word;
+use crate::axes::{Axes, JointKind};
+use crate::error::Result;
+use crate::script::{At, PathKind, Step, StepKind, Target, Text, Value};
+use std::collections::{BTreeMap, HashMap};
+
+/// KRL's names of the robot's axes: by the robot file where it uses them, else by order.
+pub(super) fn axis_names(robot: &Axes) -> Vec<String> {
+    let own: Vec<String> = robot.axis_names().iter().map(|n| n.to_ascii_uppercase()).collect();
+    if own.iter().all(|n| axis_name(n)) {
+        return own;
+    }
+    (0..robot.dof()).map(|i| if i < 6 { format!("A{}", i + 1) } else { format!("E{}", i - 5) }).collect()
+}
+
+/// Where one of the other axes moves with the robot, a point on the way would bring it to its goal too early.
+pub(super) fn external_axes(steps: &mut [Step], others: &BTreeMap<usize, Others>) {
+    let idle = others.values().all(|o| o.is_some()) && {
+        let mut seen: HashMap<&str, &[u8]> = HashMap::new();
+        others.values().flatten().flatten().all(|(n, v)| *seen.entry(n).or_insert(v) == v.as_slice() && v != b"?")
+    };
+    if idle {
+        return;
+    }
+    let mut before: Option<&Others> = None;
+    for (k, step) in steps.iter_mut().enumerate() {
+        match &mut step.kind {
+            StepKind::Move(m) => {
+                let here = others.get(&k);
+                let still = matches!((before, here), (Some(Some(a)), Some(Some(b))) if a == b && !b.iter().any(|o| o.1 == b"?"));
+                if !still {
+                    m.closed.get_or_insert_with(|| "an external axis may move with it".into());
+                }
+                before = here;
+            }
+            StepKind::Break(_) => before = None,
+            _ => {}
+        }
+    }
+}
+
+/// Values of axes that are none of the robot's; `None`: not known.
+pub(super) type Others = Option<Vec<(String, Vec<u8>)>>;
+
+/// Axis values of an aggregate; why they are no joint target.
+pub(super) fn target(
+    axes: &[(String, JointKind)],
+    text: &Text,
+    a: &Aggregate,
+    name: Option<String>,
+    at: At,
+    word: Word,
+) -> Result<std::result::Result<Target, String>> {
+    if word.path != PathKind::Joint {
+        return Ok(Err("axis values in a motion that takes a Cartesian position".into()));
+    }
+    if let Some(c) = a.components.iter().find(|c| !axis_name(&c.name)) {
+        let expected = "A1 to A6 and E1 to E6 in an aggregate of axis values";
+        return Err(text.bad(a.span.start, format!("`{}`", c.name), expected));
+    }
+    let mut values = Vec::with_capacity(axes.len());
+    for (axis, kind) in axes {
+        let Some(c) = a.component(axis) else {
+            values.push(None);
+            continue;
+        };
+        let Some((span, value, style)) = &c.value else { return Ok(Err(format!("{} is computed", c.name))) };
+        let digit = 10_f64.powi(-i32::from(style.decimals));
+        values.push(Some(Value {
+            si: value * kind.si(),
+            start: span.start,
+            end: span.end,
+            style: *style,
+            digit: digit * kind.si(),
+            finest: finest(*value).min(digit) * kind.si(),
+        }));
+    }
+    if values.iter().all(Option::is_none) {
+        return Ok(Err("it moves none of the robot's axes".into()));
+    }
+    Ok(Ok(Target { name, at, values }))
+}
+
+/// Weight of the seventh digit: KRL holds numbers in single precision. Values below 1 are taken as 1.
+pub(super) fn finest(value: f64) -> f64 {
+    10_f64.powi(value.abs().max(1.0).log10().floor() as i32 - 6)
+}

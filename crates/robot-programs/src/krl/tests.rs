@@ -1,0 +1,426 @@
+mod points;
+
+use super::Krl;
+use super::props::kr120;
+use crate::files::Files;
+use crate::script::harness::{self, rewritten};
+use crate::script::{
+    Break, Document, Edits, Format, Goal, Move, NewPoint, PathKind, PoseGoal, Solution, Speed, StepKind, Text,
+};
+
+const LITERALS: &[u8] = include_bytes!("../../../../samples/programs/krl/literals.src");
+const FOLDS: [&[u8]; 2] = [
+    include_bytes!("../../../../samples/programs/krl/folds.src"),
+    include_bytes!("../../../../samples/programs/krl/folds.dat"),
+];
+const LOGIC: [&[u8]; 2] = [
+    include_bytes!("../../../../samples/programs/krl/logic.src"),
+    include_bytes!("../../../../samples/programs/krl/logic.dat"),
+];
+const POINTS: [&[u8]; 2] = [
+    include_bytes!("../../../../samples/programs/krl/points.src"),
+    include_bytes!("../../../../samples/programs/krl/points.DAT"),
+];
+const SPLINE: [&[u8]; 2] = [
+    include_bytes!("../../../../samples/programs/krl/spline-forms.src"),
+    include_bytes!("../../../../samples/programs/krl/spline-forms.dat"),
+];
+const LONELY: &[u8] = include_bytes!("../../../../samples/programs/krl/lonely.src");
+
+pub(super) fn samples() -> Vec<Vec<Vec<u8>>> {
+    let all: [&[&[u8]]; 6] = [&[LITERALS], &FOLDS, &LOGIC, &POINTS, &SPLINE, &[LONELY]];
+    all.iter().map(|p| p.iter().map(|t| t.to_vec()).collect()).collect()
+}
+
+fn parse(texts: &[&[u8]]) -> crate::error::Result<Box<dyn Document>> {
+    let names = ["p.src", "p.dat"];
+    Krl.parse(texts.iter().zip(names).map(|(t, n)| Text::new(n, t.to_vec())).collect(), &kr120())
+}
+
+fn doc(texts: &[&[u8]]) -> Box<dyn Document> {
+    parse(texts).unwrap()
+}
+
+fn refusal(src: &str) -> String {
+    parse(&[src.as_bytes()]).err().map(|e| e.to_string()).unwrap_or_default()
+}
+
+fn moves(doc: &dyn Document) -> Vec<(usize, Move)> {
+    harness::moves(doc.script())
+}
+
+fn deg(doc: &dyn Document, m: &Move) -> Vec<Option<f64>> {
+    let Goal::Joints(t) = m.goal else { return Vec::new() };
+    doc.script().targets[t].values.iter().map(|v| v.map(|v| v.si.to_degrees())).collect()
+}
+
+fn goals(doc: &dyn Document) -> String {
+    let letter = |m: &Move| match m.goal {
+        Goal::Joints(_) => 'j',
+        Goal::Pose(_) => 'p',
+        Goal::Opaque(_) => 'o',
+    };
+    doc.script().moves().map(|(_, m)| letter(m)).collect()
+}
+
+fn edits(doc: &dyn Document, goals: &[(usize, f64)], before: &[usize]) -> Edits {
+    let mut edits = Edits { digit: vec![1e-4_f64.to_radians(); 6], ..Edits::default() };
+    for (k, by) in goals {
+        let StepKind::Move(m) = &doc.script().steps[*k].kind else { panic!("step {k} is no move") };
+        let q = deg(doc, m).iter().map(|v| (v.unwrap_or(0.0) + by).to_radians()).collect();
+        edits.steps.entry(*k).or_default().goal = Some(q);
+    }
+    for k in before {
+        let q = [0.25, -89.5, 90.0, 0.0, 1.0, 179.9999].map(f64::to_radians).to_vec();
+        let point = NewPoint { q, share: 0.5, t_s: None, clearance_m: 0.01, of_way: false };
+        edits.steps.entry(*k).or_default().before.push(point);
+    }
+    edits
+}
+
+fn text(doc: &dyn Document, file: usize) -> String {
+    String::from_utf8_lossy(&doc.script().texts[file].bytes).into_owned()
+}
+
+fn rewrite(doc: &dyn Document, edits: &Edits) -> Box<dyn Document> {
+    let after = rewritten(&Krl, doc, edits, &kr120()).unwrap();
+    assert_eq!(harness::difference(doc.script(), after.script(), edits), None);
+    after
+}
+
+#[test]
+fn axis_values_in_line_are_read_in_any_order_and_number() {
+    let d = doc(&[LITERALS]);
+    assert_eq!(goals(d.as_ref()), "jjjjjooopj");
+    let m = moves(d.as_ref());
+    assert_eq!(deg(d.as_ref(), &m[2].1), [Some(11.875), None, None, None, None, Some(-5.5)]);
+    assert!((deg(d.as_ref(), &m[4].1)[2].unwrap() - 95.0).abs() < 1e-12);
+    assert_eq!((m[0].1.blend_m, m[1].1.blend_m), (Some(0.0), None));
+    assert!(matches!(&m[8].1.goal, Goal::Pose(p) if p.foreign_frame.is_some()));
+    assert_eq!(d.script().steps.iter().filter(|s| matches!(s.kind, StepKind::Dwell(_))).count(), 2);
+}
+
+#[test]
+fn numbers_keep_their_style_and_no_more_than_seven_digits_are_written() {
+    let d = doc(&[LITERALS]);
+    let m = moves(d.as_ref());
+    let all: Vec<_> = [1, 2, 3, 4].iter().map(|i| (m[*i].0, 0.01234)).collect();
+    let after = text(rewrite(d.as_ref(), &edits(d.as_ref(), &all, &[])).as_ref(), 0);
+    let expected = "PTP {E6AXIS: A1 12.5123, A2 -85.2377, A3 95.1123, A4 3.0123, A5 -9.9877, A6 .5123} C_PTP\n\
+                    PTP {AXIS:A6 -5.4877,A1 11.8873}\nWAIT SEC 0.5\n  \
+                    ptp {A1 10.2623,A2 -86.4877,A3 96.13580,A4 2.5123,A5 -10.9877,A6 0.0123} C_PTP C_DIS ; lower case\n\
+                    PTP {A3 95.0123}\n;PTP {A1 99.0}\n";
+    assert!(after.contains(expected), "{after}");
+}
+
+#[test]
+fn a_new_point_in_line_keeps_approximation_and_indentation() {
+    let d = doc(&[LITERALS]);
+    let m = moves(d.as_ref());
+    let after = text(rewrite(d.as_ref(), &edits(d.as_ref(), &[], &[m[3].0, m[3].0, m[9].0])).as_ref(), 0);
+    assert_eq!(
+        after.matches("  ptp {A1 0.2500,A2 -89.5000,A3 90.00000,A4 0.0000,A5 1.0000,A6 179.9999} C_PTP\n").count(),
+        2,
+        "{after}"
+    );
+    assert!(
+        after.contains("\nPTP {A1 0.2500,A2 -89.5000,A3 90.0,A4 0.0,A5 1.0000,A6 179.9999}\nPTP {A1 0.0,"),
+        "{after}"
+    );
+}
+
+#[test]
+fn a_new_point_stands_before_the_fold_with_the_settings_of_the_form() {
+    let d = doc(&FOLDS);
+    assert_eq!(goals(d.as_ref()), "ojjjpjjo");
+    let m = moves(d.as_ref());
+    assert_eq!((m[1].1.speed, m[3].1.speed), (Speed::Share(1.0), Speed::Share(0.5)));
+    assert!(m[4].1.closed.is_some(), "a straight line takes no axis values");
+    let after = text(rewrite(d.as_ref(), &edits(d.as_ref(), &[], &[m[3].0])).as_ref(), 0);
+    let expected = ";ENDFOLD\r\n$BWDSTART=FALSE\r\nPDAT_ACT=PPDAT2\r\nFDAT_ACT=FP1\r\nBAS(#PTP_PARAMS,50)\r\nSET_CD_PARAMS (0)\r\n\
+                    PTP {A1 0.250000,A2 -89.50000,A3 90.00000,A4 0.000000,A5 1.000000,A6 179.9999}\r\n;FOLD PTP P1 Vel=50";
+    assert!(after.contains(expected), "{after}");
+}
+
+#[test]
+fn a_point_of_several_forms_is_cloned_with_its_frame_data_and_the_text_of_the_fold() {
+    let d = doc(&FOLDS);
+    let m = moves(d.as_ref());
+    let after = rewrite(d.as_ref(), &edits(d.as_ref(), &[(m[3].0, 0.05)], &[]));
+    let (src, dat) = (text(after.as_ref(), 0), text(after.as_ref(), 1));
+    assert!(src.contains(";FOLD PTP P1_2 Vel=50 % PDAT2 Tool[1]:gripper Base[0];%{PE}%R 8.3.38"), "{src}");
+    assert!(src.contains("2:P1_2, 3:, 5:50, 7:PDAT2\r\n"), "{src}");
+    assert!(
+        src.contains("PDAT_ACT=PPDAT2\r\nFDAT_ACT=FP1_2\r\nBAS(#PTP_PARAMS,50)\r\nSET_CD_PARAMS (0)\r\nPTP XP1_2\r\n")
+    );
+    assert_eq!((src.matches("FP1_2").count(), src.matches("PTP XP1 C_PTP").count()), (1, 2));
+    assert!(dat.contains("\r\nDECL E6AXIS XP1_2={A1 -50.65000,A2 -111.5100,"), "{dat}");
+    assert!(
+        dat.contains(
+            "\r\nDECL FDAT FP1_2={TOOL_NO 1,BASE_NO 0,IPO_FRAME #BASE,POINT2[] \" \",TQ_STATE FALSE}\r\nDECL FDAT FP1={"
+        ),
+        "{dat}"
+    );
+    assert!(dat.contains("DECL E6AXIS XP1={A1 -50.7000008,"), "the old point stays");
+}
+
+#[test]
+fn a_point_that_all_its_moves_want_alike_is_changed_in_place() {
+    let d = doc(&FOLDS);
+    let m = moves(d.as_ref());
+    let all: Vec<_> = [1, 3, 5].iter().map(|i| (m[*i].0, 0.05)).collect();
+    let after = rewrite(d.as_ref(), &edits(d.as_ref(), &all, &[]));
+    assert_eq!(text(after.as_ref(), 0), text(d.as_ref(), 0));
+    assert!(
+        text(after.as_ref(), 1).contains("XP1={A1 -50.65000,A2 -111.5100,A3 120.0400,"),
+        "{}",
+        text(after.as_ref(), 1)
+    );
+}
+
+#[test]
+fn without_frame_data_in_the_list_a_form_is_not_cloned() {
+    let dat = String::from_utf8_lossy(FOLDS[1]).replace("DECL FDAT FP1=", ";DECL FDAT FP1=");
+    let d = doc(&[FOLDS[0], dat.as_bytes()]);
+    let m = moves(d.as_ref());
+    let error = d.patches(&edits(d.as_ref(), &[(m[3].0, 0.05)], &[])).unwrap_err().to_string();
+    assert!(error.contains("FP1") && error.contains("p.src:"), "{error}");
+}
+
+#[test]
+fn loops_branches_calls_and_triggers_are_seen() {
+    let d = doc(&LOGIC);
+    assert_eq!(goals(d.as_ref()), "jjjjjjjjjjppoojjppjjjjjjjpj");
+    let count = |b: Break| d.script().steps.iter().filter(|s| matches!(s.kind, StepKind::Break(x) if x == b)).count();
+    assert_eq!((count(Break::Start), count(Break::Loop), count(Break::Call), count(Break::Interrupt)), (2, 6, 2, 1));
+    assert_eq!(count(Break::Frame), 2);
+    let m = moves(d.as_ref());
+    let why = |i: usize| m[i].1.closed.clone().unwrap_or_default();
+    assert!(why(6).contains("TRIGGER") && why(10).contains("arc") && why(14).contains("spline"), "{:?}", why(6));
+    assert_eq!((m[14].1.path, m[10].1.path), (PathKind::Curve, PathKind::Curve));
+    assert!(why(7).is_empty());
+    let lin = &m[25].1;
+    assert_eq!((lin.path, lin.speed, lin.blend_m), (PathKind::Linear, Speed::Tcp(0.5), Some(0.01)));
+    assert_eq!(d.script().steps.iter().filter(|s| matches!(s.kind, StepKind::Pragma(_))).count(), 2);
+}
+
+#[test]
+fn several_points_of_one_declaration_are_cloned_one_by_one() {
+    let d = doc(&LOGIC);
+    let m = moves(d.as_ref());
+    let after = rewrite(d.as_ref(), &edits(d.as_ref(), &[(m[0].0, 0.1), (m[1].0, 0.1), (m[8].0, 0.1)], &[]));
+    let (src, dat) = (text(after.as_ref(), 0), text(after.as_ref(), 1));
+    assert!(src.contains("PTP XA_2\nPTP XB_2 C_PTP\nLOOP\n  PTP XA C_PTP"), "{src}");
+    assert!(dat.contains("DECL E6AXIS XA_2={A1 0.1000,A2 -89.9000,A3 90.1000,"), "{dat}");
+    assert!(dat.contains("DECL E6AXIS XB_2={A1 30.1000,A2 -70.4000,"), "{dat}");
+    // a point of the routine itself, used once: in its assignment
+    assert!(src.contains("XLOC={A1 5.1000,A2 -79.9000,"), "{src}");
+}
+
+#[test]
+fn a_point_of_the_routine_that_must_part_is_written_in_line() {
+    let src = "DEF a()\nDECL E6AXIS XL\nXL={A1 1.0,A2 -90.0}\nPTP XL\nPTP {A1 5}\nPTP XL C_PTP\nEND\n";
+    let d = doc(&[src.as_bytes()]);
+    let m = moves(d.as_ref());
+    let after = text(rewrite(d.as_ref(), &edits(d.as_ref(), &[(m[2].0, 0.5)], &[])).as_ref(), 0);
+    assert!(after.contains("PTP XL\nPTP {A1 5}\nPTP {A1 1.5000,A2 -89.5000} C_PTP\n"), "{after}");
+}
+
+#[test]
+fn points_that_are_assigned_passed_or_unknown_are_not_edited() {
+    let d = doc(&POINTS);
+    assert_eq!(goals(d.as_ref()), "jjjjoooojooo");
+    let m = moves(d.as_ref());
+    let why = |i: usize| if let Goal::Opaque(w) = &m[i].1.goal { w.clone() } else { String::new() };
+    assert!(why(4).contains("line 7") && why(5).contains("assigned") && why(6).contains("TEACH"), "{}", why(4));
+    assert!(why(7).contains("computed") || why(7).contains("array"), "{}", why(7));
+    assert!(why(9).contains("no value") && why(10).contains("not declared") && why(11).contains("computed"));
+    // XGLOB belongs to others, XREAD is read: cloned even where every move agrees
+    let both = edits(d.as_ref(), &[(m[1].0, 0.1), (m[3].0, 0.1), (m[8].0, 0.1)], &[]);
+    let after = rewrite(d.as_ref(), &both);
+    let dat = text(after.as_ref(), 1);
+    assert!(dat.contains("DECL E6AXIS XGLOB_2={A1 20.1000") && dat.contains("GLOBAL E6AXIS XGLOB={A1 20.0,"), "{dat}");
+    assert!(dat.contains("XREAD_2={") && text(after.as_ref(), 0).contains("IF XREAD.A1>0.0"), "{dat}");
+}
+
+#[test]
+fn a_form_with_with_is_copied_whole_and_a_moving_external_axis_allows_no_point() {
+    let d = doc(&SPLINE);
+    assert_eq!(goals(d.as_ref()), "jjjjj");
+    let m = moves(d.as_ref());
+    let closed: Vec<bool> = m.iter().map(|m| m.1.closed.is_some()).collect();
+    assert_eq!(closed, [true, false, false, true, false]);
+    let after = rewrite(d.as_ref(), &edits(d.as_ref(), &[(m[2].0, 0.05)], &[m[1].0]));
+    let src = text(after.as_ref(), 0);
+    assert!(src.contains("SPTP {A1 0.2500,A2 -89.5000,A3 90.0000,A4 0.0000,A5 1.0000,A6 179.9999} WITH $VEL_AXIS[1] = SVEL_JOINT(100.0), $TOOL = STOOL2(FP2)"), "{src}");
+    assert!(src.contains(";FOLD SPTP P1_2 Vel=100") && src.contains("Kuka.PointName=P1_2;"), "{src}");
+    assert!(src.contains("SPTP XP1_2 WITH") && src.contains("SBASE(FP1_2.BASE_NO)"), "{src}");
+    assert!(
+        text(after.as_ref(), 1).contains("DECL E6AXIS XP1_2={A1 0.0500")
+            && text(after.as_ref(), 1).contains("FDAT FP1_2=")
+    );
+}
+
+#[test]
+fn a_program_without_its_data_list_keeps_what_it_says_itself() {
+    let d = doc(&[LONELY]);
+    assert_eq!(goals(d.as_ref()), "ojjo");
+    let m = moves(d.as_ref());
+    assert!(matches!(&m[0].1.goal, Goal::Opaque(w) if w.contains("XP1 is not declared")));
+}
+
+#[test]
+fn names_stay_within_twenty_four_characters_and_are_free() {
+    let long = "XABCDEFGHIJKLMNOPQRSTUVW";
+    let src = format!("DEF a()\nPTP {long}\nPTP {{A1 1}}\nPTP {long}\nEND\n");
+    let dat = format!("DEFDAT a\nDECL E6AXIS {long}={{A1 5.0}}\nDECL INT XABCDEFGHIJKLMNOPQRSTU_2\nENDDAT");
+    let d = doc(&[src.as_bytes(), dat.as_bytes()]);
+    let m = moves(d.as_ref());
+    let after = text(rewrite(d.as_ref(), &edits(d.as_ref(), &[(m[0].0, 0.5)], &[])).as_ref(), 1);
+    assert!(after.contains("DECL E6AXIS XABCDEFGHIJKLMNOPQRSTU_3={A1 5.5000}\n"), "{after}");
+}
+
+#[test]
+fn a_pose_counts_as_the_robots_only_where_base_and_tool_are_certainly_null() {
+    let src = "DEF a()\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\nLIN {X 1.0,Y 2.0,Z 3.0,A 10.0,B 20.0,C 30.0}\nWORK()\nLIN {X 1.0,Y 2.0,Z 3.0}\nEND\n";
+    let mut robot = kr120();
+    let foreign = |robot: &crate::axes::Axes| -> Vec<bool> {
+        let d = Krl.parse(vec![Text::new("p.src", src.as_bytes().to_vec())], robot).unwrap();
+        d.script().moves().map(|(_, m)| matches!(&m.goal, Goal::Pose(p) if p.foreign_frame.is_some())).collect()
+    };
+    assert_eq!(foreign(&robot), [true, true], "the robot file has a tool, the program none");
+    robot.tool = nalgebra::Isometry3::identity();
+    assert_eq!(foreign(&robot), [false, true], "a call may change both");
+}
+
+#[test]
+fn the_share_of_speed_is_known_where_all_axes_have_the_same() {
+    let all: String = (1..=6).map(|i| format!("$VEL_AXIS[{i}]=30\n")).collect();
+    let src = format!(
+        "DEF a()\n{all}PTP {{A1 1}}\n$VEL_AXIS[2]=10\nPTP {{A1 2}}\nBAS(#VEL_PTP,40)\nPTP {{A1 3}}\nWORK()\nPTP {{A1 4}}\nEND\n"
+    );
+    let speeds: Vec<Speed> = moves(doc(&[src.as_bytes()]).as_ref()).iter().map(|m| m.1.speed).collect();
+    assert_eq!(speeds, [Speed::Share(0.3), Speed::Unknown, Speed::Share(0.4), Speed::Unknown]);
+}
+
+#[test]
+fn files_that_cannot_be_are_refused_with_their_place() {
+    assert!(refusal("DEFDAT a\nDECL E6AXIS XA={A1 5.0}\nENDDAT\n").contains("give the .src"));
+    assert!(refusal("PTP {A1 1}\n").contains("no routine"));
+    let bad = |line: &str| refusal(&format!("DEF a()\n{line}\nEND\n"));
+    assert!(bad("PTP {A1 1.0").contains("p.src:2:5"));
+    assert!(bad("PTP {A1 1.0,A1 2.0}").contains("a second `A1`"));
+    assert!(bad("PTP {A1 1.0,X 2.0}").contains("`X`"));
+    assert!(bad("PTP {A1 1..5}").contains("`1..5`"), "{}", bad("PTP {A1 1..5}"));
+    assert!(bad("PTP {5}").contains("the name of a component"));
+    assert!(Krl.recognises(LITERALS) && Krl.recognises(LOGIC[1]) && !Krl.recognises(b"def prog():\n movej([1])\nend"));
+    assert!(!Krl.recognises(b"A1_deg,A2_deg\n1,2\n"));
+}
+
+#[test]
+fn the_data_list_is_found_whatever_its_case() {
+    let folder = std::env::temp_dir().join(format!("lostmotion-krl-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("Weld.DAT"), "DEFDAT Weld\nENDDAT\n").unwrap();
+    assert_eq!(Krl.companions(&folder.join("weld.SRC"), &Files::Disk), [folder.join("Weld.DAT")]);
+    assert!(Krl.companions(&folder.join("none.src"), &Files::Disk).is_empty());
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_large_program_is_read_in_linear_time() {
+    let mut src = String::from("DEF big()\n");
+    let mut dat = String::from("DEFDAT big\n");
+    for n in 0..50_000 {
+        src += &format!("PTP XP{} C_PTP\n", n / 2);
+        if n % 2 == 0 {
+            dat += &format!("DECL E6AXIS XP{}={{A1 {}.5,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}}\n", n / 2, n % 100);
+        }
+    }
+    let start = std::time::Instant::now();
+    let d = doc(&[(src + "END\n").as_bytes(), (dat + "ENDDAT\n").as_bytes()]);
+    let m = moves(d.as_ref());
+    let half: Vec<_> = m.iter().step_by(2).map(|m| (m.0, 0.01)).collect();
+    rewrite(d.as_ref(), &edits(d.as_ref(), &half, &[m[5].0]));
+    // one point, and every motion wants it elsewhere
+    let src = format!("DEF a()\n{}PTP {{A1 1}}\nEND\n", "PTP XA\n".repeat(20_000));
+    let d = doc(&[src.as_bytes(), b"DEFDAT a\nDECL E6AXIS XA={A1 5.0}\nENDDAT\n"]);
+    let m = moves(d.as_ref());
+    let apart: Vec<_> = m[..20_000].iter().enumerate().map(|(i, m)| (m.0, i as f64 * 1e-3)).collect();
+    rewrite(d.as_ref(), &edits(d.as_ref(), &apart, &[]));
+    assert!(start.elapsed().as_secs() < 60);
+}
+
+#[test]
+fn a_hostile_megabyte_ends_quickly() {
+    let start = std::time::Instant::now();
+    for piece in ["{", "(", "X(", "A1 1,", "[", ";", "1.", "\nPTP XA", "\n;FOLD PTP A", "\nXA=", "XA,", "\""] {
+        let body = piece.repeat(1_000_000 / piece.len());
+        for text in
+            [format!("DEF a()\nPTP {{{body}}}\n{body}\nEND\n"), format!("DEF a()\nDECL E6AXIS XA={{{body}}}\nEND\n")]
+        {
+            let _ = parse(&[text.as_bytes()]);
+        }
+        let _ = parse(&[format!("DEF a()\nDECL E6AXIS XA\n{body}\nEND\n").as_bytes()]);
+    }
+    assert!(start.elapsed().as_secs() < 60);
+}
+
+#[test]
+fn external_axes_beside_a_cartesian_position_do_not_make_it_an_axis_target() {
+    let src = "DEF p()\nPTP {X 500,Y 10,Z 700,A 0,B 90,C 0,S 2,T 10,E1 250,E2 0} C_PTP\n\
+               LIN {X 510,Y 10,Z 700,A 0,B 90,C 0,E1 250,E2 0}\nPTP {A1 1,A2 -90,A3 90,A4 0,A5 0,A6 0,E1 250,E2 0}\nEND\n";
+    let doc = doc(&[src.as_bytes()]);
+    assert_eq!(goals(doc.as_ref()), "ppj");
+    let mixed = refusal("DEF p()\nPTP {X 500,A1 10}\nEND\n");
+    assert!(mixed.contains("p.src:2") && mixed.contains("`X`"), "{mixed}");
+}
+
+#[test]
+fn the_turn_of_a_position_chooses_its_solution_on_joint_moves_alone() {
+    let src = "DEF p()\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\nPTP {X 500,Y 10,Z 700,A 0,B 90,C 0,S 2,T 35}\nLIN {X 510,Y 10,Z 700,A 0,B 90,C 0,S 2,T 35}\n\
+               PTP {X 500,Y 10,Z 700,A 0,B 90,C 0,E1 250}\nPTP {X 500,Y 10,Z 700,A 0,B 90,C 0,S 'B010',T 'B100011'}\n\
+               PTP {X 500,Y 10,Z 700,A 0,B 90,C 0,T nTurn}\nEND\n";
+    let mut robot = kr120();
+    robot.tool = nalgebra::Isometry3::identity();
+    let doc = Krl.parse(vec![Text::new("p.src", src.as_bytes().to_vec())], &robot).unwrap();
+    let poses: Vec<&PoseGoal> = doc
+        .script()
+        .moves()
+        .map(|(_, m)| match &m.goal {
+            Goal::Pose(p) => p,
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    // 35 = 100011: A1, A2 and A6 below zero
+    let Solution::Within(bounds) = &poses[0].solution else { panic!("{:?}", poses[0].solution) };
+    let below: Vec<usize> = bounds.iter().filter(|b| b.2 == 0.0).map(|b| b.0).collect();
+    assert_eq!((below, bounds.len()), (vec![0, 1, 5], 6));
+    assert_eq!((&poses[1].solution, &poses[2].solution), (&Solution::Same, &Solution::Same));
+    assert_eq!(poses[3].solution, poses[0].solution);
+    assert!(poses[4].foreign_frame.as_deref().is_some_and(|w| w.contains("turn")), "{:?}", poses[4]);
+    // what an external axis carries is not known
+    assert_eq!(poses[0].foreign_frame, None);
+    assert!(poses[2].foreign_frame.as_deref().is_some_and(|w| w.contains("external axes")), "{:?}", poses[2]);
+}
+
+#[test]
+fn an_arc_of_arctech_burns_from_the_motion_to_the_seam_to_the_motion_to_its_end() {
+    let src = "DEF p()\nPTP {A1 1,A2 -90,A3 90,A4 0,A5 0,A6 0}\n\
+               TRIGGER WHEN PATH = ArcGetPath(#OnTheFlyArcOn, WD1) DELAY = 0 DO ArcMainNG(#ArcOnMoveStd, WD1, WP1) PRIO = -1\n\
+               ArcMainNG(#ArcOnBeforeMoveStd, WD1, WP1)\nLIN {X 1,Y 2,Z 3,A 0,B 0,C 0}\nArcMainNG(#ArcOnAfterMoveStd, WD1, WP1)\n\
+               LIN {X 2,Y 2,Z 3,A 0,B 0,C 0} C_DIS\nArcMainNG(#ArcOffBeforeMoveStd, WD2, WP2)\n\
+               LIN {X 3,Y 2,Z 3,A 0,B 0,C 0}\nArcMainNG(#ArcOffAfterMoveStd, WD2, WP2)\nArcMainNG()\n\
+               PTP {A1 2,A2 -90,A3 90,A4 0,A5 0,A6 0}\nEND\n";
+    let doc = doc(&[src.as_bytes()]);
+    let mut burns = false;
+    let mut found = Vec::new();
+    for step in &doc.script().steps {
+        match &step.kind {
+            StepKind::Process(on) => burns = *on,
+            StepKind::Move(_) => found.push(burns),
+            _ => {}
+        }
+    }
+    assert_eq!(found, [false, true, true, true, false]);
+}

@@ -1,0 +1,204 @@
+//! Edits as patches: numbers of goals, cloned points, new motions in line.
+
+use super::clone::{Clone, clone, refer, words};
+use super::form;
+use super::lex::tokens;
+use super::target::finest;
+use super::{Motion, Program, Source};
+use crate::axes::JointKind;
+use crate::error::{Error, Result};
+use crate::script::{Edits, Goal, Patch, StepKind, Text, number};
+use std::collections::hash_map::Entry;
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+
+/// Numbers of a point and their new text.
+pub(super) type Change = Vec<(Range<usize>, String)>;
+
+pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Vec<Patch>> {
+    let mut out = Vec::new();
+    goals(program, edits, &mut out)?;
+    for (&step, edit) in edits.steps.iter().filter(|e| !e.1.before.is_empty()) {
+        insert(program, edits, step, edit.before.iter().map(|p| p.q.as_slice()), &mut out)?;
+    }
+    out.sort_by_key(|p| (p.file, p.span.start, p.span.end));
+    Ok(out)
+}
+
+pub(super) fn place(program: &Program, step: usize) -> String {
+    program.script.steps.get(step).map(|s| program.script.place(s.at).to_string()).unwrap_or_default()
+}
+
+pub(super) fn motion_of(program: &Program, step: usize) -> Result<&Motion> {
+    let no = || Error::Refused(format!("{}: this motion cannot be rewritten", place(program, step)));
+    program.motions.get(&step).ok_or_else(no)
+}
+
+pub(super) fn texts(program: &Program, file: usize) -> Result<&Text> {
+    program.script.texts.get(file).ok_or_else(|| Error::Refused("a text that is not there".into()))
+}
+
+/// An axis value in deg or mm.
+fn written(program: &Program, edits: &Edits, axis: usize, q: f64, style: number::Style) -> String {
+    let kind = program.kinds.get(axis).copied().unwrap_or(JointKind::Revolute);
+    let value = kind.to_edge(q);
+    let most = (-finest(value).log10()).round().clamp(0.0, 9.0) as u8;
+    let digit = edits.digit.get(axis).map_or(f64::NAN, |d| kind.to_edge(*d));
+    let decimals = number::decimals_for(style, digit, most);
+    number::write(value, number::Style { exponent: false, ..style }, decimals)
+}
+
+/// Numbers of a target that differ from `q`.
+fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Change {
+    let values = program.script.targets.get(target).map_or(&[][..], |t| &t.values);
+    let own = program.script.targets.get(target).and_then(|t| program.script.texts.get(t.at.file));
+    let mut out = Vec::new();
+    for (axis, (value, &q)) in values.iter().zip(q).enumerate() {
+        let Some(value) = value.as_ref().filter(|v| (q - v.si).abs() > 1e-13) else { continue };
+        let new = written(program, edits, axis, q, value.style);
+        if own.is_none_or(|t| t.slice(value.span()) != new.as_bytes()) {
+            out.push((value.span(), new));
+        }
+    }
+    out
+}
+
+fn goals(program: &Program, edits: &Edits, out: &mut Vec<Patch>) -> Result<()> {
+    let mut wanted: BTreeMap<usize, Vec<(usize, Change)>> = BTreeMap::new();
+    for (&step, edit) in &edits.steps {
+        let Some(StepKind::Move(m)) = program.script.steps.get(step).map(|s| &s.kind) else {
+            return Err(Error::Refused(format!("step {step} is no move")));
+        };
+        if edit.as_joint_moves {
+            let why = "a Cartesian motion is not written as joint motions";
+            return Err(Error::Refused(format!("{}: {why}", place(program, step))));
+        }
+        let Some(q) = &edit.goal else { continue };
+        let Goal::Joints(target) = m.goal else {
+            let why = "the goal's axis values are not in the program";
+            return Err(Error::Refused(format!("{}: {why}", place(program, step))));
+        };
+        wanted.entry(target).or_default().push((step, changes(program, edits, target, q)));
+    }
+    let uses = program.script.uses();
+    let mut taken = None;
+    for (target, list) in wanted {
+        let (file, may) = match program.sources.get(target) {
+            Some(Source::Inline(a)) => (a.file, true),
+            Some(Source::Name(n)) => {
+                let name = &program.data.names[*n];
+                (name.value().map_or(name.file, |a| a.file), !name.read && !name.global)
+            }
+            None => return Err(Error::Refused("an axis target without its place".into())),
+        };
+        let all = may && list.len() == uses.get(target).map_or(0, Vec::len);
+        let kept = if all { list.first().map(|l| l.1.clone()).unwrap_or_default() } else { Vec::new() };
+        for (span, new) in &kept {
+            out.push(Patch::new(file, span.clone(), new.as_bytes()));
+        }
+        let mut clones: HashMap<Change, Clone> = HashMap::new();
+        for (step, change) in list {
+            if change == kept {
+                continue;
+            }
+            let clone = match clones.entry(change) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(place) => {
+                    let taken = taken.get_or_insert_with(|| words(program));
+                    let clone = clone(program, step, target, place.key(), taken, out)?;
+                    place.insert(clone)
+                }
+            };
+            refer(program, step, clone, out)?;
+        }
+    }
+    Ok(())
+}
+
+/// New motions before a motion: before its fold where it stands in an inline form, with the settings of the form.
+fn insert<'a>(
+    program: &Program,
+    edits: &Edits,
+    step: usize,
+    points: impl Iterator<Item = &'a [f64]>,
+    out: &mut Vec<Patch>,
+) -> Result<()> {
+    let Some(StepKind::Move(m)) = program.script.steps.get(step).map(|s| &s.kind) else { return Ok(()) };
+    let why = m.closed.as_deref().or(match &m.goal {
+        Goal::Opaque(why) => Some(why.as_str()),
+        _ => None,
+    });
+    if let Some(why) = why {
+        return Err(Error::Refused(format!("{}: no point can be added on the way: {why}", place(program, step))));
+    }
+    let motion = motion_of(program, step)?;
+    let text = texts(program, 0)?;
+    let start = text.line_span(motion.line).start;
+    let indent = text.slice(start..motion.keyword.start);
+    let indent = &indent[indent.len() - indent.iter().rev().take_while(|b| b.is_ascii_whitespace()).count()..];
+    let ending = text.ending(start);
+    let mut bytes = Vec::new();
+    let mut at = start;
+    if let Some(fold) = motion.fold {
+        at = text.line_span(fold).start;
+        let mut line = Vec::new();
+        for k in fold + 1..motion.line {
+            tokens(text, k, &mut line);
+            if form::setting(text, &line) {
+                bytes.extend_from_slice(text.line(k));
+                bytes.extend_from_slice(ending);
+            }
+        }
+    }
+    let values = match m.goal {
+        Goal::Joints(t) => program.script.targets.get(t).map_or(&[][..], |t| &t.values),
+        _ => &[],
+    };
+    let usual = values.iter().flatten().map(|v| v.style).max_by_key(|s| s.decimals).unwrap_or_default();
+    let usual = number::Style { decimals: usual.decimals.max(3), point: true, plus: false, ..usual };
+    let named = |k: usize| program.script.targets.iter().any(|t| t.values.get(k).is_some_and(Option::is_some));
+    let commanded: Vec<bool> = (0..program.axes.len()).map(named).collect();
+    for q in points {
+        bytes.extend_from_slice(indent);
+        bytes.extend_from_slice(text.slice(motion.keyword.clone()));
+        bytes.extend_from_slice(b" {");
+        let mut first = true;
+        for (axis, (name, q)) in program.axes.iter().zip(q).enumerate() {
+            // an axis that no target names stands where nobody knows
+            if !commanded.get(axis).copied().unwrap_or(false) {
+                continue;
+            }
+            let value = values.get(axis).copied().flatten();
+            let new = match value {
+                Some(v) if (v.si - q).abs() <= 1e-13 => {
+                    let Goal::Joints(t) = m.goal else { continue };
+                    let file = program.script.targets.get(t).map_or(0, |t| t.at.file);
+                    String::from_utf8_lossy(texts(program, file)?.slice(v.span())).into_owned()
+                }
+                Some(v) => written(program, edits, axis, *q, v.style),
+                None => written(program, edits, axis, *q, usual),
+            };
+            let comma = if first { "" } else { "," };
+            first = false;
+            bytes.extend_from_slice(format!("{comma}{name} {new}").as_bytes());
+        }
+        bytes.push(b'}');
+        bytes.extend_from_slice(&tail(text, motion));
+        bytes.extend_from_slice(ending);
+    }
+    out.push(Patch::new(0, at..at, bytes));
+    Ok(())
+}
+
+/// What follows the goal: approximate positioning where the motion has it (the controller keeps it within half the way), and
+/// the settings of a spline motion, which hold for that motion alone.
+fn tail(text: &Text, motion: &Motion) -> Vec<u8> {
+    let tail = text.slice(motion.tail.clone());
+    if motion.spline {
+        return tail.to_vec();
+    }
+    let approximates = tail
+        .split(|b| !(b.is_ascii_alphanumeric() || *b == b'_'))
+        .any(|w| w.get(..2).is_some_and(|h| h.eq_ignore_ascii_case(b"C_")));
+    if approximates { b" C_PTP".to_vec() } else { Vec::new() }
+}

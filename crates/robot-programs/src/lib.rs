@@ -1,0 +1,140 @@
+//! Robot programs as text with places: every motion target keeps the bytes it was written with, so that an edit touches its
+//! digits and nothing else. Eight languages: joint-space CSV, Yaskawa INFORM, ABB RAPID, KUKA KRL, FANUC TP, URScript, ROS
+//! trajectories and G-code. The crate knows [`axes`], units and limits; it computes no motion and no compensation.
+//!
+//! A vendor program is read whole: a [`script::Format`] turns texts into a [`script::Document`], which shows what moves
+//! ([`script::Script`]) and turns [`script::Edits`] into patches of bytes. Joint-space CSV is read in [`Block`]s of whole rows,
+//! so that a program of any length passes in constant memory.
+//!
+//! # Example
+//!
+//! Move the third joint of a KUKA program's goal by a hundredth of a degree; no other byte changes.
+//!
+//! ```
+//! use robot_programs::axes::{Axes, Axis, JointKind};
+//! use robot_programs::script::{Edit, Edits, Format, Goal, Text, text};
+//!
+//! let axes = Axes::new("arm", (1..=6).map(|i| Axis::new(format!("A{i}"), JointKind::Revolute)).collect());
+//! let source = b"DEF demo()\n  PTP {A1 10, A2 -90.0, A3 90.000, A4 0, A5 0, A6 0} ; home\nEND\n".to_vec();
+//! let document = robot_programs::krl::Krl.parse(vec![Text::new("demo.src", source)], &axes)?;
+//!
+//! let script = document.script();
+//! let (step, goal) = script.moves().next().expect("one move");
+//! let Goal::Joints(target) = goal.goal else { panic!("a joint target") };
+//! let mut q: Vec<f64> = script.targets[target].values.iter().map(|v| v.map_or(0.0, |v| v.si)).collect();
+//! q[2] += 0.01_f64.to_radians();
+//!
+//! let mut edits = Edits { digit: vec![1e-6; 6], ..Edits::default() };
+//! edits.steps.insert(step, Edit { goal: Some(q), ..Edit::default() });
+//! let out = text::apply(&script.texts, &document.patches(&edits)?)?;
+//! assert_eq!(
+//!     String::from_utf8_lossy(&out[0]),
+//!     "DEF demo()\n  PTP {A1 10, A2 -90.0, A3 90.010, A4 0, A5 0, A6 0} ; home\nEND\n"
+//! );
+//! # Ok::<(), robot_programs::Error>(())
+//! ```
+//!
+//! # Modules, in the order in which to read them
+//! - [`axes`]: what is known of the robot; [`error`]: what reading and editing can fail with.
+//! - [`script`]: vendor programs: the interface that each of their formats fills. One module each: [`inform`] (Yaskawa),
+//!   [`rapid`] (ABB), [`krl`] (KUKA), [`fanuc`], [`urscript`] (Universal Robots), [`trajectory`] (ROS), [`gcode`].
+//! - [`csv`]: joint-space CSV: header, cells, rows in; numbers and rows out; [`lines`]: point -> line of the file.
+//! - [`formats`]: the list of formats, and which one a program is written in; [`files`]: what lies beside it.
+//! - [`played`]: a vendor program as a list of joint targets.
+#![forbid(unsafe_code)]
+
+pub mod axes;
+pub mod csv;
+pub mod error;
+pub mod fanuc;
+pub mod files;
+#[cfg(test)]
+mod fixtures;
+pub mod formats;
+pub mod gcode;
+pub mod inform;
+pub mod krl;
+pub mod lines;
+pub mod played;
+pub mod rapid;
+pub mod script;
+pub mod trajectory;
+pub mod urscript;
+
+pub use error::{Error, Result};
+
+/// What a number of a row means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Slot {
+    /// Target of an axis.
+    Axis(usize),
+    /// `t_s`.
+    Time,
+}
+
+/// Where a number stands in its block and how it is written.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Token {
+    /// First byte of the number in [`Block::text`], sign included.
+    pub start: u32,
+    pub len: u16,
+    /// Digits behind the point; of a number with an exponent those of its last digit's weight.
+    pub decimals: u8,
+    /// `-123.4567`, and nothing unusual about it.
+    pub plain: bool,
+}
+
+/// Bytes of a row in its block, line ending included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RowSpan {
+    pub start: u32,
+    pub end: u32,
+}
+
+/// Whole rows of a program. What stands between rows (comments, blank lines, the header) belongs to no row.
+#[derive(Debug, Clone, Default)]
+pub struct Block {
+    pub text: Vec<u8>,
+    pub rows: Vec<RowSpan>,
+    /// `tokens[row * slots + slot]`, slots in the order in which they stand in a row.
+    pub tokens: Vec<Token>,
+    /// `q[row * axes + axis]`, rad or m.
+    pub q: Vec<f64>,
+    /// Empty, or one per row, s.
+    pub t_s: Vec<f64>,
+    /// Most decimals of each slot in this block.
+    pub decimals: Vec<u8>,
+    /// So many of the first rows hold nothing but plain numbers with one byte between them.
+    pub pure: usize,
+    /// Number of the first row's point, counted from 0 over the program.
+    pub first_point: u64,
+}
+
+impl Block {
+    /// Empties the block and keeps its memory.
+    pub fn clear(&mut self) {
+        self.text.clear();
+        self.rows.clear();
+        self.tokens.clear();
+        self.q.clear();
+        self.t_s.clear();
+        self.decimals.clear();
+        self.pure = 0;
+    }
+
+    /// Appends rows of the same text; what they say of [`Block::pure`] is left out.
+    fn append(&mut self, rows: &Block) {
+        self.rows.extend_from_slice(&rows.rows);
+        self.tokens.extend_from_slice(&rows.tokens);
+        self.q.extend_from_slice(&rows.q);
+        self.t_s.extend_from_slice(&rows.t_s);
+        for (most, d) in self.decimals.iter_mut().zip(&rows.decimals) {
+            *most = (*most).max(*d);
+        }
+    }
+
+    /// Bytes of a span.
+    pub fn bytes(&self, start: usize, end: usize) -> &[u8] {
+        self.text.get(start..end).unwrap_or_default()
+    }
+}

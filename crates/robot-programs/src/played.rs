@@ -1,0 +1,219 @@
+//! A vendor program as a list of joint targets, for jobs that need no text (`simulate`): what the robot would pass if the
+//! steps were done once, in the order of the text.
+//!
+//! Assumes joint targets alone: a Cartesian target, or one that is computed at run time, is refused with its line. Turning
+//! points that a format knows itself (quadrants of an arc) are points, too. An axis that a target does not command stays where
+//! it is. Branches, loops, calls and interrupts are passed once and noted: the text does not say how often they run.
+
+use super::script::PathKind;
+use super::script::{At, Break, Goal, Move, Note, Script, Speed, StepKind};
+use crate::axes::Axes;
+use crate::error::{Error, Result};
+
+/// The points of a script.
+#[derive(Debug, Clone, Default)]
+pub struct Played {
+    /// As messages show it.
+    pub name: String,
+    /// `q[axis][point]`, rad or m.
+    pub q: Vec<Vec<f64>>,
+    /// s from the first point; only where every move says how long it takes.
+    pub t_s: Option<Vec<f64>>,
+    /// Place of each point.
+    pub places: Vec<At>,
+    /// Where the order of the text is not certainly that of the robot.
+    pub notes: Vec<Note>,
+}
+
+/// The joint targets of a script in the order of its text.
+///
+/// # Errors
+/// With the line where a move has no joint target, where an axis is not known, and where nothing moves.
+pub fn joints(script: &Script, robot: &Axes) -> Result<Played> {
+    let name = script.texts.first().map_or(String::new(), |t| t.name.clone());
+    let mut played = Played { name, q: vec![Vec::new(); robot.dof()], ..Played::default() };
+    let mut times = Some(Vec::new());
+    let mut last: Option<Vec<f64>> = None;
+    for step in &script.steps {
+        match &step.kind {
+            StepKind::Move(m) => {
+                let q = target(script, m, step.at, last.as_deref(), robot)?;
+                let way = m.way.iter().map(|w| (w.share, w.q.as_slice())).chain([(1.0, q.as_slice())]);
+                let start_s = times.as_ref().and_then(|t: &Vec<f64>| t.last().copied());
+                for (share, point) in way {
+                    let t_s = match (start_s, m.speed) {
+                        // how long the way to the first point takes does not matter: time runs from there
+                        (None, _) => Some(0.0),
+                        (Some(t), Speed::Seconds(s)) => Some(t + share * s),
+                        _ => None,
+                    };
+                    match (&mut times, t_s) {
+                        (Some(times), Some(t)) => times.push(t),
+                        _ => times = None,
+                    }
+                    for (axis, column) in played.q.iter_mut().enumerate() {
+                        column.push(point.get(axis).copied().unwrap_or_default());
+                    }
+                    played.places.push(step.at);
+                }
+                if m.path != PathKind::Joint {
+                    note(
+                        &mut played,
+                        step.at,
+                        "between its points the robot moves on a Cartesian path, not straight in the joints",
+                    );
+                }
+                last = Some(q);
+            }
+            StepKind::Break(Break::Start) => {
+                // another program: its times begin anew
+                if last.is_some() {
+                    times = None;
+                }
+            }
+            StepKind::Break(Break::Jump | Break::Loop | Break::Call | Break::Interrupt) => {
+                note(
+                    &mut played,
+                    step.at,
+                    "branches, loops, calls and interrupts are passed once, in the order of the text",
+                );
+            }
+            StepKind::Dwell(seconds) => {
+                if let (Some(t), Some(q)) = (&mut times, &last) {
+                    match (seconds, t.last().copied()) {
+                        (Some(s), Some(from)) if *s > 0.0 => {
+                            t.push(from + s);
+                            played.places.push(step.at);
+                            for (column, v) in played.q.iter_mut().zip(q) {
+                                column.push(*v);
+                            }
+                        }
+                        (Some(_), _) => {}
+                        _ => times = None,
+                    }
+                }
+            }
+            StepKind::Break(Break::Frame) | StepKind::Process(_) | StepKind::Pragma(_) => {}
+        }
+    }
+    if last.is_none() {
+        let expected = "a program with joint targets";
+        return Err(Error::bad(script.place(At { file: 0, line: 1 }), "a program without a move", expected));
+    }
+    played.t_s = times.filter(|t| t.len() == played.places.len() && t.len() > 1);
+    Ok(played)
+}
+
+/// Every sentence once, at its first place.
+fn note(played: &mut Played, place: At, text: &str) {
+    if !played.notes.iter().any(|n| n.text == text) {
+        played.notes.push(Note { place, text: text.into() });
+    }
+}
+
+/// Joint values of a move's goal; axes that it does not command come from the point before.
+fn target(script: &Script, m: &Move, at: At, last: Option<&[f64]>, robot: &Axes) -> Result<Vec<f64>> {
+    let expected = "joint targets alone: only they can be played without the controller";
+    let bad = |found: String| Error::bad(script.place(at), found, expected);
+    let values = match &m.goal {
+        Goal::Joints(t) => script.targets.get(*t).map(|t| &t.values).ok_or_else(|| bad("no target".into()))?,
+        Goal::Pose(_) => return Err(bad("a Cartesian target".into())),
+        Goal::Opaque(why) => return Err(bad(format!("a target that cannot be read: {why}"))),
+    };
+    (0..robot.dof())
+        .map(|axis| {
+            let own = values.get(axis).copied().flatten().map(|v| v.si);
+            let before = || last.and_then(|q| q.get(axis).copied());
+            own.or_else(before).ok_or_else(|| {
+                Error::bad(
+                    script.place(at),
+                    format!("no value for joint {}", robot.axis(axis).name),
+                    "a first target that gives every joint of the robot",
+                )
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::axes::{Axis, JointKind};
+    use crate::script::number::Style;
+    use crate::script::{Step, Target, Text, Value, Way};
+
+    fn robot() -> Axes {
+        Axes::new("a", vec![Axis::new("J1", JointKind::Revolute), Axis::new("X", JointKind::Prismatic)])
+    }
+
+    fn step(line: u64, kind: StepKind) -> Step {
+        Step { at: At { file: 0, line }, kind }
+    }
+
+    fn to(goal: Goal, speed: Speed, way: Vec<Way>) -> StepKind {
+        let path = PathKind::Joint;
+        StepKind::Move(Move { path, goal, fixed: None, closed: None, speed, blend_m: None, way })
+    }
+
+    fn script(steps: Vec<Step>, targets: &[[Option<f64>; 2]]) -> Script {
+        let value = |si: f64| Value { si, start: 0, end: 0, style: Style::default(), digit: 1.0, finest: 1.0 };
+        let targets = targets
+            .iter()
+            .map(|t| Target { name: None, at: At::default(), values: t.iter().map(|v| v.map(value)).collect() })
+            .collect();
+        Script { texts: vec![Text::new("p.src", Vec::new())], steps, targets, ..Script::default() }
+    }
+
+    #[test]
+    fn targets_follow_in_the_order_of_the_text_with_their_turning_points() {
+        let way = vec![Way { share: 0.25, q: vec![5.0, 6.0] }];
+        let s = script(
+            vec![
+                step(1, StepKind::Break(Break::Start)),
+                step(2, to(Goal::Joints(0), Speed::Unknown, Vec::new())),
+                step(3, to(Goal::Joints(1), Speed::Seconds(2.0), way)),
+                step(4, StepKind::Dwell(Some(1.0))),
+                step(5, to(Goal::Joints(0), Speed::Seconds(4.0), Vec::new())),
+            ],
+            &[[Some(1.0), Some(2.0)], [Some(3.0), None]],
+        );
+        let p = joints(&s, &robot()).unwrap();
+        assert_eq!(p.q, [[1.0, 5.0, 3.0, 3.0, 1.0], [2.0, 6.0, 2.0, 2.0, 2.0]]);
+        assert_eq!(p.t_s, Some(vec![0.0, 0.5, 2.0, 3.0, 7.0]));
+        assert_eq!(p.places.iter().map(|a| a.line).collect::<Vec<_>>(), [2, 3, 3, 4, 5]);
+        assert!(p.notes.is_empty());
+    }
+
+    #[test]
+    fn times_are_given_only_where_all_are_known_and_a_loop_is_noted_once() {
+        let s = script(
+            vec![
+                step(1, to(Goal::Joints(0), Speed::Seconds(1.0), Vec::new())),
+                step(2, StepKind::Break(Break::Loop)),
+                step(3, to(Goal::Joints(0), Speed::Share(0.5), Vec::new())),
+                step(4, StepKind::Dwell(Some(1.0))),
+                step(5, to(Goal::Joints(0), Speed::Seconds(1.0), Vec::new())),
+                step(6, StepKind::Break(Break::Loop)),
+            ],
+            &[[Some(1.0), Some(2.0)]],
+        );
+        let p = joints(&s, &robot()).unwrap();
+        assert_eq!((p.t_s, p.q[0].len(), p.notes.len(), p.notes[0].place.line), (None, 3, 1, 2));
+    }
+
+    #[test]
+    fn what_cannot_be_played_is_refused_with_its_line() {
+        let one = |goal| script(vec![step(7, to(goal, Speed::Unknown, Vec::new()))], &[[Some(1.0), None]]);
+        for (s, words) in [
+            (
+                one(Goal::Opaque("P[3] is taught at run time".into())),
+                "p.src:7: found a target that cannot be read: P[3]",
+            ),
+            (one(Goal::Joints(0)), "p.src:7: found no value for joint X"),
+            (script(Vec::new(), &[]), "p.src:1: found a program without a move"),
+        ] {
+            let e = joints(&s, &robot()).unwrap_err();
+            assert!(e.to_string().starts_with(words), "{e}");
+        }
+    }
+}

@@ -1,0 +1,266 @@
+//! What is known of RAPID's names: which declaration a name means, whether its value is certain, which routines move.
+//!
+//! A value is certain where nothing in the text can change it and nothing outside can: a CONST; a VAR of a routine; a LOCAL
+//! VAR or PERS that is not assigned. A global VAR or PERS may be set by any other module or task, so it is certain only in
+//! a text that holds `main` (the program itself), and a note says what that takes for granted.
+
+use super::arguments::{motion_of, positional};
+use super::lex::Kind;
+use super::read::{Decl, Item, ItemKind, Parsed, Span, Storage};
+use super::words::{self, Leads};
+use crate::script::Text;
+use std::collections::HashMap;
+
+/// What the text does with a declaration beyond moving to it.
+#[derive(Debug, Clone, Default)]
+pub struct State {
+    /// Why its value may differ from the declared one.
+    pub changed: Option<String>,
+    /// Its value is read elsewhere, so it must stay.
+    pub read: bool,
+    /// Another declaration of the same scope has the same name.
+    pub twice: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Scope {
+    Routine(usize),
+    Module(usize),
+    Global,
+}
+
+pub struct Facts<'a> {
+    pub text: &'a Text,
+    pub p: &'a Parsed,
+    pub states: Vec<State>,
+    index: HashMap<(Scope, &'a str), usize>,
+    /// By name: whether a routine of the file may move the robot.
+    moving: HashMap<&'a str, bool>,
+    pub has_main: bool,
+    /// Values are set by names that are computed (`SetDataVal`).
+    sets_by_name: bool,
+}
+
+impl<'a> Facts<'a> {
+    /// `goals`: per item the token of the name that a move leads to, which is no reading of its value.
+    pub fn new(text: &'a Text, p: &'a Parsed, goals: &[Option<usize>]) -> Self {
+        let mut f = Self {
+            text,
+            p,
+            states: vec![State::default(); p.decls.len()],
+            index: HashMap::new(),
+            moving: HashMap::new(),
+            has_main: p.routines.iter().any(|r| r.name == "main"),
+            sets_by_name: p.words.iter().any(|w| w == "setdataval" || w == "setalldataval"),
+        };
+        for (k, d) in p.decls.iter().enumerate() {
+            let scope = match d.routine {
+                Some(r) => Scope::Routine(r),
+                None => Scope::Module(d.module),
+            };
+            f.enter(scope, k);
+            if d.routine.is_none() && !d.local {
+                f.enter(Scope::Global, k);
+            }
+        }
+        for (item, goal) in p.items.iter().zip(goals) {
+            f.mark(item, *goal);
+        }
+        for d in &p.decls {
+            if let Some(value) = &d.value {
+                f.mark_span(value.clone(), (d.routine, d.module), None, None);
+            }
+        }
+        f.find_moving();
+        f
+    }
+
+    fn enter(&mut self, scope: Scope, k: usize) {
+        let p = self.p;
+        if let Some(old) = self.index.insert((scope, p.decls[k].name.as_str()), k) {
+            self.states[old].twice = true;
+            self.states[k].twice = true;
+        }
+    }
+
+    pub fn word(&self, i: usize) -> &'a str {
+        self.p.words.get(i).map_or("", String::as_str)
+    }
+
+    fn kind(&self, i: usize) -> Option<Kind> {
+        self.p.tokens.get(i).map(|t| t.kind)
+    }
+
+    pub fn line(&self, token: usize) -> u64 {
+        self.p.tokens.get(token).map_or(1, |t| self.text.line_of(t.start))
+    }
+
+    /// Declaration that a name means in a routine.
+    pub fn resolve(&self, name: &str, routine: Option<usize>, module: usize) -> Option<usize> {
+        let at = |scope| self.index.get(&(scope, name)).copied();
+        routine.and_then(|r| at(Scope::Routine(r))).or_else(|| at(Scope::Module(module))).or_else(|| at(Scope::Global))
+    }
+
+    /// Notes what an item does with names.
+    fn mark(&mut self, item: &Item, goal: Option<usize>) {
+        let place = (Some(item.routine), item.module);
+        let first = item.span.start;
+        match item.kind {
+            ItemKind::Assign => {
+                if let Some(d) = self.resolve(self.word(first), place.0, place.1) {
+                    let why = format!("`{}` is assigned", self.shown(d));
+                    self.states[d].changed.get_or_insert(why);
+                }
+                self.mark_span(first + 1..item.span.end, place, None, None);
+            }
+            ItemKind::Call { .. } => {
+                let name = self.word(first);
+                let reads = words::motion(name).is_some() || words::only_reads(name);
+                // a search writes the place where it was stopped into its second argument
+                if let Some((motion, args)) = motion_of(self.p, item)
+                    && matches!(motion.leads, Leads::Search)
+                    && let Some(found) = positional(&args, 1).and_then(|k| args.get(k))
+                {
+                    self.mark_span(found.span.clone(), place, None, Some(first));
+                }
+                self.mark_span(first + 1..item.span.end, place, goal, (!reads).then_some(first));
+            }
+            ItemKind::Start | ItemKind::Label | ItemKind::Connect => {}
+            ItemKind::Late => self.mark_span(item.span.clone(), place, None, Some(first)),
+            _ => self.mark_span(item.span.clone(), place, None, None),
+        }
+    }
+
+    /// Names in an expression are read, or passed to something that may set them: `callee` is the token of that.
+    fn mark_span(&mut self, span: Span, place: (Option<usize>, usize), goal: Option<usize>, callee: Option<usize>) {
+        let mut callees: Vec<Option<usize>> = Vec::new();
+        for i in span {
+            match self.kind(i) {
+                Some(Kind::Mark(b'(')) => {
+                    let function = i.checked_sub(1).filter(|&k| self.kind(k) == Some(Kind::Word));
+                    let foreign = function.filter(|&k| {
+                        let name = self.word(k);
+                        (!words::is_function(name) || words::sets_argument(name)) && !words::is_operator(name)
+                    });
+                    callees.push(foreign.filter(|&k| self.word(k) != "not"));
+                }
+                Some(Kind::Mark(b')')) => {
+                    callees.pop();
+                }
+                Some(Kind::Word) if Some(i) != goal => {
+                    let before = i.checked_sub(1).and_then(|k| self.kind(k));
+                    if matches!(before, Some(Kind::Mark(b'.' | b'\\'))) {
+                        continue;
+                    }
+                    let Some(d) = self.resolve(self.word(i), place.0, place.1) else { continue };
+                    self.states[d].read = true;
+                    let by = callees.iter().rev().find_map(|c| *c).or(callee);
+                    if let Some(by) = by
+                        && self.p.decls[d].storage != Storage::Const
+                    {
+                        let name = String::from_utf8_lossy(self.text.slice(self.bytes(by))).into_owned();
+                        let why = format!("`{}` is passed to `{name}`, which may set it", self.shown(d));
+                        self.states[d].changed.get_or_insert(why);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn bytes(&self, token: usize) -> std::ops::Range<usize> {
+        self.p.tokens.get(token).map_or(0..0, |t| t.start..t.end)
+    }
+
+    /// A declaration's name as it is written.
+    pub fn shown(&self, d: usize) -> String {
+        String::from_utf8_lossy(self.text.slice(self.bytes(self.p.decls[d].at))).into_owned()
+    }
+
+    /// Whether the declared value is the one that counts at run time; else why not.
+    pub fn certain(&self, d: usize) -> Result<(), String> {
+        let decl: &Decl = &self.p.decls[d];
+        let state = &self.states[d];
+        let shown = || self.shown(d);
+        if state.twice {
+            return Err(format!("`{}` is declared more than once", shown()));
+        }
+        match decl.storage {
+            Storage::Bound => return Err(format!("`{}` is a parameter of the routine", shown())),
+            Storage::Const => return Ok(()),
+            Storage::Var | Storage::Pers => {}
+        }
+        if let Some(why) = &state.changed {
+            return Err(why.clone());
+        }
+        if self.sets_by_name {
+            return Err(format!("`{}` may be set by SetDataVal; a CONST could not", shown()));
+        }
+        if decl.routine.is_some() || decl.local || self.has_main {
+            return Ok(());
+        }
+        Err(format!(
+            "`{}` is global and not constant: another module may set it (LOCAL or CONST would settle it)",
+            shown()
+        ))
+    }
+
+    /// Whether other modules can use a declaration that is not in the program's own text.
+    pub fn reaches_out(&self, d: usize) -> bool {
+        let decl = &self.p.decls[d];
+        decl.routine.is_none() && !decl.local && !self.has_main
+    }
+
+    /// Whether a call of this name may move the robot or shift its targets.
+    pub fn may_move(&self, name: &str) -> bool {
+        if words::motion(name).is_some() || words::is_frame(name) {
+            return true;
+        }
+        match self.moving.get(name) {
+            Some(moving) => *moving,
+            None => !(words::is_quiet(name) || words::is_wait(name) || words::is_function(name)),
+        }
+    }
+
+    /// Routines of the file that move, or call what may.
+    fn find_moving(&mut self) {
+        let p = self.p;
+        let mut callers: HashMap<&str, Vec<usize>> = HashMap::new();
+        let mut work: Vec<usize> = Vec::new();
+        self.moving = p.routines.iter().map(|r| (r.name.as_str(), false)).collect();
+        for item in &p.items {
+            let mut moves = matches!(item.kind, ItemKind::Late | ItemKind::Connect);
+            for name in called(p, item) {
+                if self.moving.contains_key(name) {
+                    callers.entry(name).or_default().push(item.routine);
+                } else {
+                    moves |= self.may_move(name) || words::arms(name);
+                }
+            }
+            if moves {
+                work.push(item.routine);
+            }
+        }
+        while let Some(r) = work.pop() {
+            let name = p.routines[r].name.as_str();
+            if self.moving.insert(name, true) == Some(false) {
+                work.extend(callers.get(name).into_iter().flatten());
+            }
+        }
+    }
+}
+
+/// Names of the procedures and functions that an item calls, in lower case.
+pub fn called<'a>(p: &'a Parsed, item: &Item) -> impl Iterator<Item = &'a str> {
+    let procedure = matches!(item.kind, ItemKind::Call { .. }).then_some(item.span.start);
+    let quiet = matches!(item.kind, ItemKind::Start | ItemKind::Label);
+    let span = if quiet { 0..0 } else { item.span.clone() };
+    let functions = span.filter(move |&i| {
+        let open = p.tokens.get(i + 1).is_some_and(|t| t.kind == Kind::Mark(b'('));
+        let word = &p.words[i];
+        open && !word.is_empty() && !words::is_operator(word) && word != "not"
+    });
+    // `IF (a) ...`: the bracket belongs to no name when the word stands in front of the span
+    let end = item.span.end;
+    procedure.into_iter().chain(functions.filter(move |&i| i + 1 < end)).map(move |i| p.words[i].as_str())
+}

@@ -1,0 +1,92 @@
+//! Bytes of a RAPID module to words, numbers and marks.
+//!
+//! Comments (`!` to the end of the line) stand apart, as they are no part of a statement; the header between two `%%%` is
+//! left out. Bytes above 127 count as letters, so that Latin-1 and UTF-8 pass alike. Reference: ABB, RAPID Kernel, lexical
+//! elements. Fails at a string or header that is not closed and at a character that RAPID does not have.
+
+use crate::error::Result;
+use crate::script::Text;
+pub use crate::script::lex::{Kind, Lexed, Token};
+use crate::script::lex::{begins_number, begins_word, line_end, number_end, start, word_end};
+
+const PLACEHOLDERS: [&str; 14] =
+    ["smt", "exp", "var", "ddn", "rdn", "tdn", "par", "arg", "id", "alt", "lbl", "cse", "eit", "dim"];
+
+pub fn lex(text: &Text) -> Result<Lexed> {
+    let bytes = text.bytes.as_slice();
+    let mut tokens = Vec::with_capacity(bytes.len() / 4);
+    let mut comments = Vec::new();
+    let mut i = start(bytes);
+    while let Some(&b) = bytes.get(i) {
+        let start = i;
+        let kind = match b {
+            // 0x1A ends files of old controllers
+            b' ' | b'\t' | b'\r' | b'\n' | 0x0B | 0x0C | 0x1A => {
+                i += 1;
+                continue;
+            }
+            b'!' => {
+                i = line_end(bytes, i);
+                comments.push((start, i));
+                continue;
+            }
+            b'%' if bytes[i..].starts_with(b"%%%") => {
+                let rest = &bytes[i + 3..];
+                let Some(n) = memchr::memmem::find(rest, b"%%%") else {
+                    return Err(text.bad(i, "a header `%%%` without an end", "`%%%` behind VERSION and LANGUAGE"));
+                };
+                i += n + 6;
+                continue;
+            }
+            b'"' => {
+                i = string_end(text, i)?;
+                Kind::String
+            }
+            _ if begins_number(bytes, i) => {
+                i = number_end(bytes, i);
+                Kind::Number
+            }
+            _ if begins_word(b) => {
+                i = word_end(bytes, i);
+                Kind::Word
+            }
+            b':' if bytes.get(i + 1) == Some(&b'=') => {
+                i += 2;
+                Kind::Assign
+            }
+            b'<' if placeholder(&bytes[i..]).is_some() => {
+                i += placeholder(&bytes[i..]).unwrap_or(1);
+                Kind::Placeholder
+            }
+            b';' | b',' | b':' | b'{' | b'}' | b'[' | b']' | b'(' | b')' | b'\\' | b'.' | b'+' | b'-' | b'*' | b'/'
+            | b'<' | b'>' | b'=' | b'%' | b'?' | b'|' => {
+                i += 1;
+                Kind::Mark(b)
+            }
+            _ => return Err(text.bad(i, format!("the character {:?}", char::from(b)), "RAPID text")),
+        };
+        tokens.push(Token { kind, start, end: i });
+    }
+    Ok(Lexed { tokens, comments })
+}
+
+/// Byte behind a string that begins at `start`; a doubled quote is part of it.
+fn string_end(text: &Text, start: usize) -> Result<usize> {
+    let bytes = &text.bytes;
+    let mut i = start + 1;
+    loop {
+        match bytes.get(i) {
+            Some(b'"') if bytes.get(i + 1) == Some(&b'"') => i += 2,
+            Some(b'"') => return Ok(i + 1),
+            Some(b'\n') | None => return Err(text.bad(start, "a string that is not closed on its line", "`\"`")),
+            Some(_) => i += 1,
+        }
+    }
+}
+
+/// Length of a placeholder at the start of `bytes`.
+fn placeholder(bytes: &[u8]) -> Option<usize> {
+    let end = bytes.iter().take(6).position(|&b| b == b'>')?;
+    let word = std::str::from_utf8(&bytes[1..end]).ok()?.to_ascii_lowercase();
+    PLACEHOLDERS.contains(&word.as_str()).then_some(end + 1)
+}

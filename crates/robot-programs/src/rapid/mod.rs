@@ -1,0 +1,104 @@
+//! ABB RAPID (`.mod`, `.modx`, `.prg`, `.sys`): joint targets of `MoveAbsJ`, inline or declared.
+//!
+//! Rooms:
+//! - [`lex`]: bytes to words, numbers and marks; comments and the `%%%` header stand apart.
+//! - [`words`]: what RAPID's own names mean: reserved words, motion instructions, what never moves, speeds and zones.
+//! - [`read`]: tokens to modules, routines and declarations; [`statements`]: what stands in routines.
+//! - [`facts`]: which declaration a name means, whether its value is certain, which routines move.
+//! - [`rules`]: what holds for the file: where the program starts, configurations, external axes.
+//! - [`value`]: `[[..],[..]]` and the numbers in it.
+//! - [`arguments`]: what stands between the commas of an instruction.
+//! - [`goals`]: targets of moves: joint values, poses, or why neither can be told.
+//! - [`steps`]: statements to moves, waits and whatever ends a known direction.
+//! - [`write`]: edits to patches.
+//!
+//! Reference: ABB, Technical reference manuals: RAPID Kernel; RAPID Instructions, Functions and Data types. What is not
+//! certain from this one text (a target of another module, a variable that is set) is not edited, and the move says why.
+
+mod arguments;
+mod facts;
+mod goals;
+mod lex;
+mod read;
+mod rules;
+mod statements;
+mod steps;
+mod value;
+mod words;
+mod write;
+
+#[cfg(test)]
+mod props;
+#[cfg(test)]
+mod tests;
+
+use crate::axes::{Axes, JointKind};
+use crate::error::{Error, Place, Result};
+use crate::script::{Document, Edits, Format, Patch, Script, Text};
+use std::collections::HashSet;
+
+pub struct Rapid;
+
+impl Format for Rapid {
+    fn name(&self) -> &'static str {
+        "rapid"
+    }
+
+    fn title(&self) -> &'static str {
+        "ABB RAPID (.mod, .modx, .prg, .sys)"
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        &["mod", "modx", "prg", "sys"]
+    }
+
+    /// The first word that is no comment and no header is `MODULE`, and no `;` ends its line (that would be Modula).
+    fn recognises(&self, bytes: &[u8]) -> bool {
+        let mut header = false;
+        for line in bytes.split(|&b| b == b'\n') {
+            let line = line.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(line).trim_ascii();
+            if line.starts_with(b"%%%") {
+                header = !header;
+            } else if !(header || line.is_empty() || line.starts_with(b"!")) {
+                let word = line
+                    .get(..7)
+                    .is_some_and(|w| w.eq_ignore_ascii_case(b"module ") || w.eq_ignore_ascii_case(b"module\t"));
+                return word && !line.ends_with(b";");
+            }
+        }
+        false
+    }
+
+    fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>> {
+        let text = texts.into_iter().next().ok_or_else(|| Error::bad(Place::default(), "nothing", "a RAPID module"))?;
+        let parsed = read::parse(&text, lex::lex(&text)?)?;
+        let built = steps::build(text, &parsed, robot)?;
+        let mut words: HashSet<String> = parsed.words.into_iter().filter(|w| !w.is_empty()).collect();
+        // a name of the predefined zone that the file declares itself means something else
+        if parsed.decls.iter().any(|d| d.name == "z0") {
+            words.insert("z0 declared".into());
+        }
+        let kinds = robot.axis_joints().map(|j| j.kind).collect();
+        Ok(Box::new(Doc { built, words, kinds }))
+    }
+}
+
+struct Doc {
+    built: steps::Built,
+    words: HashSet<String>,
+    kinds: Vec<JointKind>,
+}
+
+impl Document for Doc {
+    fn script(&self) -> &Script {
+        &self.built.script
+    }
+
+    fn patches(&self, edits: &Edits) -> Result<Vec<Patch>> {
+        write::Writer { built: &self.built, kinds: &self.kinds, words: &self.words, edits }.patches()
+    }
+
+    fn takes_joints_for_poses(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,83 @@
+//! What holds for a whole file: where the program starts, where configurations are watched, and external axes as they are written.
+
+use super::facts;
+use super::read::{Item, Parsed};
+use super::value::Node;
+use super::words;
+use crate::script::Text;
+use std::collections::HashSet;
+
+/// `main`, else the first procedure with a move or a call that none of this file calls.
+pub fn entry_routine(p: &Parsed) -> Option<usize> {
+    let main = p.routines.iter().position(|r| r.name == "main");
+    let called: HashSet<&str> = p.items.iter().flat_map(|item| facts::called(p, item)).collect();
+    let acts = |k: usize| {
+        let of = |item: &&Item| item.routine == k && facts::called(p, item).any(|name| !words::is_quiet(name));
+        p.items.iter().any(|item| of(&item))
+    };
+    let may = |k: &usize| p.routines[*k].procedure && !called.contains(p.routines[*k].name.as_str()) && acts(*k);
+    main.or_else(|| (0..p.routines.len()).find(may))
+}
+
+/// Whether routines start with configurations watched: not where `main` switches that off and nothing switches it on.
+pub fn configured_first(p: &Parsed) -> Configured {
+    let watched = |name: &str| {
+        let of = |item: &&Item| p.words.get(item.span.start).is_some_and(|w| w == name);
+        let off = |item: &Item| p.words[item.span.clone()].iter().any(|w| w == "off");
+        let in_main = |item: &Item| p.routines.get(item.routine).is_some_and(|r| r.name == "main");
+        let mut all = p.items.iter().filter(of).peekable();
+        all.peek().is_none() || !p.items.iter().filter(of).all(off) || !all.any(in_main)
+    };
+    Configured { joint: watched("confj"), linear: watched("confl") }
+}
+
+/// External axes of a target, as they are written.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub enum External {
+    Numbers([f64; 6]),
+    /// A name, or numbers that are computed.
+    Text(String),
+    /// Nothing can be said.
+    #[default]
+    Unknown,
+}
+
+impl External {
+    /// Of the list of a target.
+    pub fn of(text: &Text, node: Option<&Node>) -> Self {
+        let Some(node) = node else { return Self::Unknown };
+        let written = || String::from_utf8_lossy(text.slice(node.bytes())).to_ascii_lowercase();
+        node.numbers::<6>().map_or_else(|| Self::Text(written()), Self::Numbers)
+    }
+
+    /// Whether one from `first` on may be used.
+    pub fn used_from(&self, first: usize) -> bool {
+        match self {
+            Self::Numbers(axes) => axes.iter().skip(first).any(|v| is_used(*v)),
+            _ => first < 6,
+        }
+    }
+
+    /// Whether one from `first` on may move on the way to `next`.
+    pub fn moves_to(&self, next: &Self, first: usize) -> bool {
+        match (self, next) {
+            (Self::Numbers(a), Self::Numbers(b)) => {
+                a.iter().zip(b).skip(first).any(|(a, b)| (is_used(*a) || is_used(*b)) && a != b)
+            }
+            (Self::Text(a), Self::Text(b)) => first < 6 && a != b,
+            (_, next) => next.used_from(first),
+        }
+    }
+}
+
+/// 9E9 (9E+09, 1E+10 in older programs): the axis is not used.
+fn is_used(external: f64) -> bool {
+    external.abs() < 8.9e9
+}
+
+/// On joint moves, and on straight and circular ones.
+#[derive(Clone, Copy)]
+pub struct Configured {
+    pub joint: bool,
+    pub linear: bool,
+}

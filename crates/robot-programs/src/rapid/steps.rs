@@ -1,0 +1,394 @@
+//! The steps of a RAPID program: moves with their targets, and what ends a joint's known direction.
+
+use super::arguments::{Arg, arguments, goal_name, motion_of, positional};
+use super::facts::{self, Facts};
+use super::lex::Kind;
+use super::read::{Item, ItemKind, Parsed, Span};
+use super::rules::{Configured, External, configured_first, entry_routine};
+use super::value::{self, Node};
+use super::words::{self, Leads, Motion};
+use crate::axes::Axes;
+use crate::error::Result;
+use crate::script::blocks::Steps;
+use crate::script::sites::Time;
+use crate::script::{At, Break, Goal, Move, Note, PathKind, Script, Speed, StepKind, Target, Text, number};
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+
+/// A target as it can be written: bytes of its list, and where it is declared.
+#[derive(Debug, Clone)]
+pub struct Literal {
+    pub bytes: Range<usize>,
+    pub owner: Option<Owner>,
+}
+
+/// Declaration of a target.
+#[derive(Debug, Clone)]
+pub struct Owner {
+    /// From `LOCAL` or `CONST` to behind the `;`.
+    pub bytes: Range<usize>,
+    /// `LOCAL CONST jointtarget`, as it is written.
+    pub head: String,
+    pub name: String,
+    /// Its value is read elsewhere, or other modules may use it: it must stay.
+    pub keep: bool,
+}
+
+/// Where a move stands.
+#[derive(Debug, Clone, Default)]
+pub struct Site {
+    /// Instruction to behind the `;`.
+    pub bytes: Range<usize>,
+    pub word: Range<usize>,
+    pub args: Vec<Arg>,
+    /// Which of `args` are target and zone.
+    pub goal: usize,
+    pub zone: Option<usize>,
+    /// `\T:=` of the whole move: bytes of the number, s, style.
+    pub time: Option<Time>,
+    /// External axes of a robtarget as text, for joint moves in its place.
+    pub external: Option<String>,
+    /// ... and for comparison.
+    pub external_axes: External,
+}
+
+#[derive(Default)]
+pub struct Built {
+    pub script: Script,
+    pub sites: BTreeMap<usize, Site>,
+    /// One per target of the script.
+    pub literals: Vec<Literal>,
+}
+
+/// Reads the items of a file as steps.
+pub fn build(text: Text, p: &Parsed, robot: &Axes) -> Result<Built> {
+    let args: Vec<Option<(Motion, Vec<Arg>)>> = p.items.iter().map(|item| motion_of(p, item)).collect();
+    let goals: Vec<Option<usize>> =
+        args.iter().map(|m| m.as_ref().and_then(|(m, args)| goal_name(p, *m, args))).collect();
+    let mut b = Builder {
+        f: Facts::new(&text, p, &goals),
+        robot,
+        displaced: p.words.iter().any(|w| w.starts_with("pdispon") || w == "pdispset"),
+        steps: Steps::default(),
+        targets: Vec::new(),
+        literals: Vec::new(),
+        externals: Vec::new(),
+        external: None,
+        configured: Configured { joint: true, linear: true },
+        configured_first: configured_first(p),
+        known: HashMap::new(),
+        nodes: HashMap::new(),
+        notes: BTreeMap::new(),
+        synchronised: false,
+        entry_routine: entry_routine(p),
+    };
+    for (item, motion) in p.items.iter().zip(args) {
+        b.item(item, motion)?;
+    }
+    b.steps.pragmas(&text, &p.comments, usize::MAX);
+    let Builder { steps, targets, literals, notes, .. } = b;
+    let mut out = Built { literals, ..Built::default() };
+    out.sites = steps.finish(&mut out.script);
+    out.script.targets = targets;
+    out.script.notes = notes.into_values().collect();
+    out.script.texts = vec![text];
+    Ok(out)
+}
+
+pub struct Builder<'a> {
+    pub f: Facts<'a>,
+    pub robot: &'a Axes,
+    pub displaced: bool,
+    steps: Steps<Site>,
+    pub targets: Vec<Target>,
+    pub literals: Vec<Literal>,
+    /// External axes of each target.
+    pub externals: Vec<External>,
+    /// ... and of the goal before, on the same stretch.
+    pub external: Option<External>,
+    /// Whether configurations are watched (`ConfJ`, `ConfL`), in the order of the text of a routine, and at its start.
+    pub configured: Configured,
+    configured_first: Configured,
+    /// Targets of declarations, by declaration and index list.
+    pub known: HashMap<(usize, Vec<usize>), usize>,
+    /// Values of declarations.
+    nodes: HashMap<usize, Option<Node>>,
+    notes: BTreeMap<(u64, String), Note>,
+    synchronised: bool,
+    /// The routine with which the program starts.
+    entry_routine: Option<usize>,
+}
+
+impl Builder<'_> {
+    fn at(&self, token: usize) -> At {
+        At { file: 0, line: self.f.line(token) }
+    }
+
+    fn push(&mut self, token: usize, kind: StepKind) -> usize {
+        if matches!(kind, StepKind::Break(_)) {
+            self.external = None;
+        }
+        self.steps.push(self.at(token), kind)
+    }
+
+    fn close(&mut self, token: usize, kind: Break) {
+        if self.steps.close(self.at(token), kind) {
+            self.external = None;
+        }
+    }
+
+    pub fn note(&mut self, token: usize, text: String) {
+        let place = self.at(token);
+        self.notes.entry((place.line, text.clone())).or_insert(Note { place, text });
+    }
+
+    fn item(&mut self, item: &Item, motion: Option<(Motion, Vec<Arg>)>) -> Result<()> {
+        let token = item.span.start;
+        if let Some(t) = self.f.p.tokens.get(token) {
+            self.steps.pragmas(self.f.text, &self.f.p.comments, t.start);
+        }
+        if item.kind != ItemKind::Start && motion.is_none() && !matches!(item.kind, ItemKind::Call { .. }) {
+            let calls = facts::called(self.f.p, item).any(|name| self.f.may_move(name));
+            if calls {
+                self.push(token, StepKind::Break(Break::Call));
+            }
+        }
+        match item.kind {
+            ItemKind::Start => {
+                self.steps.start();
+                self.synchronised = false;
+                self.configured = self.configured_first;
+                let k = self.push(token, StepKind::Break(Break::Start));
+                if self.entry_routine == Some(item.routine) {
+                    self.steps.entry.get_or_insert(k);
+                }
+            }
+            ItemKind::Branch | ItemKind::Loop => {
+                let kind = if item.kind == ItemKind::Loop { Break::Loop } else { Break::Jump };
+                self.steps.open(self.at(token), kind);
+            }
+            ItemKind::Middle => self.steps.middle(self.at(token), Break::Jump),
+            ItemKind::EndBranch => self.close(token, Break::Jump),
+            ItemKind::EndLoop => self.close(token, Break::Loop),
+            ItemKind::Label => {
+                self.push(token, StepKind::Break(Break::Jump));
+            }
+            ItemKind::Connect => {
+                self.push(token, StepKind::Break(Break::Interrupt));
+            }
+            ItemKind::Late => {
+                self.push(token, StepKind::Break(Break::Call));
+            }
+            ItemKind::Leave | ItemKind::Assign => {}
+            ItemKind::Call { alone } => match motion {
+                Some((motion, args)) => self.motion(item, motion, args, alone)?,
+                None => self.call(item),
+            },
+        }
+        Ok(())
+    }
+
+    fn call(&mut self, item: &Item) {
+        let token = item.span.start;
+        let name = self.f.word(token);
+        match name {
+            "syncmoveon" => self.synchronised = true,
+            "syncmoveoff" => self.synchronised = false,
+            "confj" | "confl" => {
+                let off = self.f.p.words[item.span.clone()].iter().any(|w| w == "off");
+                *(if name == "confj" { &mut self.configured.joint } else { &mut self.configured.linear }) = !off;
+            }
+            "exitcycle" => return,
+            _ => {}
+        }
+        if words::is_frame(name) {
+            self.push(token, StepKind::Break(Break::Frame));
+        } else if words::arms(name) {
+            self.push(token, StepKind::Break(Break::Interrupt));
+        } else if facts::called(self.f.p, item).any(|name| self.f.may_move(name)) {
+            self.push(token, StepKind::Break(Break::Call));
+        } else if words::is_wait(name) {
+            let args = arguments(self.f.p, token + 1..item.span.end);
+            let literal = positional(&args, 0).and_then(|k| self.number(&args[k].span, item));
+            self.push(token, StepKind::Dwell(literal.filter(|s| name == "waittime" && *s >= 0.0)));
+        }
+    }
+
+    /// An expression as an aggregate or number: written there, or declared and certain.
+    pub fn node(&mut self, span: &Span, item: &Item) -> Option<Node> {
+        let p = self.f.p;
+        if span.len() == 1 && p.tokens[span.start].kind == Kind::Word {
+            let d = self.f.resolve(self.f.word(span.start), Some(item.routine), item.module)?;
+            self.f.certain(d).ok()?;
+            return self.declared(d);
+        }
+        value::aggregate(self.f.text, &p.tokens, span.clone())
+    }
+
+    pub fn declared(&mut self, d: usize) -> Option<Node> {
+        let (p, text) = (self.f.p, self.f.text);
+        let parse = || {
+            let span = p.decls[d].value.clone()?;
+            value::aggregate(text, &p.tokens, span.clone())
+                .or_else(|| plain(text, p, &span).map(|(v, s, b)| Node::Number(v, s, b)))
+        };
+        self.nodes.entry(d).or_insert_with(parse).clone()
+    }
+
+    /// A number: written there, or declared and certain.
+    fn number(&mut self, span: &Span, item: &Item) -> Option<f64> {
+        match plain(self.f.text, self.f.p, span) {
+            Some((v, ..)) => Some(v),
+            None => self.node(span, item)?.number(),
+        }
+    }
+
+    fn motion(&mut self, item: &Item, motion: Motion, args: Vec<Arg>, alone: bool) -> Result<()> {
+        let p = self.f.p;
+        let token = item.span.start;
+        let calls = facts::called(p, item).any(|name| words::motion(name).is_none() && self.f.may_move(name));
+        if calls {
+            self.push(token, StepKind::Break(Break::Call));
+        }
+        if motion.leads == Leads::External && self.robot.dof() <= 6 {
+            self.external = Some(External::Unknown);
+            self.push(token, StepKind::Dwell(None));
+            return Ok(());
+        }
+        let named = |args: &[Arg], names: &[&str]| args.iter().position(|a| names.contains(&a.name.as_str()));
+        let goal_at = named(&args, &["topoint", "tojointpos"]).or_else(|| positional(&args, motion.target));
+        let (Some(goal_at), Some(semicolon)) = (goal_at, p.tokens.get(item.span.end)) else {
+            let word = self.f.text.slice(p.tokens[token].start..p.tokens[token].end);
+            let found = format!("`{}` without a target", String::from_utf8_lossy(word));
+            return Err(self.f.text.bad(p.tokens[token].start, found, "its arguments: target, speed, zone, tool"));
+        };
+        let speed_at = named(&args, &["speed"]).or_else(|| positional(&args, motion.target + 1));
+        let zone_at = named(&args, &["zone"]).or_else(|| {
+            let after = positional(&args, motion.target + 2)?;
+            if motion.plain || motion.path == PathKind::Curve && self.f.word(token) == "movec" {
+                return Some(after);
+            }
+            (after..args.len()).find(|&k| self.zone(&args[k], item).is_some())
+        });
+        let tool_at = named(&args, &["tool"]).or_else(|| if motion.plain { positional(&args, 3) } else { None });
+        let switch = |name: &str| args.iter().flat_map(|a| &a.switches).find(|s| s.name == name).cloned();
+
+        let mut site = Site {
+            bytes: p.tokens[token].start..semicolon.end,
+            word: p.tokens[token].start..p.tokens[token].end,
+            goal: goal_at,
+            zone: zone_at,
+            ..Site::default()
+        };
+        let time = switch("t").map(|s| s.value.and_then(|v| plain(self.f.text, p, &v)));
+        let mut closed = match motion.path {
+            _ if alone => Some("it is the one statement of an IF".to_string()),
+            _ if calls => Some("its arguments call a function that may move the robot".into()),
+            PathKind::Curve => Some("it is an arc".into()),
+            _ if !motion.plain => Some("its actions hang on the way to its target".into()),
+            _ if switch("id").is_some() || self.synchronised => {
+                Some("it is synchronised with another robot (\\ID)".into())
+            }
+            _ => None,
+        };
+        match &time {
+            Some(Some((s, style, bytes))) if *s > 0.0 => site.time = Some((bytes.clone(), *s, *style)),
+            Some(_) => {
+                closed.get_or_insert_with(|| "its time \\T is no plain number, and cannot be shared out".into());
+            }
+            None => {}
+        }
+        let v = switch("v").and_then(|s| s.value);
+        let speed = match (&site.time, v) {
+            (Some((_, s, _)), _) => Speed::Seconds(*s),
+            (None, _) if time.is_some() => Speed::Unknown,
+            (None, Some(v)) => self.number(&v, item).map_or(Speed::Unknown, |v| Speed::Tcp(v * 1e-3)),
+            (None, None) => speed_at.map_or(Speed::Unknown, |k| self.speed(&args[k].span.clone(), item)),
+        };
+        let blend_m = match switch("z").and_then(|s| s.value) {
+            Some(z) => self.number(&z, item).map(|z| z * 1e-3),
+            None => zone_at.and_then(|k| self.zone(&args[k], item)),
+        };
+        let goal_span = args[goal_at].span.clone();
+        let goal = match motion.leads {
+            Leads::Joints => self.joint_goal(&goal_span, item)?,
+            Leads::Pose => {
+                let tool = tool_at.map(|k| args[k].clone());
+                self.pose_goal(&goal_span, tool, switch("wobj"), item, motion.path, &mut site)
+            }
+            Leads::Search => Goal::Opaque("a search may end anywhere on its way".into()),
+            Leads::External => Goal::Opaque("MoveExtJ moves external axes alone".into()),
+        };
+        if let Leads::Pose | Leads::Search = motion.leads
+            && site.external.is_none()
+            && matches!(goal, Goal::Pose(_))
+        {
+            closed.get_or_insert_with(|| "its external axes are no plain numbers".into());
+        }
+        if self.external_axes_move(&goal, &site) {
+            closed.get_or_insert_with(|| "its external axes move, too".into());
+        }
+        let switched_on = switch("on").is_some().then_some(true).or(switch("off").is_some().then_some(false));
+        site.args = args;
+        let m = Move { path: motion.path, goal, fixed: None, closed, speed, blend_m, way: Vec::new() };
+        let k = self.push(token, StepKind::Move(m));
+        self.steps.place(k, site);
+        if let Some(on) = motion.process.or(switched_on.filter(|_| !motion.plain)) {
+            self.push(token, StepKind::Process(on));
+        }
+        if motion.works {
+            self.push(token, StepKind::Dwell(None));
+        }
+        Ok(())
+    }
+
+    fn speed(&mut self, span: &Span, item: &Item) -> Speed {
+        if let Some(node) = self.node(span, item) {
+            return node.get(0).and_then(Node::number).map_or(Speed::Unknown, |v| Speed::Tcp(v * 1e-3));
+        }
+        match self.predefined(span, item).and_then(words::speed_mm_s) {
+            Some(v) if v.is_finite() => Speed::Tcp(v * 1e-3),
+            Some(_) => Speed::Share(1.0),
+            None => Speed::Unknown,
+        }
+    }
+
+    /// A name that the file does not declare.
+    pub fn predefined(&self, span: &Span, item: &Item) -> Option<&str> {
+        let name = self.f.word(span.start);
+        let free = self.f.resolve(name, Some(item.routine), item.module).is_none();
+        (span.len() == 1 && free && !name.is_empty()).then_some(name)
+    }
+
+    /// A token as it is written.
+    pub fn shown(&self, token: usize) -> String {
+        let t = self.f.p.tokens[token];
+        String::from_utf8_lossy(self.f.text.slice(t.start..t.end)).into_owned()
+    }
+
+    /// Radius of a zone, m.
+    fn zone(&mut self, arg: &Arg, item: &Item) -> Option<f64> {
+        if let Some(node) = self.node(&arg.span, item) {
+            // [finep, pzone_tcp, ...]
+            let items = node.list().filter(|l| l.len() == 7)?;
+            let Node::Other(b) = &items[0] else { return None };
+            return match self.f.text.slice(b.clone()).to_ascii_lowercase().as_slice() {
+                b"true" => Some(0.0),
+                b"false" => items[1].number().map(|mm| mm * 1e-3),
+                _ => None,
+            };
+        }
+        self.predefined(&arg.span, item).and_then(words::zone_mm).map(|mm| mm * 1e-3)
+    }
+}
+
+/// The expression as a plain number, its style and bytes.
+fn plain(text: &Text, p: &Parsed, span: &Span) -> Option<(f64, number::Style, Range<usize>)> {
+    let (a, b) = (p.tokens.get(span.start)?, p.tokens.get(span.end.checked_sub(1)?)?);
+    if span.is_empty() {
+        return None;
+    }
+    let bytes = a.start..b.end;
+    let (v, style) = number::read(text.slice(bytes.clone()))?;
+    Some((v, style, bytes))
+}

@@ -1,0 +1,189 @@
+//! Aggregates of RAPID (`[[1,2],[3,4]]`) and the joint values in them.
+//!
+//! An element that is no plain number (a name, a sum, a hexadecimal number) is kept as such: it can be skipped, not read.
+//! Resolution: a RAPID `num` is single precision, so a number of an axis is written no finer than the weight of its seventh
+//! digit, unless it stands there finer already.
+
+use super::lex::{Kind, Token};
+use super::read::Span;
+use crate::axes::Axes;
+use crate::error::Result;
+use crate::script::{Text, Value, number};
+use std::ops::Range;
+
+/// Deepest nesting that is read; a jointtarget array of three dimensions has five.
+const DEEPEST: usize = 8;
+
+#[derive(Debug, Clone)]
+pub enum Node {
+    /// Elements, and the bytes from `[` to `]`.
+    List(Vec<Node>, Range<usize>),
+    /// A plain number with its sign.
+    Number(f64, number::Style, Range<usize>),
+    /// Anything else, bytes.
+    Other(Range<usize>),
+}
+
+impl Node {
+    pub fn bytes(&self) -> Range<usize> {
+        match self {
+            Self::List(_, b) | Self::Number(_, _, b) | Self::Other(b) => b.clone(),
+        }
+    }
+
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(v, ..) => Some(*v),
+            _ => None,
+        }
+    }
+
+    pub fn list(&self) -> Option<&[Node]> {
+        match self {
+            Self::List(items, _) => Some(items),
+            _ => None,
+        }
+    }
+
+    /// Element by index.
+    pub fn get(&self, k: usize) -> Option<&Node> {
+        self.list()?.get(k)
+    }
+
+    /// Exactly so many numbers.
+    pub fn numbers<const N: usize>(&self) -> Option<[f64; N]> {
+        let items = self.list()?;
+        let mut out = [0.0; N];
+        if items.len() != N {
+            return None;
+        }
+        for (slot, item) in out.iter_mut().zip(items) {
+            *slot = item.number()?;
+        }
+        Some(out)
+    }
+}
+
+/// The expression in `span` as an aggregate; `None` where it is none.
+pub fn aggregate(text: &Text, tokens: &[Token], span: Span) -> Option<Node> {
+    let tokens = tokens.get(span)?;
+    let (node, used) = list(text, tokens, 0, 0)?;
+    (used == tokens.len()).then_some(node)
+}
+
+/// The list at token `at`, and the token behind it.
+fn list(text: &Text, tokens: &[Token], at: usize, depth: usize) -> Option<(Node, usize)> {
+    let open = tokens.get(at).filter(|t| t.kind == Kind::Mark(b'['))?;
+    if depth >= DEEPEST {
+        return None;
+    }
+    let mut items = Vec::new();
+    let mut k = at + 1;
+    loop {
+        let first = tokens.get(k)?;
+        let nested = (first.kind == Kind::Mark(b'[')).then(|| list(text, tokens, k, depth + 1)).flatten();
+        let (node, next) = match nested {
+            Some(found) => found,
+            None => other(text, tokens, k)?,
+        };
+        items.push(node);
+        match tokens.get(next)?.kind {
+            Kind::Mark(b',') => k = next + 1,
+            Kind::Mark(b']') => return Some((Node::List(items, open.start..tokens[next].end), next + 1)),
+            _ => return None,
+        }
+    }
+}
+
+/// A number or any other expression at token `at`.
+fn other(text: &Text, tokens: &[Token], at: usize) -> Option<(Node, usize)> {
+    let mut depth = 0usize;
+    let mut k = at;
+    loop {
+        match tokens.get(k)?.kind {
+            Kind::Mark(b',' | b']') if depth == 0 => break,
+            Kind::Mark(b'(' | b'[' | b'{') => depth += 1,
+            Kind::Mark(b')' | b']' | b'}') => depth = depth.checked_sub(1)?,
+            _ => {}
+        }
+        k += 1;
+    }
+    let last = tokens.get(k.checked_sub(1)?).filter(|_| k > at)?;
+    let bytes = tokens[at].start..last.end;
+    let node = match number::read(text.slice(bytes.clone())) {
+        Some((v, style)) => Node::Number(v, style, bytes),
+        None => Node::Other(bytes),
+    };
+    Some((node, k))
+}
+
+/// Joint values of an aggregate `[[6],[6]]`: one per axis of the robot, the external axes as axes 7 and on.
+///
+/// `Ok(Err(reason))`: the values cannot be told from the text.
+///
+/// # Errors
+/// Where the lists are not two of six.
+pub fn joints(text: &Text, node: &Node, robot: &Axes) -> Result<std::result::Result<Vec<Option<Value>>, String>> {
+    const EXPECTED: &str = "`[[six robot axes],[six external axes]]`";
+    let at = node.bytes().start;
+    let Some([robax, extax]) = node.list() else {
+        let n = node.list().map_or(0, <[Node]>::len);
+        return Err(text.bad(at, format!("a joint target of {n} lists"), EXPECTED));
+    };
+    for part in [robax, extax] {
+        match part {
+            Node::List(items, b) if items.len() != 6 => {
+                return Err(text.bad(b.start, format!("{} numbers in a joint target", items.len()), EXPECTED));
+            }
+            Node::Number(_, _, b) => return Err(text.bad(b.start, "a number in place of a list", EXPECTED)),
+            _ => {}
+        }
+    }
+    // a list with a call in it cannot be written into the instruction: the call would happen once more
+    if text.slice(node.bytes()).contains(&b'(') {
+        return Ok(Err("a value of it is computed".into()));
+    }
+    if robot.dof() > 12 {
+        return Err(text.bad(
+            at,
+            "a joint target of 12 numbers",
+            format!("{} for the axes of {}", robot.dof(), robot.name),
+        ));
+    }
+    let mut out = Vec::with_capacity(robot.dof());
+    for (axis, joint) in robot.axis_joints().enumerate() {
+        let part = if axis < 6 { robax } else { extax };
+        let Some(item) = part.get(axis % 6) else { return Ok(Err("its axes are no list of numbers".into())) };
+        let Node::Number(v, style, b) = item else {
+            return Ok(Err(format!("axis {} of it is no plain number", joint.name)));
+        };
+        // 9E9: the axis is not used; older programs write 9E+09 or 1E+10
+        if v.abs() >= 8.9e9 {
+            out.push(None);
+            continue;
+        }
+        let si = joint.kind.si();
+        let digit = 10f64.powi(-i32::from(style.decimals));
+        out.push(Some(Value {
+            si: v * si,
+            start: b.start,
+            end: b.end,
+            style: *style,
+            digit: digit * si,
+            finest: finest(*v, *style) * si,
+        }));
+    }
+    Ok(Ok(out))
+}
+
+/// Weight of the last digit that is written of a number that stands there as `v`, in its own unit.
+fn finest(v: f64, style: number::Style) -> f64 {
+    // an exponent says nothing about how fine the number is meant
+    let written = if style.exponent { 1.0 } else { 10f64.powi(-i32::from(style.decimals)) };
+    seventh(v).min(written)
+}
+
+/// Weight of the seventh digit, which single precision just holds; of a number below 1 that of the sixth decimal.
+pub fn seventh(v: f64) -> f64 {
+    if v.abs() >= 1.0 { 10f64.powi(v.abs().log10().floor() as i32 - 6) } else { 1e-6 }
+}

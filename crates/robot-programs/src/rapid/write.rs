@@ -1,0 +1,301 @@
+//! Edits of a RAPID program as patches.
+//!
+//! A goal is written in place. A declared target that other moves or readers need with its old value gets a clone: a new
+//! declaration behind the old one, with its storage class and a fresh name, to which the move is turned. A new point is a copy of
+//! the move's own statement in front of it, with an inline target, the same speed and tool, without `\Conc`, `\Inpos`.
+//! Its zone: `z0` (0.3 mm), or a smaller one by `\Z:=` where its neighbours are nearer, or `fine` where a joint move itself
+//! stops exactly; a straight TCP move is not stopped on its way. ABB controllers halve overlapping zones by themselves, so the move's own zone stays.
+
+use super::arguments::Arg;
+use super::steps::{Built, Site};
+use super::value;
+use super::words::{self, Z0_MM};
+use crate::axes::JointKind;
+use crate::error::{Error, Result};
+use crate::script::sites::{Asked, Number, in_place, substituted};
+use crate::script::{Edit, Edits, Goal, Move, NewPoint, Patch, PathKind, Text, number};
+use std::collections::HashSet;
+use std::ops::Range;
+
+/// Finest radius that is written by `\Z:=`, mm; below it the point is `fine`.
+const FINEST_ZONE_MM: f64 = 0.01;
+/// RAPID's longest name.
+const LONGEST_NAME: usize = 32;
+
+pub struct Writer<'a> {
+    pub built: &'a Built,
+    pub kinds: &'a [JointKind],
+    /// Every word of the file in lower case.
+    pub words: &'a HashSet<String>,
+    pub edits: &'a Edits,
+}
+
+impl Writer<'_> {
+    pub fn patches(&self) -> Result<Vec<Patch>> {
+        let mut out = self.goals()?;
+        for (&k, edit) in &self.edits.steps {
+            let (m, site) = self.at(k)?;
+            if edit.as_joint_moves {
+                let q = self.asked().joints_for_pose(k, m, edit)?;
+                out.push(Patch::new(0, site.word.clone(), "MoveAbsJ"));
+                out.push(Patch::new(0, site.args[site.goal].bytes.clone(), self.plain(k, site, q)?));
+            }
+            self.points(k, m, site, edit, &mut out)?;
+        }
+        out.sort_by_key(|p| (p.span.start, p.span.end));
+        Ok(out)
+    }
+
+    fn asked(&self) -> Asked<'_> {
+        Asked { script: &self.built.script, edits: self.edits }
+    }
+
+    fn text(&self) -> Result<&Text> {
+        self.asked().text()
+    }
+
+    fn at(&self, k: usize) -> Result<(&Move, &Site)> {
+        let site = self.built.sites.get(&k).ok_or_else(|| Error::Refused(format!("step {} is no move", k + 1)))?;
+        Ok((self.asked().move_at(k)?, site))
+    }
+
+    fn refused(&self, k: usize, why: &str) -> Error {
+        self.asked().refused(k, why)
+    }
+
+    fn digit(&self, axis: usize) -> f64 {
+        self.asked().digit(axis)
+    }
+
+    /// New texts of a target's numbers, with their bytes.
+    fn numbers(&self, t: usize, q: &[f64]) -> Vec<Number> {
+        let Some(target) = self.built.script.targets.get(t) else { return Vec::new() };
+        let axes = target.values.iter().zip(q).zip(self.kinds).enumerate();
+        axes.filter_map(|(axis, ((value, &q), kind))| {
+            let value = value.as_ref()?;
+            let si = kind.si();
+            let finest = (value.finest / si).min(value::seventh(q / si));
+            let text = number::changed(value.si / si, value.style, q / si, self.digit(axis) / si, finest)?;
+            Some((value.span(), text))
+        })
+        .collect()
+    }
+
+    /// A target's list with other numbers, on one line.
+    fn literal(&self, t: usize, numbers: &[Number]) -> Result<String> {
+        let Some(literal) = self.built.literals.get(t) else { return Err(Error::Refused("no such target".into())) };
+        Ok(flat(&substituted(self.text()?, &literal.bytes, numbers.iter().map(|(s, n)| (s, n.as_str())))))
+    }
+
+    /// Changed goals, by target: in place where all moves to it agree, else by clones.
+    fn goals(&self) -> Result<Vec<Patch>> {
+        let text = self.text()?;
+        let mut out = Vec::new();
+        let mut fresh = HashSet::new();
+        let owner = |t: usize| self.built.literals.get(t).and_then(|l| l.owner.as_ref());
+        for wanted in self.asked().wanted(&|t, q| self.numbers(t, q), &|t| Some(owner(t)?.keep))? {
+            out.extend(in_place(wanted.in_place));
+            for (numbers, steps) in wanted.clones {
+                let Some(owner) = owner(wanted.target) else { continue };
+                let name = self.fresh(&owner.name, &mut fresh);
+                let declaration = format!("{} {name}:={};", owner.head, self.literal(wanted.target, &numbers)?);
+                out.push(beside(text, &owner.bytes, &declaration));
+                for k in steps {
+                    let (_, site) = self.at(k)?;
+                    out.push(Patch::new(0, site.args[site.goal].bytes.clone(), name.clone()));
+                }
+            }
+        }
+        Ok(out)
+    }
+
+    /// A name that nothing in the file has.
+    fn fresh(&self, old: &str, taken: &mut HashSet<String>) -> String {
+        let mut base: String = old.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+        base.truncate(LONGEST_NAME - 9);
+        let base = base.trim_end_matches('_');
+        let base = if base.starts_with(|c: char| c.is_ascii_alphabetic()) { base } else { "j" };
+        (1u32..)
+            .map(|n| format!("{base}_lm{n}"))
+            .find(|name| {
+                let lower = name.to_ascii_lowercase();
+                !self.words.contains(&lower) && !words::is_reserved(&lower) && taken.insert(lower)
+            })
+            .unwrap_or_default()
+    }
+
+    /// Writes the new points of a move, and its share of a time.
+    fn points(&self, k: usize, m: &Move, site: &Site, edit: &Edit, out: &mut Vec<Patch>) -> Result<()> {
+        if edit.before.is_empty() {
+            return Ok(());
+        }
+        if let Some(why) = &m.closed {
+            return Err(self.refused(k, why));
+        }
+        let text = self.text()?;
+        let times = match &site.time {
+            None => None,
+            Some(time) => {
+                // 1 ms: nothing shorter can be commanded
+                let legs = Asked::legs(edit, time, &[1e-3], 4);
+                let legs = legs.ok_or_else(|| self.refused(k, "its time \\T is too short to be shared out"))?;
+                out.push(Patch::new(0, time.0.clone(), legs.last().cloned().unwrap_or_default()));
+                Some(legs)
+            }
+        };
+        let line = text.line_span(text.line_of(site.bytes.start) as usize - 1);
+        let before = text.slice(line.start..site.bytes.start);
+        let first = before.iter().all(u8::is_ascii_whitespace);
+        let mut bytes = Vec::new();
+        for (n, point) in edit.before.iter().enumerate() {
+            let target = self.target(k, m, site, point)?;
+            bytes.extend(self.copy(m, site, point, &target, times.as_ref().and_then(|t| t.get(n)))?.into_bytes());
+            if first {
+                bytes.extend_from_slice(text.ending(site.bytes.start));
+                bytes.extend_from_slice(before);
+            } else {
+                bytes.push(b' ');
+            }
+        }
+        out.push(Patch::new(0, site.bytes.start..site.bytes.start, bytes));
+        Ok(())
+    }
+
+    /// Inline target of a new point.
+    fn target(&self, k: usize, m: &Move, site: &Site, point: &NewPoint) -> Result<String> {
+        match &m.goal {
+            Goal::Joints(t) => self.literal(*t, &self.numbers(*t, &point.q)),
+            Goal::Pose(_) => self.plain(k, site, &point.q),
+            Goal::Opaque(why) => Err(self.refused(k, why)),
+        }
+    }
+
+    /// `[[..],[..]]` for a move whose own target is Cartesian.
+    fn plain(&self, k: usize, site: &Site, q: &[f64]) -> Result<String> {
+        let external =
+            site.external.as_ref().ok_or_else(|| self.refused(k, "its external axes are no plain numbers"))?;
+        if q.len() != 6 {
+            return Err(self.refused(k, "Cartesian moves are written as joint moves for six axes only"));
+        }
+        let style = number::Style { decimals: 4, point: true, ..number::Style::default() };
+        let axes = q.iter().zip(self.kinds).enumerate().map(|(axis, (q, kind))| {
+            let si = kind.si();
+            number::write(q / si, style, number::decimals_for(style, self.digit(axis) / si, 6))
+        });
+        let axes: Vec<String> = axes.collect();
+        Ok(format!("[[{}],{}]", axes.join(","), flat(external.as_bytes())))
+    }
+
+    /// The statement of a new point.
+    fn copy(&self, m: &Move, site: &Site, point: &NewPoint, target: &str, time: Option<&String>) -> Result<String> {
+        let text = self.text()?;
+        let word = match m.goal {
+            Goal::Joints(_) => flat(text.slice(site.word.clone())),
+            _ => "MoveAbsJ".into(),
+        };
+        let mut parts = Vec::new();
+        for (n, arg) in site.args.iter().enumerate() {
+            let is = |place: Option<usize>| place == Some(n);
+            let mut part = if n == site.goal {
+                target.to_string()
+            } else if is(site.zone) {
+                self.zone(m, point, &flat(text.slice(arg.bytes.clone())))
+            } else {
+                flat(text.slice(arg.bytes.clone()))
+            };
+            for s in &arg.switches {
+                let keep = match s.name.as_str() {
+                    "conc" | "inpos" | "z" => false,
+                    "t" => {
+                        if let Some(time) = time {
+                            part.push_str(&format!("\\T:={time}"));
+                        }
+                        false
+                    }
+                    _ => true,
+                };
+                if keep {
+                    part.push_str(&flat(text.slice(s.bytes.clone())));
+                }
+            }
+            if !part.is_empty() {
+                parts.push(part);
+            }
+        }
+        let comma = if spaced(text, site) { ", " } else { "," };
+        Ok(format!("{word} {};", parts.join(comma)))
+    }
+
+    /// Zone of a new point.
+    fn zone(&self, m: &Move, point: &NewPoint, own: &str) -> String {
+        let exact = m.blend_m == Some(0.0);
+        if exact && m.path != PathKind::Linear {
+            return own.to_string();
+        }
+        let room_mm = point.clearance_m.min(m.blend_m.filter(|_| !exact).unwrap_or(f64::INFINITY)) * 1e3;
+        let taken = |name: &str| self.words.contains(&format!("{name} declared"));
+        // rounded down, so that it fits
+        let mm = (room_mm.min(Z0_MM) / FINEST_ZONE_MM + 1e-9).floor() * FINEST_ZONE_MM;
+        if taken("z0") || mm.is_nan() || mm < FINEST_ZONE_MM {
+            if exact { own.to_string() } else { "fine".into() }
+        } else if room_mm >= Z0_MM {
+            "z0".into()
+        } else {
+            format!("z0\\Z:={mm:.2}")
+        }
+    }
+}
+
+/// Whether a statement has blanks behind its commas.
+fn spaced(text: &Text, site: &Site) -> bool {
+    let end = |a: &Arg| a.switches.iter().map(|s| s.bytes.end).fold(a.bytes.end, usize::max);
+    let Some(first) = site.args.first() else { return false };
+    let rest = text.slice(end(first)..site.bytes.end);
+    let comma = rest.iter().position(|&b| b == b',');
+    comma.and_then(|c| rest.get(c + 1)) == Some(&b' ')
+}
+
+/// A new declaration behind an old one: on a line of its own, behind the old one's comment, or on the same line where more
+/// code follows there.
+fn beside(text: &Text, old: &Range<usize>, declaration: &str) -> Patch {
+    let line = text.line_of(old.end.saturating_sub(1)) as usize - 1;
+    let end = text.line_span(line).start + text.line(line).len();
+    let rest = text.slice(old.end..end);
+    let code = rest.iter().find(|b| !b.is_ascii_whitespace());
+    if code.is_some_and(|&b| b != b'!') {
+        return Patch::new(0, old.end..old.end, format!(" {declaration}"));
+    }
+    let start = text.line_span(text.line_of(old.start) as usize - 1).start;
+    let lead = text.slice(start..old.start);
+    let indent: &[u8] = if lead.iter().all(u8::is_ascii_whitespace) { lead } else { b"" };
+    let mut bytes = text.ending(old.start).to_vec();
+    bytes.extend_from_slice(indent);
+    bytes.extend_from_slice(declaration.as_bytes());
+    let at = end.max(old.end);
+    Patch::new(0, at..at, bytes)
+}
+
+/// Text on one line: line breaks and comments become blanks.
+fn flat(bytes: &[u8]) -> String {
+    let mut out = Vec::with_capacity(bytes.len());
+    let mut i = 0;
+    let mut quoted = false;
+    while let Some(&b) = bytes.get(i) {
+        quoted ^= b == b'"';
+        match b {
+            b'!' if !quoted => {
+                i += bytes[i..].iter().take_while(|&&b| b != b'\n').count();
+                continue;
+            }
+            b'\r' | b'\n' | b'\t' => {
+                if out.last() != Some(&b' ') {
+                    out.push(b' ');
+                }
+            }
+            b' ' if out.last() == Some(&b' ') => {}
+            _ => out.push(b),
+        }
+        i += 1;
+    }
+    String::from_utf8_lossy(&out).trim().to_string()
+}

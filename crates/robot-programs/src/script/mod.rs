@@ -1,0 +1,339 @@
+//! A vendor program in memory: what moves in which order, and where each number of it stands.
+//!
+//! The interface is small. A [`Format`] reads texts into a [`Document`]; the document shows its [`Script`] (steps with joint
+//! targets, and whatever ends what is known of a joint's direction) and turns [`Edits`] (other joint values for a move,
+//! new points on the way to it) into [`Patch`]es of bytes. Bytes outside the patches cannot change. Nothing here knows of
+//! robots beyond the unit of an axis, nor of compensation.
+//!
+//! Rooms: [`number`] numbers and the style in which they are written; [`text`] bytes, lines and patches; [`sites`] what writers of
+//! languages with statements share; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps.
+
+pub mod blocks;
+#[cfg(test)]
+pub(crate) mod harness;
+pub mod lex;
+pub mod number;
+pub mod sites;
+pub mod text;
+
+use super::files::Files;
+use crate::axes::Axes;
+use crate::error::Result;
+use nalgebra::{UnitQuaternion, Vector3};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+pub use text::{Patch, Text};
+
+/// A program format.
+pub trait Format: Sync {
+    /// Word for `--format` and messages: `inform`.
+    fn name(&self) -> &'static str;
+    /// As a person calls it: `Yaskawa INFORM (.JBI)`.
+    fn title(&self) -> &'static str;
+    /// Endings of its files, lower case, without the dot.
+    fn endings(&self) -> &'static [&'static str];
+    /// Whether a text looks like this format, by its content alone.
+    fn recognises(&self, bytes: &[u8]) -> bool;
+    /// Further files that belong to the program at `path`, such as the `.dat` of a `.src`, of those that are there.
+    fn companions(&self, _path: &Path, _there: &Files) -> Vec<PathBuf> {
+        Vec::new()
+    }
+    /// Reads a program: its own text first, then its companions in their order.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::BadInput`] with file, line and column where the text cannot be what it must be.
+    fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>>;
+}
+
+/// A program that has been read.
+pub trait Document: Send + Sync {
+    fn script(&self) -> &Script;
+    /// The bytes to change so that the program moves as `edits` say; sorted by file and place, none overlapping.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Refused`] where the format has no legal way to say it (lines and reason in the message).
+    fn patches(&self, edits: &Edits) -> Result<Vec<Patch>>;
+    /// Whether straight moves to Cartesian targets can be written as moves to joint values ([`Edit::as_joint_moves`]).
+    fn takes_joints_for_poses(&self) -> bool {
+        false
+    }
+    /// Joints (rad or m) at a share of the way to the goal of a step, where the format alone knows the way: on an arc. `None`:
+    /// straight, or not known.
+    fn on_way(&self, _step: usize, _share: f64) -> Option<Vec<f64>> {
+        None
+    }
+}
+
+/// What a program does, in the order of its text.
+#[derive(Debug, Clone, Default)]
+pub struct Script {
+    /// The program's own text, then its companions.
+    pub texts: Vec<Text>,
+    pub steps: Vec<Step>,
+    /// Joint targets, inline or declared; moves name them by index. One may be used by several moves.
+    pub targets: Vec<Target>,
+    /// What a user should know, with its line: `second motion group is left as it is`.
+    pub notes: Vec<Note>,
+    /// The [`Break::Start`] with which the program starts, where that is not the first.
+    pub entry: Option<usize>,
+}
+
+/// A sentence about a place of the program.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Note {
+    pub place: At,
+    pub text: String,
+}
+
+/// A place: text and line, counted from 1.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct At {
+    pub file: usize,
+    pub line: u64,
+}
+
+/// One step.
+#[derive(Debug, Clone)]
+pub struct Step {
+    pub at: At,
+    pub kind: StepKind,
+}
+
+#[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant)] // most steps are moves
+pub enum StepKind {
+    Move(Move),
+    /// The robot stands; directions stay known. Seconds where they are written.
+    Dwell(Option<f64>),
+    /// Where the robot comes from is not known behind this: directions are unknown, and so is the position unless the move
+    /// before it certainly led here.
+    Break(Break),
+    /// A process (welding, dispensing) goes on or off.
+    Process(bool),
+    /// A comment `lostmotion: off` (`false`: nothing is changed from here) or `lostmotion: on`.
+    Pragma(bool),
+}
+
+/// Why directions are unknown from here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Break {
+    /// Start of a routine.
+    Start,
+    /// A label, a jump, a branch.
+    Jump,
+    /// Start or end of a loop.
+    Loop,
+    /// A call of something that may move the robot.
+    Call,
+    /// An interrupt or trigger that may move the robot is armed.
+    Interrupt,
+    /// Tool, frame, unit or position was set in a way that moves the meaning of targets.
+    Frame,
+}
+
+/// A motion instruction.
+#[derive(Debug, Clone)]
+pub struct Move {
+    pub path: PathKind,
+    pub goal: Goal,
+    /// Why the goal's numbers may not be changed, although they are known: `declared in another module`. `None`: they may.
+    pub fixed: Option<String>,
+    /// Whether new points may be put on the way to the goal (an arc given by three points allows none). Why not.
+    pub closed: Option<String>,
+    pub speed: Speed,
+    /// Radius within which the corner at the goal is cut, m; 0: exact stop; `None`: not known.
+    pub blend_m: Option<f64>,
+    /// Turning points on the way that the format knows itself (quadrants of an arc), in order, without the goal.
+    pub way: Vec<Way>,
+}
+
+/// A point on the way to a goal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Way {
+    /// Share of the way, above 0 and below 1.
+    pub share: f64,
+    /// rad or m, one per axis.
+    pub q: Vec<f64>,
+}
+
+/// How the robot moves between its points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PathKind {
+    /// Straight in the joints.
+    Joint,
+    /// The TCP on a straight line.
+    Linear,
+    /// The TCP on an arc, a spline, or something else.
+    Curve,
+}
+
+/// Where a move leads.
+#[derive(Debug, Clone)]
+pub enum Goal {
+    /// Index into [`Script::targets`].
+    Joints(usize),
+    Pose(PoseGoal),
+    /// Neither can be told from the text: why.
+    Opaque(String),
+}
+
+/// A Cartesian target.
+#[derive(Debug, Clone)]
+pub struct PoseGoal {
+    pub position_m: Vector3<f64>,
+    /// `None`: the format gives no orientation.
+    pub rotation: Option<UnitQuaternion<f64>>,
+    /// The frame in which it is given where that is not the robot's base or world frame: nothing can be solved then.
+    pub foreign_frame: Option<String>,
+    pub solution: Solution,
+}
+
+/// Which joints of those that reach a pose are meant.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub enum Solution {
+    /// Those on the branch on which the robot stands.
+    #[default]
+    Same,
+    /// Those next to these, rad or m.
+    Near(Vec<f64>),
+    /// Those with axes within bounds: axis, from, to, rad.
+    Within(Vec<(usize, f64, f64)>),
+}
+
+/// Speed of a move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Speed {
+    /// Of the TCP, m/s.
+    Tcp(f64),
+    /// Share of the joints' largest speeds, 0 to 1.
+    Share(f64),
+    /// Of the leading joint, rad/s or m/s.
+    Joint(f64),
+    /// Duration of the whole move, s.
+    Seconds(f64),
+    Unknown,
+}
+
+/// A joint target as it is written.
+#[derive(Debug, Clone)]
+pub struct Target {
+    /// Name where it has one: `C00003`, `jHome`, `P[4]`.
+    pub name: Option<String>,
+    pub at: At,
+    /// One per axis of the robot; `None`: this target does not command the axis, it stays where it is.
+    pub values: Vec<Option<Value>>,
+}
+
+/// A number of a target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Value {
+    /// rad or m.
+    pub si: f64,
+    /// Bytes of the number (sign included) in the target's text.
+    pub start: usize,
+    pub end: usize,
+    pub style: number::Style,
+    /// Weight of the last digit as it is written, rad or m.
+    pub digit: f64,
+    /// The finest weight of a last digit that the format can hold here, rad or m (a pulse; 0.001 deg in a fixed field).
+    pub finest: f64,
+}
+
+impl Value {
+    pub fn span(&self) -> Range<usize> {
+        self.start..self.end
+    }
+}
+
+/// What shall be different, by step. A step that is not named stays as it is.
+#[derive(Debug, Clone, Default)]
+pub struct Edits {
+    pub steps: BTreeMap<usize, Edit>,
+    /// Weight that the last digit of a changed number of each axis should have at most, rad or m. A format that cannot write
+    /// that fine writes its finest.
+    pub digit: Vec<f64>,
+}
+
+/// What shall be different about one move.
+#[derive(Debug, Clone, Default)]
+pub struct Edit {
+    /// Points to be put on the way to the goal, in order.
+    pub before: Vec<NewPoint>,
+    /// Joint values of the goal, rad or m, one per axis; an axis that the target does not command is not written.
+    pub goal: Option<Vec<f64>>,
+    /// The corner at the goal may be cut within this radius at most, m: a new point lies near. Formats whose controllers
+    /// shrink overlapping corners by themselves need not do anything.
+    pub blend_at_most_m: Option<f64>,
+    /// Write this Cartesian move as joint moves: `before` and `goal` are all of it.
+    pub as_joint_moves: bool,
+}
+
+/// A point to be added.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewPoint {
+    /// rad or m, one per axis.
+    pub q: Vec<f64>,
+    /// Share of the way to the goal, 0 to 1.
+    pub share: f64,
+    /// Time since the program's start where the program has times, s.
+    pub t_s: Option<f64>,
+    /// Half the distance to the nearer neighbour at the TCP, m: the largest radius within which its corner may be cut.
+    pub clearance_m: f64,
+    /// Whether it is one of the turning points of [`Move::way`], moved by its offset, and no new one.
+    pub of_way: bool,
+}
+
+impl Script {
+    /// Place of a line for a message.
+    pub fn place(&self, at: At) -> crate::error::Place {
+        let name = self.texts.get(at.file).map_or("", |t| t.name.as_str());
+        crate::error::Place::line(name, at.line)
+    }
+
+    /// The moves in order, with their steps.
+    pub fn moves(&self) -> impl Iterator<Item = (usize, &Move)> {
+        self.steps.iter().enumerate().filter_map(|(k, s)| match &s.kind {
+            StepKind::Move(m) => Some((k, m)),
+            _ => None,
+        })
+    }
+
+    /// Steps whose moves lead to each target.
+    pub fn uses(&self) -> Vec<Vec<usize>> {
+        let mut uses = vec![Vec::new(); self.targets.len()];
+        for (k, m) in self.moves() {
+            if let Goal::Joints(t) = m.goal
+                && let Some(list) = uses.get_mut(t)
+            {
+                list.push(k);
+            }
+        }
+        uses
+    }
+}
+
+/// A comment's word for the tool: `lostmotion: off`, `lostmotion on`; `None`: the comment is not meant for it.
+pub fn pragma(comment: &[u8]) -> Option<bool> {
+    let text = String::from_utf8_lossy(comment).to_ascii_lowercase();
+    let rest = text.trim_start_matches(|c: char| !c.is_ascii_alphanumeric()).strip_prefix("lostmotion")?;
+    match rest.trim_matches(|c: char| !c.is_ascii_alphanumeric()) {
+        "off" => Some(false),
+        "on" => Some(true),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_comment_switches_the_tool_off_and_on() {
+        assert_eq!(pragma(b"' lostmotion: off"), Some(false));
+        assert_eq!(pragma(b"; LOSTMOTION ON"), Some(true));
+        assert_eq!(pragma(b"(lostmotion: on)"), Some(true));
+        assert_eq!(pragma(b"! lostmotion is a tool"), None);
+        assert_eq!(pragma(b"! weld on"), None);
+    }
+}

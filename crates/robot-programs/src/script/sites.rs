@@ -1,0 +1,199 @@
+//! What writers of languages with statements share: which moves want what of a declared target, what is written where it stands
+//! and what under another name, and how a written time is shared out over new points.
+
+use super::{Edit, Edits, Goal, Move, Patch, Script, StepKind, Text, number};
+use crate::error::{Error, Result};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// A number's bytes, and what takes their place.
+pub type Number = (Range<usize>, String);
+
+/// A time that is written on a move: bytes of the number, s, style.
+pub type Time = (Range<usize>, f64, number::Style);
+
+/// A script of one text, and what is asked of it.
+#[derive(Clone, Copy)]
+pub struct Asked<'a> {
+    pub script: &'a Script,
+    pub edits: &'a Edits,
+}
+
+/// What becomes of one target.
+pub struct Wanted {
+    pub target: usize,
+    /// Numbers that are written where they stand.
+    pub in_place: Vec<Number>,
+    /// Numbers of each clone, and the moves that are turned to it.
+    pub clones: Vec<(Vec<Number>, Vec<usize>)>,
+}
+
+impl<'a> Asked<'a> {
+    pub fn text(&self) -> Result<&'a Text> {
+        self.script.texts.first().ok_or_else(|| Error::Refused("no text".into()))
+    }
+
+    /// The move of a step.
+    pub fn move_at(&self, k: usize) -> Result<&'a Move> {
+        match self.script.steps.get(k).map(|s| &s.kind) {
+            Some(StepKind::Move(m)) => Ok(m),
+            _ => Err(Error::Refused(format!("step {} is no move", k + 1))),
+        }
+    }
+
+    /// A refusal with the place of a step.
+    pub fn refused(&self, k: usize, why: &str) -> Error {
+        let place = self.script.steps.get(k).map(|s| self.script.place(s.at)).unwrap_or_default();
+        Error::Refused(format!("{place}: {why}"))
+    }
+
+    /// Weight that the last digit of an axis should have at most, rad or m; NaN: no wish.
+    pub fn digit(&self, axis: usize) -> f64 {
+        self.edits.digit.get(axis).copied().unwrap_or(f64::NAN)
+    }
+
+    /// Changed goals, by target: in place where all moves to it agree, else by clones. `numbers` gives the changed numbers of a
+    /// target for joint values; `keeps` says of a named target whether it must keep its value, and nothing of one in the
+    /// statement itself.
+    pub fn wanted(
+        &self,
+        numbers: &dyn Fn(usize, &[f64]) -> Vec<Number>,
+        keeps: &dyn Fn(usize) -> Option<bool>,
+    ) -> Result<Vec<Wanted>> {
+        let uses = self.script.uses();
+        let mut by_target: BTreeMap<usize, Vec<(usize, &[f64])>> = BTreeMap::new();
+        for (&k, edit) in self.edits.steps.iter().filter(|(_, e)| !e.as_joint_moves) {
+            let Some(q) = edit.goal.as_deref() else { continue };
+            let m = self.move_at(k)?;
+            match (&m.goal, &m.fixed) {
+                (Goal::Joints(t), None) => by_target.entry(*t).or_default().push((k, q)),
+                (_, Some(why)) | (Goal::Opaque(why), _) => return Err(self.refused(k, why)),
+                (Goal::Pose(_), _) => return Err(self.refused(k, "a Cartesian target has no joint values")),
+            }
+        }
+        let mut all = Vec::with_capacity(by_target.len());
+        for (target, steps) in by_target {
+            // groups of moves that want the same, in the order of the program
+            let mut groups: Vec<(Vec<Number>, Vec<usize>)> = Vec::new();
+            let mut index: BTreeMap<Vec<(usize, String)>, usize> = BTreeMap::new();
+            let mut unchanged = uses.get(target).map_or(0, Vec::len) > steps.len();
+            for (k, q) in steps {
+                let numbers = numbers(target, q);
+                if numbers.is_empty() {
+                    unchanged = true;
+                    continue;
+                }
+                let key = numbers.iter().map(|(span, new)| (span.start, new.clone())).collect();
+                let g = *index.entry(key).or_insert_with(|| {
+                    groups.push((numbers, Vec::new()));
+                    groups.len() - 1
+                });
+                groups[g].1.push(k);
+            }
+            let in_place = match keeps(target) {
+                None => groups.len(),
+                Some(keeps) => usize::from(!unchanged && !keeps).min(groups.len()),
+            };
+            let clones = groups.split_off(in_place);
+            let in_place = groups.into_iter().flat_map(|g| g.0).collect();
+            all.push(Wanted { target, in_place, clones });
+        }
+        Ok(all)
+    }
+
+    /// Joint values of a Cartesian move that is to become a joint move.
+    pub fn joints_for_pose(&self, k: usize, m: &Move, edit: &'a Edit) -> Result<&'a [f64]> {
+        let Some(q) = &edit.goal else { return Err(self.refused(k, "a joint move without a goal")) };
+        if !matches!(m.goal, Goal::Pose(_)) || m.closed.is_some() {
+            let why = m.closed.as_deref().unwrap_or("only a Cartesian move can become a joint move");
+            return Err(self.refused(k, why));
+        }
+        Ok(q)
+    }
+
+    /// A written time shared out over the new points of a move and its goal: a text for each leg, with at least `decimals`. The last
+    /// takes the place of the time. `least_s`: shortest legs, of which the first that fits is taken. `None`: none fits.
+    pub fn legs(edit: &Edit, time: &Time, least_s: &[f64], decimals: u8) -> Option<Vec<String>> {
+        let (_, total_s, style) = time;
+        let shares: Vec<f64> = edit.before.iter().map(|p| p.share).collect();
+        let legs = least_s.iter().find_map(|least| number::share_out(*total_s, &shares, *least))?;
+        let style = number::Style { exponent: false, ..*style };
+        let decimals = style.decimals.max(decimals);
+        Some(legs.iter().map(|s| number::write(*s, style, decimals)).collect())
+    }
+}
+
+/// Numbers written where they stand.
+pub fn in_place(numbers: Vec<Number>) -> impl Iterator<Item = Patch> {
+    numbers.into_iter().map(|(span, new)| Patch::new(0, span, new))
+}
+
+/// Bytes of a span with others in the place of some, in order.
+pub fn substituted<'a>(
+    text: &Text,
+    span: &Range<usize>,
+    patches: impl IntoIterator<Item = (&'a Range<usize>, &'a str)>,
+) -> Vec<u8> {
+    let mut out = Vec::with_capacity(span.len() + 32);
+    let mut at = span.start;
+    for (p, new) in patches {
+        out.extend_from_slice(text.slice(at..p.start));
+        out.extend_from_slice(new.as_bytes());
+        at = p.end;
+    }
+    out.extend_from_slice(text.slice(at..span.end));
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::script::{NewPoint, PathKind, Speed, Step, Target};
+
+    /// Three moves to one target, of which each wants a number or none.
+    fn wanted(wishes: [Option<f64>; 3], keeps: Option<bool>) -> Wanted {
+        let to = Move {
+            path: PathKind::Joint,
+            goal: Goal::Joints(0),
+            fixed: None,
+            closed: None,
+            speed: Speed::Unknown,
+            blend_m: None,
+            way: Vec::new(),
+        };
+        let step = Step { at: Default::default(), kind: StepKind::Move(to) };
+        let target = Target { name: None, at: Default::default(), values: Vec::new() };
+        let script =
+            Script { steps: vec![step.clone(), step.clone(), step], targets: vec![target], ..Script::default() };
+        let edit = |q: f64| Edit { goal: Some(vec![q]), ..Edit::default() };
+        let steps = wishes.iter().enumerate().filter_map(|(k, w)| Some((k, edit((*w)?)))).collect();
+        let edits = Edits { steps, ..Edits::default() };
+        // 0 is what stands there
+        let numbers = |_: usize, q: &[f64]| if q[0] == 0.0 { Vec::new() } else { vec![(0..1, q[0].to_string())] };
+        Asked { script: &script, edits: &edits }.wanted(&numbers, &|_| keeps).unwrap().remove(0)
+    }
+
+    #[test]
+    fn a_target_is_written_where_it_stands_only_if_all_its_moves_agree() {
+        let named = wanted([Some(1.0), Some(1.0), Some(1.0)], Some(false));
+        assert_eq!((named.in_place, named.clones), (vec![(0..1, "1".into())], vec![]));
+        let two = wanted([Some(1.0), Some(2.0), Some(1.0)], Some(false));
+        assert_eq!((two.in_place, two.clones), (vec![(0..1, "1".into())], vec![(vec![(0..1, "2".into())], vec![1])]));
+        for wishes in [[Some(1.0), None, Some(1.0)], [Some(1.0), Some(0.0), Some(1.0)]] {
+            let one_stays = wanted(wishes, Some(false));
+            assert_eq!((one_stays.in_place, one_stays.clones), (vec![], vec![(vec![(0..1, "1".into())], vec![0, 2])]));
+        }
+        let read = wanted([Some(1.0), Some(1.0), Some(1.0)], Some(true));
+        assert_eq!((read.in_place.len(), read.clones), (0, vec![(vec![(0..1, "1".into())], vec![0, 1, 2])]));
+    }
+
+    #[test]
+    fn a_time_is_shared_out_with_the_longest_least_leg_that_fits() {
+        let point = NewPoint { q: Vec::new(), share: 0.0, t_s: None, clearance_m: 0.0, of_way: false };
+        let edit = Edit { before: vec![point], ..Edit::default() };
+        let time = |s: f64| (0..1, s, number::Style::default());
+        assert_eq!(Asked::legs(&edit, &time(1.0), &[0.1, 0.01], 3).unwrap(), ["0.100", "0.900"]);
+        assert_eq!(Asked::legs(&edit, &time(0.15), &[0.1, 0.01], 3).unwrap(), ["0.010", "0.140"]);
+        assert_eq!(Asked::legs(&edit, &time(0.015), &[0.1, 0.01], 3), None);
+    }
+}

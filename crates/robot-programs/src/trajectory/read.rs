@@ -1,0 +1,330 @@
+//! From the tree to trajectories: mappings with `joint_names` and `points`, wherever they stand.
+
+use super::spline::Order;
+use super::tree::{Kind, Node, Tree};
+use crate::error::Result;
+use crate::script::{Text, number};
+use std::ops::Range;
+
+/// What we know of a point; anything else in it is somebody's own.
+const KEYS: [&str; 5] = ["positions", "velocities", "accelerations", "effort", "time_from_start"];
+
+/// A number as it is written.
+#[derive(Debug, Clone, Copy)]
+pub struct Num {
+    pub value: f64,
+    pub start: usize,
+    pub end: usize,
+    pub style: number::Style,
+}
+
+/// `time_from_start`.
+#[derive(Debug, Clone)]
+pub enum Time {
+    /// Seconds in one number.
+    Seconds(Num),
+    /// Seconds and nanoseconds; one of them may be left out, which is 0. Names as they are written, and whether they stand in braces.
+    Parts { sec: Option<Num>, nano: Option<Num>, braces: bool, ros1: bool, quote: Option<u8> },
+}
+
+#[derive(Debug, Clone)]
+pub struct Point {
+    /// The bytes of its mapping, without the dash or comma around it.
+    pub span: Range<usize>,
+    /// Empty: it gives none.
+    pub positions: Vec<Num>,
+    pub velocities: Vec<Num>,
+    pub accelerations: Vec<Num>,
+    pub effort: Vec<Num>,
+    pub time: Time,
+    pub t_s: f64,
+    /// A key that is not the message's: a copy would repeat it.
+    pub foreign: Option<String>,
+}
+
+/// One message.
+#[derive(Debug, Clone)]
+pub struct Trajectory {
+    pub start: usize,
+    pub names: Vec<String>,
+    /// First byte of the names.
+    pub names_at: usize,
+    pub points: Vec<Point>,
+    /// The points stand in `[...]`.
+    pub brackets: bool,
+}
+
+/// What a text holds: its trajectories, and places of what is left alone, with the reason.
+#[derive(Debug, Default)]
+pub struct Content {
+    pub trajectories: Vec<Trajectory>,
+    pub left: Vec<(usize, String)>,
+}
+
+impl Point {
+    /// How a controller joins this point to the one before it.
+    pub fn order_from(&self, before: &Self) -> Order {
+        let both = |a: &[Num], b: &[Num]| !a.is_empty() && !b.is_empty();
+        if !both(&self.velocities, &before.velocities) {
+            Order::Linear
+        } else if both(&self.accelerations, &before.accelerations) {
+            Order::Quintic
+        } else {
+            Order::Cubic
+        }
+    }
+
+    /// Whether the robot stands here: every velocity is written, and zero.
+    pub fn stands(&self) -> bool {
+        !self.velocities.is_empty() && self.velocities.iter().all(|v| v.value == 0.0)
+    }
+}
+
+/// Every trajectory of the documents, in the order of the text.
+pub fn content(text: &Text, tree: &Tree) -> Result<Content> {
+    let mut content = Content::default();
+    for document in &tree.documents {
+        search(text, tree, document, "", None, &mut content)?;
+    }
+    Ok(content)
+}
+
+/// Goes down to the mappings that are trajectories. `shared`: an outer node that an alias repeats.
+fn search(
+    text: &Text,
+    tree: &Tree,
+    node: &Node,
+    key: &str,
+    shared: Option<usize>,
+    content: &mut Content,
+) -> Result<()> {
+    let shared = shared.or_else(|| tree.is_shared(node).then_some(node.start));
+    if node.kind == Kind::List {
+        for item in &node.items {
+            search(text, tree, item, key, shared, content)?;
+        }
+    }
+    let value = |name: &str| node.entries().find(|(k, _)| k.word(text) == name).map(|(_, v)| v);
+    if let (Some(names), Some(points)) = (value("joint_names"), value("points")) {
+        only_once(text, node)?;
+        let nothing = |n: &Node| n.is_null(text) || (n.kind == Kind::List && n.items.is_empty());
+        if nothing(names) && nothing(points) {
+            return Ok(());
+        }
+        if key.starts_with("multi_dof") {
+            content.left.push((node.start, "joints of several degrees of freedom are left as they are".into()));
+            return Ok(());
+        }
+        if let Some(at) = shared {
+            return Err(text.bad(
+                at,
+                "an anchor that an alias repeats",
+                "a trajectory that stands alone: an edit would change the other one, too",
+            ));
+        }
+        content.trajectories.push(trajectory(text, node.start, names, points)?);
+        return Ok(());
+    }
+    for (k, v) in node.entries() {
+        search(text, tree, v, &k.word(text), shared, content)?;
+    }
+    Ok(())
+}
+
+/// Refuses a key that stands twice.
+fn only_once(text: &Text, map: &Node) -> Result<()> {
+    let mut seen = std::collections::BTreeSet::new();
+    for (k, _) in map.entries() {
+        if !seen.insert(k.word(text)) {
+            return Err(text.bad(k.start, format!("`{}` a second time", k.word(text)), "every key once"));
+        }
+    }
+    Ok(())
+}
+
+fn trajectory(text: &Text, start: usize, names: &Node, points: &Node) -> Result<Trajectory> {
+    alone(text, names)?;
+    alone(text, points)?;
+    if names.kind != Kind::List {
+        return Err(text.bad(names.start, found(text, names), "a list of joint names"));
+    }
+    let mut joints = Vec::with_capacity(names.items.len());
+    for name in &names.items {
+        alone(text, name)?;
+        if !matches!(name.kind, Kind::Scalar { .. }) || name.is_null(text) {
+            return Err(text.bad(name.start, found(text, name), "the name of a joint"));
+        }
+        let word = name.word(text).into_owned();
+        if joints.iter().any(|n: &String| n.eq_ignore_ascii_case(&word)) {
+            return Err(text.bad(name.start, format!("joint `{word}` a second time"), "every joint once"));
+        }
+        joints.push(word);
+    }
+    let mut list: Vec<Point> = Vec::new();
+    if points.kind != Kind::List && !points.is_null(text) {
+        return Err(text.bad(points.start, found(text, points), "a list of points"));
+    }
+    for item in &points.items {
+        let (point, time_at) = point(text, item, joints.len())?;
+        if let Some(before) = list.last()
+            && point.t_s <= before.t_s
+        {
+            return Err(text.bad(
+                time_at,
+                format!("time {} s behind {} s", point.t_s, before.t_s),
+                "times that rise from point to point",
+            ));
+        }
+        list.push(point);
+    }
+    let brackets = text.bytes.get(points.start) == Some(&b'[');
+    Ok(Trajectory { start, names: joints, names_at: names.start, points: list, brackets })
+}
+
+fn found(text: &Text, node: &Node) -> String {
+    match node.kind {
+        Kind::Scalar { .. } if node.is_null(text) => "nothing".into(),
+        Kind::Scalar { .. } => format!("`{}`", node.word(text)),
+        Kind::List => "a list".into(),
+        Kind::Map => "a mapping".into(),
+        Kind::Alias => format!("the alias `{}`", node.word(text)),
+    }
+}
+
+/// Refuses what stands for another place, or is read in another way than it is written.
+fn alone(text: &Text, node: &Node) -> Result<()> {
+    let expected = "numbers and names that are written out";
+    if node.kind == Kind::Alias {
+        return Err(text.bad(node.start, found(text, node), expected));
+    }
+    if node.anchor != 0 {
+        return Err(text.bad(node.start, "an anchor", expected));
+    }
+    if node.tagged {
+        return Err(text.bad(node.start, "a tag", expected));
+    }
+    Ok(())
+}
+
+fn point(text: &Text, node: &Node, joints: usize) -> Result<(Point, usize)> {
+    alone(text, node)?;
+    if matches!(node.kind, Kind::Scalar { .. }) && node.word(text) == "..." {
+        let expected = "every point: print the message with --full-length";
+        return Err(text.bad(node.start, "`...`", expected));
+    }
+    if node.kind != Kind::Map {
+        return Err(text.bad(node.start, found(text, node), "a point: a mapping with positions and time_from_start"));
+    }
+    only_once(text, node)?;
+    let value = |name: &str| node.entries().find(|(k, _)| k.word(text) == name).map(|(_, v)| v);
+    let numbers = |name: &str| match value(name) {
+        Some(list) => list_of(text, list, name, joints),
+        None => Ok(Vec::new()),
+    };
+    let Some(time) = value("time_from_start") else {
+        return Err(text.bad(node.start, "a point without time_from_start", "the time of every point"));
+    };
+    let (time, t_s) = self::time(text, time).map(|t| (t.0, (t.1, time.start)))?;
+    let mut foreign = node.entries().map(|(k, _)| k.word(text)).find(|k| !KEYS.contains(&k.as_ref()));
+    let point = Point {
+        span: node.start..node.end,
+        positions: numbers("positions")?,
+        velocities: numbers("velocities")?,
+        accelerations: numbers("accelerations")?,
+        effort: numbers("effort")?,
+        time,
+        t_s: t_s.0,
+        foreign: foreign.take().map(std::borrow::Cow::into_owned),
+    };
+    Ok((point, t_s.1))
+}
+
+/// Numbers of a point, none or one per joint.
+fn list_of(text: &Text, list: &Node, what: &str, joints: usize) -> Result<Vec<Num>> {
+    alone(text, list)?;
+    if list.is_null(text) {
+        return Ok(Vec::new());
+    }
+    if list.kind != Kind::List {
+        return Err(text.bad(list.start, found(text, list), format!("{what} as a list")));
+    }
+    let numbers = list.items.iter().map(|n| num(text, n)).collect::<Result<Vec<_>>>()?;
+    if !numbers.is_empty() && numbers.len() != joints {
+        return Err(text.bad(
+            list.start,
+            format!("{} {what}", numbers.len()),
+            format!("{joints}, one per name in joint_names"),
+        ));
+    }
+    Ok(numbers)
+}
+
+fn num(text: &Text, node: &Node) -> Result<Num> {
+    alone(text, node)?;
+    let bytes = text.slice(node.start..node.end);
+    let digits = bytes.strip_prefix(b"-").or_else(|| bytes.strip_prefix(b"+")).unwrap_or(bytes);
+    // 010 is eight for a reader of YAML 1.1 and ten for one of YAML 1.2
+    let octal = digits.len() > 1 && digits.starts_with(b"0") && digits.iter().all(u8::is_ascii_digit);
+    let read = if node.kind == (Kind::Scalar { plain: true }) && !octal { number::read(bytes) } else { None };
+    let (value, style) =
+        read.ok_or_else(|| text.bad(node.start, found(text, node), "a finite decimal number without quotes"))?;
+    Ok(Num { value, start: node.start, end: node.end, style })
+}
+
+/// A whole number, also as `2.0`.
+fn whole(text: &Text, node: &Node, most: f64) -> Result<Num> {
+    let n = num(text, node)?;
+    let plain = !n.style.exponent && !n.style.plus && n.value.fract() == 0.0;
+    if plain && (0.0..=most).contains(&n.value) {
+        return Ok(n);
+    }
+    Err(text.bad(node.start, found(text, node), format!("one whole number from 0 to {most}")))
+}
+
+fn time(text: &Text, node: &Node) -> Result<(Time, f64)> {
+    alone(text, node)?;
+    if node.kind == Kind::List {
+        let parts: Vec<&Node> = node.items.iter().collect();
+        let &[sec, nano] = parts.as_slice() else {
+            return Err(text.bad(node.start, format!("a list of {}", parts.len()), "seconds and nanoseconds"));
+        };
+        let (sec, nano) = (whole(text, sec, 1e9)?, whole(text, nano, 999_999_999.0)?);
+        let t_s = sec.value + nano.value * 1e-9;
+        return Ok((Time::Parts { sec: Some(sec), nano: Some(nano), braces: true, ros1: true, quote: None }, t_s));
+    }
+    if node.kind != Kind::Map {
+        let t = num(text, node)?;
+        if t.value < 0.0 {
+            return Err(text.bad(node.start, found(text, node), "a time from 0"));
+        }
+        return Ok((Time::Seconds(t), t.value));
+    }
+    only_once(text, node)?;
+    let (mut sec, mut nano, mut ros1, mut quote) = (None, None, false, None);
+    for (k, v) in node.entries() {
+        let (slot, most) = match k.word(text).as_ref() {
+            "sec" | "secs" => (&mut sec, 1e9),
+            "nanosec" | "nsecs" => (&mut nano, 999_999_999.0),
+            other => {
+                return Err(text.bad(
+                    k.start,
+                    format!("`{other}`"),
+                    "sec and nanosec (ROS 2) or secs and nsecs (ROS 1)",
+                ));
+            }
+        };
+        if slot.is_some() {
+            return Err(text.bad(v.start, found(text, v), "it once"));
+        }
+        *slot = Some(whole(text, v, most)?);
+        ros1 |= k.word(text).ends_with('s');
+        quote = text.bytes.get(k.start).copied().filter(|b| matches!(b, b'"' | b'\''));
+    }
+    if sec.is_none() && nano.is_none() {
+        return Err(text.bad(node.start, "an empty time", "sec and nanosec (ROS 2) or secs and nsecs (ROS 1)"));
+    }
+    let braces = text.bytes.get(node.start) == Some(&b'{');
+    let of = |n: Option<Num>| n.map_or(0.0, |n| n.value);
+    let t_s = of(sec) + of(nano) * 1e-9;
+    Ok((Time::Parts { sec, nano, braces, ros1, quote }, t_s))
+}

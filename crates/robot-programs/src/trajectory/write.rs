@@ -1,0 +1,427 @@
+//! Patches: changed positions in place, velocities where an offset rises or falls, and new points as whole items in the
+//! style of the point behind them. Comments are not copied.
+
+use super::read::{Num, Point, Time, Trajectory};
+use super::spline::{self, Order, State};
+use super::{Trajectories, most_decimals};
+use crate::error::{Error, Result};
+use crate::script::{Edit, Edits, NewPoint, Patch, Text, number, pragma};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Offsets below this are none, rad or m.
+const NOTHING: f64 = 1e-12;
+/// Decimals of a velocity, acceleration, effort or time at most.
+const RATE_DECIMALS: u8 = 12;
+
+/// A point of the edited trajectory: one of the file, or a new one.
+struct Knot {
+    /// The point, or for a new one the point behind it.
+    point: usize,
+    new: bool,
+    t_s: f64,
+    time: String,
+    /// Its own spline, before the edit, one per joint of the message.
+    own: Vec<State>,
+    effort: Vec<f64>,
+    /// Positions as they shall be.
+    asked: Vec<f64>,
+    order: Order,
+}
+
+pub fn patches(document: &Trajectories, edits: &Edits) -> Result<Vec<Patch>> {
+    let mut by_trajectory: BTreeMap<usize, BTreeMap<usize, &Edit>> = BTreeMap::new();
+    for (&step, edit) in &edits.steps {
+        if edit.before.is_empty() && edit.goal.is_none() {
+            continue;
+        }
+        let (t, p) = document
+            .of_step
+            .get(step)
+            .copied()
+            .flatten()
+            .ok_or_else(|| Error::Refused(format!("step {step} is no move and cannot be edited")))?;
+        by_trajectory.entry(t).or_default().insert(p, edit);
+    }
+    let mut patches = Vec::new();
+    for (t, edits_of) in by_trajectory {
+        let (Some(trajectory), Some(axes)) = (document.content.trajectories.get(t), document.axes.get(t)) else {
+            continue;
+        };
+        let writer = Writer { document, text: &document.script.texts[0], trajectory, axes, digit: &edits.digit };
+        writer.write(&edits_of, &mut patches)?;
+    }
+    patches.sort_by_key(|p: &Patch| p.span.start);
+    Ok(patches)
+}
+
+struct Writer<'a> {
+    document: &'a Trajectories,
+    text: &'a Text,
+    trajectory: &'a Trajectory,
+    axes: &'a [Option<usize>],
+    digit: &'a [f64],
+}
+
+fn state(p: &Point, column: usize) -> State {
+    let of = |list: &[Num]| list.get(column).map_or(0.0, |n| n.value);
+    State { p: of(&p.positions), v: of(&p.velocities), a: of(&p.accelerations) }
+}
+
+impl Writer<'_> {
+    fn write(&self, edits: &BTreeMap<usize, &Edit>, patches: &mut Vec<Patch>) -> Result<()> {
+        let knots = self.knots(edits)?;
+        let mut copies: BTreeMap<usize, Vec<Vec<u8>>> = BTreeMap::new();
+        for (k, knot) in knots.iter().enumerate() {
+            let Some(point) = self.trajectory.points.get(knot.point) else { continue };
+            let velocities: Vec<f64> = (0..self.axes.len()).map(|c| self.velocity(&knots, k, c, point)).collect();
+            if knot.new {
+                copies.entry(knot.point).or_default().push(self.copy(point, knot, &velocities)?);
+            } else {
+                self.in_place(point, knot, &velocities, patches)?;
+            }
+        }
+        for (point, copies) in copies {
+            patches.push(self.insertion(point, &copies)?);
+        }
+        Ok(())
+    }
+
+    fn refused(&self, point: &Point, why: &str) -> Error {
+        Error::Refused(format!("{}:{}: {why}", self.text.name, self.text.line_of(point.span.start)))
+    }
+
+    /// Every point of the trajectory and every new one, by time.
+    fn knots(&self, edits: &BTreeMap<usize, &Edit>) -> Result<Vec<Knot>> {
+        let mut knots: Vec<Knot> = Vec::with_capacity(self.trajectory.points.len());
+        for (k, p) in self.trajectory.points.iter().enumerate() {
+            let before = k.checked_sub(1).and_then(|b| self.trajectory.points.get(b));
+            let edit = edits.get(&k);
+            let new = edit.map_or(&[][..], |e| e.before.as_slice());
+            if !new.is_empty() {
+                if let Some(why) = super::closed(before, p) {
+                    return Err(self.refused(p, &format!("no point can be put before this one: {why}")));
+                }
+                if let Some(b) = before {
+                    self.between(b, k, p, new, &mut knots)?;
+                }
+            }
+            let own: Vec<State> = (0..self.axes.len()).map(|c| state(p, c)).collect();
+            let goal = edit.and_then(|e| e.goal.as_deref());
+            if goal.is_some() && p.positions.is_empty() {
+                return Err(self.refused(p, "the point gives no positions that could be changed"));
+            }
+            let asked = self.asked(p, &own, goal)?;
+            let order = before.map_or(Order::Linear, |b| p.order_from(b));
+            let effort = Vec::new();
+            knots.push(Knot { point: k, new: false, t_s: p.t_s, time: String::new(), own, effort, asked, order });
+        }
+        Ok(knots)
+    }
+
+    /// Positions by column: those of the robot's joints as asked, the others of their own spline.
+    fn asked(&self, p: &Point, own: &[State], q: Option<&[f64]>) -> Result<Vec<f64>> {
+        let Some(q) = q else { return Ok(own.iter().map(|s| s.p).collect()) };
+        let of = |(axis, s): (&Option<usize>, &State)| match axis {
+            Some(a) => q.get(*a).copied().filter(|v| v.is_finite()),
+            None => Some(s.p),
+        };
+        let all: Option<Vec<f64>> = self.axes.iter().zip(own).map(of).collect();
+        all.ok_or_else(|| self.refused(p, "a joint value that is no number was asked for"))
+    }
+
+    /// The new points on the way from `before` to `p`.
+    fn between(&self, before: &Point, k: usize, p: &Point, new: &[NewPoint], knots: &mut Vec<Knot>) -> Result<()> {
+        let h_s = p.t_s - before.t_s;
+        let order = p.order_from(before);
+        let ends: Vec<(State, State)> = (0..self.axes.len()).map(|c| (state(before, c), state(p, c))).collect();
+        let ours = ends.iter().zip(self.axes).filter(|(_, a)| a.is_some()).map(|(e, _)| *e);
+        let way = |e: &(State, State)| (e.1.p - e.0.p).abs();
+        let leading = ours.max_by(|a, b| way(a).total_cmp(&way(b))).unwrap_or_default();
+        let mut last_s = before.t_s;
+        let mut x = 0.0;
+        for n in new {
+            x = spline::time_share(order, leading.0, leading.1, h_s, n.share, x);
+            let (time, t_s) = time_text(&p.time, before.t_s + x * h_s, last_s, p.t_s);
+            if !(t_s > last_s && t_s < p.t_s) {
+                return Err(
+                    self.refused(p, "there is no time for a new point between this point and the one before it")
+                );
+            }
+            last_s = t_s;
+            x = (t_s - before.t_s) / h_s;
+            let own: Vec<State> = ends.iter().map(|e| spline::at(order, e.0, e.1, h_s, x)).collect();
+            let asked = self.asked(p, &own, Some(&n.q))?;
+            let effort = p.effort.iter().enumerate().map(|(c, e)| {
+                let from = before.effort.get(c).map_or(e.value, |b| b.value);
+                from + x * (e.value - from)
+            });
+            let effort = effort.collect();
+            knots.push(Knot { point: k, new: true, t_s, time, own, effort, asked, order });
+        }
+        Ok(())
+    }
+
+    /// Velocity of a joint at a knot: its own, and the slope of the offset where that rises or falls.
+    fn velocity(&self, knots: &[Knot], k: usize, column: usize, point: &Point) -> f64 {
+        let own = knots[k].own[column].v;
+        let (Some(before), Some(behind)) = (k.checked_sub(1).and_then(|b| knots.get(b)), knots.get(k + 1)) else {
+            return own;
+        };
+        let here = &knots[k];
+        let offset = |n: &Knot| n.asked[column] - n.own[column].p;
+        let (o0, o, o1) = (offset(before), offset(here), offset(behind));
+        let level = (o - o0).abs() <= NOTHING && (o1 - o).abs() <= NOTHING;
+        let rests = !here.new && (own == 0.0 || point.stands());
+        if self.axes[column].is_none() || rests || (level && (!here.new || o.abs() <= NOTHING)) {
+            return own;
+        }
+        let (h0, h1) = (here.t_s - before.t_s, behind.t_s - here.t_s);
+        let order = if behind.order == Order::Quintic { Order::Quintic } else { here.order };
+        let v = own + spline::slope(order, (o - o0) / h0, h0, (o1 - o) / h1, h1);
+        let mean = |of: &dyn Fn(&Knot) -> f64| ((of(here) - of(before)) / h0, (of(behind) - of(here)) / h1);
+        // a velocity of the file that is no monotone one by its own points is not held to ours
+        let own_mean = mean(&|n| n.own[column].p);
+        let bent = !here.new && spline::limited(order, own, own_mean.0, own_mean.1) != own;
+        if bent {
+            return v;
+        }
+        let asked = mean(&|n| n.asked[column]);
+        spline::limited(order, v, asked.0, asked.1)
+    }
+
+    /// Weight that a position's last digit should have at most.
+    fn weight(&self, column: usize) -> f64 {
+        let axis = self.axes.get(column).copied().flatten();
+        axis.and_then(|a| self.digit.get(a)).copied().unwrap_or(0.0)
+    }
+
+    fn position(&self, n: &Num, column: usize, value: f64) -> String {
+        let decimals = match self.axes.get(column) {
+            Some(Some(_)) => number::decimals_for(n.style, self.weight(column), most_decimals(n.style)),
+            _ => return fine(value, n.style, most_decimals(n.style)),
+        };
+        number::write(value, n.style, decimals)
+    }
+
+    /// A velocity with digits that keep the position over `h_s` seconds.
+    fn rate(&self, n: &Num, column: usize, value: f64, h_s: f64) -> String {
+        let weight = self.weight(column);
+        let digit = if weight > 0.0 { weight / h_s } else { 1e-9 };
+        fine(value, n.style, number::decimals_for(n.style, digit, RATE_DECIMALS.max(most_decimals(n.style))))
+    }
+
+    fn in_place(&self, p: &Point, knot: &Knot, velocities: &[f64], patches: &mut Vec<Patch>) -> Result<()> {
+        let mut put = |n: &Num, new: String| {
+            if self.text.slice(n.start..n.end) != new.as_bytes() {
+                patches.push(Patch::new(0, n.start..n.end, new));
+            }
+        };
+        for (c, n) in p.positions.iter().enumerate() {
+            let asked = knot.asked.get(c).copied().unwrap_or(n.value);
+            if asked != n.value {
+                put(n, self.position(n, c, asked));
+            }
+        }
+        for (c, n) in p.velocities.iter().enumerate() {
+            let v = velocities.get(c).copied().unwrap_or(n.value);
+            if !v.is_finite() {
+                return Err(self.refused(p, "the velocities that fit are no numbers"));
+            }
+            if v != n.value {
+                put(n, self.rate(n, c, v, 1.0));
+            }
+        }
+        Ok(())
+    }
+
+    /// The item of `p` with the numbers of a new point and without comments.
+    fn copy(&self, p: &Point, knot: &Knot, velocities: &[f64]) -> Result<Vec<u8>> {
+        let before = knot.point.checked_sub(1).and_then(|b| self.trajectory.points.get(b));
+        let h_s = p.t_s - before.map_or(0.0, |b| b.t_s);
+        let mut swaps: Vec<(Range<usize>, Vec<u8>)> = Vec::new();
+        let finite =
+            |v: f64| if v.is_finite() { Ok(v) } else { Err(self.refused(p, "the numbers that fit are not finite")) };
+        for (c, n) in p.positions.iter().enumerate() {
+            swaps.push((n.start..n.end, self.position(n, c, finite(knot.asked[c])?).into_bytes()));
+        }
+        for (c, n) in p.velocities.iter().enumerate() {
+            swaps.push((n.start..n.end, self.rate(n, c, finite(velocities[c])?, h_s).into_bytes()));
+        }
+        for (c, n) in p.accelerations.iter().enumerate() {
+            // a joint that is held has no acceleration either
+            let held = p.velocities.get(c).is_some() && velocities[c] == 0.0 && knot.own[c].v != 0.0;
+            let a = if held { 0.0 } else { finite(knot.own[c].a)? };
+            swaps.push((n.start..n.end, self.rate(n, c, a, h_s * h_s).into_bytes()));
+        }
+        for (n, &e) in p.effort.iter().zip(&knot.effort) {
+            swaps
+                .push((n.start..n.end, fine(finite(e)?, n.style, number::decimals_for(n.style, 1e-6, 6)).into_bytes()));
+        }
+        self.swap_time(&p.time, &knot.time, &mut swaps);
+        let span = self.item(knot.point)?;
+        for c in self.document.tree.comments_in(&span) {
+            swaps.push((self.comment(c, span.start), Vec::new()));
+        }
+        swaps.sort_by_key(|s| (s.0.start, s.0.end));
+        let mut bytes = Vec::with_capacity(span.len() + 64);
+        let mut at = span.start;
+        for (range, with) in swaps {
+            if range.start < at || range.end > span.end {
+                return Err(self.refused(p, "the point cannot be copied as it is written"));
+            }
+            bytes.extend_from_slice(self.text.slice(at..range.start));
+            bytes.extend_from_slice(&with);
+            at = range.end;
+        }
+        bytes.extend_from_slice(self.text.slice(at..span.end));
+        bytes.truncate(bytes.trim_ascii_end().len());
+        Ok(bytes)
+    }
+
+    /// Bytes of an item as they are copied: from its dash, or its brace, to its last line's end.
+    fn item(&self, point: usize) -> Result<Range<usize>> {
+        let Some(p) = self.trajectory.points.get(point) else { return Ok(0..0) };
+        if self.trajectory.brackets {
+            return Ok(p.span.clone());
+        }
+        let line = self.text.line_span(self.text.line_of(p.span.end.max(1) - 1) as usize - 1);
+        Ok(self.dash(point)?..line.end)
+    }
+
+    /// Bytes of a comment with the blanks before it; with its line where it is alone on it.
+    fn comment(&self, comment: &Range<usize>, first: usize) -> Range<usize> {
+        let head = self.text.slice(first..comment.start);
+        let start = first + head.len() - head.iter().rev().take_while(|b| matches!(b, b' ' | b'\t')).count();
+        let alone = start > first && matches!(self.text.bytes.get(start - 1), Some(b'\n'));
+        let line_end = self.text.slice(comment.end..comment.end + 2);
+        let ending = if line_end.starts_with(b"\r\n") { 2 } else { usize::from(line_end.starts_with(b"\n")) };
+        start..comment.end + if alone { ending } else { 0 }
+    }
+
+    /// What stands between a point and the one before it, with comments as blanks.
+    fn gap(&self, point: usize) -> (usize, Vec<u8>) {
+        let end = self.trajectory.points.get(point).map_or(0, |p| p.span.start);
+        let before = point.checked_sub(1).and_then(|b| self.trajectory.points.get(b));
+        let start = before.map_or(end, |b| b.span.end).min(end);
+        let mut gap = self.text.slice(start..end).to_vec();
+        for c in self.document.tree.comments_in(&(start..end)) {
+            for b in c.clone() {
+                if let Some(b) = b.checked_sub(start).and_then(|k| gap.get_mut(k)) {
+                    *b = b' ';
+                }
+            }
+        }
+        (start, gap)
+    }
+
+    /// Place of a block item's dash.
+    fn dash(&self, point: usize) -> Result<usize> {
+        let (start, gap) = self.gap(point);
+        let dash = gap.iter().rposition(|&b| b == b'-').map(|k| start + k);
+        let p = &self.trajectory.points[point];
+        dash.ok_or_else(|| self.refused(p, "the point's dash cannot be found; write the points one below the other"))
+    }
+
+    /// Blanks from the start of the line to a byte; `None`: something else stands there.
+    fn indentation(&self, byte: usize) -> Option<&[u8]> {
+        let line = self.text.line_span(self.text.line_of(byte) as usize - 1);
+        let head = self.text.slice(line.start..byte);
+        head.iter().all(|b| matches!(b, b' ' | b'\t')).then_some(head)
+    }
+
+    /// New items behind the point before, and behind what is said of that on its line; before the comments of this one.
+    fn insertion(&self, point: usize, copies: &[Vec<u8>]) -> Result<Patch> {
+        let p = &self.trajectory.points[point];
+        let (start, gap) = self.gap(point);
+        let brackets = self.trajectory.brackets;
+        let comma = if brackets { gap.iter().position(|&b| b == b',').map_or(0, |k| k + 1) } else { 0 };
+        // a word to the tool holds from its place on: the new points stand behind it
+        let comments = self.document.tree.comments_in(&(start..start + gap.len()));
+        let told = comments.iter().rev().find(|c| pragma(self.text.slice((*c).clone())).is_some());
+        let from = told.map_or(0, |c| c.end.saturating_sub(start)).max(comma);
+        let line = gap.iter().skip(from).position(|&b| b == b'\n').map(|k| start + from + k + 1);
+        let first = if brackets { p.span.start } else { self.dash(point)? };
+        let separator: &[u8] = if brackets { b"," } else { b"" };
+        let mut bytes = Vec::new();
+        if let (Some(at), Some(indentation)) = (line, self.indentation(first)) {
+            for copy in copies {
+                bytes.extend_from_slice(indentation);
+                bytes.extend_from_slice(copy);
+                bytes.extend_from_slice(separator);
+                bytes.extend_from_slice(self.text.ending(at - 1));
+            }
+            return Ok(Patch::new(0, at..at, bytes));
+        }
+        if !brackets {
+            return Err(self.refused(p, "the point does not begin on a line of its own; no point can be put before it"));
+        }
+        let blank = gap.get(comma..).unwrap_or_default();
+        for copy in copies {
+            bytes.extend_from_slice(copy);
+            bytes.extend_from_slice(separator);
+            bytes.extend_from_slice(blank);
+        }
+        Ok(Patch::new(0, first..first, bytes))
+    }
+
+    /// The time in the copy; a part that is left out (0) is written where it is needed.
+    fn swap_time(&self, time: &Time, text: &str, swaps: &mut Vec<(Range<usize>, Vec<u8>)>) {
+        match time {
+            Time::Seconds(n) => swaps.push((n.start..n.end, text.into())),
+            Time::Parts { sec, nano, braces, ros1, quote } => {
+                let (s, ns) = text.split_once('.').unwrap_or((text, "0"));
+                let ns = ns.trim_start_matches('0');
+                let ns = if ns.is_empty() { "0" } else { ns };
+                let names = if *ros1 { ["secs", "nsecs"] } else { ["sec", "nanosec"] };
+                for (n, other, text, name) in [(sec, nano, s, names[0]), (nano, sec, ns, names[1])] {
+                    if let Some(n) = n {
+                        let point = if n.style.point { ".0" } else { "" };
+                        swaps.push((n.start..n.end, format!("{text}{point}").into()));
+                    } else if let (Some(other), true) = (other, text != "0") {
+                        let q = quote.map_or(String::new(), |q| char::from(q).to_string());
+                        let entry = format!("{q}{name}{q}: {text}");
+                        let line = self.text.line_span(self.text.line_of(other.start) as usize - 1);
+                        let head = self.text.slice(line.start..other.start);
+                        let blanks = head.iter().take_while(|b| matches!(b, b' ' | b'\t')).count();
+                        let mut bytes = if *braces { b", ".to_vec() } else { self.text.ending(other.end).to_vec() };
+                        if !*braces {
+                            bytes.extend_from_slice(&head[..blanks]);
+                        }
+                        bytes.extend_from_slice(entry.as_bytes());
+                        swaps.push((other.end..other.end, bytes));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A number with `decimals` digits, zeros behind those of its style left out.
+fn fine(value: f64, style: number::Style, decimals: u8) -> String {
+    let text = number::write(value, style, decimals.max(style.decimals.min(RATE_DECIMALS)));
+    let Some((whole, digits)) = text.split_once('.') else { return text };
+    let keep = digits.trim_end_matches('0').len().max(usize::from(style.decimals.min(RATE_DECIMALS)));
+    let digits = digits.get(..keep).unwrap_or(digits);
+    if digits.is_empty() && !style.point { whole.into() } else { format!("{whole}.{digits}") }
+}
+
+/// A time between two others as it is written (`s.nnnnnnnnn` for parts), and what it then is, s. Its last digit is a
+/// thousandth of the way to its neighbours, as the velocity belongs to the time.
+fn time_text(form: &Time, t_s: f64, after: f64, before: f64) -> (String, f64) {
+    let text = match form {
+        Time::Seconds(n) => {
+            let gap = (t_s - after).min(before - t_s) / 1000.0;
+            fine(t_s, n.style, number::decimals_for(n.style, gap, RATE_DECIMALS))
+        }
+        Time::Parts { .. } => format!("{t_s:.9}"),
+    };
+    let t_s = match form {
+        Time::Seconds(_) => text.parse().unwrap_or(f64::NAN),
+        Time::Parts { .. } => {
+            let (s, ns) = text.split_once('.').unwrap_or((&text, "0"));
+            s.parse::<f64>().unwrap_or(f64::NAN) + ns.parse::<f64>().unwrap_or(f64::NAN) * 1e-9
+        }
+    };
+    (text, t_s)
+}

@@ -1,0 +1,90 @@
+//! URScript of Universal Robots (`.script`, `.urscript`): joint targets in `movej`, `movel`, `movep`, `servoj`, as lists or in
+//! variables.
+//!
+//! Rooms:
+//! - [`lex`]: bytes to words, numbers, marks and line ends.
+//! - [`words`]: what URScript's own functions do: move, wait, or neither.
+//! - [`read`]: functions, blocks, assignments; which assignments make one variable.
+//! - [`value`]: lists of joint values (`d2r()` too) and poses.
+//! - [`arguments`]: calls and their arguments.
+//! - [`goals`]: targets of moves: joint values, poses, or why neither can be told.
+//! - [`steps`]: calls to moves, waits and whatever ends a known direction.
+//! - [`write`]: edits to patches.
+//!
+//! Reference: Universal Robots, The URScript Programming Language. A variable that is assigned more than once, in part, or
+//! under a condition is not certain, and its moves say why they are left alone.
+
+mod arguments;
+mod goals;
+mod lex;
+mod read;
+mod steps;
+mod value;
+mod words;
+mod write;
+
+#[cfg(test)]
+mod props;
+#[cfg(test)]
+mod tests;
+
+use crate::axes::{Axes, JointKind};
+use crate::error::{Error, Place, Result};
+use crate::script::{Document, Edits, Format, Patch, Script, Text};
+use std::collections::HashSet;
+
+pub struct UrScript;
+
+impl Format for UrScript {
+    fn name(&self) -> &'static str {
+        "urscript"
+    }
+
+    fn title(&self) -> &'static str {
+        "URScript (.script, .urscript)"
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        &["script", "urscript"]
+    }
+
+    /// The first line that is no comment starts a function or calls a motion.
+    fn recognises(&self, bytes: &[u8]) -> bool {
+        let lines = bytes.split(|&b| b == b'\n').map(|l| l.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(l).trim_ascii());
+        let first = lines.into_iter().find(|l| !(l.is_empty() || l.starts_with(b"#") || l.starts_with(b"$")));
+        first.is_some_and(|l| {
+            let function = (l.starts_with(b"def ") || l.starts_with(b"sec ")) && l.contains(&b'(') && l.contains(&b':');
+            let call = [b"movej(".as_slice(), b"movel(", b"movep(", b"servoj(", b"set_tcp("];
+            function || call.iter().any(|c| l.starts_with(c))
+        })
+    }
+
+    fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>> {
+        let text = texts.into_iter().next().ok_or_else(|| Error::bad(Place::default(), "nothing", "a URScript"))?;
+        let parsed = read::parse(&text, lex::lex(&text)?)?;
+        let (built, words) = steps::build(text, parsed, robot)?;
+        let words = words.into_iter().filter(|w| !w.is_empty()).collect();
+        let kinds = robot.axis_joints().map(|j| j.kind).collect();
+        Ok(Box::new(Doc { built, words, kinds }))
+    }
+}
+
+struct Doc {
+    built: steps::Built,
+    words: HashSet<String>,
+    kinds: Vec<JointKind>,
+}
+
+impl Document for Doc {
+    fn script(&self) -> &Script {
+        &self.built.script
+    }
+
+    fn patches(&self, edits: &Edits) -> Result<Vec<Patch>> {
+        write::Writer { built: &self.built, kinds: &self.kinds, words: &self.words, edits }.patches()
+    }
+
+    fn takes_joints_for_poses(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,386 @@
+//! Tokens of a URScript to its functions, blocks, assignments and calls.
+//!
+//! A name without `local` is global where anything in the file makes it so, else it belongs to the outermost function around
+//! that assigns it; two functions side by side may so use one name for two lists. Fails where a block is not closed, or `end`
+//! closes none.
+
+use super::lex::{Kind, Lexed, Token};
+use super::words;
+use crate::error::{Error, Result};
+use crate::script::Text;
+use std::collections::{HashMap, HashSet};
+use std::ops::Range;
+
+/// Tokens by index.
+pub type Span = Range<usize>;
+
+#[derive(Debug, Clone)]
+pub struct Item {
+    /// Function that it belongs to; `None`: outside of all.
+    pub def: Option<usize>,
+    pub span: Span,
+    pub kind: ItemKind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ItemKind {
+    /// `def`, `thread`, or the `end` of one.
+    Start,
+    /// `if`, `switch`: the condition.
+    Branch,
+    Loop,
+    /// `elif`, `else`, `case`.
+    Middle,
+    EndBranch,
+    EndLoop,
+    /// `name = ...`, whole; `value`: first token behind the `=`.
+    Assign {
+        name: usize,
+        value: usize,
+        whole: bool,
+    },
+    /// Anything else: a call, `return`, `break`.
+    Other,
+}
+
+/// A variable of a scope.
+#[derive(Debug, Clone, Default)]
+pub struct Variable {
+    /// Items that assign it.
+    pub assigned: Vec<usize>,
+    /// Why its value may differ from the one list that it is assigned.
+    pub changed: Option<String>,
+    /// Its value is read by more than moves.
+    pub read: bool,
+}
+
+#[derive(Default)]
+pub struct Parsed {
+    pub tokens: Vec<Token>,
+    pub comments: Vec<(usize, usize)>,
+    /// Text of words; empty for other tokens.
+    pub words: Vec<String>,
+    pub items: Vec<Item>,
+    /// Functions: name, and the function around them.
+    pub defs: Vec<(String, Option<usize>)>,
+    /// Parameters and `local` names by function.
+    locals: HashSet<(Option<usize>, String)>,
+    globals: HashSet<String>,
+    pub variables: HashMap<(Option<usize>, String), Variable>,
+}
+
+/// Functions inside other blocks; real programs have two or three levels.
+const DEEPEST: usize = 64;
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Open {
+    Def,
+    Loop,
+    Branch,
+    /// `struct` and the like: nothing in it is a step.
+    Plain,
+}
+
+pub fn parse(text: &Text, lexed: Lexed) -> Result<Parsed> {
+    let words = lexed
+        .tokens
+        .iter()
+        .map(|t| {
+            if t.kind == Kind::Word {
+                String::from_utf8_lossy(text.slice(t.start..t.end)).into_owned()
+            } else {
+                String::new()
+            }
+        })
+        .collect();
+    let mut p = Parsed { tokens: lexed.tokens, comments: lexed.comments, words, ..Parsed::default() };
+    let mut open: Vec<(Open, usize)> = Vec::new();
+    let mut def: Option<usize> = None;
+    // an assignment below an `if` may not happen
+    let mut branches = 0usize;
+    let mut i = 0;
+    let mut line_end = 0;
+    while i < p.tokens.len() {
+        if p.tokens[i].kind == Kind::Line {
+            i += 1;
+            continue;
+        }
+        if i >= line_end {
+            line_end = p.line_end(i);
+        }
+        let word = p.words[i].clone();
+        let block =
+            |p: &Parsed| p.colon(i, line_end).ok_or_else(|| p.bad(text, line_end, "`:` behind the head of the block"));
+        match word.as_str() {
+            "def" | "thread" | "sec" => {
+                let colon = block(&p)?;
+                let name = p.words.get(i + 1).cloned().unwrap_or_default();
+                if name.is_empty() {
+                    return Err(p.bad(text, i + 1, "the name of the function"));
+                }
+                if open.len() >= DEEPEST {
+                    return Err(p.bad(text, i, "functions nested less deeply"));
+                }
+                p.defs.push((name, def));
+                def = Some(p.defs.len() - 1);
+                for k in i + 2..colon {
+                    if !p.words[k].is_empty() {
+                        p.locals.insert((def, p.words[k].clone()));
+                    }
+                }
+                p.push(def, i..i + 1, ItemKind::Start);
+                open.push((Open::Def, i));
+                i = colon + 1;
+            }
+            "while" | "if" | "switch" => {
+                let colon = block(&p)?;
+                let kind = if word == "while" { Open::Loop } else { Open::Branch };
+                branches += usize::from(kind == Open::Branch);
+                p.push(def, i + 1..colon, if kind == Open::Loop { ItemKind::Loop } else { ItemKind::Branch });
+                open.push((kind, i));
+                i = colon + 1;
+            }
+            "elif" | "else" | "case" | "default" if p.colon(i, line_end).is_some() => {
+                let colon = block(&p)?;
+                p.push(def, i + 1..colon, ItemKind::Middle);
+                i = colon + 1;
+            }
+            "end" => {
+                let Some((kind, _)) = open.pop() else { return Err(p.bad(text, i, "a block that it ends")) };
+                match kind {
+                    Open::Def => {
+                        def = def.and_then(|d| p.defs[d].1);
+                        p.push(def, i..i + 1, ItemKind::Start);
+                    }
+                    Open::Loop => p.push(def, i..i + 1, ItemKind::EndLoop),
+                    Open::Branch => {
+                        branches -= 1;
+                        p.push(def, i..i + 1, ItemKind::EndBranch);
+                    }
+                    Open::Plain => {}
+                }
+                i += 1;
+            }
+            // of dialects; were it passed over, its `end` would close the block around it
+            "for" if p.words.get(i + 1).is_some_and(|w| !w.is_empty()) && p.colon(i, line_end).is_some() => {
+                return Err(p.bad(text, i, "a statement of URScript (its loops are `while`)"));
+            }
+            "struct" if p.colon(i, line_end).is_some_and(|c| c + 1 == line_end) => {
+                open.push((Open::Plain, i));
+                i = line_end;
+            }
+            _ => {
+                // `if a: x = 1 end` on one line
+                let end = (i..line_end).find(|&k| k > i && p.words[k] == "end").unwrap_or(line_end);
+                p.simple(def, i..end, branches > 0);
+                i = end;
+            }
+        }
+    }
+    if let Some((_, at)) = open.pop() {
+        return Err(p.bad(text, at, "`end` behind its block"));
+    }
+    Ok(p)
+}
+
+impl Parsed {
+    fn push(&mut self, def: Option<usize>, span: Span, kind: ItemKind) {
+        self.items.push(Item { def, span, kind });
+    }
+
+    pub fn bad(&self, text: &Text, i: usize, expected: &str) -> Error {
+        match self.tokens.get(i).filter(|t| t.kind != Kind::Line) {
+            Some(t) => {
+                let found = String::from_utf8_lossy(text.slice(t.start..t.end)).into_owned();
+                text.bad(t.start, format!("`{found}`"), expected)
+            }
+            None => {
+                let at = self.tokens.get(i).map_or(text.bytes.len(), |t| t.start);
+                text.bad(at, "the end of the line", expected)
+            }
+        }
+    }
+
+    fn line_end(&self, i: usize) -> usize {
+        (i..self.tokens.len()).find(|&k| self.tokens[k].kind == Kind::Line).unwrap_or(self.tokens.len())
+    }
+
+    /// The `:` outside of brackets that ends a block's head.
+    fn colon(&self, i: usize, end: usize) -> Option<usize> {
+        let mut depth = 0usize;
+        (i..end).find(|&k| {
+            match self.tokens[k].kind {
+                Kind::Mark(b'(' | b'[' | b'{') => depth += 1,
+                Kind::Mark(b')' | b']' | b'}') => depth = depth.saturating_sub(1),
+                Kind::Mark(b':') => return depth == 0,
+                _ => {}
+            }
+            false
+        })
+    }
+
+    fn simple(&mut self, def: Option<usize>, span: Span, conditional: bool) {
+        let mut at = span.start;
+        let qualifier = self.words[at].clone();
+        if matches!(qualifier.as_str(), "global" | "local") {
+            at += 1;
+        }
+        let name = self.words.get(at).filter(|_| at < span.end).cloned().unwrap_or_default();
+        let mut depth = 0usize;
+        let equals = (at..span.end).find(|&k| {
+            match self.tokens[k].kind {
+                Kind::Mark(b'(' | b'[' | b'{') => depth += 1,
+                Kind::Mark(b')' | b']' | b'}') => depth = depth.saturating_sub(1),
+                Kind::Mark(b'=') => return depth == 0,
+                _ => {}
+            }
+            false
+        });
+        let call = self.tokens.get(at + 1).is_some_and(|t| t.kind == Kind::Mark(b'('));
+        match qualifier.as_str() {
+            "global" => drop(self.globals.insert(name.clone())),
+            "local" => drop(self.locals.insert((def, name.clone()))),
+            _ => {}
+        }
+        match equals {
+            Some(equals) if !name.is_empty() && !call && equals > at => {
+                let whole = equals == at + 1;
+                if def.is_none() {
+                    self.globals.insert(name.clone());
+                }
+                let n = self.items.len();
+                self.push(def, span, ItemKind::Assign { name: at, value: equals + 1, whole });
+                // the scope is settled when the whole file is read; until then by function
+                let variable = self.variables.entry((def, name.clone())).or_default();
+                variable.assigned.push(n);
+                if !whole {
+                    variable.changed.get_or_insert_with(|| format!("an element of `{name}` is assigned"));
+                } else if conditional {
+                    variable.changed.get_or_insert_with(|| format!("`{name}` is assigned under a condition"));
+                }
+            }
+            _ => self.push(def, span, ItemKind::Other),
+        }
+    }
+
+    /// Settles which assignments belong to one variable, and which variables are read. `goals`: per item the token of the
+    /// name that a move leads to.
+    pub fn settle(&mut self, goals: &[Option<usize>]) {
+        let by_function = std::mem::take(&mut self.variables);
+        let mut keys: Vec<_> = by_function.keys().cloned().collect();
+        keys.sort();
+        let assigned: HashSet<(Option<usize>, String)> = keys.iter().cloned().collect();
+        let scopes: HashMap<_, _> = keys.iter().map(|(d, n)| ((*d, n.clone()), self.scope(*d, n, &assigned))).collect();
+        for key in keys {
+            let (Some(one), Some(scope)) = (by_function.get(&key), scopes.get(&key)) else { continue };
+            let all = self.variables.entry((*scope, key.1.clone())).or_default();
+            all.assigned.extend(&one.assigned);
+            if all.changed.is_none() {
+                all.changed.clone_from(&one.changed);
+            }
+        }
+        let items = std::mem::take(&mut self.items);
+        for ((_, name), v) in &mut self.variables {
+            if v.assigned.len() > 1 {
+                v.changed.get_or_insert_with(|| format!("`{name}` is assigned more than once"));
+            }
+        }
+        for (item, goal) in items.iter().zip(goals) {
+            let from = match item.kind {
+                ItemKind::Assign { value, whole: true, .. } => value,
+                ItemKind::Start => item.span.end,
+                _ => item.span.start,
+            };
+            for i in from..item.span.end {
+                if self.words[i].is_empty() || Some(i) == *goal {
+                    continue;
+                }
+                let name = self.words[i].clone();
+                if let Some(key) = self.key(item.def, &name)
+                    && let Some(v) = self.variables.get_mut(&key)
+                {
+                    v.read = true;
+                }
+            }
+        }
+        self.items = items;
+    }
+
+    fn scope(&self, def: Option<usize>, name: &str, assigned: &HashSet<(Option<usize>, String)>) -> Option<usize> {
+        let own = |d: Option<usize>| (d, name.to_string());
+        if self.locals.contains(&own(def)) {
+            return def;
+        }
+        if self.globals.contains(name) {
+            return None;
+        }
+        let mut found = def;
+        let mut at = def;
+        while let Some(d) = at {
+            if assigned.contains(&own(at)) || self.locals.contains(&own(at)) {
+                found = at;
+            }
+            at = self.defs[d].1;
+        }
+        found
+    }
+
+    /// The variable that a name means in a function; `None`: nothing in the file assigns it there.
+    pub fn key(&self, def: Option<usize>, name: &str) -> Option<(Option<usize>, String)> {
+        let mut at = def;
+        loop {
+            let key = (at, name.to_string());
+            if self.variables.contains_key(&key) || self.locals.contains(&key) {
+                return self.variables.contains_key(&key).then_some(key);
+            }
+            match at {
+                Some(d) => at = self.defs[d].1,
+                None => return None,
+            }
+        }
+    }
+
+    /// Whether a name is a parameter of the function.
+    pub fn is_parameter(&self, def: Option<usize>, name: &str) -> bool {
+        self.locals.contains(&(def, name.to_string()))
+    }
+
+    /// Names of the functions that an item calls; `run` stands for a thread that starts.
+    pub fn called(&self, item: &Item) -> impl Iterator<Item = &str> {
+        let span = if item.kind == ItemKind::Start { 0..0 } else { item.span.clone() };
+        let end = span.end;
+        span.filter(move |&i| {
+            let open = i + 1 < end && self.tokens[i + 1].kind == Kind::Mark(b'(');
+            !self.words[i].is_empty() && open
+        })
+        .map(|i| self.words[i].as_str())
+    }
+
+    /// Functions of the file that move, or call what may.
+    pub fn moving(&self) -> HashMap<String, bool> {
+        let mut moving: HashMap<String, bool> = self.defs.iter().map(|(n, _)| (n.clone(), false)).collect();
+        let mut callers: HashMap<&str, Vec<usize>> = HashMap::new();
+        let mut work = Vec::new();
+        for item in &self.items {
+            let Some(d) = item.def else { continue };
+            let mut moves = self.words[item.span.clone()].iter().any(|w| w == "run" || w == "set_tcp");
+            for name in self.called(item) {
+                if moving.contains_key(name) {
+                    callers.entry(name).or_default().push(d);
+                } else {
+                    moves |= words::motion(name).is_some() || !words::is_quiet(name);
+                }
+            }
+            if moves {
+                work.push(d);
+            }
+        }
+        while let Some(d) = work.pop() {
+            let name = self.defs[d].0.as_str();
+            if moving.insert(name.to_string(), true) == Some(false) {
+                work.extend(callers.get(name).into_iter().flatten());
+            }
+        }
+        moving
+    }
+}

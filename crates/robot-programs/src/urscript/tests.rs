@@ -1,0 +1,383 @@
+//! Every trap of URScript programs that we know of.
+
+use super::*;
+use crate::script::harness::{self, Outcome, opaque, round_trip};
+use crate::script::{Edit, Goal, Move, NewPoint, PathKind, Speed, text};
+
+use crate::fixtures::ur10 as robot;
+
+fn document(source: &str) -> Box<dyn Document> {
+    harness::parse(&UrScript, source.as_bytes(), &robot()).unwrap()
+}
+
+fn moves(source: &str) -> Vec<Move> {
+    document(source).script().moves().map(|(_, m)| m.clone()).collect()
+}
+
+fn joints(source: &str, n: usize) -> Vec<f64> {
+    let doc = document(source);
+    let (_, m) = doc.script().moves().nth(n).unwrap();
+    let Goal::Joints(t) = m.goal else { panic!("{:?}", m.goal) };
+    doc.script().targets[t].values.iter().map(|v| v.unwrap().si).collect()
+}
+
+fn kinds(source: &str) -> Vec<String> {
+    harness::kinds(document(source).script())
+}
+
+/// Moves axis 0 of the named moves (by number) by so many rad.
+fn shifted(source: &str, by: &[(usize, f64)]) -> Edits {
+    harness::shifted(document(source).script(), by, 1e-6)
+}
+
+fn rewritten(source: &str, edits: &Edits) -> String {
+    assert_eq!(round_trip(&UrScript, source.as_bytes(), &robot(), edits), Ok(Outcome::Kept));
+    let doc = document(source);
+    let bytes = text::apply(&doc.script().texts, &doc.patches(edits).unwrap()).unwrap();
+    String::from_utf8(bytes.into_iter().next().unwrap()).unwrap()
+}
+
+/// New points before move `n`, with axis 0 at 0.5 rad, at these shares of the way.
+fn inserted(source: &str, n: usize, shares: &[f64], clearance_m: f64) -> Edits {
+    let mut q = joints(source, n);
+    q[0] = 0.5;
+    let point = |share: &f64| NewPoint { q: q.clone(), share: *share, t_s: None, clearance_m, of_way: false };
+    let (step, _) = document(source).script().moves().nth(n).map(|(k, m)| (k, m.clone())).unwrap();
+    let mut edits = Edits { digit: vec![1e-6; 6], ..Edits::default() };
+    edits.steps.insert(step, Edit { before: shares.iter().map(point).collect(), ..Edit::default() });
+    edits
+}
+
+const Q: &str = "[0.1, -1.57, 1.2, -2, .5, 3.]";
+
+#[test]
+fn a_literal_list_is_edited_and_everything_else_stays() {
+    let source = format!("def p():\n  # caf\u{e9} movej({Q})\n  movej({Q}, a=1.4, v=1.05) # there\nend\n");
+    assert_eq!(joints(&source, 0), [0.1, -1.57, 1.2, -2.0, 0.5, 3.0]);
+    let out = rewritten(&source, &shifted(&source, &[(0, 0.000_123)]));
+    assert_eq!(out, source.replace("  movej([0.1,", "  movej([0.100123,"));
+}
+
+#[test]
+fn degrees_inside_d2r_are_edited_in_degrees_also_at_zero() {
+    let source = "movej([d2r(0), d2r(-90.5), 1.2, d2r(45), 0, 0], a=1.4, v=1.05)\n";
+    assert!((joints(source, 0)[1] + 90.5f64.to_radians()).abs() < 1e-15);
+    let out = rewritten(source, &shifted(source, &[(0, 0.01f64.to_radians())]));
+    assert_eq!(out, source.replace("d2r(0)", "d2r(0.01000)"));
+}
+
+#[test]
+fn a_list_with_arithmetic_or_names_is_left_alone() {
+    for list in [
+        "[1+0.1, 0, 0, 0, 0, 0]",
+        "[90*3.14/180,0,0,0,0,0]",
+        "[a,0,0,0,0,0]",
+        "[-d2r(90),0,0,0,0,0]",
+        "[q[0],0,0,0,0,0]",
+    ] {
+        assert!(opaque(&moves(&format!("movej({list}, a=1)\n"))[0]).contains("value 1"), "{list}");
+    }
+    assert!(opaque(&moves("movej(q1 + q2)\n")[0]).contains("expression"));
+}
+
+#[test]
+fn a_variable_that_is_assigned_once_is_a_target_of_all_its_moves() {
+    let source = format!("def p():\n  global q1 = {Q}\n  movej(q1, a=1)\n  movel(q1, a=1)\nend\n");
+    assert_eq!(joints(&source, 1)[0], 0.1);
+    assert_eq!(moves(&source)[1].path, PathKind::Linear);
+    let both = rewritten(&source, &shifted(&source, &[(0, 1e-3), (1, 1e-3)]));
+    assert_eq!(both, source.replace("[0.1,", "[0.101000,"));
+    let one = rewritten(&source, &shifted(&source, &[(1, 1e-3)]));
+    let clone = format!("  global q1 = {Q}\n  global q1_lm1 = {}\n", Q.replace("[0.1,", "[0.101000,"));
+    assert!(one.contains(&clone) && one.contains("movej(q1, a=1)\n  movel(q1_lm1, a=1)"), "{one}");
+}
+
+#[test]
+fn a_list_that_is_read_elsewhere_is_cloned() {
+    for reader in ["x = q1[0]", "movej(get_inverse_kin(p[0,0,0,0,0,0], qnear=q1))", "textmsg(q1)"] {
+        let source = format!("def p():\n  q1 = {Q}\n  movej(q1)\n  {reader}\nend\n");
+        let out = rewritten(&source, &shifted(&source, &[(0, 1e-3)]));
+        assert!(out.contains(&format!("q1 = {Q}\n  q1_lm1 = [0.101000,")), "{out}");
+    }
+}
+
+#[test]
+fn a_variable_that_may_hold_something_else_is_not_certain() {
+    let cases = [
+        (format!("q1 = {Q}\nmovej(q1)\nq1 = {Q}\n"), "more than once"),
+        (format!("q1 = {Q}\nq1[0] = 2\nmovej(q1)\n"), "element"),
+        (format!("if a:\n  q1 = {Q}\nend\nmovej(q1)\n"), "condition"),
+        (format!("def p(q1):\n  movej(q1)\nend\nq1 = {Q}\n"), "parameter"),
+        ("movej(q9)\n".into(), "not assigned in this file"),
+        ("q1 = get_actual_joint_positions()\nmovej(q1)\n".into(), "no list"),
+        (format!("def p():\n  q1 = {Q}\n  while True:\n    q1 = {Q}\n  end\n  movej(q1)\nend\n"), "more than once"),
+        (format!("def p():\n  global q1 = {Q}\n  movej(q1)\nend\nthread t():\n  q1 = {Q}\nend\n"), "more than once"),
+    ];
+    for (source, why) in cases {
+        let all = moves(&source);
+        assert!(opaque(all.last().unwrap()).contains(why), "{source}: {}", opaque(all.last().unwrap()));
+    }
+}
+
+#[test]
+fn one_name_in_two_functions_means_two_lists_unless_it_is_global() {
+    let source = |qualifier: &str| {
+        let other = Q.replace("0.1,", "0.7,");
+        format!("def a():\n  {qualifier}q = {Q}\n  movej(q)\nend\ndef b():\n  q = {other}\n  movej(q)\nend\n")
+    };
+    assert_eq!((joints(&source(""), 0)[0], joints(&source(""), 1)[0]), (0.1, 0.7));
+    assert!(opaque(&moves(&source("global "))[0]).contains("more than once"));
+    let local = format!("q = {Q}\ndef b():\n  local q = {}\n  movej(q)\nend\nmovej(q)\n", Q.replace("0.1,", "0.7,"));
+    assert_eq!((joints(&local, 0)[0], joints(&local, 1)[0]), (0.7, 0.1));
+}
+
+#[test]
+fn the_list_behind_qnear_is_no_target() {
+    let source = format!(
+        "def p():\n  q1 = {Q}\n  movej(get_inverse_kin(p[0.4,0,0.3,0,3.14,0], qnear=q1), a=1)\n  movej(get_inverse_kin(pick, qnear={Q}))\nend\n"
+    );
+    let all = moves(&source);
+    assert!(matches!(&all[0].goal, Goal::Pose(p) if (p.position_m.x - 0.4).abs() < 1e-12));
+    assert!(opaque(&all[1]).contains("get_inverse_kin"));
+    assert!(document(&source).script().targets.is_empty());
+}
+
+#[test]
+fn a_pose_is_foreign_unless_set_tcp_says_the_tool_of_the_robot_file() {
+    let pose = |before: &str| match &moves(&format!("{before}movel(p[0.4, 0.1, 0.3, 0, 3.14, 0], a=1)\n"))[0].goal {
+        Goal::Pose(p) => p.foreign_frame.clone(),
+        other => panic!("{other:?}"),
+    };
+    assert!(pose("").unwrap().contains("installation"));
+    assert_eq!(pose("set_tcp(p[0,0,0,0,0,0])\n"), None);
+    assert!(pose("set_tcp(p[0,0,0.1,0,0,0])\n").unwrap().contains("not the tool"));
+    assert!(pose("set_tcp(tcp1)\n").unwrap().contains("computed"));
+    assert_eq!(pose("tcp2 = p[0,0,0,0,0,0]\nset_tcp(tcp2)\n"), None);
+    assert!(pose("tcp2 = p[0,0,0,0,0,0]\ntcp2 = p[0,0,1,0,0,0]\nset_tcp(tcp2)\n").unwrap().contains("computed"));
+}
+
+#[test]
+fn a_new_point_has_the_call_of_its_move_and_a_blend_that_fits() {
+    let source = format!("def p():\n\tmovej({Q}, a=1.4, v=speed, r=0.05)\nend\n");
+    let out = |clearance_m| rewritten(&source, &inserted(&source, 0, &[0.5], clearance_m));
+    let copy = Q.replace("[0.1,", "[0.500000,");
+    assert!(
+        out(0.01)
+            .contains(&format!("\tmovej({copy}, a=1.4, v=speed, r=0.00100)\n\tmovej({Q}, a=1.4, v=speed, r=0.05)")),
+        "{}",
+        out(0.01)
+    );
+    assert!(out(0.000_456).contains("r=0.00045)"));
+    assert!(out(1e-7).contains("r=0)"));
+}
+
+#[test]
+fn a_copy_of_an_exact_stop_stops() {
+    let source = format!("movej({Q}, a=1.4, v=1)\nmovej({Q}, 1.4, 1, 0, 0.0)\n");
+    assert_eq!(moves(&source)[1].blend_m, Some(0.0));
+    let out = rewritten(&source, &inserted(&source, 1, &[0.5], 0.01));
+    assert!(out.contains(", 1.4, 1, 0, 0.0)\nmovej([0.1,"), "{out}");
+}
+
+#[test]
+fn the_moves_own_blend_is_shrunk_where_it_is_asked_for() {
+    let source = format!("rad = 0.03\nmovej({Q}, r=0.05)\nmovej({Q}, r=rad)\nmovej({Q}, r=other)\n");
+    let with = |n: usize, most: f64| {
+        let mut edits = shifted(&source, &[(n, 0.0)]);
+        edits.steps.values_mut().for_each(|e| e.blend_at_most_m = Some(most));
+        edits
+    };
+    assert!(rewritten(&source, &with(0, 0.012_345_6)).contains("r=0.01234)"));
+    assert!(rewritten(&source, &with(1, 0.01)).contains("r=0.01000)"));
+    assert_eq!(rewritten(&source, &with(0, 0.06)), source);
+    assert!(document(&source).patches(&with(2, 0.01)).is_err());
+}
+
+#[test]
+fn a_time_is_shared_out_and_overrides_the_speed() {
+    let source = format!("movej({Q}, a=1, v=1, t=2)\n");
+    assert_eq!(moves(&source)[0].speed, Speed::Seconds(2.0));
+    let out = rewritten(&source, &inserted(&source, 0, &[0.25], 0.01));
+    assert!(out.contains("t=0.50000)\n") && out.ends_with("t=1.50000)\n"), "{out}");
+    assert_eq!(moves(&format!("movej({Q}, a=1, v=0.7, t=0)\n"))[0].speed, Speed::Joint(0.7));
+    assert_eq!(moves(&format!("movel({Q})\n"))[0].speed, Speed::Tcp(0.25));
+    assert!(moves(&format!("movej({Q}, t=t1)\n"))[0].closed.is_some());
+}
+
+#[test]
+fn a_stream_of_set_points_keeps_its_time() {
+    let source = format!("servoj({Q}, 0, 0, 0.1, 0.1, 300)\nservoj({Q}, t=0.008, lookahead_time=0.1)\nservoj({Q})\n");
+    let all = moves(&source);
+    assert_eq!((all[0].speed, all[1].speed), (Speed::Seconds(0.1), Speed::Seconds(0.008)));
+    assert!(all[0].closed.is_none() && all[1].closed.is_some() && all[2].closed.is_some());
+    let out = rewritten(&source, &inserted(&source, 0, &[0.0, 0.5], 0.01));
+    let times: f64 = out.lines().take(3).map(|l| l.split(", ").nth(8).unwrap().parse::<f64>().unwrap()).sum();
+    assert!((times - 0.1).abs() < 1e-9, "{out}");
+    // three legs of 8 ms and more
+    assert!(out.lines().take(3).all(|l| l.split(", ").nth(8).unwrap().parse::<f64>().unwrap() >= 0.008), "{out}");
+}
+
+#[test]
+fn what_cannot_take_new_points_says_why() {
+    let cases = [
+        ("movec(p[0,0,0,0,0,0], p[1,0,0,0,0,0], a=1)".to_string(), "arc"),
+        (format!("if a: movej({Q}) end"), "line"),
+        ("speedj([0.1,0,0,0,0,0], 0.5, 1)".into(), "velocity"),
+    ];
+    for (source, why) in cases {
+        assert!(moves(&source)[0].closed.as_ref().unwrap().contains(why), "{source}");
+    }
+}
+
+#[test]
+fn a_cartesian_move_can_be_written_with_joint_values() {
+    let source = "set_tcp(p[0,0,0,0,0,0])\nmovel(p[0.4, 0, 0.3, 0, 3.14, 0], a=1.2, v=0.1)\n";
+    let mut edits = Edits { digit: vec![1e-7; 6], ..Edits::default() };
+    let point = NewPoint { q: vec![0.2; 6], share: 0.5, t_s: None, clearance_m: 0.1, of_way: false };
+    edits
+        .steps
+        .insert(1, Edit { before: vec![point], goal: Some(vec![0.3; 6]), as_joint_moves: true, ..Edit::default() });
+    let doc = document(source);
+    let out =
+        String::from_utf8(text::apply(&doc.script().texts, &doc.patches(&edits).unwrap()).unwrap().remove(0)).unwrap();
+    assert_eq!((joints(&out, 0)[0], joints(&out, 1)[5]), (0.2, 0.3));
+    assert!(
+        out.contains("movel([0.3000000, 0.3000000, 0.3000000, 0.3000000, 0.3000000, 0.3000000], a=1.2, v=0.1)"),
+        "{out}"
+    );
+}
+
+#[test]
+fn calls_over_several_lines_and_texts_with_hashes_pass() {
+    let source = format!(
+        "def p():\n  popup(\"no # comment: movej([1])\", title=\"a # b\", blocking=True)\n  movej({}, # first\n    a=1.4,\n    v=1)\nend\n",
+        Q.replace(", 1.2", ",\n   1.2")
+    );
+    assert_eq!(moves(&source).len(), 1);
+    let out = rewritten(&source, &inserted(&source, 0, &[0.5], 0.01));
+    assert!(out.contains("  movej([0.500000, -1.57, 1.2, -2, .5, 3.], a=1.4, v=1)\n  movej([0.1,"), "{out}");
+}
+
+#[test]
+fn branches_loops_threads_calls_and_frames_end_what_is_known() {
+    let m = format!("movej({Q})");
+    let source = format!(
+        "def p():\n set_tcp(p[0,0,0,0,0,0])\n while True:\n  {m}\n  if a:\n   {m}\n  elif b:\n   {m}\n  else:\n   {m}\n  end\n end\n foreign(1)\n x = other(2)\n t = run th()\nend\n"
+    );
+    let expected = [
+        "Start",
+        "Frame",
+        "Loop",
+        "move",
+        "Jump",
+        "move",
+        "Jump",
+        "move",
+        "Jump",
+        "move",
+        "Jump",
+        "Loop",
+        "Call",
+        "Call",
+        "Interrupt",
+        "Call",
+        "Start",
+    ];
+    assert_eq!(kinds(&source), expected);
+}
+
+#[test]
+fn what_does_not_move_ends_nothing() {
+    let m = format!("movej({Q})");
+    let source = format!(
+        "def grip(n):\n set_digital_out(n, True)\n sleep(0.3)\nend\ndef p():\n {m}\n sleep(0.5)\n sync()\n grip(1)\n if get_digital_in(1):\n  textmsg(\"x\")\n  return True\n end\n while not ready():\n  sync()\n end\n x = sin(1) + norm(y)\n socket_send_string(\"a\", \"s\")\n {m}\nend\ndef ready():\n return get_digital_in(2)\nend\n"
+    );
+    let steps = kinds(&source);
+    assert_eq!(
+        steps[..9],
+        ["Start", "dwell Some(0.3)", "Start", "Start", "move", "dwell Some(0.5)", "dwell None", "dwell None", "move"],
+        "{steps:?}"
+    );
+}
+
+#[test]
+fn pragmas_and_editor_marks_pass() {
+    let source = format!(
+        "def p():\n  $ 1 \"BeforeStart\"\n  # lostmotion: off\n  movej({Q})\n  $ 2 \"it's\" \"noBreak\"\nend\n"
+    );
+    assert_eq!(kinds(&source), ["Start", "pragma false", "move", "Start"]);
+}
+
+#[test]
+fn text_that_is_no_urscript_is_refused_with_its_place() {
+    let cases = [
+        ("def p():\n  movej([0,0,0,0,0], a=1)\nend\n", "2:9: found a joint target of 5 numbers"),
+        ("def p():\n  movej([0,0,0,0,0,0]\nend\n", "2:8: found `(` that is not closed"),
+        ("def p():\n  sync()\n", "1:1: found `def`; expected `end`"),
+        ("end\n", "1:1: found `end`"),
+        ("while True\nend\n", "1:11: found the end of the line"),
+        ("textmsg(\"a)\n", "1:9: found a string"),
+        ("movej()\n", "1:1: found `movej`"),
+        ("a = \u{1}\n", "1:5: found the character"),
+        ("a = 1)\n", "1:6: found `)`"),
+        ("def p():\n  {% if CB3 %}\n  halt\n", "2:3: found a mark of a template"),
+        ("servoj(q, t=0.008, {{GAIN}})\n", "1:20: found a mark of a template"),
+        ("def p():\n  for i in range(3):\n    halt\n  end\nend\n", "2:3: found `for`"),
+    ];
+    for (source, message) in cases {
+        let found =
+            harness::parse(&UrScript, source.as_bytes(), &robot()).err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(found.contains(message), "{source:?}: {found}");
+    }
+}
+
+#[test]
+fn a_target_is_not_reached_while_forces_or_a_conveyor_lead_the_robot() {
+    let pairs = [
+        ("force_mode(p[0,0,0,0,0,0], [0,0,1,0,0,0], [0,0,5,0,0,0], 2, [1,1,1,1,1,1])", "end_force_mode()"),
+        ("track_conveyor_linear(p[0,1,0,0,0,0], 2000.0)", "stop_conveyor_tracking(a=15)"),
+        ("path_offset_enable()", "path_offset_disable(a=20)"),
+    ];
+    for (on, off) in pairs {
+        let all = moves(&format!("movej({Q})\n{on}\nmovel({Q})\nmovel(p[0.1,0.2,0.3,0,0,0])\n{off}\nmovej({Q})\n"));
+        assert!(matches!(all[0].goal, Goal::Joints(_)) && matches!(all[3].goal, Goal::Joints(_)), "{on}");
+        let name = on.split('(').next().unwrap();
+        assert!(all[1..3].iter().all(|m| opaque(m).contains(name)), "{on}");
+    }
+}
+
+#[test]
+fn a_script_is_recognised_by_its_first_line() {
+    assert!(UrScript.recognises(b"# x\n\ndef main():\n") && UrScript.recognises(b"movej([0,0,0,0,0,0])\n"));
+    assert!(!UrScript.recognises(b"MODULE M\n") && !UrScript.recognises(b"a1_deg\n"));
+}
+
+/// Anything that grows with the square of the length would take hours here.
+#[test]
+fn long_and_deep_files_are_read() {
+    let long = format!("def p():\n{}end\n", format!("  movej({Q}, a=1.4, v=1.05, r=0.01)\n").repeat(30_000));
+    assert_eq!(document(&long).script().steps.len(), 30_002);
+    let blocks = format!("{}{}", "if a: ".repeat(100_000), "end ".repeat(100_000));
+    assert!(kinds(&blocks).is_empty());
+    let defs = "def a():\n".repeat(1000);
+    assert!(harness::parse(&UrScript, defs.as_bytes(), &robot()).is_err());
+}
+
+#[test]
+fn a_straight_move_is_not_stopped_on_its_way_and_ends_as_it_did() {
+    for (call, copy) in [
+        (format!("movel({Q}, a=1.2, v=0.25)"), ", a=1.2, v=0.25, r=0.00100)"),
+        (format!("movel({Q}, 1.2, 0.25, 0, 0)"), ", 1.2, 0.25, 0, 0.00100)"),
+        (format!("movep({Q}, 1.2, # slowly\n    v=0.25)"), ", 1.2, v=0.25, r=0.00100)"),
+    ] {
+        let source = format!("{call}\n");
+        let out = rewritten(&source, &inserted(&source, 0, &[0.5], 0.02));
+        assert!(out.lines().next().unwrap().ends_with(copy), "{out}");
+        assert!(out.ends_with(&source), "{out}");
+    }
+    // no corner fits, and a joint move that stops exactly
+    let source = format!("movel({Q}, a=1.2, v=0.25)\n");
+    assert!(!rewritten(&source, &inserted(&source, 0, &[0.5], 1e-6)).contains("r="));
+    let source = format!("movej({Q}, a=1.2, v=0.25)\n");
+    assert!(!rewritten(&source, &inserted(&source, 0, &[0.5], 0.02)).contains("r="));
+}

@@ -1,0 +1,143 @@
+//! Lists of joint values and poses in URScript.
+//!
+//! An element is a number (rad, or m for a prismatic axis) or `d2r(number)`, whose number is then edited in degrees. Anything
+//! else (a sum, a name, `90*pi/180`) is no value that can be edited. The controller counts in double precision; numbers are written
+//! down to 1e-9 rad or m (1e-7 deg), far below what any joint resolves.
+
+use super::lex::{Kind, Token};
+use super::read::Span;
+use crate::axes::{Axes, JointKind};
+use crate::error::Result;
+use crate::script::{Text, Value, number};
+use std::ops::Range;
+
+const FINEST: f64 = 1e-9;
+const FINEST_DEG: f64 = 1e-7;
+
+/// A number of a list: its value and whether it stands in `d2r()`.
+struct Element {
+    value: f64,
+    style: number::Style,
+    bytes: Range<usize>,
+    degrees: bool,
+}
+
+/// Elements of the list whose `[` is the first token of `span` and whose `]` is the last.
+fn elements(
+    text: &Text,
+    tokens: &[Token],
+    words: &[String],
+    span: &Span,
+) -> Option<std::result::Result<Vec<Element>, String>> {
+    let last = span.end.checked_sub(1)?;
+    let is = |i: usize, b: u8| tokens.get(i).is_some_and(|t| t.kind == Kind::Mark(b));
+    if span.len() < 3 || !is(span.start, b'[') || !is(last, b']') {
+        return None;
+    }
+    let mut out = Vec::new();
+    let mut depth = 0usize;
+    let mut start = span.start + 1;
+    for i in span.start + 1..=last {
+        match tokens[i].kind {
+            Kind::Mark(b',' | b']') if depth == 0 => {
+                if i != last && is(i, b']') {
+                    return None;
+                }
+                match element(text, tokens, words, start..i) {
+                    Some(e) => out.push(e),
+                    None => return Some(Err(format!("value {} of its list is no plain number", out.len() + 1))),
+                }
+                start = i + 1;
+            }
+            Kind::Mark(b'(' | b'[' | b'{') => depth += 1,
+            Kind::Mark(b')' | b']' | b'}') => depth = depth.checked_sub(1)?,
+            _ => {}
+        }
+    }
+    Some(Ok(out))
+}
+
+/// A joint value beyond which nothing can be meant, rad or deg.
+const BEYOND: f64 = 1e6;
+
+fn element(text: &Text, tokens: &[Token], words: &[String], mut span: Span) -> Option<Element> {
+    let mut degrees = false;
+    if span.len() >= 4
+        && words[span.start] == "d2r"
+        && tokens[span.start + 1].kind == Kind::Mark(b'(')
+        && tokens[span.end - 1].kind == Kind::Mark(b')')
+    {
+        span = span.start + 2..span.end - 1;
+        degrees = true;
+    }
+    let (value, style, bytes) = plain(text, tokens, &span)?;
+    // no joint stands there, and its degrees may be no number any more
+    if value.abs() > BEYOND {
+        return None;
+    }
+    Some(Element { value, style, bytes, degrees })
+}
+
+/// The expression as a plain number, its style and bytes.
+pub fn plain(text: &Text, tokens: &[Token], span: &Span) -> Option<(f64, number::Style, Range<usize>)> {
+    if span.is_empty() || span.len() > 2 {
+        return None;
+    }
+    let bytes = tokens.get(span.start)?.start..tokens.get(span.end - 1)?.end;
+    let (v, style) = number::read(text.slice(bytes.clone()))?;
+    Some((v, style, bytes))
+}
+
+/// Values of a target, one per axis, and what one unit of each written number is in SI.
+pub type Joints = (Vec<Option<Value>>, Vec<f64>);
+
+/// Joint values of a list; `Ok(Err(reason))`: it is none, or they cannot be told.
+///
+/// # Errors
+/// Where a list of plain numbers has not one for every axis.
+pub fn joints(
+    text: &Text,
+    tokens: &[Token],
+    words: &[String],
+    span: &Span,
+    robot: &Axes,
+) -> Result<std::result::Result<Joints, String>> {
+    let list = match elements(text, tokens, words, span) {
+        None => return Ok(Err("it is no list of numbers".into())),
+        Some(Err(why)) => return Ok(Err(why)),
+        Some(Ok(list)) => list,
+    };
+    if list.len() < robot.dof() {
+        let found = format!("a joint target of {} numbers", list.len());
+        let expected = format!("{}, one for every axis of {}", robot.dof(), robot.name);
+        return Err(text.bad(tokens[span.start].start, found, expected));
+    }
+    let mut out = Vec::with_capacity(robot.dof());
+    let mut units = Vec::with_capacity(robot.dof());
+    for (joint, e) in robot.axis_joints().zip(&list) {
+        if e.degrees && joint.kind == JointKind::Prismatic {
+            return Ok(Err(format!("axis {} is not in degrees", joint.name)));
+        }
+        let unit = if e.degrees { JointKind::Revolute.si() } else { 1.0 };
+        units.push(unit);
+        out.push(Some(Value {
+            si: e.value * unit,
+            start: e.bytes.start,
+            end: e.bytes.end,
+            style: e.style,
+            digit: 10f64.powi(-i32::from(e.style.decimals)) * unit,
+            finest: if e.degrees { FINEST_DEG * unit } else { FINEST },
+        }));
+    }
+    Ok(Ok((out, units)))
+}
+
+/// Six numbers of a pose `p[..]`, m and rad (rotation vector).
+pub fn pose(text: &Text, tokens: &[Token], words: &[String], span: &Span) -> Option<[f64; 6]> {
+    if span.len() < 3 || words[span.start] != "p" {
+        return None;
+    }
+    let list = elements(text, tokens, words, &(span.start + 1..span.end))?.ok()?;
+    let numbers: Vec<f64> = list.iter().map(|e| if e.degrees { e.value.to_radians() } else { e.value }).collect();
+    numbers.try_into().ok()
+}

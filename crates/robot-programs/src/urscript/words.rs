@@ -1,0 +1,96 @@
+//! What URScript's own functions do: move, wait, or neither.
+//!
+//! Reference: Universal Robots, The URScript Programming Language (motion, internals, interfaces modules). A function that is
+//! in no list here and not defined in the file may move the robot: the lists need not be complete to be safe.
+
+use crate::script::PathKind;
+
+/// A motion function and which of its arguments mean what.
+#[derive(Debug, Clone, Copy)]
+pub struct Motion {
+    pub path: PathKind,
+    /// Parameters in order.
+    pub parameters: &'static [&'static str],
+    /// Default of `v`: rad/s for joint moves, else m/s.
+    pub v: Option<f64>,
+    pub kind: MotionKind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MotionKind {
+    Move,
+    /// A set point of a stream, with a time of its own.
+    Servo,
+    /// By an arc or a process, no points on the way.
+    Arc,
+    /// Its end is in no argument.
+    Velocity,
+    /// Speeds and accelerations are shares of the largest.
+    Optimised,
+}
+
+pub fn motion(name: &str) -> Option<Motion> {
+    use MotionKind::*;
+    let m = |path, parameters, v, kind| Some(Motion { path, parameters, v, kind });
+    match name {
+        "movej" => m(PathKind::Joint, &["q", "a", "v", "t", "r"], Some(1.05), Move),
+        "movel" => m(PathKind::Linear, &["pose", "a", "v", "t", "r"], Some(0.25), Move),
+        "movep" => m(PathKind::Linear, &["pose", "a", "v", "r"], Some(0.25), Move),
+        "movec" => m(PathKind::Curve, &["pose_via", "pose_to", "a", "v", "r", "mode"], Some(0.25), Arc),
+        "optimovej" => m(PathKind::Joint, &["q", "a", "v", "r"], None, Optimised),
+        "optimovel" => m(PathKind::Linear, &["pose", "a", "v", "r"], None, Optimised),
+        "servoj" => m(PathKind::Joint, &["q", "a", "v", "t", "lookahead_time", "gain"], None, Servo),
+        "servoc" => m(PathKind::Curve, &["pose", "a", "v", "r"], None, Arc),
+        "speedj" | "speedl" => m(PathKind::Curve, &["qd", "a", "t"], None, Velocity),
+        _ => None,
+    }
+}
+
+/// Functions that neither move the robot nor change what targets mean, beside those told by their first letters.
+const QUIET: &str = "\
+    abs acos asin assert atan atan2 binary_list_to_integer ceil configurable_digital_out cos d2r r2d exp \
+    enter_critical exit_critical floor get integer_to_binary_list interpolate_pose length list_length log \
+    make_list mean norm normalize point_dist pose_add pose_dist pose_inv pose_sub pose_trans pow powerup random \
+    request_boolean_from_primary_client request_float_from_primary_client request_integer_from_primary_client \
+    request_string_from_primary_client rotvec2rpy round rpy2rotvec sin size sqrt tan textmsg time to_num to_str \
+    transpose wrench_trans xyz inv cross dot p not and or xor mod return if elif while run kill join switch case \
+    halt popup sleep sync wait stopj stopl steptime";
+
+const QUIET_STARTS: &str = "\
+    get_ is_ read_ write_ socket_ set_digital set_analog set_standard set_configurable set_tool_digital \
+    set_tool_voltage set_tool_output set_tool_communication set_payload set_target_payload set_gravity set_flag \
+    set_input_actions set_runstate set_safety set_target rtde_ modbus_ rpc_ str_ str_at popup zero_ftsensor";
+
+/// Whether a name stands in a list of names with blanks between them.
+fn listed(list: &str, name: &str) -> bool {
+    list.split_ascii_whitespace().any(|n| n == name)
+}
+
+pub fn is_quiet(name: &str) -> bool {
+    listed(QUIET, name) || QUIET_STARTS.split_ascii_whitespace().any(|start| name.starts_with(start))
+}
+
+/// Functions from which on forces, a conveyor or an offset move the robot beside its targets (their names), and those that
+/// end it (`None`).
+pub fn leads(name: &str) -> Option<Option<&'static str>> {
+    const ON: [&str; 5] =
+        ["force_mode", "track_conveyor_linear", "track_conveyor_circular", "path_offset_enable", "freedrive_mode"];
+    match name {
+        "end_force_mode" | "stop_conveyor_tracking" | "path_offset_disable" | "end_freedrive_mode" => Some(None),
+        _ => ON.iter().find(|on| **on == name).map(|on| Some(*on)),
+    }
+}
+
+/// Functions at which the robot stands and waits.
+pub fn is_wait(name: &str) -> bool {
+    matches!(name, "sleep" | "sync" | "stopj" | "stopl" | "popup" | "wait") || name.starts_with("request_")
+}
+
+pub fn is_reserved(word: &str) -> bool {
+    const WORDS: &[&str] = &[
+        "and", "break", "case", "continue", "def", "default", "elif", "else", "end", "false", "global", "halt", "if",
+        "join", "kill", "local", "mod", "not", "or", "p", "return", "run", "sec", "struct", "switch", "thread", "true",
+        "while", "xor",
+    ];
+    WORDS.contains(&word.to_ascii_lowercase().as_str())
+}

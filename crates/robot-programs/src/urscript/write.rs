@@ -1,0 +1,244 @@
+//! Edits of a URScript as patches.
+//!
+//! A goal is written in place. A list variable that other moves or readers need with its old value gets a clone: a new
+//! assignment behind the old one, with its qualifier and a fresh name, to which the move is turned. A new point is a copy of the
+//! move's own call in front of it, with a list in place of its target, and its share of `t=`. Blends must not overlap on this
+//! controller: the copy's `r=` is at most the room that it has, the move's own is shrunk where it is asked for.
+
+use super::steps::{Built, CYCLE_S, Site};
+use super::words;
+use crate::axes::JointKind;
+use crate::error::{Error, Result};
+use crate::script::sites::{Asked, Number, in_place, substituted};
+use crate::script::{Edit, Edits, Goal, Move, NewPoint, Patch, PathKind, Text, number};
+use std::collections::HashSet;
+
+/// Largest blend of a new point, m: it must not cut what the point is there for.
+const BLEND_M: f64 = 1e-3;
+/// Blends are rounded down to this, m.
+const BLEND_STEP_M: f64 = 1e-5;
+/// Cycle of the e-Series, s.
+const SHORT_CYCLE_S: f64 = 0.002;
+
+pub struct Writer<'a> {
+    pub built: &'a Built,
+    pub kinds: &'a [JointKind],
+    /// Every word of the file.
+    pub words: &'a HashSet<String>,
+    pub edits: &'a Edits,
+}
+
+impl Writer<'_> {
+    pub fn patches(&self) -> Result<Vec<Patch>> {
+        let mut out = self.goals()?;
+        for (&k, edit) in &self.edits.steps {
+            let (m, site) = self.at(k)?;
+            if edit.as_joint_moves {
+                // `movel` and `movep` take joint values too: path, speed and acceleration stay
+                let q = self.asked().joints_for_pose(k, m, edit)?;
+                out.push(Patch::new(0, site.goal.clone(), self.plain(k, q)?));
+            }
+            self.points(k, m, site, edit, &mut out)?;
+            self.blend(k, m, site, edit, &mut out)?;
+        }
+        out.sort_by_key(|p| (p.span.start, p.span.end));
+        Ok(out)
+    }
+
+    fn asked(&self) -> Asked<'_> {
+        Asked { script: &self.built.script, edits: self.edits }
+    }
+
+    fn text(&self) -> Result<&Text> {
+        self.asked().text()
+    }
+
+    fn at(&self, k: usize) -> Result<(&Move, &Site)> {
+        let site = self.built.sites.get(&k).ok_or_else(|| Error::Refused(format!("step {} is no move", k + 1)))?;
+        Ok((self.asked().move_at(k)?, site))
+    }
+
+    fn refused(&self, k: usize, why: &str) -> Error {
+        self.asked().refused(k, why)
+    }
+
+    fn digit(&self, axis: usize) -> f64 {
+        self.asked().digit(axis)
+    }
+
+    /// New texts of a target's numbers, with their bytes.
+    fn numbers(&self, t: usize, q: &[f64]) -> Vec<Number> {
+        let (Some(target), Some(literal)) = (self.built.script.targets.get(t), self.built.literals.get(t)) else {
+            return Vec::new();
+        };
+        let axes = target.values.iter().zip(&literal.units).zip(q).enumerate();
+        axes.filter_map(|(axis, ((value, unit), q))| {
+            let value = value.as_ref()?;
+            let (digit, finest) = (self.digit(axis) / unit, value.finest / unit);
+            let new = number::changed(value.si / unit, value.style, q / unit, digit, finest)?;
+            Some((value.span(), new))
+        })
+        .collect()
+    }
+
+    /// A target's list with other numbers, on one line.
+    fn literal(&self, t: usize, numbers: &[Number]) -> Result<String> {
+        let Some(literal) = self.built.literals.get(t) else { return Err(Error::Refused("no such target".into())) };
+        Ok(flat(substituted(self.text()?, &literal.bytes, numbers.iter().map(|(s, n)| (s, n.as_str())))))
+    }
+
+    /// Changed goals, by target: in place where all moves to it agree, else by clones.
+    fn goals(&self) -> Result<Vec<Patch>> {
+        let text = self.text()?;
+        let mut out = Vec::new();
+        let mut fresh = HashSet::new();
+        let owner = |t: usize| self.built.literals.get(t).and_then(|l| l.owner.as_ref());
+        for wanted in self.asked().wanted(&|t, q| self.numbers(t, q), &|t| Some(owner(t)?.keep))? {
+            out.extend(in_place(wanted.in_place));
+            for (numbers, steps) in wanted.clones {
+                let Some(owner) = owner(wanted.target) else { continue };
+                let name = self.fresh(&owner.name, &mut fresh);
+                let line = text.line_span(text.line_of(owner.bytes.start) as usize - 1);
+                let last = text.line_of(owner.bytes.end.saturating_sub(1)) as usize - 1;
+                let end = text.line_span(last).start + text.line(last).len();
+                let mut bytes = text.ending(owner.bytes.start).to_vec();
+                bytes.extend(text.slice(line).iter().copied().take_while(|b| matches!(b, b' ' | b'\t')));
+                let list = self.literal(wanted.target, &numbers)?;
+                bytes.extend(format!("{}{name} = {list}", owner.qualifier).into_bytes());
+                out.push(Patch::new(0, end..end, bytes));
+                for k in steps {
+                    let (_, site) = self.at(k)?;
+                    out.push(Patch::new(0, site.goal.clone(), name.clone()));
+                }
+            }
+        }
+        Ok(out)
+    }
+
+    /// A name that nothing in the file has.
+    fn fresh(&self, old: &str, taken: &mut HashSet<String>) -> String {
+        (1u32..)
+            .map(|n| format!("{old}_lm{n}"))
+            .find(|name| !self.words.contains(name) && !words::is_reserved(name) && taken.insert(name.clone()))
+            .unwrap_or_default()
+    }
+
+    fn points(&self, k: usize, m: &Move, site: &Site, edit: &Edit, out: &mut Vec<Patch>) -> Result<()> {
+        if edit.before.is_empty() {
+            return Ok(());
+        }
+        if let Some(why) = &m.closed {
+            return Err(self.refused(k, why));
+        }
+        let text = self.text()?;
+        let mut times = None;
+        if let Some(time) = &site.time {
+            let legs = Asked::legs(edit, time, &[CYCLE_S, SHORT_CYCLE_S], 5);
+            let legs =
+                legs.ok_or_else(|| self.refused(k, "its time t= is too short to be shared out over so many points"))?;
+            out.push(Patch::new(0, time.0.clone(), legs.last().cloned().unwrap_or_default()));
+            times = Some((time.0.clone(), legs));
+        }
+        let line = text.line_span(text.line_of(site.bytes.start) as usize - 1);
+        let indent = text.slice(line.start..site.bytes.start);
+        let mut bytes = Vec::new();
+        for (n, point) in edit.before.iter().enumerate() {
+            let target = match &m.goal {
+                Goal::Joints(t) => self.literal(*t, &self.numbers(*t, &point.q))?,
+                Goal::Pose(_) => self.plain(k, &point.q)?,
+                Goal::Opaque(why) => return Err(self.refused(k, why)),
+            };
+            let blend = self.room(m, point);
+            let argument;
+            let mut patches = vec![(site.goal.clone(), target.as_str())];
+            if let Some((span, legs)) = &times {
+                patches.push((span.clone(), legs[n].as_str()));
+            }
+            match (&site.blend, &blend) {
+                (Some(span), Some(blend)) => patches.push((span.clone(), blend.as_str())),
+                // a straight move without `r=` stops
+                (None, Some(r)) if m.blend_m == Some(0.0) && r != "0" => {
+                    let end = site.bytes.end - 1;
+                    argument = format!(", r={r}");
+                    patches.push((end..end, argument.as_str()));
+                }
+                _ => {}
+            }
+            patches.sort_by_key(|p| p.0.start);
+            let patches = patches.iter().map(|(span, new)| (span, *new));
+            bytes.extend(flat(substituted(text, &site.bytes, patches)).into_bytes());
+            bytes.extend_from_slice(text.ending(site.bytes.start));
+            bytes.extend_from_slice(indent);
+        }
+        out.push(Patch::new(0, site.bytes.start..site.bytes.start, bytes));
+        Ok(())
+    }
+
+    /// `r=` of a new point; `None`: the joint move stops exactly, and so does its copy. A straight TCP move is not stopped on
+    /// its way.
+    fn room(&self, m: &Move, point: &NewPoint) -> Option<String> {
+        if m.blend_m == Some(0.0) && m.path != PathKind::Linear {
+            return None;
+        }
+        let own = m.blend_m.filter(|r| *r > 0.0).unwrap_or(f64::INFINITY);
+        Some(blend(point.clearance_m.min(own).min(BLEND_M)))
+    }
+
+    /// The move's own blend, where a new point lies too near for it.
+    fn blend(&self, k: usize, m: &Move, site: &Site, edit: &Edit, out: &mut Vec<Patch>) -> Result<()> {
+        let (Some(most), Some(span)) = (edit.blend_at_most_m, &site.blend) else { return Ok(()) };
+        match m.blend_m {
+            Some(r) if r <= most => Ok(()),
+            Some(_) => {
+                let text = self.text()?;
+                let new = blend(most);
+                if new.as_bytes() != text.slice(span.clone()) {
+                    out.push(Patch::new(0, span.clone(), new));
+                }
+                Ok(())
+            }
+            None => Err(self.refused(
+                k,
+                "its blend r= is no number here, so it cannot be kept clear of a new point; write it as a number",
+            )),
+        }
+    }
+
+    /// `[..]` for a move whose own target is a pose.
+    fn plain(&self, k: usize, q: &[f64]) -> Result<String> {
+        if q.len() != self.kinds.len() {
+            return Err(self.refused(k, "a point with another number of axes"));
+        }
+        let style = number::Style { decimals: 6, point: true, ..number::Style::default() };
+        let axis =
+            |(axis, q): (usize, &f64)| number::write(*q, style, number::decimals_for(style, self.digit(axis), 9));
+        let axes: Vec<String> = q.iter().enumerate().map(axis).collect();
+        Ok(format!("[{}]", axes.join(", ")))
+    }
+}
+
+/// A blend rounded down, m.
+fn blend(most_m: f64) -> String {
+    let r = ((most_m / BLEND_STEP_M) + 1e-9).floor() * BLEND_STEP_M;
+    if r >= BLEND_STEP_M { format!("{r:.5}") } else { "0".into() }
+}
+
+/// Text on one line: line breaks and comments become blanks.
+fn flat(out: Vec<u8>) -> String {
+    if !out.contains(&b'\n') {
+        return String::from_utf8_lossy(&out).into_owned();
+    }
+    let lines = out.split(|&b| b == b'\n').map(|line| {
+        let mut quote = None;
+        let comment = line.iter().position(|&b| {
+            match quote {
+                None if matches!(b, b'"' | b'\'') => quote = Some(b),
+                Some(q) if q == b => quote = None,
+                _ => {}
+            }
+            quote.is_none() && b == b'#'
+        });
+        String::from_utf8_lossy(line[..comment.unwrap_or(line.len())].trim_ascii()).into_owned()
+    });
+    lines.collect::<Vec<_>>().join(" ")
+}
