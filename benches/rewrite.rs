@@ -9,7 +9,7 @@ use lostmotion::compensator::{BacklashOffset, Compensator, Evidence, JointCompen
 use lostmotion::effects::GapCurve;
 use lostmotion::error::{Error, Result};
 use lostmotion::io::output::Manner;
-use lostmotion::program::csv::{Reader, Style};
+use lostmotion::program::csv::Style;
 use lostmotion::rewrite::stream::{Passage, Stage, pass, sink};
 use lostmotion::rewrite::{Account, Emitted, Engine, Options, Origin, Points};
 use lostmotion::robot::Robot;

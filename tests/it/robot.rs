@@ -227,14 +227,14 @@ fn a_fingerprint_ignores_limits_and_feels_every_length() {
 
 #[test]
 fn the_robot_file_puts_the_flange_where_the_makers_table_does() {
-    let tcp = load("universal-robots-ur10.yaml").tcp_m(&[0.0; 6]);
+    let tcp = load("configs/universal-robots-ur10.yaml").tcp_m(&[0.0; 6]);
     // alpha 90, 0, 0, 90, -90, 0: -(a2 + a3) along -x, d4 + d6 along -y, d1 - d5 up
     assert!((tcp - Vector3::new(-1.1843, -0.256141, 0.0116)).norm() < 1e-12, "{tcp}");
 }
 
 #[test]
 fn the_robot_file_keeps_the_forearm_level_while_j2_moves() {
-    let robot = load("fanuc-m10ia.yaml");
+    let robot = load("configs/fanuc-m10ia.yaml");
     assert_eq!(robot.dof(), 6);
     let at = robot.tcp_m(&[0.0; 6]);
     assert!((at - Vector3::new(0.890, 0.0, 0.800)).norm() < 1e-12, "{at}");
@@ -255,7 +255,7 @@ fn the_ma2010_stands_where_its_published_axes_put_it() {
     let axes = [[0, 0, 1], [0, 1, 0], [0, -1, 0], [-1, 0, 0], [0, -1, 0], [-1, 0, 0]];
     let steps = [[150, 0, 0], [0, 0, 760], [0, 0, 200], [1082, 0, 0], [100, 0, 0], [0, 0, 0]];
     let vector = |v: [i32; 3]| Vector3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
-    let robot = load("motoman-ma2010.yaml");
+    let robot = load("configs/motoman-ma2010.yaml");
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     for _ in 0..50 {
         let q: Vec<f64> = (0..6).map(|_| rng.random_range(-1.5..1.5)).collect();

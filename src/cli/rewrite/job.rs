@@ -7,7 +7,7 @@ use crate::io::input;
 use crate::io::output::Manner;
 use crate::model::Model;
 use crate::program::files::Files;
-use crate::program::{format_named, formats};
+use crate::program::format_named;
 use crate::rewrite::equation2::Law;
 use crate::rewrite::job::Job;
 use crate::rewrite::script::Choices;

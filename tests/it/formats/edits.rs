@@ -1,11 +1,11 @@
 //! Random edits of a document, and whether they are found again in its output.
 
 use super::samples::Sample;
-use lostmotion::error::Error;
 use lostmotion::program::script::{Document, Edit, Edits, Goal, Move, NewPoint, Script, StepKind, text};
 use lostmotion::robot::{JointKind, Robot};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use robot_programs::error::Error;
 use std::collections::BTreeMap;
 
 pub enum Outcome {

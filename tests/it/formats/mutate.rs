@@ -83,7 +83,7 @@ fn one(samples: &[Sample], k: usize) -> Tally {
 fn survive(damaged: &Sample, seed: u64) -> Result<Tally, String> {
     let document = match damaged.parse() {
         Ok(d) => d,
-        Err(e) if e.exit_code() == 2 => return Ok(Tally { refused: 1, ..Tally::default() }),
+        Err(robot_programs::Error::BadInput(_)) => return Ok(Tally { refused: 1, ..Tally::default() }),
         Err(e) => return Err(format!("refused as no bad input: {e}")),
     };
     edits::nothing(damaged, &*document)?;

@@ -3,11 +3,11 @@
 //! The folder's `robot.txt` names a file in configs/; without it the first robot that reads the sample and gives it a joint
 //! target is taken, those of the vendor first. Files whose name holds `refused` are there to be refused.
 
-use lostmotion::error::Result;
 use lostmotion::program::files::Files;
 use lostmotion::program::formats::FORMATS;
 use lostmotion::program::script::{Document, Format, Goal, Text};
 use lostmotion::robot::Robot;
+use robot_programs::error::Result;
 use std::path::{Path, PathBuf};
 
 #[derive(Clone)]

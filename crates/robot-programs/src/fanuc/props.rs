@@ -1,7 +1,6 @@
 //! Random programs and random damage.
 
 use super::Fanuc;
-use crate::axes::Axes;
 use crate::script::harness::{self, Outcome, applied, generator, random_edits};
 use proptest::prelude::*;
 use rand::Rng;

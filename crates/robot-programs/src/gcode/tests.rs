@@ -1,5 +1,4 @@
 use super::Gcode;
-use crate::axes::Axes;
 use crate::error::Error;
 use crate::script::harness::{self, count, edited, generator, moves, refusal, script_of, values};
 use crate::script::{Break, Edit, Edits, Format, Goal, NewPoint, PathKind, Script, Speed, StepKind, Text};

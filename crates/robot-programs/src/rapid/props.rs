@@ -1,7 +1,6 @@
 //! Random RAPID programs with random edits, and mutations of the samples.
 
 use super::Rapid;
-use crate::axes::Axes;
 use crate::script::harness::{self, Outcome, generator, random_edits};
 use proptest::prelude::*;
 use rand::Rng;

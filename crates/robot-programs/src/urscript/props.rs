@@ -1,7 +1,6 @@
 //! Random URScripts with random edits, and mutations of the samples.
 
 use super::UrScript;
-use crate::axes::Axes;
 use crate::script::harness::{self, Outcome, generator, random_edits};
 use proptest::prelude::*;
 use rand::Rng;
