@@ -24,7 +24,9 @@
 //! let mut q: Vec<f64> = script.targets[target].values.iter().map(|v| v.map_or(0.0, |v| v.si)).collect();
 //! q[2] += 0.01_f64.to_radians();
 //!
-//! let mut edits = Edits { digit: vec![1e-6; 6], ..Edits::default() };
+//! // the last digit of a changed number may weigh 0.001 deg
+//! let digit = vec![0.001_f64.to_radians(); 6];
+//! let mut edits = Edits { digit, ..Edits::default() };
 //! edits.steps.insert(step, Edit { goal: Some(q), ..Edit::default() });
 //! let out = text::apply(&script.texts, &document.patches(&edits)?)?;
 //! assert_eq!(
