@@ -41,35 +41,32 @@ fn nothing(bencher: divan::Bencher) {
 
 #[divan::bench]
 fn backlash(bencher: divan::Bencher) {
-    gear(bencher, &[Effect::Backlash(Backlash::constant(5e-5))]);
+    gear(bencher, &[Effect::new(Backlash::constant(5e-5))]);
 }
 
 #[divan::bench]
 fn stiction(bencher: divan::Bencher) {
-    gear(bencher, &[Effect::Stiction(Stiction { spike: 5e-5, decay: Decay::Time(1.5) })]);
+    gear(bencher, &[Effect::new(Stiction { spike: 5e-5, decay: Decay::Time(1.5) })]);
 }
 
 #[divan::bench]
 fn hysteresis(bencher: divan::Bencher) {
-    gear(bencher, &[Effect::Hysteresis(Hysteresis { half_width: 5e-5, presliding: 1e-3 })]);
+    gear(bencher, &[Effect::new(Hysteresis { half_width: 5e-5, presliding: 1e-3 })]);
 }
 
 #[divan::bench]
 fn transmission_error(bencher: divan::Bencher) {
-    gear(
-        bencher,
-        &[Effect::TransmissionError(TransmissionError { amplitude: 5e-5, cycles_per_rev: 30.0, phase_rad: 0.0 })],
-    );
+    gear(bencher, &[Effect::new(TransmissionError { amplitude: 5e-5, cycles_per_rev: 30.0, phase_rad: 0.0 })]);
 }
 
 #[divan::bench]
 fn servo_lag(bencher: divan::Bencher) {
-    gear(bencher, &[Effect::ServoLag(ServoLag { lag_s: 0.01 })]);
+    gear(bencher, &[Effect::new(ServoLag { lag_s: 0.01 })]);
 }
 
 #[divan::bench]
 fn backlash_behind_a_lag(bencher: divan::Bencher) {
-    gear(bencher, &[Effect::ServoLag(ServoLag { lag_s: 0.01 }), Effect::Backlash(Backlash::constant(5e-5))]);
+    gear(bencher, &[Effect::new(ServoLag { lag_s: 0.01 }), Effect::new(Backlash::constant(5e-5))]);
 }
 
 #[divan::bench]

@@ -1,7 +1,7 @@
 //! The page of the effect catalogue and a picture of each signature, simulated with the program's own machine chain.
 
-use lostmotion::effects::catalogue::{CARDS, EffectInfo};
-use lostmotion::effects::{Stage, entry};
+use lostmotion::effects::catalogue::ALL;
+use lostmotion::effects::{EffectInfo, View, entry};
 use lostmotion::io::yaml::Document;
 use lostmotion::machine::{CommandTrajectory, predict};
 use lostmotion::model::Model;
@@ -22,75 +22,27 @@ links:
 base: {xyz_mm: [0, 0, 0], rpy_deg: [90, 0, 0]}
 ";
 
-/// What a picture shows over what.
-#[derive(Clone, Copy, PartialEq)]
-enum View {
-    /// Joint error over the joint's command.
-    JointOverCommand,
-    /// Joint error over time.
-    JointOverTime,
-    /// Joint error over the command of joint A2.
-    JointOverOther,
-    /// TCP error, horizontal and vertical, over time.
-    TcpOverTime,
-}
-
-/// An example of each effect and the view that shows it best.
-fn example(name: &str) -> (&'static str, View) {
-    use View::*;
-    match name {
-        "servo_lag" => ("{effect: servo_lag, joint: A1, lag_s: 0.01}", JointOverCommand),
-        "stiction" => ("{effect: stiction, joint: A1, spike_deg: 0.004, decay_s: 1.5}", JointOverTime),
-        "encoder_scale" => ("{effect: encoder_scale, joint: A1, scale_ppm: 150}", JointOverCommand),
-        "transmission_error" => (
-            "{effect: transmission_error, joint: A1, amplitude_deg: 0.002, cycles_per_rev: 60, phase_deg: 0}",
-            JointOverCommand,
-        ),
-        "backlash" => ("{effect: backlash, joint: A1, half_gap_deg: 0.003}", JointOverCommand),
-        "backlash_position" => {
-            ("{effect: backlash_position, joint: A1, knots: [[-20, 0.001], [0, 0.004], [20, 0.002]]}", JointOverCommand)
-        }
-        "backlash_speed" => {
-            ("{effect: backlash_speed, joint: A1, half_gap_deg: 0.001, slope_deg_per_mm_s: 1.0e-5}", JointOverTime)
-        }
-        "hysteresis" => ("{effect: hysteresis, joint: A1, half_width_deg: 0.003, presliding_deg: 4}", JointOverCommand),
-        "joint_zero_offset" => ("{effect: joint_zero_offset, joint: A1, offset_deg: 0.003}", JointOverCommand),
-        "axis_coupling" => ("{effect: axis_coupling, target: A1<-A2, ratio: 0.0002}", JointOverOther),
-        "gravity_compliance" => {
-            ("{effect: gravity_compliance, joint: A1, compliance_deg_per_nm: 1.0e-5}", JointOverCommand)
-        }
-        "link_error" => ("{effect: link_error, target: A1.a, delta_mm: 0.1}", TcpOverTime),
-        "tool_error" => ("{effect: tool_error, x_mm: 0.1, y_mm: 0.05, z_mm: 0}", TcpOverTime),
-        "thermal_drift" => ("{effect: thermal_drift, x_mm: 0.1, y_mm: 0, z_mm: 0.05, tau_s: 8}", TcpOverTime),
-        "vibration" => (
-            "{effect: vibration, amplitude_um: 40, frequency_hz: 0.7, phase_deg: 0, direction: [1, 0, 0.5]}",
-            TcpOverTime,
-        ),
-        _ => ("{effect: time_offset, offset_s: 0.002}", TcpOverTime),
-    }
-}
-
 /// Every file: path from the root of the repository, content.
 pub fn all() -> Vec<(String, String)> {
     let mut files = vec![("docs/effects.md".to_string(), page())];
-    files.extend(CARDS.iter().map(|c| (format!("docs/effects/{}.svg", c.name), picture(c))));
+    files.extend(ALL.iter().map(|c| (format!("docs/effects/{}.svg", c.name), picture(c))));
     files
 }
 
 /// Commands in rad at 50 Hz over 24 s: A1 swings by 20 deg, ever slower in the view over speed; A2 by 30 deg.
-fn motion(name: &str) -> (Vec<f64>, Vec<Vec<f64>>) {
+fn motion(view: View) -> (Vec<f64>, Vec<Vec<f64>>) {
     let t_s: Vec<f64> = (0..=1200).map(|i| f64::from(i) * 0.02).collect();
-    let turn = |t: f64| if name == "backlash_speed" { 0.06 * t * t } else { t * std::f64::consts::FRAC_PI_4 };
+    let turn = |t: f64| if view == View::JointWhileSlowing { 0.06 * t * t } else { t * std::f64::consts::FRAC_PI_4 };
     let a1 = t_s.iter().map(|&t| (20.0 * turn(t).sin()).to_radians()).collect();
     let a2 = t_s.iter().map(|&t| (60.0 + 30.0 * (0.5 * t).sin()).to_radians()).collect();
     (t_s, vec![a1, a2])
 }
 
 fn picture(card: &EffectInfo) -> String {
-    let (effect, view) = example(card.name);
+    let (effect, view) = card.example;
     let robot = Robot::parse("example", ROBOT).expect("the example's robot is one");
     let mut model = Model::ideal(robot.clone());
-    let (t_s, cmd) = motion(card.name);
+    let (t_s, cmd) = motion(view);
     let drive = CommandTrajectory::of_columns(&robot, t_s.clone(), cmd.clone(), None, false);
     let ideal = predict(&model, &drive);
     let value = serde_yaml::from_str(effect).expect("the example's effect is YAML");
@@ -105,7 +57,7 @@ fn picture(card: &EffectInfo) -> String {
     let (x, x_title, y_title, series): (_, _, _, Vec<Vec<f64>>) = match view {
         View::JointOverCommand => (degrees(0), "command of A1, deg", "error of A1, mdeg", vec![joint]),
         View::JointOverOther => (degrees(1), "command of A2, deg", "error of A1, mdeg", vec![joint]),
-        View::JointOverTime => (t_s, "time, s", "error of A1, mdeg", vec![joint]),
+        View::JointOverTime | View::JointWhileSlowing => (t_s, "time, s", "error of A1, mdeg", vec![joint]),
         View::TcpOverTime => {
             (t_s, "time, s", "TCP error, um: along x (full), along z (dashed)", vec![coordinate(0), coordinate(2)])
         }
@@ -144,7 +96,8 @@ fn page() -> String {
     let mut md = String::from(
         "# The effect catalogue
 
-Written by `cargo run --example effect_pictures` from `src/effects/catalogue.rs`; a test holds the two together.
+Written by `cargo run --example effect_pictures` from the files of `src/effects`; a test holds the two together. [Add an effect](add-an-effect.md)
+shows how the catalogue grows.
 
 One catalogue serves `simulate`, `diagnose`, `assess` and `rewrite --model`. Each effect has one name, one equation and one place in the
 chain: command -> servo -> gear -> link -> geometry -> TCP -> measurement. The stages are chained: the gear sees what the servo
@@ -166,20 +119,27 @@ The pictures show a made-up arm of two joints: error of joint A1 in thousandths 
 | --- | --- | --- | --- |
 ",
     );
-    for c in CARDS {
-        let _ =
-            writeln!(md, "| [`{0}`](#{0}) | {1} | {2} | {3} |", c.name, stage(c.stage), cell(c.target), cell(c.adds));
+    for c in ALL {
+        let _ = writeln!(
+            md,
+            "| [`{0}`](#{0}) | {1} | {2} | {3} |",
+            c.name,
+            c.stage.text(),
+            cell(c.acts_on.text()),
+            cell(c.adds)
+        );
     }
-    for c in CARDS {
-        let (effect, _) = example(c.name);
+    for c in ALL {
+        let (effect, _) = c.example;
         let _ = write!(
             md,
-            "\n## {0}\n\n![{0}](effects/{0}.svg)\n\n{1}. Acts on: {2}; stage: {3}.\n\n    {4}\n\n```yaml\n- {effect}\n```\n\n| parameter | meaning and bounds |\n| --- | --- |\n",
+            "\n## {0}\n\n![{0}](effects/{0}.svg)\n\n{1}. Acts on: {2}; stage: {3}.\n\n    {4}\n\nReference: {5}.\n\n```yaml\n- {effect}\n```\n\n| parameter | meaning and bounds |\n| --- | --- |\n",
             c.name,
             capital(c.adds),
-            c.target,
-            stage(c.stage),
+            c.acts_on.text(),
+            c.stage.text(),
             c.equation,
+            c.reference,
         );
         for (key, meaning) in c.parameters {
             let _ = writeln!(md, "| `{key}` | {} |", cell(meaning));
@@ -194,6 +154,10 @@ The pictures show a made-up arm of two joints: error of joint A1 in thousandths 
         );
     }
     md.push_str(TAIL);
+    md.push_str("\n## What a rewrite undoes\n\n`rewrite --model` names what it leaves.\n\n| effect | `rewrite --model` undoes |\n| --- | --- |\n");
+    for c in ALL {
+        let _ = writeln!(md, "| [`{0}`](#{0}) | {1} |", c.name, cell(c.undone));
+    }
     md
 }
 
@@ -205,24 +169,7 @@ formulas, kinematics as products of 4 x 4 matrices, gravity's torque as the deri
 gets the commands as rows at 20 Hz. Two made-up robots (a six-axis arm in the standard convention; a slide in Craig's, with a
 lead screw and a joint that follows another), 36 cases, settled poses and a program among them: the largest difference of the
 TCP is 0.2 um (`backlash_speed`, whose speed comes from the rows, and a stiction before a lag), below 0.1 um in the others. `tests/it/catalogue.rs` holds 0.5 um.
-
-## What a rewrite undoes
-
-`rewrite --model` undoes `backlash`, `backlash_position`, `backlash_speed` (with `--speed-mm-s`), `stiction` and, alone on its joint,
-`hysteresis` by state; `encoder_scale`, `transmission_error`, `joint_zero_offset`, `axis_coupling` and `gravity_compliance` (of the links,
-without payload) point by point. The others are named in a note and left.
 ";
-
-fn stage(stage: Stage) -> &'static str {
-    match stage {
-        Stage::Servo => "servo",
-        Stage::Gear => "gear",
-        Stage::Link => "link",
-        Stage::Geometry => "geometry",
-        Stage::Tcp => "TCP",
-        Stage::Measurement => "measurement",
-    }
-}
 
 /// Text in a table's cell.
 fn cell(text: &str) -> String {

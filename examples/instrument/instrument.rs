@@ -86,7 +86,7 @@ impl Instrument {
             for axis in 0..model.robot.dof() {
                 // normal numbers of any unit
                 let offset = JointZeroOffset { offset: noise.draw_m() };
-                model.effects.push(EffectInstance::on_axis(axis, Effect::JointZeroOffset(offset)));
+                model.effects.push(EffectInstance::on_axis(axis, Effect::new(offset)));
             }
         }
         model

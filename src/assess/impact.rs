@@ -6,7 +6,7 @@
 //!
 //! Exact, not linearised; a gap that depends on position is taken at the commanded one.
 
-use crate::effects::{Effect, GapCurve, Track};
+use crate::effects::{GapCurve, Track};
 use crate::model::Model;
 use crate::program::Program;
 use crate::robot::Robot;
@@ -41,14 +41,8 @@ impl AxisGap {
     /// Gaps of a model, for the axes that have one.
     pub fn of_model(model: &Model) -> Vec<Self> {
         let curves = |axis| {
-            model.effects_on(axis).filter_map(|e| match e {
-                Effect::Backlash(b) => Some(b.half_gap.clone()),
-                // at rest; a speed is not known here
-                Effect::BacklashSpeed(b) => Some(GapCurve::Constant(b.half_gap)),
-                // a stroke longer than the transition loses as much
-                Effect::Hysteresis(h) => Some(GapCurve::Constant(h.half_width)),
-                _ => None,
-            })
+            // at rest; a speed is not known here
+            model.effects_on(axis).filter_map(|e| e.half_gap())
         };
         (0..model.robot.dof())
             .map(|axis| Self { axis, curves: curves(axis).collect() })

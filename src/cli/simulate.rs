@@ -1,7 +1,7 @@
 //! `lostmotion simulate`: model + program or log -> predicted log.
 
 use crate::cli::{page, paths};
-use crate::effects::{Effect, EffectInstance, entry};
+use crate::effects::entry;
 use crate::error::{Error, Place, Result, counted, is_stdio, shown};
 use crate::io::input;
 use crate::io::output::{self, Output};
@@ -103,6 +103,7 @@ pub fn run(args: Args) -> Result<()> {
         encoders: args.encoders,
         screws: args.screws,
     };
+    let mut settled = false;
     let mut written = if predicted::is_log(&input, &model) {
         let log = Log::parse(input.clone(), &model.robot)?;
         options.encoders |= predicted::has_encoders(&input, &model);
@@ -111,16 +112,9 @@ pub fn run(args: Args) -> Result<()> {
         if args.rate_hz.is_some() || args.speed_mm_s.is_some() {
             written.notes.push("--rate-hz and --speed-mm-s say nothing to a log: it keeps its rows".into());
         }
+        settled = log.poses;
         if log.poses {
             written.notes.push("no t_s: rows are settled poses, where the servo has worked its error off".into());
-            let timeless = |e: &&EffectInstance| {
-                use Effect::{ServoLag, ThermalDrift, TimeOffset, Vibration};
-                matches!(e.effect, ServoLag(_) | ThermalDrift(_) | Vibration(_) | TimeOffset(_))
-            };
-            for e in model.effects.iter().filter(timeless) {
-                let target = e.target_text(&model.robot);
-                written.notes.push(format!("{} of {target} does nothing: settled poses have no time", e.effect.name()));
-            }
         }
         written
     } else {
@@ -131,8 +125,11 @@ pub fn run(args: Args) -> Result<()> {
         written.notes.extend(notes);
         written
     };
-    if model.robot.links.is_empty() && model.effects.iter().any(|e| matches!(e.effect, Effect::GravityCompliance(_))) {
-        written.notes.push("gravity_compliance does nothing: the robot file has no `links`".into());
+    for e in &model.effects {
+        if let Some(why) = e.effect.idle(&e.site(&model.robot), settled) {
+            let target = e.target_text(&model.robot);
+            written.notes.push(format!("{} of {target} does nothing: {why}", e.effect.name()));
+        }
     }
     page::write(&mut report, || page::simulate::of_run(&model, &from, &written))?;
     let mut document = args.json.then(|| Output::create(Path::new("-"))).transpose()?;

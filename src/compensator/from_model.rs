@@ -13,7 +13,7 @@
 //! document: [`crate::rewrite::statics`] undoes it. What no joint offset can undo is listed by [`not_compensated`].
 
 use super::{BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator};
-use crate::effects::{Decay, Effect, GapCurve, curve::Pchip};
+use crate::effects::{EffectInstance, GapCurve, Target, UndoContext, curve::Pchip};
 use crate::error::{Error, Place, Result};
 use crate::model::Model;
 
@@ -34,41 +34,23 @@ impl Compensator {
             let name = &robot.axis(axis).name;
             let mut gap: Option<GapCurve> = None;
             let mut friction: Option<FrictionOffset> = None;
-            for effect in model.effects_on(axis) {
-                match effect {
-                    Effect::Backlash(b) => {
-                        gap = Some(match gap.take() {
-                            None => b.half_gap.clone(),
-                            Some(g) => sum(&g, &b.half_gap),
-                        });
+            for placed in model.effects.iter().filter(|p| p.target == Target::Joint(axis)) {
+                let undo = placed.effect.undo(&context(model, placed, Some(tcp_speed_m_s)));
+                if let Some(b) = undo.gap {
+                    gap = Some(gap.take().map_or_else(|| b.clone(), |g| sum(&g, &b)));
+                }
+                let Some((gain, decay)) = undo.friction else { continue };
+                let shape = FrictionShape::Decay(decay);
+                match &mut friction {
+                    None => friction = Some(FrictionOffset { gain, shape }),
+                    Some(f) if f.shape == shape => f.gain += gain,
+                    Some(_) => {
+                        return Err(Error::bad(
+                            Place::default(),
+                            format!("two stictions with different decays on {name}"),
+                            "one stiction per joint, or the same decay: one friction offset can undo it",
+                        ));
                     }
-                    Effect::Stiction(s) => {
-                        let shape = FrictionShape::Decay(s.decay);
-                        match &mut friction {
-                            None => friction = Some(FrictionOffset { gain: s.spike, shape }),
-                            Some(f) if f.shape == shape => f.gain += s.spike,
-                            Some(_) => {
-                                return Err(Error::bad(
-                                    Place::default(),
-                                    format!("two stictions with different decays on {name}"),
-                                    "one stiction per joint, or the same decay: one friction offset can undo it",
-                                ));
-                            }
-                        }
-                    }
-                    Effect::BacklashSpeed(b) => {
-                        let b = GapCurve::Constant(b.half_gap_at(tcp_speed_m_s));
-                        gap = Some(gap.take().map_or_else(|| b.clone(), |g| sum(&g, &b)));
-                    }
-                    Effect::Hysteresis(h) => {
-                        let b = GapCurve::Constant(h.half_width);
-                        gap = Some(gap.take().map_or_else(|| b.clone(), |g| sum(&g, &b)));
-                        if stands_alone(model, axis) && 2.0 * h.half_width < h.presliding {
-                            let shape = FrictionShape::Decay(Decay::Travel(h.presliding));
-                            friction = Some(FrictionOffset { gain: -2.0 * h.half_width, shape });
-                        }
-                    }
-                    _ => {}
                 }
             }
             if gap.is_some() || friction.is_some() {
@@ -82,40 +64,20 @@ impl Compensator {
     }
 }
 
-/// One effect with memory on an axis, and no other.
-fn stands_alone(model: &Model, axis: usize) -> bool {
-    model.effects_on(axis).filter(|e| e.has_memory()).count() == 1
+/// What is known where an effect of a model is undone; alone: no other effect with memory is on its axis.
+fn context<'a>(model: &'a Model, placed: &EffectInstance, tcp_speed_m_s: Option<f64>) -> UndoContext<'a> {
+    let alone = placed.axis().is_some_and(|a| model.effects_on(a).filter(|e| e.has_memory()).count() == 1);
+    UndoContext { site: placed.site(&model.robot), tcp_speed_m_s, alone }
 }
 
 /// Effects of a model that `rewrite` leaves, each with the reason, as lines; `tcp_speed_m_s` is the speed of the program where it
 /// is known.
 pub fn not_compensated(model: &Model, tcp_speed_m_s: Option<f64>) -> Vec<String> {
-    let robot = &model.robot;
-    let mut left = Vec::new();
-    for placed in &model.effects {
-        let reason = match &placed.effect {
-            Effect::ServoLag(_) => "it is no error of position: tune the servo",
-            Effect::LinkError(_) | Effect::ToolError(_) => "it moves poses, not joints: correct it in the kinematics",
-            Effect::ThermalDrift(_) | Effect::Vibration(_) => "it depends on time, not on the program",
-            Effect::TimeOffset(_) => "it is an error of the measurement",
-            Effect::BacklashSpeed(_) if tcp_speed_m_s.is_none() => {
-                "without --speed-mm-s only its gap at rest is compensated"
-            }
-            Effect::Hysteresis(h) => match placed.axis() {
-                Some(axis) if !stands_alone(model, axis) => {
-                    "beside another gap or stiction its half width is compensated, its transition is not"
-                }
-                _ if 2.0 * h.half_width >= h.presliding => {
-                    "it turns over faster than the joint moves: its half width is compensated, its transition is not"
-                }
-                _ => continue,
-            },
-            Effect::GravityCompliance(_) if robot.links.is_empty() => "the robot file has no `links`",
-            _ => continue,
-        };
-        left.push(format!("{} of {}: {reason}", placed.effect.name(), placed.target_text(robot)));
-    }
-    left
+    let left = model.effects.iter().filter_map(|placed| {
+        let reason = placed.effect.undo(&context(model, placed, tcp_speed_m_s)).left?;
+        Some(format!("{} of {}: {reason}", placed.effect.name(), placed.target_text(&model.robot)))
+    });
+    left.collect()
 }
 
 impl BacklashOffset {
@@ -156,7 +118,7 @@ fn sum(a: &GapCurve, b: &GapCurve) -> GapCurve {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::{Backlash, EffectInstance, Hysteresis, ServoLag, Stiction};
+    use crate::effects::{Backlash, Decay, Effect, Hysteresis, ServoLag, Stiction};
     use crate::robot::Robot;
 
     fn model(effects: Vec<Effect>) -> Model {
@@ -168,7 +130,7 @@ mod tests {
 
     #[test]
     fn two_plays_in_series_are_undone_by_the_sum_of_their_gaps() {
-        let play = |b| Effect::Backlash(Backlash::constant(b));
+        let play = |b| Effect::new(Backlash::constant(b));
         let c = Compensator::from_model(&model(vec![play(1e-4), play(2e-4)])).unwrap();
         let b = c.joints[0].backlash.as_ref().unwrap();
         assert!((b.positive.constant().unwrap() - 3e-4).abs() < 1e-18);
@@ -177,10 +139,10 @@ mod tests {
 
     #[test]
     fn a_hysteresis_is_a_gap_that_builds_up() {
-        let h = Effect::Hysteresis(Hysteresis { half_width: 1e-4, presliding: 1e-3 });
+        let h = Effect::new(Hysteresis { half_width: 1e-4, presliding: 1e-3 });
         let alone = Compensator::from_model(&model(vec![h.clone()])).unwrap();
         assert_eq!(alone.joints[0].friction.unwrap().gain, -2e-4);
-        let beside = model(vec![h, Effect::Backlash(Backlash::constant(2e-4))]);
+        let beside = model(vec![h, Effect::new(Backlash::constant(2e-4))]);
         let c = Compensator::from_model(&beside).unwrap();
         assert!(c.joints[0].friction.is_none());
         assert!((c.joints[0].backlash.as_ref().unwrap().positive.largest() - 3e-4).abs() < 1e-18);
@@ -189,13 +151,13 @@ mod tests {
 
     #[test]
     fn says_what_no_offset_can_undo() {
-        let lag = model(vec![Effect::ServoLag(ServoLag { lag_s: 0.01 })]);
+        let lag = model(vec![Effect::new(ServoLag { lag_s: 0.01 })]);
         assert!(not_compensated(&lag, None)[0].starts_with("servo_lag of A1"));
     }
 
     #[test]
     fn refuses_two_stictions_that_fade_differently() {
-        let stick = |s| Effect::Stiction(Stiction { spike: 1e-4, decay: Decay::Time(s) });
+        let stick = |s| Effect::new(Stiction { spike: 1e-4, decay: Decay::Time(s) });
         let e = Compensator::from_model(&model(vec![stick(1.0), stick(2.0)])).unwrap_err();
         assert!(e.to_string().contains("two stictions"), "{e}");
     }

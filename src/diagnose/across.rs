@@ -58,7 +58,7 @@ pub fn agrees(problem: &Problem, refined: &Refined, whitening: &Whitening) -> bo
     let columns = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
     let white = whitening.of(problem, &fit.state.residual);
     // the values of a gap are all sizes; of another effect the first is
-    let sizes = if refined.effect.starts_with("backlash") { values.len() } else { 1 };
+    let sizes = if refined.placed.iter().any(|p| p.effect.is_play()) { values.len() } else { 1 };
     let mut found: Vec<Vec<(f64, f64)>> = vec![Vec::new(); sizes];
     let last = if sizes == 1 { at + 1 } else { columns.len() };
     for ranges in &parts {
@@ -135,7 +135,7 @@ pub fn common_lag(
     if offset_s >= 0.0 {
         return None;
     }
-    let lag = Effect::ServoLag(ServoLag { lag_s: -offset_s });
+    let lag = Effect::new(ServoLag { lag_s: -offset_s });
     let mut column = vec![0.0; problem.n];
     let mut placed = Vec::new();
     for axis in 0..problem.robot.dof() {
@@ -162,5 +162,5 @@ pub fn common_lag(
         difference = difference.clamp(-0.5 * super::verdict::WITHIN, 0.5 * super::verdict::WITHIN);
     }
     let gain = gain + difference;
-    Some(Refined { effect: "servo_lag", target: "all".into(), placed, gain, parameters: 1, fit: base.clone() })
+    Some(Refined { effect: lag.name(), target: "all".into(), placed, gain, parameters: 1, fit: base.clone() })
 }

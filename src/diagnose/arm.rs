@@ -5,10 +5,11 @@ use super::outcome::Step;
 use super::search::{Asked, MOST_EFFECTS, Search};
 use super::whitening::Whitening;
 use super::{direction, geometry};
+use crate::effects::{Family, catalogue};
 
 /// The one effect that is sought behind the group, but for gaps.
 pub(super) fn is_gravity(effect: &str) -> bool {
-    effect == "gravity_compliance"
+    catalogue::find(effect).is_some_and(|e| e.family == Family::Gravity)
 }
 
 impl Search<'_> {

@@ -160,7 +160,7 @@ pub fn gap(problem: &Problem, found: &Terms) -> (Option<EffectInstance>, Option<
     let Some(most) = terms.iter().min_by(|a, b| a.z.total_cmp(&b.z)).filter(|t| t.z < 0.0) else { return (None, None) };
     let enough = found.poses_per_parameter >= LEAST_POSES;
     if enough && -most.z >= SEEN && -most.z >= ABOVE_DECOYS * decoy {
-        let effect = Effect::Backlash(Backlash::constant(-most.size));
+        let effect = Effect::new(Backlash::constant(-most.size));
         return (Some(EffectInstance { target: Target::Joint(most.axis), effect }), None);
     }
     let joint = problem.robot.axis(most.axis);
@@ -189,7 +189,7 @@ pub fn gap_rivals(problem: &Problem, fit: &Fit, terms: &[Term]) -> Vec<Refined> 
         .iter()
         .filter(|t| t.z < 0.0)
         .map(|t| {
-            let effect = Effect::Backlash(Backlash::constant(-t.size));
+            let effect = Effect::new(Backlash::constant(-t.size));
             let placed = EffectInstance { target: Target::Joint(t.axis), effect };
             Refined {
                 effect: placed.effect.name(),

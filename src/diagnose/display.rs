@@ -1,8 +1,9 @@
 //! The diagnosis on a terminal: the story round by round, the verdict in one sentence, what to do next, where it is blind.
 
-use super::document::{Diagnosis, OF_MOTION, Round};
+use super::document::{Diagnosis, Round, of_motion};
 use super::verdict::Verdict;
 use super::words::{self, GapUnit};
+use crate::effects::backlash;
 use serde_json::Value;
 use std::fmt::Write;
 
@@ -139,8 +140,12 @@ fn resting(d: &Diagnosis) -> Vec<String> {
     let unseen = |effect: &str, target: &str| {
         d.blind_spots.iter().any(|s| s["effect"] == effect && s["target"] == target && s["detectable_from"].is_null())
     };
-    let targets = d.blind_spots.iter().filter(|s| s["effect"] == "encoder_scale").filter_map(|s| s["target"].as_str());
-    targets.filter(|t| OF_MOTION.iter().all(|e| unseen(e, t))).map(String::from).collect()
+    let of_motion = of_motion();
+    let mut targets: Vec<&str> = Vec::new();
+    for spot in d.blind_spots.iter().filter(|s| of_motion.iter().any(|e| s["effect"] == *e)) {
+        targets.extend(spot["target"].as_str().filter(|t| !targets.contains(t)));
+    }
+    targets.into_iter().filter(|t| of_motion.iter().all(|e| unseen(e, t))).map(String::from).collect()
 }
 
 /// The worst blind spots in one line: what this log cannot show at all, then the weakest joint for lost motion.
@@ -153,12 +158,12 @@ pub fn blind(d: &Diagnosis) -> Option<String> {
         let text = |k: &str| spot.get(k).and_then(Value::as_str).unwrap_or("").to_string();
         let (effect, target) = (text("effect"), text("target"));
         match spot.get("detectable_from").and_then(Value::as_object) {
-            None if resting.contains(&target) && OF_MOTION.contains(&effect.as_str()) => {}
+            None if resting.contains(&target) && of_motion().contains(&effect.as_str()) => {}
             None => match hidden.iter_mut().find(|h| h.0 == effect) {
                 Some(h) => h.1.push(target),
                 None => hidden.push((effect, vec![target])),
             },
-            Some(sizes) if effect == "backlash" => {
+            Some(sizes) if effect == backlash::INFO.name => {
                 let size = sizes.iter().next().and_then(|(k, v)| v.as_f64().map(|v| (words::key(k, "deg").1, v)));
                 if let Some((unit, v)) = size.filter(|s| weakest.as_ref().is_none_or(|w| s.1 > w.0)) {
                     weakest = Some((v, format!("{effect} {target} below {} {unit}", words::rough(v))));

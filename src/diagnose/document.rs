@@ -7,7 +7,7 @@ use super::round::round;
 use super::story;
 use super::verdict::{self, Member, Verdict};
 use super::words::GapUnit;
-use crate::effects::{EffectInstance, entry};
+use crate::effects::{EffectInstance, catalogue, entry};
 use crate::robot::JointKind;
 use indexmap::IndexMap;
 use serde::Serialize;
@@ -344,14 +344,17 @@ fn blind_spots(outcome: &Outcome) -> Vec<Value> {
 }
 
 /// Effects that show in motion alone.
-pub const OF_MOTION: [&str; 5] = ["backlash", "stiction", "hysteresis", "servo_lag", "encoder_scale"];
+pub fn of_motion() -> Vec<&'static str> {
+    catalogue::ALL.iter().filter(|e| e.needs_motion).map(|e| e.name).collect()
+}
 
 /// Effects of motion on joints that move in no log.
 pub fn of_resting_joints(outcome: &Outcome) -> Vec<(&'static str, String)> {
     let robot = &outcome.problem.robot;
-    let tried = |name: &str| outcome.candidates.iter().any(|c| c.effect == "encoder_scale" && c.target == name);
+    let of_motion = of_motion();
+    let tried = |name: &str| outcome.candidates.iter().any(|c| of_motion.contains(&c.effect) && c.target == name);
     let resting = robot.axis_joints().filter(|j| !tried(&j.name));
-    resting.flat_map(|j| OF_MOTION.map(|effect| (effect, j.name.clone()))).collect()
+    resting.flat_map(|j| of_motion.iter().map(|effect| (*effect, j.name.clone()))).collect()
 }
 
 fn spot(spot: &verdict::BlindSpot, outcome: &Outcome) -> Value {

@@ -10,7 +10,7 @@ use super::signatures::{APART, Signatures};
 use super::structure::Ratio;
 use super::whitening::Whitening;
 use super::{across, arm, direction, geometry};
-use crate::effects::{Effect, EffectInstance};
+use crate::effects::{EffectInstance, TimeOffset};
 
 /// Merit (2 ln L less the price of the parameters) by which another effect must be better to take the place of a found one.
 const BETTER: f64 = 2.0;
@@ -164,8 +164,8 @@ impl Search<'_> {
         let (_, base) = self.without(fit, k, whitening);
         let old = fit.hypothesis.effects[fit.free[k]].clone();
         let mut rivals = self.refine(&base, whitening, &in_place_of(&old, fit.cost));
-        if old.effect.name() == "time_offset"
-            && let Some(own) = rivals.iter().find(|r| r.effect == "time_offset")
+        if old.effect.is::<TimeOffset>()
+            && let Some(own) = rivals.iter().find(|r| r.effect == old.effect.name())
             && let Some(lag) = across::common_lag(self.problem, &base, whitening, &own.placed[0], own.gain)
         {
             rivals.push(lag);
@@ -214,7 +214,7 @@ impl Search<'_> {
         (0..fit.free.len())
             .map(|k| match &fit.hypothesis.effects[fit.free[k]].effect {
                 _ if k < group.count => vec![geometry::own_rival(self.problem, fit, k)],
-                Effect::Backlash(_) => direction::gap_rivals(self.problem, fit, terms),
+                found if found.is_play() => direction::gap_rivals(self.problem, fit, terms),
                 _ => self.rivals(fit, k, whitening),
             })
             .collect()

@@ -181,11 +181,7 @@ fn solve(
 
 /// Which value of an effect is a phase: it goes round instead of stopping at a bound.
 fn phase_of(effect: &Effect) -> Option<usize> {
-    match effect {
-        Effect::TransmissionError(_) => Some(2),
-        Effect::Vibration(_) => Some(4),
-        _ => None,
-    }
+    effect.phase()
 }
 
 /// An angle within half a turn either way.

@@ -8,7 +8,7 @@
 use super::layout::{Group, Sensor};
 use crate::effects::{Effect, EffectInstance, Stage, Target};
 use crate::log::Log;
-use crate::machine::{self, CommandTrajectory, parts};
+use crate::machine::{self, CommandTrajectory, parts, parts::Scene};
 use crate::robot::{Chain, Robot};
 use nalgebra::{Isometry3, Vector3};
 use rayon::prelude::*;
@@ -200,15 +200,30 @@ impl Problem {
         let chain_m: Vec<Arc<Vec<Vector3<f64>>>> = chains.iter().map(|c| Arc::new(along(c, &joint, rows))).collect();
         let mut points_m = chain_m.clone();
         let offset_s = parts::time_offset_s(&h.effects);
-        if h.effects.iter().any(|p| matches!(p.effect.stage(), Stage::Tcp | Stage::Measurement)) {
-            for points in &mut points_m {
+        if offset_s != 0.0 || h.effects.iter().any(|p| p.effect.displaces()) {
+            let columns: Vec<&[f64]> = joint.iter().map(|j| j.as_slice()).collect();
+            for (points, chain) in points_m.iter_mut().zip(&chains) {
+                let scene = self.scene(h, log, chain, &columns, offset_s);
                 let points = Arc::make_mut(points);
+                parts::displace_by_pose(&scene, &h.effects, points);
                 parts::shift_in_time(&log.drive, offset_s, points);
-                parts::add_tcp(&log.drive, &h.effects, offset_s, points);
+                parts::displace_at_tcp(&scene, &h.effects, points);
             }
         }
         let jacobian = log.jacobian.get_or_init(|| Arc::new(chains.iter().map(|c| derivatives(c, &joint)).collect()));
         LogState { servo, gear, jacobian: jacobian.clone(), joint, chain_m, points_m }
+    }
+
+    /// Where the points of a log stand, for the effects that move them.
+    fn scene<'a>(
+        &self,
+        h: &'a Hypothesis,
+        log: &'a LogData,
+        chain: &'a Chain,
+        joint: &'a [&'a [f64]],
+        offset_s: f64,
+    ) -> Scene<'a> {
+        Scene { trajectory: &log.drive, chain, joint, registration: h.frames.get(log.frame), offset_s }
     }
 
     /// Adds to `out` what a change of an axis' position (`joint`, and `servo` where it moves the motor too; per row of
@@ -256,11 +271,11 @@ impl Problem {
             axes.dedup();
             axes
         };
-        for (l, log) in self.logs.iter().enumerate() {
+        for l in 0..self.logs.len() {
             for &axis in &axes {
                 self.joint_difference(h, state, (l, axis), (from, to), per, &mut out);
             }
-            self.tcp_difference(state, l, log, (from, to), per, &mut out);
+            self.tcp_difference(h, state, l, (from, to), per, &mut out);
         }
         out
     }
@@ -318,13 +333,14 @@ impl Problem {
 
     fn tcp_difference(
         &self,
+        h: &Hypothesis,
         state: &State,
         l: usize,
-        log: &LogData,
         (from, to): (&[EffectInstance], &[EffectInstance]),
         per: f64,
         out: &mut [f64],
     ) {
+        let log = &self.logs[l];
         let has = |stage: Stage| from.iter().chain(to).any(|p| p.effect.stage() == stage);
         let s = &state.logs[l];
         if has(Stage::Geometry) {
@@ -340,13 +356,15 @@ impl Problem {
                 }
             }
         }
-        if has(Stage::Tcp) {
-            let rows = log.drive.rows();
-            let (mut x, mut y) = (vec![Vector3::zeros(); rows], vec![Vector3::zeros(); rows]);
-            parts::add_tcp(&log.drive, from, 0.0, &mut x);
-            parts::add_tcp(&log.drive, to, 0.0, &mut y);
-            for g in self.groups_of(l).filter(|g| matches!(g.sensor, Sensor::Reflector(_))) {
-                g.add_points(out, |r| (y[r] - x[r]) * per);
+        if from.iter().chain(to).any(|p| p.effect.displaces()) {
+            let columns: Vec<&[f64]> = s.joint.iter().map(|j| j.as_slice()).collect();
+            for (k, chain) in self.chains(&state.geometry, log).iter().enumerate() {
+                let scene = self.scene(h, log, chain, &columns, 0.0);
+                let x = parts::displacements_m(&scene, from, &s.points_m[k]);
+                let y = parts::displacements_m(&scene, to, &s.points_m[k]);
+                for g in self.groups_of(l).filter(|g| g.sensor == Sensor::Reflector(k)) {
+                    g.add_points(out, |r| (y[r] - x[r]) * per);
+                }
             }
         }
         if has(Stage::Measurement) {

@@ -22,7 +22,7 @@ use super::screen::{Ground, orthonormal, project_off};
 use super::signatures::tangent;
 use super::structure::Ratio;
 use super::whitening::Whitening;
-use crate::effects::EffectInstance;
+use crate::effects::{EffectInstance, Family, catalogue};
 use crate::stats::fisher;
 use crate::stats::robust::median;
 use nalgebra::DVector;
@@ -47,7 +47,7 @@ const STRUCTURED: f64 = 1e-5;
 
 /// Is an effect one of the geometry?
 pub fn is_geometry(effect: &str) -> bool {
-    matches!(effect, "joint_zero_offset" | "link_error" | "tool_error")
+    catalogue::find(effect).is_some_and(|e| e.family == Family::Geometry)
 }
 
 /// Are all logs settled poses with points?
@@ -130,7 +130,7 @@ fn select(problem: &Problem, fit: &Fit, whitening: &Whitening, pool: &[&Candidat
         let rss = dot(&residual, &residual);
         let mut best: Option<(f64, usize, Vec<Vec<f64>>)> = None;
         // the tool is as rough as the frame: what it explains is not sought elsewhere
-        let tool = left.iter().position(|l| l.0.effect == "tool_error");
+        let tool = left.iter().position(|l| l.0.is_on_tool());
         for (i, (_, columns, before)) in left.iter().enumerate().filter(|(i, _)| tool.is_none_or(|t| *i == t)) {
             // the poses must tell it, and to a third of what a drawing may be off
             let own = columns.iter().zip(before).all(|(c, b)| dot(c, c) > (OWN * b).max(9.0 / (PRIOR * PRIOR)));
@@ -232,7 +232,7 @@ pub fn drop_gross(problem: &mut Problem, h: &Hypothesis, white: &dyn Fn(&Problem
         if gravity {
             let mut h = fit.hypothesis.clone();
             let mut free = fit.free.clone();
-            for c in candidates.iter().filter(|c| c.effect == "gravity_compliance") {
+            for c in candidates.iter().filter(|c| super::arm::is_gravity(c.effect)) {
                 free.push(h.effects.len());
                 h.effects.extend(c.at(&[0.0]));
             }

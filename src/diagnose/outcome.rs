@@ -8,7 +8,7 @@ use super::geometry;
 use super::screen::Score;
 use super::structure::{Ratio, Tested};
 use super::whitening::Whitening;
-use crate::effects::{Effect, EffectInstance};
+use crate::effects::{BacklashPosition, Effect, EffectInstance};
 
 /// Part of a gap by which it varies over position at least, to be worth a schedule.
 const FLAT: f64 = 0.01;
@@ -127,7 +127,7 @@ pub fn largest(problem: &Problem, residual: &[f64]) -> f64 {
 
 /// The size of a gap over position that hardly varies.
 pub(super) fn flat(effect: &Effect) -> Option<f64> {
-    let Effect::Backlash(b) = effect else { return None };
+    let b = effect.get::<BacklashPosition>()?;
     let (least, most) = (b.half_gap.smallest(), b.half_gap.largest());
-    (b.half_gap.constant().is_none() && most - least < FLAT * most).then_some(0.5 * (least + most))
+    (most - least < FLAT * most).then_some(0.5 * (least + most))
 }

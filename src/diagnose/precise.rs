@@ -5,6 +5,7 @@ use super::forward::Problem;
 use super::outcome::Refined;
 use super::structure::Bundle;
 use super::whitening::Whitening;
+use crate::effects::TransmissionError;
 
 /// Noise of what a fit leaves. Joint sensors are so precise that structure remains: taken for slow noise it would swallow
 /// the next effect, so they are freed of the whole basis each time.
@@ -17,7 +18,7 @@ pub(super) fn noise_left(problem: &Problem, fit: &Fit, whitening: &Whitening, bu
 
 /// Joint sensors have a free zero: a slow ripple whose size is not known to half of it is no ripple.
 pub(super) fn determined(problem: &Problem, r: &Refined) -> bool {
-    if !sensors_alone(problem) || r.effect != "transmission_error" {
+    if !sensors_alone(problem) || !r.placed.iter().any(|p| p.effect.is::<TransmissionError>()) {
         return true;
     }
     let k = r.fit.free.len().saturating_sub(1);

@@ -4,7 +4,7 @@ use super::document::{Evidence, GroupTest, Parameter, Place, Round, Tried, UM, V
 use super::outcome::Outcome;
 use super::story::Chapter;
 use super::verdict::Member;
-use crate::effects::{Effect, EffectInstance, catalogue};
+use crate::effects::{AfterReversal, EffectInstance, Vibration};
 use indexmap::IndexMap;
 
 pub(super) fn round(
@@ -28,7 +28,7 @@ pub(super) fn round(
         .map(|((key, factor), (v, s))| (key, parameter(v * factor, Z95 * s * factor.abs())))
         .collect();
     // of an oscillation the size is told, as in a model; its direction stands with the place
-    if let Effect::Vibration(v) = &placed.effect {
+    if let Some(v) = placed.effect.get::<Vibration>() {
         let share = values.iter().map(|a| a / v.amplitude_m.max(f64::MIN_POSITIVE));
         let spread = share.zip(&sigma).take(3).map(|(share, s)| (share * s).powi(2)).sum::<f64>().sqrt();
         parameters.retain(|key, _| !key.starts_with("amplitude_um["));
@@ -40,7 +40,7 @@ pub(super) fn round(
     let own = rivals.iter().find(|r| r.effect == named.0 && r.target == named.1);
     let gain = own.map_or(0.0, |r| r.gain);
     let count = own.map_or(values.len(), |r| r.parameters);
-    let card = catalogue::of(&named.0);
+    let card = placed.effect.info();
     let dof = outcome.problem.n as f64;
     let group = outcome.group.as_ref().filter(|g| k < g.count);
     let predicted = if group.is_some() { after.rms } else { after.predicted };
@@ -91,7 +91,7 @@ pub(super) fn round(
 
 /// The experiment that decides within a set.
 fn decide_by(set: &[Member], card: &str) -> String {
-    if set.iter().any(|m| m.effect == "servo_lag" && m.target == "all") {
+    if set.iter().any(|m| m.target == "all") {
         return "record all sensors with one clock, at 2 kHz or more, in a stop from full speed: a lag rounds the corner, a clock \
                 offset shifts it"
             .into();
@@ -104,11 +104,11 @@ fn place(outcome: &Outcome, placed: &EffectInstance) -> Place {
     const SHOWN: usize = 12;
     let robot = &outcome.problem.robot;
     let joint = placed.axis().map(|a| robot.axis(a).name.clone());
-    let name = placed.effect.name();
     let log = &outcome.problem.logs[0];
-    let reverses = matches!(name, "backlash" | "backlash_position" | "backlash_speed" | "stiction" | "hysteresis");
+    let info = placed.effect.info();
+    let reverses = info.after_reversal != AfterReversal::Nothing;
     let Some(axis) = placed.axis().filter(|_| reverses && !log.log.poses) else {
-        return Place { joint, description: format!("all along: {}", catalogue::of(name).adds), t_s: Vec::new() };
+        return Place { joint, description: format!("all along: {}", info.adds), t_s: Vec::new() };
     };
     let turns = log.drive.turns(axis);
     let end = log.drive.t_s().last().copied().unwrap_or(0.0);
@@ -121,7 +121,7 @@ fn place(outcome: &Outcome, placed: &EffectInstance) -> Place {
             [digits(t.0), digits(next.min(t.0 + 2.0))]
         })
         .collect();
-    let what = if name == "stiction" { "tails behind" } else { "steps at" };
+    let what = if info.after_reversal == AfterReversal::Tail { "tails behind" } else { "steps at" };
     let description = match turns.len() {
         0 => "as it moves one way throughout this log".into(),
         1 => format!("{what} its reversal"),

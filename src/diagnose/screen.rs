@@ -155,7 +155,8 @@ impl<'a> Ground<'a> {
     pub fn spectral(&self) -> Vec<Candidate> {
         let back = self.back();
         let mut found = super::spectrum::ripples(self, &back);
-        found.extend(super::spectrum::vibrations(self, &back).into_iter().map(candidates::vibration));
+        let vibration = |hz| candidates::vibration(&self.problem.robot, hz);
+        found.extend(super::spectrum::vibrations(self, &back).into_iter().map(vibration));
         found
     }
 }

@@ -15,10 +15,12 @@ use super::signatures::{Signatures, tangent};
 use super::structure::{self, Bundle, Ratio, Tested};
 use super::whitening::Whitening;
 use super::{across, contradiction, direction, geometry, precise, prepare, spectrum, verdict};
-use crate::effects::{Backlash, Effect, EffectInstance};
+use crate::effects::{Backlash, EffectInstance, backlash, catalogue};
 use crate::stats::fisher;
 use rayon::prelude::*;
 
+/// The plain gap, which some effects include.
+const PLAIN: &str = backlash::INFO.name;
 /// Effects that are found at most.
 pub const MOST_EFFECTS: usize = 4;
 /// Rounds at most: where none describes what is there, effects could take turns without end.
@@ -257,11 +259,11 @@ impl Search<'_> {
             }
         }
         // a gap over position or speed that promises no more than the same gap everywhere is that gap
-        let promised = |target: &str| picked.iter().find(|s| s.1.effect == "backlash" && s.1.target == target);
+        let promised = |target: &str| picked.iter().find(|s| s.1.effect == PLAIN && s.1.target == target);
         let plain: Vec<(String, f64)> =
             picked.iter().filter_map(|s| promised(&s.1.target)).map(|s| (s.1.target.clone(), s.0.gain)).collect();
         picked.retain(|(s, c)| {
-            !matches!(c.effect, "backlash_speed" | "backlash_position")
+            !catalogue::find(c.effect).is_some_and(|e| e.includes.contains(&PLAIN))
                 || !plain.iter().any(|(target, gain)| *target == c.target && s.gain < gain + WIDER)
         });
         let mut trials: Vec<(&'static str, String, Vec<EffectInstance>)> = picked
@@ -274,9 +276,9 @@ impl Search<'_> {
         {
             trials.push((first.effect.name(), first.target_text(&p.robot), also.to_vec()));
             if let Some(gap) = flat(&first.effect) {
-                let plain = EffectInstance { target: first.target, effect: Effect::Backlash(Backlash::constant(gap)) };
-                trials.retain(|t| t.0 != "backlash" || t.1 != first.target_text(&p.robot));
-                trials.push(("backlash", first.target_text(&p.robot), vec![plain]));
+                let plain = EffectInstance::new(first.target, Backlash::constant(gap));
+                trials.retain(|t| t.0 != PLAIN || t.1 != first.target_text(&p.robot));
+                trials.push((PLAIN, first.target_text(&p.robot), vec![plain]));
             }
         }
         let mut refined: Vec<Refined> = trials
@@ -298,7 +300,7 @@ impl Search<'_> {
         refined.sort_by(|a, b| b.merit(self.price).total_cmp(&a.merit(self.price)));
         refined.retain(|r| precise::determined(p, r) && across::agrees(p, r, whitening));
         // a gap that is the same at every knot is a plain gap, however exact the log
-        let plain: Vec<String> = refined.iter().filter(|r| r.effect == "backlash").map(|r| r.target.clone()).collect();
+        let plain: Vec<String> = refined.iter().filter(|r| r.effect == PLAIN).map(|r| r.target.clone()).collect();
         refined.retain(|r| !(r.is_flat() && plain.contains(&r.target)));
         let mut seen: Vec<(&str, String)> = Vec::new();
         refined.retain(|r| {

@@ -74,8 +74,7 @@ pub fn basis(problem: &Problem, h: &Hypothesis, state: &State, list: &[Candidate
         let functions = ((length / 8.0) as usize).clamp(4, 14).min((room / 8).max(2));
         bundles.push(time_bundle(problem, functions));
     }
-    let geometry = ["link_error", "tool_error", "axis_coupling", "gravity_compliance", "joint_zero_offset"];
-    let linear: Vec<&Candidate> = list.iter().filter(|c| geometry.contains(&c.effect)).collect();
+    let linear: Vec<&Candidate> = list.iter().filter(|c| c.depends_on_pose()).collect();
     if linear.len() * PER_FUNCTION < problem.n {
         let columns = linear.par_iter().flat_map_iter(|c| c.columns(problem, h, state)).collect();
         bundles.push(Bundle { axis: None, aspect: Aspect::Geometry, columns });

@@ -162,7 +162,7 @@ pub(super) mod tests {
         let cmd = (0..3).map(|a| t_s.iter().map(|t| 0.05 * (t * (0.5 + 0.2 * f64::from(a))).sin()).collect()).collect();
         let run = Run { t_s, cmd, payload_kg: None };
         let (mut problem, mut h) = problem(&Model::ideal(robot), vec![run], Channels::default());
-        let gap = |axis: usize, size: f64| EffectInstance::on_axis(axis, Effect::Backlash(Backlash::constant(size)));
+        let gap = |axis: usize, size: f64| EffectInstance::on_axis(axis, Effect::new(Backlash::constant(size)));
         h.effects.extend([gap(0, 3e-5), gap(1, 2e-5)]);
         let mut truth = h.clone();
         truth.effects.push(gap(2, 4e-5));
@@ -179,7 +179,7 @@ pub(super) mod tests {
         let channels = Channels { motors: true, joints: true, ..Channels::default() };
         let (mut problem, start) = problem(&model, vec![Run { t_s, cmd, payload_kg: None }], channels);
         let mut truth = start.clone();
-        truth.effects.push(EffectInstance::on_axis(1, Effect::Backlash(Backlash::constant(2e-5))));
+        truth.effects.push(EffectInstance::on_axis(1, Effect::new(Backlash::constant(2e-5))));
         measure(&mut problem, &truth);
         let most = |h: &Hypothesis| problem.evaluate(h).residual.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         assert!(most(&truth) < 1e-12, "{}", most(&truth));

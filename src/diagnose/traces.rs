@@ -13,7 +13,7 @@ use super::forward::{LogData, Problem};
 use super::layout::{Group, Sensor};
 use super::outcome::{Outcome, rms};
 use super::verdict;
-use crate::effects::{Track, catalogue};
+use crate::effects::{AfterReversal, Track, catalogue};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -169,7 +169,7 @@ fn turns(outcome: &Outcome, effect: usize, log: &LogData) -> Vec<(f64, i8)> {
 
 /// Effects that show behind the reversals of their joint.
 pub fn behind_reversals(effect: &str) -> bool {
-    matches!(effect, "backlash" | "backlash_position" | "backlash_speed" | "stiction" | "hysteresis")
+    catalogue::find(effect).is_some_and(|e| e.after_reversal != AfterReversal::Nothing)
 }
 
 /// Position, direction, residual before and after of every sample that tells something about a joint.
@@ -282,7 +282,7 @@ fn hidden(outcome: &Outcome) -> Vec<Hidden> {
     }
     for &i in &outcome.fit.free {
         let placed = &outcome.fit.hypothesis.effects[i];
-        let (effect, target) = (catalogue::of(placed.effect.name()).name, placed.target_text(&p.robot));
+        let (effect, target) = (placed.effect.name(), placed.target_text(&p.robot));
         all.push(Hidden { effect, target, found: true, sizes: Vec::new(), moves: None });
     }
     all

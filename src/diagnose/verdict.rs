@@ -7,6 +7,7 @@ use super::outcome::{Outcome, Refined, rms};
 use super::screen::SWALLOWED;
 use super::structure::{self, Ratio, Tested};
 use super::whitening::Whitening;
+use crate::effects::catalogue;
 
 /// Effects that fit within this much of 2 ln L of the named one belong to its set.
 pub const WITHIN: f64 = 4.0;
@@ -76,7 +77,7 @@ pub fn set(named: (&str, &str), rivals: &[Refined], price: f64) -> Vec<Member> {
 
 /// Is `wide` a form of `narrow` with more freedom?
 fn widens(wide: &str, narrow: &str) -> bool {
-    matches!((wide, narrow), ("backlash_position" | "backlash_speed" | "hysteresis", "backlash"))
+    catalogue::find(wide).is_some_and(|e| e.imitates.contains(&narrow))
 }
 
 /// Structure that is more than chance and more than the imprecision of what was explained.
@@ -141,7 +142,7 @@ pub fn blind_spots(outcome: &Outcome) -> Vec<BlindSpot<'_>> {
     let mut spots: Vec<(BlindSpot, f64)> = Vec::new();
     for s in &outcome.last {
         let c = &outcome.candidates[s.candidate];
-        if c.signatures() != 1 && c.effect != "tool_error" && c.effect != "thermal_drift" {
+        if c.signatures() != 1 && !c.is_vector {
             continue;
         }
         let found = outcome.fit.free.iter().any(|&i| {

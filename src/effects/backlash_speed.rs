@@ -5,7 +5,47 @@
 //! a broken joint); slope of either sign, at most 0.1 rad or 10 mm per m/s. Action: as for backlash; compensate at the speed at
 //! which the program runs.
 
-use super::Track;
+use super::backlash::play;
+use super::site::within;
+use super::*;
+use serde_yaml::Value;
+
+pub static INFO: EffectInfo = EffectInfo {
+    name: "backlash_speed",
+    heading: "backlash speed",
+    stage: Stage::Gear,
+    family: Family::Gap,
+    acts_on: ActsOn::Joint,
+    adds: "backlash whose gap depends on the TCP speed",
+    equation: "play operator, b = half_gap + slope * commanded TCP speed, 0 or more",
+    reference: "seed 003; Slamani, Nubiola, Bonev (2012), Robotica 30(7), for the dependence on the TCP speed",
+    parameters: &[
+        ("half_gap_deg", "at rest, 0 to 0.1 rad (10 mm)"),
+        ("slope_deg_per_mm_s", "either sign, within 0.1 rad (10 mm) per m/s"),
+    ],
+    confused_with: &["backlash", "servo_lag"],
+    decide_by: "reverse at three or more speeds",
+    action: "identify and compensate at the working speed; check lubrication and preload",
+    undone: "an offset of half the gap at the speed of the program (`--speed-mm-s`), else of half the gap at rest",
+    after_reversal: AfterReversal::Step,
+    includes: &["backlash"],
+    imitates: &["backlash"],
+    needs_motion: false,
+    example: (
+        "{effect: backlash_speed, joint: A1, half_gap_deg: 0.001, slope_deg_per_mm_s: 1.0e-5}",
+        View::JointWhileSlowing,
+    ),
+    read: |f| {
+        let site = f.site();
+        Ok(BacklashSpeed {
+            half_gap: f.length("half_gap", 0.0)?,
+            slope: f.any(&slope_key(&site))? * site.si_per_user_unit() * 1e3,
+        }
+        .into())
+    },
+    typical,
+    candidates,
+};
 
 /// Half gap at rest (rad or m), and its slope (rad or m per m/s).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,17 +60,86 @@ impl BacklashSpeed {
     pub fn half_gap_at(&self, speed_m_s: f64) -> f64 {
         (self.half_gap + self.slope * speed_m_s).max(0.0)
     }
+}
 
-    /// Play on `signal` in place.
-    pub fn apply(&self, track: &Track, signal: &mut [f64]) {
-        let Some(&first) = signal.first() else { return };
-        let at = |i: usize| self.half_gap_at(track.tcp_speed_m_s.get(i).copied().unwrap_or(0.0));
-        let mut out = first - f64::from(track.initial_gap_side) * at(0);
-        for (i, s) in signal.iter_mut().enumerate() {
-            let b = at(i);
-            out = out.clamp(*s - b, *s + b);
-            *s = out;
-        }
+fn slope_key(site: &Site) -> String {
+    format!("slope_{}_per_mm_s", site.unit())
+}
+
+fn typical(size: &TypicalSize) -> Vec<(String, Value)> {
+    let slope = format!("slope_{}_per_mm_s", size.kind.unit());
+    vec![(size.key("half_gap"), (0.5 * size.gap).into()), (slope, (0.5 * size.gap / size.tcp_speed_mm_s).into())]
+}
+
+fn candidates(survey: &Survey, list: &mut Vec<Candidate>) {
+    let fastest = survey.fastest_m_s;
+    for axis in survey.moving() {
+        let target = Target::Joint(axis);
+        let trials = [candidate::TRIAL, candidate::TRIAL / fastest];
+        let make = |c: &[f64]| BacklashSpeed { half_gap: c[0], slope: c[1] };
+        let build = move |c: &[f64]| {
+            // a gap is nowhere negative: start inside
+            let least = c[0].min(c[0] + c[1] * fastest);
+            let lift = if least < 0.0 { -least } else { 0.0 };
+            BacklashSpeed { half_gap: c[0] + lift, slope: c[1] }
+        };
+        // its size is its slope
+        list.push(Candidate::of_sizes(survey.robot, target, &trials, make).built_by(target, build).sized_from(1));
+    }
+}
+
+impl EffectType for BacklashSpeed {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn values(&self) -> Vec<f64> {
+        vec![self.half_gap, self.slope]
+    }
+
+    fn with(&self, v: &[f64]) -> Effect {
+        Self { half_gap: v[0], slope: v[1] }.into()
+    }
+
+    fn parameters(&self, site: &Site) -> Vec<Parameter> {
+        let lost = site.most_lost();
+        let typical = site.typical(0.003, 0.005);
+        let per_mm_s = 1.0 / site.si_per_user_unit() * 1e-3;
+        vec![
+            site.length("half_gap", (0.0, lost), typical),
+            Parameter::new(&slope_key(site), per_mm_s, within(lost), 10.0 * typical),
+        ]
+    }
+
+    fn apply(&self, track: &Track, signal: &mut [f64]) {
+        play(track, signal, |i| self.half_gap_at(track.tcp_speed_m_s.get(i).copied().unwrap_or(0.0)));
+    }
+
+    fn has_memory(&self) -> bool {
+        true
+    }
+
+    fn is_play(&self) -> bool {
+        true
+    }
+
+    fn uses_tcp_speed(&self) -> bool {
+        true
+    }
+
+    fn half_gap(&self) -> Option<GapCurve> {
+        Some(GapCurve::Constant(self.half_gap))
+    }
+
+    fn magnitude(&self) -> f64 {
+        self.slope.abs()
+    }
+
+    fn undo(&self, context: &UndoContext) -> Undo {
+        let gap = GapCurve::Constant(self.half_gap_at(context.tcp_speed_m_s.unwrap_or(0.0)));
+        let left =
+            context.tcp_speed_m_s.is_none().then_some("without --speed-mm-s only its gap at rest is compensated");
+        Undo { left, ..Undo::gap(gap) }
     }
 }
 

@@ -4,8 +4,89 @@
 //! one turns the joint positive. Parameter: compliance 0 or more (a spring gives way along its load), at most 1e-3 rad/Nm or
 //! 1e-4 m/N. Action: an elasto-static correction (most controllers have one, with load data); check the counterbalance.
 
+use super::*;
+
+pub static INFO: EffectInfo = EffectInfo {
+    name: "gravity_compliance",
+    heading: "gravity compliance",
+    stage: Stage::Link,
+    family: Family::Gravity,
+    acts_on: ActsOn::Joint,
+    adds: "the joint yields to gravity",
+    equation: "compliance * gravity torque about the joint (positive turns it positive), from links and payload_kg",
+    reference: "Whitney, Lozinski, Rourke (1986), J. Dynamic Systems, Measurement, and Control 108(1)",
+    parameters: &[("compliance_deg_per_nm", "0 to 1e-3 rad/Nm (1e-4 m/N): a spring gives way along its load")],
+    confused_with: &["joint_zero_offset", "link_error"],
+    decide_by: "repeat the poses with another payload",
+    action: "enter load data, use the controller's elasto-static correction, check the counterbalance",
+    undone: "that of the links (without payload), point by point",
+    after_reversal: AfterReversal::Nothing,
+    includes: &[],
+    imitates: &[],
+    needs_motion: false,
+    example: ("{effect: gravity_compliance, joint: A1, compliance_deg_per_nm: 1.0e-5}", View::JointOverCommand),
+    read: |f| {
+        let site = f.site();
+        Ok(GravityCompliance { compliance: f.any(key(&site))? * site.si_per_user_unit() }.into())
+    },
+    typical: |size| {
+        let key = if size.is_revolute() { REVOLUTE_KEY } else { PRISMATIC_KEY };
+        vec![(key.into(), 2e-5.into())]
+    },
+    candidates: |survey, list| {
+        let yields = |compliance| GravityCompliance { compliance };
+        let one = |axis| Candidate::of_size(survey.robot, Target::Joint(axis), 1e-8, yields).positive();
+        list.extend(survey.all_axes().filter(|&a| survey.axes[a].loaded).map(one));
+    },
+};
+
+const REVOLUTE_KEY: &str = "compliance_deg_per_nm";
+const PRISMATIC_KEY: &str = "compliance_mm_per_n";
+
 /// rad/Nm, or m/N for a prismatic joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GravityCompliance {
     pub compliance: f64,
+}
+
+fn key(site: &Site) -> &'static str {
+    if site.is_revolute() { REVOLUTE_KEY } else { PRISMATIC_KEY }
+}
+
+impl EffectType for GravityCompliance {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn values(&self) -> Vec<f64> {
+        vec![self.compliance]
+    }
+
+    fn with(&self, v: &[f64]) -> Effect {
+        Self { compliance: v[0] }.into()
+    }
+
+    fn parameters(&self, site: &Site) -> Vec<Parameter> {
+        let most = if site.is_revolute() { 1e-3 } else { 1e-4 };
+        let typical = site.typical(2e-5, 2e-5);
+        vec![Parameter::new(key(site), 1.0 / site.si_per_user_unit(), (0.0, most), typical)]
+    }
+
+    fn add_to_joint(&self, target: Target, inputs: &dyn Inputs, joint: &mut [f64]) {
+        if let Target::Joint(axis) = target {
+            joint.iter_mut().zip(inputs.gravity_torque(axis)).for_each(|(q, t)| *q += self.compliance * t);
+        }
+    }
+
+    fn uses_gravity(&self) -> bool {
+        true
+    }
+
+    fn idle(&self, site: &Site, _settled_poses: bool) -> Option<&'static str> {
+        site.robot.links.is_empty().then_some("the robot file has no `links`")
+    }
+
+    fn undo(&self, context: &UndoContext) -> Undo {
+        self.idle(&context.site, false).map_or_else(Undo::point_by_point, Undo::nothing)
+    }
 }

@@ -1,4 +1,4 @@
-//! `hysteresis`: lost motion that builds up smoothly behind a reversal: adds `-half_width * z`, `dz/dp = (1 - z dir)/presliding`.
+//! `hysteresis`: lost motion that builds up smoothly after a reversal: adds `-half_width * z`, `dz/dp = (1 - z dir)/presliding`.
 //!
 //! Dahl's model (P. Dahl, A solid friction model, 1968) over the signal that arrives. Parameters: half width 0 or more, at most
 //! 0.1 rad or 10 mm (as a gap); presliding, the travel over which 63 % of the turn-over builds up, above 0. Action: look
@@ -7,7 +7,49 @@
 //! Method: `z = dir + (z0 - dir) exp(-travel/presliding)` on each monotone piece, exact between samples. Start: `z = 0`, or the
 //! initial side of the gap.
 
-use super::Track;
+use super::*;
+
+pub static INFO: EffectInfo = EffectInfo {
+    name: "hysteresis",
+    heading: "hysteresis",
+    stage: Stage::Gear,
+    family: Family::Gap,
+    acts_on: ActsOn::Joint,
+    adds: "lost motion that builds up smoothly after a reversal",
+    equation: "-half_width z, dz/dp = (1 - z dir)/presliding (Dahl)",
+    reference: "Dahl (1968), A Solid Friction Model, Aerospace Corporation TOR-0158(3107-18)-1",
+    parameters: &[
+        ("half_width_deg", "half of the loop, 0 to 0.1 rad (10 mm)"),
+        ("presliding_deg", "travel over which 63 % of the turn-over builds up, above 0"),
+    ],
+    confused_with: &["backlash", "stiction"],
+    decide_by: "reverse slowly, with ten or more rows inside the transition",
+    action: "wind-up of belt, cable or wave gear: stiffen or preload; an offset of half a width in the direction of travel undoes most",
+    undone: "alone on its joint an offset that builds up as it does; else of half a width in the direction of travel",
+    after_reversal: AfterReversal::Step,
+    includes: &[],
+    imitates: &["backlash"],
+    needs_motion: true,
+    example: ("{effect: hysteresis, joint: A1, half_width_deg: 0.003, presliding_deg: 4}", View::JointOverCommand),
+    read: |f| {
+        let site = f.site();
+        Ok(Hysteresis {
+            half_width: f.length("half_width", 0.0)?,
+            presliding: f.above_0(&site.key("presliding"))? * site.si_per_user_unit(),
+        }
+        .into())
+    },
+    typical: |size| vec![(size.key("half_width"), size.gap.into()), (size.key("presliding"), (5.0 * size.gap).into())],
+    candidates: |survey, list| {
+        for axis in survey.moving() {
+            for presliding in survey.travels(axis, 2.7) {
+                let make = move |half_width| Hysteresis { half_width, presliding };
+                let one = Candidate::of_size(survey.robot, Target::Joint(axis), candidate::TRIAL, make);
+                list.push(one.positive().with_shape(1));
+            }
+        }
+    },
+};
 
 /// Half width in rad or m, and presliding travel in rad or m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,9 +58,27 @@ pub struct Hysteresis {
     pub presliding: f64,
 }
 
-impl Hysteresis {
-    /// Adds the error to `signal` in place.
-    pub fn apply(&self, track: &Track, signal: &mut [f64]) {
+impl EffectType for Hysteresis {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn values(&self) -> Vec<f64> {
+        vec![self.half_width, self.presliding]
+    }
+
+    fn with(&self, v: &[f64]) -> Effect {
+        Self { half_width: v[0], presliding: v[1] }.into()
+    }
+
+    fn parameters(&self, site: &Site) -> Vec<Parameter> {
+        vec![
+            site.length("half_width", (0.0, site.most_lost()), site.typical(0.003, 0.005)),
+            site.length("presliding", site.travel_bounds(), site.typical(0.1, 0.1)),
+        ]
+    }
+
+    fn apply(&self, track: &Track, signal: &mut [f64]) {
         let Some(&first) = signal.first() else { return };
         let mut z = f64::from(track.initial_gap_side);
         let mut before = first;
@@ -30,6 +90,37 @@ impl Hysteresis {
                 z = side + (z - side) * (-step.abs() / self.presliding).exp();
             }
             *s -= self.half_width * z;
+        }
+    }
+
+    fn has_memory(&self) -> bool {
+        true
+    }
+
+    /// A stroke longer than the transition loses as much.
+    fn half_gap(&self) -> Option<GapCurve> {
+        Some(GapCurve::Constant(self.half_width))
+    }
+
+    fn transition(&self) -> Option<f64> {
+        Some(self.presliding)
+    }
+
+    fn undo(&self, context: &UndoContext) -> Undo {
+        let gap = Undo::gap(GapCurve::Constant(self.half_width));
+        let slow = 2.0 * self.half_width < self.presliding;
+        match (context.alone, slow) {
+            (true, true) => Undo { friction: Some((-2.0 * self.half_width, Decay::Travel(self.presliding))), ..gap },
+            (false, _) => Undo {
+                left: Some("beside another gap or stiction its half width is compensated, its transition is not"),
+                ..gap
+            },
+            (true, false) => Undo {
+                left: Some(
+                    "it turns over faster than the joint moves: its half width is compensated, its transition is not",
+                ),
+                ..gap
+            },
         }
     }
 }

@@ -1,32 +1,40 @@
-//! The effect catalogue: every fault of a machine that the tool knows, in one place, for simulating, diagnosing and
-//! compensating alike.
+//! The effect catalogue: every fault of a machine that the tool knows, for simulating, diagnosing and compensating alike.
 //!
-//! An effect acts at one place of the chain: command -> servo -> gear -> link -> geometry -> TCP -> measurement. Those of servo
-//! and gear turn the signal that arrives into the one that leaves (the gear sees what the servo made; not added as in
-//! seed 000 equation 10; the two differ only while a gap is crossed). The chain itself is [`crate::machine`].
+//! An effect acts at one place of the chain: command -> servo -> gear -> link -> geometry -> base -> TCP -> measurement. Effects
+//! of servo and gear turn the signal that arrives into the one that leaves (the gear sees what the servo made; they are not
+//! added as in seed 000 equation 10; the two differ only while a gap is crossed). The chain itself is
+//! [`crate::machine`].
 //!
-//! Rooms:
-//! - [`track`]: a joint's command with its directions and turning points, which effects look at; [`smooth`]: what a motion
-//!   does between its samples; [`curve`]: a half gap as a function of position.
-//! - one file per effect, named after it: equation, parameters with their bounds and why, what to do about it.
-//! - [`instance`]: an effect and where it acts: keys, bounds; [`entry`]: the same as it stands in a model file, to and from its
-//!   type, with every refusal; [`catalogue`]: what a user reads about each.
-//!
-//! Adding an effect is a file here, a variant of [`Effect`] below, and its lines in [`instance`], [`entry`] and [`catalogue`].
+//! One file per effect, named after it, holds all of it: equation and reference, parameters with unit, bounds and typical size,
+//! YAML keys, how it acts, what a diagnosis tries, what `rewrite` undoes, and its text in the docs. `docs/add-an-effect.md` walks
+//! through the addition of one. Read in this order:
+//! - [`effect`]: the trait [`EffectType`], which every effect implements, and [`Effect`], a value of any of them.
+//! - [`info`]: [`EffectInfo`], what holds for all values of an effect; [`catalogue`]: all of them, with one line each.
+//! - [`instance`]: an effect at its [`Target`]; [`entry`] and [`fields`]: the same in a model file; [`site`]: units and keys of a
+//!   target.
+//! - [`candidate`]: what a diagnosis tries of an effect, and what it knows of the logs ([`candidate::Survey`]).
+//! - [`track`]: a joint's command with its directions and turning points; [`smooth`]: a motion between its samples;
+//!   [`curve`]: a half gap as a function of position.
 
 pub mod axis_coupling;
 pub mod backlash;
+pub mod backlash_position;
 pub mod backlash_speed;
+pub mod candidate;
 pub mod catalogue;
 pub mod curve;
+pub mod effect;
 pub mod encoder_scale;
 pub mod entry;
+pub mod fields;
 pub mod gravity_compliance;
 pub mod hysteresis;
+pub mod info;
 pub mod instance;
 pub mod joint_zero_offset;
 pub mod link_error;
 pub mod servo_lag;
+pub mod site;
 pub mod smooth;
 pub mod stiction;
 pub mod thermal_drift;
@@ -34,20 +42,25 @@ pub mod time_offset;
 pub mod tool_error;
 pub mod track;
 pub mod transmission_error;
-pub mod values;
 pub mod vibration;
 
 pub use axis_coupling::AxisCoupling;
 pub use backlash::Backlash;
+pub use backlash_position::BacklashPosition;
 pub use backlash_speed::BacklashSpeed;
+pub use candidate::{Candidate, Survey};
 pub use curve::GapCurve;
+pub use effect::{Effect, EffectType, Geometry, Inputs, JointFrame, Row, Undo, UndoContext};
 pub use encoder_scale::EncoderScale;
+pub use fields::Fields;
 pub use gravity_compliance::GravityCompliance;
 pub use hysteresis::Hysteresis;
+pub use info::{ActsOn, AfterReversal, EffectInfo, Family, TypicalSize, View};
 pub use instance::EffectInstance;
 pub use joint_zero_offset::JointZeroOffset;
 pub use link_error::LinkError;
 pub use servo_lag::ServoLag;
+pub use site::{Parameter, Site};
 pub use stiction::{Decay, Stiction};
 pub use thermal_drift::ThermalDrift;
 pub use time_offset::TimeOffset;
@@ -56,6 +69,8 @@ pub use track::{Between, Track, Turn};
 pub use transmission_error::TransmissionError;
 pub use vibration::Vibration;
 
+use crate::error::Result;
+
 /// Place in the chain; effects act in this order, and within a stage in the order of the model file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
@@ -63,11 +78,27 @@ pub enum Stage {
     Gear,
     Link,
     Geometry,
+    Base,
     Tcp,
     Measurement,
 }
 
-/// A DH parameter that a [`LinkError`] changes.
+impl Stage {
+    /// As the documents print it.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Servo => "servo",
+            Self::Gear => "gear",
+            Self::Link => "link",
+            Self::Geometry => "geometry",
+            Self::Base => "base",
+            Self::Tcp => "TCP",
+            Self::Measurement => "measurement",
+        }
+    }
+}
+
+/// A DH parameter of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum DhParameter {
     A,
@@ -76,7 +107,7 @@ pub enum DhParameter {
 }
 
 impl DhParameter {
-    /// As it stands behind the dot of a target.
+    /// As it stands after the dot of a target.
     pub fn text(self) -> &'static str {
         match self {
             Self::A => "a",
@@ -96,87 +127,6 @@ pub enum Target {
     Tool,
     Tcp,
     Log,
-}
-
-/// One effect. Values are SI (rad or m, s).
-#[derive(Debug, Clone, PartialEq)]
-pub enum Effect {
-    ServoLag(ServoLag),
-    Stiction(Stiction),
-    EncoderScale(EncoderScale),
-    TransmissionError(TransmissionError),
-    /// `backlash` and `backlash_position`: the play operator with a half gap that may depend on position.
-    Backlash(Backlash),
-    BacklashSpeed(BacklashSpeed),
-    Hysteresis(Hysteresis),
-    JointZeroOffset(JointZeroOffset),
-    AxisCoupling(AxisCoupling),
-    GravityCompliance(GravityCompliance),
-    LinkError(LinkError),
-    ToolError(ToolError),
-    ThermalDrift(ThermalDrift),
-    Vibration(Vibration),
-    TimeOffset(TimeOffset),
-}
-
-impl Effect {
-    /// Name in the catalogue.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::ServoLag(_) => "servo_lag",
-            Self::Stiction(_) => "stiction",
-            Self::EncoderScale(_) => "encoder_scale",
-            Self::TransmissionError(_) => "transmission_error",
-            Self::Backlash(b) if b.half_gap.constant().is_none() => "backlash_position",
-            Self::Backlash(_) => "backlash",
-            Self::BacklashSpeed(_) => "backlash_speed",
-            Self::Hysteresis(_) => "hysteresis",
-            Self::JointZeroOffset(_) => "joint_zero_offset",
-            Self::AxisCoupling(_) => "axis_coupling",
-            Self::GravityCompliance(_) => "gravity_compliance",
-            Self::LinkError(_) => "link_error",
-            Self::ToolError(_) => "tool_error",
-            Self::ThermalDrift(_) => "thermal_drift",
-            Self::Vibration(_) => "vibration",
-            Self::TimeOffset(_) => "time_offset",
-        }
-    }
-
-    /// Where it acts.
-    pub fn stage(&self) -> Stage {
-        match self {
-            Self::ServoLag(_) | Self::Stiction(_) => Stage::Servo,
-            Self::EncoderScale(_)
-            | Self::TransmissionError(_)
-            | Self::Backlash(_)
-            | Self::BacklashSpeed(_)
-            | Self::Hysteresis(_) => Stage::Gear,
-            Self::JointZeroOffset(_) | Self::AxisCoupling(_) | Self::GravityCompliance(_) => Stage::Link,
-            Self::LinkError(_) | Self::ToolError(_) => Stage::Geometry,
-            Self::ThermalDrift(_) | Self::Vibration(_) => Stage::Tcp,
-            Self::TimeOffset(_) => Stage::Measurement,
-        }
-    }
-
-    /// It remembers where the joint came from, so that it depends on turning points and not on the present alone.
-    pub fn has_memory(&self) -> bool {
-        matches!(self, Self::Stiction(_) | Self::Backlash(_) | Self::BacklashSpeed(_) | Self::Hysteresis(_))
-    }
-
-    /// Turns the arriving signal (rad or m, one value per sample of `track`) into the leaving one, in place. Effects behind
-    /// the gear do nothing here: they need more than one joint.
-    pub fn apply(&self, track: &Track, signal: &mut [f64]) {
-        match self {
-            Self::ServoLag(e) => e.apply(track, signal),
-            Self::Stiction(e) => e.apply(track, signal),
-            Self::EncoderScale(e) => e.apply(signal),
-            Self::TransmissionError(e) => e.apply(track, signal),
-            Self::Backlash(e) => e.apply(track, signal),
-            Self::BacklashSpeed(e) => e.apply(track, signal),
-            Self::Hysteresis(e) => e.apply(track, signal),
-            _ => {}
-        }
-    }
 }
 
 /// Applies the effects of one stage to a signal, in their order.

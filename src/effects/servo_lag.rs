@@ -9,8 +9,37 @@
 //! between the points of a program. What earlier effects added to the command is filtered too (the equation is linear),
 //! straight between samples. Settled poses have no lag.
 
-use super::smooth::{self, Samples};
-use super::track::{Between, Track};
+use super::smooth::Samples;
+use super::*;
+
+pub static INFO: EffectInfo = EffectInfo {
+    name: "servo_lag",
+    heading: "servo lag",
+    stage: Stage::Servo,
+    family: Family::Lag,
+    acts_on: ActsOn::Joint,
+    adds: "the joint trails its command by lag times speed",
+    equation: "lag dq/dt + q = p, starting at rest",
+    reference: "velocity error of a type-1 position loop: Pritschow (1996), CIRP Annals 45(1)",
+    parameters: &[("lag_s", "time constant, 0 to 1 s: a slower position loop is no servo")],
+    confused_with: &["time_offset"],
+    decide_by: "log the encoders; or move one joint at a time, at two speeds: a time offset is the same for all joints",
+    action: "enable or tune velocity feed-forward, or run slower; offsets in a program cannot undo it",
+    undone: "nothing: it is no error of position",
+    after_reversal: AfterReversal::Nothing,
+    includes: &[],
+    imitates: &[],
+    needs_motion: true,
+    example: ("{effect: servo_lag, joint: A1, lag_s: 0.01}", View::JointOverCommand),
+    read: |f| Ok(ServoLag { lag_s: f.needed("lag_s", 0.0)? }.into()),
+    typical: |_| vec![("lag_s".into(), 0.01.into())],
+    candidates: |survey, list| {
+        if survey.clock.is_some() {
+            let lag = |target| Candidate::of_size(survey.robot, target, 1e-4, |lag_s| ServoLag { lag_s }).positive();
+            list.extend(survey.moving().map(|axis| lag(Target::Joint(axis))));
+        }
+    },
+};
 
 /// Time constant, s (0 or more).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -125,14 +154,52 @@ impl Fade {
     }
 }
 
+impl EffectType for ServoLag {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn values(&self) -> Vec<f64> {
+        vec![self.lag_s]
+    }
+
+    fn with(&self, v: &[f64]) -> Effect {
+        Self { lag_s: v[0] }.into()
+    }
+
+    fn parameters(&self, _site: &Site) -> Vec<Parameter> {
+        vec![Parameter::seconds("lag_s", (0.0, 1.0), 0.01)]
+    }
+
+    fn apply(&self, track: &Track, signal: &mut [f64]) {
+        self.lag(track, signal);
+    }
+
+    fn filters_in_time(&self) -> bool {
+        true
+    }
+
+    fn turning_points(&self, track: &Track) -> Vec<(usize, f64, f64)> {
+        self.turns(track)
+    }
+
+    fn idle(&self, _site: &Site, settled_poses: bool) -> Option<&'static str> {
+        settled_poses.then_some("settled poses have no time")
+    }
+
+    fn undo(&self, _context: &UndoContext) -> Undo {
+        Undo::nothing("it is no error of position: tune the servo")
+    }
+}
+
 impl ServoLag {
-    fn idle(&self, track: &Track) -> bool {
+    fn does_nothing(&self, track: &Track) -> bool {
         self.lag_s.is_nan() || self.lag_s <= 0.0 || track.between == Between::Settled || track.len() < 2
     }
 
     /// Lags the signal in place.
-    pub fn apply(&self, track: &Track, signal: &mut [f64]) {
-        if self.idle(track) {
+    fn lag(&self, track: &Track, signal: &mut [f64]) {
+        if self.does_nothing(track) {
             return;
         }
         let support = Support(track);
@@ -164,9 +231,9 @@ impl ServoLag {
 
     /// Where the lagged command turns between samples: `(sample before, t in s, command there)`. A play behind the servo
     /// depends on these points, which no sample shows.
-    pub fn turning_points(&self, track: &Track) -> Vec<(usize, f64, f64)> {
+    fn turns(&self, track: &Track) -> Vec<(usize, f64, f64)> {
         let mut found = Vec::new();
-        if self.idle(track) {
+        if self.does_nothing(track) {
             return found;
         }
         let support = Support(track);
@@ -261,7 +328,7 @@ mod tests {
         let p: Vec<f64> = t.iter().map(|t| (t - 0.5).sin()).collect();
         let track = Track::new(&t, &p, 0.0);
         let lag = ServoLag { lag_s: 0.03 };
-        let found = lag.turning_points(&track);
+        let found = lag.turns(&track);
         // the phase of the lag is atan(0.03) = 0.03 rad at 1 rad/s: 0.03 s behind the command's own extreme
         let turn = |k: f64| 0.5 + std::f64::consts::FRAC_PI_2 + k * std::f64::consts::PI + 0.03f64.atan();
         let late: Vec<_> = found.iter().filter(|f| f.1 > 1.0).collect();

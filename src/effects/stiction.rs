@@ -1,13 +1,41 @@
-//! `stiction`: a joint stands still behind a reversal, then the servo works the error off (seed 000 equations 8 and 9).
+//! `stiction`: a joint stands still after a reversal, then the servo works the error off (seed 000 equations 8 and 9).
 //!
-//! Adds `-dir * min(|p - p_rev|, spike * decay(...))` behind each reversal: the joint does not move until the command has
+//! Adds `-dir * min(|p - p_rev|, spike * decay(...))` after each reversal: the joint does not move until the command has
 //! moved that far from its turning point; without the minimum it would leap against its command. Nothing before the first
 //! reversal. The spike decays with the time since the reversal, or with the travel.
 //!
 //! Parameters: spike 0 or more, at most 0.1 rad or 10 mm; decay above 0. Action: friction: grease, preload, integral gain of the
-//! servo; a fading offset behind each reversal undoes it.
+//! servo; a fading offset after each reversal undoes it.
 
-use super::Track;
+use super::*;
+use serde_yaml::Value;
+
+pub static INFO: EffectInfo = EffectInfo {
+    name: "stiction",
+    heading: "stiction",
+    stage: Stage::Servo,
+    family: Family::Friction,
+    acts_on: ActsOn::Joint,
+    adds: "the joint stands still after a reversal until the servo has worked the error off",
+    equation: "-dir min(|p - p_rev|, spike exp(-(t - t_rev)/decay)) after each reversal",
+    reference: "seed 000 equations 8 and 9; Armstrong-Helouvry, Dupont, Canudas de Wit (1994), Automatica 30(7)",
+    parameters: &[
+        ("spike_deg", "largest error, 0 to 0.1 rad (10 mm): more is a seized joint"),
+        ("decay_s or decay_deg", "time (1 ms to 1000 s) or travel over which the error fades"),
+    ],
+    confused_with: &["hysteresis", "backlash"],
+    decide_by: "reverse at two speeds and wait after one reversal: stiction fades, a gap stays",
+    action: "grease, check preload and seals, raise the integral gain; a fading offset after each reversal undoes it",
+    undone: "a fading offset after each reversal",
+    after_reversal: AfterReversal::Tail,
+    includes: &[],
+    imitates: &[],
+    needs_motion: true,
+    example: ("{effect: stiction, joint: A1, spike_deg: 0.004, decay_s: 1.5}", View::JointOverTime),
+    read,
+    typical,
+    candidates,
+};
 
 /// How the spike decays: `exp(-(t - t_rev) / s)`, or `exp(-|p - p_rev| / travel)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,7 +47,7 @@ pub enum Decay {
 }
 
 impl Decay {
-    /// Share of the spike that is left `since_s` seconds and `travel` (rad or m) behind the reversal.
+    /// Share of the spike that is left `since_s` seconds and `travel` (rad or m) after the reversal.
     #[inline]
     pub fn left(&self, since_s: f64, travel: f64) -> f64 {
         match self {
@@ -36,9 +64,82 @@ pub struct Stiction {
     pub decay: Decay,
 }
 
-impl Stiction {
-    /// Adds the error to `signal` in place.
-    pub fn apply(&self, track: &Track, signal: &mut [f64]) {
+fn read(f: &mut Fields) -> Result<Effect> {
+    let (site, spike) = (f.site(), f.length("spike", 0.0)?);
+    let time = f.number("decay_s", f64::MIN_POSITIVE)?;
+    let travel = f.number(&site.key("decay"), f64::MIN_POSITIVE)?;
+    let decay = match (time, travel) {
+        (Some(s), None) => Decay::Time(s),
+        (None, Some(x)) => Decay::Travel(x * site.si_per_user_unit()),
+        _ => {
+            let expected = format!("either `decay_s` or `{}`", site.key("decay"));
+            return Err(f.bad("decay", "no decay, or two", &expected));
+        }
+    };
+    Ok(Stiction { spike, decay }.into())
+}
+
+fn typical(size: &TypicalSize) -> Vec<(String, Value)> {
+    let mut keys = vec![(size.key("spike"), size.gap.into())];
+    if !size.has("decay") {
+        keys.push(("decay_s".into(), 1.5.into()));
+    }
+    keys
+}
+
+/// Ratio of neighbouring decays that are tried, in time and in travel.
+const NEXT_TIME: f64 = 1.9;
+const NEXT_TRAVEL: f64 = 2.7;
+
+fn candidates(survey: &Survey, list: &mut Vec<Candidate>) {
+    let tried = |axis, decay, form| {
+        let make = move |spike| Stiction { spike, decay };
+        Candidate::of_size(survey.robot, Target::Joint(axis), candidate::TRIAL, make)
+            .positive()
+            .with_shape(1)
+            .with_form(form)
+    };
+    for axis in survey.moving() {
+        if let Some((step, length)) = survey.clock {
+            let mut tau = 0.75 * step.max(0.02);
+            while tau < 0.5 * length && tau < 30.0 {
+                list.push(tried(axis, Decay::Time(tau), "time"));
+                tau *= NEXT_TIME;
+            }
+        }
+        for travel in survey.travels(axis, NEXT_TRAVEL) {
+            list.push(tried(axis, Decay::Travel(travel), "travel"));
+        }
+    }
+}
+
+impl EffectType for Stiction {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn values(&self) -> Vec<f64> {
+        let (Decay::Time(d) | Decay::Travel(d)) = self.decay;
+        vec![self.spike, d]
+    }
+
+    fn with(&self, v: &[f64]) -> Effect {
+        let decay = match self.decay {
+            Decay::Time(_) => Decay::Time(v[1]),
+            Decay::Travel(_) => Decay::Travel(v[1]),
+        };
+        Self { spike: v[0], decay }.into()
+    }
+
+    fn parameters(&self, site: &Site) -> Vec<Parameter> {
+        let decay = match self.decay {
+            Decay::Time(_) => Parameter::seconds("decay_s", (1e-3, 1e3), 1.5),
+            Decay::Travel(_) => site.length("decay", site.travel_bounds(), site.typical(0.5, 0.5)),
+        };
+        vec![site.length("spike", (0.0, site.most_lost()), site.typical(0.003, 0.005)), decay]
+    }
+
+    fn apply(&self, track: &Track, signal: &mut [f64]) {
         for (turn, samples) in track.strokes() {
             let dir = f64::from(turn.dir);
             for i in samples {
@@ -47,5 +148,28 @@ impl Stiction {
                 signal[i] -= dir * travel.min(spike);
             }
         }
+    }
+
+    fn has_memory(&self) -> bool {
+        true
+    }
+
+    fn sticks_by(&self) -> f64 {
+        self.spike
+    }
+
+    fn largest_after_reversal(&self) -> Option<f64> {
+        Some(self.spike)
+    }
+
+    fn transition(&self) -> Option<f64> {
+        match self.decay {
+            Decay::Travel(x) => Some(x),
+            Decay::Time(_) => Some(2.0 * self.spike),
+        }
+    }
+
+    fn undo(&self, _context: &UndoContext) -> Undo {
+        Undo { friction: Some((self.spike, self.decay)), ..Undo::default() }
     }
 }

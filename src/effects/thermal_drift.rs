@@ -3,7 +3,36 @@
 //! Parameters: the three coordinates of `D`, at most 10 mm each; `tau_s` between 1 s and 1e6 s: faster is a settling servo,
 //! slower is no drift of one log. Times count from the first row. Action: warm up before measuring and working; zero again.
 
+use super::*;
 use nalgebra::Vector3;
+
+pub static INFO: EffectInfo = EffectInfo {
+    name: "thermal_drift",
+    heading: "thermal drift",
+    stage: Stage::Tcp,
+    family: Family::Drift,
+    acts_on: ActsOn::Tcp,
+    adds: "the TCP creeps to another place",
+    equation: "D (1 - exp(-t/tau)) in the base frame, t from the first row",
+    reference: "Heisel, Richter, Wurst (1997), CIRP Annals 46(1)",
+    parameters: &[("x_mm, y_mm, z_mm", "where it ends, within 10 mm"), ("tau_s", "1 s to 1e6 s")],
+    confused_with: &["joint_zero_offset"],
+    decide_by: "come back to one pose again and again over the whole log",
+    action: "warm up before work, measure again when warm",
+    undone: "nothing: it depends on time, not on the program",
+    after_reversal: AfterReversal::Nothing,
+    includes: &[],
+    imitates: &[],
+    needs_motion: false,
+    example: ("{effect: thermal_drift, x_mm: 0.1, y_mm: 0, z_mm: 0.05, tau_s: 8}", View::TcpOverTime),
+    read: |f| Ok(ThermalDrift { amplitude_m: f.xyz_m()?, tau_s: f.above_0("tau_s")? }.into()),
+    typical: |size| {
+        let mut keys = size.xyz_mm(0.03);
+        keys.push(("tau_s".into(), (0.5 * size.duration_s).max(1.0).into()));
+        keys
+    },
+    candidates,
+};
 
 /// Where it ends, m, and its time constant, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,10 +41,57 @@ pub struct ThermalDrift {
     pub tau_s: f64,
 }
 
-impl ThermalDrift {
-    /// Displacement `t_s` seconds behind the first row, m; none before it.
-    #[inline]
-    pub fn at(&self, t_s: f64) -> Vector3<f64> {
-        self.amplitude_m * -(-t_s.max(0.0) / self.tau_s).exp_m1()
+/// Time constants that are tried, as shares of the longest log.
+const SHARES: [f64; 5] = [0.02, 0.06, 0.2, 0.6, 2.0];
+
+fn candidates(survey: &Survey, list: &mut Vec<Candidate>) {
+    let Some((_, length)) = survey.clock.filter(|_| survey.points) else { return };
+    for share in SHARES {
+        let drift = move |amplitude_m| ThermalDrift { amplitude_m, tau_s: share * length };
+        list.push(Candidate::of_vector(survey.robot, Target::Tcp, 1e-5, drift).with_shape(1));
+    }
+}
+
+impl EffectType for ThermalDrift {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn values(&self) -> Vec<f64> {
+        let d = self.amplitude_m;
+        vec![d.x, d.y, d.z, self.tau_s]
+    }
+
+    fn with(&self, v: &[f64]) -> Effect {
+        Self { amplitude_m: Vector3::new(v[0], v[1], v[2]), tau_s: v[3] }.into()
+    }
+
+    fn parameters(&self, _site: &Site) -> Vec<Parameter> {
+        let mut all = Parameter::xyz_mm(0.01, 30e-6).to_vec();
+        all.push(Parameter::seconds("tau_s", (1.0, 1e6), 1800.0));
+        all
+    }
+
+    fn displacement_m(&self, _target: Target, row: &Row, _point_m: &Vector3<f64>) -> Vector3<f64> {
+        if row.settled {
+            return Vector3::zeros();
+        }
+        self.amplitude_m * -(-row.t_s.max(0.0) / self.tau_s).exp_m1()
+    }
+
+    fn displaces(&self) -> bool {
+        true
+    }
+
+    fn magnitude(&self) -> f64 {
+        self.amplitude_m.amax()
+    }
+
+    fn idle(&self, _site: &Site, settled_poses: bool) -> Option<&'static str> {
+        settled_poses.then_some("settled poses have no time")
+    }
+
+    fn undo(&self, _context: &UndoContext) -> Undo {
+        Undo::nothing("it depends on time, not on the program")
     }
 }

@@ -2,29 +2,25 @@
 
 use super::CommandTrajectory;
 use super::predict::at_time;
-use crate::effects::{Effect, EffectInstance, Stage, Target};
+use crate::effects::{Effect, EffectInstance, JointFrame, Row, Stage};
 use crate::model::Model;
-use nalgebra::Vector3;
+use crate::robot::Chain;
+use nalgebra::{Isometry3, Vector3};
+use rayon::prelude::*;
+
+/// Rows that one thread takes at a time.
+const BLOCK: usize = 4096;
 
 /// Adds what a link effect adds to its axis, row by row, rad or m.
 pub fn add_link(drive: &CommandTrajectory, placed: &EffectInstance, joint: &mut [f64]) {
-    match (&placed.effect, placed.target) {
-        (Effect::JointZeroOffset(e), _) => joint.iter_mut().for_each(|q| *q += e.offset),
-        (Effect::AxisCoupling(e), Target::Coupled { from, .. }) => {
-            joint.iter_mut().zip(drive.command(from)).for_each(|(q, p)| *q += e.ratio * p);
-        }
-        (Effect::GravityCompliance(e), Target::Joint(axis)) => {
-            joint.iter_mut().zip(drive.gravity_torque(axis)).for_each(|(q, t)| *q += e.compliance * t);
-        }
-        _ => {}
-    }
+    placed.effect.add_to_joint(placed.target, drive, joint);
 }
 
 /// Between the two gaps of a drive (coupling and nut, seed 003), row by row, rad or m: behind what the model lists before the
 /// last play of the axis. With one play or none that is the motor side.
 pub fn between_gaps(model: &Model, drive: &CommandTrajectory, axis: usize) -> Vec<f64> {
     let effects: Vec<&Effect> = model.effects_on(axis).collect();
-    let play = |e: &&Effect| matches!(e, Effect::Backlash(_) | Effect::BacklashSpeed(_));
+    let play = |e: &&Effect| e.is_play();
     let initial_gap_side = model.initial_gap_side.get(axis).copied().unwrap_or(0);
     match effects.iter().rposition(play) {
         Some(last) if effects.iter().filter(|e| play(e)).count() > 1 => {
@@ -39,27 +35,84 @@ pub fn between_gaps(model: &Model, drive: &CommandTrajectory, axis: usize) -> Ve
 
 /// Sum of the clock offsets, s.
 pub fn time_offset_s(effects: &[EffectInstance]) -> f64 {
-    effects.iter().map(|p| if let Effect::TimeOffset(e) = &p.effect { e.offset_s } else { 0.0 }).sum()
+    effects.iter().map(|p| p.effect.time_offset_s()).sum()
 }
 
-/// Adds drift and vibration to points in the base frame, at the rows' times plus `offset_s`. Settled poses have no time.
-pub fn add_tcp(drive: &CommandTrajectory, effects: &[EffectInstance], offset_s: f64, points: &mut [Vector3<f64>]) {
-    let start = drive.t_s().first().copied().unwrap_or(0.0);
-    if drive.settled() {
+/// Where the points are that effects behind the kinematics move.
+#[derive(Clone, Copy)]
+pub struct Scene<'a> {
+    pub trajectory: &'a CommandTrajectory,
+    /// The chain with its geometry effects, and the joints' positions `[axis][row]`, rad or m.
+    pub chain: &'a Chain,
+    pub joint: &'a [&'a [f64]],
+    /// Base frame -> tracker frame, where it is known.
+    pub registration: Option<&'a Isometry3<f64>>,
+    /// Offset of the tracker's clock, s.
+    pub offset_s: f64,
+}
+
+/// Moves points of the base frame by the effects that depend on the pose; those of TCP and measurement come after the shift
+/// in time: [`displace_at_tcp`].
+pub fn displace_by_pose(scene: &Scene, effects: &[EffectInstance], points: &mut [Vector3<f64>]) {
+    displace(scene, effects.iter().filter(|p| p.effect.stage() < Stage::Tcp), points);
+}
+
+/// Moves points of the base frame by the effects of the TCP and of the measurement.
+pub fn displace_at_tcp(scene: &Scene, effects: &[EffectInstance], points: &mut [Vector3<f64>]) {
+    displace(scene, effects.iter().filter(|p| p.effect.stage() >= Stage::Tcp), points);
+}
+
+fn displace<'a>(scene: &Scene, effects: impl Iterator<Item = &'a EffectInstance>, points: &mut [Vector3<f64>]) {
+    each_point(scene, effects, points, |point, row, effects| {
+        for placed in effects {
+            *point += placed.effect.displacement_m(placed.target, row, point);
+        }
+    });
+}
+
+/// How far effects move points of the base frame, all stages together, m.
+pub fn displacements_m(scene: &Scene, effects: &[EffectInstance], points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    if effects.iter().all(|p| !p.effect.displaces()) {
+        return vec![Vector3::zeros(); points.len()];
+    }
+    let mut moved = points.to_vec();
+    each_point(scene, effects.iter(), &mut moved, |point, row, effects| {
+        let at = *point;
+        *point = effects.iter().map(|p| p.effect.displacement_m(p.target, row, &at)).sum();
+    });
+    moved
+}
+
+fn each_point<'a>(
+    scene: &Scene,
+    effects: impl Iterator<Item = &'a EffectInstance>,
+    points: &mut [Vector3<f64>],
+    change: impl Fn(&mut Vector3<f64>, &Row, &[&EffectInstance]) + Sync,
+) {
+    let effects: Vec<&EffectInstance> = effects.filter(|p| p.effect.displaces()).collect();
+    if effects.is_empty() {
         return;
     }
-    for placed in effects {
-        let mut add = |value: &dyn Fn(f64) -> Vector3<f64>| {
-            for (p, t) in points.iter_mut().zip(drive.t_s()) {
-                *p += value(t + offset_s - start);
+    let (t_s, settled) = (scene.trajectory.t_s(), scene.trajectory.settled());
+    let start = t_s.first().copied().unwrap_or(0.0);
+    let uses_frames = effects.iter().any(|p| p.effect.uses_frames());
+    let station_m = scene.registration.map_or(Vector3::zeros(), |r| r.inverse().translation.vector);
+    points.par_chunks_mut(BLOCK).enumerate().for_each(|(block, points)| {
+        let (mut q, mut frames) = (vec![0.0; scene.joint.len()], Vec::new());
+        for (i, point) in points.iter_mut().enumerate() {
+            let index = block * BLOCK + i;
+            if uses_frames {
+                q.iter_mut().zip(scene.joint).for_each(|(v, column)| *v = column[index]);
+                frames.clear();
+                scene.chain.frames(&q, |_, [x, y, z, o]| {
+                    frames.push(JointFrame { x: *x, y: *y, z: *z, origin_m: *o });
+                });
             }
-        };
-        match &placed.effect {
-            Effect::ThermalDrift(e) => add(&|t| e.at(t)),
-            Effect::Vibration(e) => add(&|t| e.at(t)),
-            _ => {}
+            let t = t_s.get(index).map_or(0.0, |t| t + scene.offset_s - start);
+            let row = Row { index, t_s: t, settled, inputs: scene.trajectory, frames: &frames, station_m };
+            change(point, &row, &effects);
         }
-    }
+    });
 }
 
 /// The path as it is `offset_s` later. Settled poses stay.

@@ -8,11 +8,12 @@
 //!
 //! Settled poses have no time: no drift, no vibration, no time offset.
 
-use super::{CommandTrajectory, parts};
+use super::CommandTrajectory;
+use super::parts::{self, Scene};
 use crate::effects::smooth::{self, Samples};
-use crate::effects::{DhParameter, Effect, EffectInstance, Stage, Target, ThermalDrift, Vibration};
+use crate::effects::{Effect, EffectInstance, Geometry, Stage};
 use crate::model::Model;
-use crate::robot::{Chain, Robot};
+use crate::robot::Robot;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -40,23 +41,11 @@ pub fn geometry(robot: &Robot, effects: &[EffectInstance]) -> Robot {
     if effects.iter().all(|e| e.effect.stage() != Stage::Geometry) {
         return robot.clone();
     }
-    let mut joints = robot.joints.clone();
-    let mut tool = robot.tool;
+    let mut geometry = Geometry { joints: robot.joints.clone(), tool: robot.tool };
     for placed in effects {
-        match (&placed.effect, placed.target) {
-            (Effect::LinkError(e), Target::Link { joint, parameter }) => {
-                let Some(j) = joints.get_mut(joint) else { continue };
-                match parameter {
-                    DhParameter::A => j.a_m += e.delta,
-                    DhParameter::D => j.d_m += e.delta,
-                    DhParameter::Alpha => j.alpha_rad += e.delta,
-                }
-            }
-            (Effect::ToolError(e), _) => tool.translation.vector += e.offset_m,
-            _ => {}
-        }
+        placed.effect.change_geometry(placed.target, &mut geometry);
     }
-    robot.with_geometry(joints, tool)
+    robot.with_geometry(geometry.joints, geometry.tool)
 }
 
 /// Runs the whole chain.
@@ -66,9 +55,16 @@ pub fn predict(model: &Model, drive: &CommandTrajectory) -> Prediction {
     let robot = geometry(&model.robot, &model.effects);
     let mut chains = vec![robot.chain().clone()];
     chains.extend(robot.reflectors_m.iter().map(|p| robot.chain_to(p)));
-    let tcp = TcpStage::new(model, drive);
-    let points_m = chains.iter().map(|chain| tcp.points(model, drive, chain, &joint)).collect();
-    let joint = joint.into_iter().map(|j| parts::number_in_time(drive, tcp.offset_s, &j).into_owned()).collect();
+    let offset_s = if drive.settled() { 0.0 } else { parts::time_offset_s(&model.effects) };
+    let columns: Vec<&[f64]> = joint.iter().map(Vec::as_slice).collect();
+    let points_m = chains
+        .iter()
+        .map(|chain| {
+            let registration = model.registration.as_ref();
+            points(model, &Scene { trajectory: drive, chain, joint: &columns, registration, offset_s })
+        })
+        .collect();
+    let joint = joint.iter().map(|j| parts::number_in_time(drive, offset_s, j).into_owned()).collect();
     Prediction { servo, joint, points_m }
 }
 
@@ -84,70 +80,36 @@ fn axis(model: &Model, drive: &CommandTrajectory, axis: usize) -> (Vec<f64>, Vec
     (servo, joint)
 }
 
-/// What happens to the TCP behind the kinematics.
-struct TcpStage<'a> {
-    drift: Vec<&'a ThermalDrift>,
-    vibration: Vec<&'a Vibration>,
-    offset_s: f64,
-}
-
-impl<'a> TcpStage<'a> {
-    fn new(model: &'a Model, drive: &CommandTrajectory) -> Self {
-        let mut stage = Self { drift: Vec::new(), vibration: Vec::new(), offset_s: 0.0 };
-        if drive.settled() {
-            return stage;
-        }
-        for placed in &model.effects {
-            match &placed.effect {
-                Effect::ThermalDrift(e) => stage.drift.push(e),
-                Effect::Vibration(e) => stage.vibration.push(e),
-                Effect::TimeOffset(e) => stage.offset_s += e.offset_s,
-                _ => {}
-            }
-        }
-        stage
-    }
-
-    /// One reflector over the rows.
-    fn points(&self, model: &Model, drive: &CommandTrajectory, chain: &Chain, joint: &[Vec<f64>]) -> Vec<Vector3<f64>> {
-        let rows = drive.rows();
-        let blocks = rows.div_ceil(BLOCK);
-        let range = |b: usize| b * BLOCK..((b + 1) * BLOCK).min(rows);
-        let mut points: Vec<Vector3<f64>> = (0..blocks)
-            .into_par_iter()
-            .flat_map_iter(|b| {
-                let mut q = vec![0.0; joint.len()];
-                range(b).map(move |row| {
-                    for (v, column) in q.iter_mut().zip(joint) {
-                        *v = column[row];
-                    }
-                    chain.position(&q)
-                })
+/// One reflector over the rows.
+fn points(model: &Model, scene: &Scene) -> Vec<Vector3<f64>> {
+    let rows = scene.trajectory.rows();
+    let blocks = rows.div_ceil(BLOCK);
+    let range = |b: usize| b * BLOCK..((b + 1) * BLOCK).min(rows);
+    let mut points: Vec<Vector3<f64>> = (0..blocks)
+        .into_par_iter()
+        .flat_map_iter(|b| {
+            let mut q = vec![0.0; scene.joint.len()];
+            range(b).map(move |row| {
+                for (v, column) in q.iter_mut().zip(scene.joint) {
+                    *v = column[row];
+                }
+                scene.chain.position(&q)
             })
+        })
+        .collect();
+    parts::displace_by_pose(scene, &model.effects, &mut points);
+    let t_s = scene.trajectory.t_s();
+    if scene.offset_s != 0.0 && rows > 1 {
+        points = (0..blocks)
+            .into_par_iter()
+            .flat_map_iter(|b| range(b).map(|row| at_time(t_s, &points, t_s[row] + scene.offset_s)))
             .collect();
-        let t_s = drive.t_s();
-        if self.offset_s != 0.0 && rows > 1 {
-            points = (0..blocks)
-                .into_par_iter()
-                .flat_map_iter(|b| range(b).map(|row| at_time(t_s, &points, t_s[row] + self.offset_s)))
-                .collect();
-        }
-        let moves = !self.drift.is_empty() || !self.vibration.is_empty();
-        let start = t_s.first().copied().unwrap_or(0.0);
-        if moves || model.registration.is_some() {
-            points.par_iter_mut().enumerate().for_each(|(row, p)| {
-                if moves {
-                    let t = t_s[row] + self.offset_s - start;
-                    self.drift.iter().for_each(|d| *p += d.at(t));
-                    self.vibration.iter().for_each(|v| *p += v.at(t));
-                }
-                if let Some(frame) = &model.registration {
-                    *p = frame.rotation * *p + frame.translation.vector;
-                }
-            });
-        }
-        points
     }
+    parts::displace_at_tcp(scene, &model.effects, &mut points);
+    if let Some(frame) = &model.registration {
+        points.par_iter_mut().for_each(|p| *p = frame.rotation * *p + frame.translation.vector);
+    }
+    points
 }
 
 /// One coordinate of a path.

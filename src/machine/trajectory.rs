@@ -5,14 +5,14 @@
 //! reversal; a step of the last written digit is a command and may be one. An axis at rest has one sample.
 //!
 //! A play behind a lagging servo turns where the lagged joint does, between the samples of the command; those points
-//! are worked out and added where both stand on one axis ([`crate::effects::ServoLag::turning_points`]). A stiction that a lag
+//! are worked out and added where both stand on one axis ([`crate::effects::EffectType::turning_points`]). A stiction that a lag
 //! filters gets finer samples until it comes loose.
 
 use super::gravity::Gravity;
 use super::wide::{pick, run_wide};
 use super::{grid::Grid, speed, turns};
 use crate::effects::servo_lag::command_between;
-use crate::effects::{Between, Effect, Stage, Track, Turn, apply_stage};
+use crate::effects::{Between, Effect, Inputs, Stage, Track, Turn, apply_stage};
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
 use crate::program::Program;
@@ -315,7 +315,7 @@ impl CommandTrajectory {
 
     fn run(&self, axis: usize, effects: &[&Effect], initial_gap_side: i8, last: Stage) -> Vec<f64> {
         let mut track = self.track(axis).with_initial_gap_side(initial_gap_side);
-        if effects.iter().any(|e| matches!(e, Effect::BacklashSpeed(_))) {
+        if effects.iter().any(|e| e.uses_tcp_speed()) {
             track.tcp_speed_m_s = self.sample_speed(axis);
         }
         if let Some(between) = self.between_samples(&track, effects, last) {
@@ -337,18 +337,16 @@ impl CommandTrajectory {
     /// Further samples that a servo lag needs: where the lagged joint turns, if its gear remembers turning points; and many behind
     /// each turn of the command, if the lag filters a stiction, whose way out of the stick no row shows.
     fn between_samples(&self, track: &Track, effects: &[&Effect], last: Stage) -> Option<Vec<(usize, f64, f64)>> {
-        let at = effects.iter().position(|e| matches!(e, Effect::ServoLag(_)))?;
-        let Effect::ServoLag(lag) = effects[at] else { return None };
+        let at = effects.iter().position(|e| e.filters_in_time())?;
         if self.settled() || track.len() < 2 {
             return None;
         }
-        let stuck = effects[..at].iter().filter_map(|e| if let Effect::Stiction(s) = e { Some(s.spike) } else { None });
-        let spike = stuck.fold(0.0, f64::max);
+        let spike = effects[..at].iter().map(|e| e.sticks_by()).fold(0.0, f64::max);
         let turns_matter = last == Stage::Gear && effects.iter().any(|e| e.stage() == Stage::Gear && e.has_memory());
         if spike <= 0.0 && !turns_matter {
             return None;
         }
-        let mut found = if turns_matter { lag.turning_points(track) } else { Vec::new() };
+        let mut found = if turns_matter { effects[at].turning_points(track) } else { Vec::new() };
         if spike > 0.0 {
             for (turn, samples) in track.strokes() {
                 for j in samples.take(MOST_STUCK) {
@@ -366,6 +364,16 @@ impl CommandTrajectory {
             found.dedup_by(|a, b| a.1 == b.1);
         }
         Some(found)
+    }
+}
+
+impl Inputs for CommandTrajectory {
+    fn command(&self, axis: usize) -> &[f64] {
+        CommandTrajectory::command(self, axis)
+    }
+
+    fn gravity_torque(&self, axis: usize) -> &[f64] {
+        CommandTrajectory::gravity_torque(self, axis)
     }
 }
 

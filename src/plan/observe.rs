@@ -14,7 +14,7 @@ use crate::diagnose::candidates;
 use crate::diagnose::screen::{Ground, SWALLOWED};
 use crate::diagnose::signatures::tangent;
 use crate::diagnose::verdict::MDB;
-use crate::effects::{Effect, EffectInstance};
+use crate::effects::EffectInstance;
 use crate::io::yaml::Document;
 use serde_yaml::Mapping;
 
@@ -46,16 +46,15 @@ pub fn seen(bench: &Bench, motion: &Motion, scale: &Scale) -> Vec<Seen> {
             candidates.extend([37.0, 101.0].map(|n| candidates::ripple(&problem, axis, n)));
         }
     }
-    candidates.push(candidates::vibration(7.3));
+    candidates.push(candidates::vibration(&problem.robot, 7.3));
     for (index, c) in candidates.iter().enumerate() {
         let Ok(typical) = sizes::placed(c.effect, &c.target, &Mapping::new(), scale, &doc) else { continue };
         let score = ground.score(index, c);
         let visible = score.own >= SWALLOWED && score.sigma.iter().all(|s| s.is_finite() && *s > 0.0);
         let (ratio, detectable) = if visible {
-            let size = magnitude(&typical.effect);
+            let size = typical.effect.magnitude();
             // of several coefficients the one that is seen worst; of a gap over speed its slope
-            let told = if c.effect == "backlash_speed" { &score.sigma[1..] } else { &score.sigma[..] };
-            let bias = told.iter().map(|s| MDB * s).fold(0.0, f64::max);
+            let bias = score.sigma[c.sized_from..].iter().map(|s| MDB * s).fold(0.0, f64::max);
             let smallest: Vec<f64> = score.sigma.iter().map(|s| MDB * s).collect();
             (size / bias, c.at(&smallest).into_iter().next())
         } else {
@@ -69,17 +68,4 @@ pub fn seen(bench: &Bench, motion: &Motion, scale: &Scale) -> Vec<Seen> {
         }
     }
     list
-}
-
-/// Size of an effect in the unit of its candidate's coefficients.
-fn magnitude(effect: &Effect) -> f64 {
-    match effect {
-        Effect::ToolError(e) => e.offset_m.amax(),
-        Effect::ThermalDrift(e) => e.amplitude_m.amax(),
-        Effect::Vibration(e) => e.amplitude_m,
-        // of a gap over position its change along the range
-        Effect::Backlash(b) if b.half_gap.constant().is_none() => 0.3 * b.half_gap.largest(),
-        Effect::BacklashSpeed(b) => b.slope.abs(),
-        other => other.values().first().map_or(0.0, |v| v.abs()),
-    }
 }

@@ -59,11 +59,10 @@ fn rival(part: &str, scale: &Scale, doc: &Document) -> Result<Rival> {
         let mut fields = one.split(':').map(str::trim);
         let name = fields.next().unwrap_or_default();
         if catalogue::find(name).is_none() {
-            let names: Vec<&str> = catalogue::CARDS.iter().map(|c| c.name).collect();
             return Err(Error::bad(
                 Place::file(doc.name),
                 format!("effect `{name}`"),
-                format!("one of {}", names.join(", ")),
+                format!("one of {}", catalogue::names()),
             ));
         }
         let mut rest: Vec<&str> = fields.collect();

@@ -7,7 +7,7 @@ use super::motions::Motion;
 use super::question::{Rival, Set};
 use super::separate::{Bench, Worth};
 use crate::diagnose::synthetic::Channels;
-use crate::effects::{Effect, EffectInstance, Stage, Target};
+use crate::effects::{Backlash, BacklashPosition, EffectInstance, JointZeroOffset, LinkError, ServoLag, Stage, Target};
 use crate::model::Model;
 use crate::robot::JointKind;
 use nalgebra::Vector3;
@@ -80,17 +80,16 @@ pub fn channels(bench: &Bench, motions: &[Motion], few: &[usize], sets: &[Set]) 
 
 /// Why two rivals look alike, in a sentence.
 pub fn reason(a: &Rival, b: &Rival, model: &Model) -> String {
-    let plays = |r: &Rival| r.effects.iter().filter(|p| matches!(p.effect, Effect::Backlash(_))).count();
+    let plays =
+        |r: &Rival| r.effects.iter().filter(|p| p.effect.is::<Backlash>() || p.effect.is::<BacklashPosition>()).count();
     let only = |r: &Rival, f: &dyn Fn(&EffectInstance) -> bool| !r.effects.is_empty() && r.effects.iter().all(f);
     let either = |f: &dyn Fn(&Rival, &Rival) -> bool| f(a, b) || f(b, a);
     let same_axis =
         a.effects.iter().chain(&b.effects).all(|p| p.target == a.effects.first().map_or(p.target, |q| q.target));
-    let zero = |p: &EffectInstance, axis: usize| {
-        p.target == Target::Joint(axis) && matches!(p.effect, Effect::JointZeroOffset(_))
-    };
+    let zero = |p: &EffectInstance, axis: usize| p.target == Target::Joint(axis) && p.effect.is::<JointZeroOffset>();
     let last = model.robot.dof() - 1;
     let tool = |p: &EffectInstance| p.target == Target::Tool;
-    let link_d = |p: &EffectInstance| matches!(p.effect, Effect::LinkError(_));
+    let link_d = |p: &EffectInstance| p.effect.is::<LinkError>();
     if same_axis
         && plays(a) + plays(b) == a.effects.len() + b.effects.len()
         && plays(a) != plays(b)
@@ -115,7 +114,7 @@ pub fn reason(a: &Rival, b: &Rival, model: &Model) -> String {
     if only(a, &link_d) && only(b, &link_d) {
         return "both lengths move the TCP by the same amount in the same direction at every pose: along parallel axes only their sum is seen".into();
     }
-    let lag = |p: &EffectInstance| matches!(p.effect, Effect::ServoLag(_));
+    let lag = |p: &EffectInstance| p.effect.is::<ServoLag>();
     let clock = |p: &EffectInstance| p.target == Target::Log;
     if either(&|x, y| only(x, &lag) && only(y, &clock)) {
         let moving = model.robot.dof();

@@ -208,9 +208,7 @@ pub fn nested(narrow: &Rival, wide: &Rival) -> bool {
         });
     }
     match (narrow.effects.as_slice(), wide.effects.as_slice()) {
-        ([a], [b]) if a.target == b.target => {
-            matches!((a.effect.name(), b.effect.name()), ("backlash", "backlash_position" | "backlash_speed"))
-        }
+        ([a], [b]) if a.target == b.target => b.effect.info().includes.contains(&a.effect.name()),
         _ => false,
     }
 }
@@ -271,8 +269,8 @@ fn screened(
         if dot(&ground.residual, &ground.residual) == 0.0 {
             return None;
         }
-        let spectral =
-            if matches!(name.0, "transmission_error" | "vibration") { ground.spectral() } else { Vec::new() };
+        // what has a phase has a frequency, which a spectrum finds
+        let spectral = if wanted.effect.phase().is_some() { ground.spectral() } else { Vec::new() };
         let mut scored: Vec<(f64, Vec<EffectInstance>)> = candidates
             .iter()
             .chain(&spectral)

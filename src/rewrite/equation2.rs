@@ -99,7 +99,7 @@ impl Equation2 {
 mod tests {
     use super::*;
     use crate::compensator::{BacklashOffset, JointCompensator};
-    use crate::effects::{Backlash, GapCurve, Track};
+    use crate::effects::{BacklashPosition, EffectType, GapCurve, Track};
     use crate::robot::{Convention, Joint, JointKind};
     use nalgebra::Isometry3;
 
@@ -136,7 +136,7 @@ mod tests {
     fn joint(commands: &[f64], gap: &GapCurve) -> Vec<f64> {
         let t: Vec<f64> = (0..commands.len()).map(|i| i as f64).collect();
         let mut signal = commands.to_vec();
-        Backlash { half_gap: gap.clone() }.apply(&Track::new(&t, commands, 0.0), &mut signal);
+        BacklashPosition { half_gap: gap.clone() }.apply(&Track::new(&t, commands, 0.0), &mut signal);
         signal
     }
 

@@ -9,34 +9,22 @@
 //! only. The payload is not known from a program: gravity is that of the links.
 
 use super::Points;
-use crate::effects::{Effect, Stage, Target};
+use crate::effects::{Effect, EffectInstance, Inputs, Site, Stage, Target, UndoContext};
 use crate::machine::gravity::{Gravity, Line};
 use crate::model::Model;
-use crate::robot::{Chain, JointKind};
+use crate::robot::{Chain, Robot};
 
 /// Correction left (rad or m) at which a solution is exact, and steps until then at most.
 const EXACT: f64 = 1e-13;
 const MOST_STEPS: usize = 30;
 
-/// What a gear adds to the position that arrives.
-#[derive(Debug, Clone)]
-enum Gear {
-    Scale(f64),
-    Wave { amplitude: f64, per_unit: f64, phase_rad: f64 },
-}
-
-#[derive(Debug, Clone, Default)]
-struct Axis {
-    gear: Vec<Gear>,
-    offset: f64,
-    coupled: Vec<(usize, f64)>,
-    compliance: f64,
-}
-
 /// The static errors of a model.
 #[derive(Debug, Clone)]
 pub struct Statics {
-    axes: Vec<Axis>,
+    /// Effects of the gears by axis, with one turn of each.
+    gears: Vec<(f64, Vec<Effect>)>,
+    /// Effects of the links.
+    links: Vec<EffectInstance>,
     chain: Chain,
     /// `None`: no joint yields to it.
     gravity: Option<Gravity>,
@@ -50,47 +38,46 @@ struct Scratch {
     lines: Vec<Line>,
 }
 
+/// One command vector, as link effects see rows.
+struct OneRow<'a> {
+    c: &'a [f64],
+    torque: &'a [f64],
+}
+
+impl Inputs for OneRow<'_> {
+    fn command(&self, axis: usize) -> &[f64] {
+        &self.c[axis..=axis]
+    }
+
+    fn gravity_torque(&self, axis: usize) -> &[f64] {
+        &self.torque[axis..=axis]
+    }
+}
+
 impl Statics {
     /// Those of a model; `None` where it has none.
     pub fn of_model(model: &Model) -> Option<Self> {
         let robot = &model.robot;
-        let mut axes = vec![Axis::default(); robot.dof()];
-        let (mut any, mut yields) = (false, false);
-        for placed in &model.effects {
-            let Some(axis) = placed.axis() else { continue };
-            let a = &mut axes[axis];
-            any |= is_static(&placed.effect);
-            match (&placed.effect, placed.target) {
-                (Effect::EncoderScale(e), _) => a.gear.push(Gear::Scale(e.scale)),
-                (Effect::TransmissionError(e), _) => {
-                    let joint = robot.axis(axis);
-                    let rev = match joint.kind {
-                        JointKind::Revolute => std::f64::consts::TAU,
-                        JointKind::Prismatic => joint.lead_m_per_rev.unwrap_or(1.0),
-                    };
-                    let per_unit = e.cycles_per_rev * std::f64::consts::TAU / rev;
-                    a.gear.push(Gear::Wave { amplitude: e.amplitude, per_unit, phase_rad: e.phase_rad });
-                }
-                (Effect::JointZeroOffset(e), _) => a.offset += e.offset,
-                (Effect::AxisCoupling(e), Target::Coupled { from, .. }) => a.coupled.push((from, e.ratio)),
-                (Effect::GravityCompliance(e), _) => {
-                    a.compliance += e.compliance;
-                    yields = true;
-                }
-                _ => {}
+        let site = |placed: &EffectInstance| placed.axis().map(|axis| (axis, placed.site(robot).rev()));
+        let mut gears: Vec<(f64, Vec<Effect>)> =
+            (0..robot.dof()).map(|axis| (Site { robot, target: Target::Joint(axis) }.rev(), Vec::new())).collect();
+        let mut links = Vec::new();
+        for placed in model.effects.iter().filter(|p| is_static(p, robot)) {
+            match (site(placed), placed.effect.stage()) {
+                (Some((axis, _)), Stage::Gear) => gears[axis].1.push(placed.effect.clone()),
+                (Some(_), _) => links.push(placed.clone()),
+                (None, _) => {}
             }
         }
+        let any = !links.is_empty() || gears.iter().any(|g| !g.1.is_empty());
+        let yields = links.iter().any(|p: &EffectInstance| p.effect.uses_gravity());
         let gravity = yields.then(|| Gravity::new(robot)).filter(Gravity::is_known);
-        any.then(|| Self { axes, chain: robot.chain().clone(), gravity })
+        any.then(|| Self { gears, links, chain: robot.chain().clone(), gravity })
     }
 
     /// The axis has an error of this kind.
     pub fn changes(&self, axis: usize) -> bool {
-        let a = &self.axes[axis];
-        !a.gear.is_empty()
-            || a.offset != 0.0
-            || !a.coupled.is_empty()
-            || (a.compliance != 0.0 && self.gravity.is_some())
+        !self.gears[axis].1.is_empty() || self.links.iter().any(|p| p.axis() == Some(axis))
     }
 
     /// Joints behind gear and link stage for the commands `c`.
@@ -98,26 +85,21 @@ impl Statics {
         if let Some(gravity) = &self.gravity {
             gravity.at(&self.chain, c, 0.0, &mut scratch.lines, &mut scratch.torque);
         }
-        for (i, (axis, out)) in self.axes.iter().zip(&mut scratch.out).enumerate() {
-            let mut s = c[i];
-            for gear in &axis.gear {
-                s += match gear {
-                    Gear::Scale(scale) => scale * s,
-                    Gear::Wave { amplitude, per_unit, phase_rad } => amplitude * (per_unit * s + phase_rad).sin(),
-                };
+        for ((&c, (rev, gears)), out) in c.iter().zip(&self.gears).zip(&mut scratch.out) {
+            *out = gears.iter().fold(c, |s, gear| s + gear.position_error(s, *rev).unwrap_or(0.0));
+        }
+        let inputs = OneRow { c, torque: &scratch.torque };
+        for placed in &self.links {
+            if let Some(axis) = placed.axis() {
+                placed.effect.add_to_joint(placed.target, &inputs, &mut scratch.out[axis..=axis]);
             }
-            s += axis.offset + axis.coupled.iter().map(|(from, ratio)| ratio * c[*from]).sum::<f64>();
-            if self.gravity.is_some() {
-                s += axis.compliance * scratch.torque[i];
-            }
-            *out = s;
         }
     }
 
     /// Commands that bring the joints to the points of a block, by the share `gain` of the correction; `largest` keeps the
     /// largest correction of each axis, rad or m.
     pub fn commands(&self, block: &Points, gain: f64, largest: &mut [f64]) -> Points {
-        let n = self.axes.len();
+        let n = self.gears.len();
         let mut scratch = Scratch { out: vec![0.0; n], torque: vec![0.0; n], lines: Vec::new() };
         let mut c = vec![0.0; n];
         let mut shifted = block.clone();
@@ -145,6 +127,7 @@ impl Statics {
 }
 
 /// An error that the commands of the moment fix.
-pub fn is_static(effect: &Effect) -> bool {
-    matches!(effect, Effect::EncoderScale(_) | Effect::TransmissionError(_)) || effect.stage() == Stage::Link
+fn is_static(placed: &EffectInstance, robot: &Robot) -> bool {
+    let context = UndoContext { site: placed.site(robot), tcp_speed_m_s: None, alone: false };
+    placed.effect.undo(&context).point_by_point
 }

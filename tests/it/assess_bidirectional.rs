@@ -3,6 +3,7 @@
 use assert_cmd::Command;
 use lostmotion::assess::bidirectional::{Options, Readings, assess};
 use lostmotion::cli::page::bidirectional::curves;
+use lostmotion::effects::{BacklashPosition, BacklashSpeed};
 use lostmotion::gaps::Gaps;
 use lostmotion::model::Model;
 use lostmotion::report::plots::backlash_line;
@@ -348,7 +349,7 @@ fn the_curve_goes_through_gaps_and_fit_into_a_compensator_and_back_to_the_true_h
     let schedule = read.joints[0].schedule.as_ref().unwrap();
     let machine = Model::load(&folder.path("model.yaml")).unwrap();
     assert_eq!(machine.effects[0].effect.name(), "backlash_position");
-    let lostmotion::effects::Effect::Backlash(b) = &machine.effects[0].effect else { panic!() };
+    let b = machine.effects[0].effect.get::<BacklashPosition>().unwrap();
     for x in [0.0, 130.0, 333.0, 600.0] {
         let joint_m = (x + 50.0) * 1e-3;
         for found in [schedule.at(joint_m), b.half_gap.at(joint_m)] {
@@ -393,7 +394,7 @@ fn speeds_become_a_backlash_speed_with_the_true_slope() {
     let model = folder.text("model.yaml");
     found(&[&readings, "--robot", GANTRY, "--joint", "X", "--model-out", &model, "--effect", "backlash-speed"]);
     let machine = Model::load(&folder.path("model.yaml")).unwrap();
-    let lostmotion::effects::Effect::BacklashSpeed(b) = &machine.effects[0].effect else { panic!() };
+    let b = machine.effects[0].effect.get::<BacklashSpeed>().unwrap();
     assert!((b.half_gap * 1e6 - 6.0).abs() < 0.3 && (b.slope * 1e6 - 10.0).abs() < 0.5, "{b:?}");
     // the same speeds without an effect: the answer is no
     let flat = text.lines().take(51).chain(text.lines().skip(1).take(50)).collect::<Vec<_>>();

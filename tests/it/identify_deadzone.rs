@@ -1,7 +1,7 @@
 //! `identify deadzone` on an independent oracle's logs (`tests/oracle/deadzone.py`) and on the simulated instrument.
 
 use crate::bench::{parse, robot, root};
-use lostmotion::effects::{Effect, GapCurve, Target};
+use lostmotion::effects::{GapCurve, Target};
 use lostmotion::error::Error;
 use lostmotion::gaps::Gaps;
 use lostmotion::identify::deadzone::{Deadzone, Found, Options, as_printed, document, identify};
@@ -129,11 +129,11 @@ fn val_coupled_elbows_are_found_through_their_drivers_although_the_tracker_drops
 /// True size of a deadzone that begins at `from`: `b` where it begins and where it ends.
 fn of_model(model: &Model, d: &Deadzone) -> f64 {
     let curve = |e: &&lostmotion::effects::EffectInstance| e.target == Target::Joint(d.axis);
-    let Some(Effect::Backlash(b)) = model.effects.iter().find(curve).map(|e| &e.effect) else { return 0.0 };
+    let Some(gap) = model.effects.iter().find(curve).and_then(|e| e.effect.half_gap()) else { return 0.0 };
     let dir = (d.to - d.from).signum();
     let mut to = d.to;
     for _ in 0..100 {
-        to = d.from + dir * (b.half_gap.at(d.from) + b.half_gap.at(to));
+        to = d.from + dir * (gap.at(d.from) + gap.at(to));
     }
     (to - d.from).abs()
 }

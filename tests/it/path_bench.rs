@@ -1,6 +1,6 @@
 //! A machine on the bench for path tests: programs run at a TCP speed, lost motion from the effect catalogue, noise from a seed.
 
-use lostmotion::effects::{Backlash, Decay, Effect, GapCurve, Stiction, Track, joint_output};
+use lostmotion::effects::{BacklashPosition, Decay, Effect, GapCurve, Stiction, Track, joint_output};
 use lostmotion::log::Log;
 use lostmotion::robot::Robot;
 use nalgebra::{Isometry3, Vector3};
@@ -70,8 +70,8 @@ pub fn run(
     for f in faults {
         let track = Track::new(t, &cmd[f.axis], 1e-9);
         let effects = [
-            Effect::Stiction(Stiction { spike: f.spike_deg.to_radians(), decay: Decay::Time(f.decay_s) }),
-            Effect::Backlash(Backlash { half_gap: f.half_gap.clone() }),
+            Effect::new(Stiction { spike: f.spike_deg.to_radians(), decay: Decay::Time(f.decay_s) }),
+            BacklashPosition::or_constant(f.half_gap.clone()),
         ];
         q[f.axis] = joint_output(&track, &effects);
     }

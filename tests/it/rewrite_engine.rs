@@ -387,8 +387,8 @@ proptest! {
         // as many reversals as the program has: the offsets made none
         prop_assert_eq!(track.turns.len() as u64, account.reversals[0]);
         let effects = [
-            Effect::Stiction(Stiction { spike: gain * DEG, decay: Decay::Time(decay) }),
-            Effect::Backlash(Backlash::constant(gap * DEG)),
+            Effect::new(Stiction { spike: gain * DEG, decay: Decay::Time(decay) }),
+            Effect::new(Backlash::constant(gap * DEG)),
         ];
         let got = joint_output(&track, &effects);
         let Some(first) = track.turns.first().map(|t| t.index) else { return Ok(()) };

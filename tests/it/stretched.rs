@@ -3,7 +3,7 @@
 
 use assert_cmd::Command;
 use lostmotion::compensator::Compensator;
-use lostmotion::effects::GapCurve;
+use lostmotion::effects::{GapCurve, TransmissionError};
 use lostmotion::model::Model;
 use lostmotion::robot::Robot;
 use serde_json::Value;
@@ -84,11 +84,8 @@ fn gaps_behind_a_stretch_are_found_at_the_scale_of_the_commands() {
         // the play stands behind a stretch of 0.75 and a ripple: a gap of b is one of b / (0.75 + ripple') of command
         let (mut gap, mut ripple) = (None, 0.0);
         for e in model.effects.iter().filter(|e| e.axis() == Some(axis)) {
-            match &e.effect {
-                lostmotion::effects::Effect::Backlash(b) => gap = Some(b.half_gap.clone()),
-                lostmotion::effects::Effect::TransmissionError(t) => ripple = t.amplitude,
-                _ => {}
-            }
+            gap = e.effect.half_gap().or(gap);
+            ripple = e.effect.get::<TransmissionError>().map_or(ripple, |t| t.amplitude);
         }
         let gap = gap.unwrap();
         let truth: Vec<f64> = (-3..=3)

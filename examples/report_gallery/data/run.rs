@@ -99,8 +99,8 @@ pub fn measure(
             let sent = compensated(t_s, &nominal[j], gap, spike);
             let track = Track::new(t_s, &sent, 1e-9);
             let effects = [
-                Effect::Stiction(Stiction { spike: mdeg(SPIKE_MDEG[j]), decay: Decay::Time(DECAY_S) }),
-                Effect::Backlash(Backlash::constant(mdeg(GAP_MDEG[j]))),
+                Effect::new(Stiction { spike: mdeg(SPIKE_MDEG[j]), decay: Decay::Time(DECAY_S) }),
+                Effect::new(Backlash::constant(mdeg(GAP_MDEG[j]))),
             ];
             joint_output(&track, &effects)
         })

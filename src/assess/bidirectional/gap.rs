@@ -10,7 +10,7 @@
 
 use super::{Assessment, Model, equation};
 use crate::effects::curve::Pchip;
-use crate::effects::{Backlash, BacklashSpeed, Effect, EffectInstance, GapCurve, Target};
+use crate::effects::{BacklashPosition, BacklashSpeed, EffectInstance, GapCurve};
 use crate::error::{Error, Place, Result};
 use crate::gaps::{GapPoint, Gaps, JointGap, LogRef};
 use crate::robot::{JointKind, Robot};
@@ -183,7 +183,7 @@ pub fn over_position(
         return Err(refused(y));
     }
     let half_gap = curve(model, state, mapping, notes);
-    Ok(EffectInstance { target: Target::Joint(mapping.axis), effect: Effect::Backlash(Backlash { half_gap }) })
+    Ok(EffectInstance::on_axis(mapping.axis, BacklashPosition::or_constant(half_gap)))
 }
 
 /// Column of the TCP speed and its value in m/s.
@@ -252,8 +252,5 @@ pub fn over_speed(
     if model.degree > 0 {
         notes.push("backlash_speed holds the mean over the line: how the gap varies with position is not in it".into());
     }
-    Ok(EffectInstance {
-        target: Target::Joint(mapping.axis),
-        effect: Effect::BacklashSpeed(BacklashSpeed { half_gap, slope }),
-    })
+    Ok(EffectInstance::on_axis(mapping.axis, BacklashSpeed { half_gap, slope }))
 }

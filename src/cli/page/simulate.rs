@@ -1,6 +1,6 @@
 //! Page of `simulate`: what was run on which machine.
 
-use crate::effects::{Effect, EffectInstance, catalogue};
+use crate::effects::EffectInstance;
 use crate::error::counted;
 use crate::model::Model;
 use crate::report::{Page, TableView, Tile, Tone, method};
@@ -22,25 +22,7 @@ pub fn of_run(model: &Model, input: &From, written: &Written) -> Page {
     );
     page.tile(Tile::text("rows", written.rows.to_string(), ""));
     let row = |e: &EffectInstance| {
-        let parameters: Vec<String> = match &e.effect {
-            Effect::Backlash(b) if b.half_gap.constant().is_none() => {
-                let kind = e.axis().map(|a| robot.axis(a).kind);
-                let largest = kind.map_or(b.half_gap.largest(), |k| k.to_edge(b.half_gap.largest()));
-                vec![format!("largest half gap {} {}", short(largest), kind.map_or("", |k| k.unit()))]
-            }
-            effect => e
-                .keys(robot)
-                .iter()
-                .zip(effect.values())
-                .map(|((key, factor), value)| format!("{key} {}", short(value * factor)))
-                .collect(),
-        };
-        vec![
-            e.effect.name().into(),
-            e.target_text(robot),
-            parameters.join(", "),
-            catalogue::of(e.effect.name()).adds.into(),
-        ]
+        vec![e.effect.name().into(), e.target_text(robot), e.effect.brief(&e.site(robot)), e.effect.info().adds.into()]
     };
     let columns = ["effect", "target", "parameters", "what it does"].map(|c| (c.to_string(), false)).to_vec();
     page.section("The machine", "", TableView { columns, rows: model.effects.iter().map(row).collect() });
@@ -49,11 +31,4 @@ pub fn of_run(model: &Model, input: &From, written: &Written) -> Page {
     }
     page.section("", "", vec![method::PLAY, method::STICTION]);
     page
-}
-
-/// A number with six digits at most.
-fn short(v: f64) -> String {
-    let digits = if v == 0.0 { 0 } else { (5 - v.abs().log10().floor() as i32).clamp(0, 9) as usize };
-    let text = format!("{v:.digits$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }

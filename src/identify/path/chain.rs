@@ -240,7 +240,7 @@ pub fn by_run(runs: &[Run], t: &[f64], p: &[f64], law: &Law) -> Vec<ByRun> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::{Backlash, Decay, Effect, Stiction, curve::Pchip, joint_output};
+    use crate::effects::{BacklashPosition, Decay, Effect, Stiction, curve::Pchip, joint_output};
 
     /// A command that turns at many places, sampled so finely that the first sample behind a turn is still stuck.
     fn wave() -> (Vec<f64>, Vec<f64>) {
@@ -271,10 +271,8 @@ mod tests {
         let curve = GapCurve::Pchip(Pchip::new(&[[-1e-3, 3e-5], [0.0, 6e-5], [1e-3, 2e-5]]).unwrap());
         for (held, b, spike) in [(None, 5e-5, 6e-5), (None, 5e-5, 0.0), (Some(&curve), 0.0, 4e-5), (None, 0.0, 3e-5)] {
             let half_gap = held.cloned().unwrap_or(GapCurve::Constant(b));
-            let effects = [
-                Effect::Stiction(Stiction { spike, decay: Decay::Time(1.3) }),
-                Effect::Backlash(Backlash { half_gap }),
-            ];
+            let effects =
+                [Effect::new(Stiction { spike, decay: Decay::Time(1.3) }), BacklashPosition::or_constant(half_gap)];
             let want = joint_output(&track, &effects);
             let c = [b];
             let law = Law { gap: GapLaw { center: 0.0, half: 1e-3, c: &c, held }, spike, tau_s: 1.3 };

@@ -4,7 +4,7 @@
 //! the middle of the two flanks.
 
 use super::flanks::Flanks;
-use crate::effects::{Backlash, Track};
+use crate::effects::{Backlash, EffectType, Track};
 use crate::log::Log;
 
 /// Rows that a picture holds, about.

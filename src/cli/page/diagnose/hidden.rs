@@ -1,25 +1,28 @@
 //! What the log could not have shown: the smallest size of each effect that would have been seen.
 
 use super::Told;
+use crate::diagnose::document::of_motion;
 use crate::diagnose::traces::{Hidden, Traces};
 use crate::diagnose::words;
+use crate::effects::{ActsOn, DhParameter, EffectInfo, catalogue};
 use crate::report::{MapBlock, MapCell, MapView, Page};
 use crate::robot::Robot;
 
-/// Columns of the map for joints: effect, heading, and whether its targets are `joint.parameter`.
-const ON_JOINTS: [(&str, &str); 11] = [
-    ("backlash", "backlash"),
-    ("stiction", "stiction"),
-    ("hysteresis", "hysteresis"),
-    ("servo_lag", "servo lag"),
-    ("encoder_scale", "encoder scale"),
-    ("joint_zero_offset", "zero offset"),
-    ("gravity_compliance", "gravity compliance"),
-    ("transmission_error", "transmission error"),
-    ("link_error.a", "link a"),
-    ("link_error.d", "link d"),
-    ("link_error.alpha", "link alpha"),
-];
+/// Columns of the map for joints: effect (and DH parameter), heading.
+fn on_joints() -> Vec<(String, String)> {
+    let columns = |info: &&EffectInfo| -> Vec<(String, String)> {
+        match info.acts_on {
+            ActsOn::Joint => vec![(info.name.into(), info.heading.into())],
+            ActsOn::DhParameter(all) => {
+                let one =
+                    |p: &DhParameter| (format!("{}.{}", info.name, p.text()), format!("{} {}", info.heading, p.text()));
+                all.iter().map(one).collect()
+            }
+            _ => Vec::new(),
+        }
+    };
+    catalogue::ALL.iter().flat_map(columns).collect()
+}
 
 pub(super) fn blind(page: &mut Page, robot: &Robot, t: &Traces, told: &Told) {
     if t.hidden.is_empty() {
@@ -35,8 +38,9 @@ pub(super) fn blind(page: &mut Page, robot: &Robot, t: &Traces, told: &Told) {
         None => find(effect, joint),
     };
     let mut blocks = Vec::new();
-    let kept: Vec<&(&str, &str)> =
-        ON_JOINTS.iter().filter(|(e, _)| joints.iter().any(|j| on_joint(e, j).is_some())).collect();
+    let on_joints = on_joints();
+    let kept: Vec<&(String, String)> =
+        on_joints.iter().filter(|(e, _)| joints.iter().any(|j| on_joint(e, j).is_some())).collect();
     blocks.push(MapBlock {
         corner: "joint".into(),
         columns: kept
@@ -54,8 +58,15 @@ pub(super) fn blind(page: &mut Page, robot: &Robot, t: &Traces, told: &Told) {
             .collect(),
     });
     // a coupling shows only where both joints move
-    let rests = |joint: &str| find("encoder_scale", joint).is_some_and(|h| !h.found && h.moves.is_none());
-    let coupled = |to: &str, from: &str| find("axis_coupling", &format!("{to}<-{from}"));
+    let of_motion = of_motion();
+    let rests = |joint: &str| {
+        let mut seen = of_motion.iter().filter_map(|e| find(e, joint)).peekable();
+        seen.peek().is_some() && seen.all(|h| !h.found && h.moves.is_none())
+    };
+    let coupled = |to: &str, from: &str| {
+        let target = format!("{to}<-{from}");
+        t.hidden.iter().filter(|h| h.target == target).max_by_key(|h| h.found)
+    };
     if joints.iter().any(|to| joints.iter().any(|from| coupled(to, from).is_some())) {
         let all = || joints.iter().flat_map(|to| joints.iter().filter_map(|from| coupled(to, from)));
         let unit = unit_of(all());
@@ -130,10 +141,10 @@ fn cell(h: &Hidden, told: &Told) -> MapCell {
     match (h.sizes.first(), h.moves) {
         _ if h.found => MapCell::Word("found".into()),
         (Some((key, v)), Some(moves)) => {
-            let tool = matches!(h.effect, "tool_error" | "thermal_drift");
+            let coordinate = |key: &str| matches!(key, "x_mm" | "y_mm" | "z_mm");
             // of a vector the coordinate that is seen worst
-            let size = if tool {
-                h.sizes.iter().filter(|s| s.0.ends_with("_mm")).map(|s| s.1).fold(0.0, f64::max)
+            let size = if coordinate(key) {
+                h.sizes.iter().filter(|s| coordinate(&s.0)).map(|s| s.1).fold(0.0, f64::max)
             } else {
                 *v
             };

@@ -1,0 +1,319 @@
+//! What every effect implements ([`EffectType`]), and a value of any of them ([`Effect`]).
+//!
+//! Only what an effect does differently from doing nothing has to be written: every hook of the chain has a default. Values are SI
+//! (rad or m, s, Nm or N).
+
+use super::{EffectInfo, GapCurve, Parameter, Site, Stage, Target, Track, stiction::Decay};
+use crate::robot::Joint;
+use nalgebra::{Isometry3, Vector3};
+use serde_yaml::Mapping;
+use std::any::Any;
+use std::fmt::Debug;
+use std::ops::Deref;
+use std::sync::Arc;
+
+/// An effect of the catalogue: its equation, its parameters and what undoes it.
+pub trait EffectType: EffectObject + Debug + Send + Sync {
+    /// What holds for all values: name, stage, words, how an entry is read, what a diagnosis tries.
+    fn info(&self) -> &'static EffectInfo;
+
+    /// Free parameters, SI, in the order of [`Self::parameters`].
+    fn values(&self) -> Vec<f64>;
+
+    /// The same effect with other values, as many as [`Self::values`] has.
+    fn with(&self, values: &[f64]) -> Effect;
+
+    /// Key, unit, bounds and typical size of each value.
+    fn parameters(&self, site: &Site) -> Vec<Parameter>;
+
+    /// Puts the parameters into the entry of a model file: each under its key.
+    fn write(&self, site: &Site, entry: &mut Mapping) {
+        for (parameter, value) in self.parameters(site).iter().zip(self.values()) {
+            entry.insert(parameter.key.clone().into(), (value * parameter.user_units_per_si).into());
+        }
+    }
+
+    /// The parameters in a few words for a page: each with its key.
+    fn brief(&self, site: &Site) -> String {
+        let each = self.parameters(site);
+        let each = each.iter().zip(self.values()).map(|(p, v)| format!("{} {}", p.key, short(v * p.user_units_per_si)));
+        each.collect::<Vec<_>>().join(", ")
+    }
+
+    /// Where in the chain it acts, where that depends on its form.
+    fn stage(&self) -> Stage {
+        self.info().stage
+    }
+
+    /// Servo and gear: turns the arriving signal (rad or m, one value per sample of `track`) into the leaving one, in place.
+    fn apply(&self, track: &Track, signal: &mut [f64]) {
+        if self.position_error(0.0, track.rev).is_some() {
+            for s in signal {
+                *s += self.position_error(*s, track.rev).unwrap_or(0.0);
+            }
+        }
+    }
+
+    /// Gear: what it adds to an arriving position, where that position alone decides; `rev` is one turn of the joint (2 pi
+    /// rad, or the lead of a screw in m).
+    fn position_error(&self, _arriving: f64, _rev: f64) -> Option<f64> {
+        None
+    }
+
+    /// Link: adds its part of the joint's position, row by row, rad or m.
+    fn add_to_joint(&self, _target: Target, _inputs: &dyn Inputs, _joint: &mut [f64]) {}
+
+    /// Geometry: changes the kinematic parameters.
+    fn change_geometry(&self, _target: Target, _geometry: &mut Geometry) {}
+
+    /// Behind the kinematics: how far a point of the tool is moved, m, base frame.
+    fn displacement_m(&self, _target: Target, _row: &Row, _point_m: &Vector3<f64>) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+
+    /// [`Self::displacement_m`] is not zero everywhere.
+    fn displaces(&self) -> bool {
+        false
+    }
+
+    /// It looks at [`Row::frames`].
+    fn uses_frames(&self) -> bool {
+        false
+    }
+
+    /// Measurement: the measurement at `t` shows the robot at `t` plus this.
+    fn time_offset_s(&self) -> f64 {
+        0.0
+    }
+
+    /// It remembers where the joint came from, so that it depends on turning points and not on the present alone.
+    fn has_memory(&self) -> bool {
+        false
+    }
+
+    /// It looks at the commanded TCP speed ([`Track::tcp_speed_m_s`]).
+    fn uses_tcp_speed(&self) -> bool {
+        false
+    }
+
+    /// The joint stands still after a reversal until the command has moved this far, rad or m; 0: it does not.
+    fn sticks_by(&self) -> f64 {
+        0.0
+    }
+
+    /// It filters the command in time, so that its output turns elsewhere than the command: [`Self::turning_points`].
+    fn filters_in_time(&self) -> bool {
+        false
+    }
+
+    /// Where the output of a filter turns between samples: `(sample before, t in s, command there)`.
+    fn turning_points(&self, _track: &Track) -> Vec<(usize, f64, f64)> {
+        Vec::new()
+    }
+
+    /// It looks at [`Inputs::gravity_torque`].
+    fn uses_gravity(&self) -> bool {
+        false
+    }
+
+    /// It is a play: several in series act as one of their sum.
+    fn is_play(&self) -> bool {
+        false
+    }
+
+    /// Half of what a joint loses at a reversal, once it is through it, as a function of position; at rest, where it depends on
+    /// the speed.
+    fn half_gap(&self) -> Option<GapCurve> {
+        None
+    }
+
+    /// Half of the largest error after a reversal, rad or m.
+    fn largest_after_reversal(&self) -> Option<f64> {
+        self.half_gap().map(|b| b.largest())
+    }
+
+    /// Travel after a reversal over which the error builds up or fades, rad or m.
+    fn transition(&self) -> Option<f64> {
+        self.largest_after_reversal().filter(|b| *b > 0.0).map(|b| 2.0 * b)
+    }
+
+    /// One number for its size, in the unit of the coefficients of its candidates.
+    fn magnitude(&self) -> f64 {
+        self.values().first().map_or(0.0, |v| v.abs())
+    }
+
+    /// Which value is a phase, which goes round instead of stopping at a bound.
+    fn phase(&self) -> Option<usize> {
+        None
+    }
+
+    /// Why it does nothing on this robot, or in settled poses.
+    fn idle(&self, _site: &Site, _settled_poses: bool) -> Option<&'static str> {
+        None
+    }
+
+    /// What `rewrite` undoes of it.
+    fn undo(&self, context: &UndoContext) -> Undo;
+}
+
+/// What [`EffectType`] needs of a type; every `PartialEq` type has it.
+pub trait EffectObject: Any {
+    fn as_any(&self) -> &dyn Any;
+    fn equals(&self, other: &dyn EffectType) -> bool;
+}
+
+impl<T: EffectType + PartialEq> EffectObject for T {
+    fn as_any(&self) -> &dyn Any {
+        self
+    }
+
+    fn equals(&self, other: &dyn EffectType) -> bool {
+        other.as_any().downcast_ref::<T>().is_some_and(|o| self == o)
+    }
+}
+
+/// An effect with its values.
+#[derive(Clone)]
+pub struct Effect(Arc<dyn EffectType>);
+
+impl Effect {
+    pub fn new(effect: impl EffectType) -> Self {
+        Self(Arc::new(effect))
+    }
+
+    /// Name in the catalogue.
+    pub fn name(&self) -> &'static str {
+        self.info().name
+    }
+
+    /// The effect as its own type, if it is one of that.
+    pub fn get<T: EffectType>(&self) -> Option<&T> {
+        self.0.as_any().downcast_ref()
+    }
+
+    /// Is it one of this type?
+    pub fn is<T: EffectType>(&self) -> bool {
+        self.get::<T>().is_some()
+    }
+
+    /// The same effect with other values; one that is missing stays.
+    pub fn with_values(&self, values: &[f64]) -> Self {
+        let mut all = self.values();
+        for (old, new) in all.iter_mut().zip(values) {
+            *old = *new;
+        }
+        self.with(&all)
+    }
+}
+
+impl Deref for Effect {
+    type Target = dyn EffectType;
+
+    fn deref(&self) -> &Self::Target {
+        self.0.as_ref()
+    }
+}
+
+impl PartialEq for Effect {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0) || self.0.equals(other.0.as_ref())
+    }
+}
+
+impl Debug for Effect {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl<T: EffectType> From<T> for Effect {
+    fn from(effect: T) -> Self {
+        Self::new(effect)
+    }
+}
+
+/// What link effects look at, row by row.
+pub trait Inputs: Sync {
+    /// Command of an axis, rad or m.
+    fn command(&self, axis: usize) -> &[f64];
+    /// Gravity's torque about an axis at the commanded pose, Nm (N for a prismatic one); positive turns the axis positive.
+    fn gravity_torque(&self, axis: usize) -> &[f64];
+}
+
+/// Kinematic parameters that geometry effects change.
+#[derive(Debug, Clone)]
+pub struct Geometry {
+    pub joints: Vec<Joint>,
+    pub tool: Isometry3<f64>,
+}
+
+/// One row, as an effect behind the kinematics sees it.
+#[derive(Clone, Copy)]
+pub struct Row<'a> {
+    pub index: usize,
+    /// Time since the first row, s, by the clock of the robot.
+    pub t_s: f64,
+    /// The rows are settled poses, which have no time.
+    pub settled: bool,
+    pub inputs: &'a dyn Inputs,
+    /// Joint frames in the base frame, after the turn and the slide of the joint; empty where no effect asks for them.
+    pub frames: &'a [JointFrame],
+    /// The measuring system in the base frame, m.
+    pub station_m: Vector3<f64>,
+}
+
+/// Axes and origin of a joint's frame, after the joint's own turn and slide: `z` is its axis, `x` the direction of its `a`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointFrame {
+    pub x: Vector3<f64>,
+    pub y: Vector3<f64>,
+    pub z: Vector3<f64>,
+    pub origin_m: Vector3<f64>,
+}
+
+/// What else is known where an effect is to be undone.
+#[derive(Debug, Clone, Copy)]
+pub struct UndoContext<'a> {
+    pub site: Site<'a>,
+    /// TCP speed of the program, where it is known.
+    pub tcp_speed_m_s: Option<f64>,
+    /// It is the only effect with memory on its joint.
+    pub alone: bool,
+}
+
+/// What `rewrite` undoes of an effect.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Undo {
+    /// An offset of this half gap in the direction of travel.
+    pub gap: Option<GapCurve>,
+    /// An offset after each reversal: its size, with the sign of the new movement, and how it fades.
+    pub friction: Option<(f64, Decay)>,
+    /// The commands of the moment fix the error: it is taken off point by point.
+    pub point_by_point: bool,
+    /// What is left, and why.
+    pub left: Option<&'static str>,
+}
+
+impl Undo {
+    /// Nothing can be done by offsets.
+    pub fn nothing(why: &'static str) -> Self {
+        Self { left: Some(why), ..Self::default() }
+    }
+
+    /// A gap of this half width.
+    pub fn gap(half_gap: GapCurve) -> Self {
+        Self { gap: Some(half_gap), ..Self::default() }
+    }
+
+    /// The error depends on the commands of the moment alone.
+    pub fn point_by_point() -> Self {
+        Self { point_by_point: true, ..Self::default() }
+    }
+}
+
+/// A number with six digits at most.
+pub fn short(v: f64) -> String {
+    let digits = if v == 0.0 { 0 } else { (5 - v.abs().log10().floor() as i32).clamp(0, 9) as usize };
+    let text = format!("{v:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}

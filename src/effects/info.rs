@@ -1,0 +1,163 @@
+//! What holds for all values of an effect: its name, its place, its words, how its entry is read, what a diagnosis tries.
+
+use super::{Candidate, DhParameter, Effect, Fields, Stage, Survey};
+use crate::error::Result;
+use crate::robot::JointKind;
+use serde_yaml::{Mapping, Value};
+
+/// One effect of the catalogue.
+#[derive(Debug)]
+pub struct EffectInfo {
+    /// Name in model files and documents.
+    pub name: &'static str,
+    /// A few words for the head of a column.
+    pub heading: &'static str,
+    pub stage: Stage,
+    /// Effects that a machine has together or not at all: tested as one before their members.
+    pub family: Family,
+    /// Kind of its target.
+    pub acts_on: ActsOn,
+    /// What it adds, in one line.
+    pub adds: &'static str,
+    pub equation: &'static str,
+    /// Where the equation comes from.
+    pub reference: &'static str,
+    /// Keys of its parameters for a revolute joint, with what each means and its bounds.
+    pub parameters: &'static [(&'static str, &'static str)],
+    /// Effects that a log may not tell from it.
+    pub confused_with: &'static [&'static str],
+    /// The experiment that decides.
+    pub decide_by: &'static str,
+    /// What a user does about it.
+    pub action: &'static str,
+    /// What `rewrite --model` undoes of it.
+    pub undone: &'static str,
+    /// What it does after the reversals of its joint.
+    pub after_reversal: AfterReversal,
+    /// Effects that are special cases of it.
+    pub includes: &'static [&'static str],
+    /// Effects to which it comes as close as one likes, so that it always fits a log as well as they do.
+    pub imitates: &'static [&'static str],
+    /// It shows in motion alone: a log in which its joint rests is blind to it.
+    pub needs_motion: bool,
+    /// An entry of a model file, and what a picture of it shows over what.
+    pub example: (&'static str, View),
+    /// Reads the keys of an entry.
+    pub read: fn(&mut Fields) -> Result<Effect>,
+    /// Keys and values of a size at which it matters.
+    pub typical: fn(&TypicalSize) -> Vec<(String, Value)>,
+    /// What a diagnosis tries: adds its candidates to the list.
+    pub candidates: fn(&Survey, &mut Vec<Candidate>),
+}
+
+/// Kinds of targets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ActsOn {
+    Joint,
+    /// One joint by another.
+    Coupling,
+    /// One of these parameters of a joint.
+    DhParameter(&'static [DhParameter]),
+    Tool,
+    Tcp,
+    Log,
+}
+
+impl ActsOn {
+    /// As the documents print it: an example of a target.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Joint => "joint",
+            Self::Coupling => "A6<-A5",
+            Self::DhParameter(_) => "A2.a",
+            Self::Tool => "tool",
+            Self::Tcp => "tcp",
+            Self::Log => "log",
+        }
+    }
+}
+
+/// Effects of one kind, by which a diagnosis groups them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Family {
+    /// Lags of the servos and the clock.
+    Lag,
+    Friction,
+    Gap,
+    /// Scales of encoders, couplings between joints.
+    Scale,
+    Ripple,
+    /// Zero offsets, DH parameters, tool.
+    Geometry,
+    Gravity,
+    /// Times and temperatures.
+    Drift,
+    Vibration,
+    /// The measuring system itself.
+    Tracker,
+    /// Curves without a physical name.
+    Empirical,
+}
+
+/// What an effect does after a reversal of its joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AfterReversal {
+    Nothing,
+    /// A step that stays.
+    Step,
+    /// An error that fades.
+    Tail,
+}
+
+/// What a picture shows over what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum View {
+    JointOverCommand,
+    JointOverTime,
+    /// Joint error over the command of the second joint.
+    JointOverOther,
+    /// The same over time, moved ever slower.
+    JointWhileSlowing,
+    /// TCP error, horizontal and vertical, over time.
+    TcpOverTime,
+}
+
+/// What a typical size depends on.
+#[derive(Debug, Clone)]
+pub struct TypicalSize<'a> {
+    pub kind: JointKind,
+    /// The target as text.
+    pub target: &'a str,
+    /// A gap of the joint, deg or mm.
+    pub gap: f64,
+    /// Least and most of the joint's positions, deg or mm.
+    pub window: [f64; 2],
+    pub tcp_speed_mm_s: f64,
+    pub duration_s: f64,
+    /// Keys that are given.
+    pub given: &'a Mapping,
+}
+
+impl TypicalSize<'_> {
+    /// `half_gap_deg`, `half_gap_mm`.
+    pub fn key(&self, name: &str) -> String {
+        format!("{name}_{}", self.kind.unit())
+    }
+
+    /// A key that begins so is given.
+    pub fn has(&self, start: &str) -> bool {
+        self.given.keys().any(|k| k.as_str().is_some_and(|k| k.starts_with(start)))
+    }
+
+    pub fn is_revolute(&self) -> bool {
+        self.kind == JointKind::Revolute
+    }
+
+    /// The three coordinates of a vector, mm, unless one of them is given.
+    pub fn xyz_mm(&self, each: f64) -> Vec<(String, Value)> {
+        if self.has("x_") || self.has("y_") || self.has("z_") {
+            return Vec::new();
+        }
+        ["x_mm", "y_mm", "z_mm"].map(|k| (k.to_string(), each.into())).to_vec()
+    }
+}
