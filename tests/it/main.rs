@@ -1,5 +1,6 @@
 //! Integration tests: one binary, a module per room.
 
+mod add_an_effect;
 mod assess_bidirectional;
 mod assess_circle;
 mod assess_impact;
