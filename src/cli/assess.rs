@@ -48,7 +48,7 @@ fn print_json(value: &serde_json::Value) -> Result<()> {
 }
 
 /// An empty table: numbers to the right, one line below the header.
-fn table(header: &[&str]) -> comfy_table::Table {
+pub(super) fn table(header: &[&str]) -> comfy_table::Table {
     use comfy_table::{TableComponent, presets};
     let mut table = comfy_table::Table::new();
     table.load_preset(presets::NOTHING).set_header(header);

@@ -14,6 +14,7 @@ pub mod page;
 pub mod paths;
 pub mod plan_experiment;
 pub mod rewrite;
+pub mod robot;
 pub mod simulate;
 pub mod track;
 pub mod undo;
@@ -51,6 +52,7 @@ pub enum Command {
     PlanExperiment(plan_experiment::Args),
     Learn(learn::Args),
     Track(track::Args),
+    Robot(robot::Args),
     Demo(demo::Args),
     Completions(completions::Args),
 }
@@ -68,6 +70,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::PlanExperiment(a) => plan_experiment::run(a),
         Command::Learn(a) => learn::run(a),
         Command::Track(a) => track::run(a),
+        Command::Robot(a) => robot::run(a),
         Command::Demo(a) => demo::run(a),
         Command::Completions(a) => completions::run(a),
     }

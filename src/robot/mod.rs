@@ -5,15 +5,20 @@
 //! - [`chain`]: forward kinematics and the analytic Jacobian (seed 000 equations 2-5; Craig's convention too).
 //! - [`inverse`]: the damped numerical inverse for any subset of joints; says why it stopped.
 //! - [`write`]: a robot back to its file.
+//! - [`urdf`]: a robot from a URDF file, by [`dh`]: parameters of given joint axes.
+//! - [`plausible`]: whether the numbers can be those of a machine.
 //! - [`fingerprint`]: SHA-256 of the robot's numbers, so that a compensator cannot meet another robot.
 //!
 //! Joint vectors `q` hold one value per *axis*, that is, per joint with a command of its own, in file order, in radians
 //! or metres. A joint that follows another one has no entry.
 
 pub mod chain;
+pub mod dh;
 pub mod file;
 pub mod fingerprint;
 pub mod inverse;
+pub mod plausible;
+pub mod urdf;
 pub mod write;
 
 pub use chain::{Chain, Pose};

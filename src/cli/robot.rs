@@ -1,0 +1,241 @@
+//! `lostmotion robot check|init`: a robot file looked over, and one made of a URDF.
+
+use crate::error::{Error, Place, Result};
+use crate::io::{input, output::Output};
+use crate::robot::plausible::{self, Finding};
+use crate::robot::{JointKind, Robot, urdf};
+use serde_json::{Value, json};
+use std::io::Write;
+use std::path::PathBuf;
+
+pub const SCHEMA: &str = "lostmotion/robot-check/1";
+/// A robot made of a URDF follows the URDF's own chain within this, m.
+const SAME_CHAIN_M: f64 = 1e-9;
+
+/// Check a robot file, or make one from a URDF file.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, clap::Subcommand)]
+pub enum Command {
+    Check(CheckArgs),
+    Init(InitArgs),
+}
+
+/// Check a robot file: its form, its plausibility, and the TCP at poses to compare with the pendant.
+///
+/// The TCP is printed at zero, in the middle of the limits, and at every --pose, in the robot's base frame: compare one pose with
+/// what the pendant shows. Exit code 1 where the numbers cannot be those of a machine (metres written as millimetres,
+/// limits in radians, two joints about one axis).
+///
+/// Examples:
+///   lostmotion robot check robot.yaml
+///   lostmotion robot check robot.yaml --pose 0,-90,90,0,0,0 --pose 10,-80,95,20,30,40 --json
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct CheckArgs {
+    /// Robot file
+    #[arg(value_name = "ROBOT.yaml")]
+    pub robot: PathBuf,
+    /// Joint positions, deg or mm, in the order of the robot file; repeatable
+    #[arg(long, value_name = "Q1,Q2,...", allow_hyphen_values = true)]
+    pub pose: Vec<String>,
+    /// Print one JSON document (lostmotion/robot-check/1) instead of the tables
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Make a robot file from a URDF file.
+///
+/// The chain from the root link to the tip becomes Denavit-Hartenberg parameters; limits, speeds, masses and mimicking joints are
+/// taken over. The result is compared with the URDF's own kinematics at 200 random positions. URDF files hold no
+/// accelerations: add max_accel_deg_s2 by hand. Expand xacro files first.
+///
+/// Examples:
+///   lostmotion robot init --urdf arm.urdf --output robot.yaml
+///   lostmotion robot init --urdf arm.urdf --tip tool0 --output robot.yaml
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct InitArgs {
+    /// URDF file; - is standard input
+    #[arg(long, value_name = "FILE.urdf")]
+    pub urdf: PathBuf,
+    /// Link whose frame is the TCP [default: the end of the only chain]
+    #[arg(long, value_name = "LINK")]
+    pub tip: Option<String>,
+    /// Where the robot file goes; - is standard output
+    #[arg(short, long, value_name = "ROBOT.yaml", default_value = "-")]
+    pub output: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    match args.command {
+        Command::Check(a) => check(a),
+        Command::Init(a) => init(a),
+    }
+}
+
+fn check(args: CheckArgs) -> Result<()> {
+    let robot = Robot::load(&args.robot)?;
+    let mut poses =
+        vec![("zero".to_string(), vec![0.0; robot.dof()]), ("middle of the limits".to_string(), middle(&robot))];
+    for text in &args.pose {
+        poses.push((text.clone(), pose_of(&robot, text)?));
+    }
+    let findings = plausible::findings(&robot);
+    let text = if args.json {
+        format!("{:#}\n", document(&robot, &poses, &findings))
+    } else {
+        tables(&robot, &poses, &findings)
+    };
+    let mut out = std::io::stdout().lock();
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|e| Error::io("standard output", "write", e))?;
+    let faults: Vec<String> = findings.iter().filter(|f| f.is_fault()).map(sentence).collect();
+    if faults.is_empty() { Ok(()) } else { Err(Error::Refused(faults.join("\n"))) }
+}
+
+fn init(args: InitArgs) -> Result<()> {
+    super::paths::refuse_shared(&[("--urdf", Some(&args.urdf))], &[("--output", Some(&args.output))])?;
+    let (text, input) = input::read_text(&args.urdf)?;
+    let made = urdf::read(&input.name, &text, args.tip.as_deref())?;
+    let (distance_m, _) = made.largest_error;
+    if distance_m.is_nan() || distance_m > SAME_CHAIN_M {
+        return Err(Error::bad(
+            Place::file(&input.name),
+            format!("joint axes that Denavit-Hartenberg parameters follow only within {:.3e} mm", distance_m * 1e3),
+            "axes that are not nearly parallel at a great distance",
+        ));
+    }
+    let mut output = Output::create(&args.output)?;
+    output.put(made.robot.to_yaml()?.as_bytes())?;
+    output.commit()?;
+    eprintln!(
+        "{}: {} axes from the root to {}; the TCP follows the URDF within {:.1e} mm at 200 positions",
+        input.name,
+        made.robot.dof(),
+        made.tip,
+        distance_m * 1e3
+    );
+    if !made.snapped.is_empty() {
+        eprintln!("angles taken as multiples of 45 deg: {}", made.snapped.join(", "));
+    }
+    for finding in plausible::findings(&made.robot) {
+        eprintln!("note: {}", sentence(&finding));
+    }
+    Ok(())
+}
+
+fn middle(robot: &Robot) -> Vec<f64> {
+    robot.axis_joints().map(|j| j.limits.map_or(0.0, |[lo, hi]| 0.5 * (lo + hi))).collect()
+}
+
+fn pose_of(robot: &Robot, text: &str) -> Result<Vec<f64>> {
+    let values: Vec<Option<f64>> =
+        text.split(',').map(|w| w.trim().parse::<f64>().ok().filter(|v| v.is_finite())).collect();
+    let found = || {
+        Error::bad(
+            Place::file("--pose"),
+            format!("`{text}`"),
+            format!("{} numbers, deg or mm: one per axis", robot.dof()),
+        )
+    };
+    if values.len() != robot.dof() {
+        return Err(found());
+    }
+    robot.axis_joints().zip(values).map(|(j, v)| v.map(|v| v * j.kind.si()).ok_or_else(found)).collect()
+}
+
+/// Position of the TCP, mm, and its fixed-axis X, Y, Z angles, deg.
+fn tcp(robot: &Robot, q: &[f64]) -> ([f64; 3], [f64; 3]) {
+    let pose = robot.forward(q);
+    let (r, p, y) = pose.rotation.euler_angles();
+    ((pose.position * 1e3).into(), [r, p, y].map(f64::to_degrees))
+}
+
+fn document(robot: &Robot, poses: &[(String, Vec<f64>)], findings: &[Finding]) -> Value {
+    let poses: Vec<Value> = poses
+        .iter()
+        .map(|(name, q)| {
+            let (xyz_mm, rpy_deg) = tcp(robot, q);
+            let joints: Vec<f64> = robot.axis_joints().zip(q).map(|(j, v)| j.kind.to_edge(*v)).collect();
+            json!({"pose": name, "joints": joints, "xyz_mm": xyz_mm, "rpy_deg": rpy_deg})
+        })
+        .collect();
+    let findings: Vec<Value> =
+        findings.iter().map(|f| json!({"fault": f.is_fault(), "finding": sentence(f)})).collect();
+    json!({
+        "schema": SCHEMA, "robot": {"name": robot.name, "sha256": robot.fingerprint()}, "axes": robot.axis_names(),
+        "reach_mm": plausible::reach_m(robot) * 1e3, "poses": poses, "findings": findings,
+    })
+}
+
+fn tables(robot: &Robot, poses: &[(String, Vec<f64>)], findings: &[Finding]) -> String {
+    let mut joints =
+        super::assess::table(&["joint", "kind", "theta", "d", "a", "alpha", "limits", "speed", "acceleration"]);
+    for j in &robot.joints {
+        let unit = j.kind.unit();
+        let edge = |v: f64| format!("{:.6}", j.kind.to_edge(v)).trim_end_matches('0').trim_end_matches('.').to_string();
+        let rate = |v: Option<f64>, per: &str| v.map_or("-".into(), |v| format!("{} {unit}/{per}", edge(v)));
+        let kind = if j.kind == JointKind::Revolute { "revolute" } else { "prismatic" };
+        joints.add_row([
+            j.name.clone(),
+            kind.to_string(),
+            format!("{:.4} deg", j.theta_rad.to_degrees()),
+            format!("{:.4} mm", j.d_m * 1e3),
+            format!("{:.4} mm", j.a_m * 1e3),
+            format!("{:.4} deg", j.alpha_rad.to_degrees()),
+            j.limits.map_or("-".into(), |[lo, hi]| format!("{} to {} {unit}", edge(lo), edge(hi))),
+            rate(j.max_speed, "s"),
+            rate(j.max_accel, "s2"),
+        ]);
+    }
+    let mut places = super::assess::table(&["TCP at", "x mm", "y mm", "z mm", "rx deg", "ry deg", "rz deg"]);
+    for (name, q) in poses {
+        let (xyz, rpy) = tcp(robot, q);
+        // -0.0000 reads badly
+        let cells = xyz.into_iter().chain(rpy).map(|v| format!("{:.4}", (v * 1e4).round() / 1e4 + 0.0));
+        places.add_row(std::iter::once(name.clone()).chain(cells));
+    }
+    let mut text = format!(
+        "{}: {} joints, reach at most {:.0} mm\n\n{joints}\n\n{places}\n",
+        robot.name,
+        robot.joints.len(),
+        plausible::reach_m(robot) * 1e3
+    );
+    for f in findings.iter().filter(|f| !f.is_fault()) {
+        text.push_str(&format!("\nnote: {}", sentence(f)));
+    }
+    if findings.iter().any(|f| !f.is_fault()) {
+        text.push('\n');
+    }
+    text
+}
+
+/// A finding in words: what was found, what follows.
+fn sentence(finding: &Finding) -> String {
+    match finding {
+        Finding::Reach { reach_m } => format!(
+            "the links span {:.4} mm, which no machine does: are metres written as millimetres, or the other way round?",
+            reach_m * 1e3
+        ),
+        Finding::LimitsInRadians => "every revolute joint has limits below 7 deg: are they radians?".into(),
+        Finding::SameAxis { joints: [a, b] } => {
+            format!("{a} and {b} move about the same axis: is an alpha or a link length missing?")
+        }
+        Finding::Mass { joint, mass_kg } => format!("the link of {joint} weighs {mass_kg} kg: are these grams?"),
+        Finding::NoLimits { joints } => {
+            format!("no limits of travel for {}: rewrite cannot check them", joints.join(", "))
+        }
+        Finding::NoRates { joints } => {
+            format!(
+                "no largest speed or acceleration for {}: rewrite cannot check the rates of its steps",
+                joints.join(", ")
+            )
+        }
+        Finding::NoMasses => "no links with masses: what gravity bends is left out".into(),
+    }
+}
