@@ -140,8 +140,11 @@ impl Reader<'_> {
             Some(a) => Vector3::from(self.numbers(a, "xyz", [1.0, 0.0, 0.0])?),
             None => Vector3::x(),
         };
-        let Some(axis) = Unit::try_new(axis, 1e-9) else {
-            return Err(self.bad(j, format!("an axis of length 0 at joint `{name}`"), "a direction"));
+        let axis = match Unit::try_new(axis, 1e-9) {
+            Some(axis) => axis,
+            // exporters write 0 0 0 for a joint that does not move
+            None if kind.is_none() => Vector3::x_axis(),
+            None => return Err(self.bad(j, format!("an axis of length 0 at joint `{name}`"), "a direction")),
         };
         let limit = child(j, "limit").filter(|_| j.attribute("type") != Some("continuous"));
         let (limits, max_speed) = match limit {

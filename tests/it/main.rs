@@ -39,6 +39,7 @@ mod rewrite_engine;
 mod rewrite_printed;
 mod rewrite_stream;
 mod robot;
+mod robot_cli;
 mod simulate;
 mod stats;
 mod stretched;
