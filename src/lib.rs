@@ -17,11 +17,15 @@ pub mod learn;
 pub mod log;
 pub mod machine;
 pub mod model;
+pub mod numerics;
 pub mod plan;
 pub mod program;
 pub mod report;
 pub mod rewrite;
 pub mod robot;
 pub mod simulate;
-pub mod stats;
 pub mod track;
+
+/// Former name of [`numerics`].
+#[doc(hidden)]
+pub use numerics as stats;

@@ -15,7 +15,7 @@ use super::signatures::tangent;
 use super::whitening::Whitening;
 use crate::effects::{Effect, EffectInstance, ServoLag, Target};
 use crate::machine::parts;
-use crate::stats::fisher;
+use crate::numerics::fisher;
 use nalgebra::DVector;
 
 /// Chance below which two logs disagree.

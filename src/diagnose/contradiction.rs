@@ -11,7 +11,7 @@ use super::outcome::rms;
 use super::screen::{orthonormal, project_off};
 use super::structure::Ratio;
 use super::whitening::Whitening;
-use crate::stats::fisher;
+use crate::numerics::fisher;
 use nalgebra::DVector;
 use rayon::prelude::*;
 

@@ -23,8 +23,8 @@ use super::signatures::tangent;
 use super::structure::Ratio;
 use super::whitening::Whitening;
 use crate::effects::{EffectInstance, Family, catalogue};
-use crate::stats::fisher;
-use crate::stats::robust::median;
+use crate::numerics::fisher;
+use crate::numerics::robust::median;
 use nalgebra::DVector;
 use rayon::prelude::*;
 

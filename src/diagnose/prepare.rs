@@ -12,7 +12,7 @@ use crate::error::{Error, Place, Result};
 use crate::log::{Log, registration};
 use crate::machine::CommandTrajectory;
 use crate::model::Model;
-use crate::stats::robust::{self, MEDIAN_DISTANCE, SIGMA_PER_MAD, median, median_of};
+use crate::numerics::robust::{self, MEDIAN_DISTANCE, SIGMA_PER_MAD, median, median_of};
 use nalgebra::{Isometry3, Vector3};
 use std::sync::OnceLock;
 

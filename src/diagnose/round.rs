@@ -57,7 +57,7 @@ pub(super) fn round(
             statistic: "F",
             value: digits(gain / count as f64),
             dof: count,
-            p_value: crate::stats::fisher::tail(gain / count as f64, count as f64, dof),
+            p_value: crate::numerics::fisher::tail(gain / count as f64, count as f64, dof),
             delta_bic: digits(count as f64 * dof.ln() - gain),
             group: group.map(|g| GroupTest {
                 name: "geometry",

@@ -16,7 +16,7 @@ use super::structure::{self, Bundle, Ratio, Tested};
 use super::whitening::Whitening;
 use super::{across, contradiction, direction, geometry, precise, prepare, spectrum, verdict};
 use crate::effects::{Backlash, EffectInstance, backlash, catalogue};
-use crate::stats::fisher;
+use crate::numerics::fisher;
 use rayon::prelude::*;
 
 /// The plain gap, which some effects include.

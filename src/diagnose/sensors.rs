@@ -18,7 +18,7 @@ use super::normal::dot;
 use super::screen::{orthonormal, project_off};
 use crate::machine::{self, CommandTrajectory};
 use crate::robot::JointKind;
-use crate::stats::robust::{SIGMA_PER_MAD, median};
+use crate::numerics::robust::{SIGMA_PER_MAD, median};
 
 /// Better by this factor counts as better.
 const CLEARLY: f64 = 0.98;

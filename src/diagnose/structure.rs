@@ -13,7 +13,7 @@ use super::forward::{Hypothesis, Problem, State};
 use super::normal::dot;
 use super::screen::{Ground, SWALLOWED};
 use crate::effects::Track;
-use crate::stats::fisher;
+use crate::numerics::fisher;
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 

@@ -9,8 +9,8 @@
 
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
+use crate::numerics::robust::median;
 use crate::program::Program;
-use crate::stats::robust::median;
 use nalgebra::Vector3;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

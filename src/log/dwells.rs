@@ -14,8 +14,8 @@
 
 use super::Log;
 use crate::error::{Error, Place, Result};
+use crate::numerics::robust::{PointMean, median_of, point_mean};
 use crate::robot::Robot;
-use crate::stats::robust::{PointMean, median_of, point_mean};
 use std::ops::Range;
 
 /// Time in s left to the servo at the start of a dwell that only the commands show: a following error of 50 ms fades to 2 %.
@@ -205,7 +205,7 @@ pub fn count(column: &[Option<f64>]) -> f64 {
 fn trimmed_mean(values: &mut [f64], count: f64) -> Option<JointMean> {
     let middle = median_of(values)?;
     let mut off: Vec<f64> = values.iter().map(|v| (v - middle).abs()).collect();
-    let limit = (6.0 * crate::stats::robust::SIGMA_PER_MAD * median_of(&mut off)?).max(1.001 * count);
+    let limit = (6.0 * crate::numerics::robust::SIGMA_PER_MAD * median_of(&mut off)?).max(1.001 * count);
     let kept: Vec<f64> = values.iter().copied().filter(|v| values.len() < 4 || (v - middle).abs() <= limit).collect();
     let n = kept.len().max(1) as f64;
     let mean = kept.iter().sum::<f64>() / n;

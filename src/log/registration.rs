@@ -13,7 +13,7 @@
 //! ([`register`]); [`register_line`] accepts a line and says about which axis the frame is not determined.
 
 use crate::error::{Error, Place, Result};
-use crate::stats::robust::{MEDIAN_DISTANCE, median_of};
+use crate::numerics::robust::{MEDIAN_DISTANCE, median_of};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, SMatrix, Translation3, UnitQuaternion, Vector3};
 
 /// Points farther off than this many standard deviations of a coordinate are left out: wide, since the points are averages

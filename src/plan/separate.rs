@@ -25,8 +25,8 @@ use crate::diagnose::verdict::WITHIN;
 use crate::diagnose::whitening::Whitening;
 use crate::effects::EffectInstance;
 use crate::model::Model;
+use crate::numerics::normal;
 use crate::robot::JointKind;
-use crate::stats::normal;
 
 /// Expected difference from which a set is told apart in 99 of 100 logs: [`named`] of it is 0.99.
 pub const NEEDED: f64 = 30.0;

@@ -9,7 +9,7 @@
 //! (its fall of `SSLF` against `MSPE`, at the same level) is: a term that explains nothing is not kept for want of a better one.
 
 use super::model::{Data, design};
-use crate::stats::{fisher, least_squares};
+use crate::numerics::{fisher, linear};
 
 /// Highest degree that is tried unless the user says so: beyond it a polynomial swings between its poses.
 pub const HIGHEST: usize = 6;
@@ -56,7 +56,7 @@ pub fn table(data: &Data, highest: usize, alpha: f64) -> Vec<LackOfFit> {
     let mut table = Vec::new();
     for degree in 0..=highest.min(n.saturating_sub(2)) {
         let x = design(data, degree, &[]);
-        let Some(fit) = least_squares::weighted(&x, &data.y, &data.r) else { break };
+        let Some(fit) = linear::weighted(&x, &data.y, &data.r) else { break };
         let dof = [(n - degree - 1) as f64, data.pure_dof()];
         // what rounding leaves of a curve that goes through every mean is no lack of fit
         let scale: f64 = data.y.iter().zip(&data.r).map(|(y, r)| r * y * y).sum();

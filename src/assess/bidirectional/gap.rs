@@ -13,8 +13,8 @@ use crate::effects::curve::Pchip;
 use crate::effects::{BacklashPosition, BacklashSpeed, EffectInstance, GapCurve};
 use crate::error::{Error, Place, Result};
 use crate::gaps::{GapPoint, Gaps, JointGap, LogRef};
+use crate::numerics::{legendre, student};
 use crate::robot::{JointKind, Robot};
-use crate::stats::{legendre, student};
 
 /// Knots of a curve that had to be cut at 0.
 const KNOTS: usize = 41;

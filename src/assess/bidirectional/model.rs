@@ -21,8 +21,8 @@ use super::degree::{self, LackOfFit};
 use super::poses::Pose;
 use super::state::States;
 use crate::error::{Error, Place, Result};
-use crate::stats::least_squares::{self, Fit};
-use crate::stats::{legendre, student};
+use crate::numerics::linear::{self, Fit};
+use crate::numerics::{legendre, student};
 use nalgebra::{DMatrix, DVector};
 
 /// Where the scatter of coefficients comes from.
@@ -341,7 +341,7 @@ pub fn fit(
         }
     }
     let data = Data::of(poses, range, &present);
-    let Some(fit) = least_squares::weighted(&design(&data, degree, &kept), &data.y, &data.r) else {
+    let Some(fit) = linear::weighted(&design(&data, degree, &kept), &data.y, &data.r) else {
         return Err(Error::bad(
             Place::file(file),
             format!("poses that do not determine a curve of degree {degree}"),
@@ -387,7 +387,7 @@ fn student_test(
     range: [f64; 2],
     options: &Options,
 ) -> Option<StateTest> {
-    let fit = least_squares::weighted(&design(data, degree, &[(state, order)]), &data.y, &data.r)?;
+    let fit = linear::weighted(&design(data, degree, &[(state, order)]), &data.y, &data.r)?;
     let scatter = Scatter::of_test(&fit, data, options.errors);
     if scatter.dof <= 0.0 {
         return None;

@@ -9,7 +9,7 @@
 //! backward reading are one pair. Assumption: the readings of a direction are independent and normal. Nothing is thrown out.
 
 use super::readings::{Reading, Readings};
-use crate::stats::student;
+use crate::numerics::student;
 
 /// Positions closer than this (m) are one pose.
 const SAME_M: f64 = 1e-9;

@@ -122,7 +122,7 @@ impl Readings {
             .iter()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), r| (lo.min(r.position_m), hi.max(r.position_m)));
         let mut sizes: Vec<f64> = all.iter().map(|e| e.abs()).collect();
-        let middle = crate::stats::robust::median_of(&mut sizes).unwrap_or(0.0);
+        let middle = crate::numerics::robust::median_of(&mut sizes).unwrap_or(0.0);
         if hi > lo && middle > SHARE_OF_LINE * (hi - lo) {
             return Err(Error::bad(
                 file(),

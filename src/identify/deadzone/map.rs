@@ -12,7 +12,7 @@
 //! The band at a knot is `sum w (f - mean)^2 + sum w var(f)`: spread between splines and variance within them.
 //! The exported PCHIP has knots so dense that it follows the spline, and is constant beyond the deadzones seen.
 
-use crate::stats::{fisher, student};
+use crate::numerics::{fisher, student};
 use nalgebra::{DMatrix, DVector};
 
 pub const MOST_KNOTS: usize = 9;

@@ -10,8 +10,8 @@
 use crate::effects::Track;
 use crate::log::Log;
 use crate::machine::turns;
+use crate::numerics::robust::{SIGMA_PER_MAD, median_of};
 use crate::robot::Robot;
-use crate::stats::robust::{SIGMA_PER_MAD, median_of};
 use nalgebra::Vector3;
 
 /// Last digits of a column up to which a movement is rounding.

@@ -13,8 +13,8 @@
 //! Gross errors: rows farther from the lines than [`GROSS`] times the robust standard deviation are left out, and counted.
 
 use super::strokes::Strokes;
-use crate::stats::robust::{SIGMA_PER_MAD, median};
-use crate::stats::student;
+use crate::numerics::robust::{SIGMA_PER_MAD, median};
+use crate::numerics::student;
 use nalgebra::{Cholesky, Matrix4, Vector4};
 
 /// Strokes of each direction from which on they are the repeats.

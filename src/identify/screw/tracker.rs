@@ -10,8 +10,8 @@
 
 use super::Behind;
 use crate::log::Log;
+use crate::numerics::robust::{SIGMA_PER_MAD, median};
 use crate::robot::{JointKind, Robot};
-use crate::stats::robust::{SIGMA_PER_MAD, median};
 use nalgebra::{DMatrix, DVector};
 
 /// A joint moves the coordinates by less than this part of its way: they do not see it.

@@ -10,8 +10,8 @@ use super::readings::{Pair, Readings};
 use super::summary::{HalfGap, Table};
 use crate::log::Log;
 use crate::log::dwells::{Dwell, count};
+use crate::numerics::robust::median;
 use crate::robot::{Chain, JointKind, Robot};
-use crate::stats::robust::median;
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
 

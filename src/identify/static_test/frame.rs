@@ -13,8 +13,8 @@ use crate::gaps::Registered;
 use crate::log::Log;
 use crate::log::dwells::Dwell;
 use crate::log::registration::{self, Registration};
+use crate::numerics::robust::point_mean;
 use crate::robot::{Chain, JointKind, Robot};
-use crate::stats::robust::point_mean;
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
 
@@ -169,7 +169,7 @@ fn refuse_misfit(log: &str, points: &[registration::Pair], frame: &Frame) -> Res
     let spread = (points.iter().map(|p| (p.tracker_m - centre).norm_squared()).sum::<f64>() / (3.0 * n)).sqrt();
     // gross errors that were left out are no misfit, unless they are many
     let mut errors: Vec<f64> = points.iter().map(|p| off(p, &frame.found.frame).norm() / 3f64.sqrt()).collect();
-    let typical = crate::stats::robust::median_of(&mut errors).unwrap_or(0.0);
+    let typical = crate::numerics::robust::median_of(&mut errors).unwrap_or(0.0);
     if typical <= MISFIT * spread {
         return Ok(());
     }

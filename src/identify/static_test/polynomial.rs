@@ -5,7 +5,7 @@
 
 use super::summary::{Summary, mapped};
 use crate::effects::GapCurve;
-use crate::stats::{fisher, legendre};
+use crate::numerics::{fisher, legendre};
 use nalgebra::{DMatrix, DVector};
 
 /// Highest degree that is tried.

@@ -15,7 +15,7 @@ use super::polynomial::{self, Fit};
 use super::summary::Summary;
 use crate::effects::GapCurve;
 use crate::effects::curve::Pchip;
-use crate::stats::fisher;
+use crate::numerics::fisher;
 
 /// Weight of polynomials above which the readable form is a polynomial.
 const POLYNOMIAL: f64 = 0.9;

@@ -13,9 +13,9 @@
 //! nothing is tested. One cycle only: the spread between places stands for the noise; one place only: the noise inside
 //! the dwells does, which knows nothing of repeatability. Both are said.
 
+use crate::numerics::robust::{median, median_of};
+use crate::numerics::{fisher, student};
 use crate::robot::{Joint, JointKind};
-use crate::stats::robust::{median, median_of};
-use crate::stats::{fisher, student};
 use nalgebra::{DMatrix, DVector};
 
 /// Distance of a gross error, in medians of all distances (8 standard deviations of a normal distribution).

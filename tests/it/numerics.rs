@@ -1,6 +1,6 @@
 //! Tails and quantiles against scipy (`tests/oracle/stats.py`).
 
-use lostmotion::stats::{fisher, student};
+use lostmotion::numerics::{fisher, student};
 use serde_json::Value;
 
 fn oracle() -> Value {

@@ -1,18 +1,23 @@
-//! Statistics, each function named after its test: thin over `statrs`.
+//! Numerics that know nothing of robots: fits, robust statistics, distributions.
 //!
-//! Rooms:
-//! - [`student`], [`fisher`], [`normal`]: tail probabilities and quantiles.
-//! - [`least_squares`]: weighted linear fits by QR; [`legendre`]: the basis of polynomials.
+//! Read in this order:
+//! - [`least_squares`]: nonlinear least squares, one Levenberg-Marquardt; [`qr`]: the decomposition below it;
+//!   [`derivative`]: derivatives by differences, to check others;
+//! - [`linear`]: weighted linear fits by QR; [`legendre`]: the basis of polynomials;
+//! - [`student`], [`fisher`], [`normal`]: tail probabilities and quantiles;
 //! - [`robust`]: median, scale from the median, and a mean without gross errors.
 //!
 //! Accuracy against scipy (`tests/oracle/stats.py`): tails and quantiles 1e-7 relative (tails of F 1e-6), 1 to 1e7 degrees of
 //! freedom. `statrs` 0.18 alone misses its quantiles from 1e4 degrees of freedom on (t at 0.975: 7e-6 relative at 1e5, 7 % at
 //! 1e7) while its tails hold, so quantiles are found here by bisection on the tails.
 
+pub mod derivative;
 pub mod fisher;
 pub mod least_squares;
 pub mod legendre;
+pub mod linear;
 pub mod normal;
+pub mod qr;
 pub mod robust;
 pub mod student;
 
