@@ -17,8 +17,8 @@ use super::layout::Sensor;
 use super::normal::dot;
 use super::screen::{orthonormal, project_off};
 use crate::machine::{self, CommandTrajectory};
-use crate::robot::JointKind;
 use crate::numerics::robust::{SIGMA_PER_MAD, median};
+use crate::robot::JointKind;
 
 /// Better by this factor counts as better.
 const CLEARLY: f64 = 0.98;

@@ -7,8 +7,8 @@ use crate::effects::Track;
 use crate::log::Log;
 use crate::machine::parts::slopes;
 use crate::machine::trajectory::NO_MOVEMENT;
-use crate::robot::Robot;
 use crate::numerics::robust::{SIGMA_PER_MAD, median};
+use crate::robot::Robot;
 
 /// Standard deviations of a noisy command that are no movement: more than noise reaches over a long log.
 const NOISE: f64 = 10.0;
