@@ -5,6 +5,8 @@
 //!   [`derivative`]: derivatives by differences, to check others;
 //! - [`linear`]: weighted linear fits by QR; [`legendre`]: the basis of polynomials;
 //! - [`student`], [`fisher`], [`normal`]: tail probabilities and quantiles;
+//! - [`rigid`]: the rigid transform between two sets of points;
+//! - [`reversal`]: reversals of a position, with a dead band;
 //! - [`robust`]: median, scale from the median, and a mean without gross errors.
 //!
 //! Accuracy against scipy (`tests/oracle/stats.py`): tails and quantiles 1e-7 relative (tails of F 1e-6), 1 to 1e7 degrees of
@@ -18,6 +20,8 @@ pub mod legendre;
 pub mod linear;
 pub mod normal;
 pub mod qr;
+pub mod reversal;
+pub mod rigid;
 pub mod robust;
 pub mod student;
 
