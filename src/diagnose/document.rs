@@ -178,10 +178,13 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         named.iter().zip(&outcome.rivals).map(|(n, r)| verdict::set((&n.0, &n.1), r, outcome.price)).collect();
     let order = told_in_order(outcome);
     let indices: Vec<usize> = order.iter().map(|&k| outcome.fit.free[k]).collect();
-    let chapters = story::chapters(&outcome.problem, &outcome.fit, outcome.known, &indices, &outcome.whitening);
+    let chapters = match &outcome.told {
+        Some(story) => story.chapters.clone(),
+        None => story::chapters(&outcome.problem, &outcome.fit, outcome.known, &indices, &outcome.whitening),
+    };
     let structured = if outcome.group.is_some() { geometry::remains(outcome) } else { outcome.remains.clone() };
     // what stays of a real arm is told; it takes nothing from what was named
-    let unknown = structured.is_some() && outcome.group.is_none();
+    let unknown = structured.is_some() && outcome.group.is_none() && outcome.told.is_none();
     let rounds = order
         .iter()
         .enumerate()
@@ -263,6 +266,9 @@ fn named(outcome: &Outcome) -> Vec<(String, String)> {
 pub fn told_in_order(outcome: &Outcome) -> Vec<usize> {
     let named = named(outcome);
     let mut order: Vec<usize> = (0..named.len()).collect();
+    if let Some(story) = &outcome.told {
+        return story.order.clone();
+    }
     if outcome.group.is_some() {
         let accepted = |k: usize| {
             outcome

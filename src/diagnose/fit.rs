@@ -39,6 +39,27 @@ impl Fit {
     }
 }
 
+/// Normal prior of the free values: precision (1 over the variance; 0: none) and centre of each, in the order of the columns.
+#[derive(Debug, Clone, Default)]
+pub struct Prior {
+    pub precision: Vec<f64>,
+    pub centre: Vec<f64>,
+}
+
+impl Prior {
+    /// What it adds to the cost of a hypothesis.
+    fn penalty(&self, h: &Hypothesis, free: &[usize]) -> f64 {
+        let values = free.iter().flat_map(|&i| h.effects[i].effect.values());
+        values.zip(self.precision.iter().zip(&self.centre)).map(|(v, (p, c))| p * (v - c).powi(2)).sum()
+    }
+
+    /// Minus half the gradient of the penalty.
+    fn pull(&self, h: &Hypothesis, free: &[usize]) -> Vec<f64> {
+        let values = free.iter().flat_map(|&i| h.effects[i].effect.values());
+        values.zip(self.precision.iter().zip(&self.centre)).map(|(v, (p, c))| p * (c - v)).collect()
+    }
+}
+
 /// Most steps of a refit.
 const STEPS: usize = 15;
 /// Change of the cost, in units of 2 ln L, at which a refit stops.
@@ -72,6 +93,19 @@ pub fn refit_above(problem: &Problem, start: &Hypothesis, free: &[usize], whiten
     solve(problem, start.clone(), state, free, whitening, signatures, aim)
 }
 
+/// Refits the effects `free` and the frames under a prior of their values; gives the sensitivities at the end, too.
+pub fn refit_with_prior(
+    problem: &Problem,
+    start: &Hypothesis,
+    free: &[usize],
+    whitening: &Whitening,
+    prior: &Prior,
+) -> (Fit, Signatures) {
+    let state = problem.evaluate(start);
+    let signatures = Signatures::new(problem, start, &state, free, whitening);
+    solve_with_prior(problem, start.clone(), state, free, whitening, signatures, f64::INFINITY, prior)
+}
+
 /// The same where the signatures `known` of the first free effects and of the nuisance were computed at this very start,
 /// without the effects behind them: only those on a joint that has a new one are computed anew. It ends early where the cost
 /// stays far above `aim`.
@@ -98,15 +132,44 @@ pub fn refit_near(
 
 fn solve(
     problem: &Problem,
+    h: Hypothesis,
+    state: State,
+    free: &[usize],
+    whitening: &Whitening,
+    signatures: Signatures,
+    aim: f64,
+) -> Fit {
+    solve_with_prior(problem, h, state, free, whitening, signatures, aim, &Prior::default()).0
+}
+
+/// Values that stand at a bound and are pushed against it: held for a step, so that they do not bend the others.
+fn held(problem: &Problem, h: &Hypothesis, free: &[usize], gradient: &DVector<f64>) -> Vec<bool> {
+    let mut held = vec![false; gradient.len()];
+    let mut at = 0;
+    for &i in free {
+        let placed = &h.effects[i];
+        for (v, (lo, hi)) in placed.effect.values().iter().zip(placed.bounds(&problem.robot)) {
+            held[at] = *v <= lo && gradient[at] < 0.0 || *v >= hi && gradient[at] > 0.0;
+            at += 1;
+        }
+    }
+    held
+}
+
+#[allow(clippy::too_many_arguments)]
+fn solve_with_prior(
+    problem: &Problem,
     mut h: Hypothesis,
     mut state: State,
     free: &[usize],
     whitening: &Whitening,
     mut signatures: Signatures,
     aim: f64,
-) -> Fit {
+    prior: &Prior,
+) -> (Fit, Signatures) {
+    let with_prior = !prior.precision.is_empty();
     let mut white = whitening.of(problem, &state.residual);
-    let mut cost = dot(&white, &white);
+    let mut cost = dot(&white, &white) + prior.penalty(&h, free);
     let mut lambda = 1e-4;
     let mut growth = GROWTH;
     let mut converged = false;
@@ -117,24 +180,36 @@ fn solve(
             converged = true;
             break;
         }
-        let gradient = DVector::from_iterator(moves.len(), signatures.columns().map(|c| dot(c, &white)));
+        let mut gradient = DVector::from_iterator(moves.len(), signatures.columns().map(|c| dot(c, &white)));
+        let mut normal = signatures.normal.clone();
+        for (k, (pull, p)) in prior.pull(&h, free).into_iter().zip(&prior.precision).enumerate() {
+            gradient[k] += pull;
+            normal[(k, k)] += p;
+        }
+        if with_prior {
+            for (k, _) in held(problem, &h, free, &gradient).into_iter().enumerate().filter(|(_, held)| *held) {
+                gradient[k] = 0.0;
+                normal.row_mut(k).fill(0.0);
+                normal.column_mut(k).fill(0.0);
+            }
+        }
         let mut improved = None;
         for _ in 0..8 {
-            let mut damped = signatures.normal.clone();
+            let mut damped = normal.clone();
             for i in 0..damped.nrows() {
                 damped[(i, i)] *= 1.0 + lambda;
             }
             let inverse = scaled_inverse(&damped, OPEN);
             let step = &inverse * &gradient;
             // what the signatures promise: where that is nothing, this is the place
-            let promised = 2.0 * step.dot(&gradient) - (&signatures.normal * &step).dot(&step);
+            let promised = 2.0 * step.dot(&gradient) - (&normal * &step).dot(&step);
             if promised < SETTLED {
                 break;
             }
             let next = moved(problem, &h, free, step.as_slice());
             let next_state = problem.evaluate(&next);
             let next_white = whitening.of(problem, &next_state.residual);
-            let next_cost = dot(&next_white, &next_white);
+            let next_cost = dot(&next_white, &next_white) + prior.penalty(&next, free);
             if next_cost <= cost {
                 for (k, m) in moves.iter_mut().enumerate() {
                     *m += step[k] / inverse[(k, k)].max(f64::MIN_POSITIVE).sqrt();
@@ -175,8 +250,12 @@ fn solve(
             }
         }
     }
-    let covariance = scaled_inverse(&signatures.normal, OPEN);
-    Fit { hypothesis: h, state, free: free.to_vec(), cost, covariance, converged }
+    let mut normal = signatures.normal.clone();
+    for (k, p) in prior.precision.iter().enumerate() {
+        normal[(k, k)] += p;
+    }
+    let covariance = scaled_inverse(&normal, OPEN);
+    (Fit { hypothesis: h, state, free: free.to_vec(), cost, covariance, converged }, signatures)
 }
 
 /// Which value of an effect is a phase: it goes round instead of stopping at a bound.

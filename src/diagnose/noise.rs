@@ -190,6 +190,14 @@ impl Whitener {
 /// Noise of the largest likelihood for the residual of a group (its values in the long vector), and twice its logarithm.
 /// `fitted`: parameters that were fitted to the residual, for the degrees of freedom of the variance.
 pub fn estimate(group: &Group, residual: &[f64], fitted: f64) -> (Noise, f64) {
+    estimate_up_to(group, residual, fitted, SLOWEST)
+}
+
+/// Largest correlation where slow wander of arm and air counts as noise.
+pub(super) const WANDER: f64 = 0.999;
+
+/// The same with correlations up to `slowest`.
+pub fn estimate_up_to(group: &Group, residual: &[f64], fitted: f64, slowest: f64) -> (Noise, f64) {
     let n = residual.len() as f64;
     let free = (n - fitted).max(1.0);
     let rms = (residual.iter().map(|v| v * v).sum::<f64>() / free).sqrt().max(least_sigma(group));
@@ -205,7 +213,7 @@ pub fn estimate(group: &Group, residual: &[f64], fitted: f64) -> (Noise, f64) {
         (n * variance.ln() + w.log_det, variance)
     };
     let mut best = (0.0, 0.0, cost(0.0, 0.0));
-    for phi in [0.2, 0.5, 0.75, 0.9] {
+    for phi in [0.2, 0.5, 0.75, 0.9, 0.96, 0.99, 0.996].into_iter().filter(|phi| *phi < slowest && (*phi < 0.95 || slowest > SLOWEST)) {
         for share in [0.15, 0.4, 0.7, 0.97] {
             let c = cost(phi, share);
             if c.0 < best.2.0 {
@@ -219,7 +227,7 @@ pub fn estimate(group: &Group, residual: &[f64], fitted: f64) -> (Noise, f64) {
         loop {
             let mut better = false;
             for (p, s) in [(dp, 0.0), (-dp, 0.0), (0.0, ds), (0.0, -ds), (dp, -ds), (-dp, ds)] {
-                let (phi, share) = ((best.0 + p).clamp(0.0, SLOWEST), (best.1 + s).clamp(0.0, 1.0));
+                let (phi, share) = ((best.0 + p).clamp(0.0, slowest), (best.1 + s).clamp(0.0, 1.0));
                 let c = cost(phi, share);
                 if c.0 < best.2.0 - 1e-6 {
                     best = (phi, share, c);

@@ -7,6 +7,7 @@ use super::forward::{Problem, State};
 use super::geometry;
 use super::screen::Score;
 use super::structure::{Ratio, Tested};
+use super::together::share::Story;
 use super::whitening::Whitening;
 use crate::effects::{BacklashPosition, Effect, EffectInstance};
 
@@ -35,6 +36,29 @@ impl Refined {
     /// A gap over position that is the same everywhere.
     pub(super) fn is_flat(&self) -> bool {
         self.placed.first().is_some_and(|p| flat(&p.effect).is_some())
+    }
+}
+
+/// What could stand in the place of a found effect, the found one among them.
+#[derive(Debug, Clone)]
+pub struct Alternative {
+    pub effect: &'static str,
+    pub target: String,
+    /// Gain in 2 ln L over the hypothesis without it.
+    pub gain: f64,
+    pub parameters: usize,
+}
+
+impl Alternative {
+    /// Gain less the price of the parameters (BIC).
+    pub fn merit(&self, price: f64) -> f64 {
+        self.gain - price * self.parameters as f64
+    }
+}
+
+impl From<&Refined> for Alternative {
+    fn from(r: &Refined) -> Self {
+        Self { effect: r.effect, target: r.target.clone(), gain: r.gain, parameters: r.parameters }
     }
 }
 
@@ -79,7 +103,9 @@ pub struct Outcome {
     /// What a reader should know about the channels, and about what was not named.
     pub notes: Vec<String>,
     /// Rivals of each found effect, with the found one among them, best first.
-    pub rivals: Vec<Vec<Refined>>,
+    pub rivals: Vec<Vec<Alternative>>,
+    /// Sizes and chapters where everything was fitted together.
+    pub told: Option<Story>,
     pub structure: Tested,
     /// Structure that remains, if it is more than chance.
     pub remains: Option<Ratio>,

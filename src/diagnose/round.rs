@@ -16,7 +16,10 @@ pub(super) fn round(
 ) -> Round {
     let robot = &outcome.problem.robot;
     let placed = &outcome.fit.hypothesis.effects[outcome.fit.free[k]];
-    let sigma = outcome.fit.sigma_of(k);
+    let sigma = match &outcome.told {
+        Some(story) => story.sigma[k].clone(),
+        None => outcome.fit.sigma_of(k),
+    };
     let values = placed.effect.values();
     let mut place = place(outcome, placed);
     let parameter =

@@ -9,7 +9,7 @@ use super::candidates::{self, Candidate};
 use super::fit::{self, Fit};
 use super::forward::{Hypothesis, Problem};
 use super::kept::Kept;
-use super::outcome::{Next, Outcome, Refined, Step, flat, largest, rms};
+use super::outcome::{Alternative, Next, Outcome, Refined, Step, flat, largest, rms};
 use super::screen::{Ground, Score};
 use super::signatures::{Signatures, tangent};
 use super::structure::{self, Bundle, Ratio, Tested};
@@ -176,7 +176,9 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     let ground = Ground::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
     let last = search.kept.score(&ground, &candidates);
+    let rivals = rivals.iter().map(|all| all.iter().map(Alternative::from).collect()).collect();
     Outcome {
+        told: None,
         candidates,
         steps,
         fit,

@@ -26,7 +26,6 @@ const HELD_BACK: f64 = 0.02;
 /// One stage of the growing hypothesis.
 #[derive(Debug, Clone)]
 pub struct Chapter {
-    pub fit: Fit,
     /// rms per coordinate, m (rad for joints).
     pub rms: f64,
     /// The same on parts that were not fitted.
@@ -38,7 +37,7 @@ pub struct Chapter {
 /// Refits with the first 0, 1, ... found effects (`order`: indices into the hypothesis' effects).
 pub fn chapters(problem: &Problem, last: &Fit, known: usize, order: &[usize], whitening: &Whitening) -> Vec<Chapter> {
     let all = &last.hypothesis.effects;
-    let mut chapters: Vec<Chapter> = (0..=order.len())
+    let (fits, mut chapters): (Vec<Fit>, Vec<Chapter>) = (0..=order.len())
         .into_par_iter()
         .map(|count| {
             let mut effects = all[..known].to_vec();
@@ -47,11 +46,12 @@ pub fn chapters(problem: &Problem, last: &Fit, known: usize, order: &[usize], wh
             let free: Vec<usize> = (known..known + count).collect();
             let fit = fit::refit(problem, &h, &free, whitening);
             let left = rms(problem, &fit.state.residual);
-            Chapter { rms: left, held_out: held_out(problem, &fit, whitening), predicted: left, fit }
+            let held_out = held_out(problem, &fit, whitening);
+            (fit, Chapter { rms: left, held_out, predicted: left })
         })
-        .collect();
+        .unzip();
     let promised: Vec<f64> =
-        order.par_iter().zip(&chapters).map(|(&i, before)| promised(problem, before, &all[i], whitening)).collect();
+        order.par_iter().zip(&fits).map(|(&i, before)| promised(problem, before, &all[i], whitening)).collect();
     for (chapter, predicted) in chapters.iter_mut().skip(1).zip(promised) {
         chapter.predicted = predicted;
     }
@@ -59,8 +59,7 @@ pub fn chapters(problem: &Problem, last: &Fit, known: usize, order: &[usize], wh
 }
 
 /// The rms that an effect would leave behind a chapter, by its signature alone.
-fn promised(problem: &Problem, before: &Chapter, placed: &EffectInstance, whitening: &Whitening) -> f64 {
-    let fit = &before.fit;
+fn promised(problem: &Problem, fit: &Fit, placed: &EffectInstance, whitening: &Whitening) -> f64 {
     let mut h = fit.hypothesis.clone();
     h.effects.push(placed.clone());
     let state = problem.evaluate(&h);
@@ -68,7 +67,7 @@ fn promised(problem: &Problem, before: &Chapter, placed: &EffectInstance, whiten
     let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
     let ground = Ground::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
     let left = 1.0 - ground.score_columns(0, columns, false).gain / fit.cost.max(1e-300);
-    before.rms * left.max(0.0).sqrt()
+    rms(problem, &fit.state.residual) * left.max(0.0).sqrt()
 }
 
 /// Fold of every observation.

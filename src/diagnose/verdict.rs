@@ -3,7 +3,7 @@
 use super::candidates::Candidate;
 use super::fit::Fit;
 use super::forward::Problem;
-use super::outcome::{Outcome, Refined, rms};
+use super::outcome::{Alternative, Outcome, rms};
 use super::screen::SWALLOWED;
 use super::structure::{self, Ratio, Tested};
 use super::whitening::Whitening;
@@ -45,11 +45,11 @@ pub struct Member {
 }
 
 /// The smallest set that holds the truth: the named effect first, then what fits as well.
-pub fn set(named: (&str, &str), rivals: &[Refined], price: f64) -> Vec<Member> {
+pub fn set(named: (&str, &str), rivals: &[Alternative], price: f64) -> Vec<Member> {
     let best = rivals.iter().map(|r| r.merit(price)).fold(f64::NEG_INFINITY, f64::max);
-    let weight = |r: &Refined| (0.5 * (r.merit(price) - best)).exp();
+    let weight = |r: &Alternative| (0.5 * (r.merit(price) - best)).exp();
     let total: f64 = rivals.iter().map(weight).sum();
-    let is_named = |r: &Refined| r.effect == named.0 && r.target == named.1;
+    let is_named = |r: &Alternative| r.effect == named.0 && r.target == named.1;
     let gain = rivals.iter().find(|r| is_named(r)).map_or(0.0, |r| r.gain);
     let parameters = rivals.iter().find(|r| is_named(r)).map_or(1, |r| r.parameters);
     let mut members = Vec::new();
