@@ -5,6 +5,7 @@ use crate::diagnose::{self, Diagnosis, display};
 use crate::error::{Error, Place, Result, is_stdio};
 use crate::io::output::{self, Output};
 use crate::model::Model;
+use crate::robot::Robot;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -15,6 +16,7 @@ use std::path::PathBuf;
 /// that decides. Structure that no effect describes is said to be unknown.
 ///
 /// Examples:
+///   lostmotion diagnose --robot robot.yaml --log log.csv
 ///   lostmotion diagnose --model machine.yaml --log log.csv
 ///   lostmotion diagnose --model machine.yaml --log slow.csv --log fast.csv --model-out found.yaml --report report.html
 ///   lostmotion diagnose --model machine.yaml --log log.csv --columns map.yaml --json > diagnosis.json
@@ -22,8 +24,11 @@ use std::path::PathBuf;
 #[command(verbatim_doc_comment)]
 pub struct Args {
     /// Model file: the robot and what is known to be wrong with it
-    #[arg(long, value_name = "MODEL.yaml")]
-    pub model: PathBuf,
+    #[arg(long, value_name = "MODEL.yaml", required_unless_present = "robot", conflicts_with = "robot")]
+    pub model: Option<PathBuf>,
+    /// Robot file in place of a model: nothing is known to be wrong, the frame is estimated
+    #[arg(long, value_name = "ROBOT.yaml")]
+    pub robot: Option<PathBuf>,
     /// Log to diagnose (CSV, .gz as it is); several are fitted together
     #[arg(long = "log", required = true, value_name = "LOG.csv")]
     pub logs: Vec<PathBuf>,
@@ -47,7 +52,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
-    let mut inputs = vec![("--model", Some(args.model.as_path()))];
+    let mut inputs = vec![("--model", args.model.as_deref()), ("--robot", args.robot.as_deref())];
     inputs.extend(args.logs.iter().map(|l| ("--log", Some(l.as_path()))));
     inputs.push(("--columns", args.columns.as_deref()));
     if let Some(most) = args.max_gap_um.filter(|m| !(m.is_finite() && *m >= 0.0)) {
@@ -61,7 +66,11 @@ pub fn run(args: Args) -> Result<()> {
     }
     let mut model_out = output::create(args.model_out.as_deref())?;
     let mut report = output::create(args.report.as_deref())?;
-    let model = Model::load(&args.model)?;
+    let (model, name) = match (&args.model, &args.robot) {
+        (Some(path), _) => (Model::load(path)?, path.display().to_string()),
+        (None, Some(path)) => (Model::ideal(Robot::load(path)?), path.display().to_string()),
+        (None, None) => return Err(Error::bad(Place::default(), "no machine", "--model MODEL.yaml or --robot ROBOT.yaml")),
+    };
     let read = match logs::load(&args.logs, args.columns.as_deref(), &model.robot) {
         Ok(read) => read,
         Err(e) => return Err(bad_data(e, args.json)),
@@ -76,7 +85,7 @@ pub fn run(args: Args) -> Result<()> {
         let text = diagnose::model_with(&model, &outcome).to_yaml_inline()?;
         out.write_all(text.as_bytes()).map_err(|e| Error::io("--model-out", "write", e))?;
     }
-    page::write(&mut report, || page::diagnose::of(&args.model.display().to_string(), &outcome, &diagnosis))?;
+    page::write(&mut report, || page::diagnose::of(&name, &outcome, &diagnosis))?;
     let story = display::story(&diagnosis);
     if to_stdout.is_some() {
         eprint!("{story}");

@@ -13,7 +13,7 @@
 //! document: [`crate::rewrite::statics`] undoes it. What no joint offset can undo is listed by [`not_compensated`].
 
 use super::{BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator};
-use crate::effects::{EffectInstance, GapCurve, Target, UndoContext, curve::Pchip};
+use crate::effects::{EffectInstance, Family, GapCurve, Stage, Target, UndoContext, curve::Pchip};
 use crate::error::{Error, Place, Result};
 use crate::model::Model;
 
@@ -70,10 +70,23 @@ fn context<'a>(model: &'a Model, placed: &EffectInstance, tcp_speed_m_s: Option<
     UndoContext { site: placed.site(&model.robot), tcp_speed_m_s, alone }
 }
 
+/// Is an effect a zero offset that stands in the model beside other errors of the geometry? It was fitted together with them:
+/// alone it would move poses away instead of towards their target.
+pub fn part_of_geometry(model: &Model, placed: &EffectInstance) -> bool {
+    let geometry = |e: &EffectInstance, stage: Stage| {
+        e.effect.info().family == Family::Geometry && e.effect.stage() == stage
+    };
+    geometry(placed, Stage::Link) && model.effects.iter().any(|e| geometry(e, Stage::Geometry))
+}
+
 /// Effects of a model that `rewrite` leaves, each with the reason, as lines; `tcp_speed_m_s` is the speed of the program where it
 /// is known.
 pub fn not_compensated(model: &Model, tcp_speed_m_s: Option<f64>) -> Vec<String> {
     let left = model.effects.iter().filter_map(|placed| {
+        if part_of_geometry(model, placed) {
+            let reason = "it is part of the geometry beside it: correct all of it in the kinematics";
+            return Some(format!("{} of {}: {reason}", placed.effect.name(), placed.target_text(&model.robot)));
+        }
         let reason = placed.effect.undo(&context(model, placed, tcp_speed_m_s)).left?;
         Some(format!("{} of {}: {reason}", placed.effect.name(), placed.target_text(&model.robot)))
     });

@@ -30,6 +30,8 @@ pub struct Diagnosis {
     pub put_aside: Vec<PutAside>,
     pub effects: Vec<Value>,
     pub unexplained: Option<Unexplained>,
+    /// What remains beside the named effects.
+    pub remainder: Option<Unexplained>,
     pub blind_spots: Vec<Value>,
     pub notes: Vec<String>,
     /// The logs contradict what the model takes as known; the first notes say how.
@@ -225,7 +227,8 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         rounds,
         put_aside,
         effects: found.iter().map(|p| effect_value(p, outcome)).collect(),
-        unexplained: structured.map(|s| unexplained(outcome, &s)),
+        unexplained: structured.as_ref().map(|s| unexplained(outcome, s)),
+        remainder: structured.as_ref().map(|s| unexplained(outcome, s)),
         blind_spots: blind_spots(outcome),
         notes: notes(outcome),
         contradicted: !outcome.contradictions.is_empty(),

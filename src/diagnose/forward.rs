@@ -121,7 +121,37 @@ pub struct State {
     pub(super) geometry: Robot,
 }
 
+impl LogData {
+    fn copy(&self) -> Self {
+        Self {
+            log: self.log.clone(),
+            drive: self.drive.clone(),
+            commands: self.commands.clone(),
+            driven: self.driven.clone(),
+            motors: self.motors.clone(),
+            frame: self.frame,
+            block: self.block,
+            left_out: self.left_out.clone(),
+            jacobian: self.jacobian.clone(),
+        }
+    }
+}
+
 impl Problem {
+    /// A copy, which may leave out other samples.
+    pub fn copy(&self) -> Self {
+        Self {
+            robot: self.robot.clone(),
+            initial_gap_side: self.initial_gap_side.clone(),
+            logs: self.logs.iter().map(LogData::copy).collect(),
+            groups: self.groups.clone(),
+            n: self.n,
+            frames_free: self.frames_free,
+            points_free: self.points_free,
+            notes: self.notes.clone(),
+        }
+    }
+
     /// Index of every observation group of one log.
     pub fn groups_of(&self, log: usize) -> impl Iterator<Item = &Group> {
         self.groups.iter().filter(move |g| g.log == log)

@@ -67,10 +67,13 @@ pub use verdict::Verdict;
 /// Logs have been through [`crate::log::hygiene`]. Errors: no measured column, or points from which no frame follows.
 pub fn diagnose(model: &Model, logs: &[Log]) -> Result<Outcome> {
     let (problem, start) = prepare::problem(model, logs)?;
-    if std::env::var_os("LM_TOGETHER").is_some() {
-        return Ok(together::outcome::of(problem, start));
+    if together::triage::many(model, logs)
+        && let Some(many) = together::outcome::of_many(problem.copy(), start.clone())
+    {
+        return Ok(many);
     }
-    Ok(search::run(problem, start))
+    let few = search::run(problem, start.clone());
+    Ok(together::outcome::instead_of(few, start))
 }
 
 /// The model with what was found inside, and the estimated frame.

@@ -33,9 +33,14 @@ const PAIRS: usize = 3000;
 
 /// Puts a problem together; the hypothesis holds the model's known effects.
 pub fn problem(model: &Model, logs: &[Log]) -> Result<(Problem, Hypothesis)> {
+    problem_of_at_most(model, logs, MOST_ROWS)
+}
+
+/// The same with every log thinned to `most_rows`.
+pub fn problem_of_at_most(model: &Model, logs: &[Log], most_rows: usize) -> Result<(Problem, Hypothesis)> {
     let logs: Vec<LogData> = logs
         .iter()
-        .map(|log| thinned(model, log))
+        .map(|log| thinned(model, log, most_rows))
         .map(|log| LogData {
             drive: CommandTrajectory::of_log(&model.robot, &log),
             commands: None,
@@ -112,11 +117,11 @@ fn zeros(problem: &Problem) -> Vec<f64> {
     vec![0.0; problem.groups.iter().filter(|g| g.dims == 1).count()]
 }
 
-/// A log of at most [`MOST_ROWS`] rows: of each run of rows the middle one, its measurement replaced by the prediction of
+/// A log of at most `most_rows` rows: of each run of rows the middle one, its measurement replaced by the prediction of
 /// the commands there plus the mean of measured minus predicted over the run. What is slower than a run is kept, its
 /// noise averaged; gross errors of single rows are taken by the median.
-fn thinned(model: &Model, log: &Log) -> Log {
-    let run = log.len().div_ceil(MOST_ROWS);
+fn thinned(model: &Model, log: &Log, most_rows: usize) -> Log {
+    let run = log.len().div_ceil(most_rows);
     if run <= 1 || log.poses {
         return log.clone();
     }

@@ -4,7 +4,7 @@ use super::forward::{Hypothesis, Problem, State};
 use super::normal::{dot, products};
 use super::screen::{orthonormal, project_off};
 use super::whitening::Whitening;
-use crate::effects::EffectInstance;
+use crate::effects::{Effect, EffectInstance};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -17,6 +17,9 @@ fn step_of(value: f64, bounds: (f64, f64)) -> f64 {
     if value + h > bounds.1 { -h } else { h }
 }
 
+/// Step of a lag for its numerical derivative, s.
+const LAG_STEP_S: f64 = 1e-5;
+
 /// Signatures of all values of one effect of the hypothesis.
 pub fn effect_columns(problem: &Problem, h: &Hypothesis, state: &State, index: usize) -> Vec<Vec<f64>> {
     let placed = &h.effects[index];
@@ -24,7 +27,11 @@ pub fn effect_columns(problem: &Problem, h: &Hypothesis, state: &State, index: u
     let values = placed.effect.values();
     (0..values.len())
         .map(|v| {
-            let step = step_of(values[v], bounds[v]);
+            let step = match &placed.effect {
+                // a lag turns a joint between its samples, and no lag does not: nothing smaller tells its derivative
+                Effect::ServoLag(_) => LAG_STEP_S,
+                _ => step_of(values[v], bounds[v]),
+            };
             let mut changed = values.clone();
             changed[v] += step;
             let to = EffectInstance { target: placed.target, effect: placed.effect.with_values(&changed) };

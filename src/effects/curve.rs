@@ -110,10 +110,12 @@ impl Pchip {
         let h = self.x[i + 1] - self.x[i];
         let s = (p - self.x[i]) / h;
         let (s2, s3) = (s * s, s * s * s);
-        (2.0 * s3 - 3.0 * s2 + 1.0) * self.y[i]
+        let value = (2.0 * s3 - 3.0 * s2 + 1.0) * self.y[i]
             + (s3 - 2.0 * s2 + s) * h * self.slope[i]
             + (3.0 * s2 - 2.0 * s3) * self.y[i + 1]
-            + (s3 - s2) * h * self.slope[i + 1]
+            + (s3 - s2) * h * self.slope[i + 1];
+        // monotone between two knots; rounding could dip below a knot of zero
+        value.clamp(self.y[i].min(self.y[i + 1]), self.y[i].max(self.y[i + 1]))
     }
 }
 

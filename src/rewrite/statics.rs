@@ -9,6 +9,7 @@
 //! only. The payload is not known from a program: gravity is that of the links.
 
 use super::Points;
+use crate::compensator::from_model::part_of_geometry;
 use crate::effects::{Effect, EffectInstance, Inputs, Site, Stage, Target, UndoContext};
 use crate::machine::gravity::{Gravity, Line};
 use crate::model::Model;
@@ -62,7 +63,7 @@ impl Statics {
         let mut gears: Vec<(f64, Vec<Effect>)> =
             (0..robot.dof()).map(|axis| (Site { robot, target: Target::Joint(axis) }.rev(), Vec::new())).collect();
         let mut links = Vec::new();
-        for placed in model.effects.iter().filter(|p| is_static(p, robot)) {
+        for placed in model.effects.iter().filter(|p| is_static(p, robot) && !part_of_geometry(model, p)) {
             match (site(placed), placed.effect.stage()) {
                 (Some((axis, _)), Stage::Gear) => gears[axis].1.push(placed.effect.clone()),
                 (Some(_), _) => links.push(placed.clone()),

@@ -144,6 +144,33 @@ impl Blocks {
 }
 
 impl Blocks {
+    /// Solution where the columns `gone` are put back into the residual, of all folds.
+    pub fn solve_without(
+        &self,
+        pick: &[usize],
+        gone: &[usize],
+        values: &[f64],
+        precision: &[f64],
+        pull: &[f64],
+    ) -> DVector<f64> {
+        let rights: Vec<DVector<f64>> = (0..self.gram.len()).map(|f| self.put_back(f, gone, values).0).collect();
+        Self::solve_in(&self.gram, &rights, pick, None, precision, pull)
+    }
+
+    /// Right side and square of a fold with columns put back into the residual.
+    fn put_back(&self, f: usize, gone: &[usize], values: &[f64]) -> (DVector<f64>, f64) {
+        let g = &self.gram[f];
+        let mut right = self.right[f].clone();
+        let mut square = self.square[f];
+        for &c in gone {
+            // y + v x: what it adds to the products with all columns, and to its own square
+            let v = values.get(c).copied().unwrap_or(0.0);
+            square += v * (2.0 * right[c] + v * g[(c, c)]);
+            right.axpy(v, &g.column(c), 1.0);
+        }
+        (right, square)
+    }
+
     /// The same where the columns `gone`, which the residual has been freed of at `values`, are put back into it.
     pub fn held_out_without(
         &self,
@@ -153,19 +180,7 @@ impl Blocks {
         precision: &[f64],
         pull: &[f64],
     ) -> Vec<f64> {
-        let back = |f: usize| {
-            let g = &self.gram[f];
-            let mut right = self.right[f].clone();
-            let mut square = self.square[f];
-            for &c in gone {
-                // y + v x: what it adds to the products with all columns, and to its own square
-                let v = values.get(c).copied().unwrap_or(0.0);
-                square += v * (2.0 * right[c] + v * g[(c, c)]);
-                right.axpy(v, &g.column(c), 1.0);
-            }
-            (right, square)
-        };
-        let parts: Vec<(DVector<f64>, f64)> = (0..self.gram.len()).map(back).collect();
+        let parts: Vec<(DVector<f64>, f64)> = (0..self.gram.len()).map(|f| self.put_back(f, gone, values)).collect();
         let other = Self {
             gram: Vec::new(),
             right: parts.iter().map(|p| p.0.clone()).collect(),

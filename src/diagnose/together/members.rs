@@ -2,12 +2,11 @@
 
 use super::super::candidates::Candidate;
 use super::super::fit::Fit;
-use super::super::forward::Problem;
-use super::super::signatures::Signatures;
-use super::super::whitening::Whitening;
+use super::super::forward::{Hypothesis, Problem};
+use super::super::signatures::effect_columns;
 use super::blocks::Blocks;
-use super::{prior, share};
-use crate::effects::EffectInstance;
+use super::{MachineFit, pool, prior, share};
+use crate::effects::{Effect, EffectInstance};
 use rayon::prelude::*;
 
 /// Gain on held-out blocks, in 2 ln L, below which a term is not supported.
@@ -24,13 +23,13 @@ struct Table {
     pull: Vec<f64>,
 }
 
-fn table(problem: &Problem, fit: &Fit, sensitivities: &Signatures, whitening: &Whitening, more: &[Vec<f64>]) -> Table {
+fn table(problem: &Problem, machine: &MachineFit, more: &[Vec<f64>]) -> Table {
+    let MachineFit { fit, sensitivities, whitening, prior: p, .. } = machine;
     let white = whitening.of(problem, &fit.state.residual);
     let mut columns: Vec<&[f64]> = sensitivities.columns().map(|c| c.as_slice()).collect();
     let own = columns.len();
     columns.extend(more.iter().map(Vec::as_slice));
     let blocks = Blocks::new(problem, &columns, &white);
-    let p = prior::of(problem, &fit.hypothesis, &fit.free);
     let values = fit.free.iter().flat_map(|&i| fit.hypothesis.effects[i].effect.values());
     let mut precision = p.precision.clone();
     let mut pull: Vec<f64> = values.zip(p.precision.iter().zip(&p.centre)).map(|(v, (p, c))| p * (c - v)).collect();
@@ -53,13 +52,8 @@ fn gain(without: &[f64], with: &[f64]) -> (f64, usize) {
 }
 
 /// Candidates that the held-out blocks support, best first, one shape of an effect on a target.
-pub fn join(
-    problem: &Problem,
-    fit: &Fit,
-    sensitivities: &Signatures,
-    whitening: &Whitening,
-    candidates: &[Candidate],
-) -> Vec<EffectInstance> {
+pub fn join(problem: &Problem, machine: &MachineFit, candidates: &[Candidate]) -> Vec<EffectInstance> {
+    let MachineFit { fit, sensitivities, whitening, .. } = machine;
     let taken = |c: &Candidate| {
         c.effect != "transmission_error"
             && fit.free.iter().any(|&i| {
@@ -81,7 +75,7 @@ pub fn join(
     for c in &columns {
         starts.push(starts[starts.len() - 1] + c.len());
     }
-    let mut table = table(problem, fit, sensitivities, whitening, &columns.into_iter().flatten().collect::<Vec<_>>());
+    let mut table = table(problem, machine, &columns.into_iter().flatten().collect::<Vec<_>>());
     for (k, c) in list.iter().enumerate() {
         let width = c.at(&vec![1e-9; c.signatures()]).first().map_or(f64::INFINITY, |p| prior::widths(problem, p)[0]);
         table.precision[starts[k]..starts[k + 1]].fill(if width.is_finite() { width.powi(-2) } else { 0.0 });
@@ -136,6 +130,120 @@ pub fn join(
         .collect()
 }
 
+/// Gaps that vary over position: the hypothesis with a curve in the place of every gap that the held-out blocks want so.
+pub fn curved(problem: &Problem, machine: &MachineFit) -> Hypothesis {
+    let MachineFit { fit, sensitivities, whitening, .. } = machine;
+    let mut h = fit.hypothesis.clone();
+    let mut trials: Vec<(usize, EffectInstance, Vec<Vec<f64>>)> = Vec::new();
+    for (k, &i) in fit.free.iter().enumerate() {
+        for knots in [3, 5, 8] {
+            let Some(curve) = pool::gap_over_position(problem, &fit.hypothesis.effects[i], knots) else { continue };
+            let mut with = fit.hypothesis.clone();
+            with.effects[i] = curve.clone();
+            let mut columns = effect_columns(problem, &with, &fit.state, i);
+            columns.iter_mut().for_each(|c| whitening.apply(problem, c));
+            trials.push((k, curve, columns));
+        }
+    }
+    let own = sensitivities.columns().count();
+    let mut at = own;
+    let starts: Vec<usize> = trials.iter().map(|t| (at, at += t.2.len()).0).collect();
+    let all: Vec<Vec<f64>> = trials.iter().flat_map(|t| t.2.iter().cloned()).collect();
+    let mut table = table(problem, machine, &all);
+    for (t, &start) in trials.iter().zip(&starts) {
+        let mean = t.1.effect.values().iter().sum::<f64>() / t.2.len() as f64;
+        table.precision[start..start + t.2.len()].fill((0.5 * mean.max(1e-7)).powi(-2));
+    }
+    let ranges = columns_of(fit);
+    let whole: Vec<usize> = (0..own).collect();
+    let now = table.held_out(&whole);
+    let gains: Vec<(f64, usize)> = trials
+        .par_iter()
+        .zip(&starts)
+        .map(|(t, &start)| {
+            let others = whole.iter().copied().filter(|c| !ranges[t.0].contains(c));
+            let pick: Vec<usize> = others.chain(start..start + t.2.len()).collect();
+            gain(&now, &table.held_out(&pick))
+        })
+        .collect();
+    for (k, &i) in fit.free.iter().enumerate() {
+        let best = trials
+            .iter()
+            .zip(&gains)
+            .filter(|(t, g)| t.0 == k && g.0 > SUPPORTED && g.1 >= MOST_FOLDS)
+            .max_by(|a, b| a.1.0.total_cmp(&b.1.0));
+        if let Some((t, g)) = best {
+            if std::env::var_os("LM_DEBUG").is_some() {
+                eprintln!("curve {} {} knots {:.0}", t.1.target_text(&problem.robot), t.2.len(), g.0);
+            }
+            h.effects[i] = t.1.clone();
+        }
+    }
+    h
+}
+
+/// Gain by which a hysteresis must describe a joint better than a gap to take its place, in 2 ln L on held-out blocks.
+const WINDS_UP: f64 = 4.0;
+
+/// Gaps that are none: the hypothesis with a hysteresis in the place of every gap where the lost motion builds up over the
+/// travel after a reversal instead of standing there at once.
+pub fn wound_up(problem: &Problem, machine: &MachineFit, hysteresis: &[Candidate]) -> Hypothesis {
+    let MachineFit { fit, sensitivities, whitening, .. } = machine;
+    let mut h = fit.hypothesis.clone();
+    let gaps: Vec<usize> = (0..fit.free.len())
+        .filter(|&k| matches!(&fit.hypothesis.effects[fit.free[k]].effect, Effect::Backlash(_)))
+        .collect();
+    let trials: Vec<(usize, &Candidate, Vec<f64>)> = gaps
+        .par_iter()
+        .flat_map_iter(|&k| {
+            let name = fit.hypothesis.effects[fit.free[k]].target_text(&problem.robot);
+            let mut without = fit.hypothesis.clone();
+            without.effects.remove(fit.free[k]);
+            hysteresis
+                .iter()
+                .filter(move |c| c.effect == "hysteresis" && c.target == name)
+                .filter_map(move |c| {
+                    let mut column = c.columns(problem, &without, &fit.state).into_iter().next()?;
+                    whitening.apply(problem, &mut column);
+                    Some((k, c, column))
+                })
+        })
+        .collect();
+    let own = sensitivities.columns().count();
+    let table = table(problem, machine, &trials.iter().map(|t| t.2.clone()).collect::<Vec<_>>());
+    let (ranges, values) = (columns_of(fit), linear_values(fit));
+    let now = table.held_out(&(0..own).collect::<Vec<_>>());
+    let gains: Vec<(f64, f64)> = trials
+        .par_iter()
+        .enumerate()
+        .map(|(t, trial)| {
+            let gone: Vec<usize> = ranges[trial.0].clone().collect();
+            let pick: Vec<usize> = (0..own).filter(|c| !gone.contains(c)).chain([own + t]).collect();
+            let cost = table.blocks.held_out_without(&pick, &gone, &values, &table.precision, &table.pull);
+            let size = table.blocks.solve_without(&pick, &gone, &values, &table.precision, &table.pull);
+            (gain(&now, &cost).0, size[pick.len() - 1])
+        })
+        .collect();
+    for &k in &gaps {
+        let best = trials
+            .iter()
+            .zip(&gains)
+            .filter(|(t, g)| t.0 == k && g.1 > 0.0)
+            .max_by(|a, b| a.1.0.total_cmp(&b.1.0));
+        if let Some((t, g)) = best {
+            if std::env::var_os("LM_DEBUG").is_some() {
+                eprintln!("hysteresis for gap {} {:.0}", t.1.target, g.0);
+            }
+            if g.0 > WINDS_UP
+                && let Some(found) = t.1.at(&[g.1]).into_iter().next()
+            {
+                h.effects[fit.free[k]] = found;
+            }
+        }
+    }
+    h
+}
+
 /// Columns of each free effect.
 fn columns_of(fit: &Fit) -> Vec<std::ops::Range<usize>> {
     let mut at = 0;
@@ -171,16 +279,18 @@ fn linear_values(fit: &Fit) -> Vec<f64> {
 }
 
 /// Gain on held-out blocks of each free effect beside all the others.
-pub fn support(problem: &Problem, fit: &Fit, sensitivities: &Signatures, whitening: &Whitening) -> Vec<f64> {
-    let table = table(problem, fit, sensitivities, whitening, &[]);
+pub fn support(problem: &Problem, machine: &MachineFit) -> Vec<f64> {
+    let MachineFit { fit, sensitivities, .. } = machine;
+    let table = table(problem, machine, &[]);
     let (ranges, values, n) = (columns_of(fit), linear_values(fit), sensitivities.columns().count());
     let now = table.held_out(&(0..n).collect::<Vec<_>>());
     ranges.par_iter().map(|r| gain(&without(&table, &values, n, std::slice::from_ref(r)), &now).0).collect()
 }
 
 /// Free effects (places in the list) that stay when those leave which the held-out blocks do not support, the weakest first.
-pub fn supported(problem: &Problem, fit: &Fit, sensitivities: &Signatures, whitening: &Whitening) -> Vec<usize> {
-    let table = table(problem, fit, sensitivities, whitening, &[]);
+pub fn supported(problem: &Problem, machine: &MachineFit) -> Vec<usize> {
+    let MachineFit { fit, sensitivities, .. } = machine;
+    let table = table(problem, machine, &[]);
     let (ranges, values, n) = (columns_of(fit), linear_values(fit), sensitivities.columns().count());
     let sizes = share::contributions(problem, fit);
     let geometric = |k: usize| super::super::geometry::is_geometry(fit.hypothesis.effects[fit.free[k]].effect.name());
@@ -197,7 +307,7 @@ pub fn supported(problem: &Problem, fit: &Fit, sensitivities: &Signatures, white
                 let g = gain(&cost, &now).0;
                 // geometry is one group: its members stay unless they harm
                 let least = if geometric(k) { 0.0 } else { SUPPORTED };
-                let least = if !geometric(k) && sizes[k] < share::LEAST_M { f64::INFINITY } else { least };
+                let least = if sizes[k] < share::LEAST_M { f64::INFINITY } else { least };
                 (k, g - least, g, cost)
             })
             .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));

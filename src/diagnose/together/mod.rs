@@ -8,7 +8,7 @@
 //!
 //! Modules, in the order of the work:
 //! - [`prior`]: typical sizes; [`pool`]: the groups and the terms that may join them; [`blocks`]: held-out blocks by linear
-//!   algebra; [`members`]: which terms join and which leave; [`share`]: what each term does to the TCP, intervals, the story.
+//!   algebra; [`triage`]: is this such a machine?; [`members`]: which terms join and which leave; [`share`]: what each term does to the TCP, intervals, the story.
 
 pub mod blocks;
 pub mod members;
@@ -16,21 +16,81 @@ pub mod outcome;
 pub mod pool;
 pub mod prior;
 pub mod share;
+pub mod triage;
 
-use super::fit::{self, Fit};
+use super::fit::{self, Fit, Prior};
 use super::forward::{Hypothesis, Problem};
 use super::prepare;
 use super::signatures::Signatures;
 use super::whitening::Whitening;
+use crate::effects::EffectInstance;
 
 /// What the joint fit ends with.
 pub struct Found {
-    pub fit: Fit,
-    pub whitening: Whitening,
+    pub machine: MachineFit,
     /// Gain on held-out blocks of each free effect beside all the others, in 2 ln L.
     pub support: Vec<f64>,
     pub story: share::Story,
     pub outliers: usize,
+}
+
+/// A machine fitted with all effects behind the known ones free, under the prior and the noise that stand beside.
+pub struct MachineFit {
+    pub fit: Fit,
+    pub sensitivities: Signatures,
+    pub whitening: Whitening,
+    pub prior: Prior,
+    geometry: prior::Geometry,
+    known: usize,
+}
+
+impl MachineFit {
+    /// Fits a hypothesis of which the first `known` effects are given.
+    fn new(problem: &Problem, h: &Hypothesis, known: usize, whitening: Whitening, geometry: prior::Geometry) -> Self {
+        let free: Vec<usize> = (known..h.effects.len()).collect();
+        let prior = prior::of(problem, h, &free, geometry);
+        let (fit, sensitivities) = fit::refit_with_prior(problem, h, &free, &whitening, &prior);
+        if std::env::var_os("LM_DEBUG").is_some() {
+            eprintln!("refit n {} p {} cost {:.0} rms {:.2} um converged {} geometry {:?}", problem.n, sensitivities.normal.nrows(), fit.cost, super::outcome::rms(problem, &fit.state.residual) * 1e6, fit.converged, geometry);
+        }
+        Self { fit, sensitivities, whitening, prior, geometry, known }
+    }
+
+    /// The fit from another hypothesis.
+    fn from(self, problem: &Problem, h: &Hypothesis) -> Self {
+        Self::new(problem, h, self.known, self.whitening, self.geometry)
+    }
+
+    /// The fit under the noise of what it leaves, and the geometry's own width; slow wander of arm and air is noise.
+    fn settled(self, problem: &Problem) -> Self {
+        let whitening = Whitening::with_wander(problem, &self.fit.state.residual, self.fit.parameters());
+        if std::env::var_os("LM_DEBUG").is_some() {
+            eprintln!("noise {:?}", whitening.noise);
+        }
+        let geometry = self.geometry.of_fit(problem, &self.fit);
+        Self::new(problem, &self.fit.hypothesis, self.known, whitening, geometry)
+    }
+
+    /// The fit with more effects.
+    fn with(self, problem: &Problem, more: Vec<EffectInstance>) -> Self {
+        if more.is_empty() {
+            return self;
+        }
+        let mut h = self.fit.hypothesis.clone();
+        h.effects.extend(more);
+        self.from(problem, &h)
+    }
+
+    /// The fit with some of its free effects alone.
+    fn keeping(self, problem: &Problem, kept: &[usize]) -> Self {
+        if kept.len() == self.fit.free.len() {
+            return self;
+        }
+        let all = &self.fit.hypothesis.effects;
+        let effects = all[..self.known].iter().chain(kept.iter().map(|&k| &all[self.fit.free[k]])).cloned().collect();
+        let h = Hypothesis { effects, ..self.fit.hypothesis.clone() };
+        self.from(problem, &h)
+    }
 }
 
 /// Rounds in which friction and ripple are sought; the second sees what the first has left.
@@ -38,60 +98,43 @@ const ROUNDS: usize = 2;
 
 /// Fits everything, from a hypothesis of known effects and a frame.
 pub fn run(problem: &mut Problem, start: &Hypothesis) -> Found {
-    let known = start.effects.len();
-    let mut h = start.clone();
-    h.effects.extend(pool::core(problem));
-    // the groups under white noise, then without outliers under the noise that is left
-    let white = Whitening::white(problem, &problem.evaluate(&h).residual);
-    let mut fit = refit(problem, &h, known, &white).0;
-    let mut outliers = prepare::drop_spikes(problem, &fit.state);
-    fit.state = problem.evaluate(&fit.hypothesis);
-    outliers += prepare::drop_single(problem, &fit.state.residual);
-    let mut whitening = Whitening::white(problem, &problem.evaluate(&fit.hypothesis).residual);
-    let mut sensitivities;
+    let (mut machine, outliers) = groups(problem, start);
+    let friction = pool::friction(problem);
     for _ in 0..ROUNDS {
-        fit = refit(problem, &fit.hypothesis, known, &whitening).0;
-        whitening = noise_left(problem, &fit);
-        (fit, sensitivities) = refit(problem, &fit.hypothesis, known, &whitening);
-        for more in [pool::friction(problem), pool::ripple(problem, &fit, &whitening)] {
-            let joining = members::join(problem, &fit, &sensitivities, &whitening, &more);
-            if joining.is_empty() {
-                continue;
-            }
-            let mut h = fit.hypothesis.clone();
-            h.effects.extend(joining);
-            (fit, sensitivities) = refit(problem, &h, known, &whitening);
+        machine = machine.settled(problem);
+        let joining = members::join(problem, &machine, &friction);
+        machine = machine.with(problem, joining);
+        let joining = members::join(problem, &machine, &pool::ripple(problem, &machine));
+        machine = machine.with(problem, joining);
+    }
+    machine = machine.settled(problem);
+    for other in [members::curved, |p: &Problem, m: &MachineFit| members::wound_up(p, m, &pool::friction(p))] {
+        let h = other(problem, &machine);
+        if h.effects != machine.fit.hypothesis.effects {
+            machine = machine.from(problem, &h);
         }
     }
-    whitening = noise_left(problem, &fit);
-    (fit, sensitivities) = refit(problem, &fit.hypothesis, known, &whitening);
-    let kept = members::supported(problem, &fit, &sensitivities, &whitening);
-    if kept.len() < fit.free.len() {
-        let mut h = fit.hypothesis.clone();
-        h.effects = h.effects[..known].iter().cloned().chain(kept.iter().map(|&k| fit.hypothesis.effects[fit.free[k]].clone())).collect();
-        (fit, sensitivities) = refit(problem, &h, known, &whitening);
-    }
-    let support = members::support(problem, &fit, &sensitivities, &whitening);
-    let story = share::story(problem, &fit, &sensitivities, &whitening);
-    Found { fit, whitening, support, story, outliers }
+    let kept = members::supported(problem, &machine);
+    machine = machine.keeping(problem, &kept).settled(problem);
+    let support = members::support(problem, &machine);
+    let story = share::story(problem, &machine);
+    Found { machine, support, story, outliers }
 }
 
-/// Refit of all effects behind the known ones under the prior.
-fn refit(problem: &Problem, h: &Hypothesis, known: usize, whitening: &Whitening) -> (Fit, Signatures) {
-    let free: Vec<usize> = (known..h.effects.len()).collect();
-    let prior = prior::of(problem, h, &free);
-    let r = fit::refit_with_prior(problem, h, &free, whitening, &prior);
-    if std::env::var_os("LM_DEBUG").is_some() {
-        eprintln!("refit n {} p {} cost {:.0} rms {:.2} um converged {}", problem.n, r.1.normal.nrows(), r.0.cost, super::outcome::rms(problem, &r.0.state.residual) * 1e6, r.0.converged);
+/// The groups that every machine has, without the outliers that stand out of them; how many were left out.
+fn groups(problem: &mut Problem, start: &Hypothesis) -> (MachineFit, usize) {
+    let known = start.effects.len();
+    let mut h = start.clone();
+    h.effects.extend(pool::core(problem, &h));
+    let white = |problem: &Problem, h: &Hypothesis| Whitening::white(problem, &problem.evaluate(h).residual);
+    let mut machine = MachineFit::new(problem, &h, known, white(problem, &h), prior::Geometry::default());
+    if let Some(clock) = pool::clock(&machine.fit) {
+        machine = machine.with(problem, vec![clock]);
     }
-    r
-}
-
-/// Noise of what a fit leaves; slow wander of the arm and of the air is noise here.
-fn noise_left(problem: &Problem, fit: &Fit) -> Whitening {
-    let w = Whitening::with_wander(problem, &fit.state.residual, fit.parameters());
-    if std::env::var_os("LM_DEBUG").is_some() {
-        eprintln!("noise {:?}", w.noise);
-    }
-    w
+    let mut outliers = prepare::drop_spikes(problem, &machine.fit.state);
+    let state = problem.evaluate(&machine.fit.hypothesis);
+    outliers += prepare::drop_single(problem, &state.residual);
+    let h = machine.fit.hypothesis;
+    let white = white(problem, &h);
+    (MachineFit::new(problem, &h, known, white, prior::Geometry::default()), outliers)
 }

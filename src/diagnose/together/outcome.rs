@@ -1,42 +1,78 @@
 //! The joint fit as an outcome that the document tells.
 
 use super::super::candidates;
-use super::super::fit;
+use super::super::fit::{self, Fit};
 use super::super::forward::{Hypothesis, Problem};
 use super::super::outcome::{Alternative, Outcome, Step, largest, rms};
 use super::super::prepare;
 use super::super::screen::Ground;
 use super::super::signatures::tangent;
-use super::super::structure;
+use super::super::geometry;
+use super::super::structure::{self, Ratio, Tested};
 use super::super::whitening::Whitening;
 
+/// Part of the gap that the joint fit leaves at most of what a few effects leave, on held-out blocks, to take their place.
+const BETTER: f64 = 0.7;
+/// Effects besides geometry that make a machine on which everything is wrong.
+const MANY: usize = 5;
+
+/// The joint fit where a few effects do not describe the logs and many do; else what was there.
+pub fn instead_of(few: Outcome, start: Hypothesis) -> Outcome {
+    let points = few.problem.logs.iter().any(|l| l.reflectors() > 0);
+    let settled = few.remains.is_none() && few.further.is_none() && few.next.is_none();
+    if settled || !points || few.group.is_some() || !few.contradictions.is_empty() {
+        return few;
+    }
+    let problem = few.problem.copy();
+    let together = of(problem, start);
+    let left = |o: &Outcome| rms(&o.problem, &o.fit.state.residual);
+    if std::env::var_os("LM_DEBUG").is_some() {
+        eprintln!("few {} left {:.1} um; together {} left {:.1} um", own_effects(&few), left(&few) * 1e6, own_effects(&together), left(&together) * 1e6);
+    }
+    if own_effects(&together) >= MANY && left(&together) < BETTER * left(&few) { together } else { few }
+}
+
+/// Found effects besides geometry.
+fn own_effects(outcome: &Outcome) -> usize {
+    let effects = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]);
+    effects.filter(|e| !geometry::is_geometry(e.effect.name())).count()
+}
+
+/// Fits everything together and tells it, where that finds many effects.
+pub fn of_many(problem: Problem, start: Hypothesis) -> Option<Outcome> {
+    let together = of(problem, start);
+    (own_effects(&together) >= MANY).then_some(together)
+}
+
 /// Fits everything together and tells it.
-pub fn of(mut problem: Problem, start: Hypothesis) -> Outcome {
+fn of(mut problem: Problem, start: Hypothesis) -> Outcome {
     let known = start.effects.len();
     let state = problem.evaluate(&start);
     let (rms_given, max_given) = (rms(&problem, &state.residual), largest(&problem, &state.residual));
     let first = prepare::drop_spikes(&mut problem, &state);
     let white = |problem: &Problem, h: &Hypothesis| Whitening::white(problem, &problem.evaluate(h).residual);
     let framed = fit::refit(&problem, &start, &[], &white(&problem, &start));
-    let found = super::run(&mut problem, &framed.hypothesis);
+    let super::Found { machine, support, story, outliers } = super::run(&mut problem, &framed.hypothesis);
+    let super::MachineFit { fit, whitening, .. } = machine;
     let nuisance = fit::refit(&problem, &framed.hypothesis, &[], &white(&problem, &framed.hypothesis));
     let rms_nuisance = rms(&problem, &nuisance.state.residual);
     let candidates = candidates::all(&problem);
-    let bundles = structure::basis(&problem, &found.fit.hypothesis, &found.fit.state, &candidates);
-    let tangent = tangent(&problem, &found.fit.hypothesis, &found.fit.state, &found.fit.free, &found.whitening);
-    let ground = Ground::new(&problem, &found.fit.hypothesis, &found.fit.state, &found.whitening, tangent);
+    let bundles = structure::basis(&problem, &fit.hypothesis, &fit.state, &candidates);
+    let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
+    let ground = Ground::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
     let structure = structure::test(&ground, &bundles);
+    let remains = structured(&problem, &structure, &fit, rms_nuisance);
     let last = ground.score_all(&candidates);
     let named = |k: usize| {
-        let p = &found.fit.hypothesis.effects[found.fit.free[k]];
+        let p = &fit.hypothesis.effects[fit.free[k]];
         (p.effect.name(), p.target_text(&problem.robot), p.effect.values().len())
     };
-    let count = found.fit.free.len();
-    let steps = found.story.order.iter().map(|&k| Step::new(named(k).0, named(k).1)).collect();
+    let count = fit.free.len();
+    let steps = story.order.iter().map(|&k| Step::new(named(k).0, named(k).1)).collect();
     let rivals = (0..count)
         .map(|k| {
             let (effect, target, parameters) = named(k);
-            vec![Alternative { effect, target, gain: found.support[k], parameters }]
+            vec![Alternative { effect, target, gain: support[k], parameters }]
         })
         .collect();
     Outcome {
@@ -46,12 +82,12 @@ pub fn of(mut problem: Problem, start: Hypothesis) -> Outcome {
         group: None,
         notes: problem.notes.clone(),
         rivals,
-        told: Some(found.story),
+        told: Some(story),
         structure,
-        remains: None,
+        remains,
         next: None,
         last,
-        outliers: first + found.outliers,
+        outliers: first + outliers,
         contradictions: Vec::new(),
         further: None,
         rms_given,
@@ -59,8 +95,24 @@ pub fn of(mut problem: Problem, start: Hypothesis) -> Outcome {
         rms_nuisance,
         state_nuisance: nuisance.state,
         price: (problem.n as f64).ln().min(8.0),
-        fit: found.fit,
-        whitening: found.whitening,
+        fit,
+        whitening,
         problem,
     }
+}
+
+/// Part of what was explained, in squares, that must remain to be worth telling.
+const WORTH: f64 = 0.01;
+/// Chance below which structure remains.
+const STRUCTURED: f64 = 1e-5;
+
+/// Structure that remains: beyond chance, and more than a hundredth of what was explained.
+fn structured(problem: &Problem, test: &Tested, fit: &Fit, rms_nuisance: f64) -> Option<Ratio> {
+    let (left, floor) = (rms(problem, &fit.state.residual), rms(problem, &test.freed));
+    let explained = rms_nuisance * rms_nuisance - left * left;
+    if test.whole.p_value > STRUCTURED || left * left - floor * floor < WORTH * explained {
+        return None;
+    }
+    let most = test.bundles.iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)));
+    Some(most.unwrap_or(&test.whole).clone())
 }

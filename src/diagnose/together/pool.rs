@@ -2,15 +2,18 @@
 
 use super::super::candidates::{self, Candidate};
 use super::super::fit::Fit;
-use super::super::forward::Problem;
-use super::super::screen::Ground;
+use super::super::forward::{Hypothesis, Problem};
+use super::super::normal::dot;
+use super::super::screen::{self, Ground};
 use super::super::spectrum;
-use super::super::whitening::Whitening;
+use super::MachineFit;
+use crate::effects::curve::Pchip;
 use crate::effects::{
-    Backlash, DhParameter, Effect, GravityCompliance, JointZeroOffset, LinkError, EffectInstance, ServoLag, Target, ToolError,
+    Backlash, DhParameter, GapCurve, TimeOffset, Effect, GravityCompliance, JointZeroOffset, LinkError, EffectInstance, ServoLag, Target, ToolError,
 };
 use crate::robot::JointKind;
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
 /// Travel of a joint, deg or mm, below which it counts as at rest.
 const AT_REST: f64 = 1e-2;
@@ -24,7 +27,7 @@ pub fn moving(problem: &Problem) -> Vec<usize> {
 }
 
 /// The groups: lags, gaps, gravity, geometry; all of size zero.
-pub fn core(problem: &Problem) -> Vec<EffectInstance> {
+pub fn core(problem: &Problem, h: &Hypothesis) -> Vec<EffectInstance> {
     let mut all = Vec::new();
     let moving = moving(problem);
     let points = problem.logs.iter().any(|l| l.reflectors() > 0);
@@ -40,17 +43,65 @@ pub fn core(problem: &Problem) -> Vec<EffectInstance> {
         }
     }
     if points {
-        geometry(problem, &moving, &mut all);
+        all.extend(independent(problem, h, geometry(problem, &moving)));
     }
     all
 }
+
+/// Squared share of a geometry parameter's column that must be its own beside the frame and the parameters before it.
+const OWN: f64 = 1e-6;
+
+/// The parameters that the frame and those before them do not already stand for: of a point on the flange the last joint's
+/// own parameters are the tool's, and the first joint's zero is a rotation of the frame.
+fn independent(problem: &Problem, h: &Hypothesis, list: Vec<EffectInstance>) -> Vec<EffectInstance> {
+    let state = problem.evaluate(h);
+    let mut basis = screen::orthonormal(problem.nuisance_columns(h, &state));
+    let columns: Vec<Vec<Vec<f64>>> = list
+        .par_iter()
+        .map(|e| {
+            let values = e.effect.values();
+            let one = |k: usize| {
+                let mut trial = vec![0.0; values.len()];
+                trial[k] = TRIAL;
+                let to = EffectInstance { target: e.target, effect: e.effect.with_values(&trial) };
+                problem.difference(h, &state, &[], &[to], TRIAL)
+            };
+            (0..values.len()).map(one).collect()
+        })
+        .collect();
+    let mut kept = Vec::new();
+    for (effect, columns) in list.into_iter().zip(columns) {
+        let mut own = false;
+        for mut c in columns {
+            let before = dot(&c, &c);
+            screen::project_off(&basis, &mut c);
+            screen::project_off(&basis, &mut c);
+            let left = dot(&c, &c);
+            if before > 0.0 && left > OWN * before {
+                let per = 1.0 / left.sqrt();
+                c.iter_mut().for_each(|v| *v *= per);
+                basis.push(c);
+                own = true;
+            }
+        }
+        if own {
+            kept.push(effect);
+        }
+    }
+    kept
+}
+
+/// Size at which a geometry parameter is tried, m or rad.
+const TRIAL: f64 = 1e-5;
 
 fn varies(torque: &[f64]) -> bool {
     let (lo, hi) = torque.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
     hi - lo > 1e-6
 }
 
-fn geometry(problem: &Problem, moving: &[usize], all: &mut Vec<EffectInstance>) {
+fn geometry(problem: &Problem, moving: &[usize]) -> Vec<EffectInstance> {
+    let tool = Effect::ToolError(ToolError { offset_m: Vector3::zeros() });
+    let mut all = vec![EffectInstance { target: Target::Tool, effect: tool }];
     for &a in moving {
         all.push(EffectInstance::on_axis(a, Effect::JointZeroOffset(JointZeroOffset { offset: 0.0 })));
     }
@@ -63,8 +114,36 @@ fn geometry(problem: &Problem, moving: &[usize], all: &mut Vec<EffectInstance>) 
             all.push(EffectInstance { target, effect: Effect::LinkError(LinkError { delta: 0.0 }) });
         }
     }
-    all.push(EffectInstance { target: Target::Tool, effect: Effect::ToolError(ToolError { offset_m: Vector3::zeros() }) });
+    all
 }
+
+/// A clock offset, where a joint would have to lead its command: no lag is negative.
+pub fn clock(fit: &Fit) -> Option<EffectInstance> {
+    let leads = fit.free.iter().any(|&i| {
+        matches!(&fit.hypothesis.effects[i].effect, Effect::ServoLag(lag) if lag.lag_s <= 0.0)
+    });
+    leads.then_some(EffectInstance { target: Target::Log, effect: Effect::TimeOffset(TimeOffset { offset_s: 0.0 }) })
+}
+
+/// The k-th gap as a curve over the positions that its joint visits, at the size that it has: `knots` of them.
+pub fn gap_over_position(problem: &Problem, gap: &EffectInstance, knots: usize) -> Option<EffectInstance> {
+    let (Effect::Backlash(b), Target::Joint(axis)) = (&gap.effect, gap.target) else { return None };
+    let size = b.half_gap.constant()?;
+    let mut at: Vec<f64> =
+        problem.logs.iter().flat_map(|l| l.drive.turns(axis).into_iter().map(|t| t.1)).collect();
+    at.sort_by(f64::total_cmp);
+    let (lo, hi) = (*at.first()?, *at.last()?);
+    if at.len() < 2 * knots || hi - lo < LEAST_SPAN * problem.robot.axis(axis).kind.si() {
+        return None;
+    }
+    let place = |k: usize| lo + (hi - lo) * k as f64 / (knots - 1) as f64;
+    let curve = Pchip::new(&(0..knots).map(|k| [place(k), size]).collect::<Vec<_>>())?;
+    let effect = Effect::Backlash(Backlash { half_gap: GapCurve::Pchip(curve) });
+    Some(EffectInstance { target: gap.target, effect })
+}
+
+/// Span of the turning points, deg or mm, over which a gap may vary.
+const LEAST_SPAN: f64 = 5.0;
 
 /// Friction of all joints, with the shapes of the screening, and drift of the TCP.
 pub fn friction(problem: &Problem) -> Vec<Candidate> {
@@ -77,7 +156,8 @@ pub fn friction(problem: &Problem) -> Vec<Candidate> {
 }
 
 /// Ripple at the peaks of the spectra of what a fit leaves: at least two cycles over the travel.
-pub fn ripple(problem: &Problem, fit: &Fit, whitening: &Whitening) -> Vec<Candidate> {
+pub fn ripple(problem: &Problem, machine: &MachineFit) -> Vec<Candidate> {
+    let MachineFit { fit, whitening, .. } = machine;
     let ground = Ground::new(problem, &fit.hypothesis, &fit.state, whitening, Vec::new());
     let back = ground.back();
     spectrum::ripples(&ground, &back).into_iter().filter(|c| identifiable(problem, c)).collect()

@@ -9,7 +9,7 @@ use super::super::signatures::Signatures;
 use super::super::story::Chapter;
 use super::super::whitening::Whitening;
 use super::blocks::{self, Blocks};
-use super::prior;
+use super::MachineFit;
 use crate::effects::Effect;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -69,10 +69,11 @@ fn beyond_frame(problem: &Problem, fit: &Fit, log: usize, column: &[f64]) -> f64
 }
 
 /// The story of a fit.
-pub fn story(problem: &Problem, fit: &Fit, sensitivities: &Signatures, whitening: &Whitening) -> Story {
+pub fn story(problem: &Problem, machine: &MachineFit) -> Story {
+    let MachineFit { fit, sensitivities, whitening, .. } = machine;
     let contributions = contributions(problem, fit);
     let order = order(fit, &contributions);
-    let chapters = chapters(problem, fit, sensitivities, whitening, &order);
+    let chapters = chapters(problem, machine, &order);
     let sigma = uncertainties(problem, fit, sensitivities, whitening);
     Story { order, chapters, contributions, sigma }
 }
@@ -94,13 +95,8 @@ fn order(fit: &Fit, contributions: &[f64]) -> Vec<usize> {
 }
 
 /// Refitted with the first 0, 1, ... effects of the order, by the sensitivities at the end.
-fn chapters(
-    problem: &Problem,
-    fit: &Fit,
-    sensitivities: &Signatures,
-    whitening: &Whitening,
-    order: &[usize],
-) -> Vec<Chapter> {
+fn chapters(problem: &Problem, machine: &MachineFit, order: &[usize]) -> Vec<Chapter> {
+    let MachineFit { fit, sensitivities, whitening, prior, .. } = machine;
     let columns: Vec<&[f64]> = sensitivities.columns().map(|c| c.as_slice()).collect();
     let mut starts = vec![0];
     for &i in &fit.free {
@@ -118,7 +114,7 @@ fn chapters(
         }
     }
     let blocks = Blocks::new(problem, &columns, &y);
-    let mut precision = prior::of(problem, &fit.hypothesis, &fit.free).precision;
+    let mut precision = prior.precision.clone();
     precision.resize(columns.len(), 0.0);
     let pull = vec![0.0; columns.len()];
     let folds = blocks::folds(problem);
