@@ -69,7 +69,9 @@ pub fn run(args: Args) -> Result<()> {
     let (model, name) = match (&args.model, &args.robot) {
         (Some(path), _) => (Model::load(path)?, path.display().to_string()),
         (None, Some(path)) => (Model::ideal(Robot::load(path)?), path.display().to_string()),
-        (None, None) => return Err(Error::bad(Place::default(), "no machine", "--model MODEL.yaml or --robot ROBOT.yaml")),
+        (None, None) => {
+            return Err(Error::bad(Place::default(), "no machine", "--model MODEL.yaml or --robot ROBOT.yaml"));
+        }
     };
     let read = match logs::load(&args.logs, args.columns.as_deref(), &model.robot) {
         Ok(read) => read,

@@ -38,8 +38,12 @@ pub fn story(d: &Diagnosis) -> String {
     };
     let most = unit.said(d.gap.initial_max_um);
     let _ = writeln!(out, "gap {} rms as given{frame}; at most {most}", unit.said(d.gap.initial_rms_um));
-    for (i, r) in d.rounds.iter().enumerate() {
-        round(&mut out, i + 1, r, unit);
+    if d.geometry_tcp_um.is_some() {
+        machine(&mut out, d);
+    } else {
+        for (i, r) in d.rounds.iter().enumerate() {
+            round(&mut out, i + 1, r, unit);
+        }
     }
     if let Some(aside) = put_aside(d) {
         paragraph(&mut out, "   ", &aside);
@@ -55,6 +59,32 @@ pub fn story(d: &Diagnosis) -> String {
     out
 }
 
+/// Effects that were fitted together, a line each, by what they do to the TCP; geometry is one.
+fn machine(out: &mut String, d: &Diagnosis) {
+    let unit = d.unit;
+    out.push_str(
+        "what each part does to the TCP, and the gap that is left with all up to it (on parts that were not fitted):\n",
+    );
+    let geometry = d.rounds.iter().filter(|r| r.group.is_some()).count();
+    let last = d.rounds.iter().rposition(|r| r.group.is_some());
+    for (i, r) in d.rounds.iter().enumerate() {
+        let (size, what) = match r.group {
+            Some(_) if Some(i) != last => continue,
+            Some(name) => (d.geometry_tcp_um.unwrap_or(0.0), format!("{name}: {geometry} parameters")),
+            None => (r.tcp_um.unwrap_or(0.0), format!("{} {}: {}", r.effect, r.target, sizes(r))),
+        };
+        let left = format!("{} ({})", unit.said(r.rms_after_um), unit.bare(r.validation.rms_after_um));
+        paragraph(out, "  ", &format!("{}  {what}; {left}", unit.said(size)));
+    }
+}
+
+fn sizes(r: &Round) -> String {
+    let one = |(name, value, [lo, hi], unit): (String, String, [String; 2], &'static str)| {
+        format!("{name} {value} {unit}{}[{lo}, {hi}]", if unit.is_empty() { "" } else { " " })
+    };
+    words::sizes(r).into_iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
 fn round(out: &mut String, number: usize, r: &Round, unit: GapUnit) {
     let _ = writeln!(
         out,
@@ -67,13 +97,7 @@ fn round(out: &mut String, number: usize, r: &Round, unit: GapUnit) {
         unit.bare(r.validation.rms_before_um),
         unit.bare(r.validation.rms_after_um)
     );
-    let sizes: Vec<String> = words::sizes(r)
-        .into_iter()
-        .map(|(name, value, [lo, hi], unit)| {
-            format!("{name} {value} {unit}{}[{lo}, {hi}]", if unit.is_empty() { "" } else { " " })
-        })
-        .collect();
-    paragraph(out, "   ", &format!("{}; {}", sizes.join(", "), r.place.description));
+    paragraph(out, "   ", &format!("{}; {}", sizes(r), r.place.description));
     if r.set.len() > 1 {
         let names: Vec<String> = r.set.iter().map(member).collect();
         paragraph(out, "   ", &format!("this log cannot tell: {}", names.join(", ")));

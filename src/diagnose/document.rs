@@ -28,6 +28,9 @@ pub struct Diagnosis {
     pub rounds: Vec<Round>,
     /// Effects that a round named and a later one put aside.
     pub put_aside: Vec<PutAside>,
+    /// What all geometry together does to the TCP, as `tcp_um` of a round.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub geometry_tcp_um: Option<f64>,
     pub effects: Vec<Value>,
     pub unexplained: Option<Unexplained>,
     /// What remains beside the named effects.
@@ -75,6 +78,10 @@ pub struct Round {
     /// Rounds of one group were found, and are believed, together.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<&'static str>,
+    /// What it does to the TCP, rms per coordinate beyond a rigid movement in the log where it is largest; of effects that were
+    /// fitted together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tcp_um: Option<f64>,
     #[serde(rename = "where")]
     pub place: Place,
     pub evidence: Evidence,
@@ -226,6 +233,7 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         },
         rounds,
         put_aside,
+        geometry_tcp_um: outcome.told.as_ref().map(|story| digits(story.geometry * UM)),
         effects: found.iter().map(|p| effect_value(p, outcome)).collect(),
         unexplained: structured.as_ref().map(|s| unexplained(outcome, s)),
         remainder: structured.as_ref().map(|s| unexplained(outcome, s)),

@@ -213,7 +213,10 @@ pub fn estimate_up_to(group: &Group, residual: &[f64], fitted: f64, slowest: f64
         (n * variance.ln() + w.log_det, variance)
     };
     let mut best = (0.0, 0.0, cost(0.0, 0.0));
-    for phi in [0.2, 0.5, 0.75, 0.9, 0.96, 0.99, 0.996].into_iter().filter(|phi| *phi < slowest && (*phi < 0.95 || slowest > SLOWEST)) {
+    for phi in [0.2, 0.5, 0.75, 0.9, 0.96, 0.99, 0.996]
+        .into_iter()
+        .filter(|phi| *phi < slowest && (*phi < 0.95 || slowest > SLOWEST))
+    {
         for share in [0.15, 0.4, 0.7, 0.97] {
             let c = cost(phi, share);
             if c.0 < best.2.0 {

@@ -1,6 +1,7 @@
 //! One found effect as the document tells it: evidence, sizes with intervals, where it shows, what to do.
 
 use super::document::{Evidence, GroupTest, Parameter, Place, Round, Tried, UM, Validation, Z95, digits};
+use super::geometry;
 use super::outcome::Outcome;
 use super::story::Chapter;
 use super::verdict::Member;
@@ -54,7 +55,8 @@ pub(super) fn round(
         effect: named.0.clone(),
         target: named.1.clone(),
         decide_by: (set.len() > 1).then(|| decide_by(set, card.decide_by)),
-        group: group.map(|_| "geometry"),
+        group: (group.is_some() || outcome.told.is_some() && geometry::is_geometry(&named.0)).then_some("geometry"),
+        tcp_um: outcome.told.as_ref().map(|story| digits(story.contributions[k] * UM)),
         place,
         evidence: Evidence {
             statistic: "F",

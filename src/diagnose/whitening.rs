@@ -54,8 +54,7 @@ impl Whitening {
             .groups
             .par_iter()
             .map(|g| {
-                let (mut noise, mut two_ln_l) =
-                    estimate(g, &residual[g.range()], share * g.range().len() as f64);
+                let (mut noise, mut two_ln_l) = estimate(g, &residual[g.range()], share * g.range().len() as f64);
                 // reflectors of one pose err together
                 let together = geometry::inflation(problem, g.log, residual);
                 noise.sigma *= together.sqrt();

@@ -1,6 +1,7 @@
 //! Keys, sizes and units of a diagnosis in words, for a terminal and for a page.
 
 use super::document::{Diagnosis, Parameter, Round};
+use indexmap::IndexMap;
 
 /// In what the gap is told: micrometres at the TCP, or the joints' own unit where only joints were measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,8 +104,22 @@ pub fn rough(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
-/// Found effects with their targets, each once.
+/// Found effects with their targets, each once; of many an effect with all its targets.
 pub fn found(d: &Diagnosis) -> Vec<String> {
+    if d.geometry_tcp_um.is_some() {
+        let mut names: IndexMap<&str, Vec<&str>> = IndexMap::new();
+        for r in &d.rounds {
+            let targets = names.entry(r.group.unwrap_or(&r.effect)).or_default();
+            if !targets.contains(&r.target.as_str()) {
+                targets.push(&r.target);
+            }
+        }
+        let all = names.into_iter().map(|(name, targets)| match name {
+            "geometry" => format!("geometry ({} parameters)", targets.len()),
+            _ => format!("{name} {}", targets.join(" ")),
+        });
+        return all.collect();
+    }
     let mut names: Vec<(String, usize)> = Vec::new();
     for r in &d.rounds {
         let name = format!("{} {}", r.effect, r.target);
@@ -131,7 +146,15 @@ pub fn next_steps(d: &Diagnosis) -> Vec<(String, String)> {
     if d.verdict == Verdict::NotObservable {
         steps.push(("to see anything".into(), "record a path on which every joint moves, both ways".into()));
     }
+    let mut told: Vec<&str> = Vec::new();
     for r in &d.rounds {
+        // of many effects each action is told once, with the largest
+        if d.geometry_tcp_um.is_some() {
+            if told.contains(&r.action.as_str()) || r.group.is_some() && told.contains(&"geometry") {
+                continue;
+            }
+            told.push(r.group.unwrap_or(&r.action));
+        }
         // beside structure that nothing describes a name is not to be trusted alone
         let about = match d.verdict {
             Verdict::Unknown => format!("if {} {} is confirmed", r.effect, r.target),

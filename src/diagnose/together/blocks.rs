@@ -118,7 +118,8 @@ impl Blocks {
         }
         let scaled = DMatrix::from_fn(k, k, |i, j| {
             let (a, b) = if i <= j { (i, j) } else { (j, i) };
-            normal[(a, b)] * scale[i] * scale[j] + if i == j { 1e-9 + f64::from(u8::from(scale[i] == 0.0)) } else { 0.0 }
+            normal[(a, b)] * scale[i] * scale[j]
+                + if i == j { 1e-9 + f64::from(u8::from(scale[i] == 0.0)) } else { 0.0 }
         });
         let b = DVector::from_fn(k, |i, _| right[i] * scale[i]);
         let x = Cholesky::new(scaled).map_or_else(|| DVector::zeros(k), |c| c.solve(&b));

@@ -114,7 +114,7 @@ pub fn join(problem: &Problem, machine: &MachineFit, candidates: &[Candidate]) -
             joined.push(k);
             if std::env::var_os("LM_DEBUG").is_some() {
                 eprintln!("join {} {} {:.0}", list[k].effect, list[k].target, g);
-            }
+            } // TRACE
         }
         now = table.held_out(&pick);
     }
@@ -175,7 +175,7 @@ pub fn curved(problem: &Problem, machine: &MachineFit) -> Hypothesis {
         if let Some((t, g)) = best {
             if std::env::var_os("LM_DEBUG").is_some() {
                 eprintln!("curve {} {} knots {:.0}", t.1.target_text(&problem.robot), t.2.len(), g.0);
-            }
+            } // TRACE
             h.effects[i] = t.1.clone();
         }
     }
@@ -199,14 +199,12 @@ pub fn wound_up(problem: &Problem, machine: &MachineFit, hysteresis: &[Candidate
             let name = fit.hypothesis.effects[fit.free[k]].target_text(&problem.robot);
             let mut without = fit.hypothesis.clone();
             without.effects.remove(fit.free[k]);
-            hysteresis
-                .iter()
-                .filter(move |c| c.effect == "hysteresis" && c.target == name)
-                .filter_map(move |c| {
-                    let mut column = c.columns(problem, &without, &fit.state).into_iter().next()?;
-                    whitening.apply(problem, &mut column);
-                    Some((k, c, column))
-                })
+            let bare = problem.evaluate(&without);
+            hysteresis.iter().filter(move |c| c.effect == "hysteresis" && c.target == name).filter_map(move |c| {
+                let mut column = c.columns(problem, &without, &bare).into_iter().next()?;
+                whitening.apply(problem, &mut column);
+                Some((k, c, column))
+            })
         })
         .collect();
     let own = sensitivities.columns().count();
@@ -225,15 +223,12 @@ pub fn wound_up(problem: &Problem, machine: &MachineFit, hysteresis: &[Candidate
         })
         .collect();
     for &k in &gaps {
-        let best = trials
-            .iter()
-            .zip(&gains)
-            .filter(|(t, g)| t.0 == k && g.1 > 0.0)
-            .max_by(|a, b| a.1.0.total_cmp(&b.1.0));
+        let best =
+            trials.iter().zip(&gains).filter(|(t, g)| t.0 == k && g.1 > 0.0).max_by(|a, b| a.1.0.total_cmp(&b.1.0));
         if let Some((t, g)) = best {
             if std::env::var_os("LM_DEBUG").is_some() {
                 eprintln!("hysteresis for gap {} {:.0}", t.1.target, g.0);
-            }
+            } // TRACE
             if g.0 > WINDS_UP
                 && let Some(found) = t.1.at(&[g.1]).into_iter().next()
             {
@@ -317,8 +312,14 @@ pub fn supported(problem: &Problem, machine: &MachineFit) -> Vec<usize> {
         }
         if std::env::var_os("LM_DEBUG").is_some() {
             let p = &fit.hypothesis.effects[fit.free[k]];
-            eprintln!("leave {} {} gain {:.1} size {:.2} um", p.effect.name(), p.target_text(&problem.robot), g, sizes[k] * 1e6);
-        }
+            eprintln!(
+                "leave {} {} gain {:.1} size {:.2} um",
+                p.effect.name(),
+                p.target_text(&problem.robot),
+                g,
+                sizes[k] * 1e6
+            );
+        } // TRACE
         out.push(k);
         now = cost;
     }

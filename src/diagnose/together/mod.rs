@@ -51,8 +51,16 @@ impl MachineFit {
         let prior = prior::of(problem, h, &free, geometry);
         let (fit, sensitivities) = fit::refit_with_prior(problem, h, &free, &whitening, &prior);
         if std::env::var_os("LM_DEBUG").is_some() {
-            eprintln!("refit n {} p {} cost {:.0} rms {:.2} um converged {} geometry {:?}", problem.n, sensitivities.normal.nrows(), fit.cost, super::outcome::rms(problem, &fit.state.residual) * 1e6, fit.converged, geometry);
-        }
+            eprintln!(
+                "refit n {} p {} cost {:.0} rms {:.2} um converged {} geometry {:?}",
+                problem.n,
+                sensitivities.normal.nrows(),
+                fit.cost,
+                super::outcome::rms(problem, &fit.state.residual) * 1e6,
+                fit.converged,
+                geometry
+            );
+        } // TRACE
         Self { fit, sensitivities, whitening, prior, geometry, known }
     }
 
@@ -66,7 +74,7 @@ impl MachineFit {
         let whitening = Whitening::with_wander(problem, &self.fit.state.residual, self.fit.parameters());
         if std::env::var_os("LM_DEBUG").is_some() {
             eprintln!("noise {:?}", whitening.noise);
-        }
+        } // TRACE
         let geometry = self.geometry.of_fit(problem, &self.fit);
         Self::new(problem, &self.fit.hypothesis, self.known, whitening, geometry)
     }

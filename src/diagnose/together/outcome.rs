@@ -7,15 +7,12 @@ use super::super::outcome::{Alternative, Outcome, Step, largest, rms};
 use super::super::prepare;
 use super::super::screen::Ground;
 use super::super::signatures::tangent;
-use super::super::geometry;
 use super::super::structure::{self, Ratio, Tested};
 use super::super::whitening::Whitening;
+use super::triage;
 
 /// Part of the gap that the joint fit leaves at most of what a few effects leave, on held-out blocks, to take their place.
 const BETTER: f64 = 0.7;
-/// Effects besides geometry that make a machine on which everything is wrong.
-const MANY: usize = 5;
-
 /// The joint fit where a few effects do not describe the logs and many do; else what was there.
 pub fn instead_of(few: Outcome, start: Hypothesis) -> Outcome {
     let points = few.problem.logs.iter().any(|l| l.reflectors() > 0);
@@ -24,28 +21,19 @@ pub fn instead_of(few: Outcome, start: Hypothesis) -> Outcome {
         return few;
     }
     let problem = few.problem.copy();
-    let together = of(problem, start);
+    let (together, clear) = of(problem, start);
     let left = |o: &Outcome| rms(&o.problem, &o.fit.state.residual);
-    if std::env::var_os("LM_DEBUG").is_some() {
-        eprintln!("few {} left {:.1} um; together {} left {:.1} um", own_effects(&few), left(&few) * 1e6, own_effects(&together), left(&together) * 1e6);
-    }
-    if own_effects(&together) >= MANY && left(&together) < BETTER * left(&few) { together } else { few }
-}
-
-/// Found effects besides geometry.
-fn own_effects(outcome: &Outcome) -> usize {
-    let effects = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]);
-    effects.filter(|e| !geometry::is_geometry(e.effect.name())).count()
+    if clear >= triage::MANY && left(&together) < BETTER * left(&few) { together } else { few }
 }
 
 /// Fits everything together and tells it, where that finds many effects.
 pub fn of_many(problem: Problem, start: Hypothesis) -> Option<Outcome> {
-    let together = of(problem, start);
-    (own_effects(&together) >= MANY).then_some(together)
+    let (together, clear) = of(problem, start);
+    (clear >= triage::MANY).then_some(together)
 }
 
-/// Fits everything together and tells it.
-fn of(mut problem: Problem, start: Hypothesis) -> Outcome {
+/// Fits everything together and tells it; with the number of its effects that stand clear of the noise.
+fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize) {
     let known = start.effects.len();
     let state = problem.evaluate(&start);
     let (rms_given, max_given) = (rms(&problem, &state.residual), largest(&problem, &state.residual));
@@ -53,6 +41,7 @@ fn of(mut problem: Problem, start: Hypothesis) -> Outcome {
     let white = |problem: &Problem, h: &Hypothesis| Whitening::white(problem, &problem.evaluate(h).residual);
     let framed = fit::refit(&problem, &start, &[], &white(&problem, &start));
     let super::Found { machine, support, story, outliers } = super::run(&mut problem, &framed.hypothesis);
+    let clear = triage::clear(&machine, &support);
     let super::MachineFit { fit, whitening, .. } = machine;
     let nuisance = fit::refit(&problem, &framed.hypothesis, &[], &white(&problem, &framed.hypothesis));
     let rms_nuisance = rms(&problem, &nuisance.state.residual);
@@ -75,7 +64,7 @@ fn of(mut problem: Problem, start: Hypothesis) -> Outcome {
             vec![Alternative { effect, target, gain: support[k], parameters }]
         })
         .collect();
-    Outcome {
+    let outcome = Outcome {
         candidates,
         steps,
         known,
@@ -98,7 +87,8 @@ fn of(mut problem: Problem, start: Hypothesis) -> Outcome {
         fit,
         whitening,
         problem,
-    }
+    };
+    (outcome, clear)
 }
 
 /// Part of what was explained, in squares, that must remain to be worth telling.

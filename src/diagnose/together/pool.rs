@@ -9,7 +9,8 @@ use super::super::spectrum;
 use super::MachineFit;
 use crate::effects::curve::Pchip;
 use crate::effects::{
-    Backlash, DhParameter, GapCurve, TimeOffset, Effect, GravityCompliance, JointZeroOffset, LinkError, EffectInstance, ServoLag, Target, ToolError,
+    Backlash, DhParameter, Effect, EffectInstance, GapCurve, GravityCompliance, JointZeroOffset, LinkError, ServoLag,
+    Target, TimeOffset, ToolError,
 };
 use crate::robot::JointKind;
 use nalgebra::Vector3;
@@ -119,9 +120,10 @@ fn geometry(problem: &Problem, moving: &[usize]) -> Vec<EffectInstance> {
 
 /// A clock offset, where a joint would have to lead its command: no lag is negative.
 pub fn clock(fit: &Fit) -> Option<EffectInstance> {
-    let leads = fit.free.iter().any(|&i| {
-        matches!(&fit.hypothesis.effects[i].effect, Effect::ServoLag(lag) if lag.lag_s <= 0.0)
-    });
+    let leads = fit
+        .free
+        .iter()
+        .any(|&i| matches!(&fit.hypothesis.effects[i].effect, Effect::ServoLag(lag) if lag.lag_s <= 0.0));
     leads.then_some(EffectInstance { target: Target::Log, effect: Effect::TimeOffset(TimeOffset { offset_s: 0.0 }) })
 }
 
@@ -129,8 +131,7 @@ pub fn clock(fit: &Fit) -> Option<EffectInstance> {
 pub fn gap_over_position(problem: &Problem, gap: &EffectInstance, knots: usize) -> Option<EffectInstance> {
     let (Effect::Backlash(b), Target::Joint(axis)) = (&gap.effect, gap.target) else { return None };
     let size = b.half_gap.constant()?;
-    let mut at: Vec<f64> =
-        problem.logs.iter().flat_map(|l| l.drive.turns(axis).into_iter().map(|t| t.1)).collect();
+    let mut at: Vec<f64> = problem.logs.iter().flat_map(|l| l.drive.turns(axis).into_iter().map(|t| t.1)).collect();
     at.sort_by(f64::total_cmp);
     let (lo, hi) = (*at.first()?, *at.last()?);
     if at.len() < 2 * knots || hi - lo < LEAST_SPAN * problem.robot.axis(axis).kind.si() {
@@ -170,7 +171,8 @@ fn identifiable(problem: &Problem, candidate: &Candidate) -> bool {
         return false;
     };
     let joint = problem.robot.axis(a);
-    let turn = if joint.kind == JointKind::Revolute { std::f64::consts::TAU } else { joint.lead_m_per_rev.unwrap_or(1.0) };
+    let turn =
+        if joint.kind == JointKind::Revolute { std::f64::consts::TAU } else { joint.lead_m_per_rev.unwrap_or(1.0) };
     let travel = problem.logs.iter().map(|l| l.log.travel(a)).fold(0.0, f64::max);
     e.cycles_per_rev * travel / turn >= LEAST_CYCLES
 }

@@ -8,9 +8,9 @@ use super::super::outcome::rms;
 use super::super::signatures::Signatures;
 use super::super::story::Chapter;
 use super::super::whitening::Whitening;
-use super::blocks::{self, Blocks};
 use super::MachineFit;
-use crate::effects::Effect;
+use super::blocks::{self, Blocks};
+use crate::effects::{Effect, EffectInstance};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -36,20 +36,21 @@ pub struct Story {
     pub chapters: Vec<Chapter>,
     /// What each free effect does to the TCP, rms per coordinate beyond a rigid movement in the log where it is largest, m.
     pub contributions: Vec<f64>,
+    /// The same of all geometry together.
+    pub geometry: f64,
     /// Standard uncertainties of each free effect's values.
     pub sigma: Vec<Vec<f64>>,
 }
 
 /// rms per coordinate of what each free effect moves, beyond a movement of the frame; the largest log.
 pub fn contributions(problem: &Problem, fit: &Fit) -> Vec<f64> {
-    fit.free
-        .par_iter()
-        .map(|&i| {
-            let placed = &fit.hypothesis.effects[i];
-            let moved = problem.difference(&fit.hypothesis, &fit.state, std::slice::from_ref(placed), &[], 1.0);
-            (0..problem.logs.len()).map(|l| beyond_frame(problem, fit, l, &moved)).fold(0.0, f64::max)
-        })
-        .collect()
+    fit.free.par_iter().map(|&i| contribution(problem, fit, std::slice::from_ref(&fit.hypothesis.effects[i]))).collect()
+}
+
+/// The same of some of the effects together.
+fn contribution(problem: &Problem, fit: &Fit, effects: &[EffectInstance]) -> f64 {
+    let moved = problem.difference(&fit.hypothesis, &fit.state, effects, &[], 1.0);
+    (0..problem.logs.len()).map(|l| beyond_frame(problem, fit, l, &moved)).fold(0.0, f64::max)
 }
 
 /// rms over one log of a column beyond what a rigid movement of that log explains.
@@ -75,7 +76,15 @@ pub fn story(problem: &Problem, machine: &MachineFit) -> Story {
     let order = order(fit, &contributions);
     let chapters = chapters(problem, machine, &order);
     let sigma = uncertainties(problem, fit, sensitivities, whitening);
-    Story { order, chapters, contributions, sigma }
+    let geometry: Vec<EffectInstance> = fit
+        .free
+        .iter()
+        .map(|&i| &fit.hypothesis.effects[i])
+        .filter(|e| is_geometry(e.effect.name()))
+        .cloned()
+        .collect();
+    let geometry = if geometry.is_empty() { 0.0 } else { contribution(problem, fit, &geometry) };
+    Story { order, chapters, contributions, geometry, sigma }
 }
 
 /// The largest first; geometry stands together, where its largest member does.

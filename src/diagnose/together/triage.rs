@@ -4,15 +4,16 @@
 //! that held-out blocks support far beyond chance. The search for a few effects finds no more than four.
 
 use super::super::prepare;
-use super::{groups, members};
+use super::{MachineFit, groups, members};
 use crate::effects::Effect;
 use crate::log::Log;
 use crate::model::Model;
+use crate::stats::robust::median;
 
 /// Rows of each log that are looked at.
 const ROWS: usize = 1500;
 /// Supported lags and gaps that make such a machine.
-const MANY: usize = 5;
+pub const MANY: usize = 5;
 /// Gain on held-out blocks, in 2 ln L, beyond which one counts.
 const CLEAR: f64 = 40.0;
 
@@ -24,18 +25,33 @@ pub fn many(model: &Model, logs: &[Log]) -> bool {
     let Ok((mut problem, start)) = prepare::problem_of_at_most(model, logs, ROWS) else { return false };
     let machine = groups(&mut problem, &start).0.settled(&problem);
     let support = members::support(&problem, &machine);
-    let fit = &machine.fit;
-    let counts = |k: &usize| {
-        let effect = &fit.hypothesis.effects[fit.free[*k]].effect;
-        matches!(effect, Effect::ServoLag(_) | Effect::Backlash(_)) && support[*k] > CLEAR
-    };
-    let clear = (0..support.len()).filter(counts).count();
-    if std::env::var_os("LM_DEBUG").is_some() {
-        for k in 0..support.len() {
-            let e = &fit.hypothesis.effects[fit.free[k]];
-            eprintln!("{} {} {:?} {:.1}", e.effect.name(), e.target_text(&problem.robot), e.effect.values(), support[k]);
-        }
-        eprintln!("triage {clear}");
-    }
-    clear >= MANY
+    clear(&machine, &support) >= MANY
 }
+
+/// Lags, gaps, friction and ripple that held-out blocks support far beyond chance. Lags that are the same within their
+/// uncertainty are one: a clock offset makes as many.
+pub fn clear(machine: &MachineFit, support: &[f64]) -> usize {
+    let fit = &machine.fit;
+    let effect = |k: usize| &fit.hypothesis.effects[fit.free[k]].effect;
+    let all: Vec<usize> = (0..support.len()).filter(|&k| support[k] > CLEAR).collect();
+    let lags: Vec<(f64, f64)> = all
+        .iter()
+        .filter_map(|&k| match effect(k) {
+            Effect::ServoLag(e) => Some((e.lag_s, fit.sigma_of(k)[0])),
+            _ => None,
+        })
+        .collect();
+    let common = median(&lags.iter().map(|l| l.0).collect::<Vec<_>>());
+    let differ = |l: &&(f64, f64)| (l.0 - common).abs() > (APART * l.1).max(ALIKE * common);
+    let own = |k: &&usize| {
+        matches!(
+            effect(**k),
+            Effect::Backlash(_) | Effect::Stiction(_) | Effect::Hysteresis(_) | Effect::TransmissionError(_)
+        )
+    };
+    all.iter().filter(own).count() + lags.iter().filter(differ).count() + usize::from(!lags.is_empty())
+}
+
+/// Difference of two lags, in uncertainties and as a part of them, beyond which they are not one.
+const APART: f64 = 4.0;
+const ALIKE: f64 = 0.1;
