@@ -72,8 +72,7 @@ pub fn diagnose(model: &Model, logs: &[Log]) -> Result<Outcome> {
     {
         return Ok(many);
     }
-    let few = search::run(problem, start.clone());
-    Ok(together::outcome::instead_of(few, start))
+    Ok(search::run(problem, start))
 }
 
 /// The model with what was found inside, and the estimated frame.

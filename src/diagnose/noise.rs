@@ -22,7 +22,9 @@ pub struct Noise {
 }
 
 /// Largest correlation that is tried: slower is drift, an effect.
-const SLOWEST: f64 = 0.97;
+pub(super) const SLOWEST: f64 = 0.97;
+/// The same where slow wander of arm and air counts as noise.
+pub(super) const WANDER: f64 = 0.999;
 /// Smallest standard deviation of a joint, rad or m: the last digit of a file.
 const LEAST_SIGMA: f64 = 1e-9;
 /// Smallest standard deviation of a coordinate of a point, m: no tracker is better, and of an exact log the turning points
@@ -188,16 +190,9 @@ impl Whitener {
 }
 
 /// Noise of the largest likelihood for the residual of a group (its values in the long vector), and twice its logarithm.
-/// `fitted`: parameters that were fitted to the residual, for the degrees of freedom of the variance.
-pub fn estimate(group: &Group, residual: &[f64], fitted: f64) -> (Noise, f64) {
-    estimate_up_to(group, residual, fitted, SLOWEST)
-}
-
-/// Largest correlation where slow wander of arm and air counts as noise.
-pub(super) const WANDER: f64 = 0.999;
-
-/// The same with correlations up to `slowest`.
-pub fn estimate_up_to(group: &Group, residual: &[f64], fitted: f64, slowest: f64) -> (Noise, f64) {
+/// `fitted`: parameters that were fitted to the residual, for the degrees of freedom of the variance; `slowest`: the largest
+/// correlation that is tried.
+pub fn estimate(group: &Group, residual: &[f64], fitted: f64, slowest: f64) -> (Noise, f64) {
     let n = residual.len() as f64;
     let free = (n - fitted).max(1.0);
     let rms = (residual.iter().map(|v| v * v).sum::<f64>() / free).sqrt().max(least_sigma(group));
@@ -213,10 +208,8 @@ pub fn estimate_up_to(group: &Group, residual: &[f64], fitted: f64, slowest: f64
         (n * variance.ln() + w.log_det, variance)
     };
     let mut best = (0.0, 0.0, cost(0.0, 0.0));
-    for phi in [0.2, 0.5, 0.75, 0.9, 0.96, 0.99, 0.996]
-        .into_iter()
-        .filter(|phi| *phi < slowest && (*phi < 0.95 || slowest > SLOWEST))
-    {
+    let start = |phi: &f64| *phi < slowest && (*phi < SLOWEST.min(0.95) || slowest > SLOWEST);
+    for phi in [0.2, 0.5, 0.75, 0.9, 0.96, 0.99, 0.996].into_iter().filter(start) {
         for share in [0.15, 0.4, 0.7, 0.97] {
             let c = cost(phi, share);
             if c.0 < best.2.0 {
@@ -288,7 +281,7 @@ mod tests {
         let all = coloured(20_000, 0.7, 0.5, 8e-6);
         let values: Vec<f64> = rows.iter().map(|&r| all[r as usize]).collect();
         let group = Group::new(0, Sensor::Joint(0), rows, 1, 0, false);
-        let (noise, _) = estimate(&group, &values, 0.0);
+        let (noise, _) = estimate(&group, &values, 0.0, SLOWEST);
         assert!((noise.sigma / 8e-6 - 1.0).abs() < 0.03, "{noise:?}");
         assert!((noise.phi - 0.7).abs() < 0.04 && (noise.share - 0.5).abs() < 0.05, "{noise:?}");
         let mut white = values;

@@ -4,7 +4,7 @@ use super::forward::{Hypothesis, Problem, State};
 use super::normal::{dot, products};
 use super::screen::{orthonormal, project_off};
 use super::whitening::Whitening;
-use crate::effects::{Effect, EffectInstance};
+use crate::effects::EffectInstance;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -17,8 +17,9 @@ fn step_of(value: f64, bounds: (f64, f64)) -> f64 {
     if value + h > bounds.1 { -h } else { h }
 }
 
-/// Step of a lag for its numerical derivative, s.
-const LAG_STEP_S: f64 = 1e-5;
+/// Least step of the time of a filter for its numerical derivative, s: a filtered joint turns between its samples, one that is
+/// not does not, so that nothing smaller tells the derivative at zero.
+const FILTER_STEP_S: f64 = 1e-5;
 
 /// Signatures of all values of one effect of the hypothesis.
 pub fn effect_columns(problem: &Problem, h: &Hypothesis, state: &State, index: usize) -> Vec<Vec<f64>> {
@@ -27,11 +28,9 @@ pub fn effect_columns(problem: &Problem, h: &Hypothesis, state: &State, index: u
     let values = placed.effect.values();
     (0..values.len())
         .map(|v| {
-            let step = match &placed.effect {
-                // a lag turns a joint between its samples, and no lag does not: nothing smaller tells its derivative
-                Effect::ServoLag(_) => LAG_STEP_S,
-                _ => step_of(values[v], bounds[v]),
-            };
+            let least = if placed.effect.filters_in_time() { FILTER_STEP_S } else { 0.0 };
+            let step = step_of(values[v], bounds[v]);
+            let step = if step.abs() < least { least } else { step };
             let mut changed = values.clone();
             changed[v] += step;
             let to = EffectInstance { target: placed.target, effect: placed.effect.with_values(&changed) };

@@ -34,27 +34,22 @@ impl Whitening {
 
     /// Noise of the largest likelihood for a residual from which `fitted` parameters were taken; with 2 ln L.
     pub fn of_residual(problem: &Problem, residual: &[f64], fitted: usize) -> (Self, f64) {
-        Self::estimated(problem, residual, fitted, &noise::estimate)
+        Self::estimated(problem, residual, fitted, noise::SLOWEST)
     }
 
     /// The same where slow wander of arm and air counts as noise.
     pub fn with_wander(problem: &Problem, residual: &[f64], fitted: usize) -> Self {
-        let slow = |g: &Group, r: &[f64], fitted: f64| noise::estimate_up_to(g, r, fitted, noise::WANDER);
-        Self::estimated(problem, residual, fitted, &slow).0
+        Self::estimated(problem, residual, fitted, noise::WANDER).0
     }
 
-    fn estimated(
-        problem: &Problem,
-        residual: &[f64],
-        fitted: usize,
-        estimate: &(dyn Fn(&Group, &[f64], f64) -> (Noise, f64) + Sync),
-    ) -> (Self, f64) {
+    fn estimated(problem: &Problem, residual: &[f64], fitted: usize, slowest: f64) -> (Self, f64) {
         let share = fitted as f64 / problem.n.max(1) as f64;
         let found: Vec<(Noise, f64)> = problem
             .groups
             .par_iter()
             .map(|g| {
-                let (mut noise, mut two_ln_l) = estimate(g, &residual[g.range()], share * g.range().len() as f64);
+                let (mut noise, mut two_ln_l) =
+                    noise::estimate(g, &residual[g.range()], share * g.range().len() as f64, slowest);
                 // reflectors of one pose err together
                 let together = geometry::inflation(problem, g.log, residual);
                 noise.sigma *= together.sqrt();

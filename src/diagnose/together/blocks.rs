@@ -145,19 +145,6 @@ impl Blocks {
 }
 
 impl Blocks {
-    /// Solution where the columns `gone` are put back into the residual, of all folds.
-    pub fn solve_without(
-        &self,
-        pick: &[usize],
-        gone: &[usize],
-        values: &[f64],
-        precision: &[f64],
-        pull: &[f64],
-    ) -> DVector<f64> {
-        let rights: Vec<DVector<f64>> = (0..self.gram.len()).map(|f| self.put_back(f, gone, values).0).collect();
-        Self::solve_in(&self.gram, &rights, pick, None, precision, pull)
-    }
-
     /// Right side and square of a fold with columns put back into the residual.
     fn put_back(&self, f: usize, gone: &[usize], values: &[f64]) -> (DVector<f64>, f64) {
         let g = &self.gram[f];

@@ -3,10 +3,11 @@
 use super::super::candidates::Candidate;
 use super::super::fit::Fit;
 use super::super::forward::{Hypothesis, Problem};
+use super::super::outcome::rms;
 use super::super::signatures::effect_columns;
 use super::blocks::Blocks;
 use super::{MachineFit, pool, prior, share};
-use crate::effects::{Effect, EffectInstance};
+use crate::effects::{EffectInstance, Family};
 use rayon::prelude::*;
 
 /// Gain on held-out blocks, in 2 ln L, below which a term is not supported.
@@ -51,11 +52,16 @@ fn gain(without: &[f64], with: &[f64]) -> (f64, usize) {
     (gains.clone().sum(), gains.filter(|g| *g > 0.0).count())
 }
 
+/// A joint may have several ripples.
+fn is_ripple(c: &Candidate) -> bool {
+    c.trial.iter().flat_map(|t| &t.0).any(|p| p.effect.info().family == Family::Ripple)
+}
+
 /// Candidates that the held-out blocks support, best first, one shape of an effect on a target.
 pub fn join(problem: &Problem, machine: &MachineFit, candidates: &[Candidate]) -> Vec<EffectInstance> {
     let MachineFit { fit, sensitivities, whitening, .. } = machine;
     let taken = |c: &Candidate| {
-        c.effect != "transmission_error"
+        !is_ripple(c)
             && fit.free.iter().any(|&i| {
                 let p = &fit.hypothesis.effects[i];
                 p.effect.name() == c.effect && p.target_text(&problem.robot) == c.target
@@ -112,9 +118,6 @@ pub fn join(problem: &Problem, machine: &MachineFit, candidates: &[Candidate]) -
             targets.push(&list[k].target);
             pick.extend(starts[k]..starts[k + 1]);
             joined.push(k);
-            if std::env::var_os("LM_DEBUG").is_some() {
-                eprintln!("join {} {} {:.0}", list[k].effect, list[k].target, g);
-            } // TRACE
         }
         now = table.held_out(&pick);
     }
@@ -152,7 +155,7 @@ pub fn curved(problem: &Problem, machine: &MachineFit) -> Hypothesis {
     let mut table = table(problem, machine, &all);
     for (t, &start) in trials.iter().zip(&starts) {
         let mean = t.1.effect.values().iter().sum::<f64>() / t.2.len() as f64;
-        table.precision[start..start + t.2.len()].fill((0.5 * mean.max(1e-7)).powi(-2));
+        table.precision[start..start + t.2.len()].fill((prior::KNOT * mean.max(f64::MIN_POSITIVE)).powi(-2));
     }
     let ranges = columns_of(fit);
     let whole: Vec<usize> = (0..own).collect();
@@ -172,68 +175,8 @@ pub fn curved(problem: &Problem, machine: &MachineFit) -> Hypothesis {
             .zip(&gains)
             .filter(|(t, g)| t.0 == k && g.0 > SUPPORTED && g.1 >= MOST_FOLDS)
             .max_by(|a, b| a.1.0.total_cmp(&b.1.0));
-        if let Some((t, g)) = best {
-            if std::env::var_os("LM_DEBUG").is_some() {
-                eprintln!("curve {} {} knots {:.0}", t.1.target_text(&problem.robot), t.2.len(), g.0);
-            } // TRACE
+        if let Some((t, _)) = best {
             h.effects[i] = t.1.clone();
-        }
-    }
-    h
-}
-
-/// Gain by which a hysteresis must describe a joint better than a gap to take its place, in 2 ln L on held-out blocks.
-const WINDS_UP: f64 = 4.0;
-
-/// Gaps that are none: the hypothesis with a hysteresis in the place of every gap where the lost motion builds up over the
-/// travel after a reversal instead of standing there at once.
-pub fn wound_up(problem: &Problem, machine: &MachineFit, hysteresis: &[Candidate]) -> Hypothesis {
-    let MachineFit { fit, sensitivities, whitening, .. } = machine;
-    let mut h = fit.hypothesis.clone();
-    let gaps: Vec<usize> = (0..fit.free.len())
-        .filter(|&k| matches!(&fit.hypothesis.effects[fit.free[k]].effect, Effect::Backlash(_)))
-        .collect();
-    let trials: Vec<(usize, &Candidate, Vec<f64>)> = gaps
-        .par_iter()
-        .flat_map_iter(|&k| {
-            let name = fit.hypothesis.effects[fit.free[k]].target_text(&problem.robot);
-            let mut without = fit.hypothesis.clone();
-            without.effects.remove(fit.free[k]);
-            let bare = problem.evaluate(&without);
-            hysteresis.iter().filter(move |c| c.effect == "hysteresis" && c.target == name).filter_map(move |c| {
-                let mut column = c.columns(problem, &without, &bare).into_iter().next()?;
-                whitening.apply(problem, &mut column);
-                Some((k, c, column))
-            })
-        })
-        .collect();
-    let own = sensitivities.columns().count();
-    let table = table(problem, machine, &trials.iter().map(|t| t.2.clone()).collect::<Vec<_>>());
-    let (ranges, values) = (columns_of(fit), linear_values(fit));
-    let now = table.held_out(&(0..own).collect::<Vec<_>>());
-    let gains: Vec<(f64, f64)> = trials
-        .par_iter()
-        .enumerate()
-        .map(|(t, trial)| {
-            let gone: Vec<usize> = ranges[trial.0].clone().collect();
-            let pick: Vec<usize> = (0..own).filter(|c| !gone.contains(c)).chain([own + t]).collect();
-            let cost = table.blocks.held_out_without(&pick, &gone, &values, &table.precision, &table.pull);
-            let size = table.blocks.solve_without(&pick, &gone, &values, &table.precision, &table.pull);
-            (gain(&now, &cost).0, size[pick.len() - 1])
-        })
-        .collect();
-    for &k in &gaps {
-        let best =
-            trials.iter().zip(&gains).filter(|(t, g)| t.0 == k && g.1 > 0.0).max_by(|a, b| a.1.0.total_cmp(&b.1.0));
-        if let Some((t, g)) = best {
-            if std::env::var_os("LM_DEBUG").is_some() {
-                eprintln!("hysteresis for gap {} {:.0}", t.1.target, g.0);
-            } // TRACE
-            if g.0 > WINDS_UP
-                && let Some(found) = t.1.at(&[g.1]).into_iter().next()
-            {
-                h.effects[fit.free[k]] = found;
-            }
         }
     }
     h
@@ -261,14 +204,13 @@ fn without(table: &Table, values: &[f64], columns: usize, out: &[std::ops::Range
 }
 
 /// What one of the fit's values stands for when its effect is taken out: the size times its column; a shape counts nothing.
-fn linear_values(fit: &Fit) -> Vec<f64> {
+fn linear_values(problem: &Problem, fit: &Fit) -> Vec<f64> {
     fit.free
         .iter()
         .flat_map(|&i| {
-            let effect = &fit.hypothesis.effects[i].effect;
-            let values = effect.values();
-            let sizes = share::sizes(effect);
-            values.into_iter().enumerate().map(move |(k, v)| if k < sizes { v } else { 0.0 }).collect::<Vec<f64>>()
+            let placed = &fit.hypothesis.effects[i];
+            let kinds = prior::kinds(problem, placed);
+            placed.effect.values().into_iter().zip(kinds).map(|(v, k)| if k == prior::Kind::Size { v } else { 0.0 })
         })
         .collect()
 }
@@ -277,7 +219,7 @@ fn linear_values(fit: &Fit) -> Vec<f64> {
 pub fn support(problem: &Problem, machine: &MachineFit) -> Vec<f64> {
     let MachineFit { fit, sensitivities, .. } = machine;
     let table = table(problem, machine, &[]);
-    let (ranges, values, n) = (columns_of(fit), linear_values(fit), sensitivities.columns().count());
+    let (ranges, values, n) = (columns_of(fit), linear_values(problem, fit), sensitivities.columns().count());
     let now = table.held_out(&(0..n).collect::<Vec<_>>());
     ranges.par_iter().map(|r| gain(&without(&table, &values, n, std::slice::from_ref(r)), &now).0).collect()
 }
@@ -286,8 +228,9 @@ pub fn support(problem: &Problem, machine: &MachineFit) -> Vec<f64> {
 pub fn supported(problem: &Problem, machine: &MachineFit) -> Vec<usize> {
     let MachineFit { fit, sensitivities, .. } = machine;
     let table = table(problem, machine, &[]);
-    let (ranges, values, n) = (columns_of(fit), linear_values(fit), sensitivities.columns().count());
+    let (ranges, values, n) = (columns_of(fit), linear_values(problem, fit), sensitivities.columns().count());
     let sizes = share::contributions(problem, fit);
+    let worth = share::WORTH * rms(problem, &fit.state.residual);
     let geometric = |k: usize| super::super::geometry::is_geometry(fit.hypothesis.effects[fit.free[k]].effect.name());
     let mut out: Vec<usize> = Vec::new();
     let mut now = table.held_out(&(0..n).collect::<Vec<_>>());
@@ -302,24 +245,14 @@ pub fn supported(problem: &Problem, machine: &MachineFit) -> Vec<usize> {
                 let g = gain(&cost, &now).0;
                 // geometry is one group: its members stay unless they harm
                 let least = if geometric(k) { 0.0 } else { SUPPORTED };
-                let least = if sizes[k] < share::LEAST_M { f64::INFINITY } else { least };
-                (k, g - least, g, cost)
+                let least = if sizes[k] < worth { f64::INFINITY } else { least };
+                (k, g - least, cost)
             })
             .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
-        let Some((k, margin, g, cost)) = weakest else { break };
+        let Some((k, margin, cost)) = weakest else { break };
         if margin >= 0.0 {
             break;
         }
-        if std::env::var_os("LM_DEBUG").is_some() {
-            let p = &fit.hypothesis.effects[fit.free[k]];
-            eprintln!(
-                "leave {} {} gain {:.1} size {:.2} um",
-                p.effect.name(),
-                p.target_text(&problem.robot),
-                g,
-                sizes[k] * 1e6
-            );
-        } // TRACE
         out.push(k);
         now = cost;
     }

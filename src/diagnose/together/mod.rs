@@ -50,17 +50,6 @@ impl MachineFit {
         let free: Vec<usize> = (known..h.effects.len()).collect();
         let prior = prior::of(problem, h, &free, geometry);
         let (fit, sensitivities) = fit::refit_with_prior(problem, h, &free, &whitening, &prior);
-        if std::env::var_os("LM_DEBUG").is_some() {
-            eprintln!(
-                "refit n {} p {} cost {:.0} rms {:.2} um converged {} geometry {:?}",
-                problem.n,
-                sensitivities.normal.nrows(),
-                fit.cost,
-                super::outcome::rms(problem, &fit.state.residual) * 1e6,
-                fit.converged,
-                geometry
-            );
-        } // TRACE
         Self { fit, sensitivities, whitening, prior, geometry, known }
     }
 
@@ -72,9 +61,6 @@ impl MachineFit {
     /// The fit under the noise of what it leaves, and the geometry's own width; slow wander of arm and air is noise.
     fn settled(self, problem: &Problem) -> Self {
         let whitening = Whitening::with_wander(problem, &self.fit.state.residual, self.fit.parameters());
-        if std::env::var_os("LM_DEBUG").is_some() {
-            eprintln!("noise {:?}", whitening.noise);
-        } // TRACE
         let geometry = self.geometry.of_fit(problem, &self.fit);
         Self::new(problem, &self.fit.hypothesis, self.known, whitening, geometry)
     }
@@ -116,11 +102,9 @@ pub fn run(problem: &mut Problem, start: &Hypothesis) -> Found {
         machine = machine.with(problem, joining);
     }
     machine = machine.settled(problem);
-    for other in [members::curved, |p: &Problem, m: &MachineFit| members::wound_up(p, m, &pool::friction(p))] {
-        let h = other(problem, &machine);
-        if h.effects != machine.fit.hypothesis.effects {
-            machine = machine.from(problem, &h);
-        }
+    let curved = members::curved(problem, &machine);
+    if curved.effects != machine.fit.hypothesis.effects {
+        machine = machine.from(problem, &curved);
     }
     let kept = members::supported(problem, &machine);
     machine = machine.keeping(problem, &kept).settled(problem);

@@ -11,21 +11,6 @@ use super::super::structure::{self, Ratio, Tested};
 use super::super::whitening::Whitening;
 use super::triage;
 
-/// Part of the gap that the joint fit leaves at most of what a few effects leave, on held-out blocks, to take their place.
-const BETTER: f64 = 0.7;
-/// The joint fit where a few effects do not describe the logs and many do; else what was there.
-pub fn instead_of(few: Outcome, start: Hypothesis) -> Outcome {
-    let points = few.problem.logs.iter().any(|l| l.reflectors() > 0);
-    let settled = few.remains.is_none() && few.further.is_none() && few.next.is_none();
-    if settled || !points || few.group.is_some() || !few.contradictions.is_empty() {
-        return few;
-    }
-    let problem = few.problem.copy();
-    let (together, clear) = of(problem, start);
-    let left = |o: &Outcome| rms(&o.problem, &o.fit.state.residual);
-    if clear >= triage::MANY && left(&together) < BETTER * left(&few) { together } else { few }
-}
-
 /// Fits everything together and tells it, where that finds many effects.
 pub fn of_many(problem: Problem, start: Hypothesis) -> Option<Outcome> {
     let (together, clear) = of(problem, start);

@@ -9,8 +9,8 @@ use super::super::spectrum;
 use super::MachineFit;
 use crate::effects::curve::Pchip;
 use crate::effects::{
-    Backlash, DhParameter, Effect, EffectInstance, GapCurve, GravityCompliance, JointZeroOffset, LinkError, ServoLag,
-    Target, TimeOffset, ToolError,
+    Backlash, BacklashPosition, DhParameter, EffectInstance, Family, GapCurve, GravityCompliance, JointZeroOffset,
+    LinkError, ServoLag, Target, TimeOffset, ToolError, TransmissionError,
 };
 use crate::robot::JointKind;
 use nalgebra::Vector3;
@@ -34,13 +34,13 @@ pub fn core(problem: &Problem, h: &Hypothesis) -> Vec<EffectInstance> {
     let points = problem.logs.iter().any(|l| l.reflectors() > 0);
     for &a in &moving {
         if candidates::clock(problem).is_some() {
-            all.push(EffectInstance::on_axis(a, Effect::ServoLag(ServoLag { lag_s: 0.0 })));
+            all.push(EffectInstance::on_axis(a, ServoLag { lag_s: 0.0 }));
         }
-        all.push(EffectInstance::on_axis(a, Effect::Backlash(Backlash::constant(0.0))));
+        all.push(EffectInstance::on_axis(a, Backlash::constant(0.0)));
     }
     for a in 0..problem.robot.dof() {
         if problem.logs.iter().any(|l| varies(l.drive.gravity_torque(a))) {
-            all.push(EffectInstance::on_axis(a, Effect::GravityCompliance(GravityCompliance { compliance: 0.0 })));
+            all.push(EffectInstance::on_axis(a, GravityCompliance { compliance: 0.0 }));
         }
     }
     if points {
@@ -101,10 +101,9 @@ fn varies(torque: &[f64]) -> bool {
 }
 
 fn geometry(problem: &Problem, moving: &[usize]) -> Vec<EffectInstance> {
-    let tool = Effect::ToolError(ToolError { offset_m: Vector3::zeros() });
-    let mut all = vec![EffectInstance { target: Target::Tool, effect: tool }];
+    let mut all = vec![EffectInstance::new(Target::Tool, ToolError { offset_m: Vector3::zeros() })];
     for &a in moving {
-        all.push(EffectInstance::on_axis(a, Effect::JointZeroOffset(JointZeroOffset { offset: 0.0 })));
+        all.push(EffectInstance::on_axis(a, JointZeroOffset { offset: 0.0 }));
     }
     for (joint, j) in problem.robot.joints.iter().enumerate() {
         for parameter in [DhParameter::A, DhParameter::D, DhParameter::Alpha] {
@@ -112,7 +111,7 @@ fn geometry(problem: &Problem, moving: &[usize]) -> Vec<EffectInstance> {
                 continue;
             }
             let target = Target::Link { joint, parameter };
-            all.push(EffectInstance { target, effect: Effect::LinkError(LinkError { delta: 0.0 }) });
+            all.push(EffectInstance::new(target, LinkError { delta: 0.0 }));
         }
     }
     all
@@ -120,17 +119,15 @@ fn geometry(problem: &Problem, moving: &[usize]) -> Vec<EffectInstance> {
 
 /// A clock offset, where a joint would have to lead its command: no lag is negative.
 pub fn clock(fit: &Fit) -> Option<EffectInstance> {
-    let leads = fit
-        .free
-        .iter()
-        .any(|&i| matches!(&fit.hypothesis.effects[i].effect, Effect::ServoLag(lag) if lag.lag_s <= 0.0));
-    leads.then_some(EffectInstance { target: Target::Log, effect: Effect::TimeOffset(TimeOffset { offset_s: 0.0 }) })
+    let leads = |i: &usize| fit.hypothesis.effects[*i].effect.get::<ServoLag>().is_some_and(|lag| lag.lag_s <= 0.0);
+    fit.free.iter().any(leads).then(|| EffectInstance::new(Target::Log, TimeOffset { offset_s: 0.0 }))
 }
 
 /// The k-th gap as a curve over the positions that its joint visits, at the size that it has: `knots` of them.
 pub fn gap_over_position(problem: &Problem, gap: &EffectInstance, knots: usize) -> Option<EffectInstance> {
-    let (Effect::Backlash(b), Target::Joint(axis)) = (&gap.effect, gap.target) else { return None };
-    let size = b.half_gap.constant()?;
+    let (Some(Backlash { half_gap: size }), Some(axis)) = (gap.effect.get::<Backlash>().copied(), gap.axis()) else {
+        return None;
+    };
     let mut at: Vec<f64> = problem.logs.iter().flat_map(|l| l.drive.turns(axis).into_iter().map(|t| t.1)).collect();
     at.sort_by(f64::total_cmp);
     let (lo, hi) = (*at.first()?, *at.last()?);
@@ -139,8 +136,7 @@ pub fn gap_over_position(problem: &Problem, gap: &EffectInstance, knots: usize) 
     }
     let place = |k: usize| lo + (hi - lo) * k as f64 / (knots - 1) as f64;
     let curve = Pchip::new(&(0..knots).map(|k| [place(k), size]).collect::<Vec<_>>())?;
-    let effect = Effect::Backlash(Backlash { half_gap: GapCurve::Pchip(curve) });
-    Some(EffectInstance { target: gap.target, effect })
+    Some(EffectInstance::new(gap.target, BacklashPosition { half_gap: GapCurve::Pchip(curve) }))
 }
 
 /// Span of the turning points, deg or mm, over which a gap may vary.
@@ -148,10 +144,9 @@ const LEAST_SPAN: f64 = 5.0;
 
 /// Friction of all joints, with the shapes of the screening, and drift of the TCP.
 pub fn friction(problem: &Problem) -> Vec<Candidate> {
-    let wanted = |c: &Candidate| match c.effect {
-        "stiction" => c.form == "time",
-        "hysteresis" | "thermal_drift" => true,
-        _ => false,
+    let wanted = |c: &Candidate| {
+        let family = c.trial.first().and_then(|t| t.0.first()).map(|p| p.effect.info().family);
+        matches!(family, Some(Family::Friction | Family::Drift)) && c.form != "travel"
     };
     candidates::all(problem).into_iter().filter(wanted).collect()
 }
@@ -167,12 +162,11 @@ pub fn ripple(problem: &Problem, machine: &MachineFit) -> Vec<Candidate> {
 /// A ripple with enough cycles over the travel of its joint.
 fn identifiable(problem: &Problem, candidate: &Candidate) -> bool {
     let placed = candidate.at(&[1e-6, 0.0]);
-    let Some((a, Effect::TransmissionError(e))) = placed.first().and_then(|p| Some((p.axis()?, &p.effect))) else {
+    let first = placed.first();
+    let Some((a, e)) = first.and_then(|p| Some((p.axis()?, *p.effect.get::<TransmissionError>()?))) else {
         return false;
     };
-    let joint = problem.robot.axis(a);
-    let turn =
-        if joint.kind == JointKind::Revolute { std::f64::consts::TAU } else { joint.lead_m_per_rev.unwrap_or(1.0) };
+    let turn = first.map_or(1.0, |p| p.site(&problem.robot).rev());
     let travel = problem.logs.iter().map(|l| l.log.travel(a)).fold(0.0, f64::max);
     e.cycles_per_rev * travel / turn >= LEAST_CYCLES
 }

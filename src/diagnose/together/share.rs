@@ -8,25 +8,16 @@ use super::super::outcome::rms;
 use super::super::signatures::Signatures;
 use super::super::story::Chapter;
 use super::super::whitening::Whitening;
-use super::MachineFit;
 use super::blocks::{self, Blocks};
-use crate::effects::{Effect, EffectInstance};
+use super::{MachineFit, prior};
+use crate::effects::EffectInstance;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// Part of a machine that is worth a name, rms per coordinate of the TCP beyond a rigid movement, m.
-pub const LEAST_M: f64 = 1.0e-6;
+/// An effect is worth a name where it moves the TCP by this part of what is left with everything found, rms.
+pub const WORTH: f64 = 0.15;
 /// Parts of every log whose scatter gives the intervals.
 const PARTS: usize = 24;
-
-/// How many of an effect's first values are sizes, in which it is linear; the others are shapes.
-pub fn sizes(effect: &Effect) -> usize {
-    match effect {
-        Effect::Stiction(_) | Effect::Hysteresis(_) | Effect::TransmissionError(_) => 1,
-        Effect::ThermalDrift(_) | Effect::Vibration(_) => 3,
-        _ => effect.values().len(),
-    }
-}
 
 /// The story: order, chapters, sizes at the TCP, uncertainties.
 pub struct Story {
@@ -112,12 +103,17 @@ fn chapters(problem: &Problem, machine: &MachineFit, order: &[usize]) -> Vec<Cha
         starts.push(starts[starts.len() - 1] + fit.hypothesis.effects[i].effect.values().len());
     }
     let effects_end = starts[fit.free.len()];
+    let linear = |k: usize| -> Vec<usize> {
+        let kinds = prior::kinds(problem, &fit.hypothesis.effects[fit.free[k]]);
+        (0..kinds.len()).filter(|&v| kinds[v] == prior::Kind::Size).map(|v| starts[k] + v).collect()
+    };
     // the residual with every effect put back at its size: what the effects are fitted to
     let mut y = whitening.of(problem, &fit.state.residual);
     for (k, &i) in fit.free.iter().enumerate() {
-        let effect = &fit.hypothesis.effects[i].effect;
-        for (v, value) in effect.values().iter().enumerate().take(sizes(effect)) {
-            for (y, c) in y.iter_mut().zip(columns[starts[k] + v]) {
+        let values = fit.hypothesis.effects[i].effect.values();
+        for v in linear(k) {
+            let value = values[v - starts[k]];
+            for (y, c) in y.iter_mut().zip(columns[v]) {
                 *y += value * c;
             }
         }
@@ -140,10 +136,6 @@ fn chapters(problem: &Problem, machine: &MachineFit, order: &[usize]) -> Vec<Cha
     (0..=order.len())
         .into_par_iter()
         .map(|count| {
-            let linear = |k: usize| {
-                let effect = &fit.hypothesis.effects[fit.free[k]].effect;
-                starts[k]..starts[k] + sizes(effect)
-            };
             let pick: Vec<usize> =
                 order[..count].iter().flat_map(|&k| linear(k)).chain(effects_end..columns.len()).collect();
             let whole = left(&blocks.solve(&pick, None, &precision, &pull), &pick);

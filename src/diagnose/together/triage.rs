@@ -5,7 +5,7 @@
 
 use super::super::prepare;
 use super::{MachineFit, groups, members};
-use crate::effects::Effect;
+use crate::effects::{Family, ServoLag};
 use crate::log::Log;
 use crate::model::Model;
 use crate::stats::robust::median;
@@ -34,21 +34,11 @@ pub fn clear(machine: &MachineFit, support: &[f64]) -> usize {
     let fit = &machine.fit;
     let effect = |k: usize| &fit.hypothesis.effects[fit.free[k]].effect;
     let all: Vec<usize> = (0..support.len()).filter(|&k| support[k] > CLEAR).collect();
-    let lags: Vec<(f64, f64)> = all
-        .iter()
-        .filter_map(|&k| match effect(k) {
-            Effect::ServoLag(e) => Some((e.lag_s, fit.sigma_of(k)[0])),
-            _ => None,
-        })
-        .collect();
+    let lags: Vec<(f64, f64)> =
+        all.iter().filter_map(|&k| Some((effect(k).get::<ServoLag>()?.lag_s, fit.sigma_of(k)[0]))).collect();
     let common = median(&lags.iter().map(|l| l.0).collect::<Vec<_>>());
     let differ = |l: &&(f64, f64)| (l.0 - common).abs() > (APART * l.1).max(ALIKE * common);
-    let own = |k: &&usize| {
-        matches!(
-            effect(**k),
-            Effect::Backlash(_) | Effect::Stiction(_) | Effect::Hysteresis(_) | Effect::TransmissionError(_)
-        )
-    };
+    let own = |k: &&usize| matches!(effect(**k).info().family, Family::Gap | Family::Friction | Family::Ripple);
     all.iter().filter(own).count() + lags.iter().filter(differ).count() + usize::from(!lags.is_empty())
 }
 
