@@ -16,6 +16,7 @@
 //! - [`structure`]: the test without the catalogue.
 //! - [`across`]: what several logs agree about.
 //! - [`search`]: the rounds; [`outcome`]: what they end with; `doubt`: found effects taken out, exchanged, merged; [`contradiction`]: what is taken as known in doubt; [`story`]: the found effects told one by one, and on held-out parts.
+//! - [`together`]: machines on which everything is wrong, fitted as a whole: groups, members by held-out blocks, the story by micrometres.
 //! - [`synthetic`]: a problem of commands alone, for planning an experiment.
 //! - [`verdict`]: sets, remaining structure, blind spots; [`document`]: the result as it is written, `round` a found effect of it; [`display`]: for a
 //!   terminal; [`traces`]: for a page; [`words`]: for both.

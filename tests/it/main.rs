@@ -10,6 +10,7 @@ mod catalogue;
 mod catalogue_docs;
 mod diagnose_cli;
 mod diagnose_known;
+mod diagnose_machine;
 mod diagnose_page;
 mod diagnose_sensors;
 mod docs_commands;
