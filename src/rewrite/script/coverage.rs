@@ -41,16 +41,12 @@ pub fn kept(m: &Move) -> Option<String> {
 impl Coverage {
     /// Coverage of a script; `excluded` says which steps are left out on request, and why, `solved` which Cartesian moves are
     /// written as joint moves.
-    pub fn of(
-        script: &Script,
-        excluded: &dyn Fn(usize) -> Option<&'static str>,
-        solved: &dyn Fn(usize) -> bool,
-    ) -> Self {
+    pub fn of(script: &Script, excluded: &dyn Fn(usize) -> Option<String>, solved: &dyn Fn(usize) -> bool) -> Self {
         let mut coverage = Self::default();
         for (k, step) in script.steps.iter().enumerate() {
             let StepKind::Move(m) = &step.kind else { continue };
             coverage.moves += 1;
-            match kept(m).filter(|_| !solved(k)).or_else(|| excluded(k).map(String::from)) {
+            match kept(m).filter(|_| !solved(k)).or_else(|| excluded(k)) {
                 Some(why) => coverage.add(why, step.at),
                 None => {
                     coverage.editable += 1;

@@ -25,18 +25,16 @@ use super::engine::{Account, Engine};
 use super::{Emitted, Options, Origin, Points};
 use crate::compensator::Compensator;
 use crate::error::{Error, Result};
-use crate::program::script::{At, Edits, Format, Note, Script, StepKind, Text, text};
+use crate::program::script::{At, Document, Edits, Format, Note, Script, StepKind, Text, text};
 use crate::robot::Robot;
 use change::Change;
 use coverage::Coverage;
 use edits::Unplaced;
 use run::{Choice, Cut, Gap, Run};
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 
 /// The dead band is this many last digits of the coarsest target: rounding is no movement.
 const DEADBAND_DIGITS: f64 = 1.5;
-/// Smallest dead band, rad or m.
-const LEAST_DEADBAND: f64 = 1e-9;
 
 /// What a user may choose about vendor programs alone.
 #[derive(Debug, Clone, Default)]
@@ -133,9 +131,14 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         add(&mut account, done, added, lines.len() as u64);
         lines.extend(run.vertices.iter().map(|v| script.steps[v.step].at));
     }
+    let unwritable = leave_unwritable(document.as_ref(), &mut edits, &mut account);
     let solved = |k: usize| edits.steps.get(&k).is_some_and(|e| e.as_joint_moves);
     let unknown = |k: usize| partial.binary_search(&k).is_ok().then_some("before it is known where every axis stands");
-    let coverage = Coverage::of(script, &|k| left_out.get(k).copied().flatten().or(unknown(k)), &solved);
+    let excluded = |k: usize| {
+        let asked = left_out.get(k).copied().flatten().or(unknown(k));
+        asked.map(String::from).or_else(|| unwritable.get(&k).cloned())
+    };
+    let coverage = Coverage::of(script, &excluded, &solved);
     require_coverage(&coverage, task.choices, script)?;
     account.points = coverage.moves;
     // an estimate of a part would read as one of the whole
@@ -238,21 +241,34 @@ fn require_coverage(coverage: &Coverage, choices: &Choices, script: &Script) -> 
     Err(Error::Refused(text.join("\n")))
 }
 
-/// What was asked for, else 1.5 of the coarsest last digits with which the axis is written, at most its smallest half gap.
+/// What was asked for, else 1.5 of the coarsest last digits with which the axis is written and a share of its smallest half gap.
 fn deadbands(script: &Script, task: &Task) -> Vec<f64> {
     let coarsest = |a: usize| {
         let digits = script.targets.iter().filter_map(|t| t.values.get(a).copied().flatten()).map(|v| v.digit);
         digits.fold(0.0, f64::max)
     };
-    (0..task.robot.dof())
-        .map(|a| match task.deadband.get(a).copied().flatten() {
-            Some(chosen) => chosen,
-            None => {
-                let gap = task.compensator.on(a).and_then(super::job::smallest).unwrap_or(f64::INFINITY);
-                (DEADBAND_DIGITS * coarsest(a)).min(gap).max(LEAST_DEADBAND)
+    let of = |a: usize| match task.deadband.get(a).copied().flatten() {
+        Some(chosen) => chosen,
+        None => super::job::deadband(DEADBAND_DIGITS * coarsest(a), task.compensator.on(a)),
+    };
+    (0..task.robot.dof()).map(of).collect()
+}
+
+/// Takes out edits that the format cannot say; these moves stay as they are. Why, by step.
+fn leave_unwritable(document: &dyn Document, edits: &mut Edits, account: &mut Account) -> BTreeMap<usize, String> {
+    let mut left = BTreeMap::new();
+    loop {
+        let before = left.len();
+        for (step, why) in document.unwritable(edits) {
+            if let Some(edit) = edits.steps.remove(&step) {
+                account.inserted = account.inserted.saturating_sub(edit.before.len() as u64);
+                left.insert(step, why);
             }
-        })
-        .collect()
+        }
+        if left.len() == before {
+            return left;
+        }
+    }
 }
 
 /// One run through the engine.

@@ -9,7 +9,7 @@ use crate::effects::Decay;
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::input;
 use crate::program::csv::{Reader, Style};
-use crate::rewrite::job::{Job, Outcome, Ready, Target, smallest};
+use crate::rewrite::job::{Job, Outcome, Ready, Target, deadband, smallest};
 use crate::rewrite::{Engine, original};
 use std::path::Path;
 
@@ -21,8 +21,6 @@ const MOST_DECIMALS: u8 = 9;
 const STATIC_DECIMALS: u8 = 6;
 /// The dead band is this many of a column's last digits: rounding to even and odd digits is no movement.
 const DEADBAND_DIGITS: f64 = 1.5;
-/// Smallest dead band, rad or m.
-const LEAST_DEADBAND: f64 = 1e-9;
 
 impl Job<'_> {
     /// Takes one joint-space CSV through, from its `reader`.
@@ -102,10 +100,11 @@ impl Job<'_> {
 
     fn engine(&self, name: &str, preview: &Preview) -> Result<Engine<'_>> {
         let mut options = self.options.clone();
-        options.deadband = self.deadbands(&preview.decimals);
+        options.deadband = self.roundings(&preview.decimals);
         if !self.force && guard::looks_rewritten(preview.q, self.robot.dof(), self.compensator, &options) {
             return Err(guard::already(name, "its reversals carry the steps of this compensator"));
         }
+        options.deadband = self.deadbands(&preview.decimals);
         let seconds = |j: &JointCompensator| {
             j.friction.is_some_and(|f| f.gain != 0.0 && matches!(f.shape, FrictionShape::Decay(Decay::Time(_))))
         };
@@ -122,16 +121,21 @@ impl Job<'_> {
         Engine::new(self.robot, self.compensator, options)
     }
 
-    /// What was asked for, else 1.5 last digits of each column, at most the smallest half gap.
+    /// What was asked for, else 1.5 last digits of each column and a share of the smallest half gap.
     fn deadbands(&self, decimals: &[u8]) -> Vec<f64> {
+        let of = |(a, digits): (usize, f64)| match self.deadband.get(a).copied().flatten() {
+            Some(chosen) => chosen,
+            None => deadband(digits, self.compensator.on(a)),
+        };
+        self.roundings(decimals).into_iter().enumerate().map(of).collect()
+    }
+
+    /// 1.5 last digits of each column, at most the smallest half gap, rad or m.
+    fn roundings(&self, decimals: &[u8]) -> Vec<f64> {
         let axes = self.robot.axis_joints().zip(decimals).enumerate();
         axes.map(|(a, (joint, &d))| {
-            if let Some(chosen) = self.deadband.get(a).copied().flatten() {
-                return chosen;
-            }
             let digits = DEADBAND_DIGITS * 10f64.powi(-i32::from(d)) * joint.kind.si();
-            let gap = self.compensator.on(a).and_then(smallest).unwrap_or(f64::INFINITY);
-            digits.min(gap).max(LEAST_DEADBAND)
+            digits.min(self.compensator.on(a).and_then(smallest).unwrap_or(f64::INFINITY))
         })
         .collect()
     }

@@ -34,6 +34,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let all: Vec<(Statement, Parsed)> = all.into_iter().map(|s| (words(text, &s), s)).map(|(w, s)| (s, w)).collect();
     let count = line_count(text, sections.attributes.clone(), numbered.last().map(|n| n.number));
     let mut reader = Reader::new(text, robot, positions)?;
+    reader.uncounted = count.is_none();
     reader.collect(&all);
     reader
         .steps
@@ -167,6 +168,8 @@ struct Reader<'a> {
     written_any: Option<u64>,
     steps: Vec<Step>,
     notes: Vec<Note>,
+    /// No attribute gives the number of lines, which must grow with new ones.
+    uncounted: bool,
     motions: BTreeMap<usize, Motion>,
 }
 
@@ -218,6 +221,7 @@ impl<'a> Reader<'a> {
             written_any: None,
             steps: Vec::new(),
             notes: Vec::new(),
+            uncounted: false,
             motions: BTreeMap::new(),
         })
     }
@@ -335,6 +339,9 @@ impl<'a> Reader<'a> {
         }
         if said.motion.is_none() {
             closed.get_or_insert_with(|| "its statement cannot be copied".into());
+        }
+        if self.uncounted && said.motion.as_ref().is_some_and(|m| m.number.is_some()) {
+            closed.get_or_insert_with(|| "no attribute gives the number of lines, which must grow (LINE_COUNT)".into());
         }
         self.before = position;
         if let Some(motion) = said.motion {

@@ -35,6 +35,8 @@ enum Line {
     Colon(usize, Option<u64>),
     /// `------ ;`: the end of point logic.
     Rule,
+    /// `;` alone.
+    End,
     Other,
 }
 
@@ -44,6 +46,9 @@ fn line_of(text: &Text, k: usize) -> Line {
     let content = bytes.trim_ascii();
     if content.is_empty() {
         return Line::Blank;
+    }
+    if content == b";" {
+        return Line::End;
     }
     if content.starts_with(b"--") && content.iter().all(|b| b"- ;".contains(b)) {
         return Line::Rule;
@@ -63,12 +68,19 @@ fn line_of(text: &Text, k: usize) -> Line {
 pub(super) fn statements(text: &Text, lines: Range<usize>) -> Result<(Vec<Statement>, Vec<Numbered>)> {
     let (mut out, mut numbered): (Vec<Statement>, Vec<Numbered>) = (Vec::new(), Vec::new());
     let mut open: Option<Statement> = None;
+    // a remark with a number goes on in indented lines without one, up to its `;`
+    let mut remark = false;
     let mut nested = false;
     for k in lines {
         let span = text.line_span(k);
         let content_end = span.start + text.line(k).len();
         let (colon, number) = match line_of(text, k) {
             Line::Blank => continue,
+            // the end of a statement on a line of its own, or an empty statement without a number
+            Line::End => {
+                out.extend(open.take());
+                continue;
+            }
             Line::Rule if nested => {
                 nested = false;
                 continue;
@@ -83,10 +95,15 @@ pub(super) fn statements(text: &Text, lines: Range<usize>) -> Result<(Vec<Statem
             }
         };
         let body = colon + 1..content_end;
+        let indented = text.line(k).first().is_some_and(u8::is_ascii_whitespace);
+        remark &= number.is_none() && indented && !motion_like(text.slice(body.clone()));
+        if remark {
+            remark = !text.slice(body).trim_ascii_end().ends_with(b";");
+            continue;
+        }
         if let Some(s) = &open {
             // a statement goes on in indented lines without a number, and only one that has a number: elsewhere such a
             // line may as well be the next statement
-            let indented = text.line(k).first().is_some_and(u8::is_ascii_whitespace);
             if number.is_some() || s.number.is_none() || !indented || motion_like(text.slice(body.clone())) {
                 return Err(endless(text, s));
             }
@@ -110,7 +127,9 @@ pub(super) fn statements(text: &Text, lines: Range<usize>) -> Result<(Vec<Statem
         let closed = content.strip_suffix(b";");
         let piece = body.start..body.start + closed.map_or(content.len(), <[u8]>::len);
         statement.pieces.push(piece);
-        if closed.is_none() && !comment {
+        let blank = content.trim_ascii().is_empty() && statement.pieces.len() == 1;
+        remark = comment && closed.is_none() && statement.number.is_some();
+        if closed.is_none() && !comment && !blank {
             open = Some(statement);
             continue;
         }

@@ -240,6 +240,6 @@ pub(super) fn takes_text(w: &Word) -> bool {
 
 /// Whether letters without a number may stand in a block: homing and firmware words name axes by them.
 fn flags(block: &Block) -> bool {
-    let homing = |w: &Word| w.letter == b'G' && w.value.is_some_and(|v| matches!(v.0, 28.0 | 29.0));
+    let homing = |w: &Word| w.letter == b'G' && w.value.is_some_and(|v| matches!(v.0, 28.0 | 29.0 | 161.0 | 162.0));
     block.words.iter().any(|w| is_firmware(w) || homing(w))
 }

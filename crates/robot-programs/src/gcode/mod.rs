@@ -130,6 +130,10 @@ impl Document for Program {
         write::patches(self, edits)
     }
 
+    fn unwritable(&self, edits: &Edits) -> Vec<(usize, String)> {
+        write::unwritable(self, edits)
+    }
+
     fn on_way(&self, step: usize, share: f64) -> Option<Vec<f64>> {
         let s = self.statements.get(step)?.as_deref()?;
         let (arc, _) = s.arc.as_ref()?;

@@ -5,10 +5,9 @@
 //! arc, so that the modal motion behind it stays. What was written is read as a control would read it before it is taken.
 
 use super::arc::Arc;
-use super::write::{SAME, Writer};
+use super::write::{SAME, Writer, Written};
 use super::{Centre, Statement, goal};
 use crate::axes::JointKind;
-use crate::error::Result;
 use crate::script::number::{self, Style};
 use crate::script::{Edit, Patch};
 use std::f64::consts::{PI, TAU};
@@ -81,7 +80,7 @@ impl Writer<'_> {
         goal: &[Option<f64>],
         arc: &Arc,
         form: Centre,
-    ) -> Result<()> {
+    ) -> Written {
         let (u, v) = (arc.u, arc.v);
         let off = |share: f64, p: [f64; 2]| {
             let own = arc.at(share);
@@ -178,7 +177,7 @@ impl Writer<'_> {
     }
 
     /// Centre words (I, J, K or R) of a piece: letter and text.
-    fn centre(&self, step: usize, s: &Statement, arc: &Arc, form: Centre, piece: &Piece) -> Result<Vec<(u8, String)>> {
+    fn centre(&self, step: usize, s: &Statement, arc: &Arc, form: Centre, piece: &Piece) -> Written<Vec<(u8, String)>> {
         let (chord, turn, differ) = (piece.chord(), piece.turn(arc), piece.differ());
         let length = chord[0].hypot(chord[1]);
         if differ > piece.noise && turn > MOST_TURN {

@@ -7,7 +7,7 @@
 
 use super::goal::opaque;
 use super::lex::{self, Block, Word};
-use super::survey::{AXES, Survey, code, code_text, has_axes, work_frame};
+use super::survey::{AXES, Survey, code, code_text, has_axes, homes, work_frame};
 use super::{Program, Statement};
 use crate::axes::Axes;
 use crate::error::{Error, Result};
@@ -365,7 +365,7 @@ impl Reader<'_> {
                 // look-ahead of Fanuc
                 51 if !has_axes(&block) => {}
                 c if SPLINES.contains(&c) && (c != 50 || has_axes(&block)) => self.motion = Some(c),
-                280 | 300 => {
+                280 | 300 | 1610 | 1620 if c < 1000 || homes(&block) => {
                     taken = true;
                     // G91 in this block is about the way there alone
                     let absolute = self.absolute.replace(true);

@@ -73,6 +73,11 @@ pub(super) fn has_axes(block: &Block) -> bool {
     block.words.iter().any(|w| AXES.contains(&w.letter))
 }
 
+/// Whether axes are named without a place: `G162 X Y`.
+pub(super) fn homes(block: &Block) -> bool {
+    has_axes(block) && block.words.iter().all(|w| !AXES.contains(&w.letter) || w.value.is_none())
+}
+
 /// The work frame that a G54 to G59.3 on line `k` chooses: `G54.1 P2` and `G54 P2` are others than `G54.1 P1`. A P that is no
 /// number chooses a frame that is no other line's.
 pub(super) fn work_frame(block: &Block, c: u32, k: usize) -> u32 {

@@ -379,6 +379,22 @@ fn a_circle_whose_end_alone_moves_is_refused() {
 }
 
 #[test]
+fn one_arc_that_cannot_be_written_is_named_and_the_rest_is_written_without_it() {
+    let text = format!("{HEAD}G1 X10.0 F100\nG3 I-10.0\nG1 X20.0\nX30.0\n");
+    let (robot, all) = (robot(), [(2, Some([10.05, 0.0, 0.0]), vec![]), (4, Some([30.05, 0.0, 0.0]), vec![])]);
+    let doc = harness::parse(&Gcode, text.as_bytes(), &robot).unwrap();
+    let mut wish = edits(doc.script(), &all);
+    let left = doc.unwritable(&wish);
+    let circle = moves(doc.script())[2].0;
+    assert_eq!(left.iter().map(|l| l.0).collect::<Vec<_>>(), [circle]);
+    assert!(left[0].1.contains("circle"), "{}", left[0].1);
+    wish.steps.remove(&circle);
+    assert!(doc.unwritable(&wish).is_empty());
+    let out = edited(&Gcode, text.as_bytes(), &wish, &robot).unwrap();
+    assert_eq!(String::from_utf8(out).unwrap(), text.replace("X30.0", "X30.05"));
+}
+
+#[test]
 fn a_new_point_beside_its_arc_is_refused() {
     let text = format!("{HEAD}G1 X10.0 F100\nG3 X-10.0 Y0.0 I-10.0 J0.0\n");
     let way = vec![point([0.0, 10.0, 0.0], 0.5, true), point([-1.0, 9.0, 0.0], 0.55, false)];

@@ -19,7 +19,34 @@ const OFFSET: f64 = 5.0;
 /// Most decimals with which a place that shall stay is written.
 const FULL: u8 = 12;
 
+/// An edit that the words of a block cannot say.
+#[derive(Debug)]
+pub(super) struct Unwritable {
+    pub(super) step: usize,
+    pub(super) why: String,
+}
+
+pub(super) type Written<T = ()> = std::result::Result<T, Unwritable>;
+
 pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Vec<Patch>> {
+    written(program, edits, None).map_err(|u| {
+        let place = program.script.steps.get(u.step).map(|s| program.script.place(s.at).to_string());
+        Error::Refused(format!("{}: {}; nothing was written", place.unwrap_or_default(), u.why))
+    })
+}
+
+/// Edited moves that cannot be written, and why; a block that is not edited itself stands for the edit before it.
+pub(super) fn unwritable(program: &Program, edits: &Edits) -> Vec<(usize, String)> {
+    let mut found = Vec::new();
+    if let Err(u) = written(program, edits, Some(&mut found)) {
+        found.push(u);
+    }
+    let edited = |u: &Unwritable| edits.steps.range(..=u.step).next_back().map(|e| *e.0);
+    found.into_iter().filter_map(|u| Some((edited(&u)?, u.why))).collect()
+}
+
+/// One pass over the text. With `left`, blocks that cannot be written are collected there and stay as they are.
+fn written(program: &Program, edits: &Edits, mut left: Option<&mut Vec<Unwritable>>) -> Written<Vec<Patch>> {
     if edits.steps.is_empty() {
         return Ok(Vec::new());
     }
@@ -28,14 +55,22 @@ pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Vec<Patch>> {
         Writer { program, edits, patches: Vec::new(), now: vec![None; dof], decimals: vec![0; dof], relative: None };
     for (step, one) in program.script.steps.iter().enumerate() {
         let edit = edits.steps.get(&step);
-        match (&one.kind, program.statements.get(step).and_then(Option::as_deref)) {
-            (StepKind::Move(_), Some(statement)) => writer.block(step, statement, edit)?,
+        let done = match (&one.kind, program.statements.get(step).and_then(Option::as_deref)) {
+            (StepKind::Move(_), Some(statement)) => writer.block(step, statement, edit),
             (StepKind::Move(_), None) if edit.is_some_and(|e| e.goal.is_some() || !e.before.is_empty()) => {
-                return Err(writer.refused(step, "its target is not known"));
+                Err(writer.refused(step, "its target is not known"))
             }
-            (StepKind::Move(_) | StepKind::Break(_), _) => writer.forget()?,
-            _ if edit.is_some() => return Err(writer.refused(step, "no move stands there")),
-            _ => {}
+            (StepKind::Move(_) | StepKind::Break(_), _) => writer.forget(),
+            _ if edit.is_some() => Err(writer.refused(step, "no move stands there")),
+            _ => Ok(()),
+        };
+        match (done, &mut left) {
+            (Ok(()), _) => {}
+            (Err(u), None) => return Err(u),
+            (Err(u), Some(left)) => {
+                left.push(u);
+                writer.start_anew();
+            }
         }
     }
     writer.forget()?;
@@ -62,14 +97,19 @@ pub(super) struct Leg {
 }
 
 impl Writer<'_> {
-    pub(super) fn refused(&self, step: usize, why: &str) -> Error {
-        let script = &self.program.script;
-        let place = script.steps.get(step).map(|s| script.place(s.at).to_string()).unwrap_or_default();
-        Error::Refused(format!("{place}: {why}; nothing was written"))
+    pub(super) fn refused(&self, step: usize, why: &str) -> Unwritable {
+        Unwritable { step, why: why.into() }
+    }
+
+    /// Behind a block that was not written all axes stand where they always did.
+    fn start_anew(&mut self) {
+        self.relative = None;
+        self.now.fill(None);
+        self.decimals.fill(0);
     }
 
     /// The position is lost: behind relative words nothing may be left over.
-    pub(super) fn forget(&mut self) -> Result<()> {
+    pub(super) fn forget(&mut self) -> Written {
         if let Some((step, left)) = self.relative.take()
             && left > SAME
         {
@@ -80,7 +120,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    pub(super) fn block(&mut self, step: usize, s: &Statement, edit: Option<&Edit>) -> Result<()> {
+    pub(super) fn block(&mut self, step: usize, s: &Statement, edit: Option<&Edit>) -> Written {
         let StepKind::Move(m) = &self.program.script.steps[step].kind else { return Ok(()) };
         let dof = s.goal.len();
         for a in 0..dof {
@@ -147,7 +187,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    pub(super) fn line(&mut self, step: usize, s: &Statement, edit: Option<&Edit>, goal: &[Option<f64>]) -> Result<()> {
+    pub(super) fn line(&mut self, step: usize, s: &Statement, edit: Option<&Edit>, goal: &[Option<f64>]) -> Written {
         for point in edit.iter().flat_map(|e| &e.before) {
             let want = self.wanted(step, s, &point.q)?;
             let leg = self.leg(s, &want, false);
@@ -161,7 +201,7 @@ impl Writer<'_> {
     }
 
     /// Places that a new point asks for, mm or deg, on the axes that are known.
-    pub(super) fn wanted(&self, step: usize, s: &Statement, q: &[f64]) -> Result<Vec<Option<f64>>> {
+    pub(super) fn wanted(&self, step: usize, s: &Statement, q: &[f64]) -> Written<Vec<Option<f64>>> {
         let want: Vec<Option<f64>> = (0..s.goal.len())
             .map(|a| {
                 let v = q.get(a)? / self.program.si[a];

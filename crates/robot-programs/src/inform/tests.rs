@@ -206,7 +206,7 @@ fn a_new_point_of_a_move_with_a_station_that_stands_gets_a_station_line_of_its_o
     let text = job("2,0,1,0,0,0", list, "MOVJ C00000 EC00000 VJ=5.00\nMOVJ C00001 EC00000 VJ=5.00");
     let out = written(&text, &[(2, None, vec![[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]])]);
     assert!(out.contains("NPOS 3,0,2,0,0,0") && out.contains("EC00000=0,5\r\nEC00001=0,5\r\n//INST"), "{out}");
-    assert!(out.contains("MOVJ C00002 EC00001 VJ=5.00 PL=0\r\nMOVJ C00001 EC00000"), "{out}");
+    assert!(out.contains("MOVJ C00002 EC00001 VJ=5.00\r\nMOVJ C00001 EC00000"), "{out}");
 }
 
 #[test]
@@ -454,4 +454,21 @@ fn a_straight_move_is_not_stopped_on_its_way_and_ends_as_it_did() {
     // a joint move that stops exactly has copies that do
     let joint = "MOVJ C00000 VJ=25.00\nMOVJ C00001 VJ=25.00 PL=0";
     assert!(out(joint, 0.02).contains("MOVJ C00002 VJ=25.00 PL=0\r\n"));
+}
+
+#[test]
+fn a_move_without_a_corner_gets_none_and_neither_does_its_new_point() {
+    let robot = robot();
+    for instructions in ["MOVJ C00000 VJ=25.00\nMOVJ C00001 VJ=25.00", "MOVL C00000 V=6.3\nMOVL C00001 V=6.3"] {
+        let text = two(instructions);
+        let mut edits = edit(&robot, &[(1, None, vec![]), (2, None, vec![[1.0; 6]])]);
+        // half a metre of room: the factory's largest level would fit
+        edits.steps.get_mut(&1).unwrap().blend_at_most_m = Some(0.6);
+        edits.steps.get_mut(&2).unwrap().before[0].clearance_m = 0.6;
+        edits.steps.get_mut(&2).unwrap().blend_at_most_m = Some(0.6);
+        let out = String::from_utf8(edited(&Inform, text.as_bytes(), &edits, &robot).unwrap()).unwrap();
+        assert!(!out.contains("PL=") && !out.contains("CR="), "{out}");
+        let word = &instructions[instructions.find('C').unwrap() + 6..instructions.find('\n').unwrap()];
+        assert!(out.contains(&format!(" C00002{word}\r\n")), "{out}");
+    }
 }

@@ -215,7 +215,8 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// Speed and the like of a new point, with the finest corner that fits.
+    /// Speed and the like of a new point, with the finest corner that fits. Where the move gives no corner, neither does the new
+    /// point: the controller's own choice holds for both.
     fn tags(&self, step: usize, statement: &Statement, point: &NewPoint) -> String {
         let mut out = String::new();
         // a copy of an exact stop stops, but a straight TCP move is not stopped on its way
@@ -232,28 +233,14 @@ impl<'a> Writer<'a> {
                 "PL=0".to_string()
             }
         };
-        let (mut placed, mut behind_speed) = (false, 0);
         for tag in &statement.tags {
             let word = String::from_utf8_lossy(self.job.script.texts[0].slice(tag.span.clone())).into_owned();
             out.push(' ');
             match tag.key.as_str() {
-                "PL" => {
-                    out.push_str(&corner(level(&word) == Some(0)));
-                    placed = true;
-                }
-                "CR" => {
-                    out.push_str(&radius(&word, point.clearance_m));
-                    placed = true;
-                }
-                "V" | "VJ" | "VR" | "VE" => {
-                    out.push_str(&word);
-                    behind_speed = out.len();
-                }
+                "PL" => out.push_str(&corner(level(&word) == Some(0))),
+                "CR" => out.push_str(&radius(&word, point.clearance_m)),
                 _ => out.push_str(&word),
             }
-        }
-        if !placed {
-            out.insert_str(behind_speed, &format!(" {}", corner(false)));
         }
         out
     }
@@ -263,33 +250,20 @@ impl<'a> Writer<'a> {
         self.job.statements.iter().flatten().flat_map(|s| &s.tags).any(|t| t.key == "CR")
     }
 
-    /// Narrows the corner at a move's own goal.
+    /// Narrows the corner at a move's own goal. A move that gives none keeps none: no size may be chosen for it.
     fn blend(&mut self, step: usize, edit: &Edit) {
         let (Some(at_most), Some(statement)) = (edit.blend_at_most_m, self.statement(step)) else { return };
         let text = &self.job.script.texts[0];
         let fits = LEVELS_M.iter().rposition(|&r| r <= at_most).unwrap_or(0);
-        let found = statement.tags.iter().find(|t| t.key == "PL" || t.key == "CR");
-        match found {
-            None => {
-                let speed = statement.tags.iter().rev().find(|t| t.key.starts_with('V'));
-                let at = speed
-                    .map_or_else(|| statement.references.last().map_or(statement.end, |r| r.span.end), |t| t.span.end);
-                self.patches.push(Patch::new(0, at..at, format!(" PL={fits}")));
-            }
-            Some(tag) => {
-                let word = String::from_utf8_lossy(text.slice(tag.span.clone())).into_owned();
-                let new = if tag.key == "CR" {
-                    radius(&word, at_most)
-                } else {
-                    match level(&word) {
-                        Some(own) if own <= fits => word.clone(),
-                        _ => format!("PL={fits}"),
-                    }
-                };
-                if new != word {
-                    self.patches.push(Patch::new(0, tag.span.clone(), new));
-                }
-            }
+        let Some(tag) = statement.tags.iter().find(|t| t.key == "PL" || t.key == "CR") else { return };
+        let word = String::from_utf8_lossy(text.slice(tag.span.clone())).into_owned();
+        let new = match (tag.key.as_str(), level(&word)) {
+            ("CR", _) => radius(&word, at_most),
+            (_, Some(own)) if own <= fits => word.clone(),
+            _ => format!("PL={fits}"),
+        };
+        if new != word {
+            self.patches.push(Patch::new(0, tag.span.clone(), new));
         }
     }
 

@@ -54,6 +54,11 @@ pub trait Document: Send + Sync {
     /// # Errors
     /// [`crate::error::Error::Refused`] where the format has no legal way to say it (lines and reason in the message).
     fn patches(&self, edits: &Edits) -> Result<Vec<Patch>>;
+    /// Edited moves that the format cannot say although it reads them (an arc that no centre in its digits holds), and why. A caller
+    /// leaves these moves as they are and asks again: what is left of the others may be another case.
+    fn unwritable(&self, _edits: &Edits) -> Vec<(usize, String)> {
+        Vec::new()
+    }
     /// Whether straight moves to Cartesian targets can be written as moves to joint values ([`Edit::as_joint_moves`]).
     fn takes_joints_for_poses(&self) -> bool {
         false

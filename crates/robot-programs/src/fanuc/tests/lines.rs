@@ -140,3 +140,29 @@ fn german_words_for_actions_tools_and_loads_are_known() {
         "{after}"
     );
 }
+
+#[test]
+fn a_remark_may_go_on_over_any_number_of_lines() {
+    for more in ["", "    :  second\n", "    :  second\n    :  third\n", "    :  second\n    :  third\n    :  last ;\n"]
+    {
+        let end = if more.is_empty() { "    ;" } else { "" };
+        let text =
+            of_lines(&format!("   1:  !first{end}\n{more}   2:J P[1] 100% FINE    ;\n   3:J P[2] 100% FINE    ;"));
+        let d = doc(text.as_bytes());
+        assert_eq!(moves(d.as_ref()).len(), 2, "{text}");
+        let k = moves(d.as_ref())[1].0;
+        let after = self::text(rewrite(d.as_ref(), &edits(d.as_ref(), &[], &[k])).as_ref());
+        assert!(after.contains(more) && after.contains("   4:J P[2] 100% FINE    ;"), "{after}");
+    }
+}
+
+#[test]
+fn blank_statements_are_passed_over() {
+    for blank in ["   2:", "   2:  ", "   2:  ;", "   2:\n    ;"] {
+        let text = of_lines(&format!("   1:J P[1] 100% FINE    ;\n{blank}\n   3:J P[2] 100% FINE    ;"));
+        assert_eq!(moves(doc(text.as_bytes()).as_ref()).len(), 2, "{text}");
+    }
+    // a statement whose end stands on the next line
+    let text = of_lines("   1:J P[1] 100% FINE\n    ;\n   2:J P[2] 100% FINE    ;");
+    assert_eq!(moves(doc(text.as_bytes()).as_ref()).len(), 2);
+}

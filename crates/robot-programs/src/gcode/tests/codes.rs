@@ -82,3 +82,14 @@ fn a_straight_move_with_the_word_of_a_corner_is_left() {
     assert!(opaque(&format!("{HEAD}G1 X60.0 F100\nG2 X50.0 R5\n")).is_empty());
     assert!(opaque(&format!("{HEAD}G1 X60.0 F100\nG1 X50.0 R0\n")).is_empty());
 }
+
+#[test]
+fn homing_of_named_axes_ends_what_is_known_of_the_position() {
+    // Sailfish: axes to their largest or smallest end stop
+    for home in ["G162 X Y F3000", "G161 Z F1000", "G28 X Y"] {
+        let text = format!("{HEAD}G1 X10.0 F100\n{home}\nG91 G1 X1.0\nG90 G1 X2.0 Y3.0 Z0.0\nX4.0\n");
+        let goals: Vec<bool> =
+            moves(&script_of(&Gcode, &text, &robot())).iter().map(|m| matches!(m.1.goal, Goal::Joints(_))).collect();
+        assert_eq!(goals, [true, false, false, true, true], "{home}");
+    }
+}
