@@ -77,7 +77,7 @@ fn a_new_point_appends_a_position_and_the_count_grows() {
     let expected = text
         .replace("NPOS 2,", "NPOS 3,")
         .replace(",-500,622\r\n", ",-500,622\r\nC00002=500,-1,0,0,0,0\r\n")
-        .replace("MOVL C00001", "MOVL C00002 V=50.0 PL=0\r\nMOVL C00001");
+        .replace("MOVL C00001", "MOVL C00002 V=50.0\r\nMOVL C00001");
     assert_eq!(out, expected);
 }
 
