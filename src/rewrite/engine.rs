@@ -16,6 +16,7 @@ use crate::compensator::{Compensator, FrictionShape};
 use crate::effects::Decay;
 use crate::error::{Error, Result};
 use crate::robot::Robot;
+use std::collections::VecDeque;
 
 /// What a rewrite did, for the account that a user reads.
 #[derive(Debug, Clone, Default)]
@@ -79,6 +80,25 @@ pub struct Engine<'a> {
     /// Largest static correction per axis, rad or m.
     corrected: Vec<f64>,
     account: Account,
+    /// Points as they came in that have not come out, where gears turn by sums of axes.
+    nominal: VecDeque<Vec<f64>>,
+}
+
+/// A difference that the way to the gears and back makes, rad or m.
+const NOTHING: f64 = 1e-13;
+
+/// From what gears turn by to the values of the axes. A value that is no other than before is that of before to the last bit.
+fn from_gears(robot: &Robot, nominal: &mut VecDeque<Vec<f64>>, row: &mut [f64], origin: Origin) {
+    robot.from_gears(row);
+    if matches!(origin, Origin::Point(_))
+        && let Some(before) = nominal.pop_front()
+    {
+        for (v, before) in row.iter_mut().zip(before) {
+            if (*v - before).abs() <= NOTHING * (1.0 + before.abs()) {
+                *v = before;
+            }
+        }
+    }
 }
 
 impl<'a> Engine<'a> {
@@ -88,6 +108,10 @@ impl<'a> Engine<'a> {
         let axes = robot.dof();
         if axes > 64 {
             return Err(Error::Refused(format!("a robot of {axes} axes; a rewrite handles up to 64")));
+        }
+        if robot.has_sums() && (options.refine != Refine::None || options.law != Law::Equation16) {
+            let why = "a robot with a gap that belongs to a sum of axes (gap_of) takes neither --refine nor --law";
+            return Err(Error::Refused(why.into()));
         }
         let idle = options.gain == 0.0 || (compensator.is_zero() && options.statics.is_none());
         let mut offsets: Vec<Option<Offset>> = vec![None; axes];
@@ -130,6 +154,7 @@ impl<'a> Engine<'a> {
             points: 0,
             corrected: vec![0.0; axes],
             account,
+            nominal: VecDeque::new(),
         })
     }
 
@@ -161,6 +186,19 @@ impl<'a> Engine<'a> {
             self.printed(block, timed, out);
             return Ok(());
         }
+        // from here to the points that come out an axis is what its gear turns by
+        let turned;
+        let block = if self.robot.has_sums() {
+            let mut own = block.clone();
+            for row in own.q.chunks_exact_mut(own.axes) {
+                self.nominal.push_back(row.to_vec());
+                self.robot.to_gears(row);
+            }
+            turned = own;
+            &turned
+        } else {
+            block
+        };
         match &mut self.densify {
             None => self.turning.extend(&block.q, &block.t_s, self.points),
             Some(d) => {
@@ -251,8 +289,14 @@ impl<'a> Engine<'a> {
     fn emit_run(&mut self, from: usize, to: usize, out: &mut Emitted) {
         let timed = self.timed == Some(true);
         let (c, t_s, origin) = self.path.run(from, to);
-        self.limits.check_run(c, timed.then_some(t_s), origin, &mut self.account);
+        let start = out.q.len();
         out.q.extend_from_slice(c);
+        if self.robot.has_sums() {
+            for (row, origin) in out.q[start..].chunks_exact_mut(self.robot.dof()).zip(origin) {
+                from_gears(self.robot, &mut self.nominal, row, *origin);
+            }
+        }
+        self.limits.check_run(&out.q[start..], timed.then_some(t_s), origin, &mut self.account);
         if timed {
             out.t_s.extend_from_slice(t_s);
         }
@@ -331,6 +375,10 @@ impl<'a> Engine<'a> {
                     out.q.push(if gain == 1.0 { c } else { q + gain * (c - q) });
                 }
             }
+        }
+        if self.robot.has_sums() {
+            self.robot.from_gears(&mut self.own);
+            from_gears(self.robot, &mut self.nominal, &mut out.q[at..], origin);
         }
         let timed = self.timed == Some(true);
         self.limits.check(&out.q[at..], &self.own, timed.then_some(t_s), duration_s, origin, &mut self.account);

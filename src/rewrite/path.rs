@@ -135,7 +135,9 @@ impl Path {
             self.tcp_m.resize(at + 1, Vector3::repeat(f64::NAN));
         }
         if self.tcp_m[at].x.is_nan() {
-            self.tcp_m[at] = robot.tcp_m(self.q(k));
+            let mut q = self.q(k).to_vec();
+            robot.from_gears(&mut q);
+            self.tcp_m[at] = robot.tcp_m(&q);
         }
         self.tcp_m[at]
     }

@@ -293,7 +293,9 @@ impl<'a> Plan<'a> {
         let friction = if first_ever { None } else { offset.friction() };
         let step_s = self.step_time(axis, &offset);
         let mut columns = vec![Vector3::zeros(); self.robot.dof()];
-        self.robot.chain().position_and_jacobian(path.q(k), &mut columns);
+        let mut q = path.q(k).to_vec();
+        self.robot.from_gears(&mut q);
+        self.robot.chain().position_and_jacobian(&q, &mut columns);
         let lever = columns[axis];
 
         let fades = fades_in_time(friction.as_ref());

@@ -127,6 +127,8 @@ pub fn document(outcome: &Outcome, robot: &Robot) -> Value {
         let stops: Vec<Value> =
             v.written.stops.iter().map(|s| json!({"line": s.at.line, "points": s.points})).collect();
         map.insert("points_without_corner".into(), json!(stops));
+        let halts: Vec<Value> = v.written.halts.iter().map(|h| json!({"line": h.at.line, "stops": h.stops})).collect();
+        map.insert("new_stops".into(), json!(halts));
         map.insert("changes".into(), json!(v.changes));
         let notes: Vec<Value> = v.notes.iter().map(|n| json!({"line": n.place.line, "text": n.text})).collect();
         map.insert("notes".into(), json!(notes));
@@ -231,11 +233,18 @@ pub fn words(outcome: &Outcome, robot: &Robot, told: Told) -> String {
         let _ = writeln!(text, "  largest change at the TCP {:.1} um{odd}", a.largest_change_m * 1e6);
     }
     if let Some([before, after]) = a.duration_s {
-        // of a vendor's moves the speeds are known, not how the controller stops and starts at new points
-        let stops = if outcome.vendor.is_some() && a.inserted > 0 {
-            format!("; {} not counted: the robot may slow down there", counted(a.inserted, "new point"))
-        } else {
-            String::new()
+        // of a vendor's moves the speeds are known, not how the controller rounds corners and slows down at new points
+        let halts: u64 = outcome.vendor.iter().flat_map(|v| &v.written.halts).map(|h| h.stops).sum();
+        let passed = a.inserted.saturating_sub(halts);
+        let stops = match (outcome.vendor.is_some(), halts, passed) {
+            (false, ..) | (_, 0, 0) => String::new(),
+            (_, 0, _) => format!("; the robot may slow down at {}, which is not counted", counted(passed, "new point")),
+            (_, _, 0) => format!("; {}, estimated", counted(halts, "new stop")),
+            _ => format!(
+                "; {}, estimated; the robot may slow down at {}, which is not counted",
+                counted(halts, "new stop"),
+                counted(passed, "other new point")
+            ),
         };
         let _ = writeln!(
             text,
@@ -314,6 +323,12 @@ fn coverage_words(text: &mut String, v: &Vendor) {
             counted(points, "new point"),
             lines_text(&lines)
         );
+    }
+    if !v.written.halts.is_empty() {
+        let lines: Vec<u64> = v.written.halts.iter().map(|h| h.at.line).collect();
+        let stops = v.written.halts.iter().map(|h| h.stops).sum();
+        let _ =
+            writeln!(text, "  {} that the program did not have ({})", counted(stops, "exact stop"), lines_text(&lines));
     }
     for n in v.notes.iter().take(FEW) {
         let _ = writeln!(text, "  line {}: {}", n.place.line, n.text);

@@ -1,9 +1,11 @@
 //! The robot file `lostmotion/robot/1`: YAML in degrees and millimetres, checked before anything is computed.
 
-use super::{Convention, Follow, Joint, JointKind, Link, Robot};
+use super::{Convention, Follow, GapOf, Joint, JointKind, Link, Robot, gap_of};
 use crate::error::{Error, Place, Result};
 use crate::io::{input, yaml::Document};
+use indexmap::IndexMap;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use robot_programs::gcode::Control;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -121,6 +123,10 @@ pub struct RobotFile {
     pub(super) tools: Vec<ReflectorFile>,
     #[serde(default = "gravity")]
     pub(super) gravity_m_s2: [f64; 3],
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub(super) gap_of: IndexMap<String, String>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) control: Vec<String>,
 }
 
 fn standard() -> String {
@@ -214,7 +220,34 @@ impl RobotFile {
             robot.reflectors_m.push(Vector3::from(t.xyz_mm) * 1e-3);
         }
         robot.gravity_m_s2 = Vector3::from(self.gravity_m_s2);
+        robot.gap_of = gaps_of(&self.gap_of, &robot, doc)?;
+        let control = Control::of_words(self.control.iter().map(String::as_str)).map_err(|word| {
+            Error::bad(doc.place(&["control"]), format!("control `{word}`"), "G90 or G91, and G20 or G21")
+        })?;
+        robot.assume(control);
         Ok(robot)
+    }
+}
+
+/// The sums of axes to which gaps belong.
+fn gaps_of(texts: &IndexMap<String, String>, robot: &Robot, doc: &Document) -> Result<Vec<GapOf>> {
+    let bad = |name: &str, found: String| {
+        let expected = "a joint and the axes by whose sum its gear turns, such as `J3: J2 + J3`";
+        Error::bad(doc.place(&["gap_of", name]), format!("gap_of {found}"), expected)
+    };
+    let mut all: Vec<GapOf> = Vec::new();
+    for (name, text) in texts {
+        let axis = robot.axis_named(name).ok_or_else(|| bad(name, format!("of `{name}`, no axis of the robot")))?;
+        let gear = gap_of::read(robot, axis, text).map_err(|found| bad(name, format!("{name}: {found}")))?;
+        if all.iter().any(|g| g.axis == axis) {
+            return Err(bad(name, format!("{name} a second time")));
+        }
+        all.push(gear);
+    }
+    let sum = |axis: usize| all.iter().any(|g| g.axis == axis && !g.others.is_empty());
+    match all.iter().find(|g| g.others.iter().any(|o| sum(o.0))) {
+        Some(g) => Err(bad(&robot.axis(g.axis).name, format!("{}: a sum of another sum", robot.axis(g.axis).name))),
+        None => Ok(all),
     }
 }
 

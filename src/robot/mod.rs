@@ -7,6 +7,7 @@
 //! - [`write`]: a robot back to its file.
 //! - [`urdf`]: a robot from a URDF file, by [`dh`]: parameters of given joint axes.
 //! - [`plausible`]: whether the numbers can be those of a machine.
+//! - [`gap_of`]: joints whose gap belongs to a sum of axes.
 //! - [`fingerprint`]: SHA-256 of the robot's numbers, so that a compensator cannot meet another robot.
 //!
 //! Joint vectors `q` hold one value per *axis*, that is, per joint with a command of its own, in file order, in radians
@@ -16,15 +17,18 @@ pub mod chain;
 pub mod dh;
 pub mod file;
 pub mod fingerprint;
+pub mod gap_of;
 pub mod inverse;
 pub mod plausible;
 pub mod urdf;
 pub mod write;
 
 pub use chain::{Chain, Pose};
+pub use gap_of::GapOf;
 pub use inverse::{Inverse, InverseOptions, Stop, Target};
 
 pub use robot_programs::axes::{Axes, Axis, JointKind};
+use robot_programs::gcode::Control;
 
 use nalgebra::{Isometry3, Vector3};
 
@@ -87,6 +91,8 @@ pub struct Robot {
     /// Further reflectors in the flange frame, metres: `x2_mm`, `x3_mm`, ... of a log.
     pub reflectors_m: Vec<Vector3<f64>>,
     pub gravity_m_s2: Vector3<f64>,
+    /// Joints whose gap belongs to a sum of axes.
+    pub gap_of: Vec<GapOf>,
     axes: Vec<usize>,
     chain: Chain,
     table: Axes,
@@ -114,10 +120,16 @@ impl Robot {
             tool,
             reflectors_m: Vec::new(),
             gravity_m_s2: Vector3::new(0.0, 0.0, -9.80665),
+            gap_of: Vec::new(),
             axes,
             chain,
             table,
         }
+    }
+
+    /// How the control reads G-code before a program says so.
+    pub fn assume(&mut self, control: Control) {
+        self.table.control = control;
     }
 
     /// The joints as programs know them: names, units, limits, pulses.
@@ -131,6 +143,8 @@ impl Robot {
         robot.links = self.links.clone();
         robot.reflectors_m = self.reflectors_m.clone();
         robot.gravity_m_s2 = self.gravity_m_s2;
+        robot.gap_of = self.gap_of.clone();
+        robot.table.control = self.table.control;
         robot
     }
 

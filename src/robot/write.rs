@@ -26,6 +26,8 @@ impl Robot {
             tool: frame(&self.tool),
             tools: self.reflectors_m.iter().map(|p| ReflectorFile { xyz_mm: point(p) }).collect(),
             gravity_m_s2: self.gravity_m_s2.into(),
+            gap_of: self.gap_of.iter().map(|g| (self.axis(g.axis).name.clone(), self.sum_text(g))).collect(),
+            control: self.axes().control.words().into_iter().map(String::from).collect(),
         }
     }
 

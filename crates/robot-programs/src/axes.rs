@@ -78,6 +78,8 @@ pub struct Axes {
     pub base: Isometry3<f64>,
     /// TCP in the flange frame.
     pub tool: Isometry3<f64>,
+    /// How the control reads G-code before a program says so.
+    pub control: crate::gcode::Control,
     joints: Vec<Axis>,
     /// Joints with a command of their own.
     commanded: Vec<usize>,
@@ -87,7 +89,14 @@ impl Axes {
     /// A table of joints; base and tool are null.
     pub fn new(name: impl Into<String>, joints: Vec<Axis>) -> Self {
         let commanded = (0..joints.len()).filter(|&i| joints[i].follows.is_none()).collect();
-        Self { name: name.into(), base: Isometry3::identity(), tool: Isometry3::identity(), joints, commanded }
+        Self {
+            name: name.into(),
+            base: Isometry3::identity(),
+            tool: Isometry3::identity(),
+            control: crate::gcode::Control::default(),
+            joints,
+            commanded,
+        }
     }
 
     /// All joints, those that follow another one included.

@@ -8,6 +8,7 @@ use crate::io::output::Manner;
 use crate::model::Model;
 use crate::program::files::Files;
 use crate::program::format_named;
+use crate::program::gcode::Control;
 use crate::rewrite::equation2::Law;
 use crate::rewrite::job::Job;
 use crate::rewrite::script::Choices;
@@ -51,7 +52,12 @@ impl Source {
             }
             _ => return Err(usage("no compensator", "--robot and --compensator, or --model")),
         };
-        let mut compensator = compensator;
+        let (mut robot, mut compensator) = (robot, compensator);
+        if let Some(words) = &args.assume {
+            let control = Control::of_words(words.split(','));
+            let expected = "G90 or G91, and G20 or G21: --assume G21,G90";
+            robot.assume(control.map_err(|word| usage(&format!("--assume {word}"), expected))?);
+        }
         leave_out(args, &robot, &mut compensator, &mut left)?;
         let sha256 = input::read(path)?.sha256;
         let name = path.file_name().map_or_else(|| shown(path), |n| n.to_string_lossy().into_owned());

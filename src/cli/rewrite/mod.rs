@@ -61,6 +61,11 @@ pub struct Args {
     #[arg(long, value_name = "NAME")]
     pub format: Option<String>,
 
+    /// How the control reads G-code before a program says so: G90 or G91, G20 or G21, such as G21,G90 [default: `control` of the
+    /// robot file]
+    #[arg(long, value_name = "WORD,...")]
+    pub assume: Option<String>,
+
     /// Where the rewritten programs of a folder go, under their own names. Programs that stand there finished are not done again
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "check"])]
     pub output_dir: Option<PathBuf>,

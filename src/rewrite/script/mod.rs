@@ -7,6 +7,7 @@
 //! Rooms:
 //! - [`coverage`]: how much can be edited, and why not the rest.
 //! - [`run`]: where positions follow each other; [`way`] solves what lies between targets; [`clock`] tells durations.
+//! - [`rates`]: speed and acceleration limits; [`stops`]: how long new exact stops take.
 //! - [`edits`]: points that came out -> values and new points of the program.
 //! - [`verify`]: the result is read again before anyone gets it.
 //! - [`job`]: from file to file.
@@ -17,7 +18,9 @@ pub mod clock;
 pub mod coverage;
 pub mod edits;
 pub mod job;
+pub mod rates;
 pub mod run;
+pub mod stops;
 pub mod verify;
 pub mod way;
 
@@ -50,6 +53,7 @@ pub struct Choices {
 }
 
 /// The task: what is the same for all programs of a call.
+#[derive(Clone, Copy)]
 pub struct Task<'a> {
     pub robot: &'a Robot,
     pub compensator: &'a Compensator,
@@ -76,7 +80,7 @@ pub struct Done {
     pub changes: Vec<Change>,
     /// Number of runs that start elsewhere than the program: with unknown directions.
     pub anew: usize,
-    /// Positions of each run, `q[point * axes + axis]`, rad or m, as they were.
+    /// Positions of each run, `q[point * axes + axis]`, rad or m, as they were: what the gears turn by.
     pub positions: Vec<Vec<f64>>,
 }
 
@@ -96,6 +100,9 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let names: Vec<String> = texts.iter().map(|t| t.name.clone()).collect();
     let document = format.parse(texts, task.robot.axes())?;
     let script = document.script();
+    let (mut notes, reduced) = uncoupled(format, task);
+    let task = &Task { compensator: reduced.as_ref().unwrap_or(task.compensator), ..*task };
+    notes.extend(missing(script));
     let left_out = left_out(script, task.choices);
     let excluded = |k: usize| left_out.get(k).copied().flatten().is_some();
     let deadband = deadbands(script, task);
@@ -123,7 +130,8 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
             // only the program starts where the user says
             options.initial_direction.fill(0);
         }
-        let (emitted, done) = through(script, task, run, options)?;
+        let (emitted, done) =
+            rates::within(script, task, run, options, &mut notes, &|options| through(script, task, run, options))?;
         let (lost, added) = edits::collect(document.as_ref(), task.robot, run, &emitted, &mut edits);
         unplaced.points += lost.points;
         unplaced.lines.extend(lost.lines);
@@ -146,23 +154,26 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         .then(|| runs.iter().filter_map(|r| r.vertices.last()).map(|v| v.t_s).sum())
         .map(|s: f64| [s, s]);
     enough_digits(script, &edits, task)?;
-    let patches = if edits.steps.is_empty() { Vec::new() } else { document.patches(&edits)? };
-    let texts = text::apply(&script.texts, &patches)?;
-    let written = if patches.is_empty() {
-        verify::Written::nothing(task.robot.dof())
-    } else {
-        let again = names.iter().zip(&texts).map(|(n, b)| Text::new(n, b.clone())).collect();
-        verify::read_again(format, script, &edits, again, task.robot)?
-    };
+    let (texts, written) = write(format, document.as_ref(), &names, &mut edits, task)?;
+    if !written.halts.is_empty() {
+        let stops_s = stops::duration_s(task.robot, &runs, &written.halts);
+        account.duration_s = account.duration_s.and_then(|[before, after]| Some([before, after + stops_s?]));
+    }
     let changes = change::of_edits(script, &runs, &edits, task.robot);
     let mut script = script.clone();
+    script.notes.splice(0..0, notes);
     script.notes.extend(not_understood(&script));
     if task.choices.solve_within_m.is_some() && !document.takes_joints_for_poses() {
         let text =
             format!("--solve-cartesian: {} has no straight move to joint values; Cartesian moves stay", format.title());
         script.notes.insert(0, Note { place: At { file: 0, line: 1 }, text });
     }
-    let positions = runs.iter().map(|r| r.vertices.iter().flat_map(|v| v.q.iter().copied()).collect()).collect();
+    let gears = |v: &run::Vertex| {
+        let mut q = v.q.clone();
+        task.robot.to_gears(&mut q);
+        q
+    };
+    let positions = runs.iter().map(|r| r.vertices.iter().flat_map(gears).collect()).collect();
     Ok(Done {
         texts,
         account,
@@ -252,6 +263,74 @@ fn deadbands(script: &Script, task: &Task) -> Vec<f64> {
         None => super::job::deadband(DEADBAND_DIGITS * coarsest(a), task.compensator.on(a)),
     };
     (0..task.robot.dof()).map(of).collect()
+}
+
+/// The compensator without a joint whose gear turns by more than its own axis on most arms of the format's maker, where the robot
+/// file does not say by what; and a note.
+fn uncoupled(format: &dyn Format, task: &Task) -> (Vec<Note>, Option<Compensator>) {
+    let said = |axis: usize| task.robot.gap_of.iter().any(|g| g.axis == axis);
+    let Some((axis, other)) = format.coupled().filter(|&(axis, other)| {
+        axis.max(other) < task.robot.dof() && !said(axis) && task.compensator.on(axis).is_some()
+    }) else {
+        return (Vec::new(), None);
+    };
+    let [own, other] = [axis, other].map(|k| task.robot.axis(k).name.as_str());
+    let text = format!(
+        "{own} is left out: on most arms of this maker its gear turns by {other} + {own}, and the robot file does not say so \
+         (`gap_of: {{{own}: {other} + {own}}}`, or `gap_of: {{{own}: {own}}}` for an arm that shows motor angles)"
+    );
+    let mut reduced = task.compensator.clone();
+    reduced.joints.retain(|j| j.axis != axis);
+    (vec![Note { place: At { file: 0, line: 1 }, text }], Some(reduced))
+}
+
+/// Words that the program lacks, with what to do.
+fn missing(script: &Script) -> Option<Note> {
+    if script.missing.is_empty() {
+        return None;
+    }
+    let text = format!(
+        "the program never says {}: if the control starts so, name it (--assume G21,G90, or `control: [G21, G90]` in the robot file)",
+        script.missing.join(", nor ")
+    );
+    Some(Note { place: At { file: 0, line: 1 }, text })
+}
+
+/// The texts with the edits, read again. A number that rounding would take beyond a limit is written one digit further inside.
+fn write(
+    format: &dyn Format,
+    document: &dyn Document,
+    names: &[String],
+    edits: &mut Edits,
+    task: &Task,
+) -> Result<(Vec<Vec<u8>>, verify::Written)> {
+    const TRIES: usize = 3;
+    let script = document.script();
+    for _ in 0..TRIES {
+        let patches = if edits.steps.is_empty() { Vec::new() } else { document.patches(edits)? };
+        let texts = text::apply(&script.texts, &patches)?;
+        if patches.is_empty() {
+            return Ok((texts, verify::Written::nothing(task.robot.dof())));
+        }
+        let again = names.iter().zip(&texts).map(|(n, b)| Text::new(n, b.clone())).collect();
+        let written = verify::read_again(format, script, edits, again, task.robot)?;
+        if written.beyond.is_empty() {
+            return Ok((texts, written));
+        }
+        for b in &written.beyond {
+            let Some(edit) = edits.steps.get_mut(&b.step) else { continue };
+            let q = match b.point {
+                Some(n) => edit.before.get_mut(n).map(|p| &mut p.q),
+                None => edit.goal.as_mut(),
+            };
+            if let Some(v) = q.and_then(|q| q.get_mut(b.axis)) {
+                *v = b.inside;
+            }
+        }
+    }
+    let name = names.first().map_or("", String::as_str);
+    let why = "a position at a limit cannot be written in the format's digits without passing it; nothing was written";
+    Err(Error::Refused(format!("{name}: {why}")))
 }
 
 /// Takes out edits that the format cannot say; these moves stay as they are. Why, by step.

@@ -43,6 +43,8 @@ pub struct Run {
     pub untimed: Option<At>,
     /// ... and are those of the program, no estimate from joint speeds.
     pub certain: bool,
+    /// Every duration is written in the program.
+    pub by_program: bool,
     /// Sampled ways of straight TCP moves, by step.
     pub lines: Vec<(usize, way::Line)>,
     /// The program starts with it: nothing that moves stands before.
@@ -119,7 +121,7 @@ pub fn cut(script: &Script, choice: &Choice) -> Cut {
 }
 
 fn empty_run(entry: bool) -> Run {
-    Run { certain: true, entry, ..Run::default() }
+    Run { certain: true, by_program: true, entry, ..Run::default() }
 }
 
 struct Cutter<'a> {
@@ -226,6 +228,7 @@ impl Cutter<'_> {
             self.run.untimed.get_or_insert(at);
         }
         self.run.certain &= clock::is_certain(speed);
+        self.run.by_program &= matches!(speed, Speed::Seconds(_));
         let duration = duration.unwrap_or(0.0);
         // an arc that is closed to new points has no ways either: its turns stay inside it
         let ways = if m.closed.is_some() { Some(Vec::new()) } else { self.ways(step, m, &from, &q, solved) };

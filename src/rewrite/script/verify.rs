@@ -18,6 +18,29 @@ pub struct Written {
     pub digit: Vec<f64>,
     /// Straight TCP moves with new points at which the robot stops, or nearly: no corner fits, or the format has none so small.
     pub stops: Vec<Stops>,
+    /// Every new exact stop: at new points, and at goals whose corner became none.
+    pub halts: Vec<Halt>,
+    /// Numbers that rounding took beyond a limit of their joint.
+    pub beyond: Vec<Beyond>,
+}
+
+/// New exact stops of one move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Halt {
+    pub step: usize,
+    pub at: At,
+    pub stops: u64,
+}
+
+/// A number that is written beyond a limit although what was wanted is not.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Beyond {
+    pub step: usize,
+    /// Which of the new points before the step; `None`: its goal.
+    pub point: Option<usize>,
+    pub axis: usize,
+    /// The nearest number of the format within the limit, rad or m.
+    pub inside: f64,
 }
 
 /// New points of one move.
@@ -31,7 +54,7 @@ pub struct Stops {
 impl Written {
     /// Of a program of so many axes into which nothing was written.
     pub fn nothing(axes: usize) -> Self {
-        Self { lost: vec![None; axes], digit: vec![0.0; axes], stops: Vec::new() }
+        Self { lost: vec![None; axes], digit: vec![0.0; axes], ..Self::default() }
     }
 }
 
@@ -62,21 +85,29 @@ pub fn read_again(
         let edit = edits.steps.get(&i);
         let own = own_values(before, &step.kind);
         let mut stops = 0;
-        for point in edit.iter().flat_map(|e| &e.before) {
+        for (n, point) in edit.iter().flat_map(|e| &e.before).enumerate() {
             let m = moved(after, k).ok_or_else(|| fault(before, i, "a new point is missing"))?;
             // a quadrant that is already a part of the way may stay inside its arc
             compare(after, m, &point.q, own, edits, &mut written).map_err(|what| fault(after, k, &what))?;
-            stops += u64::from(m.blend_m == Some(0.0));
+            beyond(robot, after, m, &point.q, (i, Some(n)), &mut written);
+            stops += u64::from(m.blend_m == Some(0.0) && !document.passes_points());
             k += 1;
         }
         if stops > 0 && matches!(&step.kind, StepKind::Move(m) if m.path == PathKind::Linear) {
             written.stops.push(Stops { at: step.at, points: stops });
         }
         let Some(here) = after.steps.get(k) else { return Err(fault(before, i, "a step is missing")) };
+        if let (StepKind::Move(a), StepKind::Move(m)) = (&step.kind, &here.kind) {
+            stops += u64::from(a.blend_m != m.blend_m && m.blend_m == Some(0.0));
+        }
+        if stops > 0 {
+            written.halts.push(Halt { step: i, at: step.at, stops });
+        }
         match (&step.kind, &here.kind) {
             (StepKind::Move(a), StepKind::Move(m)) if edit.is_some_and(|e| e.goal.is_some()) => {
                 let goal = edit.and_then(|e| e.goal.as_deref()).unwrap_or_default();
                 compare(after, m, goal, own, edits, &mut written).map_err(|what| fault(after, k, &what))?;
+                beyond(robot, after, m, goal, (i, None), &mut written);
                 if m.path != a.path && !edit.is_some_and(|e| e.as_joint_moves) {
                     return Err(fault(after, k, "another kind of path"));
                 }
@@ -141,6 +172,31 @@ fn compare(
         written.digit[axis] = written.digit[axis].max(v.digit);
     }
     Ok(())
+}
+
+/// Notes numbers of the target of `m` that stand beyond a limit that `want` keeps.
+fn beyond(
+    robot: &Robot,
+    script: &Script,
+    m: &Move,
+    want: &[f64],
+    place: (usize, Option<usize>),
+    written: &mut Written,
+) {
+    let Goal::Joints(t) = m.goal else { return };
+    let Some(target) = script.targets.get(t) else { return };
+    for (axis, ((value, &want), joint)) in target.values.iter().zip(want).zip(robot.axis_joints()).enumerate() {
+        let (Some(v), Some([lo, hi])) = (value, joint.limits) else { continue };
+        let by = if v.si > hi + SAME && want <= hi + SAME {
+            -v.digit.abs()
+        } else if v.si < lo - SAME && want >= lo - SAME {
+            v.digit.abs()
+        } else {
+            continue;
+        };
+        let (step, point) = place;
+        written.beyond.push(Beyond { step, point, axis, inside: v.si + by });
+    }
 }
 
 /// Two moves lead to the same place in the same way.

@@ -98,7 +98,9 @@ impl Line {
     /// Shares at which joints turn by more than `deadband` (per axis, rad or m), and the joints there. Turns closer than
     /// [`APART`] are one.
     pub fn turning_points(&self, robot: &Robot, deadband: &[f64]) -> Vec<Way> {
-        let mut shares = turning_shares(&self.samples, deadband);
+        let mut gears = self.samples.clone();
+        gears.iter_mut().for_each(|q| robot.to_gears(q));
+        let mut shares = turning_shares(&gears, deadband);
         shares.sort_by(f64::total_cmp);
         shares.dedup_by(|b, a| *b - *a < APART);
         shares.into_iter().filter_map(|share| Some(Way { share, q: self.at(robot, share)? })).collect()

@@ -67,6 +67,9 @@ impl Render {
             k += run;
             let Some(origin) = settled.origin.get(k) else { break };
             let t_s = if timed { Some(settled.t_s[k]) } else { None };
+            if timed && (k > 0 && settled.t_s[k] <= settled.t_s[k - 1]) {
+                return Err(no_time(*origin));
+            }
             match *origin {
                 Origin::Point(n) if n == self.next => {
                     self.reach(n, free)?;
@@ -78,6 +81,9 @@ impl Render {
                 Origin::Inserted { after, .. } if after + 1 == self.next => {
                     let Some(block) = self.pending.front() else { return Err(astray(after)) };
                     let i = (after - block.first_point) as usize;
+                    if t_s.is_some_and(|t| block.t_s.get(i).is_some_and(|own| t <= *own)) {
+                        return Err(no_time(*origin));
+                    }
                     let end = block.rows[i].end as usize;
                     if self.cursor < end {
                         self.out.extend_from_slice(&block.text[self.cursor..end]);
@@ -161,6 +167,14 @@ impl Render {
         piece.clear();
         self.spare = Some(piece);
     }
+}
+
+/// The time of a new point is no other than that of its neighbour: at 1e15 s a double knows eighths of a second.
+#[cold]
+fn no_time(origin: Origin) -> Error {
+    let (Origin::Point(n) | Origin::Inserted { after: n, .. }) = origin;
+    let why = "there is no time between two points for a new one; nothing was written (count times from the start of the program)";
+    Error::Refused(format!("point {}: {why}", n + 1))
 }
 
 /// The engine broke its contract; better no file than a wrong one.

@@ -48,6 +48,11 @@ impl Format for Fanuc {
         "FANUC TP (.LS)"
     }
 
+    /// J3 is shown against the horizontal; the motor at the elbow turns by J2 + J3.
+    fn coupled(&self) -> Option<(usize, usize)> {
+        Some((2, 1))
+    }
+
     fn endings(&self) -> &'static [&'static str] {
         &["ls"]
     }

@@ -17,6 +17,7 @@
 //! place. What may be edited is said in `docs/program-gcode.md`.
 
 mod arc;
+mod control;
 mod frame;
 mod goal;
 mod lex;
@@ -31,6 +32,7 @@ use super::script::{Document, Edits, Format, Patch, Script, Text};
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
 use arc::Arc;
+pub use control::Control;
 use lex::Word;
 
 /// The format.

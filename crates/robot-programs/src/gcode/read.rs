@@ -49,7 +49,16 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
             "axes named as G-code words: X, Y, Z, A, B, C, U, V, W",
         ));
     }
-    let survey = Survey::of(text)?;
+    let mut survey = Survey::of(text)?;
+    let said = |codes: [u32; 2]| codes.iter().any(|c| survey.codes.contains(c));
+    let mut missing = Vec::new();
+    if robot.control.absolute.is_none() && !said([900, 910]) {
+        missing.push("G90 or G91");
+    }
+    if robot.control.inch.is_none() && !said([200, 210]) {
+        missing.push("G20 or G21");
+    }
+    survey.codes.extend(robot.control.codes());
     let dof = robot.dof();
     let mut reader = Reader {
         text,
@@ -59,8 +68,8 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         script: Script::default(),
         statements: Vec::new(),
         motion: None,
-        absolute: None,
-        inch: None,
+        absolute: robot.control.absolute,
+        inch: robot.control.inch,
         plane: Some([b'X', b'Y', b'Z']),
         centre_absolute: false,
         feed_mode: 94,
@@ -88,6 +97,10 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let Reader { mut script, statements, .. } = reader;
     let si = robot.axis_joints().map(|j| j.kind.si()).collect();
     script.texts = texts;
+    // without a move nothing depends on them
+    if script.moves().next().is_some() {
+        script.missing = missing;
+    }
     Ok(Program { script, statements, letters, si })
 }
 

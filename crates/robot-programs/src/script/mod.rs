@@ -39,6 +39,11 @@ pub trait Format: Sync {
     fn companions(&self, _path: &Path, _there: &Files) -> Vec<PathBuf> {
         Vec::new()
     }
+    /// An axis whose gear, on most arms of this maker, turns by the sum of its own value and another's as programs show them: the
+    /// axis and the other one.
+    fn coupled(&self) -> Option<(usize, usize)> {
+        None
+    }
     /// Reads a program: its own text first, then its companions in their order.
     ///
     /// # Errors
@@ -63,6 +68,10 @@ pub trait Document: Send + Sync {
     fn takes_joints_for_poses(&self) -> bool {
         false
     }
+    /// Whether the robot passes the points of a program at their own times: it stops at none of them, although no corner is cut.
+    fn passes_points(&self) -> bool {
+        false
+    }
     /// Joints (rad or m) at a share of the way to the goal of a step, where the format alone knows the way: on an arc. `None`:
     /// straight, or not known.
     fn on_way(&self, _step: usize, _share: f64) -> Option<Vec<f64>> {
@@ -80,6 +89,8 @@ pub struct Script {
     pub targets: Vec<Target>,
     /// What a user should know, with its line: `second motion group is left as it is`.
     pub notes: Vec<Note>,
+    /// Words that the program never says although its targets depend on them: `G90 or G91`.
+    pub missing: Vec<&'static str>,
     /// The [`Break::Start`] with which the program starts, where that is not the first.
     pub entry: Option<usize>,
 }

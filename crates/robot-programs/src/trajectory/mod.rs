@@ -20,7 +20,7 @@ mod tests;
 mod tree;
 mod write;
 
-use super::script::{At, Break, Document, Edits, Format, Goal, Move, Note, Patch, PathKind, Script, Speed, Step};
+use super::script::{At, Break, Document, Edits, Format, Goal, Move, Note, Patch, PathKind, Script, Speed, Step, Way};
 use super::script::{StepKind, Target, Text, Value, number, pragma};
 use crate::axes::Axes;
 use crate::error::Result;
@@ -113,6 +113,23 @@ impl Document for Trajectories {
     fn patches(&self, edits: &Edits) -> Result<Vec<Patch>> {
         write::patches(self, edits)
     }
+
+    fn passes_points(&self) -> bool {
+        true
+    }
+
+    /// On a spline that turns between its points, at a share of its time.
+    fn on_way(&self, step: usize, share: f64) -> Option<Vec<f64>> {
+        let Some(StepKind::Move(m)) = self.script.steps.get(step).map(|s| &s.kind) else { return None };
+        if m.way.is_empty() {
+            return None;
+        }
+        let (t, k) = self.of_step.get(step).copied().flatten()?;
+        let points = &self.content.trajectories.get(t)?.points;
+        let (before, p) = (points.get(k.checked_sub(1)?)?, points.get(k)?);
+        let dof = self.script.targets.first().map_or(0, |t| t.values.len());
+        Some(on_spline(before, p, self.axes.get(t)?, dof, share))
+    }
 }
 
 impl Trajectories {
@@ -135,7 +152,7 @@ impl Trajectories {
             for (i, p) in t.points.iter().enumerate() {
                 let before = i.checked_sub(1).and_then(|b| t.points.get(b));
                 let target = self.script.targets.len();
-                let m = movement(before, p, target);
+                let m = movement(before, p, target, &axes, robot.dof());
                 if let Goal::Joints(_) = m.goal {
                     let values = values(p, &axes, robot.dof());
                     self.script.targets.push(Target { name: None, at: at(p.span.start), values });
@@ -179,8 +196,70 @@ fn note(t: &Trajectory, axes: &[Option<usize>], robot: &Axes, text: &Text) -> Re
     Ok(notes)
 }
 
-fn movement(before: Option<&Point>, p: &Point, target: usize) -> Move {
+/// Turns of a spline nearer to one of its ends than this share of its time are those of the end.
+const AT_END: f64 = 1e-3;
+/// Parts of a spline between which a joint turns at most once.
+const PARTS: u32 = 64;
+
+/// Shares of the time between two points at which joints of the robot turn: their velocity changes its sign.
+fn turns(before: &Point, p: &Point, axes: &[Option<usize>]) -> Vec<f64> {
+    let (order, h_s) = (p.order_from(before), p.t_s - before.t_s);
+    let mut shares = Vec::new();
+    if order == spline::Order::Linear || before.positions.is_empty() || p.positions.is_empty() {
+        return shares;
+    }
+    for (c, _) in axes.iter().enumerate().filter(|(_, axis)| axis.is_some()) {
+        let (from, to) = (state(before, c), state(p, c));
+        let velocity = |x: f64| spline::at(order, from, to, h_s, x).v;
+        for k in 0..PARTS {
+            let part = |k: u32| AT_END + (1.0 - 2.0 * AT_END) * f64::from(k) / f64::from(PARTS);
+            let (mut low, mut high) = (part(k), part(k + 1));
+            if velocity(low) * velocity(high) >= 0.0 {
+                continue;
+            }
+            let rising = velocity(high) > 0.0;
+            while high - low > 1e-12 {
+                let middle = f64::midpoint(low, high);
+                *(if (velocity(middle) > 0.0) == rising { &mut high } else { &mut low }) = middle;
+            }
+            shares.push(f64::midpoint(low, high));
+        }
+    }
+    shares.sort_by(f64::total_cmp);
+    shares.dedup_by(|b, a| *b - *a < AT_END);
+    shares
+}
+
+/// The robot's joints at a share of the time between two points.
+fn on_spline(before: &Point, p: &Point, axes: &[Option<usize>], dof: usize, share: f64) -> Vec<f64> {
+    let (order, h_s) = (p.order_from(before), p.t_s - before.t_s);
+    let mut q = vec![0.0; dof];
+    for (c, axis) in axes.iter().enumerate() {
+        if let Some(slot) = axis.and_then(|a| q.get_mut(a)) {
+            *slot = spline::at(order, state(before, c), state(p, c), h_s, share).p;
+        }
+    }
+    q
+}
+
+/// Position, velocity and acceleration of a column at a point.
+fn state(p: &Point, column: usize) -> spline::State {
+    let of = |list: &[Num]| list.get(column).map_or(0.0, |n| n.value);
+    spline::State { p: of(&p.positions), v: of(&p.velocities), a: of(&p.accelerations) }
+}
+
+fn movement(before: Option<&Point>, p: &Point, target: usize, axes: &[Option<usize>], dof: usize) -> Move {
     let h_s = p.t_s - before.map_or(0.0, |b| b.t_s);
+    let closed = closed(before, p);
+    let way = match before {
+        // an axis that the message does not name has no place on the way
+        Some(b) if closed.is_none() && (0..dof).all(|a| axes.contains(&Some(a))) => turns(b, p, axes),
+        _ => Vec::new(),
+    };
+    let way = before.map_or(Vec::new(), |b| {
+        way.into_iter().map(|share| Way { share, q: on_spline(b, p, axes, dof, share) }).collect()
+    });
+    let stands = before.is_none() && p.t_s == 0.0;
     Move {
         path: PathKind::Joint,
         goal: if p.positions.is_empty() {
@@ -188,11 +267,11 @@ fn movement(before: Option<&Point>, p: &Point, target: usize) -> Move {
         } else {
             Goal::Joints(target)
         },
-        fixed: None,
-        closed: closed(before, p),
+        fixed: stands.then(|| "the first point at time 0: the robot stands there".into()),
+        closed,
         speed: if h_s > 0.0 { Speed::Seconds(h_s) } else { Speed::Unknown },
         blend_m: Some(0.0),
-        way: Vec::new(),
+        way,
     }
 }
 

@@ -3,7 +3,7 @@
 
 use super::read::{Num, Point, Time, Trajectory};
 use super::spline::{self, Order, State};
-use super::{Trajectories, most_decimals};
+use super::{Trajectories, most_decimals, state};
 use crate::error::{Error, Result};
 use crate::script::{Edit, Edits, NewPoint, Patch, Text, number, pragma};
 use std::collections::BTreeMap;
@@ -63,18 +63,13 @@ struct Writer<'a> {
     digit: &'a [f64],
 }
 
-fn state(p: &Point, column: usize) -> State {
-    let of = |list: &[Num]| list.get(column).map_or(0.0, |n| n.value);
-    State { p: of(&p.positions), v: of(&p.velocities), a: of(&p.accelerations) }
-}
-
 impl Writer<'_> {
     fn write(&self, edits: &BTreeMap<usize, &Edit>, patches: &mut Vec<Patch>) -> Result<()> {
         let knots = self.knots(edits)?;
         let mut copies: BTreeMap<usize, Vec<Vec<u8>>> = BTreeMap::new();
         for (k, knot) in knots.iter().enumerate() {
             let Some(point) = self.trajectory.points.get(knot.point) else { continue };
-            let velocities: Vec<f64> = (0..self.axes.len()).map(|c| self.velocity(&knots, k, c, point)).collect();
+            let velocities: Vec<f64> = (0..self.axes.len()).map(|c| self.velocity(&knots, k, c)).collect();
             if knot.new {
                 copies.entry(knot.point).or_default().push(self.copy(point, knot, &velocities)?);
             } else {
@@ -140,8 +135,10 @@ impl Writer<'_> {
         let leading = ours.max_by(|a, b| way(a).total_cmp(&way(b))).unwrap_or_default();
         let mut last_s = before.t_s;
         let mut x = 0.0;
+        // on a way with turns of its own shares are those of the time
+        let timed = !super::turns(before, p, self.axes).is_empty();
         for n in new {
-            x = spline::time_share(order, leading.0, leading.1, h_s, n.share, x);
+            x = if timed { n.share } else { spline::time_share(order, leading.0, leading.1, h_s, n.share, x) };
             let (time, t_s) = time_text(&p.time, before.t_s + x * h_s, last_s, p.t_s);
             if !(t_s > last_s && t_s < p.t_s) {
                 return Err(
@@ -162,9 +159,13 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Velocity of a joint at a knot: its own, and the slope of the offset where that rises or falls.
-    fn velocity(&self, knots: &[Knot], k: usize, column: usize, point: &Point) -> f64 {
+    /// Velocity of a joint at a knot: its own, and at a new point the slope of the offset where that rises or falls. The points of
+    /// the file keep theirs, so that the command leaves the plan by its offsets alone.
+    fn velocity(&self, knots: &[Knot], k: usize, column: usize) -> f64 {
         let own = knots[k].own[column].v;
+        if !knots[k].new {
+            return own;
+        }
         let (Some(before), Some(behind)) = (k.checked_sub(1).and_then(|b| knots.get(b)), knots.get(k + 1)) else {
             return own;
         };
@@ -172,18 +173,15 @@ impl Writer<'_> {
         let offset = |n: &Knot| n.asked[column] - n.own[column].p;
         let (o0, o, o1) = (offset(before), offset(here), offset(behind));
         let level = (o - o0).abs() <= NOTHING && (o1 - o).abs() <= NOTHING;
-        let rests = !here.new && (own == 0.0 || point.stands());
-        if self.axes[column].is_none() || rests || (level && (!here.new || o.abs() <= NOTHING)) {
+        if self.axes[column].is_none() || level {
             return own;
         }
         let (h0, h1) = (here.t_s - before.t_s, behind.t_s - here.t_s);
         let order = if behind.order == Order::Quintic { Order::Quintic } else { here.order };
         let v = own + spline::slope(order, (o - o0) / h0, h0, (o1 - o) / h1, h1);
         let mean = |of: &dyn Fn(&Knot) -> f64| ((of(here) - of(before)) / h0, (of(behind) - of(here)) / h1);
-        // a velocity of the file that is no monotone one by its own points is not held to ours
-        let own_mean = mean(&|n| n.own[column].p);
-        let bent = !here.new && spline::limited(order, own, own_mean.0, own_mean.1) != own;
-        if bent {
+        // an offset that changes in the direction of the movement turns nothing back
+        if [o - o0, o1 - o].iter().all(|change| change * own >= 0.0) {
             return v;
         }
         let asked = mean(&|n| n.asked[column]);

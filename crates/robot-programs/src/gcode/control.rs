@@ -1,0 +1,55 @@
+//! What a control takes for granted before a program says otherwise: absolute or relative words, millimetres or inches.
+
+/// Modes in which a control starts a program; `None`: not known.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Control {
+    /// G90, else G91.
+    pub absolute: Option<bool>,
+    /// G20, else G21.
+    pub inch: Option<bool>,
+}
+
+impl Control {
+    /// Reads words such as `G21` and `G90`, case ignored.
+    ///
+    /// # Errors
+    /// The word that is none of them, or the second of two that contradict each other.
+    ///
+    /// ```
+    /// use robot_programs::gcode::Control;
+    /// let control = Control::of_words(["G21", "g90"]).unwrap();
+    /// assert_eq!((control.absolute, control.inch), (Some(true), Some(false)));
+    /// assert_eq!(Control::of_words(["G21", "G20"]), Err("G20".to_string()));
+    /// ```
+    pub fn of_words<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<Self, String> {
+        let mut control = Self::default();
+        for word in words {
+            let (slot, value) = match word.trim().to_ascii_uppercase().as_str() {
+                "G90" => (&mut control.absolute, true),
+                "G91" => (&mut control.absolute, false),
+                "G20" => (&mut control.inch, true),
+                "G21" => (&mut control.inch, false),
+                _ => return Err(word.trim().into()),
+            };
+            if slot.is_some_and(|known| known != value) {
+                return Err(word.trim().into());
+            }
+            *slot = Some(value);
+        }
+        Ok(control)
+    }
+
+    /// The words that say the same.
+    pub fn words(self) -> Vec<&'static str> {
+        let inch = self.inch.map(|inch| if inch { "G20" } else { "G21" });
+        let absolute = self.absolute.map(|absolute| if absolute { "G90" } else { "G91" });
+        inch.into_iter().chain(absolute).collect()
+    }
+
+    /// Codes of these words, times ten.
+    pub(super) fn codes(self) -> impl Iterator<Item = u32> {
+        let inch = self.inch.map(|inch| if inch { 200 } else { 210 });
+        let absolute = self.absolute.map(|absolute| if absolute { 900 } else { 910 });
+        inch.into_iter().chain(absolute)
+    }
+}

@@ -1,0 +1,98 @@
+//! Joints whose gear turns by a sum of axes: the gap of such a joint belongs to that sum, and so does the direction in which it is
+//! crossed.
+//!
+//! On most FANUC arms a program gives J3 against the horizontal while the motor at the elbow turns by J2 + J3
+//! (`gap_of: {J3: J2 + J3}`). The elbow then reverses where that sum does, and a command that must move its gear by an offset moves
+//! J3 by the offset less what J2's own offset already does.
+
+use super::Robot;
+
+/// The gear of an axis turns by the axis' own value and those of others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GapOf {
+    /// The axis that bears the joint's name.
+    pub axis: usize,
+    /// Further axes of the sum, +1 or -1 each. Empty: the gear turns by the axis alone, and the robot file says so.
+    pub others: Vec<(usize, f64)>,
+}
+
+impl Robot {
+    /// Whether any gear turns by a sum of axes.
+    pub fn has_sums(&self) -> bool {
+        self.gap_of.iter().any(|g| !g.others.is_empty())
+    }
+
+    /// From the values of the axes, rad or m, to what their gears turn by.
+    pub fn to_gears(&self, q: &mut [f64]) {
+        self.sums(q, 1.0);
+    }
+
+    /// Back again.
+    pub fn from_gears(&self, q: &mut [f64]) {
+        self.sums(q, -1.0);
+    }
+
+    /// No axis of a sum has a sum of its own, so that the order does not matter.
+    fn sums(&self, q: &mut [f64], sign: f64) {
+        for gear in &self.gap_of {
+            let sum: f64 = gear.others.iter().filter_map(|&(k, c)| Some(c * q.get(k)?)).sum();
+            if let Some(own) = q.get_mut(gear.axis) {
+                *own += sign * sum;
+            }
+        }
+    }
+
+    /// `J2 + J3` of the axis J3.
+    pub(super) fn sum_text(&self, gear: &GapOf) -> String {
+        let name = |axis: usize| self.axis(axis).name.as_str();
+        let mut text = String::new();
+        for &(axis, c) in &gear.others {
+            text.push_str(match (text.is_empty(), c < 0.0) {
+                (true, false) => "",
+                (true, true) => "-",
+                (false, false) => " + ",
+                (false, true) => " - ",
+            });
+            text.push_str(name(axis));
+        }
+        if !text.is_empty() {
+            text.push_str(" + ");
+        }
+        text + name(gear.axis)
+    }
+}
+
+/// Reads `J2 + J3` as the sum of the axis `axis`.
+///
+/// # Errors
+/// What is wrong with it.
+pub(super) fn read(robot: &Robot, axis: usize, text: &str) -> Result<GapOf, String> {
+    let mut others = Vec::new();
+    let mut own = false;
+    let mut sign = 1.0;
+    let spaced = text.replace('+', " + ").replace('-', " - ");
+    let mut open = true;
+    for word in spaced.split_whitespace() {
+        match word {
+            "+" => open = true,
+            "-" => (open, sign) = (true, -sign),
+            name => {
+                let k = robot.axis_named(name).ok_or_else(|| format!("`{name}`, no axis of the robot"))?;
+                if !open {
+                    return Err(format!("`{name}` without + or - before it"));
+                }
+                if robot.axis(k).kind != robot.axis(axis).kind {
+                    return Err(format!("{name}, a joint of another kind"));
+                }
+                match (k == axis, sign > 0.0) {
+                    (true, true) if !own => own = true,
+                    (false, _) if others.iter().all(|o: &(usize, f64)| o.0 != k) => others.push((k, sign)),
+                    (true, false) => return Err(format!("-{name}")),
+                    _ => return Err(format!("a second {name}")),
+                }
+                (open, sign) = (false, 1.0);
+            }
+        }
+    }
+    if own && !open { Ok(GapOf { axis, others }) } else { Err(format!("`{text}`")) }
+}
