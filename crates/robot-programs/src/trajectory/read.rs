@@ -73,11 +73,6 @@ impl Point {
             Order::Cubic
         }
     }
-
-    /// Whether the robot stands here: every velocity is written, and zero.
-    pub fn stands(&self) -> bool {
-        !self.velocities.is_empty() && self.velocities.iter().all(|v| v.value == 0.0)
-    }
 }
 
 /// Every trajectory of the documents, in the order of the text.

@@ -169,7 +169,7 @@ fn other_joints_keep_their_own_motion_when_a_point_is_put_in() {
 }
 
 #[test]
-fn velocities_of_points_on_a_ramp_rise_with_it_and_a_rest_stays_one() {
+fn the_points_of_a_plan_keep_their_velocities_whatever_is_added_to_their_positions() {
     let text = "joint_names: [J1]\npoints:\n- {positions: [0.0], velocities: [1.0], time_from_start: 0.0}\n- {positions: [1.0], velocities: [1.0], time_from_start: 1.0}\n- {positions: [2.0], velocities: [1.0], time_from_start: 2.0}\n- {positions: [3.0], velocities: [1.0], time_from_start: 3.0}\n- {positions: [4.0], velocities: [0.0], time_from_start: 4.0}\n";
     let mut edits = goal(3, &[2.1, 0.0, 0.0]);
     for (step, q) in [(4, 3.2), (5, 4.2)] {
@@ -177,10 +177,50 @@ fn velocities_of_points_on_a_ramp_rise_with_it_and_a_rest_stays_one() {
     }
     let out = edited(text, &edits);
     let want = text
-        .replace("[2.0], velocities: [1.0]", "[2.10000], velocities: [1.1]")
+        .replace("[2.0], velocities", "[2.10000], velocities")
         .replace("[3.0]", "[3.20000]")
         .replace("[4.0]", "[4.20000]");
     assert_eq!(out, want);
+}
+
+#[test]
+fn a_turn_stands_where_the_velocity_of_the_spline_is_zero() {
+    // p = x - x^2 over 2 s: it turns in the middle, at 0.25; J2 goes evenly
+    let text = "joint_names: [J1, J2, X]\npoints:\n- {positions: [0.0, 0.0, 0.0], velocities: [0.5, 0.5, 0.0], time_from_start: 0.0}\n- {positions: [0.0, 1.0, 0.0], velocities: [-0.5, 0.5, 0.0], time_from_start: 2.0}\n";
+    let d = parse(text);
+    let StepKind::Move(m) = &d.script().steps[2].kind else { panic!() };
+    assert_eq!(m.way.len(), 1);
+    let way = &m.way[0];
+    assert!(
+        (way.share - 0.5).abs() < 1e-9 && (way.q[0] - 0.25).abs() < 1e-9 && (way.q[1] - 0.5).abs() < 1e-9,
+        "{way:?}"
+    );
+    assert_eq!(d.on_way(2, 0.5), Some(way.q.clone()));
+    // a point at the turn, and one behind it with an offset: both are at their time, and J2 keeps its velocity there
+    let mut behind = d.on_way(2, 0.6).unwrap();
+    behind[0] -= 0.01;
+    let points = vec![NewPoint { of_way: true, ..point(&way.q, 0.5) }, point(&behind, 0.6)];
+    let mut edits = Edits { steps: [(2, Edit { before: points, ..Edit::default() })].into(), digit: vec![1e-9; 3] };
+    edits.steps.get_mut(&2).unwrap().goal = Some(vec![-0.01, 1.0, 0.0]);
+    let out = edited(text, &edits);
+    let lines: Vec<&str> = out.lines().collect();
+    assert!(lines[3].contains("time_from_start: 1.0}") && lines[3].contains("velocities: [0.0, 0.5, 0.0]"), "{out}");
+    assert!(lines[4].contains("time_from_start: 1.2}") && lines[4].contains(", 0.5, 0.0]"), "{out}");
+    assert!(lines[5].contains("velocities: [-0.5, 0.5, 0.0]"), "{out}");
+}
+
+#[test]
+fn the_robot_stands_at_a_first_point_at_time_0() {
+    let text = |t: f64| {
+        format!(
+            "joint_names: [J1]\npoints:\n- {{positions: [0.0], time_from_start: {t}}}\n- {{positions: [1.0], time_from_start: 2.0}}\n"
+        )
+    };
+    let fixed = |t: f64| {
+        let d = parse(&text(t));
+        d.script().moves().map(|(_, m)| m.fixed.is_some()).collect::<Vec<_>>()
+    };
+    assert_eq!((fixed(0.0), fixed(0.5)), (vec![true, false], vec![false, false]));
 }
 
 #[test]

@@ -93,3 +93,20 @@ fn homing_of_named_axes_ends_what_is_known_of_the_position() {
         assert_eq!(goals, [true, true, false, false, true, true], "{home}");
     }
 }
+
+#[test]
+fn what_the_program_never_says_is_named_and_may_be_assumed() {
+    let text = "G1 X10.0 Y5.0 F100\nX20.0\n";
+    let script = script_of(&Gcode, text, &robot());
+    assert_eq!(script.missing, ["G90 or G91", "G20 or G21"]);
+    assert!(moves(&script).iter().all(|m| matches!(m.1.goal, Goal::Opaque(_))));
+    let mut axes = robot();
+    axes.control = crate::gcode::Control::of_words(["G21", "G90"]).unwrap();
+    let script = script_of(&Gcode, text, &axes);
+    assert!(script.missing.is_empty());
+    assert_eq!(values(&script, moves(&script)[1].0)[0], 0.020);
+    // what the program says is stronger
+    let script = script_of(&Gcode, &format!("G20\n{text}"), &axes);
+    assert!((values(&script, moves(&script)[1].0)[0] - 0.508).abs() < 1e-12);
+    assert!(script_of(&Gcode, &format!("G91 G20\n{text}"), &robot()).missing.is_empty());
+}
