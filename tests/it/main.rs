@@ -50,4 +50,5 @@ mod val_job;
 mod vendor_circle;
 mod vendor_history;
 mod vendor_options;
+mod vendor_public;
 mod vendor_rewrite;

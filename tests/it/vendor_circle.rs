@@ -135,7 +135,8 @@ pub fn robot() -> String {
         n += 1;
         l.replacen("kind: revolute,", &format!("kind: revolute, pulses_per_deg: {},", PULSES[n - 1]), 1)
     });
-    lines.collect::<Vec<_>>().join("\n")
+    // in a FANUC program, too, this arm's third axis is its motor's own
+    lines.collect::<Vec<_>>().join("\n") + "\ngap_of: {A3: A3}\n"
 }
 
 /// Largest error beyond the circle at each reversal, um, without and with compensation.
