@@ -32,6 +32,8 @@ pub struct Account {
     /// Places where a limit would be exceeded after compensation, the first of them in full.
     pub violations: Vec<Violation>,
     pub violations_total: u64,
+    /// Of them those of a joint's range.
+    pub out_of_range: u64,
     /// Duration of the program before and after, s, where it can be told.
     pub duration_s: Option<[f64; 2]>,
     /// Largest TCP displacement that an offset makes at a reversal, m.

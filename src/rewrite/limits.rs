@@ -188,8 +188,11 @@ impl<'a> Limits<'a> {
 }
 
 fn add(account: &mut Account, violation: Violation) {
+    let range = violation.what == LimitKind::Range;
     account.violations_total += 1;
-    if account.violations.len() < LISTED {
+    account.out_of_range += u64::from(range);
+    // a position out of range is never lost behind speeds and accelerations
+    if account.violations.len() < LISTED || (range && account.out_of_range <= LISTED as u64) {
         account.violations.push(violation);
     }
 }

@@ -397,6 +397,7 @@ fn add(sum: &mut Account, run: Account, added: u64, first: u64) {
         *a = a.max(*b);
     }
     sum.violations_total += run.violations_total.max(run.violations.len() as u64);
+    sum.out_of_range += run.out_of_range;
     sum.violations.extend(run.violations.into_iter().map(|mut v| {
         v.origin = match v.origin {
             Origin::Point(n) => Origin::Point(n + first),

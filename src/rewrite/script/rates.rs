@@ -35,11 +35,8 @@ pub fn within(
     }
     if !run.by_program {
         notes.extend(planned(script, task, run, &account));
-        let before = account.violations.len();
         account.violations.retain(|v| !is_rate(v));
-        let left = account.violations.len();
-        // those beyond the list are of the kinds that are in it
-        account.violations_total = if left == 0 { 0 } else { account.violations_total - (before - left) as u64 };
+        account.violations_total = account.out_of_range;
         return Ok((emitted, account));
     }
     let chosen = options.step_exact || options.ramp.iter().any(|&r| r > 0.0);
