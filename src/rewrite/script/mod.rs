@@ -9,6 +9,7 @@
 //! - [`run`]: where positions follow each other; [`way`] solves what lies between targets; [`clock`] tells durations.
 //! - [`rates`]: speed and acceleration limits; [`stops`]: how long new exact stops take.
 //! - [`edits`]: points that came out -> values and new points of the program.
+//! - [`writing`]: edits into texts; [`notes`]: what the program or the robot file does not say.
 //! - [`verify`]: the result is read again before anyone gets it.
 //! - [`job`]: from file to file.
 //! - [`change`]: what differs, move by move, in degrees and micrometres: dry runs and golden files.
@@ -18,23 +19,24 @@ pub mod clock;
 pub mod coverage;
 pub mod edits;
 pub mod job;
+pub mod notes;
 pub mod rates;
 pub mod run;
 pub mod stops;
 pub mod verify;
 pub mod way;
+pub mod writing;
 
 use super::engine::{Account, Engine};
 use super::{Emitted, Options, Origin, Points};
 use crate::compensator::Compensator;
 use crate::error::{Error, Result};
-use crate::program::script::{At, Document, Edits, Format, Note, Script, StepKind, Text, text};
+use crate::program::script::{At, Edits, Format, Note, Script, StepKind, Text};
 use crate::robot::Robot;
 use change::Change;
 use coverage::Coverage;
 use edits::Unplaced;
 use run::{Choice, Cut, Gap, Run};
-use std::collections::{BTreeMap, HashSet};
 
 /// The dead band is this many last digits of the coarsest target: rounding is no movement.
 const DEADBAND_DIGITS: f64 = 1.5;
@@ -100,9 +102,9 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let names: Vec<String> = texts.iter().map(|t| t.name.clone()).collect();
     let document = format.parse(texts, task.robot.axes())?;
     let script = document.script();
-    let (mut notes, reduced) = uncoupled(format, task);
+    let (mut notes, reduced) = notes::uncoupled(format, task);
     let task = &Task { compensator: reduced.as_ref().unwrap_or(task.compensator), ..*task };
-    notes.extend(missing(script));
+    notes.extend(notes::missing(script));
     let left_out = left_out(script, task.choices);
     let excluded = |k: usize| left_out.get(k).copied().flatten().is_some();
     let deadband = deadbands(script, task);
@@ -139,7 +141,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         add(&mut account, done, added, lines.len() as u64);
         lines.extend(run.vertices.iter().map(|v| script.steps[v.step].at));
     }
-    let unwritable = leave_unwritable(document.as_ref(), &mut edits, &mut account);
+    let unwritable = writing::leave_unwritable(document.as_ref(), &mut edits, &mut account);
     let solved = |k: usize| edits.steps.get(&k).is_some_and(|e| e.as_joint_moves);
     let unknown = |k: usize| partial.binary_search(&k).is_ok().then_some("before it is known where every axis stands");
     let excluded = |k: usize| {
@@ -154,7 +156,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         .then(|| runs.iter().filter_map(|r| r.vertices.last()).map(|v| v.t_s).sum())
         .map(|s: f64| [s, s]);
     enough_digits(script, &edits, task)?;
-    let (texts, written) = write(format, document.as_ref(), &names, &mut edits, task)?;
+    let (texts, written) = writing::write(format, document.as_ref(), &names, &mut edits, task)?;
     if !written.halts.is_empty() {
         let stops_s = stops::duration_s(task.robot, &runs, &written.halts);
         account.duration_s = account.duration_s.and_then(|[before, after]| Some([before, after + stops_s?]));
@@ -162,7 +164,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let changes = change::of_edits(script, &runs, &edits, task.robot);
     let mut script = script.clone();
     script.notes.splice(0..0, notes);
-    script.notes.extend(not_understood(&script));
+    script.notes.extend(notes::not_understood(&script));
     if task.choices.solve_within_m.is_some() && !document.takes_joints_for_poses() {
         let text =
             format!("--solve-cartesian: {} has no straight move to joint values; Cartesian moves stay", format.title());
@@ -187,34 +189,6 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         positions,
         script,
     })
-}
-
-/// Comments that are meant for the tool and switch nothing, as their words are not quite those.
-fn not_understood(script: &Script) -> Vec<Note> {
-    let Some(text) = script.texts.first() else { return Vec::new() };
-    let read: HashSet<At> =
-        script.steps.iter().filter(|s| matches!(s.kind, StepKind::Pragma(_))).map(|s| s.at).collect();
-    let places = (0..text.line_count()).map(|k| (At { file: 0, line: k as u64 + 1 }, text.line(k)));
-    let missed = places.filter(|(at, line)| addresses_us(line) && !read.contains(at));
-    let note = |place| Note {
-        place,
-        text: "a comment for this tool that is not understood: it switches nothing (lostmotion: off, lostmotion: on)"
-            .into(),
-    };
-    missed.map(|(at, _)| note(at)).collect()
-}
-
-/// `lost motion: of`, `lostmotion ON (seam)`: the name and a colon, or in one word with on or off behind it.
-fn addresses_us(line: &[u8]) -> bool {
-    let Some(first) = memchr::memmem::find(&line.to_ascii_lowercase(), b"lost") else { return false };
-    let line = String::from_utf8_lossy(&line[first..]).to_ascii_lowercase();
-    let behind = line.trim_start_matches("lost");
-    let Some(rest) = behind.trim_start_matches([' ', '-', '_']).strip_prefix("motion") else { return false };
-    let word = rest.trim_start_matches([' ', '\t', '-']);
-    word.starts_with([':', '='])
-        || behind.starts_with('m')
-            && word.len() < rest.len()
-            && ["on", "off", "of"].contains(&word.split(|c: char| !c.is_ascii_alphabetic()).next().unwrap_or_default())
 }
 
 /// Why each step is left out on request.
@@ -263,91 +237,6 @@ fn deadbands(script: &Script, task: &Task) -> Vec<f64> {
         None => super::job::deadband(DEADBAND_DIGITS * coarsest(a), task.compensator.on(a)),
     };
     (0..task.robot.dof()).map(of).collect()
-}
-
-/// The compensator without a joint whose gear turns by more than its own axis on most arms of the format's maker, where the robot
-/// file does not say by what; and a note.
-fn uncoupled(format: &dyn Format, task: &Task) -> (Vec<Note>, Option<Compensator>) {
-    let said = |axis: usize| task.robot.gap_of.iter().any(|g| g.axis == axis);
-    let Some((axis, other)) = format.coupled().filter(|&(axis, other)| {
-        axis.max(other) < task.robot.dof() && !said(axis) && task.compensator.on(axis).is_some()
-    }) else {
-        return (Vec::new(), None);
-    };
-    let [own, other] = [axis, other].map(|k| task.robot.axis(k).name.as_str());
-    let text = format!(
-        "{own} is left out: on most arms of this maker its gear turns by {other} + {own}, and the robot file does not say so \
-         (`gap_of: {{{own}: {other} + {own}}}`, or `gap_of: {{{own}: {own}}}` for an arm that shows motor angles)"
-    );
-    let mut reduced = task.compensator.clone();
-    reduced.joints.retain(|j| j.axis != axis);
-    (vec![Note { place: At { file: 0, line: 1 }, text }], Some(reduced))
-}
-
-/// Words that the program lacks, with what to do.
-fn missing(script: &Script) -> Option<Note> {
-    if script.missing.is_empty() {
-        return None;
-    }
-    let text = format!(
-        "the program never says {}: if the control starts so, name it (--assume G21,G90, or `control: [G21, G90]` in the robot file)",
-        script.missing.join(", nor ")
-    );
-    Some(Note { place: At { file: 0, line: 1 }, text })
-}
-
-/// The texts with the edits, read again. A number that rounding would take beyond a limit is written one digit further inside.
-fn write(
-    format: &dyn Format,
-    document: &dyn Document,
-    names: &[String],
-    edits: &mut Edits,
-    task: &Task,
-) -> Result<(Vec<Vec<u8>>, verify::Written)> {
-    const TRIES: usize = 3;
-    let script = document.script();
-    for _ in 0..TRIES {
-        let patches = if edits.steps.is_empty() { Vec::new() } else { document.patches(edits)? };
-        let texts = text::apply(&script.texts, &patches)?;
-        if patches.is_empty() {
-            return Ok((texts, verify::Written::nothing(task.robot.dof())));
-        }
-        let again = names.iter().zip(&texts).map(|(n, b)| Text::new(n, b.clone())).collect();
-        let written = verify::read_again(format, script, edits, again, task.robot)?;
-        if written.beyond.is_empty() {
-            return Ok((texts, written));
-        }
-        for b in &written.beyond {
-            let Some(edit) = edits.steps.get_mut(&b.step) else { continue };
-            let q = match b.point {
-                Some(n) => edit.before.get_mut(n).map(|p| &mut p.q),
-                None => edit.goal.as_mut(),
-            };
-            if let Some(v) = q.and_then(|q| q.get_mut(b.axis)) {
-                *v = b.inside;
-            }
-        }
-    }
-    let name = names.first().map_or("", String::as_str);
-    let why = "a position at a limit cannot be written in the format's digits without passing it; nothing was written";
-    Err(Error::Refused(format!("{name}: {why}")))
-}
-
-/// Takes out edits that the format cannot say; these moves stay as they are. Why, by step.
-fn leave_unwritable(document: &dyn Document, edits: &mut Edits, account: &mut Account) -> BTreeMap<usize, String> {
-    let mut left = BTreeMap::new();
-    loop {
-        let before = left.len();
-        for (step, why) in document.unwritable(edits) {
-            if let Some(edit) = edits.steps.remove(&step) {
-                account.inserted = account.inserted.saturating_sub(edit.before.len() as u64);
-                left.insert(step, why);
-            }
-        }
-        if left.len() == before {
-            return left;
-        }
-    }
 }
 
 /// One run through the engine.

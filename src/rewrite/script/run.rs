@@ -214,6 +214,8 @@ impl Cutter<'_> {
             }
         };
         let Some(from) = from else {
+            // where the robot stands it takes no step
+            editable &= m.speed != Speed::Seconds(0.0);
             self.run.vertices.push(Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: 0.0 });
             return;
         };

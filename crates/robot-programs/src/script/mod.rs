@@ -226,7 +226,7 @@ pub enum Speed {
     Share(f64),
     /// Of the leading joint, rad/s or m/s.
     Joint(f64),
-    /// Duration of the whole move, s.
+    /// Duration of the whole move, s; 0 of a first point at which the robot stands already.
     Seconds(f64),
     Unknown,
 }

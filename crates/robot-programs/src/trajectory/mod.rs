@@ -259,6 +259,7 @@ fn movement(before: Option<&Point>, p: &Point, target: usize, axes: &[Option<usi
     let way = before.map_or(Vec::new(), |b| {
         way.into_iter().map(|share| Way { share, q: on_spline(b, p, axes, dof, share) }).collect()
     });
+    // the robot stands at a first point at time 0
     let stands = before.is_none() && p.t_s == 0.0;
     Move {
         path: PathKind::Joint,
@@ -267,9 +268,13 @@ fn movement(before: Option<&Point>, p: &Point, target: usize, axes: &[Option<usi
         } else {
             Goal::Joints(target)
         },
-        fixed: stands.then(|| "the first point at time 0: the robot stands there".into()),
+        fixed: None,
         closed,
-        speed: if h_s > 0.0 { Speed::Seconds(h_s) } else { Speed::Unknown },
+        speed: match () {
+            () if h_s > 0.0 => Speed::Seconds(h_s),
+            () if stands => Speed::Seconds(0.0),
+            () => Speed::Unknown,
+        },
         blend_m: Some(0.0),
         way,
     }

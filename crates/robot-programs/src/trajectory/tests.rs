@@ -216,11 +216,12 @@ fn the_robot_stands_at_a_first_point_at_time_0() {
             "joint_names: [J1]\npoints:\n- {{positions: [0.0], time_from_start: {t}}}\n- {{positions: [1.0], time_from_start: 2.0}}\n"
         )
     };
-    let fixed = |t: f64| {
+    let speeds = |t: f64| {
         let d = parse(&text(t));
-        d.script().moves().map(|(_, m)| m.fixed.is_some()).collect::<Vec<_>>()
+        d.script().moves().map(|(_, m)| m.speed).collect::<Vec<_>>()
     };
-    assert_eq!((fixed(0.0), fixed(0.5)), (vec![true, false], vec![false, false]));
+    assert_eq!(speeds(0.0), [Speed::Seconds(0.0), Speed::Seconds(2.0)]);
+    assert_eq!(speeds(0.5), [Speed::Seconds(0.5), Speed::Seconds(1.5)]);
 }
 
 #[test]

@@ -1,0 +1,65 @@
+//! Notes about a whole program: what the robot file or the program does not say, and comments that were meant for the tool.
+
+use super::Task;
+use crate::compensator::Compensator;
+use crate::program::script::{At, Format, Note, Script, StepKind};
+use std::collections::HashSet;
+
+/// The compensator without a joint whose gear turns by more than its own axis on most arms of the format's maker, where the robot
+/// file does not say by what; and a note.
+pub fn uncoupled(format: &dyn Format, task: &Task) -> (Vec<Note>, Option<Compensator>) {
+    let said = |axis: usize| task.robot.gap_of.iter().any(|g| g.axis == axis);
+    let Some((axis, other)) = format.coupled().filter(|&(axis, other)| {
+        axis.max(other) < task.robot.dof() && !said(axis) && task.compensator.on(axis).is_some()
+    }) else {
+        return (Vec::new(), None);
+    };
+    let [own, other] = [axis, other].map(|k| task.robot.axis(k).name.as_str());
+    let text = format!(
+        "{own} is left out: on most arms of this maker its gear turns by {other} + {own}, and the robot file does not say so \
+         (`gap_of: {{{own}: {other} + {own}}}`, or `gap_of: {{{own}: {own}}}` for an arm that shows motor angles)"
+    );
+    let mut reduced = task.compensator.clone();
+    reduced.joints.retain(|j| j.axis != axis);
+    (vec![Note { place: At { file: 0, line: 1 }, text }], Some(reduced))
+}
+
+/// Words that the program lacks, with what to do.
+pub fn missing(script: &Script) -> Option<Note> {
+    if script.missing.is_empty() {
+        return None;
+    }
+    let text = format!(
+        "the program never says {}: if the control starts so, name it (--assume G21,G90, or `control: [G21, G90]` in the robot file)",
+        script.missing.join(", nor ")
+    );
+    Some(Note { place: At { file: 0, line: 1 }, text })
+}
+
+/// Comments that are meant for the tool and switch nothing, as their words are not quite those.
+pub fn not_understood(script: &Script) -> Vec<Note> {
+    let Some(text) = script.texts.first() else { return Vec::new() };
+    let read: HashSet<At> =
+        script.steps.iter().filter(|s| matches!(s.kind, StepKind::Pragma(_))).map(|s| s.at).collect();
+    let places = (0..text.line_count()).map(|k| (At { file: 0, line: k as u64 + 1 }, text.line(k)));
+    let missed = places.filter(|(at, line)| addresses_us(line) && !read.contains(at));
+    let note = |place| Note {
+        place,
+        text: "a comment for this tool that is not understood: it switches nothing (lostmotion: off, lostmotion: on)"
+            .into(),
+    };
+    missed.map(|(at, _)| note(at)).collect()
+}
+
+/// `lost motion: of`, `lostmotion ON (seam)`: the name and a colon, or in one word with on or off behind it.
+fn addresses_us(line: &[u8]) -> bool {
+    let Some(first) = memchr::memmem::find(&line.to_ascii_lowercase(), b"lost") else { return false };
+    let line = String::from_utf8_lossy(&line[first..]).to_ascii_lowercase();
+    let behind = line.trim_start_matches("lost");
+    let Some(rest) = behind.trim_start_matches([' ', '-', '_']).strip_prefix("motion") else { return false };
+    let word = rest.trim_start_matches([' ', '\t', '-']);
+    word.starts_with([':', '='])
+        || behind.starts_with('m')
+            && word.len() < rest.len()
+            && ["on", "off", "of"].contains(&word.split(|c: char| !c.is_ascii_alphabetic()).next().unwrap_or_default())
+}
