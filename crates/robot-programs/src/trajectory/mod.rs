@@ -214,10 +214,10 @@ fn turns(before: &Point, p: &Point, axes: &[Option<usize>]) -> Vec<f64> {
         for k in 0..PARTS {
             let part = |k: u32| AT_END + (1.0 - 2.0 * AT_END) * f64::from(k) / f64::from(PARTS);
             let (mut low, mut high) = (part(k), part(k + 1));
-            if velocity(low) * velocity(high) >= 0.0 {
+            let rising = velocity(high) > 0.0;
+            if rising == (velocity(low) > 0.0) {
                 continue;
             }
-            let rising = velocity(high) > 0.0;
             while high - low > 1e-12 {
                 let middle = f64::midpoint(low, high);
                 *(if (velocity(middle) > 0.0) == rising { &mut high } else { &mut low }) = middle;
