@@ -78,7 +78,7 @@ fn planned(script: &Script, task: &Task, run: &Run, account: &Account) -> Vec<No
         let (joint, what) = (&task.robot.axis(*axis).name, if *speed { "speed" } else { "acceleration" });
         let at = if *places == 1 { "here".into() } else { format!("at {places} places, first here") };
         let text = format!(
-            "at the programmed speed {joint} would need {share:.1} times its largest {what} ({at}): the controller slows down for it, \
+            "at the programmed speed {joint} would need {share:.2} times its largest {what} ({at}): the controller slows down for it, \
              or spread the step (--ramp-deg, --ramp-mm)"
         );
         Some(Note { place, text })
