@@ -59,7 +59,8 @@ pub fn findings(robot: &Robot) -> Vec<Finding> {
             super::Convention::Standard => a.alpha_rad.sin().abs() < SAME && a.a_m.abs() < SAME,
             super::Convention::Modified => b.alpha_rad.sin().abs() < SAME && b.a_m.abs() < SAME,
         };
-        if one_axis && a.kind == b.kind {
+        // a joint that follows another one may well move about its axis
+        if one_axis && a.kind == b.kind && a.follows.is_none() && b.follows.is_none() {
             out.push(Finding::SameAxis { joints: [a.name.clone(), b.name.clone()] });
         }
     }
