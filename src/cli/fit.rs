@@ -173,6 +173,7 @@ fn table(c: &Compensator, robot: &Robot) -> String {
             FrictionShape::Decay(Decay::Time(tau)) => format!("{tau:.2} s"),
             FrictionShape::Decay(Decay::Travel(x)) => edge(x),
             FrictionShape::Poses { exponent, poses } => format!("l {exponent:.2}, k_t {poses}"),
+            FrictionShape::Response(r) => r.decays_s().map_or("wound up".into(), |[lo, hi]| format!("{lo:.1} to {hi:.1} s")),
         };
         let known = c.evidence.joints.iter().find(|e| e.axis == j.axis);
         t.add_row([

@@ -2,17 +2,28 @@
 
 pub mod common;
 pub mod deadzone;
+pub mod machine;
 pub mod screw;
 pub mod static_;
 
-use crate::error::Result;
+use crate::error::{Error, Place, Result};
 use clap::Subcommand;
 
-/// Find half gaps (and stiction) of the joints in measurement logs.
+/// Find half gaps and friction of the joints in measurement logs.
+///
+/// Without a subcommand all logs of a machine are fitted together: bidirectional dwells, paths, excitation, any number of
+/// each. Every joint's half gap over position, its friction (which builds up over travel after a reversal and is worked off by
+/// the servo), its wind-up, the geometry, the tracker's frame and the lags are estimated at once, with their covariance. The
+/// subcommands evaluate one kind of test alone.
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, after_help = "Examples:
+  lostmotion identify --robot robot.yaml --log static_A1.csv --log static_A2.csv --log circle.csv --log excitation.csv --output machine.yaml
+  lostmotion identify static --robot robot.yaml --log axis1.csv --output gaps.yaml")]
 pub struct Args {
     #[command(subcommand)]
-    pub command: Command,
+    pub command: Option<Command>,
+    #[command(flatten)]
+    pub together: Option<machine::Args>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -25,10 +36,12 @@ pub enum Command {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
-    match args.command {
-        Command::Static(a) => static_::run(a),
-        Command::Path(a) => super::identify_path::run(*a),
-        Command::Deadzone(a) => deadzone::run(a),
-        Command::Screw(a) => screw::run(a),
+    match (args.command, args.together) {
+        (Some(Command::Static(a)), _) => static_::run(a),
+        (Some(Command::Path(a)), _) => super::identify_path::run(*a),
+        (Some(Command::Deadzone(a)), _) => deadzone::run(a),
+        (Some(Command::Screw(a)), _) => screw::run(a),
+        (None, Some(a)) => machine::run(a),
+        (None, None) => Err(Error::bad(Place::file("--robot"), "no robot and no log", "--robot FILE --log FILE")),
     }
 }

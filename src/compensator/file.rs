@@ -16,7 +16,8 @@
 
 use super::evidence;
 use super::schedule::{self, shown, tidy};
-use super::{BacklashOffset, Compensator, FrictionOffset, FrictionShape, JointCompensator};
+use super::response::{MOST_SPIKES, MOST_WINDUPS};
+use super::{BacklashOffset, Compensator, FrictionOffset, FrictionShape, JointCompensator, Response, Spike, Windup};
 use crate::effects::{Decay, GapCurve};
 use crate::error::{Error, Place, Result};
 use crate::io::{input, yaml::Document};
@@ -260,7 +261,15 @@ fn read_friction(value: &Value, joint: &Joint, at: &Spot) -> Result<FrictionOffs
     let (unit, si) = (joint.kind.unit(), joint.kind.si());
     let (gain_key, travel_key) = (format!("gain_{unit}"), format!("decay_{unit}"));
     let map = at.mapping(value)?;
-    at.only(map, &[&gain_key, "decay_s", &travel_key, "exponent", "poses"])?;
+    let response_key = "response";
+    at.only(map, &[&gain_key, "decay_s", &travel_key, "exponent", "poses", response_key])?;
+    if let Some(value) = map.get(response_key) {
+        if map.len() > 2 || (map.len() == 2 && !map.contains_key(gain_key.as_str())) {
+            return Err(at.bad("a response with another way to fade".into(), "`response` alone".into()));
+        }
+        at.number(map, &gain_key, 0.0)?;
+        return read_response(value, joint, &at.at(response_key)).map(FrictionOffset::of_response);
+    }
     let above_zero = f64::MIN_POSITIVE;
     let gain = at.number(map, &gain_key, 0.0)?;
     let time = at.number(map, "decay_s", above_zero)?;
@@ -289,6 +298,40 @@ fn read_friction(value: &Value, joint: &Joint, at: &Spot) -> Result<FrictionOffs
     Ok(FrictionOffset { gain: gain * si, shape })
 }
 
+/// `response: {presliding_deg, windups: [[windup_deg, presliding_deg], ...], spikes: [[gain_deg, decay_s], ...]}`.
+fn read_response(value: &Value, joint: &Joint, at: &Spot) -> Result<Response> {
+    let (unit, si) = (joint.kind.unit(), joint.kind.si());
+    let presliding_key = format!("presliding_{unit}");
+    let map = at.mapping(value)?;
+    at.only(map, &[&presliding_key, "windups", "spikes"])?;
+    let Some(presliding) = at.number(map, &presliding_key, f64::MIN_POSITIVE)? else {
+        return Err(at.bad(format!("no `{presliding_key}`"), "the travel over which friction turns over".into()));
+    };
+    let pairs = |key: &str, most: usize, second: &str| -> Result<Vec<[f64; 2]>> {
+        let read: Option<Vec<[f64; 2]>> = match map.get(key) {
+            None => Some(Vec::new()),
+            Some(v) => serde_yaml::from_value(v.clone()).ok(),
+        };
+        let sound = |p: &Vec<[f64; 2]>| {
+            p.len() <= most && p.iter().all(|[g, d]| g.is_finite() && d.is_finite() && *d > 0.0)
+        };
+        read.filter(sound).ok_or_else(|| {
+            let expected = format!("at most {most} pairs of a size in {unit} and a {second} above 0, finite");
+            at.bad(format!("{key} that cannot be read"), expected)
+        })
+    };
+    let mut windups = [Windup { half: 0.0, presliding }; MOST_WINDUPS];
+    for (w, [half, over]) in windups.iter_mut().zip(pairs("windups", MOST_WINDUPS, "presliding")?) {
+        *w = Windup { half: half * si, presliding: over * si };
+    }
+    let pairs = pairs("spikes", MOST_SPIKES, "decay_s")?;
+    let mut spikes = [Spike { gain: 0.0, decay_s: 1.0 }; MOST_SPIKES];
+    for (s, [gain, decay_s]) in spikes.iter_mut().zip(pairs) {
+        *s = Spike { gain: gain * si, decay_s };
+    }
+    Ok(Response { presliding: presliding * si, windups, spikes })
+}
+
 fn write_friction(f: &FrictionOffset, joint: &Joint) -> Value {
     let unit = joint.kind.unit();
     let mut map = Mapping::new();
@@ -303,6 +346,18 @@ fn write_friction(f: &FrictionOffset, joint: &Joint) -> Value {
         FrictionShape::Poses { exponent, poses } => {
             map.insert("exponent".into(), tidy(exponent).into());
             map.insert("poses".into(), poses.into());
+        }
+        FrictionShape::Response(r) => {
+            let edge = |v: f64| Value::from(tidy(joint.kind.to_edge(v)));
+            let mut response = Mapping::new();
+            response.insert(format!("presliding_{unit}").into(), edge(r.presliding));
+            let wound = r.windups.iter().filter(|w| w.half != 0.0);
+            let pairs = wound.map(|w| Value::Sequence(vec![edge(w.half), edge(w.presliding)])).collect();
+            response.insert("windups".into(), Value::Sequence(pairs));
+            let used = r.spikes.iter().filter(|s| s.gain != 0.0);
+            let pairs = used.map(|s| Value::Sequence(vec![edge(s.gain), tidy(s.decay_s).into()])).collect();
+            response.insert("spikes".into(), Value::Sequence(pairs));
+            map.insert("response".into(), Value::Mapping(response));
         }
     }
     Value::Mapping(map)

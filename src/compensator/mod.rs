@@ -6,15 +6,18 @@
 //! - [`file`]: the YAML document, to and from these types, with every refusal and its line.
 //!   `evidence`: what the offsets rest on.
 //! - [`schedule`]: a half gap over position as it stands in a document.
+//! - [`response`]: friction that builds up over travel and is worked off in time.
 //! - [`from_model`]: the compensator of a model file: the predicted joint error with its sign turned.
 
 mod evidence;
 pub mod file;
 pub mod from_model;
+pub mod response;
 pub mod schedule;
 
 use crate::effects::{Decay, GapCurve};
 use crate::gaps::LogRef;
+pub use response::{Response, Spike, Windup};
 
 /// Offsets for the joints of one robot.
 #[derive(Debug, Clone)]
@@ -55,6 +58,25 @@ pub enum FrictionShape {
     Decay(Decay),
     /// Equation 17 as printed: `exp(1 - (1 + (k-1)/(poses-1))^exponent)` for `k = 1..=poses` program points.
     Poses { exponent: f64, poses: u32 },
+    /// Builds up over travel, decays in time, leaves a wind-up; the offset's gain is that of its spikes together, both ways.
+    Response(Response),
+}
+
+impl FrictionOffset {
+    /// A measured response.
+    pub fn of_response(response: Response) -> Self {
+        Self { gain: 2.0 * response.gain(), shape: FrictionShape::Response(response) }
+    }
+
+    /// There is something to apply.
+    pub fn acts(&self) -> bool {
+        self.gain != 0.0 || matches!(self.shape, FrictionShape::Response(r) if r.windup() != 0.0)
+    }
+
+    /// Its offset changes in seconds, so that a program needs times or a speed.
+    pub fn needs_clock(&self) -> bool {
+        self.gain != 0.0 && matches!(self.shape, FrictionShape::Decay(Decay::Time(_)) | FrictionShape::Response(_))
+    }
 }
 
 /// What a compensator rests on.
@@ -88,7 +110,7 @@ impl Compensator {
     /// All offsets are zero: `rewrite` returns its input byte for byte.
     pub fn is_zero(&self) -> bool {
         self.joints.iter().all(|j| {
-            j.friction.is_none_or(|f| f.gain == 0.0)
+            j.friction.is_none_or(|f| !f.acts())
                 && j.backlash.as_ref().is_none_or(|b| {
                     [&b.positive, &b.negative].iter().all(|c| c.largest() == 0.0 && c.smallest() == 0.0)
                 })
@@ -97,8 +119,7 @@ impl Compensator {
 
     /// An offset fades in seconds, so that times are needed.
     pub fn fades_in_seconds(&self) -> bool {
-        let seconds = |f: &FrictionOffset| f.gain != 0.0 && matches!(f.shape, FrictionShape::Decay(Decay::Time(_)));
-        self.joints.iter().any(|j| j.friction.as_ref().is_some_and(seconds))
+        self.joints.iter().any(|j| j.friction.is_some_and(|f| f.needs_clock()))
     }
 
     /// Offsets of an axis.

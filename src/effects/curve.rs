@@ -29,6 +29,25 @@ impl GapCurve {
         }
     }
 
+    /// The curve with a constant added.
+    pub fn raised(&self, by: f64) -> Self {
+        match self {
+            Self::Constant(b) => Self::Constant(b + by),
+            Self::Polynomial { coefficients, range } => {
+                let mut coefficients = coefficients.clone();
+                if let Some(c) = coefficients.first_mut() {
+                    *c += by;
+                }
+                Self::Polynomial { coefficients, range: *range }
+            }
+            Self::Pchip(c) => {
+                let mut c = c.clone();
+                c.y.iter_mut().for_each(|y| *y += by);
+                Self::Pchip(c)
+            }
+        }
+    }
+
     /// The value, where it is one everywhere.
     pub fn constant(&self) -> Option<f64> {
         if let Self::Constant(b) = self { Some(*b) } else { None }

@@ -1,9 +1,10 @@
 //! Which document a joint's values come from.
 //!
-//! A schedule wins over a constant: a gap that varies has no constant. Among schedules the one from most tested cycles wins, among
+//! Gap and friction that were estimated together stay together. Otherwise a schedule wins over a constant: a gap that varies has no constant. Among schedules the one from most tested cycles wins, among
 //! constants the one with the narrower interval. Stiction comes from the document that knows it best in proportion. The
 //! reversals by which a constant is judged are those of the document it comes from.
 
+use crate::gaps::estimate::JointEstimate;
 use crate::gaps::{GapPoint, Gaps, JointGap, StictionFound};
 use crate::robot::Robot;
 
@@ -16,6 +17,8 @@ pub struct Merged {
     pub gap_source: String,
     pub points: Vec<GapPoint>,
     pub stiction: Option<StictionFound>,
+    /// Friction that was estimated together with the gap.
+    pub estimate: Option<JointEstimate>,
     /// p of no stiction, where one was looked for.
     pub stiction_p: Option<f64>,
 }
@@ -37,7 +40,10 @@ pub fn merge(documents: &[Gaps], robot: &Robot, notes: &mut Vec<String>) -> Vec<
             .iter()
             .filter(|(_, j)| width(j.ci95) > 0.0)
             .min_by(|a, b| width(a.1.ci95).total_cmp(&width(b.1.ci95)));
-        let &(from, gap) = scheduled.or(narrowest).unwrap_or(&first);
+        let estimated = |d: usize| documents[d].estimate.iter().flat_map(|e| &e.joints).find(|e| e.axis == axis);
+        // what was estimated together is used together
+        let together = found.iter().rev().find(|(d, _)| estimated(*d).is_some());
+        let &(from, gap) = together.or(scheduled).or(narrowest).unwrap_or(&first);
         for (d, j) in found.iter().filter(|(d, _)| *d != from) {
             if gap.schedule.is_none() && (j.ci95[0] > gap.ci95[1] || j.ci95[1] < gap.ci95[0]) {
                 let kind = robot.axis(axis).kind;
@@ -61,7 +67,8 @@ pub fn merge(documents: &[Gaps], robot: &Robot, notes: &mut Vec<String>) -> Vec<
             gap: gap.clone(),
             gap_source: source(&documents[from]),
             points: points(from).cloned().collect(),
-            stiction: stiction.cloned(),
+            stiction: stiction.filter(|_| together.is_none()).cloned(),
+            estimate: estimated(from).cloned(),
             stiction_p: found.iter().find_map(|(_, j)| j.stiction_p_value),
         });
     }

@@ -20,6 +20,7 @@ use crate::compensator::{
 };
 use crate::effects::{Decay, GapCurve, curve::Pchip};
 use crate::error::{Error, Place, Result};
+use crate::gaps::estimate::JointEstimate;
 use crate::gaps::{GapPoint, Gaps, StictionFound};
 use crate::robot::{Joint, Robot};
 use merge::{Merged, merge};
@@ -56,6 +57,11 @@ pub fn fit(robot: &Robot, documents: &[Gaps], form: Form) -> Result<Compensator>
     for merged in merge(documents, robot, &mut evidence.notes) {
         let joint = robot.axis(merged.axis);
         let mut known = JointEvidence { axis: merged.axis, ..JointEvidence::default() };
+        if let Some(estimate) = &merged.estimate {
+            joints.extend(together(&merged, estimate, joint, &mut known, &mut evidence.notes));
+            evidence.joints.push(known);
+            continue;
+        }
         let backlash = backlash(&merged, joint, &mut known, &mut evidence.notes);
         let friction = friction(&merged, joint, form, &mut known, &mut evidence.notes)?;
         if backlash.is_none() && friction.is_none() {
@@ -69,6 +75,40 @@ pub fn fit(robot: &Robot, documents: &[Gaps], form: Form) -> Result<Compensator>
         evidence.notes.push("no joint has lost motion that exceeds its uncertainty: programs stay as they are".into());
     }
     Ok(Compensator { robot_name: robot.name.clone(), robot_sha256: fingerprint, joints, evidence })
+}
+
+/// Offsets of a joint whose gap and friction were estimated together: applied where that helps beyond doubt.
+fn together(
+    m: &Merged,
+    estimate: &JointEstimate,
+    joint: &Joint,
+    known: &mut JointEvidence,
+    notes: &mut Vec<String>,
+) -> Option<JointCompensator> {
+    let t = &estimate.trust;
+    let um = |v: f64| format!("{:.1} um", v * 1e6);
+    if !t.compensate {
+        notes.push(format!("{}: left out: {} ({} before, {} after)", joint.name, t.reason, um(t.before_m), um(t.after_m)));
+        return None;
+    }
+    notes.push(format!(
+        "{}: {} at its reversals before, {} predicted after compensation",
+        joint.name,
+        um(t.before_m),
+        um(t.after_m)
+    ));
+    known.half_gap_ci95 = Some(m.gap.ci95);
+    let mut response = estimate.response;
+    let curve = m.gap.schedule.clone().unwrap_or(GapCurve::Constant(m.gap.half_gap));
+    // what a joint leads by at rest is no offset that a gap may have
+    let short = -curve.smallest() - response.windup();
+    response.windups[0].half += short.max(0.0);
+    let friction = FrictionOffset::of_response(response);
+    Some(JointCompensator {
+        axis: m.axis,
+        backlash: Some(BacklashOffset::symmetric(curve)),
+        friction: friction.acts().then_some(friction),
+    })
 }
 
 /// A value of a joint as a note shows it.

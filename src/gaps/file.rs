@@ -3,7 +3,7 @@
 //! Keys carry the unit of their joint: `half_gap_deg` of a revolute joint, `half_gap_mm` of a prismatic one. Figures are
 //! written with ten significant digits. Reading is next door ([`super::read`]).
 
-use super::{Gaps, Registered, StictionFound};
+use super::{Gaps, Registered, StictionFound, estimate};
 use crate::effects::{Decay, GapCurve};
 use crate::error::{Error, Place, Result};
 use crate::io::yaml;
@@ -71,9 +71,16 @@ pub fn document(gaps: &Gaps, robot: &Robot) -> Value {
         if let Some(p) = j.stiction_p_value {
             m.insert("stiction_p_value".into(), number(p));
         }
+        let of_all = gaps.estimate.iter().flat_map(|e| &e.joints).find(|e| e.axis == j.axis);
+        if let Some(e) = of_all {
+            estimate::write_joint(e, kind, &mut m);
+        }
         Value::Object(m)
     });
     doc.insert("joints".into(), joints.collect());
+    if let Some(e) = &gaps.estimate {
+        estimate::write_top(e, robot, &mut doc);
+    }
     doc.insert("notes".into(), gaps.notes.iter().cloned().collect());
     Value::Object(doc)
 }

@@ -1,8 +1,10 @@
 //! What an identification found: half gaps per joint and angle, stiction, the registration. Document
 //! `lostmotion/gaps/1`; written by `identify`, read by `fit`.
 //!
+//! [`estimate`] holds what a joint estimate over all logs of a machine adds.
 //! Values are SI (rad or m, s); [`file`] turns them into the document's units, [`read`] back.
 
+pub mod estimate;
 pub mod file;
 pub mod read;
 
@@ -22,6 +24,8 @@ pub struct Gaps {
     pub joints: Vec<JointGap>,
     /// Median TCP speed of the commanded path where it moves, m/s: lets `rewrite` turn seconds into points.
     pub tcp_speed_m_s: Option<f64>,
+    /// What a joint estimate over all logs adds.
+    pub estimate: Option<estimate::Estimate>,
     /// What a reader should know: dropped cycles, joints left out and why.
     pub notes: Vec<String>,
 }

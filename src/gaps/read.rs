@@ -4,6 +4,7 @@
 //! robot, an unknown joint, a number that is missing or not finite, knots that do not rise.
 
 use super::file::SCHEMA;
+use super::estimate::{self, Estimate};
 use super::{GapPoint, Gaps, JointGap, LogRef, Registered, Sides, StictionFound};
 use crate::effects::curve::Pchip;
 use crate::effects::{Decay, GapCurve};
@@ -50,6 +51,7 @@ impl Gaps {
             robot_sha256,
             logs,
             registration: top.child("registration").map(|r| r.registration()).transpose()?,
+            estimate: top.estimate()?,
             points: top.children("points")?.iter().map(Node::point).collect::<Result<_>>()?,
             joints: top.joints()?,
             tcp_speed_m_s: top.optional("tcp_speed_mm_s")?.map(|v| v * 1e-3),
@@ -197,6 +199,24 @@ impl Node<'_> {
                 None => Vec::new(),
             },
         })
+    }
+
+    /// What a joint estimate added, where any joint has a response.
+    fn estimate(&self) -> Result<Option<Estimate>> {
+        let mut joints = Vec::new();
+        for node in self.children("joints")? {
+            let (axis, kind) = node.axis()?;
+            match estimate::read_joint(axis, kind, node.value) {
+                None => {}
+                Some(Ok(e)) => joints.push(e),
+                Some(Err(expected)) => return Err(node.bad("response", "a response that cannot be read".into(), expected)),
+            }
+        }
+        Ok((!joints.is_empty()).then(|| Estimate {
+            joints,
+            reversals: estimate::read_reversals(self.value, self.robot),
+            covariance: estimate::read_covariance(self.value),
+        }))
     }
 
     /// One entry per joint: of two, one would silently be lost.

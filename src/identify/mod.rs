@@ -7,6 +7,7 @@
 //! - [`screw`]: two gaps in series, coupling and nut, from strokes of one joint (seed 003).
 
 pub mod deadzone;
+pub mod machine;
 pub mod path;
 pub mod screw;
 pub mod static_test;

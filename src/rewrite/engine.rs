@@ -12,8 +12,7 @@ use super::path::{Path, between};
 use super::plan::{Clock, Plan};
 use super::turning::Turning;
 use super::{Emitted, Options, Origin, Points, Refine};
-use crate::compensator::{Compensator, FrictionShape};
-use crate::effects::Decay;
+use crate::compensator::Compensator;
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 use std::collections::VecDeque;
@@ -252,8 +251,7 @@ impl<'a> Engine<'a> {
     }
 
     fn need_clock(&self, timed: bool) -> Result<()> {
-        let seconds =
-            |o: &Offset| o.friction().is_some_and(|f| matches!(f.shape, FrictionShape::Decay(Decay::Time(_))));
+        let seconds = |o: &Offset| o.friction().is_some_and(|f| f.needs_clock());
         let axis = self.offsets.iter().position(|o| o.as_ref().is_some_and(seconds));
         match axis {
             Some(axis) if !timed && self.options.tcp_speed_m_s.is_none() => Err(Error::Refused(format!(

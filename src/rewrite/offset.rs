@@ -19,10 +19,14 @@ const GONE: f64 = 2e-3;
 impl Offset {
     pub fn new(joint: &JointCompensator) -> Self {
         let zero = || GapCurve::Constant(0.0);
-        let (positive, negative) =
+        let (mut positive, mut negative) =
             joint.backlash.as_ref().map_or((zero(), zero()), |b| (b.positive.clone(), b.negative.clone()));
+        // at the end of a stroke a wound-up joint stands back by its gap and its wind-up
+        if let Some(FrictionShape::Response(r)) = joint.friction.map(|f| f.shape) {
+            (positive, negative) = (positive.raised(r.windup()), negative.raised(r.windup()));
+        }
         // a negative gain takes back what the gap would do at once: lost motion that builds up over travel
-        let friction = joint.friction.filter(|f| f.gain != 0.0);
+        let friction = joint.friction.filter(FrictionOffset::acts);
         let fixed = positive.constant().zip(negative.constant()).map(|(p, n)| [p, n]);
         Self { positive, negative, friction, fixed }
     }
@@ -71,6 +75,8 @@ pub fn friction_left(f: &FrictionOffset, since_s: f64, travel: f64, poses: f64) 
             let span = f64::from(last.max(2) - 1);
             if poses > span { 0.0 } else { f.gain * (1.0 - (1.0 + poses / span).powf(exponent)).exp() }
         }
+        // has a state of its own ([`super::plan`])
+        FrictionShape::Response(_) => 0.0,
     }
 }
 
@@ -80,5 +86,6 @@ pub fn friction_gone(f: &FrictionOffset, since_s: f64, travel: f64, poses: f64) 
         FrictionShape::Decay(Decay::Time(tau)) => since_s > -tau * GONE.ln(),
         FrictionShape::Decay(Decay::Travel(lambda)) => travel > -lambda * GONE.ln(),
         FrictionShape::Poses { poses: last, .. } => poses > f64::from(last.max(2) - 1),
+        FrictionShape::Response(r) => r.gone(since_s, travel, GONE),
     }
 }

@@ -14,7 +14,8 @@ use super::limits::CYCLE_S;
 use super::offset::{Offset, friction_gone, friction_left};
 use super::path::{Knots, Path};
 use super::stroke::{Node, largest_error, solve, thin, travel_command};
-use crate::compensator::{FrictionOffset, FrictionShape};
+use crate::compensator::response::State;
+use crate::compensator::{FrictionOffset, FrictionShape, Response};
 use crate::effects::Decay;
 use crate::robot::Robot;
 use nalgebra::Vector3;
@@ -40,6 +41,10 @@ const CUT: f64 = 0.1;
 /// ... or so many times the step itself, where that is nearer.
 const GENTLE: f64 = 20.0;
 const MOST_NODES_PER_LEG: usize = 400;
+/// Nodes per leg for friction that builds up over travel, at most: it has built up when the step is done.
+const MOST_FOR_TRAVEL: f64 = 8.0;
+/// Rounds in which command and friction of a stroke are found in turn.
+const RESPONSE_PASSES: usize = 12;
 
 /// State of each axis along the path.
 pub struct Plan<'a> {
@@ -55,6 +60,8 @@ pub struct Plan<'a> {
     done: Vec<usize>,
     /// Command of an axis that must not turn back while it catches up behind a stroke.
     guard: Vec<bool>,
+    /// Friction of each joint at the end of its last stroke, in the sense of that stroke.
+    friction: Vec<State>,
     /// Where each joint stood when its present stroke began, rad or m.
     stands: Vec<Option<f64>>,
     next: usize,
@@ -98,6 +105,7 @@ impl<'a> Plan<'a> {
             dir: options.initial_direction.clone(),
             done: vec![0; axes],
             guard: vec![false; axes],
+            friction: vec![State::DRAGGED; axes],
             stands: vec![None; axes],
             next: 0,
             looked: vec![(usize::MAX, 0, 0.0); axes],
@@ -283,7 +291,11 @@ impl<'a> Plan<'a> {
         let gap_old = if first_ever { 0.0 } else { offset.gap(-dir, c_turn) };
         // where the joint stands: dragged in the old direction at the distance of the gap, unless that stroke was too short
         // to move it at all
-        let dragged = c_turn + d * gap_old;
+        let response = offset.friction().and_then(|f| if let FrictionShape::Response(r) = f.shape { Some(r) } else { None });
+        let before = if first_ever { State::DRAGGED } else { self.friction[axis].reversed() };
+        // a wind-up that had not built up and a spike that had not decayed shift the place where the joint stands
+        let shift = response.filter(|_| !first_ever).map_or(0.0, |r| -r.back(&before) - r.windup());
+        let dragged = c_turn + d * (gap_old + shift);
         let y0 = match self.stands[axis] {
             Some(before) if d * (before - dragged) < 0.0 => before,
             _ => dragged,
@@ -302,9 +314,10 @@ impl<'a> Plan<'a> {
         // legs behind the turn: duration by the nominal path; the step adds its own time
         let mut work = std::mem::take(&mut self.work);
         let legs = self.legs(k, last, path, clock, if fades { f64::INFINITY } else { step_s });
-        let mut jump = offset.gap(dir, p_turn) + gap_old + friction.map_or(0.0, |f| f.gain);
+        let mut jump = offset.gap(dir, p_turn) + gap_old + friction.map_or(0.0, |f| f.gain.max(0.0));
         let passes = if matches!(clock, Clock::Speed(_)) && fades { 3 } else { 1 };
         let mut first = 0;
+        work.command.clear();
         for _ in 0..passes {
             first = self.lay_nodes(
                 axis,
@@ -328,6 +341,11 @@ impl<'a> Plan<'a> {
                 work.machine.push(Node { travel, gap: offset.gap(dir, n.p), friction: left });
             }
             match friction.map(|f| (f.gain, f.shape)) {
+                Some((_, FrictionShape::Response(r))) => {
+                    let start = d * (c_turn - y0);
+                    let end = respond(&r, &before, start, first, &mut work);
+                    self.friction[axis] = if open { end } else { State::DRAGGED };
+                }
                 Some((gain, FrictionShape::Decay(Decay::Travel(lambda)))) => {
                     work.command.clear();
                     work.command.extend(
@@ -525,9 +543,44 @@ impl<'a> Plan<'a> {
     }
 }
 
+/// Command of a stroke whose friction responds: what friction does depends on the command, so both are found in turn. Returns
+/// the state of friction at the end of the stroke.
+fn respond(r: &Response, before: &State, start: f64, first: usize, work: &mut Work) -> State {
+    let n = work.machine.len();
+    let mut last = *before;
+    for _ in 0..RESPONSE_PASSES {
+        let known = work.command.len() == n;
+        let (u0, u1) = (work.nodes[0].u, work.nodes[first].u);
+        let command = |k: usize| {
+            if !known {
+                work.machine[k].travel
+            } else if k < first {
+                start + (work.command[first] - start) * (work.nodes[k].u - u0) / (u1 - u0).max(f64::MIN_POSITIVE)
+            } else {
+                work.command[k]
+            }
+        };
+        let mut state = *before;
+        let mut friction = Vec::with_capacity(n);
+        for i in 0..n {
+            if i > 0 {
+                let joint = work.machine[i].travel - work.machine[i - 1].travel;
+                let dt_s = work.nodes[i].since_s - work.nodes[i - 1].since_s;
+                state = r.advance(&state, command(i) - command(i - 1), joint, dt_s);
+            }
+            let now = r.back(&state) - r.windup();
+            friction.push(if known { 0.5 * (work.machine[i].friction + now) } else { now });
+        }
+        last = state;
+        work.machine.iter_mut().zip(friction).for_each(|(m, f)| m.friction = f);
+        solve(&work.machine, first, false, &mut work.command, &mut work.fall);
+    }
+    last
+}
+
 /// The friction needs a clock.
 fn fades_in_time(friction: Option<&FrictionOffset>) -> bool {
-    friction.is_some_and(|f| matches!(f.shape, FrictionShape::Decay(Decay::Time(_))))
+    friction.is_some_and(|f| f.needs_clock())
 }
 
 /// Parts of a leg that resolve the friction's decay there.
@@ -544,6 +597,11 @@ fn subdivisions(f: &FrictionOffset, duration_s: f64, elapsed_s: f64, travel: f64
         }
         FrictionShape::Decay(Decay::Travel(lambda)) => travel.abs() / lambda * COARSE,
         FrictionShape::Poses { .. } => poses * COARSE,
+        FrictionShape::Response(r) => {
+            let early = r.spikes.iter().filter(|s| s.gain != 0.0 && elapsed_s <= -s.decay_s * 1e-3f64.ln());
+            let in_time = early.map(|s| duration_s / s.decay_s).fold(0.0, f64::max);
+            (in_time * COARSE).max((travel.abs() / r.presliding * COARSE).min(MOST_FOR_TRAVEL))
+        }
     };
     if parts.is_nan() { 1 } else { (parts.ceil() as usize).clamp(1, MOST_NODES_PER_LEG) }
 }

@@ -149,6 +149,7 @@ pub fn gaps(result: &Assessment, model: &Model, state: usize, mapping: &Mapping,
     }
     notes.push(format!("assess bidirectional, backlash of the line in um over mm: {}", equation::of(model)));
     Ok(Gaps {
+        estimate: None,
         robot_name: robot.name.clone(),
         robot_sha256: robot.fingerprint(),
         logs: vec![LogRef { name: result.file.clone(), sha256: result.sha256.clone() }],

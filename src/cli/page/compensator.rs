@@ -31,6 +31,13 @@ fn row(robot: &Robot, j: &JointCompensator) -> CompensatorRow {
         FrictionShape::Decay(Decay::Time(t)) => format!("decays over {t:.2} s"),
         FrictionShape::Decay(Decay::Travel(x)) => format!("decays over {:.4} {}", kind.to_edge(x), kind.unit()),
         FrictionShape::Poses { exponent, poses } => format!("equation 17, l = {exponent}, {poses} points"),
+        FrictionShape::Response(r) => {
+            let decays = r.spikes.iter().filter(|s| s.gain != 0.0);
+            let parts: Vec<String> =
+                decays.map(|s| format!("{:.5} {} in {:.1} s", kind.to_edge(s.gain), kind.unit(), s.decay_s)).collect();
+            let (over, wound) = (kind.to_edge(r.presliding), kind.to_edge(r.windup()));
+            format!("builds up over {over:.5} {u}, decays ({}), wind-up {wound:.5} {u}", parts.join(", "), u = kind.unit())
+        }
     });
     let kind_of = |c: &GapCurve| match c {
         GapCurve::Constant(_) => "constant".to_string(),

@@ -177,6 +177,30 @@ pub fn of_path(robot: &Robot, found: &PathFound) -> Page {
     page
 }
 
+/// Page of `identify` over all logs.
+pub fn of_machine(robot: &Robot, gaps: &Gaps) -> Page {
+    let mut page = of_gaps(robot, gaps, "identify", "Lost motion from all logs", "all logs", method::PLAY);
+    let Some(estimate) = &gaps.estimate else { return page };
+    let lines: Vec<String> = estimate
+        .reversals
+        .iter()
+        .map(|r| {
+            let joint = robot.axis(r.axis);
+            let mark = if r.outlying { ", outlying" } else { "" };
+            format!(
+                "{} at {:.3} {}, {:.1} s in {}: {:.2} ± {:.2}{mark}",
+                joint.name, joint.kind.to_edge(r.at), joint.kind.unit(), r.t_s, r.log, r.ratio, 1.96 * r.sigma
+            )
+        })
+        .collect();
+    page.section(
+        "Each reversal by itself",
+        "Lost motion of a single reversal as a multiple of what the model says, with its 95 % interval.",
+        lines,
+    );
+    page
+}
+
 fn of_gaps(robot: &Robot, gaps: &Gaps, command: &str, title: &str, from: &str, method: method::Method) -> Page {
     let mut page = super::start(command, title, robot);
     for log in &gaps.logs {

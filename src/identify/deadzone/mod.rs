@@ -121,6 +121,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found>
     }
     let stretches = sweeps(robot, logs, options)?;
     let mut gaps = Gaps {
+        estimate: None,
         robot_name: robot.name.clone(),
         robot_sha256: robot.fingerprint(),
         logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),

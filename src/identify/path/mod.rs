@@ -273,6 +273,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
         .collect();
     let mut speeds: Vec<f64> = problem.logs().filter_map(|l| l.speed_m_s).collect();
     let gaps = Gaps {
+        estimate: None,
         robot_name: robot.name.clone(),
         robot_sha256: robot.fingerprint(),
         logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),

@@ -93,6 +93,7 @@ pub struct Found {
 /// Finds the gaps of `only` (an axis), or of every joint that moves.
 pub fn identify(robot: &Robot, logs: &[Log], only: Option<usize>) -> Result<Found> {
     let mut gaps = Gaps {
+        estimate: None,
         robot_name: robot.name.clone(),
         robot_sha256: robot.fingerprint(),
         logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),

@@ -89,6 +89,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found>
     let frame = frame::find(robot, logs, &readings, options.registration)?;
     let tables = deviation::half_gaps(robot, logs, &mut readings, frame.as_ref());
     let mut gaps = Gaps {
+        estimate: None,
         robot_name: robot.name.clone(),
         robot_sha256: robot.fingerprint(),
         logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),

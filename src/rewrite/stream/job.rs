@@ -4,8 +4,7 @@ use super::golden::{Difference, Golden, explain};
 use super::guard;
 use super::sink::{File, Nowhere, Sink};
 use super::{Done, Passage, Preview, pass};
-use crate::compensator::{FrictionShape, JointCompensator};
-use crate::effects::Decay;
+use crate::compensator::JointCompensator;
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::input;
 use crate::program::csv::{Reader, Style};
@@ -105,9 +104,7 @@ impl Job<'_> {
             return Err(guard::already(name, "its reversals carry the steps of this compensator"));
         }
         options.deadband = self.deadbands(&preview.decimals);
-        let seconds = |j: &JointCompensator| {
-            j.friction.is_some_and(|f| f.gain != 0.0 && matches!(f.shape, FrictionShape::Decay(Decay::Time(_))))
-        };
+        let seconds = |j: &JointCompensator| j.friction.is_some_and(|f| f.needs_clock());
         if !preview.has_times
             && options.tcp_speed_m_s.is_none()
             && let Some(j) = self.compensator.joints.iter().find(|j| seconds(j))

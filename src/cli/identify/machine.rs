@@ -1,0 +1,64 @@
+//! `lostmotion identify` without a subcommand: one model for all logs of a machine.
+
+use super::common::{LogArgs, ResultArgs, Shown};
+use crate::cli::{logs, page};
+use crate::error::Result;
+use crate::gaps::Gaps;
+use crate::gaps::file;
+use crate::identify::machine;
+use crate::robot::Robot;
+use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
+use std::path::PathBuf;
+
+/// Logs of one machine, all kinds together.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Robot file (YAML)
+    #[arg(long, value_name = "FILE")]
+    pub robot: PathBuf,
+    #[command(flatten)]
+    pub input: LogArgs,
+    #[command(flatten)]
+    pub result: ResultArgs,
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    let opened = args.result.open(&args.input, &[("--robot", Some(args.robot.as_path()))])?;
+    let robot = Robot::load(&args.robot)?;
+    let logs = logs::load(&args.input.logs, args.input.columns.as_deref(), &robot)?;
+    logs::refuse_repeats(&logs)?;
+    let found = machine::identify(&robot, &logs)?;
+    let document = file::document(&found, &robot);
+    let shown = Shown { document: &document, table: &table(&found, &robot), notes: &found.notes };
+    args.result.finish(opened, &shown, || page::gaps::of_machine(&robot, &found))
+}
+
+/// What a person reads.
+fn table(found: &Gaps, robot: &Robot) -> String {
+    let mut t = Table::new();
+    t.load_preset(UTF8_HORIZONTAL_ONLY);
+    t.set_header(["joint", "half gap", "95 %", "spikes", "wind-up", "scatter", "error um", "after um", "compensate"]);
+    for j in &found.joints {
+        let joint = robot.axis(j.axis);
+        let edge = |v: f64| format!("{:.5}", joint.kind.to_edge(v));
+        let mark = if j.schedule.is_some() { " (varies)" } else { "" };
+        let mut row = vec![
+            joint.name.clone(),
+            format!("{} {}{mark}", edge(j.half_gap), joint.kind.unit()),
+            format!("{} .. {}", edge(j.ci95[0]), edge(j.ci95[1])),
+        ];
+        if let Some(e) = found.estimate.iter().flat_map(|e| &e.joints).find(|e| e.axis == j.axis) {
+            row.extend([
+                edge(e.response.gain()),
+                edge(e.response.windup()),
+                format!("{:.0} %", e.scatter * 100.0),
+                format!("{:.1}", e.trust.before_m * 1e6),
+                format!("{:.1}", e.trust.after_m * 1e6),
+                if e.trust.compensate { "yes".into() } else { "no".to_string() },
+            ]);
+        }
+        t.add_row(row);
+    }
+    format!("{t}\n")
+}

@@ -1,0 +1,190 @@
+//! What a joint estimate over all logs of a machine adds to the gaps: friction's response, the scatter of single reversals,
+//! trust, local evidence, covariance. Values are SI; the document holds degrees or millimetres, seconds, micrometres.
+//!
+//! In the document: `response`, `scatter` and `trust` of each joint, and at the top `reversals` and `covariance`. A
+//! document without them is one of a single kind of test.
+
+use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
+use crate::compensator::{Response, Spike, Windup};
+use crate::gaps::file::{at_edge, number};
+use crate::robot::{JointKind, Robot};
+use serde_json::{Map, Value, json};
+
+/// The joint estimate of a machine.
+#[derive(Debug, Clone, Default)]
+pub struct Estimate {
+    pub joints: Vec<JointEstimate>,
+    /// Each reversal by itself.
+    pub reversals: Vec<LocalReversal>,
+    /// Names of parameters, as `A1.windup_deg`, and their covariance in the units of the names.
+    pub covariance: Option<(Vec<String>, Vec<Vec<f64>>)>,
+}
+
+/// What is known of a joint beside its gap.
+#[derive(Debug, Clone)]
+pub struct JointEstimate {
+    pub axis: usize,
+    pub response: Response,
+    /// 95 % intervals: presliding, the whole wind-up, gain of each spike.
+    pub presliding_ci95: [f64; 2],
+    pub windup_ci95: [f64; 2],
+    pub spikes_ci95: Vec<[f64; 2]>,
+    /// Standard deviation of a single reversal's lost motion, as a share of it.
+    pub scatter: f64,
+    pub trust: Trust,
+}
+
+/// What compensating a joint does, predicted on parts of the logs that were not fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trust {
+    pub compensate: bool,
+    /// Root mean square TCP error after the joint's reversals without and with compensation, m.
+    pub before_m: f64,
+    pub after_m: f64,
+    pub reversals: usize,
+    pub reason: String,
+}
+
+/// One reversal, estimated from a window around it alone.
+#[derive(Debug, Clone)]
+pub struct LocalReversal {
+    pub axis: usize,
+    pub log: String,
+    pub t_s: f64,
+    pub at: f64,
+    /// Lost motion of this reversal as a multiple of what the model says, with its standard error.
+    pub ratio: f64,
+    pub sigma: f64,
+    pub outlying: bool,
+}
+
+/// Fields of a joint in the document.
+pub(super) fn write_joint(e: &JointEstimate, kind: JointKind, out: &mut Map<String, Value>) {
+    let unit = kind.unit();
+    let r = &e.response;
+    let used: Vec<(&Spike, &[f64; 2])> = r.spikes.iter().zip(&e.spikes_ci95).filter(|(s, _)| s.gain != 0.0).collect();
+    let mut response = Map::new();
+    response.insert(format!("presliding_{unit}"), number(kind.to_edge(r.presliding)));
+    response.insert("presliding_ci95".into(), at_edge(&e.presliding_ci95, kind));
+    response.insert(format!("windup_{unit}"), number(kind.to_edge(r.windup())));
+    response.insert("windup_ci95".into(), at_edge(&e.windup_ci95, kind));
+    let wound = r.windups.iter().filter(|w| w.half != 0.0);
+    let windups = wound.map(|w| json!([number(kind.to_edge(w.half)), number(kind.to_edge(w.presliding))]));
+    response.insert("windups".into(), windups.collect());
+    let spikes = used.iter().map(|(s, _)| json!([number(kind.to_edge(s.gain)), number(s.decay_s)]));
+    response.insert("spikes".into(), spikes.collect());
+    response.insert("spikes_ci95".into(), used.iter().map(|(_, ci)| at_edge(*ci, kind)).collect());
+    out.insert("response".into(), Value::Object(response));
+    out.insert("scatter".into(), number(e.scatter));
+    let t = &e.trust;
+    out.insert(
+        "trust".into(),
+        json!({"compensate": t.compensate, "before_um": number(t.before_m * 1e6), "after_um": number(t.after_m * 1e6),
+               "reversals": t.reversals, "reason": t.reason}),
+    );
+}
+
+/// Fields at the top of the document.
+pub(super) fn write_top(e: &Estimate, robot: &Robot, out: &mut Map<String, Value>) {
+    let reversals = e.reversals.iter().map(|r| {
+        let joint = robot.axis(r.axis);
+        let mut m = Map::new();
+        m.insert("joint".into(), joint.name.clone().into());
+        m.insert("log".into(), r.log.clone().into());
+        m.insert("t_s".into(), number((r.t_s * 1e3).round() / 1e3));
+        m.insert(format!("at_{}", joint.kind.unit()), number((joint.kind.to_edge(r.at) * 1e4).round() / 1e4));
+        m.insert("ratio".into(), number((r.ratio * 1e4).round() / 1e4));
+        m.insert("sigma".into(), number((r.sigma * 1e4).round() / 1e4));
+        m.insert("outlying".into(), r.outlying.into());
+        Value::Object(m)
+    });
+    out.insert("reversals".into(), reversals.collect());
+    if let Some((names, matrix)) = &e.covariance {
+        let short = |v: &f64| number(format!("{v:.4e}").parse().unwrap_or(*v));
+        let rows: Value = matrix.iter().map(|row| row.iter().map(short).collect::<Value>()).collect();
+        out.insert("covariance".into(), json!({"parameters": names, "matrix": rows}));
+    }
+}
+
+/// A joint's fields as they stand in a document; `None` where there is no response.
+pub(super) fn read_joint(axis: usize, kind: JointKind, v: &Value) -> Option<Result<JointEstimate, &'static str>> {
+    let r = v.get("response").filter(|r| !r.is_null())?;
+    let (unit, si) = (kind.unit(), kind.si());
+    let finite = |v: Option<&Value>| v.and_then(Value::as_f64).filter(|x| x.is_finite());
+    let pair = |v: Option<&Value>, about: f64| -> [f64; 2] {
+        let list = v.and_then(Value::as_array).map(|a| a.iter().filter_map(Value::as_f64).collect::<Vec<_>>());
+        list.and_then(|l| <[f64; 2]>::try_from(l).ok()).map_or([about; 2], |p| p.map(|x| x * si))
+    };
+    let Some(presliding) = finite(r.get(format!("presliding_{unit}"))).filter(|x| *x > 0.0) else {
+        return Some(Err("a response with a presliding travel above 0"));
+    };
+    let mut windups = [Windup { half: 0.0, presliding: presliding * si }; MOST_WINDUPS];
+    let listed = r.get("windups").and_then(Value::as_array).cloned().unwrap_or_default();
+    if listed.len() > MOST_WINDUPS {
+        return Some(Err("at most three wind-ups"));
+    }
+    for (w, v) in windups.iter_mut().zip(&listed) {
+        let (Some(half), Some(over)) = (finite(v.get(0)), finite(v.get(1)).filter(|p| *p > 0.0)) else {
+            return Some(Err("wind-ups as pairs of a size and a presliding above 0"));
+        };
+        *w = Windup { half: half * si, presliding: over * si };
+    }
+    let windup = windups.iter().map(|w| w.half).sum::<f64>() / si;
+    let mut spikes = [Spike { gain: 0.0, decay_s: 1.0 }; MOST_SPIKES];
+    let mut spikes_ci95 = vec![[0.0; 2]; MOST_SPIKES];
+    let listed = r.get("spikes").and_then(Value::as_array).cloned().unwrap_or_default();
+    if listed.len() > MOST_SPIKES {
+        return Some(Err("at most three spikes"));
+    }
+    for (k, s) in listed.iter().enumerate() {
+        let (Some(gain), Some(decay_s)) = (finite(s.get(0)), finite(s.get(1)).filter(|d| *d > 0.0)) else {
+            return Some(Err("spikes as pairs of a gain and a decay above 0"));
+        };
+        spikes[k] = Spike { gain: gain * si, decay_s };
+        spikes_ci95[k] = pair(r.get("spikes_ci95").and_then(|c| c.get(k)), gain);
+    }
+    let t = v.get("trust");
+    let of_trust = |key: &str| t.and_then(|t| t.get(key));
+    let trust = Trust {
+        compensate: of_trust("compensate").and_then(Value::as_bool).unwrap_or(true),
+        before_m: finite(of_trust("before_um")).unwrap_or(0.0) * 1e-6,
+        after_m: finite(of_trust("after_um")).unwrap_or(0.0) * 1e-6,
+        reversals: finite(of_trust("reversals")).unwrap_or(0.0).max(0.0) as usize,
+        reason: of_trust("reason").and_then(Value::as_str).unwrap_or_default().to_string(),
+    };
+    Some(Ok(JointEstimate {
+        axis,
+        response: Response { presliding: presliding * si, windups, spikes },
+        presliding_ci95: pair(r.get("presliding_ci95"), presliding),
+        windup_ci95: pair(r.get("windup_ci95"), windup),
+        spikes_ci95,
+        scatter: finite(v.get("scatter")).unwrap_or(0.0),
+        trust,
+    }))
+}
+
+/// Single reversals of a document; entries that cannot be read are passed over, as they decide nothing.
+pub(super) fn read_reversals(v: &Value, robot: &Robot) -> Vec<LocalReversal> {
+    let entry = |r: &Value| -> Option<LocalReversal> {
+        let axis = robot.axis_named(r.get("joint")?.as_str()?)?;
+        let kind = robot.axis(axis).kind;
+        Some(LocalReversal {
+            axis,
+            log: r.get("log")?.as_str()?.to_string(),
+            t_s: r.get("t_s")?.as_f64()?,
+            at: r.get(format!("at_{}", kind.unit()))?.as_f64()? * kind.si(),
+            ratio: r.get("ratio")?.as_f64()?,
+            sigma: r.get("sigma")?.as_f64()?,
+            outlying: r.get("outlying")?.as_bool()?,
+        })
+    };
+    v.get("reversals").and_then(Value::as_array).map(|a| a.iter().filter_map(entry).collect()).unwrap_or_default()
+}
+
+/// The covariance of a document.
+pub(super) fn read_covariance(v: &Value) -> Option<(Vec<String>, Vec<Vec<f64>>)> {
+    let c = v.get("covariance")?;
+    let names: Vec<String> = serde_json::from_value(c.get("parameters")?.clone()).ok()?;
+    let matrix: Vec<Vec<f64>> = serde_json::from_value(c.get("matrix")?.clone()).ok()?;
+    (matrix.len() == names.len() && matrix.iter().all(|r| r.len() == names.len())).then_some((names, matrix))
+}

@@ -1,0 +1,174 @@
+//! A log as the joint identification sees it: rows for the joints' laws, bins of some tenths of a second for everything measured.
+//!
+//! Laws run over every row of the command; measurements and columns are averaged over bins, which keeps all that friction and
+//! play do (they take longer) and makes the fit fast. Rows without a measurement are left out of their bin; a bin without any
+//! is missing.
+
+use super::law::JointRows;
+use super::spline::Spline;
+use crate::error::{Error, Place, Result};
+use crate::log::Log;
+use crate::robot::{Chain, Robot};
+use nalgebra::{Isometry3, Vector3};
+
+/// Bins a second, at most.
+const BINS_PER_S: f64 = 10.0;
+/// Travel (rad, m) above which a joint moves.
+const MOVES: [f64; 2] = [1e-5, 1e-6];
+
+/// A log in rows and bins.
+#[derive(Debug, Clone)]
+pub struct BinnedLog {
+    pub name: String,
+    /// Axes that move, with their rows.
+    pub moving: Vec<(usize, JointRows)>,
+    /// Rows of each bin, first to one past the last.
+    pub bins: Vec<(usize, usize)>,
+    /// Rows with a measurement.
+    pub good: Vec<bool>,
+    pub t_s: Vec<f64>,
+    /// Mean command per bin and axis.
+    pub q: Vec<Vec<f64>>,
+    /// Mean velocity and acceleration of the command per bin and axis, rad/s or m/s.
+    pub speed: Vec<Vec<f64>>,
+    pub acceleration: Vec<Vec<f64>>,
+    /// Mean nominal TCP, and its derivative by each axis.
+    pub tcp_m: Vec<Vector3<f64>>,
+    pub jacobian: Vec<Vec<Vector3<f64>>>,
+    /// Measured TCP in the base frame less the nominal one.
+    pub deviation_m: Vec<Vector3<f64>>,
+    /// No measurement, or one that does not count.
+    pub missing: Vec<bool>,
+    /// TCP speed where it moves, m/s.
+    pub speed_m_s: Option<f64>,
+}
+
+impl BinnedLog {
+    pub fn len(&self) -> usize {
+        self.bins.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.bins.is_empty()
+    }
+
+    /// A column of rows as means over the bins.
+    pub fn average(&self, rows: &[f64], out: &mut Vec<f64>) {
+        out.clear();
+        out.extend(self.bins.iter().map(|&(from, to)| {
+            let (mut s, mut n) = (0.0, 0.0);
+            for i in from..to {
+                if self.good[i] {
+                    s += rows[i];
+                    n += 1.0;
+                }
+            }
+            if n > 0.0 { s / n } else { rows[from..to].iter().sum::<f64>() / (to - from).max(1) as f64 }
+        }));
+    }
+}
+
+/// Axes of a log that move.
+pub fn moving(log: &Log, robot: &Robot) -> Vec<usize> {
+    let least = |a: usize| MOVES[usize::from(robot.axis(a).kind.unit() == "mm")];
+    (0..robot.dof()).filter(|&a| log.travel(a) > least(a)).collect()
+}
+
+/// Checks that a log can be used, and bins it. `frame` takes tracker points to the base frame.
+pub fn bin(log: &Log, robot: &Robot, splines: &[Spline], frame: &Isometry3<f64>) -> Result<BinnedLog> {
+    let refuse = |found: &str, expected: &str| Err(Error::bad(Place::file(&log.name), found, expected));
+    if log.poses {
+        return refuse("settled poses (no column `t_s`)", "samples of a motion with times `t_s`");
+    }
+    if log.tcp_m.is_empty() {
+        return refuse("no columns `x_mm,y_mm,z_mm`", "the measured TCP of each row");
+    }
+    let good: Vec<bool> = log.tcp_m.iter().map(Option::is_some).collect();
+    let bins = edges(log);
+    let mut out = BinnedLog {
+        name: log.name.clone(),
+        moving: moving(log, robot).into_iter().map(|a| (a, JointRows::new(&log.t_s, &log.cmd[a], &splines[a]))).collect(),
+        bins,
+        good,
+        t_s: Vec::new(),
+        q: Vec::new(),
+        speed: Vec::new(),
+        acceleration: Vec::new(),
+        tcp_m: Vec::new(),
+        jacobian: Vec::new(),
+        deviation_m: Vec::new(),
+        missing: Vec::new(),
+        speed_m_s: None,
+    };
+    let rates: Vec<(Vec<f64>, Vec<f64>)> = log.cmd.iter().map(|x| rates(&log.t_s, x)).collect();
+    let mut column = Vec::new();
+    out.average(&log.t_s, &mut column);
+    out.t_s = column.clone();
+    let per_axis = |pick: &dyn Fn(usize) -> Vec<f64>, out: &BinnedLog| -> Vec<Vec<f64>> {
+        let mut column = Vec::new();
+        let mut rows = vec![vec![0.0; robot.dof()]; out.bins.len()];
+        for a in 0..robot.dof() {
+            out.average(&pick(a), &mut column);
+            rows.iter_mut().zip(&column).for_each(|(r, v)| r[a] = *v);
+        }
+        rows
+    };
+    out.q = per_axis(&|a| log.cmd[a].clone(), &out);
+    out.speed = per_axis(&|a| rates[a].0.clone(), &out);
+    out.acceleration = per_axis(&|a| rates[a].1.clone(), &out);
+    measured(log, robot.chain(), frame, &mut out);
+    Ok(out)
+}
+
+/// Bins by time: whole rows, none longer than the rate allows unless the rows are farther apart.
+fn edges(log: &Log) -> Vec<(usize, usize)> {
+    let n = log.len();
+    let span = log.t_s[n - 1] - log.t_s[0];
+    let rate = if span > 0.0 { (n - 1) as f64 / span } else { 1.0 };
+    let each = ((rate / BINS_PER_S).round() as usize).max(1);
+    (0..n / each).map(|b| (b * each, ((b + 1) * each).min(n))).collect()
+}
+
+/// Speed and acceleration of a command by central differences.
+fn rates(t: &[f64], x: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let n = x.len();
+    let mut speed = vec![0.0; n];
+    let mut acceleration = vec![0.0; n];
+    for i in 1..n.saturating_sub(1) {
+        let (h0, h1) = (t[i] - t[i - 1], t[i + 1] - t[i]);
+        let (d0, d1) = ((x[i] - x[i - 1]) / h0, (x[i + 1] - x[i]) / h1);
+        speed[i] = (d0 * h1 + d1 * h0) / (h0 + h1);
+        acceleration[i] = 2.0 * (d1 - d0) / (h0 + h1);
+    }
+    (speed, acceleration)
+}
+
+/// Measured less nominal TCP, bin by bin: each row against its own command.
+fn measured(log: &Log, chain: &Chain, frame: &Isometry3<f64>, out: &mut BinnedLog) {
+    let columns: Vec<&[f64]> = log.cmd.iter().map(Vec::as_slice).collect();
+    let mut nominal = vec![Vector3::zeros(); log.len()];
+    chain.positions(&columns, 0, &mut nominal);
+    let mut speeds = Vec::new();
+    for (b, &(from, to)) in out.bins.clone().iter().enumerate() {
+        let (mut want, mut off, mut n) = (Vector3::zeros(), Vector3::zeros(), 0.0);
+        for i in from..to {
+            if let Some(p) = log.tcp_m[i] {
+                want += nominal[i];
+                off += (frame * nalgebra::Point3::from(p)).coords - nominal[i];
+                n += 1.0;
+            }
+        }
+        out.missing.push(n == 0.0);
+        let n = f64::max(n, 1.0);
+        let mut jacobian = vec![Vector3::zeros(); log.cmd.len()];
+        let at = chain.position_and_jacobian(&out.q[b], &mut jacobian);
+        out.tcp_m.push(if out.missing[b] { at } else { want / n });
+        out.deviation_m.push(off / n);
+        let velocity: Vector3<f64> = jacobian.iter().zip(&out.speed[b]).map(|(j, v)| j * *v).sum();
+        speeds.push(velocity.norm());
+        out.jacobian.push(jacobian);
+    }
+    let fastest = speeds.iter().copied().fold(0.0, f64::max);
+    let mut moving: Vec<f64> = speeds.into_iter().filter(|v| *v > 0.05 * fastest).collect();
+    out.speed_m_s = crate::stats::robust::median_of(&mut moving).filter(|v| *v > 0.0);
+}

@@ -1,0 +1,244 @@
+//! From the solved problem to the document: gaps, responses, intervals, trust.
+
+use super::evidence::{Evidence, Reversal, turns};
+use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS};
+use super::problem::Problem;
+use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
+use crate::compensator::{Response, Spike, Windup};
+use crate::effects::{GapCurve, curve::Pchip};
+use crate::gaps::estimate::{Estimate, JointEstimate, LocalReversal, Trust};
+use crate::gaps::{GapPoint, JointGap};
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Half a 95 % interval over its standard error.
+const Z95: f64 = 1.959964;
+/// p below which a gap counts as varying with position.
+const VARIES: f64 = 0.01;
+/// Points of a schedule between two knots of the fit.
+const SUBDIVIDED: usize = 4;
+/// Ratio beyond which, in standard deviations of ratio and scatter together, a reversal is outlying.
+const OUTLYING: f64 = 4.0;
+/// Gain must exceed this many standard errors of it.
+const BEYOND_DOUBT: f64 = 2.0;
+
+/// Covariance of the parameters of one axis, as a block.
+fn block(problem: &Problem, evidence: &Evidence, axis: usize, n: usize) -> DMatrix<f64> {
+    let at = problem.offset(axis);
+    evidence.covariance.view((at, at), (n, n)).into_owned()
+}
+
+/// Mean of the spline's weights over the places where the joint turns.
+fn mean_weights(problem: &Problem, axis: usize) -> (DVector<f64>, [f64; 2], usize) {
+    let spline = &problem.splines[axis];
+    let mut sum = DVector::zeros(spline.knots());
+    let (mut n, mut range) = (0usize, [f64::INFINITY, f64::NEG_INFINITY]);
+    let mut w = vec![0.0; spline.knots()];
+    for log in &problem.logs {
+        for (_, rows) in log.moving.iter().filter(|m| m.0 == axis) {
+            for row in turns(&rows.x) {
+                spline.weights(rows.x[row], &mut w);
+                sum += DVector::from_column_slice(&w);
+                n += 1;
+                range = [range[0].min(rows.x[row]), range[1].max(rows.x[row])];
+            }
+        }
+    }
+    if n > 0 { (sum / n as f64, range, n) } else { (DVector::from_element(spline.knots(), 1.0 / spline.knots() as f64), range, 0) }
+}
+
+/// p value of the test that the gap is the same at all knots.
+pub fn varies_p(problem: &Problem, evidence: &Evidence, axis: usize) -> Option<f64> {
+    let law = problem.laws[axis].as_ref()?;
+    let k = law.gap.len();
+    if k < 2 {
+        return None;
+    }
+    let cov = block(problem, evidence, axis, k);
+    // differences of neighbouring knots
+    let contrast = DMatrix::from_fn(k - 1, k, |i, j| f64::from(i8::from(j == i + 1) - i8::from(j == i)));
+    let d = &contrast * DVector::from_column_slice(&law.gap);
+    let spread = &contrast * cov * contrast.transpose();
+    let chi2 = d.dot(&nalgebra::Cholesky::new(spread)?.solve(&d));
+    ChiSquared::new((k - 1) as f64).ok().map(|c| c.sf(chi2))
+}
+
+/// Axes whose gap varies beyond doubt.
+pub fn constant_axes(problem: &Problem, evidence: &Evidence) -> Vec<(bool, Option<f64>)> {
+    (0..problem.laws.len())
+        .map(|a| {
+            let p = varies_p(problem, evidence, a);
+            (p.is_none_or(|p| p >= VARIES), p)
+        })
+        .collect()
+}
+
+/// Gap and estimate of an axis.
+pub fn joint(problem: &Problem, evidence: &Evidence, axis: usize, p: Option<f64>) -> Option<(JointGap, JointEstimate, Vec<GapPoint>)> {
+    let law = problem.laws[axis].as_ref()?;
+    let (weights, range, n) = mean_weights(problem, axis);
+    if n == 0 {
+        return None;
+    }
+    let knots = law.gap.len();
+    let cov = block(problem, evidence, axis, law.len());
+    let gap_cov = cov.view((0, 0), (knots, knots)).into_owned();
+    let mean = weights.dot(&DVector::from_column_slice(&law.gap));
+    let sigma = weights.dot(&(&gap_cov * &weights)).max(0.0).sqrt();
+    let schedule = (!problem.constant[axis]).then(|| schedule(problem, axis, law)).flatten();
+    let own: Vec<&Reversal> = evidence.reversals.iter().filter(|r| r.axis == axis).collect();
+    let (centre, scatter) = random_effect(&own);
+    let half_gap = mean.max(0.0);
+    let gap = JointGap {
+        axis,
+        half_gap,
+        ci95: [(mean - Z95 * sigma).max(0.0), (mean + Z95 * sigma).max(0.0)],
+        significant: mean > Z95 * sigma,
+        sides: None,
+        schedule,
+        varies_p_value: p,
+        stiction: None,
+        stiction_p_value: None,
+    };
+    let around = |k: usize, v: f64| {
+        let s = Z95 * cov[(k, k)].max(0.0).sqrt();
+        [v - s, v + s]
+    };
+    let mut spikes = [Spike { gain: 0.0, decay_s: 1.0 }; MOST_SPIKES];
+    for (s, (gain, tau)) in spikes.iter_mut().zip(law.spikes.iter().zip(TAUS_S)) {
+        *s = Spike { gain: *gain, decay_s: tau };
+    }
+    // a joint that leads by its gap winds up by so much less
+    let mut windups = [Windup { half: 0.0, presliding: law.presliding }; MOST_WINDUPS];
+    for (w, (half, over)) in windups.iter_mut().zip(law.windups.iter().zip(OVER)) {
+        *w = Windup { half: *half, presliding: law.presliding * over };
+    }
+    windups[0].half += mean.min(0.0);
+    let log_sigma = Z95 * cov[(knots + FRICTION - 1, knots + FRICTION - 1)].max(0.0).sqrt();
+    let response = Response { presliding: law.presliding, windups, spikes };
+    let wound = cov.view((knots + SPIKES, knots + SPIKES), (WINDUPS, WINDUPS)).sum().max(0.0).sqrt();
+    let estimate = JointEstimate {
+        axis,
+        response,
+        presliding_ci95: [law.presliding * (-log_sigma).exp(), law.presliding * log_sigma.exp()],
+        windup_ci95: [-Z95, Z95].map(|z| response.windup() + z * wound),
+        spikes_ci95: (0..SPIKES).map(|k| around(knots + k, law.spikes[k])).collect(),
+        scatter,
+        trust: trust(&own, scatter),
+    };
+    let points = (0..knots)
+        .map(|k| (problem.splines[axis].knot(k), k))
+        .filter(|(x, _)| *x >= range[0] && *x <= range[1])
+        .map(|(at, k)| {
+            let s = Z95 * gap_cov[(k, k)].max(0.0).sqrt();
+            let half = (problem.splines[axis].knot(1) - problem.splines[axis].knot(0)) / 2.0;
+            let near: Vec<f64> = own.iter().filter(|r| (r.at - at).abs() <= half).map(|r| r.ratio / centre * law.gap[k]).collect();
+            GapPoint { axis, at, half_gap: law.gap[k], ci95: [law.gap[k] - s, law.gap[k] + s], cycles: near.len(), per_cycle: near }
+        })
+        .collect();
+    Some((gap, estimate, points))
+}
+
+/// The fitted spline as a curve of the document; never below zero.
+fn schedule(problem: &Problem, axis: usize, law: &JointLaw) -> Option<GapCurve> {
+    let spline = &problem.splines[axis];
+    let n = (spline.knots() - 1) * SUBDIVIDED;
+    let (lo, hi) = (spline.knot(0), spline.knot(spline.knots() - 1));
+    let knots: Vec<[f64; 2]> = (0..=n)
+        .map(|i| lo + (hi - lo) * i as f64 / n as f64)
+        .map(|x| [x, spline.at(x, &law.gap).max(0.0)])
+        .collect();
+    Pchip::new(&knots).map(GapCurve::Pchip)
+}
+
+/// Mean and scatter of the single reversals' ratios as a random effect (DerSimonian and Laird 1986).
+pub fn random_effect(own: &[&Reversal]) -> (f64, f64) {
+    let known: Vec<(f64, f64)> =
+        own.iter().filter(|r| r.sigma.is_finite() && r.sigma < 1.0).map(|r| (r.ratio, r.sigma.powi(-2))).collect();
+    let total: f64 = known.iter().map(|k| k.1).sum();
+    if known.len() < 3 || total <= 0.0 {
+        return (1.0, 0.0);
+    }
+    let mean = known.iter().map(|(r, w)| r * w).sum::<f64>() / total;
+    let q: f64 = known.iter().map(|(r, w)| w * (r - mean).powi(2)).sum();
+    let squares: f64 = known.iter().map(|k| k.1 * k.1).sum();
+    let variance = (q - (known.len() - 1) as f64) / (total - squares / total);
+    (if mean > 0.0 { mean } else { 1.0 }, variance.max(0.0).sqrt())
+}
+
+/// What compensating the joint does at its reversals.
+fn trust(own: &[&Reversal], scatter: f64) -> Trust {
+    let n = own.len() as f64;
+    let mut trust = Trust { compensate: false, before_m: 0.0, after_m: 0.0, reversals: own.len(), reason: String::new() };
+    if own.is_empty() {
+        trust.reason = "no reversal of this joint could be judged".into();
+        return trust;
+    }
+    let before = own.iter().map(|r| r.before_m2).sum::<f64>() / n;
+    let weight = |r: &Reversal| (r.left_sigma_m2.powi(2) + (0.3 * before).powi(2)).recip();
+    let total: f64 = own.iter().map(|r| weight(r)).sum();
+    let left = own.iter().map(|r| weight(r) * r.left_m2).sum::<f64>() / total;
+    let spread = own.iter().map(|r| (weight(r) * (r.left_m2 - left)).powi(2)).sum::<f64>().sqrt() / total;
+    let least = scatter * scatter * before;
+    trust.before_m = before.sqrt();
+    trust.after_m = left.max(least).max(0.0).sqrt();
+    trust.compensate = before - left > BEYOND_DOUBT * spread;
+    trust.reason = if trust.compensate {
+        "helps on parts of the logs that were not fitted".into()
+    } else {
+        "does not help beyond doubt on parts of the logs that were not fitted".to_string()
+    };
+    trust
+}
+
+/// Single reversals for the document.
+pub fn local(problem: &Problem, evidence: &Evidence, joints: &[JointEstimate]) -> Vec<LocalReversal> {
+    let of = |r: &Reversal| {
+        let scatter = joints.iter().find(|j| j.axis == r.axis).map_or(0.0, |j| j.scatter);
+        let (ratio, sigma) = (r.ratio, r.sigma);
+        LocalReversal {
+            axis: r.axis,
+            log: problem.logs[r.log].name.clone(),
+            t_s: r.t_s,
+            at: r.at,
+            ratio,
+            sigma,
+            outlying: (ratio - 1.0).abs() > OUTLYING * sigma.hypot(scatter),
+        }
+    };
+    evidence.reversals.iter().filter(|r| r.sigma < 1.0).map(of).collect()
+}
+
+/// The whole estimate; covariance in the units of its names.
+pub fn whole(problem: &Problem, evidence: &Evidence, joints: Vec<JointEstimate>) -> Estimate {
+    let mut names = Vec::new();
+    let mut at = Vec::new();
+    for (axis, law) in problem.laws.iter().enumerate() {
+        let Some(law) = law else { continue };
+        let joint = problem.robot.axis(axis);
+        let (kind, unit, first) = (joint.kind, joint.kind.unit(), problem.offset(axis));
+        let scale = kind.to_edge(1.0);
+        let knots = law.gap.len();
+        for k in 0..knots {
+            let place = kind.to_edge(problem.splines[axis].knot(k));
+            names.push(format!("{}.half_gap_{unit}({place:.3})", joint.name));
+            at.push((first + k, scale));
+        }
+        for (k, tau) in TAUS_S.iter().enumerate() {
+            names.push(format!("{}.spike_{unit}({tau} s)", joint.name));
+            at.push((first + knots + k, scale));
+        }
+        for (k, over) in OVER.iter().enumerate() {
+            names.push(format!("{}.windup_{unit}({over} presliding)", joint.name));
+            at.push((first + knots + SPIKES + k, scale));
+        }
+        names.push(format!("{}.ln_presliding", joint.name));
+        at.push((first + knots + FRICTION - 1, 1.0));
+    }
+    let matrix = at
+        .iter()
+        .map(|(i, a)| at.iter().map(|(k, b)| evidence.covariance[(*i, *k)] * a * b).collect())
+        .collect();
+    let reversals = local(problem, evidence, &joints);
+    Estimate { joints, reversals, covariance: Some((names, matrix)) }
+}

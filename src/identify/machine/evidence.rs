@@ -1,0 +1,241 @@
+//! What the residuals support: covariance, single reversals, what is left on parts of the logs that were not fitted.
+//!
+//! Covariance: `H^-1 (M + P) H^-1` (sandwich; White 1980, with sums over blocks of some seconds as Newey and West 1987), `M`
+//! the scatter of the blocks' scores and `P` the precision of the priors; never less than `H^-1`.
+//!
+//! Held-out estimates: the problem is nearly linear at its minimum, so leaving a stretch of a log out moves the estimate by
+//! `-(H - H_b)^-1 g_b`. Each reversal's remainder is then estimated in its window by generalized least squares with three
+//! shapes: a step that stays, and two that decay. Reference: Belsley, Kuh and Welsch (1980), chapter 2.
+
+use super::problem::{Part, Problem};
+use super::solve;
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use rayon::prelude::*;
+
+/// Length of the blocks whose scores count as one, bins.
+const BLOCK: usize = 100;
+/// Stretches of a log that are left out in turn.
+const FOLDS: usize = 6;
+/// Window after a reversal in which its error counts, s; and before it, s.
+pub const AFTER_S: f64 = 4.0;
+const BEFORE_S: f64 = 2.0;
+/// Decays of the two shapes that fade, s.
+const SHAPES_S: [f64; 2] = [0.5, 2.0];
+
+/// Everything that the last round knows.
+pub struct Evidence {
+    pub covariance: DMatrix<f64>,
+    pub reversals: Vec<Reversal>,
+}
+
+/// One reversal.
+#[derive(Debug, Clone)]
+pub struct Reversal {
+    pub log: usize,
+    pub axis: usize,
+    pub t_s: f64,
+    pub at: f64,
+    /// Mean square TCP error of the joint's lost motion in the window, m^2.
+    pub before_m2: f64,
+    /// The same of what is left by an estimate that did not see this stretch; noise is taken off, so it may be negative.
+    pub left_m2: f64,
+    /// Standard deviation of `left_m2` from noise alone.
+    pub left_sigma_m2: f64,
+    /// Lost motion as a multiple of the model's, with its standard error.
+    pub ratio: f64,
+    pub sigma: f64,
+}
+
+/// Evaluates the problem at its present estimate.
+pub fn evaluate(problem: &Problem) -> Option<Evidence> {
+    let normal = problem.normal();
+    let inverse = inverse(&normal.hessian)?;
+    let parts: Vec<Part> = (0..problem.logs.len()).into_par_iter().map(|l| problem.part(l)).collect();
+    let covariance = sandwich(problem, &parts, &inverse);
+    let all: Vec<Vec<Reversal>> =
+        (0..parts.len()).into_par_iter().map(|l| of_log(problem, l, &parts[l], &inverse)).collect();
+    Some(Evidence { covariance, reversals: all.into_iter().flatten().collect() })
+}
+
+/// Inverse of a positive definite matrix, by its Cholesky factor.
+fn inverse(h: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let n = h.nrows();
+    let scale: Vec<f64> = (0..n).map(|i| h[(i, i)].max(f64::MIN_POSITIVE).sqrt().recip()).collect();
+    let scaled = DMatrix::from_fn(n, n, |i, k| h[(i, k)] * scale[i] * scale[k] + if i == k { 1e-10 } else { 0.0 });
+    let inverse = nalgebra::Cholesky::new(scaled)?.inverse();
+    Some(DMatrix::from_fn(n, n, |i, k| inverse[(i, k)] * scale[i] * scale[k]))
+}
+
+fn sandwich(problem: &Problem, parts: &[Part], inverse: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = inverse.nrows();
+    let mut meat = problem.prior().0;
+    for (l, p) in parts.iter().enumerate() {
+        let bins = problem.logs[l].len();
+        let blocks = bins.div_ceil(BLOCK);
+        let mut scores = DMatrix::zeros(p.index.len(), blocks);
+        for b in 0..blocks {
+            let (from, to) = (b * BLOCK, ((b + 1) * BLOCK).min(bins));
+            for c in 0..3 {
+                let (from, len) = (c * bins + from, to - from);
+                let mut column = scores.column_mut(b);
+                column.gemv_tr(1.0, &p.design.rows(from, len), &p.residual.rows(from, len), 1.0);
+            }
+        }
+        let product = &scores * scores.transpose() * (blocks as f64 / (blocks as f64 - 1.0).max(1.0));
+        for (i, &gi) in p.index.iter().enumerate() {
+            for (k, &gk) in p.index.iter().enumerate() {
+                meat[(gi, gk)] += product[(i, k)];
+            }
+        }
+    }
+    let robust = inverse * meat * inverse;
+    // never less than the model itself says: scaled up where the scatter of blocks is larger
+    let factor: Vec<f64> = (0..n).map(|i| (robust[(i, i)] / inverse[(i, i)]).max(1.0).sqrt()).collect();
+    DMatrix::from_fn(n, n, |i, k| inverse[(i, k)] * factor[i] * factor[k])
+}
+
+/// Reversals of a log, each judged by an estimate that left its stretch of the log out.
+fn of_log(problem: &Problem, log: usize, part: &Part, inverse: &DMatrix<f64>) -> Vec<Reversal> {
+    let l = &problem.logs[log];
+    let bins = l.len();
+    let responses = problem.responses(log, false);
+    let mut out = Vec::new();
+    let width = bins.div_ceil(FOLDS);
+    for fold in 0..FOLDS {
+        let (from, to) = (fold * width, ((fold + 1) * width).min(bins));
+        if from >= to {
+            continue;
+        }
+        let held = left_out(part, bins, from, to, inverse);
+        // the residual of the stretch with that estimate, whitened
+        let residual = &part.residual - &part.design * held;
+        for ((axis, rows), (_, response)) in l.moving.iter().zip(&responses) {
+            let mut errors = Vec::new();
+            l.average(&response.error, &mut errors);
+            for row in turns(&rows.x) {
+                let t = rows.t_s[row];
+                let bin = l.bins.iter().position(|b| b.1 > row).unwrap_or(bins);
+                if bin < from.max(1) || bin >= to {
+                    continue;
+                }
+                let next = turns(&rows.x).into_iter().find(|k| *k > row).map_or(f64::INFINITY, |k| rows.t_s[k]);
+                let window = Window { log, axis: *axis, t_s: t, end_s: next.min(t + AFTER_S), bin };
+                out.extend(reversal(problem, &window, &residual, &errors, rows.x[row]));
+            }
+        }
+    }
+    out
+}
+
+/// Change of the log's parameters when a stretch of its bins is left out.
+fn left_out(part: &Part, bins: usize, from: usize, to: usize, inverse: &DMatrix<f64>) -> DVector<f64> {
+    let k = part.index.len();
+    let mut h = DMatrix::zeros(k, k);
+    let mut g = DVector::zeros(k);
+    for c in 0..3 {
+        let design = part.design.rows(c * bins + from, to - from).into_owned();
+        let residual = part.residual.rows(c * bins + from, to - from);
+        h += design.transpose() * &design;
+        g += design.transpose() * residual;
+    }
+    // H^-1 of the parameters of this log, without the stretch: (H - h)^-1 = (S^-1 - h)^-1 on them, S the part of the inverse
+    let own = DMatrix::from_fn(k, k, |i, m| inverse[(part.index[i], part.index[m])]);
+    let Some(precision) = self::inverse(&own) else { return DVector::zeros(k) };
+    solve::solve(&(precision - h), &(-g), 1e-9).unwrap_or_else(|| DVector::zeros(k))
+}
+
+/// Rows at which a joint turns.
+pub fn turns(x: &[f64]) -> Vec<usize> {
+    let mut out = Vec::new();
+    let (mut dir, mut extreme) = (0.0, 0usize);
+    for i in 1..x.len() {
+        let d = x[i] - x[extreme];
+        if dir == 0.0 {
+            if (x[i] - x[0]).abs() > 1e-8 {
+                dir = (x[i] - x[0]).signum();
+                extreme = i;
+            }
+        } else if d * dir >= 0.0 {
+            extreme = i;
+        } else if d.abs() > 1e-8 {
+            out.push(extreme);
+            dir = -dir;
+            extreme = i;
+        }
+    }
+    out
+}
+
+struct Window {
+    log: usize,
+    axis: usize,
+    t_s: f64,
+    end_s: f64,
+    bin: usize,
+}
+
+/// Three shapes after a reversal against the held-out residual.
+fn reversal(problem: &Problem, w: &Window, residual: &DVector<f64>, errors: &[f64], at: f64) -> Option<Reversal> {
+    let l = &problem.logs[w.log];
+    let bins = l.len();
+    let to = (w.bin..bins).find(|&b| l.t_s[b] > w.end_s).unwrap_or(bins);
+    let start = (0..=w.bin).rev().find(|&b| l.t_s[b] < w.t_s - BEFORE_S).unwrap_or(0);
+    if to < w.bin + 5 || w.bin < start + 3 || problem.unused[w.log][start..to].iter().filter(|u| **u).count() > (to - start) / 4 {
+        return None;
+    }
+    let shape = |b: usize, k: usize| {
+        if b < w.bin {
+            return 0.0;
+        }
+        let since = (l.t_s[b] - w.t_s).max(0.0);
+        if k == 0 { 1.0 } else { (-since / SHAPES_S[k - 1]).exp() }
+    };
+    // the lost motion itself: how it changes from before the reversal
+    let from = errors[w.bin.saturating_sub(2)];
+    let change = |b: usize| if b < w.bin { 0.0 } else { errors[b] - from };
+    let mut white = vec![vec![0.0; 3 * bins]; 4];
+    let mut values = vec![Vector3::zeros(); bins];
+    for (k, column) in white.iter_mut().enumerate() {
+        for b in start..to {
+            values[b] = l.jacobian[b][w.axis] * if k < 3 { shape(b, k) } else { change(b) };
+        }
+        problem.whiten(w.log, &values, column);
+    }
+    let dot = |a: &dyn Fn(usize) -> f64, b: &dyn Fn(usize) -> f64| -> f64 {
+        (0..3).map(|c| (start..to).map(|i| a(c * bins + i) * b(c * bins + i)).sum::<f64>()).sum()
+    };
+    let mut h = Matrix3::zeros();
+    let mut g = Vector3::zeros();
+    for i in 0..3 {
+        g[i] = dot(&|k| white[i][k], &|k| residual[k]);
+        for k in 0..3 {
+            h[(i, k)] = dot(&|m| white[i][m], &|m| white[k][m]);
+        }
+    }
+    // a decay that the window does not tell from the step is held near zero
+    let ridge = 1e-3 * h.trace().max(f64::MIN_POSITIVE);
+    let cov = (h + Matrix3::identity() * ridge).try_inverse()?;
+    let found = cov * g;
+    let window = (to - w.bin) as f64;
+    let mut energy = Matrix3::zeros();
+    let mut before = 0.0;
+    for b in w.bin..to {
+        let lever2 = l.jacobian[b][w.axis].norm_squared();
+        let s = Vector3::new(shape(b, 0), shape(b, 1), shape(b, 2));
+        energy += s * s.transpose() * (lever2 / window);
+        before += errors[b] * errors[b] * lever2 / window;
+    }
+    let (hh, gg) = (dot(&|k| white[3][k], &|k| white[3][k]), dot(&|k| white[3][k], &|k| residual[k]));
+    let noise = energy * cov * h * cov;
+    Some(Reversal {
+        log: w.log,
+        axis: w.axis,
+        t_s: w.t_s,
+        at,
+        before_m2: before,
+        left_m2: found.dot(&(energy * found)) - noise.trace(),
+        left_sigma_m2: (2.0 * (noise * noise).trace()).max(0.0).sqrt(),
+        ratio: if hh > 0.0 { 1.0 + gg / hh } else { 1.0 },
+        sigma: if hh > 0.0 { hh.sqrt().recip() } else { f64::INFINITY },
+    })
+}

@@ -1,0 +1,191 @@
+//! What a joint does to its command: friction in the servo, play, wind-up; with derivatives by every parameter.
+//!
+//! In this order, `d` the direction of movement:
+//!
+//! ```text
+//! z   builds up over travel      dz = (d - z) |dx| / presliding                       (Dahl 1968)
+//! m = x - sum over k of gain_k h_k,   h_k' = z' - h_k / tau_k                       the servo's integral action works it off
+//! y = play(m, b(x))                                                                  b a natural spline over position
+//! out = y - sum over m of windup_m z_m                     z_m: the law of z over the travel of y, presliding times [`OVER`]
+//! ```
+//!
+//! The time constants `tau_k` are given ([`TAUS_S`]); a sum of a few follows any monotone decay between them. Everything but the
+//! presliding enters linearly, up to which side of the play is touched; its derivative is a difference quotient.
+//! A negative half gap is allowed in the fit (the joint would lead), so that a joint without a gap is estimated without bias.
+
+use super::spline::Spline;
+
+/// Time constants of the servo's response, s: half a decade apart over what integral actions take.
+pub const TAUS_S: [f64; 3] = [0.4, 1.2, 3.6];
+/// Preslidings of the wind-up, as multiples of that of the servo: half a decade apart.
+pub const OVER: [f64; 3] = [0.33, 1.0, 3.0];
+/// Number of parts of the wind-up.
+pub const WINDUPS: usize = OVER.len();
+/// Parameters of friction: spikes, wind-ups, logarithm of the presliding.
+pub const FRICTION: usize = SPIKES + WINDUPS + 1;
+/// Number of time constants.
+pub const SPIKES: usize = TAUS_S.len();
+/// Relative step of the difference quotient by the logarithm of the presliding.
+const LOG_STEP: f64 = 0.03;
+/// Movements below this (rad or m) are number noise.
+const STILL: f64 = 1e-10;
+
+/// Parameters of a joint; rad or m.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointLaw {
+    /// Half gap at the knots of the joint's spline.
+    pub gap: Vec<f64>,
+    /// Half the change of the servo's error when friction turns over, per time constant.
+    pub spikes: [f64; SPIKES],
+    pub windups: [f64; WINDUPS],
+    pub presliding: f64,
+}
+
+impl JointLaw {
+    /// Number of parameters: knots, spikes, wind-up, logarithm of the presliding.
+    pub fn len(&self) -> usize {
+        self.gap.len() + FRICTION
+    }
+
+    /// As a vector.
+    pub fn to_vec(&self) -> Vec<f64> {
+        let mut v = self.gap.clone();
+        v.extend(self.spikes);
+        v.extend(self.windups);
+        v.push(self.presliding.ln());
+        v
+    }
+
+    /// Half the change of the whole wind-up.
+    pub fn windup(&self) -> f64 {
+        self.windups.iter().sum()
+    }
+
+    /// From a vector.
+    pub fn from_slice(v: &[f64]) -> Self {
+        let n = v.len() - FRICTION;
+        let mut spikes = [0.0; SPIKES];
+        spikes.copy_from_slice(&v[n..n + SPIKES]);
+        let mut windups = [0.0; WINDUPS];
+        windups.copy_from_slice(&v[n + SPIKES..n + SPIKES + WINDUPS]);
+        Self { gap: v[..n].to_vec(), spikes, windups, presliding: v[n + SPIKES + WINDUPS].exp() }
+    }
+}
+
+/// A joint's command in a log: rows, and what of the law does not change from trial to trial.
+#[derive(Debug, Clone)]
+pub struct JointRows {
+    pub t_s: Vec<f64>,
+    pub x: Vec<f64>,
+    /// Weights of the gap's knots, row by row.
+    weights: Vec<f64>,
+    knots: usize,
+}
+
+/// Result of a law over rows: the joint's error and its derivatives, one column of rows each.
+#[derive(Debug, Clone, Default)]
+pub struct Response {
+    pub error: Vec<f64>,
+    pub by: Vec<Vec<f64>>,
+    /// First row from which the play has been closed and friction has turned over.
+    pub settled: Option<usize>,
+}
+
+impl JointRows {
+    pub fn new(t_s: &[f64], x: &[f64], spline: &Spline) -> Self {
+        let knots = spline.knots();
+        let mut weights = vec![0.0; knots * x.len()];
+        for (w, &x) in weights.chunks_exact_mut(knots).zip(x) {
+            spline.weights(x, w);
+        }
+        Self { t_s: t_s.to_vec(), x: x.to_vec(), weights, knots }
+    }
+
+    /// Joint error over the rows; derivatives where asked for.
+    pub fn respond(&self, law: &JointLaw, derivatives: bool) -> Response {
+        let mut out = self.run(law, derivatives);
+        if derivatives {
+            let stiffer = JointLaw { presliding: law.presliding * LOG_STEP.exp(), ..law.clone() };
+            let softer = JointLaw { presliding: law.presliding * (-LOG_STEP).exp(), ..law.clone() };
+            let (a, b) = (self.run(&stiffer, false).error, self.run(&softer, false).error);
+            out.by.push(a.iter().zip(&b).map(|(a, b)| (a - b) / (2.0 * LOG_STEP)).collect());
+        }
+        out
+    }
+
+    fn run(&self, law: &JointLaw, derivatives: bool) -> Response {
+        let (n, knots) = (self.x.len(), self.knots);
+        let mut out = Response { error: vec![0.0; n], by: Vec::new(), settled: None };
+        if derivatives {
+            out.by = vec![vec![0.0; n]; knots + SPIKES + WINDUPS];
+        }
+        let mut dir = 0.0;
+        let (mut z, mut h) = (0.0, [0.0; SPIKES]);
+        let (mut y, mut zy) = (self.x.first().copied().unwrap_or(0.0), [0.0; WINDUPS]);
+        let mut carried = vec![0.0; knots + SPIKES];
+        let (mut travel, mut closed) = (0.0, false);
+        for i in 0..n {
+            let w = &self.weights[i * knots..(i + 1) * knots];
+            let gap: f64 = w.iter().zip(&law.gap).map(|(a, b)| a * b).sum();
+            if i > 0 {
+                let (dx, dt) = (self.x[i] - self.x[i - 1], self.t_s[i] - self.t_s[i - 1]);
+                let before = z;
+                if dx.abs() > STILL {
+                    dir = dx.signum();
+                    z = dir + (z - dir) * (-dx.abs() / law.presliding).exp();
+                    travel += dx.abs();
+                }
+                for (h, tau) in h.iter_mut().zip(TAUS_S) {
+                    // the change of z is spread evenly over the time between rows
+                    let keep = (-dt / tau).exp();
+                    *h = *h * keep + (z - before) * tau / dt * (1.0 - keep);
+                }
+            }
+            let m = self.x[i] - h.iter().zip(&law.spikes).map(|(h, a)| h * a).sum::<f64>();
+            let side = if gap < 0.0 {
+                if dir == 0.0 { 0.0 } else { dir }
+            } else if y < m - gap {
+                1.0
+            } else if y > m + gap {
+                -1.0
+            } else {
+                0.0
+            };
+            if side != 0.0 {
+                let to = m - side * gap;
+                for (z, over) in zy.iter_mut().zip(OVER) {
+                    *z = wound(*z, to - y, law.presliding * over);
+                }
+                y = to;
+                closed = true;
+                if derivatives {
+                    for (c, w) in carried.iter_mut().zip(w) {
+                        *c = -side * w;
+                    }
+                    for (c, h) in carried[knots..].iter_mut().zip(&h) {
+                        *c = -h;
+                    }
+                }
+            }
+            if out.settled.is_none() && closed && travel > 4.0 * law.presliding + 2.0 * gap.abs() {
+                out.settled = Some(i);
+            }
+            out.error[i] = y - zy.iter().zip(&law.windups).map(|(z, w)| z * w).sum::<f64>() - self.x[i];
+            if derivatives {
+                for (column, c) in out.by.iter_mut().zip(&carried) {
+                    column[i] = *c;
+                }
+                for (column, z) in out.by[knots + SPIKES..].iter_mut().zip(&zy) {
+                    column[i] = -z;
+                }
+            }
+        }
+        out
+    }
+}
+
+/// Wind-up after a movement of `by`.
+fn wound(z: f64, by: f64, presliding: f64) -> f64 {
+    let d = by.signum();
+    d + (z - d) * (-by.abs() / presliding).exp()
+}

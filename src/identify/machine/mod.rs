@@ -1,0 +1,144 @@
+//! `identify`: one model of lost motion for a machine, fitted to all its logs together.
+//!
+//! Read in this order:
+//! - [`spline`], [`law`]: what a joint does to its command, with derivatives.
+//! - [`bins`]: a log in rows and bins.
+//! - [`nuisance`]: geometry, frame, lag, drift, load and ripple as linear columns with weak priors.
+//! - [`noise`]: autoregressive noise in the principal directions of a log.
+//! - [`problem`], [`solve`]: all of it as one least-squares problem, solved by Gauss-Newton steps.
+//! - [`ripple`]: periods of the gears.
+//! - [`evidence`]: covariance, single reversals, what is left on parts that were not fitted.
+//! - [`estimate`]: the document.
+//!
+//! Assumes command trajectories that are exact to their rounding, and a machine that does the same at the same place. What the
+//! model lacks ends up in the noise, which widens intervals; it is never a reason to refuse.
+
+pub mod bins;
+pub mod estimate;
+pub mod evidence;
+pub mod law;
+pub mod noise;
+pub mod nuisance;
+pub mod problem;
+pub mod ripple;
+pub mod solve;
+pub mod spline;
+
+use crate::error::{Error, Place, Result};
+use crate::gaps::{Gaps, LogRef, Registered};
+use crate::log::Log;
+use crate::log::registration::{Pair, register_line};
+use crate::robot::Robot;
+use crate::stats::robust::median_of;
+use evidence::Evidence;
+use problem::Problem;
+use spline::Spline;
+
+/// Knots of a gap over the travel of its joint.
+const KNOTS: usize = 7;
+/// Rows of each log that register the frame.
+const REGISTERED: usize = 400;
+/// Rounds of fitting, each with noise estimated from the residuals of the one before.
+const ROUNDS: usize = 3;
+
+/// Identifies a machine from its logs.
+pub fn identify(robot: &Robot, logs: &[Log]) -> Result<Gaps> {
+    let registered = frame(robot, logs)?;
+    let (problem, evidence, varies) = solved(robot, logs, &registered)?;
+    let mut notes = Vec::new();
+    let mut gaps = Gaps {
+        robot_name: robot.name.clone(),
+        robot_sha256: robot.fingerprint(),
+        logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),
+        registration: Some(registered),
+        points: Vec::new(),
+        joints: Vec::new(),
+        tcp_speed_m_s: median_of(&mut problem.logs.iter().filter_map(|l| l.speed_m_s).collect::<Vec<_>>()),
+        estimate: None,
+        notes: Vec::new(),
+    };
+    let mut estimates = Vec::new();
+    for (axis, p) in varies.into_iter().enumerate() {
+        let name = &robot.axis(axis).name;
+        match estimate::joint(&problem, &evidence, axis, p) {
+            Some((gap, estimate, points)) => {
+                gaps.joints.push(gap);
+                gaps.points.extend(points);
+                let t = &estimate.trust;
+                notes.push(format!(
+                    "{name}: {:.1} um at its {} reversals without compensation, {:.1} um predicted with it; compensation {}",
+                    t.before_m * 1e6, t.reversals, t.after_m * 1e6, t.reason
+                ));
+                estimates.push(estimate);
+            }
+            None => notes.push(format!("{name}: never reverses in these logs: its lost motion cannot be seen")),
+        }
+    }
+    if estimates.is_empty() {
+        let name = logs.first().map_or(String::new(), |l| l.name.clone());
+        return Err(Error::bad(Place::file(name), "no joint that reverses", "logs in which joints turn round"));
+    }
+    gaps.estimate = Some(estimate::whole(&problem, &evidence, estimates));
+    gaps.notes = notes;
+    Ok(gaps)
+}
+
+/// Fits, decides which gaps vary with position, and fits once more.
+pub fn solved<'a>(
+    robot: &'a Robot,
+    logs: &[Log],
+    registered: &Registered,
+) -> Result<(Problem<'a>, Evidence, Vec<Option<f64>>)> {
+    let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
+    let frame = registered.frame.inverse();
+    let bins = logs.iter().map(|l| bins::bin(l, robot, &splines, &frame)).collect::<Result<Vec<_>>>()?;
+    let mut problem = Problem::new(robot, bins, splines);
+    let mut ripples = Vec::new();
+    for k in 0..ROUNDS {
+        solve::round(&mut problem, k == 0);
+        solve::refresh_unused(&mut problem);
+        solve::refresh_noise(&mut problem);
+        if k == 1 {
+            let found = ripple::search(&problem, &ripples);
+            problem.add_ripples(&found, ripples.len());
+            ripples.extend(found);
+        }
+    }
+    solve::round(&mut problem, false);
+    let evaluated = |problem: &Problem| {
+        evidence::evaluate(problem).ok_or_else(|| {
+            let name = logs.first().map_or(String::new(), |l| l.name.clone());
+            Error::bad(Place::file(name), "logs that leave the estimate open", "finite measurements of moving joints")
+        })
+    };
+    let varies = estimate::constant_axes(&problem, &evaluated(&problem)?);
+    problem.constant = varies.iter().map(|v| v.0).collect();
+    solve::round(&mut problem, false);
+    let evidence = evaluated(&problem)?;
+    Ok((problem, evidence, varies.into_iter().map(|v| v.1).collect()))
+}
+
+/// The tracker's frame from all logs.
+pub fn frame(robot: &Robot, logs: &[Log]) -> Result<Registered> {
+    let mut pairs = Vec::new();
+    for log in logs {
+        let each = (log.len() / REGISTERED).max(1);
+        for i in (0..log.len()).step_by(each) {
+            if let Some(Some(tracker_m)) = log.tcp_m.get(i) {
+                pairs.push(Pair { base_m: robot.tcp_m(&log.command(i)), tracker_m: *tracker_m });
+            }
+        }
+    }
+    if pairs.is_empty() {
+        let name = logs.first().map_or(String::new(), |l| l.name.clone());
+        return Err(Error::bad(Place::file(name), "no measured TCP", "columns `x_mm,y_mm,z_mm`"));
+    }
+    Ok(register_line(&pairs)?.found)
+}
+
+/// Knots over the travel of an axis in all logs.
+fn spline(logs: &[Log], axis: usize) -> Spline {
+    let all = logs.iter().flat_map(|l| l.cmd[axis].iter().copied());
+    let (lo, hi) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    Spline::new(lo, hi, KNOTS)
+}

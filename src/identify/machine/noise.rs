@@ -1,0 +1,150 @@
+//! Noise of a log: autoregressive in each principal direction, estimated from residuals, and the filter that whitens by it.
+//!
+//! A tracker measures distance better than angles, and air and structure move slowly, so residuals are turned into the principal
+//! directions of their short-time scatter and each gets an autoregressive model (Burg 1975; order by the criterion of Akaike,
+//! corrected for short series). Bins that are missing or discarded are replaced by their prediction, in residuals and in
+//! columns alike, so that the filter stays linear. Autoregressive noise also absorbs part of what the model lacks: judge a
+//! model by data that were not fitted.
+
+use crate::stats::robust::{SIGMA_PER_MAD, median_of};
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+
+/// Differences beyond this many medians are no scatter.
+const GROSS: f64 = 4.0;
+/// Highest order that is tried.
+const MOST_LAGS: usize = 24;
+
+/// Noise of one principal direction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Autoregressive {
+    pub phi: Vec<f64>,
+    /// Standard deviation of the innovation, m.
+    pub sigma: f64,
+}
+
+impl Autoregressive {
+    /// Whitens `values` in place: `(v[i] - sum phi_k v[i-k]) / sigma`; a missing bin becomes 0 and counts as predicted.
+    pub fn whiten(&self, values: &mut [f64], missing: &[bool], history: &mut Vec<f64>) {
+        history.clear();
+        history.extend_from_slice(values);
+        for i in 0..values.len() {
+            let lags = self.phi.len().min(i);
+            let predicted: f64 = self.phi[..lags].iter().enumerate().map(|(k, p)| p * history[i - 1 - k]).sum();
+            if missing[i] {
+                history[i] = predicted;
+                values[i] = 0.0;
+            } else {
+                // the first bins have no history: they only start the filter
+                values[i] = if i < self.phi.len() { 0.0 } else { (history[i] - predicted) / self.sigma };
+            }
+        }
+    }
+}
+
+/// Noise of a log.
+#[derive(Debug, Clone)]
+pub struct Noise {
+    /// Rows: principal directions.
+    pub rotation: Matrix3<f64>,
+    pub along: [Autoregressive; 3],
+}
+
+impl Noise {
+    /// First guess: strongly correlated noise, so that slow misfit counts little, with the size of the differences of neighbours.
+    pub fn first(residual: &[Vector3<f64>], missing: &[bool]) -> Self {
+        const CORRELATION: f64 = 0.9;
+        let rotation = principal(residual, missing);
+        let along = std::array::from_fn(|c| {
+            let mut differences: Vec<f64> = (1..residual.len())
+                .filter(|&i| !missing[i] && !missing[i - 1])
+                .map(|i| {
+                    (rotation.row(c) * residual[i])[0] - CORRELATION * (rotation.row(c) * residual[i - 1])[0]
+                })
+                .collect();
+            differences.iter_mut().for_each(|d| *d = d.abs());
+            let sigma = SIGMA_PER_MAD * median_of(&mut differences).unwrap_or(0.0);
+            Autoregressive { phi: vec![CORRELATION], sigma: sigma.max(1e-8) }
+        });
+        Self { rotation, along }
+    }
+
+    /// Estimate from residuals.
+    pub fn of(residual: &[Vector3<f64>], missing: &[bool]) -> Self {
+        let rotation = principal(residual, missing);
+        let along = std::array::from_fn(|c| {
+            let series: Vec<f64> = residual.iter().map(|r| (rotation.row(c) * r)[0]).collect();
+            burg(&series, missing)
+        });
+        Self { rotation, along }
+    }
+}
+
+/// Principal directions of the scatter of differences of neighbours: what is slow does not count.
+fn principal(residual: &[Vector3<f64>], missing: &[bool]) -> Matrix3<f64> {
+    let mut scatter = Matrix3::zeros();
+    let pairs = (1..residual.len()).filter(|&i| !missing[i] && !missing[i - 1]);
+    let mut sizes: Vec<f64> = pairs.clone().map(|i| (residual[i] - residual[i - 1]).norm()).collect();
+    let limit = GROSS * median_of(&mut sizes).unwrap_or(0.0);
+    for i in pairs {
+        let d = residual[i] - residual[i - 1];
+        if d.norm() <= limit {
+            scatter += d * d.transpose();
+        }
+    }
+    let eigen = SymmetricEigen::new(scatter);
+    eigen.eigenvectors.transpose()
+}
+
+/// Burg's method over the stretches between missing bins.
+fn burg(series: &[f64], missing: &[bool]) -> Autoregressive {
+    let mean = {
+        let (s, n) = series.iter().zip(missing).filter(|(_, m)| !**m).fold((0.0, 0.0), |(s, n), (v, _)| (s + v, n + 1.0));
+        if n > 0.0 { s / n } else { 0.0 }
+    };
+    let n = series.len();
+    let mut forward: Vec<f64> = series.iter().map(|v| v - mean).collect();
+    let mut backward = forward.clone();
+    // number of bins without a gap up to and with bin i
+    let mut run = vec![0usize; n];
+    for i in 0..n {
+        run[i] = if missing[i] { 0 } else { 1 + if i > 0 { run[i - 1] } else { 0 } };
+    }
+    let good = run.iter().filter(|r| **r > 0).count().max(1);
+    let mut power = (0..n).filter(|&i| run[i] > 0).map(|i| forward[i] * forward[i]).sum::<f64>() / good as f64;
+    let mut phi: Vec<f64> = Vec::new();
+    let mut best = (f64::INFINITY, Vec::new(), power);
+    for order in 0..=MOST_LAGS.min(good / 20) {
+        let used = (0..n).filter(|&i| run[i] > order).count() as f64;
+        if used < 3.0 * order as f64 + 10.0 || power <= 0.0 {
+            break;
+        }
+        let k = order as f64 + 1.0;
+        let criterion = used * power.ln() + 2.0 * k * used / (used - k - 1.0);
+        if criterion / used < best.0 {
+            best = (criterion / used, phi.clone(), power);
+        }
+        // reflection by the stretches that are long enough
+        let (mut num, mut den) = (0.0, 0.0);
+        for i in 1..n {
+            if run[i] > order + 1 {
+                num += forward[i] * backward[i - 1];
+                den += forward[i] * forward[i] + backward[i - 1] * backward[i - 1];
+            }
+        }
+        if den <= 0.0 {
+            break;
+        }
+        let reflection = 2.0 * num / den;
+        let (old_f, old_b) = (forward.clone(), backward.clone());
+        for i in (1..n).rev() {
+            forward[i] = old_f[i] - reflection * old_b[i - 1];
+            backward[i] = old_b[i - 1] - reflection * old_f[i];
+        }
+        let mut next: Vec<f64> =
+            phi.iter().enumerate().map(|(j, p)| p - reflection * phi[phi.len() - 1 - j]).collect();
+        next.push(reflection);
+        phi = next;
+        power *= 1.0 - reflection * reflection;
+    }
+    Autoregressive { phi: best.1, sigma: best.2.sqrt().max(1e-9) }
+}

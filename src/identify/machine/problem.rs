@@ -1,0 +1,381 @@
+//! The joint estimation as one least-squares problem: laws of all joints, nuisances of all logs, priors, noise.
+//!
+//! Every log gives whitened residuals and whitened columns; normal equations add up over the logs in their order. The laws are
+//! linear but for the presliding and the side on which a play is touched, so Gauss-Newton with a damping that grows where a
+//! step does not help settles in a few rounds.
+
+use super::bins::BinnedLog;
+use super::law::{FRICTION, JointLaw, Response, SPIKES, WINDUPS};
+use super::noise::Noise;
+use super::nuisance::{self, Column, Name, Ripple};
+use super::spline::Spline;
+use crate::robot::Robot;
+use nalgebra::{DMatrix, DVector, Vector3};
+use rayon::prelude::*;
+
+/// Spread of the prior of neighbouring knots, as a share of the gap.
+const KNOT_SPREAD: f64 = 0.35;
+/// Standard deviation of the logarithm of the presliding, about the joint's lost motion.
+const PRESLIDING_SPREAD: f64 = 0.8;
+/// Standard deviations of a spike and of a wind-up, as shares of the joint's lost motion: where the logs cannot tell them from a
+/// gap, it is a gap.
+const SPIKE_SPREAD: f64 = 0.5;
+const WINDUP_SPREAD: f64 = 0.08;
+/// Size of lost motion at the TCP that priors and starting values assume, m.
+const TYPICAL_M: f64 = 30e-6;
+/// Prior standard deviation of a mean gap at the TCP, m.
+const GAP_M: f64 = 1e-3;
+
+/// A log with its columns.
+pub struct LogColumns {
+    /// Global number of each nuisance column.
+    pub index: Vec<usize>,
+    pub values: Vec<Vec<Vector3<f64>>>,
+    /// The same, whitened: three stretches of bins, one per principal direction.
+    pub white: DMatrix<f64>,
+}
+
+/// The problem and its present estimate.
+pub struct Problem<'a> {
+    pub robot: &'a Robot,
+    pub logs: Vec<BinnedLog>,
+    pub splines: Vec<Spline>,
+    /// Law of each axis; `None` where it never moves.
+    pub laws: Vec<Option<JointLaw>>,
+    /// Root mean square lever of each axis, m per rad or m.
+    pub levers: Vec<f64>,
+    pub names: Vec<Name>,
+    pub sigmas: Vec<f64>,
+    pub columns: Vec<LogColumns>,
+    pub nuisances: Vec<f64>,
+    pub noise: Vec<Noise>,
+    /// Bins that do not count, per log: not measured, discarded, or before the joints have settled.
+    pub unused: Vec<Vec<bool>>,
+    /// Lost motion of each axis as priors assume it, rad or m.
+    pub sizes: Vec<f64>,
+    /// Axes whose gap is held constant over position.
+    pub constant: Vec<bool>,
+}
+
+/// One log's part: the whitened residual, its columns and which global parameters they belong to.
+pub struct Part {
+    pub index: Vec<usize>,
+    pub design: DMatrix<f64>,
+    pub residual: DVector<f64>,
+}
+
+/// Sums over the logs.
+pub struct Normal {
+    pub hessian: DMatrix<f64>,
+    pub gradient: DVector<f64>,
+    pub cost: f64,
+}
+
+impl<'a> Problem<'a> {
+    pub fn new(robot: &'a Robot, logs: Vec<BinnedLog>, splines: Vec<Spline>) -> Self {
+        let axes = robot.dof();
+        let mut levers = vec![0.0f64; axes];
+        let mut laws = vec![None; axes];
+        for axis in 0..axes {
+            let with: Vec<&BinnedLog> = logs.iter().filter(|l| l.moving.iter().any(|m| m.0 == axis)).collect();
+            if with.is_empty() {
+                continue;
+            }
+            levers[axis] = with.iter().map(|l| nuisance::lever(l, axis)).fold(0.0, f64::max);
+            let size = TYPICAL_M / levers[axis];
+            laws[axis] = Some(JointLaw {
+                gap: vec![size; splines[axis].knots()],
+                spikes: [0.0; SPIKES],
+                windups: [0.0; WINDUPS],
+                presliding: size,
+            });
+        }
+        let unused = logs.iter().map(|l| l.missing.clone()).collect();
+        let noise = logs.iter().map(|l| Noise::first(&l.deviation_m, &l.missing)).collect();
+        let mut problem = Self {
+            robot,
+            splines,
+            laws,
+            sizes: levers.iter().map(|l| TYPICAL_M / l.max(1e-3)).collect(),
+            levers,
+            names: Vec::new(),
+            sigmas: Vec::new(),
+            columns: Vec::new(),
+            nuisances: Vec::new(),
+            noise,
+            unused,
+            constant: vec![false; axes],
+            logs,
+        };
+        let columns = nuisance::of_logs(&problem.logs, robot, &[]);
+        problem.columns = problem.logs.iter().map(|_| LogColumns { index: Vec::new(), values: Vec::new(), white: DMatrix::zeros(0, 0) }).collect();
+        for (l, c) in columns.into_iter().enumerate() {
+            problem.add_columns(l, c);
+        }
+        problem.whiten_columns();
+        problem
+    }
+
+    /// Adds nuisance columns of a log; those that other logs have already share their parameter.
+    fn add_columns(&mut self, log: usize, columns: Vec<Column>) {
+        for c in columns {
+            let at = self.names.iter().position(|n| *n == c.name).unwrap_or_else(|| {
+                self.names.push(c.name);
+                self.sigmas.push(c.sigma);
+                self.nuisances.push(0.0);
+                self.names.len() - 1
+            });
+            self.columns[log].index.push(at);
+            self.columns[log].values.push(c.values);
+        }
+    }
+
+    /// Adds ripples to all logs.
+    pub fn add_ripples(&mut self, ripples: &[Ripple], first: usize) {
+        for l in 0..self.logs.len() {
+            let columns = nuisance::of_ripples(&self.logs[l], ripples, first);
+            self.add_columns(l, columns);
+        }
+        self.whiten_columns();
+    }
+
+    /// Sets the sizes that priors assume to what has been estimated: gap, wind-up and spikes together.
+    pub fn refresh_sizes(&mut self) {
+        for (axis, law) in self.laws.iter().enumerate() {
+            let Some(law) = law else { continue };
+            let gap = law.gap.iter().sum::<f64>() / law.gap.len() as f64;
+            let total = gap + law.windup() + law.spikes.iter().sum::<f64>();
+            self.sizes[axis] = total.abs().max(0.1 * TYPICAL_M / self.levers[axis]);
+        }
+    }
+
+    /// Numbers of the parameters that cannot be negative: spikes and wind-ups.
+    pub fn not_negative(&self) -> Vec<usize> {
+        let of = |axis: usize, law: &JointLaw| {
+            let first = self.offset(axis) + law.gap.len();
+            first..first + SPIKES + WINDUPS
+        };
+        self.laws.iter().enumerate().filter_map(|(a, l)| Some(of(a, l.as_ref()?))).flatten().collect()
+    }
+
+    /// Numbers of all parameters of friction.
+    pub fn friction(&self) -> Vec<usize> {
+        let of = |axis: usize, law: &JointLaw| self.offset(axis) + law.gap.len()..self.offset(axis) + law.len();
+        self.laws.iter().enumerate().filter_map(|(a, l)| Some(of(a, l.as_ref()?))).flatten().collect()
+    }
+
+    /// First global number of the parameters of an axis.
+    pub fn offset(&self, axis: usize) -> usize {
+        self.laws[..axis].iter().flatten().map(JointLaw::len).sum()
+    }
+
+    /// Number of parameters of all laws.
+    pub fn lost(&self) -> usize {
+        self.laws.iter().flatten().map(JointLaw::len).sum()
+    }
+
+    /// Number of all parameters.
+    pub fn len(&self) -> usize {
+        self.lost() + self.names.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// All parameters as one vector.
+    pub fn values(&self) -> DVector<f64> {
+        let mut v: Vec<f64> = self.laws.iter().flatten().flat_map(JointLaw::to_vec).collect();
+        v.extend(&self.nuisances);
+        DVector::from_vec(v)
+    }
+
+    pub fn set_values(&mut self, v: &DVector<f64>) {
+        let mut at = 0;
+        for law in self.laws.iter_mut().flatten() {
+            let n = law.len();
+            *law = JointLaw::from_slice(&v.as_slice()[at..at + n]);
+            at += n;
+        }
+        self.nuisances.copy_from_slice(&v.as_slice()[at..]);
+    }
+
+    /// Whitens a vector of bins into three stretches.
+    pub fn whiten(&self, log: usize, values: &[Vector3<f64>], out: &mut [f64]) {
+        let n = values.len();
+        let noise = &self.noise[log];
+        let mut history = Vec::with_capacity(n);
+        for c in 0..3 {
+            let row = noise.rotation.row(c);
+            let part = &mut out[c * n..(c + 1) * n];
+            for (o, v) in part.iter_mut().zip(values) {
+                *o = row[0] * v.x + row[1] * v.y + row[2] * v.z;
+            }
+            noise.along[c].whiten(part, &self.unused[log], &mut history);
+        }
+    }
+
+    /// Whitens all nuisance columns by the present noise.
+    pub fn whiten_columns(&mut self) {
+        let white: Vec<DMatrix<f64>> = (0..self.logs.len())
+            .into_par_iter()
+            .map(|l| {
+                let (n, c) = (self.logs[l].len(), &self.columns[l]);
+                let mut m = DMatrix::zeros(3 * n, c.values.len());
+                for (k, values) in c.values.iter().enumerate() {
+                    self.whiten(l, values, m.column_mut(k).as_mut_slice());
+                }
+                m
+            })
+            .collect();
+        for (c, w) in self.columns.iter_mut().zip(white) {
+            c.white = w;
+        }
+    }
+
+    /// Responses of the joints that move in a log.
+    pub fn responses(&self, log: usize, derivatives: bool) -> Vec<(usize, Response)> {
+        let with_law = self.logs[log].moving.iter().filter_map(|(a, rows)| Some((*a, rows, self.laws[*a].as_ref()?)));
+        with_law.map(|(a, rows, law)| (a, rows.respond(law, derivatives))).collect()
+    }
+
+    /// What the joints' errors do to the TCP, bin by bin.
+    pub fn lost_motion(&self, log: usize, responses: &[(usize, Response)]) -> Vec<Vector3<f64>> {
+        let l = &self.logs[log];
+        let mut out = vec![Vector3::zeros(); l.len()];
+        let mut column = Vec::new();
+        for (axis, r) in responses {
+            l.average(&r.error, &mut column);
+            for ((o, j), e) in out.iter_mut().zip(&l.jacobian).zip(&column) {
+                *o += j[*axis] * *e;
+            }
+        }
+        out
+    }
+
+    /// Residual of a log in metres, bin by bin: measured less everything that is estimated.
+    pub fn residual(&self, log: usize, responses: &[(usize, Response)]) -> Vec<Vector3<f64>> {
+        let mut out = self.lost_motion(log, responses);
+        for (o, d) in out.iter_mut().zip(&self.logs[log].deviation_m) {
+            *o = d - *o;
+        }
+        let c = &self.columns[log];
+        for (&at, values) in c.index.iter().zip(&c.values) {
+            let x = self.nuisances[at];
+            if x != 0.0 {
+                out.iter_mut().zip(values).for_each(|(o, v)| *o -= v * x);
+            }
+        }
+        out
+    }
+
+    /// A log's part of the problem at the present estimate.
+    pub fn part(&self, log: usize) -> Part {
+        let responses = self.responses(log, true);
+        let residual = self.residual(log, &responses);
+        let l = &self.logs[log];
+        let n = l.len();
+        let mut white = DVector::zeros(3 * n);
+        self.whiten(log, &residual, white.as_mut_slice());
+        let lost: usize = responses.iter().map(|r| r.1.by.len()).sum();
+        let nuisances = &self.columns[log];
+        let mut design = DMatrix::zeros(3 * n, lost + nuisances.index.len());
+        let mut index = Vec::with_capacity(design.ncols());
+        let (mut column, mut values) = (Vec::new(), vec![Vector3::zeros(); n]);
+        for (axis, r) in &responses {
+            for (k, by) in r.by.iter().enumerate() {
+                l.average(by, &mut column);
+                for ((v, j), d) in values.iter_mut().zip(&l.jacobian).zip(&column) {
+                    *v = j[*axis] * *d;
+                }
+                self.whiten(log, &values, design.column_mut(index.len()).as_mut_slice());
+                index.push(self.offset(*axis) + k);
+            }
+        }
+        let first = self.lost();
+        design.columns_mut(lost, nuisances.index.len()).copy_from(&nuisances.white);
+        index.extend(nuisances.index.iter().map(|i| first + i));
+        Part { index, design, residual: white }
+    }
+
+    /// Whitened cost at the present estimate, priors included.
+    pub fn cost(&self) -> f64 {
+        let costs: Vec<f64> = (0..self.logs.len())
+            .into_par_iter()
+            .map(|l| {
+                let residual = self.residual(l, &self.responses(l, false));
+                let mut white = vec![0.0; 3 * residual.len()];
+                self.whiten(l, &residual, &mut white);
+                white.iter().map(|v| v * v).sum::<f64>()
+            })
+            .collect();
+        let (prior, by) = self.prior();
+        let v = self.values();
+        let d = &v - &by;
+        costs.iter().sum::<f64>() + d.dot(&(&prior * &d))
+    }
+
+    /// Normal equations at the present estimate.
+    pub fn normal(&self) -> Normal {
+        let n = self.len();
+        let parts: Vec<(Vec<usize>, DMatrix<f64>, DVector<f64>, f64)> = (0..self.logs.len())
+            .into_par_iter()
+            .map(|l| {
+                let p = self.part(l);
+                let transposed = p.design.transpose();
+                let (h, g, c) = (&transposed * &p.design, &transposed * &p.residual, p.residual.norm_squared());
+                (p.index, h, g, c)
+            })
+            .collect();
+        let (mut hessian, about) = self.prior();
+        let d = about - self.values();
+        let mut gradient = &hessian * &d;
+        let mut cost = d.dot(&gradient);
+        for (index, h, g, c) in parts {
+            for (i, &gi) in index.iter().enumerate() {
+                gradient[gi] += g[i];
+                for (k, &gk) in index.iter().enumerate() {
+                    hessian[(gi, gk)] += h[(i, k)];
+                }
+            }
+            cost += c;
+        }
+        debug_assert_eq!(hessian.nrows(), n);
+        Normal { hessian, gradient, cost }
+    }
+
+    /// Precision of the priors and the values about which they stand.
+    pub fn prior(&self) -> (DMatrix<f64>, DVector<f64>) {
+        let n = self.len();
+        let mut precision = DMatrix::zeros(n, n);
+        let mut about = DVector::zeros(n);
+        for (axis, law) in self.laws.iter().enumerate() {
+            let Some(law) = law else { continue };
+            let (at, lever, knots) = (self.offset(axis), self.levers[axis], law.gap.len());
+            let spread = if self.constant[axis] { 1e-4 } else { KNOT_SPREAD };
+            let size = self.sizes[axis];
+            let tie = (spread * size).powi(-2);
+            for k in 0..knots {
+                precision[(at + k, at + k)] += (GAP_M / lever).powi(-2);
+                if k > 0 {
+                    precision[(at + k, at + k)] += tie;
+                    precision[(at + k - 1, at + k - 1)] += tie;
+                    precision[(at + k, at + k - 1)] -= tie;
+                    precision[(at + k - 1, at + k)] -= tie;
+                }
+            }
+            for k in knots..knots + SPIKES + WINDUPS {
+                let spread = if k < knots + SPIKES { SPIKE_SPREAD } else { WINDUP_SPREAD };
+                precision[(at + k, at + k)] = (spread * size).powi(-2);
+            }
+            let k = at + knots + FRICTION - 1;
+            precision[(k, k)] = PRESLIDING_SPREAD.powi(-2);
+            about[k] = size.ln();
+        }
+        let first = self.lost();
+        for (k, s) in self.sigmas.iter().enumerate() {
+            precision[(first + k, first + k)] = s.powi(-2);
+        }
+        (precision, about)
+    }
+}

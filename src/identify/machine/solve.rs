@@ -1,0 +1,176 @@
+//! Gauss-Newton rounds, noise and discarded bins in turn.
+
+use super::noise::Noise;
+use super::problem::Problem;
+use crate::stats::robust::{SIGMA_PER_MAD, median_of};
+use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
+use rayon::prelude::*;
+
+/// Gauss-Newton steps in a round, at most.
+const STEPS: usize = 6;
+/// Relative fall of the cost below which a round ends.
+const SETTLED: f64 = 1e-4;
+/// Largest change of the logarithm of a presliding in one step.
+const LOG_STEP: f64 = 0.7;
+
+/// Bins on either side that a bin is compared with, and standard deviations beyond which it is an outlier.
+const NEIGHBOURS: usize = 3;
+const OUTLIER: f64 = 6.0;
+
+/// Runs one round; returns the cost. A round with `gaps_alone` leaves friction as it stands: gap and wind-up explain nearly the
+/// same, so a fit that starts with both may end with a wind-up in place of a gap.
+pub fn round(problem: &mut Problem, gaps_alone: bool) -> f64 {
+    problem.refresh_sizes();
+    let bounds = problem.not_negative();
+    let frozen = if gaps_alone { problem.friction() } else { Vec::new() };
+    let mut damping = 1e-6;
+    let mut cost = f64::INFINITY;
+    for _ in 0..STEPS {
+        let normal = problem.normal();
+        if normal.cost >= cost * (1.0 - SETTLED) {
+            cost = normal.cost.min(cost);
+            break;
+        }
+        cost = normal.cost;
+        let before = problem.values();
+        let mut better = false;
+        for _ in 0..6 {
+            let Some(step) = bounded(&normal.hessian, &normal.gradient, damping, &before, &bounds, &frozen) else { break };
+            let step = limited(problem, step);
+            problem.set_values(&(&before + step));
+            if problem.cost() < cost {
+                better = true;
+                damping = (damping * 0.1).max(1e-9);
+                break;
+            }
+            damping = (damping * 30.0).max(1e-4);
+        }
+        if !better {
+            problem.set_values(&before);
+            break;
+        }
+    }
+    cost
+}
+
+/// A step that leaves the parameters `bounds` at zero or above: those that would fall below are put to zero, and the rest is
+/// solved again.
+fn bounded(
+    hessian: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    damping: f64,
+    at: &DVector<f64>,
+    bounds: &[usize],
+    frozen: &[usize],
+) -> Option<DVector<f64>> {
+    let mut held: Vec<usize> = Vec::new();
+    let step_of = |k: usize| if frozen.contains(&k) { 0.0 } else { -at[k] };
+    held.extend(frozen);
+    loop {
+        let (mut h, mut g) = (hessian.clone(), gradient.clone());
+        for &k in &held {
+            g -= hessian.column(k) * step_of(k);
+        }
+        for &k in &held {
+            h.row_mut(k).fill(0.0);
+            h.column_mut(k).fill(0.0);
+            h[(k, k)] = 1.0;
+            g[k] = 0.0;
+        }
+        let mut step = solve(&h, &g, damping)?;
+        for &k in &held {
+            step[k] = step_of(k);
+        }
+        let below: Vec<usize> =
+            bounds.iter().copied().filter(|k| !held.contains(k) && at[*k] + step[*k] < 0.0).collect();
+        if below.is_empty() {
+            return Some(step);
+        }
+        held.extend(below);
+    }
+}
+
+/// Solves `(H + damping diag H) x = g`.
+pub fn solve(hessian: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
+    let n = hessian.nrows();
+    let scale: Vec<f64> = (0..n).map(|i| hessian[(i, i)].max(f64::MIN_POSITIVE).sqrt().recip()).collect();
+    let mut scaled = hessian.clone();
+    for i in 0..n {
+        for k in 0..n {
+            scaled[(i, k)] *= scale[i] * scale[k];
+        }
+        scaled[(i, i)] += damping;
+    }
+    let right = DVector::from_fn(n, |i, _| gradient[i] * scale[i]);
+    let x = Cholesky::new(scaled)?.solve(&right);
+    Some(DVector::from_fn(n, |i, _| x[i] * scale[i]))
+}
+
+/// Keeps preslidings from leaping.
+fn limited(problem: &Problem, mut step: DVector<f64>) -> DVector<f64> {
+    for (axis, law) in problem.laws.iter().enumerate() {
+        if let Some(law) = law {
+            let k = problem.offset(axis) + law.len() - 1;
+            step[k] = step[k].clamp(-LOG_STEP, LOG_STEP);
+        }
+    }
+    step
+}
+
+/// Says anew which bins count: measured, after the joints have settled, not an outlier of the whitened residual.
+pub fn refresh_unused(problem: &mut Problem) {
+    let unused: Vec<Vec<bool>> = (0..problem.logs.len())
+        .into_par_iter()
+        .map(|l| {
+            let responses = problem.responses(l, false);
+            let log = &problem.logs[l];
+            let mut unused = log.missing.clone();
+            // between the first movement of a joint and the moment at which its state is known
+            for ((_, rows), (_, r)) in log.moving.iter().zip(&responses) {
+                let first = rows.x.iter().position(|x| (x - rows.x[0]).abs() > 1e-9).unwrap_or(0);
+                let settled = r.settled.unwrap_or(first);
+                let early = first < log.bins.get(10).map_or(0, |b| b.0);
+                for (u, &(from, to)) in unused.iter_mut().zip(&log.bins) {
+                    *u |= to > if early { 0 } else { first } && from <= settled;
+                }
+            }
+            let residual = problem.residual(l, &responses);
+            for (u, o) in unused.iter_mut().zip(outliers(&residual, &log.missing)) {
+                *u |= o;
+            }
+            unused
+        })
+        .collect();
+    problem.unused = unused;
+}
+
+/// Estimates the noise of every log from its residual.
+pub fn refresh_noise(problem: &mut Problem) {
+    let noise: Vec<Noise> = (0..problem.logs.len())
+        .into_par_iter()
+        .map(|l| Noise::of(&problem.residual(l, &problem.responses(l, false)), &problem.unused[l]))
+        .collect();
+    problem.noise = noise;
+    problem.whiten_columns();
+}
+
+/// Bins that stand out of their neighbours.
+fn outliers(residual: &[Vector3<f64>], missing: &[bool]) -> Vec<bool> {
+    let n = residual.len();
+    let mut out = vec![false; n];
+    for c in 0..3 {
+        let off: Vec<Option<f64>> = (0..n)
+            .map(|i| {
+                let near = i.saturating_sub(NEIGHBOURS)..(i + NEIGHBOURS + 1).min(n);
+                let mut near: Vec<f64> = near.filter(|k| !missing[*k]).map(|k| residual[k][c]).collect();
+                if missing[i] { None } else { median_of(&mut near).map(|m| residual[i][c] - m) }
+            })
+            .collect();
+        let mut sizes: Vec<f64> = off.iter().flatten().map(|v| v.abs()).collect();
+        let sigma = SIGMA_PER_MAD * median_of(&mut sizes).unwrap_or(0.0);
+        for (o, v) in out.iter_mut().zip(&off) {
+            *o |= v.is_some_and(|v| v.abs() > OUTLIER * sigma.max(1e-7));
+        }
+    }
+    out
+}
