@@ -1,11 +1,12 @@
 //! `lostmotion fit`: identified gaps -> compensator file.
 
-use crate::cli::{page, paths};
+use crate::cli::{logs, page, paths};
 use crate::compensator::{Compensator, FrictionShape, file::is_date};
 use crate::effects::Decay;
 use crate::error::{Error, Place, Result, is_stdio};
-use crate::fit::{Form, fit, spacing};
+use crate::fit::{Form, contradict::contradictions, fit, spacing};
 use crate::gaps::{Gaps, file::document};
+use crate::identify::machine::update;
 use crate::io::output::{self, write_whole};
 use crate::robot::Robot;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
@@ -21,6 +22,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:
   lostmotion fit --robot robot.yaml --gaps gaps.yaml --output compensator.yaml
   lostmotion fit --robot robot.yaml --gaps static.yaml --gaps path.yaml --output compensator.yaml
+  lostmotion fit --robot robot.yaml --previous compensator.yaml --log after.csv --output better.yaml
   lostmotion fit --robot robot.yaml --gaps path.yaml --form poses --program circle.csv --output compensator.yaml
 
 The friction term fades in seconds (`decay_s`), which `rewrite` turns into points of any program. `--form poses` writes the three
@@ -31,8 +33,17 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     pub robot: PathBuf,
     /// Gaps file from `identify`; give it once per file
-    #[arg(long, value_name = "FILE", required = true)]
+    #[arg(long, value_name = "FILE", required_unless_present = "previous", conflicts_with = "previous")]
     pub gaps: Vec<PathBuf>,
+    /// Compensator that programs were rewritten with: it is corrected by logs of their runs
+    #[arg(long, value_name = "FILE", requires = "log")]
+    pub previous: Option<PathBuf>,
+    /// Log of a run of a rewritten program; give it once per file
+    #[arg(long, value_name = "FILE", requires = "previous")]
+    pub log: Vec<PathBuf>,
+    /// Column map (YAML) for logs with other names, units, separators: theirs -> ours
+    #[arg(long, value_name = "FILE", requires = "previous")]
+    pub columns: Option<PathBuf>,
     /// Write the compensator (YAML) here; `-` is standard output
     #[arg(long, short, value_name = "FILE", required_unless_present = "json")]
     pub output: Option<PathBuf>,
@@ -79,21 +90,18 @@ pub fn run(args: Args) -> Result<()> {
     }
     let inputs: Vec<paths::Named> = [("--robot", Some(args.robot.as_path())), ("--program", args.program.as_deref())]
         .into_iter()
+        .chain([("--previous", args.previous.as_deref()), ("--columns", args.columns.as_deref())])
         .chain(args.gaps.iter().map(|p| ("--gaps", Some(p.as_path()))))
+        .chain(args.log.iter().map(|p| ("--log", Some(p.as_path()))))
         .collect();
     paths::refuse_shared(&inputs, &[("--output", args.output.as_deref()), ("--report", args.report.as_deref())])?;
     let mut output = output::create(args.output.as_deref())?;
     let mut report = output::create(args.report.as_deref())?;
     let robot = Robot::load(&args.robot)?;
-    let documents = args.gaps.iter().map(|p| Gaps::load(p, &robot)).collect::<Result<Vec<_>>>()?;
-    refuse_repeats(&args.gaps, &documents, &robot)?;
-    let distrusted = args.gaps.iter().zip(&documents).find_map(|(p, d)| d.distrusted().map(|note| (p, note)));
-    if let Some((path, note)) = distrusted.filter(|_| !args.force) {
-        return Err(Error::Refused(format!("{}: {note} (--force fits them all the same)", path.display())));
-    }
-    let form = form(&args, &documents, &robot)?;
-    let mut compensator = fit(&robot, &documents, form)?;
-    compensator.evidence.notes.extend(distrusted.map(|(_, note)| note.to_string()));
+    let mut compensator = match &args.previous {
+        Some(path) => corrected(path, &args, &robot)?,
+        None => fitted(&args, &robot)?,
+    };
     compensator.evidence.valid_until = args.valid_until;
     let text = compensator.to_yaml(&robot)?;
     // what is written must be read again
@@ -116,6 +124,33 @@ pub fn run(args: Args) -> Result<()> {
         eprintln!("note: {note}");
     }
     Ok(())
+}
+
+/// A compensator of gaps documents.
+fn fitted(args: &Args, robot: &Robot) -> Result<Compensator> {
+    let documents = args.gaps.iter().map(|p| Gaps::load(p, robot)).collect::<Result<Vec<_>>>()?;
+    refuse_repeats(&args.gaps, &documents, robot)?;
+    let distrusted = args.gaps.iter().zip(&documents).find_map(|(p, d)| d.distrusted().map(|note| (p, note)));
+    if let Some((path, note)) = distrusted.filter(|_| !args.force) {
+        return Err(Error::Refused(format!("{}: {note} (--force fits them all the same)", path.display())));
+    }
+    let contradictions = contradictions(&documents, robot);
+    if let Some(first) = contradictions.first().filter(|_| !args.force) {
+        return Err(Error::Refused(format!("{first} (--force uses the one that is known best)")));
+    }
+    let form = form(args, &documents, robot)?;
+    let mut compensator = fit(robot, &documents, form)?;
+    compensator.evidence.notes.extend(distrusted.map(|(_, note)| note.to_string()));
+    compensator.evidence.notes.extend(contradictions);
+    Ok(compensator)
+}
+
+/// The previous compensator, corrected by runs.
+fn corrected(path: &Path, args: &Args, robot: &Robot) -> Result<Compensator> {
+    let previous = Compensator::load(path, robot)?;
+    let logs = logs::load(&args.log, args.columns.as_deref(), robot)?;
+    logs::refuse_repeats(&logs)?;
+    update::update(robot, &logs, &previous)
 }
 
 /// Refuses gaps that are given twice, under whatever name.
@@ -173,7 +208,9 @@ fn table(c: &Compensator, robot: &Robot) -> String {
             FrictionShape::Decay(Decay::Time(tau)) => format!("{tau:.2} s"),
             FrictionShape::Decay(Decay::Travel(x)) => edge(x),
             FrictionShape::Poses { exponent, poses } => format!("l {exponent:.2}, k_t {poses}"),
-            FrictionShape::Response(r) => r.decays_s().map_or("wound up".into(), |[lo, hi]| format!("{lo:.1} to {hi:.1} s")),
+            FrictionShape::Response(r) => {
+                r.decays_s().map_or("wound up".into(), |[lo, hi]| format!("{lo:.1} to {hi:.1} s"))
+            }
         };
         let known = c.evidence.joints.iter().find(|e| e.axis == j.axis);
         t.add_row([

@@ -16,9 +16,13 @@ use clap::Subcommand;
 /// the servo), its wind-up, the geometry, the tracker's frame and the lags are estimated at once, with their covariance. The
 /// subcommands evaluate one kind of test alone.
 #[derive(Debug, clap::Args)]
-#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, after_help = "Examples:
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    after_help = "Examples:
   lostmotion identify --robot robot.yaml --log static_A1.csv --log static_A2.csv --log circle.csv --log excitation.csv --output machine.yaml
-  lostmotion identify static --robot robot.yaml --log axis1.csv --output gaps.yaml")]
+  lostmotion identify static --robot robot.yaml --log axis1.csv --output gaps.yaml"
+)]
 pub struct Args {
     #[command(subcommand)]
     pub command: Option<Command>,

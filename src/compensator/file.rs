@@ -15,8 +15,8 @@
 //! are not known are refused in `joints` (a misspelt key would silently compensate nothing) and passed over in `evidence`.
 
 use super::evidence;
-use super::schedule::{self, shown, tidy};
 use super::response::{MOST_SPIKES, MOST_WINDUPS};
+use super::schedule::{self, shown, tidy};
 use super::{BacklashOffset, Compensator, FrictionOffset, FrictionShape, JointCompensator, Response, Spike, Windup};
 use crate::effects::{Decay, GapCurve};
 use crate::error::{Error, Place, Result};
@@ -312,9 +312,8 @@ fn read_response(value: &Value, joint: &Joint, at: &Spot) -> Result<Response> {
             None => Some(Vec::new()),
             Some(v) => serde_yaml::from_value(v.clone()).ok(),
         };
-        let sound = |p: &Vec<[f64; 2]>| {
-            p.len() <= most && p.iter().all(|[g, d]| g.is_finite() && d.is_finite() && *d > 0.0)
-        };
+        let sound =
+            |p: &Vec<[f64; 2]>| p.len() <= most && p.iter().all(|[g, d]| g.is_finite() && d.is_finite() && *d > 0.0);
         read.filter(sound).ok_or_else(|| {
             let expected = format!("at most {most} pairs of a size in {unit} and a {second} above 0, finite");
             at.bad(format!("{key} that cannot be read"), expected)

@@ -119,8 +119,16 @@ mod tests {
 
     const R: Response = Response {
         presliding: 2e-5,
-        windups: [Windup { half: 1e-5, presliding: 2e-5 }, Windup { half: 0.0, presliding: 1.0 }, Windup { half: 0.0, presliding: 1.0 }],
-        spikes: [Spike { gain: 3e-5, decay_s: 1.0 }, Spike { gain: 0.0, decay_s: 1.0 }, Spike { gain: 0.0, decay_s: 1.0 }],
+        windups: [
+            Windup { half: 1e-5, presliding: 2e-5 },
+            Windup { half: 0.0, presliding: 1.0 },
+            Windup { half: 0.0, presliding: 1.0 },
+        ],
+        spikes: [
+            Spike { gain: 3e-5, decay_s: 1.0 },
+            Spike { gain: 0.0, decay_s: 1.0 },
+            Spike { gain: 0.0, decay_s: 1.0 },
+        ],
     };
 
     #[test]

@@ -10,6 +10,7 @@
 //! smaller than its own uncertainty, is left out: an offset that is not known does more harm than the error it is meant for.
 //! Every decision stands in the notes.
 
+pub mod contradict;
 pub mod merge;
 pub mod minimax;
 pub mod poses;
@@ -88,7 +89,13 @@ fn together(
     let t = &estimate.trust;
     let um = |v: f64| format!("{:.1} um", v * 1e6);
     if !t.compensate {
-        notes.push(format!("{}: left out: {} ({} before, {} after)", joint.name, t.reason, um(t.before_m), um(t.after_m)));
+        notes.push(format!(
+            "{}: left out: {} ({} before, {} after)",
+            joint.name,
+            t.reason,
+            um(t.before_m),
+            um(t.after_m)
+        ));
         return None;
     }
     notes.push(format!(

@@ -3,8 +3,8 @@
 //! Keys that are not known are left alone (fields may be added). Refused, with file and line: another schema, another
 //! robot, an unknown joint, a number that is missing or not finite, knots that do not rise.
 
-use super::file::SCHEMA;
 use super::estimate::{self, Estimate};
+use super::file::SCHEMA;
 use super::{GapPoint, Gaps, JointGap, LogRef, Registered, Sides, StictionFound};
 use crate::effects::curve::Pchip;
 use crate::effects::{Decay, GapCurve};
@@ -209,7 +209,9 @@ impl Node<'_> {
             match estimate::read_joint(axis, kind, node.value) {
                 None => {}
                 Some(Ok(e)) => joints.push(e),
-                Some(Err(expected)) => return Err(node.bad("response", "a response that cannot be read".into(), expected)),
+                Some(Err(expected)) => {
+                    return Err(node.bad("response", "a response that cannot be read".into(), expected));
+                }
             }
         }
         Ok((!joints.is_empty()).then(|| Estimate {

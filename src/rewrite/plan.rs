@@ -291,7 +291,8 @@ impl<'a> Plan<'a> {
         let gap_old = if first_ever { 0.0 } else { offset.gap(-dir, c_turn) };
         // where the joint stands: dragged in the old direction at the distance of the gap, unless that stroke was too short
         // to move it at all
-        let response = offset.friction().and_then(|f| if let FrictionShape::Response(r) = f.shape { Some(r) } else { None });
+        let response =
+            offset.friction().and_then(|f| if let FrictionShape::Response(r) = f.shape { Some(r) } else { None });
         let before = if first_ever { State::DRAGGED } else { self.friction[axis].reversed() };
         // a wind-up that had not built up and a spike that had not decayed shift the place where the joint stands
         let shift = response.filter(|_| !first_ever).map_or(0.0, |r| -r.back(&before) - r.windup());

@@ -36,7 +36,11 @@ fn row(robot: &Robot, j: &JointCompensator) -> CompensatorRow {
             let parts: Vec<String> =
                 decays.map(|s| format!("{:.5} {} in {:.1} s", kind.to_edge(s.gain), kind.unit(), s.decay_s)).collect();
             let (over, wound) = (kind.to_edge(r.presliding), kind.to_edge(r.windup()));
-            format!("builds up over {over:.5} {u}, decays ({}), wind-up {wound:.5} {u}", parts.join(", "), u = kind.unit())
+            format!(
+                "builds up over {over:.5} {u}, decays ({}), wind-up {wound:.5} {u}",
+                parts.join(", "),
+                u = kind.unit()
+            )
         }
     });
     let kind_of = |c: &GapCurve| match c {

@@ -189,7 +189,13 @@ pub fn of_machine(robot: &Robot, gaps: &Gaps) -> Page {
             let mark = if r.outlying { ", outlying" } else { "" };
             format!(
                 "{} at {:.3} {}, {:.1} s in {}: {:.2} ± {:.2}{mark}",
-                joint.name, joint.kind.to_edge(r.at), joint.kind.unit(), r.t_s, r.log, r.ratio, 1.96 * r.sigma
+                joint.name,
+                joint.kind.to_edge(r.at),
+                joint.kind.unit(),
+                r.t_s,
+                r.log,
+                r.ratio,
+                1.96 * r.sigma
             )
         })
         .collect();

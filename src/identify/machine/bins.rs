@@ -87,7 +87,10 @@ pub fn bin(log: &Log, robot: &Robot, splines: &[Spline], frame: &Isometry3<f64>)
     let bins = edges(log);
     let mut out = BinnedLog {
         name: log.name.clone(),
-        moving: moving(log, robot).into_iter().map(|a| (a, JointRows::new(&log.t_s, &log.cmd[a], &splines[a]))).collect(),
+        moving: moving(log, robot)
+            .into_iter()
+            .map(|a| (a, JointRows::new(&log.t_s, &log.cmd[a], &splines[a])))
+            .collect(),
         bins,
         good,
         t_s: Vec::new(),

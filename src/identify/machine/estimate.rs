@@ -44,7 +44,11 @@ fn mean_weights(problem: &Problem, axis: usize) -> (DVector<f64>, [f64; 2], usiz
             }
         }
     }
-    if n > 0 { (sum / n as f64, range, n) } else { (DVector::from_element(spline.knots(), 1.0 / spline.knots() as f64), range, 0) }
+    if n > 0 {
+        (sum / n as f64, range, n)
+    } else {
+        (DVector::from_element(spline.knots(), 1.0 / spline.knots() as f64), range, 0)
+    }
 }
 
 /// p value of the test that the gap is the same at all knots.
@@ -74,7 +78,12 @@ pub fn constant_axes(problem: &Problem, evidence: &Evidence) -> Vec<(bool, Optio
 }
 
 /// Gap and estimate of an axis.
-pub fn joint(problem: &Problem, evidence: &Evidence, axis: usize, p: Option<f64>) -> Option<(JointGap, JointEstimate, Vec<GapPoint>)> {
+pub fn joint(
+    problem: &Problem,
+    evidence: &Evidence,
+    axis: usize,
+    p: Option<f64>,
+) -> Option<(JointGap, JointEstimate, Vec<GapPoint>)> {
     let law = problem.laws[axis].as_ref()?;
     let (weights, range, n) = mean_weights(problem, axis);
     if n == 0 {
@@ -132,8 +141,16 @@ pub fn joint(problem: &Problem, evidence: &Evidence, axis: usize, p: Option<f64>
         .map(|(at, k)| {
             let s = Z95 * gap_cov[(k, k)].max(0.0).sqrt();
             let half = (problem.splines[axis].knot(1) - problem.splines[axis].knot(0)) / 2.0;
-            let near: Vec<f64> = own.iter().filter(|r| (r.at - at).abs() <= half).map(|r| r.ratio / centre * law.gap[k]).collect();
-            GapPoint { axis, at, half_gap: law.gap[k], ci95: [law.gap[k] - s, law.gap[k] + s], cycles: near.len(), per_cycle: near }
+            let near: Vec<f64> =
+                own.iter().filter(|r| (r.at - at).abs() <= half).map(|r| r.ratio / centre * law.gap[k]).collect();
+            GapPoint {
+                axis,
+                at,
+                half_gap: law.gap[k],
+                ci95: [law.gap[k] - s, law.gap[k] + s],
+                cycles: near.len(),
+                per_cycle: near,
+            }
         })
         .collect();
     Some((gap, estimate, points))
@@ -144,10 +161,8 @@ fn schedule(problem: &Problem, axis: usize, law: &JointLaw) -> Option<GapCurve> 
     let spline = &problem.splines[axis];
     let n = (spline.knots() - 1) * SUBDIVIDED;
     let (lo, hi) = (spline.knot(0), spline.knot(spline.knots() - 1));
-    let knots: Vec<[f64; 2]> = (0..=n)
-        .map(|i| lo + (hi - lo) * i as f64 / n as f64)
-        .map(|x| [x, spline.at(x, &law.gap).max(0.0)])
-        .collect();
+    let knots: Vec<[f64; 2]> =
+        (0..=n).map(|i| lo + (hi - lo) * i as f64 / n as f64).map(|x| [x, spline.at(x, &law.gap).max(0.0)]).collect();
     Pchip::new(&knots).map(GapCurve::Pchip)
 }
 
@@ -169,7 +184,8 @@ pub fn random_effect(own: &[&Reversal]) -> (f64, f64) {
 /// What compensating the joint does at its reversals.
 fn trust(own: &[&Reversal], scatter: f64) -> Trust {
     let n = own.len() as f64;
-    let mut trust = Trust { compensate: false, before_m: 0.0, after_m: 0.0, reversals: own.len(), reason: String::new() };
+    let mut trust =
+        Trust { compensate: false, before_m: 0.0, after_m: 0.0, reversals: own.len(), reason: String::new() };
     if own.is_empty() {
         trust.reason = "no reversal of this joint could be judged".into();
         return trust;
@@ -235,10 +251,8 @@ pub fn whole(problem: &Problem, evidence: &Evidence, joints: Vec<JointEstimate>)
         names.push(format!("{}.ln_presliding", joint.name));
         at.push((first + knots + FRICTION - 1, 1.0));
     }
-    let matrix = at
-        .iter()
-        .map(|(i, a)| at.iter().map(|(k, b)| evidence.covariance[(*i, *k)] * a * b).collect())
-        .collect();
+    let matrix =
+        at.iter().map(|(i, a)| at.iter().map(|(k, b)| evidence.covariance[(*i, *k)] * a * b).collect()).collect();
     let reversals = local(problem, evidence, &joints);
     Estimate { joints, reversals, covariance: Some((names, matrix)) }
 }

@@ -180,7 +180,10 @@ fn reversal(problem: &Problem, w: &Window, residual: &DVector<f64>, errors: &[f6
     let bins = l.len();
     let to = (w.bin..bins).find(|&b| l.t_s[b] > w.end_s).unwrap_or(bins);
     let start = (0..=w.bin).rev().find(|&b| l.t_s[b] < w.t_s - BEFORE_S).unwrap_or(0);
-    if to < w.bin + 5 || w.bin < start + 3 || problem.unused[w.log][start..to].iter().filter(|u| **u).count() > (to - start) / 4 {
+    if to < w.bin + 5
+        || w.bin < start + 3
+        || problem.unused[w.log][start..to].iter().filter(|u| **u).count() > (to - start) / 4
+    {
         return None;
     }
     let shape = |b: usize, k: usize| {

@@ -9,6 +9,7 @@
 //! - [`ripple`]: periods of the gears.
 //! - [`evidence`]: covariance, single reversals, what is left on parts that were not fitted.
 //! - [`estimate`]: the document.
+//! - [`update`]: a compensator corrected by runs of its own programs.
 //!
 //! Assumes command trajectories that are exact to their rounding, and a machine that does the same at the same place. What the
 //! model lacks ends up in the noise, which widens intervals; it is never a reason to refuse.
@@ -23,6 +24,7 @@ pub mod problem;
 pub mod ripple;
 pub mod solve;
 pub mod spline;
+pub mod update;
 
 use crate::error::{Error, Place, Result};
 use crate::gaps::{Gaps, LogRef, Registered};
@@ -31,11 +33,14 @@ use crate::log::registration::{Pair, register_line};
 use crate::robot::Robot;
 use crate::stats::robust::median_of;
 use evidence::Evidence;
+use nalgebra::Isometry3;
 use problem::Problem;
 use spline::Spline;
 
 /// Knots of a gap over the travel of its joint.
 const KNOTS: usize = 7;
+/// Distance from the common frame from which a log gets one of its own.
+const ELSEWHERE_M: f64 = 5e-3;
 /// Rows of each log that register the frame.
 const REGISTERED: usize = 400;
 /// Rounds of fitting, each with noise estimated from the residuals of the one before.
@@ -90,8 +95,10 @@ pub fn solved<'a>(
     registered: &Registered,
 ) -> Result<(Problem<'a>, Evidence, Vec<Option<f64>>)> {
     let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
-    let frame = registered.frame.inverse();
-    let bins = logs.iter().map(|l| bins::bin(l, robot, &splines, &frame)).collect::<Result<Vec<_>>>()?;
+    let bins = logs
+        .iter()
+        .map(|l| bins::bin(l, robot, &splines, &own_frame(robot, l, registered)?))
+        .collect::<Result<Vec<_>>>()?;
     let mut problem = Problem::new(robot, bins, splines);
     let mut ripples = Vec::new();
     for k in 0..ROUNDS {
@@ -134,6 +141,21 @@ pub fn frame(robot: &Robot, logs: &[Log]) -> Result<Registered> {
         return Err(Error::bad(Place::file(name), "no measured TCP", "columns `x_mm,y_mm,z_mm`"));
     }
     Ok(register_line(&pairs)?.found)
+}
+
+/// Tracker to base for one log: that of all logs, unless the tracker stood elsewhere.
+fn own_frame(robot: &Robot, log: &Log, all: &Registered) -> Result<Isometry3<f64>> {
+    let inverse = all.frame.inverse();
+    let off = |i: usize| {
+        let tracker = log.tcp_m.get(i).copied().flatten()?;
+        Some(((inverse * nalgebra::Point3::from(tracker)).coords - robot.tcp_m(&log.command(i))).norm())
+    };
+    let each = (log.len() / REGISTERED).max(1);
+    let mut distances: Vec<f64> = (0..log.len()).step_by(each).filter_map(off).collect();
+    if median_of(&mut distances).is_none_or(|d| d < ELSEWHERE_M) {
+        return Ok(inverse);
+    }
+    Ok(frame(robot, std::slice::from_ref(log))?.frame.inverse())
 }
 
 /// Knots over the travel of an axis in all logs.

@@ -57,9 +57,7 @@ impl Noise {
         let along = std::array::from_fn(|c| {
             let mut differences: Vec<f64> = (1..residual.len())
                 .filter(|&i| !missing[i] && !missing[i - 1])
-                .map(|i| {
-                    (rotation.row(c) * residual[i])[0] - CORRELATION * (rotation.row(c) * residual[i - 1])[0]
-                })
+                .map(|i| (rotation.row(c) * residual[i])[0] - CORRELATION * (rotation.row(c) * residual[i - 1])[0])
                 .collect();
             differences.iter_mut().for_each(|d| *d = d.abs());
             let sigma = SIGMA_PER_MAD * median_of(&mut differences).unwrap_or(0.0);
@@ -98,7 +96,8 @@ fn principal(residual: &[Vector3<f64>], missing: &[bool]) -> Matrix3<f64> {
 /// Burg's method over the stretches between missing bins.
 fn burg(series: &[f64], missing: &[bool]) -> Autoregressive {
     let mean = {
-        let (s, n) = series.iter().zip(missing).filter(|(_, m)| !**m).fold((0.0, 0.0), |(s, n), (v, _)| (s + v, n + 1.0));
+        let (s, n) =
+            series.iter().zip(missing).filter(|(_, m)| !**m).fold((0.0, 0.0), |(s, n), (v, _)| (s + v, n + 1.0));
         if n > 0.0 { s / n } else { 0.0 }
     };
     let n = series.len();
@@ -140,8 +139,7 @@ fn burg(series: &[f64], missing: &[bool]) -> Autoregressive {
             forward[i] = old_f[i] - reflection * old_b[i - 1];
             backward[i] = old_b[i - 1] - reflection * old_f[i];
         }
-        let mut next: Vec<f64> =
-            phi.iter().enumerate().map(|(j, p)| p - reflection * phi[phi.len() - 1 - j]).collect();
+        let mut next: Vec<f64> = phi.iter().enumerate().map(|(j, p)| p - reflection * phi[phi.len() - 1 - j]).collect();
         next.push(reflection);
         phi = next;
         power *= 1.0 - reflection * reflection;

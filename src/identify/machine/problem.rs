@@ -53,6 +53,8 @@ pub struct Problem<'a> {
     pub unused: Vec<Vec<bool>>,
     /// Lost motion of each axis as priors assume it, rad or m.
     pub sizes: Vec<f64>,
+    /// Values about which the laws' parameters are estimated, where they are corrections of known ones.
+    pub centre: Option<Vec<f64>>,
     /// Axes whose gap is held constant over position.
     pub constant: Vec<bool>,
 }
@@ -96,6 +98,7 @@ impl<'a> Problem<'a> {
             robot,
             splines,
             laws,
+            centre: None,
             sizes: levers.iter().map(|l| TYPICAL_M / l.max(1e-3)).collect(),
             levers,
             names: Vec::new(),
@@ -108,7 +111,11 @@ impl<'a> Problem<'a> {
             logs,
         };
         let columns = nuisance::of_logs(&problem.logs, robot, &[]);
-        problem.columns = problem.logs.iter().map(|_| LogColumns { index: Vec::new(), values: Vec::new(), white: DMatrix::zeros(0, 0) }).collect();
+        problem.columns = problem
+            .logs
+            .iter()
+            .map(|_| LogColumns { index: Vec::new(), values: Vec::new(), white: DMatrix::zeros(0, 0) })
+            .collect();
         for (l, c) in columns.into_iter().enumerate() {
             problem.add_columns(l, c);
         }
@@ -349,6 +356,11 @@ impl<'a> Problem<'a> {
         let n = self.len();
         let mut precision = DMatrix::zeros(n, n);
         let mut about = DVector::zeros(n);
+        if let Some(centre) = &self.centre {
+            self.corrections(centre, &mut precision, &mut about);
+            self.nuisance_priors(&mut precision);
+            return (precision, about);
+        }
         for (axis, law) in self.laws.iter().enumerate() {
             let Some(law) = law else { continue };
             let (at, lever, knots) = (self.offset(axis), self.levers[axis], law.gap.len());
@@ -372,10 +384,33 @@ impl<'a> Problem<'a> {
             precision[(k, k)] = PRESLIDING_SPREAD.powi(-2);
             about[k] = size.ln();
         }
+        self.nuisance_priors(&mut precision);
+        (precision, about)
+    }
+
+    fn nuisance_priors(&self, precision: &mut DMatrix<f64>) {
         let first = self.lost();
         for (k, s) in self.sigmas.iter().enumerate() {
             precision[(first + k, first + k)] = s.powi(-2);
         }
-        (precision, about)
+    }
+
+    /// Priors of corrections: each parameter about its known value, neighbouring knots alike.
+    fn corrections(&self, centre: &[f64], precision: &mut DMatrix<f64>, about: &mut DVector<f64>) {
+        for (axis, law) in self.laws.iter().enumerate() {
+            let Some(law) = law else { continue };
+            let (at, knots) = (self.offset(axis), law.gap.len());
+            let each = (super::update::SHARE * self.sizes[axis]).powi(-2);
+            for k in 0..law.len() {
+                about[at + k] = centre[at + k];
+                precision[(at + k, at + k)] = if k + 1 == law.len() { super::update::SHARE.powi(-2) } else { each };
+                if k > 0 && k < knots {
+                    precision[(at + k, at + k)] += each;
+                    precision[(at + k - 1, at + k - 1)] += each;
+                    precision[(at + k, at + k - 1)] -= each;
+                    precision[(at + k - 1, at + k)] -= each;
+                }
+            }
+        }
     }
 }

@@ -113,7 +113,11 @@ fn gain(problem: &Problem, white: &[Vec<f64>], axis: usize, per_unit: f64) -> f6
         }
     }
     let det = h[0] * h[2] - h[1] * h[1];
-    if det <= 1e-9 * h[0] * h[2] { 0.0 } else { (g[0] * g[0] * h[2] - 2.0 * g[0] * g[1] * h[1] + g[1] * g[1] * h[0]) / det }
+    if det <= 1e-9 * h[0] * h[2] {
+        0.0
+    } else {
+        (g[0] * g[0] * h[2] - 2.0 * g[0] * g[1] * h[1] + g[1] * g[1] * h[0]) / det
+    }
 }
 
 /// The joint moves over a quarter of a period at least.

@@ -35,7 +35,9 @@ pub fn round(problem: &mut Problem, gaps_alone: bool) -> f64 {
         let before = problem.values();
         let mut better = false;
         for _ in 0..6 {
-            let Some(step) = bounded(&normal.hessian, &normal.gradient, damping, &before, &bounds, &frozen) else { break };
+            let Some(step) = bounded(&normal.hessian, &normal.gradient, damping, &before, &bounds, &frozen) else {
+                break;
+            };
             let step = limited(problem, step);
             problem.set_values(&(&before + step));
             if problem.cost() < cost {

@@ -43,6 +43,9 @@ pub const ALARM: f64 = 5.0;
 /// Inflation from which gaps are significant only if they are [`MISTRUST_MARGIN`] half intervals or more.
 pub const MISTRUST: f64 = 10.0;
 const MISTRUST_MARGIN: f64 = 3.0;
+/// Residual over the noise of a row, and residual in m, from which a model does not describe a log.
+const GROSS: f64 = 10.0;
+const GROSS_M: f64 = 1e-4;
 /// Standard error over spike from which spike and decay are not told apart.
 const SEPARABLE: f64 = 0.5;
 
@@ -178,15 +181,22 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
     let selected = select::select(&mut problem);
     if selected.inflation > MISTRUST {
         mirror::refuse(&problem, &selected, &held)?;
-        notes.insert(
-            0,
+        // correlated residuals widen intervals; a residual of another order than the noise says that the model is another's
+        let note = if gross(&problem, &selected) {
             format!(
                 "{DISTRUSTED} (variance inflated {:.1} times), the gaps cannot be trusted: check {}the order and sign of the x, y, z \
                  columns, units and the robot file",
                 selected.inflation,
                 if held.is_empty() { "" } else { "the gaps given as known, " }
-            ),
-        );
+            )
+        } else {
+            format!(
+                "the residuals are correlated (variance inflated {:.1} times: a ripple, a drift, friction of another form); intervals are \
+                 widened by it",
+                selected.inflation
+            )
+        };
+        notes.insert(0, note);
     }
     let unit_variance = selected.cost / selected.dof;
     let variance = unit_variance * selected.inflation;
@@ -291,6 +301,17 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
         sigma_m: rms_m,
         inflation: selected.inflation,
         links: problem.links,
+    })
+}
+
+/// The residual of a log is of another order than its noise: no colour of noise explains that.
+fn gross(problem: &Problem, selected: &Selected) -> bool {
+    problem.logs().enumerate().any(|(l, log)| {
+        let scale = problem.scale(l);
+        let rows: f64 = log.rows.iter().sum();
+        let rest: f64 = problem.residual(l, &selected.values).iter().map(|r| r.norm_squared()).sum();
+        let rms_m = (rest / (3.0 * rows.max(1.0))).sqrt() / scale;
+        rms_m > GROSS * log.sigma_m && rms_m > GROSS_M
     })
 }
 

@@ -1,0 +1,98 @@
+//! Documents that say different things about one joint.
+//!
+//! Two documents contradict each other where the half gap of one lies outside what the other allows: intervals that do not
+//! meet, and a difference that exceeds [`SHARE`] of the larger. A schedule is compared over its own tested places, so it
+//! allows everything between its smallest and its largest value. A joint estimate allows its gap alone up to its gap with
+//! wind-up and both changes of its spikes: a test that is too short sees friction as a gap.
+
+use crate::effects::GapCurve;
+use crate::gaps::{Gaps, JointGap};
+use crate::robot::Robot;
+
+/// Differences below this share of the larger value are left to the weights.
+const SHARE: f64 = 0.1;
+
+/// One line per contradiction, with both values.
+pub fn contradictions(documents: &[Gaps], robot: &Robot) -> Vec<String> {
+    let mut out = Vec::new();
+    for (k, later) in documents.iter().enumerate() {
+        for earlier in &documents[..k] {
+            for b in &later.joints {
+                for a in earlier.joints.iter().filter(|a| a.axis == b.axis) {
+                    let (ra, rb) = (allowed(earlier, a), allowed(later, b));
+                    let apart = (ra[0] - rb[1]).max(rb[0] - ra[1]);
+                    if apart > SHARE * a.half_gap.abs().max(b.half_gap.abs()) && a.significant && b.significant {
+                        out.push(line(robot, (earlier, a), (later, b)));
+                    }
+                }
+            }
+        }
+    }
+    out
+}
+
+/// Half gaps that a document allows for a joint.
+fn allowed(document: &Gaps, joint: &JointGap) -> [f64; 2] {
+    let wide = joint.ci95[1] - joint.half_gap;
+    let [mut lo, mut hi] = joint.ci95;
+    if let Some(curve) = joint.schedule.as_ref().filter(|c| !matches!(c, GapCurve::Constant(_))) {
+        (lo, hi) = (lo.min(curve.smallest() - wide), hi.max(curve.largest() + wide));
+    }
+    let estimate = document.estimate.iter().flat_map(|e| &e.joints).find(|e| e.axis == joint.axis);
+    if let Some(e) = estimate {
+        hi += e.windup_ci95[1].max(0.0) + 2.0 * e.spikes_ci95.iter().map(|ci| ci[1].max(0.0)).sum::<f64>();
+    }
+    [lo, hi]
+}
+
+fn line(robot: &Robot, a: (&Gaps, &JointGap), b: (&Gaps, &JointGap)) -> String {
+    let joint = robot.axis(a.1.axis);
+    let value = |(document, gap): (&Gaps, &JointGap)| {
+        let edge = |v: f64| joint.kind.to_edge(v);
+        let from = document.logs.first().map_or("a document without logs", |l| l.name.as_str());
+        let varies = if gap.schedule.is_some() { ", varying with position" } else { "" };
+        format!(
+            "{:.5} {} (95 % {:.5} to {:.5}{varies}) from {from}",
+            edge(gap.half_gap),
+            joint.kind.unit(),
+            edge(gap.ci95[0]),
+            edge(gap.ci95[1])
+        )
+    };
+    format!("{}: the half gaps of two documents contradict each other: {} and {}", joint.name, value(a), value(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn robot() -> Robot {
+        let text = "schema: lostmotion/robot/1\nname: one\njoints:\n  - {name: A1, kind: revolute, a_mm: 500}\n";
+        Robot::parse("robot.yaml", text).unwrap()
+    }
+
+    fn document(half_gap_deg: f64, wide_deg: f64, schedule: &str) -> Gaps {
+        let text = format!(
+            "schema: lostmotion/gaps/1\nrobot: {{name: one, sha256: {}}}\njoints:\n  - {{joint: A1, half_gap_deg: {half_gap_deg}, \
+             ci95: [{}, {}], significant: true, schedule: {schedule}}}\n",
+            robot().fingerprint(),
+            half_gap_deg - wide_deg,
+            half_gap_deg + wide_deg
+        );
+        Gaps::parse("gaps.yaml", &text, &robot()).unwrap()
+    }
+
+    #[test]
+    fn both_values_are_named_where_intervals_do_not_meet() {
+        let found = contradictions(&[document(0.0028, 1e-5, "null"), document(0.0056, 1e-5, "null")], &robot());
+        assert_eq!(found.len(), 1);
+        assert!(found[0].contains("0.00280") && found[0].contains("0.00560"), "{}", found[0]);
+    }
+
+    #[test]
+    fn a_schedule_contradicts_a_constant_only_beyond_its_own_range() {
+        let varying = || document(0.0030, 1e-5, "{kind: pchip, knots: [[-10, 0.0020], [10, 0.0040]]}");
+        assert!(contradictions(&[varying(), document(0.0038, 1e-5, "null")], &robot()).is_empty());
+        assert_eq!(contradictions(&[varying(), document(0.0056, 1e-5, "null")], &robot()).len(), 1);
+    }
+}

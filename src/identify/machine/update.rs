@@ -1,0 +1,189 @@
+//! Learning from a run of the compensated program: the parameters that a compensator holds, corrected by what the run left.
+//!
+//! The run is fitted with the same laws as an identification, about the values that made the compensator: each may move by a
+//! share of its joint's lost motion ([`SHARE`]). A joint whose correction is not significant keeps its values; of a
+//! significant one [`DAMPED`] is applied, so that a run with unusual scatter does not throw the next one off.
+
+use super::bins;
+use super::evidence::{self, Evidence};
+use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS};
+use super::problem::Problem;
+use super::solve;
+use super::spline::Spline;
+use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
+use crate::compensator::{
+    BacklashOffset, Compensator, FrictionOffset, FrictionShape, JointCompensator, Response, Spike, Windup,
+};
+use crate::effects::{GapCurve, curve::Pchip};
+use crate::error::{Error, Place, Result};
+use crate::gaps::LogRef;
+use crate::log::Log;
+use crate::robot::Robot;
+use nalgebra::DVector;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Standard deviation of a correction, as a share of the joint's lost motion.
+pub const SHARE: f64 = 0.15;
+/// Share of a significant correction that is applied.
+const DAMPED: f64 = 0.8;
+/// p below which a correction is significant.
+const SIGNIFICANT: f64 = 0.05;
+/// Rounds of fitting.
+const ROUNDS: usize = 2;
+/// Knots of a gap.
+const KNOTS: usize = 5;
+
+/// The compensator with what the logs of its own runs teach, and what was done to each joint as notes.
+pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Compensator> {
+    let registered = super::frame(robot, logs)?;
+    let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
+    let binned = logs
+        .iter()
+        .map(|l| bins::bin(l, robot, &splines, &super::own_frame(robot, l, &registered)?))
+        .collect::<Result<Vec<_>>>()?;
+    let mut problem = Problem::new(robot, binned, splines);
+    let start: Vec<Option<JointLaw>> = (0..robot.dof())
+        .map(|a| problem.laws[a].as_ref().map(|_| law(previous.on(a), &problem.splines[a], problem.sizes[a])))
+        .collect();
+    problem.laws = start.clone();
+    problem.centre = Some(start.iter().flatten().flat_map(JointLaw::to_vec).collect());
+    for _ in 0..ROUNDS {
+        solve::refresh_unused(&mut problem);
+        solve::refresh_noise(&mut problem);
+        solve::round(&mut problem, false);
+    }
+    let evidence = evidence::evaluate(&problem).ok_or_else(|| {
+        let name = logs.first().map_or(String::new(), |l| l.name.clone());
+        Error::bad(Place::file(name), "a run that leaves the correction open", "finite measurements of moving joints")
+    })?;
+    let mut next = previous.clone();
+    next.evidence.notes.clear();
+    for log in logs {
+        next.evidence.logs.push(LogRef { name: log.name.clone(), sha256: log.sha256.clone() });
+    }
+    for (axis, before) in start.iter().enumerate() {
+        let Some(before) = before else { continue };
+        corrected(&problem, &evidence, axis, before, &mut next);
+    }
+    Ok(next)
+}
+
+/// Puts the correction of a joint into the compensator.
+fn corrected(problem: &Problem, evidence: &Evidence, axis: usize, before: &JointLaw, next: &mut Compensator) {
+    let Some(after) = &problem.laws[axis] else { return };
+    let joint = problem.robot.axis(axis);
+    let p = probability(problem, evidence, axis, before, after);
+    let left = evidence.reversals.iter().filter(|r| r.axis == axis);
+    let n = left.clone().count().max(1) as f64;
+    let left_um = (left.map(|r| r.left_m2).sum::<f64>() / n).max(0.0).sqrt() * 1e6;
+    if p >= SIGNIFICANT {
+        next.evidence.notes.push(format!("{}: kept: the run shows no significant correction (p = {p:.2})", joint.name));
+        return;
+    }
+    let (a, b) = (DVector::from_vec(before.to_vec()), DVector::from_vec(after.to_vec()));
+    let law = JointLaw::from_slice((&a + (b - &a) * DAMPED).as_slice());
+    let own = next.joints.iter().find(|j| j.axis == axis);
+    let curve = curve(own, &problem.splines[axis], before, &law);
+    let largest = law
+        .gap
+        .iter()
+        .zip(&before.gap)
+        .map(|(a, b)| a - b)
+        .fold(0.0, |m: f64, v| if v.abs() > m.abs() { v } else { m });
+    next.evidence.notes.push(format!(
+        "{}: half gap corrected by up to {:+.5} {unit}, spikes by {:+.5} {unit}, wind-up by {:+.5} {unit} (p = {p:.1e}); {left_um:.1} um left before",
+        joint.name,
+        joint.kind.to_edge(largest),
+        joint.kind.to_edge(law.spikes.iter().sum::<f64>() - before.spikes.iter().sum::<f64>()),
+        joint.kind.to_edge(law.windup() - before.windup()),
+        unit = joint.kind.unit()
+    ));
+    let mut spikes = [Spike { gain: 0.0, decay_s: 1.0 }; MOST_SPIKES];
+    for (s, (gain, tau)) in spikes.iter_mut().zip(law.spikes.iter().zip(TAUS_S)) {
+        *s = Spike { gain: *gain, decay_s: tau };
+    }
+    let mut windups = [Windup { half: 0.0, presliding: law.presliding }; MOST_WINDUPS];
+    for (w, (half, over)) in windups.iter_mut().zip(law.windups.iter().zip(OVER)) {
+        *w = Windup { half: *half, presliding: law.presliding * over };
+    }
+    let friction = FrictionOffset::of_response(Response { presliding: law.presliding, windups, spikes });
+    next.joints.retain(|j| j.axis != axis);
+    next.joints.push(JointCompensator {
+        axis,
+        backlash: Some(BacklashOffset::symmetric(curve)),
+        friction: friction.acts().then_some(friction),
+    });
+    next.joints.sort_by_key(|j| j.axis);
+}
+
+/// p value of the test that nothing is to be corrected.
+fn probability(problem: &Problem, evidence: &Evidence, axis: usize, before: &JointLaw, after: &JointLaw) -> f64 {
+    let (at, n) = (problem.offset(axis), before.len());
+    let step = DVector::from_vec(after.to_vec()) - DVector::from_vec(before.to_vec());
+    // what the run knows: the correction is drawn towards zero by its prior, so the test is against the spread of what remains
+    let covariance = evidence.covariance.view((at, at), (n, n)).into_owned();
+    let Some(factor) = nalgebra::Cholesky::new(covariance) else { return 1.0 };
+    let chi2 = step.dot(&factor.solve(&step));
+    ChiSquared::new(n as f64).map_or(1.0, |c| c.sf(chi2))
+}
+
+/// The schedule moved by the correction; beyond the run's own range by that of its end.
+fn curve(own: Option<&JointCompensator>, spline: &Spline, before: &JointLaw, after: &JointLaw) -> GapCurve {
+    let change: Vec<f64> = after.gap.iter().zip(&before.gap).map(|(a, b)| a - b).collect();
+    let base = own.and_then(|j| j.backlash.as_ref()).map_or(GapCurve::Constant(0.0), |b| b.positive.clone());
+    let (lo, hi) = (spline.knot(0), spline.knot(spline.knots() - 1));
+    let mut places: Vec<f64> =
+        (0..=4 * (KNOTS - 1)).map(|i| lo + (hi - lo) * i as f64 / (4 * (KNOTS - 1)) as f64).collect();
+    if let GapCurve::Pchip(p) = &base {
+        places.extend(p.knots().iter().map(|k| k[0]).filter(|x| *x < lo || *x > hi));
+        places.sort_by(f64::total_cmp);
+    }
+    places.dedup_by(|b, a| *b - *a < 1e-9);
+    let knots: Vec<[f64; 2]> = places.iter().map(|&x| [x, (base.at(x) + spline.at(x, &change)).max(0.0)]).collect();
+    Pchip::new(&knots).map_or(base, GapCurve::Pchip)
+}
+
+/// The law that a joint's offsets stand for; a joint without any has none.
+fn law(own: Option<&JointCompensator>, spline: &Spline, size: f64) -> JointLaw {
+    let mut law =
+        JointLaw { gap: vec![0.0; spline.knots()], spikes: [0.0; SPIKES], windups: [0.0; WINDUPS], presliding: size };
+    let Some(own) = own else { return law };
+    if let Some(b) = &own.backlash {
+        for (k, g) in law.gap.iter_mut().enumerate() {
+            *g = b.positive.at(spline.knot(k));
+        }
+    }
+    match own.friction.map(|f| (f.gain, f.shape)) {
+        Some((_, FrictionShape::Response(r))) => {
+            law.presliding = r.presliding;
+            for s in &r.spikes {
+                let near = (0..SPIKES).min_by(|a, b| far(TAUS_S[*a], s.decay_s).total_cmp(&far(TAUS_S[*b], s.decay_s)));
+                law.spikes[near.unwrap_or(0)] += s.gain;
+            }
+            for w in &r.windups {
+                let over = w.presliding / r.presliding;
+                let near = (0..WINDUPS).min_by(|a, b| far(OVER[*a], over).total_cmp(&far(OVER[*b], over)));
+                law.windups[near.unwrap_or(0)] += w.half;
+            }
+        }
+        Some((gain, FrictionShape::Decay(crate::effects::Decay::Time(tau)))) => {
+            let near = (0..SPIKES).min_by(|a, b| far(TAUS_S[*a], tau).total_cmp(&far(TAUS_S[*b], tau)));
+            law.spikes[near.unwrap_or(0)] = gain / 2.0;
+        }
+        _ => {}
+    }
+    debug_assert_eq!(law.len(), law.gap.len() + FRICTION);
+    law
+}
+
+/// Distance of two positive numbers by ratio.
+fn far(a: f64, b: f64) -> f64 {
+    (a / b.max(f64::MIN_POSITIVE)).ln().abs()
+}
+
+/// Knots over the travel of an axis in the runs.
+fn spline(logs: &[Log], axis: usize) -> Spline {
+    let all = logs.iter().flat_map(|l| l.cmd[axis].iter().copied());
+    let (lo, hi) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    Spline::new(lo, hi, KNOTS)
+}
