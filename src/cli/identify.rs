@@ -8,6 +8,7 @@ pub mod static_;
 
 use crate::error::{Error, Place, Result};
 use clap::Subcommand;
+use std::path::PathBuf;
 
 /// Find half gaps and friction of the joints in measurement logs.
 ///
@@ -26,8 +27,13 @@ use clap::Subcommand;
 pub struct Args {
     #[command(subcommand)]
     pub command: Option<Command>,
+    /// Robot file (YAML)
+    #[arg(long, value_name = "FILE", required = true)]
+    pub robot: Option<PathBuf>,
     #[command(flatten)]
-    pub together: Option<machine::Args>,
+    pub input: common::LogArgs,
+    #[command(flatten)]
+    pub result: common::ResultArgs,
 }
 
 #[derive(Debug, Subcommand)]
@@ -40,12 +46,12 @@ pub enum Command {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
-    match (args.command, args.together) {
+    match (args.command, args.robot) {
         (Some(Command::Static(a)), _) => static_::run(a),
         (Some(Command::Path(a)), _) => super::identify_path::run(*a),
         (Some(Command::Deadzone(a)), _) => deadzone::run(a),
         (Some(Command::Screw(a)), _) => screw::run(a),
-        (None, Some(a)) => machine::run(a),
+        (None, Some(robot)) => machine::run(machine::Args { robot, input: args.input, result: args.result }),
         (None, None) => Err(Error::bad(Place::file("--robot"), "no robot and no log", "--robot FILE --log FILE")),
     }
 }

@@ -10,15 +10,11 @@ use crate::robot::Robot;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use std::path::PathBuf;
 
-/// Logs of one machine, all kinds together.
-#[derive(Debug, clap::Args)]
+/// What was asked for.
+#[derive(Debug)]
 pub struct Args {
-    /// Robot file (YAML)
-    #[arg(long, value_name = "FILE")]
     pub robot: PathBuf,
-    #[command(flatten)]
     pub input: LogArgs,
-    #[command(flatten)]
     pub result: ResultArgs,
 }
 

@@ -13,6 +13,12 @@ use nalgebra::{Isometry3, Vector3};
 
 /// Bins a second, at most.
 const BINS_PER_S: f64 = 10.0;
+/// A corner of the command: a change of speed that a lag of [`SERVO_S`] turns into more than [`CORNER_M`] at the TCP, and that is so
+/// many times that of the rows around it.
+const SERVO_S: f64 = 0.01;
+const CORNER_M: f64 = 3e-6;
+const CORNER_TIMES: f64 = 5.0;
+const CORNER_NEAR: usize = 5;
 /// Travel (rad, m) above which a joint moves.
 const MOVES: [f64; 2] = [1e-5, 1e-6];
 
@@ -120,7 +126,31 @@ pub fn bin(log: &Log, robot: &Robot, splines: &[Spline], frame: &Isometry3<f64>)
     out.speed = per_axis(&|a| rates[a].0.clone(), &out);
     out.acceleration = per_axis(&|a| rates[a].1.clone(), &out);
     measured(log, robot.chain(), frame, &mut out);
+    leave_out_corners(log, &mut out);
     Ok(out)
+}
+
+/// Marks bins at which a command changes its speed at once: what the servo makes of it lies between two rows and no lag that is
+/// linear in speed and acceleration describes it.
+fn leave_out_corners(log: &Log, out: &mut BinnedLog) {
+    let moving: Vec<usize> = out.moving.iter().map(|m| m.0).collect();
+    for axis in moving {
+        let lever = out.jacobian.iter().map(|j| j[axis].norm()).fold(0.0, f64::max);
+        let (t, x) = (&log.t_s, &log.cmd[axis]);
+        let speed: Vec<f64> = (1..x.len()).map(|i| (x[i] - x[i - 1]) / (t[i] - t[i - 1])).collect();
+        let change: Vec<f64> = speed.windows(2).map(|v| (v[1] - v[0]).abs()).collect();
+        let mut corner = vec![false; x.len()];
+        for (k, &c) in change.iter().enumerate().filter(|(_, c)| **c * lever * SERVO_S > CORNER_M) {
+            let near = k.saturating_sub(CORNER_NEAR)..(k + CORNER_NEAR + 1).min(change.len());
+            let mut others: Vec<f64> = near.filter(|i| i.abs_diff(k) > 1).map(|i| change[i]).collect();
+            if c > CORNER_TIMES * crate::stats::robust::median_of(&mut others).unwrap_or(0.0) {
+                corner[k..=(k + 2).min(x.len() - 1)].fill(true);
+            }
+        }
+        for (missing, &(from, to)) in out.missing.iter_mut().zip(&out.bins) {
+            *missing |= corner[from..to].iter().any(|c| *c);
+        }
+    }
 }
 
 /// Bins by time: whole rows, none longer than the rate allows unless the rows are farther apart.

@@ -14,6 +14,7 @@
 //! A negative half gap is allowed in the fit (the joint would lead), so that a joint without a gap is estimated without bias.
 
 use super::spline::Spline;
+use crate::machine::turns::between_rows;
 
 /// Time constants of the servo's response, s: half a decade apart over what integral actions take.
 pub const TAUS_S: [f64; 3] = [0.4, 1.2, 3.6];
@@ -27,6 +28,10 @@ pub const FRICTION: usize = SPIKES + WINDUPS + 1;
 pub const SPIKES: usize = TAUS_S.len();
 /// Relative step of the difference quotient by the logarithm of the presliding.
 const LOG_STEP: f64 = 0.03;
+/// Turning points nearer to a row than this (rad or m) are that row.
+const RESOLUTION: f64 = 1e-8;
+/// Share of a step by which a row may miss a ramp that it lies on.
+const STRAIGHT: f64 = 0.02;
 /// Movements below this (rad or m) are number noise.
 const STILL: f64 = 1e-10;
 
@@ -72,11 +77,14 @@ impl JointLaw {
     }
 }
 
-/// A joint's command in a log: rows, and what of the law does not change from trial to trial.
+/// A joint's command in a log: rows, and what of the law does not change from trial to trial. The law runs over the rows and
+/// over turning points between them: a play forgets nothing, and a row beside a turning point may miss it by more than a gap.
 #[derive(Debug, Clone)]
 pub struct JointRows {
     pub t_s: Vec<f64>,
     pub x: Vec<f64>,
+    /// Rows and turning points in order, and the row of each, where it is one.
+    nodes: Vec<(f64, f64, Option<usize>)>,
     /// Weights of the gap's knots, row by row.
     weights: Vec<f64>,
     knots: usize,
@@ -94,11 +102,19 @@ pub struct Response {
 impl JointRows {
     pub fn new(t_s: &[f64], x: &[f64], spline: &Spline) -> Self {
         let knots = spline.knots();
-        let mut weights = vec![0.0; knots * x.len()];
-        for (w, &x) in weights.chunks_exact_mut(knots).zip(x) {
-            spline.weights(x, w);
+        let mut between = turning_points(t_s, x).into_iter().peekable();
+        let mut nodes = Vec::with_capacity(x.len());
+        for i in 0..x.len() {
+            nodes.push((t_s[i], x[i], Some(i)));
+            while let Some((_, t, p)) = between.next_if(|b| b.0 == i) {
+                nodes.push((t, p, None));
+            }
         }
-        Self { t_s: t_s.to_vec(), x: x.to_vec(), weights, knots }
+        let mut weights = vec![0.0; knots * nodes.len()];
+        for (w, node) in weights.chunks_exact_mut(knots).zip(&nodes) {
+            spline.weights(node.1, w);
+        }
+        Self { t_s: t_s.to_vec(), x: x.to_vec(), nodes, weights, knots }
     }
 
     /// Joint error over the rows; derivatives where asked for.
@@ -124,11 +140,11 @@ impl JointRows {
         let (mut y, mut zy) = (self.x.first().copied().unwrap_or(0.0), [0.0; WINDUPS]);
         let mut carried = vec![0.0; knots + SPIKES];
         let (mut travel, mut closed) = (0.0, false);
-        for i in 0..n {
-            let w = &self.weights[i * knots..(i + 1) * knots];
+        for (k, &(t, x, row)) in self.nodes.iter().enumerate() {
+            let w = &self.weights[k * knots..(k + 1) * knots];
             let gap: f64 = w.iter().zip(&law.gap).map(|(a, b)| a * b).sum();
-            if i > 0 {
-                let (dx, dt) = (self.x[i] - self.x[i - 1], self.t_s[i] - self.t_s[i - 1]);
+            if k > 0 {
+                let (dx, dt) = (x - self.nodes[k - 1].1, t - self.nodes[k - 1].0);
                 let before = z;
                 if dx.abs() > STILL {
                     dir = dx.signum();
@@ -141,7 +157,7 @@ impl JointRows {
                     *h = *h * keep + (z - before) * tau / dt * (1.0 - keep);
                 }
             }
-            let m = self.x[i] - h.iter().zip(&law.spikes).map(|(h, a)| h * a).sum::<f64>();
+            let m = x - h.iter().zip(&law.spikes).map(|(h, a)| h * a).sum::<f64>();
             let side = if gap < 0.0 {
                 if dir == 0.0 { 0.0 } else { dir }
             } else if y < m - gap {
@@ -167,10 +183,11 @@ impl JointRows {
                     }
                 }
             }
+            let Some(i) = row else { continue };
             if out.settled.is_none() && closed && travel > 4.0 * law.presliding + 2.0 * gap.abs() {
                 out.settled = Some(i);
             }
-            out.error[i] = y - zy.iter().zip(&law.windups).map(|(z, w)| z * w).sum::<f64>() - self.x[i];
+            out.error[i] = y - zy.iter().zip(&law.windups).map(|(z, w)| z * w).sum::<f64>() - x;
             if derivatives {
                 for (column, c) in out.by.iter_mut().zip(&carried) {
                     column[i] = *c;
@@ -182,6 +199,52 @@ impl JointRows {
         }
         out
     }
+}
+
+/// Turning points between rows, as `(row before, time, position)`: where two ramps meet, their crossing; else the extreme of the
+/// curve through the neighbours.
+fn turning_points(t_s: &[f64], x: &[f64]) -> Vec<(usize, f64, f64)> {
+    let mut out: Vec<(usize, f64, f64)> = Vec::new();
+    let smooth = between_rows(t_s, x, RESOLUTION);
+    let mut smooth = smooth.into_iter().peekable();
+    for k in super::evidence::turns(x) {
+        let curved = loop {
+            match smooth.peek() {
+                Some(s) if s.0 + 1 < k => {
+                    smooth.next();
+                }
+                Some(s) if s.0 <= k => break smooth.next(),
+                _ => break None,
+            }
+        };
+        out.extend(corner(t_s, x, k).or(curved));
+    }
+    out.retain(|(row, t, _)| row + 1 < t_s.len() && *t > t_s[*row] && *t < t_s[row + 1]);
+    out
+}
+
+/// Crossing of the ramps on either side of row `k`, of which that row lies on one.
+fn corner(t_s: &[f64], x: &[f64], k: usize) -> Option<(usize, f64, f64)> {
+    if k < 2 || k + 2 >= x.len() {
+        return None;
+    }
+    let slope = |a: usize, b: usize| (x[b] - x[a]) / (t_s[b] - t_s[a]);
+    let (up, down) = (slope(k - 2, k - 1), slope(k + 1, k + 2));
+    if up * down >= 0.0 {
+        return None;
+    }
+    let (before, after) = (x[k - 1] + up * (t_s[k] - t_s[k - 1]), x[k + 1] - down * (t_s[k + 1] - t_s[k]));
+    let step = (up * (t_s[k] - t_s[k - 1])).abs();
+    if (x[k] - before).abs().min((x[k] - after).abs()) > STRAIGHT * step {
+        return None;
+    }
+    // x[k-1] + up (t - t[k-1]) = x[k+1] + down (t - t[k+1])
+    let t = (x[k + 1] - x[k - 1] + up * t_s[k - 1] - down * t_s[k + 1]) / (up - down);
+    let value = x[k - 1] + up * (t - t_s[k - 1]);
+    if !(t > t_s[k - 1] && t < t_s[k + 1]) || (value - x[k]) * up.signum() <= RESOLUTION {
+        return None;
+    }
+    Some((if t < t_s[k] { k - 1 } else { k }, t, value))
 }
 
 /// Wind-up after a movement of `by`.
