@@ -26,6 +26,7 @@ mod job;
 mod job_deadzone;
 mod learn_track;
 mod log;
+mod machine;
 mod nist;
 mod numerics;
 mod path_bench;

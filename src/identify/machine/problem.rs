@@ -19,8 +19,8 @@ const KNOT_SPREAD: f64 = 0.35;
 const PRESLIDING_SPREAD: f64 = 0.8;
 /// Standard deviations of a spike and of a wind-up, as shares of the joint's lost motion: where the logs cannot tell them from a
 /// gap, it is a gap.
-const SPIKE_SPREAD: f64 = 0.5;
-const WINDUP_SPREAD: f64 = 0.08;
+const SPIKE_SPREAD: f64 = 0.3;
+const WINDUP_SPREAD: f64 = 0.04;
 /// Size of lost motion at the TCP that priors and starting values assume, m.
 const TYPICAL_M: f64 = 30e-6;
 /// Prior standard deviation of a mean gap at the TCP, m.
@@ -156,11 +156,11 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Numbers of the parameters that cannot be negative: spikes and wind-ups.
+    /// Numbers of the parameters that cannot be negative: gaps, spikes and wind-ups.
     pub fn not_negative(&self) -> Vec<usize> {
         let of = |axis: usize, law: &JointLaw| {
-            let first = self.offset(axis) + law.gap.len();
-            first..first + SPIKES + WINDUPS
+            let first = self.offset(axis);
+            first..first + law.gap.len() + SPIKES + WINDUPS
         };
         self.laws.iter().enumerate().filter_map(|(a, l)| Some(of(a, l.as_ref()?))).flatten().collect()
     }
