@@ -35,6 +35,7 @@ use crate::stats::robust::median_of;
 use evidence::Evidence;
 use nalgebra::Isometry3;
 use problem::Problem;
+use solve::Kept;
 use spline::Spline;
 
 /// Knots of a gap over the travel of its joint.
@@ -102,7 +103,7 @@ pub fn solved<'a>(
     let mut problem = Problem::new(robot, bins, splines);
     let mut ripples = Vec::new();
     for k in 0..ROUNDS {
-        solve::round(&mut problem, k == 0);
+        solve::round(&mut problem, if k == 0 { Kept::Friction } else { Kept::Nothing });
         solve::refresh_unused(&mut problem);
         solve::refresh_noise(&mut problem);
         if k == 1 {
@@ -111,7 +112,7 @@ pub fn solved<'a>(
             ripples.extend(found);
         }
     }
-    solve::round(&mut problem, false);
+    solve::round(&mut problem, Kept::Nothing);
     let evaluated = |problem: &Problem| {
         evidence::evaluate(problem).ok_or_else(|| {
             let name = logs.first().map_or(String::new(), |l| l.name.clone());
@@ -120,7 +121,7 @@ pub fn solved<'a>(
     };
     let varies = estimate::constant_axes(&problem, &evaluated(&problem)?);
     problem.constant = varies.iter().map(|v| v.0).collect();
-    solve::round(&mut problem, false);
+    solve::round(&mut problem, Kept::Nothing);
     let evidence = evaluated(&problem)?;
     Ok((problem, evidence, varies.into_iter().map(|v| v.1).collect()))
 }

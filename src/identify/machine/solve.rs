@@ -17,12 +17,25 @@ const LOG_STEP: f64 = 0.7;
 const NEIGHBOURS: usize = 3;
 const OUTLIER: f64 = 6.0;
 
-/// Runs one round; returns the cost. A round with `gaps_alone` leaves friction as it stands: gap and wind-up explain nearly the
-/// same, so a fit that starts with both may end with a wind-up in place of a gap.
-pub fn round(problem: &mut Problem, gaps_alone: bool) -> f64 {
+/// What a round leaves as it stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kept {
+    Nothing,
+    /// Gap and wind-up explain nearly the same, so a fit that starts with both may end with a wind-up in place of a gap.
+    Friction,
+    /// Every law: nuisances alone are fitted.
+    Laws,
+}
+
+/// Runs one round; returns the cost.
+pub fn round(problem: &mut Problem, kept: Kept) -> f64 {
     problem.refresh_sizes();
     let bounds = problem.not_negative();
-    let frozen = if gaps_alone { problem.friction() } else { Vec::new() };
+    let frozen = match kept {
+        Kept::Nothing => Vec::new(),
+        Kept::Friction => problem.friction(),
+        Kept::Laws => (0..problem.lost()).collect(),
+    };
     let mut damping = 1e-6;
     let mut cost = f64::INFINITY;
     for _ in 0..STEPS {

@@ -8,7 +8,7 @@ use super::bins;
 use super::evidence::{self, Evidence};
 use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS};
 use super::problem::Problem;
-use super::solve;
+use super::solve::{self, Kept};
 use super::spline::Spline;
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
 use crate::compensator::{
@@ -23,11 +23,15 @@ use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Standard deviation of a correction, as a share of the joint's lost motion.
-pub const SHARE: f64 = 0.15;
+pub const SHARE: f64 = 0.05;
 /// Share of a significant correction that is applied.
 const DAMPED: f64 = 0.8;
 /// p below which a correction is significant.
 const SIGNIFICANT: f64 = 0.05;
+/// Bins of the stretches that belong to the one and the other half in turn.
+const STRETCH: usize = 300;
+/// Fall of the cost on halves that did not see a correction, above which it is applied: more than chance.
+const HELPS: f64 = 4.0;
 /// Rounds of fitting.
 const ROUNDS: usize = 2;
 /// Knots of a gap.
@@ -48,10 +52,13 @@ pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Com
     problem.laws = start.clone();
     problem.centre = Some(start.iter().flatten().flat_map(JointLaw::to_vec).collect());
     for _ in 0..ROUNDS {
+        solve::round(&mut problem, Kept::Laws);
         solve::refresh_unused(&mut problem);
         solve::refresh_noise(&mut problem);
-        solve::round(&mut problem, false);
     }
+    solve::round(&mut problem, Kept::Laws);
+    let gains = crossed(&problem).unwrap_or_else(|| vec![f64::NEG_INFINITY; robot.dof()]);
+    solve::round(&mut problem, Kept::Nothing);
     let evidence = evidence::evaluate(&problem).ok_or_else(|| {
         let name = logs.first().map_or(String::new(), |l| l.name.clone());
         Error::bad(Place::file(name), "a run that leaves the correction open", "finite measurements of moving joints")
@@ -63,13 +70,19 @@ pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Com
     }
     for (axis, before) in start.iter().enumerate() {
         let Some(before) = before else { continue };
-        corrected(&problem, &evidence, axis, before, &mut next);
+        corrected(&problem, &evidence, (axis, gains[axis]), before, &mut next);
     }
     Ok(next)
 }
 
 /// Puts the correction of a joint into the compensator.
-fn corrected(problem: &Problem, evidence: &Evidence, axis: usize, before: &JointLaw, next: &mut Compensator) {
+fn corrected(
+    problem: &Problem,
+    evidence: &Evidence,
+    (axis, gain): (usize, f64),
+    before: &JointLaw,
+    next: &mut Compensator,
+) {
     let Some(after) = &problem.laws[axis] else { return };
     let joint = problem.robot.axis(axis);
     let p = probability(problem, evidence, axis, before, after);
@@ -78,6 +91,11 @@ fn corrected(problem: &Problem, evidence: &Evidence, axis: usize, before: &Joint
     let left_um = (left.map(|r| r.left_m2).sum::<f64>() / n).max(0.0).sqrt() * 1e6;
     if p >= SIGNIFICANT {
         next.evidence.notes.push(format!("{}: kept: the run shows no significant correction (p = {p:.2})", joint.name));
+        return;
+    }
+    if gain <= HELPS {
+        let kept = "kept: a correction by one half of the run does not improve the other half";
+        next.evidence.notes.push(format!("{}: {kept} (gain {gain:.1})", joint.name));
         return;
     }
     let (a, b) = (DVector::from_vec(before.to_vec()), DVector::from_vec(after.to_vec()));
@@ -114,6 +132,52 @@ fn corrected(problem: &Problem, evidence: &Evidence, axis: usize, before: &Joint
         friction: friction.acts().then_some(friction),
     });
     next.joints.sort_by_key(|j| j.axis);
+}
+
+/// Fall of the cost, joint by joint, that corrections found on one half of the runs bring on the other half, both ways together;
+/// nuisances are eliminated on each half.
+fn crossed(problem: &Problem) -> Option<Vec<f64>> {
+    let (lost, n) = (problem.lost(), problem.len());
+    let prior = problem.prior().0;
+    let mut halves = [(prior.clone(), DVector::zeros(n)), (prior.clone(), DVector::zeros(n))];
+    for l in 0..problem.logs.len() {
+        let part = problem.part(l);
+        let bins = problem.logs[l].len();
+        for from in (0..bins).step_by(STRETCH) {
+            let len = STRETCH.min(bins - from);
+            let (h, g) = &mut halves[(from / STRETCH) % 2];
+            for c in 0..3 {
+                let design = part.design.rows(c * bins + from, len).into_owned();
+                let hessian = design.transpose() * &design;
+                let gradient = design.transpose() * part.residual.rows(c * bins + from, len);
+                for (i, &gi) in part.index.iter().enumerate() {
+                    g[gi] += gradient[i];
+                    for (k, &gk) in part.index.iter().enumerate() {
+                        h[(gi, gk)] += hessian[(i, k)];
+                    }
+                }
+            }
+        }
+    }
+    let mut reduced = Vec::new();
+    for (h, g) in &halves {
+        let nuisance = nalgebra::Cholesky::new(h.view((lost, lost), (n - lost, n - lost)).into_owned())?;
+        let mixed = h.view((lost, 0), (n - lost, lost)).into_owned();
+        let own = h.view((0, 0), (lost, lost)) - mixed.transpose() * nuisance.solve(&mixed);
+        let gradient = g.rows(0, lost) - mixed.transpose() * nuisance.solve(&g.rows(lost, n - lost).into_owned());
+        let step = nalgebra::Cholesky::new(own.clone())?.solve(&gradient);
+        // the other half is judged without the prior
+        reduced.push((own - prior.view((0, 0), (lost, lost)), gradient, step));
+    }
+    let gain = |axis: usize, law: &JointLaw| -> f64 {
+        let (at, len) = (problem.offset(axis), law.len());
+        let one = |from: usize, to: usize| {
+            let step = reduced[from].2.rows(at, len);
+            2.0 * step.dot(&reduced[to].1.rows(at, len)) - step.dot(&(reduced[to].0.view((at, at), (len, len)) * step))
+        };
+        one(0, 1) + one(1, 0)
+    };
+    Some(problem.laws.iter().enumerate().map(|(a, l)| l.as_ref().map_or(0.0, |l| gain(a, l))).collect())
 }
 
 /// p value of the test that nothing is to be corrected.
