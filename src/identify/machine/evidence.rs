@@ -1,7 +1,9 @@
 //! What the residuals support: covariance, single reversals, what is left on parts of the logs that were not fitted.
 //!
 //! Covariance: `H^-1 (M + P) H^-1` (sandwich; White 1980, with sums over blocks of some seconds as Newey and West 1987), `M`
-//! the scatter of the blocks' scores and `P` the precision of the priors; never less than `H^-1`.
+//! the scatter of the blocks' scores and `P` the precision of the priors; never less than `H^-1`. The same with the scores of whole
+//! logs (clusters; Liang and Zeger 1986) shows where logs contradict each other because friction is of another form than the
+//! model's; the larger counts.
 //!
 //! Held-out estimates: the problem is nearly linear at its minimum, so leaving a stretch of a log out moves the estimate by
 //! `-(H - H_b)^-1 g_b`. Each reversal's remainder is then estimated in its window by generalized least squares with three
@@ -11,7 +13,10 @@ use super::problem::{Part, Problem};
 use super::solve;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
+/// 97.5 % quantile of the normal distribution.
+const Z95: f64 = 1.959964;
 /// Length of the blocks whose scores count as one, bins.
 const BLOCK: usize = 100;
 /// Stretches of a log that are left out in turn.
@@ -25,6 +30,8 @@ const SHAPES_S: [f64; 2] = [0.5, 2.0];
 /// Everything that the last round knows.
 pub struct Evidence {
     pub covariance: DMatrix<f64>,
+    /// The same without what logs disagree in: for differences within a joint, in which that cancels.
+    pub within: DMatrix<f64>,
     pub reversals: Vec<Reversal>,
 }
 
@@ -51,10 +58,10 @@ pub fn evaluate(problem: &Problem) -> Option<Evidence> {
     let normal = problem.normal();
     let inverse = inverse(&normal.hessian)?;
     let parts: Vec<Part> = (0..problem.logs.len()).into_par_iter().map(|l| problem.part(l)).collect();
-    let covariance = sandwich(problem, &parts, &inverse);
+    let [covariance, within] = sandwich(problem, &parts, &inverse);
     let all: Vec<Vec<Reversal>> =
         (0..parts.len()).into_par_iter().map(|l| of_log(problem, l, &parts[l], &inverse)).collect();
-    Some(Evidence { covariance, reversals: all.into_iter().flatten().collect() })
+    Some(Evidence { covariance, within, reversals: all.into_iter().flatten().collect() })
 }
 
 /// Inverse of a positive definite matrix, by its Cholesky factor.
@@ -66,9 +73,12 @@ fn inverse(h: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(DMatrix::from_fn(n, n, |i, k| inverse[(i, k)] * scale[i] * scale[k]))
 }
 
-fn sandwich(problem: &Problem, parts: &[Part], inverse: &DMatrix<f64>) -> DMatrix<f64> {
+fn sandwich(problem: &Problem, parts: &[Part], inverse: &DMatrix<f64>) -> [DMatrix<f64>; 2] {
     let n = inverse.nrows();
-    let mut meat = problem.prior().0;
+    let prior = problem.prior().0;
+    let (mut meat, mut between) = (prior.clone(), prior);
+    // logs with which a parameter is concerned
+    let mut logs = vec![0usize; n];
     for (l, p) in parts.iter().enumerate() {
         let bins = problem.logs[l].len();
         let blocks = bins.div_ceil(BLOCK);
@@ -82,16 +92,37 @@ fn sandwich(problem: &Problem, parts: &[Part], inverse: &DMatrix<f64>) -> DMatri
             }
         }
         let product = &scores * scores.transpose() * (blocks as f64 / (blocks as f64 - 1.0).max(1.0));
+        let whole = scores.column_sum();
+        let across = &whole * whole.transpose();
+        p.index.iter().for_each(|i| logs[*i] += 1);
         for (i, &gi) in p.index.iter().enumerate() {
             for (k, &gk) in p.index.iter().enumerate() {
                 meat[(gi, gk)] += product[(i, k)];
+                between[(gi, gk)] += across[(i, k)];
             }
         }
     }
     let robust = inverse * meat * inverse;
-    // never less than the model itself says: scaled up where the scatter of blocks is larger
-    let factor: Vec<f64> = (0..n).map(|i| (robust[(i, i)] / inverse[(i, i)]).max(1.0).sqrt()).collect();
-    DMatrix::from_fn(n, n, |i, k| inverse[(i, k)] * factor[i] * factor[k])
+    let between = inverse * between * inverse;
+    // never less than the model itself says: scaled up where the scatter of blocks or logs is larger
+    let scaled = |variance: &dyn Fn(usize) -> f64| {
+        let factor: Vec<f64> = (0..n).map(|i| (variance(i) / inverse[(i, i)]).max(1.0).sqrt()).collect();
+        DMatrix::from_fn(n, n, |i, k| inverse[(i, k)] * factor[i] * factor[k])
+    };
+    let all = scaled(&|i| robust[(i, i)].max(between[(i, i)] * few_logs(logs[i])));
+    [all, scaled(&|i| robust[(i, i)])]
+}
+
+/// What the scatter of the scores of `logs` logs is to be multiplied by: the sample variance, and the wide tails of a variance from so
+/// few (Student's t, at least two degrees of freedom). One log alone says nothing of this kind.
+fn few_logs(logs: usize) -> f64 {
+    if logs < 2 {
+        return 0.0;
+    }
+    let n = logs as f64;
+    let dof = (n - 1.0).max(2.0);
+    let t = StudentsT::new(0.0, 1.0, dof).map_or(Z95, |t| t.inverse_cdf(0.975));
+    n / (n - 1.0) * (t / Z95).powi(2)
 }
 
 /// Reversals of a log, each judged by an estimate that left its stretch of the log out.

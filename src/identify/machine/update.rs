@@ -185,7 +185,7 @@ fn probability(problem: &Problem, evidence: &Evidence, axis: usize, before: &Joi
     let (at, n) = (problem.offset(axis), before.len());
     let step = DVector::from_vec(after.to_vec()) - DVector::from_vec(before.to_vec());
     // what the run knows: the correction is drawn towards zero by its prior, so the test is against the spread of what remains
-    let covariance = evidence.covariance.view((at, at), (n, n)).into_owned();
+    let covariance = evidence.within.view((at, at), (n, n)).into_owned();
     let Some(factor) = nalgebra::Cholesky::new(covariance) else { return 1.0 };
     let chi2 = step.dot(&factor.solve(&step));
     ChiSquared::new(n as f64).map_or(1.0, |c| c.sf(chi2))
