@@ -1,10 +1,12 @@
 //! What a rewrite did, as the contract's summary line, as one JSON document, and in words.
 
 use super::job::Outcome;
+use super::script::coverage::Reason;
 use super::script::job::Vendor;
 use super::stream::guard::is_already;
 use crate::error::{Error, one_line};
 use crate::robot::Robot;
+use crate::robot::frames::Missing;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
@@ -33,6 +35,16 @@ pub struct Line {
     pub reason: Option<String>,
     pub moves: u64,
     pub editable: u64,
+    /// Of a vendor program: moves edited as joint targets and as poses, and why the others are left.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub edited_as_joints: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub edited_as_poses: Option<u64>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub left: Vec<Reason>,
+    /// Frames and tools that moves wait for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub missing: Option<Missing>,
     pub reversals: u64,
     pub inserted: u64,
     pub sha256_in: Option<String>,
@@ -54,6 +66,10 @@ impl Line {
             reason: o.refusal.as_ref().map(|r| one_line(r)),
             moves: o.points,
             editable: o.vendor.as_ref().map_or(o.points, |v| v.coverage.editable),
+            edited_as_joints: o.vendor.as_ref().map(|v| v.coverage.as_joints),
+            edited_as_poses: o.vendor.as_ref().map(|v| v.coverage.as_poses),
+            left: o.vendor.as_ref().map(|v| v.coverage.reasons.clone()).unwrap_or_default(),
+            missing: o.vendor.as_ref().map(|v| v.missing.clone()).filter(|m| !m.is_empty()),
             reversals: o.account.reversals.iter().sum(),
             inserted: o.account.inserted,
             sha256_in: o.sha256_in.clone(),
@@ -71,6 +87,10 @@ impl Line {
             reason: Some(one_line(&e.to_string())),
             moves: 0,
             editable: 0,
+            edited_as_joints: None,
+            edited_as_poses: None,
+            left: Vec::new(),
+            missing: None,
             reversals: 0,
             inserted: 0,
             sha256_in,
@@ -118,7 +138,11 @@ pub fn document(outcome: &Outcome, robot: &Robot) -> Value {
     if let Some(v) = &outcome.vendor {
         map.insert("format".into(), json!(v.format));
         map.insert("coverage_percent".into(), json!(round(v.coverage.percent(), 3)));
+        map.insert("edited_as_joints".into(), json!(v.coverage.as_joints));
+        map.insert("edited_as_poses".into(), json!(v.coverage.as_poses));
+        map.insert("left".into(), json!(v.coverage.moves - v.coverage.editable));
         map.insert("not_edited".into(), json!(v.coverage.reasons));
+        map.insert("missing".into(), json!(v.missing));
         map.insert("closed".into(), json!(v.coverage.closed));
         map.insert("runs".into(), json!(v.runs));
         let gaps: Vec<Value> = v.gaps.iter().map(|g| json!({"line": g.at.line, "why": g.why})).collect();
@@ -143,6 +167,9 @@ pub fn document(outcome: &Outcome, robot: &Robot) -> Value {
             })
             .collect();
         map.insert("rounding".into(), json!(lost));
+        let [length, angle] = v.written.pose_lost;
+        map.insert("rounding_pose_mm".into(), json!(round(length * 1e3, 9)));
+        map.insert("rounding_pose_deg".into(), json!(round(angle.to_degrees(), 9)));
     }
     Value::Object(map)
 }
@@ -273,6 +300,11 @@ const UNUSUAL_M: f64 = 2e-3;
 /// Notes and places of one kind that are listed.
 const FEW: usize = 8;
 
+/// `1 move waits for it`.
+fn waits(moves: u64) -> String {
+    format!("{} for it", if moves == 1 { "1 move waits".into() } else { format!("{moves} moves wait") })
+}
+
 /// `1 move`, `2 moves`.
 fn counted(n: u64, what: &str) -> String {
     if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
@@ -290,6 +322,21 @@ fn lines_text(lines: &[u64]) -> String {
 
 /// What of a vendor program is not edited, and why; where directions start anew.
 fn coverage_words(text: &mut String, v: &Vendor) {
+    let c = &v.coverage;
+    if c.as_poses > 0 || c.moves > c.editable {
+        let _ = writeln!(
+            text,
+            "  edited as joints: {}, as poses: {}, left: {}",
+            counted(c.as_joints, "move"),
+            counted(c.as_poses, "move"),
+            counted(c.moves - c.editable, "move")
+        );
+    }
+    for (what, names) in [("frame", &v.missing.frames), ("tool", &v.missing.tools)] {
+        for (name, moves) in names {
+            let _ = writeln!(text, "  {what} `{name}` is not known: {} (--list-frames)", waits(*moves));
+        }
+    }
     for r in &v.coverage.reasons {
         let _ = writeln!(text, "  not edited: {} ({}; {})", counted(r.moves, "move"), r.why, r.lines_text());
     }

@@ -1,5 +1,6 @@
 //! The robot file `lostmotion/robot/1`: YAML in degrees and millimetres, checked before anything is computed.
 
+use super::frames;
 use super::{Convention, Follow, GapOf, Joint, JointKind, Link, Robot, gap_of};
 use crate::error::{Error, Place, Result};
 use crate::io::{input, yaml::Document};
@@ -7,6 +8,7 @@ use indexmap::IndexMap;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use robot_programs::gcode::Control;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 pub const SCHEMA: &str = "lostmotion/robot/1";
@@ -103,6 +105,29 @@ pub(super) struct ReflectorFile {
     pub(super) xyz_mm: [f64; 3],
 }
 
+/// `tools:`: further reflectors in a list, or tools of the controller by name.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(untagged)]
+pub(super) enum ToolsFile {
+    Reflectors(Vec<ReflectorFile>),
+    Named(BTreeMap<String, FrameFile>),
+}
+
+impl Default for ToolsFile {
+    fn default() -> Self {
+        Self::Reflectors(Vec::new())
+    }
+}
+
+impl ToolsFile {
+    fn is_empty(&self) -> bool {
+        match self {
+            Self::Reflectors(list) => list.is_empty(),
+            Self::Named(map) => map.is_empty(),
+        }
+    }
+}
+
 /// The document as it stands in YAML; also an inline `robot:` of a model file.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -119,8 +144,10 @@ pub struct RobotFile {
     pub(super) base: FrameFile,
     #[serde(default = "still")]
     pub(super) tool: FrameFile,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(super) tools: Vec<ReflectorFile>,
+    #[serde(default, skip_serializing_if = "ToolsFile::is_empty")]
+    pub(super) tools: ToolsFile,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(super) frames: BTreeMap<String, FrameFile>,
     #[serde(default = "gravity")]
     pub(super) gravity_m_s2: [f64; 3],
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
@@ -215,10 +242,16 @@ impl RobotFile {
         let mut robot = Robot::new(self.name, convention, joints, self.base.to_isometry(), self.tool.to_isometry());
         robot.links =
             self.links.iter().map(|l| Link { mass_kg: l.mass_kg, com_m: Vector3::from(l.com_mm) * 1e-3 }).collect();
-        for t in &self.tools {
-            finite(doc, "tools", "xyz_mm", &t.xyz_mm)?;
-            robot.reflectors_m.push(Vector3::from(t.xyz_mm) * 1e-3);
+        match &self.tools {
+            ToolsFile::Reflectors(list) => {
+                for t in list {
+                    finite(doc, "tools", "xyz_mm", &t.xyz_mm)?;
+                    robot.reflectors_m.push(Vector3::from(t.xyz_mm) * 1e-3);
+                }
+            }
+            ToolsFile::Named(tools) => robot.frames.tools = frames::checked(tools, doc)?,
         }
+        robot.frames.frames = frames::checked(&self.frames, doc)?;
         robot.gravity_m_s2 = Vector3::from(self.gravity_m_s2);
         robot.gap_of = gaps_of(&self.gap_of, &robot, doc)?;
         let control = Control::of_words(self.control.iter().map(String::as_str)).map_err(|word| {

@@ -4,6 +4,8 @@
 //! - [`file`]: the robot file (YAML, degrees and millimetres) to and from this module's types (SI), with every refusal.
 //! - [`chain`]: forward kinematics and the analytic Jacobian (seed 000 equations 2-5; Craig's convention too).
 //! - [`inverse`]: the damped numerical inverse for any subset of joints; says why it stopped.
+//! - [`arm`]: all joint vectors of a pose, in closed form for the arms of most makers.
+//! - [`frames`]: frames and tools by the controller's names.
 //! - [`write`]: a robot back to its file.
 //! - [`urdf`]: a robot from a URDF file, by [`dh`]: parameters of given joint axes.
 //! - [`plausible`]: whether the numbers can be those of a machine.
@@ -13,17 +15,21 @@
 //! Joint vectors `q` hold one value per *axis*, that is, per joint with a command of its own, in file order, in radians
 //! or metres. A joint that follows another one has no entry.
 
+pub mod arm;
 pub mod chain;
 pub mod dh;
 pub mod file;
 pub mod fingerprint;
+pub mod frames;
 pub mod gap_of;
 pub mod inverse;
 pub mod plausible;
 pub mod urdf;
 pub mod write;
 
+pub use arm::Arm;
 pub use chain::{Chain, Pose};
+pub use frames::Frames;
 pub use gap_of::GapOf;
 pub use inverse::{Inverse, InverseOptions, Stop, Target};
 
@@ -93,6 +99,8 @@ pub struct Robot {
     pub gravity_m_s2: Vector3<f64>,
     /// Joints whose gap belongs to a sum of axes.
     pub gap_of: Vec<GapOf>,
+    /// Frames and tools of its controller, as the robot file names them.
+    pub frames: Frames,
     axes: Vec<usize>,
     chain: Chain,
     table: Axes,
@@ -121,6 +129,7 @@ impl Robot {
             reflectors_m: Vec::new(),
             gravity_m_s2: Vector3::new(0.0, 0.0, -9.80665),
             gap_of: Vec::new(),
+            frames: Frames::default(),
             axes,
             chain,
             table,
@@ -145,6 +154,7 @@ impl Robot {
         robot.gravity_m_s2 = self.gravity_m_s2;
         robot.gap_of = self.gap_of.clone();
         robot.table.control = self.table.control;
+        robot.frames = self.frames.clone();
         robot
     }
 

@@ -4,7 +4,7 @@
 //! `limits_deg: [-185, 185]` stays what it was after degrees became radians. A frame is written from its rotation, whose
 //! angles come back within 1e-12 deg.
 
-use super::file::{FollowFile, FrameFile, JointFile, LinkFile, ReflectorFile, RobotFile, SCHEMA};
+use super::file::{FollowFile, FrameFile, JointFile, LinkFile, ReflectorFile, RobotFile, SCHEMA, ToolsFile};
 use super::{Convention, Joint, JointKind, Robot};
 use crate::error::Result;
 use crate::io::yaml;
@@ -24,7 +24,13 @@ impl Robot {
             links: self.links.iter().map(|l| LinkFile { mass_kg: l.mass_kg, com_mm: point(&l.com_m) }).collect(),
             base: frame(&self.base),
             tool: frame(&self.tool),
-            tools: self.reflectors_m.iter().map(|p| ReflectorFile { xyz_mm: point(p) }).collect(),
+            tools: match self.frames.tools.is_empty() {
+                true => ToolsFile::Reflectors(
+                    self.reflectors_m.iter().map(|p| ReflectorFile { xyz_mm: point(p) }).collect(),
+                ),
+                false => ToolsFile::Named(self.frames.tools.iter().map(|(k, f)| (k.clone(), frame(f))).collect()),
+            },
+            frames: self.frames.frames.iter().map(|(k, f)| (k.clone(), frame(f))).collect(),
             gravity_m_s2: self.gravity_m_s2.into(),
             gap_of: self.gap_of.iter().map(|g| (self.axis(g.axis).name.clone(), self.sum_text(g))).collect(),
             control: self.axes().control.words().into_iter().map(String::from).collect(),

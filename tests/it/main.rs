@@ -6,6 +6,7 @@ mod assess_circle;
 mod assess_impact;
 mod bad_input;
 mod bench;
+mod cartesian_circle;
 mod catalogue;
 mod catalogue_docs;
 mod diagnose_cli;

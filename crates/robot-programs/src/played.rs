@@ -159,7 +159,7 @@ mod tests {
         let value = |si: f64| Value { si, start: 0, end: 0, style: Style::default(), digit: 1.0, finest: 1.0 };
         let targets = targets
             .iter()
-            .map(|t| Target { name: None, at: At::default(), values: t.iter().map(|v| v.map(value)).collect() })
+            .map(|t| Target { values: t.iter().map(|v| v.map(value)).collect(), ..Target::default() })
             .collect();
         Script { texts: vec![Text::new("p.src", Vec::new())], steps, targets, ..Script::default() }
     }

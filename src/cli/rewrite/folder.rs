@@ -21,8 +21,9 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<()> {
     if args.output.is_some() || args.check.is_some() {
         return Err(usage("a folder as IN with --output or --check", "--output-dir"));
     }
-    let output = if args.dry_run { None } else { args.output_dir.as_deref() };
-    if output.is_none() && !args.dry_run {
+    let dry = args.dry_run || args.list_frames;
+    let output = if dry { None } else { args.output_dir.as_deref() };
+    if output.is_none() && !dry {
         return Err(usage("a folder as IN without --output-dir", "--output-dir"));
     }
     if let Some(output) = output.filter(|_| !args.force) {
@@ -57,6 +58,9 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<()> {
     };
     let lines = batch::run(&job, &args.input, &programs, output, &|| bar.inc(1));
     bar.finish_and_clear();
+    if args.list_frames {
+        return super::list_frames(lines.iter().filter_map(|l| l.missing.as_ref()));
+    }
     summarise(&mut summary, &lines)?;
     output::commit([summary])?;
     let count = |s: Status| lines.iter().filter(|l| l.status == s).count();

@@ -15,6 +15,7 @@ use crate::rewrite::script::Choices;
 use crate::rewrite::statics::Statics;
 use crate::rewrite::stream::guard::{Named, Notes};
 use crate::rewrite::{Options, Refine};
+use crate::robot::frames::Frames;
 use crate::robot::{JointKind, Robot};
 use std::path::Path;
 use std::sync::Arc;
@@ -71,6 +72,29 @@ impl Source {
             left,
         })
     }
+}
+
+/// Frames and tools of `--frames`; they and those of the robot file stand in the note.
+fn frames(args: &Args, robot: &Robot, said: &mut Vec<String>) -> Result<Frames> {
+    let frames = match &args.frames {
+        None => Frames::default(),
+        Some(path) => {
+            said.push(format!("frames {}", input::read(path)?.sha256));
+            Frames::load(path)?
+        }
+    };
+    // one given twice with different numbers is a mistake in one of the files
+    for (what, ours, theirs) in
+        [("frame", &robot.frames.frames, &frames.frames), ("tool", &robot.frames.tools, &frames.tools)]
+    {
+        if let Some((name, _)) = theirs.iter().find(|(name, f)| ours.get(*name).is_some_and(|o| o != *f)) {
+            return Err(usage(
+                &format!("{what} `{name}` of --frames, which the robot file gives with other numbers"),
+                "one of them",
+            ));
+        }
+    }
+    Ok(frames)
 }
 
 /// The job that the arguments ask for, every value checked.
@@ -156,14 +180,23 @@ pub(super) fn of<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
     }
     let solve = number("solve-cartesian", args.solve_cartesian, &|v| v > 0.0, "a distance above 0")?;
     said.extend(solve.map(|v| format!("solve_cartesian_um {v}")));
-    if args.exclude_process {
-        said.push("exclude_process".into());
+    for (what, asked) in [
+        ("exclude_process", args.exclude_process),
+        ("leave_cartesian", args.leave_cartesian),
+        ("leave_process", args.leave_process),
+    ] {
+        said.extend(asked.then(|| what.to_string()));
     }
+    said.extend(args.max_added.map(|n| format!("max_added {n}")));
     let choices = Choices {
         exclude_process: args.exclude_process,
         solve_within_m: solve.map(|um| um * 1e-6),
         speed_m_s: speed.map(|v| v * 1e-3),
         require_coverage: args.require_coverage.as_deref().map(share).transpose()?,
+        frames: frames(args, robot, &mut said)?,
+        leave_poses: args.leave_cartesian,
+        max_added: args.max_added,
+        leave_process: args.leave_process,
     };
     Ok(Job {
         format: args.format.as_deref().map(format_named).transpose()?,

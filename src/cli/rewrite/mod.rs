@@ -15,6 +15,7 @@ use crate::rewrite::stream::guard::note_path;
 use crate::rewrite::summary::{Line, Told, document, words};
 use crate::rewrite::{LimitKind, Refine};
 use crate::robot::JointKind;
+use crate::robot::frames::Missing;
 use indicatif::{ProgressBar, ProgressStyle};
 use job::Source;
 use std::io::IsTerminal;
@@ -53,7 +54,7 @@ pub struct Args {
     pub model: Option<PathBuf>,
 
     /// Where the rewritten program goes; `-` for standard output. A note FILE.lostmotion.json is left beside it
-    #[arg(long, short, value_name = "FILE", required_unless_present_any = ["dry_run", "check", "output_dir"])]
+    #[arg(long, short, value_name = "FILE", required_unless_present_any = ["dry_run", "check", "output_dir", "list_frames"])]
     pub output: Option<PathBuf>,
 
     /// Format of the program in place of the one that its ending and content show (csv, inform, rapid, krl, fanuc, urscript,
@@ -90,6 +91,28 @@ pub struct Args {
     /// [without a value: 20]
     #[arg(long, value_name = "UM", num_args = 0..=1, require_equals = true, default_missing_value = "20")]
     pub solve_cartesian: Option<f64>,
+
+    /// Frames and tools by the controller's names (lostmotion/frames/1), besides those of the robot file: Cartesian targets in others
+    /// stay as they are
+    #[arg(long, value_name = "FILE")]
+    pub frames: Option<PathBuf>,
+
+    /// Write nothing but a file for --frames on standard output, to fill in: every frame and tool that is not known, with the
+    /// number of moves that wait for it
+    #[arg(long, conflicts_with_all = ["output", "check", "json"])]
+    pub list_frames: bool,
+
+    /// Leave Cartesian targets as they are
+    #[arg(long)]
+    pub leave_cartesian: bool,
+
+    /// Most points that are added to a program; where there would be more, steps are spread over whole moves
+    #[arg(long, value_name = "N")]
+    pub max_added: Option<u64>,
+
+    /// Add no points while a process (welding, dispensing) is on; its targets are edited
+    #[arg(long)]
+    pub leave_process: bool,
 
     /// Leave moves as they are while a process (welding, dispensing) is on
     #[arg(long)]
@@ -254,6 +277,10 @@ pub fn run(args: Args) -> Result<()> {
         _ => Target::DryRun,
     };
     let dry = !matches!(target, Target::File(_));
+    if args.list_frames {
+        let ready = job.prepare(&args.input, Target::DryRun, &|_| {})?;
+        return list_frames(ready.outcome.vendor.iter().map(|v| &v.missing));
+    }
     let mut summary = output::create(args.summary.as_deref())?;
     let mut report = output::create(args.report.as_deref())?;
     let bar = bytes_bar(&args.input);
@@ -301,6 +328,17 @@ pub fn run(args: Args) -> Result<()> {
     let changed = !outcome.unchanged;
     said(outcome)?;
     exit_unchanged(&args, changed)
+}
+
+/// `--list-frames`: a frames file to fill in.
+fn list_frames<'a>(all: impl Iterator<Item = &'a Missing>) -> Result<()> {
+    let mut missing = Missing::default();
+    all.for_each(|m| missing.add(m));
+    write_whole(Path::new("-"), missing.template().as_bytes())?;
+    if missing.is_empty() {
+        eprintln!("no move waits for a frame or a tool");
+    }
+    Ok(())
 }
 
 /// `--exit-code`: nothing needed a change.

@@ -37,7 +37,7 @@ pub fn of_edits(script: &Script, runs: &[Run], edits: &Edits, robot: &Robot) -> 
             if let Some(edit) = edits.steps.get(&vertex.step) {
                 for p in &edit.before {
                     let own = match (run.line(vertex.step), last) {
-                        (Some(line), _) => line.at(robot, p.share),
+                        (Some(line), _) => line.at(p.share),
                         (None, Some(from)) => {
                             Some(from.iter().zip(&vertex.q).map(|(a, b)| a + p.share * (b - a)).collect())
                         }

@@ -12,6 +12,9 @@ const LISTED: usize = 20;
 pub struct Coverage {
     pub moves: u64,
     pub editable: u64,
+    /// Of them those whose joint values are written, and those whose Cartesian target is written as one.
+    pub as_joints: u64,
+    pub as_poses: u64,
     /// Editable moves on whose way no point may be put: a step there is spread over the whole move.
     pub closed: u64,
     pub reasons: Vec<Reason>,
@@ -32,7 +35,7 @@ pub struct Reason {
 pub fn kept(m: &Move) -> Option<String> {
     match (&m.goal, &m.fixed) {
         (Goal::Opaque(why), _) => Some(why.clone()),
-        (Goal::Pose(_), _) => Some("Cartesian target".into()),
+        (Goal::Pose(_), why) => Some(why.clone().unwrap_or_else(|| "Cartesian target".into())),
         (Goal::Joints(_), Some(why)) => Some(why.clone()),
         (Goal::Joints(_), None) => None,
     }
@@ -40,16 +43,27 @@ pub fn kept(m: &Move) -> Option<String> {
 
 impl Coverage {
     /// Coverage of a script; `excluded` says which steps are left out on request, and why, `solved` which Cartesian moves are
-    /// written as joint moves.
-    pub fn of(script: &Script, excluded: &dyn Fn(usize) -> Option<String>, solved: &dyn Fn(usize) -> bool) -> Self {
+    /// written as joint moves, `posed` which are written as poses, or why not.
+    pub fn of(
+        script: &Script,
+        excluded: &dyn Fn(usize) -> Option<String>,
+        solved: &dyn Fn(usize) -> bool,
+        posed: &dyn Fn(usize) -> Result<(), String>,
+    ) -> Self {
         let mut coverage = Self::default();
         for (k, step) in script.steps.iter().enumerate() {
             let StepKind::Move(m) = &step.kind else { continue };
             coverage.moves += 1;
-            match kept(m).filter(|_| !solved(k)).or_else(|| excluded(k)) {
+            let pose = matches!(m.goal, Goal::Pose(_)) && !solved(k);
+            let why = match pose {
+                true => posed(k).err(),
+                false => kept(m).filter(|_| !solved(k)),
+            };
+            match excluded(k).or(why) {
                 Some(why) => coverage.add(why, step.at),
                 None => {
                     coverage.editable += 1;
+                    *(if pose { &mut coverage.as_poses } else { &mut coverage.as_joints }) += 1;
                     coverage.closed += u64::from(m.closed.is_some());
                 }
             }

@@ -1,7 +1,7 @@
 //! What comes out of the engine, as edits of the program: other values for targets, new points on the way to them.
 
 use super::run::{Role, Run, Vertex};
-use crate::program::script::{Document, Edit, Edits, Goal, NewPoint, Script, StepKind};
+use crate::program::script::{Document, Edit, Edits, Goal, NewPoint, PathKind, Script, StepKind};
 use crate::rewrite::{Emitted, Origin};
 use crate::robot::Robot;
 
@@ -31,12 +31,14 @@ struct Out<'a> {
     fraction: Option<f64>,
 }
 
-/// Adds the edits of one run. Returns what found no place and how many points were added.
+/// Adds the edits of one run, all in joints ([`super::poses::write`] makes poses of those of Cartesian targets). Returns what found
+/// no place and how many points were added. `solve`: straight moves to Cartesian targets become joint moves.
 pub fn collect(
     document: &dyn Document,
     robot: &Robot,
     run: &Run,
     emitted: &Emitted,
+    solve: bool,
     edits: &mut Edits,
 ) -> (Unplaced, u64) {
     let script = document.script();
@@ -59,7 +61,7 @@ pub fn collect(
         let Some(vertex) = goal(run, &outs[end]) else { break };
         let span = &outs[at..end];
         let before = at.checked_sub(1).map(|k| outs[k].q);
-        let edit = step(document, robot, run, vertex, before, span, &outs[end], &mut unplaced);
+        let edit = step(document, robot, run, vertex, before, span, &outs[end], solve, &mut unplaced);
         at = end + 1;
         if let Some((edit, points)) = edit {
             added += points;
@@ -84,6 +86,7 @@ fn step(
     before: Option<&[f64]>,
     span: &[Out],
     end: &Out,
+    solve: bool,
     unplaced: &mut Unplaced,
 ) -> Option<(Edit, u64)> {
     let script = document.script();
@@ -97,7 +100,7 @@ fn step(
     if !vertex.editable {
         return None;
     }
-    let as_joint_moves = matches!(m.goal, Goal::Pose(_));
+    let as_joint_moves = solve && matches!(m.goal, Goal::Pose(_)) && m.path == PathKind::Linear && m.closed.is_none();
     let changed = |o: &Out, own: &[f64]| o.q.iter().zip(own).any(|(a, b)| (a - b).abs() > NOTHING);
     let mut edit = Edit { as_joint_moves, ..Edit::default() };
     // points of a way are written where the offset changes between them; else the goal alone carries it
@@ -176,7 +179,7 @@ fn new_point(
     };
     let mut q = o.q.to_vec();
     // the engine goes straight in the joints; on a straight TCP path or an arc the point moves onto it, its offset stays
-    let on_way = || document.on_way(step, share).or_else(|| run.line(step)?.at(robot, share));
+    let on_way = || document.on_way(step, share).or_else(|| run.line(step)?.at(share));
     if let (Some(f), Some(to)) = (o.fraction, run.vertices.get(o.vertex + 1))
         && let Some(on_way) = on_way()
     {

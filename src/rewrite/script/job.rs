@@ -15,12 +15,15 @@ use crate::rewrite::job::{Job, Outcome, Ready, Target, smallest};
 use crate::rewrite::original;
 use crate::rewrite::stream::guard::{self, Companion};
 use crate::rewrite::stream::sink::{File, Sink};
+use crate::robot::frames::Missing;
 use std::path::{Path, PathBuf};
 
 /// A last digit is coarse where it is more than this share of the smallest half gap.
 const COARSE: f64 = 0.05;
 /// Last digit of a joint that is corrected at every point, rad or m.
 const STATIC_DIGIT: f64 = 1e-8;
+/// Last digits of poses: lengths, m (0.0001 mm), and angles, rad (0.0001 deg).
+const POSE_DIGITS: [f64; 2] = [1e-7, 1.75e-6];
 /// Last digit of the other joints at a new point, rad or m: it must stand on the path.
 const PATH_DIGIT: f64 = 2e-6;
 /// A vendor program is read whole; a larger one is none that a controller could load.
@@ -32,6 +35,8 @@ pub struct Vendor {
     pub format: &'static str,
     pub title: &'static str,
     pub coverage: Coverage,
+    /// Frames and tools that moves wait for.
+    pub missing: Missing,
     /// Where directions are lost because a target could not be followed.
     pub gaps: Vec<Gap>,
     pub unplaced: Unplaced,
@@ -74,6 +79,7 @@ impl Job<'_> {
             choices: &self.choices,
             deadband: &self.deadband,
             digit: &digit,
+            pose_digit: self.pose_digits(),
         };
         let done = rewrite(format, texts, &task)?;
         if !self.force && self.looks_rewritten(&done) {
@@ -150,6 +156,7 @@ impl Job<'_> {
                 format: format.name(),
                 title: format.title(),
                 coverage: done.coverage.clone(),
+                missing: done.missing.clone(),
                 gaps: done.gaps.clone(),
                 unplaced: done.unplaced.clone(),
                 written: done.written.clone(),
@@ -173,6 +180,12 @@ impl Job<'_> {
             (COARSE * gap).min(if fine { STATIC_DIGIT } else { PATH_DIGIT })
         };
         Ok(self.robot.axis_joints().enumerate().map(of).collect())
+    }
+
+    /// Weight of the last digits that changed numbers of poses should have at most, m and rad.
+    fn pose_digits(&self) -> [f64; 2] {
+        let of = |n: u8| 10f64.powi(-i32::from(n));
+        self.decimals.map_or(POSE_DIGITS, |n| [of(n) * 1e-3, of(n).to_radians()])
     }
 
     /// By its reversals, as for a program of rows.

@@ -6,7 +6,8 @@
 //!
 //! Rooms:
 //! - [`coverage`]: how much can be edited, and why not the rest.
-//! - [`run`]: where positions follow each other; [`way`] solves what lies between targets; [`clock`] tells durations.
+//! - [`run`]: where positions follow each other; [`poses`] solves Cartesian targets by their [`configuration`] and writes them
+//!   again, [`way`] follows straight TCP paths; [`clock`] tells durations.
 //! - [`rates`]: speed and acceleration limits; [`stops`]: how long new exact stops take.
 //! - [`edits`]: points that came out -> values and new points of the program.
 //! - [`writing`]: edits into texts; [`notes`]: what the program or the robot file does not say.
@@ -16,10 +17,12 @@
 
 pub mod change;
 pub mod clock;
+pub mod configuration;
 pub mod coverage;
 pub mod edits;
 pub mod job;
 pub mod notes;
+pub mod poses;
 pub mod rates;
 pub mod run;
 pub mod stops;
@@ -31,15 +34,19 @@ use super::engine::{Account, Engine};
 use super::{Emitted, Options, Origin, Points};
 use crate::compensator::Compensator;
 use crate::error::{Error, Result};
-use crate::program::script::{At, Edits, Format, Note, Script, StepKind, Text};
+use crate::program::script::{At, Edits, Format, Goal, Note, Quantity, Script, StepKind, Target, Text, Value};
 use crate::robot::Robot;
+use crate::robot::frames::{Frames, Missing};
 use change::Change;
 use coverage::Coverage;
 use edits::Unplaced;
+use poses::Poses;
 use run::{Choice, Cut, Gap, Run};
 
 /// The dead band is this many last digits of the coarsest target: rounding is no movement.
 const DEADBAND_DIGITS: f64 = 1.5;
+/// Distance of a TCP from a joint at which the digits of its position count, m.
+const LEVER_M: f64 = 0.5;
 
 /// What a user may choose about vendor programs alone.
 #[derive(Debug, Clone, Default)]
@@ -52,6 +59,14 @@ pub struct Choices {
     pub require_coverage: Option<f64>,
     /// TCP speed in the place of what joint speeds would make it, m/s.
     pub speed_m_s: Option<f64>,
+    /// Frames and tools by the controller's names, besides those of the robot file.
+    pub frames: Frames,
+    /// Cartesian targets stay as they are.
+    pub leave_poses: bool,
+    /// Most points that may be added to a program.
+    pub max_added: Option<u64>,
+    /// No points are added while a process is on; targets are edited.
+    pub leave_process: bool,
 }
 
 /// The task: what is the same for all programs of a call.
@@ -65,6 +80,8 @@ pub struct Task<'a> {
     pub deadband: &'a [Option<f64>],
     /// Weight of the last digit that changed numbers should have at most, per axis, rad or m.
     pub digit: &'a [f64],
+    /// ... and of lengths (m) and angles (rad) of poses.
+    pub pose_digit: [f64; 2],
 }
 
 /// A rewritten program, in memory.
@@ -76,6 +93,8 @@ pub struct Done {
     /// Line of each point of the account's violations.
     pub lines: Vec<At>,
     pub coverage: Coverage,
+    /// Frames and tools that moves wait for.
+    pub missing: Missing,
     pub gaps: Vec<Gap>,
     pub unplaced: Unplaced,
     pub written: verify::Written,
@@ -108,7 +127,8 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let left_out = left_out(script, task.choices);
     let excluded = |k: usize| left_out.get(k).copied().flatten().is_some();
     let deadband = deadbands(script, task);
-    let named = |k: usize| script.targets.iter().any(|t| t.values.get(k).is_some_and(Option::is_some));
+    let joints = || script.targets.iter().filter(|t| t.pose.is_none());
+    let named = |k: usize| joints().any(|t| t.values.get(k).is_some_and(Option::is_some));
     let commanded: Vec<bool> = (0..task.robot.dof()).map(named).collect();
     let choice = Choice {
         commanded: &commanded,
@@ -118,10 +138,12 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         certain_speed_m_s: task.choices.speed_m_s,
         excluded: &excluded,
         solve_within_m: task.choices.solve_within_m.filter(|_| document.takes_joints_for_poses()),
+        as_poses: !task.choices.leave_poses,
         on_way: &|step, share| document.on_way(step, share),
     };
-    let Cut { runs, gaps, partial } = run::cut(script, &choice);
-    let mut edits = Edits { digit: task.digit.to_vec(), ..Edits::default() };
+    let mut known = Poses::new(task.robot, &task.choices.frames);
+    let Cut { runs, gaps, partial, mut left } = run::cut(script, &choice, &mut known);
+    let mut edits = Edits { digit: task.digit.to_vec(), pose_digit: task.pose_digit, ..Edits::default() };
     let mut account = empty(task.robot.dof());
     let mut unplaced = Unplaced::default();
     let mut lines = Vec::new();
@@ -134,23 +156,33 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         }
         let (emitted, done) =
             rates::within(script, task, run, options, &mut notes, &|options| through(script, task, run, options))?;
-        let (lost, added) = edits::collect(document.as_ref(), task.robot, run, &emitted, &mut edits);
+        let solve = choice.solve_within_m.is_some();
+        let (lost, added) = edits::collect(document.as_ref(), task.robot, run, &emitted, solve, &mut edits);
         unplaced.points += lost.points;
         unplaced.lines.extend(lost.lines);
         unplaced.rounded += lost.rounded;
         add(&mut account, done, added, lines.len() as u64);
         lines.extend(run.vertices.iter().map(|v| script.steps[v.step].at));
     }
+    unplaced.points += spare(script, task.choices, &mut edits);
+    let changes = change::of_edits(script, &runs, &edits, task.robot);
+    unplaced.points += poses::write(script, &runs, &mut edits, &mut left);
     let unwritable = writing::leave_unwritable(document.as_ref(), &mut edits, &mut account);
+    let posed = |k: usize| match left.get(&k) {
+        Some(why) => Err(why.clone()),
+        None if task.choices.leave_poses => Err("Cartesian target".into()),
+        None => Ok(()),
+    };
     let solved = |k: usize| edits.steps.get(&k).is_some_and(|e| e.as_joint_moves);
     let unknown = |k: usize| partial.binary_search(&k).is_ok().then_some("before it is known where every axis stands");
     let excluded = |k: usize| {
         let asked = left_out.get(k).copied().flatten().or(unknown(k));
         asked.map(String::from).or_else(|| unwritable.get(&k).cloned())
     };
-    let coverage = Coverage::of(script, &excluded, &solved);
+    let coverage = Coverage::of(script, &excluded, &solved, &posed);
     require_coverage(&coverage, task.choices, script)?;
     account.points = coverage.moves;
+    account.inserted = edits.steps.values().map(|e| e.before.len() as u64).sum();
     // an estimate of a part would read as one of the whole
     account.duration_s = (runs.iter().all(Run::timed) && !runs.is_empty() && gaps.is_empty() && partial.is_empty())
         .then(|| runs.iter().filter_map(|r| r.vertices.last()).map(|v| v.t_s).sum())
@@ -161,7 +193,6 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         let stops_s = stops::duration_s(task.robot, &runs, &written.halts);
         account.duration_s = account.duration_s.and_then(|[before, after]| Some([before, after + stops_s?]));
     }
-    let changes = change::of_edits(script, &runs, &edits, task.robot);
     let mut script = script.clone();
     script.notes.splice(0..0, notes);
     script.notes.extend(notes::not_understood(&script));
@@ -181,6 +212,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         account,
         lines,
         coverage,
+        missing: known.missing,
         gaps,
         unplaced,
         written,
@@ -189,6 +221,35 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         positions,
         script,
     })
+}
+
+/// New points that are not wanted go: in processes, and beyond the most that may be added. Returns how many went.
+fn spare(script: &Script, choices: &Choices, edits: &mut Edits) -> u64 {
+    let (mut gone, mut added) = (0, 0);
+    let mut process = false;
+    for (k, step) in script.steps.iter().enumerate() {
+        if let StepKind::Process(on) = step.kind {
+            process = on;
+        }
+        let Some(edit) = edits.steps.get_mut(&k).filter(|e| !e.as_joint_moves && !e.before.is_empty()) else {
+            continue;
+        };
+        let points = edit.before.len() as u64;
+        let most = choices.max_added.is_some_and(|most| added + points > most);
+        // a copy of a Cartesian move that stops exactly would stop in the middle of a seam
+        let stops =
+            matches!(&step.kind, StepKind::Move(m) if matches!(m.goal, Goal::Pose(_)) && m.blend_m == Some(0.0));
+        if most || process && (choices.leave_process || stops) {
+            gone += points;
+            edit.before.clear();
+            if edit.goal.is_none() {
+                edits.steps.remove(&k);
+            }
+        } else {
+            added += points;
+        }
+    }
+    gone
 }
 
 /// Why each step is left out on request.
@@ -226,11 +287,27 @@ fn require_coverage(coverage: &Coverage, choices: &Choices, script: &Script) -> 
     Err(Error::Refused(text.join("\n")))
 }
 
+/// What the last digits of a pose make of a joint, rad: of its angles, and of its lengths at [`LEVER_M`].
+fn pose_noise(target: &Target) -> f64 {
+    let of = |(k, v): (usize, &Option<Value>)| {
+        let digit = v.as_ref()?.digit;
+        Some(match target.pose?.quantity(k) {
+            Quantity::Length => digit / LEVER_M,
+            Quantity::Angle => digit,
+            Quantity::Ratio => 2.0 * digit,
+        })
+    };
+    target.values.iter().enumerate().filter_map(of).fold(0.0, f64::max)
+}
+
 /// What was asked for, else 1.5 of the coarsest last digits with which the axis is written and a share of its smallest half gap.
 fn deadbands(script: &Script, task: &Task) -> Vec<f64> {
+    let poses = || script.targets.iter().filter(|t| t.pose.is_some());
+    let of_pose = poses().map(pose_noise).fold(0.0, f64::max);
     let coarsest = |a: usize| {
-        let digits = script.targets.iter().filter_map(|t| t.values.get(a).copied().flatten()).map(|v| v.digit);
-        digits.fold(0.0, f64::max)
+        let joints = script.targets.iter().filter(|t| t.pose.is_none());
+        let digits = joints.filter_map(|t| t.values.get(a).copied().flatten()).map(|v| v.digit);
+        digits.fold(of_pose, f64::max)
     };
     let of = |a: usize| match task.deadband.get(a).copied().flatten() {
         Some(chosen) => chosen,
@@ -307,9 +384,7 @@ fn enough_digits(script: &Script, edits: &Edits, task: &Task) -> Result<()> {
             .moves()
             .filter(|(k, _)| edits.steps.contains_key(k))
             .filter_map(|(k, m)| match m.goal {
-                crate::program::script::Goal::Joints(t) => {
-                    Some((k, script.targets.get(t)?.values.get(axis).copied()??))
-                }
+                Goal::Joints(t) => Some((k, script.targets.get(t)?.values.get(axis).copied()??)),
                 _ => None,
             })
             .max_by(|a, b| a.1.finest.total_cmp(&b.1.finest));

@@ -6,9 +6,12 @@
 
 use super::clock;
 use super::coverage::kept;
+use super::poses::{Place, Poses, Tooled};
 use super::way;
-use crate::program::script::{At, Break, Goal, Move, PathKind, Script, Speed, StepKind, Way};
+use crate::program::script::{At, Break, Goal, Move, PathKind, PoseGoal, Script, Speed, StepKind, Way};
 use crate::robot::Robot;
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// What a vertex stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,7 +49,9 @@ pub struct Run {
     /// Every duration is written in the program.
     pub by_program: bool,
     /// Sampled ways of straight TCP moves, by step.
-    pub lines: Vec<(usize, way::Line)>,
+    pub lines: BTreeMap<usize, way::Line>,
+    /// Frame and tool of Cartesian targets, by step.
+    pub places: BTreeMap<usize, Place>,
     /// The program starts with it: nothing that moves stands before.
     pub entry: bool,
 }
@@ -59,7 +64,7 @@ impl Run {
 
     /// The sampled way of a step.
     pub fn line(&self, step: usize) -> Option<&way::Line> {
-        self.lines.iter().find(|l| l.0 == step).map(|l| &l.1)
+        self.lines.get(&step)
     }
 }
 
@@ -67,7 +72,7 @@ impl Run {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gap {
     pub at: At,
-    pub why: &'static str,
+    pub why: String,
 }
 
 /// A script in runs.
@@ -77,6 +82,8 @@ pub struct Cut {
     pub gaps: Vec<Gap>,
     /// Moves behind which it is not yet known where every axis stands.
     pub partial: Vec<usize>,
+    /// Why Cartesian moves stay as they are, by step.
+    pub left: BTreeMap<usize, String>,
 }
 
 /// How a script is cut into runs.
@@ -94,15 +101,19 @@ pub struct Choice<'a> {
     pub solve_within_m: Option<f64>,
     /// Axes that some target of the script names.
     pub commanded: &'a [bool],
+    /// Cartesian targets are written as Cartesian targets.
+    pub as_poses: bool,
     /// Joints on a way that the format alone knows.
     pub on_way: &'a dyn Fn(usize, f64) -> Option<Vec<f64>>,
 }
 
 /// The runs of a script, and where directions are lost.
-pub fn cut(script: &Script, choice: &Choice) -> Cut {
+pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
     let start = |k: usize| matches!(script.steps[k].kind, StepKind::Break(Break::Start));
     let entry = script.entry.or_else(|| (0..script.steps.len()).find(|&k| start(k)));
-    let mut cutter = Cutter { choice, out: Cut::default(), run: empty_run(entry.is_none()), known: Vec::new() };
+    let plain = Arc::new(Tooled::new(choice.robot, choice.robot.tool));
+    let run = empty_run(entry.is_none());
+    let mut cutter = Cutter { choice, poses, plain, out: Cut::default(), run, known: Vec::new() };
     for (k, step) in script.steps.iter().enumerate() {
         match &step.kind {
             StepKind::Move(m) => cutter.take(script, k, step.at, m),
@@ -126,6 +137,9 @@ fn empty_run(entry: bool) -> Run {
 
 struct Cutter<'a> {
     choice: &'a Choice<'a>,
+    poses: &'a mut Poses,
+    /// The robot with its own tool.
+    plain: Arc<Tooled>,
     out: Cut,
     run: Run,
     /// Where the axes stand that were told to go somewhere, before a run has begun.
@@ -148,7 +162,7 @@ impl Cutter<'_> {
         }
     }
 
-    fn lost(&mut self, at: At, why: &'static str) {
+    fn lost(&mut self, at: At, why: String) {
         self.end(false);
         self.out.gaps.push(Gap { at, why });
     }
@@ -165,6 +179,18 @@ impl Cutter<'_> {
         self.run.vertices.push(hold);
     }
 
+    /// The first point of a run.
+    fn start(&mut self, step: usize, q: Vec<f64>, editable: bool) {
+        self.run.vertices.push(Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: 0.0 });
+    }
+
+    /// Joints of a Cartesian target, with its frame and tool.
+    fn pose(&mut self, goal: &PoseGoal, m: &Move, from: Option<&[f64]>) -> Result<(Vec<f64>, Place), String> {
+        let place = self.poses.place(goal)?;
+        let q = place.joints(goal, from, m.path)?;
+        Ok((q, place))
+    }
+
     fn take(&mut self, script: &Script, step: usize, at: At, m: &Move) {
         let robot = self.choice.robot;
         let from = self.run.vertices.last().map(|v| v.q.clone());
@@ -173,7 +199,9 @@ impl Cutter<'_> {
         let mut solved = false;
         let q = match &m.goal {
             Goal::Joints(t) => {
-                let Some(target) = script.targets.get(*t) else { return self.lost(at, "a target that is not there") };
+                let Some(target) = script.targets.get(*t) else {
+                    return self.lost(at, "a target that is not there".into());
+                };
                 let given = |k: usize| target.values.get(k).copied().flatten().map(|v| v.si);
                 // an axis without a value stays where it is; before a run that is what the moves before have said. A number in
                 // the place of one that is not known would be written into new points. Only an axis that no target names
@@ -194,30 +222,45 @@ impl Cutter<'_> {
                 all.into_iter().map(Option::unwrap_or_default).collect::<Vec<f64>>()
             }
             Goal::Pose(goal) => {
-                let Some(from) = &from else { return self.lost(at, "a Cartesian target without a known start") };
-                match way::joints_of(robot, goal, from) {
-                    Ok(q) => {
-                        let asked = self.choice.solve_within_m.is_some();
-                        solved = asked && m.path == PathKind::Linear && m.closed.is_none() && !excluded;
-                        editable = solved;
-                        q
+                let (q, place) = match self.pose(goal, m, from.as_deref()) {
+                    Ok(found) => found,
+                    Err(why) => {
+                        self.out.left.insert(step, why.clone());
+                        return self.lost(at, why);
                     }
-                    Err(why) => return self.lost(at, why),
+                };
+                self.run.entry &= self.known.is_empty();
+                self.known.clear();
+                let asked = self.choice.solve_within_m.is_some();
+                solved = asked && m.path == PathKind::Linear && m.closed.is_none() && !excluded && from.is_some();
+                // where an arc or a spline turns its joints is not known
+                if m.path == PathKind::Curve {
+                    self.out.left.insert(step, "a Cartesian target at the end of an arc or spline".into());
+                    self.lost(at, "an arc or spline to a Cartesian target".into());
+                    self.run.entry = false;
+                    return self.start(step, q, false);
                 }
+                let written = self.choice.as_poses && goal.target.is_some() && m.fixed.is_none();
+                if let Some(why) = m.fixed.clone().filter(|_| !solved) {
+                    self.out.left.insert(step, why);
+                } else if goal.target.is_none() && !solved {
+                    self.out.left.insert(step, "a Cartesian target whose numbers are not in the program".into());
+                }
+                editable = solved || written && !excluded;
+                self.run.places.insert(step, place);
+                q
             }
             Goal::Opaque(_) => {
                 // a relative motion would carry the offset of the goal before it along
                 if let Some(last) = self.run.vertices.last_mut() {
                     last.editable = false;
                 }
-                return self.lost(at, "a target that cannot be told");
+                return self.lost(at, "a target that cannot be told".into());
             }
         };
         let Some(from) = from else {
             // where the robot stands it takes no step
-            editable &= m.speed != Speed::Seconds(0.0);
-            self.run.vertices.push(Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: 0.0 });
-            return;
+            return self.start(step, q, editable && m.speed != Speed::Seconds(0.0));
         };
         let t0 = self.run.vertices.last().map_or(0.0, |v| v.t_s);
         let speed = match self.choice.certain_speed_m_s {
@@ -233,7 +276,8 @@ impl Cutter<'_> {
         self.run.by_program &= matches!(speed, Speed::Seconds(_));
         let duration = duration.unwrap_or(0.0);
         // an arc that is closed to new points has no ways either: its turns stay inside it
-        let ways = if m.closed.is_some() { Some(Vec::new()) } else { self.ways(step, m, &from, &q, solved) };
+        let shut = m.closed.is_some() && m.path != PathKind::Linear;
+        let ways = if shut { Some(Vec::new()) } else { self.ways(step, m, &from, &q, solved) };
         let ways = ways.unwrap_or_else(|| {
             // as joint moves it would leave its line
             editable &= !solved;
@@ -256,14 +300,15 @@ impl Cutter<'_> {
         if robot.axis_joints().all(|j| j.kind == crate::robot::JointKind::Prismatic) {
             return Some(Vec::new());
         }
-        let line = way::Line::between(robot, from, to)?;
-        let mut ways = line.turning_points(robot, self.choice.deadband);
+        let tooled = self.run.places.get(&step).map_or_else(|| self.plain.clone(), |p| p.tooled.clone());
+        let line = way::Line::between(&tooled, from, to)?;
+        let mut ways = line.turning_points(self.choice.deadband);
         if let Some(within) = self.choice.solve_within_m.filter(|_| solved) {
-            ways.extend(chords(robot, &line, within)?);
+            ways.extend(chords(&tooled.robot, &line, within)?);
             ways.sort_by(|a, b| a.share.total_cmp(&b.share));
             ways.dedup_by(|b, a| b.share - a.share < 1e-3);
         }
-        self.run.lines.push((step, line));
+        self.run.lines.insert(step, line);
         Some(ways)
     }
 }
@@ -273,10 +318,10 @@ fn chords(robot: &Robot, line: &way::Line, within: f64) -> Option<Vec<Way>> {
     const MOST: usize = 1024;
     let mut parts = 1;
     loop {
-        let points: Option<Vec<Vec<f64>>> = (0..=parts).map(|k| line.at(robot, k as f64 / parts as f64)).collect();
+        let points: Option<Vec<Vec<f64>>> = (0..=parts).map(|k| line.at(k as f64 / parts as f64)).collect();
         let points = points?;
         let worst = (0..parts).try_fold(0.0f64, |worst, k| {
-            let middle = line.at(robot, (k as f64 + 0.5) / parts as f64)?;
+            let middle = line.at((k as f64 + 0.5) / parts as f64)?;
             let chord: Vec<f64> = points[k].iter().zip(&points[k + 1]).map(|(x, y)| 0.5 * (x + y)).collect();
             Some(worst.max((robot.tcp_m(&chord) - robot.tcp_m(&middle)).norm()))
         })?;

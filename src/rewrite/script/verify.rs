@@ -1,7 +1,9 @@
 //! A rewritten program is read again before it is put anywhere: every step must be the one that was meant.
 
 use crate::error::{Error, Result};
-use crate::program::script::{At, Document, Edits, Format, Goal, Move, PathKind, Script, StepKind, Text, Value};
+use crate::program::script::{
+    At, Document, Edits, Format, Goal, Move, PathKind, Quantity, Script, StepKind, Text, Value,
+};
 use crate::robot::Robot;
 
 /// Largest rounding of a written value, in digits.
@@ -16,6 +18,8 @@ pub struct Written {
     pub lost: Vec<Option<f64>>,
     /// Weight of the coarsest last digit of a number that was written anew, per axis, rad or m.
     pub digit: Vec<f64>,
+    /// Largest distance between what was wanted and what is written of poses: lengths, m, and angles, rad.
+    pub pose_lost: [f64; 2],
     /// Straight TCP moves with new points at which the robot stops, or nearly: no corner fits, or the format has none so small.
     pub stops: Vec<Stops>,
     /// Every new exact stop: at new points, and at goals whose corner became none.
@@ -138,7 +142,7 @@ fn moved(script: &Script, k: usize) -> Option<&Move> {
 /// What the target of a move says as it is, by axis; empty where it has no joint values.
 fn own_values<'a>(script: &'a Script, kind: &StepKind) -> &'a [Option<Value>] {
     match kind {
-        StepKind::Move(Move { goal: Goal::Joints(t), .. }) => script.targets.get(*t).map_or(&[], |t| &t.values),
+        StepKind::Move(m) => m.goal.target().and_then(|t| script.targets.get(t)).map_or(&[], |t| &t.values),
         _ => &[],
     }
 }
@@ -153,19 +157,24 @@ fn compare(
     edits: &Edits,
     written: &mut Written,
 ) -> std::result::Result<(), String> {
-    let Goal::Joints(t) = m.goal else { return Err("no joint target".into()) };
+    let Some(t) = m.goal.target() else { return Err("a target without numbers".into()) };
     let target = script.targets.get(t).ok_or("a target that is not there")?;
     for (axis, (value, &want)) in target.values.iter().zip(want).enumerate() {
         let Some(v) = value else { continue };
         let lost = (v.si - want).abs();
         let stays = own.get(axis).copied().flatten().is_some_and(|o| o.si == v.si);
         // a number may stand there with more digits than are written: then a change below these leaves it
-        let digit =
-            if stays { v.digit.max(v.finest).max(edits.digit.get(axis).copied().unwrap_or(0.0)) } else { v.digit };
+        let wish = edits.digit_of(target, axis);
+        let digit = if stays { v.digit.max(v.finest).max(if wish.is_nan() { 0.0 } else { wish }) } else { v.digit };
         if lost > ROUNDED * digit + 1e-12 {
-            return Err(format!("axis {} is {} and not {want}", axis + 1, v.si));
+            return Err(format!("number {} is {} and not {want}", axis + 1, v.si));
         }
         if stays && lost <= SAME {
+            continue;
+        }
+        if let Some(form) = target.pose {
+            let slot = usize::from(form.quantity(axis) != Quantity::Length);
+            written.pose_lost[slot] = written.pose_lost[slot].max(lost);
             continue;
         }
         written.lost[axis] = Some(written.lost[axis].unwrap_or(0.0).max(lost));
@@ -209,7 +218,7 @@ fn alike(before: &Script, a: &Move, after: &Script, b: &Move) -> bool {
             values(before, *s) == values(after, *t)
         }
         (Goal::Pose(s), Goal::Pose(t)) => {
-            s.position_m == t.position_m && s.rotation == t.rotation && s.foreign_frame == t.foreign_frame
+            s.position_m == t.position_m && s.rotation == t.rotation && s.frame == t.frame && s.tool == t.tool
         }
         (Goal::Opaque(_), Goal::Opaque(_)) => true,
         _ => false,
@@ -222,16 +231,20 @@ mod tests {
     use super::*;
     use crate::program::krl::Krl;
     use crate::program::rapid::Rapid;
+    use crate::program::script::pose::Frame;
     use crate::program::script::{Edit, PoseGoal, Solution, Speed};
     use nalgebra::{UnitQuaternion, Vector3};
 
     fn pose(turn: f64) -> Goal {
         let rotation = Some(UnitQuaternion::from_euler_angles(0.0, 0.0, turn));
         Goal::Pose(PoseGoal {
+            target: None,
             position_m: Vector3::new(1.0, 0.5, 0.2),
             rotation,
-            foreign_frame: None,
+            frame: Frame::Null,
+            tool: Frame::Null,
             solution: Solution::Same,
+            binding: false,
         })
     }
 
@@ -262,11 +275,11 @@ mod tests {
         // 1e-7 deg, as a solver's last digits are; RAPID's numbers are single
         goal[0] += 1e-7_f64.to_radians();
         let edit = |goal: &[f64]| Edit { goal: Some(goal.to_vec()), ..Edit::default() };
-        let edits = Edits { steps: [(k, edit(&goal))].into(), digit: vec![1e-7; 6] };
+        let edits = Edits { steps: [(k, edit(&goal))].into(), digit: vec![1e-7; 6], ..Edits::default() };
         assert_eq!(before.patches(&edits).unwrap(), vec![]);
         assert!(read_again(&Rapid, before.script(), &edits, texts(), &robot).is_ok());
         goal[0] += 1e-4_f64.to_radians();
-        let edits = Edits { steps: [(k, edit(&goal))].into(), digit: vec![1e-7; 6] };
+        let edits = Edits { steps: [(k, edit(&goal))].into(), digit: vec![1e-7; 6], ..Edits::default() };
         assert!(read_again(&Rapid, before.script(), &edits, texts(), &robot).is_err());
     }
 
@@ -283,7 +296,7 @@ mod tests {
             own_values(before.script(), &StepKind::Move(m.clone())).iter().map(|v| v.unwrap().si).collect();
         goal[0] = 5.0028_f64.to_radians();
         let edit = Edit { goal: Some(goal), ..Edit::default() };
-        let edits = Edits { steps: [(k, edit)].into(), digit: vec![1e-6; 6] };
+        let edits = Edits { steps: [(k, edit)].into(), digit: vec![1e-6; 6], ..Edits::default() };
         let written = read_again(&Krl, before.script(), &edits, program("5.0028"), &robot).unwrap();
         assert!((written.digit[0].to_degrees() - 1e-4).abs() < 1e-12, "{written:?}");
         assert!(

@@ -1,12 +1,15 @@
-//! Ways between targets: Cartesian targets solved for their joints, and where joints turn on a straight TCP path.
+//! Ways between targets: a straight TCP path followed for its joints, and where joints turn on it.
 //!
-//! Method: the damped inverse from the joints before, along poses between start and end (position straight, rotation by
-//! the shortest turn). It follows the branch on which the robot stands. Where a pose is not reached within [`REACHED_M`] and
+//! Method: the inverse next to the joints before, along poses between start and end (position straight, rotation by the
+//! shortest turn): in closed form where the arm has one, else damped. It follows the branch on which the robot stands. Where a pose is not reached within [`REACHED_M`] and
 //! [`REACHED_RAD`], or the joints leap, nothing is claimed.
 
-use crate::program::script::{PoseGoal, Solution, Way};
-use crate::robot::{InverseOptions, Pose, Robot, Target};
-use nalgebra::{Isometry3, Rotation3, UnitQuaternion};
+use super::poses::Tooled;
+use crate::program::script::Way;
+use crate::robot::arm::{Form, isometry};
+use crate::robot::{InverseOptions, Pose, Target};
+use nalgebra::Isometry3;
+use std::sync::Arc;
 
 /// A pose counts as reached within these.
 const REACHED_M: f64 = 1e-7;
@@ -20,48 +23,19 @@ const APART: f64 = 2e-3;
 /// A joint that moves further than this in one part has changed its branch, rad or m.
 const LEAP: f64 = 0.5;
 
-/// Slack of the bounds of a configuration, rad: programs are rounded.
-const SLACK_RAD: f64 = 2e-3;
+/// Why a target has no joints.
+pub const NOT_REACHED: &str = "a Cartesian target that the robot's kinematics do not reach";
 
-/// Joints of a Cartesian target, from the joints before.
-///
-/// # Errors
-/// Why they cannot be told: not reached, or not enough is known.
-pub fn joints_of(robot: &Robot, goal: &PoseGoal, from: &[f64]) -> Result<Vec<f64>, &'static str> {
-    if goal.foreign_frame.is_some() {
-        return Err("a Cartesian target in a frame that the program does not give");
-    }
-    let start = isometry(&robot.forward(from));
-    let rotation = goal.rotation.unwrap_or(start.rotation);
-    let end = Isometry3::from_parts(goal.position_m.into(), rotation);
-    let reached = along(robot, &start, &end, goal.rotation.is_some(), from).and_then(|mut line| line.pop());
-    match &goal.solution {
-        Solution::Same => reached.ok_or("a Cartesian target that the robot's kinematics do not reach"),
-        Solution::Within(bounds) => {
-            let q = reached.ok_or("a Cartesian target that the robot's kinematics do not reach")?;
-            let inside = |&(axis, lo, hi): &(usize, f64, f64)| {
-                q.get(axis).is_none_or(|v| (lo - SLACK_RAD..=hi + SLACK_RAD).contains(v))
-            };
-            let fits = bounds.iter().all(inside);
-            if fits {
-                Ok(q)
-            } else {
-                Err("a Cartesian target in another arm configuration than that of the move before")
-            }
-        }
-        Solution::Near(near) => {
-            let close = |q: &Vec<f64>| q.len() == near.len() && q.iter().zip(near).all(|(a, b)| (a - b).abs() <= LEAP);
-            let from_there =
-                || (near.len() == robot.dof()).then(|| solved(robot, &end, &end, true, 1.0, near)).flatten();
-            let q = reached.filter(close).or_else(from_there).filter(close);
-            q.ok_or("a Cartesian target without a solution next to the joints that the program names")
-        }
-    }
+/// Joints at the end of the straight way from `from` to a pose of the world; `turned`: the orientation counts.
+pub fn follow(tooled: &Arc<Tooled>, from: &[f64], end: &Isometry3<f64>, turned: bool) -> Option<Vec<f64>> {
+    let start = isometry(&tooled.robot.forward(from));
+    along(tooled, &start, end, turned, from)?.pop()
 }
 
 /// A straight TCP path: its two poses, and joints along it as first guesses.
 #[derive(Debug, Clone)]
 pub struct Line {
+    tooled: Arc<Tooled>,
     start: Isometry3<f64>,
     end: Isometry3<f64>,
     /// Position and orientation count; else the position alone.
@@ -71,10 +45,11 @@ pub struct Line {
 
 impl Line {
     /// The path between two joint vectors, both ends included; `None` where it cannot be followed.
-    pub fn between(robot: &Robot, from: &[f64], to: &[f64]) -> Option<Self> {
+    pub fn between(tooled: &Arc<Tooled>, from: &[f64], to: &[f64]) -> Option<Self> {
+        let robot = &tooled.robot;
         let (start, end) = (isometry(&robot.forward(from)), isometry(&robot.forward(to)));
         let pose = robot.dof() >= 6;
-        let mut samples = along(robot, &start, &end, pose, from)?;
+        let mut samples = along(tooled, &start, &end, pose, from)?;
         // the branch must be the one on which the target stands
         let last = samples.last_mut()?;
         let off = last.iter().zip(to).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -83,32 +58,32 @@ impl Line {
         }
         last.clear();
         last.extend_from_slice(to);
-        Some(Self { start, end, pose, samples })
+        Some(Self { tooled: tooled.clone(), start, end, pose, samples })
     }
 
     /// Joints at a share of the path, solved there: between the samples a line through joints is none of the TCP.
-    pub fn at(&self, robot: &Robot, share: f64) -> Option<Vec<f64>> {
+    pub fn at(&self, share: f64) -> Option<Vec<f64>> {
         let guess = at_share(&self.samples, share)?;
         if share <= 0.0 || share >= 1.0 {
             return Some(guess);
         }
-        solved(robot, &self.start, &self.end, self.pose, share, &guess)
+        solved(&self.tooled, &self.start, &self.end, self.pose, share, &guess)
     }
 
     /// Shares at which joints turn by more than `deadband` (per axis, rad or m), and the joints there. Turns closer than
     /// [`APART`] are one.
-    pub fn turning_points(&self, robot: &Robot, deadband: &[f64]) -> Vec<Way> {
+    pub fn turning_points(&self, deadband: &[f64]) -> Vec<Way> {
         let mut gears = self.samples.clone();
-        gears.iter_mut().for_each(|q| robot.to_gears(q));
+        gears.iter_mut().for_each(|q| self.tooled.robot.to_gears(q));
         let mut shares = turning_shares(&gears, deadband);
         shares.sort_by(f64::total_cmp);
         shares.dedup_by(|b, a| *b - *a < APART);
-        shares.into_iter().filter_map(|share| Some(Way { share, q: self.at(robot, share)? })).collect()
+        shares.into_iter().filter_map(|share| Some(Way { share, q: self.at(share)? })).collect()
     }
 }
 
 fn along(
-    robot: &Robot,
+    tooled: &Tooled,
     start: &Isometry3<f64>,
     end: &Isometry3<f64>,
     pose: bool,
@@ -118,7 +93,7 @@ fn along(
     let parts = ((length / PART_M).ceil() as usize).clamp(PARTS, MOST_PARTS);
     let mut line = vec![from.to_vec()];
     for k in 1..=parts {
-        let next = solved(robot, start, end, pose, k as f64 / parts as f64, line.last()?)?;
+        let next = solved(tooled, start, end, pose, k as f64 / parts as f64, line.last()?)?;
         line.push(next);
     }
     Some(line)
@@ -126,28 +101,34 @@ fn along(
 
 /// Joints at a share of the way between two poses, from a guess near them.
 fn solved(
-    robot: &Robot,
+    tooled: &Tooled,
     start: &Isometry3<f64>,
     end: &Isometry3<f64>,
     pose: bool,
     share: f64,
     guess: &[f64],
 ) -> Option<Vec<f64>> {
+    let rotation = start.rotation.try_slerp(&end.rotation, share, 1e-12).unwrap_or(end.rotation);
+    let position = start.translation.vector.lerp(&end.translation.vector, share);
+    let leaps = |q: &[f64]| q.iter().zip(guess).any(|(a, b)| (a - b).abs() > LEAP);
+    if let Some(arm) = tooled.arm.as_ref().filter(|a| pose && a.form() != Form::General) {
+        let wanted = Pose { position, rotation: rotation.to_rotation_matrix() };
+        let far = |q: &[f64]| q.iter().zip(guess).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let all = arm.solutions(&tooled.robot, &wanted, guess);
+        return all.into_iter().min_by(|a, b| far(a).total_cmp(&far(b))).filter(|q| !leaps(q));
+    }
     let options = InverseOptions {
         target_error_m: REACHED_M * 1e-4,
         target_error_rad: REACHED_RAD * 1e-4,
         ..InverseOptions::default()
     };
-    let rotation = start.rotation.try_slerp(&end.rotation, share, 1e-12).unwrap_or(end.rotation);
-    let position = start.translation.vector.lerp(&end.translation.vector, share);
     let target = if pose {
         Target::Pose(Pose { position, rotation: rotation.to_rotation_matrix() })
     } else {
         Target::Position(position)
     };
-    let found = robot.inverse(&target, guess, &options);
-    let leaps = found.q.iter().zip(guess).any(|(a, b)| (a - b).abs() > LEAP);
-    (found.error_m <= REACHED_M && found.error_rad <= REACHED_RAD && !leaps).then_some(found.q)
+    let found = tooled.robot.inverse(&target, guess, &options);
+    (found.error_m <= REACHED_M && found.error_rad <= REACHED_RAD && !leaps(&found.q)).then_some(found.q)
 }
 
 /// Shares at which joints turn on a sampled way, by parabolas through its samples.
@@ -182,9 +163,4 @@ fn at_share(line: &[Vec<f64>], share: f64) -> Option<Vec<f64>> {
     let s = at - low as f64;
     let (a, b) = (line.get(low)?, line.get((low + 1).min(last))?);
     Some(a.iter().zip(b).map(|(x, y)| x + s * (y - x)).collect())
-}
-
-fn isometry(pose: &Pose) -> Isometry3<f64> {
-    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*pose.rotation.matrix()));
-    Isometry3::from_parts(pose.position.into(), rotation)
 }

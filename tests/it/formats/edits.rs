@@ -65,6 +65,7 @@ pub fn random(document: &dyn Document, robot: &Robot, seed: u64) -> Edits {
         };
         let Goal::Joints(t) = m.goal else {
             if matches!(m.goal, Goal::Pose(_))
+                && document.takes_joints_for_poses()
                 && m.closed.is_none()
                 && m.fixed.is_none()
                 && rng.random_bool(chance * 0.2)

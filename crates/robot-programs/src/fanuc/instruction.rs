@@ -36,8 +36,9 @@ pub(super) fn read(text: &Text, words: &[Range<usize>]) -> Option<StepKind> {
         b"FOR" | b"ENDFOR" => on(Break::Loop),
         b"CALL" | b"RUN" | b"AUFRUF" => on(Break::Call),
         b"MONITOR" => on(Break::Interrupt),
-        b"UFRAME_NUM" | b"UTOOL_NUM" | b"UFRAME" | b"UTOOL" | b"OFFSET" | b"TOOL_OFFSET" => on(Break::Frame),
-        b"BENUTZER_NUM" | b"WKZ_NUM" => on(Break::Frame),
+        // positions name the frame and the tool for which they are taught, and no others may be selected on the way to them
+        b"UFRAME_NUM" | b"UTOOL_NUM" | b"BENUTZER_NUM" | b"WKZ_NUM" => None,
+        b"UFRAME" | b"UTOOL" | b"OFFSET" | b"TOOL_OFFSET" => on(Break::Frame),
         b"COL" if second.starts_with(b"DETECT") || second.starts_with(b"GUARD") => None,
         b"SKIP" if second.starts_with(b"CONDITION") => None,
         b"" if first.starts_with(b"$") => None,

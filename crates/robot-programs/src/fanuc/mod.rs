@@ -2,7 +2,7 @@
 //!
 //! A program has sections: `/ATTR` (attributes, with the number of lines), `/MN` (numbered statements, each up to its `;`)
 //! and `/POS` (the positions `P[n]`, per motion group, as joints or Cartesian). Moves name positions; one position may serve
-//! several moves. What is edited are the joint fields of group 1, ten characters wide with three decimals. A new point is a
+//! several moves. What is edited are the numbers of group 1 (joints, or X Y Z W P R), in their columns with three decimals. A new point is a
 //! new line behind whose number all others move up, and a new position behind the last one.
 //!
 //! Facts from public programs of R-J3 to R-30iB controllers and FANUC's operator manuals. Attribute names and some
@@ -33,7 +33,7 @@ use crate::error::Result;
 use motion::Motion;
 use positions::Position;
 use statement::Numbered;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// FANUC TP (`.LS`).
@@ -78,7 +78,6 @@ struct Program {
     /// The number of lines among the attributes, and its value.
     count: Option<(Range<usize>, u64)>,
     positions: Vec<Position>,
-    by_index: HashMap<u64, usize>,
     /// Position of each target of the script.
     of_target: Vec<usize>,
     /// Targets that something else reads too: never changed in place.

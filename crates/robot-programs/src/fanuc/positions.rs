@@ -6,7 +6,8 @@
 
 use super::statement::shown;
 use crate::error::Result;
-use crate::script::{PoseGoal, Solution, Text, number};
+use crate::script::pose::{Configuration, Frame, PoseGoal, Solution};
+use crate::script::{Text, number};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::ops::Range;
 
@@ -33,13 +34,13 @@ pub(super) struct Position {
     pub span: Range<usize>,
     /// From behind `P[` to the `{`.
     pub head: Range<usize>,
-    /// Lines of group 1 behind `GP1:`.
-    pub body: Range<usize>,
     /// Numbers of group 1.
     pub fields: Vec<Field>,
     /// User frame and tool of group 1.
     pub frame: Option<u64>,
     pub tool: Option<u64>,
+    /// Which joints of those that reach a Cartesian position are meant.
+    pub configuration: Option<Configuration>,
     /// Group 1 is there.
     pub ours: bool,
     /// Numbers of the other groups, for comparison.
@@ -64,24 +65,67 @@ impl Position {
         out
     }
 
-    /// The Cartesian target.
-    pub fn pose(&self) -> Option<PoseGoal> {
-        let of = |name: &str| self.fields.iter().find(|f| f.name == name).and_then(|f| f.value).map(|v| v.0);
-        let position_m = Vector3::new(of("X")?, of("Y")?, of("Z")?) * 1e-3;
-        let rotation = (|| {
-            let [w, p, r] = [of("W")?, of("P")?, of("R")?].map(f64::to_radians);
-            Some(UnitQuaternion::from_euler_angles(w, p, r))
-        })();
-        let foreign_frame = match (self.frame, self.tool) {
-            (Some(0), Some(0)) => None,
-            (frame, tool) => Some(format!("user frame {}, tool {}", name(frame), name(tool))),
+    /// Fields of a Cartesian position: X, Y, Z, W, P, R; `None`: one is missing, not taught, or in another unit.
+    pub fn coordinates(&self) -> Option<[&Field; 6]> {
+        let of = |name: &str| {
+            let field = self.fields.iter().find(|f| f.name == name)?;
+            let mm = matches!(name, "X" | "Y" | "Z");
+            (field.mm == mm && field.value.is_some()).then_some(field)
         };
-        Some(PoseGoal { position_m, rotation, foreign_frame, solution: Solution::Same })
+        Some([of("X")?, of("Y")?, of("Z")?, of("W")?, of("P")?, of("R")?])
+    }
+
+    /// The Cartesian target, whose numbers are those of target `target`.
+    pub fn pose(&self, target: usize) -> Option<PoseGoal> {
+        let values = self.coordinates()?.map(|f| f.value.map_or(0.0, |v| v.0));
+        let [w, p, r] = [values[3], values[4], values[5]].map(f64::to_radians);
+        let extended = || self.fields.iter().filter(|f| is_extended(&f.name));
+        let carried: Option<Vec<(String, f64)>> = extended()
+            .map(|f| f.value.map(|v| (f.name.clone(), v.0)))
+            .filter(|v| v.as_ref().is_none_or(|v| v.1 != 0.0))
+            .collect();
+        let named = |number: Option<u64>, what: &str| match number {
+            Some(0) => Frame::Null,
+            Some(n) => Frame::Named(n.to_string()),
+            None => Frame::Unknown(format!("the {what} that is selected")),
+        };
+        let frame = match carried {
+            None => Frame::Unknown("an extended axis that is not taught, and may carry the robot".into()),
+            Some(axes) => named(self.frame, "user frame").carried("0", &axes),
+        };
+        let solution = self.configuration.map_or(Solution::Same, Solution::Configured);
+        Some(PoseGoal {
+            target: Some(target),
+            position_m: Vector3::new(values[0], values[1], values[2]) * 1e-3,
+            rotation: Some(UnitQuaternion::from_euler_angles(w, p, r)),
+            frame,
+            tool: named(self.tool, "tool"),
+            solution,
+            binding: true,
+        })
     }
 }
 
-fn name(number: Option<u64>) -> String {
-    number.map_or_else(|| "not given".into(), |n| n.to_string())
+/// `N U T, 0, 0, 0`; `None`: not of this kind.
+fn configuration(text: &[u8]) -> Option<Configuration> {
+    let text = String::from_utf8_lossy(text).to_ascii_uppercase();
+    let mut letters = Vec::new();
+    let mut turns = Vec::new();
+    for word in text.split([',', ' ', '\t']).filter(|w| !w.is_empty()) {
+        match word.parse::<i32>() {
+            Ok(n) => turns.push(n),
+            Err(_) if turns.is_empty() => letters.extend(word.chars()),
+            Err(_) => return None,
+        }
+    }
+    let turns: [i32; 3] = turns.try_into().ok().filter(|t: &[i32; 3]| t.iter().all(|n| n.abs() < 8))?;
+    let one_of = |yes: char, no: char| match (letters.contains(&yes), letters.contains(&no)) {
+        (true, false) => Some(true),
+        (false, true) => Some(false),
+        _ => None,
+    };
+    (letters.len() == 3).then_some(())?;
+    Some(Configuration::Fanuc { flip: one_of('F', 'N')?, up: one_of('U', 'D')?, front: one_of('T', 'B')?, turns })
 }
 
 pub(super) fn is_joint(name: &str) -> bool {
@@ -122,10 +166,8 @@ pub(super) fn read(text: &Text, lines: Range<usize>) -> Result<Vec<Position>> {
                     return Err(text.bad(at, "a second group 1", "one group 1 in a position"));
                 }
                 position.ours = true;
-                position.body = span.end..span.end;
             }
         } else if group == 1 {
-            position.body.end = span.end;
             line(text, span.start..span.start + bytes.len(), position)?;
         } else {
             position.others.extend_from_slice(content);
@@ -170,7 +212,9 @@ fn line(text: &Text, span: Range<usize>, position: &mut Position) -> Result<()> 
     while at < bytes.len() {
         if bytes[at] == b'\'' {
             // a configuration in quotes
-            at += 1 + memchr::memchr(b'\'', &bytes[at + 1..]).map_or(bytes.len(), |n| n + 1);
+            let end = memchr::memchr(b'\'', &bytes[at + 1..]).map_or(bytes.len(), |n| at + 1 + n);
+            position.configuration = configuration(&bytes[at + 1..end]);
+            at = end + 1;
             continue;
         }
         if !bytes[at].is_ascii_alphabetic() {

@@ -2,12 +2,15 @@
 
 use super::instruction;
 use super::motion::{self, Said};
-use super::positions::{self, Position, is_extended, is_joint};
+use super::positions::{self, Field, Position, is_extended, is_joint};
 use super::statement::{Statement, index, is_comment, statements, words};
 use super::{Motion, Program};
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
-use crate::script::{At, Break, Goal, Move, Note, Script, Step, StepKind, Target, Text, Value, number, pragma};
+use crate::script::pose::Frame;
+use crate::script::{
+    At, Break, Goal, Move, Note, PoseForm, PoseGoal, Script, Step, StepKind, Target, Text, Value, number, pragma,
+};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 
@@ -53,11 +56,11 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let bare = bare(&reader.positions);
     let mentioned = mentioned(text, sections.program.clone());
     let last = reader.positions.iter().map(|p| p.index).chain([mentioned]).max().unwrap_or(0);
-    let Reader { steps, targets, of_target, shared, notes, motions, positions, by_index, .. } = reader;
+    let Reader { steps, targets, of_target, shared, notes, motions, positions, .. } = reader;
     let kinds = robot.axis_joints().map(|j| j.kind).collect();
     let end = sections.end;
     let script = Script { texts, steps, targets, notes, ..Script::default() };
-    Ok(Program { script, kinds, motions, numbered, count, positions, by_index, of_target, shared, last, end, bare })
+    Ok(Program { script, kinds, motions, numbered, count, positions, of_target, shared, last, end, bare })
 }
 
 fn sections(text: &Text) -> Result<Sections> {
@@ -156,6 +159,10 @@ struct Reader<'a> {
     by_index: HashMap<u64, usize>,
     /// Target of each position; why there is none.
     target_of: Vec<std::result::Result<usize, String>>,
+    /// Numbers of the user frames and tools that the program sets; `None`: any.
+    frames_set: [Vec<Option<u64>>; 2],
+    /// Target of each Cartesian position.
+    pose_target: Vec<Option<usize>>,
     /// What each position says of axes that are not the robot's, and whether all say the same.
     extras: Vec<Vec<u8>>,
     idle: bool,
@@ -180,6 +187,7 @@ impl<'a> Reader<'a> {
     fn new(text: &'a Text, robot: &Axes, positions: Vec<Position>) -> Result<Self> {
         let mut by_index = HashMap::new();
         let (mut targets, mut of_target, mut target_of, mut extras) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut pose_target = Vec::with_capacity(positions.len());
         for (i, p) in positions.iter().enumerate() {
             if by_index.insert(p.index, i).is_some() {
                 return Err(text.bad(p.head.start, format!("a second P[{}]", p.index), "each position once"));
@@ -192,9 +200,14 @@ impl<'a> Reader<'a> {
                 targets.push(target(text, robot, p)?);
                 of_target.push(i);
                 Ok(targets.len() - 1)
+            } else if let Some(target) = coordinates(p) {
+                targets.push(target);
+                of_target.push(i);
+                Err("a Cartesian position".into())
             } else {
                 Err(format!("P[{}] holds neither joints nor a pose", p.index))
             });
+            pose_target.push((!p.is_joints() && of_target.last() == Some(&i)).then(|| targets.len() - 1));
             let mut other = p.others.clone();
             let own = if p.is_joints() { robot.dof() } else { 0 };
             for f in p.axes().into_iter().skip(own) {
@@ -211,6 +224,8 @@ impl<'a> Reader<'a> {
             positions,
             by_index,
             target_of,
+            frames_set: Default::default(),
+            pose_target,
             extras,
             idle,
             before: None,
@@ -242,6 +257,15 @@ impl<'a> Reader<'a> {
                 read.extend(said.via);
                 read_any |= said.any;
                 continue;
+            }
+            // `UFRAME[1]=PR[2]`: what positions in that frame mean is told while the program runs
+            let first = words.first().map(|w| self.text.slice(w.clone()).to_ascii_uppercase()).unwrap_or_default();
+            for (list, name) in self.frames_set.iter_mut().zip([&b"UFRAME["[..], b"UTOOL["]) {
+                if let Some(inside) = first.strip_prefix(name) {
+                    let digits = inside.iter().take_while(|b| b.is_ascii_digit()).count();
+                    let number = std::str::from_utf8(&inside[..digits]).ok().and_then(|d| d.parse().ok());
+                    list.push(number.filter(|_| matches!(inside.get(digits), Some(b']' | b':'))));
+                }
             }
             for (k, word) in words.iter().enumerate() {
                 let bytes = self.text.slice(word.clone());
@@ -300,6 +324,18 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// The Cartesian target of a position.
+    fn pose(&self, position: usize) -> Option<PoseGoal> {
+        let target = self.pose_target.get(position).copied().flatten()?;
+        let own = self.positions.get(position)?;
+        let mut pose = own.pose(target)?;
+        let set = |list: &[Option<u64>], n: Option<u64>| list.iter().any(|s| s.is_none() || *s == n);
+        if set(&self.frames_set[0], own.frame) || set(&self.frames_set[1], own.tool) {
+            pose.frame = Frame::Unknown("the program sets UFRAME[] or UTOOL[] itself".into());
+        }
+        Some(pose)
+    }
+
     fn motion(&mut self, at: At, said: Said) {
         let mut closed = said.closed;
         let mut position = None;
@@ -314,7 +350,7 @@ impl<'a> Reader<'a> {
                     } else {
                         match &self.target_of[p] {
                             Ok(t) => Goal::Joints(*t),
-                            Err(why) => match self.positions[p].pose().filter(|_| !self.positions[p].untaught()) {
+                            Err(why) => match self.pose(p) {
                                 Some(pose) => Goal::Pose(pose),
                                 None => Goal::Opaque(why.clone()),
                             },
@@ -330,9 +366,6 @@ impl<'a> Reader<'a> {
         };
         if !still {
             closed.get_or_insert_with(|| "another axis or group may move with it".into());
-        }
-        if matches!(goal, Goal::Pose(_)) && said.path != crate::script::PathKind::Joint {
-            closed.get_or_insert_with(|| "a straight line to a Cartesian position takes no joint positions".into());
         }
         if matches!(goal, Goal::Pose(_)) && self.dof > 6 {
             closed.get_or_insert_with(|| "a Cartesian position with further axes cannot be written as joints".into());
@@ -389,7 +422,21 @@ fn target(text: &Text, robot: &Axes, p: &Position) -> Result<Target> {
             finest: FINEST.min(weight(style)) * joint.kind.si(),
         }));
     }
-    Ok(Target { name: Some(format!("P[{}]", p.index)), at: At { file: 0, line: p.line }, values })
+    Ok(Target { name: Some(format!("P[{}]", p.index)), at: At { file: 0, line: p.line }, values, pose: None })
+}
+
+/// The numbers of a Cartesian position.
+fn coordinates(p: &Position) -> Option<Target> {
+    let form = PoseForm::FixedXyz;
+    let value = |(k, field): (usize, &Field)| {
+        let (value, style) = field.value?;
+        let (unit, digit) = (form.unit(k), weight(style));
+        let (start, end) = (field.number.start, field.number.end);
+        Some(Value { si: value * unit, start, end, style, digit: digit * unit, finest: FINEST.min(digit) * unit })
+    };
+    let values = p.coordinates()?.into_iter().enumerate().map(value).collect();
+    let at = At { file: 0, line: p.line };
+    Some(Target { name: Some(format!("P[{}]", p.index)), at, values, pose: Some(form) })
 }
 
 fn weight(style: number::Style) -> f64 {

@@ -161,9 +161,10 @@ fn welds_arcs_and_actions_stay_with_their_motion() {
     assert!(matches!(m[6].1.speed, Speed::Tcp(v) if (v - 20.0 * 0.0254 / 60.0).abs() < 1e-12));
     assert_eq!(m[9].1.speed, Speed::Seconds(2.0));
     assert!(m[9].1.closed.is_some() && m[4].1.closed.is_some());
+    let null = crate::script::pose::Frame::Null;
     let frames: Vec<bool> = m
         .iter()
-        .filter_map(|m| if let Goal::Pose(p) = &m.1.goal { Some(p.foreign_frame.is_some()) } else { None })
+        .filter_map(|m| if let Goal::Pose(p) = &m.1.goal { Some((&p.frame, &p.tool) != (&null, &null)) } else { None })
         .collect();
     assert_eq!(frames, [true, true, false, true, false, true], "only P[6] has frame 0 and tool 0");
     let after = text(rewrite(d.as_ref(), &edits(d.as_ref(), &[], &[m[1].0])).as_ref());

@@ -45,15 +45,23 @@ fn written(program: &Program, edits: &Edits, axis: usize, q: f64, style: number:
 /// Fields of a target that differ from `q`: the bytes to replace, and by what.
 fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Result<Change> {
     let position = position_of(program, target)?;
-    let values = program.script.targets.get(target).map_or(&[][..], |t| &t.values);
+    let Some(written_there) = program.script.targets.get(target) else { return Ok(Change::new()) };
+    let fields = match (written_there.pose, position.coordinates()) {
+        (Some(_), Some(fields)) => fields.to_vec(),
+        _ => position.axes(),
+    };
     let own = program.script.texts.first();
     let mut out = Vec::new();
-    for (axis, (field, value)) in position.axes().into_iter().zip(values).enumerate() {
-        let (Some(value), Some(&q)) = (value, q.get(axis)) else { continue };
-        if (q - value.si).abs() <= 1e-13 {
+    for (k, (field, value)) in fields.into_iter().zip(&written_there.values).enumerate() {
+        let (Some(value), Some(&q)) = (value, q.get(k)) else { continue };
+        let new = if written_there.pose.is_some() {
+            let Some(new) = written_there.pose_number(k, q, edits) else { continue };
+            bare(program, new)
+        } else if (q - value.si).abs() <= 1e-13 {
             continue;
-        }
-        let new = written(program, edits, axis, q, value.style);
+        } else {
+            written(program, edits, k, q, value.style)
+        };
         // blanks before a number are its column and give way; a tab stays
         let blanks = own.is_some_and(|t| t.slice(field.field.start..field.number.start).iter().all(|b| *b == b' '));
         let (span, new) = match blanks {
@@ -65,6 +73,15 @@ fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Result
         }
     }
     Ok(out)
+}
+
+/// A number without the zero before its point where the file writes them so.
+fn bare(program: &Program, number: String) -> String {
+    let (sign, digits) = number.strip_prefix('-').map_or(("", number.as_str()), |d| ("-", d));
+    match digits.strip_prefix("0.").filter(|_| program.bare) {
+        Some(fraction) => format!("{sign}.{fraction}"),
+        None => number,
+    }
 }
 
 fn position_of(program: &Program, target: usize) -> Result<&Position> {
@@ -92,10 +109,10 @@ fn goals(program: &Program, text: &Text, edits: &Edits, out: &mut Vec<Patch>, ap
             return Err(Error::Refused(format!("{}: a Cartesian motion is not written as joint motions", place())));
         }
         let Some(q) = &edit.goal else { continue };
-        let (Goal::Joints(target), None) = (&m.goal, &m.fixed) else {
-            return Err(Error::Refused(format!("{}: the goal's joints are not in the program", place())));
+        let (Some(target), None) = (m.goal.target(), &m.fixed) else {
+            return Err(Error::Refused(format!("{}: the goal's numbers are not in the program", place())));
         };
-        wanted.entry(*target).or_default().push((step, changes(program, edits, *target, q)?));
+        wanted.entry(target).or_default().push((step, changes(program, edits, target, q)?));
     }
     let uses = program.script.uses();
     for (target, list) in wanted {
@@ -157,46 +174,15 @@ fn copy(text: &Text, position: &Position, index: u64, comment: bool, change: &[(
     out
 }
 
-/// The position of a new point: a copy of the goal's, with joints in the place of a pose.
-fn position(
-    program: &Program,
-    text: &Text,
-    edits: &Edits,
-    goal: &Goal,
-    motion: &Motion,
-    p: &NewPoint,
-    index: u64,
-) -> Result<Vec<u8>> {
-    if let Goal::Joints(target) = goal {
-        return Ok(copy(text, position_of(program, *target)?, index, false, &changes(program, edits, *target, &p.q)?));
-    }
-    if let Goal::Opaque(why) = goal {
-        return Err(Error::Refused(format!("no point can be added on the way: {why}")));
-    }
-    let number = std::str::from_utf8(text.slice(motion.digits.clone())).ok().and_then(|d| d.parse::<u64>().ok());
-    let Some(model) = number.and_then(|n| program.by_index.get(&n)).and_then(|&p| program.positions.get(p)) else {
-        return Err(Error::Refused("the goal's position is not in the program".into()));
-    };
-    let ending = text.ending(model.span.start);
-    let style = model.fields.first().and_then(|f| f.value).map(|v| v.1).unwrap_or_default();
-    let style = number::Style { decimals: style.decimals.max(3), point: true, plus: false, ..style };
-    let mut body = Vec::new();
-    let frame = |n: Option<u64>| n.map_or_else(|| "F".to_string(), |n| n.to_string());
-    body.extend_from_slice(format!("\tUF : {}, UT : {},\t", frame(model.frame), frame(model.tool)).as_bytes());
-    for (axis, q) in p.q.iter().enumerate() {
-        let revolute = program.kinds.get(axis) != Some(&JointKind::Prismatic);
-        if axis % 3 == 0 {
-            body.extend_from_slice(ending);
+/// The position of a new point: a copy of the goal's.
+fn position(program: &Program, text: &Text, edits: &Edits, goal: &Goal, p: &NewPoint, index: u64) -> Result<Vec<u8>> {
+    match (goal.target(), goal) {
+        (Some(target), _) => {
+            Ok(copy(text, position_of(program, target)?, index, false, &changes(program, edits, target, &p.q)?))
         }
-        let value = number::field(&written(program, edits, axis, *q, style), 10);
-        let comma = if axis + 1 < p.q.len() { "," } else { "" };
-        body.extend_from_slice(
-            format!("\tJ{}={value} {}{comma}", axis + 1, if revolute { "deg" } else { " mm" }).as_bytes(),
-        );
+        (None, Goal::Opaque(why)) => Err(Error::Refused(format!("no point can be added on the way: {why}"))),
+        _ => Err(Error::Refused("the goal's position is not in the program".into())),
     }
-    body.extend_from_slice(ending);
-    let change = [(model.body.clone(), String::from_utf8_lossy(&body).into_owned())];
-    Ok(copy(text, model, index, false, &change))
 }
 
 /// New lines; the byte before which they stand and their number, in order.
@@ -220,7 +206,7 @@ fn insertions(
         let mut numbered = 0;
         for p in &edit.before {
             let index = appended.take()?;
-            let new = position(program, text, edits, &m.goal, motion, p, index)?;
+            let new = position(program, text, edits, &m.goal, p, index)?;
             appended.text.extend(new);
             // a straight TCP move is not stopped on its way
             let exact = motion.exact && m.path != PathKind::Linear;

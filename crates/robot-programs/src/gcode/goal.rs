@@ -307,7 +307,7 @@ impl Reader<'_> {
             }
         };
         let values = (0..s.goal.len()).map(value).collect();
-        self.script.targets.push(Target { name: None, at: At { file: 0, line: s.line as u64 + 1 }, values });
+        self.script.targets.push(Target { at: At { file: 0, line: s.line as u64 + 1 }, values, ..Target::default() });
     }
 }
 

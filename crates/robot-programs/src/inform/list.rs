@@ -103,6 +103,7 @@ impl List {
                     "ANGLE" => Meaning::Angle,
                     "BASE" => Meaning::Base,
                     "ROBOT" => Meaning::Robot,
+                    "USER" => Meaning::User,
                     _ => Meaning::Other,
                 };
             }

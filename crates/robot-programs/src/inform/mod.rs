@@ -104,7 +104,8 @@ enum Meaning {
     Angle,
     Base,
     Robot,
-    /// `USER`, `TOOL`, `MTOOL` and what else there may be.
+    User,
+    /// `TOOL`, `MTOOL` and what else there may be.
     Other,
 }
 
@@ -172,7 +173,7 @@ struct Job {
     positions: Vec<Position>,
     /// Bytes of the numbers of `///NPOS`.
     counts: Vec<Range<usize>>,
-    /// One per step; moves with a joint target alone have one.
+    /// One per step; moves whose target can be written have one.
     statements: Vec<Option<Statement>>,
     /// By target, then axis: where the axis' number stands.
     numbers: Vec<Vec<Option<Number>>>,

@@ -4,10 +4,13 @@
 //! told. Fails where a move names a C position that is not in the list, one with too few numbers, or pulses of a joint of which
 //! the robot file does not say how many make a degree.
 
-use super::read::{ANGLE_DECIMALS, Reader, upper};
-use super::{Kind, Meaning, Number, Position, Reference, Statement, Tag};
+use super::read::{ANGLE_DECIMALS, LENGTH_DECIMALS, Reader, upper};
+use super::{Kind, Meaning, Number, Reference, Statement, Tag};
 use crate::error::Result;
-use crate::script::{At, Break, Goal, Move, PathKind, PoseGoal, Solution, Speed, StepKind, Target, Value, number};
+use crate::script::pose::{Configuration, Frame};
+use crate::script::{
+    At, Break, Goal, Move, PathKind, PoseForm, PoseGoal, Solution, Speed, StepKind, Target, Value, number,
+};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::ops::Range;
 
@@ -116,16 +119,13 @@ impl Reader<'_> {
             Some(why) => Goal::Opaque(why),
             None => self.goal(k, &statement.references, &mut m)?,
         };
-        if matches!(m.goal, Goal::Pose(_)) {
-            close(&mut m, "its target holds no joint values");
-        }
         self.counted(&mut m);
-        if !matches!(m.goal, Goal::Joints(_)) || m.fixed.is_some() {
+        if m.goal.target().is_none() || m.fixed.is_some() {
             for r in &statement.references {
                 self.pinned[r.position] = true;
             }
         }
-        let ours = matches!(m.goal, Goal::Joints(_)).then_some(statement);
+        let ours = m.goal.target().is_some().then_some(statement);
         self.step(k, StepKind::Move(m), ours);
         if stops {
             self.step(k, StepKind::Break(Break::Jump), None);
@@ -155,28 +155,80 @@ impl Reader<'_> {
         match first.section.meaning {
             Meaning::Pulse | Meaning::Angle => self.joints(k, key, m),
             Meaning::Unknown => Ok(Goal::Opaque("no ///POSTYPE before its position".into())),
-            meaning => Ok(self.pose(k, first, meaning)),
+            meaning => {
+                let stations: Vec<f64> = key[1..]
+                    .iter()
+                    .flat_map(|&p| &list.positions[p].numbers)
+                    .filter_map(|r| number::read(self.text.slice(r.clone())))
+                    .map(|n| n.0)
+                    .collect();
+                if !stations.is_empty() {
+                    if self.still.as_ref() != Some(&stations) {
+                        m.closed.get_or_insert_with(|| "axes that the robot file does not have may move along".into());
+                    }
+                    self.still = Some(stations);
+                }
+                Ok(self.pose(key, meaning))
+            }
         }
     }
 
-    fn pose(&mut self, k: usize, position: &Position, meaning: Meaning) -> Goal {
-        let n: Vec<f64> =
-            position.numbers.iter().filter_map(|r| number::read(self.text.slice(r.clone()))).map(|n| n.0).collect();
-        let [x, y, z, rx, ry, rz, ..] = n[..] else {
+    /// A Cartesian target: X, Y, Z, Rx, Ry, Rz of the C line under the headers in force there.
+    fn pose(&mut self, key: Vec<usize>, meaning: Meaning) -> Goal {
+        let list = self.list;
+        let position = &list.positions[key[0]];
+        let form = PoseForm::FixedXyz;
+        let value = |(n, span): (usize, &Range<usize>)| {
+            let (v, style) = number::read(self.text.slice(span.clone()))?;
+            let (unit, weight) = (form.unit(n), |d: u8| 10f64.powi(-i32::from(d)));
+            let most = style.decimals.max(if n < 3 { LENGTH_DECIMALS } else { ANGLE_DECIMALS });
+            let (digit, finest) = (weight(style.decimals) * unit, weight(most) * unit);
+            Some(Value { si: v * unit, start: span.start, end: span.end, style, digit, finest })
+        };
+        let values: Option<Vec<Value>> = position.numbers.iter().take(6).enumerate().map(value).collect();
+        let Some(values) = values.filter(|v| v.len() == 6) else {
             return Goal::Opaque("a Cartesian position of fewer than six numbers".into());
         };
-        let foreign_frame = match meaning {
-            Meaning::Robot => None,
-            Meaning::Base if !self.base_axes => None,
-            Meaning::Base => Some("base frame of a robot on a base axis".into()),
-            _ => Some("user or tool frame of the controller".into()),
+        let n: Vec<f64> = values.iter().map(|v| v.si).collect();
+        let carried = key.iter().any(|&p| list.positions[p].kind == Kind::Bc) || self.base_axes;
+        let header = |line: Option<usize>| line.and_then(|k| header_number(self.text.line(k)));
+        let frame = match meaning {
+            _ if carried => Frame::Unknown("a robot on base axes".into()),
+            Meaning::Robot | Meaning::Base => Frame::Null,
+            Meaning::User => match header(position.section.user) {
+                Some(n) => Frame::Named(n.to_string()),
+                None => Frame::Unknown("no ///USER before its position".into()),
+            },
+            _ => Frame::Unknown("a tool frame, or one of another robot".into()),
         };
-        self.note(k, "Cartesian positions: the tool's data are not in the job, the robot file's tool is taken");
+        let tool = match header(position.section.tool) {
+            Some(n) => Frame::Named(n.to_string()),
+            None => Frame::Unknown("no ///TOOL before its position".into()),
+        };
+        let solution = position.section.rconf.and_then(|k| configuration(self.text.line(k)));
+        let target = match self.targets.get(&key) {
+            Some(&t) => t,
+            None => {
+                let t = self.script.targets.len();
+                self.script.targets.push(Target {
+                    pose: Some(form),
+                    name: Some(format!("{}{:0w$}", position.kind.word(), position.number, w = position.digits)),
+                    at: At { file: 0, line: position.line as u64 + 1 },
+                    values: values.into_iter().map(Some).collect(),
+                });
+                self.numbers.push((0..6).map(|n| Some((key[0], n))).collect());
+                self.targets.insert(key, t);
+                t
+            }
+        };
         Goal::Pose(PoseGoal {
-            position_m: Vector3::new(x, y, z) * 1e-3,
-            rotation: Some(UnitQuaternion::from_euler_angles(rx.to_radians(), ry.to_radians(), rz.to_radians())),
-            foreign_frame,
-            solution: Solution::Same,
+            target: Some(target),
+            position_m: Vector3::new(n[0], n[1], n[2]),
+            rotation: Some(UnitQuaternion::from_euler_angles(n[3], n[4], n[5])),
+            frame,
+            tool,
+            solution: solution.map_or(Solution::Same, Solution::Configured),
+            binding: true,
         })
     }
 
@@ -216,6 +268,7 @@ impl Reader<'_> {
         }
         let t = self.script.targets.len();
         self.script.targets.push(Target {
+            pose: None,
             name: Some(format!("{}{:0w$}", lead.kind.word(), lead.number, w = lead.digits)),
             at: At { file: 0, line: lead.line as u64 + 1 },
             values,
@@ -251,6 +304,22 @@ impl Reader<'_> {
         let finest = weight(style.decimals.max(ANGLE_DECIMALS));
         Ok(Value { si: v * unit, start: span.start, end: span.end, style, digit: weight(style.decimals), finest })
     }
+}
+
+/// The number of a header: `///TOOL 3`, `///USER 1`.
+fn header_number(line: &[u8]) -> Option<u32> {
+    let words = String::from_utf8_lossy(line).into_owned();
+    words.split_ascii_whitespace().nth(1)?.split(',').next()?.parse().ok()
+}
+
+/// `///RCONF 0,0,0,0,0,0,...`; the first six are known.
+fn configuration(line: &[u8]) -> Option<Configuration> {
+    let words = String::from_utf8_lossy(line).into_owned();
+    let (_, list) = words.trim().split_once(|c: char| c.is_ascii_whitespace())?;
+    let bits =
+        list.split(',').take(6).map(|v| Some(v.trim().parse::<u8>().ok()? != 0)).collect::<Option<Vec<bool>>>()?;
+    let [no_flip, lower, rear, r, t, s] = bits[..] else { return None };
+    Some(Configuration::Yaskawa { no_flip, lower, rear, beyond: [r, t, s] })
 }
 
 /// `LP000`, `P[I000]`, `PX001`: positions that only the controller knows.

@@ -8,7 +8,9 @@ use crate::script::{At, Break, Goal, Move, Note, Script, Step, StepKind, Text, n
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// Decimals that an ANGLE job keeps.
+/// Decimals of lengths in a Cartesian position, mm.
+pub(super) const LENGTH_DECIMALS: u8 = 3;
+/// Decimals that an ANGLE job, and the angles of a Cartesian position, keep.
 pub(super) const ANGLE_DECIMALS: u8 = 4;
 
 /// Instructions that do not move the robot, and do not change what positions mean.
@@ -78,7 +80,6 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
         overlaid: BTreeSet::new(),
         base_axes: list.base_axes,
         still: None,
-        noted: BTreeSet::new(),
     };
     reader.instructions(begin)?;
     reader.script.notes.extend(reader.counted.as_ref().map(Counted::note));
@@ -203,7 +204,6 @@ pub(super) struct Reader<'a> {
     pub(super) base_axes: bool,
     /// Numbers beyond the robot's axes where the move before left them.
     pub(super) still: Option<Vec<f64>>,
-    noted: BTreeSet<&'static str>,
 }
 
 impl Reader<'_> {
@@ -218,12 +218,6 @@ impl Reader<'_> {
         }
         self.script.steps.push(Step { at: At { file: 0, line: k as u64 + 1 }, kind });
         self.statements.push(statement);
-    }
-
-    pub(super) fn note(&mut self, k: usize, text: &'static str) {
-        if self.noted.insert(text) {
-            self.script.notes.push(Note { place: At { file: 0, line: k as u64 + 1 }, text: text.into() });
-        }
     }
 
     fn instructions(&mut self, begin: usize) -> Result<()> {

@@ -3,6 +3,7 @@ use crate::axes::Axes;
 use crate::error::Error;
 use crate::fixtures;
 use crate::script::harness::{self, count, edited, generator, moves, random_edits, refusal, script_of, values};
+use crate::script::pose::Frame;
 use crate::script::{Break, Edit, Edits, Format, Goal, NewPoint, PathKind, Speed, StepKind};
 use proptest::prelude::*;
 use rand::Rng;
@@ -231,8 +232,8 @@ fn cartesian_relative_and_untyped_positions_are_no_joint_targets() {
     let script = script_of(&Inform, &text, &robot());
     let goals: Vec<Goal> = moves(&script).into_iter().map(|m| m.1.goal).collect();
     assert!(matches!(&goals[0], Goal::Opaque(why) if why.contains("POSTYPE")));
-    assert!(matches!(&goals[1], Goal::Pose(p) if p.foreign_frame.is_none() && (p.position_m.x - 1.0).abs() < 1e-15));
-    assert!(matches!(&goals[2], Goal::Pose(p) if p.foreign_frame.is_some()));
+    assert!(matches!(&goals[1], Goal::Pose(p) if p.frame == Frame::Null && (p.position_m.x - 1.0).abs() < 1e-15));
+    assert!(matches!(&goals[2], Goal::Pose(p) if p.frame == Frame::Named("2".into())));
     assert!(matches!(&goals[3], Goal::Opaque(why) if why.contains("relative")));
 }
 

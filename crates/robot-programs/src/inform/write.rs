@@ -9,7 +9,7 @@
 use super::read::ANGLE_DECIMALS;
 use super::{Job, Kind, Meaning, Section, Statement};
 use crate::error::{Error, Result};
-use crate::script::{Edit, Edits, Goal, NewPoint, Patch, PathKind, StepKind, number};
+use crate::script::{Edit, Edits, NewPoint, Patch, PathKind, StepKind, number};
 use std::collections::BTreeMap;
 
 /// Corner of each position level, m, as the factory sets it.
@@ -75,7 +75,7 @@ impl<'a> Writer<'a> {
                 return Err(self.refused(k, why));
             }
             if self.job.statements.get(k).is_none_or(Option::is_none) {
-                return Err(self.refused(k, "its target holds no joint values"));
+                return Err(self.refused(k, "its target holds no numbers that can be written"));
             }
             if let (Some(why), false) = (&m.closed, edit.before.is_empty()) {
                 return Err(self.refused(k, &format!("no point can be added: {why}")));
@@ -90,10 +90,7 @@ impl<'a> Writer<'a> {
 
     fn target(&self, step: usize) -> Option<usize> {
         match &self.job.script.steps.get(step)?.kind {
-            StepKind::Move(m) => match m.goal {
-                Goal::Joints(t) => Some(t),
-                _ => None,
-            },
+            StepKind::Move(m) => m.goal.target(),
             _ => None,
         }
     }
@@ -106,6 +103,13 @@ impl<'a> Writer<'a> {
         for (axis, &number) in job.numbers[t].iter().enumerate() {
             let (Some((line, n)), Some(&q)) = (number, q.get(axis)) else { continue };
             let Some(value) = job.script.targets[t].values.get(axis).copied().flatten() else { continue };
+            let target = &job.script.targets[t];
+            if target.pose.is_some() {
+                if let Some(text) = target.pose_number(axis, q, self.edits) {
+                    forms.entry(line).or_default().insert(n, text);
+                }
+                continue;
+            }
             let (written, decimals) = if job.positions[line].section.meaning == Meaning::Pulse {
                 (q * job.pulses[axis].unwrap_or(0.0), 0)
             } else {

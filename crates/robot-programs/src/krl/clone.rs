@@ -158,7 +158,7 @@ fn below(text: &Text, file: usize, k: usize, lines: &[Vec<u8>], out: &mut Vec<Pa
 }
 
 /// An aggregate's text with other numbers.
-fn replaced(text: &Text, a: &Aggregate, change: &Change) -> Vec<u8> {
+pub(super) fn replaced(text: &Text, a: &Aggregate, change: &Change) -> Vec<u8> {
     let mut change: Vec<_> = change.iter().collect();
     change.sort_by_key(|c| c.0.start);
     let (mut out, mut at) = (Vec::new(), a.span.start);

@@ -4,8 +4,10 @@ use super::calls::calls;
 use super::lex::{Kind, Token, tokens};
 use super::motion;
 use super::name::{Assigned, Flow, Holds, Name};
+use super::target::finest;
 use crate::error::Result;
-use crate::script::{PathKind, PoseGoal, Solution, Text, number};
+use crate::script::pose::{Configuration, Frame};
+use crate::script::{PathKind, PoseForm, PoseGoal, Solution, Text, Value, number};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -39,9 +41,9 @@ impl Aggregate {
         self.components.iter().any(|c| axis_name(&c.name) && !(cartesian && c.name.starts_with('E')))
     }
 
-    /// The Cartesian target; `foreign`: why its frame is not the robot's base; `path`: on straight ones status and turn do not
-    /// count.
-    pub fn pose(&self, foreign: Option<String>, path: PathKind) -> Option<PoseGoal> {
+    /// The Cartesian target in a frame and with a tool; `target`: index of its numbers, where they can be written. On straight
+    /// paths the controller does not look at status and turn.
+    pub fn pose(&self, frame: &Frame, tool: &Frame, path: PathKind, target: Option<usize>) -> Option<PoseGoal> {
         let of = |name: &str| self.component(name).and_then(|c| c.value.as_ref()).map(|v| v.1);
         let position_m = Vector3::new(of("X")?, of("Y")?, of("Z")?) * 1e-3;
         // turns about Z, then the new Y, then the new X
@@ -49,16 +51,45 @@ impl Aggregate {
             let [a, b, c] = [of("A")?, of("B")?, of("C")?].map(f64::to_radians);
             Some(UnitQuaternion::from_euler_angles(c, b, a))
         })();
-        let external = |c: &Component| {
+        let external = |c: &&Component| {
             axis_name(&c.name) && c.name.starts_with('E') && c.value.as_ref().is_none_or(|v| v.1 != 0.0)
         };
-        let carried = self.components.iter().any(external);
-        let carried = carried.then(|| "external axes, which may carry the robot or the work piece".to_string());
-        let turn = self.component("T").filter(|_| path == PathKind::Joint).map(|_| of("T").filter(|t| *t >= 0.0));
-        // bits beyond the sixth are those of external axes
-        let solution = turn.flatten().map_or(Solution::Same, |turn| signs(turn as u32));
-        let unread = turn.is_some_and(|t| t.is_none()).then(|| "a turn T that is computed".to_string());
-        Some(PoseGoal { position_m, rotation, foreign_frame: foreign.or(carried).or(unread), solution })
+        let carried: Option<Vec<(String, f64)>> =
+            self.components.iter().filter(external).map(|c| Some((c.name.clone(), c.value.as_ref()?.1))).collect();
+        // bits beyond the sixth are those of external axes; status has bits beyond the third of no arm
+        let bits = |name: &str, mask: u32| match self.component(name) {
+            None => Ok(None),
+            Some(_) => of(name).filter(|v| *v >= 0.0 && *v < 65536.0).map(|v| Some((v as u32 & mask) as u8)).ok_or(()),
+        };
+        let (status, turn) = (bits("S", 7), bits("T", 63));
+        let joint = path == PathKind::Joint;
+        let unread = joint && (status.is_err() || turn.is_err());
+        let (status, turn) = (status.ok().flatten(), turn.ok().flatten());
+        let solution = match (status, turn) {
+            (None, None) => Solution::Same,
+            (status, turn) => Solution::Configured(Configuration::Kuka { status, turn }),
+        };
+        let frame = match (carried, unread) {
+            (None, _) => {
+                Frame::Unknown("an external axis that is computed, and may carry the robot or the work piece".into())
+            }
+            (_, true) => Frame::Unknown("a status S or turn T that is computed".into()),
+            (Some(axes), false) => frame.clone().carried("$NULLFRAME", &axes),
+        };
+        let tool = tool.clone();
+        Some(PoseGoal { target, position_m, rotation, frame, tool, solution, binding: joint })
+    }
+
+    /// The numbers of a Cartesian target; `None`: one is missing or computed.
+    pub fn coordinates(&self) -> Option<Vec<Option<Value>>> {
+        let form = PoseForm::EulerZyx;
+        let value = |(k, name): (usize, &&str)| {
+            let (span, value, style) = self.component(name)?.value.clone()?;
+            let (unit, digit) = (form.unit(k), 10_f64.powi(-i32::from(style.decimals)));
+            let finest = finest(value).min(digit) * unit;
+            Some(Some(Value { si: value * unit, start: span.start, end: span.end, style, digit: digit * unit, finest }))
+        };
+        ["X", "Y", "Z", "A", "B", "C"].iter().enumerate().map(value).collect()
     }
 
     /// Values of external axes and of axes that are none of the robot's, for comparison.
@@ -69,15 +100,6 @@ impl Aggregate {
         out.sort();
         out
     }
-}
-
-/// The turn of a position: a bit for each of A1 to A6 that is below zero.
-fn signs(turn: u32) -> Solution {
-    let bounds = |k: usize| {
-        let below = turn >> k & 1 == 1;
-        if below { (k, f64::NEG_INFINITY, 0.0) } else { (k, 0.0, f64::INFINITY) }
-    };
-    Solution::Within((0..6).map(bounds).collect())
 }
 
 /// A1 to A6, E1 to E6.
@@ -182,6 +204,8 @@ pub(super) struct Data {
     by_name: HashMap<(Option<usize>, String), usize>,
     /// Frame data: file and line of the declaration.
     pub frames: HashMap<String, (usize, usize)>,
+    /// Numbers of tool and base of frame data.
+    pub numbers: HashMap<String, [Option<u32>; 2]>,
 }
 
 /// A word in upper case.
@@ -260,6 +284,11 @@ impl Data {
                     let (a, next) = aggregate(text, file, line, i)?;
                     (given, i) = (Some(a), next);
                 } else if kind == "FDAT" {
+                    let number = |field: &str| {
+                        let at = line.iter().position(|t| upper(text, t) == field)?;
+                        std::str::from_utf8(text.slice(line.get(at + 1)?.span())).ok()?.parse().ok()
+                    };
+                    self.numbers.insert(name.clone(), [number("TOOL_NO"), number("BASE_NO")]);
                     self.frames.insert(name, (file, k));
                     return Ok(());
                 } else {

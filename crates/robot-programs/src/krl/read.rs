@@ -11,7 +11,10 @@ use super::target::{Others, axis_names, external_axes, target};
 use super::{Motion, Program, Source};
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
-use crate::script::{At, Break, Goal, Move, Note, PathKind, Script, Speed, Step, StepKind, Target, Text, pragma};
+use crate::script::pose::Frame;
+use crate::script::{
+    At, Break, Goal, Move, Note, PathKind, PoseForm, PoseGoal, Script, Speed, Step, StepKind, Target, Text, pragma,
+};
 use std::collections::{BTreeMap, HashMap};
 
 pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
@@ -22,8 +25,9 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let data = Data::collect(&texts)?;
     let axes: Vec<(String, JointKind)> =
         axis_names(robot).into_iter().zip(robot.axis_joints().map(|j| j.kind)).collect();
-    let mut reader = Reader::new(&texts, &data, &axes, robot);
+    let mut reader = Reader::new(&texts, &data, &axes);
     let mut line = Vec::new();
+    reader.later = later(text, &data);
     for k in 0..text.line_count() {
         tokens(text, k, &mut line);
         reader.line(k, &line)?;
@@ -34,10 +38,12 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         notes.push(Note { place: At { file: 0, line: 1 }, text });
     }
     external_axes(&mut steps, &others);
-    if targets.iter().all(|t| t.values.iter().all(Option::is_none)) {
+    if targets.iter().filter(|t| t.pose.is_none()).all(|t| t.values.iter().all(Option::is_none)) {
         // a new point would have no axis to name
         for step in &mut steps {
-            if let StepKind::Move(m) = &mut step.kind {
+            if let StepKind::Move(m) = &mut step.kind
+                && !matches!(m.goal, Goal::Pose(_))
+            {
                 m.closed.get_or_insert_with(|| "no motion of the program gives axis values".into());
             }
         }
@@ -72,6 +78,36 @@ fn whole(text: &Text) -> Result<()> {
     if any { Ok(()) } else { Err(text.bad(0, "no routine", "a KUKA KRL program with DEF ... END")) }
 }
 
+/// $BASE and $TOOL behind a branch, a label or a call: known where the file sets none, or always the same.
+fn later(text: &Text, data: &Data) -> [Option<Frame>; 2] {
+    let mut set = Settings::default();
+    let mut found: [Vec<Frame>; 2] = Default::default();
+    let mut line = Vec::new();
+    for k in 0..text.line_count() {
+        tokens(text, k, &mut line);
+        line.retain(|t| t.kind != Kind::Comment);
+        let Some(first) = line.first() else { continue };
+        let word = upper(text, first);
+        if word == "BAS" {
+            set.bas(text, &line);
+        } else if let Some(sign) = assignment(&line) {
+            set.assign(text, &line, sign, &word, data);
+        } else {
+            continue;
+        }
+        for (all, now) in found.iter_mut().zip([&set.base, &set.tool]) {
+            if let Some(now) = now.as_ref().filter(|now| !all.contains(now)) {
+                all.push(now.clone());
+            }
+        }
+    }
+    found.map(|all| match all.as_slice() {
+        [] => None,
+        [one] => Some(one.clone()),
+        _ => Some(Frame::Unknown("the file sets several, and which is in force is not certain here".into())),
+    })
+}
+
 struct Fold {
     line: usize,
     inline: bool,
@@ -87,7 +123,8 @@ struct Reader<'a> {
     data: &'a Data,
     axes: &'a [(String, JointKind)],
     names: Vec<String>,
-    no_tool: bool,
+    /// $BASE and $TOOL behind a branch or a call, where that is certain.
+    later: [Option<Frame>; 2],
     steps: Vec<Step>,
     targets: Vec<Target>,
     sources: Vec<Source>,
@@ -103,14 +140,13 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn new(texts: &'a [Text], data: &'a Data, axes: &'a [(String, JointKind)], robot: &Axes) -> Self {
+    fn new(texts: &'a [Text], data: &'a Data, axes: &'a [(String, JointKind)]) -> Self {
         Self {
             texts,
             text: &texts[0],
             data,
             axes,
             names: axes.iter().map(|a| a.0.clone()).collect(),
-            no_tool: robot.tool == nalgebra::Isometry3::identity(),
             steps: Vec::new(),
             targets: Vec::new(),
             sources: Vec::new(),
@@ -123,6 +159,7 @@ impl<'a> Reader<'a> {
             trigger: false,
             spline: false,
             set: Settings::default(),
+            later: [None, None],
         }
     }
 
@@ -130,7 +167,9 @@ impl<'a> Reader<'a> {
         if let StepKind::Break(b) = kind
             && b != Break::Frame
         {
-            self.set = Settings::default();
+            // frames stay where the file sets but one
+            let (base, tool) = (self.later[0].clone(), self.later[1].clone());
+            self.set = Settings { base, tool, ..Settings::default() };
         }
         self.steps.push(Step { at: At { file: 0, line: k as u64 + 1 }, kind });
     }
@@ -220,9 +259,7 @@ impl<'a> Reader<'a> {
             | "FRAME" | "FDAT" | "PDAT" | "LDAT" | "ANOUT" | "ANIN" | "DIGIN" | "CCLOSE" => self.called(k, line),
             "STRUC" | "ENUM" | "SIGNAL" | "EXT" | "EXTP" | "EXTFCT" | "IMPORT" | "CONTINUE" | "ON_ERROR_PROCEED" => {}
             "BAS" => {
-                if self.set.bas(self.text, line) {
-                    self.stop(k, Break::Frame);
-                }
+                self.set.bas(self.text, line);
             }
             "ARC_ON" | "ARCON" | "ARC_STRT" => self.push(k, StepKind::Process(true)),
             "ARC_OFF" | "ARCOFF" | "ARCOF" => self.push(k, StepKind::Process(false)),
@@ -253,9 +290,7 @@ impl<'a> Reader<'a> {
             return;
         };
         self.called(k, line);
-        if self.set.assign(self.text, line, sign, word) {
-            self.stop(k, Break::Frame);
-        }
+        self.set.assign(self.text, line, sign, word, self.data);
     }
 
     fn motion(&mut self, k: usize, line: &[Token], word: Word) -> Result<()> {
@@ -305,9 +340,6 @@ impl<'a> Reader<'a> {
         if std::mem::take(&mut self.trigger) {
             close("a TRIGGER before it belongs to this very motion");
         }
-        if matches!(goal, Goal::Pose(_)) && word.path != PathKind::Joint {
-            close("a straight line takes no axis values");
-        }
         if line.iter().any(|t| t.kind == Kind::Mark(b',') && t.start > line[at.min(line.len() - 1)].end)
             && !word.arc
             && !whole
@@ -347,9 +379,21 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn foreign(&self) -> Option<String> {
-        let certain = self.set.base_null && self.set.tool_null && self.no_tool;
-        (!certain).then(|| "$BASE and $TOOL at run time".to_string())
+    /// Frame and tool in force. What no line sets has the controller's name: the frame in which the program starts.
+    fn frames(&self) -> (Frame, Frame) {
+        let or = |set: &Option<Frame>, name: &str| set.clone().unwrap_or_else(|| Frame::Named(name.into()));
+        (or(&self.set.base, "$BASE"), or(&self.set.tool, "$TOOL"))
+    }
+
+    /// A Cartesian goal, with a target for its numbers.
+    fn pose(&mut self, a: &Aggregate, word: Word, name: Option<String>, at: At, source: Source) -> Option<PoseGoal> {
+        let (frame, tool) = self.frames();
+        let target = a.coordinates().map(|values| {
+            self.targets.push(Target { pose: Some(PoseForm::EulerZyx), name, at, values });
+            self.sources.push(source);
+            self.targets.len() - 1
+        });
+        a.pose(&frame, &tool, word.path, target)
     }
 
     /// The goal that a motion gives in line.
@@ -364,8 +408,9 @@ impl<'a> Reader<'a> {
                 }
             });
         }
-        Ok(a.pose(self.foreign(), word.path)
-            .map_or_else(|| Goal::Opaque("a part of its position is not given".into()), Goal::Pose))
+        let at = At { file: 0, line: k as u64 + 1 };
+        let pose = self.pose(&a, word, None, at, Source::Inline(a.clone()));
+        Ok(pose.map_or_else(|| Goal::Opaque("a part of its position is not given".into()), Goal::Pose))
     }
 
     /// The goal that a name gives.
@@ -376,8 +421,24 @@ impl<'a> Reader<'a> {
             Err(why) => return Ok(Goal::Opaque(why)),
         };
         if name.holds == Holds::Pose {
-            let pose = a.pose(self.foreign(), word.path);
-            return Ok(pose.map_or_else(|| Goal::Opaque(format!("a part of {} is not given", name.text)), Goal::Pose));
+            let (a, text) = (a.clone(), name.text.clone());
+            let (frame, tool) = self.frames();
+            let pose = match self.of_name.get(&n).copied() {
+                Some(t) => a.pose(&frame, &tool, word.path, Some(t)),
+                None => {
+                    let line = name
+                        .given
+                        .as_ref()
+                        .map_or_else(|| name.assigned.first().map_or(name.line, |a| a.line), |_| name.line);
+                    let at = At { file: a.file, line: line as u64 + 1 };
+                    let pose = self.pose(&a, word, Some(text.clone()), at, Source::Name(n));
+                    if let Some(t) = pose.as_ref().and_then(|p| p.target) {
+                        self.of_name.insert(n, t);
+                    }
+                    pose
+                }
+            };
+            return Ok(pose.map_or_else(|| Goal::Opaque(format!("a part of {text} is not given")), Goal::Pose));
         }
         if let (Some(&t), true) = (self.of_name.get(&n), word.path == PathKind::Joint) {
             return Ok(Goal::Joints(t));

@@ -81,7 +81,7 @@ pub(super) fn target(
     if values.iter().all(Option::is_none) {
         return Ok(Err("it moves none of the robot's axes".into()));
     }
-    Ok(Ok(Target { name, at, values }))
+    Ok(Ok(Target { name, at, values, pose: None }))
 }
 
 /// Weight of the seventh digit: KRL holds numbers in single precision. Values below 1 are taken as 1.

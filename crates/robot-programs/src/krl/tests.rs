@@ -4,6 +4,7 @@ use super::Krl;
 use super::props::kr120;
 use crate::files::Files;
 use crate::script::harness::{self, rewritten};
+use crate::script::pose::{Configuration, Frame};
 use crate::script::{
     Break, Document, Edits, Format, Goal, Move, NewPoint, PathKind, PoseGoal, Solution, Speed, StepKind, Text,
 };
@@ -96,7 +97,7 @@ fn axis_values_in_line_are_read_in_any_order_and_number() {
     assert_eq!(deg(d.as_ref(), &m[2].1), [Some(11.875), None, None, None, None, Some(-5.5)]);
     assert!((deg(d.as_ref(), &m[4].1)[2].unwrap() - 95.0).abs() < 1e-12);
     assert_eq!((m[0].1.blend_m, m[1].1.blend_m), (Some(0.0), None));
-    assert!(matches!(&m[8].1.goal, Goal::Pose(p) if p.foreign_frame.is_some()));
+    assert!(matches!(&m[8].1.goal, Goal::Pose(p) if matches!((&p.frame, &p.tool), (Frame::Named(_), Frame::Named(_)))));
     assert_eq!(d.script().steps.iter().filter(|s| matches!(s.kind, StepKind::Dwell(_))).count(), 2);
 }
 
@@ -135,7 +136,6 @@ fn a_new_point_stands_before_the_fold_with_the_settings_of_the_form() {
     assert_eq!(goals(d.as_ref()), "ojjjpjjo");
     let m = moves(d.as_ref());
     assert_eq!((m[1].1.speed, m[3].1.speed), (Speed::Share(1.0), Speed::Share(0.5)));
-    assert!(m[4].1.closed.is_some(), "a straight line takes no axis values");
     let after = text(rewrite(d.as_ref(), &edits(d.as_ref(), &[], &[m[3].0])).as_ref(), 0);
     let expected = ";ENDFOLD\r\n$BWDSTART=FALSE\r\nPDAT_ACT=PPDAT2\r\nFDAT_ACT=FP1\r\nBAS(#PTP_PARAMS,50)\r\nSET_CD_PARAMS (0)\r\n\
                     PTP {A1 0.250000,A2 -89.50000,A3 90.00000,A4 0.000000,A5 1.000000,A6 179.9999}\r\n;FOLD PTP P1 Vel=50";
@@ -193,7 +193,7 @@ fn loops_branches_calls_and_triggers_are_seen() {
     assert_eq!(goals(d.as_ref()), "jjjjjjjjjjppoojjppjjjjjjjpj");
     let count = |b: Break| d.script().steps.iter().filter(|s| matches!(s.kind, StepKind::Break(x) if x == b)).count();
     assert_eq!((count(Break::Start), count(Break::Loop), count(Break::Call), count(Break::Interrupt)), (2, 6, 2, 1));
-    assert_eq!(count(Break::Frame), 2);
+    assert_eq!(count(Break::Frame), 0, "poses have their own frames");
     let m = moves(d.as_ref());
     let why = |i: usize| m[i].1.closed.clone().unwrap_or_default();
     assert!(why(6).contains("TRIGGER") && why(10).contains("arc") && why(14).contains("spline"), "{:?}", why(6));
@@ -280,17 +280,43 @@ fn names_stay_within_twenty_four_characters_and_are_free() {
     assert!(after.contains("DECL E6AXIS XABCDEFGHIJKLMNOPQRSTU_3={A1 5.5000}\n"), "{after}");
 }
 
-#[test]
-fn a_pose_counts_as_the_robots_only_where_base_and_tool_are_certainly_null() {
-    let src = "DEF a()\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\nLIN {X 1.0,Y 2.0,Z 3.0,A 10.0,B 20.0,C 30.0}\nWORK()\nLIN {X 1.0,Y 2.0,Z 3.0}\nEND\n";
-    let mut robot = kr120();
-    let foreign = |robot: &crate::axes::Axes| -> Vec<bool> {
-        let d = Krl.parse(vec![Text::new("p.src", src.as_bytes().to_vec())], robot).unwrap();
-        d.script().moves().map(|(_, m)| matches!(&m.goal, Goal::Pose(p) if p.foreign_frame.is_some())).collect()
+/// Frames of the poses of a program, in order.
+fn frames(src: &str) -> Vec<(Frame, Frame)> {
+    let d = Krl.parse(vec![Text::new("p.src", src.as_bytes().to_vec())], &kr120()).unwrap();
+    let of = |m: &Move| match &m.goal {
+        Goal::Pose(p) => (p.frame.clone(), p.tool.clone()),
+        other => panic!("{other:?}"),
     };
-    assert_eq!(foreign(&robot), [true, true], "the robot file has a tool, the program none");
-    robot.tool = nalgebra::Isometry3::identity();
-    assert_eq!(foreign(&robot), [false, true], "a call may change both");
+    d.script().moves().map(|(_, m)| of(m)).collect()
+}
+
+#[test]
+fn base_and_tool_of_a_pose_are_those_in_force_by_the_controllers_numbers() {
+    let named = |n: &str| Frame::Named(n.into());
+    let at = "LIN {X 1.0,Y 2.0,Z 3.0,A 10.0,B 20.0,C 30.0}\n";
+    let one = |before: &str| frames(&format!("DEF a()\n{before}{at}END\n")).remove(0);
+    assert_eq!(one(""), (named("$BASE"), named("$TOOL")));
+    assert_eq!(one("$BASE=$NULLFRAME\n$TOOL=TOOL_DATA[3]\n"), (Frame::Null, named("3")));
+    assert_eq!(one("BAS(#BASE,2)\nBAS(#TOOL,0)\n"), (named("2"), Frame::Null));
+    let (base, tool) = one("$BASE={X 100,Y 0,Z 0,A 90,B 0,C 0}\n$TOOL=other\n");
+    let Frame::Given(base) = base else { panic!("{base:?}") };
+    assert!(
+        (base.translation.vector.x - 0.1).abs() < 1e-12
+            && (base.rotation.angle() - std::f64::consts::FRAC_PI_2).abs() < 1e-12
+    );
+    assert!(matches!(tool, Frame::Unknown(_)));
+    // frame data of an inline form
+    let form = "DECL FDAT FP1={TOOL_NO 4,BASE_NO 0,IPO_FRAME #BASE}\nFDAT_ACT=FP1\nBAS(#CP_PARAMS,0.1)\n";
+    assert_eq!(one(form), (Frame::Null, named("4")));
+}
+
+#[test]
+fn behind_a_call_a_base_is_certain_where_the_file_sets_but_one() {
+    let at = "LIN {X 1.0,Y 2.0,Z 3.0,A 10.0,B 20.0,C 30.0}\n";
+    let one = frames(&format!("DEF a()\n$BASE=BASE_DATA[2]\n{at}WORK()\n{at}END\n"));
+    assert!(one.iter().all(|f| f.0 == Frame::Named("2".into())), "{one:?}");
+    let two = frames(&format!("DEF a()\n$BASE=BASE_DATA[2]\n{at}WORK()\n{at}$BASE=BASE_DATA[3]\n{at}END\n"));
+    assert!(matches!(&two[1].0, Frame::Unknown(_)) && two[2].0 == Frame::Named("3".into()), "{two:?}");
 }
 
 #[test]
@@ -381,8 +407,7 @@ fn the_turn_of_a_position_chooses_its_solution_on_joint_moves_alone() {
     let src = "DEF p()\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\nPTP {X 500,Y 10,Z 700,A 0,B 90,C 0,S 2,T 35}\nLIN {X 510,Y 10,Z 700,A 0,B 90,C 0,S 2,T 35}\n\
                PTP {X 500,Y 10,Z 700,A 0,B 90,C 0,E1 250}\nPTP {X 500,Y 10,Z 700,A 0,B 90,C 0,S 'B010',T 'B100011'}\n\
                PTP {X 500,Y 10,Z 700,A 0,B 90,C 0,T nTurn}\nEND\n";
-    let mut robot = kr120();
-    robot.tool = nalgebra::Isometry3::identity();
+    let robot = kr120();
     let doc = Krl.parse(vec![Text::new("p.src", src.as_bytes().to_vec())], &robot).unwrap();
     let poses: Vec<&PoseGoal> = doc
         .script()
@@ -393,15 +418,16 @@ fn the_turn_of_a_position_chooses_its_solution_on_joint_moves_alone() {
         })
         .collect();
     // 35 = 100011: A1, A2 and A6 below zero
-    let Solution::Within(bounds) = &poses[0].solution else { panic!("{:?}", poses[0].solution) };
-    let below: Vec<usize> = bounds.iter().filter(|b| b.2 == 0.0).map(|b| b.0).collect();
-    assert_eq!((below, bounds.len()), (vec![0, 1, 5], 6));
-    assert_eq!((&poses[1].solution, &poses[2].solution), (&Solution::Same, &Solution::Same));
-    assert_eq!(poses[3].solution, poses[0].solution);
-    assert!(poses[4].foreign_frame.as_deref().is_some_and(|w| w.contains("turn")), "{:?}", poses[4]);
+    let taught = Solution::Configured(Configuration::Kuka { status: Some(2), turn: Some(0b100011) });
+    assert_eq!((&poses[0].solution, poses[0].binding), (&taught, true));
+    // on a straight path it only tells how the point was taught
+    assert_eq!((&poses[1].solution, poses[1].binding), (&taught, false));
+    assert_eq!((&poses[2].solution, &poses[3].solution), (&Solution::Same, &taught));
+    let unknown = |p: &PoseGoal, word: &str| p.unknown().is_some_and(|w| w.contains(word));
+    assert!(unknown(poses[4], "turn"), "{:?}", poses[4]);
     // what an external axis carries is not known
-    assert_eq!(poses[0].foreign_frame, None);
-    assert!(poses[2].foreign_frame.as_deref().is_some_and(|w| w.contains("external axes")), "{:?}", poses[2]);
+    assert_eq!((poses[0].unknown(), &poses[0].frame), (None, &Frame::Null));
+    assert_eq!(poses[2].frame, Frame::Named("$NULLFRAME at E1 250".into()));
 }
 
 #[test]

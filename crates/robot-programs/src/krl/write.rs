@@ -1,13 +1,13 @@
 //! Edits as patches: numbers of goals, cloned points, new motions in line.
 
-use super::clone::{Clone, clone, refer, words};
+use super::clone::{Clone, clone, refer, replaced, words};
 use super::form;
 use super::lex::tokens;
 use super::target::finest;
 use super::{Motion, Program, Source};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
-use crate::script::{Edits, Goal, Patch, StepKind, Text, number};
+use crate::script::{Edits, Goal, Patch, PoseGoal, StepKind, Text, number};
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -50,9 +50,14 @@ fn written(program: &Program, edits: &Edits, axis: usize, q: f64, style: number:
 
 /// Numbers of a target that differ from `q`.
 fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Change {
-    let values = program.script.targets.get(target).map_or(&[][..], |t| &t.values);
-    let own = program.script.targets.get(target).and_then(|t| program.script.texts.get(t.at.file));
+    let Some(there) = program.script.targets.get(target) else { return Change::new() };
+    let values = &there.values;
+    let own = program.script.texts.get(there.at.file);
     let mut out = Vec::new();
+    if there.pose.is_some() {
+        let number = |(k, v): (usize, &f64)| Some((values.get(k)?.as_ref()?.span(), there.pose_number(k, *v, edits)?));
+        return q.iter().enumerate().filter_map(number).collect();
+    }
     for (axis, (value, &q)) in values.iter().zip(q).enumerate() {
         let Some(value) = value.as_ref().filter(|v| (q - v.si).abs() > 1e-13) else { continue };
         let new = written(program, edits, axis, q, value.style);
@@ -74,8 +79,8 @@ fn goals(program: &Program, edits: &Edits, out: &mut Vec<Patch>) -> Result<()> {
             return Err(Error::Refused(format!("{}: {why}", place(program, step))));
         }
         let Some(q) = &edit.goal else { continue };
-        let Goal::Joints(target) = m.goal else {
-            let why = "the goal's axis values are not in the program";
+        let (Some(target), None) = (m.goal.target(), &m.fixed) else {
+            let why = "the goal's numbers are not in the program";
             return Err(Error::Refused(format!("{}: {why}", place(program, step))));
         };
         wanted.entry(target).or_default().push((step, changes(program, edits, target, q)));
@@ -150,6 +155,16 @@ fn insert<'a>(
             }
         }
     }
+    if let Goal::Pose(goal) = &m.goal {
+        let lines = poses(program, edits, goal, motion, points)?;
+        for line in lines {
+            bytes.extend_from_slice(indent);
+            bytes.extend_from_slice(&line);
+            bytes.extend_from_slice(ending);
+        }
+        out.push(Patch::new(0, at..at, bytes));
+        return Ok(());
+    }
     let values = match m.goal {
         Goal::Joints(t) => program.script.targets.get(t).map_or(&[][..], |t| &t.values),
         _ => &[],
@@ -190,6 +205,33 @@ fn insert<'a>(
     Ok(())
 }
 
+/// New points before a motion to a Cartesian target: the same motion with other numbers in line.
+fn poses<'a>(
+    program: &Program,
+    edits: &Edits,
+    goal: &PoseGoal,
+    motion: &Motion,
+    points: impl Iterator<Item = &'a [f64]>,
+) -> Result<Vec<Vec<u8>>> {
+    let missing = || Error::Refused("a Cartesian target without its place".into());
+    let target = goal.target.ok_or_else(missing)?;
+    let aggregate = match program.sources.get(target) {
+        Some(Source::Inline(a)) => a,
+        Some(Source::Name(n)) => program.data.names[*n].value().map_err(|_| missing())?,
+        None => return Err(missing()),
+    };
+    let text = texts(program, 0)?;
+    let own = texts(program, aggregate.file)?;
+    let line = |q: &[f64]| {
+        let mut bytes = text.slice(motion.keyword.clone()).to_vec();
+        bytes.push(b' ');
+        bytes.extend_from_slice(&replaced(own, aggregate, &changes(program, edits, target, q)));
+        bytes.extend_from_slice(&tail(text, motion));
+        bytes
+    };
+    Ok(points.map(line).collect())
+}
+
 /// What follows the goal: approximate positioning where the motion has it (the controller keeps it within half the way), and
 /// the settings of a spline motion, which hold for that motion alone.
 fn tail(text: &Text, motion: &Motion) -> Vec<u8> {
@@ -200,5 +242,10 @@ fn tail(text: &Text, motion: &Motion) -> Vec<u8> {
     let approximates = tail
         .split(|b| !(b.is_ascii_alphanumeric() || *b == b'_'))
         .any(|w| w.get(..2).is_some_and(|h| h.eq_ignore_ascii_case(b"C_")));
-    if approximates { b" C_PTP".to_vec() } else { Vec::new() }
+    let straight = text.slice(motion.keyword.clone()).eq_ignore_ascii_case(b"LIN");
+    match (approximates, straight) {
+        (false, _) => Vec::new(),
+        (true, true) => b" C_DIS".to_vec(),
+        (true, false) => b" C_PTP".to_vec(),
+    }
 }

@@ -1,16 +1,16 @@
 //! Targets of RAPID moves: joint values, poses with their frame and tool, or why neither can be told.
 
-use super::arguments::{Arg, Switch};
+use super::arguments::{Arg, Switch, arguments};
 use super::lex::Kind;
 use super::read::{Item, Span, Storage};
 use super::rules::External;
 use super::steps::{Builder, Literal, Owner, Site};
 use super::value::{self, Node};
-use crate::axes::{Axes, JointKind};
+use crate::axes::JointKind;
 use crate::error::Result;
-use crate::script::{At, Goal, PathKind, PoseGoal, Solution, Target};
+use crate::script::pose::{Configuration, Frame};
+use crate::script::{At, Goal, PathKind, PoseForm, PoseGoal, Solution, Target, Value};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use std::f64::consts::FRAC_PI_2;
 
 impl Builder<'_> {
     fn opaque(&self, span: &Span) -> String {
@@ -80,7 +80,7 @@ impl Builder<'_> {
             return Ok(match value::joints(text, &node, self.robot)? {
                 Ok(values) => {
                     let at = At { file: 0, line: self.f.line(span.start) };
-                    self.targets.push(Target { name: None, at, values });
+                    self.targets.push(Target { name: None, at, values, pose: None });
                     self.externals.push(External::of(text, node.get(1)));
                     self.literals.push(Literal { bytes: node.bytes(), owner: None });
                     Goal::Joints(self.targets.len() - 1)
@@ -102,10 +102,23 @@ impl Builder<'_> {
         let Some(node) = self.element(d, &indices) else {
             return Ok(Goal::Opaque(format!("`{shown}` is not declared with numbers")));
         };
-        let values = match value::joints(text, &node, self.robot)? {
-            Ok(values) => values,
-            Err(why) => return Ok(Goal::Opaque(format!("`{shown}`: {why}"))),
-        };
+        match value::joints(text, &node, self.robot)? {
+            Ok(values) => Ok(Goal::Joints(self.declared_target(d, indices, &node, values, None))),
+            Err(why) => Ok(Goal::Opaque(format!("`{shown}`: {why}"))),
+        }
+    }
+
+    /// A target of a declaration, with what is needed to write it.
+    fn declared_target(
+        &mut self,
+        d: usize,
+        indices: Vec<usize>,
+        node: &Node,
+        values: Vec<Option<Value>>,
+        pose: Option<PoseForm>,
+    ) -> usize {
+        let (p, text) = (self.f.p, self.f.text);
+        let shown = self.f.shown(d);
         let decl = &p.decls[d];
         let (first, last) = (p.tokens[decl.first].start, p.tokens[decl.end].end);
         let head: Vec<_> = (decl.first..decl.at)
@@ -124,14 +137,37 @@ impl Builder<'_> {
             self.note(decl.at, text);
         }
         let at = At { file: 0, line: self.f.line(decl.at) };
-        self.targets.push(Target { name: Some(name.clone()), at, values });
-        self.externals.push(External::of(text, node.get(1)));
+        self.targets.push(Target { name: Some(name.clone()), at, values, pose });
+        let external = if pose.is_some() { 3 } else { 1 };
+        self.externals.push(External::of(text, node.get(external)));
         let keep = self.f.states[d].read || self.f.reaches_out(d);
         let owner = Owner { bytes: first..last, head: head.join(" "), name, keep };
         self.literals.push(Literal { bytes: node.bytes(), owner: Some(owner) });
         let t = self.targets.len() - 1;
         self.known.insert((d, indices), t);
-        Ok(Goal::Joints(t))
+        t
+    }
+
+    /// `Offs(p1,0,0,100)`, `RelTool(p1,0,0,-50)` with numbers that are known: the point, the displacement in m, and whether it
+    /// counts along the tool.
+    fn displacement(&mut self, span: &Span, item: &Item) -> Option<(Span, Vector3<f64>, bool)> {
+        let p = self.f.p;
+        let of_tool = match self.f.word(span.start) {
+            "offs" => false,
+            "reltool" => true,
+            _ => return None,
+        };
+        let mark = |k: usize, b: u8| p.tokens.get(k).is_some_and(|t| t.kind == Kind::Mark(b));
+        if span.len() < 4 || !mark(span.start + 1, b'(') || !mark(span.end - 1, b')') {
+            return None;
+        }
+        let args = arguments(p, span.start + 2..span.end - 1);
+        let [point, x, y, z] = args.as_slice() else { return None };
+        if args.iter().any(|a| !a.switches.is_empty()) {
+            return None;
+        }
+        let [x, y, z] = [x, y, z].map(|a| self.number(&a.span, item));
+        Some((point.span.clone(), Vector3::new(x?, y?, z?) * 1e-3, of_tool))
     }
 
     pub fn pose_goal(
@@ -144,16 +180,26 @@ impl Builder<'_> {
         site: &mut Site,
     ) -> Goal {
         let p = self.f.p;
-        let node = if p.tokens[span.start].kind == Kind::Mark(b'[') {
-            value::aggregate(self.f.text, &p.tokens, span.clone())
-        } else {
-            match self.name_of(span, item) {
-                Ok((d, indices)) => self.element(d, &indices),
-                Err(why) => return Goal::Opaque(why),
-            }
+        if let Some((base, by, of_tool)) = self.displacement(span, item) {
+            let goal = self.pose_goal(&base, tool, wobj, item, path, site);
+            let Goal::Pose(mut goal) = goal else { return goal };
+            // the numbers of the point are not those of the goal
+            goal.target = None;
+            goal.position_m += if of_tool { goal.rotation.map_or(by, |r| r * by) } else { by };
+            return Goal::Pose(goal);
+        }
+        let inline = p.tokens[span.start].kind == Kind::Mark(b'[');
+        let declared = if inline { Ok(None) } else { self.name_of(span, item).map(Some) };
+        let declared = match declared {
+            Ok(declared) => declared,
+            Err(why) => return Goal::Opaque(why),
+        };
+        let node = match &declared {
+            None => value::aggregate(self.f.text, &p.tokens, span.clone()),
+            Some((d, indices)) => self.element(*d, indices),
         };
         let parts = node.as_ref().and_then(|n| Some((n.get(0)?.numbers::<3>()?, n.get(1)?.numbers::<4>()?, n.get(3)?)));
-        let Some((xyz, [w, x, y, z], external)) = parts else {
+        let (Some((xyz, [w, x, y, z], external)), Some(node)) = (parts, node.as_ref()) else {
             return Goal::Opaque(self.opaque(span));
         };
         let Some(rotation) = unit(w, x, y, z) else {
@@ -164,14 +210,41 @@ impl Builder<'_> {
             site.external = Some(String::from_utf8_lossy(self.f.text.slice(external.bytes())).into_owned());
         }
         // a track carries the base, a positioner may carry the work object
-        let carried = site.external_axes.used_from(0);
-        let carried = carried.then(|| "external axes, which may carry the robot or the work object".to_string());
-        let frame = self.frame(wobj, item).or_else(|| self.tool(tool, item)).or(carried);
+        let own = wobj.as_ref().and_then(|w| w.value.as_ref()).map_or("wobj0".to_string(), |v| self.shown(v.start));
+        let frame = self.frame(wobj, item);
+        let frame = match site.external_axes.standing() {
+            Some(axes) => frame.carried(&own, &axes),
+            None => {
+                Frame::Unknown("external axes that are computed, and may carry the robot or the work object".into())
+            }
+        };
         let checked = if path == PathKind::Joint { self.configured.joint } else { self.configured.linear };
-        let conf = node.as_ref().and_then(|n| n.get(2)?.numbers::<4>()).filter(|_| checked);
-        let solution = conf.map_or(Solution::Same, |conf| quarters(conf, self.robot));
+        let six = self.robot.dof() == 6 && self.robot.axis_joints().all(|j| j.kind == JointKind::Revolute);
+        let whole = |v: f64| v.fract() == 0.0 && v.abs() < 16.0;
+        let conf = node.get(2).and_then(|n| n.numbers::<4>()).filter(|c| six && c.iter().all(|v| whole(*v)));
+        let solution = conf.map_or(Solution::Same, |c| {
+            let [cf1, cf4, cf6, cfx] = c.map(|v| v as i32);
+            Solution::Configured(Configuration::Abb { quarters: [cf1, cf4, cf6], cfx })
+        });
+        let target = match (&declared, value::pose(node)) {
+            // a list with a call in it cannot be written into the instruction: the call would happen once more
+            (_, None) => None,
+            _ if self.f.text.slice(node.bytes()).contains(&b'(') => None,
+            (Some((d, indices)), Some(values)) => Some(match self.known.get(&(*d, indices.clone())) {
+                Some(&t) => t,
+                None => self.declared_target(*d, indices.clone(), node, values, Some(PoseForm::Quaternion)),
+            }),
+            (None, Some(values)) => {
+                let at = At { file: 0, line: self.f.line(span.start) };
+                self.targets.push(Target { name: None, at, values, pose: Some(PoseForm::Quaternion) });
+                self.externals.push(site.external_axes.clone());
+                self.literals.push(Literal { bytes: node.bytes(), owner: None });
+                Some(self.targets.len() - 1)
+            }
+        };
+        let tool = self.tool(tool, item);
         let position_m = Vector3::from(xyz) * 1e-3;
-        Goal::Pose(PoseGoal { position_m, rotation: Some(rotation), foreign_frame: frame, solution })
+        Goal::Pose(PoseGoal { target, position_m, rotation: Some(rotation), frame, tool, solution, binding: checked })
     }
 
     /// Whether the external axes that the robot file does not have move from the goal before to this one.
@@ -186,50 +259,57 @@ impl Builder<'_> {
         before.is_some_and(|before| before.moves_to(&axes, first))
     }
 
-    /// Why a robtarget is not in the world frame.
-    fn frame(&mut self, wobj: Option<Switch>, item: &Item) -> Option<String> {
+    /// Frame of a robtarget: `wobj0`, work object data in the text, else by its name.
+    fn frame(&mut self, wobj: Option<Switch>, item: &Item) -> Frame {
         if self.displaced {
-            return Some("a program displacement (PDispOn, PDispSet)".into());
+            return Frame::Unknown("a program displacement (PDispOn, PDispSet)".into());
         }
-        let value = wobj?.value?;
+        let Some(value) = wobj.and_then(|w| w.value) else { return Frame::Null };
         if self.predefined(&value, item) == Some("wobj0") {
-            return None;
+            return Frame::Null;
         }
-        Some(format!("work object `{}`", self.shown(value.start)))
+        let name = self.shown(value.start);
+        let Some(node) = self.node(&value, item) else { return Frame::Named(name) };
+        // [robhold, ufprog, ufmec, [user frame], [object frame]]
+        let flag = |k: usize| match node.get(k) {
+            Some(Node::Other(b)) => Some(self.f.text.slice(b.clone()).eq_ignore_ascii_case(b"true")),
+            _ => None,
+        };
+        match (flag(0), flag(1)) {
+            (Some(true), _) => Frame::Unknown(format!("the robot holds the work object `{name}`")),
+            (_, Some(false)) => Frame::Unknown(format!("a mechanical unit moves the work object `{name}`")),
+            _ => match (node.get(3).and_then(frame_of), node.get(4).and_then(frame_of)) {
+                (Some(user), Some(object)) => Frame::Given(user * object),
+                _ => Frame::Named(name),
+            },
+        }
     }
 
-    /// Why the tool is not the robot file's.
-    fn tool(&mut self, tool: Option<Arg>, item: &Item) -> Option<String> {
-        let Some(arg) = tool else { return Some("a tool that the robot file need not have".into()) };
+    /// Tool of a robtarget: `tool0`, tool data in the text, else by its name.
+    fn tool(&mut self, tool: Option<Arg>, item: &Item) -> Frame {
+        let Some(arg) = tool else { return Frame::Unknown("it names no tool".into()) };
+        if self.predefined(&arg.span, item) == Some("tool0") {
+            return Frame::Null;
+        }
         let name = self.shown(arg.span.start);
-        let frame = if self.predefined(&arg.span, item) == Some("tool0") {
-            Some(Isometry3::identity())
-        } else {
-            // [robhold, [[x,y,z],[q1..q4]], load]
-            self.node(&arg.span, item).and_then(|node| {
-                let Node::Other(held) = node.get(0)? else { return None };
-                let held = self.f.text.slice(held.clone()).eq_ignore_ascii_case(b"true");
-                let xyz = node.get(1)?.get(0)?.numbers::<3>()?;
-                let [w, x, y, z] = node.get(1)?.get(1)?.numbers::<4>()?;
-                let rotation = unit(w, x, y, z).filter(|_| held)?;
-                Some(Isometry3::from_parts(Translation3::from(Vector3::from(xyz) * 1e-3), rotation))
-            })
+        // [robhold, [[x,y,z],[q1..q4]], load]
+        let Some(node) = self.node(&arg.span, item) else { return Frame::Named(name) };
+        let held = match node.get(0) {
+            Some(Node::Other(b)) => self.f.text.slice(b.clone()).eq_ignore_ascii_case(b"true"),
+            _ => return Frame::Named(name),
         };
-        let Some(frame) = frame else { return Some(format!("tool `{name}`, whose frame is not in the text")) };
-        let other = frame.inverse() * self.robot.tool;
-        // 0.01 mm and 0.001 rad: what robot files and tooldata are rounded to
-        let same = other.translation.vector.norm() < 1e-5 && other.rotation.angle() < 1e-3;
-        (!same).then(|| format!("tool `{name}`, which is not the tool of the robot file"))
+        match node.get(1).and_then(frame_of) {
+            _ if !held => Frame::Unknown(format!("tool `{name}` stands still, and the robot holds the work object")),
+            Some(frame) => Frame::Given(frame),
+            None => Frame::Named(name),
+        }
     }
 }
 
-/// Quarters of a turn in which a configuration has axes 1, 4 and 6.
-fn quarters([cf1, cf4, cf6, _]: [f64; 4], robot: &Axes) -> Solution {
-    if robot.dof() != 6 || robot.axis_joints().any(|j| j.kind != JointKind::Revolute) {
-        return Solution::Same;
-    }
-    let bounds = [(0, cf1), (3, cf4), (5, cf6)].map(|(axis, q)| (axis, q * FRAC_PI_2, (q + 1.0) * FRAC_PI_2));
-    Solution::Within(bounds.into())
+/// `[[x,y,z],[q1,q2,q3,q4]]`.
+fn frame_of(node: &Node) -> Option<Isometry3<f64>> {
+    let (xyz, [w, x, y, z]) = (node.get(0)?.numbers::<3>()?, node.get(1)?.numbers::<4>()?);
+    Some(Isometry3::from_parts(Translation3::from(Vector3::from(xyz) * 1e-3), unit(w, x, y, z)?))
 }
 
 fn unit(w: f64, x: f64, y: f64, z: f64) -> Option<UnitQuaternion<f64>> {

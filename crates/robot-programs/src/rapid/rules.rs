@@ -58,6 +58,13 @@ impl External {
         }
     }
 
+    /// Name and value of those that are used and stand elsewhere than at 0; `None`: not known.
+    pub fn standing(&self) -> Option<Vec<(String, f64)>> {
+        let Self::Numbers(axes) = self else { return None };
+        let used = axes.iter().enumerate().filter(|(_, v)| is_used(**v) && **v != 0.0);
+        Some(used.map(|(k, v)| (format!("eax_{}", char::from(b'a' + k as u8)), *v)).collect())
+    }
+
     /// Whether one from `first` on may move on the way to `next`.
     pub fn moves_to(&self, next: &Self, first: usize) -> bool {
         match (self, next) {

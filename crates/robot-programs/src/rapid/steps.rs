@@ -236,7 +236,7 @@ impl Builder<'_> {
     }
 
     /// A number: written there, or declared and certain.
-    fn number(&mut self, span: &Span, item: &Item) -> Option<f64> {
+    pub fn number(&mut self, span: &Span, item: &Item) -> Option<f64> {
         match plain(self.f.text, self.f.p, span) {
             Some((v, ..)) => Some(v),
             None => self.node(span, item)?.number(),
@@ -270,7 +270,9 @@ impl Builder<'_> {
             }
             (after..args.len()).find(|&k| self.zone(&args[k], item).is_some())
         });
-        let tool_at = named(&args, &["tool"]).or_else(|| if motion.plain { positional(&args, 3) } else { None });
+        // process moves have it last, whatever stands before
+        let last = || (0..args.len()).rev().find(|&k| k > goal_at + 2 && !args[k].span.is_empty());
+        let tool_at = named(&args, &["tool"]).or_else(|| if motion.plain { positional(&args, 3) } else { last() });
         let switch = |name: &str| args.iter().flat_map(|a| &a.switches).find(|s| s.name == name).cloned();
 
         let mut site = Site {

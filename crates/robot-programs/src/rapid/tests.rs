@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::script::harness::{self, Outcome, opaque, round_trip};
-use crate::script::{Break, Edit, Goal, Move, NewPoint, Speed, StepKind, Value, text};
+use crate::script::pose::{Configuration, Frame};
+use crate::script::{Break, Edit, Goal, Move, NewPoint, Solution, Speed, StepKind, Value, text};
 
 use crate::fixtures::irb1600 as robot;
 
@@ -232,8 +233,8 @@ fn a_target_of_another_module_a_computed_target_and_a_function_are_opaque() {
         ("MoveAbsJ [[a,2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;", "no plain number"),
         ("MoveAbsJ [[1+1,2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;", "no plain number"),
         ("MoveAbsJ CalcJointT(p1,tool0),v100,fine,tool0;", "computes"),
-        ("MoveL Offs(p1,0,0,10),v100,fine,tool0;", "computes"),
-        ("MoveL RelTool(p1,0,0,10),v100,fine,tool0;", "computes"),
+        ("MoveL Offs(p1,0,0,n+1),v100,fine,tool0;", "computes"),
+        ("MoveL RelTool(p1,0,0,10\\Rz:=5),v100,fine,tool0;", "computes"),
     ];
     for (statement, why) in cases {
         let all = moves(&program("", statement));
@@ -335,7 +336,7 @@ fn zones_and_speeds_are_those_of_the_language_or_declared() {
 }
 
 #[test]
-fn a_robtarget_is_a_pose_and_foreign_unless_frame_and_tool_are_known() {
+fn a_robtarget_has_its_frame_and_tool_from_the_text_or_by_name() {
     let p = "CONST robtarget p1:=[[500,-20,300.5],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\nPERS tooldata tGun:=[TRUE,[[0,0,120],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];";
     let pose = |body: &str| match &moves(&program(p, body))[0].goal {
         Goal::Pose(p) => p.clone(),
@@ -344,16 +345,34 @@ fn a_robtarget_is_a_pose_and_foreign_unless_frame_and_tool_are_known() {
     let plain = pose("MoveL p1,v100,fine,tool0\\WObj:=wobj0;");
     assert!((plain.position_m - nalgebra::Vector3::new(0.5, -0.02, 0.3005)).norm() < 1e-12);
     assert!(
-        plain.foreign_frame.is_none()
+        (&plain.frame, &plain.tool) == (&Frame::Null, &Frame::Null)
             && plain
                 .rotation
                 .unwrap()
                 .angle_to(&nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(0.0, 0.0, 1.0, 0.0)))
                 < 1e-9
     );
-    assert!(pose("MoveJ p1,v100,fine,tool0\\WObj:=wTable;").foreign_frame.unwrap().contains("wTable"));
-    assert!(pose("MoveJ p1,v100,fine,tGun;").foreign_frame.unwrap().contains("tGun"));
-    assert!(pose("PDispSet d1;\nMoveJ p1,v100,fine,tool0;").foreign_frame.unwrap().contains("displacement"));
+    assert_eq!(pose("MoveJ p1,v100,fine,tool0\\WObj:=wTable;").frame, Frame::Named("wTable".into()));
+    assert_eq!(pose("MoveJ p1,v100,fine,tOther;").tool, Frame::Named("tOther".into()));
+    let gun = nalgebra::Isometry3::translation(0.0, 0.0, 0.12);
+    assert_eq!(pose("MoveJ p1,v100,fine,tGun;").tool, Frame::Given(gun));
+    assert!(pose("PDispSet d1;\nMoveJ p1,v100,fine,tool0;").unknown().unwrap().contains("displacement"));
+    let quarters = Configuration::Abb { quarters: [0, 0, 0], cfx: 0 };
+    assert_eq!(plain.solution, Solution::Configured(quarters));
+}
+
+#[test]
+fn an_offset_of_known_numbers_is_a_known_goal_that_is_not_written() {
+    let p = "CONST robtarget p1:=[[500,-20,300],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\nCONST num up:=50;";
+    let pose = |body: &str| match &moves(&program(p, body))[0].goal {
+        Goal::Pose(p) => p.clone(),
+        other => panic!("{other:?}"),
+    };
+    let offs = pose("MoveL Offs(p1,0,10,up),v100,fine,tool0;");
+    assert!((offs.position_m - nalgebra::Vector3::new(0.5, -0.01, 0.35)).norm() < 1e-12 && offs.target.is_none());
+    // the tool looks down: 50 mm along it are 50 mm down
+    let along = pose("MoveL RelTool(p1,0,0,up),v100,fine,tool0;");
+    assert!((along.position_m - nalgebra::Vector3::new(0.5, -0.02, 0.25)).norm() < 1e-12);
 }
 
 #[test]

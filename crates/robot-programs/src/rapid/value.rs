@@ -8,7 +8,7 @@ use super::lex::{Kind, Token};
 use super::read::Span;
 use crate::axes::Axes;
 use crate::error::Result;
-use crate::script::{Text, Value, number};
+use crate::script::{PoseForm, Text, Value, number};
 use std::ops::Range;
 
 /// Deepest nesting that is read; a jointtarget array of three dimensions has five.
@@ -175,6 +175,33 @@ pub fn joints(text: &Text, node: &Node, robot: &Axes) -> Result<std::result::Res
     }
     Ok(Ok(out))
 }
+
+/// Numbers of a robtarget `[[x,y,z],[q1,q2,q3,q4],...]`; `None`: one is no plain number.
+pub fn pose(node: &Node) -> Option<Vec<Option<Value>>> {
+    let form = PoseForm::Quaternion;
+    let (xyz, turn) = (node.get(0)?.list()?, node.get(1)?.list()?);
+    if xyz.len() != 3 || turn.len() != 4 {
+        return None;
+    }
+    let value = |(k, item): (usize, &Node)| {
+        let Node::Number(v, style, b) = item else { return None };
+        let (unit, digit) = (form.unit(k), 10f64.powi(-i32::from(style.decimals)));
+        // single precision holds seven digits of a part of a quaternion
+        let finest = if k < 3 { finest(*v, *style) } else { finest(*v, *style).min(QUATERNION) };
+        Some(Some(Value {
+            si: v * unit,
+            start: b.start,
+            end: b.end,
+            style: *style,
+            digit: digit * unit,
+            finest: finest * unit,
+        }))
+    };
+    xyz.iter().chain(turn).enumerate().map(value).collect()
+}
+
+/// Finest last digit of a part of a quaternion.
+const QUATERNION: f64 = 1e-7;
 
 /// Weight of the last digit that is written of a number that stands there as `v`, in its own unit.
 fn finest(v: f64, style: number::Style) -> f64 {

@@ -70,6 +70,13 @@ impl Writer<'_> {
     /// New texts of a target's numbers, with their bytes.
     fn numbers(&self, t: usize, q: &[f64]) -> Vec<Number> {
         let Some(target) = self.built.script.targets.get(t) else { return Vec::new() };
+        if target.pose.is_some() {
+            let number = |(k, v): (usize, &f64)| {
+                let own = target.values.get(k)?.as_ref()?;
+                Some((own.span(), target.pose_number(k, *v, self.edits)?))
+            };
+            return q.iter().enumerate().filter_map(number).collect();
+        }
         let axes = target.values.iter().zip(q).zip(self.kinds).enumerate();
         axes.filter_map(|(axis, ((value, &q), kind))| {
             let value = value.as_ref()?;
@@ -148,8 +155,13 @@ impl Writer<'_> {
         let first = before.iter().all(u8::is_ascii_whitespace);
         let mut bytes = Vec::new();
         for (n, point) in edit.before.iter().enumerate() {
-            let target = self.target(k, m, site, point)?;
-            bytes.extend(self.copy(m, site, point, &target, times.as_ref().and_then(|t| t.get(n)))?.into_bytes());
+            let target = self.target(k, m, site, point, edit.as_joint_moves)?;
+            let word = match edit.as_joint_moves {
+                true => "MoveAbsJ".into(),
+                false => flat(text.slice(site.word.clone())),
+            };
+            bytes
+                .extend(self.copy(&word, m, site, point, &target, times.as_ref().and_then(|t| t.get(n)))?.into_bytes());
             if first {
                 bytes.extend_from_slice(text.ending(site.bytes.start));
                 bytes.extend_from_slice(before);
@@ -162,11 +174,12 @@ impl Writer<'_> {
     }
 
     /// Inline target of a new point.
-    fn target(&self, k: usize, m: &Move, site: &Site, point: &NewPoint) -> Result<String> {
-        match &m.goal {
-            Goal::Joints(t) => self.literal(*t, &self.numbers(*t, &point.q)),
-            Goal::Pose(_) => self.plain(k, site, &point.q),
-            Goal::Opaque(why) => Err(self.refused(k, why)),
+    fn target(&self, k: usize, m: &Move, site: &Site, point: &NewPoint, as_joints: bool) -> Result<String> {
+        match (m.goal.target(), &m.goal) {
+            (_, Goal::Pose(_)) if as_joints => self.plain(k, site, &point.q),
+            (Some(t), _) => self.literal(t, &self.numbers(t, &point.q)),
+            (_, Goal::Opaque(why)) => Err(self.refused(k, why)),
+            _ => Err(self.refused(k, "the numbers of its target cannot be written")),
         }
     }
 
@@ -187,12 +200,16 @@ impl Writer<'_> {
     }
 
     /// The statement of a new point.
-    fn copy(&self, m: &Move, site: &Site, point: &NewPoint, target: &str, time: Option<&String>) -> Result<String> {
+    fn copy(
+        &self,
+        word: &str,
+        m: &Move,
+        site: &Site,
+        point: &NewPoint,
+        target: &str,
+        time: Option<&String>,
+    ) -> Result<String> {
         let text = self.text()?;
-        let word = match m.goal {
-            Goal::Joints(_) => flat(text.slice(site.word.clone())),
-            _ => "MoveAbsJ".into(),
-        };
         let mut parts = Vec::new();
         for (n, arg) in site.args.iter().enumerate() {
             let is = |place: Option<usize>| place == Some(n);

@@ -6,7 +6,8 @@
 use crate::axes::Axes;
 use crate::error::{Error, Result};
 use crate::script::{
-    Document, Edit, Edits, Format, Goal, Move, NewPoint, Patch, PathKind, Script, Speed, StepKind, Text, Value, text,
+    Document, Edit, Edits, Format, Goal, Move, NewPoint, Patch, PathKind, Script, Speed, StepKind, Target, Text, Value,
+    text,
 };
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -68,12 +69,9 @@ pub fn moves(script: &Script) -> Vec<(usize, Move)> {
     script.moves().map(|(k, m)| (k, m.clone())).collect()
 }
 
-/// Numbers of a move's target; empty where it has no joints.
+/// Numbers of a move's target, joints or a pose; empty where it has none that can be written.
 fn numbers<'a>(script: &'a Script, m: &Move) -> &'a [Option<Value>] {
-    match m.goal {
-        Goal::Joints(t) => &script.targets[t].values,
-        _ => &[],
-    }
+    m.goal.target().map_or(&[], |t| &script.targets[t].values)
 }
 
 /// Values of a step's target; NaN where it commands nothing.
@@ -117,21 +115,26 @@ pub fn shifted(script: &Script, by: &[(usize, f64)], digit: f64) -> Edits {
 /// Other values and new points for about half of the moves that allow them. Moves to one target want the same more often than not.
 pub fn random_edits(script: &Script, robot: &Axes, rng: &mut ChaCha8Rng) -> Edits {
     let digit = [1e-4, 1e-5, 1e-6, 1e-7][rng.random_range(0..4)];
-    let mut edits = Edits { digit: vec![digit; robot.dof()], ..Edits::default() };
+    let pose_digit = [[1e-6, 1e-5], [1e-7, 1e-6]][rng.random_range(0..2)];
+    let mut edits = Edits { digit: vec![digit; robot.dof()], pose_digit, ..Edits::default() };
     let shift = |rng: &mut ChaCha8Rng| -> Vec<f64> {
         let by = [2e-4, 1e-2][rng.random_range(0..2)];
-        (0..robot.dof()).map(|_| if rng.random_bool(0.3) { 0.0 } else { by * rng.random_range(-1.0..1.0) }).collect()
+        (0..robot.dof().max(7))
+            .map(|_| if rng.random_bool(0.3) { 0.0 } else { by * rng.random_range(-1.0..1.0) })
+            .collect()
     };
     let common: Vec<Vec<f64>> = script.targets.iter().map(|_| shift(rng)).collect();
     for (k, m) in script.moves() {
-        if matches!(m.goal, Goal::Opaque(_)) || rng.random_bool(0.4) {
+        if m.goal.target().is_none() || rng.random_bool(0.4) {
             continue;
         }
         // an axis that the target does not command stands anywhere
         let mut own: Vec<f64> = numbers(script, m).iter().map(|v| v.map_or(0.5, |v| v.si)).collect();
-        own.resize(robot.dof(), 0.5);
+        if matches!(m.goal, Goal::Joints(_)) {
+            own.resize(robot.dof(), 0.5);
+        }
         let mut edit = Edit::default();
-        if let Goal::Joints(t) = m.goal
+        if let Some(t) = m.goal.target()
             && m.fixed.is_none()
             && rng.random_bool(0.8)
         {
@@ -282,7 +285,11 @@ fn new_point(
     edits: &Edits,
     modal: bool,
 ) -> Compared {
-    let Goal::Joints(_) = n.goal else { return Err(format!("its goal is {:?}", n.goal)) };
+    let Some(target) = n.goal.target() else { return Err(format!("its goal is {:?}", n.goal)) };
+    if std::mem::discriminant(&m.goal) != std::mem::discriminant(&n.goal) {
+        return Err(format!("its goal is {:?} and not as {:?}", n.goal, m.goal));
+    }
+    let target = &after.targets[target];
     let written = numbers(after, n);
     for (axis, own) in numbers(before, m).iter().enumerate() {
         if own.is_some() && !modal && written.get(axis).copied().flatten().is_none() {
@@ -291,7 +298,7 @@ fn new_point(
     }
     for (axis, (v, q)) in written.iter().zip(&point.q).enumerate() {
         let own = numbers(before, m).get(axis).copied().flatten();
-        v.map_or(Ok(()), |v| near(axis, own, v, *q, edits))?;
+        v.map_or(Ok(()), |v| near(target, axis, own, v, *q, edits))?;
     }
     if n.blend_m.is_some_and(|r| r > point.clearance_m + 1e-9) {
         return Err(format!("its corner is larger than its room: {:?} > {}", n.blend_m, point.clearance_m));
@@ -315,13 +322,21 @@ fn same_speed(m: &Move, n: &Move) -> Compared {
 fn step_itself(before: &Script, m: &Move, after: &Script, n: &Move, edit: Option<&Edit>, edits: &Edits) -> Compared {
     let changed = || Err(format!("{m:?} became {n:?}"));
     match (&m.goal, &n.goal) {
-        (Goal::Joints(_), Goal::Joints(_)) => {
+        (Goal::Pose(a), Goal::Pose(b))
+            if (&a.frame, &a.tool, &a.solution, a.binding) != (&b.frame, &b.tool, &b.solution, b.binding)
+                || a.target.is_some() != b.target.is_some() =>
+        {
+            return changed();
+        }
+        (Goal::Pose(a), Goal::Pose(_)) if a.target.is_none() => {}
+        (Goal::Joints(_), Goal::Joints(_)) | (Goal::Pose(_), Goal::Pose(_)) => {
+            let Some(target) = n.goal.target().map(|t| &after.targets[t]) else { return changed() };
             let asked = edit.and_then(|e| e.goal.as_ref());
             let (old, new) = (numbers(before, m), numbers(after, n));
             for (axis, (o, v)) in old.iter().zip(new).enumerate() {
                 match (o, v, asked.map(|q| q[axis])) {
                     (None, None, _) => {}
-                    (_, Some(v), Some(q)) => near(axis, *o, *v, q, edits)?,
+                    (_, Some(v), Some(q)) => near(target, axis, *o, *v, q, edits)?,
                     (Some(o), Some(v), None) if o.si == v.si => {}
                     _ => return Err(format!("axis {axis}: {o:?} became {v:?}")),
                 }
@@ -346,9 +361,10 @@ fn step_itself(before: &Script, m: &Move, after: &Script, n: &Move, edit: Option
 
 /// A written number is `q` within half a last digit, and that digit is no coarser than asked for or than the format can hold. One
 /// that stands there with more digits than that may stay.
-fn near(axis: usize, own: Option<Value>, v: Value, q: f64, edits: &Edits) -> Compared {
+fn near(target: &Target, axis: usize, own: Option<Value>, v: Value, q: f64, edits: &Edits) -> Compared {
     let lost = (v.si - q).abs();
-    let coarse = edits.digit.get(axis).copied().unwrap_or(f64::INFINITY).max(v.finest);
+    let asked = edits.digit_of(target, axis);
+    let coarse = if asked.is_nan() { f64::INFINITY } else { asked.max(v.finest) };
     let digit = if own.is_some_and(|o| o.si == v.si) { coarse } else { coarse.min(v.digit) };
     if lost <= SAME * q.abs().max(1.0) || lost <= 0.501 * digit {
         return Ok(());

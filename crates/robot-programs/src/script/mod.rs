@@ -5,7 +5,7 @@
 //! new points on the way to it) into [`Patch`]es of bytes. Bytes outside the patches cannot change. Nothing here knows of
 //! robots beyond the unit of an axis, nor of compensation.
 //!
-//! Rooms: [`number`] numbers and the style in which they are written; [`text`] bytes, lines and patches; [`sites`] what writers of
+//! Rooms: [`pose`] Cartesian targets; [`number`] numbers and the style in which they are written; [`text`] bytes, lines and patches; [`sites`] what writers of
 //! languages with statements share; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps.
 
 pub mod blocks;
@@ -13,13 +13,14 @@ pub mod blocks;
 pub(crate) mod harness;
 pub mod lex;
 pub mod number;
+pub mod pose;
 pub mod sites;
 pub mod text;
 
 use super::files::Files;
 use crate::axes::Axes;
 use crate::error::Result;
-use nalgebra::{UnitQuaternion, Vector3};
+pub use pose::{PoseForm, PoseGoal, Quantity, Solution};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -186,6 +187,7 @@ pub enum PathKind {
 
 /// Where a move leads.
 #[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant)] // most goals are poses
 pub enum Goal {
     /// Index into [`Script::targets`].
     Joints(usize),
@@ -194,27 +196,15 @@ pub enum Goal {
     Opaque(String),
 }
 
-/// A Cartesian target.
-#[derive(Debug, Clone)]
-pub struct PoseGoal {
-    pub position_m: Vector3<f64>,
-    /// `None`: the format gives no orientation.
-    pub rotation: Option<UnitQuaternion<f64>>,
-    /// The frame in which it is given where that is not the robot's base or world frame: nothing can be solved then.
-    pub foreign_frame: Option<String>,
-    pub solution: Solution,
-}
-
-/// Which joints of those that reach a pose are meant.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub enum Solution {
-    /// Those on the branch on which the robot stands.
-    #[default]
-    Same,
-    /// Those next to these, rad or m.
-    Near(Vec<f64>),
-    /// Those with axes within bounds: axis, from, to, rad.
-    Within(Vec<(usize, f64, f64)>),
+impl Goal {
+    /// The target whose numbers lead there.
+    pub fn target(&self) -> Option<usize> {
+        match self {
+            Self::Joints(t) => Some(*t),
+            Self::Pose(goal) => goal.target,
+            Self::Opaque(_) => None,
+        }
+    }
 }
 
 /// Speed of a move.
@@ -231,9 +221,11 @@ pub enum Speed {
     Unknown,
 }
 
-/// A joint target as it is written.
-#[derive(Debug, Clone)]
+/// A target as it is written: joint values, or the numbers of a pose.
+#[derive(Debug, Clone, Default)]
 pub struct Target {
+    /// `None`: joint values, one per axis of the robot. Else the numbers of a pose in this form.
+    pub pose: Option<PoseForm>,
     /// Name where it has one: `C00003`, `jHome`, `P[4]`.
     pub name: Option<String>,
     pub at: At,
@@ -269,14 +261,49 @@ pub struct Edits {
     /// Weight that the last digit of a changed number of each axis should have at most, rad or m. A format that cannot write
     /// that fine writes its finest.
     pub digit: Vec<f64>,
+    /// The same for lengths (m) and angles (rad) of poses; 0: as they stand.
+    pub pose_digit: [f64; 2],
 }
+
+impl Edits {
+    /// Weight that the last digit of number `k` of a target should have at most, in SI; NaN: no wish.
+    pub fn digit_of(&self, target: &Target, k: usize) -> f64 {
+        match target.pose.map(|form| form.quantity(k)) {
+            None => self.digit.get(k).copied().unwrap_or(f64::NAN),
+            Some(Quantity::Length) => self.pose_digit[0],
+            // a part of a quaternion turns by twice as much
+            Some(Quantity::Angle) => self.pose_digit[1],
+            Some(Quantity::Ratio) => 0.5 * self.pose_digit[1],
+        }
+    }
+}
+
+impl Target {
+    /// SI value of the unit in which number `k` of a pose is written; `None`: it holds joint values.
+    pub fn pose_unit(&self, k: usize) -> Option<f64> {
+        self.pose.map(|form| form.unit(k))
+    }
+
+    /// New text of number `k` of a pose for a value in SI; `None`: it stays as it is.
+    pub fn pose_number(&self, k: usize, value: f64, edits: &Edits) -> Option<String> {
+        let (unit, own) = (self.pose_unit(k)?, self.values.get(k)?.as_ref()?);
+        if (value - own.si).abs() <= SAME_NUMBER {
+            return None;
+        }
+        number::changed(own.si / unit, own.style, value / unit, edits.digit_of(self, k) / unit, own.finest / unit)
+    }
+}
+
+/// Numbers of a pose that differ by less are the same, m, rad or 1: rounding of the arithmetic.
+const SAME_NUMBER: f64 = 1e-11;
 
 /// What shall be different about one move.
 #[derive(Debug, Clone, Default)]
 pub struct Edit {
     /// Points to be put on the way to the goal, in order.
     pub before: Vec<NewPoint>,
-    /// Joint values of the goal, rad or m, one per axis; an axis that the target does not command is not written.
+    /// Joint values of the goal, rad or m, one per axis; an axis that the target does not command is not written. Of a Cartesian
+    /// target that stays one (see [`Edit::as_joint_moves`]): the numbers of its pose, in SI.
     pub goal: Option<Vec<f64>>,
     /// The corner at the goal may be cut within this radius at most, m: a new point lies near. Formats whose controllers
     /// shrink overlapping corners by themselves need not do anything.
@@ -288,7 +315,7 @@ pub struct Edit {
 /// A point to be added.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewPoint {
-    /// rad or m, one per axis.
+    /// rad or m, one per axis; before a Cartesian target that stays one: the numbers of its pose, in SI.
     pub q: Vec<f64>,
     /// Share of the way to the goal, 0 to 1.
     pub share: f64,
@@ -319,7 +346,7 @@ impl Script {
     pub fn uses(&self) -> Vec<Vec<usize>> {
         let mut uses = vec![Vec::new(); self.targets.len()];
         for (k, m) in self.moves() {
-            if let Goal::Joints(t) = m.goal
+            if let Some(t) = m.goal.target()
                 && let Some(list) = uses.get_mut(t)
             {
                 list.push(k);

@@ -65,10 +65,10 @@ impl<'a> Asked<'a> {
         for (&k, edit) in self.edits.steps.iter().filter(|(_, e)| !e.as_joint_moves) {
             let Some(q) = edit.goal.as_deref() else { continue };
             let m = self.move_at(k)?;
-            match (&m.goal, &m.fixed) {
-                (Goal::Joints(t), None) => by_target.entry(*t).or_default().push((k, q)),
-                (_, Some(why)) | (Goal::Opaque(why), _) => return Err(self.refused(k, why)),
-                (Goal::Pose(_), _) => return Err(self.refused(k, "a Cartesian target has no joint values")),
+            match (m.goal.target(), &m.fixed, &m.goal) {
+                (Some(t), None, _) => by_target.entry(t).or_default().push((k, q)),
+                (_, Some(why), _) | (_, _, Goal::Opaque(why)) => return Err(self.refused(k, why)),
+                _ => return Err(self.refused(k, "the numbers of its target cannot be written")),
             }
         }
         let mut all = Vec::with_capacity(by_target.len());
@@ -162,7 +162,7 @@ mod tests {
             way: Vec::new(),
         };
         let step = Step { at: Default::default(), kind: StepKind::Move(to) };
-        let target = Target { name: None, at: Default::default(), values: Vec::new() };
+        let target = Target::default();
         let script =
             Script { steps: vec![step.clone(), step.clone(), step], targets: vec![target], ..Script::default() };
         let edit = |q: f64| Edit { goal: Some(vec![q]), ..Edit::default() };

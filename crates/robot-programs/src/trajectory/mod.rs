@@ -155,7 +155,7 @@ impl Trajectories {
                 let m = movement(before, p, target, &axes, robot.dof());
                 if let Goal::Joints(_) = m.goal {
                     let values = values(p, &axes, robot.dof());
-                    self.script.targets.push(Target { name: None, at: at(p.span.start), values });
+                    self.script.targets.push(Target { at: at(p.span.start), values, ..Target::default() });
                 }
                 steps.push((p.span.start, StepKind::Move(m), Some((k, i))));
             }

@@ -32,12 +32,12 @@ fn point(q: &[f64], share: f64) -> NewPoint {
 
 fn before(step: usize, q: &[f64], share: f64) -> Edits {
     let edit = Edit { before: vec![point(q, share)], ..Edit::default() };
-    Edits { steps: [(step, edit)].into(), digit: vec![1e-5; 3] }
+    Edits { steps: [(step, edit)].into(), digit: vec![1e-5; 3], ..Edits::default() }
 }
 
 fn goal(step: usize, q: &[f64]) -> Edits {
     let edit = Edit { goal: Some(q.to_vec()), ..Edit::default() };
-    Edits { steps: [(step, edit)].into(), digit: vec![1e-5; 3] }
+    Edits { steps: [(step, edit)].into(), digit: vec![1e-5; 3], ..Edits::default() }
 }
 
 const BLOCK: &str = "header:
@@ -331,7 +331,7 @@ fn ten_megabytes_pass_in_seconds() {
     let d = parse(&text);
     let edits = Edits {
         steps: (2..k).map(|s| (s, before(s, &[s as f64, 0.5, 0.0], 0.5).steps.remove(&s).unwrap())).collect(),
-        digit: Vec::new(),
+        ..Edits::default()
     };
     let patches = d.patches(&edits).unwrap();
     assert_eq!(patches.len(), k - 2);

@@ -9,6 +9,7 @@ use crate::error::{Result, one_line};
 use crate::script::blocks::Steps;
 use crate::script::sites::Time;
 use crate::script::{At, Break, Goal, Move, PathKind, Script, Speed, StepKind, Target, Text};
+use nalgebra::Isometry3;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 
@@ -65,7 +66,7 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<(Built, Vec<Stri
         text: &text,
         p: &p,
         robot,
-        tool: Err(String::new()),
+        tool: Ok(None),
         steps: Steps::default(),
         targets: Vec::new(),
         literals: Vec::new(),
@@ -94,7 +95,7 @@ pub struct Builder<'a> {
     pub p: &'a Parsed,
     pub robot: &'a Axes,
     moving: HashMap<String, bool>,
-    pub tool: std::result::Result<usize, String>,
+    pub tool: std::result::Result<Option<(usize, Isometry3<f64>)>, String>,
     steps: Steps<Site>,
     pub targets: Vec<Target>,
     pub literals: Vec<Literal>,

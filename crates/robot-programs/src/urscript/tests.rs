@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::script::harness::{self, Outcome, opaque, round_trip};
+use crate::script::pose::Frame;
 use crate::script::{Edit, Goal, Move, NewPoint, PathKind, Speed, text};
 
 use crate::fixtures::ur10 as robot;
@@ -139,21 +140,24 @@ fn the_list_behind_qnear_is_no_target() {
     let all = moves(&source);
     assert!(matches!(&all[0].goal, Goal::Pose(p) if (p.position_m.x - 0.4).abs() < 1e-12));
     assert!(opaque(&all[1]).contains("get_inverse_kin"));
-    assert!(document(&source).script().targets.is_empty());
+    assert!(document(&source).script().targets.iter().all(|t| t.pose.is_some()));
 }
 
 #[test]
-fn a_pose_is_foreign_unless_set_tcp_says_the_tool_of_the_robot_file() {
+fn the_tcp_of_a_pose_is_that_of_set_tcp_or_the_installations() {
     let pose = |before: &str| match &moves(&format!("{before}movel(p[0.4, 0.1, 0.3, 0, 3.14, 0], a=1)\n"))[0].goal {
-        Goal::Pose(p) => p.foreign_frame.clone(),
+        Goal::Pose(p) => p.tool.clone(),
         other => panic!("{other:?}"),
     };
-    assert!(pose("").unwrap().contains("installation"));
-    assert_eq!(pose("set_tcp(p[0,0,0,0,0,0])\n"), None);
-    assert!(pose("set_tcp(p[0,0,0.1,0,0,0])\n").unwrap().contains("not the tool"));
-    assert!(pose("set_tcp(tcp1)\n").unwrap().contains("computed"));
-    assert_eq!(pose("tcp2 = p[0,0,0,0,0,0]\nset_tcp(tcp2)\n"), None);
-    assert!(pose("tcp2 = p[0,0,0,0,0,0]\ntcp2 = p[0,0,1,0,0,0]\nset_tcp(tcp2)\n").unwrap().contains("computed"));
+    let at = |z: f64| Frame::Given(nalgebra::Isometry3::translation(0.0, 0.0, z));
+    assert_eq!(pose(""), Frame::Named("tcp".into()));
+    assert_eq!(pose("set_tcp(p[0,0,0,0,0,0])\n"), at(0.0));
+    assert_eq!(pose("set_tcp(p[0,0,0.1,0,0,0])\n"), at(0.1));
+    assert_eq!(pose("tcp2 = p[0,0,0.2,0,0,0]\nset_tcp(tcp2)\n"), at(0.2));
+    let unknown = |before: &str, word: &str| matches!(pose(before), Frame::Unknown(why) if why.contains(word));
+    assert!(unknown("set_tcp(tcp1)\n", "computed"));
+    assert!(unknown("tcp2 = p[0,0,0,0,0,0]\ntcp2 = p[0,0,1,0,0,0]\nset_tcp(tcp2)\n", "computed"));
+    assert!(unknown("set_tcp(p[0,0,0.1,0,0,0])\nset_tcp(p[0,0,0.2,0,0,0])\n", "several"));
 }
 
 #[test]

@@ -132,6 +132,21 @@ pub fn joints(
     Ok(Ok((out, units)))
 }
 
+/// Numbers of a pose `p[..]` as they can be written; `None`: it is none, or a number is computed.
+pub fn pose_values(text: &Text, tokens: &[Token], words: &[String], span: &Span) -> Option<Vec<Option<Value>>> {
+    if span.len() < 3 || words[span.start] != "p" {
+        return None;
+    }
+    let list = elements(text, tokens, words, &(span.start + 1..span.end))?.ok()?;
+    let value = |e: &Element| {
+        let digit = 10f64.powi(-i32::from(e.style.decimals));
+        let (start, end) = (e.bytes.start, e.bytes.end);
+        // degrees in a pose have a unit of their own
+        (!e.degrees).then(|| Some(Value { si: e.value, start, end, style: e.style, digit, finest: FINEST }))
+    };
+    list.iter().map(value).collect::<Option<Vec<_>>>().filter(|v| v.len() == 6)
+}
+
 /// Six numbers of a pose `p[..]`, m and rad (rotation vector).
 pub fn pose(text: &Text, tokens: &[Token], words: &[String], span: &Span) -> Option<[f64; 6]> {
     if span.len() < 3 || words[span.start] != "p" {

@@ -71,6 +71,13 @@ impl Writer<'_> {
         let (Some(target), Some(literal)) = (self.built.script.targets.get(t), self.built.literals.get(t)) else {
             return Vec::new();
         };
+        if target.pose.is_some() {
+            let number = |(k, v): (usize, &f64)| {
+                let own = target.values.get(k)?.as_ref()?;
+                Some((own.span(), target.pose_number(k, *v, self.edits)?))
+            };
+            return q.iter().enumerate().filter_map(number).collect();
+        }
         let axes = target.values.iter().zip(&literal.units).zip(q).enumerate();
         axes.filter_map(|(axis, ((value, unit), q))| {
             let value = value.as_ref()?;
@@ -143,10 +150,11 @@ impl Writer<'_> {
         let indent = text.slice(line.start..site.bytes.start);
         let mut bytes = Vec::new();
         for (n, point) in edit.before.iter().enumerate() {
-            let target = match &m.goal {
-                Goal::Joints(t) => self.literal(*t, &self.numbers(*t, &point.q))?,
-                Goal::Pose(_) => self.plain(k, &point.q)?,
-                Goal::Opaque(why) => return Err(self.refused(k, why)),
+            let target = match (m.goal.target(), &m.goal) {
+                (_, Goal::Pose(_)) if edit.as_joint_moves => self.plain(k, &point.q)?,
+                (Some(t), _) => self.literal(t, &self.numbers(t, &point.q))?,
+                (_, Goal::Opaque(why)) => return Err(self.refused(k, why)),
+                _ => return Err(self.refused(k, "the numbers of its target cannot be written")),
             };
             let blend = self.room(m, point);
             let argument;

@@ -132,7 +132,7 @@ fn german_words_for_actions_tools_and_loads_are_known() {
     assert!(m.iter().all(|m| matches!(m.1.goal, Goal::Joints(_)) && m.1.closed.is_none()), "{m:?}");
     let breaks: Vec<Break> =
         d.script().steps.iter().filter_map(|s| if let StepKind::Break(b) = s.kind { Some(b) } else { None }).collect();
-    assert_eq!(breaks, [Break::Start, Break::Frame, Break::Frame, Break::Jump]);
+    assert_eq!(breaks, [Break::Start, Break::Jump]);
     assert!(d.script().steps.iter().any(|s| matches!(s.kind, StepKind::Dwell(Some(s)) if s == 0.2)));
     let after = self::text(rewrite(d.as_ref(), &edits(d.as_ref(), &[], &[m[2].0])).as_ref());
     assert!(

@@ -1,0 +1,156 @@
+//! Configurations as makers write them, against joints: which joints a configuration allows.
+//!
+//! Conventions, from the makers' documents:
+//! - KUKA (System Software, Operating and Programming Instructions for System Integrators, status and turn): status bit 0 is set
+//!   where the wrist's centre lies behind axis 1 (overhead area), bit 1 where A3 is bent beyond the angle at which wrist, elbow
+//!   and shoulder lie on a line, bit 2 where A5 is below zero. Turn bit n is set where axis n + 1 is below zero.
+//! - ABB (RAPID Instructions, Functions and Data types, confdata): cf1, cf4, cf6 are the quarters of a turn in which axes 1, 4, 6
+//!   stand (0: 0 to 90 deg, -1: -90 to 0 deg). cfx counts 4 for a wrist behind axis 1, 2 for one behind the lower arm, 1 for a
+//!   negative axis 5. Controllers of robots without cfx write 0 there, so it decides only between joints in the same quarters.
+//! - FANUC (operator's manuals, configuration of a position): T in front of axis 1, B behind; U elbow up, D down; F and N are
+//!   the two signs of J5; the turn numbers of J1, J4, J6 are 0 within half a turn, 1 and -1 for the turn beyond. Which sign
+//!   is F differs by model, so that letter chooses only where the joints before do not. What it says has no effect on a
+//!   half gap's offset: J5 changes its sign and its direction at once.
+//! - Yaskawa (NX100 instructions, manipulator types): front or rear of the S axis, upper or lower arm, and whether R, T, S stand
+//!   beyond half a turn. Flip is where -90 < R <= 90 deg (by whole turns); later controllers and public jobs use the bit
+//!   otherwise, so that it chooses as FANUC's letter does.
+//!
+//! Behind axis 1 makers differ in what an elbow up is: there FANUC's and Yaskawa's elbow does not choose.
+
+use crate::program::script::pose::Configuration;
+use crate::robot::Arm;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// Joints against a configuration: `slack` widens its borders (rad, m and sines); negative: the joints must keep clear of them.
+pub fn allows(configuration: &Configuration, arm: &Arm, q: &[f64], slack: f64) -> bool {
+    let posture = arm.posture(q);
+    let front = |wanted: bool| posture.is_none_or(|p| side(p.front_m, wanted, slack));
+    let elbow = |wanted: bool| posture.is_none_or(|p| side(p.elbow, wanted, slack));
+    let stands = match *configuration {
+        Configuration::Kuka { status, .. } => {
+            // beyond half a turn the wrist is the other one
+            let wrist = |s: u8| q.get(4).is_none_or(|v| side(v.sin(), s & 4 == 0, slack));
+            status.is_none_or(|s| front(s & 1 == 0) && elbow(s & 2 == 2) && wrist(s))
+        }
+        Configuration::Abb { .. } => true,
+        Configuration::Fanuc { up, front: in_front, .. } => front(in_front) && (!in_front || elbow(up)),
+        Configuration::Yaskawa { lower, rear, .. } => front(!rear) && (rear || elbow(!lower)),
+    };
+    stands && q.iter().enumerate().all(|(axis, v)| allows_axis(configuration, axis, *v, slack))
+}
+
+/// One joint against what a configuration says of it alone: its sign, quarter or turn.
+pub fn allows_axis(configuration: &Configuration, axis: usize, v: f64, slack: f64) -> bool {
+    // axes 1, 4 and 6, in this order
+    let of = |list: [usize; 3]| list.iter().position(|a| *a == axis);
+    match *configuration {
+        Configuration::Kuka { turn, .. } => turn.is_none_or(|t| side(v, t >> axis & 1 == 0, slack)),
+        Configuration::Abb { quarters, .. } => of([0, 3, 5]).is_none_or(|k| {
+            let from = f64::from(quarters[k]) * FRAC_PI_2;
+            (from - slack..=from + FRAC_PI_2 + slack).contains(&v)
+        }),
+        Configuration::Fanuc { turns, .. } => {
+            of([0, 3, 5]).is_none_or(|k| (v - f64::from(turns[k]) * TAU).abs() <= PI + slack)
+        }
+        Configuration::Yaskawa { beyond, .. } => of([3, 5, 0]).is_none_or(|k| side(v.abs() - PI, beyond[k], slack)),
+    }
+}
+
+/// On the wanted side of zero.
+fn side(value: f64, positive: bool, slack: f64) -> bool {
+    if positive { value >= -slack } else { value <= slack }
+}
+
+/// Whether joints that are [allowed](allows) are those that the rest of the configuration prefers.
+pub fn prefers(configuration: &Configuration, arm: &Arm, q: &[f64]) -> bool {
+    let Some(posture) = arm.posture(q) else { return true };
+    match *configuration {
+        Configuration::Abb { cfx, .. } => {
+            let is = 4 * i32::from(posture.front_m < 0.0) + 2 * i32::from(posture.elbow < 0.0);
+            is + i32::from(q.get(4).is_some_and(|v| v.sin() < 0.0)) == cfx
+        }
+        // the wrist that most models call N at their usual place
+        Configuration::Fanuc { flip, .. } => q.get(4).is_none_or(|v| (v.sin() > 0.0) == flip),
+        Configuration::Yaskawa { no_flip, .. } => q.get(3).is_none_or(|r| {
+            let within = r - (r / TAU).round() * TAU;
+            (within.abs() > FRAC_PI_2) == no_flip
+        }),
+        Configuration::Kuka { .. } => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::Robot;
+
+    fn arm(text: &str) -> (Robot, Arm) {
+        let robot = Robot::parse("r", text).unwrap();
+        let arm = Arm::of(&robot).unwrap();
+        (robot, arm)
+    }
+
+    fn deg(q: [f64; 6]) -> Vec<f64> {
+        q.iter().map(|v| v.to_radians()).collect()
+    }
+
+    /// KUKA's home position and the same point over the head; S and T as controllers write them ("S 2, T 2" at A2 < 0 < A3, A5).
+    #[test]
+    fn kuka_s_status_and_turn_name_overhead_elbow_wrist_and_signs() {
+        let (_, arm) = arm(include_str!("../../../configs/kuka-kr120-r2500-pro.yaml"));
+        let kuka = |status, turn| Configuration::Kuka { status: Some(status), turn: Some(turn) };
+        let home = deg([5.0, -90.0, 90.0, 10.0, 45.0, 10.0]);
+        assert!(allows(&kuka(2, 2), &arm, &home, 0.0));
+        for (s, t) in [(3, 2), (0, 2), (6, 2), (2, 3), (2, 0), (2, 34)] {
+            assert!(!allows(&kuka(s, t), &arm, &home, 0.0), "S {s}, T {t}");
+        }
+        // A1 turned by half a turn and the arm thrown back over the head
+        let over = deg([-175.0, -150.0, -60.0, 10.0, -45.0, 10.0]);
+        assert!(arm.posture(&over).unwrap().front_m < 0.0);
+        assert!(allows(&kuka(0b101, 0b010111), &arm, &over, 0.0));
+    }
+
+    /// ABB: [0, -1, 1, 0] is axis 1 in its first quarter, axis 4 just below zero, axis 6 in the second quarter, all in front.
+    #[test]
+    fn abb_s_configuration_names_quarters_then_postures() {
+        let (_, arm) = arm(include_str!("../../../configs/abb-irb1600-6-145.yaml"));
+        let conf = |cf1, cf4, cf6, cfx| Configuration::Abb { quarters: [cf1, cf4, cf6], cfx };
+        let q = deg([30.0, 10.0, 5.0, -20.0, 40.0, 100.0]);
+        assert!(allows(&conf(0, -1, 1, 0), &arm, &q, 0.0) && prefers(&conf(0, -1, 1, 0), &arm, &q));
+        assert!(!allows(&conf(0, 0, 1, 0), &arm, &q, 0.0) && !allows(&conf(-1, -1, 1, 0), &arm, &q, 0.0));
+        assert!(!prefers(&conf(0, -1, 1, 1), &arm, &q) && !prefers(&conf(0, -1, 1, 4), &arm, &q));
+        // the wrist turned over: axis 5 negative
+        assert!(prefers(&conf(0, 1, -1, 1), &arm, &deg([30.0, 10.0, 5.0, 160.0, -40.0, -80.0])));
+    }
+
+    /// FANUC: a pendant's (0, 0, 0, 0, -90, 0) reads 'N U T, 0, 0, 0'.
+    #[test]
+    fn fanuc_s_letters_name_wrist_elbow_and_front_and_its_numbers_turns() {
+        let (_, arm) = arm(include_str!("../../../configs/fanuc-m10ia.yaml"));
+        let conf = |flip, up, front, turns| Configuration::Fanuc { flip, up, front, turns };
+        let home = deg([0.0, 0.0, 0.0, 0.0, -90.0, 0.0]);
+        assert!(allows(&conf(false, true, true, [0; 3]), &arm, &home, 0.0));
+        assert!(prefers(&conf(false, true, true, [0; 3]), &arm, &home));
+        assert!(!prefers(&conf(true, true, true, [0; 3]), &arm, &home));
+        assert!(!allows(&conf(false, false, true, [0; 3]), &arm, &home, 0.0));
+        assert!(!allows(&conf(false, true, false, [0; 3]), &arm, &home, 0.0));
+        let wound = deg([0.0, 0.0, 0.0, 0.0, -90.0, 200.0]);
+        assert!(allows(&conf(false, true, true, [0, 0, 1]), &arm, &wound, 0.0));
+        assert!(!allows(&conf(false, true, true, [0; 3]), &arm, &wound, 0.0));
+    }
+
+    /// Yaskawa: at home R is at 0, so the wrist is "flip" (0), the arm upper (0) and front (0).
+    #[test]
+    fn yaskawa_s_type_names_r_axis_arm_and_turns() {
+        let (_, arm) = arm(include_str!("../../../configs/motoman-ma2010.yaml"));
+        let conf = |no_flip, lower, rear, beyond| Configuration::Yaskawa { no_flip, lower, rear, beyond };
+        let home = deg([0.0, 0.0, 0.0, 0.0, -90.0, 0.0]);
+        assert!(allows(&conf(false, false, false, [false; 3]), &arm, &home, 0.0));
+        assert!(prefers(&conf(false, false, false, [false; 3]), &arm, &home));
+        assert!(!prefers(&conf(true, false, false, [false; 3]), &arm, &home));
+        assert!(!allows(&conf(false, true, false, [false; 3]), &arm, &home, 0.0));
+        assert!(!allows(&conf(false, false, true, [false; 3]), &arm, &home, 0.0));
+        let turned = deg([0.0, 0.0, 0.0, 120.0, 40.0, 190.0]);
+        assert!(allows(&conf(true, false, false, [false, true, false]), &arm, &turned, 0.0));
+    }
+}

@@ -1,0 +1,199 @@
+//! Frames and tools by the controller's own names and numbers: of the robot file (`frames:`, `tools:`) or of a file of their own.
+//!
+//! ```yaml
+//! schema: lostmotion/frames/1
+//! frames:
+//!   "2": {xyz_mm: [1200, 0, 400], rpy_deg: [0, 0, 90]}     # BASE_DATA[2], user frame 2, ...
+//! tools:
+//!   tGripper: {xyz_mm: [0, 0, 180], rpy_deg: [0, 0, 0]}    # tooldata tGripper, tool 5, ...
+//! ```
+//!
+//! A frame is given in the world of the controller, a tool in the flange frame. Case does not count, nor do blanks at the ends.
+//! Files of controllers are read, too ([`controller`]).
+
+mod controller;
+
+use super::file::FrameFile;
+use crate::error::{Error, Result};
+use crate::io::{input, yaml::Document};
+use nalgebra::Isometry3;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+
+pub const SCHEMA: &str = "lostmotion/frames/1";
+
+/// Frames and tools that are known.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Frames {
+    pub frames: BTreeMap<String, Isometry3<f64>>,
+    pub tools: BTreeMap<String, Isometry3<f64>>,
+}
+
+/// The document as it stands in YAML.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FramesFile {
+    schema: String,
+    #[serde(default)]
+    frames: BTreeMap<String, FrameFile>,
+    #[serde(default)]
+    tools: BTreeMap<String, FrameFile>,
+}
+
+/// How a name is looked up.
+fn key(name: &str) -> String {
+    name.trim().to_ascii_lowercase()
+}
+
+impl Frames {
+    /// Reads a frames file.
+    pub fn load(path: &Path) -> Result<Self> {
+        let (text, input) = input::read_text(path)?;
+        Self::parse(&input.name, &text)
+    }
+
+    /// Parses the text of a frames file; `name` stands in messages.
+    pub fn parse(name: &str, text: &str) -> Result<Self> {
+        if let Some(frames) = controller::read(text) {
+            return Ok(frames);
+        }
+        let doc = Document { name, text };
+        let file: FramesFile = doc.parse_schema("a file of frames and tools", SCHEMA)?;
+        doc.require_schema(&file.schema, SCHEMA)?;
+        Ok(Self { frames: checked(&file.frames, &doc)?, tools: checked(&file.tools, &doc)? })
+    }
+
+    pub fn frame(&self, name: &str) -> Option<&Isometry3<f64>> {
+        self.frames.get(&key(name))
+    }
+
+    pub fn tool(&self, name: &str) -> Option<&Isometry3<f64>> {
+        self.tools.get(&key(name))
+    }
+
+    /// These, and those of `over` in their place where both have a name.
+    pub fn with(&self, over: &Self) -> Self {
+        let mut out = self.clone();
+        out.frames.extend(over.frames.iter().map(|(k, v)| (k.clone(), *v)));
+        out.tools.extend(over.tools.iter().map(|(k, v)| (k.clone(), *v)));
+        out
+    }
+}
+
+/// Frames of a document by their keys.
+pub(super) fn checked(
+    frames: &BTreeMap<String, FrameFile>,
+    doc: &Document,
+) -> Result<BTreeMap<String, Isometry3<f64>>> {
+    let mut out = BTreeMap::new();
+    for (name, frame) in frames {
+        let values = frame.xyz_mm.iter().chain(&frame.rpy_deg);
+        if let Some(v) = values.clone().find(|v| !v.is_finite()) {
+            return Err(Error::bad(doc.place(&[name]), format!("{v} in the frame `{name}`"), "finite numbers"));
+        }
+        if out.insert(key(name), frame.to_isometry()).is_some() {
+            return Err(Error::bad(
+                doc.place(&[name]),
+                format!("a second frame `{name}`"),
+                "names that differ, case ignored",
+            ));
+        }
+    }
+    Ok(out)
+}
+
+/// Frames and tools that moves wait for, with the number of these moves.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct Missing {
+    pub frames: BTreeMap<String, u64>,
+    pub tools: BTreeMap<String, u64>,
+}
+
+impl Missing {
+    pub fn is_empty(&self) -> bool {
+        self.frames.is_empty() && self.tools.is_empty()
+    }
+
+    /// Adds what another program waits for.
+    pub fn add(&mut self, other: &Self) {
+        for (sum, more) in [(&mut self.frames, &other.frames), (&mut self.tools, &other.tools)] {
+            for (name, moves) in more {
+                *sum.entry(name.clone()).or_default() += moves;
+            }
+        }
+    }
+
+    /// A frames file to fill in: every name with the number of moves that wait for it.
+    pub fn template(&self) -> String {
+        let mut out = format!(
+            "# Frames and tools that the programs name and that are not known. Put in the controller's values: a frame in the\n\
+             # world, a tool in the flange frame; mm, and fixed-axis X, then Y, then Z in degrees (C, B, A of a KUKA frame; W, P, R\n\
+             # of a FANUC frame). Leave out what you do not know: its moves stay as they are.\nschema: {SCHEMA}\n"
+        );
+        for (what, names) in [("frames", &self.frames), ("tools", &self.tools)] {
+            if names.is_empty() {
+                let _ = writeln!(out, "{what}: {{}}");
+                continue;
+            }
+            let _ = writeln!(out, "{what}:");
+            for (name, moves) in names {
+                let word = if *moves == 1 { "move waits" } else { "moves wait" };
+                // JSON strings are YAML strings
+                let quoted = serde_json::Value::from(name.as_str());
+                let _ =
+                    writeln!(out, "  {quoted}: {{xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}}   # {moves} {word} for it");
+            }
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_found_in_any_case_and_a_file_goes_before_the_robot() {
+        let text = "schema: lostmotion/frames/1\nframes:\n  wobjTable: {xyz_mm: [1, 2, 3], rpy_deg: [0, 0, 90]}\n  \"2\": {xyz_mm: [4, 0, 0]}\n";
+        let frames = Frames::parse("f.yaml", text).unwrap();
+        assert_eq!(frames.frame("WOBJTABLE").unwrap().translation.vector.x, 1e-3);
+        assert!(frames.frame("3").is_none() && frames.tool("2").is_none());
+        let over =
+            Frames::parse("g.yaml", "schema: lostmotion/frames/1\nframes: {\"2\": {xyz_mm: [5, 0, 0]}}\n").unwrap();
+        let both = frames.with(&over);
+        assert_eq!(both.frame("2").unwrap().translation.vector.x, 5e-3);
+        assert!(both.frame("wobjtable").is_some());
+    }
+
+    #[test]
+    fn the_template_is_a_file_that_is_read_with_every_name() {
+        let missing = Missing {
+            frames: [("2".to_string(), 12), ("a \"b\": #".to_string(), 1)].into(),
+            tools: [("tGripper".to_string(), 3)].into(),
+        };
+        let text = missing.template();
+        assert!(text.contains("12 moves wait for it") && text.contains("1 move waits for it"), "{text}");
+        let frames = Frames::parse("t.yaml", &text).unwrap();
+        assert!(
+            frames.frame("2").is_some() && frames.frame("A \"B\": #").is_some() && frames.tool("tgripper").is_some()
+        );
+        assert!(Frames::parse("t.yaml", &Missing::default().template()).is_ok());
+    }
+
+    #[test]
+    fn a_frame_that_is_not_finite_and_another_document_are_refused() {
+        for (text, words) in [
+            (
+                "schema: lostmotion/frames/1\nframes: {B9: {xyz_mm: [.nan, 0, 0]}}\n",
+                "f.yaml:2: found NaN in the frame `B9`",
+            ),
+            ("schema: lostmotion/robot/1\n", "f.yaml:1: found schema `lostmotion/robot/1`"),
+            ("schema: lostmotion/frames/1\nframes: {q9: {}, Q9: {}}\n", "f.yaml:2: found a second frame"),
+        ] {
+            let e = Frames::parse("f.yaml", text).unwrap_err().to_string();
+            assert!(e.starts_with(words), "{e}");
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! Frames and tools as controllers store them.
+//!
+//! - KUKA `$config.dat`: `BASE_DATA[2]={X 1200.0,Y 0.0,Z 400.0,A 90.0,B 0.0,C 0.0}`, `TOOL_DATA[n]` the same.
+//! - FANUC listings of variables (`SYSFRAME.VA`): under `$MNUFRAME` and `$MNUTOOL` an entry `[1,n] =` for group 1 and number n,
+//!   then `X: 0.000 Y: 0.000 Z: 0.000` and `W: P: R:`.
+//!
+//! What is not complete (a frame that was never taught, or one of another group) is left out.
+
+use super::Frames;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use std::collections::BTreeMap;
+
+/// Frames of a controller's file; `None`: it is none that is known.
+pub(super) fn read(text: &str) -> Option<Frames> {
+    if text.contains("$MNUFRAME") || text.contains("$MNUTOOL") {
+        return Some(fanuc(text));
+    }
+    let kuka = |l: &str| l.trim_start().to_ascii_uppercase().starts_with("DEFDAT");
+    text.lines().any(kuka).then(|| kuka_data(text))
+}
+
+/// X, Y, Z in mm and turns about fixed X, Y, Z in degrees.
+fn frame([x, y, z, a, b, c]: [f64; 6]) -> Isometry3<f64> {
+    let turn = [a, b, c].map(f64::to_radians);
+    Isometry3::from_parts(
+        Translation3::new(x * 1e-3, y * 1e-3, z * 1e-3),
+        UnitQuaternion::from_euler_angles(turn[0], turn[1], turn[2]),
+    )
+}
+
+fn kuka_data(text: &str) -> Frames {
+    let mut found = Frames::default();
+    for line in text.lines() {
+        let line = line.split(';').next().unwrap_or_default().trim().to_ascii_uppercase();
+        for (list, name) in [(&mut found.frames, "BASE_DATA["), (&mut found.tools, "TOOL_DATA[")] {
+            let Some((number, rest)) = line.strip_prefix(name).and_then(|l| l.split_once(']')) else { continue };
+            let Some(inside) = rest.split_once('{').and_then(|(_, r)| r.split_once('}')).map(|r| r.0) else { continue };
+            let of = |key: &str| {
+                let part = inside.split(',').find_map(|p| p.trim().strip_prefix(key)?.strip_prefix(' '));
+                part.and_then(|p| p.trim().parse::<f64>().ok()).filter(|v| v.is_finite())
+            };
+            let values = ["X", "Y", "Z", "C", "B", "A"].map(of);
+            if let (Ok(number), [Some(x), Some(y), Some(z), Some(c), Some(b), Some(a)]) =
+                (number.trim().parse::<u32>(), values)
+            {
+                list.insert(number.to_string(), frame([x, y, z, c, b, a]));
+            }
+        }
+    }
+    found
+}
+
+fn fanuc(text: &str) -> Frames {
+    let mut found = Frames::default();
+    let (mut tools, mut known, mut number) = (false, false, None);
+    let mut values: BTreeMap<char, f64> = BTreeMap::new();
+    for line in text.lines() {
+        if let Some(name) = line.find('$').map(|at| &line[at..]) {
+            tools = name.starts_with("$MNUTOOL ") || name.starts_with("$MNUTOOL\t");
+            known = tools || name.starts_with("$MNUFRAME ") || name.starts_with("$MNUFRAME\t");
+            number = None;
+        }
+        // `[1,3] =`: group 1, number 3
+        if let Some(inside) = line.trim_start().strip_prefix('[').and_then(|l| l.split_once(']')).map(|l| l.0) {
+            let index: Vec<Option<u32>> = inside.split(',').map(|n| n.trim().parse().ok()).collect();
+            values.clear();
+            number = match index[..] {
+                [Some(1), Some(n)] if known => Some(n),
+                _ => None,
+            };
+        }
+        let Some(n) = number else { continue };
+        let words: Vec<&str> = line.split_ascii_whitespace().collect();
+        for pair in words.windows(2) {
+            if let ([key @ ("X:" | "Y:" | "Z:" | "W:" | "P:" | "R:"), value], Some(letter)) =
+                (pair, pair[0].chars().next())
+                && let Ok(v) = value.parse::<f64>()
+                && v.is_finite()
+                && key.len() == 2
+            {
+                values.insert(letter, v);
+            }
+        }
+        let all = ['X', 'Y', 'Z', 'W', 'P', 'R'].map(|k| values.get(&k).copied());
+        if let [Some(x), Some(y), Some(z), Some(w), Some(p), Some(r)] = all {
+            let list = if tools { &mut found.tools } else { &mut found.frames };
+            list.insert(n.to_string(), frame([x, y, z, w, p, r]));
+            number = None;
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bases_and_tools_of_a_kuka_are_read_by_their_numbers() {
+        let text = "DEFDAT $CONFIG PUBLIC\r\nBASE_DATA[2]={X 1200.0,Y -5.5,Z 400.0,A 90.0,B 0.0,C 0.0} ; table\r\n\
+                    TOOL_DATA[1]={X 156.0,Y 0.0,Z 63.0,A 0.0,B 10.0,C 0.0}\r\nBASE_DATA[3]={X 1.0,Y 2.0}\r\nENDDAT\r\n";
+        let found = read(text).unwrap();
+        assert_eq!((found.frames.len(), found.tools.len()), (1, 1));
+        let base = found.frame("2").unwrap();
+        assert!(
+            (base.translation.vector.x - 1.2).abs() < 1e-12
+                && (base.rotation.euler_angles().2.to_degrees() - 90.0).abs() < 1e-9
+        );
+        assert!((found.tool("1").unwrap().rotation.euler_angles().1.to_degrees() - 10.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn frames_and_tools_of_a_fanuc_listing_are_read_for_group_1() {
+        let text = "[*SYSTEM*]$MNUFRAME  Storage: CMOS  Access: RW  : ARRAY[2,9] OF POSITION\n\
+                    \x20    [1,1] =\n  Group: 1   Config: N D B, 0, 0, 0\n  X:   100.000   Y:      .000   Z:   -20.500\n\
+                    \x20 W:      .000   P:      .000   R:    90.000\n     [2,1] =\n  X: 1.0 Y: 1.0 Z: 1.0\n  W: 0 P: 0 R: 0\n\
+                    [*SYSTEM*]$MNUTOOL  Storage: CMOS : ARRAY[2,10] OF POSITION\n     [1,3] =\n  Group: 1\n\
+                    \x20 X: .0 Y: .0 Z: 180.0\n  W: .0 P: .0 R: .0\n     [1,4] = Uninitialized\n";
+        let found = read(text).unwrap();
+        assert_eq!((found.frames.len(), found.tools.len()), (1, 1));
+        assert!((found.frame("1").unwrap().translation.vector.z + 0.0205).abs() < 1e-12);
+        assert!((found.tool("3").unwrap().translation.vector.z - 0.18).abs() < 1e-12);
+    }
+
+    #[test]
+    fn another_text_is_no_controllers_file() {
+        assert!(read("schema: lostmotion/frames/1\nframes: {}\n").is_none());
+    }
+}
