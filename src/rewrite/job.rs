@@ -178,6 +178,8 @@ impl Job<'_> {
             options: self.said.clone(),
             moves: line.moves,
             editable: line.editable,
+            edited_as_joints: line.edited_as_joints,
+            edited_as_poses: line.edited_as_poses,
             reversals: line.reversals,
             inserted: line.inserted,
             ..Note::default()

@@ -1,7 +1,6 @@
 //! What a rewrite did, as the contract's summary line, as one JSON document, and in words.
 
 use super::job::Outcome;
-use super::script::coverage::Reason;
 use super::script::job::Vendor;
 use super::stream::guard::is_already;
 use crate::error::{Error, one_line};
@@ -35,15 +34,13 @@ pub struct Line {
     pub reason: Option<String>,
     pub moves: u64,
     pub editable: u64,
-    /// Of a vendor program: moves edited as joint targets and as poses, and why the others are left.
+    /// Of a vendor program: moves edited as joint targets and as poses.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub edited_as_joints: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub edited_as_poses: Option<u64>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub left: Vec<Reason>,
-    /// Frames and tools that moves wait for.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Frames and tools that moves wait for; not in the line, which must be the same when a folder is taken up again.
+    #[serde(skip)]
     pub missing: Option<Missing>,
     pub reversals: u64,
     pub inserted: u64,
@@ -68,7 +65,6 @@ impl Line {
             editable: o.vendor.as_ref().map_or(o.points, |v| v.coverage.editable),
             edited_as_joints: o.vendor.as_ref().map(|v| v.coverage.as_joints),
             edited_as_poses: o.vendor.as_ref().map(|v| v.coverage.as_poses),
-            left: o.vendor.as_ref().map(|v| v.coverage.reasons.clone()).unwrap_or_default(),
             missing: o.vendor.as_ref().map(|v| v.missing.clone()).filter(|m| !m.is_empty()),
             reversals: o.account.reversals.iter().sum(),
             inserted: o.account.inserted,
@@ -89,7 +85,6 @@ impl Line {
             editable: 0,
             edited_as_joints: None,
             edited_as_poses: None,
-            left: Vec::new(),
             missing: None,
             reversals: 0,
             inserted: 0,

@@ -37,6 +37,10 @@ pub struct Note {
     pub moves: u64,
     #[serde(default)]
     pub editable: u64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub edited_as_joints: Option<u64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub edited_as_poses: Option<u64>,
     #[serde(default)]
     pub reversals: u64,
     #[serde(default)]

@@ -200,7 +200,11 @@ fn a_turn_stands_where_the_velocity_of_the_spline_is_zero() {
     let mut behind = d.on_way(2, 0.6).unwrap();
     behind[0] -= 0.01;
     let points = vec![NewPoint { of_way: true, ..point(&way.q, 0.5) }, point(&behind, 0.6)];
-    let mut edits = Edits { steps: [(2, Edit { before: points, ..Edit::default() })].into(), digit: vec![1e-9; 3] };
+    let mut edits = Edits {
+        steps: [(2, Edit { before: points, ..Edit::default() })].into(),
+        digit: vec![1e-9; 3],
+        ..Edits::default()
+    };
     edits.steps.get_mut(&2).unwrap().goal = Some(vec![-0.01, 1.0, 0.0]);
     let out = edited(text, &edits);
     let lines: Vec<&str> = out.lines().collect();
