@@ -232,3 +232,19 @@ fn a_plan_keeps_its_start_and_its_velocities() {
     let number = |l: &str| l.split('[').nth(1).unwrap().split(',').next().unwrap().parse::<f64>().unwrap();
     assert!(number(lines[k - 1]).abs() < 1e-6 && (number(lines[k - 2]) - 0.55 - 0.01_f64.to_radians()).abs() < 1e-6);
 }
+
+#[test]
+fn a_step_that_breaks_a_limit_at_the_times_of_a_plan_is_spread_until_it_does_not() {
+    let desk = desk_of("universal-robots-ur10.yaml", &[("base", "half_gap_deg: 0.1")]);
+    let robot = out(&desk, "robot.yaml").replacen("max_accel_deg_s2: 800", "max_accel_deg_s2: 100", 1);
+    desk.write("robot.yaml", &robot);
+    let text = "joint_names: [base, shoulder, elbow, wrist1, wrist2, wrist3]\n\
+        points:\n- {positions: [0.0000, -1.2, 1.5, -1.8, -1.5, 0.0], velocities: [0, 0, 0, 0, 0, 0], time_from_start: 1.000}\n- {positions: [-0.0781, -1.2, 1.5, -1.8, -1.5, 0.0], velocities: [0, 0, 0, 0, 0, 0], time_from_start: 1.101}\n- {positions: [-0.0085, -1.2, 1.5, -1.8, -1.5, 0.0], velocities: [0, 0, 0, 0, 0, 0], time_from_start: 1.520}\n- {positions: [-0.0097, -1.2, 1.5, -1.8, -1.5, 0.0], velocities: [0, 0, 0, 0, 0, 0], time_from_start: 2.119}\n- {positions: [0.1691, -1.2, 1.5, -1.8, -1.5, 0.0], velocities: [0, 0, 0, 0, 0, 0], time_from_start: 2.468}\n";
+    desk.write("part.yaml", text);
+    let run = desk.run("rewrite --model model.yaml part.yaml --output out.yaml");
+    run.success().stderr(contains("the step of base is spread over 0.5000 deg"));
+    // a ramp that the user chooses is the user's: here it is too short, and the places are listed
+    let run = desk.run("rewrite --model model.yaml part.yaml --output own.yaml --ramp-deg 0.01");
+    run.code(1).stderr(contains("a limit would be exceeded").and(contains("base acceleration")));
+    assert!(!desk.path("own.yaml").exists());
+}

@@ -41,6 +41,7 @@ use change::Change;
 use coverage::Coverage;
 use edits::Unplaced;
 use poses::Poses;
+use rates::Rates;
 use run::{Choice, Cut, Gap, Run};
 
 /// The dead band is this many last digits of the coarsest target: rounding is no movement.
@@ -146,6 +147,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let mut edits = Edits { digit: task.digit.to_vec(), pose_digit: task.pose_digit, ..Edits::default() };
     let mut account = empty(task.robot.dof());
     let mut unplaced = Unplaced::default();
+    let mut rates = Rates::default();
     let mut lines = Vec::new();
     for run in &runs {
         let mut options = task.options.clone();
@@ -155,7 +157,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
             options.initial_direction.fill(0);
         }
         let (emitted, done) =
-            rates::within(script, task, run, options, &mut notes, &|options| through(script, task, run, options))?;
+            rates.within(script, task, run, options, &|options| through(script, task, run, options))?;
         let solve = choice.solve_within_m.is_some();
         let (lost, added) = edits::collect(document.as_ref(), task.robot, run, &emitted, solve, &mut edits);
         unplaced.points += lost.points;
@@ -194,6 +196,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         account.duration_s = account.duration_s.and_then(|[before, after]| Some([before, after + stops_s?]));
     }
     let mut script = script.clone();
+    notes.extend(rates.notes(task.robot));
     script.notes.splice(0..0, notes);
     script.notes.extend(notes::not_understood(&script));
     if task.choices.solve_within_m.is_some() && !document.takes_joints_for_poses() {

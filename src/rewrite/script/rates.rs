@@ -7,9 +7,11 @@
 use super::Task;
 use super::run::Run;
 use crate::error::Result;
-use crate::program::script::{Note, Script};
+use crate::program::script::{At, Note, Script};
 use crate::rewrite::engine::{Account, LimitKind, Violation};
+use crate::rewrite::job::smallest;
 use crate::rewrite::{Emitted, Options, Origin};
+use crate::robot::Robot;
 use std::collections::BTreeMap;
 
 /// Travel over which a step is spread, in half gaps of its joint: the first of them that keeps all limits.
@@ -19,84 +21,88 @@ fn is_rate(v: &Violation) -> bool {
     v.what != LimitKind::Range
 }
 
-/// One run through the engine, by `through`; where the times of the program would break limits, with a longer ramp. What is to be
-/// said about it goes to `notes`.
-pub fn within(
-    script: &Script,
-    task: &Task,
-    run: &Run,
-    options: Options,
-    notes: &mut Vec<Note>,
-    through: &dyn Fn(Options) -> Result<(Emitted, Account)>,
-) -> Result<(Emitted, Account)> {
-    let (emitted, mut account) = through(options.clone())?;
-    if !account.violations.iter().any(is_rate) {
-        return Ok((emitted, account));
-    }
-    if !run.by_program {
-        notes.extend(planned(script, task, run, &account));
-        account.violations.retain(|v| !is_rate(v));
-        account.violations_total = account.out_of_range;
-        return Ok((emitted, account));
-    }
-    let chosen = options.step_exact || options.ramp.iter().any(|&r| r > 0.0);
-    let mut axes: Vec<usize> = account.violations.iter().filter(|v| is_rate(v)).map(|v| v.axis).collect();
-    axes.sort_unstable();
-    axes.dedup();
-    for ramp in RAMPS.iter().filter(|_| !chosen) {
-        let mut longer = options.clone();
-        for &axis in &axes {
-            let gap = task.compensator.on(axis).and_then(crate::rewrite::job::smallest).unwrap_or(0.0);
-            longer.ramp[axis] = ramp * gap;
+/// What is to be told of the rates of a whole program.
+#[derive(Debug, Default)]
+pub struct Rates {
+    /// By axis, and speed or not: the largest share of its limit, the first place, the number of places.
+    planned: BTreeMap<(usize, bool), (f64, At, u64)>,
+    /// By axis: the longest ramp, rad or m, and the first place.
+    spread: BTreeMap<usize, (f64, At)>,
+}
+
+impl Rates {
+    /// One run through the engine, by `through`; where the times of the program would break limits, with a longer ramp.
+    pub fn within(
+        &mut self,
+        script: &Script,
+        task: &Task,
+        run: &Run,
+        options: Options,
+        through: &dyn Fn(Options) -> Result<(Emitted, Account)>,
+    ) -> Result<(Emitted, Account)> {
+        let (emitted, mut account) = through(options.clone())?;
+        if !account.violations.iter().any(is_rate) {
+            return Ok((emitted, account));
         }
-        let ramps = longer.ramp.clone();
-        let (emitted, tried) = through(longer)?;
-        if !tried.violations.iter().any(is_rate) {
-            notes.extend(axes.iter().filter_map(|&axis| spread(script, task, run, &account, axis, ramps[axis])));
-            return Ok((emitted, tried));
+        let at = |v: &Violation| {
+            let (Origin::Point(n) | Origin::Inserted { after: n, .. }) = v.origin;
+            let step = run.vertices.get(n as usize).and_then(|vertex| script.steps.get(vertex.step));
+            step.map_or(At::default(), |s| s.at)
+        };
+        if !run.by_program {
+            for v in account.violations.iter().filter(|v| is_rate(v)) {
+                let entry = self.planned.entry((v.axis, v.what == LimitKind::Speed)).or_insert((0.0, at(v), 0));
+                *entry = (entry.0.max((v.value / v.limit).abs()), entry.1, entry.2 + 1);
+            }
+            account.violations.retain(|v| !is_rate(v));
+            account.violations_total = account.out_of_range;
+            return Ok((emitted, account));
         }
+        let first: BTreeMap<usize, At> =
+            account.violations.iter().rev().filter(|v| is_rate(v)).map(|v| (v.axis, at(v))).collect();
+        let chosen = options.step_exact || options.ramp.iter().any(|&r| r > 0.0);
+        for ramp in RAMPS.iter().filter(|_| !chosen) {
+            let mut longer = options.clone();
+            for &axis in first.keys() {
+                let gap = task.compensator.on(axis).and_then(smallest).unwrap_or(0.0);
+                longer.ramp[axis] = ramp * gap;
+            }
+            let ramps = longer.ramp.clone();
+            let (emitted, tried) = through(longer)?;
+            if !tried.violations.iter().any(is_rate) {
+                for (&axis, &place) in &first {
+                    let entry = self.spread.entry(axis).or_insert((0.0, place));
+                    entry.0 = entry.0.max(ramps[axis]);
+                }
+                return Ok((emitted, tried));
+            }
+        }
+        Ok((emitted, account))
     }
-    Ok((emitted, account))
-}
 
-/// The step at which a point stands.
-fn vertex_of(origin: Origin) -> usize {
-    let (Origin::Point(n) | Origin::Inserted { after: n, .. }) = origin;
-    n as usize
-}
-
-/// What a controller that plans speeds itself will do: a sentence for each joint and kind of limit, at its first place.
-fn planned(script: &Script, task: &Task, run: &Run, account: &Account) -> Vec<Note> {
-    let mut worst: BTreeMap<(usize, bool), (f64, usize, u64)> = BTreeMap::new();
-    for v in account.violations.iter().filter(|v| is_rate(v)) {
-        let share = (v.value / v.limit).abs();
-        let entry = worst.entry((v.axis, v.what == LimitKind::Speed)).or_insert((0.0, vertex_of(v.origin), 0));
-        *entry = (entry.0.max(share), entry.1, entry.2 + 1);
+    /// A sentence for each joint and kind of limit, at its first place.
+    pub fn notes(&self, robot: &Robot) -> Vec<Note> {
+        let planned = self.planned.iter().map(|(&(axis, speed), &(share, place, places))| {
+            let what = if speed { "speed" } else { "acceleration" };
+            let at = if places == 1 { "here".into() } else { format!("at {places} places, first here") };
+            let text = format!(
+                "at the programmed speed {} would need {share:.2} times its largest {what} ({at}): the controller slows down for it, or \
+                 spread the step (--ramp-deg, --ramp-mm)",
+                robot.axis(axis).name
+            );
+            Note { place, text }
+        });
+        let spread = self.spread.iter().map(|(&axis, &(ramp, place))| {
+            let joint = robot.axis(axis);
+            let text = format!(
+                "the step of {} is spread over {:.4} {unit} behind its reversals, so that its speed and acceleration hold at the times \
+                 of the program; until then a part of its gap is left",
+                joint.name,
+                joint.kind.to_edge(ramp),
+                unit = joint.kind.unit()
+            );
+            Note { place, text }
+        });
+        planned.chain(spread).collect()
     }
-    let of = |((axis, speed), (share, vertex, places)): (&(usize, bool), &(f64, usize, u64))| {
-        let place = script.steps.get(run.vertices.get(*vertex)?.step)?.at;
-        let (joint, what) = (&task.robot.axis(*axis).name, if *speed { "speed" } else { "acceleration" });
-        let at = if *places == 1 { "here".into() } else { format!("at {places} places, first here") };
-        let text = format!(
-            "at the programmed speed {joint} would need {share:.2} times its largest {what} ({at}): the controller slows down for it, \
-             or spread the step (--ramp-deg, --ramp-mm)"
-        );
-        Some(Note { place, text })
-    };
-    worst.iter().filter_map(of).collect()
-}
-
-/// What the longer ramp of a joint costs.
-fn spread(script: &Script, task: &Task, run: &Run, account: &Account, axis: usize, ramp: f64) -> Option<Note> {
-    let first = account.violations.iter().find(|v| is_rate(v) && v.axis == axis)?;
-    let place = script.steps.get(run.vertices.get(vertex_of(first.origin))?.step)?.at;
-    let joint = task.robot.axis(axis);
-    let text = format!(
-        "the step of {} is spread over {:.4} {unit} behind its reversals, so that its speed and acceleration hold at the times of the \
-         program; until then a part of its gap is left",
-        joint.name,
-        joint.kind.to_edge(ramp),
-        unit = joint.kind.unit()
-    );
-    Some(Note { place, text })
 }
