@@ -147,7 +147,9 @@ mod tests {
 
     #[test]
     fn a_response_ends_as_wind_up_alone() {
-        let end = R.advance(&State::TURNED, 1e-2, 1e-2, 100.0);
+        let moved = R.advance(&State::TURNED, 1e-2, 1e-2, 0.1);
+        assert!(R.back(&moved) > R.windup() + 1e-5, "the spike has not decayed");
+        let end = R.advance(&moved, 0.0, 0.0, 100.0);
         assert!((R.back(&end) - R.windup()).abs() < 1e-12);
         assert!(R.gone(20.0, 1e-2, 2e-3) && !R.gone(1.0, 1e-2, 2e-3) && !R.gone(20.0, 1e-6, 2e-3));
     }
