@@ -14,6 +14,8 @@ use serde_json::{Map, Value, json};
 #[derive(Debug, Clone, Default)]
 pub struct Estimate {
     pub joints: Vec<JointEstimate>,
+    /// Distance from the path along each log with several moving joints, m rms: name, before, after compensation.
+    pub predicted: Vec<(String, f64, f64)>,
     /// Each reversal by itself.
     pub reversals: Vec<LocalReversal>,
     /// Names of parameters, as `A1.windup_deg`, and their covariance in the units of the names.
@@ -98,6 +100,10 @@ pub(super) fn write_top(e: &Estimate, robot: &Robot, out: &mut Map<String, Value
         m.insert("outlying".into(), r.outlying.into());
         Value::Object(m)
     });
+    let predicted = e.predicted.iter().map(
+        |(log, before, after)| json!({"log": log, "before_um": number(before * 1e6), "after_um": number(after * 1e6)}),
+    );
+    out.insert("predicted".into(), predicted.collect());
     out.insert("reversals".into(), reversals.collect());
     if let Some((names, matrix)) = &e.covariance {
         let short = |v: &f64| number(format!("{v:.4e}").parse().unwrap_or(*v));
@@ -179,6 +185,15 @@ pub(super) fn read_reversals(v: &Value, robot: &Robot) -> Vec<LocalReversal> {
         })
     };
     v.get("reversals").and_then(Value::as_array).map(|a| a.iter().filter_map(entry).collect()).unwrap_or_default()
+}
+
+/// What a document predicts along its logs.
+pub(super) fn read_predicted(v: &Value) -> Vec<(String, f64, f64)> {
+    let entry = |p: &Value| {
+        let um = |key: &str| p.get(key)?.as_f64().map(|x| x * 1e-6);
+        Some((p.get("log")?.as_str()?.to_string(), um("before_um")?, um("after_um")?))
+    };
+    v.get("predicted").and_then(Value::as_array).map(|a| a.iter().filter_map(entry).collect()).unwrap_or_default()
 }
 
 /// The covariance of a document.

@@ -216,6 +216,7 @@ impl Node<'_> {
         }
         Ok((!joints.is_empty()).then(|| Estimate {
             joints,
+            predicted: estimate::read_predicted(self.value),
             reversals: estimate::read_reversals(self.value, self.robot),
             covariance: estimate::read_covariance(self.value),
         }))

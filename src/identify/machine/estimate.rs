@@ -254,5 +254,14 @@ pub fn whole(problem: &Problem, evidence: &Evidence, joints: Vec<JointEstimate>)
     let matrix =
         at.iter().map(|(i, a)| at.iter().map(|(k, b)| evidence.covariance[(*i, *k)] * a * b).collect()).collect();
     let reversals = local(problem, evidence, &joints);
-    Estimate { joints, reversals, covariance: Some((names, matrix)) }
+    let left = |axis: usize| {
+        let t = joints.iter().find(|j| j.axis == axis).map(|j| &j.trust);
+        t.filter(|t| t.compensate && t.before_m > 0.0).map_or(1.0, |t| t.after_m / t.before_m)
+    };
+    let several = (0..problem.logs.len()).filter(|l| problem.logs[*l].moving.len() > 1);
+    let predicted = several
+        .filter_map(|l| Some((problem.logs[l].name.clone(), super::evidence::along_path(problem, l, &left)?)))
+        .map(|(name, [before, after])| (name, before, after))
+        .collect();
+    Estimate { joints, predicted, reversals, covariance: Some((names, matrix)) }
 }

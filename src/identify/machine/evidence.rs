@@ -175,6 +175,31 @@ fn left_out(part: &Part, bins: usize, from: usize, to: usize, inverse: &DMatrix<
     solve::solve(&(precision - h), &(-g), 1e-9).unwrap_or_else(|| DVector::zeros(k))
 }
 
+/// Root mean square distance from the path along a log, m: of all lost motion, and of what is left by shares of it.
+///
+/// Along the path lost motion is a delay and no deviation, so its component along the movement does not count; nor do bins at rest.
+pub fn along_path(problem: &Problem, log: usize, left: &dyn Fn(usize) -> f64) -> Option<[f64; 2]> {
+    let l = &problem.logs[log];
+    let (mut before, mut after, mut n) = (0.0, 0.0, 0.0);
+    let mut each = Vec::new();
+    for (axis, response) in problem.responses(log, false) {
+        let mut errors = Vec::new();
+        l.average(&response.error, &mut errors);
+        each.push((axis, left(axis), errors));
+    }
+    for b in (0..l.len()).filter(|b| !problem.unused[log][*b]) {
+        let velocity: Vector3<f64> = l.jacobian[b].iter().zip(&l.speed[b]).map(|(j, v)| j * *v).sum();
+        let Some(along) = velocity.try_normalize(1e-6) else { continue };
+        let across = |v: Vector3<f64>| v - along * along.dot(&v);
+        let parts: Vec<(f64, Vector3<f64>)> =
+            each.iter().map(|(axis, share, e)| (*share, across(l.jacobian[b][*axis] * e[b]))).collect();
+        before += parts.iter().map(|p| p.1).sum::<Vector3<f64>>().norm_squared();
+        after += parts.iter().map(|p| (p.0 * p.1.norm()).powi(2)).sum::<f64>();
+        n += 1.0;
+    }
+    (n > 0.0).then(|| [(before / n).sqrt(), (after / n).sqrt()])
+}
+
 /// Rows at which a joint turns.
 pub fn turns(x: &[f64]) -> Vec<usize> {
     let mut out = Vec::new();

@@ -84,7 +84,14 @@ pub fn identify(robot: &Robot, logs: &[Log]) -> Result<Gaps> {
         let name = logs.first().map_or(String::new(), |l| l.name.clone());
         return Err(Error::bad(Place::file(name), "no joint that reverses", "logs in which joints turn round"));
     }
-    gaps.estimate = Some(estimate::whole(&problem, &evidence, estimates));
+    let whole = estimate::whole(&problem, &evidence, estimates);
+    for (log, before, after) in &whole.predicted {
+        let (before, after) = (before * 1e6, after * 1e6);
+        notes.push(format!(
+            "{log}: {before:.1} um rms off the path by lost motion, {after:.1} um predicted after compensation"
+        ));
+    }
+    gaps.estimate = Some(whole);
     gaps.notes = notes;
     Ok(gaps)
 }
