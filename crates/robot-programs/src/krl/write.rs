@@ -101,16 +101,18 @@ fn goals(program: &Program, edits: &Edits, out: &mut Vec<Patch>) -> Result<()> {
         for (span, new) in &kept {
             out.push(Patch::new(file, span.clone(), new.as_bytes()));
         }
-        let mut clones: HashMap<Change, Clone> = HashMap::new();
+        // a form needs a clone of its frame data, too
+        let mut clones: HashMap<(Change, bool), Clone> = HashMap::new();
         for (step, change) in list {
             if change == kept {
                 continue;
             }
-            let clone = match clones.entry(change) {
+            let form = motion_of(program, step)?.fold.is_some();
+            let clone = match clones.entry((change, form)) {
                 Entry::Occupied(known) => known.into_mut(),
                 Entry::Vacant(place) => {
                     let taken = taken.get_or_insert_with(|| words(program));
-                    let clone = clone(program, step, target, place.key(), taken, out)?;
+                    let clone = clone(program, step, target, &place.key().0, taken, out)?;
                     place.insert(clone)
                 }
             };
