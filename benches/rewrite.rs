@@ -8,7 +8,7 @@
 use lostmotion::compensator::{BacklashOffset, Compensator, Evidence, JointCompensator};
 use lostmotion::effects::GapCurve;
 use lostmotion::error::{Error, Result};
-use lostmotion::io::output::Manner;
+use lostmotion::io::output::Durability;
 use lostmotion::program::csv::Style;
 use lostmotion::rewrite::stream::{Passage, Stage, pass, sink};
 use lostmotion::rewrite::{Account, Emitted, Engine, Options, Origin, Points};
@@ -81,8 +81,8 @@ fn timed<E: Stage>(
     let start = Instant::now();
     let passage = Passage { style: Style { forced: None, least: vec![4; robot.dof()] }, threads: true, hash: false };
     let reader = lostmotion::program::open_rows(input, robot)?;
-    let done = pass(robot, reader, &passage, |_| make(), sink::File::create(output, Manner::Safe)?, &|_| {})?;
-    done.sink.commit()?;
+    let done = pass(robot, reader, &passage, |_| make(), sink::File::create(output, Durability::Synced)?, &|_| {})?;
+    done.sink.into_output().commit()?;
     let s = start.elapsed().as_secs_f64();
     println!("{what:<28} {:>10} points {s:>8.3} s {:>8.1} ns a point", done.points, s * 1e9 / done.points as f64);
     Ok(())

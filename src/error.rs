@@ -3,6 +3,7 @@
 //! Everything that comes from outside is refused with a [`BadInput`] (exit code 2). A request that is well formed but
 //! whose answer is no (a limit would be exceeded, `--check` differs) is an [`Error::Refused`] (exit code 1).
 
+use crate::io::name::text_of;
 pub use robot_programs::error::{BadInput, Place, one_line};
 use std::path::Path;
 
@@ -21,6 +22,9 @@ pub enum Error {
     /// The reader of our output went away: quiet, exit code 0.
     #[error("the reader closed the pipe")]
     ClosedPipe,
+    /// A step failed, and what was done before it could not be taken back: exit code 4.
+    #[error("{source}; not as they were before: {files}; the next run in this folder restores them")]
+    Unfinished { files: String, source: Box<Error> },
     /// `--exit-code`: done, and no program needed a change: exit code 3.
     #[error("nothing needed a change")]
     Unchanged,
@@ -36,18 +40,25 @@ impl Error {
 
     /// An operating-system error on a path; a closed pipe keeps its own kind.
     pub fn io(path: impl AsRef<Path>, action: &'static str, source: std::io::Error) -> Self {
+        Self::io_of(text_of(path.as_ref()), action, source)
+    }
+
+    /// The same on a file whose name is text already.
+    pub fn io_of(path: impl Into<String>, action: &'static str, source: std::io::Error) -> Self {
         if source.kind() == std::io::ErrorKind::BrokenPipe {
             return Self::ClosedPipe;
         }
-        Self::Io { path: path.as_ref().display().to_string(), action, source }
+        Self::Io { path: path.into(), action, source }
     }
 
-    /// Exit code of the contract: 0 for a closed pipe, 1 for a no, 2 for bad input, 3 for nothing to do where that was asked.
+    /// Exit code of the contract: 0 for a closed pipe, 1 for a no, 2 for bad input (nothing was written), 3 for nothing to do where
+    /// that was asked, 4 for a commit that could neither be finished nor taken back.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::ClosedPipe => 0,
             Self::Refused(_) => 1,
             Self::Unchanged => 3,
+            Self::Unfinished { .. } => 4,
             Self::BadInput(_) | Self::Io { .. } => 2,
         }
     }
@@ -58,7 +69,7 @@ impl From<robot_programs::Error> for Error {
         match e {
             robot_programs::Error::BadInput(bad) => Self::BadInput(bad),
             robot_programs::Error::Refused(why) => Self::Refused(why),
-            robot_programs::Error::Io { name, source } => Self::io(name, "read", source),
+            robot_programs::Error::Io { name, source } => Self::io_of(name, "read", source),
         }
     }
 }
@@ -68,9 +79,9 @@ pub fn counted(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
-/// A file name as a message shows it: `-` is standard input.
+/// A file name as messages and documents show it ([`crate::io::name`]): `-` is standard input.
 pub fn shown(path: &Path) -> String {
-    if path == Path::new("-") { "standard input".into() } else { path.display().to_string() }
+    if path == Path::new("-") { "standard input".into() } else { text_of(path) }
 }
 
 /// A path that may be `-`.

@@ -3,6 +3,10 @@
 //! The rooms, and the one direction in which they know each other, are drawn in `docs/architecture.md`.
 #![forbid(unsafe_code)]
 
+// first, as its macros `eprint!` and `eprintln!` stand in for those of the standard library
+#[macro_use]
+pub mod io;
+
 pub mod assess;
 pub mod cli;
 pub mod compensator;
@@ -12,7 +16,6 @@ pub mod error;
 pub mod fit;
 pub mod gaps;
 pub mod identify;
-pub mod io;
 pub mod learn;
 pub mod log;
 pub mod machine;

@@ -4,24 +4,18 @@
 use clap::FromArgMatches;
 use lostmotion::cli::{Cli, help, run};
 use lostmotion::error::Error;
+use lostmotion::io::console::say;
 use std::process::ExitCode;
-
-/// As a shell tells it.
-const INTERRUPTED: i32 = 130;
 
 fn main() -> ExitCode {
     let matches = help::command().get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
-    // without a handler an interrupt leaves temporary files; that is no reason not to run
-    let _ = ctrlc::set_handler(|| {
-        lostmotion::io::output::discard();
-        std::process::exit(INTERRUPTED);
-    });
+    lostmotion::io::interrupt::listen();
     match run(cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(Error::ClosedPipe) => ExitCode::SUCCESS,
         Err(e) => {
-            eprintln!("lostmotion: {e}");
+            say(format_args!("lostmotion: {e}"), true);
             ExitCode::from(e.exit_code())
         }
     }

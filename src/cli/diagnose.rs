@@ -67,8 +67,8 @@ pub fn run(args: Args) -> Result<()> {
     let mut model_out = output::create(args.model_out.as_deref())?;
     let mut report = output::create(args.report.as_deref())?;
     let (model, name) = match (&args.model, &args.robot) {
-        (Some(path), _) => (Model::load(path)?, path.display().to_string()),
-        (None, Some(path)) => (Model::ideal(Robot::load(path)?), path.display().to_string()),
+        (Some(path), _) => (Model::load(path)?, crate::error::shown(path)),
+        (None, Some(path)) => (Model::ideal(Robot::load(path)?), crate::error::shown(path)),
         (None, None) => {
             return Err(Error::bad(Place::default(), "no machine", "--model MODEL.yaml or --robot ROBOT.yaml"));
         }

@@ -132,7 +132,7 @@ fn fitted(args: &Args, robot: &Robot) -> Result<Compensator> {
     refuse_repeats(&args.gaps, &documents, robot)?;
     let distrusted = args.gaps.iter().zip(&documents).find_map(|(p, d)| d.distrusted().map(|note| (p, note)));
     if let Some((path, note)) = distrusted.filter(|_| !args.force) {
-        return Err(Error::Refused(format!("{}: {note} (--force fits them all the same)", path.display())));
+        return Err(Error::Refused(format!("{}: {note} (--force fits them all the same)", crate::error::shown(path))));
     }
     let contradictions = contradictions(&documents, robot);
     if let Some(first) = contradictions.first().filter(|_| !args.force) {
@@ -159,7 +159,7 @@ fn refuse_repeats(paths: &[PathBuf], documents: &[Gaps], robot: &Robot) -> Resul
     for (k, path) in paths.iter().enumerate() {
         if contents[..k].contains(&contents[k]) {
             let expected = "each gaps file once: its gaps would count twice";
-            let place = Place::file(path.display().to_string());
+            let place = Place::file(crate::error::shown(path));
             return Err(Error::bad(place, "gaps that were given before (same content)", expected));
         }
     }

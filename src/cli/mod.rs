@@ -59,6 +59,7 @@ pub enum Command {
 
 /// Runs a parsed command line.
 pub fn run(cli: Cli) -> Result<()> {
+    crate::io::threads::prepare();
     match cli.command {
         Command::Identify(a) => identify::run(a),
         Command::Fit(a) => fit::run(a),

@@ -153,7 +153,10 @@ pub fn run(args: Args) -> Result<()> {
     match (&mut out, motion.map(|m| document::program(&m, &room))) {
         (Some(out), Some(bytes)) => out.put(&bytes)?,
         (Some(_), None) => {
-            eprintln!("note: no program is written to {}", args.output.as_deref().unwrap_or(Path::new("-")).display());
+            eprintln!(
+                "note: no program is written to {}",
+                crate::error::shown(args.output.as_deref().unwrap_or(Path::new("-")))
+            );
             out = None;
         }
         _ => {}

@@ -3,7 +3,10 @@
 use crate::cli::paths;
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::input;
-use crate::io::output::{Output, write_whole};
+use crate::io::journal::{self, Towards};
+use crate::io::name::path_of;
+use crate::io::output::Output;
+use crate::io::transaction::Transaction;
 use crate::rewrite::original::{KEPT_UP_TO, unpack};
 use crate::rewrite::stream::guard::{Note, note_path, read_note};
 use std::path::{Path, PathBuf};
@@ -48,7 +51,9 @@ pub fn run(args: Args) -> Result<()> {
     if !args.input.is_file() {
         return Err(Error::bad(Place::file(shown(&args.input)), "no file", "a program that `rewrite` wrote"));
     }
-    let Some(note) = read_note(&args.input) else {
+    let folder = args.input.parent().unwrap_or(Path::new(""));
+    journal::finish(folder, Towards::Result)?;
+    let Some(note) = read_note(&args.input)? else {
         return Err(Error::bad(
             Place::file(&name),
             "no note of `rewrite`",
@@ -72,7 +77,7 @@ pub fn run(args: Args) -> Result<()> {
     let mut files = vec![(target.clone(), original_of(&args, &note, &name)?)];
     for c in &note.companions {
         let rewritten = beside(&args.input, &c.output);
-        unchanged(&rewritten, &c.sha256_out)?;
+        unchanged(&rewritten, &c.sha256_out, Some(&c.sha256_in))?;
         let bytes = match &c.original {
             Some(text) => checked(&name, unpack(&name, text)?, &c.sha256_in)?,
             None => return Err(too_large(&name, &c.input)),
@@ -88,30 +93,35 @@ pub fn run(args: Args) -> Result<()> {
         }
         files.push((to, bytes));
     }
-    let mut outputs = Vec::with_capacity(files.len());
-    for (path, bytes) in &files {
+    let mut all = Transaction::default();
+    for (path, bytes) in files.iter().rev() {
         let mut output = Output::create(path)?;
         output.put(bytes)?;
-        outputs.push(output);
+        all.put(output);
     }
-    outputs.into_iter().try_for_each(Output::commit)?;
     if args.in_place {
-        std::fs::remove_file(&note_file).map_err(|e| Error::io(&note_file, "remove", e))?;
+        all.remove(note_file);
     }
     if args.json {
         let file = |(path, bytes): &(PathBuf, Vec<u8>)| serde_json::json!({"output": shown(path), "bytes": bytes.len(), "sha256": input::sha256(bytes)});
         let files: Vec<_> = files.iter().map(file).collect();
         let document = serde_json::json!({"schema": "lostmotion/undone/1", "original": note.input, "files": files});
         let text = serde_json::to_string_pretty(&document).unwrap_or_default() + "\n";
-        return write_whole(Path::new("-"), text.as_bytes());
+        let mut document = Output::create(Path::new("-"))?;
+        document.put(text.as_bytes())?;
+        all.put(document);
+        return all.commit();
     }
+    all.commit()?;
     eprintln!("{}: {} as it was, {} bytes", shown(&target), note.input, files[0].1.len());
     Ok(())
 }
 
 /// The original's bytes, checked.
 fn original_of(args: &Args, note: &Note, name: &str) -> Result<Vec<u8>> {
-    unchanged(&args.input, &note.sha256_out)?;
+    if let Some(bytes) = unchanged(&args.input, &note.sha256_out, note.sha256_in.as_deref())? {
+        return Ok(bytes);
+    }
     let Some(sha256) = &note.sha256_in else {
         return Err(Error::bad(Place::file(name), "no SHA-256 of the original", "a note that has one"));
     };
@@ -140,11 +150,16 @@ fn checked(name: &str, bytes: Vec<u8>, sha256: &str) -> Result<Vec<u8>> {
     Err(Error::bad(Place::file(name), format!("bytes with SHA-256 {found}"), format!("the original's: {sha256}")))
 }
 
-/// The rewritten file is still what was written.
-fn unchanged(file: &Path, sha256: &str) -> Result<()> {
+/// The rewritten file is still what was written; or it is the original already, whose bytes are given: a rewrite that ended before
+/// its program came into place.
+fn unchanged(file: &Path, rewritten: &str, original: Option<&str>) -> Result<Option<Vec<u8>>> {
     let bytes = std::fs::read(file).map_err(|e| Error::io(file, "read", e))?;
-    if input::sha256(&bytes) == sha256 {
-        return Ok(());
+    let found = input::sha256(&bytes);
+    if found == rewritten {
+        return Ok(None);
+    }
+    if original == Some(found.as_str()) {
+        return Ok(Some(bytes));
     }
     Err(Error::Refused(format!(
         "{}: changed since it was written: what was changed would be lost; nothing was written",
@@ -154,5 +169,6 @@ fn unchanged(file: &Path, sha256: &str) -> Result<()> {
 
 /// A file in the folder of `file`; a name that a note gives leads nowhere else.
 fn beside(file: &Path, name: &str) -> PathBuf {
-    file.with_file_name(Path::new(name).file_name().unwrap_or_default())
+    let named = path_of(name).unwrap_or_default();
+    file.with_file_name(named.file_name().unwrap_or_default())
 }

@@ -1,5 +1,6 @@
 //! Reading: a path or `-`, gzip recognised by its first bytes, SHA-256 of the bytes as they were stored.
 
+use super::memory;
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use flate2::read::MultiGzDecoder;
 use sha2::{Digest, Sha256};
@@ -17,6 +18,13 @@ pub struct Input {
     pub sha256: String,
 }
 
+/// An input that is read whole has at most so many bytes, packed or not.
+pub const LARGEST: u64 = 2 << 30;
+/// Bytes of memory that a byte of an input takes, at least, once it is read.
+const PER_BYTE: u64 = 2;
+/// Bytes that are read before room for more is asked for.
+const PIECE: u64 = 32 << 20;
+
 /// Opens a path or standard input for streaming.
 pub fn open(path: &Path) -> Result<Box<dyn Read + Send>> {
     if is_stdio(path) {
@@ -31,24 +39,45 @@ pub fn open(path: &Path) -> Result<Box<dyn Read + Send>> {
 
 /// Reads a whole input, unpacking gzip.
 pub fn read(path: &Path) -> Result<Input> {
+    let name = shown(path);
+    memory::require_for_file(path, &name, LARGEST, PER_BYTE)?;
+    let bytes = read_within(&name, open(path)?, LARGEST)?;
+    from_bytes(name, bytes)
+}
+
+/// Reads a stream of at most `most` bytes whole; room is asked for as it grows, so that what does not fit is refused in words.
+pub fn read_within(name: &str, stream: impl Read, most: u64) -> Result<Vec<u8>> {
+    let mut stream = stream;
     let mut bytes = Vec::new();
-    open(path)?.read_to_end(&mut bytes).map_err(|e| Error::io(path, "read", e))?;
-    from_bytes(shown(path), bytes)
+    loop {
+        let before = bytes.len() as u64;
+        if before >= PIECE {
+            // a vector grows by doubling
+            memory::require(name, PER_BYTE * before)?;
+        }
+        (&mut stream).take(PIECE).read_to_end(&mut bytes).map_err(|e| Error::io_of(name, "read", e))?;
+        memory::require_size(name, bytes.len() as u64, most)?;
+        if bytes.len() as u64 - before < PIECE {
+            return Ok(bytes);
+        }
+    }
 }
 
 /// Takes stored bytes for an input, unpacking gzip; `name` stands in messages.
 pub fn from_bytes(name: String, mut bytes: Vec<u8>) -> Result<Input> {
     let sha256 = hex(&Sha256::digest(&bytes));
     if bytes.starts_with(&[0x1f, 0x8b]) {
-        let mut plain = Vec::new();
-        MultiGzDecoder::new(bytes.as_slice()).read_to_end(&mut plain).map_err(|e| {
-            Error::bad(
+        bytes = read_within(&name, MultiGzDecoder::new(bytes.as_slice()), LARGEST).map_err(|e| match e {
+            Error::Io { source, .. } => Error::bad(
                 Place::file(&name),
-                format!("a gzip file that is damaged or cut short ({e})"),
+                format!("a gzip file that is damaged or cut short ({source})"),
                 "a whole gzip file",
-            )
+            ),
+            Error::BadInput(bad) => {
+                Error::bad(bad.place, format!("a gzip file that unpacks to {}", bad.found), bad.expected)
+            }
+            other => other,
         })?;
-        bytes = plain;
     }
     Ok(Input { name, bytes, sha256 })
 }
@@ -92,4 +121,28 @@ pub fn hex(bytes: &[u8]) -> String {
 /// SHA-256 of bytes, lower-case hex.
 pub fn sha256(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    #[test]
+    fn a_stream_beyond_the_limit_is_refused_before_it_is_read_to_its_end() {
+        let endless = std::io::repeat(b'0');
+        let refused = read_within("bomb.csv.gz", endless, 100 << 20).unwrap_err().to_string();
+        assert!(refused.contains("at most 100 MB"), "{refused}");
+        assert_eq!(read_within("p.csv", &b"a\n1\n"[..], 10).unwrap(), b"a\n1\n");
+    }
+
+    #[test]
+    fn a_packed_input_comes_back_and_a_damaged_one_is_named() {
+        let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        packed.write_all(b"t_s\n0\n").unwrap();
+        let packed = packed.finish().unwrap();
+        assert_eq!(from_bytes("a.csv.gz".into(), packed.clone()).unwrap().bytes, b"t_s\n0\n");
+        let damaged = packed[..packed.len() - 3].to_vec();
+        assert!(from_bytes("a.csv.gz".into(), damaged).unwrap_err().to_string().contains("damaged or cut short"));
+    }
 }

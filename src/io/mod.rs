@@ -1,10 +1,28 @@
 //! Files at the edges: whole or not at all, `-` for standard streams, `.gz` read as it is.
 //!
-//! Rooms:
-//! - [`input`]: bytes of a path, of standard input, of a gzip file; their SHA-256.
-//! - [`output`]: temporary file, then rename; standard output only once everything is right.
+//! Modules, in reading order:
+//! - [`name`]: file names as text and back; [`console`]: words for standard error.
+//! - [`input`]: bytes of a path, of standard input, of a gzip file; their SHA-256; [`memory`]: what there is room for.
+//! - [`temporary`]: files that are not in place yet, and those that a killed run left.
+//! - [`folder`]: what lies in a folder.
+//! - [`output`]: one output, in a temporary file until it is committed.
+//! - [`lock`]: one run at a time writes into a folder.
+//! - [`transaction`]: outputs that belong together come into place together; [`journal`] finishes what was interrupted.
+//! - [`interrupt`]: a signal waits until nothing is half in place, then takes away what is not.
+//! - [`threads`]: as many as there are.
 //! - [`yaml`]: YAML documents with the line of every refusal.
 
+#[macro_use]
+pub mod console;
+pub mod folder;
 pub mod input;
+pub mod interrupt;
+pub mod journal;
+pub mod lock;
+pub mod memory;
+pub mod name;
 pub mod output;
+pub mod temporary;
+pub mod threads;
+pub mod transaction;
 pub mod yaml;

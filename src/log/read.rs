@@ -21,6 +21,8 @@ use std::path::Path;
 const PIECE: usize = 1 << 20;
 /// Largest command (deg or mm) and coordinate (mm): beyond it a cell is damaged, and squares would lose their digits.
 const LARGEST: f64 = 1e7;
+/// Samples closer than this are not two, s: speeds between them would be rounding, or not even numbers.
+const CLOSEST_S: f64 = 1e-9;
 
 impl Log {
     /// Reads a log with the contract's column names.
@@ -72,9 +74,14 @@ impl Log {
         if self.poses {
             return Ok(());
         }
-        let Some(i) = self.t_s.windows(2).position(|w| w[1] <= w[0]) else { return Ok(()) };
+        let close = |w: &[f64]| w[1] - w[0] < CLOSEST_S;
+        let Some(i) = self.t_s.windows(2).position(close) else { return Ok(()) };
         let (before, t) = (self.t_s[i], self.t_s[i + 1]);
-        let found = if t == before { format!("time {t} s twice") } else { format!("time {t} s after {before} s") };
+        let found = match t.total_cmp(&before) {
+            std::cmp::Ordering::Equal => format!("time {t} s twice"),
+            std::cmp::Ordering::Less => format!("time {t} s after {before} s"),
+            std::cmp::Ordering::Greater => format!("times {before} s and {t} s, which no clock tells apart"),
+        };
         let place = Place {
             file: self.name.clone(),
             line: Some(u64::from(self.line[i + 1])),

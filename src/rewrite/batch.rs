@@ -9,51 +9,136 @@
 use super::job::{Job, Target};
 use super::stream::guard::{self, is_note};
 use super::summary::{Line, Status};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place, Result, shown};
+use crate::io::folder::{self, Kind};
 use crate::io::input;
+use crate::io::journal::{self, Towards};
+use crate::io::lock::{self, FolderLock, LOCK, Sharing};
+use crate::io::name::path_of;
+use crate::io::temporary;
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
-/// The programs below `folder`, relative to it, sorted, and all files that there are; `but` (the output folder) is left out,
-/// links to folders too.
-pub fn programs(folder: &Path, but: &Path, format: Option<Recognised>) -> Result<(Vec<PathBuf>, Files)> {
+/// What lies below a folder.
+#[derive(Debug, Default)]
+pub struct Tree {
+    /// The programs, relative to the folder, sorted.
+    pub programs: Vec<PathBuf>,
+    /// All files.
+    pub files: Files,
+    /// Folders that cannot be read, and why, sorted.
+    pub unreadable: Vec<(PathBuf, String)>,
+    /// Folders in which an interrupted run left a journal, sorted.
+    pub interrupted: Vec<PathBuf>,
+}
+
+/// What lies below `root`; `but` (the output folder) is left out, links to folders too. A folder below it that cannot be read
+/// stops nothing.
+pub fn tree(root: &Path, but: &Path, format: Option<Recognised>) -> Result<Tree> {
     let but = std::fs::canonicalize(but).ok();
-    let mut found = Vec::new();
+    let mut tree = Tree::default();
     let mut files = HashSet::new();
-    let mut open = vec![folder.to_path_buf()];
+    let mut open = vec![root.to_path_buf()];
     while let Some(here) = open.pop() {
-        for entry in std::fs::read_dir(&here).map_err(|e| Error::io(&here, "list", e))? {
-            let entry = entry.map_err(|e| Error::io(&here, "list", e))?;
-            let path = entry.path();
-            let kind = entry.file_type().map_err(|e| Error::io(&path, "look at", e))?;
-            if kind.is_dir() {
+        let entries = match folder::list(&here) {
+            Ok(entries) => entries,
+            Err(e) if here == root => return Err(Error::io(&here, "list", e)),
+            Err(e) => {
+                tree.unreadable.push((here.clone(), Error::io(&here, "list", e).to_string()));
+                continue;
+            }
+        };
+        for (name, kind) in entries {
+            let path = here.join(name);
+            if kind == Kind::Folder {
                 if but.is_none() || std::fs::canonicalize(&path).ok() != but {
                     open.push(path);
                 }
-            } else if kind.is_file() || path.is_file() {
-                if !is_note(&path)
+            } else if kind == Kind::File || path.is_file() {
+                if journal::is_journal(&path) {
+                    tree.interrupted.push(here.clone());
+                } else if !is_note(&path)
                     && formats::is_program(&path, format)
-                    && let Ok(relative) = path.strip_prefix(folder)
+                    && let Ok(relative) = path.strip_prefix(root)
                 {
-                    found.push(relative.to_path_buf());
+                    tree.programs.push(relative.to_path_buf());
                 }
                 files.insert(path);
             }
         }
     }
-    found.sort();
-    if found.is_empty() {
+    tree.programs.sort();
+    tree.unreadable.sort();
+    tree.interrupted.sort();
+    tree.interrupted.dedup();
+    if tree.programs.is_empty() && tree.unreadable.is_empty() {
         return Err(Error::bad(
-            Place::file(folder.display().to_string()),
+            Place::file(shown(root)),
             "no program",
             format!("files that end in {}", formats::endings().join(", ")),
         ));
     }
-    Ok((found, Files::Listed(files)))
+    tree.files = Files::Listed(files);
+    Ok(tree)
+}
+
+/// The lines of what cannot be read.
+pub fn unreadable_lines(tree: &Tree) -> impl Iterator<Item = Line> + '_ {
+    tree.unreadable.iter().map(|(path, why)| Line::unreadable(shown(path), why))
+}
+
+/// A folder of results that no other run writes into; dropped, it is free.
+#[derive(Debug)]
+pub struct Claim {
+    _folder: Option<FolderLock>,
+    _part: Option<FolderLock>,
+}
+
+/// Takes the folder of results `output` for a whole job, or for `part` (K, N) of it, beside the other parts. What an interrupted
+/// run left there is finished, or taken away.
+///
+/// # Errors
+/// Bad input where another run writes into the folder, into one above it or into one below it.
+pub fn claim(output: &Path, part: Option<(usize, usize)>) -> Result<Claim> {
+    let whole = FolderLock::take(output, Sharing::Alone, Duration::ZERO);
+    let alone = match (whole, part) {
+        (Err(_), Some(_)) => None, // another part may hold it
+        (lock, _) => lock?,
+    };
+    if let Some(by) = alone.as_ref().and_then(|l| l.stale.as_ref()) {
+        eprintln!("note: {}: the lock of a run that has ended ({by}) is taken over", shown(output));
+    }
+    let mut open = vec![output.to_path_buf()];
+    while let Some(here) = open.pop() {
+        if here != output
+            && let Some(by) = lock::holder(&here.join(LOCK))
+        {
+            return Err(lock::busy(&here, &by));
+        }
+        let mut left = false;
+        for (name, kind) in folder::list(&here).unwrap_or_default() {
+            if kind == Kind::Folder {
+                open.push(here.join(name));
+            } else {
+                left |= temporary::is_ours(&name);
+            }
+        }
+        match alone {
+            _ if !left => {}
+            Some(_) => journal::finish_locked(&here, Towards::Before)?,
+            None => temporary::clean(&here),
+        }
+    }
+    let Some((k, n)) = part else { return Ok(Claim { _folder: alone, _part: None }) };
+    drop(alone);
+    let folder = FolderLock::take(output, Sharing::Shared, Duration::from_secs(1))?;
+    let name = format!("{LOCK}-{k}-of-{n}");
+    Ok(Claim { _folder: folder, _part: FolderLock::take_named(output, &name, Sharing::Alone, Duration::ZERO)? })
 }
 
 /// Rewrites every program of a folder; `done` hears of each as it finishes. The lines are in the order of `programs`.
@@ -77,13 +162,13 @@ pub fn run(
         let result = match shared.get(relative) {
             Some(with) => Err(Error::Refused(format!(
                 "{}: {with} belongs to another program of the folder, too; nothing was written",
-                from.display()
+                shown(&from)
             ))),
             None => one(job, &from, output.map(|o| o.join(relative))),
         };
         let line = match result {
             Ok(line) => line,
-            Err(e) => Line::failed(from.display().to_string(), &e, hash(&from)),
+            Err(e) => Line::failed(shown(&from), &e, hash(&from)),
         };
         done();
         line
@@ -100,7 +185,7 @@ fn shared(folder: &Path, programs: &[PathBuf], there: &Files) -> BTreeMap<PathBu
         }
     }
     let several = owners.into_iter().filter(|(_, list)| list.len() > 1);
-    several.flat_map(|(file, list)| list.into_iter().map(move |p| (p.clone(), file.display().to_string()))).collect()
+    several.flat_map(|(file, list)| list.into_iter().map(move |p| (p.clone(), shown(&file)))).collect()
 }
 
 fn one(job: &Job, from: &Path, to: Option<PathBuf>) -> Result<Line> {
@@ -118,22 +203,22 @@ fn finished(job: &Job, from: &Path, to: &Path) -> Option<Line> {
     if job.force {
         return None;
     }
-    let note = guard::read_note(to)?;
+    let note = guard::read_note(to).ok().flatten()?; // a damaged one is none to rely on: it is done again
     let ours = note.version == env!("CARGO_PKG_VERSION")
         && note.compensator == job.source
         && note.options == job.said
         && note.robot.sha256 == job.robot.fingerprint();
-    let folder = |p: &Path| p.parent().map(Path::to_path_buf).unwrap_or_default();
     let stands = |name: &str, beside: &Path, sha256: &str| {
-        !sha256.is_empty() && hash(&folder(beside).join(name)).as_deref() == Some(sha256)
+        let path = path_of(name).map(|n| beside.with_file_name(n));
+        !sha256.is_empty() && path.is_some_and(|p| hash(&p).as_deref() == Some(sha256))
     };
     let same = ours
         && stands(&note.input, from, note.sha256_in.as_deref()?)
         && stands(&note.output, to, &note.sha256_out)
         && note.companions.iter().all(|c| stands(&c.input, from, &c.sha256_in) && stands(&c.output, to, &c.sha256_out));
     same.then(|| Line {
-        input: from.display().to_string(),
-        output: Some(to.display().to_string()),
+        input: shown(from),
+        output: Some(shown(to)),
         status: Status::Written,
         reason: None,
         moves: note.moves,

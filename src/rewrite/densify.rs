@@ -6,14 +6,14 @@
 //! where the path turns by more than 25 degrees, neighbouring legs differ by more than 3 to 1, or points coincide, the leg
 //! uses its other end alone, and stays straight with two corners. A leg gets as many points as its chords need.
 
+use super::Origin;
 use super::path::between;
+use super::turning::{OVERSHOOT, Turning, UNEVEN};
 use super::vertices::Vertices;
-use super::{Origin, turning::Turning};
 use crate::robot::Robot;
 use nalgebra::{Matrix3, Vector3};
 
 const CORNER_RAD: f64 = 25.0 * std::f64::consts::PI / 180.0;
-const UNEVEN: f64 = 3.0;
 const MOST_PER_LEG: f64 = 256.0;
 
 /// Takes program points and hands a dense path on to [`Turning`].
@@ -101,6 +101,8 @@ impl<'a> Densify<'a> {
             let q = self.joints(i, before, behind, share);
             let origin = between(self.points.origin(i), self.points.origin(i + 1), share);
             turning.push(&q, t0 + share * (t1 - t0), self.timed, origin);
+            let ends = self.points.q(i).iter().zip(self.points.q(i + 1));
+            turning.set_given(ends.map(|(a, b)| a + share * (b - a)).collect());
         }
     }
 
@@ -136,6 +138,11 @@ impl<'a> Densify<'a> {
             .collect();
         let moving: Vec<usize> =
             (0..n).filter(|&k| range.clone().any(|m| self.points.q(m)[k] != self.points.q(i)[k])).collect();
+        let straight = |k: usize| self.points.q(i)[k] + share * (self.points.q(i + 1)[k] - self.points.q(i)[k]);
+        let most = |k: usize| {
+            let p = |m: usize| self.points.q(m)[k];
+            2.0 * OVERSHOOT * range.clone().skip(1).map(|m| (p(m) - p(m - 1)).abs()).fold(0.0, f64::max)
+        };
         let want = self.arc(i, before, behind, share);
         let start = q.clone();
         let mut columns = vec![Vector3::zeros(); n];
@@ -160,7 +167,13 @@ impl<'a> Densify<'a> {
             .iter()
             .zip(self.robot.axis_joints())
             .all(|(v, j)| v.is_finite() && j.limits.is_none_or(|[lo, hi]| *v >= lo && *v <= hi));
-        if sound { q } else { start }
+        // joints that the TCP does not settle stay near the straight way, too
+        let near = |q: &[f64]| (0..n).all(|k| (q[k] - straight(k)).abs() <= most(k));
+        match (sound && near(&q), near(&start)) {
+            (true, _) => q,
+            (false, true) => start,
+            _ => (0..n).map(straight).collect(),
+        }
     }
 }
 

@@ -33,9 +33,11 @@ pub struct Account {
     pub violations_total: u64,
     /// Of them those of a joint's range.
     pub out_of_range: u64,
+    /// Why speeds and accelerations were not checked everywhere, where they were not.
+    pub unchecked_rates: Option<&'static str>,
     /// Duration of the program before and after, s, where it can be told.
     pub duration_s: Option<[f64; 2]>,
-    /// Largest TCP displacement that an offset makes at a reversal, m.
+    /// Largest distance of the TCP from the path that was given, m: by the offset at a reversal, and at points of a refined path.
     pub largest_change_m: f64,
 }
 
@@ -229,6 +231,9 @@ impl<'a> Engine<'a> {
             *offset += by;
         }
         self.account.duration_s = self.limits.durations();
+        if !self.idle {
+            self.account.unchecked_rates = self.unchecked_rates();
+        }
         Ok(self.account)
     }
 
@@ -247,6 +252,20 @@ impl<'a> Engine<'a> {
             out.t_s.extend(t_s);
             out.origin.push(origin);
             self.points += 1;
+        }
+    }
+
+    fn unchecked_rates(&self) -> Option<&'static str> {
+        let legs = self.options.legs_s.as_deref();
+        let known = |legs: &[f64]| legs.iter().all(|s| s.is_finite());
+        let clocked = self.timed == Some(true) || self.options.tcp_speed_m_s.is_some() || legs.is_some_and(known);
+        match (self.limits.any_rate(), clocked) {
+            (false, _) => Some("the robot file gives no largest speeds (max_speed, max_accel)"),
+            (true, false) if legs.is_some_and(|l| l.iter().any(|s| *s > 0.0)) => {
+                Some("the speeds of some moves are not known (--speed-mm-s gives one)")
+            }
+            (true, false) => Some("the program gives no times and no speeds (--speed-mm-s gives one)"),
+            (true, true) => None,
         }
     }
 
@@ -301,6 +320,21 @@ impl<'a> Engine<'a> {
             out.t_s.extend_from_slice(t_s);
         }
         out.origin.extend_from_slice(origin);
+        if self.options.refine != Refine::None {
+            for k in from..to {
+                if let Some(given) = self.path.given(k) {
+                    let tcp = |q: &[f64]| {
+                        let mut q = q.to_vec();
+                        if self.robot.has_sums() {
+                            self.robot.from_gears(&mut q);
+                        }
+                        self.robot.tcp_m(&q)
+                    };
+                    let change = (tcp(self.path.c(k)) - tcp(given)).norm();
+                    self.account.largest_change_m = self.account.largest_change_m.max(change);
+                }
+            }
+        }
         if self.densify.is_some() {
             self.account.inserted += origin.iter().filter(|o| !matches!(o, Origin::Point(_))).count() as u64;
         }
@@ -311,7 +345,10 @@ impl<'a> Engine<'a> {
         let duration_s = self.arrives.take().filter(|a| a.0 == k).map(|a| a.1);
         self.emit_point(self.path.origin(k), self.path.t_s(k), None, duration_s, k, out);
         let last = k + 1 >= self.path.end();
+        let known_s = self.options.legs_s.as_ref().and_then(|l| l.get(k + 1)).filter(|s| **s > 0.0).copied();
+        let known_s = known_s.filter(|_| !last && self.limits.any_rate() && self.path.is_busy(k + 1));
         let leg_s = match self.limits.rate_speed_m_s() {
+            _ if known_s.is_some() => known_s,
             Some(v) if !last && self.timed != Some(true) && self.path.is_busy(k + 1) => {
                 let leg = self.path.tcp_m(self.robot, k + 1) - self.path.tcp_m(self.robot, k);
                 Some((leg.norm() / v).max(CYCLE_S))
@@ -379,6 +416,19 @@ impl<'a> Engine<'a> {
         if self.robot.has_sums() {
             self.robot.from_gears(&mut self.own);
             from_gears(self.robot, &mut self.nominal, &mut out.q[at..], origin);
+        }
+        if self.options.refine != Refine::None {
+            let given = |k: usize| self.path.given(k).unwrap_or_else(|| self.path.q(k));
+            let given = match share {
+                None => given(k).to_vec(),
+                Some(s) => given(k).iter().zip(given(k + 1)).map(|(a, b)| a + s * (b - a)).collect(),
+            };
+            let mut given: Vec<f64> = given;
+            if self.robot.has_sums() {
+                self.robot.from_gears(&mut given);
+            }
+            let change = (self.robot.tcp_m(&out.q[at..]) - self.robot.tcp_m(&given)).norm();
+            self.account.largest_change_m = self.account.largest_change_m.max(change);
         }
         let timed = self.timed == Some(true);
         self.limits.check(&out.q[at..], &self.own, timed.then_some(t_s), duration_s, origin, &mut self.account);

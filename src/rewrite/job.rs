@@ -5,22 +5,28 @@ use super::script::job::Vendor;
 use super::stream::guard::{self, Named, Note, Notes};
 use super::stream::sink::File;
 use super::summary::Line;
-use super::{Account, LimitKind, Options, Origin};
+use super::{Account, LimitKind, Options, Origin, sizes};
 use crate::compensator::{Compensator, JointCompensator};
 use crate::error::{Error, Place, Result, is_stdio, shown};
-use crate::io::input;
-use crate::io::output::{Manner, Output};
+use crate::io::name::text_of_name;
+use crate::io::output::{Durability, Output};
+use crate::io::transaction::Transaction;
+use crate::io::{input, memory};
 use crate::program::csv::Reader;
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
 use crate::program::open_rows;
 use crate::robot::Robot;
 use std::io::{Cursor, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Bytes at the start of a program by which its format is recognised.
 const HEAD: u64 = 1 << 16;
+/// A vendor program is read whole; a larger one is none that a controller could load.
+pub(super) const LARGEST_SCRIPT: u64 = 256 << 20;
+/// Bytes of memory that a byte of a vendor program takes.
+const SCRIPT_PER_BYTE: u64 = 40;
 /// Violations that are listed.
 const LISTED: usize = 20;
 
@@ -40,11 +46,13 @@ pub struct Job<'a> {
     /// The SHA-256 of the input is wanted in any case.
     pub hash: bool,
     pub threads: bool,
+    /// Of a vendor program every change is wanted, not the first ones alone.
+    pub all_changes: bool,
     /// The format that was asked for; else it is recognised.
     pub format: Option<Recognised>,
     /// What concerns vendor programs alone.
     pub choices: Choices,
-    pub manner: Manner,
+    pub durability: Durability,
     /// Where the files are looked for that belong to a program.
     pub files: Files,
     /// What notes say, folder by folder.
@@ -83,25 +91,35 @@ pub struct Ready {
     pub outcome: Outcome,
     pub(super) files: Vec<File>,
     pub(super) note: Option<Output>,
+    /// The note of an earlier result in the place of a program that stays as it was.
+    pub(super) stale_note: Option<PathBuf>,
 }
 
 impl Ready {
     pub(super) fn without_output(outcome: Outcome) -> Self {
-        Self { outcome, files: Vec::new(), note: None }
+        Self { outcome, files: Vec::new(), note: None, stale_note: None }
     }
 
-    /// Puts the program in place, with the files that belong to it, then its note.
+    /// Puts the note in place, then the program with the files that belong to it: all of them or none.
     pub fn commit(self) -> Result<Outcome> {
-        self.files.into_iter().try_for_each(File::commit)?;
-        match (self.note, &self.outcome.output) {
-            (Some(note), _) => note.commit()?,
-            // a program as it was has no note: that of an earlier result is none of its own
-            (None, Some(path)) if guard::read_note(Path::new(path)).is_some() => {
-                let note = guard::note_path(Path::new(path));
-                std::fs::remove_file(&note).map_err(|e| Error::io(&note, "remove", e))?;
-            }
-            _ => {}
+        self.commit_with(Vec::new())
+    }
+
+    /// The same, with further outputs behind them.
+    pub fn commit_with(self, further: Vec<Output>) -> Result<Outcome> {
+        let mut all = Transaction::default();
+        if let Some(note) = self.note {
+            all.put(note);
         }
+        // the file that was named comes last: once it is there, the others are
+        for file in self.files.into_iter().rev() {
+            all.put(file.into_output());
+        }
+        further.into_iter().for_each(|o| all.put(o));
+        if let Some(note) = self.stale_note {
+            all.remove(note);
+        }
+        all.commit()?;
         Ok(self.outcome)
     }
 }
@@ -125,6 +143,16 @@ impl Job<'_> {
         ))
     }
 
+    /// Refuses offsets that no lost motion explains, unless they are forced.
+    pub fn check_sizes(&self, compensator_file: &str) -> Result<()> {
+        let found = sizes::implausible(self.robot, self.compensator);
+        if self.force || found.is_empty() {
+            return Ok(());
+        }
+        let expected = "offsets as lost motion has them: are the units right? (--force writes them all the same)";
+        Err(Error::bad(Place::file(compensator_file), found.join("; "), expected))
+    }
+
     /// Takes one program through; nothing is written where the answer is no.
     pub fn run(&self, input: &Path, target: Target, progress: &(dyn Fn(u64) + Sync)) -> Result<Outcome> {
         self.prepare(input, target, progress)?.commit()
@@ -144,15 +172,30 @@ impl Job<'_> {
                 self.prepare_rows(input, reader, target, progress)
             }
             Recognised::Script(format) => {
-                stream.read_to_end(&mut head).map_err(|e| Error::io(input, "read", e))?;
+                memory::require_for_file(input, &shown(input), LARGEST_SCRIPT, SCRIPT_PER_BYTE)?;
+                head.extend(input::read_within(&shown(input), stream, LARGEST_SCRIPT)?);
                 self.prepare_script(format, input, head, target)
             }
         }
     }
 
+    /// The note that stands beside `output` although the program stays as it was: that of an earlier result.
+    pub(super) fn stale_note(&self, output: &Path, unchanged: bool) -> Result<Option<PathBuf>> {
+        if !unchanged || is_stdio(output) {
+            return Ok(None);
+        }
+        Ok(guard::read_note(output)?.map(|_| guard::note_path(output)))
+    }
+
     /// SHA-256 of programs that are known to be rewritten, beside `input`.
-    pub(super) fn known(&self, input: &Path) -> Arc<Vec<String>> {
-        if self.force { Arc::default() } else { self.notes.beside(input) }
+    pub(super) fn known(&self, input: &Path) -> Result<Arc<Vec<String>>> {
+        if self.force {
+            return Ok(Arc::default());
+        }
+        if !is_stdio(input) {
+            guard::read_note(input)?; // a damaged one might have told that it is a result
+        }
+        self.notes.beside(input)
     }
 
     pub(super) fn refuse_known(&self, name: &str, notes: &[String], sha256: &Option<String>) -> Result<()> {
@@ -165,7 +208,7 @@ impl Job<'_> {
     /// The note of a result, but for the original's bytes.
     pub(super) fn note(&self, input: &Path, output: &Path, result: &Outcome) -> Note {
         let line = Line::of(result);
-        let name = |p: &Path| p.file_name().map_or_else(|| shown(p), |n| n.to_string_lossy().into_owned());
+        let name = |p: &Path| p.file_name().map_or_else(|| shown(p), |n| text_of_name(n));
         Note {
             schema: guard::SCHEMA.into(),
             version: env!("CARGO_PKG_VERSION").into(),
@@ -191,10 +234,9 @@ impl Job<'_> {
         if is_stdio(file) || std::fs::metadata(file).is_ok_and(|m| !m.is_file()) {
             return Ok(None);
         }
-        let text = serde_json::to_string_pretty(note)
-            .map_err(|e| Error::bad(Place::default(), e.to_string(), "values that JSON can hold"))?;
-        let mut output = Output::create_as(&guard::note_path(file), self.manner)?;
-        output.put((text + "\n").as_bytes())?;
+        let text = guard::note_text(note)?;
+        let mut output = Output::create_as(&guard::note_path(file), self.durability)?;
+        output.put(text.as_bytes())?;
         Ok(Some(output))
     }
 

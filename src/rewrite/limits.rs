@@ -105,6 +105,11 @@ impl<'a> Limits<'a> {
         self.rates(q, Some(own), t_s, duration_s, origin, account);
     }
 
+    /// The robot has limits of speed or acceleration.
+    pub fn any_rate(&self) -> bool {
+        self.any_rate
+    }
+
     /// TCP speed at which rates are to be checked.
     pub fn rate_speed_m_s(&self) -> Option<f64> {
         self.tcp_speed_m_s.filter(|_| self.any_rate)

@@ -13,6 +13,7 @@
 //! - [`plan`]: each axis' command along the path; [`offset`] says what an axis needs, [`stroke`] solves one reversal.
 //! - [`limits`]: range, speed and acceleration of what comes out.
 //! - [`equation2`]: another paper's law in place of all that: a whole deadzone at each change of direction.
+//! - [`sizes`]: offsets that no lost motion explains.
 //! - [`printed`]: the equations exactly as the paper prints them, to compare with.
 //!
 //! Around the engine, from file to file: [`job`] is one program, [`batch`] a folder of them, [`stream`] the way of the text
@@ -32,6 +33,7 @@ pub mod plan;
 pub mod points;
 pub mod printed;
 pub mod script;
+pub mod sizes;
 pub mod statics;
 pub mod stream;
 pub mod stroke;

@@ -37,6 +37,9 @@ pub struct Options {
     pub gain: f64,
     /// TCP speed of a program without times, m/s.
     pub tcp_speed_m_s: Option<f64>,
+    /// Of a program without times for every move: the duration of the leg to each point, s, where it is known (else not a number),
+    /// for the limits of speed.
+    pub legs_s: Option<Arc<[f64]>>,
     /// Largest distance between the path and its chords, m (`Refine::Cartesian`).
     pub chord_m: f64,
     /// Static joint errors that are undone at every point.
@@ -58,6 +61,7 @@ impl Options {
             initial_direction: vec![0; axes],
             gain: 1.0,
             tcp_speed_m_s: None,
+            legs_s: None,
             chord_m: 2e-6,
             statics: None,
             shape_m: 1e-6,

@@ -54,6 +54,8 @@ pub struct Path {
     busy: Vec<bool>,
     turns: VecDeque<(usize, Turns)>,
     knots: VecDeque<(usize, usize, Knots)>,
+    /// Joints of the given path at vertices that a refinement put in.
+    given: VecDeque<(usize, Vec<f64>)>,
 }
 
 impl Path {
@@ -80,6 +82,17 @@ impl Path {
             self.turns.push_back((self.end(), turns));
         }
         self.extend(q, &[t_s], &[origin]);
+    }
+
+    /// Says where the given path stands at vertex `k`, which a refinement put in; `k` rises.
+    pub fn set_given(&mut self, k: usize, q: Vec<f64>) {
+        self.given.push_back((k, q));
+    }
+
+    /// The same, for vertices that have one.
+    pub fn given(&self, k: usize) -> Option<&[f64]> {
+        let i = self.given.partition_point(|g| g.0 < k);
+        self.given.get(i).filter(|g| g.0 == k).map(|g| g.1.as_slice())
     }
 
     /// Appends vertices at which nothing turns.
@@ -198,6 +211,9 @@ impl Path {
         }
         while self.knots.front().is_some_and(|x| x.0 < k) {
             self.knots.pop_front();
+        }
+        while self.given.front().is_some_and(|g| g.0 < k) {
+            self.given.pop_front();
         }
         const KEEP: usize = 4096;
         if self.head >= KEEP && self.head * 2 >= self.origin.len() {

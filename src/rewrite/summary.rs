@@ -93,6 +93,13 @@ impl Line {
         }
     }
 
+    /// The line of a folder, or of an entry of one, that cannot be read.
+    pub fn unreadable(input: String, why: &str) -> Self {
+        let reason = Some(one_line(why));
+        let status = Status::Failed;
+        Self { status, reason, input, ..Self::failed(String::new(), &Error::Unchanged, None) }
+    }
+
     /// As a line of JSON.
     pub fn json(&self) -> String {
         serde_json::to_string(self).unwrap_or_default()
@@ -130,6 +137,7 @@ pub fn document(outcome: &Outcome, robot: &Robot) -> Value {
     let cycle = a.duration_s.map(|[before, after]| json!({"before": round(before, 6), "after": round(after, 6)}));
     map.insert("cycle_time_s".into(), json!(cycle));
     map.insert("limits_exceeded".into(), json!(a.violations_total));
+    map.insert("rates_not_checked".into(), json!(a.unchecked_rates));
     if let Some(v) = &outcome.vendor {
         map.insert("format".into(), json!(v.format));
         map.insert("coverage_percent".into(), json!(round(v.coverage.percent(), 3)));
@@ -254,6 +262,9 @@ pub fn words(outcome: &Outcome, robot: &Robot, told: Told) -> String {
         };
         let _ = writeln!(text, "  largest change at the TCP {:.1} um{odd}", a.largest_change_m * 1e6);
     }
+    if let Some(why) = a.unchecked_rates.filter(|_| !outcome.unchanged) {
+        let _ = writeln!(text, "  not everywhere checked against limits of speed and acceleration: {why}");
+    }
     if let Some([before, after]) = a.duration_s {
         // of a vendor's moves the speeds are known, not how the controller rounds corners and slows down at new points
         let halts: u64 = outcome.vendor.iter().flat_map(|v| &v.written.halts).map(|h| h.stops).sum();
@@ -277,8 +288,8 @@ pub fn words(outcome: &Outcome, robot: &Robot, told: Told) -> String {
         for c in v.changes.iter().take(LISTED) {
             let _ = writeln!(text, "  {}", c.words(robot));
         }
-        if v.changes.len() > LISTED {
-            let _ = writeln!(text, "  and {} more (--json lists them all)", v.changes.len() - LISTED);
+        if v.changes_total > LISTED {
+            let _ = writeln!(text, "  and {} more (--json lists them all)", v.changes_total - LISTED);
         }
     }
     if outcome.unchanged {

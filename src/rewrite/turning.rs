@@ -18,6 +18,11 @@ const PATIENCE: usize = 4096;
 const SMOOTH: f64 = 4.0;
 /// An extreme closer to a point than this share of a leg is that point.
 const AT_POINT: f64 = 0.02;
+/// Steps of the path parameter around a turn differ at most by this factor: beyond it a cubic swings far out of its points.
+pub(super) const UNEVEN: f64 = 3.0;
+/// A refined path leaves the straight one by at most this share of the largest movement of the joint over the legs around: the
+/// parabola through the points of an even path by an eighth.
+pub(super) const OVERSHOOT: f64 = 0.25;
 
 /// Direction of one axis as the points come in.
 #[derive(Debug, Clone)]
@@ -71,6 +76,11 @@ impl<'a> Turning<'a> {
         }
     }
 
+    /// Says where the given path stands at the point that was taken last.
+    pub fn set_given(&mut self, q: Vec<f64>) {
+        self.points.set_given(q);
+    }
+
     /// Takes a block of the program's own points, the first of them with the number `first`.
     pub fn extend(&mut self, q: &[f64], t_s: &[f64], first: u64) {
         self.timed = !t_s.is_empty();
@@ -102,7 +112,11 @@ impl<'a> Turning<'a> {
             let quiet = turn.map_or(known, |r| r.min(known));
             if quiet > self.next {
                 let (q, t_s, origin) = self.points.run(self.next, quiet);
+                let start = path.end();
                 path.extend(q, t_s, origin);
+                for (i, given) in self.points.given_in(self.next, quiet) {
+                    path.set_given(start + i - self.next, given.clone());
+                }
                 self.next = quiet;
             } else {
                 self.hand_on_one(self.next, path);
@@ -150,9 +164,14 @@ impl<'a> Turning<'a> {
                 let mut turn = Turns::default();
                 turn.add(axis, dir);
                 path.push(&q, a + share * (b - a), origin, turn);
+                let ends = self.points.given(i - 1).iter().zip(self.points.given(i));
+                path.set_given(path.end() - 1, ends.map(|(a, b)| a + share * (b - a)).collect());
             }
         }
         path.push(self.points.q(i), self.points.t_s(i), self.points.origin(i), turns);
+        for (_, given) in self.points.given_in(i, i + 1) {
+            path.set_given(path.end() - 1, given.clone());
+        }
     }
 
     /// True extreme of `axis` near its turn at point `r`: leg, share of it, value. `None`: the point itself.
@@ -180,11 +199,15 @@ impl<'a> Turning<'a> {
             return None;
         }
         let value = p[2] + 0.5 * slope * x;
+        if (value - p[2]).abs() > OVERSHOOT * (p[2] - p[1]).abs().max((p[3] - p[2]).abs()) {
+            return None;
+        }
         let fits = |v: f64| self.robot.axis(axis).limits.is_none_or(|[lo, hi]| v >= lo && v <= hi);
         (value.is_finite() && fits(value)).then_some((leg, share, value))
     }
 
-    /// Path parameter of `count` points from `i` on: the time, else the length of the TCP path. `None` at a pause.
+    /// Path parameter of `count` points from `i` on: the time, else the length of the TCP path. `None` at a pause, and where the
+    /// steps differ by more than [`UNEVEN`].
     fn parameters(&self, i: usize, count: usize) -> Option<Vec<f64>> {
         let mut s = Vec::with_capacity(count);
         let mut tcp = self.robot.tcp_m(self.points.q(i));
@@ -204,7 +227,9 @@ impl<'a> Turning<'a> {
             }
             s.push(s[k - 1] + step);
         }
-        Some(s)
+        let steps = || s.windows(2).map(|w| w[1] - w[0]);
+        let (least, most) = (steps().fold(f64::INFINITY, f64::min), steps().fold(0.0, f64::max));
+        (most <= UNEVEN * least).then_some(s)
     }
 
     /// All joints at `share` of the leg behind point `i`: the parabolas through its neighbours, blended; linear at an end.
@@ -223,7 +248,13 @@ impl<'a> Turning<'a> {
                 + p(j + 1) * (x - a) * (x - c) / ((b - a) * (b - c))
                 + p(j + 2) * (x - a) * (x - b) / ((c - a) * (c - b))
         };
-        (0..n).map(|k| (1.0 - share) * parabola(k, 0) + share * parabola(k, 1)).collect()
+        let bounded = |k: usize| {
+            let p = |m: usize| self.points.q(i - 1 + m)[k];
+            let most = OVERSHOOT * (0..3).map(|m| (p(m + 1) - p(m)).abs()).fold(0.0, f64::max);
+            let straight = linear(k);
+            straight + ((1.0 - share) * parabola(k, 0) + share * parabola(k, 1) - straight).clamp(-most, most)
+        };
+        (0..n).map(bounded).collect()
     }
 }
 

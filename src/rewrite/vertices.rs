@@ -1,6 +1,7 @@
 //! A short memory of path points on their way in: joints, time, origin, numbered over the whole program.
 
 use super::Origin;
+use std::collections::VecDeque;
 
 /// The last points that came in.
 #[derive(Debug, Default)]
@@ -10,6 +11,8 @@ pub struct Vertices {
     q: Vec<f64>,
     t_s: Vec<f64>,
     origin: Vec<Origin>,
+    /// Where the given path stands at points of a refined one.
+    given: VecDeque<(usize, Vec<f64>)>,
 }
 
 impl Vertices {
@@ -35,7 +38,24 @@ impl Vertices {
         self.origin.push(origin);
     }
 
-    /// Number behind the last point.
+    /// Says where the given path stands at the last point, which is one of a refined path.
+    pub fn set_given(&mut self, q: Vec<f64>) {
+        self.given.push_back((self.end().saturating_sub(1), q));
+    }
+
+    /// Joints of the given path at point `i`.
+    pub fn given(&self, i: usize) -> &[f64] {
+        let k = self.given.partition_point(|g| g.0 < i);
+        self.given.get(k).filter(|g| g.0 == i).map_or_else(|| self.q(i), |g| &g.1)
+    }
+
+    /// Points of the refined path among `from..to`, with the joints of the given one.
+    pub fn given_in(&self, from: usize, to: usize) -> impl Iterator<Item = (usize, &Vec<f64>)> {
+        let range = self.given.partition_point(|g| g.0 < from)..self.given.partition_point(|g| g.0 < to);
+        self.given.range(range).map(|g| (g.0, &g.1))
+    }
+
+    /// Number after the last point.
     #[inline]
     pub fn end(&self) -> usize {
         self.first + self.origin.len()
@@ -74,6 +94,9 @@ impl Vertices {
             self.t_s.drain(..n);
             self.origin.drain(..n);
             self.first += n;
+            while self.given.front().is_some_and(|g| g.0 < self.first) {
+                self.given.pop_front();
+            }
         }
     }
 }

@@ -264,7 +264,7 @@ impl<'a> Plan<'a> {
             Some(n) => (0..rows * per_row).map(|_| n.draw_m()).collect(),
             None => Vec::new(),
         };
-        let blocks: Vec<Vec<u8>> = (0..rows.div_ceil(BLOCK))
+        let blocks: Result<Vec<Vec<u8>>> = (0..rows.div_ceil(BLOCK))
             .into_par_iter()
             .map(|b| {
                 let range = b * BLOCK..((b + 1) * BLOCK).min(rows);
@@ -277,18 +277,42 @@ impl<'a> Plan<'a> {
                             p[c] += drawn.get(i * per_row + 3 * k + c).copied().unwrap_or(0.0);
                         }
                     }
-                    self.row(first + i, records.get(i), &points, &mut text);
+                    if !self.row(first + i, records.get(i), &points, &mut text) {
+                        return Err(self.no_number(first + i));
+                    }
                 }
-                text
+                Ok(text)
             })
             .collect();
-        for block in &blocks {
+        for block in &blocks? {
             out.write_all(block).map_err(|e| Error::io("output", "write", e))?;
         }
         Ok(())
     }
 
-    fn row(&self, row: usize, record: Option<&csv::ByteRecord>, points: &[nalgebra::Vector3<f64>], text: &mut Vec<u8>) {
+    /// The refusal of a row with a value that is no number.
+    fn no_number(&self, row: usize) -> Error {
+        let t_s = self.motion.drive.t_s()[row];
+        Error::bad(
+            Place::file("--model"),
+            format!("effects that predict no number for row {} (time {t_s} s)", row + 1),
+            "parameters, times and commands of sizes that a machine has; nothing was written",
+        )
+    }
+
+    /// Writes one row; `false`: a predicted value is no number.
+    fn row(
+        &self,
+        row: usize,
+        record: Option<&csv::ByteRecord>,
+        points: &[nalgebra::Vector3<f64>],
+        text: &mut Vec<u8>,
+    ) -> bool {
+        let finite = std::cell::Cell::new(true);
+        let number = |text: &mut Vec<u8>, value: f64, decimals| {
+            finite.set(finite.get() && value.is_finite());
+            number(text, value, decimals);
+        };
         let joint = |text: &mut Vec<u8>, axis: usize, value: f64| {
             number(text, self.model.robot.axis(axis).kind.to_edge(value), JOINT_DECIMALS);
         };
@@ -313,5 +337,6 @@ impl<'a> Plan<'a> {
             }
         }
         text.push(b'\n');
+        finite.get()
     }
 }

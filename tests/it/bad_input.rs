@@ -352,7 +352,7 @@ fn a_name_that_is_not_utf8_is_read_and_shown() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(std::ffi::OsStr::from_bytes(b"robot \xff.yaml"));
     let missing = Robot::load(&path).unwrap_err().to_string();
-    assert!(missing.contains("robot \u{fffd}.yaml"), "{missing}");
+    assert!(missing.contains("robot \\xFF.yaml"), "{missing}");
     std::fs::write(&path, ROBOT).unwrap();
     assert_eq!(Robot::load(&path).unwrap().dof(), 3);
 }

@@ -15,6 +15,7 @@ mod diagnose_machine;
 mod diagnose_page;
 mod diagnose_sensors;
 mod docs_commands;
+mod faults;
 mod fit;
 mod formats;
 mod gaps_file;

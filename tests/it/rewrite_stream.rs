@@ -99,7 +99,7 @@ fn refuses_a_program_whose_reversals_carry_the_steps_of_the_compensator() {
 
 #[test]
 fn refuses_a_file_whose_hash_stands_in_a_note_of_its_folder_under_whatever_name() {
-    use lostmotion::rewrite::stream::guard::{Named, Note, SCHEMA, leave_note};
+    use lostmotion::rewrite::stream::guard::{Named, Note, SCHEMA, note_text};
     let b = Bench::new();
     let named = || Named { name: "c".into(), sha256: "0".into() };
     let note = Note {
@@ -113,7 +113,7 @@ fn refuses_a_file_whose_hash_stands_in_a_note_of_its_folder_under_whatever_name(
         compensator: named(),
         ..Note::default()
     };
-    leave_note(&b.path("b.csv"), &note).unwrap();
+    b.write("b.csv.lostmotion.json", &note_text(&note).unwrap());
     let run = |extra: &[&str]| {
         let args = [&["--model", "model.yaml", "program.csv", "--output", "out.csv"], extra].concat();
         b.rewrite(&args).assert()

@@ -178,13 +178,13 @@ fn a_folder_goes_on_where_it_was_killed_and_ends_with_the_same_bytes() {
     // a kill leaves programs without notes, half-written temporary files, and no summary
     std::fs::remove_file(desk.path("done/1/p1.src.lostmotion.json")).unwrap();
     std::fs::remove_file(desk.path("done/2/p2.src")).unwrap();
-    desk.write("done/2/.p2.src.lostmotion.part", "half");
+    desk.write("done/2/.lostmotion-abcdefghij.part", "half");
     desk.write("done/2/p5.src", "torn");
     std::fs::remove_file(desk.path("done.jsonl")).unwrap();
     desk.run(line).code(1);
     assert_eq!(desk.read("done.jsonl"), summary);
     assert_eq!(std::fs::metadata(desk.path("done/0/p0.src")).unwrap().modified().unwrap(), before, "done twice");
-    assert!(!desk.path("done/2/.p2.src.lostmotion.part").exists());
+    assert!(!desk.path("done/2/.lostmotion-abcdefghij.part").exists());
     // an undisturbed run elsewhere, on one thread and in shards
     desk.run("rewrite --model model.yaml cell --output-dir whole --summary whole.jsonl").code(1);
     for k in 1..=2 {

@@ -79,10 +79,17 @@ impl Error {
     }
 }
 
-/// Text from outside on one line, without control characters, cut at a length that fits a message.
+/// Whether a terminal or a page obeys a character instead of showing it: controls, line separators, marks of direction and of no
+/// width.
+pub fn is_obeyed(c: char) -> bool {
+    c.is_control()
+        || matches!(c, '\u{61C}' | '\u{200B}'..='\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2060}'..='\u{206F}' | '\u{FEFF}')
+}
+
+/// Text from outside on one line, without characters that a terminal obeys, cut at a length that fits a message.
 pub fn one_line(text: &str) -> String {
     const LONGEST: usize = 300;
-    let mut out: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(LONGEST).collect();
+    let mut out: String = text.chars().map(|c| if is_obeyed(c) { ' ' } else { c }).take(LONGEST).collect();
     if text.chars().count() > LONGEST {
         out.push('…');
     }

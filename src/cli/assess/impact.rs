@@ -71,7 +71,7 @@ pub fn run(args: Args) -> Result<()> {
             let gaps = AxisGap::of_model(&model);
             if gaps.is_empty() {
                 return Err(Error::bad(
-                    Place::file(path.display().to_string()),
+                    Place::file(crate::error::shown(path)),
                     "no backlash effect",
                     "a gap on at least one joint",
                 ));

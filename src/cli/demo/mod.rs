@@ -119,7 +119,7 @@ pub fn run(args: Args) -> Result<()> {
         return write_whole(Path::new("-"), (text + "\n").as_bytes());
     }
     write_whole(Path::new("-"), table(&robot, &shown, circle.as_ref()).as_bytes())?;
-    eprintln!("files and report.html in {}", dir.display());
+    eprintln!("files and report.html in {}", crate::error::shown(dir));
     Ok(())
 }
 

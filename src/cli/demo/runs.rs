@@ -5,7 +5,7 @@ use crate::assess::circle::{Measured, Nominal};
 use crate::compensator::Compensator;
 use crate::error::{Error, Result};
 use crate::identify::path::PathFound;
-use crate::io::output::{Manner, Output, write_whole};
+use crate::io::output::{Durability, Output, write_whole};
 use crate::log::Log;
 use crate::model::Model;
 use crate::program::Program;
@@ -28,7 +28,7 @@ pub fn rewrite(robot: &Robot, compensator: &Compensator, options: Options, from:
         files: Files::Disk,
         format: None,
         choices: Choices::default(),
-        manner: Manner::Safe,
+        durability: Durability::Synced,
         notes: Notes::default(),
         robot,
         compensator,
@@ -41,6 +41,7 @@ pub fn rewrite(robot: &Robot, compensator: &Compensator, options: Options, from:
         force: true,
         hash: false,
         threads: true,
+        all_changes: false,
     };
     job.run(from, Target::File(to), &|_| ())?.refusal.map_or(Ok(()), |r| Err(Error::Refused(r)))
 }
@@ -77,7 +78,7 @@ pub fn run(machine: &Model, from: &Path, to: &Path) -> Result<Log> {
     let timing = Timing::at_speed(&machine.robot, &program, options.speed_m_s);
     let motion = Motion::of_program(machine, &program, &timing.t_s, options.rate_hz)?;
     let mut out = Output::create(to)?;
-    let name = from.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = from.file_name().map(|n| crate::io::name::text_of_name(n)).unwrap_or_default();
     predicted::write_program_log(machine, &motion, &options, &name, &mut out)?;
     out.commit()?;
     log(&machine.robot, to)

@@ -98,7 +98,7 @@ fn machine(robot: Option<&Path>, model: Option<&Path>) -> Result<(Robot, Option<
         && r.fingerprint() != model.robot.fingerprint()
     {
         return Err(Error::bad(
-            Place::file(path.display().to_string()),
+            Place::file(crate::error::shown(path)),
             format!("a model of another robot, `{}`", model.robot.name),
             format!("a model of `{}`, or no --robot", r.name),
         ));

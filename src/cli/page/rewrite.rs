@@ -86,7 +86,7 @@ fn vendor(page: &mut Page, v: &Vendor, robot: &Robot) {
         };
         let rows = v.changes.iter().take(LISTED).map(row).collect();
         let columns = text(&[("line", true), ("what", false), ("joints", false), ("at the TCP, µm", true)]);
-        let more = v.changes.len().saturating_sub(LISTED);
+        let more = v.changes_total.saturating_sub(LISTED);
         let note =
             if more > 0 { format!("The first {LISTED}; {more} more are in the JSON document.") } else { String::new() };
         page.section("Change by change", note, TableView { columns, rows });

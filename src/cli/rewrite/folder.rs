@@ -1,17 +1,20 @@
 //! `rewrite` on a folder: every program by itself, a line of JSON for each.
 
-use super::{Args, print, style, summarise, usage};
+use super::{Args, FailOn, printed, style, summarise, usage};
 use crate::cli::paths;
 use crate::error::{Error, Place, Result, shown};
 use crate::io::input::sha256;
+use crate::io::journal::{self, Towards};
+use crate::io::name::text_of;
 use crate::io::output;
 use crate::program::files::Files;
 use crate::program::formats;
 use crate::rewrite::batch;
 use crate::rewrite::job::Job;
 use crate::rewrite::stream::guard::{note_path, read_note};
-use crate::rewrite::summary::Status;
+use crate::rewrite::summary::{Line, Status};
 use indicatif::ProgressBar;
+use sha2::{Digest, Sha256};
 use std::collections::{BTreeSet, HashSet};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -29,23 +32,28 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<()> {
     if let Some(output) = output.filter(|_| !args.force) {
         refuse_in_place(&args.input, output)?;
     }
-    let (mut programs, files) = batch::programs(&args.input, output.unwrap_or(Path::new("")), job.format)?;
+    let part = args.shard.as_deref().map(shard).transpose()?;
+    if let Some(folder) = output {
+        std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "make", e))?;
+    }
+    let _claim = output.map(|folder| batch::claim(folder, part)).transpose()?;
+    let mut tree = batch::tree(&args.input, output.unwrap_or(Path::new("")), job.format)?;
+    if output.is_some() {
+        tree.interrupted.iter().try_for_each(|folder| journal::finish(folder, Towards::Before))?;
+    }
+    let unreadable: Vec<Line> = batch::unreadable_lines(&tree).collect();
+    let (mut programs, files) = (std::mem::take(&mut tree.programs), tree.files);
     let results = results(&args.input, &programs, &files);
     if !results.is_empty() {
         let before = programs.len();
         programs.retain(|p| !results.iter().any(|folder| p.starts_with(folder)));
-        let shown: Vec<String> = results.iter().map(|f| args.input.join(f).display().to_string()).collect();
+        let shown: Vec<String> = results.iter().map(|f| shown(&args.input.join(f))).collect();
         let left = before - programs.len();
         eprintln!("note: {left} programs in {} are results of an earlier rewrite, and left out", shown.join(", "));
     }
     job.files = files;
-    if let Some(text) = &args.shard {
-        let (k, n) = shard(text)?;
-        // by place in the sorted list: parts of much the same size, and the same ones on every machine
-        programs = programs.into_iter().skip(k - 1).step_by(n).collect();
-    }
-    if let Some(folder) = output {
-        std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "make", e))?;
+    if let Some((k, n)) = part {
+        programs.retain(|p| part_of(p, n) == k);
     }
     if let Some(file) = &args.summary {
         refuse_program(file, &args.input, output, &programs, &job.files)?;
@@ -56,20 +64,20 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<()> {
     } else {
         ProgressBar::hidden()
     };
-    let lines = batch::run(&job, &args.input, &programs, output, &|| bar.inc(1));
+    let mut lines = batch::run(&job, &args.input, &programs, output, &|| bar.inc(1));
     bar.finish_and_clear();
     if args.list_frames {
         return super::list_frames(lines.iter().filter_map(|l| l.missing.as_ref()));
     }
+    lines.extend(unreadable);
     summarise(&mut summary, &lines)?;
-    output::commit([summary])?;
+    let json = serde_json::json!({"schema": "lostmotion/rewrite-batch/1", "programs": lines});
+    let json = args.json.then(|| printed(&json)).transpose()?;
+    output::commit([summary, json])?;
     let count = |s: Status| lines.iter().filter(|l| l.status == s).count();
     let (refused, failed) = (count(Status::Refused), count(Status::Failed));
     for l in lines.iter().filter(|l| matches!(l.status, Status::Refused | Status::Failed)) {
         eprintln!("{}: {}", l.input, l.reason.as_deref().unwrap_or(""));
-    }
-    if args.json {
-        print(&serde_json::json!({"schema": "lostmotion/rewrite-batch/1", "programs": lines}))?;
     }
     let (written, would) = match args.dry_run {
         true => (count(Status::WouldBeWritten), " would be"),
@@ -80,9 +88,14 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<()> {
         lines.len(),
         count(Status::Unchanged)
     );
-    if refused + failed > 0 {
+    let counted = match args.fail_on {
+        FailOn::Refused => refused + failed,
+        FailOn::Failed => failed,
+        FailOn::None => 0,
+    };
+    if counted > 0 {
         let could = if args.dry_run { "could not be" } else { "were not" };
-        return Err(Error::Refused(format!("{} of {} programs {could} rewritten", refused + failed, lines.len())));
+        return Err(Error::Refused(format!("{counted} of {} programs {could} rewritten", lines.len())));
     }
     super::exit_unchanged(args, written > 0)
 }
@@ -94,7 +107,7 @@ fn results(input: &Path, programs: &[PathBuf], files: &Files) -> BTreeSet<PathBu
     let mut found = BTreeSet::new();
     let of = |original: &Path| std::fs::read(input.join(original)).ok().map(|bytes| sha256(&bytes));
     let noted = |p: &&PathBuf| files.has(&note_path(&input.join(p)));
-    for (program, note) in programs.iter().filter(noted).filter_map(|p| Some((p, read_note(&input.join(p))?))) {
+    for (program, note) in programs.iter().filter(noted).filter_map(|p| Some((p, read_note(&input.join(p)).ok()??))) {
         let mut rest = program.components();
         let mut folder = PathBuf::new();
         while let Some(first) = rest.next() {
@@ -136,6 +149,14 @@ fn refuse_program(
         }
     }
     Ok(())
+}
+
+/// The part, from 1 to `n`, to which a program belongs by its name: the same on every machine, and a program that is added moves
+/// no other.
+fn part_of(program: &Path, n: usize) -> usize {
+    let digest = Sha256::digest(text_of(program).replace('\\', "/").as_bytes());
+    let first = digest.iter().take(8).fold(0u64, |sum, b| sum << 8 | u64::from(*b));
+    (first % n as u64) as usize + 1
 }
 
 /// `K/N`.

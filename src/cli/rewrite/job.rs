@@ -4,7 +4,8 @@ use super::{Args, usage};
 use crate::compensator::{Compensator, JointEvidence, from_model::not_compensated};
 use crate::error::{Result, shown};
 use crate::io::input;
-use crate::io::output::Manner;
+use crate::io::name::text_of_name;
+use crate::io::output::Durability;
 use crate::model::Model;
 use crate::program::files::Files;
 use crate::program::format_named;
@@ -61,7 +62,7 @@ impl Source {
         }
         leave_out(args, &robot, &mut compensator, &mut left)?;
         let sha256 = input::read(path)?.sha256;
-        let name = path.file_name().map_or_else(|| shown(path), |n| n.to_string_lossy().into_owned());
+        let name = path.file_name().map_or_else(|| shown(path), text_of_name);
         Ok(Self {
             robot,
             compensator,
@@ -202,7 +203,7 @@ pub(super) fn of<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
         format: args.format.as_deref().map(format_named).transpose()?,
         choices,
         files: Files::Disk,
-        manner: if args.output_dir.is_some() { Manner::Swift } else { Manner::Safe },
+        durability: if args.output_dir.is_some() { Durability::RenameOnly } else { Durability::Synced },
         notes: Notes::default(),
         robot,
         compensator: &source.compensator,
@@ -213,6 +214,7 @@ pub(super) fn of<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
         said,
         force: args.force,
         hash: args.json || args.summary.is_some() || args.output_dir.is_some(),
+        all_changes: args.json,
         threads: !(args.input != Path::new("-") && args.input.is_dir()),
     })
 }

@@ -6,7 +6,8 @@ mod job;
 use crate::cli::{page, paths};
 use crate::compensator::file::is_past;
 use crate::error::{Error, Place, Result, is_stdio, shown};
-use crate::io::output::{self, Output, write_whole};
+use crate::io::journal::{self, Towards};
+use crate::io::output::{self, Output};
 use crate::program::files::Files;
 use crate::program::formats;
 use crate::rewrite::equation2::Law;
@@ -78,6 +79,11 @@ pub struct Args {
     /// Of a folder, do part K of N alone: for job arrays
     #[arg(long, value_name = "K/N", requires = "output_dir")]
     pub shard: Option<String>,
+
+    /// Of a folder, which programs make the exit code 1: those that were refused and those that failed, failed ones alone, or none (the
+    /// summary tells in any case)
+    #[arg(long, value_enum, default_value_t = FailOn::Refused)]
+    pub fail_on: FailOn,
 
     /// Exit code 3 where no program needed a change
     #[arg(long)]
@@ -244,6 +250,16 @@ impl From<RefineArg> for Refine {
     }
 }
 
+/// Which programs of a folder make the exit code 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum FailOn {
+    /// Those that were refused and those that failed.
+    Refused,
+    /// Those that failed alone.
+    Failed,
+    None,
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
     refuse_shared(&args)?;
@@ -255,6 +271,7 @@ pub fn run(args: Args) -> Result<()> {
     let source = Source::load(&args)?;
     let job = job::of(&args, &source)?;
     job.check_robot(&source.file)?;
+    job.check_sizes(&source.file)?;
     note_age(&source);
     for line in &source.left {
         eprintln!("note: not compensated: {line}");
@@ -270,6 +287,11 @@ pub fn run(args: Args) -> Result<()> {
     }
     if args.output_dir.is_some() {
         return Err(usage("--output-dir with a single program", "a folder as IN, or --output"));
+    }
+    if let Some(output) = args.output.as_deref().filter(|o| !args.dry_run && args.check.is_none() && !is_stdio(o)) {
+        // what an interrupted run left, before anything is read
+        let folders = [Some(output), Some(args.input.as_path()).filter(|i| !is_stdio(i))];
+        folders.iter().flatten().filter_map(|f| f.parent()).try_for_each(|f| journal::finish(f, Towards::Before))?;
     }
     let target = match (&args.check, args.dry_run, &args.output) {
         (Some(golden), ..) => Target::Check(golden),
@@ -299,11 +321,9 @@ pub fn run(args: Args) -> Result<()> {
     };
     summarise(&mut summary, &[Line::of(&ready.outcome)])?;
     page::write(&mut report, || page::rewrite::of_outcome(&source.robot, &source.compensator, &ready.outcome))?;
-    let outcome = ready.commit()?;
-    output::commit([summary, report])?;
-    if args.json {
-        print(&document(&outcome, &source.robot))?;
-    } else {
+    let json = args.json.then(|| printed(&document(&ready.outcome, &source.robot))).transpose()?;
+    let outcome = ready.commit_with([summary, report, json].into_iter().flatten().collect())?;
+    if !args.json {
         eprint!(
             "{}",
             words(
@@ -334,7 +354,7 @@ pub fn run(args: Args) -> Result<()> {
 fn list_frames<'a>(all: impl Iterator<Item = &'a Missing>) -> Result<()> {
     let mut missing = Missing::default();
     all.for_each(|m| missing.add(m));
-    write_whole(Path::new("-"), missing.template().as_bytes())?;
+    output::write_whole(Path::new("-"), missing.template().as_bytes())?;
     if missing.is_empty() {
         eprintln!("no move waits for a frame or a tool");
     }
@@ -430,10 +450,13 @@ fn summarise(summary: &mut Option<Output>, lines: &[Line]) -> Result<()> {
     out.put(text.as_bytes())
 }
 
-fn print(document: &serde_json::Value) -> Result<()> {
+/// A document for standard output.
+fn printed(document: &serde_json::Value) -> Result<Output> {
     let text = serde_json::to_string_pretty(document)
         .map_err(|e| Error::bad(Place::default(), e.to_string(), "values that JSON can hold"))?;
-    write_whole(Path::new("-"), (text + "\n").as_bytes())
+    let mut out = Output::create(Path::new("-"))?;
+    out.put((text + "\n").as_bytes())?;
+    Ok(out)
 }
 
 /// A bar over the bytes of a large file, on a terminal.

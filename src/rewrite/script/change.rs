@@ -27,9 +27,15 @@ impl Change {
     }
 }
 
-/// The changes that edits make, in the order of the program.
-pub fn of_edits(script: &Script, runs: &[Run], edits: &Edits, robot: &Robot) -> Vec<Change> {
+/// The first changes that edits make, at most `most`, in the order of the program; and how many moves and new points change.
+pub fn of_edits(script: &Script, runs: &[Run], edits: &Edits, robot: &Robot, most: usize) -> (Vec<Change>, usize) {
     let mut changes = Vec::new();
+    let mut total = 0;
+    let change = |list: &mut Vec<Change>, line, added, from: &[f64], to: &[f64]| {
+        if list.len() < most {
+            list.extend(change(line, added, from, to, robot));
+        }
+    };
     for run in runs {
         let mut last: Option<&[f64]> = None;
         for vertex in run.vertices.iter().filter(|v| v.role == Role::Goal) {
@@ -44,17 +50,21 @@ pub fn of_edits(script: &Script, runs: &[Run], edits: &Edits, robot: &Robot) -> 
                         (None, None) => None,
                     };
                     if let Some(own) = own.filter(|_| !p.of_way) {
-                        changes.extend(change(line, true, &own, &p.q, robot));
+                        total += 1;
+                        change(&mut changes, line, true, &own, &p.q);
                     }
                 }
                 if let Some(goal) = &edit.goal {
-                    changes.extend(change(line, false, &vertex.q, goal, robot));
+                    let any = vertex.q.iter().zip(goal).any(|(a, b)| (a - b).abs() > 1e-11);
+                    total += usize::from(any);
+                    change(&mut changes, line, false, &vertex.q, goal);
                 }
             }
             last = Some(&vertex.q);
         }
     }
-    changes
+    let total = total.max(changes.len());
+    (changes, total)
 }
 
 fn change(line: u64, added: bool, from: &[f64], to: &[f64], robot: &Robot) -> Option<Change> {

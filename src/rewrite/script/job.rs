@@ -7,11 +7,12 @@ use super::run::Gap;
 use super::verify::Written;
 use super::{Done, Task, rewrite};
 use crate::error::{Error, Place, Result, is_stdio, shown};
-use crate::io::input;
+use crate::io::name::text_of_name;
+use crate::io::{input, memory};
 use crate::program::files::Files;
 use crate::program::script::{Format, Note as Said, Text};
 use crate::rewrite::Refine;
-use crate::rewrite::job::{Job, Outcome, Ready, Target, smallest};
+use crate::rewrite::job::{Job, LARGEST_SCRIPT, Outcome, Ready, Target, smallest};
 use crate::rewrite::original;
 use crate::rewrite::stream::guard::{self, Companion};
 use crate::rewrite::stream::sink::{File, Sink};
@@ -24,10 +25,10 @@ const COARSE: f64 = 0.05;
 const STATIC_DIGIT: f64 = 1e-8;
 /// Last digits of poses: lengths, m (0.0001 mm), and angles, rad (0.0001 deg).
 const POSE_DIGITS: [f64; 2] = [1e-7, 1.75e-6];
+/// Changes that are kept where not all are asked for.
+const LISTED: usize = 1000;
 /// Last digit of the other joints at a new point, rad or m: it must stand on the path.
 const PATH_DIGIT: f64 = 2e-6;
-/// A vendor program is read whole; a larger one is none that a controller could load.
-const LARGEST: usize = 256 << 20;
 
 /// What is said of a vendor program, besides what is said of every one.
 #[derive(Debug, Clone)]
@@ -41,7 +42,9 @@ pub struct Vendor {
     pub gaps: Vec<Gap>,
     pub unplaced: Unplaced,
     pub written: Written,
+    /// The first of them, and how many there are.
     pub changes: Vec<Change>,
+    pub changes_total: usize,
     pub notes: Vec<Said>,
     /// Stretches with known directions.
     pub runs: usize,
@@ -68,9 +71,8 @@ impl Job<'_> {
             ));
         }
         let (texts, companions) = texts(format, input, bytes, &self.files)?;
-        let originals: Vec<Vec<u8>> = texts.iter().map(|t| t.bytes.clone()).collect();
-        let hashes: Vec<String> = originals.iter().map(|b| input::sha256(b)).collect();
-        self.refuse_known(&name, &self.known(input), &Some(guard::together(hashes.iter())))?;
+        let hashes: Vec<String> = texts.iter().map(|t| input::sha256(&t.bytes)).collect();
+        self.refuse_known(&name, &*self.known(input)?, &Some(guard::together(hashes.iter())))?;
         let digit = self.digits()?;
         let task = Task {
             robot: self.robot,
@@ -80,9 +82,10 @@ impl Job<'_> {
             deadband: &self.deadband,
             digit: &digit,
             pose_digit: self.pose_digits(),
+            listed: if self.all_changes { usize::MAX } else { LISTED },
         };
         let done = rewrite(format, texts, &task)?;
-        if !self.force && self.looks_rewritten(&done) {
+        if !self.force && done.looks_rewritten {
             return Err(guard::already(&name, "its reversals carry the steps of this compensator"));
         }
         let mut outcome = self.outcome(format, &name, &hashes, &done);
@@ -103,6 +106,7 @@ impl Job<'_> {
             }
             Target::File(_) if outcome.refusal.is_some() => Ok(Ready::without_output(outcome)),
             Target::File(path) => {
+                let originals = &done.document.script().texts;
                 let paths = outputs(path, &companions)?;
                 if !self.force {
                     free_to_write(input, &companions, &paths, &done.texts)?;
@@ -111,7 +115,7 @@ impl Job<'_> {
                 let mut files = Vec::with_capacity(paths.len());
                 let mut sums = Vec::with_capacity(paths.len());
                 for (path, bytes) in paths.iter().zip(&done.texts) {
-                    let mut file = File::create(path, self.manner)?;
+                    let mut file = File::create(path, self.durability)?;
                     file.take(bytes)?;
                     file.prepare()?;
                     sums.push(file.sha256());
@@ -122,20 +126,21 @@ impl Job<'_> {
                     None
                 } else {
                     let mut note = self.note(input, path, &outcome);
-                    note.original = originals.first().and_then(|b| original::pack(b));
-                    let named = |p: &Path| p.file_name().map_or_else(|| shown(p), |n| n.to_string_lossy().into_owned());
+                    note.original = originals.first().and_then(|t| original::pack(&t.bytes));
+                    let named = |p: &Path| p.file_name().map_or_else(|| shown(p), |n| text_of_name(n));
                     note.companions = (1..paths.len())
                         .map(|k| Companion {
                             input: named(&companions[k - 1]),
                             output: named(&paths[k]),
                             sha256_in: hashes[k].clone(),
                             sha256_out: sums[k].clone(),
-                            original: original::pack(&originals[k]),
+                            original: original::pack(&originals[k].bytes),
                         })
                         .collect();
                     self.prepare_note(path, &note)?
                 };
-                Ok(Ready { outcome, files, note })
+                let stale_note = self.stale_note(path, outcome.unchanged)?;
+                Ok(Ready { outcome, files, note, stale_note })
             }
         }
     }
@@ -161,8 +166,9 @@ impl Job<'_> {
                 unplaced: done.unplaced.clone(),
                 written: done.written.clone(),
                 changes: done.changes.clone(),
-                notes: done.script.notes.clone(),
-                runs: done.positions.len(),
+                changes_total: done.changes_total,
+                notes: done.notes.clone(),
+                runs: done.runs,
                 anew: done.anew,
             }),
         }
@@ -187,25 +193,12 @@ impl Job<'_> {
         let of = |n: u8| 10f64.powi(-i32::from(n));
         self.decimals.map_or(POSE_DIGITS, |n| [of(n) * 1e-3, of(n).to_radians()])
     }
-
-    /// By its reversals, as for a program of rows.
-    fn looks_rewritten(&self, done: &Done) -> bool {
-        let mut options = self.options.clone();
-        options.deadband.fill(1e-9);
-        done.positions.iter().any(|q| guard::looks_rewritten(q, self.robot.dof(), self.compensator, &options))
-    }
 }
 
 /// The texts of a program, and the paths of its companions that are there.
 fn texts(format: &dyn Format, input: &Path, bytes: Vec<u8>, there: &Files) -> Result<(Vec<Text>, Vec<PathBuf>)> {
     let name = shown(input);
-    if bytes.len() > LARGEST {
-        return Err(Error::bad(
-            Place::file(&name),
-            format!("a {} program of {} MB", format.title(), bytes.len() >> 20),
-            format!("at most {} MB", LARGEST >> 20),
-        ));
-    }
+    memory::require_size(&name, bytes.len() as u64, LARGEST_SCRIPT)?;
     if bytes.starts_with(&[0x1f, 0x8b]) {
         return Err(Error::bad(Place::file(&name), "a gzip file", "a program as the controller takes it"));
     }
@@ -214,6 +207,7 @@ fn texts(format: &dyn Format, input: &Path, bytes: Vec<u8>, there: &Files) -> Re
     let mut companions = Vec::new();
     if !is_stdio(input) {
         for path in format.companions(input, there) {
+            memory::require_for_file(&path, &shown(&path), LARGEST_SCRIPT, 2)?;
             all.push(Text::new(shown(&path), std::fs::read(&path).map_err(|e| Error::io(&path, "read", e))?));
             companions.push(path);
         }
@@ -256,8 +250,8 @@ fn free_to_write(input: &Path, companions: &[PathBuf], paths: &[PathBuf], texts:
         }
         // beside the file that was named, a file appears that was not: it must be ours, or the same
         if k > 0 && path.exists() && std::fs::read(path).ok().as_deref() != texts.get(k).map(Vec::as_slice) {
-            let name = path.file_name().map(|n| n.to_string_lossy().into_owned());
-            let note = paths.first().and_then(|p| guard::read_note(p));
+            let name = path.file_name().map(text_of_name);
+            let note = paths.first().map(|p| guard::read_note(p)).transpose()?.flatten();
             if !note.is_some_and(|n| n.companions.iter().any(|c| Some(&c.output) == name.as_ref())) {
                 return refuse("a file that is there already and is not known to belong to this program".into());
             }

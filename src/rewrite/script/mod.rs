@@ -31,10 +31,13 @@ pub mod way;
 pub mod writing;
 
 use super::engine::{Account, Engine};
+use super::stream::rewritten::{Digits, Evidence, Rows};
 use super::{Emitted, Options, Origin, Points};
 use crate::compensator::Compensator;
 use crate::error::{Error, Result};
-use crate::program::script::{At, Edits, Format, Goal, Note, Quantity, Script, StepKind, Target, Text, Value};
+use crate::program::script::{
+    At, Document, Edits, Format, Goal, Note, Quantity, Script, StepKind, Target, Text, Value,
+};
 use crate::robot::Robot;
 use crate::robot::frames::{Frames, Missing};
 use change::Change;
@@ -48,6 +51,10 @@ use run::{Choice, Cut, Gap, Run};
 const DEADBAND_DIGITS: f64 = 1.5;
 /// Distance of a TCP from a joint at which the digits of its position count, m.
 const LEVER_M: f64 = 0.5;
+/// Last digit of an axis that no target names, rad or m.
+const LEAST_DIGIT: f64 = 1e-9;
+/// Points that the engine takes at a time.
+const BLOCK: usize = 8192;
 
 /// What a user may choose about vendor programs alone.
 #[derive(Debug, Clone, Default)]
@@ -83,13 +90,16 @@ pub struct Task<'a> {
     pub digit: &'a [f64],
     /// ... and of lengths (m) and angles (rad) of poses.
     pub pose_digit: [f64; 2],
+    /// Changes that are listed.
+    pub listed: usize,
 }
 
 /// A rewritten program, in memory.
-#[derive(Debug)]
 pub struct Done {
     pub texts: Vec<Vec<u8>>,
-    pub script: Script,
+    /// As it was.
+    pub document: Box<dyn Document>,
+    pub notes: Vec<Note>,
     pub account: Account,
     /// Line of each point of the account's violations.
     pub lines: Vec<At>,
@@ -99,17 +109,21 @@ pub struct Done {
     pub gaps: Vec<Gap>,
     pub unplaced: Unplaced,
     pub written: verify::Written,
+    /// The first changes, as many as were asked for, and how many there are.
     pub changes: Vec<Change>,
+    pub changes_total: usize,
     /// Number of runs that start elsewhere than the program: with unknown directions.
     pub anew: usize,
-    /// Positions of each run, `q[point * axes + axis]`, rad or m, as they were: what the gears turn by.
-    pub positions: Vec<Vec<f64>>,
+    /// Number of runs.
+    pub runs: usize,
+    /// Its numbers are those of a program that this compensator has been through.
+    pub looks_rewritten: bool,
 }
 
 impl Done {
     /// No byte differs.
     pub fn unchanged(&self) -> bool {
-        self.texts.iter().zip(&self.script.texts).all(|(a, b)| *a == b.bytes)
+        self.texts.iter().zip(&self.document.script().texts).all(|(a, b)| *a == b.bytes)
     }
 }
 
@@ -144,6 +158,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     };
     let mut known = Poses::new(task.robot, &task.choices.frames);
     let Cut { runs, gaps, partial, mut left } = run::cut(script, &choice, &mut known);
+    let looks_rewritten = looks_rewritten(script, &runs, task);
     let mut edits = Edits { digit: task.digit.to_vec(), pose_digit: task.pose_digit, ..Edits::default() };
     let mut account = empty(task.robot.dof());
     let mut unplaced = Unplaced::default();
@@ -167,7 +182,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         lines.extend(run.vertices.iter().map(|v| script.steps[v.step].at));
     }
     unplaced.points += spare(script, task.choices, &mut edits);
-    let changes = change::of_edits(script, &runs, &edits, task.robot);
+    let (changes, changes_total) = change::of_edits(script, &runs, &edits, task.robot, task.listed);
     unplaced.points += poses::write(script, &runs, &mut edits, &mut left);
     let unwritable = writing::leave_unwritable(document.as_ref(), &mut edits, &mut account);
     let posed = |k: usize| match left.get(&k) {
@@ -195,21 +210,14 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         let stops_s = stops::duration_s(task.robot, &runs, &written.halts);
         account.duration_s = account.duration_s.and_then(|[before, after]| Some([before, after + stops_s?]));
     }
-    let mut script = script.clone();
     notes.extend(rates.notes(task.robot));
-    script.notes.splice(0..0, notes);
-    script.notes.extend(notes::not_understood(&script));
+    notes.extend(script.notes.iter().cloned());
+    notes.extend(notes::not_understood(script));
     if task.choices.solve_within_m.is_some() && !document.takes_joints_for_poses() {
         let text =
             format!("--solve-cartesian: {} has no straight move to joint values; Cartesian moves stay", format.title());
-        script.notes.insert(0, Note { place: At { file: 0, line: 1 }, text });
+        notes.insert(0, Note { place: At { file: 0, line: 1 }, text });
     }
-    let gears = |v: &run::Vertex| {
-        let mut q = v.q.clone();
-        task.robot.to_gears(&mut q);
-        q
-    };
-    let positions = runs.iter().map(|r| r.vertices.iter().flat_map(gears).collect()).collect();
     Ok(Done {
         texts,
         account,
@@ -220,9 +228,12 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         unplaced,
         written,
         changes,
+        changes_total,
         anew: runs.iter().filter(|r| !r.entry).count(),
-        positions,
-        script,
+        runs: runs.len(),
+        looks_rewritten,
+        notes,
+        document,
     })
 }
 
@@ -253,6 +264,35 @@ fn spare(script: &Script, choices: &Choices, edits: &mut Edits) -> u64 {
         }
     }
     gone
+}
+
+/// By its numbers, run by run: by what the gears turn.
+fn looks_rewritten(script: &Script, runs: &[Run], task: &Task) -> bool {
+    let axes = task.robot.dof();
+    let digits: Vec<Digits> = (0..axes).map(|a| written_digits(script, a)).collect();
+    let mut evidence = Evidence::default();
+    for run in runs {
+        let mut q: Vec<f64> = run.vertices.iter().flat_map(|v| v.q.iter().copied()).collect();
+        q.chunks_exact_mut(axes).for_each(|row| task.robot.to_gears(row));
+        evidence.add(Rows { q: &q, axes }, &digits, task.compensator, task.options.step_fraction);
+    }
+    evidence.is_rewritten()
+}
+
+/// How the numbers of an axis are written: the finest last digit of its targets, in degrees or radians (millimetres or metres),
+/// or in steps of the format's own.
+fn written_digits(script: &Script, axis: usize) -> Digits {
+    let values = script.targets.iter().filter_map(|t| t.values.get(axis).copied().flatten());
+    let last = values.map(|v| v.digit).fold(f64::INFINITY, f64::min);
+    if !last.is_finite() {
+        return Digits { last: LEAST_DIGIT, unit: 1.0 };
+    }
+    let is_decimal = |unit: f64| {
+        let power = (last / unit).log10();
+        (power - power.round()).abs() < 1e-6 && power < 0.5
+    };
+    let unit = [1f64.to_radians(), 1e-3, 1.0].into_iter().find(|u| is_decimal(*u)).unwrap_or(last);
+    Digits { last, unit }
 }
 
 /// Why each step is left out on request.
@@ -322,7 +362,6 @@ fn deadbands(script: &Script, task: &Task) -> Vec<f64> {
 /// One run through the engine.
 fn through(script: &Script, task: &Task, run: &Run, options: Options) -> Result<(Emitted, Account)> {
     let axes = task.robot.dof();
-    let mut points = Points { axes, ..Points::default() };
     let seconds = task.compensator.fades_in_seconds();
     if let Some(at) = run.untimed.filter(|_| seconds && task.options.tcp_speed_m_s.is_none()) {
         return Err(Error::Refused(format!(
@@ -331,15 +370,27 @@ fn through(script: &Script, task: &Task, run: &Run, options: Options) -> Result<
         )));
     }
     let timed = run.timed() && (run.certain || seconds);
-    for v in &run.vertices {
-        points.q.extend_from_slice(&v.q);
-        if timed {
-            points.t_s.push(v.t_s);
-        }
+    let mut options = options;
+    if !timed {
+        let before = std::iter::once(0.0).chain(run.vertices.iter().map(|v| v.t_s));
+        let leg = |(v, before): (&run::Vertex, f64)| if v.certain { v.t_s - before } else { f64::NAN };
+        options.legs_s = Some(run.vertices.iter().zip(before).map(leg).collect());
     }
     let mut engine = Engine::new(task.robot, task.compensator, options)?;
     let mut out = Emitted { axes, ..Emitted::default() };
-    engine.push(&points, &mut out)?;
+    // in blocks, so that the engine forgets what it is done with
+    let mut points = Points { axes, ..Points::default() };
+    for vertices in run.vertices.chunks(BLOCK) {
+        points.q.clear();
+        points.t_s.clear();
+        for v in vertices {
+            points.q.extend_from_slice(&v.q);
+            if timed {
+                points.t_s.push(v.t_s);
+            }
+        }
+        engine.push(&points, &mut out)?;
+    }
     let account = engine.finish(&mut out)?;
     Ok((out, account))
 }
@@ -374,6 +425,7 @@ fn add(sum: &mut Account, run: Account, added: u64, first: u64) {
         };
         v
     }));
+    sum.unchecked_rates = sum.unchecked_rates.or(run.unchecked_rates);
     sum.largest_change_m = sum.largest_change_m.max(run.largest_change_m);
 }
 

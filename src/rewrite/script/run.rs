@@ -36,6 +36,8 @@ pub struct Vertex {
     /// Its numbers may be written (or, on a way, a point may be put there).
     pub editable: bool,
     pub t_s: f64,
+    /// The duration of the move to here is the program's own, no estimate.
+    pub certain: bool,
 }
 
 /// A stretch with known directions.
@@ -174,6 +176,7 @@ impl Cutter<'_> {
             share: 1.0,
             editable: false,
             t_s: last.t_s + seconds.unwrap_or(0.0).max(1e-3),
+            certain: true,
             ..last.clone()
         };
         self.run.vertices.push(hold);
@@ -181,7 +184,7 @@ impl Cutter<'_> {
 
     /// The first point of a run.
     fn start(&mut self, step: usize, q: Vec<f64>, editable: bool) {
-        self.run.vertices.push(Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: 0.0 });
+        self.run.vertices.push(Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: 0.0, certain: true });
     }
 
     /// Joints of a Cartesian target, with its frame and tool.
@@ -272,6 +275,7 @@ impl Cutter<'_> {
         if duration.is_none() {
             self.run.untimed.get_or_insert(at);
         }
+        let certain = clock::is_certain(speed) && duration.is_some();
         self.run.certain &= clock::is_certain(speed);
         self.run.by_program &= matches!(speed, Speed::Seconds(_));
         let duration = duration.unwrap_or(0.0);
@@ -285,9 +289,9 @@ impl Cutter<'_> {
         });
         for w in ways {
             let t_s = t0 + w.share * duration;
-            self.run.vertices.push(Vertex { step, role: Role::Way, q: w.q, share: w.share, editable, t_s });
+            self.run.vertices.push(Vertex { step, role: Role::Way, q: w.q, share: w.share, editable, t_s, certain });
         }
-        self.run.vertices.push(Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: t0 + duration });
+        self.run.vertices.push(Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: t0 + duration, certain });
     }
 
     /// Points between the start and the goal of a move; `None`: its line cannot be followed closely enough.

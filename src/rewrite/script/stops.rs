@@ -44,8 +44,15 @@ mod tests {
     fn a_stop_costs_the_speed_over_the_acceleration_of_the_slowest_joint() {
         let text = "schema: lostmotion/robot/1\nname: a\njoints:\n  - {name: X, kind: prismatic, max_accel_mm_s2: 2000}\n  - {name: Y, kind: prismatic, max_accel_mm_s2: 500}\n";
         let robot = Robot::parse("r.yaml", text).unwrap();
-        let vertex =
-            |step, q: [f64; 2], t_s| Vertex { step, role: Role::Goal, q: q.to_vec(), share: 1.0, editable: true, t_s };
+        let vertex = |step, q: [f64; 2], t_s| Vertex {
+            step,
+            role: Role::Goal,
+            q: q.to_vec(),
+            share: 1.0,
+            editable: true,
+            t_s,
+            certain: true,
+        };
         let run = Run { vertices: vec![vertex(0, [0.0, 0.0], 0.0), vertex(1, [0.2, 0.1], 1.0)], ..Run::default() };
         let halts = [Halt { step: 1, at: At::default(), stops: 3 }];
         // X: 200 / 2000 = 0.1 s, Y: 100 / 500 = 0.2 s

@@ -56,7 +56,7 @@ impl Golden {
     fn rest_of_line(&mut self, mut line: Vec<u8>) -> Result<Vec<u8>> {
         let mut byte = [0];
         while line.last() != Some(&b'\n') && line.len() < LONGEST {
-            match self.file.read(&mut byte).map_err(|e| Error::io(&self.name, "read", e))? {
+            match self.file.read(&mut byte).map_err(|e| Error::io_of(&self.name, "read", e))? {
                 0 => break,
                 _ => line.push(byte[0]),
             }
@@ -80,7 +80,7 @@ impl Sink for Golden {
         (&mut self.file)
             .take(bytes.len() as u64)
             .read_to_end(&mut golden)
-            .map_err(|e| Error::io(&self.name, "read", e))?;
+            .map_err(|e| Error::io_of(&self.name, "read", e))?;
         let same = bytes.iter().zip(&golden).position(|(a, b)| a != b).unwrap_or(golden.len().min(bytes.len()));
         self.line += memchr::memchr_iter(b'\n', &bytes[..same]).count() as u64;
         match memchr::memrchr(b'\n', &bytes[..same]) {

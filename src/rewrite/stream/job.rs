@@ -2,6 +2,7 @@
 
 use super::golden::{Difference, Golden, explain};
 use super::guard;
+use super::rewritten::{Digits, Evidence, Rows};
 use super::sink::{File, Nowhere, Sink};
 use super::{Done, Passage, Preview, pass};
 use crate::compensator::JointCompensator;
@@ -30,7 +31,7 @@ impl Job<'_> {
         target: Target,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Ready> {
-        let notes = self.known(input);
+        let notes = self.known(input)?;
         let name = shown(input);
         let passage = Passage {
             style: Style { forced: self.decimals, least: self.least_decimals()? },
@@ -74,7 +75,7 @@ impl Job<'_> {
             }
             Target::File(path) => {
                 let (done, mut sink) =
-                    split(pass(self.robot, reader, &passage, make, File::create(path, self.manner)?, progress)?);
+                    split(pass(self.robot, reader, &passage, make, File::create(path, self.durability)?, progress)?);
                 self.refuse_known(&name, &notes, &done.sha256_in)?;
                 let mut result = outcome(done, Some(path));
                 if result.refusal.is_some() {
@@ -89,18 +90,18 @@ impl Job<'_> {
                     None
                 } else {
                     let mut note = self.note(input, path, &result);
-                    note.original = kept(input, note.sha256_in.as_deref());
+                    note.original = kept(input, note.sha256_in.as_deref())?;
                     self.prepare_note(path, &note)?
                 };
-                Ok(Ready { outcome: result, files: vec![sink], note })
+                let stale_note = self.stale_note(path, result.unchanged)?;
+                Ok(Ready { outcome: result, files: vec![sink], note, stale_note })
             }
         }
     }
 
     fn engine(&self, name: &str, preview: &Preview) -> Result<Engine<'_>> {
         let mut options = self.options.clone();
-        options.deadband = self.roundings(&preview.decimals);
-        if !self.force && guard::looks_rewritten(preview.q, self.robot.dof(), self.compensator, &options) {
+        if !self.force && self.looks_rewritten(preview) {
             return Err(guard::already(name, "its reversals carry the steps of this compensator"));
         }
         options.deadband = self.deadbands(&preview.decimals);
@@ -116,6 +117,25 @@ impl Job<'_> {
             ));
         }
         Engine::new(self.robot, self.compensator, options)
+    }
+
+    /// By the numbers of its first block.
+    fn looks_rewritten(&self, preview: &Preview) -> bool {
+        let joints = self.robot.axis_joints().zip(&preview.decimals);
+        let digits = joints.map(|(joint, &d)| {
+            let unit = joint.kind.si();
+            Digits { last: 10f64.powi(-i32::from(d)) * unit, unit }
+        });
+        let digits: Vec<Digits> = digits.collect();
+        let axes = self.robot.dof();
+        let mut q = preview.q.to_vec();
+        if self.robot.has_sums() {
+            q.chunks_exact_mut(axes).for_each(|row| self.robot.to_gears(row));
+        }
+        let rows = Rows { q: &q, axes };
+        let mut evidence = Evidence::default();
+        evidence.add(rows, &digits, self.compensator, self.options.step_fraction);
+        evidence.is_rewritten()
     }
 
     /// What was asked for, else 1.5 last digits of each column and a share of the smallest half gap.
@@ -170,10 +190,18 @@ fn split<S: Sink>(done: Done<S>) -> (Done<()>, S) {
     (Done { account, points, lines, sha256_in, written, sink: () }, sink)
 }
 
-/// The bytes of the program at `input` for its note: read again where it is a small file that is still what was read.
-fn kept(input: &Path, sha256: Option<&str>) -> Option<String> {
-    let small =
-        !is_stdio(input) && std::fs::metadata(input).is_ok_and(|m| m.is_file() && m.len() <= original::KEPT_UP_TO);
-    let bytes = small.then(|| std::fs::read(input).ok()).flatten()?;
-    (sha256 == Some(input::sha256(&bytes).as_str())).then(|| original::pack(&bytes)).flatten()
+/// The bytes of the program at `input` for its note, where it is a small file: read again, and still what was read.
+fn kept(input: &Path, sha256: Option<&str>) -> Result<Option<String>> {
+    // without a hash there is no note: the result goes to a pipe
+    let Some(sha256) = sha256.filter(|_| !is_stdio(input)) else { return Ok(None) };
+    let meta = std::fs::metadata(input).map_err(|e| Error::io(input, "read again", e))?;
+    if !meta.is_file() || meta.len() > original::KEPT_UP_TO {
+        return Ok(None);
+    }
+    let bytes = std::fs::read(input).map_err(|e| Error::io(input, "read again", e))?;
+    if sha256 != input::sha256(&bytes) {
+        let expected = "a program that stays as it is until it is rewritten: nothing was written";
+        return Err(Error::bad(Place::file(shown(input)), "a program that changed while it was read", expected));
+    }
+    Ok(original::pack(&bytes))
 }

@@ -8,16 +8,18 @@
 //! - [`job`]: from file to file.
 //! - [`render`]: the text of pending rows, and the engine's points put into it.
 //! - [`sink`]: where the bytes go; [`golden`]: against a golden file, with the first difference in words.
-//! - [`guard`]: a program that has been rewritten is not rewritten again.
+//! - [`guard`]: a program that has been rewritten is not rewritten again; [`rewritten`]: how one without its note is known.
 
 pub mod golden;
 pub mod guard;
 pub mod job;
 pub mod render;
+pub mod rewritten;
 pub mod sink;
 
 use super::{Account, Emitted, Engine, Points};
 use crate::error::{Error, Result};
+use crate::io::threads;
 use crate::program::csv::{Reader, Style};
 use crate::program::{Block, Slot, lines::Lines};
 use crate::robot::Robot;
@@ -25,6 +27,8 @@ use render::Render;
 use sink::Sink;
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 
+/// Threads beside the one of the engine.
+const STATIONS: usize = 3;
 /// Blocks that wait between two stations.
 const QUEUE: usize = 2;
 
@@ -93,7 +97,7 @@ pub fn pass<E: Stage, S: Sink>(
     reader.next(&mut first)?;
     let stage = make(&preview(&reader, &first, robot.dof()))?;
     let mut render = Render::new(reader.slots(), robot, &passage.style);
-    let account = if passage.threads {
+    let account = if passage.threads && threads::are_there(STATIONS) {
         threaded(&mut reader, first, stage, &mut render, &mut sink, robot.dof(), progress)?
     } else {
         in_turn(&mut reader, first, stage, &mut render, &mut sink, robot.dof(), progress)?
@@ -192,20 +196,30 @@ fn threaded<E: Stage, S: Sink>(
     let (free_out, free_outs) = channel::<Emitted>();
     let (free_text, free_texts) = channel::<Vec<u8>>();
     std::thread::scope(|scope| {
-        let reading = scope.spawn(move || read(reader, first, &parsed, &free_blocks, progress));
+        let spawn = |e| Error::io_of("a thread of the rewrite", "start", e);
+        let station = || std::thread::Builder::new();
+        let reading = station()
+            .spawn_scoped(scope, move || read(reader, first, &parsed, &free_blocks, progress))
+            .map_err(spawn)?;
         let rendering = writes.then(|| {
             let free_block = free_block.clone();
-            scope.spawn(move || write_rows(render, &settled_blocks, &text, &free_block, &free_out, &free_texts))
+            let started = station().spawn_scoped(scope, move || {
+                write_rows(render, &settled_blocks, &text, &free_block, &free_out, &free_texts)
+            });
+            started.map_err(spawn)
         });
+        let rendering = rendering.transpose()?;
         let storing = writes.then(|| {
-            scope.spawn(move || -> Result<()> {
+            let storing = move || -> Result<()> {
                 for bytes in texts {
                     sink.take(&bytes)?;
                     let _ = free_text.send(bytes);
                 }
                 Ok(())
-            })
+            };
+            station().spawn_scoped(scope, storing).map_err(spawn)
         });
+        let storing = storing.transpose()?;
         let engine = || -> Result<Account> {
             for block in &blocks {
                 let mut block = block?;

@@ -1,8 +1,8 @@
 //! Where the bytes of a rewritten program go: a file, nowhere, memory, or against a golden file.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shown};
 use crate::io::input::hex;
-use crate::io::output::{Manner, Output};
+use crate::io::output::{Durability, Output};
 use sha2::{Digest, Sha256};
 use std::io::Write;
 use std::path::Path;
@@ -47,8 +47,8 @@ pub struct File {
 
 impl File {
     /// Fails early where the target cannot be written.
-    pub fn create(path: &Path, manner: Manner) -> Result<Self> {
-        Ok(Self { output: Output::create_as(path, manner)?, hash: Sha256::new(), shown: path.display().to_string() })
+    pub fn create(path: &Path, durability: Durability) -> Result<Self> {
+        Ok(Self { output: Output::create_as(path, durability)?, hash: Sha256::new(), shown: shown(path) })
     }
 
     /// SHA-256 of the bytes so far.
@@ -61,15 +61,15 @@ impl File {
         self.output.prepare()
     }
 
-    /// Puts the file in place.
-    pub fn commit(self) -> Result<()> {
-        self.output.commit()
+    /// As an output, to be put in place.
+    pub fn into_output(self) -> Output {
+        self.output
     }
 }
 
 impl Sink for File {
     fn take(&mut self, bytes: &[u8]) -> Result<()> {
         self.hash.update(bytes);
-        self.output.write_all(bytes).map_err(|e| Error::io(&self.shown, "write", e))
+        self.output.write_all(bytes).map_err(|e| Error::io_of(&self.shown, "write", e))
     }
 }

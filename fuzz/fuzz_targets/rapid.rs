@@ -1,0 +1,11 @@
+//! ABB RAPID: reading never panics, and what is rewritten reads as it was meant.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use lostmotion::robot::Robot;
+use lostmotion_fuzz::{ABB, rewrite_and_check, robot};
+use std::sync::LazyLock;
+
+static ROBOT: LazyLock<Robot> = LazyLock::new(|| robot(ABB));
+
+fuzz_target!(|data: &[u8]| rewrite_and_check(&robot_programs::rapid::Rapid, &ROBOT, data));

@@ -1,0 +1,214 @@
+//! One run at a time writes into a folder.
+//!
+//! Method: a file `.lostmotion.lock` in the folder, locked by the operating system (flock) as long as the run lasts and then taken
+//! away. A lock ends with its process, so that a file without a lock is stale, whatever it says. A folder is also taken where one
+//! above it is, or one below it. On a file system that knows no locks, runs are not kept apart; each of their files still
+//! appears whole, as its temporary name is nobody else's.
+
+use crate::error::{Error, Place, Result, shown};
+use std::collections::BTreeSet;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Name of the file in a folder that a run writes into.
+pub const LOCK: &str = ".lostmotion.lock";
+/// Between two looks at a lock that another run holds.
+const AGAIN: Duration = Duration::from_millis(20);
+
+/// Locks of this process, by path: they stand in its own way nowhere.
+static HELD: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+fn held() -> std::sync::MutexGuard<'static, BTreeSet<PathBuf>> {
+    HELD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Who else may hold the same lock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sharing {
+    /// Nobody.
+    Alone,
+    /// Others that share it: parts of one job.
+    Shared,
+}
+
+/// A folder into which no other run writes; dropped, it is free.
+#[derive(Debug)]
+pub struct FolderLock {
+    path: PathBuf,
+    file: File,
+    sharing: Sharing,
+    /// What the run wrote that held the lock last and was killed.
+    pub stale: Option<String>,
+}
+
+enum Tried {
+    Got(FolderLock),
+    Busy(String),
+    /// The file was taken away in between.
+    Again,
+    Unsupported,
+}
+
+impl FolderLock {
+    /// Takes a folder, waiting up to `patience` for another run. `None`: the file system knows no locks.
+    ///
+    /// # Errors
+    /// Bad input that names the other run.
+    pub fn take(folder: &Path, sharing: Sharing, patience: Duration) -> Result<Option<Self>> {
+        Self::take_named(folder, LOCK, sharing, patience)
+    }
+
+    /// The same under the name of a part of a job.
+    pub fn take_named(folder: &Path, name: &str, sharing: Sharing, patience: Duration) -> Result<Option<Self>> {
+        let folder = std::fs::canonicalize(folder).map_err(|e| Error::io(folder, "open", e))?;
+        let path = folder.join(name);
+        let until = Instant::now() + patience;
+        loop {
+            let by = match try_take(&path, sharing).map_err(|e| Error::io(&path, "lock", e))? {
+                Tried::Unsupported => return Ok(None),
+                Tried::Again => continue,
+                Tried::Busy(by) => by,
+                Tried::Got(lock) => match folder.ancestors().skip(1).find_map(|above| holder(&above.join(LOCK))) {
+                    None => return Ok(Some(lock)),
+                    Some(by) => by,
+                },
+            };
+            if Instant::now() >= until {
+                return Err(busy(&folder, &by));
+            }
+            std::thread::sleep(AGAIN);
+        }
+    }
+}
+
+impl Drop for FolderLock {
+    fn drop(&mut self) {
+        // while it is ours: who waits for this file finds that it is no longer the folder's. The last of several parts takes it away
+        let last = self.sharing == Sharing::Alone || self.file.unlock().is_ok() && self.file.try_lock().is_ok();
+        if last && is_at(&self.file, &self.path) {
+            let _ = std::fs::remove_file(&self.path);
+        }
+        held().remove(&self.path);
+    }
+}
+
+/// The refusal of a folder that another run holds.
+pub fn busy(folder: &Path, by: &str) -> Error {
+    Error::bad(
+        Place::file(shown(folder)),
+        format!("another run of lostmotion that writes into this folder ({by})"),
+        "a folder that no other run writes into: wait until it ends, or give another one",
+    )
+}
+
+/// Who holds the lock file at `path`, where another process does.
+pub fn holder(path: &Path) -> Option<String> {
+    if held().contains(path) {
+        return None;
+    }
+    let mut file = File::open(path).ok()?;
+    match file.try_lock_shared() {
+        Err(TryLockError::WouldBlock) => Some(says(&mut file)),
+        _ => None,
+    }
+}
+
+fn try_take(path: &Path, sharing: Sharing) -> io::Result<Tried> {
+    let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
+    let locked = match sharing {
+        Sharing::Alone => file.try_lock(),
+        Sharing::Shared => file.try_lock_shared(),
+    };
+    match locked {
+        Err(TryLockError::WouldBlock) => return Ok(Tried::Busy(says(&mut file))),
+        Err(TryLockError::Error(e)) if e.kind() == io::ErrorKind::Unsupported => return Ok(Tried::Unsupported),
+        Err(TryLockError::Error(e)) => return Err(e),
+        Ok(()) => {}
+    }
+    if !is_at(&file, path) {
+        return Ok(Tried::Again);
+    }
+    let before = says(&mut file);
+    let stale = (sharing == Sharing::Alone && before != UNKNOWN).then_some(before);
+    file.set_len(0)?;
+    file.seek(SeekFrom::Start(0))?;
+    file.write_all(format!("process {}\n", std::process::id()).as_bytes())?;
+    held().insert(path.to_path_buf());
+    Ok(Tried::Got(FolderLock { path: path.to_path_buf(), file, sharing, stale }))
+}
+
+const UNKNOWN: &str = "an unknown process";
+
+/// What a lock file says of its holder.
+fn says(file: &mut File) -> String {
+    const MOST: u64 = 200;
+    let mut text = String::new();
+    let read = file.seek(SeekFrom::Start(0)).and_then(|_| file.take(MOST).read_to_string(&mut text));
+    let text = text.trim();
+    if read.is_err() || text.is_empty() { UNKNOWN.into() } else { crate::error::one_line(text) }
+}
+
+/// The file is still the one at the path.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    match (file.metadata(), std::fs::metadata(path)) {
+        (Ok(a), Ok(b)) => (a.dev(), a.ino()) == (b.dev(), b.ino()),
+        _ => false,
+    }
+}
+
+#[cfg(not(unix))]
+fn is_at(_: &File, path: &Path) -> bool {
+    path.exists()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const AT_ONCE: Duration = Duration::ZERO;
+
+    /// As another process holds it: by a handle of its own.
+    fn foreign(folder: &Path) -> File {
+        let file = File::create(folder.join(LOCK)).unwrap();
+        (&file).write_all(b"process 12345\n").unwrap();
+        file.lock().unwrap();
+        file
+    }
+
+    #[test]
+    fn a_folder_that_another_run_holds_is_refused_by_the_name_of_that_run() {
+        let dir = tempfile::tempdir().unwrap();
+        let other = foreign(dir.path());
+        let refused = FolderLock::take(dir.path(), Sharing::Alone, AT_ONCE).unwrap_err().to_string();
+        assert!(refused.contains("another run of lostmotion") && refused.contains("process 12345"), "{refused}");
+        drop(other);
+        let lock = FolderLock::take(dir.path(), Sharing::Alone, AT_ONCE).unwrap().unwrap();
+        assert_eq!(lock.stale.as_deref(), Some("process 12345"), "its holder has ended");
+        drop(lock);
+        assert!(!dir.path().join(LOCK).exists());
+    }
+
+    #[test]
+    fn a_folder_below_one_that_is_held_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let below = dir.path().join("below");
+        std::fs::create_dir(&below).unwrap();
+        let _other = foreign(dir.path());
+        assert!(FolderLock::take(&below, Sharing::Alone, AT_ONCE).is_err());
+    }
+
+    #[test]
+    fn parts_of_a_job_share_a_folder_that_a_whole_job_does_not_get() {
+        let dir = tempfile::tempdir().unwrap();
+        let part = FolderLock::take(dir.path(), Sharing::Shared, AT_ONCE).unwrap();
+        let other = File::open(dir.path().join(LOCK)).unwrap();
+        other.try_lock_shared().unwrap();
+        drop(part);
+        assert!(FolderLock::take(dir.path(), Sharing::Alone, AT_ONCE).is_err());
+    }
+}

@@ -1,0 +1,90 @@
+//! What there is room for: a file that would not fit is refused before it is read, with words instead of an abort.
+//!
+//! Method: the smallest of what the system has available (`/proc/meminfo`), what the control group may still use, and the limit on
+//! the address space of the process. Where none of these can be told (another system), nothing is refused here.
+
+use crate::error::{Error, Place, Result};
+use std::path::Path;
+
+const KIB: u64 = 1 << 10;
+const MIB: u64 = 1 << 20;
+
+/// Bytes that the process may still take, where the system tells.
+pub fn available() -> Option<u64> {
+    [system(), group(), limit()].into_iter().flatten().min()
+}
+
+/// Refuses what needs more memory than there is; `name` is the file that needs it.
+pub fn require(name: &str, bytes: u64) -> Result<()> {
+    match available() {
+        Some(there) if there < bytes => Err(Error::bad(
+            Place::file(name),
+            format!("a file that needs about {} MB of memory", bytes.div_ceil(MIB)),
+            format!("one that fits: {} MB are available (out of memory otherwise)", there / MIB),
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a file larger than `most` bytes, or than there is memory for at `per_byte` bytes of memory a byte, before it is read.
+pub fn require_for_file(path: &Path, name: &str, most: u64, per_byte: u64) -> Result<()> {
+    match std::fs::metadata(path) {
+        Ok(meta) if meta.is_file() => {
+            require_size(name, meta.len(), most)?;
+            require(name, meta.len().saturating_mul(per_byte))
+        }
+        _ => Ok(()), // a pipe tells its size as it is read
+    }
+}
+
+/// Refuses more than `most` bytes.
+pub fn require_size(name: &str, bytes: u64, most: u64) -> Result<()> {
+    if bytes <= most {
+        return Ok(());
+    }
+    let mb = |b: u64| b.div_ceil(MIB);
+    Err(Error::bad(Place::file(name), format!("{} MB", mb(bytes)), format!("at most {} MB", mb(most))))
+}
+
+fn system() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|l| l.strip_prefix("MemAvailable:"))?;
+    Some(line.trim().trim_end_matches("kB").trim().parse::<u64>().ok()? * KIB)
+}
+
+/// Of the control group (version 2, as containers see it).
+fn group() -> Option<u64> {
+    let number =
+        |file: &str| std::fs::read_to_string(Path::new("/sys/fs/cgroup").join(file)).ok()?.trim().parse::<u64>().ok();
+    Some(number("memory.max")?.saturating_sub(number("memory.current").unwrap_or(0)))
+}
+
+/// Of the address space (`ulimit -v`), less what is used.
+fn limit() -> Option<u64> {
+    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
+    let line = limits.lines().find_map(|l| l.strip_prefix("Max address space"))?;
+    let most: u64 = line.split_whitespace().next()?.parse().ok()?;
+    let pages: u64 = std::fs::read_to_string("/proc/self/statm").ok()?.split_whitespace().next()?.parse().ok()?;
+    Some(most.saturating_sub(pages * 4 * KIB))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_not_fit_is_refused_in_words() {
+        let refused = require("big.src", u64::MAX);
+        assert!(available().is_none() || refused.unwrap_err().to_string().contains("out of memory"));
+        assert!(require("small.src", 1).is_ok());
+    }
+
+    #[test]
+    fn a_file_that_is_too_large_is_refused_before_it_is_read() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("sparse");
+        std::fs::File::create(&path).unwrap().set_len(1 << 40).unwrap();
+        let refused = require_for_file(&path, "sparse", 1 << 30, 1).unwrap_err().to_string();
+        assert!(refused.contains("at most 1024 MB"), "{refused}");
+    }
+}

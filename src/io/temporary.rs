@@ -1,0 +1,170 @@
+//! Files that are not in place yet.
+//!
+//! A temporary file stands in the folder of its target under a name that no other run has (`.lostmotion-` and random letters, so
+//! the target's own bytes play no part), and its process holds a lock on it. The lock ends with the process, however that ends: a
+//! file without one was left by a run that was killed, and the next run that writes into the folder takes it away ([`clean`]).
+
+use super::{folder, journal};
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::fs::{File, Permissions, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use tempfile::TempPath;
+
+/// How the names of all files begin that are no result.
+pub const PREFIX: &str = ".lostmotion-";
+/// The end of the name of a file that is not in place yet.
+pub const PART: &str = ".part";
+/// The end of the name of a file that was in place before.
+pub const OLD: &str = ".old";
+const RANDOM: usize = 10;
+/// Names that are tried before a file is given up.
+const TRIES: usize = 8;
+
+/// Temporary files of this process, for [`discard`].
+static OPEN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+fn open_files() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    OPEN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Takes away what is not in place: for a process that is told to stop.
+pub fn discard() {
+    for path in open_files().iter() {
+        let _ = std::fs::remove_file(path);
+    }
+}
+
+/// A temporary file; dropped, it is gone.
+#[derive(Debug)]
+pub struct Temporary {
+    path: Option<TempPath>,
+    /// As listed in [`OPEN`].
+    listed: PathBuf,
+}
+
+impl Temporary {
+    /// Makes a file in `folder` and locks it.
+    pub fn create(folder: &Path, mode: Option<u32>) -> io::Result<(File, Self)> {
+        let mut builder = builder(PART);
+        if let Some(permissions) = mode.and_then(permissions) {
+            builder.permissions(permissions);
+        }
+        for _ in 0..TRIES {
+            let (file, path) = builder.tempfile_in(folder)?.into_parts();
+            match file.try_lock() {
+                // another run took the file for one that was left, between its making and its locking
+                Err(TryLockError::WouldBlock) => continue,
+                // a file system without locks: then nothing takes it for one that was left either
+                Err(TryLockError::Error(_)) | Ok(()) => {}
+            }
+            if is_gone(&file) {
+                continue;
+            }
+            let listed = path.to_path_buf();
+            open_files().insert(listed.clone());
+            return Ok((file, Self { path: Some(path), listed }));
+        }
+        Err(io::Error::other("another run takes the temporary files away"))
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.listed
+    }
+
+    /// Renames it to `target`, whatever stands there.
+    pub fn persist(mut self, target: &Path) -> io::Result<()> {
+        let Some(path) = self.path.take() else { return Ok(()) };
+        path.persist(target).map_err(|e| e.error) // the error drops the file
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        self.path.take();
+        open_files().remove(&self.listed);
+    }
+}
+
+/// Names of one kind.
+pub fn builder(suffix: &str) -> tempfile::Builder<'static, '_> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX).suffix(suffix).rand_bytes(RANDOM);
+    builder
+}
+
+#[cfg(unix)]
+fn permissions(mode: u32) -> Option<Permissions> {
+    use std::os::unix::fs::PermissionsExt;
+    Some(Permissions::from_mode(mode))
+}
+
+#[cfg(not(unix))]
+fn permissions(_: u32) -> Option<Permissions> {
+    None
+}
+
+#[cfg(unix)]
+fn is_gone(file: &File) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    file.metadata().is_ok_and(|m| m.nlink() == 0)
+}
+
+#[cfg(not(unix))]
+fn is_gone(_: &File) -> bool {
+    false
+}
+
+/// Whether a name is that of a file which is no result.
+pub fn is_ours(name: &OsStr) -> bool {
+    name.as_encoded_bytes().starts_with(PREFIX.as_bytes())
+}
+
+/// Names in `folder` that begin as ours and end in `suffix`; none where the folder cannot be listed.
+pub fn named(folder: &Path, suffix: &str) -> Vec<PathBuf> {
+    let entries = folder::list(folder).unwrap_or_default();
+    let ours = |name: &OsStr| is_ours(name) && name.as_encoded_bytes().ends_with(suffix.as_bytes());
+    let mut found: Vec<PathBuf> = entries.into_iter().filter(|e| ours(&e.0)).map(|e| folder.join(e.0)).collect();
+    found.sort();
+    found
+}
+
+/// Takes away what a run that was killed left in `folder`; files that a journal needs stay.
+pub fn clean(folder: &Path) {
+    for path in named(folder, PART) {
+        let Ok(file) = File::open(&path) else { continue };
+        // whoever made it has ended, and with him any journal has its last form
+        if file.try_lock().is_ok() && named(folder, journal::ENDING).is_empty() {
+            let _ = std::fs::remove_file(&path);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_was_left_is_taken_away_and_one_that_is_written_stays() {
+        let dir = tempfile::tempdir().unwrap();
+        let left = dir.path().join(".lostmotion-abcdefghij.part");
+        std::fs::write(&left, "half").unwrap();
+        let (_file, mine) = Temporary::create(dir.path(), None).unwrap();
+        let foreign = dir.path().join("mine.part");
+        std::fs::write(&foreign, "whole").unwrap();
+        clean(dir.path());
+        assert!(!left.exists() && mine.path().exists() && foreign.exists());
+    }
+
+    #[test]
+    fn what_a_journal_needs_stays() {
+        let dir = tempfile::tempdir().unwrap();
+        let left = dir.path().join(".lostmotion-abcdefghij.part");
+        std::fs::write(&left, "half").unwrap();
+        std::fs::write(dir.path().join(".lostmotion-klmnopqrst.journal"), "{}").unwrap();
+        clean(dir.path());
+        assert!(left.exists());
+    }
+}

@@ -1,0 +1,317 @@
+//! Outputs that belong together come into place together, or none does.
+//!
+//! Method: every output is whole in its temporary file before the first rename. What a rename would replace is kept under a second
+//! name (a hard link). Where a step fails, those before it are taken back, so that an error means that nothing was written. Where
+//! the process ends between two renames, a [`journal`], written before the first one, lets the next run finish. It is kept for
+//! the files of one folder; a note stands before its program, and whatever stands in other folders (a summary, a page) follows.
+//! Standard output comes last of all, as it cannot be taken back.
+//!
+//! New files of a run that holds their folder need no journal: the note that comes first tells what the program would be.
+
+use super::interrupt;
+use super::journal::{self, Journal, Towards};
+use super::lock::{FolderLock, Sharing};
+use super::output::{Durability, InFile, Output, Sink, ignore_unsupported};
+use super::temporary::{self, OLD};
+use crate::error::{Error, Result, shown};
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use tempfile::TempPath;
+
+/// How long a commit waits for another run that has the folder.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+enum Step {
+    Put(Box<InFile>),
+    Remove(PathBuf),
+}
+
+impl Step {
+    fn target(&self) -> &Path {
+        match self {
+            Self::Put(file) => &file.target,
+            Self::Remove(path) => path,
+        }
+    }
+
+    /// As it was named, for the folder of the journal.
+    fn named(&self) -> &Path {
+        match self {
+            Self::Put(file) => &file.named,
+            Self::Remove(path) => path,
+        }
+    }
+
+    fn is_new(&self) -> bool {
+        matches!(self, Self::Put(file) if !file.replaces)
+    }
+}
+
+/// Outputs and removals, in the order in which they come into place.
+#[derive(Default)]
+pub struct Transaction {
+    outputs: Vec<Output>,
+    removals: Vec<PathBuf>,
+}
+
+impl Transaction {
+    /// Adds an output.
+    pub fn put(&mut self, output: Output) {
+        self.outputs.push(output);
+    }
+
+    /// Adds a file that is taken away once all outputs are in place.
+    pub fn remove(&mut self, path: PathBuf) {
+        self.removals.push(path);
+    }
+
+    /// Brings all bytes to disk, beside their targets.
+    pub fn prepare(&mut self) -> Result<()> {
+        self.outputs.iter_mut().try_for_each(Output::prepare)
+    }
+
+    /// Puts everything in place.
+    ///
+    /// # Errors
+    /// Nothing is in place then, but for [`Error::Unfinished`], whose message says what is.
+    pub fn commit(mut self) -> Result<()> {
+        self.prepare()?;
+        let synced = self.outputs.iter().any(|o| o.durability == Durability::Synced);
+        let (mut steps, mut streams) = (Vec::new(), Vec::new());
+        for output in self.outputs {
+            match output.sink {
+                Sink::File(file) => steps.push(Step::Put(file)),
+                stream => streams.push((stream, output.shown)),
+            }
+        }
+        steps.extend(self.removals.into_iter().map(Step::Remove));
+        let _no_signal = interrupt::placing();
+        let folders = folders(&steps);
+        let kept = steps.len() > 1 && (synced || !steps.iter().all(Step::is_new));
+        let written = if kept { with_journal(steps, streams, synced) } else { in_order(steps, streams) };
+        if synced && !matches!(written, Err(ref e) if !matches!(e, Error::ClosedPipe)) {
+            sync_folders(&folders);
+        }
+        written
+    }
+}
+
+type Streams = Vec<(Sink, String)>;
+
+/// Steps that need no journal: one alone, or new files of a run that holds their folder.
+fn in_order(steps: Vec<Step>, streams: Streams) -> Result<()> {
+    let mut done: Vec<Done> = Vec::new();
+    let keep_last = !streams.is_empty();
+    let count = steps.len();
+    for (k, step) in steps.into_iter().enumerate() {
+        match take_step(step, keep_last || k + 1 < count) {
+            Ok(d) => done.push(d),
+            Err(e) => return Err(back(done, e)),
+        }
+    }
+    release(streams, done)
+}
+
+/// Steps with a journal in the folder of the first of them.
+fn with_journal(steps: Vec<Step>, streams: Streams, synced: bool) -> Result<()> {
+    let home = steps.first().map(|s| folder_of(s.named()).to_path_buf()).unwrap_or_default();
+    // a run that does not sync holds its folder as a whole
+    let _lock = match synced {
+        true => FolderLock::take(&home, Sharing::Alone, PATIENCE)?,
+        false => None,
+    };
+    if synced {
+        journal::finish_locked(&home, Towards::Before)?;
+    }
+    let mut backups = Vec::with_capacity(steps.len());
+    for step in &steps {
+        backups.push(backup(step).map_err(|e| Error::io(step.target(), "keep a copy of", e))?);
+    }
+    let entries = steps.iter().zip(&backups).filter(|(s, _)| folder_of(s.named()) == home);
+    let entries = entries.map(|(step, old)| journal::Entry {
+        target: name_of(step.named()),
+        new: match step {
+            Step::Put(file) => Some(name_of(file.temporary.path())),
+            Step::Remove(_) => None,
+        },
+        bytes: match step {
+            Step::Put(file) => file.bytes,
+            Step::Remove(_) => 0,
+        },
+        old: old.as_ref().map(|o| name_of(o)),
+    });
+    let journal = Journal::new(entries.collect()).write(&home, synced)?;
+    let mut done = Vec::with_capacity(steps.len());
+    for (step, old) in steps.into_iter().zip(backups) {
+        match one(step, old) {
+            Ok(d) => done.push(d),
+            Err(e) => return Err(back_with(journal, &home, done, e)),
+        }
+    }
+    let result = match release(streams, Vec::new()) {
+        Err(e) if !matches!(e, Error::ClosedPipe) => return Err(back_with(journal, &home, done, e)),
+        result => result,
+    };
+    if synced {
+        sync_folders(&[home]);
+    }
+    // the journal first: without it what was kept is nobody's, and the next run takes it away
+    drop(journal);
+    drop(done);
+    result
+}
+
+/// Takes back what was done, then the journal that would do it again.
+fn back_with(journal: journal::Written, home: &Path, done: Vec<Done>, e: Error) -> Error {
+    match journal.turn_back(home) {
+        Ok(journal) => {
+            let e = back(done, e);
+            if matches!(e, Error::Unfinished { .. }) {
+                journal.keep();
+            }
+            e
+        }
+        Err(journal) => {
+            let e = back(done, e);
+            if matches!(e, Error::Unfinished { .. }) {
+                journal.keep()
+            } else {
+                drop(journal)
+            }
+            e
+        }
+    }
+}
+
+/// What was put in place, and what stood there.
+struct Done {
+    target: PathBuf,
+    old: Option<TempPath>,
+    /// Nothing stood there.
+    new: bool,
+}
+
+fn take_step(step: Step, keep: bool) -> Result<Done> {
+    let old = match keep {
+        true => backup(&step).map_err(|e| Error::io(step.target(), "keep a copy of", e))?,
+        false => None,
+    };
+    one(step, old)
+}
+
+fn one(step: Step, old: Option<TempPath>) -> Result<Done> {
+    let target = step.target().to_path_buf();
+    let new = step.is_new();
+    match step {
+        Step::Put(file) => {
+            let InFile { writer, temporary, target, .. } = *file;
+            // open, and so locked, until it has its name
+            let result = temporary.persist(&target);
+            drop(writer);
+            result.map_err(|e| Error::io(&target, "replace", e))?;
+        }
+        Step::Remove(path) => match std::fs::remove_file(&path) {
+            Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(Error::io(&path, "remove", e)),
+            _ => {}
+        },
+    }
+    Ok(Done { target, old, new })
+}
+
+/// Takes back what was done; the error is that of the step that failed, or of one that could not be taken back.
+fn back(done: Vec<Done>, e: Error) -> Error {
+    let mut left = Vec::new();
+    for d in done.into_iter().rev() {
+        let result = match d.old {
+            Some(old) => old.persist(&d.target).map_err(|e| {
+                let _ = e.path.keep(); // the journal names it
+                e.error
+            }),
+            None if d.new => std::fs::remove_file(&d.target),
+            None => Ok(()),
+        };
+        if result.is_err_and(|e| e.kind() != io::ErrorKind::NotFound) {
+            left.push(shown(&d.target));
+        }
+    }
+    match left.is_empty() {
+        true => e,
+        false => Error::Unfinished { files: left.join(", "), source: Box::new(e) },
+    }
+}
+
+/// Hands on what was held back for streams; where that fails, what is `done` is taken back. A reader that went away is no failure.
+fn release(streams: Streams, done: Vec<Done>) -> Result<()> {
+    let mut closed = false;
+    for (mut stream, name) in streams {
+        match stream.release().map_err(|e| Error::io_of(&name, "write", e)) {
+            Err(Error::ClosedPipe) => closed = true,
+            Err(e) => return Err(back(done, e)),
+            Ok(()) => {}
+        }
+    }
+    if closed { Err(Error::ClosedPipe) } else { Ok(()) }
+}
+
+/// A second name for what a step replaces.
+fn backup(step: &Step) -> io::Result<Option<TempPath>> {
+    let target = step.target();
+    if step.is_new() {
+        return Ok(None);
+    }
+    let mut absent = false;
+    let made = temporary::builder(OLD).make_in(folder_of(target), |path| match std::fs::hard_link(target, path) {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => {
+            absent = true;
+            Err(e)
+        }
+        Err(e) if e.kind() == io::ErrorKind::AlreadyExists => Err(e),
+        // a file system without links
+        Err(_) => copy(target, path),
+        Ok(()) => Ok(()),
+    });
+    match made {
+        Err(_) if absent => Ok(None),
+        made => made.map(|m| Some(m.into_temp_path())),
+    }
+}
+
+fn copy(from: &Path, to: &Path) -> io::Result<()> {
+    let mut out = File::options().write(true).create_new(true).open(to)?;
+    io::copy(&mut File::open(from)?, &mut out)?;
+    out.set_permissions(std::fs::metadata(from)?.permissions())?;
+    out.sync_all().or_else(ignore_unsupported)
+}
+
+/// The folder of a file.
+pub(super) fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// The name of a file in its folder, as text.
+fn name_of(path: &Path) -> String {
+    super::name::text_of_name(path.file_name().unwrap_or_default())
+}
+
+fn folders(steps: &[Step]) -> Vec<PathBuf> {
+    let mut all: Vec<PathBuf> = steps.iter().map(|s| folder_of(s.target()).to_path_buf()).collect();
+    all.sort();
+    all.dedup();
+    all
+}
+
+/// Forces the names in folders to disk. What they name is in place and whole, so that a failure is a word, no more.
+#[cfg(unix)]
+fn sync_folders(folders: &[PathBuf]) {
+    for folder in folders {
+        let synced = File::open(folder).and_then(|f| f.sync_all().or_else(ignore_unsupported));
+        if let Err(e) = synced {
+            eprintln!("note: {}: written, but a loss of power may undo it: cannot sync the folder: {e}", shown(folder));
+        }
+    }
+}
+
+#[cfg(not(unix))]
+fn sync_folders(_: &[PathBuf]) {}

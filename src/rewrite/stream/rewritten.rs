@@ -1,0 +1,414 @@
+//! A program that was rewritten, known by its numbers alone: for a file whose note is not beside it.
+//!
+//! Method: two traces that a rewrite with this compensator leaves, and that a program as it was does not.
+//!
+//! - *Steps.* After a reversal of an axis there is a point on the straight way between two others (its share of the way is the same
+//!   in all axes that do not turn there), at which the reversing axis alone stands off that way, by the very step of the
+//!   compensator: both half gaps and what friction is left. Where no other axis moves, the share itself must be the one that a
+//!   rewrite chooses, and must fit better with the step than without it.
+//!   Where points are dense the step is no point more but a leap among small steps.
+//! - *Digits.* Where new points had no place, targets carry their offset all the same: less that offset, the numbers become rounder,
+//!   all of them; those of a program as it was become longer.
+//!
+//! A judgement rests on at least four reversals, of which four in five must be made so. Neither trace remains where a program was
+//! rewritten with another compensator or gain, or with a ramp, and edited or resampled since.
+
+use crate::compensator::{Compensator, JointCompensator};
+use crate::rewrite::offset::Offset;
+
+/// Fewest reversals on which a judgement rests, and the share of them that must look made: by a step, or by a short way alone.
+const LEAST_TURNS: usize = 4;
+const SHARE: f64 = 0.5;
+const SHARE_SHORT: f64 = 0.8;
+/// The step may differ by this share from the compensator's: a gap that varies, friction on its way out.
+const STEP_TOLERANCE: f64 = 0.1;
+/// The point with the step stands at most at this share of its way.
+const FARTHEST: f64 = 0.6;
+/// A leap is more than this many times the steps before and after it, and goes on by at most this share of the step after it.
+const LEAP: f64 = 3.0;
+const LEAST_PART: f64 = 0.35;
+/// Points after a reversal among which the one with the step is looked for, and those after it that may end its way.
+const NEAR: usize = 5;
+/// A number is off by rounding by at most so many last digits.
+const ROUNDED: f64 = 0.55;
+/// An axis tells the share of a way of at least so many last digits.
+const TELLING: f64 = 20.0;
+/// Where no other axis tells the share: that of the nearest place on a long leg, and the travel after which a step is gentle, in
+/// steps ([`crate::rewrite::plan`]).
+const NEAREST: f64 = 0.01;
+const GENTLE: f64 = 20.0;
+/// A way without another axis is short up to this share, and the one after it goes on by at most this many times its length.
+const SHORT: f64 = 0.11;
+const GROWS: f64 = 2.0;
+/// Fewest numbers whose roundness is a trace, and the share of them that become rounder.
+const LEAST_NUMBERS: usize = 6;
+const ROUNDER: f64 = 0.8;
+/// Decimals beyond which a number is not asked for its roundness.
+const MOST_DECIMALS: i32 = 7;
+
+/// What is judged: rows of joints in the order in which the robot comes to them.
+#[derive(Debug, Clone, Copy)]
+pub struct Rows<'a> {
+    /// `q[row * axes + axis]`, rad or m.
+    pub q: &'a [f64],
+    pub axes: usize,
+}
+
+/// How the numbers of an axis are written.
+#[derive(Debug, Clone, Copy)]
+pub struct Digits {
+    /// Weight of the last digit, rad or m.
+    pub last: f64,
+    /// rad or m in one unit of the numbers (a degree, a millimetre, a pulse).
+    pub unit: f64,
+}
+
+/// Evidence of a program, piece by piece.
+#[derive(Debug, Default)]
+pub struct Evidence {
+    turns: usize,
+    made: usize,
+    short: usize,
+    numbers: usize,
+    rounder: usize,
+}
+
+impl Evidence {
+    /// Adds a stretch in which each row follows the one before it.
+    pub fn add(&mut self, rows: Rows, digits: &[Digits], compensator: &Compensator, step_fraction: f64) {
+        for joint in compensator.joints.iter().filter(|j| j.axis < rows.axes) {
+            let offset = Offset::new(joint);
+            let Some(digit) = digits.get(joint.axis).filter(|_| has_step(joint)) else { continue };
+            let column = Column { rows, axis: joint.axis, offset: &offset, digits, digit: *digit, step_fraction };
+            self.steps(&column);
+            self.roundness(&column);
+        }
+    }
+
+    /// Whether the program looks rewritten.
+    pub fn is_rewritten(&self) -> bool {
+        let most = |part: usize, whole: usize, share: f64| part as f64 >= share * whole as f64;
+        let enough = self.turns >= LEAST_TURNS && self.made + self.short >= LEAST_TURNS - 1;
+        let made = most(self.made, self.turns, SHARE) || most(self.made + self.short, self.turns, SHARE_SHORT);
+        let steps = enough && made;
+        let digits =
+            self.turns >= LEAST_TURNS && self.numbers >= LEAST_NUMBERS && most(self.rounder, self.numbers, ROUNDER);
+        steps || digits
+    }
+
+    fn steps(&mut self, column: &Column) {
+        let n = column.len();
+        let mut dir = 0.0;
+        let mut short: Vec<f64> = Vec::new();
+        for i in 0..n.saturating_sub(1) {
+            let by = column.p(i + 1) - column.p(i);
+            if by.abs() <= column.digit.last * ROUNDED {
+                continue;
+            }
+            if dir * by < 0.0 && i + 2 < n {
+                self.turns += 1;
+                if column.is_made(i, by.signum()) {
+                    self.made += 1;
+                } else {
+                    short.extend(column.short_way(i, by.signum()));
+                }
+            }
+            dir = by.signum();
+        }
+        // a program's own short ways are alike, or round
+        let alike = |a: f64| short.iter().filter(|b| (a - **b).abs() <= 2.0 * column.digit.last).count() > 1;
+        self.short += short.iter().filter(|a| !alike(**a)).count();
+    }
+
+    fn roundness(&mut self, column: &Column) {
+        let mut dir = 0.0;
+        let mut seen: Vec<f64> = Vec::new();
+        for i in 1..column.len() {
+            let by = column.p(i) - column.p(i - 1);
+            if by.abs() > column.digit.last * ROUNDED {
+                dir = by.signum();
+            }
+            // one number that is written many times is one number
+            if dir == 0.0 || seen.contains(&column.p(i)) || seen.len() > 4096 {
+                continue;
+            }
+            seen.push(column.p(i));
+            let own = column.decimals(column.p(i));
+            if own == 0 {
+                continue; // nothing can be rounder
+            }
+            self.numbers += 1;
+            let gap = column.offset.gap(dir as i8, column.p(i));
+            self.rounder += usize::from(column.decimals(column.p(i) - dir * gap) < own);
+        }
+    }
+}
+
+/// There is a step at reversals; friction that builds up makes none.
+fn has_step(joint: &JointCompensator) -> bool {
+    let gap = joint.backlash.as_ref().is_some_and(|b| b.positive.smallest() + b.negative.smallest() > 0.0);
+    gap && joint.friction.is_none_or(|f| f.gain >= 0.0)
+}
+
+/// One axis of the rows, with its compensator.
+struct Column<'a> {
+    rows: Rows<'a>,
+    axis: usize,
+    offset: &'a Offset,
+    digits: &'a [Digits],
+    digit: Digits,
+    step_fraction: f64,
+}
+
+impl Column<'_> {
+    fn len(&self) -> usize {
+        self.rows.q.len().checked_div(self.rows.axes).unwrap_or(0)
+    }
+
+    fn at(&self, i: usize, axis: usize) -> f64 {
+        self.rows.q[i * self.rows.axes + axis]
+    }
+
+    fn p(&self, i: usize) -> f64 {
+        self.at(i, self.axis)
+    }
+
+    /// A point soon after the reversal at `i`, from which the axis leaves in direction `dir`, carries the step.
+    fn is_made(&self, i: usize, dir: f64) -> bool {
+        let last = self.len() - 1;
+        let steps = |j: usize| (j + 1..=(j + NEAR).min(last)).any(|k| self.carries_step(i, j, k, dir));
+        (i + 1..=(i + NEAR).min(last)).any(|j| steps(j) || self.leaps(i, j, dir))
+    }
+
+    /// Where points are dense, the step goes over one or two of them, and stands out among its neighbours: smooth motion is slow
+    /// at a reversal.
+    fn leaps(&self, i: usize, j: usize, dir: f64) -> bool {
+        if i == 0 || j > i + 2 || j + 1 >= self.len() {
+            return false;
+        }
+        let own = dir * (self.p(j) - self.p(i));
+        let (before, after) = ((self.p(i) - self.p(i - 1)).abs(), (self.p(j + 1) - self.p(j)).abs());
+        let gaps = self.offset.gap(1, self.p(i)) + self.offset.gap(-1, self.p(i));
+        let most = gaps + self.offset.friction().map_or(0.0, |f| f.gain);
+        let sized = own >= gaps * (1.0 - STEP_TOLERANCE) && own <= most * (1.0 + STEP_TOLERANCE) + LEAST_PART * after;
+        sized && gaps > 4.0 * self.digit.last && own > LEAP * before.max(after)
+    }
+
+    fn carries_step(&self, i: usize, j: usize, k: usize, dir: f64) -> bool {
+        let here = self.p(i);
+        let gaps = self.offset.gap(1, here) + self.offset.gap(-1, here);
+        let friction = self.offset.friction().map_or(0.0, |f| f.gain);
+        let (own, whole) = (dir * (self.p(j) - here), dir * (self.p(k) - here));
+        if own <= 0.0 || gaps <= 2.0 * ROUNDED * self.digit.last {
+            return false;
+        }
+        match self.share(i, j, k) {
+            Share::Bent => false,
+            Share::Told(share, off) => {
+                if share > FARTHEST {
+                    return false;
+                }
+                // off the straight way from i to k, on which both ends carry offsets of their own
+                let step = own - share * whole;
+                let rounding = ROUNDED * self.digit.last * 2.0 + off * whole.abs();
+                let [least, most] = [gaps * (1.0 - share), gaps * (1.0 - share) + friction];
+                let slack = STEP_TOLERANCE * most + rounding;
+                rounding < 0.5 * least && step >= least - slack && step <= most + slack
+            }
+            Share::Unknown => {
+                let (travel, way) = (own - gaps, whole - gaps);
+                let off = 4.0 * ROUNDED * self.digit.last;
+                let chosen =
+                    |wanted: f64, plain: f64| (travel - wanted).abs() <= off && (own - plain).abs() > 4.0 * off;
+                let shares = [self.step_fraction, NEAREST];
+                travel > 0.0
+                    && way > travel
+                    && (chosen(GENTLE * gaps, GENTLE * gaps)
+                        || shares.iter().any(|share| chosen(share * way, share * whole)))
+            }
+        }
+    }
+
+    /// The length of a short way after the reversal at `i` on which no other axis moves, where it is not round.
+    fn short_way(&self, i: usize, dir: f64) -> Option<f64> {
+        let (j, k) = (i + 1, i + 2);
+        if k >= self.len() || !matches!(self.share(i, j, k), Share::Unknown) {
+            return None;
+        }
+        let (own, whole) = (dir * (self.p(j) - self.p(i)), dir * (self.p(k) - self.p(i)));
+        let gaps = self.offset.gap(1, self.p(i)) + self.offset.gap(-1, self.p(i));
+        let after = if k + 1 < self.len() { dir * (self.p(k + 1) - self.p(k)) } else { 0.0 };
+        let written = (self.digit.unit / self.digit.last).log10().round() as i32;
+        let fits = own > gaps && own <= SHORT * whole && after <= GROWS * (whole - own);
+        (fits && self.decimals(own) + 1 >= written).then_some(own)
+    }
+
+    /// The share of the way from row `i` to row `k` at which row `j` stands, as the other axes tell it.
+    fn share(&self, i: usize, j: usize, k: usize) -> Share {
+        let mut told: Vec<(f64, f64)> = Vec::new();
+        for axis in (0..self.rows.axes).filter(|a| *a != self.axis) {
+            let Some(digit) = self.digits.get(axis).map(|d| d.last) else { continue };
+            let (a, b, c) = (self.at(i, axis), self.at(j, axis), self.at(k, axis));
+            let whole = c - a;
+            let turns = i > 0 && (a - self.at(i - 1, axis)) * whole < 0.0;
+            if turns || whole.abs() < TELLING * digit {
+                continue;
+            }
+            let share = (b - a) / whole;
+            let off = 2.0 * ROUNDED * digit / whole.abs();
+            if share < -off || share > 1.0 + off {
+                continue; // it turns on the way
+            }
+            told.push((share, off));
+        }
+        let Some(&(share, off)) = told.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { return Share::Unknown };
+        // an axis with a step of its own on this way is off it; most are not
+        let straight = told.iter().filter(|(s, o)| (s - share).abs() <= o + off).count();
+        if 2 * straight > told.len() { Share::Told(share, off) } else { Share::Bent }
+    }
+
+    /// Decimals that a value needs, but for rounding.
+    fn decimals(&self, v: f64) -> i32 {
+        let number = v / self.digit.unit;
+        let slack = ROUNDED * self.digit.last / self.digit.unit;
+        (0..MOST_DECIMALS)
+            .find(|&d| {
+                let scale = 10f64.powi(d);
+                (number * scale - (number * scale).round()).abs() <= slack * scale
+            })
+            .unwrap_or(MOST_DECIMALS)
+    }
+}
+
+/// What the other axes say of a way.
+enum Share {
+    /// No other axis moves enough.
+    Unknown,
+    /// The axes differ: the three rows are not on one straight way.
+    Bent,
+    /// The share, and how far rounding may put it off.
+    Told(f64, f64),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compensator::{BacklashOffset, Evidence as Known};
+    use crate::effects::GapCurve;
+
+    /// Two axes, six decimals of a rad.
+    fn looks_rewritten(q: &[f64], compensator: &Compensator) -> bool {
+        let rounded: Vec<f64> = q.iter().map(|v| (v * 1e6).round() / 1e6).collect();
+        let mut evidence = Evidence::default();
+        let digits = [Digits { last: 1e-6, unit: 1.0 }; 2];
+        evidence.add(Rows { q: &rounded, axes: 2 }, &digits, compensator, 0.1);
+        evidence.is_rewritten()
+    }
+
+    fn compensator(half_gap: f64) -> Compensator {
+        let gap = GapCurve::Constant(half_gap);
+        let backlash = Some(BacklashOffset { positive: gap.clone(), negative: gap });
+        Compensator {
+            robot_name: String::new(),
+            robot_sha256: String::new(),
+            joints: vec![JointCompensator { axis: 0, backlash, friction: None }],
+            evidence: Known::default(),
+        }
+    }
+
+    /// Two axes on a circle of 100 points a turn; with `half_gap`, as a rewrite leaves it.
+    fn circle(half_gap: f64) -> Vec<f64> {
+        arc(half_gap, 0.0628)
+    }
+
+    /// 1,000 points, `step` rad apart.
+    fn arc(half_gap: f64, step: f64) -> Vec<f64> {
+        let at = |i: f64| [(i * step + 0.01).cos(), (i * step + 0.01).sin()];
+        let mut q = Vec::new();
+        let mut dir = -1.0;
+        for i in 0..1000 {
+            let [x, y] = at(f64::from(i));
+            let next = at(f64::from(i + 1));
+            q.extend([x + dir * half_gap, y]);
+            let to = (next[0] - x).signum();
+            if to != dir {
+                dir = to;
+                if half_gap > 0.0 {
+                    q.extend([x + 0.1 * (next[0] - x) + dir * half_gap, y + 0.1 * (next[1] - y)]);
+                }
+            }
+        }
+        q
+    }
+
+    #[test]
+    fn a_rewritten_program_is_known_by_its_reversals() {
+        assert!(looks_rewritten(&circle(5e-4), &compensator(5e-4)));
+        assert!(!looks_rewritten(&circle(0.0), &compensator(5e-4)));
+    }
+
+    /// Face milling: straights of 30 mm along one axis, joined by half circles of 1.5 mm in front of each.
+    #[test]
+    fn turns_of_a_program_that_are_short_as_they_are_do_not_look_made() {
+        let mut q = Vec::new();
+        for k in 0..20 {
+            let (x, sign) = (if k % 2 == 0 { 0.0 } else { 0.03 }, if k % 2 == 0 { 1.0 } else { -1.0 });
+            let y = 0.003 * f64::from(k);
+            q.extend([x - sign * 0.0015, y - 0.0015, x, y, x + sign * 0.03, y]);
+        }
+        assert!(!looks_rewritten(&q, &compensator(2.2e-5)));
+    }
+
+    #[test]
+    fn a_step_at_the_nearest_place_of_a_long_leg_is_known() {
+        let (b, mut q) = (3.5e-4, Vec::new());
+        for k in 0..20 {
+            let (x, sign) = if k % 2 == 0 { (0.0, 1.0) } else { (0.5, -1.0) };
+            q.extend([x - sign * b, 0.0, x + sign * (0.01 * 0.5 + b), 0.0]);
+        }
+        assert!(looks_rewritten(&q, &compensator(b)));
+    }
+
+    #[test]
+    fn where_points_are_dense_the_step_stands_out_among_its_neighbours() {
+        assert!(looks_rewritten(&arc(5e-4, 0.014), &compensator(5e-4)));
+        assert!(!looks_rewritten(&arc(0.0, 0.014), &compensator(5e-4)));
+    }
+
+    #[test]
+    fn even_where_the_steps_of_the_program_are_as_large_as_the_gap_the_original_passes() {
+        let q = circle(0.0);
+        // the first segment behind a reversal is about half of 0.0628^2 / 2
+        for gap in [2e-4, 5e-4, 1e-3, 2e-3] {
+            assert!(!looks_rewritten(&q, &compensator(gap)), "{gap}");
+        }
+    }
+
+    /// One axis to and fro between 10 and 100, approached by a tenth: as it was, and as a rewrite leaves it.
+    #[test]
+    fn a_single_axis_is_known_by_the_share_of_its_steps_and_an_approach_of_a_tenth_is_none() {
+        let b = 3.5e-4;
+        let (mut original, mut rewritten) = (Vec::new(), Vec::new());
+        for k in 0..8 {
+            let (from, to, d) = if k % 2 == 0 { (0.1, 1.0, 1.0) } else { (1.0, 0.1, -1.0) };
+            original.extend([from, 0.0, from + 0.1 * (to - from), 0.0]);
+            rewritten.extend([from - d * b, 0.0, from + 0.1 * (to - from) + d * b, 0.0]);
+        }
+        assert!(looks_rewritten(&rewritten, &compensator(b)));
+        assert!(!looks_rewritten(&original, &compensator(b)));
+    }
+
+    /// Targets of round numbers that carry their offset, without a point more.
+    #[test]
+    fn round_numbers_are_known_by_the_digits_that_the_offset_adds() {
+        let b = 0.0028;
+        let program = |b: f64| -> Vec<f64> {
+            let stops = [0.0, 0.5, 0.3, 0.9, 0.1, 0.7, 0.4, 0.8, 0.2];
+            let moved = stops.windows(2).map(|w| w[1] + if w[1] > w[0] { b } else { -b });
+            moved.flat_map(|x| [x, 0.5]).collect()
+        };
+        assert!(looks_rewritten(&program(b), &compensator(b)));
+        assert!(!looks_rewritten(&program(0.0), &compensator(b)));
+        assert!(!looks_rewritten(&program(0.00137), &compensator(b)), "another offset");
+    }
+}

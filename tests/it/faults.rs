@@ -1,0 +1,401 @@
+//! Nothing is lost whatever happens: kills, failing system calls, other runs in the same folder, odd names.
+
+use assert_cmd::Command;
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+/// A folder with the circle program, a pair of KRL files, and a compensator of the KUKA.
+struct Bench(TempDir);
+
+const GAP: &str = "0.0028";
+
+impl Bench {
+    fn new() -> Self {
+        let bench = Self(tempfile::tempdir().unwrap());
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let copy = |from: &str, to: &str| std::fs::copy(root.join(from), bench.path(to)).map(|_| ()).unwrap();
+        copy("configs/kuka-kr120-r2500-pro.yaml", "robot.yaml");
+        copy("samples/circle/circle_program.csv", "p.csv");
+        copy("samples/programs/krl/points.src", "points.src");
+        copy("samples/programs/krl/points.DAT", "points.DAT");
+        bench.compensator("comp.yaml", GAP);
+        bench.compensator("other.yaml", "0.0128");
+        bench
+    }
+
+    /// A model of the robot with a gap on its first joint: it needs no fingerprint.
+    fn compensator(&self, name: &str, half_gap: &str) {
+        let effect = format!("{{effect: backlash, joint: A1, half_gap_deg: {half_gap}}}");
+        self.write(name, &format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n  - {effect}\n"));
+    }
+
+    fn path(&self, name: impl AsRef<Path>) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: impl AsRef<Path>, text: &str) {
+        std::fs::create_dir_all(self.path(&name).parent().unwrap()).unwrap();
+        std::fs::write(self.path(name), text).unwrap();
+    }
+
+    fn read(&self, name: impl AsRef<Path>) -> Vec<u8> {
+        std::fs::read(self.path(name)).unwrap()
+    }
+
+    fn run(&self, args: &str) -> Command {
+        let mut command = Command::cargo_bin("lostmotion").unwrap();
+        command.current_dir(self.0.path()).args(args.split(' ')).env("RUST_BACKTRACE", "0");
+        command
+    }
+
+    /// Under strace with one system call answered as `inject` says; `None`: there is no strace here.
+    fn injected(&self, inject: &str, args: &str) -> Option<std::process::Output> {
+        let mut strace = std::process::Command::new("strace");
+        strace.args(["-f", "-qq", "-o", "/dev/null", "-e", &format!("inject={inject}")]);
+        strace.arg(assert_cmd::cargo::cargo_bin("lostmotion")).args(args.split(' ')).current_dir(self.0.path());
+        strace.output().ok()
+    }
+
+    /// Names of files that are no results.
+    fn leftovers(&self, folder: &str) -> Vec<String> {
+        let names = std::fs::read_dir(self.path(folder)).unwrap().map(|e| e.unwrap().file_name());
+        names.filter_map(|n| n.into_string().ok()).filter(|n| n.starts_with(".lostmotion")).collect()
+    }
+}
+
+const REWRITE: &str = "rewrite --model comp.yaml";
+
+#[test]
+fn a_second_run_into_one_folder_is_refused_by_the_name_of_the_first() {
+    let bench = Bench::new();
+    bench.write("in/a.csv", &String::from_utf8(bench.read("p.csv")).unwrap());
+    std::fs::create_dir(bench.path("out")).unwrap();
+    let first = File::create(bench.path("out/.lostmotion.lock")).unwrap();
+    (&first).write_all(b"process 4711\n").unwrap();
+    first.lock().unwrap();
+    let run = bench.run("rewrite --model comp.yaml in --output-dir out").assert().code(2);
+    let said = String::from_utf8_lossy(&run.get_output().stderr).into_owned();
+    assert!(said.contains("another run of lostmotion") && said.contains("process 4711"), "{said}");
+    assert!(!bench.path("out/a.csv").exists());
+    // stale as soon as its process has ended
+    drop(first);
+    let run = bench.run("rewrite --model comp.yaml in --output-dir out").assert().success();
+    assert!(String::from_utf8_lossy(&run.get_output().stderr).contains("process 4711"), "taken over");
+    assert_eq!(bench.leftovers("out"), Vec::<String>::new());
+}
+
+#[test]
+fn two_runs_into_one_folder_at_once_leave_every_program_whole() {
+    let bench = Bench::new();
+    let program = String::from_utf8(bench.read("p.csv")).unwrap();
+    for k in 0..40 {
+        bench.write(format!("in/{k}.csv"), &program);
+    }
+    bench.run("rewrite --model comp.yaml p.csv --output whole.csv").assert().success();
+    let args = ["rewrite", "--model", "comp.yaml", "in", "--output-dir", "out"];
+    let start = || {
+        let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("lostmotion"));
+        command.args(args).current_dir(bench.0.path()).stderr(std::process::Stdio::null()).spawn().unwrap()
+    };
+    let mut runs = [start(), start(), start()];
+    let codes: Vec<_> = runs.iter_mut().map(|r| r.wait().unwrap().code().unwrap()).collect();
+    assert!(codes.contains(&0) && codes.iter().all(|c| [0, 2].contains(c)), "{codes:?}");
+    for k in 0..40 {
+        assert_eq!(bench.read(format!("out/{k}.csv")), bench.read("whole.csv"));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn names_that_differ_only_in_bytes_that_are_not_utf8_keep_their_programs_apart() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let bench = Bench::new();
+    let names: Vec<&[u8]> = vec![b"L\xe4ngs.csv", b"L\xf6ngs.csv", b"L\xfcngs.csv", b"L\\xE4ngs.csv"];
+    let head = "a1_deg,a2_deg,a3_deg,a4_deg,a5_deg,a6_deg\n";
+    for (k, name) in names.iter().enumerate() {
+        let program = format!("{head}{k}.0,-90.0,90.0,0.0,10.0,0.0\n5{k}.0,-90.0,90.0,0.0,10.0,0.0\n");
+        bench.write(Path::new("in").join(OsStr::from_bytes(name)), &program);
+    }
+    bench.run("rewrite --model comp.yaml in --output-dir out --summary s.jsonl").assert().success();
+    let summary = String::from_utf8(bench.read("s.jsonl")).unwrap();
+    for (k, name) in names.iter().enumerate() {
+        let out = bench.read(Path::new("out").join(OsStr::from_bytes(name)));
+        assert!(out.starts_with(format!("{head}{k}.0028").as_bytes()), "{}", String::from_utf8_lossy(&out));
+        // the summary gives the very name back
+        let named = summary.lines().any(|line| {
+            let line: serde_json::Value = serde_json::from_str(line).unwrap();
+            let path = lostmotion::io::name::path_of(line["input"].as_str().unwrap()).unwrap();
+            path.as_os_str().as_bytes() == [b"in/", *name].concat()
+        });
+        assert!(named, "{summary}");
+    }
+    // each is known as done, and comes back
+    bench.run("rewrite --model comp.yaml in --output-dir out").assert().success();
+    let mut undo = bench.run("undo");
+    undo.arg(Path::new("out").join(OsStr::from_bytes(names[0]))).args(["--output", "back.csv"]).assert().success();
+    assert_eq!(bench.read("back.csv"), bench.read(Path::new("in").join(OsStr::from_bytes(names[0]))));
+}
+
+#[test]
+fn names_that_a_terminal_would_obey_are_spelt_out() {
+    let bench = Bench::new();
+    bench.write("in/a\u{1b}[31m\n\u{202e}b.csv", "no program\n");
+    let run = bench.run("rewrite --model comp.yaml in --output-dir out --summary s.jsonl").assert().code(1);
+    let said = String::from_utf8_lossy(&run.get_output().stderr).into_owned();
+    assert!(said.contains("a\\x1B[31m\\n\\u{202E}b.csv"), "{said}");
+    assert!(!said.contains('\u{1b}') && !said.contains('\u{202e}'), "{said}");
+    assert_eq!(bench.read("s.jsonl").iter().filter(|b| **b == b'\n').count(), 1);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn standard_error_that_cannot_be_written_changes_no_exit_code() {
+    let bench = Bench::new();
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("lostmotion"));
+    let full = File::options().write(true).open("/dev/full").unwrap();
+    command.current_dir(bench.0.path()).args("rewrite --model comp.yaml p.csv --output o.csv".split(' '));
+    assert_eq!(command.stderr(full).status().unwrap().code(), Some(0));
+    assert!(bench.path("o.csv").exists());
+}
+
+#[test]
+fn a_damaged_note_is_an_error() {
+    let bench = Bench::new();
+    bench.run("rewrite --model comp.yaml p.csv --output o.csv").assert().success();
+    let note = String::from_utf8(bench.read("o.csv.lostmotion.json")).unwrap();
+    let hash = note.find("sha256_out").unwrap() + 14;
+    let flipped = if &note[hash..=hash] == "0" { "1" } else { "0" };
+    let damages = [note[..note.len() / 2].to_string(), format!("{}{flipped}{}", &note[..hash], &note[hash + 1..])];
+    for damaged in damages {
+        bench.write("o.csv.lostmotion.json", &damaged);
+        for command in ["rewrite --model comp.yaml o.csv --output twice.csv", "undo o.csv --output back.csv"] {
+            let run = bench.run(command).assert().code(2);
+            let said = String::from_utf8_lossy(&run.get_output().stderr).into_owned();
+            assert!(said.contains("damaged"), "{command}: {said}");
+        }
+        assert!(!bench.path("twice.csv").exists() && !bench.path("back.csv").exists());
+    }
+}
+
+#[test]
+fn what_a_killed_run_left_is_taken_away_by_the_next() {
+    let bench = Bench::new();
+    bench.write(".lostmotion-0123456789.part", "half");
+    bench.run("rewrite --model comp.yaml p.csv --output o.csv").assert().success();
+    assert_eq!(bench.leftovers("."), Vec::<String>::new());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_cannot_be_read_stops_no_other_program() {
+    use std::os::unix::fs::PermissionsExt;
+    let bench = Bench::new();
+    bench.write("in/a.csv", &String::from_utf8(bench.read("p.csv")).unwrap());
+    bench.write("in/closed/b.csv", "");
+    let closed =
+        |mode| std::fs::set_permissions(bench.path("in/closed"), std::fs::Permissions::from_mode(mode)).unwrap();
+    closed(0o000);
+    if std::fs::read_dir(bench.path("in/closed")).is_ok() {
+        closed(0o755);
+        return; // the superuser reads everything
+    }
+    bench.run("rewrite --model comp.yaml in --output-dir out --summary s.jsonl").assert().code(1);
+    closed(0o755);
+    assert!(bench.path("out/a.csv").exists());
+    let summary = String::from_utf8(bench.read("s.jsonl")).unwrap();
+    assert!(summary.lines().any(|l| l.contains("in/closed") && l.contains("\"failed\"")), "{summary}");
+}
+
+/// The states of a set of files: all as before, or all as after.
+fn assert_whole(bench: &Bench, files: &[(&str, Option<Vec<u8>>, Vec<u8>)], context: &str) -> bool {
+    let now = |name: &str| std::fs::read(bench.path(name)).ok();
+    let new = files.iter().all(|(name, _, after)| now(name).as_ref() == Some(after));
+    let old = files.iter().all(|(name, before, _)| now(name) == *before);
+    assert!(new || old, "{context}: neither as before nor as after");
+    new
+}
+
+/// A pair is rewritten over an earlier result while each rename fails, or ends the process: the files are all old or all new once
+/// the next command has run, an error means that nothing was written, and `undo` brings the original back.
+#[cfg(target_os = "linux")]
+#[test]
+fn fault_injection_a_pair_is_never_torn_by_a_rename_that_fails_or_a_kill_between_two() {
+    let bench = Bench::new();
+    std::fs::create_dir(bench.path("o")).unwrap();
+    let names = ["o/points.src", "o/points.DAT", "o/points.src.lostmotion.json"];
+    let rewrite = |model: &str| format!("rewrite --model {model} points.src --output o/points.src");
+    let state = || names.map(|n| std::fs::read(bench.path(n)).ok());
+    let reset = || bench.run(&rewrite("comp.yaml")).assert().success();
+    reset();
+    let before = state();
+    bench.run(&rewrite("other.yaml")).assert().success();
+    let after = state();
+    assert_ne!(before, after);
+    let files: Vec<_> = (0..3).map(|k| (names[k], before[k].clone(), after[k].clone().unwrap())).collect();
+    for call in ["renameat", "linkat", "unlink", "fsync", "openat"] {
+        for when in 1..=if call == "openat" { 45 } else { 12 } {
+            let context = format!("{call} {when}");
+            reset();
+            let Some(failed) = bench.injected(&format!("{call}:error=EIO:when={when}"), &rewrite("other.yaml")) else {
+                return; // no strace here
+            };
+            if failed.status.code() == Some(127) {
+                continue; // the loader of the system failed
+            }
+            let new = assert_whole(&bench, &files, &context);
+            assert_eq!(failed.status.code(), Some(if new { 0 } else { 2 }), "{context}");
+            reset();
+            bench.injected(&format!("{call}:signal=SIGKILL:when={when}"), &rewrite("other.yaml")).unwrap();
+            bench.run("undo o/points.src --output back.src").assert().success();
+            assert_whole(&bench, &files, &context);
+            // and the next rewrite is one of the original
+            bench.run(&rewrite("other.yaml")).assert().success();
+            assert!(assert_whole(&bench, &files, &context), "{context}");
+            assert_eq!(bench.read("back.src"), bench.read("points.src"), "{context}");
+            assert_eq!(bench.read("back.DAT"), bench.read("points.DAT"), "{context}");
+            assert_eq!(bench.leftovers("o"), Vec::<String>::new(), "{context}");
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn fault_injection_a_program_in_place_is_never_lost() {
+    let bench = Bench::new();
+    let original = bench.read("p.csv");
+    for call in ["renameat", "linkat", "unlink", "write", "fsync"] {
+        for when in 1..=8 {
+            for answer in ["error=EIO", "signal=SIGKILL"] {
+                std::fs::write(bench.path("p.csv"), &original).unwrap();
+                let _ = std::fs::remove_file(bench.path("p.csv.lostmotion.json"));
+                let args = format!("{REWRITE} p.csv --output p.csv --force");
+                let Some(run) = bench.injected(&format!("{call}:{answer}:when={when}"), &args) else { return };
+                let context = format!("{call} {answer} {when}");
+                if run.status.code() == Some(2) {
+                    assert_eq!(bench.read("p.csv"), original, "{context}: an error means that nothing was written");
+                }
+                let noted = bench.path("p.csv.lostmotion.json").exists();
+                assert!(noted || bench.read("p.csv") == original, "{context}: a result without its note");
+                if noted || run.status.code() != Some(2) {
+                    // whatever a kill left, `undo` goes back to the original, where there is anything to go back from
+                    let undo = bench.run("undo p.csv --in-place").output().unwrap();
+                    assert!(undo.status.success() || bench.read("p.csv") == original, "{context}");
+                }
+                assert_eq!(bench.read("p.csv"), original, "{context}");
+            }
+        }
+    }
+}
+
+/// A command that was killed half way is repeated: the program is rewritten once, not twice.
+#[cfg(target_os = "linux")]
+#[test]
+fn fault_injection_a_repeated_command_rewrites_a_program_in_place_once() {
+    let bench = Bench::new();
+    bench.run("rewrite --model comp.yaml p.csv --output once.csv").assert().success();
+    let original = bench.read("p.csv");
+    for when in 1..=2 {
+        std::fs::write(bench.path("p.csv"), &original).unwrap();
+        let args = format!("{REWRITE} p.csv --output p.csv --force");
+        let Some(killed) = bench.injected(&format!("renameat:signal=SIGKILL:when={when}"), &args) else { return };
+        assert_eq!(killed.status.code(), None, "{when}");
+        bench.run(&args).assert().success();
+        assert_eq!(bench.read("p.csv"), bench.read("once.csv"), "{when}");
+        bench.run("undo p.csv --in-place").assert().success();
+        assert_eq!(bench.read("p.csv"), original, "{when}");
+    }
+}
+
+/// A signal in the middle of a long run: its own exit code, and nothing is left.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_ends_a_run_with_its_own_exit_code_and_leaves_nothing() {
+    let bench = Bench::new();
+    std::fs::create_dir(bench.path("o")).unwrap();
+    for (signal, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
+        let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("lostmotion"));
+        command.current_dir(bench.0.path()).args("rewrite --model comp.yaml - --output o/out.csv".split(' '));
+        let mut run = command.stdin(std::process::Stdio::piped()).stderr(std::process::Stdio::null()).spawn().unwrap();
+        let mut stdin = run.stdin.take().unwrap();
+        stdin.write_all(b"a1_deg,a2_deg,a3_deg,a4_deg,a5_deg,a6_deg\n").unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(500));
+        std::process::Command::new("kill").args(["-s", signal, &run.id().to_string()]).status().unwrap();
+        assert_eq!(run.wait().unwrap().code(), Some(code), "{signal}");
+        assert_eq!(bench.leftovers("o"), Vec::<String>::new());
+    }
+}
+
+/// Where the spacing of a program jumps, a cubic through its points would swing far out of them.
+#[test]
+fn a_refined_path_stays_near_the_points_of_the_program_and_says_how_near() {
+    let bench = Bench::new();
+    let robot = "schema: lostmotion/robot/1\nname: t\njoints:\n  - {name: A1, kind: revolute, a_mm: 500}\n  - {name: Z, kind: prismatic, \
+                 d_mm: 0}\n";
+    bench.write("two.yaml", robot);
+    let effect = "{effect: backlash, joint: Z, half_gap_mm: 0.02}";
+    bench.write("z.yaml", &format!("schema: lostmotion/model/1\nrobot: two.yaml\neffects:\n  - {effect}\n"));
+    let rows =
+        [(99.416, 0.8), (95.456, 0.9), (91.677, 1.0), (88.230, 1.101), (88.780, 5.2), (92.293, 5.3), (96.113, 5.4)];
+    let text: String = rows.iter().map(|(z, t)| format!("0,{z:.3},{t:.3}\n")).collect();
+    bench.write("jump.csv", &format!("a1_deg,z_mm,t_s\n{text}"));
+    for refine in ["none", "cubic", "cartesian"] {
+        let run =
+            bench.run(&format!("rewrite --model z.yaml jump.csv --refine {refine} --output out_{refine}.csv --json"));
+        let run = { run }.assert().success();
+        let said: serde_json::Value = serde_json::from_slice(&run.get_output().stdout).unwrap();
+        // against the straight path through the points of the program, at the times of the result
+        let at = |t: f64| {
+            let k = rows.windows(2).position(|w| t <= w[1].1).unwrap();
+            let ((z0, t0), (z1, t1)) = (rows[k], rows[k + 1]);
+            z0 + (t - t0) / (t1 - t0) * (z1 - z0)
+        };
+        let out = String::from_utf8(bench.read(format!("out_{refine}.csv"))).unwrap();
+        let departure = |line: &str| {
+            let v: Vec<f64> = line.split(',').map(|c| c.parse().unwrap()).collect();
+            (v[1] - at(v[2])).abs()
+        };
+        let worst = out.lines().skip(1).map(departure).fold(0.0, f64::max);
+        let told = said["largest_change_um"].as_f64().unwrap();
+        assert!(worst < 0.05, "{refine}: {worst} mm");
+        assert!(told + 1.0 >= 1000.0 * worst, "{refine}: {worst} mm, but {told} um are told");
+    }
+}
+
+#[test]
+fn a_refused_program_fails_a_job_only_where_that_is_asked() {
+    let bench = Bench::new();
+    bench.write("in/good.csv", &String::from_utf8(bench.read("p.csv")).unwrap());
+    bench.run("rewrite --model comp.yaml p.csv --output in/done.csv").assert().success();
+    let run =
+        |more: &str, out: &str| bench.run(&format!("rewrite --model comp.yaml in --output-dir {out}{more}")).assert();
+    run("", "a").code(1);
+    run(" --fail-on failed", "b").code(0);
+    bench.write("in/bad.csv", "a1_deg\nnothing\n");
+    run(" --fail-on failed", "c").code(1);
+    run(" --fail-on none", "d").code(0);
+}
+
+#[test]
+fn a_program_that_is_added_moves_no_other_to_another_part() {
+    let bench = Bench::new();
+    let program = String::from_utf8(bench.read("p.csv")).unwrap();
+    (0..8).for_each(|k| bench.write(format!("in/{k}.csv"), &program));
+    let part = |k: usize, out: &str| -> Vec<String> {
+        let out = format!("{out}{k}");
+        bench.run(&format!("rewrite --model comp.yaml in --output-dir {out} --shard {k}/2")).assert().success();
+        let names = std::fs::read_dir(bench.path(out)).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = names.filter(|n| n.ends_with(".csv")).collect();
+        names.sort();
+        names
+    };
+    let before = [part(1, "a"), part(2, "a")];
+    assert_eq!(before[0].len() + before[1].len(), 8);
+    bench.write("in/3b.csv", &program);
+    let after = [part(1, "b"), part(2, "b")];
+    for (a, b) in before.iter().zip(&after) {
+        assert!(a.iter().all(|n| b.contains(n)), "{before:?} {after:?}");
+    }
+}
