@@ -393,13 +393,17 @@ fn link_masses(
 /// Largest distance and angle between the two chains at positions within the limits, of a fixed sequence.
 fn compare(robot: &Robot, chain: &[Element]) -> (f64, f64) {
     const POSITIONS: usize = 200;
+    // mobile bases have limits of kilometres, where rounding alone is larger than any error
+    const FAR_M: f64 = 10.0;
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let (mut distance_m, mut angle_rad) = (0.0f64, 0.0f64);
     for _ in 0..POSITIONS {
         let q: Vec<f64> = robot
             .axis_joints()
             .map(|j| {
-                let [lo, hi] = j.limits.unwrap_or([-std::f64::consts::PI, std::f64::consts::PI]);
+                let far = if j.kind == JointKind::Revolute { std::f64::consts::PI } else { FAR_M };
+                let [lo, hi] = j.limits.map_or([-far, far], |[lo, hi]| [lo.max(-far), hi.min(far)]);
+                let [lo, hi] = if lo < hi { [lo, hi] } else { [-far, far] };
                 rng.random_range(lo..hi)
             })
             .collect();

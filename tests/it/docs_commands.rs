@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Pages whose commands are run. Those of other pages name the files of a user.
-const PAGES: [&str; 11] = [
+const PAGES: [&str; 12] = [
     "assess-bidirectional",
     "assess-circle",
     "assess-impact",
@@ -14,6 +14,7 @@ const PAGES: [&str; 11] = [
     "identify-screw",
     "identify-static",
     "learn",
+    "robot",
     "simulate",
     "track",
 ];
