@@ -56,7 +56,10 @@ fn hysteresis(bencher: divan::Bencher) {
 
 #[divan::bench]
 fn transmission_error(bencher: divan::Bencher) {
-    gear(bencher, &[Effect::new(TransmissionError { amplitude: 5e-5, cycles_per_rev: 30.0, phase_rad: 0.0 })]);
+    gear(
+        bencher,
+        &[Effect::new(TransmissionError { amplitude: 5e-5, cycles_per_rev: 30.0, phase_rad: 0.0, fade: None })],
+    );
 }
 
 #[divan::bench]

@@ -167,7 +167,7 @@ const TAIL: &str = "
 `tests/oracle/catalogue_oracle.py` was written from the equations alone: every joint stepped in time at 0.25 ms with commands known as
 formulas, kinematics as products of 4 x 4 matrices, gravity's torque as the derivative of the potential energy. `simulate`
 gets the commands as rows at 20 Hz. Two made-up robots (a six-axis arm in the standard convention; a slide in Craig's, with a
-lead screw and a joint that follows another), 36 cases, settled poses and a program among them: the largest difference of the
+lead screw and a joint that follows another), 70 cases, settled poses and a program among them: the largest difference of the
 TCP is 0.2 um (`backlash_speed`, whose speed comes from the rows, and a stiction before a lag), below 0.1 um in the others. `tests/it/catalogue.rs` holds 0.5 um.
 ";
 

@@ -7,7 +7,7 @@
 
 use super::forward::{Hypothesis, Problem, State};
 use crate::effects::candidate::AxisSurvey;
-use crate::effects::{Survey, catalogue, transmission_error};
+use crate::effects::{Inputs, Survey, catalogue, transmission_error};
 
 pub use crate::effects::Candidate;
 
@@ -40,6 +40,16 @@ pub fn all(problem: &Problem) -> Vec<Candidate> {
     list
 }
 
+/// What is tried besides, where many effects are fitted together: forms with more freedom and rarer effects.
+pub fn further(problem: &Problem) -> Vec<Candidate> {
+    let survey = survey(problem);
+    let mut list = Vec::new();
+    for info in catalogue::ALL {
+        (info.further)(&survey, &mut list);
+    }
+    list
+}
+
 /// What the logs hold, as effects need it to say what may be tried.
 pub fn survey(problem: &Problem) -> Survey<'_> {
     let axis = |axis: usize| AxisSurvey {
@@ -50,6 +60,19 @@ pub fn survey(problem: &Problem) -> Survey<'_> {
             .flat_map(|l| l.drive.command(axis).iter().copied())
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]),
         loaded: problem.logs.iter().any(|l| l.drive.gravity_torque(axis).iter().any(|t| *t != 0.0)),
+        load: problem.logs.iter().flat_map(|l| l.drive.gravity_torque(axis).iter()).fold(0.0, |m, t| m.max(t.abs())),
+        fastest: problem
+            .logs
+            .iter()
+            .filter(|l| !l.log.poses)
+            .flat_map(|l| Inputs::speed(&l.drive, axis).iter())
+            .fold(0.0, |m, v| m.max(v.abs())),
+        torque_measured: problem.logs.iter().any(|l| l.drive.measured_torque(axis).is_some()),
+        torque: problem
+            .logs
+            .iter()
+            .flat_map(|l| l.drive.measured_torque(axis).unwrap_or(l.drive.gravity_torque(axis)).iter())
+            .fold([0.0, 0.0], |[a, b], t| [a.min(*t), b.max(*t)]),
     };
     let fastest = problem.logs.iter().flat_map(|l| l.drive.tcp_speed_m_s().iter().copied()).fold(0.0, f64::max);
     Survey {
@@ -59,6 +82,7 @@ pub fn survey(problem: &Problem) -> Survey<'_> {
         fastest_m_s: fastest.max(1e-6),
         points: problem.logs.iter().any(|l| l.reflectors() > 0),
         motion: problem.logs.iter().any(|l| !l.log.poses),
+        temperature: problem.logs.iter().any(|l| l.drive.temp_c().is_some()),
     }
 }
 

@@ -32,6 +32,7 @@ pub static INFO: EffectInfo = EffectInfo {
     },
     typical: |_| vec![("ratio".into(), 1e-4.into())],
     candidates,
+    further: |_, _| {},
 };
 
 /// Movement of this joint per movement of the other.

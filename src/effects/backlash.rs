@@ -34,6 +34,7 @@ pub static INFO: EffectInfo = EffectInfo {
         let one = |axis| Candidate::of_size(survey.robot, Target::Joint(axis), candidate::TRIAL, gap).positive();
         list.extend(survey.moving().map(one));
     },
+    further: |_, _| {},
 };
 
 /// Play with half gap `half_gap` (rad or m, 0 or more).

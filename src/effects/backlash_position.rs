@@ -35,6 +35,7 @@ pub static INFO: EffectInfo = EffectInfo {
     read,
     typical,
     candidates,
+    further: |_, _| {},
 };
 
 /// Play with a half gap (rad or m, 0 or more) over position.

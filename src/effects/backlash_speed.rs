@@ -45,6 +45,7 @@ pub static INFO: EffectInfo = EffectInfo {
     },
     typical,
     candidates,
+    further: |_, _| {},
 };
 
 /// Half gap at rest (rad or m), and its slope (rad or m per m/s).

@@ -168,15 +168,32 @@ pub struct Survey<'a> {
     pub points: bool,
     /// A log is a motion.
     pub motion: bool,
+    /// The temperature was logged.
+    pub temperature: bool,
 }
 
 /// The same of one axis, over all logs; rad or m.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct AxisSurvey {
     pub travel: f64,
     pub range: [f64; 2],
     /// Gravity's torque about it is not zero throughout.
     pub loaded: bool,
+    /// Largest torque of gravity about it, either way, Nm or N.
+    pub load: f64,
+    /// Fastest command, rad/s or m/s; 0 for poses.
+    pub fastest: f64,
+    /// The torque of its drive was logged; its least and most, Nm or N, else those of gravity.
+    pub torque_measured: bool,
+    pub torque: [f64; 2],
+}
+
+impl<'a> Survey<'a> {
+    /// Nothing is known of the logs.
+    pub fn nothing(robot: &'a Robot) -> Self {
+        let axes = vec![AxisSurvey::default(); robot.dof()];
+        Self { robot, axes, clock: None, fastest_m_s: 1e-6, points: false, motion: false, temperature: false }
+    }
 }
 
 impl Survey<'_> {

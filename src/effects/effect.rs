@@ -3,11 +3,12 @@
 //! Only what an effect does differently from doing nothing has to be written: every hook of the chain has a default. Values are SI
 //! (rad or m, s, Nm or N).
 
-use super::{EffectInfo, GapCurve, Parameter, Site, Stage, Target, Track, stiction::Decay};
-use crate::robot::Joint;
+use super::{DhParameter, EffectInfo, GapCurve, Parameter, Site, Stage, Target, Track, stiction::Decay};
+use crate::robot::{Joint, JointFrame};
 use nalgebra::{Isometry3, Vector3};
 use serde_yaml::Mapping;
 use std::any::Any;
+use std::borrow::Cow;
 use std::fmt::Debug;
 use std::ops::Deref;
 use std::sync::Arc;
@@ -93,6 +94,11 @@ pub trait EffectType: EffectObject + Debug + Send + Sync {
 
     /// It looks at the commanded TCP speed ([`Track::tcp_speed_m_s`]).
     fn uses_tcp_speed(&self) -> bool {
+        false
+    }
+
+    /// It looks at the torque of gravity ([`Track::load`]), which may change while the joint rests.
+    fn uses_load(&self) -> bool {
         false
     }
 
@@ -232,12 +238,56 @@ impl<T: EffectType> From<T> for Effect {
     }
 }
 
-/// What link effects look at, row by row.
+/// What effects look at that act row by row.
 pub trait Inputs: Sync {
     /// Command of an axis, rad or m.
     fn command(&self, axis: usize) -> &[f64];
+
     /// Gravity's torque about an axis at the commanded pose, Nm (N for a prismatic one); positive turns the axis positive.
     fn gravity_torque(&self, axis: usize) -> &[f64];
+
+    /// `(z cross x) . g` and `(z cross y) . g` for the axis `z` and the frame `x, y` of a joint behind it, `g` of length 1.
+    fn gravity_levers(&self, axis: usize, joint: usize) -> Cow<'_, [[f64; 2]]>;
+
+    /// Measured torque of the drive of an axis, Nm or N; `None` where it was not logged.
+    fn measured_torque(&self, _axis: usize) -> Option<&[f64]> {
+        None
+    }
+
+    /// Times, s; empty where there are none: settled poses, a single pose.
+    fn t_s(&self) -> &[f64] {
+        &[]
+    }
+
+    /// Temperature; `None` where it was not logged.
+    fn temp_c(&self) -> Option<&[f64]> {
+        None
+    }
+
+    /// Direction of the last movement of an axis: -1, +1, or 0 before the first one; empty where it is not known.
+    fn direction(&self, _axis: usize) -> &[f64] {
+        &[]
+    }
+
+    /// Speed of the command of an axis, rad/s or m/s; empty where it is not known.
+    fn speed(&self, _axis: usize) -> &[f64] {
+        &[]
+    }
+
+    /// Moment of the weights about the base's origin, Nm, and that origin, m.
+    fn overturning(&self, _row: usize) -> (Vector3<f64>, Vector3<f64>) {
+        (Vector3::zeros(), Vector3::zeros())
+    }
+
+    /// One turn of an axis: 2 pi rad, or its lead in m.
+    fn rev(&self, _axis: usize) -> f64 {
+        std::f64::consts::TAU
+    }
+
+    /// Where a series of the rows turns between them: `(row before, t in s, value there)`.
+    fn turning_points(&self, _series: &[f64]) -> Vec<(usize, f64, f64)> {
+        Vec::new()
+    }
 }
 
 /// Kinematic parameters that geometry effects change.
@@ -253,6 +303,8 @@ pub struct Row<'a> {
     pub index: usize,
     /// Time since the first row, s, by the clock of the robot.
     pub t_s: f64,
+    /// The same by the clock of the tracker.
+    pub measured_s: f64,
     /// The rows are settled poses, which have no time.
     pub settled: bool,
     pub inputs: &'a dyn Inputs,
@@ -262,13 +314,21 @@ pub struct Row<'a> {
     pub station_m: Vector3<f64>,
 }
 
-/// Axes and origin of a joint's frame, after the joint's own turn and slide: `z` is its axis, `x` the direction of its `a`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointFrame {
-    pub x: Vector3<f64>,
-    pub y: Vector3<f64>,
-    pub z: Vector3<f64>,
-    pub origin_m: Vector3<f64>,
+impl Row<'_> {
+    /// Frame of the joint that a target names by its axis.
+    pub fn frame_of_axis(&self, target: Target) -> Option<&JointFrame> {
+        let axis = target.axis()?;
+        self.frames.iter().find(|f| f.axis == axis)
+    }
+
+    /// Direction in which a length of a joint moves all that is behind it.
+    pub fn direction_of(&self, joint: usize, parameter: DhParameter) -> Vector3<f64> {
+        match (self.frames.get(joint), parameter) {
+            (Some(f), DhParameter::A) => f.along_a,
+            (Some(f), DhParameter::D) => f.z,
+            _ => Vector3::zeros(),
+        }
+    }
 }
 
 /// What else is known where an effect is to be undone.

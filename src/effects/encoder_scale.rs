@@ -31,6 +31,7 @@ pub static INFO: EffectInfo = EffectInfo {
         let one = |axis| Candidate::of_size(survey.robot, Target::Joint(axis), 1e-6, |scale| EncoderScale { scale });
         list.extend(survey.moving().map(one));
     },
+    further: |_, _| {},
 };
 
 /// Relative error of the movement (1e-6 per ppm).

@@ -76,6 +76,17 @@ fn target(kind: ActsOn, f: &mut Fields, named: Option<String>) -> Result<Target>
         }
         ActsOn::Coupling => coupling(f, named),
         ActsOn::DhParameter(allowed) => dh_parameter(f, named, allowed),
+        ActsOn::JointOrDhParameter(allowed) => match named {
+            Some(name) if name.contains('.') && f.robot.axis_named(&name).is_none() => {
+                dh_parameter(f, Some(name), allowed)
+            }
+            named => target(ActsOn::Joint, f, named),
+        },
+        ActsOn::JointOrTcp => match named {
+            Some(name) if !name.eq_ignore_ascii_case("tcp") => target(ActsOn::Joint, f, Some(name)),
+            named => the_only(f, named, Target::Tcp, "tcp"),
+        },
+        ActsOn::Base => the_only(f, named, Target::Base, "base"),
         ActsOn::Tool => the_only(f, named, Target::Tool, "tool"),
         ActsOn::Tcp => the_only(f, named, Target::Tcp, "tcp"),
         ActsOn::Log => the_only(f, named, Target::Log, "log"),
@@ -169,7 +180,7 @@ pub fn write(placed: &EffectInstance, robot: &Robot) -> Value {
             put("from", robot.axis(from).name.clone().into());
         }
         Target::Link { .. } => put("target", placed.target_text(robot).into()),
-        Target::Tool | Target::Tcp | Target::Log => {}
+        Target::Base | Target::Tool | Target::Tcp | Target::Log => {}
     }
     placed.effect.write(&placed.site(robot), &mut map);
     Value::Mapping(map)

@@ -37,6 +37,11 @@ impl<'a> Fields<'a> {
         Error::bad(self.doc.place(&needles), format!("{} in {of}", found.into()), expected)
     }
 
+    /// The key is there.
+    pub fn has(&self, key: &str) -> bool {
+        self.map.contains_key(key)
+    }
+
     /// The value of a key as it stands.
     pub fn take(&mut self, key: &str) -> Option<Value> {
         self.map.remove(key)

@@ -13,9 +13,15 @@ pub static INFO: EffectInfo = EffectInfo {
     family: Family::Gravity,
     acts_on: ActsOn::Joint,
     adds: "the joint yields to gravity",
-    equation: "compliance * gravity torque about the joint (positive turns it positive), from links and payload_kg",
-    reference: "Whitney, Lozinski, Rourke (1986), J. Dynamic Systems, Measurement, and Control 108(1)",
-    parameters: &[("compliance_deg_per_nm", "0 to 1e-3 rad/Nm (1e-4 m/N): a spring gives way along its load")],
+    equation: "compliance * gravity torque about the joint (positive turns it positive), from links and payload_kg; with moments sum x_i (z_j cross x_i).g + y_i (z_j cross y_i).g",
+    reference: "Whitney, Lozinski, Rourke (1986), J. Dynamic Systems, Measurement, and Control 108(1); Khalil, Dombre (2002), Modeling, Identification and Control of Robots, for the moments",
+    parameters: &[
+        ("compliance_deg_per_nm", "0 to 1e-3 rad/Nm (1e-4 m/N): a spring gives way along its load"),
+        (
+            "moments",
+            "in its place, masses free: [[JOINT, x_deg, y_deg], ...], bend by the link where its x or y lies across gravity",
+        ),
+    ],
     confused_with: &["joint_zero_offset", "link_error"],
     decide_by: "repeat the poses with another payload",
     action: "enter load data, use the controller's elasto-static correction, check the counterbalance",
@@ -27,6 +33,9 @@ pub static INFO: EffectInfo = EffectInfo {
     example: ("{effect: gravity_compliance, joint: A1, compliance_deg_per_nm: 1.0e-5}", View::JointOverCommand),
     read: |f| {
         let site = f.site();
+        if f.has("moments") {
+            return free_mass_gravity::read(f);
+        }
         Ok(GravityCompliance { compliance: f.any(key(&site))? * site.si_per_user_unit() }.into())
     },
     typical: |size| {
@@ -38,6 +47,7 @@ pub static INFO: EffectInfo = EffectInfo {
         let one = |axis| Candidate::of_size(survey.robot, Target::Joint(axis), 1e-8, yields).positive();
         list.extend(survey.all_axes().filter(|&a| survey.axes[a].loaded).map(one));
     },
+    further: free_mass_gravity::further,
 };
 
 const REVOLUTE_KEY: &str = "compliance_deg_per_nm";

@@ -16,11 +16,12 @@ pub static INFO: EffectInfo = EffectInfo {
     family: Family::Gap,
     acts_on: ActsOn::Joint,
     adds: "lost motion that builds up smoothly after a reversal",
-    equation: "-half_width z, dz/dp = (1 - z dir)/presliding (Dahl)",
-    reference: "Dahl (1968), A Solid Friction Model, Aerospace Corporation TOR-0158(3107-18)-1",
+    equation: "-half_width z, dz/dp = (1 - z dir)/presliding (Dahl); with elements -sum half_width_i z_i, dz_i = dp/presliding_i within -1 and +1",
+    reference: "Dahl (1968), A Solid Friction Model, Aerospace Corporation TOR-0158(3107-18)-1; Al-Bender, Lampaert, Swevers (2005), IEEE Trans. Automatic Control 50(11), for the elements",
     parameters: &[
         ("half_width_deg", "half of the loop, 0 to 0.1 rad (10 mm)"),
         ("presliding_deg", "travel over which 63 % of the turn-over builds up, above 0"),
+        ("elements", "in their place: [[half_width_deg, presliding_deg], ...], 1 to 8 elements that slip (Maxwell)"),
     ],
     confused_with: &["backlash", "stiction"],
     decide_by: "reverse slowly, with ten or more rows inside the transition",
@@ -33,6 +34,9 @@ pub static INFO: EffectInfo = EffectInfo {
     example: ("{effect: hysteresis, joint: A1, half_width_deg: 0.003, presliding_deg: 4}", View::JointOverCommand),
     read: |f| {
         let site = f.site();
+        if f.has("elements") {
+            return maxwell_slip::read(f);
+        }
         Ok(Hysteresis {
             half_width: f.length("half_width", 0.0)?,
             presliding: f.above_0(&site.key("presliding"))? * site.si_per_user_unit(),
@@ -49,6 +53,7 @@ pub static INFO: EffectInfo = EffectInfo {
             }
         }
     },
+    further: maxwell_slip::candidates,
 };
 
 /// Half width in rad or m, and presliding travel in rad or m.

@@ -46,8 +46,10 @@ pub struct EffectInfo {
     pub read: fn(&mut Fields) -> Result<Effect>,
     /// Keys and values of a size at which it matters.
     pub typical: fn(&TypicalSize) -> Vec<(String, Value)>,
-    /// What a diagnosis tries: adds its candidates to the list.
+    /// What a diagnosis tries at first: adds its candidates to the list.
     pub candidates: fn(&Survey, &mut Vec<Candidate>),
+    /// What it tries besides, where many effects are fitted together: forms with more freedom, rarer effects.
+    pub further: fn(&Survey, &mut Vec<Candidate>),
 }
 
 /// Kinds of targets.
@@ -58,6 +60,11 @@ pub enum ActsOn {
     Coupling,
     /// One of these parameters of a joint.
     DhParameter(&'static [DhParameter]),
+    /// A joint, or one of these parameters of one.
+    JointOrDhParameter(&'static [DhParameter]),
+    /// A joint, or the TCP.
+    JointOrTcp,
+    Base,
     Tool,
     Tcp,
     Log,
@@ -70,6 +77,9 @@ impl ActsOn {
             Self::Joint => "joint",
             Self::Coupling => "A6<-A5",
             Self::DhParameter(_) => "A2.a",
+            Self::JointOrDhParameter(_) => "joint or A2.a",
+            Self::JointOrTcp => "joint or tcp",
+            Self::Base => "base",
             Self::Tool => "tool",
             Self::Tcp => "tcp",
             Self::Log => "log",

@@ -68,6 +68,7 @@ impl Target {
             Self::Joint(axis) => robot.axis(axis).name.clone(),
             Self::Coupled { to, from } => format!("{}<-{}", robot.axis(to).name, robot.axis(from).name),
             Self::Link { joint, parameter } => format!("{}.{}", robot.joints[joint].name, parameter.text()),
+            Self::Base => "base".into(),
             Self::Tool => "tool".into(),
             Self::Tcp => "tcp".into(),
             Self::Log => "log".into(),
@@ -77,5 +78,5 @@ impl Target {
 
 impl DhParameter {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::A, Self::D, Self::Alpha];
+    pub const ALL: [Self; 4] = [Self::A, Self::D, Self::Alpha, Self::Beta];
 }

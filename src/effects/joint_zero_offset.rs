@@ -32,6 +32,7 @@ pub static INFO: EffectInfo = EffectInfo {
         let one = |axis| Candidate::of_size(survey.robot, Target::Joint(axis), candidate::TRIAL, zero);
         list.extend(survey.all_axes().map(one));
     },
+    further: |_, _| {},
 };
 
 /// Constant, rad or m.

@@ -14,33 +14,46 @@
 //!   target.
 //! - [`candidate`]: what a diagnosis tries of an effect, and what it knows of the logs ([`candidate::Survey`]).
 //! - [`track`]: a joint's command with its directions and turning points; [`smooth`]: a motion between its samples;
-//!   [`curve`]: a half gap as a function of position.
+//!   [`curve`]: a half gap as a function of position; [`spline`]: a smooth curve that is linear in its values.
 
 pub mod axis_coupling;
 pub mod backlash;
 pub mod backlash_position;
 pub mod backlash_speed;
+pub mod base_tilt;
+pub mod bearing_wobble;
 pub mod candidate;
 pub mod catalogue;
+pub mod coupled_play;
 pub mod curve;
 pub mod effect;
+pub mod empirical;
 pub mod encoder_scale;
 pub mod entry;
 pub mod fields;
+pub mod free_mass_gravity;
 pub mod gravity_compliance;
 pub mod hysteresis;
 pub mod info;
 pub mod instance;
 pub mod joint_zero_offset;
 pub mod link_error;
+pub mod loaded_play;
+pub mod maxwell_slip;
+pub mod presliding_stiction;
 pub mod servo_lag;
 pub mod site;
 pub mod smooth;
+pub mod spline;
 pub mod stiction;
 pub mod thermal_drift;
+pub mod thermal_growth;
 pub mod time_offset;
 pub mod tool_error;
+pub mod torque_windup;
 pub mod track;
+pub mod tracker_frame;
+pub mod tracker_scale;
 pub mod transmission_error;
 pub mod vibration;
 
@@ -48,28 +61,41 @@ pub use axis_coupling::AxisCoupling;
 pub use backlash::Backlash;
 pub use backlash_position::BacklashPosition;
 pub use backlash_speed::BacklashSpeed;
+pub use base_tilt::BaseTilt;
+pub use bearing_wobble::BearingWobble;
 pub use candidate::{Candidate, Survey};
+pub use coupled_play::CoupledPlay;
 pub use curve::GapCurve;
-pub use effect::{Effect, EffectType, Geometry, Inputs, JointFrame, Row, Undo, UndoContext};
+pub use effect::{Effect, EffectType, Geometry, Inputs, Row, Undo, UndoContext};
+pub use empirical::Empirical;
 pub use encoder_scale::EncoderScale;
 pub use fields::Fields;
+pub use free_mass_gravity::FreeMassGravity;
 pub use gravity_compliance::GravityCompliance;
 pub use hysteresis::Hysteresis;
 pub use info::{ActsOn, AfterReversal, EffectInfo, Family, TypicalSize, View};
 pub use instance::EffectInstance;
 pub use joint_zero_offset::JointZeroOffset;
 pub use link_error::LinkError;
+pub use loaded_play::LoadedPlay;
+pub use maxwell_slip::MaxwellSlip;
+pub use presliding_stiction::PreslidingStiction;
 pub use servo_lag::ServoLag;
 pub use site::{Parameter, Site};
 pub use stiction::{Decay, Stiction};
 pub use thermal_drift::ThermalDrift;
+pub use thermal_growth::ThermalGrowth;
 pub use time_offset::TimeOffset;
 pub use tool_error::ToolError;
+pub use torque_windup::TorqueWindup;
 pub use track::{Between, Track, Turn};
+pub use tracker_frame::TrackerFrame;
+pub use tracker_scale::TrackerScale;
 pub use transmission_error::TransmissionError;
 pub use vibration::Vibration;
 
 use crate::error::Result;
+pub use crate::robot::JointFrame;
 
 /// Place in the chain; effects act in this order, and within a stage in the order of the model file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -104,6 +130,8 @@ pub enum DhParameter {
     A,
     D,
     Alpha,
+    /// Hayati's twist about y behind alpha, for joints whose axes are nearly parallel.
+    Beta,
 }
 
 impl DhParameter {
@@ -113,6 +141,7 @@ impl DhParameter {
             Self::A => "a",
             Self::D => "d",
             Self::Alpha => "alpha",
+            Self::Beta => "beta",
         }
     }
 }
@@ -124,6 +153,7 @@ pub enum Target {
     Joint(usize),
     Coupled { to: usize, from: usize },
     Link { joint: usize, parameter: DhParameter },
+    Base,
     Tool,
     Tcp,
     Log,

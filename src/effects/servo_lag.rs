@@ -39,6 +39,7 @@ pub static INFO: EffectInfo = EffectInfo {
             list.extend(survey.moving().map(|axis| lag(Target::Joint(axis))));
         }
     },
+    further: |_, _| {},
 };
 
 /// Time constant, s (0 or more).

@@ -24,7 +24,7 @@ impl Site<'_> {
     pub fn kind(&self) -> JointKind {
         match self.target {
             Target::Link { parameter: DhParameter::A | DhParameter::D, .. } => JointKind::Prismatic,
-            Target::Link { parameter: DhParameter::Alpha, .. } => JointKind::Revolute,
+            Target::Link { parameter: DhParameter::Alpha | DhParameter::Beta, .. } => JointKind::Revolute,
             _ => self.axis().map_or(JointKind::Revolute, |a| self.robot.axis(a).kind),
         }
     }

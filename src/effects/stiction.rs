@@ -17,11 +17,17 @@ pub static INFO: EffectInfo = EffectInfo {
     family: Family::Friction,
     acts_on: ActsOn::Joint,
     adds: "the joint stands still after a reversal until the servo has worked the error off",
-    equation: "-dir min(|p - p_rev|, spike exp(-(t - t_rev)/decay)) after each reversal",
-    reference: "seed 000 equations 8 and 9; Armstrong-Helouvry, Dupont, Canudas de Wit (1994), Automatica 30(7)",
+    equation: "-dir min(|p - p_rev|, spike exp(-(t - t_rev)/decay)) after each reversal; with a rise de = -(spike/2) dz - e dt/decay, dz = (dir - z) dt/rise (or travel over rise)",
+    reference: "seed 000 equations 8 and 9; Armstrong-Helouvry, Dupont, Canudas de Wit (1994), Automatica 30(7); Canudas de Wit et al. (1995), IEEE Trans. Automatic Control 40(3), for the rise",
     parameters: &[
         ("spike_deg", "largest error, 0 to 0.1 rad (10 mm): more is a seized joint"),
         ("decay_s or decay_deg", "time (1 ms to 1000 s) or travel over which the error fades"),
+        (
+            "rise_s or rise_deg",
+            "time (1 ms to 10 s) or travel over which it builds up; left out: as the joint stands still",
+        ),
+        ("spike_positive_deg, spike_negative_deg", "in the place of spike_deg: after reversals into either direction"),
+        ("per_nm", "relative growth of the spike with the torque of gravity, 0 to 1 per Nm"),
     ],
     confused_with: &["hysteresis", "backlash"],
     decide_by: "reverse at two speeds and wait after one reversal: stiction fades, a gap stays",
@@ -35,6 +41,7 @@ pub static INFO: EffectInfo = EffectInfo {
     read,
     typical,
     candidates,
+    further: presliding_stiction::further,
 };
 
 /// How the spike decays: `exp(-(t - t_rev) / s)`, or `exp(-|p - p_rev| / travel)`.
@@ -65,18 +72,31 @@ pub struct Stiction {
 }
 
 fn read(f: &mut Fields) -> Result<Effect> {
-    let (site, spike) = (f.site(), f.length("spike", 0.0)?);
+    let site = f.site();
+    let si = site.si_per_user_unit();
+    let more = ["rise_s", &site.key("rise"), &site.key("spike_positive"), &site.key("spike_negative"), "per_nm"];
+    let general = more.iter().any(|key| f.has(key));
+    let rise = (f.number("rise_s", f64::MIN_POSITIVE)?, f.number(&site.key("rise"), f64::MIN_POSITIVE)?);
+    let rise = match rise {
+        (Some(s), None) => Some(Decay::Time(s)),
+        (None, Some(x)) => Some(Decay::Travel(x * si)),
+        (None, None) => None,
+        _ => return Err(f.bad("rise", "two rises", &format!("either `rise_s` or `{}`", site.key("rise")))),
+    };
     let time = f.number("decay_s", f64::MIN_POSITIVE)?;
     let travel = f.number(&site.key("decay"), f64::MIN_POSITIVE)?;
     let decay = match (time, travel) {
         (Some(s), None) => Decay::Time(s),
-        (None, Some(x)) => Decay::Travel(x * site.si_per_user_unit()),
+        (None, Some(x)) => Decay::Travel(x * si),
         _ => {
             let expected = format!("either `decay_s` or `{}`", site.key("decay"));
             return Err(f.bad("decay", "no decay, or two", &expected));
         }
     };
-    Ok(Stiction { spike, decay }.into())
+    if general {
+        return presliding_stiction::read(f, rise, decay);
+    }
+    Ok(Stiction { spike: f.length("spike", 0.0)?, decay }.into())
 }
 
 fn typical(size: &TypicalSize) -> Vec<(String, Value)> {

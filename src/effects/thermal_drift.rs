@@ -32,6 +32,7 @@ pub static INFO: EffectInfo = EffectInfo {
         keys
     },
     candidates,
+    further: |_, _| {},
 };
 
 /// Where it ends, m, and its time constant, s.

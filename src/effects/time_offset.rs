@@ -32,6 +32,7 @@ pub static INFO: EffectInfo = EffectInfo {
             list.push(Candidate::of_size(survey.robot, Target::Log, 1e-4, |offset_s| TimeOffset { offset_s }));
         }
     },
+    further: |_, _| {},
 };
 
 /// s.

@@ -32,6 +32,7 @@ pub static INFO: EffectInfo = EffectInfo {
             list.push(Candidate::of_vector(survey.robot, Target::Tool, 1e-5, |offset_m| ToolError { offset_m }));
         }
     },
+    further: |_, _| {},
 };
 
 /// Change of the TCP in the flange frame, m.

@@ -48,6 +48,8 @@ pub struct Track<'a> {
     pub rows: Option<&'a [u32]>,
     /// Commanded TCP speed at each sample, m/s; empty: at rest.
     pub tcp_speed_m_s: &'a [f64],
+    /// Torque of gravity about the joint at each sample, Nm (N); empty: none is known.
+    pub load: &'a [f64],
     /// One turn of the joint: 2 pi rad, or the lead of a screw in m.
     pub rev: f64,
 }
@@ -107,6 +109,7 @@ impl<'a> Track<'a> {
             between: Between::Smooth,
             rows: None,
             tcp_speed_m_s: &[],
+            load: &[],
             rev: std::f64::consts::TAU,
         }
     }
@@ -115,6 +118,36 @@ impl<'a> Track<'a> {
     pub fn with_initial_gap_side(mut self, initial_gap_side: i8) -> Self {
         self.initial_gap_side = initial_gap_side.signum();
         self
+    }
+
+    /// Speed of the command at a sample, rad/s or m/s: the slope of the parabola through it and its neighbours.
+    pub fn speed_at(&self, sample: usize) -> f64 {
+        let step = |i: usize| {
+            let seconds = self.t_s[i + 1] - self.t_s[i];
+            if seconds > 0.0 { (self.p[i + 1] - self.p[i]) / seconds } else { 0.0 }
+        };
+        let seconds = |i: usize| self.t_s[i + 1] - self.t_s[i];
+        // at an end, the parabola through the three samples there
+        let end = |near: usize, next: usize| {
+            let both = seconds(near) + seconds(next);
+            let bend = if both > 0.0 { (step(next) - step(near)) * seconds(near) / both } else { 0.0 };
+            step(near) - bend
+        };
+        match (sample, self.len()) {
+            (_, 0 | 1) => 0.0,
+            (_, 2) => step(0),
+            (0, _) => end(0, 1),
+            (last, n) if last + 1 == n => end(n - 2, n - 3),
+            (i, _) => {
+                let (h0, h1) = (self.t_s[i] - self.t_s[i - 1], self.t_s[i + 1] - self.t_s[i]);
+                if h0 + h1 > 0.0 { (step(i - 1) * h1 + step(i) * h0) / (h0 + h1) } else { 0.0 }
+            }
+        }
+    }
+
+    /// Torque of gravity at a sample; 0 where none is known.
+    pub fn load_at(&self, sample: usize) -> f64 {
+        self.load.get(sample).copied().unwrap_or(0.0)
     }
 
     pub fn len(&self) -> usize {

@@ -53,6 +53,7 @@ pub static INFO: EffectInfo = EffectInfo {
     },
     // a spectrum finds the frequencies: [`swing`]
     candidates: |_, _| {},
+    further: |_, _| {},
 };
 
 /// Amplitude in m along a unit vector, frequency, phase.

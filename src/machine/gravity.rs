@@ -5,8 +5,8 @@
 //! the whole transform of that joint, in either convention), and the payload at the flange. Sign: a positive torque turns
 //! (or pushes) the axis positive. Unit: Nm, N for a prismatic axis.
 
-use crate::robot::{Chain, Convention, JointKind, Robot};
-use nalgebra::Vector3;
+use crate::robot::{Chain, Convention, JointFrame, JointKind, Robot};
+use nalgebra::{Rotation3, Vector3};
 use rayon::prelude::*;
 
 /// Rows that one thread takes at a time.
@@ -31,6 +31,8 @@ impl Gravity {
             Convention::Standard => {
                 let j = &robot.joints[joint];
                 let (s, cos) = j.alpha_rad.sin_cos();
+                let c =
+                    if j.beta_rad == 0.0 { c } else { Rotation3::from_axis_angle(&Vector3::y_axis(), j.beta_rad) * c };
                 Vector3::new(j.a_m + c.x, cos * c.y - s * c.z, s * c.y + cos * c.z)
             }
         };
@@ -76,6 +78,21 @@ impl Gravity {
         }
     }
 
+    /// Moment of the weights about a point at `q`, Nm.
+    pub fn moment_about(&self, chain: &Chain, q: &[f64], payload_kg: f64, about_m: &Vector3<f64>) -> Vector3<f64> {
+        let (mut moment, last) = (Vector3::zeros(), self.masses.len().saturating_sub(1));
+        chain.frames(q, |i, [x, y, z, o]| {
+            let world = |c: &Vector3<f64>| o + x * c.x + y * c.y + z * c.z - about_m;
+            if let Some((mass, centre)) = self.masses.get(i) {
+                moment += (world(centre) * *mass).cross(&self.g_m_s2);
+                if i == last {
+                    moment += (world(&self.flange) * payload_kg).cross(&self.g_m_s2);
+                }
+            }
+        });
+        moment
+    }
+
     /// Torques `[axis][row]` over rows of commands.
     pub fn over(&self, chain: &Chain, cmd: &[Vec<f64>], payload_kg: Option<&[f64]>) -> Vec<Vec<f64>> {
         let rows = cmd.first().map_or(0, Vec::len);
@@ -107,6 +124,28 @@ impl Gravity {
         }
         all
     }
+}
+
+/// `(z cross x) . g` and `(z cross y) . g` of an axis and the frame of a joint behind it, `g` the direction of gravity, at `q`.
+pub fn levers(
+    chain: &Chain,
+    g_m_s2: &Vector3<f64>,
+    q: &[f64],
+    axis: usize,
+    joint: usize,
+    frames: &mut Vec<JointFrame>,
+) -> [f64; 2] {
+    chain.joint_frames(q, frames);
+    let Some(behind) = frames.get(joint) else { return [0.0; 2] };
+    let down = g_m_s2.try_normalize(0.0).unwrap_or_else(Vector3::zeros);
+    let mut levers = [0.0; 2];
+    // the axis, and the joints that follow it
+    for (k, frame) in frames.iter().enumerate().take(joint + 1).filter(|(_, f)| f.axis == axis) {
+        let (_, gain) = chain.drive_of(k);
+        levers[0] += gain * frame.z.cross(&behind.x).dot(&down);
+        levers[1] += gain * frame.z.cross(&behind.y).dot(&down);
+    }
+    levers
 }
 
 /// A joint's axis in the world, and the mass that it carries itself.

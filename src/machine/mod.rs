@@ -9,7 +9,7 @@
 //!
 //! Rooms:
 //! - [`trajectory`]: commands of all axes, prepared once; through servo and gear as often as wanted.
-//!   `wide`: over more samples than there are.
+//!   `wide`: over more samples than there are; `inputs`: what effects look at that act row by row.
 //! - [`grid`]: points of a program and rows together; [`turns`]: turning points between the rows of a log.
 //! - [`speed`]: speed of the commanded TCP; [`gravity`]: torque of the weights about each axis.
 //! - [`parts`]: single stages, for whoever runs the chain piece by piece.
@@ -17,6 +17,7 @@
 
 pub mod gravity;
 pub mod grid;
+mod inputs;
 pub mod parts;
 pub mod predict;
 pub mod speed;

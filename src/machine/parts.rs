@@ -2,7 +2,7 @@
 
 use super::CommandTrajectory;
 use super::predict::at_time;
-use crate::effects::{Effect, EffectInstance, JointFrame, Row, Stage};
+use crate::effects::{Effect, EffectInstance, Row, Stage};
 use crate::model::Model;
 use crate::robot::Chain;
 use nalgebra::{Isometry3, Vector3};
@@ -103,13 +103,11 @@ fn each_point<'a>(
             let index = block * BLOCK + i;
             if uses_frames {
                 q.iter_mut().zip(scene.joint).for_each(|(v, column)| *v = column[index]);
-                frames.clear();
-                scene.chain.frames(&q, |_, [x, y, z, o]| {
-                    frames.push(JointFrame { x: *x, y: *y, z: *z, origin_m: *o });
-                });
+                scene.chain.joint_frames(&q, &mut frames);
             }
-            let t = t_s.get(index).map_or(0.0, |t| t + scene.offset_s - start);
-            let row = Row { index, t_s: t, settled, inputs: scene.trajectory, frames: &frames, station_m };
+            let measured_s = t_s.get(index).map_or(0.0, |t| t - start);
+            let t_s = measured_s + scene.offset_s;
+            let row = Row { index, t_s, measured_s, settled, inputs: scene.trajectory, frames: &frames, station_m };
             change(point, &row, &effects);
         }
     });

@@ -12,11 +12,12 @@ use super::gravity::Gravity;
 use super::wide::{pick, run_wide};
 use super::{grid::Grid, speed, turns};
 use crate::effects::servo_lag::command_between;
-use crate::effects::{Between, Effect, Inputs, Stage, Track, Turn, apply_stage};
+use crate::effects::{Between, Effect, Stage, Track, Turn, apply_stage};
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
 use crate::program::Program;
 use crate::robot::{Chain, JointKind, Robot};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -35,7 +36,7 @@ const MOST_STUCK: usize = 64;
 
 /// Where the samples of an axis stand.
 #[derive(Debug, Clone)]
-enum Samples {
+pub(super) enum Samples {
     /// The axis does not move: one sample.
     Rest,
     /// The rows.
@@ -47,32 +48,45 @@ enum Samples {
 }
 
 #[derive(Debug, Clone)]
-struct Axis {
-    samples: Samples,
-    dir: Vec<i8>,
-    turns: Vec<Turn>,
-    rev: f64,
+pub(super) struct Axis {
+    pub(super) samples: Samples,
+    pub(super) dir: Vec<i8>,
+    pub(super) turns: Vec<Turn>,
+    pub(super) rev: f64,
     /// Movement that is none, rad or m.
-    quiet: f64,
+    pub(super) quiet: f64,
     /// TCP speed at own samples, once somebody asks.
-    speed: OnceLock<Vec<f64>>,
+    pub(super) speed: OnceLock<Vec<f64>>,
+    /// Torque of gravity at own samples, once somebody asks.
+    pub(super) load: OnceLock<Vec<f64>>,
+    /// Direction of the last movement and speed at the rows, once somebody asks.
+    pub(super) direction: OnceLock<Vec<f64>>,
+    pub(super) command_speed: OnceLock<Vec<f64>>,
 }
 
 /// Commands of all axes over rows: a log's, or those at which a program is sampled.
 #[derive(Debug, Clone)]
 pub struct CommandTrajectory {
-    between: Between,
-    t_s: Vec<f64>,
+    pub(super) between: Between,
+    pub(super) t_s: Vec<f64>,
     /// Times of settled poses, far apart.
-    spaced_s: Vec<f64>,
-    cmd: Vec<Vec<f64>>,
-    grid: Option<Grid>,
-    axes: Vec<Axis>,
-    chain: Chain,
-    gravity: Gravity,
-    payload_kg: Option<Vec<f64>>,
-    speed: OnceLock<Vec<f64>>,
-    torque: OnceLock<Vec<Vec<f64>>>,
+    pub(super) spaced_s: Vec<f64>,
+    pub(super) cmd: Vec<Vec<f64>>,
+    pub(super) grid: Option<Grid>,
+    pub(super) axes: Vec<Axis>,
+    pub(super) chain: Chain,
+    pub(super) gravity: Gravity,
+    pub(super) payload_kg: Option<Vec<f64>>,
+    pub(super) speed: OnceLock<Vec<f64>>,
+    pub(super) torque: OnceLock<Vec<Vec<f64>>>,
+    /// Levers of gravity, `[axis * joints + joint]`, once somebody asks.
+    pub(super) levers: Vec<OnceLock<Vec<[f64; 2]>>>,
+    pub(super) overturning: OnceLock<Vec<Vector3<f64>>>,
+    /// Logged: torque of the drives by axis, temperature.
+    pub(super) measured_torque: Vec<Option<Vec<f64>>>,
+    pub(super) temp_c: Option<Vec<f64>>,
+    pub(super) g_m_s2: Vector3<f64>,
+    pub(super) base_m: Vector3<f64>,
 }
 
 impl CommandTrajectory {
@@ -80,7 +94,8 @@ impl CommandTrajectory {
     /// of the column `speed_mm_s`, with which they were reached.
     pub fn of_log(robot: &Robot, log: &Log) -> Self {
         let payload = log.payload_kg.as_ref().map(|p| carried(p));
-        let drive = Self::of_columns(robot, log.t_s.clone(), log.cmd.clone(), payload, log.poses);
+        let drive = Self::of_columns(robot, log.t_s.clone(), log.cmd.clone(), payload, log.poses)
+            .with_temperature(log.temp_c.as_ref().map(|t| from_first(t)));
         if let (true, Some(speed)) = (log.poses, &log.speed_m_s) {
             // nobody has asked for it yet
             let _ = drive.speed.set(carried(speed));
@@ -93,6 +108,7 @@ impl CommandTrajectory {
     pub fn of_log_by(robot: &Robot, log: &Log, columns: Vec<Vec<f64>>, quiet: &[f64]) -> Self {
         let payload = log.payload_kg.as_ref().map(|p| carried(p));
         Self::of_sensors(robot, log.t_s.clone(), columns, payload, log.poses, quiet)
+            .with_temperature(log.temp_c.as_ref().map(|t| from_first(t)))
     }
 
     /// Rows given by their columns: times (s, strictly rising; of settled poses any), commands `cmd[axis][row]` (rad or m).
@@ -185,7 +201,25 @@ impl CommandTrajectory {
             payload_kg: None,
             speed: OnceLock::new(),
             torque: OnceLock::new(),
+            levers: vec![OnceLock::new(); robot.dof() * robot.joints.len()],
+            overturning: OnceLock::new(),
+            measured_torque: Vec::new(),
+            temp_c: None,
+            g_m_s2: robot.gravity_m_s2,
+            base_m: robot.base.translation.vector,
         }
+    }
+
+    /// The same with the torques of the drives as logged, `torque_nm[axis][row]`, Nm or N.
+    pub fn with_measured_torque(mut self, torque_nm: Vec<Option<Vec<f64>>>) -> Self {
+        self.measured_torque = torque_nm;
+        self
+    }
+
+    /// The same with a temperature, row by row.
+    pub fn with_temperature(mut self, temp_c: Option<Vec<f64>>) -> Self {
+        self.temp_c = temp_c;
+        self
     }
 
     /// Number of rows.
@@ -242,7 +276,7 @@ impl CommandTrajectory {
     }
 
     /// Times, positions, and which samples are rows (`None`: all; of an axis at rest: it has one sample).
-    fn samples(&self, axis: usize) -> (&[f64], &[f64], Option<&[u32]>) {
+    pub(super) fn samples(&self, axis: usize) -> (&[f64], &[f64], Option<&[u32]>) {
         let clock = self.clock();
         match (&self.axes[axis].samples, &self.grid) {
             (Samples::Rest, _) => (&clock[..clock.len().min(1)], &self.cmd[axis][..self.rows().min(1)], None),
@@ -288,6 +322,16 @@ impl CommandTrajectory {
         }
     }
 
+    /// Torque of gravity at the samples of an axis; straight in time between rows.
+    fn sample_load(&self, axis: usize) -> &[f64] {
+        let (rows, a) = (self.gravity_torque(axis), &self.axes[axis]);
+        match (&a.samples, &self.grid) {
+            (Samples::Own { t_s, rows: places, .. }, _) => a.load.get_or_init(|| speed::between(rows, places, t_s)),
+            (Samples::Grid { .. }, Some(grid)) => a.load.get_or_init(|| speed::between(rows, &grid.keep, &grid.t_s)),
+            _ => rows,
+        }
+    }
+
     /// Gravity's torque about an axis at the commanded pose of each row, Nm (N for a prismatic one); positive turns it
     /// positive. Zeros where the robot file has no `links`.
     pub fn gravity_torque(&self, axis: usize) -> &[f64] {
@@ -318,6 +362,19 @@ impl CommandTrajectory {
         if effects.iter().any(|e| e.uses_tcp_speed()) {
             track.tcp_speed_m_s = self.sample_speed(axis);
         }
+        let loaded = last == Stage::Gear && effects.iter().any(|e| e.uses_load());
+        let still;
+        if loaded {
+            if self.rests(axis) {
+                // the load may change while the joint rests
+                still = vec![0i8; self.rows()];
+                track = Track::known(self.clock(), &self.cmd[axis], &still[..], &[][..])
+                    .with_initial_gap_side(initial_gap_side);
+                track.between = self.between;
+                track.rev = self.axes[axis].rev;
+            }
+            track.load = self.sample_load(axis);
+        }
         if let Some(between) = self.between_samples(&track, effects, last) {
             return run_wide(&track, &between, effects, last);
         }
@@ -326,7 +383,7 @@ impl CommandTrajectory {
         if last == Stage::Gear {
             apply_stage(Stage::Gear, &track, effects.iter().copied(), &mut signal);
         }
-        if self.rests(axis) {
+        if self.rests(axis) && !loaded {
             signal.resize(self.rows(), signal.first().copied().unwrap_or(0.0));
             return signal;
         }
@@ -367,16 +424,6 @@ impl CommandTrajectory {
     }
 }
 
-impl Inputs for CommandTrajectory {
-    fn command(&self, axis: usize) -> &[f64] {
-        CommandTrajectory::command(self, axis)
-    }
-
-    fn gravity_torque(&self, axis: usize) -> &[f64] {
-        CommandTrajectory::gravity_torque(self, axis)
-    }
-}
-
 impl Axis {
     fn new(robot: &Robot, axis: usize, samples: Samples, times: &[f64], rows: &[f64], quiet: f64) -> Self {
         let joint = robot.axis(axis);
@@ -391,7 +438,9 @@ impl Axis {
             Samples::Own { t_s, p, .. } => Track::new(t_s, p, quiet),
         };
         let (dir, turns) = (track.dir.into_owned(), track.turns.into_owned());
-        Self { samples, dir, turns, rev, quiet, speed: OnceLock::new() }
+        let (speed, load) = (OnceLock::new(), OnceLock::new());
+        let (direction, command_speed) = (OnceLock::new(), OnceLock::new());
+        Self { samples, dir, turns, rev, quiet, speed, load, direction, command_speed }
     }
 }
 
@@ -419,6 +468,16 @@ fn with_turning_points(times: &[f64], p: &[f64], found: Vec<(usize, f64, f64)>) 
         }
     }
     Samples::Own { t_s, p: q, rows }
+}
+
+/// A column with gaps: what is missing is what stood before it; before the first value that one.
+fn from_first(column: &[Option<f64>]) -> Vec<f64> {
+    let mut last = column.iter().flatten().next().copied().unwrap_or(0.0);
+    let mut next = |v: &Option<f64>| {
+        last = v.unwrap_or(last);
+        last
+    };
+    column.iter().map(&mut next).collect()
 }
 
 /// A column with gaps: what is missing is what stood before it; 0 before the first value.

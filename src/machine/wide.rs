@@ -25,6 +25,7 @@ struct More {
     dir: Vec<i8>,
     turns: Vec<Turn>,
     speed: Vec<f64>,
+    load: Vec<f64>,
     /// Where each old sample stands.
     place: Vec<u32>,
     /// Where the rows stand on which the motion between samples rests.
@@ -41,6 +42,7 @@ impl More {
             dir: Vec::with_capacity(n),
             turns: track.turns.to_vec(),
             speed: Vec::new(),
+            load: Vec::new(),
             place: Vec::with_capacity(track.len()),
             rows: Vec::new(),
         };
@@ -69,6 +71,9 @@ impl More {
         if !track.tcp_speed_m_s.is_empty() {
             m.speed = speed::between(track.tcp_speed_m_s, &m.place, &m.t_s);
         }
+        if !track.load.is_empty() {
+            m.load = speed::between(track.load, &m.place, &m.t_s);
+        }
         m
     }
 
@@ -78,6 +83,7 @@ impl More {
         track.between = of.between;
         track.rows = Some(&self.rows);
         track.tcp_speed_m_s = &self.speed;
+        track.load = &self.load;
         track.rev = of.rev;
         track
     }

@@ -111,6 +111,7 @@ mod tests {
             d_m: 0.0,
             a_m: 0.5,
             alpha_rad: 0.0,
+            beta_rad: 0.0,
             direction: 1.0,
             limits: None,
             max_speed: None,

@@ -11,9 +11,11 @@
 use super::Points;
 use crate::compensator::from_model::part_of_geometry;
 use crate::effects::{Effect, EffectInstance, Inputs, Site, Stage, Target, UndoContext};
-use crate::machine::gravity::{Gravity, Line};
+use crate::machine::gravity::{Gravity, Line, levers};
 use crate::model::Model;
 use crate::robot::{Chain, Robot};
+use nalgebra::Vector3;
+use std::borrow::Cow;
 
 /// Correction left (rad or m) at which a solution is exact, and steps until then at most.
 const EXACT: f64 = 1e-13;
@@ -27,6 +29,7 @@ pub struct Statics {
     /// Effects of the links.
     links: Vec<EffectInstance>,
     chain: Chain,
+    g_m_s2: Vector3<f64>,
     /// `None`: no joint yields to it.
     gravity: Option<Gravity>,
 }
@@ -43,6 +46,7 @@ struct Scratch {
 struct OneRow<'a> {
     c: &'a [f64],
     torque: &'a [f64],
+    statics: &'a Statics,
 }
 
 impl Inputs for OneRow<'_> {
@@ -52,6 +56,11 @@ impl Inputs for OneRow<'_> {
 
     fn gravity_torque(&self, axis: usize) -> &[f64] {
         &self.torque[axis..=axis]
+    }
+
+    fn gravity_levers(&self, axis: usize, joint: usize) -> Cow<'_, [[f64; 2]]> {
+        let (chain, g_m_s2) = (&self.statics.chain, &self.statics.g_m_s2);
+        vec![levers(chain, g_m_s2, self.c, axis, joint, &mut Vec::new())].into()
     }
 }
 
@@ -73,7 +82,7 @@ impl Statics {
         let any = !links.is_empty() || gears.iter().any(|g| !g.1.is_empty());
         let yields = links.iter().any(|p: &EffectInstance| p.effect.uses_gravity());
         let gravity = yields.then(|| Gravity::new(robot)).filter(Gravity::is_known);
-        any.then(|| Self { gears, links, chain: robot.chain().clone(), gravity })
+        any.then(|| Self { gears, links, chain: robot.chain().clone(), g_m_s2: robot.gravity_m_s2, gravity })
     }
 
     /// The axis has an error of this kind.
@@ -89,7 +98,7 @@ impl Statics {
         for ((&c, (rev, gears)), out) in c.iter().zip(&self.gears).zip(&mut scratch.out) {
             *out = gears.iter().fold(c, |s, gear| s + gear.position_error(s, *rev).unwrap_or(0.0));
         }
-        let inputs = OneRow { c, torque: &scratch.torque };
+        let inputs = OneRow { c, torque: &scratch.torque, statics: self };
         for placed in &self.links {
             if let Some(axis) = placed.axis() {
                 placed.effect.add_to_joint(placed.target, &inputs, &mut scratch.out[axis..=axis]);

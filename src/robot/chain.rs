@@ -2,12 +2,13 @@
 //!
 //! Method: one pass from base to tool over elements `Rot_x(alpha) Trans_x(a) Rot_z(theta) Trans_z(d)`. Craig's convention
 //! is that form as it stands; the standard convention (seed 000 equation 2) is the same chain with `a`, `alpha` moved one
-//! joint on, because Trans_x and Rot_x commute. Sines and cosines of `alpha` are kept, so a pass costs one sine and cosine
+//! joint on, because Trans_x and Rot_x commute. A Hayati twist `Rot_y(beta)` stands before
+//! Rot_z. Sines and cosines of `alpha` are kept, so a pass costs one sine and cosine
 //! per joint. Columns of the Jacobian: `z x (p - o)` (revolute), `z` (prismatic).
 //!
 //! Accuracy: 1e-12 m for an arm of 3 m against a product of rotations about fixed axes.
 
-use super::{Convention, Joint, JointKind};
+use super::{Convention, Joint, JointFrame, JointKind};
 use nalgebra::{Dyn, Isometry3, Matrix3, OMatrix, Rotation3, U6, Vector3};
 
 /// Position (metres) and rotation of the TCP in the world.
@@ -23,6 +24,8 @@ struct Element {
     a_m: f64,
     sin_alpha: f64,
     cos_alpha: f64,
+    /// Hayati's twist, where there is one.
+    beta: Option<(f64, f64)>,
     theta_rad: f64,
     d_m: f64,
     revolute: bool,
@@ -40,6 +43,8 @@ pub struct Chain {
     tool_r: Matrix3<f64>,
     tool_p: Vector3<f64>,
     dof: usize,
+    /// The standard convention: a joint's own `a` follows its turn.
+    standard: bool,
 }
 
 /// Frame in motion along the chain: rotation columns and origin.
@@ -70,6 +75,11 @@ impl Frame {
         self.o += self.x * e.a_m;
         let y = self.y * e.cos_alpha + self.z * e.sin_alpha;
         self.z = self.z * e.cos_alpha - self.y * e.sin_alpha;
+        if let Some((s, c)) = e.beta {
+            let x = self.x * c - self.z * s;
+            self.z = self.z * c + self.x * s;
+            self.x = x;
+        }
         let d = if e.revolute { e.d_m } else { e.d_m + e.gain * q };
         self.y = y * c - self.x * s;
         self.x = self.x * c + y * s;
@@ -92,10 +102,10 @@ impl Chain {
     ) -> Self {
         let standard = convention == Convention::Standard;
         let mut elements = Vec::with_capacity(joints.len());
-        let (mut a, mut alpha) = (0.0, 0.0);
+        let (mut a, mut alpha, mut beta) = (0.0, 0.0, 0.0);
         for (i, j) in joints.iter().enumerate() {
             if !standard {
-                (a, alpha) = (j.a_m, j.alpha_rad);
+                (a, alpha, beta) = (j.a_m, j.alpha_rad, j.beta_rad);
             }
             let (driver, ratio) = j.follows.map_or((i, 1.0), |f| (f.joint, f.ratio));
             let axis = axes.iter().position(|&k| k == driver).unwrap_or(0);
@@ -104,6 +114,7 @@ impl Chain {
                 a_m: a,
                 sin_alpha,
                 cos_alpha,
+                beta: Some(f64::sin_cos(beta)).filter(|_| beta != 0.0),
                 theta_rad: j.theta_rad,
                 d_m: j.d_m,
                 revolute: j.kind == JointKind::Revolute,
@@ -111,19 +122,21 @@ impl Chain {
                 gain: j.direction * ratio,
             });
             if standard {
-                (a, alpha) = (j.a_m, j.alpha_rad);
+                (a, alpha, beta) = (j.a_m, j.alpha_rad, j.beta_rad);
             }
         }
         let mut tool_r = *tool.rotation.to_rotation_matrix().matrix();
         let mut tool_p = tool.translation.vector;
         if standard {
             let (s, c) = sin_cos_exact(alpha);
+            let twist = Rotation3::from_axis_angle(&Vector3::y_axis(), beta);
             let last = Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c);
+            let last = if beta == 0.0 { last } else { last * twist.matrix() };
             tool_p = last * tool_p + Vector3::new(a, 0.0, 0.0);
             tool_r = last * tool_r;
         }
         let base_r = *base.rotation.to_rotation_matrix().matrix();
-        Self { base_r, base_p: base.translation.vector, elements, tool_r, tool_p, dof: axes.len() }
+        Self { base_r, base_p: base.translation.vector, elements, tool_r, tool_p, dof: axes.len(), standard }
     }
 
     /// Number of axes.
@@ -208,6 +221,19 @@ impl Chain {
         for (i, e) in self.elements.iter().enumerate() {
             f.advance(e, q[e.axis]);
             each(i, &[f.x, f.y, f.z, f.o]);
+        }
+    }
+
+    /// Frames of all joints at `q`, base to flange, into `out`.
+    pub(crate) fn joint_frames(&self, q: &[f64], out: &mut Vec<JointFrame>) {
+        out.clear();
+        let mut f = self.start();
+        for e in &self.elements {
+            let (s, c) = e.turned(q[e.axis]);
+            f.advance_turned(e, q[e.axis], (s, c));
+            let (fixed_x, fixed_y) = (f.x * c - f.y * s, f.x * s + f.y * c);
+            let along_a = if self.standard { f.x } else { fixed_x };
+            out.push(JointFrame { x: f.x, y: f.y, z: f.z, origin_m: f.o, fixed_x, fixed_y, along_a, axis: e.axis });
         }
     }
 

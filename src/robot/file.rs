@@ -66,6 +66,8 @@ pub(super) struct JointFile {
     pub(super) a_mm: f64,
     #[serde(default)]
     pub(super) alpha_deg: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub(super) beta_deg: f64,
     #[serde(default = "one")]
     pub(super) direction: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -301,7 +303,13 @@ fn build_joint(j: &JointFile, all: &[JointFile], doc: &Document) -> Result<Joint
         "prismatic" => JointKind::Prismatic,
         other => return Err(Error::bad(near("kind"), format!("kind `{other}`"), "`revolute` or `prismatic`")),
     };
-    for (key, v) in [("theta_deg", j.theta_deg), ("d_mm", j.d_mm), ("a_mm", j.a_mm), ("alpha_deg", j.alpha_deg)] {
+    for (key, v) in [
+        ("theta_deg", j.theta_deg),
+        ("d_mm", j.d_mm),
+        ("a_mm", j.a_mm),
+        ("alpha_deg", j.alpha_deg),
+        ("beta_deg", j.beta_deg),
+    ] {
         finite(doc, &j.name, key, &[v])?;
     }
     if j.direction != 1.0 && j.direction != -1.0 {
@@ -381,6 +389,7 @@ fn build_joint(j: &JointFile, all: &[JointFile], doc: &Document) -> Result<Joint
         d_m: j.d_mm * 1e-3,
         a_m: j.a_mm * 1e-3,
         alpha_rad: j.alpha_deg.to_radians(),
+        beta_rad: j.beta_deg.to_radians(),
         direction: j.direction,
         limits: limits.map(|l| l.map(|v| v * si)),
         max_speed: speed.map(|v| v * si),
@@ -389,4 +398,8 @@ fn build_joint(j: &JointFile, all: &[JointFile], doc: &Document) -> Result<Joint
         pulses: pulses.map(|p| p / si),
         follows,
     })
+}
+
+fn is_zero(v: &f64) -> bool {
+    *v == 0.0
 }

@@ -29,6 +29,9 @@ impl Robot {
                 driver,
                 r(ratio)
             );
+            if j.beta_rad != 0.0 {
+                let _ = writeln!(text, "beta {}", r(j.beta_rad));
+            }
         }
         for frame in [&self.base, &self.tool] {
             let m = frame.to_homogeneous();

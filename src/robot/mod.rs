@@ -47,6 +47,22 @@ pub enum Convention {
     Modified,
 }
 
+/// Axes and origin of a joint's frame, after the joint's own turn and slide: `z` is its axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointFrame {
+    pub x: Vector3<f64>,
+    pub y: Vector3<f64>,
+    pub z: Vector3<f64>,
+    pub origin_m: Vector3<f64>,
+    /// `x` and `y` before the turn.
+    pub fixed_x: Vector3<f64>,
+    pub fixed_y: Vector3<f64>,
+    /// Direction of the joint's DH parameter `a`.
+    pub along_a: Vector3<f64>,
+    /// Axis that drives the joint.
+    pub axis: usize,
+}
+
 /// A joint driven by another one: `command = ratio * command of that axis`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Follow {
@@ -64,6 +80,8 @@ pub struct Joint {
     pub d_m: f64,
     pub a_m: f64,
     pub alpha_rad: f64,
+    /// Hayati's twist about y behind `alpha`, for nearly parallel axes.
+    pub beta_rad: f64,
     /// +1 or -1: sense of the command.
     pub direction: f64,
     pub limits: Option<[f64; 2]>,
@@ -161,6 +179,11 @@ impl Robot {
     /// Number of axes: the length of a joint vector.
     pub fn dof(&self) -> usize {
         self.axes.len()
+    }
+
+    /// Index of the joint of an axis in [`Self::joints`].
+    pub fn axis_index(&self, axis: usize) -> usize {
+        self.axes[axis]
     }
 
     /// The joint behind axis `axis`.

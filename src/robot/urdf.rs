@@ -349,6 +349,7 @@ fn build(title: &str, chain: &[Element], masses: &[Option<(f64, Vector3<f64>)>])
             d_m: row.d_m,
             a_m: row.a_m,
             alpha_rad: row.alpha_rad,
+            beta_rad: 0.0,
             direction: 1.0,
             limits: e.limits,
             max_speed: e.max_speed,

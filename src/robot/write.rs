@@ -55,6 +55,7 @@ fn joint(j: &Joint, robot: &Robot) -> JointFile {
         d_mm: millimetres(j.d_m),
         a_mm: millimetres(j.a_m),
         alpha_deg: shortest(j.alpha_rad, f64::to_radians),
+        beta_deg: shortest(j.beta_rad, f64::to_radians),
         direction: j.direction,
         limits_deg: range(revolute),
         limits_mm: range(!revolute),

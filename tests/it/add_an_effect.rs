@@ -69,9 +69,9 @@ fn the_simulated_joint_obeys_its_equation() {
 #[test]
 fn a_diagnosis_tries_it_on_every_joint_that_moves() {
     let robot = arm();
-    let axis = |travel: f64| AxisSurvey { travel, range: [0.0, travel], loaded: false };
+    let axis = |travel: f64| AxisSurvey { travel, range: [0.0, travel], ..AxisSurvey::default() };
     let axes = vec![axis(1.0), axis(0.0)];
-    let survey = Survey { robot: &robot, axes, clock: None, fastest_m_s: 0.1, points: true, motion: false };
+    let survey = Survey { axes, points: true, ..Survey::nothing(&robot) };
     let mut list = Vec::new();
     (INFO.candidates)(&survey, &mut list);
     assert_eq!(list.len(), 1);

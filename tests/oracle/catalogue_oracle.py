@@ -6,10 +6,11 @@
 writes tests/data/catalogue/{cases.json,*_log.csv,arm_program.csv,arm_poses.csv} again. It shares no code with lostmotion: every
 joint is stepped in time at 0.25 ms with commands known as formulas (a log gets their rows at 20 Hz, so the turning points
 between rows have to be found by the program under test); kinematics multiply 4 x 4 matrices in the order of the robot file;
-gravity's torque is the numerical derivative of the potential energy. Needs numpy and yaml. All data are made up.
+gravity's torque is the numerical derivative of the potential energy. Needs numpy, scipy and yaml. All data are made up.
 """
 import json, pathlib
 import numpy as np, yaml
+from scipy.interpolate import CubicSpline
 
 OUT = pathlib.Path(__file__).resolve().parent.parent / "data" / "catalogue"
 DT, RATE, END = 0.25e-3, 20, 20.0
@@ -23,6 +24,16 @@ def rot(axis, a):
     i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
     m[i, i] = m[j, j] = c
     m[i, j], m[j, i] = -s, s
+    return m
+
+
+def turned_by(v):
+    """Rotation about a vector by its length (Rodrigues)."""
+    m, angle = np.eye(4), np.linalg.norm(v)
+    if angle > 0:
+        x, y, z = np.array(v) / angle
+        k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        m[:3, :3] += np.sin(angle) * k + (1 - np.cos(angle)) * k @ k
     return m
 
 
@@ -48,8 +59,9 @@ class Robot:
     def si(self, name):
         return np.pi / 180 if self.axes[self.names.index(name)]["kind"] == "revolute" else 1e-3
 
-    def frames(self, q, change={}):
-        """Frames behind every joint; `change` maps (joint, parameter) to a delta."""
+    def frames(self, q, change={}, tilt={}, turned=None):
+        """Frames behind every joint; `change` maps (joint, parameter) to a delta, `tilt` a joint to a small turn of its axis in the
+        frame before its own turn; `turned` gets the frames behind the turns, before the standard convention's a and alpha."""
         t = frame(self.file["base"])
         out = []
         for j in self.joints:
@@ -64,15 +76,40 @@ class Robot:
             a += change.get((j["name"], "a"), 0)
             d += change.get((j["name"], "d"), 0)
             alpha += change.get((j["name"], "alpha"), 0)
+            beta = change.get((j["name"], "beta"), 0)
+            if self.file["convention"] != "dh-standard":
+                t = t @ rot("x", alpha) @ shift(a, 0, 0) @ rot("y", beta)
+            t = t @ shift(0, 0, d) @ turned_by(tilt.get(j["name"], (0, 0, 0))) @ rot("z", theta)
+            if turned is not None:
+                turned.append(t)
             if self.file["convention"] == "dh-standard":
-                t = t @ rot("z", theta) @ shift(0, 0, d) @ shift(a, 0, 0) @ rot("x", alpha)
-            else:
-                t = t @ rot("x", alpha) @ shift(a, 0, 0) @ rot("z", theta) @ shift(0, 0, d)
+                t = t @ shift(a, 0, 0) @ rot("x", alpha) @ rot("y", beta)
             out.append(t)
         return out
 
-    def tcp(self, q, change={}, tool=np.zeros(3)):
-        return (self.frames(q, change)[-1] @ np.append(self.tool_m + tool, 1))[:3]
+    def tcp(self, q, change={}, tool=np.zeros(3), tilt={}):
+        return (self.frames(q, change, tilt)[-1] @ np.append(self.tool_m + tool, 1))[:3]
+
+    def gravity(self):
+        return np.array(self.file.get("gravity_m_s2", [0, 0, -9.80665]))
+
+    def moment_torque(self, q, axis, moments):
+        """Torque about an axis of unit gravity on first moments (x, y) of links: minus the derivative of their energy."""
+        def energy(q):
+            turned = []
+            self.frames(q, turned=turned)
+            down = self.gravity() / np.linalg.norm(self.gravity())
+            names = [j["name"] for j in self.joints]
+            return -sum(down @ (turned[names.index(n)][:3, :3] @ np.array([rad(x), rad(y), 0])) for n, x, y in moments)
+        h = 1e-5 * np.eye(len(q))[axis]
+        return -(energy(q + h) - energy(q - h)) / 2e-5
+
+    def overturning(self, q, payload):
+        """Moment of the weights about the base's origin."""
+        fs, base = self.frames(q), frame(self.file["base"])[:3, 3]
+        m = sum(np.cross((f @ np.append(np.array(l["com_mm"]) / 1000, 1))[:3] - base, l["mass_kg"] * self.gravity())
+                for f, l in zip(fs, self.file["links"]))
+        return m + np.cross(fs[-1][:3, 3] - base, payload * self.gravity()), base
 
     def torque(self, q, payload):
         def energy(q):
@@ -126,6 +163,61 @@ def stiction(t, p, spike, decay_s, decay):
     return out
 
 
+def presliding(t, p, spikes, rise_s, rise, decay_s, decay, growth):
+    """Friction z turns over as dz = (dir - z) dr, the servo answers de = -(spike/2) dz - e dd: stepped by the midpoint rule."""
+    out = np.zeros_like(p)
+    direction, e, z, begun = 0, 0.0, 0.0, False
+    for i in range(1, len(p)):
+        step = p[i] - p[i - 1]
+        d = np.sign(step)
+        if d != 0:
+            begun = begun or (direction != 0 and d != direction)
+            if not begun:
+                z = d
+            direction = d
+        if begun:
+            seconds, travel = t[i] - t[i - 1], abs(step)
+            dr = seconds / rise_s if rise_s else travel / rise
+            dd = seconds / decay_s if decay_s else travel / decay
+            size = spikes[0 if direction > 0 else 1] * growth[i]
+            middle = z + 0.5 * (direction - z) * dr
+            dz = (direction - middle) * dr
+            e_middle = e - 0.25 * size * dz - 0.5 * e * dd
+            e += -0.5 * size * dz - e_middle * dd
+            z += dz
+        out[i] = e
+    return out
+
+
+def stops(s, elements, preload):
+    out, z = s.copy(), np.full(len(elements), float(preload))
+    w, k = elements[:, 0], elements[:, 1]
+    out[0] -= w @ z
+    for i in range(1, len(s)):
+        z = np.clip(z + (s[i] - s[i - 1]) / k, -1, 1)
+        out[i] -= w @ z
+    return out
+
+
+def loaded(s, b, load, limit, preload):
+    out = np.empty_like(s)
+    y = s[0] - preload * b
+    for i in range(len(s)):
+        y = s[i] + b if load[i] > limit else s[i] - b if load[i] < -limit else min(max(y, s[i] - b), s[i] + b)
+        out[i] = y
+    return out
+
+
+def logged_torque(t, name):
+    """Nm, as the log has it; made up."""
+    k = int(name[-1])
+    return 200 / k * np.sin(0.7 * t + k) + 60 * np.cos(1.9 * t) + 30
+
+
+def logged_temperature(t):
+    return 21 + 4 * (1 - np.exp(-np.maximum(t, 0) / 7))
+
+
 def play(s, b, preload):
     out = np.empty_like(s)
     y = s[0] - preload * b[0]
@@ -147,6 +239,12 @@ def dahl(s, width, presliding, preload):
     return s - width * zs
 
 
+def load_of(robot, t, p, axis, payload):
+    """Torque of gravity about an axis at every step, by a spline through one in forty."""
+    some = slice(None, None, 40)
+    return CubicSpline(t[some], [robot.torque(q, payload)[axis] for q in p.T[some]])(t)
+
+
 def run(robot, t, p, effects, preload={}, payload=0.0, settled=False, rows=None, shift_steps=0, measured=None):
     """TCP in the base frame (m) at the steps `rows`; `shift_steps` is the time offset."""
     joint = []
@@ -161,6 +259,12 @@ def run(robot, t, p, effects, preload={}, payload=0.0, settled=False, rows=None,
         for e in [e for e in mine if e["effect"] in order]:
             if e["effect"] == "servo_lag":
                 s = s if settled else stepped_lag(p[k], s, e["lag_s"])
+            elif any(key.startswith(("rise", "spike_positive", "per_nm")) for key in e):
+                both = v(e, "spike") if f"spike_{unit}" in e else None
+                spikes = [both, both] if both is not None else [v(e, "spike_positive"), v(e, "spike_negative")]
+                growth = 1 + e["per_nm"] * np.abs(load_of(robot, t, p, k, payload)) if "per_nm" in e else np.ones_like(t)
+                travel = lambda key: v(e, key) if f"{key}_{unit}" in e else None
+                s = s + presliding(t, p[k], spikes, e.get("rise_s"), travel("rise"), e.get("decay_s"), travel("decay"), growth)
             else:
                 if "decay_s" in e:
                     s = s if settled else s + stiction(t, p[k], v(e, "spike"), e["decay_s"], None)
@@ -172,7 +276,9 @@ def run(robot, t, p, effects, preload={}, payload=0.0, settled=False, rows=None,
                 s = s * (1 + e["scale_ppm"] * 1e-6)
             elif n == "transmission_error":
                 turn = 2 * np.pi if unit == "deg" else robot.axes[k]["lead_mm_per_rev"] / 1000
-                s = s + v(e, "amplitude") * np.sin(2 * np.pi * e["cycles_per_rev"] * s / turn + rad(e["phase_deg"]))
+                speed = np.abs(np.gradient(p[k], t)) if f"fade_{unit}_s" in e else 0.0
+                fade = np.exp(-speed / (e.get(f"fade_{unit}_s", 1.0) * si))
+                s = s + v(e, "amplitude") * fade * np.sin(2 * np.pi * e["cycles_per_rev"] * s / turn + rad(e["phase_deg"]))
             elif n == "backlash":
                 s = play(s, np.full_like(s, v(e, "half_gap")), side)
             elif n == "backlash_position":
@@ -184,6 +290,11 @@ def run(robot, t, p, effects, preload={}, payload=0.0, settled=False, rows=None,
                     path = np.array([robot.tcp(q) for q in p.T[::4]])
                     speed = np.interp(t, t[::4], np.linalg.norm(np.gradient(path, t[::4], axis=0), axis=1))
                 s = play(s, v(e, "half_gap") + e[f"slope_{unit}_per_mm_s"] * si * 1000 * speed, side)
+            elif n == "loaded_play":
+                limit = e["torque_nm" if unit == "deg" else "force_n"]
+                s = loaded(s, v(e, "half_gap"), load_of(robot, t, p, k, payload), limit, side)
+            elif n == "hysteresis" and "elements" in e:
+                s = stops(s, np.array(e["elements"]) * si, side)
             elif n == "hysteresis":
                 s = dahl(s, v(e, "half_width"), v(e, "presliding"), side)
         joint.append(s)
@@ -198,18 +309,64 @@ def run(robot, t, p, effects, preload={}, payload=0.0, settled=False, rows=None,
             to, source = (robot.names.index(n) for n in e["target"].split("<-"))
             edge = robot.si(robot.names[to]) / robot.si(robot.names[source])
             q[to] += e["ratio"] * edge * cmd[source]
+        elif e["effect"] == "gravity_compliance" and "moments" in e:
+            k = robot.names.index(e["joint"])
+            q[k] += np.array([robot.moment_torque(x, k, e["moments"]) for x in cmd.T])
         elif e["effect"] == "gravity_compliance":
             k = robot.names.index(e["joint"])
             c = e["compliance_deg_per_nm"] * np.pi / 180 if "compliance_deg_per_nm" in e else e["compliance_mm_per_n"] * 1e-3
             q[k] += c * np.array([robot.torque(x, payload)[k] for x in cmd.T])
+        elif e["effect"] == "torque_windup":
+            k = robot.names.index(e["joint"])
+            torque = logged_torque(t[at], e["joint"])
+            q[k] += rad(e["compliance_deg_per_nm"]) * torque + rad(e.get("cubic_deg_per_nm3", 0)) * torque ** 3
+        elif e["effect"] == "coupled_play":
+            to, source = (robot.names.index(n) for n in e["target"].split("<-"))
+            u = p[to] - e["ratio"] * p[source]
+            gap = e["half_gap_deg" if "half_gap_deg" in e else "half_gap_mm"] * robot.si(robot.names[to])
+            q[to] += (play(u, np.full_like(u, gap), 0) - u)[at]
+        elif e["effect"] == "empirical" and "joint" in e:
+            k = robot.names.index(e["joint"])
+            si, knots = robot.si(e["joint"]), np.array(e["knots"], float)
+            direction = np.sign(np.diff(p[k], prepend=p[k][0]))[at]
+            x = {"position": cmd[k] / si, "direction": direction, "speed": np.gradient(p[k], t)[at] / si,
+                 "torque": logged_torque(t[at], e["joint"]), "time": t[at] - t[rows[0]]}[e["over"]]
+            value = CubicSpline(*knots.T, bc_type="natural")(np.clip(x, knots[0, 0], knots[-1, 0])) * si
+            q[k] += value * (direction if e.get("times") == "direction" else 1)
+        elif e["effect"] == "thermal_growth" and "joint" in e:
+            k = robot.names.index(e["joint"])
+            q[k] += growth_of(e, t, at, rows) * robot.si(e["joint"])
     change, tool = {}, np.zeros(3)
     for e in effects:
         if e["effect"] == "link_error":
             name, parameter = e["target"].split(".")
-            change[name, parameter] = rad(e["delta_deg"]) if parameter == "alpha" else e["delta_mm"] / 1000
+            change[name, parameter] = rad(e["delta_deg"]) if parameter in ("alpha", "beta") else e["delta_mm"] / 1000
         elif e["effect"] == "tool_error":
             tool = np.array([e["x_mm"], e["y_mm"], e["z_mm"]]) / 1000
-    points = np.array([robot.tcp(x, change, tool) for x in q.T])
+    grown = [e for e in effects if e["effect"] == "thermal_growth" and "target" in e]
+    wobbly = [e for e in effects if e["effect"] == "bearing_wobble"]
+    growth = [growth_of(e, t, at, rows) / 1000 for e in grown]
+    points = []
+    for i, x in enumerate(q.T):
+        now = dict(change)
+        for e, g in zip(grown, growth):
+            name, parameter = e["target"].split(".")
+            now[name, parameter] = now.get((name, parameter), 0) + g[i]
+        tilt = {}
+        for e in wobbly:
+            k = robot.names.index(e["joint"])
+            rev = 2 * np.pi if robot.axes[k]["kind"] == "revolute" else robot.axes[k]["lead_mm_per_rev"] / 1000
+            across = np.array(e["direction"][:2], float)
+            size = rad(e["amplitude_deg"]) * np.sin(2 * np.pi * e["cycles_per_rev"] * cmd[k, i] / rev + rad(e["phase_deg"]))
+            tilt[e["joint"]] = np.append(across / np.linalg.norm(across) * size, 0)
+        point = robot.tcp(x, now, tool, tilt)
+        for e in effects:
+            if e["effect"] == "base_tilt":
+                moment, base = robot.overturning(cmd[:, i], payload)
+                about = np.array([e.get("x_rad_per_nm", 0) * moment[0], e.get("y_rad_per_nm", 0) * moment[1], 0])
+                point = base + (turned_by(about)[:3, :3] @ (point - base))
+        points.append(point)
+    points = np.array(points)
     for e in effects:
         seconds = t[at] - t[rows[0]]
         if e["effect"] == "thermal_drift" and not settled:
@@ -219,7 +376,47 @@ def run(robot, t, p, effects, preload={}, payload=0.0, settled=False, rows=None,
             n = np.array(e["direction"], float)
             wave = np.sin(2 * np.pi * e["frequency_hz"] * seconds + rad(e["phase_deg"]))
             points += np.outer(e["amplitude_um"] * 1e-6 * wave, n / np.linalg.norm(n))
+        elif e["effect"] == "empirical" and e.get("target") == "tcp":
+            knots = np.array(e["knots"], float)
+            k = robot.names.index(e["of"]) if "of" in e else None
+            x = seconds if k is None else cmd[k] / robot.si(e["of"])
+            points += CubicSpline(knots[:, 0], knots[:, 1:], bc_type="natural")(np.clip(x, knots[0, 0], knots[-1, 0])) / 1000
+    return measured_by_tracker(points, effects, t[rows] - t[rows[0]])
+
+
+def measured_by_tracker(points, effects, seconds):
+    """Scale and steps of the tracker, which stands at STATION in the base frame where the model has a registration."""
+    station = -STATION["r"].T @ STATION["t"] if any(e["effect"].startswith("tracker") for e in effects) and STATION["on"] else np.zeros(3)
+    for e in effects:
+        if e["effect"] == "tracker_scale":
+            points = points + e["scale_ppm"] * 1e-6 * (points - station)
+        elif e["effect"] == "tracker_frame":
+            number = lambda keys: np.array([e.get(k, 0) * 1e-6 for k in keys])
+            if "t_s" in e:
+                share = np.clip((seconds - e["t_s"]) / e["over_s"], 0, 1) if "over_s" in e else (seconds >= e["t_s"] - 1e-9) * 1.0
+            else:
+                share = (np.arange(len(points)) >= e["at_row"]) * 1.0
+            for i, k in enumerate(share):
+                arm = points[i] - station
+                points[i] = station + turned_by(k * number(["rx_urad", "ry_urad", "rz_urad"]))[:3, :3] @ arm + k * number(["x_um", "y_um", "z_um"])
     return points
+
+
+# base frame -> tracker frame of the cases that have one
+REGISTRATION = dict(xyz_mm=[2500, -1200, 400], rpy_deg=[4, -3, 110])
+STATION = dict(r=frame(REGISTRATION)[:3, :3], t=frame(REGISTRATION)[:3, 3], on=False)
+
+
+def growth_of(e, t, at, rows):
+    """deg or mm by which a zero or a length has grown."""
+    value = lambda key: next((v for k, v in e.items() if k.startswith(key)), None)
+    seconds = t[at] - t[rows[0]]
+    if value("per_hour") is not None:
+        tau = e.get("tau_s")
+        return value("per_hour") / 3600 * (tau * (1 - np.exp(-seconds / tau)) if tau else seconds)
+    if value("per_k") is not None:
+        return value("per_k") * (logged_temperature(t[at]) - logged_temperature(t[rows[0]]))
+    return value("per_row") * np.arange(len(at))
 
 
 ARM = [
@@ -250,6 +447,51 @@ ARM = [
     [dict(effect="stiction", joint="A1", spike_deg=0.003, decay_s=1.5), dict(effect="servo_lag", joint="A1", lag_s=0.02)],
     [dict(effect="time_offset", offset_s=-0.008), dict(effect="vibration", amplitude_um=30, frequency_hz=1.1, phase_deg=0,
      direction=[0, 0, 1]), dict(effect="thermal_drift", x_mm=0, y_mm=0.3, z_mm=0, tau_s=5)],
+]
+ARM_MORE = [
+    [dict(effect="stiction", joint="A1", spike_deg=0.004, rise_deg=0.3, decay_s=1.2)],
+    [dict(effect="stiction", joint="A2", spike_positive_deg=0.005, spike_negative_deg=0.002, rise_s=0.4, decay_s=2.0)],
+    [dict(effect="stiction", joint="A3", spike_deg=0.003, rise_deg=0.2, decay_deg=1.5, per_nm=0.002)],
+    [dict(effect="hysteresis", joint="A1", elements=[[0.001, 0.05], [0.002, 0.4], [0.001, 2.0]])],
+    [dict(effect="loaded_play", joint="A3", half_gap_deg=0.005, torque_nm=150)],
+    [dict(effect="loaded_play", joint="A5", half_gap_deg=0.01, torque_nm=3), dict(effect="servo_lag", joint="A5", lag_s=0.01)],
+    [dict(effect="transmission_error", joint="A2", amplitude_deg=0.004, cycles_per_rev=30, phase_deg=70, fade_deg_s=9)],
+    [dict(effect="torque_windup", joint="A1", compliance_deg_per_nm=1e-5, cubic_deg_per_nm3=-4e-11)],
+    [dict(effect="coupled_play", target="A5<-A4", half_gap_deg=0.01, ratio=0.8)],
+    [dict(effect="gravity_compliance", joint="A2", moments=[["A2", 0.01, -0.004], ["A3", 0.006, 0.003], ["A5", -0.002, 0.001]])],
+    [dict(effect="bearing_wobble", joint="A1", amplitude_deg=0.004, cycles_per_rev=9, phase_deg=20, direction=[1, -2, 0]),
+     dict(effect="time_offset", offset_s=0.01)],
+    [dict(effect="bearing_wobble", joint="A5", amplitude_deg=0.008, cycles_per_rev=2, phase_deg=-50, direction=[0, 1, 0])],
+    [dict(effect="link_error", target="A2.beta", delta_deg=0.03), dict(effect="link_error", target="A6.beta", delta_deg=-0.02)],
+    [dict(effect="base_tilt", x_rad_per_nm=3e-8, y_rad_per_nm=1e-7)],
+    [dict(effect="thermal_growth", target="A2.a", per_hour_mm=40), dict(effect="thermal_growth", target="A4.d", per_k_mm=0.01),
+     dict(effect="thermal_growth", joint="A1", per_hour_deg=1.5, tau_s=6)],
+    [dict(effect="tracker_scale", scale_ppm=60)],
+    [dict(effect="tracker_frame", x_um=40, y_um=-20, rz_urad=30, t_s=7.5), dict(effect="tracker_frame", z_um=50, t_s=3, over_s=9)],
+    [dict(effect="empirical", joint="A2", over="position", knots=[[-62, 0.001], [-56, -0.002], [-50, 0.003], [-42, 0]])],
+    [dict(effect="empirical", joint="A1", over="position", times="direction", knots=[[10, 0.001], [20, 0.003], [32, 0.002]])],
+    [dict(effect="empirical", joint="A4", over="speed", knots=[[-20, 0.003], [-5, -0.002], [6, 0.004], [20, -0.001]]),
+     dict(effect="empirical", joint="A6", over="time", knots=[[0, 0], [6, 0.004], [13, -0.003], [20, 0.001]])],
+    [dict(effect="empirical", joint="A3", over="torque", knots=[[-80, 0.002], [0, 0], [90, 0.004]]),
+     dict(effect="empirical", joint="A5", over="direction", knots=[[-1, 0.002], [1, -0.003]])],
+    [dict(effect="empirical", target="tcp", over="time", knots=[[0, 0, 0, 0], [8, 0.03, -0.02, 0.01], [20, 0.01, 0.05, -0.02]]),
+     dict(effect="empirical", target="tcp", over="position", of="A1", knots=[[10, 0, 0.01, 0], [22, 0.02, 0, 0.03], [34, 0, 0, 0]])],
+]
+SLIDE_MORE = [
+    [dict(effect="stiction", joint="S", spike_mm=0.04, rise_mm=0.5, decay_s=0.9)],
+    [dict(effect="hysteresis", joint="S", elements=[[0.02, 0.5], [0.03, 3.0]])],
+    [dict(effect="transmission_error", joint="S", amplitude_mm=0.02, cycles_per_rev=0.5, phase_deg=10, fade_mm_s=40)],
+    [dict(effect="bearing_wobble", joint="S", amplitude_deg=0.004, cycles_per_rev=0.05, phase_deg=30, direction=[1, 1, 0])],
+    [dict(effect="bearing_wobble", joint="J3", amplitude_deg=0.004, cycles_per_rev=3, phase_deg=30, direction=[1, 0, 0])],
+    [dict(effect="thermal_growth", target="J2b.a", per_hour_mm=30, tau_s=20), dict(effect="thermal_growth", target="J3.d", per_hour_mm=20)],
+    [dict(effect="gravity_compliance", joint="J2", moments=[["J2", 0.01, 0.003], ["J3", 0.004, -0.002]])],
+    [dict(effect="link_error", target="J2b.beta", delta_deg=0.03)],
+    [dict(effect="coupled_play", target="J3<-J2", half_gap_deg=0.01, ratio=-1)],
+    [dict(effect="base_tilt", x_rad_per_nm=1e-7, y_rad_per_nm=0)],
+]
+REGISTERED = [
+    [dict(effect="tracker_scale", scale_ppm=-45)],
+    [dict(effect="tracker_frame", x_um=40, ry_urad=-25, at_row=150)],
 ]
 SLIDE = [
     [dict(effect="servo_lag", joint="S", lag_s=0.015)],
@@ -284,14 +526,17 @@ def main():
     all_rows = np.arange(round(END * RATE) + 1) * per_row + margin
     # beyond the last row nobody knows how the motion goes on
     kept = [i for i in range(0, len(all_rows), EVERY) if i < len(all_rows) - 3]
-    for which, groups in (("arm", ARM), ("slide", SLIDE)):
+    for which, groups in (("arm", ARM + ARM_MORE), ("slide", SLIDE + SLIDE_MORE), ("arm", REGISTERED)):
+        STATION["on"] = groups is REGISTERED
         robot = Robot(f"{which}.yaml")
         p = commands(robot, which, t)
         payload = 25.0 if which == "arm" else 0.0
         head = ["t_s"] + [f"cmd_{n}_{'mm' if robot.si(n) == 1e-3 else 'deg'}" for n in robot.names]
-        lines = [",".join(head + (["payload_kg"] if payload else []))]
+        more = ["payload_kg", "temp_c"] + [f"torque_{n}_nm" for n in robot.names] if payload else []
+        lines = [",".join(head + more)]
         for r in all_rows:
-            lines.append(",".join(["%.3f" % t[r]] + decimals(robot, p[:, r]) + (["25"] if payload else [])))
+            logged = ["25", "%.9f" % logged_temperature(t[r])] + ["%.6f" % logged_torque(t[r], n) for n in robot.names if payload]
+            lines.append(",".join(["%.3f" % t[r]] + decimals(robot, p[:, r]) + (logged if payload else [])))
         (OUT / f"{which}_log.csv").write_text("\n".join(lines) + "\n")
         for effects in groups:
             offset = sum(e["offset_s"] for e in effects if e["effect"] == "time_offset")
@@ -299,8 +544,11 @@ def main():
             preload = {"A2": 1} if effects[0]["effect"] in ("backlash", "hysteresis") and which == "arm" else {}
             # the fine run starts with the log: the start at rest belongs to the first row
             points = run(robot, t, p, effects, preload, payload, rows=all_rows, shift_steps=round(offset / DT))
+            if STATION["on"]:
+                points = points @ STATION["r"].T + STATION["t"]
             cases.append(dict(name=name_of(effects), robot=f"{which}.yaml", input=f"{which}_log.csv", effects=effects,
-                              preload=preload, rows=kept, xyz_mm=(points[kept] * 1000).round(6).tolist()))
+                              preload=preload, rows=kept, xyz_mm=(points[kept] * 1000).round(6).tolist(),
+                              **(dict(registration=REGISTRATION) if STATION["on"] else {})))
     robot = Robot("arm.yaml")
     # a program: straight in the joints between points
     rng = np.random.default_rng(3)

@@ -31,6 +31,7 @@ pub static INFO: EffectInfo = EffectInfo {
         let one = |axis| Candidate::of_size(survey.robot, Target::Joint(axis), 1e-6, |pull| HosePull { pull });
         list.extend(survey.moving().map(|axis| one(axis).positive()));
     },
+    further: |_, _| {},
 };
 
 /// Error at 90 deg, rad.

@@ -1,0 +1,360 @@
+//! `empirical`: a smooth curve without a physical name, over position, direction, speed, torque or time.
+//!
+//! What a log shows and no effect describes. On a joint it adds the curve's value to the joint's position; with `times: direction`
+//! the value changes its sign with the direction of movement (the odd part of a hysteresis). On the TCP it adds a vector over time
+//! or over the position of one joint (`of: A1`). The curve is a natural cubic spline through its knots (de Boor 1978, A Practical
+//! Guide to Splines), constant beyond them: linear in its values, so that a fit of them is, too.
+//!
+//! Arguments: position deg or mm, direction -1 to +1 (0 before the first movement), speed deg/s or mm/s of the joint, torque Nm (N)
+//! as logged, else of gravity, time s since the first row. Parameters: the values at the knots, of either sign, at most 0.1 rad
+//! (10 mm); their 95 % intervals `ci95` are carried along. `rewrite` undoes a curve over position point by point, one over direction
+//! or times direction as a gap; the others are no function of the program's positions.
+
+use super::site::within;
+use super::spline::Spline;
+use super::*;
+use nalgebra::Vector3;
+use serde_yaml::{Mapping, Value};
+
+pub static INFO: EffectInfo = EffectInfo {
+    name: "empirical",
+    heading: "empirical",
+    stage: Stage::Link,
+    family: Family::Empirical,
+    acts_on: ActsOn::JointOrTcp,
+    adds: "a smooth curve without a physical name",
+    equation: "natural cubic spline through the knots over position, direction, speed, torque or time, constant beyond",
+    reference: "de Boor (1978), A Practical Guide to Splines",
+    parameters: &[
+        ("over", "position, direction, speed, torque or time; on the TCP time or position"),
+        ("of", "on the TCP over position: the joint"),
+        ("times", "`direction`: the value changes its sign with the direction of movement"),
+        ("knots", "[[argument, value_deg], ...], arguments rising; on the TCP [[argument, x_mm, y_mm, z_mm], ...]"),
+        ("ci95", "95 % intervals of the values; carried along"),
+    ],
+    confused_with: &["transmission_error", "backlash_position", "thermal_growth", "gravity_compliance"],
+    decide_by: "repeat the log: a curve that comes back is of the machine; move at two speeds and with two loads",
+    action: "look where and with what it goes; compensate it as it is, and diagnose again with a log that excites it",
+    undone: "over position point by point; over direction, or times direction, as a gap; else nothing",
+    after_reversal: AfterReversal::Nothing,
+    includes: &[],
+    imitates: &[],
+    needs_motion: false,
+    example: (
+        "{effect: empirical, joint: A1, over: position, knots: [[-20, 0.001], [-8, -0.002], [5, 0.003], [20, 0]]}",
+        View::JointOverCommand,
+    ),
+    read,
+    typical: |size| {
+        if size.has("knots") || size.has("over") {
+            return Vec::new();
+        }
+        let [lo, hi] = size.window;
+        let tcp = size.target.eq_ignore_ascii_case("tcp");
+        let (from, to) = if tcp { (0.0, size.duration_s.max(1.0)) } else { (lo, hi) };
+        let knot = |x: f64, v: f64| {
+            let values = if tcp { vec![x, 10.0 * v, -5.0 * v, 5.0 * v] } else { vec![x, v] };
+            Value::Sequence(values.into_iter().map(Value::from).collect())
+        };
+        let knots = vec![knot(from, 0.0), knot(0.5 * (from + to), size.gap), knot(to, -size.gap)];
+        let over = if tcp { "time" } else { "position" };
+        vec![("over".into(), over.into()), ("knots".into(), Value::Sequence(knots))]
+    },
+    candidates: |_, _| {},
+    further,
+};
+
+/// What a curve is a function of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Over {
+    Position,
+    Direction,
+    Speed,
+    Torque,
+    Time,
+}
+
+impl Over {
+    const ALL: [(Self, &'static str); 5] = [
+        (Self::Position, "position"),
+        (Self::Direction, "direction"),
+        (Self::Speed, "speed"),
+        (Self::Torque, "torque"),
+        (Self::Time, "time"),
+    ];
+
+    fn text(self) -> &'static str {
+        Self::ALL.iter().find(|o| o.0 == self).map_or("", |o| o.1)
+    }
+}
+
+/// A curve of one value (rad or m of a joint) or of three (m, the TCP in the base frame) over one argument, SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Empirical {
+    pub over: Over,
+    /// The value is times the direction of movement.
+    pub times_direction: bool,
+    /// On the TCP over position: the axis.
+    pub of: Option<usize>,
+    curves: Vec<Spline>,
+    ci95: Option<Value>,
+}
+
+impl Empirical {
+    /// A curve of a joint through knots `[argument, value]`; `None` where they cannot be joined.
+    pub fn of_joint(over: Over, times_direction: bool, knots: &[[f64; 2]]) -> Option<Self> {
+        let (x, y): (Vec<f64>, Vec<f64>) = knots.iter().map(|k| (k[0], k[1])).unzip();
+        Some(Self { over, times_direction, of: None, curves: vec![Spline::new(x, y)?], ci95: None })
+    }
+
+    /// A curve of the TCP through knots `(argument, vector)`; over position that of the axis `of`.
+    pub fn of_tcp(over: Over, of: Option<usize>, knots: &[(f64, Vector3<f64>)]) -> Option<Self> {
+        let x: Vec<f64> = knots.iter().map(|k| k.0).collect();
+        let curve = |c: usize| Spline::new(x.clone(), knots.iter().map(|k| k.1[c]).collect());
+        Some(Self { over, times_direction: false, of, curves: vec![curve(0)?, curve(1)?, curve(2)?], ci95: None })
+    }
+
+    /// Attaches the 95 % intervals of the values, in the units of the file.
+    pub fn with_ci95(mut self, ci95: Value) -> Self {
+        self.ci95 = Some(ci95);
+        self
+    }
+
+    /// The argument at a row, and what the value is multiplied with.
+    fn argument(&self, axis: Option<usize>, inputs: &dyn Inputs, row: usize) -> Option<(f64, f64)> {
+        let at = |column: &[f64]| column.get(row).copied();
+        let direction = || axis.map_or(0.0, |a| inputs.direction(a).get(row).copied().unwrap_or(0.0));
+        let x = match self.over {
+            Over::Position => at(inputs.command(axis?))?,
+            Over::Direction => direction(),
+            Over::Speed => at(inputs.speed(axis?))?,
+            Over::Torque => at(inputs.measured_torque(axis?).unwrap_or(inputs.gravity_torque(axis?)))?,
+            Over::Time => at(inputs.t_s())? - inputs.t_s().first()?,
+        };
+        Some((x, if self.times_direction { direction() } else { 1.0 }))
+    }
+
+    fn is_of_tcp(&self) -> bool {
+        self.curves.len() == 3
+    }
+
+    /// Units of the argument per SI unit.
+    fn user_units_per_argument(&self, site: &Site) -> f64 {
+        let kind = self.of.map_or(site.kind(), |a| site.robot.axis(a).kind);
+        match self.over {
+            Over::Position | Over::Speed => 1.0 / kind.si(),
+            Over::Direction | Over::Torque | Over::Time => 1.0,
+        }
+    }
+
+    /// Units of the values per SI unit: mm on the TCP.
+    fn user_units_per_value(&self, site: &Site) -> f64 {
+        if self.is_of_tcp() { 1e3 } else { 1.0 / site.si_per_user_unit() }
+    }
+}
+
+fn read(f: &mut Fields) -> Result<Effect> {
+    let site = f.site();
+    let tcp = site.target == Target::Tcp;
+    let named = f.take("over");
+    let over = named.as_ref().and_then(Value::as_str).and_then(|n| Over::ALL.iter().find(|o| o.1 == n)).map(|o| o.0);
+    let allowed = |o: &Over| !tcp || matches!(o, Over::Position | Over::Time);
+    let Some(over) = over.filter(allowed) else {
+        let names: Vec<&str> = Over::ALL.iter().filter(|o| allowed(&o.0)).map(|o| o.1).collect();
+        return Err(f.bad("over", "no `over`, or an unknown one", &format!("one of {}", names.join(", "))));
+    };
+    let times = f.take("times");
+    let times_direction = match times.as_ref().map(Value::as_str) {
+        None => false,
+        Some(Some("direction")) if !tcp && over != Over::Direction => true,
+        _ => return Err(f.bad("times", "a `times` that is none", "`times: direction` of a joint, or none")),
+    };
+    let of = match f.take("of") {
+        None => None,
+        Some(name) => match name.as_str().and_then(|n| site.robot.axis_named(n)) {
+            Some(axis) if tcp => Some(axis),
+            _ => return Err(f.bad("of", "an `of` that is none", "the name of a joint, for the TCP over position")),
+        },
+    };
+    if tcp && (over == Over::Position) != of.is_some() {
+        return Err(f.bad(
+            "of",
+            "a TCP over position without `of`, or the reverse",
+            "`of: JOINT` with `over: position`",
+        ));
+    }
+    let ci95 = f.take("ci95");
+    let empty = Empirical { over, times_direction, of, curves: Vec::new(), ci95 };
+    let width = if tcp { 4 } else { 2 };
+    let knots = f.take("knots").and_then(|v| serde_yaml::from_value::<Vec<Vec<f64>>>(v).ok());
+    let Some(knots) = knots.filter(|k| k.iter().all(|k| k.len() == width)) else {
+        let expected =
+            if tcp { "`knots: [[argument, x_mm, y_mm, z_mm], ...]`" } else { "`knots: [[argument, value], ...]`" };
+        return Err(f.bad("knots", "no knots, or knots of another form", expected));
+    };
+    let per_argument = if tcp && of.is_none() { 1.0 } else { empty.user_units_per_argument(&site) };
+    let per_value = if tcp { 1e3 } else { 1.0 / site.si_per_user_unit() };
+    let x: Vec<f64> = knots.iter().map(|k| k[0] / per_argument).collect();
+    let curve = |c: usize| Spline::new(x.clone(), knots.iter().map(|k| k[c] / per_value).collect());
+    let curves: Option<Vec<Spline>> = (1..width).map(curve).collect();
+    match curves {
+        Some(curves) => Ok(Empirical { curves, ..empty }.into()),
+        None => Err(f.bad("knots", "knots that cannot be joined", "two or more finite knots, arguments rising")),
+    }
+}
+
+/// Counts of knots that are tried.
+const KNOTS: [usize; 2] = [4, 7];
+
+fn further(survey: &Survey, list: &mut Vec<Candidate>) {
+    let spread = |lo: f64, hi: f64, n: usize| -> Vec<f64> {
+        (0..n).map(|k| lo + (hi - lo) * k as f64 / (n - 1) as f64).collect()
+    };
+    let mut of_joint = |axis, over, times, x: Vec<f64>, form| {
+        let trials = vec![candidate::TRIAL; x.len()];
+        let make = move |v: &[f64]| {
+            let knots: Vec<[f64; 2]> = x.iter().zip(v).map(|(x, v)| [*x, *v]).collect();
+            // rising by their making
+            Empirical::of_joint(over, times, &knots).map_or_else(|| JointZeroOffset { offset: 0.0 }.into(), Effect::new)
+        };
+        list.push(Candidate::of_sizes(survey.robot, Target::Joint(axis), &trials, make).with_form(form));
+    };
+    for axis in survey.moving() {
+        let a = &survey.axes[axis];
+        for n in KNOTS {
+            of_joint(axis, Over::Position, false, spread(a.range[0], a.range[1], n), "position");
+            of_joint(axis, Over::Position, true, spread(a.range[0], a.range[1], n), "position and direction");
+            if a.fastest > 0.0 && survey.motion {
+                of_joint(axis, Over::Speed, false, spread(-a.fastest, a.fastest, n), "speed");
+            }
+            if a.torque[1] > a.torque[0] {
+                of_joint(axis, Over::Torque, false, spread(a.torque[0], a.torque[1], n), "torque");
+            }
+            if let Some((_, length)) = survey.clock {
+                of_joint(axis, Over::Time, false, spread(0.0, length, n), "time");
+            }
+        }
+        of_joint(axis, Over::Direction, false, vec![-1.0, 1.0], "direction");
+    }
+    let Some((_, length)) = survey.clock.filter(|_| survey.points) else { return };
+    for n in KNOTS {
+        let x = spread(0.0, length, n);
+        let make = move |v: &[f64]| {
+            let vector = |c: &[f64]| Vector3::new(c[0], c[1], c[2]);
+            let knots: Vec<(f64, Vector3<f64>)> =
+                x.iter().zip(v.chunks_exact(3)).map(|(x, c)| (*x, vector(c))).collect();
+            Empirical::of_tcp(Over::Time, None, &knots).map_or_else(|| TimeOffset { offset_s: 0.0 }.into(), Effect::new)
+        };
+        list.push(Candidate::of_sizes(survey.robot, Target::Tcp, &vec![1e-5; 3 * n], make).with_form("time"));
+    }
+}
+
+impl EffectType for Empirical {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    /// The values at the knots; on the TCP x, y, z of each.
+    fn values(&self) -> Vec<f64> {
+        let knots = self.curves.first().map_or(0, |c| c.knots());
+        (0..knots).flat_map(|k| self.curves.iter().map(move |c| c.value(k))).collect()
+    }
+
+    fn with(&self, v: &[f64]) -> Effect {
+        let n = self.curves.len();
+        let curve = |(c, old): (usize, &Spline)| {
+            let y = v.iter().skip(c).step_by(n).copied().collect();
+            old.with_values(y).unwrap_or_else(|| old.clone())
+        };
+        Self { curves: self.curves.iter().enumerate().map(curve).collect(), ..self.clone() }.into()
+    }
+
+    fn parameters(&self, site: &Site) -> Vec<Parameter> {
+        let per_si = self.user_units_per_value(site);
+        let (most, typical) =
+            if self.is_of_tcp() { (0.01, 10e-6) } else { (site.most_lost(), site.typical(1e-3, 5e-3)) };
+        let knots = self.curves.first().map_or(0, |c| c.knots());
+        let one = |k: usize, c: usize| Parameter::new(&format!("knots[{k}][{}]", c + 1), per_si, within(most), typical);
+        (0..knots).flat_map(|k| (0..self.curves.len()).map(move |c| (k, c))).map(|(k, c)| one(k, c)).collect()
+    }
+
+    fn write(&self, site: &Site, entry: &mut Mapping) {
+        let mut put = |key: &str, value: Value| entry.insert(key.into(), value);
+        put("over", self.over.text().into());
+        if let Some(axis) = self.of {
+            put("of", site.robot.axis(axis).name.clone().into());
+        }
+        if self.times_direction {
+            put("times", "direction".into());
+        }
+        let (per_argument, per_value) = (self.user_units_per_argument(site), self.user_units_per_value(site));
+        let knots = self.curves.first().map_or(0, |c| c.knots());
+        let knot = |k: usize| {
+            let values = self.curves.iter().map(|c| Value::from(c.value(k) * per_value));
+            Value::Sequence(std::iter::once((self.curves[0].place(k) * per_argument).into()).chain(values).collect())
+        };
+        put("knots", Value::Sequence((0..knots).map(knot).collect()));
+        if let Some(ci95) = &self.ci95 {
+            put("ci95", ci95.clone());
+        }
+    }
+
+    fn brief(&self, site: &Site) -> String {
+        let largest = self.values().iter().fold(0.0f64, |m, v| m.max(v.abs())) * self.user_units_per_value(site);
+        let unit = if self.is_of_tcp() { "mm" } else { site.unit() };
+        format!("over {}, at most {} {unit}", self.over.text(), effect::short(largest))
+    }
+
+    fn stage(&self) -> Stage {
+        if self.is_of_tcp() { Stage::Tcp } else { Stage::Link }
+    }
+
+    fn add_to_joint(&self, target: Target, inputs: &dyn Inputs, joint: &mut [f64]) {
+        let Some(curve) = self.curves.first() else { return };
+        for (row, q) in joint.iter_mut().enumerate() {
+            if let Some((x, times)) = self.argument(target.axis(), inputs, row) {
+                *q += times * curve.at(x);
+            }
+        }
+    }
+
+    fn displacement_m(&self, _target: Target, row: &Row, _point_m: &Vector3<f64>) -> Vector3<f64> {
+        match (self.argument(self.of, row.inputs, row.index), self.curves.as_slice()) {
+            (Some((x, _)), [a, b, c]) => Vector3::new(a.at(x), b.at(x), c.at(x)),
+            _ => Vector3::zeros(),
+        }
+    }
+
+    fn displaces(&self) -> bool {
+        self.is_of_tcp()
+    }
+
+    fn has_memory(&self) -> bool {
+        self.times_direction || self.over == Over::Direction
+    }
+
+    fn magnitude(&self) -> f64 {
+        self.values().iter().fold(0.0, |m, v| m.max(v.abs()))
+    }
+
+    fn idle(&self, _site: &Site, settled_poses: bool) -> Option<&'static str> {
+        (settled_poses && self.over == Over::Time).then_some("settled poses have no time")
+    }
+
+    fn undo(&self, _context: &UndoContext) -> Undo {
+        let Some(curve) = self.curves.first().filter(|_| !self.is_of_tcp()) else {
+            return Undo::nothing("it moves the TCP, not a joint");
+        };
+        match (self.over, self.times_direction) {
+            (Over::Position, false) => Undo::point_by_point(),
+            // an error of v times the direction is a gap of -v
+            (Over::Position, true) => curve.sampled(-1.0).map_or_else(Undo::default, Undo::gap),
+            // its mean, which is taken off point by point, and half its change
+            (Over::Direction, _) => {
+                let half = 0.5 * (curve.at(1.0) - curve.at(-1.0));
+                Undo { point_by_point: true, ..Undo::gap(GapCurve::Constant(-half)) }
+            }
+            _ => Undo::nothing("it is no function of the program's positions"),
+        }
+    }
+}

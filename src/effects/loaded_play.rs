@@ -1,0 +1,129 @@
+//! `loaded_play`: play whose flank follows the load, not the movement.
+//!
+//! Where the torque of gravity about the joint is beyond `torque_nm`, the load holds the gear on one flank: the joint stands half a
+//! gap towards the load, whichever way it moves. Within, the direction of movement picks the flank as in [`super::backlash`].
+//! Reference: Armstrong-Helouvry, Dupont, Canudas de Wit (1994), Automatica 30(7), for loaded gears; Ruderman, Hoffmann, Bertram
+//! (2009), IEEE Trans. Industrial Electronics 56(10).
+//!
+//! The torque is that of `links` and payload (the log's measured torque holds friction, which turns over at a reversal). Parameters:
+//! half gap 0 or more, at most 0.1 rad (10 mm); torque 0 or more. Without `links` it is plain play. A program's offset cannot
+//! follow the load: `rewrite` leaves it.
+
+use super::backlash::play;
+use super::*;
+use serde_yaml::Value;
+
+pub static INFO: EffectInfo = EffectInfo {
+    name: "loaded_play",
+    heading: "loaded play",
+    stage: Stage::Gear,
+    family: Family::Gap,
+    acts_on: ActsOn::Joint,
+    adds: "play whose flank follows the load where that is large, the movement where it is small",
+    equation: "q = s + half_gap sign(torque) where |torque| > torque_nm, else the play operator; torque of gravity",
+    reference: "Ruderman, Hoffmann, Bertram (2009), IEEE Trans. Industrial Electronics 56(10)",
+    parameters: &[
+        ("half_gap_deg", "half of the gap, 0 to 0.1 rad (10 mm)"),
+        ("torque_nm", "load at which the flank turns over, 0 or more (N for a slide: torque_n)"),
+    ],
+    confused_with: &["backlash", "gravity_compliance"],
+    decide_by: "reverse where gravity turns the joint one way, the other way, and not at all; change the payload",
+    action: "take the gap up; work where the load keeps its sign, and the gap does not show",
+    undone: "nothing: the flank follows the load",
+    after_reversal: AfterReversal::Step,
+    includes: &[],
+    imitates: &["backlash"],
+    needs_motion: false,
+    example: ("{effect: loaded_play, joint: A1, half_gap_deg: 0.003, torque_nm: 900}", View::JointOverCommand),
+    read: |f| {
+        let key = torque_key(f.site().is_revolute());
+        Ok(LoadedPlay { half_gap: f.length("half_gap", 0.0)?, torque: f.needed(key, 0.0)? }.into())
+    },
+    typical: |size| {
+        vec![(size.key("half_gap"), size.gap.into()), (torque_key(size.is_revolute()).into(), Value::from(50.0))]
+    },
+    candidates: |_, _| {},
+    further: |survey, list| {
+        for axis in survey.moving().filter(|&a| survey.axes[a].loaded) {
+            let largest = survey.axes[axis].load;
+            for share in [0.0, 0.2, 0.5] {
+                let make = move |b: f64| LoadedPlay { half_gap: b.max(0.0), torque: share * largest };
+                let one = Candidate::of_size(survey.robot, Target::Joint(axis), candidate::TRIAL, make);
+                list.push(one.positive().with_shape(1));
+            }
+        }
+    },
+};
+
+/// Half gap in rad or m, and the torque (Nm or N) beyond which the load picks the flank.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoadedPlay {
+    pub half_gap: f64,
+    pub torque: f64,
+}
+
+fn torque_key(revolute: bool) -> &'static str {
+    if revolute { "torque_nm" } else { "force_n" }
+}
+
+impl EffectType for LoadedPlay {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn values(&self) -> Vec<f64> {
+        vec![self.half_gap, self.torque]
+    }
+
+    fn with(&self, v: &[f64]) -> Effect {
+        Self { half_gap: v[0], torque: v[1] }.into()
+    }
+
+    fn parameters(&self, site: &Site) -> Vec<Parameter> {
+        vec![
+            site.length("half_gap", (0.0, site.most_lost()), site.typical(0.003, 0.005)),
+            Parameter::new(torque_key(site.is_revolute()), 1.0, (0.0, 1e5), 50.0),
+        ]
+    }
+
+    fn apply(&self, track: &Track, signal: &mut [f64]) {
+        if track.load.is_empty() {
+            play(track, signal, |_| self.half_gap);
+            return;
+        }
+        let Some(&first) = signal.first() else { return };
+        let b = self.half_gap;
+        let mut out = first - f64::from(track.initial_gap_side) * b;
+        for (i, s) in signal.iter_mut().enumerate() {
+            let load = track.load_at(i);
+            out = if load > self.torque {
+                *s + b
+            } else if load < -self.torque {
+                *s - b
+            } else {
+                out.clamp(*s - b, *s + b)
+            };
+            *s = out;
+        }
+    }
+
+    fn has_memory(&self) -> bool {
+        true
+    }
+
+    fn is_play(&self) -> bool {
+        true
+    }
+
+    fn uses_load(&self) -> bool {
+        true
+    }
+
+    fn half_gap(&self) -> Option<GapCurve> {
+        Some(GapCurve::Constant(self.half_gap))
+    }
+
+    fn undo(&self, _context: &UndoContext) -> Undo {
+        Undo::nothing("its flank follows the load, which a program does not hold")
+    }
+}

@@ -1,0 +1,200 @@
+//! `thermal_growth`: a link grows, or a joint's zero creeps, with time, with the row or with the temperature.
+//!
+//! Adds `rate * x` to the joint, or to the `a` or `d` of a joint's link; `x` is the time since the first row in hours, or
+//! `(tau/3600)(1 - exp(-t/tau))` where `tau_s` is given (warming up that ends), or the change of `temp_c` since the first row, or the
+//! number of the row (poses without a clock). Reference: Heisel, Richter, Wurst (1997), CIRP Annals 46(1); Gong, Yuan, Ni
+//! (2000), Int. J. Machine Tools and Manufacture 40(1).
+//!
+//! Parameters: rates of either sign, at most 10 mm (0.1 rad) an hour, 1 mm (0.01 rad) a kelvin, 0.1 mm (1 mrad) a row; steel grows
+//! by 12 um a metre and kelvin. Typical: 10 to 100 um. A length moves the TCP along the link's axis; joints do not change.
+
+use super::site::within;
+use super::*;
+use nalgebra::Vector3;
+
+pub static INFO: EffectInfo = EffectInfo {
+    name: "thermal_growth",
+    heading: "thermal growth",
+    stage: Stage::Geometry,
+    family: Family::Drift,
+    acts_on: ActsOn::JointOrDhParameter(&[DhParameter::A, DhParameter::D]),
+    adds: "a link grows, or a joint's zero creeps, with time or temperature",
+    equation: "rate x, x hours since the first row, tau (1 - exp(-t/tau)) in hours, kelvin since the first row, or rows",
+    reference: "Heisel, Richter, Wurst (1997), CIRP Annals 46(1); Gong, Yuan, Ni (2000), Int. J. Machine Tools and Manufacture 40(1)",
+    parameters: &[
+        ("per_hour_mm or per_hour_deg", "either sign, within 10 mm or 0.1 rad"),
+        ("per_k_mm or per_k_deg", "in its place, with a column `temp_c`: within 1 mm or 0.01 rad"),
+        ("per_row_mm or per_row_deg", "in its place, for poses without a clock: within 0.1 mm or 1 mrad"),
+        ("tau_s", "with per_hour, where it ends: 1 s to 1e6 s"),
+    ],
+    confused_with: &["thermal_drift", "link_error", "joint_zero_offset"],
+    decide_by: "log the temperature; visit the same poses cold and warm, in another order",
+    action: "warm up before work; measure and calibrate at the working temperature",
+    undone: "nothing: it depends on time, not on the program",
+    after_reversal: AfterReversal::Nothing,
+    includes: &[],
+    imitates: &[],
+    needs_motion: false,
+    example: ("{effect: thermal_growth, target: A1.a, per_hour_mm: 15, tau_s: 8}", View::TcpOverTime),
+    read,
+    typical: |size| {
+        if size.has("per_") {
+            return Vec::new();
+        }
+        let rate = if size.is_revolute() { 0.002 } else { 0.05 };
+        vec![(size.key("per_hour"), (rate * 3600.0 / size.duration_s.max(1.0)).into())]
+    },
+    candidates: |_, _| {},
+    further,
+};
+
+/// What it grows with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum With {
+    Hours,
+    /// Hours, towards an end with this time constant, s.
+    HoursUntil(f64),
+    Kelvin,
+    Rows,
+}
+
+/// Rate in rad or m per hour, kelvin or row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ThermalGrowth {
+    pub rate: f64,
+    pub with: With,
+    /// It changes a joint's position; else a length.
+    pub of_joint: bool,
+}
+
+const SECONDS_PER_HOUR: f64 = 3600.0;
+
+fn read(f: &mut Fields) -> Result<Effect> {
+    let site = f.site();
+    let tau = f.number("tau_s", f64::MIN_POSITIVE)?;
+    let (hours, kelvin, rows) = (site.key("per_hour"), site.key("per_k"), site.key("per_row"));
+    let mut take = |key: &str| f.number(key, f64::NEG_INFINITY);
+    let (rate, with) = match (take(&hours)?, take(&kelvin)?, take(&rows)?, tau) {
+        (Some(r), None, None, None) => (r, With::Hours),
+        (Some(r), None, None, Some(tau)) => (r, With::HoursUntil(tau)),
+        (None, Some(r), None, None) => (r, With::Kelvin),
+        (None, None, Some(r), None) => (r, With::Rows),
+        _ => {
+            let expected = format!("one of `{hours}` (perhaps with `tau_s`), `{kelvin}`, `{rows}`");
+            return Err(f.bad("per_", "no rate, or two", &expected));
+        }
+    };
+    let of_joint = matches!(site.target, Target::Joint(_));
+    Ok(ThermalGrowth { rate: rate * site.si_per_user_unit(), with, of_joint }.into())
+}
+
+/// Time constants that are tried, as shares of the longest log.
+const SHARES: [f64; 2] = [0.1, 0.4];
+
+fn further(survey: &Survey, list: &mut Vec<Candidate>) {
+    let mut ways = Vec::new();
+    if survey.temperature {
+        ways.push((With::Kelvin, "kelvin"));
+    }
+    match survey.clock {
+        Some((_, length)) => {
+            ways.push((With::Hours, "hours"));
+            ways.extend(SHARES.map(|share| (With::HoursUntil(share * length), "until")));
+        }
+        None => ways.push((With::Rows, "rows")),
+    }
+    let joints = survey.all_axes().map(Target::Joint);
+    let link = |joint| [DhParameter::A, DhParameter::D].map(|parameter| Target::Link { joint, parameter });
+    // a length of zero does not grow
+    let long = |t: &Target| match t {
+        Target::Link { joint, parameter: DhParameter::A } => survey.robot.joints[*joint].a_m != 0.0,
+        Target::Link { joint, .. } => survey.robot.joints[*joint].d_m != 0.0,
+        _ => true,
+    };
+    let links = (0..survey.robot.joints.len()).flat_map(link).filter(long).filter(|_| survey.points);
+    for target in joints.chain(links) {
+        let of_joint = matches!(target, Target::Joint(_));
+        for (with, form) in ways.iter().copied() {
+            let shape = usize::from(matches!(with, With::HoursUntil(_)));
+            let make = move |rate| ThermalGrowth { rate, with, of_joint };
+            list.push(Candidate::of_size(survey.robot, target, 1e-5, make).with_shape(shape).with_form(form));
+        }
+    }
+}
+
+impl ThermalGrowth {
+    /// What it grows with, at a row.
+    fn so_far(&self, inputs: &dyn Inputs, index: usize) -> f64 {
+        let since = || inputs.t_s().first().zip(inputs.t_s().get(index)).map_or(0.0, |(a, b)| b - a);
+        match self.with {
+            With::Hours => since() / SECONDS_PER_HOUR,
+            With::HoursUntil(tau) => tau / SECONDS_PER_HOUR * -(-since() / tau).exp_m1(),
+            With::Kelvin => {
+                let all = inputs.temp_c();
+                all.and_then(|t| t.first().zip(t.get(index))).map_or(0.0, |(a, b)| b - a)
+            }
+            With::Rows => index as f64,
+        }
+    }
+}
+
+impl EffectType for ThermalGrowth {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    fn values(&self) -> Vec<f64> {
+        match self.with {
+            With::HoursUntil(tau) => vec![self.rate, tau],
+            _ => vec![self.rate],
+        }
+    }
+
+    fn with(&self, v: &[f64]) -> Effect {
+        let with = if let With::HoursUntil(_) = self.with { With::HoursUntil(v[1]) } else { self.with };
+        Self { rate: v[0], with, ..*self }.into()
+    }
+
+    fn parameters(&self, site: &Site) -> Vec<Parameter> {
+        // an arm of a metre that warms by some kelvin an hour
+        let (name, mm, rad, typical) = match self.with {
+            With::Hours | With::HoursUntil(_) => ("per_hour", 10.0, 0.1, site.typical(0.003, 0.05)),
+            With::Kelvin => ("per_k", 1.0, 0.01, site.typical(0.001, 0.01)),
+            With::Rows => ("per_row", 0.1, 1e-3, site.typical(1e-5, 1e-4)),
+        };
+        let most = if site.is_revolute() { rad } else { mm * 1e-3 };
+        let mut all = vec![site.length(name, within(most), typical)];
+        if let With::HoursUntil(_) = self.with {
+            all.push(Parameter::seconds("tau_s", (1.0, 1e6), 1800.0));
+        }
+        all
+    }
+
+    fn stage(&self) -> Stage {
+        if self.of_joint { Stage::Link } else { Stage::Geometry }
+    }
+
+    fn add_to_joint(&self, _target: Target, inputs: &dyn Inputs, joint: &mut [f64]) {
+        for (index, q) in joint.iter_mut().enumerate() {
+            *q += self.rate * self.so_far(inputs, index);
+        }
+    }
+
+    fn displacement_m(&self, target: Target, row: &Row, _point_m: &Vector3<f64>) -> Vector3<f64> {
+        let Target::Link { joint, parameter } = target else { return Vector3::zeros() };
+        let by = self.rate * self.so_far(row.inputs, row.index);
+        row.direction_of(joint, parameter) * by
+    }
+
+    fn displaces(&self) -> bool {
+        !self.of_joint
+    }
+
+    fn uses_frames(&self) -> bool {
+        !self.of_joint
+    }
+
+    fn undo(&self, _context: &UndoContext) -> Undo {
+        Undo::nothing("it depends on time, not on the program")
+    }
+}

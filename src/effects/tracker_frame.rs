@@ -1,0 +1,173 @@
+//! `tracker_frame`: the tracker's frame steps where its beam was locked again, or creeps.
+//!
+//! From `t_s` on (or from the row `at_row`, for poses without a clock) every point is moved by `(x, y, z)` and turned by small angles
+//! `(rx, ry, rz)` about the tracker's station, in the axes of the base; with `over_s` the movement builds up in proportion over that
+//! time. Reference: ISO 10360-10:2021 (two-face and drift tests); Nasr, Forbes, Sun, Lewis (2012), NPL Report ENG 36.
+//!
+//! Parameters: at most 10 mm and 0.01 rad either way; typical 5 to 50 um. The time of a step is held, not fitted. Action: fix the
+//! tripod, wait for the tracker to warm up, measure fixed nests before and after.
+
+use super::site::within;
+use super::*;
+use nalgebra::{UnitQuaternion, Vector3};
+use serde_yaml::{Mapping, Value};
+
+pub static INFO: EffectInfo = EffectInfo {
+    name: "tracker_frame",
+    heading: "tracker frame",
+    stage: Stage::Measurement,
+    family: Family::Tracker,
+    acts_on: ActsOn::Log,
+    adds: "the tracker's frame steps, or creeps",
+    equation: "from t_s on: point moved by (x, y, z) and turned by (rx, ry, rz) about the station; over over_s in proportion",
+    reference: "ISO 10360-10:2021",
+    parameters: &[
+        ("x_um, y_um, z_um", "movement, within 10 mm; those that are left out are 0"),
+        ("rx_urad, ry_urad, rz_urad", "turn about the station, within 10,000 urad"),
+        ("t_s or at_row", "time since the first row, or row, from which on it acts"),
+        ("over_s", "time over which it builds up; left out: a step"),
+    ],
+    confused_with: &["thermal_drift", "thermal_growth"],
+    decide_by: "measure a fixed nest before, during and after; a drift of the robot does not move it",
+    action: "fix the tripod, let the tracker warm up, register again after a lost beam",
+    undone: "nothing: it is an error of the measurement",
+    after_reversal: AfterReversal::Nothing,
+    includes: &[],
+    imitates: &[],
+    needs_motion: false,
+    example: ("{effect: tracker_frame, x_um: 30, z_um: -20, t_s: 9}", View::TcpOverTime),
+    read,
+    typical: |size| {
+        let mut keys: Vec<(String, Value)> = ["x_um", "y_um", "z_um"].map(|k| (k.into(), 20.0.into())).to_vec();
+        if !size.has("t_s") && !size.has("at_row") {
+            keys.push(("t_s".into(), (0.5 * size.duration_s).into()));
+        }
+        keys
+    },
+    candidates: |_, _| {},
+    // the place of a step is found by a search: [`step`]
+    further: |_, _| {},
+};
+
+/// From where on it acts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum From {
+    /// s since the first row.
+    Time(f64),
+    Row(f64),
+}
+
+/// Movement in m, turn in rad; from when, over which time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackerFrame {
+    pub translation_m: Vector3<f64>,
+    pub rotation_rad: Vector3<f64>,
+    /// The turn is a parameter of a fit.
+    pub turns: bool,
+    pub from: From,
+    pub over_s: Option<f64>,
+}
+
+const UM: [&str; 3] = ["x_um", "y_um", "z_um"];
+const URAD: [&str; 3] = ["rx_urad", "ry_urad", "rz_urad"];
+
+fn read(f: &mut Fields) -> Result<Effect> {
+    let vector = |f: &mut Fields, keys: [&str; 3]| -> Result<(Vector3<f64>, bool)> {
+        let (mut v, mut any) = (Vector3::zeros(), false);
+        for (c, key) in v.iter_mut().zip(keys) {
+            if let Some(x) = f.number(key, f64::NEG_INFINITY)? {
+                *c = x * 1e-6;
+                any = true;
+            }
+        }
+        Ok((v, any))
+    };
+    let (translation_m, moves) = vector(f, UM)?;
+    let (rotation_rad, turns) = vector(f, URAD)?;
+    if !moves && !turns {
+        return Err(f.bad(
+            "x_um",
+            "no movement and no turn",
+            "`x_um`, `y_um`, `z_um`, `rx_urad`, `ry_urad` or `rz_urad`",
+        ));
+    }
+    let from = match (f.number("t_s", 0.0)?, f.number("at_row", 0.0)?) {
+        (Some(t), None) => From::Time(t),
+        (None, Some(row)) => From::Row(row),
+        _ => return Err(f.bad("t_s", "no time, or two", "either `t_s` or `at_row`")),
+    };
+    let over_s = f.number("over_s", f64::MIN_POSITIVE)?;
+    Ok(TrackerFrame { translation_m, rotation_rad, turns, from, over_s }.into())
+}
+
+/// A step of the frame at a time or row: three movements, and three turns where points far apart tell them.
+pub fn step(robot: &crate::robot::Robot, from: From, turns: bool) -> Candidate {
+    let trials = vec![1e-6; if turns { 6 } else { 3 }];
+    Candidate::of_sizes(robot, Target::Log, &trials, move |c| {
+        let rotation_rad = if turns { Vector3::new(c[3], c[4], c[5]) } else { Vector3::zeros() };
+        TrackerFrame { translation_m: Vector3::new(c[0], c[1], c[2]), rotation_rad, turns, from, over_s: None }
+    })
+}
+
+impl EffectType for TrackerFrame {
+    fn info(&self) -> &'static EffectInfo {
+        &INFO
+    }
+
+    /// Movement, then the turn where it has one.
+    fn values(&self) -> Vec<f64> {
+        let turn = self.rotation_rad.iter().filter(|_| self.turns);
+        self.translation_m.iter().chain(turn).copied().collect()
+    }
+
+    fn with(&self, v: &[f64]) -> Effect {
+        let rotation_rad = if self.turns { Vector3::new(v[3], v[4], v[5]) } else { self.rotation_rad };
+        Self { translation_m: Vector3::new(v[0], v[1], v[2]), rotation_rad, ..*self }.into()
+    }
+
+    fn parameters(&self, _site: &Site) -> Vec<Parameter> {
+        let moves = UM.map(|key| Parameter::new(key, 1e6, within(0.01), 20e-6));
+        let turns = URAD.map(|key| Parameter::new(key, 1e6, within(0.01), 10e-6));
+        moves.into_iter().chain(turns.into_iter().filter(|_| self.turns)).collect()
+    }
+
+    fn write(&self, site: &Site, entry: &mut Mapping) {
+        for (p, v) in self.parameters(site).into_iter().zip(self.values()) {
+            entry.insert(p.key.into(), (v * p.user_units_per_si).into());
+        }
+        let (key, value) = match self.from {
+            From::Time(t) => ("t_s", t),
+            From::Row(row) => ("at_row", row),
+        };
+        entry.insert(key.into(), value.into());
+        if let Some(over) = self.over_s {
+            entry.insert("over_s".into(), over.into());
+        }
+    }
+
+    fn displacement_m(&self, _target: Target, row: &Row, point_m: &Vector3<f64>) -> Vector3<f64> {
+        let share = match (self.from, self.over_s) {
+            (From::Row(at), _) => f64::from(row.index as f64 >= at),
+            (From::Time(t), Some(over)) => ((row.measured_s - t) / over).clamp(0.0, 1.0),
+            (From::Time(t), None) => f64::from(row.measured_s >= t),
+        };
+        if share == 0.0 {
+            return Vector3::zeros();
+        }
+        let arm = point_m - row.station_m;
+        let turned = UnitQuaternion::from_scaled_axis(self.rotation_rad * share) * arm - arm;
+        turned + self.translation_m * share
+    }
+
+    fn displaces(&self) -> bool {
+        true
+    }
+
+    fn magnitude(&self) -> f64 {
+        self.translation_m.amax()
+    }
+
+    fn undo(&self, _context: &UndoContext) -> Undo {
+        Undo::nothing("it is an error of the measurement")
+    }
+}
