@@ -89,6 +89,17 @@ impl TerminationReason {
     pub fn converged(self) -> bool {
         matches!(self, Self::Converged(_))
     }
+
+    /// In words, for documents.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Converged(_) => "converged",
+            Self::NoProgress => "no progress",
+            Self::StepLimit => "step limit",
+            Self::NotFinite => "not finite",
+            Self::Abandoned => "abandoned",
+        }
+    }
 }
 
 /// Where a fit ended, and why.
