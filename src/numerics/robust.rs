@@ -24,8 +24,11 @@ pub fn median(values: &[f64]) -> f64 {
 /// Mean of points without gross errors, how many were used, and the sum of their squared distances from it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointMean {
+    /// Mean of the points that were used.
     pub mean: Vector3<f64>,
+    /// How many points were used.
     pub used: usize,
+    /// Sum of their squared distances from the mean.
     pub sum_squares: f64,
 }
 
