@@ -5,6 +5,7 @@
 //!   [`derivative`]: derivatives by differences, to check others;
 //! - [`linear`]: weighted linear fits by QR; [`legendre`]: the basis of polynomials;
 //! - [`student`], [`fisher`], [`chi_squared`], [`normal`]: tail probabilities and quantiles;
+//! - [`autoregression`]: correlated noise and its whitening; [`dependent`]: uncertainties in spite of it;
 //! - [`rigid`]: the rigid transform between two sets of points;
 //! - [`reversal`]: reversals of a position, with a dead band;
 //! - [`robust`]: median, scale from the median, and a mean without gross errors.
@@ -15,7 +16,9 @@
 
 #![warn(missing_docs)]
 
+pub mod autoregression;
 pub mod chi_squared;
+pub mod dependent;
 pub mod derivative;
 pub mod fisher;
 pub mod least_squares;
