@@ -90,19 +90,13 @@ impl Triangle {
     /// Directions that neither the columns nor the damping determine stay 0.
     pub fn solve(&self, damping: &[f64], held: &[bool], at: &[f64]) -> Vec<f64> {
         let n = self.columns();
-        // row by row, as rotations act on rows
-        let mut r = vec![0.0; n * n];
-        for (k, column) in self.r.column_iter().enumerate() {
-            column.iter().take(k + 1).enumerate().for_each(|(i, v)| r[i * n + k] = *v);
-        }
+        let mut r = self.r.clone();
         let mut right = self.projected.clone();
         let mut extra = vec![0.0; n];
         for k in (0..n).filter(|&k| held[self.order[k]]) {
             let value = at[self.order[k]];
-            for i in 0..=k {
-                right[i] -= r[i * n + k] * value;
-                r[i * n + k] = 0.0;
-            }
+            (0..=k).for_each(|i| right[i] -= r[(i, k)] * value);
+            r.column_mut(k).fill(0.0);
         }
         for k in 0..n {
             let d = if held[self.order[k]] { 1.0 } else { damping[self.order[k]].sqrt() };
@@ -114,25 +108,27 @@ impl Triangle {
             extra[k] = d;
             let mut of_extra = 0.0;
             for j in k..n {
-                let row = &mut r[j * n + j..(j + 1) * n];
-                let below = &mut extra[j..];
-                let length = (row[0] * row[0] + below[0] * below[0]).sqrt();
-                if length == 0.0 {
+                if extra[j] == 0.0 {
                     continue;
                 }
-                let (c, s) = (row[0] / length, below[0] / length);
-                for (u, v) in row.iter_mut().zip(below) {
-                    (*u, *v) = (c * *u + s * *v, c * *v - s * *u);
+                let length = r[(j, j)].hypot(extra[j]);
+                let (c, s) = (r[(j, j)] / length, extra[j] / length);
+                for i in j..n {
+                    let (above, below) = (r[(j, i)], extra[i]);
+                    r[(j, i)] = c * above + s * below;
+                    extra[i] = c * below - s * above;
                 }
-                (right[j], of_extra) = (c * right[j] + s * of_extra, c * of_extra - s * right[j]);
+                let (above, below) = (right[j], of_extra);
+                right[j] = c * above + s * below;
+                of_extra = c * below - s * above;
             }
         }
-        let largest = (0..n).map(|k| r[k * n + k].abs()).fold(0.0, f64::max);
+        let largest = (0..n).map(|k| r[(k, k)].abs()).fold(0.0, f64::max);
         let mut x = vec![0.0; n];
         for k in (0..n).rev() {
-            let sum: f64 = (k + 1..n).map(|j| r[k * n + j] * x[self.order[j]]).sum();
-            if r[k * n + k].abs() > f64::EPSILON * largest {
-                x[self.order[k]] = (right[k] - sum) / r[k * n + k];
+            let sum: f64 = (k + 1..n).map(|j| r[(k, j)] * x[self.order[j]]).sum();
+            if r[(k, k)].abs() > f64::EPSILON * largest {
+                x[self.order[k]] = (right[k] - sum) / r[(k, k)];
             }
         }
         (0..n).filter(|&k| held[k]).for_each(|k| x[k] = at[k]);
