@@ -1,33 +1,22 @@
-//! Rigid transform that takes one set of points onto another with the least sum of squares (Kabsch 1976; the sign after
-//! Umeyama 1991, so that it never mirrors).
+//! The frame between two sets of points by [`rigid`]; points that leave it open have none.
 
-use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
+use crate::numerics::rigid;
+use nalgebra::{Isometry3, Vector3};
 
 /// `dst ~ frame * src`; `None` where fewer than three points, or points on one line, leave it open.
 pub fn fit(src: &[Vector3<f64>], dst: &[Vector3<f64>]) -> Option<Isometry3<f64>> {
     if src.len() != dst.len() || src.len() < 3 {
         return None;
     }
-    let n = src.len() as f64;
-    let mean = |p: &[Vector3<f64>]| p.iter().sum::<Vector3<f64>>() / n;
-    let (cs, cd) = (mean(src), mean(dst));
-    let h: Matrix3<f64> = src.iter().zip(dst).map(|(s, d)| (s - cs) * (d - cd).transpose()).sum();
-    let svd = h.svd(true, true);
-    let (u, vt) = (svd.u?, svd.v_t?);
-    let sorted = svd.singular_values;
-    if !sorted.iter().all(|v| v.is_finite()) || sorted[1] <= 1e-12 * sorted[0] {
-        return None;
-    }
-    let v = vt.transpose();
-    let sign = (v * u.transpose()).determinant().signum();
-    let r = v * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign)) * u.transpose();
-    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(r));
-    Some(Isometry3::from_parts((cd - rotation * cs).into(), rotation))
+    let found = rigid::fit(src.iter().zip(dst).map(|(s, d)| (*s, *d, 1.0)), false)?;
+    let [first, second, _] = found.spread;
+    (second > 1e-12 * first).then(|| found.isometry())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::UnitQuaternion;
 
     #[test]
     fn finds_a_known_frame_and_never_mirrors() {

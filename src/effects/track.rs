@@ -7,6 +7,7 @@
 //! What else effects look at goes with it: which samples are rows of a log (others are turning points put between them),
 //! how the command runs between samples, the commanded TCP speed, the length of one turn of the joint.
 
+use crate::numerics::reversal::{Movement, ReversalDetector};
 use std::borrow::Cow;
 
 /// A reversal: the joint leaves `p` at `t_s` in direction `dir`.
@@ -60,34 +61,16 @@ impl<'a> Track<'a> {
         let n = p.len();
         let mut dir = vec![0i8; n];
         let mut turns = Vec::new();
-        let Some(&start) = p.first() else {
-            return Self::known(t_s, p, dir, turns);
-        };
-        let mut now = 0i8;
-        // extreme of the present direction, and the last sample that stands on it
-        let (mut extreme, mut at) = (start, 0usize);
-        for i in 1..n {
-            let step = p[i] - extreme;
-            if now == 0 {
-                if step.abs() > deadband {
-                    now = if step > 0.0 { 1 } else { -1 };
-                    dir[at + 1..=i].fill(now);
-                    (extreme, at) = (p[i], i);
-                } else if step == 0.0 {
-                    at = i;
+        let mut detector = ReversalDetector::new(deadband, 0);
+        for (i, &position) in p.iter().enumerate() {
+            match detector.take(i, position) {
+                Movement::Rest => {}
+                Movement::Start { since } => dir[since + 1..=i].fill(detector.direction()),
+                Movement::Same | Movement::Within => dir[i] = detector.direction(),
+                Movement::Reversed { at, extreme } => {
+                    turns.push(Turn { index: at, t_s: t_s[at], p: extreme, dir: detector.direction() });
+                    dir[at + 1..=i].fill(detector.direction());
                 }
-                continue;
-            }
-            if step * f64::from(now) >= 0.0 {
-                (extreme, at) = (p[i], i);
-                dir[i] = now;
-            } else if step.abs() > deadband {
-                now = -now;
-                turns.push(Turn { index: at, t_s: t_s[at], p: extreme, dir: now });
-                dir[at + 1..=i].fill(now);
-                (extreme, at) = (p[i], i);
-            } else {
-                dir[i] = now;
             }
         }
         Self::known(t_s, p, dir, turns)

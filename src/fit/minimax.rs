@@ -6,12 +6,11 @@
 //! is kept unless a chi-squared test refuses it.
 
 use crate::gaps::GapPoint;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use crate::numerics::chi_squared;
+use crate::numerics::normal::Z95;
 
 /// p below which the gaps at the reversals count as different.
 const DIFFERENT: f64 = 1e-3;
-/// 95 % interval over standard error.
-const Z95: f64 = 1.959964;
 
 /// Offset for a joint with the common half gap `common` and the gaps `points` (rad or m).
 pub fn constant_gap(common: f64, points: &[GapPoint]) -> f64 {
@@ -26,7 +25,7 @@ pub fn constant_gap(common: f64, points: &[GapPoint]) -> f64 {
     let weight: f64 = known.iter().map(|(_, s)| 1.0 / (s * s)).sum();
     let mean = known.iter().map(|(b, s)| b / (s * s)).sum::<f64>() / weight;
     let chi2: f64 = known.iter().map(|(b, s)| ((b - mean) / s).powi(2)).sum();
-    let p = ChiSquared::new((known.len() - 1) as f64).map_or(1.0, |c| c.sf(chi2));
+    let p = chi_squared::tail(chi2, (known.len() - 1) as f64);
     if p >= DIFFERENT {
         return common;
     }

@@ -22,7 +22,7 @@ impl Lesson {
                 "train": of(&e.train),
                 "test": of(&e.test),
                 "nominal": {"train": of(train), "test": of(test)},
-                "stop": t.map(|t| t.stop.text()),
+                "stop": t.map(|t| t.reason.text()),
                 "steps": t.map(|t| t.steps),
             });
             coordinates.insert(LETTERS[c].into(), one);

@@ -31,6 +31,7 @@ pub use kinematics::{Evidence, Input, Kind, LETTERS, Learned, Rmse};
 use crate::error::{Error, Place, Result, counted};
 use crate::gaps::LogRef;
 use crate::log::Log;
+use crate::numerics::least_squares::TerminationReason;
 use crate::program::Program;
 use crate::robot::Robot;
 use data::Row;
@@ -148,7 +149,7 @@ pub fn learn(robot: &Robot, logs: &[Source], tests: &[Source], options: &Options
     let (networks, training): (Vec<_>, Vec<_>) = taught.into_iter().unzip();
     learned.networks = networks;
     for (&c, t) in options.coordinates.iter().zip(&training) {
-        if t.stop == train::Stop::StepLimit {
+        if t.reason == TerminationReason::StepLimit {
             notes.push(format!("{}: stopped after {} steps, the cost was still falling", LETTERS[c], t.steps));
         }
     }

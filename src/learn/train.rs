@@ -15,6 +15,9 @@
 //! of threads. It says why it stopped; not converged is data.
 
 use super::network::Network;
+use crate::numerics::least_squares::{
+    Flow, Options, Problem, Products, Progress, Scaling, TerminationReason, minimise,
+};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -27,8 +30,6 @@ const LEAST_CHANGE: f64 = 1e-3;
 const PATIENCE: usize = 6;
 /// Factor of the squared weights at the start, over the rows: weak.
 const FIRST_RHO: f64 = 1e-5;
-/// Damping, over the diagonal of the normal equations, at which no step helps any more.
-const MOST_DAMPING: f64 = 1e12;
 
 /// One network's samples, scaled. Rows stand one behind the other.
 #[derive(Debug, Clone, Default)]
@@ -64,30 +65,10 @@ pub struct Cost {
     pub speed: f64,
 }
 
-/// Why training stopped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stop {
-    /// The cost falls no further.
-    Converged,
-    /// No step reduces the cost.
-    NoProgress,
-    StepLimit,
-}
-
-impl Stop {
-    pub fn text(self) -> &'static str {
-        match self {
-            Self::Converged => "converged",
-            Self::NoProgress => "no progress",
-            Self::StepLimit => "step limit",
-        }
-    }
-}
-
 /// How a training went.
 #[derive(Debug, Clone)]
 pub struct Training {
-    pub stop: Stop,
+    pub reason: TerminationReason,
     pub steps: usize,
     /// Without the squared weights.
     pub cost: f64,
@@ -95,65 +76,82 @@ pub struct Training {
     pub determined: f64,
 }
 
+/// Settings of the least squares; the criterion of convergence is [`Evidence::judge`]'s.
+const SETTINGS: Options = Options {
+    max_steps: MOST_STEPS,
+    cost_tolerance: 0.0,
+    cost_tolerance_absolute: 0.0,
+    gradient_tolerance: 1e-15,
+    step_tolerance: 0.0,
+    initial_damping: 1e-2,
+    least_damping: 1e-15,
+    most_damping: 1e12,
+    least_easing: 1.0 / 3.0,
+    scaling: Scaling::Columns,
+    model_at_end: false,
+};
+
 /// Trains `network` in place.
 pub fn train(network: &mut Network, samples: &Samples, cost: Cost) -> Training {
-    let n = network.weights.len();
-    let mut rho = FIRST_RHO * samples.len() as f64;
-    let mut data = sum(network, samples, cost);
-    let (mut damping, mut grow) = (1e-2, 2.0);
-    let mut history: Vec<[f64; 2]> = Vec::new();
-    let mut determined = n as f64;
-    for step in 1..=MOST_STEPS {
-        let mut normal = Normal::of(network, samples, cost);
-        if let Some(found) = evidence(&normal, network, samples.len(), data, rho) {
-            (rho, determined) = found;
+    let weights = network.weights.len();
+    let rho = FIRST_RHO * samples.len() as f64;
+    let mut problem = Evidence { samples, cost, rho, determined: weights as f64, history: Vec::new() };
+    let found = minimise(&mut problem, network.clone(), &SETTINGS);
+    *network = found.point;
+    Training { reason: found.reason, steps: found.steps, cost: found.state, determined: problem.determined }
+}
+
+/// Training as a least-squares problem: the data's residuals, and the weights themselves times the root of a factor that the
+/// data choose anew at every step.
+struct Evidence<'a> {
+    samples: &'a Samples,
+    cost: Cost,
+    rho: f64,
+    determined: f64,
+    /// Data's cost and prior after each step.
+    history: Vec<[f64; 2]>,
+}
+
+impl Problem for Evidence<'_> {
+    type Point = Network;
+    /// The data's cost: half the sum of squares.
+    type State = f64;
+    type Model = Products<'static>;
+
+    fn evaluate(&mut self, network: &Network) -> f64 {
+        sum(network, self.samples, self.cost)
+    }
+
+    fn cost(&self, network: &Network, data: &f64) -> f64 {
+        2.0 * (data + self.rho * prior(network))
+    }
+
+    fn linearise(&mut self, network: &Network, data: &f64) -> Products<'static> {
+        let mut normal = Normal::of(network, self.samples, self.cost);
+        if let Some(found) = evidence(&normal, network, self.samples.len(), *data, self.rho) {
+            (self.rho, self.determined) = found;
         }
-        normal.add_prior(network, rho);
-        let now = data + rho * prior(network);
-        let mut accepted = false;
-        while damping < MOST_DAMPING {
-            let mut damped = normal.matrix.clone();
-            for k in 0..n {
-                damped[(k, k)] += damping * normal.matrix[(k, k)];
-            }
-            let Some(factor) = damped.cholesky() else {
-                damping *= grow;
-                grow *= 2.0;
-                continue;
-            };
-            let change = factor.solve(&normal.gradient);
-            let mut trial = network.clone();
-            trial.weights.iter_mut().zip(change.iter()).for_each(|(w, d)| *w -= d);
-            let data_there = sum(&trial, samples, cost);
-            let there = data_there + rho * prior(&trial);
-            // what the linear model of the residuals promises
-            let scaled: f64 = (0..n).map(|k| damping * normal.matrix[(k, k)] * change[k].powi(2)).sum();
-            let promised = 0.5 * (scaled + change.dot(&normal.gradient));
-            if there.is_finite() && there < now && promised > 0.0 {
-                let ratio = (now - there) / promised;
-                *network = trial;
-                data = data_there;
-                damping = (damping * (1.0 - (2.0 * ratio - 1.0).powi(3)).max(1.0 / 3.0)).max(1e-15);
-                grow = 2.0;
-                accepted = true;
-                break;
-            }
-            damping *= grow;
-            grow *= 2.0;
+        normal.add_prior(network, self.rho);
+        Products::new(normal.matrix, normal.gradient.as_slice().to_vec())
+    }
+
+    fn moved(&self, network: &Network, change: &mut [f64]) -> Network {
+        let mut next = network.clone();
+        next.weights.iter_mut().zip(change.iter()).for_each(|(w, d)| *w += d);
+        next
+    }
+
+    fn judge(&mut self, network: &Network, data: &f64, progress: &Progress) -> Flow {
+        if progress.steps == 0 {
+            return Flow::Continue;
         }
-        let done = |stop| Training { stop, steps: step, cost: data, determined };
-        if !accepted {
-            return done(Stop::NoProgress);
-        }
-        history.push([data, prior(network)]);
+        self.history.push([*data, prior(network)]);
         let still =
             |before: &[f64; 2], now: &[f64; 2]| before.iter().zip(now).all(|(b, a)| (b - a).abs() <= LEAST_CHANGE * b);
-        let last = history.len() - 1;
-        if data == 0.0 || (last >= PATIENCE && still(&history[last - PATIENCE], &history[last])) {
-            return done(Stop::Converged);
-        }
+        let last = self.history.len() - 1;
+        let arrived = last >= PATIENCE && still(&self.history[last - PATIENCE], &self.history[last]);
+        if *data == 0.0 || arrived { Flow::Reached } else { Flow::Continue }
     }
-    Training { stop: Stop::StepLimit, steps: MOST_STEPS, cost: data, determined }
 }
 
 /// Half the sum of the squared weights but the constant.

@@ -13,6 +13,7 @@
 //! ([`register`]); [`register_line`] accepts a line and says about which axis the frame is not determined.
 
 use crate::error::{Error, Place, Result};
+use crate::numerics::rigid;
 use crate::numerics::robust::{MEDIAN_DISTANCE, median_of};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, SMatrix, Translation3, UnitQuaternion, Vector3};
 
@@ -193,15 +194,11 @@ fn kabsch(pairs: &[Pair], weights: &[f64]) -> Result<Fit> {
             .unwrap_or_else(|| Rotation3::from_axis_angle(&perpendicular(&along), std::f64::consts::PI));
         (turn, Some(seen.normalize()))
     } else {
-        let svd = cross.svd(true, true);
-        let (Some(u), Some(vt)) = (svd.u, svd.v_t) else {
+        let weighted = pairs.iter().zip(weights).map(|(p, &w)| (p.base_m, p.tracker_m, w));
+        let Some(found) = rigid::fit(weighted, false) else {
             return Err(refuse("points without a singular value decomposition".into(), "finite points"));
         };
-        // the reflection, where there is one, goes to the direction of least spread
-        let least = svd.singular_values.imin();
-        let mut signs = Vector3::repeat(1.0);
-        signs[least] = (u * vt).determinant().signum();
-        (Rotation3::from_matrix_unchecked(u * Matrix3::from_diagonal(&signs) * vt), None)
+        (Rotation3::from_matrix_unchecked(found.rotation), None)
     };
     let quaternion = UnitQuaternion::from_rotation_matrix(&rotation);
     let frame = Isometry3::from_parts(Translation3::from(to - quaternion * from), quaternion);

@@ -1,10 +1,10 @@
 //! Does a measured path have the shape that a computed one has, whatever frame it is in?
 //!
-//! Method: rotation and translation by singular values (Kabsch 1976; Umeyama 1991), with the determinant of the rotation
-//! chosen by the caller, so that a mirrored path is told from a turned one. Points farther out than four times the
+//! Method: rotation and translation by [`rigid`], with the determinant of the rotation chosen by the caller, so that a mirrored path is told from a turned one. Points farther out than four times the
 //! 75th percentile of the distances are dropped and the fit is repeated; that percentile is also the figure of merit, so
 //! that a tenth of outliers neither hides nor makes a misfit.
 
+use crate::numerics::rigid;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 const ROUNDS: usize = 5;
@@ -23,21 +23,9 @@ pub(super) fn fit(from: &[Vector3<f64>], to: &[Vector3<f64>], mirrored: bool) ->
     let mut keep = vec![true; from.len()];
     let mut best = Fit { turn: Matrix3::identity(), shift: Vector3::zeros(), misfit_m: f64::INFINITY };
     for _ in 0..ROUNDS {
-        let (a, b) = (centre(from, &keep), centre(to, &keep));
-        let mut covariance = Matrix3::zeros();
-        for ((p, q), _) in from.iter().zip(to).zip(&keep).filter(|(_, k)| **k) {
-            covariance += (q - b) * (p - a).transpose();
-        }
-        let svd = covariance.svd(true, true);
-        let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return best };
-        let sense = if mirrored { -1.0 } else { 1.0 };
-        let sign = (u.determinant() * v_t.determinant()).signum() * sense;
-        // the smallest singular value gives way to the sense that was asked for
-        let weakest = svd.singular_values.imin();
-        let mut middle = Matrix3::identity();
-        middle[(weakest, weakest)] = sign;
-        let turn = u * middle * v_t;
-        let shift = b - turn * a;
+        let kept = from.iter().zip(to).zip(&keep).filter(|(_, k)| **k).map(|((p, q), _)| (*p, *q, 1.0));
+        let Some(found) = rigid::fit(kept, mirrored) else { return best };
+        let (turn, shift) = (found.rotation, found.translation);
         let distance: Vec<f64> = from.iter().zip(to).map(|(p, q)| (q - (turn * p + shift)).norm()).collect();
         let misfit_m = quantile(&distance, 0.75);
         if misfit_m.is_nan() || misfit_m >= best.misfit_m {

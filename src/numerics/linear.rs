@@ -12,6 +12,7 @@ const DEPENDENT: f64 = 1e-10;
 /// A fit.
 #[derive(Debug, Clone)]
 pub struct Fit {
+    /// One per column of the design.
     pub coefficients: DVector<f64>,
     /// `(X' W X)^-1`: times a variance it is the covariance of the coefficients.
     pub inverse: DMatrix<f64>,

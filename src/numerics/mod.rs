@@ -4,7 +4,8 @@
 //! - [`least_squares`]: nonlinear least squares, one Levenberg-Marquardt; [`qr`]: the decomposition below it;
 //!   [`derivative`]: derivatives by differences, to check others;
 //! - [`linear`]: weighted linear fits by QR; [`legendre`]: the basis of polynomials;
-//! - [`student`], [`fisher`], [`normal`]: tail probabilities and quantiles;
+//! - [`student`], [`fisher`], [`chi_squared`], [`normal`]: tail probabilities and quantiles;
+//! - [`autoregression`]: correlated noise and its whitening; [`dependent`]: uncertainties in spite of it;
 //! - [`rigid`]: the rigid transform between two sets of points;
 //! - [`reversal`]: reversals of a position, with a dead band;
 //! - [`robust`]: median, scale from the median, and a mean without gross errors.
@@ -13,6 +14,11 @@
 //! freedom. `statrs` 0.18 alone misses its quantiles from 1e4 degrees of freedom on (t at 0.975: 7e-6 relative at 1e5, 7 % at
 //! 1e7) while its tails hold, so quantiles are found here by bisection on the tails.
 
+#![warn(missing_docs)]
+
+pub mod autoregression;
+pub mod chi_squared;
+pub mod dependent;
 pub mod derivative;
 pub mod fisher;
 pub mod least_squares;

@@ -19,14 +19,22 @@ pub struct ReversalDetector {
 pub enum Movement {
     /// No direction yet.
     Rest,
-    /// The first movement; it begins after the sample `since`.
-    Start { since: usize },
+    /// The first movement.
+    Start {
+        /// The last sample before it.
+        since: usize,
+    },
     /// The direction goes on, or the joint pauses.
     Same,
     /// Back within the dead band.
     Within,
-    /// A reversal at the sample `at`, whose position is `extreme`.
-    Reversed { at: usize, extreme: f64 },
+    /// A reversal.
+    Reversed {
+        /// The last sample that stands on the extreme.
+        at: usize,
+        /// Position of the extreme.
+        extreme: f64,
+    },
 }
 
 impl ReversalDetector {

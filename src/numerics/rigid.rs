@@ -13,6 +13,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vect
 pub struct RigidFit {
     /// Orthogonal; its determinant is -1 where a reflection was asked for.
     pub rotation: Matrix3<f64>,
+    /// In the unit of the points.
     pub translation: Vector3<f64>,
     /// Singular values of the weighted mean cross moments, falling: the second over the first tells a line.
     pub spread: [f64; 3],

@@ -5,9 +5,9 @@ use nalgebra::Vector3;
 /// Standard deviation of a normal distribution over its median absolute deviation.
 pub const SIGMA_PER_MAD: f64 = 1.482_602_218_505_602;
 
-/// Median; `None` of nothing. Sorts in place.
+/// Median, the middle of two for an even count; `None` of nothing. Sorts in place.
 pub fn median_of(values: &mut [f64]) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
+    values.sort_unstable_by(f64::total_cmp);
     let n = values.len();
     match n {
         0 => None,
@@ -24,8 +24,11 @@ pub fn median(values: &[f64]) -> f64 {
 /// Mean of points without gross errors, how many were used, and the sum of their squared distances from it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointMean {
+    /// Mean of the points that were used.
     pub mean: Vector3<f64>,
+    /// How many points were used.
     pub used: usize,
+    /// Sum of their squared distances from the mean.
     pub sum_squares: f64,
 }
 

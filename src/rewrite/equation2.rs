@@ -14,6 +14,7 @@
 
 use super::engine::Account;
 use super::offset::Offset;
+use crate::numerics::reversal::{Movement, ReversalDetector};
 use crate::robot::Robot;
 use nalgebra::Vector3;
 
@@ -30,11 +31,9 @@ pub enum Law {
 }
 
 /// State of one axis.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct Axis {
-    /// Direction of the last movement, and the extreme of it.
-    dir: i8,
-    extreme: f64,
+    direction: ReversalDetector,
     shift: f64,
 }
 
@@ -42,15 +41,14 @@ struct Axis {
 pub struct Equation2 {
     held: bool,
     axes: Vec<Axis>,
-    deadband: Vec<f64>,
-    started: bool,
+    points: usize,
 }
 
 impl Equation2 {
     /// `deadband` and `initial_direction` have one value per axis.
     pub fn new(held: bool, deadband: &[f64], initial_direction: &[i8]) -> Self {
-        let axes = initial_direction.iter().map(|&dir| Axis { dir, ..Axis::default() }).collect();
-        Self { held, axes, deadband: deadband.to_vec(), started: false }
+        let axis = |(&dir, &band): (&i8, &f64)| Axis { direction: ReversalDetector::new(band, dir), shift: 0.0 };
+        Self { held, axes: initial_direction.iter().zip(deadband).map(axis).collect(), points: 0 }
     }
 
     /// The command for the next point `q`, into `out`.
@@ -62,25 +60,15 @@ impl Equation2 {
         out: &mut Vec<f64>,
         account: &mut Account,
     ) {
-        let first = !self.started;
-        self.started = true;
+        self.points += 1;
         let from = out.len();
         out.extend_from_slice(q);
         let mut columns = Vec::new();
         for (a, (state, offset)) in self.axes.iter_mut().zip(offsets).enumerate() {
             let (p, Some(offset)) = (q[a], offset) else { continue };
-            if first {
-                state.extreme = p;
-                continue;
-            }
-            let step = p - state.extreme;
-            let dir = if step > 0.0 { 1 } else { -1 };
             let mut now = 0.0;
-            if state.dir == dir || state.dir == 0 && step.abs() > self.deadband[a] {
-                (state.dir, state.extreme) = (dir, p);
-            } else if step.abs() > self.deadband[a] {
-                (state.dir, state.extreme) = (dir, p);
-                now = f64::from(dir) * (offset.gap(1, p) + offset.gap(-1, p));
+            if let Movement::Reversed { .. } = state.direction.take(self.points, p) {
+                now = f64::from(state.direction.direction()) * (offset.gap(1, p) + offset.gap(-1, p));
                 account.reversals[a] += 1;
                 if columns.is_empty() {
                     columns = vec![Vector3::zeros(); q.len()];

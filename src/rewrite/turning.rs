@@ -9,6 +9,7 @@
 use super::path::{Path, Turns, between};
 use super::vertices::Vertices;
 use super::{Origin, offset::Offset};
+use crate::numerics::reversal::{Movement, ReversalDetector};
 use crate::robot::Robot;
 use std::collections::VecDeque;
 
@@ -28,10 +29,7 @@ pub(super) const OVERSHOOT: f64 = 0.25;
 #[derive(Debug, Clone)]
 struct Tracker {
     active: bool,
-    deadband: f64,
-    dir: i8,
-    extreme: f64,
-    at: usize,
+    direction: ReversalDetector,
     /// Settled turns that were not yet handed on: point, new direction.
     turns: VecDeque<(usize, i8)>,
 }
@@ -56,10 +54,7 @@ impl<'a> Turning<'a> {
             .zip(initial)
             .map(|((o, &deadband), &dir)| Tracker {
                 active: o.is_some(),
-                deadband,
-                dir,
-                extreme: 0.0,
-                at: 0,
+                direction: ReversalDetector::new(deadband, dir),
                 turns: VecDeque::new(),
             })
             .collect();
@@ -103,7 +98,8 @@ impl<'a> Turning<'a> {
             last
         } else {
             // a turn at a point is known once every axis has left it, and placed once two more points are there
-            let left = self.trackers.iter().filter(|t| t.active).map(|t| t.at).min().unwrap_or(last);
+            let left =
+                self.trackers.iter().filter(|t| t.active).map(|t| t.direction.last_on_extreme()).min().unwrap_or(last);
             left.min(last.saturating_sub(2))
         };
         while self.next < known {
@@ -264,19 +260,14 @@ impl Tracker {
         if !self.active {
             return;
         }
-        if i == 0 {
-            (self.extreme, self.at) = (p, 0);
-            return;
-        }
-        let step = p - self.extreme;
-        if step * f64::from(self.dir) > 0.0 || step == 0.0 {
-            (self.extreme, self.at) = (p, i);
-        } else if step.abs() > self.deadband {
-            self.dir = if step > 0.0 { 1 } else { -1 };
-            self.turns.push_back((self.at, self.dir));
-            (self.extreme, self.at) = (p, i);
-        } else if i - self.at > PATIENCE {
-            self.at = i - 1;
+        match self.direction.take(i, p) {
+            Movement::Start { since: at } | Movement::Reversed { at, .. } => {
+                self.turns.push_back((at, self.direction.direction()));
+            }
+            Movement::Rest | Movement::Within if i - self.direction.last_on_extreme() > PATIENCE => {
+                self.direction.settle(i - 1);
+            }
+            Movement::Rest | Movement::Within | Movement::Same => {}
         }
     }
 }

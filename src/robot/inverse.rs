@@ -1,12 +1,13 @@
 //! Numerical inverse kinematics: damped least squares from a seed, for any subset of axes.
 //!
-//! Method: Levenberg-Marquardt on the position error (metres) and, for a pose, the rotation vector scaled by a length so
-//! that both count alike; step from the normal equations of at most 6 rows (`J^T (J J^T + mu I)^-1 e`), which is the
-//! minimum-norm step where there are more free axes than rows. It works where the target is reachable near the seed; it
+//! Method: [`crate::numerics::least_squares`] on the position error (metres) and, for a pose, the rotation vector scaled by a
+//! length so that both count alike. The damping is one for all axes, so the step is that of least norm where there are more
+//! free axes than rows. It works where the target is reachable near the seed; it
 //! does not search other branches. It never returns NaN: it returns the best `q` seen and says why it stopped.
 
 use super::Robot;
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use crate::numerics::least_squares::{Dense, Flow, Options, Problem, Progress, Scaling, TerminationReason, minimise};
+use nalgebra::{DMatrix, Matrix3, Vector3, Vector6};
 
 /// What to reach.
 #[derive(Debug, Clone, Copy)]
@@ -77,7 +78,7 @@ impl Robot {
     /// Joint vector that brings the TCP to `target`, from the seed `seed` (rad or m; one value per axis).
     pub fn inverse(&self, target: &Target, seed: &[f64], options: &InverseOptions) -> Inverse {
         let free: Vec<usize> = if options.free.is_empty() { (0..self.dof()).collect() } else { options.free.clone() };
-        let mut q = seed.to_vec();
+        let q = seed.to_vec();
         let finite = q.iter().all(|v| v.is_finite())
             && match target {
                 Target::Position(p) => p.iter().all(|v| v.is_finite()),
@@ -86,56 +87,29 @@ impl Robot {
         if !finite {
             return Inverse { q, stop: Stop::NotFinite, error_m: f64::INFINITY, error_rad: 0.0, iterations: 0 };
         }
-        let mut best = self.miss(target, &q, options);
-        let mut mu = 1e-6;
-        for iteration in 0..options.max_iterations {
-            if best.error_m <= options.target_error_m && best.error_rad <= options.target_error_rad {
-                return best.result(q, Stop::Converged, iteration);
-            }
-            let jac = self.free_jacobian(target, &q, &free, options);
-            let gram = &jac * jac.transpose();
-            let scale = gram.diagonal().max().max(f64::MIN_POSITIVE);
-            let mut moved = false;
-            for _ in 0..12 {
-                let damped = &gram + DMatrix::identity(gram.nrows(), gram.nrows()) * (mu * scale);
-                let Some(factor) = damped.cholesky() else {
-                    mu *= 10.0;
-                    continue;
-                };
-                let step = jac.transpose() * factor.solve(&best.vector);
-                let mut trial = q.clone();
-                for (k, &axis) in free.iter().enumerate() {
-                    trial[axis] += step[k];
-                    if options.within_limits
-                        && let Some([lo, hi]) = self.axis(axis).limits
-                    {
-                        trial[axis] = trial[axis].clamp(lo, hi);
-                    }
-                }
-                let miss = self.miss(target, &trial, options);
-                if miss.vector.norm_squared() < best.vector.norm_squared() {
-                    q = trial;
-                    best = miss;
-                    mu = (mu * 0.1).max(1e-15);
-                    moved = true;
-                    break;
-                }
-                mu *= 10.0;
-            }
-            if !moved {
-                let done = best.error_m <= options.target_error_m && best.error_rad <= options.target_error_rad;
-                return best.result(q, if done { Stop::Converged } else { Stop::NoProgress }, iteration + 1);
-            }
+        let mut reach = Reach { robot: self, target, options, free: &free };
+        let settings = Options { max_steps: options.max_iterations, ..SETTINGS };
+        let found = minimise(&mut reach, q, &settings);
+        let stop = match found.reason {
+            _ if found.state.reached(options) => Stop::Converged,
+            TerminationReason::StepLimit => Stop::IterationLimit,
+            TerminationReason::NotFinite => Stop::NotFinite,
+            _ => Stop::NoProgress,
+        };
+        Inverse {
+            q: found.point,
+            stop,
+            error_m: found.state.error_m,
+            error_rad: found.state.error_rad,
+            iterations: found.steps,
         }
-        let done = best.error_m <= options.target_error_m && best.error_rad <= options.target_error_rad;
-        best.result(q, if done { Stop::Converged } else { Stop::IterationLimit }, options.max_iterations)
     }
 
     fn miss(&self, target: &Target, q: &[f64], options: &InverseOptions) -> Miss {
         match target {
             Target::Position(want) => {
                 let e = want - self.tcp_m(q);
-                Miss { vector: DVector::from_column_slice(e.as_slice()), error_m: e.norm(), error_rad: 0.0 }
+                Miss { vector: Vector6::new(e.x, e.y, e.z, 0.0, 0.0, 0.0), error_m: e.norm(), error_rad: 0.0 }
             }
             Target::Pose(want) => {
                 let now = self.forward(q);
@@ -143,7 +117,7 @@ impl Robot {
                 let w = rotation_vector(&(want.rotation.matrix() * now.rotation.matrix().transpose()));
                 let l = options.rotation_length_m;
                 Miss {
-                    vector: DVector::from_column_slice(&[e.x, e.y, e.z, w.x * l, w.y * l, w.z * l]),
+                    vector: Vector6::new(e.x, e.y, e.z, w.x * l, w.y * l, w.z * l),
                     error_m: e.norm(),
                     error_rad: w.norm(),
                 }
@@ -175,15 +149,91 @@ pub fn rotation_vector(r: &Matrix3<f64>) -> Vector3<f64> {
     axis * if axis.dot(&sine) < 0.0 { -angle } else { angle }
 }
 
+/// Error of a joint vector: target minus what it reaches.
 struct Miss {
-    vector: DVector<f64>,
+    vector: Vector6<f64>,
     error_m: f64,
+    /// 0 where only the position was asked for.
     error_rad: f64,
 }
 
 impl Miss {
-    fn result(self, q: Vec<f64>, stop: Stop, iterations: usize) -> Inverse {
-        Inverse { q, stop, error_m: self.error_m, error_rad: self.error_rad, iterations }
+    fn reached(&self, options: &InverseOptions) -> bool {
+        self.error_m <= options.target_error_m && self.error_rad <= options.target_error_rad
+    }
+}
+
+/// Settings of the least squares: full steps at once, as seeds lie near.
+const SETTINGS: Options = Options {
+    max_steps: 0,
+    cost_tolerance: 0.0,
+    cost_tolerance_absolute: 0.0,
+    gradient_tolerance: 1e-15,
+    step_tolerance: 0.0,
+    initial_damping: 1e-6,
+    least_damping: 1e-15,
+    most_damping: 1e6,
+    least_easing: 0.1,
+    scaling: Scaling::Uniform,
+    model_at_end: false,
+};
+
+/// The inverse as a least-squares problem over the free axes.
+struct Reach<'a> {
+    robot: &'a Robot,
+    target: &'a Target,
+    options: &'a InverseOptions,
+    free: &'a [usize],
+}
+
+impl Reach<'_> {
+    fn limits(&self, axis: usize) -> Option<[f64; 2]> {
+        self.robot.axis(axis).limits.filter(|_| self.options.within_limits)
+    }
+}
+
+impl Problem for Reach<'_> {
+    type Point = Vec<f64>;
+    type State = Miss;
+    type Model = Dense;
+
+    fn evaluate(&mut self, q: &Vec<f64>) -> Miss {
+        self.robot.miss(self.target, q, self.options)
+    }
+
+    fn cost(&self, _q: &Vec<f64>, miss: &Miss) -> f64 {
+        miss.vector.norm_squared()
+    }
+
+    fn linearise(&mut self, q: &Vec<f64>, miss: &Miss) -> Dense {
+        let jacobian = self.robot.free_jacobian(self.target, q, self.free, self.options);
+        let residual = -miss.vector;
+        Dense::new(jacobian, &residual.as_slice()[..if matches!(self.target, Target::Pose(_)) { 6 } else { 3 }])
+    }
+
+    fn moved(&self, q: &Vec<f64>, change: &mut [f64]) -> Vec<f64> {
+        let mut next = q.clone();
+        for (step, &axis) in change.iter_mut().zip(self.free) {
+            next[axis] += *step;
+            if let Some([lo, hi]) = self.limits(axis)
+                && !(lo..=hi).contains(&next[axis])
+            {
+                next[axis] = next[axis].clamp(lo, hi);
+                *step = next[axis] - q[axis];
+            }
+        }
+        next
+    }
+
+    fn hold(&self, q: &Vec<f64>, gradient: &[f64], held: &mut [bool]) {
+        for ((held, g), &axis) in held.iter_mut().zip(gradient).zip(self.free) {
+            *held =
+                self.limits(axis).is_some_and(|[lo, hi]| (q[axis] <= lo && *g > 0.0) || (q[axis] >= hi && *g < 0.0));
+        }
+    }
+
+    fn judge(&mut self, _q: &Vec<f64>, miss: &Miss, _progress: &Progress) -> Flow {
+        if miss.reached(self.options) { Flow::Reached } else { Flow::Continue }
     }
 }
 

@@ -6,6 +6,7 @@ use super::{SMOOTHING_S, WINDOW_DEG};
 use crate::assess::rigid;
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
+use crate::numerics::robust::median_of;
 use crate::robot::Robot;
 use nalgebra::Vector3;
 
@@ -206,12 +207,7 @@ fn rms(e: &[f64]) -> f64 {
 
 fn median_step(t_s: &[f64]) -> f64 {
     let mut steps: Vec<f64> = t_s.windows(2).map(|w| w[1] - w[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    match steps.len() {
-        0 => f64::INFINITY,
-        n if n % 2 == 1 => steps[n / 2],
-        n => 0.5 * (steps[n / 2 - 1] + steps[n / 2]),
-    }
+    median_of(&mut steps).unwrap_or(f64::INFINITY)
 }
 
 /// Mean over `width` rows around each row (one more behind than ahead where even); fewer at the ends.

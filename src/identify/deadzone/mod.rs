@@ -15,6 +15,7 @@
 //! How it fails: a tracker that lags behind the commands makes a deadzone longer by its lag times the speed with which the
 //! motor leaves it; a deadzone that no stroke crosses has no size. Both are said in `docs/identify-deadzone.md`.
 
+#[cfg(feature = "cli")]
 pub mod display;
 pub mod document;
 pub mod edge;

@@ -22,7 +22,6 @@ mod reduced;
 pub mod reversal;
 pub mod select;
 pub mod solve;
-pub mod tail;
 pub mod trace;
 
 use crate::compensator::Compensator;
@@ -31,6 +30,7 @@ use crate::error::{Error, Place, Result};
 use crate::gaps::{DISTRUSTED, GapPoint, Gaps, JointGap, LogRef, Registered, StictionFound};
 use crate::log::Log;
 use crate::model::Model;
+use crate::numerics::{chi_squared, student};
 use crate::robot::Robot;
 use interval::{Covariance, StictionInterval};
 use problem::{Name, Problem};
@@ -179,6 +179,11 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
         return Err(Error::bad(Place::file(&log.name), "no joint that reverses", expected));
     }
     let selected = select::select(&mut problem);
+    if !selected.reason.converged() {
+        let expected = "a path that determines the gaps: shorter logs, fewer joints, or a start nearer to the truth";
+        let found = format!("a fit that did not converge ({})", selected.reason.text());
+        return Err(Error::bad(Place::file(logs.first().map_or("logs", |l| &l.name)), found, expected));
+    }
     if selected.inflation > MISTRUST {
         mirror::refuse(&problem, &selected, &held)?;
         // correlated residuals widen intervals; a residual of another order than the noise says that the model is another's
@@ -201,7 +206,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
     let unit_variance = selected.cost / selected.dof;
     let variance = unit_variance * selected.inflation;
     let cov = Covariance::new(&problem, &selected.values, &selected.form, variance);
-    let t95 = tail::t95(selected.dof);
+    let t95 = student::factor(0.95, selected.dof);
     let (reversals, alike) = reversal::reversals(&problem, &selected.values, &selected.form.sticky, variance)
         .unwrap_or_else(|| {
             notes.push("too many reversals to list the gap at each of them".into());
@@ -237,7 +242,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
             }
         }
         if let Some(a) = alike.iter().find(|a| a.joint == g) {
-            let p = tail::f_tail(a.chi2 / a.dof, a.dof, f64::INFINITY);
+            let p = chi_squared::tail(a.chi2, a.dof);
             if p < 1e-3 {
                 notes.push(format!(
                     "{name}: the gaps at its reversals differ by more than their uncertainty (p = {p:.1e})"
@@ -290,7 +295,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
         registration: registration(&problem, &selected, rms_m, variance, &mut notes),
         points,
         joints,
-        tcp_speed_m_s: prepare::median(&mut speeds),
+        tcp_speed_m_s: crate::numerics::robust::median_of(&mut speeds),
         notes,
     };
     Ok(PathFound {

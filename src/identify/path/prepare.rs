@@ -12,8 +12,10 @@ use super::chain::{Run, runs};
 use crate::effects::Track;
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
+use crate::numerics::rigid;
+use crate::numerics::robust::{SIGMA_PER_MAD, median_of};
 use crate::robot::Robot;
-use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Vector3};
 use rayon::prelude::*;
 
 /// Movements of the command up to this many last digits of its column are number noise.
@@ -231,7 +233,7 @@ fn speed(log: &Log, want: &[Vector3<f64>]) -> Option<f64> {
         .map(|w| (want[w[1]] - want[w[0]]).norm() / (log.t_s[w[1]] - log.t_s[w[0]]))
         .filter(|v| v.is_finite() && *v > 1e-7)
         .collect();
-    median(&mut v)
+    median_of(&mut v)
 }
 
 /// Rows to leave out, the registration without them, and the noise of a coordinate.
@@ -244,7 +246,7 @@ fn outliers(
     let mut bad = vec![false; log.len()];
     let xyz: Vec<Vector3<f64>> = valid.iter().filter_map(|&i| log.tcp_m[i]).collect();
     let target: Vec<Vector3<f64>> = valid.iter().map(|&i| want[i]).collect();
-    let dt = median(
+    let dt = median_of(
         &mut valid
             .windows(2)
             .step_by((valid.len() / 5000).max(1))
@@ -295,11 +297,11 @@ fn noise(r: &[f64]) -> f64 {
     let step = (r.len() / 20_000).max(1);
     let over = |lag: usize| {
         let mut d: Vec<f64> = r.windows(lag + 1).step_by(step).map(|w| w[lag] - w[0]).collect();
-        let m = median(&mut d)?;
+        let m = median_of(&mut d)?;
         d.iter_mut().for_each(|v| *v = (*v - m).abs());
-        median(&mut d)
+        median_of(&mut d)
     };
-    [1, 4, 16].into_iter().filter_map(over).fold(0.0, f64::max) * 1.4826 / std::f64::consts::SQRT_2
+    [1, 4, 16].into_iter().filter_map(over).fold(0.0, f64::max) * SIGMA_PER_MAD / std::f64::consts::SQRT_2
 }
 
 /// Median of the 7 values around each; at the ends of the series the nearest full window.
@@ -336,7 +338,7 @@ fn burst(smooth: &[f64], half: usize, limit: f64, off: &mut [bool], quiet: impl 
     for k in 0..thin.len() {
         window.clear();
         window.extend_from_slice(&thin[k.saturating_sub(reach)..(k + reach + 1).min(thin.len())]);
-        let Some(m) = median(&mut window) else { continue };
+        let Some(m) = median_of(&mut window) else { continue };
         for i in k * step..((k + 1) * step).min(smooth.len()) {
             if (smooth[i] - m).abs() > limit && !quiet(i) {
                 off[i] = true;
@@ -345,37 +347,9 @@ fn burst(smooth: &[f64], half: usize, limit: f64, off: &mut [bool], quiet: impl 
     }
 }
 
-/// Median, upper of the two for an even count; reorders the values.
-pub fn median(v: &mut [f64]) -> Option<f64> {
-    if v.is_empty() {
-        return None;
-    }
-    let k = v.len() / 2;
-    Some(*v.select_nth_unstable_by(k, f64::total_cmp).1)
-}
-
 /// Rigid transform that brings the first of each pair to the second, least squares.
 pub fn kabsch<'a>(pairs: impl Iterator<Item = (&'a Vector3<f64>, &'a Vector3<f64>)> + Clone) -> Isometry3<f64> {
-    let (mut n, mut a, mut b) = (0.0, Vector3::zeros(), Vector3::zeros());
-    for (x, y) in pairs.clone() {
-        n += 1.0;
-        a += x;
-        b += y;
-    }
-    if n == 0.0 {
-        return Isometry3::identity();
-    }
-    (a, b) = (a / n, b / n);
-    let mut h = Matrix3::zeros();
-    for (x, y) in pairs {
-        h += (x - a) * (y - b).transpose();
-    }
-    let svd = h.svd(true, true);
-    let (Some(u), Some(vt)) = (svd.u, svd.v_t) else { return Isometry3::identity() };
-    let flip = (vt.transpose() * u.transpose()).determinant().signum();
-    let r = vt.transpose() * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, flip)) * u.transpose();
-    let rotation = Rotation3::from_matrix_unchecked(r);
-    Isometry3::from_parts(Translation3::from(b - rotation * a), UnitQuaternion::from_rotation_matrix(&rotation))
+    rigid::fit(pairs.map(|(x, y)| (*x, *y, 1.0)), false).map_or_else(Isometry3::identity, |found| found.isometry())
 }
 
 #[cfg(test)]

@@ -14,7 +14,8 @@
 use super::interval::inflation;
 use super::problem::{Form, Problem, Values};
 use super::solve::{TauBounds, grid, mean_gap, minimise, start};
-use super::tail::f_tail;
+use crate::numerics::fisher::tail as f_tail;
+use crate::numerics::least_squares::TerminationReason;
 
 /// F from which an effect is believed: p of 5e-4 for one number, 6e-6 for two.
 const ENTER: f64 = 12.0;
@@ -25,12 +26,16 @@ const LINKS_P: f64 = 0.05;
 /// Spike over gap below which a stiction is not told from the gap's shape.
 const LEAST_SPIKE: f64 = 0.1;
 const STEPS: usize = 40;
+/// Steps of the last fit, whose intervals are printed.
+const LAST_STEPS: usize = 400;
 
 /// The selected fit.
 pub struct Selected {
     pub values: Vec<Values>,
     pub form: Form,
     pub cost: f64,
+    /// Why the last fit stopped: intervals mean nothing where it did not converge.
+    pub reason: TerminationReason,
     /// Degrees of freedom, inflation of the variance.
     pub dof: f64,
     pub inflation: f64,
@@ -50,6 +55,7 @@ struct State {
     values: Vec<Values>,
     form: Form,
     cost: f64,
+    reason: TerminationReason,
 }
 
 fn dof(problem: &Problem, s: &State) -> f64 {
@@ -57,8 +63,8 @@ fn dof(problem: &Problem, s: &State) -> f64 {
 }
 
 fn refit(problem: &Problem, values: &[Values], form: &Form, bounds: TauBounds) -> State {
-    let (values, cost) = minimise(problem, values, form, bounds, STEPS);
-    State { values, form: form.clone(), cost }
+    let found = minimise(problem, values, form, bounds, STEPS);
+    State { values: found.values, form: form.clone(), cost: found.cost, reason: found.reason }
 }
 
 /// Runs the whole selection.
@@ -87,11 +93,13 @@ pub fn select(problem: &mut Problem) -> Selected {
     // last pass on the bins that the final values leave
     problem.move_frames(&now.values);
     problem.set_up(&now.values);
-    let now = refit(problem, &now.values, &now.form, bounds);
+    let found = minimise(problem, &now.values, &now.form, bounds, LAST_STEPS);
+    let now = State { values: found.values, form: now.form, cost: found.cost, reason: found.reason };
     let d = dof(problem, &now);
     let stiction_p = stiction_f.iter().map(|f: &Option<f64>| f.map(|f| f_tail(f, 2.0, d))).collect();
     Selected {
         cost: now.cost,
+        reason: now.reason,
         dof: d,
         inflation: inflation(problem, &now.values),
         stiction_f,
@@ -115,8 +123,8 @@ fn everything(problem: &mut Problem, values: Vec<Values>, bounds: TauBounds) -> 
             for g in 0..joints {
                 s.values[g] = grid(problem, &s.values, g, bounds);
                 form.sticky[g] = true;
-                let (values, cost) = minimise(problem, &s.values, &form, bounds, 15);
-                s = State { values, form: form.clone(), cost };
+                let found = minimise(problem, &s.values, &form, bounds, 15);
+                s = State { values: found.values, form: form.clone(), cost: found.cost, reason: found.reason };
             }
         } else {
             s = refit(problem, &s.values, &form, bounds);

@@ -1,11 +1,10 @@
-//! Levenberg-Marquardt on the projected problem, and the grid from which a stiction starts.
+//! The fit of the projected problem by [`crate::numerics::least_squares`], and the grid from which a stiction starts.
 //!
-//! Marquardt's scaling of the diagonal; factor 10 up and down from 1e-3; stops when the cost falls by less than 1e-8 of itself
-//! or no step helps. Values are kept in bounds by clamping a step: a half gap of 0 or more, a spike from 0 to
+//! It stops when a step gains less than 1e-8 of the cost. Bounds: a half gap of 0 or more, a spike from 0 to
 //! [`SPIKE_OVER_GAP`] times the gap, a decay between the bin length and half the longest run, a decay step of at most a factor e.
 
 use super::problem::{Form, Name, Problem, Values};
-use nalgebra::{DMatrix, DVector};
+use crate::numerics::least_squares::{self, Criterion, Options, Products, Scaling, TerminationReason};
 
 const SPIKE_OVER_GAP: f64 = 5.0;
 /// Gap below which the bound of the spike no longer shrinks, rad or m (0.002 deg, 0.035 mm).
@@ -37,14 +36,30 @@ impl TauBounds {
     }
 }
 
-/// Minimises from `values`; returns the values and their cost.
-pub fn minimise(
-    problem: &Problem,
-    start: &[Values],
-    form: &Form,
-    bounds: TauBounds,
-    steps: usize,
-) -> (Vec<Values>, f64) {
+/// Settings of the fit: gaps start near their values, and the cost is settled long before its last digit.
+const SETTINGS: Options = Options {
+    max_steps: 0,
+    cost_tolerance: 1e-8,
+    cost_tolerance_absolute: 0.0,
+    gradient_tolerance: 1e-12,
+    step_tolerance: 0.0,
+    initial_damping: 1e-3,
+    least_damping: 1e-9,
+    most_damping: 1e9,
+    least_easing: 0.1,
+    scaling: Scaling::Columns,
+    model_at_end: false,
+};
+
+/// Values that were fitted.
+pub struct Fitted {
+    pub values: Vec<Values>,
+    pub cost: f64,
+    pub reason: TerminationReason,
+}
+
+/// Minimises from `start` with at most `steps` steps.
+pub fn minimise(problem: &Problem, start: &[Values], form: &Form, bounds: TauBounds, steps: usize) -> Fitted {
     let names = problem.names(start, form);
     let mut values = start.to_vec();
     for (v, sticky) in values.iter_mut().zip(&form.sticky) {
@@ -54,81 +69,99 @@ pub fn minimise(
     }
     if names.is_empty() {
         let cost = problem.cost(&values);
-        return (values, cost);
+        return Fitted { values, cost, reason: TerminationReason::Converged(Criterion::Cost) };
     }
-    let mut normal = problem.normal(&values, form);
-    let mut lambda = 1e-3;
-    for _ in 0..steps {
-        let Some(step) = damped(&normal.matrix, &normal.gradient, lambda) else { break };
-        let trial = moved(problem, &values, &names, &step, form, bounds);
-        let cost = problem.cost(&trial);
-        if cost < normal.cost {
-            let done = normal.cost - cost < 1e-8 * normal.cost;
-            values = trial;
-            if done {
-                normal.cost = cost;
-                break;
-            }
-            normal = problem.normal(&values, form);
-            lambda = (lambda / 10.0f64).max(1e-9);
-        } else {
-            lambda *= 10.0;
-            if lambda > 1e6 {
-                break;
-            }
-        }
-    }
-    (values, normal.cost)
+    let mut projected = Projected { problem, form, bounds, names };
+    let found = least_squares::minimise(&mut projected, values, &Options { max_steps: steps, ..SETTINGS });
+    Fitted { values: found.point, cost: found.cost, reason: found.reason }
 }
 
-/// `(H + lambda diag H) step = g`.
-fn damped(h: &DMatrix<f64>, g: &DVector<f64>, lambda: f64) -> Option<DVector<f64>> {
-    let largest = h.diagonal().max();
-    let mut a = h.clone();
-    for k in 0..a.nrows() {
-        a[(k, k)] += lambda * h[(k, k)].max(1e-12 * largest) + f64::MIN_POSITIVE;
-    }
-    // unit diagonal: gaps are rad, decays are logarithms
-    let s: Vec<f64> = (0..a.nrows()).map(|k| 1.0 / a[(k, k)].sqrt()).collect();
-    let scaled = DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] * s[i] * s[j]);
-    let rhs = DVector::from_fn(g.len(), |i, _| g[i] * s[i]);
-    let x = scaled.cholesky()?.solve(&rhs);
-    x.iter().all(|v| v.is_finite()).then(|| DVector::from_fn(x.len(), |i, _| x[i] * s[i]))
-}
-
-/// `values` moved by a step and clamped.
-fn moved(
-    problem: &Problem,
-    values: &[Values],
-    names: &[Name],
-    step: &DVector<f64>,
-    form: &Form,
+/// The fit as a least-squares problem; its Jacobian is known by its products alone, as the nuisances are projected out.
+struct Projected<'a> {
+    problem: &'a Problem,
+    form: &'a Form,
     bounds: TauBounds,
-) -> Vec<Values> {
-    let mut out = values.to_vec();
-    let tau = |now: f64, by: f64| (now.ln() + by.clamp(-1.0, 1.0)).exp().clamp(bounds.lo_s, bounds.hi_s);
-    for (name, &by) in names.iter().zip(step.iter()) {
-        match *name {
-            Name::Gap { joint, power } => {
-                out[joint].c[power] += by;
-                if power == 0 {
-                    out[joint].c[0] = out[joint].c[0].max(0.0);
-                }
+    names: Vec<Name>,
+}
+
+impl least_squares::Problem for Projected<'_> {
+    type Point = Vec<Values>;
+    /// The cost.
+    type State = f64;
+    type Model = Products<'static>;
+
+    fn evaluate(&mut self, values: &Vec<Values>) -> f64 {
+        self.problem.cost(values)
+    }
+
+    fn cost(&self, _values: &Vec<Values>, cost: &f64) -> f64 {
+        *cost
+    }
+
+    fn linearise(&mut self, values: &Vec<Values>, _cost: &f64) -> Products<'static> {
+        let normal = self.problem.normal(values, self.form);
+        Products::new(normal.matrix, normal.gradient.iter().map(|g| -g).collect())
+    }
+
+    fn moved(&self, values: &Vec<Values>, change: &mut [f64]) -> Vec<Values> {
+        let mut out = values.clone();
+        for (name, by) in self.names.iter().zip(change) {
+            let [lo, hi] = self.range(values, *name);
+            let now = value(values, self.form, *name);
+            let wanted = match name {
+                Name::LnTau { .. } | Name::SharedLnTau => now + by.clamp(-1.0, 1.0),
+                _ => now + *by,
+            };
+            let next = if (lo..=hi).contains(&wanted) { wanted } else { wanted.clamp(lo.min(now), hi.max(now)) };
+            if next != now + *by {
+                *by = next - now;
             }
-            Name::Spike { joint } => {
-                let gap = mean_gap(problem, joint, &values[joint]);
-                let most = SPIKE_OVER_GAP * gap.max(LEAST_FOR_SPIKE);
-                out[joint].spike = (out[joint].spike + by).clamp(0.0, most);
-            }
-            Name::LnTau { joint } => out[joint].tau_s = tau(out[joint].tau_s, by),
-            Name::SharedLnTau => {
-                for (v, _) in out.iter_mut().zip(&form.sticky).filter(|(_, s)| **s) {
-                    v.tau_s = tau(v.tau_s, by);
+            match *name {
+                Name::Gap { joint, power } => out[joint].c[power] = next,
+                Name::Spike { joint } => out[joint].spike = next,
+                Name::LnTau { joint } => out[joint].tau_s = next.exp(),
+                Name::SharedLnTau => {
+                    for (v, _) in out.iter_mut().zip(&self.form.sticky).filter(|(_, s)| **s) {
+                        v.tau_s = next.exp();
+                    }
                 }
             }
         }
+        out
     }
-    out
+
+    fn hold(&self, values: &Vec<Values>, gradient: &[f64], held: &mut [bool]) {
+        for ((held, g), name) in held.iter_mut().zip(gradient).zip(&self.names) {
+            let [lo, hi] = self.range(values, *name);
+            let now = value(values, self.form, *name);
+            *held = (now <= lo && *g > 0.0) || (now >= hi && *g < 0.0);
+        }
+    }
+}
+
+impl Projected<'_> {
+    /// Bounds of a number: a mean gap is not negative, a spike is limited by its gap, a decay by the log.
+    fn range(&self, values: &[Values], name: Name) -> [f64; 2] {
+        match name {
+            Name::Gap { power: 0, .. } => [0.0, f64::INFINITY],
+            Name::Gap { .. } => [f64::NEG_INFINITY, f64::INFINITY],
+            Name::Spike { joint } => {
+                let gap = mean_gap(self.problem, joint, &values[joint]);
+                [0.0, SPIKE_OVER_GAP * gap.max(LEAST_FOR_SPIKE)]
+            }
+            Name::LnTau { .. } | Name::SharedLnTau => [self.bounds.lo_s.ln(), self.bounds.hi_s.ln()],
+        }
+    }
+}
+
+/// A number of the fit; decays as logarithms.
+fn value(values: &[Values], form: &Form, name: Name) -> f64 {
+    match name {
+        Name::Gap { joint, power } => values[joint].c[power],
+        Name::Spike { joint } => values[joint].spike,
+        Name::LnTau { joint } => values[joint].tau_s.ln(),
+        Name::SharedLnTau => values.iter().zip(&form.sticky).find(|(_, s)| **s).map_or(0.0, |(v, _)| v.tau_s.ln()),
+    }
 }
 
 /// Half gap of a joint in the middle of its travel; of a held one, the mean of nine places.

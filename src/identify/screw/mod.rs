@@ -17,6 +17,7 @@
 //! from 0 by more than its uncertainty, the offsets of a compensator are `c_r` up and `-c_l` down; else, and always with a tracker,
 //! whose zero is free, the total is split evenly.
 
+#[cfg(feature = "cli")]
 pub mod display;
 pub mod document;
 pub mod flanks;

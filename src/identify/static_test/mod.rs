@@ -14,6 +14,7 @@
 //! note that says why.
 
 pub mod deviation;
+#[cfg(feature = "cli")]
 pub mod display;
 pub mod document;
 pub mod frame;

@@ -16,6 +16,7 @@ where
     R: FnMut(&[f64]) -> Vec<f64>,
     J: FnMut(&[f64]) -> DMatrix<f64>,
 {
+    /// Without bounds.
     pub fn new(residuals: R, jacobian: J) -> Self {
         Self { residuals, jacobian, bounds: Vec::new() }
     }

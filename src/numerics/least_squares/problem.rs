@@ -45,6 +45,7 @@ pub trait Problem {
 pub struct Progress {
     /// Steps taken.
     pub steps: usize,
+    /// Sum of squares.
     pub cost: f64,
     /// Fall of the cost in the last step; infinite before the first.
     pub gain: f64,
@@ -53,6 +54,7 @@ pub struct Progress {
 /// Whether a fit goes on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Flow {
+    /// The fit goes on.
     Continue,
     /// The caller's own criterion is met.
     Reached,

@@ -17,6 +17,7 @@ pub enum Scaling {
 /// Settings of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
+    /// Steps at most.
     pub max_steps: usize,
     /// Share of the cost: a step that gains less, and was predicted to, is the last.
     pub cost_tolerance: f64,
@@ -29,11 +30,13 @@ pub struct Options {
     /// Damping of the first step: above 1 a fit from far off does not leap into another valley; 1e-3 or less is faster
     /// where the start is good.
     pub initial_damping: f64,
+    /// Damping below which good steps lower it no further.
     pub least_damping: f64,
     /// Damping at which no step helps any more.
     pub most_damping: f64,
     /// Least factor of the damping after a good step.
     pub least_easing: f64,
+    /// What the damping is measured in.
     pub scaling: Scaling,
     /// Whether the linear model is computed again at the last point, so that the covariance belongs to it.
     pub model_at_end: bool,
@@ -75,9 +78,11 @@ pub enum Criterion {
 /// Why a fit stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TerminationReason {
+    /// A criterion is met.
     Converged(Criterion),
     /// No step reduces the cost although one should: a kink, a wrong derivative, or a bound.
     NoProgress,
+    /// The steps are used up and the cost still falls.
     StepLimit,
     /// The cost at the start, or the linear model, is not finite.
     NotFinite,
@@ -86,8 +91,20 @@ pub enum TerminationReason {
 }
 
 impl TerminationReason {
+    /// Whether a criterion of convergence is met.
     pub fn converged(self) -> bool {
         matches!(self, Self::Converged(_))
+    }
+
+    /// In words, for documents.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Converged(_) => "converged",
+            Self::NoProgress => "no progress",
+            Self::StepLimit => "step limit",
+            Self::NotFinite => "not finite",
+            Self::Abandoned => "abandoned",
+        }
     }
 }
 
@@ -96,9 +113,11 @@ impl TerminationReason {
 pub struct Solution<P: Problem> {
     /// The best point seen.
     pub point: P::Point,
+    /// Its evaluation.
     pub state: P::State,
     /// Sum of squares there.
     pub cost: f64,
+    /// Why the fit stopped.
     pub reason: TerminationReason,
     /// Steps taken.
     pub steps: usize,
