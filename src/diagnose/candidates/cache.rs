@@ -38,7 +38,7 @@ pub struct ScreeningCache {
 impl ScreeningCache {
     /// Scores of all candidates at a ground, in their order; the list must be the same in all calls.
     pub fn score(&mut self, ground: &ScreeningContext, candidates: &[Candidate]) -> Vec<Score> {
-        let count: usize = candidates.iter().map(Candidate::sensitivities).sum();
+        let count: usize = candidates.iter().map(Candidate::signatures).sum();
         let n = ground.residual.len();
         if count * n * size_of::<f64>() > MOST_BYTES {
             return ground.score_all(candidates);
