@@ -1,7 +1,8 @@
 //! `lostmotion diagnose`: model + logs -> what the model lacks, and the model with it inside.
 
 use crate::cli::{logs, page, paths};
-use crate::diagnose::{self, Diagnosis, display};
+use crate::diagnose::result::display;
+use crate::diagnose::{self, Diagnosis};
 use crate::error::{Error, Place, Result, is_stdio};
 use crate::io::output::{self, Output};
 use crate::model::Model;
@@ -82,7 +83,7 @@ pub fn run(args: Args) -> Result<()> {
         Ok(outcome) => outcome,
         Err(e) => return Err(bad_data(e, args.json)),
     };
-    let diagnosis = diagnose::document::of(&outcome);
+    let diagnosis = diagnose::result::document::of(&outcome);
     if let Some(out) = &mut model_out {
         let text = diagnose::model_with(&model, &outcome).to_yaml_inline()?;
         out.write_all(text.as_bytes()).map_err(|e| Error::io("--model-out", "write", e))?;
@@ -119,7 +120,7 @@ fn within(args: &Args, diagnosis: &Diagnosis) -> Result<()> {
 fn bad_data(error: Error, json: bool) -> Error {
     if json && matches!(error, Error::BadInput(_)) {
         let document = serde_json::json!({
-            "schema": diagnose::document::SCHEMA, "verdict": "bad_data", "reason": error.to_string(),
+            "schema": diagnose::result::document::SCHEMA, "verdict": "bad_data", "reason": error.to_string(),
         });
         // the reason is told in any case: a reader that has gone is no further failure
         let _ = output::write_whole(std::path::Path::new("-"), format!("{document:#}\n").as_bytes());

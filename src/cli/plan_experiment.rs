@@ -2,7 +2,7 @@
 
 use crate::cli::{page, paths};
 use crate::diagnose::noise::Noise;
-use crate::diagnose::synthetic::Channels;
+use crate::diagnose::problem::synthetic::Channels;
 use crate::error::{Error, Place, Result};
 use crate::io::input;
 use crate::io::output::{self, Output};

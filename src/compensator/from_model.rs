@@ -70,12 +70,12 @@ fn context<'a>(model: &'a Model, placed: &EffectInstance, tcp_speed_m_s: Option<
     UndoContext { site: placed.site(&model.robot), tcp_speed_m_s, alone }
 }
 
-/// Is an effect a zero offset that stands in the model beside other errors of the geometry? It was fitted together with them:
-/// alone it would move poses away instead of towards their target.
+/// Is an effect a zero offset or gravity that stands in the model beside other errors of the geometry? It was fitted together with
+/// them: alone it would move poses away instead of towards their target.
 pub fn part_of_geometry(model: &Model, placed: &EffectInstance) -> bool {
-    let geometry =
-        |e: &EffectInstance, stage: Stage| e.effect.info().family == Family::Geometry && e.effect.stage() == stage;
-    geometry(placed, Stage::Link) && model.effects.iter().any(|e| geometry(e, Stage::Geometry))
+    matches!(placed.effect.info().family, Family::Geometry | Family::Gravity)
+        && placed.effect.stage() == Stage::Link
+        && model.effects.iter().any(|e| e.effect.stage() == Stage::Geometry)
 }
 
 /// Effects of a model that `rewrite` leaves, each with the reason, as lines; `tcp_speed_m_s` is the speed of the program where it

@@ -4,72 +4,36 @@
 //! catalogue is a hypothesis about the residual, compared by generalised least squares under coloured noise; what is found
 //! goes into the model, everything is fitted again, until a test without the catalogue sees no structure.
 //!
-//! Rooms, in the order of the work:
-//! - [`prepare`]: logs to a problem: observations, frames, samples that cannot be trusted; [`layout`] is their long vector.
-//! - [`sensors`]: what drives the gears where the log has encoders.
-//! - [`forward`]: the chain evaluated for a hypothesis; signatures of its parameters; `nuisance`: those of frames and zeros.
-//! - [`noise`]: white and coloured noise of a sensor; [`whitening`]: that of all; [`signatures`]: whitened derivatives, kept while they
-//!   hold; [`normal`]: their products; [`fit`]: the refit of everything.
-//! - [`candidates`], [`spectrum`]: what may be missing; [`screen`]: what each would explain; `kept`: that, again and again.
-//! - [`geometry`]: settled poses: the geometry as one group; [`direction`]: gaps beside the misfit of a real arm; `arm`: its rounds;
-//!   `precise`: joint sensors beside a misfit.
-//! - [`structure`]: the test without the catalogue.
-//! - [`across`]: what several logs agree about.
-//! - [`search`]: the rounds; [`outcome`]: what they end with; `doubt`: found effects taken out, exchanged, merged; [`contradiction`]: what is taken as known in doubt; [`story`]: the found effects told one by one, and on held-out parts.
-//! - [`together`]: machines on which everything is wrong, fitted as a whole: groups, members by held-out blocks, the story by micrometres.
-//! - [`synthetic`]: a problem of commands alone, for planning an experiment.
-//! - [`verdict`]: sets, remaining structure, blind spots; [`document`]: the result as it is written, `round` a found effect of it; [`display`]: for a
-//!   terminal; [`traces`]: for a page; [`words`]: for both.
+//! Modules, in the order of the work; none imports one that stands after it:
+//! - [`problem`]: observations and the chain that predicts them; [`noise`]: white and coloured noise of the sensors.
+//! - [`candidates`]: what may be missing, its sensitivities, what it would explain, the test without the catalogue.
+//! - [`prepare`]: logs to a problem: frames, what drives the gears, samples that cannot be trusted.
+//! - [`search`]: a few effects one by one, or everything together (`search::together`); what it ends with.
+//! - [`verdict`]: sets, blind spots; [`result`]: the document, for a terminal and a page.
 
-pub mod across;
-mod arm;
 pub mod candidates;
-pub mod contradiction;
-pub mod direction;
-pub mod display;
-pub mod document;
-mod doubt;
-pub mod fit;
-pub mod forward;
-pub mod geometry;
-mod kept;
-pub mod layout;
 pub mod noise;
-pub mod normal;
-mod nuisance;
-pub mod outcome;
-mod precise;
 pub mod prepare;
-mod round;
-pub mod screen;
+pub mod problem;
+pub mod result;
 pub mod search;
-pub mod sensors;
-pub mod signatures;
-pub mod spectrum;
-pub mod story;
-pub mod structure;
-pub mod synthetic;
-pub mod together;
-pub mod traces;
 pub mod verdict;
-pub mod whitening;
-pub mod words;
 
 use crate::error::Result;
 use crate::log::Log;
 use crate::model::Model;
-pub use document::Diagnosis;
-pub use outcome::Outcome;
+pub use result::document::Diagnosis;
+pub use search::outcome::Outcome;
 pub use verdict::Verdict;
 
-/// Diagnoses logs of one machine against its model: the outcome of the search, from which [`document::of`] makes the
+/// Diagnoses logs of one machine against its model: the outcome of the search, from which [`result::document::of`] makes the
 /// document and [`model_with`] the model.
 ///
 /// Logs have been through [`crate::log::hygiene`]. Errors: no measured column, or points from which no frame follows.
 pub fn diagnose(model: &Model, logs: &[Log]) -> Result<Outcome> {
     let (problem, start) = prepare::problem(model, logs)?;
-    if together::triage::many(model, logs)
-        && let Some(many) = together::outcome::of_many(problem.copy(), start.clone())
+    if search::together::triage::many(model, logs)
+        && let Some(many) = search::together::outcome::of_many(problem.copy(), start.clone())
     {
         return Ok(many);
     }

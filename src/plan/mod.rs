@@ -30,7 +30,7 @@ use separate::{Bench, NEEDED, Worth};
 use sizes::Scale;
 
 /// Evidence below which a motion does not separate, however the noise falls: within it a rival stays in the set.
-pub const LEAST: f64 = crate::diagnose::verdict::WITHIN;
+pub const LEAST: f64 = crate::diagnose::search::outcome::WITHIN;
 /// Motions from which pairs are made.
 const PAIRED: usize = 5;
 /// Motions that are also held against the effects outside the set.

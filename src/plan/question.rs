@@ -5,7 +5,7 @@
 //! `nothing`) is the rival without any effect: what the estimated frame can swallow.
 
 use super::sizes::{self, Scale};
-use crate::diagnose::document::SCHEMA;
+use crate::diagnose::result::document::SCHEMA;
 use crate::effects::{EffectInstance, catalogue, entry};
 use crate::error::{Error, Place, Result};
 use crate::io::yaml::Document;

@@ -6,7 +6,7 @@
 use super::motions::Motion;
 use super::question::{Rival, Set};
 use super::separate::{Bench, Worth};
-use crate::diagnose::synthetic::Channels;
+use crate::diagnose::problem::synthetic::Channels;
 use crate::effects::{Backlash, BacklashPosition, EffectInstance, JointZeroOffset, LinkError, ServoLag, Stage, Target};
 use crate::model::Model;
 use crate::robot::JointKind;

@@ -12,17 +12,17 @@
 use super::motions::Motion;
 use super::path::Room;
 use super::question::{Rival, Set};
+use crate::diagnose::candidates::screen::ScreeningContext;
+use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::candidates::{self, Candidate};
-use crate::diagnose::fit::{self, Fit};
-use crate::diagnose::forward::{Hypothesis, Problem};
-use crate::diagnose::layout::Sensor;
 use crate::diagnose::noise::Noise;
-use crate::diagnose::normal::dot;
-use crate::diagnose::screen::Ground;
-use crate::diagnose::signatures::tangent;
-use crate::diagnose::synthetic::{self, Channels, Run};
-use crate::diagnose::verdict::WITHIN;
-use crate::diagnose::whitening::Whitening;
+use crate::diagnose::noise::whitening::Whitening;
+use crate::diagnose::problem::forward::{Hypothesis, Problem};
+use crate::diagnose::problem::layout::Sensor;
+use crate::diagnose::problem::normal::dot;
+use crate::diagnose::problem::synthetic::{self, Channels, Run};
+use crate::diagnose::search::fit::{self, Fit};
+use crate::diagnose::search::outcome::WITHIN;
 use crate::effects::EffectInstance;
 use crate::model::Model;
 use crate::numerics::normal;
@@ -160,7 +160,7 @@ impl Bench<'_> {
                 synthetic::measure(&mut problem, &h);
                 let state = problem.evaluate(&base);
                 let tangent = tangent(&problem, &base, &state, &free, &whitening);
-                let ground = Ground::new(&problem, &base, &state, &whitening, tangent);
+                let ground = ScreeningContext::new(&problem, &base, &state, &whitening, tangent);
                 let inside = |c: &Candidate| {
                     set.rivals
                         .iter()
@@ -265,7 +265,7 @@ fn screened(
         let state = problem.evaluate(&h);
         let free: Vec<usize> = (known..h.effects.len()).collect();
         let tangent = tangent(problem, &h, &state, &free, whitening);
-        let ground = Ground::new(problem, &h, &state, whitening, tangent);
+        let ground = ScreeningContext::new(problem, &h, &state, whitening, tangent);
         if dot(&ground.residual, &ground.residual) == 0.0 {
             return None;
         }

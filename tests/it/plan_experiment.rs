@@ -1,8 +1,9 @@
 //! `plan-experiment`: programs that a robot can run, promises that noisy logs keep, and a plain no where nothing separates.
 
 use assert_cmd::Command;
-use lostmotion::diagnose::synthetic::{self, Channels};
-use lostmotion::diagnose::{fit, noise::Noise};
+use lostmotion::diagnose::noise::Noise;
+use lostmotion::diagnose::problem::synthetic::{self, Channels};
+use lostmotion::diagnose::search::fit;
 use lostmotion::model::Model;
 use lostmotion::plan::path::{Room, RoomOptions};
 use lostmotion::plan::question;

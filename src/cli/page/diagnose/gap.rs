@@ -3,8 +3,8 @@
 use super::super::milli;
 use super::Told;
 use crate::diagnose::Outcome;
-use crate::diagnose::document::{Diagnosis, Round};
-use crate::diagnose::traces::{LogTrace, Traces, Way};
+use crate::diagnose::result::document::{Diagnosis, Round};
+use crate::diagnose::result::traces::{LogTrace, Traces, Way};
 use crate::report::{
     HeatPath, HeatPathView, JointWays, Lane, Page, PathMark, StripLog, StripsView, TraceMark, WayView, WaysPanel,
     WaysView,

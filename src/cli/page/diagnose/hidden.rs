@@ -1,9 +1,9 @@
 //! What the log could not have shown: the smallest size of each effect that would have been seen.
 
 use super::Told;
-use crate::diagnose::document::of_motion;
-use crate::diagnose::traces::{Hidden, Traces};
-use crate::diagnose::words;
+use crate::diagnose::result::document::of_motion;
+use crate::diagnose::result::traces::{Hidden, Traces};
+use crate::diagnose::result::words;
 use crate::effects::{ActsOn, DhParameter, EffectInfo, catalogue};
 use crate::report::{MapBlock, MapCell, MapView, Page};
 use crate::robot::Robot;

@@ -3,9 +3,9 @@
 use super::super::milli;
 use super::{Told, columns};
 use crate::diagnose::Outcome;
-use crate::diagnose::document::Diagnosis;
-use crate::diagnose::structure::Aspect;
-use crate::diagnose::words;
+use crate::diagnose::candidates::structure::Aspect;
+use crate::diagnose::result::document::Diagnosis;
+use crate::diagnose::result::words;
 use crate::report::number::significant;
 use crate::report::{MapBlock, MapCell, MapView, Page, TableView, number};
 
@@ -75,7 +75,7 @@ pub(super) fn structure(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told:
 }
 
 pub(super) fn noise(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
-    use crate::diagnose::layout::Sensor;
+    use crate::diagnose::problem::layout::Sensor;
     let robot = &outcome.problem.robot;
     let rows = outcome.problem.groups.iter().zip(&outcome.whitening.noise).map(|(g, noise)| {
         let (sensor, axis) = match g.sensor {

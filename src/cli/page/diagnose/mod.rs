@@ -1,15 +1,17 @@
 //! Page of `diagnose`: the verdict and what to do, what was found and tried.
 //!
-//! Rooms: [`gap`] where the gap is, [`hidden`] what could not be seen, [`left`] what is left.
+//! Modules: [`gap`] where the gap is, [`machine`] what each joint lacks where everything was fitted together, [`hidden`] what could not
+//! be seen, [`left`] what is left.
 
 mod gap;
 mod hidden;
 mod left;
+mod machine;
 
-use crate::diagnose::display;
-use crate::diagnose::document::{Diagnosis, Round};
-use crate::diagnose::traces;
-use crate::diagnose::words::{self, GapUnit};
+use crate::diagnose::result::display;
+use crate::diagnose::result::document::{Diagnosis, Round};
+use crate::diagnose::result::traces;
+use crate::diagnose::result::words::{self, GapUnit};
 use crate::diagnose::{Outcome, Verdict};
 use crate::report::number::{p_value, significant};
 use crate::report::{BarRow, BarsView, Method, Page, Role, Run, TableView, Tile, Tone, WaterfallView, number};
@@ -55,11 +57,14 @@ pub fn of(model: &str, outcome: &Outcome, d: &Diagnosis) -> Page {
     if !d.rounds.is_empty() {
         waterfall(&mut page, outcome, d, &told);
     }
+    machine::causes(&mut page, robot, d);
     gap::strips(&mut page, robot, outcome, d, &t, &told);
     gap::path(&mut page, d, &t, &told);
     gap::ways(&mut page, robot, &t);
     found(&mut page, d, &told);
-    candidates(&mut page, outcome, d);
+    if d.geometry_tcp_um.is_none() {
+        candidates(&mut page, outcome, d);
+    }
     hidden::blind(&mut page, robot, &t, &told);
     if d.unexplained.is_none() {
         left::structure(&mut page, outcome, d, &told);
@@ -73,6 +78,9 @@ pub fn of(model: &str, outcome: &Outcome, d: &Diagnosis) -> Page {
     page.section("", "", methods());
     page
 }
+
+/// Effects that have a tile, where everything was fitted together: the largest.
+const MOST_TILES: usize = 8;
 
 fn head(page: &mut Page, model: &str, outcome: &Outcome, d: &Diagnosis, told: &Told) {
     let tone = match d.verdict {
@@ -106,6 +114,9 @@ fn head(page: &mut Page, model: &str, outcome: &Outcome, d: &Diagnosis, told: &T
     )));
     page.tile(told.tile("noise", d.noise.sigma_um).with_detail("per coordinate, one standard deviation"));
     for (i, r) in d.rounds.iter().enumerate() {
+        if d.geometry_tcp_um.is_some() && (r.group.is_some() || i >= MOST_TILES) {
+            continue;
+        }
         let alike = |o: &Round| o.effect == r.effect && o.target == r.target;
         if d.rounds[..i].iter().any(alike) {
             continue;
@@ -132,7 +143,7 @@ fn waterfall(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
         (false, 0) => None,
     };
     steps.extend(start.map(|name| (name.to_string(), d.gap.nuisance_only_rms_um * told.um)));
-    steps.extend(d.rounds.iter().map(|r| (format!("+ {} {}", r.effect, r.target), r.rms_after_um * told.um)));
+    steps.extend(machine::steps(d).map(|(name, r)| (format!("+ {name}"), r.rms_after_um * told.um)));
     page.section(
         format!(
             "The gap falls from {:.1} to {:.1} {}",
@@ -155,9 +166,7 @@ fn waterfall(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
         values: [fitted, held].map(|v| Some(v * told.um)).to_vec(),
     };
     let mut rows = vec![row(start.unwrap_or("as given").into(), first.rms_before_um, first.validation.rms_before_um)];
-    rows.extend(
-        d.rounds.iter().map(|r| row(format!("+ {} {}", r.effect, r.target), r.rms_after_um, r.validation.rms_after_um)),
-    );
+    rows.extend(machine::steps(d).map(|(name, r)| row(format!("+ {name}"), r.rms_after_um, r.validation.rms_after_um)));
     page.section(
         "The same on parts that were not fitted",
         "Held out: each fifth of the log, in four stretches, is predicted with parameters of the other four fifths.",

@@ -1,0 +1,112 @@
+//! What may be missing: every effect of the catalogue on every target, with the shapes of its nonlinear parameters.
+//!
+//! A [`Candidate`] is one effect on one target with its shape (decay, presliding, time constant) held: its sensitivities are
+//! linear in what is left, so that all candidates can be compared by linear algebra; a refit frees the shape later. Each effect's
+//! file says what is tried of it; here the logs are surveyed for it and the sensitivities are computed.
+//! Ripple and vibration have a frequency instead of a list of shapes: [`crate::diagnose::candidates::spectrum`] finds it.
+
+pub mod cache;
+pub mod screen;
+pub mod sensitivities;
+pub mod spectrum;
+pub mod structure;
+
+use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
+use crate::effects::candidate::AxisSurvey;
+use crate::effects::{Inputs, Survey, catalogue, transmission_error};
+
+pub use crate::effects::Candidate;
+
+impl Candidate {
+    /// Sensitivities, one per coefficient.
+    pub fn columns(&self, problem: &Problem, h: &Hypothesis, state: &State) -> Vec<Vec<f64>> {
+        let base = self.base.as_ref().map(|b| problem.difference(h, state, &[], b, 1.0));
+        self.trial
+            .iter()
+            .map(|(to, scale)| {
+                let mut column = problem.difference(h, state, &[], to, *scale);
+                if let Some(base) = &base {
+                    for (c, b) in column.iter_mut().zip(base) {
+                        *c -= b / scale;
+                    }
+                }
+                column
+            })
+            .collect()
+    }
+}
+
+/// All candidates but ripple and vibration, in the order of the catalogue.
+pub fn all(problem: &Problem) -> Vec<Candidate> {
+    let survey = survey(problem);
+    let mut list = Vec::new();
+    for info in catalogue::ALL {
+        (info.candidates)(&survey, &mut list);
+    }
+    list
+}
+
+/// What is tried besides, where many effects are fitted together: forms with more freedom and rarer effects.
+pub fn further(problem: &Problem) -> Vec<Candidate> {
+    let survey = survey(problem);
+    let mut list = Vec::new();
+    for info in catalogue::ALL {
+        (info.further)(&survey, &mut list);
+    }
+    list
+}
+
+/// What the logs hold, as effects need it to say what may be tried.
+pub fn survey(problem: &Problem) -> Survey<'_> {
+    let axis = |axis: usize| AxisSurvey {
+        travel: problem.logs.iter().map(|l| l.log.travel(axis)).fold(0.0, f64::max),
+        range: problem
+            .logs
+            .iter()
+            .flat_map(|l| l.drive.command(axis).iter().copied())
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]),
+        loaded: problem.logs.iter().any(|l| l.drive.gravity_torque(axis).iter().any(|t| *t != 0.0)),
+        load: problem.logs.iter().flat_map(|l| l.drive.gravity_torque(axis).iter()).fold(0.0, |m, t| m.max(t.abs())),
+        fastest: problem
+            .logs
+            .iter()
+            .filter(|l| !l.log.poses)
+            .flat_map(|l| Inputs::speed(&l.drive, axis).iter())
+            .fold(0.0, |m, v| m.max(v.abs())),
+        torque_measured: problem.logs.iter().any(|l| l.drive.measured_torque(axis).is_some()),
+        torque: problem
+            .logs
+            .iter()
+            .flat_map(|l| l.drive.measured_torque(axis).unwrap_or(l.drive.gravity_torque(axis)).iter())
+            .fold([0.0, 0.0], |[a, b], t| [a.min(*t), b.max(*t)]),
+    };
+    let fastest = problem.logs.iter().flat_map(|l| l.drive.tcp_speed_m_s().iter().copied()).fold(0.0, f64::max);
+    Survey {
+        robot: &problem.robot,
+        axes: (0..problem.robot.dof()).map(axis).collect(),
+        clock: clock(problem),
+        fastest_m_s: fastest.max(1e-6),
+        points: problem.logs.iter().any(|l| l.reflectors() > 0),
+        motion: problem.logs.iter().any(|l| !l.log.poses),
+        temperature: problem.logs.iter().any(|l| l.drive.temp_c().is_some()),
+    }
+}
+
+/// Length of the shortest sample interval and of the longest log, s; `None` for poses alone.
+pub fn clock(problem: &Problem) -> Option<(f64, f64)> {
+    let (mut step, mut length) = (f64::INFINITY, 0.0_f64);
+    for l in problem.logs.iter().filter(|l| !l.log.poses && l.drive.rows() > 1) {
+        let t = l.drive.t_s();
+        let span = t[t.len() - 1] - t[0];
+        step = step.min(span / (t.len() - 1) as f64);
+        length = length.max(span);
+    }
+    (length > 0.0).then_some((step, length))
+}
+
+/// Ripple of an axis at a number of cycles per revolution (of its lead, for a prismatic one).
+pub fn ripple(problem: &Problem, axis: usize, cycles_per_rev: f64) -> Candidate {
+    transmission_error::ripple(&problem.robot, axis, cycles_per_rev)
+}
+
+pub use crate::effects::vibration::swing as vibration;

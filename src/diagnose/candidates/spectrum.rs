@@ -1,0 +1,226 @@
+//! Frequencies of ripple (over the angle of a joint) and of vibration (over time), from the residual's spectra.
+//!
+//! Method: the scalar product of the residual with a sine of any frequency is a Fourier sum over the joint's angle (shared
+//! out linearly to a fine grid of angles) or over time, so an FFT gives it at all frequencies; divided by the norm that the
+//! sine has after whitening, it is the gain in 2 ln L (the periodogram of Lomb and Scargle, for coloured noise).
+//! The norm is approximated by the noise spectrum at the local frequency and made exact at the peaks by the screening.
+
+use crate::diagnose::candidates::screen::ScreeningContext;
+use crate::diagnose::candidates::{self, Candidate};
+use crate::diagnose::problem::layout::{Group, Sensor};
+use crate::robot::JointKind;
+use rayon::prelude::*;
+use rustfft::{FftPlanner, num_complex::Complex};
+use std::f64::consts::TAU;
+
+/// Most cycles per revolution: a motor turn of a gear of 250 with eight poles, and more.
+const MOST_CYCLES: f64 = 2000.0;
+/// Points per width of a peak.
+const OVERSAMPLING: f64 = 3.0;
+/// Peaks kept per joint, and of the vibration.
+const PEAKS: usize = 3;
+
+/// Number of independent frequencies looked at, for the chance of the best of them.
+pub fn tried(ground: &ScreeningContext) -> f64 {
+    let joints: f64 =
+        (0..ground.problem.robot.dof()).filter_map(|a| grid(ground, a)).map(|g| (g.to - g.from) as f64 / g.fine).sum();
+    let time: f64 = ground.problem.logs.iter().filter(|l| !l.log.poses).map(|l| l.drive.rows() as f64 / 2.0).sum();
+    joints + time
+}
+
+/// Frequencies of one joint, rad per rad (or per m) of travel: multiples `from..to` of `step`.
+struct Grid {
+    from: usize,
+    to: usize,
+    step: f64,
+    /// rad per rad or per m of one cycle per revolution.
+    unit: f64,
+    /// Grid of angles: first one, distance, and length of the transform.
+    lo: f64,
+    width: f64,
+    size: usize,
+    /// Points per width of a peak.
+    fine: f64,
+}
+
+/// Cells of the grid of angles per period of the highest frequency.
+const CELLS: f64 = 8.0;
+
+fn grid(ground: &ScreeningContext, axis: usize) -> Option<Grid> {
+    let joint = ground.problem.robot.axis(axis);
+    let unit = match joint.kind {
+        JointKind::Revolute => 1.0,
+        JointKind::Prismatic => TAU / joint.lead_m_per_rev?,
+    };
+    let (mut lo, mut hi, mut samples) = (f64::INFINITY, f64::NEG_INFINITY, 0);
+    for l in &ground.problem.logs {
+        for &v in l.drive.command(axis) {
+            lo = lo.min(v);
+            hi = hi.max(v);
+        }
+        samples += l.drive.rows() / l.block;
+    }
+    let cycles = (hi - lo) * unit / TAU;
+    if cycles.is_nan() || cycles < 2e-3 {
+        return None;
+    }
+    let most = MOST_CYCLES.min(0.4 * samples as f64 / cycles).max(1.5);
+    let width = TAU / (CELLS * most * unit);
+    let cells = ((hi - lo) / width).ceil() as usize + 2;
+    // one cycle per revolution must stand on the grid, also where the joint turns by less
+    let size = ((OVERSAMPLING * cells as f64).max(CELLS * most)).ceil() as usize;
+    let size = size.next_power_of_two();
+    let step = TAU / (size as f64 * width);
+    let from = (unit / step).ceil() as usize;
+    let to = ((most * unit / step) as usize).max(from) + 1;
+    (to <= size / 2).then_some(Grid { from, to, step, unit, lo, width, size, fine: size as f64 / cells as f64 })
+}
+
+/// Candidates at the peaks of each joint's spectrum.
+pub fn ripples(ground: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
+    (0..ground.problem.robot.dof())
+        .into_par_iter()
+        .map(|axis| {
+            let Some(g) = grid(ground, axis) else { return Vec::new() };
+            let power = spectrum(ground, back, axis, &g);
+            peaks(&power, g.fine.ceil() as usize)
+                .into_iter()
+                .map(|k| candidates::ripple(ground.problem, axis, g.step * (g.from as f64 + k) / g.unit))
+                .collect()
+        })
+        .collect::<Vec<Vec<Candidate>>>()
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+/// Gain in 2 ln L of a sine over a joint's position, at each frequency of the grid.
+fn spectrum(ground: &ScreeningContext, back: &[f64], axis: usize, grid: &Grid) -> Vec<f64> {
+    let mut sums = vec![Complex::new(0.0, 0.0); grid.size];
+    let mut norms = vec![0.0; grid.to - grid.from];
+    for g in &ground.problem.groups {
+        let n = g.len();
+        let log = &ground.problem.logs[g.log];
+        let p = log.drive.command(axis);
+        let noise = &ground.whitening.noise[g_index(ground, g)];
+        let values = &back[g.range()];
+        // weight and squared lever of each block
+        let lever: Vec<(f64, f64)> = match g.sensor {
+            Sensor::Reflector(k) => {
+                let j = &ground.state.logs[g.log].jacobian[k][axis];
+                (0..n)
+                    .map(|b| {
+                        let v = j[g.middle(b)];
+                        (v.x * values[b] + v.y * values[n + b] + v.z * values[2 * n + b], v.norm_squared())
+                    })
+                    .collect()
+            }
+            Sensor::Joint(a) if a == axis => (0..n).map(|b| (values[b], 1.0)).collect(),
+            _ => continue,
+        };
+        let per_variance = 0.5 / (noise.sigma * noise.sigma);
+        let bins = lever_by_speed(g, p, &lever);
+        for (b, &(w, _)) in lever.iter().enumerate() {
+            let at = (p[g.middle(b)] - grid.lo) / grid.width;
+            let cell = at.floor();
+            sums[cell as usize].re += w * (1.0 - (at - cell));
+            sums[cell as usize + 1].re += w * (at - cell);
+        }
+        for (k, norm) in norms.iter_mut().enumerate() {
+            let frequency = grid.step * (grid.from + k) as f64;
+            *norm += per_variance * bins.iter().map(|(v, l)| l / noise.spectrum((frequency * v).min(2.5))).sum::<f64>();
+        }
+    }
+    FftPlanner::new().plan_fft_forward(grid.size).process(&mut sums);
+    sums[grid.from..grid.to].iter().zip(&norms).map(|(s, n)| if *n > 0.0 { s.norm_sqr() / n } else { 0.0 }).collect()
+}
+
+fn g_index(ground: &ScreeningContext, g: &Group) -> usize {
+    ground.problem.groups.iter().position(|x| x.offset == g.offset && x.sensor == g.sensor).unwrap_or(0)
+}
+
+/// Sums of the squared lever over 24 classes of speed (rad or m per sample).
+fn lever_by_speed(g: &Group, p: &[f64], lever: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    const CLASSES: usize = 24;
+    let speed = |b: usize| if b == 0 { 0.0 } else { (p[g.middle(b)] - p[g.middle(b - 1)]).abs() };
+    let fastest = (0..g.len()).map(speed).fold(0.0, f64::max).max(1e-300);
+    let mut bins = vec![(0.0, 0.0); CLASSES];
+    for (b, &(_, l)) in lever.iter().enumerate() {
+        let class = ((speed(b) / fastest * CLASSES as f64) as usize).min(CLASSES - 1);
+        bins[class].1 += l;
+    }
+    for (k, bin) in bins.iter_mut().enumerate() {
+        bin.0 = fastest * (k as f64 + 0.5) / CLASSES as f64;
+    }
+    bins
+}
+
+/// Highest local maxima, refined by a parabola, as places on the grid.
+fn peaks(power: &[f64], apart: usize) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..power.len())
+        .filter(|&k| {
+            power[k] > 0.0 && (k == 0 || power[k - 1] <= power[k]) && (k + 1 == power.len() || power[k + 1] < power[k])
+        })
+        .collect();
+    order.sort_by(|&a, &b| power[b].total_cmp(&power[a]).then(a.cmp(&b)));
+    let mut kept: Vec<usize> = Vec::new();
+    for k in order {
+        if kept.len() < PEAKS && kept.iter().all(|&o| o.abs_diff(k) > apart) {
+            kept.push(k);
+        }
+    }
+    kept.iter()
+        .map(|&k| {
+            if k == 0 || k + 1 >= power.len() {
+                return k as f64;
+            }
+            let (a, b, c) = (power[k - 1], power[k], power[k + 1]);
+            let bend = a - 2.0 * b + c;
+            k as f64 + if bend < 0.0 { (0.5 * (a - c) / bend).clamp(-0.5, 0.5) } else { 0.0 }
+        })
+        .collect()
+}
+
+/// Frequencies (Hz) at the peaks of the time spectrum of the reflectors.
+pub fn vibrations(ground: &ScreeningContext, back: &[f64]) -> Vec<f64> {
+    let problem = ground.problem;
+    // the longest log shows the finest lines
+    let Some(g) = problem
+        .groups
+        .iter()
+        .filter(|g| matches!(g.sensor, Sensor::Reflector(0)) && !problem.logs[g.log].log.poses && g.len() > 16)
+        .max_by(|a, b| a.len().cmp(&b.len()).then(b.log.cmp(&a.log)))
+    else {
+        return Vec::new();
+    };
+    let t = problem.logs[g.log].drive.t_s();
+    let rows = problem.logs[g.log].drive.rows();
+    let step_s = (t[rows - 1] - t[0]) / (rows - 1) as f64 * problem.logs[g.log].block as f64;
+    let n = g.len();
+    let slots = ((t[g.middle(n - 1)] - t[0]) / step_s).round() as usize + 1;
+    let size = (2 * slots).next_power_of_two();
+    let noise = &ground.whitening.noise[g_index(ground, g)];
+    let values = &back[g.range()];
+    let mut power = vec![0.0; size / 2];
+    let fft = FftPlanner::new().plan_fft_forward(size);
+    for c in 0..3 {
+        let mut buffer = vec![Complex::new(0.0, 0.0); size];
+        for b in 0..n {
+            let slot = ((t[g.middle(b)] - t[0]) / step_s).round() as usize;
+            buffer[slot.min(size - 1)].re += values[c * n + b];
+        }
+        fft.process(&mut buffer);
+        for (p, v) in power.iter_mut().zip(&buffer) {
+            *p += v.norm_sqr();
+        }
+    }
+    let per_variance = 0.5 * n as f64 / (noise.sigma * noise.sigma);
+    for (k, p) in power.iter_mut().enumerate() {
+        *p /= per_variance / noise.spectrum(TAU * k as f64 / size as f64);
+    }
+    // slower than three periods in the log is drift
+    let slowest = (3 * size).div_ceil(slots);
+    power[..slowest.min(size / 2)].fill(0.0);
+    let hz = 1.0 / (size as f64 * step_s);
+    peaks(&power, size / slots).into_iter().map(|k| k * hz).collect()
+}

@@ -1,0 +1,383 @@
+//! Is there structure in the residual that no effect was asked for? A test without the catalogue.
+//!
+//! Method: per moving joint splines over position for both directions together and for their difference, terms in speed
+//! and acceleration, tails after reversals of three lengths; splines over time; the linear geometry. All of it is
+//! whitened, taken off the tangent of the fitted effects, and tested as a whole and in groups with F ratios. The whole is
+//! also what the first noise estimate is freed of: a noise model fitted to a residual with structure would swallow it.
+//!
+//! Assumptions: structure is a smooth function of one joint at a time, or of time. What it sees is reported by joint and
+//! aspect; what depends on several joints at once it sees only in part.
+
+use crate::diagnose::candidates::screen::{SWALLOWED, ScreeningContext};
+use crate::diagnose::candidates::{self, Candidate};
+use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
+use crate::diagnose::problem::normal::dot;
+use crate::effects::Track;
+use crate::numerics::fisher;
+use nalgebra::{DMatrix, DVector, Vector3};
+use rayon::prelude::*;
+
+/// What a group of basis functions goes with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Aspect {
+    Position,
+    Direction,
+    Speed,
+    Acceleration,
+    SinceReversal,
+    Time,
+    Geometry,
+}
+
+impl Aspect {
+    /// In words, behind "goes with".
+    pub fn said(self) -> &'static str {
+        match self {
+            Self::Position => "position",
+            Self::Direction => "direction of motion",
+            Self::Speed => "speed",
+            Self::Acceleration => "acceleration",
+            Self::SinceReversal => "time since its reversals",
+            Self::Time => "time",
+            Self::Geometry => "pose",
+        }
+    }
+}
+
+/// Basis functions that belong together.
+pub struct BasisGroup {
+    pub axis: Option<usize>,
+    pub aspect: Aspect,
+    pub columns: Vec<Vec<f64>>,
+}
+
+/// Observations per basis function, at least.
+const PER_FUNCTION: usize = 25;
+/// Splines over the position of a joint, at most.
+const MOST_SPLINES: usize = 18;
+
+/// The basis at a hypothesis: raw sensitivities in the long vector.
+pub fn basis(problem: &Problem, h: &Hypothesis, state: &State, list: &[Candidate]) -> Vec<BasisGroup> {
+    let moving: Vec<usize> = (0..problem.robot.dof())
+        .filter(|&a| problem.logs.iter().any(|l| l.log.travel(a) > 1e-3 * problem.robot.axis(a).kind.si()))
+        .collect();
+    let room = problem.n / PER_FUNCTION;
+    let per_joint = room / moving.len().max(1);
+    let splines = (per_joint / 2).clamp(3, MOST_SPLINES);
+    let odd = (splines / 2).max(2);
+    let mut bundles: Vec<BasisGroup> =
+        moving.par_iter().flat_map_iter(|&axis| joint_bundles(problem, state, axis, splines, odd)).collect();
+    if let Some((_, length)) = candidates::clock(problem) {
+        if room > 40 * moving.len() {
+            bundles.extend(moving.par_iter().map(|&axis| slip_bundle(problem, state, axis)).collect::<Vec<_>>());
+        }
+        let functions = ((length / 8.0) as usize).clamp(4, 14).min((room / 8).max(2));
+        bundles.push(time_bundle(problem, functions));
+    }
+    let linear: Vec<&Candidate> = list.iter().filter(|c| c.depends_on_pose()).collect();
+    if linear.len() * PER_FUNCTION < problem.n {
+        let columns = linear.par_iter().flat_map_iter(|c| c.columns(problem, h, state)).collect();
+        bundles.push(BasisGroup { axis: None, aspect: Aspect::Geometry, columns });
+    }
+    bundles
+}
+
+/// Uniform cubic B-splines over `lo..hi`: the values of all `n` at `x`.
+fn splines_at(x: f64, lo: f64, hi: f64, n: usize, out: &mut [f64]) {
+    out.fill(0.0);
+    if n < 4 {
+        // too few for cubics: powers
+        let u = if hi > lo { 2.0 * (x - lo) / (hi - lo) - 1.0 } else { 0.0 };
+        let mut v = 1.0;
+        for o in out.iter_mut() {
+            *o = v;
+            v *= u;
+        }
+        return;
+    }
+    let pieces = (n - 3) as f64;
+    let u = ((x - lo) / (hi - lo).max(1e-300) * pieces).clamp(0.0, pieces - 1e-9);
+    let i = u.floor();
+    let f = u - i;
+    let at = i as usize;
+    let g = 1.0 - f;
+    out[at] = g * g * g / 6.0;
+    out[at + 1] = (3.0 * f * f * f - 6.0 * f * f + 4.0) / 6.0;
+    out[at + 2] = (3.0 * g * g * g - 6.0 * g * g + 4.0) / 6.0;
+    out[at + 3] = f * f * f / 6.0;
+}
+
+fn joint_bundles(problem: &Problem, state: &State, axis: usize, splines: usize, odd: usize) -> Vec<BasisGroup> {
+    let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+    for l in &problem.logs {
+        for &v in l.drive.command(axis) {
+            lo = lo.min(v);
+            hi = hi.max(v);
+        }
+    }
+    let column = |value: &dyn Fn(usize, usize) -> f64| {
+        let mut out = vec![0.0; problem.n];
+        for l in 0..problem.logs.len() {
+            problem.add_joint_change(state, l, axis, &|r| value(l, r), None, &mut out);
+        }
+        out
+    };
+    let tracks: Vec<Track> = problem
+        .logs
+        .iter()
+        .map(|l| Track::new(l.drive.t_s(), l.drive.command(axis), l.drive.quiet(axis).max(1e-9)))
+        .collect();
+    let spline = |n: usize, k: usize, dir: bool| {
+        let tables: Vec<Vec<f64>> = tracks
+            .iter()
+            .map(|t| {
+                let mut values = vec![0.0; n];
+                t.p.iter()
+                    .zip(t.dir.iter())
+                    .map(|(&p, &d)| {
+                        splines_at(p, lo, hi, n, &mut values);
+                        values[k] * if dir { f64::from(d) } else { 1.0 }
+                    })
+                    .collect()
+            })
+            .collect();
+        column(&|l, r| tables[l][r])
+    };
+    let mut bundles = vec![
+        BasisGroup {
+            axis: Some(axis),
+            aspect: Aspect::Position,
+            columns: (0..splines).map(|k| spline(splines, k, false)).collect(),
+        },
+        BasisGroup {
+            axis: Some(axis),
+            aspect: Aspect::Direction,
+            columns: (0..odd).map(|k| spline(odd, k, true)).collect(),
+        },
+    ];
+    if candidates::clock(problem).is_none() {
+        return bundles;
+    }
+    let slopes: Vec<Vec<f64>> =
+        problem.logs.iter().map(|l| crate::machine::slopes(l.drive.t_s(), l.drive.command(axis))).collect();
+    let bends: Vec<Vec<f64>> =
+        problem.logs.iter().zip(&slopes).map(|(l, v)| crate::machine::slopes(l.drive.t_s(), v)).collect();
+    let top = slopes.iter().flatten().fold(1e-300_f64, |m, v| m.max(v.abs()));
+    let speed: [&dyn Fn(usize, usize) -> f64; 4] = [
+        &|l, r| slopes[l][r] / top,
+        &|l, r| (slopes[l][r] / top).powi(2),
+        &|l, r| slopes[l][r] * slopes[l][r].abs() / (top * top),
+        &|l, r| (slopes[l][r] / top).powi(3),
+    ];
+    bundles.push(BasisGroup {
+        axis: Some(axis),
+        aspect: Aspect::Speed,
+        columns: speed.iter().map(|f| column(f)).collect(),
+    });
+    bundles.push(BasisGroup {
+        axis: Some(axis),
+        aspect: Aspect::Acceleration,
+        columns: vec![column(&|l, r| bends[l][r])],
+    });
+    let Some((step, length)) = candidates::clock(problem) else { return bundles };
+    if tracks.iter().any(|t| !t.turns.is_empty()) {
+        let tails = [3.0 * step, 12.0 * step, (48.0 * step).min(length / 4.0)].map(|tau| {
+            let tables: Vec<Vec<f64>> = tracks
+                .iter()
+                .map(|t| {
+                    let mut v = vec![0.0; t.len()];
+                    for (turn, rows) in t.strokes() {
+                        for r in rows {
+                            v[r] = f64::from(turn.dir) * (-(t.t_s[r] - turn.t_s) / tau).exp();
+                        }
+                    }
+                    v
+                })
+                .collect();
+            column(&|l, r| tables[l][r])
+        });
+        bundles.push(BasisGroup { axis: Some(axis), aspect: Aspect::SinceReversal, columns: tails.into() });
+    }
+    bundles
+}
+
+/// Splines over time of one joint: a slip, a creep.
+const SLIPS: usize = 8;
+
+fn slip_bundle(problem: &Problem, state: &State, axis: usize) -> BasisGroup {
+    let columns = (0..SLIPS)
+        .map(|k| {
+            let mut out = vec![0.0; problem.n];
+            let mut values = [0.0; SLIPS];
+            for (l, log) in problem.logs.iter().enumerate() {
+                let t = log.drive.t_s();
+                let (lo, hi) = (t[0], t[t.len() - 1]);
+                let table: Vec<f64> = t
+                    .iter()
+                    .map(|&t| {
+                        splines_at(t, lo, hi, SLIPS, &mut values);
+                        values[k]
+                    })
+                    .collect();
+                problem.add_joint_change(state, l, axis, &|r| table[r], None, &mut out);
+            }
+            out
+        })
+        .collect();
+    BasisGroup { axis: Some(axis), aspect: Aspect::Time, columns }
+}
+
+fn time_bundle(problem: &Problem, functions: usize) -> BasisGroup {
+    let mut columns = Vec::new();
+    let mut values = vec![0.0; functions];
+    for k in 0..functions {
+        for c in 0..3 {
+            let mut out = vec![0.0; problem.n];
+            for g in &problem.groups {
+                let t = problem.logs[g.log].drive.t_s();
+                let (lo, hi) = (t[0], t[t.len() - 1]);
+                if g.dims == 3 {
+                    let table: Vec<f64> = t
+                        .iter()
+                        .map(|&t| {
+                            splines_at(t, lo, hi, functions, &mut values);
+                            values[k]
+                        })
+                        .collect();
+                    g.add_points(&mut out, |r| Vector3::ith(c, table[r]));
+                }
+            }
+            columns.push(out);
+        }
+    }
+    BasisGroup { axis: None, aspect: Aspect::Time, columns }
+}
+
+/// Outcome for one bundle, or for all together.
+#[derive(Debug, Clone)]
+pub struct Ratio {
+    pub axis: Option<usize>,
+    pub aspect: Option<Aspect>,
+    /// Gain in 2 ln L.
+    pub gain: f64,
+    pub dof: usize,
+    pub p_value: f64,
+}
+
+/// The basis whitened, projected and factored at one ground: tests, and the residual freed of it.
+pub struct Tested {
+    pub whole: Ratio,
+    pub bundles: Vec<Ratio>,
+    /// Residual without what the tangent and the whole basis explain, in the long vector (not whitened).
+    pub freed: Vec<f64>,
+}
+
+/// Tests the residual of `ground` with the basis.
+pub fn test(ground: &ScreeningContext, bundles: &[BasisGroup]) -> Tested {
+    let raw: Vec<&Vec<f64>> = bundles.iter().flat_map(|b| &b.columns).collect();
+    let mut columns: Vec<Vec<f64>> = raw.iter().map(|c| (*c).clone()).collect();
+    let chunk = columns.len().div_ceil(2 * rayon::current_num_threads()).max(1);
+    columns.par_chunks_mut(chunk).for_each(|part| {
+        let before = ground.project(part);
+        for (c, before) in part.iter_mut().zip(before) {
+            // what the tangent swallows is rounding
+            if dot(c, c) < SWALLOWED * before {
+                c.fill(0.0);
+            }
+        }
+    });
+    let normal = product(&columns);
+    let right =
+        DVector::from_iterator(columns.len(), columns.par_iter().map(|c| dot(c, &ground.residual)).collect::<Vec<_>>());
+    let n = ground.residual.len() as f64;
+    let rss = dot(&ground.residual, &ground.residual);
+    let ratio = |gain: f64, dof: usize, axis, aspect| {
+        let left = (n - dof as f64).max(1.0);
+        let f = (gain / dof.max(1) as f64) / ((rss - gain).max(1e-300) / left);
+        Ratio { axis, aspect, gain, dof, p_value: fisher::tail(f, dof as f64, left) }
+    };
+    let (solution, gain, dof) = solve(&normal, &right, &(0..columns.len()).collect::<Vec<_>>());
+    let whole = ratio(gain, dof, None, None);
+    let mut at = 0;
+    let tested = bundles
+        .iter()
+        .map(|b| {
+            let pick: Vec<usize> = (at..at + b.columns.len()).collect();
+            at += b.columns.len();
+            let (_, gain, dof) = solve(&normal, &right, &pick);
+            ratio(gain, dof, b.axis, Some(b.aspect))
+        })
+        .collect();
+    let mut freed = ground.residual.clone();
+    for (c, s) in columns.iter().zip(solution.iter()) {
+        if *s != 0.0 {
+            for (f, v) in freed.iter_mut().zip(c) {
+                *f -= s * v;
+            }
+        }
+    }
+    ground.whitening.undo(ground.problem, &mut freed);
+    Tested { whole, bundles: tested, freed }
+}
+
+/// Normal matrix by blocks, in a fixed order.
+fn product(columns: &[Vec<f64>]) -> DMatrix<f64> {
+    let k = columns.len();
+    let n = columns.first().map_or(0, Vec::len);
+    const PIECE: usize = 1024;
+    let pieces: Vec<usize> = (0..n).step_by(PIECE).collect();
+    let parts: Vec<DMatrix<f64>> = pieces
+        .par_chunks(pieces.len().div_ceil(4).max(1))
+        .map(|starts| {
+            let mut sum = DMatrix::zeros(k, k);
+            for &s in starts {
+                let e = (s + PIECE).min(n);
+                // both ways round: the library multiplies by blocks only without a transpose
+                let a = DMatrix::from_fn(e - s, k, |i, j| columns[j][s + i]);
+                sum.gemm(1.0, &a.transpose(), &a, 1.0);
+            }
+            sum
+        })
+        .collect();
+    parts.into_iter().fold(DMatrix::zeros(k, k), |a, b| a + b)
+}
+
+/// Solution, gain and rank for the chosen columns, by eigenvalues of the scaled normal matrix.
+fn solve(normal: &DMatrix<f64>, right: &DVector<f64>, pick: &[usize]) -> (DVector<f64>, f64, usize) {
+    let mut solution = DVector::zeros(normal.nrows());
+    let k = pick.len();
+    if k == 0 {
+        return (solution, 0.0, 0);
+    }
+    let d: Vec<f64> =
+        pick.iter().map(|&i| if normal[(i, i)] > 0.0 { 1.0 / normal[(i, i)].sqrt() } else { 0.0 }).collect();
+    let scaled = DMatrix::from_fn(k, k, |i, j| normal[(pick[i], pick[j])] * d[i] * d[j]);
+    let r = DVector::from_fn(k, |i, _| right[pick[i]] * d[i]);
+    let eigen = scaled.symmetric_eigen();
+    let (mut gain, mut rank) = (0.0, 0);
+    let mut x = DVector::zeros(k);
+    for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+        if *value > 1e-7 {
+            let share = vector.dot(&r);
+            gain += share * share / value;
+            x += vector * (share / value);
+            rank += 1;
+        }
+    }
+    for (i, &at) in pick.iter().enumerate() {
+        solution[at] = x[i] * d[i];
+    }
+    (solution, gain, rank)
+}
+
+/// Fills nothing but names: a bundle in words.
+pub fn said(ratio: &Ratio, problem: &Problem) -> String {
+    match (ratio.axis, ratio.aspect) {
+        (Some(a), Some(aspect)) => format!("{} of {}", aspect.said(), problem.robot.axis(a).name),
+        (None, Some(aspect)) => aspect.said().into(),
+        (Some(a), None) => {
+            format!("one effect found several times on {}: a shape taken to pieces", problem.robot.axis(a).name)
+        }
+        _ => "nothing in particular".into(),
+    }
+}

@@ -1,0 +1,416 @@
+//! From model and logs to a [`Problem`]: groups of observations, frames, and samples that cannot be trusted.
+//!
+//! Frames: given by the model, or registered robustly on the path that the known model predicts; they stay free then.
+//! Outliers: a single sample that disagrees with its two neighbours on either side by more than six standard deviations
+//! of such disagreements is left out, but not beside a reversal, where spikes are what is looked for. Settled poses have
+//! no neighbours: [`poses_without_outliers`] looks at what a fit leaves.
+
+pub mod sensors;
+
+use crate::diagnose::noise;
+use crate::diagnose::problem::forward::{Hypothesis, LogData, Problem, State};
+use crate::diagnose::problem::layout::{Group, Sensor};
+use crate::error::{Error, Place, Result};
+use crate::log::{Log, registration};
+use crate::machine::CommandTrajectory;
+use crate::model::Model;
+use crate::numerics::robust::{self, MEDIAN_DISTANCE, SIGMA_PER_MAD, median, median_of};
+use nalgebra::{Isometry3, Vector3};
+use std::sync::OnceLock;
+
+/// Blocks into which a log is averaged at most.
+const MOST_BLOCKS: usize = 8000;
+/// Rows to which a log is thinned before.
+const MOST_ROWS: usize = 8000;
+/// Disagreement with the neighbours, in standard deviations, beyond which a sample is an outlier.
+const GROSS: f64 = 6.0;
+/// Distance within which a sample counts as noise, in standard deviations of a coordinate.
+const NEAR: f64 = 4.5;
+/// The same beside a reversal, where a spike may stand.
+const GROSS_AT_REVERSAL: f64 = 60.0;
+/// Samples on either side of a reversal that count as beside it.
+const BESIDE: usize = 3;
+/// Pairs used for the first registration.
+const PAIRS: usize = 3000;
+
+/// Puts a problem together; the hypothesis holds the model's known effects.
+pub fn problem(model: &Model, logs: &[Log]) -> Result<(Problem, Hypothesis)> {
+    problem_of_at_most(model, logs, MOST_ROWS)
+}
+
+/// The same with every log thinned to `most_rows`.
+pub fn problem_of_at_most(model: &Model, logs: &[Log], most_rows: usize) -> Result<(Problem, Hypothesis)> {
+    let logs: Vec<LogData> = logs
+        .iter()
+        .map(|log| thinned(model, log, most_rows))
+        .map(|log| LogData {
+            drive: CommandTrajectory::of_log(&model.robot, &log),
+            commands: None,
+            driven: Vec::new(),
+            motors: Vec::new(),
+            frame: 0,
+            block: if log.poses { 1 } else { log.len().div_ceil(MOST_BLOCKS).max(1) },
+            left_out: Vec::new(),
+            jacobian: OnceLock::new(),
+            log,
+        })
+        .collect();
+    let mut problem = Problem {
+        robot: model.robot.clone(),
+        initial_gap_side: model.initial_gap_side.clone(),
+        logs,
+        groups: Vec::new(),
+        n: 0,
+        frames_free: model.registration.is_none(),
+        points_free: false,
+        notes: Vec::new(),
+    };
+    if !problem.logs.iter().any(|l| l.reflectors() > 0) {
+        problem.frames_free = false;
+    }
+    problem.points_free = problem.frames_free && problem.logs.iter().all(|l| l.log.poses);
+    group(&mut problem);
+    let points = problem.logs.iter().any(|l| l.reflectors() > 0);
+    if problem.n == 0 && !encoders(&problem) {
+        let name = logs_named(&problem);
+        return Err(Error::bad(
+            Place::file(name),
+            "no measured column",
+            "x_mm, y_mm, z_mm, or meas_<joint>, or enc_<joint> beside the commands",
+        ));
+    }
+    let mut h = Hypothesis {
+        effects: model.effects.clone(),
+        frames: vec![model.registration.unwrap_or_else(Isometry3::identity)],
+        points_m: if points { vec![Vector3::zeros(); problem.robot.reflectors_m.len()] } else { Vec::new() },
+        zeros: zeros(&problem),
+    };
+    if problem.frames_free {
+        h.frames[0] = register(&problem, &h, None)?;
+        separate_frames(&mut problem, &mut h);
+    }
+    sensors::choose(&mut problem, &h);
+    group(&mut problem);
+    if problem.n == 0 {
+        return Err(Error::bad(
+            Place::file(logs_named(&problem)),
+            format!("encoders alone, and {}", problem.notes.join("; ")),
+            "x_mm, y_mm, z_mm, or meas_<joint>",
+        ));
+    }
+    h.zeros = zeros(&problem);
+    if problem.frames_free && h.frames.len() == 1 && problem.logs.iter().any(|l| l.driven.contains(&true)) {
+        h.frames[0] = register(&problem, &h, None)?;
+    }
+    if problem.groups.iter().any(|g| matches!(g.sensor, Sensor::Joint(_))) {
+        problem.notes.push(
+            "each joint sensor has a zero of its own, which is fitted per log: a joint_zero_offset cannot be told from it".into(),
+        );
+    }
+    Ok((problem, h))
+}
+
+fn encoders(problem: &Problem) -> bool {
+    problem.logs.iter().any(|l| l.log.enc.iter().any(Option::is_some))
+}
+
+/// A zero for every joint sensor of every log.
+fn zeros(problem: &Problem) -> Vec<f64> {
+    vec![0.0; problem.groups.iter().filter(|g| g.dims == 1).count()]
+}
+
+/// A log of at most `most_rows` rows: of each run of rows the middle one, its measurement replaced by the prediction of
+/// the commands there plus the mean of measured minus predicted over the run. What is slower than a run is kept, its
+/// noise averaged; gross errors of single rows are taken by the median.
+fn thinned(model: &Model, log: &Log, most_rows: usize) -> Log {
+    let run = log.len().div_ceil(most_rows);
+    if run <= 1 || log.poses {
+        return log.clone();
+    }
+    let runs: Vec<std::ops::Range<usize>> = (0..log.len()).step_by(run).map(|s| s..(s + run).min(log.len())).collect();
+    let middle = |r: &std::ops::Range<usize>| (r.start + r.end) / 2;
+    let numbers = |c: &Option<Vec<Option<f64>>>| c.as_ref().map(|c| runs.iter().map(|r| c[middle(r)]).collect());
+    let mut q = vec![0.0; model.robot.dof()];
+    let frame = frame_of(model, log);
+    let mut expected = |row: usize| {
+        log.command_into(row, &mut q);
+        frame.transform_point(&model.robot.tcp_m(&q).into()).coords
+    };
+    let mut points = |column: &[Option<Vector3<f64>>]| -> Vec<Option<Vector3<f64>>> {
+        if column.is_empty() {
+            return Vec::new();
+        }
+        runs.iter()
+            .map(|r| {
+                let off: Vec<Vector3<f64>> =
+                    r.clone().filter_map(|row| column[row].map(|m| m - expected(row))).collect();
+                robust::point_mean(&off, 1e-7).map(|m| m.mean + expected(middle(r)))
+            })
+            .collect()
+    };
+    let joints = |columns: &[Option<Vec<Option<f64>>>]| -> Vec<Option<Vec<Option<f64>>>> {
+        columns
+            .iter()
+            .zip(&log.cmd)
+            .map(|(c, cmd)| {
+                c.as_ref().map(|c| {
+                    runs.iter()
+                        .map(|r| {
+                            let mut off: Vec<f64> = r.clone().filter_map(|i| c[i].map(|v| v - cmd[i])).collect();
+                            let n = off.len() as f64;
+                            let _ = median_of(&mut off)?;
+                            Some(off.iter().sum::<f64>() / n + cmd[middle(r)])
+                        })
+                        .collect()
+                })
+            })
+            .collect()
+    };
+    Log {
+        name: log.name.clone(),
+        sha256: log.sha256.clone(),
+        line: runs.iter().map(|r| log.line.get(middle(r)).copied().unwrap_or(0)).collect(),
+        t_s: runs.iter().map(|r| log.t_s[middle(r)]).collect(),
+        poses: false,
+        cmd: log.cmd.iter().map(|c| runs.iter().map(|r| c[middle(r)]).collect()).collect(),
+        cmd_decimals: log.cmd_decimals.clone(),
+        tcp_m: points(&log.tcp_m),
+        reflectors_m: log.reflectors_m.iter().map(|c| points(c)).collect(),
+        lone_m: [const { None }; 3],
+        enc: joints(&log.enc),
+        screw: vec![None; log.cmd.len()],
+        meas: joints(&log.meas),
+        trigger: None,
+        cycle: None,
+        speed_m_s: numbers(&log.speed_m_s),
+        payload_kg: numbers(&log.payload_kg),
+        temp_c: numbers(&log.temp_c),
+    }
+}
+
+/// The model's frame, or the one that fits the commands: good enough to take differences over a fraction of a second.
+fn frame_of(model: &Model, log: &Log) -> Isometry3<f64> {
+    if let Some(frame) = model.registration {
+        return frame;
+    }
+    let thin = (log.len() / PAIRS).max(1);
+    let pairs: Vec<registration::Pair> = (0..log.len())
+        .step_by(thin)
+        .filter_map(|r| {
+            let m = log.tcp_m.get(r).copied().flatten()?;
+            Some(registration::Pair { base_m: model.robot.tcp_m(&log.command(r)), tracker_m: m })
+        })
+        .collect();
+    registration::register_line(&pairs).map_or_else(|_| Isometry3::identity(), |r| r.found.frame)
+}
+
+fn logs_named(problem: &Problem) -> String {
+    problem.logs.iter().map(|l| l.log.name.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+/// Lays the groups out anew, without the samples that are left out.
+pub fn group(problem: &mut Problem) {
+    let mut groups = Vec::new();
+    let mut offset = 0;
+    for (l, log) in problem.logs.iter().enumerate() {
+        let mut add = |sensor: Sensor, rows: Vec<u32>| {
+            if !rows.is_empty() {
+                let g = Group::new(l, sensor, rows, log.block, offset, log.log.poses);
+                offset = g.range().end;
+                groups.push(g);
+            }
+        };
+        let rows = |there: &dyn Fn(usize) -> bool| (0..log.log.len()).filter(|&r| there(r)).map(|r| r as u32).collect();
+        for k in 0..log.reflectors() {
+            add(Sensor::Reflector(k), rows(&|r| log.measured(k, r).is_some()));
+        }
+        for (a, column) in log.log.enc.iter().enumerate() {
+            if let (Some(c), true) = (column, log.motors.get(a).copied().unwrap_or(false)) {
+                add(Sensor::Motor(a), rows(&|r| c[r].is_some()));
+            }
+        }
+        for (a, column) in log.log.meas.iter().enumerate() {
+            if let Some(c) = column {
+                add(Sensor::Joint(a), rows(&|r| c[r].is_some()));
+            }
+        }
+    }
+    problem.groups = groups;
+    problem.n = offset;
+}
+
+/// Frames of two logs whose points they set this far apart are those of two stations of the tracker, m; effects of a machine
+/// that is worth a diagnosis stay below it.
+const STATIONS_APART_M: f64 = 0.02;
+/// And this many times farther than each frame misses its own points.
+const STATIONS_CLEAR: f64 = 20.0;
+
+/// Gives every log a frame of its own, where the tracker was moved between them.
+fn separate_frames(problem: &mut Problem, h: &mut Hypothesis) {
+    let measured: Vec<usize> = (0..problem.logs.len()).filter(|&l| problem.logs[l].reflectors() > 0).collect();
+    if measured.len() < 2 {
+        return;
+    }
+    let own: Option<Vec<Isometry3<f64>>> = measured.iter().map(|&l| register(problem, h, Some(l)).ok()).collect();
+    let Some(own) = own else { return };
+    let state = problem.evaluate(h);
+    // rms over the points of a log: between two frames, and what the log's own one misses
+    let apart = |l: usize, a: &Isometry3<f64>, b: Option<&Isometry3<f64>>| {
+        let squares = problem.logs[l].log.tcp_m.iter().enumerate().filter_map(|(r, p)| {
+            let here = a.inverse_transform_point(&(*p)?.into()).coords;
+            let there = b.map_or(state.logs[l].points_m[0][r], |b| {
+                b.inverse_transform_point(&p.unwrap_or_default().into()).coords
+            });
+            Some((here - there).norm_squared())
+        });
+        let (n, sum) = squares.fold((0.0, 0.0), |(n, s), v| (n + 1.0, s + v));
+        (sum / f64::max(n, 1.0)).sqrt()
+    };
+    let moved = measured.iter().zip(&own).skip(1).any(|(&l, frame)| {
+        let by = apart(l, frame, Some(&own[0]));
+        by > STATIONS_APART_M && by > STATIONS_CLEAR * apart(l, frame, None).max(apart(measured[0], &own[0], None))
+    });
+    if moved {
+        let shared = h.frames[0];
+        h.frames = vec![shared; problem.logs.len()];
+        for (&l, frame) in measured.iter().zip(own) {
+            h.frames[l] = frame;
+        }
+        for (l, log) in problem.logs.iter_mut().enumerate() {
+            log.frame = l;
+        }
+        problem
+            .notes
+            .push("the logs are not in one frame: the tracker was moved, and each log has a frame of its own".into());
+    }
+}
+
+/// The frame that fits all logs, or one of them.
+fn register(problem: &Problem, h: &Hypothesis, only: Option<usize>) -> Result<Isometry3<f64>> {
+    let state = problem.evaluate(h);
+    let mut pairs = Vec::new();
+    for g in problem.groups.iter().filter(|g| only.is_none_or(|l| g.log == l)) {
+        if let Sensor::Reflector(k) = g.sensor {
+            let log = &problem.logs[g.log];
+            let thin = (g.rows.len() * problem.groups.len() / PAIRS).max(1);
+            for &r in g.rows.iter().step_by(thin) {
+                if let Some(m) = log.measured(k, r as usize) {
+                    pairs.push(registration::Pair { base_m: state.logs[g.log].points_m[k][r as usize], tracker_m: m });
+                }
+            }
+        }
+    }
+    Ok(registration::register_line(&pairs)?.found.frame)
+}
+
+/// Finds samples that disagree with their neighbours and leaves them out; says how many.
+pub fn drop_spikes(problem: &mut Problem, state: &State) -> usize {
+    let mut found: Vec<(usize, usize, usize)> = Vec::new();
+    for g in &problem.groups {
+        let Sensor::Reflector(k) = g.sensor else { continue };
+        let log = &problem.logs[g.log];
+        if log.log.poses || g.rows.len() < 8 || log.block > 1 {
+            continue;
+        }
+        let n = g.len();
+        let values = &state.residual[g.range()];
+        let point = |b: usize| Vector3::new(values[b], values[n + b], values[2 * n + b]);
+        // a sample against the median of its neighbours, coordinate by coordinate
+        let off = |b: usize| -> f64 {
+            let near: Vec<usize> = (b.saturating_sub(2)..(b + 3).min(n)).filter(|&i| i != b).collect();
+            let c = |k: usize| {
+                let mut v: Vec<f64> = near.iter().map(|&i| point(i)[k]).collect();
+                median_of(&mut v).unwrap_or(0.0)
+            };
+            (point(b) - Vector3::new(c(0), c(1), c(2))).norm()
+        };
+        let all: Vec<f64> = (0..n).map(off).collect();
+        let scale = SIGMA_PER_MAD * median(&all).max(noise::LEAST_POINT_SIGMA);
+        let mut beside = vec![false; log.log.len()];
+        for axis in 0..problem.robot.dof() {
+            for (t_s, _, _) in log.drive.turns(axis) {
+                let row = log.drive.t_s().partition_point(|t| *t < t_s);
+                let range = row.saturating_sub(BESIDE)..(row + BESIDE + 1).min(beside.len());
+                beside[range].fill(true);
+            }
+        }
+        for b in 0..n {
+            let row = g.middle(b);
+            let gross = if beside[row] { GROSS_AT_REVERSAL } else { GROSS };
+            let largest = (b.saturating_sub(1)..(b + 2).min(n)).all(|i| all[i] <= all[b]);
+            if all[b] > gross * scale && largest {
+                found.push((g.log, k, row));
+            }
+        }
+    }
+    leave_out(problem, &found);
+    found.len()
+}
+
+/// Finds single samples that stand out of a residual freed of all structure and leaves them out; says how many. Their
+/// neighbours lie within the noise: what decays after a reversal lasts longer than a sample.
+pub fn drop_single(problem: &mut Problem, freed: &[f64]) -> usize {
+    let mut found = Vec::new();
+    for g in &problem.groups {
+        let Sensor::Reflector(k) = g.sensor else { continue };
+        let log = &problem.logs[g.log];
+        if log.log.poses || g.rows.len() < 8 || log.block > 1 {
+            continue;
+        }
+        let n = g.len();
+        let v = &freed[g.range()];
+        let size: Vec<f64> = (0..n).map(|b| Vector3::new(v[b], v[n + b], v[2 * n + b]).norm()).collect();
+        let sigma = (median(&size) / MEDIAN_DISTANCE).max(noise::LEAST_POINT_SIGMA);
+        for b in 0..n {
+            let near = |i: usize| size.get(i).is_none_or(|s| *s < NEAR * sigma);
+            let alone = (b == 0 || near(b - 1)) && near(b + 1);
+            if size[b] > GROSS * sigma && alone {
+                found.push((g.log, k, g.middle(b)));
+            }
+        }
+    }
+    leave_out(problem, &found);
+    found.len()
+}
+
+fn leave_out(problem: &mut Problem, found: &[(usize, usize, usize)]) {
+    for &(l, k, row) in found {
+        let log = &mut problem.logs[l];
+        let (reflectors, rows) = (log.reflectors(), log.log.len());
+        log.left_out.resize(reflectors, Vec::new());
+        log.left_out[k].resize(rows, false);
+        log.left_out[k][row] = true;
+    }
+    if !found.is_empty() {
+        group(problem);
+    }
+}
+
+/// Leaves out all reflectors of poses `(log, row)`.
+pub fn leave_poses_out(problem: &mut Problem, poses: &[(usize, usize)]) {
+    let found: Vec<(usize, usize, usize)> =
+        poses.iter().flat_map(|&(l, row)| (0..problem.logs[l].reflectors()).map(move |k| (l, k, row))).collect();
+    leave_out(problem, &found);
+}
+
+/// Finds settled poses that a fit leaves far off and leaves them out; says how many.
+pub fn poses_without_outliers(problem: &mut Problem, state: &State) -> usize {
+    let mut found = Vec::new();
+    for g in &problem.groups {
+        let Sensor::Reflector(k) = g.sensor else { continue };
+        if !problem.logs[g.log].log.poses || g.len() < 12 {
+            continue;
+        }
+        let n = g.len();
+        let values = &state.residual[g.range()];
+        let size: Vec<f64> = (0..n).map(|b| Vector3::new(values[b], values[n + b], values[2 * n + b]).norm()).collect();
+        let typical = median(&size);
+        for (b, s) in size.iter().enumerate() {
+            if *s > 5.0 * typical {
+                found.push((g.log, k, g.middle(b)));
+            }
+        }
+    }
+    leave_out(problem, &found);
+    found.len()
+}

@@ -1,0 +1,480 @@
+//! From a hypothesis (effects and frames) to the residual of every observation, and to the sensitivity of every parameter.
+//!
+//! Method: the whole chain is evaluated exactly, nothing is linearised in the residual. Measured points are taken into the
+//! base frame by the inverse registration, so that sensitivities do not turn with the frame. A sensitivity is the derivative
+//! of the prediction by one parameter: joint effects by a difference of joint positions times the Jacobian's column,
+//! geometry by a difference of kinematics, the rest in closed form.
+
+use crate::diagnose::problem::layout::{Group, Sensor};
+use crate::effects::{Effect, EffectInstance, Stage, Target};
+use crate::log::Log;
+use crate::machine::{self, CommandTrajectory, parts, parts::Scene};
+use crate::robot::{Chain, Robot};
+use nalgebra::{Isometry3, Vector3};
+use rayon::prelude::*;
+use std::sync::{Arc, OnceLock};
+
+/// Rows that one thread takes at a time.
+const CHUNK: usize = 4096;
+
+/// One log, prepared.
+#[derive(Debug)]
+pub struct LogData {
+    pub log: Log,
+    /// What drives the gears: the commands, or the encoders of the axes that `driven` marks.
+    pub drive: CommandTrajectory,
+    /// The commands, where `drive` does not hold them.
+    pub commands: Option<CommandTrajectory>,
+    /// Axes whose gear is driven by the encoder: servo effects lie before it and show there alone.
+    pub driven: Vec<bool>,
+    /// Axes whose encoder shows what the servo makes of the command.
+    pub motors: Vec<bool>,
+    /// Frame (index into [`Hypothesis::frames`]) in which its points were measured.
+    pub frame: usize,
+    /// Rows averaged into one observation.
+    pub block: usize,
+    /// Rows left out as outliers, per reflector.
+    pub left_out: Vec<Vec<bool>>,
+    /// Derivatives of the points at the first hypothesis: effects are far too small to change them.
+    pub jacobian: OnceLock<Arc<Jacobian>>,
+}
+
+/// Derivatives of points by joints, `[reflector][axis][row]`, m/rad or m/m.
+pub type Jacobian = Vec<Vec<Vec<Vector3<f64>>>>;
+
+impl LogData {
+    /// Measured point of a reflector in a row, tracker frame.
+    pub fn measured(&self, reflector: usize, row: usize) -> Option<Vector3<f64>> {
+        let column = if reflector == 0 { &self.log.tcp_m } else { self.log.reflectors_m.get(reflector - 1)? };
+        if self.left_out.get(reflector).is_some_and(|l| l[row]) {
+            return None;
+        }
+        column.get(row).copied().flatten()
+    }
+
+    /// The commands, which the servo follows.
+    pub fn command_drive(&self) -> &CommandTrajectory {
+        self.commands.as_ref().unwrap_or(&self.drive)
+    }
+
+    /// Is the gear of an axis driven by its encoder?
+    pub fn is_driven(&self, axis: usize) -> bool {
+        self.driven.get(axis).copied().unwrap_or(false)
+    }
+
+    /// Number of reflectors with columns.
+    pub fn reflectors(&self) -> usize {
+        if self.log.tcp_m.is_empty() { 0 } else { 1 + self.log.reflectors_m.len() }
+    }
+}
+
+/// Everything that does not change while hypotheses are tried.
+#[derive(Debug)]
+pub struct Problem {
+    pub robot: Robot,
+    pub initial_gap_side: Vec<i8>,
+    pub logs: Vec<LogData>,
+    pub groups: Vec<Group>,
+    /// Length of the long vector.
+    pub n: usize,
+    /// The frames are estimated; else they are given.
+    pub frames_free: bool,
+    /// The places of the second and further reflectors in the flange are estimated.
+    pub points_free: bool,
+    /// What a reader should know about the channels.
+    pub notes: Vec<String>,
+}
+
+/// What is supposed to be wrong with the machine, and where it stands.
+#[derive(Debug, Clone)]
+pub struct Hypothesis {
+    /// Known effects first, then found ones.
+    pub effects: Vec<EffectInstance>,
+    /// Base frame -> tracker frame, one per group of logs.
+    pub frames: Vec<Isometry3<f64>>,
+    /// Where the second and further reflectors stand beside the robot file, flange frame, m.
+    pub points_m: Vec<Vector3<f64>>,
+    /// Zero of each joint sensor of each log, rad or m, in the order of their groups.
+    pub zeros: Vec<f64>,
+}
+
+/// Prediction for one log.
+#[derive(Debug, Clone)]
+pub struct LogState {
+    /// Motor side, behind the gear, and joint positions, `[axis][row]`.
+    pub servo: Vec<Vec<f64>>,
+    pub gear: Vec<Arc<Vec<f64>>>,
+    pub joint: Vec<Arc<Vec<f64>>>,
+    /// Points of the chain alone, base frame `[reflector][row]`, m.
+    pub chain_m: Vec<Arc<Vec<Vector3<f64>>>>,
+    /// Points in the base frame `[reflector][row]`, m.
+    pub points_m: Vec<Arc<Vec<Vector3<f64>>>>,
+    pub jacobian: Arc<Jacobian>,
+}
+
+/// Prediction of a hypothesis and what it leaves.
+#[derive(Debug, Clone)]
+pub struct State {
+    pub logs: Vec<LogState>,
+    /// Measured minus predicted, the long vector (m and rad).
+    pub residual: Vec<f64>,
+    pub(in crate::diagnose) geometry: Robot,
+}
+
+impl LogData {
+    fn copy(&self) -> Self {
+        Self {
+            log: self.log.clone(),
+            drive: self.drive.clone(),
+            commands: self.commands.clone(),
+            driven: self.driven.clone(),
+            motors: self.motors.clone(),
+            frame: self.frame,
+            block: self.block,
+            left_out: self.left_out.clone(),
+            jacobian: self.jacobian.clone(),
+        }
+    }
+}
+
+impl Problem {
+    /// A copy, which may leave out other samples.
+    pub fn copy(&self) -> Self {
+        Self {
+            robot: self.robot.clone(),
+            initial_gap_side: self.initial_gap_side.clone(),
+            logs: self.logs.iter().map(LogData::copy).collect(),
+            groups: self.groups.clone(),
+            n: self.n,
+            frames_free: self.frames_free,
+            points_free: self.points_free,
+            notes: self.notes.clone(),
+        }
+    }
+
+    /// Index of every observation group of one log.
+    pub fn groups_of(&self, log: usize) -> impl Iterator<Item = &Group> {
+        self.groups.iter().filter(move |g| g.log == log)
+    }
+
+    fn chains(&self, geometry: &Robot, log: &LogData) -> Vec<Chain> {
+        (0..log.reflectors())
+            .map(|k| match k {
+                0 => geometry.chain().clone(),
+                _ => {
+                    geometry.reflectors_m.get(k - 1).map_or_else(|| geometry.chain().clone(), |p| geometry.chain_to(p))
+                }
+            })
+            .collect()
+    }
+
+    /// Evaluates a hypothesis.
+    pub fn evaluate(&self, h: &Hypothesis) -> State {
+        let mut geometry = machine::geometry(&self.robot, &h.effects);
+        for (p, d) in geometry.reflectors_m.iter_mut().zip(&h.points_m) {
+            *p += d;
+        }
+        let logs: Vec<LogState> = (0..self.logs.len()).map(|l| self.evaluate_log(h, &geometry, l)).collect();
+        let mut residual = vec![0.0; self.n];
+        let offset_s = parts::time_offset_s(&h.effects);
+        let mut zeros = h.zeros.iter().copied();
+        for g in &self.groups {
+            let (log, state) = (&self.logs[g.log], &logs[g.log]);
+            match g.sensor {
+                Sensor::Reflector(k) => {
+                    let back = h.frames[log.frame].inverse();
+                    let points = &state.points_m[k];
+                    g.add_points(&mut residual, |r| match log.measured(k, r) {
+                        Some(m) => back.transform_point(&m.into()).coords - points[r],
+                        None => Vector3::zeros(),
+                    });
+                }
+                Sensor::Motor(a) => {
+                    let zero = zeros.next().unwrap_or(0.0);
+                    g.add_numbers(&mut residual, |r| sensed(&log.log.enc, a, r) - state.servo[a][r] - zero);
+                }
+                Sensor::Joint(a) => {
+                    let zero = zeros.next().unwrap_or(0.0);
+                    let joint = parts::number_in_time(&log.drive, offset_s, &state.joint[a]);
+                    g.add_numbers(&mut residual, |r| sensed(&log.log.meas, a, r) - joint[r] - zero);
+                }
+            }
+        }
+        State { logs, residual, geometry }
+    }
+
+    fn evaluate_log(&self, h: &Hypothesis, geometry: &Robot, l: usize) -> LogState {
+        let dof = self.robot.dof();
+        let log = &self.logs[l];
+        let on = |axis: usize| -> Vec<&Effect> {
+            h.effects.iter().filter(|p| p.target == Target::Joint(axis)).map(|p| &p.effect).collect()
+        };
+        let servo: Vec<Vec<f64>> = (0..dof)
+            .map(|a| {
+                let seen = self.groups_of(l).any(|g| g.sensor == Sensor::Motor(a));
+                if seen { log.command_drive().servo(a, &on(a), self.initial_gap_side[a]) } else { Vec::new() }
+            })
+            .collect();
+        let gear: Vec<Arc<Vec<f64>>> = (0..dof)
+            .into_par_iter()
+            .map(|a| Arc::new(log.drive.gear(a, &behind_encoder(on(a), log.is_driven(a)), self.initial_gap_side[a])))
+            .collect();
+        let mut joint = gear.clone();
+        for p in h.effects.iter().filter(|p| p.effect.stage() == Stage::Link) {
+            if let Some(axis) = p.axis() {
+                parts::add_link(&log.drive, p, Arc::make_mut(&mut joint[axis]).as_mut_slice());
+            }
+        }
+        let rows = log.drive.rows();
+        let chains = self.chains(geometry, log);
+        let chain_m: Vec<Arc<Vec<Vector3<f64>>>> = chains.iter().map(|c| Arc::new(along(c, &joint, rows))).collect();
+        let mut points_m = chain_m.clone();
+        let offset_s = parts::time_offset_s(&h.effects);
+        if offset_s != 0.0 || h.effects.iter().any(|p| p.effect.displaces()) {
+            let columns: Vec<&[f64]> = joint.iter().map(|j| j.as_slice()).collect();
+            for (points, chain) in points_m.iter_mut().zip(&chains) {
+                let scene = self.scene(h, log, chain, &columns, offset_s);
+                let points = Arc::make_mut(points);
+                parts::displace_by_pose(&scene, &h.effects, points);
+                parts::shift_in_time(&log.drive, offset_s, points);
+                parts::displace_at_tcp(&scene, &h.effects, points);
+            }
+        }
+        let jacobian = log.jacobian.get_or_init(|| Arc::new(chains.iter().map(|c| derivatives(c, &joint)).collect()));
+        LogState { servo, gear, jacobian: jacobian.clone(), joint, chain_m, points_m }
+    }
+
+    /// Where the points of a log stand, for the effects that move them.
+    fn scene<'a>(
+        &self,
+        h: &'a Hypothesis,
+        log: &'a LogData,
+        chain: &'a Chain,
+        joint: &'a [&'a [f64]],
+        offset_s: f64,
+    ) -> Scene<'a> {
+        Scene { trajectory: &log.drive, chain, joint, registration: h.frames.get(log.frame), offset_s }
+    }
+
+    /// Adds to `out` what a change of an axis' position (`joint`, and `servo` where it moves the motor too; per row of
+    /// `log`) does to the observations of that log.
+    pub fn add_joint_change(
+        &self,
+        state: &State,
+        log: usize,
+        axis: usize,
+        joint: &dyn Fn(usize) -> f64,
+        servo: Option<&dyn Fn(usize) -> f64>,
+        out: &mut [f64],
+    ) {
+        for g in self.groups_of(log) {
+            match g.sensor {
+                Sensor::Reflector(k) => {
+                    let j = &state.logs[log].jacobian[k][axis];
+                    g.add_points(out, |r| j[r] * joint(r));
+                }
+                Sensor::Joint(a) if a == axis => g.add_numbers(out, joint),
+                Sensor::Motor(a) if a == axis => {
+                    if let Some(servo) = servo {
+                        g.add_numbers(out, servo);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// What replacing the effects `from` of the hypothesis by `to` changes in the prediction, divided by `scale`.
+    pub fn difference(
+        &self,
+        h: &Hypothesis,
+        state: &State,
+        from: &[EffectInstance],
+        to: &[EffectInstance],
+        scale: f64,
+    ) -> Vec<f64> {
+        let mut out = vec![0.0; self.n];
+        let per = 1.0 / scale;
+        let axes: Vec<usize> = {
+            let mut axes: Vec<usize> = from.iter().chain(to).filter_map(EffectInstance::axis).collect();
+            axes.sort_unstable();
+            axes.dedup();
+            axes
+        };
+        for l in 0..self.logs.len() {
+            for &axis in &axes {
+                self.joint_difference(h, state, (l, axis), (from, to), per, &mut out);
+            }
+            self.tcp_difference(h, state, l, (from, to), per, &mut out);
+        }
+        out
+    }
+
+    fn joint_difference(
+        &self,
+        h: &Hypothesis,
+        state: &State,
+        (l, axis): (usize, usize),
+        (from, to): (&[EffectInstance], &[EffectInstance]),
+        per: f64,
+        out: &mut [f64],
+    ) {
+        let log = &self.logs[l];
+        let here = |list: &[EffectInstance], stages: &[Stage]| {
+            list.iter().any(|p| p.axis() == Some(axis) && stages.contains(&p.effect.stage()))
+        };
+        let both = |stages: &[Stage]| here(from, stages) || here(to, stages);
+        let rows = log.drive.rows();
+        let mut change = vec![0.0; rows];
+        let mut motor: Option<Vec<f64>> = None;
+        if both(&[Stage::Servo, Stage::Gear]) {
+            let after = replaced(h, axis, from, to);
+            let initial_gap_side = self.initial_gap_side[axis];
+            let driven = log.is_driven(axis);
+            if !driven || both(&[Stage::Gear]) {
+                let y = log.drive.gear(axis, &behind_encoder(after.clone(), driven), initial_gap_side);
+                for ((c, x), y) in change.iter_mut().zip(state.logs[l].gear[axis].iter()).zip(&y) {
+                    *c = (y - x) * per;
+                }
+            }
+            if both(&[Stage::Servo]) && self.groups_of(l).any(|g| g.sensor == Sensor::Motor(axis)) {
+                let commands = log.command_drive();
+                let y = commands.servo(axis, &after, initial_gap_side);
+                motor = Some(state.logs[l].servo[axis].iter().zip(&y).map(|(x, y)| (y - x) * per).collect());
+            }
+        }
+        if both(&[Stage::Link]) {
+            let mut link = vec![0.0; rows];
+            for p in from.iter().filter(|p| p.axis() == Some(axis) && p.effect.stage() == Stage::Link) {
+                parts::add_link(&log.drive, p, &mut link);
+            }
+            link.iter_mut().for_each(|v| *v = -*v);
+            for p in to.iter().filter(|p| p.axis() == Some(axis) && p.effect.stage() == Stage::Link) {
+                parts::add_link(&log.drive, p, &mut link);
+            }
+            for (c, v) in change.iter_mut().zip(&link) {
+                *c += v * per;
+            }
+        }
+        let servo = motor.as_ref().map(|m| move |r: usize| m[r]);
+        let servo = servo.as_ref().map(|f| f as &dyn Fn(usize) -> f64);
+        self.add_joint_change(state, l, axis, &|r| change[r], servo, out);
+    }
+
+    fn tcp_difference(
+        &self,
+        h: &Hypothesis,
+        state: &State,
+        l: usize,
+        (from, to): (&[EffectInstance], &[EffectInstance]),
+        per: f64,
+        out: &mut [f64],
+    ) {
+        let log = &self.logs[l];
+        let has = |stage: Stage| from.iter().chain(to).any(|p| p.effect.stage() == stage);
+        let s = &state.logs[l];
+        if has(Stage::Geometry) {
+            // `from` is part of the geometry now: `to` in its place
+            let mut effects: Vec<EffectInstance> = Vec::new();
+            effects.extend(to.iter().cloned());
+            effects.extend(from.iter().map(negated));
+            let other = machine::geometry(&state.geometry, &effects);
+            for (k, chain) in self.chains(&other, log).iter().enumerate() {
+                let (x, y) = (&s.chain_m[k], along(chain, &s.joint, log.drive.rows()));
+                for g in self.groups_of(l).filter(|g| g.sensor == Sensor::Reflector(k)) {
+                    g.add_points(out, |r| (y[r] - x[r]) * per);
+                }
+            }
+        }
+        if from.iter().chain(to).any(|p| p.effect.displaces()) {
+            let columns: Vec<&[f64]> = s.joint.iter().map(|j| j.as_slice()).collect();
+            for (k, chain) in self.chains(&state.geometry, log).iter().enumerate() {
+                let scene = self.scene(h, log, chain, &columns, 0.0);
+                let x = parts::displacements_m(&scene, from, &s.points_m[k]);
+                let y = parts::displacements_m(&scene, to, &s.points_m[k]);
+                for g in self.groups_of(l).filter(|g| g.sensor == Sensor::Reflector(k)) {
+                    g.add_points(out, |r| (y[r] - x[r]) * per);
+                }
+            }
+        }
+        if has(Stage::Measurement) {
+            let by = parts::time_offset_s(to) - parts::time_offset_s(from);
+            for g in self.groups_of(l) {
+                match g.sensor {
+                    Sensor::Reflector(k) => {
+                        // the state holds `from` already
+                        let x = &s.points_m[k];
+                        let mut y = x.as_ref().clone();
+                        parts::shift_in_time(&log.drive, by, &mut y);
+                        g.add_points(out, |r| (y[r] - x[r]) * per);
+                    }
+                    Sensor::Joint(a) => {
+                        let x = &s.joint[a];
+                        let y = parts::number_in_time(&log.drive, by, x);
+                        g.add_numbers(out, |r| (y[r] - x[r]) * per);
+                    }
+                    Sensor::Motor(_) => {}
+                }
+            }
+        }
+    }
+}
+
+/// Effects behind the encoder, where that drives the gear.
+fn behind_encoder(mut effects: Vec<&Effect>, driven: bool) -> Vec<&Effect> {
+    if driven {
+        effects.retain(|e| e.stage() != Stage::Servo);
+    }
+    effects
+}
+
+/// Points of a chain, row by row.
+fn along(chain: &Chain, joint: &[Arc<Vec<f64>>], rows: usize) -> Vec<Vector3<f64>> {
+    let mut points = vec![Vector3::zeros(); rows];
+    let columns: Vec<&[f64]> = joint.iter().map(|j| j.as_slice()).collect();
+    points.par_chunks_mut(CHUNK).enumerate().for_each(|(k, points)| chain.positions(&columns, k * CHUNK, points));
+    points
+}
+
+fn derivatives(chain: &Chain, joint: &[Arc<Vec<f64>>]) -> Vec<Vec<Vector3<f64>>> {
+    let (dof, rows) = (joint.len(), joint.first().map_or(0, |j| j.len()));
+    let mut columns = vec![vec![Vector3::zeros(); rows]; dof];
+    let (mut q, mut line) = (vec![0.0; dof], vec![Vector3::zeros(); dof]);
+    for r in 0..rows {
+        for (v, j) in q.iter_mut().zip(joint) {
+            *v = j[r];
+        }
+        chain.position_and_jacobian(&q, &mut line);
+        for (c, v) in columns.iter_mut().zip(&line) {
+            c[r] = *v;
+        }
+    }
+    columns
+}
+
+fn sensed(columns: &[Option<Vec<Option<f64>>>], axis: usize, row: usize) -> f64 {
+    columns.get(axis).and_then(|c| c.as_ref()).and_then(|c| c[row]).unwrap_or(0.0)
+}
+
+/// The effect that undoes a geometry or clock effect, to first order and beyond, as both are additive.
+fn negated(p: &EffectInstance) -> EffectInstance {
+    let values: Vec<f64> = p.effect.values().iter().map(|v| -v).collect();
+    EffectInstance { target: p.target, effect: p.effect.with_values(&values) }
+}
+
+/// Effects of one joint where `from[k]` gives way to `to[k]`; what `to` has more stands behind.
+fn replaced<'a>(h: &'a Hypothesis, axis: usize, from: &[EffectInstance], to: &'a [EffectInstance]) -> Vec<&'a Effect> {
+    let mut list = Vec::new();
+    let mut done = vec![false; from.len()];
+    for p in &h.effects {
+        match (0..from.len()).find(|&k| !done[k] && from[k] == *p) {
+            Some(k) => {
+                done[k] = true;
+                list.extend(to.get(k));
+            }
+            None => list.push(p),
+        }
+    }
+    list.extend(to.iter().skip(from.len()));
+    list.into_iter().filter(|p| p.target == Target::Joint(axis)).map(|p| &p.effect).collect()
+}

@@ -1,0 +1,11 @@
+//! What is asked: observations of all logs, the chain evaluated for a hypothesis, and its sensitivities by every value.
+//!
+//! Read in this order: [`layout`], the long vector of observations; [`forward`], the chain evaluated, and what a change of an effect does
+//! to the observations; `nuisance`, the same of frames and zeros; [`normal`], products and bases of long columns;
+//! [`synthetic`], a problem of commands alone, for planning an experiment.
+
+pub mod forward;
+pub mod layout;
+pub mod normal;
+mod nuisance;
+pub mod synthetic;

@@ -1,0 +1,395 @@
+//! The diagnosis document `lostmotion/diagnosis/1`.
+
+use crate::diagnose::problem::layout::Sensor;
+use crate::diagnose::result::round::round;
+use crate::diagnose::result::words::GapUnit;
+use crate::diagnose::search::geometry;
+use crate::diagnose::search::outcome::{Outcome, largest};
+use crate::diagnose::search::story;
+use crate::diagnose::verdict::{self, Member, Verdict};
+use crate::effects::{EffectInstance, catalogue, entry};
+use crate::robot::JointKind;
+use indexmap::IndexMap;
+use serde::Serialize;
+use serde_json::{Value, json};
+
+pub const SCHEMA: &str = "lostmotion/diagnosis/1";
+
+/// What `diagnose --json` prints. Micrometres are rms per coordinate.
+#[derive(Debug, Clone, Serialize)]
+pub struct Diagnosis {
+    pub schema: &'static str,
+    pub verdict: Verdict,
+    pub samples: usize,
+    /// Samples left out because they disagree with their neighbours.
+    pub outliers: usize,
+    pub noise: NoiseFound,
+    pub gap: Gap,
+    pub rounds: Vec<Round>,
+    /// Effects that a round named and a later one put aside.
+    pub put_aside: Vec<PutAside>,
+    /// What all geometry together does to the TCP, as `tcp_um` of a round.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub geometry_tcp_um: Option<f64>,
+    pub effects: Vec<Value>,
+    pub unexplained: Option<Unexplained>,
+    /// What remains beside the named effects.
+    pub remainder: Option<Unexplained>,
+    pub blind_spots: Vec<Value>,
+    pub notes: Vec<String>,
+    /// The logs contradict what the model takes as known; the first notes say how.
+    #[serde(skip)]
+    pub contradicted: bool,
+    /// What a further round would name, where there was no room for it.
+    #[serde(skip)]
+    pub further: Option<String>,
+    /// How the `_um` figures are told to a reader.
+    #[serde(skip)]
+    pub unit: GapUnit,
+}
+
+/// Noise of the first group: that of the TCP, where it was measured.
+#[derive(Debug, Clone, Serialize)]
+pub struct NoiseFound {
+    pub sigma_um: f64,
+    pub source: &'static str,
+    /// Autocorrelation from one sample to the next.
+    pub ar1: f64,
+    /// Correlation of the coloured part, and its share of the variance.
+    pub phi: f64,
+    pub share: f64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Gap {
+    pub initial_rms_um: f64,
+    pub nuisance_only_rms_um: f64,
+    pub final_rms_um: f64,
+    pub initial_max_um: f64,
+    pub final_max_um: f64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Round {
+    pub effect: String,
+    pub target: String,
+    pub set: Vec<Member>,
+    pub decide_by: Option<String>,
+    /// Rounds of one group were found, and are believed, together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub group: Option<&'static str>,
+    /// What it does to the TCP, rms per coordinate beyond a rigid movement in the log where it is largest; of effects that were
+    /// fitted together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tcp_um: Option<f64>,
+    #[serde(rename = "where")]
+    pub place: Place,
+    pub evidence: Evidence,
+    pub parameters: IndexMap<String, Parameter>,
+    pub rms_before_um: f64,
+    pub rms_after_um: f64,
+    pub rms_after_predicted_um: f64,
+    pub validation: Validation,
+    /// What to do about it.
+    pub action: String,
+    /// Candidates that were refitted in this round, best first.
+    pub candidates: Vec<Tried>,
+    /// Unit of the joint that the effect moves; "deg" where there is none.
+    #[serde(skip)]
+    pub joint_unit: &'static str,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Tried {
+    pub effect: String,
+    pub target: String,
+    pub gain_2lnl: f64,
+    pub parameters: usize,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Place {
+    pub joint: Option<String>,
+    pub description: String,
+    /// Stretches of the first log in which the effect shows, s.
+    pub t_s: Vec<[f64; 2]>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Evidence {
+    pub statistic: &'static str,
+    pub value: f64,
+    pub dof: usize,
+    pub p_value: f64,
+    pub delta_bic: f64,
+    /// The test of the group that the round belongs to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub group: Option<GroupTest>,
+}
+
+/// F of all parameters of a group together.
+#[derive(Debug, Clone, Serialize)]
+pub struct GroupTest {
+    pub name: &'static str,
+    pub value: f64,
+    pub dof: usize,
+    pub p_value: f64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Parameter {
+    pub value: f64,
+    pub ci95: [f64; 2],
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Validation {
+    pub rms_before_um: f64,
+    pub rms_after_um: f64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct PutAside {
+    pub effect: String,
+    pub target: String,
+    pub replaced_by: String,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct Unexplained {
+    pub rms_um: f64,
+    pub joint: Option<String>,
+    pub goes_with: String,
+    pub p_value: f64,
+    pub nearest: Option<Tried>,
+    /// Where the rounds ended at their limit: what the next one would have named.
+    pub next: Option<Tried>,
+    pub record: String,
+}
+
+pub(in crate::diagnose) const UM: f64 = 1e6;
+/// Quantile of the normal distribution for 95 %.
+pub(in crate::diagnose) const Z95: f64 = 1.959_963_985;
+
+pub(in crate::diagnose) fn digits(value: f64) -> f64 {
+    if value == 0.0 || !value.is_finite() {
+        return value;
+    }
+    let scale = 10f64.powi(7 - value.abs().log10().floor() as i32);
+    if scale.is_finite() { (value * scale).round() / scale } else { value }
+}
+
+/// The document of an outcome.
+pub fn of(outcome: &Outcome) -> Diagnosis {
+    let found: Vec<&EffectInstance> = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]).collect();
+    let named = named(outcome);
+    let sets: Vec<Vec<Member>> =
+        named.iter().zip(&outcome.rivals).map(|(n, r)| verdict::set((&n.0, &n.1), r, outcome.price)).collect();
+    let order = told_in_order(outcome);
+    let indices: Vec<usize> = order.iter().map(|&k| outcome.fit.free[k]).collect();
+    let chapters = match &outcome.told {
+        Some(story) => story.chapters.clone(),
+        None => story::chapters(&outcome.problem, &outcome.fit, outcome.known, &indices, &outcome.whitening),
+    };
+    let structured = if outcome.group.is_some() { geometry::remains(outcome) } else { outcome.remains.clone() };
+    // what stays of a real arm is told; it takes nothing from what was named
+    let unknown = structured.is_some() && outcome.group.is_none() && outcome.told.is_none();
+    let rounds = order
+        .iter()
+        .enumerate()
+        .map(|(step, &k)| round(outcome, k, &named[k], &sets[k], (&chapters[step], &chapters[step + 1])))
+        .collect();
+    let noise = outcome.whitening.noise.first().copied().unwrap_or(crate::diagnose::noise::Noise::white(0.0));
+    let (initial_max, final_max) = (outcome.max_given, largest(&outcome.problem, &outcome.fit.state.residual));
+    let put_aside = outcome
+        .steps
+        .iter()
+        .filter_map(|s| {
+            s.replaced_by.as_ref().map(|by| PutAside {
+                effect: s.effect.into(),
+                target: s.target.clone(),
+                replaced_by: by.clone(),
+            })
+        })
+        .collect();
+    Diagnosis {
+        schema: SCHEMA,
+        verdict: verdict::of(outcome, &sets, unknown),
+        samples: outcome.problem.groups.iter().map(|g| g.rows.len()).sum(),
+        outliers: outcome.outliers,
+        noise: NoiseFound {
+            sigma_um: digits(noise.sigma * UM),
+            source: "autoregressive fit",
+            ar1: digits(noise.lag_one()),
+            phi: digits(noise.phi),
+            share: digits(noise.share),
+        },
+        gap: Gap {
+            initial_rms_um: digits(outcome.rms_given * UM),
+            nuisance_only_rms_um: digits(outcome.rms_nuisance * UM),
+            final_rms_um: digits(
+                crate::diagnose::search::outcome::rms(&outcome.problem, &outcome.fit.state.residual) * UM,
+            ),
+            initial_max_um: digits(initial_max * UM),
+            final_max_um: digits(final_max * UM),
+        },
+        rounds,
+        put_aside,
+        geometry_tcp_um: outcome.told.as_ref().map(|story| digits(story.geometry * UM)),
+        effects: found.iter().map(|p| effect_value(p, outcome)).collect(),
+        unexplained: structured.as_ref().map(|s| unexplained(outcome, s)),
+        remainder: structured.as_ref().map(|s| unexplained(outcome, s)),
+        blind_spots: blind_spots(outcome),
+        notes: notes(outcome),
+        contradicted: !outcome.contradictions.is_empty(),
+        further: outcome.further.as_ref().map(|n| format!("{} {}", n.effect, n.target)),
+        unit: unit(outcome),
+    }
+}
+
+/// Degrees where only joints were measured and the first of them turns.
+fn unit(outcome: &Outcome) -> GapUnit {
+    let p = &outcome.problem;
+    match p.groups.first().map(|g| g.sensor) {
+        Some(Sensor::Joint(a) | Sensor::Motor(a))
+            if p.groups.iter().all(|g| g.dims == 1) && p.robot.axis(a).kind == JointKind::Revolute =>
+        {
+            GapUnit::DEGREE
+        }
+        _ => GapUnit::MICROMETRE,
+    }
+}
+
+fn notes(outcome: &Outcome) -> Vec<String> {
+    let mut notes: Vec<String> = outcome.contradictions.iter().map(|c| c.said.clone()).collect();
+    notes.extend(outcome.notes.iter().cloned());
+    if unit(outcome) == GapUnit::DEGREE {
+        notes.push("only joints were measured: in the document, figures in `_um` are microradians of a joint".into());
+    }
+    notes
+}
+
+/// Effect and target of each found effect.
+fn named(outcome: &Outcome) -> Vec<(String, String)> {
+    let found = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]);
+    found.map(|p| (p.effect.name().to_string(), p.target_text(&outcome.problem.robot))).collect()
+}
+
+/// Found effects (indices into the free ones) in the order in which they were accepted: that of the rounds.
+pub fn told_in_order(outcome: &Outcome) -> Vec<usize> {
+    let named = named(outcome);
+    let mut order: Vec<usize> = (0..named.len()).collect();
+    if let Some(story) = &outcome.told {
+        return story.order.clone();
+    }
+    if outcome.group.is_some() {
+        let accepted = |k: usize| {
+            outcome
+                .steps
+                .iter()
+                .position(|s| s.replaced_by.is_none() && s.effect == named[k].0 && s.target == named[k].1)
+                .unwrap_or(usize::MAX)
+        };
+        order.sort_by_key(|&k| (accepted(k), k));
+        return order;
+    }
+    // the one first that explains most beside all the others
+    let gain = |k: usize| {
+        let own =
+            outcome.rivals.get(k).into_iter().flatten().find(|r| r.effect == named[k].0 && r.target == named[k].1);
+        own.map_or(0.0, |r| r.gain)
+    };
+    order.sort_by(|&a, &b| gain(b).total_cmp(&gain(a)));
+    order
+}
+
+fn effect_value(placed: &EffectInstance, outcome: &Outcome) -> Value {
+    let robot = &outcome.problem.robot;
+    let mut value = serde_json::to_value(entry::write(placed, robot)).unwrap_or(Value::Null);
+    if let Value::Object(map) = &mut value
+        && !map.contains_key("target")
+    {
+        map.shift_insert(1, "target".into(), placed.target_text(robot).into());
+    }
+    value
+}
+
+fn unexplained(outcome: &Outcome, ratio: &crate::diagnose::candidates::structure::Ratio) -> Unexplained {
+    let rms = |residual: &[f64]| crate::diagnose::search::outcome::rms(&outcome.problem, residual);
+    let (left, floor) = (rms(&outcome.fit.state.residual), rms(&outcome.structure.freed));
+    let size = outcome.contradictions.first().map_or((left * left - floor * floor).max(0.0).sqrt(), |c| c.rms);
+    let best = outcome
+        .last
+        .iter()
+        .filter(|s| s.gain > 0.0)
+        .max_by(|a, b| a.gain.total_cmp(&b.gain))
+        .map(|s| (&outcome.candidates[s.candidate], s.gain));
+    let record = match ratio.aspect {
+        Some(crate::diagnose::candidates::structure::Aspect::Time) => {
+            "temperature, and the tracker on a fixed reflector"
+        }
+        Some(crate::diagnose::candidates::structure::Aspect::Geometry) => {
+            "more poses, far apart, with the orientation of the tool"
+        }
+        _ => "the joint behind its gear (secondary encoder), at two speeds, both ways",
+    };
+    let tried = |effect: &str, target: &str, gain: f64, parameters: usize| Tried {
+        effect: effect.into(),
+        target: target.into(),
+        gain_2lnl: digits(gain),
+        parameters,
+    };
+    let next = outcome.next.as_ref().map(|n| tried(n.effect, &n.target, n.gain, n.parameters));
+    Unexplained {
+        rms_um: digits(size * UM),
+        joint: ratio.axis.map(|a| outcome.problem.robot.axis(a).name.clone()),
+        goes_with: match &outcome.next {
+            _ if !outcome.contradictions.is_empty() => "what is taken as known: see the first note".into(),
+            Some(n) => format!("{} {}, which a further round would name", n.effect, n.target),
+            None => verdict::structure_said(outcome, ratio),
+        },
+        p_value: ratio.p_value,
+        nearest: best.map(|(c, gain)| tried(c.effect, &c.target, gain, c.parameters())),
+        next,
+        record: record.into(),
+    }
+}
+
+/// Detectable sizes, then the effects of motion on joints that do not move: no size of them would show.
+fn blind_spots(outcome: &Outcome) -> Vec<Value> {
+    let mut all: Vec<Value> = verdict::blind_spots(outcome).iter().map(|s| spot(s, outcome)).collect();
+    for (effect, target) in of_resting_joints(outcome) {
+        if !all.iter().any(|s| s["effect"] == effect && s["target"] == target.as_str()) {
+            all.push(json!({"effect": effect, "target": target, "detectable_from": null}));
+        }
+    }
+    all
+}
+
+/// Effects that show in motion alone.
+pub fn of_motion() -> Vec<&'static str> {
+    catalogue::ALL.iter().filter(|e| e.needs_motion).map(|e| e.name).collect()
+}
+
+/// Effects of motion on joints that move in no log.
+pub fn of_resting_joints(outcome: &Outcome) -> Vec<(&'static str, String)> {
+    let robot = &outcome.problem.robot;
+    let of_motion = of_motion();
+    let tried = |name: &str| outcome.candidates.iter().any(|c| of_motion.contains(&c.effect) && c.target == name);
+    let resting = robot.axis_joints().filter(|j| !tried(&j.name));
+    resting.flat_map(|j| of_motion.iter().map(|effect| (*effect, j.name.clone()))).collect()
+}
+
+fn spot(spot: &verdict::BlindSpot, outcome: &Outcome) -> Value {
+    let c = spot.candidate;
+    let sizes = spot.size.as_ref().map(|size| {
+        let mut map = serde_json::Map::new();
+        for p in c.at(size) {
+            for ((key, factor), v) in p.keys(&outcome.problem.robot).into_iter().zip(p.effect.values()) {
+                map.insert(key, json!(digits((v * factor).abs())));
+            }
+        }
+        Value::Object(map)
+    });
+    json!({"effect": c.effect, "target": c.target, "detectable_from": sizes})
+}

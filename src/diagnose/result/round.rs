@@ -1,0 +1,138 @@
+//! One found effect as the document tells it: evidence, sizes with intervals, where it shows, what to do.
+
+use crate::diagnose::result::document::{
+    Evidence, GroupTest, Parameter, Place, Round, Tried, UM, Validation, Z95, digits,
+};
+use crate::diagnose::search::geometry;
+use crate::diagnose::search::outcome::Outcome;
+use crate::diagnose::search::story::NestedFit;
+use crate::diagnose::verdict::Member;
+use crate::effects::{AfterReversal, EffectInstance, Vibration};
+use indexmap::IndexMap;
+
+pub(in crate::diagnose) fn round(
+    outcome: &Outcome,
+    k: usize,
+    named: &(String, String),
+    set: &[Member],
+    (before, after): (&NestedFit, &NestedFit),
+) -> Round {
+    let robot = &outcome.problem.robot;
+    let placed = &outcome.fit.hypothesis.effects[outcome.fit.free[k]];
+    let sigma = match &outcome.told {
+        Some(story) => story.sigma[k].clone(),
+        None => outcome.fit.sigma_of(k),
+    };
+    let values = placed.effect.values();
+    let mut place = place(outcome, placed);
+    let parameter =
+        |value: f64, half: f64| Parameter { value: digits(value), ci95: [digits(value - half), digits(value + half)] };
+    let mut parameters: IndexMap<String, Parameter> = placed
+        .keys(robot)
+        .into_iter()
+        .zip(values.iter().zip(&sigma))
+        .map(|((key, factor), (v, s))| (key, parameter(v * factor, Z95 * s * factor.abs())))
+        .collect();
+    // of an oscillation the size is told, as in a model; its direction stands with the place
+    if let Some(v) = placed.effect.get::<Vibration>() {
+        let share = values.iter().map(|a| a / v.amplitude_m.max(f64::MIN_POSITIVE));
+        let spread = share.zip(&sigma).take(3).map(|(share, s)| (share * s).powi(2)).sum::<f64>().sqrt();
+        parameters.retain(|key, _| !key.starts_with("amplitude_um["));
+        parameters.shift_insert(0, "amplitude_um".into(), parameter(v.amplitude_m * UM, Z95 * spread * UM));
+        let [x, y, z] = v.direction.into();
+        place.description = format!("all along: the TCP swings along ({x:.2}, {y:.2}, {z:.2})");
+    }
+    let rivals = &outcome.rivals[k];
+    let own = rivals.iter().find(|r| r.effect == named.0 && r.target == named.1);
+    let gain = own.map_or(0.0, |r| r.gain);
+    let count = own.map_or(values.len(), |r| r.parameters);
+    let card = placed.effect.info();
+    let dof = outcome.problem.n as f64;
+    let group = outcome.group.as_ref().filter(|g| k < g.count);
+    let predicted = if group.is_some() { after.rms } else { after.predicted };
+    if let Some(g) = group {
+        place.description = format!("geometry: {} parameters together, joint F {:.0}", g.parameters, g.f);
+    }
+    Round {
+        effect: named.0.clone(),
+        target: named.1.clone(),
+        decide_by: (set.len() > 1).then(|| decide_by(set, card.decide_by)),
+        group: (group.is_some() || outcome.told.is_some() && geometry::is_geometry(&named.0)).then_some("geometry"),
+        tcp_um: outcome.told.as_ref().map(|story| digits(story.contributions[k] * UM)),
+        place,
+        evidence: Evidence {
+            statistic: "F",
+            value: digits(gain / count as f64),
+            dof: count,
+            p_value: crate::numerics::fisher::tail(gain / count as f64, count as f64, dof),
+            delta_bic: digits(count as f64 * dof.ln() - gain),
+            group: group.map(|g| GroupTest {
+                name: "geometry",
+                value: digits(g.f),
+                dof: g.parameters,
+                p_value: g.p_value,
+            }),
+        },
+        set: set.to_vec(),
+        parameters,
+        rms_before_um: digits(before.rms * UM),
+        rms_after_um: digits(after.rms * UM),
+        rms_after_predicted_um: digits(predicted * UM),
+        validation: Validation {
+            rms_before_um: digits(before.held_out * UM),
+            rms_after_um: digits(after.held_out * UM),
+        },
+        action: card.action.to_string(),
+        joint_unit: placed.axis().map_or("deg", |a| robot.axis(a).kind.unit()),
+        candidates: rivals
+            .iter()
+            .map(|r| Tried {
+                effect: r.effect.into(),
+                target: r.target.clone(),
+                gain_2lnl: digits(r.gain),
+                parameters: r.parameters,
+            })
+            .collect(),
+    }
+}
+
+/// The experiment that decides within a set.
+fn decide_by(set: &[Member], card: &str) -> String {
+    if set.iter().any(|m| m.target == "all") {
+        return "record all sensors with one clock, at 2 kHz or more, in a stop from full speed: a lag rounds the corner, a clock \
+                offset shifts it"
+            .into();
+    }
+    card.to_string()
+}
+
+/// Where an effect shows: its joint, and the stretches behind its reversals.
+fn place(outcome: &Outcome, placed: &EffectInstance) -> Place {
+    const SHOWN: usize = 12;
+    let robot = &outcome.problem.robot;
+    let joint = placed.axis().map(|a| robot.axis(a).name.clone());
+    let log = &outcome.problem.logs[0];
+    let info = placed.effect.info();
+    let reverses = info.after_reversal != AfterReversal::Nothing;
+    let Some(axis) = placed.axis().filter(|_| reverses && !log.log.poses) else {
+        return Place { joint, description: format!("all along: {}", info.adds), t_s: Vec::new() };
+    };
+    let turns = log.drive.turns(axis);
+    let end = log.drive.t_s().last().copied().unwrap_or(0.0);
+    let t_s = turns
+        .iter()
+        .enumerate()
+        .take(SHOWN)
+        .map(|(i, t)| {
+            let next = turns.get(i + 1).map_or(end, |n| n.0);
+            [digits(t.0), digits(next.min(t.0 + 2.0))]
+        })
+        .collect();
+    let what = if info.after_reversal == AfterReversal::Tail { "tails behind" } else { "steps at" };
+    let description = match turns.len() {
+        0 => "as it moves one way throughout this log".into(),
+        1 => format!("{what} its reversal"),
+        n => format!("{what} its {n} reversals"),
+    };
+    Place { joint, description, t_s }
+}

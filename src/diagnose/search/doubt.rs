@@ -1,0 +1,255 @@
+//! Found effects in doubt: taken out, exchanged for a better one, merged, or found to be stand-ins for what is unknown.
+//!
+//! Method: without an effect the others stay where they are and everything is screened and refitted in its place; BIC
+//! decides. The search ([`crate::diagnose::search`]) is greedy, and this is what makes good its first guesses.
+
+use crate::diagnose::candidates::sensitivities::{APART, Sensitivities};
+use crate::diagnose::candidates::structure::Ratio;
+use crate::diagnose::noise::whitening::Whitening;
+use crate::diagnose::search::across;
+use crate::diagnose::search::arm;
+use crate::diagnose::search::direction;
+use crate::diagnose::search::fit::{self, Fit};
+use crate::diagnose::search::geometry;
+use crate::diagnose::search::outcome::{Refined, Step, flat};
+use crate::diagnose::search::{Asked, MOST_EFFECTS, Search};
+use crate::effects::{EffectInstance, TimeOffset};
+
+/// Merit (2 ln L less the price of the parameters) by which another effect must be better to take the place of a found one.
+const BETTER: f64 = 2.0;
+/// Part of what two effects explain that one must promise to be tried in their place.
+const SHARED: f64 = 0.5;
+
+impl Search<'_> {
+    /// The fit without its k-th found effect: refitted, and with the others where they are. From there rivals start:
+    /// others that have bent themselves to the missing one would not find back.
+    fn without(&self, fit: &Fit, k: usize, whitening: &Whitening) -> (Fit, Fit) {
+        let mut h = fit.hypothesis.clone();
+        h.effects.remove(fit.free[k]);
+        let free: Vec<usize> = (self.known..h.effects.len()).collect();
+        let state = self.problem.evaluate(&h);
+        let refitted = fit::refit_above(self.problem, &h, &free, whitening, fit.cost);
+        let bare = Fit { hypothesis: h, state, free, ..refitted.clone() };
+        (refitted, bare)
+    }
+
+    /// Puts every found effect that the newest one touches in doubt, and the newest itself, until none gives way.
+    pub(in crate::diagnose) fn settle(&mut self, mut fit: Fit, whitening: &Whitening, steps: &mut [Step]) -> Fit {
+        if fit.free.len() < 2 {
+            return fit;
+        }
+        let mut newest = fit.free.len() - 1;
+        for _ in 0..3 {
+            let mut changed = false;
+            let doubtful = self.touched(&fit, newest, whitening);
+            if doubtful.is_empty() {
+                break;
+            }
+            for k in doubtful.into_iter().rev() {
+                let (base, bare) = self.without(&fit, k, whitening);
+                let old = fit.hypothesis.effects[fit.free[k]].clone();
+                let name = self.name_of(&fit, k);
+                let refined = self.refine(&bare, whitening, &in_place_of(&old, fit.cost));
+                let Some(best) = refined.first() else { continue };
+                if !self.believed(&base, best) {
+                    mark(steps, &name, "nothing: the others explain it");
+                    fit = base;
+                    newest = usize::MAX;
+                    changed = true;
+                    break;
+                }
+                let own = refined
+                    .iter()
+                    .find(|r| r.effect == name.0 && r.target == name.1)
+                    .map_or(0.0, |r| r.merit(self.price));
+                if (best.effect, &best.target) != (name.0, &name.1) && best.merit(self.price) > own + BETTER {
+                    mark(steps, &name, &format!("{} {}", best.effect, best.target));
+                    fit = best.fit.clone();
+                    newest = fit.free.len() - 1;
+                    changed = true;
+                    break;
+                }
+                if best.fit.cost < fit.cost - 0.5 {
+                    fit = best.fit.clone();
+                }
+            }
+            if !changed {
+                break;
+            }
+        }
+        fit
+    }
+
+    /// Found effects whose sensitivities have something in common with those of the k-th, itself among them where there are any;
+    /// all of them where there is no such k. Those apart from it stand as they stood: what they explain has not changed.
+    fn touched(&self, fit: &Fit, k: usize, whitening: &Whitening) -> Vec<usize> {
+        let all = 0..fit.free.len();
+        if !all.contains(&k) {
+            return if fit.free.len() < 2 { Vec::new() } else { all.collect() };
+        }
+        let s = Sensitivities::new(self.problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
+        let found: Vec<usize> = all.filter(|&j| j == k || s.shared(j, k) > APART).collect();
+        if found.len() < 2 { Vec::new() } else { found }
+    }
+
+    /// Found effects that only stand in for structure which none describes go: those on the structure's joint, or on none,
+    /// whose gain is not far beyond that of the structure.
+    pub(in crate::diagnose) fn without_substitutes(
+        &self,
+        fit: Fit,
+        structure: &Ratio,
+        whitening: &Whitening,
+        steps: &mut [Step],
+    ) -> Fit {
+        const FAR: f64 = 30.0;
+        const ELSEWHERE: f64 = 3.0;
+        let p = self.problem;
+        let stands = |k: usize| {
+            let placed = &fit.hypothesis.effects[fit.free[k]];
+            let related = placed.axis().is_none() || placed.axis() == structure.axis;
+            let needed = if related { FAR } else { ELSEWHERE };
+            let gain = self.without(&fit, k, whitening).0.cost - fit.cost;
+            gain > needed * (structure.gain - structure.dof as f64)
+        };
+        let kept: Vec<bool> = (0..fit.free.len()).map(stands).collect();
+        if kept.iter().all(|k| *k) {
+            return fit;
+        }
+        let mut h = fit.hypothesis.clone();
+        for (k, stays) in kept.iter().enumerate().rev() {
+            if !stays {
+                let old = h.effects.remove(fit.free[k]);
+                let name = (old.effect.name(), old.target_text(&p.robot));
+                mark(steps, &name, "unknown: it stood in for structure that no effect describes");
+            }
+        }
+        let free: Vec<usize> = (self.known..h.effects.len()).collect();
+        fit::refit(p, &h, &free, whitening)
+    }
+
+    /// One effect in the place of two, where the BIC likes it better: two wrong ones may share what one right one explains.
+    pub(in crate::diagnose) fn merge(
+        &mut self,
+        fit: &Fit,
+        whitening: &Whitening,
+        steps: &mut Vec<Step>,
+    ) -> Option<Fit> {
+        let p = self.problem;
+        let values =
+            |f: &Fit| f.free.iter().map(|&i| f.hypothesis.effects[i].effect.values().len()).sum::<usize>() as f64;
+        let price = self.price;
+        let worth = |f: &Fit| f.cost + price * values(f);
+        let now = worth(fit);
+        let mut best: Option<(f64, (usize, usize), Refined)> = None;
+        for a in 0..fit.free.len() {
+            for b in a + 1..fit.free.len() {
+                let mut h = fit.hypothesis.clone();
+                h.effects.remove(fit.free[b]);
+                h.effects.remove(fit.free[a]);
+                let free: Vec<usize> = (self.known..h.effects.len()).collect();
+                let needed = fit::refit_above(p, &h, &free, whitening, fit.cost).cost - fit.cost;
+                let state = p.evaluate(&h);
+                let bare = Fit { hypothesis: h, state, free, ..fit.clone() };
+                let asked = Asked { also: None, aim: Some(now - price * values(&bare)), promise: SHARED * needed };
+                for r in self.refine(&bare, whitening, &asked).into_iter().take(3) {
+                    let then = worth(&r.fit);
+                    if then < now - BETTER && best.as_ref().is_none_or(|o| then < o.0) {
+                        best = Some((then, (a, b), r));
+                    }
+                }
+            }
+        }
+        let (_, (a, b), r) = best?;
+        for k in [a, b] {
+            mark(steps, &self.name_of(fit, k), &format!("{} {}", r.effect, r.target));
+        }
+        steps.push(Step::new(r.effect, r.target.clone()));
+        Some(r.fit)
+    }
+
+    /// What could stand in the place of the k-th found effect, itself included.
+    fn rivals(&mut self, fit: &Fit, k: usize, whitening: &Whitening) -> Vec<Refined> {
+        let (_, base) = self.without(fit, k, whitening);
+        let old = fit.hypothesis.effects[fit.free[k]].clone();
+        let mut rivals = self.refine(&base, whitening, &in_place_of(&old, fit.cost));
+        if old.effect.is::<TimeOffset>()
+            && let Some(own) = rivals.iter().find(|r| r.effect == old.effect.name())
+            && let Some(lag) = across::common_lag(self.problem, &base, whitening, &own.placed[0], own.gain)
+        {
+            rivals.push(lag);
+            rivals.sort_by(|a, b| b.merit(self.price).total_cmp(&a.merit(self.price)));
+        }
+        rivals
+    }
+
+    /// Rivals of every found effect. One that the whole set makes the better one takes the place, and they are sought again.
+    pub(in crate::diagnose) fn exchange(
+        &mut self,
+        fit: &mut Fit,
+        whitening: &Whitening,
+        steps: &mut [Step],
+    ) -> Vec<Vec<Refined>> {
+        let mut exchanged = 0;
+        loop {
+            let all: Vec<Vec<Refined>> = (0..fit.free.len()).map(|k| self.rivals(fit, k, whitening)).collect();
+            let swap = (0..all.len()).find_map(|k| {
+                let name = self.name_of(fit, k);
+                let own = match all[k].iter().find(|r| r.effect == name.0 && r.target == name.1) {
+                    Some(own) => own.merit(self.price),
+                    // it was no rival of the plain gap
+                    None if flat(&fit.hypothesis.effects[fit.free[k]].effect).is_some() => f64::NEG_INFINITY,
+                    None => return None,
+                };
+                let best = all[k].iter().find(|r| !r.placed.is_empty() && r.merit(self.price) > own + BETTER)?;
+                Some((name, best.clone()))
+            });
+            match swap {
+                Some((name, best)) if exchanged < MOST_EFFECTS => {
+                    exchanged += 1;
+                    mark(steps, &name, &format!("{} {}", best.effect, best.target));
+                    *fit = best.fit;
+                }
+                _ => return all,
+            }
+        }
+    }
+
+    /// Rivals behind the geometry of a real arm: parameters of the group have none, gravity has gravity, a gap those of its
+    /// direction terms.
+    pub(in crate::diagnose) fn rivals_behind(
+        &mut self,
+        group: &geometry::Group,
+        fit: &Fit,
+        terms: &[direction::Term],
+        whitening: &Whitening,
+    ) -> Vec<Vec<Refined>> {
+        self.only = Some(arm::is_gravity);
+        (0..fit.free.len())
+            .map(|k| match &fit.hypothesis.effects[fit.free[k]].effect {
+                _ if k < group.count => vec![geometry::own_rival(self.problem, fit, k)],
+                found if found.is_play() => direction::gap_rivals(self.problem, fit, terms),
+                _ => self.rivals(fit, k, whitening),
+            })
+            .collect()
+    }
+
+    /// Name and target of the k-th found effect.
+    fn name_of(&self, fit: &Fit, k: usize) -> (&'static str, String) {
+        let placed = &fit.hypothesis.effects[fit.free[k]];
+        (placed.effect.name(), placed.target_text(&self.problem.robot))
+    }
+}
+
+/// A found effect in doubt: what takes its place must leave as little.
+fn in_place_of(old: &EffectInstance, cost: f64) -> Asked<'_> {
+    Asked { also: Some(std::slice::from_ref(old)), aim: Some(cost), promise: 0.0 }
+}
+
+/// Notes on the step that named an effect what has taken its place.
+fn mark(steps: &mut [Step], name: &(&'static str, String), by: &str) {
+    if let Some(s) =
+        steps.iter_mut().rev().find(|s| s.effect == name.0 && s.target == name.1 && s.replaced_by.is_none())
+    {
+        s.replaced_by = Some(by.into());
+    }
+}

@@ -1,0 +1,415 @@
+//! The rounds: screen, refine, accept, swap, drop, until nothing is missing.
+//!
+//! Method: a round screens every candidate by linear algebra, refits the best of them with their shapes free and
+//! everything else again, and takes the one with the best BIC if its gain cannot be chance among all that was tried.
+//! Then every found effect is put in doubt: taken out, replaced by whatever explains its part best, kept only if it is
+//! still needed. The search is greedy with swaps; it ends at [`MOST_EFFECTS`] effects.
+
+pub mod across;
+pub mod arm;
+pub mod contradiction;
+pub mod direction;
+pub mod doubt;
+pub mod fit;
+pub mod geometry;
+pub mod outcome;
+pub mod precise;
+pub mod remaining;
+pub mod story;
+pub mod together;
+
+use crate::diagnose::candidates::cache::ScreeningCache;
+use crate::diagnose::candidates::screen::{Score, ScreeningContext};
+use crate::diagnose::candidates::sensitivities::{Sensitivities, tangent};
+use crate::diagnose::candidates::spectrum;
+use crate::diagnose::candidates::structure::{self, BasisGroup, Ratio, Tested};
+use crate::diagnose::candidates::{self, Candidate};
+use crate::diagnose::noise::whitening::Whitening;
+use crate::diagnose::prepare;
+use crate::diagnose::problem::forward::{Hypothesis, Problem};
+use crate::diagnose::search::fit::Fit;
+use crate::diagnose::search::outcome::{Alternative, Next, Outcome, Refined, Step, flat, largest, rms};
+use crate::effects::{Backlash, EffectInstance, backlash, catalogue};
+use crate::numerics::fisher;
+use rayon::prelude::*;
+
+/// The plain gap, which some effects include.
+const PLAIN: &str = backlash::INFO.name;
+/// Effects that are found at most.
+pub const MOST_EFFECTS: usize = 4;
+/// Rounds at most: where none describes what is there, effects could take turns without end.
+const MOST_ROUNDS: usize = 6;
+/// Probability, all that is tried counted, below which a gain is no chance.
+const CHANCE: f64 = 1e-4;
+/// Candidates that are refitted with their shapes free in a round.
+const REFINED: usize = 12;
+/// Refined are those whose screening gain is at least this part of the best: the shapes of the screening are coarse.
+const NEAR: f64 = 0.5;
+/// The same where parts of the data may refuse the best: what stands behind it must have been refined, too.
+const NEAR_BEHIND_REFUSED: f64 = 0.15;
+/// The same where an effect is put in doubt, which was refined before.
+const NEAR_IN_DOUBT: f64 = 0.85;
+/// Gain in 2 ln L that a wider form of an effect must promise beyond the plain one to be refitted.
+const WIDER: f64 = 2.0;
+/// Gain in 2 ln L, with the noise fitted anew on both sides, below which an effect is not believed.
+const LEAST_GAIN: f64 = 15.0;
+
+pub(in crate::diagnose) struct Search<'a> {
+    pub(in crate::diagnose) problem: &'a Problem,
+    pub(in crate::diagnose) candidates: &'a [Candidate],
+    pub(in crate::diagnose) known: usize,
+    pub(in crate::diagnose) price: f64,
+    tried: f64,
+    pub(in crate::diagnose) kept: ScreeningCache,
+    /// Effects that may be tried; all where `None`.
+    pub(in crate::diagnose) only: Option<fn(&str) -> bool>,
+}
+
+/// What a refinement is for.
+#[derive(Debug, Clone, Copy, Default)]
+pub(in crate::diagnose) struct Asked<'a> {
+    /// What stood there before: it is refined, too.
+    pub(in crate::diagnose) also: Option<&'a [EffectInstance]>,
+    /// The cost that is to be reached; else what the screening promises of the best.
+    pub(in crate::diagnose) aim: Option<f64>,
+    /// Nothing is refined where the screening promises less gain than this of the best.
+    pub(in crate::diagnose) promise: f64,
+}
+
+/// Runs the rounds from a hypothesis of known effects.
+pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
+    let known = start.effects.len();
+    let mut h = start;
+    let (rms_given, max_given);
+    let mut outliers;
+    {
+        let state = problem.evaluate(&h);
+        rms_given = rms(&problem, &state.residual);
+        max_given = largest(&problem, &state.residual);
+        outliers = prepare::drop_spikes(&mut problem, &state);
+    }
+    let white = |problem: &Problem, h: &Hypothesis| Whitening::white(problem, &problem.evaluate(h).residual);
+    let mut fit = fit::refit(&problem, &h, &[], &white(&problem, &h));
+    let poses = geometry::applies(&problem);
+    outliers += if poses {
+        let noise = |p: &Problem, f: &Fit| Whitening::of_residual(p, &f.state.residual, 0).0;
+        geometry::drop_gross(&mut problem, &fit.hypothesis, &noise)
+    } else {
+        prepare::poses_without_outliers(&mut problem, &fit.state)
+    };
+    h = fit.hypothesis.clone();
+    fit = fit::refit(&problem, &h, &[], &white(&problem, &h));
+    let candidates = candidates::all(&problem);
+    let mut bundles = structure::basis(&problem, &h, &fit.state, &candidates);
+    let (first, mut free) = first_noise(&problem, &fit, &white(&problem, &h), &bundles);
+    let mut whitening = first;
+    let single = prepare::drop_single(&mut problem, &free.freed);
+    if single > 0 {
+        outliers += single;
+        fit = fit::refit(&problem, &h, &[], &white(&problem, &h));
+        bundles = structure::basis(&problem, &h, &fit.state, &candidates);
+        // hardly anything has changed: one turn from the noise that is known
+        (whitening, free) = noise_of_freed(&problem, &fit, &Whitening::new(&problem, whitening.noise), &bundles);
+    }
+    fit = fit::refit(&problem, &fit.hypothesis, &[], &whitening);
+    let rms_nuisance = rms(&problem, &fit.state.residual);
+    let state_nuisance = fit.state.clone();
+    let price = (problem.n as f64).ln().min(8.0);
+    let mut search = Search {
+        problem: &problem,
+        candidates: &candidates,
+        known,
+        price,
+        tried: candidates.len() as f64,
+        kept: ScreeningCache::default(),
+        only: None,
+    };
+    let mut steps: Vec<Step> = Vec::new();
+    let mut notes = problem.notes.clone();
+    let mut group = None;
+    let mut gaps = direction::Terms::default();
+    if poses && let Some((found, next)) = search.geometry(&fit, &whitening) {
+        steps.extend(search.steps_of(&next, &found));
+        group = Some(found);
+        fit = search.arm(next, &mut whitening, &mut steps, &mut gaps, &mut notes);
+    }
+    let mut next = None;
+    if group.is_none() {
+        next = search.rounds(&mut fit, &mut whitening, &mut steps, &bundles);
+    }
+    let mut structure = tested(&problem, &fit, &bundles);
+    let left = |structure: &Tested, fit: &Fit| remaining::remaining(&problem, structure, &free, fit, rms_nuisance);
+    let mut remains = if group.is_some() { None } else { left(&structure, &fit) };
+    if remains.is_none()
+        && group.is_none()
+        && let Some(simpler) = search.merge(&fit, &whitening, &mut steps)
+    {
+        fit = simpler;
+        next = search.rounds(&mut fit, &mut whitening, &mut steps, &bundles);
+        structure = tested(&problem, &fit, &bundles);
+        remains = left(&structure, &fit);
+    }
+    // of joint sensors a misfit stays, and effects stand out of it by their shape
+    if let Some(r) = remains.as_ref().filter(|_| !precise::sensors_alone(&problem)) {
+        fit = search.without_substitutes(fit, r, &whitening, &mut steps);
+    }
+    // the noise of what is left: that of the freed residual is a little too quiet for a test
+    whitening = precise::noise_left(&problem, &fit, &whitening, &bundles);
+    let rivals = match &group {
+        Some(group) => search.rivals_behind(group, &fit, &gaps.terms, &whitening),
+        None => search.exchange(&mut fit, &whitening, &mut steps),
+    };
+    // the rounds ended before there was silence: what the next one would name is structure, too
+    // if it repeats one on its joint (a shape taken to pieces); else it is one effect more than there was room for
+    let repeats = |n: &Next| {
+        fit.free.iter().map(|&i| &fit.hypothesis.effects[i]).any(|p| p.effect.name() == n.effect && p.axis() == n.axis)
+    };
+    let next = next.filter(|_| remains.is_none());
+    if let Some(n) = next.as_ref().filter(|n| !repeats(n)) {
+        notes.push(format!(
+            "there is room for {MOST_EFFECTS} effects; a further round would name {} {}: write the model (--model-out) and diagnose again with it",
+            n.effect, n.target
+        ));
+    }
+    let further = next.clone().filter(|n| !repeats(n));
+    let next = next.filter(repeats);
+    if let Some(n) = &next {
+        remains = Some(Ratio { axis: n.axis, aspect: None, gain: n.gain, dof: n.parameters, p_value: n.p_value });
+    }
+    let contradictions = contradiction::find(&problem, &fit, known);
+    if group.is_none()
+        && let Some(first) = contradictions.first()
+    {
+        remains = Some(first.ratio.clone());
+    }
+    notes.extend(contradiction::registration(&problem, &fit, known));
+    // one effect found several times on one joint is a shape taken to pieces
+    if group.is_none() && remains.is_none() {
+        remains = search.repeated(&fit, &rivals);
+    }
+    let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
+    let ground = ScreeningContext::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
+    let last = search.kept.score(&ground, &candidates);
+    let rivals = rivals.iter().map(|all| all.iter().map(Alternative::from).collect()).collect();
+    Outcome {
+        told: None,
+        candidates,
+        steps,
+        fit,
+        known,
+        whitening,
+        group,
+        notes,
+        rivals,
+        structure,
+        remains,
+        next,
+        last,
+        outliers,
+        contradictions,
+        further,
+        rms_given,
+        max_given,
+        rms_nuisance,
+        state_nuisance,
+        price,
+        problem,
+    }
+}
+
+/// The test without the catalogue, under the noise of what is left.
+fn tested(problem: &Problem, fit: &Fit, bundles: &[BasisGroup]) -> Tested {
+    let whitening = Whitening::of_residual(problem, &fit.state.residual, fit.parameters()).0;
+    let whitening = precise::noise_left(problem, fit, &whitening, bundles);
+    let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
+    structure::test(&ScreeningContext::new(problem, &fit.hypothesis, &fit.state, &whitening, tangent), bundles)
+}
+
+/// Noise of the residual freed of the whole catalogue-free basis, in two turns.
+pub(in crate::diagnose) fn first_noise(
+    problem: &Problem,
+    fit: &Fit,
+    white: &Whitening,
+    bundles: &[BasisGroup],
+) -> (Whitening, Tested) {
+    let (whitening, _) = noise_of_freed(problem, fit, white, bundles);
+    noise_of_freed(problem, fit, &whitening, bundles)
+}
+
+/// One turn of it.
+fn noise_of_freed(problem: &Problem, fit: &Fit, whitening: &Whitening, bundles: &[BasisGroup]) -> (Whitening, Tested) {
+    let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
+    let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
+    let tested = structure::test(&ground, bundles);
+    (Whitening::of_residual(problem, &tested.freed, tested.whole.dof).0, tested)
+}
+
+impl Search<'_> {
+    /// Screens and refines; the refined candidates, best first.
+    pub(in crate::diagnose) fn refine(&mut self, base: &Fit, whitening: &Whitening, asked: &Asked) -> Vec<Refined> {
+        let p = self.problem;
+        let sensitivities = Sensitivities::new(p, &base.hypothesis, &base.state, &base.free, whitening);
+        let ground = ScreeningContext::new(p, &base.hypothesis, &base.state, whitening, sensitivities.to_columns());
+        let spectral = if self.only.is_some() { Vec::new() } else { ground.spectral() };
+        self.tried = self.candidates.len() as f64 + spectrum::tried(&ground);
+        let mut scored: Vec<(Score, &Candidate)> =
+            self.kept.score(&ground, self.candidates).into_iter().zip(self.candidates).collect();
+        let more: Vec<Score> = ground.score_all(&spectral);
+        scored.extend(more.into_iter().zip(&spectral));
+        let only = self.only;
+        scored.retain(|(s, c)| s.gain > 0.0 && only.is_none_or(|f| f(c.effect)));
+        let merit = |s: &Score, c: &Candidate| s.gain - self.price * c.parameters() as f64;
+        scored.sort_by(|(a, ca), (b, cb)| merit(b, cb).total_cmp(&merit(a, ca)));
+        // of every effect on every target the best shape; of gaps over position the best number of knots
+        let near = match asked.also {
+            Some(_) => NEAR_IN_DOUBT,
+            None if p.logs.len() > 1 || precise::sensors_alone(p) => NEAR_BEHIND_REFUSED,
+            None => NEAR,
+        };
+        let mut picked: Vec<&(Score, &Candidate)> = Vec::new();
+        let best = scored.first().map_or(0.0, |s| s.0.gain);
+        if best < asked.promise {
+            return Vec::new();
+        }
+        let aim = asked.aim.unwrap_or(base.cost - best);
+        for s in &scored {
+            let again =
+                picked.iter().any(|q| q.1.effect == s.1.effect && q.1.target == s.1.target && q.1.form == s.1.form);
+            if !again && picked.len() < REFINED && s.0.gain > near * best {
+                picked.push(s);
+            }
+        }
+        // a gap over position or speed that promises no more than the same gap everywhere is that gap
+        let promised = |target: &str| picked.iter().find(|s| s.1.effect == PLAIN && s.1.target == target);
+        let plain: Vec<(String, f64)> =
+            picked.iter().filter_map(|s| promised(&s.1.target)).map(|s| (s.1.target.clone(), s.0.gain)).collect();
+        picked.retain(|(s, c)| {
+            !catalogue::find(c.effect).is_some_and(|e| e.includes.contains(&PLAIN))
+                || !plain.iter().any(|(target, gain)| *target == c.target && s.gain < gain + WIDER)
+        });
+        let mut trials: Vec<(&'static str, String, Vec<EffectInstance>)> = picked
+            .iter()
+            .map(|(s, c)| (c.effect, c.target.clone(), c.at(&s.coefficients)))
+            .filter(|t| !t.2.is_empty())
+            .collect();
+        if let Some(also) = asked.also
+            && let Some(first) = also.first()
+        {
+            trials.push((first.effect.name(), first.target_text(&p.robot), also.to_vec()));
+            if let Some(gap) = flat(&first.effect) {
+                let plain = EffectInstance::new(first.target, Backlash::constant(gap));
+                trials.retain(|t| t.0 != PLAIN || t.1 != first.target_text(&p.robot));
+                trials.push((PLAIN, first.target_text(&p.robot), vec![plain]));
+            }
+        }
+        let mut refined: Vec<Refined> = trials
+            .into_par_iter()
+            .map(|(effect, target, placed)| {
+                let mut h = base.hypothesis.clone();
+                let mut free = base.free.clone();
+                let bounds: Vec<EffectInstance> = placed.iter().map(|q| inside(q, p)).collect();
+                for q in bounds {
+                    free.push(h.effects.len());
+                    h.effects.push(q);
+                }
+                let fit = fit::refit_near(p, &h, &free, whitening, &sensitivities, aim);
+                let placed: Vec<EffectInstance> = fit.hypothesis.effects[base.hypothesis.effects.len()..].to_vec();
+                let parameters = placed.iter().map(|q| q.effect.values().len()).sum();
+                Refined { effect, target, gain: base.cost - fit.cost, parameters, placed, fit }
+            })
+            .collect();
+        refined.sort_by(|a, b| b.merit(self.price).total_cmp(&a.merit(self.price)));
+        refined.retain(|r| precise::determined(p, r) && across::agrees(p, r, whitening));
+        // a gap that is the same at every knot is a plain gap, however exact the log
+        let plain: Vec<String> = refined.iter().filter(|r| r.effect == PLAIN).map(|r| r.target.clone()).collect();
+        refined.retain(|r| !(r.is_flat() && plain.contains(&r.target)));
+        let mut seen: Vec<(&str, String)> = Vec::new();
+        refined.retain(|r| {
+            let key = (r.effect, r.target.clone());
+            let new = !seen.contains(&key);
+            seen.push(key);
+            new
+        });
+        refined
+    }
+
+    /// Chance that the best of all that was tried gains this much.
+    pub(in crate::diagnose) fn chance(&self, gain: f64, parameters: usize) -> f64 {
+        let n = self.problem.n as f64;
+        let d = parameters as f64;
+        (self.tried * fisher::tail(gain / d, d, n)).min(1.0)
+    }
+
+    /// Is a refined candidate more than chance, also where the noise may explain what it can?
+    pub(in crate::diagnose) fn believed(&self, base: &Fit, r: &Refined) -> bool {
+        if self.chance(r.gain, r.parameters) > CHANCE {
+            return false;
+        }
+        let with = Whitening::of_residual(self.problem, &r.fit.state.residual, 0).1;
+        let without = Whitening::of_residual(self.problem, &base.state.residual, 0).1;
+        with - without > LEAST_GAIN + r.parameters as f64
+    }
+
+    /// What an effect that was found before on its joint explains; of several the smallest.
+    fn repeated(&self, fit: &Fit, rivals: &[Vec<Refined>]) -> Option<Ratio> {
+        let placed = |k: usize| &fit.hypothesis.effects[fit.free[k]];
+        let again = |k: &usize| {
+            let p = placed(*k);
+            (0..fit.free.len())
+                .any(|j| j != *k && placed(j).effect.name() == p.effect.name() && placed(j).target == p.target)
+        };
+        let all = (0..fit.free.len()).filter(|k| placed(*k).axis().is_some()).filter(again);
+        let ratio = |k: usize| {
+            let (p, target) = (placed(k), placed(k).target_text(&self.problem.robot));
+            let own = rivals.get(k)?.iter().find(|r| r.effect == p.effect.name() && r.target == target)?;
+            let p_value = self.chance(own.gain, own.parameters);
+            Some(Ratio { axis: p.axis(), aspect: None, gain: own.gain, dof: own.parameters, p_value })
+        };
+        all.filter_map(ratio).min_by(|a, b| a.gain.total_cmp(&b.gain))
+    }
+
+    /// Rounds until nothing more is believed, or until there is no room: then the effect that would be next.
+    fn rounds(
+        &mut self,
+        fit: &mut Fit,
+        whitening: &mut Whitening,
+        steps: &mut Vec<Step>,
+        bundles: &[BasisGroup],
+    ) -> Option<Next> {
+        loop {
+            let (step, next) = self.round(fit, whitening)?;
+            if fit.free.len() >= MOST_EFFECTS || steps.len() >= MOST_ROUNDS {
+                let placed = next.hypothesis.effects.last()?;
+                let (gain, parameters) = (fit.cost - next.cost, placed.effect.values().len());
+                let p_value = self.chance(gain, parameters);
+                return Some(Next {
+                    effect: step.effect,
+                    target: step.target,
+                    axis: placed.axis(),
+                    gain,
+                    parameters,
+                    p_value,
+                });
+            }
+            steps.push(step);
+            *fit = self.settle(next, whitening, steps);
+            *whitening = precise::noise_left(self.problem, fit, whitening, bundles);
+            *fit = fit::refit(self.problem, &fit.hypothesis, &fit.free, whitening);
+        }
+    }
+
+    /// One round: the best candidate that is believed, and the fit with it.
+    pub(in crate::diagnose) fn round(&mut self, fit: &Fit, whitening: &Whitening) -> Option<(Step, Fit)> {
+        let refined = self.refine(fit, whitening, &Asked::default());
+        let best = refined.iter().find(|r| self.believed(fit, r))?.clone();
+        let step = Step::new(best.effect, best.target.clone());
+        Some((step, best.fit))
+    }
+}
+
+/// First values held inside their bounds.
+fn inside(placed: &EffectInstance, problem: &Problem) -> EffectInstance {
+    let values: Vec<f64> =
+        placed.effect.values().iter().zip(placed.bounds(&problem.robot)).map(|(v, (lo, hi))| v.clamp(lo, hi)).collect();
+    EffectInstance { target: placed.target, effect: placed.effect.with_values(&values) }
+}

@@ -1,0 +1,39 @@
+//! Joint sensors measure so precisely that a misfit stays: noise and slow ripple beside it.
+
+use crate::diagnose::candidates::structure::BasisGroup;
+use crate::diagnose::noise::whitening::Whitening;
+use crate::diagnose::problem::forward::Problem;
+use crate::diagnose::search::fit::Fit;
+use crate::diagnose::search::outcome::Refined;
+use crate::effects::TransmissionError;
+
+/// Noise of what a fit leaves. Joint sensors are so precise that structure remains: taken for slow noise it would swallow
+/// the next effect, so they are freed of the whole basis each time.
+pub(in crate::diagnose) fn noise_left(
+    problem: &Problem,
+    fit: &Fit,
+    whitening: &Whitening,
+    bundles: &[BasisGroup],
+) -> Whitening {
+    if sensors_alone(problem) {
+        return crate::diagnose::search::first_noise(problem, fit, whitening, bundles).0;
+    }
+    Whitening::of_residual(problem, &fit.state.residual, fit.parameters()).0
+}
+
+/// Joint sensors have a free zero: a slow ripple whose size is not known to half of it is no ripple.
+pub(in crate::diagnose) fn determined(problem: &Problem, r: &Refined) -> bool {
+    if !sensors_alone(problem) || !r.placed.iter().any(|p| p.effect.is::<TransmissionError>()) {
+        return true;
+    }
+    let k = r.fit.free.len().saturating_sub(1);
+    match (r.placed.first().map(|p| p.effect.values()), r.fit.sigma_of(k).first()) {
+        (Some(values), Some(sigma)) => values[0] > 2.0 * sigma,
+        _ => true,
+    }
+}
+
+/// Were joints measured, and no points?
+pub(in crate::diagnose) fn sensors_alone(problem: &Problem) -> bool {
+    problem.groups.iter().all(|g| g.dims == 1)
+}

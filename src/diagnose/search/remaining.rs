@@ -1,0 +1,44 @@
+//! Is there structure that remains beyond what was found?
+
+use crate::diagnose::candidates::structure::{Ratio, Tested};
+use crate::diagnose::noise::whitening::Whitening;
+use crate::diagnose::problem::forward::Problem;
+use crate::diagnose::search::fit::Fit;
+use crate::diagnose::search::outcome::rms;
+
+/// Chance of a structure ratio below which structure remains.
+const STRUCTURED: f64 = 1e-5;
+/// The same where the noise is that of the freed residual, which is a little too quiet.
+const BEYOND_DOUBT: f64 = 1e-15;
+/// Likelihood that freeing the residual may gain beyond its degrees of freedom, in standard deviations of that.
+const SWALLOWED_BY_NOISE: f64 = 12.0;
+/// Structure smaller than this part of what was explained is the imprecision of the explained effects.
+const IMPRECISION: f64 = 0.06;
+
+/// Structure that is more than chance and more than the imprecision of what was explained.
+///
+/// `now` is the test under the noise of what is left, `first` the one before the first round, `rms_nuisance` the rms that
+/// the frame alone leaves (m or rad).
+pub fn remaining(problem: &Problem, now: &Tested, first: &Tested, fit: &Fit, rms_nuisance: f64) -> Option<Ratio> {
+    let left = rms(problem, &fit.state.residual);
+    let n = problem.n as f64;
+    let explained = (rms_nuisance.powi(2) - left.powi(2)).max(0.0);
+    let tolerated = IMPRECISION * IMPRECISION * explained / left.powi(2).max(1e-300) * n;
+    let told = |r: &Ratio, tests: f64| r.p_value * tests < STRUCTURED && r.gain - r.dof as f64 > tolerated;
+    let likeliest = |of: &Tested| {
+        let best = of.bundles.iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)));
+        best.unwrap_or(&of.whole).clone()
+    };
+    let count = now.bundles.len() as f64;
+    if told(&now.whole, 1.0) || now.bundles.iter().any(|r| told(r, count)) {
+        return Some(likeliest(now));
+    }
+    // the noise model may have taken structure for slow noise: then the residual freed of it is much likelier
+    let likely = |residual: &[f64]| Whitening::of_residual(problem, residual, 0).1;
+    let dof = now.whole.dof as f64;
+    let gain = likely(&now.freed) - likely(&fit.state.residual);
+    if gain - dof * (1.0 + dof / n) > SWALLOWED_BY_NOISE * (2.0 * dof).sqrt() && gain - dof > tolerated {
+        return Some(Ratio { gain, ..likeliest(now) });
+    }
+    (fit.free.is_empty() && first.whole.p_value < BEYOND_DOUBT).then(|| likeliest(first))
+}

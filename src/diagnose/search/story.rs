@@ -1,0 +1,115 @@
+//! The found effects told one by one: what each leaves, and what it leaves of data that it was not fitted to.
+//!
+//! Method: the hypothesis grows from the frame alone to the last effect, refitted each time. Validation cuts every log into
+//! [`FOLDS`] x [`TURNS`] consecutive parts; each fold is predicted from parameters that were fitted to the other folds (one
+//! Gauss-Newton step from the full fit, which is all that a small change needs).
+
+use crate::diagnose::candidates::screen::ScreeningContext;
+use crate::diagnose::candidates::sensitivities::{effect_columns, tangent};
+use crate::diagnose::noise::whitening::Whitening;
+use crate::diagnose::problem::forward::{Hypothesis, Problem};
+use crate::diagnose::problem::normal::{dot, gram, scaled_inverse};
+use crate::diagnose::search::fit::{self, Fit};
+use crate::diagnose::search::outcome::rms;
+use crate::effects::EffectInstance;
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+/// Folds of the cross-validation.
+const FOLDS: usize = 5;
+/// Parts of one fold in a log, spread over it.
+const TURNS: usize = 4;
+
+/// Weight of the full fit beside the other folds: what these do not tell at all keeps its value.
+const HELD_BACK: f64 = 0.02;
+
+/// One stage of the growing hypothesis.
+#[derive(Debug, Clone)]
+pub struct NestedFit {
+    /// rms per coordinate, m (rad for joints).
+    pub rms: f64,
+    /// The same on parts that were not fitted.
+    pub held_out: f64,
+    /// What the chapter before promised of this one: the rms that its sensitivity leaves there.
+    pub predicted: f64,
+}
+
+/// Refits with the first 0, 1, ... found effects (`order`: indices into the hypothesis' effects).
+pub fn chapters(problem: &Problem, last: &Fit, known: usize, order: &[usize], whitening: &Whitening) -> Vec<NestedFit> {
+    let all = &last.hypothesis.effects;
+    let (fits, mut chapters): (Vec<Fit>, Vec<NestedFit>) = (0..=order.len())
+        .into_par_iter()
+        .map(|count| {
+            let mut effects = all[..known].to_vec();
+            effects.extend(order[..count].iter().map(|&i| all[i].clone()));
+            let h = Hypothesis { effects, ..last.hypothesis.clone() };
+            let free: Vec<usize> = (known..known + count).collect();
+            let fit = fit::refit(problem, &h, &free, whitening);
+            let left = rms(problem, &fit.state.residual);
+            let held_out = held_out(problem, &fit, whitening);
+            (fit, NestedFit { rms: left, held_out, predicted: left })
+        })
+        .unzip();
+    let promised: Vec<f64> =
+        order.par_iter().zip(&fits).map(|(&i, before)| promised(problem, before, &all[i], whitening)).collect();
+    for (chapter, predicted) in chapters.iter_mut().skip(1).zip(promised) {
+        chapter.predicted = predicted;
+    }
+    chapters
+}
+
+/// The rms that an effect would leave behind a chapter, by its sensitivity alone.
+fn promised(problem: &Problem, fit: &Fit, placed: &EffectInstance, whitening: &Whitening) -> f64 {
+    let mut h = fit.hypothesis.clone();
+    h.effects.push(placed.clone());
+    let state = problem.evaluate(&h);
+    let columns = effect_columns(problem, &h, &state, h.effects.len() - 1);
+    let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
+    let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
+    let left = 1.0 - ground.score_columns(0, columns, false).gain / fit.cost.max(1e-300);
+    rms(problem, &fit.state.residual) * left.max(0.0).sqrt()
+}
+
+/// Fold of every observation.
+fn folds(problem: &Problem) -> Vec<usize> {
+    let mut fold = vec![0; problem.n];
+    for g in &problem.groups {
+        let n = g.len();
+        for c in 0..g.dims {
+            for b in 0..n {
+                fold[g.offset + c * n + b] = (b * FOLDS * TURNS / n.max(1)) % FOLDS;
+            }
+        }
+    }
+    fold
+}
+
+/// rms of each fold as predicted from the others.
+fn held_out(problem: &Problem, fit: &Fit, whitening: &Whitening) -> f64 {
+    let mut raw: Vec<Vec<f64>> =
+        fit.free.iter().flat_map(|&i| effect_columns(problem, &fit.hypothesis, &fit.state, i)).collect();
+    raw.extend(problem.nuisance_columns(&fit.hypothesis, &fit.state));
+    let fold = folds(problem);
+    let white = whitening.of(problem, &fit.state.residual);
+    let columns: Vec<Vec<f64>> = raw.iter().map(|c| whitening.of(problem, c)).collect();
+    let whole = gram(&columns);
+    let mut predicted = fit.state.residual.clone();
+    for f in 0..FOLDS {
+        let masked =
+            |v: &[f64]| -> Vec<f64> { v.iter().zip(&fold).map(|(v, g)| if *g == f { 0.0 } else { *v }).collect() };
+        let (part, target): (Vec<Vec<f64>>, Vec<f64>) = (columns.iter().map(|c| masked(c)).collect(), masked(&white));
+        let right = DVector::from_iterator(part.len(), part.iter().map(|c| dot(c, &target)));
+        if part.is_empty() {
+            continue;
+        }
+        let change = scaled_inverse(&(gram(&part) + &whole * HELD_BACK), 1e-9) * right;
+        for (c, s) in raw.iter().zip(change.iter()) {
+            for ((p, v), g) in predicted.iter_mut().zip(c).zip(&fold) {
+                if *g == f {
+                    *p -= s * v;
+                }
+            }
+        }
+    }
+    rms(problem, &predicted)
+}

@@ -1,0 +1,93 @@
+//! The joint fit as an outcome that the document tells.
+
+use super::triage;
+use crate::diagnose::candidates;
+use crate::diagnose::candidates::screen::ScreeningContext;
+use crate::diagnose::candidates::sensitivities::tangent;
+use crate::diagnose::candidates::structure::{self, Ratio, Tested};
+use crate::diagnose::noise::whitening::Whitening;
+use crate::diagnose::prepare;
+use crate::diagnose::problem::forward::{Hypothesis, Problem};
+use crate::diagnose::search::fit::{self, Fit};
+use crate::diagnose::search::outcome::{Alternative, Outcome, Step, largest, rms};
+
+/// Fits everything together and tells it, where that finds many effects.
+pub fn of_many(problem: Problem, start: Hypothesis) -> Option<Outcome> {
+    let (together, clear) = of(problem, start);
+    (clear >= triage::MANY).then_some(together)
+}
+
+/// Fits everything together and tells it; with the number of its effects that stand clear of the noise.
+fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize) {
+    let known = start.effects.len();
+    let state = problem.evaluate(&start);
+    let (rms_given, max_given) = (rms(&problem, &state.residual), largest(&problem, &state.residual));
+    let first = prepare::drop_spikes(&mut problem, &state);
+    let white = |problem: &Problem, h: &Hypothesis| Whitening::white(problem, &problem.evaluate(h).residual);
+    let framed = fit::refit(&problem, &start, &[], &white(&problem, &start));
+    let super::Found { machine, support, story, outliers } = super::run(&mut problem, &framed.hypothesis);
+    let clear = triage::clear(&machine, &support);
+    let super::MachineFit { fit, whitening, .. } = machine;
+    let nuisance = fit::refit(&problem, &framed.hypothesis, &[], &white(&problem, &framed.hypothesis));
+    let rms_nuisance = rms(&problem, &nuisance.state.residual);
+    let candidates = candidates::all(&problem);
+    let bundles = structure::basis(&problem, &fit.hypothesis, &fit.state, &candidates);
+    let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
+    let ground = ScreeningContext::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
+    let structure = structure::test(&ground, &bundles);
+    let remains = structured(&problem, &structure, &fit, rms_nuisance);
+    let last = ground.score_all(&candidates);
+    let named = |k: usize| {
+        let p = &fit.hypothesis.effects[fit.free[k]];
+        (p.effect.name(), p.target_text(&problem.robot), p.effect.values().len())
+    };
+    let count = fit.free.len();
+    let steps = story.order.iter().map(|&k| Step::new(named(k).0, named(k).1)).collect();
+    let rivals = (0..count)
+        .map(|k| {
+            let (effect, target, parameters) = named(k);
+            vec![Alternative { effect, target, gain: support[k], parameters }]
+        })
+        .collect();
+    let outcome = Outcome {
+        candidates,
+        steps,
+        known,
+        group: None,
+        notes: problem.notes.clone(),
+        rivals,
+        told: Some(story),
+        structure,
+        remains,
+        next: None,
+        last,
+        outliers: first + outliers,
+        contradictions: Vec::new(),
+        further: None,
+        rms_given,
+        max_given,
+        rms_nuisance,
+        state_nuisance: nuisance.state,
+        price: (problem.n as f64).ln().min(8.0),
+        fit,
+        whitening,
+        problem,
+    };
+    (outcome, clear)
+}
+
+/// Part of what was explained, in squares, that must remain to be worth telling.
+const WORTH: f64 = 0.01;
+/// Chance below which structure remains.
+const STRUCTURED: f64 = 1e-5;
+
+/// Structure that remains: beyond chance, and more than a hundredth of what was explained.
+fn structured(problem: &Problem, test: &Tested, fit: &Fit, rms_nuisance: f64) -> Option<Ratio> {
+    let (left, floor) = (rms(problem, &fit.state.residual), rms(problem, &test.freed));
+    let explained = rms_nuisance * rms_nuisance - left * left;
+    if test.whole.p_value > STRUCTURED || left * left - floor * floor < WORTH * explained {
+        return None;
+    }
+    let most = test.bundles.iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)));
+    Some(most.unwrap_or(&test.whole).clone())
+}

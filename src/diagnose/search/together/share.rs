@@ -1,0 +1,195 @@
+//! What each effect does to the TCP, its interval, and the story from the largest to the smallest.
+
+use super::blocks::{self, Blocks};
+use super::{MachineFit, prior};
+use crate::diagnose::candidates::sensitivities::Sensitivities;
+use crate::diagnose::noise::whitening::Whitening;
+use crate::diagnose::problem::forward::Problem;
+use crate::diagnose::problem::normal::{dot, gram, scaled_inverse};
+use crate::diagnose::search::fit::Fit;
+use crate::diagnose::search::geometry::is_geometry;
+use crate::diagnose::search::outcome::rms;
+use crate::diagnose::search::story::NestedFit;
+use crate::effects::EffectInstance;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// An effect is worth a name where it moves the TCP by this part of what is left with everything found, rms.
+pub const WORTH: f64 = 0.15;
+/// Parts of every log whose scatter gives the intervals.
+const PARTS: usize = 24;
+
+/// The story: order, chapters, sizes at the TCP, uncertainties.
+pub struct Story {
+    /// Free effects (places in the list) in the order of the story.
+    pub order: Vec<usize>,
+    /// One more than effects: the first is the frame alone.
+    pub chapters: Vec<NestedFit>,
+    /// What each free effect does to the TCP, rms per coordinate beyond a rigid movement in the log where it is largest, m.
+    pub contributions: Vec<f64>,
+    /// The same of all geometry together.
+    pub geometry: f64,
+    /// Standard uncertainties of each free effect's values.
+    pub sigma: Vec<Vec<f64>>,
+}
+
+/// rms per coordinate of what each free effect moves, beyond a movement of the frame; the largest log.
+pub fn contributions(problem: &Problem, fit: &Fit) -> Vec<f64> {
+    fit.free.par_iter().map(|&i| contribution(problem, fit, std::slice::from_ref(&fit.hypothesis.effects[i]))).collect()
+}
+
+/// The same of some of the effects together.
+fn contribution(problem: &Problem, fit: &Fit, effects: &[EffectInstance]) -> f64 {
+    let moved = problem.difference(&fit.hypothesis, &fit.state, effects, &[], 1.0);
+    (0..problem.logs.len()).map(|l| beyond_frame(problem, fit, l, &moved)).fold(0.0, f64::max)
+}
+
+/// rms over one log of a column beyond what a rigid movement of that log explains.
+fn beyond_frame(problem: &Problem, fit: &Fit, log: usize, column: &[f64]) -> f64 {
+    let groups: Vec<_> = problem.groups_of(log).collect();
+    let n: usize = groups.iter().map(|g| g.range().len()).sum();
+    let part = |v: &[f64]| -> Vec<f64> { groups.iter().flat_map(|g| v[g.range()].iter().copied()).collect() };
+    let y = part(column);
+    if groups.iter().any(|g| g.dims != 3) {
+        return (dot(&y, &y) / n.max(1) as f64).sqrt();
+    }
+    let frame: Vec<Vec<f64>> =
+        problem.frame_columns(&fit.state, problem.logs[log].frame).iter().map(|c| part(c)).collect();
+    let right = DVector::from_iterator(frame.len(), frame.iter().map(|c| dot(c, &y)));
+    let x = scaled_inverse(&gram(&frame), 1e-12) * &right;
+    ((dot(&y, &y) - x.dot(&right)).max(0.0) / n.max(1) as f64).sqrt()
+}
+
+/// The story of a fit.
+pub fn story(problem: &Problem, machine: &MachineFit) -> Story {
+    let MachineFit { fit, sensitivities, whitening, .. } = machine;
+    let contributions = contributions(problem, fit);
+    let order = order(fit, &contributions);
+    let chapters = chapters(problem, machine, &order);
+    let sigma = uncertainties(problem, fit, sensitivities, whitening);
+    let geometry: Vec<EffectInstance> = fit
+        .free
+        .iter()
+        .map(|&i| &fit.hypothesis.effects[i])
+        .filter(|e| is_geometry(e.effect.name()))
+        .cloned()
+        .collect();
+    let geometry = if geometry.is_empty() { 0.0 } else { contribution(problem, fit, &geometry) };
+    Story { order, chapters, contributions, geometry, sigma }
+}
+
+/// The largest first; geometry stands together, where its largest member does.
+fn order(fit: &Fit, contributions: &[f64]) -> Vec<usize> {
+    let geometric = |k: usize| is_geometry(fit.hypothesis.effects[fit.free[k]].effect.name());
+    let top = (0..fit.free.len()).filter(|&k| geometric(k)).map(|k| contributions[k]).fold(0.0, f64::max);
+    let key = |k: usize| if geometric(k) { top } else { contributions[k] };
+    let mut order: Vec<usize> = (0..fit.free.len()).collect();
+    order.sort_by(|&a, &b| {
+        key(b)
+            .total_cmp(&key(a))
+            .then(geometric(b).cmp(&geometric(a)))
+            .then(contributions[b].total_cmp(&contributions[a]))
+            .then(a.cmp(&b))
+    });
+    order
+}
+
+/// Refitted with the first 0, 1, ... effects of the order, by the sensitivities at the end.
+fn chapters(problem: &Problem, machine: &MachineFit, order: &[usize]) -> Vec<NestedFit> {
+    let MachineFit { fit, sensitivities, whitening, prior, .. } = machine;
+    let columns: Vec<&[f64]> = sensitivities.columns().map(|c| c.as_slice()).collect();
+    let mut starts = vec![0];
+    for &i in &fit.free {
+        starts.push(starts[starts.len() - 1] + fit.hypothesis.effects[i].effect.values().len());
+    }
+    let effects_end = starts[fit.free.len()];
+    let linear = |k: usize| -> Vec<usize> {
+        let kinds = prior::kinds(problem, &fit.hypothesis.effects[fit.free[k]]);
+        (0..kinds.len()).filter(|&v| kinds[v] == prior::Kind::Size).map(|v| starts[k] + v).collect()
+    };
+    // the residual with every effect put back at its size: what the effects are fitted to
+    let mut y = whitening.of(problem, &fit.state.residual);
+    for (k, &i) in fit.free.iter().enumerate() {
+        let values = fit.hypothesis.effects[i].effect.values();
+        for v in linear(k) {
+            let value = values[v - starts[k]];
+            for (y, c) in y.iter_mut().zip(columns[v]) {
+                *y += value * c;
+            }
+        }
+    }
+    let blocks = Blocks::new(problem, &columns, &y);
+    let mut precision = prior.precision.clone();
+    precision.resize(columns.len(), 0.0);
+    let pull = vec![0.0; columns.len()];
+    let folds = blocks::folds(problem);
+    let left = |x: &DVector<f64>, pick: &[usize]| {
+        let mut left = y.clone();
+        for (&c, v) in pick.iter().zip(x.iter()) {
+            for (l, c) in left.iter_mut().zip(columns[c]) {
+                *l -= v * c;
+            }
+        }
+        whitening.undo(problem, &mut left);
+        left
+    };
+    (0..=order.len())
+        .into_par_iter()
+        .map(|count| {
+            let pick: Vec<usize> =
+                order[..count].iter().flat_map(|&k| linear(k)).chain(effects_end..columns.len()).collect();
+            let whole = left(&blocks.solve(&pick, None, &precision, &pull), &pick);
+            let mut held_out = vec![0.0; problem.n];
+            for (f, ranges) in folds.iter().enumerate() {
+                let part = left(&blocks.solve(&pick, Some(f), &precision, &pull), &pick);
+                for r in ranges {
+                    held_out[r.clone()].copy_from_slice(&part[r.clone()]);
+                }
+            }
+            let all = rms(problem, &whole);
+            NestedFit { rms: all, held_out: rms(problem, &held_out), predicted: all }
+        })
+        .collect()
+}
+
+/// Uncertainties of the values: the larger of what the noise says and of the scatter between parts of the logs (sandwich), as
+/// correlated noise swallows what the model does not describe.
+fn uncertainties(problem: &Problem, fit: &Fit, sensitivities: &Sensitivities, whitening: &Whitening) -> Vec<Vec<f64>> {
+    let white = whitening.of(problem, &fit.state.residual);
+    let columns: Vec<&[f64]> = sensitivities.columns().map(|c| c.as_slice()).collect();
+    let scores: Vec<DVector<f64>> = problem
+        .groups
+        .iter()
+        .flat_map(|g| {
+            let n = g.len();
+            (0..PARTS).map(move |k| (g, k * n / PARTS, (k + 1) * n / PARTS))
+        })
+        .collect::<Vec<_>>()
+        .into_par_iter()
+        .map(|(g, from, to)| {
+            let n = g.len();
+            DVector::from_iterator(
+                columns.len(),
+                columns.iter().map(|c| {
+                    (0..g.dims)
+                        .map(|d| {
+                            let r = g.offset + d * n + from..g.offset + d * n + to;
+                            dot(&c[r.clone()], &white[r])
+                        })
+                        .sum::<f64>()
+                }),
+            )
+        })
+        .collect();
+    let scatter = scores.iter().fold(DMatrix::zeros(columns.len(), columns.len()), |a, s| a + s * s.transpose());
+    let sandwich = &fit.covariance * scatter * &fit.covariance;
+    let mut at = 0;
+    fit.free
+        .iter()
+        .map(|&i| {
+            let n = fit.hypothesis.effects[i].effect.values().len();
+            at += n;
+            (at - n..at).map(|k| fit.covariance[(k, k)].max(sandwich[(k, k)]).max(0.0).sqrt()).collect()
+        })
+        .collect()
+}

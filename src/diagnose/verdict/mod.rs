@@ -1,0 +1,128 @@
+//! From the outcome of the search to a verdict: sets of rivals with probabilities, remaining structure, blind spots.
+
+use crate::diagnose::candidates::Candidate;
+use crate::diagnose::candidates::screen::SWALLOWED;
+use crate::diagnose::candidates::structure::{self, Ratio};
+use crate::diagnose::search::outcome::{Alternative, Outcome, WITHIN};
+use crate::effects::catalogue;
+
+/// Probability that the smallest set holds.
+pub const HELD: f64 = 0.95;
+/// Minimal detectable bias: non-centrality at a chance of 0.001 and a power of 0.8.
+pub const MDB: f64 = 4.13;
+
+/// What the log says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    None,
+    Named,
+    NamedSet,
+    Unknown,
+    NotObservable,
+    BadData,
+}
+
+/// One member of a set.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Member {
+    pub effect: String,
+    pub target: String,
+    pub probability: f64,
+}
+
+/// The smallest set that holds the truth: the named effect first, then what fits as well.
+pub fn set(named: (&str, &str), rivals: &[Alternative], price: f64) -> Vec<Member> {
+    let best = rivals.iter().map(|r| r.merit(price)).fold(f64::NEG_INFINITY, f64::max);
+    let weight = |r: &Alternative| (0.5 * (r.merit(price) - best)).exp();
+    let total: f64 = rivals.iter().map(weight).sum();
+    let is_named = |r: &Alternative| r.effect == named.0 && r.target == named.1;
+    let gain = rivals.iter().find(|r| is_named(r)).map_or(0.0, |r| r.gain);
+    let parameters = rivals.iter().find(|r| is_named(r)).map_or(1, |r| r.parameters);
+    let mut members = Vec::new();
+    let mut held = 0.0;
+    for r in rivals {
+        let share = if total > 0.0 { weight(r) / total } else { 0.0 };
+        let needed = held < HELD && share > 1.0 - HELD;
+        // a wider form of the named effect always fits as well: it is a rival where what it adds is more than chance
+        let price_here = if widens(r.effect, named.0) && r.target == named.1 {
+            4.0 * r.parameters.saturating_sub(parameters) as f64 + WITHIN
+        } else {
+            0.0
+        };
+        if is_named(r) || needed || r.gain - price_here >= gain - WITHIN {
+            members.push(Member { effect: r.effect.into(), target: r.target.clone(), probability: share });
+        }
+        held += share;
+    }
+    if let Some(k) = members.iter().position(|m| m.effect == named.0 && m.target == named.1) {
+        let first = members.remove(k);
+        members.insert(0, first);
+    }
+    members
+}
+
+/// Is `wide` a form of `narrow` with more freedom?
+fn widens(wide: &str, narrow: &str) -> bool {
+    catalogue::find(wide).is_some_and(|e| e.imitates.contains(&narrow))
+}
+
+/// Structure in words.
+pub fn structure_said(outcome: &Outcome, r: &Ratio) -> String {
+    structure::said(r, &outcome.problem)
+}
+
+/// The verdict.
+pub fn of(outcome: &Outcome, sets: &[Vec<Member>], structured: bool) -> Verdict {
+    let moves = outcome.problem.logs.iter().any(|l| !l.log.moving_axes().is_empty());
+    if !moves && !outcome.problem.logs.iter().any(|l| l.log.poses) {
+        Verdict::NotObservable
+    } else if structured {
+        Verdict::Unknown
+    } else if outcome.fit.free.is_empty() {
+        if moves { Verdict::None } else { Verdict::NotObservable }
+    } else if sets.iter().any(|s| s.len() > 1) {
+        Verdict::NamedSet
+    } else {
+        Verdict::Named
+    }
+}
+
+/// What this log could not have shown, one entry per effect and target: the smallest size that it would have detected.
+#[derive(Clone)]
+pub struct BlindSpot<'a> {
+    pub candidate: &'a Candidate,
+    /// Coefficients at the detectable size; `None` where frame or found effects swallow the effect whole.
+    pub size: Option<Vec<f64>>,
+}
+
+/// Blind spots in the order of the candidates; of several shapes the one that is seen best.
+pub fn blind_spots(outcome: &Outcome) -> Vec<BlindSpot<'_>> {
+    let mut spots: Vec<(BlindSpot, f64)> = Vec::new();
+    for s in &outcome.last {
+        let c = &outcome.candidates[s.candidate];
+        if c.signatures() != 1 && !c.is_vector {
+            continue;
+        }
+        let found = outcome.fit.free.iter().any(|&i| {
+            let p = &outcome.fit.hypothesis.effects[i];
+            p.effect.name() == c.effect && p.target_text(&outcome.problem.robot) == c.target
+        });
+        if found {
+            continue;
+        }
+        let visible = s.own >= SWALLOWED && s.sigma.iter().all(|v| v.is_finite() && *v > 0.0);
+        let (size, measure) = if visible {
+            (Some(s.sigma.iter().map(|v| MDB * v).collect()), s.sigma.iter().sum::<f64>())
+        } else {
+            (None, f64::INFINITY)
+        };
+        let spot = BlindSpot { candidate: c, size };
+        match spots.iter_mut().find(|(o, _)| o.candidate.effect == c.effect && o.candidate.target == c.target) {
+            Some(known) if measure < known.1 => *known = (spot, measure),
+            Some(_) => {}
+            None => spots.push((spot, measure)),
+        }
+    }
+    spots.into_iter().map(|s| s.0).collect()
+}
