@@ -26,6 +26,8 @@ const FLICKER_DIGITS: f64 = 1.5;
 const LEAST_DECIMALS: u8 = 2;
 /// Values of a sensor closer than this (rad or m) differ by rounding alone.
 const SAME_COUNT: f64 = 1e-12;
+/// A stretch under a mark that is this many times shorter than the longest one is the edge of a dwell.
+const EDGE: usize = 3;
 /// Last digit of a tracker's file, m.
 const LAST_DIGIT_M: f64 = 1e-7;
 
@@ -52,6 +54,10 @@ pub struct Approach {
     pub dir: i8,
     /// Distance moved in that direction since the joint last turned, rad or m.
     pub stroke: f64,
+    /// Time of the log at which the commands stopped, s.
+    pub stopped_s: f64,
+    /// Time of the log at which the joint last turned, s; `None`: this was its first movement.
+    pub turned_s: Option<f64>,
 }
 
 /// A settled place.
@@ -95,7 +101,7 @@ pub fn dwells(log: &Log, robot: &Robot, options: &DwellOptions) -> Result<Vec<Dw
     let counts: Vec<f64> = log.meas.iter().map(|c| c.as_deref().map_or(0.0, count)).collect();
     let mut walk = Walk::new(log, &still);
     let mut found = Vec::new();
-    for rows in stretches(log, &still) {
+    for rows in without_edges(log, stretches(log, &still), marked) {
         // the step into the first row of a stretch is the end of the approach
         walk.to(rows.start);
         let Some(averaged) = averaged_rows(log, &rows, marked, options) else {
@@ -165,6 +171,29 @@ fn stretches(log: &Log, still: &[f64]) -> Vec<Range<usize>> {
     out
 }
 
+/// Leaves out the rows at the edges of a marked dwell in which the commands already move, or move still: stretches much
+/// shorter than the longest one under the same mark are no dwells of their own.
+fn without_edges(log: &Log, stretches: Vec<Range<usize>>, marked: bool) -> Vec<Range<usize>> {
+    if !marked || log.poses {
+        return stretches;
+    }
+    let mark = |row: usize| (log.trigger.as_ref().map(|t| t[row]), log.cycle.as_ref().map(|c| c[row]));
+    let on = |row: usize| mark(row).0.map_or_else(|| mark(row).1.is_some_and(|c| c != 0), |t| t != 0);
+    let mut longest: Vec<usize> = stretches.iter().map(Range::len).collect();
+    let mut from = 0;
+    for i in 1..=stretches.len() {
+        let same =
+            i < stretches.len() && on(stretches[i].start) && mark(stretches[i].start) == mark(stretches[from].start);
+        if !same {
+            let most = longest[from..i].iter().copied().max().unwrap_or(0);
+            longest[from..i].fill(most);
+            from = i;
+        }
+    }
+    let kept = stretches.into_iter().zip(longest);
+    kept.filter(|(rows, most)| !on(rows.start) || EDGE * rows.len() > *most).map(|(rows, _)| rows).collect()
+}
+
 /// The rows of a stretch that are averaged, or `None` where it is no dwell.
 fn averaged_rows(log: &Log, rows: &Range<usize>, marked: bool, options: &DwellOptions) -> Option<Range<usize>> {
     if log.poses {
@@ -222,6 +251,8 @@ struct Walk<'a> {
     dir: Vec<i8>,
     extreme: Vec<f64>,
     began: Vec<f64>,
+    /// Row from which the joint moves in its present direction, where it turned there.
+    turned: Vec<Option<usize>>,
     /// Row of the last movement beyond flicker, and the command there.
     moved: Vec<usize>,
     anchor: Vec<f64>,
@@ -238,6 +269,7 @@ impl<'a> Walk<'a> {
             dir: vec![0; n],
             extreme: start.clone(),
             began: start.clone(),
+            turned: vec![None; n],
             moved: vec![0; n],
             anchor: start,
         }
@@ -253,6 +285,7 @@ impl<'a> Walk<'a> {
                 } else if step.abs() > self.still[axis] {
                     // a turn, or the first movement
                     self.began[axis] = self.extreme[axis];
+                    self.turned[axis] = (self.dir[axis] != 0).then_some(self.row - 1);
                     self.dir[axis] = if step > 0.0 { 1 } else { -1 };
                     self.extreme[axis] = column[self.row];
                 }
@@ -269,7 +302,13 @@ impl<'a> Walk<'a> {
         let latest = self.moved.iter().copied().max().filter(|&r| r > 0)?;
         let mut last = (0..self.moved.len()).filter(|&a| self.moved[a] == latest);
         let (axis, None) = (last.next()?, last.next()) else { return None };
-        Some(Approach { axis, dir: self.dir[axis], stroke: (self.extreme[axis] - self.began[axis]).abs() })
+        Some(Approach {
+            axis,
+            dir: self.dir[axis],
+            stroke: (self.extreme[axis] - self.began[axis]).abs(),
+            stopped_s: self.log.t_s[latest],
+            turned_s: self.turned[axis].map(|row| self.log.t_s[row]),
+        })
     }
 }
 

@@ -5,6 +5,7 @@
 //! Where the log holds `meas_<joint>`, deviation is `meas - cmd` and no frame is needed. Everything that does not
 //! depend on the side of approach cancels in the difference.
 
+use super::creep::series::{DwellSeries, PairSeries};
 use super::frame::Frame;
 use super::readings::{Pair, Readings};
 use super::summary::{HalfGap, Table};
@@ -138,6 +139,36 @@ pub(super) fn deviation(
     Some(Deviation { value, lever, samples, sum_squares_m2: sum, variance })
 }
 
+/// Commands, half gaps and their readings over time, at one place.
+#[derive(Default)]
+struct Place {
+    at: Vec<f64>,
+    values: Vec<HalfGap>,
+    series: Vec<Option<(DwellSeries, DwellSeries)>>,
+}
+
+/// Deviation of the joint row by row within a dwell: by its sensor, else by the TCP along the joint's column of the Jacobian.
+fn over_time(
+    chains: &[Chain],
+    inverse: Option<&Isometry3<f64>>,
+    log: &Log,
+    dwell: &Dwell,
+    axis: usize,
+) -> Option<DwellSeries> {
+    if let Some(column) = log.meas.get(axis).and_then(|c| c.as_deref()) {
+        return DwellSeries::new(log, dwell, |row| Some(column[row]? - dwell.command[axis]));
+    }
+    let inverse = inverse?;
+    let mut columns = vec![Vector3::zeros(); dwell.command.len()];
+    let chain = chains.first()?;
+    let place = chain.position_and_jacobian(&dwell.command, &mut columns);
+    let along = columns[axis] / columns[axis].norm_squared().max(LEAST_LEVER * LEAST_LEVER);
+    DwellSeries::new(log, dwell, |row| {
+        let p = (*log.tcp_m.get(row)?)?;
+        Some(((inverse * Point3::from(p)).coords - place).dot(&along))
+    })
+}
+
 /// Half gaps of every pair, as one table per joint; pairs that cannot be read are noted.
 pub fn half_gaps(robot: &Robot, logs: &[Log], readings: &mut Readings, frame: Option<&Frame>) -> Vec<Table> {
     let chains = chains(robot, logs);
@@ -145,7 +176,7 @@ pub fn half_gaps(robot: &Robot, logs: &[Log], readings: &mut Readings, frame: Op
     let mut tables = Vec::new();
     for axis in 0..robot.dof() {
         let joint = robot.axis(axis);
-        let mut places: BTreeMap<usize, (Vec<f64>, Vec<HalfGap>)> = BTreeMap::new();
+        let mut places: BTreeMap<usize, Place> = BTreeMap::new();
         let (mut lost, mut blind, mut measured_pairs) = (0usize, 0usize, 0usize);
         let (mut levers, mut strokes) = (Vec::new(), f64::INFINITY);
         for p in readings.pairs.iter().filter(|p| p.axis == axis) {
@@ -166,9 +197,11 @@ pub fn half_gaps(robot: &Robot, logs: &[Log], readings: &mut Readings, frame: Op
             };
             let Some(value) = read else { continue };
             strokes = [up, down].iter().filter_map(|d| d.approach).map(|a| a.stroke).fold(strokes, f64::min);
-            let (at, values) = places.entry(p.place).or_default();
-            at.extend([up.command[axis], down.command[axis]]);
-            values.push(value);
+            let place = places.entry(p.place).or_default();
+            place.at.extend([up.command[axis], down.command[axis]]);
+            place.values.push(value);
+            let series = |d: &Dwell| over_time(&chains, inverse.as_ref(), &logs[p.log], d, axis);
+            place.series.push(series(up).zip(series(down)));
         }
         if lost > 0 {
             readings.notes.push(format!("{}: pairs left out, without the tracker: {lost}", joint.name));
@@ -191,12 +224,19 @@ pub fn half_gaps(robot: &Robot, logs: &[Log], readings: &mut Readings, frame: Op
         } else {
             ROUNDING_M / median(&levers).max(LEAST_LEVER)
         };
+        let series: Option<Vec<PairSeries>> = places
+            .values_mut()
+            .enumerate()
+            .flat_map(|(i, p)| {
+                let series = std::mem::take(&mut p.series);
+                series.into_iter().zip(&p.values).map(move |(s, v)| Some((i, v.value, s?)))
+            })
+            .map(|found| found.map(|(place, value, (up, down))| PairSeries::new(place, value, up, down)))
+            .collect();
         tables.push(Table {
             axis,
-            places: places
-                .into_values()
-                .map(|(at, values)| (at.iter().sum::<f64>() / at.len() as f64, values))
-                .collect(),
+            series: series.unwrap_or_default(),
+            places: places.into_values().map(|p| (p.at.iter().sum::<f64>() / p.at.len() as f64, p.values)).collect(),
             rounding,
             least_stroke: strokes,
             unpaired: readings.unpaired[axis],

@@ -5,6 +5,7 @@
 //! - [`frame`]: the tracker's frame from both approaches averaged.
 //! - [`deviation`]: each joint's deviation from its command by the inverse of that one joint. Half the difference between the
 //!   two approaches is the half gap: everything that does not depend on the side (geometry, gravity, frame) cancels.
+//! - [`creep`]: what the servo still works off within a dwell, so that the gap is that at rest.
 //! - [`summary`]: gross errors, pure error between cycles, intervals, and the test whether the gap varies with position.
 //! - [`polynomial`], [`knots`]: two families of curves for a gap that varies.
 //! - [`schedule`]: their average, weighted by how well each explains the data for its size.
@@ -13,6 +14,7 @@
 //! A joint that was reached from one side only, that barely moves the TCP, or whose dwells the tracker missed gets no gap and a
 //! note that says why.
 
+pub mod creep;
 pub mod deviation;
 pub mod display;
 pub mod document;
