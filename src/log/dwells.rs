@@ -77,6 +77,8 @@ pub struct Dwell {
     pub points: Vec<Option<PointMean>>,
     /// Position measured behind the gear, per axis where logged.
     pub meas: Vec<Option<JointMean>>,
+    /// Reading of a distance or along a direction, m.
+    pub scalar: Option<JointMean>,
 }
 
 /// Mean of a joint position over a dwell.
@@ -144,6 +146,10 @@ pub fn dwells(log: &Log, robot: &Robot, options: &DwellOptions) -> Result<Vec<Dw
                     trimmed_mean(&mut seen, count)
                 })
                 .collect(),
+            scalar: log.instruments.scalar().and_then(|column| {
+                let mut seen: Vec<f64> = column[averaged.clone()].iter().flatten().copied().collect();
+                trimmed_mean(&mut seen, LAST_DIGIT_M)
+            }),
             rows: averaged,
         });
     }

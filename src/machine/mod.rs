@@ -12,11 +12,13 @@
 //!   `wide`: over more samples than there are.
 //! - [`grid`]: points of a program and rows together; [`turns`]: turning points between the rows of a log.
 //! - [`speed`]: speed of the commanded TCP; [`gravity`]: torque of the weights about each axis.
+//! - [`measurement`]: what an instrument reads: TCP, distance, direction, joint.
 //! - [`parts`]: single stages, for whoever runs the chain piece by piece.
 //! - [`predict`]: the whole chain, to the reflectors in the tracker's frame.
 
 pub mod gravity;
 pub mod grid;
+pub mod measurement;
 pub mod parts;
 pub mod predict;
 pub mod speed;

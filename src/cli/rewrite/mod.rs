@@ -2,6 +2,7 @@
 
 mod folder;
 mod job;
+mod proof;
 
 use crate::cli::{page, paths};
 use crate::compensator::file::is_past;
@@ -18,6 +19,7 @@ use crate::robot::JointKind;
 use crate::robot::frames::Missing;
 use indicatif::{ProgressBar, ProgressStyle};
 use job::Source;
+use proof::Proof;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -298,11 +300,19 @@ pub fn run(args: Args) -> Result<()> {
         }
     };
     summarise(&mut summary, &[Line::of(&ready.outcome)])?;
-    page::write(&mut report, || page::rewrite::of_outcome(&source.robot, &source.compensator, &ready.outcome))?;
     let outcome = ready.commit()?;
+    let proof = proof::of(&args, &source, &outcome);
+    page::write(&mut report, || {
+        let verdict = proof.as_ref().and_then(Proof::verdict);
+        page::rewrite::of_outcome(&source.robot, &source.compensator, &outcome, verdict)
+    })?;
     output::commit([summary, report])?;
     if args.json {
-        print(&document(&outcome, &source.robot))?;
+        let mut document = document(&outcome, &source.robot);
+        if let Some(proof) = &proof {
+            document["path_error"] = proof.document();
+        }
+        print(&document)?;
     } else {
         eprint!(
             "{}",
@@ -318,6 +328,9 @@ pub fn run(args: Args) -> Result<()> {
                 }
             )
         );
+        if let Some(proof) = &proof {
+            eprint!("{}", proof.words(args.model.is_some()));
+        }
     }
     if outcome.vendor.is_none() && (args.solve_cartesian.is_some() || args.exclude_process) {
         eprintln!(

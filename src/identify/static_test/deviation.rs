@@ -11,6 +11,7 @@ use super::readings::{Pair, Readings};
 use super::summary::{HalfGap, Table};
 use crate::log::Log;
 use crate::log::dwells::{Dwell, count};
+use crate::machine::measurement::Instrument;
 use crate::numerics::robust::median;
 use crate::robot::{Chain, JointKind, Robot};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -147,21 +148,46 @@ struct Place {
     series: Vec<Option<(DwellSeries, DwellSeries)>>,
 }
 
-/// Deviation of the joint row by row within a dwell: by its sensor, else by the TCP along the joint's column of the Jacobian.
-fn over_time(
-    chains: &[Chain],
-    inverse: Option<&Isometry3<f64>>,
-    log: &Log,
-    dwell: &Dwell,
-    axis: usize,
-) -> Option<DwellSeries> {
+/// What the readings of a log are seen through.
+struct View<'a> {
+    chains: &'a [Chain],
+    inverse: Option<&'a Isometry3<f64>>,
+    /// Of a log with single readings.
+    instrument: Option<&'a Instrument>,
+}
+
+/// Half gap of a pair by a single reading (distance, dial), and the sensitivity of the reading to the joint; `None` where the
+/// joint hardly changes it.
+fn along(chains: &[Chain], instrument: &Instrument, readings: &Readings, pair: &Pair) -> Option<(HalfGap, f64)> {
+    let (up, down) = both(readings, pair);
+    let (going_up, going_down) = (up.scalar?, down.scalar?);
+    let mut columns = vec![Vector3::zeros(); up.command.len()];
+    let place = chains.first()?.position_and_jacobian(&up.command, &mut columns);
+    let lever = instrument.sensitivity(&place, &columns[pair.axis])[0];
+    if lever.abs() < LEAST_LEVER {
+        return None;
+    }
+    let half = HalfGap {
+        value: 0.5 * (going_down.mean - going_up.mean) / lever,
+        variance_in_dwell: 0.25 * (going_up.variance + going_down.variance) / (lever * lever),
+    };
+    Some((half, lever))
+}
+
+/// Deviation of the joint row by row within a dwell: by its sensor, by a single reading, else by the TCP along the joint's column of the Jacobian.
+fn over_time(view: &View, log: &Log, dwell: &Dwell, axis: usize) -> Option<DwellSeries> {
     if let Some(column) = log.meas.get(axis).and_then(|c| c.as_deref()) {
         return DwellSeries::new(log, dwell, |row| Some(column[row]? - dwell.command[axis]));
     }
-    let inverse = inverse?;
     let mut columns = vec![Vector3::zeros(); dwell.command.len()];
-    let chain = chains.first()?;
+    let chain = view.chains.first()?;
     let place = chain.position_and_jacobian(&dwell.command, &mut columns);
+    if let Some(instrument) = view.instrument {
+        let lever = instrument.sensitivity(&place, &columns[axis])[0];
+        let column = log.instruments.scalar()?;
+        return DwellSeries::new(log, dwell, |row| Some(column[row]? / lever));
+    }
+    let inverse = view.inverse?;
     let along = columns[axis] / columns[axis].norm_squared().max(LEAST_LEVER * LEAST_LEVER);
     DwellSeries::new(log, dwell, |row| {
         let p = (*log.tcp_m.get(row)?)?;
@@ -170,7 +196,13 @@ fn over_time(
 }
 
 /// Half gaps of every pair, as one table per joint; pairs that cannot be read are noted.
-pub fn half_gaps(robot: &Robot, logs: &[Log], readings: &mut Readings, frame: Option<&Frame>) -> Vec<Table> {
+pub fn half_gaps(
+    robot: &Robot,
+    logs: &[Log],
+    readings: &mut Readings,
+    frame: Option<&Frame>,
+    instruments: &[Option<Instrument>],
+) -> Vec<Table> {
     let chains = chains(robot, logs);
     let inverse = frame.map(|f| f.found.frame.inverse());
     let mut tables = Vec::new();
@@ -184,6 +216,14 @@ pub fn half_gaps(robot: &Robot, logs: &[Log], readings: &mut Readings, frame: Op
             let read = if let Some(half) = measured(readings, p) {
                 measured_pairs += 1;
                 Some(half)
+            } else if let Some(instrument) = &instruments[p.log] {
+                let half = along(&chains, instrument, readings, p);
+                lost += usize::from(half.is_none() && (up.scalar.is_none() || down.scalar.is_none()));
+                blind += usize::from(half.is_none() && up.scalar.is_some() && down.scalar.is_some());
+                half.map(|(half, lever)| {
+                    levers.push(lever.abs());
+                    half
+                })
             } else if seen_by_both(&chains, up, down).contains(&true) {
                 let half = inverse.as_ref().and_then(|inverse| half_gap(&chains, inverse, readings, p));
                 blind += usize::from(half.is_none());
@@ -200,7 +240,8 @@ pub fn half_gaps(robot: &Robot, logs: &[Log], readings: &mut Readings, frame: Op
             let place = places.entry(p.place).or_default();
             place.at.extend([up.command[axis], down.command[axis]]);
             place.values.push(value);
-            let series = |d: &Dwell| over_time(&chains, inverse.as_ref(), &logs[p.log], d, axis);
+            let view = View { chains: &chains, inverse: inverse.as_ref(), instrument: instruments[p.log].as_ref() };
+            let series = |d: &Dwell| over_time(&view, &logs[p.log], d, axis);
             place.series.push(series(up).zip(series(down)));
         }
         if lost > 0 {

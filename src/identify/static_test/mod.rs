@@ -28,8 +28,10 @@ pub mod summary;
 use crate::effects::GapCurve;
 use crate::error::{Error, Place, Result};
 use crate::gaps::{GapPoint, Gaps, JointGap, LogRef};
+use crate::identify::scalar::{self, Setup};
 use crate::log::Log;
 use crate::log::dwells::DwellOptions;
+use crate::machine::measurement::Instrument;
 use crate::robot::Robot;
 use frame::Frame;
 use nalgebra::Isometry3;
@@ -55,6 +57,8 @@ pub struct Options {
     pub knots: Knots,
     /// Base frame -> tracker frame, where it is known; else it is found from the logs.
     pub registration: Option<Isometry3<f64>>,
+    /// What is known of an instrument with a single reading.
+    pub setup: Setup,
 }
 
 /// One joint's test, with everything that its figures rest on.
@@ -89,7 +93,14 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found>
     }
     let mut readings = readings::collect(robot, logs, &options.dwell)?;
     let frame = frame::find(robot, logs, &readings, options.registration)?;
-    let tables = deviation::half_gaps(robot, logs, &mut readings, frame.as_ref());
+    let instruments: Vec<Option<Instrument>> = logs
+        .iter()
+        .map(|log| {
+            let scalar = log.tcp_m.is_empty() && log.instruments.has_scalar();
+            scalar.then(|| scalar::instrument(robot, log, &options.setup)).transpose()
+        })
+        .collect::<Result<_>>()?;
+    let tables = deviation::half_gaps(robot, logs, &mut readings, frame.as_ref(), &instruments);
     let mut gaps = Gaps {
         estimate: None,
         robot_name: robot.name.clone(),

@@ -5,10 +5,11 @@
 //! after the places' offsets are eliminated. Amplitudes that differ from place to place by a share of their mean are a
 //! random effect, integrated out place by place. Priors: no creep, one pace and two paces as in [`PRIOR`]; a pace is log-normal
 //! ([`PACE_S`], [`PACE_SPREAD`]: nineteen of twenty between 0.2 and 9 s, as servos of robots work friction off in 0.3 to 5 s); an
-//! amplitude is of the order of the reading itself.
+//! amplitude is of the order of the reading itself, and a single one is not negative.
 
 use super::noise::{CreepNoise, Whitened, whitened};
 use super::series::PairSeries;
+use crate::stats::normal;
 use nalgebra::{DMatrix, DVector};
 
 /// Median of a pace before the measurement, s.
@@ -16,7 +17,7 @@ pub const PACE_S: f64 = 1.3;
 /// Standard deviation of its logarithm.
 pub const PACE_SPREAD: f64 = 1.0;
 /// Prior probabilities of none, one and two paces.
-const PRIOR: [f64; 3] = [0.5, 0.35, 0.15];
+const PRIOR: [f64; 3] = [0.5, 0.45, 0.05];
 /// Grid of paces: from 0.05 to 30 s.
 const PACES: usize = 49;
 const PACE_RANGE_S: [f64; 2] = [0.05, 30.0];
@@ -24,8 +25,10 @@ const PACE_RANGE_S: [f64; 2] = [0.05, 30.0];
 const COARSE: usize = 4;
 /// Prior standard deviation of an amplitude over the mean reading, at the stop and at the reversal.
 const AMPLITUDE: [f64; 2] = [1.0, 1.5];
-/// Shares by which amplitudes of places differ.
-const SHARES: [f64; 3] = [0.0, 0.1, 0.25];
+/// Shares by which amplitudes of places differ, and their prior probabilities.
+const SHARES: [[f64; 2]; 3] = [[0.0, 0.6], [0.1, 0.3], [0.25, 0.1]];
+/// Standard deviations beyond which a tail is taken as an exponential.
+const FAR: f64 = 6.0;
 /// Hypotheses below this probability are dropped.
 const NEGLIGIBLE: f64 = 1e-6;
 
@@ -189,12 +192,19 @@ fn add(
     let ridge = 1.0 / (amplitude * amplitude);
     let with_prior = &a + DMatrix::identity(k, k) * ridge;
     let Some(cholesky) = with_prior.cholesky() else { return };
-    let mean = cholesky.solve(&b);
+    let mut mean = cholesky.solve(&b);
     let log_det = 2.0 * cholesky.l().diagonal().iter().map(|d| d.ln()).sum::<f64>() - k as f64 * ridge.ln();
-    let evidence = 0.5 * b.dot(&mean) - 0.5 * log_det;
-    let covariance = cholesky.inverse();
-    for share in SHARES {
-        let mut log = log_prior + evidence - (SHARES.len() as f64).ln();
+    let mut evidence = 0.5 * b.dot(&mean) - 0.5 * log_det;
+    let mut covariance = cholesky.inverse();
+    if k == 1 {
+        // friction holds a joint back and never pushes it past its command: the amplitude is not negative
+        let (log, moments) = positive(mean[0], covariance[(0, 0)].sqrt());
+        evidence += log;
+        mean[0] = moments[0];
+        covariance[(0, 0)] = moments[1];
+    }
+    for [share, prior] in SHARES {
+        let mut log = log_prior + evidence + prior.ln();
         let mut place_factor = vec![[0.0; 2]; places];
         if share > 0.0 {
             for (p, factor) in by_place.iter().zip(&mut place_factor) {
@@ -217,6 +227,20 @@ fn add(
         };
         components.push((log, component));
     }
+}
+
+/// Logarithm of the share of a normal distribution above 0 (over one half, that of its prior), and mean and variance of that part.
+fn positive(mean: f64, sigma: f64) -> (f64, [f64; 2]) {
+    let at = -mean / sigma;
+    if at > FAR {
+        // the far tail is an exponential of this rate
+        let scale = sigma / at;
+        return (-0.5 * at * at - (at * (std::f64::consts::TAU).sqrt()).ln() + 2f64.ln(), [scale, scale * scale]);
+    }
+    let above = normal::below(-at);
+    let rate = (-0.5 * at * at).exp() / std::f64::consts::TAU.sqrt() / above;
+    let variance = sigma * sigma * (1.0 + at * rate - rate * rate);
+    ((2.0 * above).ln(), [mean + sigma * rate, variance.max(0.0)])
 }
 
 /// Normal equations of each place with its offset eliminated.
