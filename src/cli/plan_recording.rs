@@ -37,7 +37,7 @@ pub struct Args {
     /// Rows of the log per second
     #[arg(long, value_name = "HZ", default_value_t = 20.0)]
     pub rate_hz: f64,
-    /// Working speed of the TCP, mm/s [default: 20; path: 10; excitation: 60]
+    /// Working speed of the TCP, mm/s [default: 50; path: 10; excitation: 60]
     #[arg(long, value_name = "MM_S")]
     pub speed_mm_s: Option<f64>,
     /// Farthest from the pose that a revolute joint goes, deg
@@ -113,7 +113,7 @@ fn options(args: &Args, kind: Kind, robot: &Robot) -> Result<Options> {
         }
     };
     let speed = args.speed_mm_s.unwrap_or(match kind {
-        Kind::Static => 20.0,
+        Kind::Static => 50.0,
         Kind::Path => 10.0,
         Kind::Excitation => 60.0,
     });

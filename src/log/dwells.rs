@@ -372,6 +372,22 @@ mod tests {
     }
 
     #[test]
+    fn rows_at_the_edge_of_a_marked_dwell_in_which_the_command_moves_are_no_dwell() {
+        let mut text = String::from("t_s,cmd_A_deg,cmd_B_deg,x_mm,y_mm,z_mm,trigger\n0,0,0,800,0,0,0\n");
+        for i in 1..=8 {
+            // the last row under the mark is on its way down already
+            let p = if i == 8 { 1.9 } else { 2.0 };
+            text += &format!("{i},{p},0,800,0,0,1\n");
+        }
+        text += "9,1,0,800,0,0,0\n10,1.5,0,800,0,0,1\n";
+        let found = dwells(&log(&text), &robot(), &DwellOptions::default()).unwrap();
+        assert_eq!(found.len(), 2, "the edge is none, a dwell of one row of its own is");
+        assert_eq!((found[0].rows.clone(), found[0].approach.unwrap().dir), (1..8, 1));
+        let second = found[1].approach.unwrap();
+        assert_eq!((second.stopped_s, second.turned_s), (10.0, Some(9.0)));
+    }
+
+    #[test]
     fn a_trigger_against_the_commands_is_refused_with_its_line() {
         let text =
             "t_s,cmd_A_deg,cmd_B_deg,x_mm,y_mm,z_mm,trigger\n0,0,0,800,0,0,0\n1,2,0,799,0,0,-1\n2,2,0,799,0,0,-1\n";
