@@ -56,7 +56,6 @@ pub(super) fn orientations(parts: [&[f64]; 4]) -> Result<Vec<Option<UnitQuaterni
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::io::input::Input;
     use crate::log::Log;
     use crate::robot::Robot;

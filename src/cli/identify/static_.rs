@@ -28,7 +28,7 @@ use std::path::{Path, PathBuf};
   lostmotion identify static --model machine.yaml --log axis6.csv   # a registration that is already known
 
 Reading the result: an interval that holds 0 means that no gap was found (\"not significant\"). \"varies\" tells whether the gap
-depends on the position of the joint (p below 0.01); its schedule then has a knot at each tested angle. A gap that varies is only
+depends on the position of the joint (p below 0.001); its schedule then has a knot at each tested angle. A gap that varies is only
 as good as the test is dense: its shape between tested angles is a guess.")]
 pub struct Args {
     /// Robot file (YAML)
