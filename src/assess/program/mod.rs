@@ -20,7 +20,7 @@ pub mod verdict;
 pub use runs::{Measured, Run};
 pub use verdict::{Figures, Verdict, judge};
 
-use crate::effects::{Effect, Stage};
+use crate::effects::{Effect, Stage, Stiction};
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
 use crate::model::Model;
@@ -71,7 +71,7 @@ pub struct Assessment {
 
 /// The machine without the joint errors that an offset can undo.
 fn reference_machine(model: &Model) -> Model {
-    let stays = |e: &Effect| !matches!(e.stage(), Stage::Gear | Stage::Link) && !matches!(e, Effect::Stiction(_));
+    let stays = |e: &Effect| !matches!(e.stage(), Stage::Gear | Stage::Link) && !e.is::<Stiction>();
     let effects = model.effects.iter().filter(|e| stays(&e.effect)).cloned().collect();
     Model { effects, ..model.clone() }
 }

@@ -8,7 +8,7 @@ use super::Args;
 use super::job::Source;
 use crate::assess::program::{self, Figures, Verdict, document};
 use crate::compensator::{Compensator, FrictionShape};
-use crate::effects::{Backlash, Effect, EffectInstance, GapCurve, Stiction, Target, curve::Pchip};
+use crate::effects::{BacklashPosition, EffectInstance, GapCurve, Stiction, Target, curve::Pchip};
 use crate::model::Model;
 use crate::program::Program;
 use crate::rewrite::job::Outcome;
@@ -113,12 +113,12 @@ pub(super) fn machine_of(robot: &Robot, compensator: &Compensator) -> Option<Mod
         if let Some(f) = joint.friction
             && let FrictionShape::Decay(decay) = f.shape
         {
-            let effect = Effect::Stiction(Stiction { spike: f.gain, decay });
+            let effect = Stiction { spike: f.gain, decay }.into();
             model.effects.push(EffectInstance { target, effect });
         }
         if let Some(b) = &joint.backlash {
             let half_gap = mean(&b.positive, &b.negative, robot, joint.axis);
-            model.effects.push(EffectInstance { target, effect: Effect::Backlash(Backlash { half_gap }) });
+            model.effects.push(EffectInstance { target, effect: BacklashPosition::or_constant(half_gap) });
         }
     }
     Some(model)

@@ -1,6 +1,6 @@
 //! Readings of a log and the columns that explain them.
 
-use crate::effects::{Backlash, Decay, Effect, GapCurve, Stiction};
+use crate::effects::{Backlash, Decay, Effect, Stiction};
 use crate::log::Log;
 use crate::machine::measurement::Instrument;
 use crate::machine::{CommandTrajectory, slopes};
@@ -172,10 +172,8 @@ impl Track {
         let start = START[usize::from(robot.axis(axis).kind == JointKind::Prismatic)];
         let size = value.abs().max(start);
         match kind {
-            Kind::Gap => self.shape(axis, &Effect::Backlash(Backlash { half_gap: GapCurve::Constant(size) }), size),
-            Kind::Spike => {
-                self.shape(axis, &Effect::Stiction(Stiction { spike: size, decay: Decay::Time(DECAY_S) }), size)
-            }
+            Kind::Gap => self.shape(axis, &Backlash::constant(size).into(), size),
+            Kind::Spike => self.shape(axis, &Stiction { spike: size, decay: Decay::Time(DECAY_S) }.into(), size),
             Kind::Lag => self.rows.iter().map(|&r| -self.speeds[axis][r]).collect(),
             Kind::Zero | Kind::Instrument { .. } => vec![1.0; self.rows.len()],
         }

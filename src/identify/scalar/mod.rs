@@ -18,8 +18,8 @@ use crate::error::{Error, Place, Result};
 use crate::gaps::{Gaps, JointGap, LogRef};
 use crate::log::Log;
 use crate::machine::measurement::Instrument;
+use crate::numerics::student;
 use crate::robot::{JointKind, Robot};
-use crate::stats::student;
 use design::{Kind, Track};
 use nalgebra::{Unit, Vector3};
 

@@ -1,8 +1,8 @@
 //! Gauss-Newton with priors, whitened by an autoregressive noise of first order.
 
 use super::design::{Layout, Track};
+use crate::numerics::robust::{SIGMA_PER_MAD, median};
 use crate::robot::Robot;
-use crate::stats::robust::{SIGMA_PER_MAD, median};
 use nalgebra::{DMatrix, DVector};
 
 /// Rounds: the shapes of play and spike depend on their size, the centre of a ballbar moves.

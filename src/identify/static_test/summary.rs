@@ -168,7 +168,7 @@ pub fn summarise(table: &Table) -> Option<Summary> {
     };
     let factor = student::factor(0.95, noise.dof);
     for (i, (a, r)) in angles.iter_mut().zip(&repeats).enumerate() {
-        let of_creep = creep.as_ref().map_or(0.0, |c| NORMAL_95 * c.place_variance[i].sqrt());
+        let of_creep = creep.as_ref().filter(|c| c.applies()).map_or(0.0, |c| NORMAL_95 * c.place_variance[i].sqrt());
         a.ci95 = around(a.mean, (factor * (noise.variance / r).sqrt()).hypot(of_creep));
     }
     let gate = (noise.from == NoiseFrom::Cycles && noise.dof >= LEAST_DOF && angles.len() > 1).then(|| {
@@ -185,7 +185,12 @@ pub fn summarise(table: &Table) -> Option<Summary> {
         (means.iter().zip(&repeats).map(|(y, r)| y * r).sum::<f64>() / total, (noise.variance / total).sqrt())
     };
     let ci95 = match &creep {
-        Some(c) => creep::interval(c, half_gap, factor * se / NORMAL_95),
+        Some(c) if c.applies() => creep::interval(c, half_gap, factor * se / NORMAL_95),
+        // in doubt the value stays as it was read, and the interval holds both readings of the dwells
+        Some(c) => {
+            let [lo, hi] = creep::interval(c, half_gap - c.mean_correction(), factor * se / NORMAL_95);
+            [lo.min(half_gap - factor * se), hi.max(half_gap + factor * se)]
+        }
         None => around(half_gap, factor * se),
     };
     Some(Summary { angles, noise, half_gap, ci95, gate, sigma_in_dwell, creep })
@@ -203,7 +208,7 @@ fn at_rest(table: &Table) -> (Vec<Vec<f64>>, Option<Creep>) {
         }
     }
     let creep = creep::estimate(&series, places.len());
-    if let Some(c) = &creep {
+    if let Some(c) = creep.as_ref().filter(|c| c.applies()) {
         for (value, correction) in places.iter_mut().flatten().zip(&c.corrections) {
             *value -= correction;
         }
@@ -340,6 +345,12 @@ pub fn notes(table: &Table, summary: &Summary, joint: &Joint) -> Vec<String> {
 fn creep_note(creep: &Creep, summary: &Summary, joint: &Joint) -> Option<String> {
     let width = summary.ci95[1] - summary.ci95[0];
     let short = creep.dwell_s < creep.needed_dwell_s && width > WIDE * summary.half_gap.abs();
+    if short && !creep.applies() {
+        return Some(format!(
+            "the dwells of {:.1} s are too short to exclude that the readings still creep (probability {:.2}): the interval includes that",
+            creep.dwell_s, creep.probability
+        ));
+    }
     short.then(|| {
         format!(
             "the readings still creep when the dwells of {:.1} s end ({:.5} {} then, pace {:.1} s, 95 % interval {:.1} to {:.1} s): the half gap at rest is extrapolated and its interval includes that; dwells of {:.0} s measure it",

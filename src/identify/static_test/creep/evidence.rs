@@ -9,7 +9,7 @@
 
 use super::noise::{CreepNoise, Whitened, whitened};
 use super::series::PairSeries;
-use crate::stats::normal;
+use crate::numerics::normal;
 use nalgebra::{DMatrix, DVector};
 
 /// Median of a pace before the measurement, s.

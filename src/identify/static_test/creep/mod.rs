@@ -20,13 +20,15 @@ pub mod evidence;
 pub mod noise;
 pub mod series;
 
-use crate::stats::normal;
-use crate::stats::robust::median;
+use crate::numerics::normal;
+use crate::numerics::robust::median;
 use evidence::Component;
 use series::PairSeries;
 
 /// Below this probability of any creep the dwells' means are taken as they are.
 const LEAST_PROBABILITY: f64 = 0.02;
+/// From this probability on the means are taken back to rest; below it they stay, and only the joint's interval tells of the doubt.
+const CREEPS: f64 = 0.8;
 /// Pairs from which creep can be told from the noise.
 const LEAST_PAIRS: usize = 3;
 /// Share of the half gap that may remain as creep at the end of a dwell that is long enough.
@@ -35,6 +37,18 @@ const NEGLIGIBLE: f64 = 0.025;
 const BISECTIONS: usize = 45;
 /// Quantile of the pace for which a dwell should be long enough.
 const SLOW: f64 = 0.9;
+
+impl Creep {
+    /// The readings creep beyond doubt, so that the half gaps are taken back to rest.
+    pub fn applies(&self) -> bool {
+        self.probability >= CREEPS
+    }
+
+    /// Posterior mean of what the creep adds to the mean of all pairs, rad or m.
+    pub fn mean_correction(&self) -> f64 {
+        self.mixture.iter().map(|m| m[0] * m[1]).sum()
+    }
+}
 
 /// What is known of a joint's creep; rad or m, s.
 #[derive(Debug, Clone)]
@@ -126,7 +140,7 @@ fn collect(pairs: &[PairSeries], places: usize, components: &[Component], probab
 ///
 /// `half_gap` is the value at rest, from which the posterior mean was already taken; `sigma` its own standard error.
 pub fn interval(creep: &Creep, half_gap: f64, sigma: f64) -> [f64; 2] {
-    let mean: f64 = creep.mixture.iter().map(|m| m[0] * m[1]).sum();
+    let mean = creep.mean_correction();
     let parts: Vec<[f64; 3]> = creep
         .mixture
         .iter()

@@ -2,7 +2,7 @@
 
 use crate::log::Log;
 use crate::log::dwells::Dwell;
-use crate::stats::robust::{SIGMA_PER_MAD, median};
+use crate::numerics::robust::{SIGMA_PER_MAD, median};
 
 /// Most bins of a dwell.
 const MOST_BINS: usize = 8;
