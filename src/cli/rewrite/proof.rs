@@ -7,7 +7,7 @@
 use super::Args;
 use super::job::Source;
 use crate::assess::program::{self, Figures, Verdict, document};
-use crate::compensator::{Compensator, FrictionShape};
+use crate::compensator::{Compensator, FrictionOffset, FrictionShape};
 use crate::effects::{BacklashPosition, EffectInstance, GapCurve, Stiction, Target, curve::Pchip};
 use crate::model::Model;
 use crate::program::Program;
@@ -104,7 +104,10 @@ impl Proof {
 /// nothing of a machine.
 pub(super) fn machine_of(robot: &Robot, compensator: &Compensator) -> Option<Model> {
     let known = !compensator.evidence.joints.is_empty() || !compensator.evidence.logs.is_empty();
-    if !known || compensator.is_zero() {
+    // a friction offset that no effect of the catalogue reproduces would be judged on a machine without that friction
+    let reproduced = |f: &FrictionOffset| matches!(f.shape, FrictionShape::Decay(_));
+    let all = compensator.joints.iter().filter_map(|j| j.friction.as_ref()).all(reproduced);
+    if !known || !all || compensator.is_zero() {
         return None;
     }
     let mut model = Model::ideal(robot.clone());
