@@ -145,6 +145,7 @@ pub fn identify(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFoun
         points: Vec::new(),
         joints,
         tcp_speed_m_s: None,
+        estimate: None,
         notes,
     };
     Ok(ScalarFound {
