@@ -59,12 +59,33 @@ impl Program {
                     let more = input::read(&path)?;
                     texts.push(script::Text::new(more.name, more.bytes));
                 }
-                let document = format.parse(texts, robot.axes())?;
-                // several points may stand on one line: the lines of a script are those of its steps
-                let played = played::joints(document.script(), robot.axes())?;
-                Ok(Self { name: played.name, sha256, q: played.q, t_s: played.t_s, lines: Lines::default() })
+                Self::of_script(format, texts, sha256, robot)
             }
         }
+    }
+
+    /// Parses a program that is in memory with the files that belong to it: name and bytes of each, its own first.
+    pub fn of_texts(texts: Vec<(String, Vec<u8>)>, robot: &Robot) -> Result<Self> {
+        let mut texts = texts.into_iter();
+        let Some((name, bytes)) = texts.next() else {
+            return Err(Error::bad(Place::file("program"), "no text", "a program"));
+        };
+        let input = input::from_bytes(name, bytes)?;
+        match formats::recognise(Path::new(&input.name), &input.bytes) {
+            Recognised::Csv => Self::of_rows(input, robot),
+            Recognised::Script(format) => {
+                let own = script::Text::new(&input.name, input.bytes);
+                let all = std::iter::once(own).chain(texts.map(|(name, bytes)| script::Text::new(name, bytes)));
+                Self::of_script(format, all.collect(), input.sha256, robot)
+            }
+        }
+    }
+
+    fn of_script(format: &dyn script::Format, texts: Vec<script::Text>, sha256: String, robot: &Robot) -> Result<Self> {
+        let document = format.parse(texts, robot.axes())?;
+        // several points may stand on one line: the lines of a script are those of its steps
+        let played = played::joints(document.script(), robot.axes())?;
+        Ok(Self { name: played.name, sha256, q: played.q, t_s: played.t_s, lines: Lines::default() })
     }
 
     fn of_rows(input: Input, robot: &Robot) -> Result<Self> {

@@ -5,10 +5,12 @@
 //! - [`circle`]: a measured circle before and after compensation, against its best-fit circle and its nominal path.
 //! - [`deadzone`]: deadzones of a motion without and with compensation.
 //! - [`impact`]: TCP displacement of one half gap of each joint, at a pose or over a program.
+//! - [`program`]: path error along any program before and after it was changed, with the verdict.
 //! - [`rigid`]: the rigid transform between two sets of points.
 
 pub mod bidirectional;
 pub mod circle;
 pub mod deadzone;
 pub mod impact;
+pub mod program;
 pub mod rigid;

@@ -4,11 +4,12 @@ pub mod bidirectional;
 pub mod circle;
 pub mod deadzone;
 pub mod impact;
+pub mod program;
 
 use crate::error::Result;
 
 /// What lost motion costs at the TCP: on a measured circle, along a line from both sides, behind the turns of a motion, or computed
-/// at a pose or over a program.
+/// at a pose or over a program; and whether a changed program is better.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -21,6 +22,7 @@ pub enum What {
     Circle(circle::Args),
     Deadzone(deadzone::Args),
     Impact(impact::Args),
+    Program(program::Args),
 }
 
 /// Runs the command.
@@ -30,6 +32,7 @@ pub fn run(args: Args) -> Result<()> {
         What::Circle(a) => circle::run(a),
         What::Deadzone(a) => deadzone::run(a),
         What::Impact(a) => impact::run(a),
+        What::Program(a) => program::run(a),
     }
 }
 

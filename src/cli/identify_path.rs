@@ -1,10 +1,12 @@
 //! `lostmotion identify path`: gaps and stiction from reversals in continuous motion.
 
-use crate::cli::identify::common::{LogArgs, ResultArgs, Shown};
+use crate::cli::identify::common::{LogArgs, Opened, ResultArgs, SetupArgs, Shown};
 use crate::cli::{logs, page};
 use crate::error::{Error, Place, Result};
 use crate::gaps::{Gaps, file};
 use crate::identify::path::{Options, PathFound, identify};
+use crate::identify::scalar;
+use crate::log::Log;
 use crate::model::Model;
 use crate::robot::Robot;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
@@ -15,7 +17,7 @@ use std::path::PathBuf;
 /// Any path on which the joints reverse will do, a slow circle best: about 1.5 mm/s at the TCP, two revolutions, all joints of
 /// interest reversing at least twice. The tracker's frame need not be known. Each joint's half gap, the spike behind its
 /// reversals and its decay are fitted together with the frame, with 95 % intervals. Several logs are fitted together, each with a
-/// frame of its own.
+/// frame of its own. A log without TCP may hold the readings of a ballbar (r_mm, r_um) or of a dial gauge (dial_um) instead.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   lostmotion identify path --robot robot.yaml --log circle.csv --output gaps.yaml
@@ -40,6 +42,8 @@ pub struct Args {
     /// Model file whose gaps are held in the same way
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
+    #[command(flatten)]
+    pub setup: SetupArgs,
     #[command(flatten)]
     pub result: ResultArgs,
 }
@@ -70,10 +74,51 @@ pub fn run(args: Args) -> Result<()> {
         options.hold_model(&Model::load(path)?, &robot)?;
     }
     let logs = logs::load(&args.input.logs, args.input.columns.as_deref(), &robot)?;
+    if logs.iter().any(|l| l.tcp_m.is_empty() && l.instruments.has_scalar()) {
+        return single_readings(&args, &robot, &logs, opened);
+    }
     let found = identify(&robot, &logs, &options)?;
     let document = file::document(&found.gaps, &robot);
     let shown = Shown { document: &document, table: &table(&found, &robot), notes: &found.gaps.notes };
     args.result.finish(opened, &shown, || page::gaps::of_path(&robot, &found))
+}
+
+/// Logs of a ballbar or a dial gauge.
+fn single_readings(args: &Args, robot: &Robot, logs: &[Log], opened: Opened) -> Result<()> {
+    let held =
+        [("--free", !args.free.is_empty()), ("--known", args.known.is_some()), ("--model", args.model.is_some())];
+    if let Some((flag, _)) = held.iter().find(|(_, given)| *given) {
+        let found = format!("{flag} with a log of single readings");
+        return Err(Error::bad(
+            Place::file(*flag),
+            found,
+            "no such option: all joints that reverse are fitted together",
+        ));
+    }
+    let found = scalar::identify(robot, logs, &args.setup.checked()?)?;
+    let mut document = file::document(&found.gaps, robot);
+    document["method"] = "single readings".into();
+    document["instrument"] = found.instruments.first().map(|i| i.name()).into();
+    let mut t = Table::new();
+    t.load_preset(UTF8_HORIZONTAL_ONLY);
+    t.set_header(["joint", "half gap", "95 %"]);
+    for j in &found.gaps.joints {
+        let joint = robot.axis(j.axis);
+        let edge = |v: f64| format!("{:.5}", joint.kind.to_edge(v));
+        let mark = if j.significant { "" } else { " (not significant)" };
+        t.add_row([
+            joint.name.clone(),
+            format!("{} {}", edge(j.half_gap), joint.kind.unit()),
+            format!("{} .. {}{mark}", edge(j.ci95[0]), edge(j.ci95[1])),
+        ]);
+    }
+    let table = format!(
+        "{t}\nnoise {:.1} um a reading, correlation {:.2} from row to row\n",
+        found.sigma_m * 1e6,
+        found.correlation
+    );
+    let shown = Shown { document: &document, table: &table, notes: &found.gaps.notes };
+    args.result.finish(opened, &shown, || page::gaps::of_readings(robot, &found.gaps))
 }
 
 /// What a person reads.

@@ -13,6 +13,7 @@ pub mod logs;
 pub mod page;
 pub mod paths;
 pub mod plan_experiment;
+pub mod plan_recording;
 pub mod rewrite;
 pub mod robot;
 pub mod simulate;

@@ -1,6 +1,6 @@
 //! `lostmotion plan-experiment`: rivals, or the whole catalogue -> the motion that decides, as a program.
 
-use crate::cli::{page, paths};
+use crate::cli::{page, paths, plan_recording};
 use crate::diagnose::noise::Noise;
 use crate::diagnose::problem::synthetic::Channels;
 use crate::error::{Error, Place, Result};
@@ -9,9 +9,11 @@ use crate::io::output::{self, Output};
 use crate::model::Model;
 use crate::plan::path::{Room, RoomOptions};
 use crate::plan::question::{self, Set};
+use crate::plan::recording::Kind;
 use crate::plan::separate::Bench;
 use crate::plan::sizes::{self, Scale};
 use crate::plan::{self, display, document, motions};
+use crate::robot::Robot;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -27,12 +29,15 @@ use std::path::{Path, PathBuf};
 ///   lostmotion plan-experiment --model machine.yaml --between backlash:A2,hysteresis:A2 --output program.csv
 ///   lostmotion plan-experiment --model machine.yaml --between servo_lag:A2:lag_s=0.004,time_offset --json
 ///   lostmotion plan-experiment --model machine.yaml --output first.csv
+///   lostmotion plan-experiment static --robot robot.yaml --tracker 3000,0,1000 --output static.csv
 #[derive(Debug, clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(verbatim_doc_comment, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct Args {
+    #[command(subcommand)]
+    pub recording: Option<Recording>,
     /// Model file: the robot and what is known to be wrong with it
-    #[arg(long, value_name = "MODEL.yaml")]
-    pub model: PathBuf,
+    #[arg(long, value_name = "MODEL.yaml", required = true)]
+    pub model: Option<PathBuf>,
     /// Diagnosis (`diagnose --json`) whose sets are to be decided
     #[arg(long, value_name = "DIAGNOSIS.json", conflicts_with = "between")]
     pub diagnosis: Option<PathBuf>,
@@ -74,6 +79,17 @@ pub struct Args {
     pub report: Option<PathBuf>,
 }
 
+/// Programs to record, so that every gap can be identified.
+#[derive(Debug, clap::Subcommand)]
+pub enum Recording {
+    /// Bidirectional dwells of one joint after another, for `identify static`
+    Static(Box<plan_recording::Args>),
+    /// A slow motion of all joints, for `identify path`
+    Path(Box<plan_recording::Args>),
+    /// A faster motion of all joints with pauses, for friction, lags and predictions
+    Excitation(Box<plan_recording::Args>),
+}
+
 /// Most rows of a program, and of the log of one motion.
 const MOST_ROWS: f64 = 200_000.0;
 
@@ -83,7 +99,20 @@ fn above_zero(text: &str) -> std::result::Result<f64, String> {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
-    let inputs = [("--model", Some(args.model.as_path())), ("--diagnosis", args.diagnosis.as_deref())];
+    match &args.recording {
+        Some(Recording::Static(a)) => return plan_recording::run(a, Kind::Static),
+        Some(Recording::Path(a)) => return plan_recording::run(a, Kind::Path),
+        Some(Recording::Excitation(a)) => return plan_recording::run(a, Kind::Excitation),
+        None => {}
+    }
+    let Some(model_file) = args.model.as_deref() else {
+        return Err(Error::bad(
+            Place::file("--model"),
+            "no model",
+            "--model MODEL.yaml, or static, path or excitation",
+        ));
+    };
+    let inputs = [("--model", Some(model_file)), ("--diagnosis", args.diagnosis.as_deref())];
     let outputs = [("--output", args.output.as_deref()), ("--report", args.report.as_deref())];
     paths::refuse_shared(&inputs, &outputs)?;
     if args.json && args.output.as_deref() == Some(Path::new("-")) {
@@ -97,10 +126,10 @@ pub fn run(args: Args) -> Result<()> {
         let found = format!("{} s at {} Hz", args.duration_s, args.rate_hz);
         return Err(Error::bad(Place::file("--duration-s"), found, format!("at most {MOST_ROWS:.0} rows")));
     }
-    let model = Model::load(&args.model)?;
+    let model = Model::load(model_file)?;
     let robot = &model.robot;
     let options = RoomOptions {
-        pose: args.pose.as_deref().map(|p| pose(p, &model)).transpose()?,
+        pose: args.pose.as_deref().map(|p| pose(p, &model.robot)).transpose()?,
         duration_s: args.duration_s,
         rate_hz: args.rate_hz,
         speed_m_s: args.speed_mm_s * 1e-3,
@@ -197,8 +226,8 @@ fn noise_of(text: &str) -> Option<Noise> {
     Some(Noise { sigma, phi: part("phi").min(0.99), share: part("share") })
 }
 
-fn pose(text: &str, model: &Model) -> Result<Vec<f64>> {
-    let robot = &model.robot;
+/// A pose within the joints' ranges.
+pub fn pose(text: &str, robot: &Robot) -> Result<Vec<f64>> {
     let bad = |found: String| {
         let expected =
             format!("{} numbers within the joints' ranges, deg or mm: {}", robot.dof(), robot.axis_names().join(","));

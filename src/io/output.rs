@@ -113,6 +113,15 @@ impl Output {
         self.prepare()
     }
 
+    /// Everything that was written so far to an output that goes to a regular file; empty for others.
+    pub fn contents(&mut self) -> Result<Vec<u8>> {
+        self.flush().map_err(|e| Error::io_of(&self.shown, "write", e))?;
+        match &self.sink {
+            Sink::File(file) => std::fs::read(file.temporary.path()).map_err(|e| Error::io_of(&self.shown, "read", e)),
+            _ => Ok(Vec::new()),
+        }
+    }
+
     /// Brings all bytes to where they have only to be put in place: a full disk shows here, while nothing of this output, nor of
     /// those that belong to it, is in place.
     pub fn prepare(&mut self) -> Result<()> {

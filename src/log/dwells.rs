@@ -26,6 +26,8 @@ const FLICKER_DIGITS: f64 = 1.5;
 const LEAST_DECIMALS: u8 = 2;
 /// Values of a sensor closer than this (rad or m) differ by rounding alone.
 const SAME_COUNT: f64 = 1e-12;
+/// A stretch under a mark that is this many times shorter than the longest one is the edge of a dwell.
+const EDGE: usize = 3;
 /// Last digit of a tracker's file, m.
 const LAST_DIGIT_M: f64 = 1e-7;
 
@@ -52,6 +54,10 @@ pub struct Approach {
     pub dir: i8,
     /// Distance moved in that direction since the joint last turned, rad or m.
     pub stroke: f64,
+    /// Time of the log at which the commands stopped, s.
+    pub stopped_s: f64,
+    /// Time of the log at which the joint last turned, s; `None`: this was its first movement.
+    pub turned_s: Option<f64>,
 }
 
 /// A settled place.
@@ -71,6 +77,8 @@ pub struct Dwell {
     pub points: Vec<Option<PointMean>>,
     /// Position measured behind the gear, per axis where logged.
     pub meas: Vec<Option<JointMean>>,
+    /// Reading of a distance or along a direction, m.
+    pub scalar: Option<JointMean>,
 }
 
 /// Mean of a joint position over a dwell.
@@ -95,7 +103,7 @@ pub fn dwells(log: &Log, robot: &Robot, options: &DwellOptions) -> Result<Vec<Dw
     let counts: Vec<f64> = log.meas.iter().map(|c| c.as_deref().map_or(0.0, count)).collect();
     let mut walk = Walk::new(log, &still);
     let mut found = Vec::new();
-    for rows in stretches(log, &still) {
+    for rows in without_edges(log, stretches(log, &still), marked) {
         // the step into the first row of a stretch is the end of the approach
         walk.to(rows.start);
         let Some(averaged) = averaged_rows(log, &rows, marked, options) else {
@@ -138,6 +146,10 @@ pub fn dwells(log: &Log, robot: &Robot, options: &DwellOptions) -> Result<Vec<Dw
                     trimmed_mean(&mut seen, count)
                 })
                 .collect(),
+            scalar: log.instruments.scalar().and_then(|column| {
+                let mut seen: Vec<f64> = column[averaged.clone()].iter().flatten().copied().collect();
+                trimmed_mean(&mut seen, LAST_DIGIT_M)
+            }),
             rows: averaged,
         });
     }
@@ -163,6 +175,29 @@ fn stretches(log: &Log, still: &[f64]) -> Vec<Range<usize>> {
         }
     }
     out
+}
+
+/// Leaves out the rows at the edges of a marked dwell in which the commands already move, or move still: stretches much
+/// shorter than the longest one under the same mark are no dwells of their own.
+fn without_edges(log: &Log, stretches: Vec<Range<usize>>, marked: bool) -> Vec<Range<usize>> {
+    if !marked || log.poses {
+        return stretches;
+    }
+    let mark = |row: usize| (log.trigger.as_ref().map(|t| t[row]), log.cycle.as_ref().map(|c| c[row]));
+    let on = |row: usize| mark(row).0.map_or_else(|| mark(row).1.is_some_and(|c| c != 0), |t| t != 0);
+    let mut longest: Vec<usize> = stretches.iter().map(Range::len).collect();
+    let mut from = 0;
+    for i in 1..=stretches.len() {
+        let same =
+            i < stretches.len() && on(stretches[i].start) && mark(stretches[i].start) == mark(stretches[from].start);
+        if !same {
+            let most = longest[from..i].iter().copied().max().unwrap_or(0);
+            longest[from..i].fill(most);
+            from = i;
+        }
+    }
+    let kept = stretches.into_iter().zip(longest);
+    kept.filter(|(rows, most)| !on(rows.start) || EDGE * rows.len() > *most).map(|(rows, _)| rows).collect()
 }
 
 /// The rows of a stretch that are averaged, or `None` where it is no dwell.
@@ -222,6 +257,8 @@ struct Walk<'a> {
     dir: Vec<i8>,
     extreme: Vec<f64>,
     began: Vec<f64>,
+    /// Row from which the joint moves in its present direction, where it turned there.
+    turned: Vec<Option<usize>>,
     /// Row of the last movement beyond flicker, and the command there.
     moved: Vec<usize>,
     anchor: Vec<f64>,
@@ -238,6 +275,7 @@ impl<'a> Walk<'a> {
             dir: vec![0; n],
             extreme: start.clone(),
             began: start.clone(),
+            turned: vec![None; n],
             moved: vec![0; n],
             anchor: start,
         }
@@ -253,6 +291,7 @@ impl<'a> Walk<'a> {
                 } else if step.abs() > self.still[axis] {
                     // a turn, or the first movement
                     self.began[axis] = self.extreme[axis];
+                    self.turned[axis] = (self.dir[axis] != 0).then_some(self.row - 1);
                     self.dir[axis] = if step > 0.0 { 1 } else { -1 };
                     self.extreme[axis] = column[self.row];
                 }
@@ -269,7 +308,13 @@ impl<'a> Walk<'a> {
         let latest = self.moved.iter().copied().max().filter(|&r| r > 0)?;
         let mut last = (0..self.moved.len()).filter(|&a| self.moved[a] == latest);
         let (axis, None) = (last.next()?, last.next()) else { return None };
-        Some(Approach { axis, dir: self.dir[axis], stroke: (self.extreme[axis] - self.began[axis]).abs() })
+        Some(Approach {
+            axis,
+            dir: self.dir[axis],
+            stroke: (self.extreme[axis] - self.began[axis]).abs(),
+            stopped_s: self.log.t_s[latest],
+            turned_s: self.turned[axis].map(|row| self.log.t_s[row]),
+        })
     }
 }
 
@@ -324,6 +369,22 @@ mod tests {
         assert_eq!(found[0].approach.unwrap().dir, 1);
         let first = log.t_s[found[0].rows.start] - 0.3;
         assert!((first - SETTLE_S).abs() < 1e-9, "the first {SETTLE_S} s are left to the servo, here {first}");
+    }
+
+    #[test]
+    fn rows_at_the_edge_of_a_marked_dwell_in_which_the_command_moves_are_no_dwell() {
+        let mut text = String::from("t_s,cmd_A_deg,cmd_B_deg,x_mm,y_mm,z_mm,trigger\n0,0,0,800,0,0,0\n");
+        for i in 1..=8 {
+            // the last row under the mark is on its way down already
+            let p = if i == 8 { 1.9 } else { 2.0 };
+            text += &format!("{i},{p},0,800,0,0,1\n");
+        }
+        text += "9,1,0,800,0,0,0\n10,1.5,0,800,0,0,1\n";
+        let found = dwells(&log(&text), &robot(), &DwellOptions::default()).unwrap();
+        assert_eq!(found.len(), 2, "the edge is none, a dwell of one row of its own is");
+        assert_eq!((found[0].rows.clone(), found[0].approach.unwrap().dir), (1..8, 1));
+        let second = found[1].approach.unwrap();
+        assert_eq!((second.stopped_s, second.turned_s), (10.0, Some(9.0)));
     }
 
     #[test]

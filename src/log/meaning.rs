@@ -21,6 +21,13 @@ pub enum Meaning {
     },
     Trigger,
     Cycle,
+    /// Distance from a fixed point; its difference from a nominal length; reading along a direction.
+    Distance,
+    DistanceOff,
+    Dial,
+    /// Part 0 to 3 (w, x, y, z) of the tool's orientation.
+    Orientation(usize),
+    Torque(usize),
     Speed,
     Payload,
     Temperature,
@@ -35,6 +42,13 @@ pub fn meaning(name: &str, robot: &Robot) -> Meaning {
         "t_s" => return Meaning::Time,
         "trigger" => return Meaning::Trigger,
         "cycle" => return Meaning::Cycle,
+        "r_mm" => return Meaning::Distance,
+        "r_um" => return Meaning::DistanceOff,
+        "dial_um" => return Meaning::Dial,
+        "qw" => return Meaning::Orientation(0),
+        "qx" => return Meaning::Orientation(1),
+        "qy" => return Meaning::Orientation(2),
+        "qz" => return Meaning::Orientation(3),
         "speed_mm_s" => return Meaning::Speed,
         "payload_kg" => return Meaning::Payload,
         "temp_c" => return Meaning::Temperature,
@@ -57,6 +71,10 @@ pub fn meaning(name: &str, robot: &Robot) -> Meaning {
             Some(angle) if unit == "deg" && joint.lead_m_per_rev.is_some() => return angle(axis),
             _ => {}
         }
+    }
+    if let Some(joint) = name.strip_prefix("torque_").and_then(|rest| rest.strip_suffix("_nm")) {
+        let axis = robot.axis_joints().position(|j| j.name.eq_ignore_ascii_case(joint));
+        return axis.map_or(Meaning::Other, Meaning::Torque);
     }
     if let Some(rest) = name.strip_suffix("_mm") {
         let mut letters = rest.chars();
@@ -84,7 +102,8 @@ impl Meaning {
                 Some(robot.axis(axis).kind.unit())
             }
             Self::EncoderAngle(_) | Self::ScrewAngle(_) => Some("deg"),
-            Self::Position { .. } => Some("mm"),
+            Self::Position { .. } | Self::Distance => Some("mm"),
+            Self::DistanceOff | Self::Dial => Some("um"),
             Self::Speed => Some("mm_s"),
             _ => None,
         }
@@ -118,6 +137,11 @@ impl Meaning {
                 let number = if k == 0 { String::new() } else { (k + 1).to_string() };
                 format!("{}{number}_mm", ["x", "y", "z"][coordinate.min(2)])
             }
+            Self::Distance => "r_mm".into(),
+            Self::DistanceOff => "r_um".into(),
+            Self::Dial => "dial_um".into(),
+            Self::Orientation(part) => ["qw", "qx", "qy", "qz"][part.min(3)].into(),
+            Self::Torque(axis) => format!("torque_{}_nm", robot.axis(axis).name),
             Self::Trigger => "trigger".into(),
             Self::Cycle => "cycle".into(),
             Self::Speed => "speed_mm_s".into(),

@@ -7,6 +7,7 @@
 //! - [`write`]: numbers, fields and column names on the way out.
 //! - [`hygiene`]: units, axes and clocks that cannot be right, found from the shape of the measured path; `oddities`:
 //!   encoders, speeds and limits that make a reader wonder; `faults`: what is tried; `shape`: robust rigid and mirrored fits, for hygiene.
+//! - [`instruments`]: channels of other instruments: distance, dial, orientation, torque.
 //! - [`dwells`]: where the robot stands still, from which side each joint came, and the mean of the measurements there.
 //! - [`registration`]: the tracker's frame from points known in both frames.
 
@@ -14,6 +15,7 @@ pub mod columns;
 pub mod dwells;
 mod faults;
 pub mod hygiene;
+pub mod instruments;
 mod meaning;
 mod number;
 mod oddities;
@@ -24,6 +26,7 @@ mod timestamp;
 pub mod write;
 
 pub use columns::ColumnMap;
+pub use instruments::Instruments;
 
 use nalgebra::Vector3;
 
@@ -62,6 +65,8 @@ pub struct Log {
     pub speed_m_s: Option<Vec<Option<f64>>>,
     pub payload_kg: Option<Vec<Option<f64>>>,
     pub temp_c: Option<Vec<Option<f64>>>,
+    /// Distance, dial, orientation, torque.
+    pub instruments: Instruments,
 }
 
 impl Log {

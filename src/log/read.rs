@@ -7,6 +7,7 @@
 
 use super::Log;
 use super::columns::{Column, ColumnMap, Meaning, Missing, listed, resolve};
+use super::instruments::{Instruments, orientations};
 use super::number::{decimals, number};
 use super::timestamp;
 use crate::error::{Error, Place, Result};
@@ -65,7 +66,7 @@ impl Log {
         if table.line.is_empty() {
             return Err(Error::bad(Place::file(&name), "a header and no rows", "at least one row"));
         }
-        let log = build(&name, sha256, table, &columns, robot);
+        let log = build(&name, sha256, table, &columns, robot)?;
         log.check_time(&columns)?;
         Ok(log)
     }
@@ -179,6 +180,12 @@ impl Head {
             {
                 return missing(absent, "x, y and z of every reflector".into());
             }
+        }
+        let parts = [0, 1, 2, 3].map(Meaning::Orientation);
+        if parts.iter().any(|&m| has(m))
+            && let Some(&absent) = parts.iter().find(|&&m| !has(m))
+        {
+            return missing(absent, "qw, qx, qy and qz of an orientation".into());
         }
         Ok(())
     }
@@ -355,6 +362,7 @@ impl Layout<'_> {
             | Meaning::Encoder(_)
             | Meaning::Screw(_)
             | Meaning::Measured(_)
+            | Meaning::Distance
             | Meaning::Position { .. } => {
                 (v.is_nan() || (v * column.edge).abs() <= LARGEST, "a value of at most 10,000,000 deg or mm")
             }
@@ -369,7 +377,7 @@ impl Layout<'_> {
 }
 
 /// Columns as written to a log in SI.
-fn build(name: &str, sha256: String, mut table: Table, columns: &[Column], robot: &Robot) -> Log {
+fn build(name: &str, sha256: String, mut table: Table, columns: &[Column], robot: &Robot) -> Result<Log> {
     let mut take = |m: Meaning| -> Option<Vec<f64>> {
         let k = columns.iter().position(|c| c.meaning == m)?;
         let mut values = std::mem::take(&mut table.values[k]);
@@ -413,6 +421,21 @@ fn build(name: &str, sha256: String, mut table: Table, columns: &[Column], robot
     let screw = (0..axes).map(|a| cells(Meaning::Screw(a))).collect();
     let meas = (0..axes).map(|a| cells(Meaning::Measured(a))).collect();
     let (speed_m_s, payload_kg, temp_c) = (cells(Meaning::Speed), cells(Meaning::Payload), cells(Meaning::Temperature));
+    let torque_nm: Vec<Option<Vec<Option<f64>>>> = (0..axes).map(|a| cells(Meaning::Torque(a))).collect();
+    let mut instruments = Instruments {
+        distance_m: cells(Meaning::Distance),
+        distance_off_m: cells(Meaning::DistanceOff),
+        dial_m: cells(Meaning::Dial),
+        orientation: Vec::new(),
+        torque_nm: if torque_nm.iter().any(Option::is_some) { torque_nm } else { Vec::new() },
+    };
+    if let [Some(w), Some(x), Some(y), Some(z)] = [0, 1, 2, 3].map(|part| take(Meaning::Orientation(part))) {
+        instruments.orientation = orientations([&w, &x, &y, &z]).map_err(|(row, norm)| {
+            let line = table.line.get(row).map_or(0, |l| u64::from(*l));
+            let found = format!("an orientation of length {norm:.4}");
+            Error::bad(Place::line(name, line), found, "a unit quaternion qw, qx, qy, qz")
+        })?;
+    }
     let trigger = take(Meaning::Trigger).map(|v| v.into_iter().map(|x| x as i8).collect());
     let cycle = take(Meaning::Cycle).map(|v| v.into_iter().map(|x| x as u32).collect());
     let cmd_decimals = (0..axes)
@@ -422,7 +445,7 @@ fn build(name: &str, sha256: String, mut table: Table, columns: &[Column], robot
             None => 0,
         })
         .collect();
-    Log {
+    Ok(Log {
         name: name.into(),
         sha256,
         line: table.line,
@@ -441,5 +464,6 @@ fn build(name: &str, sha256: String, mut table: Table, columns: &[Column], robot
         speed_m_s,
         payload_kg,
         temp_c,
-    }
+        instruments,
+    })
 }

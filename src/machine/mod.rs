@@ -12,12 +12,14 @@
 //!   `wide`: over more samples than there are; `inputs`: what effects look at that act row by row.
 //! - [`grid`]: points of a program and rows together; [`turns`]: turning points between the rows of a log.
 //! - [`speed`]: speed of the commanded TCP; [`gravity`]: torque of the weights about each axis.
+//! - [`measurement`]: what an instrument reads: TCP, distance, direction, joint.
 //! - [`parts`]: single stages, for whoever runs the chain piece by piece.
 //! - [`predict`]: the whole chain, to the reflectors in the tracker's frame.
 
 pub mod gravity;
 pub mod grid;
 mod inputs;
+pub mod measurement;
 pub mod parts;
 pub mod predict;
 pub mod speed;

@@ -9,6 +9,7 @@
 //! - [`path`]: commands from rest to rest within limits; [`motions`]: the library, one function per motion.
 //! - [`separate`]: the expected evidence of a motion for a set; [`observe`]: what a motion shows of the catalogue.
 //! - [`reasons`]: where nothing separates: why, and which measurement would.
+//! - [`recording`]: programs to record, with the precision to expect of every gap.
 //! - [`document`]: the result as it is written; [`display`]: for a terminal.
 
 pub mod display;
@@ -18,6 +19,7 @@ pub mod observe;
 pub mod path;
 pub mod question;
 pub mod reasons;
+pub mod recording;
 pub mod separate;
 pub mod sizes;
 

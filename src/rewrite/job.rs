@@ -100,6 +100,11 @@ impl Ready {
         Self { outcome, files: Vec::new(), note: None, stale_note: None }
     }
 
+    /// Names and bytes of the program and the files that belong to it, as they are about to be put in place.
+    pub fn texts(&mut self) -> Result<Vec<(String, Vec<u8>)>> {
+        self.files.iter_mut().map(|f| Ok((f.shown().to_string(), f.contents()?))).collect()
+    }
+
     /// Puts the note in place, then the program with the files that belong to it: all of them or none.
     pub fn commit(self) -> Result<Outcome> {
         self.commit_with(Vec::new())

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Pages whose commands are run. Those of other pages name the files of a user.
-const PAGES: [&str; 12] = [
+const PAGES: [&str; 13] = [
     "assess-bidirectional",
     "assess-circle",
     "assess-impact",
+    "assess-program",
     "fit",
     "identify-deadzone",
     "identify-path",

@@ -103,5 +103,6 @@ pub fn run(
         speed_m_s: None,
         payload_kg: None,
         temp_c: None,
+        instruments: lostmotion::log::Instruments::default(),
     }
 }

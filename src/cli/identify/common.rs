@@ -1,10 +1,13 @@
 //! What all four identifications take and give: logs in; a document, a table and a page out.
 
+use crate::cli::plan_recording::three;
 use crate::cli::{page, paths};
 use crate::error::{Error, Place, Result, is_stdio};
 use crate::gaps::file::{to_json, to_yaml};
+use crate::identify::scalar::Setup;
 use crate::io::output::{self, Output, write_whole};
 use crate::report::Page;
+use nalgebra::Unit;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -17,6 +20,31 @@ pub struct LogArgs {
     /// Column map (YAML) for a log with other names, units, separators: theirs -> ours
     #[arg(long, value_name = "FILE")]
     pub columns: Option<PathBuf>,
+}
+
+/// What is known of an instrument with one reading a row.
+#[derive(Debug, Clone, clap::Args)]
+pub struct SetupArgs {
+    /// Centre of a ballbar (columns r_mm, r_um) in the robot's world frame, mm [default: estimated]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub centre: Option<String>,
+    /// Direction in the robot's world frame in which dial_um grows
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub direction: Option<String>,
+}
+
+impl SetupArgs {
+    /// The values, checked.
+    pub fn checked(&self) -> Result<Setup> {
+        let centre_m = self.centre.as_deref().map(|t| three("--centre", t)).transpose()?.map(|mm| mm * 1e-3);
+        let direction = self.direction.as_deref().map(|t| three("--direction", t)).transpose()?;
+        let direction = match direction {
+            Some(d) if d.norm() > 0.0 => Some(Unit::new_normalize(d)),
+            Some(_) => return Err(Error::bad(Place::file("--direction"), "0,0,0", "a direction, such as 0,0,1")),
+            None => None,
+        };
+        Ok(Setup { centre_m, direction })
+    }
 }
 
 /// Where the result goes.

@@ -1,6 +1,6 @@
 //! `lostmotion identify static`.
 
-use super::common::{LogArgs, ResultArgs, Shown};
+use super::common::{LogArgs, ResultArgs, SetupArgs, Shown};
 use crate::cli::{logs, page};
 use crate::error::{Error, Place, Result};
 use crate::identify::static_test::{self, Knots, Options, display, document};
@@ -18,7 +18,8 @@ use std::path::{Path, PathBuf};
 ///
 /// A log holds columns t_s, cmd_<joint>_deg (or _mm), x_mm, y_mm, z_mm; a log without t_s holds one settled pose a row, in
 /// the order visited. Columns trigger and cycle mark the dwells where present, else the commands show them. Columns
-/// meas_<joint>_deg (a secondary encoder) are used in place of the TCP. Which joint is tested is found from the commands; a log may
+/// meas_<joint>_deg (a secondary encoder) are used instead of the TCP; a log without TCP may hold dial_um (a dial gauge, with
+/// --direction) or r_mm or r_um (a ballbar, with --centre). Which joint is tested is found from the commands; a log may
 /// test several joints, and several logs may test one.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
@@ -27,7 +28,7 @@ use std::path::{Path, PathBuf};
   lostmotion identify static --model machine.yaml --log axis6.csv   # a registration that is already known
 
 Reading the result: an interval that holds 0 means that no gap was found (\"not significant\"). \"varies\" tells whether the gap
-depends on the position of the joint (p below 0.01); its schedule then has a knot at each tested angle. A gap that varies is only
+depends on the position of the joint (p below 0.001); its schedule then has a knot at each tested angle. A gap that varies is only
 as good as the test is dense: its shape between tested angles is a guess.")]
 pub struct Args {
     /// Robot file (YAML)
@@ -38,6 +39,8 @@ pub struct Args {
     /// Model file whose registration is known; else it is found from the logs
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
+    #[command(flatten)]
+    pub setup: SetupArgs,
     #[command(flatten)]
     pub result: ResultArgs,
     /// Shortest dwell in seconds, where no trigger or cycle column marks them
@@ -77,6 +80,7 @@ pub fn run(args: Args) -> Result<()> {
         dwell: DwellOptions { min_s: args.min_dwell_s, settle_s: args.settle_s },
         knots: if args.knots == KnotsArg::Few { Knots::Few } else { Knots::All },
         registration,
+        setup: args.setup.checked()?,
     };
     let found = static_test::identify(&robot, &logs, &options)?;
     let doc = document::document(&found, &robot);

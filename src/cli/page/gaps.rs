@@ -161,6 +161,11 @@ pub fn of_deadzones(robot: &Robot, found: &deadzone::Found) -> Page {
     page
 }
 
+/// Page of `identify path` for a ballbar or a dial gauge.
+pub fn of_readings(robot: &Robot, gaps: &Gaps) -> Page {
+    of_gaps(robot, gaps, "identify path", "Half gaps from single readings", "the readings", method::PLAY)
+}
+
 /// Page of `identify path`.
 pub fn of_path(robot: &Robot, found: &PathFound) -> Page {
     let mut page = of_gaps(

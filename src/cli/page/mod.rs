@@ -7,6 +7,7 @@
 //! - [`compensator`]: offsets, and what was left out; [`rewrite`]: what was done to a program.
 //! - [`diagnose`]: what a model lacks, and how that was found.
 //! - [`impact`]: what a gap costs at the TCP; [`simulate`]: what was run on which machine.
+//! - [`program`]: a program before and after it was changed.
 //! - [`plan`]: the motion that decides, and what it would show.
 //! - [`learn`]: errors of learned kinematics; [`track`]: a path and what the joints do along it.
 
@@ -18,6 +19,7 @@ pub mod gaps;
 pub mod impact;
 pub mod learn;
 pub mod plan;
+pub mod program;
 pub mod rewrite;
 pub mod screw;
 pub mod simulate;

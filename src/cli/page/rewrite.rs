@@ -1,6 +1,7 @@
 //! Page of `rewrite`: what was done to a program.
 
 use super::milli;
+use crate::assess::program::Verdict;
 use crate::compensator::Compensator;
 use crate::report::{Page, TableView, Tile, Tone};
 use crate::rewrite::job::Outcome;
@@ -9,7 +10,7 @@ use crate::rewrite::script::coverage::Reason;
 use crate::rewrite::script::job::Vendor;
 use crate::robot::Robot;
 
-pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome) -> Page {
+pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, verdict: Option<Verdict>) -> Page {
     let mut page = super::start("rewrite", "A program with its lost motion taken out", robot);
     page.file("program in", outcome.input.clone(), outcome.sha256_in.clone().unwrap_or_default());
     if let Some(out) = &outcome.output {
@@ -23,7 +24,13 @@ pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome) -
             let added = if outcome.output.is_some() { "added" } else { "to be added" };
             let known = robot.axis_joints().any(|j| j.limits.is_some() || j.max_speed.is_some());
             let limits = if known { "every limit kept" } else { "no limit known: the robot file has none" };
-            page.verdict(Tone::Good, format!("{} points read, {} {added}, {limits}.", a.points, a.inserted))
+            let (tone, path) = match verdict {
+                Some(Verdict::Worse) => (Tone::Bad, " The path error grows: do not run this program."),
+                Some(Verdict::Better) => (Tone::Good, " The path error falls."),
+                Some(Verdict::Unchanged) => (Tone::Mixed, " The path error stays as it was."),
+                None => (Tone::Good, ""),
+            };
+            page.verdict(tone, format!("{} points read, {} {added}, {limits}.{path}", a.points, a.inserted))
         }
     };
     page.tile(Tile::text("reversals", a.reversals.iter().sum::<u64>().to_string(), ""));

@@ -1,6 +1,6 @@
 //! What the arguments of `rewrite` ask for, every value checked.
 
-use super::{Args, usage};
+use super::{Args, proof, usage};
 use crate::compensator::{Compensator, JointEvidence, from_model::not_compensated};
 use crate::error::{Result, shown};
 use crate::io::input;
@@ -31,6 +31,8 @@ pub(super) struct Source {
     initial_gap_side: Option<Vec<i8>>,
     /// Static joint errors of a model.
     statics: Option<Arc<Statics>>,
+    /// The machine on which the verdict is worked out: the model, or that of a compensator with evidence.
+    pub(super) machine: Option<Model>,
     /// What of a model is not compensated.
     pub(super) left: Vec<String>,
 }
@@ -38,6 +40,7 @@ pub(super) struct Source {
 impl Source {
     pub(super) fn load(args: &Args) -> Result<Self> {
         let (mut statics, mut left) = (None, Vec::new());
+        let machine;
         let (robot, compensator, path, initial_gap_side) = match (&args.model, &args.robot, &args.compensator) {
             (Some(path), ..) => {
                 let model = Model::load(path)?;
@@ -45,11 +48,13 @@ impl Source {
                 let compensator = Compensator::from_model_at(&model, speed.unwrap_or(0.0))?;
                 statics = Statics::of_model(&model).map(Arc::new);
                 left = not_compensated(&model, speed);
+                machine = Some(model.clone());
                 (model.robot, compensator, path, Some(model.initial_gap_side))
             }
             (None, Some(robot), Some(path)) => {
                 let robot = Robot::load(robot)?;
                 let compensator = Compensator::load(path, &robot)?;
+                machine = proof::machine_of(&robot, &compensator);
                 (robot, compensator, path, None)
             }
             _ => return Err(usage("no compensator", "--robot and --compensator, or --model")),
@@ -70,6 +75,7 @@ impl Source {
             file: shown(path),
             initial_gap_side,
             statics,
+            machine,
             left,
         })
     }

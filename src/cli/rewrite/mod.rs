@@ -2,6 +2,7 @@
 
 mod folder;
 mod job;
+mod proof;
 
 use crate::cli::{page, paths};
 use crate::compensator::file::is_past;
@@ -19,6 +20,7 @@ use crate::robot::JointKind;
 use crate::robot::frames::Missing;
 use indicatif::{ProgressBar, ProgressStyle};
 use job::Source;
+use proof::Proof;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -308,7 +310,7 @@ pub fn run(args: Args) -> Result<()> {
     let bar = bytes_bar(&args.input);
     let result = job.prepare(&args.input, target, &|bytes| bar.set_position(bytes));
     bar.finish_and_clear();
-    let ready = match result {
+    let mut ready = match result {
         Ok(mut ready) => {
             suggest_ramp(&args, &source, &mut ready.outcome);
             ready
@@ -320,8 +322,13 @@ pub fn run(args: Args) -> Result<()> {
         }
     };
     summarise(&mut summary, &[Line::of(&ready.outcome)])?;
-    page::write(&mut report, || page::rewrite::of_outcome(&source.robot, &source.compensator, &ready.outcome))?;
-    let json = args.json.then(|| printed(&document(&ready.outcome, &source.robot))).transpose()?;
+    let proof = proof::of(&args, &source, &mut ready);
+    page::write(&mut report, || {
+        let verdict = proof.as_ref().and_then(Proof::verdict);
+        page::rewrite::of_outcome(&source.robot, &source.compensator, &ready.outcome, verdict)
+    })?;
+    let json =
+        args.json.then(|| printed(&account_with_proof(&ready.outcome, &source.robot, proof.as_ref()))).transpose()?;
     let outcome = ready.commit_with([summary, report, json].into_iter().flatten().collect())?;
     if !args.json {
         eprint!(
@@ -338,6 +345,9 @@ pub fn run(args: Args) -> Result<()> {
                 }
             )
         );
+        if let Some(proof) = &proof {
+            eprint!("{}", proof.words(args.model.is_some()));
+        }
     }
     if outcome.vendor.is_none() && (args.solve_cartesian.is_some() || args.exclude_process) {
         eprintln!(
@@ -348,6 +358,15 @@ pub fn run(args: Args) -> Result<()> {
     let changed = !outcome.unchanged;
     said(outcome)?;
     exit_unchanged(&args, changed)
+}
+
+/// The account of a rewrite with the verdict on what the program does on the machine, where there is one.
+fn account_with_proof(outcome: &Outcome, robot: &crate::robot::Robot, proof: Option<&Proof>) -> serde_json::Value {
+    let mut account = document(outcome, robot);
+    if let Some(proof) = proof {
+        account["path_error"] = proof.document();
+    }
+    account
 }
 
 /// `--list-frames`: a frames file to fill in.

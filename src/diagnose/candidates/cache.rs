@@ -127,9 +127,9 @@ fn same(a: &[EffectInstance], b: &[EffectInstance]) -> bool {
 mod tests {
     use super::*;
     use crate::diagnose::candidates;
-    use crate::diagnose::sensitivities::tangent;
-    use crate::diagnose::synthetic::tests::closed_path_with_gaps;
-    use crate::diagnose::whitening::Whitening;
+    use crate::diagnose::candidates::sensitivities::tangent;
+    use crate::diagnose::noise::whitening::Whitening;
+    use crate::diagnose::problem::synthetic::tests::closed_path_with_gaps;
 
     #[test]
     fn kept_signatures_score_as_new_ones_do() {

@@ -246,7 +246,7 @@ pub fn estimate(group: &Group, residual: &[f64], fitted: f64, slowest: f64) -> (
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::layout::Sensor;
+    use crate::diagnose::problem::layout::Sensor;
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
 

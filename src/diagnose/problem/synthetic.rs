@@ -122,6 +122,7 @@ fn log_of(run: Run, number: usize, reflectors: usize, channels: Channels) -> Log
         speed_m_s: None,
         payload_kg: run.payload_kg.map(|p| vec![Some(p); rows]),
         temp_c: None,
+        instruments: crate::log::Instruments::default(),
     }
 }
 

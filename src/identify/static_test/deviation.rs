@@ -5,11 +5,13 @@
 //! Where the log holds `meas_<joint>`, deviation is `meas - cmd` and no frame is needed. Everything that does not
 //! depend on the side of approach cancels in the difference.
 
+use super::creep::series::{DwellSeries, PairSeries};
 use super::frame::Frame;
 use super::readings::{Pair, Readings};
 use super::summary::{HalfGap, Table};
 use crate::log::Log;
 use crate::log::dwells::{Dwell, count};
+use crate::machine::measurement::Instrument;
 use crate::numerics::robust::median;
 use crate::robot::{Chain, JointKind, Robot};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -138,14 +140,75 @@ pub(super) fn deviation(
     Some(Deviation { value, lever, samples, sum_squares_m2: sum, variance })
 }
 
+/// Commands, half gaps and their readings over time, at one place.
+#[derive(Default)]
+struct Place {
+    at: Vec<f64>,
+    values: Vec<HalfGap>,
+    series: Vec<Option<(DwellSeries, DwellSeries)>>,
+}
+
+/// What the readings of a log are seen through.
+struct View<'a> {
+    chains: &'a [Chain],
+    inverse: Option<&'a Isometry3<f64>>,
+    /// Of a log with single readings.
+    instrument: Option<&'a Instrument>,
+}
+
+/// Half gap of a pair by a single reading (distance, dial), and the sensitivity of the reading to the joint; `None` where the
+/// joint hardly changes it.
+fn along(chains: &[Chain], instrument: &Instrument, readings: &Readings, pair: &Pair) -> Option<(HalfGap, f64)> {
+    let (up, down) = both(readings, pair);
+    let (going_up, going_down) = (up.scalar?, down.scalar?);
+    let mut columns = vec![Vector3::zeros(); up.command.len()];
+    let place = chains.first()?.position_and_jacobian(&up.command, &mut columns);
+    let lever = instrument.sensitivity(&place, &columns[pair.axis])[0];
+    if lever.abs() < LEAST_LEVER {
+        return None;
+    }
+    let half = HalfGap {
+        value: 0.5 * (going_down.mean - going_up.mean) / lever,
+        variance_in_dwell: 0.25 * (going_up.variance + going_down.variance) / (lever * lever),
+    };
+    Some((half, lever))
+}
+
+/// Deviation of the joint row by row within a dwell: by its sensor, by a single reading, else by the TCP along the joint's column of the Jacobian.
+fn over_time(view: &View, log: &Log, dwell: &Dwell, axis: usize) -> Option<DwellSeries> {
+    if let Some(column) = log.meas.get(axis).and_then(|c| c.as_deref()) {
+        return DwellSeries::new(log, dwell, |row| Some(column[row]? - dwell.command[axis]));
+    }
+    let mut columns = vec![Vector3::zeros(); dwell.command.len()];
+    let chain = view.chains.first()?;
+    let place = chain.position_and_jacobian(&dwell.command, &mut columns);
+    if let Some(instrument) = view.instrument {
+        let lever = instrument.sensitivity(&place, &columns[axis])[0];
+        let column = log.instruments.scalar()?;
+        return DwellSeries::new(log, dwell, |row| Some(column[row]? / lever));
+    }
+    let inverse = view.inverse?;
+    let along = columns[axis] / columns[axis].norm_squared().max(LEAST_LEVER * LEAST_LEVER);
+    DwellSeries::new(log, dwell, |row| {
+        let p = (*log.tcp_m.get(row)?)?;
+        Some(((inverse * Point3::from(p)).coords - place).dot(&along))
+    })
+}
+
 /// Half gaps of every pair, as one table per joint; pairs that cannot be read are noted.
-pub fn half_gaps(robot: &Robot, logs: &[Log], readings: &mut Readings, frame: Option<&Frame>) -> Vec<Table> {
+pub fn half_gaps(
+    robot: &Robot,
+    logs: &[Log],
+    readings: &mut Readings,
+    frame: Option<&Frame>,
+    instruments: &[Option<Instrument>],
+) -> Vec<Table> {
     let chains = chains(robot, logs);
     let inverse = frame.map(|f| f.found.frame.inverse());
     let mut tables = Vec::new();
     for axis in 0..robot.dof() {
         let joint = robot.axis(axis);
-        let mut places: BTreeMap<usize, (Vec<f64>, Vec<HalfGap>)> = BTreeMap::new();
+        let mut places: BTreeMap<usize, Place> = BTreeMap::new();
         let (mut lost, mut blind, mut measured_pairs) = (0usize, 0usize, 0usize);
         let (mut levers, mut strokes) = (Vec::new(), f64::INFINITY);
         for p in readings.pairs.iter().filter(|p| p.axis == axis) {
@@ -153,6 +216,14 @@ pub fn half_gaps(robot: &Robot, logs: &[Log], readings: &mut Readings, frame: Op
             let read = if let Some(half) = measured(readings, p) {
                 measured_pairs += 1;
                 Some(half)
+            } else if let Some(instrument) = &instruments[p.log] {
+                let half = along(&chains, instrument, readings, p);
+                lost += usize::from(half.is_none() && (up.scalar.is_none() || down.scalar.is_none()));
+                blind += usize::from(half.is_none() && up.scalar.is_some() && down.scalar.is_some());
+                half.map(|(half, lever)| {
+                    levers.push(lever.abs());
+                    half
+                })
             } else if seen_by_both(&chains, up, down).contains(&true) {
                 let half = inverse.as_ref().and_then(|inverse| half_gap(&chains, inverse, readings, p));
                 blind += usize::from(half.is_none());
@@ -166,9 +237,12 @@ pub fn half_gaps(robot: &Robot, logs: &[Log], readings: &mut Readings, frame: Op
             };
             let Some(value) = read else { continue };
             strokes = [up, down].iter().filter_map(|d| d.approach).map(|a| a.stroke).fold(strokes, f64::min);
-            let (at, values) = places.entry(p.place).or_default();
-            at.extend([up.command[axis], down.command[axis]]);
-            values.push(value);
+            let place = places.entry(p.place).or_default();
+            place.at.extend([up.command[axis], down.command[axis]]);
+            place.values.push(value);
+            let view = View { chains: &chains, inverse: inverse.as_ref(), instrument: instruments[p.log].as_ref() };
+            let series = |d: &Dwell| over_time(&view, &logs[p.log], d, axis);
+            place.series.push(series(up).zip(series(down)));
         }
         if lost > 0 {
             readings.notes.push(format!("{}: pairs left out, without the tracker: {lost}", joint.name));
@@ -191,12 +265,19 @@ pub fn half_gaps(robot: &Robot, logs: &[Log], readings: &mut Readings, frame: Op
         } else {
             ROUNDING_M / median(&levers).max(LEAST_LEVER)
         };
+        let series: Option<Vec<PairSeries>> = places
+            .values_mut()
+            .enumerate()
+            .flat_map(|(i, p)| {
+                let series = std::mem::take(&mut p.series);
+                series.into_iter().zip(&p.values).map(move |(s, v)| Some((i, v.value, s?)))
+            })
+            .map(|found| found.map(|(place, value, (up, down))| PairSeries::new(place, value, up, down)))
+            .collect();
         tables.push(Table {
             axis,
-            places: places
-                .into_values()
-                .map(|(at, values)| (at.iter().sum::<f64>() / at.len() as f64, values))
-                .collect(),
+            series: series.unwrap_or_default(),
+            places: places.into_values().map(|p| (p.at.iter().sum::<f64>() / p.at.len() as f64, p.values)).collect(),
             rounding,
             least_stroke: strokes,
             unpaired: readings.unpaired[axis],

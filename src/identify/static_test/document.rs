@@ -53,6 +53,17 @@ pub fn document(found: &Found, robot: &Robot) -> Value {
             },
             format!("sigma_in_dwells_{unit}"): number(kind.to_edge(s.sigma_in_dwell)),
         });
+        if let Some(c) = &s.creep {
+            joint["creep"] = json!({
+                "probability": number(c.probability),
+                "pace_s": number(c.pace_s),
+                "pace_ci95_s": c.pace_ci95_s.map(number),
+                format!("at_stop_{unit}"): number(kind.to_edge(c.at_stop)),
+                format!("at_end_{unit}"): number(kind.to_edge(c.at_end)),
+                "dwell_s": number(c.dwell_s),
+                "needed_dwell_s": number(c.needed_dwell_s),
+            });
+        }
         if let Some(g) = &s.gate {
             joint["varies"] = json!({
                 "p_any_shape": number(g.p_any_shape),

@@ -42,7 +42,8 @@ pub struct Frame {
 
 /// Finds the frame; `None` where every pair was measured behind its gear.
 pub fn find(robot: &Robot, logs: &[Log], readings: &Readings, given: Option<Isometry3<f64>>) -> Result<Option<Frame>> {
-    let through_tcp: Vec<&Pair> = readings.pairs.iter().filter(|p| measured(readings, p).is_none()).collect();
+    let seen = |p: &&Pair| measured(readings, p).is_none() && !logs[p.log].tcp_m.is_empty();
+    let through_tcp: Vec<&Pair> = readings.pairs.iter().filter(seen).collect();
     if through_tcp.is_empty() {
         return Ok(None);
     }

@@ -5,6 +5,7 @@
 //! - [`frame`]: the tracker's frame from both approaches averaged.
 //! - [`deviation`]: each joint's deviation from its command by the inverse of that one joint. Half the difference between the
 //!   two approaches is the half gap: everything that does not depend on the side (geometry, gravity, frame) cancels.
+//! - [`creep`]: what the servo still works off within a dwell, so that the gap is that at rest.
 //! - [`summary`]: gross errors, pure error between cycles, intervals, and the test whether the gap varies with position.
 //! - [`polynomial`], [`knots`]: two families of curves for a gap that varies.
 //! - [`schedule`]: their average, weighted by how well each explains the data for its size.
@@ -13,6 +14,7 @@
 //! A joint that was reached from one side only, that barely moves the TCP, or whose dwells the tracker missed gets no gap and a
 //! note that says why.
 
+pub mod creep;
 pub mod deviation;
 #[cfg(feature = "cli")]
 pub mod display;
@@ -27,8 +29,10 @@ pub mod summary;
 use crate::effects::GapCurve;
 use crate::error::{Error, Place, Result};
 use crate::gaps::{GapPoint, Gaps, JointGap, LogRef};
+use crate::identify::scalar::{self, Setup};
 use crate::log::Log;
 use crate::log::dwells::DwellOptions;
+use crate::machine::measurement::Instrument;
 use crate::robot::Robot;
 use frame::Frame;
 use nalgebra::Isometry3;
@@ -54,6 +58,8 @@ pub struct Options {
     pub knots: Knots,
     /// Base frame -> tracker frame, where it is known; else it is found from the logs.
     pub registration: Option<Isometry3<f64>>,
+    /// What is known of an instrument with a single reading.
+    pub setup: Setup,
 }
 
 /// One joint's test, with everything that its figures rest on.
@@ -88,7 +94,14 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found>
     }
     let mut readings = readings::collect(robot, logs, &options.dwell)?;
     let frame = frame::find(robot, logs, &readings, options.registration)?;
-    let tables = deviation::half_gaps(robot, logs, &mut readings, frame.as_ref());
+    let instruments: Vec<Option<Instrument>> = logs
+        .iter()
+        .map(|log| {
+            let scalar = log.tcp_m.is_empty() && log.instruments.has_scalar();
+            scalar.then(|| scalar::instrument(robot, log, &options.setup)).transpose()
+        })
+        .collect::<Result<_>>()?;
+    let tables = deviation::half_gaps(robot, logs, &mut readings, frame.as_ref(), &instruments);
     let mut gaps = Gaps {
         estimate: None,
         robot_name: robot.name.clone(),

@@ -46,11 +46,11 @@ type Key = (usize, usize, Vec<usize>, Vec<i8>);
 /// Finds dwells and pairs.
 pub fn collect(robot: &Robot, logs: &[Log], options: &DwellOptions) -> Result<Readings> {
     for log in logs {
-        if log.tcp_m.is_empty() && log.meas.iter().all(Option::is_none) {
+        if log.tcp_m.is_empty() && log.meas.iter().all(Option::is_none) && !log.instruments.has_scalar() {
             return Err(Error::bad(
                 Place::line(&log.name, 1),
                 "no measurement column",
-                "`x_mm,y_mm,z_mm` of the TCP, or `meas_<joint>` of a joint",
+                "`x_mm,y_mm,z_mm` of the TCP, `meas_<joint>` of a joint, `r_mm`, `r_um` or `dial_um`",
             ));
         }
     }

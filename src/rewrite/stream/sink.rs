@@ -61,6 +61,16 @@ impl File {
         self.output.prepare()
     }
 
+    /// Name of the target, as messages show it.
+    pub fn shown(&self) -> &str {
+        &self.shown
+    }
+
+    /// Everything that was written so far.
+    pub fn contents(&mut self) -> Result<Vec<u8>> {
+        self.output.contents()
+    }
+
     /// As an output, to be put in place.
     pub fn into_output(self) -> Output {
         self.output

@@ -1,0 +1,97 @@
+//! The reference path, and the distance of points to it in the order in which they pass.
+//!
+//! Method: a point of a run has come some length along the commanded path. Its nearest point on the reference is looked for among
+//! the segments whose length of path lies within [`SLACK_M`] (and the difference between both lengths) of that. So a path
+//! that crosses itself, comes back on itself, or rests, is followed without ambiguity.
+
+use nalgebra::Vector3;
+
+/// Length of path on either side within which the nearest point is looked for, m.
+pub const SLACK_M: f64 = 1e-3;
+
+/// A path with its length up to every point.
+#[derive(Debug, Clone)]
+pub struct Reference {
+    points: Vec<Vector3<f64>>,
+    t_s: Vec<f64>,
+    along: Vec<f64>,
+}
+
+/// Length of a path up to each of its points, m.
+pub fn lengths(points: &[Vector3<f64>]) -> Vec<f64> {
+    let mut sum = 0.0;
+    let steps = points.windows(2).map(|w| (w[1] - w[0]).norm());
+    std::iter::once(0.0)
+        .chain(steps.map(|s| {
+            sum += s;
+            sum
+        }))
+        .take(points.len())
+        .collect()
+}
+
+impl Reference {
+    pub fn new(points: &[Vector3<f64>], t_s: &[f64]) -> Self {
+        Self { points: points.to_vec(), t_s: t_s.to_vec(), along: lengths(points) }
+    }
+
+    pub fn length_m(&self) -> f64 {
+        self.along.last().copied().unwrap_or(0.0)
+    }
+
+    /// Point of the path at a length, m.
+    pub fn at(&self, along: f64) -> Vector3<f64> {
+        let i = self.along.partition_point(|&a| a < along).min(self.points.len() - 1);
+        self.points[i]
+    }
+
+    /// Distance of a point to the path near a length of it, and the time of the reference there.
+    pub fn distance(&self, point: &Vector3<f64>, along: f64, slack_m: f64) -> (f64, f64) {
+        let last = self.points.len() - 1;
+        let from = self.along.partition_point(|&a| a < along - slack_m).saturating_sub(1).min(last.saturating_sub(1));
+        let to = self.along.partition_point(|&a| a <= along + slack_m).max(from + 1).min(last);
+        let mut best = (f64::INFINITY, 0.0, self.t_s[from]);
+        for i in from..to {
+            let (a, b) = (self.points[i], self.points[i + 1]);
+            let step = b - a;
+            let length2 = step.norm_squared();
+            let share = if length2 > 0.0 { ((point - a).dot(&step) / length2).clamp(0.0, 1.0) } else { 0.0 };
+            let off = (point - a - step * share).norm();
+            // of equal distances the place nearest in length counts: a path that comes back on itself has two
+            let apart = (self.along[i] + share * length2.sqrt() - along).abs();
+            if off < best.0 - 1e-9 || (off < best.0 + 1e-9 && apart < best.1) {
+                best = (off, apart, self.t_s[i] + share * (self.t_s[i + 1] - self.t_s[i]));
+            }
+        }
+        (best.0, best.2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line() -> Reference {
+        // 0 -> 10 mm and back, one second a millimetre
+        let mm = |x: f64| Vector3::new(x * 1e-3, 0.0, 0.0);
+        let points: Vec<_> = (0..=10).chain((0..10).rev()).map(|x| mm(f64::from(x))).collect();
+        let t: Vec<f64> = (0..points.len()).map(|i| i as f64).collect();
+        Reference::new(&points, &t)
+    }
+
+    #[test]
+    fn a_path_that_comes_back_on_itself_is_followed_in_order() {
+        let path = line();
+        let point = Vector3::new(4.5e-3, 7e-6, 0.0);
+        let (out, out_s) = path.distance(&point, 4.5e-3, SLACK_M);
+        let (back, back_s) = path.distance(&point, 15.5e-3, SLACK_M);
+        assert!((out - 7e-6).abs() < 1e-12 && (back - 7e-6).abs() < 1e-12);
+        assert!((out_s - 4.5).abs() < 1e-6 && (back_s - 15.5).abs() < 1e-6, "{out_s} {back_s}");
+    }
+
+    #[test]
+    fn a_point_beyond_the_end_is_as_far_as_the_end() {
+        let (off, at) = line().distance(&Vector3::new(-2e-3, 0.0, 0.0), 20e-3, SLACK_M);
+        assert!((off - 2e-3).abs() < 1e-12 && (at - 20.0).abs() < 1e-9);
+    }
+}

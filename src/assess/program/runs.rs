@@ -1,0 +1,241 @@
+//! One run: what was commanded, where the TCP was, and its error along the reference path.
+
+use super::path::{Reference, SLACK_M, lengths};
+use super::{Options, Source};
+use crate::assess::rigid;
+use crate::error::{Error, Place, Result};
+use crate::log::Log;
+use crate::model::Model;
+use crate::program::Program;
+use crate::simulate::{Motion, Timing};
+use nalgebra::Vector3;
+
+/// Rows of a simulated run: fine enough for a step at a reversal, few enough for any program.
+const ROWS: [f64; 2] = [2_000.0, 200_000.0];
+/// Length of path between two rows, m.
+const STEP_M: f64 = 0.1e-3;
+/// Fastest rate, Hz.
+const FASTEST_HZ: f64 = 250.0;
+/// Measured positions are averaged over this time, s.
+const SMOOTHING_S: f64 = 0.5;
+/// Points that do not move by more than this (rad or m) rest.
+const REST: f64 = 1e-9;
+
+/// A reversal of a joint's command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TurningPoint {
+    pub axis: usize,
+    pub at_s: f64,
+    pub command: f64,
+    pub direction: i8,
+}
+
+/// Where a machine was, row by row.
+#[derive(Debug, Clone)]
+pub struct Measured {
+    pub t_s: Vec<f64>,
+    /// Where the commands put the nominal robot, and where the TCP was, m.
+    pub commanded_m: Vec<Vector3<f64>>,
+    pub points_m: Vec<Vector3<f64>>,
+    pub turns: Vec<TurningPoint>,
+    /// Points of the program (rows of a log), stops among them, and duration.
+    pub points: usize,
+    pub stops: usize,
+    pub cycle_s: f64,
+}
+
+/// A run against the reference.
+#[derive(Debug, Clone)]
+pub struct Run {
+    pub name: String,
+    /// Length of the commanded path, m.
+    pub length_m: f64,
+    /// Error of each row, and the time of the reference where it is nearest.
+    pub errors_m: Vec<f64>,
+    pub reference_s: Vec<f64>,
+    pub rms_m: f64,
+    pub mean_m: f64,
+    pub largest_m: f64,
+    pub points: usize,
+    pub stops: usize,
+    pub cycle_s: f64,
+}
+
+impl Run {
+    pub fn new(name: &str, measured: &Measured, reference: &Reference) -> Self {
+        let along = lengths(&measured.commanded_m);
+        let length_m = along.last().copied().unwrap_or(0.0);
+        // offsets make the commanded path a little longer: its length is scaled onto the reference's
+        let scale = if length_m > 0.0 { reference.length_m() / length_m } else { 1.0 };
+        let slack = SLACK_M + (length_m - reference.length_m()).abs();
+        let (errors_m, reference_s): (Vec<f64>, Vec<f64>) =
+            measured.points_m.iter().zip(&along).map(|(p, a)| reference.distance(p, a * scale, slack)).unzip();
+        let n = errors_m.len().max(1) as f64;
+        Self {
+            name: name.into(),
+            length_m,
+            rms_m: (errors_m.iter().map(|e| e * e).sum::<f64>() / n).sqrt(),
+            mean_m: errors_m.iter().sum::<f64>() / n,
+            largest_m: errors_m.iter().copied().fold(0.0, f64::max),
+            errors_m,
+            reference_s,
+            points: measured.points,
+            stops: measured.stops,
+            cycle_s: measured.cycle_s,
+        }
+    }
+}
+
+/// Times of a program's points.
+fn times(model: &Model, program: &Program, options: &Options) -> Vec<f64> {
+    match &program.t_s {
+        Some(t) if !options.at_speed => t.clone(),
+        _ => Timing::at_speed(&model.robot, program, options.speed_m_s).t_s,
+    }
+}
+
+/// Rate at which both runs are sampled.
+pub fn rate_hz(model: &Model, source: &Source, options: &Options) -> f64 {
+    let Source::Program(program) = source else { return FASTEST_HZ };
+    let t = times(model, program, options);
+    let duration = t.last().copied().unwrap_or(0.0) - t.first().copied().unwrap_or(0.0);
+    if duration <= 0.0 {
+        return FASTEST_HZ;
+    }
+    let mut q = vec![0.0; model.robot.dof()];
+    let path: Vec<Vector3<f64>> = (0..program.len())
+        .map(|i| {
+            program.point_into(i, &mut q);
+            model.robot.tcp_m(&q)
+        })
+        .collect();
+    let length = lengths(&path).last().copied().unwrap_or(0.0);
+    let rows = (length / STEP_M).clamp(ROWS[0], ROWS[1]);
+    (rows / duration).min(FASTEST_HZ.max(ROWS[0] / duration))
+}
+
+/// A program, or the commands of a log, on a modelled machine.
+pub fn simulated(model: &Model, source: &Source, options: &Options, rate_hz: f64) -> Result<Measured> {
+    let (motion, points, stops) = match source {
+        Source::Program(program) => {
+            let t_s = times(model, program, options);
+            let motion = Motion::of_program(model, program, &t_s, rate_hz)?;
+            (motion, program.len(), stops(&program.q))
+        }
+        Source::Log(log) => {
+            refuse_poses(log)?;
+            (Motion::of_log(model, log), log.len(), stops(&log.cmd))
+        }
+    };
+    let t_s = motion.drive.t_s().to_vec();
+    let cmd: Vec<Vec<f64>> = (0..model.robot.dof()).map(|a| motion.drive.command(a).to_vec()).collect();
+    Ok(Measured {
+        commanded_m: commanded(model, &cmd),
+        points_m: (0..motion.len()).map(|row| motion.point_m(0, row)).collect(),
+        turns: turning_points(&t_s, &cmd),
+        points,
+        stops,
+        cycle_s: t_s.last().copied().unwrap_or(0.0) - t_s.first().copied().unwrap_or(0.0),
+        t_s,
+    })
+}
+
+/// What a log measured, fitted rigidly onto the reference and averaged over [`SMOOTHING_S`].
+pub fn measured(model: &Model, log: &Log, reference: &Reference) -> Result<Measured> {
+    refuse_poses(log)?;
+    let rows: Vec<usize> = (0..log.len()).filter(|&r| log.tcp_m.get(r).is_some_and(Option::is_some)).collect();
+    if rows.len() < 3 {
+        let expected = "`x_mm,y_mm,z_mm` of the TCP; or programs, which are run on the model";
+        return Err(Error::bad(Place::file(&log.name), format!("{} rows with a TCP", rows.len()), expected));
+    }
+    let t_s: Vec<f64> = rows.iter().map(|&r| log.t_s[r]).collect();
+    let cmd: Vec<Vec<f64>> = log.cmd.iter().map(|c| rows.iter().map(|&r| c[r]).collect()).collect();
+    let commanded_m = commanded(model, &cmd);
+    let along = lengths(&commanded_m);
+    let total = along.last().copied().unwrap_or(0.0);
+    let scale = if total > 0.0 { reference.length_m() / total } else { 1.0 };
+    let seen: Vec<Vector3<f64>> = rows.iter().filter_map(|&r| log.tcp_m[r]).collect();
+    let wanted: Vec<Vector3<f64>> = along.iter().map(|a| reference.at(a * scale)).collect();
+    let Some(frame) = rigid::fit(&seen, &wanted) else {
+        let expected = "a path with points off one line, so that the frame can be found";
+        return Err(Error::bad(Place::file(&log.name), "measured points on one line", expected));
+    };
+    let placed: Vec<Vector3<f64>> = seen.iter().map(|p| frame.rotation * p + frame.translation.vector).collect();
+    // what is averaged is the deviation, not the path
+    let off: Vec<Vector3<f64>> = placed.iter().zip(&wanted).map(|(p, w)| p - w).collect();
+    let points_m = wanted.iter().zip(averaged(&t_s, &off)).map(|(w, o)| w + o).collect();
+    Ok(Measured {
+        commanded_m,
+        points_m,
+        turns: turning_points(&t_s, &cmd),
+        points: log.len(),
+        stops: stops(&log.cmd),
+        cycle_s: log.t_s.last().copied().unwrap_or(0.0) - log.t_s.first().copied().unwrap_or(0.0),
+        t_s,
+    })
+}
+
+fn refuse_poses(log: &Log) -> Result<()> {
+    if log.poses {
+        return Err(Error::bad(Place::line(&log.name, 1), "no `t_s`", "a log of a motion, with `t_s`; or a program"));
+    }
+    Ok(())
+}
+
+/// Mean over the rows within half of [`SMOOTHING_S`] on either side.
+fn averaged(t_s: &[f64], values: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let mut sums = vec![Vector3::zeros()];
+    for v in values {
+        sums.push(sums[sums.len() - 1] + v);
+    }
+    t_s.iter()
+        .map(|t| {
+            let from = t_s.partition_point(|x| *x < t - 0.5 * SMOOTHING_S);
+            let to = t_s.partition_point(|x| *x <= t + 0.5 * SMOOTHING_S).max(from + 1);
+            (sums[to] - sums[from]) / (to - from) as f64
+        })
+        .collect()
+}
+
+fn commanded(model: &Model, cmd: &[Vec<f64>]) -> Vec<Vector3<f64>> {
+    let rows = cmd.first().map_or(0, Vec::len);
+    let mut q = vec![0.0; cmd.len()];
+    (0..rows)
+        .map(|row| {
+            for (v, column) in q.iter_mut().zip(cmd) {
+                *v = column[row];
+            }
+            model.robot.tcp_m(&q)
+        })
+        .collect()
+}
+
+/// Reversals of every joint, in the order of time.
+fn turning_points(t_s: &[f64], cmd: &[Vec<f64>]) -> Vec<TurningPoint> {
+    let mut out = Vec::new();
+    for (axis, column) in cmd.iter().enumerate() {
+        let (mut dir, mut extreme) = (0i8, 0usize);
+        for row in 1..column.len() {
+            let step = column[row] - column[extreme];
+            if step.abs() <= REST {
+                continue;
+            }
+            let now = if step > 0.0 { 1 } else { -1 };
+            if dir != 0 && now != dir {
+                let at_s = t_s[extreme];
+                out.push(TurningPoint { axis, at_s, command: column[extreme], direction: now });
+            }
+            dir = now;
+            extreme = row;
+        }
+    }
+    out.sort_by(|a, b| a.at_s.total_cmp(&b.at_s).then(a.axis.cmp(&b.axis)));
+    out
+}
+
+/// Stretches in which no joint moves from one point to the next.
+fn stops(q: &[Vec<f64>]) -> usize {
+    let n = q.first().map_or(0, Vec::len);
+    let rests = |i: usize| q.iter().all(|c| (c[i] - c[i - 1]).abs() <= REST);
+    (1..n).filter(|&i| rests(i) && !(i > 1 && rests(i - 1))).count()
+}

@@ -1,0 +1,175 @@
+//! `lostmotion assess program`.
+
+use super::{print, print_json, table};
+use crate::assess::program::text::{TextDifference, difference};
+use crate::assess::program::{Assessment, Options, Source, Verdict, assess};
+use crate::cli::{page, paths};
+use crate::error::{Error, Place, Result};
+use crate::io::input::{self, Input};
+use crate::io::output;
+use crate::log::{ColumnMap, Log};
+use crate::model::Model;
+use crate::program::Program;
+use crate::robot::Robot;
+use crate::simulate::predicted;
+use serde_json::json;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// Path error along a program before and after it was changed: better or worse.
+///
+/// Both programs are run on the modelled machine. The error of a point is its distance to the path
+/// that the program as it was would draw on the same machine without gaps, friction and the other
+/// joint errors that an offset can undo. Logs of both runs may be given instead of the programs;
+/// their measured TCP is fitted onto that path.
+///
+/// Worse is a program whose rms or largest error grows, or whose error after any reversal grows by
+/// more than 5 um. The exit code is then 1.
+///
+/// Examples:
+///   lostmotion assess program --model machine.yaml --before job.csv --after job.done.csv --speed-mm-s 10
+///   lostmotion assess program --model machine.yaml --before job.mod --after done/job.mod --report proof.html
+///   lostmotion assess program --model machine.yaml --before before.log.csv --after after.log.csv --json
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct Args {
+    /// Model file: the robot and what is known to be wrong with it
+    #[arg(long, value_name = "MODEL.yaml")]
+    pub model: PathBuf,
+    /// Program (joint-space CSV or a vendor's) or log as it was
+    #[arg(long, value_name = "PROGRAM_OR_LOG")]
+    pub before: PathBuf,
+    /// The changed program, or the log of its run
+    #[arg(long, value_name = "PROGRAM_OR_LOG")]
+    pub after: PathBuf,
+    /// TCP speed of the programs, mm/s; goes before their own `t_s` [default: 1.5]
+    #[arg(long, value_name = "MM_S")]
+    pub speed_mm_s: Option<f64>,
+    /// Column map (YAML) for logs with other names, units, separators: theirs -> ours
+    #[arg(long, value_name = "FILE")]
+    pub columns: Option<PathBuf>,
+    /// Print one JSON document (lostmotion/program-assessment/1) instead of the tables
+    #[arg(long)]
+    pub json: bool,
+    /// Write a self-contained HTML page with figures and tables here
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+}
+
+/// A program or a log as it was read.
+enum Loaded {
+    Program(Program),
+    Log(Box<Log>),
+}
+
+impl Loaded {
+    fn source(&self) -> Source<'_> {
+        match self {
+            Self::Program(p) => Source::Program(p),
+            Self::Log(l) => Source::Log(l),
+        }
+    }
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    let inputs = [
+        ("--model", Some(args.model.as_path())),
+        ("--before", Some(args.before.as_path())),
+        ("--after", Some(args.after.as_path())),
+        ("--columns", args.columns.as_deref()),
+    ];
+    paths::refuse_shared(&inputs, &[("--report", args.report.as_deref())])?;
+    if let Some(v) = args.speed_mm_s
+        && !(v.is_finite() && v > 0.0)
+    {
+        return Err(Error::bad(Place::file("--speed-mm-s"), v.to_string(), "a speed above 0"));
+    }
+    let mut report = output::create(args.report.as_deref())?;
+    let model = Model::load(&args.model)?;
+    let map = args.columns.as_deref().map(ColumnMap::load).transpose()?;
+    let texts = [input::read(&args.before)?, input::read(&args.after)?];
+    let before = load(&texts[0], &model, map.as_ref(), &args.before)?;
+    let after = load(&texts[1], &model, map.as_ref(), &args.after)?;
+    let default = crate::simulate::Options::default().speed_m_s;
+    let options =
+        Options { speed_m_s: args.speed_mm_s.map_or(default, |v| v * 1e-3), at_speed: args.speed_mm_s.is_some() };
+    let result = assess(&model, &before.source(), &after.source(), &options)?;
+    let text = matches!((&before, &after), (Loaded::Program(_), Loaded::Program(_)))
+        .then(|| difference(&texts[0].bytes, &texts[1].bytes));
+    page::write(&mut report, || page::program::of_assessment(&model.robot, &result))?;
+    output::commit([report])?;
+    if args.json {
+        let mut doc = result.to_json(&model.robot);
+        doc["text_lines"] = text.map_or(
+            serde_json::Value::Null,
+            |t| json!({"unchanged": t.unchanged, "changed": t.changed, "added": t.added, "removed": t.removed}),
+        );
+        print_json(&doc)?;
+    } else {
+        print(&tables(&result, text, &model.robot))?;
+    }
+    for note in &result.notes {
+        eprintln!("note: {note}");
+    }
+    match result.verdict {
+        Verdict::Worse => Err(Error::Refused(format!(
+            "{}: worse: largest error {:.1} -> {:.1} um, rms {:.1} -> {:.1} um, one reversal up by {:.1} um",
+            result.after.name,
+            result.figures.largest_m[0] * 1e6,
+            result.figures.largest_m[1] * 1e6,
+            result.figures.rms_m[0] * 1e6,
+            result.figures.rms_m[1] * 1e6,
+            result.figures.worst_reversal_growth_m * 1e6
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn load(text: &Input, model: &Model, map: Option<&ColumnMap>, path: &Path) -> Result<Loaded> {
+    if let Some(map) = map {
+        return Ok(Loaded::Log(Box::new(Log::load_with(path, &model.robot, Some(map))?)));
+    }
+    if predicted::is_log(text, model) {
+        return Ok(Loaded::Log(Box::new(Log::parse(text.clone(), &model.robot)?)));
+    }
+    Program::parse(text.clone(), &model.robot).map(Loaded::Program)
+}
+
+/// Figures of the path, then the reversals.
+fn tables(result: &Assessment, text: Option<TextDifference>, robot: &Robot) -> String {
+    let mut out = format!("{}: {} -> {}\n\n", result.verdict.text(), result.before.name, result.after.name);
+    let f = &result.figures;
+    let mut whole = table(&["along the path", "before", "after"]);
+    for (name, pair) in [("rms, um", f.rms_m), ("mean, um", f.mean_m), ("largest, um", f.largest_m)] {
+        whole.add_row([name.to_string(), format!("{:.1}", pair[0] * 1e6), format!("{:.1}", pair[1] * 1e6)]);
+    }
+    whole.add_row(["cycle time, s".to_string(), format!("{:.2}", f.cycle_s[0]), format!("{:.2}", f.cycle_s[1])]);
+    whole.add_row(["points".to_string(), f.points[0].to_string(), f.points[1].to_string()]);
+    whole.add_row(["stops".to_string(), f.stops[0].to_string(), f.stops[1].to_string()]);
+    let _ = writeln!(out, "{whole}");
+    if let Some(t) = text {
+        let _ = writeln!(
+            out,
+            "text: {} lines unchanged, {} changed, {} added, {} removed",
+            t.unchanged, t.changed, t.added, t.removed
+        );
+    }
+    if result.reversals.is_empty() {
+        return out;
+    }
+    let mut reversals = table(&["reversal", "at s", "command", "turns", "before um", "after um"]);
+    for r in &result.reversals {
+        let joint = robot.axis(r.axis);
+        reversals.add_row([
+            joint.name.clone(),
+            format!("{:.2}", r.at_s),
+            format!("{:.4} {}", joint.kind.to_edge(r.command), joint.kind.unit()),
+            if r.direction > 0 { "up" } else { "down" }.to_string(),
+            format!("{:.1}", r.before_m * 1e6),
+            format!("{:.1}", r.after_m * 1e6),
+        ]);
+    }
+    let _ = writeln!(out, "\n{reversals}");
+    out
+}

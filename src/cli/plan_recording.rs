@@ -1,0 +1,158 @@
+//! `lostmotion plan-experiment static|path|excitation`: a program to record, and the precision to expect.
+
+use crate::cli::paths;
+use crate::error::{Error, Place, Result};
+use crate::io::output::{self, Output};
+use crate::machine::measurement::Instrument;
+use crate::plan::recording::{self, Kind, Options, document};
+use crate::robot::Robot;
+use nalgebra::{Unit, Vector3};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// What all three programs take.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Robot file
+    #[arg(long, value_name = "ROBOT.yaml")]
+    pub robot: PathBuf,
+    /// Place of the tracker in the robot's world frame, mm: the TCP stays visible from it
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub tracker: Option<String>,
+    /// Largest angle between the reflector's axis and the beam, deg
+    #[arg(long, value_name = "DEG", default_value_t = 30.0)]
+    pub acceptance_deg: f64,
+    /// The instrument is a ballbar (or another measure of distance) with its centre here, mm in the world frame
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "dial")]
+    pub ballbar: Option<String>,
+    /// The instrument is a dial gauge (probe, scale) that reads along this direction in the world frame
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub dial: Option<String>,
+    /// Joint pose at which the program starts and ends, deg or mm [default: one in which every joint moves the TCP well]
+    #[arg(long, value_name = "Q1,Q2,...", allow_hyphen_values = true)]
+    pub pose: Option<String>,
+    /// Standard deviation of the noise of one reading, um
+    #[arg(long, value_name = "UM", default_value_t = 10.0)]
+    pub noise_um: f64,
+    /// Rows of the log per second
+    #[arg(long, value_name = "HZ", default_value_t = 20.0)]
+    pub rate_hz: f64,
+    /// Working speed of the TCP, mm/s [default: 50; path: 10; excitation: 60]
+    #[arg(long, value_name = "MM_S")]
+    pub speed_mm_s: Option<f64>,
+    /// Farthest from the pose that a revolute joint goes, deg
+    #[arg(long, value_name = "DEG", default_value_t = 30.0)]
+    pub travel_deg: f64,
+    /// Farthest from the pose that a prismatic joint goes, mm
+    #[arg(long, value_name = "MM", default_value_t = 150.0)]
+    pub travel_mm: f64,
+    /// Time of a path or an excitation, s
+    #[arg(long, value_name = "S", default_value_t = 240.0)]
+    pub duration_s: f64,
+    /// Time of one dwell of a static test, s
+    #[arg(long, value_name = "S", default_value_t = 3.0)]
+    pub dwell_s: f64,
+    /// Times that a static test reaches each place from both sides
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=50))]
+    pub cycles: u16,
+    /// Places of each joint in a static test
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=50))]
+    pub places: u16,
+    /// Where the program goes (CSV with t_s and a column per joint)
+    #[arg(long, short, value_name = "PROGRAM.csv")]
+    pub output: Option<PathBuf>,
+    /// Print the plan as one JSON document on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, kind: Kind) -> Result<()> {
+    paths::refuse_shared(&[("--robot", Some(args.robot.as_path()))], &[("--output", args.output.as_deref())])?;
+    let to_stdout = args.output.as_deref() == Some(Path::new("-"));
+    if args.json && to_stdout {
+        return Err(Error::bad(
+            Place::file("--output"),
+            "`-` with --json",
+            "a file: standard output holds the document",
+        ));
+    }
+    let robot = Robot::load(&args.robot)?;
+    let options = options(args, kind, &robot)?;
+    let mut out = output::create(args.output.as_deref())?;
+    let recording = recording::plan(&robot, kind, &options)?;
+    if let Some(out) = &mut out {
+        out.put(&document::program(&recording, &robot))?;
+    }
+    let mut text = document::words(&recording, &robot, &options);
+    if args.json {
+        text =
+            serde_json::to_string_pretty(&document::document(&recording, &robot, &options)).unwrap_or_default() + "\n";
+    }
+    if to_stdout {
+        eprint!("{text}");
+        output::commit([out])?;
+    } else {
+        let mut stdout = Output::create(Path::new("-"))?;
+        stdout.write_all(text.as_bytes()).map_err(|e| Error::io("standard output", "write", e))?;
+        output::commit([out, Some(stdout)])?;
+    }
+    for note in &recording.notes {
+        eprintln!("note: {note}");
+    }
+    eprintln!("note: the program knows no obstacles: run it slowly first");
+    Ok(())
+}
+
+fn options(args: &Args, kind: Kind, robot: &Robot) -> Result<Options> {
+    let above = |flag: &str, v: f64| {
+        if v.is_finite() && v > 0.0 {
+            Ok(v)
+        } else {
+            Err(Error::bad(Place::file(flag), v.to_string(), "a number above 0"))
+        }
+    };
+    let speed = args.speed_mm_s.unwrap_or(match kind {
+        Kind::Static => 50.0,
+        Kind::Path => 10.0,
+        Kind::Excitation => 60.0,
+    });
+    let place = |flag: &str, text: &Option<String>| text.as_deref().map(|t| three(flag, t)).transpose();
+    let instrument = match (place("--ballbar", &args.ballbar)?, place("--dial", &args.dial)?) {
+        (Some(mm), _) => Instrument::Distance { centre_m: mm * 1e-3 },
+        (None, Some(d)) if d.norm() > 0.0 => Instrument::Direction { along: Unit::new_normalize(d) },
+        (None, Some(_)) => return Err(Error::bad(Place::file("--dial"), "0,0,0", "a direction")),
+        (None, None) => Instrument::Tcp,
+    };
+    let pose = args.pose.as_deref().map(|p| super::plan_experiment::pose(p, robot)).transpose()?;
+    const MOST_S: f64 = 36_000.0;
+    let duration_s = above("--duration-s", args.duration_s)?;
+    if duration_s > MOST_S {
+        return Err(Error::bad(Place::file("--duration-s"), duration_s.to_string(), format!("at most {MOST_S} s")));
+    }
+    Ok(Options {
+        pose,
+        tracker_m: place("--tracker", &args.tracker)?.map(|mm| mm * 1e-3),
+        acceptance_rad: above("--acceptance-deg", args.acceptance_deg)?.min(180.0).to_radians(),
+        instrument,
+        noise_m: above("--noise-um", args.noise_um)? * 1e-6,
+        rate_hz: above("--rate-hz", args.rate_hz)?,
+        speed_m_s: above("--speed-mm-s", speed)? * 1e-3,
+        travel_rad: above("--travel-deg", args.travel_deg)?.to_radians(),
+        travel_m: above("--travel-mm", args.travel_mm)? * 1e-3,
+        duration_s,
+        dwell_s: above("--dwell-s", args.dwell_s)?,
+        cycles: usize::from(args.cycles),
+        places: usize::from(args.places),
+    })
+}
+
+/// Three numbers.
+pub fn three(flag: &str, text: &str) -> Result<Vector3<f64>> {
+    let values: Option<Vec<f64>> =
+        text.split(',').map(|v| v.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
+    match values.as_deref() {
+        Some([x, y, z]) => Ok(Vector3::new(*x, *y, *z)),
+        _ => Err(Error::bad(Place::file(flag), format!("`{text}`"), "three numbers, such as 2500,-400,300")),
+    }
+}

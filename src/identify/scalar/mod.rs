@@ -1,0 +1,157 @@
+//! Half gaps from one reading a row: a double ballbar, a draw wire, a dial gauge along a path (ISO 230-4 for the ballbar's circle).
+//!
+//! Method: Gauss-Newton on all logs at once. What is fitted: the half gap of every joint that reverses, a fading spike after its
+//! reversals and a lag of every joint that moves, a zero offset of every joint, and what the instrument does not know of itself
+//! (centre and length of a ballbar, zero and tilt of a dial; [`crate::machine::measurement`]). Gaps are free; the rest has weak
+//! priors ([`design`]), so that a single reading a row is enough. Residuals are whitened by an autoregressive model of first order
+//! that is estimated from them ([`solve`]).
+//!
+//! A single reading does not see every joint. One whose standard deviation is too large for a gap of the usual size is listed as
+//! not determined, with the reason, and gets no gap.
+//!
+//! Assumptions: constant gaps; geometry errors as zero offsets and what an autoregressive noise takes up.
+
+pub mod design;
+pub mod solve;
+
+use crate::error::{Error, Place, Result};
+use crate::gaps::{Gaps, JointGap, LogRef};
+use crate::log::Log;
+use crate::machine::measurement::Instrument;
+use crate::numerics::student;
+use crate::robot::{JointKind, Robot};
+use design::{Kind, Track};
+use nalgebra::{Unit, Vector3};
+
+/// A half gap is determined where its standard deviation is below this: deg, mm.
+const DETERMINED: [f64; 2] = [0.003, 0.01];
+/// Rows from which something can be told.
+const LEAST_ROWS: usize = 50;
+
+/// What the user knows of the instrument; world frame, m.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Setup {
+    /// Centre of the ballbar; else it is estimated.
+    pub centre_m: Option<Vector3<f64>>,
+    /// Direction of the dial.
+    pub direction: Option<Unit<Vector3<f64>>>,
+}
+
+/// The result, and what was fitted beside the gaps.
+#[derive(Debug, Clone)]
+pub struct ScalarFound {
+    pub gaps: Gaps,
+    /// The instrument of each log, its centre as estimated.
+    pub instruments: Vec<Instrument>,
+    /// Standard deviation of a reading, m, and its autocorrelation from row to row.
+    pub sigma_m: f64,
+    pub correlation: f64,
+}
+
+/// The instrument of a log.
+///
+/// # Errors
+/// Where the log has no such reading, or the direction of a dial is not known.
+pub fn instrument(robot: &Robot, log: &Log, setup: &Setup) -> Result<Instrument> {
+    let i = &log.instruments;
+    if i.distance_m.is_some() || i.distance_off_m.is_some() {
+        let centre_m = setup.centre_m.unwrap_or_else(|| design::middle(robot, log));
+        return Ok(Instrument::Distance { centre_m });
+    }
+    if i.dial_m.is_some() {
+        let expected = "--direction X,Y,Z: the direction in which `dial_um` grows, in the robot's world frame";
+        return match setup.direction {
+            Some(along) => Ok(Instrument::Direction { along }),
+            None => Err(Error::bad(Place::line(&log.name, 1), "`dial_um` without its direction", expected)),
+        };
+    }
+    let expected = "`r_mm` or `r_um` of a ballbar, or `dial_um`";
+    Err(Error::bad(Place::line(&log.name, 1), "no reading of a distance or along a direction", expected))
+}
+
+/// Finds half gaps from logs of single readings.
+///
+/// # Errors
+/// Where a log has no reading, no time or too few rows, or no joint reverses.
+pub fn identify(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
+    let mut tracks = Vec::with_capacity(logs.len());
+    for log in logs {
+        let instrument = instrument(robot, log, setup)?;
+        if log.poses {
+            let expected = "a log of a motion, with `t_s`; settled poses go to `identify static`";
+            return Err(Error::bad(Place::line(&log.name, 1), "no `t_s`", expected));
+        }
+        let track = Track::new(robot, log, instrument, setup.centre_m.is_none());
+        if track.rows.len() < LEAST_ROWS {
+            let found = format!("{} rows with a reading", track.rows.len());
+            return Err(Error::bad(Place::file(&log.name), found, format!("{LEAST_ROWS} or more")));
+        }
+        tracks.push(track);
+    }
+    let reversing: Vec<usize> = (0..robot.dof()).filter(|a| tracks.iter().any(|t| t.reverses(*a))).collect();
+    if let (true, Some(log)) = (reversing.is_empty(), logs.first()) {
+        let expected = "a path on which a joint turns round at least once";
+        return Err(Error::bad(Place::file(&log.name), "no joint that reverses", expected));
+    }
+    let fit = solve::fit(robot, &mut tracks, &reversing).ok_or_else(|| {
+        let name = logs.first().map_or("", |l| l.name.as_str());
+        Error::bad(Place::file(name), "readings from which nothing can be solved", "a longer path")
+    })?;
+    let mut notes = Vec::new();
+    let mut joints = Vec::new();
+    let factor = student::factor(0.95, fit.dof.max(1.0));
+    for &axis in &reversing {
+        let Some(k) = fit.layout.place(Kind::Gap, axis) else { continue };
+        let joint = robot.axis(axis);
+        let (value, sigma) = (fit.values[k], fit.covariance[(k, k)].max(0.0).sqrt());
+        let limit = DETERMINED[usize::from(joint.kind == JointKind::Prismatic)] * joint.kind.si();
+        if sigma > limit {
+            notes.push(format!(
+                "{}: not determined by this reading (standard deviation {:.4} {}): it hardly moves along it, or as other joints do",
+                joint.name,
+                joint.kind.to_edge(sigma),
+                joint.kind.unit()
+            ));
+            continue;
+        }
+        joints.push(JointGap {
+            axis,
+            half_gap: value,
+            ci95: [value - factor * sigma, value + factor * sigma],
+            significant: value - factor * sigma > 0.0,
+            sides: None,
+            schedule: None,
+            varies_p_value: None,
+            stiction: None,
+            stiction_p_value: None,
+        });
+    }
+    for (log, track) in logs.iter().zip(&tracks) {
+        if let (Instrument::Distance { centre_m: c }, true) = (track.instrument, setup.centre_m.is_none()) {
+            notes.push(format!(
+                "{}: centre of the ballbar estimated at {:.3}, {:.3}, {:.3} mm",
+                log.name,
+                c.x * 1e3,
+                c.y * 1e3,
+                c.z * 1e3
+            ));
+        }
+    }
+    let gaps = Gaps {
+        robot_name: robot.name.clone(),
+        robot_sha256: robot.fingerprint(),
+        logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),
+        registration: None,
+        points: Vec::new(),
+        joints,
+        tcp_speed_m_s: None,
+        estimate: None,
+        notes,
+    };
+    Ok(ScalarFound {
+        gaps,
+        instruments: tracks.iter().map(|t| t.instrument).collect(),
+        sigma_m: fit.sigma_m,
+        correlation: fit.correlation,
+    })
+}

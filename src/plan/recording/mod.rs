@@ -1,0 +1,134 @@
+//! Programs to record: what a robot should run so that every gap can be identified, with the precision to expect.
+//!
+//! - [`posture`]: where to do it: a pose in which every joint moves the TCP, and from which the instrument sees it.
+//! - [`motions`]: the programs. `static`: bidirectional dwells of one joint after another. `path`: all joints at once, slowly, by
+//!   one sine each. `excitation`: all joints by three sines each, faster, with pauses.
+//! - [`precision`]: standard deviation of every half gap from the sensitivities of the readings and the stated noise, with the
+//!   instrument's own unknowns, lags and friction estimated beside it.
+//! - [`document`]: the plan as it is written.
+//!
+//! What an instrument cannot tell is said before the measurement: a joint that it hardly sees gets a reason instead of a figure.
+//! No obstacle is known to it.
+
+pub mod document;
+pub mod motions;
+pub mod posture;
+pub mod precision;
+
+use super::path::{Room, RoomOptions};
+use crate::error::{Error, Place, Result};
+use crate::machine::measurement::Instrument;
+use crate::robot::Robot;
+use nalgebra::Vector3;
+use precision::Precision;
+
+/// Which program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    Static,
+    Path,
+    Excitation,
+}
+
+impl Kind {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Static => "static",
+            Self::Path => "path",
+            Self::Excitation => "excitation",
+        }
+    }
+}
+
+/// What a user may choose; SI.
+#[derive(Debug, Clone)]
+pub struct Options {
+    pub pose: Option<Vec<f64>>,
+    /// Place of the tracker in the robot's world frame: the TCP stays visible from it.
+    pub tracker_m: Option<Vector3<f64>>,
+    /// Largest angle between the reflector's axis and the beam, rad.
+    pub acceptance_rad: f64,
+    pub instrument: Instrument,
+    pub noise_m: f64,
+    /// Rows of the log per second.
+    pub rate_hz: f64,
+    pub speed_m_s: f64,
+    pub travel_rad: f64,
+    pub travel_m: f64,
+    /// Of a path or an excitation.
+    pub duration_s: f64,
+    /// Of a static test.
+    pub dwell_s: f64,
+    pub cycles: usize,
+    pub places: usize,
+}
+
+/// A program to record.
+#[derive(Debug, Clone)]
+pub struct Recording {
+    pub kind: Kind,
+    pub pose: Vec<f64>,
+    /// Times (s) and joint vectors (rad or m), straight between them.
+    pub rows: Vec<(f64, Vec<f64>)>,
+    pub duration_s: f64,
+    pub precision: Vec<Precision>,
+    pub notes: Vec<String>,
+}
+
+/// Plans a program.
+///
+/// # Errors
+/// Where no pose is visible, or the windows leave no room to move.
+pub fn plan(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
+    let mut notes = Vec::new();
+    let sight = posture::Sight::new(robot, options);
+    let pose = match &options.pose {
+        Some(pose) => pose.clone(),
+        None => posture::find(robot, options)?,
+    };
+    let sight = sight.facing(&pose);
+    if !sight.sees(&pose) {
+        let found = "a pose that the tracker does not see: the arm is between them";
+        return Err(Error::bad(Place::file("--pose"), found, "another pose, or another place of the tracker"));
+    }
+    let duration_s = match kind {
+        Kind::Static => f64::INFINITY,
+        _ => options.duration_s,
+    };
+    let mut room = Room::new(
+        robot,
+        &RoomOptions {
+            pose: Some(pose.clone()),
+            duration_s,
+            rate_hz: options.rate_hz,
+            speed_m_s: options.speed_m_s,
+            travel_rad: options.travel_rad,
+            travel_m: options.travel_m,
+        },
+    );
+    sight.narrow(&mut room, kind, &mut notes);
+    let (rows, precision) = match kind {
+        Kind::Static => {
+            let test = motions::static_test(&room, options, &mut notes)?;
+            let precision = precision::of_static(robot, &test, options);
+            (test.rows, precision)
+        }
+        Kind::Path | Kind::Excitation => {
+            let rows = motions::all_joints(&room, kind)?;
+            let precision = precision::of_motion(robot, &rows, options);
+            (rows, precision)
+        }
+    };
+    if options.tracker_m.is_some() {
+        let hidden = rows.iter().filter(|(_, q)| !sight.sees(q)).count();
+        if hidden > 0 {
+            notes.push(format!(
+                "the beam may break on {:.1} % of the way (the arm, or the reflector's acceptance)",
+                100.0 * hidden as f64 / rows.len() as f64
+            ));
+        }
+    }
+    let rows = motions::without_straight_rows(rows);
+    let duration_s = rows.last().map_or(0.0, |r| r.0);
+    Ok(Recording { kind, pose, rows, duration_s, precision, notes })
+}

@@ -1,0 +1,115 @@
+//! `assess program`: better and worse as an executed program shows it, and the verdict that `rewrite` tells.
+
+use crate::vendor_circle::{circle, written};
+use assert_cmd::Command;
+use serde_json::Value;
+use std::path::Path;
+
+const MODEL: &str = "schema: lostmotion/model/1
+robot: robot.yaml
+effects:
+  - {effect: backlash, joint: A1, half_gap_deg: 0.0028}
+  - {effect: backlash, joint: A2, half_gap_deg: 0.0037}
+  - {effect: backlash, joint: A3, half_gap_deg: 0.0022}
+";
+
+fn desk() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    std::fs::copy(root.join("configs/kuka-kr120-r2500-pro.yaml"), folder.path().join("robot.yaml")).unwrap();
+    std::fs::copy(root.join("samples/circle/circle_program.csv"), folder.path().join("circle.csv")).unwrap();
+    std::fs::write(folder.path().join("machine.yaml"), MODEL).unwrap();
+    folder
+}
+
+fn run(folder: &Path, line: &str) -> (i32, String, String) {
+    let out = Command::cargo_bin("lostmotion").unwrap().current_dir(folder).args(line.split(' ')).output().unwrap();
+    let text = |b: &[u8]| String::from_utf8_lossy(b).into_owned();
+    (out.status.code().unwrap(), text(&out.stdout), text(&out.stderr))
+}
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
+}
+
+#[test]
+fn a_compensated_circle_is_better_and_the_way_back_is_worse() {
+    let folder = desk();
+    let at = folder.path();
+    let (code, _, words) = run(at, "rewrite --model machine.yaml circle.csv --output done.csv --speed-mm-s 4");
+    assert_eq!(code, 0, "{words}");
+    assert!(words.contains("verdict on the model's machine: better"), "{words}");
+    let line = "assess program --model machine.yaml --before circle.csv --after done.csv --speed-mm-s 4 --json --report proof.html";
+    let (code, out, err) = run(at, line);
+    assert_eq!(code, 0, "{err}");
+    let doc = json(&out);
+    assert_eq!(doc["verdict"], "better");
+    let um = |key: &str, side: &str| doc[key][side].as_f64().unwrap();
+    // before its first reversal a joint stands in the middle of its gap, and nothing can be done about that
+    assert!(um("largest_um", "after") < 0.5 * um("largest_um", "before"), "{doc}");
+    assert!(um("rms_um", "after") < 0.2 * um("rms_um", "before"), "{doc}");
+    assert!(doc["text_lines"]["added"].as_u64().unwrap() > 0);
+    assert!(doc["reversals"].as_array().unwrap().len() >= 6);
+    let page = std::fs::read_to_string(at.join("proof.html")).unwrap();
+    assert!(page.contains("Better: rms"), "the page tells the verdict");
+    let (code, _, err) =
+        run(at, "assess program --model machine.yaml --before done.csv --after circle.csv --speed-mm-s 4");
+    assert_eq!(code, 1, "{err}");
+    assert!(err.contains("worse"), "{err}");
+}
+
+#[test]
+fn a_program_against_itself_is_unchanged() {
+    let folder = desk();
+    let (code, out, _) =
+        run(folder.path(), "assess program --model machine.yaml --before circle.csv --after circle.csv --json");
+    // two paths of one name: the same file may be given twice
+    assert_eq!(code, 0, "{out}");
+    assert_eq!(json(&out)["verdict"], "unchanged");
+}
+
+#[test]
+fn a_verdict_is_told_of_vendor_programs_and_never_good_where_the_largest_error_grows() {
+    let folder = desk();
+    let at = folder.path();
+    // every n-th point of the circle: the coarser, the farther the reversals are from the points
+    for every in [1, 8, 24] {
+        let points: Vec<[f64; 6]> = circle().into_iter().step_by(every).collect();
+        let (name, text, _) = written("rapid", &points);
+        std::fs::write(at.join(&name), text).unwrap();
+        let out = format!("done_{name}");
+        let (code, _, words) =
+            run(at, &format!("rewrite --model machine.yaml {name} --output {out} --speed-mm-s 4 --force"));
+        assert_eq!(code, 0, "{words}");
+        let (code, doc, _) = run(
+            at,
+            &format!("assess program --model machine.yaml --before {name} --after {out} --speed-mm-s 4 --json"),
+        );
+        let doc = json(&doc);
+        let [before, after] = ["before", "after"].map(|s| doc["largest_um"][s].as_f64().unwrap());
+        if after > 1.02 * before + 1.0 {
+            assert_eq!((code, doc["verdict"].as_str()), (1, Some("worse")), "{doc}");
+            assert!(words.contains("verdict on the model's machine: worse"), "{words}");
+        } else {
+            assert!(words.contains(&format!("verdict on the model's machine: {}", doc["verdict"].as_str().unwrap())));
+        }
+    }
+}
+
+#[test]
+fn logs_of_both_runs_are_compared_like_the_programs() {
+    let folder = desk();
+    let at = folder.path();
+    run(at, "rewrite --model machine.yaml circle.csv --output done.csv --speed-mm-s 4");
+    for (program, log) in [("circle.csv", "before.log.csv"), ("done.csv", "after.log.csv")] {
+        let line =
+            format!("simulate --model machine.yaml --input {program} --output {log} --speed-mm-s 4 --noise-um 5");
+        assert_eq!(run(at, &line).0, 0);
+    }
+    let (code, out, err) =
+        run(at, "assess program --model machine.yaml --before before.log.csv --after after.log.csv --json");
+    assert_eq!(code, 0, "{err}");
+    let doc = json(&out);
+    assert_eq!(doc["verdict"], "better");
+    assert!(doc["rms_um"]["after"].as_f64().unwrap() < 0.5 * doc["rms_um"]["before"].as_f64().unwrap(), "{doc}");
+}

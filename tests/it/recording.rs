@@ -1,0 +1,251 @@
+//! `plan-experiment static|path|excitation`: programs that a robot can run, and gaps found within the precision that was told.
+
+use crate::bench::root;
+use lostmotion::effects::{Backlash, EffectInstance, Target};
+use lostmotion::gaps::Gaps;
+use lostmotion::identify::{path, scalar, static_test};
+use lostmotion::io::input::Input;
+use lostmotion::log::Log;
+use lostmotion::machine::measurement::Instrument;
+use lostmotion::model::Model;
+use lostmotion::plan::recording::{Kind, Options, Recording, document, plan};
+use lostmotion::program::Program;
+use lostmotion::robot::{JointKind, Robot};
+use lostmotion::simulate::Motion;
+use nalgebra::{Unit, Vector3};
+use rand::SeedableRng;
+use rand_distr::{Distribution, Normal};
+use std::fmt::Write;
+
+fn options() -> Options {
+    Options {
+        pose: None,
+        tracker_m: None,
+        acceptance_rad: 30f64.to_radians(),
+        instrument: Instrument::Tcp,
+        noise_m: 10e-6,
+        rate_hz: 20.0,
+        speed_m_s: 20e-3,
+        travel_rad: 30f64.to_radians(),
+        travel_m: 0.15,
+        duration_s: 240.0,
+        dwell_s: 2.0,
+        cycles: 3,
+        places: 4,
+    }
+}
+
+fn robot(name: &str) -> Robot {
+    Robot::load(&root().join("configs").join(name)).unwrap()
+}
+
+/// A machine with a gap of each joint: 0.003 deg or 10 um, a little more from joint to joint.
+fn machine(robot: &Robot) -> (Model, Vec<f64>) {
+    let mut model = Model::ideal(robot.clone());
+    let gaps: Vec<f64> = robot
+        .axis_joints()
+        .enumerate()
+        .map(|(a, j)| {
+            let size = if j.kind == JointKind::Revolute { 0.003 } else { 0.010 };
+            (1.0 + 0.1 * a as f64) * size * j.kind.si()
+        })
+        .collect();
+    for (axis, gap) in gaps.iter().enumerate() {
+        let effect = Backlash::constant(*gap).into();
+        model.effects.push(EffectInstance { target: Target::Joint(axis), effect });
+    }
+    (model, gaps)
+}
+
+/// Runs the written program on the machine and records it.
+fn recorded(model: &Model, recording: &Recording, options: &Options, seed: u64) -> Log {
+    let bytes = document::program(recording, &model.robot);
+    let program =
+        Program::parse(Input { name: "plan.csv".into(), bytes, sha256: String::new() }, &model.robot).unwrap();
+    let times = program.t_s.clone().unwrap();
+    let motion = Motion::of_program(model, &program, &times, options.rate_hz).unwrap();
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    let normal = Normal::new(0.0, options.noise_m).unwrap();
+    let mut noise = || normal.sample(&mut rng);
+    let mut text = String::from("t_s");
+    for joint in model.robot.axis_joints() {
+        let _ = write!(text, ",cmd_{}_{}", joint.name, joint.kind.unit());
+    }
+    text.push_str(match options.instrument {
+        Instrument::Tcp => ",x_mm,y_mm,z_mm\n",
+        Instrument::Distance { .. } => ",r_um\n",
+        _ => ",dial_um\n",
+    });
+    for row in 0..motion.len() {
+        let _ = write!(text, "{:.4}", motion.drive.t_s()[row]);
+        for (a, joint) in model.robot.axis_joints().enumerate() {
+            let _ = write!(text, ",{:.6}", joint.kind.to_edge(motion.drive.command(a)[row]));
+        }
+        let p = motion.point_m(0, row);
+        let _ = match options.instrument.reading(&p) {
+            None => {
+                let p = p + Vector3::new(noise(), noise(), noise());
+                writeln!(text, ",{:.5},{:.5},{:.5}", p.x * 1e3, p.y * 1e3, p.z * 1e3)
+            }
+            Some(r) => writeln!(text, ",{:.3}", (r - 0.3 + noise()) * 1e6),
+        };
+    }
+    Log::parse(Input { name: "run.csv".into(), bytes: text.into(), sha256: String::new() }, &model.robot).unwrap()
+}
+
+/// Errors of the gaps that were found over the standard deviations that were told.
+fn ratios(gaps: &Gaps, recording: &Recording, truth: &[f64]) -> Vec<(usize, f64)> {
+    let told = recording.precision.iter().filter_map(|p| Some((p.axis, p.sigma?)));
+    told.filter_map(|(axis, sigma)| {
+        let j = gaps.joints.iter().find(|j| j.axis == axis)?;
+        Some((axis, (j.half_gap - truth[axis]).abs() / sigma))
+    })
+    .collect()
+}
+
+fn keeps_limits(recording: &Recording, robot: &Robot) {
+    for w in recording.rows.windows(2) {
+        for (a, joint) in robot.axis_joints().enumerate() {
+            let (from, to, time) = (w[0].1[a], w[1].1[a], w[1].0 - w[0].0);
+            assert!(time > 0.0);
+            if let Some([lo, hi]) = joint.limits {
+                assert!((lo..=hi).contains(&to), "{} at {to}", joint.name);
+            }
+            if let Some(v) = joint.max_speed {
+                assert!((to - from).abs() / time <= v, "{}", joint.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn val_a_static_program_finds_every_gap_within_the_precision_that_was_told() {
+    for name in ["kuka-kr120-r2500-pro.yaml", "abb-irb1600-6-145.yaml", "gantry-xyz-ballscrew.yaml"] {
+        let robot = robot(name);
+        let options = options();
+        let recording = plan(&robot, Kind::Static, &options).unwrap();
+        keeps_limits(&recording, &robot);
+        let (model, truth) = machine(&robot);
+        let log = recorded(&model, &recording, &options, 1);
+        let found = static_test::identify(&robot, &[log], &static_test::Options::default()).unwrap();
+        let ratios = ratios(&found.gaps, &recording, &truth);
+        assert_eq!(ratios.len(), robot.dof(), "{name}: every joint is told and found");
+        // creep that cannot be excluded widens what is found beyond the white noise that was told
+        assert!(ratios.iter().all(|r| r.1 < 4.0), "{name}: {ratios:?}");
+        assert!(recording.precision.iter().all(|p| p.sigma.unwrap() < 0.1 * truth[p.axis]), "{name}");
+    }
+}
+
+#[test]
+fn val_a_path_and_an_excitation_find_the_gaps_within_the_precision_that_was_told() {
+    let robot = robot("kuka-kr120-r2500-pro.yaml");
+    for (kind, speed) in [(Kind::Path, 10e-3), (Kind::Excitation, 60e-3)] {
+        let options = Options { speed_m_s: speed, ..options() };
+        let recording = plan(&robot, kind, &options).unwrap();
+        keeps_limits(&recording, &robot);
+        assert!((recording.duration_s - 240.0).abs() < 60.0, "{}", recording.duration_s);
+        let (model, truth) = machine(&robot);
+        let log = recorded(&model, &recording, &options, 2);
+        let found = path::identify(&robot, &[log], &path::Options::default()).unwrap();
+        let ratios = ratios(&found.gaps, &recording, &truth);
+        assert!(ratios.len() >= 3, "{kind:?}: {ratios:?}");
+        assert!(ratios.iter().all(|r| r.1 < 4.0), "{kind:?}: {ratios:?}");
+    }
+}
+
+#[test]
+fn a_tracker_on_one_side_keeps_the_reflector_within_its_acceptance() {
+    let robot = robot("kuka-kr120-r2500-pro.yaml");
+    let tracker = Vector3::new(4.0, -2.0, 1.0);
+    let options = Options { tracker_m: Some(tracker), ..options() };
+    let recording = plan(&robot, Kind::Static, &options).unwrap();
+    let facing = |q: &[f64]| {
+        let at = robot.forward(q);
+        at.rotation.inverse() * (tracker - at.position).normalize()
+    };
+    let first = facing(&recording.pose);
+    for (t, q) in &recording.rows {
+        let angle = facing(q).angle(&first);
+        assert!(angle < 31f64.to_radians(), "{} deg after {t} s", angle.to_degrees());
+    }
+}
+
+#[test]
+fn val_a_ballbar_circle_gives_the_gaps_of_the_joints_that_it_excites_within_5_percent() {
+    let model = Model::load(&root().join("samples/models/kuka-figure5.model.yaml")).unwrap();
+    let robot = model.robot.clone();
+    let program = Program::load(&root().join("samples/circle/circle_program.csv"), &robot).unwrap();
+    let mut q = vec![0.0; robot.dof()];
+    let points: Vec<Vector3<f64>> = (0..program.len())
+        .map(|i| {
+            program.point_into(i, &mut q);
+            robot.tcp_m(&q)
+        })
+        .collect();
+    let lo = points.iter().fold(points[0], |a, p| a.inf(p));
+    let hi = points.iter().fold(points[0], |a, p| a.sup(p));
+    let centre = 0.5 * (lo + hi);
+    let (mut base, truth) = machine(&robot);
+    base.registration = None;
+    let rows: Vec<(f64, Vec<f64>)> = {
+        let timing = lostmotion::simulate::Timing::at_speed(&robot, &program, 4e-3);
+        (0..program.len()).map(|i| (timing.t_s[i], program.q.iter().map(|c| c[i]).collect())).collect()
+    };
+    let recording = Recording {
+        kind: Kind::Path,
+        pose: rows[0].1.clone(),
+        duration_s: rows[rows.len() - 1].0,
+        rows,
+        precision: Vec::new(),
+        notes: Vec::new(),
+    };
+    for known in [Some(centre), None] {
+        // the bar's own length is not known: `recorded` writes differences to a nominal length
+        let options = Options { instrument: Instrument::Distance { centre_m: centre }, noise_m: 1e-6, ..options() };
+        let log = recorded(&base, &recording, &options, 5);
+        let setup = scalar::Setup { centre_m: known, direction: None };
+        let found = scalar::identify(&robot, &[log], &setup).unwrap();
+        assert!(!found.gaps.joints.is_empty());
+        for j in &found.gaps.joints {
+            let error = j.half_gap / truth[j.axis] - 1.0;
+            // with the centre to be found beside them the gaps are known less well
+            let most = if known.is_some() { 0.05 } else { 0.10 };
+            assert!(error.abs() < most, "{}: {error:.3} (centre known: {})", robot.axis(j.axis).name, known.is_some());
+            assert!(j.significant);
+        }
+    }
+}
+
+#[test]
+fn val_a_dial_gauge_gives_the_gaps_of_the_joints_that_move_along_it() {
+    let robot = robot("kuka-kr120-r2500-pro.yaml");
+    let along = Unit::new_normalize(Vector3::new(0.2, 1.0, 0.1));
+    let options = Options { instrument: Instrument::Direction { along }, noise_m: 1e-6, ..options() };
+    let recording = plan(&robot, Kind::Static, &options).unwrap();
+    let (model, truth) = machine(&robot);
+    let log = recorded(&model, &recording, &options, 4);
+    let setup = scalar::Setup { centre_m: None, direction: Some(along) };
+    let found = static_test::identify(&robot, &[log], &static_test::Options { setup, ..Default::default() }).unwrap();
+    assert!(found.gaps.joints.len() >= 5, "{:?}", found.gaps.notes);
+    for j in &found.gaps.joints {
+        let error = j.half_gap / truth[j.axis] - 1.0;
+        assert!(error.abs() < 0.05, "{}: {error:.3}", robot.axis(j.axis).name);
+    }
+}
+
+#[test]
+fn a_plan_says_what_an_instrument_cannot_tell() {
+    let robot = robot("gantry-xyz-ballscrew.yaml");
+    // a dial along the first axis sees nothing of the other two
+    let along = Unit::new_normalize({
+        let mut columns = vec![Vector3::zeros(); 3];
+        robot.chain().position_and_jacobian(&[0.5, 0.4, -0.2], &mut columns);
+        columns[0]
+    });
+    let options = Options { instrument: Instrument::Direction { along }, ..options() };
+    let recording = plan(&robot, Kind::Static, &options).unwrap();
+    assert!(recording.precision[0].sigma.is_some() && recording.precision[0].reason.is_none());
+    for p in &recording.precision[1..] {
+        assert!(p.sigma.is_none() && p.reason.as_deref().unwrap().contains("cannot be told"), "{p:?}");
+    }
+}
