@@ -140,8 +140,8 @@ mod tests {
         // dz/dt = (1 - z) v / presliding, h' = z' - h / tau: solved by hand for v = 1e-4
         let (v, t) = (1e-4, 0.4);
         let a = v / R.presliding;
-        let z = 1.0 - 2.0 * (-a * t as f64).exp();
-        let h = 2.0 * a / (a - 1.0) * ((-t as f64).exp() - (-a * t as f64).exp());
+        let z = 1.0 - 2.0 * (-a * t).exp();
+        let h = 2.0 * a / (a - 1.0) * ((-t).exp() - (-a * t).exp());
         assert!((many.z - z).abs() < 1e-9 && (many.h[0] - h).abs() < 1e-3, "{many:?} {z} {h}");
     }
 

@@ -213,7 +213,7 @@ impl Job<'_> {
     /// The note of a result, but for the original's bytes.
     pub(super) fn note(&self, input: &Path, output: &Path, result: &Outcome) -> Note {
         let line = Line::of(result);
-        let name = |p: &Path| p.file_name().map_or_else(|| shown(p), |n| text_of_name(n));
+        let name = |p: &Path| p.file_name().map_or_else(|| shown(p), text_of_name);
         Note {
             schema: guard::SCHEMA.into(),
             version: env!("CARGO_PKG_VERSION").into(),

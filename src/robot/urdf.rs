@@ -31,6 +31,9 @@ pub struct FromUrdf {
     pub largest_error: (f64, f64),
 }
 
+/// Mass, kg, and centre of mass in the link's own frame, m.
+type Inertia = (f64, Vector3<f64>);
+
 /// One joint of the URDF on the chain.
 struct Element {
     name: String,
@@ -204,7 +207,7 @@ impl Reader<'_> {
     }
 
     /// Mass and centre of mass (in the link's own frame) of the child of each element.
-    fn masses(&mut self, root: Node, chain: &[Element]) -> Result<Vec<Option<(f64, Vector3<f64>)>>> {
+    fn masses(&mut self, root: Node, chain: &[Element]) -> Result<Vec<Option<Inertia>>> {
         let mut out = Vec::with_capacity(chain.len());
         for e in chain {
             let link = children(root, "link").find(|l| l.attribute("name") == Some(&e.child));
@@ -316,7 +319,7 @@ fn forward(chain: &[Element], q: &[f64]) -> Isometry3<f64> {
     chain.iter().zip(positions(chain, q)).fold(Isometry3::identity(), |t, (e, q)| t * e.origin * motion(e, q))
 }
 
-fn build(title: &str, chain: &[Element], masses: &[Option<(f64, Vector3<f64>)>]) -> std::result::Result<Robot, String> {
+fn build(title: &str, chain: &[Element], masses: &[Option<Inertia>]) -> std::result::Result<Robot, String> {
     let moving: Vec<usize> = (0..chain.len()).filter(|&k| chain[k].kind.is_some()).collect();
     // frames at the zero configuration: before each joint's motion (its axis), and behind it (its link)
     let at_zero = positions(chain, &vec![0.0; moving.len()]);
@@ -369,7 +372,7 @@ fn link_masses(
     chain: &[Element],
     moving: &[usize],
     links: &[Isometry3<f64>],
-    masses: &[Option<(f64, Vector3<f64>)>],
+    masses: &[Option<Inertia>],
     frames: &[Isometry3<f64>],
 ) -> Vec<Link> {
     let mut out = Vec::with_capacity(moving.len());

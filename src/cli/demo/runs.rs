@@ -78,7 +78,7 @@ pub fn run(machine: &Model, from: &Path, to: &Path) -> Result<Log> {
     let timing = Timing::at_speed(&machine.robot, &program, options.speed_m_s);
     let motion = Motion::of_program(machine, &program, &timing.t_s, options.rate_hz)?;
     let mut out = Output::create(to)?;
-    let name = from.file_name().map(|n| crate::io::name::text_of_name(n)).unwrap_or_default();
+    let name = from.file_name().map(crate::io::name::text_of_name).unwrap_or_default();
     predicted::write_program_log(machine, &motion, &options, &name, &mut out)?;
     out.commit()?;
     log(&machine.robot, to)

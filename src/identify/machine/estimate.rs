@@ -90,7 +90,7 @@ pub fn joint(
         return None;
     }
     let knots = law.gap.len();
-    let cov = block(problem, evidence, axis, law.len());
+    let cov = block(problem, evidence, axis, law.parameters());
     let gap_cov = cov.view((0, 0), (knots, knots)).into_owned();
     let mean = weights.dot(&DVector::from_column_slice(&law.gap));
     let sigma = weights.dot(&(&gap_cov * &weights)).max(0.0).sqrt();

@@ -48,7 +48,7 @@ pub struct JointLaw {
 
 impl JointLaw {
     /// Number of parameters: knots, spikes, wind-up, logarithm of the presliding.
-    pub fn len(&self) -> usize {
+    pub fn parameters(&self) -> usize {
         self.gap.len() + FRICTION
     }
 

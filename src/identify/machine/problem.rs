@@ -167,18 +167,18 @@ impl<'a> Problem<'a> {
 
     /// Numbers of all parameters of friction.
     pub fn friction(&self) -> Vec<usize> {
-        let of = |axis: usize, law: &JointLaw| self.offset(axis) + law.gap.len()..self.offset(axis) + law.len();
+        let of = |axis: usize, law: &JointLaw| self.offset(axis) + law.gap.len()..self.offset(axis) + law.parameters();
         self.laws.iter().enumerate().filter_map(|(a, l)| Some(of(a, l.as_ref()?))).flatten().collect()
     }
 
     /// First global number of the parameters of an axis.
     pub fn offset(&self, axis: usize) -> usize {
-        self.laws[..axis].iter().flatten().map(JointLaw::len).sum()
+        self.laws[..axis].iter().flatten().map(JointLaw::parameters).sum()
     }
 
     /// Number of parameters of all laws.
     pub fn lost(&self) -> usize {
-        self.laws.iter().flatten().map(JointLaw::len).sum()
+        self.laws.iter().flatten().map(JointLaw::parameters).sum()
     }
 
     /// Number of all parameters.
@@ -200,7 +200,7 @@ impl<'a> Problem<'a> {
     pub fn set_values(&mut self, v: &DVector<f64>) {
         let mut at = 0;
         for law in self.laws.iter_mut().flatten() {
-            let n = law.len();
+            let n = law.parameters();
             *law = JointLaw::from_slice(&v.as_slice()[at..at + n]);
             at += n;
         }
@@ -325,7 +325,9 @@ impl<'a> Problem<'a> {
     /// Normal equations at the present estimate.
     pub fn normal(&self) -> Normal {
         let n = self.len();
-        let parts: Vec<(Vec<usize>, DMatrix<f64>, DVector<f64>, f64)> = (0..self.logs.len())
+        // columns, products, right-hand side and cost of each log
+        type Part = (Vec<usize>, DMatrix<f64>, DVector<f64>, f64);
+        let parts: Vec<Part> = (0..self.logs.len())
             .into_par_iter()
             .map(|l| {
                 let p = self.part(l);
@@ -401,9 +403,10 @@ impl<'a> Problem<'a> {
             let Some(law) = law else { continue };
             let (at, knots) = (self.offset(axis), law.gap.len());
             let each = (super::update::SHARE * self.sizes[axis]).powi(-2);
-            for k in 0..law.len() {
+            for k in 0..law.parameters() {
                 about[at + k] = centre[at + k];
-                precision[(at + k, at + k)] = if k + 1 == law.len() { super::update::SHARE.powi(-2) } else { each };
+                precision[(at + k, at + k)] =
+                    if k + 1 == law.parameters() { super::update::SHARE.powi(-2) } else { each };
                 if k > 0 && k < knots {
                     precision[(at + k, at + k)] += each;
                     precision[(at + k - 1, at + k - 1)] += each;

@@ -125,7 +125,7 @@ pub fn solve(hessian: &DMatrix<f64>, gradient: &DVector<f64>, damping: f64) -> O
 fn limited(problem: &Problem, mut step: DVector<f64>) -> DVector<f64> {
     for (axis, law) in problem.laws.iter().enumerate() {
         if let Some(law) = law {
-            let k = problem.offset(axis) + law.len() - 1;
+            let k = problem.offset(axis) + law.parameters() - 1;
             step[k] = step[k].clamp(-LOG_STEP, LOG_STEP);
         }
     }

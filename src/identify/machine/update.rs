@@ -170,7 +170,7 @@ fn crossed(problem: &Problem) -> Option<Vec<f64>> {
         reduced.push((own - prior.view((0, 0), (lost, lost)), gradient, step));
     }
     let gain = |axis: usize, law: &JointLaw| -> f64 {
-        let (at, len) = (problem.offset(axis), law.len());
+        let (at, len) = (problem.offset(axis), law.parameters());
         let one = |from: usize, to: usize| {
             let step = reduced[from].2.rows(at, len);
             2.0 * step.dot(&reduced[to].1.rows(at, len)) - step.dot(&(reduced[to].0.view((at, at), (len, len)) * step))
@@ -182,7 +182,7 @@ fn crossed(problem: &Problem) -> Option<Vec<f64>> {
 
 /// p value of the test that nothing is to be corrected.
 fn probability(problem: &Problem, evidence: &Evidence, axis: usize, before: &JointLaw, after: &JointLaw) -> f64 {
-    let (at, n) = (problem.offset(axis), before.len());
+    let (at, n) = (problem.offset(axis), before.parameters());
     let step = DVector::from_vec(after.to_vec()) - DVector::from_vec(before.to_vec());
     // what the run knows: the correction is drawn towards zero by its prior, so the test is against the spread of what remains
     let covariance = evidence.within.view((at, at), (n, n)).into_owned();
@@ -236,7 +236,7 @@ fn law(own: Option<&JointCompensator>, spline: &Spline, size: f64) -> JointLaw {
         }
         _ => {}
     }
-    debug_assert_eq!(law.len(), law.gap.len() + FRICTION);
+    debug_assert_eq!(law.parameters(), law.gap.len() + FRICTION);
     law
 }
 

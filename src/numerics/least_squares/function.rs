@@ -77,6 +77,7 @@ mod tests {
     use crate::numerics::least_squares::{Criterion, Options, TerminationReason, minimise};
 
     /// Rosenbrock's valley: minimum 0 at (1, 1).
+    #[allow(clippy::type_complexity)] // the closures have no names
     fn valley() -> Function<impl FnMut(&[f64]) -> Vec<f64>, impl FnMut(&[f64]) -> DMatrix<f64>> {
         Function::new(
             |p: &[f64]| vec![10.0 * (p[1] - p[0] * p[0]), 1.0 - p[0]],

@@ -72,7 +72,7 @@ impl Job<'_> {
         }
         let (texts, companions) = texts(format, input, bytes, &self.files)?;
         let hashes: Vec<String> = texts.iter().map(|t| input::sha256(&t.bytes)).collect();
-        self.refuse_known(&name, &*self.known(input)?, &Some(guard::together(hashes.iter())))?;
+        self.refuse_known(&name, &self.known(input)?, &Some(guard::together(hashes.iter())))?;
         let digit = self.digits()?;
         let task = Task {
             robot: self.robot,
@@ -127,7 +127,7 @@ impl Job<'_> {
                 } else {
                     let mut note = self.note(input, path, &outcome);
                     note.original = originals.first().and_then(|t| original::pack(&t.bytes));
-                    let named = |p: &Path| p.file_name().map_or_else(|| shown(p), |n| text_of_name(n));
+                    let named = |p: &Path| p.file_name().map_or_else(|| shown(p), text_of_name);
                     note.companions = (1..paths.len())
                         .map(|k| Companion {
                             input: named(&companions[k - 1]),

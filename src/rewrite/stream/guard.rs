@@ -167,7 +167,7 @@ impl Notes {
                 }
                 note.map(Ok)
             }
-            Err(e) => return Some(Err(Error::io(&p, "read", e))),
+            Err(e) => Some(Err(Error::io(&p, "read", e))),
         };
         let notes = entries.filter(|p| is_note(p)).filter_map(read);
         let whole =

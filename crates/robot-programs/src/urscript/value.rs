@@ -142,7 +142,7 @@ pub fn pose_values(text: &Text, tokens: &[Token], words: &[String], span: &Span)
         let digit = 10f64.powi(-i32::from(e.style.decimals));
         let (start, end) = (e.bytes.start, e.bytes.end);
         // degrees in a pose have a unit of their own
-        (!e.degrees).then(|| Some(Value { si: e.value, start, end, style: e.style, digit, finest: FINEST }))
+        (!e.degrees).then_some(Some(Value { si: e.value, start, end, style: e.style, digit, finest: FINEST }))
     };
     list.iter().map(value).collect::<Option<Vec<_>>>().filter(|v| v.len() == 6)
 }
