@@ -210,6 +210,7 @@ fn a_folder_that_cannot_be_read_stops_no_other_program() {
 }
 
 /// The states of a set of files: all as before, or all as after.
+#[allow(clippy::type_complexity)] // name, bytes before, bytes after
 fn assert_whole(bench: &Bench, files: &[(&str, Option<Vec<u8>>, Vec<u8>)], context: &str) -> bool {
     let now = |name: &str| std::fs::read(bench.path(name)).ok();
     let new = files.iter().all(|(name, _, after)| now(name).as_ref() == Some(after));
