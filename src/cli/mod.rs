@@ -1,5 +1,8 @@
 //! The command line: one file per command, each `arguments -> load -> call -> write`, no mathematics.
 
+// doc comments of arguments are help texts, with <placeholders>
+#![allow(rustdoc::invalid_html_tags)]
+
 pub mod assess;
 pub mod completions;
 pub mod demo;

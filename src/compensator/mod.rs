@@ -1,9 +1,9 @@
 //! The compensator: what `fit` writes and `rewrite` reads (seed 000 equations 15-17). Document `lostmotion/compensator/1`.
 //!
-//! Values are SI (rad or m, s); [`file`] turns them into the document's units.
+//! Values are SI (rad or m, s); [`mod@file`] turns them into the document's units.
 //!
 //! Rooms:
-//! - [`file`]: the YAML document, to and from these types, with every refusal and its line.
+//! - [`mod@file`]: the YAML document, to and from these types, with every refusal and its line.
 //!   `evidence`: what the offsets rest on.
 //! - [`schedule`]: a half gap over position as it stands in a document.
 //! - [`response`]: friction that builds up over travel and is worked off in time.

@@ -1,6 +1,6 @@
 //! `fit`: identified gaps and stiction become the offsets of seed 000 equations 15 to 17.
 //!
-//! The story: [`merge`] takes each joint's gap from the document that knows it best and its stiction from the path; this module
+//! The story: [`mod@merge`] takes each joint's gap from the document that knows it best and its stiction from the path; this module
 //! decides which terms are worth applying; [`minimax`] finds the constants that leave the smallest largest error behind the
 //! reversals (infinity norm) under the identified chain; [`poses`] turns a decay into the paper's `{g, l, k_t}`; [`spacing`] reads
 //! how far apart the points of a program are.

@@ -2,7 +2,7 @@
 //! `lostmotion/gaps/1`; written by `identify`, read by `fit`.
 //!
 //! [`estimate`] holds what a joint estimate over all logs of a machine adds.
-//! Values are SI (rad or m, s); [`file`] turns them into the document's units, [`read`] back.
+//! Values are SI (rad or m, s); [`mod@file`] turns them into the document's units, [`read`] back.
 
 pub mod estimate;
 pub mod file;

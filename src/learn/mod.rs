@@ -7,8 +7,8 @@
 //! Rooms:
 //! - [`network`]: the network, its derivatives by inputs and by weights.
 //! - [`data`]: logs to rows with speeds; the split into training and test.
-//! - [`train`]: the cost and its minimiser.
-//! - [`kinematics`]: what was learned; [`file`]: the document `lostmotion/kinematics/1`.
+//! - [`mod@train`]: the cost and its minimiser.
+//! - [`kinematics`]: what was learned; [`mod@file`]: the document `lostmotion/kinematics/1`.
 //! - [`measure`]: errors on rows, of the learned and of the nominal kinematics.
 //! - [`document`]: what was done, as JSON and as a table.
 //!

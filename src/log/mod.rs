@@ -4,7 +4,7 @@
 //! - [`columns`]: which column is what: the contract's names (`meaning`), or a column map from foreign names and units.
 //! - [`read`]: CSV (and gzip) to [`Log`], with file, line and column of every refusal; `number`: decimal text to f64;
 //!   `timestamp`: dates and times to microseconds.
-//! - [`write`]: numbers, fields and column names on the way out.
+//! - [`mod@write`]: numbers, fields and column names on the way out.
 //! - [`hygiene`]: units, axes and clocks that cannot be right, found from the shape of the measured path; `oddities`:
 //!   encoders, speeds and limits that make a reader wonder; `faults`: what is tried; `shape`: robust rigid and mirrored fits, for hygiene.
 //! - [`instruments`]: channels of other instruments: distance, dial, orientation, torque.

@@ -14,7 +14,7 @@
 //! - [`speed`]: speed of the commanded TCP; [`gravity`]: torque of the weights about each axis.
 //! - [`measurement`]: what an instrument reads: TCP, distance, direction, joint.
 //! - [`parts`]: single stages, for whoever runs the chain piece by piece.
-//! - [`predict`]: the whole chain, to the reflectors in the tracker's frame.
+//! - [`mod@predict`]: the whole chain, to the reflectors in the tracker's frame.
 
 pub mod gravity;
 pub mod grid;

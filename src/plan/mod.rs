@@ -7,7 +7,7 @@
 //! Rooms, in the order of the work:
 //! - [`question`]: rivals, from the command line or a diagnosis; [`sizes`]: how large they are.
 //! - [`path`]: commands from rest to rest within limits; [`motions`]: the library, one function per motion.
-//! - [`separate`]: the expected evidence of a motion for a set; [`observe`]: what a motion shows of the catalogue.
+//! - [`mod@separate`]: the expected evidence of a motion for a set; [`mod@observe`]: what a motion shows of the catalogue.
 //! - [`reasons`]: where nothing separates: why, and which measurement would.
 //! - [`recording`]: programs to record, with the precision to expect of every gap.
 //! - [`document`]: the result as it is written; [`display`]: for a terminal.

@@ -13,7 +13,7 @@
 //! - [`plots`]: SVG drawings; [`plots::axes`] has the scales and ticks that all of them share.
 //! - [`tables`]: HTML tables; [`map`]: tables with coloured cells.
 //! - [`method`]: notes on method with equations and sources, to be quoted by name.
-//! - [`number`]: how numbers are written.
+//! - [`mod@number`]: how numbers are written.
 
 pub mod bidirectional;
 pub mod diagnosis;

@@ -1,12 +1,12 @@
 //! A robot: a serial chain of revolute and prismatic joints in any mix, its base, tool and limits.
 //!
 //! Rooms:
-//! - [`file`]: the robot file (YAML, degrees and millimetres) to and from this module's types (SI), with every refusal.
+//! - [`mod@file`]: the robot file (YAML, degrees and millimetres) to and from this module's types (SI), with every refusal.
 //! - [`chain`]: forward kinematics and the analytic Jacobian (seed 000 equations 2-5; Craig's convention too).
 //! - [`inverse`]: the damped numerical inverse for any subset of joints; says why it stopped.
 //! - [`arm`]: all joint vectors of a pose, in closed form for the arms of most makers.
 //! - [`frames`]: frames and tools by the controller's names.
-//! - [`write`]: a robot back to its file.
+//! - [`mod@write`]: a robot back to its file.
 //! - [`urdf`]: a robot from a URDF file, by [`dh`]: parameters of given joint axes.
 //! - [`plausible`]: whether the numbers can be those of a machine.
 //! - [`gap_of`]: joints whose gap belongs to a sum of axes.
@@ -125,7 +125,7 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// Puts the parts together; joints, base and tool are given in SI and have been checked by [`file`].
+    /// Puts the parts together; joints, base and tool are given in SI and have been checked by [`mod@file`].
     pub fn new(
         name: String,
         convention: Convention,

@@ -13,8 +13,8 @@
 //! - [`path`]: the path file.
 //! - [`kinematics`]: from commands to coordinates, with a Jacobian.
 //! - [`quadratic`]: the bounded quadratic program.
-//! - [`follow`]: from point to point.
-//! - [`write`]: the program; [`document`]: what was done.
+//! - [`mod@follow`]: from point to point.
+//! - [`mod@write`]: the program; [`document`]: what was done.
 //!
 //! The program is open-loop and knows nothing of lost motion: `rewrite` puts the compensation in.
 

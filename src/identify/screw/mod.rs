@@ -3,7 +3,7 @@
 //! The story, one room a step:
 //! - [`strokes`]: strokes of the command, and how far each row is into its own.
 //! - [`tracker`]: the carriage of each prismatic joint from a tracker in an unknown frame, where no sensor of its own measures it.
-//! - [`reach`]: from which way into a stroke on every gap before a sensor is surely closed; strokes that are too short.
+//! - [`mod@reach`]: from which way into a stroke on every gap before a sensor is surely closed; strokes that are too short.
 //! - [`flanks`]: both flanks of one gap: slope `m`, `c_r`, `c_l` of equation 2, with intervals from the strokes.
 //! - [`start`]: on which side the log began (Figure 4).
 //! - [`loops`]: deviation over position, for pictures, by the catalogue's play operator.

@@ -2,7 +2,7 @@
 //!
 //! Rooms:
 //! - [`axes`]: extents, scales, ticks, the frame of a chart in x and y.
-//! - [`line`]: series of points to path data, thinned to what the eye can see.
+//! - [`mod@line`]: series of points to path data, thinned to what the eye can see.
 //! - [`joints`]: a joint's colour, shape, name and units on the page.
 //! - [`path3d`], [`polar`], [`traces`], [`gap_curve`], [`backlash_line`], [`histogram`], [`bars`], [`ways`]: one figure each; [`heat`]: what is coloured by a quantity.
 

@@ -5,7 +5,7 @@
 //! - [`number`]: bytes to a number and its style.
 //! - [`record`]: a row that is not plain: quotes, spaces, exponents.
 //! - [`reader`]: the file in blocks of whole rows; [`fast`]: rows of plain numbers.
-//! - [`print`]: a number in the style of the one it replaces.
+//! - [`mod@print`]: a number in the style of the one it replaces.
 //! - [`edit`]: new values in, rows out.
 //!
 //! What is kept and what may change is said in `docs/program-csv.md`.
