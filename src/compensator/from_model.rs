@@ -70,10 +70,10 @@ fn context<'a>(model: &'a Model, placed: &EffectInstance, tcp_speed_m_s: Option<
     UndoContext { site: placed.site(&model.robot), tcp_speed_m_s, alone }
 }
 
-/// Is an effect a zero offset or gravity that stands in the model beside other errors of the geometry? It was fitted together with
-/// them: alone it would move poses away instead of towards their target.
+/// Is an effect gravity that stands in the model beside errors of the geometry? It was fitted together with them: alone it would move
+/// poses away instead of towards their target. Zero offsets are always undone.
 pub fn part_of_geometry(model: &Model, placed: &EffectInstance) -> bool {
-    matches!(placed.effect.info().family, Family::Geometry | Family::Gravity)
+    placed.effect.info().family == Family::Gravity
         && placed.effect.stage() == Stage::Link
         && model.effects.iter().any(|e| e.effect.stage() == Stage::Geometry)
 }

@@ -3,7 +3,9 @@
 //! The friction that holds the joint turns over as bristles bend (LuGre: Canudas de Wit et al. 1995; Dahl 1968), and a servo with an
 //! integrating position loop answers it as a high-pass filter does. With `z` the friction over its level,
 //!
-//!     dz = (dir - z) dr,   de = -(spike_dir / 2) dz - e dd,
+//! ```text
+//! dz = (dir - z) dr,   de = -(spike_dir / 2) dz - e dd,
+//! ```
 //!
 //! where `dr` is the time or travel that passed over `rise_s` or `rise_deg`, and `dd` the same over `decay_s` or `decay_deg`. Where
 //! the rise is short, `e` jumps by `-dir * spike` at a reversal and fades, as in [`super::stiction`]; reversals that follow each

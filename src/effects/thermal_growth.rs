@@ -5,7 +5,7 @@
 //! number of the row (poses without a clock). Reference: Heisel, Richter, Wurst (1997), CIRP Annals 46(1); Gong, Yuan, Ni
 //! (2000), Int. J. Machine Tools and Manufacture 40(1).
 //!
-//! Parameters: rates of either sign, at most 10 mm (0.1 rad) an hour, 1 mm (0.01 rad) a kelvin, 0.1 mm (1 mrad) a row; steel grows
+//! Parameters: rates of either sign, at most 100 mm (0.1 rad) an hour, 1 mm (0.01 rad) a kelvin, 0.1 mm (1 mrad) a row; steel grows
 //! by 12 um a metre and kelvin. Typical: 10 to 100 um. A length moves the TCP along the link's axis; joints do not change.
 
 use super::site::within;
@@ -22,7 +22,7 @@ pub static INFO: EffectInfo = EffectInfo {
     equation: "rate x, x hours since the first row, tau (1 - exp(-t/tau)) in hours, kelvin since the first row, or rows",
     reference: "Heisel, Richter, Wurst (1997), CIRP Annals 46(1); Gong, Yuan, Ni (2000), Int. J. Machine Tools and Manufacture 40(1)",
     parameters: &[
-        ("per_hour_mm or per_hour_deg", "either sign, within 10 mm or 0.1 rad"),
+        ("per_hour_mm or per_hour_deg", "either sign, within 100 mm or 0.1 rad"),
         ("per_k_mm or per_k_deg", "in its place, with a column `temp_c`: within 1 mm or 0.01 rad"),
         ("per_row_mm or per_row_deg", "in its place, for poses without a clock: within 0.1 mm or 1 mrad"),
         ("tau_s", "with per_hour, where it ends: 1 s to 1e6 s"),
@@ -158,7 +158,7 @@ impl EffectType for ThermalGrowth {
     fn parameters(&self, site: &Site) -> Vec<Parameter> {
         // an arm of a metre that warms by some kelvin an hour
         let (name, mm, rad, typical) = match self.with {
-            With::Hours | With::HoursUntil(_) => ("per_hour", 10.0, 0.1, site.typical(0.003, 0.05)),
+            With::Hours | With::HoursUntil(_) => ("per_hour", 100.0, 0.1, site.typical(0.003, 0.05)),
             With::Kelvin => ("per_k", 1.0, 0.01, site.typical(0.001, 0.01)),
             With::Rows => ("per_row", 0.1, 1e-3, site.typical(1e-5, 1e-4)),
         };

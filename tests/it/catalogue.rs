@@ -249,7 +249,7 @@ fn an_effect_that_cannot_be_is_refused_with_its_line() {
     case("{effect: vibration, amplitude_um: 1, frequency_hz: 2}", &["no `direction`"]);
     case("{effect: time_offset, offset_s: soon}", &["offset_s: soon"]);
     case("{effect: time_offset, offset_s: 1, tau_s: 2}", &["unknown key `tau_s`"]);
-    case("{effect: backlesh, joint: S}", &["backlesh", "time_offset"]);
+    case("{effect: backlesh, joint: S}", &["backlesh", "nearest is `backlash`", "docs/effects.md"]);
     case("{effect: stiction, joint: S, spike_positive_mm: 0.1, rise_s: 1, decay_s: 1}", &["`spike_negative_mm`"]);
     case("{effect: stiction, joint: S, spike_mm: 0.1, rise_s: 1, rise_mm: 1, decay_s: 1}", &["two rises", "`rise_mm`"]);
     case("{effect: hysteresis, joint: S, elements: [[0.1, 2], [0.1, 1]]}", &["elements", "above 0 and rising"]);
