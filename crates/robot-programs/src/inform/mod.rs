@@ -30,6 +30,7 @@ mod write;
 use super::script::{Document, Edits, Format, Patch, Script, Text};
 use crate::axes::Axes;
 use crate::error::Result;
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// The format.
@@ -119,6 +120,31 @@ struct Section {
     /// `///PULSE`, `///ANGLE`, `///RECTAN`.
     form: Option<usize>,
     rconf: Option<usize>,
+}
+
+impl Section {
+    /// A header on which a position of this section depends, which was not given before it and is in force at the end of its
+    /// kind: a copy there would mean something else, as no line takes a header back.
+    fn lacks(&self, end: &Self) -> Option<&'static str> {
+        let joints = matches!(self.meaning, Meaning::Pulse | Meaning::Angle);
+        let lacking = |own: Option<usize>, there: Option<usize>| own.is_none() && there.is_some();
+        if lacking(self.tool, end.tool) {
+            Some("///TOOL")
+        } else if self.meaning == Meaning::User && lacking(self.user, end.user) {
+            Some("///USER")
+        } else if !joints && lacking(self.rconf, end.rconf) {
+            Some("///RCONF")
+        } else if lacking(self.postype, end.postype) {
+            Some("///POSTYPE")
+        } else {
+            None
+        }
+    }
+}
+
+/// The headers in force at the last position of each kind, where new positions of this kind go.
+fn ends(positions: &[Position]) -> BTreeMap<Kind, Section> {
+    positions.iter().map(|p| (p.kind, p.section)).collect()
 }
 
 /// A line of the list.

@@ -119,6 +119,9 @@ impl Reader<'_> {
             Some(why) => Goal::Opaque(why),
             None => self.goal(k, &statement.references, &mut m)?,
         };
+        if let Some(why) = statement.references.iter().find_map(|r| self.no_copy(r.position)) {
+            m.closed.get_or_insert(why);
+        }
         self.counted(&mut m);
         if m.goal.target().is_none() || m.fixed.is_some() {
             for r in &statement.references {
@@ -131,6 +134,13 @@ impl Reader<'_> {
             self.step(k, StepKind::Break(Break::Jump), None);
         }
         Ok(())
+    }
+
+    /// Why a copy of a position at the end of its kind would mean something else.
+    fn no_copy(&self, position: usize) -> Option<String> {
+        let p = &self.list.positions[position];
+        let header = p.section.lacks(self.ends.get(&p.kind)?)?;
+        Some(format!("no {header} before its position, which a copy behind the other positions would get"))
     }
 
     /// Where a move leads; also says whether it is fixed or closed by what its positions are.

@@ -1,7 +1,7 @@
 //! Instructions to steps; moves are read by [`movement`](super::movement).
 
 use super::list::{List, shown};
-use super::{Job, Kind, Statement};
+use super::{Job, Kind, Section, Statement};
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
 use crate::script::{At, Break, Goal, Move, Note, Script, Step, StepKind, Text, number, pragma};
@@ -69,6 +69,7 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
         text,
         robot,
         list: &list,
+        ends: super::ends(&list.positions),
         assigned: assigned(text, begin),
         counted: Counted::of(text, begin),
         moves: 0,
@@ -190,6 +191,8 @@ pub(super) struct Reader<'a> {
     pub(super) text: &'a Text,
     pub(super) robot: &'a Axes,
     pub(super) list: &'a List,
+    /// Headers in force where new positions of each kind go.
+    pub(super) ends: BTreeMap<Kind, Section>,
     pub(super) assigned: BTreeSet<u32>,
     counted: Option<Counted>,
     /// Moves so far, as the controller counts the steps of a job.

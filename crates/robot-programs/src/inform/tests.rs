@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::fixtures;
 use crate::script::harness::{self, count, edited, generator, moves, random_edits, refusal, script_of, values};
 use crate::script::pose::Frame;
-use crate::script::{Break, Edit, Edits, Format, Goal, NewPoint, PathKind, Speed, StepKind};
+use crate::script::{Break, Edit, Edits, Format, Goal, Move, NewPoint, PathKind, Speed, StepKind};
 use proptest::prelude::*;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -116,6 +116,47 @@ fn new_lines_repeat_the_headers_where_the_type_switches_inside_the_list() {
     let added = "///TOOL 2\r\n///POSTYPE PULSE\r\n///PULSE\r\nC00002=9,9,9,9,9,9\r\n///TOOL 0\r\n///POSTYPE USER\r\n///RECTAN\r\n\
                  ///RCONF 1,0,0,0,0,0\r\nP00001=";
     assert!(out.contains(added), "{out}");
+}
+
+#[test]
+fn positions_behind_new_ones_keep_the_user_frame_that_is_in_force() {
+    let list = "///TOOL 0\n///USER 1\n///POSTYPE USER\n///RECTAN\n///RCONF 1,0,0,0,0,0\nC00000=1.000,2.000,3.000,0.0000,0.0000,90.0000\n\
+                ///USER 2\n///RCONF 0,0,0,0,0,0\nC00001=1.000,2.000,3.000,0.0000,0.0000,90.0000\n\
+                ///POSTYPE PULSE\n///PULSE\nC00002=0,0,0,0,0,0\n\
+                ///POSTYPE USER\n///RECTAN\nP00001=1.000,2.000,3.000,0.0000,0.0000,90.0000";
+    let instructions =
+        "MOVL C00000 V=50.0\nMOVL C00001 V=50.0\nMOVJ C00002 VJ=25.00\nMOVL C00000 V=50.0\nMOVL P001 V=50.0";
+    let text = job("3,0,0,1,0,0", list, instructions);
+    let script = script_of(&Inform, &text, &robot());
+    let steps = moves(&script);
+    let mut goal = values(&script, steps[3].0);
+    goal[0] += 0.0004;
+    let mut edits = Edits { digit: vec![1e-6; 6], ..Edits::default() };
+    edits.steps.insert(steps[3].0, Edit { goal: Some(goal), ..Edit::default() });
+    let out = String::from_utf8(edited(&Inform, text.as_bytes(), &edits, &robot()).unwrap()).unwrap();
+    let again = moves(&script_of(&Inform, &out, &robot()));
+    let frames = |m: &Move| match &m.goal {
+        Goal::Pose(p) => format!("{:?} {:?} {:?}", p.frame, p.tool, p.solution),
+        other => format!("{other:?}"),
+    };
+    assert!(frames(&again[4].1).contains("Named(\"2\")"), "{out}");
+    assert!(steps.iter().zip(&again).all(|(a, b)| frames(&a.1) == frames(&b.1)), "{out}");
+}
+
+#[test]
+fn a_position_without_a_header_that_others_have_is_not_copied() {
+    let list = "///POSTYPE USER\n///RECTAN\n///USER 1\n///RCONF 1,0,0,0,0,0\nC00000=1.000,2.000,3.000,0.0000,0.0000,90.0000\n\
+                ///TOOL 1\nC00001=1.000,2.000,3.000,0.0000,0.0000,90.0000";
+    let text = job("2,0,0,0,0,0", list, "MOVL C00000 V=50.0\nMOVL C00001 V=50.0\nMOVL C00000 V=50.0");
+    let script = script_of(&Inform, &text, &robot());
+    let steps = moves(&script);
+    assert!(steps[0].1.closed.as_ref().is_some_and(|why| why.contains("no ///TOOL")), "{:?}", steps[0]);
+    assert_eq!(steps[1].1.closed, None);
+    // one of two moves to a position: it needs a line of its own
+    let mut edits = Edits { digit: vec![1e-6; 6], ..Edits::default() };
+    let goal = values(&script, steps[2].0).iter().map(|v| v + 0.0004).collect();
+    edits.steps.insert(steps[2].0, Edit { goal: Some(goal), ..Edit::default() });
+    assert!(matches!(edited(&Inform, text.as_bytes(), &edits, &robot()), Err(Error::Refused(_))));
 }
 
 #[test]

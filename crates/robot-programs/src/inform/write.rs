@@ -3,11 +3,12 @@
 //! A position is changed in place where all moves that lead to it want the same. Else the first wish keeps the line (or, where
 //! one move stays as it was, the line stays), and every other wish gets a line of its own. New lines take the next free
 //! numbers and stand behind the last line of their kind, under the headers of the line that they were copied from: these are
-//! repeated where others are in force there, as controllers do themselves. So no number that stands anywhere changes its
+//! repeated where others are in force there, as controllers do themselves, and those in force before are repeated behind the new
+//! lines where positions follow. A header cannot be taken back: a line that lacks one which is in force there is not copied. So no number that stands anywhere changes its
 //! meaning, the numbers rise through the list, and `///NPOS` grows.
 
 use super::read::ANGLE_DECIMALS;
-use super::{Job, Kind, Meaning, Section, Statement};
+use super::{Job, Kind, Meaning, Section, Statement, ends};
 use crate::error::{Error, Result};
 use crate::script::{Edit, Edits, NewPoint, Patch, PathKind, StepKind, number};
 use std::collections::BTreeMap;
@@ -21,7 +22,8 @@ const LEAST_CR_MM: f64 = 1.0;
 type Form = BTreeMap<usize, String>;
 
 pub(super) fn patches(job: &Job, edits: &Edits) -> Result<Vec<Patch>> {
-    let mut writer = Writer { job, edits, patches: Vec::new(), new: Vec::new(), next: BTreeMap::new() };
+    let ends = ends(&job.positions);
+    let mut writer = Writer { job, edits, ends, patches: Vec::new(), new: Vec::new(), next: BTreeMap::new() };
     writer.check()?;
     let wishes = writer.goals()?;
     writer.place(&wishes)?;
@@ -48,6 +50,8 @@ struct NewLine {
 struct Writer<'a> {
     job: &'a Job,
     edits: &'a Edits,
+    /// Headers in force where new positions of each kind go.
+    ends: BTreeMap<Kind, Section>,
     patches: Vec<Patch>,
     new: Vec<NewLine>,
     next: BTreeMap<Kind, u32>,
@@ -178,6 +182,10 @@ impl<'a> Writer<'a> {
         let job = self.job;
         let text = &job.script.texts[0];
         let position = &job.positions[model];
+        if let Some(header) = self.ends.get(&position.kind).and_then(|end| position.section.lacks(end)) {
+            let why = format!("no {header} before its position, which a new one behind the others would get");
+            return Err(self.refused(step, &why));
+        }
         let of_kind = job.positions.iter().filter(|p| p.kind == position.kind);
         let next = self.next.entry(position.kind);
         let number = *next.and_modify(|n| *n += 1).or_insert_with(|| of_kind.map(|p| p.number).max().unwrap_or(0) + 1);
@@ -286,21 +294,22 @@ impl<'a> Writer<'a> {
             let mut bytes = Vec::new();
             let mut now = last.section;
             for line in &lines {
-                self.headers(&mut bytes, &mut now, line.section, ending);
+                let joints = matches!(line.section.meaning, Meaning::Pulse | Meaning::Angle);
+                self.headers(&mut bytes, &mut now, line.section, !joints, ending);
                 // what the model line has behind its numbers is its own
                 debug_assert_eq!(self.job.positions[line.model].kind, kind);
                 bytes.extend_from_slice(&line.text);
                 bytes.extend_from_slice(ending);
             }
             if self.job.positions.iter().any(|p| p.line > last.line) {
-                self.headers(&mut bytes, &mut now, last.section, ending);
+                self.headers(&mut bytes, &mut now, last.section, true, ending);
             }
             self.patches.push(Patch::new(0, at.end..at.end, bytes));
         }
     }
 
-    /// Headers that lead from the section `now` to another.
-    fn headers(&self, bytes: &mut Vec<u8>, now: &mut Section, to: Section, ending: &[u8]) {
+    /// Headers that lead from the section `now` to another; `pose`: also those that joint values do not need.
+    fn headers(&self, bytes: &mut Vec<u8>, now: &mut Section, to: Section, pose: bool, ending: &[u8]) {
         let text = &self.job.script.texts[0];
         let words = |line: Option<usize>| line.map(|k| text.line(k).trim_ascii());
         let mut say = |line: Option<usize>| {
@@ -311,7 +320,7 @@ impl<'a> Writer<'a> {
         };
         let joints = matches!(to.meaning, Meaning::Pulse | Meaning::Angle);
         let postype = words(now.postype) != words(to.postype) || words(now.form) != words(to.form);
-        if !joints && words(now.user) != words(to.user) {
+        if pose && words(now.user) != words(to.user) {
             say(to.user);
             now.user = to.user;
         }
@@ -324,7 +333,7 @@ impl<'a> Writer<'a> {
             say(to.form);
             (now.meaning, now.postype, now.form) = (to.meaning, to.postype, to.form);
         }
-        if !joints && (postype || words(now.rconf) != words(to.rconf)) {
+        if pose && ((postype && !joints) || words(now.rconf) != words(to.rconf)) {
             say(to.rconf);
             now.rconf = to.rconf;
         }

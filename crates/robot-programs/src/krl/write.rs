@@ -55,7 +55,9 @@ fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Change
     let own = program.script.texts.get(there.at.file);
     let mut out = Vec::new();
     if there.pose.is_some() {
-        let number = |(k, v): (usize, &f64)| Some((values.get(k)?.as_ref()?.span(), there.pose_number(k, *v, edits)?));
+        let number = |(k, v): (usize, &f64)| {
+            Some((values.get(k)?.as_ref()?.span(), there.pose_number_of_size(k, *v, edits, finest)?))
+        };
         return q.iter().enumerate().filter_map(number).collect();
     }
     for (axis, (value, &q)) in values.iter().zip(q).enumerate() {
@@ -234,8 +236,11 @@ fn poses<'a>(
     Ok(points.map(line).collect())
 }
 
-/// What follows the goal: approximate positioning where the motion has it (the controller keeps it within half the way), and
-/// the settings of a spline motion, which hold for that motion alone.
+/// What follows the goal: approximate positioning where the motion has it, and
+/// the settings of a spline motion, which hold for that motion alone. The size of a corner is no word of the motion but
+/// `$APO.CDIS`; the controller begins a corner half the way to the point at the earliest and ends it half the way to the next one at
+/// the latest, and ignores a greater distance. So the corner at a new point fits whatever the distance is; a new point without
+/// one would stop the robot on its way.
 fn tail(text: &Text, motion: &Motion) -> Vec<u8> {
     let tail = text.slice(motion.tail.clone());
     if motion.spline {

@@ -73,7 +73,7 @@ impl Writer<'_> {
         if target.pose.is_some() {
             let number = |(k, v): (usize, &f64)| {
                 let own = target.values.get(k)?.as_ref()?;
-                Some((own.span(), target.pose_number(k, *v, self.edits)?))
+                Some((own.span(), target.pose_number_of_size(k, *v, self.edits, value::seventh)?))
             };
             return q.iter().enumerate().filter_map(number).collect();
         }

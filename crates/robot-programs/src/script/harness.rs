@@ -224,7 +224,7 @@ pub fn kept(
     let out = text::apply(&doc.script().texts, &patches).map_err(|e| e.to_string())?;
     let shown = || out.iter().map(|b| String::from_utf8_lossy(b)).collect::<Vec<_>>().join("\n---\n");
     let again = read(format, &out, robot).map_err(|e| format!("what was written does not parse: {e}\n{}", shown()))?;
-    match compared(doc.script(), again.script(), edits, format.name() == "gcode") {
+    match compared(doc.script(), again.script(), edits, Language::of(format.name())) {
         Some(what) => Err(format!("{what}\n{}", shown())),
         None => Ok(Outcome::Kept),
     }
@@ -243,11 +243,25 @@ fn replaced(script: &Script, patches: &[Patch]) -> std::result::Result<(), Strin
 
 /// Whether `after` moves as `edits` ask of `before`; the first difference.
 pub fn difference(before: &Script, after: &Script, edits: &Edits) -> Option<String> {
-    compared(before, after, edits, false)
+    compared(before, after, edits, Language::of(""))
 }
 
-/// `modal`: an axis that a statement does not name stays where it is, so that a new point need not name those that its target does.
-fn compared(before: &Script, after: &Script, edits: &Edits, modal: bool) -> Option<String> {
+/// What is another matter in one language than in the others.
+#[derive(Clone, Copy)]
+struct Language {
+    /// G-code: an axis that a statement does not name stays where it is, so that a new point need not name those that its
+    /// target does.
+    modal: bool,
+    krl: bool,
+}
+
+impl Language {
+    fn of(name: &str) -> Self {
+        Self { modal: name == "gcode", krl: name == "krl" }
+    }
+}
+
+fn compared(before: &Script, after: &Script, edits: &Edits, how: Language) -> Option<String> {
     let mut rest = after.steps.iter();
     for (k, step) in before.steps.iter().enumerate() {
         let line = step.at.line;
@@ -256,7 +270,7 @@ fn compared(before: &Script, after: &Script, edits: &Edits, modal: bool) -> Opti
             let (StepKind::Move(m), Some(StepKind::Move(n))) = (&step.kind, rest.next().map(|s| &s.kind)) else {
                 return Some(format!("line {line}: a new point is no move"));
             };
-            if let Err(e) = new_point(before, m, after, n, point, edits, modal) {
+            if let Err(e) = new_point(before, m, after, n, point, edits, how) {
                 return Some(format!("line {line}, new point: {e}"));
             }
         }
@@ -283,7 +297,7 @@ fn new_point(
     n: &Move,
     point: &NewPoint,
     edits: &Edits,
-    modal: bool,
+    how: Language,
 ) -> Compared {
     let Some(target) = n.goal.target() else { return Err(format!("its goal is {:?}", n.goal)) };
     if std::mem::discriminant(&m.goal) != std::mem::discriminant(&n.goal) {
@@ -292,7 +306,7 @@ fn new_point(
     let target = &after.targets[target];
     let written = numbers(after, n);
     for (axis, own) in numbers(before, m).iter().enumerate() {
-        if own.is_some() && !modal && written.get(axis).copied().flatten().is_none() {
+        if own.is_some() && !how.modal && written.get(axis).copied().flatten().is_none() {
             return Err(format!("axis {axis} is not written"));
         }
     }
@@ -300,9 +314,10 @@ fn new_point(
         let own = numbers(before, m).get(axis).copied().flatten();
         v.map_or(Ok(()), |v| near(target, axis, own, v, *q, edits))?;
     }
-    // controllers that keep a corner within half the way by themselves take that of the move
-    let copied = matches!(m.goal, Goal::Pose(_)) && n.blend_m == m.blend_m;
-    if n.blend_m.is_some_and(|r| r > point.clearance_m + 1e-9) && !copied {
+    // KRL: $APO.CDIS is no word of the motion, and the controller keeps the corner within half the way on both sides, which is
+    // what the room is; other languages write the size with the point
+    let kept_within = how.krl && n.blend_m == m.blend_m;
+    if n.blend_m.is_some_and(|r| r > point.clearance_m + 1e-9) && !kept_within {
         return Err(format!("its corner is larger than its room: {:?} > {}", n.blend_m, point.clearance_m));
     }
     let straight = m.path == PathKind::Joint || matches!(m.goal, Goal::Joints(_)) && m.path == PathKind::Linear;
@@ -366,9 +381,7 @@ fn step_itself(before: &Script, m: &Move, after: &Script, n: &Move, edit: Option
 fn near(target: &Target, axis: usize, own: Option<Value>, v: Value, q: f64, edits: &Edits) -> Compared {
     let lost = (v.si - q).abs();
     let asked = edits.digit_of(target, axis);
-    // digits of a pose's number are those that the old one could have
-    let finest = own.filter(|_| target.pose.is_some()).map_or(v.finest, |o| o.finest.max(v.finest));
-    let coarse = if asked.is_nan() { f64::INFINITY } else { asked.max(finest) };
+    let coarse = if asked.is_nan() { f64::INFINITY } else { asked.max(v.finest) };
     let digit = if own.is_some_and(|o| o.si == v.si) { coarse } else { coarse.min(v.digit) };
     if lost <= SAME * q.abs().max(1.0) || lost <= 0.501 * digit {
         return Ok(());

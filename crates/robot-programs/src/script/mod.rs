@@ -286,11 +286,24 @@ impl Target {
 
     /// New text of number `k` of a pose for a value in SI; `None`: it stays as it is.
     pub fn pose_number(&self, k: usize, value: f64, edits: &Edits) -> Option<String> {
+        self.pose_number_of_size(k, value, edits, |_| f64::INFINITY)
+    }
+
+    /// The same where a number's size says how fine it can be: `finest` gives the weight of the last digit, both in the
+    /// number's own unit.
+    pub fn pose_number_of_size(
+        &self,
+        k: usize,
+        value: f64,
+        edits: &Edits,
+        finest: impl Fn(f64) -> f64,
+    ) -> Option<String> {
         let (unit, own) = (self.pose_unit(k)?, self.values.get(k)?.as_ref()?);
         if (value - own.si).abs() <= SAME_NUMBER {
             return None;
         }
-        number::changed(own.si / unit, own.style, value / unit, edits.digit_of(self, k) / unit, own.finest / unit)
+        let finest = (own.finest / unit).min(finest(value / unit));
+        number::changed(own.si / unit, own.style, value / unit, edits.digit_of(self, k) / unit, finest)
     }
 }
 
