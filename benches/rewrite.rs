@@ -42,7 +42,7 @@ fn robot() -> Result<Robot> {
     Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/kuka-kr120-r2500-pro.yaml"))
 }
 
-/// Half gaps of seed 000 Table 3, deg, on the first three axes.
+/// Half gaps of Zhang (2023) Table 3, deg, on the first three axes.
 fn compensator(robot: &Robot) -> Compensator {
     let joints = [0.0028_f64, 0.0037, 0.0022].iter().enumerate().map(|(axis, half_gap)| {
         let gap = GapCurve::Constant(half_gap.to_radians());

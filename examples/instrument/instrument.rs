@@ -1,4 +1,4 @@
-//! The simulated instrument of seed 002: its excitation, its four paths; learned, tracked and run.
+//! The simulated instrument of Cursi (2022): its excitation, its four paths; learned, tracked and run.
 
 use lostmotion::compensator::{BacklashOffset, Compensator};
 use lostmotion::effects::curve::Pchip;

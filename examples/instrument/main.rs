@@ -1,4 +1,4 @@
-//! Tables II and III of seed 002 on the simulated instrument, beside the published ones: `cargo run --release --example instrument [SEED]`.
+//! Tables II and III of Cursi (2022) on the simulated instrument, beside the published ones: `cargo run --release --example instrument [SEED]`.
 //!
 //! With `write` as its argument it writes the programs and paths of `samples/instrument` and the picture of `docs/track.md` in place
 //! of the tables' text only.

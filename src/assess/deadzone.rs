@@ -1,4 +1,4 @@
-//! What compensation leaves of the deadzones of a motion (seed 002, Table I): mean size without and with it, joint by joint.
+//! What compensation leaves of the deadzones of a motion (Cursi (2022), Table I): mean size without and with it, joint by joint.
 //!
 //! Both runs are judged by the motion that was wanted: the commands of the logs give way to those of the nominal program at the
 //! same times, so that a size is the part of the wanted motion during which the tip stands still. Sizes are those of

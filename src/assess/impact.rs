@@ -1,6 +1,6 @@
 //! Impact: how far one half gap of a joint moves the TCP, at a pose or over a program.
 //!
-//! `|F(q + b_j e_j) - F(q)|` (seed 000, the first equation numbered 12; its Table 2). Two measurements of one pose from
+//! `|F(q + b_j e_j) - F(q)|` (Zhang (2023), the first equation numbered 12; its Table 2). Two measurements of one pose from
 //! opposite sides differ by twice that. Over a program a joint matters where it reverses: a gap that stays on one side is
 //! a constant offset. The ranking is by the share of the mean square among the joints that reverse.
 //!

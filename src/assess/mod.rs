@@ -1,6 +1,6 @@
 //! Assessing: what lost motion costs at the TCP.
 //!
-//! Rooms:
+//! Modules:
 //! - [`bidirectional`]: positions reached from both sides: repeatability, backlash, its curve over position and states.
 //! - [`circle`]: a measured circle before and after compensation, against its best-fit circle and its nominal path.
 //! - [`deadzone`]: deadzones of a motion without and with compensation.

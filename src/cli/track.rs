@@ -14,7 +14,7 @@ use std::path::{Path as FilePath, PathBuf};
 /// Turn a Cartesian path into a joint program.
 ///
 /// The path is a CSV with x_mm, y_mm, z_mm (a coordinate that is left out is free) and perhaps t_s. The
-/// joints follow by the bounded quadratic program of seed 002, equation 1, or by the numerical inverse:
+/// joints follow by the bounded quadratic program of Cursi (2022), equation 1, or by the numerical inverse:
 /// within joint limits, joint speeds, and the range in which a kinematics was learned. With --robot the
 /// kinematics is the nominal one, with --model that of the model's geometry, with --kinematics a learned
 /// one; the path is in its frame (of a learned one: that of its logs). Where the path cannot be followed,

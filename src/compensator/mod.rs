@@ -1,8 +1,8 @@
-//! The compensator: what `fit` writes and `rewrite` reads (seed 000 equations 15-17). Document `lostmotion/compensator/1`.
+//! The compensator: what `fit` writes and `rewrite` reads (Zhang (2023) equations 15-17). Document `lostmotion/compensator/1`.
 //!
 //! Values are SI (rad or m, s); [`mod@file`] turns them into the document's units.
 //!
-//! Rooms:
+//! Modules:
 //! - [`mod@file`]: the YAML document, to and from these types, with every refusal and its line.
 //!   `evidence`: what the offsets rest on.
 //! - [`schedule`]: a half gap over position as it stands in a document.

@@ -1,4 +1,4 @@
-//! `backlash`: the play operator (seed 000 equations 6 and 7).
+//! `backlash`: the play operator (Zhang (2023) equations 6 and 7).
 //!
 //! The output follows its input at the distance of the half gap `b` and stands still inside the gap. Start: in the middle of
 //! the gap, unless the track says on which side.
@@ -16,7 +16,7 @@ pub static INFO: EffectInfo = EffectInfo {
     acts_on: ActsOn::Joint,
     adds: "the joint follows its motor at half the gap and stands still while the gap is crossed",
     equation: "play operator: the output stays within half_gap of its input and moves only when pushed",
-    reference: "seed 000 equations 6 and 7; Tao, Kokotovic (1996), Adaptive Control of Systems with Actuator and Sensor Nonlinearities",
+    reference: "Zhang (2023) equations 6 and 7; Tao, Kokotovic (1996), Adaptive Control of Systems with Actuator and Sensor Nonlinearities",
     parameters: &[("half_gap_deg", "half of the gap, 0 to 0.1 rad (10 mm): more is a broken joint")],
     confused_with: &["hysteresis", "backlash_position", "backlash_speed", "stiction"],
     decide_by: "reverse slowly, with rows inside the gap, at several positions and two speeds",

@@ -1,6 +1,6 @@
 //! `backlash_speed`: play whose half gap grows, or shrinks, with the TCP speed: `b = half_gap + slope * speed`.
 //!
-//! The speed is that of the commanded TCP (seed 003 finds such a dependence). The operator is that of [`super::backlash`] with
+//! The speed is that of the commanded TCP (Gantry (2015) finds such a dependence). The operator is that of [`super::backlash`] with
 //! a gap that varies along the way; a gap below 0 is none. Parameters: half gap 0 or more, at most 0.1 rad or 10 mm (more is
 //! a broken joint); slope of either sign, at most 0.1 rad or 10 mm per m/s. Action: as for backlash; compensate at the speed at
 //! which the program runs.
@@ -18,7 +18,7 @@ pub static INFO: EffectInfo = EffectInfo {
     acts_on: ActsOn::Joint,
     adds: "backlash whose gap depends on the TCP speed",
     equation: "play operator, b = half_gap + slope * commanded TCP speed, 0 or more",
-    reference: "seed 003; Slamani, Nubiola, Bonev (2012), Robotica 30(7), for the dependence on the TCP speed",
+    reference: "Gantry (2015); Slamani, Nubiola, Bonev (2012), Robotica 30(7), for the dependence on the TCP speed",
     parameters: &[
         ("half_gap_deg", "at rest, 0 to 0.1 rad (10 mm)"),
         ("slope_deg_per_mm_s", "either sign, within 0.1 rad (10 mm) per m/s"),

@@ -2,7 +2,7 @@
 //!
 //! An effect acts at one place of the chain: command -> servo -> gear -> link -> geometry -> base -> TCP -> measurement. Effects
 //! of servo and gear turn the signal that arrives into the one that leaves (the gear sees what the servo made; they are not
-//! added as in seed 000 equation 10; the two differ only while a gap is crossed). The chain itself is
+//! added as in Zhang (2023) equation 10; the two differ only while a gap is crossed). The chain itself is
 //! [`crate::machine`].
 //!
 //! One file per effect, named after it, holds all of it: equation and reference, parameters with unit, bounds and typical size,

@@ -1,4 +1,4 @@
-//! `stiction`: a joint stands still after a reversal, then the servo works the error off (seed 000 equations 8 and 9).
+//! `stiction`: a joint stands still after a reversal, then the servo works the error off (Zhang (2023) equations 8 and 9).
 //!
 //! Adds `-dir * min(|p - p_rev|, spike * decay(...))` after each reversal: the joint does not move until the command has
 //! moved that far from its turning point; without the minimum it would leap against its command. Nothing before the first
@@ -18,7 +18,7 @@ pub static INFO: EffectInfo = EffectInfo {
     acts_on: ActsOn::Joint,
     adds: "the joint stands still after a reversal until the servo has worked the error off",
     equation: "-dir min(|p - p_rev|, spike exp(-(t - t_rev)/decay)) after each reversal; with a rise de = -(spike/2) dz - e dt/decay, dz = (dir - z) dt/rise (or travel over rise)",
-    reference: "seed 000 equations 8 and 9; Armstrong-Helouvry, Dupont, Canudas de Wit (1994), Automatica 30(7); Canudas de Wit et al. (1995), IEEE Trans. Automatic Control 40(3), for the rise",
+    reference: "Zhang (2023) equations 8 and 9; Armstrong-Helouvry, Dupont, Canudas de Wit (1994), Automatica 30(7); Canudas de Wit et al. (1995), IEEE Trans. Automatic Control 40(3), for the rise",
     parameters: &[
         ("spike_deg", "largest error, 0 to 0.1 rad (10 mm): more is a seized joint"),
         ("decay_s or decay_deg", "time (1 ms to 1000 s) or travel over which the error fades"),

@@ -1,6 +1,6 @@
 //! A joint's command over time, with its direction and its turning points.
 //!
-//! A direction is the sign of the last movement; a pause keeps it (seed 000, note 2 of equation 16). A turn stands where
+//! A direction is the sign of the last movement; a pause keeps it (Zhang (2023), note 2 of equation 16). A turn stands where
 //! the command leaves its extreme: the last sample of a pause on the extreme, since the reversal begins when the joint
 //! moves again. A movement of at most `deadband` against the direction is number noise and no reversal.
 //!

@@ -1,4 +1,4 @@
-//! `fit`: identified gaps and stiction become the offsets of seed 000 equations 15 to 17.
+//! `fit`: identified gaps and stiction become the offsets of Zhang (2023) equations 15 to 17.
 //!
 //! The story: [`mod@merge`] takes each joint's gap from the document that knows it best and its stiction from the path; this module
 //! decides which terms are worth applying; [`minimax`] finds the constants that leave the smallest largest error behind the

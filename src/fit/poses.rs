@@ -1,4 +1,4 @@
-//! Equation 17 of seed 000: `{g, l, k_t}` that follow an exponential decay as closely as points of one spacing allow.
+//! Equation 17 of Zhang (2023): `{g, l, k_t}` that follow an exponential decay as closely as points of one spacing allow.
 //!
 //! The friction offset at the k-th point behind a reversal is `g exp(1 - (1 + (k-1)/(k_t-1))^l)` for `k = 1..=k_t` and 0 behind;
 //! between points the controller moves linearly. Sought is the smallest largest distance to `s exp(-t/tau)` over all

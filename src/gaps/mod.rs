@@ -79,7 +79,7 @@ pub struct JointGap {
     pub stiction_p_value: Option<f64>,
 }
 
-/// A gap whose sides differ (seed 003 equation 2); rad or m.
+/// A gap whose sides differ (Gantry (2015) equation 2); rad or m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sides {
     /// `c_r`: how far the joint stays behind its command moving up.

@@ -4,7 +4,7 @@
 //! same way. A row beside a lost reflector or beside a pause in the log (more than [`PAUSE`] usual intervals) has no speed and
 //! counts with its position alone; settled poses have none at all.
 //!
-//! The input may be another command than the logged one (seed 002, section IV-C2: the network sees the desired motor
+//! The input may be another command than the logged one (Cursi (2022), section IV-C2: the network sees the desired motor
 //! positions, the machine got compensated ones): that of a program with times, linear between its points.
 
 use crate::error::{Error, Place, Result};

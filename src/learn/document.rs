@@ -1,4 +1,4 @@
-//! What was learned, as JSON (`lostmotion/learning/1`) and as a table in the manner of seed 002 Table II.
+//! What was learned, as JSON (`lostmotion/learning/1`) and as a table in the manner of Cursi (2022) Table II.
 
 use super::{LETTERS, Lesson, Rmse};
 use crate::error::counted;

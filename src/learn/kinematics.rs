@@ -9,7 +9,7 @@ pub const LETTERS: [&str; 3] = ["x", "y", "z"];
 /// Which cost a network was trained with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Positions alone (FFNet of seed 002).
+    /// Positions alone (FFNet of Cursi (2022)).
     Plain,
     /// Positions and velocities (AugNet).
     Augmented,

@@ -1,4 +1,4 @@
-//! Errors on rows: root mean squares of position and velocity (seed 002 Table II), of any kinematics.
+//! Errors on rows: root mean squares of position and velocity (Cursi (2022) Table II), of any kinematics.
 //!
 //! The nominal kinematics is measured in the frame that fits the training rows best (Kabsch), as a tracker's frame is not known
 //! here: what is left is what no rigid transform explains.

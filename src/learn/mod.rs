@@ -1,10 +1,10 @@
-//! Learning: forward kinematics of a machine from its logs, by small networks (seed 002, section IV).
+//! Learning: forward kinematics of a machine from its logs, by small networks (Cursi (2022), section IV).
 //!
 //! For machines whose way from motor to TCP is hard to write down (tendons, sheaths, coupled joints). Each coordinate of the TCP is one
 //! network of one hidden layer over all commands. The plain one learns positions; the augmented one learns velocities as
 //! well, through the exact derivative of the same network, and so has a better Jacobian, which is what `track` needs.
 //!
-//! Rooms:
+//! Modules:
 //! - [`network`]: the network, its derivatives by inputs and by weights.
 //! - [`data`]: logs to rows with speeds; the split into training and test.
 //! - [`mod@train`]: the cost and its minimiser.

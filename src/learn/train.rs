@@ -1,4 +1,4 @@
-//! Training: the cost of seed 002 (sections IV-A and IV-B), minimised by Levenberg-Marquardt.
+//! Training: the cost of Cursi (2022) (sections IV-A and IV-B), minimised by Levenberg-Marquardt.
 //!
 //! Plain: `c = 1/2 sum |f - P|^2`. Augmented: `c = sum w_p/2 |f - P|^2 + w_dp/2 |df/dt - dP/dt|^2`, `w_p = 1e-3`, `w_dp = 1` as
 //! published, positions in mm, velocities in mm/s (the seed prints no unit: "per unit of time"). A row without a velocity counts with its

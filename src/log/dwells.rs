@@ -5,7 +5,7 @@
 //! [`DwellOptions::min_s`] and its first seconds are left to the servo: [`DwellOptions::settle_s`], or [`SETTLE_S`] and a third
 //! of the dwell at most. Each row of a
 //! log without `t_s` is a settled pose and a dwell of its own. The joint that made the approach is the one that moved last,
-//! alone; its direction is the sign of that movement (a pause keeps it: seed 000, note 2 of equation 16). Positions are
+//! alone; its direction is the sign of that movement (a pause keeps it: Zhang (2023), note 2 of equation 16). Positions are
 //! means without gross errors ([`point_mean`]); so are joint positions measured behind the gear. Where most of those say the same
 //! count, what is more than one count away is still moving, or a fault.
 //!

@@ -1,6 +1,6 @@
 //! A measurement log: commands and measured TCP positions, as samples of a motion or as settled poses.
 //!
-//! Rooms:
+//! Modules:
 //! - [`columns`]: which column is what: the contract's names (`meaning`), or a column map from foreign names and units.
 //! - [`read`]: CSV (and gzip) to [`Log`], with file, line and column of every refusal; `number`: decimal text to f64;
 //!   `timestamp`: dates and times to microseconds.

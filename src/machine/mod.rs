@@ -7,7 +7,7 @@
 //! finer grid than rows, a program's points and turning points together changes them. Of a log only its rows are known; its
 //! turning points between them are estimated ([`turns`]).
 //!
-//! Rooms:
+//! Modules:
 //! - [`trajectory`]: commands of all axes, prepared once; through servo and gear as often as wanted.
 //!   `wide`: over more samples than there are; `inputs`: what effects look at that act row by row.
 //! - [`grid`]: points of a program and rows together; [`turns`]: turning points between the rows of a log.

@@ -1,6 +1,6 @@
 //! What the figures of a bidirectional assessment take: positions in mm, errors and backlash in µm.
 
-/// Errors at poses in both directions, one panel a state (seed 001 figures 3 and 4).
+/// Errors at poses in both directions, one panel a state (Slamani (2012) figures 3 and 4).
 #[derive(Debug, Clone, Default)]
 pub struct BothWaysView {
     pub panels: Vec<BothWaysPanel>,
@@ -24,7 +24,7 @@ pub struct WayPoint {
     pub readings_um: Vec<f64>,
 }
 
-/// Backlash over position, states in one figure (seed 001 figures 5 to 10).
+/// Backlash over position, states in one figure (Slamani (2012) figures 5 to 10).
 #[derive(Debug, Clone, Default)]
 pub struct BacklashCurvesView {
     pub states: Vec<BacklashCurve>,

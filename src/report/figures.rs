@@ -32,7 +32,7 @@ impl Run {
 /// Nominal and measured paths, the error exaggerated.
 #[derive(Debug, Clone)]
 pub struct PathView {
-    /// Factor of the drawn errors (seed 000 figure 11: 400).
+    /// Factor of the drawn errors (Zhang (2023) figure 11: 400).
     pub exaggeration: f64,
     pub nominal_mm: Vec<[f64; 3]>,
     pub runs: Vec<PathRun>,
@@ -208,7 +208,7 @@ pub struct WaterfallView {
     pub floor: Option<(String, f64)>,
 }
 
-/// Errors at each reversal, side by side for several runs (seed 000 table 5).
+/// Errors at each reversal, side by side for several runs (Zhang (2023) table 5).
 #[derive(Debug, Clone, Default)]
 pub struct ReversalsView {
     pub runs: Vec<Run>,

@@ -7,7 +7,7 @@
 //!
 //! Values that cannot be drawn (not finite, or beyond 1e15) are left out and counted under their figure.
 //!
-//! Rooms:
+//! Modules:
 //! - [`views`], [`figures`], [`bidirectional`], [`diagnosis`]: what a page takes, with units in every name.
 //! - [`page`]: the HTML shell, head and sections; `style.css` and `turn.js` go into it as they are.
 //! - [`plots`]: SVG drawings; [`plots::axes`] has the scales and ticks that all of them share.

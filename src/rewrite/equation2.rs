@@ -1,4 +1,4 @@
-//! Equation 2 of seed 002, to compare with equation 16 of seed 000: a whole deadzone at each change of direction.
+//! Equation 2 of Cursi (2022), to compare with equation 16 of Zhang (2023): a whole deadzone at each change of direction.
 //!
 //! `theta_comp(t) = theta(t) -+ delta(theta(t))` where the direction changes at `t`, else `theta(t)`; `delta` is the whole deadzone, both half
 //! gaps. As printed the offset lasts one sample ([`Law::Equation2`]): the motor jumps across its deadzone and back, so that the
@@ -21,10 +21,10 @@ use nalgebra::Vector3;
 /// Which offsets a reversal gets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Law {
-    /// Half a gap either way, for as long as the direction lasts (seed 000), with what a reversal needs to be followed.
+    /// Half a gap either way, for as long as the direction lasts (Zhang (2023)), with what a reversal needs to be followed.
     #[default]
     Equation16,
-    /// The whole deadzone at the sample where the direction changes, as seed 002 prints it.
+    /// The whole deadzone at the sample where the direction changes, as Cursi (2022) prints it.
     Equation2,
     /// The whole deadzone from there on.
     Equation2Held,

@@ -1,4 +1,4 @@
-//! Rewriting: points of a joint-space program in, points with reversal points and offsets out (seed 000 equations 15-17).
+//! Rewriting: points of a joint-space program in, points with reversal points and offsets out (Zhang (2023) equations 15-17).
 //!
 //! The engine sees joint vectors and times only; text, formats and files are the business of [`crate::program`] and of the
 //! command. It is causal with a bounded look-ahead, so a program of any length passes in constant memory.

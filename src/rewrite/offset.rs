@@ -1,4 +1,4 @@
-//! What one axis needs: the half gap on either side and the friction behind a turn, as functions (seed 000 equations 16, 17).
+//! What one axis needs: the half gap on either side and the friction behind a turn, as functions (Zhang (2023) equations 16, 17).
 
 use crate::compensator::{FrictionOffset, FrictionShape, JointCompensator};
 use crate::effects::{Decay, GapCurve};

@@ -23,7 +23,7 @@ pub enum Refine {
 pub struct Options {
     pub law: Law,
     pub refine: Refine,
-    /// Share of the segment behind a turning point at which the point stands that carries the step (seed 000: 0.1). It
+    /// Share of the segment behind a turning point at which the point stands that carries the step (Zhang (2023): 0.1). It
     /// stands nearer where the joint would lag by more than [`Options::shape_m`] until then, unless `step_exact`.
     pub step_fraction: f64,
     pub step_exact: bool,

@@ -1,6 +1,6 @@
 //! The plan: each axis' command along the path, stroke by stroke.
 //!
-//! Between turns an axis is offset by its half gap in the direction of its movement (seed 000 equation 16). At a turn it
+//! Between turns an axis is offset by its half gap in the direction of its movement (Zhang (2023) equation 16). At a turn it
 //! goes over a stroke: the step (both half gaps and the friction gain) from the turning point to the step point, which
 //! stands `step_fraction` of a program segment behind it, or later where the joint could not do it sooner; then what
 //! [`super::stroke`] finds until the friction has faded or the joint turns again. Nodes inside legs are laid fine enough for

@@ -1,4 +1,4 @@
-//! Equations 16 and 17 of seed 000 exactly as printed, to compare with: no hold, no turning points between points.
+//! Equations 16 and 17 of Zhang (2023) exactly as printed, to compare with: no hold, no turning points between points.
 //!
 //! One point is inserted at a share of the segment behind each reversal (section 5: a tenth); `k` counts points from there.
 //! A friction term that fades faster than the joint moves turns the command back here, as it did in the paper.

@@ -1,4 +1,4 @@
-//! One reversal of one joint: the command that leaves the smallest largest error (seed 000 equation 15, infinity norm).
+//! One reversal of one joint: the command that leaves the smallest largest error (Zhang (2023) equation 15, infinity norm).
 //!
 //! Behind a turn in direction `d` the joint stands at `y0`. With wanted travel `z = d (p - y0)`, friction left `G` and half
 //! gap `b`, the machine (catalogue: stiction, then play) moves by `max(0, C - b - G)` for a command `C = d (c - y0)`. The

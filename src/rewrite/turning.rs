@@ -1,6 +1,6 @@
 //! Where joints turn: directions with a dead band, and the true turning point between samples.
 //!
-//! A direction is the sign of the last movement; a pause keeps it (seed 000, note 2 of equation 16). A turn stands at the
+//! A direction is the sign of the last movement; a pause keeps it (Zhang (2023), note 2 of equation 16). A turn stands at the
 //! last point of its extreme, as in [`crate::effects::Track`]. On a smooth path the true extreme lies between points: it is
 //! found on the parabola through the three points around it and inserted, all joints taken from parabolas blended over the
 //! leg (a local cubic). A path is smooth there when the second differences at the extreme and at both neighbours agree in

@@ -1,7 +1,7 @@
 //! Forward kinematics and the analytic Jacobian of a serial chain.
 //!
 //! Method: one pass from base to tool over elements `Rot_x(alpha) Trans_x(a) Rot_z(theta) Trans_z(d)`. Craig's convention
-//! is that form as it stands; the standard convention (seed 000 equation 2) is the same chain with `a`, `alpha` moved one
+//! is that form as it stands; the standard convention (Zhang (2023) equation 2) is the same chain with `a`, `alpha` moved one
 //! joint on, because Trans_x and Rot_x commute. A Hayati twist `Rot_y(beta)` stands before
 //! Rot_z. Sines and cosines of `alpha` are kept, so a pass costs one sine and cosine
 //! per joint. Columns of the Jacobian: `z x (p - o)` (revolute), `z` (prismatic).

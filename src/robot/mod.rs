@@ -1,8 +1,8 @@
 //! A robot: a serial chain of revolute and prismatic joints in any mix, its base, tool and limits.
 //!
-//! Rooms:
+//! Modules:
 //! - [`mod@file`]: the robot file (YAML, degrees and millimetres) to and from this module's types (SI), with every refusal.
-//! - [`chain`]: forward kinematics and the analytic Jacobian (seed 000 equations 2-5; Craig's convention too).
+//! - [`chain`]: forward kinematics and the analytic Jacobian (Zhang (2023) equations 2-5; Craig's convention too).
 //! - [`inverse`]: the damped numerical inverse for any subset of joints; says why it stopped.
 //! - [`arm`]: all joint vectors of a pose, in closed form for the arms of most makers.
 //! - [`frames`]: frames and tools by the controller's names.
@@ -41,7 +41,7 @@ use nalgebra::{Isometry3, Vector3};
 /// Denavit-Hartenberg convention of a robot file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Convention {
-    /// Rot_z(theta) Trans_z(d) Trans_x(a) Rot_x(alpha): seed 000 equation 2.
+    /// Rot_z(theta) Trans_z(d) Trans_x(a) Rot_x(alpha): Zhang (2023) equation 2.
     Standard,
     /// Craig: Rot_x(alpha) Trans_x(a) Rot_z(theta) Trans_z(d).
     Modified,
@@ -211,7 +211,7 @@ impl Robot {
         &self.chain
     }
 
-    /// Pose of the TCP in the world for `q` (rad or m, one value per axis; seed 000 equation 3).
+    /// Pose of the TCP in the world for `q` (rad or m, one value per axis; Zhang (2023) equation 3).
     pub fn forward(&self, q: &[f64]) -> Pose {
         self.chain.forward(q)
     }

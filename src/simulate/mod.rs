@@ -2,7 +2,7 @@
 //!
 //! The chain from command to measurement is [`crate::machine`]; noise comes last. Between points a program is linear in the joints.
 //!
-//! Rooms:
+//! Modules:
 //! - [`timing`]: times of program points at a constant TCP speed.
 //! - [`motion`]: commands and what the chain makes of them.
 //! - [`noise`]: seeded white noise.
@@ -34,7 +34,7 @@ pub struct Options {
 }
 
 impl Default for Options {
-    /// 25 Hz, and 1.5 mm/s, the TCP speed of the circle of seed 000 (section 3.2).
+    /// 25 Hz, and 1.5 mm/s, the TCP speed of the circle of Zhang (2023) (section 3.2).
     fn default() -> Self {
         Self { rate_hz: 25.0, speed_m_s: 1.5e-3, noise_m: 0.0, seed: 1, encoders: false, screws: false }
     }

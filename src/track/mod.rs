@@ -1,4 +1,4 @@
-//! Tracking: a Cartesian path to a joint program, by nominal, diagnosed or learned kinematics (seed 002, section II-B).
+//! Tracking: a Cartesian path to a joint program, by nominal, diagnosed or learned kinematics (Cursi (2022), section II-B).
 //!
 //! At each step of the path the joints' move is the bounded quadratic program of equation 1, or the numerical inverse. Equation 1 asks
 //! for the path's velocity and integrates what comes out; here the velocity leads from where the kinematics says the TCP is to the next
@@ -9,7 +9,7 @@
 //! are checked afterwards, as `rewrite` checks them. What comes out is rounded to the digits it is written with before it is
 //! judged. A point that cannot be reached within the tolerance is named with its line and with what holds the robot back.
 //!
-//! Rooms:
+//! Modules:
 //! - [`path`]: the path file.
 //! - [`kinematics`]: from commands to coordinates, with a Jacobian.
 //! - [`quadratic`]: the bounded quadratic program.

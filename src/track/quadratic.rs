@@ -1,4 +1,4 @@
-//! The bounded quadratic program of seed 002, equation 1: `min 1/2 |v - J x|^2` with `lower <= x <= upper`.
+//! The bounded quadratic program of Cursi (2022), equation 1: `min 1/2 |v - J x|^2` with `lower <= x <= upper`.
 //!
 //! With more joints than coordinates its minimum is no single point; a weight [`REST`] on the step itself takes the smallest one
 //! (in units of `scale`, so that radians and metres compare). Where that step lies within its bounds, it is the minimum, and

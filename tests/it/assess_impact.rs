@@ -1,4 +1,4 @@
-//! `assess impact` against seed 000's Table 2 and analytic cases.
+//! `assess impact` against Zhang (2023)'s Table 2 and analytic cases.
 
 use assert_cmd::Command;
 use lostmotion::assess::impact::{AxisGap, displacement_m, over_program};

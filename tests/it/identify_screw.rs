@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 const ROBOT: &str = "configs/gantry-xyz-ballscrew.yaml";
 const SAMPLE: &str = "samples/screw/seed003_gantry_z.csv.gz";
 const TWO_GAPS: &str = "samples/models/gantry-seed003-two-gaps.model.yaml";
-/// Seed 003: figure 7 (coupling) and figure 9 (nut), mm.
+/// Gantry (2015): figure 7 (coupling) and figure 9 (nut), mm.
 const COUPLING_MM: f64 = 0.05;
 const NUT_MM: f64 = 0.1825;
 const Z: usize = 2;

@@ -1,4 +1,4 @@
-//! The job of seed 002 through the binary: log of the growing sine -> deadzones -> compensator -> three motions -> what is left.
+//! The job of Cursi (2022) through the binary: log of the growing sine -> deadzones -> compensator -> three motions -> what is left.
 
 use assert_cmd::Command;
 use serde_json::Value;

@@ -1,4 +1,4 @@
-//! `learn` and `track` through the binary: a tendon-driven instrument is learned, tracked, compensated and run (seed 002); bounds,
+//! `learn` and `track` through the binary: a tendon-driven instrument is learned, tracked, compensated and run (Cursi (2022)); bounds,
 //! refusals, and the same bytes from the same input.
 
 use assert_cmd::Command;
@@ -100,12 +100,12 @@ fn an_instrument_is_learned_tracked_compensated_and_run() {
         }
         better += usize::from(compensated[1] < compensated[0]);
     }
-    // seed 002, Table IIIa: on three of four
+    // Cursi (2022), Table IIIa: on three of four
     assert!(better >= 3, "augmented beats nominal, both compensated, on {better} of 4 paths");
     assert!(means[1] < 0.3 * means[0] && means[2] < 0.3 * means[0], "nominal, augmented, plain: {means:?} mm");
 }
 
-/// Two networks of 30 neurons on 4,000 rows: the work of seed 002's section V-B.
+/// Two networks of 30 neurons on 4,000 rows: the work of Cursi (2022)'s section V-B.
 #[test]
 #[ignore = "heavy: training is timed"]
 fn four_thousand_points_are_learned_in_a_minute_on_two_cores() {

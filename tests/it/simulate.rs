@@ -135,7 +135,7 @@ fn a_prismatic_axis_lags_by_its_half_gap() {
     let model = "samples/models/gantry-seed003.model.yaml";
     let args = ["--model", model, "--input", program.to_str().unwrap(), "--speed-mm-s", "10", "--rate-hz", "10"];
     let log = columns(&simulate(folder.path(), &args));
-    // seed 003: 0.11625 mm; X starts in the middle of its gap
+    // Gantry (2015): 0.11625 mm; X starts in the middle of its gap
     let at = |i: usize| log["x_mm"][i] - log["x_mm"][0];
     let command = |i: usize| log["cmd_X_mm"][i] - log["cmd_X_mm"][0];
     let sense = if at(200) > 0.0 { 1.0 } else { -1.0 };

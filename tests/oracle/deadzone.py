@@ -7,7 +7,7 @@ writes tests/data/deadzone/{instrument_log,coupled_log}.csv.gz and truth.json ag
 the motor follows a formula (rows show it at 5 Hz, so that turning points lie between rows), the play is stepped in time at 1 ms with a
 gap that is a formula of the motor position, kinematics multiply 4 x 4 matrices in the order of the robot file. A deadzone of the truth
 begins where the motor turns while the joint moves, and ends at the first step at which the joint moves the other way. Needs numpy
-and yaml. All data are made up: the instrument after seed 002 (configs/micro-iges-4dof.yaml, tests/data/robots/coupled-elbows.yaml).
+and yaml. All data are made up: the instrument after Cursi (2022) (configs/micro-iges-4dof.yaml, tests/data/robots/coupled-elbows.yaml).
 """
 import gzip, json, pathlib
 import numpy as np, yaml

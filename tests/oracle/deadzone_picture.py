@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Picture of docs/identify-deadzone.md, in the manner of Figures 3 and 4 of seed 002.
+"""Picture of docs/identify-deadzone.md, in the manner of Figures 3 and 4 of Cursi (2022).
 
   lostmotion identify deadzone --robot configs/micro-iges-4dof.yaml --log samples/instrument/growing_sine_log.csv.gz --json > gaps.json
   python3 tests/oracle/deadzone_picture.py gaps.json

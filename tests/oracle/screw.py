@@ -3,7 +3,7 @@
     python3 tests/oracle/screw.py        # writes the sample, the test logs and screw.json again, the same bytes
 
 Own code throughout (numpy only): motor -> coupling -> screw -> nut -> carriage, 1 ms steps, each play by equation 2 of
-seed 003: y = m (u - c_l) while u <= v_l = y/m + c_l, y = m (u - c_r) while u >= v_r = y/m + c_r, else y stays.
+Gantry (2015): y = m (u - c_l) while u <= v_l = y/m + c_l, y = m (u - c_r) while u >= v_r = y/m + c_r, else y stays.
 
 The seed prints total gaps (coupling 1.8 deg = 0.05 mm at a 10 mm lead, nut 0.1825 mm) and says that the "very large fluctuations"
 of its figures 8 and 9 are noise and vibration, without a number. Assumed here: white noise of 0.1 deg on both angles and 30 um on

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Expected results of `simulate` and `assess circle`, from the simulated experiment (the twin) of seed 000.
+"""Expected results of `simulate` and `assess circle`, from the simulated experiment (the twin) of Zhang (2023).
 
   python3 tests/oracle/twin_circle.py PATH/TO/twin.py
 
@@ -7,10 +7,10 @@ writes tests/data/twin/ again. The twin shares no code and no kinematic conventi
 and pandas. Everything here is simulated; nothing was measured.
 
   run_<machine>.csv.gz     noise-free run of the circle program at 25 Hz, every 50th row, with encoder columns
-  table3_program.csv       the circle program with the controller of seed 000 Table 3, as printed (`--kind table3`)
+  table3_program.csv       the circle program with the controller of Zhang (2023) Table 3, as printed (`--kind table3`)
   best_program.csv         the circle program compensated by the twin (`--kind best`)
   run_best.csv.gz          its noise-free run on machine table3, every 50th row
-  static_A2_program.csv    seed 000's static test of A2 as a program with times
+  static_A2_program.csv    Zhang (2023)'s static test of A2 as a program with times
   static_A2.csv.gz         its noise-free run at 2 Hz on machine figure5 without stiction, all rows
   log_<name>.csv.gz        runs at 5 Hz with 11 um noise: table3, figure5, best (machine table3)
   score_<name>.json        `twin.py score` of these logs

@@ -1,4 +1,4 @@
-//! A made run: the circle of seed 000 (radius 250 mm, A1 to A3, 1.5 mm/s) on a machine with gaps and stiction, without
+//! A made run: the circle of Zhang (2023) (radius 250 mm, A1 to A3, 1.5 mm/s) on a machine with gaps and stiction, without
 //! compensation, with a plain offset, and with offsets that follow both effects; white noise on top.
 
 mod run;
@@ -240,7 +240,7 @@ fn trace(run: &Run, m: &Measured, j: usize, from: usize, zero: usize) -> TraceRu
     }
 }
 
-/// Gaps over position and their tables (seed 000 figure 5).
+/// Gaps over position and their tables (Zhang (2023) figure 5).
 fn static_test(page: &mut Page, robot: &Robot) -> Result<()> {
     let pose = [40.0, -10.0, 5.0, 0.0, 0.0, 0.0].map(f64::to_radians);
     let curve = |knots: &[[f64; 2]]| {

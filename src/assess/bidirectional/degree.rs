@@ -1,4 +1,4 @@
-//! Degree of the polynomial by successive tests for lack of fit against pure error (seed 001 section 2.2).
+//! Degree of the polynomial by successive tests for lack of fit against pure error (Slamani (2012) section 2.2).
 //!
 //! A degree `p` leaves `SSLF = sum r_i (mean_i - curve_i)^2` with `n - p - 1` degrees of freedom; the repeats leave the pure error
 //! `SSPE` with `n_t - n`. `F = MSLF / MSPE` above its critical value: the degree lacks terms, and the next one is tried
@@ -94,7 +94,7 @@ mod tests {
 
     #[test]
     fn the_critical_value_is_that_of_the_papers_table() {
-        // seed 001 section 4 prints F(0.05; 1, 45) = 4.05; scipy: 4.0566
+        // Slamani (2012) section 4 prints F(0.05; 1, 45) = 4.05; scipy: 4.0566
         assert!((line(3, 1.0).f_critical - 4.0566).abs() < 5e-5);
     }
 

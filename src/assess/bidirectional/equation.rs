@@ -1,4 +1,4 @@
-//! The fitted equation as the paper prints it (seed 001 equations 26 and 27): `ŷ = 33.83 − 0.0914x + 0.0001x² + 42.6D`,
+//! The fitted equation as the paper prints it (Slamani (2012) equations 26 and 27): `ŷ = 33.83 − 0.0914x + 0.0001x² + 42.6D`,
 //! micrometres over millimetres along the line.
 
 use super::model::{Block, Model};

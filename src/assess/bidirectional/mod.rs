@@ -1,5 +1,5 @@
 //! Bidirectional assessment: what positions along a line show when they are reached from both sides (Slamani, Nubiola and
-//! Bonev, "Modeling and assessment of the backlash error of an industrial robot", Robotica 30, 2012: seed 001).
+//! Bonev, "Modeling and assessment of the backlash error of an industrial robot", Robotica 30, 2012: Slamani (2012)).
 //!
 //! The story: [`readings`] (with [`columns`], [`direction`], [`state`]) reads errors at positions, from both directions, repeated,
 //! in one state (speed, payload) or several. [`poses`] gives each pose its repeatabilities and its backlash. [`degree`] finds

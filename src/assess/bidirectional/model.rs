@@ -1,5 +1,5 @@
 //! The curve of the backlash over position and states: weighted least squares on the poses' means, Student tests of the
-//! indicator variables, the final fit (seed 001 sections 2.2 and 2.3).
+//! indicator variables, the final fit (Slamani (2012) sections 2.2 and 2.3).
 //!
 //! A state other than the reference has an indicator `D`. Its offset (equation 16) is tested in a fit of the reference and
 //! that state, its slope (equation 20) where the offset is significant, and so on up to the degree of the curve; the

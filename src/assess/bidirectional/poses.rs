@@ -1,6 +1,6 @@
 //! What each pose shows by itself: repeatability of each direction, backlash, bidirectional repeatability.
 //!
-//! - `RP = 3 s` of one direction, `s` with `m - 1` (ISO 9283 for one coordinate; seed 001 equation 23).
+//! - `RP = 3 s` of one direction, `s` with `m - 1` (ISO 9283 for one coordinate; Slamani (2012) equation 23).
 //! - Backlash `y = mean forward - mean backward` (equations 1 and 25), with Student's interval: from the pairs of a repeat
 //!   where every reading has its partner (what drifts between repeats cancels), else Welch's for two unequal samples.
 //! - `R = max(3 s_f + 3 s_b + |y|, 6 s_f, 6 s_b)` (equation 24). ISO 230-2 since 1997 takes 2 in place of 3; both are given.
@@ -13,7 +13,7 @@ use crate::numerics::student;
 
 /// Positions closer than this (m) are one pose.
 const SAME_M: f64 = 1e-9;
-/// Coverage factor of seed 001 (ISO 9283).
+/// Coverage factor of Slamani (2012) (ISO 9283).
 pub const COVERAGE: f64 = 3.0;
 /// Coverage factor of ISO 230-2 since 1997.
 pub const COVERAGE_ISO230: f64 = 2.0;

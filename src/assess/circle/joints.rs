@@ -1,4 +1,4 @@
-//! Joint errors of a compensated run against the nominal program at the same place on the circle (seed 000, Figure 13).
+//! Joint errors of a compensated run against the nominal program at the same place on the circle (Zhang (2023), Figure 13).
 //!
 //! A compensated log's own commands hold the offsets, so actual minus commanded shows the machine's lost motion again. What
 //! counts is actual minus nominal. The place is the phase of the actual TCP on the nominal circle; the nominal joints there

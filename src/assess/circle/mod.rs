@@ -1,4 +1,4 @@
-//! A measured circle, before and after compensation (seed 000 sections 5 and 6.2, Table 5, Figures 7 and 12).
+//! A measured circle, before and after compensation (Zhang (2023) sections 5 and 6.2, Table 5, Figures 7 and 12).
 //!
 //! Method: the program gives the nominal circle, its reversals and its last full revolution ([`nominal`]); a log's rows of
 //! that revolution give the best-fit plane and circle ([`fit`]), their errors in the plane (radial) and out of it, averaged
@@ -10,7 +10,7 @@
 //! Assumes that the log runs the program, or a compensated version of it, from its start. A drift within the revolution
 //! counts as error; an error that turns the whole circle into another circle or plane does not.
 //!
-//! Rooms:
+//! Modules:
 //! - [`nominal`]: what the program says.
 //! - [`fit`]: plane and circle.
 //! - [`measured`]: one log against it.

@@ -96,7 +96,7 @@ pub struct Args {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum ErrorsArg {
-    /// Residual of the poses' means (seed 001)
+    /// Residual of the poses' means (Slamani (2012))
     Means,
     /// Residual of the single readings
     Readings,

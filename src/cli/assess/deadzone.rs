@@ -8,7 +8,7 @@ use crate::program::Program;
 use crate::robot::Robot;
 use std::path::PathBuf;
 
-/// Deadzones of a motion without and with compensation (seed 002, Table I).
+/// Deadzones of a motion without and with compensation (Cursi (2022), Table I).
 ///
 /// Joints move one at a time. Both logs are judged by the wanted program: a deadzone is the part
 /// of the wanted motion behind a turn during which the tip stands still. Mean sizes per joint, and

@@ -33,7 +33,7 @@ pub fn robot() -> Result<Robot> {
     Robot::parse("the bundled robot", ROBOT)
 }
 
-/// The machine on which the programs are run: gaps and stiction of seed 000 Table 3.
+/// The machine on which the programs are run: gaps and stiction of Zhang (2023) Table 3.
 pub fn machine() -> Result<Model> {
     Model::parse("the bundled machine", MACHINE, &|_| robot())
 }

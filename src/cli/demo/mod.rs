@@ -123,7 +123,7 @@ pub fn run(args: Args) -> Result<()> {
     Ok(())
 }
 
-/// The controller of seed 000 Table 3 (multi-axis test).
+/// The controller of Zhang (2023) Table 3 (multi-axis test).
 fn published_controller(robot: &Robot) -> Compensator {
     let joint = |axis: usize, d_deg: f64, g_deg: f64| {
         let gap = GapCurve::Constant(d_deg.to_radians());

@@ -19,7 +19,7 @@ use crate::simulate::{self, Motion, Timing, predicted};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Noise of a laser tracker 3 m away (seed 000 section 3.1: 22 um at two sigma).
+/// Noise of a laser tracker 3 m away (Zhang (2023) section 3.1: 22 um at two sigma).
 const NOISE_M: f64 = 11e-6;
 
 /// Rewrites one file into another, as the command does.

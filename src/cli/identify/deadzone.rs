@@ -8,7 +8,7 @@ use crate::identify::deadzone::{self, Options, display, document};
 use crate::robot::{JointKind, Robot};
 use std::path::PathBuf;
 
-/// Find deadzones from sweeps of one joint at a time, with tip positions alone (seed 002, algorithm 1).
+/// Find deadzones from sweeps of one joint at a time, with tip positions alone (Cursi (2022), algorithm 1).
 ///
 /// Move one joint to and fro with growing amplitude, from nothing to its range, while the others rest; then the next joint. Log
 /// commands and the tip. Behind each turn of the motor the tip stands still until the deadzone is crossed; its size is where

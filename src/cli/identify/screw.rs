@@ -10,7 +10,7 @@ use std::path::PathBuf;
 /// Find the two gaps in series of a screw drive: coupling (motor to screw) and nut (screw to carriage).
 ///
 /// Move one joint up and down, four cycles or more, each stroke ten times the gap or longer, with a stop of half a second at
-/// each end. Begin with the preload of seed 003: move behind the start of the test, then up to it, so that the gap lies to one
+/// each end. Begin with the preload of Gantry (2015): move behind the start of the test, then up to it, so that the gap lies to one
 /// side. Log the motor angle, the screw angle and the carriage. Each gap is the distance between the flanks of upward
 /// and downward movement: c_r - c_l of equation 2, with its slope m.
 ///

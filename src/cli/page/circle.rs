@@ -1,4 +1,4 @@
-//! Sections about a circle: reversals (seed 000 Table 5), path in space, polar plots, histogram (Figures 11 and 12).
+//! Sections about a circle: reversals (Zhang (2023) Table 5), path in space, polar plots, histogram (Figures 11 and 12).
 
 use super::EXAGGERATION;
 use crate::assess::circle::{Assessment, Measured, Nominal};

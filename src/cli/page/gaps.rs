@@ -1,4 +1,4 @@
-//! Sections about an identification: gap over position (seed 000 Figure 5), the table of gaps and stiction, joint error
+//! Sections about an identification: gap over position (Zhang (2023) Figure 5), the table of gaps and stiction, joint error
 //! traces (Figures 3 and 13).
 
 use super::{milli, milli2};

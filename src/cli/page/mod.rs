@@ -1,6 +1,6 @@
 //! Results -> report pages: which finding goes into which section. No mathematics, no drawing.
 //!
-//! Rooms:
+//! Modules:
 //! - [`bidirectional`]: positions reached from both sides.
 //! - [`circle`]: circles before and after, side by side for any number of runs.
 //! - [`gaps`]: what an identification found; joint error traces of a path; [`screw`]: two gaps in series.
@@ -30,7 +30,7 @@ use crate::io::output::Output;
 use crate::report::{Page, RobotView};
 use crate::robot::Robot;
 
-/// Errors at the TCP are drawn this many times too large (seed 000, Figure 11).
+/// Errors at the TCP are drawn this many times too large (Zhang (2023), Figure 11).
 pub const EXAGGERATION: f64 = 400.0;
 
 /// A page about one robot.

@@ -1,4 +1,4 @@
-//! Page of `identify screw`: the gaps of coupling and nut, and their loops over the joint's position (seed 003 Figures 6 and 9).
+//! Page of `identify screw`: the gaps of coupling and nut, and their loops over the joint's position (Gantry (2015) Figures 6 and 9).
 
 use super::{milli, milli2};
 use crate::identify::screw::flanks::{Flanks, Known};

@@ -139,7 +139,7 @@ pub struct Args {
     #[arg(long, value_enum)]
     pub refine: Option<RefineArg>,
 
-    /// Law of the offsets: equation 16 of seed 000 (half a gap either way), or equation 2 of seed 002, to compare with: the whole
+    /// Law of the offsets: equation 16 of Zhang (2023) (half a gap either way), or equation 2 of Cursi (2022), to compare with: the whole
     /// deadzone at the sample of a reversal, as printed, or held from there on (no points added, no friction)
     #[arg(long, value_enum, default_value_t = LawArg::Equation16, conflicts_with_all = ["step_fraction", "ramp_deg", "ramp_mm"])]
     pub law: LawArg,

@@ -1,4 +1,4 @@
-//! Deadzones by growing sweeps (seed 002, algorithm 1): one joint at a time turns again and again, a tracker sees the tip alone.
+//! Deadzones by growing sweeps (Cursi (2022), algorithm 1): one joint at a time turns again and again, a tracker sees the tip alone.
 //!
 //! The story, one room a step:
 //! - [`motion`]: the stretches of all logs in which one joint moves alone, and its turning points.

@@ -1,4 +1,4 @@
-//! Algorithm 1 of seed 002 exactly as printed, to compare with.
+//! Algorithm 1 of Cursi (2022) exactly as printed, to compare with.
 //!
 //! Speeds are differences from row to row over their time; `eps` and `eps_v` are the user's. A row begins a deadzone where
 //! the motor is faster than `eps` and the tip slower than `eps_v`; the next row at which both are faster ends it. On a log with

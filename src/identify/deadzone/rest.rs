@@ -1,4 +1,4 @@
-//! Algorithm 1 of seed 002 against noise: where the tip rests although the motor moves.
+//! Algorithm 1 of Cursi (2022) against noise: where the tip rests although the motor moves.
 //!
 //! As printed, a deadzone begins at the first row at which the tip is slower than a threshold while the motor is not, and
 //! ends at the first row at which it is faster ([`super::printed`]). One noisy row ends it too early and begins the next:

@@ -1,4 +1,4 @@
-//! `identify path`: half gaps and stiction of the joints from reversals in continuous motion (seed 000 sections 3 and 5).
+//! `identify path`: half gaps and stiction of the joints from reversals in continuous motion (Zhang (2023) sections 3 and 5).
 //!
 //! The story: a log becomes bins ([`prepare`], [`bins`]); every joint that reverses gets the error chain of the effect
 //! catalogue with exact derivatives ([`chain`]); the tracker's frame and rigid errors of the links are projected out

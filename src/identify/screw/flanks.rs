@@ -1,6 +1,6 @@
 //! One gap between two sensors: the two flanks of its play, from the rows at which the parts are surely in touch.
 //!
-//! Seed 003 equation 2: `y = m (u - c_r)` moving up, `y = m (u - c_l)` moving down. Both lines are fitted together by least squares
+//! Gantry (2015) equation 2: `y = m (u - c_r)` moving up, `y = m (u - c_l)` moving down. Both lines are fitted together by least squares
 //! with one slope, over rows whose stroke has gone farther than the lost motion before the output ([`mod@super::reach`]);
 //! what happens inside the gap is not used, so that noise of the input, which a play operator would rectify, does no harm.
 //! With a lag `tau` between the columns (a servo, another clock) the input is `u - tau du/dt`: another column, where the log can

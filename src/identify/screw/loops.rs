@@ -1,4 +1,4 @@
-//! Deviation over position, measured and by the identified plays: the pictures of seed 003's Figures 6 and 9.
+//! Deviation over position, measured and by the identified plays: the pictures of Gantry (2015)'s Figures 6 and 9.
 //!
 //! The plays are the catalogue's ([`crate::effects::Backlash`]) on the command; deviations are output minus slope times input, about
 //! the middle of the two flanks.

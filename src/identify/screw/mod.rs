@@ -1,4 +1,4 @@
-//! Two gaps in series on one joint: the coupling (motor against screw) and the nut (screw against carriage), after seed 003.
+//! Two gaps in series on one joint: the coupling (motor against screw) and the nut (screw against carriage), after Gantry (2015).
 //!
 //! The story, one room a step:
 //! - [`strokes`]: strokes of the command, and how far each row is into its own.

@@ -1,4 +1,4 @@
-//! On which side of its gap a joint stands when the log begins: the preload of seed 003 Figure 4.
+//! On which side of its gap a joint stands when the log begins: the preload of Gantry (2015) Figure 4.
 //!
 //! The procedure moves behind the start of the test and then towards it, so that the gap lies to one side only. A log that holds this
 //! move begins with a short stroke that crosses the gap; a log that was started behind it stands on a flank already. Else

@@ -1,4 +1,4 @@
-//! The static test (seed 000, Table 1 and Figure 5): every angle reached from below and from above, a dwell, some cycles.
+//! The static test (Zhang (2023), Table 1 and Figure 5): every angle reached from below and from above, a dwell, some cycles.
 //!
 //! The story, one room a step:
 //! - [`readings`]: dwells of all logs; which joint each one tests; pairs of the two approaches of one cycle.

@@ -1,4 +1,4 @@
-//! Polynomials of the gap over position, with the test of what each degree leaves (lack of fit; ISO 230-2 practice, seed 001).
+//! Polynomials of the gap over position, with the test of what each degree leaves (lack of fit; ISO 230-2 practice, Slamani (2012)).
 //!
 //! Method: weighted least squares in Legendre polynomials on -1..1 by QR; the residual of the places' means against the pure
 //! error is F distributed with `n - K` and `nu` degrees of freedom if the polynomial is right.

@@ -1,4 +1,4 @@
-//! Errors at poses reached from both sides, and the backlash over position with its fit (seed 001 figures 3 to 10).
+//! Errors at poses reached from both sides, and the backlash over position with its fit (Slamani (2012) figures 3 to 10).
 
 use super::axes::{Frame, Size, extent, usable, widen};
 use super::{dropped_note, line, nothing};

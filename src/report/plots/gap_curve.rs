@@ -1,4 +1,4 @@
-//! Half gap over position, one panel a joint (seed 000 figure 5): mean and 95 % interval at each place, each cycle as a dot,
+//! Half gap over position, one panel a joint (Zhang (2023) figure 5): mean and 95 % interval at each place, each cycle as a dot,
 //! the schedule or the constant that is used, with its band.
 
 use super::axes::{Frame, Scale, Size, extent, from_zero, usable, widen};

@@ -1,4 +1,4 @@
-//! Distribution of an error, before and after (seed 000 figure 12): share of the samples a bin, outlines over each other.
+//! Distribution of an error, before and after (Zhang (2023) figure 12): share of the samples a bin, outlines over each other.
 
 use super::axes::{Frame, Size, Ticks, extent, from_zero, usable, widen};
 use super::{dropped_note, legend, nothing, role_class};

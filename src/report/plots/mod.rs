@@ -1,6 +1,6 @@
 //! SVG drawings. Each takes a view and gives the figure's markup; colours and type come from the page's style sheet by class.
 //!
-//! Rooms:
+//! Modules:
 //! - [`axes`]: extents, scales, ticks, the frame of a chart in x and y.
 //! - [`mod@line`]: series of points to path data, thinned to what the eye can see.
 //! - [`joints`]: a joint's colour, shape, name and units on the page.

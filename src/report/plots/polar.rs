@@ -1,4 +1,4 @@
-//! Errors around the circle (seed 000 figure 11 b to d): total, in plane, out of plane, in µm over the circle's angle.
+//! Errors around the circle (Zhang (2023) figure 11 b to d): total, in plane, out of plane, in µm over the circle's angle.
 //!
 //! The total starts from the middle; the two parts have signs, so their zero is a ring between the middle and the rim. The
 //! three plots have scales of their own.

@@ -1,4 +1,4 @@
-//! Joint errors over time, command or travel: measured points, the model's line, reversals (seed 000 figures 3 and 13).
+//! Joint errors over time, command or travel: measured points, the model's line, reversals (Zhang (2023) figures 3 and 13).
 //!
 //! The panels of one joint share both scales, so that before and after compare by eye.
 

@@ -4,7 +4,7 @@
 //! texts -> Format::parse -> Script -> runs (run, way, clock) -> Engine -> edits -> Document::patches -> texts -> read again
 //! ```
 //!
-//! Rooms:
+//! Modules:
 //! - [`coverage`]: how much can be edited, and why not the rest.
 //! - [`run`]: where positions follow each other; [`poses`] solves Cartesian targets by their [`configuration`] and writes them
 //!   again, [`way`] follows straight TCP paths; [`clock`] tells durations.

@@ -4,7 +4,7 @@
 //! hand over blocks through short queues, in order, so that the output does not depend on the threads; buffers travel back
 //! to be filled again. An error travels the same way, behind everything that came before it.
 //!
-//! Rooms:
+//! Modules:
 //! - [`job`]: from file to file.
 //! - [`render`]: the text of pending rows, and the engine's points put into it.
 //! - [`sink`]: where the bytes go; [`golden`]: against a golden file, with the first difference in words.

@@ -149,7 +149,7 @@ fn the_same_input_gives_the_same_bytes() {
 #[test]
 fn the_table_of_reversals_shows_each_run_beside_the_others() {
     let value = |total_um, reduction| ReversalValue { total_um, beyond_nominal_um: None, reduction };
-    // seed 000 table 5, first two reversals
+    // Zhang (2023) table 5, first two reversals
     let html = one(ReversalsView {
         runs: vec![Run::new("no compensation", Role::Before), Run::new("compensation", Role::After)],
         rows: vec![

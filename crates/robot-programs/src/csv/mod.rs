@@ -1,6 +1,6 @@
 //! Joint-space CSV: `a1_deg,a2_deg,...` and optionally `t_s`; other columns pass through.
 //!
-//! Rooms:
+//! Modules:
 //! - [`header`]: which column is what; the dialects that are refused.
 //! - [`number`]: bytes to a number and its style.
 //! - [`record`]: a row that is not plain: quotes, spaces, exponents.

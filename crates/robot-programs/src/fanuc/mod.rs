@@ -9,7 +9,7 @@
 //! instructions follow the language of the controller: a word that is not known is kept, and ends what is known of the
 //! joints' directions, as it might move or jump.
 //!
-//! Rooms: [`positions`] reads `/POS`; [`statement`] lines, statements and their words; [`motion`] a motion; [`instruction`] everything else;
+//! Modules: [`positions`] reads `/POS`; [`statement`] lines, statements and their words; [`motion`] a motion; [`instruction`] everything else;
 //! [`read`] makes the script; [`write`] the patches.
 //!
 //! How it fails: the angle J3 of a program is that of the forearm against the horizontal. The motor at the elbow turns by

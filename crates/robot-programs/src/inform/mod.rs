@@ -18,7 +18,7 @@
 //! Fails with file, line and column where counts and lines disagree, a number is none, a position is not in the list, `END`
 //! is missing, or the robot file has no pulses for a joint. What may be edited is said in `docs/program-inform.md`.
 //!
-//! Rooms: [`list`] positions and headers; [`read`] instructions; [`movement`] moves and their goals; [`write`] edits to patches.
+//! Modules: [`list`] positions and headers; [`read`] instructions; [`movement`] moves and their goals; [`write`] edits to patches.
 
 mod list;
 mod movement;

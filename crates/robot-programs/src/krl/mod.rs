@@ -9,7 +9,7 @@
 //! References: KUKA System Software 8.x, Operating and Programming Instructions for System Integrators (motions,
 //! approximate positioning, folds, data lists); public programs.
 //!
-//! Rooms: [`lex`] tokens; [`data`] declarations, aggregates; [`name`] a point and its value; [`calls`] what a line calls;
+//! Modules: [`lex`] tokens; [`data`] declarations, aggregates; [`name`] a point and its value; [`calls`] what a line calls;
 //! [`motion`] a motion instruction; [`form`] inline forms; [`settings`] speeds and frames; [`target`] axis values; [`read`]
 //! makes the script; [`write`] the patches; [`clone`] a point's second form.
 //!

@@ -1,6 +1,6 @@
 //! ABB RAPID (`.mod`, `.modx`, `.prg`, `.sys`): joint targets of `MoveAbsJ`, inline or declared.
 //!
-//! Rooms:
+//! Modules:
 //! - [`lex`]: bytes to words, numbers and marks; comments and the `%%%` header stand apart.
 //! - [`words`]: what RAPID's own names mean: reserved words, motion instructions, what never moves, speeds and zones.
 //! - [`read`]: tokens to modules, routines and declarations; [`statements`]: what stands in routines.

@@ -5,7 +5,7 @@
 //! new points on the way to it) into [`Patch`]es of bytes. Bytes outside the patches cannot change. Nothing here knows of
 //! robots beyond the unit of an axis, nor of compensation.
 //!
-//! Rooms: [`pose`] Cartesian targets; [`number`] numbers and the style in which they are written; [`text`] bytes, lines and patches; [`sites`] what writers of
+//! Modules: [`pose`] Cartesian targets; [`number`] numbers and the style in which they are written; [`text`] bytes, lines and patches; [`sites`] what writers of
 //! languages with statements share; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps.
 
 pub mod blocks;

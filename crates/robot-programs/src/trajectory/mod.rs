@@ -5,7 +5,7 @@
 //! robot by name; other joints move on as written. Points are passed, not cut, so that the radius of their corners is 0.
 //! What is edited, and how new points fit into a controller's splines: docs/program-trajectory.md.
 //!
-//! Rooms:
+//! Modules:
 //! - [`tree`]: YAML and JSON with the bytes of every node.
 //! - [`read`]: trajectories, with every refusal.
 //! - [`spline`]: what a controller makes of points; times and velocities of new ones.

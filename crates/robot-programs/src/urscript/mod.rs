@@ -1,7 +1,7 @@
 //! URScript of Universal Robots (`.script`, `.urscript`): joint targets in `movej`, `movel`, `movep`, `servoj`, as lists or in
 //! variables.
 //!
-//! Rooms:
+//! Modules:
 //! - [`lex`]: bytes to words, numbers, marks and line ends.
 //! - [`words`]: what URScript's own functions do: move, wait, or neither.
 //! - [`read`]: functions, blocks, assignments; which assignments make one variable.
