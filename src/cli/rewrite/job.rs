@@ -1,7 +1,7 @@
 //! What the arguments of `rewrite` ask for, every value checked.
 
 use super::{Args, proof, usage};
-use crate::compensator::{Compensator, JointEvidence, from_model::not_compensated};
+use crate::compensator::{Compensator, FrictionShape, JointEvidence, from_model::not_compensated};
 use crate::error::{Result, shown};
 use crate::io::input;
 use crate::io::name::text_of_name;
@@ -259,7 +259,13 @@ fn leave_out(args: &Args, robot: &Robot, compensator: &mut Compensator, left: &m
     if args.insignificant {
         return Ok(());
     }
-    let doubtful = |e: &&JointEvidence| e.half_gap_ci95.is_some_and(|[lo, _]| lo <= 0.0);
+    // gap and wind-up trade off, so the interval of the gap alone says little where both were estimated together:
+    // such a joint is in the compensator because its whole lost motion was proved on parts of the logs that were not fitted
+    let together: Vec<usize> = (compensator.joints.iter())
+        .filter(|j| matches!(j.friction.map(|f| f.shape), Some(FrictionShape::Response(_))))
+        .map(|j| j.axis)
+        .collect();
+    let doubtful = |e: &&JointEvidence| !together.contains(&e.axis) && e.half_gap_ci95.is_some_and(|[lo, _]| lo <= 0.0);
     for e in compensator.evidence.joints.iter().filter(doubtful) {
         if compensator.joints.iter().any(|j| j.axis == e.axis) {
             compensator.joints.retain(|j| j.axis != e.axis);
