@@ -61,7 +61,7 @@ pub fn cases() -> Vec<Case> {
         case("model with half a robot inline", D, model("robot: robot.yaml", "robot: {schema: lostmotion/robot/1}"), &["model.yaml:2", "joints"]),
         case("registration not finite", D, model("effects:", "registration: {xyz_mm: [0, .inf, 0]}\neffects:"), &["model.yaml:3", "finite"]),
         case("registration of text", D, model("effects:", "registration: near\neffects:"), &["model.yaml:3"]),
-        case("unknown effect", D, model("backlash", "backlsh"), &["model.yaml:4", "backlsh", "stiction"]),
+        case("unknown effect", D, model("backlash", "backlsh"), &["model.yaml:4", "backlsh", "nearest is `backlash`"]),
         case("effect without name", D, model("effect: backlash, ", ""), &["model.yaml", "effect"]),
         case("effect without joint", D, model("joint: J1, ", ""), &["model.yaml:4", "joint"]),
         case("effect on an unknown joint", D, model("J1", "A7"), &["model.yaml:4", "A7", "J1, J2, Z"]),
