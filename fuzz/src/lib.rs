@@ -22,7 +22,7 @@ pub const GANTRY: &str = include_str!("../../configs/gantry-xyz-ballscrew.yaml")
 /// The same half gap on every axis: 0.02 deg or mm, times `scale`.
 pub fn compensator(robot: &Robot, scale: f64) -> Compensator {
     let joints = robot.axis_joints().enumerate().map(|(axis, joint)| {
-        let gap = GapCurve::Constant(0.02 * scale * joint.kind.si());
+        let gap = GapCurve::Constant(0.02 * scale * joint.kind.si_per_user_unit());
         JointCompensator { axis, backlash: Some(BacklashOffset { positive: gap.clone(), negative: gap }), friction: None }
     });
     Compensator {
@@ -41,7 +41,7 @@ pub fn rewrite_and_check(format: &dyn Format, robot: &Robot, bytes: &[u8]) {
         let compensator = compensator(robot, scale);
         let options = Options::new(robot.dof());
         let none = vec![None; robot.dof()];
-        let digit: Vec<f64> = robot.axis_joints().map(|j| 1e-3 * j.kind.si()).collect();
+        let digit: Vec<f64> = robot.axis_joints().map(|j| 1e-3 * j.kind.si_per_user_unit()).collect();
         let task = Task {
             robot,
             compensator: &compensator,

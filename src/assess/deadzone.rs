@@ -150,8 +150,8 @@ impl Assessment {
                 let of = |l: &Left| {
                     json!({
                         "deadzones": l.deadzones,
-                        format!("mean_{}", kind.unit()): number(kind.to_edge(l.mean)),
-                        "ci95": l.ci95.map(|v| number(kind.to_edge(v))),
+                        format!("mean_{}", kind.unit()): number(kind.to_user_unit(l.mean)),
+                        "ci95": l.ci95.map(|v| number(kind.to_user_unit(v))),
                     })
                 };
                 json!({

@@ -130,9 +130,9 @@ pub fn run(args: Args) -> Result<()> {
 fn fitted(args: &Args, robot: &Robot) -> Result<Compensator> {
     let documents = args.gaps.iter().map(|p| Gaps::load(p, robot)).collect::<Result<Vec<_>>>()?;
     refuse_repeats(&args.gaps, &documents, robot)?;
-    let distrusted = args.gaps.iter().zip(&documents).find_map(|(p, d)| d.distrusted().map(|note| (p, note)));
-    if let Some((path, note)) = distrusted.filter(|_| !args.force) {
-        return Err(Error::Refused(format!("{}: {note} (--force fits them all the same)", crate::error::shown(path))));
+    let distrusted = args.gaps.iter().zip(&documents).find_map(|(p, d)| d.distrust.as_ref().map(|why| (p, why)));
+    if let Some((path, why)) = distrusted.filter(|_| !args.force) {
+        return Err(Error::Refused(format!("{}: {why} (--force fits them all the same)", crate::error::shown(path))));
     }
     let contradictions = contradictions(&documents, robot);
     if let Some(first) = contradictions.first().filter(|_| !args.force) {
@@ -140,7 +140,7 @@ fn fitted(args: &Args, robot: &Robot) -> Result<Compensator> {
     }
     let form = form(args, &documents, robot)?;
     let mut compensator = fit(robot, &documents, form)?;
-    compensator.evidence.notes.extend(distrusted.map(|(_, note)| note.to_string()));
+    compensator.evidence.notes.extend(distrusted.map(|(_, why)| why.to_string()));
     compensator.evidence.notes.extend(contradictions);
     Ok(compensator)
 }
@@ -199,10 +199,10 @@ fn table(c: &Compensator, robot: &Robot) -> String {
     for j in &c.joints {
         let joint = robot.axis(j.axis);
         let (kind, unit) = (joint.kind, joint.kind.unit());
-        let edge = |v: f64| format!("{:.5} {unit}", kind.to_edge(v));
+        let edge = |v: f64| format!("{:.5} {unit}", kind.to_user_unit(v));
         let gap = j.backlash.as_ref().map_or("none".into(), |b| match b.positive.constant() {
             Some(d) => edge(d),
-            None => format!("{:.5} to {}", kind.to_edge(b.positive.smallest()), edge(b.positive.largest())),
+            None => format!("{:.5} to {}", kind.to_user_unit(b.positive.smallest()), edge(b.positive.largest())),
         });
         let fades = |s: FrictionShape| match s {
             FrictionShape::Decay(Decay::Time(tau)) => format!("{tau:.2} s"),

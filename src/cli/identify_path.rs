@@ -104,7 +104,7 @@ fn single_readings(args: &Args, robot: &Robot, logs: &[Log], opened: Opened) -> 
     t.set_header(["joint", "half gap", "95 %"]);
     for j in &found.gaps.joints {
         let joint = robot.axis(j.axis);
-        let edge = |v: f64| format!("{:.5}", joint.kind.to_edge(v));
+        let edge = |v: f64| format!("{:.5}", joint.kind.to_user_unit(v));
         let mark = if j.significant { "" } else { " (not significant)" };
         t.add_row([
             joint.name.clone(),
@@ -128,7 +128,7 @@ fn table(found: &PathFound, robot: &Robot) -> String {
     t.set_header(["joint", "half gap", "95 %", "stiction", "95 %", "decay s", "95 %"]);
     for j in &found.gaps.joints {
         let joint = robot.axis(j.axis);
-        let edge = |v: f64| format!("{:.5}", joint.kind.to_edge(v));
+        let edge = |v: f64| format!("{:.5}", joint.kind.to_user_unit(v));
         let span = |ci: [f64; 2]| format!("{} .. {}", edge(ci[0]), edge(ci[1]));
         let mark = if j.schedule.is_some() { " (varies)" } else { "" };
         let mut row = vec![

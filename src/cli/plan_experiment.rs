@@ -238,7 +238,7 @@ pub fn pose(text: &str, robot: &Robot) -> Result<Vec<f64>> {
     let values = values.filter(|v| v.len() == robot.dof()).ok_or_else(|| bad(format!("`{text}`")))?;
     let mut q = Vec::with_capacity(values.len());
     for (joint, v) in robot.axis_joints().zip(values) {
-        let si = v * joint.kind.si();
+        let si = v * joint.kind.si_per_user_unit();
         if joint.limits.is_some_and(|[lo, hi]| si < lo || si > hi) {
             return Err(bad(format!("{} at {v} {}", joint.name, joint.kind.unit())));
         }

@@ -146,7 +146,7 @@ fn pose_of(robot: &Robot, text: &str) -> Result<Vec<f64>> {
     if values.len() != robot.dof() {
         return Err(found());
     }
-    robot.axis_joints().zip(values).map(|(j, v)| v.map(|v| v * j.kind.si()).ok_or_else(found)).collect()
+    robot.axis_joints().zip(values).map(|(j, v)| v.map(|v| v * j.kind.si_per_user_unit()).ok_or_else(found)).collect()
 }
 
 /// Position of the TCP, mm, and its fixed-axis X, Y, Z angles, deg.
@@ -161,7 +161,7 @@ fn document(robot: &Robot, poses: &[(String, Vec<f64>)], findings: &[Finding]) -
         .iter()
         .map(|(name, q)| {
             let (xyz_mm, rpy_deg) = tcp(robot, q);
-            let joints: Vec<f64> = robot.axis_joints().zip(q).map(|(j, v)| j.kind.to_edge(*v)).collect();
+            let joints: Vec<f64> = robot.axis_joints().zip(q).map(|(j, v)| j.kind.to_user_unit(*v)).collect();
             json!({"pose": name, "joints": joints, "xyz_mm": xyz_mm, "rpy_deg": rpy_deg})
         })
         .collect();
@@ -178,7 +178,8 @@ fn tables(robot: &Robot, poses: &[(String, Vec<f64>)], findings: &[Finding]) -> 
         super::assess::table(&["joint", "kind", "theta", "d", "a", "alpha", "limits", "speed", "acceleration"]);
     for j in &robot.joints {
         let unit = j.kind.unit();
-        let edge = |v: f64| format!("{:.6}", j.kind.to_edge(v)).trim_end_matches('0').trim_end_matches('.').to_string();
+        let edge =
+            |v: f64| format!("{:.6}", j.kind.to_user_unit(v)).trim_end_matches('0').trim_end_matches('.').to_string();
         let rate = |v: Option<f64>, per: &str| v.map_or("-".into(), |v| format!("{} {unit}/{per}", edge(v)));
         let kind = if j.kind == JointKind::Revolute { "revolute" } else { "prismatic" };
         joints.add_row([

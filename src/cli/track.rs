@@ -183,5 +183,5 @@ fn joints(text: &str, robot: &Robot) -> Result<Vec<f64>> {
     let values: Option<Vec<f64>> =
         text.split(',').map(|v| v.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
     let values = values.filter(|v| v.len() == robot.dof()).ok_or_else(bad)?;
-    Ok(robot.axis_joints().zip(values).map(|(j, v)| v * j.kind.si()).collect())
+    Ok(robot.axis_joints().zip(values).map(|(j, v)| v * j.kind.si_per_user_unit()).collect())
 }

@@ -44,7 +44,7 @@ pub(super) fn read(value: &Value, robot: &Robot, doc: &Document) -> Result<Evide
     for (key, v) in &file.joints {
         let Some(axis) = robot.axis_named(&shown(key)) else { continue };
         let kind = robot.axis(axis).kind;
-        let (unit, si) = (kind.unit(), kind.si());
+        let (unit, si) = (kind.unit(), kind.si_per_user_unit());
         let pair = |k: String, scale: f64| -> Option<[f64; 2]> {
             let p: [f64; 2] = serde_yaml::from_value(v.get(k.as_str())?.clone()).ok()?;
             Some(p.map(|x| x * scale))
@@ -73,7 +73,7 @@ pub(super) fn write(e: &Evidence, robot: &Robot) -> EvidenceFile {
     for j in &e.joints {
         let joint = robot.axis(j.axis);
         let unit = joint.kind.unit();
-        let edge = |v: f64| Value::from(tidy(joint.kind.to_edge(v)));
+        let edge = |v: f64| Value::from(tidy(joint.kind.to_user_unit(v)));
         let mut map = Mapping::new();
         let pair = |p: [f64; 2]| Value::Sequence(p.iter().map(|&v| edge(v)).collect());
         let entries = [

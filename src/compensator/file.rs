@@ -208,7 +208,7 @@ fn read_joint(axis: usize, value: &Value, joint: &Joint, at: &Spot) -> Result<Jo
 }
 
 fn read_backlash(value: &Value, joint: &Joint, at: &Spot) -> Result<BacklashOffset> {
-    let (unit, si) = (joint.kind.unit(), joint.kind.si());
+    let (unit, si) = (joint.kind.unit(), joint.kind.si_per_user_unit());
     let keys = [format!("half_gap_{unit}"), "schedule".into(), format!("positive_{unit}"), format!("negative_{unit}")];
     let sides = ["positive_schedule", "negative_schedule"];
     let map = at.mapping(value)?;
@@ -246,7 +246,7 @@ fn write_backlash(b: &BacklashOffset, joint: &Joint) -> Value {
     let mut map = Mapping::new();
     let mut put = |curve: &GapCurve, number_key: String, schedule_key: &str| match schedule::write(curve, joint) {
         Some(v) => map.insert(schedule_key.into(), v),
-        None => map.insert(number_key.into(), tidy(joint.kind.to_edge(curve.at(0.0))).into()),
+        None => map.insert(number_key.into(), tidy(joint.kind.to_user_unit(curve.at(0.0))).into()),
     };
     if b.positive == b.negative {
         put(&b.positive, format!("half_gap_{unit}"), "schedule");
@@ -258,7 +258,7 @@ fn write_backlash(b: &BacklashOffset, joint: &Joint) -> Value {
 }
 
 fn read_friction(value: &Value, joint: &Joint, at: &Spot) -> Result<FrictionOffset> {
-    let (unit, si) = (joint.kind.unit(), joint.kind.si());
+    let (unit, si) = (joint.kind.unit(), joint.kind.si_per_user_unit());
     let (gain_key, travel_key) = (format!("gain_{unit}"), format!("decay_{unit}"));
     let map = at.mapping(value)?;
     let response_key = "response";
@@ -300,7 +300,7 @@ fn read_friction(value: &Value, joint: &Joint, at: &Spot) -> Result<FrictionOffs
 
 /// `response: {presliding_deg, windups: [[windup_deg, presliding_deg], ...], spikes: [[gain_deg, decay_s], ...]}`.
 fn read_response(value: &Value, joint: &Joint, at: &Spot) -> Result<Response> {
-    let (unit, si) = (joint.kind.unit(), joint.kind.si());
+    let (unit, si) = (joint.kind.unit(), joint.kind.si_per_user_unit());
     let presliding_key = format!("presliding_{unit}");
     let map = at.mapping(value)?;
     at.only(map, &[&presliding_key, "windups", "spikes"])?;
@@ -334,20 +334,20 @@ fn read_response(value: &Value, joint: &Joint, at: &Spot) -> Result<Response> {
 fn write_friction(f: &FrictionOffset, joint: &Joint) -> Value {
     let unit = joint.kind.unit();
     let mut map = Mapping::new();
-    map.insert(format!("gain_{unit}").into(), tidy(joint.kind.to_edge(f.gain)).into());
+    map.insert(format!("gain_{unit}").into(), tidy(joint.kind.to_user_unit(f.gain)).into());
     match f.shape {
         FrictionShape::Decay(Decay::Time(s)) => {
             map.insert("decay_s".into(), tidy(s).into());
         }
         FrictionShape::Decay(Decay::Travel(x)) => {
-            map.insert(format!("decay_{unit}").into(), tidy(joint.kind.to_edge(x)).into());
+            map.insert(format!("decay_{unit}").into(), tidy(joint.kind.to_user_unit(x)).into());
         }
         FrictionShape::Poses { exponent, poses } => {
             map.insert("exponent".into(), tidy(exponent).into());
             map.insert("poses".into(), poses.into());
         }
         FrictionShape::Response(r) => {
-            let edge = |v: f64| Value::from(tidy(joint.kind.to_edge(v)));
+            let edge = |v: f64| Value::from(tidy(joint.kind.to_user_unit(v)));
             let mut response = Mapping::new();
             response.insert(format!("presliding_{unit}").into(), edge(r.presliding));
             let wound = r.windups.iter().filter(|w| w.half != 0.0);

@@ -27,7 +27,7 @@ pub fn shown(v: &Value) -> String {
 /// Reads a schedule for `joint`.
 pub fn read(value: &Value, joint: &Joint) -> Result<GapCurve, Wrong> {
     let unit = joint.kind.unit();
-    let si = joint.kind.si();
+    let si = joint.kind.si_per_user_unit();
     let wrong = |key: &str, found: String, expected: String| (key.to_string(), found, expected);
     let Value::Mapping(map) = value else {
         return Err(wrong("schedule", shown(value), "`{kind: polynomial, ...}` or `{kind: pchip, ...}`".into()));
@@ -87,7 +87,7 @@ pub fn read(value: &Value, joint: &Joint) -> Result<GapCurve, Wrong> {
         GapCurve::Polynomial { coefficients, range }
     };
     if curve.smallest() < -NEGATIVE_NOISE {
-        let at = format!("a half gap of {} {unit}", tidy(joint.kind.to_edge(curve.smallest())));
+        let at = format!("a half gap of {} {unit}", tidy(joint.kind.to_user_unit(curve.smallest())));
         return Err(wrong("schedule", at, "half gaps of 0 or more everywhere".into()));
     }
     Ok(curve)
@@ -96,12 +96,12 @@ pub fn read(value: &Value, joint: &Joint) -> Result<GapCurve, Wrong> {
 /// A schedule in the units of the edges; `None` for a constant.
 pub fn write(curve: &GapCurve, joint: &Joint) -> Option<Value> {
     let kind = joint.kind;
-    let edge = |v: f64| Value::from(tidy(kind.to_edge(v)));
+    let edge = |v: f64| Value::from(tidy(kind.to_user_unit(v)));
     let mut map = Mapping::new();
     match curve {
         GapCurve::Constant(_) => return None,
         GapCurve::Polynomial { coefficients, range } => {
-            let si = kind.si();
+            let si = kind.si_per_user_unit();
             map.insert("kind".into(), "polynomial".into());
             let c = coefficients.iter().enumerate();
             let c = c.map(|(k, c)| Value::from(tidy(c / si * si.powi(k as i32)))).collect();

@@ -47,7 +47,7 @@ fn candidates(survey: &Survey, list: &mut Vec<Candidate>) {
     for to in survey.all_axes() {
         let kind = robot.axis(to).kind;
         let drives = |from: &usize| {
-            *from != to && robot.axis(*from).kind == kind && survey.axes[*from].travel > 1e-3 * kind.si()
+            *from != to && robot.axis(*from).kind == kind && survey.axes[*from].travel > 1e-3 * kind.si_per_user_unit()
         };
         for from in survey.all_axes().filter(drives) {
             let target = Target::Coupled { to, from };

@@ -167,12 +167,12 @@ impl EffectType for BacklashPosition {
     fn write(&self, site: &Site, entry: &mut Mapping) {
         let kind = site.kind();
         let knots = self.knots();
-        let pair = |k: &[f64; 2]| Value::Sequence(k.iter().map(|&v| kind.to_edge(v).into()).collect());
+        let pair = |k: &[f64; 2]| Value::Sequence(k.iter().map(|&v| kind.to_user_unit(v).into()).collect());
         entry.insert("knots".into(), Value::Sequence(knots.iter().map(pair).collect()));
     }
 
     fn brief(&self, site: &Site) -> String {
-        let largest = site.kind().to_edge(self.half_gap.largest());
+        let largest = site.kind().to_user_unit(self.half_gap.largest());
         format!("largest half gap {} {}", effect::short(largest), site.unit())
     }
 

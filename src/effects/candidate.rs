@@ -200,7 +200,7 @@ impl Survey<'_> {
     /// Axes that move far enough for an effect of their motion to show.
     pub fn moving(&self) -> impl Iterator<Item = usize> {
         (0..self.axes.len()).filter(|&a| {
-            let unit = self.robot.axis(a).kind.si();
+            let unit = self.robot.axis(a).kind.si_per_user_unit();
             self.axes[a].travel >= 1e-4 * unit.max(1e-2)
         })
     }
@@ -217,7 +217,7 @@ const SHORTEST_TRAVEL: f64 = 0.01;
 impl Survey<'_> {
     /// Travels over which something may build up or fade on an axis, each `ratio` times the one before; rad or m.
     pub fn travels(&self, axis: usize, ratio: f64) -> Vec<f64> {
-        let first = SHORTEST_TRAVEL * self.robot.axis(axis).kind.si();
+        let first = SHORTEST_TRAVEL * self.robot.axis(axis).kind.si_per_user_unit();
         let rising = std::iter::successors(Some(first), |x| Some(x * ratio));
         rising.take_while(|x| *x < 0.5 * self.axes[axis].travel).collect()
     }

@@ -142,7 +142,7 @@ impl Empirical {
     fn user_units_per_argument(&self, site: &Site) -> f64 {
         let kind = self.of.map_or(site.kind(), |a| site.robot.axis(a).kind);
         match self.over {
-            Over::Position | Over::Speed => 1.0 / kind.si(),
+            Over::Position | Over::Speed => 1.0 / kind.si_per_user_unit(),
             Over::Direction | Over::Torque | Over::Time => 1.0,
         }
     }

@@ -95,7 +95,7 @@ impl EffectType for MaxwellSlip {
 
     fn write(&self, site: &Site, entry: &mut Mapping) {
         let kind = site.kind();
-        let pair = |e: &[f64; 2]| Value::Sequence(e.iter().map(|&v| kind.to_edge(v).into()).collect());
+        let pair = |e: &[f64; 2]| Value::Sequence(e.iter().map(|&v| kind.to_user_unit(v).into()).collect());
         entry.insert("elements".into(), Value::Sequence(self.elements.iter().map(pair).collect()));
     }
 

@@ -40,7 +40,7 @@ impl Site<'_> {
 
     /// rad per deg, m per mm.
     pub fn si_per_user_unit(&self) -> f64 {
-        self.kind().si()
+        self.kind().si_per_user_unit()
     }
 
     /// `half_gap_deg`, `half_gap_mm`.
@@ -69,7 +69,9 @@ impl Site<'_> {
     /// A ratio of two joints in the units of both: 1 where both turn or both slide.
     pub fn user_units_per_ratio(&self) -> f64 {
         match self.target {
-            Target::Coupled { to, from } => self.robot.axis(from).kind.si() / self.robot.axis(to).kind.si(),
+            Target::Coupled { to, from } => {
+                self.robot.axis(from).kind.si_per_user_unit() / self.robot.axis(to).kind.si_per_user_unit()
+            }
             _ => 1.0,
         }
     }

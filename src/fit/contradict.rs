@@ -48,7 +48,7 @@ fn allowed(document: &Gaps, joint: &JointGap) -> [f64; 2] {
 fn line(robot: &Robot, a: (&Gaps, &JointGap), b: (&Gaps, &JointGap)) -> String {
     let joint = robot.axis(a.1.axis);
     let value = |(document, gap): (&Gaps, &JointGap)| {
-        let edge = |v: f64| joint.kind.to_edge(v);
+        let edge = |v: f64| joint.kind.to_user_unit(v);
         let from = document.logs.first().map_or("a document without logs", |l| l.name.as_str());
         let varies = if gap.schedule.is_some() { ", varying with position" } else { "" };
         format!(

@@ -51,9 +51,9 @@ pub fn merge(documents: &[Gaps], robot: &Robot, notes: &mut Vec<String>) -> Vec<
                     "{}: half gaps from {} ({:.5} {unit}) and {} ({:.5} {unit}) differ by more than their uncertainty; the narrower is used",
                     robot.axis(axis).name,
                     source(&documents[from]),
-                    kind.to_edge(gap.half_gap),
+                    kind.to_user_unit(gap.half_gap),
                     source(&documents[*d]),
-                    kind.to_edge(j.half_gap),
+                    kind.to_user_unit(j.half_gap),
                     unit = kind.unit()
                 ));
             }

@@ -120,7 +120,7 @@ fn together(
 
 /// A value of a joint as a note shows it.
 fn shown(v: f64, joint: &Joint) -> String {
-    format!("{:.5} {}", joint.kind.to_edge(v), joint.kind.unit())
+    format!("{:.5} {}", joint.kind.to_user_unit(v), joint.kind.unit())
 }
 
 /// Equation 16: a schedule where the gap varies, else the constant that leaves the smallest largest error.

@@ -6,7 +6,7 @@
 
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
 use crate::compensator::{Response, Spike, Windup};
-use crate::gaps::file::{at_edge, number};
+use crate::gaps::file::{in_user_unit, number};
 use crate::robot::{JointKind, Robot};
 use serde_json::{Map, Value, json};
 
@@ -66,16 +66,16 @@ pub(super) fn write_joint(e: &JointEstimate, kind: JointKind, out: &mut Map<Stri
     let r = &e.response;
     let used: Vec<(&Spike, &[f64; 2])> = r.spikes.iter().zip(&e.spikes_ci95).filter(|(s, _)| s.gain != 0.0).collect();
     let mut response = Map::new();
-    response.insert(format!("presliding_{unit}"), number(kind.to_edge(r.presliding)));
-    response.insert("presliding_ci95".into(), at_edge(&e.presliding_ci95, kind));
-    response.insert(format!("windup_{unit}"), number(kind.to_edge(r.windup())));
-    response.insert("windup_ci95".into(), at_edge(&e.windup_ci95, kind));
+    response.insert(format!("presliding_{unit}"), number(kind.to_user_unit(r.presliding)));
+    response.insert("presliding_ci95".into(), in_user_unit(&e.presliding_ci95, kind));
+    response.insert(format!("windup_{unit}"), number(kind.to_user_unit(r.windup())));
+    response.insert("windup_ci95".into(), in_user_unit(&e.windup_ci95, kind));
     let wound = r.windups.iter().filter(|w| w.half != 0.0);
-    let windups = wound.map(|w| json!([number(kind.to_edge(w.half)), number(kind.to_edge(w.presliding))]));
+    let windups = wound.map(|w| json!([number(kind.to_user_unit(w.half)), number(kind.to_user_unit(w.presliding))]));
     response.insert("windups".into(), windups.collect());
-    let spikes = used.iter().map(|(s, _)| json!([number(kind.to_edge(s.gain)), number(s.decay_s)]));
+    let spikes = used.iter().map(|(s, _)| json!([number(kind.to_user_unit(s.gain)), number(s.decay_s)]));
     response.insert("spikes".into(), spikes.collect());
-    response.insert("spikes_ci95".into(), used.iter().map(|(_, ci)| at_edge(*ci, kind)).collect());
+    response.insert("spikes_ci95".into(), used.iter().map(|(_, ci)| in_user_unit(*ci, kind)).collect());
     out.insert("response".into(), Value::Object(response));
     out.insert("scatter".into(), number(e.scatter));
     let t = &e.trust;
@@ -94,7 +94,7 @@ pub(super) fn write_top(e: &Estimate, robot: &Robot, out: &mut Map<String, Value
         m.insert("joint".into(), joint.name.clone().into());
         m.insert("log".into(), r.log.clone().into());
         m.insert("t_s".into(), number((r.t_s * 1e3).round() / 1e3));
-        m.insert(format!("at_{}", joint.kind.unit()), number((joint.kind.to_edge(r.at) * 1e4).round() / 1e4));
+        m.insert(format!("at_{}", joint.kind.unit()), number((joint.kind.to_user_unit(r.at) * 1e4).round() / 1e4));
         m.insert("ratio".into(), number((r.ratio * 1e4).round() / 1e4));
         m.insert("sigma".into(), number((r.sigma * 1e4).round() / 1e4));
         m.insert("outlying".into(), r.outlying.into());
@@ -115,7 +115,7 @@ pub(super) fn write_top(e: &Estimate, robot: &Robot, out: &mut Map<String, Value
 /// A joint's fields as they stand in a document; `None` where there is no response.
 pub(super) fn read_joint(axis: usize, kind: JointKind, v: &Value) -> Option<Result<JointEstimate, &'static str>> {
     let r = v.get("response").filter(|r| !r.is_null())?;
-    let (unit, si) = (kind.unit(), kind.si());
+    let (unit, si) = (kind.unit(), kind.si_per_user_unit());
     let finite = |v: Option<&Value>| v.and_then(Value::as_f64).filter(|x| x.is_finite());
     let pair = |v: Option<&Value>, about: f64| -> [f64; 2] {
         let list = v.and_then(Value::as_array).map(|a| a.iter().filter_map(Value::as_f64).collect::<Vec<_>>());
@@ -178,7 +178,7 @@ pub(super) fn read_reversals(v: &Value, robot: &Robot) -> Vec<LocalReversal> {
             axis,
             log: r.get("log")?.as_str()?.to_string(),
             t_s: r.get("t_s")?.as_f64()?,
-            at: r.get(format!("at_{}", kind.unit()))?.as_f64()? * kind.si(),
+            at: r.get(format!("at_{}", kind.unit()))?.as_f64()? * kind.si_per_user_unit(),
             ratio: r.get("ratio")?.as_f64()?,
             sigma: r.get("sigma")?.as_f64()?,
             outlying: r.get("outlying")?.as_bool()?,

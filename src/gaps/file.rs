@@ -20,8 +20,8 @@ pub fn number(v: f64) -> Value {
 }
 
 /// Joint values (rad or m) in the unit of the edges.
-pub fn at_edge(values: &[f64], kind: JointKind) -> Value {
-    values.iter().map(|&v| number(kind.to_edge(v))).collect()
+pub fn in_user_unit(values: &[f64], kind: JointKind) -> Value {
+    values.iter().map(|&v| number(kind.to_user_unit(v))).collect()
 }
 
 /// The document.
@@ -39,12 +39,12 @@ pub fn document(gaps: &Gaps, robot: &Robot) -> Value {
         let (kind, unit) = (joint.kind, joint.kind.unit());
         let mut m = Map::new();
         m.insert("joint".into(), joint.name.clone().into());
-        m.insert(format!("at_{unit}"), number(kind.to_edge(p.at)));
-        m.insert(format!("half_gap_{unit}"), number(kind.to_edge(p.half_gap)));
-        m.insert("ci95".into(), at_edge(&p.ci95, kind));
+        m.insert(format!("at_{unit}"), number(kind.to_user_unit(p.at)));
+        m.insert(format!("half_gap_{unit}"), number(kind.to_user_unit(p.half_gap)));
+        m.insert("ci95".into(), in_user_unit(&p.ci95, kind));
         m.insert("cycles".into(), p.cycles.into());
         if !p.per_cycle.is_empty() {
-            m.insert(format!("per_cycle_{unit}"), at_edge(&p.per_cycle, kind));
+            m.insert(format!("per_cycle_{unit}"), in_user_unit(&p.per_cycle, kind));
         }
         Value::Object(m)
     });
@@ -54,14 +54,14 @@ pub fn document(gaps: &Gaps, robot: &Robot) -> Value {
         let (kind, unit) = (joint.kind, joint.kind.unit());
         let mut m = Map::new();
         m.insert("joint".into(), joint.name.clone().into());
-        m.insert(format!("half_gap_{unit}"), number(kind.to_edge(j.half_gap)));
-        m.insert("ci95".into(), at_edge(&j.ci95, kind));
+        m.insert(format!("half_gap_{unit}"), number(kind.to_user_unit(j.half_gap)));
+        m.insert("ci95".into(), in_user_unit(&j.ci95, kind));
         if let Some(s) = &j.sides {
             for (side, value, ci95) in
                 [("positive", s.positive, s.positive_ci95), ("negative", s.negative, s.negative_ci95)]
             {
-                m.insert(format!("{side}_{unit}"), number(kind.to_edge(value)));
-                m.insert(format!("{side}_ci95"), at_edge(&ci95, kind));
+                m.insert(format!("{side}_{unit}"), number(kind.to_user_unit(value)));
+                m.insert(format!("{side}_ci95"), in_user_unit(&ci95, kind));
             }
         }
         m.insert("significant".into(), j.significant.into());
@@ -80,6 +80,9 @@ pub fn document(gaps: &Gaps, robot: &Robot) -> Value {
     doc.insert("joints".into(), joints.collect());
     if let Some(e) = &gaps.estimate {
         estimate::write_top(e, robot, &mut doc);
+    }
+    if let Some(distrust) = &gaps.distrust {
+        doc.insert("distrust".into(), json!(distrust));
     }
     doc.insert("notes".into(), gaps.notes.iter().cloned().collect());
     Value::Object(doc)
@@ -103,16 +106,16 @@ fn registration(r: &Registered) -> Value {
 fn stiction(s: &StictionFound, kind: JointKind) -> Value {
     let unit = kind.unit();
     let mut m = Map::new();
-    m.insert(format!("spike_{unit}"), number(kind.to_edge(s.spike)));
-    m.insert("ci95".into(), at_edge(&s.ci95, kind));
+    m.insert(format!("spike_{unit}"), number(kind.to_user_unit(s.spike)));
+    m.insert("ci95".into(), in_user_unit(&s.ci95, kind));
     match s.decay {
         Decay::Time(t) => {
             m.insert("decay_s".into(), number(t));
             m.insert("decay_ci95".into(), s.decay_ci95.iter().map(|&v| number(v)).collect());
         }
         Decay::Travel(x) => {
-            m.insert(format!("decay_{unit}"), number(kind.to_edge(x)));
-            m.insert("decay_ci95".into(), at_edge(&s.decay_ci95, kind));
+            m.insert(format!("decay_{unit}"), number(kind.to_user_unit(x)));
+            m.insert("decay_ci95".into(), in_user_unit(&s.decay_ci95, kind));
         }
     }
     Value::Object(m)
@@ -123,16 +126,16 @@ fn stiction(s: &StictionFound, kind: JointKind) -> Value {
 pub fn curve(curve: &GapCurve, kind: JointKind) -> Value {
     match curve {
         GapCurve::Constant(b) => {
-            json!({"kind": "constant", format!("half_gap_{}", kind.unit()): number(kind.to_edge(*b))})
+            json!({"kind": "constant", format!("half_gap_{}", kind.unit()): number(kind.to_user_unit(*b))})
         }
         GapCurve::Pchip(p) => {
-            let knots: Value = p.knots().iter().map(|k| at_edge(k, kind)).collect();
+            let knots: Value = p.knots().iter().map(|k| in_user_unit(k, kind)).collect();
             json!({"kind": "pchip", "knots": knots})
         }
         GapCurve::Polynomial { coefficients, range } => {
-            let si = kind.si();
+            let si = kind.si_per_user_unit();
             let c: Value = coefficients.iter().enumerate().map(|(k, c)| number(c * si.powi(k as i32 - 1))).collect();
-            json!({"kind": "polynomial", "coefficients": c, format!("range_{}", kind.unit()): at_edge(range, kind)})
+            json!({"kind": "polynomial", "coefficients": c, format!("range_{}", kind.unit()): in_user_unit(range, kind)})
         }
     }
 }

@@ -11,6 +11,8 @@ pub mod read;
 pub use crate::log::registration::Registered;
 
 use crate::effects::{Decay, GapCurve};
+use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// Result of an identification.
 #[derive(Debug, Clone)]
@@ -26,17 +28,35 @@ pub struct Gaps {
     pub tcp_speed_m_s: Option<f64>,
     /// What a joint estimate over all logs adds.
     pub estimate: Option<estimate::Estimate>,
+    /// Why the gaps cannot be trusted, where they cannot.
+    pub distrust: Option<Distrust>,
     /// What a reader should know: dropped cycles, joints left out and why.
     pub notes: Vec<String>,
 }
 
-/// How the note begins by which an identification says that its gaps cannot be trusted.
-pub const DISTRUSTED: &str = "the model does not describe this log";
+/// Why the gaps of a document cannot be trusted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "reason", rename_all = "snake_case")]
+pub enum Distrust {
+    /// The residual is of another order than the noise of the log.
+    ModelDoesNotDescribeLog {
+        /// Factor on the variance by which correlated residuals inflate it.
+        #[serde(rename = "variance_inflation")]
+        inflation: f64,
+        /// Gaps were given as known and held.
+        gaps_held: bool,
+    },
+}
 
-impl Gaps {
-    /// The note that its gaps cannot be trusted, where there is one.
-    pub fn distrusted(&self) -> Option<&str> {
-        self.notes.iter().map(String::as_str).find(|n| n.starts_with(DISTRUSTED))
+impl fmt::Display for Distrust {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self::ModelDoesNotDescribeLog { inflation, gaps_held } = self;
+        let held = if *gaps_held { "the gaps given as known, " } else { "" };
+        write!(
+            f,
+            "the model does not describe this log (variance inflated {inflation:.1} times), the gaps cannot be trusted: check {held}the \
+             order and sign of the x, y, z columns, units and the robot file"
+        )
     }
 }
 
@@ -82,7 +102,7 @@ pub struct JointGap {
 /// A gap whose sides differ (Gantry (2015) equation 2); rad or m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sides {
-    /// `c_r`: how far the joint stays behind its command moving up.
+    /// `c_r`: how far the joint lags its command moving up.
     pub positive: f64,
     pub positive_ci95: [f64; 2],
     /// `-c_l`: the same moving down.
@@ -90,7 +110,7 @@ pub struct Sides {
     pub negative_ci95: [f64; 2],
 }
 
-/// A spike behind reversals.
+/// A spike after reversals.
 #[derive(Debug, Clone)]
 pub struct StictionFound {
     pub spike: f64,

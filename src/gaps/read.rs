@@ -5,7 +5,7 @@
 
 use super::estimate::{self, Estimate};
 use super::file::SCHEMA;
-use super::{GapPoint, Gaps, JointGap, LogRef, Registered, Sides, StictionFound};
+use super::{Distrust, GapPoint, Gaps, JointGap, LogRef, Registered, Sides, StictionFound};
 use crate::effects::curve::Pchip;
 use crate::effects::{Decay, GapCurve};
 use crate::error::{Error, Place, Result};
@@ -55,6 +55,7 @@ impl Gaps {
             points: top.children("points")?.iter().map(Node::point).collect::<Result<_>>()?,
             joints: top.joints()?,
             tcp_speed_m_s: top.optional("tcp_speed_mm_s")?.map(|v| v * 1e-3),
+            distrust: top.distrust()?,
             notes: top.children("notes")?.iter().filter_map(|n| n.value.as_str().map(str::to_string)).collect(),
         })
     }
@@ -69,6 +70,13 @@ struct Node<'a> {
 }
 
 impl Node<'_> {
+    /// Why the gaps cannot be trusted.
+    fn distrust(&self) -> Result<Option<Distrust>> {
+        let Some(node) = self.child("distrust") else { return Ok(None) };
+        let read = serde_json::from_value(node.value.clone());
+        read.map(Some).map_err(|e| self.bad("distrust", format!("`{}` ({e})", node.value), "a reason and its fields"))
+    }
+
     fn bad(&self, key: &str, found: String, expected: &str) -> Error {
         let mut path = self.path.clone();
         path.push(key.into());
@@ -186,7 +194,7 @@ impl Node<'_> {
 
     fn point(&self) -> Result<GapPoint> {
         let (axis, kind) = self.axis()?;
-        let (unit, si) = (kind.unit(), kind.si());
+        let (unit, si) = (kind.unit(), kind.si_per_user_unit());
         let per_cycle = format!("per_cycle_{unit}");
         Ok(GapPoint {
             axis,
@@ -238,7 +246,7 @@ impl Node<'_> {
 
     fn joint(&self) -> Result<JointGap> {
         let (axis, kind) = self.axis()?;
-        let (unit, si) = (kind.unit(), kind.si());
+        let (unit, si) = (kind.unit(), kind.si_per_user_unit());
         let half_gap = self.number(&format!("half_gap_{unit}"))? * si;
         let ci95 = if self.child("ci95").is_some() { self.array::<2>("ci95")?.map(|v| v * si) } else { [half_gap; 2] };
         if ci95[0] > ci95[1] {
@@ -263,7 +271,7 @@ impl Node<'_> {
 
     /// Both offsets or none; a joint that goes beyond its command on one side has no gap there.
     fn sides(&self, kind: JointKind) -> Result<Option<Sides>> {
-        let (unit, si) = (kind.unit(), kind.si());
+        let (unit, si) = (kind.unit(), kind.si_per_user_unit());
         let keys = ["positive", "negative"].map(|s| format!("{s}_{unit}"));
         let (positive, negative) = match (self.optional(&keys[0])?, self.optional(&keys[1])?) {
             (None, None) => return Ok(None),
@@ -286,7 +294,7 @@ impl Node<'_> {
     }
 
     fn curve(&self, kind: JointKind) -> Result<GapCurve> {
-        let (unit, si) = (kind.unit(), kind.si());
+        let (unit, si) = (kind.unit(), kind.si_per_user_unit());
         match self.text("kind")?.as_str() {
             "constant" => Ok(GapCurve::Constant(self.number(&format!("half_gap_{unit}"))? * si)),
             "pchip" => {
@@ -322,7 +330,7 @@ impl Node<'_> {
     }
 
     fn stiction(&self, kind: JointKind) -> Result<StictionFound> {
-        let (unit, si) = (kind.unit(), kind.si());
+        let (unit, si) = (kind.unit(), kind.si_per_user_unit());
         let spike = self.number(&format!("spike_{unit}"))? * si;
         let travel = format!("decay_{unit}");
         let (decay, scale) = match (self.optional("decay_s")?, self.optional(&travel)?) {

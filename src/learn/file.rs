@@ -139,7 +139,7 @@ impl Learned {
         let input = |(joint, input): (&crate::robot::Joint, &Input)| {
             let unit = joint.kind.unit();
             let values = [("centre", input.centre), ("half_range", input.half_range)];
-            let entry = values.map(|(key, v)| (format!("{key}_{unit}"), joint.kind.to_edge(v)));
+            let entry = values.map(|(key, v)| (format!("{key}_{unit}"), joint.kind.to_user_unit(v)));
             (joint.name.clone(), IndexMap::from(entry))
         };
         let network = |(&c, n): (&usize, &Network)| {
@@ -171,7 +171,10 @@ fn read_inputs(file: &IndexMap<String, IndexMap<String, f64>>, robot: &Robot, do
         let values = keys.each_ref().map(|k| entry.and_then(|e| e.get(k)).copied().filter(|v| v.is_finite()));
         match values {
             [Some(centre), Some(half)] if half >= 0.0 && entry.is_some_and(|e| e.len() == 2) => {
-                inputs.push(Input { centre: centre * joint.kind.si(), half_range: half * joint.kind.si() });
+                inputs.push(Input {
+                    centre: centre * joint.kind.si_per_user_unit(),
+                    half_range: half * joint.kind.si_per_user_unit(),
+                });
             }
             _ => {
                 let expected = format!("`{}: {{{}: number, {}: number of 0 or more}}`", joint.name, keys[0], keys[1]);

@@ -93,7 +93,7 @@ pub struct JointMean {
 /// Movement of an axis that counts, rad or m.
 pub fn resolution(log: &Log, robot: &Robot, axis: usize) -> f64 {
     let decimals = i32::from(log.cmd_decimals.get(axis).copied().unwrap_or(0).max(LEAST_DECIMALS));
-    FLICKER_DIGITS * 10f64.powi(-decimals) * robot.axis(axis).kind.si()
+    FLICKER_DIGITS * 10f64.powi(-decimals) * robot.axis(axis).kind.si_per_user_unit()
 }
 
 /// Dwells of a log in the order visited.

@@ -51,7 +51,7 @@ pub(super) fn sensors(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Resu
             let apart: Vec<f64> = pairs.iter().map(|(c, v)| (v - c).abs()).collect();
             let (usual, travel) = (quantile(&apart, 0.5), log.travel(axis));
             if travel > 0.0 && usual > 0.05 * travel {
-                let shown = joint.kind.to_edge(usual);
+                let shown = joint.kind.to_user_unit(usual);
                 notes
                     .push(format!("{name} differs from the command by {shown:.3} {} in the median", joint.kind.unit()));
             }
@@ -89,12 +89,12 @@ pub(super) fn times(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Result
             notes.push(format!(
                 "{} moves at {:.3e} {unit}/s, its limit is {:.0}: are `t_s` seconds and the commands {unit}?",
                 joint.name,
-                joint.kind.to_edge(fast),
-                joint.kind.to_edge(max)
+                joint.kind.to_user_unit(fast),
+                joint.kind.to_user_unit(max)
             ));
         }
         // 0.1 deg/s or mm/s with a row a second: rarely a program, often milliseconds read as seconds
-        slow &= joint.kind.to_edge(fast) < 0.1;
+        slow &= joint.kind.to_user_unit(fast) < 0.1;
     }
     // no tracker waits so long between the samples of a motion: settled poses have no `t_s`
     if usual >= SURELY_MILLISECONDS_S && slow {
@@ -118,7 +118,7 @@ pub(super) fn limits(log: &Log, robot: &Robot, notes: &mut Vec<String>) {
         let Some([lo, hi]) = joint.limits else { continue };
         let slack = 1e-6 * (hi - lo);
         if let Some(row) = log.cmd[axis].iter().position(|&v| v < lo - slack || v > hi + slack) {
-            let edge = |v: f64| joint.kind.to_edge(v);
+            let edge = |v: f64| joint.kind.to_user_unit(v);
             notes.push(format!(
                 "line {}: {} is commanded to {:.3} {}, outside its limits {:.1} to {:.1}",
                 log.line[row],

@@ -446,7 +446,7 @@ impl Axis {
 
 /// Movement that is none, rad or m.
 fn deadband(robot: &Robot, axis: usize) -> f64 {
-    NO_MOVEMENT * robot.axis(axis).kind.si()
+    NO_MOVEMENT * robot.axis(axis).kind.si_per_user_unit()
 }
 
 fn at_rest(p: &[f64]) -> bool {

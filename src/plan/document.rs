@@ -357,7 +357,7 @@ pub fn program(motion: &Motion, room: &Room) -> Vec<u8> {
         write::number(&mut out, i as f64 * room.step_s, DECIMALS);
         for (axis, v) in row.iter().enumerate() {
             out.push(b',');
-            write::number(&mut out, room.robot.axis(axis).kind.to_edge(*v), DECIMALS);
+            write::number(&mut out, room.robot.axis(axis).kind.to_user_unit(*v), DECIMALS);
         }
         out.push(b'\n');
     }

@@ -99,7 +99,7 @@ impl<'a> Room<'a> {
         Self {
             robot,
             window: window.collect(),
-            transition: robot.axis_joints().map(|j| 0.3 * j.kind.si()).collect(),
+            transition: robot.axis_joints().map(|j| 0.3 * j.kind.si_per_user_unit()).collect(),
             pose,
             fast,
             accel,
@@ -125,14 +125,17 @@ impl<'a> Room<'a> {
 fn resting_pose(robot: &Robot) -> Vec<f64> {
     robot
         .axis_joints()
-        .map(|j| j.limits.map_or(0.0, |[lo, hi]| 0.5 * (lo + hi) + 0.1 * (0.5 * (hi - lo)).min(90.0 * j.kind.si())))
+        .map(|j| {
+            j.limits
+                .map_or(0.0, |[lo, hi]| 0.5 * (lo + hi) + 0.1 * (0.5 * (hi - lo)).min(90.0 * j.kind.si_per_user_unit()))
+        })
         .collect()
 }
 
 /// A value as a program writes it.
 pub fn rounded(kind: JointKind, value: f64) -> f64 {
     let scale = 10f64.powi(i32::from(DECIMALS));
-    (kind.to_edge(value) * scale).round() / scale * kind.si()
+    (kind.to_user_unit(value) * scale).round() / scale * kind.si_per_user_unit()
 }
 
 /// Joint vectors one interval apart.
@@ -266,7 +269,7 @@ impl<'a> Path<'a> {
         (0..self.room.pose.len()).all(|axis| {
             let joint = self.room.robot.axis(axis);
             // one digit of the program, and the speed that it makes
-            let digit = 2e-6 * joint.kind.si();
+            let digit = 2e-6 * joint.kind.si_per_user_unit();
             let [lo, hi] = self.room.window[axis];
             let most_v = joint.max_speed.unwrap_or(f64::INFINITY);
             let most_a = joint.max_accel.unwrap_or(f64::INFINITY);

@@ -62,8 +62,8 @@ fn typical(info: &EffectInfo, target: &str, given: &Mapping, scale: &Scale) -> M
     let size = TypicalSize {
         kind,
         target,
-        gap: lost.map_or(if kind == JointKind::Revolute { 0.003 } else { 0.005 }, |b| kind.to_edge(b)),
-        window: axis.and_then(|a| scale.window.get(a)).map_or([-1.0, 1.0], |w| w.map(|v| kind.to_edge(v))),
+        gap: lost.map_or(if kind == JointKind::Revolute { 0.003 } else { 0.005 }, |b| kind.to_user_unit(b)),
+        window: axis.and_then(|a| scale.window.get(a)).map_or([-1.0, 1.0], |w| w.map(|v| kind.to_user_unit(v))),
         tcp_speed_mm_s: scale.speed_m_s * 1e3,
         duration_s: scale.duration_s,
         given,

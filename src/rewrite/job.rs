@@ -278,7 +278,7 @@ impl Job<'_> {
                 LimitKind::Speed => ("speed", format!("{}/s", joint.kind.unit())),
                 LimitKind::Acceleration => ("acceleration", format!("{}/s2", joint.kind.unit())),
             };
-            let edge = |x: f64| joint.kind.to_edge(x);
+            let edge = |x: f64| joint.kind.to_user_unit(x);
             text.push(format!(
                 "  {place}{added}: {} {what} {:.6} {unit}, limit {:.6} {unit}{}",
                 joint.name,

@@ -32,7 +32,7 @@ fn implausible_joint(robot: &Robot, compensator: &JointCompensator) -> Option<St
     };
     let most = (BEYOND * real).min(BEYOND * REAL_TCP_M / lever_m);
     (size > most).then(|| {
-        let (edge, unit) = (|v: f64| joint.kind.to_edge(v), joint.kind.unit());
+        let (edge, unit) = (|v: f64| joint.kind.to_user_unit(v), joint.kind.unit());
         format!(
             "an offset of {:.6} {unit} for {}, up to {:.1} mm at the TCP (at most {:.6} {unit} is plausible there)",
             edge(size),
@@ -65,7 +65,7 @@ mod tests {
     fn refused(robot: &str, half_gap: f64) -> bool {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(robot);
         let robot = Robot::load(&path).unwrap();
-        let gap = GapCurve::Constant(half_gap * robot.axis(0).kind.si());
+        let gap = GapCurve::Constant(half_gap * robot.axis(0).kind.si_per_user_unit());
         let backlash = Some(BacklashOffset { positive: gap.clone(), negative: gap });
         let joints = vec![JointCompensator { axis: 0, backlash, friction: None }];
         let compensator = Compensator {

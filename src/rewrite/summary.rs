@@ -124,9 +124,9 @@ pub fn document(outcome: &Outcome, robot: &Robot) -> Value {
             let mut j = Map::new();
             j.insert("joint".into(), json!(joint.name));
             j.insert("reversals".into(), json!(a.reversals.get(k).copied().unwrap_or(0)));
-            let offset = joint.kind.to_edge(a.largest_offset.get(k).copied().unwrap_or(0.0));
+            let offset = joint.kind.to_user_unit(a.largest_offset.get(k).copied().unwrap_or(0.0));
             j.insert(format!("largest_offset_{unit}"), json!(round(offset, 9)));
-            let left = joint.kind.to_edge(a.largest_left.get(k).copied().unwrap_or(0.0));
+            let left = joint.kind.to_user_unit(a.largest_left.get(k).copied().unwrap_or(0.0));
             j.insert(format!("largest_left_{unit}"), json!(round(left, 9)));
             j.insert("decimals".into(), json!(outcome.written.get(k).copied().flatten()));
             Value::Object(j)
@@ -165,7 +165,7 @@ pub fn document(outcome: &Outcome, robot: &Robot) -> Value {
             .filter_map(|(j, l)| {
                 let mut m = Map::new();
                 m.insert("joint".into(), json!(j.name));
-                m.insert(format!("rounding_{}", j.kind.unit()), json!(round(j.kind.to_edge((*l)?), 9)));
+                m.insert(format!("rounding_{}", j.kind.unit()), json!(round(j.kind.to_user_unit((*l)?), 9)));
                 Some(Value::Object(m))
             })
             .collect();
@@ -224,7 +224,7 @@ pub fn words(outcome: &Outcome, robot: &Robot, told: Told) -> String {
             continue;
         }
         let unit = joint.kind.unit();
-        let offset = joint.kind.to_edge(offset);
+        let offset = joint.kind.to_user_unit(offset);
         let reversals = counted(reversals, "reversal");
         let _ = write!(text, "  {}: {reversals}, largest offset {offset:.6} {unit}", joint.name);
         if let Some(d) = outcome.written.get(k).copied().flatten() {
@@ -237,7 +237,7 @@ pub fn words(outcome: &Outcome, robot: &Robot, told: Told) -> String {
         if let Some(v) = &outcome.vendor
             && let Some(Some(lost)) = v.written.lost.get(k)
         {
-            let (lost, digit) = (joint.kind.to_edge(*lost), joint.kind.to_edge(v.written.digit[k]));
+            let (lost, digit) = (joint.kind.to_user_unit(*lost), joint.kind.to_user_unit(v.written.digit[k]));
             let _ = write!(text, "; {written} in steps of {digit:.6} {unit}, rounding loses up to {lost:.6} {unit}");
             if offset > 0.0 {
                 let _ = write!(text, " ({:.1} %)", 100.0 * lost / offset);
@@ -245,7 +245,7 @@ pub fn words(outcome: &Outcome, robot: &Robot, told: Told) -> String {
         }
         let left = a.largest_left.get(k).copied().unwrap_or(0.0);
         if left > 0.0 {
-            let _ = write!(text, "; up to {:.6} {unit} is left behind a reversal", joint.kind.to_edge(left));
+            let _ = write!(text, "; up to {:.6} {unit} is left behind a reversal", joint.kind.to_user_unit(left));
             if left > a.largest_offset.get(k).copied().unwrap_or(f64::INFINITY) {
                 text.push_str(
                     ", more than without compensation until the step is done (nearer to the turn: --step-fraction)",

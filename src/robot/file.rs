@@ -381,7 +381,7 @@ fn build_joint(j: &JointFile, all: &[JointFile], doc: &Document) -> Result<Joint
             }
         }
     };
-    let si = kind.si();
+    let si = kind.si_per_user_unit();
     Ok(Joint {
         name: j.name.clone(),
         kind,

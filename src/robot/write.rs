@@ -45,7 +45,7 @@ impl Robot {
 
 fn joint(j: &Joint, robot: &Robot) -> JointFile {
     let revolute = j.kind == JointKind::Revolute;
-    let si = |v: f64| shortest(v, |edge| edge * j.kind.si());
+    let si = |v: f64| shortest(v, |edge| edge * j.kind.si_per_user_unit());
     let range = |wanted: bool| j.limits.filter(|_| wanted).map(|l| l.map(si));
     let one = |v: Option<f64>, wanted: bool| v.filter(|_| wanted).map(si);
     JointFile {
@@ -64,8 +64,8 @@ fn joint(j: &Joint, robot: &Robot) -> JointFile {
         max_accel_deg_s2: one(j.max_accel, revolute),
         max_accel_mm_s2: one(j.max_accel, !revolute),
         lead_mm_per_rev: j.lead_m_per_rev.map(millimetres),
-        pulses_per_deg: j.pulses.filter(|_| revolute).map(|p| shortest(p, |edge| edge / j.kind.si())),
-        pulses_per_mm: j.pulses.filter(|_| !revolute).map(|p| shortest(p, |edge| edge / j.kind.si())),
+        pulses_per_deg: j.pulses.filter(|_| revolute).map(|p| shortest(p, |edge| edge / j.kind.si_per_user_unit())),
+        pulses_per_mm: j.pulses.filter(|_| !revolute).map(|p| shortest(p, |edge| edge / j.kind.si_per_user_unit())),
         follows: j.follows.map(|f| FollowFile { joint: robot.joints[f.joint].name.clone(), ratio: f.ratio }),
     }
 }

@@ -314,7 +314,7 @@ impl<'a> Plan<'a> {
             number(text, value, decimals);
         };
         let joint = |text: &mut Vec<u8>, axis: usize, value: f64| {
-            number(text, self.model.robot.axis(axis).kind.to_edge(value), JOINT_DECIMALS);
+            number(text, self.model.robot.axis(axis).kind.to_user_unit(value), JOINT_DECIMALS);
         };
         let angle = |text: &mut Vec<u8>, axis: usize, value: f64| {
             let lead = self.model.robot.axis(axis).lead_m_per_rev.unwrap_or(1.0);

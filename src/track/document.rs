@@ -36,7 +36,7 @@ impl Tracked {
     /// The JSON document; lengths in mm.
     pub fn to_json(&self, robot: &Robot, path: &Path, origin: &Origin, method: &str) -> Value {
         let joints = robot.axis_joints().enumerate().map(|(a, j)| {
-            let edge = |v: f64| j.kind.to_edge(v);
+            let edge = |v: f64| j.kind.to_user_unit(v);
             let ends = self.q.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], q| [l.min(q[a]), h.max(q[a])]);
             json!({
                 "joint": j.name,
@@ -113,7 +113,7 @@ impl Tracked {
             );
             for f in self.too_fast.iter().take(LISTED) {
                 let joint = robot.axis(f.axis);
-                let (edge, unit) = (|v: f64| joint.kind.to_edge(v), joint.kind.unit());
+                let (edge, unit) = (|v: f64| joint.kind.to_user_unit(v), joint.kind.unit());
                 let _ = write!(
                     text,
                     "\n  {}:{}: {} {:.3} {unit}/s2, limit {:.3} {unit}/s2",

@@ -177,7 +177,7 @@ impl<'a> Walker<'a> {
             Self { robot, kinematics, lower: Vec::new(), upper: Vec::new(), scale: Vec::new(), digit: Vec::new() };
         for (joint, known) in robot.axis_joints().zip(&kinematics.range) {
             let [lo, hi] = joint.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
-            let digit = joint.kind.si() * 10f64.powi(-DECIMALS);
+            let digit = joint.kind.si_per_user_unit() * 10f64.powi(-DECIMALS);
             let (lo, hi) = (lo.max(known[0]), hi.min(known[1]));
             // whole digits inside the range: what is written never stands outside it. A range within a digit is one place
             let (mut inner, mut outer) = ((lo / digit).ceil() * digit, (hi / digit).floor() * digit);
@@ -197,7 +197,7 @@ impl<'a> Walker<'a> {
         if let Some(q) = asked {
             for (a, joint) in self.robot.axis_joints().enumerate() {
                 if !(q[a] >= self.lower[a] - self.digit[a] && q[a] <= self.upper[a] + self.digit[a]) {
-                    let edge = |v: f64| joint.kind.to_edge(v);
+                    let edge = |v: f64| joint.kind.to_user_unit(v);
                     let unit = joint.kind.unit();
                     return Err(Error::bad(
                         Place::file("--start"),

@@ -19,7 +19,7 @@ pub fn program(robot: &Robot, tracked: &Tracked, from: &str, by: &str) -> Vec<u8
         let _ = write!(out, "{t}");
         for (joint, v) in robot.axis_joints().zip(q) {
             out.push(b',');
-            number(&mut out, joint.kind.to_edge(*v), DECIMALS as u8);
+            number(&mut out, joint.kind.to_user_unit(*v), DECIMALS as u8);
         }
         out.push(b'\n');
     }

@@ -106,10 +106,10 @@ impl Bench {
         for (i, row) in rows.iter().enumerate() {
             text += &format!("\n{:.1}", 0.1 * i as f64);
             for (j, v) in self.robot.axis_joints().zip(&row.cmd) {
-                text += &format!(",{:.6}", j.kind.to_edge(*v));
+                text += &format!(",{:.6}", j.kind.to_user_unit(*v));
             }
             match (meas, row.point) {
-                (Some(axis), _) => text += &format!(",{:.7}", self.robot.axis(axis).kind.to_edge(row.meas)),
+                (Some(axis), _) => text += &format!(",{:.7}", self.robot.axis(axis).kind.to_user_unit(row.meas)),
                 (None, Some(p)) => text += &format!(",{:.4},{:.4},{:.4}", p.x * 1e3, p.y * 1e3, p.z * 1e3),
                 (None, None) => text += ",,,",
             }

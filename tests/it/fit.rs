@@ -189,11 +189,8 @@ fn gaps_that_cannot_be_trusted_are_fitted_by_force_alone_and_say_so() {
     let (gaps, out) = (folder.path().join("gaps.yaml"), folder.path().join("comp.yaml"));
     let robot = kuka();
     let head = format!("schema: lostmotion/gaps/1\nrobot: {{name: k, sha256: {}}}\n", robot.fingerprint());
-    let note = format!(
-        "notes: [\"{} (variance inflated 18.2 times), the gaps cannot be trusted\"]\n",
-        lostmotion::gaps::DISTRUSTED
-    );
-    std::fs::write(&gaps, head + PATH + &note).unwrap();
+    let distrust = "distrust: {reason: model_does_not_describe_log, variance_inflation: 18.2, gaps_held: false}\n";
+    std::fs::write(&gaps, head + PATH + distrust).unwrap();
     let fit = |more: &[&str]| {
         let mut run = assert_cmd::Command::cargo_bin("lostmotion").unwrap();
         run.args(["fit", "--robot", "configs/kuka-kr120-r2500-pro.yaml", "--gaps"])

@@ -264,7 +264,7 @@ fn hygiene_compares_encoders_with_commands() {
         log
     };
     assert!(hygiene::check(&with(1.0, 1e-5), &robot()).unwrap().notes.is_empty());
-    let refused = hygiene::check(&with(JointKind::Revolute.si(), 0.0), &robot()).unwrap_err().to_string();
+    let refused = hygiene::check(&with(JointKind::Revolute.si_per_user_unit(), 0.0), &robot()).unwrap_err().to_string();
     assert!(refused.contains("enc_A1_deg") && refused.contains("radians"), "{refused}");
     let against = hygiene::check(&with(-1.0, 0.0), &robot()).unwrap();
     assert!(against.notes.iter().any(|n| n.contains("wrong sign")), "{:?}", against.notes);

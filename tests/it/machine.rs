@@ -78,13 +78,14 @@ impl Bench {
         let half = if gap.is_null() {
             0.0
         } else if gap["law"] == "WavyGap" {
-            let u = std::f64::consts::TAU * (joint.kind.to_edge(at) - number(&gap["centre"])) / number(&gap["span"]);
+            let u =
+                std::f64::consts::TAU * (joint.kind.to_user_unit(at) - number(&gap["centre"])) / number(&gap["span"]);
             let wave = |size: &str, rate: f64, phase: &str| number(&gap[size]) * (rate * u + number(&gap[phase])).sin();
             number(&gap["size"]) * (1.0 + wave("a", 0.7, "phase_a") + wave("b", 1.9, "phase_b"))
         } else {
             number(&gap["size"])
         };
-        (half + number(&t["windup_half"])) * joint.kind.si()
+        (half + number(&t["windup_half"])) * joint.kind.si_per_user_unit()
     }
 }
 
@@ -107,7 +108,7 @@ fn single_reversal_noise_m(gaps: &Gaps, axis: usize) -> f64 {
 fn agrees_with_truth(machine: &str) {
     let bench = Bench::new(machine);
     let gaps = bench.identify();
-    assert!(gaps.distrusted().is_none(), "{:?}", gaps.notes);
+    assert!(gaps.distrust.is_none(), "{:?}", gaps.distrust);
     let compensator = bench.fit();
     for axis in 0..3 {
         let name = &bench.robot.axis(axis).name;

@@ -81,7 +81,7 @@ fn can_be_run(program: &Path, robot: &str, pose: Option<&[f64]>) {
         }
         assert_eq!(q[0], q[q.len() - 1], "{} does not come back", joint.name);
         if let Some(pose) = pose {
-            assert!((q[0] - pose[axis] * joint.kind.si()).abs() < 1e-9);
+            assert!((q[0] - pose[axis] * joint.kind.si_per_user_unit()).abs() < 1e-9);
         }
     }
 }

@@ -47,7 +47,7 @@ fn machine(robot: &Robot) -> (Model, Vec<f64>) {
         .enumerate()
         .map(|(a, j)| {
             let size = if j.kind == JointKind::Revolute { 0.003 } else { 0.010 };
-            (1.0 + 0.1 * a as f64) * size * j.kind.si()
+            (1.0 + 0.1 * a as f64) * size * j.kind.si_per_user_unit()
         })
         .collect();
     for (axis, gap) in gaps.iter().enumerate() {
@@ -79,7 +79,7 @@ fn recorded(model: &Model, recording: &Recording, options: &Options, seed: u64) 
     for row in 0..motion.len() {
         let _ = write!(text, "{:.4}", motion.drive.t_s()[row]);
         for (a, joint) in model.robot.axis_joints().enumerate() {
-            let _ = write!(text, ",{:.6}", joint.kind.to_edge(motion.drive.command(a)[row]));
+            let _ = write!(text, ",{:.6}", joint.kind.to_user_unit(motion.drive.command(a)[row]));
         }
         let p = motion.point_m(0, row);
         let _ = match options.instrument.reading(&p) {

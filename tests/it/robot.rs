@@ -41,8 +41,11 @@ fn poses_agree_with_the_oracle_within_a_nanometre() {
         let file = case["robot"].as_str().unwrap();
         let robot = load(file);
         for pose in case["poses"].as_array().unwrap() {
-            let q: Vec<f64> =
-                numbers(&pose["command"]).iter().zip(robot.axis_joints()).map(|(v, j)| v * j.kind.si()).collect();
+            let q: Vec<f64> = numbers(&pose["command"])
+                .iter()
+                .zip(robot.axis_joints())
+                .map(|(v, j)| v * j.kind.si_per_user_unit())
+                .collect();
             let found = robot.forward(&q);
             let want = Vector3::from_vec(numbers(&pose["xyz_mm"])) * 1e-3;
             let turn = Matrix3::from_row_slice(&numbers(&pose["rotation"]));

@@ -22,7 +22,7 @@ impl JointKind {
     }
 
     /// Edge unit to SI: multiply (rad per deg, m per mm).
-    pub fn si(self) -> f64 {
+    pub fn si_per_user_unit(self) -> f64 {
         match self {
             Self::Revolute => std::f64::consts::PI / 180.0,
             Self::Prismatic => 1e-3,
@@ -30,7 +30,7 @@ impl JointKind {
     }
 
     /// SI value in the unit of the edges (deg or mm).
-    pub fn to_edge(self, si: f64) -> f64 {
+    pub fn to_user_unit(self, si: f64) -> f64 {
         match self {
             Self::Revolute => si.to_degrees(),
             Self::Prismatic => si * 1e3,

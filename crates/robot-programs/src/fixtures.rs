@@ -7,7 +7,7 @@ use nalgebra::Isometry3;
 fn table(kind: JointKind, joints: &[(&str, [f64; 2])]) -> Vec<Axis> {
     let axis = |(name, limits): &(&str, [f64; 2])| {
         let mut axis = Axis::new(*name, kind);
-        axis.limits = Some(limits.map(|v| v * kind.si()));
+        axis.limits = Some(limits.map(|v| v * kind.si_per_user_unit()));
         axis
     };
     joints.iter().map(axis).collect()
@@ -105,7 +105,7 @@ pub fn ma2010(without: Option<&str>) -> Axes {
 pub fn ma2010_on_a_rail() -> Axes {
     let mut joints = ma2010_joints(None);
     let mut rail = table(JointKind::Prismatic, &[("E", [-9000.0, 9000.0])]);
-    rail[0].pulses = Some(-100.0 / JointKind::Prismatic.si());
+    rail[0].pulses = Some(-100.0 / JointKind::Prismatic.si_per_user_unit());
     joints.extend(rail);
     Axes::new("Motoman MA2010", joints)
 }
@@ -122,7 +122,7 @@ fn ma2010_joints(without: Option<&str>) -> Vec<Axis> {
     let pulses_per_deg = [1341.4, 1341.4, 1341.4, 1000.0, 1000.0, 622.0];
     let mut joints = table(JointKind::Revolute, &limits);
     for (joint, per_deg) in joints.iter_mut().zip(pulses_per_deg) {
-        joint.pulses = (without != Some(joint.name.as_str())).then(|| per_deg / joint.kind.si());
+        joint.pulses = (without != Some(joint.name.as_str())).then(|| per_deg / joint.kind.si_per_user_unit());
     }
     joints
 }

@@ -59,7 +59,7 @@ pub fn within_limits(result: &Assessment, mapping: &Mapping, robot: &Robot, note
     if lo >= least - slack && hi <= most + slack {
         return Ok(());
     }
-    let (edge, unit) = (|v: f64| equation::digits(joint.kind.to_edge(v), 6), joint.kind.unit());
+    let (edge, unit) = (|v: f64| equation::digits(joint.kind.to_user_unit(v), 6), joint.kind.unit());
     let text = format!("a line from {} to {} {unit} of {}", edge(lo), edge(hi), joint.name);
     let limits = format!("its limits {} to {} {unit}", edge(least), edge(most));
     if hi < least || lo > most {
@@ -150,6 +150,7 @@ pub fn gaps(result: &Assessment, model: &Model, state: usize, mapping: &Mapping,
     notes.push(format!("assess bidirectional, backlash of the line in um over mm: {}", equation::of(model)));
     Ok(Gaps {
         estimate: None,
+        distrust: None,
         robot_name: robot.name.clone(),
         robot_sha256: robot.fingerprint(),
         logs: vec![LogRef { name: result.file.clone(), sha256: result.sha256.clone() }],

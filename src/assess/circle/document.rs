@@ -59,7 +59,7 @@ impl Assessment {
             let mut one = Map::new();
             one.insert("joint".into(), joint.name.clone().into());
             one.insert("at_deg".into(), round(if r.at_deg < 359.99995 { r.at_deg } else { 0.0 }, 4));
-            one.insert(format!("command_{}", joint.kind.unit()), round(joint.kind.to_edge(r.command), 6));
+            one.insert(format!("command_{}", joint.kind.unit()), round(joint.kind.to_user_unit(r.command), 6));
             one.insert("direction".into(), r.direction.into());
             one.insert("line".into(), r.line.into());
             one.insert("total_um".into(), optional(e.total_m.map(um)));

@@ -40,7 +40,7 @@ impl Assessment {
                 let mut one = Map::new();
                 one.insert("joint".into(), joint.name.clone().into());
                 one.insert("t_s".into(), round(r.at_s, 4));
-                one.insert(format!("command_{}", joint.kind.unit()), round(joint.kind.to_edge(r.command), 6));
+                one.insert(format!("command_{}", joint.kind.unit()), round(joint.kind.to_user_unit(r.command), 6));
                 one.insert("direction".into(), r.direction.into());
                 one.insert("before_um".into(), um(r.before_m));
                 one.insert("after_um".into(), um(r.after_m));

@@ -253,7 +253,7 @@ fn mapping(args: &Args, robot: &Robot) -> Result<Option<Mapping>> {
     if !args.origin.is_finite() {
         return Err(Error::bad(Place::file("--origin"), args.origin.to_string(), "a finite number"));
     }
-    Ok(Some(Mapping { axis, kind, lever, origin: args.origin * kind.si(), reversed: args.reversed }))
+    Ok(Some(Mapping { axis, kind, lever, origin: args.origin * kind.si_per_user_unit(), reversed: args.reversed }))
 }
 
 fn um(v: Option<f64>) -> String {

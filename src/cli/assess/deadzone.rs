@@ -72,8 +72,8 @@ fn text(result: &Assessment, robot: &Robot) -> String {
     for j in &result.joints {
         let kind = robot.axis(j.axis).kind;
         let of = |l: &Left| {
-            let [lo, hi] = l.ci95.map(|v| kind.to_edge(v));
-            [l.deadzones.to_string(), format!("{:.4}", kind.to_edge(l.mean)), format!("{lo:.4} .. {hi:.4}")]
+            let [lo, hi] = l.ci95.map(|v| kind.to_user_unit(v));
+            [l.deadzones.to_string(), format!("{:.4}", kind.to_user_unit(l.mean)), format!("{lo:.4} .. {hi:.4}")]
         };
         let mut row = vec![robot.axis(j.axis).name.clone(), kind.unit().into()];
         row.extend(of(&j.before));

@@ -145,7 +145,7 @@ fn gaps_of_text(robot: &Robot, text: &str) -> Result<Vec<AxisGap>> {
         if gap < 0.0 || gaps.iter().any(|g| g.axis == axis) {
             return Err(usage(format!("`{part}` in --half-gap"), "one gap of 0 or more for a joint"));
         }
-        gaps.push(AxisGap { axis, curves: vec![GapCurve::Constant(gap * robot.axis(axis).kind.si())] });
+        gaps.push(AxisGap { axis, curves: vec![GapCurve::Constant(gap * robot.axis(axis).kind.si_per_user_unit())] });
     }
     gaps.sort_by_key(|g| g.axis);
     Ok(gaps)
@@ -175,7 +175,7 @@ impl Poses {
             }
             let mut q = Vec::with_capacity(values.len());
             for (v, joint) in values.iter().zip(robot.axis_joints()) {
-                q.push(finite(v, "--pose")? * joint.kind.si());
+                q.push(finite(v, "--pose")? * joint.kind.si_per_user_unit());
             }
             match name {
                 Some(name) => {
@@ -208,7 +208,7 @@ impl Poses {
 type PoseRow<'a> = (usize, f64, &'a [f64], f64);
 
 fn edge(joint: &Joint, si: f64) -> f64 {
-    (joint.kind.to_edge(si) * 1e9).round() / 1e9
+    (joint.kind.to_user_unit(si) * 1e9).round() / 1e9
 }
 
 fn um(m: f64) -> f64 {

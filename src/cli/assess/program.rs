@@ -164,7 +164,7 @@ fn tables(result: &Assessment, text: Option<TextDifference>, robot: &Robot) -> S
         reversals.add_row([
             joint.name.clone(),
             format!("{:.2}", r.at_s),
-            format!("{:.4} {}", joint.kind.to_edge(r.command), joint.kind.unit()),
+            format!("{:.4} {}", joint.kind.to_user_unit(r.command), joint.kind.unit()),
             if r.direction > 0 { "up" } else { "down" }.to_string(),
             format!("{:.1}", r.before_m * 1e6),
             format!("{:.1}", r.after_m * 1e6),

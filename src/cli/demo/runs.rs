@@ -61,7 +61,7 @@ pub fn rewrite_as_printed(robot: &Robot, compensator: &Compensator, from: &Path,
     let mut text = names.join(",") + "\n";
     for i in 0..out.len() {
         let row: Vec<String> =
-            out.row(i).iter().zip(&joints).map(|(v, j)| format!("{:.6}", j.kind.to_edge(*v))).collect();
+            out.row(i).iter().zip(&joints).map(|(v, j)| format!("{:.6}", j.kind.to_user_unit(*v))).collect();
         let _ = writeln!(text, "{}", row.join(","));
     }
     write_whole(to, text.as_bytes())

@@ -70,7 +70,7 @@ pub fn run(args: Args) -> Result<()> {
         {
             let kind = robot.axis(*sweeps).kind;
             let (n, unit) = (sizes.len(), kind.unit());
-            let mean = (n > 0).then(|| kind.to_edge(sizes.iter().sum::<f64>() / n as f64));
+            let mean = (n > 0).then(|| kind.to_user_unit(sizes.iter().sum::<f64>() / n as f64));
             doc["joints"][i]["as_printed"] =
                 serde_json::json!({"deadzones": n, format!("mean_deadzone_{unit}"): mean.map(number)});
             let mean = mean.map_or(String::new(), |m| format!(", mean size {m:.5} {unit}"));

@@ -37,7 +37,7 @@ fn table(found: &Gaps, robot: &Robot) -> String {
     t.set_header(["joint", "half gap", "95 %", "spikes", "wind-up", "scatter", "error um", "after um", "compensate"]);
     for j in &found.joints {
         let joint = robot.axis(j.axis);
-        let edge = |v: f64| format!("{:.5}", joint.kind.to_edge(v));
+        let edge = |v: f64| format!("{:.5}", joint.kind.to_user_unit(v));
         let mark = if j.schedule.is_some() { " (varies)" } else { "" };
         let mut row = vec![
             joint.name.clone(),

@@ -29,13 +29,14 @@ fn row(robot: &Robot, j: &JointCompensator) -> CompensatorRow {
     let ends = |c: &GapCurve| milli2(robot, j.axis, [c.smallest(), c.largest()]);
     let shape = j.friction.map_or(String::new(), |f| match f.shape {
         FrictionShape::Decay(Decay::Time(t)) => format!("decays over {t:.2} s"),
-        FrictionShape::Decay(Decay::Travel(x)) => format!("decays over {:.4} {}", kind.to_edge(x), kind.unit()),
+        FrictionShape::Decay(Decay::Travel(x)) => format!("decays over {:.4} {}", kind.to_user_unit(x), kind.unit()),
         FrictionShape::Poses { exponent, poses } => format!("equation 17, l = {exponent}, {poses} points"),
         FrictionShape::Response(r) => {
             let decays = r.spikes.iter().filter(|s| s.gain != 0.0);
-            let parts: Vec<String> =
-                decays.map(|s| format!("{:.5} {} in {:.1} s", kind.to_edge(s.gain), kind.unit(), s.decay_s)).collect();
-            let (over, wound) = (kind.to_edge(r.presliding), kind.to_edge(r.windup()));
+            let parts: Vec<String> = decays
+                .map(|s| format!("{:.5} {} in {:.1} s", kind.to_user_unit(s.gain), kind.unit(), s.decay_s))
+                .collect();
+            let (over, wound) = (kind.to_user_unit(r.presliding), kind.to_user_unit(r.windup()));
             format!(
                 "builds up over {over:.5} {u}, decays ({}), wind-up {wound:.5} {u}",
                 parts.join(", "),

@@ -48,7 +48,7 @@ fn row(robot: &Robot, j: &JointGap) -> GapRow {
         let kind = robot.axis(j.axis).kind;
         let (decay, decay_ci95, decay_unit) = match s.decay {
             Decay::Time(t) => (t, s.decay_ci95, "s"),
-            Decay::Travel(x) => (kind.to_edge(x), s.decay_ci95.map(|v| kind.to_edge(v)), kind.unit()),
+            Decay::Travel(x) => (kind.to_user_unit(x), s.decay_ci95.map(|v| kind.to_user_unit(v)), kind.unit()),
         };
         StictionRow {
             spike_milli: milli(robot, j.axis, s.spike),
@@ -76,7 +76,7 @@ fn over_position(robot: &Robot, gaps: &Gaps, j: &JointGap) -> JointGapView {
         .iter()
         .filter(|p| p.axis == j.axis)
         .map(|p| GapPointView {
-            at_deg_mm: kind.to_edge(p.at),
+            at_deg_mm: kind.to_user_unit(p.at),
             half_gap_milli: milli(robot, j.axis, p.half_gap),
             ci95_milli: milli2(robot, j.axis, p.ci95),
             per_cycle_milli: p.per_cycle.iter().map(|v| milli(robot, j.axis, *v)).collect(),
@@ -87,7 +87,7 @@ fn over_position(robot: &Robot, gaps: &Gaps, j: &JointGap) -> JointGapView {
     let p = j.varies_p_value.map_or(String::new(), |p| format!(", p {}", crate::report::number::p_value(p)));
     let schedule = j.schedule.as_ref().filter(|_| lo < hi).map(|curve| {
         let at: Vec<f64> = (0..=200).map(|i| lo + (hi - lo) * f64::from(i) / 200.0).collect();
-        let half_gap_milli = at.iter().map(|x| milli(robot, j.axis, curve.at(x * kind.si()))).collect();
+        let half_gap_milli = at.iter().map(|x| milli(robot, j.axis, curve.at(x * kind.si_per_user_unit()))).collect();
         ScheduleView { at_deg_mm: at, half_gap_milli, band_milli: Vec::new() }
     });
     JointGapView {
@@ -195,7 +195,7 @@ pub fn of_machine(robot: &Robot, gaps: &Gaps) -> Page {
             format!(
                 "{} at {:.3} {}, {:.1} s in {}: {:.2} ± {:.2}{mark}",
                 joint.name,
-                joint.kind.to_edge(r.at),
+                joint.kind.to_user_unit(r.at),
                 joint.kind.unit(),
                 r.t_s,
                 r.log,
@@ -224,8 +224,8 @@ fn of_gaps(robot: &Robot, gaps: &Gaps, command: &str, title: &str, from: &str, m
         [one] => format!("{one} has a gap that exceeds its uncertainty."),
         names => format!("{} have gaps that exceed their uncertainty.", names.join(", ")),
     };
-    match gaps.distrusted() {
-        Some(note) => page.verdict(Tone::Bad, format!("{note}.")),
+    match &gaps.distrust {
+        Some(why) => page.verdict(Tone::Bad, format!("{why}.")),
         None => page.verdict(Tone::Plain, text),
     };
     let wide =

@@ -53,7 +53,7 @@ pub fn write(report: &mut Option<Output>, page: impl FnOnce() -> Page) -> Result
 
 /// A joint value in thousandths of its unit: mdeg or um.
 pub fn milli(robot: &Robot, axis: usize, si: f64) -> f64 {
-    robot.axis(axis).kind.to_edge(si) * 1e3
+    robot.axis(axis).kind.to_user_unit(si) * 1e3
 }
 
 /// Both ends of an interval in thousandths of the joint's unit.

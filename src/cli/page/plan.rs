@@ -73,7 +73,7 @@ fn traces(robot: &Robot, motion: &Motion, room: &Room) -> TracesView {
             .iter()
             .enumerate()
             .step_by(step)
-            .filter_map(|(i, q)| Some((i as f64 * room.step_s, joint.kind.to_edge(*q.get(a)?))))
+            .filter_map(|(i, q)| Some((i as f64 * room.step_s, joint.kind.to_user_unit(*q.get(a)?))))
             .unzip();
         let run = TraceRun { run: Run::new("command", Role::After), model_x, model_milli, ..TraceRun::default() };
         let panel = TracePanel { title: String::new(), runs: vec![run], marks: Vec::new() };

@@ -55,7 +55,7 @@ pub fn of_assessment(robot: &Robot, result: &Assessment) -> Page {
             vec![
                 joint.name.clone(),
                 number(r.at_s),
-                format!("{:.4} {}", joint.kind.to_edge(r.command), joint.kind.unit()),
+                format!("{:.4} {}", joint.kind.to_user_unit(r.command), joint.kind.unit()),
                 if r.direction > 0 { "up" } else { "down" }.into(),
                 number(r.before_m * 1e6),
                 number(r.after_m * 1e6),

@@ -129,7 +129,7 @@ fn loops(page: &mut Page, robot: &Robot, found: &Found, gap: &str, what: &str) {
 }
 
 fn panel(robot: &Robot, axis: usize, l: &Loop) -> TracePanel {
-    let edge: Vec<f64> = l.command.iter().map(|v| robot.axis(axis).kind.to_edge(*v)).collect();
+    let edge: Vec<f64> = l.command.iter().map(|v| robot.axis(axis).kind.to_user_unit(*v)).collect();
     let milli = |values: &[f64]| values.iter().map(|v| milli(robot, axis, *v)).collect();
     TracePanel {
         title: String::new(),

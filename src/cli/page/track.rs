@@ -26,7 +26,7 @@ pub fn of_tracked(robot: &Robot, kinematics: &Kinematics, path: &Path, tracked: 
     page.tile(Tile::number("mean distance", mean, 4, "mm"));
     page.tile(Tile::number("half way between points, at most", tracked.between_m * 1e3, 4, "mm"));
     let rows = robot.axis_joints().enumerate().map(|(a, j)| {
-        let edge = |v: f64| format!("{:.3}", j.kind.to_edge(v));
+        let edge = |v: f64| format!("{:.3}", j.kind.to_user_unit(v));
         let (lo, hi) =
             tracked.q.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), q| (l.min(q[a]), h.max(q[a])));
         let limit = |l: Option<f64>| l.map_or("–".into(), edge);

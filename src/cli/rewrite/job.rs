@@ -139,7 +139,13 @@ pub(super) fn of<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
     let per_axis = |deg: Option<f64>, mm: Option<f64>| -> Vec<Option<f64>> {
         let joints = robot.axis_joints().map(|j| j.kind);
         joints
-            .map(|k| if k == JointKind::Revolute { deg.map(|v| v * k.si()) } else { mm.map(|v| v * k.si()) })
+            .map(|k| {
+                if k == JointKind::Revolute {
+                    deg.map(|v| v * k.si_per_user_unit())
+                } else {
+                    mm.map(|v| v * k.si_per_user_unit())
+                }
+            })
             .collect()
     };
     let positive: (&dyn Fn(f64) -> bool, &str) = (&|v| v >= 0.0, "a number of 0 or more");

@@ -59,7 +59,9 @@ const MOST_SPLINES: usize = 18;
 /// The basis at a hypothesis: raw sensitivities in the long vector.
 pub fn basis(problem: &Problem, h: &Hypothesis, state: &State, list: &[Candidate]) -> Vec<BasisGroup> {
     let moving: Vec<usize> = (0..problem.robot.dof())
-        .filter(|&a| problem.logs.iter().any(|l| l.log.travel(a) > 1e-3 * problem.robot.axis(a).kind.si()))
+        .filter(|&a| {
+            problem.logs.iter().any(|l| l.log.travel(a) > 1e-3 * problem.robot.axis(a).kind.si_per_user_unit())
+        })
         .collect();
     let room = problem.n / PER_FUNCTION;
     let per_joint = room / moving.len().max(1);

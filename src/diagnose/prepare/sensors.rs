@@ -84,7 +84,7 @@ fn name(problem: &Problem, axis: usize) -> &str {
 fn size(problem: &Problem, axis: usize, rms: f64) -> String {
     let kind = problem.robot.axis(axis).kind;
     let unit = if kind == JointKind::Revolute { "deg" } else { "mm" };
-    format!("{:.4} {unit}", rms / kind.si())
+    format!("{:.4} {unit}", rms / kind.si_per_user_unit())
 }
 
 /// rms about the mean.

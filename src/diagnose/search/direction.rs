@@ -169,7 +169,7 @@ pub fn gap(problem: &Problem, found: &Terms) -> (Option<EffectInstance>, Option<
             "no gap is named: the largest direction-dependent part, on {}, is {:.4} deg or mm, {:.1} standard uncertainties, and terms of \
              the wrong sign, which no play has, reach {decoy:.1}{}",
             joint.name,
-            -most.size / joint.kind.si(),
+            -most.size / joint.kind.si_per_user_unit(),
             -most.z,
             if enough { String::new() } else { format!("; {:.1} poses per parameter of the nuisance are too few", found.poses_per_parameter) }
         )

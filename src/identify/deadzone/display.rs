@@ -14,7 +14,7 @@ pub fn table(found: &Found, robot: &Robot) -> String {
     table.set_header([&header[..], &["noise um"]].concat());
     for (gap, sweeps) in found.gaps.joints.iter().zip(&found.joints) {
         let joint = robot.axis(gap.axis);
-        let edge = |v: f64| format!("{:.5}", joint.kind.to_edge(v) + 0.0);
+        let edge = |v: f64| format!("{:.5}", joint.kind.to_user_unit(v) + 0.0);
         let mean = sweeps.deadzones.iter().map(|d| d.size).sum::<f64>() / sweeps.deadzones.len().max(1) as f64;
         let unit = joint.kind.unit();
         table.add_row([

@@ -1,7 +1,7 @@
 //! The result as a `lostmotion/gaps/1` document: what every identification writes, and what the sweeps know beyond it.
 
 use super::Found;
-use crate::gaps::file::{at_edge, document as plain, number};
+use crate::gaps::file::{document as plain, in_user_unit, number};
 use crate::robot::Robot;
 use serde_json::{Value, json};
 
@@ -15,9 +15,9 @@ pub fn document(found: &Found, robot: &Robot) -> Value {
         let unit = kind.unit();
         for d in &sweeps.deadzones {
             let p = &mut doc["points"][point];
-            p[format!("from_{unit}")] = number(kind.to_edge(d.from));
-            p[format!("to_{unit}")] = number(kind.to_edge(d.to));
-            p[format!("deadzone_{unit}")] = number(kind.to_edge(d.size));
+            p[format!("from_{unit}")] = number(kind.to_user_unit(d.from));
+            p[format!("to_{unit}")] = number(kind.to_user_unit(d.to));
+            p[format!("deadzone_{unit}")] = number(kind.to_user_unit(d.size));
             p["t_s"] = number(d.t_s);
             p["log"] = d.log.into();
             p["line"] = d.line.into();
@@ -26,7 +26,7 @@ pub fn document(found: &Found, robot: &Robot) -> Value {
         let mean = sweeps.deadzones.iter().map(|d| d.size).sum::<f64>() / sweeps.deadzones.len().max(1) as f64;
         let joint = &mut doc["joints"][i];
         joint["deadzones"] = sweeps.deadzones.len().into();
-        joint[format!("mean_deadzone_{unit}")] = number(kind.to_edge(mean));
+        joint[format!("mean_deadzone_{unit}")] = number(kind.to_user_unit(mean));
         joint["turns"] = json!({
             "all": sweeps.turns,
             "inside_the_gap": sweeps.inside,
@@ -39,7 +39,7 @@ pub fn document(found: &Found, robot: &Robot) -> Value {
         joint["scatter"] = number(sweeps.map.scatter);
         joint["scatter_p_value"] = sweeps.map.scatter_p_value.map_or(Value::Null, number);
         if !sweeps.map.band.is_empty() {
-            joint[format!("band_{unit}")] = at_edge(&sweeps.map.band, kind);
+            joint[format!("band_{unit}")] = in_user_unit(&sweeps.map.band, kind);
         }
     }
     doc

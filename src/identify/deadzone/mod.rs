@@ -123,6 +123,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found>
     let stretches = sweeps(robot, logs, options)?;
     let mut gaps = Gaps {
         estimate: None,
+        distrust: None,
         robot_name: robot.name.clone(),
         robot_sha256: robot.fingerprint(),
         logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),
@@ -169,7 +170,7 @@ pub fn as_printed(
 ) -> Vec<(usize, Vec<f64>)> {
     let all = sweeps(robot, logs, options).unwrap_or_default();
     let of = |axis: usize| {
-        let eps = eps * robot.axis(axis).kind.si();
+        let eps = eps * robot.axis(axis).kind.si_per_user_unit();
         let own = all.iter().filter(|s| s.axis == axis);
         own.flat_map(|s| printed::identify(s, eps, eps_tip_m_s)).map(|d| d.size).collect()
     };

@@ -109,7 +109,7 @@ pub fn deadband(log: &Log, robot: &Robot, axis: usize, chosen: Option<f64>) -> f
         return v;
     }
     let decimals = log.cmd_decimals.get(axis).copied().unwrap_or(DECIMALS);
-    let digits = DIGITS * 10f64.powi(-i32::from(decimals)) * robot.axis(axis).kind.si();
+    let digits = DIGITS * 10f64.powi(-i32::from(decimals)) * robot.axis(axis).kind.si_per_user_unit();
     // rows at rest would hide the scatter of those that move
     let c = &log.cmd[axis];
     let mut third: Vec<f64> =

@@ -12,7 +12,7 @@ const ONE_PLACE: f64 = 0.1;
 pub(super) fn no_deadzone(out: &JointSweeps, kind: JointKind, stretches: &[&Stretch]) -> String {
     let largest =
         stretches.iter().flat_map(|s| s.turns.windows(2).map(|w| (w[1].p - w[0].p).abs())).fold(0.0, f64::max);
-    let stroke = format!("{:.4} {}", kind.to_edge(largest), kind.unit());
+    let stroke = format!("{:.4} {}", kind.to_user_unit(largest), kind.unit());
     if out.turns == 1 {
         return "it turns once only".into();
     }
@@ -35,7 +35,7 @@ pub(super) fn no_deadzone(out: &JointSweeps, kind: JointKind, stretches: &[&Stre
 /// What a reader of a joint's figures should know.
 pub(super) fn notes(robot: &Robot, found: &JointSweeps) -> Vec<String> {
     let joint = robot.axis(found.axis);
-    let (unit, edge) = (joint.kind.unit(), |v: f64| joint.kind.to_edge(v));
+    let (unit, edge) = (joint.kind.unit(), |v: f64| joint.kind.to_user_unit(v));
     let mut notes = Vec::new();
     let mut note = |text: String| notes.push(format!("{}: {text}", joint.name));
     let n = found.deadzones.len();

@@ -233,10 +233,10 @@ pub fn whole(problem: &Problem, evidence: &Evidence, joints: Vec<JointEstimate>)
         let Some(law) = law else { continue };
         let joint = problem.robot.axis(axis);
         let (kind, unit, first) = (joint.kind, joint.kind.unit(), problem.offset(axis));
-        let scale = kind.to_edge(1.0);
+        let scale = kind.to_user_unit(1.0);
         let knots = law.gap.len();
         for k in 0..knots {
-            let place = kind.to_edge(problem.splines[axis].knot(k));
+            let place = kind.to_user_unit(problem.splines[axis].knot(k));
             names.push(format!("{}.half_gap_{unit}({place:.3})", joint.name));
             at.push((first + k, scale));
         }

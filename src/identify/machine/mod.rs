@@ -61,6 +61,7 @@ pub fn identify(robot: &Robot, logs: &[Log]) -> Result<Gaps> {
         joints: Vec::new(),
         tcp_speed_m_s: median_of(&mut problem.logs.iter().filter_map(|l| l.speed_m_s).collect::<Vec<_>>()),
         estimate: None,
+        distrust: None,
         notes: Vec::new(),
     };
     let mut estimates = Vec::new();

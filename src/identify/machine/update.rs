@@ -111,9 +111,9 @@ fn corrected(
     next.evidence.notes.push(format!(
         "{}: half gap corrected by up to {:+.5} {unit}, spikes by {:+.5} {unit}, wind-up by {:+.5} {unit} (p = {p:.1e}); {left_um:.1} um left before",
         joint.name,
-        joint.kind.to_edge(largest),
-        joint.kind.to_edge(law.spikes.iter().sum::<f64>() - before.spikes.iter().sum::<f64>()),
-        joint.kind.to_edge(law.windup() - before.windup()),
+        joint.kind.to_user_unit(largest),
+        joint.kind.to_user_unit(law.spikes.iter().sum::<f64>() - before.spikes.iter().sum::<f64>()),
+        joint.kind.to_user_unit(law.windup() - before.windup()),
         unit = joint.kind.unit()
     ));
     let mut spikes = [Spike { gain: 0.0, decay_s: 1.0 }; MOST_SPIKES];

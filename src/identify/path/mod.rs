@@ -4,7 +4,8 @@
 //! catalogue with exact derivatives ([`chain`]); the tracker's frame and rigid errors of the links are projected out
 //! ([`nuisance`], [`problem`], `reduced`) instead of being fitted first, because a lag on a path that goes round in one direction looks like
 //! a turned frame; gaps, spikes and decays are fitted together ([`solve`]); tests say which of them the data ask for ([`select`]);
-//! intervals ([`interval`]), the gap at each reversal ([`reversal`]) and error traces ([`trace`]) follow.
+//! intervals ([`interval`]), the gap at each reversal ([`reversal`]) and error traces ([`trace`]) follow. `joints` and `frame`
+//! turn the fit into entries of the document, `note` says in words what a reader should know.
 //!
 //! Assumes a joint command that is followed up to lag, play and rigid errors; noise with a correlation of less than some
 //! seconds. Drift of the tracker over minutes breaks the intervals (they cover the truth about half the time at a correlation of
@@ -13,8 +14,11 @@
 
 pub mod bins;
 pub mod chain;
+mod frame;
 pub mod interval;
+mod joints;
 mod mirror;
+mod note;
 pub mod nuisance;
 pub mod prepare;
 pub mod problem;
@@ -25,15 +29,16 @@ pub mod solve;
 pub mod trace;
 
 use crate::compensator::Compensator;
-use crate::effects::{Decay, GapCurve};
+use crate::effects::GapCurve;
 use crate::error::{Error, Place, Result};
-use crate::gaps::{DISTRUSTED, GapPoint, Gaps, JointGap, LogRef, Registered, StictionFound};
+use crate::gaps::{Distrust, GapPoint, Gaps, JointGap, LogRef};
 use crate::log::Log;
 use crate::model::Model;
-use crate::numerics::{chi_squared, student};
+use crate::numerics::student;
 use crate::robot::Robot;
-use interval::{Covariance, StictionInterval};
-use problem::{Name, Problem};
+use interval::StictionInterval;
+use note::Note;
+use problem::Problem;
 pub use reversal::Reversal;
 use select::Selected;
 pub use trace::Trace;
@@ -42,12 +47,9 @@ pub use trace::Trace;
 pub const ALARM: f64 = 5.0;
 /// Inflation from which gaps are significant only if they are [`MISTRUST_MARGIN`] half intervals or more.
 pub const MISTRUST: f64 = 10.0;
-const MISTRUST_MARGIN: f64 = 3.0;
 /// Residual over the noise of a row, and residual in m, from which a model does not describe a log.
 const GROSS: f64 = 10.0;
 const GROSS_M: f64 = 1e-4;
-/// Standard error over spike from which spike and decay are not told apart.
-const SEPARABLE: f64 = 0.5;
 
 /// What a user may choose.
 #[derive(Debug, Clone, Default)]
@@ -89,6 +91,11 @@ impl Options {
         Ok(())
     }
 
+    /// The axis is one of those that are reported.
+    fn reports(&self, axis: usize) -> bool {
+        self.free.is_empty() || self.free.contains(&axis)
+    }
+
     fn hold(&mut self, axis: usize, half_gap: GapCurve, ci95: Option<[f64; 2]>) {
         self.known.retain(|k| k.axis != axis);
         self.known.push(Known { axis, half_gap, ci95 });
@@ -123,6 +130,60 @@ pub struct JointDetail {
 
 /// Identifies from one or more logs of one robot.
 pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFound> {
+    refuse_repeated(logs)?;
+    let mut notes = Vec::new();
+    let binned = logs.iter().map(|log| binned(robot, log, options, &mut notes)).collect::<Result<Vec<_>>>()?;
+    let held: Vec<(usize, GapCurve)> = options.known.iter().map(|k| (k.axis, k.half_gap.clone())).collect();
+    let mut problem = Problem::new(binned, &held);
+    refuse_without_reversal(&problem, logs, options)?;
+    let selected = select::select(&mut problem);
+    refuse_unconverged(&selected, logs)?;
+    let distrust = distrust(&problem, &selected, &held, &mut notes)?;
+    let variance = selected.cost / selected.dof * selected.inflation;
+    let t95 = student::factor(0.95, selected.dof);
+    let (reversals, alike) = reversal::reversals(&problem, &selected.values, &selected.form.sticky, variance)
+        .unwrap_or_else(|| {
+            notes.push(Note::TooManyReversals);
+            (Vec::new(), Vec::new())
+        });
+    let reversals: Vec<Reversal> =
+        reversals.into_iter().filter(|r| options.reports(problem.joints[r.joint].axis)).collect();
+    let estimates = joints::estimates(&problem, &selected, variance, options);
+    for estimate in &estimates {
+        estimate.notes(robot, &alike, &mut notes);
+    }
+    let (joints, details): (Vec<JointGap>, Vec<JointDetail>) = estimates.into_iter().map(|e| (e.gap, e.detail)).unzip();
+    if selected.inflation > ALARM && selected.inflation <= MISTRUST {
+        notes.push(Note::ResidualsCorrelated { inflation: selected.inflation });
+    }
+    if details.iter().any(|d| d.shared_decay) {
+        notes.push(Note::SharedDecay);
+    }
+    notes.push(Note::LinkErrors { fitted: problem.links });
+    if problem.logs().len() > 1 {
+        notes.push(Note::SeveralFrames { logs: problem.logs().len() });
+    }
+    let rms_m = frame::rms_m(&problem, &selected);
+    let mut speeds: Vec<f64> = problem.logs().filter_map(|l| l.speed_m_s).collect();
+    let gaps = Gaps {
+        estimate: None,
+        robot_name: robot.name.clone(),
+        robot_sha256: robot.fingerprint(),
+        logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),
+        registration: frame::registration(&problem, &selected, rms_m, variance),
+        points: reversals.iter().map(|r| point(r, &problem, t95)).collect(),
+        joints,
+        tcp_speed_m_s: crate::numerics::robust::median_of(&mut speeds),
+        distrust,
+        notes: notes.iter().map(Note::to_string).collect(),
+    };
+    let traces = trace::traces(&problem, &selected.values).into_iter().filter(|t| options.reports(t.axis)).collect();
+    let (inflation, links) = (selected.inflation, problem.links);
+    Ok(PathFound { gaps, details, traces, reversals, sigma_m: rms_m, inflation, links })
+}
+
+/// A log that was given twice would count twice.
+fn refuse_repeated(logs: &[Log]) -> Result<()> {
     for (k, log) in logs.iter().enumerate() {
         // a log that was not read from bytes has no hash
         if !log.sha256.is_empty() && logs[..k].iter().any(|l| l.sha256 == log.sha256) {
@@ -130,183 +191,75 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
             return Err(Error::bad(Place::file(&log.name), "a log that was given before (same SHA-256)", expected));
         }
     }
-    let mut binned = Vec::with_capacity(logs.len());
-    let mut notes = Vec::new();
-    for log in logs {
-        let moving = prepare::moving(log, robot);
-        let free: Vec<usize> =
-            moving.iter().copied().filter(|a| options.free.is_empty() || options.free.contains(a)).collect();
-        if free.is_empty() {
-            let names =
-                |axes: &[usize]| axes.iter().map(|&a| robot.axis(a).name.as_str()).collect::<Vec<_>>().join(", ");
-            return Err(Error::bad(
-                Place::file(&log.name),
-                format!("movement of {}", if moving.is_empty() { "no joint".into() } else { names(&moving) }),
-                if options.free.is_empty() {
-                    "a joint that moves".into()
-                } else {
-                    format!("movement of {}", names(&options.free))
-                },
-            ));
-        }
-        // a joint that reverses has lost motion whether it is asked for or not: left out, it would bend the gaps of the others
-        let b = prepare::prepare(log, robot, &moving)?;
-        for j in b.joints.iter().filter(|j| !j.reverses() && free.contains(&j.axis)) {
-            notes.push(format!(
-                "{}: {} never reverses: its lost motion cannot be seen",
-                log.name,
-                robot.axis(j.axis).name
-            ));
-        }
-        if b.outliers + b.lost > 0 {
-            notes.push(format!(
-                "{}: {} of {} rows without a measurement, {} outliers left out",
-                log.name,
-                b.lost,
-                log.len(),
-                b.outliers
-            ));
-        }
-        binned.push(b);
-    }
-    let held: Vec<(usize, GapCurve)> = options.known.iter().map(|k| (k.axis, k.half_gap.clone())).collect();
-    let mut problem = Problem::new(binned, &held);
-    let asked = |axis: usize| options.free.is_empty() || options.free.contains(&axis);
-    if let Some(log) = logs.first()
-        && !problem.joints.iter().any(|j| asked(j.axis))
-    {
-        let expected = "a path on which a joint of interest turns round at least once";
-        return Err(Error::bad(Place::file(&log.name), "no joint that reverses", expected));
-    }
-    let selected = select::select(&mut problem);
-    if !selected.reason.converged() {
-        let expected = "a path that determines the gaps: shorter logs, fewer joints, or a start nearer to the truth";
-        let found = format!("a fit that did not converge ({})", selected.reason.text());
-        return Err(Error::bad(Place::file(logs.first().map_or("logs", |l| &l.name)), found, expected));
-    }
-    if selected.inflation > MISTRUST {
-        mirror::refuse(&problem, &selected, &held)?;
-        // correlated residuals widen intervals; a residual of another order than the noise says that the model is another's
-        let note = if gross(&problem, &selected) {
-            format!(
-                "{DISTRUSTED} (variance inflated {:.1} times), the gaps cannot be trusted: check {}the order and sign of the x, y, z \
-                 columns, units and the robot file",
-                selected.inflation,
-                if held.is_empty() { "" } else { "the gaps given as known, " }
-            )
-        } else {
-            format!(
-                "the residuals are correlated (variance inflated {:.1} times: a ripple, a drift, friction of another form); intervals are \
-                 widened by it",
-                selected.inflation
-            )
+    Ok(())
+}
+
+/// The bins of a log, for every joint that moves.
+fn binned(robot: &Robot, log: &Log, options: &Options, notes: &mut Vec<Note>) -> Result<prepare::Binned> {
+    let moving = prepare::moving(log, robot);
+    let free: Vec<usize> = moving.iter().copied().filter(|&a| options.reports(a)).collect();
+    if free.is_empty() {
+        let names = |axes: &[usize]| axes.iter().map(|&a| robot.axis(a).name.as_str()).collect::<Vec<_>>().join(", ");
+        let found = if moving.is_empty() { "no joint".into() } else { names(&moving) };
+        let expected = match options.free.as_slice() {
+            [] => "a joint that moves".into(),
+            free => format!("movement of {}", names(free)),
         };
-        notes.insert(0, note);
+        return Err(Error::bad(Place::file(&log.name), format!("movement of {found}"), expected));
     }
-    let unit_variance = selected.cost / selected.dof;
-    let variance = unit_variance * selected.inflation;
-    let cov = Covariance::new(&problem, &selected.values, &selected.form, variance);
-    let t95 = student::factor(0.95, selected.dof);
-    let (reversals, alike) = reversal::reversals(&problem, &selected.values, &selected.form.sticky, variance)
-        .unwrap_or_else(|| {
-            notes.push("too many reversals to list the gap at each of them".into());
-            (Vec::new(), Vec::new())
-        });
-    let reversals: Vec<Reversal> = reversals.into_iter().filter(|r| asked(problem.joints[r.joint].axis)).collect();
-    let mut joints = Vec::new();
-    let mut details = Vec::new();
-    for g in (0..problem.joints.len()).filter(|&g| asked(problem.joints[g].axis)) {
-        let (mut gap, detail) = joint(g, &problem, &selected, &cov, t95);
-        if let Some(ci95) = options.known.iter().find(|k| k.axis == gap.axis).and_then(|k| k.ci95) {
-            // the width is that of the held document; the middle that of this path
-            let wide = (ci95[1] - ci95[0]) / 2.0;
-            gap.ci95 = [(gap.half_gap - wide).max(0.0), gap.half_gap + wide];
-            gap.significant = gap.half_gap > wide;
+    // a joint that reverses has lost motion whether it is asked for or not: left out, it would bend the gaps of the others
+    let binned = prepare::prepare(log, robot, &moving)?;
+    for j in binned.joints.iter().filter(|j| !j.reverses() && free.contains(&j.axis)) {
+        notes.push(Note::NeverReverses { log: log.name.clone(), joint: robot.axis(j.axis).name.clone() });
+    }
+    if binned.outliers + binned.lost > 0 {
+        let (lost, outliers) = (binned.lost, binned.outliers);
+        notes.push(Note::RowsLeftOut { log: log.name.clone(), lost, rows: log.len(), outliers });
+    }
+    Ok(binned)
+}
+
+/// A path on which no joint of interest turns round tells nothing.
+fn refuse_without_reversal(problem: &Problem, logs: &[Log], options: &Options) -> Result<()> {
+    match logs.first() {
+        Some(log) if !problem.joints.iter().any(|j| options.reports(j.axis)) => {
+            let expected = "a path on which a joint of interest turns round at least once";
+            Err(Error::bad(Place::file(&log.name), "no joint that reverses", expected))
         }
-        if selected.inflation > MISTRUST {
-            gap.significant &= gap.half_gap > MISTRUST_MARGIN * (gap.ci95[1] - gap.half_gap);
-        }
-        let name = &robot.axis(gap.axis).name;
-        let kind = robot.axis(gap.axis).kind;
-        let unit = kind.unit();
-        if let Some(s) = &detail.stiction {
-            notes.push(format!(
-                "{name}: the lag {:.2} s behind a reversal is known best: {:.6} {unit}, 95 % {:.6} to {:.6}",
-                s.best_s,
-                kind.to_edge(s.lag),
-                kind.to_edge(s.lag_ci95[0]),
-                kind.to_edge(s.lag_ci95[1])
-            ));
-            if s.relative > SEPARABLE {
-                notes.push(format!("{name}: spike and decay cannot be told apart with this log; trust the lag above"));
-            }
-        }
-        if let Some(a) = alike.iter().find(|a| a.joint == g) {
-            let p = chi_squared::tail(a.chi2, a.dof);
-            if p < 1e-3 {
-                notes.push(format!(
-                    "{name}: the gaps at its reversals differ by more than their uncertainty (p = {p:.1e})"
-                ));
-            }
-        }
-        joints.push(gap);
-        details.push(detail);
+        _ => Ok(()),
     }
-    if selected.inflation > ALARM && selected.inflation <= MISTRUST {
-        notes.push(format!(
-            "the residuals hang together (variance inflated {:.1} times): a gap that varies, a drift, or another effect is not in the model; \
-             intervals are too narrow",
-            selected.inflation
-        ));
+}
+
+/// Intervals of a fit that did not converge mean nothing.
+fn refuse_unconverged(selected: &Selected, logs: &[Log]) -> Result<()> {
+    if selected.reason.converged() {
+        return Ok(());
     }
-    if detail_shared(&details) {
-        notes.push("the joints with stiction share one decay: the log does not tell theirs apart".into());
+    let expected = "a path that determines the gaps: shorter logs, fewer joints, or a start nearer to the truth";
+    let found = format!("a fit that did not converge ({})", selected.reason.text());
+    Err(Error::bad(Place::file(logs.first().map_or("logs", |l| &l.name)), found, expected))
+}
+
+/// Whether the gaps can be trusted, where the residuals are correlated strongly. Correlation widens intervals; a residual of
+/// another order than the noise shows that the model is that of something else. The note on it comes first.
+fn distrust(
+    problem: &Problem,
+    selected: &Selected,
+    held: &[(usize, GapCurve)],
+    notes: &mut Vec<Note>,
+) -> Result<Option<Distrust>> {
+    let inflation = selected.inflation;
+    if inflation <= MISTRUST {
+        return Ok(None);
     }
-    notes.push(if problem.links {
-        "rigid errors of the links were fitted beside the tracker's frame".into()
-    } else {
-        "no sign of rigid errors of the links: the tracker's frame alone was fitted beside the lost motion".to_string()
-    });
-    let (mut within, mut rest, mut rows) = (0.0, 0.0, 0usize);
-    for (l, log) in problem.logs().enumerate() {
-        within += log.within_m2;
-        rest += problem.residual(l, &selected.values).iter().map(|r| r.norm_squared()).sum::<f64>()
-            / problem.scale(l).powi(2);
-        rows += log.good;
+    mirror::refuse(problem, selected, held)?;
+    if !gross(problem, selected) {
+        notes.insert(0, Note::IntervalsWidened { inflation });
+        return Ok(None);
     }
-    let rms_m = ((within + rest) / (3.0 * rows.max(1) as f64)).sqrt();
-    let points = reversals
-        .iter()
-        .map(|r| GapPoint {
-            axis: problem.joints[r.joint].axis,
-            at: r.at,
-            half_gap: r.half_gap,
-            ci95: [r.half_gap - t95 * r.sigma, r.half_gap + t95 * r.sigma],
-            cycles: 1,
-            per_cycle: vec![r.half_gap],
-        })
-        .collect();
-    let mut speeds: Vec<f64> = problem.logs().filter_map(|l| l.speed_m_s).collect();
-    let gaps = Gaps {
-        estimate: None,
-        robot_name: robot.name.clone(),
-        robot_sha256: robot.fingerprint(),
-        logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),
-        registration: registration(&problem, &selected, rms_m, variance, &mut notes),
-        points,
-        joints,
-        tcp_speed_m_s: crate::numerics::robust::median_of(&mut speeds),
-        notes,
-    };
-    Ok(PathFound {
-        gaps,
-        details,
-        traces: trace::traces(&problem, &selected.values).into_iter().filter(|t| asked(t.axis)).collect(),
-        reversals,
-        sigma_m: rms_m,
-        inflation: selected.inflation,
-        links: problem.links,
-    })
+    let distrust = Distrust::ModelDoesNotDescribeLog { inflation, gaps_held: !held.is_empty() };
+    notes.insert(0, Note::Distrust(distrust.clone()));
+    Ok(Some(distrust))
 }
 
 /// The residual of a log is of another order than its noise: no colour of noise explains that.
@@ -320,109 +273,14 @@ fn gross(problem: &Problem, selected: &Selected) -> bool {
     })
 }
 
-fn detail_shared(details: &[JointDetail]) -> bool {
-    details.iter().any(|d| d.shared_decay)
-}
-
-/// A joint's entry of the document, and the rest.
-fn joint(g: usize, problem: &Problem, s: &Selected, cov: &Covariance, t95: f64) -> (JointGap, JointDetail) {
-    let j = &problem.joints[g];
-    let v = &s.values[g];
-    let stiction = if s.form.sticky[g] { interval::stiction(cov, g, v, t95) } else { None };
-    let (half_gap, sigma, schedule) = match &j.held {
-        Some(curve) => (solve::mean_gap(problem, g, v), 0.0, curve.constant().is_none().then(|| curve.clone())),
-        None if v.c.len() == 1 => {
-            (v.c[0], cov.place(Name::Gap { joint: g, power: 0 }).map_or(0.0, |k| cov.sigma(&[(k, 1.0)])), None)
-        }
-        None => {
-            // mean over the travel: even powers of x only
-            let weight = |k: usize| if k.is_multiple_of(2) { 1.0 / (k as f64 + 1.0) } else { 0.0 };
-            let mean = v.c.iter().enumerate().map(|(k, c)| c * weight(k)).sum();
-            let parts: Vec<(usize, f64)> = (0..v.c.len())
-                .filter_map(|power| cov.place(Name::Gap { joint: g, power }).map(|p| (p, weight(power))))
-                .collect();
-            (mean, cov.sigma(&parts), Some(polynomial(&v.c, j.center, j.half)))
-        }
-    };
-    let ci95 = [(half_gap - t95 * sigma).max(0.0), half_gap + t95 * sigma];
-    let gap = JointGap {
-        axis: j.axis,
-        half_gap,
-        ci95,
-        significant: half_gap - t95 * sigma > 0.0,
-        sides: None,
-        schedule,
-        varies_p_value: s.varies_p[g],
-        stiction: stiction.map(|i| StictionFound {
-            spike: v.spike,
-            ci95: i.spike_ci95,
-            decay: Decay::Time(v.tau_s),
-            decay_ci95: i.tau_ci95_s,
-        }),
-        stiction_p_value: s.stiction_p[g],
-    };
-    let detail = JointDetail {
-        axis: j.axis,
-        stiction_f: s.stiction_f[g],
-        stiction,
-        shared_decay: s.form.shared && s.form.sticky[g],
-        held: j.held.is_some(),
-    };
-    (gap, detail)
-}
-
-/// `sum c_k ((p - center)/half)^k` as a polynomial in `p`.
-fn polynomial(c: &[f64], center: f64, half: f64) -> GapCurve {
-    let mut out = vec![0.0; c.len()];
-    let mut power = vec![1.0];
-    for ck in c {
-        for (o, x) in out.iter_mut().zip(&power) {
-            *o += ck * x;
-        }
-        let mut next = vec![0.0; power.len() + 1];
-        for (k, x) in power.iter().enumerate() {
-            next[k] -= x * center / half;
-            next[k + 1] += x / half;
-        }
-        power = next;
+/// The gap at one reversal.
+fn point(r: &Reversal, problem: &Problem, t95: f64) -> GapPoint {
+    GapPoint {
+        axis: problem.joints[r.joint].axis,
+        at: r.at,
+        half_gap: r.half_gap,
+        ci95: [r.half_gap - t95 * r.sigma, r.half_gap + t95 * r.sigma],
+        cycles: 1,
+        per_cycle: vec![r.half_gap],
     }
-    GapCurve::Polynomial { coefficients: out, range: [center - half, center + half] }
-}
-
-/// The frame of the first log.
-fn registration(
-    problem: &Problem,
-    s: &Selected,
-    rms_m: f64,
-    variance: f64,
-    notes: &mut Vec<String>,
-) -> Option<Registered> {
-    let log = problem.logs().next()?;
-    let (_, cov) = problem.frame_error(0, &s.values);
-    // the covariance is about the middle of the path; the frame's origin is elsewhere
-    let centre = log.want.iter().sum::<nalgebra::Vector3<f64>>() / log.want.len().max(1) as f64;
-    let arm = centre - log.frame.translation.vector;
-    let turn = cov.fixed_view::<3, 3>(3, 3).into_owned();
-    let cross = arm.cross_matrix();
-    let mixed = cov.fixed_view::<3, 3>(0, 3) * cross.transpose();
-    let shift = cov.fixed_view::<3, 3>(0, 0) + cross * turn * cross.transpose() + mixed + mixed.transpose();
-    let frame = log.frame.inverse();
-    // world frame -> tracker frame
-    let r = frame.rotation.to_rotation_matrix();
-    let shift = r.matrix() * shift * r.matrix().transpose() * variance;
-    let turn = r.matrix() * turn * r.matrix().transpose() * variance;
-    if problem.logs().len() > 1 {
-        notes.push(format!(
-            "{} logs were fitted together, each with a frame of its own; the frame given is the first log's",
-            problem.logs().len()
-        ));
-    }
-    let root = |k: usize, m: &nalgebra::Matrix3<f64>| m[(k, k)].max(0.0).sqrt();
-    Some(Registered {
-        frame,
-        rms_m,
-        samples: problem.logs().map(|l| l.good).sum(),
-        sigma_m: [0, 1, 2].map(|k| root(k, &shift)),
-        sigma_rad: [0, 1, 2].map(|k| root(k, &turn)),
-    })
 }

@@ -83,7 +83,7 @@ pub fn moving(log: &Log, robot: &Robot) -> Vec<usize> {
 /// Deadband of an axis of a log, rad or m.
 pub fn deadband(log: &Log, axis: usize, robot: &Robot) -> f64 {
     let digits = log.cmd_decimals.get(axis).copied().unwrap_or(6);
-    (QUANTA * 10f64.powi(-i32::from(digits)) * robot.axis(axis).kind.si()).max(LEAST_DEADBAND)
+    (QUANTA * 10f64.powi(-i32::from(digits)) * robot.axis(axis).kind.si_per_user_unit()).max(LEAST_DEADBAND)
 }
 
 /// Bins of `log` for the axes `free`.

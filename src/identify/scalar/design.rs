@@ -69,8 +69,8 @@ impl Layout {
 /// Unit of the priors: a degree, or 0.1 mm.
 fn unit(kind: JointKind) -> f64 {
     match kind {
-        JointKind::Revolute => kind.si(),
-        JointKind::Prismatic => 0.1 * kind.si(),
+        JointKind::Revolute => kind.si_per_user_unit(),
+        JointKind::Prismatic => 0.1 * kind.si_per_user_unit(),
     }
 }
 

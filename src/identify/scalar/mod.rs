@@ -104,12 +104,12 @@ pub fn identify(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFoun
         let Some(k) = fit.layout.place(Kind::Gap, axis) else { continue };
         let joint = robot.axis(axis);
         let (value, sigma) = (fit.values[k], fit.covariance[(k, k)].max(0.0).sqrt());
-        let limit = DETERMINED[usize::from(joint.kind == JointKind::Prismatic)] * joint.kind.si();
+        let limit = DETERMINED[usize::from(joint.kind == JointKind::Prismatic)] * joint.kind.si_per_user_unit();
         if sigma > limit {
             notes.push(format!(
                 "{}: not determined by this reading (standard deviation {:.4} {}): it hardly moves along it, or as other joints do",
                 joint.name,
-                joint.kind.to_edge(sigma),
+                joint.kind.to_user_unit(sigma),
                 joint.kind.unit()
             ));
             continue;
@@ -146,6 +146,7 @@ pub fn identify(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFoun
         joints,
         tcp_speed_m_s: None,
         estimate: None,
+        distrust: None,
         notes,
     };
     Ok(ScalarFound {

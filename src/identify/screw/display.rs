@@ -33,7 +33,7 @@ pub fn table(found: &Found, robot: &Robot) -> String {
 }
 
 fn row(s: &Series, joint: &Joint, name: &str, f: &Flanks) -> Vec<String> {
-    let edge = |v: f64| format!("{:.4}", joint.kind.to_edge(v) + 0.0);
+    let edge = |v: f64| format!("{:.4}", joint.kind.to_user_unit(v) + 0.0);
     let zero = |k: Known| if s.shares_zero(f, name != "coupling") { edge(k.value) } else { "-".into() };
     let angle = match joint.lead_m_per_rev {
         Some(lead) if name == "coupling" => format!(" ({:.3} deg)", f.total.value / lead * 360.0),
@@ -53,6 +53,10 @@ fn row(s: &Series, joint: &Joint, name: &str, f: &Flanks) -> Vec<String> {
         zero(f.c_r),
         format!("{:.6}", f.slope.value),
         format!("{} + {}", f.strokes[0], f.strokes[1]),
-        format!("{:.1} {}", joint.kind.to_edge(f.rms) * 1e3, if joint.kind.unit() == "mm" { "um" } else { "mdeg" }),
+        format!(
+            "{:.1} {}",
+            joint.kind.to_user_unit(f.rms) * 1e3,
+            if joint.kind.unit() == "mm" { "um" } else { "mdeg" }
+        ),
     ]
 }

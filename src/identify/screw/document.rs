@@ -3,7 +3,7 @@
 use super::flanks::{Flanks, Known, Repeats};
 use super::start::Start;
 use super::{Found, Output, Series};
-use crate::gaps::file::{at_edge, document as plain, number};
+use crate::gaps::file::{document as plain, in_user_unit, number};
 use crate::robot::{Joint, Robot};
 use serde_json::{Map, Value, json};
 use std::f64::consts::TAU;
@@ -54,7 +54,7 @@ fn series(s: &Series, robot: &Robot, found: &Found) -> Value {
         );
     }
     if let Some(least) = s.at_least {
-        m.insert(format!("at_least_{unit}"), number(joint.kind.to_edge(least)));
+        m.insert(format!("at_least_{unit}"), number(joint.kind.to_user_unit(least)));
     }
     Value::Object(m)
 }
@@ -63,8 +63,8 @@ fn gap(f: &Flanks, joint: &Joint, zero: bool) -> Value {
     let (kind, unit) = (joint.kind, joint.kind.unit());
     let mut m = Map::new();
     let mut put = |key: &str, k: Known| {
-        m.insert(format!("{key}_{unit}"), number(kind.to_edge(k.value)));
-        m.insert(format!("{key}_ci95"), at_edge(&k.ci95, kind));
+        m.insert(format!("{key}_{unit}"), number(kind.to_user_unit(k.value)));
+        m.insert(format!("{key}_ci95"), in_user_unit(&k.ci95, kind));
     };
     put("total_gap", f.total);
     put("half_gap", Known { value: 0.5 * f.total.value, ci95: f.total.ci95.map(|v| 0.5 * v) });
@@ -86,7 +86,7 @@ fn gap(f: &Flanks, joint: &Joint, zero: bool) -> Value {
         m.insert("lag_s".into(), number(lag.value));
         m.insert("lag_s_ci95".into(), lag.ci95.iter().map(|&v| number(v)).collect());
     }
-    m.insert(format!("fluctuation_rms_{unit}"), number(kind.to_edge(f.rms)));
+    m.insert(format!("fluctuation_rms_{unit}"), number(kind.to_user_unit(f.rms)));
     m.insert("rows".into(), f.rows.into());
     m.insert("rows_dropped".into(), f.dropped.into());
     m.insert("strokes".into(), json!({"up": f.strokes[0], "down": f.strokes[1]}));

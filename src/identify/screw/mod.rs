@@ -95,6 +95,7 @@ pub struct Found {
 pub fn identify(robot: &Robot, logs: &[Log], only: Option<usize>) -> Result<Found> {
     let mut gaps = Gaps {
         estimate: None,
+        distrust: None,
         robot_name: robot.name.clone(),
         robot_sha256: robot.fingerprint(),
         logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),

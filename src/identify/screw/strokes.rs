@@ -35,7 +35,7 @@ impl Strokes {
         let p = &log.cmd[axis];
         let third: Vec<f64> = p.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
         let sigma = median(&third) * SIGMA_PER_MAD / THIRD.sqrt();
-        let quiet = (NO_MOVEMENT * robot.axis(axis).kind.si()).max(NOISE * sigma);
+        let quiet = (NO_MOVEMENT * robot.axis(axis).kind.si_per_user_unit()).max(NOISE * sigma);
         let track = Track::new(&log.t_s, p, quiet);
         let mut found = Self {
             stroke: vec![0; p.len()],

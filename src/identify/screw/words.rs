@@ -17,7 +17,7 @@ pub const SCALE: &str = "the scale of the joint: check unit and sign of the colu
 
 /// A joint value with its unit.
 pub fn shown(v: f64, joint: &Joint) -> String {
-    format!("{:.4} {}", joint.kind.to_edge(v) + 0.0, joint.kind.unit())
+    format!("{:.4} {}", joint.kind.to_user_unit(v) + 0.0, joint.kind.unit())
 }
 
 /// Why the gaps before a sensor cannot be seen.

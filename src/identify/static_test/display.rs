@@ -12,7 +12,7 @@ pub fn table(found: &Found, robot: &Robot) -> String {
     table.set_header(["joint", "places x cycles", "half gap", "95 % interval", "", "varies (p)", "schedule"]);
     for (gap, test) in found.gaps.joints.iter().zip(&found.joints) {
         let joint = robot.axis(gap.axis);
-        let edge = |v: f64| format!("{:.5}", joint.kind.to_edge(v) + 0.0);
+        let edge = |v: f64| format!("{:.5}", joint.kind.to_user_unit(v) + 0.0);
         let cycles = test.summary.angles.iter().map(|a| a.cycles.len()).max().unwrap_or(0);
         table.add_row([
             joint.name.clone(),

@@ -4,7 +4,7 @@ use super::Found;
 use super::polynomial::Fit;
 use super::schedule::Schedule;
 use super::summary::NoiseFrom;
-use crate::gaps::file::{at_edge, curve, document as plain, number};
+use crate::gaps::file::{curve, document as plain, in_user_unit, number};
 use crate::robot::{JointKind, Robot};
 use serde_json::{Value, json};
 
@@ -26,14 +26,14 @@ pub fn document(found: &Found, robot: &Robot) -> Value {
         for (k, angle) in test.summary.angles.iter().enumerate() {
             let p = &mut doc["points"][point];
             if !angle.dropped.is_empty() {
-                p[format!("dropped_{unit}")] = at_edge(&angle.dropped, kind);
+                p[format!("dropped_{unit}")] = in_user_unit(&angle.dropped, kind);
             }
             if angle.flagged {
                 p["flagged"] = true.into();
             }
             if let Some(s) = &test.schedule {
-                p[format!("schedule_{unit}")] = number(kind.to_edge(s.heights[k]));
-                p[format!("band_{unit}")] = number(kind.to_edge(s.band[k]));
+                p[format!("schedule_{unit}")] = number(kind.to_user_unit(s.heights[k]));
+                p[format!("band_{unit}")] = number(kind.to_user_unit(s.band[k]));
             }
             point += 1;
         }
@@ -44,22 +44,22 @@ pub fn document(found: &Found, robot: &Robot) -> Value {
         joint["measured_by"] = if test.measured { "meas" } else { "tcp" }.into();
         joint["unpaired_dwells"] = test.unpaired.into();
         joint["noise"] = json!({
-            format!("sigma_{unit}"): number(kind.to_edge(s.noise.variance.sqrt())),
+            format!("sigma_{unit}"): number(kind.to_user_unit(s.noise.variance.sqrt())),
             "dof": number(s.noise.dof),
             "from": match s.noise.from {
                 NoiseFrom::Cycles => "cycles",
                 NoiseFrom::Places => "places",
                 NoiseFrom::Dwells => "dwells",
             },
-            format!("sigma_in_dwells_{unit}"): number(kind.to_edge(s.sigma_in_dwell)),
+            format!("sigma_in_dwells_{unit}"): number(kind.to_user_unit(s.sigma_in_dwell)),
         });
         if let Some(c) = &s.creep {
             joint["creep"] = json!({
                 "probability": number(c.probability),
                 "pace_s": number(c.pace_s),
                 "pace_ci95_s": c.pace_ci95_s.map(number),
-                format!("at_stop_{unit}"): number(kind.to_edge(c.at_stop)),
-                format!("at_end_{unit}"): number(kind.to_edge(c.at_end)),
+                format!("at_stop_{unit}"): number(kind.to_user_unit(c.at_stop)),
+                format!("at_end_{unit}"): number(kind.to_user_unit(c.at_end)),
                 "dwell_s": number(c.dwell_s),
                 "needed_dwell_s": number(c.needed_dwell_s),
             });
@@ -88,11 +88,11 @@ fn curves(s: &Schedule, kind: JointKind) -> Value {
         "lack_of_fit": table,
         "few_parameters": curve(&s.few, kind),
         "few_knots": s.readable.as_ref().map(|r| json!({
-            "knots": r.knots.iter().map(|k| at_edge(k, kind)).collect::<Value>(),
+            "knots": r.knots.iter().map(|k| in_user_unit(k, kind)).collect::<Value>(),
             "p_value": number(r.p_value),
             "weight": number(r.weight),
         })),
-        format!("band_{unit}"): at_edge(&s.band, kind),
+        format!("band_{unit}"): in_user_unit(&s.band, kind),
         "band_is": "approximate, not pointwise",
     })
 }

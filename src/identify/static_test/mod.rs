@@ -104,6 +104,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found>
     let tables = deviation::half_gaps(robot, logs, &mut readings, frame.as_ref(), &instruments);
     let mut gaps = Gaps {
         estimate: None,
+        distrust: None,
         robot_name: robot.name.clone(),
         robot_sha256: robot.fingerprint(),
         logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),

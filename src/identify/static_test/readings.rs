@@ -130,7 +130,7 @@ pub fn collect(robot: &Robot, logs: &[Log], options: &DwellOptions) -> Result<Re
 
 /// Group of each dwell's command of an axis, counted upwards over all logs: `[log][dwell]`.
 fn group(robot: &Robot, logs: &[Log], all: &[Vec<Dwell>], axis: usize) -> Vec<Vec<usize>> {
-    let si = robot.axis(axis).kind.si();
+    let si = robot.axis(axis).kind.si_per_user_unit();
     let apart = logs.iter().map(|l| resolution(l, robot, axis)).fold(SAME_PLACE * si, f64::max);
     let mut order: Vec<(f64, usize, usize)> = Vec::new();
     for (l, found) in all.iter().enumerate() {

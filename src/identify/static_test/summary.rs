@@ -276,7 +276,7 @@ fn test(angles: &[Angle], means: &[f64], repeats: &[f64], noise: &Noise) -> Gate
 
 /// What a reader of a joint's figures should know.
 pub fn notes(table: &Table, summary: &Summary, joint: &Joint) -> Vec<String> {
-    let (unit, edge) = (joint.kind.unit(), |v: f64| joint.kind.to_edge(v));
+    let (unit, edge) = (joint.kind.unit(), |v: f64| joint.kind.to_user_unit(v));
     let mut notes = Vec::new();
     let mut note = |text: String| notes.push(format!("{}: {text}", joint.name));
     for a in &summary.angles {
@@ -355,7 +355,7 @@ fn creep_note(creep: &Creep, summary: &Summary, joint: &Joint) -> Option<String>
         format!(
             "the readings still creep when the dwells of {:.1} s end ({:.5} {} then, pace {:.1} s, 95 % interval {:.1} to {:.1} s): the half gap at rest is extrapolated and its interval includes that; dwells of {:.0} s measure it",
             creep.dwell_s,
-            joint.kind.to_edge(creep.at_end),
+            joint.kind.to_user_unit(creep.at_end),
             joint.kind.unit(),
             creep.pace_s,
             creep.pace_ci95_s[0],

@@ -20,7 +20,7 @@ pub fn program(recording: &Recording, robot: &Robot) -> Vec<u8> {
         write::number(&mut out, *t, DECIMALS);
         for (axis, v) in row.iter().enumerate() {
             out.push(b',');
-            write::number(&mut out, robot.axis(axis).kind.to_edge(*v), DECIMALS);
+            write::number(&mut out, robot.axis(axis).kind.to_user_unit(*v), DECIMALS);
         }
         out.push(b'\n');
     }
@@ -40,7 +40,7 @@ pub fn document(recording: &Recording, robot: &Robot, options: &Options) -> Valu
         .map(|p| {
             let joint = robot.axis(p.axis);
             let unit = joint.kind.unit();
-            let edge = |v: Option<f64>| v.map_or(Value::Null, |v| significant(joint.kind.to_edge(v)));
+            let edge = |v: Option<f64>| v.map_or(Value::Null, |v| significant(joint.kind.to_user_unit(v)));
             let mut m = Map::new();
             m.insert("joint".into(), joint.name.clone().into());
             m.insert(format!("sigma_half_gap_{unit}"), edge(p.sigma));
@@ -52,7 +52,7 @@ pub fn document(recording: &Recording, robot: &Robot, options: &Options) -> Valu
         })
         .collect();
     let pose: Vec<Value> =
-        recording.pose.iter().enumerate().map(|(a, v)| significant(robot.axis(a).kind.to_edge(*v))).collect();
+        recording.pose.iter().enumerate().map(|(a, v)| significant(robot.axis(a).kind.to_user_unit(*v))).collect();
     json!({
         "schema": SCHEMA,
         "kind": recording.kind.name(),
@@ -103,5 +103,5 @@ pub fn words(recording: &Recording, robot: &Robot, options: &Options) -> String 
 }
 
 fn shown(joint: &Joint, v: f64) -> String {
-    format!("{:.5} {}", joint.kind.to_edge(v), joint.kind.unit())
+    format!("{:.5} {}", joint.kind.to_user_unit(v), joint.kind.unit())
 }

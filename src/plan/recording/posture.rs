@@ -96,8 +96,8 @@ impl<'a> Sight<'a> {
                 notes.push(format!(
                     "{}: {:.1} to {:.1} {unit}, as the tracker sees no more",
                     joint.name,
-                    joint.kind.to_edge(room.window[axis][0]),
-                    joint.kind.to_edge(room.window[axis][1])
+                    joint.kind.to_user_unit(room.window[axis][0]),
+                    joint.kind.to_user_unit(room.window[axis][1])
                 ));
             }
         }
@@ -174,7 +174,7 @@ pub fn find(robot: &Robot, options: &Options) -> Result<Vec<f64>> {
             .enumerate()
             .map(|(a, [lo, hi])| {
                 // to whole tenths of a degree or millimetre: people read them
-                let si = robot.axis(a).kind.si();
+                let si = robot.axis(a).kind.si_per_user_unit();
                 let v = lo + (hi - lo) * halton(i, BASES[a % BASES.len()]);
                 ((v / si) * 10.0).round() / 10.0 * si
             })

@@ -55,8 +55,8 @@ fn index(kind: JointKind) -> usize {
 /// Unit of the priors: a degree, or 0.1 mm.
 fn unit(kind: JointKind) -> f64 {
     match kind {
-        JointKind::Revolute => kind.si(),
-        JointKind::Prismatic => 0.1 * kind.si(),
+        JointKind::Revolute => kind.si_per_user_unit(),
+        JointKind::Prismatic => 0.1 * kind.si_per_user_unit(),
     }
 }
 
@@ -207,7 +207,7 @@ fn finished(
     options: &Options,
 ) -> Precision {
     let joint = robot.axis(axis);
-    let typical = TYPICAL[index(joint.kind)] * joint.kind.si();
+    let typical = TYPICAL[index(joint.kind)] * joint.kind.si_per_user_unit();
     let reading = match options.instrument {
         Instrument::Tcp => "moves this TCP",
         _ => "changes this reading",
@@ -221,7 +221,7 @@ fn finished(
         sigma.filter(|s| 3.0 * s > typical).map(|s| {
             format!(
                 "a half gap below {:.4} {} cannot be told from nothing",
-                joint.kind.to_edge(3.0 * s),
+                joint.kind.to_user_unit(3.0 * s),
                 joint.kind.unit()
             )
         })

@@ -71,7 +71,7 @@ fn change(line: u64, added: bool, from: &[f64], to: &[f64], robot: &Robot) -> Op
     let joints: Vec<(String, f64)> = robot
         .axis_joints()
         .enumerate()
-        .map(|(k, j)| (j.name.clone(), j.kind.to_edge(to[k] - from[k])))
+        .map(|(k, j)| (j.name.clone(), j.kind.to_user_unit(to[k] - from[k])))
         .filter(|(_, v)| v.abs() > 1e-9)
         .map(|(n, v)| (n, (v * 1e9).round() / 1e9))
         .collect();

@@ -179,7 +179,7 @@ impl Job<'_> {
         self.least_decimals()?; // refuses --decimals that cannot hold the offset
         let of = |(a, joint): (usize, &crate::robot::Joint)| {
             if let Some(n) = self.decimals {
-                return 10f64.powi(-i32::from(n)) * joint.kind.si();
+                return 10f64.powi(-i32::from(n)) * joint.kind.si_per_user_unit();
             }
             let fine = self.options.statics.as_ref().is_some_and(|s| s.changes(a));
             let gap = self.compensator.on(a).and_then(smallest).map_or(f64::INFINITY, |g| g * self.options.gain);

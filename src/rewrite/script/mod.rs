@@ -447,7 +447,7 @@ fn enough_digits(script: &Script, edits: &Edits, task: &Task) -> Result<()> {
             && value.finest > gap
             && gap > 0.0
         {
-            let edge = |v: f64| joint.kind.to_edge(v);
+            let edge = |v: f64| joint.kind.to_user_unit(v);
             text.push(format!(
                 "{}: the format holds {} in steps of {:.6} {unit}, its half gap is {:.6} {unit}; nothing was written \
                  (--leave-out {} writes the others)",

@@ -98,7 +98,7 @@ impl Rates {
                 "the step of {} is spread over {:.4} {unit} behind its reversals, so that its speed and acceleration hold at the times \
                  of the program; until then a part of its gap is left",
                 joint.name,
-                joint.kind.to_edge(ramp),
+                joint.kind.to_user_unit(ramp),
                 unit = joint.kind.unit()
             );
             Note { place, text }

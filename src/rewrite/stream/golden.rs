@@ -133,8 +133,8 @@ pub fn explain(d: &Difference, golden: &str, header: &Header, robot: &Robot) -> 
     let mut lines = vec![head];
     for ((name, axis, a), (_, _, b)) in ours.iter().zip(&theirs) {
         let kind = robot.axis(*axis).kind;
-        q[0][*axis] = a * kind.si();
-        q[1][*axis] = b * kind.si();
+        q[0][*axis] = a * kind.si_per_user_unit();
+        q[1][*axis] = b * kind.si_per_user_unit();
         if a != b {
             lines.push(format!("  {name}: {a} instead of {b}: {:+.6} {}", a - b, kind.unit()));
         }

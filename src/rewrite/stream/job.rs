@@ -123,7 +123,7 @@ impl Job<'_> {
     fn looks_rewritten(&self, preview: &Preview) -> bool {
         let joints = self.robot.axis_joints().zip(&preview.decimals);
         let digits = joints.map(|(joint, &d)| {
-            let unit = joint.kind.si();
+            let unit = joint.kind.si_per_user_unit();
             Digits { last: 10f64.powi(-i32::from(d)) * unit, unit }
         });
         let digits: Vec<Digits> = digits.collect();
@@ -151,7 +151,7 @@ impl Job<'_> {
     fn roundings(&self, decimals: &[u8]) -> Vec<f64> {
         let axes = self.robot.axis_joints().zip(decimals).enumerate();
         axes.map(|(a, (joint, &d))| {
-            let digits = DEADBAND_DIGITS * 10f64.powi(-i32::from(d)) * joint.kind.si();
+            let digits = DEADBAND_DIGITS * 10f64.powi(-i32::from(d)) * joint.kind.si_per_user_unit();
             digits.min(self.compensator.on(a).and_then(smallest).unwrap_or(f64::INFINITY))
         })
         .collect()
@@ -166,7 +166,7 @@ impl Job<'_> {
                 least.push(fine);
                 continue;
             };
-            let gap = joint.kind.to_edge(gap * self.options.gain);
+            let gap = joint.kind.to_user_unit(gap * self.options.gain);
             if let Some(n) = self.decimals
                 && 10f64.powi(-i32::from(n)) > gap
                 && gap > 0.0

@@ -50,8 +50,8 @@ const CELL: usize = 11;
 struct SlotEdit {
     slot: Slot,
     /// SI to edge unit.
-    to_edge: f64,
-    /// `to_edge * 10^d`.
+    to_user_unit: f64,
+    /// `to_user_unit * 10^d`.
     scale: [f64; MOST + 1],
     least: u8,
     /// Most decimals of the column so far.
@@ -71,24 +71,24 @@ impl Edits {
     /// For rows whose numbers are `slots`.
     pub fn new(slots: &[Slot], robot: &Axes, style: &Style) -> Self {
         let slots = slots.iter().map(|&slot| {
-            let (to_edge, least, limits) = match slot {
+            let (to_user_unit, least, limits) = match slot {
                 Slot::Time => (1.0, 0, None),
                 Slot::Axis(a) => {
                     let joint = robot.axis(a);
                     // 1e-9 deg or mm: what the limits lost on their way to SI and back
-                    let edge = |v: f64| (joint.kind.to_edge(v) * 1e9).round() / 1e9;
+                    let edge = |v: f64| (joint.kind.to_user_unit(v) * 1e9).round() / 1e9;
                     let least = style.least.get(a).copied().unwrap_or(0);
-                    (joint.kind.to_edge(1.0), least, joint.limits.map(|l| l.map(edge)))
+                    (joint.kind.to_user_unit(1.0), least, joint.limits.map(|l| l.map(edge)))
                 }
             };
             let mut scale = [0.0; MOST + 1];
             for (d, s) in scale.iter_mut().enumerate() {
-                *s = to_edge * power(d);
+                *s = to_user_unit * power(d);
             }
             // a unit of the first digit before the point is more than any rounding
-            let safe =
-                limits.map_or([f64::NEG_INFINITY, f64::INFINITY], |[lo, hi]| [lo + 1.0, hi - 1.0].map(|v| v / to_edge));
-            SlotEdit { slot, to_edge, scale, least, column: 0, base: least, limits, safe, written: NONE }
+            let safe = limits
+                .map_or([f64::NEG_INFINITY, f64::INFINITY], |[lo, hi]| [lo + 1.0, hi - 1.0].map(|v| v / to_user_unit));
+            SlotEdit { slot, to_user_unit, scale, least, column: 0, base: least, limits, safe, written: NONE }
         });
         Self { slots: slots.collect(), cells: Vec::new(), forced: style.forced, scratch: Vec::new() }
     }
@@ -382,7 +382,7 @@ impl SlotEdit {
     /// The value in the edge unit; near a limit that it keeps, rounded so that it still keeps it.
     #[cold]
     fn rounded(&self, value: f64, decimals: u8) -> f64 {
-        let exact = value * self.to_edge;
+        let exact = value * self.to_user_unit;
         let Some([lo, hi]) = self.limits else { return exact };
         let unit = power(usize::from(decimals.min(22)));
         let count = (exact * unit).abs().round().copysign(exact);

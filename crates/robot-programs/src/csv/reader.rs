@@ -58,7 +58,7 @@ impl Reader {
             input,
             name: name.into(),
             header: Header { columns: Vec::new(), slots: Vec::new(), names: Vec::new() },
-            si: robot.axis_joints().map(|j| j.kind.si()).collect(),
+            si: robot.axis_joints().map(|j| j.kind.si_per_user_unit()).collect(),
             pure: Vec::new(),
             spare: Block::default(),
             carry: Vec::new(),

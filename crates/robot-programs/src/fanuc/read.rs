@@ -414,12 +414,12 @@ fn target(text: &Text, robot: &Axes, p: &Position) -> Result<Target> {
             return Err(text.bad(field.number.start, found, format!("{} for axis {}", joint.kind.unit(), joint.name)));
         }
         values.push(field.value.map(|(value, style)| Value {
-            si: value * joint.kind.si(),
+            si: value * joint.kind.si_per_user_unit(),
             start: field.number.start,
             end: field.number.end,
             style,
-            digit: weight(style) * joint.kind.si(),
-            finest: FINEST.min(weight(style)) * joint.kind.si(),
+            digit: weight(style) * joint.kind.si_per_user_unit(),
+            finest: FINEST.min(weight(style)) * joint.kind.si_per_user_unit(),
         }));
     }
     Ok(Target { name: Some(format!("P[{}]", p.index)), at: At { file: 0, line: p.line }, values, pose: None })

@@ -37,9 +37,9 @@ pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Vec<Patch>> {
 fn written(program: &Program, edits: &Edits, axis: usize, q: f64, style: number::Style) -> String {
     let kind = program.kinds.get(axis).copied().unwrap_or(JointKind::Revolute);
     let most = ((-FINEST.log10()).round() as u8).max(style.decimals);
-    let digit = edits.digit.get(axis).map_or(f64::NAN, |d| kind.to_edge(*d));
+    let digit = edits.digit.get(axis).map_or(f64::NAN, |d| kind.to_user_unit(*d));
     let style = number::Style { bare: program.bare, exponent: false, ..style };
-    number::write(kind.to_edge(q), style, number::decimals_for(style, digit, most))
+    number::write(kind.to_user_unit(q), style, number::decimals_for(style, digit, most))
 }
 
 /// Fields of a target that differ from `q`: the bytes to replace, and by what.

@@ -188,7 +188,7 @@ impl Reader<'_> {
 
     /// Weight of a word's last digit, rad or m.
     pub(super) fn weight(&self, axis: usize, unit: f64, decimals: u8) -> f64 {
-        self.robot.axis(axis).kind.si() * unit * 10f64.powi(-i32::from(decimals))
+        self.robot.axis(axis).kind.si_per_user_unit() * unit * 10f64.powi(-i32::from(decimals))
     }
 
     pub(super) fn arc(
@@ -276,10 +276,10 @@ impl Reader<'_> {
     pub(super) fn way(&self, s: &Statement, arc: &Arc) -> Vec<Way> {
         let least_mm = 1e-5;
         // an end may stand that far from where it was meant: a turn within its last digits is rounding, and no arc is written there
-        let digit = |a: usize| self.digit[a] / self.robot.axis(a).kind.si();
+        let digit = |a: usize| self.digit[a] / self.robot.axis(a).kind.si_per_user_unit();
         let apart_mm = NEAR_DIGITS * digit(arc.u).max(digit(arc.v)).min(COARSE_MM);
         let point = |share: f64| {
-            let si = |(a, v): (usize, f64)| v * self.robot.axis(a).kind.si();
+            let si = |(a, v): (usize, f64)| v * self.robot.axis(a).kind.si_per_user_unit();
             Way { share, q: s.on_arc(arc, share).into_iter().enumerate().map(si).collect() }
         };
         arc.quadrants(least_mm, apart_mm).into_iter().map(point).collect()
@@ -289,7 +289,7 @@ impl Reader<'_> {
         let value = |a: usize| {
             let in_arc = s.arc.as_ref().is_some_and(|(arc, _)| arc.u == a || arc.v == a);
             let kind = self.robot.axis(a).kind;
-            let si = s.goal[a]? * kind.si();
+            let si = s.goal[a]? * kind.si_per_user_unit();
             let most = most(kind, s.unit[a]);
             match s.axis_words[a].and_then(|i| s.words.get(i)) {
                 Some(w) => {

@@ -95,7 +95,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     }
     reader.lose("the end of the program");
     let Reader { mut script, statements, .. } = reader;
-    let si = robot.axis_joints().map(|j| j.kind.si()).collect();
+    let si = robot.axis_joints().map(|j| j.kind.si_per_user_unit()).collect();
     script.texts = texts;
     // without a move nothing depends on them
     if script.moves().next().is_some() {
@@ -172,7 +172,7 @@ impl Reader<'_> {
         let at = s.words.last().map_or(0, |w| w.span.end);
         for (a, &goal) in s.goal.iter().enumerate() {
             if let (Some(goal), Some(value @ None)) = (goal, self.script.targets[t].values.get_mut(a)) {
-                let (si, digit) = (goal * self.robot.axis(a).kind.si(), self.digit[a]);
+                let (si, digit) = (goal * self.robot.axis(a).kind.si_per_user_unit(), self.digit[a]);
                 *value = Some(Value { si, start: at, end: at, style: Default::default(), digit, finest: digit });
             }
         }

@@ -222,7 +222,11 @@ impl Writer<'_> {
     }
 
     pub(super) fn kind(&self, axis: usize) -> JointKind {
-        if self.program.si[axis] == JointKind::Revolute.si() { JointKind::Revolute } else { JointKind::Prismatic }
+        if self.program.si[axis] == JointKind::Revolute.si_per_user_unit() {
+            JointKind::Revolute
+        } else {
+            JointKind::Prismatic
+        }
     }
 
     /// The words that lead from where the axes stand to `want`. `own`: those of the block itself.

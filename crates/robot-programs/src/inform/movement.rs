@@ -309,7 +309,7 @@ impl Reader<'_> {
             let digit = 1.0 / pulses.abs();
             return Ok(Value { si: v / pulses, start: span.start, end: span.end, style, digit, finest: digit });
         }
-        let unit = joint.kind.si();
+        let unit = joint.kind.si_per_user_unit();
         let weight = |d: u8| unit * 10f64.powi(-i32::from(d));
         let finest = weight(style.decimals.max(ANGLE_DECIMALS));
         Ok(Value { si: v * unit, start: span.start, end: span.end, style, digit: weight(style.decimals), finest })

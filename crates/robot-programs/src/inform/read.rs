@@ -94,7 +94,7 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
         numbers,
         pinned,
         pulses: robot.axis_joints().map(|j| j.pulses).collect(),
-        unit: robot.axis_joints().map(|j| j.kind.si()).collect(),
+        unit: robot.axis_joints().map(|j| j.kind.si_per_user_unit()).collect(),
     })
 }
 

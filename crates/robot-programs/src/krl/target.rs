@@ -70,12 +70,12 @@ pub(super) fn target(
         let Some((span, value, style)) = &c.value else { return Ok(Err(format!("{} is computed", c.name))) };
         let digit = 10_f64.powi(-i32::from(style.decimals));
         values.push(Some(Value {
-            si: value * kind.si(),
+            si: value * kind.si_per_user_unit(),
             start: span.start,
             end: span.end,
             style: *style,
-            digit: digit * kind.si(),
-            finest: finest(*value).min(digit) * kind.si(),
+            digit: digit * kind.si_per_user_unit(),
+            finest: finest(*value).min(digit) * kind.si_per_user_unit(),
         }));
     }
     if values.iter().all(Option::is_none) {

@@ -41,9 +41,9 @@ pub(super) fn texts(program: &Program, file: usize) -> Result<&Text> {
 /// An axis value in deg or mm.
 fn written(program: &Program, edits: &Edits, axis: usize, q: f64, style: number::Style) -> String {
     let kind = program.kinds.get(axis).copied().unwrap_or(JointKind::Revolute);
-    let value = kind.to_edge(q);
+    let value = kind.to_user_unit(q);
     let most = (-finest(value).log10()).round().clamp(0.0, 9.0) as u8;
-    let digit = edits.digit.get(axis).map_or(f64::NAN, |d| kind.to_edge(*d));
+    let digit = edits.digit.get(axis).map_or(f64::NAN, |d| kind.to_user_unit(*d));
     let decimals = number::decimals_for(style, digit, most);
     number::write(value, number::Style { exponent: false, ..style }, decimals)
 }

@@ -162,7 +162,7 @@ pub fn joints(text: &Text, node: &Node, robot: &Axes) -> Result<std::result::Res
             out.push(None);
             continue;
         }
-        let si = joint.kind.si();
+        let si = joint.kind.si_per_user_unit();
         let digit = 10f64.powi(-i32::from(style.decimals));
         out.push(Some(Value {
             si: v * si,

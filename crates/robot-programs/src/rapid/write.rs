@@ -80,7 +80,7 @@ impl Writer<'_> {
         let axes = target.values.iter().zip(q).zip(self.kinds).enumerate();
         axes.filter_map(|(axis, ((value, &q), kind))| {
             let value = value.as_ref()?;
-            let si = kind.si();
+            let si = kind.si_per_user_unit();
             let finest = (value.finest / si).min(value::seventh(q / si));
             let text = number::changed(value.si / si, value.style, q / si, self.digit(axis) / si, finest)?;
             Some((value.span(), text))
@@ -192,7 +192,7 @@ impl Writer<'_> {
         }
         let style = number::Style { decimals: 4, point: true, ..number::Style::default() };
         let axes = q.iter().zip(self.kinds).enumerate().map(|(axis, (q, kind))| {
-            let si = kind.si();
+            let si = kind.si_per_user_unit();
             number::write(q / si, style, number::decimals_for(style, self.digit(axis) / si, 6))
         });
         let axes: Vec<String> = axes.collect();

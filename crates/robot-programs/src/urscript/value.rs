@@ -118,7 +118,7 @@ pub fn joints(
         if e.degrees && joint.kind == JointKind::Prismatic {
             return Ok(Err(format!("axis {} is not in degrees", joint.name)));
         }
-        let unit = if e.degrees { JointKind::Revolute.si() } else { 1.0 };
+        let unit = if e.degrees { JointKind::Revolute.si_per_user_unit() } else { 1.0 };
         units.push(unit);
         out.push(Some(Value {
             si: e.value * unit,

@@ -112,7 +112,7 @@ pub(super) fn ways(page: &mut Page, robot: &Robot, t: &Traces) {
         .map(|j| {
             let kind = robot.axis(j.axis).kind;
             let view = |w: &Way, quartiles: &[[f64; 3]]| WayView {
-                at_deg_mm: w.position.iter().map(|p| kind.to_edge(*p)).collect(),
+                at_deg_mm: w.position.iter().map(|p| kind.to_user_unit(*p)).collect(),
                 quartiles_milli: quartiles.iter().map(|q| q.map(|v| milli(robot, j.axis, v))).collect(),
             };
             let [up, down] = &j.ways;

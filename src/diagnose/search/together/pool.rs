@@ -24,7 +24,7 @@ const LEAST_CYCLES: f64 = 2.0;
 /// Joints that move in some log.
 pub fn moving(problem: &Problem) -> Vec<usize> {
     let travel = |a: usize| problem.logs.iter().map(|l| l.log.travel(a)).fold(0.0, f64::max);
-    (0..problem.robot.dof()).filter(|&a| travel(a) > AT_REST * problem.robot.axis(a).kind.si()).collect()
+    (0..problem.robot.dof()).filter(|&a| travel(a) > AT_REST * problem.robot.axis(a).kind.si_per_user_unit()).collect()
 }
 
 /// The groups: lags, gaps, gravity, geometry; all of size zero.
@@ -131,7 +131,7 @@ pub fn gap_over_position(problem: &Problem, gap: &EffectInstance, knots: usize) 
     let mut at: Vec<f64> = problem.logs.iter().flat_map(|l| l.drive.turns(axis).into_iter().map(|t| t.1)).collect();
     at.sort_by(f64::total_cmp);
     let (lo, hi) = (*at.first()?, *at.last()?);
-    if at.len() < 2 * knots || hi - lo < LEAST_SPAN * problem.robot.axis(axis).kind.si() {
+    if at.len() < 2 * knots || hi - lo < LEAST_SPAN * problem.robot.axis(axis).kind.si_per_user_unit() {
         return None;
     }
     let place = |k: usize| lo + (hi - lo) * k as f64 / (knots - 1) as f64;

@@ -47,7 +47,7 @@ pub fn widths(problem: &Problem, placed: &EffectInstance) -> Vec<f64> {
         && let Some(axis) = placed.axis()
     {
         let most = largest_torque(problem, axis);
-        let si = problem.robot.axis(axis).kind.si();
+        let si = problem.robot.axis(axis).kind.si_per_user_unit();
         return vec![if most > 0.0 { SAG * si / most } else { f64::MIN_POSITIVE.sqrt() }; values.len()];
     }
     let parameters = placed.parameters(&problem.robot);

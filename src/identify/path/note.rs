@@ -1,0 +1,109 @@
+//! What a reader of an identification should know, as data; the words are made here.
+
+use crate::gaps::Distrust;
+use crate::robot::JointKind;
+use std::fmt;
+
+/// A remark on the identification of a path.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Note {
+    NeverReverses {
+        log: String,
+        joint: String,
+    },
+    RowsLeftOut {
+        log: String,
+        lost: usize,
+        rows: usize,
+        outliers: usize,
+    },
+    Distrust(Distrust),
+    /// Strong correlation, with a residual of the order of the noise.
+    IntervalsWidened {
+        inflation: f64,
+    },
+    /// Correlation that the intervals do not cover wholly.
+    ResidualsCorrelated {
+        inflation: f64,
+    },
+    TooManyReversals,
+    /// Lag (rad or m) at the time after a reversal at which the log determines it best.
+    LagKnownBest {
+        joint: String,
+        kind: JointKind,
+        at_s: f64,
+        lag: f64,
+        ci95: [f64; 2],
+    },
+    SpikeAndDecayNotSeparated {
+        joint: String,
+    },
+    GapsDiffer {
+        joint: String,
+        p_value: f64,
+    },
+    SharedDecay,
+    LinkErrors {
+        fitted: bool,
+    },
+    SeveralFrames {
+        logs: usize,
+    },
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NeverReverses { log, joint } => {
+                write!(f, "{log}: {joint} never reverses: its lost motion cannot be seen")
+            }
+            Self::RowsLeftOut { log, lost, rows, outliers } => {
+                write!(f, "{log}: {lost} of {rows} rows without a measurement, {outliers} outliers left out")
+            }
+            Self::Distrust(distrust) => distrust.fmt(f),
+            Self::IntervalsWidened { inflation } => write!(
+                f,
+                "the residuals are correlated (variance inflated {inflation:.1} times: a ripple, a drift, friction of another form); \
+                 intervals are widened by it"
+            ),
+            Self::ResidualsCorrelated { inflation } => write!(
+                f,
+                "the residuals are correlated (variance inflated {inflation:.1} times): a gap that varies, a drift, or another effect is \
+                 not in the model; intervals are too narrow"
+            ),
+            Self::TooManyReversals => f.write_str("too many reversals to list the gap at each of them"),
+            Self::LagKnownBest { joint, kind, at_s, lag, ci95: [low, high] } => write!(
+                f,
+                "{joint}: the lag {at_s:.2} s after a reversal is known best: {:.6} {}, 95 % {:.6} to {:.6}",
+                kind.to_user_unit(*lag),
+                kind.unit(),
+                kind.to_user_unit(*low),
+                kind.to_user_unit(*high)
+            ),
+            Self::SpikeAndDecayNotSeparated { joint } => {
+                write!(f, "{joint}: this log does not separate spike and decay; trust the lag above")
+            }
+            Self::GapsDiffer { joint, p_value } => {
+                write!(
+                    f,
+                    "{joint}: the gaps at its reversals differ by more than their uncertainty (p = {p_value:.1e})"
+                )
+            }
+            Self::SharedDecay => {
+                f.write_str("the joints with stiction share one decay: this log does not determine one for each")
+            }
+            Self::LinkErrors { fitted: true } => {
+                f.write_str("rigid errors of the links were fitted beside the tracker's frame")
+            }
+            Self::LinkErrors { fitted: false } => f.write_str(
+                "no sign of rigid errors of the links: the tracker's frame alone was fitted beside the lost motion",
+            ),
+            Self::SeveralFrames { logs } => {
+                write!(
+                    f,
+                    "{logs} logs were fitted together, each with its own frame; the frame given is the first log's"
+                )
+            }
+        }
+    }
+}
