@@ -90,6 +90,26 @@ pub struct Engine<'a> {
 /// A difference that the way to the gears and back makes, rad or m.
 const NOTHING: f64 = 1e-13;
 
+/// Of the sorted places of a leg that lasts `leg_s` those that a controller can tell apart: the last of each interpolation cycle,
+/// so that no step ends before its joint can do it. Steps of several joints that end a little apart become one point.
+fn one_of_each_cycle(shares: &mut Vec<f64>, leg_s: Option<f64>) {
+    let apart = leg_s.map_or(0.0, |s| (CYCLE_S / s).min(0.5)).max(1e-6);
+    let mut first = f64::NEG_INFINITY;
+    shares.dedup_by(|next, kept| {
+        // `kept` opens a cycle, or has been moved to the last place of it
+        if first == f64::NEG_INFINITY {
+            first = *kept;
+        }
+        let same = *next - first < apart;
+        if same {
+            *kept = *next;
+        } else {
+            first = *next;
+        }
+        same
+    });
+}
+
 /// From what gears turn by to the values of the axes. A value that is no other than before is that of before to the last bit.
 fn from_gears(robot: &Robot, nominal: &mut VecDeque<Vec<f64>>, row: &mut [f64], origin: Origin) {
     robot.from_gears(row);
@@ -359,10 +379,10 @@ impl<'a> Engine<'a> {
         if self.path.knots(k).next().is_some() {
             let mut shares: Vec<f64> = self.path.knots(k).flat_map(|(_, knots)| knots.iter().map(|x| x.0)).collect();
             shares.sort_by(f64::total_cmp);
-            // places that no controller could tell apart become one
-            shares.dedup_by(|b, a| *b - *a < 1e-6);
             let (a, b) = (self.path.origin(k), self.path.origin(k + 1));
             let (t0, t1) = (self.path.t_s(k), self.path.t_s(k + 1));
+            let known_s = leg_s.or((self.timed == Some(true)).then_some(t1 - t0)).filter(|s| *s > 0.0);
+            one_of_each_cycle(&mut shares, known_s);
             for share in shares {
                 let duration_s = leg_s.map(|s| s * (share - at));
                 at = share;

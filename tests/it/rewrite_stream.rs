@@ -257,3 +257,47 @@ fn an_interrupted_run_leaves_nothing() {
     assert_eq!(run.wait().unwrap().code(), Some(130));
     assert_eq!(files(), before);
 }
+
+/// A program as a person types it: seven targets with times, wrists in whole degrees. Several joints turn at one target and need
+/// times of their own for their steps.
+#[test]
+fn a_coarse_program_with_times_keeps_its_limits_and_added_rows_do_not_take_over_its_coarse_digits() {
+    let dir = tempfile::tempdir().unwrap();
+    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/kuka-kr120-r2500-pro.yaml");
+    let gap =
+        |joint: &str, half_gap: f64| format!("  - {{effect: backlash, joint: {joint}, half_gap_deg: {half_gap}}}\n");
+    let model = format!(
+        "schema: lostmotion/model/1\nrobot: {}\neffects:\n{}{}{}",
+        robot.display(),
+        gap("A1", 0.0028),
+        gap("A2", 0.0037),
+        gap("A3", 0.0022)
+    );
+    std::fs::write(dir.path().join("model.yaml"), model).unwrap();
+    let program = "a1_deg,a2_deg,a3_deg,a4_deg,a5_deg,a6_deg,t_s\n0,-90,90,0,0,0,0\n20,-80,100,10,20,0,1\n25,-70,95,12,25,5,2\n\
+                   22,-75,97,8,20,3,3\n26,-72,93,14,22,6,4\n10,-85,95,0,10,0,5\n0,-90,90,0,0,0,6\n";
+    std::fs::write(dir.path().join("weld.csv"), program).unwrap();
+    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    command
+        .current_dir(dir.path())
+        .args(["rewrite", "--model", "model.yaml", "weld.csv", "-o", "out.csv"])
+        .assert()
+        .success();
+    let rows = |text: &str| -> Vec<Vec<f64>> {
+        text.lines().skip(1).map(|line| line.split(',').map(|v| v.parse().unwrap()).collect()).collect()
+    };
+    let given = rows(program);
+    let out = rows(&std::fs::read_to_string(dir.path().join("out.csv")).unwrap());
+    assert!(out.len() > given.len(), "steps need points of their own");
+    for row in &out {
+        let k = given.iter().rposition(|g| g[6] <= row[6]).unwrap();
+        let (a, b) = (&given[k], &given[(k + 1).min(given.len() - 1)]);
+        let share = if b[6] > a[6] { (row[6] - a[6]) / (b[6] - a[6]) } else { 0.0 };
+        for joint in 0..6 {
+            let own = a[joint] + share * (b[joint] - a[joint]);
+            let most = [0.0029, 0.0038, 0.0023, 1e-4, 1e-4, 1e-4][joint];
+            assert!((row[joint] - own).abs() <= most, "joint {joint} at {} s: {} for {own}", row[6], row[joint]);
+        }
+    }
+    assert!(out.windows(2).all(|w| w[1][6] - w[0][6] >= 0.0039), "points nearer than an interpolation cycle: {out:?}");
+}

@@ -12,6 +12,9 @@ use crate::axes::Axes;
 const COLUMN_MOST: u8 = 6;
 /// Decimals of the time of an added row, where its column has fewer (trailing zeros are dropped): 1 us.
 const TIME_LEAST: u8 = 6;
+/// Decimals of the joints of an added row, where their columns have fewer (trailing zeros are dropped): a joint between two values
+/// that are written short stands at 1e-4 deg or 0.1 um.
+const ADDED_LEAST: u8 = 4;
 const MOST: usize = 15;
 
 /// How many decimals changed numbers get.
@@ -245,8 +248,10 @@ impl Edits {
         for (edit, token) in self.slots.iter_mut().zip(&block.tokens[i * n..(i + 1) * n]) {
             match edit.slot {
                 Slot::Axis(a) => {
-                    let decimals = self.forced.unwrap_or(token.decimals.max(edit.base));
+                    let own = self.forced.unwrap_or(token.decimals.max(edit.base));
+                    let decimals = self.forced.unwrap_or(own.max(ADDED_LEAST));
                     cursor = edit.number(block, token, cursor, q[a], decimals, &mut self.scratch, out);
+                    drop_zeros(out, usize::from(decimals), usize::from(own));
                 }
                 Slot::Time => {
                     let decimals = token.decimals.max(edit.base).max(TIME_LEAST);
