@@ -72,6 +72,10 @@ impl Proof {
                     um(f.largest_m[1])
                 );
                 match verdict {
+                    Verdict::Worse if f.rms_m[1] < f.rms_m[0] => {
+                        line + "  less error on the whole, more of it at one place: look there before you run it (`assess program` shows where); \
+                                more points near the reversals (--refine cubic or cartesian), slower turns, or a smaller --gain may help\n"
+                    }
                     Verdict::Worse => {
                         line + "  do not run this program: more points near the reversals (--refine cubic or cartesian), or a smaller --gain, may help\n"
                     }
