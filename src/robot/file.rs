@@ -193,57 +193,19 @@ impl RobotFile {
             "dh-standard" => Convention::Standard,
             "dh-modified" => Convention::Modified,
             other => {
-                return Err(Error::bad(
-                    doc.place(&["convention"]),
-                    format!("convention `{other}`"),
-                    "`dh-standard` or `dh-modified`",
-                ));
+                let found = format!("convention `{other}`");
+                return Err(Error::bad(doc.place(&["convention"]), found, "`dh-standard` or `dh-modified`"));
             }
         };
-        if self.joints.is_empty() {
-            return Err(Error::bad(doc.place(&["joints"]), "no joints", "at least one joint"));
-        }
-        let mut joints: Vec<Joint> = Vec::with_capacity(self.joints.len());
-        for j in &self.joints {
-            let joint = build_joint(j, &self.joints, doc)?;
-            if joints.iter().any(|k| k.name.eq_ignore_ascii_case(&joint.name)) {
-                return Err(Error::bad(
-                    doc.place(&[&j.name]),
-                    format!("a second joint `{}`", j.name),
-                    "joint names that differ, case ignored",
-                ));
-            }
-            joints.push(joint);
-        }
-        if joints.iter().all(|j| j.follows.is_some()) {
-            return Err(Error::bad(doc.place(&["joints"]), "no joint with a command of its own", "at least one"));
-        }
-        if !self.links.is_empty() && self.links.len() != joints.len() {
-            return Err(Error::bad(
-                doc.place(&["links"]),
-                format!("{} links for {} joints", self.links.len(), joints.len()),
-                "one link per joint, or none",
-            ));
-        }
-        for l in &self.links {
-            finite(doc, "links", "mass_kg", &[l.mass_kg])?;
-            finite(doc, "links", "com_mm", &l.com_mm)?;
-            if l.mass_kg < 0.0 {
-                return Err(Error::bad(
-                    doc.place(&["mass_kg"]),
-                    format!("mass_kg {}", l.mass_kg),
-                    "a mass of 0 or more",
-                ));
-            }
-        }
+        let joints = self.build_joints(doc)?;
+        let links = self.build_links(joints.len(), doc)?;
         for (key, f) in [("base", &self.base), ("tool", &self.tool)] {
             finite(doc, key, "xyz_mm", &f.xyz_mm)?;
             finite(doc, key, "rpy_deg", &f.rpy_deg)?;
         }
         finite(doc, "gravity_m_s2", "gravity_m_s2", &self.gravity_m_s2)?;
         let mut robot = Robot::new(self.name, convention, joints, self.base.to_isometry(), self.tool.to_isometry());
-        robot.links =
-            self.links.iter().map(|l| Link { mass_kg: l.mass_kg, com_m: Vector3::from(l.com_mm) * 1e-3 }).collect();
+        robot.links = links;
         match &self.tools {
             ToolsFile::Reflectors(list) => {
                 for t in list {
@@ -261,6 +223,44 @@ impl RobotFile {
         })?;
         robot.assume(control);
         Ok(robot)
+    }
+
+    /// The joints, each checked, with names that differ; at least one has a command of its own.
+    fn build_joints(&self, doc: &Document) -> Result<Vec<Joint>> {
+        let none = |found: &str, expected: &str| Err(Error::bad(doc.place(&["joints"]), found, expected));
+        if self.joints.is_empty() {
+            return none("no joints", "at least one joint");
+        }
+        let mut joints: Vec<Joint> = Vec::with_capacity(self.joints.len());
+        for j in &self.joints {
+            let joint = build_joint(j, &self.joints, doc)?;
+            if joints.iter().any(|k| k.name.eq_ignore_ascii_case(&joint.name)) {
+                let found = format!("a second joint `{}`", j.name);
+                return Err(Error::bad(doc.place(&[&j.name]), found, "joint names that differ, case ignored"));
+            }
+            joints.push(joint);
+        }
+        if joints.iter().all(|j| j.follows.is_some()) {
+            return none("no joint with a command of its own", "at least one");
+        }
+        Ok(joints)
+    }
+
+    /// Masses: one link per joint, or none.
+    fn build_links(&self, joints: usize, doc: &Document) -> Result<Vec<Link>> {
+        if !self.links.is_empty() && self.links.len() != joints {
+            let found = format!("{} links for {joints} joints", self.links.len());
+            return Err(Error::bad(doc.place(&["links"]), found, "one link per joint, or none"));
+        }
+        for l in &self.links {
+            finite(doc, "links", "mass_kg", &[l.mass_kg])?;
+            finite(doc, "links", "com_mm", &l.com_mm)?;
+            if l.mass_kg < 0.0 {
+                let found = format!("mass_kg {}", l.mass_kg);
+                return Err(Error::bad(doc.place(&["mass_kg"]), found, "a mass of 0 or more"));
+            }
+        }
+        Ok(self.links.iter().map(|l| Link { mass_kg: l.mass_kg, com_m: Vector3::from(l.com_mm) * 1e-3 }).collect())
     }
 }
 
@@ -315,72 +315,7 @@ fn build_joint(j: &JointFile, all: &[JointFile], doc: &Document) -> Result<Joint
     if j.direction != 1.0 && j.direction != -1.0 {
         return Err(Error::bad(near("direction"), format!("direction {} of {}", j.direction, j.name), "1 or -1"));
     }
-    let revolute = kind == JointKind::Revolute;
-    let (limits, wrong_limits) =
-        if revolute { (j.limits_deg, j.limits_mm.is_some()) } else { (j.limits_mm, j.limits_deg.is_some()) };
-    let (speed, wrong_speed) = if revolute {
-        (j.max_speed_deg_s, j.max_speed_mm_s.is_some())
-    } else {
-        (j.max_speed_mm_s, j.max_speed_deg_s.is_some())
-    };
-    let (accel, wrong_accel) = if revolute {
-        (j.max_accel_deg_s2, j.max_accel_mm_s2.is_some())
-    } else {
-        (j.max_accel_mm_s2, j.max_accel_deg_s2.is_some())
-    };
-    if wrong_limits || wrong_speed || wrong_accel {
-        return Err(Error::bad(
-            near(if wrong_limits { "limits" } else { "max_" }),
-            format!("a limit of {} joint {} in the wrong unit", j.kind, j.name),
-            format!("keys in {}", kind.unit()),
-        ));
-    }
-    if let Some([lo, hi]) = limits
-        && !(lo.is_finite() && hi.is_finite() && lo < hi)
-    {
-        return Err(Error::bad(
-            near("limits"),
-            format!("limits [{lo}, {hi}] of {}", j.name),
-            "[lower, upper] with lower < upper",
-        ));
-    }
-    for (key, v) in [("max_speed", speed), ("max_accel", accel), ("lead_mm_per_rev", j.lead_mm_per_rev)] {
-        if let Some(v) = v
-            && !(v.is_finite() && v > 0.0)
-        {
-            return Err(Error::bad(near(key), format!("{key} {v} of {}", j.name), "a number above 0"));
-        }
-    }
-    let (pulses, wrong_pulses) = if revolute {
-        (j.pulses_per_deg, j.pulses_per_mm.is_some())
-    } else {
-        (j.pulses_per_mm, j.pulses_per_deg.is_some())
-    };
-    if wrong_pulses || pulses.is_some_and(|p| !p.is_finite() || p == 0.0) {
-        return Err(Error::bad(
-            near("pulses_per"),
-            format!("pulses of {} joint {}", j.kind, j.name),
-            format!("pulses_per_{}, not 0 (negative where they count the other way)", kind.unit()),
-        ));
-    }
-    let follows = match &j.follows {
-        None => None,
-        Some(f) => {
-            let driver = all.iter().position(|k| k.name.eq_ignore_ascii_case(&f.joint));
-            match driver {
-                Some(d) if all[d].follows.is_none() && f.ratio.is_finite() && all[d].kind == j.kind => {
-                    Some(Follow { joint: d, ratio: f.ratio })
-                }
-                _ => {
-                    return Err(Error::bad(
-                        near("follows"),
-                        format!("{} follows `{}` with ratio {}", j.name, f.joint, f.ratio),
-                        "a joint of the same kind that has a command of its own, and a finite ratio",
-                    ));
-                }
-            }
-        }
-    };
+    let limits = Limits::of(j, kind, &near)?;
     let si = kind.si_per_user_unit();
     Ok(Joint {
         name: j.name.clone(),
@@ -391,13 +326,85 @@ fn build_joint(j: &JointFile, all: &[JointFile], doc: &Document) -> Result<Joint
         alpha_rad: j.alpha_deg.to_radians(),
         beta_rad: j.beta_deg.to_radians(),
         direction: j.direction,
-        limits: limits.map(|l| l.map(|v| v * si)),
-        max_speed: speed.map(|v| v * si),
-        max_accel: accel.map(|v| v * si),
+        limits: limits.range.map(|l| l.map(|v| v * si)),
+        max_speed: limits.max_speed.map(|v| v * si),
+        max_accel: limits.max_accel.map(|v| v * si),
         lead_m_per_rev: j.lead_mm_per_rev.map(|v| v * 1e-3),
-        pulses: pulses.map(|p| p / si),
-        follows,
+        pulses: pulses(j, kind, &near)?.map(|p| p / si),
+        follows: j.follows.as_ref().map(|f| follows(j, f, all, &near)).transpose()?,
     })
+}
+
+/// The limits of a joint in the unit of its kind, deg or mm.
+struct Limits {
+    range: Option<[f64; 2]>,
+    max_speed: Option<f64>,
+    max_accel: Option<f64>,
+}
+
+/// The value whose key has the unit of the joint's kind, and whether the other key is there.
+fn of_kind<T>(kind: JointKind, deg: Option<T>, mm: Option<T>) -> (Option<T>, bool) {
+    match kind {
+        JointKind::Revolute => (deg, mm.is_some()),
+        JointKind::Prismatic => (mm, deg.is_some()),
+    }
+}
+
+impl Limits {
+    /// Reads and checks; `near` finds the place of a key.
+    fn of(j: &JointFile, kind: JointKind, near: &dyn Fn(&str) -> Place) -> Result<Self> {
+        let (range, wrong_range) = of_kind(kind, j.limits_deg, j.limits_mm);
+        let (max_speed, wrong_speed) = of_kind(kind, j.max_speed_deg_s, j.max_speed_mm_s);
+        let (max_accel, wrong_accel) = of_kind(kind, j.max_accel_deg_s2, j.max_accel_mm_s2);
+        if wrong_range || wrong_speed || wrong_accel {
+            return Err(Error::bad(
+                near(if wrong_range { "limits" } else { "max_" }),
+                format!("a limit of {} joint {} in the wrong unit", j.kind, j.name),
+                format!("keys in {}", kind.unit()),
+            ));
+        }
+        if let Some([lo, hi]) = range
+            && !(lo.is_finite() && hi.is_finite() && lo < hi)
+        {
+            let found = format!("limits [{lo}, {hi}] of {}", j.name);
+            return Err(Error::bad(near("limits"), found, "[lower, upper] with lower < upper"));
+        }
+        for (key, v) in [("max_speed", max_speed), ("max_accel", max_accel), ("lead_mm_per_rev", j.lead_mm_per_rev)] {
+            if let Some(v) = v
+                && !(v.is_finite() && v > 0.0)
+            {
+                return Err(Error::bad(near(key), format!("{key} {v} of {}", j.name), "a number above 0"));
+            }
+        }
+        Ok(Self { range, max_speed, max_accel })
+    }
+}
+
+/// Pulses of the controller per deg or mm.
+fn pulses(j: &JointFile, kind: JointKind, near: &dyn Fn(&str) -> Place) -> Result<Option<f64>> {
+    let (pulses, wrong) = of_kind(kind, j.pulses_per_deg, j.pulses_per_mm);
+    if wrong || pulses.is_some_and(|p| !p.is_finite() || p == 0.0) {
+        return Err(Error::bad(
+            near("pulses_per"),
+            format!("pulses of {} joint {}", j.kind, j.name),
+            format!("pulses_per_{}, not 0 (negative where they count the other way)", kind.unit()),
+        ));
+    }
+    Ok(pulses)
+}
+
+/// The joint that this one follows: of the same kind, with a command of its own.
+fn follows(j: &JointFile, f: &FollowFile, all: &[JointFile], near: &dyn Fn(&str) -> Place) -> Result<Follow> {
+    match all.iter().position(|k| k.name.eq_ignore_ascii_case(&f.joint)) {
+        Some(d) if all[d].follows.is_none() && f.ratio.is_finite() && all[d].kind == j.kind => {
+            Ok(Follow { joint: d, ratio: f.ratio })
+        }
+        _ => Err(Error::bad(
+            near("follows"),
+            format!("{} follows `{}` with ratio {}", j.name, f.joint, f.ratio),
+            "a joint of the same kind that has a command of its own, and a finite ratio",
+        )),
+    }
 }
 
 fn is_zero(v: &f64) -> bool {

@@ -8,7 +8,7 @@
 //! The first degree that is not rejected is chosen. Where all are rejected, the highest one whose own term is significant
 //! (its fall of `SSLF` against `MSPE`, at the same level) is: a term that explains nothing is not kept for want of a better one.
 
-use super::model::{Data, design};
+use super::data::{Data, design};
 use crate::numerics::{fisher, linear};
 
 /// Highest degree that is tried unless the user says so: beyond it a polynomial swings between its poses.

@@ -3,7 +3,8 @@
 
 use super::degree::LackOfFit;
 use super::equation::{self, um_per_mm, unit};
-use super::model::{Errors, StateTest};
+use super::data::Errors;
+use super::terms::StateTest;
 use super::{Assessment, Model, Pose};
 use crate::gaps::file::number;
 use serde_json::{Map, Value, json};

@@ -17,24 +17,15 @@
 //! How it fails: a state that changes the curve's slope about the middle of the line and not its mean passes the test of the
 //! offset; a note says so where its slope would be significant. Two columns that always change together are one state.
 
+use super::data::{Data, Errors, Reference, Scatter, design};
 use super::degree::{self, LackOfFit};
 use super::poses::Pose;
 use super::state::States;
+use super::terms::{StateTest, Terms};
 use crate::error::{Error, Place, Result};
 use crate::numerics::linear::{self, Fit};
 use crate::numerics::{legendre, student};
 use nalgebra::{DMatrix, DVector};
-
-/// Where the scatter of coefficients comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Errors {
-    /// Means for Student tests; for the final model the larger of both, readings for one state whose curve fits.
-    Auto,
-    /// Residual of the poses' means.
-    Means,
-    /// Residual of the single readings.
-    Readings,
-}
 
 /// Choices of the user.
 #[derive(Debug, Clone)]
@@ -54,108 +45,6 @@ impl Default for Options {
     fn default() -> Self {
         Self { alpha: 0.05, lowest: 1, highest: None, degree: None, errors: Errors::Auto }
     }
-}
-
-/// Means of poses: one row each.
-#[derive(Debug, Clone, Default)]
-pub struct Data {
-    /// Place on the range, -1..1.
-    pub u: Vec<f64>,
-    pub state: Vec<usize>,
-    /// Mean backlash of the pairs, m.
-    pub y: Vec<f64>,
-    /// Pairs.
-    pub r: Vec<f64>,
-    /// Sum of squares within the poses, m^2.
-    pub pure: f64,
-}
-
-impl Data {
-    fn of(poses: &[Pose], range: [f64; 2], states: &[usize]) -> Self {
-        let mut data = Self::default();
-        for p in poses.iter().filter(|p| states.contains(&p.state)) {
-            let Some((mean, squares)) = p.pair_mean() else { continue };
-            data.u.push(legendre::mapped(p.position_m, range));
-            data.state.push(p.state);
-            data.y.push(mean);
-            data.r.push(p.pairs_m.len() as f64);
-            data.pure += squares;
-        }
-        data
-    }
-
-    /// Readings less poses.
-    pub fn pure_dof(&self) -> f64 {
-        self.r.iter().sum::<f64>() - self.r.len() as f64
-    }
-}
-
-/// Columns: the curve's Legendre polynomials, then for each `(state, order)` those of its indicator.
-pub(super) fn design(data: &Data, degree: usize, states: &[(usize, usize)]) -> DMatrix<f64> {
-    let blocks = std::iter::once((None, degree)).chain(states.iter().map(|(s, order)| (Some(*s), *order)));
-    let columns: Vec<(Option<usize>, usize)> = blocks.flat_map(|(s, order)| (0..=order).map(move |k| (s, k))).collect();
-    DMatrix::from_fn(data.y.len(), columns.len(), |i, j| {
-        let (state, k) = columns[j];
-        if state.is_none_or(|s| data.state[i] == s) { legendre::value(k, data.u[i]) } else { 0.0 }
-    })
-}
-
-/// Variance of a reading's backlash and its degrees of freedom.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scatter {
-    pub from: Errors,
-    pub variance_m2: f64,
-    pub dof: f64,
-}
-
-impl Scatter {
-    fn one(from: Errors, fit: &Fit, data: &Data) -> Self {
-        let k = fit.coefficients.len() as f64;
-        let (sum, dof) = match from {
-            Errors::Means => (fit.residual, data.y.len() as f64 - k),
-            _ => (fit.residual + data.pure, data.r.iter().sum::<f64>() - k),
-        };
-        Self { from, variance_m2: if dof > 0.0 { sum / dof } else { f64::NAN }, dof }
-    }
-
-    /// Of a Student test: the means, as in the paper, where they leave a degree of freedom.
-    fn of_test(fit: &Fit, data: &Data, errors: Errors) -> Self {
-        let means = Self::one(Errors::Means, fit, data);
-        match errors {
-            Errors::Auto if means.dof < 1.0 => Self::one(Errors::Readings, fit, data),
-            Errors::Auto => means,
-            chosen => Self::one(chosen, fit, data),
-        }
-    }
-
-    /// Of the final model: one state whose curve fits rests on its readings; else the larger of both. Means that lie closer to
-    /// the curve than the repeats let them do so by chance.
-    fn of_model(fit: &Fit, data: &Data, errors: Errors, adequate: Option<bool>) -> Self {
-        let (means, readings) = (Self::one(Errors::Means, fit, data), Self::one(Errors::Readings, fit, data));
-        let several = data.state.iter().any(|s| *s != data.state[0]);
-        match errors {
-            Errors::Auto if (several || adequate == Some(false)) && means.variance_m2 > readings.variance_m2 => means,
-            Errors::Auto if readings.dof > 0.0 => readings,
-            Errors::Auto => means,
-            chosen => Self::one(chosen, fit, data),
-        }
-    }
-}
-
-/// Student test of one term of a state.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StateTest {
-    pub state: usize,
-    /// 0: offset, 1: slope, ...
-    pub order: usize,
-    /// In m over m to the power of the order.
-    pub coefficient: f64,
-    pub ci95: [f64; 2],
-    pub t: f64,
-    pub dof: f64,
-    pub t_critical: f64,
-    pub p_value: f64,
-    pub significant: bool,
 }
 
 /// A polynomial of the final model: the reference's curve, or what a state adds to it.
@@ -251,126 +140,36 @@ pub fn fit(
     file: &str,
     notes: &mut Vec<String>,
 ) -> Result<std::result::Result<Model, NoModel>> {
-    let reference = order.first().copied().unwrap_or(0);
-    let name = |s: usize| states.text(s);
-    let used = poses.iter().filter(|p| !p.pairs_m.is_empty());
-    let range =
-        used.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], p| [lo.min(p.position_m), hi.max(p.position_m)]);
-    let base = Data::of(poses, range, &[reference]);
-    let n = base.y.len();
-    if n == 0 {
-        let found = match name(reference).as_str() {
-            "" => "no pose with a repeat in both directions".to_string(),
-            state => format!("no pose with a repeat in both directions in the reference state ({state})"),
-        };
-        let expected = "the same commanded position from both directions; another reference with --reference";
-        return Err(Error::bad(Place::file(file), found, expected));
-    }
-    if let Some(d) = options.degree
-        && d >= n
-    {
-        return Err(Error::bad(
-            Place::file("--degree"),
-            format!("degree {d} for {n} poses"),
-            format!("a degree of at most {}", n - 1),
-        ));
-    }
-    let highest = options.highest.unwrap_or(degree::HIGHEST);
-    let mut table = degree::table(&base, highest.max(options.degree.unwrap_or(0)), options.alpha);
-    let varies_p_value = table.first().map(|t| t.p_value);
-    // a line of few poses: the first degree that can be tested
-    let lowest = options.lowest.min(table.last().map_or(0, |t| t.degree));
-    let chosen = degree::choose(&table, lowest, options.alpha).cloned();
-    let untested = base.pure_dof() <= 0.0;
-    let degree = match (options.degree, &chosen) {
-        (Some(d), _) => d,
-        (None, Some(t)) => t.degree,
-        (None, None) if untested && n > 1 => return Ok(Err(NoModel::NoPureError)),
-        (None, None) => 0,
+    let reference = Reference::new(poses, order, states, file)?;
+    let (base, range) = (&reference.base, reference.range);
+    let curve = match Curve::choose(base, options)? {
+        Ok(curve) => curve,
+        Err(none) => return Ok(Err(none)),
     };
-    let adequate = table.iter().find(|t| t.degree == degree).map(|t| t.adequate);
-    if adequate == Some(false) && options.degree.is_none() {
-        let tried = table.last().map_or(0, |t| t.degree);
-        notes.push(format!(
-            "no degree up to {tried} explains the backlash at {n} poses: degree {degree} is kept, and its lack of fit is significant"
-        ));
-    }
-    if base.pure_dof() > 0.0 && base.pure == 0.0 {
-        notes.push("the repeats agree to the last digit: there is no pure error to compare with".into());
-    }
-    table.retain(|t| t.degree >= lowest);
-
-    let (mut tests, mut kept) = (Vec::new(), Vec::new());
-    let mut present = vec![reference];
-    for &state in &order[1..] {
-        let data = Data::of(poses, range, &[reference, state]);
-        if data.y.len() == n {
-            notes.push(format!("{}: no pose with a repeat in both directions; left out of the model", name(state)));
-            continue;
-        }
-        present.push(state);
-        let term = |k: usize| student_test(&data, degree, state, k, range, options);
-        for k in 0..=degree {
-            let Some(test) = term(k) else {
-                if k == 0 {
-                    notes.push(format!(
-                        "{}: too few poses for a Student test of its offset (no degree of freedom is left)",
-                        name(state)
-                    ));
-                }
-                break;
-            };
-            let significant = test.significant;
-            if significant {
-                kept.retain(|(s, _)| *s != state);
-                kept.push((state, k));
-            } else if k == 0
-                && degree > 0
-                && let Some(slope) = term(1).filter(|t| t.significant)
-            {
-                notes.push(format!(
-                    "{}: no offset, but its slope would be significant (t = {:.2}): it turns the curve about the middle of the line",
-                    name(state),
-                    slope.t
-                ));
-            }
-            tests.push(test);
-            if !significant {
-                break;
-            }
-        }
-    }
-    let data = Data::of(poses, range, &present);
-    let Some(fit) = linear::weighted(&design(&data, degree, &kept), &data.y, &data.r) else {
+    curve.note(base, options, notes);
+    let degree = curve.degree;
+    let terms = Terms::test(&reference, poses, order, states, degree, options, notes);
+    let data = Data::of(poses, range, &terms.present);
+    let Some(fit) = linear::weighted(&design(&data, degree, &terms.kept), &data.y, &data.r) else {
         return Err(Error::bad(
             Place::file(file),
             format!("poses that do not determine a curve of degree {degree}"),
             "more positions, or a lower --degree",
         ));
     };
-    let scatter = Scatter::of_model(&fit, &data, options.errors, adequate);
+    let scatter = Scatter::of_model(&fit, &data, options.errors, curve.adequate);
     let covariance = &fit.inverse * scatter.variance_m2;
-    let blocks = blocks(&fit, &covariance, degree, &kept, range, scatter.dof);
-    let dof = [data.y.len() as f64 - fit.coefficients.len() as f64, data.pure_dof()];
-    let all_states =
-        (present.len() > 1).then(|| LackOfFit::new(degree, fit.residual, data.pure, dof, options.alpha)).flatten();
-    if let Some(test) = &all_states
-        && !test.adequate
-    {
-        notes.push(format!(
-            "over all states the model leaves more than the repeats explain (F = {:.2}, p = {:.2e}): the curve, or what a state adds to it, is not of this form; a higher --degree may be",
-            test.f, test.p_value
-        ));
-    }
+    let blocks = blocks(&fit, &covariance, degree, &terms.kept, range, scatter.dof);
+    let all_states = (terms.present.len() > 1).then(|| over_all_states(&fit, &data, degree, options, notes)).flatten();
     Ok(Ok(Model {
-        reference,
+        reference: reference.state,
         range_m: range,
         degree,
         given: options.degree.is_some(),
-        adequate,
-        lack_of_fit: table,
-        varies_p_value,
-        tests,
+        adequate: curve.adequate,
+        lack_of_fit: curve.table,
+        varies_p_value: curve.varies_p_value,
+        tests: terms.tests,
         blocks,
         scatter,
         all_states,
@@ -378,41 +177,75 @@ pub fn fit(
     }))
 }
 
-/// Student test of the term of `order` of a state, in a fit of the reference and that state.
-fn student_test(
+/// The degree of the reference's curve and the tests that chose it.
+struct Curve {
+    degree: usize,
+    adequate: Option<bool>,
+    table: Vec<LackOfFit>,
+    varies_p_value: Option<f64>,
+    /// Highest degree that was tried.
+    tried: usize,
+}
+
+impl Curve {
+    fn choose(base: &Data, options: &Options) -> Result<std::result::Result<Self, NoModel>> {
+        let n = base.y.len();
+        if let Some(d) = options.degree
+            && d >= n
+        {
+            return Err(Error::bad(
+                Place::file("--degree"),
+                format!("degree {d} for {n} poses"),
+                format!("a degree of at most {}", n - 1),
+            ));
+        }
+        let highest = options.highest.unwrap_or(degree::HIGHEST);
+        let mut table = degree::table(base, highest.max(options.degree.unwrap_or(0)), options.alpha);
+        let varies_p_value = table.first().map(|t| t.p_value);
+        let tried = table.last().map_or(0, |t| t.degree);
+        // a line of few poses: the first degree that can be tested
+        let lowest = options.lowest.min(tried);
+        let chosen = degree::choose(&table, lowest, options.alpha).map(|t| t.degree);
+        let degree = match options.degree.or(chosen) {
+            Some(degree) => degree,
+            None if base.pure_dof() <= 0.0 && n > 1 => return Ok(Err(NoModel::NoPureError)),
+            None => 0,
+        };
+        let adequate = table.iter().find(|t| t.degree == degree).map(|t| t.adequate);
+        table.retain(|t| t.degree >= lowest);
+        Ok(Ok(Self { degree, adequate, table, varies_p_value, tried }))
+    }
+
+    fn note(&self, base: &Data, options: &Options, notes: &mut Vec<String>) {
+        if self.adequate == Some(false) && options.degree.is_none() {
+            let (tried, n, degree) = (self.tried, base.y.len(), self.degree);
+            notes.push(format!(
+                "no degree up to {tried} explains the backlash at {n} poses: degree {degree} is kept, and its lack of fit is significant"
+            ));
+        }
+        if base.pure_dof() > 0.0 && base.pure == 0.0 {
+            notes.push("the repeats agree to the last digit: there is no pure error to compare with".into());
+        }
+    }
+}
+
+/// Lack of fit of the final model over all states.
+fn over_all_states(
+    fit: &Fit,
     data: &Data,
     degree: usize,
-    state: usize,
-    order: usize,
-    range: [f64; 2],
     options: &Options,
-) -> Option<StateTest> {
-    let fit = linear::weighted(&design(data, degree, &[(state, order)]), &data.y, &data.r)?;
-    let scatter = Scatter::of_test(&fit, data, options.errors);
-    if scatter.dof <= 0.0 {
-        return None;
+    notes: &mut Vec<String>,
+) -> Option<LackOfFit> {
+    let dof = [data.y.len() as f64 - fit.coefficients.len() as f64, data.pure_dof()];
+    let test = LackOfFit::new(degree, fit.residual, data.pure, dof, options.alpha)?;
+    if !test.adequate {
+        notes.push(format!(
+            "over all states the model leaves more than the repeats explain (F = {:.2}, p = {:.2e}): the curve, or what a state adds to it, is not of this form; a higher --degree may be",
+            test.f, test.p_value
+        ));
     }
-    let last = fit.coefficients.len() - 1;
-    // of the highest power only the highest polynomial has a part
-    let mut top = vec![0.0; order + 1];
-    top[order] = 1.0;
-    let factor = legendre::in_powers(&top, range)[order];
-    let coefficient = fit.coefficients[last] * factor;
-    let se = (scatter.variance_m2 * fit.inverse[(last, last)]).sqrt() * factor;
-    let t = coefficient / se;
-    let p_value = student::two_sided_p(t, scatter.dof);
-    let half = student::factor(0.95, scatter.dof) * se;
-    Some(StateTest {
-        state,
-        order,
-        coefficient,
-        ci95: [coefficient - half, coefficient + half],
-        t,
-        dof: scatter.dof,
-        t_critical: student::factor(1.0 - options.alpha, scatter.dof),
-        p_value,
-        significant: p_value < options.alpha,
-    })
+    Some(test)
 }
 
 fn blocks(

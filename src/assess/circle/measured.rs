@@ -72,6 +72,60 @@ pub struct Trace {
 impl Measured {
     /// Errors of the rows of `log` that lie in the assessed revolution.
     pub fn new(robot: &Robot, nominal: &Nominal, log: &Log) -> Result<Self> {
+        let registered = Registered::new(robot, nominal, log)?;
+        let (rows, points) = registered.assessed(nominal, log)?;
+        let place = || Place::file(&log.name);
+        let circle = CircleFit::new(&points, &nominal.circle.normal)
+            .ok_or_else(|| Error::bad(place(), "measured positions without a circle", "positions along a circle"))?;
+        let mut notes = Vec::new();
+        let averaged_rows = if log.poses {
+            notes.push(format!("no `t_s`: errors of single rows, not averaged over {SMOOTHING_S} s"));
+            1
+        } else {
+            (SMOOTHING_S / median_step(&registered.t_s)).round().max(1.0) as usize
+        };
+        let phase_deg: Vec<f64> = rows.iter().map(|&i| registered.phases_deg[i]).collect();
+        let errors = Errors::new(nominal, &circle, &points, phase_deg, averaged_rows);
+        let covered_deg = errors.phase_deg.iter().fold([f64::MAX, f64::MIN], |[l, h], &p| [l.min(p), h.max(p)]);
+        let (asked, has) = (nominal.to_deg - nominal.from_deg, covered_deg[1] - covered_deg[0]);
+        if has < 0.98 * asked {
+            notes.push(format!("covers {has:.1} of {asked:.1} deg of the revolution"));
+        }
+        Ok(Self {
+            name: log.name.clone(),
+            sha256: log.sha256.clone(),
+            rows: points.len(),
+            averaged_rows,
+            covered_deg,
+            registration_rms_m: registered.rms_m,
+            total_max_m: largest(&errors.total),
+            total_rms_m: rms(&errors.total),
+            in_plane_max_m: largest(&errors.in_plane),
+            in_plane_rms_m: rms(&errors.in_plane),
+            out_of_plane_max_m: largest(&errors.out_of_plane),
+            out_of_plane_rms_m: rms(&errors.out_of_plane),
+            beyond_nominal_max_m: largest(&errors.beyond),
+            beyond_nominal_rms_m: rms(&errors.beyond),
+            reversals: nominal.reversals.iter().map(|r| errors.at(r)).collect(),
+            trace: errors.trace(&circle, &points),
+            circle,
+            notes,
+            totals_m: errors.total,
+        })
+    }
+}
+
+/// The measured rows of a log in the base frame, by a rigid fit to the commanded path.
+struct Registered {
+    t_s: Vec<f64>,
+    base_m: Vec<Vector3<f64>>,
+    /// Phase of the commanded position of each row.
+    phases_deg: Vec<f64>,
+    rms_m: f64,
+}
+
+impl Registered {
+    fn new(robot: &Robot, nominal: &Nominal, log: &Log) -> Result<Self> {
         let place = || Place::file(&log.name);
         if log.tcp_m.is_empty() {
             return Err(Error::bad(place(), "no columns `x_mm,y_mm,z_mm`", "a log with measured TCP positions"));
@@ -87,50 +141,61 @@ impl Measured {
             }
         }
         let frame = rigid::fit(&seen, &want).ok_or_else(|| {
-            Error::bad(
-                place(),
-                format!("{} measured positions on a line, or too few", seen.len()),
-                "positions along a circle",
-            )
+            let found = format!("{} measured positions on a line, or too few", seen.len());
+            Error::bad(place(), found, "positions along a circle")
         })?;
-        let base: Vec<Vector3<f64>> = seen.iter().map(|p| frame.rotation * p + frame.translation.vector).collect();
-        let registration_rms_m =
-            (base.iter().zip(&want).map(|(a, b)| (a - b).norm_squared()).sum::<f64>() / (3 * base.len()) as f64).sqrt();
-        if registration_rms_m > TOO_FAR * nominal.circle.radius_m {
+        let base_m: Vec<Vector3<f64>> = seen.iter().map(|p| frame.rotation * p + frame.translation.vector).collect();
+        let squares: f64 = base_m.iter().zip(&want).map(|(a, b)| (a - b).norm_squared()).sum();
+        let rms_m = (squares / (3 * base_m.len()) as f64).sqrt();
+        if rms_m > TOO_FAR * nominal.circle.radius_m {
+            let rms_mm = rms_m * 1e3;
             return Err(Error::bad(
                 place(),
-                format!(
-                    "measured positions {:.3} mm rms away from the commanded ones after the best rigid fit",
-                    registration_rms_m * 1e3
-                ),
+                format!("measured positions {rms_mm:.3} mm rms away from the commanded ones after the best rigid fit"),
                 "commands in deg and mm, positions in mm, of this robot",
             ));
         }
-        let phases = nominal.phases_deg(&want);
-        let inside: Vec<usize> =
-            (0..phases.len()).filter(|&i| phases[i] >= nominal.from_deg && phases[i] < nominal.to_deg).collect();
-        if inside.len() < LEAST_ROWS {
+        Ok(Self { t_s, base_m, phases_deg: nominal.phases_deg(&want), rms_m })
+    }
+
+    /// The rows of the revolution that is assessed, and their positions.
+    fn assessed(&self, nominal: &Nominal, log: &Log) -> Result<(Vec<usize>, Vec<Vector3<f64>>)> {
+        let (from_deg, to_deg) = (nominal.from_deg, nominal.to_deg);
+        let phases = &self.phases_deg;
+        let rows: Vec<usize> = (0..phases.len()).filter(|&i| phases[i] >= from_deg && phases[i] < to_deg).collect();
+        if rows.len() < LEAST_ROWS {
             let (lo, hi) = phases.iter().fold((f64::MAX, f64::MIN), |(l, h), &p| (l.min(p), h.max(p)));
             return Err(Error::bad(
-                place(),
-                format!("{} measured rows in the last revolution (log: {lo:.1} to {hi:.1} deg)", inside.len()),
-                format!(
-                    "a log that runs the program to its end ({:.1} to {:.1} deg)",
-                    nominal.from_deg, nominal.to_deg
-                ),
+                Place::file(&log.name),
+                format!("{} measured rows in the last revolution (log: {lo:.1} to {hi:.1} deg)", rows.len()),
+                format!("a log that runs the program to its end ({from_deg:.1} to {to_deg:.1} deg)"),
             ));
         }
-        let points: Vec<Vector3<f64>> = inside.iter().map(|&i| base[i]).collect();
-        let phase_deg: Vec<f64> = inside.iter().map(|&i| phases[i]).collect();
-        let circle = CircleFit::new(&points, &nominal.circle.normal)
-            .ok_or_else(|| Error::bad(place(), "measured positions without a circle", "positions along a circle"))?;
-        let mut notes = Vec::new();
-        let averaged_rows = if log.poses {
-            notes.push(format!("no `t_s`: errors of single rows, not averaged over {SMOOTHING_S} s"));
-            1
-        } else {
-            (SMOOTHING_S / median_step(&t_s)).round().max(1.0) as usize
-        };
+        let points = rows.iter().map(|&i| self.base_m[i]).collect();
+        Ok((rows, points))
+    }
+}
+
+/// Errors along the assessed revolution about the best-fit circle, averaged, m; row by row.
+struct Errors {
+    phase_deg: Vec<f64>,
+    in_plane: Vec<f64>,
+    out_of_plane: Vec<f64>,
+    total: Vec<f64>,
+    /// Beyond what the chords of the nominal program explain.
+    beyond_in: Vec<f64>,
+    beyond_out: Vec<f64>,
+    beyond: Vec<f64>,
+}
+
+impl Errors {
+    fn new(
+        nominal: &Nominal,
+        circle: &CircleFit,
+        points: &[Vector3<f64>],
+        phase_deg: Vec<f64>,
+        averaged_rows: usize,
+    ) -> Self {
         let errors: Vec<[f64; 2]> = points.iter().map(|p| circle.error_m(p)).collect();
         let [in_plane, out_of_plane] =
             [0, 1].map(|k| moving_mean(&errors.iter().map(|e| e[k]).collect::<Vec<_>>(), averaged_rows));
@@ -140,54 +205,33 @@ impl Measured {
         let length = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a.hypot(*b)).collect::<Vec<f64>>();
         let total = length(&in_plane, &out_of_plane);
         let beyond = length(&beyond_in, &beyond_out);
-        let reversals = nominal
-            .reversals
-            .iter()
-            .map(|r| ReversalError {
-                total_m: within(r, &phase_deg, &total),
-                in_plane_m: within(r, &phase_deg, &in_plane),
-                out_of_plane_m: within(r, &phase_deg, &out_of_plane),
-                beyond_nominal_m: within(r, &phase_deg, &beyond),
-            })
-            .collect();
-        let step = points.len().div_ceil(DRAWN);
+        Self { phase_deg, in_plane, out_of_plane, total, beyond_in, beyond_out, beyond }
+    }
+
+    /// The largest errors about a reversal.
+    fn at(&self, r: &NominalReversal) -> ReversalError {
+        ReversalError {
+            total_m: within(r, &self.phase_deg, &self.total),
+            in_plane_m: within(r, &self.phase_deg, &self.in_plane),
+            out_of_plane_m: within(r, &self.phase_deg, &self.out_of_plane),
+            beyond_nominal_m: within(r, &self.phase_deg, &self.beyond),
+        }
+    }
+
+    /// Every so many rows, for drawing.
+    fn trace(&self, circle: &CircleFit, points: &[Vector3<f64>]) -> Trace {
         let mut trace = Trace::default();
-        for i in (0..points.len()).step_by(step) {
+        for i in (0..points.len()).step_by(points.len().div_ceil(DRAWN)) {
             let outward = circle.outward(&points[i]);
-            trace.phase_deg.push(phase_deg[i]);
-            trace.in_plane_m.push(in_plane[i]);
-            trace.out_of_plane_m.push(out_of_plane[i]);
-            trace.beyond_in_plane_m.push(beyond_in[i]);
-            trace.beyond_out_of_plane_m.push(beyond_out[i]);
+            trace.phase_deg.push(self.phase_deg[i]);
+            trace.in_plane_m.push(self.in_plane[i]);
+            trace.out_of_plane_m.push(self.out_of_plane[i]);
+            trace.beyond_in_plane_m.push(self.beyond_in[i]);
+            trace.beyond_out_of_plane_m.push(self.beyond_out[i]);
             trace.ideal_m.push(circle.centre_m + outward * circle.radius_m);
-            trace.error_m.push(outward * in_plane[i] + circle.normal * out_of_plane[i]);
+            trace.error_m.push(outward * self.in_plane[i] + circle.normal * self.out_of_plane[i]);
         }
-        let covered_deg = phase_deg.iter().fold([f64::MAX, f64::MIN], |[l, h], &p| [l.min(p), h.max(p)]);
-        let (asked, has) = (nominal.to_deg - nominal.from_deg, covered_deg[1] - covered_deg[0]);
-        if has < 0.98 * asked {
-            notes.push(format!("covers {has:.1} of {asked:.1} deg of the revolution"));
-        }
-        Ok(Self {
-            name: log.name.clone(),
-            sha256: log.sha256.clone(),
-            rows: points.len(),
-            averaged_rows,
-            covered_deg,
-            circle,
-            registration_rms_m,
-            total_max_m: largest(&total),
-            total_rms_m: rms(&total),
-            in_plane_max_m: largest(&in_plane),
-            in_plane_rms_m: rms(&in_plane),
-            out_of_plane_max_m: largest(&out_of_plane),
-            out_of_plane_rms_m: rms(&out_of_plane),
-            beyond_nominal_max_m: largest(&beyond),
-            beyond_nominal_rms_m: rms(&beyond),
-            reversals,
-            trace,
-            notes,
-            totals_m: total,
-        })
+        trace
     }
 }
 
