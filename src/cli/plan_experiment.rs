@@ -105,28 +105,7 @@ pub fn run(args: Args) -> Result<()> {
         Some(Recording::Excitation(a)) => return plan_recording::run(a, Kind::Excitation),
         None => {}
     }
-    let Some(model_file) = args.model.as_deref() else {
-        return Err(Error::bad(
-            Place::file("--model"),
-            "no model",
-            "--model MODEL.yaml, or static, path or excitation",
-        ));
-    };
-    let inputs = [("--model", Some(model_file)), ("--diagnosis", args.diagnosis.as_deref())];
-    let outputs = [("--output", args.output.as_deref()), ("--report", args.report.as_deref())];
-    paths::refuse_shared(&inputs, &outputs)?;
-    if args.json && args.output.as_deref() == Some(Path::new("-")) {
-        return Err(Error::bad(
-            Place::file("--output"),
-            "`-` with --json",
-            "a file: standard output holds the document",
-        ));
-    }
-    if args.duration_s * args.rate_hz.max(25.0) > MOST_ROWS {
-        let found = format!("{} s at {} Hz", args.duration_s, args.rate_hz);
-        return Err(Error::bad(Place::file("--duration-s"), found, format!("at most {MOST_ROWS:.0} rows")));
-    }
-    let model = Model::load(model_file)?;
+    let model = Model::load(checked_model_file(&args)?)?;
     let robot = &model.robot;
     let options = RoomOptions {
         pose: args.pose.as_deref().map(|p| pose(p, &model.robot)).transpose()?,
@@ -138,62 +117,29 @@ pub fn run(args: Args) -> Result<()> {
     };
     let mut room = Room::new(robot, &options);
     let window = room.window.clone();
-    let mut scale = Scale {
-        robot,
-        window: &window,
-        speed_m_s: room.speed_m_s,
-        duration_s: room.duration_s,
-        lost: vec![None; robot.dof()],
-    };
-    let mut noise = Noise::white(10e-6);
-    let (question, sets): (&str, Vec<Set>) = match (&args.diagnosis, &args.between) {
-        (Some(path), _) => {
-            let (text, input) = input::read_text(path)?;
-            let sets = question::of_diagnosis(&input.name, &text, &mut scale)?;
-            noise = noise_of(&text).unwrap_or(noise);
-            ("diagnosis", sets)
-        }
-        (None, Some(text)) => ("between", vec![question::between(text, &scale)?]),
-        (None, None) => ("catalogue", Vec::new()),
-    };
-    if let Some(um) = args.noise_um {
-        noise = Noise::white(um * 1e-6);
-    }
-    widen(&mut room, &sets);
+    let (speed_m_s, duration_s) = (room.speed_m_s, room.duration_s);
+    let mut scale = Scale { robot, window: &window, speed_m_s, duration_s, lost: vec![None; robot.dof()] };
+    let asked = Question::of(&args, &mut scale)?;
+    widen(&mut room, asked.sets());
     let mut out = output::create(args.output.as_deref())?;
     let mut report = output::create(args.report.as_deref())?;
+    let noise = args.noise_um.map(|um| Noise::white(um * 1e-6)).unwrap_or(asked.noise());
     let bench = Bench { model: &model, room: &room, noise, payload_kg: args.payload_kg, channels: Channels::default() };
-    let payload = !robot.links.is_empty();
-    let (plan, motion) = match question {
-        "catalogue" => {
-            let answer = plan::observe(&bench, motions::library(&room, &[], payload), &scale);
-            let (plan, motion) = document::of_catalogue(&answer, &bench);
-            (plan, motion.cloned())
-        }
-        _ if sets.is_empty() => (document::of_nothing(&bench), None),
-        _ => {
-            let library = motions::library(&room, &plan::axes_of(&sets, robot.dof()), payload);
-            let answer = plan::separate(&bench, library, &sets);
-            let (plan, motion) = document::of_separation(question, &answer, &sets, &bench);
-            (plan, motion.cloned())
-        }
-    };
+    let (plan, motion) = asked.answer(&bench, &scale);
     page::write(&mut report, || page::plan::of_plan(robot, &plan, motion.as_ref(), &room))?;
     match (&mut out, motion.map(|m| document::program(&m, &room))) {
         (Some(out), Some(bytes)) => out.put(&bytes)?,
         (Some(_), None) => {
-            eprintln!(
-                "note: no program is written to {}",
-                crate::error::shown(args.output.as_deref().unwrap_or(Path::new("-")))
-            );
+            let file = crate::error::shown(args.output.as_deref().unwrap_or(Path::new("-")));
+            eprintln!("note: no program is written to {file}");
             out = None;
         }
         _ => {}
     }
-    let mut text = display::story(&plan);
-    if args.json {
-        text = serde_json::to_string_pretty(&plan).unwrap_or_default() + "\n";
-    }
+    let text = match args.json {
+        true => serde_json::to_string_pretty(&plan).unwrap_or_default() + "\n",
+        false => display::story(&plan),
+    };
     if args.output.as_deref() == Some(Path::new("-")) {
         // the program goes to standard output: the words beside it
         eprint!("{text}");
@@ -202,6 +148,87 @@ pub fn run(args: Args) -> Result<()> {
     let mut stdout = Output::create(Path::new("-"))?;
     stdout.write_all(text.as_bytes()).map_err(|e| Error::io("standard output", "write", e))?;
     output::commit([out, report, Some(stdout)])
+}
+
+/// The model file, where the options agree with each other.
+fn checked_model_file(args: &Args) -> Result<&Path> {
+    let Some(model_file) = args.model.as_deref() else {
+        let expected = "--model MODEL.yaml, or static, path or excitation";
+        return Err(Error::bad(Place::file("--model"), "no model", expected));
+    };
+    let inputs = [("--model", Some(model_file)), ("--diagnosis", args.diagnosis.as_deref())];
+    let outputs = [("--output", args.output.as_deref()), ("--report", args.report.as_deref())];
+    paths::refuse_shared(&inputs, &outputs)?;
+    if args.json && args.output.as_deref() == Some(Path::new("-")) {
+        let expected = "a file: standard output holds the document";
+        return Err(Error::bad(Place::file("--output"), "`-` with --json", expected));
+    }
+    if args.duration_s * args.rate_hz.max(25.0) > MOST_ROWS {
+        let found = format!("{} s at {} Hz", args.duration_s, args.rate_hz);
+        return Err(Error::bad(Place::file("--duration-s"), found, format!("at most {MOST_ROWS:.0} rows")));
+    }
+    Ok(model_file)
+}
+
+/// What the motion is to decide.
+enum Question {
+    /// The sets that a diagnosis left open, under the noise that it found.
+    Diagnosis(Vec<Set>, Option<Noise>),
+    /// Hypotheses that the user names.
+    Between(Vec<Set>),
+    /// Every effect of the catalogue.
+    Catalogue,
+}
+
+impl Question {
+    fn of(args: &Args, scale: &mut Scale) -> Result<Self> {
+        match (&args.diagnosis, &args.between) {
+            (Some(path), _) => {
+                let (text, input) = input::read_text(path)?;
+                let sets = question::of_diagnosis(&input.name, &text, scale)?;
+                Ok(Self::Diagnosis(sets, noise_of(&text)))
+            }
+            (None, Some(text)) => Ok(Self::Between(vec![question::between(text, scale)?])),
+            (None, None) => Ok(Self::Catalogue),
+        }
+    }
+
+    fn sets(&self) -> &[Set] {
+        match self {
+            Self::Diagnosis(sets, _) | Self::Between(sets) => sets,
+            Self::Catalogue => &[],
+        }
+    }
+
+    /// Noise of a coordinate where the user gives none.
+    fn noise(&self) -> Noise {
+        match self {
+            Self::Diagnosis(_, Some(noise)) => *noise,
+            _ => Noise::white(10e-6),
+        }
+    }
+
+    /// The plan, and its motion where there is one.
+    fn answer(&self, bench: &Bench, scale: &Scale) -> (document::Plan, Option<motions::Motion>) {
+        let (room, dof) = (bench.room, bench.model.robot.dof());
+        let payload = !bench.model.robot.links.is_empty();
+        let (name, sets) = match self {
+            Self::Catalogue => {
+                let answer = plan::observe(bench, motions::library(room, &[], payload), scale);
+                let (plan, motion) = document::of_catalogue(&answer, bench);
+                return (plan, motion.cloned());
+            }
+            Self::Diagnosis(sets, _) => ("diagnosis", sets),
+            Self::Between(sets) => ("between", sets),
+        };
+        if sets.is_empty() {
+            return (document::of_nothing(bench), None);
+        }
+        let library = motions::library(room, &plan::axes_of(sets, dof), payload);
+        let answer = plan::separate(bench, library, sets);
+        let (plan, motion) = document::of_separation(name, &answer, sets, bench);
+        (plan, motion.cloned())
+    }
 }
 
 /// Transitions as long as the rivals'.

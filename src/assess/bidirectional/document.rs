@@ -1,9 +1,9 @@
 //! The document `lostmotion/bidirectional/1` (contract, section 8): millimetres, micrometres; coefficients in micrometres over
 //! millimetres to the power.
 
+use super::data::Errors;
 use super::degree::LackOfFit;
 use super::equation::{self, um_per_mm, unit};
-use super::data::Errors;
 use super::terms::StateTest;
 use super::{Assessment, Model, Pose};
 use crate::gaps::file::number;

@@ -110,6 +110,59 @@ pub(super) fn of<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
     let mut options = Options::new(robot.dof());
     options.statics = source.statics.clone();
     let mut said = Vec::new();
+    law(args, &mut options, &mut said)?;
+    step(args, &mut options, &mut said)?;
+    let lengths = Lengths::of(args)?;
+    options.ramp = lengths.ramp.per_axis(robot).into_iter().map(|v| v.unwrap_or(0.0)).collect();
+    lengths.note(args, &mut said);
+    if let Some(side) = &source.initial_gap_side {
+        options.initial_direction = side.clone();
+    }
+    if let Some(text) = &args.initial_direction {
+        directions(text, robot, &mut options.initial_direction)?;
+        said.push(format!("initial_direction {text}"));
+    }
+    let speed = number("speed-mm-s", args.speed_mm_s, |v| v > 0.0, "a speed above 0")?;
+    options.tcp_speed_m_s = speed.map(|v| v * 1e-3).or(source.compensator.evidence.tcp_speed_m_s);
+    if let Some(c) = number("chord-um", args.chord_um, |v| v > 0.0, "a distance above 0")? {
+        if options.refine != Refine::Cartesian {
+            return Err(usage(&format!("--chord-um {c} without --refine cartesian"), "both, or neither"));
+        }
+        options.chord_m = c * 1e-6;
+    }
+    // limits and pulses are not in the fingerprint, but in the result
+    said.push(format!("robot_file {}", input::sha256(robot.to_yaml()?.as_bytes())));
+    let choices = choices(args, robot, speed, &mut said)?;
+    Ok(Job {
+        format: args.format.as_deref().map(format_named).transpose()?,
+        choices,
+        files: Files::Disk,
+        durability: if args.output_dir.is_some() { Durability::RenameOnly } else { Durability::Synced },
+        notes: Notes::default(),
+        robot,
+        compensator: &source.compensator,
+        source: source.named.clone(),
+        options,
+        deadband: lengths.deadband.per_axis(robot),
+        decimals: args.decimals,
+        said,
+        force: args.force,
+        hash: args.json || args.summary.is_some() || args.output_dir.is_some(),
+        all_changes: args.json,
+        threads: !(args.input != Path::new("-") && args.input.is_dir()),
+    })
+}
+
+/// The value of an option, checked.
+fn number(flag: &str, value: Option<f64>, ok: impl Fn(f64) -> bool, expected: &str) -> Result<Option<f64>> {
+    match value {
+        Some(v) if !(v.is_finite() && ok(v)) => Err(usage(&format!("--{flag} {v}"), expected)),
+        v => Ok(v),
+    }
+}
+
+/// `--law` and `--refine`.
+fn law(args: &Args, options: &mut Options, said: &mut Vec<String>) -> Result<()> {
     options.law = args.law.into();
     if options.law != Law::Equation16 {
         if args.refine.is_some() {
@@ -121,67 +174,78 @@ pub(super) fn of<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
         options.refine = r.into();
         said.push(format!("refine {}", format!("{r:?}").to_lowercase()));
     }
-    let number = |flag: &str, value: Option<f64>, ok: &dyn Fn(f64) -> bool, expected: &str| match value {
-        Some(v) if !(v.is_finite() && ok(v)) => Err(usage(&format!("--{flag} {v}"), expected)),
-        v => Ok(v),
-    };
-    if let Some(f) =
-        number("step-fraction", args.step_fraction, &|v| v > 0.0 && v <= 1.0, "a share above 0, at most 1")?
-    {
+    Ok(())
+}
+
+/// `--step-fraction` and `--gain`.
+fn step(args: &Args, options: &mut Options, said: &mut Vec<String>) -> Result<()> {
+    let expected = "a share above 0, at most 1";
+    if let Some(f) = number("step-fraction", args.step_fraction, |v| v > 0.0 && v <= 1.0, expected)? {
         options.step_fraction = f;
         options.step_exact = true;
         said.push(format!("step_fraction {f}"));
     }
-    if number("gain", Some(args.gain), &|v| (0.0..=1.0).contains(&v), "a share from 0 to 1")? != Some(1.0) {
+    if number("gain", Some(args.gain), |v| (0.0..=1.0).contains(&v), "a share from 0 to 1")? != Some(1.0) {
         options.gain = args.gain;
         said.push(format!("gain {}", args.gain));
     }
-    let per_axis = |deg: Option<f64>, mm: Option<f64>| -> Vec<Option<f64>> {
-        let joints = robot.axis_joints().map(|j| j.kind);
-        joints
-            .map(|k| {
-                if k == JointKind::Revolute {
-                    deg.map(|v| v * k.si_per_user_unit())
-                } else {
-                    mm.map(|v| v * k.si_per_user_unit())
-                }
-            })
-            .collect()
-    };
-    let positive: (&dyn Fn(f64) -> bool, &str) = (&|v| v >= 0.0, "a number of 0 or more");
-    let ramp_deg = number("ramp-deg", args.ramp_deg, positive.0, positive.1)?;
-    let ramp_mm = number("ramp-mm", args.ramp_mm, positive.0, positive.1)?;
-    options.ramp = per_axis(ramp_deg, ramp_mm).into_iter().map(|v| v.unwrap_or(0.0)).collect();
-    let deadband_deg = number("deadband-deg", args.deadband_deg, positive.0, positive.1)?;
-    let deadband_mm = number("deadband-mm", args.deadband_mm, positive.0, positive.1)?;
-    for (what, v) in [
-        ("ramp_deg", ramp_deg),
-        ("ramp_mm", ramp_mm),
-        ("deadband_deg", deadband_deg),
-        ("deadband_mm", deadband_mm),
-        ("speed_mm_s", args.speed_mm_s),
-        ("chord_um", args.chord_um),
-        ("decimals", args.decimals.map(f64::from)),
-    ] {
-        said.extend(v.map(|v| format!("{what} {v}")));
+    Ok(())
+}
+
+/// A length for revolute joints and one for prismatic joints.
+struct Length {
+    deg: Option<f64>,
+    mm: Option<f64>,
+}
+
+impl Length {
+    fn of(name: &str, deg: Option<f64>, mm: Option<f64>) -> Result<Self> {
+        let checked = |unit: &str, v| number(&format!("{name}-{unit}"), v, |v| v >= 0.0, "a number of 0 or more");
+        Ok(Self { deg: checked("deg", deg)?, mm: checked("mm", mm)? })
     }
-    if let Some(side) = &source.initial_gap_side {
-        options.initial_direction = side.clone();
+
+    /// One per axis, rad or m.
+    fn per_axis(&self, robot: &Robot) -> Vec<Option<f64>> {
+        let of_kind = |kind: JointKind| match kind {
+            JointKind::Revolute => self.deg,
+            JointKind::Prismatic => self.mm,
+        };
+        robot.axis_joints().map(|j| of_kind(j.kind).map(|v| v * j.kind.si_per_user_unit())).collect()
     }
-    if let Some(text) = &args.initial_direction {
-        directions(text, robot, &mut options.initial_direction)?;
-        said.push(format!("initial_direction {text}"));
+}
+
+/// `--ramp-*` and `--deadband-*`.
+struct Lengths {
+    ramp: Length,
+    deadband: Length,
+}
+
+impl Lengths {
+    fn of(args: &Args) -> Result<Self> {
+        Ok(Self {
+            ramp: Length::of("ramp", args.ramp_deg, args.ramp_mm)?,
+            deadband: Length::of("deadband", args.deadband_deg, args.deadband_mm)?,
+        })
     }
-    let speed = number("speed-mm-s", args.speed_mm_s, &|v| v > 0.0, "a speed above 0")?;
-    options.tcp_speed_m_s = speed.map(|v| v * 1e-3).or(source.compensator.evidence.tcp_speed_m_s);
-    if let Some(c) = number("chord-um", args.chord_um, &|v| v > 0.0, "a distance above 0")? {
-        if options.refine != Refine::Cartesian {
-            return Err(usage(&format!("--chord-um {c} without --refine cartesian"), "both, or neither"));
+
+    /// As they stand in the note, with the other numbers of the command.
+    fn note(&self, args: &Args, said: &mut Vec<String>) {
+        for (what, v) in [
+            ("ramp_deg", self.ramp.deg),
+            ("ramp_mm", self.ramp.mm),
+            ("deadband_deg", self.deadband.deg),
+            ("deadband_mm", self.deadband.mm),
+            ("speed_mm_s", args.speed_mm_s),
+            ("chord_um", args.chord_um),
+            ("decimals", args.decimals.map(f64::from)),
+        ] {
+            said.extend(v.map(|v| format!("{what} {v}")));
         }
-        options.chord_m = c * 1e-6;
     }
-    // limits and pulses are not in the fingerprint, but in the result
-    said.push(format!("robot_file {}", input::sha256(robot.to_yaml()?.as_bytes())));
+}
+
+/// What concerns vendor programs.
+fn choices(args: &Args, robot: &Robot, speed_mm_s: Option<f64>, said: &mut Vec<String>) -> Result<Choices> {
     if args.insignificant {
         said.push("insignificant".into());
     }
@@ -191,8 +255,8 @@ pub(super) fn of<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
     if let Some(list) = &args.leave_out {
         said.push(format!("leave_out {list}"));
     }
-    let solve = number("solve-cartesian", args.solve_cartesian, &|v| v > 0.0, "a distance above 0")?;
-    said.extend(solve.map(|v| format!("solve_cartesian_um {v}")));
+    let solve_um = number("solve-cartesian", args.solve_cartesian, |v| v > 0.0, "a distance above 0")?;
+    said.extend(solve_um.map(|v| format!("solve_cartesian_um {v}")));
     for (what, asked) in [
         ("exclude_process", args.exclude_process),
         ("leave_cartesian", args.leave_cartesian),
@@ -201,33 +265,15 @@ pub(super) fn of<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
         said.extend(asked.then(|| what.to_string()));
     }
     said.extend(args.max_added.map(|n| format!("max_added {n}")));
-    let choices = Choices {
+    Ok(Choices {
         exclude_process: args.exclude_process,
-        solve_within_m: solve.map(|um| um * 1e-6),
-        speed_m_s: speed.map(|v| v * 1e-3),
+        solve_within_m: solve_um.map(|um| um * 1e-6),
+        speed_m_s: speed_mm_s.map(|v| v * 1e-3),
         require_coverage: args.require_coverage.as_deref().map(share).transpose()?,
-        frames: frames(args, robot, &mut said)?,
+        frames: frames(args, robot, said)?,
         leave_poses: args.leave_cartesian,
         max_added: args.max_added,
         leave_process: args.leave_process,
-    };
-    Ok(Job {
-        format: args.format.as_deref().map(format_named).transpose()?,
-        choices,
-        files: Files::Disk,
-        durability: if args.output_dir.is_some() { Durability::RenameOnly } else { Durability::Synced },
-        notes: Notes::default(),
-        robot,
-        compensator: &source.compensator,
-        source: source.named.clone(),
-        options,
-        deadband: per_axis(deadband_deg, deadband_mm),
-        decimals: args.decimals,
-        said,
-        force: args.force,
-        hash: args.json || args.summary.is_some() || args.output_dir.is_some(),
-        all_changes: args.json,
-        threads: !(args.input != Path::new("-") && args.input.is_dir()),
     })
 }
 

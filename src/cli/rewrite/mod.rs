@@ -12,9 +12,9 @@ use crate::io::output::{self, Output};
 use crate::program::files::Files;
 use crate::program::formats;
 use crate::rewrite::equation2::Law;
-use crate::rewrite::job::{Outcome, Target};
+use crate::rewrite::job::{Job, Outcome, Target};
 use crate::rewrite::stream::guard::note_path;
-use crate::rewrite::summary::{Line, Told, document, words};
+use crate::rewrite::summary::{Line, Verbosity, document, format_text};
 use crate::rewrite::{LimitKind, Refine};
 use crate::robot::JointKind;
 use crate::robot::frames::Missing;
@@ -278,29 +278,41 @@ pub fn run(args: Args) -> Result<()> {
     for line in &source.left {
         eprintln!("note: not compensated: {line}");
     }
-    if args.report.is_some() && args.input.is_dir() {
+    let folder = args.input != Path::new("-") && args.input.is_dir();
+    if args.report.is_some() && folder {
         return Err(usage("--report with a folder as IN", "a single program; a folder has --summary"));
     }
     if args.json && args.output.as_deref() == Some(Path::new("-")) {
         return Err(usage("--json with --output -", "one of them: both go to standard output"));
     }
-    if args.input != Path::new("-") && args.input.is_dir() {
+    if folder {
         return folder::run(&args, job);
     }
     if args.output_dir.is_some() {
         return Err(usage("--output-dir with a single program", "a folder as IN, or --output"));
     }
-    if let Some(output) = args.output.as_deref().filter(|o| !args.dry_run && args.check.is_none() && !is_stdio(o)) {
+    single(&args, &source, &job)
+}
+
+/// Where the result of a single program goes.
+fn target(args: &Args) -> Target<'_> {
+    match (&args.check, args.dry_run, &args.output) {
+        (Some(golden), ..) => Target::Check(golden),
+        (None, false, Some(path)) => Target::File(path),
+        _ => Target::DryRun,
+    }
+}
+
+/// A single program: prepare, summarise, prove, write everything together.
+fn single(args: &Args, source: &Source, job: &Job) -> Result<()> {
+    let target = target(args);
+    if let Target::File(output) = target
+        && !is_stdio(output)
+    {
         // what an interrupted run left, before anything is read
         let folders = [Some(output), Some(args.input.as_path()).filter(|i| !is_stdio(i))];
         folders.iter().flatten().filter_map(|f| f.parent()).try_for_each(|f| journal::finish(f, Towards::Before))?;
     }
-    let target = match (&args.check, args.dry_run, &args.output) {
-        (Some(golden), ..) => Target::Check(golden),
-        (None, false, Some(path)) => Target::File(path),
-        _ => Target::DryRun,
-    };
-    let dry = !matches!(target, Target::File(_));
     if args.list_frames {
         let ready = job.prepare(&args.input, Target::DryRun, &|_| {})?;
         return list_frames(ready.outcome.vendor.iter().map(|v| &v.missing));
@@ -311,18 +323,16 @@ pub fn run(args: Args) -> Result<()> {
     let result = job.prepare(&args.input, target, &|bytes| bar.set_position(bytes));
     bar.finish_and_clear();
     let mut ready = match result {
-        Ok(mut ready) => {
-            suggest_ramp(&args, &source, &mut ready.outcome);
-            ready
-        }
+        Ok(ready) => ready,
         Err(e) => {
             summarise(&mut summary, &[Line::failed(shown(&args.input), &e, None)])?;
             output::commit([summary])?;
             return Err(e);
         }
     };
+    suggest_ramp(args, source, &mut ready.outcome);
     summarise(&mut summary, &[Line::of(&ready.outcome)])?;
-    let proof = proof::of(&args, &source, &mut ready);
+    let proof = proof::of(args, source, &mut ready);
     page::write(&mut report, || {
         let verdict = proof.as_ref().and_then(Proof::verdict);
         page::rewrite::of_outcome(&source.robot, &source.compensator, &ready.outcome, verdict)
@@ -331,20 +341,7 @@ pub fn run(args: Args) -> Result<()> {
         args.json.then(|| printed(&account_with_proof(&ready.outcome, &source.robot, proof.as_ref()))).transpose()?;
     let outcome = ready.commit_with([summary, report, json].into_iter().flatten().collect())?;
     if !args.json {
-        eprint!(
-            "{}",
-            words(
-                &outcome,
-                &source.robot,
-                if args.dry_run {
-                    Told::Plan
-                } else if dry || outcome.refusal.is_some() {
-                    Told::Check
-                } else {
-                    Told::Done
-                }
-            )
-        );
+        eprint!("{}", format_text(&outcome, &source.robot, verbosity(args, &outcome)));
         if let Some(proof) = &proof {
             eprint!("{}", proof.words(args.model.is_some()));
         }
@@ -356,8 +353,18 @@ pub fn run(args: Args) -> Result<()> {
         );
     }
     let changed = !outcome.unchanged;
-    said(outcome)?;
-    exit_unchanged(&args, changed)
+    refusal(outcome)?;
+    exit_unchanged(args, changed)
+}
+
+/// What the account is about: what was done, or what would be.
+fn verbosity(args: &Args, outcome: &Outcome) -> Verbosity {
+    let writes = matches!(target(args), Target::File(_));
+    match args.dry_run {
+        true => Verbosity::Plan,
+        false if !writes || outcome.refusal.is_some() => Verbosity::Check,
+        false => Verbosity::Done,
+    }
 }
 
 /// The account of a rewrite with the verdict on what the program does on the machine, where there is one.
@@ -412,7 +419,7 @@ fn suggest_ramp(args: &Args, source: &Source, outcome: &mut Outcome) {
 }
 
 /// The refusal of an outcome as the command's error.
-fn said(outcome: Outcome) -> Result<()> {
+fn refusal(outcome: Outcome) -> Result<()> {
     outcome.refusal.map_or(Ok(()), |r| Err(Error::Refused(r)))
 }
 

@@ -76,42 +76,14 @@ pub(in crate::diagnose) struct Asked<'a> {
     pub(in crate::diagnose) promise: f64,
 }
 
+/// An effect, its target, and the instances with first values.
+type Trial = (&'static str, String, Vec<EffectInstance>);
+
 /// Runs the rounds from a hypothesis of known effects.
 pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     let known = start.effects.len();
-    let mut h = start;
-    let (rms_given, max_given);
-    let mut outliers;
-    {
-        let state = problem.evaluate(&h);
-        rms_given = rms(&problem, &state.residual);
-        max_given = largest(&problem, &state.residual);
-        outliers = prepare::drop_spikes(&mut problem, &state);
-    }
-    let white = |problem: &Problem, h: &Hypothesis| Whitening::white(problem, &problem.evaluate(h).residual);
-    let mut fit = fit::refit(&problem, &h, &[], &white(&problem, &h));
-    let poses = geometry::applies(&problem);
-    outliers += if poses {
-        let noise = |p: &Problem, f: &Fit| Whitening::of_residual(p, &f.state.residual, 0).0;
-        geometry::drop_gross(&mut problem, &fit.hypothesis, &noise)
-    } else {
-        prepare::poses_without_outliers(&mut problem, &fit.state)
-    };
-    h = fit.hypothesis.clone();
-    fit = fit::refit(&problem, &h, &[], &white(&problem, &h));
-    let candidates = candidates::all(&problem);
-    let mut bundles = structure::basis(&problem, &h, &fit.state, &candidates);
-    let (first, mut free) = first_noise(&problem, &fit, &white(&problem, &h), &bundles);
-    let mut whitening = first;
-    let single = prepare::drop_single(&mut problem, &free.freed);
-    if single > 0 {
-        outliers += single;
-        fit = fit::refit(&problem, &h, &[], &white(&problem, &h));
-        bundles = structure::basis(&problem, &h, &fit.state, &candidates);
-        // hardly anything has changed: one turn from the noise that is known
-        (whitening, free) = noise_of_freed(&problem, &fit, &Whitening::new(&problem, whitening.noise), &bundles);
-    }
-    fit = fit::refit(&problem, &fit.hypothesis, &[], &whitening);
+    let Prepared { mut fit, mut whitening, free, bundles, candidates, poses, outliers, rms_given, max_given } =
+        Prepared::new(&mut problem, start);
     let rms_nuisance = rms(&problem, &fit.state.residual);
     let state_nuisance = fit.state.clone();
     let price = (problem.n as f64).ln().min(8.0);
@@ -133,22 +105,14 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         group = Some(found);
         fit = search.arm(next, &mut whitening, &mut steps, &mut gaps, &mut notes);
     }
-    let mut next = None;
-    if group.is_none() {
-        next = search.rounds(&mut fit, &mut whitening, &mut steps, &bundles);
-    }
-    let mut structure = tested(&problem, &fit, &bundles);
-    let left = |structure: &Tested, fit: &Fit| remaining::remaining(&problem, structure, &free, fit, rms_nuisance);
-    let mut remains = if group.is_some() { None } else { left(&structure, &fit) };
-    if remains.is_none()
-        && group.is_none()
-        && let Some(simpler) = search.merge(&fit, &whitening, &mut steps)
-    {
-        fit = simpler;
-        next = search.rounds(&mut fit, &mut whitening, &mut steps, &bundles);
-        structure = tested(&problem, &fit, &bundles);
-        remains = left(&structure, &fit);
-    }
+    let (structure, next, mut remains) = match &group {
+        Some(_) => (tested(&problem, &fit, &bundles), None, None),
+        None => {
+            let left =
+                |structure: &Tested, fit: &Fit| remaining::remaining(&problem, structure, &free, fit, rms_nuisance);
+            search.rounds_and_merge(&mut fit, &mut whitening, &mut steps, &bundles, &left)
+        }
+    };
     // of joint sensors a misfit stays, and effects stand out of it by their shape
     if let Some(r) = remains.as_ref().filter(|_| !precise::sensors_alone(&problem)) {
         fit = search.without_substitutes(fit, r, &whitening, &mut steps);
@@ -159,20 +123,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         Some(group) => search.rivals_behind(group, &fit, &gaps.terms, &whitening),
         None => search.exchange(&mut fit, &whitening, &mut steps),
     };
-    // the rounds ended before there was silence: what the next one would name is structure, too
-    // if it repeats one on its joint (a shape taken to pieces); else it is one effect more than there was room for
-    let repeats = |n: &Next| {
-        fit.free.iter().map(|&i| &fit.hypothesis.effects[i]).any(|p| p.effect.name() == n.effect && p.axis() == n.axis)
-    };
-    let next = next.filter(|_| remains.is_none());
-    if let Some(n) = next.as_ref().filter(|n| !repeats(n)) {
-        notes.push(format!(
-            "there is room for {MOST_EFFECTS} effects; a further round would name {} {}: write the model (--model-out) and diagnose again with it",
-            n.effect, n.target
-        ));
-    }
-    let further = next.clone().filter(|n| !repeats(n));
-    let next = next.filter(repeats);
+    let (next, further) = no_room(next.filter(|_| remains.is_none()), &fit, &mut notes);
     if let Some(n) = &next {
         remains = Some(Ratio { axis: n.axis, aspect: None, gain: n.gain, dof: n.parameters, p_value: n.p_value });
     }
@@ -215,6 +166,70 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         price,
         problem,
     }
+}
+
+/// The problem without outliers, the fit of the nuisances, and the noise under which the rounds begin.
+struct Prepared {
+    fit: Fit,
+    whitening: Whitening,
+    /// The residual freed of the whole basis.
+    free: Tested,
+    bundles: Vec<BasisGroup>,
+    candidates: Vec<Candidate>,
+    /// Settled poses, on which the arm's geometry is fitted as a whole.
+    poses: bool,
+    outliers: usize,
+    rms_given: f64,
+    max_given: f64,
+}
+
+impl Prepared {
+    fn new(problem: &mut Problem, start: Hypothesis) -> Self {
+        let state = problem.evaluate(&start);
+        let (rms_given, max_given) = (rms(problem, &state.residual), largest(problem, &state.residual));
+        let mut outliers = prepare::drop_spikes(problem, &state);
+        let white = |problem: &Problem, h: &Hypothesis| Whitening::white(problem, &problem.evaluate(h).residual);
+        let mut fit = fit::refit(problem, &start, &[], &white(problem, &start));
+        let poses = geometry::applies(problem);
+        outliers += if poses {
+            let noise = |p: &Problem, f: &Fit| Whitening::of_residual(p, &f.state.residual, 0).0;
+            geometry::drop_gross(problem, &fit.hypothesis, &noise)
+        } else {
+            prepare::poses_without_outliers(problem, &fit.state)
+        };
+        let h = fit.hypothesis.clone();
+        fit = fit::refit(problem, &h, &[], &white(problem, &h));
+        let candidates = candidates::all(problem);
+        let mut bundles = structure::basis(problem, &h, &fit.state, &candidates);
+        let (mut whitening, mut free) = first_noise(problem, &fit, &white(problem, &h), &bundles);
+        let single = prepare::drop_single(problem, &free.freed);
+        if single > 0 {
+            outliers += single;
+            fit = fit::refit(problem, &h, &[], &white(problem, &h));
+            bundles = structure::basis(problem, &h, &fit.state, &candidates);
+            // hardly anything has changed: one turn from the noise that is known
+            (whitening, free) = noise_of_freed(problem, &fit, &Whitening::new(problem, whitening.noise), &bundles);
+        }
+        fit = fit::refit(problem, &fit.hypothesis, &[], &whitening);
+        Self { fit, whitening, free, bundles, candidates, poses, outliers, rms_given, max_given }
+    }
+}
+
+/// The rounds ended before there was silence. What the next one would name is structure, too, if it repeats one on its joint (a
+/// shape taken to pieces): that is returned first. Else it is one effect more than there was room for: returned second, with a
+/// note.
+fn no_room(next: Option<Next>, fit: &Fit, notes: &mut Vec<String>) -> (Option<Next>, Option<Next>) {
+    let Some(n) = next else { return (None, None) };
+    let repeats =
+        fit.free.iter().map(|&i| &fit.hypothesis.effects[i]).any(|p| p.effect.name() == n.effect && p.axis() == n.axis);
+    if repeats {
+        return (Some(n), None);
+    }
+    notes.push(format!(
+        "there is room for {MOST_EFFECTS} effects; a further round would name {} {}: write the model (--model-out) and diagnose again with it",
+        n.effect, n.target
+    ));
+    (None, Some(n))
 }
 
 /// The test without the catalogue, under the noise of what is left.
@@ -260,48 +275,12 @@ impl Search<'_> {
         scored.retain(|(s, c)| s.gain > 0.0 && only.is_none_or(|f| f(c.effect)));
         let merit = |s: &Score, c: &Candidate| s.gain - self.price * c.parameters() as f64;
         scored.sort_by(|(a, ca), (b, cb)| merit(b, cb).total_cmp(&merit(a, ca)));
-        // of every effect on every target the best shape; of gaps over position the best number of knots
-        let near = match asked.also {
-            Some(_) => NEAR_IN_DOUBT,
-            None if p.logs.len() > 1 || precise::sensors_alone(p) => NEAR_BEHIND_REFUSED,
-            None => NEAR,
-        };
-        let mut picked: Vec<&(Score, &Candidate)> = Vec::new();
         let best = scored.first().map_or(0.0, |s| s.0.gain);
         if best < asked.promise {
             return Vec::new();
         }
         let aim = asked.aim.unwrap_or(base.cost - best);
-        for s in &scored {
-            let again =
-                picked.iter().any(|q| q.1.effect == s.1.effect && q.1.target == s.1.target && q.1.form == s.1.form);
-            if !again && picked.len() < REFINED && s.0.gain > near * best {
-                picked.push(s);
-            }
-        }
-        // a gap over position or speed that promises no more than the same gap everywhere is that gap
-        let promised = |target: &str| picked.iter().find(|s| s.1.effect == PLAIN && s.1.target == target);
-        let plain: Vec<(String, f64)> =
-            picked.iter().filter_map(|s| promised(&s.1.target)).map(|s| (s.1.target.clone(), s.0.gain)).collect();
-        picked.retain(|(s, c)| {
-            !catalogue::find(c.effect).is_some_and(|e| e.includes.contains(&PLAIN))
-                || !plain.iter().any(|(target, gain)| *target == c.target && s.gain < gain + WIDER)
-        });
-        let mut trials: Vec<(&'static str, String, Vec<EffectInstance>)> = picked
-            .iter()
-            .map(|(s, c)| (c.effect, c.target.clone(), c.at(&s.coefficients)))
-            .filter(|t| !t.2.is_empty())
-            .collect();
-        if let Some(also) = asked.also
-            && let Some(first) = also.first()
-        {
-            trials.push((first.effect.name(), first.target_text(&p.robot), also.to_vec()));
-            if let Some(gap) = flat(&first.effect) {
-                let plain = EffectInstance::new(first.target, Backlash::constant(gap));
-                trials.retain(|t| t.0 != PLAIN || t.1 != first.target_text(&p.robot));
-                trials.push((PLAIN, first.target_text(&p.robot), vec![plain]));
-            }
-        }
+        let trials = self.trials(&scored, best, asked);
         let mut refined: Vec<Refined> = trials
             .into_par_iter()
             .map(|(effect, target, placed)| {
@@ -331,6 +310,74 @@ impl Search<'_> {
             new
         });
         refined
+    }
+
+    /// Which candidates are refined, and from which values: of every effect on every target the best shape, of gaps over
+    /// position the best number of knots; also what stood there before. `best` is the largest gain of the screening.
+    fn trials(&self, scored: &[(Score, &Candidate)], best: f64, asked: &Asked) -> Vec<Trial> {
+        let p = self.problem;
+        let near = match asked.also {
+            Some(_) => NEAR_IN_DOUBT,
+            None if p.logs.len() > 1 || precise::sensors_alone(p) => NEAR_BEHIND_REFUSED,
+            None => NEAR,
+        };
+        let mut picked: Vec<&(Score, &Candidate)> = Vec::new();
+        for s in scored {
+            let again =
+                picked.iter().any(|q| q.1.effect == s.1.effect && q.1.target == s.1.target && q.1.form == s.1.form);
+            if !again && picked.len() < REFINED && s.0.gain > near * best {
+                picked.push(s);
+            }
+        }
+        // a gap over position or speed that promises no more than the same gap everywhere is that gap
+        let promised = |target: &str| picked.iter().find(|s| s.1.effect == PLAIN && s.1.target == target);
+        let plain: Vec<(String, f64)> =
+            picked.iter().filter_map(|s| promised(&s.1.target)).map(|s| (s.1.target.clone(), s.0.gain)).collect();
+        picked.retain(|(s, c)| {
+            !catalogue::find(c.effect).is_some_and(|e| e.includes.contains(&PLAIN))
+                || !plain.iter().any(|(target, gain)| *target == c.target && s.gain < gain + WIDER)
+        });
+        let mut trials: Vec<Trial> = picked
+            .iter()
+            .map(|(s, c)| (c.effect, c.target.clone(), c.at(&s.coefficients)))
+            .filter(|t| !t.2.is_empty())
+            .collect();
+        if let Some(also) = asked.also
+            && let Some(first) = also.first()
+        {
+            trials.push((first.effect.name(), first.target_text(&p.robot), also.to_vec()));
+            if let Some(gap) = flat(&first.effect) {
+                let plain = EffectInstance::new(first.target, Backlash::constant(gap));
+                trials.retain(|t| t.0 != PLAIN || t.1 != first.target_text(&p.robot));
+                trials.push((PLAIN, first.target_text(&p.robot), vec![plain]));
+            }
+        }
+        trials
+    }
+
+    /// Rounds until nothing more is believed; where nothing remains, the simpler of two explanations of the same, and rounds
+    /// again. Returns the test without the catalogue, what there was no room for, and what remains unexplained.
+    fn rounds_and_merge(
+        &mut self,
+        fit: &mut Fit,
+        whitening: &mut Whitening,
+        steps: &mut Vec<Step>,
+        bundles: &[BasisGroup],
+        left: &dyn Fn(&Tested, &Fit) -> Option<Ratio>,
+    ) -> (Tested, Option<Next>, Option<Ratio>) {
+        let next = self.rounds(fit, whitening, steps, bundles);
+        let structure = tested(self.problem, fit, bundles);
+        let remains = left(&structure, fit);
+        if remains.is_none()
+            && let Some(simpler) = self.merge(fit, whitening, steps)
+        {
+            *fit = simpler;
+            let next = self.rounds(fit, whitening, steps, bundles);
+            let structure = tested(self.problem, fit, bundles);
+            let remains = left(&structure, fit);
+            return (structure, next, remains);
+        }
+        (structure, next, remains)
     }
 
     /// Chance that the best of all that was tried gains this much.

@@ -1,6 +1,7 @@
 //! Two gaps in series on one joint: the coupling (motor against screw) and the nut (screw against carriage), after Gantry (2015).
 //!
-//! The story, one room a step:
+//! One file a step:
+//! - `columns`: what drives a joint and what measures it; the gaps between two of its columns.
 //! - [`strokes`]: strokes of the command, and how far each row is into its own.
 //! - [`tracker`]: the carriage of each prismatic joint from a tracker in an unknown frame, where no sensor of its own measures it.
 //! - [`mod@reach`]: from which way into a stroke on every gap before a sensor is surely closed; strokes that are too short.
@@ -17,6 +18,7 @@
 //! from 0 by more than its uncertainty, the offsets of a compensator are `c_r` up and `-c_l` down; else, and always with a tracker,
 //! whose zero is free, the total is split evenly.
 
+mod columns;
 #[cfg(feature = "cli")]
 pub mod display;
 pub mod document;
@@ -31,10 +33,10 @@ mod words;
 use crate::error::{Error, Place, Result};
 use crate::gaps::{Gaps, JointGap, LogRef, Sides};
 use crate::log::Log;
-use crate::robot::{Joint, JointKind, Robot};
+use crate::robot::{Joint, Robot};
+use columns::Columns;
 use flanks::{Flanks, Pair, fit};
 use loops::Loop;
-use reach::{Short, reach};
 use start::Start;
 use std::collections::BTreeMap;
 use strokes::Strokes;
@@ -164,13 +166,13 @@ fn of_log(robot: &Robot, log: &Log, number: usize, axes: &[usize], notes: &mut V
         let behind = tracker::positions(robot, log, &motion);
         let all = log.moving_axes();
         for &axis in if last { axes } else { &all[..] } {
-            let mut said = Vec::new();
-            let one = of_joint(robot, log, number, axis, &behind[axis], &mut said)?;
+            let mut of_round = Vec::new();
+            let one = of_joint(robot, log, number, axis, &behind[axis], &mut of_round)?;
             if let Some(both) = one.as_ref().and_then(|s| s.both.as_ref()) {
                 motion[axis] = loops::carriage(log, axis, both);
             }
             if last {
-                notes.append(&mut said);
+                notes.append(&mut of_round);
                 series.extend(one);
             }
         }
@@ -188,30 +190,13 @@ fn of_joint(
     notes: &mut Vec<String>,
 ) -> Result<Option<Series>> {
     let joint = robot.axis(axis);
-    let screw = log.screw[axis].as_deref();
-    let output: Option<(&[Option<f64>], Output)> = match (&log.meas[axis], tracked) {
-        (Some(meas), _) => Some((meas, Output::Sensor)),
-        (None, Ok(seen)) => Some((seen, Output::Tracker)),
-        (None, Err(why)) => {
-            if !why.is_empty() {
-                notes.push(format!("{}: nothing is read from the tracker: {why}", joint.name));
-            }
-            None
-        }
-    };
-    if screw.is_none() && output.is_none() {
-        return Ok(None);
-    }
-    let strokes = Strokes::of(log, robot, axis);
-    let command: Vec<Option<f64>> = log.cmd[axis].iter().map(|c| Some(*c)).collect();
-    let encoder = log.enc[axis].as_deref();
-    let input = encoder.unwrap_or(&command);
-    let revolute = joint.kind == JointKind::Revolute;
+    let Some(columns) = Columns::of(robot, log, axis, tracked, notes) else { return Ok(None) };
+    columns.check_encoder()?;
     let mut series = Series {
         axis,
         log: number,
-        encoder: encoder.is_some(),
-        output: output.map(|o| o.1),
+        encoder: columns.has_encoder(),
+        output: columns.output.map(|o| o.1),
         coupling: None,
         nut: None,
         both: None,
@@ -220,66 +205,27 @@ fn of_joint(
         loops: Vec::new(),
     };
     let mut from = None;
-    if let Some(encoder) = encoder {
-        same_scale(log, joint, "enc", &command, encoder, &strokes)?;
+    if let Some(screw) = columns.screw
+        && let Some(way) = columns.reach("the screw", screw, &mut series, notes)?
+    {
+        from = Some(way);
+        series.coupling = columns.coupling(screw, way, notes)?;
     }
-    let mut short = |what: &str, why: Short, notes: &mut Vec<String>| -> Result<()> {
-        if let Short::Slope(_) = why {
-            return Err(Error::bad(Place::file(&log.name), words::short(what, why, joint, &strokes), words::SCALE));
-        }
-        notes.push(format!("{}: {}", joint.name, words::short(what, why, joint, &strokes)));
-        if let Short::NeverCrossed { way } = why {
-            series.at_least = Some(series.at_least.map_or(way, |w: f64| w.max(way)));
-        }
-        Ok(())
-    };
-    let of = |input, output, from, with_lag, what: &str, notes: &mut Vec<String>| {
-        let found = fit(&Pair { t_s: &log.t_s, input, output, strokes: &strokes, from, with_lag });
-        match found {
-            Ok(found) => {
-                words::flanks(&found, what, joint, notes);
-                Some(found)
-            }
-            Err(why) => {
-                notes.push(format!("{}: no {what} gap: {}", joint.name, words::missing(why)));
-                None
-            }
-        }
-    };
-    let (mut coupling, mut nut, mut both) = (None, None, None);
-    if let Some(screw) = screw {
-        match reach(&command, screw, &strokes, revolute) {
-            Ok(way) => {
-                from = Some(way);
-                coupling = of(input, screw, way, encoder.is_none(), "coupling", notes);
-                if coupling.as_ref().is_some_and(off_scale) {
-                    same_scale(log, joint, "screw", input, screw, &strokes)?;
-                }
-            }
-            Err(why) => short("the screw", why, notes)?,
-        }
+    if let Some(output) = columns.output
+        && let Some(way) = columns.reach("the carriage", output.0, &mut series, notes)?
+    {
+        from = Some(way);
+        (series.both, series.nut) = columns.carriage(output, way, notes);
     }
-    if let Some((carriage, kind)) = output {
-        match reach(&command, carriage, &strokes, revolute) {
-            Ok(way) => {
-                from = Some(way);
-                let other_clock = kind == Output::Tracker;
-                both = of(input, carriage, way, other_clock || encoder.is_none(), "total", notes);
-                if let Some(screw) = screw {
-                    nut = of(screw, carriage, way, other_clock, "nut", notes);
-                }
-            }
-            Err(why) => short("the carriage", why, notes)?,
-        }
-    }
-    let whole = both.as_ref().map(|b| (b, output.map_or(&command[..], |o| o.0)));
-    let read = whole.or(coupling.as_ref().zip(screw));
+    let carriage = columns.output.map(|o| o.0);
+    let whole = series.both.as_ref().map(|b| (b, carriage.unwrap_or(&columns.command)));
+    let read = whole.or(series.coupling.as_ref().zip(columns.screw));
     if let (Some((flanks, sensor)), Some(from)) = (read, from) {
-        series.start = start::of(&strokes, input, sensor, flanks, from);
+        series.start = start::of(&columns.strokes, columns.input(), sensor, flanks, from);
         notes.push(format!("{}: {}", joint.name, words::start(series.start, from, joint)));
     }
-    series.loops = loops::of(log, axis, input, screw, output.map(|o| o.0), [&coupling, &nut, &both]);
-    (series.coupling, series.nut, series.both) = (coupling, nut, both);
+    let gaps = [&series.coupling, &series.nut, &series.both];
+    series.loops = loops::of(log, axis, columns.input(), columns.screw, carriage, gaps);
     words::of_series(&series, joint, notes);
     Ok(Some(series))
 }

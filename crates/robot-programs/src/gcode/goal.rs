@@ -2,8 +2,9 @@
 
 use super::arc::Arc;
 use super::lex::{Block, Word};
-use super::read::{Reader, SPLINES};
+use super::read::Reader;
 use super::survey::{AXES, code, code_text};
+use super::words::SPLINES;
 use super::{Centre, MOST_DEG, MOST_INCH, MOST_MM, Statement, canonical};
 use crate::axes::JointKind;
 use crate::error::Result;

@@ -1,7 +1,7 @@
 //! G-code of gantries and other machines whose axes have letters: `G1 X10.5 Y-3 F600`.
 //!
 //! ```text
-//! text -> lex: blocks of words -> survey, read: modal state (frame: what moves their meaning) -> goal: positions, steps
+//! text -> lex: blocks of words -> survey, read, words: modal state (frame: what moves their meaning) -> goal: positions, steps
 //! edits -> write: words; pieces: arcs -> patches
 //! ```
 //!
@@ -26,6 +26,7 @@ mod read;
 mod survey;
 #[cfg(test)]
 mod tests;
+mod words;
 mod write;
 
 use super::script::{Document, Edits, Format, Patch, Script, Text};

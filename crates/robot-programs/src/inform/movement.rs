@@ -17,6 +17,85 @@ use std::ops::Range;
 /// Words of a move that a copy of it takes along.
 const COPIED: &[&str] = &["VJ", "V", "VR", "VE", "PL", "CR", "ACC", "DEC"];
 
+/// The line of a move while its words are read.
+struct MoveLine {
+    m: Move,
+    statement: Statement,
+    /// Why its goal cannot be told.
+    unclear: Option<String>,
+    /// An input may stop it.
+    may_stop: bool,
+    /// What follows are conditions: no word of the move.
+    conditions: bool,
+}
+
+impl MoveLine {
+    fn new(word: &str, second_group: bool) -> Self {
+        let m = Move {
+            path: match word {
+                "MOVJ" | "SMOVJ" => PathKind::Joint,
+                "MOVL" | "SMOVL" | "IMOV" => PathKind::Linear,
+                _ => PathKind::Curve,
+            },
+            goal: Goal::Opaque(String::new()),
+            fixed: None,
+            closed: second_group.then(|| "a second motion group moves along".into()),
+            speed: Speed::Unknown,
+            blend_m: None,
+            way: Vec::new(),
+        };
+        let unclear = match word {
+            "MOVJ" | "MOVL" | "MOVC" | "MOVS" | "SMOVJ" | "SMOVL" | "SMOVC" | "SMOVS" => None,
+            word if word.contains("IMOV") => Some("a relative move".to_string()),
+            word => Some(format!("{word} is not known")),
+        };
+        let mut line = Self { m, statement: Statement::default(), unclear, may_stop: false, conditions: false };
+        if word.starts_with("SMOV") {
+            line.close("synchronised with a station or another robot");
+        }
+        if matches!(word, "MOVC" | "MOVS") {
+            line.close("an arc or spline is given by its neighbours");
+        }
+        line
+    }
+
+    /// No point can be added.
+    fn close(&mut self, why: &str) {
+        self.m.closed.get_or_insert_with(|| why.into());
+    }
+
+    /// A word that is no position: speed, blending, a condition.
+    fn tag(&mut self, w: &Range<usize>, name: &str) {
+        let (key, value) = name.split_once('=').map_or((name, None), |(a, b)| (a, Some(b)));
+        match key {
+            _ if self.conditions => {}
+            "NWAIT" | "ENWAIT" => {}
+            "UNTIL" | "SRCH" | "NSRCH" => (self.may_stop, self.conditions) = (true, true),
+            "IF" => {
+                self.unclear.get_or_insert_with(|| "it is made on a condition alone".into());
+                self.conditions = true;
+            }
+            _ if COPIED.contains(&key) && value.is_some() => {
+                let n = value.and_then(|v| number::read(v.as_bytes()));
+                match (key, n) {
+                    ("VJ", Some((v, _))) => self.m.speed = Speed::Share((v / 100.0).clamp(0.0, 1.0)),
+                    // without decimals it may be another unit than mm/s
+                    ("V", Some((v, s))) if s.point && v > 0.0 => self.m.speed = Speed::Tcp(v * 1e-3),
+                    ("PL", Some((0.0, _))) => self.m.blend_m = Some(0.0),
+                    ("CR", Some((v, _))) if v >= 0.0 => self.m.blend_m = Some(v * 1e-3),
+                    _ => {}
+                }
+                self.statement.tags.push(Tag { key: key.into(), span: w.clone() });
+                self.statement.end = w.end;
+            }
+            _ if Kind::read(key.as_bytes()).is_none() && looks_like_position(key) => {
+                self.unclear.get_or_insert_with(|| format!("{name} is set at run time"));
+            }
+            _ => self.close(&format!("`{name}` on the move is not known")),
+        }
+    }
+}
+
 impl Reader<'_> {
     pub(super) fn movement(&mut self, k: usize, words: &[Range<usize>], word: &str) -> Result<()> {
         let text = self.text;
@@ -25,96 +104,52 @@ impl Reader<'_> {
         for w in others {
             self.pin(w);
         }
-        let mut m = Move {
-            path: match word {
-                "MOVJ" | "SMOVJ" => PathKind::Joint,
-                "MOVL" | "SMOVL" | "IMOV" => PathKind::Linear,
-                _ => PathKind::Curve,
-            },
-            goal: Goal::Opaque(String::new()),
-            fixed: None,
-            closed: second.map(|_| "a second motion group moves along".into()),
-            speed: Speed::Unknown,
-            blend_m: None,
-            way: Vec::new(),
-        };
-        let close = |m: &mut Move, why: &str| {
-            m.closed.get_or_insert_with(|| why.into());
-        };
-        if word.starts_with("SMOV") {
-            close(&mut m, "synchronised with a station or another robot");
-        }
-        if matches!(word, "MOVC" | "MOVS") {
-            close(&mut m, "an arc or spline is given by its neighbours");
-        }
-        let mut statement = Statement {
+        let mut line = MoveLine::new(word, second.is_some());
+        line.statement = Statement {
             indent: text.line_span(k).start..words[0].start,
             word: words[0].clone(),
             end: words[0].end,
             ..Statement::default()
         };
-        let mut unclear = (!matches!(word, "MOVJ" | "MOVL" | "MOVC" | "MOVS" | "SMOVJ" | "SMOVL" | "SMOVC" | "SMOVS"))
-            .then(
-                || if word.contains("IMOV") { "a relative move".to_string() } else { format!("{word} is not known") },
-            );
         if let Some(group) = &self.list.foreign {
-            unclear = Some(format!("the job is of group {group}"));
+            line.unclear = Some(format!("the job is of group {group}"));
         }
-        let (mut stops, mut tail) = (false, false);
         for w in &own[1..] {
             let name = upper(text, w);
-            if let Some((kind, n, _)) = Kind::read(name.as_bytes()).filter(|_| !tail) {
-                match self.list.by_name.get(&(kind, n)) {
-                    Some(&position) => statement.references.push(Reference { position, span: w.clone() }),
-                    None if kind >= Kind::P => {
-                        unclear.get_or_insert_with(|| format!("{name} is not in the list of the job"));
-                    }
-                    None => {
-                        return Err(text.bad(
-                            w.start,
-                            format!("{name}, which is not in the list"),
-                            "a position of the list",
-                        ));
-                    }
-                }
-                statement.end = w.end;
-                continue;
-            }
-            let (key, value) = name.split_once('=').map_or((name.as_str(), None), |(a, b)| (a, Some(b)));
-            match key {
-                _ if tail => {}
-                "NWAIT" | "ENWAIT" => {}
-                "UNTIL" | "SRCH" | "NSRCH" => (stops, tail) = (true, true),
-                "IF" => {
-                    unclear.get_or_insert_with(|| "it is made on a condition alone".into());
-                    tail = true;
-                }
-                _ if COPIED.contains(&key) && value.is_some() => {
-                    let n = value.and_then(|v| number::read(v.as_bytes()));
-                    match (key, n) {
-                        ("VJ", Some((v, _))) => m.speed = Speed::Share((v / 100.0).clamp(0.0, 1.0)),
-                        // without decimals it may be another unit than mm/s
-                        ("V", Some((v, s))) if s.point && v > 0.0 => m.speed = Speed::Tcp(v * 1e-3),
-                        ("PL", Some((0.0, _))) => m.blend_m = Some(0.0),
-                        ("CR", Some((v, _))) if v >= 0.0 => m.blend_m = Some(v * 1e-3),
-                        _ => {}
-                    }
-                    statement.tags.push(Tag { key: key.into(), span: w.clone() });
-                    statement.end = w.end;
-                }
-                _ if Kind::read(key.as_bytes()).is_none() && looks_like_position(key) => {
-                    unclear.get_or_insert_with(|| format!("{name} is set at run time"));
-                }
-                _ => close(&mut m, &format!("`{name}` on the move is not known")),
+            match Kind::read(name.as_bytes()).filter(|_| !line.conditions) {
+                Some((kind, n, _)) => self.named(&mut line, w, &name, kind, n)?,
+                None => line.tag(w, &name),
             }
         }
-        if stops {
-            close(&mut m, "an input may stop it");
+        if line.may_stop {
+            line.close("an input may stop it");
         }
         if !self.overlaid.is_empty() {
             let what: Vec<&str> = self.overlaid.iter().copied().collect();
-            unclear.get_or_insert_with(|| format!("{} is on", what.join(" and ")));
+            line.unclear.get_or_insert_with(|| format!("{} is on", what.join(" and ")));
         }
+        self.place(k, line)
+    }
+
+    /// A position that the move names.
+    fn named(&self, line: &mut MoveLine, w: &Range<usize>, name: &str, kind: Kind, n: u32) -> Result<()> {
+        match self.list.by_name.get(&(kind, n)) {
+            Some(&position) => line.statement.references.push(Reference { position, span: w.clone() }),
+            None if kind >= Kind::P => {
+                line.unclear.get_or_insert_with(|| format!("{name} is not in the list of the job"));
+            }
+            None => {
+                let found = format!("{name}, which is not in the list");
+                return Err(self.text.bad(w.start, found, "a position of the list"));
+            }
+        }
+        line.statement.end = w.end;
+        Ok(())
+    }
+
+    /// Where the move leads, and its step.
+    fn place(&mut self, k: usize, line: MoveLine) -> Result<()> {
+        let MoveLine { mut m, statement, unclear, may_stop, .. } = line;
         m.goal = match unclear {
             Some(why) => Goal::Opaque(why),
             None => self.goal(k, &statement.references, &mut m)?,
@@ -130,7 +165,7 @@ impl Reader<'_> {
         }
         let ours = m.goal.target().is_some().then_some(statement);
         self.step(k, StepKind::Move(m), ours);
-        if stops {
+        if may_stop {
             self.step(k, StepKind::Break(Break::Jump), None);
         }
         Ok(())

@@ -81,106 +81,133 @@ enum Open {
     Plain,
 }
 
+/// Reads the tokens of a file.
+///
+/// # Errors
+/// A block without its end, an `end` without its block, functions nested too deeply, or a `for`.
 pub fn parse(text: &Text, lexed: Lexed) -> Result<Parsed> {
-    let words = lexed
-        .tokens
-        .iter()
-        .map(|t| {
-            if t.kind == Kind::Word {
-                String::from_utf8_lossy(text.slice(t.start..t.end)).into_owned()
-            } else {
-                String::new()
-            }
-        })
-        .collect();
-    let mut p = Parsed { tokens: lexed.tokens, comments: lexed.comments, words, ..Parsed::default() };
-    let mut open: Vec<(Open, usize)> = Vec::new();
-    let mut def: Option<usize> = None;
-    // an assignment below an `if` may not happen
-    let mut branches = 0usize;
+    let mut walk = Walk::new(text, lexed);
     let mut i = 0;
     let mut line_end = 0;
-    while i < p.tokens.len() {
-        if p.tokens[i].kind == Kind::Line {
+    while i < walk.p.tokens.len() {
+        if walk.p.tokens[i].kind == Kind::Line {
             i += 1;
             continue;
         }
         if i >= line_end {
-            line_end = p.line_end(i);
+            line_end = walk.p.line_end(i);
         }
-        let word = p.words[i].clone();
-        let block =
-            |p: &Parsed| p.colon(i, line_end).ok_or_else(|| p.bad(text, line_end, "`:` behind the head of the block"));
-        match word.as_str() {
+        i = walk.statement(i, line_end)?;
+    }
+    match walk.open.pop() {
+        Some((_, at)) => Err(walk.p.bad(text, at, "`end` after its block")),
+        None => Ok(walk.p),
+    }
+}
+
+/// The way through the tokens: which blocks are open, which function is read.
+struct Walk<'a> {
+    text: &'a Text,
+    p: Parsed,
+    open: Vec<(Open, usize)>,
+    def: Option<usize>,
+    /// Open branches: an assignment below an `if` may not happen.
+    branches: usize,
+}
+
+impl<'a> Walk<'a> {
+    fn new(text: &'a Text, lexed: Lexed) -> Self {
+        let word = |t: &Token| match t.kind {
+            Kind::Word => String::from_utf8_lossy(text.slice(t.start..t.end)).into_owned(),
+            _ => String::new(),
+        };
+        let words = lexed.tokens.iter().map(word).collect();
+        let p = Parsed { tokens: lexed.tokens, comments: lexed.comments, words, ..Parsed::default() };
+        Self { text, p, open: Vec::new(), def: None, branches: 0 }
+    }
+
+    /// Reads the statement, or the head of a block, at token `i`; returns the token after it.
+    fn statement(&mut self, i: usize, line_end: usize) -> Result<usize> {
+        let p = &self.p;
+        let colon = p.colon(i, line_end);
+        let head = || colon.ok_or_else(|| p.bad(self.text, line_end, "`:` after the head of the block"));
+        match p.words[i].as_str() {
             "def" | "thread" | "sec" => {
-                let colon = block(&p)?;
-                let name = p.words.get(i + 1).cloned().unwrap_or_default();
-                if name.is_empty() {
-                    return Err(p.bad(text, i + 1, "the name of the function"));
-                }
-                if open.len() >= DEEPEST {
-                    return Err(p.bad(text, i, "functions nested less deeply"));
-                }
-                p.defs.push((name, def));
-                def = Some(p.defs.len() - 1);
-                for k in i + 2..colon {
-                    if !p.words[k].is_empty() {
-                        p.locals.insert((def, p.words[k].clone()));
-                    }
-                }
-                p.push(def, i..i + 1, ItemKind::Start);
-                open.push((Open::Def, i));
-                i = colon + 1;
+                let colon = head()?;
+                self.function(i, colon)?;
+                Ok(colon + 1)
             }
-            "while" | "if" | "switch" => {
-                let colon = block(&p)?;
+            word @ ("while" | "if" | "switch") => {
+                let colon = head()?;
                 let kind = if word == "while" { Open::Loop } else { Open::Branch };
-                branches += usize::from(kind == Open::Branch);
-                p.push(def, i + 1..colon, if kind == Open::Loop { ItemKind::Loop } else { ItemKind::Branch });
-                open.push((kind, i));
-                i = colon + 1;
+                self.branches += usize::from(kind == Open::Branch);
+                let item = if kind == Open::Loop { ItemKind::Loop } else { ItemKind::Branch };
+                self.p.push(self.def, i + 1..colon, item);
+                self.open.push((kind, i));
+                Ok(colon + 1)
             }
-            "elif" | "else" | "case" | "default" if p.colon(i, line_end).is_some() => {
-                let colon = block(&p)?;
-                p.push(def, i + 1..colon, ItemKind::Middle);
-                i = colon + 1;
+            "elif" | "else" | "case" | "default" if colon.is_some() => {
+                let colon = head()?;
+                self.p.push(self.def, i + 1..colon, ItemKind::Middle);
+                Ok(colon + 1)
             }
-            "end" => {
-                let Some((kind, _)) = open.pop() else { return Err(p.bad(text, i, "a block that it ends")) };
-                match kind {
-                    Open::Def => {
-                        def = def.and_then(|d| p.defs[d].1);
-                        p.push(def, i..i + 1, ItemKind::Start);
-                    }
-                    Open::Loop => p.push(def, i..i + 1, ItemKind::EndLoop),
-                    Open::Branch => {
-                        branches -= 1;
-                        p.push(def, i..i + 1, ItemKind::EndBranch);
-                    }
-                    Open::Plain => {}
-                }
-                i += 1;
-            }
+            "end" => self.end(i),
             // of dialects; were it passed over, its `end` would close the block around it
-            "for" if p.words.get(i + 1).is_some_and(|w| !w.is_empty()) && p.colon(i, line_end).is_some() => {
-                return Err(p.bad(text, i, "a statement of URScript (its loops are `while`)"));
+            "for" if p.words.get(i + 1).is_some_and(|w| !w.is_empty()) && colon.is_some() => {
+                Err(p.bad(self.text, i, "a statement of URScript (its loops are `while`)"))
             }
-            "struct" if p.colon(i, line_end).is_some_and(|c| c + 1 == line_end) => {
-                open.push((Open::Plain, i));
-                i = line_end;
+            "struct" if colon.is_some_and(|c| c + 1 == line_end) => {
+                self.open.push((Open::Plain, i));
+                Ok(line_end)
             }
             _ => {
                 // `if a: x = 1 end` on one line
                 let end = (i..line_end).find(|&k| k > i && p.words[k] == "end").unwrap_or(line_end);
-                p.simple(def, i..end, branches > 0);
-                i = end;
+                self.p.simple(self.def, i..end, self.branches > 0);
+                Ok(end)
             }
         }
     }
-    if let Some((_, at)) = open.pop() {
-        return Err(p.bad(text, at, "`end` behind its block"));
+
+    /// The head of a function, its name and its parameters.
+    fn function(&mut self, i: usize, colon: usize) -> Result<()> {
+        let p = &mut self.p;
+        let name = p.words.get(i + 1).cloned().unwrap_or_default();
+        if name.is_empty() {
+            return Err(p.bad(self.text, i + 1, "the name of the function"));
+        }
+        if self.open.len() >= DEEPEST {
+            return Err(p.bad(self.text, i, "functions nested less deeply"));
+        }
+        p.defs.push((name, self.def));
+        self.def = Some(p.defs.len() - 1);
+        for k in i + 2..colon {
+            if !p.words[k].is_empty() {
+                p.locals.insert((self.def, p.words[k].clone()));
+            }
+        }
+        p.push(self.def, i..i + 1, ItemKind::Start);
+        self.open.push((Open::Def, i));
+        Ok(())
     }
-    Ok(p)
+
+    /// `end`, which closes the innermost block.
+    fn end(&mut self, i: usize) -> Result<usize> {
+        let Some((kind, _)) = self.open.pop() else { return Err(self.p.bad(self.text, i, "a block that it ends")) };
+        match kind {
+            Open::Def => {
+                self.def = self.def.and_then(|d| self.p.defs[d].1);
+                self.p.push(self.def, i..i + 1, ItemKind::Start);
+            }
+            Open::Loop => self.p.push(self.def, i..i + 1, ItemKind::EndLoop),
+            Open::Branch => {
+                self.branches -= 1;
+                self.p.push(self.def, i..i + 1, ItemKind::EndBranch);
+            }
+            Open::Plain => {}
+        }
+        Ok(i + 1)
+    }
 }
 
 impl Parsed {

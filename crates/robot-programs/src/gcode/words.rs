@@ -1,0 +1,240 @@
+//! The words of one block: M words, then G words (modes, actions, motion), then the move, then what follows it.
+
+use super::goal::opaque;
+use super::lex::{self, Block, Word};
+use super::read::Reader;
+use super::survey::{AXES, code, code_text, has_axes, homes, work_frame};
+use crate::error::Result;
+use crate::script::{Break, StepKind};
+
+/// G words without effect on where a block leads, times ten.
+const HARMLESS: &[u32] = &[80, 131, 150, 281, 301, 690, 960, 970, 980, 990, 1130, 1870];
+/// Splines and parabolas, modal as G1 is.
+pub(super) const SPLINES: &[u32] = &[50, 51, 52, 53, 60, 61, 62, 63];
+/// Canned cycles.
+const CANNED: &[u32] = &[730, 740, 760, 810, 820, 830, 840, 850, 860, 870, 880, 890];
+/// M words that leave the machine where it is.
+const STILL_M: &[u32] =
+    &[7, 8, 9, 10, 11, 19, 48, 49, 50, 51, 52, 53, 67, 68, 104, 106, 107, 140, 82, 83, 84, 117, 118];
+/// M words of printer firmware that leave the machine where it is, besides M862.1 and its like.
+const STILL_PRINTER: &[u32] = &[
+    73, 105, 108, 109, 111, 115, 141, 142, 155, 190, 191, 200, 201, 203, 204, 205, 207, 208, 209, 220, 221, 300, 301,
+    302, 304, 400, 413, 486, 555, 566, 569, 572, 593, 900, 906, 907, 913, 914,
+];
+/// G words by which printers probe their bed; G80 is one of them on some.
+const PROBES: &[u32] = &[290, 320, 340, 800];
+
+/// What the words of a block make of it.
+struct OwnWords {
+    /// A word uses the block's numbers itself: they are no target.
+    taken: bool,
+    /// G53.
+    machine_frame: bool,
+    /// The block ends in its point.
+    exact: bool,
+}
+
+/// What an M word calls.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Call {
+    /// A program, which changes any mode.
+    Program,
+    /// Something that may move the machine.
+    MayMove,
+}
+
+/// What follows the move of a block.
+#[derive(Default)]
+struct Ending {
+    steps: Vec<StepKind>,
+    /// M2, M30.
+    program: bool,
+    call: Option<Call>,
+}
+
+impl Reader<'_> {
+    /// Takes the words of a block in the order in which a control does.
+    pub(super) fn words(&mut self, k: usize, block: Block) -> Result<()> {
+        let mut unclear: Option<String> = block.special.map(String::from);
+        if block.optional {
+            unclear = Some("a block that an operator may switch off".into());
+        }
+        let ending = self.m_words(k, &block, &mut unclear);
+        let codes: Vec<Option<u32>> =
+            block.words.iter().filter(|w| w.letter == b'G').map(|w| w.value.map(|v| code(v.0))).collect();
+        let mut own = OwnWords { taken: false, machine_frame: false, exact: self.exact };
+        for c in &codes {
+            match *c {
+                Some(c) => self.g_word(k, &block, c, &codes, &mut own),
+                None => self.strange = Some("a computed G word".into()),
+            }
+        }
+        if let Some(w) = block.words.iter().find(|w| w.letter == b'F') {
+            self.feed = w.value.map(|v| v.0);
+        }
+        let moves = |w: &Word| AXES.contains(&w.letter) || b"E@^".contains(&w.letter);
+        let arc = matches!(self.motion, Some(20 | 30)) && block.words.iter().any(|w| b"IJKR".contains(&w.letter));
+        // its words may be its own: X, Y, Z are no places then
+        if codes.is_empty()
+            && let Some(m) = block.words.iter().find(|w| w.letter != b'N').filter(|w| lex::is_firmware(w))
+        {
+            own.taken |= self.survey.printer;
+            unclear.get_or_insert_with(|| {
+                let m = String::from_utf8_lossy(self.text.slice(m.span.clone()));
+                format!("words that may be those of {m}")
+            });
+        }
+        if !own.taken && (block.words.iter().any(moves) || arc) {
+            if own.machine_frame {
+                unclear.get_or_insert_with(|| "G53: a place of the machine".into());
+            }
+            self.movement(k, block, &codes, unclear, own.exact)?;
+        }
+        self.finish(k, ending);
+        Ok(())
+    }
+
+    /// The M words of a block: what starts before its move is done here, what follows the move is returned.
+    fn m_words(&mut self, k: usize, block: &Block, unclear: &mut Option<String>) -> Ending {
+        let mut ending = Ending::default();
+        for w in block.words.iter().filter(|w| w.letter == b'M') {
+            if self.survey.printer && w.value.is_some_and(|v| v.0.floor() == 862.0) {
+                continue;
+            }
+            let Some((v, _)) = w.value.filter(|v| v.0 >= 0.0 && v.0.fract() == 0.0) else {
+                ending.call = Some(Call::MayMove);
+                continue;
+            };
+            match v as u32 {
+                3 | 4 | 62 | 64 => self.step(k, StepKind::Process(true), None),
+                5 | 63 | 65 => ending.steps.push(StepKind::Process(false)),
+                0 | 1 | 60 | 66 => ending.steps.push(StepKind::Dwell(None)),
+                2 | 30 => ending.program = true,
+                97..=99 => ending.call = Some(Call::Program),
+                6 => {
+                    unclear.get_or_insert_with(|| "a tool change in the block".into());
+                    ending.call.get_or_insert(Call::MayMove);
+                }
+                m if STILL_M.contains(&m) || (self.survey.printer && STILL_PRINTER.contains(&m)) => {}
+                _ => {
+                    ending.call.get_or_insert(Call::MayMove);
+                }
+            }
+        }
+        ending
+    }
+
+    /// One G word (times ten): a mode, an action with the block's numbers, or the motion.
+    fn g_word(&mut self, k: usize, block: &Block, c: u32, codes: &[Option<u32>], own: &mut OwnWords) {
+        if self.mode(k, block, c) {
+            return;
+        }
+        if self.action(k, block, c, codes.len() == 1) {
+            own.taken = true;
+            return;
+        }
+        match c {
+            0 | 10 | 20 | 30 => self.motion = Some(c),
+            c if CANNED.contains(&c) => self.motion = Some(c),
+            // a G0 beside it goes on; G80 ends a cycle alone there
+            800 if codes.iter().flatten().any(|c| [0, 10, 20, 30].contains(c)) => {}
+            800 => self.motion = None,
+            530 => own.machine_frame = true,
+            610 | 611 | 640 => {
+                self.exact = c != 640;
+                own.exact = self.exact;
+            }
+            90 => own.exact = true,
+            // a lathe's limit of the spindle, or the end of a scaling
+            500 => {}
+            // look-ahead of Fanuc
+            51 if !has_axes(block) => {}
+            c if SPLINES.contains(&c) && (c != 50 || has_axes(block)) => self.motion = Some(c),
+            c if HARMLESS.contains(&c) => {}
+            c => self.strange = Some(format!("{} is on", code_text(c))),
+        }
+    }
+
+    /// A mode that the word sets; false where it is none.
+    fn mode(&mut self, k: usize, block: &Block, c: u32) -> bool {
+        match c {
+            170 => self.plane = Some([b'X', b'Y', b'Z']),
+            180 => self.plane = Some([b'Z', b'X', b'Y']),
+            190 => self.plane = Some([b'Y', b'Z', b'X']),
+            200 | 210 => {
+                if self.inch.is_some_and(|i| i != (c == 200)) {
+                    self.step(k, StepKind::Break(Break::Frame), None);
+                    self.lose("a change of units");
+                }
+                self.inch = Some(c == 200);
+                self.feed = None;
+            }
+            900 | 910 => self.absolute = Some(c == 900),
+            901 | 911 => self.centre_absolute = c == 901,
+            930 | 940 | 950 => {
+                self.feed_mode = c / 10;
+                self.feed = None;
+            }
+            400 => self.compensation = None,
+            410 | 420 | 411 | 421 => self.compensation = Some(format!("cutter compensation {} is on", code_text(c))),
+            430 | 431 | 440 | 490 => self.tool_length(k, block, c),
+            540..=599 => self.select(k, work_frame(block, c, k)),
+            _ => return false,
+        }
+        true
+    }
+
+    /// What a word does itself with the numbers of its block, which are then no target; false where it does nothing.
+    fn action(&mut self, k: usize, block: &Block, c: u32, alone: bool) -> bool {
+        match c {
+            c if self.survey.printer && PROBES.contains(&c) && alone => {
+                self.end(k, Break::Call, "a probing of the bed")
+            }
+            // retraction of filament
+            100 | 110 if self.survey.printer && Self::number(block, b'L').is_none() => {}
+            40 => self.dwell(k, block),
+            100 => {
+                self.end(k, Break::Frame, "a G10");
+                self.lost_frame |= self.reference.is_some();
+            }
+            520 => self.local_frame(k, block),
+            920..=923 => self.shift_frame(k, block, c),
+            // a lathe's G92
+            500 if has_axes(block) => self.shift_frame(k, block, 920),
+            501 | 510 | 511 => {
+                self.end(k, Break::Frame, "a scaling or a mirror");
+                if c != 501 {
+                    self.strange = Some(format!("{} is on", code_text(c)));
+                }
+            }
+            280 | 300 | 1610 | 1620 if c < 1000 || homes(block) => {
+                // G91 in this block is about the way there alone
+                let absolute = self.absolute.replace(true);
+                self.lose("a reference point");
+                self.absolute = absolute;
+                self.step(k, StepKind::Move(opaque(format!("{} goes to a reference point", code_text(c)))), None);
+            }
+            650 | 660 | 670 => self.call(k),
+            _ => return false,
+        }
+        true
+    }
+
+    /// What stands after the move of its block.
+    fn finish(&mut self, k: usize, ending: Ending) {
+        for kind in ending.steps {
+            self.step(k, kind, None);
+        }
+        if ending.program {
+            self.end(k, Break::Jump, "the end of the program");
+        }
+        match ending.call {
+            Some(Call::Program) => self.call(k),
+            Some(Call::MayMove) => {
+                self.end(k, Break::Call, "an M word that may move the machine");
+                self.motion = None;
+            }
+            None => {}
+        }
+    }
+}

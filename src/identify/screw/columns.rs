@@ -1,0 +1,135 @@
+//! The columns of one joint of one log: what drives it, and what is measured after its motor.
+
+use super::flanks::{Flanks, Pair, fit};
+use super::reach::{Short, reach};
+use super::strokes::Strokes;
+use super::{Behind, Output, Series, off_scale, same_scale, words};
+use crate::error::{Error, Place, Result};
+use crate::log::Log;
+use crate::robot::{Joint, JointKind, Robot};
+
+/// One joint's columns, rad or m; borrowed from its log.
+pub(super) struct Columns<'a> {
+    log: &'a Log,
+    joint: &'a Joint,
+    pub(super) strokes: Strokes,
+    pub(super) command: Vec<Option<f64>>,
+    encoder: Option<&'a [Option<f64>]>,
+    pub(super) screw: Option<&'a [Option<f64>]>,
+    /// The carriage, and what measures it.
+    pub(super) output: Option<(&'a [Option<f64>], Output)>,
+}
+
+impl<'a> Columns<'a> {
+    /// `None` where nothing after the motor is measured.
+    pub(super) fn of(
+        robot: &'a Robot,
+        log: &'a Log,
+        axis: usize,
+        tracked: &'a Behind,
+        notes: &mut Vec<String>,
+    ) -> Option<Self> {
+        let joint = robot.axis(axis);
+        let output = match (&log.meas[axis], tracked) {
+            (Some(meas), _) => Some((meas.as_slice(), Output::Sensor)),
+            (None, Ok(seen)) => Some((seen.as_slice(), Output::Tracker)),
+            (None, Err(why)) => {
+                if !why.is_empty() {
+                    notes.push(format!("{}: nothing is read from the tracker: {why}", joint.name));
+                }
+                None
+            }
+        };
+        let (screw, encoder) = (log.screw[axis].as_deref(), log.enc[axis].as_deref());
+        if screw.is_none() && output.is_none() {
+            return None;
+        }
+        let command = log.cmd[axis].iter().map(|c| Some(*c)).collect();
+        Some(Self { log, joint, strokes: Strokes::of(log, robot, axis), command, encoder, screw, output })
+    }
+
+    /// What drives the joint: the encoder, else the command.
+    pub(super) fn input(&self) -> &[Option<f64>] {
+        self.encoder.unwrap_or(&self.command)
+    }
+
+    pub(super) fn has_encoder(&self) -> bool {
+        self.encoder.is_some()
+    }
+
+    /// Refuses an encoder of another scale than its joint.
+    pub(super) fn check_encoder(&self) -> Result<()> {
+        match self.encoder {
+            Some(encoder) => same_scale(self.log, self.joint, "enc", &self.command, encoder, &self.strokes),
+            None => Ok(()),
+        }
+    }
+
+    /// From which way into a stroke on every gap before a sensor is surely closed. `None`, with a note, where strokes are too
+    /// short.
+    pub(super) fn reach(
+        &self,
+        what: &str,
+        sensor: &[Option<f64>],
+        series: &mut Series,
+        notes: &mut Vec<String>,
+    ) -> Result<Option<f64>> {
+        let revolute = self.joint.kind == JointKind::Revolute;
+        let why = match reach(&self.command, sensor, &self.strokes, revolute) {
+            Ok(way) => return Ok(Some(way)),
+            Err(why) => why,
+        };
+        let text = words::short(what, why, self.joint, &self.strokes);
+        if let Short::Slope(_) = why {
+            return Err(Error::bad(Place::file(&self.log.name), text, words::SCALE));
+        }
+        notes.push(format!("{}: {text}", self.joint.name));
+        if let Short::NeverCrossed { way } = why {
+            series.at_least = Some(series.at_least.map_or(way, |w: f64| w.max(way)));
+        }
+        Ok(None)
+    }
+
+    /// The flanks of the gap between two columns.
+    fn gap(
+        &self,
+        what: &str,
+        [input, output]: [&[Option<f64>]; 2],
+        from: f64,
+        with_lag: bool,
+        notes: &mut Vec<String>,
+    ) -> Option<Flanks> {
+        match fit(&Pair { t_s: &self.log.t_s, input, output, strokes: &self.strokes, from, with_lag }) {
+            Ok(found) => {
+                words::flanks(&found, what, self.joint, notes);
+                Some(found)
+            }
+            Err(why) => {
+                notes.push(format!("{}: no {what} gap: {}", self.joint.name, words::missing(why)));
+                None
+            }
+        }
+    }
+
+    /// The gap of the coupling, between motor and screw.
+    pub(super) fn coupling(&self, screw: &[Option<f64>], from: f64, notes: &mut Vec<String>) -> Result<Option<Flanks>> {
+        let found = self.gap("coupling", [self.input(), screw], from, !self.has_encoder(), notes);
+        if found.as_ref().is_some_and(off_scale) {
+            same_scale(self.log, self.joint, "screw", self.input(), screw, &self.strokes)?;
+        }
+        Ok(found)
+    }
+
+    /// The gap between motor and carriage, and of it that of the nut, where a sensor stands between.
+    pub(super) fn carriage(
+        &self,
+        (carriage, kind): (&[Option<f64>], Output),
+        from: f64,
+        notes: &mut Vec<String>,
+    ) -> (Option<Flanks>, Option<Flanks>) {
+        let other_clock = kind == Output::Tracker;
+        let both = self.gap("total", [self.input(), carriage], from, other_clock || !self.has_encoder(), notes);
+        let nut = self.screw.and_then(|screw| self.gap("nut", [screw, carriage], from, other_clock, notes));
+        (both, nut)
+    }
+}

@@ -1,0 +1,234 @@
+//! The account of a rewrite as text, for a terminal.
+
+use crate::rewrite::job::Outcome;
+use crate::rewrite::script::job::Vendor;
+use crate::robot::{Joint, Robot};
+use std::fmt::Write;
+
+/// Changes that a dry run lists.
+const LISTED: usize = 40;
+/// Change at the TCP beyond which a word is due: lost motion moves it by 0.05 to 0.2 mm, m.
+const UNUSUAL_M: f64 = 2e-3;
+/// Notes and places of one kind that are listed.
+const FEW: usize = 8;
+
+/// `1 move waits for it`.
+fn waits(moves: u64) -> String {
+    format!("{} for it", if moves == 1 { "1 move waits".into() } else { format!("{moves} moves wait") })
+}
+
+/// `1 move`, `2 moves`.
+fn counted(n: u64, what: &str) -> String {
+    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
+}
+
+/// `line 3`, `lines 3, 7 and 5 more`.
+fn lines_text(lines: &[u64]) -> String {
+    let shown: Vec<String> = lines.iter().take(FEW).map(u64::to_string).collect();
+    let word = if lines.len() == 1 { "line" } else { "lines" };
+    match lines.len().saturating_sub(FEW) {
+        0 => format!("{word} {}", shown.join(", ")),
+        more => format!("{word} {} and {more} more", shown.join(", ")),
+    }
+}
+
+/// What the text is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verbosity {
+    /// What was done.
+    Done,
+    /// What would be done, change by change.
+    Plan,
+    /// What would be done, for a check or a refusal.
+    Check,
+}
+
+/// The account as text, for stderr.
+pub fn format_text(outcome: &Outcome, robot: &Robot, verbosity: Verbosity) -> String {
+    let dry = verbosity != Verbosity::Done;
+    let a = &outcome.account;
+    let mut text = String::new();
+    moves_text(&mut text, outcome, dry);
+    if let Some(v) = &outcome.vendor {
+        coverage_text(&mut text, v);
+    }
+    for (k, joint) in robot.axis_joints().enumerate() {
+        joint_text(&mut text, outcome, k, joint, dry);
+    }
+    if a.largest_change_m > 0.0 {
+        let odd = if a.largest_change_m > UNUSUAL_M {
+            ", far more than lost motion usually is: check the offsets"
+        } else {
+            ""
+        };
+        let _ = writeln!(text, "  largest change at the TCP {:.1} um{odd}", a.largest_change_m * 1e6);
+    }
+    if let Some(why) = a.unchecked_rates.filter(|_| !outcome.unchanged) {
+        let _ = writeln!(text, "  not everywhere checked against limits of speed and acceleration: {why}");
+    }
+    if let Some(duration_s) = a.duration_s {
+        cycle_time_text(&mut text, outcome, duration_s);
+    }
+    if let Some(v) = outcome.vendor.as_ref().filter(|_| verbosity == Verbosity::Plan) {
+        for c in v.changes.iter().take(LISTED) {
+            let _ = writeln!(text, "  {}", c.words(robot));
+        }
+        if v.changes_total > LISTED {
+            let _ = writeln!(text, "  and {} more (--json lists them all)", v.changes_total - LISTED);
+        }
+    }
+    if outcome.unchanged {
+        let is = if dry { "would be" } else { "is" };
+        let _ = writeln!(text, "  nothing to compensate: the output {is} the input, byte for byte");
+    }
+    text
+}
+
+/// Moves, reversals, added points.
+fn moves_text(text: &mut String, outcome: &Outcome, dry: bool) {
+    if outcome.points == 0 {
+        let _ = writeln!(text, "{}: no moves", outcome.input);
+        return;
+    }
+    let editable = outcome.vendor.as_ref().map_or(outcome.points, |v| v.coverage.editable);
+    let _ = writeln!(
+        text,
+        "{}: {}, {}; {}, {} {}",
+        outcome.input,
+        counted(outcome.points, "move"),
+        if editable == outcome.points { "all editable".into() } else { format!("{editable} editable") },
+        counted(outcome.account.reversals.iter().sum(), "reversal"),
+        counted(outcome.account.inserted, "point"),
+        if dry { "to be added" } else { "added" }
+    );
+}
+
+/// One joint: reversals, the largest offset, what rounding loses, what is left.
+fn joint_text(text: &mut String, outcome: &Outcome, axis: usize, joint: &Joint, dry: bool) {
+    let a = &outcome.account;
+    let reversals = a.reversals.get(axis).copied().unwrap_or(0);
+    let offset = a.largest_offset.get(axis).copied().unwrap_or(0.0);
+    if reversals == 0 && offset == 0.0 {
+        return;
+    }
+    let written = if dry { "to be written" } else { "written" };
+    let unit = joint.kind.unit();
+    let offset = joint.kind.to_user_unit(offset);
+    let of_offset = |lost: f64| if offset > 0.0 { format!(" ({:.1} %)", 100.0 * lost / offset) } else { String::new() };
+    let reversals = counted(reversals, "reversal");
+    let _ = write!(text, "  {}: {reversals}, largest offset {offset:.6} {unit}", joint.name);
+    if let Some(d) = outcome.written.get(axis).copied().flatten() {
+        let lost = 0.5 * 10f64.powi(-i32::from(d));
+        let _ = write!(text, "; {written} with {d} decimals, rounding loses up to {lost} {unit}{}", of_offset(lost));
+    }
+    if let Some(v) = &outcome.vendor
+        && let Some(Some(lost)) = v.written.lost.get(axis)
+    {
+        let (lost, digit) = (joint.kind.to_user_unit(*lost), joint.kind.to_user_unit(v.written.digit[axis]));
+        let _ = write!(
+            text,
+            "; {written} in steps of {digit:.6} {unit}, rounding loses up to {lost:.6} {unit}{}",
+            of_offset(lost)
+        );
+    }
+    let left = a.largest_left.get(axis).copied().unwrap_or(0.0);
+    if left > 0.0 {
+        let _ = write!(text, "; up to {:.6} {unit} is left after a reversal", joint.kind.to_user_unit(left));
+        if left > a.largest_offset.get(axis).copied().unwrap_or(f64::INFINITY) {
+            text.push_str(
+                ", more than without compensation until the step is done (nearer to the turn: --step-fraction)",
+            );
+        }
+    }
+    text.push('\n');
+}
+
+/// Of a vendor's moves the speeds are known, not how the controller rounds corners and slows down at new points.
+fn cycle_time_text(text: &mut String, outcome: &Outcome, [before, after]: [f64; 2]) {
+    let halts: u64 = outcome.vendor.iter().flat_map(|v| &v.written.halts).map(|h| h.stops).sum();
+    let passed = outcome.account.inserted.saturating_sub(halts);
+    let stops = match (outcome.vendor.is_some(), halts, passed) {
+        (false, ..) | (_, 0, 0) => String::new(),
+        (_, 0, _) => format!("; the robot may slow down at {}, which is not counted", counted(passed, "new point")),
+        (_, _, 0) => format!("; {}, estimated", counted(halts, "new stop")),
+        _ => format!(
+            "; {}, estimated; the robot may slow down at {}, which is not counted",
+            counted(halts, "new stop"),
+            counted(passed, "other new point")
+        ),
+    };
+    let _ = writeln!(
+        text,
+        "  cycle time {before:.3} s before, {after:.3} s after (at the speeds of the program, without waiting{stops})"
+    );
+}
+
+/// What of a vendor program is not edited, and why; where directions start anew.
+fn coverage_text(text: &mut String, v: &Vendor) {
+    let c = &v.coverage;
+    if c.as_poses > 0 || c.moves > c.editable {
+        let _ = writeln!(
+            text,
+            "  edited as joints: {}, as poses: {}, left: {}",
+            counted(c.as_joints, "move"),
+            counted(c.as_poses, "move"),
+            counted(c.moves - c.editable, "move")
+        );
+    }
+    for (what, names) in [("frame", &v.missing.frames), ("tool", &v.missing.tools)] {
+        for (name, moves) in names {
+            let _ = writeln!(text, "  {what} `{name}` is not known: {} (--list-frames)", waits(*moves));
+        }
+    }
+    for r in &v.coverage.reasons {
+        let _ = writeln!(text, "  not edited: {} ({}; {})", counted(r.moves, "move"), r.why, r.lines_text());
+    }
+    if v.anew > 0 {
+        let _ = writeln!(
+            text,
+            "  directions start anew {} (labels, loops, calls, targets that cannot be told): the first point there stays as it is",
+            if v.anew == 1 { "once".into() } else { format!("{} times", v.anew) }
+        );
+    }
+    for g in v.gaps.iter().take(FEW) {
+        let _ = writeln!(text, "  line {}: directions are lost at {}", g.at.line, g.why);
+    }
+    if v.gaps.len() > FEW {
+        let _ = writeln!(text, "  and at {} more", counted((v.gaps.len() - FEW) as u64, "place"));
+    }
+    new_points_text(text, v);
+    for n in v.notes.iter().take(FEW) {
+        let _ = writeln!(text, "  line {}: {}", n.place.line, n.text);
+    }
+    if v.notes.len() > FEW {
+        let _ = writeln!(text, "  and {}", counted((v.notes.len() - FEW) as u64, "more note"));
+    }
+}
+
+/// New points that are not placed, or at which the robot stops.
+fn new_points_text(text: &mut String, v: &Vendor) {
+    if v.unplaced.points > 0 {
+        let _ = writeln!(
+            text,
+            "  {} on moves that take none, or stay as they are: there the step is spread over the whole move ({})",
+            counted(v.unplaced.points, "new point"),
+            lines_text(&v.unplaced.lines)
+        );
+    }
+    if !v.written.stops.is_empty() {
+        let lines: Vec<u64> = v.written.stops.iter().map(|s| s.at.line).collect();
+        let points = v.written.stops.iter().map(|s| s.points).sum();
+        let _ = writeln!(
+            text,
+            "  {} on straight TCP moves without a corner, as none fits: the robot stops there for a moment, or nearly ({})",
+            counted(points, "new point"),
+            lines_text(&lines)
+        );
+    }
+    if !v.written.halts.is_empty() {
+        let lines: Vec<u64> = v.written.halts.iter().map(|h| h.at.line).collect();
+        let stops = v.written.halts.iter().map(|h| h.stops).sum();
+        let _ =
+            writeln!(text, "  {} that the program did not have ({})", counted(stops, "exact stop"), lines_text(&lines));
+    }
+}
