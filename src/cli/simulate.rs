@@ -3,7 +3,7 @@
 use crate::cli::{page, paths};
 use crate::effects::entry;
 use crate::error::{Error, Place, Result, counted, is_stdio, shown};
-use crate::io::input;
+use crate::io::input::{self, Input};
 use crate::io::output::{self, Output};
 use crate::log::Log;
 use crate::model::Model;
@@ -78,6 +78,20 @@ fn rate(text: &str) -> std::result::Result<f64, String> {
     above_zero(text).and_then(|v| if v <= 1e5 { Ok(v) } else { Err("expected at most 100000 Hz".into()) })
 }
 
+/// A log whose measurement is replaced by the model's; also whether its rows are settled poses.
+fn again(args: &Args, model: &Model, options: &Options, input: &Input, out: &mut Output) -> Result<(Written, bool)> {
+    let log = Log::parse(input.clone(), &model.robot)?;
+    let motion = Motion::of_log(model, &log);
+    let mut written = predicted::write_log_again(model, &motion, options, input, out)?;
+    if args.rate_hz.is_some() || args.speed_mm_s.is_some() {
+        written.notes.push("--rate-hz and --speed-mm-s do not apply to a log: it keeps its rows".into());
+    }
+    if log.poses {
+        written.notes.push("no t_s: rows are settled poses, where the servo has worked its error off".into());
+    }
+    Ok((written, log.poses))
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
     let inputs = [("--model", Some(args.model.as_path())), ("--input", Some(args.input.as_path()))];
@@ -103,27 +117,16 @@ pub fn run(args: Args) -> Result<()> {
         encoders: args.encoders,
         screws: args.screws,
     };
-    let mut settled = false;
-    let mut written = if predicted::is_log(&input, &model) {
-        let log = Log::parse(input.clone(), &model.robot)?;
+    let (mut written, settled) = if predicted::is_log(&input, &model) {
         options.encoders |= predicted::has_encoders(&input, &model);
-        let motion = Motion::of_log(&model, &log);
-        let mut written = predicted::write_log_again(&model, &motion, &options, &input, &mut out)?;
-        if args.rate_hz.is_some() || args.speed_mm_s.is_some() {
-            written.notes.push("--rate-hz and --speed-mm-s say nothing to a log: it keeps its rows".into());
-        }
-        settled = log.poses;
-        if log.poses {
-            written.notes.push("no t_s: rows are settled poses, where the servo has worked its error off".into());
-        }
-        written
+        again(&args, &model, &options, &input, &mut out)?
     } else {
         let program = Program::parse(input, &model.robot)?;
         let (t_s, notes) = times(&args, &model, &program, &options);
         let motion = Motion::of_program(&model, &program, &t_s, options.rate_hz)?;
         let mut written = predicted::write_program_log(&model, &motion, &options, &program.name, &mut out)?;
         written.notes.extend(notes);
-        written
+        (written, false)
     };
     for e in &model.effects {
         if let Some(why) = e.effect.idle(&e.site(&model.robot), settled) {

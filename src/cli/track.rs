@@ -97,62 +97,12 @@ pub fn run(args: Args) -> Result<()> {
     let speed_m_s = args.speed_mm_s.map(|v| above_zero("--speed-mm-s", v)).transpose()?;
     let mut out = Output::create(&args.output)?;
     let mut report = output::create(args.report.as_deref())?;
-    let mut model_file = None;
-    let (model, nominal) = match (&args.model, &args.robot) {
-        (Some(file), _) => {
-            // standard input is read once
-            if !is_stdio(file) {
-                let read = input::read(file)?;
-                model_file = Some(LogRef { name: read.name, sha256: read.sha256 });
-            }
-            (Model::load(file)?, false)
-        }
-        (None, Some(file)) => (Model::ideal(Robot::load(file)?), true),
-        (None, None) => return Err(usage("neither --robot nor --model", "one of them")),
-    };
+    let (model, source) = load(&args)?;
     let robot = &model.robot;
     let learned = args.kinematics.as_ref().map(|file| Learned::load(file, robot)).transpose()?;
     let path = Path::load(&args.path)?;
-    let mut origin = Origin { by: "nominal kinematics".into(), file: None };
-    let kinematics = match learned {
-        Some(learned) => {
-            let file = learned.file.clone();
-            let name = file.as_ref().map_or(String::new(), |f| f.name.clone());
-            if !learned.evidence.programs.is_empty() {
-                eprintln!(
-                    "note: {name} was learned on compensated runs: compensate this program in the same way (rewrite)"
-                );
-            }
-            origin = Origin { by: format!("learned kinematics ({})", learned.kind.text()), file };
-            Kinematics::learned(learned, &path.coordinates, &name)?
-        }
-        None if nominal => Kinematics::nominal(robot, &path.coordinates),
-        None => {
-            let left = model.effects.iter().filter(|e| e.effect.stage() != crate::effects::Stage::Geometry).count();
-            if left > 0 {
-                eprintln!(
-                    "note: {} of the model {} joints, not the geometry: rewrite --model undoes those that an offset can",
-                    counted(left, "effect"),
-                    if left == 1 { "moves" } else { "move" }
-                );
-            }
-            if model.registration.is_some() {
-                eprintln!("note: the path is taken in the robot's frame; the model's registration is not applied");
-            }
-            origin = Origin { by: "kinematics of the model's geometry".into(), file: model_file };
-            Kinematics::of_model(&model, &path.coordinates)
-        }
-    };
-    let t_s = match (&path.t_s, speed_m_s) {
-        (Some(_), Some(_)) => {
-            return Err(usage("--speed-mm-s and a path with t_s", "one of them"));
-        }
-        (Some(t), None) => t.clone(),
-        (None, Some(v)) => path.times_at(v),
-        (None, None) => {
-            return Err(Error::bad(Place::file(&path.name), "no column t_s", "times, or --speed-mm-s"));
-        }
-    };
+    let (kinematics, mut origin) = kinematics(&model, source, learned, &path)?;
+    let t_s = times(&path, speed_m_s)?;
     let method = match args.method {
         MethodArg::Qp => Method::Qp,
         MethodArg::Inverse => Method::Inverse,
@@ -172,6 +122,76 @@ pub fn run(args: Args) -> Result<()> {
     output::commit([Some(out), report, stdout])?;
     eprint!("{}", tracked.words(&path, &origin.by));
     Ok(())
+}
+
+/// Where the geometry comes from.
+enum Source {
+    /// A robot file.
+    Nominal,
+    /// A model file; without its name where it was standard input, which is read once.
+    Model(Option<LogRef>),
+}
+
+/// `--model` or `--robot`.
+fn load(args: &Args) -> Result<(Model, Source)> {
+    match (&args.model, &args.robot) {
+        (Some(file), _) => {
+            let mut model_file = None;
+            if !is_stdio(file) {
+                let read = input::read(file)?;
+                model_file = Some(LogRef { name: read.name, sha256: read.sha256 });
+            }
+            Ok((Model::load(file)?, Source::Model(model_file)))
+        }
+        (None, Some(file)) => Ok((Model::ideal(Robot::load(file)?), Source::Nominal)),
+        (None, None) => Err(usage("neither --robot nor --model", "one of them")),
+    }
+}
+
+/// The kinematics that the path is followed with, and where they come from.
+fn kinematics(model: &Model, source: Source, learned: Option<Learned>, path: &Path) -> Result<(Kinematics, Origin)> {
+    let file = match (learned, source) {
+        (Some(learned), _) => return of_learned(learned, path),
+        (None, Source::Nominal) => {
+            let origin = Origin { by: "nominal kinematics".into(), file: None };
+            return Ok((Kinematics::nominal(&model.robot, &path.coordinates), origin));
+        }
+        (None, Source::Model(file)) => file,
+    };
+    let left = model.effects.iter().filter(|e| e.effect.stage() != crate::effects::Stage::Geometry).count();
+    if left > 0 {
+        eprintln!(
+            "note: {} of the model {} joints, not the geometry: rewrite --model undoes those that an offset can",
+            counted(left, "effect"),
+            if left == 1 { "moves" } else { "move" }
+        );
+    }
+    if model.registration.is_some() {
+        eprintln!("note: the path is taken in the robot's frame; the model's registration is not applied");
+    }
+    let origin = Origin { by: "kinematics of the model's geometry".into(), file };
+    Ok((Kinematics::of_model(model, &path.coordinates), origin))
+}
+
+/// Kinematics that `learn` wrote.
+fn of_learned(learned: Learned, path: &Path) -> Result<(Kinematics, Origin)> {
+    let file = learned.file.clone();
+    let name = file.as_ref().map_or(String::new(), |f| f.name.clone());
+    if !learned.evidence.programs.is_empty() {
+        eprintln!("note: {name} was learned on compensated runs: compensate this program in the same way (rewrite)");
+    }
+    let origin = Origin { by: format!("learned kinematics ({})", learned.kind.text()), file };
+    Ok((Kinematics::learned(learned, &path.coordinates, &name)?, origin))
+}
+
+/// Times of the path's points: its own, or those of a constant speed.
+fn times(path: &Path, speed_m_s: Option<f64>) -> Result<Vec<f64>> {
+    match (&path.t_s, speed_m_s) {
+        (Some(_), Some(_)) => Err(usage("--speed-mm-s and a path with t_s", "one of them")),
+        (Some(t), None) => Ok(t.clone()),
+        (None, Some(v)) => Ok(path.times_at(v)),
+        (None, None) => Err(Error::bad(Place::file(&path.name), "no column t_s", "times, or --speed-mm-s")),
+    }
 }
 
 /// A joint vector in deg and mm, one value per axis.

@@ -8,7 +8,7 @@ use crate::io::name::path_of;
 use crate::io::output::Output;
 use crate::io::transaction::Transaction;
 use crate::rewrite::original::{KEPT_UP_TO, unpack};
-use crate::rewrite::stream::guard::{Note, note_path, read_note};
+use crate::rewrite::stream::guard::{Companion, Note, note_path, read_note};
 use std::path::{Path, PathBuf};
 
 /// Bring a rewritten program back, byte for byte.
@@ -44,6 +44,26 @@ pub struct Args {
     pub json: bool,
 }
 
+/// A further file of the program as it was, and where it goes.
+fn companion(args: &Args, c: &Companion, name: &str, target: &Path) -> Result<(PathBuf, Vec<u8>)> {
+    let rewritten = beside(&args.input, &c.output);
+    unchanged(&rewritten, &c.sha256_out, Some(&c.sha256_in))?;
+    let bytes = match &c.original {
+        Some(text) => checked(name, unpack(name, text)?, &c.sha256_in)?,
+        None => return Err(too_large(name, &c.input)),
+    };
+    if is_stdio(target) {
+        return Err(Error::bad(Place::file("--output"), "standard output for several files", "a file"));
+    }
+    let ending = Path::new(&c.output).extension().unwrap_or_default();
+    let to = if args.in_place { rewritten.clone() } else { target.with_extension(ending) };
+    if !args.in_place && (paths::same(&to, &rewritten) || paths::same(&to, &args.input) || to == target) {
+        let found = format!("a name by which {} would go over {}", c.input, shown(&to));
+        return Err(Error::bad(Place::file("--output"), found, "another name or folder (or --in-place)"));
+    }
+    Ok((to, bytes))
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
     let note_file = note_path(&args.input);
@@ -76,22 +96,7 @@ pub fn run(args: Args) -> Result<()> {
     }
     let mut files = vec![(target.clone(), original_of(&args, &note, &name)?)];
     for c in &note.companions {
-        let rewritten = beside(&args.input, &c.output);
-        unchanged(&rewritten, &c.sha256_out, Some(&c.sha256_in))?;
-        let bytes = match &c.original {
-            Some(text) => checked(&name, unpack(&name, text)?, &c.sha256_in)?,
-            None => return Err(too_large(&name, &c.input)),
-        };
-        if is_stdio(&target) {
-            return Err(Error::bad(Place::file("--output"), "standard output for several files", "a file"));
-        }
-        let ending = Path::new(&c.output).extension().unwrap_or_default();
-        let to = if args.in_place { rewritten.clone() } else { target.with_extension(ending) };
-        if !args.in_place && (paths::same(&to, &rewritten) || paths::same(&to, &args.input) || to == target) {
-            let found = format!("a name by which {} would go over {}", c.input, shown(&to));
-            return Err(Error::bad(Place::file("--output"), found, "another name or folder (or --in-place)"));
-        }
-        files.push((to, bytes));
+        files.push(companion(&args, c, &name, &target)?);
     }
     let mut all = Transaction::default();
     for (path, bytes) in files.iter().rev() {

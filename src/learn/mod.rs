@@ -92,6 +92,39 @@ pub struct Nominal {
     pub distances_m: Vec<f64>,
 }
 
+/// The network of one coordinate, and how its training ended.
+fn teach(learned: &Learned, rows: &[Row], c: usize, dof: usize, options: &Options) -> (Network, Training) {
+    let cost = if options.kind == Kind::Augmented { PUBLISHED } else { Cost { position: 1.0, speed: 0.0 } };
+    let mut samples = samples(learned, rows, c);
+    let (mean, spread) = spread(&samples.target);
+    let spread = if spread > 0.0 { spread } else { 1.0 };
+    samples.target.iter_mut().for_each(|t| *t = (*t - mean) / spread);
+    samples.target_speed.iter_mut().flatten().for_each(|v| *v /= spread);
+    // each coordinate draws from its own stream, so that leaving one out changes no other
+    let mut generator = ChaCha8Rng::seed_from_u64(options.seed);
+    generator.set_stream(1 + c as u64);
+    let mut network = Network::random(dof, options.hidden, 0.0, 1.0, &mut generator);
+    let training = train(&mut network, &samples, cost);
+    (network.rescaled(spread, mean), training)
+}
+
+/// Fewer rows than weights, or commands that never change, determine no network.
+fn refuse_too_little(name: &str, rows: &[Row], dof: usize, options: &Options) -> Result<()> {
+    let weights = Network::count(dof, options.hidden);
+    if rows.len() < weights {
+        let expected = format!("{weights} or more, as many as a network of {} neurons has weights", options.hidden);
+        let found = format!("{} with a measurement to learn from", counted(rows.len(), "row"));
+        return Err(Error::bad(Place::file(name), found, expected));
+    }
+    let moving = rows.iter().filter(|r| r.speed.is_some()).count();
+    if options.kind == Kind::Augmented && moving < weights {
+        let found = format!("{} with a velocity", counted(moving, "row"));
+        let expected = format!("{weights} or more: a log with t_s and without pauses, or `--kind plain`");
+        return Err(Error::bad(Place::file(name), found, expected));
+    }
+    Ok(())
+}
+
 /// Learns from `logs`; the test rows are those of `tests`, or else a fifth of the logs'.
 pub fn learn(robot: &Robot, logs: &[Source], tests: &[Source], options: &Options) -> Result<Lesson> {
     let all = |sources: &[Source]| -> Result<Vec<Row>> {
@@ -101,18 +134,7 @@ pub fn learn(robot: &Robot, logs: &[Source], tests: &[Source], options: &Options
     let (train_rows, test_rows) =
         if tests.is_empty() { data::split(all(logs)?, TRAIN_SHARE, options.seed) } else { (all(logs)?, all(tests)?) };
     let name = logs.first().map_or("", |s| s.log.name.as_str());
-    let weights = Network::count(robot.dof(), options.hidden);
-    if train_rows.len() < weights {
-        let expected = format!("{weights} or more, as many as a network of {} neurons has weights", options.hidden);
-        let found = format!("{} with a measurement to learn from", counted(train_rows.len(), "row"));
-        return Err(Error::bad(Place::file(name), found, expected));
-    }
-    let moving = train_rows.iter().filter(|r| r.speed.is_some()).count();
-    if options.kind == Kind::Augmented && moving < weights {
-        let found = format!("{} with a velocity", counted(moving, "row"));
-        let expected = format!("{weights} or more: a log with t_s and without pauses, or `--kind plain`");
-        return Err(Error::bad(Place::file(name), found, expected));
-    }
+    refuse_too_little(name, &train_rows, robot.dof(), options)?;
     let inputs = ranges(robot, &train_rows);
     if inputs.iter().all(|i| i.half_range == 0.0) {
         return Err(Error::bad(Place::file(name), "commands that never change", "a log in which joints move"));
@@ -128,25 +150,8 @@ pub fn learn(robot: &Robot, logs: &[Source], tests: &[Source], options: &Options
         evidence: Evidence::default(),
         file: None,
     };
-    let cost = if options.kind == Kind::Augmented { PUBLISHED } else { Cost { position: 1.0, speed: 0.0 } };
-    let taught: Vec<(Network, Training)> = options
-        .coordinates
-        .par_iter()
-        .map(|&c| {
-            let mut samples = samples(&learned, &train_rows, c);
-            let (mean, spread) = spread(&samples.target);
-            let spread = if spread > 0.0 { spread } else { 1.0 };
-            samples.target.iter_mut().for_each(|t| *t = (*t - mean) / spread);
-            samples.target_speed.iter_mut().flatten().for_each(|v| *v /= spread);
-            // each coordinate draws from a stream of its own, so that leaving one out changes no other
-            let mut generator = ChaCha8Rng::seed_from_u64(options.seed);
-            generator.set_stream(1 + c as u64);
-            let mut network = Network::random(robot.dof(), options.hidden, 0.0, 1.0, &mut generator);
-            let training = train(&mut network, &samples, cost);
-            (network.rescaled(spread, mean), training)
-        })
-        .collect();
-    let (networks, training): (Vec<_>, Vec<_>) = taught.into_iter().unzip();
+    let taught = options.coordinates.par_iter().map(|&c| teach(&learned, &train_rows, c, robot.dof(), options));
+    let (networks, training): (Vec<Network>, Vec<Training>) = taught.unzip();
     learned.networks = networks;
     for (&c, t) in options.coordinates.iter().zip(&training) {
         if t.reason == TerminationReason::StepLimit {

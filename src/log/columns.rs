@@ -193,6 +193,21 @@ impl ColumnMap {
     }
 }
 
+/// What stands for a missing cell: a number, a text, or a list of them.
+fn listed_missing(value: &Value) -> Option<Vec<Missing>> {
+    let listed = match value {
+        Value::Sequence(all) => all.as_slice(),
+        one => std::slice::from_ref(one),
+    };
+    let one = |v: &Value| match (v.as_f64(), v.as_str()) {
+        (Some(n), _) if !n.is_nan() => Some(Missing::Number(n)),
+        (Some(_), _) => Some(Missing::Text("nan".into())), // `.nan` is a number of YAML
+        (None, Some(text)) if !text.trim().is_empty() => Some(Missing::Text(text.trim().to_lowercase())),
+        _ => None,
+    };
+    listed.iter().map(one).collect()
+}
+
 fn entry(theirs: &str, value: &Value, doc: &Document) -> Result<Entry> {
     let bad = |key: &str, found: String, expected: &str| {
         Error::bad(doc.place(&[theirs, key]), format!("{found} of column `{theirs}`"), expected)
@@ -235,18 +250,8 @@ fn entry(theirs: &str, value: &Value, doc: &Document) -> Result<Entry> {
                 _ => return Err(bad(key, "another scale".into(), "a finite number above 0")),
             },
             "missing" => {
-                let listed = match v {
-                    Value::Sequence(all) => all.as_slice(),
-                    one => std::slice::from_ref(one),
-                };
-                for v in listed {
-                    missing.push(match (v.as_f64(), v.as_str()) {
-                        (Some(n), _) if !n.is_nan() => Missing::Number(n),
-                        (Some(_), _) => Missing::Text("nan".into()), // `.nan` is a number of YAML
-                        (None, Some(text)) if !text.trim().is_empty() => Missing::Text(text.trim().to_lowercase()),
-                        _ => return Err(bad(key, "another `missing`".into(), "a number, a text, or a list of them")),
-                    });
-                }
+                missing = listed_missing(v)
+                    .ok_or_else(|| bad(key, "another `missing`".into(), "a number, a text, or a list of them"))?;
             }
             other => {
                 return Err(bad(other, format!("unknown key `{other}`"), "`to`, `unit`, `sign`, `scale`, `missing`"));

@@ -83,6 +83,16 @@ pub fn check_for(log: &Log, robot: &Robot, kinematics: Kinematics) -> Result<Hyg
     Ok(found)
 }
 
+/// A measurement that another clock explains: a note, or refused where the clocks are far apart.
+fn shifted(log: &Log, shift_s: f64) -> Result<String> {
+    let side = if shift_s > 0.0 { "ahead of" } else { "behind" };
+    let text = format!("measured positions about {:.2} s {side} the commands", shift_s.abs());
+    if shift_s.abs() > APART_S {
+        return Err(Error::bad(Place::file(&log.name), text, "one clock for commands and measurement"));
+    }
+    Ok(text)
+}
+
 fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, found: &mut Hygiene) -> Result<()> {
     let computed = sample.computed(robot);
     let as_read = fit(&computed, &sample.measured, false);
@@ -114,15 +124,7 @@ fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, foun
     if let Some((shift_s, left)) = clock(log, robot, sample)
         && left <= EXPLAINED * as_read.misfit_m
     {
-        let text = format!(
-            "measured positions about {:.2} s {} the commands",
-            shift_s.abs(),
-            if shift_s > 0.0 { "ahead of" } else { "behind" }
-        );
-        if shift_s.abs() > APART_S {
-            return Err(Error::bad(Place::file(&log.name), text, "one clock for commands and measurement"));
-        }
-        found.notes.push(text);
+        found.notes.push(shifted(log, shift_s)?);
         return Ok(());
     }
     if as_read.misfit_m <= FOREIGN * size || moving.len() < 2 || spread(&sample.measured) < SMALLEST_PATH_M {

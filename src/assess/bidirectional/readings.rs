@@ -88,17 +88,7 @@ impl Readings {
 
     fn check(&mut self, columns: &[Column]) -> Result<()> {
         let file = || Place::file(&self.name);
-        for (k, name) in self.states.names.iter().enumerate() {
-            let levels = self.states.levels(k);
-            if levels.len() > STATES && levels.len() * 4 > self.rows.len() {
-                let index = columns.iter().find(|c| c.role == Role::State(name.clone())).map(|c| c.index as u64 + 1);
-                return Err(Error::bad(
-                    Place { column: index, ..file() },
-                    format!("{} different values in column `{name}`", levels.len()),
-                    "a state such as a speed or a payload; name the state columns with --states, or `ignore` it in a column map",
-                ));
-            }
-        }
+        self.refuse_many_states(columns)?;
         let all: Vec<f64> = self.rows.iter().filter_map(|r| r.error_m).collect();
         if all.is_empty() {
             return Err(Error::bad(
@@ -116,6 +106,32 @@ impl Readings {
                 ));
             }
         }
+        self.check_sizes(&all, columns)?;
+        if self.missing > 0 {
+            self.notes.push(format!("{} of {} readings are missing", self.missing, self.rows.len()));
+        }
+        self.refuse_twice()
+    }
+
+    /// A column with nearly as many values as rows is no state.
+    fn refuse_many_states(&self, columns: &[Column]) -> Result<()> {
+        for (k, name) in self.states.names.iter().enumerate() {
+            let levels = self.states.levels(k);
+            if levels.len() > STATES && levels.len() * 4 > self.rows.len() {
+                let index = columns.iter().find(|c| c.role == Role::State(name.clone())).map(|c| c.index as u64 + 1);
+                return Err(Error::bad(
+                    Place { column: index, ..Place::file(&self.name) },
+                    format!("{} different values in column `{name}`", levels.len()),
+                    "a state such as a speed or a payload; name the state columns with --states, or `ignore` it in a column map",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Errors and positions of believable sizes: another one is a wrong unit.
+    fn check_sizes(&mut self, all: &[f64], columns: &[Column]) -> Result<()> {
+        let file = || Place::file(&self.name);
         let largest = all.iter().fold(0.0, |m: f64, e| m.max(e.abs()));
         let (lo, hi) = self
             .rows
@@ -152,10 +168,7 @@ impl Readings {
                 format!("the largest error is {:.4} um: if it is in mm, name its column error_mm", largest * 1e6);
             self.notes.push(text);
         }
-        if self.missing > 0 {
-            self.notes.push(format!("{} of {} readings are missing", self.missing, self.rows.len()));
-        }
-        self.refuse_twice()
+        Ok(())
     }
 
     /// One reading for each position, direction, repeat and state.

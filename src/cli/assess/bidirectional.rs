@@ -7,7 +7,7 @@ use crate::assess::bidirectional::{Assessment, Errors, Model, Options, Readings,
 use crate::cli::{page, paths};
 use crate::error::{Error, Place, Result, is_stdio};
 use crate::gaps::file::{document, to_json, to_yaml};
-use crate::io::output;
+use crate::io::output::{self, Output};
 use crate::log::ColumnMap;
 use crate::model::Model as Machine;
 use crate::robot::{JointKind, Robot};
@@ -112,6 +112,39 @@ pub enum EffectArg {
     BacklashSpeed,
 }
 
+/// The curve as that of a joint: gaps and a model, where they are asked for. Returns notes.
+fn write_joint(
+    args: &Args,
+    result: &Assessment,
+    robot: &Robot,
+    mapping: &Mapping,
+    output: &mut Option<Output>,
+    model_out: &mut Option<Output>,
+) -> Result<Vec<String>> {
+    let mut notes = Vec::new();
+    let model = needed(result)?;
+    gap::within_limits(result, mapping, robot, &mut notes)?;
+    let at = pairs("--at-state", &args.at_state)?;
+    let state = if at.is_empty() { model.reference } else { result.states.named(&at, &result.order, &result.file)? };
+    if let (Some(path), Some(out)) = (&args.output, output) {
+        let gaps = gap::gaps(result, model, state, mapping, robot)?;
+        let doc = document(&gaps, robot);
+        let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+        out.put(if json { to_json(&doc)? } else { to_yaml(&doc)? }.as_bytes())?;
+        notes.extend(gaps.notes);
+    }
+    if let Some(out) = model_out {
+        let effect = match args.effect {
+            EffectArg::BacklashPosition => gap::over_position(result, model, state, mapping, &mut notes)?,
+            EffectArg::BacklashSpeed => gap::over_speed(result, model, mapping, &mut notes)?,
+        };
+        let mut machine = Machine::ideal(robot.clone());
+        machine.effects.push(effect);
+        out.put(machine.to_yaml_inline()?.as_bytes())?;
+    }
+    Ok(notes)
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
     let inputs = [
@@ -140,29 +173,7 @@ pub fn run(args: Args) -> Result<()> {
     let readings = Readings::load(&args.readings, map.as_ref(), args.states.as_deref())?;
     let mut result = assess(readings, &reference, &options)?;
     if let (Some(robot), Some(mapping)) = (&robot, &mapping) {
-        let mut notes = Vec::new();
-        let model = needed(&result)?;
-        gap::within_limits(&result, mapping, robot, &mut notes)?;
-        let at = pairs("--at-state", &args.at_state)?;
-        let state =
-            if at.is_empty() { model.reference } else { result.states.named(&at, &result.order, &result.file)? };
-        if let (Some(path), Some(out)) = (&args.output, &mut output) {
-            let gaps = gap::gaps(&result, model, state, mapping, robot)?;
-            let doc = document(&gaps, robot);
-            let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
-            out.put(if json { to_json(&doc)? } else { to_yaml(&doc)? }.as_bytes())?;
-            notes.extend(gaps.notes);
-        }
-        if let Some(out) = &mut model_out {
-            let effect = match args.effect {
-                EffectArg::BacklashPosition => gap::over_position(&result, model, state, mapping, &mut notes)?,
-                EffectArg::BacklashSpeed => gap::over_speed(&result, model, mapping, &mut notes)?,
-            };
-            let mut machine = Machine::ideal(robot.clone());
-            machine.effects.push(effect);
-            out.put(machine.to_yaml_inline()?.as_bytes())?;
-        }
-        for note in notes {
+        for note in write_joint(&args, &result, robot, mapping, &mut output, &mut model_out)? {
             if !result.notes.contains(&note) {
                 result.notes.push(note);
             }

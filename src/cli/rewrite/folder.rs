@@ -59,10 +59,9 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<()> {
         refuse_program(file, &args.input, output, &programs, &job.files)?;
     }
     let mut summary = output::create(args.summary.as_deref())?;
-    let bar = if std::io::stderr().is_terminal() {
-        ProgressBar::new(programs.len() as u64).with_style(style("{wide_bar} {pos}/{len} programs"))
-    } else {
-        ProgressBar::hidden()
+    let bar = match std::io::stderr().is_terminal() {
+        true => ProgressBar::new(programs.len() as u64).with_style(style("{wide_bar} {pos}/{len} programs")),
+        false => ProgressBar::hidden(),
     };
     let mut lines = batch::run(&job, &args.input, &programs, output, &|| bar.inc(1));
     bar.finish_and_clear();
@@ -74,6 +73,11 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<()> {
     let json = serde_json::json!({"schema": "lostmotion/rewrite-batch/1", "programs": lines});
     let json = args.json.then(|| printed(&json)).transpose()?;
     output::commit([summary, json])?;
+    conclude(args, &lines)
+}
+
+/// Tells what became of the programs; an error where some are refused or failed.
+fn conclude(args: &Args, lines: &[Line]) -> Result<()> {
     let count = |s: Status| lines.iter().filter(|l| l.status == s).count();
     let (refused, failed) = (count(Status::Refused), count(Status::Failed));
     for l in lines.iter().filter(|l| matches!(l.status, Status::Refused | Status::Failed)) {

@@ -254,6 +254,64 @@ fn noise_at_rest(s: &Stretch, rests: &rest::Rests) -> Option<f64> {
     (deviations.len() >= 30).then(|| SIGMA_PER_MAD * median_of(&mut deviations).unwrap_or(0.0))
 }
 
+impl JointSweeps {
+    /// A joint of which nothing but its turns is known.
+    fn new(axis: usize, turns: usize) -> Self {
+        let map = Map {
+            half_gap: 0.0,
+            ci95: [0.0; 2],
+            knots: Vec::new(),
+            band: Vec::new(),
+            varies_p_value: None,
+            scatter: 1.0,
+            scatter_p_value: None,
+        };
+        Self {
+            axis,
+            deadzones: Vec::new(),
+            map,
+            turns,
+            inside: 0,
+            not_crossed: 0,
+            too_short: 0,
+            unseen: 0,
+            unfitted: 0,
+            noise_m: 0.0,
+            radius_m: 0.0,
+            outliers: 0,
+        }
+    }
+
+    /// The deadzones that the tip crosses on the `k`-th stretch, and the count of those that it does not.
+    fn crossings(&mut self, robot: &Robot, k: usize, s: &Stretch, options: &Options) -> Vec<Crossing> {
+        let mut sigma = noise(s);
+        let radius = |sigma: f64| options.rest_m.unwrap_or((rest::RADIUS * sigma).max(rest::LEAST_RADIUS_M));
+        let mut rests = rest::find(s, radius(sigma));
+        if let Some(wider) = noise_at_rest(s, &rests).filter(|w| *w > COLOURED * sigma) {
+            sigma = wider;
+            rests = rest::find(s, radius(sigma));
+        }
+        self.radius_m = self.radius_m.max(radius(sigma));
+        self.inside += rests.inside(s.turns.len());
+        self.not_crossed += rests.not_crossed;
+        self.too_short += rests.too_short;
+        self.unseen += rests.unseen;
+        let axis = self.axis;
+        let path = |v: f64| {
+            let mut q = s.pose.clone();
+            q[axis] = v;
+            robot.tcp_m(&q)
+        };
+        let step = if robot.axis(axis).kind == JointKind::Revolute { STEP_RAD } else { STEP_M };
+        let crossing = |rest: rest::Rest| {
+            let at = s.turns[rest.turn];
+            let bends = edge::bends(path, at.p + at.dir * rest.travel[1], step);
+            Crossing { stretch: k, rest, bends, sigma, radius_m: radius(sigma) }
+        };
+        rests.crossed.into_iter().map(crossing).collect()
+    }
+}
+
 /// Everything about one joint, or why there is nothing.
 fn joint(
     robot: &Robot,
@@ -263,28 +321,7 @@ fn joint(
 ) -> std::result::Result<JointSweeps, String> {
     let axis = stretches[0].axis;
     let kind = robot.axis(axis).kind;
-    let mut out = JointSweeps {
-        axis,
-        deadzones: Vec::new(),
-        map: Map {
-            half_gap: 0.0,
-            ci95: [0.0; 2],
-            knots: Vec::new(),
-            band: Vec::new(),
-            varies_p_value: None,
-            scatter: 1.0,
-            scatter_p_value: None,
-        },
-        turns: stretches.iter().map(|s| s.turns.len()).sum(),
-        inside: 0,
-        not_crossed: 0,
-        too_short: 0,
-        unseen: 0,
-        unfitted: 0,
-        noise_m: 0.0,
-        radius_m: 0.0,
-        outliers: 0,
-    };
+    let mut out = JointSweeps::new(axis, stretches.iter().map(|s| s.turns.len()).sum());
     if out.turns == 0 {
         return Err("it never turns back".into());
     }
@@ -293,29 +330,7 @@ fn joint(
     let stretches: &[&Stretch] = &cleaned.iter().map(|c| &c.0).collect::<Vec<_>>();
     let mut crossings = Vec::new();
     for (k, &s) in stretches.iter().enumerate() {
-        let mut sigma = noise(s);
-        let radius = |sigma: f64| options.rest_m.unwrap_or((rest::RADIUS * sigma).max(rest::LEAST_RADIUS_M));
-        let mut rests = rest::find(s, radius(sigma));
-        if let Some(wider) = noise_at_rest(s, &rests).filter(|w| *w > COLOURED * sigma) {
-            sigma = wider;
-            rests = rest::find(s, radius(sigma));
-        }
-        out.radius_m = out.radius_m.max(radius(sigma));
-        out.inside += rests.inside(s.turns.len());
-        out.not_crossed += rests.not_crossed;
-        out.too_short += rests.too_short;
-        out.unseen += rests.unseen;
-        let path = |v: f64| {
-            let mut q = s.pose.clone();
-            q[axis] = v;
-            robot.tcp_m(&q)
-        };
-        let step = if kind == JointKind::Revolute { STEP_RAD } else { STEP_M };
-        for rest in rests.crossed {
-            let at = s.turns[rest.turn];
-            let bends = edge::bends(path, at.p + at.dir * rest.travel[1], step);
-            crossings.push(Crossing { stretch: k, rest, bends, sigma, radius_m: radius(sigma) });
-        }
+        crossings.extend(out.crossings(robot, k, s, options));
     }
     let mut warp = Warp::default();
     for round in 0..ROUNDS {

@@ -167,6 +167,37 @@ fn figures(x: &Vector4<f64>, centre: f64, level: f64) -> [f64; 6] {
     [m, c_r, c_l, (x[2] - x[1]) / m, 0.5 * (c_r + c_l), tau]
 }
 
+/// Fits again without rows that lie far from both flanks.
+fn without_gross(
+    rows: &mut Vec<Row>,
+    mut total: Normal,
+    mut x: Vector4<f64>,
+    lag: bool,
+) -> Result<(Normal, Vector4<f64>), Missing> {
+    for _ in 0..3 {
+        let error: Vec<f64> = rows.iter().map(|r| (r.output - r.design.dot(&x)).abs()).collect();
+        let limit = GROSS * (SIGMA_PER_MAD * median(&error)).max(ROUNDING);
+        let before = rows.len();
+        let mut error = error.iter();
+        rows.retain(|_| error.next().is_some_and(|e| *e <= limit));
+        if rows.len() == before {
+            break;
+        }
+        total = Normal::of(rows);
+        x = total.solve(lag).ok_or(Missing::Singular)?.0;
+    }
+    Ok((total, x))
+}
+
+/// Adds the variance by which the figures differ where one stroke of a direction is left out.
+fn add_jackknife(variance: &mut [f64; 6], without: &[[f64; 6]]) {
+    let n = without.len() as f64;
+    for (k, v) in variance.iter_mut().enumerate() {
+        let mean = without.iter().map(|f| f[k]).sum::<f64>() / n;
+        *v += (n - 1.0) / n * without.iter().map(|f| (f[k] - mean).powi(2)).sum::<f64>();
+    }
+}
+
 /// Fits both flanks.
 pub fn fit(pair: &Pair) -> Result<Flanks, Missing> {
     let (mut rows, centre, level) = usable(pair);
@@ -184,6 +215,7 @@ pub fn fit(pair: &Pair) -> Result<Flanks, Missing> {
     let mut x = with.as_ref().filter(|_| lag).map_or(plain, |w| w.0);
     let mut all = all;
     if lag {
+        // rows of a steady speed, where a lag is a distance
         for _ in 0..2 {
             let steady = |r: &&Row| steady(pair, r.row, x[3] / x[0], STEADY * (x[2] - x[1]) / x[0]);
             let kept: Vec<Row> = rows.iter().filter(steady).cloned().collect();
@@ -195,18 +227,7 @@ pub fn fit(pair: &Pair) -> Result<Flanks, Missing> {
         }
         (total, all) = (Normal::of(&rows), rows.len());
     }
-    for _ in 0..3 {
-        let error: Vec<f64> = rows.iter().map(|r| (r.output - r.design.dot(&x)).abs()).collect();
-        let limit = GROSS * (SIGMA_PER_MAD * median(&error)).max(ROUNDING);
-        let before = rows.len();
-        let mut error = error.iter();
-        rows.retain(|_| error.next().is_some_and(|e| *e <= limit));
-        if rows.len() == before {
-            break;
-        }
-        total = Normal::of(&rows);
-        x = total.solve(lag).ok_or(Missing::Singular)?.0;
-    }
+    (total, x) = without_gross(&mut rows, total, x, lag)?;
     let squares: f64 = rows.iter().map(|r| (r.output - r.design.dot(&x)).powi(2)).sum();
     let (clusters, repeats, strokes) = clusters(&rows);
     let [n_up, n_down] = [true, false].map(|up| clusters.iter().filter(|c| c.0 == up).count());
@@ -214,19 +235,12 @@ pub fn fit(pair: &Pair) -> Result<Flanks, Missing> {
         return Err(Missing::TooShort);
     }
     let best = figures(&x, centre, level);
+    let figures_without = |c: &Normal| total.less(c).solve(lag).map(|(x, _)| figures(&x, centre, level));
     let mut variance = [0.0; 6];
-    for (n, up) in [(n_up, true), (n_down, false)] {
-        let without: Vec<[f64; 6]> = clusters
-            .iter()
-            .filter(|c| c.0 == up)
-            .map(|c| total.less(&c.1).solve(lag).map(|(x, _)| figures(&x, centre, level)))
-            .collect::<Option<_>>()
-            .ok_or(Missing::TooShort)?;
-        let n = n as f64;
-        for (k, v) in variance.iter_mut().enumerate() {
-            let mean = without.iter().map(|f| f[k]).sum::<f64>() / n;
-            *v += (n - 1.0) / n * without.iter().map(|f| (f[k] - mean).powi(2)).sum::<f64>();
-        }
+    for up in [true, false] {
+        let without = clusters.iter().filter(|c| c.0 == up).map(|c| figures_without(&c.1));
+        let without: Vec<[f64; 6]> = without.collect::<Option<_>>().ok_or(Missing::TooShort)?;
+        add_jackknife(&mut variance, &without);
     }
     let factor = student::factor(0.95, (n_up + n_down - 2) as f64);
     // clean data agree better than their digits; at a stop all rows are rounded alike, so that it does not average out

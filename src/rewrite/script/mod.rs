@@ -159,28 +159,9 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let mut known = Poses::new(task.robot, &task.choices.frames);
     let Cut { runs, gaps, partial, mut left } = run::cut(script, &choice, &mut known);
     let looks_rewritten = looks_rewritten(script, &runs, task);
-    let mut edits = Edits { digit: task.digit.to_vec(), pose_digit: task.pose_digit, ..Edits::default() };
-    let mut account = empty(task.robot.dof());
-    let mut unplaced = Unplaced::default();
-    let mut rates = Rates::default();
-    let mut lines = Vec::new();
-    for run in &runs {
-        let mut options = task.options.clone();
-        options.deadband.clone_from(&deadband);
-        if !run.entry {
-            // only the program starts where the user says
-            options.initial_direction.fill(0);
-        }
-        let (emitted, done) =
-            rates.within(script, task, run, options, &|options| through(script, task, run, options))?;
-        let solve = choice.solve_within_m.is_some();
-        let (lost, added) = edits::collect(document.as_ref(), task.robot, run, &emitted, solve, &mut edits);
-        unplaced.points += lost.points;
-        unplaced.lines.extend(lost.lines);
-        unplaced.rounded += lost.rounded;
-        add(&mut account, done, added, lines.len() as u64);
-        lines.extend(run.vertices.iter().map(|v| script.steps[v.step].at));
-    }
+    let solve = choice.solve_within_m.is_some();
+    let Collected { mut edits, mut account, mut unplaced, rates, lines } =
+        Collected::of(document.as_ref(), task, &runs, &deadband, solve)?;
     unplaced.points += spare(script, task.choices, &mut edits);
     let (changes, changes_total) = change::of_edits(script, &runs, &edits, task.robot, task.listed);
     unplaced.points += poses::write(script, &runs, &mut edits, &mut left);
@@ -201,9 +182,9 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     account.points = coverage.moves;
     account.inserted = edits.steps.values().map(|e| e.before.len() as u64).sum();
     // an estimate of a part would read as one of the whole
-    account.duration_s = (runs.iter().all(Run::timed) && !runs.is_empty() && gaps.is_empty() && partial.is_empty())
-        .then(|| runs.iter().filter_map(|r| r.vertices.last()).map(|v| v.t_s).sum())
-        .map(|s: f64| [s, s]);
+    let whole = runs.iter().all(Run::timed) && !runs.is_empty() && gaps.is_empty() && partial.is_empty();
+    let duration_s = || runs.iter().filter_map(|r| r.vertices.last()).map(|v| v.t_s).sum();
+    account.duration_s = whole.then(duration_s).map(|s: f64| [s, s]);
     enough_digits(script, &edits, task)?;
     let (texts, written) = writing::write(format, document.as_ref(), &names, &mut edits, task)?;
     if !written.halts.is_empty() {
@@ -213,11 +194,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     notes.extend(rates.notes(task.robot));
     notes.extend(script.notes.iter().cloned());
     notes.extend(notes::not_understood(script));
-    if task.choices.solve_within_m.is_some() && !document.takes_joints_for_poses() {
-        let text =
-            format!("--solve-cartesian: {} has no straight move to joint values; Cartesian moves stay", format.title());
-        notes.insert(0, Note { place: At { file: 0, line: 1 }, text });
-    }
+    notes.splice(0..0, notes::unsolved(format, document.as_ref(), task.choices));
     Ok(Done {
         texts,
         account,
@@ -235,6 +212,47 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         notes,
         document,
     })
+}
+
+/// What came out of the engine, run by run, as edits.
+struct Collected {
+    edits: Edits,
+    account: Account,
+    unplaced: Unplaced,
+    rates: Rates,
+    /// Line of each point of the account's violations.
+    lines: Vec<At>,
+}
+
+impl Collected {
+    fn of(document: &dyn Document, task: &Task, runs: &[Run], deadband: &[f64], solve: bool) -> Result<Self> {
+        let script = document.script();
+        let mut all = Self {
+            edits: Edits { digit: task.digit.to_vec(), pose_digit: task.pose_digit, ..Edits::default() },
+            account: empty(task.robot.dof()),
+            unplaced: Unplaced::default(),
+            rates: Rates::default(),
+            lines: Vec::new(),
+        };
+        for run in runs {
+            let mut options = task.options.clone();
+            options.deadband.clear();
+            options.deadband.extend_from_slice(deadband);
+            if !run.entry {
+                // only the program starts where the user says
+                options.initial_direction.fill(0);
+            }
+            let (emitted, done) =
+                all.rates.within(script, task, run, options, &|options| through(script, task, run, options))?;
+            let (lost, added) = edits::collect(document, task.robot, run, &emitted, solve, &mut all.edits);
+            all.unplaced.points += lost.points;
+            all.unplaced.lines.extend(lost.lines);
+            all.unplaced.rounded += lost.rounded;
+            add(&mut all.account, done, added, all.lines.len() as u64);
+            all.lines.extend(run.vertices.iter().map(|v| script.steps[v.step].at));
+        }
+        Ok(all)
+    }
 }
 
 /// New points that are not wanted go: in processes, and beyond the most that may be added. Returns how many went.

@@ -1,8 +1,8 @@
 //! Notes about a whole program: what the robot file or the program does not say, and comments that were meant for the tool.
 
-use super::Task;
+use super::{Choices, Task};
 use crate::compensator::Compensator;
-use crate::program::script::{At, Format, Note, Script, StepKind};
+use crate::program::script::{At, Document, Format, Note, Script, StepKind};
 use std::collections::HashSet;
 
 /// The compensator without a joint whose gear turns by more than its own axis on most arms of the format's maker, where the robot
@@ -62,4 +62,14 @@ fn addresses_us(line: &[u8]) -> bool {
         || behind.starts_with('m')
             && word.len() < rest.len()
             && ["on", "off", "of"].contains(&word.split(|c: char| !c.is_ascii_alphabetic()).next().unwrap_or_default())
+}
+
+/// That `--solve-cartesian` finds nothing in a format that cannot hold its result.
+pub fn unsolved(format: &dyn Format, document: &dyn Document, choices: &Choices) -> Option<Note> {
+    if choices.solve_within_m.is_none() || document.takes_joints_for_poses() {
+        return None;
+    }
+    let text =
+        format!("--solve-cartesian: {} has no straight move to joint values; Cartesian moves stay", format.title());
+    Some(Note { place: At { file: 0, line: 1 }, text })
 }

@@ -28,72 +28,10 @@ pub(super) fn blind(page: &mut Page, robot: &Robot, t: &Traces, told: &Told) {
     if t.hidden.is_empty() {
         return;
     }
-    let find = |effect: &str, target: &str| -> Option<&Hidden> {
-        let both = || t.hidden.iter().filter(|h| h.effect == effect && h.target == target);
-        both().find(|h| h.found).or_else(|| both().next())
-    };
     let joints: Vec<&str> = robot.joints.iter().map(|j| j.name.as_str()).collect();
-    let on_joint = |effect: &str, joint: &str| match effect.split_once('.') {
-        Some((effect, parameter)) => find(effect, &format!("{joint}.{parameter}")),
-        None => find(effect, joint),
-    };
-    let mut blocks = Vec::new();
-    let on_joints = on_joints();
-    let kept: Vec<&(String, String)> =
-        on_joints.iter().filter(|(e, _)| joints.iter().any(|j| on_joint(e, j).is_some())).collect();
-    blocks.push(MapBlock {
-        corner: "joint".into(),
-        columns: kept
-            .iter()
-            .map(|(e, heading)| (heading.to_string(), unit_of(joints.iter().filter_map(|j| on_joint(e, j)))))
-            .collect(),
-        rows: joints
-            .iter()
-            .map(|j| {
-                (
-                    j.to_string(),
-                    kept.iter().map(|(e, _)| on_joint(e, j).map_or(MapCell::Absent, |h| cell(h, told))).collect(),
-                )
-            })
-            .collect(),
-    });
-    // a coupling shows only where both joints move
-    let of_motion = of_motion();
-    let rests = |joint: &str| {
-        let mut seen = of_motion.iter().filter_map(|e| find(e, joint)).peekable();
-        seen.peek().is_some() && seen.all(|h| !h.found && h.moves.is_none())
-    };
-    let coupled = |to: &str, from: &str| {
-        let target = format!("{to}<-{from}");
-        t.hidden.iter().filter(|h| h.target == target).max_by_key(|h| h.found)
-    };
-    if joints.iter().any(|to| joints.iter().any(|from| coupled(to, from).is_some())) {
-        let all = || joints.iter().flat_map(|to| joints.iter().filter_map(|from| coupled(to, from)));
-        let unit = unit_of(all());
-        blocks.push(MapBlock {
-            corner: "coupling of".into(),
-            columns: joints.iter().map(|from| (format!("to {from}"), unit.clone())).collect(),
-            rows: joints
-                .iter()
-                .map(|to| {
-                    let cells = joints.iter().map(|from| match coupled(to, from) {
-                        Some(h) => cell(h, told),
-                        None if to != from && (rests(to) || rests(from)) => MapCell::Hatched,
-                        None => MapCell::Absent,
-                    });
-                    (to.to_string(), cells.collect())
-                })
-                .collect(),
-        });
-    }
-    let whole: Vec<&Hidden> = t.hidden.iter().filter(|h| matches!(h.target.as_str(), "tool" | "tcp" | "log")).collect();
-    if !whole.is_empty() {
-        blocks.push(MapBlock {
-            corner: "whole machine".into(),
-            columns: whole.iter().map(|h| (h.effect.replace('_', " "), unit_of(std::iter::once(*h)))).collect(),
-            rows: vec![(String::new(), whole.iter().map(|h| cell(h, told)).collect())],
-        });
-    }
+    let mut blocks = vec![joint_block(&joints, t, told)];
+    blocks.extend(coupling_block(&joints, t, told));
+    blocks.extend(machine_block(t, told));
     let none = t.hidden.iter().filter(|h| !h.found && h.moves.is_none()).count();
     let title = match none {
         0 => "What this log could not have shown".to_string(),
@@ -115,6 +53,77 @@ pub(super) fn blind(page: &mut Page, robot: &Robot, t: &Traces, told: &Told) {
             blocks,
         },
     );
+}
+
+/// An effect on a target; one that was found comes first.
+fn find<'a>(t: &'a Traces, effect: &str, target: &str) -> Option<&'a Hidden> {
+    let both = || t.hidden.iter().filter(|h| h.effect == effect && h.target == target);
+    both().find(|h| h.found).or_else(|| both().next())
+}
+
+/// Effects of single joints: a row per joint, a column per effect.
+fn joint_block(joints: &[&str], t: &Traces, told: &Told) -> MapBlock {
+    let on_joint = |effect: &str, joint: &str| match effect.split_once('.') {
+        Some((effect, parameter)) => find(t, effect, &format!("{joint}.{parameter}")),
+        None => find(t, effect, joint),
+    };
+    let on_joints = on_joints();
+    let kept: Vec<&(String, String)> =
+        on_joints.iter().filter(|(e, _)| joints.iter().any(|j| on_joint(e, j).is_some())).collect();
+    let row = |j: &&str| {
+        let cells = kept.iter().map(|(e, _)| on_joint(e, j).map_or(MapCell::Absent, |h| cell(h, told)));
+        (j.to_string(), cells.collect())
+    };
+    MapBlock {
+        corner: "joint".into(),
+        columns: kept
+            .iter()
+            .map(|(e, heading)| (heading.to_string(), unit_of(joints.iter().filter_map(|j| on_joint(e, j)))))
+            .collect(),
+        rows: joints.iter().map(row).collect(),
+    }
+}
+
+/// Couplings: they show only where both joints move.
+fn coupling_block(joints: &[&str], t: &Traces, told: &Told) -> Option<MapBlock> {
+    let of_motion = of_motion();
+    let rests = |joint: &str| {
+        let mut seen = of_motion.iter().filter_map(|e| find(t, e, joint)).peekable();
+        seen.peek().is_some() && seen.all(|h| !h.found && h.moves.is_none())
+    };
+    let coupled = |to: &str, from: &str| {
+        let target = format!("{to}<-{from}");
+        t.hidden.iter().filter(|h| h.target == target).max_by_key(|h| h.found)
+    };
+    let all = || joints.iter().flat_map(|to| joints.iter().filter_map(|from| coupled(to, from)));
+    all().next()?;
+    let unit = unit_of(all());
+    let row = |to: &&str| {
+        let cells = joints.iter().map(|from| match coupled(to, from) {
+            Some(h) => cell(h, told),
+            None if to != from && (rests(to) || rests(from)) => MapCell::Hatched,
+            None => MapCell::Absent,
+        });
+        (to.to_string(), cells.collect())
+    };
+    Some(MapBlock {
+        corner: "coupling of".into(),
+        columns: joints.iter().map(|from| (format!("to {from}"), unit.clone())).collect(),
+        rows: joints.iter().map(row).collect(),
+    })
+}
+
+/// Effects of tool, TCP and log.
+fn machine_block(t: &Traces, told: &Told) -> Option<MapBlock> {
+    let whole: Vec<&Hidden> = t.hidden.iter().filter(|h| matches!(h.target.as_str(), "tool" | "tcp" | "log")).collect();
+    if whole.is_empty() {
+        return None;
+    }
+    Some(MapBlock {
+        corner: "whole machine".into(),
+        columns: whole.iter().map(|h| (h.effect.replace('_', " "), unit_of(std::iter::once(*h)))).collect(),
+        rows: vec![(String::new(), whole.iter().map(|h| cell(h, told)).collect())],
+    })
 }
 
 /// Unit in which a size is shown, and the factor from its key's.
