@@ -117,7 +117,7 @@ impl Instrument {
         Program::parse(from_bytes(name.into(), text.into()).unwrap(), &self.model.robot).unwrap()
     }
 
-    /// The program with the gaps compensated, steps spread over the whole sample behind a reversal, as equation 2 has them.
+    /// The program with the gaps compensated, steps spread over the whole sample after a reversal, as equation 2 has them.
     pub fn compensated(&self, program: &Program) -> Program {
         let axes = program.q.len();
         let mut options = RewriteOptions::new(axes);
@@ -181,7 +181,7 @@ impl Instrument {
         let options = track::Options::default();
         let t_s = shape.path.t_s.clone().unwrap();
         let tracked = track::follow(robot, &kinematics, &shape.path, &t_s, &options).unwrap();
-        // as the seed does, what can be followed is run
+        // as the paper does, what can be followed is run
         if !tracked.misses.is_empty() {
             let furthest = tracked.largest_error_m() * 1e3;
             println!(

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""The three motions of seed 002 (Table I) as programs for the simulated instrument: growing_sine.csv, exponential.csv, random.csv.
+"""The three motions of Cursi (2022) (Table I) as programs for the simulated instrument: growing_sine.csv, exponential.csv, random.csv.
 
   python3 samples/instrument/motions.py
 
-Each joint moves alone for T = 500 s (seed 002, section III-A), one after the other; the paper samples at 0.2 s, here a point stands every
+Each joint moves alone for T = 500 s (Cursi (2022), section III-A), one after the other; the paper samples at 0.2 s, here a point stands every
 0.4 s (corners of the programs are where joints turn). Assumed, as the paper prints neither: amplitude 40 deg, period 20 s (8 to 20 s
 at random), time constant of the exponential T/3. Needs numpy.
 """

@@ -13,8 +13,8 @@ use std::path::PathBuf;
 /// Find where a model and measured logs disagree, and name the effect that the model lacks.
 ///
 /// Every effect of the catalogue is tried on every joint; what is found goes into the model, everything is fitted again,
-/// until nothing but noise is left. Where the log cannot tell two effects apart, both are said, with the experiment
-/// that decides. Structure that no effect describes is said to be unknown.
+/// until nothing but noise is left. Where the log cannot tell two effects apart, it reports both, with the experiment
+/// that decides. Structure that no effect describes is reported as unknown.
 ///
 /// Examples:
 ///   lostmotion diagnose --robot robot.yaml --log log.csv
@@ -27,7 +27,7 @@ pub struct Args {
     /// Model file: the robot and what is known to be wrong with it
     #[arg(long, value_name = "MODEL.yaml", required_unless_present = "robot", conflicts_with = "robot")]
     pub model: Option<PathBuf>,
-    /// Robot file in place of a model: nothing is known to be wrong, the frame is estimated
+    /// Robot file instead of a model: nothing is known to be wrong, the frame is estimated
     #[arg(long, value_name = "ROBOT.yaml")]
     pub robot: Option<PathBuf>,
     /// Log to diagnose (CSV, .gz as it is); several are fitted together
@@ -122,7 +122,7 @@ fn bad_data(error: Error, json: bool) -> Error {
         let document = serde_json::json!({
             "schema": diagnose::result::document::SCHEMA, "verdict": "bad_data", "reason": error.to_string(),
         });
-        // the reason is told in any case: a reader that has gone is no further failure
+        // the reason is printed in any case: a reader that has gone is no further failure
         let _ = output::write_whole(std::path::Path::new("-"), format!("{document:#}\n").as_bytes());
     }
     error

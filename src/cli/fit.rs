@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 /// Make a compensator of identified gaps and stiction.
 ///
 /// Each joint gets the offset of its half gap (a constant, or a schedule where the gap varies with position) and, where the log
-/// shows stiction, a friction term that fades behind each reversal. A term that is not significant or not larger than its own
+/// shows stiction, a friction term that fades after each reversal. A term that is not significant or not larger than its own
 /// uncertainty is left out, and the notes say so. Give the gaps of static tests and of a path together: a schedule
 /// wins over a constant, of two constants the more certain one, friction comes from the path.
 #[derive(Debug, clap::Args)]
@@ -56,7 +56,7 @@ pub struct Args {
     /// Program (joint-space CSV) whose spacing `--form poses` counts in
     #[arg(long, value_name = "FILE", conflicts_with = "pose_spacing_mm")]
     pub program: Option<PathBuf>,
-    /// Distance between program points in mm, in place of --program
+    /// Distance between program points in mm, instead of --program
     #[arg(long, value_name = "MM")]
     pub pose_spacing_mm: Option<f64>,
     /// TCP speed of the program in mm/s [default: that of the log]

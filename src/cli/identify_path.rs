@@ -25,7 +25,7 @@ use std::path::PathBuf;
   lostmotion identify path --robot robot.yaml --log circle.csv --known static.yaml --output gaps.yaml
 
 Reading the result: a spike and its decay trade off against each other where a joint crosses its gap slowly; the notes give the
-lag at the time behind a reversal where the log knows it best. A gap that varies along the path is better taken from a static
+lag at the time after a reversal where the log knows it best. A gap that varies along the path is better taken from a static
 test and held with --known: on a path it is hard to tell from errors of the links.")]
 pub struct Args {
     /// Robot file (YAML)

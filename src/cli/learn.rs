@@ -36,7 +36,7 @@ pub struct Args {
     /// Program with the desired commands of each --log, in the same order, where the log's own are compensated ones
     #[arg(long, value_name = "PROGRAM.csv")]
     pub commands: Vec<PathBuf>,
-    /// Log to test on, in place of a fifth of the rows
+    /// Log to test on, instead of a fifth of the rows
     #[arg(long, value_name = "LOG.csv")]
     pub test: Vec<PathBuf>,
     /// Program with the desired commands of each --test
@@ -60,7 +60,7 @@ pub struct Args {
     /// Column map (YAML) for logs with other names, units, separators: theirs -> ours
     #[arg(long, value_name = "FILE")]
     pub columns: Option<PathBuf>,
-    /// Print one JSON document (lostmotion/learning/1) in place of the table
+    /// Print one JSON document (lostmotion/learning/1) instead of the table
     #[arg(long)]
     pub json: bool,
     /// Write a self-contained HTML page with figures and tables here

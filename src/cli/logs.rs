@@ -37,7 +37,7 @@ fn load_by(
     };
     // the first file in order that is wrong is the one that is named
     let all: Vec<Result<(Log, Vec<String>)>> = paths.par_iter().map(read).collect();
-    // nothing is said of the good ones before all are known to be good
+    // nothing is printed of the good ones before all are known to be good
     let all = all.into_iter().collect::<Result<Vec<_>>>()?;
     let mut logs = Vec::with_capacity(paths.len());
     for (log, notes) in all {

@@ -33,10 +33,10 @@ pub struct Args {
     /// Robot file
     #[arg(long, value_name = "ROBOT.yaml")]
     pub robot: Option<PathBuf>,
-    /// Model file in place of --robot: its link_error and tool_error count; `rewrite --model` undoes the rest
+    /// Model file instead of --robot: its link_error and tool_error count; `rewrite --model` undoes the rest
     #[arg(long, value_name = "MODEL.yaml")]
     pub model: Option<PathBuf>,
-    /// Learned kinematics in place of the robot's own
+    /// Learned kinematics instead of the robot's own
     #[arg(long, value_name = "KINEMATICS.yaml", requires = "robot")]
     pub kinematics: Option<PathBuf>,
     /// The path; - is standard input

@@ -51,7 +51,7 @@ pub struct FrictionOffset {
     pub shape: FrictionShape,
 }
 
-/// How the friction offset fades behind a reversal.
+/// How the friction offset fades after a reversal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FrictionShape {
     /// `exp(-t/tau)` or `exp(-travel/lambda)`: the inverse of the catalogue's stiction.

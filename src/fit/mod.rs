@@ -251,7 +251,7 @@ fn friction(
     let (gain, decay) = prudent(s);
     if gain < s.spike {
         notes.push(format!(
-            "{name}: friction gain {} in place of the spike {}: the side of its uncertainty that does less harm",
+            "{name}: friction gain {} instead of the spike {}: the side of its uncertainty that does less harm",
             shown(gain, joint),
             shown(s.spike, joint)
         ));

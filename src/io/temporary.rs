@@ -30,7 +30,7 @@ fn open_files() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     OPEN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Takes away what is not in place: for a process that is told to stop.
+/// Takes away what is not in place: for a process that receives a signal to stop.
 pub fn discard() {
     for path in open_files().iter() {
         let _ = std::fs::remove_file(path);

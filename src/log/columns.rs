@@ -57,7 +57,7 @@ pub(crate) fn unit_named(name: &str) -> Option<(char, f64)> {
     UNITS.iter().find(|u| u.0 == name).map(|u| (u.1, u.2))
 }
 
-/// What a file writes in place of an empty cell.
+/// What a file writes instead of an empty cell.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Missing {
     /// A text, case ignored (`nan`, `n/a`).

@@ -9,7 +9,7 @@
 //!
 //! Assumptions: the lost motion sought is far smaller than the path. What a log cannot tell, it is not asked: a short
 //! travel in noise, one joint turning on a circle (its mirror image is the same circle), the unit of one joint where no
-//! other moves. Then nothing is said.
+//! other moves. Then there is no note.
 //!
 //! Where the kinematics of the machine is what is looked for, or does not matter ([`Kinematics::Unknown`]: tendons, sheaths), a path
 //! of another shape is no fault but news, and a sign or an order of the file that explains it is a guess: both are notes. Units

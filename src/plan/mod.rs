@@ -64,7 +64,7 @@ impl Separation {
         self.pair.as_ref().or(self.singles.first())
     }
 
-    /// The cheapest channel with which the set is told apart.
+    /// The cheapest channel that separates the set.
     pub fn channel(&self) -> Option<&With> {
         self.with.iter().find(|w| w.worth.evidence >= NEEDED)
     }

@@ -49,7 +49,7 @@ pub fn library(room: &Room, axes: &[usize], payload: bool) -> Vec<Motion> {
         add(named("stairs"), "stairs up and down with dwells", stairs(room, a), false);
         add(
             named("fine stairs"),
-            "stairs of growing steps behind each reversal, with dwells",
+            "stairs of growing steps after each reversal, with dwells",
             fine_stairs(room, a),
             false,
         );
@@ -181,7 +181,7 @@ pub fn stairs(room: &Room, axis: usize) -> Option<Vec<Vec<f64>>> {
     })
 }
 
-/// Behind each reversal stairs that begin far inside the transition and double.
+/// After each reversal stairs that begin far inside the transition and double.
 pub fn fine_stairs(room: &Room, axis: usize) -> Option<Vec<Vec<f64>>> {
     const STEPS: i32 = 8;
     let [least, most] = room.window[axis];

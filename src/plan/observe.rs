@@ -5,7 +5,7 @@
 //! worth what its worst effect is: the least of size over bias. Effects that no motion of the library shows
 //! (the zero offset of the first joint beside a free frame) are left out of that and listed.
 //!
-//! Linear: one effect at a time, so that it says what is seen, not what is told apart.
+//! Linear: one effect at a time, so that it shows what can be seen, not what can be separated.
 
 use super::motions::Motion;
 use super::separate::Bench;

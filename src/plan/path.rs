@@ -5,7 +5,7 @@
 //! digits with which a program is written, so that what is evaluated is what is run.
 //!
 //! Speed and acceleration stay within half of the joint's limits; where the robot file has none, within [`SPEED`] and
-//! [`ACCEL`]. Fails softly: a path that leaves its window, or a limit, is told by [`Path::finish`].
+//! [`ACCEL`]. Fails softly: [`Path::finish`] reports a path that leaves its window, or a limit.
 
 use crate::robot::{JointKind, Robot};
 use nalgebra::Vector3;
@@ -42,7 +42,7 @@ pub struct Room<'a> {
     pub fast: Vec<f64>,
     /// Largest acceleration used, rad/s2 or m/s2.
     pub accel: Vec<f64>,
-    /// Travel of each axis over which a rival's transition behind a reversal is expected, rad or m.
+    /// Travel of each axis over which a rival's transition after a reversal is expected, rad or m.
     pub transition: Vec<f64>,
     /// Interval of the program's rows, s.
     pub step_s: f64,

@@ -28,7 +28,7 @@ use crate::model::Model;
 use crate::numerics::normal;
 use crate::robot::JointKind;
 
-/// Expected difference from which a set is told apart in 99 of 100 logs: [`named`] of it is 0.99.
+/// Expected difference from which a set is separated in 99 of 100 logs: [`named`] of it is 0.99.
 pub const NEEDED: f64 = 30.0;
 /// Noise of an encoder or secondary encoder: rad (1 arcsec), m.
 const SENSOR_SIGMA: [f64; 2] = [5e-6, 1e-6];

@@ -27,7 +27,7 @@ pub fn lost_motion(effect: &Effect) -> Option<f64> {
     effect.largest_after_reversal().filter(|b| *b > 0.0)
 }
 
-/// Travel behind a reversal over which an effect is in transition, rad or m.
+/// Travel after a reversal over which an effect is in transition, rad or m.
 pub fn transition(effect: &Effect) -> Option<f64> {
     effect.transition()
 }

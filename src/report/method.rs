@@ -51,10 +51,10 @@ pub const PLAY: Method = Method::known(
     PAPER,
 );
 
-/// Stiction behind a reversal.
+/// Stiction after a reversal.
 pub const STICTION: Method = Method::known(
     "Stiction",
-    "Behind a reversal the joint stands still until its command has moved as far from the turning point as what is left of the spike s; the servo works that off with the time constant τ, or with the travel.",
+    "After a reversal the joint stands still until its command has moved as far from the turning point as what is left of the spike s; the servo works that off with the time constant τ, or with the travel.",
     "<i>r</i><sub>f</sub> = −dir · min( |<i>p</i> − <i>p</i><sub>rev</sub>|, <i>s</i> e<sup>−(<i>t</i> − <i>t</i><sub>rev</sub>)/<i>τ</i></sup> )",
     "after equations 8 and 9",
     PAPER,
@@ -90,7 +90,7 @@ pub const DEADZONE: Method = Method::known(
 /// Offsets of the compensator.
 pub const FEEDFORWARD: Method = Method::known(
     "Feedforward compensation",
-    "The program that is sent holds the wanted joint position plus an offset against the gap, of the sign of the movement, and an offset against friction that fades behind each reversal. The movement never turns back while an offset fades.",
+    "The program that is sent holds the wanted joint position plus an offset against the gap, of the sign of the movement, and an offset against friction that fades after each reversal. The movement never turns back while an offset fades.",
     "<i>Θ</i><sub>sent</sub> = <i>Θ</i> + <i>C</i><sub>b</sub> + <i>C</i><sub>f</sub>, <i>C</i><sub>b</sub> = dir · <i>d</i>",
     "equations 15 and 16",
     PAPER,
@@ -99,7 +99,7 @@ pub const FEEDFORWARD: Method = Method::known(
 /// Friction offset over program points.
 pub const FRICTION_POINTS: Method = Method::known(
     "Friction offset over program points",
-    "Where a compensator counts program points behind a reversal: gain g, exponent l, over kₜ points.",
+    "Where a compensator counts program points after a reversal: gain g, exponent l, over kₜ points.",
     "<i>c</i><sub>f</sub> = <i>g</i> exp( 1 − (1 + (<i>k</i> − 1)/(<i>k</i><sub>t</sub> − 1))<sup><i>l</i></sup> ), <i>k</i> = 1 … <i>k</i><sub>t</sub>",
     "equation 17",
     PAPER,
@@ -138,7 +138,7 @@ const BACKLASH_PAPER: &str = "M. Slamani, A. Nubiola, I. A. Bonev, Modeling and 
 /// Repeatability and backlash of poses.
 pub const BIDIRECTIONAL: Method = Method::known(
     "Repeatability and backlash",
-    "Of each pose: RP is 3 standard deviations of one direction; the backlash is the mean of the forward errors less the mean of the backward ones; R holds both directions and their distance. ISO 230-2 since 1997 takes 2 standard deviations in place of 3.",
+    "Of each pose: RP is 3 standard deviations of one direction; the backlash is the mean of the forward errors less the mean of the backward ones; R holds both directions and their distance. ISO 230-2 since 1997 takes 2 standard deviations instead of 3.",
     "<i>R</i> = max( 3<i>s</i>↑ + 3<i>s</i>↓ + |<i>ȳ</i>|, 6<i>s</i>↑, 6<i>s</i>↓ )",
     "equations 1, 23 and 24",
     BACKLASH_PAPER,

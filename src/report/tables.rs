@@ -136,7 +136,7 @@ pub(super) fn compensator(rows: &[CompensatorRow], joints: &Joints) -> Markup {
                 th.n scope="col" { "Offset moving down" }
                 th scope="col" { "Over position" }
                 th.n scope="col" { "Friction offset" }
-                th scope="col" { "Behind a reversal" }
+                th scope="col" { "After a reversal" }
             } }
             tbody { @for r in shown {
                 @let unit = joints.milli_unit(&r.joint);

@@ -151,7 +151,7 @@ pub fn run(
 ) -> Vec<Line> {
     let shared = shared(folder, programs, &job.files);
     if let Some(output) = output {
-        // a folder that cannot be made is told by the first program that needs it
+        // the first program that needs a folder reports that it cannot be made
         let folders: BTreeSet<&Path> = programs.iter().filter_map(|p| p.parent()).collect();
         for folder in folders {
             let _ = std::fs::create_dir_all(output.join(folder));

@@ -67,7 +67,7 @@ pub struct Engine<'a> {
     offsets: Vec<Option<Offset>>,
     /// Nothing to do: points pass as they are.
     idle: bool,
-    /// In place of everything behind it, where another law than equation 16 is asked for.
+    /// Instead of everything behind it, where another law than equation 16 is asked for.
     equation2: Option<Equation2>,
     densify: Option<Densify<'a>>,
     turning: Turning<'a>,

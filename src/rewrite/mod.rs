@@ -12,7 +12,7 @@
 //! - [`path`]: the stretch of path that is being worked on.
 //! - [`plan`]: each axis' command along the path; [`offset`] says what an axis needs, [`stroke`] solves one reversal.
 //! - [`limits`]: range, speed and acceleration of what comes out.
-//! - [`equation2`]: another paper's law in place of all that: a whole deadzone at each change of direction.
+//! - [`equation2`]: another paper's law instead of all that: a whole deadzone at each change of direction.
 //! - [`sizes`]: offsets that no lost motion explains.
 //! - [`printed`]: the equations exactly as the paper prints them, to compare with.
 //!

@@ -1,6 +1,6 @@
 //! Equations 16 and 17 of Zhang (2023) exactly as printed, to compare with: no hold, no turning points between points.
 //!
-//! One point is inserted at a share of the segment behind each reversal (section 5: a tenth); `k` counts points from there.
+//! One point is inserted at a share of the segment after each reversal (section 5: a tenth); `k` counts points from there.
 //! A friction term that fades faster than the joint moves turns the command back here, as it did in the paper.
 
 use super::{Emitted, Origin, Points};

@@ -15,7 +15,7 @@
 //!
 //! Where `H` rises, `C = H`. Holding at the full level `b + g` instead leaves several times more (on a slow circle 8 times).
 //! At the end of the stroke the friction that is left drops out at once; the last node is fitted without it, which halves
-//! that leap. Assumes that the joint sticks behind a reversal; a machine that leaps instead wants a higher level.
+//! that leap. Assumes that the joint sticks after a reversal; a machine that leaps instead wants a higher level.
 
 /// One place behind the turn.
 #[derive(Debug, Clone, Copy, Default)]

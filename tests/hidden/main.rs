@@ -36,7 +36,7 @@ mod truth;
 use rayon::prelude::*;
 use std::path::PathBuf;
 
-/// The folder that LOSTMOTION_CASES_DIR names; without it there is nothing to do, which is said.
+/// The folder that LOSTMOTION_CASES_DIR names; without it there is nothing to do, and the run reports so.
 fn folder() -> Option<PathBuf> {
     let dir = std::env::var_os("LOSTMOTION_CASES_DIR").map(PathBuf::from);
     if dir.is_none() {

@@ -1,4 +1,4 @@
-//! `assess impact` against Zhang (2023)'s Table 2 and analytic cases.
+//! `assess impact` against Zhang (2023) Table 2 and analytic cases.
 
 use assert_cmd::Command;
 use lostmotion::assess::impact::{AxisGap, displacement_m, over_program};
@@ -19,7 +19,8 @@ fn impact(args: &[&str]) -> Value {
 
 /// Rows of Table 2: joint, pose, half gap, printed error.
 fn table_2() -> Vec<(String, String, String, f64)> {
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path("tests/data/seed000_table2.csv").unwrap();
+    let mut reader =
+        csv::ReaderBuilder::new().comment(Some(b'#')).from_path("tests/data/zhang2023_table2.csv").unwrap();
     reader
         .records()
         .map(|r| r.unwrap())

@@ -164,7 +164,7 @@ fn a_gap_that_may_remain_is_asked_for_on_the_command_line() {
     for (most, code) in [(left * 1.01, 0), (left * 0.99, 1)] {
         let (found, out, err) = desk.run(&format!("diagnose --model model.yaml --log log.csv --max-gap-um {most}"));
         assert_eq!(found, Some(code), "{err}");
-        // the answer is told in any case
+        // the answer is printed in any case
         assert!(String::from_utf8_lossy(&out).contains("Missing: backlash J1"));
     }
     assert_eq!(desk.run("diagnose --model model.yaml --log log.csv --max-gap-um nan").0, Some(2));

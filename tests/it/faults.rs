@@ -361,7 +361,7 @@ fn a_refined_path_stays_near_the_points_of_the_program_and_says_how_near() {
         let worst = out.lines().skip(1).map(departure).fold(0.0, f64::max);
         let told = said["largest_change_um"].as_f64().unwrap();
         assert!(worst < 0.05, "{refine}: {worst} mm");
-        assert!(told + 1.0 >= 1000.0 * worst, "{refine}: {worst} mm, but {told} um are told");
+        assert!(told + 1.0 >= 1000.0 * worst, "{refine}: {worst} mm, but {told} um are reported");
     }
 }
 

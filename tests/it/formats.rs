@@ -86,7 +86,7 @@ fn random_edits_come_back_when_the_output_is_read_again() {
         let (mut done, mut refused) = (0, 0);
         for s in samples::of(*format) {
             for (name, variant) in variants::of(&s) {
-                // what is not read is told by another test
+                // another test covers what is not read
                 let Ok(document) = variant.parse() else { continue };
                 for seed in 0..20 {
                     let wish = edits::random(&*document, &s.robot, seed);

@@ -111,7 +111,7 @@ fn intervals_cover_the_truth_about_as_often_as_they_say() {
         }
     }
     assert_eq!(false_a2, 0);
-    // 84 intervals that hang together in part: 95 % less three standard deviations
+    // 84 intervals that are correlated in part: 95 % less three standard deviations
     assert!(f64::from(covered) > 0.86 * f64::from(asked), "{covered} of {asked}");
 }
 

@@ -18,8 +18,8 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 const ROBOT: &str = "configs/gantry-xyz-ballscrew.yaml";
-const SAMPLE: &str = "samples/screw/seed003_gantry_z.csv.gz";
-const TWO_GAPS: &str = "samples/models/gantry-seed003-two-gaps.model.yaml";
+const SAMPLE: &str = "samples/screw/gantry2015_z.csv.gz";
+const TWO_GAPS: &str = "samples/models/gantry-2015-two-gaps.model.yaml";
 /// Gantry (2015): figure 7 (coupling) and figure 9 (nut), mm.
 const COUPLING_MM: f64 = 0.05;
 const NUT_MM: f64 = 0.1825;
@@ -136,7 +136,7 @@ fn val_left_and_right_and_the_slope_are_those_of_the_stepped_plays() {
     let joint = &found.gaps.joints[0];
     let given = joint.sides.expect("the sides differ by more than is known of them");
     assert!((given.positive * 1e3 - sum(1)).abs() < 0.006 && (given.negative * 1e3 + sum(0)).abs() < 0.006);
-    assert!(notes(&found).contains("ppm"), "a slope that is not 1 is said");
+    assert!(notes(&found).contains("ppm"), "a note reports a slope that is not 1");
 }
 
 #[test]

@@ -115,7 +115,7 @@ fn a_gantry_has_gaps_in_millimetres_even_from_one_axis_alone() {
     assert!((found.gaps.joints[0].half_gap - 50e-6).abs() < 0.5e-6, "{}", found.gaps.joints[0].half_gap);
     assert!(
         found.gaps.notes.iter().any(|n| n.contains("one line")),
-        "the frame is open about the axis, and that is said"
+        "the frame is open about the axis, and a note reports it"
     );
     let doc = document::document(&found, &bench.robot);
     let gap = doc["joints"][0]["half_gap_mm"].as_f64().unwrap();

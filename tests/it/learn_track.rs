@@ -25,7 +25,7 @@ fn done(work: &Path, line: &str) -> String {
     String::from_utf8(out.stdout).unwrap()
 }
 
-/// Exit code, and what is said on standard error.
+/// Exit code, and the text on standard error.
 fn refused(work: &Path, line: &str) -> (i32, String) {
     let out = run(work, line);
     assert!(out.stdout.is_empty(), "{line}");

@@ -132,7 +132,7 @@ fn a_prismatic_axis_lags_by_its_half_gap() {
     let folder = tempfile::tempdir().unwrap();
     let program = folder.path().join("p.csv");
     std::fs::write(&program, "x_mm,y_mm,z_mm\n100,50,20\n300,50,20\n150,50,20\n").unwrap();
-    let model = "samples/models/gantry-seed003.model.yaml";
+    let model = "samples/models/gantry-2015.model.yaml";
     let args = ["--model", model, "--input", program.to_str().unwrap(), "--speed-mm-s", "10", "--rate-hz", "10"];
     let log = columns(&simulate(folder.path(), &args));
     // Gantry (2015): 0.11625 mm; X starts in the middle of its gap
@@ -156,7 +156,7 @@ fn a_coarse_log_of_a_smooth_motion_is_predicted_as_if_its_turning_points_were_ro
         text.push_str(&format!("{t:.3},{x:.9},50,20\n"));
     }
     std::fs::write(&program, text).unwrap();
-    let model = "samples/models/gantry-seed003.model.yaml";
+    let model = "samples/models/gantry-2015.model.yaml";
     let truth = simulate(folder.path(), &["--model", model, "--input", program.to_str().unwrap(), "--rate-hz", "5"]);
     let log = folder.path().join("coarse.csv");
     std::fs::rename(truth, &log).unwrap();
@@ -261,7 +261,7 @@ fn refuses_bad_input_with_its_place_and_writes_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let bad = folder.path().join("bad.csv");
     let out = folder.path().join("log.csv");
-    let model = "samples/models/gantry-seed003.model.yaml";
+    let model = "samples/models/gantry-2015.model.yaml";
     for (text, says) in [
         ("x_mm,y_mm,z_mm\n0,0,0\n1,nan,0\n", "bad.csv:3:2: found `nan` in column `y_mm`"),
         ("x_mm,y_mm,z_mm\n0,0,0\n1,2\n", "bad.csv:3"),

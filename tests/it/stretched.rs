@@ -30,7 +30,7 @@ fn run(work: &Path, line: &str) -> Output {
     Command::cargo_bin("lostmotion").unwrap().args(args).current_dir(work).output().unwrap()
 }
 
-/// Standard output and what is said beside it.
+/// Standard output and standard error.
 fn done(work: &Path, line: &str) -> (String, String) {
     let out = run(work, line);
     let says = String::from_utf8_lossy(&out.stderr).into_owned();

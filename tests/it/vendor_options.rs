@@ -1,4 +1,4 @@
-//! Vendor programs through the command line: what options mean for them, and what is said.
+//! Vendor programs through the command line: what options mean for them, and what the tool reports.
 
 use crate::vendor_rewrite::{Desk, PROGRAM};
 use predicates::prelude::PredicateBooleanExt;
@@ -7,7 +7,7 @@ use std::path::Path;
 
 const RUN: &str = "rewrite --model model.yaml part.src --output out.src";
 
-/// A desk with the robot of `config` in place of the KUKA, and its `joint` in the model.
+/// A desk with the robot of `config` instead of the KUKA, and its `joint` in the model.
 fn desk_of(config: &str, joint: &str, half_gap_deg: f64) -> Desk {
     let desk = Desk::new(half_gap_deg);
     let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(config);
@@ -57,7 +57,7 @@ fn options_for_rows_are_refused_where_a_program_has_none() {
     desk.run(&format!("{RUN} --chord-um 5")).code(2).stderr(contains("--chord-um 5 without --refine cartesian"));
     assert!(!desk.path("out.src").exists());
     desk.run(&format!("{RUN} --refine none")).success();
-    // and what is for vendor programs has nothing to do on rows, which is said
+    // and what is for vendor programs has nothing to do on rows, and a note reports it
     desk.write(
         "part.csv",
         "a1_deg,a2_deg,a3_deg,a4_deg,a5_deg,a6_deg\n0,-90,90,0,10,0\n9,-90,90,0,10,0\n5,-90,90,0,10,0\n",
@@ -147,7 +147,7 @@ fn results_inside_the_folder_of_the_programs_are_no_programs_of_the_next_run() {
     let run = |to: &str| desk.run(&format!("rewrite --model model.yaml cell --output-dir cell/{to}"));
     run("done").success().stderr(contains("2 programs: 2 written"));
     run("done").success().stderr(contains("2 programs: 2 written"));
-    // another folder: what stands in the first is no input, and that is said
+    // another folder: what stands in the first is no input, and a note reports it
     run("again").success().stderr(contains("2 programs: 2 written").and(contains("cell/done are results")));
     assert!(!desk.path("cell/again/done").exists());
     let run = desk.run("rewrite --model model.yaml cell --dry-run");

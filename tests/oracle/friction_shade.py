@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Which friction term leaves the least when spike and decay are known with errors that hang together?
+"""Which friction term leaves the least when spike and decay are known with errors that are correlated?
 
   python3 tests/oracle/friction_shade.py
 
-Behind `prudent` in src/fit: a slow circle fixes the lag some 8 s behind a reversal (2 %), spike and decay move along a ridge
+Behind `prudent` in src/fit: a slow circle fixes the lag some 8 s after a reversal (2 %), spike and decay move along a ridge
 through it (6.5 % of the spike). For 300 machines drawn along that ridge the script compensates the first joint of the circle
 with a spike of f times the estimate (and the decay that keeps the lag), runs machine and command, and prints the largest
 error in um. A spike that is too large overshoots at once; one that is too small leaves the joint standing, which costs little while

@@ -160,7 +160,7 @@ def gantry(name, cases, seed=5, noise=0.011, hz=50):
 def main():
     clean = {"white_mm": 0, "swings": []}
     truth = {
-        "sample": single("seed003_gantry_z", PAPER, folder=SAMPLES),
+        "sample": single("gantry2015_z", PAPER, folder=SAMPLES),
         "clean": single("clean", {**PAPER, **clean}, angle=0, hz=25),
         "asymmetric": single(
             "asymmetric", {"coupling_mm": [-0.040, 0.010], "nut_mm": [-0.1425, 0.040], "m_nut": 1.004}, seed=7

@@ -39,7 +39,7 @@ def panel(left, x, y, half, unit, title, ticks, limit):
 
 
 def main():
-    with gzip.open(os.path.join(ROOT, "samples", "screw", "seed003_gantry_z.csv.gz"), "rt") as f:
+    with gzip.open(os.path.join(ROOT, "samples", "screw", "gantry2015_z.csv.gz"), "rt") as f:
         names = [line for line in (f.readline(), f.readline())][1].strip().split(",")
         data = np.loadtxt(f, delimiter=",")
     c = {n: data[:, k] for k, n in enumerate(names)}

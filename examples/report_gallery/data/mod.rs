@@ -61,7 +61,7 @@ pub fn page() -> Result<Page> {
     );
     page.tile(Tile::number("Reversals", turns.len() as f64, 0, "").with_detail("two each of A1, A2, A3"));
     page.tile(Tile::text("Half gap of A2", "2.2 to 5.0", "mdeg").with_detail("depends on its position"));
-    page.warnings.push("A4, A5 and A6 do not move on this path: nothing is said about them.".into());
+    page.warnings.push("A4, A5 and A6 do not move on this path: this log does not determine them.".into());
 
     page.section(
         "Errors stand at the reversals, and hardly anywhere after compensation",
@@ -179,8 +179,8 @@ pub fn page() -> Result<Page> {
         },
     );
     page.section(
-        "The gap is crossed within seconds behind a reversal",
-        "The same errors from 10 s before to 30 s behind each reversal of A1 and A3.",
+        "The gap is crossed within seconds after a reversal",
+        "The same errors from 10 s before to 30 s after each reversal of A1 and A3.",
         TracesView {
             x_name: "time since the reversal".into(),
             x_unit: "s".into(),

@@ -1,7 +1,7 @@
 //! Which column of a readings file is what, and how its numbers become SI.
 //!
 //! Names are the contract's: `position_mm`, `direction`, `repeat`, `error_um`; lengths may stand in another unit (`error_mm`,
-//! `position_m`), and `reading_mm`, the measured position, may stand in place of the error. Other names, units and signs come
+//! `position_m`), and `reading_mm`, the measured position, may stand instead of the error. Other names, units and signs come
 //! through a column map. Every further column is a state (speed, payload); a choice of them may be named.
 
 use crate::error::{Error, Place, Result};

@@ -48,7 +48,7 @@ impl Mapping {
     }
 }
 
-/// Refuses a line that lies beyond the limits of the joint that is said to move it; notes one that reaches beyond them.
+/// Refuses a line that lies beyond the limits of the joint that moves it; notes one that reaches beyond them.
 pub fn within_limits(result: &Assessment, mapping: &Mapping, robot: &Robot, notes: &mut Vec<String>) -> Result<()> {
     let joint = robot.axis(mapping.axis);
     let Some([least, most]) = joint.limits else { return Ok(()) };

@@ -3,7 +3,7 @@
 //! - `RP = 3 s` of one direction, `s` with `m - 1` (ISO 9283 for one coordinate; Slamani (2012) equation 23).
 //! - Backlash `y = mean forward - mean backward` (equations 1 and 25), with Student's interval: from the pairs of a repeat
 //!   where every reading has its partner (what drifts between repeats cancels), else Welch's for two unequal samples.
-//! - `R = max(3 s_f + 3 s_b + |y|, 6 s_f, 6 s_b)` (equation 24). ISO 230-2 since 1997 takes 2 in place of 3; both are given.
+//! - `R = max(3 s_f + 3 s_b + |y|, 6 s_f, 6 s_b)` (equation 24). ISO 230-2 since 1997 takes 2 instead of 3; both are given.
 //!
 //! Pairs are readings of one repeat; where the names of the repeats match nowhere at a pose, the k-th forward and the k-th
 //! backward reading are one pair. Assumption: the readings of a direction are independent and normal. Nothing is thrown out.

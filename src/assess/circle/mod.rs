@@ -35,7 +35,7 @@ use crate::robot::Robot;
 /// Errors are averaged over this time, s.
 pub const SMOOTHING_S: f64 = 1.0;
 
-/// Degrees of the circle before and behind a reversal within which its largest error is looked for.
+/// Degrees of the circle before and after a reversal within which its largest error is looked for.
 pub const WINDOW_DEG: [f64; 2] = [-0.9, 7.2];
 
 /// One circle, before and maybe after.

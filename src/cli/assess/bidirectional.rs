@@ -59,7 +59,7 @@ pub struct Args {
     /// Scatter behind Student tests and intervals of the curve [default: means for tests, the larger of both for the curve]
     #[arg(long, value_enum)]
     pub errors: Option<ErrorsArg>,
-    /// Print one JSON document (lostmotion/bidirectional/1) in place of the tables
+    /// Print one JSON document (lostmotion/bidirectional/1) instead of the tables
     #[arg(long)]
     pub json: bool,
     /// Write a self-contained HTML page with figures and tables here

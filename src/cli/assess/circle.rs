@@ -40,7 +40,7 @@ pub struct Args {
     /// Column map (YAML) for a log with other names, units, separators: theirs -> ours
     #[arg(long, value_name = "FILE")]
     pub columns: Option<PathBuf>,
-    /// Print one JSON document (lostmotion/circle/1) in place of the tables
+    /// Print one JSON document (lostmotion/circle/1) instead of the tables
     #[arg(long)]
     pub json: bool,
     /// Write a self-contained HTML page with figures and tables here

@@ -36,7 +36,7 @@ pub struct Args {
     /// Column map (YAML) for a log with other names, units, separators: theirs -> ours
     #[arg(long, value_name = "FILE")]
     pub columns: Option<PathBuf>,
-    /// Print one JSON document (lostmotion/deadzone/1) in place of the table
+    /// Print one JSON document (lostmotion/deadzone/1) instead of the table
     #[arg(long)]
     pub json: bool,
 }

@@ -48,7 +48,7 @@ pub struct Args {
     /// Half gaps, deg or mm: one per joint, or NAME=GAP,NAME=GAP
     #[arg(long, value_name = "G1,G2,... | NAME=G,...", conflicts_with = "model")]
     pub half_gap: Option<String>,
-    /// Print one JSON document (lostmotion/impact/1) in place of the table
+    /// Print one JSON document (lostmotion/impact/1) instead of the table
     #[arg(long)]
     pub json: bool,
     /// Write a self-contained HTML page with figures and tables here

@@ -35,7 +35,7 @@ pub struct Args {
     /// Folder for the files that the job makes; it is created where it is missing
     #[arg(long, value_name = "DIR", default_value = "demo-out")]
     pub output_dir: PathBuf,
-    /// Print the result as one JSON document in place of the table
+    /// Print the result as one JSON document instead of the table
     #[arg(long)]
     pub json: bool,
 }

@@ -11,7 +11,7 @@ pub fn sections(page: &mut Page, robot: &Robot, compensator: &Compensator) {
     let rows: Vec<CompensatorRow> = compensator.joints.iter().map(|j| row(robot, j)).collect();
     page.section(
         "Offsets of the compensator",
-        "Added to the command in the direction of the movement; the friction term fades behind each reversal.",
+        "Added to the command in the direction of the movement; the friction term fades after each reversal.",
         rows,
     );
     if !compensator.evidence.notes.is_empty() {

@@ -27,7 +27,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Put reversal points and offsets into a robot program.
 ///
-/// Behind every reversal of a joint the command jumps by its gap, so that the joint itself does not stand still; a friction
+/// After every reversal of a joint the command jumps by its gap, so that the joint itself does not stand still; a friction
 /// offset is added and fades. Only the numbers of motion targets change and points are added; every other byte of the
 /// program stays as it is. Nothing is written where a joint limit would be exceeded. Programs are joint-space CSV, Yaskawa
 /// INFORM, ABB RAPID, KUKA KRL, FANUC TP, URScript, ROS trajectories, or G-code.
@@ -52,7 +52,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE", requires = "robot")]
     pub compensator: Option<PathBuf>,
 
-    /// Model file: compensate every effect in it that an offset can, in place of --robot and --compensator
+    /// Model file: compensate every effect in it that an offset can, instead of --robot and --compensator
     #[arg(long, value_name = "FILE", conflicts_with_all = ["robot", "compensator"])]
     pub model: Option<PathBuf>,
 
@@ -60,7 +60,7 @@ pub struct Args {
     #[arg(long, short, value_name = "FILE", required_unless_present_any = ["dry_run", "check", "output_dir", "list_frames"])]
     pub output: Option<PathBuf>,
 
-    /// Format of the program in place of the one that its ending and content show (csv, inform, rapid, krl, fanuc, urscript,
+    /// Format of the program instead of the one that its ending and content show (csv, inform, rapid, krl, fanuc, urscript,
     /// trajectory, gcode)
     #[arg(long, value_name = "NAME")]
     pub format: Option<String>,
@@ -144,12 +144,12 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = LawArg::Equation16, conflicts_with_all = ["step_fraction", "ramp_deg", "ramp_mm"])]
     pub law: LawArg,
 
-    /// Share of the segment behind a reversal at which the point stands that carries the step; 1: the next point carries it
+    /// Share of the segment after a reversal at which the point stands that carries the step; 1: the next point carries it
     /// [default: 0.1, nearer where the joint would lag until then]
     #[arg(long, value_name = "0..1", allow_negative_numbers = true)]
     pub step_fraction: Option<f64>,
 
-    /// Spread the step of a revolute joint over this travel behind the reversal, degrees
+    /// Spread the step of a revolute joint over this travel after the reversal, degrees
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub ramp_deg: Option<f64>,
 
@@ -190,7 +190,7 @@ pub struct Args {
     #[arg(long, conflicts_with = "check")]
     pub dry_run: bool,
 
-    /// Compare with this file in place of writing; exit code 1 and the first difference where they differ
+    /// Compare with this file instead of writing; exit code 1 and the first difference where they differ
     #[arg(long, value_name = "GOLDEN")]
     pub check: Option<PathBuf>,
 

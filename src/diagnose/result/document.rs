@@ -43,7 +43,7 @@ pub struct Diagnosis {
     /// What a further round would name, where there was no room for it.
     #[serde(skip)]
     pub further: Option<String>,
-    /// How the `_um` figures are told to a reader.
+    /// How a reader is shown the `_um` figures.
     #[serde(skip)]
     pub unit: GapUnit,
 }
@@ -192,7 +192,7 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         None => story::chapters(&outcome.problem, &outcome.fit, outcome.known, &indices, &outcome.whitening),
     };
     let structured = if outcome.group.is_some() { geometry::remains(outcome) } else { outcome.remains.clone() };
-    // what stays of a real arm is told; it takes nothing from what was named
+    // what stays of a real arm is reported; it takes nothing from what was named
     let unknown = structured.is_some() && outcome.group.is_none() && outcome.told.is_none();
     let rounds = order
         .iter()

@@ -1,4 +1,4 @@
-//! What is told: the diagnosis document and its words.
+//! The diagnosis document and its text.
 //!
 //! Read in this order: [`document`], the document; `round`, a found effect of it; [`words`], its keys and sizes in words;
 //! [`display`], for a terminal; [`traces`], for a page.

@@ -33,7 +33,7 @@ pub(in crate::diagnose) fn round(
         .zip(values.iter().zip(&sigma))
         .map(|((key, factor), (v, s))| (key, parameter(v * factor, Z95 * s * factor.abs())))
         .collect();
-    // of an oscillation the size is told, as in a model; its direction stands with the place
+    // of an oscillation the size is given, as in a model; its direction stands with the place
     if let Some(v) = placed.effect.get::<Vibration>() {
         let share = values.iter().map(|a| a / v.amplitude_m.max(f64::MIN_POSITIVE));
         let spread = share.zip(&sigma).take(3).map(|(share, s)| (share * s).powi(2)).sum::<f64>().sqrt();

@@ -3,7 +3,7 @@
 use crate::diagnose::result::document::{Diagnosis, Parameter, Round};
 use indexmap::IndexMap;
 
-/// In what the gap is told: micrometres at the TCP, or the joints' own unit where only joints were measured.
+/// The unit in which the gap is given: micrometres at the TCP, or the joints' own unit where only joints were measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GapUnit {
     pub name: &'static str,
@@ -148,7 +148,7 @@ pub fn next_steps(d: &Diagnosis) -> Vec<(String, String)> {
     }
     let mut told: Vec<&str> = Vec::new();
     for r in &d.rounds {
-        // of many effects each action is told once, with the largest
+        // of many effects each action stands once, with the largest
         if d.geometry_tcp_um.is_some() {
             if told.contains(&r.action.as_str()) || r.group.is_some() && told.contains(&"geometry") {
                 continue;

@@ -140,7 +140,7 @@ fn sizes(problem: &Problem, fit: &Fit, known: usize) -> Option<Contradiction> {
         .keys(&problem.robot)
         .into_iter()
         .zip(old.effect.values().iter().zip(new.effect.values()))
-        .map(|((key, factor), (old, new))| format!("{key} {:.5} in place of {:.5}", new * factor, old * factor))
+        .map(|((key, factor), (old, new))| format!("{key} {:.5} instead of {:.5}", new * factor, old * factor))
         .collect();
     let said = format!(
         "the model's own {} {} does not fit this log: with {} a rms of {:.1} um is left, now {:.1} um; take it out of the model, or \

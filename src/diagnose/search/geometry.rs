@@ -42,7 +42,7 @@ const NO_PARAMETER: f64 = 4.0;
 const MOST: usize = 40;
 /// Residual of a pose, in medians, beyond which it is gross.
 const GROSS: f64 = 6.0;
-/// Chance of structure below which it is told.
+/// Chance of structure below which it is reported.
 const STRUCTURED: f64 = 1e-5;
 
 /// Is an effect one of the geometry?

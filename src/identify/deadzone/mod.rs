@@ -13,7 +13,7 @@
 //! tracker frame, no lengths, no followers of a coupled joint enter the sizes.
 //!
 //! How it fails: a tracker that lags behind the commands makes a deadzone longer by its lag times the speed with which the
-//! motor leaves it; a deadzone that no stroke crosses has no size. Both are said in `docs/identify-deadzone.md`.
+//! motor leaves it; a deadzone that no stroke crosses has no size. `docs/identify-deadzone.md` has both.
 
 #[cfg(feature = "cli")]
 pub mod display;
@@ -235,7 +235,7 @@ fn noise(s: &Stretch) -> f64 {
     (SIGMA_PER_MAD * median_of(&mut third).unwrap_or(0.0) / THIRD).max(LEAST_NOISE_M)
 }
 
-/// The same from the scatter of the tip within its rests: larger where the noise hangs together.
+/// The same from the scatter of the tip within its rests: larger where the noise is correlated.
 fn noise_at_rest(s: &Stretch, rests: &rest::Rests) -> Option<f64> {
     let mut deviations = Vec::new();
     for r in &rests.crossed {

@@ -62,7 +62,7 @@ pub(super) fn notes(robot: &Robot, found: &JointSweeps) -> Vec<String> {
     if found.map.scatter > 1.0 {
         note(format!(
             "deadzones scatter {:.1} times as much as the tracker's noise explains; the intervals are widened by that: \
-             friction, drift, a gap that depends on more than position, or noise that hangs together",
+             friction, drift, a gap that depends on more than position, or noise that is correlated",
             found.map.scatter
         ));
     }

@@ -21,7 +21,7 @@ const OUTLIER: f64 = 6.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kept {
     Nothing,
-    /// Gap and wind-up explain nearly the same, so a fit that starts with both may end with a wind-up in place of a gap.
+    /// Gap and wind-up explain nearly the same, so a fit that starts with both may end with a wind-up instead of a gap.
     Friction,
     /// Every law: nuisances alone are fitted.
     Laws,

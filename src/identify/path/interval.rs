@@ -1,11 +1,11 @@
 //! How well the fitted numbers are known.
 //!
-//! Covariance `sigma^2 inflation (G^T G)^-1` with the projected derivatives `G`. Residuals of neighbouring bins may hang together
+//! Covariance `sigma^2 inflation (G^T G)^-1` with the projected derivatives `G`. Residuals of neighbouring bins may are correlated
 //! (vibration, drift, a wrong model): the variance is inflated by `1 + 2 sum rho_k`, the autocorrelation summed in pairs until
 //! a pair is no longer significant (Geyer 1992). Gaps have intervals in their own scale; spikes and decays, which cannot
 //! be negative and trade off against each other, in the logarithm.
 //!
-//! Spike and decay of a slow joint are nearly one number: what a log fixes well is the lag at some time `t*` behind the reversal,
+//! Spike and decay of a slow joint are nearly one number: what a log fixes well is the lag at some time `t*` after the reversal,
 //! `t* = -tau cov(ln spike, ln tau)/var(ln tau)`.
 
 use super::problem::{Form, Name, Problem, Values};
@@ -105,7 +105,7 @@ pub struct StictionInterval {
     pub tau_ci95_s: [f64; 2],
     /// Standard error of the spike over the spike.
     pub relative: f64,
-    /// Time behind a reversal at which the lag is known best, s; the lag there and its interval, rad or m.
+    /// Time after a reversal at which the lag is known best, s; the lag there and its interval, rad or m.
     pub best_s: f64,
     pub lag: f64,
     pub lag_ci95: [f64; 2],

@@ -27,7 +27,7 @@ const MOVES: [f64; 2] = [1.7453e-5, 1e-6];
 const SPIKE_SIGMA: f64 = 6.0;
 const BURST_SIGMA: f64 = 8.0;
 const BURST_S: f64 = 0.6;
-/// No burst test from this long before to this long behind a reversal, s.
+/// No burst test from this long before to this long after a reversal, s.
 const QUIET_S: [f64; 2] = [0.1, 1.2];
 /// Rows of a burst window; denser logs are thinned for it.
 const BURST_ROWS: usize = 41;

@@ -8,7 +8,7 @@
 //!
 //! Intervals: the delete-one jackknife over strokes, each direction a stratum (Efron 1982), with Student's t. It
 //! assumes nothing about the noise within a stroke: vibration and drift are alike to it. Where fewer than [`FEW_STROKES`] strokes of a
-//! direction are there, strokes are cut into pieces; the interval then knows nothing of repeatability, and that is said.
+//! direction are there, strokes are cut into pieces; the interval then does not include repeatability, and a note reports it.
 //!
 //! Gross errors: rows farther from the lines than [`GROSS`] times the robust standard deviation are left out, and counted.
 

@@ -2,8 +2,8 @@
 //!
 //! The procedure moves behind the start of the test and then towards it, so that the gap lies to one side only. A log that holds this
 //! move begins with a short stroke that crosses the gap; a log that was started behind it stands on a flank already. Else
-//! the start's side is unknown: where the joint stood in its gap is said as far as the rows tell, and the way up to the first
-//! flank is left out like that behind every reversal.
+//! the start's side is unknown: where the joint stood in its gap is reported as far as the rows show it, and the way up to the first
+//! flank is left out like that after every reversal.
 
 use super::flanks::Flanks;
 use super::strokes::Strokes;

@@ -96,7 +96,7 @@ pub fn flanks(found: &Flanks, what: &str, joint: &Joint, notes: &mut Vec<String>
 /// Where the log began.
 pub fn start(start: Start, from: f64, joint: &Joint) -> String {
     let side = |d: i8| if d > 0 { "upwards" } else { "downwards" };
-    let left = format!("the first {} are left out like those behind every reversal", shown(from, joint));
+    let left = format!("the first {} are left out like those after every reversal", shown(from, joint));
     match start {
         Start::Move(d) => format!("preloaded: the log begins with a short move {}, which closes the gaps", side(d)),
         Start::Flank(d) => format!("the log begins on the flank of movement {}, as behind a preload", side(d)),

@@ -2,7 +2,7 @@
 //!
 //! Method: knots stand at tested places, both ends always among them. Heights by Levenberg-Marquardt (PCHIP's slopes make
 //! the curve nonlinear in its heights). Search: a beam over subsets, growing by one knot, swapping, then shrinking again; every
-//! visited set is kept, as the curves are averaged afterwards ([`super::schedule`]). On the twin's 19 places the search
+//! visited set is kept, as the curves are averaged afterwards ([`super::schedule`]). On the 19 places of the reference simulator the search
 //! visits about 2,600 of 65,000 sets in 15 ms and finds the same best ones as trying all.
 //!
 //! Assumptions: at least four places. More than 64 are thinned to [`THINNED`] candidates for knots; all still count in the fit.

@@ -11,7 +11,7 @@
 //!
 //! Assumptions: cycles are independent and their scatter is the same at all places. With fewer than 3 degrees of freedom
 //! nothing is tested. One cycle only: the spread between places stands for the noise; one place only: the noise inside
-//! the dwells does, which knows nothing of repeatability. Both are said.
+//! the dwells does, which does not include repeatability. Notes report both.
 
 use super::creep::series::PairSeries;
 use super::creep::{self, Creep};

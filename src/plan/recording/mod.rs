@@ -7,7 +7,7 @@
 //!   instrument's own unknowns, lags and friction estimated beside it.
 //! - [`document`]: the plan as it is written.
 //!
-//! What an instrument cannot tell is said before the measurement: a joint that it hardly sees gets a reason instead of a figure.
+//! The plan reports before the measurement what an instrument cannot show: a joint that it hardly sees gets a reason instead of a figure.
 //! No obstacle is known to it.
 
 pub mod document;

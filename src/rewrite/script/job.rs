@@ -30,7 +30,7 @@ const LISTED: usize = 1000;
 /// Last digit of the other joints at a new point, rad or m: it must stand on the path.
 const PATH_DIGIT: f64 = 2e-6;
 
-/// What is said of a vendor program, besides what is said of every one.
+/// What the account of a vendor program has beyond that of every program.
 #[derive(Debug, Clone)]
 pub struct Vendor {
     pub format: &'static str,

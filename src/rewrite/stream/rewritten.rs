@@ -378,7 +378,7 @@ mod tests {
     #[test]
     fn even_where_the_steps_of_the_program_are_as_large_as_the_gap_the_original_passes() {
         let q = circle(0.0);
-        // the first segment behind a reversal is about half of 0.0628^2 / 2
+        // the first segment after a reversal is about half of 0.0628^2 / 2
         for gap in [2e-4, 5e-4, 1e-3, 2e-3] {
             assert!(!looks_rewritten(&q, &compensator(gap)), "{gap}");
         }

@@ -125,7 +125,7 @@ fn a_limit_that_would_be_exceeded_is_listed_and_nothing_is_written() {
     assert_eq!((json.status.code(), v["status"].as_str(), v["output"].as_str()), (Some(1), Some("refused"), None));
     assert!(v["limits_exceeded"].as_u64().unwrap() > 0);
     assert_eq!(listing(folder.path()), before);
-    // a program that is beyond a limit by itself is told so
+    // a program that is beyond a limit by itself is refused as such
     assert!(!text.contains("the program itself"), "{text}");
     let beyond = std::fs::read_to_string(folder.path().join("limit.csv")).unwrap().replace("170.000", "170.500");
     std::fs::write(folder.path().join("limit.csv"), beyond).unwrap();

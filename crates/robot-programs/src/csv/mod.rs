@@ -8,7 +8,7 @@
 //! - [`mod@print`]: a number in the style of the one it replaces.
 //! - [`edit`]: new values in, rows out.
 //!
-//! What is kept and what may change is said in `docs/program-csv.md`.
+//! `docs/program-csv.md` has what is kept and what may change.
 
 pub mod edit;
 mod fast;

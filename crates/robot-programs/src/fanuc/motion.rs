@@ -37,7 +37,7 @@ pub(super) struct Said {
     /// Positions of the statement whose numbers it needs as they are: the point on the way of an arc, and a goal that is
     /// moved by an offset or an increment.
     pub via: Vec<u64>,
-    /// One of its positions is told only while the program runs: it may be any.
+    /// One of its positions is known only while the program runs: it may be any.
     pub any: bool,
     pub closed: Option<String>,
     /// Welding goes on or off at the goal.

@@ -258,7 +258,7 @@ impl<'a> Reader<'a> {
                 read_any |= said.any;
                 continue;
             }
-            // `UFRAME[1]=PR[2]`: what positions in that frame mean is told while the program runs
+            // `UFRAME[1]=PR[2]`: what positions in that frame mean is known only while the program runs
             let first = words.first().map(|w| self.text.slice(w.clone()).to_ascii_uppercase()).unwrap_or_default();
             for (list, name) in self.frames_set.iter_mut().zip([&b"UFRAME["[..], b"UTOOL["]) {
                 if let Some(inside) = first.strip_prefix(name) {

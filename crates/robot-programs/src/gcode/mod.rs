@@ -14,7 +14,7 @@
 //!
 //! What cannot be told stays as it is and says why: units or distance mode that no word has set, expressions and variables,
 //! canned cycles, cutter compensation, a second work frame, modes behind a call. Text that is no G-code is refused with its
-//! place. What may be edited is said in `docs/program-gcode.md`.
+//! place. `docs/program-gcode.md` has what may be edited.
 
 mod arc;
 mod control;

@@ -14,7 +14,7 @@ use crate::script::{Edit, Edits, Goal, Patch, StepKind};
 
 /// Two places are one, mm or deg.
 pub(super) const SAME: f64 = 1e-9;
-/// An axis that a block does not name moves with it only if it is told to by less than this, mm or deg: it is an offset.
+/// An axis that a block does not name moves with it only by less than this, mm or deg: it is an offset.
 const OFFSET: f64 = 5.0;
 /// Most decimals with which a place that shall stay is written.
 const FULL: u8 = 12;

@@ -16,7 +16,7 @@
 //! that for each further one up to 4).
 //!
 //! Fails with file, line and column where counts and lines disagree, a number is none, a position is not in the list, `END`
-//! is missing, or the robot file has no pulses for a joint. What may be edited is said in `docs/program-inform.md`.
+//! is missing, or the robot file has no pulses for a joint. `docs/program-inform.md` has what may be edited.
 //!
 //! Modules: [`list`] positions and headers; [`read`] instructions; [`movement`] moves and their goals; [`write`] edits to patches.
 

@@ -135,7 +135,7 @@ pub fn joints(text: &Text, node: &Node, robot: &Axes) -> Result<std::result::Res
             Node::List(items, b) if items.len() != 6 => {
                 return Err(text.bad(b.start, format!("{} numbers in a joint target", items.len()), EXPECTED));
             }
-            Node::Number(_, _, b) => return Err(text.bad(b.start, "a number in place of a list", EXPECTED)),
+            Node::Number(_, _, b) => return Err(text.bad(b.start, "a number instead of a list", EXPECTED)),
             _ => {}
         }
     }

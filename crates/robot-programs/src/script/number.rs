@@ -7,7 +7,7 @@ pub struct Style {
     pub decimals: u8,
     /// `5.` has a point and no digits behind it.
     pub point: bool,
-    /// `.384` in place of `0.384`.
+    /// `.384` instead of `0.384`.
     pub bare: bool,
     /// `+1.5`.
     pub plus: bool,

@@ -328,7 +328,7 @@ impl Writer<'_> {
         head.iter().all(|b| matches!(b, b' ' | b'\t')).then_some(head)
     }
 
-    /// New items behind the point before, and behind what is said of that on its line; before the comments of this one.
+    /// New items after the point before, and after its comments on its line; before the comments of this one.
     fn insertion(&self, point: usize, copies: &[Vec<u8>]) -> Result<Patch> {
         let p = &self.trajectory.points[point];
         let (start, gap) = self.gap(point);
