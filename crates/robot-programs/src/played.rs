@@ -25,6 +25,21 @@ pub struct Played {
     pub notes: Vec<Note>,
 }
 
+impl Played {
+    /// Stands still for some seconds; no times any more where nobody knows how long.
+    fn dwell(&mut self, seconds: Option<f64>, mut times: Vec<f64>, q: &[f64], at: At) -> Option<Vec<f64>> {
+        let (seconds, from) = (seconds?, times.last().copied());
+        if let Some(from) = from.filter(|_| seconds > 0.0) {
+            times.push(from + seconds);
+            self.places.push(at);
+            for (column, v) in self.q.iter_mut().zip(q) {
+                column.push(*v);
+            }
+        }
+        Some(times)
+    }
+}
+
 /// The joint targets of a script in the order of its text.
 ///
 /// # Errors
@@ -79,18 +94,8 @@ pub fn joints(script: &Script, robot: &Axes) -> Result<Played> {
                 );
             }
             StepKind::Dwell(seconds) => {
-                if let (Some(t), Some(q)) = (&mut times, &last) {
-                    match (seconds, t.last().copied()) {
-                        (Some(s), Some(from)) if *s > 0.0 => {
-                            t.push(from + s);
-                            played.places.push(step.at);
-                            for (column, v) in played.q.iter_mut().zip(q) {
-                                column.push(*v);
-                            }
-                        }
-                        (Some(_), _) => {}
-                        _ => times = None,
-                    }
+                if let Some(q) = &last {
+                    times = times.and_then(|t| played.dwell(*seconds, t, q, step.at));
                 }
             }
             StepKind::Break(Break::Frame) | StepKind::Process(_) | StepKind::Pragma(_) => {}

@@ -27,7 +27,7 @@ pub(super) struct Motion {
 }
 
 /// What a motion says.
-pub(super) struct Said {
+pub(super) struct MotionInstruction {
     pub motion: Option<Motion>,
     pub path: PathKind,
     pub speed: Speed,
@@ -46,26 +46,56 @@ pub(super) struct Said {
     pub skips: bool,
 }
 
+/// The goal of a motion: the digits of its index where it is a position of the program.
+fn read_goal(text: &Text, target: &Range<usize>, said: &mut MotionInstruction) -> Option<Range<usize>> {
+    if is_register(text.slice(target.clone())) {
+        said.goal = Err("a position register: its value is not in the program".into());
+        return None;
+    }
+    if !is_position(text.slice(target.clone())) {
+        said.goal = Err("the goal is no position".into());
+        return None;
+    }
+    let found = index(text, target.clone());
+    said.any |= found.is_none();
+    said.goal = found.as_ref().map(|i| i.1).ok_or_else(|| "the position's index is computed".into());
+    found.map(|i| i.0)
+}
+
+/// FINE, CNT, CD or CR.
+fn is_termination(word: &[u8]) -> bool {
+    word.eq_ignore_ascii_case(b"FINE")
+        || word.get(..3).is_some_and(|h| h.eq_ignore_ascii_case(b"CNT"))
+        || word.get(..2).is_some_and(|h| h.eq_ignore_ascii_case(b"CD") || h.eq_ignore_ascii_case(b"CR"))
+}
+
+impl MotionInstruction {
+    /// A motion of which nothing is read yet.
+    fn new() -> Self {
+        Self {
+            motion: None,
+            path: PathKind::Curve,
+            speed: Speed::Unknown,
+            blend_m: None,
+            goal: Err(String::new()),
+            via: Vec::new(),
+            any: false,
+            closed: None,
+            process: None,
+            skips: false,
+        }
+    }
+}
+
 /// Reads a statement as a motion; `None`: it is none.
-pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -> Option<Said> {
+pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -> Option<MotionInstruction> {
     let word = |k: usize| words.get(k).map_or(&[][..], |w| text.slice(w.clone()));
     let letter = word(0);
     let named = matches!(letter, [b] if b.is_ascii_alphabetic() || !b.is_ascii());
     if !named || !(is_position(word(1)) || is_register(word(1))) {
         return None;
     }
-    let mut said = Said {
-        motion: None,
-        path: PathKind::Curve,
-        speed: Speed::Unknown,
-        blend_m: None,
-        goal: Err(String::new()),
-        via: Vec::new(),
-        any: false,
-        closed: None,
-        process: None,
-        skips: false,
-    };
+    let mut said = MotionInstruction::new();
     let mut goal = 1;
     match letter.to_ascii_uppercase().as_slice() {
         b"J" => said.path = PathKind::Joint,
@@ -86,25 +116,8 @@ pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -
         said.goal = Err("the motion has no goal".into());
         return Some(said);
     };
-    let digits = if is_register(text.slice(target.clone())) {
-        said.goal = Err("a position register: its value is not in the program".into());
-        None
-    } else if !is_position(text.slice(target.clone())) {
-        said.goal = Err("the goal is no position".into());
-        None
-    } else {
-        let found = index(text, target.clone());
-        said.any |= found.is_none();
-        said.goal = found.as_ref().map(|i| i.1).ok_or_else(|| "the position's index is computed".into());
-        found.map(|i| i.0)
-    };
-    let ends = |k: usize| {
-        let w = word(k);
-        w.eq_ignore_ascii_case(b"FINE")
-            || w.get(..3).is_some_and(|h| h.eq_ignore_ascii_case(b"CNT"))
-            || w.get(..2).is_some_and(|h| h.eq_ignore_ascii_case(b"CD") || h.eq_ignore_ascii_case(b"CR"))
-    };
-    let end = (goal + 1..words.len()).take(4).find(|&k| ends(k));
+    let digits = read_goal(text, &target, &mut said);
+    let end = (goal + 1..words.len()).take(4).find(|&k| is_termination(word(k)));
     said.speed = words.get(goal + 1).map_or(Speed::Unknown, |w| speed(text.slice(w.clone()), said.path));
     let mut options = goal + 2;
     let (mut exact, mut end_type) = (false, target.end..target.end);
@@ -147,7 +160,7 @@ pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -
 }
 
 /// A position that a motion needs besides its goal.
-fn passes(text: &Text, word: &Range<usize>, said: &mut Said) {
+fn passes(text: &Text, word: &Range<usize>, said: &mut MotionInstruction) {
     if is_position(text.slice(word.clone())) {
         match index(text, word.clone()) {
             Some((_, n)) => said.via.push(n),
@@ -156,7 +169,7 @@ fn passes(text: &Text, word: &Range<usize>, said: &mut Said) {
     }
 }
 
-fn close(said: &mut Said, why: &str) {
+fn close(said: &mut MotionInstruction, why: &str) {
     said.closed.get_or_insert_with(|| why.into());
 }
 
@@ -165,7 +178,13 @@ const PLAIN: [&str; 13] =
     ["PTH", "MPTH", "LDC", "BREAK", "RTCP", "TA", "TB", "DB", "PSPI", "MROT", "COORD", "WJNT", "INDEP"];
 
 /// Options behind the end type. An offset or an increment moves the goal; an unknown word might.
-fn read_options(text: &Text, words: &[Range<usize>], from: usize, said: &mut Said, kept: &mut Vec<Range<usize>>) {
+fn read_options(
+    text: &Text,
+    words: &[Range<usize>],
+    from: usize,
+    said: &mut MotionInstruction,
+    kept: &mut Vec<Range<usize>>,
+) {
     let mut k = from;
     while let Some(span) = words.get(k) {
         let word = text.slice(span.clone());

@@ -1,7 +1,7 @@
 //! A program's text into its script.
 
 use super::instruction;
-use super::motion::{self, Said};
+use super::motion::{self, MotionInstruction};
 use super::positions::{self, Field, Position, is_extended, is_joint};
 use super::statement::{Statement, index, is_comment, statements, words};
 use super::{Motion, Program};
@@ -336,28 +336,24 @@ impl<'a> Reader<'a> {
         Some(pose)
     }
 
-    fn motion(&mut self, at: At, said: Said) {
+    /// Where `P[n]` leads; `position`: its place in /POS.
+    fn goal(&mut self, n: u64, position: Option<usize>) -> Goal {
+        let Some(p) = position else { return Goal::Opaque(format!("P[{n}] is not in /POS")) };
+        if let Some(line) = self.written.get(&n).copied().or(self.written_any) {
+            return Goal::Opaque(format!("the program writes P[{n}] (line {line})"));
+        }
+        match self.target_of[p].clone() {
+            Ok(t) => Goal::Joints(t),
+            Err(why) => self.pose(p).map_or(Goal::Opaque(why), Goal::Pose),
+        }
+    }
+
+    fn motion(&mut self, at: At, said: MotionInstruction) {
         let mut closed = said.closed;
-        let mut position = None;
+        let position = said.goal.as_ref().ok().and_then(|n| self.by_index.get(n).copied());
         let goal = match said.goal {
             Err(why) => Goal::Opaque(why),
-            Ok(n) => match self.by_index.get(&n).copied() {
-                None => Goal::Opaque(format!("P[{n}] is not in /POS")),
-                Some(p) => {
-                    position = Some(p);
-                    if let Some(line) = self.written.get(&n).copied().or(self.written_any) {
-                        Goal::Opaque(format!("the program writes P[{n}] (line {line})"))
-                    } else {
-                        match &self.target_of[p] {
-                            Ok(t) => Goal::Joints(*t),
-                            Err(why) => match self.pose(p) {
-                                Some(pose) => Goal::Pose(pose),
-                                None => Goal::Opaque(why.clone()),
-                            },
-                        }
-                    }
-                }
-            },
+            Ok(n) => self.goal(n, position),
         };
         let still = match (self.before, position) {
             _ if self.idle => true,

@@ -109,24 +109,9 @@ impl Reader<'_> {
         let absolute = self.absolute == Some(true);
         let dof = self.letters.len();
         let start = self.position.clone();
-        let mut goal = start.clone();
-        let mut axis_words = vec![None; dof];
         let unit: Vec<f64> = (0..dof).map(|a| self.unit(a, inch)).collect();
         let shift: Vec<f64> = (0..dof).map(|a| self.shift(a).unwrap_or(0.0)).collect();
-        for (i, w) in block.words.iter().enumerate() {
-            let (Some(a), Some((v, style))) = (self.letters.iter().position(|&l| l == w.letter), w.value) else {
-                continue;
-            };
-            let from = if absolute { shift[a] } else { start[a].unwrap_or(0.0) };
-            let at = canonical(from + v * unit[a]);
-            if at.is_nan() || at.abs() >= 1e7 {
-                let found = String::from_utf8_lossy(self.text.slice(w.span.clone())).into_owned();
-                return Err(self.text.bad(w.span.start, found, "a place within 10 km, or 10,000,000 degrees"));
-            }
-            goal[a] = Some(at);
-            axis_words[a] = Some(i);
-            self.digit[a] = self.weight(a, unit[a], style.decimals);
-        }
+        let (goal, axis_words) = self.named_goal(&block, &start, &unit, &shift, absolute)?;
         let arc = match motion {
             20 | 30 => match self.arc(&block, &start, &goal, &shift, inch, motion == 30) {
                 Ok(arc) => Some(arc),
@@ -159,6 +144,41 @@ impl Reader<'_> {
             arc,
             words: block.words,
         };
+        self.place(k, statement, codes, exact);
+        Ok(())
+    }
+
+    /// Where the words of a block lead, by axis, and which word names each axis.
+    #[allow(clippy::type_complexity)]
+    fn named_goal(
+        &mut self,
+        block: &Block,
+        start: &[Option<f64>],
+        unit: &[f64],
+        shift: &[f64],
+        absolute: bool,
+    ) -> Result<(Vec<Option<f64>>, Vec<Option<usize>>)> {
+        let mut goal = start.to_vec();
+        let mut axis_words = vec![None; goal.len()];
+        for (i, w) in block.words.iter().enumerate() {
+            let (Some(a), Some((v, style))) = (self.letters.iter().position(|&l| l == w.letter), w.value) else {
+                continue;
+            };
+            let from = if absolute { shift[a] } else { start[a].unwrap_or(0.0) };
+            let at = canonical(from + v * unit[a]);
+            if at.is_nan() || at.abs() >= 1e7 {
+                let found = String::from_utf8_lossy(self.text.slice(w.span.clone())).into_owned();
+                return Err(self.text.bad(w.span.start, found, "a place within 10 km, or 10,000,000 degrees"));
+            }
+            goal[a] = Some(at);
+            axis_words[a] = Some(i);
+            self.digit[a] = self.weight(a, unit[a], style.decimals);
+        }
+        Ok((goal, axis_words))
+    }
+
+    /// The step of a motion, and the position after it.
+    fn place(&mut self, k: usize, statement: Statement, codes: &[Option<u32>], exact: bool) {
         let mut m = self.describe(&statement, codes, exact);
         let ends_in_point = |w: &Word| w.value.is_some_and(|v| v.1.point && v.1.decimals == 0);
         if self.survey.points && self.survey.bare && statement.words.iter().any(ends_in_point) {
@@ -167,11 +187,10 @@ impl Reader<'_> {
         }
         self.target(&statement);
         self.position.clone_from(&statement.goal);
-        self.relative |= !absolute;
+        self.relative |= !statement.absolute;
         self.note(k);
         self.last = Some(self.script.steps.len());
         self.step(k, StepKind::Move(m), Some(Box::new(statement)));
-        Ok(())
     }
 
     pub(super) fn opaque(&mut self, k: usize, why: String) -> Result<()> {

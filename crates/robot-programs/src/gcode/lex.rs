@@ -51,20 +51,15 @@ pub(super) fn block(text: &Text, k: usize) -> Result<Block> {
     while let Some(&b) = line.get(at) {
         match b {
             b' ' | b'\t' | b'\r' | 0x0c | 0x1a | 0 => at += 1,
-            b'%' if block.words.is_empty() => {
-                block.percent = true;
-                return Ok(block);
-            }
-            b'(' => {
-                let Some(len) = line[at..].iter().position(|&b| b == b')') else {
-                    if block.words.last().is_some_and(is_message) {
-                        return Ok(block);
-                    }
-                    return Err(text.bad(base + at, "a comment without its end", "`)`"));
-                };
-                block.comments.push(base + at..base + at + len + 1);
-                at += len + 1;
-            }
+            b'%' if block.words.is_empty() => return Ok(Block { percent: true, ..block }),
+            b'(' => match line[at..].iter().position(|&b| b == b')') {
+                Some(len) => {
+                    block.comments.push(base + at..base + at + len + 1);
+                    at += len + 1;
+                }
+                None if block.words.last().is_some_and(is_message) => return Ok(block),
+                None => return Err(text.bad(base + at, "a comment without its end", "`)`")),
+            },
             b';' => {
                 block.comments.push(base + at..base + line.len());
                 at = line.len();
@@ -75,14 +70,8 @@ pub(super) fn block(text: &Text, k: usize) -> Result<Block> {
                 // `/2`: which switch
                 at += line[at..].iter().take_while(|b| b.is_ascii_digit()).count();
             }
-            b'#' if block.words.iter().all(|w| w.letter == b'N') => {
-                block.assignment = true;
-                return Ok(block);
-            }
-            b'*' => {
-                block.special = Some("a checksum");
-                return Ok(block);
-            }
+            b'#' if block.words.iter().all(|w| w.letter == b'N') => return Ok(Block { assignment: true, ..block }),
+            b'*' => return Ok(Block { special: Some("a checksum"), ..block }),
             b',' => {
                 block.special = Some("a chamfer or corner");
                 at += 1;
@@ -97,17 +86,13 @@ pub(super) fn block(text: &Text, k: usize) -> Result<Block> {
             {
                 at += 1 + line[at + 1..].iter().take_while(|b| b.is_ascii_digit()).count();
             }
-            b'$' => {
-                block.keyword = Some("$".into());
-                return Ok(block);
-            }
+            b'$' => return Ok(Block { keyword: Some("$".into()), ..block }),
             b'O' | b'o' if block.words.iter().all(|w| w.letter == b'N') => {
                 at = flow(text, base, line, at, &mut block)?;
             }
             _ if b.is_ascii_alphabetic() => {
-                let letters = line[at..].iter().take_while(|b| b.is_ascii_alphabetic()).count();
-                if letters > 1 {
-                    block.keyword = Some(String::from_utf8_lossy(&line[at..at + letters]).to_ascii_uppercase());
+                block.keyword = keyword(&line[at..]);
+                if block.keyword.is_some() {
                     return Ok(block);
                 }
                 at = word(text, base, line, at, &mut block)?;
@@ -144,6 +129,44 @@ fn flow(text: &Text, base: usize, line: &[u8], at: usize, block: &mut Block) -> 
     Ok(if single { at + 1 + len } else { line.len() })
 }
 
+/// More letters than one: a word of a language.
+fn keyword(line: &[u8]) -> Option<String> {
+    let letters = line.iter().take_while(|b| b.is_ascii_alphabetic()).count();
+    (letters > 1).then(|| String::from_utf8_lossy(&line[..letters]).to_ascii_uppercase())
+}
+
+/// Behind the bracket that closes the one at `k`.
+fn expression_end(line: &[u8], mut k: usize) -> Option<usize> {
+    let mut depth = 0i32;
+    loop {
+        match line.get(k)? {
+            b'[' => depth += 1,
+            b']' => depth -= 1,
+            _ => {}
+        }
+        k += 1;
+        if depth == 0 {
+            return Some(k);
+        }
+    }
+}
+
+/// A variable, `-#1`, `#<name>`, `-[...]`: to the end of what belongs to it.
+fn variable_end(line: &[u8], mut k: usize) -> usize {
+    let mut depth = 0i32;
+    while let Some(&b) = line.get(k) {
+        match b {
+            b'[' | b'<' => depth += 1,
+            b']' | b'>' => depth -= 1,
+            b'#' | b'+' | b'-' | b'0'..=b'9' | b'_' | b'.' => {}
+            _ if depth > 0 => {}
+            _ => break,
+        }
+        k += 1;
+    }
+    k
+}
+
 /// A letter and what follows; returns where reading goes on.
 fn word(text: &Text, base: usize, line: &[u8], at: usize, block: &mut Block) -> Result<usize> {
     let mut k = at + 1;
@@ -153,40 +176,15 @@ fn word(text: &Text, base: usize, line: &[u8], at: usize, block: &mut Block) -> 
     let from = k;
     let bad = |found: &[u8]| {
         let found = String::from_utf8_lossy(found.get(..12).unwrap_or(found)).into_owned();
-        text.bad(base + at, format!("`{found}`"), format!("a number behind `{}`", line[at] as char))
+        text.bad(base + at, format!("`{found}`"), format!("a number after `{}`", line[at] as char))
     };
     let mut value = None;
     match line.get(k) {
-        Some(b'[') => {
-            let mut depth = 0i32;
-            loop {
-                match line.get(k) {
-                    Some(b'[') => depth += 1,
-                    Some(b']') => depth -= 1,
-                    Some(_) => {}
-                    None => return Err(bad(&line[at..])),
-                }
-                k += 1;
-                if depth == 0 {
-                    break;
-                }
-            }
-        }
+        Some(b'[') => k = expression_end(line, k).ok_or_else(|| bad(&line[at..]))?,
         Some(b'#' | b'-' | b'+')
             if line[k..].iter().find(|b| !b"+-".contains(b)).is_some_and(|b| b"#[".contains(b)) =>
         {
-            // a variable, `-#1`, `#<name>`, `-[...]`: to the end of what belongs to it
-            let mut depth = 0i32;
-            while let Some(&b) = line.get(k) {
-                match b {
-                    b'[' | b'<' => depth += 1,
-                    b']' | b'>' => depth -= 1,
-                    b'#' | b'+' | b'-' | b'0'..=b'9' | b'_' | b'.' => {}
-                    _ if depth > 0 => {}
-                    _ => break,
-                }
-                k += 1;
-            }
+            k = variable_end(line, k);
         }
         Some(b'"') => {
             let Some(len) = line[k + 1..].iter().position(|&b| b == b'"') else { return Err(bad(&line[at..])) };

@@ -87,10 +87,7 @@ impl Writer<'_> {
             [p[0] - own[0], p[1] - own[1]]
         };
         let here = |now: &[Option<f64>]| [now[u].unwrap_or(0.0), now[v].unwrap_or(0.0)];
-        let digit = [u, v].map(|a| self.edits.digit.get(a).copied().unwrap_or(0.0) / self.program.si[a]);
-        let coarse = [u, v].map(|a| 10f64.powi(-i32::from(self.style(s, a).decimals)) * s.unit[a]);
-        // what rounding alone makes of two equal offsets
-        let noise = 1.5 * digit[0].max(digit[1]).max(1e-6).min(coarse[0].max(coarse[1]).max(1e-6)) + 1e-6;
+        let noise = self.arc_noise(s, [u, v]);
         let end = here(goal);
         let points = edit.map(|e| e.before.as_slice()).unwrap_or_default();
         let mut bounds = vec![off(0.0, here(&self.now)), off(1.0, end)];
@@ -102,18 +99,11 @@ impl Writer<'_> {
         for p in points {
             let want = self.wanted(step, s, &p.q)?;
             let place = off(p.share, here(&want));
-            // nearer than a fifth of what the offsets differ by: a sampled arc is not quite round
-            let within = (0..2).all(|k| {
-                let [lo, hi] = bounds.iter().fold([f64::MAX, f64::MIN], |[lo, hi], b| [lo.min(b[k]), hi.max(b[k])]);
-                let slack = 2.0 * noise + 0.2 * (hi - lo);
-                (lo - slack..=hi + slack).contains(&place[k])
-            });
             let behind = (share - 1e-9..=1.0).contains(&p.share);
-            if !behind || !within {
+            if !behind || !is_within(&bounds, place, noise) {
                 let by = place[0].hypot(place[1]);
-                return Err(
-                    self.refused(step, &format!("a new point lies {by:.4} mm beside the arc on which it should be"))
-                );
+                let why = format!("a new point lies {by:.4} mm beside the arc on which it should be");
+                return Err(self.refused(step, &why));
             }
             let from = here(&self.now);
             let leg = self.leg(s, &want, false);
@@ -142,20 +132,31 @@ impl Writer<'_> {
         // the centre's words stay where a control still finds one radius, and the same turn
         if other || !self.keeps(s, arc, form, &piece) {
             if piece.closes(arc) {
-                return Err(
-                    self.refused(step, "both ends of an arc would stand on one place, as those of a full circle do")
-                );
+                let why = "both ends of an arc would stand on one place, as those of a full circle do";
+                return Err(self.refused(step, why));
             }
             let centre = self.centre(step, s, arc, form, &piece)?;
             self.replace_centre(s, &centre);
         }
         self.replace(s, &leg);
         if straight && s.motion_word.is_none() {
-            let at = s.words.iter().find(|w| w.letter != b'N').map_or(0, |w| w.span.start);
-            self.patches.push(Patch::new(0, at..at, format!("{} ", self.motion(s, s.motion))));
+            self.name_motion(s);
         }
         self.now = leg.to;
         Ok(())
+    }
+
+    /// Writes the motion word of a block that took it from the block before.
+    fn name_motion(&mut self, s: &Statement) {
+        let at = s.words.iter().find(|w| w.letter != b'N').map_or(0, |w| w.span.start);
+        self.patches.push(Patch::new(0, at..at, format!("{} ", self.motion(s, s.motion))));
+    }
+
+    /// What rounding alone makes of two equal offsets of an arc, mm.
+    fn arc_noise(&self, s: &Statement, axes: [usize; 2]) -> f64 {
+        let digit = axes.map(|a| self.edits.digit.get(a).copied().unwrap_or(0.0) / self.program.si[a]);
+        let coarse = axes.map(|a| 10f64.powi(-i32::from(self.style(s, a).decimals)) * s.unit[a]);
+        1.5 * digit[0].max(digit[1]).max(1e-6).min(coarse[0].max(coarse[1]).max(1e-6)) + 1e-6
     }
 
     /// Whether the centre words of the block do for its arc where its ends move alike.
@@ -290,4 +291,13 @@ impl Writer<'_> {
             self.patches.push(Patch::new(0, at..at, added));
         }
     }
+}
+
+/// An offset lies among others, nearer than a fifth of what they differ by: a sampled arc is not quite round.
+fn is_within(bounds: &[[f64; 2]], place: [f64; 2], noise: f64) -> bool {
+    (0..2).all(|k| {
+        let [lo, hi] = bounds.iter().fold([f64::MAX, f64::MIN], |[lo, hi], b| [lo.min(b[k]), hi.max(b[k])]);
+        let slack = 2.0 * noise + 0.2 * (hi - lo);
+        (lo - slack..=hi + slack).contains(&place[k])
+    })
 }

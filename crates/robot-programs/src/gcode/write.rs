@@ -10,7 +10,7 @@ use super::{Program, Statement, canonical};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
 use crate::script::number::{self, Style};
-use crate::script::{Edit, Edits, Goal, Patch, StepKind};
+use crate::script::{Edit, Edits, Goal, Move, Patch, StepKind};
 
 /// Two places are one, mm or deg.
 pub(super) const SAME: f64 = 1e-9;
@@ -120,6 +120,20 @@ impl Writer<'_> {
         Ok(())
     }
 
+    /// Refuses an edit that the move does not take.
+    fn refuse_edit(&self, step: usize, m: &Move, edit: &Edit) -> Written {
+        if edit.as_joint_moves {
+            return Err(self.refused(step, "it is a joint move already"));
+        }
+        if let (Some(why), true) = (&m.fixed, edit.goal.is_some()) {
+            return Err(self.refused(step, why));
+        }
+        if let (Some(why), false) = (&m.closed, edit.before.is_empty()) {
+            return Err(self.refused(step, &format!("no point can be added: {why}")));
+        }
+        Ok(())
+    }
+
     pub(super) fn block(&mut self, step: usize, s: &Statement, edit: Option<&Edit>) -> Written {
         let StepKind::Move(m) = &self.program.script.steps[step].kind else { return Ok(()) };
         let dof = s.goal.len();
@@ -129,15 +143,7 @@ impl Writer<'_> {
             }
         }
         if let Some(edit) = edit {
-            if edit.as_joint_moves {
-                return Err(self.refused(step, "it is a joint move already"));
-            }
-            if let (Some(why), true) = (&m.fixed, edit.goal.is_some()) {
-                return Err(self.refused(step, why));
-            }
-            if let (Some(why), false) = (&m.closed, edit.before.is_empty()) {
-                return Err(self.refused(step, &format!("no point can be added: {why}")));
-            }
+            self.refuse_edit(step, m, edit)?;
         }
         // nothing has changed so far, and nothing shall: the block stays
         let stands = |a: usize| match (self.now[a], s.start[a]) {

@@ -68,6 +68,22 @@ pub(super) enum Clone {
     Inline(Vec<u8>),
 }
 
+/// A line with a name replaced, wherever it stands as a word.
+fn renamed(text: &Text, line: usize, name: &str, new: &str) -> Vec<u8> {
+    let mut words = Vec::new();
+    tokens(text, line, &mut words);
+    let span = text.line_span(line);
+    let mut out = Vec::new();
+    let mut from = span.start;
+    for t in words.iter().filter(|t| t.kind == Kind::Word && upper(text, t) == name) {
+        out.extend_from_slice(text.slice(from..t.start));
+        out.extend_from_slice(new.as_bytes());
+        from = t.end;
+    }
+    out.extend_from_slice(text.slice(from..span.start + text.line(line).len()));
+    out
+}
+
 /// Declares a point anew with other values, or gives its values in line where it is a variable of the routine.
 pub(super) fn clone(
     program: &Program,
@@ -120,19 +136,7 @@ pub(super) fn clone(
                     "its inline form needs a clone of {frame}, which is not declared in the data list"
                 )));
             };
-            let text = texts(program, file)?;
-            let mut tokens_of = Vec::new();
-            tokens(text, at, &mut tokens_of);
-            let span = text.line_span(at);
-            let mut declared = Vec::new();
-            let mut from = span.start;
-            for t in tokens_of.iter().filter(|t| t.kind == Kind::Word && upper(text, t) == frame) {
-                declared.extend_from_slice(text.slice(from..t.start));
-                declared.extend_from_slice(format!("F{fresh}").as_bytes());
-                from = t.end;
-            }
-            declared.extend_from_slice(text.slice(from..span.start + text.line(at).len()));
-            lines.push(declared);
+            lines.push(renamed(texts(program, file)?, at, &frame, &format!("F{fresh}")));
         }
     }
     below(text, name.file, name.line, &lines, out);

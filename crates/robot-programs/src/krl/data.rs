@@ -284,11 +284,8 @@ impl Data {
                     let (a, next) = aggregate(text, file, line, i)?;
                     (given, i) = (Some(a), next);
                 } else if kind == "FDAT" {
-                    let number = |field: &str| {
-                        let at = line.iter().position(|t| upper(text, t) == field)?;
-                        std::str::from_utf8(text.slice(line.get(at + 1)?.span())).ok()?.parse().ok()
-                    };
-                    self.numbers.insert(name.clone(), [number("TOOL_NO"), number("BASE_NO")]);
+                    self.numbers
+                        .insert(name.clone(), ["TOOL_NO", "BASE_NO"].map(|field| field_number(text, line, field)));
                     self.frames.insert(name, (file, k));
                     return Ok(());
                 } else {
@@ -307,19 +304,22 @@ impl Data {
             if self.by_name.insert((scope, name.clone()), next).is_some() {
                 return Err(text.bad(word.start, format!("a second declaration of {own}"), "each name declared once"));
             }
+            let (type_word, local) = (line[at].span(), scope.is_some());
+            let (assigned, used, read) = (Vec::new(), false, false);
+            let line = k;
             self.names.push(Name {
                 text: own,
                 file,
-                line: k,
-                type_word: line[at].span(),
+                line,
+                type_word,
                 holds,
-                local: scope.is_some(),
+                local,
                 global,
                 given,
-                assigned: Vec::new(),
-                used: false,
+                assigned,
+                used,
                 spoiled,
-                read: false,
+                read,
             });
         }
         Ok(())
@@ -410,4 +410,10 @@ pub(super) fn assignment(line: &[Token]) -> Option<usize> {
         }
     }
     None
+}
+
+/// The number that follows a field: `TOOL_NO 1`.
+fn field_number<T: std::str::FromStr>(text: &Text, line: &[Token], field: &str) -> Option<T> {
+    let at = line.iter().position(|t| upper(text, t) == field)?;
+    std::str::from_utf8(text.slice(line.get(at + 1)?.span())).ok()?.parse().ok()
 }

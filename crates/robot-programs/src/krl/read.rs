@@ -220,18 +220,24 @@ impl<'a> Reader<'a> {
         if let Some(fold) = self.folds.last_mut() {
             fold.more = fold.more || !form::setting(self.text, line);
         }
-        if is_routine(&word, &second) {
+        self.other_statement(k, line, &word, &second);
+        Ok(())
+    }
+
+    /// A statement that is no motion: a routine, a label, a jump, a wait, a process, a declaration, a call.
+    fn other_statement(&mut self, k: usize, line: &[Token], word: &str, second: &str) {
+        if is_routine(word, second) {
             self.routine += 1;
             (self.spline, self.trigger) = (false, false);
             self.folds.clear();
             self.stop(k, Break::Start);
-            return Ok(());
+            return;
         }
-        if line.len() == 2 && first.kind == Kind::Word && line[1].is(b':') {
+        if line.len() == 2 && line[0].kind == Kind::Word && line[1].is(b':') {
             self.stop(k, Break::Jump);
-            return Ok(());
+            return;
         }
-        match word.as_str() {
+        match word {
             "IF" | "ELSE" | "ENDIF" | "SWITCH" | "CASE" | "DEFAULT" | "ENDSWITCH" | "GOTO" | "EXIT" | "RETURN"
             | "RESUME" | "END" | "ENDFCT" => self.stop(k, Break::Jump),
             "LOOP" | "ENDLOOP" | "FOR" | "ENDFOR" | "WHILE" | "ENDWHILE" | "REPEAT" | "UNTIL" => {
@@ -264,13 +270,12 @@ impl<'a> Reader<'a> {
             "ARC_ON" | "ARCON" | "ARC_STRT" => self.push(k, StepKind::Process(true)),
             "ARC_OFF" | "ARCOFF" | "ARCOF" => self.push(k, StepKind::Process(false)),
             _ => {
-                if let Some(on) = arc(self.text, line, &word) {
+                if let Some(on) = arc(self.text, line, word) {
                     self.push(k, StepKind::Process(on));
                 }
-                self.other(k, line, &word);
+                self.other(k, line, word);
             }
         }
-        Ok(())
     }
 
     /// A break where the line calls something that may move.
@@ -301,33 +306,7 @@ impl<'a> Reader<'a> {
         let at = if word.arc { motion::second(line).unwrap_or(line.len()) } else { 1 };
         let mut others: Others = None;
         let mut end = None;
-        let goal = match line.get(at) {
-            _ if word.relative => Goal::Opaque("a relative motion: the goal depends on where the robot stands".into()),
-            None => Goal::Opaque("the motion has no goal".into()),
-            Some(t) if t.is(b'{') => {
-                let (a, next) = super::data::aggregate(self.text, 0, line, at)?;
-                end = Some(next);
-                others = Some(a.others(&self.names, self.text));
-                self.aggregate(k, a, word)?
-            }
-            Some(t) if t.kind == Kind::Word => {
-                end = Some(at + 1);
-                let name = upper(self.text, t);
-                match self.data.find(self.routine, &name) {
-                    // a call, an element of an array, a sum of frames
-                    None if !motion::ends(self.text, line, at + 1) => Goal::Opaque("the goal is computed".into()),
-                    None if name.starts_with('$') => Goal::Opaque(format!("{name} is known on the controller only")),
-                    None => Goal::Opaque(format!("{name} is not declared in the files given")),
-                    Some(n) => {
-                        if let Ok(a) = self.data.names[n].value() {
-                            others = Some(a.others(&self.names, &self.texts[a.file]));
-                        }
-                        self.named(n, word)?
-                    }
-                }
-            }
-            Some(_) => Goal::Opaque("the goal is computed".into()),
-        };
+        let goal = self.goal(k, line, at, word, &mut end, &mut others)?;
         let whole = end.is_some_and(|e| motion::ends(self.text, line, e));
         let goal =
             if whole || matches!(goal, Goal::Opaque(_)) { goal } else { Goal::Opaque("the goal is computed".into()) };
@@ -350,21 +329,7 @@ impl<'a> Reader<'a> {
         if fold.is_some_and(|f| f.more || f.steps != self.steps.len()) {
             close("its inline form does more than this motion");
         }
-        let tail: Vec<String> = line.iter().skip(end.unwrap_or(at)).map(|t| upper(self.text, t)).collect();
-        let approximates = |w: &str| tail.iter().any(|t| t == w);
-        let blend_m = if !tail.iter().any(|t| t.starts_with("C_")) {
-            Some(0.0)
-        } else if word.path != PathKind::Joint && approximates("C_DIS") {
-            self.set.apo_m
-        } else {
-            None
-        };
-        let with = approximates("WITH");
-        let speed = match word.path {
-            _ if with => Speed::Unknown,
-            PathKind::Joint => self.set.share().map_or(Speed::Unknown, |v| Speed::Share(v / 100.0)),
-            _ => self.set.vel_cp.map_or(Speed::Unknown, Speed::Tcp),
-        };
+        let (speed, blend_m) = self.speed_and_blend(word, &line[end.unwrap_or(at).min(line.len())..]);
         if let (Some(e), true) = (end, whole) {
             let goal = line[at].start..line[e - 1].end;
             let last = line.last().map_or(goal.end, |t| t.end);
@@ -377,6 +342,64 @@ impl<'a> Reader<'a> {
         let step = Move { path, goal, fixed: None, closed, speed, blend_m, way: Vec::new() };
         self.push(k, StepKind::Move(step));
         Ok(())
+    }
+
+    /// The goal of a motion at token `at`; `end`: the token after it, `others`: its external axes.
+    fn goal(
+        &mut self,
+        k: usize,
+        line: &[Token],
+        at: usize,
+        word: Word,
+        end: &mut Option<usize>,
+        others: &mut Others,
+    ) -> Result<Goal> {
+        Ok(match line.get(at) {
+            _ if word.relative => Goal::Opaque("a relative motion: the goal depends on where the robot stands".into()),
+            None => Goal::Opaque("the motion has no goal".into()),
+            Some(t) if t.is(b'{') => {
+                let (a, next) = super::data::aggregate(self.text, 0, line, at)?;
+                *end = Some(next);
+                *others = Some(a.others(&self.names, self.text));
+                self.aggregate(k, a, word)?
+            }
+            Some(t) if t.kind == Kind::Word => {
+                *end = Some(at + 1);
+                let name = upper(self.text, t);
+                match self.data.find(self.routine, &name) {
+                    // a call, an element of an array, a sum of frames
+                    None if !motion::ends(self.text, line, at + 1) => Goal::Opaque("the goal is computed".into()),
+                    None if name.starts_with('$') => Goal::Opaque(format!("{name} is known on the controller only")),
+                    None => Goal::Opaque(format!("{name} is not declared in the files given")),
+                    Some(n) => {
+                        if let Ok(a) = self.data.names[n].value() {
+                            *others = Some(a.others(&self.names, &self.texts[a.file]));
+                        }
+                        self.named(n, word)?
+                    }
+                }
+            }
+            Some(_) => Goal::Opaque("the goal is computed".into()),
+        })
+    }
+
+    /// Speed and approximation of a motion, by the settings in force and the words after its goal.
+    fn speed_and_blend(&self, word: Word, tail: &[Token]) -> (Speed, Option<f64>) {
+        let tail: Vec<String> = tail.iter().map(|t| upper(self.text, t)).collect();
+        let has = |w: &str| tail.iter().any(|t| t == w);
+        let blend_m = if !tail.iter().any(|t| t.starts_with("C_")) {
+            Some(0.0)
+        } else if word.path != PathKind::Joint && has("C_DIS") {
+            self.set.apo_m
+        } else {
+            None
+        };
+        let speed = match word.path {
+            _ if has("WITH") => Speed::Unknown,
+            PathKind::Joint => self.set.share().map_or(Speed::Unknown, |v| Speed::Share(v / 100.0)),
+            _ => self.set.vel_cp.map_or(Speed::Unknown, Speed::Tcp),
+        };
+        (speed, blend_m)
     }
 
     /// Frame and tool in force. What no line sets has the controller's name: the frame in which the program starts.

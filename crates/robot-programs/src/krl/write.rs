@@ -7,7 +7,7 @@ use super::target::finest;
 use super::{Motion, Program, Source};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
-use crate::script::{Edits, Goal, Patch, PoseGoal, StepKind, Text, number};
+use crate::script::{Edits, Goal, Move, Patch, PoseGoal, StepKind, Text, number};
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -169,44 +169,42 @@ fn insert<'a>(
         out.push(Patch::new(0, at..at, bytes));
         return Ok(());
     }
-    let values = match m.goal {
-        Goal::Joints(t) => program.script.targets.get(t).map_or(&[][..], |t| &t.values),
-        _ => &[],
-    };
-    let usual = values.iter().flatten().map(|v| v.style).max_by_key(|s| s.decimals).unwrap_or_default();
-    let usual = number::Style { decimals: usual.decimals.max(3), point: true, plus: false, ..usual };
-    let named = |k: usize| program.script.targets.iter().any(|t| t.values.get(k).is_some_and(Option::is_some));
-    let commanded: Vec<bool> = (0..program.axes.len()).map(named).collect();
     for q in points {
         bytes.extend_from_slice(indent);
         bytes.extend_from_slice(text.slice(motion.keyword.clone()));
-        bytes.extend_from_slice(b" {");
-        let mut first = true;
-        for (axis, (name, q)) in program.axes.iter().zip(q).enumerate() {
-            // an axis that no target names stands where nobody knows
-            if !commanded.get(axis).copied().unwrap_or(false) {
-                continue;
-            }
-            let value = values.get(axis).copied().flatten();
-            let new = match value {
-                Some(v) if (v.si - q).abs() <= 1e-13 => {
-                    let Goal::Joints(t) = m.goal else { continue };
-                    let file = program.script.targets.get(t).map_or(0, |t| t.at.file);
-                    String::from_utf8_lossy(texts(program, file)?.slice(v.span())).into_owned()
-                }
-                Some(v) => written(program, edits, axis, *q, v.style),
-                None => written(program, edits, axis, *q, usual),
-            };
-            let comma = if first { "" } else { "," };
-            first = false;
-            bytes.extend_from_slice(format!("{comma}{name} {new}").as_bytes());
-        }
-        bytes.push(b'}');
+        bytes.extend_from_slice(&joint_goal(program, edits, m, q)?);
         bytes.extend_from_slice(&tail(text, motion));
         bytes.extend_from_slice(ending);
     }
     out.push(Patch::new(0, at..at, bytes));
     Ok(())
+}
+
+/// ` {A1 10,A2 -20}`: joint values written as those of the motion's own goal are.
+fn joint_goal(program: &Program, edits: &Edits, m: &Move, q: &[f64]) -> Result<Vec<u8>> {
+    let target = match m.goal {
+        Goal::Joints(t) => program.script.targets.get(t),
+        _ => None,
+    };
+    let values = target.map_or(&[][..], |t| &t.values);
+    let usual = values.iter().flatten().map(|v| v.style).max_by_key(|s| s.decimals).unwrap_or_default();
+    let usual = number::Style { decimals: usual.decimals.max(3), point: true, plus: false, ..usual };
+    let named = |k: usize| program.script.targets.iter().any(|t| t.values.get(k).is_some_and(Option::is_some));
+    let mut all = Vec::new();
+    // an axis that no target names stands where nobody knows
+    for (axis, (name, q)) in program.axes.iter().zip(q).enumerate().filter(|(axis, _)| named(*axis)) {
+        let value = values.get(axis).copied().flatten();
+        let new = match value {
+            Some(v) if (v.si - q).abs() <= 1e-13 => {
+                let file = target.map_or(0, |t| t.at.file);
+                String::from_utf8_lossy(texts(program, file)?.slice(v.span())).into_owned()
+            }
+            Some(v) => written(program, edits, axis, *q, v.style),
+            None => written(program, edits, axis, *q, usual),
+        };
+        all.push(format!("{name} {new}"));
+    }
+    Ok(format!(" {{{}}}", all.join(",")).into_bytes())
 }
 
 /// New points before a motion to a Cartesian target: the same motion with other numbers in line.

@@ -209,15 +209,7 @@ impl Builder<'_> {
         if matches!(site.external_axes, External::Numbers(_)) {
             site.external = Some(String::from_utf8_lossy(self.f.text.slice(external.bytes())).into_owned());
         }
-        // a track carries the base, a positioner may carry the work object
-        let own = wobj.as_ref().and_then(|w| w.value.as_ref()).map_or("wobj0".to_string(), |v| self.shown(v.start));
-        let frame = self.frame(wobj, item);
-        let frame = match site.external_axes.standing() {
-            Some(axes) => frame.carried(&own, &axes),
-            None => {
-                Frame::Unknown("external axes that are computed, and may carry the robot or the work object".into())
-            }
-        };
+        let frame = self.carried_frame(wobj, item, site);
         let checked = if path == PathKind::Joint { self.configured.joint } else { self.configured.linear };
         let six = self.robot.dof() == 6 && self.robot.axis_joints().all(|j| j.kind == JointKind::Revolute);
         let whole = |v: f64| v.fract() == 0.0 && v.abs() < 16.0;
@@ -226,25 +218,48 @@ impl Builder<'_> {
             let [cf1, cf4, cf6, cfx] = c.map(|v| v as i32);
             Solution::Configured(Configuration::Abb { quarters: [cf1, cf4, cf6], cfx })
         });
-        let target = match (&declared, value::pose(node)) {
-            // a list with a call in it cannot be written into the instruction: the call would happen once more
-            (_, None) => None,
-            _ if self.f.text.slice(node.bytes()).contains(&b'(') => None,
-            (Some((d, indices)), Some(values)) => Some(match self.known.get(&(*d, indices.clone())) {
-                Some(&t) => t,
-                None => self.declared_target(*d, indices.clone(), node, values, Some(PoseForm::Quaternion)),
-            }),
-            (None, Some(values)) => {
-                let at = At { file: 0, line: self.f.line(span.start) };
-                self.targets.push(Target { name: None, at, values, pose: Some(PoseForm::Quaternion) });
-                self.externals.push(site.external_axes.clone());
-                self.literals.push(Literal { bytes: node.bytes(), owner: None });
-                Some(self.targets.len() - 1)
-            }
-        };
+        let at = At { file: 0, line: self.f.line(span.start) };
+        let target = self.pose_target(declared, node, at, &site.external_axes);
         let tool = self.tool(tool, item);
         let position_m = Vector3::from(xyz) * 1e-3;
         Goal::Pose(PoseGoal { target, position_m, rotation: Some(rotation), frame, tool, solution, binding: checked })
+    }
+
+    /// The frame of a goal. A track carries the base, a positioner may carry the work object.
+    fn carried_frame(&mut self, wobj: Option<Switch>, item: &Item, site: &Site) -> Frame {
+        let own = wobj.as_ref().and_then(|w| w.value.as_ref()).map_or("wobj0".to_string(), |v| self.shown(v.start));
+        let frame = self.frame(wobj, item);
+        match site.external_axes.standing() {
+            Some(axes) => frame.carried(&own, &axes),
+            None => {
+                Frame::Unknown("external axes that are computed, and may carry the robot or the work object".into())
+            }
+        }
+    }
+
+    /// The numbers of a pose as a target that can be written; `declared`: where it has a name.
+    fn pose_target(
+        &mut self,
+        declared: Option<(usize, Vec<usize>)>,
+        node: &Node,
+        at: At,
+        external_axes: &External,
+    ) -> Option<usize> {
+        let values = value::pose(node)?;
+        // a list with a call in it cannot be written into the instruction: the call would happen once more
+        if self.f.text.slice(node.bytes()).contains(&b'(') {
+            return None;
+        }
+        if let Some(key) = declared {
+            return Some(match self.known.get(&key) {
+                Some(&t) => t,
+                None => self.declared_target(key.0, key.1, node, values, Some(PoseForm::Quaternion)),
+            });
+        }
+        self.targets.push(Target { name: None, at, values, pose: Some(PoseForm::Quaternion) });
+        self.externals.push(external_axes.clone());
+        self.literals.push(Literal { bytes: node.bytes(), owner: None });
+        Some(self.targets.len() - 1)
     }
 
     /// Whether the external axes that the robot file does not have move from the goal before to this one.

@@ -20,24 +20,29 @@ impl Parser<'_> {
         }
     }
 
+    /// The head of a handler: `ERROR (numbers)`, `UNDO`, `BACKWARD`.
+    fn handler(&mut self, id: usize) -> Result<()> {
+        let i = self.i;
+        self.i += 1;
+        if self.is_mark(self.i, b'(') {
+            while !self.is_mark(self.i, b')') {
+                if self.i >= self.out.tokens.len() {
+                    return Err(self.bad(self.i, "`)`"));
+                }
+                self.i += 1;
+            }
+            self.i += 1;
+        }
+        self.push(id, i..self.i, ItemKind::Start);
+        Ok(())
+    }
+
     pub(super) fn statement(&mut self, id: usize, end: &str) -> Result<()> {
         let i = self.i;
         let word = self.word(i).to_string();
         match word.as_str() {
             "const" | "var" | "pers" | "local" | "task" => self.declaration(Some(id))?,
-            "error" | "undo" | "backward" => {
-                self.i += 1;
-                if self.is_mark(self.i, b'(') {
-                    while !self.is_mark(self.i, b')') {
-                        if self.i >= self.out.tokens.len() {
-                            return Err(self.bad(self.i, "`)`"));
-                        }
-                        self.i += 1;
-                    }
-                    self.i += 1;
-                }
-                self.push(id, i..self.i, ItemKind::Start);
-            }
+            "error" | "undo" | "backward" => self.handler(id)?,
             "if" => self.condition(id)?,
             "elseif" => {
                 let then = self.until(i + 1, &["then"], "`THEN`")?;
@@ -65,7 +70,7 @@ impl Parser<'_> {
                 let colon = (i + 1..self.out.tokens.len())
                     .find(|&k| self.is_mark(k, b':') || self.is_mark(k, b';'))
                     .filter(|&k| self.is_mark(k, b':'));
-                let Some(colon) = colon else { return Err(self.bad(i, "`:` behind the values of the case")) };
+                let Some(colon) = colon else { return Err(self.bad(i, "`:` after the values of the case")) };
                 self.push(id, i + 1..colon, ItemKind::Middle);
                 self.i = colon + 1;
             }

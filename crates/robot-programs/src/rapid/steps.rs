@@ -255,7 +255,6 @@ impl Builder<'_> {
             self.push(token, StepKind::Dwell(None));
             return Ok(());
         }
-        let named = |args: &[Arg], names: &[&str]| args.iter().position(|a| names.contains(&a.name.as_str()));
         let goal_at = named(&args, &["topoint", "tojointpos"]).or_else(|| positional(&args, motion.target));
         let (Some(goal_at), Some(semicolon)) = (goal_at, p.tokens.get(item.span.end)) else {
             let word = self.f.text.slice(p.tokens[token].start..p.tokens[token].end);
@@ -263,13 +262,7 @@ impl Builder<'_> {
             return Err(self.f.text.bad(p.tokens[token].start, found, "its arguments: target, speed, zone, tool"));
         };
         let speed_at = named(&args, &["speed"]).or_else(|| positional(&args, motion.target + 1));
-        let zone_at = named(&args, &["zone"]).or_else(|| {
-            let after = positional(&args, motion.target + 2)?;
-            if motion.plain || motion.path == PathKind::Curve && self.f.word(token) == "movec" {
-                return Some(after);
-            }
-            (after..args.len()).find(|&k| self.zone(&args[k], item).is_some())
-        });
+        let zone_at = self.zone_at(item, &motion, &args);
         // process moves have it last, whatever stands before
         let last = || (0..args.len()).rev().find(|&k| k > goal_at + 2 && !args[k].span.is_empty());
         let tool_at = named(&args, &["tool"]).or_else(|| if motion.plain { positional(&args, 3) } else { last() });
@@ -283,16 +276,8 @@ impl Builder<'_> {
             ..Site::default()
         };
         let time = switch("t").map(|s| s.value.and_then(|v| plain(self.f.text, p, &v)));
-        let mut closed = match motion.path {
-            _ if alone => Some("it is the one statement of an IF".to_string()),
-            _ if calls => Some("its arguments call a function that may move the robot".into()),
-            PathKind::Curve => Some("it is an arc".into()),
-            _ if !motion.plain => Some("its actions hang on the way to its target".into()),
-            _ if switch("id").is_some() || self.synchronised => {
-                Some("it is synchronised with another robot (\\ID)".into())
-            }
-            _ => None,
-        };
+        let synchronised = switch("id").is_some() || self.synchronised;
+        let mut closed = closed(&motion, alone, calls, synchronised).map(String::from);
         match &time {
             Some(Some((s, style, bytes))) if *s > 0.0 => site.time = Some((bytes.clone(), *s, *style)),
             Some(_) => {
@@ -335,13 +320,29 @@ impl Builder<'_> {
         let m = Move { path: motion.path, goal, fixed: None, closed, speed, blend_m, way: Vec::new() };
         let k = self.push(token, StepKind::Move(m));
         self.steps.place(k, site);
+        self.after_motion(token, &motion, switched_on);
+        Ok(())
+    }
+
+    /// Place of the zone among the arguments.
+    fn zone_at(&mut self, item: &Item, motion: &Motion, args: &[Arg]) -> Option<usize> {
+        named(args, &["zone"]).or_else(|| {
+            let after = positional(args, motion.target + 2)?;
+            if motion.plain || motion.path == PathKind::Curve && self.f.word(item.span.start) == "movec" {
+                return Some(after);
+            }
+            (after..args.len()).find(|&k| self.zone(&args[k], item).is_some())
+        })
+    }
+
+    /// A process that the motion switches, and work at its end.
+    fn after_motion(&mut self, token: usize, motion: &Motion, switched_on: Option<bool>) {
         if let Some(on) = motion.process.or(switched_on.filter(|_| !motion.plain)) {
             self.push(token, StepKind::Process(on));
         }
         if motion.works {
             self.push(token, StepKind::Dwell(None));
         }
-        Ok(())
     }
 
     fn speed(&mut self, span: &Span, item: &Item) -> Speed {
@@ -393,4 +394,21 @@ fn plain(text: &Text, p: &Parsed, span: &Span) -> Option<(f64, number::Style, Ra
     let bytes = a.start..b.end;
     let (v, style) = number::read(text.slice(bytes.clone()))?;
     Some((v, style, bytes))
+}
+
+/// Place of an argument by its name.
+fn named(args: &[Arg], names: &[&str]) -> Option<usize> {
+    args.iter().position(|a| names.contains(&a.name.as_str()))
+}
+
+/// Why no point can be added before a motion.
+fn closed(motion: &Motion, alone: bool, calls: bool, synchronised: bool) -> Option<&'static str> {
+    match motion.path {
+        _ if alone => Some("it is the one statement of an IF"),
+        _ if calls => Some("its arguments call a function that may move the robot"),
+        PathKind::Curve => Some("it is an arc"),
+        _ if !motion.plain => Some("its actions hang on the way to its target"),
+        _ if synchronised => Some("it is synchronised with another robot (\\ID)"),
+        _ => None,
+    }
 }

@@ -143,28 +143,32 @@ impl Builder<'_> {
         near.map(Solution::Near)
     }
 
+    /// `get_inverse_kin(pose, qnear)`: the list of qnear only chooses the solution; the pose is where the robot goes.
+    fn inverse_goal(&mut self, span: &Span, item: &Item) -> Goal {
+        let args = arguments(self.p, span.start + 2, span.end).map(|a| a.0).unwrap_or_default();
+        let first = args.first().filter(|_| args.len() <= 2).map(|a| a.span.clone());
+        let pose = first.as_ref().and_then(|s| self.pose(s, item));
+        let (Some(pose), Some(first)) = (pose, first) else {
+            return Goal::Opaque("get_inverse_kin computes the target".into());
+        };
+        // a pose by name would be cloned in the place of the whole call
+        let mut goal = self.pose_goal(pose, &first, item, false);
+        if let (Some(near), Goal::Pose(goal)) = (args.get(1), &mut goal) {
+            match self.near(&near.span, item) {
+                Some(solution) => goal.solution = solution,
+                None => return Goal::Opaque("qnear of get_inverse_kin is computed".into()),
+            }
+        }
+        goal
+    }
+
     pub fn goal(&mut self, span: &Span, item: &Item) -> Result<Goal> {
         let (p, text, robot) = (self.p, self.text, self.robot);
         if let Some(found) = self.pose(span, item) {
             return Ok(self.pose_goal(found, span, item, true));
         }
-        // the list behind qnear only chooses the solution: the pose is where the robot goes
         if p.words[span.start] == "get_inverse_kin" && span.len() > 3 {
-            let args = arguments(p, span.start + 2, span.end).map(|a| a.0).unwrap_or_default();
-            let first = args.first().filter(|_| args.len() <= 2).map(|a| a.span.clone());
-            let pose = first.as_ref().and_then(|s| self.pose(s, item));
-            let (Some(pose), Some(first)) = (pose, first) else {
-                return Ok(Goal::Opaque("get_inverse_kin computes the target".into()));
-            };
-            // a pose by name would be cloned in the place of the whole call
-            let mut goal = self.pose_goal(pose, &first, item, false);
-            if let (Some(near), Goal::Pose(goal)) = (args.get(1), &mut goal) {
-                match self.near(&near.span, item) {
-                    Some(solution) => goal.solution = solution,
-                    None => return Ok(Goal::Opaque("qnear of get_inverse_kin is computed".into())),
-                }
-            }
-            return Ok(goal);
+            return Ok(self.inverse_goal(span, item));
         }
         let at = At { file: 0, line: self.line(span.start) };
         let bytes = |s: &Span| p.tokens[s.start].start..p.tokens[s.end - 1].end;

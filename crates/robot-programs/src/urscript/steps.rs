@@ -8,7 +8,7 @@ use crate::axes::Axes;
 use crate::error::{Result, one_line};
 use crate::script::blocks::Steps;
 use crate::script::sites::Time;
-use crate::script::{At, Break, Goal, Move, PathKind, Script, Speed, StepKind, Target, Text};
+use crate::script::{At, Break, Goal, Move, PathKind, Script, Speed, StepKind, Target, Text, number};
 use nalgebra::Isometry3;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
@@ -280,20 +280,7 @@ impl Builder<'_> {
             _ => None,
         };
         let t = argument(&motion, args, "t").map(|a| value::plain(text, &p.tokens, &a.span));
-        let mut seconds = None;
-        match t {
-            Some(Some((s, style, bytes))) if s > 0.0 => {
-                seconds = Some(s);
-                if s < 2.0 * CYCLE_S {
-                    closed.get_or_insert("its time is too short to be shared out over two cycles of the controller");
-                }
-                site.time = Some((bytes, s, style));
-            }
-            Some(Some((s, ..))) if s == 0.0 && motion.kind == MotionKind::Move => {}
-            None if motion.kind != MotionKind::Servo => {}
-            Some(_) => drop(closed.get_or_insert("its time is no plain number, and cannot be shared out")),
-            None => drop(closed.get_or_insert("it has no time t= that could be shared out")),
-        }
+        let seconds = duration(t, motion.kind, &mut site, &mut closed);
         let v = argument(&motion, args, "v").map_or(motion.v, |a| self.number(&a.span, item));
         let speed = match (seconds, v, motion.kind) {
             (Some(s), ..) => Speed::Seconds(s),
@@ -325,4 +312,27 @@ impl Builder<'_> {
         self.steps.place(k, site);
         Ok(())
     }
+}
+
+/// The time of a motion, s, where it is written; closes the motion where a time cannot be shared out.
+fn duration(
+    t: Option<Option<(f64, number::Style, Range<usize>)>>,
+    kind: MotionKind,
+    site: &mut Site,
+    closed: &mut Option<&'static str>,
+) -> Option<f64> {
+    match t {
+        Some(Some((s, style, bytes))) if s > 0.0 => {
+            if s < 2.0 * CYCLE_S {
+                closed.get_or_insert("its time is too short to be shared out over two cycles of the controller");
+            }
+            site.time = Some((bytes, s, style));
+            return Some(s);
+        }
+        Some(Some((s, ..))) if s == 0.0 && kind == MotionKind::Move => {}
+        None if kind != MotionKind::Servo => {}
+        Some(_) => drop(closed.get_or_insert("its time is no plain number, and cannot be shared out")),
+        None => drop(closed.get_or_insert("it has no time t= that could be shared out")),
+    }
+    None
 }
