@@ -11,7 +11,7 @@ use lostmotion::error::{Error, Result};
 use lostmotion::io::output::Durability;
 use lostmotion::program::csv::Style;
 use lostmotion::rewrite::stream::{Passage, Stage, pass, sink};
-use lostmotion::rewrite::{Account, Emitted, Engine, Options, Origin, Points};
+use lostmotion::rewrite::{Engine, Options, Origin, OutputPoints, Points, RewriteStats};
 use lostmotion::robot::Robot;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ struct Shift {
 }
 
 impl Stage for Shift {
-    fn push(&mut self, block: &Points, out: &mut Emitted) -> Result<()> {
+    fn push(&mut self, block: &Points, out: &mut OutputPoints) -> Result<()> {
         out.axes = block.axes;
         out.q.extend(block.q.iter().map(|v| v + self.by));
         out.t_s.extend_from_slice(&block.t_s);
@@ -33,8 +33,8 @@ impl Stage for Shift {
         Ok(())
     }
 
-    fn finish(self, _: &mut Emitted) -> Result<Account> {
-        Ok(Account::default())
+    fn finish(self, _: &mut OutputPoints) -> Result<RewriteStats> {
+        Ok(RewriteStats::default())
     }
 }
 

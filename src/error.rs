@@ -3,7 +3,7 @@
 //! Everything that comes from outside is refused with a [`BadInput`] (exit code 2). A request that is well formed but
 //! whose answer is no (a limit would be exceeded, `--check` differs) is an [`Error::Refused`] (exit code 1).
 
-use crate::io::name::text_of;
+use crate::name::text_of;
 pub use robot_programs::error::{BadInput, Place, one_line};
 use std::path::Path;
 
@@ -79,7 +79,7 @@ pub fn counted(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
-/// A file name as messages and documents show it ([`crate::io::name`]): `-` is standard input.
+/// A file name as messages and documents show it ([`crate::name`]): `-` is standard input.
 pub fn shown(path: &Path) -> String {
     if path == Path::new("-") { "standard input".into() } else { text_of(path) }
 }

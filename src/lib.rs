@@ -32,7 +32,7 @@
 //! let mut options = rewrite::Options::new(robot.dof());
 //! options.tcp_speed_m_s = Some(1.5e-3);
 //! let mut engine = rewrite::Engine::new(&robot, &compensator, options)?;
-//! let mut out = rewrite::Emitted::default();
+//! let mut out = rewrite::OutputPoints::default();
 //! engine.push(&points, &mut out)?;
 //! let account = engine.finish(&mut out)?;
 //! assert!(account.reversals[0] > 0 && out.len() as u64 == account.points + account.inserted);
@@ -59,6 +59,7 @@ pub mod learn;
 pub mod log;
 pub mod machine;
 pub mod model;
+pub mod name;
 pub mod numerics;
 pub mod plan;
 pub mod program;

@@ -8,7 +8,7 @@ use lostmotion::learn::{self, Kind, Learned, Lesson, Source};
 use lostmotion::log::Log;
 use lostmotion::model::Model;
 use lostmotion::program::Program;
-use lostmotion::rewrite::{Emitted, Engine, Options as RewriteOptions, Points};
+use lostmotion::rewrite::{Engine, Options as RewriteOptions, OutputPoints, Points};
 use lostmotion::simulate::noise::Noise;
 use lostmotion::simulate::{Motion, Options as SimulateOptions, predicted};
 use lostmotion::track::{self, Kinematics, Path};
@@ -125,7 +125,7 @@ impl Instrument {
         options.deadband = vec![1.5e-6f64.to_radians(); axes];
         let t_s = program.t_s.clone().unwrap();
         let q = (0..program.len()).flat_map(|i| program.q.iter().map(move |c| c[i])).collect();
-        let mut out = Emitted::default();
+        let mut out = OutputPoints::default();
         let mut engine = Engine::new(&self.model.robot, &self.compensator, options).unwrap();
         engine.push(&Points { axes, q, t_s }, &mut out).unwrap();
         let account = engine.finish(&mut out).unwrap();

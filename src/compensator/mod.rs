@@ -6,18 +6,17 @@
 //! - [`mod@file`]: the YAML document, to and from these types, with every refusal and its line.
 //!   `evidence`: what the offsets rest on.
 //! - [`schedule`]: a half gap over position as it stands in a document.
-//! - [`response`]: friction that builds up over travel and is worked off in time.
+//! - [`mod@response`]: friction that builds up over travel and is worked off in time.
 //! - [`from_model`]: the compensator of a model file: the predicted joint error with its sign turned.
 
 mod evidence;
 pub mod file;
 pub mod from_model;
-pub mod response;
 pub mod schedule;
 
+pub use crate::effects::response::{self, Response, Spike, Windup};
 use crate::effects::{Decay, GapCurve};
 use crate::gaps::LogRef;
-pub use response::{Response, Spike, Windup};
 
 /// Offsets for the joints of one robot.
 #[derive(Debug, Clone)]

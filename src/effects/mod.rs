@@ -41,6 +41,7 @@ pub mod link_error;
 pub mod loaded_play;
 pub mod maxwell_slip;
 pub mod presliding_stiction;
+pub mod response;
 pub mod servo_lag;
 pub mod site;
 pub mod smooth;

@@ -4,8 +4,7 @@
 //! In the document: `response`, `scatter` and `trust` of each joint, and at the top `reversals` and `covariance`. A
 //! document without them is one of a single kind of test.
 
-use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
-use crate::compensator::{Response, Spike, Windup};
+use crate::effects::response::{MOST_SPIKES, MOST_WINDUPS, Response, Spike, Windup};
 use crate::gaps::file::{in_user_unit, number};
 use crate::robot::{JointKind, Robot};
 use serde_json::{Map, Value, json};

@@ -56,6 +56,16 @@ fn kind_of(meta: &std::fs::Metadata) -> Kind {
     }
 }
 
+/// The folder of a file.
+pub(super) fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Some file systems know no sync; that is no failure of the write.
+pub(super) fn ignore_unsupported(e: io::Error) -> io::Result<()> {
+    if matches!(e.kind(), io::ErrorKind::Unsupported | io::ErrorKind::InvalidInput) { Ok(()) } else { Err(e) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,11 +6,10 @@
 //! not said that it was done and would be repeated on its own result otherwise; `undo` does the renames that are left, and finds
 //! the note that it needs. Where everything had come into place, only the journal goes. A journal names files of its own folder alone.
 
+use super::folder::{folder_of, ignore_unsupported};
 use super::lock::{FolderLock, LOCK, Sharing};
 use super::name::path_of;
-use super::output::ignore_unsupported;
 use super::temporary::{self, OLD, PART, PREFIX, Temporary};
-use super::transaction::folder_of;
 use crate::error::{Error, Result, shown};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
@@ -18,7 +17,7 @@ use std::path::{Component, Path, PathBuf};
 use std::time::Duration;
 
 /// The end of a journal's name.
-pub const ENDING: &str = ".journal";
+pub use super::temporary::JOURNAL as ENDING;
 const SCHEMA: &str = "lostmotion/journal/1";
 /// How long a run waits for another one that may finish the journal itself.
 const PATIENCE: Duration = Duration::from_secs(10);

@@ -1,7 +1,7 @@
 //! Files at the edges: whole or not at all, `-` for standard streams, `.gz` read as it is.
 //!
 //! Modules, in reading order:
-//! - [`name`]: file names as text and back; [`console`]: words for standard error.
+//! - [`mod@name`]: file names as text and back; [`console`]: words for standard error.
 //! - [`input`]: bytes of a path, of standard input, of a gzip file; their SHA-256; [`memory`]: what there is room for.
 //! - [`temporary`]: files that are not in place yet, and those that a killed run left.
 //! - [`folder`]: what lies in a folder.
@@ -20,9 +20,10 @@ pub mod interrupt;
 pub mod journal;
 pub mod lock;
 pub mod memory;
-pub mod name;
 pub mod output;
 pub mod temporary;
 pub mod threads;
 pub mod transaction;
 pub mod yaml;
+
+pub use crate::name;

@@ -5,6 +5,7 @@
 //! the same way (in memory up to 16 MiB, then on disk), so that a pipe never receives the first half of a program whose second
 //! half was refused.
 
+use super::folder::ignore_unsupported;
 use super::temporary::Temporary;
 use super::transaction::Transaction;
 use crate::error::{Error, Result, is_stdio, shown};
@@ -91,7 +92,7 @@ impl Output {
             }
             OpenOptions::new().append(true).open(&target).map_err(|e| Error::io(path, "write", e))?;
         }
-        let folder = super::transaction::folder_of(&target);
+        let folder = super::folder::folder_of(&target);
         if durability == Durability::Synced {
             super::temporary::clean(folder);
         }
@@ -178,11 +179,6 @@ fn mode_of(meta: &std::fs::Metadata) -> u32 {
 #[cfg(not(unix))]
 fn mode_of(_: &std::fs::Metadata) -> u32 {
     0o666
-}
-
-/// Some file systems know no sync; that is no failure of the write.
-pub(super) fn ignore_unsupported(e: io::Error) -> io::Result<()> {
-    if matches!(e.kind(), io::ErrorKind::Unsupported | io::ErrorKind::InvalidInput) { Ok(()) } else { Err(e) }
 }
 
 impl Write for Output {

@@ -4,7 +4,7 @@
 //! the target's own bytes play no part), and its process holds a lock on it. The lock ends with the process, however that ends: a
 //! file without one was left by a run that was killed, and the next run that writes into the folder takes it away ([`clean`]).
 
-use super::{folder, journal};
+use super::folder;
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs::{File, Permissions, TryLockError};
@@ -12,6 +12,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::TempPath;
+
+/// Ending of a journal: what the next run needs to finish an interrupted one.
+pub const JOURNAL: &str = ".journal";
 
 /// How the names of all files begin that are no result.
 pub const PREFIX: &str = ".lostmotion-";
@@ -136,7 +139,7 @@ pub fn clean(folder: &Path) {
     for path in named(folder, PART) {
         let Ok(file) = File::open(&path) else { continue };
         // whoever made it has ended, and with him any journal has its last form
-        if file.try_lock().is_ok() && named(folder, journal::ENDING).is_empty() {
+        if file.try_lock().is_ok() && named(folder, JOURNAL).is_empty() {
             let _ = std::fs::remove_file(&path);
         }
     }

@@ -8,10 +8,11 @@
 //!
 //! New files of a run that holds their folder need no journal: the note that comes first tells what the program would be.
 
+use super::folder::{folder_of, ignore_unsupported};
 use super::interrupt;
 use super::journal::{self, Journal, Towards};
 use super::lock::{FolderLock, Sharing};
-use super::output::{Durability, InFile, Output, Sink, ignore_unsupported};
+use super::output::{Durability, InFile, Output, Sink};
 use super::temporary::{self, OLD};
 use crate::error::{Error, Result, shown};
 use std::fs::File;
@@ -283,11 +284,6 @@ fn copy(from: &Path, to: &Path) -> io::Result<()> {
     io::copy(&mut File::open(from)?, &mut out)?;
     out.set_permissions(std::fs::metadata(from)?.permissions())?;
     out.sync_all().or_else(ignore_unsupported)
-}
-
-/// The folder of a file.
-pub(super) fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// The name of a file in its folder, as text.

@@ -6,7 +6,8 @@
 //! compensator, options and version, and the very bytes that were written), is not done again: a run that was killed goes
 //! on where it was, and ends with the same bytes as one that was not.
 
-use super::job::{Job, Target};
+use super::job::Job;
+use super::outcome::Target;
 use super::stream::guard::{self, is_note};
 use super::summary::{Line, Status};
 use crate::error::{Error, Place, Result, shown};

@@ -10,55 +10,13 @@ use super::limits::{CYCLE_S, Limits};
 use super::offset::Offset;
 use super::path::{Path, between};
 use super::plan::{Clock, Plan};
+use super::stats::RewriteStats;
 use super::turning::Turning;
-use super::{Emitted, Options, Origin, Points, Refine};
+use super::{Options, Origin, OutputPoints, Points, Refine};
 use crate::compensator::Compensator;
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 use std::collections::VecDeque;
-
-/// What a rewrite did, for the account that a user reads.
-#[derive(Debug, Clone, Default)]
-pub struct Account {
-    pub points: u64,
-    pub inserted: u64,
-    /// Reversals per axis.
-    pub reversals: Vec<u64>,
-    /// Largest offset per axis, rad or m; with static corrections the sum of the largest of both.
-    pub largest_offset: Vec<f64>,
-    /// Largest joint error that the command must leave at a reversal because it may not turn back, per axis, rad or m.
-    pub largest_left: Vec<f64>,
-    /// Places where a limit would be exceeded after compensation, the first of them in full.
-    pub violations: Vec<Violation>,
-    pub violations_total: u64,
-    /// Of them those of a joint's range.
-    pub out_of_range: u64,
-    /// Why speeds and accelerations were not checked everywhere, where they were not.
-    pub unchecked_rates: Option<&'static str>,
-    /// Duration of the program before and after, s, where it can be told.
-    pub duration_s: Option<[f64; 2]>,
-    /// Largest distance of the TCP from the path that was given, m: by the offset at a reversal, and at points of a refined path.
-    pub largest_change_m: f64,
-}
-
-/// A limit that would be exceeded.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Violation {
-    pub origin: Origin,
-    pub axis: usize,
-    pub what: LimitKind,
-    /// Value and limit, SI.
-    pub value: f64,
-    pub limit: f64,
-}
-
-/// Kind of a limit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LimitKind {
-    Range,
-    Speed,
-    Acceleration,
-}
 
 /// State of a rewrite in progress.
 pub struct Engine<'a> {
@@ -82,7 +40,7 @@ pub struct Engine<'a> {
     points: u64,
     /// Largest static correction per axis, rad or m.
     corrected: Vec<f64>,
-    account: Account,
+    account: RewriteStats,
     /// Points as they came in that have not come out, where gears turn by sums of axes.
     nominal: VecDeque<Vec<f64>>,
 }
@@ -151,11 +109,11 @@ impl<'a> Engine<'a> {
         let densify =
             (options.refine == Refine::Cartesian && !idle).then(|| Densify::new(robot, options.chord_m.max(1e-8)));
         let plan = Plan::new(robot, offsets.clone(), &options);
-        let account = Account {
+        let account = RewriteStats {
             reversals: vec![0; axes],
             largest_offset: vec![0.0; axes],
             largest_left: vec![0.0; axes],
-            ..Account::default()
+            ..RewriteStats::default()
         };
         let limits = Limits::new(robot, options.tcp_speed_m_s);
         let equation2 = (options.law != Law::Equation16 && !idle)
@@ -182,7 +140,7 @@ impl<'a> Engine<'a> {
     }
 
     /// Takes the next points and appends what is settled to `out`.
-    pub fn push(&mut self, block: &Points, out: &mut Emitted) -> Result<()> {
+    pub fn push(&mut self, block: &Points, out: &mut OutputPoints) -> Result<()> {
         let timed = !block.t_s.is_empty();
         if self.timed.is_none() {
             self.timed = Some(timed);
@@ -240,7 +198,7 @@ impl<'a> Engine<'a> {
     }
 
     /// Appends what is left and returns the account.
-    pub fn finish(mut self, out: &mut Emitted) -> Result<Account> {
+    pub fn finish(mut self, out: &mut OutputPoints) -> Result<RewriteStats> {
         out.axes = self.robot.dof();
         if let Some(d) = &mut self.densify {
             d.finish(&mut self.turning);
@@ -258,7 +216,7 @@ impl<'a> Engine<'a> {
     }
 
     /// Points by equation 2: as many as come in.
-    fn printed(&mut self, block: &Points, timed: bool, out: &mut Emitted) {
+    fn printed(&mut self, block: &Points, timed: bool, out: &mut OutputPoints) {
         let Some(law) = &mut self.equation2 else { return };
         for i in 0..block.len() {
             let (at, q) = (out.q.len(), block.row(i));
@@ -302,7 +260,7 @@ impl<'a> Engine<'a> {
         }
     }
 
-    fn advance(&mut self, end: bool, out: &mut Emitted) {
+    fn advance(&mut self, end: bool, out: &mut OutputPoints) {
         self.turning.hand_on(&mut self.path, end);
         let clock = match (self.timed, self.options.tcp_speed_m_s) {
             (Some(true), _) => Clock::Times,
@@ -325,7 +283,7 @@ impl<'a> Engine<'a> {
     }
 
     /// Vertices `from..to`, between which no offset changes.
-    fn emit_run(&mut self, from: usize, to: usize, out: &mut Emitted) {
+    fn emit_run(&mut self, from: usize, to: usize, out: &mut OutputPoints) {
         let timed = self.timed == Some(true);
         let (c, t_s, origin) = self.path.run(from, to);
         let start = out.q.len();
@@ -361,7 +319,7 @@ impl<'a> Engine<'a> {
     }
 
     /// Vertex `k`, then what is inserted in the leg behind it.
-    fn emit(&mut self, k: usize, out: &mut Emitted) {
+    fn emit(&mut self, k: usize, out: &mut OutputPoints) {
         let duration_s = self.arrives.take().filter(|a| a.0 == k).map(|a| a.1);
         self.emit_point(self.path.origin(k), self.path.t_s(k), None, duration_s, k, out);
         let last = k + 1 >= self.path.end();
@@ -399,7 +357,7 @@ impl<'a> Engine<'a> {
         share: Option<f64>,
         duration_s: Option<f64>,
         k: usize,
-        out: &mut Emitted,
+        out: &mut OutputPoints,
     ) {
         let gain = self.options.gain;
         let axes = self.robot.dof();

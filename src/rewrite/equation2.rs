@@ -12,8 +12,8 @@
 //! No point is added and none is sought between points, as in the paper: a step takes as long as a point. Friction is none of its
 //! business. A pause keeps the direction; movement up to the dead band is none.
 
-use super::engine::Account;
 use super::offset::Offset;
+use super::stats::RewriteStats;
 use crate::numerics::reversal::{Movement, ReversalDetector};
 use crate::robot::Robot;
 use nalgebra::Vector3;
@@ -58,7 +58,7 @@ impl Equation2 {
         offsets: &[Option<Offset>],
         q: &[f64],
         out: &mut Vec<f64>,
-        account: &mut Account,
+        account: &mut RewriteStats,
     ) {
         self.points += 1;
         let from = out.len();
@@ -111,10 +111,10 @@ mod tests {
         Robot::new("arm".into(), Convention::Standard, vec![joint], Isometry3::identity(), Isometry3::identity())
     }
 
-    fn commands(held: bool, p: &[f64], gap: &GapCurve) -> (Vec<f64>, Account) {
+    fn commands(held: bool, p: &[f64], gap: &GapCurve) -> (Vec<f64>, RewriteStats) {
         let backlash = Some(BacklashOffset { positive: gap.clone(), negative: gap.clone() });
         let offsets = [Some(Offset::new(&JointCompensator { axis: 0, backlash, friction: None }))];
-        let mut account = Account { reversals: vec![0], largest_offset: vec![0.0], ..Account::default() };
+        let mut account = RewriteStats { reversals: vec![0], largest_offset: vec![0.0], ..RewriteStats::default() };
         let mut law = Equation2::new(held, &[1e-9], &[0]);
         let (robot, mut out) = (arm(), Vec::new());
         p.iter().for_each(|&q| law.apply(&robot, &offsets, &[q], &mut out, &mut account));

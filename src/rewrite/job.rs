@@ -1,16 +1,14 @@
 //! One program from file to file: what to compensate, what to check before anything is put in place, what was done.
 
+use super::outcome::{Outcome, Ready, Target};
 use super::script::Choices;
-use super::script::job::Vendor;
 use super::stream::guard::{self, Named, Note, Notes};
-use super::stream::sink::File;
 use super::summary::Line;
-use super::{Account, LimitKind, Options, Origin, sizes};
+use super::{LimitKind, Options, Origin, RewriteStats, sizes};
 use crate::compensator::{Compensator, JointCompensator};
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::name::text_of_name;
 use crate::io::output::{Durability, Output};
-use crate::io::transaction::Transaction;
 use crate::io::{input, memory};
 use crate::program::csv::Reader;
 use crate::program::files::Files;
@@ -57,76 +55,6 @@ pub struct Job<'a> {
     pub files: Files,
     /// What notes say, folder by folder.
     pub notes: Notes,
-}
-
-/// Where the result goes.
-pub enum Target<'a> {
-    File(&'a Path),
-    DryRun,
-    Check(&'a Path),
-}
-
-/// What was done with a program.
-#[derive(Debug)]
-pub struct Outcome {
-    pub input: String,
-    /// `None`: a dry run, or a check.
-    pub output: Option<String>,
-    pub points: u64,
-    pub account: Account,
-    pub sha256_in: Option<String>,
-    pub sha256_out: Option<String>,
-    /// No byte differs.
-    pub unchanged: bool,
-    /// Fewest decimals with which numbers of each axis were written.
-    pub written: Vec<Option<u8>>,
-    /// Why the answer is no: limits, or a golden file that differs. Then nothing was written.
-    pub refusal: Option<String>,
-    /// What is to be said of a vendor program.
-    pub vendor: Option<Vendor>,
-}
-
-/// A program that has been taken through and whose output is whole, but not in place; dropped, it leaves nothing.
-pub struct Ready {
-    pub outcome: Outcome,
-    pub(super) files: Vec<File>,
-    pub(super) note: Option<Output>,
-    /// The note of an earlier result in the place of a program that stays as it was.
-    pub(super) stale_note: Option<PathBuf>,
-}
-
-impl Ready {
-    pub(super) fn without_output(outcome: Outcome) -> Self {
-        Self { outcome, files: Vec::new(), note: None, stale_note: None }
-    }
-
-    /// Names and bytes of the program and the files that belong to it, as they are about to be put in place.
-    pub fn texts(&mut self) -> Result<Vec<(String, Vec<u8>)>> {
-        self.files.iter_mut().map(|f| Ok((f.shown().to_string(), f.contents()?))).collect()
-    }
-
-    /// Puts the note in place, then the program with the files that belong to it: all of them or none.
-    pub fn commit(self) -> Result<Outcome> {
-        self.commit_with(Vec::new())
-    }
-
-    /// The same, with further outputs behind them.
-    pub fn commit_with(self, further: Vec<Output>) -> Result<Outcome> {
-        let mut all = Transaction::default();
-        if let Some(note) = self.note {
-            all.put(note);
-        }
-        // the file that was named comes last: once it is there, the others are
-        for file in self.files.into_iter().rev() {
-            all.put(file.into_output());
-        }
-        further.into_iter().for_each(|o| all.put(o));
-        if let Some(note) = self.stale_note {
-            all.remove(note);
-        }
-        all.commit()?;
-        Ok(self.outcome)
-    }
 }
 
 impl Job<'_> {
@@ -255,7 +183,7 @@ impl Job<'_> {
     pub(super) fn violations(
         &self,
         name: &str,
-        account: &Account,
+        account: &RewriteStats,
         line: &dyn Fn(u64) -> Option<u64>,
     ) -> Option<String> {
         if account.violations_total == 0 && account.violations.is_empty() {
@@ -302,25 +230,4 @@ impl Job<'_> {
 fn most(joint: &JointCompensator) -> f64 {
     let gap = joint.backlash.as_ref().map_or(0.0, |b| b.positive.largest().max(b.negative.largest()));
     gap + joint.friction.map_or(0.0, |f| f.gain.abs())
-}
-
-/// Share of its smallest half gap that a joint must move against its direction before that is a reversal: what is left
-/// uncompensated on a shorter leg is no more than this, and the joint would have to step by the whole gap for it.
-const DEADBAND_SHARE: f64 = 0.1;
-/// Smallest dead band, rad or m.
-const LEAST_DEADBAND: f64 = 1e-9;
-
-/// Dead band of a joint whose program is written in such digits, rad or m: these `digits`, at most the smallest half gap, and at
-/// least its share of [`DEADBAND_SHARE`].
-pub(super) fn deadband(digits: f64, joint: Option<&JointCompensator>) -> f64 {
-    let gap = joint.and_then(smallest);
-    gap.map_or(digits, |gap| digits.min(gap).max(DEADBAND_SHARE * gap)).max(LEAST_DEADBAND)
-}
-
-/// Smallest half gap of a joint that is above 0, rad or m; of a joint with friction alone, its gain.
-pub(super) fn smallest(joint: &JointCompensator) -> Option<f64> {
-    let curves = joint.backlash.iter().flat_map(|b| [&b.positive, &b.negative]);
-    let gaps = curves.map(|c| if c.smallest() > 0.0 { c.smallest() } else { c.largest() });
-    let least = gaps.filter(|g| *g > 0.0).fold(f64::INFINITY, f64::min);
-    if least.is_finite() { Some(least) } else { joint.friction.map(|f| f.gain.abs()).filter(|g| *g > 0.0) }
 }

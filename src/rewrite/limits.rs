@@ -9,7 +9,7 @@
 //! without times the same holds for the joints' speeds, as the speed may be too high for a place where the TCP hardly moves.
 
 use super::Origin;
-use super::engine::{Account, LimitKind, Violation};
+use super::stats::{LimitKind, RewriteStats, Violation};
 use crate::robot::Robot;
 
 /// Violations that are listed in full.
@@ -55,7 +55,7 @@ impl<'a> Limits<'a> {
     }
 
     /// Checks the next points, between which no offset changes.
-    pub fn check_run(&mut self, q: &[f64], t_s: Option<&[f64]>, origin: &[Origin], account: &mut Account) {
+    pub fn check_run(&mut self, q: &[f64], t_s: Option<&[f64]>, origin: &[Origin], account: &mut RewriteStats) {
         let axes = self.range.len();
         let rows = origin.len();
         if rows == 0 {
@@ -99,7 +99,7 @@ impl<'a> Limits<'a> {
         t_s: Option<f64>,
         duration_s: Option<f64>,
         origin: Origin,
-        account: &mut Account,
+        account: &mut RewriteStats,
     ) {
         self.range_of(q, origin, account);
         self.rates(q, Some(own), t_s, duration_s, origin, account);
@@ -115,7 +115,7 @@ impl<'a> Limits<'a> {
         self.tcp_speed_m_s.filter(|_| self.any_rate)
     }
 
-    fn range_of(&self, q: &[f64], origin: Origin, account: &mut Account) {
+    fn range_of(&self, q: &[f64], origin: Origin, account: &mut RewriteStats) {
         for (axis, (&v, &[lo, hi])) in q.iter().zip(&self.range).enumerate() {
             if v < lo || v > hi {
                 let limit = if v < lo { lo } else { hi };
@@ -134,7 +134,7 @@ impl<'a> Limits<'a> {
         t_s: Option<f64>,
         duration_s: Option<f64>,
         origin: Origin,
-        account: &mut Account,
+        account: &mut RewriteStats,
     ) {
         self.first_t_s = self.first_t_s.or(t_s);
         let Some(mut last) = self.last.take() else {
@@ -192,7 +192,7 @@ impl<'a> Limits<'a> {
     }
 }
 
-fn add(account: &mut Account, violation: Violation) {
+fn add(account: &mut RewriteStats, violation: Violation) {
     let range = violation.what == LimitKind::Range;
     account.violations_total += 1;
     account.out_of_range += u64::from(range);

@@ -5,7 +5,7 @@
 //!
 //! Rooms, in the order in which a point passes them:
 //! - [`points`], [`options`]: blocks of points that go in and come out; what a user may choose.
-//! - [`engine`]: the stations in a row, and the account of what was done.
+//! - [`engine`]: the stations in a row; [`stats`]: what was done.
 //! - [`statics`]: joint errors that depend on the joint vector alone, undone point by point before everything else.
 //! - [`densify`]: points on the smooth TCP path between program points (`--refine cartesian`).
 //! - [`turning`]: directions, dead band, true turning points between points ([`vertices`] is its memory).
@@ -16,10 +16,11 @@
 //! - [`sizes`]: offsets that no lost motion explains.
 //! - [`printed`]: the equations exactly as the paper prints them, to compare with.
 //!
-//! Around the engine, from file to file: [`job`] is one program, [`batch`] a folder of them, [`stream`] the way of the text
+//! Around the engine, from file to file: [`job`] is one program, [`outcome`] what came out, [`batch`] a folder of them, [`stream`] the way of the text
 //! through the engine in constant memory, [`script`] that of vendor programs, which are read whole; [`summary`] the account.
 
 pub mod batch;
+pub mod deadband;
 pub mod densify;
 pub mod engine;
 pub mod equation2;
@@ -28,6 +29,7 @@ pub mod limits;
 pub mod offset;
 pub mod options;
 pub mod original;
+pub mod outcome;
 pub mod path;
 pub mod plan;
 pub mod points;
@@ -35,12 +37,14 @@ pub mod printed;
 pub mod script;
 pub mod sizes;
 pub mod statics;
+pub mod stats;
 pub mod stream;
 pub mod stroke;
 pub mod summary;
 pub mod turning;
 pub mod vertices;
 
-pub use engine::{Account, Engine, LimitKind, Violation};
+pub use engine::Engine;
 pub use options::{Options, Refine};
-pub use points::{Emitted, Origin, Points};
+pub use points::{Origin, OutputPoints, Points};
+pub use stats::{LimitKind, RewriteStats, Violation};

@@ -35,7 +35,7 @@ pub enum Origin {
 
 /// Points that come out. A value that was not touched is the very number that went in.
 #[derive(Debug, Clone, Default)]
-pub struct Emitted {
+pub struct OutputPoints {
     pub axes: usize,
     pub q: Vec<f64>,
     /// Empty, or one per row, s.
@@ -43,7 +43,7 @@ pub struct Emitted {
     pub origin: Vec<Origin>,
 }
 
-impl Emitted {
+impl OutputPoints {
     pub fn clear(&mut self) {
         self.q.clear();
         self.t_s.clear();

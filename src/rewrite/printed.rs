@@ -3,17 +3,17 @@
 //! One point is inserted at a share of the segment after each reversal (section 5: a tenth); `k` counts points from there.
 //! A friction term that fades faster than the joint moves turns the command back here, as it did in the paper.
 
-use super::{Emitted, Origin, Points};
+use super::{Origin, OutputPoints, Points};
 use crate::compensator::{Compensator, FrictionShape};
 
 /// Movements below this are pauses, rad or m.
 const STILL: f64 = 1e-11;
 
 /// The program with the printed offsets, held in memory. Friction that is not of the printed form is left out.
-pub fn rewrite(points: &Points, compensator: &Compensator, fraction: f64) -> Emitted {
+pub fn rewrite(points: &Points, compensator: &Compensator, fraction: f64) -> OutputPoints {
     let (n, axes) = (points.len(), points.axes);
     let directions = arrivals(points);
-    let mut out = Emitted { axes, ..Emitted::default() };
+    let mut out = OutputPoints { axes, ..OutputPoints::default() };
     let mut arrive: Vec<&[i8]> = Vec::new();
     for i in 0..n {
         out.q.extend_from_slice(points.row(i));

@@ -3,7 +3,7 @@
 use lostmotion::error::{Error, Result};
 use lostmotion::program::csv::{Reader, Style};
 use lostmotion::rewrite::stream::{Passage, Stage, pass};
-use lostmotion::rewrite::{Account, Emitted, Origin, Points};
+use lostmotion::rewrite::{Origin, OutputPoints, Points, RewriteStats};
 use lostmotion::robot::Robot;
 use proptest::prelude::*;
 use std::io::{self, Read};
@@ -32,7 +32,7 @@ struct Stand {
 }
 
 impl Stand {
-    fn settle(&mut self, upto: usize, out: &mut Emitted) {
+    fn settle(&mut self, upto: usize, out: &mut OutputPoints) {
         for i in self.settled..upto {
             let (mut q, t) = self.seen[i].clone();
             if self.every > 0 && i % self.every == 0 {
@@ -54,7 +54,7 @@ impl Stand {
 }
 
 impl Stage for Stand {
-    fn push(&mut self, block: &Points, out: &mut Emitted) -> Result<()> {
+    fn push(&mut self, block: &Points, out: &mut OutputPoints) -> Result<()> {
         out.axes = block.axes;
         for i in 0..block.len() {
             self.seen.push((block.row(i).to_vec(), block.t_s.get(i).copied()));
@@ -63,10 +63,10 @@ impl Stage for Stand {
         Ok(())
     }
 
-    fn finish(mut self, out: &mut Emitted) -> Result<Account> {
+    fn finish(mut self, out: &mut OutputPoints) -> Result<RewriteStats> {
         out.axes = 2;
         self.settle(self.seen.len(), out);
-        Ok(Account::default())
+        Ok(RewriteStats::default())
     }
 }
 

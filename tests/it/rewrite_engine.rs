@@ -2,7 +2,7 @@
 
 use lostmotion::compensator::{BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator};
 use lostmotion::effects::{Backlash, Decay, Effect, GapCurve, Stiction, Track, joint_output};
-use lostmotion::rewrite::{Account, Emitted, Engine, LimitKind, Options, Origin, Points, Refine};
+use lostmotion::rewrite::{Engine, LimitKind, Options, Origin, OutputPoints, Points, Refine, RewriteStats};
 use lostmotion::robot::Robot;
 use proptest::prelude::*;
 use std::path::Path;
@@ -44,9 +44,9 @@ fn run(
     options: Options,
     points: &Points,
     block: usize,
-) -> (Emitted, Account) {
+) -> (OutputPoints, RewriteStats) {
     let mut engine = Engine::new(robot, compensator, options).expect("engine");
-    let mut out = Emitted::default();
+    let mut out = OutputPoints::default();
     for from in (0..points.len()).step_by(block) {
         let to = (from + block).min(points.len());
         let part = Points {
@@ -60,7 +60,7 @@ fn run(
     (out, account)
 }
 
-fn a1_of(out: &Emitted) -> Vec<f64> {
+fn a1_of(out: &OutputPoints) -> Vec<f64> {
     (0..out.len()).map(|i| out.row(i)[0] / DEG).collect()
 }
 

@@ -79,7 +79,7 @@ pub struct Axes {
     /// TCP in the flange frame.
     pub tool: Isometry3<f64>,
     /// How the control reads G-code before a program says so.
-    pub control: crate::gcode::Control,
+    pub control: crate::control::Control,
     joints: Vec<Axis>,
     /// Joints with a command of their own.
     commanded: Vec<usize>,
@@ -93,7 +93,7 @@ impl Axes {
             name: name.into(),
             base: Isometry3::identity(),
             tool: Isometry3::identity(),
-            control: crate::gcode::Control::default(),
+            control: crate::control::Control::default(),
             joints,
             commanded,
         }

@@ -46,6 +46,7 @@
 #![forbid(unsafe_code)]
 
 pub mod axes;
+pub mod control;
 pub mod csv;
 pub mod error;
 pub mod fanuc;

@@ -18,6 +18,26 @@ pub enum Errors {
     Readings,
 }
 
+/// Choices of the user.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// A p value below this is significant.
+    pub alpha: f64,
+    /// First degree that is tried.
+    pub lowest: usize,
+    /// Last degree that is tried.
+    pub highest: Option<usize>,
+    /// This degree, whatever the tests say.
+    pub degree: Option<usize>,
+    pub errors: Errors,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { alpha: 0.05, lowest: 1, highest: None, degree: None, errors: Errors::Auto }
+    }
+}
+
 /// Means of poses: one row each.
 #[derive(Debug, Clone, Default)]
 pub struct Data {

@@ -1,19 +1,11 @@
 //! The fitted equation as the paper prints it (Slamani (2012) equations 26 and 27): `ŷ = 33.83 − 0.0914x + 0.0001x² + 42.6D`,
 //! micrometres over millimetres along the line.
 
+use super::digits::digits;
 use super::model::{Block, Model};
 
 /// Significant digits of a coefficient, as many as the paper prints of its first.
 const DIGITS: usize = 4;
-
-/// A number with so many significant digits, without zeros at its end.
-pub fn digits(v: f64, n: usize) -> String {
-    if v == 0.0 || !v.is_finite() {
-        return if v == 0.0 { "0".into() } else { "–".into() };
-    }
-    let rounded: f64 = format!("{:.*e}", n.saturating_sub(1), v).parse().unwrap_or(v);
-    if (1e-7..1e9).contains(&rounded.abs()) { format!("{rounded}") } else { format!("{rounded:e}") }
-}
 
 /// The coefficient of a power of the position in micrometres over millimetres to that power.
 pub fn um_per_mm(si: f64, power: usize) -> f64 {

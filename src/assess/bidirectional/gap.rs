@@ -8,6 +8,7 @@
 //! How it fails: a curve whose mean is below 0 is no play (the joint moves past its target, or a sign is turned) and is
 //! refused; one that is below 0 in places is cut at 0 there, and a note says so.
 
+use super::digits::digits;
 use super::{Assessment, Model, equation};
 use crate::effects::curve::Pchip;
 use crate::effects::{BacklashPosition, BacklashSpeed, EffectInstance, GapCurve};
@@ -59,7 +60,7 @@ pub fn within_limits(result: &Assessment, mapping: &Mapping, robot: &Robot, note
     if lo >= least - slack && hi <= most + slack {
         return Ok(());
     }
-    let (edge, unit) = (|v: f64| equation::digits(joint.kind.to_user_unit(v), 6), joint.kind.unit());
+    let (edge, unit) = (|v: f64| digits(joint.kind.to_user_unit(v), 6), joint.kind.unit());
     let text = format!("a line from {} to {} {unit} of {}", edge(lo), edge(hi), joint.name);
     let limits = format!("its limits {} to {} {unit}", edge(least), edge(most));
     if hi < least || lo > most {

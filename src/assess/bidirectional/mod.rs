@@ -13,6 +13,7 @@
 pub mod columns;
 pub mod data;
 pub mod degree;
+pub mod digits;
 pub mod direction;
 pub mod document;
 pub mod equation;
@@ -23,8 +24,8 @@ pub mod readings;
 pub mod state;
 pub mod terms;
 
-pub use data::Errors;
-pub use model::{Model, Options};
+pub use data::{Errors, Options};
+pub use model::Model;
 pub use poses::{Line, Pose};
 pub use readings::Readings;
 
@@ -86,7 +87,7 @@ pub fn assess(readings: Readings, reference: &[(String, String)], options: &Opti
 
 fn at(p: &Pose, states: &States) -> String {
     let state = states.text(p.state);
-    let position = equation::digits(p.position_m * 1e3, 9);
+    let position = digits::digits(p.position_m * 1e3, 9);
     if state.is_empty() { format!("{position} mm") } else { format!("{position} mm ({state})") }
 }
 

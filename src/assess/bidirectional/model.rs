@@ -17,7 +17,7 @@
 //! How it fails: a state that changes the curve's slope about the middle of the line and not its mean passes the test of the
 //! offset; a note says so where its slope would be significant. Two columns that always change together are one state.
 
-use super::data::{Data, Errors, Reference, Scatter, design};
+use super::data::{Data, Options, Reference, Scatter, design};
 use super::degree::{self, LackOfFit};
 use super::poses::Pose;
 use super::state::States;
@@ -26,26 +26,6 @@ use crate::error::{Error, Place, Result};
 use crate::numerics::linear::{self, Fit};
 use crate::numerics::{legendre, student};
 use nalgebra::{DMatrix, DVector};
-
-/// Choices of the user.
-#[derive(Debug, Clone)]
-pub struct Options {
-    /// A p value below this is significant.
-    pub alpha: f64,
-    /// First degree that is tried.
-    pub lowest: usize,
-    /// Last degree that is tried.
-    pub highest: Option<usize>,
-    /// This degree, whatever the tests say.
-    pub degree: Option<usize>,
-    pub errors: Errors,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self { alpha: 0.05, lowest: 1, highest: None, degree: None, errors: Errors::Auto }
-    }
-}
 
 /// A polynomial of the final model: the reference's curve, or what a state adds to it.
 #[derive(Debug, Clone, PartialEq)]

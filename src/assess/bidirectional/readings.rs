@@ -183,7 +183,7 @@ impl Readings {
                     Place::line(&self.name, r.line),
                     format!(
                         "a second reading of position {} mm, {direction}, repeat {repeat} (the first is on line {first})",
-                        crate::assess::bidirectional::equation::digits(r.position_m * 1e3, 9)
+                        crate::assess::bidirectional::digits::digits(r.position_m * 1e3, 9)
                     ),
                     "a repeat of its own for each reading; a state that differs belongs into a column",
                 ));

@@ -1,8 +1,7 @@
 //! Which terms a state adds to the reference's curve: Student tests of its indicator variable, the offset first (Slamani (2012)
 //! equations 16 and 20).
 
-use super::data::{Data, Reference, Scatter, design};
-use super::model::Options;
+use super::data::{Data, Options, Reference, Scatter, design};
 use super::poses::Pose;
 use super::state::States;
 use crate::numerics::{legendre, linear, student};

@@ -1,7 +1,8 @@
 //! `lostmotion assess bidirectional`.
 
 use super::{print, print_json, table};
-use crate::assess::bidirectional::equation::{self, digits, um_per_mm};
+use crate::assess::bidirectional::digits::digits;
+use crate::assess::bidirectional::equation::{self, um_per_mm};
 use crate::assess::bidirectional::gap::{self, Mapping};
 use crate::assess::bidirectional::{Assessment, Errors, Model, Options, Readings, assess};
 use crate::cli::{page, paths};

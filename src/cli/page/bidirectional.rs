@@ -1,6 +1,7 @@
 //! Page of `assess bidirectional`.
 
-use crate::assess::bidirectional::equation::{self, digits, um_per_mm};
+use crate::assess::bidirectional::digits::digits;
+use crate::assess::bidirectional::equation::{self, um_per_mm};
 use crate::assess::bidirectional::poses::Way;
 use crate::assess::bidirectional::{Assessment, Model};
 use crate::error::counted;

@@ -4,10 +4,9 @@ use super::milli;
 use crate::assess::program::Verdict;
 use crate::compensator::Compensator;
 use crate::report::{Page, TableView, Tile, Tone};
-use crate::rewrite::job::Outcome;
+use crate::rewrite::outcome::{Outcome, Vendor};
 use crate::rewrite::script::change::Change;
 use crate::rewrite::script::coverage::Reason;
-use crate::rewrite::script::job::Vendor;
 use crate::robot::Robot;
 
 pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, verdict: Option<Verdict>) -> Page {

@@ -11,7 +11,7 @@ use crate::compensator::{Compensator, FrictionOffset, FrictionShape};
 use crate::effects::{BacklashPosition, EffectInstance, GapCurve, Stiction, Target, curve::Pchip};
 use crate::model::Model;
 use crate::program::Program;
-use crate::rewrite::job::Ready;
+use crate::rewrite::outcome::Ready;
 use crate::robot::Robot;
 use crate::simulate;
 use serde_json::{Value, json};

@@ -12,10 +12,10 @@ mod nodes;
 mod turn;
 
 use super::Options;
-use super::engine::Account;
 use super::limits::CYCLE_S;
 use super::offset::{Offset, friction_gone};
 use super::path::Path;
+use super::stats::RewriteStats;
 use super::stroke::Node;
 use crate::compensator::FrictionOffset;
 use crate::compensator::response::State;
@@ -116,7 +116,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Works out commands as far as the path allows; returns the first vertex that is not settled.
-    pub fn settle(&mut self, path: &mut Path, clock: Clock, end: bool, account: &mut Account) -> usize {
+    pub fn settle(&mut self, path: &mut Path, clock: Clock, end: bool, account: &mut RewriteStats) -> usize {
         while self.next < path.end() {
             let k = self.next;
             // a leg is emitted with both its ends
@@ -141,7 +141,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Offsets of one axis at the vertices `from..to`, between which it does not turn.
-    fn offset_run(&mut self, axis: usize, from: usize, to: usize, path: &mut Path, account: &mut Account) {
+    fn offset_run(&mut self, axis: usize, from: usize, to: usize, path: &mut Path, account: &mut RewriteStats) {
         let mut k = from;
         let Some(offset) = &self.offsets[axis] else { return };
         let dir = self.dir[axis];
@@ -188,7 +188,7 @@ impl<'a> Plan<'a> {
     }
 
     /// All turns at vertex `k`; false where the path behind is not there yet.
-    fn strokes(&mut self, k: usize, path: &mut Path, clock: Clock, end: bool, account: &mut Account) -> bool {
+    fn strokes(&mut self, k: usize, path: &mut Path, clock: Clock, end: bool, account: &mut RewriteStats) -> bool {
         let turns = path.turns(k);
         let mut ends = Vec::new();
         for a in 0..self.active.len() {

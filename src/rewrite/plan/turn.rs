@@ -8,10 +8,10 @@ use super::{CUT, Clock, Plan, RESPONSE_PASSES, Work, fades_in_time};
 use crate::compensator::response::State;
 use crate::compensator::{FrictionOffset, FrictionShape, Response};
 use crate::effects::Decay;
-use crate::rewrite::engine::Account;
 use crate::rewrite::limits::CYCLE_S;
 use crate::rewrite::offset::{Offset, friction_left};
 use crate::rewrite::path::{Knots, Path};
+use crate::rewrite::stats::RewriteStats;
 use crate::rewrite::stroke::{Node, largest_error, solve, thin, travel_command};
 use nalgebra::Vector3;
 
@@ -50,7 +50,7 @@ pub(super) struct Stroke {
 
 impl Plan<'_> {
     /// Plans one stroke.
-    pub(super) fn stroke(&mut self, turn: Turn, path: &mut Path, clock: Clock, account: &mut Account) {
+    pub(super) fn stroke(&mut self, turn: Turn, path: &mut Path, clock: Clock, account: &mut RewriteStats) {
         let Turn { axis, k, last, .. } = turn;
         let Some(offset) = self.offsets[axis].clone() else { return };
         if last == k {
@@ -244,7 +244,7 @@ impl Plan<'_> {
 
 impl Stroke {
     /// What the stroke adds to the account.
-    fn count(&self, work: &Work, account: &mut Account) {
+    fn count(&self, work: &Work, account: &mut RewriteStats) {
         let axis = self.axis;
         if !matches!(self.friction.map(|f| f.shape), Some(FrictionShape::Decay(Decay::Travel(_)))) {
             let left = largest_error(&work.machine, &work.command);

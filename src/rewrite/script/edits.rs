@@ -2,7 +2,7 @@
 
 use super::run::{Role, Run, Vertex};
 use crate::program::script::{Document, Edit, Edits, Goal, NewPoint, PathKind, Script, StepKind};
-use crate::rewrite::{Emitted, Origin};
+use crate::rewrite::{Origin, OutputPoints};
 use crate::robot::Robot;
 
 /// A change of a joint that is none: rounding of the arithmetic, rad or m.
@@ -37,7 +37,7 @@ pub fn collect(
     document: &dyn Document,
     robot: &Robot,
     run: &Run,
-    emitted: &Emitted,
+    emitted: &OutputPoints,
     solve: bool,
     edits: &mut Edits,
 ) -> (Unplaced, u64) {

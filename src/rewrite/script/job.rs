@@ -1,22 +1,19 @@
 //! One vendor program from file to file, with the files that belong to it.
 
-use super::change::{self, Change};
-use super::coverage::Coverage;
-use super::edits::Unplaced;
-use super::run::Gap;
-use super::verify::Written;
+use super::change;
 use super::{Done, Task, rewrite};
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::name::text_of_name;
 use crate::io::{input, memory};
 use crate::program::files::Files;
-use crate::program::script::{Format, Note as Said, Text};
+use crate::program::script::{Format, Text};
 use crate::rewrite::Refine;
-use crate::rewrite::job::{Job, LARGEST_SCRIPT, Outcome, Ready, Target, smallest};
+use crate::rewrite::deadband::smallest;
+use crate::rewrite::job::{Job, LARGEST_SCRIPT};
 use crate::rewrite::original;
+use crate::rewrite::outcome::{Outcome, Ready, Target, Vendor};
 use crate::rewrite::stream::guard::{self, Companion};
 use crate::rewrite::stream::sink::{File, Sink};
-use crate::robot::frames::Missing;
 use std::path::{Path, PathBuf};
 
 /// A last digit is coarse where it is more than this share of the smallest half gap.
@@ -29,28 +26,6 @@ const POSE_DIGITS: [f64; 2] = [1e-7, 1.75e-6];
 const LISTED: usize = 1000;
 /// Last digit of the other joints at a new point, rad or m: it must stand on the path.
 const PATH_DIGIT: f64 = 2e-6;
-
-/// What the account of a vendor program has beyond that of every program.
-#[derive(Debug, Clone)]
-pub struct Vendor {
-    pub format: &'static str,
-    pub title: &'static str,
-    pub coverage: Coverage,
-    /// Frames and tools that moves wait for.
-    pub missing: Missing,
-    /// Where directions are lost because a target could not be followed.
-    pub gaps: Vec<Gap>,
-    pub unplaced: Unplaced,
-    pub written: Written,
-    /// The first of them, and how many there are.
-    pub changes: Vec<Change>,
-    pub changes_total: usize,
-    pub notes: Vec<Said>,
-    /// Stretches with known directions.
-    pub runs: usize,
-    /// Of them those that do not start with the program.
-    pub anew: usize,
-}
 
 impl Job<'_> {
     /// Takes a vendor program through; `bytes` are those of `input`.

@@ -30,9 +30,10 @@ pub mod verify;
 pub mod way;
 pub mod writing;
 
-use super::engine::{Account, Engine};
+use super::engine::Engine;
+use super::stats::RewriteStats;
 use super::stream::rewritten::{Digits, Evidence, Rows};
-use super::{Emitted, Options, Origin, Points};
+use super::{Options, Origin, OutputPoints, Points};
 use crate::compensator::Compensator;
 use crate::error::{Error, Result};
 use crate::program::script::{
@@ -100,7 +101,7 @@ pub struct Done {
     /// As it was.
     pub document: Box<dyn Document>,
     pub notes: Vec<Note>,
-    pub account: Account,
+    pub account: RewriteStats,
     /// Line of each point of the account's violations.
     pub lines: Vec<At>,
     pub coverage: Coverage,
@@ -217,7 +218,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
 /// What came out of the engine, run by run, as edits.
 struct Collected {
     edits: Edits,
-    account: Account,
+    account: RewriteStats,
     unplaced: Unplaced,
     rates: Rates,
     /// Line of each point of the account's violations.
@@ -372,13 +373,13 @@ fn deadbands(script: &Script, task: &Task) -> Vec<f64> {
     };
     let of = |a: usize| match task.deadband.get(a).copied().flatten() {
         Some(chosen) => chosen,
-        None => super::job::deadband(DEADBAND_DIGITS * coarsest(a), task.compensator.on(a)),
+        None => super::deadband::deadband(DEADBAND_DIGITS * coarsest(a), task.compensator.on(a)),
     };
     (0..task.robot.dof()).map(of).collect()
 }
 
 /// One run through the engine.
-fn through(script: &Script, task: &Task, run: &Run, options: Options) -> Result<(Emitted, Account)> {
+fn through(script: &Script, task: &Task, run: &Run, options: Options) -> Result<(OutputPoints, RewriteStats)> {
     let axes = task.robot.dof();
     let seconds = task.compensator.fades_in_seconds();
     if let Some(at) = run.untimed.filter(|_| seconds && task.options.tcp_speed_m_s.is_none()) {
@@ -395,7 +396,7 @@ fn through(script: &Script, task: &Task, run: &Run, options: Options) -> Result<
         options.legs_s = Some(run.vertices.iter().zip(before).map(leg).collect());
     }
     let mut engine = Engine::new(task.robot, task.compensator, options)?;
-    let mut out = Emitted { axes, ..Emitted::default() };
+    let mut out = OutputPoints { axes, ..OutputPoints::default() };
     // in blocks, so that the engine forgets what it is done with
     let mut points = Points { axes, ..Points::default() };
     for vertices in run.vertices.chunks(BLOCK) {
@@ -413,17 +414,17 @@ fn through(script: &Script, task: &Task, run: &Run, options: Options) -> Result<
     Ok((out, account))
 }
 
-fn empty(axes: usize) -> Account {
-    Account {
+fn empty(axes: usize) -> RewriteStats {
+    RewriteStats {
         reversals: vec![0; axes],
         largest_offset: vec![0.0; axes],
         largest_left: vec![0.0; axes],
-        ..Account::default()
+        ..RewriteStats::default()
     }
 }
 
 /// Adds the account of a run whose points count from `first` on.
-fn add(sum: &mut Account, run: Account, added: u64, first: u64) {
+fn add(sum: &mut RewriteStats, run: RewriteStats, added: u64, first: u64) {
     sum.inserted += added;
     for (a, b) in sum.reversals.iter_mut().zip(&run.reversals) {
         *a += b;
@@ -451,7 +452,7 @@ fn add(sum: &mut Account, run: Account, added: u64, first: u64) {
 fn enough_digits(script: &Script, edits: &Edits, task: &Task) -> Result<()> {
     let mut text = Vec::new();
     for (axis, joint) in task.robot.axis_joints().enumerate() {
-        let Some(gap) = task.compensator.on(axis).and_then(super::job::smallest) else { continue };
+        let Some(gap) = task.compensator.on(axis).and_then(super::deadband::smallest) else { continue };
         let gap = gap * task.options.gain;
         let coarsest = script
             .moves()

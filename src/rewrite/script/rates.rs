@@ -8,9 +8,9 @@ use super::Task;
 use super::run::Run;
 use crate::error::Result;
 use crate::program::script::{At, Note, Script};
-use crate::rewrite::engine::{Account, LimitKind, Violation};
-use crate::rewrite::job::smallest;
-use crate::rewrite::{Emitted, Options, Origin};
+use crate::rewrite::deadband::smallest;
+use crate::rewrite::stats::{LimitKind, RewriteStats, Violation};
+use crate::rewrite::{Options, Origin, OutputPoints};
 use crate::robot::Robot;
 use std::collections::BTreeMap;
 
@@ -38,8 +38,8 @@ impl Rates {
         task: &Task,
         run: &Run,
         options: Options,
-        through: &dyn Fn(Options) -> Result<(Emitted, Account)>,
-    ) -> Result<(Emitted, Account)> {
+        through: &dyn Fn(Options) -> Result<(OutputPoints, RewriteStats)>,
+    ) -> Result<(OutputPoints, RewriteStats)> {
         let (emitted, mut account) = through(options.clone())?;
         if !account.violations.iter().any(is_rate) {
             return Ok((emitted, account));

@@ -3,7 +3,7 @@
 use super::{Task, verify};
 use crate::error::{Error, Result};
 use crate::program::script::{Document, Edits, Format, Text, text};
-use crate::rewrite::engine::Account;
+use crate::rewrite::stats::RewriteStats;
 use std::collections::BTreeMap;
 
 /// The texts with the edits, read again. A number that rounding would take beyond a limit is written one digit further inside.
@@ -44,7 +44,11 @@ pub fn write(
 }
 
 /// Takes out edits that the format cannot say; these moves stay as they are. Why, by step.
-pub fn leave_unwritable(document: &dyn Document, edits: &mut Edits, account: &mut Account) -> BTreeMap<usize, String> {
+pub fn leave_unwritable(
+    document: &dyn Document,
+    edits: &mut Edits,
+    account: &mut RewriteStats,
+) -> BTreeMap<usize, String> {
     let mut left = BTreeMap::new();
     loop {
         let before = left.len();

@@ -9,7 +9,9 @@ use crate::compensator::JointCompensator;
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::input;
 use crate::program::csv::{Reader, Style};
-use crate::rewrite::job::{Job, Outcome, Ready, Target, deadband, smallest};
+use crate::rewrite::deadband::{deadband, smallest};
+use crate::rewrite::job::Job;
+use crate::rewrite::outcome::{Outcome, Ready, Target};
 use crate::rewrite::{Engine, original};
 use std::path::Path;
 

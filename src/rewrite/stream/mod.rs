@@ -17,7 +17,7 @@ pub mod render;
 pub mod rewritten;
 pub mod sink;
 
-use super::{Account, Emitted, Engine, Points};
+use super::{Engine, OutputPoints, Points, RewriteStats};
 use crate::error::{Error, Result};
 use crate::io::threads;
 use crate::program::csv::{Reader, Style};
@@ -35,17 +35,17 @@ const QUEUE: usize = 2;
 /// What turns points into points: the engine, or a stand-in for it.
 pub trait Stage {
     /// Takes the next points and appends what is settled to `out`.
-    fn push(&mut self, block: &Points, out: &mut Emitted) -> Result<()>;
+    fn push(&mut self, block: &Points, out: &mut OutputPoints) -> Result<()>;
     /// Appends what is left and returns the account.
-    fn finish(self, out: &mut Emitted) -> Result<Account>;
+    fn finish(self, out: &mut OutputPoints) -> Result<RewriteStats>;
 }
 
 impl Stage for Engine<'_> {
-    fn push(&mut self, block: &Points, out: &mut Emitted) -> Result<()> {
+    fn push(&mut self, block: &Points, out: &mut OutputPoints) -> Result<()> {
         Engine::push(self, block, out)
     }
 
-    fn finish(self, out: &mut Emitted) -> Result<Account> {
+    fn finish(self, out: &mut OutputPoints) -> Result<RewriteStats> {
         Engine::finish(self, out)
     }
 }
@@ -63,7 +63,7 @@ pub struct Preview<'a> {
 /// What came of a program.
 #[derive(Debug)]
 pub struct Done<S> {
-    pub account: Account,
+    pub account: RewriteStats,
     pub points: u64,
     pub lines: Lines,
     /// Of the bytes read, where wanted; of those written it is the sink's business.
@@ -123,7 +123,7 @@ fn preview<'a>(reader: &Reader, first: &'a Block, axes: usize) -> Preview<'a> {
 }
 
 /// One block through the engine; the block lends its numbers and gets them back.
-fn push<E: Stage>(stage: &mut E, block: &mut Block, axes: usize, out: &mut Emitted) -> Result<()> {
+fn push<E: Stage>(stage: &mut E, block: &mut Block, axes: usize, out: &mut OutputPoints) -> Result<()> {
     out.clear();
     let points = Points { axes, q: std::mem::take(&mut block.q), t_s: std::mem::take(&mut block.t_s) };
     let pushed = stage.push(&points, out);
@@ -139,9 +139,9 @@ fn in_turn<E: Stage, S: Sink>(
     sink: &mut S,
     axes: usize,
     progress: &(dyn Fn(u64) + Sync),
-) -> Result<Account> {
+) -> Result<RewriteStats> {
     let mut free: Vec<Block> = Vec::new();
-    let mut out = Emitted { axes, ..Emitted::default() };
+    let mut out = OutputPoints { axes, ..OutputPoints::default() };
     let mut next = Some(first);
     let writes = sink.wants_bytes();
     while let Some(mut block) = next.take() {
@@ -177,7 +177,7 @@ fn store<S: Sink>(render: &mut Render, sink: &mut S, all: bool) -> Result<()> {
 }
 
 type Parsed = Result<Block>;
-type Settled = (Option<Block>, Emitted);
+type Settled = (Option<Block>, OutputPoints);
 
 fn threaded<E: Stage, S: Sink>(
     reader: &mut Reader,
@@ -187,13 +187,13 @@ fn threaded<E: Stage, S: Sink>(
     sink: &mut S,
     axes: usize,
     progress: &(dyn Fn(u64) + Sync),
-) -> Result<Account> {
+) -> Result<RewriteStats> {
     let writes = sink.wants_bytes();
     let (parsed, blocks) = sync_channel::<Parsed>(QUEUE);
     let (settled, settled_blocks) = sync_channel::<Settled>(QUEUE);
     let (text, texts) = sync_channel::<Vec<u8>>(QUEUE);
     let (free_block, free_blocks) = channel::<Block>();
-    let (free_out, free_outs) = channel::<Emitted>();
+    let (free_out, free_outs) = channel::<OutputPoints>();
     let (free_text, free_texts) = channel::<Vec<u8>>();
     std::thread::scope(|scope| {
         let spawn = |e| Error::io_of("a thread of the rewrite", "start", e);
@@ -220,7 +220,7 @@ fn threaded<E: Stage, S: Sink>(
             station().spawn_scoped(scope, storing).map_err(spawn)
         });
         let storing = storing.transpose()?;
-        let engine = || -> Result<Account> {
+        let engine = || -> Result<RewriteStats> {
             for block in &blocks {
                 let mut block = block?;
                 let mut out = free_outs.try_recv().unwrap_or_default();
@@ -228,10 +228,10 @@ fn threaded<E: Stage, S: Sink>(
                 if !writes {
                     let _ = free_block.send(block);
                 } else if settled.send((Some(block), out)).is_err() {
-                    return Ok(Account::default()); // the station behind failed and says why
+                    return Ok(RewriteStats::default()); // the station behind failed and says why
                 }
             }
-            let mut out = Emitted { axes, ..Emitted::default() };
+            let mut out = OutputPoints { axes, ..OutputPoints::default() };
             let account = stage.finish(&mut out)?;
             let _ = settled.send((None, out));
             Ok(account)
@@ -283,7 +283,7 @@ fn write_rows(
     settled: &Receiver<Settled>,
     text: &SyncSender<Vec<u8>>,
     free_block: &std::sync::mpsc::Sender<Block>,
-    free_out: &std::sync::mpsc::Sender<Emitted>,
+    free_out: &std::sync::mpsc::Sender<OutputPoints>,
     free_text: &Receiver<Vec<u8>>,
 ) -> Result<()> {
     let mut whole = false;

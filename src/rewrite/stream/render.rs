@@ -3,7 +3,7 @@
 //! The engine settles points some rows behind the text; until then their blocks wait here. Text that stays is copied in
 //! runs; what stands between two rows (comments, blank lines) goes behind the points that are added to the first of them.
 
-use super::super::{Emitted, Origin};
+use super::super::{Origin, OutputPoints};
 use crate::error::{Error, Result};
 use crate::program::csv::{Edits, Style};
 use crate::program::{Block, Slot};
@@ -48,7 +48,7 @@ impl Render {
     }
 
     /// Takes the text of the next rows and the points that are settled by them; blocks that are done go to `free`.
-    pub fn feed(&mut self, block: Option<Block>, settled: &Emitted, free: &mut dyn FnMut(Block)) -> Result<()> {
+    pub fn feed(&mut self, block: Option<Block>, settled: &OutputPoints, free: &mut dyn FnMut(Block)) -> Result<()> {
         if let Some(block) = block {
             self.edits.begin(&block);
             if self.ending.is_empty()
@@ -106,7 +106,7 @@ impl Render {
     /// The points from place `k` on that are the program's own, one behind the other, and whose rows hold plain numbers
     /// alone: most of a program. Gives how many were written.
     #[inline]
-    fn run(&mut self, settled: &Emitted, k: usize, free: &mut dyn FnMut(Block)) -> Result<usize> {
+    fn run(&mut self, settled: &OutputPoints, k: usize, free: &mut dyn FnMut(Block)) -> Result<usize> {
         if settled.origin[k] != Origin::Point(self.next) {
             return Ok(0);
         }

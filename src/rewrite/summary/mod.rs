@@ -4,8 +4,7 @@ pub mod text;
 
 pub use text::{Verbosity, format_text};
 
-use super::job::Outcome;
-use super::script::job::Vendor;
+use super::outcome::{Outcome, Vendor};
 use super::stream::guard::is_already;
 use crate::error::{Error, one_line};
 use crate::robot::frames::Missing;

@@ -1,7 +1,6 @@
 //! The account of a rewrite as text, for a terminal.
 
-use crate::rewrite::job::Outcome;
-use crate::rewrite::script::job::Vendor;
+use crate::rewrite::outcome::{Outcome, Vendor};
 use crate::robot::{Joint, Robot};
 use std::fmt::Write;
 

@@ -17,7 +17,6 @@
 //! place. `docs/program-gcode.md` has what may be edited.
 
 mod arc;
-mod control;
 mod frame;
 mod goal;
 mod lex;
@@ -31,9 +30,9 @@ mod write;
 
 use super::script::{Document, Edits, Format, Patch, Script, Text};
 use crate::axes::Axes;
+pub use crate::control::Control;
 use crate::error::{Error, Place, Result};
 use arc::Arc;
-pub use control::Control;
 use lex::Word;
 
 /// The format.

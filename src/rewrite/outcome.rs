@@ -1,0 +1,107 @@
+//! What was done with a program, and what is ready to be put in place.
+
+use super::RewriteStats;
+use super::script::change::Change;
+use super::script::coverage::Coverage;
+use super::script::edits::Unplaced;
+use super::script::run::Gap;
+use super::script::verify::Written;
+use super::stream::sink::File;
+use crate::error::Result;
+use crate::io::output::Output;
+use crate::io::transaction::Transaction;
+use crate::program::script::Note;
+use crate::robot::frames::Missing;
+use std::path::{Path, PathBuf};
+
+/// Where the result goes.
+pub enum Target<'a> {
+    File(&'a Path),
+    DryRun,
+    Check(&'a Path),
+}
+
+/// What was done with a program.
+#[derive(Debug)]
+pub struct Outcome {
+    pub input: String,
+    /// `None`: a dry run, or a check.
+    pub output: Option<String>,
+    pub points: u64,
+    pub account: RewriteStats,
+    pub sha256_in: Option<String>,
+    pub sha256_out: Option<String>,
+    /// No byte differs.
+    pub unchanged: bool,
+    /// Fewest decimals with which numbers of each axis were written.
+    pub written: Vec<Option<u8>>,
+    /// Why the answer is no: limits, or a golden file that differs. Then nothing was written.
+    pub refusal: Option<String>,
+    /// What is to be said of a vendor program.
+    pub vendor: Option<Vendor>,
+}
+
+/// A program that has been taken through and whose output is whole, but not in place; dropped, it leaves nothing.
+pub struct Ready {
+    pub outcome: Outcome,
+    pub(super) files: Vec<File>,
+    pub(super) note: Option<Output>,
+    /// The note of an earlier result in the place of a program that stays as it was.
+    pub(super) stale_note: Option<PathBuf>,
+}
+
+impl Ready {
+    pub(super) fn without_output(outcome: Outcome) -> Self {
+        Self { outcome, files: Vec::new(), note: None, stale_note: None }
+    }
+
+    /// Names and bytes of the program and the files that belong to it, as they are about to be put in place.
+    pub fn texts(&mut self) -> Result<Vec<(String, Vec<u8>)>> {
+        self.files.iter_mut().map(|f| Ok((f.shown().to_string(), f.contents()?))).collect()
+    }
+
+    /// Puts the note in place, then the program with the files that belong to it: all of them or none.
+    pub fn commit(self) -> Result<Outcome> {
+        self.commit_with(Vec::new())
+    }
+
+    /// The same, with further outputs behind them.
+    pub fn commit_with(self, further: Vec<Output>) -> Result<Outcome> {
+        let mut all = Transaction::default();
+        if let Some(note) = self.note {
+            all.put(note);
+        }
+        // the file that was named comes last: once it is there, the others are
+        for file in self.files.into_iter().rev() {
+            all.put(file.into_output());
+        }
+        further.into_iter().for_each(|o| all.put(o));
+        if let Some(note) = self.stale_note {
+            all.remove(note);
+        }
+        all.commit()?;
+        Ok(self.outcome)
+    }
+}
+
+/// What the account of a vendor program has beyond that of every program.
+#[derive(Debug, Clone)]
+pub struct Vendor {
+    pub format: &'static str,
+    pub title: &'static str,
+    pub coverage: Coverage,
+    /// Frames and tools that moves wait for.
+    pub missing: Missing,
+    /// Where directions are lost because a target could not be followed.
+    pub gaps: Vec<Gap>,
+    pub unplaced: Unplaced,
+    pub written: Written,
+    /// The first of them, and how many there are.
+    pub changes: Vec<Change>,
+    pub changes_total: usize,
+    pub notes: Vec<Note>,
+    /// Stretches with known directions.
+    pub runs: usize,
+    /// Of them those that do not start with the program.
+    pub anew: usize,
+}

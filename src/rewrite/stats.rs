@@ -1,0 +1,46 @@
+//! What a rewrite did, and the limits that it would exceed.
+
+use super::Origin;
+
+/// What a rewrite did, for the account that a user reads.
+#[derive(Debug, Clone, Default)]
+pub struct RewriteStats {
+    pub points: u64,
+    pub inserted: u64,
+    /// Reversals per axis.
+    pub reversals: Vec<u64>,
+    /// Largest offset per axis, rad or m; with static corrections the sum of the largest of both.
+    pub largest_offset: Vec<f64>,
+    /// Largest joint error that the command must leave at a reversal because it may not turn back, per axis, rad or m.
+    pub largest_left: Vec<f64>,
+    /// Places where a limit would be exceeded after compensation, the first of them in full.
+    pub violations: Vec<Violation>,
+    pub violations_total: u64,
+    /// Of them those of a joint's range.
+    pub out_of_range: u64,
+    /// Why speeds and accelerations were not checked everywhere, where they were not.
+    pub unchecked_rates: Option<&'static str>,
+    /// Duration of the program before and after, s, where it can be told.
+    pub duration_s: Option<[f64; 2]>,
+    /// Largest distance of the TCP from the path that was given, m: by the offset at a reversal, and at points of a refined path.
+    pub largest_change_m: f64,
+}
+
+/// A limit that would be exceeded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Violation {
+    pub origin: Origin,
+    pub axis: usize,
+    pub what: LimitKind,
+    /// Value and limit, SI.
+    pub value: f64,
+    pub limit: f64,
+}
+
+/// Kind of a limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LimitKind {
+    Range,
+    Speed,
+    Acceleration,
+}
