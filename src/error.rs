@@ -13,6 +13,9 @@ pub enum Error {
     /// Unusable input: exit code 2.
     #[error("{0}")]
     BadInput(BadInput),
+    /// A program that this tool has rewritten already: exit code 2.
+    #[error("{0}")]
+    RewrittenAlready(BadInput),
     /// The answer is no: exit code 1. One reason a line.
     #[error("{0}")]
     Refused(String),
@@ -59,7 +62,7 @@ impl Error {
             Self::Refused(_) => 1,
             Self::Unchanged => 3,
             Self::Unfinished { .. } => 4,
-            Self::BadInput(_) | Self::Io { .. } => 2,
+            Self::BadInput(_) | Self::RewrittenAlready(_) | Self::Io { .. } => 2,
         }
     }
 }

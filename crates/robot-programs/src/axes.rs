@@ -8,7 +8,9 @@ use nalgebra::Isometry3;
 /// Kind of a joint; it fixes the unit of its command (rad or m).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum JointKind {
+    /// Turns: rad inside, deg in programs.
     Revolute,
+    /// Slides: m inside, mm in programs.
     Prismatic,
 }
 
@@ -41,11 +43,15 @@ impl JointKind {
 /// One joint. Limits are in rad or m, per second, per second squared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
+    /// Name of the joint as programs and messages show it.
     pub name: String,
+    /// What the joint does.
     pub kind: JointKind,
     /// Lower and upper limit.
     pub limits: Option<[f64; 2]>,
+    /// Highest speed, rad/s or m/s.
     pub max_speed: Option<f64>,
+    /// Highest acceleration, rad/s^2 or m/s^2.
     pub max_accel: Option<f64>,
     /// Pulses of the controller per rad or m, with sign: programs may hold joints in pulses.
     pub pulses: Option<f64>,

@@ -5,8 +5,11 @@ use std::fmt;
 /// Where in a file something was found. Lines and columns count from 1; a CSV column is the field number.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Place {
+    /// Name of the file; empty where there is none.
     pub file: String,
+    /// Line, from 1.
     pub line: Option<u64>,
+    /// Column, from 1.
     pub column: Option<u64>,
 }
 
@@ -43,8 +46,11 @@ impl fmt::Display for Place {
 /// Input that cannot be used: place, what was found, what is expected.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BadInput {
+    /// Where.
     pub place: Place,
+    /// What stands there.
     pub found: String,
+    /// What may stand there, and what to do.
     pub expected: String,
 }
 
@@ -67,9 +73,15 @@ pub enum Error {
     Refused(String),
     /// The operating system did not deliver the bytes.
     #[error("{name}: cannot read: {source}")]
-    Io { name: String, source: std::io::Error },
+    Io {
+        /// Name of the file.
+        name: String,
+        /// The error of the operating system.
+        source: std::io::Error,
+    },
 }
 
+/// A result with the error of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {

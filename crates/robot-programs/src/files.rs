@@ -14,6 +14,7 @@ pub enum Files {
 }
 
 impl Files {
+    /// Whether there is a file of this name.
     pub fn has(&self, path: &Path) -> bool {
         match self {
             Self::Disk => path.is_file(),

@@ -22,6 +22,7 @@ pub static FORMATS: &[&dyn Format] = &[
 pub enum Recognised {
     /// Joint-space CSV: rows, in constant memory.
     Csv,
+    /// A language of a vendor, or a trajectory: read whole.
     Script(&'static dyn Format),
 }
 

@@ -44,6 +44,7 @@
 //! - [`formats`]: the list of formats, and which one a program is written in; [`files`]: what lies beside it.
 //! - [`played`]: a vendor program as a list of joint targets.
 #![forbid(unsafe_code)]
+#![warn(missing_docs)]
 
 pub mod axes;
 pub mod control;
@@ -80,6 +81,7 @@ pub enum Slot {
 pub struct Token {
     /// First byte of the number in [`Block::text`], sign included.
     pub start: u32,
+    /// Bytes of the number.
     pub len: u16,
     /// Digits behind the point; of a number with an exponent those of its last digit's weight.
     pub decimals: u8,
@@ -90,14 +92,18 @@ pub struct Token {
 /// Bytes of a row in its block, line ending included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RowSpan {
+    /// First byte of the row.
     pub start: u32,
+    /// Byte after the row, its line ending included.
     pub end: u32,
 }
 
 /// Whole rows of a program. What stands between rows (comments, blank lines, the header) belongs to no row.
 #[derive(Debug, Clone, Default)]
 pub struct Block {
+    /// Bytes of whole rows.
     pub text: Vec<u8>,
+    /// Where each row stands in `text`.
     pub rows: Vec<RowSpan>,
     /// `tokens[row * slots + slot]`, slots in the order in which they stand in a row.
     pub tokens: Vec<Token>,

@@ -4,7 +4,7 @@
 //! file; an input whose hash stands in a note of its folder is refused (the file itself may carry no mark: every byte that is
 //! no motion target stays). (2) A file without its note is known by its numbers ([`super::rewritten`]).
 
-use crate::error::{Error, Place, Result, is_stdio, shown};
+use crate::error::{BadInput, Error, Place, Result, is_stdio, shown};
 use crate::io::folder;
 use crate::io::input::sha256;
 use serde::{Deserialize, Serialize};
@@ -178,18 +178,11 @@ impl Notes {
     }
 }
 
-const ALREADY: &str = "a program that has been rewritten already";
-
-/// The refusal.
+/// The refusal of a program that has been rewritten already; `how` it is known.
 pub fn already(name: &str, how: &str) -> Error {
-    Error::bad(
-        Place::file(name),
-        format!("{ALREADY} ({how})"),
-        "the original program (--force rewrites it all the same)",
-    )
-}
-
-/// Whether an error is this refusal.
-pub fn is_already(e: &Error) -> bool {
-    matches!(e, Error::BadInput(b) if b.found.starts_with(ALREADY))
+    Error::RewrittenAlready(BadInput {
+        place: Place::file(name),
+        found: format!("a program that has been rewritten already ({how})"),
+        expected: "the original program (--force rewrites it all the same)".into(),
+    })
 }

@@ -5,7 +5,6 @@ pub mod text;
 pub use text::{Verbosity, format_text};
 
 use super::outcome::{Outcome, Vendor};
-use super::stream::guard::is_already;
 use crate::error::{Error, one_line};
 use crate::robot::frames::Missing;
 use crate::robot::{Joint, Robot};
@@ -77,7 +76,7 @@ impl Line {
 
     /// The line of a program that did not.
     pub fn failed(input: String, e: &Error, sha256_in: Option<String>) -> Self {
-        let refused = matches!(e, Error::Refused(_)) || is_already(e);
+        let refused = matches!(e, Error::Refused(_) | Error::RewrittenAlready(_));
         Self {
             input,
             output: None,

@@ -17,6 +17,7 @@ pub enum Column {
 /// The columns of a program, in file order.
 #[derive(Debug, Clone)]
 pub struct Header {
+    /// In the order of the file.
     pub columns: Vec<Column>,
     /// The numbers of a row in the order in which they stand.
     pub slots: Vec<Slot>,

@@ -18,6 +18,7 @@ const ZEROS: u64 = 0x3030_3030_3030_3030;
 /// A number that was read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Read {
+    /// As it is written, in the unit of its column.
     pub value: f64,
     /// Digits behind the point; for a number with an exponent, of the weight of its last digit.
     pub decimals: u8,
@@ -78,7 +79,9 @@ pub fn plain(text: &[u8], at: usize) -> Option<(Read, usize)> {
 /// A short number: what most numbers of a program are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Short {
+    /// As it is written, in the unit of its column.
     pub value: f64,
+    /// Digits after the point.
     pub decimals: u8,
     /// Zeros stand in front of it.
     pub padded: bool,

@@ -122,6 +122,7 @@ impl Reader {
         self
     }
 
+    /// Name of the file, as messages show it.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -131,10 +132,12 @@ impl Reader {
         &self.header.slots
     }
 
+    /// The columns.
     pub fn header(&self) -> &Header {
         &self.header
     }
 
+    /// There is a column `t_s`.
     pub fn has_times(&self) -> bool {
         self.header.slots.contains(&Slot::Time)
     }

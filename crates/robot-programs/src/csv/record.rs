@@ -14,6 +14,7 @@ pub struct Record {
 /// How a look at a row came out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Seen {
+    /// The row was read to its end.
     Whole,
     /// The text ends before the row does.
     Cut,

@@ -37,6 +37,7 @@ use crate::error::{Error, Place, Result};
 use crate::script::{Document, Edits, Format, Patch, Script, Text};
 use std::collections::HashSet;
 
+/// The format.
 pub struct Rapid;
 
 impl Format for Rapid {

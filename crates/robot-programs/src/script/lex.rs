@@ -4,6 +4,7 @@
 /// What a token is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
+    /// A name or a keyword.
     Word,
     /// Without sign.
     Number,
@@ -24,15 +25,20 @@ pub enum Kind {
 /// A token and its bytes.
 #[derive(Debug, Clone, Copy)]
 pub struct Token {
+    /// What it is.
     pub kind: Kind,
+    /// First byte.
     pub start: usize,
+    /// Byte after it.
     pub end: usize,
 }
 
 /// Tokens, and the bytes of every comment, in order.
 #[derive(Debug, Default)]
 pub struct Lexed {
+    /// In the order of the text.
     pub tokens: Vec<Token>,
+    /// First byte of each comment and the byte after it.
     pub comments: Vec<(usize, usize)>,
 }
 
@@ -46,10 +52,12 @@ pub fn line_end(bytes: &[u8], at: usize) -> usize {
     memchr::memchr(b'\n', &bytes[at..]).map_or(bytes.len(), |n| at + n)
 }
 
+/// A byte that may begin a word.
 pub fn begins_word(b: u8) -> bool {
     b.is_ascii_alphabetic() || b == b'_' || b >= 0x80
 }
 
+/// A number begins at this byte: a digit, or a point before one.
 pub fn begins_number(bytes: &[u8], at: usize) -> bool {
     let digit = |k: usize| bytes.get(k).is_some_and(u8::is_ascii_digit);
     digit(at) || bytes.get(at) == Some(&b'.') && digit(at + 1)

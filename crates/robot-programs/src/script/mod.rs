@@ -54,6 +54,7 @@ pub trait Format: Sync {
 
 /// A program that has been read.
 pub trait Document: Send + Sync {
+    /// What the program does, step by step.
     fn script(&self) -> &Script;
     /// The bytes to change so that the program moves as `edits` say; sorted by file and place, none overlapping.
     ///
@@ -85,6 +86,7 @@ pub trait Document: Send + Sync {
 pub struct Script {
     /// The program's own text, then its companions.
     pub texts: Vec<Text>,
+    /// In the order of the text.
     pub steps: Vec<Step>,
     /// Joint targets, inline or declared; moves name them by index. One may be used by several moves.
     pub targets: Vec<Target>,
@@ -99,27 +101,35 @@ pub struct Script {
 /// A sentence about a place of the program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Note {
+    /// Line of the program.
     pub place: At,
+    /// What to know, in words.
     pub text: String,
 }
 
 /// A place: text and line, counted from 1.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct At {
+    /// Number of the file, from 0: the order of the texts.
     pub file: usize,
+    /// Line, from 1.
     pub line: u64,
 }
 
 /// One step.
 #[derive(Debug, Clone)]
 pub struct Step {
+    /// Line at which it stands.
     pub at: At,
+    /// What it is.
     pub kind: StepKind,
 }
 
+/// What a step of a program is.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant)] // most steps are moves
 pub enum StepKind {
+    /// A motion.
     Move(Move),
     /// The robot stands; directions stay known. Seconds where they are written.
     Dwell(Option<f64>),
@@ -152,12 +162,15 @@ pub enum Break {
 /// A motion instruction.
 #[derive(Debug, Clone)]
 pub struct Move {
+    /// How the TCP or the joints get there.
     pub path: PathKind,
+    /// Where it leads.
     pub goal: Goal,
     /// Why the goal's numbers may not be changed, although they are known: `declared in another module`. `None`: they may.
     pub fixed: Option<String>,
     /// Whether new points may be put on the way to the goal (an arc given by three points allows none). Why not.
     pub closed: Option<String>,
+    /// How fast, as far as the program determines it.
     pub speed: Speed,
     /// Radius within which the corner at the goal is cut, m; 0: exact stop; `None`: not known.
     pub blend_m: Option<f64>,
@@ -191,6 +204,7 @@ pub enum PathKind {
 pub enum Goal {
     /// Index into [`Script::targets`].
     Joints(usize),
+    /// A Cartesian pose.
     Pose(PoseGoal),
     /// Neither can be told from the text: why.
     Opaque(String),
@@ -218,6 +232,7 @@ pub enum Speed {
     Joint(f64),
     /// Duration of the whole move, s; 0 of a first point at which the robot stands already.
     Seconds(f64),
+    /// Not determined by the program.
     Unknown,
 }
 
@@ -228,6 +243,7 @@ pub struct Target {
     pub pose: Option<PoseForm>,
     /// Name where it has one: `C00003`, `jHome`, `P[4]`.
     pub name: Option<String>,
+    /// Line at which it stands.
     pub at: At,
     /// One per axis of the robot; `None`: this target does not command the axis, it stays where it is.
     pub values: Vec<Option<Value>>,
@@ -240,7 +256,9 @@ pub struct Value {
     pub si: f64,
     /// Bytes of the number (sign included) in the target's text.
     pub start: usize,
+    /// Byte after the number.
     pub end: usize,
+    /// How it is written.
     pub style: number::Style,
     /// Weight of the last digit as it is written, rad or m.
     pub digit: f64,
@@ -249,6 +267,7 @@ pub struct Value {
 }
 
 impl Value {
+    /// Bytes of the number.
     pub fn span(&self) -> Range<usize> {
         self.start..self.end
     }
@@ -257,6 +276,7 @@ impl Value {
 /// What shall be different, by step. A step that is not named stays as it is.
 #[derive(Debug, Clone, Default)]
 pub struct Edits {
+    /// Edits by number of the step.
     pub steps: BTreeMap<usize, Edit>,
     /// Weight that the last digit of a changed number of each axis should have at most, rad or m. A format that cannot write
     /// that fine writes its finest.

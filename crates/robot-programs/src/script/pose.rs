@@ -103,8 +103,11 @@ impl PoseForm {
 /// What a number of a pose is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
+    /// Millimetres or inches in programs, m inside.
     Length,
+    /// Degrees or radians in programs, rad inside.
     Angle,
+    /// Without a unit: a part of a quaternion.
     Ratio,
 }
 
@@ -154,11 +157,13 @@ fn euler(pose: &Isometry3<f64>, near: [f64; 3]) -> [f64; 3] {
 pub struct PoseGoal {
     /// Index into [`super::Script::targets`] of the numbers, where they can be written; `None`: they are not plain numbers.
     pub target: Option<usize>,
+    /// Position of the TCP in the frame, m.
     pub position_m: Vector3<f64>,
     /// `None`: the format gives no orientation.
     pub rotation: Option<UnitQuaternion<f64>>,
     /// Frame in which the numbers are given, and tool that goes there.
     pub frame: Frame,
+    /// Tool in which the pose is given.
     pub tool: Frame,
     /// Joints that are meant.
     pub solution: Solution,
@@ -230,14 +235,42 @@ pub enum Solution {
 pub enum Configuration {
     /// KRL `S` and `T`. S: bit 0 the wrist's centre behind axis 1 (overhead), bit 1 the elbow, bit 2 A5 below zero. T: a bit
     /// for each of A1 to A6 below zero.
-    Kuka { status: Option<u8>, turn: Option<u8> },
+    Kuka {
+        /// `S`: bits of the arm's form.
+        status: Option<u8>,
+        /// `T`: bits of the signs of the axes.
+        turn: Option<u8>,
+    },
     /// RAPID `[cf1, cf4, cf6, cfx]`: quarters of a turn of axes 1, 4, 6; cfx: wrist behind axis 1 (4), behind the lower arm
     /// (2), axis 5 negative (1).
-    Abb { quarters: [i32; 3], cfx: i32 },
+    Abb {
+        /// `cf1`, `cf4`, `cf6`: quarter turns of axes 1, 4 and 6.
+        quarters: [i32; 3],
+        /// `cfx`: the form of the arm, 0 to 7.
+        cfx: i32,
+    },
     /// `'N U T, 0, 0, 0'`: wrist flipped, elbow up, in front; turns of J1, J4, J6.
-    Fanuc { flip: bool, up: bool, front: bool, turns: [i32; 3] },
+    Fanuc {
+        /// `F` (flip), else `N` (no flip).
+        flip: bool,
+        /// `U` (up), else `D` (down).
+        up: bool,
+        /// `T` (toward the front), else `B` (back).
+        front: bool,
+        /// Turns of J1, J4 and J6.
+        turns: [i32; 3],
+    },
     /// `///RCONF`: no-flip, lower arm, rear, and R, T, S beyond half a turn.
-    Yaskawa { no_flip: bool, lower: bool, rear: bool, beyond: [bool; 3] },
+    Yaskawa {
+        /// First number of `///RCONF`: no flip.
+        no_flip: bool,
+        /// Second number: the elbow below.
+        lower: bool,
+        /// Third number: the rear.
+        rear: bool,
+        /// R, T and S are 180 deg or more.
+        beyond: [bool; 3],
+    },
 }
 
 #[cfg(test)]

@@ -15,12 +15,15 @@ pub type Time = (Range<usize>, f64, number::Style);
 /// A script of one text, and what is asked of it.
 #[derive(Clone, Copy)]
 pub struct Asked<'a> {
+    /// The program as it was read.
     pub script: &'a Script,
+    /// What is asked of it.
     pub edits: &'a Edits,
 }
 
 /// What becomes of one target.
 pub struct Wanted {
+    /// Number of the target.
     pub target: usize,
     /// Numbers that are written where they stand.
     pub in_place: Vec<Number>,
@@ -29,6 +32,7 @@ pub struct Wanted {
 }
 
 impl<'a> Asked<'a> {
+    /// The one text of the program.
     pub fn text(&self) -> Result<&'a Text> {
         self.script.texts.first().ok_or_else(|| Error::Refused("no text".into()))
     }

@@ -8,6 +8,7 @@ use std::ops::Range;
 pub struct Text {
     /// As messages show it.
     pub name: String,
+    /// As the file has them.
     pub bytes: Vec<u8>,
     /// First byte of every line.
     starts: Vec<usize>,
@@ -20,16 +21,19 @@ pub struct Patch {
     pub file: usize,
     /// Bytes that go; empty: an insertion.
     pub span: Range<usize>,
+    /// What takes the place of the span.
     pub bytes: Vec<u8>,
 }
 
 impl Patch {
+    /// New bytes in the place of a span of a file.
     pub fn new(file: usize, span: Range<usize>, bytes: impl Into<Vec<u8>>) -> Self {
         Self { file, span, bytes: bytes.into() }
     }
 }
 
 impl Text {
+    /// A text with its name, as messages show it.
     pub fn new(name: impl Into<String>, bytes: Vec<u8>) -> Self {
         let starts = std::iter::once(0).chain(memchr::memchr_iter(b'\n', &bytes).map(|k| k + 1)).collect();
         Self { name: name.into(), bytes, starts }

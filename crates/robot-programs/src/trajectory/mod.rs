@@ -33,6 +33,7 @@ const DECIMALS: u8 = 9;
 /// A double has no more.
 const MOST_DECIMALS: u8 = 17;
 
+/// The format.
 pub struct Ros;
 
 impl Format for Ros {

@@ -33,6 +33,7 @@ use crate::error::{Error, Place, Result};
 use crate::script::{Document, Edits, Format, Patch, Script, Text};
 use std::collections::HashSet;
 
+/// The format.
 pub struct UrScript;
 
 impl Format for UrScript {
