@@ -36,13 +36,9 @@ mod truth;
 use rayon::prelude::*;
 use std::path::PathBuf;
 
-/// The folder that LOSTMOTION_CASES_DIR names; without it there is nothing to do, and the run reports so.
-fn folder() -> Option<PathBuf> {
-    let dir = std::env::var_os("LOSTMOTION_CASES_DIR").map(PathBuf::from);
-    if dir.is_none() {
-        println!("skipped: LOSTMOTION_CASES_DIR names no folder");
-    }
-    dir
+/// The folder that LOSTMOTION_CASES_DIR names; a test that is asked for fails without it.
+fn folder() -> PathBuf {
+    std::env::var_os("LOSTMOTION_CASES_DIR").map(PathBuf::from).expect("LOSTMOTION_CASES_DIR names a folder")
 }
 
 fn number(name: &str, default: usize) -> usize {
@@ -52,7 +48,7 @@ fn number(name: &str, default: usize) -> usize {
 #[test]
 #[ignore = "writes cases into LOSTMOTION_CASES_DIR, to look at"]
 fn write_cases() {
-    let Some(dir) = folder() else { return };
+    let dir = folder();
     let seed = number("LOSTMOTION_HIDDEN_SEED", 1) as u64;
     let plan = plan();
     plan.par_iter().enumerate().for_each(|(k, kind)| {
@@ -84,7 +80,7 @@ fn plan() -> Vec<case::Kind> {
 #[test]
 #[ignore = "compares our physics with the cases in LOSTMOTION_CASES_DIR"]
 fn validate_folder() {
-    let Some(dir) = folder() else { return };
+    let dir = folder();
     for path in case_folders(&dir) {
         let f = replay::Folder::read(&path);
         for name in ["train", "test"] {
@@ -133,7 +129,7 @@ fn validate_folder() {
 #[test]
 #[ignore = "diagnoses the cases in LOSTMOTION_CASES_DIR"]
 fn score_folder() {
-    let Some(dir) = folder() else { return };
+    let dir = folder();
     let scores: Vec<score::Score> = case_folders(&dir)
         .par_iter()
         .map(|path| {

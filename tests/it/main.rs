@@ -1,4 +1,4 @@
-//! Integration tests: one binary, a module per room.
+//! Integration tests: one binary, a file per module of the library or per command.
 
 mod add_an_effect;
 mod assess_bidirectional;
