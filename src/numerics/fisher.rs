@@ -24,3 +24,21 @@ pub fn tail(f: f64, d1: f64, d2: f64) -> f64 {
 pub fn exceeded_with(p: f64, d1: f64, d2: f64) -> f64 {
     super::where_it_falls_to(p, |f| tail(f, d1, d2))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `stats.f.sf` of scipy.
+    #[test]
+    fn val_far_tails_agree_with_scipy() {
+        for (f, d1, d2, want) in [
+            (1_122.426_098_102_633_7, 12.0, 39.0, 1.414_553_022_795_642_4e-45),
+            (409.466_609_486_768_8, 18.0, 57.0, 1.705_735_675_330_734_3e-53),
+            (2.0, 3.0, 10.0, 0.178_007_407_375_2),
+        ] {
+            let is = tail(f, d1, d2);
+            assert!((is / want - 1.0).abs() < 1e-9, "{is:e} for {want:e}");
+        }
+    }
+}

@@ -5,17 +5,25 @@ use crate::log::Log;
 use crate::machine::measurement::Instrument;
 use crate::machine::{CommandTrajectory, slopes};
 use crate::robot::{JointKind, Robot};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 /// Prior standard deviations: spike (deg, 0.1 mm), lag (s), zero offset (deg, 0.1 mm), nuisance of the instrument (m, rad).
 pub const SPIKE: f64 = 0.01;
 pub const LAG_S: f64 = 0.02;
 pub const ZERO: f64 = 0.1;
 pub const INSTRUMENT: f64 = 0.5;
+/// Prior standard deviation of the centre of a ballbar that tells differences to its length, about the centre of the commanded
+/// circle, m. Across the plane of the circle such readings hardly see the centre, and a ballbar is set up to some millimetres.
+const SET_UP_M: f64 = 5e-3;
 /// Decay of the spike, s: a column of this pace takes up what is faster or slower well enough.
 const DECAY_S: f64 = 1.5;
 /// Size at which the play's column is taken at first: rad, m.
 const START: [f64; 2] = [2e-5, 2e-6];
+
+/// Scatter across a path over that along it below which it is no arc, and distance of a centre from the middle of its path, in sizes
+/// of the path, beyond which it is none.
+const STRAIGHT: f64 = 1e-6;
+const MOST_OFF: f64 = 2.0;
 
 /// What a column stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,7 +63,7 @@ impl Layout {
         }
         for (log, track) in tracks.iter().enumerate() {
             for n in track.own() {
-                add(Kind::Instrument { log }, n, INSTRUMENT);
+                add(Kind::Instrument { log }, n, track.own_prior(n));
             }
         }
         layout
@@ -84,6 +92,8 @@ pub struct Track {
     whole: bool,
     /// The centre of a ballbar is fitted.
     free_centre: bool,
+    /// How far the centre has been moved from where it was looked for first.
+    moved_m: Vector3<f64>,
     drive: CommandTrajectory,
     speeds: Vec<Vec<f64>>,
     turns: Vec<usize>,
@@ -102,6 +112,7 @@ impl Track {
             readings,
             whole: log.instruments.distance_m.is_some(),
             free_centre,
+            moved_m: Vector3::zeros(),
             drive,
             speeds,
             turns,
@@ -123,6 +134,19 @@ impl Track {
             Instrument::Distance { .. } => (if self.free_centre { 0 } else { 3 }..4).collect(),
             _ => (0..3).collect(),
         }
+    }
+
+    /// Prior standard deviation of such a parameter.
+    fn own_prior(&self, n: usize) -> f64 {
+        match self.instrument {
+            Instrument::Distance { .. } if !self.whole && n < 3 => SET_UP_M,
+            _ => INSTRUMENT,
+        }
+    }
+
+    /// Value about which the prior of a parameter of the instrument stands: what is left of it since the centre has moved.
+    pub fn own_about(&self, n: usize) -> f64 {
+        if self.free_centre && n < 3 { -self.moved_m[n] } else { 0.0 }
     }
 
     pub fn t_s(&self, k: usize) -> f64 {
@@ -188,14 +212,16 @@ impl Track {
         for axis in 0..3 {
             if let Some(k) = layout.place(Kind::Instrument { log }, axis) {
                 centre_m[axis] += values[k];
+                self.moved_m[axis] += values[k];
                 values[k] = 0.0;
             }
         }
     }
 }
 
-/// Mean of the commanded TCP: where the centre of a circle is looked for first.
-pub fn middle(robot: &Robot, log: &Log) -> Vector3<f64> {
+/// Where the centre of a ballbar is looked for first: the centre of the circle that fits the commanded TCPs best; of a path that
+/// is no arc the middle of what it encloses.
+pub fn centre(robot: &Robot, log: &Log) -> Vector3<f64> {
     let mut q = vec![0.0; robot.dof()];
     let points: Vec<Vector3<f64>> = (0..log.len())
         .map(|row| {
@@ -207,5 +233,48 @@ pub fn middle(robot: &Robot, log: &Log) -> Vector3<f64> {
         let start = points.first().copied().unwrap_or_else(Vector3::zeros);
         points.iter().fold(start, |a, p| a.zip_map(p, pick))
     });
-    0.5 * (lo + hi)
+    let middle = 0.5 * (lo + hi);
+    circle(&points).filter(|c| (c - middle).norm() < MOST_OFF * (hi - lo).norm()).unwrap_or(middle)
+}
+
+/// Centre of the circle through points in a plane (Kasa 1976): `|p|^2 = 2 c p + k` in the two principal directions.
+fn circle(points: &[Vector3<f64>]) -> Option<Vector3<f64>> {
+    let mean = points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
+    let scatter = points.iter().map(|p| (p - mean) * (p - mean).transpose()).sum::<Matrix3<f64>>();
+    let eigen = SymmetricEigen::new(scatter);
+    let mut order = [0, 1, 2];
+    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+    let [u, v] = [order[0], order[1]].map(|k| eigen.eigenvectors.column(k).into_owned());
+    if eigen.eigenvalues[order[1]] <= STRAIGHT * eigen.eigenvalues[order[0]] {
+        return None;
+    }
+    let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    for p in points {
+        let (a, b) = ((p - mean).dot(&u), (p - mean).dot(&v));
+        let row = Vector3::new(2.0 * a, 2.0 * b, 1.0);
+        normal += row * row.transpose();
+        right += row * (a * a + b * b);
+    }
+    let c = normal.cholesky()?.solve(&right);
+    Some(mean + u * c.x + v * c.y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_centre_of_an_arc_is_that_of_its_circle() {
+        let centre = Vector3::new(1.2, -0.4, 0.7);
+        let (u, v) = (Vector3::new(0.6, 0.8, 0.0), Vector3::new(0.0, 0.0, 1.0));
+        let arc = |degrees: u32| -> Vec<Vector3<f64>> {
+            let angles = (0..=degrees).map(|a| f64::from(a).to_radians());
+            angles.map(|a| centre + 0.15 * (u * a.cos() + v * a.sin())).collect()
+        };
+        for degrees in [360, 220, 90] {
+            assert!((circle(&arc(degrees)).unwrap() - centre).norm() < 1e-9, "{degrees} deg");
+        }
+        let line: Vec<Vector3<f64>> = (0..100).map(|i| centre + u * f64::from(i)).collect();
+        assert!(circle(&line).is_none());
+    }
 }

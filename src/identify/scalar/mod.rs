@@ -55,7 +55,7 @@ pub struct ScalarFound {
 pub fn instrument(robot: &Robot, log: &Log, setup: &Setup) -> Result<Instrument> {
     let i = &log.instruments;
     if i.distance_m.is_some() || i.distance_off_m.is_some() {
-        let centre_m = setup.centre_m.unwrap_or_else(|| design::middle(robot, log));
+        let centre_m = setup.centre_m.unwrap_or_else(|| design::centre(robot, log));
         return Ok(Instrument::Distance { centre_m });
     }
     if i.dial_m.is_some() {

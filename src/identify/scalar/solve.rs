@@ -1,6 +1,6 @@
 //! Gauss-Newton with priors, whitened by an autoregressive noise of first order.
 
-use super::design::{Layout, Track};
+use super::design::{Kind, Layout, Track};
 use crate::numerics::robust::{SIGMA_PER_MAD, median};
 use crate::robot::Robot;
 use nalgebra::{DMatrix, DVector};
@@ -53,6 +53,9 @@ pub fn fit(robot: &Robot, tracks: &mut [Track], reversing: &[usize]) -> Option<F
         for (i, prior) in layout.priors.iter().enumerate() {
             if prior.is_finite() {
                 normal[(i, i)] += variance / (prior * prior);
+                if let (Kind::Instrument { log }, n) = layout.columns[i] {
+                    right[i] += variance / (prior * prior) * tracks[log].own_about(n);
+                }
             }
         }
         let (solved, inverse) = solve(&normal, &right)?;

@@ -94,7 +94,9 @@ pub struct Noise {
 /// Test that the gap is constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gate {
+    /// What decides: both tests together, with what a possible creep leaves open from place to place as part of the noise.
     pub p_value: f64,
+    /// The tests alone, against the noise of the repeats.
     pub p_any_shape: f64,
     pub p_slope_and_bow: Option<f64>,
 }
@@ -174,8 +176,9 @@ pub fn summarise(table: &Table) -> Option<Summary> {
     let gate = (noise.from == NoiseFrom::Cycles && noise.dof >= LEAST_DOF && angles.len() > 1).then(|| {
         // what the creep leaves open from place to place is no variation of the gap
         let open = creep.as_ref().map_or(0.0, |c| c.place_variance_apart.iter().sum::<f64>() / (n - 1.0));
-        let noise = Noise { variance: noise.variance + open * total / n, ..noise };
-        test(&angles, &means, &repeats, &noise)
+        let widened = Noise { variance: noise.variance + open * total / n, ..noise };
+        let p_value = test(&angles, &means, &repeats, &widened).p_value;
+        Gate { p_value, ..test(&angles, &means, &repeats, &noise) }
     });
     let varies = gate.is_some_and(|g| g.p_value < ALPHA);
     let (half_gap, se) = if varies {

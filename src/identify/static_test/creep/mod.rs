@@ -28,7 +28,8 @@ use series::PairSeries;
 /// Below this probability of any creep the dwells' means are taken as they are.
 const LEAST_PROBABILITY: f64 = 0.02;
 /// From this probability on the means are taken back to rest; below it they stay, and only the joint's interval tells of the doubt.
-const CREEPS: f64 = 0.8;
+/// Of joints without any creep one in a hundred exceeds it by chance, as the prior gives creep one half.
+const CREEPS: f64 = 0.99;
 /// Pairs from which creep can be told from the noise.
 const LEAST_PAIRS: usize = 3;
 /// Share of the half gap that may remain as creep at the end of a dwell that is long enough.
