@@ -8,6 +8,9 @@
 //!
 //! A program that grows its largest error is worse, whatever its mean does.
 //!
+//! Where a model does not say on which side of its gap a joint starts, the joint comes from the direction in which it first moves:
+//! what a run does before its gaps have closed depends on the approach, which a program does not hold.
+//!
 //! Assumptions: both programs draw the same path (a difference of more than [`path::SLACK_M`] in its length is noted). A log is
 //! compared after a rigid fit onto the reference: geometry errors that the model does not hold count in both runs.
 
@@ -83,6 +86,11 @@ fn reference_machine(model: &Model) -> Model {
 pub fn assess(model: &Model, before: &Source, after: &Source, options: &Options) -> Result<Assessment> {
     let mut base = model.clone();
     base.registration = None;
+    for (side, first) in base.initial_gap_side.iter_mut().zip(before.first_directions()) {
+        if *side == 0 {
+            *side = first;
+        }
+    }
     let model = &base;
     let ideal = reference_machine(model);
     let rate_hz = runs::rate_hz(model, before, options);
@@ -116,6 +124,16 @@ pub fn assess(model: &Model, before: &Source, after: &Source, options: &Options)
 }
 
 impl Source<'_> {
+    /// Direction in which each joint first moves; 0: it rests.
+    fn first_directions(&self) -> Vec<i8> {
+        let columns = match self {
+            Self::Program(p) => &p.q,
+            Self::Log(l) => &l.cmd,
+        };
+        let first = |q: &Vec<f64>| q.iter().map(|x| x - q[0]).find(|d| d.abs() > runs::REST);
+        columns.iter().map(|q| first(q).map_or(0, |d| if d > 0.0 { 1 } else { -1 })).collect()
+    }
+
     pub fn name(&self) -> &str {
         match self {
             Self::Program(p) => &p.name,

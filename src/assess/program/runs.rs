@@ -19,7 +19,7 @@ const FASTEST_HZ: f64 = 250.0;
 /// Measured positions are averaged over this time, s.
 const SMOOTHING_S: f64 = 0.5;
 /// Points that do not move by more than this (rad or m) rest.
-const REST: f64 = 1e-9;
+pub(super) const REST: f64 = 1e-9;
 
 /// A reversal of a joint's command.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,6 @@
 //! From the solved problem to the document: gaps, responses, intervals, trust.
 
-use super::evidence::{Evidence, Reversal, turns};
+use super::evidence::{Evidence, Left, Reversal, turns};
 use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS};
 use super::problem::Problem;
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
@@ -52,13 +52,13 @@ fn mean_weights(problem: &Problem, axis: usize) -> (DVector<f64>, [f64; 2], usiz
 }
 
 /// p value of the test that the gap is the same at all knots.
-pub fn varies_p(problem: &Problem, evidence: &Evidence, axis: usize) -> Option<f64> {
+fn varies_p(problem: &Problem, within: &DMatrix<f64>, axis: usize) -> Option<f64> {
     let law = problem.laws[axis].as_ref()?;
     let k = law.gap.len();
     if k < 2 {
         return None;
     }
-    let cov = evidence.within.view((problem.offset(axis), problem.offset(axis)), (k, k)).into_owned();
+    let cov = within.view((problem.offset(axis), problem.offset(axis)), (k, k)).into_owned();
     // differences of neighbouring knots
     let contrast = DMatrix::from_fn(k - 1, k, |i, j| f64::from(i8::from(j == i + 1) - i8::from(j == i)));
     let d = &contrast * DVector::from_column_slice(&law.gap);
@@ -67,11 +67,11 @@ pub fn varies_p(problem: &Problem, evidence: &Evidence, axis: usize) -> Option<f
     ChiSquared::new((k - 1) as f64).ok().map(|c| c.sf(chi2))
 }
 
-/// Axes whose gap varies beyond doubt.
-pub fn constant_axes(problem: &Problem, evidence: &Evidence) -> Vec<(bool, Option<f64>)> {
+/// Axes whose gap does not vary beyond doubt, with the p value; `within` is the covariance without what logs disagree in.
+pub fn constant_axes(problem: &Problem, within: &DMatrix<f64>) -> Vec<(bool, Option<f64>)> {
     (0..problem.laws.len())
         .map(|a| {
-            let p = varies_p(problem, evidence, a);
+            let p = varies_p(problem, within, a);
             (p.is_none_or(|p| p >= VARIES), p)
         })
         .collect()
@@ -96,7 +96,8 @@ pub fn joint(
     let sigma = weights.dot(&(&gap_cov * &weights)).max(0.0).sqrt();
     let schedule = (!problem.constant[axis]).then(|| schedule(problem, axis, law)).flatten();
     let own: Vec<&Reversal> = evidence.reversals.iter().filter(|r| r.axis == axis).collect();
-    let (centre, scatter) = random_effect(&own);
+    let ratio = random_effect(&own);
+    let (centre, scatter) = (if ratio.mean > 0.0 { ratio.mean } else { 1.0 }, ratio.scatter);
     let half_gap = mean.max(0.0);
     let gap = JointGap {
         axis,
@@ -133,7 +134,7 @@ pub fn joint(
         windup_ci95: [-Z95, Z95].map(|z| response.windup() + z * wound),
         spikes_ci95: (0..SPIKES).map(|k| around(knots + k, law.spikes[k])).collect(),
         scatter,
-        trust: trust(&own, scatter),
+        trust: trust(&own, &ratio),
     };
     let points = (0..knots)
         .map(|k| (problem.splines[axis].knot(k), k))
@@ -166,23 +167,40 @@ fn schedule(problem: &Problem, axis: usize, law: &JointLaw) -> Option<GapCurve> 
     Pchip::new(&knots).map(GapCurve::Pchip)
 }
 
+/// The single reversals of a joint together: lost motion as a multiple of the model's.
+#[derive(Debug, Clone, Copy)]
+pub struct Ratio {
+    pub mean: f64,
+    /// Standard error of the mean; infinite where too few reversals can be judged.
+    pub sigma: f64,
+    /// Standard deviation from reversal to reversal.
+    pub scatter: f64,
+}
+
 /// Mean and scatter of the single reversals' ratios as a random effect (DerSimonian and Laird 1986).
-pub fn random_effect(own: &[&Reversal]) -> (f64, f64) {
+pub fn random_effect(own: &[&Reversal]) -> Ratio {
     let known: Vec<(f64, f64)> =
         own.iter().filter(|r| r.sigma.is_finite() && r.sigma < 1.0).map(|r| (r.ratio, r.sigma.powi(-2))).collect();
     let total: f64 = known.iter().map(|k| k.1).sum();
     if known.len() < 3 || total <= 0.0 {
-        return (1.0, 0.0);
+        return Ratio { mean: 1.0, sigma: f64::INFINITY, scatter: 0.0 };
     }
-    let mean = known.iter().map(|(r, w)| r * w).sum::<f64>() / total;
-    let q: f64 = known.iter().map(|(r, w)| w * (r - mean).powi(2)).sum();
+    let first = known.iter().map(|(r, w)| r * w).sum::<f64>() / total;
+    let q: f64 = known.iter().map(|(r, w)| w * (r - first).powi(2)).sum();
     let squares: f64 = known.iter().map(|k| k.1 * k.1).sum();
-    let variance = (q - (known.len() - 1) as f64) / (total - squares / total);
-    (if mean > 0.0 { mean } else { 1.0 }, variance.max(0.0).sqrt())
+    let variance = ((q - (known.len() - 1) as f64) / (total - squares / total)).max(0.0);
+    let weight = |w: f64| (1.0 / w + variance).recip();
+    let all: f64 = known.iter().map(|k| weight(k.1)).sum();
+    let mean = known.iter().map(|(r, w)| r * weight(*w)).sum::<f64>() / all;
+    Ratio { mean, sigma: all.sqrt().recip(), scatter: variance.sqrt() }
 }
 
 /// What compensating the joint does at its reversals.
-fn trust(own: &[&Reversal], scatter: f64) -> Trust {
+///
+/// An error `e` becomes `e - m` by an offset `m`, and its mean square changes by `m^2 (1 - 2 r)` with `r` the error along the model as
+/// a multiple of it: compensation helps where `r` exceeds one half, whatever else is in the error. Where too few reversals show
+/// `r`, the mean squares before and after decide.
+fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
     let n = own.len() as f64;
     let mut trust =
         Trust { compensate: false, before_m: 0.0, after_m: 0.0, reversals: own.len(), reason: String::new() };
@@ -195,16 +213,20 @@ fn trust(own: &[&Reversal], scatter: f64) -> Trust {
     let total: f64 = own.iter().map(|r| weight(r)).sum();
     let left = own.iter().map(|r| weight(r) * r.left_m2).sum::<f64>() / total;
     let spread = own.iter().map(|r| (weight(r) * (r.left_m2 - left)).powi(2)).sum::<f64>().sqrt() / total;
-    let least = scatter * scatter * before;
     trust.before_m = before.sqrt();
-    trust.after_m = left.max(least).max(0.0).sqrt();
-    trust.compensate = before - left > BEYOND_DOUBT * spread;
+    trust.after_m = left.max(staying(ratio).powi(2) * before).max(0.0).sqrt();
+    trust.compensate = before - left > BEYOND_DOUBT * spread || ratio.mean - BEYOND_DOUBT * ratio.sigma > 0.5;
     trust.reason = if trust.compensate {
         "helps on parts of the logs that were not fitted".into()
     } else {
         "does not help beyond doubt on parts of the logs that were not fitted".to_string()
     };
     trust
+}
+
+/// Share of the lost motion that an offset leaves along a whole stroke.
+fn staying(ratio: &Ratio) -> f64 {
+    (ratio.mean - 1.0).hypot(ratio.scatter)
 }
 
 /// Single reversals for the document.
@@ -255,8 +277,11 @@ pub fn whole(problem: &Problem, evidence: &Evidence, joints: Vec<JointEstimate>)
         at.iter().map(|(i, a)| at.iter().map(|(k, b)| evidence.covariance[(*i, *k)] * a * b).collect()).collect();
     let reversals = local(problem, evidence, &joints);
     let left = |axis: usize| {
-        let t = joints.iter().find(|j| j.axis == axis).map(|j| &j.trust);
-        t.filter(|t| t.compensate && t.before_m > 0.0).map_or(1.0, |t| t.after_m / t.before_m)
+        let trust = joints.iter().find(|j| j.axis == axis).map(|j| &j.trust).filter(|t| t.compensate);
+        let Some(t) = trust else { return Left { share: 1.0, after_reversal_m2: 0.0 } };
+        let own: Vec<&Reversal> = evidence.reversals.iter().filter(|r| r.axis == axis).collect();
+        let share = staying(&random_effect(&own)).min(1.0);
+        Left { share, after_reversal_m2: (t.after_m.powi(2) - (share * t.before_m).powi(2)).max(0.0) }
     };
     let several = (0..problem.logs.len()).filter(|l| problem.logs[*l].moving.len() > 1);
     let predicted = several

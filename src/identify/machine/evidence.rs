@@ -53,10 +53,16 @@ pub struct Reversal {
     pub sigma: f64,
 }
 
+/// The covariance, and the same without what logs disagree in.
+pub fn covariances(problem: &Problem) -> Option<[DMatrix<f64>; 2]> {
+    let inverse = inverse(&problem.normal().hessian)?;
+    let parts: Vec<Part> = (0..problem.logs.len()).into_par_iter().map(|l| problem.part(l)).collect();
+    Some(sandwich(problem, &parts, &inverse))
+}
+
 /// Evaluates the problem at its present estimate.
 pub fn evaluate(problem: &Problem) -> Option<Evidence> {
-    let normal = problem.normal();
-    let inverse = inverse(&normal.hessian)?;
+    let inverse = inverse(&problem.normal().hessian)?;
     let parts: Vec<Part> = (0..problem.logs.len()).into_par_iter().map(|l| problem.part(l)).collect();
     let [covariance, within] = sandwich(problem, &parts, &inverse);
     let all: Vec<Vec<Reversal>> =
@@ -175,26 +181,46 @@ fn left_out(part: &Part, bins: usize, from: usize, to: usize, inverse: &DMatrix<
     solve::solve(&(precision - h), &(-g), 1e-9).unwrap_or_else(|| DVector::zeros(k))
 }
 
-/// Root mean square distance from the path along a log, m: of all lost motion, and of what is left by shares of it.
+/// What is left of a joint's lost motion.
+#[derive(Debug, Clone, Copy)]
+pub struct Left {
+    /// Share that stays along the whole stroke.
+    pub share: f64,
+    /// Mean square TCP error beyond that share within [`AFTER_S`] of a reversal, m^2.
+    pub after_reversal_m2: f64,
+}
+
+/// Root mean square distance from the path along a log, m: of all lost motion, and of what is left of it.
 ///
 /// Along the path lost motion is a delay and no deviation, so its component along the movement does not count; nor do bins at rest.
-pub fn along_path(problem: &Problem, log: usize, left: &dyn Fn(usize) -> f64) -> Option<[f64; 2]> {
+pub fn along_path(problem: &Problem, log: usize, left: &dyn Fn(usize) -> Left) -> Option<[f64; 2]> {
     let l = &problem.logs[log];
     let (mut before, mut after, mut n) = (0.0, 0.0, 0.0);
     let mut each = Vec::new();
-    for (axis, response) in problem.responses(log, false) {
+    for ((axis, response), (_, rows)) in problem.responses(log, false).into_iter().zip(&l.moving) {
         let mut errors = Vec::new();
         l.average(&response.error, &mut errors);
-        each.push((axis, left(axis), errors));
+        let turned: Vec<f64> = turns(&rows.x).into_iter().map(|k| rows.t_s[k]).collect();
+        let near = |t: f64| turned[..turned.partition_point(|s| *s <= t)].last().is_some_and(|s| t - s <= AFTER_S);
+        let near: Vec<bool> = l.t_s.iter().map(|t| near(*t)).collect();
+        each.push((axis, left(axis), errors, near));
     }
     for b in (0..l.len()).filter(|b| !problem.unused[log][*b]) {
         let velocity: Vector3<f64> = l.jacobian[b].iter().zip(&l.speed[b]).map(|(j, v)| j * *v).sum();
         let Some(along) = velocity.try_normalize(1e-6) else { continue };
         let across = |v: Vector3<f64>| v - along * along.dot(&v);
-        let parts: Vec<(f64, Vector3<f64>)> =
-            each.iter().map(|(axis, share, e)| (*share, across(l.jacobian[b][*axis] * e[b]))).collect();
-        before += parts.iter().map(|p| p.1).sum::<Vector3<f64>>().norm_squared();
-        after += parts.iter().map(|p| (p.0 * p.1.norm()).powi(2)).sum::<f64>();
+        let mut lost = Vector3::zeros();
+        for (axis, left, errors, near) in &each {
+            let column = l.jacobian[b][*axis];
+            let part = across(column * errors[b]);
+            lost += part;
+            after += left.share.powi(2) * part.norm_squared();
+            if near[b] {
+                let seen = across(column).norm_squared() / column.norm_squared().max(f64::MIN_POSITIVE);
+                after += left.after_reversal_m2 * seen;
+            }
+        }
+        before += lost.norm_squared();
         n += 1.0;
     }
     (n > 0.0).then(|| [(before / n).sqrt(), (after / n).sqrt()])

@@ -19,7 +19,7 @@ use crate::machine::turns::between_rows;
 /// Time constants of the servo's response, s: half a decade apart over what integral actions take.
 pub const TAUS_S: [f64; 3] = [0.4, 1.2, 3.6];
 /// Preslidings of the wind-up, as multiples of that of the servo: half a decade apart.
-pub const OVER: [f64; 3] = [0.33, 1.0, 3.0];
+pub const OVER: [f64; 3] = [1.0 / 3.0, 1.0, 3.0];
 /// Number of parts of the wind-up.
 pub const WINDUPS: usize = OVER.len();
 /// Parameters of friction: spikes, wind-ups, logarithm of the presliding.
@@ -85,6 +85,8 @@ pub struct JointRows {
     pub x: Vec<f64>,
     /// Rows and turning points in order, and the row of each, where it is one.
     nodes: Vec<(f64, f64, Option<usize>)>,
+    /// What is left of each decay since the node before, and its mean over that time.
+    decays: Vec<[[f64; 2]; SPIKES]>,
     /// Weights of the gap's knots, row by row.
     weights: Vec<f64>,
     knots: usize,
@@ -114,7 +116,16 @@ impl JointRows {
         for (w, node) in weights.chunks_exact_mut(knots).zip(&nodes) {
             spline.weights(node.1, w);
         }
-        Self { t_s: t_s.to_vec(), x: x.to_vec(), nodes, weights, knots }
+        let decays = (0..nodes.len())
+            .map(|k| {
+                let dt = if k > 0 { nodes[k].0 - nodes[k - 1].0 } else { 0.0 };
+                TAUS_S.map(|tau| {
+                    let keep = (-dt / tau).exp();
+                    [keep, if dt > 0.0 { tau / dt * (1.0 - keep) } else { 1.0 }]
+                })
+            })
+            .collect();
+        Self { t_s: t_s.to_vec(), x: x.to_vec(), nodes, decays, weights, knots }
     }
 
     /// Joint error over the rows; derivatives where asked for.
@@ -140,21 +151,20 @@ impl JointRows {
         let (mut y, mut zy) = (self.x.first().copied().unwrap_or(0.0), [0.0; WINDUPS]);
         let mut carried = vec![0.0; knots + SPIKES];
         let (mut travel, mut closed) = (0.0, false);
-        for (k, &(t, x, row)) in self.nodes.iter().enumerate() {
+        for (k, &(_, x, row)) in self.nodes.iter().enumerate() {
             let w = &self.weights[k * knots..(k + 1) * knots];
             let gap: f64 = w.iter().zip(&law.gap).map(|(a, b)| a * b).sum();
             if k > 0 {
-                let (dx, dt) = (x - self.nodes[k - 1].1, t - self.nodes[k - 1].0);
+                let dx = x - self.nodes[k - 1].1;
                 let before = z;
                 if dx.abs() > STILL {
                     dir = dx.signum();
                     z = dir + (z - dir) * (-dx.abs() / law.presliding).exp();
                     travel += dx.abs();
                 }
-                for (h, tau) in h.iter_mut().zip(TAUS_S) {
+                for (h, [keep, mean]) in h.iter_mut().zip(&self.decays[k]) {
                     // the change of z is spread evenly over the time between rows
-                    let keep = (-dt / tau).exp();
-                    *h = *h * keep + (z - before) * tau / dt * (1.0 - keep);
+                    *h = *h * keep + (z - before) * mean;
                 }
             }
             let m = x - h.iter().zip(&law.spikes).map(|(h, a)| h * a).sum::<f64>();
@@ -169,9 +179,7 @@ impl JointRows {
             };
             if side != 0.0 {
                 let to = m - side * gap;
-                for (z, over) in zy.iter_mut().zip(OVER) {
-                    *z = wound(*z, to - y, law.presliding * over);
-                }
+                wind(&mut zy, to - y, law.presliding);
                 y = to;
                 closed = true;
                 if derivatives {
@@ -247,8 +255,12 @@ fn corner(t_s: &[f64], x: &[f64], k: usize) -> Option<(usize, f64, f64)> {
     Some((if t < t_s[k] { k - 1 } else { k }, t, value))
 }
 
-/// Wind-up after a movement of `by`.
-fn wound(z: f64, by: f64, presliding: f64) -> f64 {
+/// Wind-ups after a movement of `by`: of presliding times [`OVER`], each three times the one before, so one exponential gives all.
+fn wind(z: &mut [f64; WINDUPS], by: f64, presliding: f64) {
     let d = by.signum();
-    d + (z - d) * (-by.abs() / presliding).exp()
+    let mut keep = (-by.abs() / (presliding * OVER[WINDUPS - 1])).exp();
+    for z in z.iter_mut().rev() {
+        *z = d + (*z - d) * keep;
+        keep = keep * keep * keep;
+    }
 }

@@ -114,6 +114,9 @@ pub fn solved<'a>(
         solve::round(&mut problem, if k == 0 { Kept::Friction } else { Kept::Nothing });
         solve::refresh_unused(&mut problem);
         solve::refresh_noise(&mut problem);
+        if k > 0 {
+            solve::other_valleys(&mut problem);
+        }
         if k == 1 {
             let found = ripple::search(&problem, &ripples);
             problem.add_ripples(&found, ripples.len());
@@ -121,16 +124,15 @@ pub fn solved<'a>(
         }
     }
     solve::round(&mut problem, Kept::Nothing);
-    let evaluated = |problem: &Problem| {
-        evidence::evaluate(problem).ok_or_else(|| {
-            let name = logs.first().map_or(String::new(), |l| l.name.clone());
-            Error::bad(Place::file(name), "logs that leave the estimate open", "finite measurements of moving joints")
-        })
+    let open = || {
+        let name = logs.first().map_or(String::new(), |l| l.name.clone());
+        Error::bad(Place::file(name), "logs that leave the estimate open", "finite measurements of moving joints")
     };
-    let varies = estimate::constant_axes(&problem, &evaluated(&problem)?);
+    let within = evidence::covariances(&problem).ok_or_else(open)?[1].clone();
+    let varies = estimate::constant_axes(&problem, &within);
     problem.constant = varies.iter().map(|v| v.0).collect();
     solve::round(&mut problem, Kept::Nothing);
-    let evidence = evaluated(&problem)?;
+    let evidence = evidence::evaluate(&problem).ok_or_else(open)?;
     Ok((problem, evidence, varies.into_iter().map(|v| v.1).collect()))
 }
 

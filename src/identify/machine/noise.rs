@@ -13,6 +13,8 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 const GROSS: f64 = 4.0;
 /// Highest order that is tried.
 const MOST_LAGS: usize = 24;
+/// Bins that are whitened at a time: they stay in the processor's nearest memory.
+const STRETCH: usize = 512;
 
 /// Noise of one principal direction.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,15 +29,25 @@ impl Autoregressive {
     pub fn whiten(&self, values: &mut [f64], missing: &[bool], history: &mut Vec<f64>) {
         history.clear();
         history.extend_from_slice(values);
+        let order = self.phi.len();
+        for i in (0..values.len()).filter(|&i| missing[i]) {
+            let lags = order.min(i);
+            history[i] = self.phi[..lags].iter().enumerate().map(|(k, p)| p * history[i - 1 - k]).sum();
+        }
+        // lag by lag over short stretches, which a processor does several bins at a time
+        for from in (order..values.len()).step_by(STRETCH) {
+            let out = &mut values[from..(from + STRETCH).min(history.len())];
+            out.copy_from_slice(&history[from..from + out.len()]);
+            for (k, p) in self.phi.iter().enumerate() {
+                let before = &history[from - 1 - k..][..out.len()];
+                out.iter_mut().zip(before).for_each(|(o, h)| *o -= p * h);
+            }
+            out.iter_mut().for_each(|o| *o /= self.sigma);
+        }
+        // the first bins have no history: they only start the filter
         for i in 0..values.len() {
-            let lags = self.phi.len().min(i);
-            let predicted: f64 = self.phi[..lags].iter().enumerate().map(|(k, p)| p * history[i - 1 - k]).sum();
-            if missing[i] {
-                history[i] = predicted;
+            if missing[i] || i < order {
                 values[i] = 0.0;
-            } else {
-                // the first bins have no history: they only start the filter
-                values[i] = if i < self.phi.len() { 0.0 } else { (history[i] - predicted) / self.sigma };
             }
         }
     }

@@ -33,6 +33,8 @@ pub struct LogColumns {
     pub values: Vec<Vec<Vector3<f64>>>,
     /// The same, whitened: three stretches of bins, one per principal direction.
     pub white: DMatrix<f64>,
+    /// Products of the whitened columns with each other: they change with the noise only.
+    products: DMatrix<f64>,
 }
 
 /// The problem and its present estimate.
@@ -114,7 +116,12 @@ impl<'a> Problem<'a> {
         problem.columns = problem
             .logs
             .iter()
-            .map(|_| LogColumns { index: Vec::new(), values: Vec::new(), white: DMatrix::zeros(0, 0) })
+            .map(|_| LogColumns {
+                index: Vec::new(),
+                values: Vec::new(),
+                white: DMatrix::zeros(0, 0),
+                products: DMatrix::zeros(0, 0),
+            })
             .collect();
         for (l, c) in columns.into_iter().enumerate() {
             problem.add_columns(l, c);
@@ -224,7 +231,7 @@ impl<'a> Problem<'a> {
 
     /// Whitens all nuisance columns by the present noise.
     pub fn whiten_columns(&mut self) {
-        let white: Vec<DMatrix<f64>> = (0..self.logs.len())
+        let white: Vec<(DMatrix<f64>, DMatrix<f64>)> = (0..self.logs.len())
             .into_par_iter()
             .map(|l| {
                 let (n, c) = (self.logs[l].len(), &self.columns[l]);
@@ -232,11 +239,13 @@ impl<'a> Problem<'a> {
                 for (k, values) in c.values.iter().enumerate() {
                     self.whiten(l, values, m.column_mut(k).as_mut_slice());
                 }
-                m
+                let products = m.transpose() * &m;
+                (m, products)
             })
             .collect();
-        for (c, w) in self.columns.iter_mut().zip(white) {
-            c.white = w;
+        for (c, (white, products)) in self.columns.iter_mut().zip(white) {
+            c.white = white;
+            c.products = products;
         }
     }
 
@@ -276,8 +285,8 @@ impl<'a> Problem<'a> {
         out
     }
 
-    /// A log's part of the problem at the present estimate.
-    pub fn part(&self, log: usize) -> Part {
+    /// A log's whitened columns of the laws, their parameters, and its whitened residual.
+    fn lost_part(&self, log: usize) -> Part {
         let responses = self.responses(log, true);
         let residual = self.residual(log, &responses);
         let l = &self.logs[log];
@@ -285,9 +294,8 @@ impl<'a> Problem<'a> {
         let mut white = DVector::zeros(3 * n);
         self.whiten(log, &residual, white.as_mut_slice());
         let lost: usize = responses.iter().map(|r| r.1.by.len()).sum();
-        let nuisances = &self.columns[log];
-        let mut design = DMatrix::zeros(3 * n, lost + nuisances.index.len());
-        let mut index = Vec::with_capacity(design.ncols());
+        let mut design = DMatrix::zeros(3 * n, lost);
+        let mut index = Vec::with_capacity(lost);
         let (mut column, mut values) = (Vec::new(), vec![Vector3::zeros(); n]);
         for (axis, r) in &responses {
             for (k, by) in r.by.iter().enumerate() {
@@ -299,10 +307,19 @@ impl<'a> Problem<'a> {
                 index.push(self.offset(*axis) + k);
             }
         }
-        let first = self.lost();
+        Part { index, design, residual: white }
+    }
+
+    /// A log's part of the problem at the present estimate: laws and nuisances.
+    pub fn part(&self, log: usize) -> Part {
+        let Part { mut index, design: laws, residual } = self.lost_part(log);
+        let nuisances = &self.columns[log];
+        let (lost, first) = (laws.ncols(), self.lost());
+        let mut design = DMatrix::zeros(laws.nrows(), lost + nuisances.index.len());
+        design.columns_mut(0, lost).copy_from(&laws);
         design.columns_mut(lost, nuisances.index.len()).copy_from(&nuisances.white);
         index.extend(nuisances.index.iter().map(|i| first + i));
-        Part { index, design, residual: white }
+        Part { index, design, residual }
     }
 
     /// Whitened cost at the present estimate, priors included.
@@ -330,10 +347,22 @@ impl<'a> Problem<'a> {
         let parts: Vec<Part> = (0..self.logs.len())
             .into_par_iter()
             .map(|l| {
-                let p = self.part(l);
+                let p = self.lost_part(l);
+                let c = &self.columns[l];
+                let (lost, own) = (p.design.ncols(), c.index.len());
+                let mut h = DMatrix::zeros(lost + own, lost + own);
                 let transposed = p.design.transpose();
-                let (h, g, c) = (&transposed * &p.design, &transposed * &p.residual, p.residual.norm_squared());
-                (p.index, h, g, c)
+                let mixed = &transposed * &c.white;
+                h.view_mut((0, 0), (lost, lost)).copy_from(&(&transposed * &p.design));
+                h.view_mut((lost, 0), (own, lost)).copy_from(&mixed.transpose());
+                h.view_mut((0, lost), (lost, own)).copy_from(&mixed);
+                h.view_mut((lost, lost), (own, own)).copy_from(&c.products);
+                let mut g = DVector::zeros(lost + own);
+                g.rows_mut(0, lost).copy_from(&p.design.tr_mul(&p.residual));
+                g.rows_mut(lost, own).copy_from(&c.white.tr_mul(&p.residual));
+                let mut index = p.index;
+                index.extend(c.index.iter().map(|i| self.lost() + i));
+                (index, h, g, p.residual.norm_squared())
             })
             .collect();
         let (mut hessian, about) = self.prior();

@@ -1,5 +1,6 @@
 //! Gauss-Newton rounds, noise and discarded bins in turn.
 
+use super::law::WINDUPS;
 use super::noise::Noise;
 use super::problem::Problem;
 use crate::stats::robust::{SIGMA_PER_MAD, median_of};
@@ -8,6 +9,10 @@ use rayon::prelude::*;
 
 /// Gauss-Newton steps in a round, at most.
 const STEPS: usize = 6;
+/// The same of a trial.
+const TRIAL_STEPS: usize = 4;
+/// Share of wind-up in gap and wind-up together from which a gap is tried in its place.
+const MUCH_WINDUP: f64 = 0.2;
 /// Relative fall of the cost below which a round ends.
 const SETTLED: f64 = 1e-4;
 /// Largest change of the logarithm of a presliding in one step.
@@ -29,6 +34,33 @@ pub enum Kept {
 
 /// Runs one round; returns the cost.
 pub fn round(problem: &mut Problem, kept: Kept) -> f64 {
+    steps(problem, kept, STEPS)
+}
+
+/// Tries a gap where a joint has much wind-up, and keeps what explains the logs better.
+///
+/// A gap and a wind-up explain nearly the same, so the cost has a valley for each, and which one the first rounds find depends on
+/// where they start. In the other valley the joint's lost motion just after a reversal is wrong by up to its whole size.
+pub fn other_valleys(problem: &mut Problem) {
+    for axis in 0..problem.laws.len() {
+        problem.refresh_sizes();
+        let (values, cost) = (problem.values(), problem.cost());
+        let Some(law) = &mut problem.laws[axis] else { continue };
+        let (windup, knots) = (law.windup(), law.gap.len() as f64);
+        let gap = law.gap.iter().sum::<f64>() / knots;
+        if windup < MUCH_WINDUP * (gap + windup) {
+            continue;
+        }
+        law.gap.iter_mut().for_each(|g| *g += windup);
+        law.windups = [0.0; WINDUPS];
+        if steps(problem, Kept::Nothing, TRIAL_STEPS) > cost * (1.0 - SETTLED) {
+            problem.set_values(&values);
+        }
+    }
+}
+
+/// Gauss-Newton steps, `most` of them; returns the cost.
+fn steps(problem: &mut Problem, kept: Kept, most: usize) -> f64 {
     problem.refresh_sizes();
     let bounds = problem.not_negative();
     let frozen = match kept {
@@ -38,7 +70,7 @@ pub fn round(problem: &mut Problem, kept: Kept) -> f64 {
     };
     let mut damping = 1e-6;
     let mut cost = f64::INFINITY;
-    for _ in 0..STEPS {
+    for _ in 0..most {
         let normal = problem.normal();
         if normal.cost >= cost * (1.0 - SETTLED) {
             cost = normal.cost.min(cost);
