@@ -8,6 +8,7 @@ use crate::compensator::{Response, Spike, Windup};
 use crate::effects::{GapCurve, curve::Pchip};
 use crate::gaps::estimate::{Estimate, JointEstimate, LocalReversal, Trust};
 use crate::gaps::{GapPoint, JointGap};
+use crate::stats::robust::{SIGMA_PER_MAD, median_of};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -19,6 +20,8 @@ const VARIES: f64 = 0.01;
 const SUBDIVIDED: usize = 4;
 /// Ratio beyond which, in standard deviations of ratio and scatter together, a reversal is outlying.
 const OUTLYING: f64 = 4.0;
+/// Reversals from which an outlying one can be told.
+const FEW: usize = 6;
 /// Gain must exceed this many standard errors of it.
 const BEYOND_DOUBT: f64 = 2.0;
 
@@ -95,7 +98,7 @@ pub fn joint(
     let mean = weights.dot(&DVector::from_column_slice(&law.gap));
     let sigma = weights.dot(&(&gap_cov * &weights)).max(0.0).sqrt();
     let schedule = (!problem.constant[axis]).then(|| schedule(problem, axis, law)).flatten();
-    let own: Vec<&Reversal> = evidence.reversals.iter().filter(|r| r.axis == axis).collect();
+    let own = of_axis(evidence, axis);
     let ratio = random_effect(&own);
     let (centre, scatter) = (if ratio.mean > 0.0 { ratio.mean } else { 1.0 }, ratio.scatter);
     let half_gap = mean.max(0.0);
@@ -209,10 +212,7 @@ fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
         return trust;
     }
     let before = own.iter().map(|r| r.before_m2).sum::<f64>() / n;
-    let weight = |r: &Reversal| (r.left_sigma_m2.powi(2) + (0.3 * before).powi(2)).recip();
-    let total: f64 = own.iter().map(|r| weight(r)).sum();
-    let left = own.iter().map(|r| weight(r) * r.left_m2).sum::<f64>() / total;
-    let spread = own.iter().map(|r| (weight(r) * (r.left_m2 - left)).powi(2)).sum::<f64>().sqrt() / total;
+    let [left, spread] = weighted(own, before, |r| r.left_m2);
     trust.before_m = before.sqrt();
     trust.after_m = left.max(staying(ratio).powi(2) * before).max(0.0).sqrt();
     trust.compensate = before - left > BEYOND_DOUBT * spread || ratio.mean - BEYOND_DOUBT * ratio.sigma > 0.5;
@@ -224,9 +224,31 @@ fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
     trust
 }
 
-/// Share of the lost motion that an offset leaves along a whole stroke.
+/// Mean over reversals, each by what its noise leaves of it, and the standard error.
+fn weighted(own: &[&Reversal], before: f64, of: impl Fn(&Reversal) -> f64) -> [f64; 2] {
+    let weight = |r: &Reversal| (r.left_sigma_m2.powi(2) + (0.3 * before).powi(2)).recip();
+    let total: f64 = own.iter().map(|r| weight(r)).sum();
+    let mean = own.iter().map(|r| weight(r) * of(r)).sum::<f64>() / total;
+    let spread = own.iter().map(|r| (weight(r) * (of(r) - mean)).powi(2)).sum::<f64>().sqrt() / total;
+    [mean, spread]
+}
+
+/// Share of the lost motion that the mean and the scatter of single reversals leave.
 fn staying(ratio: &Ratio) -> f64 {
     (ratio.mean - 1.0).hypot(ratio.scatter)
+}
+
+/// Reversals of an axis without those that stand out of the others: there the estimate without its stretch of the log was drawn off,
+/// or something else happened. They are shown as outlying.
+fn of_axis(evidence: &Evidence, axis: usize) -> Vec<&Reversal> {
+    let own: Vec<&Reversal> = evidence.reversals.iter().filter(|r| r.axis == axis).collect();
+    let known: Vec<f64> = own.iter().filter(|r| r.sigma < 1.0).map(|r| r.ratio).collect();
+    let Some(middle) = median_of(&mut known.clone()).filter(|_| known.len() >= FEW) else { return own };
+    let mut off: Vec<f64> = known.iter().map(|r| (r - middle).abs()).collect();
+    let scatter = SIGMA_PER_MAD * median_of(&mut off).unwrap_or(0.0);
+    own.into_iter()
+        .filter(|r| r.sigma >= 1.0 || (r.ratio - middle).abs() <= OUTLYING * scatter.hypot(r.sigma))
+        .collect()
 }
 
 /// Single reversals for the document.
@@ -278,10 +300,13 @@ pub fn whole(problem: &Problem, evidence: &Evidence, joints: Vec<JointEstimate>)
     let reversals = local(problem, evidence, &joints);
     let left = |axis: usize| {
         let trust = joints.iter().find(|j| j.axis == axis).map(|j| &j.trust).filter(|t| t.compensate);
-        let Some(t) = trust else { return Left { share: 1.0, after_reversal_m2: 0.0 } };
-        let own: Vec<&Reversal> = evidence.reversals.iter().filter(|r| r.axis == axis).collect();
-        let share = staying(&random_effect(&own)).min(1.0);
-        Left { share, after_reversal_m2: (t.after_m.powi(2) - (share * t.before_m).powi(2)).max(0.0) }
+        let Some(t) = trust else { return Left { share: 1.0, after_reversal_m2: None } };
+        let own = of_axis(evidence, axis);
+        // a window does not tell how much of what it leaves fades later: at least the scatter stays, at most all; the middle is taken
+        let (least, most) =
+            (staying(&random_effect(&own)).powi(2), (t.after_m / t.before_m.max(f64::MIN_POSITIVE)).powi(2));
+        let share = (0.5 * (least + most)).sqrt().min(1.0);
+        Left { share, after_reversal_m2: Some(t.after_m.powi(2)) }
     };
     let several = (0..problem.logs.len()).filter(|l| problem.logs[*l].moving.len() > 1);
     let predicted = several

@@ -184,10 +184,10 @@ fn left_out(part: &Part, bins: usize, from: usize, to: usize, inverse: &DMatrix<
 /// What is left of a joint's lost motion.
 #[derive(Debug, Clone, Copy)]
 pub struct Left {
-    /// Share that stays along the whole stroke.
+    /// Share that stays along a stroke.
     pub share: f64,
-    /// Mean square TCP error beyond that share within [`AFTER_S`] of a reversal, m^2.
-    pub after_reversal_m2: f64,
+    /// Mean square TCP error within [`AFTER_S`] of a reversal, m^2; `None`: that share of the lost motion there, too.
+    pub after_reversal_m2: Option<f64>,
 }
 
 /// Root mean square distance from the path along a log, m: of all lost motion, and of what is left of it.
@@ -214,11 +214,10 @@ pub fn along_path(problem: &Problem, log: usize, left: &dyn Fn(usize) -> Left) -
             let column = l.jacobian[b][*axis];
             let part = across(column * errors[b]);
             lost += part;
-            after += left.share.powi(2) * part.norm_squared();
-            if near[b] {
-                let seen = across(column).norm_squared() / column.norm_squared().max(f64::MIN_POSITIVE);
-                after += left.after_reversal_m2 * seen;
-            }
+            after += match left.after_reversal_m2.filter(|_| near[b]) {
+                Some(m2) => m2 * across(column).norm_squared() / column.norm_squared().max(f64::MIN_POSITIVE),
+                None => left.share.powi(2) * part.norm_squared(),
+            };
         }
         before += lost.norm_squared();
         n += 1.0;
