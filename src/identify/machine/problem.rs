@@ -426,7 +426,8 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Priors of corrections: each parameter about its known value, neighbouring knots alike.
+    /// Priors of corrections: each parameter about its known value, neighbouring knots alike; gap and wind-up together, which
+    /// stay along a stroke, are known better than each, and slow noise of a run says little of them.
     fn corrections(&self, centre: &[f64], precision: &mut DMatrix<f64>, about: &mut DVector<f64>) {
         for (axis, law) in self.laws.iter().enumerate() {
             let Some(law) = law else { continue };
@@ -441,6 +442,16 @@ impl<'a> Problem<'a> {
                     precision[(at + k - 1, at + k - 1)] += each;
                     precision[(at + k, at + k - 1)] -= each;
                     precision[(at + k - 1, at + k)] -= each;
+                }
+            }
+            let sum = (super::update::STAYS * self.sizes[axis]).powi(-2) / knots as f64;
+            for k in 0..knots {
+                let stays: Vec<usize> =
+                    std::iter::once(at + k).chain((0..WINDUPS).map(|m| at + knots + SPIKES + m)).collect();
+                for &i in &stays {
+                    for &m in &stays {
+                        precision[(i, m)] += sum;
+                    }
                 }
             }
         }

@@ -24,6 +24,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Standard deviation of a correction, as a share of the joint's lost motion.
 pub const SHARE: f64 = 0.05;
+/// The same of gap and wind-up together.
+pub const STAYS: f64 = 0.01;
 /// Share of a significant correction that is applied.
 const DAMPED: f64 = 0.8;
 /// p below which a correction is significant.
