@@ -315,3 +315,60 @@ pub fn whole(problem: &Problem, evidence: &Evidence, joints: Vec<JointEstimate>)
         .collect();
     Estimate { joints, predicted, reversals, covariance: Some((names, matrix)) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn reversal(ratio: f64, sigma: f64, left_um: f64) -> Reversal {
+        Reversal {
+            log: 0,
+            axis: 0,
+            t_s: 0.0,
+            at: 0.0,
+            before_m2: 1e-10,
+            left_m2: (left_um * 1e-6).powi(2),
+            left_sigma_m2: 1e-12,
+            ratio,
+            sigma,
+        }
+    }
+
+    /// Ratios that scatter evenly about a mean with a standard deviation.
+    fn even(mean: f64, scatter: f64, sigma: f64) -> Vec<Reversal> {
+        (0..41).map(|i| reversal(mean + scatter * f64::from(i - 20) / 11.83, sigma, 1.0)).collect()
+    }
+
+    #[test]
+    fn the_random_effect_gives_mean_and_scatter() {
+        let all = even(0.97, 0.06, 0.01);
+        let found = random_effect(&all.iter().collect::<Vec<_>>());
+        assert!((found.mean - 0.97).abs() < 1e-9, "{found:?}");
+        assert!((found.scatter - 0.06).abs() < 0.005, "{found:?}");
+        assert!((found.sigma - 0.06 / 41f64.sqrt()).abs() < 0.001, "{found:?}");
+    }
+
+    #[test]
+    fn reversals_that_stand_out_decide_nothing() {
+        let mut all = even(1.0, 0.03, 0.02);
+        all.extend((0..6).map(|_| reversal(-2.3, 0.017, 90.0)));
+        let evidence = Evidence { covariance: DMatrix::zeros(0, 0), within: DMatrix::zeros(0, 0), reversals: all };
+        let kept = of_axis(&evidence, 0);
+        assert_eq!(kept.len(), 41);
+        assert!((random_effect(&kept).mean - 1.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn a_joint_is_compensated_where_the_error_along_the_model_exceeds_one_half_beyond_doubt() {
+        // what is left is as large as what was there: noise, of which an offset takes nothing away
+        let noisy = |mean: f64, sigma: f64| -> Vec<Reversal> {
+            (0..40).map(|i| reversal(mean + 0.05 * f64::from(i % 3 - 1), sigma, 10.0)).collect()
+        };
+        for (mean, sigma, compensate) in [(0.9, 0.1, true), (0.55, 0.9, false), (0.4, 0.05, false), (0.0, 0.05, false)]
+        {
+            let all = noisy(mean, sigma);
+            let own: Vec<&Reversal> = all.iter().collect();
+            assert_eq!(trust(&own, &random_effect(&own)).compensate, compensate, "ratio {mean} +- {sigma}");
+        }
+    }
+}

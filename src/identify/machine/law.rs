@@ -264,3 +264,49 @@ fn wind(z: &mut [f64; WINDUPS], by: f64, presliding: f64) {
         keep = keep * keep * keep;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn winds_up_by_the_exponential_of_each_presliding() {
+        let (presliding, by) = (3e-5, -2e-5);
+        let mut z = [0.5, -0.2, 0.9];
+        let want: Vec<f64> =
+            z.iter().zip(OVER).map(|(z, over)| -1.0 + (z + 1.0) * (by / (presliding * over)).exp()).collect();
+        wind(&mut z, by, presliding);
+        for (is, want) in z.iter().zip(want) {
+            assert!((is - want).abs() < 1e-12, "{is} for {want}");
+        }
+    }
+
+    #[test]
+    fn derivatives_are_those_of_the_error() {
+        let t: Vec<f64> = (0..400).map(|i| 0.05 * f64::from(i)).collect();
+        let x: Vec<f64> = t.iter().map(|t| 0.1 * (0.7 * t).sin()).collect();
+        let rows = JointRows::new(&t, &x, &Spline::new(-0.1, 0.1, 3));
+        let law = JointLaw {
+            gap: vec![4e-5, 5e-5, 6e-5],
+            spikes: [1e-5, 2e-5, 0.5e-5],
+            windups: [1e-5, 1e-5, 2e-5],
+            presliding: 3e-5,
+        };
+        let (base, values) = (rows.respond(&law, true), law.to_vec());
+        for k in 0..values.len() - 1 {
+            // small enough that no row changes the side of the play that it touches
+            let step = 1e-10;
+            let mut moved = values.clone();
+            moved[k] += step;
+            let other = rows.respond(&JointLaw::from_slice(&moved), false);
+            let off = (0..t.len()).map(|i| ((other.error[i] - base.error[i]) / step - base.by[k][i]).abs());
+            // a wind-up that follows a play whose edge moves has a derivative of second order that is left out
+            let worst = off.fold(0.0, f64::max);
+            assert!(worst < 0.6, "parameter {k}: {worst}");
+            let mean =
+                (0..t.len()).map(|i| ((other.error[i] - base.error[i]) / step - base.by[k][i]).abs()).sum::<f64>()
+                    / t.len() as f64;
+            assert!(mean < 0.03, "parameter {k}: {mean}");
+        }
+    }
+}

@@ -183,14 +183,24 @@ fn crossed(problem: &Problem) -> Option<Vec<f64>> {
 }
 
 /// p value of the test that nothing is to be corrected.
+///
+/// The prior draws corrections towards zero, most where the run knows least. With `C` the covariance of a correction `s` and `P` the
+/// precision of its prior, `s' C^-1 s` is then a sum of squares with weights `1 - eig(C P)`, which a scaled chi-squared
+/// distribution of the same mean and variance stands for (Satterthwaite 1946).
 fn probability(problem: &Problem, evidence: &Evidence, axis: usize, before: &JointLaw, after: &JointLaw) -> f64 {
     let (at, n) = (problem.offset(axis), before.parameters());
     let step = DVector::from_vec(after.to_vec()) - DVector::from_vec(before.to_vec());
-    // what the run knows: the correction is drawn towards zero by its prior, so the test is against the spread of what remains
     let covariance = evidence.within.view((at, at), (n, n)).into_owned();
+    let shrunk = &covariance * problem.prior().0.view((at, at), (n, n));
     let Some(factor) = nalgebra::Cholesky::new(covariance) else { return 1.0 };
-    let chi2 = step.dot(&factor.solve(&step));
-    ChiSquared::new(n as f64).map_or(1.0, |c| c.sf(chi2))
+    let squares = step.dot(&factor.solve(&step));
+    let weights = n as f64 - shrunk.trace();
+    let weights2 = n as f64 - 2.0 * shrunk.trace() + (&shrunk * &shrunk).trace();
+    if weights <= 0.0 || weights2 <= 0.0 {
+        return 1.0;
+    }
+    let (scale, dof) = (weights2 / weights, weights * weights / weights2);
+    ChiSquared::new(dof).map_or(1.0, |c| c.sf(squares / scale))
 }
 
 /// The schedule moved by the correction; beyond the run's own range by that of its end.
