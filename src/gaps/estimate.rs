@@ -67,7 +67,9 @@ pub(super) fn write_joint(e: &JointEstimate, kind: JointKind, out: &mut Map<Stri
     let mut response = Map::new();
     response.insert(format!("presliding_{unit}"), number(kind.to_user_unit(r.presliding)));
     response.insert("presliding_ci95".into(), in_user_unit(&e.presliding_ci95, kind));
-    response.insert(format!("windup_{unit}"), number(kind.to_user_unit(r.windup())));
+    // the sum of the parts as they are written, so that the document stays the same when it is read and written again
+    let halves = r.windups.iter().filter_map(|w| number(kind.to_user_unit(w.half)).as_f64());
+    response.insert(format!("windup_{unit}"), number(halves.sum()));
     response.insert("windup_ci95".into(), in_user_unit(&e.windup_ci95, kind));
     let wound = r.windups.iter().filter(|w| w.half != 0.0);
     let windups = wound.map(|w| json!([number(kind.to_user_unit(w.half)), number(kind.to_user_unit(w.presliding))]));

@@ -214,8 +214,10 @@ fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
     let before = own.iter().map(|r| r.before_m2).sum::<f64>() / n;
     let [left, spread] = weighted(own, before, |r| r.left_m2);
     trust.before_m = before.sqrt();
-    trust.after_m = left.max(staying(ratio).powi(2) * before).max(0.0).sqrt();
+    let after = left.max(staying(ratio).powi(2) * before).max(0.0);
     trust.compensate = before - left > BEYOND_DOUBT * spread || ratio.mean - BEYOND_DOUBT * ratio.sigma > 0.5;
+    // where the error along the model says that an offset helps, what seems to be more than before is noise
+    trust.after_m = if trust.compensate { after.min(before) } else { after }.sqrt();
     trust.reason = if trust.compensate {
         "helps on parts of the logs that were not fitted".into()
     } else {
