@@ -53,6 +53,7 @@ mod simulate;
 mod stretched;
 mod val_bidirectional;
 mod val_job;
+mod vendor_approach;
 mod vendor_circle;
 mod vendor_history;
 mod vendor_options;

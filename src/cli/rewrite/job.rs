@@ -119,7 +119,7 @@ pub(super) fn of<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
         options.initial_direction = side.clone();
     }
     if let Some(text) = &args.initial_direction {
-        directions(text, robot, &mut options.initial_direction)?;
+        directions("initial-direction", text, robot, &mut options.initial_direction)?;
         said.push(format!("initial_direction {text}"));
     }
     let speed = number("speed-mm-s", args.speed_mm_s, |v| v > 0.0, "a speed above 0")?;
@@ -274,24 +274,38 @@ fn choices(args: &Args, robot: &Robot, speed_mm_s: Option<f64>, said: &mut Vec<S
         leave_poses: args.leave_cartesian,
         max_added: args.max_added,
         leave_process: args.leave_process,
+        approach_from: approach(args, robot, said)?,
     })
 }
 
+/// `--approach-from`: `+`, `-`, or signs of single joints.
+fn approach(args: &Args, robot: &Robot, said: &mut Vec<String>) -> Result<Vec<i8>> {
+    let Some(text) = &args.approach_from else { return Ok(Vec::new()) };
+    let mut signs = vec![0; robot.dof()];
+    match text.trim() {
+        "+" => signs.fill(1),
+        "-" => signs.fill(-1),
+        list => directions("approach-from", list, robot, &mut signs)?,
+    }
+    said.push(format!("approach_from {text}"));
+    Ok(signs)
+}
+
 /// `A1=+,A2=-` into one sign per axis.
-fn directions(text: &str, robot: &Robot, into: &mut [i8]) -> Result<()> {
+fn directions(flag: &str, text: &str, robot: &Robot, into: &mut [i8]) -> Result<()> {
     for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
         let (joint, sign) = part.split_once('=').unwrap_or((part, ""));
         let sign = match sign.trim() {
             "+" | "+1" | "1" => 1,
             "-" | "-1" => -1,
             "0" => 0,
-            _ => return Err(usage(&format!("--initial-direction {part}"), "JOINT=+ or JOINT=-, such as A1=+,A2=-")),
+            _ => return Err(usage(&format!("--{flag} {part}"), "JOINT=+ or JOINT=-, such as A1=+,A2=-")),
         };
         match robot.axis_named(joint.trim()) {
             Some(axis) => into[axis] = sign,
             None => {
                 let expected = format!("a joint of {}", robot.axis_names().join(", "));
-                return Err(usage(&format!("--initial-direction {part}"), &expected));
+                return Err(usage(&format!("--{flag} {part}"), &expected));
             }
         }
     }

@@ -123,6 +123,12 @@ pub struct Args {
     #[arg(long)]
     pub leave_process: bool,
 
+    /// Reach every target at which the robot stops from one side: + or - for all joints, or signs of single ones, such as A1=+,A2=-.
+    /// A point is added before a target that a joint would reach from the other side, no further away than its gap needs
+    /// (vendor programs)
+    #[arg(long, value_name = "+|-|JOINT=SIGN,...", allow_hyphen_values = true)]
+    pub approach_from: Option<String>,
+
     /// Leave moves as they are while a process (welding, dispensing) is on
     #[arg(long)]
     pub exclude_process: bool,

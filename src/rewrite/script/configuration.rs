@@ -79,6 +79,24 @@ pub fn prefers(configuration: &Configuration, arm: &Arm, q: &[f64]) -> bool {
     }
 }
 
+/// How far joints are from a configuration that only tells how a point was taught: angles by which they leave its quarters, and
+/// [`LETTER_RAD`] for each other posture; `None`: not a measure for this maker.
+pub fn misfit(configuration: &Configuration, arm: &Arm, q: &[f64]) -> Option<f64> {
+    let Configuration::Abb { quarters, cfx } = *configuration else { return None };
+    let outside = |(quarter, axis): (i32, usize)| {
+        let (from, v) = (f64::from(quarter) * FRAC_PI_2, q.get(axis)?);
+        Some((from - v).max(v - from - FRAC_PI_2).max(0.0))
+    };
+    let angles: f64 = quarters.into_iter().zip([0, 3, 5]).map(outside).sum::<Option<f64>>()?;
+    let posture = arm.posture(q)?;
+    let is = [posture.front_m < 0.0, posture.elbow < 0.0, q.get(4)?.sin() < 0.0];
+    let other = is.iter().zip([4, 2, 1]).filter(|(is, bit)| **is != (cfx & bit != 0)).count();
+    Some(angles + LETTER_RAD * other as f64)
+}
+
+/// See [`misfit`].
+const LETTER_RAD: f64 = 1.0;
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -110,10 +110,14 @@ fn step(
         let own = run.vertices.get(o.vertex).map(|v| offset(o.q, &v.q)).unwrap_or_default();
         own.iter().zip(&here).any(|(a, b)| (a - b).abs() > NOTHING)
     };
-    let steps_inside = span.iter().any(|o| on_way(run, o, vertex.step) && (o.fraction.is_some() || differs(o)));
+    let approach = |o: &Out| run.vertices.get(o.vertex).is_some_and(|v| v.role == Role::Approach);
+    let steps_inside =
+        span.iter().any(|o| on_way(run, o, vertex.step) && (o.fraction.is_some() || differs(o) || approach(o)));
     if m.closed.is_none() && (steps_inside || as_joint_moves) {
         let mut last = before;
-        let span: Vec<&Out> = span.iter().filter(|o| on_way(run, o, vertex.step)).collect();
+        // from the point of approach on the goal carries the step: that way is no longer than the gap needs
+        let whole = |o: &&Out| o.fraction.is_none() || !approach(o);
+        let span: Vec<&Out> = span.iter().filter(|o| on_way(run, o, vertex.step)).filter(whole).collect();
         let span = spaced(&span);
         for (k, o) in span.iter().enumerate() {
             let next = span.get(k + 1).map_or(end.q, |o| o.q);
@@ -156,7 +160,9 @@ fn spaced<'a>(span: &[&'a Out<'a>]) -> Vec<&'a Out<'a>> {
 /// A point on the way to a step's goal, not one at which the robot waits before it.
 fn on_way(run: &Run, o: &Out, step: usize) -> bool {
     match o.fraction {
-        None => run.vertices.get(o.vertex).is_some_and(|v| v.step == step && v.role == Role::Way),
+        None => {
+            run.vertices.get(o.vertex).is_some_and(|v| v.step == step && matches!(v.role, Role::Way | Role::Approach))
+        }
         Some(_) => run.vertices.get(o.vertex + 1).is_some_and(|v| v.step == step),
     }
 }
@@ -190,7 +196,7 @@ fn new_point(
     let here = robot.tcp_m(&q);
     let distance = |other: &[f64]| (robot.tcp_m(other) - here).norm();
     let clearance_m = 0.5 * last.map_or(f64::INFINITY, distance).min(distance(next));
-    NewPoint { q, share, t_s: o.t_s, clearance_m, of_way: o.fraction.is_none() }
+    NewPoint { q, share, t_s: o.t_s, clearance_m, of_way: o.fraction.is_none() && own.role == Role::Way }
 }
 
 /// The finest digits of a step's target.

@@ -157,7 +157,9 @@ impl Job<'_> {
                 return 10f64.powi(-i32::from(n)) * joint.kind.si_per_user_unit();
             }
             let fine = self.options.statics.as_ref().is_some_and(|s| s.changes(a));
-            let gap = self.compensator.on(a).and_then(smallest).map_or(f64::INFINITY, |g| g * self.options.gain);
+            let gap = self.compensator.on(a).and_then(smallest).map(|g| g * self.options.gain);
+            // of a gain of 0 nothing is left but new points
+            let gap = gap.filter(|g| *g > 0.0).unwrap_or(f64::INFINITY);
             (COARSE * gap).min(if fine { STATIC_DIGIT } else { PATH_DIGIT })
         };
         Ok(self.robot.axis_joints().enumerate().map(of).collect())

@@ -8,6 +8,7 @@
 //! - [`coverage`]: how much can be edited, and why not the rest.
 //! - [`run`]: where positions follow each other; [`poses`] solves Cartesian targets by their [`configuration`] and writes them
 //!   again, [`way`] follows straight TCP paths; [`clock`] tells durations.
+//! - [`approach`]: targets that are reached from one side.
 //! - [`rates`]: speed and acceleration limits; [`stops`]: how long new exact stops take.
 //! - [`edits`]: points that came out -> values and new points of the program.
 //! - [`writing`]: edits into texts; [`notes`]: what the program or the robot file does not say.
@@ -15,6 +16,7 @@
 //! - [`job`]: from file to file.
 //! - [`change`]: what differs, move by move, in degrees and micrometres: dry runs and golden files.
 
+pub mod approach;
 pub mod change;
 pub mod clock;
 pub mod configuration;
@@ -76,6 +78,8 @@ pub struct Choices {
     pub max_added: Option<u64>,
     /// No points are added while a process is on; targets are edited.
     pub leave_process: bool,
+    /// Direction in which each axis comes to targets at which the robot stops, +1 or -1; 0: any. Empty: all any.
+    pub approach_from: Vec<i8>,
 }
 
 /// The task: what is the same for all programs of a call.
@@ -156,6 +160,10 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         solve_within_m: task.choices.solve_within_m.filter(|_| document.takes_joints_for_poses()),
         as_poses: !task.choices.leave_poses,
         on_way: &|step, share| document.on_way(step, share),
+        approach: approach::Sides::new(
+            if document.passes_points() { &[] } else { &task.choices.approach_from },
+            task.compensator,
+        ),
     };
     let mut known = Poses::new(task.robot, &task.choices.frames);
     let Cut { runs, gaps, partial, mut left } = run::cut(script, &choice, &mut known);
@@ -195,6 +203,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     notes.extend(rates.notes(task.robot));
     notes.extend(script.notes.iter().cloned());
     notes.extend(notes::not_understood(script));
+    notes.extend(notes::approached(script, &choice.approach, &runs, &edits));
     notes.splice(0..0, notes::unsolved(format, document.as_ref(), task.choices));
     Ok(Done {
         texts,

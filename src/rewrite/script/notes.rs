@@ -1,8 +1,10 @@
 //! Notes about a whole program: what the robot file or the program does not say, and comments that were meant for the tool.
 
+use super::approach::Sides;
+use super::run::{Role, Run};
 use super::{Choices, Task};
 use crate::compensator::Compensator;
-use crate::program::script::{At, Document, Format, Note, Script, StepKind};
+use crate::program::script::{At, Document, Edits, Format, Note, Script, StepKind};
 use std::collections::HashSet;
 
 /// The compensator without a joint whose gear turns by more than its own axis on most arms of the format's maker, where the robot
@@ -23,6 +25,36 @@ pub fn uncoupled(format: &dyn Format, task: &Task) -> (Vec<Note>, Option<Compens
     reduced.joints.retain(|j| j.axis != axis);
     (vec![Note { place: At { file: 0, line: 1 }, text }], Some(reduced))
 }
+
+/// What was asked with `--approach-from`: how many targets a point was added to, and which of those at which the robot stops are
+/// reached as before.
+pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -> Option<Note> {
+    if !sides.any() {
+        return None;
+    }
+    let vertices = || runs.iter().flat_map(|r| &r.vertices);
+    let added = vertices().filter(|v| v.role == Role::Approach && edits.steps.contains_key(&v.step)).count();
+    let told: HashSet<usize> =
+        runs.iter().flat_map(|r| r.vertices.iter().skip(1)).filter(|v| v.editable).map(|v| v.step).collect();
+    let left: Vec<u64> = script
+        .moves()
+        .filter(|(k, m)| sides.count(m) && (m.closed.is_some() || !told.contains(k)))
+        .map(|(k, _)| script.steps[k].at.line)
+        .collect();
+    let shown: Vec<String> = left.iter().take(SHOWN).map(u64::to_string).collect();
+    let more = if left.len() > SHOWN { format!(" and {} more", left.len() - SHOWN) } else { String::new() };
+    let rest = match left.len() {
+        0 => String::new(),
+        k => {
+            format!("; {k} that the robot stops at cannot be told or take no point (lines {}{more})", shown.join(", "))
+        }
+    };
+    let text = format!("--approach-from: {added} targets are reached from their side over an added point{rest}");
+    Some(Note { place: At { file: 0, line: 1 }, text })
+}
+
+/// Lines that are listed.
+const SHOWN: usize = 20;
 
 /// Words that the program lacks, with what to do.
 pub fn missing(script: &Script) -> Option<Note> {

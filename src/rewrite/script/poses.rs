@@ -9,15 +9,15 @@
 //! Nothing is claimed where several solutions are as good, where the solution next to the joints before and the one that a
 //! configuration names differ, or where the target lies outside of the joint limits.
 
-use super::configuration::{allows, allows_axis, prefers};
+use super::configuration::{allows, allows_axis, misfit, prefers};
 use super::run::{Role, Run};
 use super::way;
-use crate::program::script::pose::{Frame, PoseForm, PoseGoal, Quantity, Solution};
+use crate::program::script::pose::{Configuration, Frame, PoseForm, PoseGoal, Quantity, Solution};
 use crate::program::script::{Edits, Goal, Move, PathKind, Script, StepKind};
 use crate::robot::arm::{self, Arm};
 use crate::robot::frames::{Frames, Missing};
 use crate::robot::{JointKind, Robot};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -82,33 +82,53 @@ impl Poses {
         if let Some(why) = goal.unknown() {
             return Err(format!("a Cartesian target whose frame or tool cannot be told: {why}"));
         }
-        let frame = match &goal.frame {
-            Frame::Given(frame) => Some(*frame),
-            Frame::Named(name) => self.frames.frame(name).copied(),
-            Frame::Base => Some(self.robot.base),
-            _ => Some(Isometry3::identity()),
-        };
-        let tool = match &goal.tool {
-            Frame::Given(tool) => Some(*tool),
-            Frame::Named(name) => self.frames.tool(name).copied(),
-            _ => Some(Isometry3::identity()),
-        };
+        let (mut frames, mut tools) = (Vec::new(), Vec::new());
+        let (base, known) = (self.robot.base, &self.frames);
+        let frame = resolved(&goal.frame, base, &|name| known.frame(name).copied(), &mut frames);
+        let tool = resolved(&goal.tool, base, &|name| known.tool(name).copied(), &mut tools);
         let mut why = Vec::new();
-        if let (None, Frame::Named(name)) = (frame, &goal.frame) {
-            *self.missing.frames.entry(name.clone()).or_default() += 1;
-            why.push(format!("frame `{name}`"));
-        }
-        if let (None, Frame::Named(name)) = (tool, &goal.tool) {
-            *self.missing.tools.entry(name.clone()).or_default() += 1;
-            why.push(format!("tool `{name}`"));
+        for (what, names, missing) in
+            [("frame", frames, &mut self.missing.frames), ("tool", tools, &mut self.missing.tools)]
+        {
+            for name in names {
+                why.push(format!("{what} `{name}`"));
+                *missing.entry(name).or_default() += 1;
+            }
         }
         let (Some(frame), Some(tool)) = (frame, tool) else {
-            return Err(format!("a Cartesian target whose {} nobody gives (--list-frames)", why.join(" and ")));
+            return Err(match why.is_empty() {
+                true => "a Cartesian target of which it is not certain which frame or tool is in force".into(),
+                false => format!("a Cartesian target whose {} nobody gives (--list-frames)", why.join(" and ")),
+            });
         };
         let key = format!("{:?} {:?}", tool.translation.vector, tool.rotation.coords);
         let robot = &self.robot;
         let tooled = self.by_tool.entry(key).or_insert_with(|| Arc::new(Tooled::new(robot, tool))).clone();
         Ok(Place { tooled, frame })
+    }
+}
+
+/// A frame by what is known of it; names that nobody gives are added to `missing`. Of several the one that all are.
+fn resolved(
+    frame: &Frame,
+    base: Isometry3<f64>,
+    known: &dyn Fn(&str) -> Option<Isometry3<f64>>,
+    missing: &mut Vec<String>,
+) -> Option<Isometry3<f64>> {
+    match frame {
+        Frame::Given(frame) => Some(*frame),
+        Frame::Base => Some(base),
+        Frame::Null => Some(Isometry3::identity()),
+        Frame::Unknown(_) => None,
+        Frame::Named(name) => known(name).or_else(|| {
+            missing.push(name.clone());
+            None
+        }),
+        Frame::Any(all) => {
+            let all: Vec<Option<Isometry3<f64>>> = all.iter().map(|f| resolved(f, base, known, missing)).collect();
+            let first = (*all.first()?)?;
+            all.iter().all(|f| *f == Some(first)).then_some(first)
+        }
     }
 }
 
@@ -120,23 +140,37 @@ impl Place {
             (None, Some(from)) => arm::isometry(&self.tooled.robot.forward(from)).rotation,
             (None, None) => return None,
         };
-        Some(Isometry3::from_parts((self.frame * nalgebra::Point3::from(goal.position_m)).into(), rotation))
+        Some(Isometry3::from_parts((self.frame * Point3::from(goal.position_m)).into(), rotation))
     }
 
-    /// Joints of a target, from the joints before where they are known.
+    /// The point on the way of an arc in the world, m.
+    pub fn via(&self, goal: &PoseGoal) -> Option<Vector3<f64>> {
+        goal.via_m.map(|at| (self.frame * Point3::from(at)).coords)
+    }
+
+    /// Joints of a target, from the joints before where they are known. `hint`: joints at another place of the program, which tell
+    /// in which of its configurations the arm works where nothing else does.
     ///
     /// # Errors
     /// Why they cannot be told.
-    pub fn joints(&self, goal: &PoseGoal, from: Option<&[f64]>, path: PathKind) -> Result<Vec<f64>, &'static str> {
+    pub fn joints(
+        &self,
+        goal: &PoseGoal,
+        from: Option<&[f64]>,
+        path: PathKind,
+        hint: Option<&[f64]>,
+    ) -> Result<Vec<f64>, &'static str> {
         let robot = &self.tooled.robot;
-        let unknown = "a Cartesian target without a known start, and without a configuration";
-        let end = self.world(goal, from).ok_or(unknown)?;
+        let end = self.world(goal, from).ok_or(NO_START)?;
+        let via = self.via(goal);
         let Some(arm) = &self.tooled.arm else {
-            let from = from.ok_or(unknown)?;
-            return way::follow(&self.tooled, from, &end, goal.rotation.is_some()).ok_or(way::NOT_REACHED);
+            let from = from.ok_or(NO_START)?;
+            return way::follow(&self.tooled, from, &end, goal.rotation.is_some(), via).ok_or(way::NOT_REACHED);
         };
-        if let (Some(from), PathKind::Linear, Solution::Same | Solution::Configured(_)) = (from, path, &goal.solution) {
-            let q = way::follow(&self.tooled, from, &end, true).ok_or(way::NOT_REACHED)?;
+        let follows = path == PathKind::Linear || path == PathKind::Curve && via.is_some();
+        let ordered = matches!(goal.solution, Solution::Near(_)) && goal.binding;
+        if let (Some(from), true, false) = (from, follows, ordered) {
+            let q = way::follow(&self.tooled, from, &end, true, via).ok_or(way::NOT_REACHED)?;
             let fits = match &goal.solution {
                 Solution::Configured(c) if goal.binding => allows(c, arm, &q, SLACK),
                 _ => true,
@@ -144,7 +178,7 @@ impl Place {
             within(robot, &q)?;
             return if fits { Ok(q) } else { Err(OTHER_ARM) };
         }
-        self.chosen(arm, goal, from, &end)
+        self.chosen(arm, goal, from, &end, hint)
     }
 
     /// Of all joints that reach a pose the ones that are meant.
@@ -154,6 +188,7 @@ impl Place {
         goal: &PoseGoal,
         from: Option<&[f64]>,
         end: &Isometry3<f64>,
+        hint: Option<&[f64]>,
     ) -> Result<Vec<f64>, &'static str> {
         let robot = &self.tooled.robot;
         let zero = vec![0.0; robot.dof()];
@@ -163,14 +198,17 @@ impl Place {
             _ => None,
         };
         let near = match &goal.solution {
-            Solution::Near(near) if near.len() == zero.len() => Some(near.as_slice()),
+            Solution::Near(near) if near.len() == zero.len() && (goal.binding || from.is_none()) => {
+                Some(near.as_slice())
+            }
             _ => from,
         };
+        let hint = hint.filter(|h| near.is_none() && h.len() == zero.len());
         let all = arm.solutions(robot, &arm::pose_of(end), near.unwrap_or(&zero));
         if all.is_empty() {
             return Err(way::NOT_REACHED);
         }
-        let beside = near.unwrap_or(&zero);
+        let beside = near.or(hint).unwrap_or(&zero);
         let any: Vec<Vec<f64>> = all.iter().filter_map(|q| turned(robot, q, beside, &|_, _| true)).collect();
         if any.is_empty() {
             return Err(OUTSIDE);
@@ -188,36 +226,51 @@ impl Place {
         {
             candidates.retain(|q| prefers(c, arm, q));
         }
-        if candidates.is_empty() {
+        if candidates.is_empty() && goal.binding {
             return Err("a Cartesian target that no joints with its configuration reach");
         }
-        let (best, first, second) = nearest(&candidates, beside);
-        let q = candidates.swap_remove(best);
         if near.is_none() {
-            return match configuration {
-                None => Err("a Cartesian target without a known start, and without a configuration"),
-                Some(_) if !candidates.is_empty() => Err("a Cartesian target that several arm configurations reach"),
-                Some(_) => Ok(q),
+            return match (configuration, candidates.len()) {
+                (Some(_), 1) => Ok(candidates.swap_remove(0)),
+                (Some(c), 0) => self.by_hint(&any, hint, end).or_else(|| fitting(c, arm, &any)).ok_or(NO_START),
+                (Some(_), _) => self.by_hint(&candidates, hint, end).ok_or(SEVERAL),
+                (None, _) => self.by_hint(&any, hint, end).ok_or(NO_START),
             };
         }
+        let (mut best, first, second) = nearest(&candidates, beside);
         if second - first < AS_NEAR {
-            return Err("a Cartesian target that two arm configurations reach from as near");
+            // how the point was taught decides between solutions as near
+            best = taught(goal, arm, &candidates, beside, first)
+                .ok_or("a Cartesian target that two arm configurations reach from as near")?;
         }
-        if matches!(goal.solution, Solution::Near(_)) && first > BESIDE {
+        let q = candidates.swap_remove(best);
+        if matches!(goal.solution, Solution::Near(_)) && !goal.binding && first > BESIDE {
             return Err("a Cartesian target without a solution next to the joints that the program names");
         }
         if first > nearest(&any, beside).1 + SAME { Err(OTHER_ARM) } else { Ok(q) }
     }
 
+    /// Of the solutions the one in the arm configuration of `hint`: the nearest by far, or that at which a straight way from the
+    /// hint ends.
+    fn by_hint(&self, solutions: &[Vec<f64>], hint: Option<&[f64]>, end: &Isometry3<f64>) -> Option<Vec<f64>> {
+        let hint = hint?;
+        let (best, first, second) = nearest(solutions, hint);
+        let q = solutions.get(best)?;
+        let reached = way::follow(&self.tooled, hint, end, true, None);
+        let agrees = reached.as_ref().is_none_or(|r| distance(r, q) < AS_NEAR);
+        (agrees && second - first >= AS_NEAR && (reached.is_some() || first < BESIDE)).then(|| q.clone())
+    }
+
     /// Numbers of a pose target whose joints move from `q` to `to`; `own`: the numbers that stand there.
-    pub fn shifted(&self, form: PoseForm, own: &[f64], q: &[f64], to: &[f64]) -> Option<Vec<f64>> {
+    pub fn shifted(&self, goal: &PoseGoal, form: PoseForm, own: &[f64], q: &[f64], to: &[f64]) -> Option<Vec<f64>> {
         let (from, to) = (self.arm_at(q), self.arm_at(to));
-        Some(form.coordinates(&(form.pose(own)? * (from.inverse() * to)), own))
+        let meant = goal.meant(&form.pose(own)?) * (from.inverse() * to);
+        Some(form.coordinates(&goal.numbers(&meant), own))
     }
 
     /// Numbers of a pose at joints; `near`: numbers of a pose nearby.
-    pub fn written(&self, form: PoseForm, q: &[f64], near: &[f64]) -> Vec<f64> {
-        form.coordinates(&(self.frame.inverse() * self.arm_at(q)), near)
+    pub fn written(&self, goal: &PoseGoal, form: PoseForm, q: &[f64], near: &[f64]) -> Vec<f64> {
+        form.coordinates(&goal.numbers(&(self.frame.inverse() * self.arm_at(q))), near)
     }
 
     fn arm_at(&self, q: &[f64]) -> Isometry3<f64> {
@@ -248,6 +301,29 @@ impl Place {
     }
 }
 
+/// Of the solutions as near as the nearest the one with which the point was taught; `None`: none, or several.
+fn taught(goal: &PoseGoal, arm: &Arm, all: &[Vec<f64>], beside: &[f64], first: f64) -> Option<usize> {
+    let Solution::Configured(c) = &goal.solution else { return None };
+    let tied = || (0..all.len()).filter(|&k| distance(&all[k], beside) < first + AS_NEAR);
+    let only = |found: Vec<usize>| if let [one] = found[..] { Some(one) } else { None };
+    let allowed: Vec<usize> = tied().filter(|&k| allows(c, arm, &all[k], SLACK)).collect();
+    match allowed.len() {
+        0 | 1 => only(allowed),
+        _ => only(allowed.into_iter().filter(|&k| prefers(c, arm, &all[k])).collect()),
+    }
+}
+
+/// The solution that fits a configuration best that none has and that the controller does not look at; `None`: two fit as well.
+fn fitting(configuration: &Configuration, arm: &Arm, all: &[Vec<f64>]) -> Option<Vec<f64>> {
+    let fit: Option<Vec<f64>> = all.iter().map(|q| misfit(configuration, arm, q)).collect();
+    let fit = fit?;
+    let best = (0..all.len()).min_by(|a, b| fit[*a].total_cmp(&fit[*b]))?;
+    let alone = (0..all.len()).all(|k| k == best || fit[k] > fit[best] + BESIDE);
+    alone.then(|| all[best].clone())
+}
+
+const NO_START: &str = "a Cartesian target without a known start, and without a configuration";
+const SEVERAL: &str = "a Cartesian target that several arm configurations reach";
 const OTHER_ARM: &str = "a Cartesian target in another arm configuration than that next to the joints before";
 const OUTSIDE: &str = "a Cartesian target outside of the joint limits";
 
@@ -319,14 +395,14 @@ pub fn write(script: &Script, runs: &[Run], edits: &mut Edits, left: &mut BTreeM
             edit.before.retain_mut(|point| {
                 let may = place.may_be(goal, &point.q, digit).is_ok();
                 if may {
-                    point.q = place.written(form, &point.q, &own);
+                    point.q = place.written(goal, form, &point.q, &own);
                 }
                 gone += u64::from(!may);
                 may
             });
             if let Some(q) = edit.goal.take() {
                 match place.may_be(goal, &q, digit) {
-                    Ok(()) => edit.goal = place.shifted(form, &own, &vertex.q, &q),
+                    Ok(()) => edit.goal = place.shifted(goal, form, &own, &vertex.q, &q),
                     Err(why) => drop(left.insert(vertex.step, why.to_string())),
                 }
             }
@@ -352,8 +428,7 @@ fn finest_angle(script: &Script, goal: &PoseGoal) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::program::script::pose::Configuration;
-    use nalgebra::{Translation3, UnitQuaternion, Vector3};
+    use nalgebra::{Translation3, UnitQuaternion};
     use proptest::prelude::*;
 
     const ARMS: [&str; 5] = [
@@ -385,6 +460,7 @@ mod tests {
             tool: Frame::Null,
             solution,
             binding: true,
+            ..PoseGoal::default()
         }
     }
 
@@ -407,8 +483,9 @@ mod tests {
             let form = FORMS[f];
             let q = joints(&place, &shares);
             let to: Vec<f64> = q.iter().zip(&by).map(|(a, b)| a + b).collect();
-            let own = place.written(form, &q, &[0.0; 7]);
-            let new = place.shifted(form, &own, &q, &to).unwrap();
+            let plain = PoseGoal::default();
+            let own = place.written(&plain, form, &q, &[0.0; 7]);
+            let new = place.shifted(&plain, form, &own, &q, &to).unwrap();
             // the digits of a language: 0.001 mm, 0.0001 deg, 1e-7 of a quaternion
             let digit = |i: usize| match form.quantity(i) {
                 Quantity::Length => 1e-6,
@@ -424,7 +501,7 @@ mod tests {
             let most = if f == 1 { 4.0 * 0.5e-7 * 2.0 } else { 3.0 * 0.5 * digit(3) };
             prop_assert!(turn <= most + 1e-9, "{turn} {most}");
             // nothing moves where no joint does
-            let same = place.shifted(form, &own, &q, &q).unwrap();
+            let same = place.shifted(&plain, form, &own, &q, &q).unwrap();
             prop_assert!(own.iter().zip(&same).all(|(a, b)| (a - b).abs() < 1e-11), "{own:?} {same:?}");
         }
 
@@ -443,10 +520,10 @@ mod tests {
             let turn = q.iter().enumerate().map(|(i, v)| u8::from(*v < 0.0) << i).sum();
             let status = u8::from(posture.front_m < 0.0) + 2 * u8::from(posture.elbow > 0.0) + 4 * u8::from(q[4] < 0.0);
             let taught = Solution::Configured(Configuration::Kuka { status: Some(status), turn: Some(turn) });
-            let found = place.joints(&goal(&at, taught), None, PathKind::Joint).unwrap();
+            let found = place.joints(&goal(&at, taught), None, PathKind::Joint, None).unwrap();
             prop_assert!(distance(&found, &q) < 1e-6, "{found:?} {q:?}");
             let from: Vec<f64> = q.iter().zip(&near).map(|(a, b)| a + b).collect();
-            let found = place.joints(&goal(&at, Solution::Same), Some(&from), PathKind::Joint).unwrap();
+            let found = place.joints(&goal(&at, Solution::Same), Some(&from), PathKind::Joint, None).unwrap();
             prop_assert!(distance(&found, &q) < 1e-6, "{found:?} {q:?}");
         }
     }
@@ -458,15 +535,63 @@ mod tests {
         let at = place.arm_at(&q);
         let kuka = |status, turn| Solution::Configured(Configuration::Kuka { status: Some(status), turn: Some(turn) });
         let own = goal(&at, kuka(2, 0b100010));
-        assert!(distance(&place.joints(&own, Some(&q), PathKind::Joint).unwrap(), &q) < 1e-6);
+        assert!(distance(&place.joints(&own, Some(&q), PathKind::Joint, None).unwrap(), &q) < 1e-6);
         // the wrist turned over: A5 below zero
         let flipped = goal(&at, kuka(6, 0b011010));
-        assert!(place.joints(&flipped, Some(&q), PathKind::Joint).is_err());
-        let other = place.joints(&goal(&at, kuka(6, 0b011010)), None, PathKind::Joint).unwrap();
+        assert!(place.joints(&flipped, Some(&q), PathKind::Joint, None).is_err());
+        let other = place.joints(&goal(&at, kuka(6, 0b011010)), None, PathKind::Joint, None).unwrap();
         assert!(other[4] < 0.0 && distance(&other, &q) > 1.0);
         // on a straight path the controller does not look at it
         let linear = PoseGoal { binding: false, ..flipped };
-        assert!(distance(&place.joints(&linear, Some(&q), PathKind::Linear).unwrap(), &q) < 1e-6);
+        assert!(distance(&place.joints(&linear, Some(&q), PathKind::Linear, None).unwrap(), &q) < 1e-6);
+    }
+
+    #[test]
+    fn joints_elsewhere_tell_the_arm_configuration_of_an_unknown_start() {
+        let place = place(4, Isometry3::translation(0.0, 0.0, 0.1), Isometry3::identity());
+        let q: Vec<f64> = [20.0, -80.0, 90.0, -100.0, -90.0, 30.0].map(f64::to_radians).into();
+        let goal = PoseGoal { binding: false, ..goal(&place.arm_at(&q), Solution::Same) };
+        let from = |hint: Option<&[f64]>| place.joints(&goal, None, PathKind::Linear, hint);
+        assert_eq!(from(None), Err(NO_START));
+        let elsewhere: Vec<f64> = q.iter().zip([0.4, -0.2, 0.3, -0.2, 0.1, 0.2]).map(|(a, b)| a + b).collect();
+        assert!(distance(&from(Some(&elsewhere)).unwrap(), &q) < 1e-6);
+        // the elbow bent the other way: another arm, or none that is certain
+        let other: Vec<f64> = [20.0, -20.0, -90.0, 20.0, -90.0, 30.0].map(f64::to_radians).into();
+        assert!(from(Some(&other)).map_or(f64::INFINITY, |found| distance(&found, &q)) > 0.5);
+    }
+
+    #[test]
+    fn a_displaced_target_is_written_in_its_own_numbers() {
+        let place = place(1, Isometry3::identity(), Isometry3::identity());
+        let q: Vec<f64> = [10.0, 20.0, 15.0, 30.0, 40.0, -20.0].map(f64::to_radians).into();
+        let to: Vec<f64> = q.iter().map(|v| v + 7e-5).collect();
+        let shift = crate::program::script::Shift {
+            before: isometry(&[0.1, 0.2, 0.0, 0.0, 0.0, 0.3]),
+            after: isometry(&[0.0, 0.0, -0.05, 0.2, 0.0, 0.0]),
+        };
+        let numbers = shift.before.inverse() * place.arm_at(&q) * shift.after.inverse();
+        let goal = goal(&numbers, Solution::Same).shifted(shift);
+        let form = PoseForm::Quaternion;
+        let own = form.coordinates(&numbers, &[0.0; 7]);
+        let found = place.joints(&goal, Some(&q), PathKind::Joint, None).unwrap();
+        assert!(distance(&found, &q) < 1e-6, "{found:?}");
+        let new = form.pose(&place.shifted(&goal, form, &own, &q, &to).unwrap()).unwrap();
+        let (meant, wanted) = (goal.meant(&new), place.arm_at(&to));
+        assert!((meant.translation.vector - wanted.translation.vector).norm() < 1e-12);
+        assert!(meant.rotation.angle_to(&wanted.rotation) < 1e-7);
+    }
+
+    #[test]
+    fn several_frames_are_known_where_all_are_the_same() {
+        let robot = Robot::parse("r", ARMS[0]).unwrap();
+        let any = |names: &[&str]| Frame::Any(names.iter().map(|n| Frame::Named((*n).into())).collect());
+        let asks = |names: &[&str]| PoseGoal { frame: any(names), ..goal(&Isometry3::identity(), Solution::Same) };
+        let text = "schema: lostmotion/frames/1\nframes: {a: {xyz_mm: [1, 0, 0]}, b: {xyz_mm: [1, 0, 0]}, c: {}}\n";
+        let mut poses = Poses::new(&robot, &Frames::parse("f", text).unwrap());
+        assert!(poses.place(&asks(&["a", "b"])).is_ok());
+        assert!(poses.place(&asks(&["a", "c"])).unwrap_err().contains("not certain"));
+        assert!(poses.missing.is_empty());
+        assert!(poses.place(&asks(&["a", "d"])).unwrap_err().contains("frame `d`"));
     }
 
     #[test]

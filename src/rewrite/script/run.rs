@@ -4,11 +4,14 @@
 //! movement's direction is taken, but only at the start of the program the first point carries its offset: anywhere else the
 //! robot may come to it from the other side. A dwell, a process or a comment ends nothing.
 
+use super::approach::{Directions, Sides};
 use super::clock;
 use super::coverage::kept;
 use super::poses::{Place, Poses, Tooled};
 use super::way;
-use crate::program::script::{At, Break, Goal, Move, PathKind, PoseGoal, Script, Speed, StepKind, Way};
+use crate::program::script::{
+    At, Break, Goal, Move, PathKind, PoseGoal, Script, Solution, Speed, StepKind, Target, Way,
+};
 use crate::robot::Robot;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -22,6 +25,8 @@ pub enum Role {
     Way,
     /// The place where the robot waits.
     Hold,
+    /// A point from which the goal is reached from its side.
+    Approach,
 }
 
 /// A point of a run.
@@ -107,6 +112,8 @@ pub struct Choice<'a> {
     pub as_poses: bool,
     /// Joints on a way that the format alone knows.
     pub on_way: &'a dyn Fn(usize, f64) -> Option<Vec<f64>>,
+    /// Sides from which targets are reached.
+    pub approach: Sides,
 }
 
 /// The runs of a script, and where directions are lost.
@@ -115,7 +122,19 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
     let entry = script.entry.or_else(|| (0..script.steps.len()).find(|&k| start(k)));
     let plain = Arc::new(Tooled::new(choice.robot, choice.robot.tool));
     let run = empty_run(entry.is_none());
-    let mut cutter = Cutter { choice, poses, plain, out: Cut::default(), run, known: Vec::new() };
+    let one_arm = one_configuration(script, &plain);
+    let hint = script.targets.iter().find_map(|t| joints_of(t, choice.robot.dof())).filter(|_| one_arm);
+    let mut cutter = Cutter {
+        choice,
+        poses,
+        plain,
+        out: Cut::default(),
+        run,
+        known: Vec::new(),
+        hint,
+        one_arm,
+        directions: Directions::default(),
+    };
     for (k, step) in script.steps.iter().enumerate() {
         match &step.kind {
             StepKind::Move(m) => cutter.take(script, k, step.at, m),
@@ -133,6 +152,32 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
     cutter.out
 }
 
+/// Joints of a target that names them all.
+fn joints_of(target: &Target, dof: usize) -> Option<Vec<f64>> {
+    let values = target.values.iter().map(|v| v.map(|v| v.si)).collect::<Option<Vec<f64>>>()?;
+    (target.pose.is_none() && values.len() == dof).then_some(values)
+}
+
+/// Whether all joint targets of a script, and all configurations that it orders, are of one arm configuration.
+fn one_configuration(script: &Script, plain: &Tooled) -> bool {
+    let Some(arm) = &plain.arm else { return true };
+    let joints = script.targets.iter().filter_map(|t| joints_of(t, plain.robot.dof()));
+    // of an arm without a spherical wrist the bends of its third and fifth joint
+    let class = |q: &Vec<f64>| match arm.posture(q) {
+        Some(p) => [p.front_m > 0.0, p.elbow > 0.0, q[4].sin() > 0.0],
+        None => [true, q[2].sin() > 0.0, q[4].sin() > 0.0],
+    };
+    let mut classes = joints.map(|q| class(&q));
+    let first = classes.next();
+    let ordered = |m: &Move| match &m.goal {
+        Goal::Pose(PoseGoal { solution: Solution::Configured(c), binding: true, .. }) => c.posture(),
+        _ => None,
+    };
+    let mut orders = script.moves().filter_map(|(_, m)| ordered(m));
+    let order = orders.next();
+    classes.all(|c| Some(c) == first) && orders.all(|o| Some(o) == order)
+}
+
 fn empty_run(entry: bool) -> Run {
     Run { certain: true, by_program: true, entry, ..Run::default() }
 }
@@ -146,12 +191,19 @@ struct Cutter<'a> {
     run: Run,
     /// Where the axes stand that were told to go somewhere, before a run has begun.
     known: Vec<Option<f64>>,
+    /// Joints at the last place of the program where they are known, else those of its first joint target; `None`: the arm may have
+    /// gone over into another configuration since.
+    hint: Option<Vec<f64>>,
+    /// All that the script says of the arm's configuration is the same.
+    one_arm: bool,
+    directions: Directions,
 }
 
 impl Cutter<'_> {
     /// Ends the run; `entry`: the next one is the program's first.
     fn end(&mut self, entry: bool) {
         self.known.clear();
+        self.directions.forget();
         let mut run = std::mem::replace(&mut self.run, empty_run(entry));
         // from which side the robot comes to the first point behind a label, a loop or a call is not known: it stays
         if !run.entry
@@ -169,6 +221,13 @@ impl Cutter<'_> {
         self.out.gaps.push(Gap { at, why });
     }
 
+    /// A move that cannot be told: only straight ones and arcs keep the arm in its configuration.
+    fn forget(&mut self, m: &Move) {
+        if m.path == PathKind::Joint {
+            self.hint = None;
+        }
+    }
+
     fn dwell(&mut self, seconds: Option<f64>) {
         let Some(last) = self.run.vertices.last() else { return };
         let hold = Vertex {
@@ -184,19 +243,20 @@ impl Cutter<'_> {
 
     /// The first point of a run.
     fn start(&mut self, step: usize, q: Vec<f64>, editable: bool) {
+        self.directions.go(self.choice.robot, &q, self.choice.deadband);
         self.run.vertices.push(Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: 0.0, certain: true });
     }
 
     /// Joints of a Cartesian target, with its frame and tool.
     fn pose(&mut self, goal: &PoseGoal, m: &Move, from: Option<&[f64]>) -> Result<(Vec<f64>, Place), String> {
         let place = self.poses.place(goal)?;
-        let q = place.joints(goal, from, m.path)?;
+        let q = place.joints(goal, from, m.path, self.hint.as_deref())?;
         Ok((q, place))
     }
 
     fn take(&mut self, script: &Script, step: usize, at: At, m: &Move) {
         let robot = self.choice.robot;
-        let from = self.run.vertices.last().map(|v| v.q.clone());
+        let mut from = self.run.vertices.last().map(|v| v.q.clone());
         let excluded = (self.choice.excluded)(step);
         let mut editable = kept(m).is_none() && !excluded;
         let mut solved = false;
@@ -228,16 +288,25 @@ impl Cutter<'_> {
                 let (q, place) = match self.pose(goal, m, from.as_deref()) {
                     Ok(found) => found,
                     Err(why) => {
-                        self.out.left.insert(step, why.clone());
-                        return self.lost(at, why);
+                        // a target whose configuration names its joints is known wherever the robot comes from
+                        let alone = from.as_ref().filter(|_| why == way::NOT_REACHED);
+                        let alone = alone.and_then(|_| self.pose(goal, m, None).ok());
+                        let Some(found) = alone else {
+                            self.forget(m);
+                            self.out.left.insert(step, why.clone());
+                            return self.lost(at, why);
+                        };
+                        self.lost(at, "a way that the robot's kinematics do not follow".into());
+                        from = None;
+                        found
                     }
                 };
                 self.run.entry &= self.known.is_empty();
                 self.known.clear();
                 let asked = self.choice.solve_within_m.is_some();
                 solved = asked && m.path == PathKind::Linear && m.closed.is_none() && !excluded && from.is_some();
-                // where an arc or a spline turns its joints is not known
-                if m.path == PathKind::Curve {
+                // where a spline turns its joints is not known, nor an arc without a known start
+                if m.path == PathKind::Curve && (goal.via_m.is_none() || from.is_none()) {
                     self.out.left.insert(step, "a Cartesian target at the end of an arc or spline".into());
                     self.lost(at, "an arc or spline to a Cartesian target".into());
                     self.run.entry = false;
@@ -258,9 +327,11 @@ impl Cutter<'_> {
                 if let Some(last) = self.run.vertices.last_mut() {
                     last.editable = false;
                 }
+                self.forget(m);
                 return self.lost(at, "a target that cannot be told".into());
             }
         };
+        self.hint = Some(q.clone()).filter(|_| self.one_arm);
         let Some(from) = from else {
             // where the robot stands it takes no step
             return self.start(step, q, editable && m.speed != Speed::Seconds(0.0));
@@ -270,7 +341,14 @@ impl Cutter<'_> {
             Some(v) if !clock::is_certain(m.speed) => Speed::Tcp(v),
             _ => m.speed,
         };
-        let on_way = |share: f64| (self.choice.on_way)(step, share);
+        // points of an arc that is closed to new ones stay inside it; its turns still say how its end is reached
+        let arc = m.path == PathKind::Curve && matches!(&m.goal, Goal::Pose(goal) if goal.via_m.is_some());
+        let shut = m.closed.is_some() && m.path != PathKind::Linear && !arc;
+        let ways = if shut { Some(Vec::new()) } else { self.ways(step, m, &from, &q, solved) };
+        let on_way = |share: f64| {
+            let known = (self.choice.on_way)(step, share);
+            known.or_else(|| self.run.line(step).filter(|_| arc)?.at(share))
+        };
         let duration = clock::duration_s(robot, &from, &q, m.path, speed, self.choice.tcp_speed_m_s, &on_way);
         if duration.is_none() {
             self.run.untimed.get_or_insert(at);
@@ -279,9 +357,6 @@ impl Cutter<'_> {
         self.run.certain &= clock::is_certain(speed);
         self.run.by_program &= matches!(speed, Speed::Seconds(_));
         let duration = duration.unwrap_or(0.0);
-        // an arc that is closed to new points has no ways either: its turns stay inside it
-        let shut = m.closed.is_some() && m.path != PathKind::Linear;
-        let ways = if shut { Some(Vec::new()) } else { self.ways(step, m, &from, &q, solved) };
         let ways = ways.unwrap_or_else(|| {
             // as joint moves it would leave its line
             editable &= !solved;
@@ -289,14 +364,30 @@ impl Cutter<'_> {
         });
         for w in ways {
             let t_s = t0 + w.share * duration;
+            self.directions.go(robot, &w.q, self.choice.deadband);
             self.run.vertices.push(Vertex { step, role: Role::Way, q: w.q, share: w.share, editable, t_s, certain });
         }
-        self.run.vertices.push(Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: t0 + duration, certain });
+        let goal = Vertex { step, role: Role::Goal, q, share: 1.0, editable, t_s: t0 + duration, certain };
+        if editable
+            && m.closed.is_none()
+            && self.choice.approach.count(m)
+            && let Some(point) = self.choice.approach.point(robot, &self.run, &self.directions, &goal.q)
+        {
+            let last = self.run.vertices.last().map_or(t0, |v| v.t_s);
+            self.directions.go(robot, &point, self.choice.deadband);
+            self.run.vertices.push(self.choice.approach.vertex(&goal, 0.5 * (last + goal.t_s), point));
+        }
+        self.directions.go(robot, &goal.q, self.choice.deadband);
+        self.run.vertices.push(goal);
     }
 
     /// Points between the start and the goal of a move; `None`: its line cannot be followed closely enough.
     fn ways(&mut self, step: usize, m: &Move, from: &[f64], to: &[f64], solved: bool) -> Option<Vec<Way>> {
-        if !m.way.is_empty() || m.path != PathKind::Linear {
+        let via = match &m.goal {
+            Goal::Pose(goal) => self.run.places.get(&step).and_then(|p| p.via(goal)),
+            _ => None,
+        };
+        if !m.way.is_empty() || m.path != PathKind::Linear && via.is_none() {
             return Some(m.way.clone());
         }
         let robot = self.choice.robot;
@@ -305,7 +396,7 @@ impl Cutter<'_> {
             return Some(Vec::new());
         }
         let tooled = self.run.places.get(&step).map_or_else(|| self.plain.clone(), |p| p.tooled.clone());
-        let line = way::Line::between(&tooled, from, to)?;
+        let line = way::Line::between(&tooled, from, to, via)?;
         let mut ways = line.turning_points(self.choice.deadband);
         if let Some(within) = self.choice.solve_within_m.filter(|_| solved) {
             ways.extend(chords(&tooled.robot, &line, within)?);

@@ -245,6 +245,7 @@ mod tests {
             tool: Frame::Null,
             solution: Solution::Same,
             binding: false,
+            ..PoseGoal::default()
         })
     }
 

@@ -1,6 +1,6 @@
-//! Ways between targets: a straight TCP path followed for its joints, and where joints turn on it.
+//! Ways between targets: a straight TCP path or an arc followed for its joints, and where joints turn on it.
 //!
-//! Method: the inverse next to the joints before, along poses between start and end (position straight, rotation by the
+//! Method: the inverse next to the joints before, along poses between start and end (position straight or on the arc through three points, rotation by the
 //! shortest turn): in closed form where the arm has one, else damped. It follows the branch on which the robot stands. Where a pose is not reached within [`REACHED_M`] and
 //! [`REACHED_RAD`], or the joints leap, nothing is claimed.
 
@@ -8,7 +8,8 @@ use super::poses::Tooled;
 use crate::program::script::Way;
 use crate::robot::arm::{Form, isometry};
 use crate::robot::{InverseOptions, Pose, Target};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// A pose counts as reached within these.
@@ -23,33 +24,106 @@ const APART: f64 = 2e-3;
 /// A joint that moves further than this in one part has changed its branch, rad or m.
 const LEAP: f64 = 0.5;
 
+/// How often a part of a way is halved where joints leap.
+const BISECTED: usize = 6;
+
 /// Why a target has no joints.
 pub const NOT_REACHED: &str = "a Cartesian target that the robot's kinematics do not reach";
 
-/// Joints at the end of the straight way from `from` to a pose of the world; `turned`: the orientation counts.
-pub fn follow(tooled: &Arc<Tooled>, from: &[f64], end: &Isometry3<f64>, turned: bool) -> Option<Vec<f64>> {
-    let start = isometry(&tooled.robot.forward(from));
-    along(tooled, &start, end, turned, from)?.pop()
+/// Joints at the end of the way from `from` to a pose of the world: straight, or the arc through `via`; `turned`: the orientation
+/// counts.
+pub fn follow(
+    tooled: &Arc<Tooled>,
+    from: &[f64],
+    end: &Isometry3<f64>,
+    turned: bool,
+    via: Option<Vector3<f64>>,
+) -> Option<Vec<f64>> {
+    let track = Track::between(isometry(&tooled.robot.forward(from)), *end, via)?;
+    along(tooled, &track, turned, from)?.pop()
 }
 
-/// A straight TCP path: its two poses, and joints along it as first guesses.
+/// Where the TCP goes.
+#[derive(Debug, Clone)]
+struct Track {
+    start: Isometry3<f64>,
+    end: Isometry3<f64>,
+    arc: Option<Circle>,
+}
+
+/// The part of a circle from a start on.
+#[derive(Debug, Clone)]
+struct Circle {
+    centre: Vector3<f64>,
+    normal: Unit<Vector3<f64>>,
+    /// From the centre to the start.
+    from: Vector3<f64>,
+    /// rad, above 0.
+    angle: f64,
+}
+
+/// Three points lie on a line where the sine of their angle is less.
+const STRAIGHT: f64 = 1e-6;
+
+impl Circle {
+    /// From `a` over `b` to `c`; `None`: they lie on a line.
+    fn through(a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) -> Option<Self> {
+        let (u, v) = (b - a, c - a);
+        let w = u.cross(&v);
+        if w.norm() <= STRAIGHT * u.norm() * v.norm() {
+            return None;
+        }
+        let centre = a + (w.cross(&u) * v.norm_squared() + v.cross(&w) * u.norm_squared()) / (2.0 * w.norm_squared());
+        let normal = Unit::new_normalize(w);
+        let (from, to) = (a - centre, c - centre);
+        let angle = normal.dot(&from.cross(&to)).atan2(from.dot(&to)).rem_euclid(TAU);
+        Some(Self { centre, normal, from, angle })
+    }
+}
+
+impl Track {
+    /// `None`: no arc goes through the three points.
+    fn between(start: Isometry3<f64>, end: Isometry3<f64>, via: Option<Vector3<f64>>) -> Option<Self> {
+        let arc = match via {
+            Some(via) => Some(Circle::through(&start.translation.vector, &via, &end.translation.vector)?),
+            None => None,
+        };
+        Some(Self { start, end, arc })
+    }
+
+    fn length_m(&self) -> f64 {
+        let chord = (self.end.translation.vector - self.start.translation.vector).norm();
+        self.arc.as_ref().map_or(chord, |c| c.from.norm() * c.angle)
+    }
+
+    fn pose(&self, share: f64) -> Pose {
+        let turn = self.start.rotation.try_slerp(&self.end.rotation, share, 1e-12).unwrap_or(self.end.rotation);
+        let position = match &self.arc {
+            Some(c) => c.centre + UnitQuaternion::from_axis_angle(&c.normal, share * c.angle) * c.from,
+            None => self.start.translation.vector.lerp(&self.end.translation.vector, share),
+        };
+        Pose { position, rotation: turn.to_rotation_matrix() }
+    }
+}
+
+/// A TCP path, and joints along it as first guesses.
 #[derive(Debug, Clone)]
 pub struct Line {
     tooled: Arc<Tooled>,
-    start: Isometry3<f64>,
-    end: Isometry3<f64>,
+    track: Track,
     /// Position and orientation count; else the position alone.
     pose: bool,
     samples: Vec<Vec<f64>>,
 }
 
 impl Line {
-    /// The path between two joint vectors, both ends included; `None` where it cannot be followed.
-    pub fn between(tooled: &Arc<Tooled>, from: &[f64], to: &[f64]) -> Option<Self> {
+    /// The path between two joint vectors, both ends included: straight, or the arc through `via`; `None` where it cannot be
+    /// followed.
+    pub fn between(tooled: &Arc<Tooled>, from: &[f64], to: &[f64], via: Option<Vector3<f64>>) -> Option<Self> {
         let robot = &tooled.robot;
-        let (start, end) = (isometry(&robot.forward(from)), isometry(&robot.forward(to)));
+        let track = Track::between(isometry(&robot.forward(from)), isometry(&robot.forward(to)), via)?;
         let pose = robot.dof() >= 6;
-        let mut samples = along(tooled, &start, &end, pose, from)?;
+        let mut samples = along(tooled, &track, pose, from)?;
         // the branch must be the one on which the target stands
         let last = samples.last_mut()?;
         let off = last.iter().zip(to).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -58,7 +132,7 @@ impl Line {
         }
         last.clear();
         last.extend_from_slice(to);
-        Some(Self { tooled: tooled.clone(), start, end, pose, samples })
+        Some(Self { tooled: tooled.clone(), track, pose, samples })
     }
 
     /// Joints at a share of the path, solved there: between the samples a line through joints is none of the TCP.
@@ -67,7 +141,7 @@ impl Line {
         if share <= 0.0 || share >= 1.0 {
             return Some(guess);
         }
-        solved(&self.tooled, &self.start, &self.end, self.pose, share, &guess)
+        solved(&self.tooled, &self.track, self.pose, share, &guess)
     }
 
     /// Shares at which joints turn by more than `deadband` (per axis, rad or m), and the joints there. Turns closer than
@@ -82,37 +156,40 @@ impl Line {
     }
 }
 
-fn along(
-    tooled: &Tooled,
-    start: &Isometry3<f64>,
-    end: &Isometry3<f64>,
-    pose: bool,
-    from: &[f64],
-) -> Option<Vec<Vec<f64>>> {
-    let length = (end.translation.vector - start.translation.vector).norm();
-    let parts = ((length / PART_M).ceil() as usize).clamp(PARTS, MOST_PARTS);
+fn along(tooled: &Tooled, track: &Track, pose: bool, from: &[f64]) -> Option<Vec<Vec<f64>>> {
+    let parts = ((track.length_m() / PART_M).ceil() as usize).clamp(PARTS, MOST_PARTS);
     let mut line = vec![from.to_vec()];
     for k in 1..=parts {
-        let next = solved(tooled, start, end, pose, k as f64 / parts as f64, line.last()?)?;
+        let share = |k: usize| k as f64 / parts as f64;
+        let next = advanced(tooled, track, pose, [share(k - 1), share(k)], line.last()?, BISECTED)?;
         line.push(next);
     }
     Some(line)
 }
 
-/// Joints at a share of the way between two poses, from a guess near them.
-fn solved(
+/// Joints at the end of a part of the way, from those at its start: over its middle where they leap, as wrists do near their
+/// singularity.
+fn advanced(
     tooled: &Tooled,
-    start: &Isometry3<f64>,
-    end: &Isometry3<f64>,
+    track: &Track,
     pose: bool,
-    share: f64,
-    guess: &[f64],
+    [from, to]: [f64; 2],
+    q: &[f64],
+    depth: usize,
 ) -> Option<Vec<f64>> {
-    let rotation = start.rotation.try_slerp(&end.rotation, share, 1e-12).unwrap_or(end.rotation);
-    let position = start.translation.vector.lerp(&end.translation.vector, share);
+    if let Some(next) = solved(tooled, track, pose, to, q) {
+        return Some(next);
+    }
+    let middle = 0.5 * (from + to);
+    let half = |part, q: &[f64]| advanced(tooled, track, pose, part, q, depth - 1);
+    (depth > 0).then(|| half([middle, to], &half([from, middle], q)?)).flatten()
+}
+
+/// Joints at a share of the way between two poses, from a guess near them.
+fn solved(tooled: &Tooled, track: &Track, pose: bool, share: f64, guess: &[f64]) -> Option<Vec<f64>> {
+    let wanted = track.pose(share);
     let leaps = |q: &[f64]| q.iter().zip(guess).any(|(a, b)| (a - b).abs() > LEAP);
     if let Some(arm) = tooled.arm.as_ref().filter(|a| pose && a.form() != Form::General) {
-        let wanted = Pose { position, rotation: rotation.to_rotation_matrix() };
         let far = |q: &[f64]| q.iter().zip(guess).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let all = arm.solutions(&tooled.robot, &wanted, guess);
         return all.into_iter().min_by(|a, b| far(a).total_cmp(&far(b))).filter(|q| !leaps(q));
@@ -122,11 +199,7 @@ fn solved(
         target_error_rad: REACHED_RAD * 1e-4,
         ..InverseOptions::default()
     };
-    let target = if pose {
-        Target::Pose(Pose { position, rotation: rotation.to_rotation_matrix() })
-    } else {
-        Target::Position(position)
-    };
+    let target = if pose { Target::Pose(wanted) } else { Target::Position(wanted.position) };
     let found = tooled.robot.inverse(&target, guess, &options);
     (found.error_m <= REACHED_M && found.error_rad <= REACHED_RAD && !leaps(&found.q)).then_some(found.q)
 }
@@ -163,4 +236,24 @@ fn at_share(line: &[Vec<f64>], share: f64) -> Option<Vec<f64>> {
     let s = at - low as f64;
     let (a, b) = (line.get(low)?, line.get((low + 1).min(last))?);
     Some(a.iter().zip(b).map(|(x, y)| x + s * (y - x)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_arc_goes_through_its_three_points_the_way_round_that_they_say() {
+        let at = |deg: f64| Vector3::new(1.0 + 0.2 * deg.to_radians().cos(), 0.2 * deg.to_radians().sin(), 0.3);
+        for [via, end] in [[60.0, 90.0], [200.0, 300.0], [-20.0, -170.0], [-200.0, -300.0]] {
+            let pose = |deg: f64| Isometry3::from_parts(at(deg).into(), UnitQuaternion::identity());
+            let track = Track::between(pose(0.0), pose(end), Some(at(via))).unwrap();
+            assert!((track.length_m() - 0.2 * end.abs().to_radians()).abs() < 1e-12, "{via} {end}");
+            for share in [0.0, via / end, 0.5, 1.0] {
+                assert!((track.pose(share).position - at(share * end)).norm() < 1e-12, "{via} {end} {share}");
+            }
+        }
+        let on_line = |x: f64| Vector3::new(x, 0.0, 0.0);
+        assert!(Circle::through(&on_line(0.0), &on_line(1.0), &on_line(2.0)).is_none());
+    }
 }

@@ -3,6 +3,8 @@
 //! - KUKA `$config.dat`: `BASE_DATA[2]={X 1200.0,Y 0.0,Z 400.0,A 90.0,B 0.0,C 0.0}`, `TOOL_DATA[n]` the same.
 //! - FANUC listings of variables (`SYSFRAME.VA`): under `$MNUFRAME` and `$MNUTOOL` an entry `[1,n] =` for group 1 and number n,
 //!   then `X: 0.000 Y: 0.000 Z: 0.000` and `W: P: R:`.
+//! - Yaskawa `UFRAME.CND`: `//UFRAME 2`, in it `////BUSER x,y,z,rx,ry,rz` (user frame 2 in the robot's base); `TOOL.CND`: `//TOOL 1`,
+//!   behind its name the first line of six numbers (mm, deg).
 //!
 //! What is not complete (a frame that was never taught, or one of another group) is left out.
 
@@ -14,6 +16,10 @@ use std::collections::BTreeMap;
 pub(super) fn read(text: &str) -> Option<Frames> {
     if text.contains("$MNUFRAME") || text.contains("$MNUTOOL") {
         return Some(fanuc(text));
+    }
+    let condition = |l: &str| l.trim_start().starts_with("//UFRAME ") || l.trim_start().starts_with("//TOOL ");
+    if text.lines().find(|l| !l.trim().is_empty()).is_some_and(condition) {
+        return Some(yaskawa(text));
     }
     let kuka = |l: &str| l.trim_start().to_ascii_uppercase().starts_with("DEFDAT");
     text.lines().any(kuka).then(|| kuka_data(text))
@@ -45,6 +51,30 @@ fn kuka_data(text: &str) -> Frames {
             {
                 list.insert(number.to_string(), frame([x, y, z, c, b, a]));
             }
+        }
+    }
+    found
+}
+
+fn yaskawa(text: &str) -> Frames {
+    let mut found = Frames::default();
+    // tool or user frame, and its number
+    let mut open: Option<(bool, u32)> = None;
+    for line in text.lines().map(str::trim) {
+        let head =
+            [("//TOOL ", true), ("//UFRAME ", false)].into_iter().find_map(|(w, t)| Some((line.strip_prefix(w)?, t)));
+        if let Some((number, tool)) = head {
+            open = number.trim().parse().ok().map(|n| (tool, n));
+            continue;
+        }
+        let Some((tool, number)) = open else { continue };
+        let list = if tool { (!line.starts_with('/')).then_some(line) } else { line.strip_prefix("////BUSER") };
+        let values: Option<Vec<f64>> =
+            list.and_then(|l| l.split(',').map(|v| v.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect());
+        if let Some(Ok(six)) = values.map(<[f64; 6]>::try_from) {
+            let list = if tool { &mut found.tools } else { &mut found.frames };
+            list.insert(number.to_string(), frame(six));
+            open = None;
         }
     }
     found
@@ -94,6 +124,22 @@ fn fanuc(text: &str) -> Frames {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn user_frames_and_tools_of_a_yaskawa_are_read_by_their_numbers() {
+        let text = "//UFRAME 1\r\n///NAME TABLE\r\n///TOOL 0\r\n////BUSER 1200.000,-5.500,400.000,0.0000,0.0000,90.0000\r\n\
+//UFRAME 2\r\n///NAME \r\n";
+        let frames = read(text).unwrap();
+        let at = frames.frame("1").unwrap();
+        assert!((at.translation.vector - nalgebra::Vector3::new(1.2, -0.0055, 0.4)).norm() < 1e-12);
+        assert!((at * nalgebra::Vector3::x() - nalgebra::Vector3::y()).norm() < 1e-12);
+        assert!(frames.frame("2").is_none() && frames.tools.is_empty());
+        let text = "//TOOL 0\r\n///NAME TORCH\r\n10.000,0.000,300.000,0.0000,0.0000,0.0000\r\n0.0,0.0,0.0\r\n1.500\r\n\
+0.0,0.0,0.0,0.0,0.0,0.0\r\n//TOOL 1\r\n///NAME \r\n0.000,0.000,120.500,0.0000,45.0000,0.0000\r\n";
+        let tools = read(text).unwrap();
+        assert_eq!(tools.tool("0").unwrap().translation.vector, nalgebra::Vector3::new(0.01, 0.0, 0.3));
+        assert!((tools.tool("1").unwrap().rotation.angle() - 45f64.to_radians()).abs() < 1e-12);
+    }
 
     #[test]
     fn bases_and_tools_of_a_kuka_are_read_by_their_numbers() {

@@ -37,6 +37,8 @@ pub(super) struct MotionInstruction {
     /// Positions of the statement whose numbers it needs as they are: the point on the way of an arc, and a goal that is
     /// moved by an offset or an increment.
     pub via: Vec<u64>,
+    /// An offset of a position register is added to the goal, along the axes of the tool or not: its words.
+    pub offset: Option<(bool, String)>,
     /// One of its positions is known only while the program runs: it may be any.
     pub any: bool,
     pub closed: Option<String>,
@@ -79,6 +81,7 @@ impl MotionInstruction {
             blend_m: None,
             goal: Err(String::new()),
             via: Vec::new(),
+            offset: None,
             any: false,
             closed: None,
             process: None,
@@ -138,7 +141,7 @@ pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -
     let mut kept = Vec::new();
     let own = said.goal.as_ref().ok().copied();
     read_options(text, words, options, &mut said, &mut kept);
-    said.via.extend(own.filter(|_| said.goal.is_err()));
+    said.via.extend(own.filter(|_| said.goal.is_err() || said.offset.is_some()));
     if let (Some(digits), Some(last)) = (digits, statement.pieces.last()) {
         let used = words.last().map_or(last.start, |w| w.end);
         let line_end = text.line_span(text.line_of(last.start) as usize - 1);
@@ -196,7 +199,17 @@ fn read_options(
         }
         if upper == b"INC" {
             said.goal = Err("an increment: the goal depends on where the robot stands".into());
-        } else if has(&upper, b"OFFSET") || has(&upper, b"PR[") || has(&upper, b"VR[") {
+        } else if has(&upper, b"OFFSET") && !has(&upper, b"VOFFSET") && !has(&upper, b"VR[") {
+            // by a register: the position stands in a frame of its own
+            let register = next.strip_prefix(b",").unwrap_or(&next).starts_with(b"PR[") && !has(&upper, b"PR[");
+            let mut text = String::from_utf8_lossy(&upper).into_owned();
+            if register {
+                text.push_str(&String::from_utf8_lossy(&next));
+                k += 1;
+            }
+            said.offset = Some((has(&upper, b"TOOL"), text));
+            close(said, "an offset is added to the goal");
+        } else if has(&upper, b"PR[") || has(&upper, b"VR[") || has(&upper, b"VOFFSET") {
             said.goal = Err("an offset is added to the goal".into());
         } else if upper.starts_with(b"SKIP") {
             said.skips = true;

@@ -102,6 +102,7 @@ impl Position {
             tool: named(self.tool, "tool"),
             solution,
             binding: true,
+            ..PoseGoal::default()
         })
     }
 }

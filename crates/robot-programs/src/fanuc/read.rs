@@ -7,10 +7,11 @@ use super::statement::{Statement, index, is_comment, statements, words};
 use super::{Motion, Program};
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
-use crate::script::pose::Frame;
 use crate::script::{
-    At, Break, Goal, Move, Note, PoseForm, PoseGoal, Script, Step, StepKind, Target, Text, Value, number, pragma,
+    At, Break, Goal, Move, Note, PathKind, PoseForm, PoseGoal, Script, Step, StepKind, Target, Text, Value, number,
+    pragma,
 };
+use nalgebra::Vector3;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 
@@ -331,20 +332,34 @@ impl<'a> Reader<'a> {
         let mut pose = own.pose(target)?;
         let set = |list: &[Option<u64>], n: Option<u64>| list.iter().any(|s| s.is_none() || *s == n);
         if set(&self.frames_set[0], own.frame) || set(&self.frames_set[1], own.tool) {
-            pose.frame = Frame::Unknown("the program sets UFRAME[] or UTOOL[] itself".into());
+            // told while the program runs
+            if set(&self.frames_set[0], own.frame) {
+                pose.frame = pose.frame.made("0", "as the program sets it");
+            }
+            if set(&self.frames_set[1], own.tool) {
+                pose.tool = pose.tool.made("0", "as the program sets it");
+            }
         }
         Some(pose)
     }
 
-    /// Where `P[n]` leads; `position`: its place in /POS.
-    fn goal(&mut self, n: u64, position: Option<usize>) -> Goal {
+    /// The point on the way of an arc, in the frame of its goal, m.
+    fn via(&self, index: u64, goal: usize) -> Option<Vector3<f64>> {
+        let p = self.by_index.get(&index).copied().filter(|_| !self.written.contains_key(&index))?;
+        let same = self.positions[p].frame == self.positions[goal].frame && self.written_any.is_none();
+        self.pose(p).filter(|_| same).map(|pose| pose.position_m)
+    }
+
+    /// Where `P[n]` leads; `position`: its place in /POS; `offset`: a register that moves it.
+    fn goal(&mut self, n: u64, position: Option<usize>, offset: &Option<(bool, String)>) -> Goal {
         let Some(p) = position else { return Goal::Opaque(format!("P[{n}] is not in /POS")) };
         if let Some(line) = self.written.get(&n).copied().or(self.written_any) {
             return Goal::Opaque(format!("the program writes P[{n}] (line {line})"));
         }
         match self.target_of[p].clone() {
+            Ok(_) if offset.is_some() => Goal::Opaque("an offset is added to the goal".into()),
             Ok(t) => Goal::Joints(t),
-            Err(why) => self.pose(p).map_or(Goal::Opaque(why), Goal::Pose),
+            Err(why) => self.pose(p).map_or(Goal::Opaque(why), |pose| Goal::Pose(displaced(pose, offset))),
         }
     }
 
@@ -353,7 +368,13 @@ impl<'a> Reader<'a> {
         let position = said.goal.as_ref().ok().and_then(|n| self.by_index.get(n).copied());
         let goal = match said.goal {
             Err(why) => Goal::Opaque(why),
-            Ok(n) => self.goal(n, position),
+            Ok(n) => self.goal(n, position, &said.offset),
+        };
+        let goal = match (goal, &said.via[..], position) {
+            (Goal::Pose(pose), [via], Some(p)) if said.path == PathKind::Curve => {
+                Goal::Pose(PoseGoal { via_m: self.via(*via, p), ..pose })
+            }
+            (goal, ..) => goal,
         };
         let still = match (self.before, position) {
             _ if self.idle => true,
@@ -419,6 +440,15 @@ fn target(text: &Text, robot: &Axes, p: &Position) -> Result<Target> {
         }));
     }
     Ok(Target { name: Some(format!("P[{}]", p.index)), at: At { file: 0, line: p.line }, values, pose: None })
+}
+
+/// A pose that is moved by a position register: in a frame, or for a tool, of its own.
+fn displaced(mut pose: PoseGoal, offset: &Option<(bool, String)>) -> PoseGoal {
+    if let Some((of_tool, text)) = offset {
+        let place = if *of_tool { &mut pose.tool } else { &mut pose.frame };
+        *place = std::mem::take(place).made("0", &format!("with {text}"));
+    }
+    pose
 }
 
 /// The numbers of a Cartesian position.

@@ -133,7 +133,9 @@ pub(super) fn statements(text: &Text, lines: Range<usize>) -> Result<(Vec<Statem
             open = Some(statement);
             continue;
         }
-        if !comment && statement.pieces.iter().any(|p| has(text.slice(p.clone()), b"P-SPS")) {
+        // also of a motion that is switched off
+        let motion = !comment || content.trim_ascii_start().starts_with(b"//");
+        if motion && statement.pieces.iter().any(|p| has(text.slice(p.clone()), b"P-SPS")) {
             nested = true;
         }
         out.push(statement);

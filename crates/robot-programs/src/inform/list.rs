@@ -23,9 +23,6 @@ impl List {
         let lines = text.line_count();
         let mut section = Section::default();
         let (mut begun, mut in_list, mut in_other) = (false, false, false);
-        if let Some(at) = memchr::memchr(b'\r', &text.bytes).filter(|_| !text.bytes.contains(&b'\n')) {
-            return Err(text.bad(at, "a line that ends in a lone carriage return", "lines that end in CRLF or LF"));
-        }
         for k in 0..lines {
             let line = text.line(k).trim_ascii();
             let at = text.line_span(k).start;
@@ -59,7 +56,8 @@ impl List {
                 }
             } else if in_list {
                 self.position(text, k, section)?;
-            } else {
+            } else if !line.starts_with(b"'") {
+                // a comment says nothing
                 return Err(text.bad(at, shown(line), "a header that begins with `//`, or `//POS`"));
             }
         }

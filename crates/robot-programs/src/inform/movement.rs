@@ -274,6 +274,7 @@ impl Reader<'_> {
             tool,
             solution: solution.map_or(Solution::Same, Solution::Configured),
             binding: true,
+            ..PoseGoal::default()
         })
     }
 

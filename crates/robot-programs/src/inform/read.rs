@@ -232,7 +232,7 @@ impl Reader<'_> {
                 continue;
             }
             let at = self.text.line_span(k).start;
-            if ended {
+            if ended && !line.starts_with(b"'") {
                 return Err(self.text.bad(at, shown(line), "nothing behind `END`"));
             }
             if line.starts_with(b"'") {

@@ -473,9 +473,12 @@ fn a_section_of_arguments_between_list_and_instructions_is_passed_over() {
 }
 
 #[test]
-fn lines_that_end_in_a_lone_carriage_return_are_named() {
-    let text = two("MOVJ C00000 VJ=25.00").replace("\r\n", "\r");
-    assert!(refusal(&Inform, &text, &robot()).contains("lone carriage return"));
+fn lines_that_end_in_lone_carriage_returns_are_read_and_keep_them() {
+    let text = two("MOVJ C00000 VJ=25.00");
+    let old = text.replace("\r\n", "\r");
+    let script = |text: &str| script_of(&Inform, text, &robot()).moves().count();
+    assert_eq!(script(&old), script(&text));
+    assert_eq!(crate::script::Text::new("j", old.into_bytes()).ending(7), b"\r");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use super::lex::{Kind, Token};
 use crate::script::Text;
 
 /// Functions and procedures that neither move the robot nor change what they are given.
-const QUIET: [&str; 30] = [
+const QUIET: [&str; 33] = [
     "BAS",
     "SET_CD_PARAMS",
     "SIN",
@@ -18,6 +18,10 @@ const QUIET: [&str; 30] = [
     "INVERSE",
     "FORWARD",
     "INV_POS",
+    // frames of kinematics
+    "EK",
+    "EB",
+    "ESYS",
     "STRLEN",
     "STRCOMP",
     "STRFIND",

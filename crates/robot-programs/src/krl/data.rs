@@ -8,7 +8,7 @@ use super::target::finest;
 use crate::error::Result;
 use crate::script::pose::{Configuration, Frame};
 use crate::script::{PathKind, PoseForm, PoseGoal, Solution, Text, Value, number};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -77,7 +77,7 @@ impl Aggregate {
             (Some(axes), false) => frame.clone().carried("$NULLFRAME", &axes),
         };
         let tool = tool.clone();
-        Some(PoseGoal { target, position_m, rotation, frame, tool, solution, binding: joint })
+        Some(PoseGoal { target, position_m, rotation, frame, tool, solution, binding: joint, ..PoseGoal::default() })
     }
 
     /// The numbers of a Cartesian target; `None`: one is missing or computed.
@@ -90,6 +90,12 @@ impl Aggregate {
             Some(Some(Value { si: value * unit, start: span.start, end: span.end, style, digit: digit * unit, finest }))
         };
         ["X", "Y", "Z", "A", "B", "C"].iter().enumerate().map(value).collect()
+    }
+
+    /// The frame that the numbers are.
+    pub fn isometry(&self) -> Option<Isometry3<f64>> {
+        let numbers: Vec<f64> = self.coordinates()?.iter().flatten().map(|v| v.si).collect();
+        PoseForm::EulerZyx.pose(&numbers)
     }
 
     /// Values of external axes and of axes that are none of the robot's, for comparison.
@@ -171,12 +177,13 @@ pub(super) fn aggregate(text: &Text, file: usize, tokens: &[Token], k: usize) ->
 /// `'B000111'`, `'H2A'`.
 fn bits(text: &[u8]) -> Option<f64> {
     let inner = std::str::from_utf8(text.strip_prefix(b"'")?.strip_suffix(b"'")?).ok()?;
+    let inner = inner.trim_start();
     let radix = match inner.bytes().next()? {
         b'B' | b'b' => 2,
         b'H' | b'h' => 16,
         _ => return None,
     };
-    u16::from_str_radix(&inner[1..], radix).ok().map(f64::from)
+    u16::from_str_radix(inner[1..].trim(), radix).ok().map(f64::from)
 }
 
 /// A number with its sign beside it; `None`: anything else.
@@ -218,6 +225,12 @@ impl Data {
     pub fn find(&self, routine: usize, name: &str) -> Option<usize> {
         let of = |scope| self.by_name.get(&(scope, name.to_string())).copied();
         of(Some(routine)).or_else(|| of(None))
+    }
+
+    /// The frame of a name whose value is certain.
+    pub fn frame(&self, routine: usize, name: &str) -> Option<Isometry3<f64>> {
+        let name = self.names.get(self.find(routine, name)?)?;
+        name.value().ok().filter(|_| name.holds == Holds::Pose)?.isometry()
     }
 
     pub fn collect(texts: &[Text]) -> Result<Self> {

@@ -15,6 +15,7 @@ use crate::script::pose::Frame;
 use crate::script::{
     At, Break, Goal, Move, Note, PathKind, PoseForm, PoseGoal, Script, Speed, Step, StepKind, Target, Text, pragma,
 };
+use nalgebra::Vector3;
 use std::collections::{BTreeMap, HashMap};
 
 pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
@@ -83,15 +84,17 @@ fn later(text: &Text, data: &Data) -> [Option<Frame>; 2] {
     let mut set = Settings::default();
     let mut found: [Vec<Frame>; 2] = Default::default();
     let mut line = Vec::new();
+    let mut routine = 0;
     for k in 0..text.line_count() {
         tokens(text, k, &mut line);
         line.retain(|t| t.kind != Kind::Comment);
         let Some(first) = line.first() else { continue };
         let word = upper(text, first);
+        routine += usize::from(is_routine(&word, &line.get(1).map(|t| upper(text, t)).unwrap_or_default()));
         if word == "BAS" {
             set.bas(text, &line);
         } else if let Some(sign) = assignment(&line) {
-            set.assign(text, &line, sign, &word, data);
+            set.assign(text, &line, sign, &word, data, routine);
         } else {
             continue;
         }
@@ -104,7 +107,8 @@ fn later(text: &Text, data: &Data) -> [Option<Frame>; 2] {
     found.map(|all| match all.as_slice() {
         [] => None,
         [one] => Some(one.clone()),
-        _ => Some(Frame::Unknown("the file sets several, and which is in force is not certain here".into())),
+        // which is in force is not certain
+        all => Some(Frame::Any(all.to_vec())),
     })
 }
 
@@ -169,7 +173,8 @@ impl<'a> Reader<'a> {
         {
             // frames stay where the file sets but one
             let (base, tool) = (self.later[0].clone(), self.later[1].clone());
-            self.set = Settings { base, tool, ..Settings::default() };
+            let (bases, tools) = (std::mem::take(&mut self.set.bases), std::mem::take(&mut self.set.tools));
+            self.set = Settings { base, tool, bases, tools, ..Settings::default() };
         }
         self.steps.push(Step { at: At { file: 0, line: k as u64 + 1 }, kind });
     }
@@ -295,7 +300,7 @@ impl<'a> Reader<'a> {
             return;
         };
         self.called(k, line);
-        self.set.assign(self.text, line, sign, word, self.data);
+        self.set.assign(self.text, line, sign, word, self.data, self.routine);
     }
 
     fn motion(&mut self, k: usize, line: &[Token], word: Word) -> Result<()> {
@@ -310,6 +315,14 @@ impl<'a> Reader<'a> {
         let whole = end.is_some_and(|e| motion::ends(self.text, line, e));
         let goal =
             if whole || matches!(goal, Goal::Opaque(_)) { goal } else { Goal::Opaque("the goal is computed".into()) };
+        let goal = match goal {
+            // the angle moves the end of the arc
+            Goal::Pose(_) if word.arc && line.iter().any(|t| upper(self.text, t) == "CA") => {
+                Goal::Opaque("an angle CA tells where the arc ends".into())
+            }
+            Goal::Pose(pose) if word.arc => Goal::Pose(PoseGoal { via_m: self.via(line), ..pose }),
+            goal => goal,
+        };
         if word.arc {
             close("an arc is given by three points");
         }
@@ -434,6 +447,21 @@ impl<'a> Reader<'a> {
         let at = At { file: 0, line: k as u64 + 1 };
         let pose = self.pose(&a, word, None, at, Source::Inline(a.clone()));
         Ok(pose.map_or_else(|| Goal::Opaque("a part of its position is not given".into()), Goal::Pose))
+    }
+
+    /// Position of the point on the way of an arc, m.
+    fn via(&self, line: &[Token]) -> Option<Vector3<f64>> {
+        let t = line.get(1)?;
+        let of = |a: &Aggregate| {
+            let at = |name: &str| a.component(name).and_then(|c| c.value.as_ref()).map(|v| v.1 * 1e-3);
+            Some(Vector3::new(at("X")?, at("Y")?, at("Z")?))
+        };
+        if t.is(b'{') {
+            return of(&super::data::aggregate(self.text, 0, line, 1).ok()?.0);
+        }
+        let comma = line.get(2).is_some_and(|t| t.is(b','));
+        let n = self.data.find(self.routine, &upper(self.text, t)).filter(|_| comma)?;
+        of(self.data.names[n].value().ok()?)
     }
 
     /// The goal that a name gives.

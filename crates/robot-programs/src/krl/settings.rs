@@ -3,8 +3,10 @@
 use super::data::upper;
 use super::data::{Data, aggregate};
 use super::lex::{Kind, Token};
-use crate::script::pose::{Frame, PoseForm};
+use crate::script::pose::Frame;
 use crate::script::{Text, number as digits};
+use nalgebra::Isometry3;
+use std::collections::BTreeMap;
 
 #[derive(Debug, Clone, Default)]
 pub(super) struct Settings {
@@ -18,6 +20,30 @@ pub(super) struct Settings {
     /// $BASE and $TOOL as the text sets them; `None`: it has not.
     pub base: Option<Frame>,
     pub tool: Option<Frame>,
+    /// BASE_DATA and TOOL_DATA that the text sets before.
+    pub bases: BTreeMap<u32, Frame>,
+    pub tools: BTreeMap<u32, Frame>,
+}
+
+/// What the text has put into a list of the controller.
+fn listed(frame: Frame, list: &BTreeMap<u32, Frame>) -> Frame {
+    let own = match &frame {
+        Frame::Named(name) => name.parse::<u32>().ok().and_then(|n| list.get(&n).cloned()),
+        _ => None,
+    };
+    own.unwrap_or(frame)
+}
+
+/// `TOOL_NO 1` of an aggregate.
+fn numbered_field(text: &Text, value: &[Token], field: &str) -> Option<u32> {
+    let at = value.iter().position(|t| upper(text, t) == field)?;
+    std::str::from_utf8(text.slice(value.get(at + 1)?.span())).ok()?.parse().ok()
+}
+
+/// Tokens as they stand there.
+fn written(text: &Text, value: &[Token]) -> String {
+    let (Some(a), Some(b)) = (value.first(), value.last()) else { return String::new() };
+    crate::error::one_line(&String::from_utf8_lossy(text.slice(a.start..b.end)))
 }
 
 /// A plain number.
@@ -34,7 +60,8 @@ impl Settings {
     }
 
     /// An assignment to `word`, its `=` at `sign`.
-    pub fn assign(&mut self, text: &Text, line: &[Token], sign: usize, word: &str, data: &Data) {
+    pub fn assign(&mut self, text: &Text, line: &[Token], sign: usize, word: &str, data: &Data, routine: usize) {
+        let known = &|name: &str| data.frame(routine, name);
         let value = line.get(sign + 1..).unwrap_or_default();
         let number = number(text, value);
         let part = if line.get(1).is_some_and(|t| t.is(b'.')) { line.get(2).map(|t| upper(text, t)) } else { None };
@@ -56,25 +83,39 @@ impl Settings {
                     None => self.vel_axes = [number; 6],
                 }
             }
-            ("$BASE", part) => self.base = Some(frame(text, value, part, "BASE_DATA")),
-            ("$TOOL", part) => self.tool = Some(frame(text, value, part, "TOOL_DATA")),
+            ("$BASE", part) => self.base = Some(listed(frame(text, value, part, "BASE_DATA", known), &self.bases)),
+            ("$TOOL", part) => self.tool = Some(listed(frame(text, value, part, "TOOL_DATA", known), &self.tools)),
             // #BASE: the robot carries the tool
             ("$IPO_MODE", None) if value.get(1).is_some_and(|t| upper(text, t) == "BASE") => {}
             ("$IPO_MODE" | "$WORLD" | "$ROBROOT", _) => self.base = Some(Frame::Unknown(format!("{word} is set"))),
             // the frame data of an inline form come into force with its BAS
             ("FDAT_ACT", None) => {
                 let name = value.first().map(|t| upper(text, t)).unwrap_or_default();
-                let numbers = data.numbers.get(&name).copied().unwrap_or_default();
-                let of = |number: Option<u32>| match number {
+                // {TOOL_NO 1,BASE_NO 2,IPO_FRAME #BASE}, or a name that is declared so
+                let numbers = match value.first() {
+                    Some(t) if t.is(b'{') => ["TOOL_NO", "BASE_NO"].map(|field| numbered_field(text, value, field)),
+                    _ => data.numbers.get(&name).copied().unwrap_or_default(),
+                };
+                let of = |number: Option<u32>, what: &str| match number {
                     Some(0) => Frame::Null,
                     Some(n) => Frame::Named(n.to_string()),
-                    None => Frame::Unknown(format!("frame data {name}, which are not in the files given")),
+                    None => Frame::Named(format!("{what} of {name}")),
                 };
-                (self.tool, self.base) = (Some(of(numbers[0])), Some(of(numbers[1])));
+                (self.tool, self.base) = (Some(of(numbers[0], "tool")), Some(of(numbers[1], "base")));
             }
-            ("FDAT_ACT", Some(_)) => {
-                let computed = || Some(Frame::Unknown("frame data that are set in parts".into()));
-                (self.tool, self.base) = (computed(), computed());
+            ("FDAT_ACT", Some("TOOL_NO")) => self.tool = Some(numbered(text, value, "TOOL_DATA")),
+            ("FDAT_ACT", Some("BASE_NO")) => self.base = Some(numbered(text, value, "BASE_DATA")),
+            ("FDAT_ACT", Some(_)) => {}
+            // BASE_DATA[2]={X 0,...}
+            ("BASE_DATA" | "TOOL_DATA", None) => {
+                let number =
+                    line.get(2).filter(|_| sign == 4).and_then(|t| self::number(text, std::slice::from_ref(t)));
+                let list = if word == "BASE_DATA" { &mut self.bases } else { &mut self.tools };
+                match number.filter(|n| *n > 0.0 && n.fract() == 0.0) {
+                    Some(n) => drop(list.insert(n as u32, frame(text, value, None, word, known))),
+                    // any of them
+                    None => list.clear(),
+                }
             }
             _ => {}
         }
@@ -83,15 +124,16 @@ impl Settings {
     /// `BAS(#PTP_PARAMS,100)`: settings, no motion.
     pub fn bas(&mut self, text: &Text, line: &[Token]) {
         let command = line.get(3).map(|t| upper(text, t)).unwrap_or_default();
-        let value = line.get(5..).and_then(|v| number(text, v.get(..v.len().saturating_sub(1)).unwrap_or_default()));
+        let argument = line.get(5..).and_then(|v| v.get(..v.len().saturating_sub(1))).unwrap_or_default();
+        let value = number(text, argument);
         match command.as_str() {
             "PTP_PARAMS" | "VEL_PTP" => {
                 self.vel_ptp = value;
                 self.vel_axes = [None; 6];
             }
             "CP_PARAMS" | "VEL_CP" => self.vel_cp = value,
-            "BASE" => self.base = Some(numbered(value)),
-            "TOOL" => self.tool = Some(numbered(value)),
+            "BASE" => self.base = Some(listed(numbered(text, argument, "BASE_DATA"), &self.bases)),
+            "TOOL" => self.tool = Some(listed(numbered(text, argument, "TOOL_DATA"), &self.tools)),
             _ => {}
         }
         if matches!(command.as_str(), "CP_PARAMS" | "PTP_PARAMS" | "FRAMES") {
@@ -101,31 +143,36 @@ impl Settings {
     }
 }
 
-/// A frame by a number that is written.
-fn numbered(value: Option<f64>) -> Frame {
-    match value {
+/// A frame by its number in a list; one that is computed is asked for by what computes it.
+fn numbered(text: &Text, value: &[Token], list: &str) -> Frame {
+    match number(text, value) {
         Some(0.0) => Frame::Null,
         Some(n) if n > 0.0 && n.fract() == 0.0 => Frame::Named(format!("{n:.0}")),
-        _ => Frame::Unknown("its number is computed".into()),
+        _ => Frame::Named(format!("{list}[{}]", written(text, value))),
     }
 }
 
-/// What is assigned to a frame: `$NULLFRAME`, `BASE_DATA[2]`, `{X 0,Y 0,Z 180,A 0,B 0,C 0}`.
-fn frame(text: &Text, value: &[Token], part: Option<&str>, list: &str) -> Frame {
-    let computed = || Frame::Unknown("it is computed".into());
-    if part.is_some() {
-        return Frame::Unknown("a part of it is assigned".into());
+/// What is assigned to a frame: `$NULLFRAME`, `BASE_DATA[2]`, `{X 0,Y 0,Z 180,A 0,B 0,C 0}`, the name of such a one.
+fn frame(
+    text: &Text,
+    value: &[Token],
+    part: Option<&str>,
+    list: &str,
+    known: &dyn Fn(&str) -> Option<Isometry3<f64>>,
+) -> Frame {
+    let computed = || Frame::Named(written(text, value));
+    if let Some(part) = part {
+        return Frame::Named(format!("{part} set to {}", written(text, value)));
     }
     match value {
         [t] if upper(text, t) == "$NULLFRAME" => Frame::Null,
+        [t] if t.kind == Kind::Word => known(&upper(text, t)).map_or_else(computed, Frame::Given),
         [t, open, n, close] if upper(text, t) == list && open.is(b'[') && close.is(b']') => {
-            numbered(number(text, std::slice::from_ref(n)))
+            numbered(text, std::slice::from_ref(n), list)
         }
         [open, ..] if open.is(b'{') => {
             let whole = aggregate(text, 0, value, 0).ok().filter(|(_, next)| *next == value.len());
-            let numbers = whole.and_then(|(a, _)| a.coordinates()).map(|v| v.iter().flatten().map(|v| v.si).collect());
-            let pose = numbers.and_then(|n: Vec<f64>| PoseForm::EulerZyx.pose(&n));
-            pose.map_or_else(computed, Frame::Given)
+            whole.and_then(|(a, _)| a.isometry()).map_or_else(computed, Frame::Given)
         }
         _ => computed(),
     }

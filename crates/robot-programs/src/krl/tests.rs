@@ -190,7 +190,7 @@ fn without_frame_data_in_the_list_a_form_is_not_cloned() {
 #[test]
 fn loops_branches_calls_and_triggers_are_seen() {
     let d = doc(&LOGIC);
-    assert_eq!(goals(d.as_ref()), "jjjjjjjjjjppoojjppjjjjjjjpj");
+    assert_eq!(goals(d.as_ref()), "jjjjjjjjjjopoojjppjjjjjjjpj");
     let count = |b: Break| d.script().steps.iter().filter(|s| matches!(s.kind, StepKind::Break(x) if x == b)).count();
     assert_eq!((count(Break::Start), count(Break::Loop), count(Break::Call), count(Break::Interrupt)), (2, 6, 2, 1));
     assert_eq!(count(Break::Frame), 0, "poses have their own frames");
@@ -304,7 +304,7 @@ fn base_and_tool_of_a_pose_are_those_in_force_by_the_controllers_numbers() {
         (base.translation.vector.x - 0.1).abs() < 1e-12
             && (base.rotation.angle() - std::f64::consts::FRAC_PI_2).abs() < 1e-12
     );
-    assert!(matches!(tool, Frame::Unknown(_)));
+    assert_eq!(tool, named("other"));
     // frame data of an inline form
     let form = "DECL FDAT FP1={TOOL_NO 4,BASE_NO 0,IPO_FRAME #BASE}\nFDAT_ACT=FP1\nBAS(#CP_PARAMS,0.1)\n";
     assert_eq!(one(form), (Frame::Null, named("4")));
@@ -316,7 +316,7 @@ fn behind_a_call_a_base_is_certain_where_the_file_sets_but_one() {
     let one = frames(&format!("DEF a()\n$BASE=BASE_DATA[2]\n{at}WORK()\n{at}END\n"));
     assert!(one.iter().all(|f| f.0 == Frame::Named("2".into())), "{one:?}");
     let two = frames(&format!("DEF a()\n$BASE=BASE_DATA[2]\n{at}WORK()\n{at}$BASE=BASE_DATA[3]\n{at}END\n"));
-    assert!(matches!(&two[1].0, Frame::Unknown(_)) && two[2].0 == Frame::Named("3".into()), "{two:?}");
+    assert!(matches!(&two[1].0, Frame::Any(all) if all.len() == 2) && two[2].0 == Frame::Named("3".into()), "{two:?}");
 }
 
 #[test]
@@ -449,4 +449,48 @@ fn an_arc_of_arctech_burns_from_the_motion_to_the_seam_to_the_motion_to_its_end(
         }
     }
     assert_eq!(found, [false, true, true, true, false]);
+}
+
+/// Frame and tool of the poses of a program, as they are shown.
+fn places(body: &str) -> Vec<String> {
+    let d = doc(&[format!("DEF a( )\nDECL FRAME f\nf={{X 100,Y 0,Z 0,A 0,B 0,C 0}}\n{body}END\n").as_bytes()]);
+    let name = |frame: &Frame| match frame {
+        Frame::Named(name) => name.clone(),
+        Frame::Given(at) => format!("x {:.0}", at.translation.vector.x * 1e3),
+        Frame::Any(all) => format!("any {}", all.len()),
+        other => format!("{other:?}"),
+    };
+    let of = |(_, m): (usize, Move)| match m.goal {
+        Goal::Pose(pose) => Some(format!("{}/{}", name(&pose.frame), name(&pose.tool))),
+        _ => None,
+    };
+    moves(d.as_ref()).into_iter().filter_map(of).collect()
+}
+
+#[test]
+fn frames_are_known_by_number_by_name_and_by_what_computes_them() {
+    const LIN: &str = "LIN {X 500,Y 0,Z 700,A 0,B 90,C 0}\n";
+    for (set, place) in [
+        ("FDAT_ACT={TOOL_NO 3,BASE_NO 2,IPO_FRAME #BASE}\nBAS(#PTP_PARAMS,15)\n", "2/3"),
+        ("$BASE=f\n$TOOL=$NULLFRAME\n", "x 100/Null"),
+        ("BASE_DATA[2]={FRAME: X 7,Y 0,Z 0,A 0,B 0,C 0}\n$BASE=BASE_DATA[2]\n$TOOL=TOOL_DATA[2]\n", "x 7/2"),
+        ("BAS(#BASE,n)\nBAS(#TOOL,1)\n", "BASE_DATA[n]/1"),
+        ("$BASE=EK(MACHINE_DEF[2].ROOT,1,f)\n$TOOL=TOOL_DATA[k]\n", "EK(MACHINE_DEF[2].ROOT,1,f)/TOOL_DATA[k]"),
+    ] {
+        assert_eq!(places(&format!("{set}{LIN}")), [place], "{set}");
+    }
+    // behind a loop either may be in force
+    let several = format!("BAS(#TOOL,1)\nLOOP\nBAS(#BASE,1)\n{LIN}BAS(#BASE,2)\n{LIN}ENDLOOP\n{LIN}");
+    assert_eq!(places(&several), ["1/1", "2/1", "any 2/1"]);
+}
+
+#[test]
+fn a_status_in_bits_may_have_blanks_and_an_angle_leaves_the_end_of_an_arc_open() {
+    let d = doc(&[b"DEF a( )\nPTP {X 500,Y 0,Z 700,A 0,B 90,C 0,S 'B 010',T 'B100010'}\nCIRC {X 1,Y 2,Z 3},{X 500,Y 9,Z 700,A 0,B 90,C 0}\nCIRC {X 1,Y 2,Z 3},{X 500,Y 9,Z 700,A 0,B 90,C 0},CA 90\nEND\n"]);
+    let m = moves(d.as_ref());
+    let Goal::Pose(first) = &m[0].1.goal else { panic!() };
+    assert_eq!(first.solution, Solution::Configured(Configuration::Kuka { status: Some(2), turn: Some(34) }));
+    let Goal::Pose(arc) = &m[1].1.goal else { panic!() };
+    assert!((arc.via_m.unwrap() - nalgebra::Vector3::new(1e-3, 2e-3, 3e-3)).norm() < 1e-12);
+    assert!(matches!(&m[2].1.goal, Goal::Opaque(why) if why.contains("CA")));
 }

@@ -35,10 +35,17 @@ pub fn motion_of(p: &Parsed, item: &Item) -> Option<(Motion, Vec<Arg>)> {
 
 /// Token of the name that a move leads to. Other uses of a name count as reading it, so that its value stays.
 pub fn goal_name(p: &Parsed, motion: Motion, args: &[Arg]) -> Option<usize> {
-    let span = &args.get(positional(args, motion.target)?)?.span;
+    let span = point_of(p, &args.get(positional(args, motion.target)?)?.span);
     let index = span.clone().skip(1).all(|i| matches!(p.tokens[i].kind, Kind::Number | Kind::Mark(b'{' | b',' | b'}')));
     let follows = matches!(motion.leads, Leads::Joints | Leads::Pose);
     (index && follows).then_some(span.start)
+}
+
+/// The point that `Offs` or `RelTool` displaces; else the expression itself.
+fn point_of(p: &Parsed, span: &Span) -> Span {
+    let displaced = matches!(p.words.get(span.start).map(String::as_str), Some("offs" | "reltool"));
+    let point = arguments(p, span.start + 2..span.end.saturating_sub(1)).into_iter().next().filter(|_| span.len() > 4);
+    point.filter(|a| displaced && !a.span.is_empty()).map_or(span.clone(), |a| a.span)
 }
 
 /// Splits at commas, and each argument at its backslashes.

@@ -9,7 +9,7 @@ use super::value::{self, Node};
 use crate::axes::JointKind;
 use crate::error::Result;
 use crate::script::pose::{Configuration, Frame};
-use crate::script::{At, Goal, PathKind, PoseForm, PoseGoal, Solution, Target, Value};
+use crate::script::{At, Goal, PathKind, PoseForm, PoseGoal, Shift, Solution, Target, Value};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 impl Builder<'_> {
@@ -181,12 +181,11 @@ impl Builder<'_> {
     ) -> Goal {
         let p = self.f.p;
         if let Some((base, by, of_tool)) = self.displacement(span, item) {
+            site.point = p.tokens[base.start].start..p.tokens[base.end - 1].end;
             let goal = self.pose_goal(&base, tool, wobj, item, path, site);
-            let Goal::Pose(mut goal) = goal else { return goal };
-            // the numbers of the point are not those of the goal
-            goal.target = None;
-            goal.position_m += if of_tool { goal.rotation.map_or(by, |r| r * by) } else { by };
-            return Goal::Pose(goal);
+            let Goal::Pose(goal) = goal else { return goal };
+            let along_tool = || Shift::of_pose(Translation3::from(by).into());
+            return Goal::Pose(goal.shifted(if of_tool { along_tool() } else { Shift::in_frame(by) }));
         }
         let inline = p.tokens[span.start].kind == Kind::Mark(b'[');
         let declared = if inline { Ok(None) } else { self.name_of(span, item).map(Some) };
@@ -222,7 +221,29 @@ impl Builder<'_> {
         let target = self.pose_target(declared, node, at, &site.external_axes);
         let tool = self.tool(tool, item);
         let position_m = Vector3::from(xyz) * 1e-3;
-        Goal::Pose(PoseGoal { target, position_m, rotation: Some(rotation), frame, tool, solution, binding: checked })
+        Goal::Pose(PoseGoal {
+            target,
+            position_m,
+            rotation: Some(rotation),
+            frame,
+            tool,
+            solution,
+            binding: checked,
+            ..PoseGoal::default()
+        })
+    }
+
+    /// Position of the point on the way of an arc, m.
+    pub fn via(&mut self, span: &Span, item: &Item) -> Option<Vector3<f64>> {
+        if let Some((base, by, of_tool)) = self.displacement(span, item) {
+            return self.via(&base, item).filter(|_| !of_tool).map(|at| at + by);
+        }
+        let p = self.f.p;
+        let node = match p.tokens[span.start].kind {
+            Kind::Mark(b'[') => value::aggregate(self.f.text, &p.tokens, span.clone()),
+            _ => self.name_of(span, item).ok().and_then(|(d, indices)| self.element(d, &indices)),
+        };
+        Some(Vector3::from(node?.get(0)?.numbers::<3>()?) * 1e-3)
     }
 
     /// The frame of a goal. A track carries the base, a positioner may carry the work object.
@@ -277,7 +298,10 @@ impl Builder<'_> {
     /// Frame of a robtarget: `wobj0`, work object data in the text, else by its name.
     fn frame(&mut self, wobj: Option<Switch>, item: &Item) -> Frame {
         if self.displaced {
-            return Frame::Unknown("a program displacement (PDispOn, PDispSet)".into());
+            self.displaced = false;
+            let frame = self.frame(wobj, item);
+            self.displaced = true;
+            return frame.made("wobj0", "displaced by PDispOn or PDispSet");
         }
         let Some(value) = wobj.and_then(|w| w.value) else { return Frame::Null };
         if self.predefined(&value, item) == Some("wobj0") {
@@ -292,7 +316,7 @@ impl Builder<'_> {
         };
         match (flag(0), flag(1)) {
             (Some(true), _) => Frame::Unknown(format!("the robot holds the work object `{name}`")),
-            (_, Some(false)) => Frame::Unknown(format!("a mechanical unit moves the work object `{name}`")),
+            (_, Some(false)) => Frame::Named(format!("{name} on its mechanical unit")),
             _ => match (node.get(3).and_then(frame_of), node.get(4).and_then(frame_of)) {
                 (Some(user), Some(object)) => Frame::Given(user * object),
                 _ => Frame::Named(name),

@@ -10,6 +10,7 @@ use super::words::{self, Leads, Motion};
 use crate::axes::Axes;
 use crate::error::Result;
 use crate::script::blocks::Steps;
+use crate::script::fold;
 use crate::script::sites::Time;
 use crate::script::{At, Break, Goal, Move, Note, PathKind, Script, Speed, StepKind, Target, Text, number};
 use std::collections::{BTreeMap, HashMap};
@@ -43,6 +44,8 @@ pub struct Site {
     pub args: Vec<Arg>,
     /// Which of `args` are target and zone.
     pub goal: usize,
+    /// Name or list of the target within it: that of the point in `Offs(p1,0,0,100)`.
+    pub point: Range<usize>,
     pub zone: Option<usize>,
     /// `\T:=` of the whole move: bytes of the number, s, style.
     pub time: Option<Time>,
@@ -235,12 +238,23 @@ impl Builder<'_> {
         self.nodes.entry(d).or_insert_with(parse).clone()
     }
 
-    /// A number: written there, or declared and certain.
+    /// A number: written there, declared and certain, or an expression of such.
     pub fn number(&mut self, span: &Span, item: &Item) -> Option<f64> {
-        match plain(self.f.text, self.f.p, span) {
-            Some((v, ..)) => Some(v),
-            None => self.node(span, item)?.number(),
+        if let Some((v, ..)) = plain(self.f.text, self.f.p, span) {
+            return Some(v);
         }
+        if span.len() == 1 {
+            return self.node(span, item)?.number();
+        }
+        let parts = fold::parts(self.f.text, self.f.p.tokens.get(span.clone())?)?;
+        // names first: what they are is looked up once
+        let mut names = HashMap::new();
+        for i in span.clone().filter(|&i| self.f.p.tokens[i].kind == Kind::Word) {
+            if let Some(v) = self.node(&(i..i + 1), item).and_then(|n| n.number()) {
+                names.insert(self.shown(i), v);
+            }
+        }
+        fold::fold(&parts, &Names(names))
     }
 
     fn motion(&mut self, item: &Item, motion: Motion, args: Vec<Arg>, alone: bool) -> Result<()> {
@@ -272,6 +286,7 @@ impl Builder<'_> {
             bytes: p.tokens[token].start..semicolon.end,
             word: p.tokens[token].start..p.tokens[token].end,
             goal: goal_at,
+            point: args[goal_at].bytes.clone(),
             zone: zone_at,
             ..Site::default()
         };
@@ -315,6 +330,14 @@ impl Builder<'_> {
         if self.external_axes_move(&goal, &site) {
             closed.get_or_insert_with(|| "its external axes move, too".into());
         }
+        let goal = match goal {
+            // the point before the goal's is on the way
+            Goal::Pose(mut pose) if motion.path == PathKind::Curve && goal_at > 0 => {
+                pose.via_m = self.via(&args[goal_at - 1].span.clone(), item);
+                Goal::Pose(pose)
+            }
+            other => other,
+        };
         let switched_on = switch("on").is_some().then_some(true).or(switch("off").is_some().then_some(false));
         site.args = args;
         let m = Move { path: motion.path, goal, fixed: None, closed, speed, blend_m, way: Vec::new() };
@@ -382,6 +405,19 @@ impl Builder<'_> {
             };
         }
         self.predefined(&arg.span, item).and_then(words::zone_mm).map(|mm| mm * 1e-3)
+    }
+}
+
+/// Names with their values.
+struct Names(HashMap<String, f64>);
+
+impl fold::Known for Names {
+    fn name(&self, name: &str) -> Option<f64> {
+        self.0.get(name).copied()
+    }
+
+    fn call(&self, _name: &str, _value: f64) -> Option<f64> {
+        None
     }
 }
 

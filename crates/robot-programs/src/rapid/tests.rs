@@ -356,20 +356,42 @@ fn a_robtarget_has_its_frame_and_tool_from_the_text_or_by_name() {
     assert_eq!(pose("MoveJ p1,v100,fine,tOther;").tool, Frame::Named("tOther".into()));
     let gun = nalgebra::Isometry3::translation(0.0, 0.0, 0.12);
     assert_eq!(pose("MoveJ p1,v100,fine,tGun;").tool, Frame::Given(gun));
-    assert!(pose("PDispSet d1;\nMoveJ p1,v100,fine,tool0;").unknown().unwrap().contains("displacement"));
+    let displaced = pose("PDispSet d1;\nMoveJ p1,v100,fine,tool0;").frame;
+    assert_eq!(displaced, Frame::Named("wobj0 displaced by PDispOn or PDispSet".into()));
     let quarters = Configuration::Abb { quarters: [0, 0, 0], cfx: 0 };
     assert_eq!(plain.solution, Solution::Configured(quarters));
 }
 
 #[test]
-fn an_offset_of_known_numbers_is_a_known_goal_that_is_not_written() {
+fn a_point_displaced_by_known_numbers_is_edited_beside_its_displacement() {
     let p = "CONST robtarget p1:=[[500,-20,300],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\nCONST num up:=50;";
     let pose = |body: &str| match &moves(&program(p, body))[0].goal {
         Goal::Pose(p) => p.clone(),
         other => panic!("{other:?}"),
     };
     let offs = pose("MoveL Offs(p1,0,10,up),v100,fine,tool0;");
-    assert!((offs.position_m - nalgebra::Vector3::new(0.5, -0.01, 0.35)).norm() < 1e-12 && offs.target.is_none());
+    assert!((offs.position_m - nalgebra::Vector3::new(0.5, -0.01, 0.35)).norm() < 1e-12 && offs.target.is_some());
+    let folded = pose("MoveL Offs(p1,0,2*5,up-(10+2)),v100,fine,tool0;");
+    assert!((folded.position_m - nalgebra::Vector3::new(0.5, -0.01, 0.338)).norm() < 1e-12);
+    // moves that want it otherwise than others get a clone, and so does what is new; the displacement stays
+    let source = program(p, "MoveL p1,v100,fine,tool0;\nMoveL Offs(p1,0,10,up),v100,z10,tool0;");
+    let doc = document(&source);
+    let (k, m) = moves(&source).into_iter().enumerate().nth(1).unwrap();
+    let Goal::Pose(goal) = &m.goal else { panic!() };
+    let step = doc.script().moves().nth(k).unwrap().0;
+    let mut numbers: Vec<f64> =
+        doc.script().targets[goal.target.unwrap()].values.iter().map(|v| v.unwrap().si).collect();
+    numbers[0] += 1e-4;
+    let point = NewPoint { q: numbers.clone(), share: 0.5, t_s: None, clearance_m: 0.01, of_way: false };
+    let edit = Edit { goal: Some(numbers), before: vec![point], ..Edit::default() };
+    let edits = Edits { steps: [(step, edit)].into(), pose_digit: [1e-6, 1e-6], ..Edits::default() };
+    let bytes = text::apply(&doc.script().texts, &doc.patches(&edits).unwrap()).unwrap();
+    let out = String::from_utf8(bytes[0].clone()).unwrap();
+    assert!(
+        out.contains("MoveL p1,v100,fine,tool0;") && out.contains("MoveL Offs(p1_lm1,0,10,up),v100,z10,tool0;"),
+        "{out}"
+    );
+    assert!(out.contains("MoveL Offs([[500.1") && out.contains("CONST robtarget p1_lm1:=[[500.1"), "{out}");
     // the tool looks down: 50 mm along it are 50 mm down
     let along = pose("MoveL RelTool(p1,0,0,up),v100,fine,tool0;");
     assert!((along.position_m - nalgebra::Vector3::new(0.5, -0.02, 0.25)).norm() < 1e-12);

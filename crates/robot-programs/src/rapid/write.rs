@@ -109,7 +109,7 @@ impl Writer<'_> {
                 out.push(beside(text, &owner.bytes, &declaration));
                 for k in steps {
                     let (_, site) = self.at(k)?;
-                    out.push(Patch::new(0, site.args[site.goal].bytes.clone(), name.clone()));
+                    out.push(Patch::new(0, site.point.clone(), name.clone()));
                 }
             }
         }
@@ -214,7 +214,9 @@ impl Writer<'_> {
         for (n, arg) in site.args.iter().enumerate() {
             let is = |place: Option<usize>| place == Some(n);
             let mut part = if n == site.goal {
-                target.to_string()
+                // joint moves take no displacement
+                let point = if word == "MoveAbsJ" { &arg.bytes } else { &site.point };
+                flat(&substituted(text, &arg.bytes, [(point, target)]))
             } else if is(site.zone) {
                 self.zone(m, point, &flat(text.slice(arg.bytes.clone())))
             } else {

@@ -6,9 +6,11 @@
 //! robots beyond the unit of an axis, nor of compensation.
 //!
 //! Modules: [`pose`] Cartesian targets; [`number`] numbers and the style in which they are written; [`text`] bytes, lines and patches; [`sites`] what writers of
-//! languages with statements share; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps.
+//! languages with statements share; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps; [`fold`]
+//! expressions of plain numbers.
 
 pub mod blocks;
+pub mod fold;
 #[cfg(test)]
 pub(crate) mod harness;
 pub mod lex;
@@ -20,7 +22,7 @@ pub mod text;
 use super::files::Files;
 use crate::axes::Axes;
 use crate::error::Result;
-pub use pose::{PoseForm, PoseGoal, Quantity, Solution};
+pub use pose::{PoseForm, PoseGoal, Quantity, Shift, Solution};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};

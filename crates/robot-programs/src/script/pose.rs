@@ -153,7 +153,7 @@ fn euler(pose: &Isometry3<f64>, near: [f64; 3]) -> [f64; 3] {
 }
 
 /// A Cartesian target.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct PoseGoal {
     /// Index into [`super::Script::targets`] of the numbers, where they can be written; `None`: they are not plain numbers.
     pub target: Option<usize>,
@@ -169,6 +169,29 @@ pub struct PoseGoal {
     pub solution: Solution,
     /// The controller takes `solution` as an order on this move; else it only tells how the point was taught.
     pub binding: bool,
+    /// What the program adds to the numbers of `target`; `None`: nothing.
+    pub shift: Option<Box<Shift>>,
+    /// Of an arc through three points: the one on its way, in the frame of the goal, m.
+    pub via_m: Option<Vector3<f64>>,
+}
+
+/// A displacement of a target: the pose that is meant is `before * numbers * after`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shift {
+    pub before: Isometry3<f64>,
+    pub after: Isometry3<f64>,
+}
+
+impl Shift {
+    /// Along the axes of the frame, m.
+    pub fn in_frame(by: Vector3<f64>) -> Self {
+        Self { before: Translation3::from(by).into(), after: Isometry3::identity() }
+    }
+
+    /// Along the axes of the pose itself.
+    pub fn of_pose(by: Isometry3<f64>) -> Self {
+        Self { before: Isometry3::identity(), after: by }
+    }
 }
 
 impl PoseGoal {
@@ -177,31 +200,73 @@ impl PoseGoal {
         Some(Isometry3::from_parts(self.position_m.into(), self.rotation?))
     }
 
+    /// The pose that numbers of the target mean.
+    pub fn meant(&self, numbers: &Isometry3<f64>) -> Isometry3<f64> {
+        self.shift.as_ref().map_or(*numbers, |s| s.before * numbers * s.after)
+    }
+
+    /// The numbers of the target for a pose that is meant.
+    pub fn numbers(&self, meant: &Isometry3<f64>) -> Isometry3<f64> {
+        self.shift.as_ref().map_or(*meant, |s| s.before.inverse() * meant * s.after.inverse())
+    }
+
+    /// This goal displaced.
+    pub fn shifted(mut self, shift: Shift) -> Self {
+        let numbers = Isometry3::from_parts(self.position_m.into(), self.rotation.unwrap_or_default());
+        let meant = shift.before * numbers * shift.after;
+        self.position_m = meant.translation.vector;
+        self.rotation = self.rotation.map(|_| meant.rotation);
+        self.shift = Some(Box::new(match self.shift.take() {
+            Some(own) => Shift { before: shift.before * own.before, after: own.after * shift.after },
+            None => shift,
+        }));
+        self
+    }
+
     /// Why the frame or the tool cannot be known by any file of a user.
     pub fn unknown(&self) -> Option<&str> {
-        [&self.frame, &self.tool].into_iter().find_map(|f| match f {
-            Frame::Unknown(why) => Some(why.as_str()),
-            _ => None,
-        })
+        [&self.frame, &self.tool].into_iter().find_map(Frame::unknown)
     }
 }
 
 /// A frame: of the numbers in the world, or of the tool on the flange.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub enum Frame {
     /// World, or flange.
+    #[default]
     Null,
     /// The robot's base.
     Base,
     /// The text gives it.
     Given(Isometry3<f64>),
-    /// The controller has it under this name or number.
+    /// The controller has it under this name or number; or the program computes it, and it is asked for by the words that do.
     Named(String),
+    /// One of these, and which is not certain: known where all are the same.
+    Any(Vec<Frame>),
     /// It cannot be told: why.
     Unknown(String),
 }
 
 impl Frame {
+    fn unknown(&self) -> Option<&str> {
+        match self {
+            Self::Unknown(why) => Some(why.as_str()),
+            Self::Any(all) => all.iter().find_map(Self::unknown),
+            _ => None,
+        }
+    }
+
+    /// A frame that the program makes of another one: asked for by the name of that and by what is done. `own`: the name where it
+    /// has none.
+    pub fn made(self, own: &str, how: &str) -> Self {
+        match self {
+            Self::Unknown(_) => self,
+            Self::Any(all) => Self::Any(all.into_iter().map(|f| f.made(own, how)).collect()),
+            Self::Named(name) => Self::Named(format!("{name} {how}")),
+            _ => Self::Named(format!("{own} {how}")),
+        }
+    }
+
     /// The frame where external axes carry the robot or the part: it has to be known for the place where these stand, and so it
     /// is named after both. `axes`: name and value of those that stand elsewhere than at 0; `own`: the frame's own name.
     pub fn carried(self, own: &str, axes: &[(String, f64)]) -> Self {
@@ -210,6 +275,7 @@ impl Frame {
         }
         let name = match &self {
             Self::Unknown(_) => return self,
+            Self::Any(all) => return Self::Any(all.iter().map(|f| f.clone().carried(own, axes)).collect()),
             Self::Named(name) => name.as_str(),
             _ => own,
         };
@@ -271,6 +337,20 @@ pub enum Configuration {
         /// R, T and S are 180 deg or more.
         beyond: [bool; 3],
     },
+}
+
+impl Configuration {
+    /// What it says of the arm's posture alone, without turns, as a number of no other meaning; `None`: nothing.
+    pub fn posture(&self) -> Option<u8> {
+        let bits = |bits: [bool; 3]| bits.iter().enumerate().map(|(k, b)| u8::from(*b) << k).sum();
+        match *self {
+            Self::Kuka { status, .. } => status,
+            // controllers of robots without cfx write 0
+            Self::Abb { cfx, .. } => u8::try_from(cfx).ok(),
+            Self::Fanuc { flip, up, front, .. } => Some(bits([flip, up, front])),
+            Self::Yaskawa { no_flip, lower, rear, .. } => Some(bits([no_flip, lower, rear])),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -35,7 +35,9 @@ impl Patch {
 impl Text {
     /// A text with its name, as messages show it.
     pub fn new(name: impl Into<String>, bytes: Vec<u8>) -> Self {
-        let starts = std::iter::once(0).chain(memchr::memchr_iter(b'\n', &bytes).map(|k| k + 1)).collect();
+        // a file without a line feed may end its lines in carriage returns
+        let end = if memchr::memchr(b'\n', &bytes).is_some() { b'\n' } else { b'\r' };
+        let starts = std::iter::once(0).chain(memchr::memchr_iter(end, &bytes).map(|k| k + 1)).collect();
         Self { name: name.into(), bytes, starts }
     }
 
@@ -51,7 +53,7 @@ impl Text {
         at(k)..at(k + 1)
     }
 
-    /// Bytes of line `k` (from 0) without its ending (`\n`, `\r\n`).
+    /// Bytes of line `k` (from 0) without its ending (`\n`, `\r\n`, `\r` where the text has no `\n`).
     pub fn line(&self, k: usize) -> &[u8] {
         let bytes = self.slice(self.line_span(k));
         let bytes = bytes.strip_suffix(b"\n").unwrap_or(bytes);
@@ -88,7 +90,8 @@ impl Text {
             if bytes.ends_with(b"\r\n") {
                 Some(b"\r\n".as_slice())
             } else {
-                bytes.ends_with(b"\n").then_some(b"\n".as_slice())
+                let end = [b"\n".as_slice(), b"\r"].into_iter().find(|e| bytes.ends_with(e));
+                end.filter(|e| *e != b"\r" || memchr::memchr(b'\n', &self.bytes).is_none())
             }
         };
         of(line).or_else(|| of(self.line_span(0))).unwrap_or(b"\n")

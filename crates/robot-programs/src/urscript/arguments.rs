@@ -69,6 +69,9 @@ pub fn goal<'a>(motion: &Motion, args: &'a [Arg]) -> Option<&'a Arg> {
 /// Token of the name that a move leads to. Other uses of a name count as reading it, so that its value stays.
 pub fn goal_name(p: &Parsed, item: &Item) -> Option<usize> {
     let (motion, args, _) = call(p, item)?;
-    let span = &goal(&motion, &args)?.span;
+    let mut span = goal(&motion, &args)?.span.clone();
+    while matches!(p.words[span.start].as_str(), "get_inverse_kin") && span.len() > 3 {
+        span = arguments(p, span.start + 2, span.end)?.0.first()?.span.clone();
+    }
     (span.len() == 1).then_some(span.start)
 }

@@ -2,12 +2,12 @@
 
 use super::arguments::arguments;
 use super::lex::Kind;
-use super::read::{Item, Span};
+use super::read::{Item, ItemKind, Span};
 use super::steps::{Builder, Literal, Owner};
 use super::value;
-use crate::error::Result;
+use crate::error::{Result, one_line};
 use crate::script::pose::Frame;
-use crate::script::{At, Goal, PoseForm, PoseGoal, Solution, Target};
+use crate::script::{At, Goal, PoseForm, PoseGoal, Shift, Solution, Target};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 fn isometry([x, y, z, rx, ry, rz]: [f64; 6]) -> Isometry3<f64> {
@@ -17,36 +17,52 @@ fn isometry([x, y, z, rx, ry, rz]: [f64; 6]) -> Isometry3<f64> {
 /// The list of a pose, and the item that assigns it to a name.
 type PosePlace = (Span, Option<usize>);
 
+/// A pose in an expression.
+struct Found {
+    /// Numbers of the list.
+    numbers: [f64; 6],
+    place: PosePlace,
+    /// The list or its name in the expression.
+    inner: Span,
+    /// What the expression makes of it.
+    shift: Option<Shift>,
+}
+
 /// 0.001 mm and 0.0001 rad: what TCPs are rounded to.
 fn alike(a: &Isometry3<f64>, b: &Isometry3<f64>) -> bool {
     (a.translation.vector - b.translation.vector).norm() < 1e-6 && a.rotation.angle_to(&b.rotation) < 1e-4
 }
 
 impl Builder<'_> {
-    /// Token of the first `set_tcp`, and the TCP that all of them set; why that cannot be told.
-    pub fn find_tool(&self) -> std::result::Result<Option<(usize, Isometry3<f64>)>, String> {
+    /// Token of the first `set_tcp`, and every TCP that one sets; one that is computed is asked for by what computes it.
+    pub fn find_tools(&self) -> Option<(usize, Vec<Frame>)> {
         let p = self.p;
-        let mut found: Option<(usize, Isometry3<f64>)> = None;
-        let mut left = p.words.iter().filter(|w| *w == "set_tcp").count();
-        for item in &p.items {
-            for i in item.span.clone().filter(|&i| p.words[i] == "set_tcp") {
-                let args = arguments(p, i + 2, p.tokens.len()).map(|a| a.0).unwrap_or_default();
-                let Some(pose) = args.first().and_then(|a| self.pose(&a.span, item)).map(|(pose, _)| isometry(pose))
-                else {
-                    return Err("a TCP that is computed".into());
-                };
-                match &found {
-                    Some((_, first)) if !alike(first, &pose) => {
-                        return Err("several TCPs, and which is set is not certain".into());
-                    }
-                    Some(_) => {}
-                    None => found = Some((i, pose)),
-                }
-                left = left.saturating_sub(1);
+        let mut found: Option<(usize, Vec<Frame>)> = None;
+        for i in (0..p.tokens.len()).filter(|&i| p.words[i] == "set_tcp") {
+            let item = p.items.iter().find(|item| item.span.contains(&i));
+            let args = arguments(p, i + 2, p.tokens.len()).map(|a| a.0).unwrap_or_default();
+            let pose = item.zip(args.first()).and_then(|(item, a)| self.pose(&a.span, item));
+            let tool = match (pose, args.first()) {
+                (Some((pose, _)), _) => Frame::Given(isometry(pose)),
+                (None, Some(a)) => Frame::Named(format!("set_tcp {}", self.shown(&a.span))),
+                (None, None) => Frame::Unknown("a TCP that is computed".into()),
+            };
+            let (_, all) = found.get_or_insert_with(|| (i, Vec::new()));
+            let same = |other: &Frame| match (other, &tool) {
+                (Frame::Given(a), Frame::Given(b)) => alike(a, b),
+                (a, b) => a == b,
+            };
+            if !all.iter().any(same) {
+                all.push(tool);
             }
         }
-        // one that stands in no statement is not understood
-        if left > 0 { Err("a TCP that is computed".into()) } else { Ok(found) }
+        found
+    }
+
+    /// An expression as it is written.
+    fn shown(&self, span: &Span) -> String {
+        let bytes = self.p.tokens[span.start].start..self.p.tokens[span.end - 1].end;
+        one_line(&String::from_utf8_lossy(self.text.slice(bytes)))
     }
 
     /// The pose that an expression is: `p[..]`, or a name that is assigned one; where its list stands, and the item that assigns it.
@@ -59,27 +75,81 @@ impl Builder<'_> {
         Some((read(&value)?, (value, Some(n))))
     }
 
+    /// A pose, or one that `pose_trans` or `pose_add` displaces by another; `None`: neither is certain.
+    fn displaced(&self, span: &Span, item: &Item) -> Option<Found> {
+        if let Some((numbers, place)) = self.pose(span, item) {
+            return Some(Found { numbers, place, inner: span.clone(), shift: None });
+        }
+        let p = self.p;
+        let adds = match p.words[span.start].as_str() {
+            "pose_trans" => false,
+            "pose_add" => true,
+            _ => return None,
+        };
+        let (args, _) = arguments(p, span.start + 2, span.end).filter(|a| a.1 + 1 == span.end)?;
+        let [first, second] = args.as_slice() else { return None };
+        let (a, b) = (self.pose(&first.span, item)?, self.pose(&second.span, item)?);
+        if !adds {
+            // the second stands in the frame of the first
+            let shift = Shift { before: isometry(a.0), after: Isometry3::identity() };
+            return Some(Found { numbers: b.0, place: b.1, inner: second.span.clone(), shift: Some(shift) });
+        }
+        // how turns are added differs by the controller's version
+        let by = b.0.get(..3).filter(|_| b.0[3..].iter().all(|v| *v == 0.0))?;
+        let shift = Shift::in_frame(Vector3::new(by[0], by[1], by[2]));
+        Some(Found { numbers: a.0, place: a.1, inner: first.span.clone(), shift: Some(shift) })
+    }
+
+    /// The joints that the editor keeps beside a waypoint: `Waypoint_1_q` of `Waypoint_1_p`.
+    fn taught(&self, inner: &Span, item: &Item) -> Option<Solution> {
+        let name = self.p.words[inner.start].strip_suffix("_p").filter(|_| inner.len() == 1)?;
+        let key = self.p.key(item.def, &format!("{name}_q"))?;
+        let variable = &self.p.variables[&key];
+        let [n] = variable.assigned[..] else { return None };
+        let ItemKind::Assign { value, whole: true, .. } = self.p.items[n].kind else { return None };
+        self.joints_of(&(value..self.p.items[n].span.end)).filter(|_| variable.changed.is_none())
+    }
+
+    fn joints_of(&self, list: &Span) -> Option<Solution> {
+        if list.is_empty() {
+            return None;
+        }
+        // a list of other length is one that cannot be told
+        let found = value::joints(self.text, &self.p.tokens, &self.p.words, list, self.robot).ok()?.ok()?;
+        found.0.into_iter().map(|v| v.map(|v| v.si)).collect::<Option<Vec<f64>>>().map(Solution::Near)
+    }
+
     /// The TCP in force at a token. What no line sets has the controller's name: the TCP of the installation.
     fn tcp(&self, token: usize) -> Frame {
-        match &self.tool {
-            Err(why) => Frame::Unknown(why.clone()),
-            Ok(Some((first, tcp))) if *first < token => Frame::Given(*tcp),
-            Ok(_) => Frame::Named("tcp".into()),
+        match &self.tools {
+            Some((first, tools)) if *first < token => match tools.as_slice() {
+                [one] => one.clone(),
+                several => Frame::Any(several.to_vec()),
+            },
+            _ => Frame::Named("tcp".into()),
         }
     }
 
-    fn pose_goal(&mut self, (pose, place): ([f64; 6], PosePlace), span: &Span, item: &Item, whole: bool) -> Goal {
+    fn pose_goal(&mut self, found: Found, span: &Span, item: &Item) -> Goal {
+        let Found { numbers, place, inner, shift } = found;
         let tool = self.tcp(span.start);
-        let target = if whole || place.1.is_none() { self.pose_target(place, span, item) } else { None };
-        let at = isometry(pose);
-        Goal::Pose(PoseGoal {
+        // what a waypoint was taught with is nothing that the controller looks at
+        let solution = self.taught(&inner, item).unwrap_or_default();
+        let target = self.pose_target(place, &inner, item);
+        let at = isometry(numbers);
+        self.inner = Some(inner);
+        let goal = PoseGoal {
             target,
             position_m: at.translation.vector,
             rotation: Some(at.rotation),
             frame: Frame::Base,
             tool,
-            solution: Solution::Same,
-            binding: false,
+            solution,
+            ..PoseGoal::default()
+        };
+        Goal::Pose(match shift {
+            Some(shift) => goal.shifted(shift),
+            None => goal,
         })
     }
 
@@ -117,8 +187,8 @@ impl Builder<'_> {
     }
 
     pub fn pose_or_opaque(&mut self, span: &Span, item: &Item) -> Goal {
-        match self.pose(span, item) {
-            Some(found) => self.pose_goal(found, span, item, true),
+        match self.displaced(span, item) {
+            Some(found) => self.pose_goal(found, span, item),
             None => Goal::Opaque(
                 self.assigned(span, item).err().unwrap_or_else(|| "its target is no pose of plain numbers".into()),
             ),
@@ -127,7 +197,7 @@ impl Builder<'_> {
 
     /// The solution that `qnear` chooses; `None`: it cannot be told.
     fn near(&self, span: &Span, item: &Item) -> Option<Solution> {
-        let (p, text) = (self.p, self.text);
+        let p = self.p;
         // where the robot stands
         if matches!(p.words[span.start].as_str(), "get_actual_joint_positions" | "get_target_joint_positions") {
             return Some(Solution::Same);
@@ -137,25 +207,31 @@ impl Builder<'_> {
             Ok((value, _)) if !value.is_empty() => value,
             _ => return None,
         };
-        // a list of other length is one that cannot be told
-        let found = value::joints(text, &p.tokens, &p.words, &value, self.robot).ok().and_then(std::result::Result::ok);
-        let near = found.and_then(|(values, _)| values.into_iter().map(|v| v.map(|v| v.si)).collect());
-        near.map(Solution::Near)
+        self.joints_of(&value)
+    }
+
+    /// Position of the point on the way of an arc, m.
+    pub fn via(&self, span: &Span, item: &Item) -> Option<Vector3<f64>> {
+        let found = self.displaced(span, item)?;
+        let at = isometry(found.numbers);
+        Some(found.shift.map_or(at, |s| s.before * at * s.after).translation.vector)
     }
 
     /// `get_inverse_kin(pose, qnear)`: the list of qnear only chooses the solution; the pose is where the robot goes.
     fn inverse_goal(&mut self, span: &Span, item: &Item) -> Goal {
         let args = arguments(self.p, span.start + 2, span.end).map(|a| a.0).unwrap_or_default();
         let first = args.first().filter(|_| args.len() <= 2).map(|a| a.span.clone());
-        let pose = first.as_ref().and_then(|s| self.pose(s, item));
+        let pose = first.as_ref().and_then(|s| self.displaced(s, item));
         let (Some(pose), Some(first)) = (pose, first) else {
             return Goal::Opaque("get_inverse_kin computes the target".into());
         };
-        // a pose by name would be cloned in the place of the whole call
-        let mut goal = self.pose_goal(pose, &first, item, false);
+        let mut goal = self.pose_goal(pose, &first, item);
         if let (Some(near), Goal::Pose(goal)) = (args.get(1), &mut goal) {
             match self.near(&near.span, item) {
-                Some(solution) => goal.solution = solution,
+                Some(solution) => {
+                    goal.binding = matches!(solution, Solution::Near(_));
+                    goal.solution = solution;
+                }
                 None => return Goal::Opaque("qnear of get_inverse_kin is computed".into()),
             }
         }
@@ -164,8 +240,8 @@ impl Builder<'_> {
 
     pub fn goal(&mut self, span: &Span, item: &Item) -> Result<Goal> {
         let (p, text, robot) = (self.p, self.text, self.robot);
-        if let Some(found) = self.pose(span, item) {
-            return Ok(self.pose_goal(found, span, item, true));
+        if let Some(found) = self.displaced(span, item) {
+            return Ok(self.pose_goal(found, span, item));
         }
         if p.words[span.start] == "get_inverse_kin" && span.len() > 3 {
             return Ok(self.inverse_goal(span, item));

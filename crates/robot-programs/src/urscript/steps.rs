@@ -7,9 +7,9 @@ use super::words::{self, Motion, MotionKind};
 use crate::axes::Axes;
 use crate::error::{Result, one_line};
 use crate::script::blocks::Steps;
+use crate::script::pose::Frame;
 use crate::script::sites::Time;
-use crate::script::{At, Break, Goal, Move, PathKind, Script, Speed, StepKind, Target, Text, number};
-use nalgebra::Isometry3;
+use crate::script::{At, Break, Goal, Move, PathKind, PoseGoal, Script, Speed, StepKind, Target, Text, number};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 
@@ -44,6 +44,8 @@ pub struct Site {
     pub bytes: Range<usize>,
     /// The target's expression.
     pub goal: Range<usize>,
+    /// Name or list of the target within it: that of the pose in `get_inverse_kin(p1)`.
+    pub point: Range<usize>,
     /// `t=`: bytes of the number, s, style.
     pub time: Option<Time>,
     /// Expression of `r=`.
@@ -66,7 +68,7 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<(Built, Vec<Stri
         text: &text,
         p: &p,
         robot,
-        tool: Ok(None),
+        tools: None,
         steps: Steps::default(),
         targets: Vec::new(),
         literals: Vec::new(),
@@ -76,8 +78,9 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<(Built, Vec<Stri
         moving,
         def: None,
         last_start: None,
+        inner: None,
     };
-    b.tool = b.find_tool();
+    b.tools = b.find_tools();
     for item in &p.items {
         b.item(item)?;
     }
@@ -95,7 +98,7 @@ pub struct Builder<'a> {
     pub p: &'a Parsed,
     pub robot: &'a Axes,
     moving: HashMap<String, bool>,
-    pub tool: std::result::Result<Option<(usize, Isometry3<f64>)>, String>,
+    pub tools: Option<(usize, Vec<Frame>)>,
     steps: Steps<Site>,
     pub targets: Vec<Target>,
     pub literals: Vec<Literal>,
@@ -109,6 +112,8 @@ pub struct Builder<'a> {
     def: Option<usize>,
     /// The step at which the last function started or ended.
     last_start: Option<usize>,
+    /// Name or list of the pose of the move at hand.
+    pub inner: Option<Span>,
 }
 
 /// What runs first: what stands outside of functions, where that moves; the function that it calls first; else the first
@@ -268,7 +273,7 @@ impl Builder<'_> {
         };
         let target = target.span.clone();
         let goal_bytes = p.tokens[target.start].start..p.tokens[target.end - 1].end;
-        let mut site = Site { bytes, goal: goal_bytes, ..Site::default() };
+        let mut site = Site { bytes, point: goal_bytes.clone(), goal: goal_bytes, ..Site::default() };
         let line = text.line_span(self.line(token) as usize - 1);
         let alone =
             text.slice(line.start..site.bytes.start).iter().all(u8::is_ascii_whitespace) && span.end == item.span.end;
@@ -295,6 +300,7 @@ impl Builder<'_> {
             (None, takes) => takes.then_some(0.0),
         };
         site.blend = blend.map(|a| p.tokens[a.span.start].start..p.tokens[a.span.end - 1].end);
+        self.inner = None;
         let goal = match motion.kind {
             _ if self.led.is_some() => {
                 let by = self.led.unwrap_or_default();
@@ -303,6 +309,13 @@ impl Builder<'_> {
             MotionKind::Velocity => Goal::Opaque("a velocity ends where its time ends".into()),
             MotionKind::Arc => self.pose_or_opaque(&target, item),
             _ => self.goal(&target, item)?,
+        };
+        if let Some(inner) = self.inner.take() {
+            site.point = p.tokens[inner.start].start..p.tokens[inner.end - 1].end;
+        }
+        let goal = match (goal, argument(&motion, args, "pose_via")) {
+            (Goal::Pose(pose), Some(via)) => Goal::Pose(PoseGoal { via_m: self.via(&via.span, item), ..pose }),
+            (goal, _) => goal,
         };
         let closed = closed.map(String::from);
         let k = self.push(

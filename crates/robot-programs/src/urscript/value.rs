@@ -1,14 +1,15 @@
 //! Lists of joint values and poses in URScript.
 //!
-//! An element is a number (rad, or m for a prismatic axis) or `d2r(number)`, whose number is then edited in degrees. Anything
-//! else (a sum, a name, `90*pi/180`) is no value that can be edited. The controller counts in double precision; numbers are written
+//! An element is a number (rad, or m for a prismatic axis), `d2r(number)`, whose number is then edited in degrees, or an expression
+//! of plain numbers (`0.3+0.05`), in whose place an edited number stands. Anything
+//! else (a name, a call) is no value that can be edited. The controller counts in double precision; numbers are written
 //! down to 1e-9 rad or m (1e-7 deg), far below what any joint resolves.
 
 use super::lex::{Kind, Token};
 use super::read::Span;
 use crate::axes::{Axes, JointKind};
 use crate::error::Result;
-use crate::script::{Text, Value, number};
+use crate::script::{Text, Value, fold, number};
 use std::ops::Range;
 
 const FINEST: f64 = 1e-9;
@@ -61,6 +62,7 @@ fn elements(
 const BEYOND: f64 = 1e6;
 
 fn element(text: &Text, tokens: &[Token], words: &[String], mut span: Span) -> Option<Element> {
+    let whole = span.clone();
     let mut degrees = false;
     if span.len() >= 4
         && words[span.start] == "d2r"
@@ -70,12 +72,43 @@ fn element(text: &Text, tokens: &[Token], words: &[String], mut span: Span) -> O
         span = span.start + 2..span.end - 1;
         degrees = true;
     }
-    let (value, style, bytes) = plain(text, tokens, &span)?;
+    let number = plain(text, tokens, &span);
+    degrees &= number.is_some();
+    let (value, style, bytes) = number.or_else(|| folded(text, tokens, &whole))?;
     // no joint stands there, and its degrees may be no number any more
     if value.abs() > BEYOND {
         return None;
     }
     Some(Element { value, style, bytes, degrees })
+}
+
+/// An expression of plain numbers.
+fn folded(text: &Text, tokens: &[Token], span: &Span) -> Option<(f64, number::Style, Range<usize>)> {
+    let tokens = tokens.get(span.clone())?;
+    // what is replaced stands on one line, so that no comment goes with it
+    let bytes = tokens.first()?.start..tokens.last()?.end;
+    if text.slice(bytes.clone()).contains(&b'\n') {
+        return None;
+    }
+    let value = fold::fold(&fold::parts(text, tokens)?, &Degrees)?;
+    let style = number::Style { decimals: FOLDED_DECIMALS, point: true, ..number::Style::default() };
+    Some((value, style, bytes))
+}
+
+/// Decimals of a number that takes the place of an expression.
+const FOLDED_DECIMALS: u8 = 6;
+
+/// `d2r` and no names.
+struct Degrees;
+
+impl fold::Known for Degrees {
+    fn name(&self, _name: &str) -> Option<f64> {
+        None
+    }
+
+    fn call(&self, name: &str, value: f64) -> Option<f64> {
+        (name == "d2r").then(|| value.to_radians())
+    }
 }
 
 /// The expression as a plain number, its style and bytes.

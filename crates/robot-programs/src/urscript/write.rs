@@ -115,7 +115,7 @@ impl Writer<'_> {
                 out.push(Patch::new(0, end..end, bytes));
                 for k in steps {
                     let (_, site) = self.at(k)?;
-                    out.push(Patch::new(0, site.goal.clone(), name.clone()));
+                    out.push(Patch::new(0, site.point.clone(), name.clone()));
                 }
             }
         }
@@ -158,7 +158,8 @@ impl Writer<'_> {
             };
             let blend = self.room(m, point);
             let argument;
-            let mut patches = vec![(site.goal.clone(), target.as_str())];
+            let place = if edit.as_joint_moves { &site.goal } else { &site.point };
+            let mut patches = vec![(place.clone(), target.as_str())];
             if let Some((span, legs)) = &times {
                 patches.push((span.clone(), legs[n].as_str()));
             }

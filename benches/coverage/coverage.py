@@ -1,0 +1,208 @@
+#!/usr/bin/env python3
+"""Share of the moves of public programs that `rewrite` edits, by language, with the reasons for the rest, ranked by moves.
+
+    coverage.py --binary target/fast/lostmotion --corpus FOLDER [--language krl,rapid] [--prove] [--json out.json]
+
+FOLDER holds a folder for each language (fanuc, gcode, inform, krl, rapid, urscript) with programs below it; each folder below
+is a project of its own, so that the files beside a program stand beside it. `corpus.tsv` lists repositories, commits and paths
+of the programs that the figures of the documents were taken from; this script fetches nothing.
+
+Every program is read twice: first to learn which frames and tools it waits for, then with these at zero. The robots are those
+of `configs/`, their joint limits widened to two turns and their lengths as they are and doubled, of which the better counts (the
+programs' own robots are not known), with a half gap of 0.004 deg on each joint. With --prove each program is also written, undone (the bytes must come back), and rewritten again (it must be refused).
+"""
+
+import argparse
+import collections
+import hashlib
+import json
+import pathlib
+import re
+import subprocess
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+
+ROBOTS = {
+    "fanuc": "fanuc-m10ia.yaml",
+    "gcode": "gantry-xyz-ballscrew.yaml",
+    "inform": "motoman-ma2010.yaml",
+    "krl": "kuka-kr120-r2500-pro.yaml",
+    "rapid": "abb-irb1600-6-145.yaml",
+    "urscript": "universal-robots-ur10.yaml",
+}
+ENDINGS = {
+    "fanuc": {".ls"},
+    "gcode": {".nc", ".ngc", ".gcode", ".tap", ".cnc"},
+    "inform": {".jbi"},
+    "krl": {".src"},
+    "rapid": {".mod", ".modx", ".prg", ".sys"},
+    "urscript": {".script", ".urscript"},
+}
+HALF_GAP_DEG, HALF_GAP_MM = 0.004, 0.01
+SIZES = (1.0, 2.0)
+
+
+def bench(folder, language, size):
+    """Robot with wide limits and its model, in `folder`."""
+    folder.mkdir(exist_ok=True)
+    text = (pathlib.Path(__file__).parents[2] / "configs" / ROBOTS[language]).read_text()
+    text = re.sub(r"(limits_deg:) *(\[[^]]*\]|(\n *- [-.\d]+){2})", r"\1 [-720, 720]", text)
+    text = re.sub(r"(limits_mm:) *(\[[^]]*\]|(\n *- [-.\d]+){2})", r"\1 [-100000, 100000]", text)
+    text = re.sub(r"\b([da]_mm): *([-.\d]+)", lambda m: f"{m[1]}: {float(m[2]) * size}", text)
+    (folder / "robot.yaml").write_text(text)
+    # a joint that follows another has no gap of its own
+    joints = re.findall(r"- \{name: *(\w+),(.*)\}", text)
+    lines = ["schema: lostmotion/model/1", "robot: robot.yaml", "effects:"]
+    for name, rest in joints:
+        if "follows:" in rest:
+            continue
+        gap = f"half_gap_mm: {HALF_GAP_MM}" if "prismatic" in rest else f"half_gap_deg: {HALF_GAP_DEG}"
+        lines.append(f"  - {{effect: backlash, joint: {name}, {gap}}}")
+    (folder / "model.yaml").write_text("\n".join(lines) + "\n")
+
+
+def run(binary, *arguments):
+    return subprocess.run([binary, *map(str, arguments)], capture_output=True, text=True, errors="replace")
+
+
+def account(binary, desk, program, frames):
+    model = desk / "model.yaml"
+    extra = ["--frames", frames] if frames else []
+    out = run(binary, "rewrite", "--model", model, program, "--dry-run", "--json", "--force", *extra)
+    try:
+        return json.loads(out.stdout), out
+    except ValueError:
+        return None, out
+
+
+def measured(binary, desk, program, work, prove):
+    """The account of a program with all frames at zero, and what the proof says."""
+    frames, names = None, {"frames": set(), "tools": set()}
+    for _ in range(4):
+        done, out = account(binary, desk, program, frames)
+        if done is None:
+            return {"failed": out.stderr.strip().splitlines()[:1], "code": out.returncode}
+        missing = done.get("missing") or {}
+        fresh = False
+        for kind in names:
+            for name in missing.get(kind) or {}:
+                fresh |= name not in names[kind]
+                names[kind].add(name)
+        if not fresh:
+            break
+        frames = work / "frames.yaml"
+        zero = {kind: {n: {"xyz_mm": [0, 0, 0]} for n in sorted(names[kind])} for kind in names}
+        frames.write_text(json.dumps({"schema": "lostmotion/frames/1", **zero}))
+    if prove and done.get("changes"):
+        done["proof"] = proof(binary, desk, program, frames, work)
+    return done
+
+
+def proof(binary, desk, program, frames, work):
+    extra = ["--frames", frames] if frames else []
+    into = work / "out"
+    into.mkdir()
+    target = into / program.name
+    first = run(binary, "rewrite", "--model", desk / "model.yaml", program, "--output", target, *extra)
+    if first.returncode != 0:
+        return f"not written ({first.returncode}): {first.stderr.strip().splitlines()[-1:]}"
+    if target.read_bytes() == program.read_bytes() and len(list(into.iterdir())) == 1:
+        return "the output is the input"
+    again = run(binary, "rewrite", "--model", desk / "model.yaml", target, "--output", work / ("again_" + program.name), *extra)
+    if again.returncode != 2:
+        return f"a second rewrite is not refused ({again.returncode})"
+    undone = work / "undone"
+    undone.mkdir()
+    back = run(binary, "undo", target, "--output", undone / program.name)
+    if back.returncode != 0:
+        return f"undo ({back.returncode}): {back.stderr.strip().splitlines()[-1:]}"
+    for written in sorted(undone.iterdir()):
+        if written.read_bytes() != (program.parent / written.name).read_bytes():
+            return "undo gives other bytes"
+    return "ok"
+
+
+def language_of(binary, corpus, language, prove, threads):
+    folder = corpus / language
+    seen, programs = set(), []
+    for path in sorted(p for p in folder.rglob("*") if p.suffix.lower() in ENDINGS[language]):
+        digest = hashlib.sha1(path.read_bytes()).hexdigest()
+        if digest not in seen:
+            seen.add(digest)
+            programs.append(path)
+    with tempfile.TemporaryDirectory() as desk:
+        desks = [pathlib.Path(desk) / str(size) for size in SIZES]
+        for own, size in zip(desks, SIZES):
+            bench(own, language, size)
+
+        def one(k):
+            best = None
+            for own in desks:
+                with tempfile.TemporaryDirectory() as work:
+                    done = measured(binary, own, programs[k], pathlib.Path(work), prove)
+                if best is None or (done.get("editable") or 0) > (best.get("editable") or 0):
+                    best = done
+                if "failed" in best or best.get("editable") == best.get("moves"):
+                    break
+            return best
+
+        with ThreadPoolExecutor(threads) as pool:
+            return list(zip(programs, pool.map(one, range(len(programs)))))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--binary", required=True)
+    parser.add_argument("--corpus", required=True, type=pathlib.Path)
+    parser.add_argument("--language", default=",".join(sorted(ROBOTS)))
+    parser.add_argument("--prove", action="store_true")
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--top", type=int, default=12)
+    parser.add_argument("--json", type=pathlib.Path)
+    given = parser.parse_args()
+    kept = {}
+    for language in given.language.split(","):
+        if not (given.corpus / language).is_dir():
+            continue
+        results = language_of(given.binary, given.corpus, language, given.prove, given.threads)
+        kept[language] = {str(p): r for p, r in results}
+        report(language, results, given)
+    if given.json:
+        given.json.write_text(json.dumps(kept))
+
+
+def report(language, results, given):
+    good = [(p, r) for p, r in results if "failed" not in r]
+    bad = [(p, r) for p, r in results if "failed" in r]
+    total = lambda key: sum(r.get(key) or 0 for _, r in good)
+    moves, joints, poses = total("moves"), total("edited_as_joints"), total("edited_as_poses")
+    reverses = [(p, r) for p, r in good if sum(r.get("reversals", [0]) if isinstance(r.get("reversals"), list) else [r.get("reversals") or 0])]
+    with_moves = [(p, r) for p, r in good if r.get("moves")]
+    gains = [1 for _, r in with_moves if r.get("changes")]
+    shares = [((r.get("edited_as_joints") or 0) + (r.get("edited_as_poses") or 0)) / r["moves"] for _, r in with_moves]
+    print(
+        f"{language}: {len(results)} programs, {len(bad)} refused, {len(with_moves)} with moves, {moves} moves; "
+        f"as joints {joints}, as poses {poses}, share {100 * (joints + poses) / max(moves, 1):.1f} %, "
+        f"mean of programs {100 * sum(shares) / max(len(shares), 1):.1f} %; reverse {len(reverses)}, changed {len(gains)}"
+    )
+    reasons, where = collections.Counter(), {}
+    for path, r in good:
+        for reason in r.get("not_edited") or []:
+            why = re.sub(r"`[^`]*`", "`…`", reason["why"])
+            reasons[why] += reason["moves"]
+            where.setdefault(why, collections.Counter())[f"{path.relative_to(given.corpus)}:{reason['lines'][0]}"] += reason["moves"]
+    for why, count in reasons.most_common(given.top):
+        top = ", ".join(f"{place} ({n})" for place, n in where[why].most_common(2))
+        print(f"  {count:6} {why}   [{len(where[why])} programs: {top}]")
+    for why, count in collections.Counter(str(r["failed"])[:150] for _, r in bad).most_common(given.top):
+        print(f"  refused {count}: {why}")
+    if given.prove:
+        proofs = collections.Counter(r.get("proof", "unchanged") for _, r in good)
+        print("  proof:", dict(proofs))
+        for path, r in good:
+            if r.get("proof") not in (None, "ok"):
+                print("   ", path, r["proof"])
+
+
+if __name__ == "__main__":
+    main()

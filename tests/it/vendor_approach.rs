@@ -1,0 +1,177 @@
+//! `--approach-from` in every format: rewritten, read again, and played through a play (hysteresis) operator for each joint.
+//!
+//! The operator is the machine of a half gap and shares nothing with the rewriter: the joint stands still until the command
+//! leads it by the half gap. At every target that the program names the joint must stand where the program says, and it must have
+//! come from the wanted side.
+
+use crate::vendor_rewrite::Desk;
+use lostmotion::program::formats::{self, Recognised};
+use lostmotion::program::script::{Goal, Text};
+use lostmotion::robot::Robot;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Half gap of every joint, deg or mm.
+const HALF_GAP: f64 = 0.004;
+/// Targets, deg or mm; each joint goes up, down, and hardly moves.
+const POINTS: [[f64; 6]; 6] = [
+    [0.0, -80.0, 80.0, 10.0, 40.0, 5.0],
+    [10.0, -70.0, 70.0, 20.0, 30.0, 15.0],
+    [5.0, -75.0, 75.0, 20.0, 50.0, 15.0],
+    [5.001, -72.0, 60.0, 5.0, 50.001, 10.0],
+    [-5.0, -72.0, 65.0, 15.0, 45.0, 20.0],
+    [-4.0, -90.0, 70.0, 15.0, 60.0, 5.0],
+];
+
+/// Name, text and robot of the targets as a program that stops at each.
+fn written(format: &str) -> (&'static str, String, &'static str) {
+    let list = |q: &[f64]| q.iter().map(|v| format!("{v:.4}")).collect::<Vec<_>>().join(",");
+    let mut t = String::new();
+    match format {
+        "krl" => {
+            t += "DEF p( )\n";
+            for q in POINTS {
+                let axes: Vec<String> = q.iter().enumerate().map(|(k, v)| format!("A{} {v:.4}", k + 1)).collect();
+                let _ = writeln!(t, "PTP {{{}}}", axes.join(","));
+            }
+            ("p.src", t + "END\n", "kuka-kr120-r2500-pro.yaml")
+        }
+        "rapid" => {
+            t += "MODULE p\nPROC main()\n";
+            for q in POINTS {
+                let _ = writeln!(t, "MoveAbsJ [[{}],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;", list(&q));
+            }
+            ("p.mod", t + "ENDPROC\nENDMODULE\n", "abb-irb1600-6-145.yaml")
+        }
+        "fanuc" => {
+            let _ = write!(t, "/PROG  P\n/ATTR\nLINE_COUNT\t= {};\n/MN\n", POINTS.len());
+            for k in 1..=POINTS.len() {
+                let _ = writeln!(t, "{k:4}:J P[{k}] 10% FINE    ;");
+            }
+            t += "/POS\n";
+            for (k, q) in POINTS.iter().enumerate() {
+                let f = |i: usize| format!("J{}={:>10.3} deg", i + 1, q[i]);
+                let rows = [[f(0), f(1), f(2)].join(",\t"), [f(3), f(4), f(5)].join(",\t")];
+                let _ = write!(t, "P[{}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\n\t{},\n\t{}\n}};\n", k + 1, rows[0], rows[1]);
+            }
+            ("p.ls", t + "/END\n", "fanuc-m10ia.yaml")
+        }
+        "urscript" => {
+            t += "def p():\n";
+            for q in POINTS {
+                let _ =
+                    writeln!(t, "  movej([{}], a=1.4, v=1.05)", q.map(|v| format!("{:.7}", v.to_radians())).join(", "));
+            }
+            ("p.script", t + "end\n", "universal-robots-ur10.yaml")
+        }
+        "inform" => {
+            let _ = write!(t, "/JOB\r\n//NAME P\r\n//POS\r\n///NPOS {},0,0,0,0,0\r\n///TOOL 0\r\n", POINTS.len());
+            t += "///POSTYPE ANGLE\r\n///ANGLE\r\n";
+            for (k, q) in POINTS.iter().enumerate() {
+                let _ = write!(t, "C{k:05}={}\r\n", list(q));
+            }
+            t += "//INST\r\n///DATE 2024/05/06 07:08\r\n///ATTR SC,RW\r\n///GROUP1 RB1\r\nNOP\r\n";
+            for k in 0..POINTS.len() {
+                let _ = write!(t, "MOVJ C{k:05} VJ=25.00 PL=0\r\n");
+            }
+            ("P.JBI", t + "END\r\n", "motoman-ma2010.yaml")
+        }
+        _ => {
+            t += "G21 G90 G61\n";
+            for q in POINTS {
+                let _ = writeln!(t, "G0 X{:.4} Y{:.4} Z{:.4}", q[0] + 100.0, q[1] + 200.0, q[2]);
+            }
+            ("p.ngc", t, "gantry-xyz-ballscrew.yaml")
+        }
+    }
+}
+
+/// Joint targets in the order of the moves, deg or mm.
+fn targets(robot: &Robot, name: &str, bytes: Vec<u8>) -> Vec<Vec<f64>> {
+    let Recognised::Script(format) = formats::recognise(Path::new(name), &bytes) else { panic!("{name}") };
+    let document = format.parse(vec![Text::new(name, bytes)], robot.axes()).unwrap();
+    let script = document.script();
+    let joints = |t: usize| {
+        let values = script.targets[t].values.iter().zip(robot.axis_joints());
+        values.map(|(v, j)| v.unwrap().si / j.kind.si_per_user_unit()).collect::<Vec<f64>>()
+    };
+    script.moves().map(|(_, m)| if let Goal::Joints(t) = m.goal { joints(t) } else { panic!("{name}") }).collect()
+}
+
+#[test]
+fn every_target_is_reached_from_its_side_in_every_format() {
+    for format in ["krl", "rapid", "fanuc", "urscript", "inform", "gcode"] {
+        for sign in [1.0, -1.0] {
+            one(format, sign);
+        }
+    }
+}
+
+fn one(format: &str, sign: f64) {
+    let desk = Desk::new(0.0);
+    let (name, text, config) = written(format);
+    let text_of_robot =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(config)).unwrap();
+    let robot = Robot::parse("robot.yaml", &text_of_robot).unwrap();
+    desk.write("robot.yaml", &text_of_robot);
+    desk.write(name, &text);
+    let mut model = String::from("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n");
+    for j in robot.axis_joints() {
+        let _ = writeln!(model, "  - {{effect: backlash, joint: {}, half_gap_{}: {HALF_GAP}}}", j.name, j.kind.unit());
+    }
+    desk.write("model.yaml", &model);
+    let side = if sign > 0.0 { "+" } else { "-" };
+    desk.run(&format!("rewrite --model model.yaml {name} --approach-from {side} --output out-{name}")).success();
+    let before = targets(&robot, name, desk.read(name));
+    let after = targets(&robot, &format!("out-{name}"), desk.read(&format!("out-{name}")));
+    // the last digit of the coarsest format, and what G-code and FANUC hold
+    let digit = 1.1e-3;
+    let gears = |q: &[f64]| {
+        let mut gears = q.to_vec();
+        robot.to_gears(&mut gears);
+        gears
+    };
+    // where the joints stand: at the first target within their gaps
+    let mut stands = gears(&after[0]);
+    let mut came = vec![0.0; stands.len()];
+    let (mut next, mut reached) = (1, 0);
+    for command in &after[1..] {
+        let command = gears(command);
+        for (axis, c) in command.iter().enumerate() {
+            let to = stands[axis].clamp(c - HALF_GAP, c + HALF_GAP);
+            if (to - stands[axis]).abs() > 1e-9 {
+                came[axis] = (to - stands[axis]).signum();
+            }
+            stands[axis] = to;
+        }
+        let Some(goal) = before.get(next).map(|q| gears(q)) else { break };
+        let there = stands.iter().zip(&goal).all(|(a, b)| (a - b).abs() <= digit + 1e-9);
+        let sided = came.iter().all(|s| *s == sign);
+        if there && sided {
+            next += 1;
+            reached += 1;
+        }
+    }
+    assert_eq!(
+        reached,
+        before.len() - 1,
+        "{format} {side}: {stands:?}\n{}",
+        String::from_utf8_lossy(&desk.read(&format!("out-{name}")))
+    );
+    desk.run(&format!("undo out-{name} --output back-{name}")).success();
+    assert_eq!(desk.read(&format!("back-{name}")), desk.read(name));
+}
+
+#[test]
+fn without_offsets_the_points_of_approach_are_all_that_is_new() {
+    let desk = Desk::new(HALF_GAP);
+    let (name, text, _) = written("krl");
+    desk.write(name, &text);
+    desk.run(&format!("rewrite --model model.yaml {name} --approach-from A1=- --gain 0 --output out.src")).success();
+    let out = String::from_utf8(desk.read("out.src")).unwrap();
+    // 1.5 times both half gaps on the wanted side of targets that are reached upwards
+    let new: Vec<&str> = out.lines().filter(|l| !text.lines().any(|o| o == *l)).collect();
+    assert_eq!(text.lines().filter(|l| !out.lines().any(|o| o == *l)).count(), 0, "{out}");
+    let first: Vec<&str> = new.iter().map(|l| l.split(',').next().unwrap()).collect();
+    assert_eq!(first, ["PTP {A1 10.0120", "PTP {A1 5.0130", "PTP {A1 -3.9880"], "{out}");
+}
