@@ -4,7 +4,7 @@ use lostmotion::compensator::{BacklashOffset, Compensator};
 use lostmotion::effects::curve::Pchip;
 use lostmotion::effects::{Effect, EffectInstance, GapCurve, JointZeroOffset};
 use lostmotion::io::input::from_bytes;
-use lostmotion::learn::{self, Kind, Learned, Lesson, Source};
+use lostmotion::learn::{self, Kind, Learned, Source, TrainingResult};
 use lostmotion::log::Log;
 use lostmotion::model::Model;
 use lostmotion::program::Program;
@@ -161,7 +161,7 @@ impl Instrument {
     }
 
     /// Learns x and y from the excitation, run with or without compensation.
-    pub fn learn(&self, kind: Kind, compensation: bool, seed: u64) -> Lesson {
+    pub fn learn(&self, kind: Kind, compensation: bool, seed: u64) -> TrainingResult {
         let desired = self.program("excitation.csv", self.excitation());
         let log =
             if compensation { self.run(&self.compensated(&desired), NOISE_M) } else { self.run(&desired, NOISE_M) };

@@ -8,7 +8,7 @@ mod picture;
 
 use flate2::{Compression, write::GzEncoder};
 use instrument::{Instrument, NOISE_M, Run, shapes};
-use lostmotion::learn::{Kind, Lesson};
+use lostmotion::learn::{Kind, TrainingResult};
 use std::io::Write;
 use std::time::Instant;
 
@@ -67,7 +67,7 @@ fn packed(name: &str, bytes: &[u8]) -> std::io::Result<()> {
 /// Prints both tables; what each model of Table III ran.
 fn tables(instrument: &Instrument, seed: u64) -> Vec<Vec<Run>> {
     println!("Table II, RMSE: x, y of training, then of test; ours / published\n");
-    let mut models: Vec<(String, bool, Option<Lesson>)> = Vec::new();
+    let mut models: Vec<(String, bool, Option<TrainingResult>)> = Vec::new();
     for (kind, compensation, published) in TABLE_2 {
         let start = Instant::now();
         let lesson = instrument.learn(kind, compensation, seed);

@@ -136,7 +136,7 @@ pub fn run(args: Args) -> Result<()> {
         eprintln!("note: {note}");
     }
     out.put(lesson.learned.to_yaml(&robot)?.as_bytes())?;
-    page::write(&mut report, || page::learn::of_lesson(&robot, &lesson))?;
+    page::write(&mut report, || page::learn::of_training(&robot, &lesson))?;
     if to_stdout {
         output::commit([Some(out), report])?;
         eprint!("{}", lesson.to_text());

@@ -1,7 +1,7 @@
-//! Logs as commands read them: column map, reading side by side, hygiene before anything is computed.
+//! Logs as commands read them: column map, reading side by side, plausibility checks before anything is computed.
 
 use crate::error::{Error, Place, Result};
-use crate::log::hygiene::{self, Kinematics};
+use crate::log::plausibility::{self, Kinematics};
 use crate::log::{ColumnMap, Log};
 use crate::robot::Robot;
 use rayon::prelude::*;
@@ -32,7 +32,7 @@ fn load_by(
     let map = columns.map(ColumnMap::load).transpose()?;
     let read = |path: &PathBuf| -> Result<(Log, Vec<String>)> {
         let log = load(path, robot, map.as_ref())?;
-        let notes = hygiene::check_for(&log, robot, kinematics)?.notes;
+        let notes = plausibility::check_for(&log, robot, kinematics)?.notes;
         Ok((log, notes))
     };
     // the first file in order that is wrong is the one that is named

@@ -10,7 +10,7 @@ use crate::model::Model;
 use crate::plan::path::{Room, RoomOptions};
 use crate::plan::question::{self, Set};
 use crate::plan::recording::Kind;
-use crate::plan::separate::Bench;
+use crate::plan::separate::Experiment;
 use crate::plan::sizes::{self, Scale};
 use crate::plan::{self, display, document, motions};
 use crate::robot::Robot;
@@ -124,7 +124,8 @@ pub fn run(args: Args) -> Result<()> {
     let mut out = output::create(args.output.as_deref())?;
     let mut report = output::create(args.report.as_deref())?;
     let noise = args.noise_um.map(|um| Noise::white(um * 1e-6)).unwrap_or(asked.noise());
-    let bench = Bench { model: &model, room: &room, noise, payload_kg: args.payload_kg, channels: Channels::default() };
+    let bench =
+        Experiment { model: &model, room: &room, noise, payload_kg: args.payload_kg, channels: Channels::default() };
     let (plan, motion) = asked.answer(&bench, &scale);
     page::write(&mut report, || page::plan::of_plan(robot, &plan, motion.as_ref(), &room))?;
     match (&mut out, motion.map(|m| document::program(&m, &room))) {
@@ -209,7 +210,7 @@ impl Question {
     }
 
     /// The plan, and its motion where there is one.
-    fn answer(&self, bench: &Bench, scale: &Scale) -> (document::Plan, Option<motions::Motion>) {
+    fn answer(&self, bench: &Experiment, scale: &Scale) -> (document::Plan, Option<motions::Motion>) {
         let (room, dof) = (bench.room, bench.model.robot.dof());
         let payload = !bench.model.robot.links.is_empty();
         let (name, sets) = match self {

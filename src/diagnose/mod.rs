@@ -29,7 +29,7 @@ pub use verdict::Verdict;
 /// Diagnoses logs of one machine against its model: the outcome of the search, from which [`result::document::of`] makes the
 /// document and [`model_with`] the model.
 ///
-/// Logs have been through [`crate::log::hygiene`]. Errors: no measured column, or points from which no frame follows.
+/// Logs have been through [`crate::log::plausibility`]. Errors: no measured column, or points from which no frame follows.
 pub fn diagnose(model: &Model, logs: &[Log]) -> Result<Outcome> {
     let (problem, start) = prepare::problem(model, logs)?;
     if search::together::triage::many(model, logs)

@@ -1,6 +1,6 @@
 //! What was learned, as JSON (`lostmotion/learning/1`) and as a table in the manner of Cursi (2022) Table II.
 
-use super::{LETTERS, Lesson, Rmse};
+use super::{LETTERS, Rmse, TrainingResult};
 use crate::error::counted;
 use crate::gaps::file::number;
 use serde_json::{Map, Value, json};
@@ -8,7 +8,7 @@ use std::fmt::Write;
 
 pub const SCHEMA: &str = "lostmotion/learning/1";
 
-impl Lesson {
+impl TrainingResult {
     /// The JSON document; lengths in mm, velocities in mm/s.
     pub fn to_json(&self) -> Value {
         let l = &self.learned;

@@ -73,7 +73,7 @@ pub struct Source<'a> {
 
 /// What came out.
 #[derive(Debug, Clone)]
-pub struct Lesson {
+pub struct TrainingResult {
     pub learned: Learned,
     /// Per coordinate.
     pub training: Vec<Training>,
@@ -126,7 +126,7 @@ fn refuse_too_little(name: &str, rows: &[Row], dof: usize, options: &Options) ->
 }
 
 /// Learns from `logs`; the test rows are those of `tests`, or else a fifth of the logs'.
-pub fn learn(robot: &Robot, logs: &[Source], tests: &[Source], options: &Options) -> Result<Lesson> {
+pub fn learn(robot: &Robot, logs: &[Source], tests: &[Source], options: &Options) -> Result<TrainingResult> {
     let all = |sources: &[Source]| -> Result<Vec<Row>> {
         let each: Result<Vec<Vec<Row>>> = sources.iter().map(|s| data::rows(s.log, s.desired)).collect();
         Ok(each?.concat())
@@ -177,7 +177,7 @@ pub fn learn(robot: &Robot, logs: &[Source], tests: &[Source], options: &Options
         train: train_rmse,
         test: test_rmse,
     };
-    Ok(Lesson { learned, training, nominal, distances_m, notes })
+    Ok(TrainingResult { learned, training, nominal, distances_m, notes })
 }
 
 /// Range of each axis over the rows.

@@ -1,4 +1,4 @@
-//! What may be wrong with the units, signs and order of a log's columns, and the path with that put right: for hygiene.
+//! What may be wrong with the units, signs and order of a log's columns, and the path with that put right: for plausibility checks.
 //!
 //! Each fault is tried alone, over some hundred rows with a measured TCP. How it fails: two faults at once are neither.
 

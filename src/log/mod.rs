@@ -5,8 +5,8 @@
 //! - [`read`]: CSV (and gzip) to [`Log`], with file, line and column of every refusal; `number`: decimal text to f64;
 //!   `timestamp`: dates and times to microseconds.
 //! - [`mod@write`]: numbers, fields and column names on the way out.
-//! - [`hygiene`]: units, axes and clocks that cannot be right, found from the shape of the measured path; `oddities`:
-//!   encoders, speeds and limits that make a reader wonder; `faults`: what is tried; `shape`: robust rigid and mirrored fits, for hygiene.
+//! - [`plausibility`]: units, axes and clocks that cannot be right, found from the shape of the measured path; `side_columns`:
+//!   encoders, speeds and limits that make a reader wonder; `faults`: what is tried; `shape`: robust rigid and mirrored fits, for plausibility checks.
 //! - [`instruments`]: channels of other instruments: distance, dial, orientation, torque.
 //! - [`dwells`]: where the robot stands still, from which side each joint came, and the mean of the measurements there.
 //! - [`registration`]: the tracker's frame from points known in both frames.
@@ -14,14 +14,14 @@
 pub mod columns;
 pub mod dwells;
 mod faults;
-pub mod hygiene;
 pub mod instruments;
 mod meaning;
 mod number;
-mod oddities;
+pub mod plausibility;
 pub mod read;
 pub mod registration;
 mod shape;
+mod side_columns;
 mod timestamp;
 pub mod write;
 

@@ -3,7 +3,7 @@
 use super::motions::Motion;
 use super::path::{DECIMALS, Room};
 use super::question::Set;
-use super::separate::{Bench, Comparison, NEEDED, Worth, named, right};
+use super::separate::{Comparison, DesignScore, Experiment, NEEDED, named, right};
 use super::{LEAST, Separation, Shown, reasons};
 use crate::diagnose::search::MOST_EFFECTS;
 use crate::effects::{EffectInstance, entry};
@@ -159,7 +159,7 @@ fn sets_shown(sets: &[Set], robot: &Robot) -> Vec<SetShown> {
         .collect()
 }
 
-fn entry_of(motion: &Motion, bench: &Bench) -> Entry {
+fn entry_of(motion: &Motion, bench: &Experiment) -> Entry {
     let payloads = if motion.two_payloads { vec![Some(0.0), Some(bench.payload_kg)] } else { vec![None] };
     Entry {
         motion: motion.name.clone(),
@@ -172,7 +172,7 @@ fn entry_of(motion: &Motion, bench: &Bench) -> Entry {
     }
 }
 
-fn evidence(worth: &Worth, sets: &[Set], robot: &Robot) -> Evidence {
+fn evidence(worth: &DesignScore, sets: &[Set], robot: &Robot) -> Evidence {
     let shown = |c: &Comparison| ComparisonShown {
         truth: sets[c.set].rivals[c.truth].name.clone(),
         rival: sets[c.set].rivals[c.other].name.clone(),
@@ -193,7 +193,7 @@ fn evidence(worth: &Worth, sets: &[Set], robot: &Robot) -> Evidence {
     }
 }
 
-fn empty(question: &'static str, bench: &Bench) -> Plan {
+fn empty(question: &'static str, bench: &Experiment) -> Plan {
     Plan {
         schema: SCHEMA,
         question,
@@ -211,7 +211,7 @@ fn empty(question: &'static str, bench: &Bench) -> Plan {
 }
 
 /// The document where a diagnosis has no set.
-pub fn of_nothing(bench: &Bench) -> Plan {
+pub fn of_nothing(bench: &Experiment) -> Plan {
     let mut plan = empty("diagnosis", bench);
     plan.reason = Some("no round of the diagnosis has a set of two or more: there is nothing to decide".into());
     plan
@@ -222,12 +222,12 @@ pub fn of_separation<'a>(
     question: &'static str,
     answer: &'a Separation,
     sets: &[Set],
-    bench: &Bench,
+    bench: &Experiment,
 ) -> (Plan, Option<&'a Motion>) {
     let robot = &bench.model.robot;
     let mut plan = empty(question, bench);
     plan.sets = sets_shown(sets, robot);
-    let shown = |motion: &Motion, worth: &Worth| Entry {
+    let shown = |motion: &Motion, worth: &DesignScore| Entry {
         evidence: Some(evidence(worth, sets, robot)),
         ..entry_of(motion, bench)
     };
@@ -299,7 +299,7 @@ pub fn of_separation<'a>(
 }
 
 /// The document of the whole catalogue, and the motion to run.
-pub fn of_catalogue<'a>(answer: &'a [Shown], bench: &Bench) -> (Plan, Option<&'a Motion>) {
+pub fn of_catalogue<'a>(answer: &'a [Shown], bench: &Experiment) -> (Plan, Option<&'a Motion>) {
     let robot = &bench.model.robot;
     let mut plan = empty("catalogue", bench);
     let shown = |s: &Shown| {

@@ -28,7 +28,7 @@ use observe::Seen;
 use question::Set;
 use rayon::prelude::*;
 use reasons::With;
-use separate::{Bench, NEEDED, Worth};
+use separate::{DesignScore, Experiment, NEEDED};
 use sizes::Scale;
 
 /// Evidence below which a motion does not separate, however the noise falls: within it a rival stays in the set.
@@ -44,7 +44,7 @@ const TRIED_AGAIN: usize = 5;
 #[derive(Debug, Clone)]
 pub struct Judged {
     pub motion: Motion,
-    pub worth: Worth,
+    pub worth: DesignScore,
 }
 
 /// The answer to a question about rivals.
@@ -82,7 +82,7 @@ pub fn axes_of(sets: &[Set], dof: usize) -> Vec<usize> {
 }
 
 /// Judges every motion for the sets, and pairs of them where no single one is enough.
-pub fn separate(bench: &Bench, library: Vec<Motion>, sets: &[Set]) -> Separation {
+pub fn separate(bench: &Experiment, library: Vec<Motion>, sets: &[Set]) -> Separation {
     let mut singles: Vec<Judged> = library
         .into_par_iter()
         .map(|motion| {
@@ -109,7 +109,7 @@ pub fn separate(bench: &Bench, library: Vec<Motion>, sets: &[Set]) -> Separation
 }
 
 /// The best pair: the shortest that is enough, else the one with the most evidence.
-fn pair(bench: &Bench, singles: &[Judged], sets: &[Set]) -> Option<Judged> {
+fn pair(bench: &Experiment, singles: &[Judged], sets: &[Set]) -> Option<Judged> {
     // for several comparisons the motions that are best for each, else the best of all
     let mut few: Vec<usize> = (0..singles.len().min(PAIRED)).collect();
     let count = singles.first().map_or(0, |j| j.worth.comparisons.len());
@@ -162,7 +162,7 @@ pub struct Shown {
 }
 
 /// The answer to the question about the whole catalogue: motions (and the best pair), best first.
-pub fn observe(bench: &Bench, library: Vec<Motion>, scale: &Scale) -> Vec<Shown> {
+pub fn observe(bench: &Experiment, library: Vec<Motion>, scale: &Scale) -> Vec<Shown> {
     let show = |motion: Motion| {
         let seen = observe::seen(bench, &motion, scale);
         Shown { motion, seen, worst: 0.0 }

@@ -8,7 +8,7 @@
 //! Linear: one effect at a time, so that it shows what can be seen, not what can be separated.
 
 use super::motions::Motion;
-use super::separate::Bench;
+use super::separate::Experiment;
 use super::sizes::{self, Scale};
 use crate::diagnose::candidates;
 use crate::diagnose::candidates::screen::{SWALLOWED, ScreeningContext};
@@ -30,7 +30,7 @@ pub struct Seen {
 }
 
 /// What a motion shows, in the order of the catalogue's candidates.
-pub fn seen(bench: &Bench, motion: &Motion, scale: &Scale) -> Vec<Seen> {
+pub fn seen(bench: &Experiment, motion: &Motion, scale: &Scale) -> Vec<Seen> {
     let (problem, start, whitening) = bench.problem(motion);
     let state = problem.evaluate(&start);
     let tangent = tangent(&problem, &start, &state, &[], &whitening);

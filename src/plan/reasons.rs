@@ -5,7 +5,7 @@
 
 use super::motions::Motion;
 use super::question::{Rival, Set};
-use super::separate::{Bench, Worth};
+use super::separate::{DesignScore, Experiment};
 use crate::diagnose::problem::synthetic::Channels;
 use crate::effects::{Backlash, BacklashPosition, EffectInstance, JointZeroOffset, LinkError, ServoLag, Stage, Target};
 use crate::model::Model;
@@ -58,11 +58,11 @@ pub fn with_reflectors(model: &Model) -> Model {
 pub struct With {
     pub channel: Channel,
     pub motion: usize,
-    pub worth: Worth,
+    pub worth: DesignScore,
 }
 
 /// The best of the motions `few` (indices) for every channel.
-pub fn channels(bench: &Bench, motions: &[Motion], few: &[usize], sets: &[Set]) -> Vec<With> {
+pub fn channels(bench: &Experiment, motions: &[Motion], few: &[usize], sets: &[Set]) -> Vec<With> {
     use rayon::prelude::*;
     let wide = with_reflectors(bench.model);
     CHANNELS
@@ -70,8 +70,8 @@ pub fn channels(bench: &Bench, motions: &[Motion], few: &[usize], sets: &[Set]) 
         .filter(|c| !(c.channels.frame && bench.model.registration.is_some()))
         .filter_map(|channel| {
             let model = if channel.channels.reflectors { &wide } else { bench.model };
-            let with = Bench { model, channels: channel.channels, ..bench.clone() };
-            let all: Vec<(usize, Worth)> = few.par_iter().map(|&m| (m, with.worth(&motions[m], sets))).collect();
+            let with = Experiment { model, channels: channel.channels, ..bench.clone() };
+            let all: Vec<(usize, DesignScore)> = few.par_iter().map(|&m| (m, with.worth(&motions[m], sets))).collect();
             let best = all.into_iter().reduce(|a, b| if b.1.evidence > a.1.evidence { b } else { a });
             best.map(|(motion, worth)| With { channel: *channel, motion, worth })
         })

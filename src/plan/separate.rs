@@ -48,7 +48,7 @@ pub struct Comparison {
 
 /// What a motion is worth for the question.
 #[derive(Debug, Clone, Default)]
-pub struct Worth {
+pub struct DesignScore {
     pub comparisons: Vec<Comparison>,
     /// The least over all comparisons.
     pub evidence: f64,
@@ -58,7 +58,7 @@ pub struct Worth {
     pub outside: Option<(f64, String)>,
 }
 
-impl Worth {
+impl DesignScore {
     /// Evidence against the set's rivals and against everything else.
     pub fn whole(&self) -> f64 {
         self.outside.as_ref().map_or(self.evidence, |o| self.evidence.min(o.0))
@@ -77,7 +77,7 @@ pub fn named(evidence: f64) -> f64 {
 
 /// What everything is evaluated with.
 #[derive(Debug, Clone)]
-pub struct Bench<'a> {
+pub struct Experiment<'a> {
     pub model: &'a Model,
     pub room: &'a Room<'a>,
     /// Of one coordinate of a reflector, m.
@@ -86,7 +86,7 @@ pub struct Bench<'a> {
     pub channels: Channels,
 }
 
-impl Bench<'_> {
+impl Experiment<'_> {
     /// Logs of a motion: one, or one per payload.
     pub fn problem(&self, motion: &Motion) -> (Problem, Hypothesis, Whitening) {
         let (t_s, cmd) = rows_of_log(motion, self.room);
@@ -106,10 +106,10 @@ impl Bench<'_> {
     }
 
     /// What a motion is worth for all sets.
-    pub fn worth(&self, motion: &Motion, sets: &[Set]) -> Worth {
+    pub fn worth(&self, motion: &Motion, sets: &[Set]) -> DesignScore {
         let (mut problem, start, whitening) = self.problem(motion);
         let candidates = candidates::all(&problem);
-        let mut worth = Worth { evidence: f64::INFINITY, visible: f64::INFINITY, ..Worth::default() };
+        let mut worth = DesignScore { evidence: f64::INFINITY, visible: f64::INFINITY, ..DesignScore::default() };
         for (number, set) in sets.iter().enumerate() {
             let mut base = start.clone();
             base.effects.extend(set.common.iter().cloned());
@@ -142,7 +142,7 @@ impl Bench<'_> {
 /// Effects outside a set that are refitted to every truth.
 const OUTSIDE: usize = 3;
 
-impl Bench<'_> {
+impl Experiment<'_> {
     /// The effect outside the sets that fits best what a motion would show of one of the rivals, and what it leaves: a motion
     /// that tells two rivals apart may confuse both with a third. Looked for where the truth is one effect.
     pub fn outside(&self, motion: &Motion, sets: &[Set]) -> Option<(f64, String)> {

@@ -15,7 +15,7 @@ use assert_cmd::Command;
 use lostmotion::compensator::Compensator;
 use lostmotion::error::Error;
 use lostmotion::gaps::Gaps;
-use lostmotion::log::{ColumnMap, Log, hygiene};
+use lostmotion::log::{ColumnMap, Log, plausibility};
 use lostmotion::model::Model;
 use lostmotion::program::Program;
 use lostmotion::robot::Robot;
@@ -190,7 +190,7 @@ fn read(bad: Bad, folder: &Path) -> Result<(), Error> {
             let robot = Robot::load(&at(R))?;
             let map = if bad == M { Some(ColumnMap::load(&at(M))?) } else { None };
             let log = Log::load_with(&at(L), &robot, map.as_ref())?;
-            hygiene::check(&log, &robot).map(drop)
+            plausibility::check(&log, &robot).map(drop)
         }
         G => Gaps::load(&at(G), &Robot::load(&at(R))?).map(drop),
         C => Compensator::load(&at(C), &Robot::load(&at(R))?).map(drop),
@@ -430,7 +430,7 @@ fn answer(bad: Bad, bytes: Vec<u8>) {
             assert!(log.cmd.iter().all(|c| c.len() == log.len() && c.iter().all(|v| v.is_finite())));
             assert!(log.tcp_m.is_empty() || log.tcp_m.len() == log.len());
             assert!(log.tcp_m.iter().flatten().all(|p| p.iter().all(|v| v.is_finite())));
-            drop(hygiene::check(&log, &robot));
+            drop(plausibility::check(&log, &robot));
         }
     }
 }

@@ -9,7 +9,7 @@ use lostmotion::identify::screw::flanks::{Flanks, Known};
 use lostmotion::identify::screw::start::Start;
 use lostmotion::identify::screw::{Found, Series, document, identify};
 use lostmotion::io::input::Input;
-use lostmotion::log::{Log, hygiene};
+use lostmotion::log::{Log, plausibility};
 use lostmotion::robot::Robot;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -336,7 +336,7 @@ fn units_and_scales_that_cannot_be_right_are_refused() {
     let robot = gantry();
     let refused = |text: &str, robot: &Robot| -> String {
         let log = read(text, robot).unwrap();
-        let error = match hygiene::check(&log, robot) {
+        let error = match plausibility::check(&log, robot) {
             Err(e) => e,
             Ok(_) => identify(robot, &[log], None).map(|_| ()).unwrap_err(),
         };

@@ -1,7 +1,7 @@
-//! Logs that are right in an unusual way, column maps, and hygiene that must stay quiet.
+//! Logs that are right in an unusual way, column maps, and plausibility checks that must stay quiet.
 
 use lostmotion::io::input::Input;
-use lostmotion::log::{ColumnMap, Log, hygiene};
+use lostmotion::log::{ColumnMap, Log, plausibility};
 use lostmotion::robot::{JointKind, Robot};
 use nalgebra::{Rotation3, Vector3};
 use rand::{Rng, SeedableRng};
@@ -190,7 +190,7 @@ fn six(s: f64) -> [f64; 6] {
 
 #[test]
 fn hygiene_is_quiet_on_a_good_log() {
-    let found = hygiene::check(&measured(2000, 1e-5, six), &robot()).unwrap();
+    let found = plausibility::check(&measured(2000, 1e-5, six), &robot()).unwrap();
     assert!(found.notes.is_empty(), "{:?}", found.notes);
     assert!(found.misfit_m.unwrap() < 3e-5 && found.spread_m > 0.2);
 }
@@ -199,12 +199,12 @@ fn hygiene_is_quiet_on_a_good_log() {
 fn hygiene_says_nothing_where_the_travel_is_short() {
     // a tenth of a millimetre of travel in noise of 30 um: no scale can be seen in it
     let short = |s: f64| [0.003 * (20.0 * s).sin(), -80.0, 85.0 + 0.002 * (31.0 * s).cos(), 0.0, 0.0, 0.0];
-    assert!(hygiene::check(&measured(500, 3e-5, short), &robot()).unwrap().notes.is_empty());
-    assert!(hygiene::check(&measured(5, 1e-5, six), &robot()).is_ok());
-    assert!(hygiene::check(&measured(500, 1e-5, |_| [0.0; 6]), &robot()).is_ok());
+    assert!(plausibility::check(&measured(500, 3e-5, short), &robot()).unwrap().notes.is_empty());
+    assert!(plausibility::check(&measured(5, 1e-5, six), &robot()).is_ok());
+    assert!(plausibility::check(&measured(500, 1e-5, |_| [0.0; 6]), &robot()).is_ok());
 }
 
-/// Zero offsets, a wrong tool, outliers and drift are the business of effects and robust fits, not of hygiene.
+/// Zero offsets, a wrong tool, outliers and drift are the business of effects and robust fits, not of plausibility checks.
 #[test]
 fn hygiene_does_not_mistake_an_effect_for_a_unit() {
     let robot = robot();
@@ -216,17 +216,18 @@ fn hygiene_does_not_mistake_an_effect_for_a_unit() {
             ] {
                 let mut log = measured(400, 1e-5, path);
                 log.cmd[axis].iter_mut().for_each(|v| *v += offset_deg.to_radians());
-                hygiene::check(&log, &robot).unwrap_or_else(|e| panic!("{name}, axis {axis} by {offset_deg} deg: {e}"));
+                plausibility::check(&log, &robot)
+                    .unwrap_or_else(|e| panic!("{name}, axis {axis} by {offset_deg} deg: {e}"));
             }
         }
     }
     let mut wild = measured(1000, 1e-5, six);
     wild.tcp_m.iter_mut().step_by(9).for_each(|p| *p = p.map(|p| p + Vector3::new(0.5, -0.4, 0.3)));
-    assert!(hygiene::check(&wild, &robot).is_ok());
+    assert!(plausibility::check(&wild, &robot).is_ok());
     let mut other_tool = robot.clone();
     let tool = nalgebra::Isometry3::translation(0.25, -0.1, 0.3);
     other_tool = Robot::new(other_tool.name, other_tool.convention, other_tool.joints, other_tool.base, tool);
-    assert!(hygiene::check(&measured(1000, 1e-5, six), &other_tool).is_ok());
+    assert!(plausibility::check(&measured(1000, 1e-5, six), &other_tool).is_ok());
 }
 
 #[test]
@@ -238,7 +239,7 @@ fn hygiene_refuses_a_path_of_another_robot() {
         j.alpha_rad += d;
     }
     other = Robot::new(other.name, other.convention, joints, other.base, other.tool);
-    let refused = hygiene::check(&measured(1000, 1e-5, six), &other).unwrap_err().to_string();
+    let refused = plausibility::check(&measured(1000, 1e-5, six), &other).unwrap_err().to_string();
     assert!(refused.contains("another shape"), "{refused}");
 }
 
@@ -247,11 +248,11 @@ fn hygiene_sees_clocks_apart() {
     let mut log = measured(2000, 1e-5, six);
     log.tcp_m.rotate_right(5);
     log.tcp_m[..5].fill(None);
-    let found = hygiene::check(&log, &robot()).unwrap();
+    let found = plausibility::check(&log, &robot()).unwrap();
     assert!(found.notes.iter().any(|n| n.contains("about 0.20 s behind")), "{:?}", found.notes);
     log.tcp_m.rotate_right(45);
     log.tcp_m[..50].fill(None);
-    let refused = hygiene::check(&log, &robot()).unwrap_err().to_string();
+    let refused = plausibility::check(&log, &robot()).unwrap_err().to_string();
     assert!(refused.contains("about 2.00 s behind") && refused.contains("one clock"), "{refused}");
 }
 
@@ -263,12 +264,13 @@ fn hygiene_compares_encoders_with_commands() {
         log.enc[0] = Some(log.cmd[0].iter().map(|v| Some(v * factor + offset)).collect());
         log
     };
-    assert!(hygiene::check(&with(1.0, 1e-5), &robot()).unwrap().notes.is_empty());
-    let refused = hygiene::check(&with(JointKind::Revolute.si_per_user_unit(), 0.0), &robot()).unwrap_err().to_string();
+    assert!(plausibility::check(&with(1.0, 1e-5), &robot()).unwrap().notes.is_empty());
+    let refused =
+        plausibility::check(&with(JointKind::Revolute.si_per_user_unit(), 0.0), &robot()).unwrap_err().to_string();
     assert!(refused.contains("enc_A1_deg") && refused.contains("radians"), "{refused}");
-    let against = hygiene::check(&with(-1.0, 0.0), &robot()).unwrap();
+    let against = plausibility::check(&with(-1.0, 0.0), &robot()).unwrap();
     assert!(against.notes.iter().any(|n| n.contains("wrong sign")), "{:?}", against.notes);
-    let apart = hygiene::check(&with(1.0, 0.2), &robot()).unwrap();
+    let apart = plausibility::check(&with(1.0, 0.2), &robot()).unwrap();
     assert!(apart.notes.iter().any(|n| n.contains("differs from the command")), "{:?}", apart.notes);
 }
 
@@ -276,11 +278,11 @@ fn hygiene_compares_encoders_with_commands() {
 fn hygiene_notes_speeds_and_limits_that_cannot_be() {
     let mut log = measured(500, 1e-5, six);
     log.t_s.iter_mut().for_each(|t| *t *= 1e-3);
-    let fast = hygiene::check(&log, &robot()).unwrap().notes;
+    let fast = plausibility::check(&log, &robot()).unwrap().notes;
     assert!(fast.iter().any(|n| n.contains("A1 moves at") && n.contains("its limit is 136")), "{fast:?}");
     log.t_s.iter_mut().for_each(|t| *t *= 1e6);
     let step_s = log.t_s[1] - log.t_s[0];
-    let slow = match hygiene::check(&log, &robot()) {
+    let slow = match plausibility::check(&log, &robot()) {
         Err(refused) => refused.to_string(),
         Ok(found) => found.notes.join("; "),
     };
@@ -289,14 +291,14 @@ fn hygiene_notes_speeds_and_limits_that_cannot_be() {
     for (apart_s, refused) in [(40.0, true), (4.0, false)] {
         let mut log = log.clone();
         log.t_s.iter_mut().for_each(|t| *t *= apart_s / step_s);
-        assert_eq!(hygiene::check(&log, &robot()).is_err(), refused, "{apart_s}");
+        assert_eq!(plausibility::check(&log, &robot()).is_err(), refused, "{apart_s}");
     }
     let beyond = measured(500, 1e-5, |s| {
         let mut q = six(s);
         q[1] += 120.0;
         q
     });
-    let notes = hygiene::check(&beyond, &robot()).unwrap().notes;
+    let notes = plausibility::check(&beyond, &robot()).unwrap().notes;
     assert!(
         notes.iter().any(|n| n.starts_with("line ") && n.contains("A2") && n.contains("outside its limits")),
         "{notes:?}"

@@ -7,7 +7,7 @@ use lostmotion::diagnose::search::fit;
 use lostmotion::model::Model;
 use lostmotion::plan::path::{Room, RoomOptions};
 use lostmotion::plan::question;
-use lostmotion::plan::separate::{self, Bench};
+use lostmotion::plan::separate::{self, Experiment};
 use lostmotion::plan::sizes::Scale;
 use lostmotion::plan::{axes_of, motions};
 use lostmotion::program::Program;
@@ -329,7 +329,7 @@ fn noisy_logs_keep_the_promised_evidence_on_average() {
     let sets = [set];
     // so noisy that the evidence is about twenty
     let sigma = 15e-6;
-    let bench = Bench {
+    let bench = Experiment {
         model: &model,
         room: &room,
         noise: Noise::white(sigma),

@@ -1,7 +1,7 @@
-//! Public measured logs are read through their maps, and hygiene neither refuses nor doubts them for rough tool points.
+//! Public measured logs are read through their maps, and plausibility checks neither refuses nor doubts them for rough tool points.
 
 use crate::real_data::read;
-use lostmotion::log::{Log, hygiene};
+use lostmotion::log::{Log, plausibility};
 use lostmotion::robot::Robot;
 use nalgebra::{Isometry3, Vector3};
 
@@ -9,12 +9,12 @@ fn seen(track: &[Option<Vector3<f64>>]) -> usize {
     track.iter().flatten().count()
 }
 
-/// Hygiene passes with the rough tool of the robot file and with none at all.
-fn passes(robot: &Robot, log: &Log) -> hygiene::Hygiene {
+/// Plausibility passes with the rough tool of the robot file and with none at all.
+fn passes(robot: &Robot, log: &Log) -> plausibility::Plausibility {
     let bare =
         Robot::new(robot.name.clone(), robot.convention, robot.joints.clone(), robot.base, Isometry3::identity());
-    hygiene::check(log, &bare).unwrap();
-    hygiene::check(log, robot).unwrap()
+    plausibility::check(log, &bare).unwrap();
+    plausibility::check(log, robot).unwrap()
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn a_log_with_two_encoders_a_joint_is_read_whole() {
         assert!((log.t_s[2500] - 10.0).abs() < 1e-9);
         assert!(log.enc.iter().all(Option::is_some));
         assert_eq!(log.meas.iter().map(Option::is_some).collect::<Vec<_>>(), [true, true, true, false, false, false]);
-        let notes = hygiene::check(&log, &robot).unwrap().notes;
+        let notes = plausibility::check(&log, &robot).unwrap().notes;
         // the wrist motors of this robot do not follow the references within degrees (README of the set)
         assert!(notes.iter().all(|n| n.starts_with("enc_A5 differs")), "{notes:?}");
         // the sensor behind the gear stands 0.145 deg from the motor's at the start of A3
@@ -110,6 +110,6 @@ fn stamps_and_counts_of_servos_become_seconds_and_degrees() {
         let meas = log.meas[0].as_ref().unwrap();
         assert_eq!(meas.iter().filter(|v| v.is_none()).count(), lost, "{file}");
         assert!((log.travel(0).to_degrees() - 200.0 * 360.0 / 4096.0).abs() < 1e-9);
-        hygiene::check(&log, &robot).unwrap();
+        plausibility::check(&log, &robot).unwrap();
     }
 }

@@ -1,13 +1,13 @@
 //! Page of `learn`: errors of the learned and of the nominal kinematics.
 
-use crate::learn::{Kind, LETTERS, Lesson, Rmse};
+use crate::learn::{Kind, LETTERS, Rmse, TrainingResult};
 use crate::report::{HistogramRun, HistogramView, Method, Page, Role, Run, TableView, Tile, Tone};
 use crate::robot::Robot;
 
 /// Where the method is from.
 const PAPER: &str = "Model Learning with Backlash Compensation for a Tendon-Driven Surgical Robot";
 
-pub fn of_lesson(robot: &Robot, lesson: &Lesson) -> Page {
+pub fn of_training(robot: &Robot, lesson: &TrainingResult) -> Page {
     let l = &lesson.learned;
     let e = &l.evidence;
     let mut page = super::start("learn", "Learned kinematics", robot);

@@ -1,6 +1,6 @@
 //! Positions of a mirrored frame: two columns swapped, or one negated.
 //!
-//! On a path in a plane a turn of the frame hides it from the hygiene of logs; only the lost motion normal to the plane then has
+//! On a path in a plane a turn of the frame hides it from the plausibility checks of logs; only the lost motion normal to the plane then has
 //! the wrong sign. Asked only of logs that the model does not describe, since it costs another fit.
 
 use super::prepare::{Binned, kabsch};

@@ -19,15 +19,15 @@
 
 use super::Log;
 use super::faults::{Fault, Sample};
-use super::oddities;
 use super::shape::{fit, fit_with_free_tool, spread};
+use super::side_columns;
 use crate::error::{Error, Place, Result};
 use crate::robot::Robot;
 use nalgebra::Vector3;
 
 /// Fewest places visited that say something about a shape.
 const FEWEST: usize = 10;
-/// Part of the path's size (2 mm of 1 m) below which a difference is the business of the effects, not of hygiene.
+/// Part of the path's size (2 mm of 1 m) below which a difference is the business of the effects, not of plausibility checks.
 const BENIGN: f64 = 0.002;
 /// A fault explains a difference where this part of it is left, or less.
 const EXPLAINED: f64 = 0.15;
@@ -45,7 +45,7 @@ const APART_S: f64 = 0.5;
 
 /// What was found to be in order, and what a reader should know.
 #[derive(Debug, Clone, Default)]
-pub struct Hygiene {
+pub struct Plausibility {
     /// 75th percentile of the distance between measured and computed path after a rigid fit, metres; `None` where the
     /// log has no TCP columns or too few places.
     pub misfit_m: Option<f64>,
@@ -66,16 +66,16 @@ pub enum Kinematics {
 }
 
 /// Refuses a log whose units, axes or clocks cannot be right for this robot; says what else looks odd.
-pub fn check(log: &Log, robot: &Robot) -> Result<Hygiene> {
+pub fn check(log: &Log, robot: &Robot) -> Result<Plausibility> {
     check_for(log, robot, Kinematics::OfFile)
 }
 
 /// The same for a machine whose kinematics may be another than the robot file's.
-pub fn check_for(log: &Log, robot: &Robot, kinematics: Kinematics) -> Result<Hygiene> {
-    let mut found = Hygiene::default();
-    oddities::sensors(log, robot, &mut found.notes)?;
-    oddities::times(log, robot, &mut found.notes)?;
-    oddities::limits(log, robot, &mut found.notes);
+pub fn check_for(log: &Log, robot: &Robot, kinematics: Kinematics) -> Result<Plausibility> {
+    let mut found = Plausibility::default();
+    side_columns::sensors(log, robot, &mut found.notes)?;
+    side_columns::times(log, robot, &mut found.notes)?;
+    side_columns::limits(log, robot, &mut found.notes);
     let sample = Sample::take(log);
     if sample.commands.len() >= FEWEST {
         shape(log, robot, kinematics, &sample, &mut found)?;
@@ -93,7 +93,7 @@ fn shifted(log: &Log, shift_s: f64) -> Result<String> {
     Ok(text)
 }
 
-fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, found: &mut Hygiene) -> Result<()> {
+fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, found: &mut Plausibility) -> Result<()> {
     let computed = sample.computed(robot);
     let as_read = fit(&computed, &sample.measured, false);
     let size = spread(&sample.measured).max(spread(&computed));
