@@ -70,12 +70,19 @@ fn context<'a>(model: &'a Model, placed: &EffectInstance, tcp_speed_m_s: Option<
     UndoContext { site: placed.site(&model.robot), tcp_speed_m_s, alone }
 }
 
-/// Is an effect gravity that stands in the model beside errors of the geometry? It was fitted together with them: alone it would move
-/// poses away instead of towards their target. Zero offsets are always undone.
+/// Errors of links and tool that make a calibrated arm: fewer may be known one by one.
+const CALIBRATED: usize = 3;
+
+/// Is an effect gravity that stands in the model beside errors of links or tool, or the zero offset of an arm that was calibrated as
+/// a whole? It was fitted together with them: alone it would move poses away instead of towards their target.
 pub fn part_of_geometry(model: &Model, placed: &EffectInstance) -> bool {
-    placed.effect.info().family == Family::Gravity
-        && placed.effect.stage() == Stage::Link
-        && model.effects.iter().any(|e| e.effect.stage() == Stage::Geometry)
+    let beside = model.effects.iter().filter(|e| e.effect.stage() == Stage::Geometry).count();
+    let least = match placed.effect.info().family {
+        Family::Gravity => 1,
+        Family::Geometry => CALIBRATED,
+        _ => return false,
+    };
+    placed.effect.stage() == Stage::Link && beside >= least
 }
 
 /// Effects of a model that `rewrite` leaves, each with the reason, as lines; `tcp_speed_m_s` is the speed of the program where it

@@ -8,7 +8,8 @@
 //! - [`problem`]: observations and the chain that predicts them; [`noise`]: white and coloured noise of the sensors.
 //! - [`candidates`]: what may be missing, its sensitivities, what it would explain, the test without the catalogue.
 //! - [`prepare`]: logs to a problem: frames, what drives the gears, samples that cannot be trusted.
-//! - [`search`]: a few effects one by one, or everything together (`search::together`); what it ends with.
+//! - [`search`]: a few effects one by one, or everything together (`search::together`); curves for what
+//!   has no name (`search::unnamed`); what it ends with.
 //! - [`verdict`]: sets, blind spots; [`result`]: the document, for a terminal and a page.
 
 pub mod candidates;

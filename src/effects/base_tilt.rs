@@ -39,13 +39,13 @@ pub static INFO: EffectInfo = EffectInfo {
         Ok(BaseTilt { rad_per_nm: [x.unwrap_or(0.0), y.unwrap_or(0.0)] }.into())
     },
     typical: |_| vec![("x_rad_per_nm".into(), Value::from(1e-8)), ("y_rad_per_nm".into(), Value::from(1e-8))],
-    candidates: |_, _| {},
-    further: |survey, list| {
+    candidates: |survey, list| {
         if survey.points && survey.axes.iter().any(|a| a.loaded) {
             let make = |c: &[f64]| BaseTilt { rad_per_nm: [c[0].max(0.0), c[1].max(0.0)] };
             list.push(Candidate::of_sizes(survey.robot, Target::Base, &[1e-9; 2], make));
         }
     },
+    further: |_, _| {},
 };
 
 /// Compliance about the x and y axes of the world, rad/Nm.

@@ -5,7 +5,7 @@
 //! rail, with cycles per turn of its lead. Reference: ISO 230-7:2015 (axis of rotation: tilt error motion); Evans, Hocken, Estler
 //! (1996), CIRP Annals 45(2).
 //!
-//! Parameters: amplitude at most 0.1 rad; cycles 0.05 to 10,000; phase within half a turn. Typical: 0.001 to 0.01 deg, 1 or 2
+//! Parameters: amplitude at most 0.002 rad; cycles 0.05 to 10,000; phase within half a turn. Typical: 0.001 to 0.01 deg, 1 or 2
 //! cycles. Action: replace or preload the bearing. No offset of one joint undoes it.
 
 use super::site::within;
@@ -25,7 +25,7 @@ pub static INFO: EffectInfo = EffectInfo {
     equation: "turn of all behind the joint by amplitude sin(cycles q + phase) about a direction across the axis",
     reference: "ISO 230-7:2015; Evans, Hocken, Estler (1996), CIRP Annals 45(2)",
     parameters: &[
-        ("amplitude_deg", "0 to 0.1 rad"),
+        ("amplitude_deg", "0 to 0.002 rad"),
         ("cycles_per_rev", "periods per turn (of the lead, for a slide), 0.05 to 10,000"),
         ("phase_deg", "within half a turn either way"),
         ("direction", "[x, y, z] in the frame of the joint before its turn; what lies along the axis is dropped"),
@@ -51,16 +51,16 @@ pub static INFO: EffectInfo = EffectInfo {
             ("direction".into(), direction),
         ]
     },
-    candidates: |_, _| {},
-    further: |survey, list| {
+    candidates: |survey, list| {
         for axis in survey.moving() {
             let turns = survey.axes[axis].travel / Site { robot: survey.robot, target: Target::Joint(axis) }.rev();
-            // what does not make a fifth of a period is no wobble that a log tells
-            for cycles in [1.0, 2.0].into_iter().filter(|c| c * turns > 0.2 && survey.points) {
+            // what does not make half a period is no wobble that a log tells from a bow
+            for cycles in [1.0, 2.0, 3.0].into_iter().filter(|c| c * turns > 0.5 && survey.points) {
                 list.push(wobble(survey.robot, axis, cycles));
             }
         }
     },
+    further: |_, _| {},
 };
 
 /// Amplitude in rad, periods per turn, phase in rad, direction across the axis.
@@ -132,7 +132,7 @@ impl EffectType for BearingWobble {
     }
 
     fn parameters(&self, _site: &Site) -> Vec<Parameter> {
-        let tilt = |k: usize| Parameter::degrees(&format!("amplitude_deg[{k}]"), within(0.1), 0.003f64.to_radians());
+        let tilt = |k: usize| Parameter::degrees(&format!("amplitude_deg[{k}]"), within(0.002), 0.003f64.to_radians());
         let cycles = Parameter::new("cycles_per_rev", 1.0, (0.05, 1e4), 2.0);
         vec![tilt(0), tilt(1), cycles, Parameter::degrees("phase_deg", within(PI), PI)]
     }

@@ -40,8 +40,7 @@ pub static INFO: EffectInfo = EffectInfo {
         Ok(CoupledPlay { half_gap: f.length("half_gap", 0.0)?, ratio: f.any("ratio")? / per_ratio }.into())
     },
     typical: |size| vec![(size.key("half_gap"), size.gap.into()), ("ratio".into(), Value::from(1.0))],
-    candidates: |_, _| {},
-    further: |survey, list| {
+    candidates: |survey, list| {
         // wrists: a joint driven through the one before it
         for to in survey.moving().filter(|&a| a > 0) {
             let from = to - 1;
@@ -56,6 +55,7 @@ pub static INFO: EffectInfo = EffectInfo {
             }
         }
     },
+    further: |_, _| {},
 };
 
 /// Half gap (rad or m), and movement of the gear per movement of the other joint.

@@ -1,14 +1,14 @@
-//! `empirical`: a smooth curve without a physical name, over position, direction, speed, torque or time.
+//! `empirical`: a smooth curve without a physical name, over position, direction, speed, acceleration, torque or time.
 //!
 //! What a log shows and no effect describes. On a joint it adds the curve's value to the joint's position; with `times: direction`
-//! the value changes its sign with the direction of movement (the odd part of a hysteresis). On the TCP it adds a vector over time
-//! or over the position of one joint (`of: A1`). The curve is a natural cubic spline through its knots (de Boor 1978, A Practical
+//! the value changes its sign with the direction of movement (the odd part of a hysteresis), with `times: A2` it is multiplied by the
+//! position of another joint (rad or m). On the TCP it adds a vector over time or over the position of one joint (`of: A1`). The curve is a natural cubic spline through its knots (de Boor 1978, A Practical
 //! Guide to Splines), constant beyond them: linear in its values, so that a fit of them is, too.
 //!
-//! Arguments: position deg or mm, direction -1 to +1 (0 before the first movement), speed deg/s or mm/s of the joint, torque Nm (N)
-//! as logged, else of gravity, time s since the first row. Parameters: the values at the knots, of either sign, at most 0.1 rad
+//! Arguments: position deg or mm, direction -1 to +1 (0 before the first movement), speed deg/s or mm/s of the joint's command, its acceleration
+//! deg/s2 or mm/s2, torque Nm (N) as logged, else of gravity, time s since the first row. Parameters: the values at the knots, of either sign, at most 0.1 rad
 //! (10 mm); their 95 % intervals `ci95` are carried along. `rewrite` undoes a curve over position point by point, one over direction
-//! or times direction as a gap; the others are no function of the program's positions.
+//! or times direction as a gap; the others are no function of the program's positions. Its trials: `crate::diagnose::search::unnamed`.
 
 use super::site::within;
 use super::spline::Spline;
@@ -16,21 +16,27 @@ use super::*;
 use nalgebra::Vector3;
 use serde_yaml::{Mapping, Value};
 
+/// Name in the catalogue.
+pub const NAME: &str = "empirical";
+
 pub static INFO: EffectInfo = EffectInfo {
-    name: "empirical",
+    name: NAME,
     heading: "empirical",
     stage: Stage::Link,
     family: Family::Empirical,
     acts_on: ActsOn::JointOrTcp,
     adds: "a smooth curve without a physical name",
-    equation: "natural cubic spline through the knots over position, direction, speed, torque or time, constant beyond",
+    equation: "natural cubic spline through the knots over position, direction, speed, acceleration, torque or time, constant beyond",
     reference: "de Boor (1978), A Practical Guide to Splines",
     parameters: &[
-        ("over", "position, direction, speed, torque or time; on the TCP time or position"),
+        ("over", "position, direction, speed, acceleration, torque or time; on the TCP time or position"),
         ("of", "on the TCP over position: the joint"),
-        ("times", "`direction`: the value changes its sign with the direction of movement"),
+        (
+            "times",
+            "`direction`: the value changes its sign with the direction of movement; another joint: it is per rad or m of that joint",
+        ),
         ("knots", "[[argument, value_deg], ...], arguments rising; on the TCP [[argument, x_mm, y_mm, z_mm], ...]"),
-        ("ci95", "95 % intervals of the values; carried along"),
+        ("ci95", "95 % intervals of the shape; carried along"),
     ],
     confused_with: &["transmission_error", "backlash_position", "thermal_growth", "gravity_compliance"],
     decide_by: "repeat the log: a curve that comes back is of the machine; move at two speeds and with two loads",
@@ -61,7 +67,7 @@ pub static INFO: EffectInfo = EffectInfo {
         vec![("over".into(), over.into()), ("knots".into(), Value::Sequence(knots))]
     },
     candidates: |_, _| {},
-    further,
+    further: |_, _| {},
 };
 
 /// What a curve is a function of.
@@ -70,30 +76,43 @@ pub enum Over {
     Position,
     Direction,
     Speed,
+    Acceleration,
     Torque,
     Time,
 }
 
 impl Over {
-    const ALL: [(Self, &'static str); 5] = [
+    const ALL: [(Self, &'static str); 6] = [
         (Self::Position, "position"),
         (Self::Direction, "direction"),
         (Self::Speed, "speed"),
+        (Self::Acceleration, "acceleration"),
         (Self::Torque, "torque"),
         (Self::Time, "time"),
     ];
 
-    fn text(self) -> &'static str {
+    /// As a model file has it.
+    pub fn text(self) -> &'static str {
         Self::ALL.iter().find(|o| o.0 == self).map_or("", |o| o.1)
     }
+}
+
+/// What the value of a curve is multiplied by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Times {
+    One,
+    /// The direction of movement.
+    Direction,
+    /// The position of another axis, rad or m.
+    Position(usize),
 }
 
 /// A curve of one value (rad or m of a joint) or of three (m, the TCP in the base frame) over one argument, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Empirical {
     pub over: Over,
-    /// The value is times the direction of movement.
-    pub times_direction: bool,
+    /// What the value is multiplied by.
+    pub times: Times,
     /// On the TCP over position: the axis.
     pub of: Option<usize>,
     curves: Vec<Spline>,
@@ -102,16 +121,16 @@ pub struct Empirical {
 
 impl Empirical {
     /// A curve of a joint through knots `[argument, value]`; `None` where they cannot be joined.
-    pub fn of_joint(over: Over, times_direction: bool, knots: &[[f64; 2]]) -> Option<Self> {
+    pub fn of_joint(over: Over, times: Times, knots: &[[f64; 2]]) -> Option<Self> {
         let (x, y): (Vec<f64>, Vec<f64>) = knots.iter().map(|k| (k[0], k[1])).unzip();
-        Some(Self { over, times_direction, of: None, curves: vec![Spline::new(x, y)?], ci95: None })
+        Some(Self { over, times, of: None, curves: vec![Spline::new(x, y)?], ci95: None })
     }
 
     /// A curve of the TCP through knots `(argument, vector)`; over position that of the axis `of`.
     pub fn of_tcp(over: Over, of: Option<usize>, knots: &[(f64, Vector3<f64>)]) -> Option<Self> {
         let x: Vec<f64> = knots.iter().map(|k| k.0).collect();
         let curve = |c: usize| Spline::new(x.clone(), knots.iter().map(|k| k.1[c]).collect());
-        Some(Self { over, times_direction: false, of, curves: vec![curve(0)?, curve(1)?, curve(2)?], ci95: None })
+        Some(Self { over, times: Times::One, of, curves: vec![curve(0)?, curve(1)?, curve(2)?], ci95: None })
     }
 
     /// Attaches the 95 % intervals of the values, in the units of the file.
@@ -128,13 +147,20 @@ impl Empirical {
             Over::Position => at(inputs.command(axis?))?,
             Over::Direction => direction(),
             Over::Speed => at(inputs.speed(axis?))?,
+            Over::Acceleration => acceleration(inputs, axis?, row)?,
             Over::Torque => at(inputs.measured_torque(axis?).unwrap_or(inputs.gravity_torque(axis?)))?,
             Over::Time => at(inputs.t_s())? - inputs.t_s().first()?,
         };
-        Some((x, if self.times_direction { direction() } else { 1.0 }))
+        let times = match self.times {
+            Times::One => 1.0,
+            Times::Direction => direction(),
+            Times::Position(other) => at(inputs.command(other))?,
+        };
+        Some((x, times))
     }
 
-    fn is_of_tcp(&self) -> bool {
+    /// It moves the TCP, not a joint.
+    pub fn is_of_tcp(&self) -> bool {
         self.curves.len() == 3
     }
 
@@ -142,7 +168,7 @@ impl Empirical {
     fn user_units_per_argument(&self, site: &Site) -> f64 {
         let kind = self.of.map_or(site.kind(), |a| site.robot.axis(a).kind);
         match self.over {
-            Over::Position | Over::Speed => 1.0 / kind.si_per_user_unit(),
+            Over::Position | Over::Speed | Over::Acceleration => 1.0 / kind.si_per_user_unit(),
             Over::Direction | Over::Torque | Over::Time => 1.0,
         }
     }
@@ -163,11 +189,17 @@ fn read(f: &mut Fields) -> Result<Effect> {
         let names: Vec<&str> = Over::ALL.iter().filter(|o| allowed(&o.0)).map(|o| o.1).collect();
         return Err(f.bad("over", "no `over`, or an unknown one", &format!("one of {}", names.join(", "))));
     };
-    let times = f.take("times");
-    let times_direction = match times.as_ref().map(Value::as_str) {
-        None => false,
-        Some(Some("direction")) if !tcp && over != Over::Direction => true,
-        _ => return Err(f.bad("times", "a `times` that is none", "`times: direction` of a joint, or none")),
+    let times = match f.take("times").as_ref().map(Value::as_str) {
+        None => Some(Times::One),
+        Some(Some("direction")) if !tcp && over != Over::Direction => Some(Times::Direction),
+        Some(Some(name)) if !tcp => {
+            site.robot.axis_named(name).filter(|a| site.target != Target::Joint(*a)).map(Times::Position)
+        }
+        Some(_) => None,
+    };
+    let Some(times) = times else {
+        let expected = "`times: direction` or another joint, of a joint, or none";
+        return Err(f.bad("times", "a `times` that is none", expected));
     };
     let of = match f.take("of") {
         None => None,
@@ -184,7 +216,7 @@ fn read(f: &mut Fields) -> Result<Effect> {
         ));
     }
     let ci95 = f.take("ci95");
-    let empty = Empirical { over, times_direction, of, curves: Vec::new(), ci95 };
+    let empty = Empirical { over, times, of, curves: Vec::new(), ci95 };
     let width = if tcp { 4 } else { 2 };
     let knots = f.take("knots").and_then(|v| serde_yaml::from_value::<Vec<Vec<f64>>>(v).ok());
     let Some(knots) = knots.filter(|k| k.iter().all(|k| k.len() == width)) else {
@@ -203,50 +235,19 @@ fn read(f: &mut Fields) -> Result<Effect> {
     }
 }
 
-/// Counts of knots that are tried.
-const KNOTS: [usize; 2] = [4, 7];
+/// Time on either side over which an acceleration is taken at least, s: rounded commands say nothing about less.
+const ACCELERATION_OVER_S: f64 = 0.02;
 
-fn further(survey: &Survey, list: &mut Vec<Candidate>) {
-    let spread = |lo: f64, hi: f64, n: usize| -> Vec<f64> {
-        (0..n).map(|k| lo + (hi - lo) * k as f64 / (n - 1) as f64).collect()
-    };
-    let mut of_joint = |axis, over, times, x: Vec<f64>, form| {
-        let trials = vec![candidate::TRIAL; x.len()];
-        let make = move |v: &[f64]| {
-            let knots: Vec<[f64; 2]> = x.iter().zip(v).map(|(x, v)| [*x, *v]).collect();
-            // rising by their making
-            Empirical::of_joint(over, times, &knots).map_or_else(|| JointZeroOffset { offset: 0.0 }.into(), Effect::new)
-        };
-        list.push(Candidate::of_sizes(survey.robot, Target::Joint(axis), &trials, make).with_form(form));
-    };
-    for axis in survey.moving() {
-        let a = &survey.axes[axis];
-        for n in KNOTS {
-            of_joint(axis, Over::Position, false, spread(a.range[0], a.range[1], n), "position");
-            of_joint(axis, Over::Position, true, spread(a.range[0], a.range[1], n), "position and direction");
-            if a.fastest > 0.0 && survey.motion {
-                of_joint(axis, Over::Speed, false, spread(-a.fastest, a.fastest, n), "speed");
-            }
-            if a.torque[1] > a.torque[0] {
-                of_joint(axis, Over::Torque, false, spread(a.torque[0], a.torque[1], n), "torque");
-            }
-            if let Some((_, length)) = survey.clock {
-                of_joint(axis, Over::Time, false, spread(0.0, length, n), "time");
-            }
-        }
-        of_joint(axis, Over::Direction, false, vec![-1.0, 1.0], "direction");
-    }
-    let Some((_, length)) = survey.clock.filter(|_| survey.points) else { return };
-    for n in KNOTS {
-        let x = spread(0.0, length, n);
-        let make = move |v: &[f64]| {
-            let vector = |c: &[f64]| Vector3::new(c[0], c[1], c[2]);
-            let knots: Vec<(f64, Vector3<f64>)> =
-                x.iter().zip(v.chunks_exact(3)).map(|(x, c)| (*x, vector(c))).collect();
-            Empirical::of_tcp(Over::Time, None, &knots).map_or_else(|| TimeOffset { offset_s: 0.0 }.into(), Effect::new)
-        };
-        list.push(Candidate::of_sizes(survey.robot, Target::Tcp, &vec![1e-5; 3 * n], make).with_form("time"));
-    }
+/// Acceleration of an axis' command at a row, by the rows on either side.
+fn acceleration(inputs: &dyn Inputs, axis: usize, row: usize) -> Option<f64> {
+    let (t, p) = (inputs.t_s(), inputs.command(axis));
+    let last = t.len().min(p.len()).checked_sub(1)?;
+    let row = row.min(last);
+    let before = (0..row).rev().find(|&k| t[row] - t[k] >= ACCELERATION_OVER_S);
+    let behind = (row + 1..=last).find(|&k| t[k] - t[row] >= ACCELERATION_OVER_S);
+    let (Some(a), Some(b)) = (before, behind) else { return Some(0.0) };
+    let (h0, h1) = (t[row] - t[a], t[b] - t[row]);
+    Some(2.0 * ((p[b] - p[row]) / h1 - (p[row] - p[a]) / h0) / (h0 + h1))
 }
 
 impl EffectType for Empirical {
@@ -284,8 +285,10 @@ impl EffectType for Empirical {
         if let Some(axis) = self.of {
             put("of", site.robot.axis(axis).name.clone().into());
         }
-        if self.times_direction {
-            put("times", "direction".into());
+        match self.times {
+            Times::One => {}
+            Times::Direction => put("times", "direction".into()).map_or((), |_| ()),
+            Times::Position(other) => put("times", site.robot.axis(other).name.clone().into()).map_or((), |_| ()),
         }
         let (per_argument, per_value) = (self.user_units_per_argument(site), self.user_units_per_value(site));
         let knots = self.curves.first().map_or(0, |c| c.knots());
@@ -302,7 +305,12 @@ impl EffectType for Empirical {
     fn brief(&self, site: &Site) -> String {
         let largest = self.values().iter().fold(0.0f64, |m, v| m.max(v.abs())) * self.user_units_per_value(site);
         let unit = if self.is_of_tcp() { "mm" } else { site.unit() };
-        format!("over {}, at most {} {unit}", self.over.text(), effect::short(largest))
+        let times = match self.times {
+            Times::One => String::new(),
+            Times::Direction => " times direction".into(),
+            Times::Position(other) => format!(" times position of {}", site.robot.axis(other).name),
+        };
+        format!("over {}{times}, at most {} {unit}", self.over.text(), effect::short(largest))
     }
 
     fn stage(&self) -> Stage {
@@ -330,7 +338,7 @@ impl EffectType for Empirical {
     }
 
     fn has_memory(&self) -> bool {
-        self.times_direction || self.over == Over::Direction
+        self.times == Times::Direction || self.over == Over::Direction
     }
 
     fn magnitude(&self) -> f64 {
@@ -338,19 +346,20 @@ impl EffectType for Empirical {
     }
 
     fn idle(&self, _site: &Site, settled_poses: bool) -> Option<&'static str> {
-        (settled_poses && self.over == Over::Time).then_some("settled poses have no time")
+        let timed = matches!(self.over, Over::Time | Over::Speed | Over::Acceleration);
+        (settled_poses && timed).then_some("settled poses have no time")
     }
 
     fn undo(&self, _context: &UndoContext) -> Undo {
         let Some(curve) = self.curves.first().filter(|_| !self.is_of_tcp()) else {
             return Undo::nothing("it moves the TCP, not a joint");
         };
-        match (self.over, self.times_direction) {
-            (Over::Position, false) => Undo::point_by_point(),
+        match (self.over, self.times) {
+            (Over::Position, Times::One | Times::Position(_)) => Undo::point_by_point(),
             // an error of v times the direction is a gap of -v
-            (Over::Position, true) => curve.sampled(-1.0).map_or_else(Undo::default, Undo::gap),
+            (Over::Position, Times::Direction) => curve.sampled(-1.0).map_or_else(Undo::default, Undo::gap),
             // its mean, which is taken off point by point, and half its change
-            (Over::Direction, _) => {
+            (Over::Direction, Times::One) => {
                 let half = 0.5 * (curve.at(1.0) - curve.at(-1.0));
                 Undo { point_by_point: true, ..Undo::gap(GapCurve::Constant(-half)) }
             }

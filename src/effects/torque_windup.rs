@@ -46,12 +46,15 @@ pub static INFO: EffectInfo = EffectInfo {
         Ok(TorqueWindup { compliance, cubic }.into())
     },
     typical: |size| vec![(keys(size.is_revolute()).0.into(), Value::from(1e-5))],
-    candidates: |_, _| {},
+    candidates: |survey, list| {
+        for axis in survey.all_axes().filter(|&a| survey.axes[a].torque_measured) {
+            let linear = |compliance| TorqueWindup { compliance, cubic: None };
+            list.push(Candidate::of_size(survey.robot, Target::Joint(axis), 1e-8, linear));
+        }
+    },
     further: |survey, list| {
         for axis in survey.all_axes().filter(|&a| survey.axes[a].torque_measured) {
             let target = Target::Joint(axis);
-            let linear = |compliance| TorqueWindup { compliance, cubic: None };
-            list.push(Candidate::of_size(survey.robot, target, 1e-8, linear));
             let [lo, hi] = survey.axes[axis].torque;
             let largest = lo.abs().max(hi.abs()).max(1.0);
             let stiffening = |c: &[f64]| TorqueWindup { compliance: c[0], cubic: Some(c[1]) };

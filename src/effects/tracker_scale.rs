@@ -32,12 +32,12 @@ pub static INFO: EffectInfo = EffectInfo {
     example: ("{effect: tracker_scale, scale_ppm: 40}", View::TcpOverTime),
     read: |f| Ok(TrackerScale { scale: f.any("scale_ppm")? * 1e-6 }.into()),
     typical: |_| vec![("scale_ppm".into(), 10.0.into())],
-    candidates: |_, _| {},
-    further: |survey, list| {
+    candidates: |survey, list| {
         if survey.points {
             list.push(Candidate::of_size(survey.robot, Target::Log, 1e-6, |scale| TrackerScale { scale }));
         }
     },
+    further: |_, _| {},
 };
 
 /// Relative error of distances (1e-6 per ppm).

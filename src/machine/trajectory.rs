@@ -95,7 +95,8 @@ impl CommandTrajectory {
     pub fn of_log(robot: &Robot, log: &Log) -> Self {
         let payload = log.payload_kg.as_ref().map(|p| carried(p));
         let drive = Self::of_columns(robot, log.t_s.clone(), log.cmd.clone(), payload, log.poses)
-            .with_temperature(log.temp_c.as_ref().map(|t| from_first(t)));
+            .with_temperature(log.temp_c.as_ref().map(|t| from_first(t)))
+            .with_measured_torque(measured_torque(log));
         if let (true, Some(speed)) = (log.poses, &log.speed_m_s) {
             // nobody has asked for it yet
             let _ = drive.speed.set(carried(speed));
@@ -109,6 +110,7 @@ impl CommandTrajectory {
         let payload = log.payload_kg.as_ref().map(|p| carried(p));
         Self::of_sensors(robot, log.t_s.clone(), columns, payload, log.poses, quiet)
             .with_temperature(log.temp_c.as_ref().map(|t| from_first(t)))
+            .with_measured_torque(measured_torque(log))
     }
 
     /// Rows given by their columns: times (s, strictly rising; of settled poses any), commands `cmd[axis][row]` (rad or m).
@@ -468,6 +470,11 @@ fn with_turning_points(times: &[f64], p: &[f64], found: Vec<(usize, f64, f64)>) 
         }
     }
     Samples::Own { t_s, p: q, rows }
+}
+
+/// Torques of the drives as a log has them.
+fn measured_torque(log: &Log) -> Vec<Option<Vec<f64>>> {
+    log.instruments.torque_nm.iter().map(|t| t.as_ref().map(|t| from_first(t))).collect()
 }
 
 /// A column with gaps: what is missing is what stood before it; before the first value that one.

@@ -185,7 +185,10 @@ fn thinned(model: &Model, log: &Log, most_rows: usize) -> Log {
         speed_m_s: numbers(&log.speed_m_s),
         payload_kg: numbers(&log.payload_kg),
         temp_c: numbers(&log.temp_c),
-        instruments: crate::log::Instruments::default(),
+        instruments: crate::log::Instruments {
+            torque_nm: log.instruments.torque_nm.iter().map(numbers).collect(),
+            ..crate::log::Instruments::default()
+        },
     }
 }
 

@@ -1,6 +1,6 @@
 //! What is asked: observations of all logs, the chain evaluated for a hypothesis, and its sensitivities by every value.
 //!
-//! Read in this order: [`layout`], the long vector of observations; [`forward`], the chain evaluated, and what a change of an effect does
+//! Read in this order: [`layout`], the long vector of observations; [`recording`], what kind of logs they are; [`forward`], the chain evaluated, and what a change of an effect does
 //! to the observations; `nuisance`, the same of frames and zeros; [`normal`], products and bases of long columns;
 //! [`synthetic`], a problem of commands alone, for planning an experiment.
 
@@ -8,4 +8,5 @@ pub mod forward;
 pub mod layout;
 pub mod normal;
 mod nuisance;
+pub mod recording;
 pub mod synthetic;

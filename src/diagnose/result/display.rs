@@ -79,8 +79,10 @@ fn machine(out: &mut String, d: &Diagnosis) {
 }
 
 fn sizes(r: &Round) -> String {
-    let one = |(name, value, [lo, hi], unit): (String, String, [String; 2], &'static str)| {
-        format!("{name} {value} {unit}{}[{lo}, {hi}]", if unit.is_empty() { "" } else { " " })
+    let one = |s: words::Size| {
+        let interval =
+            s.ci95.as_ref().map_or_else(|| format!("({})", s.interval()), |[lo, hi]| format!("[{lo}, {hi}]"));
+        format!("{} {} {}{}{interval}", s.name, s.value, s.unit, if s.unit.is_empty() { "" } else { " " })
     };
     words::sizes(r).into_iter().map(one).collect::<Vec<_>>().join(", ")
 }

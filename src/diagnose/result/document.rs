@@ -1,11 +1,12 @@
 //! The diagnosis document `lostmotion/diagnosis/1`.
 
 use crate::diagnose::problem::layout::Sensor;
+use crate::diagnose::problem::recording::Recording;
 use crate::diagnose::result::round::round;
 use crate::diagnose::result::words::GapUnit;
 use crate::diagnose::search::geometry;
 use crate::diagnose::search::outcome::{Outcome, largest};
-use crate::diagnose::search::story;
+use crate::diagnose::search::{story, unnamed};
 use crate::diagnose::verdict::{self, Member, Verdict};
 use crate::effects::{EffectInstance, catalogue, entry};
 use crate::robot::JointKind;
@@ -139,7 +140,8 @@ pub struct GroupTest {
 #[derive(Debug, Clone, Serialize)]
 pub struct Parameter {
     pub value: f64,
-    pub ci95: [f64; 2],
+    /// None where the fit did not come to rest.
+    pub ci95: Option<[f64; 2]>,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -193,7 +195,11 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
     };
     let structured = if outcome.group.is_some() { geometry::remains(outcome) } else { outcome.remains.clone() };
     // what stays of a real arm is reported; it takes nothing from what was named
-    let unknown = structured.is_some() && outcome.group.is_none() && outcome.told.is_none();
+    let has_name = found.iter().any(|p| !unnamed::is_unnamed(p));
+    // and joint sensors are so precise that a misfit always stays
+    let sensors = outcome.problem.recording() == Recording::JointSensors;
+    let known_well = sensors && outcome.contradictions.is_empty() && has_name;
+    let unknown = structured.is_some() && outcome.group.is_none() && outcome.told.is_none() && !known_well;
     let rounds = order
         .iter()
         .enumerate()
@@ -299,7 +305,9 @@ pub fn told_in_order(outcome: &Outcome) -> Vec<usize> {
             outcome.rivals.get(k).into_iter().flatten().find(|r| r.effect == named[k].0 && r.target == named[k].1);
         own.map_or(0.0, |r| r.gain)
     };
-    order.sort_by(|&a, &b| gain(b).total_cmp(&gain(a)));
+    // what has no name stands behind what has one
+    let unnamed = |k: usize| unnamed::is_unnamed(&outcome.fit.hypothesis.effects[outcome.fit.free[k]]);
+    order.sort_by(|&a, &b| unnamed(a).cmp(&unnamed(b)).then(gain(b).total_cmp(&gain(a))));
     order
 }
 
@@ -316,7 +324,7 @@ fn effect_value(placed: &EffectInstance, outcome: &Outcome) -> Value {
 
 fn unexplained(outcome: &Outcome, ratio: &crate::diagnose::candidates::structure::Ratio) -> Unexplained {
     let rms = |residual: &[f64]| crate::diagnose::search::outcome::rms(&outcome.problem, residual);
-    let (left, floor) = (rms(&outcome.fit.state.residual), rms(&outcome.structure.freed));
+    let (left, floor) = (outcome.rms_named, rms(&outcome.structure.freed));
     let size = outcome.contradictions.first().map_or((left * left - floor * floor).max(0.0).sqrt(), |c| c.rms);
     let best = outcome
         .last

@@ -6,6 +6,7 @@ use crate::diagnose::result::document::{
 use crate::diagnose::search::geometry;
 use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::search::story::NestedFit;
+use crate::diagnose::search::unnamed;
 use crate::diagnose::verdict::Member;
 use crate::effects::{AfterReversal, EffectInstance, Vibration};
 use indexmap::IndexMap;
@@ -20,13 +21,17 @@ pub(in crate::diagnose) fn round(
     let robot = &outcome.problem.robot;
     let placed = &outcome.fit.hypothesis.effects[outcome.fit.free[k]];
     let sigma = match &outcome.told {
+        _ if unnamed::is_unnamed(placed) => unnamed::sigma_of(&outcome.fit, k),
         Some(story) => story.sigma[k].clone(),
         None => outcome.fit.sigma_of(k),
     };
     let values = placed.effect.values();
     let mut place = place(outcome, placed);
-    let parameter =
-        |value: f64, half: f64| Parameter { value: digits(value), ci95: [digits(value - half), digits(value + half)] };
+    let converged = outcome.fit.converged;
+    let parameter = |value: f64, half: f64| Parameter {
+        value: digits(value),
+        ci95: converged.then(|| [digits(value - half), digits(value + half)]),
+    };
     let mut parameters: IndexMap<String, Parameter> = placed
         .keys(robot)
         .into_iter()

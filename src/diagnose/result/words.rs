@@ -1,6 +1,7 @@
 //! Keys, sizes and units of a diagnosis in words, for a terminal and for a page.
 
 use crate::diagnose::result::document::{Diagnosis, Parameter, Round};
+use crate::effects::empirical;
 use indexmap::IndexMap;
 
 /// The unit in which the gap is given: micrometres at the TCP, or the joints' own unit where only joints were measured.
@@ -65,8 +66,27 @@ pub fn decimals(half_width: f64) -> usize {
     }
 }
 
-/// The parameters of a round: name, value, interval and unit.
-pub fn sizes(r: &Round) -> Vec<(String, String, [String; 2], &'static str)> {
+/// A parameter of a round in words.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Size {
+    pub name: String,
+    pub value: String,
+    /// Ends of its 95 % interval, where it has one.
+    pub ci95: Option<[String; 2]>,
+    pub unit: &'static str,
+}
+
+impl Size {
+    /// " (from to to)", or that there is no interval.
+    pub fn interval(&self) -> String {
+        self.ci95
+            .as_ref()
+            .map_or_else(|| "no interval: the fit did not converge".into(), |[lo, hi]| format!("{lo} to {hi}"))
+    }
+}
+
+/// The parameters of a round.
+pub fn sizes(r: &Round) -> Vec<Size> {
     let knots = r.parameters.keys().filter(|k| k.starts_with("knots[")).count();
     if knots > 1 {
         return vec![curve(r, knots)];
@@ -75,21 +95,27 @@ pub fn sizes(r: &Round) -> Vec<(String, String, [String; 2], &'static str)> {
         .iter()
         .map(|(k, p)| {
             let (name, unit) = key(k, r.joint_unit);
-            let d = decimals(0.5 * (p.ci95[1] - p.ci95[0]));
-            (name, fixed(p.value, d), p.ci95.map(|v| fixed(v, d)), unit)
+            let d = decimals(p.ci95.map_or(0.0, |[lo, hi]| 0.5 * (hi - lo)));
+            Size { name, value: fixed(p.value, d), ci95: p.ci95.map(|ci| ci.map(|v| fixed(v, d))), unit }
         })
         .collect()
 }
 
-/// A gap over position in one piece: its smallest and largest knot, and the ends of their intervals.
-fn curve(r: &Round, knots: usize) -> (String, String, [String; 2], &'static str) {
+/// A curve in one piece: its smallest and largest knot, and the ends of their intervals.
+fn curve(r: &Round, knots: usize) -> Size {
     let all = || r.parameters.values();
-    let least = |f: fn(&Parameter) -> f64| all().map(f).fold(f64::INFINITY, f64::min);
-    let most = |f: fn(&Parameter) -> f64| all().map(f).fold(f64::NEG_INFINITY, f64::max);
-    let d = decimals(all().map(|p| 0.5 * (p.ci95[1] - p.ci95[0])).fold(f64::INFINITY, f64::min));
-    let value = format!("{} to {}", fixed(least(|p| p.value), d), fixed(most(|p| p.value), d));
-    let ends = [fixed(least(|p| p.ci95[0]), d), fixed(most(|p| p.ci95[1]), d)];
-    (format!("half gap at {knots} knots"), value, ends, r.joint_unit)
+    let least = |f: &dyn Fn(&Parameter) -> f64| all().map(f).fold(f64::INFINITY, f64::min);
+    let most = |f: &dyn Fn(&Parameter) -> f64| all().map(f).fold(f64::NEG_INFINITY, f64::max);
+    let end = |p: &Parameter, k: usize| p.ci95.map_or(f64::NAN, |ci| ci[k]);
+    let d = decimals(least(&|p| 0.5 * (end(p, 1) - end(p, 0))));
+    let value = format!("{} to {}", fixed(least(&|p| p.value), d), fixed(most(&|p| p.value), d));
+    let ends = [least(&|p| end(p, 0)), most(&|p| end(p, 1))];
+    let ci95 = ends.iter().all(|v| v.is_finite()).then(|| ends.map(|v| fixed(v, d)));
+    let (what, unit) = match r.effect.as_str() {
+        empirical::NAME => ("value", if r.target == "tcp" { "mm" } else { r.joint_unit }),
+        _ => ("half gap", r.joint_unit),
+    };
+    Size { name: format!("{what} at {knots} knots"), value, ci95, unit }
 }
 
 /// Fixed decimals; zero has no sign.

@@ -4,13 +4,16 @@ use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::search::direction;
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::geometry;
-use crate::diagnose::search::outcome::Step;
-use crate::diagnose::search::{Asked, MOST_EFFECTS, Search};
-use crate::effects::{Family, catalogue};
+use crate::diagnose::search::outcome::{Refined, Step};
+use crate::diagnose::search::{Asked, CHANCE, Search};
+use crate::effects::{Family, Stage, catalogue};
 
-/// The one effect that is sought behind the group, but for gaps.
+/// Joints that yield to gravity, at most.
+const MOST_GRAVITY: usize = 4;
+
+/// The one effect that is sought behind the group, but for gaps: joints that yield.
 pub(in crate::diagnose) fn is_gravity(effect: &str) -> bool {
-    catalogue::find(effect).is_some_and(|e| e.family == Family::Gravity)
+    catalogue::find(effect).is_some_and(|e| e.family == Family::Gravity && e.stage == Stage::Link)
 }
 
 impl Search<'_> {
@@ -53,27 +56,48 @@ impl Search<'_> {
         let mut noise;
         (fit, noise) = again(&fit);
         self.only = Some(is_gravity);
-        for _ in 0..MOST_EFFECTS - 2 {
-            let Some((step, next)) = self.round(&fit, &noise) else { break };
-            let found = next.hypothesis.effects.last();
-            if !found.is_some_and(|e| geometry::stands_beside(p, &fit, &noise, self.candidates, e)) {
-                break;
-            }
-            steps.push(step);
-            (fit, noise) = again(&next);
+        for _ in 0..MOST_GRAVITY {
+            let refined = self.refine(&fit, &noise, &Asked::default());
+            let stands = |r: &&Refined| {
+                let own = r.placed.last();
+                self.believed(&fit, r)
+                    && own.is_some_and(|e| geometry::stands_beside(p, &fit, &noise, self.candidates, e))
+            };
+            let Some(best) = refined.iter().find(stands) else { break };
+            steps.push(Step::new(best.effect, best.target.clone()));
+            (fit, noise) = again(&best.fit);
         }
         self.only = None;
         *gaps = direction::directions(p, &fit, &noise, self.candidates);
-        let (gap, said) = direction::gap(p, gaps);
+        let (found, said) = direction::gaps(p, gaps);
         notes.push(direction::terms_said(p, &gaps.terms));
         notes.extend(said);
-        if let Some(gap) = gap {
+        if !found.is_empty() {
+            steps.extend(found.iter().map(|gap| Step::new(gap.effect.name(), gap.target_text(&p.robot))));
             let mut h = fit.hypothesis.clone();
-            h.effects.push(gap.clone());
+            h.effects.extend(found);
             let free: Vec<usize> = (self.known..h.effects.len()).collect();
             (fit, _) = again(&fit::refit(p, &h, &free, &noise));
-            steps.push(Step::new(gap.effect.name(), gap.target_text(&p.robot)));
+            // gravity that only stood in for a gap goes
+            while let Some(k) = self.no_longer_gravity(&fit) {
+                let mut h = fit.hypothesis.clone();
+                let old = h.effects.remove(fit.free[k]);
+                let target = old.target_text(&p.robot);
+                if let Some(s) = steps.iter_mut().find(|s| s.effect == old.effect.name() && s.target == target) {
+                    s.replaced_by = Some("nothing: a gap explains it".into());
+                }
+                let free: Vec<usize> = (self.known..h.effects.len()).collect();
+                (fit, _) = again(&fit::refit(p, &h, &free, &noise));
+            }
         }
         fit
+    }
+
+    /// A found gravity (place among the free effects) that explains no more than chance beside all the others.
+    fn no_longer_gravity(&self, fit: &Fit) -> Option<usize> {
+        (0..fit.free.len()).find(|&k| {
+            let own = geometry::own_rival(self.problem, fit, k);
+            is_gravity(own.effect) && self.chance(own.gain, own.parameters) > CHANCE
+        })
     }
 }

@@ -1,7 +1,7 @@
 //! Gaps from settled poses: an error that depends on the side of the approach. A misfit looks like one where poses happen to go with
 //! directions. Two guards: a smooth even nuisance (each joint's error a quadratic form in all joints, and its own third and
 //! fourth degree) is fitted beside; and decoys: a joint that runs ahead of its command cannot be play, so the terms of the wrong
-//! sign show what misfit does. A gap is named where its term is five standard uncertainties large and twice the
+//! sign show what misfit does. A gap is named where its term is four and a half standard uncertainties large and twice the
 //! largest of the wrong sign, from two poses or more per parameter of the nuisance. Uncertainties are by pose (a sandwich): the reflectors of a pose err together.
 //!
 //! Fails on an arm whose misfit itself depends on the approach (cables, belts): the decoys grow, nothing is named.
@@ -21,7 +21,7 @@ use rayon::prelude::*;
 /// Standard deviation of the coefficients of the smooth nuisance, rad (m for a prismatic joint).
 const RIDGE: f64 = 0.3e-3;
 /// Size of a direction term in standard uncertainties, and in the largest of the wrong sign.
-const SEEN: f64 = 5.0;
+const SEEN: f64 = 4.5;
 const ABOVE_DECOYS: f64 = 2.0;
 /// Poses per parameter of the nuisance: with fewer the scatter over poses says nothing about uncertainty.
 const LEAST_POSES: f64 = 2.0;
@@ -153,28 +153,34 @@ fn smooth(problem: &Problem, fit: &Fit) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// The joint that has a gap beyond what misfit does, and what to say where none has.
-pub fn gap(problem: &Problem, found: &Terms) -> (Option<EffectInstance>, Option<String>) {
+/// The joints that have a gap beyond what misfit does, and what to say where none has.
+pub fn gaps(problem: &Problem, found: &Terms) -> (Vec<EffectInstance>, Option<String>) {
     let terms = &found.terms;
     let decoy = terms.iter().map(|t| t.z).fold(0.0, f64::max);
-    let Some(most) = terms.iter().min_by(|a, b| a.z.total_cmp(&b.z)).filter(|t| t.z < 0.0) else { return (None, None) };
     let enough = found.poses_per_parameter >= LEAST_POSES;
-    if enough && -most.z >= SEEN && -most.z >= ABOVE_DECOYS * decoy {
-        let effect = Effect::new(Backlash::constant(-most.size));
-        return (Some(EffectInstance { target: Target::Joint(most.axis), effect }), None);
+    let stands = |t: &&Term| enough && -t.z >= SEEN && -t.z >= ABOVE_DECOYS * decoy;
+    let mut clear: Vec<&Term> = terms.iter().filter(stands).collect();
+    clear.sort_by(|a, b| a.z.total_cmp(&b.z));
+    if !clear.is_empty() {
+        let gap = |t: &&Term| EffectInstance::on_axis(t.axis, Backlash::constant(-t.size));
+        return (clear.iter().map(gap).collect(), None);
     }
+    let Some(most) = terms.iter().min_by(|a, b| a.z.total_cmp(&b.z)).filter(|t| t.z <= -3.0) else {
+        return (Vec::new(), None);
+    };
     let joint = problem.robot.axis(most.axis);
-    let said = (-most.z >= 3.0).then(|| {
-        format!(
-            "no gap is named: the largest direction-dependent part, on {}, is {:.4} deg or mm, {:.1} standard uncertainties, and terms of \
-             the wrong sign, which no play has, reach {decoy:.1}{}",
-            joint.name,
-            -most.size / joint.kind.si_per_user_unit(),
-            -most.z,
-            if enough { String::new() } else { format!("; {:.1} poses per parameter of the nuisance are too few", found.poses_per_parameter) }
-        )
-    });
-    (None, said)
+    let few = match enough {
+        true => String::new(),
+        false => format!("; {:.1} poses per parameter of the nuisance are too few", found.poses_per_parameter),
+    };
+    let said = format!(
+        "no gap is named: the largest direction-dependent part, on {}, is {:.4} deg or mm, {:.1} standard uncertainties, and terms of \
+         the wrong sign, which no play has, reach {decoy:.1}{few}",
+        joint.name,
+        -most.size / joint.kind.si_per_user_unit(),
+        -most.z
+    );
+    (Vec::new(), Some(said))
 }
 
 /// Direction terms in words.
@@ -183,11 +189,11 @@ pub fn terms_said(problem: &Problem, terms: &[Term]) -> String {
     format!("direction terms in standard uncertainties, positive as of play: {}", each.join(", "))
 }
 
-/// Gaps of the joints by their terms.
-pub fn gap_rivals(problem: &Problem, fit: &Fit, terms: &[Term]) -> Vec<Refined> {
-    let mut rivals: Vec<Refined> = terms
+/// A gap by its direction term: several joints may have one, so that none is another's rival.
+pub fn gap_rivals(problem: &Problem, fit: &Fit, terms: &[Term], axis: Option<usize>) -> Vec<Refined> {
+    let rivals: Vec<Refined> = terms
         .iter()
-        .filter(|t| t.z < 0.0)
+        .filter(|t| t.z < 0.0 && Some(t.axis) == axis)
         .map(|t| {
             let effect = Effect::new(Backlash::constant(-t.size));
             let placed = EffectInstance { target: Target::Joint(t.axis), effect };
@@ -201,6 +207,5 @@ pub fn gap_rivals(problem: &Problem, fit: &Fit, terms: &[Term]) -> Vec<Refined> 
             }
         })
         .collect();
-    rivals.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     rivals
 }

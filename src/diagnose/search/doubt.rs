@@ -227,7 +227,9 @@ impl Search<'_> {
         (0..fit.free.len())
             .map(|k| match &fit.hypothesis.effects[fit.free[k]].effect {
                 _ if k < group.count => vec![geometry::own_rival(self.problem, fit, k)],
-                found if found.is_play() => direction::gap_rivals(self.problem, fit, terms),
+                found if found.is_play() => {
+                    direction::gap_rivals(self.problem, fit, terms, fit.hypothesis.effects[fit.free[k]].axis())
+                }
                 _ => self.rivals(fit, k, whitening),
             })
             .collect()

@@ -1,15 +1,17 @@
 //! Generalised least squares over the whole chain: all found effects and the nuisance (frames, sensor zeros) refitted together.
 //!
-//! Method: Levenberg-Marquardt on whitened residuals with the sensitivities of [`crate::diagnose::problem::forward`], scaled by the columns'
-//! norms, steps held inside the physical bounds. Covariance from the whitened normal matrix at the end, so intervals
+//! Method: the shared Levenberg-Marquardt ([`crate::numerics::least_squares`]) on whitened residuals with the sensitivities of
+//! [`crate::diagnose::problem::forward`], scaled by the columns' norms, steps held inside the physical bounds. Covariance from the whitened normal matrix at the end, so intervals
 //! account for coloured noise. Fails softly: it says whether it converged, and returns the best point it saw.
 
 use crate::diagnose::candidates::sensitivities::Sensitivities;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
 use crate::diagnose::problem::normal::{dot, scaled_inverse};
-use crate::effects::Effect;
+use crate::effects::{Effect, EffectInstance};
+use crate::numerics::least_squares::{self, Flow, LinearModel, Options, Products, Progress, Scaling};
 use nalgebra::{DMatrix, DVector};
+use std::cell::RefCell;
 
 /// A hypothesis refitted, with what it leaves.
 #[derive(Debug, Clone)]
@@ -60,15 +62,23 @@ impl Prior {
     }
 }
 
-/// Most steps of a refit.
-const STEPS: usize = 15;
-/// Change of the cost, in units of 2 ln L, at which a refit stops.
-const SETTLED: f64 = 1e-2;
+/// Settings of a refit: the cost is 2 ln L, so that its change says when nothing is left to gain.
+const SETTINGS: Options = Options {
+    max_steps: 15,
+    cost_tolerance: 0.0,
+    cost_tolerance_absolute: 1e-2,
+    gradient_tolerance: 1e-15,
+    step_tolerance: 0.0,
+    initial_damping: 1e-4,
+    least_damping: 1e-9,
+    most_damping: 1e8,
+    least_easing: 0.1,
+    scaling: Scaling::Columns,
+    model_at_end: false,
+};
+/// Gain in 2 ln L that a step promises at most where a fit that was stopped has come to rest all the same: half a standard uncertainty.
+const AT_REST: f64 = 0.25;
 
-/// Factor by which a step that makes things worse raises the damping; it doubles from one to the next.
-const GROWTH: f64 = 8.0;
-/// Factor by which a step that keeps what was promised lowers it.
-const LEAST_EASING: f64 = 0.1;
 /// A refit is given up where it is farther than this from its aim, in units of 2 ln L,
 const FAR: f64 = 50.0;
 /// and a step brings less than this part of what is missing,
@@ -103,7 +113,9 @@ pub fn refit_with_prior(
 ) -> (Fit, Sensitivities) {
     let state = problem.evaluate(start);
     let sensitivities = Sensitivities::new(problem, start, &state, free, whitening);
-    solve_with_prior(problem, start.clone(), state, free, whitening, sensitivities, f64::INFINITY, prior)
+    let white = whitening.of(problem, &state.residual);
+    let refit = Refit::new(problem, free, whitening, prior, sensitivities, f64::INFINITY);
+    refit.solve(start.clone(), Evaluated { state, white })
 }
 
 /// The same where the sensitivities `known` of the first free effects and of the nuisance were computed at this very start,
@@ -139,123 +151,139 @@ fn solve(
     sensitivities: Sensitivities,
     aim: f64,
 ) -> Fit {
-    solve_with_prior(problem, h, state, free, whitening, sensitivities, aim, &Prior::default()).0
+    let white = whitening.of(problem, &state.residual);
+    Refit::new(problem, free, whitening, &Prior::default(), sensitivities, aim).solve(h, Evaluated { state, white }).0
 }
 
-/// Values that stand at a bound and are pushed against it: held for a step, so that they do not bend the others.
-fn held(problem: &Problem, h: &Hypothesis, free: &[usize], gradient: &DVector<f64>) -> Vec<bool> {
-    let mut held = vec![false; gradient.len()];
-    let mut at = 0;
-    for &i in free {
-        let placed = &h.effects[i];
-        for (v, (lo, hi)) in placed.effect.values().iter().zip(placed.bounds(&problem.robot)) {
-            held[at] = *v <= lo && gradient[at] < 0.0 || *v >= hi && gradient[at] > 0.0;
-            at += 1;
-        }
-    }
-    held
+/// A hypothesis evaluated, with its whitened residual.
+struct Evaluated {
+    state: State,
+    white: Vec<f64>,
 }
 
-#[allow(clippy::too_many_arguments)]
-fn solve_with_prior(
-    problem: &Problem,
-    mut h: Hypothesis,
-    mut state: State,
-    free: &[usize],
-    whitening: &Whitening,
-    mut sensitivities: Sensitivities,
+/// The refit as a problem of the shared solver. Sensitivities are kept while they hold.
+struct Refit<'a> {
+    problem: &'a Problem,
+    free: &'a [usize],
+    whitening: &'a Whitening,
+    prior: &'a Prior,
+    sensitivities: Sensitivities,
     aim: f64,
-    prior: &Prior,
-) -> (Fit, Sensitivities) {
-    let with_prior = !prior.precision.is_empty();
-    let mut white = whitening.of(problem, &state.residual);
-    let mut cost = dot(&white, &white) + prior.penalty(&h, free);
-    let mut lambda = 1e-4;
-    let mut growth = GROWTH;
-    let mut converged = false;
-    // how far each value has moved since its sensitivity was computed, in its own uncertainties
-    let mut moves = vec![0.0; sensitivities.normal.nrows()];
-    for step in 0..STEPS {
-        if moves.is_empty() {
-            converged = true;
-            break;
-        }
-        let mut gradient = DVector::from_iterator(moves.len(), sensitivities.columns().map(|c| dot(c, &white)));
-        let mut normal = sensitivities.normal.clone();
-        for (k, (pull, p)) in prior.pull(&h, free).into_iter().zip(&prior.precision).enumerate() {
-            gradient[k] += pull;
+    /// The start, evaluated already.
+    start: Option<Evaluated>,
+    /// The last change that was tried: the one taken, when a step is judged.
+    tried: RefCell<Vec<f64>>,
+    /// How far each value has moved since its sensitivity was computed, in its own uncertainties.
+    moves: Vec<f64>,
+    /// Standard uncertainties at the last linear model.
+    sigma: Vec<f64>,
+    /// Gain of the last step.
+    gain: f64,
+}
+
+impl<'a> Refit<'a> {
+    fn new(
+        problem: &'a Problem,
+        free: &'a [usize],
+        whitening: &'a Whitening,
+        prior: &'a Prior,
+        sensitivities: Sensitivities,
+        aim: f64,
+    ) -> Self {
+        let n = sensitivities.normal.nrows();
+        let (moves, sigma) = (vec![0.0; n], vec![0.0; n]);
+        let (start, tried, gain) = (None, RefCell::default(), 0.0);
+        Self { problem, free, whitening, prior, sensitivities, aim, start, tried, moves, sigma, gain }
+    }
+
+    fn solve(mut self, start: Hypothesis, evaluated: Evaluated) -> (Fit, Sensitivities) {
+        self.start = Some(evaluated);
+        let found = least_squares::minimise(&mut self, start, &SETTINGS);
+        let model = self.model(&found.point, &found.state);
+        let covariance = scaled_inverse(model.gram(), OPEN);
+        let gradient = DVector::from_column_slice(model.gradient());
+        // a kink may end a fit where nothing is left to gain
+        let converged = found.reason.converged() || (&covariance * &gradient).dot(&gradient) < AT_REST;
+        let (free, cost) = (self.free.to_vec(), found.cost);
+        let fit = Fit { hypothesis: found.point, state: found.state.state, free, cost, covariance, converged };
+        (fit, self.sensitivities)
+    }
+
+    /// Normal matrix and gradient with the prior's.
+    fn model(&self, h: &Hypothesis, at: &Evaluated) -> Products<'static> {
+        let mut gradient: Vec<f64> = self.sensitivities.columns().map(|c| -dot(c, &at.white)).collect();
+        let mut normal = self.sensitivities.normal.clone();
+        for (k, (pull, p)) in self.prior.pull(h, self.free).into_iter().zip(&self.prior.precision).enumerate() {
+            gradient[k] -= pull;
             normal[(k, k)] += p;
         }
-        if with_prior {
-            for (k, _) in held(problem, &h, free, &gradient).into_iter().enumerate().filter(|(_, held)| *held) {
-                gradient[k] = 0.0;
-                normal.row_mut(k).fill(0.0);
-                normal.column_mut(k).fill(0.0);
-            }
-        }
-        let mut improved = None;
-        for _ in 0..8 {
-            let mut damped = normal.clone();
-            for i in 0..damped.nrows() {
-                damped[(i, i)] *= 1.0 + lambda;
-            }
-            let inverse = scaled_inverse(&damped, OPEN);
-            let step = &inverse * &gradient;
-            // what the sensitivities promise: where that is nothing, this is the place
-            let promised = 2.0 * step.dot(&gradient) - (&normal * &step).dot(&step);
-            if promised < SETTLED {
-                break;
-            }
-            let next = moved(problem, &h, free, step.as_slice());
-            let next_state = problem.evaluate(&next);
-            let next_white = whitening.of(problem, &next_state.residual);
-            let next_cost = dot(&next_white, &next_white) + prior.penalty(&next, free);
-            if next_cost <= cost {
-                for (k, m) in moves.iter_mut().enumerate() {
-                    *m += step[k] / inverse[(k, k)].max(f64::MIN_POSITIVE).sqrt();
-                }
-                let kept = (cost - next_cost) / promised;
-                lambda = (lambda * (1.0 - (2.0 * kept - 1.0).powi(3)).clamp(LEAST_EASING, 2.0)).max(1e-9);
-                growth = GROWTH;
-                improved = Some((next, next_state, next_white, next_cost));
-                break;
-            }
-            lambda = (lambda * growth).max(1e-6);
-            growth *= 2.0;
-        }
-        let Some((next, next_state, next_white, next_cost)) = improved else {
-            converged = true;
-            break;
-        };
-        let gain = cost - next_cost;
-        (h, state, white, cost) = (next, next_state, next_white, next_cost);
-        if gain < SETTLED {
-            converged = true;
-            break;
-        }
-        let far = cost - aim;
-        if step >= FIRST_STEPS && far > FAR && gain < HOPELESS * far {
-            break;
-        }
+        Products::new(normal, gradient)
+    }
+}
+
+impl least_squares::Problem for Refit<'_> {
+    type Point = Hypothesis;
+    type State = Evaluated;
+    type Model = Products<'static>;
+
+    fn evaluate(&mut self, h: &Hypothesis) -> Evaluated {
+        self.start.take().unwrap_or_else(|| {
+            let state = self.problem.evaluate(h);
+            let white = self.whitening.of(self.problem, &state.residual);
+            Evaluated { state, white }
+        })
+    }
+
+    fn cost(&self, h: &Hypothesis, at: &Evaluated) -> f64 {
+        dot(&at.white, &at.white) + self.prior.penalty(h, self.free)
+    }
+
+    fn linearise(&mut self, h: &Hypothesis, at: &Evaluated) -> Products<'static> {
         // close to the end the sensitivities hardly change any more
-        if gain > REFRESHED {
-            let stale = sensitivities.moved_too_far(&h, free, &moves);
-            sensitivities.renew(problem, &h, &state, free, whitening, &stale);
-            let mut at = 0;
-            for (k, block) in sensitivities.blocks.iter().enumerate() {
+        if self.gain > REFRESHED {
+            let stale = self.sensitivities.moved_too_far(h, self.free, &self.moves);
+            self.sensitivities.renew(self.problem, h, &at.state, self.free, self.whitening, &stale);
+            let mut start = 0;
+            for (k, block) in self.sensitivities.blocks.iter().enumerate() {
                 if stale[k] {
-                    moves[at..at + block.len()].fill(0.0);
+                    self.moves[start..start + block.len()].fill(0.0);
                 }
-                at += block.len();
+                start += block.len();
+            }
+        }
+        let model = self.model(h, at);
+        self.sigma = scaled_inverse(model.gram(), OPEN).diagonal().iter().map(|v| v.max(0.0).sqrt()).collect();
+        model
+    }
+
+    fn moved(&self, h: &Hypothesis, change: &mut [f64]) -> Hypothesis {
+        let next = moved(self.problem, h, self.free, change);
+        *self.tried.borrow_mut() = change.to_vec();
+        next
+    }
+
+    fn hold(&self, h: &Hypothesis, gradient: &[f64], held: &mut [bool]) {
+        let mut at = 0;
+        for &i in self.free {
+            let placed = &h.effects[i];
+            for (v, (lo, hi)) in placed.effect.values().iter().zip(placed.bounds(&self.problem.robot)) {
+                held[at] = *v <= lo && gradient[at] > 0.0 || *v >= hi && gradient[at] < 0.0;
+                at += 1;
             }
         }
     }
-    let mut normal = sensitivities.normal.clone();
-    for (k, p) in prior.precision.iter().enumerate() {
-        normal[(k, k)] += p;
+
+    fn judge(&mut self, _h: &Hypothesis, _at: &Evaluated, progress: &Progress) -> Flow {
+        if progress.steps > 0 {
+            self.gain = progress.gain;
+            for ((m, change), sigma) in self.moves.iter_mut().zip(self.tried.borrow().iter()).zip(&self.sigma) {
+                *m += change / sigma.max(f64::MIN_POSITIVE.sqrt());
+            }
+        }
+        let far = progress.cost - self.aim;
+        let hopeless = progress.steps > FIRST_STEPS && far > FAR && progress.gain < HOPELESS * far;
+        if hopeless { Flow::Abandon } else { Flow::Continue }
     }
-    let covariance = scaled_inverse(&normal, OPEN);
-    (Fit { hypothesis: h, state, free: free.to_vec(), cost, covariance, converged }, sensitivities)
 }
 
 /// Which value of an effect is a phase: it goes round instead of stopping at a bound.
@@ -269,8 +297,8 @@ fn turned(angle_rad: f64) -> f64 {
     (turns - turns.round()) * std::f64::consts::TAU
 }
 
-/// The hypothesis with its free values moved by `step`, held inside their bounds.
-fn moved(problem: &Problem, h: &Hypothesis, free: &[usize], step: &[f64]) -> Hypothesis {
+/// The hypothesis with its free values moved by `step`, held inside their bounds; what they cut off is cut off the step.
+fn moved(problem: &Problem, h: &Hypothesis, free: &[usize], step: &mut [f64]) -> Hypothesis {
     let mut next = h.clone();
     let mut at = 0;
     for &i in free {
@@ -280,11 +308,26 @@ fn moved(problem: &Problem, h: &Hypothesis, free: &[usize], step: &[f64]) -> Hyp
         let phase = phase_of(&placed.effect);
         for (k, (v, (lo, hi))) in values.iter_mut().zip(bounds).enumerate() {
             let wanted = *v + step[at];
-            *v = if phase == Some(k) { turned(wanted) } else { wanted.clamp(lo, hi) };
+            if phase == Some(k) {
+                *v = turned(wanted);
+            } else {
+                let next = wanted.clamp(lo, hi);
+                if next != wanted {
+                    step[at] = next - *v;
+                }
+                *v = next;
+            }
             at += 1;
         }
         placed.effect = placed.effect.with_values(&values);
     }
     next.move_nuisance(problem, &step[at..]);
     next
+}
+
+/// First values held inside their bounds.
+pub(in crate::diagnose) fn inside(placed: &EffectInstance, problem: &Problem) -> EffectInstance {
+    let values: Vec<f64> =
+        placed.effect.values().iter().zip(placed.bounds(&problem.robot)).map(|(v, (lo, hi))| v.clamp(lo, hi)).collect();
+    EffectInstance { target: placed.target, effect: placed.effect.with_values(&values) }
 }

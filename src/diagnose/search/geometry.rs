@@ -15,11 +15,12 @@
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::screen::ScreeningContext;
 use crate::diagnose::candidates::sensitivities::tangent;
-use crate::diagnose::candidates::structure::Ratio;
+use crate::diagnose::candidates::structure::{Ratio, Tested};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::problem::normal::dot;
 use crate::diagnose::problem::normal::{orthonormal, project_off};
+use crate::diagnose::search::arm::is_gravity;
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::outcome::{Outcome, Refined, rms};
 use crate::effects::{EffectInstance, Family, catalogue};
@@ -48,11 +49,6 @@ const STRUCTURED: f64 = 1e-5;
 /// Is an effect one of the geometry?
 pub fn is_geometry(effect: &str) -> bool {
     catalogue::find(effect).is_some_and(|e| e.family == Family::Geometry)
-}
-
-/// Are all logs settled poses with points?
-pub fn applies(problem: &Problem) -> bool {
-    problem.logs.iter().all(|l| l.log.poses && l.reflectors() > 0)
 }
 
 /// The group as it was found.
@@ -225,16 +221,17 @@ pub fn drop_gross(problem: &mut Problem, h: &Hypothesis, white: &dyn Fn(&Problem
     let mut gravity = false;
     for _ in 0..6 {
         let base = fit::refit(problem, h, &[], &white_of(problem, h));
-        let candidates = crate::diagnose::candidates::all(problem);
+        let mut candidates = crate::diagnose::candidates::all(problem);
+        candidates.extend(further(problem));
         let whitening = white(problem, &base);
         let mut fit = group(problem, &base, &whitening, &candidates).map_or(base, |g| g.1);
         // what gravity does is not gross
         if gravity {
             let mut h = fit.hypothesis.clone();
             let mut free = fit.free.clone();
-            for c in candidates.iter().filter(|c| crate::diagnose::search::arm::is_gravity(c.effect)) {
+            for c in candidates.iter().filter(|c| is_gravity(c.effect)) {
                 free.push(h.effects.len());
-                h.effects.extend(c.at(&[0.0]));
+                h.effects.extend(c.at(&vec![0.0; c.signatures()]));
             }
             fit = fit::refit(problem, &h, &free, &whitening);
         }
@@ -273,10 +270,21 @@ fn white_of(problem: &Problem, h: &Hypothesis) -> Whitening {
     Whitening::new(problem, vec![crate::diagnose::noise::Noise::white(sigma); problem.groups.len()])
 }
 
+/// What is tried of poses besides: the twist of parallel axes, which lengths and angles cannot express, and gravity with free masses.
+pub fn further(problem: &Problem) -> Vec<Candidate> {
+    let wanted = |c: &Candidate| is_geometry(c.effect) || is_gravity(c.effect);
+    crate::diagnose::candidates::further(problem).into_iter().filter(wanted).collect()
+}
+
+/// Is there structure beyond chance?
+pub fn is_structured(tested: &Tested) -> bool {
+    tested.whole.p_value <= STRUCTURED
+}
+
 /// What stays of a real arm behind its group: told, whatever its size, where it is more than chance.
 pub fn remains(outcome: &Outcome) -> Option<Ratio> {
     let tested = &outcome.structure;
-    if tested.whole.p_value > STRUCTURED {
+    if !is_structured(tested) {
         return None;
     }
     let worst = tested.bundles.iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)));

@@ -11,24 +11,28 @@ pub mod contradiction;
 pub mod direction;
 pub mod doubt;
 pub mod fit;
+pub mod freed;
 pub mod geometry;
 pub mod outcome;
 pub mod precise;
+pub mod prepared;
 pub mod remaining;
 pub mod story;
 pub mod together;
+pub mod unnamed;
 
+use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::cache::ScreeningCache;
 use crate::diagnose::candidates::screen::{Score, ScreeningContext};
 use crate::diagnose::candidates::sensitivities::{Sensitivities, tangent};
 use crate::diagnose::candidates::spectrum;
-use crate::diagnose::candidates::structure::{self, BasisGroup, Ratio, Tested};
-use crate::diagnose::candidates::{self, Candidate};
+use crate::diagnose::candidates::structure::{BasisGroup, Ratio, Tested};
 use crate::diagnose::noise::whitening::Whitening;
-use crate::diagnose::prepare;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
+use crate::diagnose::problem::recording::Recording;
 use crate::diagnose::search::fit::Fit;
-use crate::diagnose::search::outcome::{Alternative, Next, Outcome, Refined, Step, flat, largest, rms};
+use crate::diagnose::search::outcome::{Alternative, Next, Outcome, Refined, Step, flat, rms};
+use crate::diagnose::search::prepared::Prepared;
 use crate::effects::{Backlash, EffectInstance, backlash, catalogue};
 use crate::numerics::fisher;
 use rayon::prelude::*;
@@ -37,8 +41,10 @@ use rayon::prelude::*;
 const PLAIN: &str = backlash::INFO.name;
 /// Effects that are found at most.
 pub const MOST_EFFECTS: usize = 4;
-/// Rounds at most: where none describes what is there, effects could take turns without end.
-const MOST_ROUNDS: usize = 6;
+/// The same of joint sensors: they are so precise that several effects of each joint stand out.
+const MOST_OF_SENSORS: usize = 9;
+/// Rounds beyond them at most: where none describes what is there, effects could take turns without end.
+const MORE_ROUNDS: usize = 2;
 /// Probability, all that is tried counted, below which a gain is no chance.
 const CHANCE: f64 = 1e-4;
 /// Candidates that are refitted with their shapes free in a round.
@@ -82,7 +88,7 @@ type Trial = (&'static str, String, Vec<EffectInstance>);
 /// Runs the rounds from a hypothesis of known effects.
 pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     let known = start.effects.len();
-    let Prepared { mut fit, mut whitening, free, bundles, candidates, poses, outliers, rms_given, max_given } =
+    let Prepared { mut fit, mut whitening, free, bundles, candidates, recording, outliers, rms_given, max_given } =
         Prepared::new(&mut problem, start);
     let rms_nuisance = rms(&problem, &fit.state.residual);
     let state_nuisance = fit.state.clone();
@@ -100,13 +106,15 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     let mut notes = problem.notes.clone();
     let mut group = None;
     let mut gaps = direction::Terms::default();
-    if poses && let Some((found, next)) = search.geometry(&fit, &whitening) {
+    if recording == Recording::SettledPoses
+        && let Some((found, next)) = search.geometry(&fit, &whitening)
+    {
         steps.extend(search.steps_of(&next, &found));
         group = Some(found);
         fit = search.arm(next, &mut whitening, &mut steps, &mut gaps, &mut notes);
     }
     let (structure, next, mut remains) = match &group {
-        Some(_) => (tested(&problem, &fit, &bundles), None, None),
+        Some(_) => (freed::tested(&problem, &fit, &bundles), None, None),
         None => {
             let left =
                 |structure: &Tested, fit: &Fit| remaining::remaining(&problem, structure, &free, fit, rms_nuisance);
@@ -114,7 +122,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         }
     };
     // of joint sensors a misfit stays, and effects stand out of it by their shape
-    if let Some(r) = remains.as_ref().filter(|_| !precise::sensors_alone(&problem)) {
+    if let Some(r) = remains.as_ref().filter(|_| recording != Recording::JointSensors) {
         fit = search.without_substitutes(fit, r, &whitening, &mut steps);
     }
     // the noise of what is left: that of the freed residual is a little too quiet for a test
@@ -123,7 +131,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         Some(group) => search.rivals_behind(group, &fit, &gaps.terms, &whitening),
         None => search.exchange(&mut fit, &whitening, &mut steps),
     };
-    let (next, further) = no_room(next.filter(|_| remains.is_none()), &fit, &mut notes);
+    let (next, further) = search.no_room(next.filter(|_| remains.is_none()), &fit, &mut notes);
     if let Some(n) = &next {
         remains = Some(Ratio { axis: n.axis, aspect: None, gain: n.gain, dof: n.parameters, p_value: n.p_value });
     }
@@ -138,10 +146,17 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     if group.is_none() && remains.is_none() {
         remains = search.repeated(&fit, &rivals);
     }
+    let mut rivals: Vec<Vec<Alternative>> =
+        rivals.iter().map(|all| all.iter().map(Alternative::from).collect()).collect();
+    let rms_named = rms(&problem, &fit.state.residual);
+    let structured = remains.is_some() || group.is_some() && geometry::is_structured(&structure);
+    if structured && contradictions.is_empty() {
+        let known = group.is_none().then_some(known);
+        (fit, whitening) = unnamed::conclude(&problem, fit, whitening, known, &mut rivals, &mut steps);
+    }
     let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     let ground = ScreeningContext::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
     let last = search.kept.score(&ground, &candidates);
-    let rivals = rivals.iter().map(|all| all.iter().map(Alternative::from).collect()).collect();
     Outcome {
         told: None,
         candidates,
@@ -162,101 +177,11 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         rms_given,
         max_given,
         rms_nuisance,
+        rms_named,
         state_nuisance,
         price,
         problem,
     }
-}
-
-/// The problem without outliers, the fit of the nuisances, and the noise under which the rounds begin.
-struct Prepared {
-    fit: Fit,
-    whitening: Whitening,
-    /// The residual freed of the whole basis.
-    free: Tested,
-    bundles: Vec<BasisGroup>,
-    candidates: Vec<Candidate>,
-    /// Settled poses, on which the arm's geometry is fitted as a whole.
-    poses: bool,
-    outliers: usize,
-    rms_given: f64,
-    max_given: f64,
-}
-
-impl Prepared {
-    fn new(problem: &mut Problem, start: Hypothesis) -> Self {
-        let state = problem.evaluate(&start);
-        let (rms_given, max_given) = (rms(problem, &state.residual), largest(problem, &state.residual));
-        let mut outliers = prepare::drop_spikes(problem, &state);
-        let white = |problem: &Problem, h: &Hypothesis| Whitening::white(problem, &problem.evaluate(h).residual);
-        let mut fit = fit::refit(problem, &start, &[], &white(problem, &start));
-        let poses = geometry::applies(problem);
-        outliers += if poses {
-            let noise = |p: &Problem, f: &Fit| Whitening::of_residual(p, &f.state.residual, 0).0;
-            geometry::drop_gross(problem, &fit.hypothesis, &noise)
-        } else {
-            prepare::poses_without_outliers(problem, &fit.state)
-        };
-        let h = fit.hypothesis.clone();
-        fit = fit::refit(problem, &h, &[], &white(problem, &h));
-        let candidates = candidates::all(problem);
-        let mut bundles = structure::basis(problem, &h, &fit.state, &candidates);
-        let (mut whitening, mut free) = first_noise(problem, &fit, &white(problem, &h), &bundles);
-        let single = prepare::drop_single(problem, &free.freed);
-        if single > 0 {
-            outliers += single;
-            fit = fit::refit(problem, &h, &[], &white(problem, &h));
-            bundles = structure::basis(problem, &h, &fit.state, &candidates);
-            // hardly anything has changed: one turn from the noise that is known
-            (whitening, free) = noise_of_freed(problem, &fit, &Whitening::new(problem, whitening.noise), &bundles);
-        }
-        fit = fit::refit(problem, &fit.hypothesis, &[], &whitening);
-        Self { fit, whitening, free, bundles, candidates, poses, outliers, rms_given, max_given }
-    }
-}
-
-/// The rounds ended before there was silence. What the next one would name is structure, too, if it repeats one on its joint (a
-/// shape taken to pieces): that is returned first. Else it is one effect more than there was room for: returned second, with a
-/// note.
-fn no_room(next: Option<Next>, fit: &Fit, notes: &mut Vec<String>) -> (Option<Next>, Option<Next>) {
-    let Some(n) = next else { return (None, None) };
-    let repeats =
-        fit.free.iter().map(|&i| &fit.hypothesis.effects[i]).any(|p| p.effect.name() == n.effect && p.axis() == n.axis);
-    if repeats {
-        return (Some(n), None);
-    }
-    notes.push(format!(
-        "there is room for {MOST_EFFECTS} effects; a further round would name {} {}: write the model (--model-out) and diagnose again with it",
-        n.effect, n.target
-    ));
-    (None, Some(n))
-}
-
-/// The test without the catalogue, under the noise of what is left.
-fn tested(problem: &Problem, fit: &Fit, bundles: &[BasisGroup]) -> Tested {
-    let whitening = Whitening::of_residual(problem, &fit.state.residual, fit.parameters()).0;
-    let whitening = precise::noise_left(problem, fit, &whitening, bundles);
-    let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
-    structure::test(&ScreeningContext::new(problem, &fit.hypothesis, &fit.state, &whitening, tangent), bundles)
-}
-
-/// Noise of the residual freed of the whole catalogue-free basis, in two turns.
-pub(in crate::diagnose) fn first_noise(
-    problem: &Problem,
-    fit: &Fit,
-    white: &Whitening,
-    bundles: &[BasisGroup],
-) -> (Whitening, Tested) {
-    let (whitening, _) = noise_of_freed(problem, fit, white, bundles);
-    noise_of_freed(problem, fit, &whitening, bundles)
-}
-
-/// One turn of it.
-fn noise_of_freed(problem: &Problem, fit: &Fit, whitening: &Whitening, bundles: &[BasisGroup]) -> (Whitening, Tested) {
-    let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
-    let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
-    let tested = structure::test(&ground, bundles);
-    (Whitening::of_residual(problem, &tested.freed, tested.whole.dof).0, tested)
 }
 
 impl Search<'_> {
@@ -286,7 +211,7 @@ impl Search<'_> {
             .map(|(effect, target, placed)| {
                 let mut h = base.hypothesis.clone();
                 let mut free = base.free.clone();
-                let bounds: Vec<EffectInstance> = placed.iter().map(|q| inside(q, p)).collect();
+                let bounds: Vec<EffectInstance> = placed.iter().map(|q| fit::inside(q, p)).collect();
                 for q in bounds {
                     free.push(h.effects.len());
                     h.effects.push(q);
@@ -318,7 +243,7 @@ impl Search<'_> {
         let p = self.problem;
         let near = match asked.also {
             Some(_) => NEAR_IN_DOUBT,
-            None if p.logs.len() > 1 || precise::sensors_alone(p) => NEAR_BEHIND_REFUSED,
+            None if p.logs.len() > 1 || p.recording() == Recording::JointSensors => NEAR_BEHIND_REFUSED,
             None => NEAR,
         };
         let mut picked: Vec<&(Score, &Candidate)> = Vec::new();
@@ -366,14 +291,14 @@ impl Search<'_> {
         left: &dyn Fn(&Tested, &Fit) -> Option<Ratio>,
     ) -> (Tested, Option<Next>, Option<Ratio>) {
         let next = self.rounds(fit, whitening, steps, bundles);
-        let structure = tested(self.problem, fit, bundles);
+        let structure = freed::tested(self.problem, fit, bundles);
         let remains = left(&structure, fit);
         if remains.is_none()
             && let Some(simpler) = self.merge(fit, whitening, steps)
         {
             *fit = simpler;
             let next = self.rounds(fit, whitening, steps, bundles);
-            let structure = tested(self.problem, fit, bundles);
+            let structure = freed::tested(self.problem, fit, bundles);
             let remains = left(&structure, fit);
             return (structure, next, remains);
         }
@@ -415,6 +340,10 @@ impl Search<'_> {
         all.filter_map(ratio).min_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
+    fn most_effects(&self) -> usize {
+        if self.problem.recording() == Recording::JointSensors { MOST_OF_SENSORS } else { MOST_EFFECTS }
+    }
+
     /// Rounds until nothing more is believed, or until there is no room: then the effect that would be next.
     fn rounds(
         &mut self,
@@ -425,7 +354,7 @@ impl Search<'_> {
     ) -> Option<Next> {
         loop {
             let (step, next) = self.round(fit, whitening)?;
-            if fit.free.len() >= MOST_EFFECTS || steps.len() >= MOST_ROUNDS {
+            if fit.free.len() >= self.most_effects() || steps.len() >= self.most_effects() + MORE_ROUNDS {
                 let placed = next.hypothesis.effects.last()?;
                 let (gain, parameters) = (fit.cost - next.cost, placed.effect.values().len());
                 let p_value = self.chance(gain, parameters);
@@ -452,11 +381,4 @@ impl Search<'_> {
         let step = Step::new(best.effect, best.target.clone());
         Some((step, best.fit))
     }
-}
-
-/// First values held inside their bounds.
-fn inside(placed: &EffectInstance, problem: &Problem) -> EffectInstance {
-    let values: Vec<f64> =
-        placed.effect.values().iter().zip(placed.bounds(&problem.robot)).map(|(v, (lo, hi))| v.clamp(lo, hi)).collect();
-    EffectInstance { target: placed.target, effect: placed.effect.with_values(&values) }
 }

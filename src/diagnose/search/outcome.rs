@@ -125,6 +125,8 @@ pub struct Outcome {
     pub rms_given: f64,
     pub max_given: f64,
     pub rms_nuisance: f64,
+    /// rms of what the named effects leave: curves without a name may describe more of it.
+    pub rms_named: f64,
     pub state_nuisance: State,
     /// Price of a parameter in 2 ln L.
     pub price: f64,

@@ -3,7 +3,9 @@
 use crate::diagnose::candidates::structure::BasisGroup;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
+use crate::diagnose::problem::recording::Recording;
 use crate::diagnose::search::fit::Fit;
+use crate::diagnose::search::freed;
 use crate::diagnose::search::outcome::Refined;
 use crate::effects::TransmissionError;
 
@@ -15,15 +17,15 @@ pub(in crate::diagnose) fn noise_left(
     whitening: &Whitening,
     bundles: &[BasisGroup],
 ) -> Whitening {
-    if sensors_alone(problem) {
-        return crate::diagnose::search::first_noise(problem, fit, whitening, bundles).0;
+    if problem.recording() == Recording::JointSensors {
+        return freed::first_noise(problem, fit, whitening, bundles).0;
     }
     Whitening::of_residual(problem, &fit.state.residual, fit.parameters()).0
 }
 
 /// Joint sensors have a free zero: a slow ripple whose size is not known to half of it is no ripple.
 pub(in crate::diagnose) fn determined(problem: &Problem, r: &Refined) -> bool {
-    if !sensors_alone(problem) || !r.placed.iter().any(|p| p.effect.is::<TransmissionError>()) {
+    if problem.recording() != Recording::JointSensors || !r.placed.iter().any(|p| p.effect.is::<TransmissionError>()) {
         return true;
     }
     let k = r.fit.free.len().saturating_sub(1);
@@ -31,9 +33,4 @@ pub(in crate::diagnose) fn determined(problem: &Problem, r: &Refined) -> bool {
         (Some(values), Some(sigma)) => values[0] > 2.0 * sigma,
         _ => true,
     }
-}
-
-/// Were joints measured, and no points?
-pub(in crate::diagnose) fn sensors_alone(problem: &Problem) -> bool {
-    problem.groups.iter().all(|g| g.dims == 1)
 }

@@ -85,7 +85,7 @@ fn folds(problem: &Problem) -> Vec<usize> {
 }
 
 /// rms of each fold as predicted from the others.
-fn held_out(problem: &Problem, fit: &Fit, whitening: &Whitening) -> f64 {
+pub(in crate::diagnose) fn held_out(problem: &Problem, fit: &Fit, whitening: &Whitening) -> f64 {
     let mut raw: Vec<Vec<f64>> =
         fit.free.iter().flat_map(|&i| effect_columns(problem, &fit.hypothesis, &fit.state, i)).collect();
     raw.extend(problem.nuisance_columns(&fit.hypothesis, &fit.state));

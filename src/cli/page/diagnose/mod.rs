@@ -125,10 +125,10 @@ fn head(page: &mut Page, model: &str, outcome: &Outcome, d: &Diagnosis, told: &T
             0 => String::new(),
             k => format!("; {k} more"),
         };
-        if let Some((name, value, [lo, hi], unit)) = words::sizes(r).into_iter().next() {
+        if let Some(s) = words::sizes(r).into_iter().next() {
+            let detail = format!("95 %: {}{more}", s.interval());
             page.tile(
-                Tile::text(format!("{} {}, {name}", r.effect, r.target), value, unit)
-                    .with_detail(format!("95 %: {lo} to {hi}{more}")),
+                Tile::text(format!("{} {}, {}", r.effect, r.target, s.name), s.value, s.unit).with_detail(detail),
             );
         }
     }
@@ -199,9 +199,7 @@ fn found(page: &mut Page, d: &Diagnosis, told: &Told) {
     let rows = d.rounds.iter().enumerate().map(|(i, r)| {
         let sizes: Vec<String> = words::sizes(r)
             .into_iter()
-            .map(|(name, value, [lo, hi], unit)| {
-                format!("{name} {value} {unit} ({lo} to {hi})").replace(" um ", " µm ")
-            })
+            .map(|s| format!("{} {} {} ({})", s.name, s.value, s.unit, s.interval()).replace(" um ", " µm "))
             .collect();
         let set: Vec<String> =
             r.set.iter().map(|m| format!("{} {} {:.0} %", m.effect, m.target, 100.0 * m.probability)).collect();

@@ -59,8 +59,12 @@ fn add(columns: &[&[f64]], y: &[f64], range: &std::ops::Range<usize>, out: &mut 
 impl Blocks {
     /// Products of whitened columns and a whitened residual.
     pub fn new(problem: &Problem, columns: &[&[f64]], y: &[f64]) -> Self {
+        Self::over(&folds(problem), columns, y)
+    }
+
+    /// The same with folds of one's own: ranges of the long vector.
+    pub fn over(folds: &[Vec<std::ops::Range<usize>>], columns: &[&[f64]], y: &[f64]) -> Self {
         let k = columns.len();
-        let folds = folds(problem);
         let sums: Vec<(DMatrix<f64>, DVector<f64>, f64)> = folds
             .par_iter()
             .map(|ranges| {

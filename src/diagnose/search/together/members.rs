@@ -18,13 +18,13 @@ const MOST_FOLDS: usize = 3;
 const MOST: usize = 40;
 
 /// The blocks of a fit and of further columns, with the prior of all: precision and pull.
-struct Table {
+pub(super) struct Table {
     blocks: Blocks,
     precision: Vec<f64>,
     pull: Vec<f64>,
 }
 
-fn table(problem: &Problem, machine: &MachineFit, more: &[Vec<f64>]) -> Table {
+pub(super) fn table(problem: &Problem, machine: &MachineFit, more: &[Vec<f64>]) -> Table {
     let MachineFit { fit, sensitivities, whitening, prior: p, .. } = machine;
     let white = whitening.of(problem, &fit.state.residual);
     let mut columns: Vec<&[f64]> = sensitivities.columns().map(|c| c.as_slice()).collect();
@@ -43,6 +43,11 @@ fn table(problem: &Problem, machine: &MachineFit, more: &[Vec<f64>]) -> Table {
 impl Table {
     fn held_out(&self, pick: &[usize]) -> Vec<f64> {
         self.blocks.held_out(pick, &self.precision, &self.pull)
+    }
+
+    /// The same without the columns `gone`, which stand in the residual again at `values`.
+    pub(super) fn held_out_without(&self, pick: &[usize], gone: &[usize], values: &[f64]) -> Vec<f64> {
+        self.blocks.held_out_without(pick, gone, values, &self.precision, &self.pull)
     }
 }
 
@@ -183,7 +188,7 @@ pub fn curved(problem: &Problem, machine: &MachineFit) -> Hypothesis {
 }
 
 /// Columns of each free effect.
-fn columns_of(fit: &Fit) -> Vec<std::ops::Range<usize>> {
+pub(super) fn columns_of(fit: &Fit) -> Vec<std::ops::Range<usize>> {
     let mut at = 0;
     fit.free
         .iter()
@@ -200,11 +205,11 @@ fn columns_of(fit: &Fit) -> Vec<std::ops::Range<usize>> {
 fn without(table: &Table, values: &[f64], columns: usize, out: &[std::ops::Range<usize>]) -> Vec<f64> {
     let gone: Vec<usize> = out.iter().cloned().flatten().collect();
     let pick: Vec<usize> = (0..columns).filter(|c| !gone.contains(c)).collect();
-    table.blocks.held_out_without(&pick, &gone, values, &table.precision, &table.pull)
+    table.held_out_without(&pick, &gone, values)
 }
 
 /// What one of the fit's values stands for when its effect is taken out: the size times its column; a shape counts nothing.
-fn linear_values(problem: &Problem, fit: &Fit) -> Vec<f64> {
+pub(super) fn linear_values(problem: &Problem, fit: &Fit) -> Vec<f64> {
     fit.free
         .iter()
         .flat_map(|&i| {

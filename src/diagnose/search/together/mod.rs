@@ -8,13 +8,16 @@
 //!
 //! Modules, in the order of the work:
 //! - [`prior`]: typical sizes; [`pool`]: the groups and the terms that may join them; [`blocks`]: held-out blocks by linear
-//!   algebra; [`triage`]: is this such a machine?; [`members`]: which terms join and which leave; [`share`]: what each term does to the TCP, intervals, the story.
+//!   algebra; [`triage`]: is this such a machine?; [`members`]: which terms join and which leave; [`rivals`]: what else a gap may be;
+//!   [`beside`]: curves for what has no name; [`share`]: what each term does to the TCP, intervals, the story.
 
+pub mod beside;
 pub mod blocks;
 pub mod members;
 pub mod outcome;
 pub mod pool;
 pub mod prior;
+pub mod rivals;
 pub mod share;
 pub mod triage;
 
@@ -25,16 +28,8 @@ use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::search::fit::{self, Fit, Prior};
 use crate::effects::EffectInstance;
 
-/// What the joint fit ends with.
-pub struct Found {
-    pub machine: MachineFit,
-    /// Gain on held-out blocks of each free effect beside all the others, in 2 ln L.
-    pub support: Vec<f64>,
-    pub story: share::Story,
-    pub outliers: usize,
-}
-
 /// A machine fitted with all effects behind the known ones free, under the prior and the noise that stand beside.
+#[derive(Clone)]
 pub struct MachineFit {
     pub fit: Fit,
     pub sensitivities: Sensitivities,
@@ -90,8 +85,8 @@ impl MachineFit {
 /// Rounds in which friction and ripple are sought; the second sees what the first has left.
 const ROUNDS: usize = 2;
 
-/// Fits everything, from a hypothesis of known effects and a frame.
-pub fn run(problem: &mut Problem, start: &Hypothesis) -> Found {
+/// Fits everything, from a hypothesis of known effects and a frame; how many samples were left out.
+pub fn run(problem: &mut Problem, start: &Hypothesis) -> (MachineFit, usize) {
     let (mut machine, outliers) = groups(problem, start);
     let friction = pool::friction(problem);
     for _ in 0..ROUNDS {
@@ -107,10 +102,7 @@ pub fn run(problem: &mut Problem, start: &Hypothesis) -> Found {
         machine = machine.from(problem, &curved);
     }
     let kept = members::supported(problem, &machine);
-    machine = machine.keeping(problem, &kept).settled(problem);
-    let support = members::support(problem, &machine);
-    let story = share::story(problem, &machine);
-    Found { machine, support, story, outliers }
+    (machine.keeping(problem, &kept).settled(problem), outliers)
 }
 
 /// The groups that every machine has, without the outliers that stand out of them; how many were left out.

@@ -1,15 +1,15 @@
 //! The joint fit as an outcome that the document tells.
 
-use super::triage;
-use crate::diagnose::candidates;
+use super::{MachineFit, beside, members, rivals, share, triage};
 use crate::diagnose::candidates::screen::ScreeningContext;
 use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::candidates::structure::{self, Ratio, Tested};
+use crate::diagnose::candidates::{self, Candidate};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::prepare;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::search::fit::{self, Fit};
-use crate::diagnose::search::outcome::{Alternative, Outcome, Step, largest, rms};
+use crate::diagnose::search::outcome::{Outcome, Step, largest, rms};
 
 /// Fits everything together and tells it, where that finds many effects.
 pub fn of_many(problem: Problem, start: Hypothesis) -> Option<Outcome> {
@@ -25,30 +25,29 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize) {
     let first = prepare::drop_spikes(&mut problem, &state);
     let white = |problem: &Problem, h: &Hypothesis| Whitening::white(problem, &problem.evaluate(h).residual);
     let framed = fit::refit(&problem, &start, &[], &white(&problem, &start));
-    let super::Found { machine, support, story, outliers } = super::run(&mut problem, &framed.hypothesis);
-    let clear = triage::clear(&machine, &support);
-    let super::MachineFit { fit, whitening, .. } = machine;
+    let (machine, outliers) = super::run(&mut problem, &framed.hypothesis);
     let nuisance = fit::refit(&problem, &framed.hypothesis, &[], &white(&problem, &framed.hypothesis));
     let rms_nuisance = rms(&problem, &nuisance.state.residual);
     let candidates = candidates::all(&problem);
-    let bundles = structure::basis(&problem, &fit.hypothesis, &fit.state, &candidates);
+    let (structure, remains) = left(&problem, &machine, &candidates, rms_nuisance);
+    let rms_named = rms(&problem, &machine.fit.state.residual);
+    let machine = match &remains {
+        Some(_) => beside::curves(&problem, machine, &structure),
+        None => machine,
+    };
+    let support = members::support(&problem, &machine);
+    let story = share::story(&problem, &machine);
+    let rivals = rivals::of(&problem, &machine, &support);
+    let clear = triage::clear(&machine, &support);
+    let super::MachineFit { fit, whitening, .. } = machine;
     let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     let ground = ScreeningContext::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
-    let structure = structure::test(&ground, &bundles);
-    let remains = structured(&problem, &structure, &fit, rms_nuisance);
     let last = ground.score_all(&candidates);
-    let named = |k: usize| {
+    let step = |&k: &usize| {
         let p = &fit.hypothesis.effects[fit.free[k]];
-        (p.effect.name(), p.target_text(&problem.robot), p.effect.values().len())
+        Step::new(p.effect.name(), p.target_text(&problem.robot))
     };
-    let count = fit.free.len();
-    let steps = story.order.iter().map(|&k| Step::new(named(k).0, named(k).1)).collect();
-    let rivals = (0..count)
-        .map(|k| {
-            let (effect, target, parameters) = named(k);
-            vec![Alternative { effect, target, gain: support[k], parameters }]
-        })
-        .collect();
+    let steps = story.order.iter().map(step).collect();
     let outcome = Outcome {
         candidates,
         steps,
@@ -67,6 +66,7 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize) {
         rms_given,
         max_given,
         rms_nuisance,
+        rms_named,
         state_nuisance: nuisance.state,
         price: (problem.n as f64).ln().min(8.0),
         fit,
@@ -74,6 +74,22 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize) {
         problem,
     };
     (outcome, clear)
+}
+
+/// The test without the catalogue behind a fit, and what remains.
+fn left(
+    problem: &Problem,
+    machine: &MachineFit,
+    candidates: &[Candidate],
+    rms_nuisance: f64,
+) -> (Tested, Option<Ratio>) {
+    let MachineFit { fit, sensitivities, whitening, .. } = machine;
+    let bundles = structure::basis(problem, &fit.hypothesis, &fit.state, candidates);
+    let tangent = sensitivities.to_columns();
+    let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
+    let structure = structure::test(&ground, &bundles);
+    let remains = structured(problem, &structure, fit, rms_nuisance);
+    (structure, remains)
 }
 
 /// Part of what was explained, in squares, that must remain to be worth telling.

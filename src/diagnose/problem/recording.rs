@@ -1,0 +1,27 @@
+//! What the logs are: each kind is searched in its own way.
+
+use super::forward::Problem;
+
+/// Kind of the logs of a problem.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Recording {
+    /// Poses at which the arm stood still, with points: its geometry is one group, then gravity, then gaps by the side of approach.
+    SettledPoses,
+    /// Joints were measured, and no points: so precisely that a misfit always stays.
+    JointSensors,
+    /// Points along a motion.
+    Motion,
+}
+
+impl Problem {
+    /// Kind of its logs.
+    pub fn recording(&self) -> Recording {
+        if self.groups.iter().all(|g| g.dims == 1) {
+            Recording::JointSensors
+        } else if self.logs.iter().all(|l| l.log.poses && l.reflectors() > 0) {
+            Recording::SettledPoses
+        } else {
+            Recording::Motion
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! The residual freed of the whole catalogue-free basis: its noise, and the test whether structure is left.
+
+use crate::diagnose::candidates::screen::ScreeningContext;
+use crate::diagnose::candidates::sensitivities::tangent;
+use crate::diagnose::candidates::structure::{self, BasisGroup, Tested};
+use crate::diagnose::noise::whitening::Whitening;
+use crate::diagnose::problem::forward::Problem;
+use crate::diagnose::search::fit::Fit;
+use crate::diagnose::search::precise;
+
+/// The test without the catalogue, under the noise of what is left.
+pub(in crate::diagnose) fn tested(problem: &Problem, fit: &Fit, bundles: &[BasisGroup]) -> Tested {
+    let whitening = Whitening::of_residual(problem, &fit.state.residual, fit.parameters()).0;
+    let whitening = precise::noise_left(problem, fit, &whitening, bundles);
+    let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
+    structure::test(&ScreeningContext::new(problem, &fit.hypothesis, &fit.state, &whitening, tangent), bundles)
+}
+
+/// Noise of the residual freed of the whole catalogue-free basis, in two turns.
+pub(in crate::diagnose) fn first_noise(
+    problem: &Problem,
+    fit: &Fit,
+    white: &Whitening,
+    bundles: &[BasisGroup],
+) -> (Whitening, Tested) {
+    let (whitening, _) = noise_of_freed(problem, fit, white, bundles);
+    noise_of_freed(problem, fit, &whitening, bundles)
+}
+
+/// One turn of it.
+pub(in crate::diagnose) fn noise_of_freed(
+    problem: &Problem,
+    fit: &Fit,
+    whitening: &Whitening,
+    bundles: &[BasisGroup],
+) -> (Whitening, Tested) {
+    let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
+    let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
+    let tested = structure::test(&ground, bundles);
+    (Whitening::of_residual(problem, &tested.freed, tested.whole.dof).0, tested)
+}
