@@ -1,7 +1,8 @@
-//! One error vocabulary: what was found, where, what was expected, and which exit code it means.
+//! One error vocabulary: what was found, where, and what was expected. Exit codes are the business of the command line.
 //!
-//! Everything that comes from outside is refused with a [`BadInput`] (exit code 2). A request that is well formed but
-//! whose answer is no (a limit would be exceeded, `--check` differs) is an [`Error::Refused`] (exit code 1).
+//! Everything that comes from outside is refused with a [`BadInput`]. A request that is well formed but whose answer is no (a
+//! limit would be exceeded, a program differs from its golden file) is an [`Error::Refused`]. A mistake of this library is an
+//! [`Error::Internal`].
 
 use crate::name::text_of;
 pub use robot_programs::error::{BadInput, Place, one_line};
@@ -10,27 +11,27 @@ use std::path::Path;
 /// Every way in which the library says no.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// Unusable input: exit code 2.
+    /// Unusable input.
     #[error("{0}")]
     BadInput(BadInput),
-    /// A program that this tool has rewritten already: exit code 2.
+    /// A program that this tool has rewritten already.
     #[error("{0}")]
     RewrittenAlready(BadInput),
-    /// The answer is no: exit code 1. One reason a line.
+    /// The answer is no. One reason a line.
     #[error("{0}")]
     Refused(String),
-    /// The operating system refused: exit code 2.
+    /// The operating system refused.
     #[error("{path}: cannot {action}: {source}")]
     Io { path: String, action: &'static str, source: std::io::Error },
-    /// The reader of our output went away: quiet, exit code 0.
+    /// The reader of our output went away.
     #[error("the reader closed the pipe")]
     ClosedPipe,
-    /// A step failed, and what was done before it could not be taken back: exit code 4.
+    /// A step failed, and what was done before it could not be taken back.
     #[error("{source}; not as they were before: {files}; the next run in this folder restores them")]
     Unfinished { files: String, source: Box<Error> },
-    /// `--exit-code`: done, and no program needed a change: exit code 3.
-    #[error("nothing needed a change")]
-    Unchanged,
+    /// A mistake of this library: nothing that the input or the user could mend.
+    #[error("internal error, please report it: cannot {action}: {source}")]
+    Internal { action: &'static str, source: Box<dyn std::error::Error + Send + Sync> },
 }
 
 pub type Result<T> = std::result::Result<T, Error>;
@@ -39,6 +40,11 @@ impl Error {
     /// Bad input at a place.
     pub fn bad(place: Place, found: impl Into<String>, expected: impl Into<String>) -> Self {
         Self::BadInput(BadInput { place, found: found.into(), expected: expected.into() })
+    }
+
+    /// A mistake of this library while it does `action`.
+    pub fn internal(action: &'static str, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        Self::Internal { action, source: source.into() }
     }
 
     /// An operating-system error on a path; a closed pipe keeps its own kind.
@@ -52,18 +58,6 @@ impl Error {
             return Self::ClosedPipe;
         }
         Self::Io { path: path.into(), action, source }
-    }
-
-    /// Exit code of the contract: 0 for a closed pipe, 1 for a no, 2 for bad input (nothing was written), 3 for nothing to do where
-    /// that was asked, 4 for a commit that could neither be finished nor taken back.
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            Self::ClosedPipe => 0,
-            Self::Refused(_) => 1,
-            Self::Unchanged => 3,
-            Self::Unfinished { .. } => 4,
-            Self::BadInput(_) | Self::RewrittenAlready(_) | Self::Io { .. } => 2,
-        }
     }
 }
 

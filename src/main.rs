@@ -2,7 +2,7 @@
 #![forbid(unsafe_code)]
 
 use clap::FromArgMatches;
-use lostmotion::cli::{Cli, help, run};
+use lostmotion::cli::{Cli, exit, help, run};
 use lostmotion::error::Error;
 use lostmotion::io::console::say;
 use std::process::ExitCode;
@@ -12,11 +12,11 @@ fn main() -> ExitCode {
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
     lostmotion::io::interrupt::listen();
     match run(cli) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(finished) => ExitCode::from(finished.code()),
         Err(Error::ClosedPipe) => ExitCode::SUCCESS,
         Err(e) => {
             say(format_args!("lostmotion: {e}"), true);
-            ExitCode::from(e.exit_code())
+            ExitCode::from(exit::code(&e))
         }
     }
 }

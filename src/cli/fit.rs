@@ -113,7 +113,7 @@ pub fn run(args: Args) -> Result<()> {
     output::commit([output, report])?;
     if args.json {
         let json = serde_json::to_string_pretty(&compensator.to_json(&robot)?)
-            .map_err(|e| Error::bad(Place::default(), e.to_string(), "values that JSON can hold"))?;
+            .map_err(|e| Error::internal("write JSON", e))?;
         write_whole(Path::new("-"), (json + "\n").as_bytes())?;
     } else if to_stdout {
         eprint!("{}", table(&compensator, &robot));

@@ -7,6 +7,7 @@ pub mod assess;
 pub mod completions;
 pub mod demo;
 pub mod diagnose;
+pub mod exit;
 pub mod fit;
 pub mod help;
 pub mod identify;
@@ -25,6 +26,7 @@ pub mod undo;
 
 use crate::error::Result;
 use clap::{Parser, Subcommand};
+use exit::Finished;
 
 /// Takes lost motion (backlash, stiction) out of robot programs before they reach the controller.
 ///
@@ -62,12 +64,12 @@ pub enum Command {
 }
 
 /// Runs a parsed command line.
-pub fn run(cli: Cli) -> Result<()> {
+pub fn run(cli: Cli) -> Result<Finished> {
     crate::io::threads::prepare();
-    match cli.command {
+    let done = match cli.command {
         Command::Identify(a) => identify::run(a),
         Command::Fit(a) => fit::run(a),
-        Command::Rewrite(a) => rewrite::run(*a),
+        Command::Rewrite(a) => return rewrite::run(*a),
         Command::Undo(a) => undo::run(a),
         Command::Simulate(a) => simulate::run(a),
         Command::Assess(a) => assess::run(a),
@@ -78,5 +80,6 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Robot(a) => robot::run(a),
         Command::Demo(a) => demo::run(a),
         Command::Completions(a) => completions::run(a),
-    }
+    };
+    done.map(|()| Finished::Done)
 }

@@ -97,8 +97,7 @@ impl Compensator {
 
     /// The document as a JSON value: the same keys.
     pub fn to_json(&self, robot: &Robot) -> Result<serde_json::Value> {
-        serde_json::to_value(self.to_file(robot)?)
-            .map_err(|e| Error::bad(Place::default(), e.to_string(), "values that JSON can hold"))
+        serde_json::to_value(self.to_file(robot)?).map_err(|e| Error::internal("write JSON", e))
     }
 
     fn to_file(&self, robot: &Robot) -> Result<CompensatorFile> {

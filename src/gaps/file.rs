@@ -5,7 +5,7 @@
 
 use super::{Gaps, Registered, StictionFound, estimate};
 use crate::effects::{Decay, GapCurve};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::io::yaml;
 use crate::robot::file::FrameFile;
 use crate::robot::{JointKind, Robot};
@@ -142,8 +142,7 @@ pub fn curve(curve: &GapCurve, kind: JointKind) -> Value {
 
 /// One JSON document with a newline at its end.
 pub fn to_json(doc: &Value) -> Result<String> {
-    let text = serde_json::to_string_pretty(doc)
-        .map_err(|e| Error::bad(Place::default(), e.to_string(), "values that JSON can hold"))?;
+    let text = serde_json::to_string_pretty(doc).map_err(|e| Error::internal("write JSON", e))?;
     Ok(text + "\n")
 }
 

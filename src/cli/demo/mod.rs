@@ -114,8 +114,7 @@ pub fn run(args: Args) -> Result<()> {
         write_whole(&report, page.render().as_bytes())?;
     }
     if args.json {
-        let text = serde_json::to_string_pretty(&document(&shown))
-            .map_err(|e| Error::bad(crate::error::Place::default(), e.to_string(), "values that JSON can hold"))?;
+        let text = serde_json::to_string_pretty(&document(&shown)).map_err(|e| Error::internal("write JSON", e))?;
         return write_whole(Path::new("-"), (text + "\n").as_bytes());
     }
     write_whole(Path::new("-"), table(&robot, &shown, circle.as_ref()).as_bytes())?;

@@ -1,6 +1,7 @@
 //! `rewrite` on a folder: every program by itself, a line of JSON for each.
 
 use super::{Args, FailOn, printed, style, summarise, usage};
+use crate::cli::exit::Finished;
 use crate::cli::paths;
 use crate::error::{Error, Place, Result, shown};
 use crate::io::input::sha256;
@@ -20,7 +21,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 /// Runs the command on a folder of programs.
-pub(super) fn run(args: &Args, mut job: Job) -> Result<()> {
+pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
     if args.output.is_some() || args.check.is_some() {
         return Err(usage("a folder as IN with --output or --check", "--output-dir"));
     }
@@ -66,7 +67,8 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<()> {
     let mut lines = batch::run(&job, &args.input, &programs, output, &|| bar.inc(1));
     bar.finish_and_clear();
     if args.list_frames {
-        return super::list_frames(lines.iter().filter_map(|l| l.missing.as_ref()));
+        super::list_frames(lines.iter().filter_map(|l| l.missing.as_ref()))?;
+        return Ok(Finished::Done);
     }
     lines.extend(unreadable);
     summarise(&mut summary, &lines)?;
@@ -77,7 +79,7 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<()> {
 }
 
 /// Tells what became of the programs; an error where some are refused or failed.
-fn conclude(args: &Args, lines: &[Line]) -> Result<()> {
+fn conclude(args: &Args, lines: &[Line]) -> Result<Finished> {
     let count = |s: Status| lines.iter().filter(|l| l.status == s).count();
     let (refused, failed) = (count(Status::Refused), count(Status::Failed));
     for l in lines.iter().filter(|l| matches!(l.status, Status::Refused | Status::Failed)) {
@@ -101,7 +103,7 @@ fn conclude(args: &Args, lines: &[Line]) -> Result<()> {
         let could = if args.dry_run { "could not be" } else { "were not" };
         return Err(Error::Refused(format!("{counted} of {} programs {could} rewritten", lines.len())));
     }
-    super::exit_unchanged(args, written > 0)
+    Ok(super::finished(args, written > 0))
 }
 
 /// Folders below `input` with results of an earlier rewrite of it: a program whose path goes on, behind that folder, as that of

@@ -4,6 +4,7 @@ mod folder;
 mod job;
 mod proof;
 
+use crate::cli::exit::Finished;
 use crate::cli::{page, paths};
 use crate::compensator::file::is_past;
 use crate::error::{Error, Place, Result, is_stdio, shown};
@@ -270,7 +271,7 @@ pub enum FailOn {
 }
 
 /// Runs the command.
-pub fn run(args: Args) -> Result<()> {
+pub fn run(args: Args) -> Result<Finished> {
     refuse_shared(&args)?;
     paths::refuse_missing_folders(&[
         ("--output", args.output.as_deref().filter(|_| !args.dry_run && args.check.is_none())),
@@ -311,7 +312,7 @@ fn target(args: &Args) -> Target<'_> {
 }
 
 /// A single program: prepare, summarise, prove, write everything together.
-fn single(args: &Args, source: &Source, job: &Job) -> Result<()> {
+fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
     let target = target(args);
     if let Target::File(output) = target
         && !is_stdio(output)
@@ -322,7 +323,8 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<()> {
     }
     if args.list_frames {
         let ready = job.prepare(&args.input, Target::DryRun, &|_| {})?;
-        return list_frames(ready.outcome.vendor.iter().map(|v| &v.missing));
+        list_frames(ready.outcome.vendor.iter().map(|v| &v.missing))?;
+        return Ok(Finished::Done);
     }
     let mut summary = output::create(args.summary.as_deref())?;
     let mut report = output::create(args.report.as_deref())?;
@@ -361,7 +363,7 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<()> {
     }
     let changed = !outcome.unchanged;
     refusal(outcome)?;
-    exit_unchanged(args, changed)
+    Ok(finished(args, changed))
 }
 
 /// What the account is about: what was done, or what would be.
@@ -394,9 +396,9 @@ fn list_frames<'a>(all: impl Iterator<Item = &'a Missing>) -> Result<()> {
     Ok(())
 }
 
-/// `--exit-code`: nothing needed a change.
-fn exit_unchanged(args: &Args, changed: bool) -> Result<()> {
-    if args.exit_code && !changed { Err(Error::Unchanged) } else { Ok(()) }
+/// `--exit-code`: whether a program needed a change.
+fn finished(args: &Args, changed: bool) -> Finished {
+    if args.exit_code && !changed { Finished::NothingChanged } else { Finished::Done }
 }
 
 /// Says so where the last day of the compensator has passed: gaps grow with wear.
@@ -485,8 +487,7 @@ fn summarise(summary: &mut Option<Output>, lines: &[Line]) -> Result<()> {
 
 /// A document for standard output.
 fn printed(document: &serde_json::Value) -> Result<Output> {
-    let text = serde_json::to_string_pretty(document)
-        .map_err(|e| Error::bad(Place::default(), e.to_string(), "values that JSON can hold"))?;
+    let text = serde_json::to_string_pretty(document).map_err(|e| Error::internal("write JSON", e))?;
     let mut out = Output::create(Path::new("-"))?;
     out.put((text + "\n").as_bytes())?;
     Ok(out)

@@ -86,8 +86,7 @@ const CHECK: &str = "  \"check\": \"";
 
 /// The text of a note, with its check.
 pub fn note_text(note: &Note) -> Result<String> {
-    let text = serde_json::to_string_pretty(note)
-        .map_err(|e| Error::bad(Place::default(), e.to_string(), "values that JSON can hold"))?;
+    let text = serde_json::to_string_pretty(note).map_err(|e| Error::internal("write JSON", e))?;
     let body = format!("{},\n", text.trim_end().trim_end_matches('}').trim_end());
     let check = sha256(body.as_bytes());
     Ok(format!("{body}{CHECK}{check}\"\n}}\n"))

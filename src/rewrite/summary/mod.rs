@@ -77,11 +77,21 @@ impl Line {
     /// The line of a program that did not.
     pub fn failed(input: String, e: &Error, sha256_in: Option<String>) -> Self {
         let refused = matches!(e, Error::Refused(_) | Error::RewrittenAlready(_));
+        let status = if refused { Status::Refused } else { Status::Failed };
+        Self::without_result(input, status, &e.to_string(), sha256_in)
+    }
+
+    /// The line of a folder, or of an entry of one, that cannot be read.
+    pub fn unreadable(input: String, why: &str) -> Self {
+        Self::without_result(input, Status::Failed, why, None)
+    }
+
+    fn without_result(input: String, status: Status, why: &str, sha256_in: Option<String>) -> Self {
         Self {
             input,
             output: None,
-            status: if refused { Status::Refused } else { Status::Failed },
-            reason: Some(one_line(&e.to_string())),
+            status,
+            reason: Some(one_line(why)),
             moves: 0,
             editable: 0,
             edited_as_joints: None,
@@ -92,13 +102,6 @@ impl Line {
             sha256_in,
             sha256_out: None,
         }
-    }
-
-    /// The line of a folder, or of an entry of one, that cannot be read.
-    pub fn unreadable(input: String, why: &str) -> Self {
-        let reason = Some(one_line(why));
-        let status = Status::Failed;
-        Self { status, reason, input, ..Self::failed(String::new(), &Error::Unchanged, None) }
     }
 
     /// As a line of JSON.

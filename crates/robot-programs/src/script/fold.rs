@@ -10,7 +10,9 @@ use super::{Text, number};
 /// A part of an expression.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Part {
+    /// A number as it is written.
     Number(f64),
+    /// A name: a variable or a function.
     Name(String),
     /// `+`, `-`, `*`, `/`, `(`, `)`.
     Mark(u8),
@@ -35,7 +37,9 @@ const DEEPEST: usize = 32;
 
 /// What names and functions of one number are; `None`: not certain.
 pub trait Known {
+    /// The value of a variable.
     fn name(&self, name: &str) -> Option<f64>;
+    /// The value of a function of one number.
     fn call(&self, name: &str, value: f64) -> Option<f64>;
 }
 

@@ -178,7 +178,9 @@ pub struct PoseGoal {
 /// A displacement of a target: the pose that is meant is `before * numbers * after`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shift {
+    /// Left of the numbers.
     pub before: Isometry3<f64>,
+    /// Right of the numbers.
     pub after: Isometry3<f64>,
 }
 
