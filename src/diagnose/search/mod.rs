@@ -41,10 +41,8 @@ use rayon::prelude::*;
 const PLAIN: &str = backlash::INFO.name;
 /// Effects that are found at most.
 pub const MOST_EFFECTS: usize = 4;
-/// The same of joint sensors: they are so precise that several effects of each joint stand out.
-const MOST_OF_SENSORS: usize = 9;
-/// Rounds beyond them at most: where none describes what is there, effects could take turns without end.
-const MORE_ROUNDS: usize = 2;
+/// Rounds at most: where none describes what is there, effects could take turns without end.
+const MOST_ROUNDS: usize = 6;
 /// Probability, all that is tried counted, below which a gain is no chance.
 const CHANCE: f64 = 1e-4;
 /// Candidates that are refitted with their shapes free in a round.
@@ -131,7 +129,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         Some(group) => search.rivals_behind(group, &fit, &gaps.terms, &whitening),
         None => search.exchange(&mut fit, &whitening, &mut steps),
     };
-    let (next, further) = search.no_room(next.filter(|_| remains.is_none()), &fit, &mut notes);
+    let (next, further) = remaining::no_room(next.filter(|_| remains.is_none()), &fit, &mut notes);
     if let Some(n) = &next {
         remains = Some(Ratio { axis: n.axis, aspect: None, gain: n.gain, dof: n.parameters, p_value: n.p_value });
     }
@@ -340,10 +338,6 @@ impl Search<'_> {
         all.filter_map(ratio).min_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
-    fn most_effects(&self) -> usize {
-        if self.problem.recording() == Recording::JointSensors { MOST_OF_SENSORS } else { MOST_EFFECTS }
-    }
-
     /// Rounds until nothing more is believed, or until there is no room: then the effect that would be next.
     fn rounds(
         &mut self,
@@ -354,7 +348,7 @@ impl Search<'_> {
     ) -> Option<Next> {
         loop {
             let (step, next) = self.round(fit, whitening)?;
-            if fit.free.len() >= self.most_effects() || steps.len() >= self.most_effects() + MORE_ROUNDS {
+            if fit.free.len() >= MOST_EFFECTS || steps.len() >= MOST_ROUNDS {
                 let placed = next.hypothesis.effects.last()?;
                 let (gain, parameters) = (fit.cost - next.cost, placed.effect.values().len());
                 let p_value = self.chance(gain, parameters);

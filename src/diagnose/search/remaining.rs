@@ -3,7 +3,7 @@
 use crate::diagnose::candidates::structure::{Ratio, Tested};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
-use crate::diagnose::search::Search;
+use crate::diagnose::search::MOST_EFFECTS;
 use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::outcome::{Next, rms};
 
@@ -44,31 +44,24 @@ pub fn remaining(problem: &Problem, now: &Tested, first: &Tested, fit: &Fit, rms
     (fit.free.is_empty() && first.whole.p_value < BEYOND_DOUBT).then(|| likeliest(first))
 }
 
-impl Search<'_> {
-    /// The rounds ended before there was silence. What the next one would name is structure, too, if it repeats one on its joint (a
-    /// shape taken to pieces): that is returned first. Else it is one effect more than there was room for: returned second, with a
-    /// note.
-    pub(in crate::diagnose) fn no_room(
-        &self,
-        next: Option<Next>,
-        fit: &Fit,
-        notes: &mut Vec<String>,
-    ) -> (Option<Next>, Option<Next>) {
-        let Some(n) = next else { return (None, None) };
-        let repeats = fit
-            .free
-            .iter()
-            .map(|&i| &fit.hypothesis.effects[i])
-            .any(|p| p.effect.name() == n.effect && p.axis() == n.axis);
-        if repeats {
-            return (Some(n), None);
-        }
-        notes.push(format!(
-            "there is room for {} effects; a further round would name {} {}: write the model (--model-out) and diagnose again with it",
-            self.most_effects(),
-            n.effect,
-            n.target
-        ));
-        (None, Some(n))
+/// The rounds ended before there was silence. What the next one would name is structure, too, if it repeats one on its joint (a
+/// shape taken to pieces): that is returned first. Else it is one effect more than there was room for: returned second, with a
+/// note.
+pub(in crate::diagnose) fn no_room(
+    next: Option<Next>,
+    fit: &Fit,
+    notes: &mut Vec<String>,
+) -> (Option<Next>, Option<Next>) {
+    let Some(n) = next else { return (None, None) };
+    let repeats =
+        fit.free.iter().map(|&i| &fit.hypothesis.effects[i]).any(|p| p.effect.name() == n.effect && p.axis() == n.axis);
+    if repeats {
+        return (Some(n), None);
     }
+    notes.push(format!(
+        "there is room for {MOST_EFFECTS} effects; a further round would name {} {}: write the model (--model-out) and diagnose again with it",
+        n.effect,
+        n.target
+    ));
+    (None, Some(n))
 }
