@@ -55,6 +55,7 @@ pub mod error;
 pub mod fit;
 pub mod gaps;
 pub mod identify;
+pub mod join;
 pub mod learn;
 pub mod log;
 pub mod machine;

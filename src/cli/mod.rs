@@ -12,6 +12,7 @@ pub mod fit;
 pub mod help;
 pub mod identify;
 pub mod identify_path;
+pub mod join;
 pub mod learn;
 pub mod logs;
 pub mod page;
@@ -59,6 +60,7 @@ pub enum Command {
     Learn(learn::Args),
     Track(track::Args),
     Robot(robot::Args),
+    Join(join::Args),
     Demo(demo::Args),
     Completions(completions::Args),
 }
@@ -78,6 +80,7 @@ pub fn run(cli: Cli) -> Result<Finished> {
         Command::Learn(a) => learn::run(a),
         Command::Track(a) => track::run(a),
         Command::Robot(a) => robot::run(a),
+        Command::Join(a) => join::run(a),
         Command::Demo(a) => demo::run(a),
         Command::Completions(a) => completions::run(a),
     };

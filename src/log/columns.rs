@@ -17,6 +17,9 @@
 //!   cmd_A1_deg: ignore           # theirs, but not what we mean by it
 //! ```
 //!
+//! A map that ships with the program holds for any robot and many files: `cmd_#1` is the command of the first axis, `partial: true`
+//! passes over names that a file lacks, `separator: any` takes the one that cuts the header into most fields.
+//!
 //! How it fails: a name that says "command of a joint" for a joint or unit the robot does not have is refused, because
 //! dropping it quietly would move the wrong axes; names that say nothing to us are passed over.
 
@@ -49,6 +52,9 @@ const UNITS: &[(&str, char, f64)] = &[
 
 /// Unit of a column of dates and times; its values are microseconds (see `timestamp`).
 const TIMESTAMP: &str = "iso8601";
+
+/// [`ColumnMap::separator`] of a map for files with any of the known ones.
+const ANY_SEPARATOR: u8 = 0;
 
 pub(crate) fn unit_named(name: &str) -> Option<(char, f64)> {
     if name == TIMESTAMP {
@@ -95,6 +101,8 @@ pub struct ColumnMap {
     pub separator: u8,
     /// Byte before the decimals.
     pub decimal: u8,
+    /// Names that a file lacks are passed over.
+    partial: bool,
     entries: IndexMap<String, Entry>,
 }
 
@@ -107,12 +115,17 @@ struct MapFile {
     #[serde(default)]
     decimal: Option<String>,
     #[serde(default)]
+    partial: bool,
+    #[serde(default)]
     columns: Mapping,
 }
 
 impl ColumnMap {
-    /// Reads and checks a column map.
+    /// Reads and checks a column map, or takes one that ships with the program ([`super::maps`]).
     pub fn load(path: &Path) -> Result<Self> {
+        if let Some(map) = path.to_str().filter(|_| !path.exists()).and_then(super::maps::named) {
+            return map;
+        }
         let (text, input) = input::read_text(path)?;
         Self::parse(&input.name, &text)
     }
@@ -129,9 +142,14 @@ impl ColumnMap {
             Some(";") => b';',
             Some("|") => b'|',
             Some(" ") => b' ',
+            Some("any") => ANY_SEPARATOR,
             Some(other) => {
                 let place = doc.place(&["separator"]);
-                return Err(Error::bad(place, format!("separator `{other}`"), "`,`, `;`, `|`, a blank or `tab`"));
+                return Err(Error::bad(
+                    place,
+                    format!("separator `{other}`"),
+                    "`,`, `;`, `|`, a blank, `tab` or `any`",
+                ));
             }
         };
         let decimal = match file.decimal.as_deref() {
@@ -153,7 +171,19 @@ impl ColumnMap {
             };
             entries.insert(theirs.trim().to_string(), entry(theirs, value, &doc)?);
         }
-        Ok(Self { name: name.into(), separator, decimal, entries })
+        Ok(Self { name: name.into(), separator, decimal, partial: file.partial, entries })
+    }
+
+    /// Separator of a file: the map's, or the one that cuts the header into most fields.
+    pub fn separator_of(&self, bytes: &[u8]) -> u8 {
+        if self.separator != ANY_SEPARATOR {
+            return self.separator;
+        }
+        let header = bytes.split(|b| *b == b'\n').find(|l| !l.is_empty() && !l.starts_with(b"#")).unwrap_or_default();
+        let fields = |c: u8| memchr::memchr_iter(c, header).count();
+        // the first of those that cut alike; a decimal comma separates nothing
+        let known = [b',', b';', b'\t', b'|', b' '].into_iter().filter(|c| *c != self.decimal);
+        known.rev().max_by_key(|c| fields(*c)).unwrap_or(b',')
     }
 }
 
@@ -293,7 +323,8 @@ pub(super) fn resolve(header: &[String], robot: &Robot, map: Option<&ColumnMap>,
             Some((k, _, entry)) => {
                 mapped[k] = true;
                 let Some(ours) = &entry.to else { continue };
-                from_map(theirs, ours, entry, robot, map.map_or("", |m| &m.name))?
+                let Some(ours) = of_axis(ours, robot) else { continue };
+                from_map(theirs, &ours, entry, robot, map.map_or("", |m| &m.name))?
             }
             None => {
                 let m = meaning(theirs, robot);
@@ -326,7 +357,14 @@ pub(super) fn resolve(header: &[String], robot: &Robot, map: Option<&ColumnMap>,
             missing: entry.map_or_else(Vec::new, |e| e.missing.clone()),
         });
     }
-    if let Some(map) = map
+    if let Some(map) = map.filter(|m| m.partial)
+        && !mapped.contains(&true)
+    {
+        let names: Vec<String> = map.entries.keys().cloned().collect();
+        let found = format!("none of the columns that {} names among {}", map.name, listed(header));
+        return Err(Error::bad(at.clone(), found, listed(&names)));
+    }
+    if let Some(map) = map.filter(|m| !m.partial)
         && let Some(k) = mapped.iter().position(|m| !m)
         && let Some((theirs, _)) = map.entries.get_index(k)
     {
@@ -334,6 +372,15 @@ pub(super) fn resolve(header: &[String], robot: &Robot, map: Option<&ColumnMap>,
         return Err(Error::bad(at.clone(), found, format!("a column of that name among {}", listed(header))));
     }
     Ok(used)
+}
+
+/// Our name for a column of a joint by its number: `cmd_#1` is `cmd_A1_deg` of a robot whose first axis is A1. `None`: the robot has
+/// fewer axes.
+fn of_axis<'a>(ours: &'a str, robot: &Robot) -> Option<std::borrow::Cow<'a, str>> {
+    let Some((what, number)) = ours.split_once("_#") else { return Some(ours.into()) };
+    let axis = number.parse::<usize>().ok()?.checked_sub(1)?;
+    let joint = robot.axis_joints().nth(axis)?;
+    Some(super::write::joint_column(what, joint).into())
 }
 
 fn from_map(theirs: &str, ours: &str, entry: &Entry, robot: &Robot, map: &str) -> Result<(Meaning, f64, f64)> {

@@ -4,6 +4,7 @@
 //! - [`columns`]: which column is what: the contract's names (`meaning`), or a column map from foreign names and units.
 //! - [`read`]: CSV (and gzip) to [`Log`], with file, line and column of every refusal; `number`: decimal text to f64;
 //!   `timestamp`: dates and times to microseconds.
+//! - [`maps`]: column maps that ship with the program; [`recording`]: columns of a file that is no whole log, for `join`.
 //! - [`mod@write`]: numbers, fields and column names on the way out.
 //! - [`plausibility`]: units, axes and clocks that cannot be right, found from the shape of the measured path; `side_columns`:
 //!   encoders, speeds and limits that make a reader wonder; `faults`: what is tried; `shape`: robust rigid and mirrored fits, for plausibility checks.
@@ -15,10 +16,12 @@ pub mod columns;
 pub mod dwells;
 mod faults;
 pub mod instruments;
+pub mod maps;
 mod meaning;
 mod number;
 pub mod plausibility;
 pub mod read;
+pub mod recording;
 pub mod registration;
 mod shape;
 mod side_columns;

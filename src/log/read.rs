@@ -52,20 +52,10 @@ impl Log {
     }
 
     fn parse_any(input: Input, robot: &Robot, map: Option<&ColumnMap>, lone: bool) -> Result<Self> {
-        let Input { name, bytes, sha256 } = input;
-        input::refuse_utf16(&name, &bytes)?;
-        let separator = map.map_or(b',', |m| m.separator);
-        let head = Head::read(&name, &bytes, separator)?;
-        let at = Place::line(&name, head.line);
-        let columns = resolve(&head.names, robot, map, &at).map_err(|e| head.explain(&name, separator, e))?;
-        head.check(&name, &columns, robot, separator, lone)?;
-        let layout =
-            Layout { name: &name, head: &head, columns: &columns, separator, decimal: map.map_or(b'.', |m| m.decimal) };
-        let table = layout.read(&bytes)?;
-        drop(bytes);
-        if table.line.is_empty() {
-            return Err(Error::bad(Place::file(&name), "a header and no rows", "at least one row"));
-        }
+        let name = input.name.clone();
+        let sha256 = input.sha256.clone();
+        let (table, columns) =
+            table(input, robot, map, |head, columns, separator| head.check(&name, columns, robot, separator, lone))?;
         let log = build(&name, sha256, table, &columns, robot)?;
         log.check_time(&columns)?;
         Ok(log)
@@ -90,6 +80,29 @@ impl Log {
         };
         Err(Error::bad(place, found, "times that strictly increase"))
     }
+}
+
+/// The used columns of a file as written, once `check` has accepted them.
+pub(super) fn table(
+    input: Input,
+    robot: &Robot,
+    map: Option<&ColumnMap>,
+    check: impl FnOnce(&Head, &[Column], u8) -> Result<()>,
+) -> Result<(Table, Vec<Column>)> {
+    let Input { name, bytes, .. } = input;
+    input::refuse_utf16(&name, &bytes)?;
+    let separator = map.map_or(b',', |m| m.separator_of(&bytes));
+    let head = Head::read(&name, &bytes, separator)?;
+    let at = Place::line(&name, head.line);
+    let columns = resolve(&head.names, robot, map, &at).map_err(|e| head.explain(&name, separator, e))?;
+    check(&head, &columns, separator)?;
+    let layout =
+        Layout { name: &name, head: &head, columns: &columns, separator, decimal: map.map_or(b'.', |m| m.decimal) };
+    let table = layout.read(&bytes)?;
+    if table.line.is_empty() {
+        return Err(Error::bad(Place::file(&name), "a header and no rows", "at least one row"));
+    }
+    Ok((table, columns))
 }
 
 /// The header row and where the rows begin.
@@ -211,10 +224,10 @@ struct Layout<'a> {
 }
 
 /// Numbers of the used columns as written; an empty cell, where allowed, is NaN (a written NaN is refused).
-struct Table {
-    line: Vec<u32>,
-    values: Vec<Vec<f64>>,
-    decimals: Vec<u8>,
+pub(super) struct Table {
+    pub(super) line: Vec<u32>,
+    pub(super) values: Vec<Vec<f64>>,
+    pub(super) decimals: Vec<u8>,
 }
 
 impl Layout<'_> {

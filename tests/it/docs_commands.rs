@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Pages whose commands are run. Those of other pages name the files of a user.
-const PAGES: [&str; 13] = [
+const PAGES: [&str; 14] = [
     "assess-bidirectional",
     "assess-circle",
     "assess-impact",
@@ -14,6 +14,7 @@ const PAGES: [&str; 13] = [
     "identify-path",
     "identify-screw",
     "identify-static",
+    "join",
     "learn",
     "robot",
     "simulate",

@@ -64,7 +64,7 @@ impl Readings {
     pub fn parse(input: Input, map: Option<&ColumnMap>, states: Option<&[String]>) -> Result<Self> {
         let Input { name, bytes, sha256 } = input;
         input::refuse_utf16(&name, &bytes)?;
-        let separator = map.map_or(b',', |m| m.separator);
+        let separator = map.map_or(b',', |m| m.separator_of(&bytes));
         let head = Head::read(&name, &bytes, separator)?;
         let at = Place::line(&name, head.line);
         let columns = resolve(&head.names, map, states, &at).map_err(|e| head.explain(&name, separator, e))?;

@@ -1,0 +1,117 @@
+//! `lostmotion join`: a tracker's and a controller's recordings on one clock.
+
+use crate::cli::paths;
+use crate::error::{Error, Place, Result, counted, is_stdio};
+use crate::io::output::{self, Output};
+use crate::join::{self, Options, Report, Rows};
+use crate::log::ColumnMap;
+use crate::log::recording::Recording;
+use crate::robot::Robot;
+use std::path::{Path, PathBuf};
+
+/// Join a controller's and a tracker's recordings of one motion into one log.
+///
+/// The clocks are brought together by the motion itself: the speed of the TCP gives the start, the path gives offset and drift with
+/// their 95 % intervals. Readings are not smoothed, and reversals stay where they are. Columns are named as in docs/log.md, or
+/// through a column map, of your own or one that ships: rtde, rws, rsi (controllers), tracker.
+///
+/// Examples:
+///   lostmotion join --robot robot.yaml --controller rtde.csv --controller-columns rtde --tracker export.csv --tracker-columns tracker --output log.csv
+///   lostmotion join --robot robot.yaml --controller joints.csv --tracker points.csv --output log.csv --json
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct Args {
+    /// Robot file
+    #[arg(long, value_name = "ROBOT.yaml")]
+    pub robot: PathBuf,
+    /// Recording of the controller: t_s and the command of every joint (CSV, .gz as it is)
+    #[arg(long, value_name = "CONTROLLER.csv")]
+    pub controller: PathBuf,
+    /// Column map of the controller's file: a file, or rtde, rws, rsi
+    #[arg(long, value_name = "MAP")]
+    pub controller_columns: Option<PathBuf>,
+    /// Recording of the tracker: t_s, x_mm, y_mm, z_mm (CSV, .gz as it is)
+    #[arg(long, value_name = "TRACKER.csv")]
+    pub tracker: PathBuf,
+    /// Column map of the tracker's file: a file, or tracker
+    #[arg(long, value_name = "MAP")]
+    pub tracker_columns: Option<PathBuf>,
+    /// Where the joined log goes; - is standard output
+    #[arg(long, short, value_name = "LOG.csv", default_value = "-")]
+    pub output: PathBuf,
+    /// Whose rows the log has: the tracker's readings with interpolated commands, or the other way round
+    #[arg(long, value_enum, default_value_t = RowsOf::Tracker)]
+    pub rows: RowsOf,
+    /// Controller's time minus the tracker's, to a second, where a motion repeats
+    #[arg(long, value_name = "S", allow_hyphen_values = true)]
+    pub near_s: Option<f64>,
+    /// Print what was found as one JSON document (lostmotion/join/1) on standard output; needs --output FILE
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+pub enum RowsOf {
+    Tracker,
+    Controller,
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    let inputs = [
+        ("--robot", Some(args.robot.as_path())),
+        ("--controller", Some(args.controller.as_path())),
+        ("--tracker", Some(args.tracker.as_path())),
+    ];
+    paths::refuse_shared(&inputs, &[("--output", Some(args.output.as_path()))])?;
+    if args.json && is_stdio(&args.output) {
+        let expected = "a file: standard output holds the document";
+        return Err(Error::bad(Place::file("--output"), "standard output with --json", expected));
+    }
+    if let Some(near) = args.near_s.filter(|v| !v.is_finite()) {
+        return Err(Error::bad(Place::file("--near-s"), format!("{near}"), "a finite number of seconds"));
+    }
+    let mut out = Output::create(&args.output)?;
+    let robot = Robot::load(&args.robot)?;
+    let map = |path: &Option<PathBuf>| path.as_deref().map(ColumnMap::load).transpose();
+    let controller = Recording::load(&args.controller, &robot, map(&args.controller_columns)?.as_ref())?;
+    let tracker = Recording::load(&args.tracker, &robot, map(&args.tracker_columns)?.as_ref())?;
+    let rows = match args.rows {
+        RowsOf::Tracker => Rows::Tracker,
+        RowsOf::Controller => Rows::Controller,
+    };
+    let joined = join::join(&robot, &controller, &tracker, &Options { rows, near_s: args.near_s })?;
+    out.put(&joined.table.to_csv())?;
+    let mut document = args.json.then(|| Output::create(Path::new("-"))).transpose()?;
+    if let Some(document) = &mut document {
+        let text = serde_json::to_string_pretty(&joined.report).unwrap_or_default();
+        document.put((text + "\n").as_bytes())?;
+    }
+    output::commit([Some(out), document])?;
+    tell(&joined.report);
+    Ok(())
+}
+
+fn tell(report: &Report) {
+    for (who, part) in [("controller", &report.controller), ("tracker", &report.tracker)] {
+        if let Some(jitter) = part.jitter_ms {
+            eprintln!(
+                "{}: the {who}'s stamps jitter by {jitter:.2} ms about a regular {:.2} Hz, which is used",
+                part.name, part.rate_hz
+            );
+        }
+    }
+    let half = |i: &join::Interval| 0.5 * (i.ci95[1] - i.ci95[0]);
+    eprintln!(
+        "the controller's clock is {:.3} +- {:.3} ms ahead of the tracker's (at its {:.1} s) and runs {:.2} +- {:.2} ppm faster",
+        report.offset_ms.value,
+        half(&report.offset_ms),
+        report.at_tracker_s,
+        report.drift_ppm.value,
+        half(&report.drift_ppm),
+    );
+    eprintln!("{}; the paths agree within {:.1} um rms per coordinate", counted(report.rows, "row"), report.rms_um);
+    for note in &report.notes {
+        eprintln!("note: {note}");
+    }
+}

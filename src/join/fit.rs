@@ -1,0 +1,321 @@
+//! Offset and drift of the tracker's clock, with their intervals, from the path that both recordings show.
+//!
+//! Method: least squares of the measured TCP over
+//!
+//! ```text
+//! y(t) = R (p(q(u)) + F(u) d) + s,   u = t + offset + drift (t - middle)
+//! ```
+//!
+//! with the frame of the tracker (`R`, `s`), the place `d` of the reflector in the flange frame, a zero offset and a half gap of every
+//! joint that moves. The last two are there because a gap lags on every path and would else be read as time; it does not grow
+//! with speed, as a late clock does. The gap is followed as a play, through the crossing. Gauss-Newton from the start that `search` found, with weak priors (see the constants)
+//! where a motion leaves these open. Readings farther out than [`OUTLIER`] robust deviations are left out.
+//!
+//! Intervals: the sandwich estimate with a Bartlett kernel (Newey and West 1987) over rows, its length by Andrews (1991), as what
+//! jitter does to neighbouring rows is alike and grows with speed.
+//!
+//! Fails: an error where the recordings overlap too little, or do not move.
+
+use super::search::Seen;
+use super::series::{Play, Series};
+use crate::numerics::{rigid, robust::median_of};
+use crate::robot::Robot;
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
+
+/// Rows that are fitted at most; a longer recording is thinned.
+const MOST_ROWS: usize = 40_000;
+/// Rows needed.
+const FEWEST_ROWS: usize = 50;
+const ROUNDS: usize = 40;
+/// Standard deviations of the priors: reflector in the flange frame, m; zero offset and half gap, rad or m.
+const TOOL_M: f64 = 1.0;
+const ZERO: f64 = 0.01;
+const GAP: f64 = 0.002;
+/// Readings farther out than this many robust standard deviations are outliers.
+const OUTLIER: f64 = 6.0;
+/// Step of offset, s, and drift below which the fit stands.
+const STEP_S: f64 = 1e-8;
+/// A half gap up to this, rad or m, is none: its side is followed, its crossing is not.
+const NO_GAP: f64 = 1e-6;
+/// Offset, drift, rotation, translation, reflector.
+const COMMON: usize = 11;
+
+/// An estimate and half its 95 % interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    pub value: f64,
+    pub half_95: f64,
+}
+
+/// The tracker's clock against the controller's.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// Controller's time minus the tracker's, s, at `middle_s`.
+    pub offset_s: Estimate,
+    /// Controller's seconds per tracker's second, minus 1.
+    pub drift: Estimate,
+    /// Tracker's time at which the offset holds, s.
+    pub middle_s: f64,
+    /// Per coordinate, m.
+    pub rms_m: f64,
+    pub rows: usize,
+    pub outliers: usize,
+}
+
+impl Fit {
+    /// Time of the controller for a time of the tracker, s.
+    pub fn controller_s(&self, tracker_s: f64) -> f64 {
+        tracker_s + self.offset_s.value + self.drift.value * (tracker_s - self.middle_s)
+    }
+}
+
+/// One linearised row: residual, and derivatives of the prediction.
+struct Row {
+    residual: Vector3<f64>,
+    columns: Vec<Vector3<f64>>,
+}
+
+struct State {
+    offset_s: f64,
+    drift: f64,
+    middle_s: f64,
+    rotation: Rotation3<f64>,
+    shift: Vector3<f64>,
+    tool: Vector3<f64>,
+    zero: Vec<f64>,
+    gap: Vec<f64>,
+}
+
+impl State {
+    fn row(&self, robot: &Robot, commands: &Series, plays: &[Play], t: f64, at: &Vector3<f64>) -> Option<Row> {
+        let n = commands.channels();
+        let (mut q, mut rate) = (vec![0.0; n], vec![0.0; n]);
+        let from_middle = t - self.middle_s;
+        let u = t + self.offset_s + self.drift * from_middle;
+        if !commands.at(u, &mut q, &mut rate) {
+            return None;
+        }
+        let mut sides = vec![0.0; n];
+        for axis in 0..n {
+            let (behind, side) = commands.played(axis, &plays[axis], u)?;
+            sides[axis] = -f64::from(side);
+            let crossing = (behind - q[axis]).abs() < self.gap[axis] - NO_GAP;
+            let lost = if self.gap[axis] > NO_GAP { behind - q[axis] } else { sides[axis] * self.gap[axis] };
+            q[axis] += self.zero[axis] + lost;
+            if crossing {
+                rate[axis] = 0.0;
+            }
+        }
+        let (pose, geometric) = robot.chain().jacobian(&q);
+        let turned = *self.rotation.matrix();
+        let reflector = pose.rotation * self.tool;
+        let point = pose.position + reflector;
+        let jacobian: Vec<Vector3<f64>> = (geometric.column_iter())
+            .map(|c| Vector3::new(c[0], c[1], c[2]) + Vector3::new(c[3], c[4], c[5]).cross(&reflector))
+            .collect();
+        let velocity: Vector3<f64> = jacobian.iter().zip(&rate).map(|(c, r)| c * *r).sum();
+        let mut columns = Vec::with_capacity(COMMON + 2 * n);
+        columns.extend([turned * velocity, turned * velocity * from_middle]);
+        let lever = turned * point;
+        columns.extend([Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| axis.cross(&lever)));
+        columns.extend([Vector3::x(), Vector3::y(), Vector3::z()]);
+        let frame: Matrix3<f64> = turned * pose.rotation.matrix();
+        columns.extend((0..3).map(|k| frame.column(k).into_owned()));
+        columns.extend(jacobian.iter().map(|c| turned * c));
+        columns.extend((0..n).map(|a| turned * jacobian[a] * sides[a]));
+        Some(Row { residual: at - lever - self.shift, columns })
+    }
+
+    fn moved(&mut self, step: &DVector<f64>) {
+        let n = self.zero.len();
+        self.offset_s += step[0];
+        self.drift += step[1];
+        self.rotation = Rotation3::new(Vector3::new(step[2], step[3], step[4])) * self.rotation;
+        self.shift += Vector3::new(step[5], step[6], step[7]);
+        self.tool += Vector3::new(step[8], step[9], step[10]);
+        for axis in 0..n {
+            self.zero[axis] += step[COMMON + axis];
+            self.gap[axis] += step[COMMON + n + axis];
+        }
+    }
+
+    /// Deviation of the parameters from their priors, in order, with the inverse variances.
+    fn priors(&self) -> Vec<(f64, f64)> {
+        let open = std::iter::repeat_n((0.0, 0.0), 8);
+        let tool = self.tool.iter().map(|v| (*v, TOOL_M.powi(-2)));
+        let zero = self.zero.iter().map(|v| (*v, ZERO.powi(-2)));
+        let gap = self.gap.iter().map(|v| (*v, GAP.powi(-2)));
+        open.chain(tool).chain(zero).chain(gap).collect()
+    }
+}
+
+/// Fits the clock from a start offset, s.
+///
+/// `stamps`: variances of height and slope of the clocks behind both recordings' stamps.
+pub fn fit(robot: &Robot, commands: &Series, seen: &Seen, start_s: f64, stamps: [f64; 2]) -> Result<Fit, String> {
+    let span = commands.span();
+    let lo = seen.t_s.partition_point(|t| t + start_s < span.start);
+    let hi = seen.t_s.partition_point(|t| t + start_s <= span.end);
+    if hi < lo + FEWEST_ROWS {
+        return Err(format!("{} readings of the tracker within the controller's recording", hi.saturating_sub(lo)));
+    }
+    let rows: Vec<usize> = (lo..hi).step_by((hi - lo).div_ceil(MOST_ROWS)).collect();
+    let mut state = begin(robot, commands, seen, &rows, start_s).ok_or("a path that fits no frame")?;
+    let mut kept = vec![true; rows.len()];
+    let mut outcome = None;
+    for round in 0..ROUNDS {
+        let solved = Solved::at(&state, robot, commands, seen, &rows, &kept)?;
+        state.moved(&solved.step);
+        let still = solved.step[0].abs() < STEP_S && solved.step[1].abs() * (span.end - span.start) < STEP_S;
+        let dropped = round >= 3 && solved.drop_outliers(&mut kept);
+        if still && !dropped && round >= 3 {
+            outcome = Some(solved);
+            break;
+        }
+    }
+    let solved = outcome.ok_or("a fit of the clock that does not settle")?;
+    let [offset, drift] = solved.half_95(stamps);
+    Ok(Fit {
+        offset_s: Estimate { value: state.offset_s, half_95: offset },
+        drift: Estimate { value: state.drift, half_95: drift },
+        middle_s: state.middle_s,
+        rms_m: solved.rms_m,
+        rows: solved.used,
+        outliers: kept.iter().filter(|k| !**k).count(),
+    })
+}
+
+/// The frame by a rigid fit of the paths, the rest at zero.
+fn begin(robot: &Robot, commands: &Series, seen: &Seen, rows: &[usize], start_s: f64) -> Option<State> {
+    let n = commands.channels();
+    let (mut q, mut rate) = (vec![0.0; n], vec![0.0; n]);
+    let mut pairs = Vec::with_capacity(rows.len());
+    for &k in rows {
+        if commands.at(seen.t_s[k] + start_s, &mut q, &mut rate) {
+            pairs.push((robot.tcp_m(&q), seen.at_m[k], 1.0));
+        }
+    }
+    let found = rigid::fit(pairs.iter().copied(), false)?;
+    let middle_s = 0.5 * (seen.t_s[*rows.first()?] + seen.t_s[*rows.last()?]);
+    Some(State {
+        offset_s: start_s,
+        drift: 0.0,
+        middle_s,
+        rotation: Rotation3::from_matrix_unchecked(found.rotation),
+        shift: found.translation,
+        tool: Vector3::zeros(),
+        zero: vec![0.0; n],
+        gap: vec![0.0; n],
+    })
+}
+
+/// The linear problem at a state, solved.
+struct Solved {
+    step: DVector<f64>,
+    /// Influence of every row on offset and drift.
+    influence: [Vec<f64>; 2],
+    residual_m: Vec<Option<f64>>,
+    rms_m: f64,
+    used: usize,
+}
+
+impl Solved {
+    fn at(
+        state: &State,
+        robot: &Robot,
+        commands: &Series,
+        seen: &Seen,
+        rows: &[usize],
+        kept: &[bool],
+    ) -> Result<Self, String> {
+        let size = COMMON + 2 * commands.channels();
+        let plays: Vec<Play> =
+            state.gap.iter().enumerate().map(|(axis, gap)| commands.play(axis, gap.max(NO_GAP))).collect();
+        let lines: Vec<Option<Row>> =
+            rows.iter().map(|&k| state.row(robot, commands, &plays, seen.t_s[k], &seen.at_m[k])).collect();
+        let used: Vec<&Row> = lines.iter().zip(kept).filter_map(|(l, keep)| l.as_ref().filter(|_| *keep)).collect();
+        if used.len() < FEWEST_ROWS {
+            return Err(format!("{} readings of the tracker within the controller's recording", used.len()));
+        }
+        let mut gram = DMatrix::<f64>::zeros(size, size);
+        let mut right = DVector::<f64>::zeros(size);
+        let mut squares = 0.0;
+        for row in &used {
+            squares += row.residual.norm_squared();
+            for i in 0..size {
+                right[i] += row.columns[i].dot(&row.residual);
+                for j in 0..=i {
+                    gram[(i, j)] += row.columns[i].dot(&row.columns[j]);
+                }
+            }
+        }
+        let variance = squares / (3 * used.len()) as f64;
+        for (k, (value, precision)) in state.priors().into_iter().enumerate() {
+            gram[(k, k)] += variance * precision;
+            right[k] -= variance * precision * value;
+        }
+        // in units of each column's own length, as metres meet radians and seconds
+        let scale: Vec<f64> = (0..size).map(|k| gram[(k, k)].sqrt().max(f64::MIN_POSITIVE)).collect();
+        let scaled = DMatrix::from_fn(size, size, |i, j| {
+            let (a, b) = (i.max(j), i.min(j));
+            gram[(a, b)] / (scale[i] * scale[j]) + if i == j { 1e-12 } else { 0.0 }
+        });
+        let inverse = scaled.cholesky().ok_or("a motion that does not show the clock")?.inverse();
+        let inverse = DMatrix::from_fn(size, size, |i, j| inverse[(i, j)] / (scale[i] * scale[j]));
+        let step = &inverse * &right;
+        let influence = [0, 1].map(|p| {
+            let of =
+                |row: &&Row| -> f64 { (0..size).map(|k| inverse[(p, k)] * row.columns[k].dot(&row.residual)).sum() };
+            used.iter().map(of).collect()
+        });
+        let residual_m = lines.iter().map(|l| l.as_ref().map(|r| r.residual.norm())).collect();
+        Ok(Self { step, influence, residual_m, rms_m: variance.sqrt(), used: used.len() })
+    }
+
+    /// Marks the readings that are far out; true where that changed something.
+    fn drop_outliers(&self, kept: &mut [bool]) -> bool {
+        let mut sizes: Vec<f64> = self.residual_m.iter().flatten().copied().collect();
+        // the median length of a normal vector in space is 1.538 standard deviations of a coordinate
+        let limit = OUTLIER * median_of(&mut sizes).unwrap_or(f64::INFINITY) / 1.538;
+        let mut changed = false;
+        for (keep, size) in kept.iter_mut().zip(&self.residual_m) {
+            let inside = size.is_none_or(|s| s <= limit * 3f64.sqrt());
+            changed |= *keep != inside;
+            *keep = inside;
+        }
+        changed
+    }
+
+    fn half_95(&self, stamps: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|p| 1.959_964 * (long_run_variance(&self.influence[p]) + stamps[p]).sqrt())
+    }
+}
+
+/// Variance of a sum of correlated terms: Bartlett kernel, its length by Andrews (1991) for a first-order autoregression.
+fn long_run_variance(u: &[f64]) -> f64 {
+    let n = u.len();
+    let lagged = |l: usize| -> f64 { u.iter().zip(&u[l..]).map(|(a, b)| a * b).sum() };
+    let zero = lagged(0).max(f64::MIN_POSITIVE);
+    let rho = (lagged(1) / zero).clamp(-0.97, 0.97);
+    let alpha = 4.0 * rho * rho / ((1.0 - rho).powi(2) * (1.0 + rho).powi(2));
+    let length = (1.1447 * (alpha * n as f64).cbrt()).ceil().max(12.0).min(n as f64 / 4.0) as usize;
+    let sum = (1..=length).map(|l| 2.0 * (1.0 - l as f64 / (length + 1) as f64) * lagged(l)).sum::<f64>();
+    (zero + sum).max(0.25 * zero)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_variance_of_a_sum_of_correlated_terms_is_found() {
+        use rand::{Rng, SeedableRng};
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        // a moving sum of five: variance of the sum is 25 times that of white terms
+        let white: Vec<f64> = (0..40_000).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let u: Vec<f64> = white.windows(5).map(|w| w.iter().sum()).collect();
+        let want = 25.0 * u.len() as f64 / 3.0;
+        let found = long_run_variance(&u);
+        assert!((found / want - 1.0).abs() < 0.12, "{found} {want}");
+    }
+}

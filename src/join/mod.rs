@@ -1,0 +1,257 @@
+//! A tracker's and a controller's recordings of one motion, on one clock.
+//!
+//! Files, in the order to read: [`series`] (joint positions between samples), `clock` (what stamps may mean), `search` (a start
+//! from the speeds and the paths), [`mod@fit`] (offset and drift with intervals), [`mod@write`] (the rows of the joined log).
+//!
+//! Method: every reading of the two files' stamps (as they are, or regular clocks behind jitter) is fitted, and the one with the
+//! smallest residual is taken; stamps as they are where the difference is small.
+//!
+//! Assumptions: both recordings show one motion, the robot file is that robot's, the tool does not move in the flange. The offset
+//! contains what lies between a command and the motion (servo lag), unless the controller also recorded encoders (`enc_`),
+//! by which the clocks are then aligned.
+//!
+//! Fails: an error where a column is missing, where the recordings share no motion, or where a motion that repeats allows several
+//! offsets (`--near-s` chooses one).
+
+mod clock;
+pub mod fit;
+mod search;
+pub mod series;
+pub mod write;
+
+pub use fit::Estimate;
+
+use crate::error::{Error, Place, Result};
+use crate::log::columns::Meaning;
+use crate::log::recording::Recording;
+use crate::robot::{JointKind, Robot};
+use clock::Clock;
+use nalgebra::Vector3;
+use search::Seen;
+use serde::Serialize;
+use series::Series;
+
+pub const SCHEMA: &str = "lostmotion/join/1";
+/// A regular clock replaces the stamps only where it lowers the residual by this factor.
+const CLEARLY: f64 = 0.9;
+/// Movement of a channel up to which it stands still, rad or m.
+const STILL: f64 = 1e-7;
+/// Offsets around a given one within which the start is sought, s.
+const NEAR_S: f64 = 1.0;
+
+/// Which rows the joined log has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rows {
+    /// Readings of the tracker as they are; commands are interpolated.
+    Tracker,
+    /// Samples of the controller as they are; readings are interpolated on straight lines.
+    Controller,
+}
+
+/// What to do.
+#[derive(Debug, Clone, Copy)]
+pub struct Options {
+    pub rows: Rows,
+    /// Offset, s, near which the right one lies: for a motion that repeats.
+    pub near_s: Option<f64>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { rows: Rows::Tracker, near_s: None }
+    }
+}
+
+/// What is known of the two clocks.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    pub schema: &'static str,
+    pub controller: Part,
+    pub tracker: Part,
+    /// `cmd` or `enc`: by which the path was computed.
+    pub aligned_by: &'static str,
+    /// Controller's time minus the tracker's at `at_tracker_s`.
+    pub offset_ms: Interval,
+    pub at_tracker_s: f64,
+    /// Parts per million by which the controller's clock runs faster.
+    pub drift_ppm: Interval,
+    /// What is left of the path, per coordinate.
+    pub rms_um: f64,
+    /// Correlation of the speeds at the offset found.
+    pub speed_correlation: f64,
+    pub outliers: usize,
+    pub rows: usize,
+    pub rows_without_reading: usize,
+    pub notes: Vec<String>,
+}
+
+/// One of the two files.
+#[derive(Debug, Clone, Serialize)]
+pub struct Part {
+    pub name: String,
+    pub sha256: String,
+    pub rows: usize,
+    pub rate_hz: f64,
+    /// Jitter of the stamps, where a regular clock replaces them.
+    pub jitter_ms: Option<f64>,
+}
+
+/// An estimate with its 95 % interval.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Interval {
+    pub value: f64,
+    pub ci95: [f64; 2],
+}
+
+impl Interval {
+    fn of(e: Estimate, per_unit: f64) -> Self {
+        Self { value: e.value * per_unit, ci95: [(e.value - e.half_95) * per_unit, (e.value + e.half_95) * per_unit] }
+    }
+}
+
+/// A joined log: columns by name, and the account.
+#[derive(Debug, Clone)]
+pub struct Joined {
+    pub report: Report,
+    pub table: write::Table,
+}
+
+/// Joins the recordings.
+pub fn join(robot: &Robot, controller: &Recording, tracker: &Recording, options: &Options) -> Result<Joined> {
+    let controller_stamps = times(controller)?;
+    let tracker_stamps = times(tracker)?;
+    let (aligned_by, positions) = joints(robot, controller)?;
+    let seen: Vec<Option<Vector3<f64>>> = tracker.positions_m();
+    if seen.is_empty() {
+        return Err(missing(tracker, "x_mm, y_mm, z_mm"));
+    }
+    let readings = [clocks(controller, controller_stamps)?, clocks(tracker, tracker_stamps)?];
+    let mut best: Option<(f64, fit::Fit, &Clock, &Clock, f64)> = None;
+    let mut why = String::new();
+    for ours in &readings[0] {
+        let still = vec![STILL; robot.dof()];
+        let series = Series::new(ours.t_s.clone(), positions.clone(), &still);
+        for theirs in &readings[1] {
+            let (t_s, at_m): (Vec<f64>, Vec<Vector3<f64>>) =
+                theirs.t_s.iter().zip(&seen).filter_map(|(t, p)| p.map(|p| (*t, p))).unzip();
+            let seen = Seen { t_s: &t_s, at_m: &at_m };
+            let found = start(robot, &series, &seen, options, tracker)?;
+            let [a, b] = [ours.variances(), theirs.variances()];
+            match fit::fit(robot, &series, &seen, found.offset_s, [a[0] + b[0], a[1] + b[1]]) {
+                Err(e) => why = e,
+                Ok(fit) => {
+                    let regular = ours.jitter_s.is_some() || theirs.jitter_s.is_some();
+                    let handicap = if regular { 1.0 / CLEARLY } else { 1.0 };
+                    if best.as_ref().is_none_or(|b| fit.rms_m * handicap < b.0) {
+                        best = Some((fit.rms_m * handicap, fit, ours, theirs, found.correlation));
+                    }
+                }
+            }
+        }
+    }
+    let Some((_, fit, ours, theirs, correlation)) = best else {
+        return Err(Error::bad(
+            Place::file(&tracker.name),
+            why,
+            "recordings of one motion that overlap by several seconds",
+        ));
+    };
+    let table = write::table(robot, controller, tracker, ours, theirs, &fit, options.rows);
+    let empty = table.rows_without_reading();
+    let mut notes = Vec::new();
+    if aligned_by == "cmd" {
+        notes.push("the offset contains the servo's lag: encoders (enc_) of all joints in the controller's file would tell it apart".into());
+    }
+    if fit.offset_s.half_95 > 1e-3 {
+        notes.push(format!(
+            "the motion shows the clock within {:.1} ms only: move faster, or longer",
+            fit.offset_s.half_95 * 1e3
+        ));
+    }
+    let report = Report {
+        schema: SCHEMA,
+        controller: part(controller, ours),
+        tracker: part(tracker, theirs),
+        aligned_by,
+        offset_ms: Interval::of(fit.offset_s, 1e3),
+        at_tracker_s: fit.middle_s,
+        drift_ppm: Interval::of(fit.drift, 1e6),
+        rms_um: fit.rms_m * 1e6,
+        speed_correlation: correlation,
+        outliers: fit.outliers,
+        rows: table.rows(),
+        rows_without_reading: empty,
+        notes,
+    };
+    Ok(Joined { report, table })
+}
+
+fn start(robot: &Robot, series: &Series, seen: &Seen, options: &Options, tracker: &Recording) -> Result<search::Found> {
+    let within = options.near_s.map(|near| [near - NEAR_S, near + NEAR_S]);
+    let place = || Place::file(&tracker.name);
+    let found = search::start(robot, series, seen, within).ok_or_else(|| {
+        Error::bad(place(), "no motion in common with the controller's recording", "recordings of one motion")
+    })?;
+    if options.near_s.is_none() && !found.rivals.is_empty() {
+        let mut all: Vec<f64> = found.rivals.iter().copied().chain([found.offset_s]).collect();
+        all.sort_by(f64::total_cmp);
+        let all: Vec<String> = all.iter().map(|o| format!("{o:.2} s")).collect();
+        let found = format!("a motion that repeats: the clocks agree as well at offsets of {}", all.join(", "));
+        return Err(Error::bad(place(), found, "--near-s OFFSET, or a motion with one part that occurs once"));
+    }
+    Ok(found)
+}
+
+fn missing(of: &Recording, what: &str) -> Error {
+    Error::bad(Place::file(&of.name), format!("no column {what}"), "it, under our name or through a column map")
+}
+
+fn times(of: &Recording) -> Result<&[f64]> {
+    of.values(Meaning::Time).ok_or_else(|| missing(of, "t_s"))
+}
+
+fn clocks(of: &Recording, stamps: &[f64]) -> Result<Vec<Clock>> {
+    let readings = clock::readings(stamps);
+    if readings.is_empty() {
+        let at = stamps.windows(2).position(|w| w[1] <= w[0]).map_or(0, |i| i + 1);
+        let line = of.line.get(at).map(|l| u64::from(*l));
+        let place = Place { file: of.name.clone(), line, column: None };
+        return Err(Error::bad(
+            place,
+            "a time that does not increase",
+            "times that increase, or jitter about a regular clock",
+        ));
+    }
+    Ok(readings)
+}
+
+/// Encoders where the controller recorded all of them throughout, else commands; per axis.
+fn joints(robot: &Robot, controller: &Recording) -> Result<(&'static str, Vec<Vec<f64>>)> {
+    let all = |of: fn(usize) -> Meaning| -> Option<Vec<Vec<f64>>> {
+        let whole = |v: &&[f64]| v.iter().all(|x| x.is_finite());
+        (0..robot.dof()).map(|a| controller.values(of(a)).filter(whole).map(<[f64]>::to_vec)).collect()
+    };
+    for axis in 0..robot.dof() {
+        if controller.values(Meaning::Command(axis)).is_none() {
+            return Err(missing(controller, &Meaning::Command(axis).name(robot)));
+        }
+    }
+    // an encoder of a prismatic joint may count from elsewhere
+    let turning = robot.axis_joints().all(|j| j.kind == JointKind::Revolute);
+    if let Some(enc) = all(Meaning::Encoder).filter(|_| turning) {
+        return Ok(("enc", enc));
+    }
+    all(Meaning::Command).map(|c| ("cmd", c)).ok_or_else(|| missing(controller, "of commands without empty cells"))
+}
+
+fn part(of: &Recording, clock: &Clock) -> Part {
+    let n = clock.t_s.len();
+    let span = clock.t_s[n - 1] - clock.t_s[0];
+    Part {
+        name: of.name.clone(),
+        sha256: of.sha256.clone(),
+        rows: of.rows(),
+        rate_hz: if span > 0.0 { (n - 1) as f64 / span } else { 0.0 },
+        jitter_ms: clock.jitter_s.map(|s| s * 1e3),
+    }
+}

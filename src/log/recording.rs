@@ -1,0 +1,80 @@
+//! The columns of a file that is no whole log: a controller's without the tracker, a tracker's without commands.
+//!
+//! Read as a log is (names, maps, units, refusals with their place), but nothing must be there, and times need not increase: what they
+//! are worth is for [`crate::join`] to judge.
+
+use super::columns::{ColumnMap, Meaning, unit_named};
+use super::read::table;
+use crate::error::Result;
+use crate::io::input::{self, Input};
+use crate::robot::Robot;
+use nalgebra::Vector3;
+use std::path::Path;
+
+/// A file, column by column.
+#[derive(Debug, Clone)]
+pub struct Recording {
+    pub name: String,
+    pub sha256: String,
+    /// Line in the file of each row.
+    pub line: Vec<u32>,
+    pub channels: Vec<Channel>,
+}
+
+/// A column in SI; an empty cell is NaN.
+#[derive(Debug, Clone)]
+pub struct Channel {
+    pub meaning: Meaning,
+    pub values: Vec<f64>,
+    /// Digits behind the point in the unit of the contract.
+    pub decimals: u8,
+}
+
+impl Recording {
+    /// Reads a file, through a column map where one is given.
+    pub fn load(path: &Path, robot: &Robot, map: Option<&ColumnMap>) -> Result<Self> {
+        Self::parse(input::read(path)?, robot, map)
+    }
+
+    /// Parses the bytes of a file.
+    pub fn parse(input: Input, robot: &Robot, map: Option<&ColumnMap>) -> Result<Self> {
+        let (name, sha256) = (input.name.clone(), input.sha256.clone());
+        let (table, columns) = table(input, robot, map, |_, _, _| Ok(()))?;
+        let channels = columns
+            .iter()
+            .zip(table.values.into_iter().zip(table.decimals))
+            .map(|(column, (mut values, decimals))| {
+                if column.timestamp {
+                    let first = values.first().copied().unwrap_or(0.0);
+                    values.iter_mut().for_each(|v| *v -= first);
+                }
+                values.iter_mut().for_each(|v| *v *= column.factor);
+                let decimals = (f64::from(decimals) - column.edge.log10()).floor().clamp(0.0, 15.0) as u8;
+                Channel { meaning: column.meaning, values, decimals }
+            })
+            .collect();
+        Ok(Self { name, sha256, line: table.line, channels })
+    }
+
+    pub fn rows(&self) -> usize {
+        self.line.len()
+    }
+
+    /// The values of a column, SI.
+    pub fn values(&self, meaning: Meaning) -> Option<&[f64]> {
+        self.channels.iter().find(|c| c.meaning == meaning).map(|c| c.values.as_slice())
+    }
+
+    /// Positions of the TCP, m; `None` where the tracker lost the reflector; empty without such columns.
+    pub fn positions_m(&self) -> Vec<Option<Vector3<f64>>> {
+        let [x, y, z] = [0, 1, 2].map(|coordinate| self.values(Meaning::Position { k: 0, coordinate }));
+        let (Some(x), Some(y), Some(z)) = (x, y, z) else { return Vec::new() };
+        let point = |i: usize| Some(Vector3::new(x[i], y[i], z[i])).filter(|p| !p.sum().is_nan());
+        (0..self.rows()).map(point).collect()
+    }
+}
+
+/// SI per unit in which the contract writes a column.
+pub fn si_per_unit(meaning: Meaning, robot: &Robot) -> f64 {
+    meaning.unit(robot).and_then(unit_named).map_or(1.0, |u| u.1)
+}
