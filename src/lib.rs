@@ -68,6 +68,7 @@ pub mod program;
 pub mod report;
 pub mod rewrite;
 pub mod robot;
+pub mod schemas;
 pub mod simulate;
 pub mod track;
 

@@ -21,6 +21,8 @@ pub mod plan_experiment;
 pub mod plan_recording;
 pub mod rewrite;
 pub mod robot;
+pub mod schema;
+pub mod show;
 pub mod simulate;
 pub mod track;
 pub mod undo;
@@ -61,6 +63,8 @@ pub enum Command {
     Track(track::Args),
     Robot(robot::Args),
     Join(join::Args),
+    Show(show::Args),
+    Schema(schema::Args),
     Demo(demo::Args),
     Completions(completions::Args),
 }
@@ -81,6 +85,8 @@ pub fn run(cli: Cli) -> Result<Finished> {
         Command::Track(a) => track::run(a),
         Command::Robot(a) => robot::run(a),
         Command::Join(a) => join::run(a),
+        Command::Show(a) => show::run(a),
+        Command::Schema(a) => schema::run(a),
         Command::Demo(a) => demo::run(a),
         Command::Completions(a) => completions::run(a),
     };

@@ -111,6 +111,7 @@ fn init(args: InitArgs) -> Result<()> {
         ));
     }
     let mut output = Output::create(&args.output)?;
+    output.put(crate::schemas::EDITOR_LINE.as_bytes())?;
     output.put(made.robot.to_yaml()?.as_bytes())?;
     output.commit()?;
     eprintln!(

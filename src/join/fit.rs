@@ -33,6 +33,8 @@ const ZERO: f64 = 0.01;
 const GAP: f64 = 0.002;
 /// Readings farther out than this many robust standard deviations are outliers.
 const OUTLIER: f64 = 6.0;
+/// A joint that travels less than this many half gaps does not move behind its gap for certain.
+const MOVES: f64 = 20.0;
 /// Step of offset, s, and drift below which the fit stands.
 const STEP_S: f64 = 1e-8;
 /// A half gap up to this, rad or m, is none: its side is followed, its crossing is not.
@@ -84,6 +86,7 @@ struct State {
     tool: Vector3<f64>,
     zero: Vec<f64>,
     gap: Vec<f64>,
+    travel: Vec<f64>,
 }
 
 impl State {
@@ -98,6 +101,10 @@ impl State {
         let mut sides = vec![0.0; n];
         for axis in 0..n {
             let (behind, side) = commands.played(axis, &plays[axis], u)?;
+            // where a moving joint stands in its gap is unknown before its first contact
+            if side == 0 && self.gap[axis] > NO_GAP && self.travel[axis] > MOVES * self.gap[axis] {
+                return None;
+            }
             sides[axis] = -f64::from(side);
             let crossing = (behind - q[axis]).abs() < self.gap[axis] - NO_GAP;
             let lost = if self.gap[axis] > NO_GAP { behind - q[axis] } else { sides[axis] * self.gap[axis] };
@@ -206,6 +213,7 @@ fn begin(robot: &Robot, commands: &Series, seen: &Seen, rows: &[usize], start_s:
         tool: Vector3::zeros(),
         zero: vec![0.0; n],
         gap: vec![0.0; n],
+        travel: (0..n).map(|axis| commands.travel(axis)).collect(),
     })
 }
 

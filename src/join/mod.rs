@@ -27,6 +27,7 @@ use crate::log::recording::Recording;
 use crate::robot::{JointKind, Robot};
 use clock::Clock;
 use nalgebra::Vector3;
+use schemars::JsonSchema;
 use search::Seen;
 use serde::Serialize;
 use series::Series;
@@ -63,7 +64,7 @@ impl Default for Options {
 }
 
 /// What is known of the two clocks.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Report {
     pub schema: &'static str,
     pub controller: Part,
@@ -86,7 +87,7 @@ pub struct Report {
 }
 
 /// One of the two files.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Part {
     pub name: String,
     pub sha256: String,
@@ -97,7 +98,7 @@ pub struct Part {
 }
 
 /// An estimate with its 95 % interval.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub struct Interval {
     pub value: f64,
     pub ci95: [f64; 2],

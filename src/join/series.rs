@@ -69,13 +69,20 @@ impl Series {
         Play { states, half_gap }
     }
 
-    /// Position behind the gap, and the side that pushes (0 before the first); `None` outside.
+    /// Position behind the gap, and the side that pushes (0 before the first contact, when the position is a guess); `None` outside.
     pub fn played(&self, channel: usize, play: &Play, t: f64) -> Option<(f64, i8)> {
         let k = self.before(t)?;
         let x = (t - self.t_s[k]) / (self.t_s[k + 1] - self.t_s[k]);
         let part = ((x * PARTS as f64) as usize).min(PARTS - 1);
         let (at, side) = play.states[k * PARTS + part];
         Some(pushed(at, side, self.within(channel, k, x).0, play.half_gap))
+    }
+
+    /// Range of a channel's samples.
+    pub fn travel(&self, channel: usize) -> f64 {
+        let (lo, hi) =
+            self.values[channel].iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        if hi > lo { hi - lo } else { 0.0 }
     }
 
     /// Value and rate in an interval, `x` from 0 to 1.
@@ -98,7 +105,13 @@ pub struct Play {
 /// Parts of an interval in which a joint with a gap is followed; within one it moves in one direction.
 const PARTS: usize = 8;
 
+/// Before its first contact a joint stands anywhere within its gap: only a command that has gone all the way across touches it surely.
 fn pushed(at: f64, side: i8, command: f64, half_gap: f64) -> (f64, i8) {
+    if side == 0 {
+        let gone = command - at;
+        let sure = gone.abs() > 2.0 * half_gap;
+        return if sure { (command - half_gap.copysign(gone), if gone > 0.0 { 1 } else { -1 }) } else { (at, 0) };
+    }
     if command - half_gap > at {
         (command - half_gap, 1)
     } else if command + half_gap < at {

@@ -63,6 +63,11 @@ pub(crate) fn unit_named(name: &str) -> Option<(char, f64)> {
     UNITS.iter().find(|u| u.0 == name).map(|u| (u.1, u.2))
 }
 
+/// Every unit of a column map.
+pub fn unit_names() -> impl Iterator<Item = &'static str> {
+    UNITS.iter().map(|u| u.0).chain([TIMESTAMP])
+}
+
 /// What a file writes instead of an empty cell.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Missing {

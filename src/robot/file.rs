@@ -7,6 +7,7 @@ use crate::io::{input, yaml::Document};
 use indexmap::IndexMap;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use robot_programs::gcode::Control;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,7 +15,7 @@ use std::path::Path;
 pub const SCHEMA: &str = "lostmotion/robot/1";
 
 /// A frame at the edges: fixed-axis X, then Y, then Z; degrees and millimetres.
-#[derive(Debug, Clone, Serialize, Deserialize, PartialEq)]
+#[derive(Debug, Clone, Serialize, Deserialize, PartialEq, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FrameFile {
     #[serde(default)]
@@ -46,48 +47,64 @@ impl FrameFile {
     }
 }
 
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct FollowFile {
     pub(super) joint: String,
     pub(super) ratio: f64,
 }
 
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct JointFile {
     pub(super) name: String,
     pub(super) kind: String,
+    /// Turn about z at command 0, deg.
     #[serde(default)]
     pub(super) theta_deg: f64,
+    /// Shift along z at command 0, mm.
     #[serde(default)]
     pub(super) d_mm: f64,
+    /// Shift along x, mm.
     #[serde(default)]
     pub(super) a_mm: f64,
+    /// Turn about x, deg.
     #[serde(default)]
     pub(super) alpha_deg: f64,
+    /// Hayati's turn about y, deg, for nearly parallel axes.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub(super) beta_deg: f64,
+    /// 1, or -1 where a positive command turns against the axis.
     #[serde(default = "one")]
     pub(super) direction: f64,
+    /// Lowest and highest command, deg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) limits_deg: Option<[f64; 2]>,
+    /// Lowest and highest command, mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) limits_mm: Option<[f64; 2]>,
+    /// Largest speed, deg/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) max_speed_deg_s: Option<f64>,
+    /// Largest speed, mm/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) max_speed_mm_s: Option<f64>,
+    /// Largest acceleration, deg/s2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) max_accel_deg_s2: Option<f64>,
+    /// Largest acceleration, mm/s2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) max_accel_mm_s2: Option<f64>,
+    /// Travel of a prismatic joint per turn of its screw, mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) lead_mm_per_rev: Option<f64>,
+    /// Pulses of the controller per degree.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) pulses_per_deg: Option<f64>,
+    /// Pulses of the controller per millimetre.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) pulses_per_mm: Option<f64>,
+    /// The joint that drives this one, which has no command of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) follows: Option<FollowFile>,
 }
@@ -96,19 +113,19 @@ fn one() -> f64 {
     1.0
 }
 
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub(super) struct LinkFile {
     pub(super) mass_kg: f64,
     pub(super) com_mm: [f64; 3],
 }
 
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub(super) struct ReflectorFile {
     pub(super) xyz_mm: [f64; 3],
 }
 
 /// `tools:`: further reflectors in a list, or tools of the controller by name.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub(super) enum ToolsFile {
     Reflectors(Vec<ReflectorFile>),
@@ -131,7 +148,7 @@ impl ToolsFile {
 }
 
 /// The document as it stands in YAML; also an inline `robot:` of a model file.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobotFile {
     pub schema: String,

@@ -51,6 +51,7 @@ mod rewrite_stream;
 mod robot;
 mod robot_cli;
 mod robots;
+mod schemas;
 mod simulate;
 mod stretched;
 mod val_bidirectional;

@@ -9,6 +9,7 @@
 //! - [`impact`]: what a gap costs at the TCP; [`simulate`]: what was run on which machine.
 //! - [`program`]: a program before and after it was changed.
 //! - [`plan`]: the motion that decides, and what it would show.
+//! - [`show`]: a log, a program, a machine as they are.
 //! - [`learn`]: errors of learned kinematics; [`track`]: a path and what the joints do along it.
 
 pub mod bidirectional;
@@ -22,6 +23,7 @@ pub mod plan;
 pub mod program;
 pub mod rewrite;
 pub mod screw;
+pub mod show;
 pub mod simulate;
 pub mod track;
 

@@ -1,0 +1,43 @@
+//! `lostmotion schema`: JSON Schemas of the documents, for editors and checks.
+
+use crate::error::{Error, Place, Result};
+use crate::io::output::Output;
+use crate::schemas;
+use std::path::PathBuf;
+
+/// Print the JSON Schema of a document.
+///
+/// An editor completes and checks a YAML file whose first line names the schema:
+///   # yaml-language-server: $schema=robot.schema.json
+/// Without a name the documents that have a schema are listed.
+///
+/// Examples:
+///   lostmotion schema
+///   lostmotion schema robot --output robot.schema.json
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct Args {
+    /// Document: columns, compensator, gaps, join, model, robot
+    #[arg(value_name = "DOCUMENT")]
+    pub document: Option<String>,
+    /// Where the schema goes; - is standard output
+    #[arg(long, short, value_name = "FILE.json", default_value = "-")]
+    pub output: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    let text = match &args.document {
+        None => schemas::NAMES.iter().map(|(name, what)| format!("{name:12} {what}\n")).collect(),
+        Some(name) => {
+            let found = schemas::of(name).ok_or_else(|| {
+                let names: Vec<&str> = schemas::NAMES.iter().map(|n| n.0).collect();
+                Error::bad(Place::file("schema"), format!("document `{name}`"), format!("one of {}", names.join(", ")))
+            })?;
+            format!("{found:#}\n")
+        }
+    };
+    let mut out = Output::create(&args.output)?;
+    out.put(text.as_bytes())?;
+    out.commit()
+}

@@ -1,0 +1,115 @@
+//! `lostmotion show`: any file as a page.
+
+use crate::cli::{page, paths};
+use crate::compensator::{self, Compensator};
+use crate::error::{Error, Place, Result};
+use crate::gaps::{self, Gaps};
+use crate::io::input::{self, Input};
+use crate::io::output::Output;
+use crate::io::yaml::Document;
+use crate::log::{ColumnMap, Log, hygiene};
+use crate::model::{self, Model};
+use crate::program::Program;
+use crate::report::Page;
+use crate::robot::{self, Robot};
+use std::path::PathBuf;
+
+/// Draw a file as a self-contained HTML page: a log, a program, a robot, a model, gaps, a compensator.
+///
+/// What a file is, is seen from its content. Logs, programs, gaps and compensators need the robot.
+///
+/// Examples:
+///   lostmotion show robot.yaml --output robot.html
+///   lostmotion show log.csv --robot robot.yaml --output log.html
+///   lostmotion show gaps.yaml --robot robot.yaml --output gaps.html
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct Args {
+    /// File to draw
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// Robot file; a robot and a model need none
+    #[arg(long, value_name = "ROBOT.yaml")]
+    pub robot: Option<PathBuf>,
+    /// Column map of a log: a file, or rtde, rws, rsi, tracker
+    #[arg(long, value_name = "MAP")]
+    pub columns: Option<PathBuf>,
+    /// Where the page goes; - is standard output
+    #[arg(long, short, value_name = "FILE.html")]
+    pub output: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    let inputs = [("FILE", Some(args.file.as_path())), ("--robot", args.robot.as_deref())];
+    paths::refuse_shared(&inputs, &[("--output", Some(args.output.as_path()))])?;
+    let mut out = Output::create(&args.output)?;
+    let input = input::read(&args.file)?;
+    let page = of(&args, input)?;
+    out.put(page.render().as_bytes())?;
+    out.commit()
+}
+
+fn of(args: &Args, input: Input) -> Result<Page> {
+    let file = (input.name.clone(), input.sha256.clone());
+    let mut page = match schema_of(&input).as_deref() {
+        Some(robot::file::SCHEMA) => page::show::of_model(&Model::ideal(Robot::load(&args.file)?)),
+        Some(model::SCHEMA) => page::show::of_model(&Model::load(&args.file)?),
+        Some(gaps::file::SCHEMA) => {
+            let robot = robot_of(args)?;
+            page::gaps::of_readings(&robot, &Gaps::load(&args.file, &robot)?)
+        }
+        Some(compensator::file::SCHEMA) => {
+            let robot = robot_of(args)?;
+            page::compensator::of_fit(&robot, &Compensator::load(&args.file, &robot)?)
+        }
+        Some(other) => {
+            return Err(Error::bad(
+                Place::file(&input.name),
+                format!("a document `{other}`"),
+                "a log, a program, a robot, a model, gaps or a compensator",
+            ));
+        }
+        None => {
+            let robot = robot_of(args)?;
+            let map = args.columns.as_deref().map(ColumnMap::load).transpose()?;
+            if map.is_some() || is_log(&input) {
+                let log = Log::parse_with(input, &robot, map.as_ref())?;
+                hygiene::check_for(&log, &robot, hygiene::Kinematics::OfFile)?;
+                page::show::of_log(&robot, &log)
+            } else {
+                page::show::of_program(&robot, &Program::parse(input, &robot)?)
+            }
+        }
+    };
+    page.command = "show".into();
+    if page.files.is_empty() {
+        page.file("file", file.0, file.1);
+    }
+    Ok(page)
+}
+
+fn robot_of(args: &Args) -> Result<Robot> {
+    let path = args.robot.as_deref();
+    let path =
+        path.ok_or_else(|| Error::bad(Place::file("--robot"), "no robot", "--robot ROBOT.yaml for this file"))?;
+    Robot::load(path)
+}
+
+/// The `schema:` of a YAML or JSON document.
+fn schema_of(input: &Input) -> Option<String> {
+    let text = std::str::from_utf8(&input.bytes).ok()?;
+    if !text.contains("lostmotion/") {
+        return None;
+    }
+    let doc = Document { name: &input.name, text };
+    let value: serde_yaml::Value = doc.parse("a document").ok()?;
+    value.get("schema")?.as_str().map(str::to_string)
+}
+
+/// A header with commands under the log's names.
+fn is_log(input: &Input) -> bool {
+    let head: Vec<u8> = input.bytes.iter().copied().take(1 << 16).collect();
+    let text = String::from_utf8_lossy(&head).to_lowercase();
+    text.lines().find(|l| !l.is_empty() && !l.starts_with('#')).is_some_and(|l| l.contains("cmd_"))
+}
