@@ -12,7 +12,7 @@ pub fn joints(robot: &Robot, q: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<f64>
         let names = robot.axis_names().join(", ");
         return Err(bad(format!("an array of {} columns; expected {}: {names}", view.ncols(), robot.dof())));
     }
-    let si: Vec<f64> = robot.axis_joints().map(|j| j.kind.si()).collect();
+    let si: Vec<f64> = robot.axis_joints().map(|j| j.kind.si_per_user_unit()).collect();
     let mut out = Vec::with_capacity(view.len());
     for (row, values) in view.rows().into_iter().enumerate() {
         for (value, si) in values.iter().zip(&si) {
@@ -28,7 +28,7 @@ pub fn joints(robot: &Robot, q: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<f64>
 /// Rows of joint positions in deg or mm.
 pub fn joints_out<'py>(py: Python<'py>, robot: &Robot, rows: &[f64]) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let n = robot.dof();
-    let si: Vec<f64> = robot.axis_joints().map(|j| j.kind.si()).collect();
+    let si: Vec<f64> = robot.axis_joints().map(|j| j.kind.si_per_user_unit()).collect();
     let values: Vec<f64> = rows.iter().enumerate().map(|(i, v)| v / si[i % n]).collect();
     shaped(py, values, n)
 }

@@ -55,7 +55,9 @@ impl Robot {
     /// Lower and upper limit of each axis; NaN where the file has none.
     #[getter]
     fn limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let edge = |j: &robot::Joint| j.limits.map_or([f64::NAN; 2], |[lo, hi]| [lo / j.kind.si(), hi / j.kind.si()]);
+        let edge = |j: &robot::Joint| {
+            j.limits.map_or([f64::NAN; 2], |[lo, hi]| [lo / j.kind.si_per_user_unit(), hi / j.kind.si_per_user_unit()])
+        };
         shaped(py, self.inner.axis_joints().flat_map(edge).collect(), 2)
     }
 

@@ -140,7 +140,7 @@ fn draw(page: &mut Page, robot: &Robot, motion: &Motion, runs: Vec<PathRun>) {
         let run = TraceRun {
             run: Run::new("command", Role::Before),
             model_x: drawn.iter().map(|&i| motion.t_s.map_or(i as f64, |t| t[i])).collect(),
-            model_milli: drawn.iter().map(|&i| joint.kind.to_edge(motion.q[a][i])).collect(),
+            model_milli: drawn.iter().map(|&i| joint.kind.to_user_unit(motion.q[a][i])).collect(),
             ..TraceRun::default()
         };
         JointTraces { joint: joint.name.clone(), panels: vec![TracePanel { runs: vec![run], ..TracePanel::default() }] }
@@ -162,7 +162,7 @@ fn draw(page: &mut Page, robot: &Robot, motion: &Motion, runs: Vec<PathRun>) {
     let row = |a: usize| {
         let joint = robot.axis(a);
         let all = motion.q[a].iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(*v), h.max(*v)]);
-        let edge = |v: f64| format!("{:.3}", joint.kind.to_edge(v));
+        let edge = |v: f64| format!("{:.3}", joint.kind.to_user_unit(v));
         let limits = joint.limits.map_or("-".into(), |[l, h]| format!("{} to {}", edge(l), edge(h)));
         let turns = motion.reversals(a).len().to_string();
         vec![joint.name.clone(), joint.kind.unit().into(), edge(all[0]), edge(all[1]), limits, turns]
@@ -216,7 +216,8 @@ pub fn of_model(model: &Model) -> Page {
     let columns = ["joint", "kind", "theta or d at 0", "a", "alpha", "limits"].map(|c| (c.to_string(), false)).to_vec();
     let rows = robot.joints.iter().map(|j| {
         let unit = j.kind.unit();
-        let edge = |v: f64| format!("{:.4}", j.kind.to_edge(v)).trim_end_matches('0').trim_end_matches('.').to_string();
+        let edge =
+            |v: f64| format!("{:.4}", j.kind.to_user_unit(v)).trim_end_matches('0').trim_end_matches('.').to_string();
         vec![
             j.name.clone(),
             if unit == "deg" { "revolute" } else { "prismatic" }.into(),
