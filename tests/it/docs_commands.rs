@@ -4,21 +4,25 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Pages whose commands are run. Those of other pages name the files of a user.
-const PAGES: [&str; 14] = [
+const PAGES: [&str; 18] = [
     "assess-bidirectional",
     "assess-circle",
     "assess-impact",
     "assess-program",
+    "choosing",
     "fit",
+    "golden-files",
     "identify-deadzone",
     "identify-path",
     "identify-screw",
     "identify-static",
     "join",
     "learn",
+    "model",
     "robot",
     "simulate",
     "track",
+    "tutorial",
 ];
 
 fn root() -> PathBuf {

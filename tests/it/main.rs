@@ -17,6 +17,7 @@ mod diagnose_machine;
 mod diagnose_page;
 mod diagnose_sensors;
 mod docs_commands;
+mod docs_site;
 mod faults;
 mod fit;
 mod formats;

@@ -184,14 +184,8 @@ pub fn of_model(model: &Model) -> Page {
     let robot = &model.robot;
     let mut page = super::start("show", &robot.name, robot);
     let reach = crate::robot::plausible::reach_m(robot) * 1e3;
-    page.verdict(
-        Tone::Plain,
-        format!(
-            "{}, {}.",
-            counted(robot.dof(), "axis").replace("axiss", "axes"),
-            counted(model.effects.len(), "effect")
-        ),
-    );
+    let axes = if robot.dof() == 1 { "1 axis".to_string() } else { format!("{} axes", robot.dof()) };
+    page.verdict(Tone::Plain, format!("{}, {}.", axes, counted(model.effects.len(), "effect")));
     page.tile(Tile::number("reach at most", reach, 0, "mm"));
     let middle: Vec<f64> = robot.axis_joints().map(|j| j.limits.map_or(0.0, |[l, h]| 0.5 * (l + h))).collect();
     for (title, q) in [("The arm at zero", vec![0.0; robot.dof()]), ("The arm in the middle of its limits", middle)] {
