@@ -25,6 +25,8 @@ const PEAKS: usize = 8;
 const OVERLAP: f64 = 0.3;
 /// A rival fits within this factor of the best.
 const ALIKE: f64 = 1.2;
+/// And any that misses by less than this part of the path's size: starts are found to a millisecond only.
+const ALIKE_FLOOR: f64 = 1e-3;
 /// Longest grid of the correlation.
 const LONGEST: usize = 1 << 20;
 
@@ -71,7 +73,8 @@ pub fn start(robot: &Robot, commands: &Series, seen: &Seen, within: Option<[f64;
     bottoms.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (misfit, offset_s) = *bottoms.first()?;
     let far = 2.0 * step.max(BASE_S);
-    let rivals = bottoms.iter().skip(1).filter(|b| b.0 < ALIKE * misfit && (b.1 - offset_s).abs() > far);
+    let rivals =
+        bottoms.iter().skip(1).filter(|b| b.0 < (ALIKE * misfit).max(ALIKE_FLOOR) && (b.1 - offset_s).abs() > far);
     let near = correlated.iter().filter(|p| (p.0 - offset_s).abs() < far).map(|p| p.1);
     Some(Found { offset_s, correlation: near.fold(0.0, f64::max), rivals: rivals.map(|b| b.1).collect() })
 }

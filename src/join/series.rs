@@ -1,7 +1,7 @@
 //! Joint positions between the samples of a recording, without smoothing reversals.
 //!
 //! Method: piecewise cubic Hermite interpolation with the slopes of parabolas through three samples, held within the monotone region
-//! of Fritsch and Carlson (1980), and 0 where a joint stops. Between two samples of one direction the curve stays between their
+//! of Fritsch and Carlson (1980) but next to a reversal, and 0 where a joint stops. Between two samples of one direction the curve stays between their
 //! values; at a reversal it has one peak, where the parabola has it. So it neither adds a reversal nor cuts its peak. A
 //! cubic spline would overshoot where a joint stops, and the overshoot would read as a reversal.
 //!
@@ -131,12 +131,17 @@ fn slopes(t: &[f64], v: &[f64], still: f64) -> Vec<f64> {
     }
     let h = |k: usize| t[k + 1] - t[k];
     let d = |k: usize| (v[k + 1] - v[k]) / h(k);
-    let rests = |k: usize| (v[k + 1] - v[k]).abs() <= still;
+    let rests = |k: usize| k + 1 < n && (v[k + 1] - v[k]).abs() <= still;
+    // one still interval is a peak between two samples; two are a stop
+    let stopped = |k: usize| rests(k) && (rests(k + 1) || k > 0 && rests(k - 1));
+    let turns = |k: usize| k > 0 && k + 1 < n && d(k - 1) * d(k) <= 0.0;
     let mut slopes = vec![0.0; n];
     for k in 1..n - 1 {
-        if !rests(k - 1) && !rests(k) {
+        if !stopped(k - 1) && !stopped(k) {
             let parabola = (d(k - 1) * h(k) + d(k) * h(k - 1)) / (h(k - 1) + h(k));
-            let most = MONOTONE * d(k - 1).abs().min(d(k).abs());
+            // next to a turn a limit would cut its peak
+            let near_turn = turns(k) || turns(k - 1) || turns(k + 1);
+            let most = if near_turn { f64::INFINITY } else { MONOTONE * d(k - 1).abs().min(d(k).abs()) };
             slopes[k] = parabola.clamp(-most, most);
         }
     }
@@ -193,7 +198,7 @@ mod tests {
             before = d[0];
         }
         // a straight line would miss by 0.005
-        assert!(error < 1.2e-3 && reversals == 2, "{error} {reversals}");
+        assert!(error < 4e-4 && reversals == 2, "{error} {reversals}");
     }
 
     #[test]

@@ -137,7 +137,7 @@ class Chain:
             v = p - a[:3, 3]
             return np.linalg.norm(v - z * (v @ z))
         best = 0.0
-        for _ in range(5):
+        for _ in range(12):
             q = np.array([rng.uniform(*l) for l in lim])
             q[0], value, step = 0.0, 0.0, 0.5
             value = of(q)

@@ -156,9 +156,15 @@ pub fn rewrite<'py>(
     });
     let (out, account) = done.map_err(raised)?;
     if let Some(v) = account.violations.first() {
+        let joint = robot.axis(v.axis);
+        let (unit, edge) = (joint.kind.unit(), |v: f64| joint.kind.to_user_unit(v));
+        let what = format!("{:?}", v.what).to_lowercase();
+        let (value, limit) = (edge(v.value), edge(v.limit));
+        let words = format!("{}: {what} of {value:.4} {unit} (per s, s2), limit {limit:.4}", joint.name);
+        let all = account.violations_total;
         return Err(raised(Error::Refused(format!(
-            "{} limits would be exceeded, the first: {v:?}",
-            account.violations_total
+            "{all} limits would be exceeded, the first at {:?}: {words}",
+            v.origin
         ))));
     }
     let given: Vec<bool> = out.origin.iter().map(|o| matches!(o, Origin::Point(_))).collect();
