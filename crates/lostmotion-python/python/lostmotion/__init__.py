@@ -11,8 +11,6 @@ import io as _io
 import json as _json
 import os as _os
 
-import numpy as _np
-
 from . import _native
 from ._native import BadInput, Log, LostMotionError, Refused, Robot, __version__
 
@@ -180,6 +178,8 @@ class Joined(Result):
 
     @property
     def columns(self):
+        import numpy as _np
+
         rows = list(_csv.reader(_io.StringIO(self._csv.decode())))
         values = _np.array([[float(v) if v else _np.nan for v in row] for row in rows[1:]])
         return {name: values[:, k] for k, name in enumerate(rows[0])}
@@ -194,6 +194,8 @@ def _write(path, text):
 
 
 def _array(values):
+    import numpy as _np  # here, as importing it takes ten times as long as importing this module
+
     return _np.ascontiguousarray(values, dtype=_np.float64)
 
 
