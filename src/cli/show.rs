@@ -7,7 +7,7 @@ use crate::gaps::{self, Gaps};
 use crate::io::input::{self, Input};
 use crate::io::output::Output;
 use crate::io::yaml::Document;
-use crate::log::{ColumnMap, Log, hygiene};
+use crate::log::{ColumnMap, Log, plausibility};
 use crate::model::{self, Model};
 use crate::program::Program;
 use crate::report::Page;
@@ -75,7 +75,7 @@ fn of(args: &Args, input: Input) -> Result<Page> {
             let map = args.columns.as_deref().map(ColumnMap::load).transpose()?;
             if map.is_some() || is_log(&input) {
                 let log = Log::parse_with(input, &robot, map.as_ref())?;
-                hygiene::check_for(&log, &robot, hygiene::Kinematics::OfFile)?;
+                plausibility::check_for(&log, &robot, plausibility::Kinematics::OfFile)?;
                 page::show::of_log(&robot, &log)
             } else {
                 page::show::of_program(&robot, &Program::parse(input, &robot)?)

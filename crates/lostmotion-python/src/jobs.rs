@@ -11,7 +11,7 @@ use lostmotion::identify::{machine, path, static_test};
 use lostmotion::log::ColumnMap;
 use lostmotion::log::recording::Recording;
 use lostmotion::model::Model;
-use lostmotion::rewrite::{Emitted, Engine, Options, Origin, Points};
+use lostmotion::rewrite::{Engine, Options, Origin, OutputPoints, Points};
 use lostmotion::simulate::Motion;
 use lostmotion::{compensator, diagnose as diagnosis, error::Error, gaps, io::input, program::Program};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
@@ -149,7 +149,7 @@ pub fn rewrite<'py>(
     options.gain = gain;
     let done = py.detach(|| -> Result<_, Error> {
         let mut engine = Engine::new(robot, &compensator.inner, options)?;
-        let mut out = Emitted { axes: robot.dof(), ..Emitted::default() };
+        let mut out = OutputPoints { axes: robot.dof(), ..OutputPoints::default() };
         engine.push(&points, &mut out)?;
         let account = engine.finish(&mut out)?;
         Ok((out, account))

@@ -3,7 +3,7 @@
 use crate::arrays::{joints, joints_out, shaped};
 use crate::errors::{bad, raised};
 use crate::robot::Robot;
-use lostmotion::log::{self, ColumnMap, Instruments, hygiene};
+use lostmotion::log::{self, ColumnMap, Instruments, plausibility};
 use nalgebra::Vector3;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -26,7 +26,7 @@ impl Log {
         let of = &robot.inner;
         let inner = py.detach(|| log::Log::load_with(&path, of, map.as_ref())).map_err(raised)?;
         if check {
-            hygiene::check_for(&inner, of, hygiene::Kinematics::OfFile).map_err(raised)?;
+            plausibility::check_for(&inner, of, plausibility::Kinematics::OfFile).map_err(raised)?;
         }
         Ok(Self { inner, robot: Arc::new(of.clone()) })
     }
@@ -78,7 +78,7 @@ impl Log {
             instruments: Instruments::default(),
         };
         if check {
-            hygiene::check_for(&inner, of, hygiene::Kinematics::OfFile).map_err(raised)?;
+            plausibility::check_for(&inner, of, plausibility::Kinematics::OfFile).map_err(raised)?;
         }
         Ok(Self { inner, robot: Arc::new(of.clone()) })
     }
