@@ -2,7 +2,7 @@
 
 use crate::errors::{bad, raised};
 use clap::FromArgMatches;
-use lostmotion::cli::{Cli, help};
+use lostmotion::cli::{Cli, exit, help};
 use lostmotion::error::Error;
 use pyo3::prelude::*;
 
@@ -20,10 +20,11 @@ pub fn main(py: Python<'_>, arguments: Vec<String>) -> u8 {
         };
         lostmotion::io::interrupt::listen();
         match lostmotion::cli::run(cli) {
-            Ok(()) | Err(Error::ClosedPipe) => 0,
+            Ok(finished) => finished.code(),
+            Err(Error::ClosedPipe) => 0,
             Err(e) => {
                 lostmotion::io::console::say(format_args!("lostmotion: {e}"), true);
-                e.exit_code()
+                exit::code(&e)
             }
         }
     })
@@ -35,5 +36,5 @@ pub fn run(py: Python<'_>, arguments: Vec<String>) -> PyResult<()> {
     let all = std::iter::once("lostmotion".to_string()).chain(arguments);
     let parsed = help::command().try_get_matches_from(all).and_then(|m| Cli::from_arg_matches(&m));
     let cli = parsed.map_err(|e| bad(e.to_string()))?;
-    py.detach(|| lostmotion::cli::run(cli)).map_err(raised)
+    py.detach(|| lostmotion::cli::run(cli)).map(|_| ()).map_err(raised)
 }

@@ -17,7 +17,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
 pub fn raised(error: Error) -> PyErr {
     let words = error.to_string();
     match error {
-        Error::Refused(_) | Error::Unchanged => Refused::new_err(words),
+        Error::Refused(_) => Refused::new_err(words),
         _ => BadInput::new_err(words),
     }
 }
