@@ -145,7 +145,10 @@ fn slopes(t: &[f64], v: &[f64], still: f64) -> Vec<f64> {
             slopes[k] = parabola.clamp(-most, most);
         }
     }
-    (slopes[0], slopes[n - 1]) = (d(0), d(n - 2));
+    // at the ends the parabola of the first and of the last three samples
+    let end = |near: usize, next: usize| d(near) + (d(near) - d(next)) * h(near) / (h(near) + h(next));
+    let ends = |k: usize, next: usize| if n < 3 || stopped(k) { d(k) } else { end(k, next) };
+    (slopes[0], slopes[n - 1]) = (ends(0, 1), ends(n - 2, n.saturating_sub(3)));
     slopes
 }
 
