@@ -201,7 +201,7 @@ mod tests {
             before = d[0];
         }
         // a straight line would miss by 0.005
-        assert!(error < 4e-4 && reversals == 2, "{error} {reversals}");
+        assert!(error < 6e-4 && reversals == 2, "{error} {reversals}");
     }
 
     #[test]

@@ -134,17 +134,18 @@ fn a_motion_that_repeats_is_refused_with_its_offsets() {
     assert!((report.offset_ms.value + 5000.0).abs() < 0.05, "{:?}", report.offset_ms);
 }
 
-/// Offset within 0.3 ms always, intervals of 95 % that hold in 93 to 97 % of many recordings. Needs Python with numpy.
+/// Offset within 0.3 ms always, intervals of 95 % that hold in 93 to 97 % of 400 recordings (`LOSTMOTION_JOIN_SEEDS=400`, a quarter of an
+/// hour); of fewer, in a share that 95 % may give. Needs Python with numpy.
 #[test]
 #[ignore = "heavy: minutes of simulated recordings; LOSTMOTION_PYTHON names the interpreter"]
 fn val_join_intervals_cover_as_often_as_they_say() {
-    const SEEDS: u32 = 400;
     const BATCH: u32 = 20;
+    let seeds: u32 = std::env::var("LOSTMOTION_JOIN_SEEDS").ok().map_or(40, |n| n.parse().expect("a number"));
     let python = std::env::var("LOSTMOTION_PYTHON").unwrap_or_else(|_| "python3".into());
     let mut worst = 0.0f64;
     // offset and drift, late samples and jittering stamps apart
     let (mut held, mut all) = ([[0u32; 2]; 2], [0u32; 2]);
-    for first in (1..=SEEDS).step_by(BATCH as usize) {
+    for first in (1..=seeds).step_by(BATCH as usize) {
         let work = tempfile::tempdir().unwrap();
         let swapped = (first / BATCH) % 2 == 1;
         let rates: [&str; 4] = if swapped {
@@ -175,8 +176,10 @@ fn val_join_intervals_cover_as_often_as_they_say() {
     println!("worst offset {worst:.4} ms; held {held:?} of {all:?} (late samples, jittering stamps; offset, drift)");
     assert!(worst < 0.3, "{worst} ms");
     let total = f64::from(all[0] + all[1]);
+    // three standard deviations of a share of so few, or the target
+    let margin = (3.0 * (0.95 * 0.05 / total).sqrt()).max(0.02);
     for k in 0..2 {
         let share = f64::from(held[0][k] + held[1][k]) / total;
-        assert!((0.93..=0.97).contains(&share), "{}: {share}", ["offset", "drift"][k]);
+        assert!((0.95 - share).abs() <= margin, "{}: {share}", ["offset", "drift"][k]);
     }
 }
