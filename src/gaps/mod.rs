@@ -11,6 +11,8 @@ pub mod read;
 pub use crate::log::registration::Registered;
 
 use crate::effects::{Decay, GapCurve};
+use crate::log::Log;
+use crate::robot::Robot;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -32,6 +34,24 @@ pub struct Gaps {
     pub distrust: Option<Distrust>,
     /// What a reader should know: dropped cycles, joints left out and why.
     pub notes: Vec<String>,
+}
+
+impl Gaps {
+    /// A document of a robot in which nothing is found yet.
+    pub fn new(robot: &Robot, logs: &[Log]) -> Self {
+        Self {
+            robot_name: robot.name.clone(),
+            robot_sha256: robot.fingerprint(),
+            logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),
+            registration: None,
+            points: Vec::new(),
+            joints: Vec::new(),
+            tcp_speed_m_s: None,
+            estimate: None,
+            distrust: None,
+            notes: Vec::new(),
+        }
+    }
 }
 
 /// Why the gaps of a document cannot be trusted.

@@ -28,7 +28,7 @@ mod words;
 use crate::effects::GapCurve;
 use crate::effects::curve::Pchip;
 use crate::error::{Error, Place, Result};
-use crate::gaps::{GapPoint, Gaps, JointGap, LogRef};
+use crate::gaps::{GapPoint, Gaps, JointGap};
 use crate::log::Log;
 use crate::numerics::robust::{SIGMA_PER_MAD, median_of};
 use crate::numerics::student;
@@ -121,18 +121,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found>
         return Err(Error::bad(Place::file(&twice.name), "a log that was given before (same SHA-256)", expected));
     }
     let stretches = sweeps(robot, logs, options)?;
-    let mut gaps = Gaps {
-        estimate: None,
-        distrust: None,
-        robot_name: robot.name.clone(),
-        robot_sha256: robot.fingerprint(),
-        logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),
-        registration: None,
-        points: Vec::new(),
-        joints: Vec::new(),
-        tcp_speed_m_s: None,
-        notes: Vec::new(),
-    };
+    let mut gaps = Gaps::new(robot, logs);
     let mut joints = Vec::new();
     for axis in 0..robot.dof() {
         let own: Vec<&Stretch> = stretches.iter().filter(|s| s.axis == axis).collect();

@@ -27,7 +27,7 @@ pub mod spline;
 pub mod update;
 
 use crate::error::{Error, Place, Result};
-use crate::gaps::{Gaps, LogRef, Registered};
+use crate::gaps::{Gaps, Registered};
 use crate::log::Log;
 use crate::log::registration::{Pair, register_line};
 use crate::robot::Robot;
@@ -53,16 +53,9 @@ pub fn identify(robot: &Robot, logs: &[Log]) -> Result<Gaps> {
     let (problem, evidence, varies) = solved(robot, logs, &registered)?;
     let mut notes = Vec::new();
     let mut gaps = Gaps {
-        robot_name: robot.name.clone(),
-        robot_sha256: robot.fingerprint(),
-        logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),
         registration: Some(registered),
-        points: Vec::new(),
-        joints: Vec::new(),
         tcp_speed_m_s: median_of(&mut problem.logs.iter().filter_map(|l| l.speed_m_s).collect::<Vec<_>>()),
-        estimate: None,
-        distrust: None,
-        notes: Vec::new(),
+        ..Gaps::new(robot, logs)
     };
     let mut estimates = Vec::new();
     for (axis, p) in varies.into_iter().enumerate() {

@@ -31,7 +31,7 @@ pub mod trace;
 use crate::compensator::Compensator;
 use crate::effects::GapCurve;
 use crate::error::{Error, Place, Result};
-use crate::gaps::{Distrust, GapPoint, Gaps, JointGap, LogRef};
+use crate::gaps::{Distrust, GapPoint, Gaps, JointGap};
 use crate::log::Log;
 use crate::model::Model;
 use crate::numerics::student;
@@ -166,16 +166,13 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<PathFo
     let rms_m = frame::rms_m(&problem, &selected);
     let mut speeds: Vec<f64> = problem.logs().filter_map(|l| l.speed_m_s).collect();
     let gaps = Gaps {
-        estimate: None,
-        robot_name: robot.name.clone(),
-        robot_sha256: robot.fingerprint(),
-        logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),
         registration: frame::registration(&problem, &selected, rms_m, variance),
         points: reversals.iter().map(|r| point(r, &problem, t95)).collect(),
         joints,
         tcp_speed_m_s: crate::numerics::robust::median_of(&mut speeds),
         distrust,
         notes: notes.iter().map(Note::to_string).collect(),
+        ..Gaps::new(robot, logs)
     };
     let traces = trace::traces(&problem, &selected.values).into_iter().filter(|t| options.reports(t.axis)).collect();
     let (inflation, links) = (selected.inflation, problem.links);

@@ -15,7 +15,7 @@ pub mod design;
 pub mod solve;
 
 use crate::error::{Error, Place, Result};
-use crate::gaps::{Gaps, JointGap, LogRef};
+use crate::gaps::{Gaps, JointGap};
 use crate::log::Log;
 use crate::machine::measurement::Instrument;
 use crate::numerics::student;
@@ -137,18 +137,7 @@ pub fn identify(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFoun
             ));
         }
     }
-    let gaps = Gaps {
-        robot_name: robot.name.clone(),
-        robot_sha256: robot.fingerprint(),
-        logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),
-        registration: None,
-        points: Vec::new(),
-        joints,
-        tcp_speed_m_s: None,
-        estimate: None,
-        distrust: None,
-        notes,
-    };
+    let gaps = Gaps { joints, notes, ..Gaps::new(robot, logs) };
     Ok(ScalarFound {
         gaps,
         instruments: tracks.iter().map(|t| t.instrument).collect(),

@@ -31,7 +31,7 @@ pub mod tracker;
 mod words;
 
 use crate::error::{Error, Place, Result};
-use crate::gaps::{Gaps, JointGap, LogRef, Sides};
+use crate::gaps::{Gaps, JointGap, Sides};
 use crate::log::Log;
 use crate::robot::{Joint, Robot};
 use columns::Columns;
@@ -95,18 +95,7 @@ pub struct Found {
 
 /// Finds the gaps of `only` (an axis), or of every joint that moves.
 pub fn identify(robot: &Robot, logs: &[Log], only: Option<usize>) -> Result<Found> {
-    let mut gaps = Gaps {
-        estimate: None,
-        distrust: None,
-        robot_name: robot.name.clone(),
-        robot_sha256: robot.fingerprint(),
-        logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),
-        registration: None,
-        points: Vec::new(),
-        joints: Vec::new(),
-        tcp_speed_m_s: None,
-        notes: Vec::new(),
-    };
+    let mut gaps = Gaps::new(robot, logs);
     let mut found: BTreeMap<usize, Series> = BTreeMap::new();
     for (k, log) in logs.iter().enumerate() {
         let axes: Vec<usize> = log.moving_axes().into_iter().filter(|a| only.is_none_or(|o| o == *a)).collect();

@@ -28,7 +28,7 @@ pub mod summary;
 
 use crate::effects::GapCurve;
 use crate::error::{Error, Place, Result};
-use crate::gaps::{GapPoint, Gaps, JointGap, LogRef};
+use crate::gaps::{GapPoint, Gaps, JointGap};
 use crate::identify::scalar::{self, Setup};
 use crate::log::Log;
 use crate::log::dwells::DwellOptions;
@@ -102,18 +102,8 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found>
         })
         .collect::<Result<_>>()?;
     let tables = deviation::half_gaps(robot, logs, &mut readings, frame.as_ref(), &instruments);
-    let mut gaps = Gaps {
-        estimate: None,
-        distrust: None,
-        robot_name: robot.name.clone(),
-        robot_sha256: robot.fingerprint(),
-        logs: logs.iter().map(|l| LogRef { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),
-        registration: frame.as_ref().map(|f| f.found.clone()),
-        points: Vec::new(),
-        joints: Vec::new(),
-        tcp_speed_m_s: None,
-        notes: readings.notes,
-    };
+    let mut gaps =
+        Gaps { registration: frame.as_ref().map(|f| f.found.clone()), notes: readings.notes, ..Gaps::new(robot, logs) };
     if let Some(f) = &frame {
         gaps.notes.extend(f.notes.iter().cloned());
     }
