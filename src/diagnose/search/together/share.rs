@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// An effect is worth a name where it moves the TCP by this part of what is left with everything found, rms.
-pub const WORTH: f64 = 0.15;
+pub const WORTH: f64 = 0.2;
 /// Parts of every log whose scatter gives the intervals.
 const PARTS: usize = 24;
 
