@@ -71,8 +71,12 @@ fn regular(stamps_s: &[f64]) -> Option<Clock> {
 mod tests {
     use super::*;
 
+    /// White numbers from -1 to 1 (a step of splitmix64).
     fn jitter(i: usize) -> f64 {
-        ((i as f64 * 12.9898).sin() * 43_758.547).fract()
+        let mut x = (i as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        (x >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
     #[test]
