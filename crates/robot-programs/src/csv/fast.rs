@@ -151,7 +151,7 @@ impl PureRows {
 }
 
 impl Parser {
-    /// Rows of short numbers alone, as far as they go; gives the place behind the last. Long texts are read at two places
+    /// Rows of short numbers alone, as far as they go; gives the place after the last. Long texts are read at two places
     /// side by side: each number waits for the one before it, and the processor has room for two such chains.
     pub(super) fn pure_rows(&mut self, text: &[u8], at: usize, end: usize, block: &mut Block) -> Result<usize> {
         let middle = at + (end - at) / 2;
@@ -184,7 +184,7 @@ impl Parser {
         self.pure = columns;
         let rows = block.rows.len() - before;
         if rows > 0 {
-            // the rows behind the first stand on the lines behind it
+            // the rows after the first stand on the lines after it
             self.lines.note(self.point, self.line);
         }
         if self.has_times() {

@@ -90,7 +90,7 @@ impl Parser {
         self.header.slots.contains(&Slot::Time)
     }
 
-    /// Reads the rows that begin between `at` and `end` as far as they are whole; gives the place behind the last.
+    /// Reads the rows that begin between `at` and `end` as far as they are whole; gives the place after the last.
     pub(super) fn rows(&mut self, text: &[u8], mut at: usize, end: usize, block: &mut Block) -> Result<usize> {
         block.first_point = self.point;
         block.decimals.resize(self.header.slots.len(), 0);
@@ -201,7 +201,7 @@ impl Parser {
             && t <= before
         {
             let slot = self.header.slots.iter().position(|s| *s == Slot::Time).unwrap_or(0);
-            // the line counter already stands behind this row
+            // the line counter already stands after this row
             let line = self.lines.line(self.point).unwrap_or(self.line);
             let place = Place::field(&self.name, line, self.header.column_of(slot));
             return Err(Error::bad(place, format!("time {t} s after {before} s"), "times that strictly increase"));

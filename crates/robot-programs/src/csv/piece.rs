@@ -85,7 +85,7 @@ impl Placing {
             parser.last_t_s = block.t_s.last().copied().or(parser.last_t_s);
             return Ok(());
         }
-        // the whole text once more, at its true place: what is wrong with it is said with its line
+        // the whole text once more, at its true place: the message names the line of the file
         parser.ended = piece.ended;
         let text = std::mem::take(&mut block.text);
         block.clear();
