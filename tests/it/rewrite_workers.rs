@@ -3,7 +3,7 @@
 use lostmotion::error::{Error, Result};
 use lostmotion::program::csv::{Reader, Style};
 use lostmotion::rewrite::stream::sink::Sink;
-use lostmotion::rewrite::stream::{Passage, Stage, pass};
+use lostmotion::rewrite::stream::{Passage, Preview, Stage, pass};
 use lostmotion::rewrite::{Origin, OutputPoints, Points, RewriteStats};
 use lostmotion::robot::Robot;
 use std::fmt::Write;
@@ -76,7 +76,7 @@ fn through<S: Sink>(text: &str, threads: bool, sink: S) -> Result<S> {
     let robot = robot();
     let reader = Reader::new(Box::new(Cursor::new(text.as_bytes().to_vec())), "p.csv", robot.axes())?;
     let passage = Passage { style: Style { forced: None, least: vec![0; 6] }, threads, hash: true };
-    let make = |_: &_| Ok(Shift { by: 0.25_f64.to_radians(), held: None, next: 0 });
+    let make = |_: &Preview| Ok(Shift { by: 0.25_f64.to_radians(), held: None, next: 0 });
     let done = pass(&robot, reader, &passage, make, sink, &|_| {})?;
     assert_eq!(done.written, [Some(4), None, None, None, None, None].map(|d: Option<u8>| d));
     Ok(done.sink)
