@@ -14,6 +14,7 @@ pub(super) const LONGEST_ROW: usize = 8 << 20;
 /// Whole rows on their way through.
 #[derive(Debug, Default)]
 pub struct Piece {
+    /// The rows, once they are parsed.
     pub block: Block,
     pub(super) state: State,
     /// The rows stand between these places of the text.
