@@ -30,15 +30,19 @@ impl<T> Turn<T> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Does `work` when it is the turn of `number`, then hands on; `None`: there is no such turn any more.
-    pub fn take<R>(&self, number: u64, work: impl FnOnce(&mut T) -> R) -> Option<R> {
+    /// Does `work` when it is the turn of `number`, then hands on; `None`: there is no such turn any more. Where the work fails, nobody
+    /// after it has a turn.
+    pub fn take<R, E>(&self, number: u64, work: impl FnOnce(&mut T) -> Result<R, E>) -> Option<Result<R, E>> {
         let waiting = |s: &mut State<T>| s.next != number && number <= s.last;
         let mut state = self.moved.wait_while(self.lock(), waiting).unwrap_or_else(PoisonError::into_inner);
         if number > state.last {
             return None;
         }
         let done = work(&mut state.work);
-        state.next += 1;
+        match done {
+            Ok(_) => state.next += 1,
+            Err(_) => state.last = state.last.min(number),
+        }
         drop(state);
         self.moved.notify_all();
         Some(done)
@@ -71,7 +75,14 @@ mod tests {
                     scope.spawn(|| {
                         loop {
                             let number = tickets.fetch_add(1, Ordering::Relaxed);
-                            if number >= 500 || turn.take(number, |list| list.push(number)).is_none() {
+                            if number >= 500
+                                || turn
+                                    .take(number, |list| {
+                                        list.push(number);
+                                        Ok::<(), ()>(())
+                                    })
+                                    .is_none()
+                            {
                                 return;
                             }
                         }
@@ -85,15 +96,38 @@ mod tests {
     #[test]
     fn a_turn_that_is_closed_sends_larger_numbers_home_and_lets_smaller_ones_finish() {
         let turn = Turn::new(0);
+        let add = |n: &mut i32| -> Result<(), ()> {
+            *n += 1;
+            Ok(())
+        };
         std::thread::scope(|scope| {
-            let late = scope.spawn(|| turn.take(5, |_| ()));
+            let late = scope.spawn(|| turn.take(5, |_| Ok::<(), ()>(())));
             turn.close_after(2);
             assert_eq!(late.join().unwrap(), None);
             for number in 0..3 {
-                assert_eq!(turn.take(number, |n| *n += 1), Some(()));
+                assert_eq!(turn.take(number, add), Some(Ok(())));
             }
-            assert_eq!(turn.take(3, |n| *n += 1), None);
+            assert_eq!(turn.take(3, add), None);
         });
         assert_eq!(turn.into_inner(), 3);
+    }
+
+    #[test]
+    fn nobody_has_a_turn_after_work_that_failed() {
+        let turn = Turn::new(());
+        std::thread::scope(|scope| {
+            let late: Vec<_> = (1..5)
+                .map(|n| {
+                    scope.spawn({
+                        let turn = &turn;
+                        move || turn.take(n, |_| Ok::<(), ()>(()))
+                    })
+                })
+                .collect();
+            assert_eq!(turn.take(0, |_| Err::<(), ()>(())), Some(Err(())));
+            for late in late {
+                assert_eq!(late.join().unwrap(), None);
+            }
+        });
     }
 }
