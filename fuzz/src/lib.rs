@@ -49,6 +49,7 @@ pub fn rewrite_and_check(format: &dyn Format, robot: &Robot, bytes: &[u8]) {
             choices: &Choices::default(),
             deadband: &none,
             digit: &digit,
+            pose_digit: [1e-7, 1.75e-6],
             listed: 10,
         };
         match rewrite(format, texts(), &task) {

@@ -15,6 +15,8 @@ pub mod identify_path;
 pub mod join;
 pub mod learn;
 pub mod logs;
+pub mod manifest;
+pub mod merge;
 pub mod page;
 pub mod paths;
 pub mod plan_experiment;
@@ -24,6 +26,7 @@ pub mod robot;
 pub mod schema;
 pub mod show;
 pub mod simulate;
+pub mod status;
 pub mod track;
 pub mod undo;
 
@@ -55,6 +58,9 @@ pub enum Command {
     Fit(fit::Args),
     Rewrite(Box<rewrite::Args>),
     Undo(undo::Args),
+    Manifest(manifest::Args),
+    Merge(merge::Args),
+    Status(status::Args),
     Simulate(simulate::Args),
     Assess(assess::Args),
     Diagnose(diagnose::Args),
@@ -77,6 +83,9 @@ pub fn run(cli: Cli) -> Result<Finished> {
         Command::Fit(a) => fit::run(a),
         Command::Rewrite(a) => return rewrite::run(*a),
         Command::Undo(a) => undo::run(a),
+        Command::Manifest(a) => manifest::run(a),
+        Command::Merge(a) => merge::run(a),
+        Command::Status(a) => status::run(a),
         Command::Simulate(a) => simulate::run(a),
         Command::Assess(a) => assess::run(a),
         Command::Diagnose(a) => diagnose::run(a),

@@ -218,6 +218,7 @@ fn finished(job: &Job, from: &Path, to: &Path) -> Option<Line> {
         && stands(&note.output, to, &note.sha256_out)
         && note.companions.iter().all(|c| stands(&c.input, from, &c.sha256_in) && stands(&c.output, to, &c.sha256_out));
     same.then(|| Line {
+        key: None,
         input: shown(from),
         output: Some(shown(to)),
         status: Status::Written,

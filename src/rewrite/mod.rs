@@ -16,7 +16,8 @@
 //! - [`sizes`]: offsets that no lost motion explains.
 //! - [`printed`]: the equations exactly as the paper prints them, to compare with.
 //!
-//! Around the engine, from file to file: [`job`] is one program, [`outcome`] what came out, [`batch`] a folder of them, [`stream`] the way of the text
+//! Around the engine, from file to file: [`job`] is one program, [`outcome`] what came out, [`batch`] a folder of them, [`manifest`] a list
+//! that many machines share, [`stream`] the way of the text
 //! through the engine in constant memory, [`script`] that of vendor programs, which are read whole; [`summary`] the account.
 
 pub mod batch;
@@ -26,6 +27,7 @@ pub mod engine;
 pub mod equation2;
 pub mod job;
 pub mod limits;
+pub mod manifest;
 pub mod offset;
 pub mod options;
 pub mod original;

@@ -28,6 +28,18 @@ impl Lines {
         self.steps.push((point, offset));
     }
 
+    /// Adds the lines of the points that follow, counted there from 0: the first of them is `point`, on `line`.
+    pub fn append(&mut self, following: &Lines, point: u64, line: u64) {
+        for &(p, offset) in &following.steps {
+            self.note(point + p, line + p + offset);
+        }
+    }
+
+    /// Every change was kept.
+    pub fn is_complete(&self) -> bool {
+        self.end.is_none()
+    }
+
     /// Line of a point, counted from 1.
     pub fn line(&self, point: u64) -> Option<u64> {
         if self.end.is_some_and(|end| point >= end) {

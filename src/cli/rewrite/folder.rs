@@ -9,13 +9,13 @@ use crate::io::journal::{self, Towards};
 use crate::io::name::text_of;
 use crate::io::output;
 use crate::program::files::Files;
-use crate::program::formats;
+use crate::program::formats::{self, Recognised};
 use crate::rewrite::batch;
 use crate::rewrite::job::Job;
+use crate::rewrite::manifest::{self, Entry, shard_of};
 use crate::rewrite::stream::guard::{note_path, read_note};
 use crate::rewrite::summary::{Line, Status};
 use indicatif::ProgressBar;
-use sha2::{Digest, Sha256};
 use std::collections::{BTreeSet, HashSet};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -38,24 +38,11 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
         std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "make", e))?;
     }
     let _claim = output.map(|folder| batch::claim(folder, part)).transpose()?;
-    let mut tree = batch::tree(&args.input, output.unwrap_or(Path::new("")), job.format)?;
-    if output.is_some() {
-        tree.interrupted.iter().try_for_each(|folder| journal::finish(folder, Towards::Before))?;
-    }
-    let unreadable: Vec<Line> = batch::unreadable_lines(&tree).collect();
-    let (mut programs, files) = (std::mem::take(&mut tree.programs), tree.files);
-    let results = results(&args.input, &programs, &files);
-    if !results.is_empty() {
-        let before = programs.len();
-        programs.retain(|p| !results.iter().any(|folder| p.starts_with(folder)));
-        let shown: Vec<String> = results.iter().map(|f| shown(&args.input.join(f))).collect();
-        let left = before - programs.len();
-        eprintln!("note: {left} programs in {} are results of an earlier rewrite, and left out", shown.join(", "));
-    }
+    let Planned { programs, files, unreadable, entries } = match &args.manifest {
+        Some(file) => of_manifest(file, part)?,
+        None => of_tree(args, output, part, job.format)?,
+    };
     job.files = files;
-    if let Some((k, n)) = part {
-        programs.retain(|p| part_of(p, n) == k);
-    }
     if let Some(file) = &args.summary {
         refuse_program(file, &args.input, output, &programs, &job.files)?;
     }
@@ -64,7 +51,10 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
         true => ProgressBar::new(programs.len() as u64).with_style(style("{wide_bar} {pos}/{len} programs")),
         false => ProgressBar::hidden(),
     };
-    let mut lines = batch::run(&job, &args.input, &programs, output, &|| bar.inc(1));
+    let mut lines = match &entries {
+        None => batch::run(&job, &args.input, &programs, output, &|| bar.inc(1)),
+        Some(entries) => run_entries(&job, &args.input, entries, &programs, output, &|| bar.inc(1)),
+    };
     bar.finish_and_clear();
     if args.list_frames {
         super::list_frames(lines.iter().filter_map(|l| l.missing.as_ref()))?;
@@ -104,6 +94,70 @@ fn conclude(args: &Args, lines: &[Line]) -> Result<Finished> {
         return Err(Error::Refused(format!("{counted} of {} programs {could} rewritten", lines.len())));
     }
     Ok(super::finished(args, written > 0))
+}
+
+/// What is to be done.
+struct Planned {
+    programs: Vec<PathBuf>,
+    files: Files,
+    /// Lines of what cannot be read.
+    unreadable: Vec<Line>,
+    /// Those of the manifest, one for each program.
+    entries: Option<Vec<Entry>>,
+}
+
+/// Every program of the folder.
+fn of_tree(
+    args: &Args,
+    output: Option<&Path>,
+    part: Option<(usize, usize)>,
+    format: Option<Recognised>,
+) -> Result<Planned> {
+    let mut tree = batch::tree(&args.input, output.unwrap_or(Path::new("")), format)?;
+    if output.is_some() {
+        tree.interrupted.iter().try_for_each(|folder| journal::finish(folder, Towards::Before))?;
+    }
+    let unreadable: Vec<Line> = batch::unreadable_lines(&tree).collect();
+    let (mut programs, files) = (std::mem::take(&mut tree.programs), tree.files);
+    let results = results(&args.input, &programs, &files);
+    if !results.is_empty() {
+        let before = programs.len();
+        programs.retain(|p| !results.iter().any(|folder| p.starts_with(folder)));
+        let shown: Vec<String> = results.iter().map(|f| shown(&args.input.join(f))).collect();
+        let left = before - programs.len();
+        eprintln!("note: {left} programs in {} are results of an earlier rewrite, and left out", shown.join(", "));
+    }
+    if let Some((k, n)) = part {
+        programs.retain(|p| shard_of(&text_of(p), n) == k);
+    }
+    Ok(Planned { programs, files, unreadable, entries: None })
+}
+
+/// The programs of a manifest, or those of them that belong to a shard; the others are not kept in memory.
+fn of_manifest(file: &Path, part: Option<(usize, usize)>) -> Result<Planned> {
+    let entries = manifest::load(file, &|e| part.is_none_or(|(k, n)| shard_of(&e.key, n) == k))?;
+    let programs = entries.iter().filter_map(|e| manifest::below(&e.key)).collect();
+    Ok(Planned { programs, files: Files::Disk, unreadable: Vec::new(), entries: Some(entries) })
+}
+
+/// Rewrites the programs of a manifest that still are what it says; the others fail. Lines carry the keys.
+fn run_entries(
+    job: &Job,
+    folder: &Path,
+    entries: &[Entry],
+    programs: &[PathBuf],
+    output: Option<&Path>,
+    done: &(dyn Fn() + Sync),
+) -> Vec<Line> {
+    let mut changed = manifest::changed(folder, entries);
+    let same = entries.iter().zip(programs).filter(|(e, _)| !changed.contains_key(&e.key));
+    let same: Vec<PathBuf> = same.map(|(_, p)| p.clone()).collect();
+    let mut lines = batch::run(job, folder, &same, output, done).into_iter();
+    let line = |e: &Entry| {
+        let line = changed.remove(&e.key).or_else(|| lines.next())?;
+        Some(Line { key: Some(e.key.clone()), ..line })
+    };
+    entries.iter().filter_map(line).collect()
 }
 
 /// Folders below `input` with results of an earlier rewrite of it: a program whose path goes on, behind that folder, as that of
@@ -155,14 +209,6 @@ fn refuse_program(
         }
     }
     Ok(())
-}
-
-/// The part, from 1 to `n`, to which a program belongs by its name: the same on every machine, and a program that is added moves
-/// no other.
-fn part_of(program: &Path, n: usize) -> usize {
-    let digest = Sha256::digest(text_of(program).replace('\\', "/").as_bytes());
-    let first = digest.iter().take(8).fold(0u64, |sum, b| sum << 8 | u64::from(*b));
-    (first % n as u64) as usize + 1
 }
 
 /// `K/N`.

@@ -84,6 +84,11 @@ pub struct Args {
     #[arg(long, value_name = "K/N", requires = "output_dir")]
     pub shard: Option<String>,
 
+    /// Of a folder, do the programs of this manifest alone (`lostmotion manifest`), if they still are what it says; lines of the
+    /// summary carry their keys
+    #[arg(long, value_name = "FILE.jsonl", requires = "output_dir")]
+    pub manifest: Option<PathBuf>,
+
     /// Of a folder, which programs make the exit code 1: those that were refused and those that failed, failed ones alone, or none (the
     /// summary tells in any case)
     #[arg(long, value_enum, default_value_t = FailOn::Refused)]
@@ -295,6 +300,9 @@ pub fn run(args: Args) -> Result<Finished> {
     }
     if folder {
         return folder::run(&args, job);
+    }
+    if args.manifest.is_some() {
+        return Err(usage("--manifest with a single program", "the folder of its programs as IN"));
     }
     if args.output_dir.is_some() {
         return Err(usage("--output-dir with a single program", "a folder as IN, or --output"));

@@ -1,7 +1,8 @@
 //! The text of pending rows, and the engine's points put into it.
 //!
-//! The engine settles points some rows behind the text; until then their blocks wait here. Text that stays is copied in
-//! runs; what stands between two rows (comments, blank lines) goes behind the points that are added to the first of them.
+//! The engine settles points some rows after it has taken them; until then their blocks wait in [`Pending`]. Each push of the engine
+//! becomes a [`Task`], which ends at the end of a row, so that tasks are printed side by side. Text that stays is copied in runs;
+//! what stands between two rows (comments, blank lines) follows the points that are added to the first of them.
 
 use super::super::{Origin, OutputPoints};
 use crate::error::{Error, Result};
@@ -9,46 +10,64 @@ use crate::program::csv::{Edits, Style};
 use crate::program::{Block, Slot};
 use crate::robot::Robot;
 use std::collections::VecDeque;
-
-/// Bytes are handed on in pieces of about this size.
-pub const PIECE: usize = 1 << 20;
+use std::sync::Arc;
 
 /// Rows that are written in one go at most.
 const MOST_RUN: usize = 256;
 
-/// Rows that wait for the engine, and the output as it grows.
-pub struct Render {
+/// Rows that wait for the engine.
+pub struct Pending {
     edits: Edits,
-    pending: VecDeque<Block>,
-    /// Up to here the text of the first pending block has been written.
+    blocks: VecDeque<Arc<Block>>,
+    /// Up to here the text of the first pending block has been given away.
     cursor: usize,
     /// The point that comes next.
     next: u64,
-    out: Vec<u8>,
-    spare: Option<Vec<u8>>,
-    /// The line ending of the first row: for a point behind a last row without one.
+    /// The line ending of the first row: for a point after a last row without one.
     ending: Vec<u8>,
 }
 
-impl Render {
+/// Points that are settled, with the text into which they go.
+#[derive(Clone)]
+pub struct Task {
+    edits: Edits,
+    blocks: Vec<Arc<Block>>,
+    cursor: usize,
+    next: u64,
+    ending: Vec<u8>,
+    pub settled: OutputPoints,
+    /// Nothing follows.
+    whole: bool,
+}
+
+impl Pending {
     pub fn new(slots: &[Slot], robot: &Robot, style: &Style) -> Self {
         Self {
             edits: Edits::new(slots, robot.axes(), style),
-            pending: VecDeque::new(),
+            blocks: VecDeque::new(),
             cursor: 0,
             next: 0,
-            out: Vec::with_capacity(PIECE + PIECE / 4),
-            spare: None,
             ending: Vec::new(),
         }
     }
 
-    pub fn edits(&self) -> &Edits {
-        &self.edits
+    /// A task of which nothing is known yet.
+    pub fn task(&self) -> Task {
+        Task {
+            edits: self.edits.clone(),
+            blocks: Vec::new(),
+            cursor: 0,
+            next: 0,
+            ending: Vec::new(),
+            settled: OutputPoints::default(),
+            whole: false,
+        }
     }
 
-    /// Takes the text of the next rows and the points that are settled by them; blocks that are done go to `free`.
-    pub fn feed(&mut self, block: Option<Block>, settled: &OutputPoints, free: &mut dyn FnMut(Block)) -> Result<()> {
+    /// Takes the text of the next rows (`None`: there are no more) and gives `task`, in which the points are that are settled by
+    /// them, the text that it needs.
+    pub fn settle(&mut self, block: Option<Block>, task: &mut Task) {
+        task.whole = block.is_none();
         if let Some(block) = block {
             self.edits.begin(&block);
             if self.ending.is_empty()
@@ -58,114 +77,150 @@ impl Render {
                 let body = text.iter().rev().take_while(|b| matches!(b, b'\r' | b'\n')).count();
                 self.ending = text[text.len() - body..].to_vec();
             }
-            self.pending.push_back(block);
+            self.blocks.push_back(Arc::new(block));
         }
-        let timed = !settled.t_s.is_empty();
+        task.edits.resume(&self.edits);
+        task.ending.clone_from(&self.ending);
+        task.blocks.clear();
+        task.blocks.extend(self.blocks.iter().cloned());
+        (task.cursor, task.next) = (self.cursor, self.next);
+        let own = task.settled.origin.iter().rev().find_map(|o| match *o {
+            Origin::Point(n) => Some(n),
+            Origin::Inserted { .. } => None,
+        });
+        let Some(last) = own else { return };
+        while self.blocks.front().is_some_and(|b| b.first_point + b.rows.len() as u64 <= last) {
+            self.blocks.pop_front();
+        }
+        let row = |b: &Arc<Block>| b.rows.get(last.checked_sub(b.first_point)? as usize).map(|row| row.end as usize);
+        // a point that is in no block is found out when it is printed
+        self.cursor = self.blocks.front().and_then(row).unwrap_or(0);
+        self.next = last + 1;
+    }
+}
+
+impl Task {
+    /// Fewest decimals with which numbers of an axis were written in all tasks that this one has been.
+    pub fn written(&self, axis: usize) -> Option<u8> {
+        self.edits.written(axis)
+    }
+
+    /// Writes the text of the task to `out`; blocks that nobody else holds go to `free`.
+    pub fn print(&mut self, out: &mut Vec<u8>, free: &mut dyn FnMut(Block)) -> Result<()> {
+        let mut front = 0;
+        let timed = !self.settled.t_s.is_empty();
         let mut k = 0;
-        while k < settled.len() {
-            let run = self.run(settled, k, free)?;
-            k += run;
-            let Some(origin) = settled.origin.get(k) else { break };
-            let t_s = if timed { Some(settled.t_s[k]) } else { None };
-            if timed && (k > 0 && settled.t_s[k] <= settled.t_s[k - 1]) {
-                return Err(no_time(*origin));
+        while k < self.settled.len() {
+            k += self.run(k, &mut front, out)?;
+            let Some(&origin) = self.settled.origin.get(k) else { break };
+            let t_s = if timed { Some(self.settled.t_s[k]) } else { None };
+            if timed && (k > 0 && self.settled.t_s[k] <= self.settled.t_s[k - 1]) {
+                return Err(no_time(origin));
             }
-            match *origin {
+            match origin {
                 Origin::Point(n) if n == self.next => {
-                    self.reach(n, free)?;
+                    self.reach(n, &mut front, out)?;
                     self.next += 1;
-                    let Some(block) = self.pending.front() else { return Err(astray(n)) };
+                    let block = &self.blocks[front];
                     let i = (n - block.first_point) as usize;
-                    self.cursor = self.edits.row(block, i, self.cursor, settled.row(k), t_s, &mut self.out);
+                    self.cursor = self.edits.row(block, i, self.cursor, self.settled.row(k), t_s, out);
                 }
                 Origin::Inserted { after, .. } if after + 1 == self.next => {
-                    let Some(block) = self.pending.front() else { return Err(astray(after)) };
-                    let i = (after - block.first_point) as usize;
+                    let (block, i) = self.row_of(after, front)?;
                     if t_s.is_some_and(|t| block.t_s.get(i).is_some_and(|own| t <= *own)) {
-                        return Err(no_time(*origin));
+                        return Err(no_time(origin));
                     }
-                    let end = block.rows[i].end as usize;
-                    if self.cursor < end {
-                        self.out.extend_from_slice(&block.text[self.cursor..end]);
-                        self.cursor = end;
+                    self.finish_row(after, front, out)?;
+                    // after a last row without a line ending: that of the first row, and none after the added one
+                    let block = &self.blocks[front];
+                    if !matches!(block.text[..self.cursor].last(), Some(b'\n' | b'\r')) {
+                        out.extend_from_slice(if self.ending.is_empty() { b"\n" } else { &self.ending });
                     }
-                    // behind a last row without a line ending: that of the first row, and none behind the added one
-                    let open = !matches!(block.text[..end].last(), Some(b'\n' | b'\r'));
-                    if open {
-                        self.out.extend_from_slice(if self.ending.is_empty() { b"\n" } else { &self.ending });
-                    }
-                    self.edits.added(block, i, settled.row(k), t_s, &mut self.out);
+                    self.edits.added(block, i, self.settled.row(k), t_s, out);
                 }
                 Origin::Point(n) | Origin::Inserted { after: n, .. } => return Err(astray(n)),
             }
             k += 1;
         }
+        match self.next.checked_sub(1) {
+            _ if self.whole => self.rest(front, out)?,
+            Some(last) if !self.settled.is_empty() => self.finish_row(last, front, out)?,
+            _ => {}
+        }
+        for block in self.blocks.drain(..) {
+            if let Some(block) = Arc::into_inner(block) {
+                free(block);
+            }
+        }
         Ok(())
     }
 
-    /// The points from place `k` on that are the program's own, one behind the other, and whose rows hold plain numbers
+    /// The points from place `k` on that are the program's own, one after the other, and whose rows hold plain numbers
     /// alone: most of a program. Gives how many were written.
     #[inline]
-    fn run(&mut self, settled: &OutputPoints, k: usize, free: &mut dyn FnMut(Block)) -> Result<usize> {
+    fn run(&mut self, k: usize, front: &mut usize, out: &mut Vec<u8>) -> Result<usize> {
+        let settled = &self.settled;
         if settled.origin[k] != Origin::Point(self.next) {
             return Ok(0);
         }
-        self.reach(self.next, free)?;
-        let Some(block) = self.pending.front() else { return Err(astray(self.next)) };
+        self.reach(self.next, front, out)?;
+        let (block, settled) = (&self.blocks[*front], &self.settled);
         let i = (self.next - block.first_point) as usize;
         let own = settled.origin[k..].iter().zip(self.next..).take(block.pure.saturating_sub(i).min(MOST_RUN));
         let rows = own.take_while(|&(origin, n)| *origin == Origin::Point(n)).count();
         let q = &settled.q[k * settled.axes..(k + rows) * settled.axes];
         let t_s = if settled.t_s.is_empty() { &[] } else { &settled.t_s[k..k + rows] };
-        let (done, cursor) = self.edits.pure_rows(block, i, self.cursor, q, settled.axes, t_s, &mut self.out);
+        let (done, cursor) = self.edits.pure_rows(block, i, self.cursor, q, settled.axes, t_s, out);
         self.cursor = cursor;
         self.next += done as u64;
         Ok(done)
     }
 
-    /// Makes the block of point `n` the first one; what is left of those before it is written.
+    /// Makes the block of point `n` the one at `front`; what is left of those before it is written.
     #[inline]
-    fn reach(&mut self, n: u64, free: &mut dyn FnMut(Block)) -> Result<()> {
-        while let Some(front) = self.pending.front() {
-            if n < front.first_point + front.rows.len() as u64 {
+    fn reach(&mut self, n: u64, front: &mut usize, out: &mut Vec<u8>) -> Result<()> {
+        while let Some(block) = self.blocks.get(*front) {
+            if n < block.first_point + block.rows.len() as u64 {
                 return Ok(());
             }
-            self.out.extend_from_slice(&front.text[self.cursor..]);
+            out.extend_from_slice(&block.text[self.cursor..]);
             self.cursor = 0;
-            if let Some(done) = self.pending.pop_front() {
-                free(done);
-            }
+            *front += 1;
         }
         Err(astray(n))
     }
 
-    /// Writes what is left behind the last point.
-    pub fn end(&mut self) -> Result<()> {
-        let rows: u64 = self.pending.iter().map(|b| b.rows.len() as u64).sum();
-        let first = self.pending.front().map_or(self.next, |b| b.first_point);
-        if first + rows != self.next {
-            return Err(astray(self.next));
-        }
-        for block in self.pending.drain(..) {
-            self.out.extend_from_slice(&block.text[self.cursor..]);
-            self.cursor = 0;
+    /// The block at `front`, and which of its rows point `n` is.
+    fn row_of(&self, n: u64, front: usize) -> Result<(&Block, usize)> {
+        let block = self.blocks.get(front).ok_or_else(|| astray(n))?;
+        let i = n.checked_sub(block.first_point).ok_or_else(|| astray(n))? as usize;
+        if i < block.rows.len() { Ok((block, i)) } else { Err(astray(n)) }
+    }
+
+    /// Writes the text up to the end of the row of point `n`.
+    fn finish_row(&mut self, n: u64, front: usize, out: &mut Vec<u8>) -> Result<()> {
+        let (block, i) = self.row_of(n, front)?;
+        let end = block.rows[i].end as usize;
+        if self.cursor < end {
+            out.extend_from_slice(&block.text[self.cursor..end]);
+            self.cursor = end;
         }
         Ok(())
     }
 
-    /// The output so far, where it is a piece or `all` is wanted.
-    pub fn ready(&mut self, all: bool) -> Option<Vec<u8>> {
-        if self.out.is_empty() || (!all && self.out.len() < PIECE) {
-            return None;
+    /// Writes what is left after the last point.
+    fn rest(&mut self, front: usize, out: &mut Vec<u8>) -> Result<()> {
+        let left = &self.blocks[front.min(self.blocks.len())..];
+        let rows: u64 = left.iter().map(|b| b.rows.len() as u64).sum();
+        let first = left.first().map_or(self.next, |b| b.first_point);
+        if first + rows != self.next {
+            return Err(astray(self.next));
         }
-        let next = self.spare.take().unwrap_or_else(|| Vec::with_capacity(PIECE + PIECE / 4));
-        Some(std::mem::replace(&mut self.out, next))
-    }
-
-    /// Gives a piece's memory back.
-    pub fn recycle(&mut self, mut piece: Vec<u8>) {
-        piece.clear();
-        self.spare = Some(piece);
+        for block in left {
+            out.extend_from_slice(&block.text[self.cursor..]);
+            self.cursor = 0;
+        }
+        Ok(())
     }
 }
 

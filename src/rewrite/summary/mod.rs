@@ -8,11 +8,11 @@ use super::outcome::{Outcome, Vendor};
 use crate::error::{Error, one_line};
 use crate::robot::frames::Missing;
 use crate::robot::{Joint, Robot};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 /// How a program came out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     Written,
@@ -29,6 +29,9 @@ pub enum Status {
 /// One line of a batch summary.
 #[derive(Debug, Clone, Serialize)]
 pub struct Line {
+    /// Of a program of a manifest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub key: Option<String>,
     pub input: String,
     pub output: Option<String>,
     pub status: Status,
@@ -53,6 +56,7 @@ impl Line {
     /// The line of a program that went through.
     pub fn of(o: &Outcome) -> Self {
         Self {
+            key: None,
             input: o.input.clone(),
             output: o.output.clone(),
             status: match (&o.refusal, o.unchanged) {
@@ -88,6 +92,7 @@ impl Line {
 
     fn without_result(input: String, status: Status, why: &str, sha256_in: Option<String>) -> Self {
         Self {
+            key: None,
             input,
             output: None,
             status,

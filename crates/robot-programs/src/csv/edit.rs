@@ -27,15 +27,19 @@ pub struct Style {
 }
 
 /// Writes the changed numbers of a program's rows.
+#[derive(Debug, Clone)]
 pub struct Edits {
     slots: Vec<SlotEdit>,
     /// The slots once more as rows of plain numbers need them; empty where the present block is not of that kind.
     cells: Vec<Cell>,
     forced: Option<u8>,
     scratch: Vec<u8>,
+    /// Where rows of plain numbers are made.
+    room: Vec<u8>,
 }
 
 /// A slot whose numbers all get the same decimals in the present block.
+#[derive(Debug, Clone)]
 struct Cell {
     /// `None`: the time.
     axis: Option<usize>,
@@ -47,9 +51,10 @@ struct Cell {
     written: bool,
 }
 
-/// Bytes of a plain number and the comma before it.
-const CELL: usize = 11;
+/// Bytes of a plain number.
+const LONGEST: usize = 10;
 
+#[derive(Debug, Clone)]
 struct SlotEdit {
     slot: Slot,
     /// SI to edge unit.
@@ -93,7 +98,16 @@ impl Edits {
                 .map_or([f64::NEG_INFINITY, f64::INFINITY], |[lo, hi]| [lo + 1.0, hi - 1.0].map(|v| v / to_user_unit));
             SlotEdit { slot, to_user_unit, scale, least, column: 0, base: least, limits, safe, written: NONE }
         });
-        Self { slots: slots.collect(), cells: Vec::new(), forced: style.forced, scratch: Vec::new() }
+        Self { slots: slots.collect(), cells: Vec::new(), forced: style.forced, scratch: Vec::new(), room: Vec::new() }
+    }
+
+    /// Takes over what `other` knows of the columns; what was written stays.
+    pub fn resume(&mut self, other: &Edits) {
+        self.note_written();
+        for (edit, other) in self.slots.iter_mut().zip(&other.slots) {
+            (edit.column, edit.base) = (other.column, other.base);
+        }
+        self.cells.clone_from(&other.cells);
     }
 
     /// To be told of every block before its rows are written.
@@ -126,8 +140,8 @@ impl Edits {
 
     /// Carries what the cells of a block have written over to their slots.
     fn note_written(&mut self) {
-        for (edit, cell) in self.slots.iter_mut().zip(&self.cells) {
-            if cell.written {
+        for (edit, cell) in self.slots.iter_mut().zip(&mut self.cells) {
+            if std::mem::take(&mut cell.written) {
                 edit.written = edit.written.min(cell.decimals);
             }
         }
@@ -221,22 +235,25 @@ impl Edits {
             return (rows, cursor);
         }
         let tokens = &block.tokens[i * n..(i + rows) * n];
-        let first = tokens[0].start as usize;
-        out.extend_from_slice(&block.text[cursor..first]);
-        let length = out.len();
-        out.resize(length + rows * (n * CELL + 2) + ROOM, 0);
-        let room = &mut out[length..];
-        let (mut done, mut at, mut cursor) = (0, 0, first);
+        let last = tokens[rows * n - 1];
+        // the text up to the last number, and what changed numbers may add to it
+        let most = (last.start as usize + usize::from(last.len)).saturating_sub(cursor) + rows * n * LONGEST;
+        if self.room.len() < most + 2 * ROOM {
+            self.room.resize(2 * most + 2 * ROOM, 0);
+        }
+        let mut rest = Rest { text: &block.text, cursor, room: &mut self.room, at: 0 };
+        let mut done = 0;
         let targets = q.chunks_exact(axes).zip(old.chunks_exact(axes));
         for ((q, old), tokens) in targets.zip(tokens.chunks_exact(n)) {
-            let Some(length) = pure_row(&mut self.cells, &block.text, cursor, q, old, tokens, &mut room[at..]) else {
+            let (cursor, at) = (rest.cursor, rest.at);
+            if pure_row(&mut self.cells, q, old, tokens, &mut rest).is_none() {
+                (rest.cursor, rest.at) = (cursor, at);
                 break;
-            };
-            at += length;
-            cursor = tokens[n - 1].start as usize + usize::from(tokens[n - 1].len);
+            }
             done += 1;
         }
-        out.truncate(length + at);
+        let (at, cursor) = (rest.at, rest.cursor);
+        out.extend_from_slice(&self.room[..at]);
         (done, cursor)
     }
 
@@ -273,52 +290,54 @@ impl Edits {
     }
 }
 
-/// A row of plain numbers to the start of `room`, the text from `cursor` (behind the row before) to its first number
-/// included; gives its length. `None`: a number needs the general way.
-#[inline(always)]
-fn pure_row(
-    cells: &mut [Cell],
-    text: &[u8],
+/// Text that has not been copied, and room for what is written.
+struct Rest<'a> {
+    text: &'a [u8],
     cursor: usize,
-    q: &[f64],
-    old: &[f64],
-    tokens: &[Token],
-    room: &mut [u8],
-) -> Option<usize> {
-    let start = tokens[0].start as usize;
-    let ending = text.get(cursor..start)?;
-    match *ending {
-        [] => {}
-        [a] => room[0] = a,
-        [a, b] => room[..2].copy_from_slice(&[a, b]),
-        _ => return None, // comments or blank lines between the rows
+    room: &'a mut [u8],
+    at: usize,
+}
+
+impl Rest<'_> {
+    /// Copies the text up to `start`.
+    #[inline(always)]
+    fn copy_to(&mut self, start: usize) -> Option<()> {
+        let gap = start.checked_sub(self.cursor)?;
+        let from = self.text.get(self.cursor..)?;
+        let to = self.room.get_mut(self.at..)?;
+        // most gaps are a comma, or the end of a row and the start of the next
+        match (from.first_chunk::<ROOM>(), to.first_chunk_mut::<ROOM>()) {
+            (Some(from), Some(to)) if gap <= ROOM => *to = *from,
+            _ => to.get_mut(..gap)?.copy_from_slice(from.get(..gap)?),
+        }
+        self.at += gap;
+        self.cursor = start;
+        Some(())
     }
-    let mut at = ending.len();
+}
+
+/// The changed numbers of a row of plain numbers, with the text before each of them. `None`: one needs the general way.
+#[inline(always)]
+fn pure_row(cells: &mut [Cell], q: &[f64], old: &[f64], tokens: &[Token], rest: &mut Rest) -> Option<()> {
     for (cell, token) in cells.iter_mut().zip(tokens) {
-        let place = room.get_mut(at..)?.first_chunk_mut::<ROOM>()?;
-        let changed = cell.axis.map(|a| (q[a], old[a])).filter(|(q, old)| q.to_bits() != old.to_bits());
-        let length = if let Some((value, _)) = changed {
-            let x = value * cell.scale;
-            let count = (x.abs() + 0.5) as i64 as u64;
-            let signed = if x < 0.0 { -(count as i64) } else { count as i64 };
-            if signed <= cell.safe[0] || signed >= cell.safe[1] {
-                return None;
-            }
-            cell.written = true;
-            fixed(place, x < 0.0, count, u32::from(cell.decimals))
-        } else {
-            let number = text.get(token.start as usize..)?;
-            match number.first_chunk::<16>() {
-                Some(chunk) => place[..16].copy_from_slice(chunk),
-                None => place[..number.len()].copy_from_slice(number),
-            }
-            usize::from(token.len)
-        };
-        place[length & (ROOM - 1)] = b',';
-        at += length + 1;
+        let Some(axis) = cell.axis else { continue };
+        let (value, old) = (*q.get(axis)?, *old.get(axis)?);
+        if value.to_bits() == old.to_bits() {
+            continue;
+        }
+        let x = value * cell.scale;
+        let count = (x.abs() + 0.5) as i64 as u64;
+        let signed = if x < 0.0 { -(count as i64) } else { count as i64 };
+        if signed <= cell.safe[0] || signed >= cell.safe[1] {
+            return None;
+        }
+        cell.written = true;
+        rest.copy_to(token.start as usize)?;
+        let place = rest.room.get_mut(rest.at..)?.first_chunk_mut::<ROOM>()?;
+        rest.at += fixed(place, x < 0.0, count, u32::from(cell.decimals));
+        rest.cursor += usize::from(token.len);
     }
-    // behind the last number stands the line ending, which belongs to what comes next
-    Some(at - 1)
+    Some(())
 }
 
 /// Drops zeros at the end of a fraction of `decimals` digits down to `fewest` of them.

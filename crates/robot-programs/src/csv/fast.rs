@@ -4,25 +4,21 @@
 use super::super::{Block, RowSpan, Slot, Token};
 use super::header::Column;
 use super::number;
-use super::reader::Reader;
+use super::parser::Parser;
 use crate::error::Result;
 
 /// Columns up to which rows of nothing but short numbers take the fastest way.
 pub(super) const MOST_PURE: usize = 16;
 
-/// The row at `start` if it holds short numbers alone (none padded): its end and time; targets to `q`, places to `tokens`.
+/// Rows whose numbers are worked out together.
+const CHUNK: usize = 64;
+
+/// The row at `start` if it holds short numbers alone (none padded): its end; their places and mantissas.
 #[inline(always)]
-fn pure_row(
-    columns: &[(Option<usize>, f64)],
-    text: &[u8],
-    start: usize,
-    q: &mut [f64; MOST_PURE],
-    tokens: &mut [Token; MOST_PURE],
-) -> Option<(usize, Option<f64>)> {
+fn pure_row(text: &[u8], start: usize, tokens: &mut [Token], mantissas: &mut [u32]) -> Option<usize> {
     let mut at = start;
     let (mut ending, mut padded) = (0, false);
-    let mut t_s = None;
-    for (&(axis, si), token) in columns.iter().zip(tokens) {
+    for (token, mantissa) in tokens.iter_mut().zip(mantissas) {
         // each separator but the last is a comma
         if at > start && ending != b',' {
             return None;
@@ -31,18 +27,87 @@ fn pure_row(
         let number = number::short(chunk)?;
         padded |= number.padded;
         *token = Token { start: at as u32, len: number.len as u16, decimals: number.decimals, plain: true };
-        match axis {
-            Some(axis) => q[axis & (MOST_PURE - 1)] = number.value * si,
-            None => t_s = Some(number.value),
-        }
+        *mantissa = number.mantissa;
         ending = chunk[number.len & 15];
         at += number.len + 1;
     }
     match ending {
         _ if padded => None,
-        b'\n' => Some((at, t_s)),
-        b'\r' if *text.get(at)? == b'\n' => Some((at + 1, t_s)),
+        b'\n' => Some(at),
+        b'\r' if *text.get(at)? == b'\n' => Some(at + 1),
         _ => None,
+    }
+}
+
+/// Memory for rows that are read and not yet worked out; what their columns were like before.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Scratch {
+    tokens: Vec<Token>,
+    mantissas: Vec<u32>,
+    values: Vec<f64>,
+    /// Decimals of each column, and for every number of a chunk its power of ten and its unit in SI.
+    decimals: Vec<u8>,
+    powers: Vec<f64>,
+    si: Vec<f64>,
+}
+
+impl Scratch {
+    fn reserve(&mut self, columns: &[(Option<usize>, f64)]) {
+        let size = CHUNK * columns.len();
+        if self.tokens.len() != size {
+            self.tokens = vec![Token::default(); size];
+            self.mantissas = vec![0; size];
+            self.values = vec![0.0; size];
+            self.si = columns.iter().map(|c| c.1).cycle().take(size).collect();
+            self.decimals = vec![0; columns.len()];
+            self.powers = vec![1.0; size];
+        }
+    }
+
+    /// Appends the first `count` rows to `rows`.
+    fn hand_on(&mut self, count: usize, columns: &[(Option<usize>, f64)], axes: usize, rows: &mut Block) {
+        let n = columns.len();
+        let size = count * n;
+        let (Some(tokens), Some(mantissas)) = (self.tokens.get(..size), self.mantissas.get(..size)) else { return };
+        rows.tokens.extend_from_slice(tokens);
+        let alike = |row: &[Token]| row.iter().zip(&self.decimals).all(|(t, d)| t.decimals == *d);
+        if tokens.chunks_exact(n).all(alike) {
+            for (most, d) in rows.decimals.iter_mut().zip(&self.decimals) {
+                *most = (*most).max(*d);
+            }
+            let units = self.powers.iter().zip(&self.si);
+            for ((value, mantissa), (power, si)) in self.values.iter_mut().zip(mantissas).zip(units) {
+                *value = number::quotient(*mantissa, *power) * si;
+            }
+        } else {
+            for (k, (token, mantissa)) in tokens.iter().zip(mantissas).enumerate() {
+                let most = &mut rows.decimals[k % n];
+                *most = (*most).max(token.decimals);
+                self.values[k] =
+                    number::quotient(*mantissa, number::POW10[usize::from(token.decimals & 7)]) * self.si[k];
+            }
+            // most columns go on as their last row was
+            if let Some(last) = tokens.chunks_exact(n).last() {
+                self.decimals = last.iter().map(|t| t.decimals).collect();
+                let powers = self.decimals.iter().map(|d| number::POW10[usize::from(d & 7)]);
+                self.powers = powers.cycle().take(CHUNK * n).collect();
+            }
+        }
+        let Some(values) = self.values.get(..size) else { return };
+        if axes == n && columns.iter().enumerate().all(|(k, c)| c.0 == Some(k)) {
+            rows.q.extend_from_slice(values);
+            return;
+        }
+        for row in values.chunks_exact(n) {
+            let base = rows.q.len();
+            rows.q.resize(base + axes, 0.0);
+            for (&(axis, _), &value) in columns.iter().zip(row) {
+                match axis {
+                    Some(axis) => rows.q[base + axis] = value,
+                    None => rows.t_s.push(value),
+                }
+            }
+        }
     }
 }
 
@@ -51,63 +116,75 @@ struct PureRows {
     at: usize,
     end: usize,
     rows: Block,
+    scratch: Scratch,
+    /// Rows that have not been handed on.
+    held: usize,
 }
 
 impl PureRows {
-    fn new(at: usize, end: usize) -> Self {
-        Self { at, end, rows: Block::default() }
-    }
-
     /// Reads one more row; `false`: there is none.
     #[inline(always)]
     fn step(&mut self, columns: &[(Option<usize>, f64)], axes: usize, text: &[u8]) -> bool {
         if self.at >= self.end {
             return false;
         }
-        let mut q = [0.0; MOST_PURE];
-        let mut tokens = [Token::default(); MOST_PURE];
-        let Some((end, t_s)) = pure_row(columns, text, self.at, &mut q, &mut tokens) else { return false };
-        let Some((q, tokens)) = q.get(..axes).zip(tokens.get(..columns.len())) else { return false };
-        self.rows.q.extend_from_slice(q);
-        self.rows.tokens.extend_from_slice(tokens);
-        for (most, token) in self.rows.decimals.iter_mut().zip(tokens) {
-            *most = (*most).max(token.decimals);
+        if self.held == CHUNK {
+            self.hand_on(columns, axes);
         }
-        self.rows.t_s.extend(t_s);
+        let n = columns.len();
+        let place = self.held * n..(self.held + 1) * n;
+        let (tokens, mantissas) = (&mut self.scratch.tokens, &mut self.scratch.mantissas);
+        let Some((tokens, mantissas)) = tokens.get_mut(place.clone()).zip(mantissas.get_mut(place)) else {
+            return false;
+        };
+        let Some(end) = pure_row(text, self.at, tokens, mantissas) else { return false };
         self.rows.rows.push(RowSpan { start: self.at as u32, end: end as u32 });
+        self.held += 1;
         self.at = end;
         true
     }
+
+    fn hand_on(&mut self, columns: &[(Option<usize>, f64)], axes: usize) {
+        self.scratch.hand_on(self.held, columns, axes, &mut self.rows);
+        self.held = 0;
+    }
 }
 
-impl Reader {
-    /// Rows of short numbers alone, as far as they go; gives the place behind the last. Long texts are read at two places
+impl Parser {
+    /// Rows of short numbers alone, as far as they go; gives the place after the last. Long texts are read at two places
     /// side by side: each number waits for the one before it, and the processor has room for two such chains.
-    pub(super) fn pure_rows(&mut self, text: &[u8], at: usize, block: &mut Block) -> Result<usize> {
-        let middle = at + (text.len() - at) / 2;
-        let middle = memchr::memchr(b'\n', &text[middle..]).map_or(text.len(), |k| middle + k + 1);
-        let mut parts = [PureRows::new(at, middle), PureRows::new(middle, text.len())];
-        std::mem::swap(&mut parts[0].rows, block);
-        std::mem::swap(&mut parts[1].rows, &mut self.spare);
-        let [one, two] = &mut parts;
-        two.rows.clear();
-        two.rows.decimals.resize(self.pure.len(), 0);
+    pub(super) fn pure_rows(&mut self, text: &[u8], at: usize, end: usize, block: &mut Block) -> Result<usize> {
+        let middle = at + (end - at) / 2;
+        let middle = memchr::memchr(b'\n', &text[middle..end]).map_or(end, |k| middle + k + 1);
+        let (columns, axes) = (std::mem::take(&mut self.pure), self.si.len());
+        let part = |at: usize, end: usize, rows: &mut Block, scratch: &mut Scratch| {
+            scratch.reserve(&columns);
+            PureRows { at, end, rows: std::mem::take(rows), scratch: std::mem::take(scratch), held: 0 }
+        };
+        self.spare.clear();
+        self.spare.decimals.resize(columns.len(), 0);
+        let [first, second] = &mut self.scratch;
+        let mut one = part(at, middle, block, first);
+        let mut two = part(middle, end, &mut self.spare, second);
         let before = one.rows.rows.len();
         let all_pure = one.rows.pure == before;
-        while one.step(&self.pure, self.si.len(), text) & two.step(&self.pure, self.si.len(), text) {}
-        while one.step(&self.pure, self.si.len(), text) {}
+        while one.step(&columns, axes, text) & two.step(&columns, axes, text) {}
+        while one.step(&columns, axes, text) {}
+        one.hand_on(&columns, axes);
         // what was read from the middle on counts only if rows that begin there are rows
         let whole = one.at == middle;
         if whole {
-            while two.step(&self.pure, self.si.len(), text) {}
+            while two.step(&columns, axes, text) {}
+            two.hand_on(&columns, axes);
             one.rows.append(&two.rows);
         }
         let end = if whole { two.at } else { one.at };
-        std::mem::swap(&mut parts[0].rows, block);
-        std::mem::swap(&mut parts[1].rows, &mut self.spare);
+        (*block, self.spare) = (one.rows, two.rows);
+        self.scratch = [one.scratch, two.scratch];
+        self.pure = columns;
         let rows = block.rows.len() - before;
         if rows > 0 {
-            // the rows behind the first stand on the lines behind it
+            // the rows after the first stand on the lines after it
             self.lines.note(self.point, self.line);
         }
         if self.has_times() {

@@ -4,7 +4,8 @@
 //! - [`header`]: which column is what; the dialects that are refused.
 //! - [`number`]: bytes to a number and its style.
 //! - [`record`]: a row that is not plain: quotes, spaces, exponents.
-//! - [`reader`]: the file in blocks of whole rows; [`fast`]: rows of plain numbers.
+//! - [`reader`]: the file in pieces of whole rows; [`parser`]: their numbers; [`fast`]: rows of plain numbers; [`piece`]: pieces
+//!   that are parsed side by side and put in their places.
 //! - [`mod@print`]: a number in the style of the one it replaces.
 //! - [`edit`]: new values in, rows out.
 //!
@@ -14,9 +15,13 @@ pub mod edit;
 mod fast;
 pub mod header;
 pub mod number;
+pub mod parser;
+pub mod piece;
 pub mod print;
 pub mod reader;
 pub mod record;
 
 pub use edit::{Edits, Style};
-pub use reader::Reader;
+pub use parser::Parser;
+pub use piece::{Piece, Placing};
+pub use reader::{Reader, Source};

@@ -11,8 +11,6 @@ pub const POW10: [f64; 23] = [
     1e21, 1e22,
 ];
 const POW10_INT: [u64; 8] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
-/// `2^52` as bits.
-const TWO_52: u64 = 0x4330_0000_0000_0000;
 const ZEROS: u64 = 0x3030_3030_3030_3030;
 
 /// A number that was read.
@@ -79,14 +77,31 @@ pub fn plain(text: &[u8], at: usize) -> Option<(Read, usize)> {
 /// A short number: what most numbers of a program are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Short {
-    /// As it is written, in the unit of its column.
-    pub value: f64,
+    /// All digits, and [`NEGATIVE`] where a minus stands in front of them.
+    pub mantissa: u32,
     /// Digits after the point.
     pub decimals: u8,
     /// Zeros stand in front of it.
     pub padded: bool,
     /// Bytes, sign included: at most 9.
     pub len: usize,
+}
+
+/// Sign of a mantissa: that of -0.0, too, is kept.
+pub const NEGATIVE: u32 = 1 << 31;
+
+/// Value of a mantissa with its sign, for the power of ten of its decimals: exact operands, so that the quotient is correctly rounded.
+#[inline(always)]
+pub fn quotient(mantissa: u32, power: f64) -> f64 {
+    let size = f64::from((mantissa & !NEGATIVE) as i32) / power;
+    f64::from_bits(size.to_bits() | (u64::from(mantissa & NEGATIVE) << 32))
+}
+
+impl Short {
+    /// Value of the number.
+    pub fn value(&self) -> f64 {
+        quotient(self.mantissa, POW10[usize::from(self.decimals & 7)])
+    }
 }
 
 /// Reads the number with which `text` begins, if it has a point, digits on both sides of it and at most eight bytes behind
@@ -118,13 +133,9 @@ pub fn short(text: &[u8; 16]) -> Option<Short> {
     }
     let whole = (1u64 << point) - 1;
     let closed = (digits & whole) | ((digits >> 8) & !whole);
-    let mantissa = join(closed, end / 8 - 1);
-    // 2^52 + mantissa - 2^52, exact; a conversion instruction would wait for the register's last value
-    let mantissa = f64::from_bits(TWO_52 | mantissa) - f64::from_bits(TWO_52);
-    let size = mantissa / POW10[decimals as usize & 7];
-    let value = f64::from_bits(size.to_bits() | (u64::from(negative) << 63));
+    let mantissa = join(closed, end / 8 - 1) as u32 | (u32::from(negative) << 31);
     let padded = word as u8 == b'0' && point > 8;
-    Some(Short { value, decimals: decimals as u8, padded, len: sign + (end / 8) as usize })
+    Some(Short { mantissa, decimals: decimals as u8, padded, len: sign + (end / 8) as usize })
 }
 
 /// Reads any finite decimal number that fills `text` (no spaces, no quotes).
@@ -190,7 +201,7 @@ mod tests {
             let chunk = text.as_bytes().first_chunk::<16>().unwrap();
             if let Some(got) = short(chunk) {
                 let (want, end) = plain(text.as_bytes(), 0).unwrap();
-                prop_assert_eq!((got.value.to_bits(), got.decimals, got.len), (want.value.to_bits(), want.decimals, end));
+                prop_assert_eq!((got.value().to_bits(), got.decimals, got.len), (want.value.to_bits(), want.decimals, end));
                 prop_assert_eq!(!got.padded, is_plain(&text.as_bytes()[..end]));
             } else if point && behind.starts_with([',', '\n', '\r']) && !fraction.is_empty() {
                 prop_assert!(whole.len() + fraction.len() > 7);

@@ -1,0 +1,54 @@
+//! `lostmotion manifest`: the programs of a job that many machines share.
+
+use crate::error::{Error, Place, Result, shown};
+use crate::io::{input, output};
+use crate::program::format_named;
+use crate::rewrite::manifest::{Entry, State, of_folder, of_list, text};
+use std::path::PathBuf;
+
+/// List the programs of a folder, with size, SHA-256 and format.
+///
+/// `rewrite --manifest` takes the list, all of it or a shard, and does only what still is what the list says. The list is in the
+/// order of the paths, so that the same folder gives the same bytes.
+///
+/// Examples:
+///   lostmotion manifest cell/ --output manifest.jsonl
+///   lostmotion manifest changed.txt --root cell/ --output manifest.jsonl
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct Args {
+    /// Folder of programs, or a text file with a path on each line
+    #[arg(value_name = "FOLDER|LIST")]
+    pub input: PathBuf,
+
+    /// Folder below which the paths of a list stand
+    #[arg(long, value_name = "FOLDER")]
+    pub root: Option<PathBuf>,
+
+    /// Where the manifest goes; `-` for standard output
+    #[arg(long, short, value_name = "FILE.jsonl")]
+    pub output: PathBuf,
+
+    /// Format of the programs instead of the one that their endings and contents show
+    #[arg(long, value_name = "NAME")]
+    pub format: Option<String>,
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    let format = args.format.as_deref().map(format_named).transpose()?;
+    let usage = |found: &str, expected: &str| Err(Error::bad(Place::file("manifest"), found, expected));
+    let entries: Vec<Entry> = match (args.input.is_dir(), &args.root) {
+        (true, None) => of_folder(&args.input, format)?,
+        (true, Some(_)) => return usage("--root with a folder", "--root with a list of paths"),
+        (false, None) => return usage("a list without --root", "--root FOLDER, below which its paths stand"),
+        (false, Some(root)) => {
+            let (list, _) = input::read_text(&args.input)?;
+            of_list(&shown(&args.input), &list, root, format)?
+        }
+    };
+    output::write_whole(&args.output, text(&entries).as_bytes())?;
+    let unreadable = entries.iter().filter(|e| e.state == State::Unreadable).count();
+    eprintln!("{} programs, {unreadable} of them cannot be read", entries.len());
+    Ok(())
+}

@@ -1,0 +1,46 @@
+//! `lostmotion merge`: one summary of the summaries of all shards.
+
+use crate::error::Result;
+use crate::io::output::Output;
+use crate::rewrite::manifest::{Merged, load};
+use std::path::PathBuf;
+
+/// Put the summaries of the shards of a job together.
+///
+/// Every program of the manifest must stand in one of them, once: gaps and doubles are refused. The lines are in the order of the
+/// manifest, whatever the number of shards.
+///
+/// Example:
+///   lostmotion merge --manifest manifest.jsonl part-*.jsonl --output summary.jsonl
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct Args {
+    /// Summaries that `rewrite --manifest` wrote
+    #[arg(value_name = "SUMMARY", required = true)]
+    pub summaries: Vec<PathBuf>,
+
+    /// The manifest of the job
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub manifest: PathBuf,
+
+    /// Where the summary goes; `-` for standard output
+    #[arg(long, short, value_name = "FILE.jsonl")]
+    pub output: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    let entries = load(&args.manifest, &|_| true)?;
+    let merged = Merged::read(&entries, &args.summaries)?;
+    merged.require_all(&entries)?;
+    let mut output = Output::create(&args.output)?;
+    let text: String = merged.lines.iter().flatten().flat_map(|(_, line)| [line.as_str(), "\n"]).collect();
+    output.put(text.as_bytes())?;
+    output.commit()?;
+    let counts = merged.counts(&entries, None);
+    eprintln!(
+        "{} programs: {} done, {} refused, {} failed",
+        counts.programs, counts.done, counts.refused, counts.failed
+    );
+    Ok(())
+}

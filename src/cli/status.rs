@@ -1,0 +1,47 @@
+//! `lostmotion status`: how far a job with a manifest has come.
+
+use crate::error::{Error, Place, Result};
+use crate::io::output;
+use crate::rewrite::manifest::{Merged, load};
+use std::path::{Path, PathBuf};
+
+/// Count what is done, refused, failed and left of a job.
+///
+/// A shard writes its summary last. Give --output-dir to count the results of shards that are still running, too.
+///
+/// Example:
+///   lostmotion status --manifest manifest.jsonl part-*.jsonl --output-dir done/
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct Args {
+    /// Summaries that `rewrite --manifest` wrote, as far as they are there
+    #[arg(value_name = "SUMMARY")]
+    pub summaries: Vec<PathBuf>,
+
+    /// The manifest of the job
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub manifest: PathBuf,
+
+    /// Folder of the results
+    #[arg(long, value_name = "FOLDER")]
+    pub output_dir: Option<PathBuf>,
+
+    /// Print the counts as one JSON document on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: Args) -> Result<()> {
+    let entries = load(&args.manifest, &|_| true)?;
+    let counts = Merged::read(&entries, &args.summaries)?.counts(&entries, args.output_dir.as_deref());
+    let text = if args.json {
+        serde_json::to_string_pretty(&counts).map_err(|e| Error::bad(Place::default(), e.to_string(), "counts"))?
+    } else {
+        format!(
+            "{} programs: {} done, {} refused, {} failed, {} left",
+            counts.programs, counts.done, counts.refused, counts.failed, counts.left
+        )
+    };
+    output::write_whole(Path::new("-"), (text + "\n").as_bytes())
+}

@@ -1,0 +1,311 @@
+//! Lists of programs for jobs that many machines share: what there is, who does which part, what came of it.
+//!
+//! A manifest is a line of JSON for each program, in the order of the keys. A key is the path of the program below the folder of the
+//! programs. A program belongs to one of N shards by the hash of its key alone, so that a program that is added moves no other
+//! one. A shard writes its summary last; summaries are merged only if they hold every program of the manifest once.
+
+use super::batch;
+use super::stream::guard::read_note;
+use super::summary::{Line, Status};
+use crate::error::{Error, Place, Result, shown};
+use crate::io::input;
+use crate::io::name::{path_of, text_of};
+use crate::program::formats::{self, Recognised};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Component, Path, PathBuf};
+
+/// Bytes at the start of a program by which its format is recognised.
+const HEAD: usize = 1 << 16;
+/// Keys that a message lists.
+const LISTED: usize = 5;
+
+/// A program of a manifest.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Entry {
+    /// Path below the folder of the programs.
+    pub key: String,
+    pub size: u64,
+    /// `None`: it could not be read.
+    pub sha256: Option<String>,
+    pub format: Option<String>,
+    pub state: State,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+}
+
+/// What is known of a program before it is rewritten.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    /// It can be read.
+    Ready,
+    /// It cannot; why is in `reason`.
+    Unreadable,
+}
+
+/// The programs below `root`, in the order of their keys.
+///
+/// # Errors
+/// Bad input where the folder cannot be listed, or holds no program.
+pub fn of_folder(root: &Path, format: Option<Recognised>) -> Result<Vec<Entry>> {
+    let tree = batch::tree(root, Path::new(""), format)?;
+    let mut entries: Vec<Entry> = tree.programs.par_iter().map(|p| entry(root, p, format)).collect();
+    entries.extend(tree.unreadable.iter().map(|(path, why)| {
+        let key = path.strip_prefix(root).unwrap_or(path);
+        unreadable(text_of(key), 0, why.clone())
+    }));
+    entries.sort_by(|a, b| a.key.cmp(&b.key));
+    Ok(entries)
+}
+
+/// The programs that a list names, a path below `root` on each line; blank lines and lines that begin with `#` are left out.
+///
+/// # Errors
+/// Bad input where a path leads out of the folder, or stands twice.
+pub fn of_list(name: &str, list: &str, root: &Path, format: Option<Recognised>) -> Result<Vec<Entry>> {
+    let mut paths = Vec::new();
+    for (k, line) in list.lines().enumerate() {
+        let line = line.trim_end_matches('\r');
+        if !line.trim().is_empty() && !line.starts_with('#') {
+            paths.push(below(line).ok_or_else(|| outside(name, k as u64 + 1, line))?);
+        }
+    }
+    let mut entries: Vec<Entry> = paths.par_iter().map(|p| entry(root, p, format)).collect();
+    entries.sort_by(|a, b| a.key.cmp(&b.key));
+    if let Some(pair) = entries.windows(2).find(|p| p[0].key == p[1].key) {
+        return Err(Error::bad(Place::file(name), format!("`{}` twice", pair[0].key), "each program once"));
+    }
+    Ok(entries)
+}
+
+fn entry(root: &Path, program: &Path, format: Option<Recognised>) -> Entry {
+    let key = text_of(program);
+    let path = root.join(program);
+    match read(&path, format) {
+        Ok((size, sha256, format)) => {
+            Entry { key, size, sha256: Some(sha256), format: Some(format.into()), state: State::Ready, reason: None }
+        }
+        Err(e) => unreadable(key, 0, Error::io(&path, "read", e).to_string()),
+    }
+}
+
+fn unreadable(key: String, size: u64, why: String) -> Entry {
+    Entry { key, size, sha256: None, format: None, state: State::Unreadable, reason: Some(why) }
+}
+
+/// Size, SHA-256 and format of a file, in constant memory.
+fn read(path: &Path, format: Option<Recognised>) -> std::io::Result<(u64, String, &'static str)> {
+    let mut file = File::open(path)?;
+    let mut head = Vec::new();
+    file.by_ref().take(HEAD as u64).read_to_end(&mut head)?;
+    let mut hash = Sha256::new_with_prefix(&head);
+    let mut size = head.len() as u64;
+    if head.len() == HEAD {
+        size += std::io::copy(&mut file, &mut hash)?;
+    }
+    let format = match format.unwrap_or_else(|| formats::recognise(path, &head)) {
+        Recognised::Csv => "csv",
+        Recognised::Script(f) => f.name(),
+    };
+    Ok((size, input::hex(&hash.finalize()), format))
+}
+
+/// A manifest as text.
+pub fn text(entries: &[Entry]) -> String {
+    entries.iter().map(|e| serde_json::to_string(e).unwrap_or_default() + "\n").collect()
+}
+
+/// The entries of a manifest that `wanted` takes, in order; the others are not kept.
+///
+/// # Errors
+/// Bad input where a line is no entry, leads out of the folder, or is not in the order of the keys.
+pub fn load(path: &Path, wanted: &dyn Fn(&Entry) -> bool) -> Result<Vec<Entry>> {
+    let name = shown(path);
+    let file = BufReader::new(input::open(path)?);
+    let mut entries: Vec<Entry> = Vec::new();
+    let mut last: Option<String> = None;
+    for (k, line) in file.lines().enumerate() {
+        let line = line.map_err(|e| Error::io(path, "read", e))?;
+        if line.trim().is_empty() {
+            continue;
+        }
+        let at = || Place::line(&name, k as u64 + 1);
+        let entry: Entry = serde_json::from_str(&line)
+            .map_err(|e| Error::bad(at(), e.to_string(), "a line of `lostmotion manifest`"))?;
+        if below(&entry.key).is_none() {
+            return Err(outside(&name, k as u64 + 1, &entry.key));
+        }
+        if last.as_ref().is_some_and(|l| *l >= entry.key) {
+            let found = format!("`{}` after `{}`", entry.key, last.unwrap_or_default());
+            return Err(Error::bad(at(), found, "each key once, in order, as `lostmotion manifest` writes them"));
+        }
+        last = Some(entry.key.clone());
+        if wanted(&entry) {
+            entries.push(entry);
+        }
+    }
+    if last.is_none() {
+        return Err(Error::bad(Place::file(&name), "no line", "a manifest, as `lostmotion manifest` writes it"));
+    }
+    Ok(entries)
+}
+
+/// The path of a key, if it stays below its folder.
+pub fn below(key: &str) -> Option<PathBuf> {
+    let path = path_of(key)?;
+    let inside = path.components().all(|c| matches!(c, Component::Normal(_)));
+    (inside && path.components().next().is_some()).then_some(path)
+}
+
+fn outside(name: &str, line: u64, key: &str) -> Error {
+    let expected = "a path below the folder of the programs, without `..`";
+    Error::bad(Place::line(name, line), format!("`{key}`"), expected)
+}
+
+/// The shard, from 1 to `n`, to which a program belongs by its key.
+pub fn shard_of(key: &str, n: usize) -> usize {
+    let digest = Sha256::digest(key.replace('\\', "/").as_bytes());
+    let first = digest.iter().take(8).fold(0u64, |sum, b| sum << 8 | u64::from(*b));
+    (first % n.max(1) as u64) as usize + 1
+}
+
+/// Lines of the programs that are no longer what the manifest says, by key: nobody knows whether they are to be rewritten.
+pub fn changed(root: &Path, entries: &[Entry]) -> HashMap<String, Line> {
+    let differs = |e: &Entry| {
+        let path = root.join(below(&e.key)?);
+        let now = read(&path, None).ok().map(|r| r.1);
+        // what cannot be read is told by who rewrites it
+        let other = now.is_some() && e.sha256.is_some() && now != e.sha256;
+        let bad = || Error::bad(Place::file(shown(&path)), "another content than the manifest says", "a new manifest");
+        other.then(|| (e.key.clone(), Line::failed(shown(&path), &bad(), now)))
+    };
+    entries.par_iter().filter_map(differs).collect()
+}
+
+/// A line of a summary, as far as merging needs it.
+#[derive(Deserialize)]
+struct Summed {
+    key: Option<String>,
+    status: Status,
+}
+
+/// What is known of the programs of a manifest, in their order.
+#[derive(Debug, Default)]
+pub struct Merged {
+    /// Lines of the summaries; `None`: no summary holds the program.
+    pub lines: Vec<Option<(Status, String)>>,
+}
+
+/// Counts of the programs of a manifest.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    pub programs: usize,
+    /// Written or unchanged.
+    pub done: usize,
+    pub refused: usize,
+    pub failed: usize,
+    pub left: usize,
+}
+
+impl Merged {
+    /// Reads summaries of shards.
+    ///
+    /// # Errors
+    /// Bad input where a line has no key, a key that the manifest does not have, or one that came before.
+    pub fn read(entries: &[Entry], summaries: &[PathBuf]) -> Result<Self> {
+        let places: HashMap<&str, usize> = entries.iter().enumerate().map(|(k, e)| (e.key.as_str(), k)).collect();
+        let mut lines: Vec<Option<(Status, String)>> = vec![None; entries.len()];
+        for path in summaries {
+            let name = shown(path);
+            for (k, line) in BufReader::new(input::open(path)?).lines().enumerate() {
+                let line = line.map_err(|e| Error::io(path, "read", e))?;
+                let at = || Place::line(&name, k as u64 + 1);
+                let expected = "a line of a summary of `rewrite --manifest`";
+                let summed: Summed =
+                    serde_json::from_str(&line).map_err(|e| Error::bad(at(), e.to_string(), expected))?;
+                let key = summed.key.ok_or_else(|| Error::bad(at(), "no key", expected))?;
+                let place = places.get(key.as_str()).copied();
+                let place = place.ok_or_else(|| Error::bad(at(), format!("`{key}`"), "a program of the manifest"))?;
+                if lines[place].is_some() {
+                    return Err(Error::bad(at(), format!("`{key}` a second time"), "each program in one summary"));
+                }
+                lines[place] = Some((summed.status, line));
+            }
+        }
+        Ok(Self { lines })
+    }
+
+    /// Refuses summaries in which programs are missing.
+    pub fn require_all(&self, entries: &[Entry]) -> Result<()> {
+        let missing = || entries.iter().zip(&self.lines).filter(|(_, l)| l.is_none()).map(|(e, _)| e.key.as_str());
+        let count = missing().count();
+        if count == 0 {
+            return Ok(());
+        }
+        let first: Vec<&str> = missing().take(LISTED).collect();
+        let more = if count > LISTED { ", ..." } else { "" };
+        Err(Error::Refused(format!(
+            "{count} of {} programs are in no summary ({}{more}); nothing was written",
+            entries.len(),
+            first.join(", ")
+        )))
+    }
+
+    /// Counts; a program in no summary is done if a result of its present content stands in `results`.
+    pub fn counts(&self, entries: &[Entry], results: Option<&Path>) -> Counts {
+        let stands = |e: &Entry| {
+            let path = results.and_then(|r| Some(r.join(below(&e.key)?)));
+            let note = path.as_deref().filter(|p| p.is_file()).and_then(|p| read_note(p).ok().flatten());
+            note.is_some_and(|n| n.sha256_in.is_some() && n.sha256_in == e.sha256)
+        };
+        let status = |(e, line): (&Entry, &Option<(Status, String)>)| match line {
+            Some((status, _)) => Some(*status),
+            None => stands(e).then_some(Status::Written),
+        };
+        let all: Vec<Option<Status>> = entries.par_iter().zip(&self.lines).map(status).collect();
+        let mut counts = Counts { programs: entries.len(), ..Counts::default() };
+        for status in all {
+            let count = match status {
+                None => &mut counts.left,
+                Some(Status::Refused) => &mut counts.refused,
+                Some(Status::Failed) => &mut counts.failed,
+                Some(Status::Written | Status::WouldBeWritten | Status::Unchanged) => &mut counts.done,
+            };
+            *count += 1;
+        }
+        counts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_program_that_is_added_moves_no_other_to_another_shard() {
+        // by hand: the first eight bytes of SHA-256("cell/a.csv"), modulo 8
+        let digest = Sha256::digest(b"cell/a.csv");
+        let mut first = [0; 8];
+        first.copy_from_slice(&digest[..8]);
+        assert_eq!(shard_of("cell/a.csv", 8), (u64::from_be_bytes(first) % 8) as usize + 1);
+        let counts = (0..8000).fold([0usize; 8], |mut sum, k| {
+            sum[shard_of(&format!("p{k}.src"), 8) - 1] += 1;
+            sum
+        });
+        // 1,000 each, standard deviation 30
+        assert!(counts.iter().all(|c| (850..1150).contains(c)), "{counts:?}");
+    }
+
+    #[test]
+    fn a_key_stays_below_its_folder() {
+        for key in ["../a.csv", "/etc/a.csv", "a/../../b.csv", "", "."] {
+            assert_eq!(below(key), None, "{key}");
+        }
+        assert_eq!(below("cell/a.csv"), Some(PathBuf::from("cell/a.csv")));
+    }
+}

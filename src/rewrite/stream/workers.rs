@@ -1,0 +1,286 @@
+//! Workers, all alike, that take pieces of a program through: read (and hash) | parse | engine | print | hash and write.
+//!
+//! Reading, the engine and writing are done in the order of the program ([`Turn`]); parsing and printing side by side. The calling
+//! thread is one of the workers: where no other thread can be had, it does everything.
+
+use super::render::{Pending, Task};
+use super::sink::Sink;
+use super::turn::Turn;
+use super::{RewriteStats, Stage};
+use crate::error::{Error, Result};
+use crate::program::Block;
+use crate::program::csv::{Parser, Piece, Placing, Source};
+use crate::rewrite::{OutputPoints, Points};
+use std::sync::{Mutex, PoisonError};
+
+/// Threads beyond which the stations that take turns are the limit.
+const MOST_WORKERS: usize = 6;
+
+/// Where text comes from, and the number of the piece that is read next.
+struct Reading {
+    source: Source,
+    next: u64,
+    ended: bool,
+}
+
+/// What works on pieces in the order of the program, between parsing and printing.
+pub struct Middle<E> {
+    pub placing: Placing,
+    stage: Option<E>,
+    /// `None`: nobody wants bytes.
+    pending: Option<Pending>,
+    pub account: RewriteStats,
+    axes: usize,
+}
+
+/// What all workers share.
+pub struct Workshop<'a, E, S> {
+    reading: Mutex<Reading>,
+    middle: Turn<Middle<E>>,
+    sink: Turn<S>,
+    /// Memory of blocks that are done.
+    free: Mutex<Vec<Block>>,
+    failed: Mutex<Option<(u64, Error)>>,
+    axes: usize,
+    progress: &'a (dyn Fn(u64) + Sync),
+}
+
+/// What a worker holds.
+struct Worker {
+    piece: Piece,
+    parser: Parser,
+    task: Option<Task>,
+    settled: OutputPoints,
+    text: Vec<u8>,
+}
+
+/// What a worker found when it wanted to read.
+enum Found {
+    Piece,
+    End,
+    Failed(Error),
+}
+
+/// What came out of the workshop.
+pub struct Finished<E, S> {
+    pub source: Source,
+    pub middle: Middle<E>,
+    pub sink: S,
+    /// Fewest decimals with which numbers of each axis were written.
+    pub written: Vec<Option<u8>>,
+}
+
+impl<'a, E: Stage, S: Sink> Workshop<'a, E, S> {
+    pub fn new(
+        source: Source,
+        placing: Placing,
+        stage: E,
+        axes: usize,
+        pending: Option<Pending>,
+        sink: S,
+        progress: &'a (dyn Fn(u64) + Sync),
+    ) -> Self {
+        let middle = Middle { placing, stage: Some(stage), pending, account: RewriteStats::default(), axes };
+        Self {
+            reading: Mutex::new(Reading { source, next: 1, ended: false }),
+            middle: Turn::new(middle),
+            sink: Turn::new(sink),
+            free: Mutex::new(Vec::new()),
+            failed: Mutex::new(None),
+            axes,
+            progress,
+        }
+    }
+
+    /// Takes the program through, from its `first` piece on, which has been put in its place.
+    pub fn run(self, first: Piece, parser: Parser, task: Option<Task>, many: bool) -> Result<Finished<E, S>> {
+        let axes = self.axes;
+        let ended = self.reading.lock().unwrap_or_else(PoisonError::into_inner).source.is_ended();
+        let others = if many && !ended { workers() - 1 } else { 0 };
+        let mut written: Vec<Option<u8>> = vec![None; axes];
+        let mut note = |worker: &Worker| {
+            for (least, own) in written.iter_mut().zip(worker.written(axes)) {
+                *least = least.iter().chain(&own).min().copied();
+            }
+        };
+        let panicked = std::thread::scope(|scope| {
+            let mut handles = Vec::new();
+            for _ in 0..others {
+                let worker = Worker::new(Piece::default(), parser.fresh(), task.clone());
+                let own = &self;
+                // where no thread can be had, those that there are do the work
+                let started = std::thread::Builder::new().spawn_scoped(scope, move || own.work(worker, None));
+                handles.extend(started);
+            }
+            note(&self.work(Worker::new(first, parser, task), Some(0)));
+            let mut panicked = false;
+            for handle in handles {
+                match handle.join() {
+                    Ok(worker) => note(&worker),
+                    Err(_) => panicked = true,
+                }
+            }
+            panicked
+        });
+        let failed = self.failed.into_inner().unwrap_or_else(PoisonError::into_inner);
+        match failed {
+            Some((_, error)) => Err(error),
+            None if panicked => Err(Error::Refused("a thread of the rewrite stopped unexpectedly".into())),
+            None => Ok(Finished {
+                source: self.reading.into_inner().unwrap_or_else(PoisonError::into_inner).source,
+                middle: self.middle.into_inner(),
+                sink: self.sink.into_inner(),
+                written,
+            }),
+        }
+    }
+
+    /// Takes pieces through until there are no more; `number`: that of the piece that the worker holds already.
+    fn work(&self, mut worker: Worker, mut number: Option<u64>) -> Worker {
+        let guard = Guard(self);
+        loop {
+            let placed = number.is_some();
+            let (number, found) = match number.take() {
+                Some(number) => (number, Found::Piece),
+                None => match self.read(&mut worker) {
+                    Some(read) => read,
+                    None => break,
+                },
+            };
+            match self.take_through(&mut worker, number, found, placed) {
+                Ok(true) => {}
+                Ok(false) => break,
+                Err(error) => {
+                    self.fail(number, error);
+                    break;
+                }
+            }
+        }
+        drop(guard);
+        worker
+    }
+
+    fn read(&self, worker: &mut Worker) -> Option<(u64, Found)> {
+        if worker.piece.block.text.capacity() == 0
+            && let Some(block) = self.free.lock().unwrap_or_else(PoisonError::into_inner).pop()
+        {
+            worker.piece.block = block;
+        }
+        let mut reading = self.reading.lock().unwrap_or_else(PoisonError::into_inner);
+        if reading.ended {
+            return None;
+        }
+        let number = reading.next;
+        reading.next += 1;
+        let found = match reading.source.next(&mut worker.piece) {
+            Ok(true) => Found::Piece,
+            Ok(false) => Found::End,
+            Err(e) => Found::Failed(e.into()),
+        };
+        reading.ended = !matches!(found, Found::Piece);
+        (self.progress)(reading.source.bytes());
+        Some((number, found))
+    }
+
+    /// Takes one piece through; `false`: there is nothing more to do.
+    fn take_through(&self, worker: &mut Worker, number: u64, found: Found, placed: bool) -> Result<bool> {
+        let last = matches!(found, Found::End);
+        if matches!(found, Found::Piece) && !placed {
+            worker.piece.parse(&mut worker.parser);
+        }
+        let done = self.middle.take(number, |middle| match found {
+            Found::Failed(error) => Err(error),
+            Found::End => middle.finish(worker),
+            Found::Piece => middle.push(worker, placed),
+        });
+        let Some(done) = done else { return Ok(false) };
+        done?;
+        let Some(task) = &mut worker.task else { return Ok(!last) };
+        worker.text.clear();
+        task.print(&mut worker.text, &mut |block| {
+            self.free.lock().unwrap_or_else(PoisonError::into_inner).push(block);
+        })?;
+        let Some(taken) = self.sink.take(number, |sink| sink.take(&worker.text)) else { return Ok(false) };
+        taken.map(|()| !last)
+    }
+
+    fn fail(&self, number: u64, error: Error) {
+        let mut failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner);
+        if failed.as_ref().is_none_or(|f| number < f.0) {
+            *failed = Some((number, error));
+        }
+        drop(failed);
+        self.close_after(number);
+    }
+
+    fn close_after(&self, number: u64) {
+        self.reading.lock().unwrap_or_else(PoisonError::into_inner).ended = true;
+        self.middle.close_after(number);
+        self.sink.close_after(number);
+    }
+}
+
+/// Sends everybody home if its worker panics.
+struct Guard<'a, 'b, E: Stage, S: Sink>(&'a Workshop<'b, E, S>);
+
+impl<E: Stage, S: Sink> Drop for Guard<'_, '_, E, S> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.close_after(0);
+        }
+    }
+}
+
+impl<E: Stage> Middle<E> {
+    /// Puts the worker's piece in its place and its points through the engine.
+    fn push(&mut self, worker: &mut Worker, placed: bool) -> Result<()> {
+        if !placed {
+            self.placing.place(&mut worker.piece)?;
+        }
+        let settled = worker.task.as_mut().map_or(&mut worker.settled, |t| &mut t.settled);
+        let block = &mut worker.piece.block;
+        if let Some(stage) = &mut self.stage {
+            settled.clear();
+            // the block lends its numbers and gets them back
+            let points =
+                Points { axes: self.axes, q: std::mem::take(&mut block.q), t_s: std::mem::take(&mut block.t_s) };
+            let pushed = stage.push(&points, settled);
+            (block.q, block.t_s) = (points.q, points.t_s);
+            pushed?;
+        }
+        if let (Some(pending), Some(task)) = (&mut self.pending, &mut worker.task) {
+            pending.settle(Some(std::mem::take(block)), task);
+        }
+        Ok(())
+    }
+
+    /// What is left of the program.
+    fn finish(&mut self, worker: &mut Worker) -> Result<()> {
+        self.placing.end()?;
+        let settled = worker.task.as_mut().map_or(&mut worker.settled, |t| &mut t.settled);
+        settled.clear();
+        settled.axes = self.axes;
+        if let Some(stage) = self.stage.take() {
+            self.account = stage.finish(settled)?;
+        }
+        if let (Some(pending), Some(task)) = (&mut self.pending, &mut worker.task) {
+            pending.settle(None, task);
+        }
+        Ok(())
+    }
+}
+
+impl Worker {
+    fn new(piece: Piece, parser: Parser, task: Option<Task>) -> Self {
+        Self { piece, parser, task, settled: OutputPoints::default(), text: Vec::new() }
+    }
+
+    fn written(&self, axes: usize) -> Vec<Option<u8>> {
+        (0..axes).map(|a| self.task.as_ref().and_then(|t| t.written(a))).collect()
+    }
+}
+
+/// A worker for each processor that this process may use.
+fn workers() -> usize {
+    std::thread::available_parallelism().map_or(1, |n| n.get()).clamp(1, MOST_WORKERS)
+}

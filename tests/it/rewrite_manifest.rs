@@ -1,0 +1,162 @@
+//! A job that many machines share: manifest, shards, kills, status, merge.
+
+use assert_cmd::Command;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command as Process, Stdio};
+use std::time::Duration;
+use tempfile::TempDir;
+
+struct Desk {
+    dir: TempDir,
+}
+
+impl Desk {
+    fn new(programs: usize) -> Self {
+        let dir = tempfile::tempdir().unwrap();
+        let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/gantry-xyz-ballscrew.yaml");
+        let model = format!(
+            "schema: lostmotion/model/1\nrobot: {}\neffects:\n  - {{effect: backlash, joint: X, half_gap_mm: 0.05}}\n",
+            robot.display()
+        );
+        std::fs::write(dir.path().join("model.yaml"), model).unwrap();
+        let desk = Self { dir };
+        (0..programs).for_each(|k| desk.program(k));
+        desk
+    }
+
+    /// Program `k`: CSV or G-code, some with a target that is no number.
+    fn program(&self, k: usize) {
+        let x = |j: usize| 500.0 + 100.0 * ((j * (k % 7 + 3)) as f64 * 0.21).sin();
+        let folder = self.path(&format!("cell/line{}", k % 5));
+        std::fs::create_dir_all(&folder).unwrap();
+        let (name, text) = match k % 3 {
+            0 => ("nc", (0..30).map(|j| format!("G1 G90 G21 X{:.4} Y400. Z-10. F1000\n", x(j))).collect::<String>()),
+            _ => ("csv", (0..30).map(|j| format!("{:.4},400.0,-10.0\n", x(j))).collect::<String>()),
+        };
+        let head = if name == "csv" { "x_mm,y_mm,z_mm\n" } else { "" };
+        let tail = if k % 50 == 7 && name == "csv" { "one,400.0,-10.0\n" } else { "" };
+        std::fs::write(folder.join(format!("p{k:04}.{name}")), format!("{head}{text}{tail}")).unwrap();
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    fn run(&self, line: &str) -> assert_cmd::assert::Assert {
+        let mut command = Command::cargo_bin("lostmotion").unwrap();
+        command.current_dir(self.dir.path()).args(line.split_whitespace()).assert()
+    }
+
+    fn shard(&self, k: usize, n: usize, out: &str, summary: &str) -> String {
+        format!(
+            "rewrite --model model.yaml cell --manifest m.jsonl --shard {k}/{n} --output-dir {out} --summary {summary} \
+             --fail-on none"
+        )
+    }
+
+    /// Every file below a folder with its bytes; locks are no result.
+    fn tree(&self, folder: &str) -> BTreeMap<PathBuf, Vec<u8>> {
+        let (root, mut found) = (self.path(folder), BTreeMap::new());
+        let mut open = vec![root.clone()];
+        while let Some(here) = open.pop() {
+            for entry in std::fs::read_dir(&here).unwrap().map(Result::unwrap) {
+                let path = entry.path();
+                if path.is_dir() {
+                    open.push(path);
+                } else if !entry.file_name().to_string_lossy().starts_with(".lostmotion") {
+                    found.insert(path.strip_prefix(&root).unwrap().to_path_buf(), std::fs::read(&path).unwrap());
+                }
+            }
+        }
+        found
+    }
+}
+
+#[test]
+fn shards_that_are_killed_and_started_again_give_the_tree_of_an_undisturbed_run() {
+    let desk = Desk::new(400);
+    desk.run("manifest cell --output m.jsonl").success();
+    desk.run("rewrite --model model.yaml cell --output-dir whole --summary whole.jsonl --fail-on none").success();
+    for (n, wait_ms) in [3, 8, 15, 25, 60].into_iter().enumerate() {
+        let line = desk.shard(n % 3 + 1, 3, "done", "killed.jsonl");
+        let mut run = Process::new(assert_cmd::cargo::cargo_bin("lostmotion"))
+            .current_dir(desk.dir.path())
+            .args(line.split_whitespace())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_millis(wait_ms));
+        run.kill().unwrap();
+        run.wait().unwrap();
+    }
+    for k in 1..=3 {
+        desk.run(&desk.shard(k, 3, "done", &format!("part{k}.jsonl"))).success();
+    }
+    assert_eq!(desk.tree("done"), desk.tree("whole"));
+    let merged = desk.run("merge --manifest m.jsonl part3.jsonl part1.jsonl part2.jsonl --output all.jsonl").success();
+    // of k % 50 == 7 and k % 3 != 0 below 400: five programs with a cell that is no number
+    let told = String::from_utf8_lossy(&merged.get_output().stderr).into_owned();
+    let bad = (0..400).filter(|k| k % 50 == 7 && k % 3 != 0).count();
+    assert!(told.contains("400 programs: ") && told.contains(&format!(", {bad} failed")), "{told}");
+    let keys = |file: &str| -> Vec<String> {
+        let text = std::fs::read_to_string(desk.path(file)).unwrap();
+        let key = |l: &str| serde_json::from_str::<serde_json::Value>(l).unwrap()["key"].as_str().unwrap().to_string();
+        text.lines().map(key).collect()
+    };
+    assert_eq!(keys("all.jsonl"), keys("m.jsonl"));
+}
+
+#[test]
+fn gaps_and_doubles_of_summaries_are_refused_and_status_counts_what_is_left() {
+    let desk = Desk::new(60);
+    desk.run("manifest cell --output m.jsonl").success();
+    desk.run(&desk.shard(1, 2, "done", "one.jsonl")).success();
+    let gap = desk.run("merge --manifest m.jsonl one.jsonl --output all.jsonl").code(1);
+    assert!(String::from_utf8_lossy(&gap.get_output().stderr).contains("are in no summary"));
+    let double = desk.run("merge --manifest m.jsonl one.jsonl one.jsonl --output all.jsonl").code(2);
+    assert!(String::from_utf8_lossy(&double.get_output().stderr).contains("a second time"));
+    assert!(!desk.path("all.jsonl").exists());
+    let status = desk.run("status --manifest m.jsonl one.jsonl --json").success();
+    let counts: serde_json::Value = serde_json::from_slice(&status.get_output().stdout).unwrap();
+    let lines = std::fs::read_to_string(desk.path("one.jsonl")).unwrap().lines().count() as u64;
+    assert!(lines > 0 && lines < 60, "{lines}");
+    assert_eq!(counts["left"].as_u64(), Some(60 - lines));
+    // the results alone tell it, too, but for those that failed
+    let status = desk.run("status --manifest m.jsonl --output-dir done --json").success();
+    let by_results: serde_json::Value = serde_json::from_slice(&status.get_output().stdout).unwrap();
+    assert_eq!(by_results["done"], counts["done"]);
+}
+
+#[test]
+fn a_program_that_is_added_changes_no_other_and_one_that_is_changed_fails_until_it_is_listed_anew() {
+    let desk = Desk::new(60);
+    desk.run("manifest cell --output m.jsonl").success();
+    for k in 1..=2 {
+        desk.run(&desk.shard(k, 2, "done", &format!("a{k}.jsonl"))).success();
+    }
+    let before = desk.tree("done");
+    desk.program(60);
+    std::fs::write(desk.path("cell/line1/p0001.csv"), "x_mm,y_mm,z_mm\n1,2,-3\n2,2,-3\n1,2,-3\n").unwrap();
+    desk.run(&desk.shard(1, 1, "done", "b.jsonl")).success();
+    let text = std::fs::read_to_string(desk.path("b.jsonl")).unwrap();
+    let line = text.lines().find(|l| l.contains("line1/p0001.csv")).unwrap();
+    assert!(line.contains("\"failed\"") && line.contains("another content than the manifest says"), "{line}");
+    assert_eq!(desk.tree("done"), before);
+    desk.run("manifest cell --output m.jsonl").success();
+    desk.run(&desk.shard(1, 1, "done", "c.jsonl")).success();
+    let after = desk.tree("done");
+    let differ = |p: &PathBuf| before.get(p) != after.get(p);
+    let changed: Vec<&PathBuf> = after.keys().filter(|p| differ(p)).collect();
+    let ours = |p: &&PathBuf| ["p0001.csv", "p0060.nc"].iter().any(|n| p.to_string_lossy().contains(n));
+    assert!(changed.len() == 4 && changed.iter().all(ours), "{changed:?}");
+}
+
+#[test]
+fn a_manifest_that_leads_out_of_its_folder_is_refused() {
+    let desk = Desk::new(3);
+    let entry = "{\"key\":\"../model.yaml\",\"size\":1,\"sha256\":null,\"format\":null,\"state\":\"ready\"}\n";
+    std::fs::write(desk.path("m.jsonl"), entry).unwrap();
+    let refused = desk.run(&desk.shard(1, 1, "done", "s.jsonl")).code(2);
+    assert!(String::from_utf8_lossy(&refused.get_output().stderr).contains("without `..`"));
+}
