@@ -15,7 +15,10 @@ use std::sync::Arc;
 /// A pose counts as reached within these.
 const REACHED_M: f64 = 1e-7;
 const REACHED_RAD: f64 = 1e-6;
-/// Parts of a way at least, and the TCP way that one part covers at most.
+/// Parts of a way at least, and the TCP way and the turn that one part covers at most; beyond [`PARTS`] parts the way alone.
+const LEAST_PARTS: usize = 4;
+const SHORT_M: f64 = 0.006;
+const SHORT_RAD: f64 = 0.05;
 const PARTS: usize = 16;
 const PART_M: f64 = 0.02;
 const MOST_PARTS: usize = 512;
@@ -96,6 +99,14 @@ impl Track {
         self.arc.as_ref().map_or(chord, |c| c.from.norm() * c.angle)
     }
 
+    /// Parts in which it is followed.
+    fn parts(&self) -> usize {
+        let turn = self.start.rotation.angle_to(&self.end.rotation) + self.arc.as_ref().map_or(0.0, |c| c.angle);
+        let of = |whole: f64, part: f64| (whole / part).ceil() as usize;
+        let fine = of(self.length_m(), SHORT_M).max(of(turn, SHORT_RAD)).clamp(LEAST_PARTS, PARTS);
+        fine.max(of(self.length_m(), PART_M).min(MOST_PARTS))
+    }
+
     fn pose(&self, share: f64) -> Pose {
         let turn = self.start.rotation.try_slerp(&self.end.rotation, share, 1e-12).unwrap_or(self.end.rotation);
         let position = match &self.arc {
@@ -157,7 +168,7 @@ impl Line {
 }
 
 fn along(tooled: &Tooled, track: &Track, pose: bool, from: &[f64]) -> Option<Vec<Vec<f64>>> {
-    let parts = ((track.length_m() / PART_M).ceil() as usize).clamp(PARTS, MOST_PARTS);
+    let parts = track.parts();
     let mut line = vec![from.to_vec()];
     for k in 1..=parts {
         let share = |k: usize| k as f64 / parts as f64;
@@ -190,9 +201,7 @@ fn solved(tooled: &Tooled, track: &Track, pose: bool, share: f64, guess: &[f64])
     let wanted = track.pose(share);
     let leaps = |q: &[f64]| q.iter().zip(guess).any(|(a, b)| (a - b).abs() > LEAP);
     if let Some(arm) = tooled.arm.as_ref().filter(|a| pose && a.form() != Form::General) {
-        let far = |q: &[f64]| q.iter().zip(guess).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        let all = arm.solutions(&tooled.robot, &wanted, guess);
-        return all.into_iter().min_by(|a, b| far(a).total_cmp(&far(b))).filter(|q| !leaps(q));
+        return arm.nearest(&tooled.robot, &wanted, guess).filter(|q| !leaps(q));
     }
     let options = InverseOptions {
         target_error_m: REACHED_M * 1e-4,

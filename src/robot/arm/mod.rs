@@ -123,6 +123,26 @@ impl Arm {
         found
     }
 
+    /// The solution nearest to `near` (largest distance of a joint), each joint by the whole turns nearest to it: as
+    /// [`Self::solutions`] has it, without working out the others.
+    pub fn nearest(&self, robot: &Robot, pose: &Pose, near: &[f64]) -> Option<Vec<f64>> {
+        let far = |q: &[f64]| q.iter().zip(near).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        if self.form == Form::General {
+            return numeric::solutions(robot, pose, near).into_iter().min_by(|a, b| far(a).total_cmp(&far(b)));
+        }
+        let command = |turns: Vector6<f64>| {
+            let mut q: Vec<f64> = (self.commands * turns).iter().copied().collect();
+            nearest_turns(&mut q, near);
+            q
+        };
+        let mut starts: Vec<Vec<f64>> =
+            self.closed(&isometry(pose), &self.turns(near)).into_iter().map(command).collect();
+        starts.sort_by(|a, b| far(a).total_cmp(&far(b)));
+        let mut q = starts.into_iter().find_map(|q| polished(robot, pose, q))?;
+        nearest_turns(&mut q, near);
+        Some(q)
+    }
+
     /// Turns about the lines for commands.
     fn turns(&self, q: &[f64]) -> Vector6<f64> {
         let at = |k: usize| q.get(k).copied().unwrap_or(0.0);

@@ -60,6 +60,20 @@ proptest! {
         }
     }
 
+    /// The nearest solution alone is the nearest of all.
+    #[test]
+    fn the_nearest_solution_is_the_nearest_of_all(k in 0..ARMS.len(), shares in prop::collection::vec(0.05..0.95f64, 6), by in prop::collection::vec(-0.3..0.3f64, 6)) {
+        let (robot, arm) = arm(k);
+        let q = within(&robot, &shares);
+        let near: Vec<f64> = q.iter().zip(&by).map(|(a, b)| a + b).collect();
+        let pose = robot.forward(&q);
+        let far = |s: &[f64]| s.iter().zip(&near).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let all = arm.solutions(&robot, &pose, &near);
+        let least = all.iter().map(|s| far(s)).fold(f64::INFINITY, f64::min);
+        let found = arm.nearest(&robot, &pose, &near).unwrap();
+        prop_assert!((far(&found) - least).abs() < 1e-9, "{}: {found:?} of {all:?}", ARMS[k].0);
+    }
+
     /// The numerical inverse shares no code with the closed forms: what it finds from anywhere is among them.
     #[test]
     fn what_the_numerical_inverse_finds_is_among_the_solutions(k in 0..ARMS.len(), shares in prop::collection::vec(0.05..0.95f64, 6), other in prop::collection::vec(0.05..0.95f64, 6)) {
