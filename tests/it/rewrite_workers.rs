@@ -21,7 +21,7 @@ impl Shift {
     fn emit(&mut self, q: &[f64], out: &mut OutputPoints) {
         out.q.extend(q.iter().enumerate().map(|(a, v)| if a == 0 { v + self.by } else { *v }));
         out.origin.push(Origin::Point(self.next));
-        if self.next % 100 == 0 {
+        if self.next.is_multiple_of(100) {
             out.q.extend(q.iter().map(|_| 0.0));
             out.origin.push(Origin::Inserted { after: self.next, fraction: 0.5 });
         }

@@ -77,9 +77,11 @@ fn a_list_with_names_or_unknown_calls_is_left_alone() {
 
 #[test]
 fn a_number_takes_the_place_of_an_expression_of_plain_numbers() {
-    for (list, value) in
-        [("[1+0.1, 0, 0, 0, 0, 0]", 1.1), ("[-d2r(90),0,0,0,0,0]", -1.570796), ("[90*3/180,0,0,0,0,0]", 1.5)]
-    {
+    for (list, value) in [
+        ("[1+0.1, 0, 0, 0, 0, 0]", 1.1),
+        ("[-d2r(90),0,0,0,0,0]", -std::f64::consts::FRAC_PI_2),
+        ("[90*3/180,0,0,0,0,0]", 1.5),
+    ] {
         let source = format!("movej({list}, a=1)\n");
         assert!((joints(&source, 0)[0] - value).abs() < 1e-6, "{list}");
         let out = rewritten(&source, &shifted(&source, &[(0, 1e-3)]));
