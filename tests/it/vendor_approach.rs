@@ -23,14 +23,23 @@ const POINTS: [[f64; 6]; 6] = [
     [-4.0, -90.0, 70.0, 15.0, 60.0, 5.0],
 ];
 
+/// The targets within the limits of a format's robot.
+fn points(format: &str) -> [[f64; 6]; 6] {
+    match format {
+        "krl" => POINTS,
+        _ => POINTS.map(|[a, b, c, d, e, f]| [a, b + 80.0, c - 60.0, d, e, f]),
+    }
+}
+
 /// Name, text and robot of the targets as a program that stops at each.
 fn written(format: &str) -> (&'static str, String, &'static str) {
+    let points = points(format);
     let list = |q: &[f64]| q.iter().map(|v| format!("{v:.4}")).collect::<Vec<_>>().join(",");
     let mut t = String::new();
     match format {
         "krl" => {
             t += "DEF p( )\n";
-            for q in POINTS {
+            for q in points {
                 let axes: Vec<String> = q.iter().enumerate().map(|(k, v)| format!("A{} {v:.4}", k + 1)).collect();
                 let _ = writeln!(t, "PTP {{{}}}", axes.join(","));
             }
@@ -38,18 +47,18 @@ fn written(format: &str) -> (&'static str, String, &'static str) {
         }
         "rapid" => {
             t += "MODULE p\nPROC main()\n";
-            for q in POINTS {
+            for q in points {
                 let _ = writeln!(t, "MoveAbsJ [[{}],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;", list(&q));
             }
             ("p.mod", t + "ENDPROC\nENDMODULE\n", "abb-irb1600-6-145.yaml")
         }
         "fanuc" => {
-            let _ = write!(t, "/PROG  P\n/ATTR\nLINE_COUNT\t= {};\n/MN\n", POINTS.len());
-            for k in 1..=POINTS.len() {
+            let _ = write!(t, "/PROG  P\n/ATTR\nLINE_COUNT\t= {};\n/MN\n", points.len());
+            for k in 1..=points.len() {
                 let _ = writeln!(t, "{k:4}:J P[{k}] 10% FINE    ;");
             }
             t += "/POS\n";
-            for (k, q) in POINTS.iter().enumerate() {
+            for (k, q) in points.iter().enumerate() {
                 let f = |i: usize| format!("J{}={:>10.3} deg", i + 1, q[i]);
                 let rows = [[f(0), f(1), f(2)].join(",\t"), [f(3), f(4), f(5)].join(",\t")];
                 let _ = write!(t, "P[{}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\n\t{},\n\t{}\n}};\n", k + 1, rows[0], rows[1]);
@@ -58,28 +67,28 @@ fn written(format: &str) -> (&'static str, String, &'static str) {
         }
         "urscript" => {
             t += "def p():\n";
-            for q in POINTS {
+            for q in points {
                 let _ =
                     writeln!(t, "  movej([{}], a=1.4, v=1.05)", q.map(|v| format!("{:.7}", v.to_radians())).join(", "));
             }
             ("p.script", t + "end\n", "universal-robots-ur10.yaml")
         }
         "inform" => {
-            let _ = write!(t, "/JOB\r\n//NAME P\r\n//POS\r\n///NPOS {},0,0,0,0,0\r\n///TOOL 0\r\n", POINTS.len());
+            let _ = write!(t, "/JOB\r\n//NAME P\r\n//POS\r\n///NPOS {},0,0,0,0,0\r\n///TOOL 0\r\n", points.len());
             t += "///POSTYPE ANGLE\r\n///ANGLE\r\n";
-            for (k, q) in POINTS.iter().enumerate() {
+            for (k, q) in points.iter().enumerate() {
                 let _ = write!(t, "C{k:05}={}\r\n", list(q));
             }
             t += "//INST\r\n///DATE 2024/05/06 07:08\r\n///ATTR SC,RW\r\n///GROUP1 RB1\r\nNOP\r\n";
-            for k in 0..POINTS.len() {
+            for k in 0..points.len() {
                 let _ = write!(t, "MOVJ C{k:05} VJ=25.00 PL=0\r\n");
             }
             ("P.JBI", t + "END\r\n", "motoman-ma2010.yaml")
         }
         _ => {
             t += "G21 G90 G61\n";
-            for q in POINTS {
-                let _ = writeln!(t, "G0 X{:.4} Y{:.4} Z{:.4}", q[0] + 100.0, q[1] + 200.0, q[2]);
+            for q in points {
+                let _ = writeln!(t, "G0 X{:.4} Y{:.4} Z{:.4}", q[0] + 100.0, q[1] + 200.0, q[2] - 100.0);
             }
             ("p.ngc", t, "gantry-xyz-ballscrew.yaml")
         }
