@@ -18,6 +18,9 @@ use crate::effects::EffectInstance;
 use crate::io::yaml::Document;
 use serde_yaml::Mapping;
 
+/// Ratio below which an effect is not seen: at a million times its typical size its signature is number noise.
+const NUMBER_NOISE: f64 = 1e-6;
+
 /// One effect on one target.
 #[derive(Debug, Clone)]
 pub struct Seen {
@@ -60,6 +63,8 @@ pub fn seen(bench: &Experiment, motion: &Motion, scale: &Scale) -> Vec<Seen> {
         } else {
             (0.0, None)
         };
+        // what moves nothing but the last digits of the numbers is not seen at all
+        let (ratio, detectable) = if ratio < NUMBER_NOISE { (0.0, None) } else { (ratio, detectable) };
         let new = Seen { effect: c.effect, target: c.target.clone(), ratio, detectable };
         match list.iter_mut().find(|s| s.effect == new.effect && s.target == new.target) {
             Some(old) if old.ratio < new.ratio => *old = new,

