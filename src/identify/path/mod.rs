@@ -45,7 +45,7 @@ pub use trace::Trace;
 
 /// Inflation from which the residuals say that the model does not hold (a gap that varies, a moved tracker).
 pub const ALARM: f64 = 5.0;
-/// Inflation from which gaps are significant only if they are [`MISTRUST_MARGIN`] half intervals or more.
+/// Inflation from which gaps are significant only if they are `MISTRUST_MARGIN` half intervals or more.
 pub const MISTRUST: f64 = 10.0;
 /// Residual over the noise of a row, and residual in m, from which a model does not describe a log.
 const GROSS: f64 = 10.0;
