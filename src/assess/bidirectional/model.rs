@@ -12,7 +12,7 @@
 //! Errors: Student tests take the residual of the means about the curve, as the paper does (2.45 and 2.57 are Student's
 //! factors for 10 means and 4 or 5 coefficients): what is repeatable at a pose but not in the model then counts as scatter.
 //! Intervals of the final model take the larger of that and of the residual of the single readings (table I): chosen terms
-//! leave means that lie closer to the curve than they should. `errors::Errors` chooses one.
+//! leave means that lie closer to the curve than they should. [`Errors`](super::data::Errors) chooses one.
 //!
 //! How it fails: a state that changes the curve's slope about the middle of the line and not its mean passes the test of the
 //! offset; a note says so where its slope would be significant. Two columns that always change together are one state.
