@@ -311,6 +311,18 @@ fn fault_injection_a_repeated_command_rewrites_a_program_in_place_once() {
     }
 }
 
+/// `lostmotion` that heeds signals, even where the tests run in the background of a shell, which ignores some for all its children.
+pub fn by_default_signals() -> std::process::Command {
+    let binary = assert_cmd::cargo::cargo_bin("lostmotion");
+    if cfg!(target_os = "linux") {
+        let mut command = std::process::Command::new("env");
+        command.arg("--default-signal=INT,HUP").arg(binary);
+        command
+    } else {
+        std::process::Command::new(binary)
+    }
+}
+
 /// A signal in the middle of a long run: its own exit code, and nothing is left.
 #[cfg(target_os = "linux")]
 #[test]
@@ -318,7 +330,7 @@ fn a_signal_ends_a_run_with_its_own_exit_code_and_leaves_nothing() {
     let bench = Bench::new();
     std::fs::create_dir(bench.path("o")).unwrap();
     for (signal, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
-        let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("lostmotion"));
+        let mut command = by_default_signals();
         command.current_dir(bench.0.path()).args("rewrite --model comp.yaml - --output o/out.csv".split(' '));
         let mut run = command.stdin(std::process::Stdio::piped()).stderr(std::process::Stdio::null()).spawn().unwrap();
         let mut stdin = run.stdin.take().unwrap();

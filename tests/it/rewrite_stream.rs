@@ -233,7 +233,7 @@ fn an_interrupted_run_leaves_nothing() {
     let bench = Bench::new();
     let files = || std::fs::read_dir(bench.dir.path()).unwrap().count();
     let before = files();
-    let mut run = std::process::Command::new(assert_cmd::cargo::cargo_bin("lostmotion"))
+    let mut run = crate::faults::by_default_signals()
         .current_dir(bench.dir.path())
         .args(["rewrite", "--model", "model.yaml", "-", "--output", "out.csv"])
         .stdin(std::process::Stdio::piped())
