@@ -194,7 +194,7 @@ impl Job<'_> {
         for v in account.violations.iter().take(LISTED) {
             let (point, added) = match v.origin {
                 Origin::Point(n) => (n, ""),
-                Origin::Inserted { after, .. } => (after, " (point added behind it)"),
+                Origin::Inserted { after, .. } => (after, " (point added after it)"),
             };
             let place = match line(point) {
                 Some(line) => format!("{name}:{line}"),

@@ -179,7 +179,7 @@ pub fn changed(root: &Path, entries: &[Entry]) -> HashMap<String, Line> {
     let differs = |e: &Entry| {
         let path = root.join(below(&e.key)?);
         let now = read(&path, None).ok().map(|r| r.1);
-        // what cannot be read is told by who rewrites it
+        // `rewrite` reports what cannot be read
         let other = now.is_some() && e.sha256.is_some() && now != e.sha256;
         let bad = || Error::bad(Place::file(shown(&path)), "another content than the manifest says", "a new manifest");
         other.then(|| (e.key.clone(), Line::failed(shown(&path), &bad(), now)))
