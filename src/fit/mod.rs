@@ -1,7 +1,7 @@
 //! `fit`: identified gaps and stiction become the offsets of Zhang (2023) equations 15 to 17.
 //!
 //! The story: [`mod@merge`] takes each joint's gap from the document that knows it best and its stiction from the path; this module
-//! decides which terms are worth applying; [`minimax`] finds the constants that leave the smallest largest error behind the
+//! decides which terms are worth applying; [`minimax`] finds the constants that leave the smallest largest error after
 //! reversals (infinity norm) under the identified chain; [`poses`] turns a decay into the paper's `{g, l, k_t}`; [`spacing`] reads
 //! how far apart the points of a program are.
 //!
@@ -9,6 +9,9 @@
 //! `(d - b_i) + g f(t) - s exp(-t/tau)` after an offset of `d` and a friction term `g f(t)`. A term that is not significant, or
 //! smaller than its own uncertainty, is left out: an offset that is not known does more harm than the error it is meant for.
 //! Every decision stands in the notes.
+//!
+//! Files beside:
+//! - `contradict`: documents that say different things about one joint
 
 pub mod contradict;
 pub mod merge;

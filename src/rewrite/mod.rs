@@ -19,6 +19,11 @@
 //! Around the engine, from file to file: [`job`] is one program, [`outcome`] what came out, [`batch`] a folder of them, [`manifest`] a list
 //! that many machines share, [`stream`] the way of the text
 //! through the engine in constant memory, [`script`] that of vendor programs, which are read whole; [`summary`] the account.
+//!
+//! Files beside:
+//! - `deadband`: how far a joint must move against its direction before that is a reversal
+//! - `original`: the bytes of a program as it was, kept in the note beside its rewritten form: zlib, base64. `undo` brings them
+//!   back
 
 pub mod batch;
 pub mod deadband;

@@ -9,6 +9,9 @@
 //!
 //! Sign: an error is measured minus commanded, forward is towards rising positions. A play then reads low going forward
 //! and high going backward: its backlash `y` is negative, its half gap `-y/2`.
+//!
+//! Files beside:
+//! - `digits`: numbers as a report prints them
 
 pub mod columns;
 pub mod data;

@@ -13,6 +13,9 @@
 //!
 //! Assumptions: both programs draw the same path (a difference of more than [`path::SLACK_M`] in its length is noted). A log is
 //! compared after a rigid fit onto the reference: geometry errors that the model does not hold count in both runs.
+//!
+//! Files beside:
+//! - `document`: the document `lostmotion/program-assessment/1`
 
 pub mod document;
 pub mod path;

@@ -4,6 +4,12 @@
 //! linear in what is left, so that all candidates can be compared by linear algebra; a refit frees the shape later. Each effect's
 //! file says what is tried of it; here the logs are surveyed for it and the sensitivities are computed.
 //! Ripple and vibration have a frequency instead of a list of shapes: [`crate::diagnose::candidates::spectrum`] finds it.
+//!
+//! Files beside:
+//! - `cache`: screening many times from much the same place: whitened sensitivities of the candidates, kept from one screening
+//!   to the next
+//! - `screen`: screening: what each candidate would explain of the whitened residual beyond the present effects and the frames
+//! - `structure`: is there structure in the residual that no effect was asked for? A test without the catalogue
 
 pub mod cache;
 pub mod screen;

@@ -7,6 +7,9 @@
 //!
 //! Assumptions: the coordinates of a sensor are alike and independent; sampling is even up to missing samples. Settled
 //! poses are white. Fails on structure in the residual: it is taken for slow noise, so the caller removes structure first.
+//!
+//! Files beside:
+//! - `whitening`: the noise of all groups of observations, and the filters that whiten the long vector by it
 
 pub mod whitening;
 

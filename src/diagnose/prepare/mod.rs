@@ -4,6 +4,9 @@
 //! Outliers: a single sample that disagrees with its two neighbours on either side by more than six standard deviations
 //! of such disagreements is left out, but not beside a reversal, where spikes are what is looked for. Settled poses have
 //! no neighbours: [`poses_without_outliers`] looks at what a fit leaves.
+//!
+//! Files beside:
+//! - `sensors`: which channel drives the gears: the commands, or the encoders on the motors
 
 pub mod sensors;
 

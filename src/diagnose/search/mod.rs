@@ -4,6 +4,28 @@
 //! everything else again, and takes the one with the best BIC if its gain cannot be chance among all that was tried.
 //! Then every found effect is put in doubt: taken out, replaced by whatever explains its part best, kept only if it is
 //! still needed. The search is greedy with swaps; it ends at [`MOST_EFFECTS`] effects.
+//!
+//! Files beside:
+//! - `across`: one machine, several logs: an effect has one size in all of them, and one lag of all joints looks like a clock
+//!   offset
+//! - `arm`: the rounds of settled poses of a real arm: its geometry as one group, gravity, a gap
+//!   (`crate::diagnose::search::geometry` has the reasons)
+//! - `contradiction`: what is taken as known put in doubt: one frame for all logs, the model's registration, the sizes of its
+//!   own effects
+//! - `direction`: gaps from settled poses: an error that depends on the side of the approach
+//! - `fit`: generalised least squares over the whole chain: all found effects and the nuisance (frames, sensor zeros) refitted
+//!   together
+//! - `freed`: the residual freed of the whole catalogue-free basis: its noise, and the test whether structure is left
+//! - `geometry`: settled poses of a real arm: the geometry as one group, gravity, and gaps beside the misfit that stays
+//! - `outcome`: what the search ends with, and what it is made of on the way
+//! - `precise`: joint sensors measure so precisely that a misfit stays: noise and slow ripple beside it
+//! - `prepared`: what the rounds begin with: outliers gone, the nuisances fitted, the noise of the residual freed of all
+//!   structure
+//! - `remaining`: is there structure that remains beyond what was found?
+//! - `story`: the found effects told one by one: what each leaves, and what it leaves of data that it was not fitted to
+//! - `together`: everything at once: the whole catalogue fitted together under weak priors, for machines on which everything is
+//!   wrong
+//! - `unnamed`: structure that no effect names, as curves: `empirical` terms, as few and as smooth as held-out blocks support
 
 pub mod across;
 pub mod arm;

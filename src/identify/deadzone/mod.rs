@@ -1,6 +1,6 @@
 //! Deadzones by growing sweeps (Cursi (2022), algorithm 1): one joint at a time turns again and again, a tracker sees the tip alone.
 //!
-//! The story, one room a step:
+//! Modules, one a step:
 //! - [`motion`]: the stretches of all logs in which one joint moves alone, and its turning points.
 //! - [`rest`]: at which turns the tip stops, and in which stroke it leaves again: algorithm 1, asked so that noise cannot
 //!   shatter a deadzone; [`printed`]: the algorithm as it is printed, to compare with.
@@ -14,6 +14,9 @@
 //!
 //! How it fails: a tracker that lags behind the commands makes a deadzone longer by its lag times the speed with which the
 //! motor leaves it; a deadzone that no stroke crosses has no size. `docs/identify-deadzone.md` has both.
+//!
+//! Files beside:
+//! - `words`: what a reader of the sweeps should know, in words
 
 #[cfg(feature = "cli")]
 pub mod display;

@@ -17,6 +17,9 @@
 //! Separate left and right: `c_l` and `c_r` refer to the zero of the columns. Where `c_l <= 0 <= c_r` and their middle differs
 //! from 0 by more than its uncertainty, the offsets of a compensator are `c_r` up and `-c_l` down; else, and always with a tracker,
 //! whose zero is free, the total is split evenly.
+//!
+//! Files beside:
+//! - `words`: what a reader of the figures should know, in words
 
 mod columns;
 #[cfg(feature = "cli")]

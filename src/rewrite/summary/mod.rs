@@ -1,4 +1,7 @@
 //! What a rewrite did, as the contract's summary line, as one JSON document, and in words.
+//!
+//! Files beside:
+//! - `text`: the account of a rewrite as text, for a terminal
 
 pub mod text;
 

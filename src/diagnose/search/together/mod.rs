@@ -10,6 +10,9 @@
 //! - [`prior`]: typical sizes; [`pool`]: the groups and the terms that may join them; [`blocks`]: held-out blocks by linear
 //!   algebra; [`triage`]: is this such a machine?; [`members`]: which terms join and which leave; [`rivals`]: what else a gap may be;
 //!   [`beside`]: curves for what has no name; [`share`]: what each term does to the TCP, intervals, the story.
+//!
+//! Files beside:
+//! - `outcome`: the joint fit as an outcome that the document tells
 
 pub mod beside;
 pub mod blocks;
