@@ -6,6 +6,7 @@ use crate::error::{Error, Place, Result};
 use crate::gaps::{self, Gaps};
 use crate::io::input::{self, Input};
 use crate::io::output::Output;
+use crate::io::workbook;
 use crate::io::yaml::Document;
 use crate::log::{ColumnMap, Log, plausibility};
 use crate::model::{self, Model};
@@ -44,7 +45,7 @@ pub fn run(args: Args) -> Result<()> {
     let inputs = [("FILE", Some(args.file.as_path())), ("--robot", args.robot.as_deref())];
     paths::refuse_shared(&inputs, &[("--output", Some(args.output.as_path()))])?;
     let mut out = Output::create(&args.output)?;
-    let input = input::read(&args.file)?;
+    let (input, _) = workbook::unpacked(input::read(&args.file)?)?;
     let page = of(&args, input)?;
     out.put(page.render().as_bytes())?;
     out.commit()

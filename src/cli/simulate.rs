@@ -5,6 +5,7 @@ use crate::effects::entry;
 use crate::error::{Error, Place, Result, counted, is_stdio, shown};
 use crate::io::input::{self, Input};
 use crate::io::output::{self, Output};
+use crate::io::workbook;
 use crate::log::Log;
 use crate::model::Model;
 use crate::program::Program;
@@ -106,7 +107,7 @@ pub fn run(args: Args) -> Result<()> {
     if args.base_frame {
         model.registration = None;
     }
-    let input = input::read(&args.input)?;
+    let (input, _) = workbook::unpacked(input::read(&args.input)?)?;
     let from = page::simulate::From { name: input.name.clone(), sha256: input.sha256.clone() };
     let defaults = Options::default();
     let mut options = Options {

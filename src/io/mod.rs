@@ -3,6 +3,7 @@
 //! Modules, in reading order:
 //! - [`mod@name`]: file names as text and back; [`console`]: words for standard error.
 //! - [`input`]: bytes of a path, of standard input, of a gzip file; their SHA-256; [`memory`]: what there is room for.
+//! - [`workbook`]: the first sheet of a workbook (`.xlsx`, `.ods`, `.xls`) as CSV.
 //! - [`temporary`]: files that are not in place yet, and those that a killed run left.
 //! - [`folder`]: what lies in a folder.
 //! - [`output`]: one output, in a temporary file until it is committed.
@@ -24,6 +25,7 @@ pub mod output;
 pub mod temporary;
 pub mod threads;
 pub mod transaction;
+pub mod workbook;
 pub mod yaml;
 
 pub use crate::name;

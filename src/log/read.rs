@@ -1,4 +1,4 @@
-//! CSV (and gzip) to a [`Log`].
+//! CSV (gzipped or not) and sheets of workbooks to a [`Log`].
 //!
 //! Method: the body is cut at line ends into pieces of about 1 MiB, which are parsed side by side and put together in
 //! order, so that neither the result nor the first refusal depends on the number of threads.
@@ -12,6 +12,7 @@ use super::number::{decimals, number};
 use super::timestamp;
 use crate::error::{Error, Place, Result};
 use crate::io::input::{self, Input};
+use crate::io::workbook;
 use crate::robot::Robot;
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -89,15 +90,16 @@ pub(super) fn table(
     map: Option<&ColumnMap>,
     check: impl FnOnce(&Head, &[Column], u8) -> Result<()>,
 ) -> Result<(Table, Vec<Column>)> {
-    let Input { name, bytes, .. } = input;
+    let (Input { name, bytes, .. }, from_sheet) = workbook::unpacked(input)?;
     input::refuse_utf16(&name, &bytes)?;
-    let separator = map.map_or(b',', |m| m.separator_of(&bytes));
+    let map_of_text = map.filter(|_| !from_sheet);
+    let separator = map_of_text.map_or(b',', |m| m.separator_of(&bytes));
     let head = Head::read(&name, &bytes, separator)?;
     let at = Place::line(&name, head.line);
     let columns = resolve(&head.names, robot, map, &at).map_err(|e| head.explain(&name, separator, e))?;
     check(&head, &columns, separator)?;
-    let layout =
-        Layout { name: &name, head: &head, columns: &columns, separator, decimal: map.map_or(b'.', |m| m.decimal) };
+    let decimal = map_of_text.map_or(b'.', |m| m.decimal);
+    let layout = Layout { name: &name, head: &head, columns: &columns, separator, decimal };
     let table = layout.read(&bytes)?;
     if table.line.is_empty() {
         return Err(Error::bad(Place::file(&name), "a header and no rows", "at least one row"));
@@ -118,7 +120,7 @@ impl Head {
         let skip = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
         let text = &bytes[skip..];
         if text.starts_with(b"PK\x03\x04") {
-            return Err(Error::bad(Place::file(name), "a ZIP file (a workbook?)", "CSV text, plain or gzipped"));
+            return Err(Error::bad(Place::file(name), "a ZIP file", "CSV text, plain or gzipped, or a workbook"));
         }
         if text.iter().all(u8::is_ascii_whitespace) {
             return Err(Error::bad(Place::file(name), "an empty file", "a header and rows"));

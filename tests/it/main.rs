@@ -65,3 +65,4 @@ mod vendor_history;
 mod vendor_options;
 mod vendor_public;
 mod vendor_rewrite;
+mod workbook;

@@ -9,6 +9,7 @@ use super::direction;
 use super::state::{Level, States};
 use crate::error::{Error, Place, Result};
 use crate::io::input::{self, Input};
+use crate::io::workbook;
 use crate::log::ColumnMap;
 use crate::log::read::{Head, reader};
 use std::collections::HashMap;
@@ -62,13 +63,15 @@ impl Readings {
 
     /// Parses the bytes of a file.
     pub fn parse(input: Input, map: Option<&ColumnMap>, states: Option<&[String]>) -> Result<Self> {
-        let Input { name, bytes, sha256 } = input;
+        let (Input { name, bytes, sha256 }, from_sheet) = workbook::unpacked(input)?;
         input::refuse_utf16(&name, &bytes)?;
-        let separator = map.map_or(b',', |m| m.separator_of(&bytes));
+        let map_of_text = map.filter(|_| !from_sheet);
+        let separator = map_of_text.map_or(b',', |m| m.separator_of(&bytes));
         let head = Head::read(&name, &bytes, separator)?;
         let at = Place::line(&name, head.line);
         let columns = resolve(&head.names, map, states, &at).map_err(|e| head.explain(&name, separator, e))?;
-        let table = Table { name: &name, head: &head, columns: &columns, decimal: map.map_or(b'.', |m| m.decimal) };
+        let table =
+            Table { name: &name, head: &head, columns: &columns, decimal: map_of_text.map_or(b'.', |m| m.decimal) };
         let raw = table.rows(&bytes[head.body.min(bytes.len())..], separator)?;
         if raw.is_empty() {
             return Err(Error::bad(Place::file(&name), "a header and no rows", "readings in both directions"));

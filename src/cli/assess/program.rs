@@ -7,6 +7,7 @@ use crate::cli::{page, paths};
 use crate::error::{Error, Place, Result};
 use crate::io::input::{self, Input};
 use crate::io::output;
+use crate::io::workbook;
 use crate::log::{ColumnMap, Log};
 use crate::model::Model;
 use crate::program::Program;
@@ -88,7 +89,8 @@ pub fn run(args: Args) -> Result<()> {
     let mut report = output::create(args.report.as_deref())?;
     let model = Model::load(&args.model)?;
     let map = args.columns.as_deref().map(ColumnMap::load).transpose()?;
-    let texts = [input::read(&args.before)?, input::read(&args.after)?];
+    let text = |path: &Path| -> Result<Input> { Ok(workbook::unpacked(input::read(path)?)?.0) };
+    let texts = [text(&args.before)?, text(&args.after)?];
     let before = load(&texts[0], &model, map.as_ref(), &args.before)?;
     let after = load(&texts[1], &model, map.as_ref(), &args.after)?;
     let default = crate::simulate::Options::default().speed_m_s;

@@ -89,7 +89,7 @@ pub fn cases() -> Vec<Case> {
         case("log in UTF-16", L, utf16(&good, true), &["log.csv:1", "UTF-16"]),
         case("log in UTF-16 without mark", L, utf16(&good, false), &["log.csv:1", "UTF-16"]),
         case("log with a header not UTF-8", L, [b"t_s,cmd_J1_deg,cmd_J2_deg,cmd_Z_mm,\xe9\n", tenth].concat(), &["log.csv:1", "UTF-8"]),
-        case("log is a workbook", L, b"PK\x03\x04 and so on".to_vec(), &["log.csv", "workbook"]),
+        case("log is a ZIP file cut short", L, b"PK\x03\x04 and so on".to_vec(), &["log.csv", "ZIP file", "cut short", "workbook"]),
         case("log cut short", L, &good.as_bytes()[..good.len() - 30], &["log.csv:301", "cut short", "7 fields"]),
         case("log gzip cut short", L, &packed[..packed.len() / 2], &["log.csv", "cut short"]),
         case("log gzip damaged", L, b"\x1f\x8b\x08\x00nothing of the sort".to_vec(), &["log.csv", "gzip"]),
