@@ -16,7 +16,8 @@ const ZIP: &[u8] = b"PK\x03\x04";
 const COMPOUND: &[u8] = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1";
 /// Bytes that the sheets of a workbook take at most, unpacked: ten million cells and more.
 const LARGEST: u64 = 1 << 30;
-const MICROSECONDS_PER_DAY: f64 = 86_400e6;
+/// Days are stored as one number, whose last digit is half a microsecond and more: finer digits would be rounding.
+const TENS_OF_MICROSECONDS_PER_DAY: f64 = 86_400e5;
 
 /// The text of a workbook's first sheet that has cells, and `true`; any other input as it is, and `false`. The checksum stays that of the file.
 pub fn unpacked(input: Input) -> Result<(Input, bool)> {
@@ -93,16 +94,16 @@ fn written(cell: &Data) -> String {
     }
 }
 
-/// A date to the microsecond; a duration in seconds.
+/// A date to 10 us; a duration in seconds.
 fn date(cell: &ExcelDateTime) -> String {
     if cell.is_duration() {
         return (cell.as_f64() * 86_400.0).to_string();
     }
     let (year, month, day, ..) = cell.to_ymd_hms_milli();
     // the tuple stops at milliseconds, the cell does not
-    let microseconds =
-        (cell.as_f64().fract() * MICROSECONDS_PER_DAY).round().clamp(0.0, MICROSECONDS_PER_DAY - 1.0) as u64;
-    let (seconds, rest) = (microseconds / 1_000_000, microseconds % 1_000_000);
+    let whole = TENS_OF_MICROSECONDS_PER_DAY;
+    let tens = (cell.as_f64().fract() * whole).round().clamp(0.0, whole - 1.0) as u64;
+    let (seconds, rest) = (tens / 100_000, tens % 100_000);
     let (hour, minute, second) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
-    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}.{rest:06}")
+    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}.{rest:05}")
 }

@@ -132,7 +132,7 @@ impl Head {
         if !found {
             return Err(Error::bad(Place::file(name), "comments and nothing else", "a header and rows"));
         }
-        let line = record.position().map_or(1, |p| p.line());
+        let line = record.position().map_or(1, |p| p.line() + passed_over(text, p.byte()));
         let mut names = Vec::with_capacity(record.len());
         for field in &record {
             match std::str::from_utf8(field) {
@@ -216,6 +216,20 @@ pub(crate) fn reader(bytes: &[u8], separator: u8) -> csv::Reader<&[u8]> {
         .from_reader(bytes)
 }
 
+/// Blank lines and comments at the place where a record is said to begin: the reader passes over them without counting.
+fn passed_over(bytes: &[u8], from: u64) -> u64 {
+    let mut lines = 0;
+    let mut rest = bytes.get(from as usize..).unwrap_or_default();
+    while let Some(end) = memchr::memchr(b'\n', rest) {
+        if rest[0] != b'#' && !matches!(rest[..end], [] | [b'\r']) {
+            break;
+        }
+        lines += 1;
+        rest = &rest[end + 1..];
+    }
+    lines
+}
+
 /// How the rows are to be read.
 struct Layout<'a> {
     name: &'a str,
@@ -291,7 +305,7 @@ impl Layout<'_> {
                 Ok(false) => return Ok(table),
                 Err(e) => return Err(Error::bad(Place::file(self.name), e.to_string(), "CSV")),
             }
-            let line = record.position().map_or(0, |p| p.line()) + first_line - 1;
+            let line = record.position().map_or(0, |p| p.line() + passed_over(bytes, p.byte())) + first_line - 1;
             if record.len() != self.head.names.len() {
                 if record.len() == 1 && record[0].trim_ascii().is_empty() {
                     continue; // a line of blanks

@@ -44,7 +44,7 @@ pub fn cases() -> Vec<Case> {
         case("program without header", P, "0,1,2,3\n1,1,2,3\n", &["program.csv:1", "a header row"]),
         case("program in UTF-16", P, utf16(&good, true), &["program.csv", "UTF-16"]),
         case("program in UTF-16 without mark", P, utf16(&good, false), &["program.csv", "no text"]),
-        case("program is a workbook", P, b"PK\x03\x04\x00\x00 and so on".to_vec(), &["program.csv", "no text"]),
+        case("program is a picture", P, b"\x89PNG\x00\x00 and so on".to_vec(), &["program.csv", "no text"]),
         case("program cut short", P, &good.as_bytes()[..good.len() - 10], &["program.csv:302", "cells"]),
         case("program with semicolons", P, good.replace(',', ";"), &["program.csv:1", "semicolons"]),
         case("program with semicolons and decimal commas", P, good.replace(',', ";").replace('.', ","), &["program.csv:1", "semicolons"]),
