@@ -1,5 +1,6 @@
 //! `lostmotion diagnose`: model + logs -> what the model lacks, and the model with it inside.
 
+use crate::cli::progress::during;
 use crate::cli::{logs, page, paths};
 use crate::diagnose::result::display;
 use crate::diagnose::{self, Diagnosis};
@@ -79,7 +80,7 @@ pub fn run(args: Args) -> Result<()> {
         Err(e) => return Err(bad_data(e, args.json)),
     };
     logs::refuse_repeats(&read)?;
-    let outcome = match diagnose::diagnose(&model, &read) {
+    let outcome = match during("diagnose", || diagnose::diagnose(&model, &read)) {
         Ok(outcome) => outcome,
         Err(e) => return Err(bad_data(e, args.json)),
     };

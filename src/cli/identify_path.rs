@@ -1,6 +1,7 @@
 //! `lostmotion identify path`: gaps and stiction from reversals in continuous motion.
 
 use crate::cli::identify::common::{LogArgs, Opened, ResultArgs, SetupArgs, Shown};
+use crate::cli::progress::during;
 use crate::cli::{logs, page};
 use crate::error::{Error, Place, Result};
 use crate::gaps::{Gaps, file};
@@ -77,7 +78,7 @@ pub fn run(args: Args) -> Result<()> {
     if logs.iter().any(|l| l.tcp_m.is_empty() && l.instruments.has_scalar()) {
         return single_readings(&args, &robot, &logs, opened);
     }
-    let found = identify(&robot, &logs, &options)?;
+    let found = during("identify", || identify(&robot, &logs, &options))?;
     let document = file::document(&found.gaps, &robot);
     let shown = Shown { document: &document, table: &table(&found, &robot), notes: &found.gaps.notes };
     args.result.finish(opened, &shown, || page::gaps::of_path(&robot, &found))
@@ -95,7 +96,10 @@ fn single_readings(args: &Args, robot: &Robot, logs: &[Log], opened: Opened) -> 
             "no such option: all joints that reverse are fitted together",
         ));
     }
-    let found = scalar::identify(robot, logs, &args.setup.checked()?)?;
+    let found = {
+        let setup = args.setup.checked()?;
+        during("identify", || scalar::identify(robot, logs, &setup))?
+    };
     let mut document = file::document(&found.gaps, robot);
     document["method"] = "single readings".into();
     document["instrument"] = found.instruments.first().map(|i| i.name()).into();

@@ -1,6 +1,7 @@
 //! `lostmotion join`: a tracker's and a controller's recordings on one clock.
 
 use crate::cli::paths;
+use crate::cli::progress::during;
 use crate::error::{Error, Place, Result, counted, is_stdio};
 use crate::io::output::{self, Output};
 use crate::join::{self, Options, Report, Rows};
@@ -80,7 +81,7 @@ pub fn run(args: Args) -> Result<()> {
         RowsOf::Tracker => Rows::Tracker,
         RowsOf::Controller => Rows::Controller,
     };
-    let joined = join::join(&robot, &controller, &tracker, &Options { rows, near_s: args.near_s })?;
+    let joined = during("join", || join::join(&robot, &controller, &tracker, &Options { rows, near_s: args.near_s }))?;
     out.put(&joined.table.to_csv())?;
     let mut document = args.json.then(|| Output::create(Path::new("-"))).transpose()?;
     if let Some(document) = &mut document {

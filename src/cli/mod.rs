@@ -9,6 +9,7 @@ pub mod demo;
 pub mod diagnose;
 pub mod exit;
 pub mod fit;
+pub mod global;
 pub mod help;
 pub mod identify;
 pub mod identify_path;
@@ -21,6 +22,7 @@ pub mod page;
 pub mod paths;
 pub mod plan_experiment;
 pub mod plan_recording;
+pub mod progress;
 pub mod rewrite;
 pub mod robot;
 pub mod schema;
@@ -50,6 +52,8 @@ Exit codes: 0 done; 1 the answer is no (a limit would be exceeded, a check diffe
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
+    #[command(flatten)]
+    pub global: global::Args,
 }
 
 #[derive(Debug, Subcommand)]
@@ -77,8 +81,15 @@ pub enum Command {
 
 /// Runs a parsed command line.
 pub fn run(cli: Cli) -> Result<Finished> {
-    crate::io::threads::prepare();
-    let done = match cli.command {
+    cli.global.apply();
+    let started = std::time::Instant::now();
+    let finished = dispatch(cli.command);
+    global::told(started.elapsed());
+    finished
+}
+
+fn dispatch(command: Command) -> Result<Finished> {
+    let done = match command {
         Command::Identify(a) => identify::run(a),
         Command::Fit(a) => fit::run(a),
         Command::Rewrite(a) => return rewrite::run(*a),

@@ -1,11 +1,56 @@
 //! Words for standard error: a stream that cannot be written stops nothing, and what comes from outside commands no terminal.
 //!
 //! The macros `eprint!` and `eprintln!` of this crate stand in for those of the standard library, which panic where standard
-//! error is full or closed, after a program may have been written.
+//! error is full or closed, after a program may have been written. They hold their tongue after [`choose`]`(Words::Errors)`; refusals, which
+//! [`say`] writes, always come.
 
 use super::name::printable;
 use std::fmt::Arguments;
 use std::io::Write;
+use std::sync::atomic::{AtomicU8, Ordering};
+
+/// How much is written to standard error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Words {
+    /// Errors and refusals.
+    Errors = 0,
+    /// Results in words and notes, too.
+    Notes = 1,
+    /// What is read and how long it took, too.
+    Details = 2,
+}
+
+static WORDS: AtomicU8 = AtomicU8::new(Words::Notes as u8);
+
+/// Sets how much is written, for the whole process.
+pub fn choose(words: Words) {
+    WORDS.store(words as u8, Ordering::Relaxed);
+}
+
+fn asked_for(words: Words) -> bool {
+    WORDS.load(Ordering::Relaxed) >= words as u8
+}
+
+/// Writes a note to standard error, unless only errors are asked for.
+pub fn note(text: Arguments, end_of_line: bool) {
+    if asked_for(Words::Notes) {
+        say(text, end_of_line);
+    }
+}
+
+/// Writes a line to standard error where details are asked for.
+pub fn detail(text: Arguments) {
+    if asked_for(Words::Details) {
+        say(text, true);
+    }
+}
+
+/// Whether a progress line may be drawn.
+pub fn shows_progress() -> bool {
+    use std::io::IsTerminal;
+    asked_for(Words::Notes) && std::io::stderr().is_terminal()
+}
 
 /// Writes to standard error; a failure is none of the command's.
 pub fn say(text: Arguments, end_of_line: bool) {
@@ -20,10 +65,10 @@ pub fn say(text: Arguments, end_of_line: bool) {
 
 /// As the macro of the standard library, but it never panics.
 macro_rules! eprintln {
-    ($($arg:tt)*) => { $crate::io::console::say(format_args!($($arg)*), true) };
+    ($($arg:tt)*) => { $crate::io::console::note(format_args!($($arg)*), true) };
 }
 
 /// As [`eprintln!`], without the end of the line.
 macro_rules! eprint {
-    ($($arg:tt)*) => { $crate::io::console::say(format_args!($($arg)*), false) };
+    ($($arg:tt)*) => { $crate::io::console::note(format_args!($($arg)*), false) };
 }

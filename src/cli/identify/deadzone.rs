@@ -1,6 +1,7 @@
 //! `lostmotion identify deadzone`.
 
 use super::common::{LogArgs, ResultArgs, Shown};
+use crate::cli::progress::during;
 use crate::cli::{logs, page};
 use crate::error::{Error, Place, Result};
 use crate::gaps::file::number;
@@ -61,7 +62,7 @@ pub fn run(args: Args) -> Result<()> {
     let options = options(&args, &robot)?;
     let logs = logs::load_free(&args.input.logs, args.input.columns.as_deref(), &robot)?;
     logs::refuse_repeats(&logs)?;
-    let found = deadzone::identify(&robot, &logs, &options)?;
+    let found = during("identify", || deadzone::identify(&robot, &logs, &options))?;
     let mut doc = document::document(&found, &robot);
     let mut as_printed = String::new();
     if let (Some(motor), Some(tip)) = (args.eps_motor_deg_s, args.eps_tip_mm_s) {

@@ -1,6 +1,7 @@
 //! `lostmotion identify` without a subcommand: one model for all logs of a machine.
 
 use super::common::{LogArgs, ResultArgs, Shown};
+use crate::cli::progress::during;
 use crate::cli::{logs, page};
 use crate::error::Result;
 use crate::gaps::Gaps;
@@ -24,7 +25,7 @@ pub fn run(args: Args) -> Result<()> {
     let robot = Robot::load(&args.robot)?;
     let logs = logs::load(&args.input.logs, args.input.columns.as_deref(), &robot)?;
     logs::refuse_repeats(&logs)?;
-    let found = machine::identify(&robot, &logs)?;
+    let found = during("identify", || machine::identify(&robot, &logs))?;
     let document = file::document(&found, &robot);
     let shown = Shown { document: &document, table: &table(&found, &robot), notes: &found.notes };
     args.result.finish(opened, &shown, || page::gaps::of_machine(&robot, &found))

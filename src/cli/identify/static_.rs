@@ -1,6 +1,7 @@
 //! `lostmotion identify static`.
 
 use super::common::{LogArgs, ResultArgs, SetupArgs, Shown};
+use crate::cli::progress::during;
 use crate::cli::{logs, page};
 use crate::error::{Error, Place, Result};
 use crate::identify::static_test::{self, Knots, Options, display, document};
@@ -82,7 +83,7 @@ pub fn run(args: Args) -> Result<()> {
         registration,
         setup: args.setup.checked()?,
     };
-    let found = static_test::identify(&robot, &logs, &options)?;
+    let found = during("identify", || static_test::identify(&robot, &logs, &options))?;
     let doc = document::document(&found, &robot);
     let shown = Shown { document: &doc, table: &display::table(&found, &robot), notes: &found.gaps.notes };
     args.result.finish(opened, &shown, || page::gaps::of_static(&robot, &found))

@@ -4,6 +4,7 @@ use super::{Args, FailOn, printed, style, summarise, usage};
 use crate::cli::exit::Finished;
 use crate::cli::paths;
 use crate::error::{Error, Place, Result, shown};
+use crate::io::console::{say, shows_progress};
 use crate::io::input::sha256;
 use crate::io::journal::{self, Towards};
 use crate::io::name::text_of;
@@ -17,7 +18,6 @@ use crate::rewrite::stream::guard::{note_path, read_note};
 use crate::rewrite::summary::{Line, Status};
 use indicatif::ProgressBar;
 use std::collections::{BTreeSet, HashSet};
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 /// Runs the command on a folder of programs.
@@ -47,7 +47,7 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
         refuse_program(file, &args.input, output, &programs, &job.files)?;
     }
     let mut summary = output::create(args.summary.as_deref())?;
-    let bar = match std::io::stderr().is_terminal() {
+    let bar = match shows_progress() {
         true => ProgressBar::new(programs.len() as u64).with_style(style("{wide_bar} {pos}/{len} programs")),
         false => ProgressBar::hidden(),
     };
@@ -73,7 +73,7 @@ fn conclude(args: &Args, lines: &[Line]) -> Result<Finished> {
     let count = |s: Status| lines.iter().filter(|l| l.status == s).count();
     let (refused, failed) = (count(Status::Refused), count(Status::Failed));
     for l in lines.iter().filter(|l| matches!(l.status, Status::Refused | Status::Failed)) {
-        eprintln!("{}: {}", l.input, l.reason.as_deref().unwrap_or(""));
+        say(format_args!("{}: {}", l.input, l.reason.as_deref().unwrap_or("")), true);
     }
     let (written, would) = match args.dry_run {
         true => (count(Status::WouldBeWritten), " would be"),

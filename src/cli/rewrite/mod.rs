@@ -8,6 +8,7 @@ use crate::cli::exit::Finished;
 use crate::cli::{page, paths};
 use crate::compensator::file::is_past;
 use crate::error::{Error, Place, Result, is_stdio, shown};
+use crate::io::console::shows_progress;
 use crate::io::journal::{self, Towards};
 use crate::io::output::{self, Output};
 use crate::program::files::Files;
@@ -23,7 +24,6 @@ use crate::robot::frames::Missing;
 use indicatif::{ProgressBar, ProgressStyle};
 use job::Source;
 use proof::Proof;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -505,7 +505,7 @@ fn printed(document: &serde_json::Value) -> Result<Output> {
 fn bytes_bar(input: &Path) -> ProgressBar {
     const LARGE: u64 = 32 << 20;
     match std::fs::metadata(input) {
-        Ok(m) if m.is_file() && m.len() > LARGE && std::io::stderr().is_terminal() => {
+        Ok(m) if m.is_file() && m.len() > LARGE && shows_progress() => {
             ProgressBar::new(m.len()).with_style(style("{wide_bar} {bytes}/{total_bytes} {eta}"))
         }
         _ => ProgressBar::hidden(),

@@ -280,7 +280,7 @@ impl Worker {
     }
 }
 
-/// A worker for each processor that this process may use.
+/// A worker for each thread that this process may use.
 fn workers() -> usize {
-    std::thread::available_parallelism().map_or(1, |n| n.get()).clamp(1, MOST_WORKERS)
+    rayon::current_num_threads().clamp(1, MOST_WORKERS)
 }

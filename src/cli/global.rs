@@ -1,0 +1,62 @@
+//! Options that every command takes.
+
+use crate::error::counted;
+use crate::io::console::{self, Words, detail};
+use crate::io::threads;
+use clap::ColorChoice;
+use std::num::NonZeroUsize;
+use std::time::Duration;
+
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Options of every command")]
+pub struct Args {
+    /// Only errors and refusals on standard error
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Also what is read, how long it took and how much memory
+    #[arg(short, long, global = true)]
+    pub verbose: bool,
+    /// Colours in help and errors; auto: on a terminal, unless NO_COLOR is set
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
+    pub color: ColorChoice,
+    /// Threads; as many as there are processors where it is not given. The results are the same
+    #[arg(short, long, global = true, value_name = "N")]
+    pub jobs: Option<NonZeroUsize>,
+}
+
+impl Args {
+    /// Sets what holds for the whole process.
+    pub(super) fn apply(&self) {
+        console::choose(match (self.quiet, self.verbose) {
+            (true, _) => Words::Errors,
+            (_, true) => Words::Details,
+            _ => Words::Notes,
+        });
+        threads::prepare(self.jobs);
+        let threads = counted(rayon::current_num_threads(), "thread");
+        detail(format_args!("lostmotion {}, {threads}", env!("CARGO_PKG_VERSION")));
+    }
+}
+
+/// The choice of `--color` as the words of a command line give it, for messages about a command line that cannot be parsed.
+pub fn color_of(words: impl Iterator<Item = std::ffi::OsString>) -> ColorChoice {
+    let words: Vec<String> = words.map(|w| w.to_string_lossy().into_owned()).collect();
+    let joined = words.iter().find_map(|w| w.strip_prefix("--color="));
+    let apart = words.windows(2).find(|w| w[0] == "--color").map(|w| w[1].as_str());
+    joined.or(apart).and_then(|w| clap::ValueEnum::from_str(w, false).ok()).unwrap_or(ColorChoice::Auto)
+}
+
+/// Says how long a command took.
+pub(super) fn told(elapsed: Duration) {
+    match most_memory_mb() {
+        Some(mb) => detail(format_args!("{:.2} s, at most {mb} MB of memory", elapsed.as_secs_f64())),
+        None => detail(format_args!("{:.2} s", elapsed.as_secs_f64())),
+    }
+}
+
+/// The most memory that this process has held, where the system tells.
+fn most_memory_mb() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    line.split_whitespace().next()?.parse::<u64>().ok().map(|kb| kb / 1000)
+}
