@@ -190,7 +190,8 @@ impl Job<'_> {
             return None;
         }
         let total = account.violations_total.max(account.violations.len() as u64);
-        let mut text = vec![format!("{name}: a limit would be exceeded, {total} times; nothing was written")];
+        let often = if total == 1 { "once".into() } else { format!("{total} times") };
+        let mut text = vec![format!("{name}: a limit would be exceeded {often}; nothing was written")];
         for v in account.violations.iter().take(LISTED) {
             let (point, added) = match v.origin {
                 Origin::Point(n) => (n, ""),
@@ -208,10 +209,10 @@ impl Job<'_> {
             };
             let edge = |x: f64| joint.kind.to_user_unit(x);
             text.push(format!(
-                "  {place}{added}: {} {what} {:.6} {unit}, limit {:.6} {unit}{}",
+                "  {place}{added}: {} {what} {} {unit}, limit {} {unit}{}",
                 joint.name,
-                edge(v.value),
-                edge(v.limit),
+                figure(edge(v.value)),
+                figure(edge(v.limit)),
                 if v.what == LimitKind::Range && self.largest(v.axis).is_some_and(|m| (v.value - v.limit).abs() > m) {
                     " (the program itself is beyond it)"
                 } else {
@@ -224,6 +225,11 @@ impl Job<'_> {
         }
         Some(text.join("\n"))
     }
+}
+
+/// A number to six decimals, in powers of ten where nobody would count its digits.
+fn figure(value: f64) -> String {
+    if value.abs() < 1e9 { format!("{value:.6}") } else { format!("{value:.3e}") }
 }
 
 /// Largest offset that a joint may be given, rad or m.

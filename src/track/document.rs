@@ -109,7 +109,7 @@ impl Tracked {
                 text,
                 "{start}{}: an acceleration limit would be exceeded {}; slow the path down, or round its corners; nothing was written",
                 path.name,
-                counted(self.too_fast.len(), "time")
+                if self.too_fast.len() == 1 { "once".into() } else { format!("{} times", self.too_fast.len()) }
             );
             for f in self.too_fast.iter().take(LISTED) {
                 let joint = robot.axis(f.axis);
