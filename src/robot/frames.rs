@@ -8,6 +8,9 @@
 //!   tGripper: {xyz_mm: [0, 0, 180], rpy_deg: [0, 0, 0]}    # tooldata tGripper, tool 5, ...
 //! ```
 //!
+//! `posture_deg: [0, -90, 90, -90, -90, 0]` besides says joints near which the arm works (mm for a linear axis): they choose between arm
+//! configurations where a program does not.
+//!
 //! A frame is given in the world of the controller, a tool in the flange frame. Case does not count, nor do blanks at the ends.
 //! Files of controllers are read, too ([`controller`]).
 
@@ -29,6 +32,8 @@ pub const SCHEMA: &str = "lostmotion/frames/1";
 pub struct Frames {
     pub frames: BTreeMap<String, Isometry3<f64>>,
     pub tools: BTreeMap<String, Isometry3<f64>>,
+    /// Joints near which the arm works, deg or mm, one per axis.
+    pub posture_deg: Option<Vec<f64>>,
 }
 
 /// The document as it stands in YAML.
@@ -40,6 +45,8 @@ struct FramesFile {
     frames: BTreeMap<String, FrameFile>,
     #[serde(default)]
     tools: BTreeMap<String, FrameFile>,
+    #[serde(default)]
+    posture_deg: Option<Vec<f64>>,
 }
 
 /// How a name is looked up.
@@ -62,7 +69,11 @@ impl Frames {
         let doc = Document { name, text };
         let file: FramesFile = doc.parse_schema("a file of frames and tools", SCHEMA)?;
         doc.require_schema(&file.schema, SCHEMA)?;
-        Ok(Self { frames: checked(&file.frames, &doc)?, tools: checked(&file.tools, &doc)? })
+        if let Some(v) = file.posture_deg.iter().flatten().find(|v| !v.is_finite()) {
+            return Err(Error::bad(doc.place(&["posture_deg"]), format!("{v} in `posture_deg`"), "finite numbers"));
+        }
+        let (frames, tools) = (checked(&file.frames, &doc)?, checked(&file.tools, &doc)?);
+        Ok(Self { frames, tools, posture_deg: file.posture_deg })
     }
 
     pub fn frame(&self, name: &str) -> Option<&Isometry3<f64>> {
@@ -78,6 +89,9 @@ impl Frames {
         let mut out = self.clone();
         out.frames.extend(over.frames.iter().map(|(k, v)| (k.clone(), *v)));
         out.tools.extend(over.tools.iter().map(|(k, v)| (k.clone(), *v)));
+        if over.posture_deg.is_some() {
+            out.posture_deg.clone_from(&over.posture_deg);
+        }
         out
     }
 }
@@ -104,20 +118,22 @@ pub(super) fn checked(
     Ok(out)
 }
 
-/// Frames and tools that moves wait for, with the number of these moves.
+/// Frames and tools that moves wait for, with the number of these moves, and how many wait for a posture of the arm.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Missing {
     pub frames: BTreeMap<String, u64>,
     pub tools: BTreeMap<String, u64>,
+    pub posture: u64,
 }
 
 impl Missing {
     pub fn is_empty(&self) -> bool {
-        self.frames.is_empty() && self.tools.is_empty()
+        self.frames.is_empty() && self.tools.is_empty() && self.posture == 0
     }
 
     /// Adds what another program waits for.
     pub fn add(&mut self, other: &Self) {
+        self.posture += other.posture;
         for (sum, more) in [(&mut self.frames, &other.frames), (&mut self.tools, &other.tools)] {
             for (name, moves) in more {
                 *sum.entry(name.clone()).or_default() += moves;
@@ -146,6 +162,15 @@ impl Missing {
                     writeln!(out, "  {quoted}: {{xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}}   # {moves} {word} for it");
             }
         }
+        if self.posture > 0 {
+            let _ = writeln!(
+                out,
+                "# Joints near which the arm works, one number per axis, such as [0, -90, 90, -90, -90, 0]: they choose between arm\n\
+                 # configurations where a program starts at a Cartesian target and names none. Moves that wait for them: {}.\n\
+                 posture_deg: null",
+                self.posture
+            );
+        }
         out
     }
 }
@@ -172,6 +197,7 @@ mod tests {
         let missing = Missing {
             frames: [("2".to_string(), 12), ("a \"b\": #".to_string(), 1)].into(),
             tools: [("tGripper".to_string(), 3)].into(),
+            posture: 5,
         };
         let text = missing.template();
         assert!(text.contains("12 moves wait for it") && text.contains("1 move waits for it"), "{text}");
@@ -179,7 +205,10 @@ mod tests {
         assert!(
             frames.frame("2").is_some() && frames.frame("A \"B\": #").is_some() && frames.tool("tgripper").is_some()
         );
+        assert!(text.contains("wait for them: 5.") && frames.posture_deg.is_none());
         assert!(Frames::parse("t.yaml", &Missing::default().template()).is_ok());
+        let given = text.replace("posture_deg: null", "posture_deg: [0, -90, 90.5]");
+        assert_eq!(Frames::parse("t.yaml", &given).unwrap().posture_deg, Some(vec![0.0, -90.0, 90.5]));
     }
 
     #[test]
@@ -189,6 +218,7 @@ mod tests {
                 "schema: lostmotion/frames/1\nframes: {B9: {xyz_mm: [.nan, 0, 0]}}\n",
                 "f.yaml:2: found NaN in the frame `B9`",
             ),
+            ("schema: lostmotion/frames/1\nposture_deg: [.inf]\n", "f.yaml:2: found inf in `posture_deg`"),
             ("schema: lostmotion/robot/1\n", "f.yaml:1: found schema `lostmotion/robot/1`"),
             ("schema: lostmotion/frames/1\nframes: {q9: {}, Q9: {}}\n", "f.yaml:2: found a second frame"),
         ] {

@@ -213,3 +213,37 @@ fn a_program_comes_through_a_pipe_as_it_does_from_a_file() {
     let run = command.current_dir(desk.folder.path()).args(line.split(' ')).write_stdin(PROGRAM).assert().success();
     assert_eq!(run.get_output().stdout, desk.read("out.src"));
 }
+
+#[test]
+fn a_program_that_names_no_joints_waits_for_a_posture_of_the_arm() {
+    let desk = desk_of("universal-robots-ur10.yaml", "base", 0.003);
+    let pose = |y: f64| format!("  movel(p[0.5, {y}, 0.4, 0, 3.14, 0], a=1.2, v=0.1)\n");
+    let program =
+        format!("def work():\n  set_tcp(p[0, 0, 0.1, 0, 0, 0])\n{}{}{}end\n", pose(-0.3), pose(0.3), pose(-0.2));
+    desk.write("p.script", &program);
+    desk.run("rewrite --model model.yaml p.script --output out.script")
+        .success()
+        .stderr(contains("no posture of the arm is known: 3 moves wait for it"));
+    desk.run("rewrite --model model.yaml p.script --list-frames").success().stdout(contains("wait for them: 3."));
+    let frames =
+        |posture: &str| desk.write("frames.yaml", &format!("schema: lostmotion/frames/1\nposture_deg: {posture}\n"));
+    frames("[0, -90, 90]");
+    let run = "rewrite --model model.yaml p.script --frames frames.yaml --output posed.script";
+    desk.run(run).code(2).stderr(contains("`posture_deg` of 3 numbers").and(contains("6, one for each axis")));
+    // with the elbow up and with it down: the way of the first joint is the same, and so is its step at the turn
+    for posture in ["[20, -90, 90, -90, -90, 0]", "[20, -10, -90, 10, -90, 0]"] {
+        frames(posture);
+        desk.run(&format!("{run} --force")).success();
+        let own: Vec<&str> = program.lines().filter(|l| l.contains("movel")).collect();
+        let new = lines(&desk, "posed.script", "movel");
+        assert_eq!(own.len(), new.len(), "{new:?}");
+        let changed: Vec<bool> = own.iter().zip(&new).map(|(a, b)| a != b).collect();
+        assert_eq!(changed[2], true, "{posture}: {new:?}");
+        // the offset of the turned joint at the reach of the arm, and no other pose
+        let at = |l: &str, k: usize| l.split(['[', ',', ']']).nth(1 + k).unwrap().trim().parse::<f64>().unwrap();
+        for (a, b) in own.iter().zip(&new) {
+            let off = (0..3).map(|k| (at(a, k) - at(b, k)).powi(2)).sum::<f64>().sqrt();
+            assert!(off < 0.006f64.to_radians() * 0.7, "{posture}: {off} {b}");
+        }
+    }
+}

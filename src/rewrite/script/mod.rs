@@ -37,7 +37,7 @@ use super::stats::RewriteStats;
 use super::stream::rewritten::{Digits, Evidence, Rows};
 use super::{Options, Origin, OutputPoints, Points};
 use crate::compensator::Compensator;
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::program::script::{
     At, Document, Edits, Format, Goal, Note, Quantity, Script, StepKind, Target, Text, Value,
 };
@@ -141,6 +141,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let names: Vec<String> = texts.iter().map(|t| t.name.clone()).collect();
     let document = format.parse(texts, task.robot.axes())?;
     let script = document.script();
+    require_posture(task)?;
     let (mut notes, reduced) = notes::uncoupled(format, task);
     let task = &Task { compensator: reduced.as_ref().unwrap_or(task.compensator), ..*task };
     notes.extend(notes::missing(script));
@@ -339,6 +340,17 @@ fn left_out(script: &Script, choices: &Choices) -> Vec<Option<&'static str>> {
         }
     };
     script.steps.iter().map(one).collect()
+}
+
+/// The posture that the user gives must be one of this robot.
+fn require_posture(task: &Task) -> Result<()> {
+    let Some(posture) = &task.choices.frames.posture_deg else { return Ok(()) };
+    if posture.len() == task.robot.dof() {
+        return Ok(());
+    }
+    let found = format!("`posture_deg` of {} numbers", posture.len());
+    let expected = format!("{}, one for each axis of {}", task.robot.dof(), task.robot.name);
+    Err(Error::bad(Place::file("--frames"), found, expected))
 }
 
 fn require_coverage(coverage: &Coverage, choices: &Choices, script: &Script) -> Result<()> {

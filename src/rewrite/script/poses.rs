@@ -74,6 +74,12 @@ impl Poses {
         Self { robot: robot.clone(), frames, by_tool: BTreeMap::new(), missing: Missing::default() }
     }
 
+    /// Joints near which the arm works, rad or m; `None`: nobody says.
+    pub fn posture(&self) -> Option<Vec<f64>> {
+        let given = self.frames.posture_deg.as_ref()?;
+        Some(self.robot.axis_joints().zip(given).map(|(joint, v)| v * joint.kind.si_per_user_unit()).collect())
+    }
+
     /// Frame and tool of a target.
     ///
     /// # Errors
@@ -322,7 +328,7 @@ fn fitting(configuration: &Configuration, arm: &Arm, all: &[Vec<f64>]) -> Option
     alone.then(|| all[best].clone())
 }
 
-const NO_START: &str = "a Cartesian target without a known start, and without a configuration";
+pub const NO_START: &str = "a Cartesian target without a known start, and without a configuration";
 const SEVERAL: &str = "a Cartesian target that several arm configurations reach";
 const OTHER_ARM: &str = "a Cartesian target in another arm configuration than that next to the joints before";
 const OUTSIDE: &str = "a Cartesian target outside of the joint limits";

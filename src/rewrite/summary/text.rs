@@ -179,6 +179,13 @@ fn coverage_text(text: &mut String, v: &Vendor) {
             let _ = writeln!(text, "  {what} `{name}` is not known: {} (--list-frames)", waits(*moves));
         }
     }
+    if v.missing.posture > 0 {
+        let _ = writeln!(
+            text,
+            "  no posture of the arm is known: {} (posture_deg of --list-frames)",
+            waits(v.missing.posture)
+        );
+    }
     for r in &v.coverage.reasons {
         let _ = writeln!(text, "  not edited: {} ({}; {})", counted(r.moves, "move"), r.why, r.lines_text());
     }

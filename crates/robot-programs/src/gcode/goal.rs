@@ -200,7 +200,8 @@ impl Reader<'_> {
     }
 
     pub(super) fn note(&mut self, k: usize) {
-        if self.script.notes.is_empty() {
+        if !self.has_noted {
+            self.has_noted = true;
             let text = "positions are taken as those of the axes: work offsets and tool lengths are not in the program";
             self.script.notes.push(Note { place: At { file: 0, line: k as u64 + 1 }, text: text.into() });
         }

@@ -29,6 +29,8 @@ pub(super) struct Block {
     pub percent: bool,
     /// `O` word: what stands behind it, upper case.
     pub flow: Option<String>,
+    /// The `O` word's number without leading zeros, or its name, lower case.
+    pub label: String,
     /// `IF`, `GOTO`, `WHILE`, ...: several letters; the rest of the line is not read.
     pub keyword: Option<String>,
     /// `#1=...`.
@@ -124,6 +126,7 @@ fn flow(text: &Text, base: usize, line: &[u8], at: usize, block: &mut Block) -> 
     let letters = behind.iter().take_while(|b| b.is_ascii_alphabetic()).count();
     let word = String::from_utf8_lossy(&behind[..letters]).to_ascii_uppercase();
     let single = letters <= 1;
+    block.label = String::from_utf8_lossy(rest[..len].trim_ascii()).trim_start_matches('0').to_ascii_lowercase();
     block.flow = Some(if single { String::new() } else { word });
     // `O1000 (TITLE)` goes on behind the number; `o100 call [1]` does not
     Ok(if single { at + 1 + len } else { line.len() })
@@ -167,6 +170,12 @@ fn variable_end(line: &[u8], mut k: usize) -> usize {
     k
 }
 
+/// Letters of a function's name before its bracket, more than one.
+fn function(line: &[u8]) -> Option<usize> {
+    let letters = line.iter().take_while(|b| b.is_ascii_alphabetic()).count();
+    (letters > 1 && line.get(letters) == Some(&b'[')).then_some(letters)
+}
+
 /// A letter and what follows; returns where reading goes on.
 fn word(text: &Text, base: usize, line: &[u8], at: usize, block: &mut Block) -> Result<usize> {
     let mut k = at + 1;
@@ -189,6 +198,11 @@ fn word(text: &Text, base: usize, line: &[u8], at: usize, block: &mut Block) -> 
         Some(b'"') => {
             let Some(len) = line[k + 1..].iter().position(|&b| b == b'"') else { return Err(bad(&line[at..])) };
             k += len + 2;
+        }
+        // a function: `X EXISTS[#1]`
+        Some(b) if b.is_ascii_alphabetic() && function(&line[k..]).is_some() => {
+            let letters = function(&line[k..]).unwrap_or_default();
+            k = expression_end(line, k + letters).ok_or_else(|| bad(&line[at..]))?;
         }
         Some(b'=') => k += line[k..].iter().take_while(|b| !b.is_ascii_whitespace()).count(),
         _ => {

@@ -12,8 +12,8 @@
 //! and Fanuc dialects where they differ. Assumes that the work frame in which the first motion stands is the frame of the
 //! axes (its offset is not in the program), G17 until a plane is named, and G91.1.
 //!
-//! What cannot be told stays as it is and says why: units or distance mode that no word has set, expressions and variables,
-//! canned cycles, cutter compensation, a second work frame, modes behind a call. Text that is no G-code is refused with its
+//! Variables and expressions that have one value whatever runs are folded ([`variables`]). What cannot be told stays as it is and
+//! says why: units or distance mode that no word has set, other expressions, canned cycles, cutter compensation, a second work frame, modes behind a call. Text that is no G-code is refused with its
 //! place. `docs/program-gcode.md` has what may be edited.
 
 mod arc;
@@ -25,6 +25,7 @@ mod read;
 mod survey;
 #[cfg(test)]
 mod tests;
+mod variables;
 mod words;
 mod write;
 

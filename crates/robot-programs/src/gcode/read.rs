@@ -6,11 +6,12 @@
 //! a loop): it is fixed.
 
 use super::lex::{self, Block};
-use super::survey::{AXES, Survey};
+use super::survey::{AXES, Survey, is_flow};
+use super::variables::Variables;
 use super::{Program, Statement};
 use crate::axes::Axes;
 use crate::error::{Error, Result};
-use crate::script::{At, Break, Goal, Script, Step, StepKind, Text, Value, pragma};
+use crate::script::{At, Break, Goal, Note, Script, Step, StepKind, Text, Value, pragma};
 
 /// Reads a program.
 pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
@@ -74,6 +75,11 @@ pub(super) struct Reader<'a> {
     pub(super) robot: &'a Axes,
     pub(super) letters: &'a [u8],
     pub(super) survey: Survey,
+    pub(super) variables: Variables,
+    /// An expression was folded.
+    has_folded: bool,
+    /// It was said in which frame positions are taken.
+    pub(super) has_noted: bool,
     pub(super) script: Script,
     pub(super) statements: Vec<Option<Box<Statement>>>,
     /// Times ten; canned cycles too.
@@ -119,6 +125,9 @@ impl<'a> Reader<'a> {
             robot,
             letters,
             survey,
+            variables: Variables::of(text),
+            has_folded: false,
+            has_noted: false,
             script: Script::default(),
             statements: Vec::new(),
             motion: None,
@@ -186,8 +195,13 @@ impl Reader<'_> {
 
     /// Control may come from elsewhere: only what the whole text never changes is still certain.
     pub(super) fn join(&mut self, k: usize, kind: Break) {
-        self.end(k, kind, "a label, jump or loop");
+        self.end(k, kind, if kind == Break::Call { "a call" } else { "a label, jump or loop" });
         self.motion = None;
+        if matches!(kind, Break::Start | Break::Call) {
+            self.variables.forget();
+        } else {
+            self.variables.join();
+        }
         if !self.survey.single(&[900, 910]) {
             self.absolute = None;
         }
@@ -209,7 +223,12 @@ impl Reader<'_> {
 
     /// Something outside of this text runs: no mode is certain.
     pub(super) fn call(&mut self, k: usize) {
+        if self.survey.whole {
+            // what runs stands in this text
+            return self.join(k, Break::Call);
+        }
         self.end(k, Break::Call, "a call");
+        self.variables.forget();
         self.motion = None;
         self.absolute = None;
         self.inch = None;
@@ -242,8 +261,8 @@ impl Reader<'_> {
         }
         if let Some(keyword) = &block.keyword {
             match keyword.as_str() {
-                w if w.contains("GOTO") || matches!(w, "IF" | "THEN") => self.join(k, Break::Jump),
                 "WHILE" | "DO" | "END" => self.join(k, Break::Loop),
+                w if is_flow(w) => self.join(k, Break::Jump),
                 // `M117 Printing`, `M0 Clean the nozzle`: a message
                 _ if block.words.iter().any(lex::takes_text) => return self.words(k, block),
                 _ => self.call(k),
@@ -254,9 +273,29 @@ impl Reader<'_> {
             self.join(k, Break::Jump);
         }
         if block.assignment {
+            if !self.variables.assign(self.text.line(k)) {
+                // a block that moves behind an assignment
+                self.variables.forget();
+                self.end(k, Break::Call, "a block with an assignment");
+            }
             return Ok(());
         }
+        let block = self.folded(k, block);
         self.words(k, block)
+    }
+
+    /// A block whose computed numbers have the values that they certainly have.
+    fn folded(&mut self, k: usize, mut block: Block) -> Block {
+        let geometry = |w: &&mut lex::Word| AXES.contains(&w.letter) || b"IJKRF".contains(&w.letter);
+        for w in block.words.iter_mut().filter(geometry).filter(|w| w.value.is_none()) {
+            w.value = self.variables.fold(self.text.slice(w.number.clone()));
+            if w.value.is_some() && !self.has_folded {
+                self.has_folded = true;
+                let text = "expressions are folded where their value is certain: a word that is changed holds a number from then on";
+                self.script.notes.push(Note { place: At { file: 0, line: k as u64 + 1 }, text: text.into() });
+            }
+        }
+        block
     }
 
     /// Literal number of a letter.

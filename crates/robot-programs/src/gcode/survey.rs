@@ -7,6 +7,11 @@ use std::collections::BTreeSet;
 
 /// Letters of axes.
 pub(super) const AXES: &[u8] = b"XYZABCUVW";
+/// G words, times ten, that a subprogram in the text may pass and whose modes a look over the text settles.
+const PLAIN: &[u32] = &[
+    0, 10, 20, 30, 40, 100, 170, 180, 190, 200, 210, 280, 300, 400, 410, 411, 420, 421, 430, 431, 440, 490, 520, 530,
+    640, 690, 800, 900, 910, 920, 921, 922, 923, 940, 980, 990,
+];
 /// What a look over the whole text tells.
 #[derive(Default)]
 pub(super) struct Survey {
@@ -20,16 +25,31 @@ pub(super) struct Survey {
     pub(super) jumps: bool,
     /// Firmware of a printer: it heats, or counts filament.
     pub(super) printer: bool,
+    /// Every subprogram that is called stands in the text.
+    pub(super) whole: bool,
 }
 
 impl Survey {
     pub(super) fn of(text: &Text) -> Result<Self> {
         let mut survey = Self::default();
         let (mut extrudes, mut counts) = (false, false);
+        let (mut subs, mut called, mut outside) = (BTreeSet::new(), BTreeSet::new(), false);
         for k in 0..text.line_count() {
             let block = lex::block(text, k)?;
             survey.jumps |=
                 block.keyword.is_some() && text.line(k).to_ascii_uppercase().windows(4).any(|w| w == b"GOTO");
+            match block.flow.as_deref() {
+                Some("" | "SUB") => drop(subs.insert(block.label.clone())),
+                Some("CALL") => drop(called.insert(block.label.clone())),
+                _ => {}
+            }
+            outside |=
+                block.keyword.as_deref().is_some_and(|w| !is_flow(w) && !block.words.iter().any(lex::takes_text));
+            match called_by(&block) {
+                Some(Ok(name)) => drop(called.insert(name)),
+                Some(Err(())) => outside = true,
+                None => {}
+            }
             let has = |l: u8| block.words.iter().any(|w| w.letter == l);
             extrudes |= has(b'E');
             for w in &block.words {
@@ -53,6 +73,8 @@ impl Survey {
                 }
             }
         }
+        let plain = |c: &u32| PLAIN.contains(c) || (540..600).contains(c) || (810..900).contains(c);
+        survey.whole = !outside && called.is_subset(&subs) && survey.codes.iter().all(plain);
         survey.printer |= extrudes && counts;
         Ok(survey)
     }
@@ -66,6 +88,25 @@ impl Survey {
         let many = self.codes.range(540..600).count() + usize::from(self.codes.contains(&541));
         many > 1 || [520, 920, 921, 922, 923, 100].iter().any(|c| self.codes.contains(c))
     }
+}
+
+/// Words of several letters that steer the order of blocks.
+pub(super) fn is_flow(keyword: &str) -> bool {
+    keyword.contains("GOTO") || matches!(keyword, "IF" | "THEN" | "WHILE" | "DO" | "END")
+}
+
+/// The subprogram that a block calls by `M98 P1000`; an error where it cannot be told which, or where it stands elsewhere.
+fn called_by(block: &Block) -> Option<std::result::Result<String, ()>> {
+    let is = |w: &lex::Word, letter: u8, numbers: &[f64]| {
+        w.letter == letter && w.value.is_some_and(|v| numbers.contains(&v.0))
+    };
+    if block.words.iter().any(|w| is(w, b'G', &[65.0, 66.0, 66.1]) || is(w, b'M', &[97.0, 198.0])) {
+        return Some(Err(()));
+    }
+    block.words.iter().find(|w| is(w, b'M', &[98.0]))?;
+    let p = block.words.iter().find(|w| w.letter == b'P').and_then(|w| w.value).map(|v| v.0);
+    // `P31000` calls O1000 three times on some controls
+    Some(p.filter(|p| p.fract() == 0.0 && (1.0..10_000.0).contains(p)).map(|p| format!("{}", p as u32)).ok_or(()))
 }
 
 /// Whether words name axes.

@@ -146,7 +146,7 @@ fn the_last_relative_move_before_the_position_is_lost_is_fixed() {
         ("M98 P100\n", true),
         ("", true),
         ("G92 X0\n", true),
-        ("#1=2\nX#1\n", true),
+        ("#1=2\nX#2\n", true),
         ("G90\nG1 X0\n", false),
         ("G90\nM98 P1\n", true),
         ("G28 X0\n", true),

@@ -18,11 +18,12 @@
 //! Fails with file, line and column where counts and lines disagree, a number is none, a position is not in the list, `END`
 //! is missing, or the robot file has no pulses for a joint. `docs/program-inform.md` has what may be edited.
 //!
-//! Modules: [`list`] positions and headers; [`read`] instructions; [`movement`] moves and their goals; [`write`] edits to patches.
+//! Modules: [`list`] positions and headers; [`read`] instructions; [`shared`] which position variables are certain; [`movement`] moves and their goals; [`write`] edits to patches.
 
 mod list;
 mod movement;
 mod read;
+mod shared;
 #[cfg(test)]
 mod tests;
 mod write;
@@ -218,5 +219,9 @@ impl Document for Job {
 
     fn patches(&self, edits: &Edits) -> Result<Vec<Patch>> {
         write::patches(self, edits)
+    }
+
+    fn unwritable(&self, edits: &Edits) -> Vec<(usize, String)> {
+        write::unwritable(self, edits)
     }
 }

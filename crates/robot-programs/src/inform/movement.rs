@@ -9,7 +9,7 @@ use super::{Kind, Meaning, Number, Reference, Statement, Tag};
 use crate::error::Result;
 use crate::script::pose::{Configuration, Frame};
 use crate::script::{
-    At, Break, Goal, Move, PathKind, PoseForm, PoseGoal, Solution, Speed, StepKind, Target, Value, number,
+    At, Break, Goal, Move, Note, PathKind, PoseForm, PoseGoal, Solution, Speed, StepKind, Target, Value, number,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use std::ops::Range;
@@ -194,7 +194,13 @@ impl Reader<'_> {
             if self.assigned.contains(&first.number) {
                 return Ok(Goal::Opaque(format!("position variable P{:03} is set in the job", first.number)));
             }
-            m.fixed = Some(format!("position variable P{:03}: its value may be changed at run time", first.number));
+            m.fixed = self.shared.uncertain(first.number);
+            if m.fixed.is_none() && !self.has_noted {
+                self.has_noted = true;
+                let text = "position variables are taken and edited as the list of the job gives them: another job that sets or loads them \
+                            undoes that";
+                self.script.notes.push(Note { place: At { file: 0, line: k as u64 + 1 }, text: text.into() });
+            }
             m.closed.get_or_insert_with(|| "its target is a position variable".into());
         }
         match first.section.meaning {

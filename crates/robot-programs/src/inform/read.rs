@@ -1,6 +1,7 @@
 //! Instructions to steps; moves are read by [`movement`](super::movement).
 
 use super::list::{List, shown};
+use super::shared::Shared;
 use super::{Job, Kind, Section, Statement};
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
@@ -45,6 +46,8 @@ const JUMPS: &[&str] = &[
 ];
 const LOOPS: &[&str] = &["WHILE", "WHILEEXP", "ENDWHILE", "FOR", "NEXT"];
 const FRAMES: &[&str] = &["SETTOOL", "MFRAME", "GETTOOL"];
+/// Instructions that start another job.
+pub(super) const STARTS: &[&str] = &["CALL", "PSTART"];
 const PROCESS: &[(&str, bool)] = &[
     ("ARCON", true),
     ("ARCOF", false),
@@ -71,6 +74,8 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
         list: &list,
         ends: super::ends(&list.positions),
         assigned: assigned(text, begin),
+        shared: Shared::of(text, begin, &texts[1..]),
+        has_noted: false,
         counted: Counted::of(text, begin),
         moves: 0,
         script: Script::default(),
@@ -98,8 +103,19 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
     })
 }
 
+/// Whether an instruction is known, so that it sets no position variable that it does not name.
+pub(super) fn is_known(word: &str) -> bool {
+    let lists = [STILL, STANDS, JUMPS, LOOPS, FRAMES, STARTS];
+    let pairs = PROCESS.iter().map(|p| p.0).chain(OVERLAID.iter().flat_map(|p| [p.0, p.1]));
+    word.starts_with(['*', '+'])
+        || word.contains("MOV")
+        || matches!(word, "TIMER" | "END")
+        || lists.iter().any(|list| list.contains(&word))
+        || pairs.into_iter().any(|p| p == word)
+}
+
 /// The words of a line, each with its bytes; a comment (`'`, or `//` behind a space) is left out.
-fn words(text: &Text, k: usize) -> Vec<Range<usize>> {
+pub(super) fn words(text: &Text, k: usize) -> Vec<Range<usize>> {
     let (start, line) = (text.line_span(k).start, text.line(k));
     let mut quoted = false;
     let mut found = Vec::new();
@@ -194,6 +210,9 @@ pub(super) struct Reader<'a> {
     /// Headers in force where new positions of each kind go.
     pub(super) ends: BTreeMap<Kind, Section>,
     pub(super) assigned: BTreeSet<u32>,
+    pub(super) shared: Shared,
+    /// It was said that position variables are edited.
+    pub(super) has_noted: bool,
     counted: Option<Counted>,
     /// Moves so far, as the controller counts the steps of a job.
     moves: u32,

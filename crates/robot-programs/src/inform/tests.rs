@@ -214,7 +214,7 @@ fn position_variables_are_fixed_and_what_is_set_at_run_time_is_opaque() {
     let text = job(
         "0,0,0,2,0,0",
         list,
-        "MOVJ P001 VJ=25.00\nSETE P002 (1) D000\nMOVJ P002 VJ=5.00\nMOVJ P[I000] VJ=5.00\nMOVJ LP003 VJ=5.00\nMOVJ P007 VJ=5.00",
+        "MOVJ P001 VJ=25.00\nSETE P002 (1) D000\nMOVJ P002 VJ=5.00\nMOVJ P[I000] VJ=5.00\nMOVJ LP003 VJ=5.00\nMOVJ P007 VJ=5.00\nSET P[I001] P009",
     );
     let robot = robot();
     let script = script_of(&Inform, &text, &robot);
@@ -225,6 +225,35 @@ fn position_variables_are_fixed_and_what_is_set_at_run_time_is_opaque() {
     }
     let refused = edited(&Inform, text.as_bytes(), &edit(&robot, &[(1, Some([9.0; 6]), vec![])]), &robot);
     assert!(matches!(refused, Err(Error::Refused(_))));
+}
+
+#[test]
+fn a_position_variable_that_nothing_else_sets_is_edited_in_the_list_where_its_moves_agree() {
+    let list = "///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\nP00001=1,2,3,4,5,6\nP00002=1,2,3,4,5,6";
+    let lines = "MOVJ C00000 VJ=9.00\nMOVJ P001 VJ=25.00\nMOVJ P002 VJ=5.00\nMOVJ C00000 VJ=9.00\nMOVJ P002 VJ=5.00";
+    let text = job("1,0,0,2,0,0", list, lines);
+    let robot = robot();
+    let script = script_of(&Inform, &text, &robot);
+    let steps = moves(&script);
+    assert!(steps.iter().all(|m| m.1.fixed.is_none()) && steps[1].1.closed.is_some(), "{steps:?}");
+    assert!(script.notes.iter().any(|n| n.text.contains("position variables are taken")), "{:?}", script.notes);
+    let wish = |list: &[(usize, [f64; 6])]| {
+        let list: Vec<_> = list.iter().map(|w| (w.0, Some(w.1), vec![])).collect();
+        edit(&robot, &list)
+    };
+    // one move, and two that agree
+    let (p1, p2) = ([9.0, 2.0, 3.0, 4.0, 5.0, 6.0], [1.0, 2.0, 7.0, 4.0, 5.0, 6.0]);
+    let agree = wish(&[(2, p1), (3, p2), (5, p2)]);
+    let out = String::from_utf8(edited(&Inform, text.as_bytes(), &agree, &robot).unwrap()).unwrap();
+    let expected = text.replace("P00001=1,2,3", "P00001=9,2,3").replace("P00002=1,2,3", "P00002=1,2,7");
+    assert_eq!(out, expected);
+    // two that do not: none of them, and no number of another variable
+    let doc = harness::parse(&Inform, text.as_bytes(), &robot).unwrap();
+    for differ in [wish(&[(2, p1), (3, p2)]), wish(&[(2, p1), (3, p2), (5, p1)])] {
+        let left: Vec<usize> = doc.unwritable(&differ).into_iter().map(|u| u.0).collect();
+        assert!(!left.is_empty() && left.iter().all(|k| [3, 5].contains(k)), "{left:?}");
+        assert!(matches!(doc.patches(&differ), Err(Error::Refused(_))));
+    }
 }
 
 #[test]
@@ -431,12 +460,16 @@ proptest! {
         let mut rng = generator(seed);
         let text = random_job(&mut rng);
         let script = script_of(&Inform, &text, &robot);
-        let edits = random_edits(&script, &robot, &mut rng);
+        let mut edits = random_edits(&script, &robot, &mut rng);
+        // a caller leaves what a variable of several moves cannot say
+        for (step, _) in harness::parse(&Inform, text.as_bytes(), &robot).unwrap().unwritable(&edits) {
+            edits.steps.remove(&step);
+        }
         let out = edited(&Inform, text.as_bytes(), &edits, &robot).unwrap();
         // all lines that no edit is about are there, in order
         let new: Vec<&[u8]> = out.split(|&b| b == b'\n').collect();
         let mut at = 0;
-        for line in text.as_bytes().split(|&b| b == b'\n').filter(|l| !l.starts_with(b"C") && !l.contains(&b'M') && !l.starts_with(b"///NPOS")) {
+        for line in text.as_bytes().split(|&b| b == b'\n').filter(|l| !l.starts_with(b"C") && !l.starts_with(b"P0") && !l.contains(&b'M') && !l.starts_with(b"///NPOS")) {
             let found = new[at..].iter().position(|l| *l == line);
             prop_assert!(found.is_some(), "{:?} is gone", String::from_utf8_lossy(line));
             at += found.unwrap() + 1;

@@ -22,8 +22,7 @@ const LEAST_CR_MM: f64 = 1.0;
 type Form = BTreeMap<usize, String>;
 
 pub(super) fn patches(job: &Job, edits: &Edits) -> Result<Vec<Patch>> {
-    let ends = ends(&job.positions);
-    let mut writer = Writer { job, edits, ends, patches: Vec::new(), new: Vec::new(), next: BTreeMap::new() };
+    let mut writer = Writer::new(job, edits);
     writer.check()?;
     let wishes = writer.goals()?;
     writer.place(&wishes)?;
@@ -47,6 +46,23 @@ struct NewLine {
     model: usize,
 }
 
+/// Edited moves to a position variable whose moves want different values: no other number of a variable is this job's own.
+pub(super) fn unwritable(job: &Job, edits: &Edits) -> Vec<(usize, String)> {
+    let Ok(wishes) = Writer::new(job, edits).goals() else { return Vec::new() };
+    let mut found = Vec::new();
+    for (line, uses) in wishes {
+        let position = &job.positions[line];
+        let differ = job.pinned[line] || uses.windows(2).any(|w| w[0].1 != w[1].1);
+        if position.kind < Kind::P || !differ {
+            continue;
+        }
+        let why =
+            format!("position variable P{:03}: its moves need different values, and it has but one", position.number);
+        found.extend(uses.into_iter().filter(|u| !u.1.is_empty()).map(|u| (u.0, why.clone())));
+    }
+    found
+}
+
 struct Writer<'a> {
     job: &'a Job,
     edits: &'a Edits,
@@ -58,6 +74,10 @@ struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
+    fn new(job: &'a Job, edits: &'a Edits) -> Self {
+        Self { job, edits, ends: ends(&job.positions), patches: Vec::new(), new: Vec::new(), next: BTreeMap::new() }
+    }
+
     fn refused(&self, step: usize, why: &str) -> Error {
         let script = &self.job.script;
         let place = script.steps.get(step).map(|s| script.place(s.at).to_string()).unwrap_or_default();
@@ -159,6 +179,9 @@ impl<'a> Writer<'a> {
             }
             let mut clones: Vec<(&Form, String)> = Vec::new();
             for (step, form) in uses.iter().filter(|u| u.1 != kept) {
+                if self.job.positions[line].kind >= Kind::P {
+                    return Err(self.refused(*step, "a position variable has but one value"));
+                }
                 let known = clones.iter().find(|c| c.0 == form).map(|c| c.1.clone());
                 let name = match known {
                     Some(name) => name,

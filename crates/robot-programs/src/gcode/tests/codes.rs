@@ -110,3 +110,40 @@ fn what_the_program_never_says_is_named_and_may_be_assumed() {
     assert!((values(&script, moves(&script)[1].0)[0] - 0.508).abs() < 1e-12);
     assert!(script_of(&Gcode, &format!("G91 G20\n{text}"), &robot()).missing.is_empty());
 }
+
+#[test]
+fn expressions_with_one_value_lead_to_known_places_and_are_edited_as_numbers() {
+    let text = "#1=.5\nG21 G90 G0 X0 Y0 Z0\nG1 X[#1*53] Y-#1 F[#1*100]\nG1 X[10+2*SIN[30]]\n";
+    assert_eq!(known_x(text), [0.0, 26.5, 11.0]);
+    let out = written(text, &[(1, Some([26.5012, -0.5, 0.0]), vec![])]);
+    assert_eq!(out, text.replace("X[#1*53]", "X26.5012"));
+    let notes = script_of(&Gcode, text, &robot()).notes;
+    assert!(notes.iter().any(|n| n.text.contains("folded")), "{notes:?}");
+    // behind a branch only what one block assigns before all branches; nothing behind a call of something else
+    let text = "#1=5\n#2=6\nG21 G90 G0 X0 Y0 Z0\no1 if [#9 gt 1]\n#3=4\no1 endif\nG0 X#1\nG0 X#2\nG0 X#3\nG65 P9000\nG21 G90 G0 G17 G40 X#1\n";
+    assert_eq!(known_x(text), [0.0, 5.0, 6.0]);
+    let twice = text.replace("#3=4", "#2=4");
+    assert_eq!(known_x(&twice), [0.0, 5.0]);
+    // a loop that counts
+    let text = "#1=5\nG21 G90 G0 X0 Y0 Z0\no1 while [#1 lt 9]\nG1 X#1 F100\n#1=[#1+1]\no1 endwhile\n";
+    assert_eq!(opaque(text), ["an expression or a variable"]);
+}
+
+#[test]
+fn modes_behind_a_call_of_a_subprogram_in_the_text_are_those_that_the_text_never_changes() {
+    let sub = "o<hole> sub\nG0 Z5\nG1 Z-2 F50\no<hole> endsub\n";
+    let main = "G21 G90 G0 X0 Y0 Z9\no<hole> call\nG0 X10 Y0 Z9\n";
+    assert_eq!(goals(&format!("{sub}{main}")).iter().filter(|g| g.is_none()).count(), 2); // those of the subprogram, before any mode
+    assert_eq!(known_x(&format!("{main}M2\n{sub}"))[..2], [0.0, 10.0]);
+    let fanuc = "G21 G90 G0 X0 Y0 Z9\nM98 P200\nG0 X10 Y0 Z9\nM30\nO0200\nG1 Z-2 F50\nM99\n";
+    assert_eq!(known_x(fanuc)[..2], [0.0, 10.0]);
+    // changed in the subprogram, called elsewhere, or behind a code that is not known
+    for (from, to) in [("G1 Z-2", "G91 G1 Z-2"), ("P200", "P300"), ("G1 Z-2", "G68 R1\nG1 Z-2")] {
+        assert_eq!(known_x(&fanuc.replace(from, to))[..], [0.0], "{to}");
+    }
+}
+
+#[test]
+fn a_function_behind_a_letter_is_an_expression() {
+    assert_eq!(opaque("G21 G90 G0 X EXISTS[#1]\n"), ["an expression or a variable"]);
+}
