@@ -34,6 +34,8 @@ const AS_NEAR: f64 = 0.02;
 const BESIDE: f64 = 0.5;
 /// Joints closer than this are the same solution, rad.
 const SAME: f64 = 1e-5;
+/// A sign of a configuration whose measure is less is none (m, sines, and the determinant of a Jacobian in m).
+const ON_BORDER: f64 = 1e-6;
 /// Half a last digit of a pose may move a joint by so much at most, rad.
 const LOST_RAD: f64 = 1e-3;
 
@@ -57,6 +59,8 @@ impl Tooled {
 pub struct Place {
     pub tooled: Arc<Tooled>,
     pub frame: Isometry3<f64>,
+    /// Joints in whose configuration the arm works.
+    posture: Option<Arc<[f64]>>,
 }
 
 /// Frames, tools and robots for the targets of a program.
@@ -66,18 +70,17 @@ pub struct Poses {
     frames: Frames,
     by_tool: BTreeMap<String, Arc<Tooled>>,
     pub missing: Missing,
+    /// Joints in whose configuration the arm works where nothing else tells, rad or m; `None`: nobody says.
+    pub posture: Option<Arc<[f64]>>,
 }
 
 impl Poses {
     pub fn new(robot: &Robot, frames: &Frames) -> Self {
         let frames = robot.frames.with(frames);
-        Self { robot: robot.clone(), frames, by_tool: BTreeMap::new(), missing: Missing::default() }
-    }
-
-    /// Joints near which the arm works, rad or m; `None`: nobody says.
-    pub fn posture(&self) -> Option<Vec<f64>> {
-        let given = self.frames.posture_deg.as_ref()?;
-        Some(self.robot.axis_joints().zip(given).map(|(joint, v)| v * joint.kind.si_per_user_unit()).collect())
+        let si =
+            |given: &Vec<f64>| robot.axis_joints().zip(given).map(|(j, v)| v * j.kind.si_per_user_unit()).collect();
+        let posture = frames.posture_deg.as_ref().map(si);
+        Self { robot: robot.clone(), frames, by_tool: BTreeMap::new(), missing: Missing::default(), posture }
     }
 
     /// Frame and tool of a target.
@@ -110,7 +113,7 @@ impl Poses {
         let key = format!("{:?} {:?}", tool.translation.vector, tool.rotation.coords);
         let robot = &self.robot;
         let tooled = self.by_tool.entry(key).or_insert_with(|| Arc::new(Tooled::new(robot, tool))).clone();
-        Ok(Place { tooled, frame })
+        Ok(Place { tooled, frame, posture: self.posture.clone() })
     }
 }
 
@@ -240,7 +243,10 @@ impl Place {
                 (Some(_), 1) => Ok(candidates.swap_remove(0)),
                 (Some(c), 0) => self.by_hint(&any, hint, end).or_else(|| fitting(c, arm, &any)).ok_or(NO_START),
                 (Some(_), _) => self.by_hint(&candidates, hint, end).ok_or(SEVERAL),
-                (None, _) => self.by_hint(&any, hint, end).ok_or(NO_START),
+                (None, _) => {
+                    let found = self.by_hint(&any, hint, end);
+                    found.or_else(|| self.by_posture(arm, &all)).ok_or(NO_START)
+                }
             };
         }
         let (mut best, first, second) = nearest(&candidates, beside);
@@ -265,6 +271,16 @@ impl Place {
         let reached = way::follow(&self.tooled, hint, end, true, None);
         let agrees = reached.as_ref().is_none_or(|r| distance(r, q) < AS_NEAR);
         (agrees && second - first >= AS_NEAR && (reached.is_some() || first < BESIDE)).then(|| q.clone())
+    }
+
+    /// The one solution in the configuration of the posture that the user gives, in the turns next to it.
+    fn by_posture(&self, arm: &Arm, all: &[Vec<f64>]) -> Option<Vec<f64>> {
+        let robot = &self.tooled.robot;
+        let posture = self.posture.as_deref()?;
+        let class = class_of(robot, arm, posture)?;
+        let mut found = all.iter().filter(|q| class_of(robot, arm, q) == Some(class));
+        let one = turned(robot, found.next()?, posture, &|_, _| true)?;
+        found.all(|q| turned(robot, q, posture, &|_, _| true).is_none_or(|q| distance(&q, &one) < SAME)).then_some(one)
     }
 
     /// Numbers of a pose target whose joints move from `q` to `to`; `own`: the numbers that stand there.
@@ -305,6 +321,20 @@ impl Place {
         }
         Ok(())
     }
+}
+
+/// The configuration in which an arm of six joints stands, by three signs: of its front, elbow and wrist where the wrist is
+/// spherical; else of its elbow, its wrist and its Jacobian's determinant, which is their product with the shoulder's. `None`: on a border.
+fn class_of(robot: &Robot, arm: &Arm, q: &[f64]) -> Option<[bool; 3]> {
+    let signs = match arm.posture(q) {
+        Some(p) => [p.front_m, p.elbow, q.get(4)?.sin()],
+        None => {
+            let (_, jacobian) = robot.chain().jacobian(q);
+            let square = (jacobian.ncols() == 6).then(|| jacobian.fixed_columns::<6>(0).into_owned())?;
+            [square.determinant(), q.get(2)?.sin(), q.get(4)?.sin()]
+        }
+    };
+    signs.iter().all(|s| s.abs() > ON_BORDER).then(|| signs.map(|s| s > 0.0))
 }
 
 /// Of the solutions as near as the nearest the one with which the point was taught; `None`: none, or several.
@@ -454,7 +484,7 @@ mod tests {
 
     fn place(k: usize, tool: Isometry3<f64>, frame: Isometry3<f64>) -> Place {
         let robot = Robot::parse("r", ARMS[k]).unwrap();
-        Place { tooled: Arc::new(Tooled::new(&robot, tool)), frame }
+        Place { tooled: Arc::new(Tooled::new(&robot, tool)), frame, posture: None }
     }
 
     fn goal(at: &Isometry3<f64>, solution: Solution) -> PoseGoal {
@@ -564,6 +594,29 @@ mod tests {
         // the elbow bent the other way: another arm, or none that is certain
         let other: Vec<f64> = [20.0, -20.0, -90.0, 20.0, -90.0, 30.0].map(f64::to_radians).into();
         assert!(from(Some(&other)).map_or(f64::INFINITY, |found| distance(&found, &q)) > 0.5);
+    }
+
+    #[test]
+    fn a_posture_that_the_user_gives_chooses_the_arm_configuration_wherever_it_stands() {
+        // the same elbow and wrist far away, for arms with and without a spherical wrist
+        let postures = [[-60.0, -100.0, 110.0, 0.0, 70.0, 0.0], [150.0, -60.0, 70.0, -110.0, -60.0, -20.0]];
+        let there = [[40.0, -70.0, 80.0, 20.0, 30.0, -10.0], [20.0, -80.0, 90.0, -100.0, -90.0, 30.0]];
+        for (k, (posture, q)) in [0, 4].into_iter().zip(postures.into_iter().zip(there)) {
+            let mut place = place(k, Isometry3::translation(0.0, 0.0, 0.1), Isometry3::identity());
+            let q: Vec<f64> = q.map(f64::to_radians).into();
+            let goal = PoseGoal { binding: false, ..goal(&place.arm_at(&q), Solution::Same) };
+            assert_eq!(place.joints(&goal, None, PathKind::Linear, None), Err(NO_START));
+            place.posture = Some(posture.map(f64::to_radians).into());
+            let found = place.joints(&goal, None, PathKind::Linear, None).unwrap();
+            assert!(distance(&found, &q) < 1e-6, "{k}: {found:?}");
+            // another wrist is another solution
+            let mut other = posture.map(f64::to_radians);
+            other[4] = -other[4];
+            place.posture = Some(other.into());
+            let found = place.joints(&goal, None, PathKind::Linear, None).unwrap();
+            assert!((found[4].sin() > 0.0) != (q[4].sin() > 0.0), "{k}: {found:?}");
+            assert!((place.arm_at(&found).translation.vector - place.arm_at(&q).translation.vector).norm() < 1e-9);
+        }
     }
 
     #[test]

@@ -124,7 +124,9 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
     let run = empty_run(entry.is_none());
     let one_arm = one_configuration(script, &plain);
     let hint = script.targets.iter().find_map(|t| joints_of(t, choice.robot.dof())).filter(|_| one_arm);
-    let posture = poses.posture().filter(|_| one_arm);
+    if !one_arm {
+        poses.posture = None;
+    }
     let mut cutter = Cutter {
         choice,
         poses,
@@ -132,8 +134,7 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
         out: Cut::default(),
         run,
         known: Vec::new(),
-        hint: hint.or_else(|| posture.clone()),
-        posture,
+        hint,
         one_arm,
         directions: Directions::default(),
     };
@@ -196,8 +197,6 @@ struct Cutter<'a> {
     /// Joints at the last place of the program where they are known, else those of its first joint target; `None`: the arm may have
     /// gone over into another configuration since.
     hint: Option<Vec<f64>>,
-    /// Joints near which the arm works, as the user says.
-    posture: Option<Vec<f64>>,
     /// All that the script says of the arm's configuration is the same.
     one_arm: bool,
     directions: Directions,
@@ -228,7 +227,7 @@ impl Cutter<'_> {
     /// A move that cannot be told: only straight ones and arcs keep the arm in its configuration.
     fn forget(&mut self, m: &Move) {
         if m.path == PathKind::Joint {
-            self.hint.clone_from(&self.posture);
+            self.hint = None;
         }
     }
 
@@ -297,7 +296,7 @@ impl Cutter<'_> {
                         let alone = alone.and_then(|_| self.pose(goal, m, None).ok());
                         let Some(found) = alone else {
                             self.forget(m);
-                            self.poses.missing.posture += u64::from(why == NO_START);
+                            self.poses.missing.posture += u64::from(why == NO_START && self.poses.posture.is_none());
                             self.out.left.insert(step, why.clone());
                             return self.lost(at, why);
                         };
