@@ -22,3 +22,20 @@ impl Files {
         }
     }
 }
+
+/// The files of a folder, in the order of their names; none where there are more than `most`.
+pub fn of_folder(folder: &Path, most: usize) -> Vec<PathBuf> {
+    let open = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let Ok(entries) = std::fs::read_dir(open) else { return Vec::new() };
+    let mut files = Vec::new();
+    for entry in entries.flatten() {
+        if entry.file_type().is_ok_and(|t| t.is_file()) {
+            files.push(folder.join(entry.file_name()));
+            if files.len() > most {
+                return Vec::new();
+            }
+        }
+    }
+    files.sort();
+    files
+}

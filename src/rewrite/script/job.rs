@@ -46,7 +46,7 @@ impl Job<'_> {
             ));
         }
         let (texts, companions) = texts(format, input, bytes, &self.files)?;
-        let hashes: Vec<String> = texts.iter().map(|t| input::sha256(&t.bytes)).collect();
+        let hashes: Vec<String> = texts.iter().filter(|t| !t.context).map(|t| input::sha256(&t.bytes)).collect();
         self.refuse_known(&name, &self.known(input)?, &Some(guard::together(hashes.iter())))?;
         let digit = self.digits()?;
         let task = Task {
@@ -67,7 +67,8 @@ impl Job<'_> {
         match target {
             Target::DryRun => Ok(Ready::without_output(outcome)),
             Target::Check(golden) => {
-                let (theirs, _) = self::texts(format, golden, input::read(golden)?.bytes, &Files::Disk)?;
+                let (mut theirs, _) = self::texts(format, golden, input::read(golden)?.bytes, &Files::Disk)?;
+                theirs.retain(|t| !t.context);
                 let ours: Vec<Text> = theirs
                     .iter()
                     .map(|t| t.name.clone())
@@ -172,7 +173,7 @@ impl Job<'_> {
     }
 }
 
-/// The texts of a program, and the paths of its companions that are there.
+/// The texts of a program with its context, and the paths of its companions that are there.
 fn texts(format: &dyn Format, input: &Path, bytes: Vec<u8>, there: &Files) -> Result<(Vec<Text>, Vec<PathBuf>)> {
     let name = shown(input);
     memory::require_size(&name, bytes.len() as u64, LARGEST_SCRIPT)?;
@@ -187,6 +188,15 @@ fn texts(format: &dyn Format, input: &Path, bytes: Vec<u8>, there: &Files) -> Re
             memory::require_for_file(&path, &shown(&path), LARGEST_SCRIPT, 2)?;
             all.push(Text::new(shown(&path), std::fs::read(&path).map_err(|e| Error::io(&path, "read", e))?));
             companions.push(path);
+        }
+        for path in format.context(input) {
+            // what cannot be read declares nothing
+            let small = memory::require_for_file(&path, &shown(&path), LARGEST_SCRIPT, 2).is_ok();
+            let bytes = small.then(|| std::fs::read(&path).ok()).flatten();
+            let name = shown(&path);
+            if let Some(bytes) = bytes.filter(|b| input::refuse_utf16(&name, b).is_ok()) {
+                all.push(Text::of_context(name, bytes));
+            }
         }
     }
     Ok((all, companions))

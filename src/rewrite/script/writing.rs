@@ -22,7 +22,7 @@ pub fn write(
         if patches.is_empty() {
             return Ok((texts, verify::Written::nothing(task.robot.dof())));
         }
-        let again = names.iter().zip(&texts).map(|(n, b)| Text::new(n, b.clone())).collect();
+        let again: Vec<Text> = script.texts.iter().zip(&texts).map(|(t, b)| t.with(b.clone())).collect();
         let written = verify::read_again(format, script, edits, again, task.robot)?;
         if written.beyond.is_empty() {
             return Ok((texts, written));

@@ -24,7 +24,7 @@ pub(super) struct Taken {
 pub(super) fn words(program: &Program) -> Taken {
     let mut out = HashSet::new();
     let mut line = Vec::new();
-    for text in &program.script.texts {
+    for text in program.script.texts.iter().filter(|t| !t.context) {
         for k in 0..text.line_count() {
             tokens(text, k, &mut line);
             out.extend(line.iter().filter(|t| t.kind == Kind::Word).map(|t| upper(text, t)));
@@ -34,6 +34,8 @@ pub(super) fn words(program: &Program) -> Taken {
             }
         }
     }
+    out.extend(program.data.names.iter().filter(|n| n.context).map(|n| n.text.to_ascii_uppercase()));
+    out.extend(program.data.frames.keys().cloned());
     Taken { words: out, next: HashMap::new() }
 }
 
@@ -103,7 +105,7 @@ pub(super) fn clone(
     let Ok(value) = name.value() else { return Err(refused("the point's value is not certain")) };
     let motion = motion_of(program, step)?;
     let values = replaced(texts(program, value.file)?, value, change);
-    if name.local {
+    if name.local || name.context && motion.fold.is_none() {
         if motion.fold.is_some() {
             return Err(refused("a point of the routine itself cannot be cloned in an inline form"));
         }
@@ -113,7 +115,11 @@ pub(super) fn clone(
     if form && !name.text.to_ascii_uppercase().starts_with('X') {
         return Err(refused("its inline form does not name the point as inline forms do (X and the name)"));
     }
-    let body = if form { &name.text[1..] } else { name.text.as_str() };
+    if form && name.of.is_some() {
+        return Err(refused("an element of an array cannot be cloned in an inline form"));
+    }
+    let plain = name.text.split('[').next().unwrap_or_default();
+    let body = if form { &name.text[1..] } else { plain };
     // the form may write the name in another case than its declaration
     let spelled = motion.fold.map(|fold| Ok(shown(texts(program, 0)?, fold, motion.line, body))).transpose()?;
     let Some(fresh) = taken.fresh(spelled.as_deref().unwrap_or(body), form) else {
@@ -122,6 +128,11 @@ pub(super) fn clone(
     let first = |s: &str| s.get(..1).unwrap_or_default().to_string();
     let new = if form { format!("{}{fresh}", first(&name.text)) } else { fresh.clone() };
     let text = texts(program, name.file)?;
+    // a point of another module parts into the program's own data list
+    let (file, behind) = match name.context {
+        false => (name.file, name.line),
+        true => own_list(program).ok_or_else(|| refused("there is no data list (.dat) beside the program for a clone of the point"))?,
+    };
     let mut line = b"DECL ".to_vec();
     line.extend_from_slice(text.slice(name.type_word.clone()));
     line.extend_from_slice(format!(" {new}=").as_bytes());
@@ -136,11 +147,31 @@ pub(super) fn clone(
                     "its inline form needs a clone of {frame}, which is not declared in the data list"
                 )));
             };
-            lines.push(renamed(texts(program, file)?, at, &frame, &format!("F{fresh}")));
+            let from = texts(program, file)?;
+            if from.context && words_of(from, at).iter().any(|w| w == "GLOBAL") {
+                return Err(refused(&format!("its inline form needs a clone of {frame}, which another module declares GLOBAL")));
+            }
+            lines.push(renamed(from, at, &frame, &format!("F{fresh}")));
         }
     }
-    below(text, name.file, name.line, &lines, out);
+    below(texts(program, file)?, file, behind, &lines, out);
     Ok(Clone::Name { old: name.text.clone(), new })
+}
+
+/// The program's own data list, and the line before its `ENDDAT`.
+fn own_list(program: &Program) -> Option<(usize, usize)> {
+    let own = program.script.texts.iter().enumerate().skip(1);
+    own.filter(|(_, t)| !t.context).find_map(|(file, text)| {
+        let end = (0..text.line_count()).rev().find(|k| words_of(text, *k).first().is_some_and(|w| w == "ENDDAT"))?;
+        Some((file, end.checked_sub(1)?))
+    })
+}
+
+/// Words of a line, in upper case.
+fn words_of(text: &Text, k: usize) -> Vec<String> {
+    let mut line = Vec::new();
+    tokens(text, k, &mut line);
+    line.iter().filter(|t| t.kind == Kind::Word).map(|t| upper(text, t)).collect()
 }
 
 /// Lines behind line `k`.
@@ -187,13 +218,13 @@ pub(super) fn refer(program: &Program, step: usize, clone: &Clone, out: &mut Vec
     let motion = motion_of(program, step)?;
     let (old, new) = match clone {
         Clone::Inline(values) => {
-            out.push(Patch::new(0, motion.goal.clone(), values.clone()));
+            out.push(Patch::new(0, motion.point.clone(), values.clone()));
             return Ok(());
         }
         Clone::Name { old, new } => (old, new),
     };
     let Some(fold) = motion.fold else {
-        out.push(Patch::new(0, motion.goal.clone(), new.as_bytes()));
+        out.push(Patch::new(0, motion.point.clone(), new.as_bytes()));
         return Ok(());
     };
     let before = program.motions.range(..step).next_back().is_some_and(|(_, m)| m.line >= fold);

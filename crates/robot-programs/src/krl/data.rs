@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::script::pose::{Configuration, Frame};
 use crate::script::{PathKind, PoseForm, PoseGoal, Solution, Text, Value, number};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 /// `A1 -50.70`.
@@ -236,9 +236,10 @@ impl Data {
     pub fn collect(texts: &[Text]) -> Result<Self> {
         let mut data = Self::default();
         let mut line = Vec::new();
+        let own = || texts.iter().enumerate().filter(|(_, t)| !t.context);
         // declarations first: the data list comes behind the program
         for pass in 0..2 {
-            for (file, text) in texts.iter().enumerate() {
+            for (file, text) in own() {
                 let mut routine = 0;
                 let mut flow = Flow::default();
                 for k in 0..text.line_count() {
@@ -262,7 +263,79 @@ impl Data {
                 }
             }
         }
+        data.look_around(texts);
+        data.spread();
         Ok(data)
+    }
+
+    /// What other modules declare for all, and what they do to it. A file that cannot be read declares nothing.
+    fn look_around(&mut self, texts: &[Text]) {
+        let mut line = Vec::new();
+        let others = || texts.iter().enumerate().filter(|(_, t)| t.context);
+        for (file, text) in others() {
+            let mut shared: Option<bool> = None;
+            for k in 0..text.line_count() {
+                tokens(text, k, &mut line);
+                line.retain(|t| t.kind != Kind::Comment);
+                let Some(first) = line.first().map(|t| upper(text, t)) else { continue };
+                if first == "DEFDAT" {
+                    let name = line.get(1).map(|t| upper(text, t)).unwrap_or_default();
+                    let public = line.iter().any(|t| upper(text, t) == "PUBLIC");
+                    shared = (name == "$CONFIG" || public).then_some(name == "$CONFIG");
+                } else if let (Some(all), Some(at)) = (shared, declaration(text, &line))
+                    && (all || line[..at].iter().any(|t| upper(text, t) == "GLOBAL"))
+                {
+                    let _ = self.declare(text, file, k, None, &line, at);
+                } else if let (Some(_), Some(sign)) = (shared, assignment(&line)) {
+                    self.initial_elsewhere(text, file, &line, sign);
+                }
+            }
+        }
+        // points that a module assigns or hands over; its own of the same name are others
+        for (_, text) in others().filter(|(_, t)| !is_list(t) && !is_basis(t)) {
+            let local: HashSet<String> = of_module(texts, text);
+            for k in 0..text.line_count() {
+                tokens(text, k, &mut line);
+                line.retain(|t| t.kind != Kind::Comment);
+                if declaration(text, &line).is_none() {
+                    self.used_elsewhere(text, k, &line, &local);
+                }
+            }
+        }
+    }
+
+    /// `P[1]={X ...}` of another data list, where it declares the array for all.
+    fn initial_elsewhere(&mut self, text: &Text, file: usize, line: &[Token], sign: usize) {
+        let Some((n, next)) = self.at(0, text, line, 0).filter(|(_, next)| *next == sign) else { return };
+        let ours = self.names[n].context && self.names[n].file == file && !self.names[n].array;
+        if ours {
+            let value = aggregate(text, file, line, next + 1).ok().filter(|(_, end)| *end == line.len());
+            self.initial(n, value.map(|v| v.0));
+        }
+    }
+
+    /// A line of another module that gives a point of all modules a value, or may do so.
+    fn used_elsewhere(&mut self, text: &Text, k: usize, line: &[Token], local: &HashSet<String>) {
+        let sign = assignment(line);
+        let call = || calls(text, line).into_iter().next();
+        for (i, t) in line.iter().enumerate() {
+            if t.kind != Kind::Word || i > 0 && line[i - 1].is(b'.') {
+                continue;
+            }
+            let name = upper(text, t);
+            let Some(&n) = self.by_name.get(&(None, name.clone())) else { continue };
+            if !self.names[n].global || local.contains(&name) {
+                continue;
+            }
+            let (n, next) = self.at(usize::MAX, text, line, i).unwrap_or((n, i + 1));
+            if i == 0 && sign.is_some() {
+                let why = format!("it is assigned while the program runs ({}:{})", text.name, k + 1);
+                self.names[n].spoiled.get_or_insert(why);
+            } else if let Some(routine) = call().filter(|_| sign.is_none_or(|s| s != next)) {
+                let why = format!("it is passed to {routine}, which may change it ({}:{})", text.name, k + 1);
+                self.names[n].spoiled.get_or_insert(why);
+            }
+        }
     }
 
     /// `DECL [GLOBAL] [CONST] E6AXIS XP1={...},XP2`; `at` is the token of the type.
@@ -290,16 +363,17 @@ impl Data {
                 i += 1;
             }
             let mut given = None;
-            let mut spoiled = array.then(|| "an element of an array".to_string());
+            let mut spoiled = None;
             if line.get(i).is_some_and(|t| t.is(b'=')) {
                 i += 1;
                 if line.get(i).is_some_and(|t| t.is(b'{')) && kind != "FDAT" {
                     let (a, next) = aggregate(text, file, line, i)?;
                     (given, i) = (Some(a), next);
                 } else if kind == "FDAT" {
-                    self.numbers
-                        .insert(name.clone(), ["TOOL_NO", "BASE_NO"].map(|field| field_number(text, line, field)));
-                    self.frames.insert(name, (file, k));
+                    // the program's own come first
+                    self.frames.entry(name.clone()).or_insert((file, k));
+                    let numbers = || ["TOOL_NO", "BASE_NO"].map(|field| field_number(text, line, field));
+                    self.numbers.entry(name).or_insert_with(numbers);
                     return Ok(());
                 } else {
                     spoiled = Some("its value is computed".into());
@@ -314,6 +388,13 @@ impl Data {
                 _ => Holds::Pose,
             };
             let next = self.names.len();
+            if text.context && let Some(&there) = self.by_name.get(&(scope, name.clone())) {
+                let there = &mut self.names[there];
+                if there.context {
+                    there.spoiled.get_or_insert_with(|| "it is declared in several modules".into());
+                }
+                continue;
+            }
             if self.by_name.insert((scope, name.clone()), next).is_some() {
                 return Err(text.bad(word.start, format!("a second declaration of {own}"), "each name declared once"));
             }
@@ -327,7 +408,10 @@ impl Data {
                 type_word,
                 holds,
                 local,
-                global,
+                global: global || text.context,
+                context: text.context,
+                array,
+                of: None,
                 given,
                 assigned,
                 used,
@@ -348,8 +432,8 @@ impl Data {
             if t.kind != Kind::Word || i > 0 && line[i - 1].is(b'.') {
                 continue;
             }
-            let Some(n) = self.find(routine, &upper(text, t)) else { continue };
-            if (i, sign) != (0, Some(1)) {
+            let Some((n, next)) = self.at(routine, text, line, i) else { continue };
+            if (i, sign) != (0, Some(next)) {
                 self.names[n].used_in(routine);
             }
             if Some(i) == goal {
@@ -359,14 +443,19 @@ impl Data {
                 name.spoiled.get_or_insert(why);
             };
             match sign {
-                Some(1) if i == 0 => {
-                    let whole =
-                        line.get(2).filter(|t| t.is(b'{')).map(|_| aggregate(text, file, line, 2)).transpose()?;
+                Some(sign) if i == 0 && sign == next && !self.names[n].array => {
+                    let whole = line.get(sign + 1).filter(|t| t.is(b'{'));
+                    let whole = whole.map(|_| aggregate(text, file, line, sign + 1)).transpose()?;
                     let whole = whole.filter(|(_, next)| *next == line.len()).map(|w| w.0);
-                    let always = certain && !self.names[n].used;
+                    if file > 0 {
+                        self.initial(n, whole);
+                        continue;
+                    }
+                    let used = self.names[n].used || self.names[n].of.is_some_and(|a| self.names[a].used);
+                    let always = certain && !used;
                     self.names[n].assigned.push(Assigned { line: k, routine, aggregate: whole, always });
                 }
-                Some(s) if i == 0 && s > 1 => {
+                Some(_) if i == 0 => {
                     spoil(
                         &mut self.names[n],
                         format!("a part of it is assigned while the program runs (line {})", k + 1),
@@ -383,6 +472,102 @@ impl Data {
         }
         Ok(())
     }
+
+    /// The value that a data list gives a point on a line of its own.
+    fn initial(&mut self, n: usize, value: Option<Aggregate>) {
+        let name = &mut self.names[n];
+        if name.given.is_some() || value.is_none() {
+            name.spoiled.get_or_insert_with(|| "its value in the data list is not plain".into());
+        }
+        name.given = value;
+    }
+
+    /// The point that the word at token `i` names, and the token behind it: a name, an element of an array by a plain index, or the
+    /// array itself where the index is computed.
+    fn at(&mut self, routine: usize, text: &Text, line: &[Token], i: usize) -> Option<(usize, usize)> {
+        let name = upper(text, line.get(i)?);
+        let n = self.find(routine, &name)?;
+        if !self.names[n].array {
+            return Some((n, i + 1));
+        }
+        let Some((index, next)) = index(text, line, i + 1) else { return Some((n, i + 1)) };
+        let scope = [Some(routine), None].into_iter().find(|s| self.by_name.get(&(*s, name.clone())) == Some(&n))?;
+        let fresh = self.names.len();
+        let e = *self.by_name.entry((scope, format!("{name}[{index}]"))).or_insert(fresh);
+        if e == fresh {
+            let array = &self.names[n];
+            let element = Name {
+                text: format!("{}[{index}]", array.text),
+                array: false,
+                of: Some(n),
+                given: None,
+                assigned: Vec::new(),
+                used: false,
+                spoiled: None,
+                read: false,
+                ..array.clone()
+            };
+            self.names.push(element);
+        }
+        Some((e, next))
+    }
+
+    /// What is done to an array by a computed index, or as a whole, is done to each of its elements.
+    fn spread(&mut self) {
+        for e in 0..self.names.len() {
+            let Some(array) = self.names[e].of.and_then(|n| self.names.get(n)) else { continue };
+            let (spoiled, read, used) = (array.spoiled.clone(), array.read, array.used);
+            let element = &mut self.names[e];
+            element.read |= read;
+            if let Some(why) = spoiled {
+                element.spoiled.get_or_insert(why);
+            }
+            if used {
+                // which element is used before it is assigned is not known
+                element.assigned.iter_mut().for_each(|a| a.always = false);
+            }
+        }
+    }
+}
+
+/// `[2]` at token `at`: the index, and the token behind it.
+pub(super) fn index(text: &Text, line: &[Token], at: usize) -> Option<(u32, usize)> {
+    let [open, n, close] = line.get(at..at + 3)? else { return None };
+    if !(open.is(b'[') && close.is(b']') && n.kind == Kind::Number) {
+        return None;
+    }
+    Some((std::str::from_utf8(text.slice(n.span())).ok()?.parse().ok()?, at + 3))
+}
+
+/// Whether a text is a data list by its ending.
+fn is_list(text: &Text) -> bool {
+    text.name.rsplit_once('.').is_some_and(|(_, e)| e.eq_ignore_ascii_case("dat"))
+}
+
+/// KUKA's own BAS: it assigns the home positions of delta kinematics alone, which these arms are not.
+fn is_basis(text: &Text) -> bool {
+    let file = text.name.rsplit(['/', '\\']).next().unwrap_or_default();
+    file.eq_ignore_ascii_case("bas.src")
+}
+
+/// Names that the module of `text` declares for itself: in the text, and in those of the same stem.
+fn of_module(texts: &[Text], text: &Text) -> HashSet<String> {
+    let stem = |t: &Text| t.name.rsplit_once('.').map_or(t.name.as_str(), |(s, _)| s).to_ascii_uppercase();
+    let own = stem(text);
+    let mut names = HashSet::new();
+    let mut line = Vec::new();
+    for text in texts.iter().filter(|t| stem(t) == own) {
+        for k in 0..text.line_count() {
+            tokens(text, k, &mut line);
+            if let Some(at) = declaration(text, &line)
+                && !line[..at].iter().any(|t| upper(text, t) == "GLOBAL")
+            {
+                let words = line[at + 1..].iter().filter(|t| t.kind == Kind::Word);
+                names.extend(words.map(|t| upper(text, t)));
+            }
+        }
+    }
+    names
 }
 
 /// Whether a line begins a routine.

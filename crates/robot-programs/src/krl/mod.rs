@@ -10,11 +10,11 @@
 //! approximate positioning, folds, data lists); public programs.
 //!
 //! Modules: [`lex`] tokens; [`data`] declarations, aggregates; [`name`] a point and its value; [`calls`] what a line calls;
-//! [`motion`] a motion instruction; [`form`] inline forms; [`settings`] speeds and frames; [`target`] axis values; [`read`]
+//! [`project`] other modules; [`motion`] a motion instruction; [`form`] inline forms; [`settings`] speeds and frames; [`target`] axis values; [`product`] products of frames; [`read`]
 //! makes the script; [`write`] the patches; [`clone`] a point's second form.
 //!
-//! How it fails: what other modules do to a point (`$config.dat`, GLOBAL data) is not in the text. Such points are never
-//! changed in place, and where they are not declared in the two files their motions are not edited at all.
+//! How it fails: what other modules do to a point (`$config.dat`, GLOBAL data) is known as far as they are found. Such points are never
+//! changed in place, and where no file that is read declares them their motions are not edited at all.
 
 mod calls;
 mod clone;
@@ -23,6 +23,8 @@ mod form;
 mod lex;
 mod motion;
 mod name;
+mod product;
+mod project;
 mod read;
 mod settings;
 mod target;
@@ -82,6 +84,10 @@ impl Format for Krl {
         companions(path, there)
     }
 
+    fn context(&self, path: &Path) -> Vec<PathBuf> {
+        project::files(path, &companions(path, &Files::Disk))
+    }
+
     fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>> {
         Ok(Box::new(read::program(texts, robot)?))
     }
@@ -128,5 +134,9 @@ impl Document for Program {
 
     fn patches(&self, edits: &Edits) -> Result<Vec<Patch>> {
         write::patches(self, edits)
+    }
+
+    fn unwritable(&self, edits: &Edits) -> Vec<(usize, String)> {
+        write::unwritable(self, edits)
     }
 }

@@ -10,8 +10,10 @@ pub(super) struct Motion {
     /// Its line, from 0.
     pub line: usize,
     pub keyword: Range<usize>,
-    /// Name or aggregate of its goal.
+    /// Name, aggregate or product of its goal.
     pub goal: Range<usize>,
+    /// The factor of the goal whose numbers are edited; the goal itself where it is no product.
+    pub point: Range<usize>,
     /// From behind the goal to the end of the statement.
     pub tail: Range<usize>,
     pub spline: bool,
@@ -49,7 +51,14 @@ pub(super) fn goal_word(text: &Text, line: &[Token]) -> Option<usize> {
     let w = word(&super::data::upper(text, line.first()?))?;
     let at = if w.arc { second(line)? } else { 1 };
     let named = line.get(at).is_some_and(|t| t.kind == Kind::Word);
-    (named && !w.relative && ends(text, line, at + 1)).then_some(at)
+    let next = super::data::index(text, line, at + 1).map_or(at + 1, |(_, next)| next);
+    (named && !w.relative && ends(text, line, next)).then_some(at)
+}
+
+/// Whether a motion leads to where the robot stands: `PTP $POS_ACT`, `PTP $AXIS_ACT`.
+pub(super) fn stands(text: &Text, line: &[Token]) -> bool {
+    let goal = line.get(1).map(|t| super::data::upper(text, t)).unwrap_or_default();
+    matches!(goal.as_str(), "$POS_ACT" | "$AXIS_ACT") && ends(text, line, 2)
 }
 
 /// The token behind the first comma outside of brackets.

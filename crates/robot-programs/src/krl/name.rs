@@ -24,6 +24,12 @@ pub(super) struct Name {
     pub holds: Holds,
     pub local: bool,
     pub global: bool,
+    /// Declared in another module: it is never written.
+    pub context: bool,
+    /// An array: its elements are names of their own.
+    pub array: bool,
+    /// The array of an element.
+    pub of: Option<usize>,
     pub given: Option<Aggregate>,
     /// Assignments of the whole point in the program.
     pub assigned: Vec<Assigned>,
@@ -51,6 +57,9 @@ impl Name {
     pub fn value(&self) -> std::result::Result<&Aggregate, String> {
         if let Some(why) = &self.spoiled {
             return Err(format!("{}: {why}", self.text));
+        }
+        if self.array {
+            return Err(format!("{} is an array", self.text));
         }
         match (&self.given, self.assigned.as_slice()) {
             (Some(a), []) => Ok(a),

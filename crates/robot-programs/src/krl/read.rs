@@ -6,6 +6,7 @@ use super::form;
 use super::lex::{Kind, Token, tokens};
 use super::motion::{self, Word};
 use super::name::Holds;
+use super::product;
 use super::settings::{self, Settings};
 use super::target::{Others, axis_names, external_axes, target};
 use super::{Motion, Program, Source};
@@ -13,10 +14,11 @@ use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
 use crate::script::pose::Frame;
 use crate::script::{
-    At, Break, Goal, Move, Note, PathKind, PoseForm, PoseGoal, Script, Speed, Step, StepKind, Target, Text, pragma,
+    At, Break, Goal, Move, Note, PathKind, PoseForm, PoseGoal, Script, Shift, Speed, Step, StepKind, Target, Text, pragma,
 };
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
 
 pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let Some(text) = texts.first() else {
@@ -34,7 +36,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         reader.line(k, &line)?;
     }
     let Reader { mut steps, targets, sources, motions, mut notes, others, .. } = reader;
-    if texts.len() == 1 && data.names.is_empty() && targets.is_empty() && !motions.is_empty() {
+    if texts.iter().filter(|t| !t.context).count() == 1 && data.names.is_empty() && targets.is_empty() && !motions.is_empty() {
         let text = "no data list (.dat) was found beside the program, and no point is declared in it".to_string();
         notes.push(Note { place: At { file: 0, line: 1 }, text });
     }
@@ -141,6 +143,8 @@ struct Reader<'a> {
     trigger: bool,
     spline: bool,
     set: Settings,
+    /// The factor of a product whose numbers are edited, of the goal that was read last.
+    point: Option<Range<usize>>,
 }
 
 impl<'a> Reader<'a> {
@@ -163,6 +167,7 @@ impl<'a> Reader<'a> {
             trigger: false,
             spline: false,
             set: Settings::default(),
+            point: None,
             later: [None, None],
         }
     }
@@ -311,6 +316,12 @@ impl<'a> Reader<'a> {
         let at = if word.arc { motion::second(line).unwrap_or(line.len()) } else { 1 };
         let mut others: Others = None;
         let mut end = None;
+        // where the robot stands: the controller stops, reads the joints and goes nowhere
+        if !word.relative && !word.arc && !self.spline && motion::stands(self.text, line) {
+            self.trigger = false;
+            self.push(k, StepKind::Dwell(None));
+            return Ok(());
+        }
         let goal = self.goal(k, line, at, word, &mut end, &mut others)?;
         let whole = end.is_some_and(|e| motion::ends(self.text, line, e));
         let goal =
@@ -348,7 +359,9 @@ impl<'a> Reader<'a> {
             let last = line.last().map_or(goal.end, |t| t.end);
             let (keyword, tail) = (line[0].span(), goal.end..last);
             let fold = fold.map(|f| f.line);
-            self.motions.insert(self.steps.len(), Motion { line: k, keyword, goal, tail, spline: word.spline, fold });
+            let point = std::mem::take(&mut self.point).unwrap_or_else(|| goal.clone());
+            let motion = Motion { line: k, keyword, goal, point, tail, spline: word.spline, fold };
+            self.motions.insert(self.steps.len(), motion);
         }
         self.others.insert(self.steps.len(), others);
         let path = if self.spline { PathKind::Curve } else { word.path };
@@ -370,6 +383,7 @@ impl<'a> Reader<'a> {
         Ok(match line.get(at) {
             _ if word.relative => Goal::Opaque("a relative motion: the goal depends on where the robot stands".into()),
             None => Goal::Opaque("the motion has no goal".into()),
+            Some(_) if !word.arc && product::is(self.text, line, at) => self.product(k, line, at, word, end, others)?,
             Some(t) if t.is(b'{') => {
                 let (a, next) = super::data::aggregate(self.text, 0, line, at)?;
                 *end = Some(next);
@@ -377,11 +391,11 @@ impl<'a> Reader<'a> {
                 self.aggregate(k, a, word)?
             }
             Some(t) if t.kind == Kind::Word => {
-                *end = Some(at + 1);
-                let name = upper(self.text, t);
+                let (name, next) = product::name(self.text, line, at);
+                *end = Some(next);
                 match self.data.find(self.routine, &name) {
-                    // a call, an element of an array, a sum of frames
-                    None if !motion::ends(self.text, line, at + 1) => Goal::Opaque("the goal is computed".into()),
+                    // a call, an element of an array by a computed index, a sum of frames
+                    _ if !motion::ends(self.text, line, next) => Goal::Opaque("the goal is computed".into()),
                     None if name.starts_with('$') => Goal::Opaque(format!("{name} is known on the controller only")),
                     None => Goal::Opaque(format!("{name} is not declared in the files given")),
                     Some(n) => {
@@ -394,6 +408,48 @@ impl<'a> Reader<'a> {
             }
             Some(_) => Goal::Opaque("the goal is computed".into()),
         })
+    }
+
+    /// `P1:{X 0,Y 4,...}`, `$NULLFRAME:P[2]:F`: the numbers of one factor are edited, the others displace it.
+    fn product(
+        &mut self,
+        k: usize,
+        line: &[Token],
+        at: usize,
+        word: Word,
+        end: &mut Option<usize>,
+        others: &mut Others,
+    ) -> Result<Goal> {
+        let (factors, next) = match product::factors(self.text, line, at, self.data, self.routine)? {
+            Ok(found) => found,
+            Err(why) => return Ok(Goal::Opaque(why)),
+        };
+        if !motion::ends(self.text, line, next) {
+            return Ok(Goal::Opaque("the goal is computed".into()));
+        }
+        *end = Some(next);
+        *others = Some(Vec::new());
+        // numbers in the motion itself belong to nobody else
+        let chosen = factors.iter().position(|f| f.inline).or_else(|| factors.iter().position(|f| f.name.is_some()));
+        let Some(chosen) = chosen else { return Ok(Goal::Opaque("the goal is computed".into())) };
+        let factor = &factors[chosen];
+        let goal = match factor.name {
+            Some(n) => self.named(n, word)?,
+            None => self.aggregate(k, factor.value.clone(), word)?,
+        };
+        let Goal::Pose(mut pose) = goal else { return Ok(Goal::Opaque("the goal is computed".into())) };
+        let of = |list: &[product::Factor]| {
+            list.iter().try_fold(nalgebra::Isometry3::identity(), |all, f| Some(all * f.value.isometry()?))
+        };
+        let (Some(before), Some(after)) = (of(&factors[..chosen]), of(&factors[chosen + 1..])) else {
+            return Ok(Goal::Opaque("a part of its position is not given".into()));
+        };
+        // status and turn are those of the right operand, and a FRAME has none
+        let (frame, tool) = self.frames();
+        let last = factors.last().and_then(|f| f.value.pose(&frame, &tool, word.path, None));
+        pose.solution = last.map(|p| p.solution).unwrap_or_default();
+        self.point = Some(line[factor.tokens.start].start..line[factor.tokens.end - 1].end);
+        Ok(Goal::Pose(pose.shifted(Shift { before, after })))
     }
 
     /// Speed and approximation of a motion, by the settings in force and the words after its goal.
@@ -459,8 +515,9 @@ impl<'a> Reader<'a> {
         if t.is(b'{') {
             return of(&super::data::aggregate(self.text, 0, line, 1).ok()?.0);
         }
-        let comma = line.get(2).is_some_and(|t| t.is(b','));
-        let n = self.data.find(self.routine, &upper(self.text, t)).filter(|_| comma)?;
+        let (name, next) = product::name(self.text, line, 1);
+        let comma = t.kind == Kind::Word && line.get(next).is_some_and(|t| t.is(b','));
+        let n = self.data.find(self.routine, &name).filter(|_| comma)?;
         of(self.data.names[n].value().ok()?)
     }
 

@@ -7,7 +7,7 @@ use super::target::finest;
 use super::{Motion, Program, Source};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
-use crate::script::{Edits, Goal, Move, Patch, PoseGoal, StepKind, Text, number};
+use crate::script::{Edit, Edits, Goal, Move, Patch, PoseGoal, StepKind, Text, number};
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -23,6 +23,26 @@ pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Vec<Patch>> {
     }
     out.sort_by_key(|p| (p.file, p.span.start, p.span.end));
     Ok(out)
+}
+
+/// Goals in other modules, and elements of arrays, that no clone can take the place of: in an inline form the clone needs a data list and all that the form
+/// couples.
+pub(super) fn unwritable(program: &Program, edits: &Edits) -> Vec<(usize, String)> {
+    let elsewhere = |step: usize| {
+        let StepKind::Move(m) = &program.script.steps.get(step)?.kind else { return None };
+        match program.sources.get(m.goal.target()?)? {
+            Source::Name(n) => program.data.names.get(*n).filter(|n| n.context || n.of.is_some()),
+            Source::Inline(_) => None,
+        }
+    };
+    let alone = |(step, edit): (&usize, &Edit)| {
+        let name = elsewhere(*step).filter(|_| edit.goal.is_some())?;
+        let one = Edits { steps: [(*step, edit.clone())].into(), ..edits.clone() };
+        let mut out = Vec::new();
+        goals(program, &one, &mut out).err()?;
+        Some((*step, format!("its inline form cannot take a clone of {}, which other uses need as it is", name.text)))
+    };
+    edits.steps.iter().filter_map(alone).collect()
 }
 
 pub(super) fn place(program: &Program, step: usize) -> String {
@@ -227,7 +247,10 @@ fn poses<'a>(
     let line = |q: &[f64]| {
         let mut bytes = text.slice(motion.keyword.clone()).to_vec();
         bytes.push(b' ');
+        // the other factors of a product stay
+        bytes.extend_from_slice(text.slice(motion.goal.start..motion.point.start));
         bytes.extend_from_slice(&replaced(own, aggregate, &changes(program, edits, target, q)));
+        bytes.extend_from_slice(text.slice(motion.point.end..motion.goal.end));
         bytes.extend_from_slice(&tail(text, motion));
         bytes
     };

@@ -91,10 +91,6 @@ impl<'a> Facts<'a> {
         self.p.tokens.get(i).map(|t| t.kind)
     }
 
-    pub fn line(&self, token: usize) -> u64 {
-        self.p.tokens.get(token).map_or(1, |t| self.text.line_of(t.start))
-    }
-
     /// Declaration that a name means in a routine.
     pub fn resolve(&self, name: &str, routine: Option<usize>, module: usize) -> Option<usize> {
         let at = |scope| self.index.get(&(scope, name)).copied();

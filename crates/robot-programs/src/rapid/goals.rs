@@ -79,10 +79,10 @@ impl Builder<'_> {
             };
             return Ok(match value::joints(text, &node, self.robot)? {
                 Ok(values) => {
-                    let at = At { file: 0, line: self.f.line(span.start) };
+                    let at = self.at(span.start);
                     self.targets.push(Target { name: None, at, values, pose: None });
                     self.externals.push(External::of(text, node.get(1)));
-                    self.literals.push(Literal { bytes: node.bytes(), owner: None });
+                    self.literals.push(Literal { bytes: node.bytes(), owner: None, foreign: None });
                     Goal::Joints(self.targets.len() - 1)
                 }
                 Err(why) => Goal::Opaque(why),
@@ -136,21 +136,23 @@ impl Builder<'_> {
                 format!("`{shown}` is a global {kind}: taken as it is declared; no other module or task may set it");
             self.note(decl.at, text);
         }
-        let at = At { file: 0, line: self.f.line(decl.at) };
+        let at = self.at(decl.at);
         self.targets.push(Target { name: Some(name.clone()), at, values, pose });
         let external = if pose.is_some() { 3 } else { 1 };
         self.externals.push(External::of(text, node.get(external)));
-        let keep = self.f.states[d].read || self.f.reaches_out(d);
+        let elsewhere = first >= self.project.own_end();
+        let keep = self.f.states[d].read || self.f.reaches_out(d) || elsewhere;
         let owner = Owner { bytes: first..last, head: head.join(" "), name, keep };
-        self.literals.push(Literal { bytes: node.bytes(), owner: Some(owner) });
+        let foreign = elsewhere.then(|| text.slice(node.bytes()).to_vec());
+        self.literals.push(Literal { bytes: node.bytes(), owner: Some(owner), foreign });
         let t = self.targets.len() - 1;
         self.known.insert((d, indices), t);
         t
     }
 
-    /// `Offs(p1,0,0,100)`, `RelTool(p1,0,0,-50)` with numbers that are known: the point, the displacement in m, and whether it
-    /// counts along the tool.
-    fn displacement(&mut self, span: &Span, item: &Item) -> Option<(Span, Vector3<f64>, bool)> {
+    /// `Offs(p1,0,0,100)`, `RelTool(p1,0,0,-50\Rz:=90)` with numbers that are known: the point, the displacement, and whether it
+    /// counts along the tool. RelTool turns about the x, y and z of the tool, in this order, after it has moved.
+    fn displacement(&mut self, span: &Span, item: &Item) -> Option<(Span, Isometry3<f64>, bool)> {
         let p = self.f.p;
         let of_tool = match self.f.word(span.start) {
             "offs" => false,
@@ -163,11 +165,24 @@ impl Builder<'_> {
         }
         let args = arguments(p, span.start + 2..span.end - 1);
         let [point, x, y, z] = args.as_slice() else { return None };
-        if args.iter().any(|a| !a.switches.is_empty()) {
+        let mut turn = UnitQuaternion::identity();
+        let switches: Vec<Switch> = args.iter().flat_map(|a| a.switches.clone()).collect();
+        for name in ["rx", "ry", "rz"] {
+            let Some(s) = switches.iter().find(|s| s.name == name) else { continue };
+            let angle = self.number(&s.value.clone()?, item)?.to_radians();
+            let axis = match name {
+                "rx" => Vector3::x_axis(),
+                "ry" => Vector3::y_axis(),
+                _ => Vector3::z_axis(),
+            };
+            turn *= UnitQuaternion::from_axis_angle(&axis, angle);
+        }
+        if switches.iter().any(|s| !of_tool || !matches!(s.name.as_str(), "rx" | "ry" | "rz")) {
             return None;
         }
         let [x, y, z] = [x, y, z].map(|a| self.number(&a.span, item));
-        Some((point.span.clone(), Vector3::new(x?, y?, z?) * 1e-3, of_tool))
+        let by = Translation3::from(Vector3::new(x?, y?, z?) * 1e-3);
+        Some((point.span.clone(), Isometry3::from_parts(by, turn), of_tool))
     }
 
     pub fn pose_goal(
@@ -184,8 +199,8 @@ impl Builder<'_> {
             site.point = p.tokens[base.start].start..p.tokens[base.end - 1].end;
             let goal = self.pose_goal(&base, tool, wobj, item, path, site);
             let Goal::Pose(goal) = goal else { return goal };
-            let along_tool = || Shift::of_pose(Translation3::from(by).into());
-            return Goal::Pose(goal.shifted(if of_tool { along_tool() } else { Shift::in_frame(by) }));
+            let shift = if of_tool { Shift::of_pose(by) } else { Shift::in_frame(by.translation.vector) };
+            return Goal::Pose(goal.shifted(shift));
         }
         let inline = p.tokens[span.start].kind == Kind::Mark(b'[');
         let declared = if inline { Ok(None) } else { self.name_of(span, item).map(Some) };
@@ -217,7 +232,7 @@ impl Builder<'_> {
             let [cf1, cf4, cf6, cfx] = c.map(|v| v as i32);
             Solution::Configured(Configuration::Abb { quarters: [cf1, cf4, cf6], cfx })
         });
-        let at = At { file: 0, line: self.f.line(span.start) };
+        let at = self.at(span.start);
         let target = self.pose_target(declared, node, at, &site.external_axes);
         let tool = self.tool(tool, item);
         let position_m = Vector3::from(xyz) * 1e-3;
@@ -236,7 +251,7 @@ impl Builder<'_> {
     /// Position of the point on the way of an arc, m.
     pub fn via(&mut self, span: &Span, item: &Item) -> Option<Vector3<f64>> {
         if let Some((base, by, of_tool)) = self.displacement(span, item) {
-            return self.via(&base, item).filter(|_| !of_tool).map(|at| at + by);
+            return self.via(&base, item).filter(|_| !of_tool).map(|at| at + by.translation.vector);
         }
         let p = self.f.p;
         let node = match p.tokens[span.start].kind {
@@ -279,7 +294,7 @@ impl Builder<'_> {
         }
         self.targets.push(Target { name: None, at, values, pose: Some(PoseForm::Quaternion) });
         self.externals.push(external_axes.clone());
-        self.literals.push(Literal { bytes: node.bytes(), owner: None });
+        self.literals.push(Literal { bytes: node.bytes(), owner: None, foreign: None });
         Some(self.targets.len() - 1)
     }
 

@@ -4,6 +4,7 @@
 //! - [`lex`]: bytes to words, numbers and marks; comments and the `%%%` header stand apart.
 //! - [`words`]: what RAPID's own names mean: reserved words, motion instructions, what never moves, speeds and zones.
 //! - [`read`]: tokens to modules, routines and declarations; [`statements`]: what stands in routines.
+//! - [`project`]: the other modules of its task, read and never written.
 //! - [`facts`]: which declaration a name means, whether its value is certain, which routines move.
 //! - [`rules`]: what holds for the file: where the program starts, configurations, external axes.
 //! - [`value`]: `[[..],[..]]` and the numbers in it.
@@ -19,6 +20,7 @@ mod arguments;
 mod facts;
 mod goals;
 mod lex;
+mod project;
 mod read;
 mod rules;
 mod statements;
@@ -35,7 +37,9 @@ mod tests;
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
 use crate::script::{Document, Edits, Format, Patch, Script, Text};
+use project::Project;
 use std::collections::HashSet;
+use std::path::{Path, PathBuf};
 
 /// The format.
 pub struct Rapid;
@@ -70,13 +74,18 @@ impl Format for Rapid {
         false
     }
 
+    fn context(&self, path: &Path) -> Vec<PathBuf> {
+        project::files(path)
+    }
+
     fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>> {
-        let text = texts.into_iter().next().ok_or_else(|| Error::bad(Place::default(), "nothing", "a RAPID module"))?;
-        let parsed = read::parse(&text, lex::lex(&text)?)?;
-        let built = steps::build(text, &parsed, robot)?;
-        let mut words: HashSet<String> = parsed.words.into_iter().filter(|w| !w.is_empty()).collect();
+        let text = texts.first().ok_or_else(|| Error::bad(Place::default(), "nothing", "a RAPID module"))?;
+        let own = read::parse(text, lex::lex(text)?)?;
+        let project = Project::of(&texts, own);
+        let built = steps::build(texts, &project, robot)?;
+        let mut words: HashSet<String> = project.parsed.words.into_iter().filter(|w| !w.is_empty()).collect();
         // a name of the predefined zone that the file declares itself means something else
-        if parsed.decls.iter().any(|d| d.name == "z0") {
+        if project.parsed.decls.iter().any(|d| d.name == "z0") {
             words.insert("z0 declared".into());
         }
         let kinds = robot.axis_joints().map(|j| j.kind).collect();

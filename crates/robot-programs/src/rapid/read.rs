@@ -46,6 +46,8 @@ pub struct Routine {
     pub name: String,
     /// No function, no trap.
     pub procedure: bool,
+    /// Seen by its own module alone.
+    pub local: bool,
 }
 
 /// One thing in the body of a routine.
@@ -94,6 +96,8 @@ pub struct Parsed {
     pub words: Vec<String>,
     pub decls: Vec<Decl>,
     pub routines: Vec<Routine>,
+    /// Names of the modules, lower case.
+    pub modules: Vec<String>,
     pub items: Vec<Item>,
 }
 
@@ -171,7 +175,8 @@ impl Parser<'_> {
             return Err(self.bad(self.i, "`MODULE name`"));
         }
         self.i += 1;
-        self.name("the name of the module")?;
+        let name = self.name("the name of the module")?;
+        self.out.modules.push(name);
         if self.is_mark(self.i, b'(') {
             while !self.is_mark(self.i, b')') {
                 if self.i >= self.out.tokens.len() {
@@ -193,10 +198,10 @@ impl Parser<'_> {
                 "alias" => self.until_semicolon()?,
                 "local" if self.word(self.i + 1) == "record" => self.record()?,
                 "local" if self.word(self.i + 1) == "alias" => self.until_semicolon()?,
-                "proc" | "func" | "trap" => self.routine()?,
+                "proc" | "func" | "trap" => self.routine(false)?,
                 "local" if matches!(self.word(self.i + 1), "proc" | "func" | "trap") => {
                     self.i += 1;
-                    self.routine()?;
+                    self.routine(true)?;
                 }
                 "local" | "task" | "const" | "var" | "pers" => self.declaration(None)?,
                 _ if self.kind(self.i) == Some(Kind::Placeholder) => self.i += 1,
@@ -296,7 +301,7 @@ impl Parser<'_> {
         self.out.items.push(Item { routine, module, span, kind });
     }
 
-    fn routine(&mut self) -> Result<()> {
+    fn routine(&mut self, local: bool) -> Result<()> {
         let head = self.i;
         let kind = self.word(self.i).to_string();
         self.i += 1;
@@ -305,7 +310,7 @@ impl Parser<'_> {
         }
         let name = self.name("the name of the routine")?;
         let id = self.out.routines.len();
-        self.out.routines.push(Routine { name, procedure: kind == "proc" });
+        self.out.routines.push(Routine { name, procedure: kind == "proc", local });
         if kind != "trap" {
             self.parameters(id)?;
         }

@@ -8,15 +8,17 @@ use crate::script::Text;
 use std::collections::HashSet;
 
 /// `main`, else the first procedure with a move or a call that none of this file calls.
-pub fn entry_routine(p: &Parsed) -> Option<usize> {
-    let main = p.routines.iter().position(|r| r.name == "main");
+pub fn entry_routine(p: &Parsed, own: &dyn Fn(&Item) -> bool) -> Option<usize> {
+    // of the program's own routines
+    let ours: HashSet<usize> = p.items.iter().filter(|item| own(item)).map(|item| item.routine).collect();
+    let main = p.routines.iter().position(|r| r.name == "main").filter(|k| ours.contains(k));
     let called: HashSet<&str> = p.items.iter().flat_map(|item| facts::called(p, item)).collect();
     let acts = |k: usize| {
         let of = |item: &&Item| item.routine == k && facts::called(p, item).any(|name| !words::is_quiet(name));
         p.items.iter().any(|item| of(&item))
     };
     let may = |k: &usize| p.routines[*k].procedure && !called.contains(p.routines[*k].name.as_str()) && acts(*k);
-    main.or_else(|| (0..p.routines.len()).find(may))
+    main.or_else(|| (0..p.routines.len()).filter(|k| ours.contains(k)).find(may))
 }
 
 /// Whether routines start with configurations watched: not where `main` switches that off and nothing switches it on.

@@ -3,6 +3,7 @@
 use super::arguments::{Arg, arguments, goal_name, motion_of, positional};
 use super::facts::{self, Facts};
 use super::lex::Kind;
+use super::project::Project;
 use super::read::{Item, ItemKind, Parsed, Span};
 use super::rules::{Configured, External, configured_first, entry_routine};
 use super::value::{self, Node};
@@ -19,8 +20,11 @@ use std::ops::Range;
 /// A target as it can be written: bytes of its list, and where it is declared.
 #[derive(Debug, Clone)]
 pub struct Literal {
+    /// In the text of the program with its context.
     pub bytes: Range<usize>,
     pub owner: Option<Owner>,
+    /// Its text where it stands in another module, or is computed: numbers count from its start.
+    pub foreign: Option<Vec<u8>>,
 }
 
 /// Declaration of a target.
@@ -64,12 +68,21 @@ pub struct Built {
 }
 
 /// Reads the items of a file as steps.
-pub fn build(text: Text, p: &Parsed, robot: &Axes) -> Result<Built> {
+pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Built> {
+    let (text, p) = (&project.text, &project.parsed);
+    let own_end = project.own_end();
+    let own = |item: &Item| p.tokens.get(item.span.start).is_none_or(|t| t.start < own_end);
     let args: Vec<Option<(Motion, Vec<Arg>)>> = p.items.iter().map(|item| motion_of(p, item)).collect();
-    let goals: Vec<Option<usize>> =
-        args.iter().map(|m| m.as_ref().and_then(|(m, args)| goal_name(p, *m, args))).collect();
+    // a move of another module needs the value that stands here
+    let goals: Vec<Option<usize>> = p
+        .items
+        .iter()
+        .zip(&args)
+        .map(|(item, m)| m.as_ref().filter(|_| own(item)).and_then(|(m, args)| goal_name(p, *m, args)))
+        .collect();
     let mut b = Builder {
-        f: Facts::new(&text, p, &goals),
+        f: Facts::new(text, p, &goals),
+        project,
         robot,
         displaced: p.words.iter().any(|w| w.starts_with("pdispon") || w == "pdispset"),
         steps: Steps::default(),
@@ -83,23 +96,24 @@ pub fn build(text: Text, p: &Parsed, robot: &Axes) -> Result<Built> {
         nodes: HashMap::new(),
         notes: BTreeMap::new(),
         synchronised: false,
-        entry_routine: entry_routine(p),
+        entry_routine: entry_routine(p, &|item| own(item)),
     };
-    for (item, motion) in p.items.iter().zip(args) {
+    for (item, motion) in p.items.iter().zip(args).filter(|(item, _)| own(item)) {
         b.item(item, motion)?;
     }
-    b.steps.pragmas(&text, &p.comments, usize::MAX);
+    b.steps.pragmas(text, &p.comments, own_end);
     let Builder { steps, targets, literals, notes, .. } = b;
     let mut out = Built { literals, ..Built::default() };
     out.sites = steps.finish(&mut out.script);
     out.script.targets = targets;
     out.script.notes = notes.into_values().collect();
-    out.script.texts = vec![text];
+    out.script.texts = texts;
     Ok(out)
 }
 
 pub struct Builder<'a> {
     pub f: Facts<'a>,
+    pub project: &'a Project,
     pub robot: &'a Axes,
     pub displaced: bool,
     steps: Steps<Site>,
@@ -123,8 +137,8 @@ pub struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    fn at(&self, token: usize) -> At {
-        At { file: 0, line: self.f.line(token) }
+    pub fn at(&self, token: usize) -> At {
+        self.project.at(self.f.p.tokens.get(token).map_or(0, |t| t.start))
     }
 
     fn push(&mut self, token: usize, kind: StepKind) -> usize {

@@ -91,6 +91,14 @@ impl Writer<'_> {
     /// A target's list with other numbers, on one line.
     fn literal(&self, t: usize, numbers: &[Number]) -> Result<String> {
         let Some(literal) = self.built.literals.get(t) else { return Err(Error::Refused("no such target".into())) };
+        if let Some(foreign) = &literal.foreign {
+            let own = Text::new("", foreign.clone());
+            let start = literal.bytes.start;
+            let moved: Vec<Number> =
+                numbers.iter().map(|(s, n)| (s.start - start..s.end - start, n.clone())).collect();
+            let all = 0..foreign.len();
+            return Ok(flat(&substituted(&own, &all, moved.iter().map(|(s, n)| (s, n.as_str())))));
+        }
         Ok(flat(&substituted(self.text()?, &literal.bytes, numbers.iter().map(|(s, n)| (s, n.as_str())))))
     }
 
@@ -104,6 +112,14 @@ impl Writer<'_> {
             out.extend(in_place(wanted.in_place));
             for (numbers, steps) in wanted.clones {
                 let Some(owner) = owner(wanted.target) else { continue };
+                if self.built.literals.get(wanted.target).is_some_and(|l| l.foreign.is_some()) {
+                    let values = self.literal(wanted.target, &numbers)?;
+                    for k in steps {
+                        let (_, site) = self.at(k)?;
+                        out.push(Patch::new(0, site.point.clone(), values.clone()));
+                    }
+                    continue;
+                }
                 let name = self.fresh(&owner.name, &mut fresh);
                 let declaration = format!("{} {name}:={};", owner.head, self.literal(wanted.target, &numbers)?);
                 out.push(beside(text, &owner.bytes, &declaration));

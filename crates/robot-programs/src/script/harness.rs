@@ -182,9 +182,10 @@ pub fn applied(doc: &dyn Document, edits: &Edits) -> Result<Vec<Vec<u8>>> {
     text::apply(&doc.script().texts, &doc.patches(edits)?)
 }
 
-/// The program with edits, read again.
+/// The program with edits, read again with what it was read with.
 pub fn rewritten(format: &dyn Format, doc: &dyn Document, edits: &Edits, robot: &Axes) -> Result<Box<dyn Document>> {
-    read(format, &applied(doc, edits)?, robot)
+    let texts = doc.script().texts.iter().zip(applied(doc, edits)?).map(|(t, bytes)| t.with(bytes));
+    format.parse(texts.collect(), robot)
 }
 
 /// The text with edits, read again and compared; panics where it is not what was asked for.
@@ -223,7 +224,8 @@ pub fn kept(
     replaced(doc.script(), &patches)?;
     let out = text::apply(&doc.script().texts, &patches).map_err(|e| e.to_string())?;
     let shown = || out.iter().map(|b| String::from_utf8_lossy(b)).collect::<Vec<_>>().join("\n---\n");
-    let again = read(format, &out, robot).map_err(|e| format!("what was written does not parse: {e}\n{}", shown()))?;
+    let texts = doc.script().texts.iter().zip(&out).map(|(t, bytes)| t.with(bytes.clone()));
+    let again = format.parse(texts.collect(), robot).map_err(|e| format!("what was written does not parse: {e}\n{}", shown()))?;
     match compared(doc.script(), again.script(), edits, Language::of(format.name())) {
         Some(what) => Err(format!("{what}\n{}", shown())),
         None => Ok(Outcome::Kept),

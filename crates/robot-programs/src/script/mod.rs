@@ -42,12 +42,17 @@ pub trait Format: Sync {
     fn companions(&self, _path: &Path, _there: &Files) -> Vec<PathBuf> {
         Vec::new()
     }
+    /// Further files that declare what a program at `path` uses, of those that are there: the other modules of its project. They are
+    /// read and never written.
+    fn context(&self, _path: &Path) -> Vec<PathBuf> {
+        Vec::new()
+    }
     /// An axis whose gear, on most arms of this maker, turns by the sum of its own value and another's as programs show them: the
     /// axis and the other one.
     fn coupled(&self) -> Option<(usize, usize)> {
         None
     }
-    /// Reads a program: its own text first, then its companions in their order.
+    /// Reads a program: its own text first, then its companions in their order, then its [context](Text::context).
     ///
     /// # Errors
     /// [`crate::error::Error::BadInput`] with file, line and column where the text cannot be what it must be.
@@ -86,7 +91,7 @@ pub trait Document: Send + Sync {
 /// What a program does, in the order of its text.
 #[derive(Debug, Clone, Default)]
 pub struct Script {
-    /// The program's own text, then its companions.
+    /// The program's own text, then its companions, then its context.
     pub texts: Vec<Text>,
     /// In the order of the text.
     pub steps: Vec<Step>,

@@ -10,6 +10,8 @@ pub struct Text {
     pub name: String,
     /// As the file has them.
     pub bytes: Vec<u8>,
+    /// It is looked up and never written: another module of the same project.
+    pub context: bool,
     /// First byte of every line.
     starts: Vec<usize>,
 }
@@ -38,7 +40,17 @@ impl Text {
         // a file without a line feed may end its lines in carriage returns
         let end = if memchr::memchr(b'\n', &bytes).is_some() { b'\n' } else { b'\r' };
         let starts = std::iter::once(0).chain(memchr::memchr_iter(end, &bytes).map(|k| k + 1)).collect();
-        Self { name: name.into(), bytes, starts }
+        Self { name: name.into(), bytes, context: false, starts }
+    }
+
+    /// A text that is looked up and never written.
+    pub fn of_context(name: impl Into<String>, bytes: Vec<u8>) -> Self {
+        Self { context: true, ..Self::new(name, bytes) }
+    }
+
+    /// This text with other bytes.
+    pub fn with(&self, bytes: Vec<u8>) -> Self {
+        Self { context: self.context, ..Self::new(self.name.clone(), bytes) }
     }
 
     /// Number of lines; what follows a last line ending counts only if there is something.

@@ -1,0 +1,143 @@
+//! Points of other modules, elements of arrays, products of frames, and motions that go nowhere.
+
+use super::*;
+use crate::script::Edit;
+
+const CONFIG: &str = "DEFDAT $CONFIG\nE6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\n\
+                      DECL FDAT FHOME={TOOL_NO 0,BASE_NO 0,IPO_FRAME #BASE}\nENDDAT\n";
+const SHARED: &str = "DEFDAT shared PUBLIC\nDECL GLOBAL E6AXIS XSAFE={A1 5.0,A2 -80.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\n\
+                      DECL E6AXIS XOWN={A1 7.0,A2 -80.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\nENDDAT\n";
+
+/// A program with its data list and other modules.
+fn project(src: &str, dat: &str, others: &[(&str, &str)]) -> Box<dyn Document> {
+    let own = [("p.src", src), ("p.dat", dat)].map(|(n, t)| Text::new(n, t.as_bytes().to_vec()));
+    let more = others.iter().map(|(n, t)| Text::of_context(*n, t.as_bytes().to_vec()));
+    Krl.parse(own.into_iter().chain(more).collect(), &kr120()).unwrap()
+}
+
+fn why(doc: &dyn Document, i: usize) -> String {
+    match &moves(doc)[i].1.goal {
+        Goal::Opaque(why) => why.clone(),
+        other => format!("{other:?}"),
+    }
+}
+
+#[test]
+fn points_of_the_controller_and_of_public_lists_are_known_and_never_written() {
+    let others = [("$config.dat", CONFIG), ("shared.dat", SHARED)];
+    let src = "DEF prog( )\nPTP XHOME\nPTP XSAFE C_PTP\nPTP XOWN\nEND\n";
+    let d = project(src, "DEFDAT prog\nENDDAT\n", &others);
+    assert_eq!(goals(d.as_ref()), "jjo");
+    assert!(why(d.as_ref(), 2).contains("XOWN is not declared"), "{}", why(d.as_ref(), 2));
+    let m = moves(d.as_ref());
+    let after = rewrite(d.as_ref(), &edits(d.as_ref(), &[(m[0].0, 0.01), (m[1].0, 0.02)], &[]));
+    let out = text(after.as_ref(), 0);
+    assert!(out.contains("PTP {A1 0.0100,A2 -89.9900,"), "{out}");
+    assert!(out.contains("PTP {A1 5.0200,A2 -79.9800,A3 90.0200,A4 0.0200,A5 0.0200,A6 0.0200} C_PTP"), "{out}");
+    for (file, (_, text_of)) in (2..).zip(others) {
+        assert_eq!(text(after.as_ref(), file), text_of);
+    }
+}
+
+#[test]
+fn a_point_of_all_modules_that_one_of_them_assigns_is_not_certain() {
+    let src = "DEF prog( )\nPTP XHOME\nPTP XSAFE\nEND\n";
+    let of = |teach: &str| {
+        let others = [("$config.dat", CONFIG), ("shared.dat", SHARED), ("teach.src", teach)];
+        goals(project(src, "DEFDAT prog\nENDDAT\n", &others).as_ref())
+    };
+    assert_eq!(of("DEF teach( )\nPTP XSAFE\nEND\n"), "jj");
+    assert_eq!(of("DEF teach( )\nXSAFE=$AXIS_ACT\nEND\n"), "jo");
+    assert_eq!(of("DEF teach( )\nXHOME.A1=5\nEND\n"), "oj");
+    assert_eq!(of("DEF teach( )\nMEASURE(XSAFE)\nEND\n"), "jo");
+    // a point of its own that has the same name is another one
+    assert_eq!(of("DEF teach( )\nDECL E6AXIS XSAFE\nXSAFE=$AXIS_ACT\nEND\n"), "jj");
+    let twice = [("shared.dat", SHARED), ("again.dat", SHARED)];
+    assert_eq!(goals(project(src, "DEFDAT prog\nENDDAT\n", &twice).as_ref()), "oo");
+}
+
+#[test]
+fn the_home_of_an_inline_form_parts_into_the_programs_own_list() {
+    let form = ";FOLD PTP HOME  Vel= 100 % DEFAULT;%{PE}%MKUKATPBASIS,%CMOVE,%VPTP,%P 1:PTP, 2:HOME, 3:, 5:100, 7:DEFAULT\n\
+                $BWDSTART=FALSE\nPDAT_ACT=PDEFAULT\nFDAT_ACT=FHOME\nBAS (#PTP_PARAMS,100 )\n$H_POS=XHOME\nPTP  XHOME\n;ENDFOLD\n";
+    let src = format!("DEF prog( )\n{form}END\n");
+    let d = project(&src, "DEFDAT prog\nDECL INT n=1\nENDDAT\n", &[("$config.dat", CONFIG)]);
+    let m = moves(d.as_ref());
+    let wish = edits(d.as_ref(), &[(m[0].0, 0.01)], &[]);
+    assert!(d.unwritable(&wish).is_empty());
+    let after = rewrite(d.as_ref(), &wish);
+    let (src, dat) = (text(after.as_ref(), 0), text(after.as_ref(), 1));
+    assert!(src.contains(";FOLD PTP HOME_2  Vel=") && src.contains("PTP  XHOME_2\n") && src.contains("FDAT_ACT=FHOME_2\n"), "{src}");
+    assert!(dat.contains("DECL E6AXIS XHOME_2={A1 0.0100,") && dat.contains("DECL FDAT FHOME_2={TOOL_NO 0"), "{dat}");
+    assert!(dat.ends_with("\nENDDAT\n"), "{dat}");
+    // without a list of its own there is no place for it
+    let own = vec![Text::new("p.src", format!("DEF prog( )\n{form}END\n").into_bytes())];
+    let all = own.into_iter().chain([Text::of_context("$config.dat", CONFIG.as_bytes().to_vec())]);
+    let d = Krl.parse(all.collect(), &kr120()).unwrap();
+    let m = moves(d.as_ref());
+    assert_eq!(d.unwritable(&edits(d.as_ref(), &[(m[0].0, 0.01)], &[])).len(), 1);
+}
+
+#[test]
+fn elements_of_an_array_are_points_by_their_plain_index() {
+    let dat = "DEFDAT prog\nDECL E6AXIS P[3]\nP[1]={A1 1.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\n\
+               P[2]={A1 2.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\nENDDAT\n";
+    let of = |lines: &str| project(&format!("DEF prog( )\n{lines}END\n"), dat, &[]);
+    let d = of("PTP P[1] C_PTP\nPTP P[2]\nPTP P[1]\nPTP P[3]\nPTP P[n]\n");
+    // an index that is computed reads every element, so that none is changed where it stands
+    assert_eq!(goals(d.as_ref()), "jjjoo");
+    let m = moves(d.as_ref());
+    let after = rewrite(d.as_ref(), &edits(d.as_ref(), &[(m[0].0, 0.01), (m[1].0, 0.02)], &[]));
+    let (src, list) = (text(after.as_ref(), 0), text(after.as_ref(), 1));
+    assert!(src.contains("PTP P_2 C_PTP\nPTP P_3\nPTP P[1]\n"), "{src}");
+    assert!(list.contains("DECL E6AXIS P_2={A1 1.0100,") && list.contains("P[1]={A1 1.0,"), "{list}");
+    let d = of("PTP P[1]\nPTP P[2]\n");
+    let m = moves(d.as_ref());
+    let after = rewrite(d.as_ref(), &edits(d.as_ref(), &[(m[1].0, 0.02)], &[]));
+    assert!(text(after.as_ref(), 1).contains("P[2]={A1 2.0200,"), "{}", text(after.as_ref(), 1));
+    for line in ["P[2].A1=5\n", "P[n]=P[1]\n", "FILL(P[])\n", "P[2]=$AXIS_ACT\n"] {
+        assert!(why(of(&format!("{line}PTP P[2]\n")).as_ref(), 0).starts_with("P[2]"), "{line}");
+    }
+    assert_eq!(goals(of("P[2].A1=5\nPTP P[1]\n").as_ref()), "j");
+}
+
+#[test]
+fn a_product_of_frames_is_one_goal_whose_own_numbers_are_edited() {
+    let dat = "DEFDAT prog\nDECL FRAME F={X 100.0,Y 0.0,Z 0.0,A 90.0,B 0.0,C 0.0}\nDECL E6POS P={X 500.0,Y 20.0,Z 30.0,A 0.0,B 90.0,C 0.0,S 2,T 3}\nENDDAT\n";
+    let lines = "LIN P:{X 0.0,Y 4.0,Z -5.0,A 0.0,B 0.0,C 0.0} C_DIS\nPTP F:P\nPTP P:F\nLIN P:unknown\nLIN F:{X 1}\n";
+    let d = project(&format!("DEF prog( )\n{lines}END\n"), dat, &[]);
+    assert_eq!(goals(d.as_ref()), "pppoo");
+    let m = moves(d.as_ref());
+    let pose = |i: usize| match &m[i].1.goal {
+        Goal::Pose(p) => p.clone(),
+        other => panic!("{other:?}"),
+    };
+    // B 90 turns the tool's z along the base's x: P, then 4 along y and -5 along the new z
+    let at = pose(0).position_m * 1e3;
+    assert!((at - nalgebra::Vector3::new(495.0, 24.0, 30.0)).norm() < 1e-9, "{at}");
+    // F turns P by 90 deg about z
+    let at = pose(1).position_m * 1e3;
+    assert!((at - nalgebra::Vector3::new(80.0, 500.0, 30.0)).norm() < 1e-9, "{at}");
+    // status and turn are those of the right operand
+    assert_ne!(pose(1).solution, Solution::Same);
+    assert_eq!(pose(2).solution, Solution::Same);
+    // the numbers in the motion are edited, the name stays; a new point keeps the other factor
+    let known = lines.split('\n').take(3).fold(String::new(), |all, line| all + line + "\n");
+    let d = project(&format!("DEF prog( )\n{known}END\n"), dat, &[]);
+    let m = moves(d.as_ref());
+    let target = pose(0).target.unwrap();
+    let mut numbers: Vec<f64> = d.script().targets[target].values.iter().map(|v| v.unwrap().si).collect();
+    numbers[1] += 1e-5;
+    let point = NewPoint { q: numbers.clone(), share: 0.5, t_s: None, clearance_m: 0.01, of_way: false };
+    let edit = Edit { goal: Some(numbers), before: vec![point], ..Edit::default() };
+    let wish = Edits { steps: [(m[0].0, edit)].into(), pose_digit: [1e-6, 1e-6], ..Edits::default() };
+    let out = text(rewrite(d.as_ref(), &wish).as_ref(), 0);
+    let line = "LIN P:{X 0.0,Y 4.010,Z -5.0,A 0.0,B 0.0,C 0.0} C_DIS\n";
+    assert_eq!(out.matches(line).count(), 2, "{out}");
+}
+
+#[test]
+fn a_motion_to_where_the_robot_stands_is_none() {
+    let d = doc(&[b"DEF a()\nPTP $POS_ACT\nPTP {A1 1.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\nptp $axis_act C_PTP\nLIN $POS_RET\nPTP $POS_ACT:F\nEND\n"]);
+    assert_eq!(goals(d.as_ref()), "joo");
+}

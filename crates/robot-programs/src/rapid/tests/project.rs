@@ -1,0 +1,108 @@
+//! Modules of one task: what another one declares is known, and never written.
+
+use super::*;
+
+const E: &str = "[9E9,9E9,9E9,9E9,9E9,9E9]";
+
+/// A module with others of its folder.
+fn task(own: &str, others: &[&str]) -> Box<dyn Document> {
+    let own = Text::new("own.mod", own.as_bytes().to_vec());
+    let others = (1..).zip(others).map(|(k, t)| Text::of_context(format!("m{k}.mod"), t.as_bytes().to_vec()));
+    Rapid.parse(std::iter::once(own).chain(others).collect(), &robot()).unwrap()
+}
+
+fn why(doc: &dyn Document, n: usize) -> String {
+    let (_, m) = doc.script().moves().nth(n).unwrap();
+    match &m.goal {
+        Goal::Opaque(why) => why.clone(),
+        _ => "known".into(),
+    }
+}
+
+fn module(name: &str, body: &str) -> String {
+    format!("MODULE {name}\n{body}\nENDMODULE\n")
+}
+
+#[test]
+fn a_target_of_another_module_is_known_and_written_in_line() {
+    let own = "MODULE own\nPROC work()\nMoveAbsJ jHome,v100,fine,tool0;\nMoveL Offs(p1,0,0,50),v100,fine,tool0;\n\
+               MoveAbsJ jLocal,v100,fine,tool0;\nENDPROC\nENDMODULE\n";
+    let data = module(
+        "data",
+        &format!(
+            "! first\nCONST jointtarget jHome:=[[1,2,3,4,5,6],{E}];\nLOCAL CONST jointtarget jLocal:=[[1,2,3,4,5,6],{E}];\n\
+             PERS robtarget p1:=[[600,0,700],[0,0,1,0],[0,0,0,0],{E}];\nPROC main()\nwork;\nENDPROC"
+        ),
+    );
+    let d = task(own, &[&module("other", "VAR num n;"), &data]);
+    assert_eq!((why(d.as_ref(), 0).as_str(), why(d.as_ref(), 1).as_str()), ("known", "known"));
+    assert!(why(d.as_ref(), 2).contains("declared in another module"));
+    let target = &d.script().targets[0];
+    assert_eq!((target.at.file, target.at.line), (2, 3), "{:?}", target.at);
+    let by: Vec<(usize, f64)> = vec![(0, 0.01_f64.to_radians())];
+    let edits = harness::shifted(d.script(), &by, 1e-5_f64.to_radians());
+    let out = harness::applied(d.as_ref(), &edits).unwrap();
+    let text = String::from_utf8(out[0].clone()).unwrap();
+    assert!(text.contains(&format!("MoveAbsJ [[1.01000,2,3,4,5,6],{E}],v100")), "{text}");
+    assert_eq!(String::from_utf8(out[2].clone()).unwrap(), data);
+    assert_eq!(harness::kept(&Rapid, d.as_ref(), &edits, &robot()), Ok(Outcome::Kept));
+    // the point within the displacement alone
+    let step = d.script().moves().nth(1).unwrap().0;
+    let numbers = harness::values(d.script(), step);
+    let goal: Vec<f64> = numbers.iter().enumerate().map(|(k, v)| v + if k == 0 { 1e-5 } else { 0.0 }).collect();
+    let edit = Edit { goal: Some(goal), ..Edit::default() };
+    let edits = Edits { steps: [(step, edit)].into(), pose_digit: [1e-6, 1e-6], ..Edits::default() };
+    let out = String::from_utf8(harness::applied(d.as_ref(), &edits).unwrap().swap_remove(0)).unwrap();
+    assert!(out.contains(&format!("MoveL Offs([[600.010,0,700],[0,0,1,0],[0,0,0,0],{E}],0,0,50),v100")), "{out}");
+}
+
+#[test]
+fn what_modules_of_a_task_do_to_shared_data_counts() {
+    let own = format!(
+        "MODULE own\nPERS jointtarget j1:=[[1,2,3,4,5,6],{E}];\nCONST jointtarget j2:=[[1,2,3,4,5,6],{E}];\n\
+         PROC work()\nMoveAbsJ j1,v100,fine,tool0;\nMoveAbsJ j2,v100,fine,tool0;\nENDPROC\nENDMODULE\n"
+    );
+    let of = |body: &str| why(task(&own, &[&module("boss", &format!("PROC main()\n{body}\nENDPROC"))]).as_ref(), 0);
+    assert_eq!(of("work;"), "known");
+    assert!(of("j1:=CJointT();").contains("is assigned"));
+    assert!(of("teach j1;").contains("may set it"));
+    assert!(why(task(&own, &[]).as_ref(), 0).contains("another module may set it"));
+    // another module goes there, too: the point must stay for it
+    let user = module("boss", "PROC main()\nwork;\nMoveAbsJ j2,v100,fine,tool0;\nENDPROC");
+    let d = task(&own, &[&user]);
+    let edits = harness::shifted(d.script(), &[(1, 1e-4)], 1e-7);
+    let out = String::from_utf8(harness::applied(d.as_ref(), &edits).unwrap().swap_remove(0)).unwrap();
+    assert!(out.contains("CONST jointtarget j2:=[[1,") && out.contains("MoveAbsJ j2_lm1,"), "{out}");
+}
+
+#[test]
+fn files_that_cannot_be_of_one_task_are_not_looked_at() {
+    let own = "MODULE own\nPROC work()\nMoveAbsJ jHome,v100,fine,tool0;\nENDPROC\nENDMODULE\n";
+    let home = |name: &str, more: &str| module(name, &format!("CONST jointtarget jHome:=[[1,2,3,4,5,6],{E}];\n{more}"));
+    let known = |others: &[&str]| why(task(own, others).as_ref(), 0) == "known";
+    assert!(known(&[&home("a", "")]));
+    // declared by two: which is loaded is not known
+    assert!(!known(&[&home("a", ""), &home("b", "")]));
+    // a module of the same name, a routine of the same name: another task's
+    assert!(!known(&[&home("own", "")]));
+    assert!(!known(&[&home("a", "PROC work()\nENDPROC")]));
+    // two programs
+    let main = "PROC main()\nENDPROC";
+    assert!(known(&[&home("a", main), &module("b", "")]));
+    assert!(!known(&[&home("a", main), &module("b", main)]));
+    // one that cannot be read declares nothing
+    assert!(!known(&["MODULE a CONST jointtarget jHome:="]));
+}
+
+#[test]
+fn a_tool_of_reltool_is_turned_about_x_then_its_new_y_then_its_new_z() {
+    let data = format!("CONST robtarget p1:=[[600,0,700],[0,0,1,0],[0,0,0,0],{E}];");
+    let source = program(&data, "MoveL RelTool(Offs(p1,0,0,10),0,0,-50\\Rx:=90\\Rz:=90),v100,fine,tool0;");
+    let Goal::Pose(goal) = &moves(&source)[0].goal else { panic!() };
+    // half a turn about y: the tool's z points down, so that -50 along it is up
+    assert!((goal.position_m * 1e3 - nalgebra::Vector3::new(600.0, 0.0, 760.0)).norm() < 1e-9, "{}", goal.position_m);
+    let rotation = goal.rotation.unwrap();
+    // the tool's axes before: x = -X, y = Y, z = -Z. About x by 90: y to z, z to -y. About the new z (-Y) by 90: x to the new y (-Z)
+    assert!((rotation * nalgebra::Vector3::x() + nalgebra::Vector3::z()).norm() < 1e-9, "{rotation}");
+    assert!((rotation * nalgebra::Vector3::z() + nalgebra::Vector3::y()).norm() < 1e-9, "{rotation}");
+}
