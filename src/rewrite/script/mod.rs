@@ -173,8 +173,10 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let Collected { mut edits, mut account, mut unplaced, rates, lines } =
         Collected::of(document.as_ref(), task, &runs, &deadband, solve)?;
     unplaced.points += spare(script, task.choices, &mut edits);
-    let (changes, changes_total) = change::of_edits(script, &runs, &edits, task.robot, task.listed);
+    let mut in_joints = edits.clone();
     unplaced.points += poses::write(script, &runs, &mut edits, &mut left);
+    edits::keep_written(&mut in_joints, &edits);
+    let (changes, changes_total) = change::of_edits(script, &runs, &in_joints, task.robot, task.listed);
     let unwritable = writing::leave_unwritable(document.as_ref(), &mut edits, &mut account);
     let posed = |k: usize| match left.get(&k) {
         Some(why) => Err(why.clone()),

@@ -131,7 +131,8 @@ pub(super) fn clone(
     // a point of another module parts into the program's own data list
     let (file, behind) = match name.context {
         false => (name.file, name.line),
-        true => own_list(program).ok_or_else(|| refused("there is no data list (.dat) beside the program for a clone of the point"))?,
+        true => own_list(program)
+            .ok_or_else(|| refused("there is no data list (.dat) beside the program for a clone of the point"))?,
     };
     let mut line = b"DECL ".to_vec();
     line.extend_from_slice(text.slice(name.type_word.clone()));
@@ -149,7 +150,9 @@ pub(super) fn clone(
             };
             let from = texts(program, file)?;
             if from.context && words_of(from, at).iter().any(|w| w == "GLOBAL") {
-                return Err(refused(&format!("its inline form needs a clone of {frame}, which another module declares GLOBAL")));
+                return Err(refused(&format!(
+                    "its inline form needs a clone of {frame}, which another module declares GLOBAL"
+                )));
             }
             lines.push(renamed(from, at, &frame, &format!("F{fresh}")));
         }

@@ -272,7 +272,7 @@ impl Data {
     fn look_around(&mut self, texts: &[Text]) {
         let mut line = Vec::new();
         let others = || texts.iter().enumerate().filter(|(_, t)| t.context);
-        for (file, text) in others() {
+        for (file, text) in others().filter(|(_, t)| is_list(t)) {
             let mut shared: Option<bool> = None;
             for k in 0..text.line_count() {
                 tokens(text, k, &mut line);
@@ -282,6 +282,9 @@ impl Data {
                     let name = line.get(1).map(|t| upper(text, t)).unwrap_or_default();
                     let public = line.iter().any(|t| upper(text, t) == "PUBLIC");
                     shared = (name == "$CONFIG" || public).then_some(name == "$CONFIG");
+                    if shared.is_none() {
+                        break;
+                    }
                 } else if let (Some(all), Some(at)) = (shared, declaration(text, &line))
                     && (all || line[..at].iter().any(|t| upper(text, t) == "GLOBAL"))
                 {
@@ -290,6 +293,9 @@ impl Data {
                     self.initial_elsewhere(text, file, &line, sign);
                 }
             }
+        }
+        if !self.names.iter().any(|n| n.global) {
+            return;
         }
         // points that a module assigns or hands over; its own of the same name are others
         for (_, text) in others().filter(|(_, t)| !is_list(t) && !is_basis(t)) {
@@ -388,7 +394,9 @@ impl Data {
                 _ => Holds::Pose,
             };
             let next = self.names.len();
-            if text.context && let Some(&there) = self.by_name.get(&(scope, name.clone())) {
+            if text.context
+                && let Some(&there) = self.by_name.get(&(scope, name.clone()))
+            {
                 let there = &mut self.names[there];
                 if there.context {
                     there.spoiled.get_or_insert_with(|| "it is declared in several modules".into());

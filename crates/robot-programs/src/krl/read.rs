@@ -14,7 +14,8 @@ use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
 use crate::script::pose::Frame;
 use crate::script::{
-    At, Break, Goal, Move, Note, PathKind, PoseForm, PoseGoal, Script, Shift, Speed, Step, StepKind, Target, Text, pragma,
+    At, Break, Goal, Move, Note, PathKind, PoseForm, PoseGoal, Script, Shift, Speed, Step, StepKind, Target, Text,
+    pragma,
 };
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, HashMap};
@@ -36,7 +37,11 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         reader.line(k, &line)?;
     }
     let Reader { mut steps, targets, sources, motions, mut notes, others, .. } = reader;
-    if texts.iter().filter(|t| !t.context).count() == 1 && data.names.is_empty() && targets.is_empty() && !motions.is_empty() {
+    if texts.iter().filter(|t| !t.context).count() == 1
+        && data.names.is_empty()
+        && targets.is_empty()
+        && !motions.is_empty()
+    {
         let text = "no data list (.dat) was found beside the program, and no point is declared in it".to_string();
         notes.push(Note { place: At { file: 0, line: 1 }, text });
     }

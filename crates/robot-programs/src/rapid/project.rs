@@ -6,6 +6,7 @@
 //! global name again, or a second `main`, is of another task and left out. Where nothing tells which of several `main` is the
 //! module's own, none of them is looked at. What is found there is read and never written.
 
+use super::arguments::motion_of;
 use super::lex;
 use super::read::{self, Parsed};
 use crate::files::of_folder;
@@ -78,10 +79,12 @@ impl Project {
     /// The program with those of its context that can be of its task.
     pub fn of(texts: &[Text], own: Parsed) -> Self {
         let Some(text) = texts.first() else { return Self { text: Text::default(), parsed: own, starts: Vec::new() } };
-        let all: Vec<(usize, &Text, Parsed)> = (1..)
-            .zip(&texts[1..])
-            .filter_map(|(k, t)| Some((k, t, read::parse(t, lex::lex(t).ok()?).ok()?)))
-            .collect();
+        // a module that moves nothing asks for nothing
+        if texts.len() == 1 || !own.items.iter().any(|item| motion_of(&own, item).is_some()) {
+            return Self::alone(text, own);
+        }
+        let all: Vec<(usize, &Text, Parsed)> =
+            (1..).zip(&texts[1..]).filter_map(|(k, t)| Some((k, t, read::parse(t, lex::lex(t).ok()?).ok()?))).collect();
         let taken = globals(&own);
         let mut fellows: Vec<&(usize, &Text, Parsed)> =
             all.iter().filter(|(.., p)| globals(p).is_disjoint(&taken)).collect();

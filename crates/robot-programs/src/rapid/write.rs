@@ -94,8 +94,7 @@ impl Writer<'_> {
         if let Some(foreign) = &literal.foreign {
             let own = Text::new("", foreign.clone());
             let start = literal.bytes.start;
-            let moved: Vec<Number> =
-                numbers.iter().map(|(s, n)| (s.start - start..s.end - start, n.clone())).collect();
+            let moved: Vec<Number> = numbers.iter().map(|(s, n)| (s.start - start..s.end - start, n.clone())).collect();
             let all = 0..foreign.len();
             return Ok(flat(&substituted(&own, &all, moved.iter().map(|(s, n)| (s, n.as_str())))));
         }

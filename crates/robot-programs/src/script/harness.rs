@@ -225,7 +225,9 @@ pub fn kept(
     let out = text::apply(&doc.script().texts, &patches).map_err(|e| e.to_string())?;
     let shown = || out.iter().map(|b| String::from_utf8_lossy(b)).collect::<Vec<_>>().join("\n---\n");
     let texts = doc.script().texts.iter().zip(&out).map(|(t, bytes)| t.with(bytes.clone()));
-    let again = format.parse(texts.collect(), robot).map_err(|e| format!("what was written does not parse: {e}\n{}", shown()))?;
+    let again = format
+        .parse(texts.collect(), robot)
+        .map_err(|e| format!("what was written does not parse: {e}\n{}", shown()))?;
     match compared(doc.script(), again.script(), edits, Language::of(format.name())) {
         Some(what) => Err(format!("{what}\n{}", shown())),
         None => Ok(Outcome::Kept),

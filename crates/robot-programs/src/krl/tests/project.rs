@@ -67,7 +67,10 @@ fn the_home_of_an_inline_form_parts_into_the_programs_own_list() {
     assert!(d.unwritable(&wish).is_empty());
     let after = rewrite(d.as_ref(), &wish);
     let (src, dat) = (text(after.as_ref(), 0), text(after.as_ref(), 1));
-    assert!(src.contains(";FOLD PTP HOME_2  Vel=") && src.contains("PTP  XHOME_2\n") && src.contains("FDAT_ACT=FHOME_2\n"), "{src}");
+    assert!(
+        src.contains(";FOLD PTP HOME_2  Vel=") && src.contains("PTP  XHOME_2\n") && src.contains("FDAT_ACT=FHOME_2\n"),
+        "{src}"
+    );
     assert!(dat.contains("DECL E6AXIS XHOME_2={A1 0.0100,") && dat.contains("DECL FDAT FHOME_2={TOOL_NO 0"), "{dat}");
     assert!(dat.ends_with("\nENDDAT\n"), "{dat}");
     // without a list of its own there is no place for it
