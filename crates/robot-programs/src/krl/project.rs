@@ -10,8 +10,10 @@ use std::path::{Path, PathBuf};
 
 /// Folders above a program that are looked at.
 const LEVELS: usize = 8;
-/// Most files of a folder, and of a tree.
+/// Most files of a project's tree.
 const MOST: usize = 400;
+/// Most files of a folder that is taken for a project.
+const MOST_BESIDE: usize = 64;
 /// Deepest folder of a tree.
 const DEEPEST: usize = 8;
 
@@ -26,7 +28,7 @@ pub(super) fn files(path: &Path, own: &[PathBuf]) -> Vec<PathBuf> {
             }
             all
         }
-        None => of_folder(folder, MOST),
+        None => of_folder(folder, MOST_BESIDE),
     };
     all.retain(|p| is_module(p) && p != path && !own.contains(p));
     all.sort();

@@ -15,7 +15,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// Most files of a folder that is taken for a task.
-const MOST: usize = 200;
+const MOST: usize = 64;
 /// Most bytes of all modules of a task.
 const MOST_BYTES: usize = 8 << 20;
 
@@ -83,8 +83,14 @@ impl Project {
         if texts.len() == 1 || !own.items.iter().any(|item| motion_of(&own, item).is_some()) {
             return Self::alone(text, own);
         }
+        // of programs that were put into one folder each has its own `main`: that is seen without reading them whole
+        let ours = starts(text);
+        let others = || (1..).zip(&texts[1..]).filter(|(_, t)| !(ours && starts(t)));
+        if others().filter(|(_, t)| starts(t)).count() > 1 {
+            return Self::alone(text, own);
+        }
         let all: Vec<(usize, &Text, Parsed)> =
-            (1..).zip(&texts[1..]).filter_map(|(k, t)| Some((k, t, read::parse(t, lex::lex(t).ok()?).ok()?))).collect();
+            others().filter_map(|(k, t)| Some((k, t, read::parse(t, lex::lex(t).ok()?).ok()?))).collect();
         let taken = globals(&own);
         let mut fellows: Vec<&(usize, &Text, Parsed)> =
             all.iter().filter(|(.., p)| globals(p).is_disjoint(&taken)).collect();
@@ -124,6 +130,13 @@ impl Project {
             Some((start, file)) => At { file: *file, line: line + 1 - self.text.line_of(*start) },
         }
     }
+}
+
+/// Whether a text may hold `PROC main`.
+fn starts(text: &Text) -> bool {
+    let upper = text.bytes.to_ascii_uppercase();
+    let after = |at: usize| upper.get(at + 4..).unwrap_or_default().trim_ascii_start();
+    memchr::memmem::find_iter(&upper, b"PROC").any(|at| after(at).starts_with(b"MAIN"))
 }
 
 /// Names that modules share: data and routines that are not LOCAL, and the modules themselves.
