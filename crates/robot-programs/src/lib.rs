@@ -40,6 +40,7 @@
 //! - [`axes`]: what is known of the robot; [`error`]: what reading and editing can fail with.
 //! - [`script`]: vendor programs: the interface that each of their formats fills. One module each: [`inform`] (Yaskawa),
 //!   [`rapid`] (ABB), [`krl`] (KUKA), [`fanuc`], [`urscript`] (Universal Robots), [`trajectory`] (ROS), [`gcode`].
+//! - [`decimal`]: a number in decimal notation, exactly: read, compared, offset and printed in integers.
 //! - [`csv`]: joint-space CSV: header, cells, rows in; numbers and rows out; [`lines`]: point -> line of the file.
 //! - [`formats`]: the list of formats, and which one a program is written in; [`files`]: what lies beside it.
 //! - [`played`]: a vendor program as a list of joint targets.
@@ -49,6 +50,7 @@
 pub mod axes;
 pub mod control;
 pub mod csv;
+pub mod decimal;
 pub mod error;
 pub mod fanuc;
 pub mod files;
@@ -107,6 +109,8 @@ pub struct Block {
     pub rows: Vec<RowSpan>,
     /// `tokens[row * slots + slot]`, slots in the order in which they stand in a row.
     pub tokens: Vec<Token>,
+    /// Digits of each token, where they are few.
+    pub mantissas: Vec<decimal::read::Packed>,
     /// `q[row * axes + axis]`, rad or m.
     pub q: Vec<f64>,
     /// Empty, or one per row, s.
@@ -125,6 +129,7 @@ impl Block {
         self.text.clear();
         self.rows.clear();
         self.tokens.clear();
+        self.mantissas.clear();
         self.q.clear();
         self.t_s.clear();
         self.decimals.clear();
@@ -135,6 +140,7 @@ impl Block {
     fn append(&mut self, rows: &Block) {
         self.rows.extend_from_slice(&rows.rows);
         self.tokens.extend_from_slice(&rows.tokens);
+        self.mantissas.extend_from_slice(&rows.mantissas);
         self.q.extend_from_slice(&rows.q);
         self.t_s.extend_from_slice(&rows.t_s);
         for (most, d) in self.decimals.iter_mut().zip(&rows.decimals) {

@@ -15,6 +15,7 @@
 
 use crate::compensator::{Compensator, JointCompensator};
 use crate::rewrite::offset::Offset;
+use std::collections::HashSet;
 
 /// Fewest reversals on which a judgement rests, and the share of them that must look made: by a step, or by a short way alone.
 const LEAST_TURNS: usize = 4;
@@ -43,6 +44,8 @@ const GROWS: f64 = 2.0;
 /// Fewest numbers whose roundness is a trace, and the share of them that become rounder.
 const LEAST_NUMBERS: usize = 6;
 const ROUNDER: f64 = 0.8;
+/// Different numbers of an axis that are asked for their roundness.
+const MOST_SEEN: usize = 4096;
 /// Decimals beyond which a number is not asked for its roundness.
 const MOST_DECIMALS: i32 = 7;
 
@@ -122,17 +125,20 @@ impl Evidence {
 
     fn roundness(&mut self, column: &Column) {
         let mut dir = 0.0;
-        let mut seen: Vec<f64> = Vec::new();
+        let mut seen: HashSet<u64> = HashSet::new();
         for i in 1..column.len() {
+            if seen.len() > MOST_SEEN {
+                break;
+            }
             let by = column.p(i) - column.p(i - 1);
             if by.abs() > column.digit.last * ROUNDED {
                 dir = by.signum();
             }
             // one number that is written many times is one number
-            if dir == 0.0 || seen.contains(&column.p(i)) || seen.len() > 4096 {
+            // (-0.0 is 0.0)
+            if dir == 0.0 || !seen.insert((column.p(i) + 0.0).to_bits()) {
                 continue;
             }
-            seen.push(column.p(i));
             let own = column.decimals(column.p(i));
             if own == 0 {
                 continue; // nothing can be rounder

@@ -1,12 +1,19 @@
 //! New values in, rows out: only the digits that change are written, everything around them is copied.
 //!
+//! A changed number is the one that is written plus an offset: the sum is made of decimals, so that no digit goes through a double
+//! and back ([`Decimal::offset`]). Numbers with an exponent, or with more than 18 digits, are made of doubles.
+//!
 //! Digits (`docs/program-csv.md`): a changed number has at least the decimals of its own token, at least those of its
 //! column (so that rounding never makes a movement turn back where rows are of mixed length), and at least [`Style::least`].
 //! Rounding never takes a value beyond a joint limit that the exact value keeps: there the last digit is rounded inwards.
 
 use super::super::{Block, Slot, Token};
-use super::print::{Look, ROOM, fixed, power};
+use super::print::{Look, power};
 use crate::axes::Axes;
+use crate::decimal::patch::Step;
+use crate::decimal::print::{MOST_FIXED, ROOM, fixed};
+use crate::decimal::read::Packed;
+use crate::decimal::{Decimal, GUARD, POW10_INT, unguarded};
 
 /// Decimals of a column beyond which a longer token does not lengthen the others: 1e-6 deg, 1 nm.
 const COLUMN_MOST: u8 = 6;
@@ -44,15 +51,31 @@ struct Cell {
     /// `None`: the time.
     axis: Option<usize>,
     decimals: u8,
-    scale: f64,
+    /// Counts of [`GUARD`] digits beyond the last one, in one rad or m.
+    fine: f64,
+    /// The same in a last digit of a number that has so many decimals.
+    lift: [i64; 8],
     /// Counts of last digits between which the number has 8 digits at most and rounding reaches no limit.
     safe: [i64; 2],
     /// A number was written.
     written: bool,
+    /// The offset that was last asked for, in counts as `fine`, and what it does to a number of these decimals; `None`: it has to be
+    /// made anew.
+    step: (i64, Option<Step>),
 }
 
 /// Bytes of a plain number.
 const LONGEST: usize = 10;
+/// Rows whose text is copied in one piece to be patched.
+const PATCHED: usize = 32;
+
+/// What a number is to become.
+struct New {
+    /// The value that it has, if it is a row's own; an added row's number is none.
+    old: Option<f64>,
+    value: f64,
+    decimals: u8,
+}
 
 #[derive(Debug, Clone)]
 struct SlotEdit {
@@ -68,12 +91,16 @@ struct SlotEdit {
     base: u8,
     /// Limits in the edge unit, and the range (SI) in which no rounding reaches them.
     limits: Option<[f64; 2]>,
+    /// The same as decimals.
+    exact_limits: Option<[Decimal; 2]>,
     safe: [f64; 2],
     /// Fewest decimals written so far; [`NONE`]: no number was written.
     written: u8,
 }
 
 const NONE: u8 = u8::MAX;
+/// deg or mm: a limit itself must not be taken for beyond it.
+const SLACK: f64 = 1e-9;
 
 impl Edits {
     /// For rows whose numbers are `slots`.
@@ -93,10 +120,23 @@ impl Edits {
             for (d, s) in scale.iter_mut().enumerate() {
                 *s = to_user_unit * power(d);
             }
+            let exact = |v: f64| Decimal::nearest(v, 9);
+            let exact_limits = limits.and_then(|[lo, hi]| Some([exact(lo)?, exact(hi)?]));
             // a unit of the first digit before the point is more than any rounding
             let safe = limits
                 .map_or([f64::NEG_INFINITY, f64::INFINITY], |[lo, hi]| [lo + 1.0, hi - 1.0].map(|v| v / to_user_unit));
-            SlotEdit { slot, to_user_unit, scale, least, column: 0, base: least, limits, safe, written: NONE }
+            SlotEdit {
+                slot,
+                to_user_unit,
+                scale,
+                least,
+                column: 0,
+                base: least,
+                limits,
+                exact_limits,
+                safe,
+                written: NONE,
+            }
         });
         Self { slots: slots.collect(), cells: Vec::new(), forced: style.forced, scratch: Vec::new(), room: Vec::new() }
     }
@@ -126,12 +166,15 @@ impl Edits {
                 Slot::Axis(a) => Some(a),
                 Slot::Time => None,
             };
-            even &= edit.base <= 7 && (d <= edit.base || self.forced.is_some());
+            even &= edit.base <= 7 && (d <= edit.base || self.forced.is_some() && d <= edit.base + GUARD);
+            let place = usize::from(edit.base.min(7) + GUARD);
+            let fine = edit.to_user_unit * power(place);
+            let lift = std::array::from_fn(|d| POW10_INT[place.saturating_sub(d)] as i64);
             let scale = edit.scale[usize::from(edit.base).min(MOST)];
             // a limit in last digits is rounded inwards; a number of its own kind, else none passes
             let [lo, hi] = edit.safe.map(|v| (v * scale).clamp(-1e8, 1e8));
             let safe = [lo.ceil() as i64, hi.floor() as i64];
-            self.cells.push(Cell { axis, decimals: edit.base, scale, safe, written: false });
+            self.cells.push(Cell { axis, decimals: edit.base, fine, lift, safe, written: false, step: (0, None) });
         }
         if !even {
             self.cells.clear();
@@ -175,6 +218,10 @@ impl Edits {
             Slot::Axis(a) => (q[a].to_bits() != old[a].to_bits()).then_some(q[a]),
             Slot::Time => t_s.filter(|t| Some(t.to_bits()) != old_t_s.map(f64::to_bits)),
         };
+        let own = |slot: Slot| match slot {
+            Slot::Axis(a) => old[a],
+            Slot::Time => old_t_s.unwrap_or(0.0),
+        };
         let Some(first) = self.slots.iter().position(|s| changed(s.slot).is_some()) else { return cursor };
         // plain numbers one behind the other, as in nearly every row: their text is made in one piece of memory
         let start = tokens[first].start as usize;
@@ -192,7 +239,9 @@ impl Edits {
                 let Some(value) = changed(edit.slot) else { break };
                 let decimals = self.forced.unwrap_or(token.decimals.max(edit.base));
                 let gap = token.start as usize - cursor;
-                let Some((negative, count)) = edit.count(token, value, decimals).filter(|_| gap <= 1) else { break };
+                let old = (block.mantissas[i * n + k], own(edit.slot));
+                let count = edit.count(token, old, value, decimals).filter(|_| gap <= 1);
+                let Some((negative, count)) = count else { break };
                 room[at] = block.text[cursor];
                 at += gap;
                 let Some(place) = room[at..].first_chunk_mut::<ROOM>() else { break };
@@ -206,7 +255,8 @@ impl Edits {
         for (edit, token) in self.slots[k..].iter_mut().zip(&tokens[k..]) {
             let Some(value) = changed(edit.slot) else { continue };
             let decimals = self.forced.unwrap_or(token.decimals.max(edit.base));
-            cursor = edit.number(block, token, cursor, value, decimals, &mut self.scratch, out);
+            let old = Some(own(edit.slot));
+            cursor = edit.number(block, token, cursor, New { old, value, decimals }, &mut self.scratch, out);
         }
         cursor
     }
@@ -230,11 +280,81 @@ impl Edits {
         if n == 0 || rows == 0 || !(t_s.is_empty() || same(t_s, &block.t_s[i..i + rows])) {
             return (0, cursor);
         }
-        let old = &block.q[i * axes..(i + rows) * axes];
-        if same(q, old) {
+        if same(q, &block.q[i * axes..(i + rows) * axes]) {
             return (rows, cursor);
         }
+        let (mut done, mut cursor) = (0, cursor);
+        for q in q.chunks(PATCHED * axes) {
+            let rows = q.len() / axes;
+            let mut part = 0;
+            while part < rows {
+                let (patched, end) = self.patched_rows(block, i + done + part, cursor, &q[part * axes..], axes, out);
+                part += patched;
+                cursor = end;
+                if part == rows {
+                    break;
+                }
+                // one row whose numbers change their length, or all of them
+                let next = if patched == 0 { rows } else { part + 1 };
+                let q = &q[part * axes..next * axes];
+                let (made, end) = self.made_rows(block, i + done + part, cursor, q, axes, out);
+                cursor = end;
+                if part + made < next {
+                    return (done + part + made, cursor);
+                }
+                part = next;
+            }
+            done += rows;
+        }
+        (done, cursor)
+    }
+
+    /// [`Edits::pure_rows`] by new digits in a copy of the text, as far as all numbers of a row keep sign and length.
+    fn patched_rows(
+        &mut self,
+        block: &Block,
+        i: usize,
+        cursor: usize,
+        q: &[f64],
+        axes: usize,
+        out: &mut Vec<u8>,
+    ) -> (usize, usize) {
+        let (n, rows) = (self.cells.len(), q.len() / axes);
+        let old = &block.q[i * axes..(i + rows) * axes];
         let tokens = &block.tokens[i * n..(i + rows) * n];
+        let mantissas = &block.mantissas[i * n..(i + rows) * n];
+        let last = tokens[rows * n - 1];
+        let end = last.start as usize + usize::from(last.len);
+        let base = out.len();
+        out.extend_from_slice(&block.text[cursor..(end + 8).min(block.text.len())]);
+        let copy = &mut out[base..];
+        let targets = q.chunks_exact(axes).zip(old.chunks_exact(axes));
+        let numbers = tokens.chunks_exact(n).zip(mantissas.chunks_exact(n));
+        for (k, ((q, old), (tokens, mantissas))) in targets.zip(numbers).enumerate() {
+            if patched_row(&mut self.cells, q, old, tokens, mantissas, copy, cursor).is_none() {
+                let start = tokens[0].start as usize;
+                out.truncate(base + start - cursor);
+                return (k, start);
+            }
+        }
+        out.truncate(base + end - cursor);
+        (rows, end)
+    }
+
+    /// [`Edits::pure_rows`] by numbers that are made one by one.
+    fn made_rows(
+        &mut self,
+        block: &Block,
+        i: usize,
+        cursor: usize,
+        q: &[f64],
+        axes: usize,
+        out: &mut Vec<u8>,
+    ) -> (usize, usize) {
+        let (n, rows) = (self.cells.len(), q.len() / axes);
+        let old = &block.q[i * axes..(i + rows) * axes];
+        let tokens = &block.tokens[i * n..(i + rows) * n];
+        let mantissas = &block.mantissas[i * n..(i + rows) * n];
         let last = tokens[rows * n - 1];
         // the text up to the last number, and what changed numbers may add to it
         let most = (last.start as usize + usize::from(last.len)).saturating_sub(cursor) + rows * n * LONGEST;
@@ -244,9 +364,10 @@ impl Edits {
         let mut rest = Rest { text: &block.text, cursor, room: &mut self.room, at: 0 };
         let mut done = 0;
         let targets = q.chunks_exact(axes).zip(old.chunks_exact(axes));
-        for ((q, old), tokens) in targets.zip(tokens.chunks_exact(n)) {
+        let numbers = tokens.chunks_exact(n).zip(mantissas.chunks_exact(n));
+        for ((q, old), (tokens, mantissas)) in targets.zip(numbers) {
             let (cursor, at) = (rest.cursor, rest.at);
-            if pure_row(&mut self.cells, q, old, tokens, &mut rest).is_none() {
+            if pure_row(&mut self.cells, q, old, tokens, mantissas, &mut rest).is_none() {
                 (rest.cursor, rest.at) = (cursor, at);
                 break;
             }
@@ -267,21 +388,15 @@ impl Edits {
                 Slot::Axis(a) => {
                     let own = self.forced.unwrap_or(token.decimals.max(edit.base));
                     let decimals = self.forced.unwrap_or(own.max(ADDED_LEAST));
-                    cursor = edit.number(block, token, cursor, q[a], decimals, &mut self.scratch, out);
+                    let new = New { old: None, value: q[a], decimals };
+                    cursor = edit.number(block, token, cursor, new, &mut self.scratch, out);
                     drop_zeros(out, usize::from(decimals), usize::from(own));
                 }
                 Slot::Time => {
                     let decimals = token.decimals.max(edit.base).max(TIME_LEAST);
                     let fewest = usize::from(token.decimals.max(edit.base));
-                    cursor = edit.number(
-                        block,
-                        token,
-                        cursor,
-                        t_s.unwrap_or(block.t_s[i]),
-                        decimals,
-                        &mut self.scratch,
-                        out,
-                    );
+                    let new = New { old: None, value: t_s.unwrap_or(block.t_s[i]), decimals };
+                    cursor = edit.number(block, token, cursor, new, &mut self.scratch, out);
                     drop_zeros(out, usize::from(decimals), fewest);
                 }
             }
@@ -318,26 +433,90 @@ impl Rest<'_> {
 
 /// The changed numbers of a row of plain numbers, with the text before each of them. `None`: one needs the general way.
 #[inline(always)]
-fn pure_row(cells: &mut [Cell], q: &[f64], old: &[f64], tokens: &[Token], rest: &mut Rest) -> Option<()> {
-    for (cell, token) in cells.iter_mut().zip(tokens) {
+fn pure_row(
+    cells: &mut [Cell],
+    q: &[f64],
+    old: &[f64],
+    tokens: &[Token],
+    mantissas: &[Packed],
+    rest: &mut Rest,
+) -> Option<()> {
+    for (cell, (token, mantissa)) in cells.iter_mut().zip(tokens.iter().zip(mantissas)) {
         let Some(axis) = cell.axis else { continue };
         let (value, old) = (*q.get(axis)?, *old.get(axis)?);
         if value.to_bits() == old.to_bits() {
             continue;
         }
-        let x = value * cell.scale;
-        let count = (x.abs() + 0.5) as i64 as u64;
-        let signed = if x < 0.0 { -(count as i64) } else { count as i64 };
+        let by = cell.offset(value - old);
+        // short numbers: below 10^18 in all
+        let fine = (mantissa.signed() * cell.lift[usize::from(token.decimals & 7)]).saturating_add(by);
+        let count = unguarded(fine);
+        let signed = if fine < 0 { -(count as i64) } else { count as i64 };
         if signed <= cell.safe[0] || signed >= cell.safe[1] {
             return None;
         }
         cell.written = true;
         rest.copy_to(token.start as usize)?;
         let place = rest.room.get_mut(rest.at..)?.first_chunk_mut::<ROOM>()?;
-        rest.at += fixed(place, x < 0.0, count, u32::from(cell.decimals));
+        rest.at += fixed(place, fine < 0, count, u32::from(cell.decimals));
         rest.cursor += usize::from(token.len);
     }
     Some(())
+}
+
+/// The changed numbers of a row of plain numbers, put into a copy of its block's text that begins at `from`. `None`: one changes
+/// its sign or its length, or is no number for this way.
+#[inline(always)]
+fn patched_row(
+    cells: &mut [Cell],
+    q: &[f64],
+    old: &[f64],
+    tokens: &[Token],
+    mantissas: &[Packed],
+    copy: &mut [u8],
+    from: usize,
+) -> Option<()> {
+    for (cell, (token, mantissa)) in cells.iter_mut().zip(tokens.iter().zip(mantissas)) {
+        let Some(axis) = cell.axis else { continue };
+        let (value, old) = (*q.get(axis)?, *old.get(axis)?);
+        if value.to_bits() == old.to_bits() {
+            continue;
+        }
+        let by = cell.offset(value - old);
+        if by != cell.step.0 {
+            cell.step = (by, cell.step_of(by));
+        }
+        let step = cell.step.1.filter(|_| token.decimals == cell.decimals)?;
+        let count = mantissa.signed() + step.count();
+        if count <= cell.safe[0] || count >= cell.safe[1] {
+            return None;
+        }
+        let sign = u32::from(mantissa.is_negative());
+        let at = (token.start + sign) as usize;
+        let place = copy.get_mut(at.checked_sub(from)?..)?.first_chunk_mut::<8>()?;
+        let new = step.add(u64::from_le_bytes(*place), u32::from(token.len) - sign, sign == 1)?;
+        *place = new.to_le_bytes();
+        cell.written = true;
+    }
+    Some(())
+}
+
+impl Cell {
+    /// An offset in counts of [`GUARD`] digits beyond the last one.
+    #[inline(always)]
+    fn offset(&self, by: f64) -> i64 {
+        let by = by * self.fine;
+        (by + 0.5f64.copysign(by)) as i64
+    }
+
+    /// What such an offset does to numbers of the cell's decimals, if that is the same for all of them: no tie.
+    #[cold]
+    fn step_of(&self, by: i64) -> Option<Step> {
+        const UNIT: u64 = POW10_INT[GUARD as usize];
+        let size = i64::try_from(unguarded(by)).ok()?;
+        let count = if by < 0 { -size } else { size };
+        (by.unsigned_abs() % UNIT != UNIT / 2).then(|| Step::new(count, self.decimals))?
+    }
 }
 
 /// Drops zeros at the end of a fraction of `decimals` digits down to `fewest` of them.
@@ -355,25 +534,49 @@ fn drop_zeros(out: &mut Vec<u8>, decimals: usize, fewest: usize) {
 impl SlotEdit {
     /// Sign and count of last digits of a value that is written plainly and is near no limit.
     #[inline(always)]
-    fn count(&self, token: &Token, value: f64, decimals: u8) -> Option<(bool, u64)> {
-        if !token.plain || decimals > 7 || value <= self.safe[0] || value >= self.safe[1] {
+    fn count(&self, token: &Token, old: (Packed, f64), value: f64, decimals: u8) -> Option<(bool, u64)> {
+        if !token.plain || decimals > 7 || !self.is_safe(value) {
             return None;
         }
-        let x = value * self.scale[usize::from(decimals)];
-        let n = (x.abs() + 0.5) as i64 as u64;
-        (n < 100_000_000).then_some((x < 0.0, n))
+        let new = old.0.decimal(token.decimals)?.offset((value - old.1) * self.to_user_unit, decimals)?;
+        let count = new.mantissa().unsigned_abs();
+        (count < MOST_FIXED).then_some((new.is_negative(), count))
+    }
+
+    /// No rounding reaches a limit.
+    #[inline(always)]
+    fn is_safe(&self, value: f64) -> bool {
+        value > self.safe[0] && value < self.safe[1]
+    }
+
+    /// The number that takes the place of the one with this text; near a limit that it keeps, rounded so that it still keeps it.
+    /// `None`: it is no decimal.
+    fn decimal(&self, text: &[u8], new: &New) -> Option<Decimal> {
+        let own = Decimal::read(text)?;
+        let number = match new.old {
+            Some(old) => own.offset((new.value - old) * self.to_user_unit, new.decimals)?,
+            None => {
+                let count = new.value * self.scale.get(usize::from(new.decimals))?;
+                Decimal::new((count + 0.5f64.copysign(count)) as i64, new.decimals)?
+            }
+        };
+        let Some([lo, hi]) = self.exact_limits.filter(|_| !self.is_safe(new.value)) else { return Some(number) };
+        let exact = new.value * self.to_user_unit;
+        match () {
+            () if number > hi && exact <= hi.value() + SLACK => hi.floor(new.decimals),
+            () if number < lo && exact >= lo.value() - SLACK => lo.ceil(new.decimals),
+            () => Some(number),
+        }
     }
 
     /// Writes the text from `cursor` to the token, then the number; gives the place behind the token.
     #[inline(always)]
-    #[allow(clippy::too_many_arguments)]
     fn number(
         &mut self,
         block: &Block,
         token: &Token,
         cursor: usize,
-        value: f64,
-        decimals: u8,
+        new: New,
         scratch: &mut Vec<u8>,
         out: &mut Vec<u8>,
     ) -> usize {
@@ -384,22 +587,20 @@ impl SlotEdit {
             many => out.extend_from_slice(many),
         }
         let from = out.len();
-        self.written = self.written.min(decimals);
+        self.written = self.written.min(new.decimals);
         let end = start + usize::from(token.len);
-        if let Some((negative, n)) = self.count(token, value, decimals) {
-            out.extend_from_slice(&[0; ROOM]);
-            if let Some(room) = out.get_mut(from..).and_then(|o| o.first_chunk_mut::<ROOM>()) {
-                let len = fixed(room, negative, n, u32::from(decimals));
-                out.truncate(from + len);
+        let text = &block.text[start..end];
+        match self.decimal(text, &new) {
+            Some(number) if token.plain => number.write(out),
+            Some(number) => Look::of(text).write_decimal(number, out),
+            None => {
+                let rounded = self.rounded(new.value, new.decimals);
+                Look::of(text).write(rounded, usize::from(new.decimals), out);
             }
-            if gap.len() > 1 {
-                pad(gap, usize::from(token.len), from, out, scratch);
-            }
-            return end;
         }
-        let rounded = self.rounded(value, decimals);
-        Look::of(&block.text[start..end]).write(rounded, usize::from(decimals), out);
-        pad(gap, usize::from(token.len), from, out, scratch);
+        if gap.len() > 1 {
+            pad(gap, usize::from(token.len), from, out, scratch);
+        }
         end
     }
 
@@ -410,12 +611,10 @@ impl SlotEdit {
         let Some([lo, hi]) = self.limits else { return exact };
         let unit = power(usize::from(decimals.min(22)));
         let count = (exact * unit).abs().round().copysign(exact);
-        // 1e-9 of a unit: the limit itself must not be taken for beyond it
-        let slack = 1e-9;
-        if exact <= hi + slack && count / unit > hi + slack {
+        if exact <= hi + SLACK && count / unit > hi + SLACK {
             return (hi * unit + 1e-6).floor() / unit;
         }
-        if exact >= lo - slack && count / unit < lo - slack {
+        if exact >= lo - SLACK && count / unit < lo - SLACK {
             return (lo * unit - 1e-6).ceil() / unit;
         }
         exact

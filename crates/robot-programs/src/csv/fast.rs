@@ -5,6 +5,8 @@ use super::super::{Block, RowSpan, Slot, Token};
 use super::header::Column;
 use super::number;
 use super::parser::Parser;
+use crate::decimal::POW10;
+use crate::decimal::read::{Packed, short};
 use crate::error::Result;
 
 /// Columns up to which rows of nothing but short numbers take the fastest way.
@@ -15,7 +17,7 @@ const CHUNK: usize = 64;
 
 /// The row at `start` if it holds short numbers alone (none padded): its end; their places and mantissas.
 #[inline(always)]
-fn pure_row(text: &[u8], start: usize, tokens: &mut [Token], mantissas: &mut [u32]) -> Option<usize> {
+fn pure_row(text: &[u8], start: usize, tokens: &mut [Token], mantissas: &mut [Packed]) -> Option<usize> {
     let mut at = start;
     let (mut ending, mut padded) = (0, false);
     for (token, mantissa) in tokens.iter_mut().zip(mantissas) {
@@ -24,7 +26,7 @@ fn pure_row(text: &[u8], start: usize, tokens: &mut [Token], mantissas: &mut [u3
             return None;
         }
         let chunk = text.get(at..)?.first_chunk::<16>()?;
-        let number = number::short(chunk)?;
+        let number = short(chunk)?;
         padded |= number.padded;
         *token = Token { start: at as u32, len: number.len as u16, decimals: number.decimals, plain: true };
         *mantissa = number.mantissa;
@@ -43,7 +45,7 @@ fn pure_row(text: &[u8], start: usize, tokens: &mut [Token], mantissas: &mut [u3
 #[derive(Debug, Clone, Default)]
 pub(super) struct Scratch {
     tokens: Vec<Token>,
-    mantissas: Vec<u32>,
+    mantissas: Vec<Packed>,
     values: Vec<f64>,
     /// Decimals of each column, and for every number of a chunk its power of ten and its unit in SI.
     decimals: Vec<u8>,
@@ -56,7 +58,7 @@ impl Scratch {
         let size = CHUNK * columns.len();
         if self.tokens.len() != size {
             self.tokens = vec![Token::default(); size];
-            self.mantissas = vec![0; size];
+            self.mantissas = vec![Packed::NONE; size];
             self.values = vec![0.0; size];
             self.si = columns.iter().map(|c| c.1).cycle().take(size).collect();
             self.decimals = vec![0; columns.len()];
@@ -70,6 +72,7 @@ impl Scratch {
         let size = count * n;
         let (Some(tokens), Some(mantissas)) = (self.tokens.get(..size), self.mantissas.get(..size)) else { return };
         rows.tokens.extend_from_slice(tokens);
+        rows.mantissas.extend_from_slice(mantissas);
         let alike = |row: &[Token]| row.iter().zip(&self.decimals).all(|(t, d)| t.decimals == *d);
         if tokens.chunks_exact(n).all(alike) {
             for (most, d) in rows.decimals.iter_mut().zip(&self.decimals) {
@@ -77,19 +80,18 @@ impl Scratch {
             }
             let units = self.powers.iter().zip(&self.si);
             for ((value, mantissa), (power, si)) in self.values.iter_mut().zip(mantissas).zip(units) {
-                *value = number::quotient(*mantissa, *power) * si;
+                *value = mantissa.quotient(*power) * si;
             }
         } else {
             for (k, (token, mantissa)) in tokens.iter().zip(mantissas).enumerate() {
                 let most = &mut rows.decimals[k % n];
                 *most = (*most).max(token.decimals);
-                self.values[k] =
-                    number::quotient(*mantissa, number::POW10[usize::from(token.decimals & 7)]) * self.si[k];
+                self.values[k] = mantissa.quotient(POW10[usize::from(token.decimals & 7)]) * self.si[k];
             }
             // most columns go on as their last row was
             if let Some(last) = tokens.chunks_exact(n).last() {
                 self.decimals = last.iter().map(|t| t.decimals).collect();
-                let powers = self.decimals.iter().map(|d| number::POW10[usize::from(d & 7)]);
+                let powers = self.decimals.iter().map(|d| POW10[usize::from(d & 7)]);
                 self.powers = powers.cycle().take(CHUNK * n).collect();
             }
         }
@@ -212,6 +214,7 @@ impl Parser {
         let end = self.plain_cells(text, start, block, base);
         if end.is_none() {
             block.tokens.truncate(tokens);
+            block.mantissas.truncate(tokens);
             block.q.truncate(base);
             block.t_s.truncate(times);
         }
@@ -231,6 +234,7 @@ impl Parser {
                     let token =
                         Token { start: at as u32, len: (end - at) as u16, decimals: number.decimals, plain: !padded };
                     block.tokens.push(token);
+                    block.mantissas.push(number.mantissa);
                     let most = &mut block.decimals[slot];
                     *most = (*most).max(number.decimals);
                     match self.header.slots[slot] {

@@ -98,6 +98,7 @@ impl Parser {
             // room for rows of this length; more where they become shorter
             let rows = text.len() / (3 * self.pure.len());
             block.tokens.reserve(rows / 2 * self.pure.len());
+            block.mantissas.reserve(rows / 2 * self.pure.len());
             block.q.reserve(rows / 2 * self.si.len());
             block.rows.reserve(rows / 2);
         }
@@ -171,6 +172,7 @@ impl Parser {
             let exponent = body.iter().any(|b| matches!(b, b'e' | b'E'));
             let plain = number::is_plain(body) && !exponent && (s, e) == record.cells[k];
             block.tokens.push(Token { start: s as u32, len: (e - s) as u16, decimals: number.decimals, plain });
+            block.mantissas.push(number.mantissa);
             block.decimals[slot] = block.decimals[slot].max(number.decimals);
             match self.header.slots[slot] {
                 Slot::Axis(axis) => block.q[base + axis] = number.value * self.si[axis],
