@@ -173,7 +173,10 @@ fn one_configuration(script: &Script, plain: &Tooled) -> bool {
     let mut classes = joints.map(|q| class(&q));
     let first = classes.next();
     let ordered = |m: &Move| match &m.goal {
-        Goal::Pose(PoseGoal { solution: Solution::Configured(c), binding: true, .. }) => c.posture(),
+        Goal::Pose(goal) => match &**goal {
+            PoseGoal { solution: Solution::Configured(c), binding: true, .. } => c.posture(),
+            _ => None,
+        },
         _ => None,
     };
     let mut orders = script.moves().filter_map(|(_, m)| ordered(m));

@@ -237,7 +237,7 @@ mod tests {
 
     fn pose(turn: f64) -> Goal {
         let rotation = Some(UnitQuaternion::from_euler_angles(0.0, 0.0, turn));
-        Goal::Pose(PoseGoal {
+        Goal::pose(PoseGoal {
             target: None,
             position_m: Vector3::new(1.0, 0.5, 0.2),
             rotation,

@@ -359,7 +359,7 @@ impl<'a> Reader<'a> {
         match self.target_of[p].clone() {
             Ok(_) if offset.is_some() => Goal::Opaque("an offset is added to the goal".into()),
             Ok(t) => Goal::Joints(t),
-            Err(why) => self.pose(p).map_or(Goal::Opaque(why), |pose| Goal::Pose(displaced(pose, offset))),
+            Err(why) => self.pose(p).map_or(Goal::Opaque(why), |pose| Goal::pose(displaced(pose, offset))),
         }
     }
 
@@ -372,7 +372,7 @@ impl<'a> Reader<'a> {
         };
         let goal = match (goal, &said.via[..], position) {
             (Goal::Pose(pose), [via], Some(p)) if said.path == PathKind::Curve => {
-                Goal::Pose(PoseGoal { via_m: self.via(*via, p), ..pose })
+                Goal::pose(PoseGoal { via_m: self.via(*via, p), ..*pose })
             }
             (goal, ..) => goal,
         };

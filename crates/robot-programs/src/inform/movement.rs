@@ -272,7 +272,7 @@ impl Reader<'_> {
                 t
             }
         };
-        Goal::Pose(PoseGoal {
+        Goal::pose(PoseGoal {
             target: Some(target),
             position_m: Vector3::new(n[0], n[1], n[2]),
             rotation: Some(UnitQuaternion::from_euler_angles(n[3], n[4], n[5])),

@@ -1,6 +1,6 @@
 //! A point's second form: a declaration of its own with a free name, in an inline form together with all that it couples.
 
-use super::data::{Aggregate, upper};
+use super::data::upper;
 use super::form::{Reference, references};
 use super::lex::{Kind, tokens};
 use super::write::{Change, motion_of, place, texts};
@@ -8,6 +8,7 @@ use super::{Program, Source};
 use crate::error::{Error, Result};
 use crate::script::{Patch, Text};
 use std::collections::{HashMap, HashSet};
+use std::ops::Range;
 
 /// KRL's longest name.
 const LONGEST: usize = 24;
@@ -104,7 +105,7 @@ pub(super) fn clone(
     let name = &program.data.names[*n];
     let Ok(value) = name.value() else { return Err(refused("the point's value is not certain")) };
     let motion = motion_of(program, step)?;
-    let values = replaced(texts(program, value.file)?, value, change);
+    let values = replaced(texts(program, value.file)?, &value.span, change);
     if name.local || name.context && motion.fold.is_none() {
         if motion.fold.is_some() {
             return Err(refused("a point of the routine itself cannot be cloned in an inline form"));
@@ -196,16 +197,16 @@ fn below(text: &Text, file: usize, k: usize, lines: &[Vec<u8>], out: &mut Vec<Pa
 }
 
 /// An aggregate's text with other numbers.
-pub(super) fn replaced(text: &Text, a: &Aggregate, change: &Change) -> Vec<u8> {
+pub(super) fn replaced(text: &Text, whole: &Range<usize>, change: &Change) -> Vec<u8> {
     let mut change: Vec<_> = change.iter().collect();
     change.sort_by_key(|c| c.0.start);
-    let (mut out, mut at) = (Vec::new(), a.span.start);
+    let (mut out, mut at) = (Vec::new(), whole.start);
     for (span, new) in change {
         out.extend_from_slice(text.slice(at..span.start));
         out.extend_from_slice(new.as_bytes());
         at = span.end;
     }
-    out.extend_from_slice(text.slice(at..a.span.end));
+    out.extend_from_slice(text.slice(at..whole.end));
     out
 }
 
@@ -230,8 +231,8 @@ pub(super) fn refer(program: &Program, step: usize, clone: &Clone, out: &mut Vec
         out.push(Patch::new(0, motion.point.clone(), new.as_bytes()));
         return Ok(());
     };
-    let before = program.motions.range(..step).next_back().is_some_and(|(_, m)| m.line >= fold);
-    let behind = program.motions.range(step + 1..).next().is_some_and(|(_, m)| m.fold == Some(fold));
+    let before = program.motions.before(step).is_some_and(|m| m.line >= fold);
+    let behind = program.motions.after(step).is_some_and(|m| m.fold == Some(fold));
     if before || behind {
         let why = "its inline form holds several motions, and the point must part from its other uses";
         return Err(Error::Refused(format!("{}: {why}", place(program, step))));

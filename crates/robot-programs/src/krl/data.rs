@@ -1,7 +1,7 @@
 //! Names of a program: points and frame data that are declared, what they are given, and who else uses them.
 
 use super::calls::calls;
-use super::lex::{Kind, Token, tokens};
+use super::lex::{Kind, Token, first_word, tokens};
 use super::motion;
 use super::name::{Assigned, Flow, Holds, Name};
 use super::target::finest;
@@ -16,9 +16,48 @@ use std::ops::Range;
 #[derive(Debug, Clone)]
 pub(super) struct Component {
     /// Upper case.
-    pub name: String,
+    pub name: Label,
     /// Bytes, value and style of a plain number; `None`: it is computed.
     pub value: Option<(Range<usize>, f64, number::Style)>,
+}
+
+/// The name of a component: short ones, which all are, need no memory of their own.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Label {
+    Short([u8; 8]),
+    Long(String),
+}
+
+impl Label {
+    /// Of a word, in upper case.
+    fn of(word: &[u8]) -> Self {
+        let mut short = [0; 8];
+        match short.get_mut(..word.len()) {
+            Some(place) if word.is_ascii() => {
+                place.copy_from_slice(word);
+                short.make_ascii_uppercase();
+                Self::Short(short)
+            }
+            _ => Self::Long(String::from_utf8_lossy(word).to_ascii_uppercase()),
+        }
+    }
+
+    pub fn as_str(&self) -> &str {
+        match self {
+            Self::Short(bytes) => {
+                let len = bytes.iter().take_while(|b| **b != 0).count();
+                bytes.get(..len).and_then(|b| std::str::from_utf8(b).ok()).unwrap_or_default()
+            }
+            Self::Long(text) => text,
+        }
+    }
+
+    fn is(&self, name: &str) -> bool {
+        match self {
+            Self::Short(bytes) => bytes.starts_with(name.as_bytes()) && bytes.get(name.len()).is_none_or(|b| *b == 0),
+            Self::Long(text) => text == name,
+        }
+    }
 }
 
 /// `{E6AXIS: A1 -50.70,A2 ...}`.
@@ -32,13 +71,13 @@ pub(super) struct Aggregate {
 
 impl Aggregate {
     pub fn component(&self, name: &str) -> Option<&Component> {
-        self.components.iter().find(|c| c.name == name)
+        self.components.iter().find(|c| c.name.is(name))
     }
 
     /// Whether it gives axes; external axes alone also stand beside a Cartesian position.
     pub fn has_axes(&self) -> bool {
         let cartesian = self.components.iter().any(|c| matches!(c.name.as_str(), "X" | "Y" | "Z" | "A" | "B" | "C"));
-        self.components.iter().any(|c| axis_name(&c.name) && !(cartesian && c.name.starts_with('E')))
+        self.components.iter().map(|c| c.name.as_str()).any(|n| axis_name(n) && !(cartesian && n.starts_with('E')))
     }
 
     /// The Cartesian target in a frame and with a tool; `target`: index of its numbers, where they can be written. On straight
@@ -52,10 +91,16 @@ impl Aggregate {
             Some(UnitQuaternion::from_euler_angles(c, b, a))
         })();
         let external = |c: &&Component| {
-            axis_name(&c.name) && c.name.starts_with('E') && c.value.as_ref().is_none_or(|v| v.1 != 0.0)
+            axis_name(c.name.as_str())
+                && c.name.as_str().starts_with('E')
+                && c.value.as_ref().is_none_or(|v| v.1 != 0.0)
         };
-        let carried: Option<Vec<(String, f64)>> =
-            self.components.iter().filter(external).map(|c| Some((c.name.clone(), c.value.as_ref()?.1))).collect();
+        let carried: Option<Vec<(String, f64)>> = self
+            .components
+            .iter()
+            .filter(external)
+            .map(|c| Some((c.name.as_str().to_string(), c.value.as_ref()?.1)))
+            .collect();
         // bits beyond the sixth are those of external axes; status has bits beyond the third of no arm
         let bits = |name: &str, mask: u32| match self.component(name) {
             None => Ok(None),
@@ -100,9 +145,10 @@ impl Aggregate {
 
     /// Values of external axes and of axes that are none of the robot's, for comparison.
     pub fn others(&self, own: &[String], text: &Text) -> Vec<(String, Vec<u8>)> {
-        let others = self.components.iter().filter(|c| axis_name(&c.name) && !own.contains(&c.name));
+        let foreign = |name: &str| axis_name(name) && !own.iter().any(|o| o == name);
+        let others = self.components.iter().filter(|c| foreign(c.name.as_str()));
         let value = |c: &Component| c.value.as_ref().map_or(b"?".to_vec(), |v| text.slice(v.0.clone()).to_vec());
-        let mut out: Vec<_> = others.map(|c| (c.name.clone(), value(c))).collect();
+        let mut out: Vec<_> = others.map(|c| (c.name.as_str().to_string(), value(c))).collect();
         out.sort();
         out
     }
@@ -128,7 +174,7 @@ pub(super) fn aggregate(text: &Text, file: usize, tokens: &[Token], k: usize) ->
     {
         at += 2;
     }
-    let mut components: Vec<Component> = Vec::new();
+    let mut components: Vec<Component> = Vec::with_capacity(6);
     loop {
         let first = tokens.get(at).ok_or_else(unclosed)?;
         if first.is(b'}') {
@@ -148,12 +194,12 @@ pub(super) fn aggregate(text: &Text, file: usize, tokens: &[Token], k: usize) ->
             end += 1;
         }
         if first.kind == Kind::Word {
-            let name = String::from_utf8_lossy(text.slice(first.span())).to_ascii_uppercase();
+            let name = Label::of(text.slice(first.span()));
             if components.len() >= MOST {
                 return Err(text.bad(first.start, "a further component", format!("{MOST} components at most")));
             }
             if components.iter().any(|c| c.name == name) {
-                return Err(text.bad(first.start, format!("a second `{name}`"), "each component once"));
+                return Err(text.bad(first.start, format!("a second `{}`", name.as_str()), "each component once"));
             }
             // `A1-5`: another number would run into the name
             let apart = |v: &(Range<usize>, f64, number::Style)| v.0.start > first.end;
@@ -208,7 +254,7 @@ fn literal(text: &Text, tokens: &[Token]) -> Result<Option<(Range<usize>, f64, n
 pub(super) struct Data {
     pub names: Vec<Name>,
     /// By routine (`None`: the data list) and name in upper case.
-    by_name: HashMap<(Option<usize>, String), usize>,
+    by_name: HashMap<String, Vec<(Option<usize>, usize)>>,
     /// Frame data: file and line of the declaration.
     pub frames: HashMap<String, (usize, usize)>,
     /// Numbers of tool and base of frame data.
@@ -223,7 +269,8 @@ pub(super) fn upper(text: &Text, t: &Token) -> String {
 impl Data {
     /// A name as a routine sees it.
     pub fn find(&self, routine: usize, name: &str) -> Option<usize> {
-        let of = |scope| self.by_name.get(&(scope, name.to_string())).copied();
+        let all = self.by_name.get(name)?;
+        let of = |scope| all.iter().find(|n| n.0 == scope).map(|n| n.1);
         of(Some(routine)).or_else(|| of(None))
     }
 
@@ -239,10 +286,16 @@ impl Data {
         let own = || texts.iter().enumerate().filter(|(_, t)| !t.context);
         // declarations first: the data list comes behind the program
         for pass in 0..2 {
+            if pass == 1 && data.names.is_empty() {
+                break;
+            }
             for (file, text) in own() {
                 let mut routine = 0;
                 let mut flow = Flow::default();
                 for k in 0..text.line_count() {
+                    if pass == 0 && !may_declare(first_word(text, k)) {
+                        continue;
+                    }
                     tokens(text, k, &mut line);
                     line.retain(|t| t.kind != Kind::Comment);
                     let first = line.first().map(|t| upper(text, t)).unwrap_or_default();
@@ -394,8 +447,10 @@ impl Data {
                 _ => Holds::Pose,
             };
             let next = self.names.len();
+            let all = self.by_name.entry(name.clone()).or_default();
+            let there = all.iter().find(|n| n.0 == scope).map(|n| n.1);
             if text.context
-                && let Some(&there) = self.by_name.get(&(scope, name.clone()))
+                && let Some(there) = there
             {
                 let there = &mut self.names[there];
                 if there.context {
@@ -403,9 +458,10 @@ impl Data {
                 }
                 continue;
             }
-            if self.by_name.insert((scope, name.clone()), next).is_some() {
+            if there.is_some() {
                 return Err(text.bad(word.start, format!("a second declaration of {own}"), "each name declared once"));
             }
+            all.push((scope, next));
             let (type_word, local) = (line[at].span(), scope.is_some());
             let (assigned, used, read) = (Vec::new(), false, false);
             let line = k;
@@ -581,6 +637,12 @@ fn of_module(texts: &[Text], text: &Text) -> HashSet<String> {
 /// Whether a line begins a routine.
 pub(super) fn is_routine(first: &str, second: &str) -> bool {
     matches!(first, "DEF" | "DEFFCT") || first == "GLOBAL" && matches!(second, "DEF" | "DEFFCT")
+}
+
+/// Whether a line that begins with this word may begin a routine or declare something.
+fn may_declare(word: &[u8]) -> bool {
+    let words = ["DEF", "DEFFCT", "GLOBAL", "DECL", "CONST", "E6AXIS", "AXIS", "E6POS", "POS", "FRAME", "FDAT"];
+    words.iter().any(|w| word.eq_ignore_ascii_case(w.as_bytes()))
 }
 
 /// The token of the type of a declaration of points or frame data.

@@ -36,6 +36,16 @@ fn word_byte(b: u8) -> bool {
     b.is_ascii_alphanumeric() || b == b'_' || b == b'$' || !b.is_ascii()
 }
 
+/// The word with which line `k` begins; empty: it begins with none.
+pub(super) fn first_word(text: &Text, k: usize) -> &[u8] {
+    let bytes = text.line(k);
+    let bytes = if k == 0 { bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes) } else { bytes };
+    let start = bytes.iter().take_while(|b| b.is_ascii_whitespace() || **b == 0x1a).count();
+    let bytes = bytes.get(start..).unwrap_or_default();
+    let len = bytes.iter().take_while(|b| word_byte(**b)).count();
+    bytes.get(..len).unwrap_or_default()
+}
+
 /// The tokens of line `k` into `out`.
 pub(super) fn tokens(text: &Text, k: usize, out: &mut Vec<Token>) {
     out.clear();

@@ -39,9 +39,9 @@ use super::files::Files;
 use super::script::{Document, Edits, Format, Patch, Script, Text};
 use crate::axes::{Axes, JointKind};
 use crate::error::Result;
-use data::{Aggregate, Data};
+use data::Data;
 use motion::Motion;
-use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// KUKA KRL (`.src` with its `.dat`).
@@ -109,10 +109,36 @@ fn companions(path: &Path, there: &Files) -> Vec<PathBuf> {
 
 /// Where a target's numbers stand.
 enum Source {
-    /// In the motion.
-    Inline(Aggregate),
+    /// In the motion: file, and bytes of the aggregate.
+    Inline(usize, Range<usize>),
     /// In the declaration (or the only assignment) of a name.
     Name(usize),
+}
+
+/// Values of some steps; steps come in order.
+#[derive(Debug)]
+struct BySteps<T>(Vec<(usize, T)>);
+
+impl<T> BySteps<T> {
+    fn push(&mut self, step: usize, value: T) {
+        self.0.push((step, value));
+    }
+
+    fn get(&self, step: usize) -> Option<&T> {
+        let k = self.0.binary_search_by_key(&step, |v| v.0).ok()?;
+        self.0.get(k).map(|v| &v.1)
+    }
+
+    /// The last one before a step.
+    fn before(&self, step: usize) -> Option<&T> {
+        let k = self.0.partition_point(|v| v.0 < step);
+        self.0.get(k.checked_sub(1)?).map(|v| &v.1)
+    }
+
+    /// The first one after a step.
+    fn after(&self, step: usize) -> Option<&T> {
+        self.0.get(self.0.partition_point(|v| v.0 <= step)).map(|v| &v.1)
+    }
 }
 
 /// A program that has been read.
@@ -121,7 +147,8 @@ struct Program {
     kinds: Vec<JointKind>,
     /// Axis names as KRL has them: A1, ..., A6, E1, ...
     axes: Vec<String>,
-    motions: BTreeMap<usize, Motion>,
+    /// By step.
+    motions: BySteps<Motion>,
     data: Data,
     /// One per target.
     sources: Vec<Source>,

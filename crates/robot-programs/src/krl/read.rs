@@ -3,13 +3,13 @@
 use super::calls::{arc, calls};
 use super::data::{Aggregate, Data, assignment, is_routine, upper};
 use super::form;
-use super::lex::{Kind, Token, tokens};
+use super::lex::{Kind, Token, first_word, tokens};
 use super::motion::{self, Word};
 use super::name::Holds;
 use super::product;
 use super::settings::{self, Settings};
 use super::target::{Others, axis_names, external_axes, target};
-use super::{Motion, Program, Source};
+use super::{BySteps, Motion, Program, Source};
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
 use crate::script::pose::Frame;
@@ -18,7 +18,7 @@ use crate::script::{
     pragma,
 };
 use nalgebra::Vector3;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::ops::Range;
 
 pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
@@ -40,7 +40,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     if texts.iter().filter(|t| !t.context).count() == 1
         && data.names.is_empty()
         && targets.is_empty()
-        && !motions.is_empty()
+        && !motions.0.is_empty()
     {
         let text = "no data list (.dat) was found beside the program, and no point is declared in it".to_string();
         notes.push(Note { place: At { file: 0, line: 1 }, text });
@@ -67,23 +67,22 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
 /// Refuses a data list alone, and a text without a routine.
 fn whole(text: &Text) -> Result<()> {
     let mut line = Vec::new();
-    let mut any = false;
     for k in 0..text.line_count() {
         tokens(text, k, &mut line);
         let Some(first) = line.first().filter(|t| t.kind == Kind::Word) else { continue };
         match upper(text, first).as_str() {
-            "DEFDAT" if !any => {
+            "DEFDAT" => {
                 return Err(text.bad(
                     first.start,
                     "a data list (DEFDAT)",
                     "the program itself: give the .src, its .dat is found beside it",
                 ));
             }
-            "DEF" | "DEFFCT" | "GLOBAL" => any = true,
+            "DEF" | "DEFFCT" | "GLOBAL" => return Ok(()),
             _ => {}
         }
     }
-    if any { Ok(()) } else { Err(text.bad(0, "no routine", "a KUKA KRL program with DEF ... END")) }
+    Err(text.bad(0, "no routine", "a KUKA KRL program with DEF ... END"))
 }
 
 /// $BASE and $TOOL behind a branch, a label or a call: known where the file sets none, or always the same.
@@ -93,6 +92,12 @@ fn later(text: &Text, data: &Data) -> [Option<Frame>; 2] {
     let mut line = Vec::new();
     let mut routine = 0;
     for k in 0..text.line_count() {
+        // a routine, BAS or an assignment
+        if !matches!(first_word(text, k), [b'B' | b'b' | b'D' | b'd' | b'G' | b'g', ..])
+            && memchr::memchr(b'=', text.line(k)).is_none()
+        {
+            continue;
+        }
         tokens(text, k, &mut line);
         line.retain(|t| t.kind != Kind::Comment);
         let Some(first) = line.first() else { continue };
@@ -140,8 +145,8 @@ struct Reader<'a> {
     targets: Vec<Target>,
     sources: Vec<Source>,
     of_name: HashMap<usize, usize>,
-    motions: BTreeMap<usize, Motion>,
-    others: BTreeMap<usize, Others>,
+    motions: BySteps<Motion>,
+    others: BySteps<Others>,
     notes: Vec<Note>,
     routine: usize,
     folds: Vec<Fold>,
@@ -164,8 +169,8 @@ impl<'a> Reader<'a> {
             targets: Vec::new(),
             sources: Vec::new(),
             of_name: HashMap::new(),
-            motions: BTreeMap::new(),
-            others: BTreeMap::new(),
+            motions: BySteps(Vec::new()),
+            others: BySteps(Vec::new()),
             notes: Vec::new(),
             routine: 0,
             folds: Vec::new(),
@@ -336,7 +341,7 @@ impl<'a> Reader<'a> {
             Goal::Pose(_) if word.arc && line.iter().any(|t| upper(self.text, t) == "CA") => {
                 Goal::Opaque("an angle CA tells where the arc ends".into())
             }
-            Goal::Pose(pose) if word.arc => Goal::Pose(PoseGoal { via_m: self.via(line), ..pose }),
+            Goal::Pose(pose) if word.arc => Goal::pose(PoseGoal { via_m: self.via(line), ..*pose }),
             goal => goal,
         };
         if word.arc {
@@ -366,9 +371,9 @@ impl<'a> Reader<'a> {
             let fold = fold.map(|f| f.line);
             let point = std::mem::take(&mut self.point).unwrap_or_else(|| goal.clone());
             let motion = Motion { line: k, keyword, goal, point, tail, spline: word.spline, fold };
-            self.motions.insert(self.steps.len(), motion);
+            self.motions.push(self.steps.len(), motion);
         }
-        self.others.insert(self.steps.len(), others);
+        self.others.push(self.steps.len(), others);
         let path = if self.spline { PathKind::Curve } else { word.path };
         let step = Move { path, goal, fixed: None, closed, speed, blend_m, way: Vec::new() };
         self.push(k, StepKind::Move(step));
@@ -500,14 +505,14 @@ impl<'a> Reader<'a> {
                 Err(why) => Goal::Opaque(why),
                 Ok(target) => {
                     self.targets.push(target);
-                    self.sources.push(Source::Inline(a));
+                    self.sources.push(Source::Inline(a.file, a.span));
                     Goal::Joints(self.targets.len() - 1)
                 }
             });
         }
         let at = At { file: 0, line: k as u64 + 1 };
-        let pose = self.pose(&a, word, None, at, Source::Inline(a.clone()));
-        Ok(pose.map_or_else(|| Goal::Opaque("a part of its position is not given".into()), Goal::Pose))
+        let pose = self.pose(&a, word, None, at, Source::Inline(a.file, a.span.clone()));
+        Ok(pose.map_or_else(|| Goal::Opaque("a part of its position is not given".into()), Goal::pose))
     }
 
     /// Position of the point on the way of an arc, m.
@@ -551,7 +556,7 @@ impl<'a> Reader<'a> {
                     pose
                 }
             };
-            return Ok(pose.map_or_else(|| Goal::Opaque(format!("a part of {text} is not given")), Goal::Pose));
+            return Ok(pose.map_or_else(|| Goal::Opaque(format!("a part of {text} is not given")), Goal::pose));
         }
         if let (Some(&t), true) = (self.of_name.get(&n), word.path == PathKind::Joint) {
             return Ok(Goal::Joints(t));

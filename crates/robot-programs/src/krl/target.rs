@@ -1,11 +1,14 @@
 //! Axis values as joint targets; axes that are none of the robot's.
 
+use super::BySteps;
 use super::data::{Aggregate, axis_name};
 use super::motion::Word;
 use crate::axes::{Axes, JointKind};
+use crate::decimal::POW10;
 use crate::error::Result;
+use crate::script::number::last_digit;
 use crate::script::{At, PathKind, Step, StepKind, Target, Text, Value};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 
 /// KRL's names of the robot's axes: by the robot file where it uses them, else by order.
 pub(super) fn axis_names(robot: &Axes) -> Vec<String> {
@@ -17,10 +20,15 @@ pub(super) fn axis_names(robot: &Axes) -> Vec<String> {
 }
 
 /// Where one of the other axes moves with the robot, a point on the way would bring it to its goal too early.
-pub(super) fn external_axes(steps: &mut [Step], others: &BTreeMap<usize, Others>) {
-    let idle = others.values().all(|o| o.is_some()) && {
+pub(super) fn external_axes(steps: &mut [Step], others: &BySteps<Others>) {
+    let idle = others.0.iter().all(|o| o.1.is_some()) && {
         let mut seen: HashMap<&str, &[u8]> = HashMap::new();
-        others.values().flatten().flatten().all(|(n, v)| *seen.entry(n).or_insert(v) == v.as_slice() && v != b"?")
+        others
+            .0
+            .iter()
+            .filter_map(|o| o.1.as_ref())
+            .flatten()
+            .all(|(n, v)| *seen.entry(n).or_insert(v) == v.as_slice() && v != b"?")
     };
     if idle {
         return;
@@ -29,7 +37,7 @@ pub(super) fn external_axes(steps: &mut [Step], others: &BTreeMap<usize, Others>
     for (k, step) in steps.iter_mut().enumerate() {
         match &mut step.kind {
             StepKind::Move(m) => {
-                let here = others.get(&k);
+                let here = others.get(k);
                 let still = matches!((before, here), (Some(Some(a)), Some(Some(b))) if a == b && !b.iter().any(|o| o.1 == b"?"));
                 if !still {
                     m.closed.get_or_insert_with(|| "an external axis may move with it".into());
@@ -57,9 +65,9 @@ pub(super) fn target(
     if word.path != PathKind::Joint {
         return Ok(Err("axis values in a motion that takes a Cartesian position".into()));
     }
-    if let Some(c) = a.components.iter().find(|c| !axis_name(&c.name)) {
+    if let Some(c) = a.components.iter().find(|c| !axis_name(c.name.as_str())) {
         let expected = "A1 to A6 and E1 to E6 in an aggregate of axis values";
-        return Err(text.bad(a.span.start, format!("`{}`", c.name), expected));
+        return Err(text.bad(a.span.start, format!("`{}`", c.name.as_str()), expected));
     }
     let mut values = Vec::with_capacity(axes.len());
     for (axis, kind) in axes {
@@ -67,8 +75,8 @@ pub(super) fn target(
             values.push(None);
             continue;
         };
-        let Some((span, value, style)) = &c.value else { return Ok(Err(format!("{} is computed", c.name))) };
-        let digit = 10_f64.powi(-i32::from(style.decimals));
+        let Some((span, value, style)) = &c.value else { return Ok(Err(format!("{} is computed", c.name.as_str()))) };
+        let digit = last_digit(style.decimals);
         values.push(Some(Value {
             si: value * kind.si_per_user_unit(),
             start: span.start,
@@ -86,5 +94,11 @@ pub(super) fn target(
 
 /// Weight of the seventh digit: KRL holds numbers in single precision. Values below 1 are taken as 1.
 pub(super) fn finest(value: f64) -> f64 {
-    10_f64.powi(value.abs().max(1.0).log10().floor() as i32 - 6)
+    let size = value.abs();
+    // most values: powers of ten are exact, as their logarithms are
+    let whole = POW10.iter().take(7).take_while(|p| size >= **p).count();
+    if whole < 7 {
+        return last_digit(6 - whole.saturating_sub(1) as u8);
+    }
+    10_f64.powi(size.log10().floor() as i32 - 6)
 }

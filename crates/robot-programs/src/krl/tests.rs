@@ -413,7 +413,7 @@ fn the_turn_of_a_position_chooses_its_solution_on_joint_moves_alone() {
         .script()
         .moves()
         .map(|(_, m)| match &m.goal {
-            Goal::Pose(p) => p,
+            Goal::Pose(p) => &**p,
             other => panic!("{other:?}"),
         })
         .collect();

@@ -51,7 +51,7 @@ pub(super) fn place(program: &Program, step: usize) -> String {
 
 pub(super) fn motion_of(program: &Program, step: usize) -> Result<&Motion> {
     let no = || Error::Refused(format!("{}: this motion cannot be rewritten", place(program, step)));
-    program.motions.get(&step).ok_or_else(no)
+    program.motions.get(step).ok_or_else(no)
 }
 
 pub(super) fn texts(program: &Program, file: usize) -> Result<&Text> {
@@ -111,7 +111,7 @@ fn goals(program: &Program, edits: &Edits, out: &mut Vec<Patch>) -> Result<()> {
     let mut taken = None;
     for (target, list) in wanted {
         let (file, may) = match program.sources.get(target) {
-            Some(Source::Inline(a)) => (a.file, true),
+            Some(Source::Inline(file, _)) => (*file, true),
             Some(Source::Name(n)) => {
                 let name = &program.data.names[*n];
                 (name.value().map_or(name.file, |a| a.file), !name.read && !name.global)
@@ -237,19 +237,22 @@ fn poses<'a>(
 ) -> Result<Vec<Vec<u8>>> {
     let missing = || Error::Refused("a Cartesian target without its place".into());
     let target = goal.target.ok_or_else(missing)?;
-    let aggregate = match program.sources.get(target) {
-        Some(Source::Inline(a)) => a,
-        Some(Source::Name(n)) => program.data.names[*n].value().map_err(|_| missing())?,
+    let (file, span) = match program.sources.get(target) {
+        Some(Source::Inline(file, span)) => (*file, span),
+        Some(Source::Name(n)) => {
+            let value = program.data.names[*n].value().map_err(|_| missing())?;
+            (value.file, &value.span)
+        }
         None => return Err(missing()),
     };
     let text = texts(program, 0)?;
-    let own = texts(program, aggregate.file)?;
+    let own = texts(program, file)?;
     let line = |q: &[f64]| {
         let mut bytes = text.slice(motion.keyword.clone()).to_vec();
         bytes.push(b' ');
         // the other factors of a product stay
         bytes.extend_from_slice(text.slice(motion.goal.start..motion.point.start));
-        bytes.extend_from_slice(&replaced(own, aggregate, &changes(program, edits, target, q)));
+        bytes.extend_from_slice(&replaced(own, span, &changes(program, edits, target, q)));
         bytes.extend_from_slice(text.slice(motion.point.end..motion.goal.end));
         bytes.extend_from_slice(&tail(text, motion));
         bytes

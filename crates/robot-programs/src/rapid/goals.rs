@@ -200,7 +200,7 @@ impl Builder<'_> {
             let goal = self.pose_goal(&base, tool, wobj, item, path, site);
             let Goal::Pose(goal) = goal else { return goal };
             let shift = if of_tool { Shift::of_pose(by) } else { Shift::in_frame(by.translation.vector) };
-            return Goal::Pose(goal.shifted(shift));
+            return Goal::pose(goal.shifted(shift));
         }
         let inline = p.tokens[span.start].kind == Kind::Mark(b'[');
         let declared = if inline { Ok(None) } else { self.name_of(span, item).map(Some) };
@@ -236,7 +236,7 @@ impl Builder<'_> {
         let target = self.pose_target(declared, node, at, &site.external_axes);
         let tool = self.tool(tool, item);
         let position_m = Vector3::from(xyz) * 1e-3;
-        Goal::Pose(PoseGoal {
+        Goal::pose(PoseGoal {
             target,
             position_m,
             rotation: Some(rotation),

@@ -207,17 +207,21 @@ pub enum PathKind {
 
 /// Where a move leads.
 #[derive(Debug, Clone)]
-#[allow(clippy::large_enum_variant)] // most goals are poses
 pub enum Goal {
     /// Index into [`Script::targets`].
     Joints(usize),
-    /// A Cartesian pose.
-    Pose(PoseGoal),
+    /// A Cartesian pose; boxed, as it is large beside the others.
+    Pose(Box<PoseGoal>),
     /// Neither can be told from the text: why.
     Opaque(String),
 }
 
 impl Goal {
+    /// A Cartesian pose.
+    pub fn pose(goal: PoseGoal) -> Self {
+        Self::Pose(Box::new(goal))
+    }
+
     /// The target whose numbers lead there.
     pub fn target(&self) -> Option<usize> {
         match self {

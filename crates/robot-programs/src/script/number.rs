@@ -1,5 +1,7 @@
 //! Numbers of vendor programs: read with the style in which they are written, written in that style again.
 
+use crate::decimal::{Decimal, POW10};
+
 /// How a number is written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Style {
@@ -50,6 +52,11 @@ pub fn read(text: &[u8]) -> Option<(f64, Style)> {
         return None;
     }
     style.decimals = u8::try_from((-weight).clamp(0, 30)).ok()?;
+    if !style.exponent
+        && let Some(number) = Decimal::read(text)
+    {
+        return Some((number.value(), style));
+    }
     let value: f64 = std::str::from_utf8(text).ok()?.trim_start_matches('+').parse().ok()?;
     value.is_finite().then_some((value, style))
 }
@@ -83,6 +90,11 @@ pub fn decimals_for(style: Style, digit: f64, most: u8) -> u8 {
     }
     let needed = (-digit.log10() - 1e-9).ceil().clamp(0.0, 30.0) as u8;
     own.max(needed.min(most))
+}
+
+/// Weight of the last of so many digits after the point.
+pub fn last_digit(decimals: u8) -> f64 {
+    POW10.get(usize::from(decimals)).map_or_else(|| 10_f64.powi(-i32::from(decimals)), |power| 1.0 / power)
 }
 
 /// A number right-aligned in a field of `width` characters, as controllers print columns; wider where it does not fit.

@@ -147,7 +147,7 @@ impl Builder<'_> {
             solution,
             ..PoseGoal::default()
         };
-        Goal::Pose(match shift {
+        Goal::pose(match shift {
             Some(shift) => goal.shifted(shift),
             None => goal,
         })

@@ -314,7 +314,7 @@ impl Builder<'_> {
             site.point = p.tokens[inner.start].start..p.tokens[inner.end - 1].end;
         }
         let goal = match (goal, argument(&motion, args, "pose_via")) {
-            (Goal::Pose(pose), Some(via)) => Goal::Pose(PoseGoal { via_m: self.via(&via.span, item), ..pose }),
+            (Goal::Pose(pose), Some(via)) => Goal::pose(PoseGoal { via_m: self.via(&via.span, item), ..*pose }),
             (goal, _) => goal,
         };
         let closed = closed.map(String::from);
