@@ -74,11 +74,9 @@ impl Output {
         let shown = shown(path);
         // of thousands of new files none need be asked for twice
         let nothing = std::fs::symlink_metadata(path).is_err_and(|e| e.kind() == io::ErrorKind::NotFound);
-        let target = match std::fs::canonicalize(path) {
-            _ if nothing => path.to_path_buf(),
-            Ok(real) => real, // a link stays a link: what it points to is replaced
-            Err(_) => path.to_path_buf(),
-        };
+        // a link stays a link: what it points to is replaced
+        let real = if nothing { None } else { std::fs::canonicalize(path).ok() };
+        let target = real.unwrap_or_else(|| path.to_path_buf());
         let there = if nothing { None } else { std::fs::metadata(&target).ok() };
         if let Some(meta) = &there {
             if meta.is_dir() {

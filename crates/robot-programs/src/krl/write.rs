@@ -107,7 +107,7 @@ fn goals(program: &Program, edits: &Edits, out: &mut Vec<Patch>) -> Result<()> {
         };
         wanted.entry(target).or_default().push((step, changes(program, edits, target, q)));
     }
-    let uses = program.script.uses();
+    let uses = program.script.use_counts();
     let mut taken = None;
     for (target, list) in wanted {
         let (file, may) = match program.sources.get(target) {
@@ -118,7 +118,14 @@ fn goals(program: &Program, edits: &Edits, out: &mut Vec<Patch>) -> Result<()> {
             }
             None => return Err(Error::Refused("an axis target without its place".into())),
         };
-        let all = may && list.len() == uses.get(target).map_or(0, Vec::len);
+        let all = may && list.len() == uses.get(target).copied().unwrap_or(0);
+        let mut list = list;
+        if all && list.len() == 1 {
+            // one motion, one change: nearly every target
+            let change = list.pop().map(|l| l.1).unwrap_or_default();
+            out.extend(change.into_iter().map(|(span, new)| Patch::new(file, span, new)));
+            continue;
+        }
         let kept = if all { list.first().map(|l| l.1.clone()).unwrap_or_default() } else { Vec::new() };
         for (span, new) in &kept {
             out.push(Patch::new(file, span.clone(), new.as_bytes()));

@@ -386,6 +386,17 @@ impl Script {
         })
     }
 
+    /// How many moves lead to each target.
+    pub fn use_counts(&self) -> Vec<usize> {
+        let mut counts = vec![0; self.targets.len()];
+        for (_, m) in self.moves() {
+            if let Some(count) = m.goal.target().and_then(|t| counts.get_mut(t)) {
+                *count += 1;
+            }
+        }
+        counts
+    }
+
     /// Steps whose moves lead to each target.
     pub fn uses(&self) -> Vec<Vec<usize>> {
         let mut uses = vec![Vec::new(); self.targets.len()];
