@@ -557,6 +557,10 @@ impl SlotEdit {
             Some(old) => own.offset((new.value - old) * self.to_user_unit, new.decimals)?,
             None => {
                 let count = new.value * self.scale.get(usize::from(new.decimals))?;
+                // of longer numbers the product's own rounding would show
+                if new.decimals > 7 || count.abs() >= MOST_FIXED as f64 {
+                    return None;
+                }
                 Decimal::new((count + 0.5f64.copysign(count)) as i64, new.decimals)?
             }
         };
@@ -634,4 +638,96 @@ fn pad(gap: &[u8], old: usize, from: usize, out: &mut Vec<u8>, scratch: &mut Vec
     let keep = (spaces + old).saturating_sub(new).max(1);
     out.resize(out.len() + keep, b' ');
     out.extend_from_slice(scratch);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Reader;
+    use super::*;
+    use crate::axes::{Axis, JointKind};
+    use std::io::Cursor;
+
+    /// A program of two axes, one of them with limits, through new targets (deg) of all rows; `added` follows the first row.
+    fn edited(text: &str, q_deg: &[f64], added: Option<([f64; 2], f64)>) -> String {
+        let limited =
+            Axis { limits: Some([-0.996, 0.996].map(f64::to_radians)), ..Axis::new("B", JointKind::Revolute) };
+        let axes = Axes::new("two", vec![Axis::new("A", JointKind::Revolute), limited]);
+        let mut reader = Reader::new(Box::new(Cursor::new(text.as_bytes().to_vec())), "p.csv", &axes).unwrap();
+        let mut block = Block::default();
+        assert!(reader.next(&mut block).unwrap());
+        let mut edits = Edits::new(reader.slots(), &axes, &Style { forced: None, least: vec![0; 2] });
+        edits.begin(&block);
+        let q: Vec<f64> = q_deg.iter().map(|v| v.to_radians()).collect();
+        let (mut out, mut cursor) = (Vec::new(), 0);
+        for (i, q) in q.chunks(2).enumerate() {
+            cursor = edits.row(&block, i, cursor, q, None, &mut out);
+            if let Some((q, t_s)) = added.filter(|_| i == 0) {
+                let end = block.rows[0].end as usize;
+                out.extend_from_slice(&block.text[cursor..end]);
+                cursor = end;
+                edits.added(&block, 0, &q.map(f64::to_radians), Some(t_s), &mut out);
+            }
+        }
+        out.extend_from_slice(&block.text[cursor..]);
+        // rows of plain numbers alone: the fast ways write the same
+        if added.is_none() && block.pure == block.rows.len() {
+            let mut fast = Vec::new();
+            let (done, end) = edits.pure_rows(&block, 0, 0, &q, 2, &[], &mut fast);
+            let rest = q.len() / 2 - done;
+            assert!(rest == 0 || q_deg.iter().any(|v| v.abs() > 0.9), "{rest} rows are left");
+            if rest == 0 {
+                fast.extend_from_slice(&block.text[end..]);
+                assert_eq!(String::from_utf8(fast).unwrap(), String::from_utf8(out.clone()).unwrap());
+            }
+        }
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn offsets_are_added_digit_by_digit_and_halves_go_away_from_zero() {
+        let rows: String = (0..100).map(|k| format!("{}.{:04},0.1000\n", k % 12 - 6, (k * 1237) % 10_000)).collect();
+        let text = format!("a_deg,b_deg\n{rows}");
+        let own: Vec<f64> = rows.lines().flat_map(|l| l.split(',').map(|c| c.parse().unwrap())).collect();
+        // a half at four digits, which the sum of doubles rounds by its noise
+        let new: Vec<f64> = own.iter().enumerate().map(|(k, v)| if k % 2 == 0 { v + 0.00285 } else { *v }).collect();
+        let want: String = rows
+            .lines()
+            .map(|l| {
+                let (a, b) = l.split_once(',').unwrap();
+                let digits: i64 = a.replace('.', "").parse().unwrap();
+                // in hundred thousandths
+                let sum = digits * 10 + 285;
+                let count = (sum.abs() + 5) / 10;
+                let sign = if sum < 0 && count > 0 { "-" } else { "" };
+                format!("{sign}{}.{:04},{b}\n", count / 10_000, count % 10_000)
+            })
+            .collect();
+        assert_eq!(edited(&text, &new, None), format!("a_deg,b_deg\n{want}"));
+    }
+
+    #[test]
+    fn numbers_that_change_sign_or_length_are_made_anew() {
+        let text = "a_deg,b_deg\n9.9990,0.1\n-0.0010,0.1\n10.0000,0.1\n-0.0028,0.1\n";
+        let new = [10.0018, 0.1, 0.0018, 0.1, 9.9972, 0.1, 0.0, 0.1];
+        let want = "a_deg,b_deg\n10.0018,0.1\n0.0018,0.1\n9.9972,0.1\n0.0000,0.1\n";
+        assert_eq!(edited(text, &new, None), want);
+    }
+
+    #[test]
+    fn rounding_stays_within_a_limit() {
+        // 0.9959 is 1.00 at two digits, which is beyond 0.996
+        let text = "a_deg,b_deg\n0.0,0.98\n0.0,-0.98\n";
+        assert_eq!(edited(text, &[0.0, 0.9959, 0.0, -0.9959], None), "a_deg,b_deg\n0.0,0.99\n0.0,-0.99\n");
+        // the limit itself, at digits that hold it
+        let text = "a_deg,b_deg\n0.0,0.980\n";
+        assert_eq!(edited(text, &[0.0, 0.996], None), "a_deg,b_deg\n0.0,0.996\n");
+    }
+
+    #[test]
+    fn a_time_of_many_digits_is_the_double_that_was_given() {
+        let t_s = 611.292_795_180_113_4;
+        let text = "t_s,a_deg,b_deg\n611.000000000000,1.0,0.5\n612.000000000000,2.0,0.5\n";
+        let out = edited(text, &[1.0, 0.5, 2.0, 0.5], Some(([1.5, 0.5], t_s)));
+        assert_eq!(out.lines().nth(2), Some(format!("{t_s:.12},1.5,0.5").as_str()));
+    }
 }
