@@ -274,6 +274,11 @@ impl Data {
         of(Some(routine)).or_else(|| of(None))
     }
 
+    /// A name of a routine (`None`: of the data list).
+    fn known(&self, scope: Option<usize>, name: &str) -> Option<usize> {
+        self.by_name.get(name)?.iter().find(|n| n.0 == scope).map(|n| n.1)
+    }
+
     /// The frame of a name whose value is certain.
     pub fn frame(&self, routine: usize, name: &str) -> Option<Isometry3<f64>> {
         let name = self.names.get(self.find(routine, name)?)?;
@@ -382,7 +387,7 @@ impl Data {
                 continue;
             }
             let name = upper(text, t);
-            let Some(&n) = self.by_name.get(&(None, name.clone())) else { continue };
+            let Some(n) = self.known(None, &name) else { continue };
             if !self.names[n].global || local.contains(&name) {
                 continue;
             }
@@ -447,8 +452,7 @@ impl Data {
                 _ => Holds::Pose,
             };
             let next = self.names.len();
-            let all = self.by_name.entry(name.clone()).or_default();
-            let there = all.iter().find(|n| n.0 == scope).map(|n| n.1);
+            let there = self.known(scope, &name);
             if text.context
                 && let Some(there) = there
             {
@@ -461,7 +465,7 @@ impl Data {
             if there.is_some() {
                 return Err(text.bad(word.start, format!("a second declaration of {own}"), "each name declared once"));
             }
-            all.push((scope, next));
+            self.by_name.entry(name.clone()).or_default().push((scope, next));
             let (type_word, local) = (line[at].span(), scope.is_some());
             let (assigned, used, read) = (Vec::new(), false, false);
             let line = k;
@@ -555,10 +559,12 @@ impl Data {
             return Some((n, i + 1));
         }
         let Some((index, next)) = index(text, line, i + 1) else { return Some((n, i + 1)) };
-        let scope = [Some(routine), None].into_iter().find(|s| self.by_name.get(&(*s, name.clone())) == Some(&n))?;
+        let scope = [Some(routine), None].into_iter().find(|s| self.known(*s, &name) == Some(n))?;
         let fresh = self.names.len();
-        let e = *self.by_name.entry((scope, format!("{name}[{index}]"))).or_insert(fresh);
+        let element = format!("{name}[{index}]");
+        let e = self.known(scope, &element).unwrap_or(fresh);
         if e == fresh {
+            self.by_name.entry(element).or_default().push((scope, fresh));
             let array = &self.names[n];
             let element = Name {
                 text: format!("{}[{index}]", array.text),

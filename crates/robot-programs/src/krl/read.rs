@@ -459,7 +459,7 @@ impl<'a> Reader<'a> {
         let last = factors.last().and_then(|f| f.value.pose(&frame, &tool, word.path, None));
         pose.solution = last.map(|p| p.solution).unwrap_or_default();
         self.point = Some(line[factor.tokens.start].start..line[factor.tokens.end - 1].end);
-        Ok(Goal::Pose(pose.shifted(Shift { before, after })))
+        Ok(Goal::pose(pose.shifted(Shift { before, after })))
     }
 
     /// Speed and approximation of a motion, by the settings in force and the words after its goal.

@@ -32,7 +32,7 @@ pub(super) fn unwritable(program: &Program, edits: &Edits) -> Vec<(usize, String
         let StepKind::Move(m) = &program.script.steps.get(step)?.kind else { return None };
         match program.sources.get(m.goal.target()?)? {
             Source::Name(n) => program.data.names.get(*n).filter(|n| n.context || n.of.is_some()),
-            Source::Inline(_) => None,
+            Source::Inline(..) => None,
         }
     };
     let alone = |(step, edit): (&usize, &Edit)| {
