@@ -33,6 +33,7 @@ use crate::axes::Axes;
 use crate::error::Result;
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 /// The format.
 pub struct Inform;
@@ -54,6 +55,10 @@ impl Format for Inform {
         let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
         let line = bytes.split(|&b| b == b'\n').map(<[u8]>::trim_ascii).find(|l| !l.is_empty());
         line.is_some_and(|l| l.eq_ignore_ascii_case(b"/JOB"))
+    }
+
+    fn context(&self, path: &Path) -> Vec<PathBuf> {
+        shared::files(path)
     }
 
     fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>> {

@@ -6,8 +6,30 @@
 
 use super::Kind;
 use super::read::{STARTS, is_known, upper, words};
+use crate::files::of_folder;
 use crate::script::Text;
 use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// The other jobs of the folder of the job at `path`, where that moves to a position variable: all of them, however many there are, as any
+/// may set it.
+pub(super) fn files(path: &Path) -> Vec<PathBuf> {
+    let Some(folder) = path.parent() else { return Vec::new() };
+    if !std::fs::read(path).is_ok_and(|bytes| moves_to_variables(&bytes)) {
+        return Vec::new();
+    }
+    let is_job = |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("jbi"));
+    let own = path.file_name();
+    of_folder(folder, usize::MAX).into_iter().filter(|p| is_job(p) && p.file_name() != own).collect()
+}
+
+/// Whether an instruction may move to `P001`.
+fn moves_to_variables(bytes: &[u8]) -> bool {
+    let variable = |w: &[u8]| matches!(w, [b'P' | b'p', digit, ..] if digit.is_ascii_digit());
+    let moves = |l: &[u8]| l.to_ascii_uppercase().windows(3).any(|w| w == b"MOV");
+    let mut lines = bytes.split(|b| matches!(b, b'\n' | b'\r'));
+    lines.any(|l| moves(l) && l.split(u8::is_ascii_whitespace).any(variable))
+}
 
 /// What the jobs beside this one say of its position variables.
 #[derive(Default)]
@@ -112,6 +134,20 @@ mod tests {
     fn uncertain(own: &str, beside: &[Text]) -> Option<String> {
         let text = job("MAIN", "P00105=1,2,3,0,0,0\r\n", own);
         Shared::of(&text, 4, beside).uncertain(105)
+    }
+
+    #[test]
+    fn only_a_job_that_moves_to_variables_looks_at_those_beside_it() {
+        let folder = std::env::temp_dir().join(format!("lostmotion-inform-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = |name: &str| folder.join(name);
+        for (name, line) in [("A.JBI", "MOVJ P105 VJ=10.00"), ("b.jbi", "MOVJ C00001 VJ=10.00"), ("c.txt", "MOVJ P105")]
+        {
+            std::fs::write(path(name), format!("NOP\r\n{line}\r\nEND\r\n")).unwrap();
+        }
+        assert_eq!(files(&path("A.JBI")), [path("b.jbi")]);
+        assert!(files(&path("b.jbi")).is_empty() && files(&path("gone.jbi")).is_empty());
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]
