@@ -240,7 +240,7 @@ fn a_program_that_names_no_joints_waits_for_a_posture_of_the_arm() {
         new.retain(|l| !l.contains("r="));
         assert_eq!(own.len(), new.len(), "{new:?}");
         let changed: Vec<bool> = own.iter().zip(&new).map(|(a, b)| a != b).collect();
-        assert_eq!(changed[2], true, "{posture}: {new:?}");
+        assert!(changed[2], "{posture}: {new:?}");
         // the offset of the turned joint at the reach of the arm, and no other pose
         let at = |l: &str, k: usize| l.split(['[', ',', ']']).nth(1 + k).unwrap().trim().parse::<f64>().unwrap();
         for (a, b) in own.iter().zip(&new) {
