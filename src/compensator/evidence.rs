@@ -1,7 +1,8 @@
 //! The `evidence` of a compensator file: what the offsets rest on.
 
+use super::file::{Spot, read_joint, write_joint};
 use super::schedule::{shown, tidy};
-use super::{Evidence, JointEvidence};
+use super::{Evidence, JointEvidence, Replaced, RunLeft};
 use crate::error::{Error, Result};
 use crate::gaps::LogRef;
 use crate::io::yaml::Document;
@@ -50,8 +51,14 @@ pub(super) fn read(value: &Value, robot: &Robot, doc: &Document) -> Result<Evide
             Some(p.map(|x| x * scale))
         };
         let number = |k: String| v.get(k.as_str()).and_then(Value::as_f64).map(|x| x * si);
+        let replaced = match v.get(REPLACED) {
+            None => None,
+            Some(old) => replaced(axis, old, robot, doc, &shown(key))?,
+        };
         joints.push(JointEvidence {
             axis,
+            run: v.get("run").and_then(read_run),
+            replaced,
             half_gap_ci95: pair(format!("half_gap_{unit}_ci95"), si),
             gain_ci95: pair(format!("gain_{unit}_ci95"), si),
             decay_s_ci95: pair("decay_s_ci95".into(), 1.0),
@@ -66,6 +73,40 @@ pub(super) fn read(value: &Value, robot: &Robot, doc: &Document) -> Result<Evide
         joints,
         notes: file.notes,
     })
+}
+
+/// Key of the offsets that the last correction replaced.
+const REPLACED: &str = "replaced";
+/// Square micrometres in a square metre.
+const UM2: f64 = 1e12;
+
+fn read_run(v: &Value) -> Option<RunLeft> {
+    let number = |k: &str| v.get(k).and_then(Value::as_f64).filter(|x| x.is_finite());
+    let reversals = v.get("reversals").and_then(Value::as_u64)? as usize;
+    let sigma = number("left_um2_se").filter(|s| *s >= 0.0)?;
+    Some(RunLeft { left_m2: number("left_um2")? / UM2, sigma_m2: sigma / UM2, reversals })
+}
+
+fn write_run(r: &RunLeft) -> Mapping {
+    let entries: [(&str, Value); 3] = [
+        ("left_um2", tidy(r.left_m2 * UM2).into()),
+        ("left_um2_se", tidy(r.sigma_m2 * UM2).into()),
+        ("reversals", r.reversals.into()),
+    ];
+    entries.into_iter().map(|(k, v)| (k.into(), v)).collect()
+}
+
+/// Offsets that may come back are checked like those that stand in `joints`.
+fn replaced(axis: usize, v: &Value, robot: &Robot, doc: &Document, name: &str) -> Result<Option<Replaced>> {
+    let Some(run) = v.get("run").and_then(read_run) else { return Ok(None) };
+    let offsets = match v.get("offsets") {
+        None => None,
+        Some(old) => {
+            let at = Spot { doc, path: vec!["evidence", "joints", name, REPLACED, "offsets"] };
+            Some(read_joint(axis, old, robot.axis(axis), &at)?)
+        }
+    };
+    Ok(Some(Replaced { offsets, run }))
 }
 
 pub(super) fn write(e: &Evidence, robot: &Robot) -> EvidenceFile {
@@ -87,6 +128,17 @@ pub(super) fn write(e: &Evidence, robot: &Robot) -> EvidenceFile {
             if let Some(v) = value {
                 map.insert(key.into(), v);
             }
+        }
+        if let Some(run) = &j.run {
+            map.insert("run".into(), write_run(run).into());
+        }
+        if let Some(old) = &j.replaced {
+            let mut entry = Mapping::new();
+            entry.insert("run".into(), write_run(&old.run).into());
+            if let Some(offsets) = &old.offsets {
+                entry.insert("offsets".into(), write_joint(offsets, joint).into());
+            }
+            map.insert(REPLACED.into(), entry.into());
         }
         joints.insert(joint.name.clone().into(), Value::Mapping(map));
     }

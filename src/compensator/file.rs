@@ -104,14 +104,7 @@ impl Compensator {
         let mut joints = Mapping::new();
         for j in &self.joints {
             let joint = robot.axis(j.axis);
-            let mut entry = Mapping::new();
-            if let Some(b) = &j.backlash {
-                entry.insert("backlash".into(), write_backlash(b, joint));
-            }
-            if let Some(f) = &j.friction {
-                entry.insert("friction".into(), write_friction(f, joint));
-            }
-            joints.insert(joint.name.clone().into(), Value::Mapping(entry));
+            joints.insert(joint.name.clone().into(), Value::Mapping(write_joint(j, joint)));
         }
         let evidence = serde_yaml::to_value(evidence::write(&self.evidence, robot))
             .map_err(|e| Error::bad(Place::default(), e.to_string(), "values that YAML can hold"))?;
@@ -126,9 +119,9 @@ impl Compensator {
 }
 
 /// A path of keys in the document, for the line of a refusal.
-struct Spot<'a> {
-    doc: &'a Document<'a>,
-    path: Vec<&'a str>,
+pub(super) struct Spot<'a> {
+    pub(super) doc: &'a Document<'a>,
+    pub(super) path: Vec<&'a str>,
 }
 
 impl<'a> Spot<'a> {
@@ -192,7 +185,18 @@ impl<'a> Spot<'a> {
     }
 }
 
-fn read_joint(axis: usize, value: &Value, joint: &Joint, at: &Spot) -> Result<JointCompensator> {
+pub(super) fn write_joint(j: &JointCompensator, joint: &Joint) -> Mapping {
+    let mut entry = Mapping::new();
+    if let Some(b) = &j.backlash {
+        entry.insert("backlash".into(), write_backlash(b, joint));
+    }
+    if let Some(f) = &j.friction {
+        entry.insert("friction".into(), write_friction(f, joint));
+    }
+    entry
+}
+
+pub(super) fn read_joint(axis: usize, value: &Value, joint: &Joint, at: &Spot) -> Result<JointCompensator> {
     let map = at.mapping(value)?;
     at.only(map, &["backlash", "friction"])?;
     let backlash = match map.get("backlash") {

@@ -28,7 +28,7 @@ pub struct Compensator {
 }
 
 /// Offsets of one axis.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct JointCompensator {
     pub axis: usize,
     pub backlash: Option<BacklashOffset>,
@@ -103,6 +103,27 @@ pub struct JointEvidence {
     /// Largest joint error behind the reversals that the identified chain predicts, without and with the offsets.
     pub largest_before: Option<f64>,
     pub largest_after: Option<f64>,
+    /// What the last run showed of these offsets.
+    pub run: Option<RunLeft>,
+    /// Offsets that the last correction replaced, and what their run showed.
+    pub replaced: Option<Replaced>,
+}
+
+/// What a run left after the reversals of a joint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunLeft {
+    /// Mean square TCP error by the joint, m^2, noise taken off (so it may be negative), and its standard error.
+    pub left_m2: f64,
+    pub sigma_m2: f64,
+    pub reversals: usize,
+}
+
+/// Offsets of a joint before a correction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Replaced {
+    /// `None`: the joint was not compensated.
+    pub offsets: Option<JointCompensator>,
+    pub run: RunLeft,
 }
 
 impl Compensator {

@@ -153,7 +153,7 @@ fn the_same_logs_give_the_same_bytes_and_the_rewritten_command_never_turns_back(
     let (robot, c, program, out) =
         (bench.of("robot.yaml"), bench.out("c.yaml"), bench.of("program_circle.csv"), bench.out("done.csv"));
     let speed = bench.truth["speed_mm_s"].to_string();
-    lostmotion(&[
+    let told = lostmotion(&[
         "rewrite",
         "--robot",
         &robot,
@@ -166,6 +166,9 @@ fn the_same_logs_give_the_same_bytes_and_the_rewritten_command_never_turns_back(
         &speed,
     ])
     .success();
+    // a measured response is a machine that the verdict runs on
+    let words = String::from_utf8(told.get_output().stderr.clone()).unwrap();
+    assert!(words.contains("verdict on a machine with the compensator's gaps and friction: better"), "{words}");
     let turns = |path: &str| -> Vec<usize> {
         let text = std::fs::read_to_string(path).unwrap();
         let rows: Vec<Vec<f64>> = text

@@ -39,6 +39,7 @@ mod nist;
 mod numerics;
 mod path_bench;
 mod plan_experiment;
+mod previous;
 mod program;
 mod real_bidirectional;
 mod real_data;

@@ -5,6 +5,10 @@
 //! logs (clusters; Liang and Zeger 1986) shows where logs contradict each other because friction is of another form than the
 //! model's; the larger counts.
 //!
+//! The prior of a wind-up is far narrower than what wind-ups are: it says that lost motion is a gap where the logs do not tell. That
+//! makes a good estimate of their sum, and would make intervals of the gap that are too narrow, so intervals count the wind-up as any
+//! share of gap and wind-up together ([`Problem::open_wind_up`]).
+//!
 //! Held-out estimates: the problem is nearly linear at its minimum, so leaving a stretch of a log out moves the estimate by
 //! `-(H - H_b)^-1 g_b`. Each reversal's remainder is then estimated in its window by generalized least squares with three
 //! shapes: a step that stays, and two that decay. Reference: Belsley, Kuh and Welsch (1980), chapter 2.
@@ -66,8 +70,13 @@ pub fn evaluate(problem: &Problem) -> Option<Evidence> {
     let parts: Vec<Part> = (0..problem.logs.len()).into_par_iter().map(|l| problem.part(l)).collect();
     let [covariance, within] = sandwich(problem, &parts, &inverse);
     let all: Vec<Vec<Reversal>> =
-        (0..parts.len()).into_par_iter().map(|l| of_log(problem, l, &parts[l], &inverse)).collect();
+        (0..parts.len()).into_par_iter().map(|l| of_log(problem, l, &parts[l], Some(&inverse))).collect();
     Some(Evidence { covariance, within, reversals: all.into_iter().flatten().collect() })
+}
+
+/// What the present estimate leaves after the reversals of the logs, that estimate as it stands.
+pub fn standing(problem: &Problem, parts: &[Part]) -> Vec<Reversal> {
+    parts.iter().enumerate().flat_map(|(l, p)| of_log(problem, l, p, None)).collect()
 }
 
 /// Inverse of a positive definite matrix, by its Cholesky factor.
@@ -82,6 +91,7 @@ fn inverse(h: &DMatrix<f64>) -> Option<DMatrix<f64>> {
 fn sandwich(problem: &Problem, parts: &[Part], inverse: &DMatrix<f64>) -> [DMatrix<f64>; 2] {
     let n = inverse.nrows();
     let prior = problem.prior().0;
+    let open = problem.open_wind_up(&prior);
     let (mut meat, mut between) = (prior.clone(), prior);
     // logs with which a parameter is concerned
     let mut logs = vec![0usize; n];
@@ -108,6 +118,7 @@ fn sandwich(problem: &Problem, parts: &[Part], inverse: &DMatrix<f64>) -> [DMatr
             }
         }
     }
+    let shared = inverse * (&meat + open) * inverse;
     let robust = inverse * meat * inverse;
     let between = inverse * between * inverse;
     // never less than the model itself says: scaled up where the scatter of blocks or logs is larger
@@ -115,7 +126,7 @@ fn sandwich(problem: &Problem, parts: &[Part], inverse: &DMatrix<f64>) -> [DMatr
         let factor: Vec<f64> = (0..n).map(|i| (variance(i) / inverse[(i, i)]).max(1.0).sqrt()).collect();
         DMatrix::from_fn(n, n, |i, k| inverse[(i, k)] * factor[i] * factor[k])
     };
-    let all = scaled(&|i| robust[(i, i)].max(between[(i, i)] * few_logs(logs[i])));
+    let all = scaled(&|i| robust[(i, i)].max(shared[(i, i)]).max(between[(i, i)] * few_logs(logs[i])));
     [all, scaled(&|i| robust[(i, i)])]
 }
 
@@ -131,8 +142,8 @@ fn few_logs(logs: usize) -> f64 {
     n / (n - 1.0) * (t / Z95).powi(2)
 }
 
-/// Reversals of a log, each judged by an estimate that left its stretch of the log out.
-fn of_log(problem: &Problem, log: usize, part: &Part, inverse: &DMatrix<f64>) -> Vec<Reversal> {
+/// Reversals of a log, each judged by an estimate that left its stretch of the log out; without an inverse by the present one.
+fn of_log(problem: &Problem, log: usize, part: &Part, inverse: Option<&DMatrix<f64>>) -> Vec<Reversal> {
     let l = &problem.logs[log];
     let bins = l.len();
     let responses = problem.responses(log, false);
@@ -143,9 +154,11 @@ fn of_log(problem: &Problem, log: usize, part: &Part, inverse: &DMatrix<f64>) ->
         if from >= to {
             continue;
         }
-        let held = left_out(part, bins, from, to, inverse);
         // the residual of the stretch with that estimate, whitened
-        let residual = &part.residual - &part.design * held;
+        let residual = match inverse {
+            Some(inverse) => &part.residual - &part.design * left_out(part, bins, from, to, inverse),
+            None => part.residual.clone(),
+        };
         for ((axis, rows), (_, response)) in l.moving.iter().zip(&responses) {
             let mut errors = Vec::new();
             l.average(&response.error, &mut errors);

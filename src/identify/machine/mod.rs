@@ -9,15 +9,18 @@
 //! - [`ripple`]: periods of the gears.
 //! - [`evidence`]: covariance, single reversals, what is left on parts that were not fitted.
 //! - [`estimate`]: the document.
-//! - [`update`]: a compensator corrected by runs of its own programs.
+//! - [`update`]: a compensator corrected by runs of its own programs; [`crossed`]: does a correction help strokes that did not see it;
+//!   [`measured`]: has the last correction helped.
 //!
 //! Assumes command trajectories that are exact to their rounding, and a machine that does the same at the same place. What the
 //! model lacks ends up in the noise, which widens intervals; it is never a reason to refuse.
 
 pub mod bins;
+pub mod crossed;
 pub mod estimate;
 pub mod evidence;
 pub mod law;
+pub mod measured;
 pub mod noise;
 pub mod nuisance;
 pub mod problem;

@@ -38,8 +38,19 @@ impl Autoregressive {
         for from in (order..values.len()).step_by(STRETCH) {
             let out = &mut values[from..(from + STRETCH).min(history.len())];
             out.copy_from_slice(&history[from..from + out.len()]);
-            for (k, p) in self.phi.iter().enumerate() {
-                let before = &history[from - 1 - k..][..out.len()];
+            // four lags in one pass over the bins
+            let n = out.len();
+            let lag = |k: usize| &history[from - 1 - k..][..n];
+            let mut fours = self.phi.chunks_exact(4);
+            for (m, p) in fours.by_ref().enumerate() {
+                let [a, b, c, d] = [0, 1, 2, 3].map(|i| lag(4 * m + i));
+                for i in 0..n {
+                    out[i] = out[i] - p[0] * a[i] - p[1] * b[i] - p[2] * c[i] - p[3] * d[i];
+                }
+            }
+            let rest = fours.remainder();
+            for (k, p) in rest.iter().enumerate() {
+                let before = lag(order - rest.len() + k);
                 out.iter_mut().zip(before).for_each(|(o, h)| *o -= p * h);
             }
             out.iter_mut().for_each(|o| *o /= self.sigma);

@@ -285,14 +285,26 @@ impl<'a> Problem<'a> {
         out
     }
 
+    /// The same, whitened; the nuisances' columns are already.
+    fn white_residual(&self, log: usize, responses: &[(usize, Response)]) -> DVector<f64> {
+        let mut left = self.lost_motion(log, responses);
+        for (o, d) in left.iter_mut().zip(&self.logs[log].deviation_m) {
+            *o = d - *o;
+        }
+        let mut white = DVector::zeros(3 * left.len());
+        self.whiten(log, &left, white.as_mut_slice());
+        let c = &self.columns[log];
+        let values = DVector::from_iterator(c.index.len(), c.index.iter().map(|&i| self.nuisances[i]));
+        white.gemv(-1.0, &c.white, &values, 1.0);
+        white
+    }
+
     /// A log's whitened columns of the laws, their parameters, and its whitened residual.
     fn lost_part(&self, log: usize) -> Part {
         let responses = self.responses(log, true);
-        let residual = self.residual(log, &responses);
+        let white = self.white_residual(log, &responses);
         let l = &self.logs[log];
         let n = l.len();
-        let mut white = DVector::zeros(3 * n);
-        self.whiten(log, &residual, white.as_mut_slice());
         let lost: usize = responses.iter().map(|r| r.1.by.len()).sum();
         let mut design = DMatrix::zeros(3 * n, lost);
         let mut index = Vec::with_capacity(lost);
@@ -326,12 +338,7 @@ impl<'a> Problem<'a> {
     pub fn cost(&self) -> f64 {
         let costs: Vec<f64> = (0..self.logs.len())
             .into_par_iter()
-            .map(|l| {
-                let residual = self.residual(l, &self.responses(l, false));
-                let mut white = vec![0.0; 3 * residual.len()];
-                self.whiten(l, &residual, &mut white);
-                white.iter().map(|v| v * v).sum::<f64>()
-            })
+            .map(|l| self.white_residual(l, &self.responses(l, false)).norm_squared())
             .collect();
         let (prior, by) = self.prior();
         let v = self.values();
@@ -417,6 +424,32 @@ impl<'a> Problem<'a> {
         }
         self.nuisance_priors(&mut precision);
         (precision, about)
+    }
+
+    /// What the scores of the priors have in scatter beyond their precision where a wind-up is any share of gap and wind-up together, all
+    /// shares being as likely, and any mixture of its parts: an estimate that a prior draws towards zero is off by
+    /// `H^-1 P w` for a true wind-up `w`, so `P E(w w') P` takes the place of `P`.
+    pub fn open_wind_up(&self, prior: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut out = DMatrix::zeros(prior.nrows(), prior.ncols());
+        if self.centre.is_some() {
+            return out;
+        }
+        for (axis, law) in self.laws.iter().enumerate() {
+            let Some(law) = law else { continue };
+            let first = self.offset(axis) + law.gap.len() + SPIKES;
+            let gap = (law.gap.iter().sum::<f64>() / law.gap.len() as f64).max(0.0);
+            // second moments of a uniform share and of a uniform mixture (Dirichlet) of n parts
+            let parts = WINDUPS as f64;
+            let whole = (gap + law.windup()).powi(2) / 3.0 / (parts * (parts + 1.0));
+            for i in first..first + WINDUPS {
+                for k in first..first + WINDUPS {
+                    let moment = if i == k { 2.0 * whole } else { whole };
+                    out[(i, k)] = prior[(i, i)] * moment * prior[(k, k)];
+                }
+                out[(i, i)] -= prior[(i, i)].min(out[(i, i)]);
+            }
+        }
+        out
     }
 
     fn nuisance_priors(&self, precision: &mut DMatrix<f64>) {

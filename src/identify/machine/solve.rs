@@ -15,6 +15,8 @@ const TRIAL_STEPS: usize = 4;
 const MUCH_WINDUP: f64 = 0.2;
 /// Relative fall of the cost below which a round ends.
 const SETTLED: f64 = 1e-4;
+/// The same of the fall that a step promises: it is not worth a trial.
+const NOTHING_LEFT: f64 = 1e-5;
 /// Largest change of the logarithm of a presliding in one step.
 const LOG_STEP: f64 = 0.7;
 
@@ -70,8 +72,10 @@ fn steps(problem: &mut Problem, kept: Kept, most: usize) -> f64 {
     };
     let mut damping = 1e-6;
     let mut cost = f64::INFINITY;
-    for _ in 0..most {
-        let normal = problem.normal();
+    // normal equations of a step that has been accepted
+    let mut ready = None;
+    for k in 0..most {
+        let normal = ready.take().unwrap_or_else(|| problem.normal());
         if normal.cost >= cost * (1.0 - SETTLED) {
             cost = normal.cost.min(cost);
             break;
@@ -79,17 +83,24 @@ fn steps(problem: &mut Problem, kept: Kept, most: usize) -> f64 {
         cost = normal.cost;
         let before = problem.values();
         let mut better = false;
-        for _ in 0..6 {
+        for trial in 0..6 {
             let Some(step) = bounded(&normal.hessian, &normal.gradient, damping, &before, &bounds, &frozen) else {
                 break;
             };
             let step = limited(problem, step);
+            let promised = 2.0 * normal.gradient.dot(&step) - step.dot(&(&normal.hessian * &step));
+            if promised < cost * NOTHING_LEFT {
+                break;
+            }
             problem.set_values(&(&before + step));
-            if problem.cost() < cost {
+            // the first trial helps as a rule, and the next step wants its normal equations
+            ready = (trial == 0 && k + 1 < most).then(|| problem.normal());
+            if ready.as_ref().map_or_else(|| problem.cost(), |n| n.cost) < cost {
                 better = true;
                 damping = (damping * 0.1).max(1e-9);
                 break;
             }
+            ready = None;
             damping = (damping * 30.0).max(1e-4);
         }
         if !better {

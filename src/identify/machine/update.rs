@@ -1,13 +1,17 @@
 //! Learning from a run of the compensated program: the parameters that a compensator holds, corrected by what the run left.
 //!
 //! The run is fitted with the same laws as an identification, about the values that made the compensator: each may move by a
-//! share of its joint's lost motion ([`SHARE`]). A joint whose correction is not significant keeps its values; of a
-//! significant one [`DAMPED`] is applied, so that a run with unusual scatter does not throw the next one off.
+//! share of its joint's lost motion ([`SHARE`]). A joint whose correction is not significant, or does not help strokes that did not
+//! see it ([`super::crossed`]), keeps its values; of a significant one [`DAMPED`] is applied, so that a run with unusual scatter does not
+//! throw the next one off. A joint whose last correction made its reversals worse gets back the values from before
+//! ([`super::measured`]).
 
 use super::bins;
+use super::crossed::{Crossed, crossed};
 use super::evidence::{self, Evidence};
 use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS};
-use super::problem::Problem;
+use super::measured;
+use super::problem::{Part, Problem};
 use super::solve::{self, Kept};
 use super::spline::Spline;
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
@@ -30,8 +34,6 @@ pub const STAYS: f64 = 0.01;
 const DAMPED: f64 = 0.8;
 /// p below which a correction is significant.
 const SIGNIFICANT: f64 = 0.05;
-/// Bins of the stretches that belong to the one and the other half in turn.
-const STRETCH: usize = 300;
 /// Fall of the cost on halves that did not see a correction, above which it is applied: more than chance.
 const HELPS: f64 = 4.0;
 /// Rounds of fitting.
@@ -59,7 +61,9 @@ pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Com
         solve::refresh_noise(&mut problem);
     }
     solve::round(&mut problem, Kept::Laws);
-    let gains = crossed(&problem).unwrap_or_else(|| vec![f64::NEG_INFINITY; robot.dof()]);
+    let parts: Vec<Part> = (0..problem.logs.len()).map(|l| problem.part(l)).collect();
+    let standing = evidence::standing(&problem, &parts);
+    let gains: Vec<Option<Crossed>> = (0..robot.dof()).map(|a| crossed(&problem, &parts, a)).collect();
     solve::round(&mut problem, Kept::Nothing);
     let evidence = evidence::evaluate(&problem).ok_or_else(|| {
         let name = logs.first().map_or(String::new(), |l| l.name.clone());
@@ -72,20 +76,26 @@ pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Com
     }
     for (axis, before) in start.iter().enumerate() {
         let Some(before) = before else { continue };
-        corrected(&problem, &evidence, (axis, gains[axis]), before, &mut next);
+        let run = measured::of_joint(&standing, axis);
+        if measured::restored(robot, axis, run, &mut next) {
+            continue;
+        }
+        let changed = corrected(&problem, &evidence, axis, gains[axis].as_ref(), before, &mut next);
+        measured::kept_in_mind(axis, run, changed.then(|| previous.on(axis)), &mut next);
     }
     Ok(next)
 }
 
-/// Puts the correction of a joint into the compensator.
+/// Puts the correction of a joint into the compensator; `false`: it keeps its values.
 fn corrected(
     problem: &Problem,
     evidence: &Evidence,
-    (axis, gain): (usize, f64),
+    axis: usize,
+    gain: Option<&Crossed>,
     before: &JointLaw,
     next: &mut Compensator,
-) {
-    let Some(after) = &problem.laws[axis] else { return };
+) -> bool {
+    let Some(after) = &problem.laws[axis] else { return false };
     let joint = problem.robot.axis(axis);
     let p = probability(problem, evidence, axis, before, after);
     let left = evidence.reversals.iter().filter(|r| r.axis == axis);
@@ -93,12 +103,16 @@ fn corrected(
     let left_um = (left.map(|r| r.left_m2).sum::<f64>() / n).max(0.0).sqrt() * 1e6;
     if p >= SIGNIFICANT {
         next.evidence.notes.push(format!("{}: kept: the run shows no significant correction (p = {p:.2})", joint.name));
-        return;
+        return false;
     }
+    let Some(gain) = gain.map(|g| g.gain) else {
+        next.evidence.notes.push(format!("{}: kept: too few strokes in the run to judge a correction", joint.name));
+        return false;
+    };
     if gain <= HELPS {
-        let kept = "kept: a correction by one half of the run does not improve the other half";
+        let kept = "kept: a correction by one half of its strokes does not improve the other half";
         next.evidence.notes.push(format!("{}: {kept} (gain {gain:.1})", joint.name));
-        return;
+        return false;
     }
     let (a, b) = (DVector::from_vec(before.to_vec()), DVector::from_vec(after.to_vec()));
     let law = JointLaw::from_slice((&a + (b - &a) * DAMPED).as_slice());
@@ -134,52 +148,7 @@ fn corrected(
         friction: friction.acts().then_some(friction),
     });
     next.joints.sort_by_key(|j| j.axis);
-}
-
-/// Fall of the cost, joint by joint, that corrections found on one half of the runs bring on the other half, both ways together;
-/// nuisances are eliminated on each half.
-fn crossed(problem: &Problem) -> Option<Vec<f64>> {
-    let (lost, n) = (problem.lost(), problem.len());
-    let prior = problem.prior().0;
-    let mut halves = [(prior.clone(), DVector::zeros(n)), (prior.clone(), DVector::zeros(n))];
-    for l in 0..problem.logs.len() {
-        let part = problem.part(l);
-        let bins = problem.logs[l].len();
-        for from in (0..bins).step_by(STRETCH) {
-            let len = STRETCH.min(bins - from);
-            let (h, g) = &mut halves[(from / STRETCH) % 2];
-            for c in 0..3 {
-                let design = part.design.rows(c * bins + from, len).into_owned();
-                let hessian = design.transpose() * &design;
-                let gradient = design.transpose() * part.residual.rows(c * bins + from, len);
-                for (i, &gi) in part.index.iter().enumerate() {
-                    g[gi] += gradient[i];
-                    for (k, &gk) in part.index.iter().enumerate() {
-                        h[(gi, gk)] += hessian[(i, k)];
-                    }
-                }
-            }
-        }
-    }
-    let mut reduced = Vec::new();
-    for (h, g) in &halves {
-        let nuisance = nalgebra::Cholesky::new(h.view((lost, lost), (n - lost, n - lost)).into_owned())?;
-        let mixed = h.view((lost, 0), (n - lost, lost)).into_owned();
-        let own = h.view((0, 0), (lost, lost)) - mixed.transpose() * nuisance.solve(&mixed);
-        let gradient = g.rows(0, lost) - mixed.transpose() * nuisance.solve(&g.rows(lost, n - lost).into_owned());
-        let step = nalgebra::Cholesky::new(own.clone())?.solve(&gradient);
-        // the other half is judged without the prior
-        reduced.push((own - prior.view((0, 0), (lost, lost)), gradient, step));
-    }
-    let gain = |axis: usize, law: &JointLaw| -> f64 {
-        let (at, len) = (problem.offset(axis), law.parameters());
-        let one = |from: usize, to: usize| {
-            let step = reduced[from].2.rows(at, len);
-            2.0 * step.dot(&reduced[to].1.rows(at, len)) - step.dot(&(reduced[to].0.view((at, at), (len, len)) * step))
-        };
-        one(0, 1) + one(1, 0)
-    };
-    Some(problem.laws.iter().enumerate().map(|(a, l)| l.as_ref().map_or(0.0, |l| gain(a, l))).collect())
+    true
 }
 
 /// p value of the test that nothing is to be corrected.

@@ -1,6 +1,6 @@
 //! `identify path`: half gaps and stiction of the joints from reversals in continuous motion (Zhang (2023) sections 3 and 5).
 //!
-//! The story: a log becomes bins ([`prepare`], [`bins`]); every joint that reverses gets the error chain of the effect
+//! The story: a log becomes bins ([`prepare`] with running `medians`, [`bins`]); every joint that reverses gets the error chain of the effect
 //! catalogue with exact derivatives ([`chain`]); the tracker's frame and rigid errors of the links are projected out
 //! ([`nuisance`], [`problem`], `reduced`) instead of being fitted first, because a lag on a path that goes round in one direction looks like
 //! a turned frame; gaps, spikes and decays are fitted together ([`solve`]); tests say which of them the data ask for ([`select`]);
@@ -17,6 +17,7 @@ pub mod chain;
 mod frame;
 pub mod interval;
 mod joints;
+mod medians;
 mod mirror;
 mod note;
 pub mod nuisance;

@@ -9,6 +9,7 @@
 
 use super::bins;
 use super::chain::{Run, runs};
+use super::medians::{burst, median_of_7};
 use crate::effects::Track;
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
@@ -29,8 +30,6 @@ const BURST_SIGMA: f64 = 8.0;
 const BURST_S: f64 = 0.6;
 /// No burst test from this long before to this long after a reversal, s.
 const QUIET_S: [f64; 2] = [0.1, 1.2];
-/// Rows of a burst window; denser logs are thinned for it.
-const BURST_ROWS: usize = 41;
 
 /// A joint of a log: its axis, its runs, its command and Jacobian column at the bins.
 #[derive(Debug, Clone)]
@@ -304,49 +303,6 @@ fn noise(r: &[f64]) -> f64 {
     [1, 4, 16].into_iter().filter_map(over).fold(0.0, f64::max) * SIGMA_PER_MAD / std::f64::consts::SQRT_2
 }
 
-/// Median of the 7 values around each; at the ends of the series the nearest full window.
-fn median_of_7(r: &[f64]) -> Vec<f64> {
-    if r.len() < 7 {
-        return r.to_vec();
-    }
-    let inner: Vec<f64> = r
-        .windows(7)
-        .map(|w| {
-            // a fixed network of minima and maxima that leaves the fourth of seven in place
-            let mut v = [w[0], w[1], w[2], w[3], w[4], w[5], w[6]];
-            for (a, b) in
-                [(0, 5), (0, 3), (1, 6), (2, 4), (0, 1), (3, 5), (2, 6), (2, 3), (3, 6), (4, 5), (1, 4), (1, 3), (3, 4)]
-            {
-                let (x, y) = (v[a].min(v[b]), v[a].max(v[b]));
-                (v[a], v[b]) = (x, y);
-            }
-            v[3]
-        })
-        .collect();
-    let mut out = vec![inner[0]; 3];
-    out.extend_from_slice(&inner);
-    out.extend([inner[inner.len() - 1]; 3]);
-    out
-}
-
-/// Marks values off the median of a long window, except where `quiet`.
-fn burst(smooth: &[f64], half: usize, limit: f64, off: &mut [bool], quiet: impl Fn(usize) -> bool) {
-    let step = (2 * half / BURST_ROWS).max(1);
-    let thin: Vec<f64> = smooth.iter().copied().step_by(step).collect();
-    let reach = (half / step).max(1);
-    let mut window = Vec::with_capacity(2 * reach + 1);
-    for k in 0..thin.len() {
-        window.clear();
-        window.extend_from_slice(&thin[k.saturating_sub(reach)..(k + reach + 1).min(thin.len())]);
-        let Some(m) = median_of(&mut window) else { continue };
-        for i in k * step..((k + 1) * step).min(smooth.len()) {
-            if (smooth[i] - m).abs() > limit && !quiet(i) {
-                off[i] = true;
-            }
-        }
-    }
-}
-
 /// Rigid transform that brings the first of each pair to the second, least squares.
 pub fn kabsch<'a>(pairs: impl Iterator<Item = (&'a Vector3<f64>, &'a Vector3<f64>)> + Clone) -> Isometry3<f64> {
     rigid::fit(pairs.map(|(x, y)| (*x, *y, 1.0)), false).map_or_else(Isometry3::identity, |found| found.isometry())
@@ -355,22 +311,6 @@ pub fn kabsch<'a>(pairs: impl Iterator<Item = (&'a Vector3<f64>, &'a Vector3<f64
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_network_finds_the_median_of_seven() {
-        let mut x = 12345u64;
-        let mut next = || {
-            x = x.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (x >> 40) as f64
-        };
-        let r: Vec<f64> = (0..5000).map(|_| next()).collect();
-        let m = median_of_7(&r);
-        for (i, w) in r.windows(7).enumerate() {
-            let mut s = w.to_vec();
-            s.sort_by(f64::total_cmp);
-            assert_eq!(m[i + 3], s[3]);
-        }
-    }
 
     #[test]
     fn kabsch_finds_a_transform_again() {
