@@ -70,6 +70,23 @@ fn a_program_against_itself_is_unchanged() {
 }
 
 #[test]
+fn friction_that_builds_up_is_an_error_of_the_machine_and_not_of_its_path() {
+    let folder = desk();
+    let at = folder.path();
+    let of = |effect: &str| {
+        let model = format!(
+            "schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n  - {{effect: stiction, joint: A1, spike_deg: 0.004, {effect}decay_s: 3}}\n"
+        );
+        std::fs::write(at.join("friction.yaml"), model).unwrap();
+        let line = "assess program --model friction.yaml --before circle.csv --after circle.csv --speed-mm-s 4 --json";
+        json(&run(at, line).1)["largest_um"]["before"].as_f64().unwrap()
+    };
+    let (at_once, built_up) = (of(""), of("rise_deg: 0.005, "));
+    // over a travel as short as this the spike loses little of its size
+    assert!(at_once > 20.0 && built_up > 0.5 * at_once && built_up < at_once, "{built_up} um for {at_once}");
+}
+
+#[test]
 fn a_verdict_is_told_of_vendor_programs_and_never_good_where_the_largest_error_grows() {
     let folder = desk();
     let at = folder.path();

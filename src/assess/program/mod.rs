@@ -26,7 +26,7 @@ pub mod verdict;
 pub use runs::{Measured, Run};
 pub use verdict::{Figures, Verdict, judge};
 
-use crate::effects::{Effect, Stage, Stiction};
+use crate::effects::{Effect, PreslidingStiction, Stage, Stiction};
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
 use crate::model::Model;
@@ -77,7 +77,8 @@ pub struct Assessment {
 
 /// The machine without the joint errors that an offset can undo.
 fn reference_machine(model: &Model) -> Model {
-    let stays = |e: &Effect| !matches!(e.stage(), Stage::Gear | Stage::Link) && !e.is::<Stiction>();
+    let friction = |e: &Effect| e.is::<Stiction>() || e.is::<PreslidingStiction>();
+    let stays = |e: &Effect| !matches!(e.stage(), Stage::Gear | Stage::Link) && !friction(e);
     let effects = model.effects.iter().filter(|e| stays(&e.effect)).cloned().collect();
     Model { effects, ..model.clone() }
 }

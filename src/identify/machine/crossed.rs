@@ -7,17 +7,8 @@ use super::evidence;
 use super::problem::{Part, Problem};
 use nalgebra::{DMatrix, DVector};
 
-/// Bins of the stretches that belong to the one and the other half in turn where a joint stands still.
-const STRETCH: usize = 300;
 /// Strokes of a joint from which one half of them can judge the other.
 const LEAST_STROKES: usize = 4;
-
-/// What corrections of one joint that were found on one half of the runs do to the other half, both ways together.
-#[derive(Debug, Clone)]
-pub struct Crossed {
-    /// Fall of the cost over all runs.
-    pub gain: f64,
-}
 
 /// Normal equations of the laws alone, nuisances eliminated.
 struct Reduced {
@@ -44,10 +35,11 @@ impl Reduced {
     }
 }
 
-/// Corrections of a joint found on one half of the runs, judged by the other half; nuisances are eliminated on each half.
+/// Fall of the cost that corrections of a joint found on one half of its strokes bring on the other half, both ways together; nuisances
+/// are eliminated on each half. `None`: too few strokes.
 ///
 /// Every reversal draws its gap anew, so a half holds whole strokes of the joint, two in a row: one up and one down.
-pub fn crossed(problem: &Problem, parts: &[Part], axis: usize) -> Option<Crossed> {
+pub fn crossed(problem: &Problem, parts: &[Part], axis: usize) -> Option<f64> {
     let (lost, n) = (problem.lost(), problem.len());
     let (at, len) = (problem.offset(axis), problem.laws[axis].as_ref()?.parameters());
     let prior = problem.prior().0;
@@ -70,7 +62,7 @@ pub fn crossed(problem: &Problem, parts: &[Part], axis: usize) -> Option<Crossed
         // the other half is judged without the prior
         judges.push(Reduced { hessian: all.hessian - prior.view((0, 0), (lost, lost)), gradient: all.gradient });
     }
-    Some(Crossed { gain: judges[1].fall(at, &steps[0]) + judges[0].fall(at, &steps[1]) })
+    Some(judges[1].fall(at, &steps[0]) + judges[0].fall(at, &steps[1]))
 }
 
 /// Normal equations of a run over all parameters, by pairs of strokes of a joint in turn; `strokes` counts on over the runs.
@@ -90,7 +82,8 @@ fn halves(
             let bin_of = |row: usize| l.bins.partition_point(|b| b.1 <= row).min(bins);
             evidence::turns(&rows.x).into_iter().map(bin_of).collect()
         }
-        None => (STRETCH..bins).step_by(STRETCH).collect(),
+        // a log in which the joint stands still says something of the rest alone
+        None => Vec::new(),
     };
     edges.push(bins);
     let mut from = 0;

@@ -7,7 +7,7 @@
 //! ([`super::measured`]).
 
 use super::bins;
-use super::crossed::{Crossed, crossed};
+use super::crossed::crossed;
 use super::evidence::{self, Evidence};
 use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS};
 use super::measured;
@@ -63,7 +63,7 @@ pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Com
     solve::round(&mut problem, Kept::Laws);
     let parts: Vec<Part> = (0..problem.logs.len()).map(|l| problem.part(l)).collect();
     let standing = evidence::standing(&problem, &parts);
-    let gains: Vec<Option<Crossed>> = (0..robot.dof()).map(|a| crossed(&problem, &parts, a)).collect();
+    let gains: Vec<Option<f64>> = (0..robot.dof()).map(|a| crossed(&problem, &parts, a)).collect();
     solve::round(&mut problem, Kept::Nothing);
     let evidence = evidence::evaluate(&problem).ok_or_else(|| {
         let name = logs.first().map_or(String::new(), |l| l.name.clone());
@@ -80,7 +80,7 @@ pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Com
         if measured::restored(robot, axis, run, &mut next) {
             continue;
         }
-        let changed = corrected(&problem, &evidence, axis, gains[axis].as_ref(), before, &mut next);
+        let changed = corrected(&problem, &evidence, axis, gains[axis], before, &mut next);
         measured::kept_in_mind(axis, run, changed.then(|| previous.on(axis)), &mut next);
     }
     Ok(next)
@@ -91,7 +91,7 @@ fn corrected(
     problem: &Problem,
     evidence: &Evidence,
     axis: usize,
-    gain: Option<&Crossed>,
+    gain: Option<f64>,
     before: &JointLaw,
     next: &mut Compensator,
 ) -> bool {
@@ -105,7 +105,7 @@ fn corrected(
         next.evidence.notes.push(format!("{}: kept: the run shows no significant correction (p = {p:.2})", joint.name));
         return false;
     }
-    let Some(gain) = gain.map(|g| g.gain) else {
+    let Some(gain) = gain else {
         next.evidence.notes.push(format!("{}: kept: too few strokes in the run to judge a correction", joint.name));
         return false;
     };
