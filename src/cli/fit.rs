@@ -8,6 +8,7 @@ use crate::fit::{Form, contradict::contradictions, fit, spacing};
 use crate::gaps::{Gaps, file::document};
 use crate::identify::machine::update;
 use crate::io::output::{self, write_whole};
+use crate::log::Log;
 use crate::robot::Robot;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use std::path::{Path, PathBuf};
@@ -150,6 +151,11 @@ fn corrected(path: &Path, args: &Args, robot: &Robot) -> Result<Compensator> {
     let previous = Compensator::load(path, robot)?;
     let logs = logs::load(&args.log, args.columns.as_deref(), robot)?;
     logs::refuse_repeats(&logs)?;
+    let used = |l: &&Log| previous.evidence.logs.iter().any(|u| !u.sha256.is_empty() && u.sha256 == l.sha256);
+    if let Some(log) = logs.iter().find(used) {
+        let expected = "a run of a program that was rewritten with this compensator";
+        return Err(Error::bad(Place::file(&log.name), "a log that the compensator was made of", expected));
+    }
     update::update(robot, &logs, &previous)
 }
 

@@ -145,6 +145,12 @@ fn a_correction_whose_run_is_worse_is_taken_back() {
     let text = std::fs::read_to_string(desk.at("back.yaml")).unwrap();
     let x = serde_yaml::from_str::<serde_json::Value>(&text).unwrap()["evidence"]["joints"]["X"].clone();
     assert!(x["replaced"].is_null() && x["run"]["reversals"].is_u64(), "{x}");
+    // a run counts once
+    let line = "fit --robot robot.yaml --previous back.yaml --log run2.csv --output twice.yaml";
+    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    let done = command.current_dir(desk.folder.path()).args(line.split_whitespace()).assert().code(2);
+    let words = String::from_utf8(done.get_output().stderr.clone()).unwrap();
+    assert!(words.contains("a log that the compensator was made of"), "{words}");
 }
 
 #[test]
