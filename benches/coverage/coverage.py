@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Share of the moves of public programs that `rewrite` edits, by language, with the reasons for the rest, ranked by moves.
 
-    coverage.py --binary target/fast/lostmotion --corpus FOLDER [--language krl,rapid] [--prove] [--json out.json]
+    coverage.py --binary target/fast/lostmotion --corpus FOLDER [--language krl,rapid] [--assume G21,G90] [--prove] [--json out.json]
 
 FOLDER holds a folder for each language (fanuc, gcode, inform, krl, rapid, urscript) with programs below it; each folder below
 is a project of its own, so that the files beside a program stand beside it. `corpus.tsv` and `projects.tsv` (whole repositories) list repositories, commits and paths
@@ -40,6 +40,8 @@ ENDINGS = {
 }
 HALF_GAP_DEG, HALF_GAP_MM = 0.004, 0.01
 SIZES = (1.0, 2.0)
+# what a control's power-on modes say where a G-code program does not; empty: nothing is assumed
+ASSUMED = []
 
 
 def bench(folder, language, size):
@@ -68,6 +70,7 @@ def run(binary, *arguments):
 def account(binary, desk, program, frames):
     model = desk / "model.yaml"
     extra = ["--frames", frames] if frames else []
+    extra += ASSUMED if program.suffix.lower() in ENDINGS["gcode"] else []
     out = run(binary, "rewrite", "--model", model, program, "--dry-run", "--json", "--force", *extra)
     try:
         return json.loads(out.stdout), out
@@ -100,6 +103,7 @@ def measured(binary, desk, program, work, prove):
 
 def proof(binary, desk, program, frames, work):
     extra = ["--frames", frames] if frames else []
+    extra += ASSUMED if program.suffix.lower() in ENDINGS["gcode"] else []
     into = work / "out"
     into.mkdir()
     target = into / program.name
@@ -159,7 +163,9 @@ def main():
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--top", type=int, default=12)
     parser.add_argument("--json", type=pathlib.Path)
+    parser.add_argument("--assume", help="modes in which a G-code control starts, such as G21,G90")
     given = parser.parse_args()
+    ASSUMED.extend(["--assume", given.assume] if given.assume else [])
     kept = {}
     for language in given.language.split(","):
         if not (given.corpus / language).is_dir():
