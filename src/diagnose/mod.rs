@@ -41,10 +41,12 @@ pub fn diagnose(model: &Model, logs: &[Log]) -> Result<Outcome> {
     Ok(search::run(problem, start))
 }
 
-/// The model with what was found inside, and the estimated frame.
+/// The model with what was found inside, and the estimated frame. A ripple whose phase is another in each log is not in it.
 pub fn model_with(model: &Model, outcome: &Outcome) -> Model {
     let mut found = model.clone();
     found.effects = outcome.fit.hypothesis.effects.clone();
+    // what belongs to these logs alone would be wrong on the next one
+    found.effects.retain(|p| !p.effect.of_its_logs_alone());
     if outcome.problem.groups.iter().any(|g| g.dims == 3) {
         // of several stations of the tracker none is the next log's
         found.registration = match outcome.fit.hypothesis.frames.as_slice() {

@@ -22,6 +22,8 @@ pub struct Candidate {
     /// taken off.
     pub trial: Vec<(Vec<EffectInstance>, f64)>,
     pub base: Option<Vec<EffectInstance>>,
+    /// The log in which each trial acts; empty: in all.
+    pub acts_in: Vec<usize>,
     /// The first coefficient may not be negative: a gap, a spike, a lag.
     pub positive: bool,
     /// Parameters that the shape holds.
@@ -62,6 +64,7 @@ impl Candidate {
             target: target.text(robot),
             trial,
             base: None,
+            acts_in: Vec::new(),
             positive: false,
             shape_parameters: 0,
             form: "",
@@ -120,6 +123,14 @@ impl Candidate {
     pub fn beside(mut self, base: Vec<EffectInstance>, trial: Vec<(Vec<EffectInstance>, f64)>) -> Self {
         self.base = Some(base);
         self.trial = trial;
+        self
+    }
+
+    /// Its trials in each of `logs` logs alone, those of the first log first.
+    pub fn in_each_log(mut self, logs: usize) -> Self {
+        let count = self.trial.len();
+        self.trial = (0..logs).flat_map(|_| self.trial.clone()).collect();
+        self.acts_in = (0..logs).flat_map(|l| std::iter::repeat_n(l, count)).collect();
         self
     }
 

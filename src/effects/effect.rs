@@ -153,6 +153,21 @@ pub trait EffectType: EffectObject + Debug + Send + Sync {
         None
     }
 
+    /// Is this value a phase, too?
+    fn is_phase(&self, value: usize) -> bool {
+        self.phase() == Some(value)
+    }
+
+    /// What it is in one log (by its place in the list), where that is not what it is in the first.
+    fn in_log(&self, _log: usize) -> Option<Effect> {
+        None
+    }
+
+    /// What it is belongs to the logs that it was found in: another run says nothing of it.
+    fn of_its_logs_alone(&self) -> bool {
+        false
+    }
+
     /// Why it does nothing on this robot, or in settled poses.
     fn idle(&self, _site: &Site, _settled_poses: bool) -> Option<&'static str> {
         None

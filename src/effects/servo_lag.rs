@@ -69,7 +69,7 @@ impl Support<'_> {
         if self.0.between == Between::Straight {
             return [(self.p(i + 1) - self.p(i)) / (self.t_s(i + 1) - self.t_s(i)), 0.0, 0.0];
         }
-        smooth::cubic(self, i)
+        self.0.cubics.get(i).copied().unwrap_or_else(|| smooth::cubic(self, i))
     }
 }
 
@@ -89,6 +89,12 @@ impl Samples for Support<'_> {
     fn p(&self, i: usize) -> f64 {
         self.0.p[self.at(i)]
     }
+}
+
+/// The cubics of a smooth command, one behind each of its rows but the last.
+pub fn cubics(track: &Track) -> Vec<[f64; 3]> {
+    let support = Support(track);
+    (0..support.len().saturating_sub(1)).map(|i| smooth::cubic(&support, i)).collect()
 }
 
 /// Command at the time `t_s` behind sample `j`, by the motion between samples on which a lag rests.

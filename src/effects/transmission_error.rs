@@ -4,7 +4,8 @@
 //! signal that arrives. Parameters: amplitude 0 or more, and such that the joint does not turn back (`amplitude * cycles < 1`
 //! rad); cycles above 0; phase within half a turn either way. With `fade` the amplitude falls with the speed of the command:
 //! `amplitude * exp(-|dp/dt| / fade)`, as a position loop and the inertia behind the gear filter what a slow motion shows (seen on a
-//! KR 300: 0.0062 deg below 6 deg/s, 0.0036 deg above 21 deg/s). Action: service the gear (a tooth, the wave generator); an
+//! KR 300: 0.0062 deg below 6 deg/s, 0.0036 deg above 21 deg/s). Where the angles of each recording count from its own start, every
+//! recording has its own phase: `phase_deg` is that of the first, `phase_2_deg` of the second, and so on. Action: service the gear (a tooth, the wave generator); an
 //! offset of the negative undoes it.
 
 use super::site::within;
@@ -25,6 +26,10 @@ pub static INFO: EffectInfo = EffectInfo {
         ("amplitude_deg", "0 to 0.1 rad (10 mm), and small enough that the joint does not turn back"),
         ("cycles_per_rev", "periods per turn, 0.05 to 10,000"),
         ("phase_deg", "within half a turn either way"),
+        (
+            "phase_2_deg",
+            "and so on: of the second and further recordings, where angles count from the start of each; left out: one for all",
+        ),
         (
             "fade_deg_s",
             "speed of the joint over which the amplitude falls to 1/e, 0.1 to 10,000 deg/s; left out: it does not",
@@ -54,13 +59,15 @@ pub static INFO: EffectInfo = EffectInfo {
 };
 
 /// Amplitude in rad or m, periods per turn, phase in rad.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct TransmissionError {
     pub amplitude: f64,
     pub cycles_per_rev: f64,
     pub phase_rad: f64,
     /// Speed over which the amplitude falls to 1/e, rad/s or m/s; `None`: it does not.
     pub fade: Option<f64>,
+    /// Phases in the second and further logs, rad, where each log has its own; empty: all share one.
+    pub further_phases_rad: Vec<f64>,
 }
 
 impl TransmissionError {
@@ -85,9 +92,43 @@ fn read(f: &mut Fields) -> Result<Effect> {
         amplitude: f.length("amplitude", 0.0)?,
         cycles_per_rev: f.above_0("cycles_per_rev")?,
         phase_rad: f.phase_rad()?,
+        further_phases_rad: further_phases(f)?,
         fade: f.number(&fade_key(site.unit()), f64::MIN_POSITIVE)?.map(|v| v * site.si_per_user_unit()),
     }
     .into())
+}
+
+/// Key of the phase in the `log`-th log (the first is 0).
+fn phase_key(log: usize) -> String {
+    if log == 0 { "phase_deg".into() } else { format!("phase_{}_deg", log + 1) }
+}
+
+fn further_phases(f: &mut Fields) -> Result<Vec<f64>> {
+    let mut all = Vec::new();
+    while let Some(degrees) = f.number(&phase_key(all.len() + 1), f64::NEG_INFINITY)? {
+        all.push(degrees.to_radians());
+    }
+    Ok(all)
+}
+
+/// Ripple whose phase is its own in each of `logs` logs, as where angles count from the start of each.
+pub fn ripple_by_log(robot: &Robot, axis: usize, cycles_per_rev: f64, logs: usize) -> Candidate {
+    let phase = |c: &[f64]| c[1].atan2(c[0]);
+    ripple(robot, axis, cycles_per_rev)
+        .in_each_log(logs)
+        .built_by(Target::Joint(axis), move |c| {
+            let each: Vec<&[f64]> = c.chunks_exact(2).collect();
+            let amplitude = each.iter().map(|c| c[0].hypot(c[1])).sum::<f64>() / each.len().max(1) as f64;
+            let mut phases = each.iter().map(|c| phase(c));
+            TransmissionError {
+                amplitude,
+                cycles_per_rev,
+                phase_rad: phases.next().unwrap_or(0.0),
+                fade: None,
+                further_phases_rad: phases.collect(),
+            }
+        })
+        .with_form("own phases")
 }
 
 /// Ripple of an axis at a number of cycles per revolution (of its lead, for a prismatic one).
@@ -97,6 +138,7 @@ pub fn ripple(robot: &Robot, axis: usize, cycles_per_rev: f64) -> Candidate {
         cycles_per_rev,
         phase_rad: c[1].atan2(c[0]),
         fade: None,
+        further_phases_rad: Vec::new(),
     })
     .with_shape(1)
 }
@@ -107,11 +149,20 @@ impl EffectType for TransmissionError {
     }
 
     fn values(&self) -> Vec<f64> {
-        [self.amplitude, self.cycles_per_rev, self.phase_rad].into_iter().chain(self.fade).collect()
+        let first = [self.amplitude, self.cycles_per_rev, self.phase_rad].into_iter();
+        first.chain(self.fade).chain(self.further_phases_rad.iter().copied()).collect()
     }
 
     fn with(&self, v: &[f64]) -> Effect {
-        Self { amplitude: v[0], cycles_per_rev: v[1], phase_rad: v[2], fade: self.fade.map(|_| v[3]) }.into()
+        let further = 3 + usize::from(self.fade.is_some());
+        Self {
+            amplitude: v[0],
+            cycles_per_rev: v[1],
+            phase_rad: v[2],
+            fade: self.fade.map(|_| v[3]),
+            further_phases_rad: v[further..].to_vec(),
+        }
+        .into()
     }
 
     fn parameters(&self, site: &Site) -> Vec<Parameter> {
@@ -130,6 +181,8 @@ impl EffectType for TransmissionError {
                 site.typical(40.0, 50.0),
             )
         }));
+        let phases = 1..=self.further_phases_rad.len();
+        all.extend(phases.map(|log| Parameter::degrees(&phase_key(log), within(PI), PI)));
         all
     }
 
@@ -153,7 +206,23 @@ impl EffectType for TransmissionError {
         Some(2)
     }
 
+    fn is_phase(&self, value: usize) -> bool {
+        value == 2 || value >= 3 + usize::from(self.fade.is_some())
+    }
+
+    fn in_log(&self, log: usize) -> Option<Effect> {
+        let phase_rad = *self.further_phases_rad.get(log.checked_sub(1)?)?;
+        Some(Self { phase_rad, further_phases_rad: Vec::new(), ..self.clone() }.into())
+    }
+
+    fn of_its_logs_alone(&self) -> bool {
+        !self.further_phases_rad.is_empty()
+    }
+
     fn undo(&self, _context: &UndoContext) -> Undo {
+        if self.of_its_logs_alone() {
+            return Undo::nothing("its phase is another in each recording");
+        }
         match self.fade {
             None => Undo::point_by_point(),
             Some(_) => Undo::nothing("its amplitude depends on the speed of the joint"),

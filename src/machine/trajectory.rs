@@ -11,7 +11,7 @@
 use super::gravity::Gravity;
 use super::wide::{pick, run_wide};
 use super::{grid::Grid, speed, turns};
-use crate::effects::servo_lag::command_between;
+use crate::effects::servo_lag::{command_between, cubics};
 use crate::effects::{Between, Effect, Stage, Track, Turn, apply_stage};
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
@@ -62,6 +62,8 @@ pub(super) struct Axis {
     /// Direction of the last movement and speed at the rows, once somebody asks.
     pub(super) direction: OnceLock<Vec<f64>>,
     pub(super) command_speed: OnceLock<Vec<f64>>,
+    /// Cubics between the rows, once somebody asks.
+    pub(super) cubics: OnceLock<Vec<[f64; 3]>>,
 }
 
 /// Commands of all axes over rows: a log's, or those at which a program is sampled.
@@ -364,6 +366,9 @@ impl CommandTrajectory {
         if effects.iter().any(|e| e.uses_tcp_speed()) {
             track.tcp_speed_m_s = self.sample_speed(axis);
         }
+        if self.between == Between::Smooth && !self.rests(axis) && effects.iter().any(|e| e.filters_in_time()) {
+            track.cubics = self.axes[axis].cubics.get_or_init(|| cubics(&track));
+        }
         let loaded = last == Stage::Gear && effects.iter().any(|e| e.uses_load());
         let still;
         if loaded {
@@ -442,7 +447,8 @@ impl Axis {
         let (dir, turns) = (track.dir.into_owned(), track.turns.into_owned());
         let (speed, load) = (OnceLock::new(), OnceLock::new());
         let (direction, command_speed) = (OnceLock::new(), OnceLock::new());
-        Self { samples, dir, turns, rev, quiet, speed, load, direction, command_speed }
+        let cubics = OnceLock::new();
+        Self { samples, dir, turns, rev, quiet, speed, load, direction, command_speed, cubics }
     }
 }
 

@@ -77,13 +77,15 @@ impl More {
         m
     }
 
-    fn track<'a>(&'a self, of: &Track) -> Track<'a> {
+    fn track<'a>(&'a self, of: &Track<'a>) -> Track<'a> {
         let mut track =
             Track::known(&self.t_s, &self.p, &self.dir[..], &self.turns[..]).with_initial_gap_side(of.initial_gap_side);
         track.between = of.between;
         track.rows = Some(&self.rows);
         track.tcp_speed_m_s = &self.speed;
         track.load = &self.load;
+        // the rows on which the motion rests are the same
+        track.cubics = of.cubics;
         track.rev = of.rev;
         track
     }

@@ -1,8 +1,8 @@
 //! Screening many times from much the same place: whitened sensitivities of the candidates, kept from one screening to the next.
 //!
 //! Method: a sensitivity depends on the noise and on the effects of its own joint; of the rest of the hypothesis only by the
-//! product of two small things. It is computed anew where the noise or those effects have changed; all others are compared
-//! with another residual and another tangent by two matrix products, which cost a tenth of the sensitivities.
+//! product of two small things. It is computed anew where those effects have changed and whitened anew where the noise has; all
+//! others are compared with another residual and another tangent by two matrix products, which cost a tenth of the sensitivities.
 //!
 //! What is screened is refitted before anything is believed, so that a sensitivity that is a little old misleads nobody.
 
@@ -25,6 +25,10 @@ const PART: usize = 48;
 #[derive(Default)]
 pub struct ScreeningCache {
     noise: Vec<Noise>,
+    /// As computed, by candidate: single precision is far finer than what a screening tells.
+    raw: Vec<Vec<Vec<f32>>>,
+    /// Is what stands in `columns` whitened by the noise that stands here?
+    white: Vec<bool>,
     /// Whitened, column by column.
     columns: DMatrix<f64>,
     /// First column of each candidate, and one behind the last.
@@ -52,11 +56,13 @@ impl ScreeningCache {
                 .collect();
             self.columns = DMatrix::zeros(n, count);
             self.normals = vec![DMatrix::zeros(0, 0); candidates.len()];
+            self.with = vec![None; candidates.len()];
+            self.raw = vec![Vec::new(); candidates.len()];
             self.noise.clear();
         }
         if self.noise != ground.whitening.noise {
             self.noise.clone_from(&ground.whitening.noise);
-            self.with = vec![None; candidates.len()];
+            self.white = vec![false; candidates.len()];
         }
         self.renew(ground, candidates);
         let basis = ground.basis_rows();
@@ -84,24 +90,33 @@ impl ScreeningCache {
 
     /// Computes anew what has become old.
     fn renew(&mut self, ground: &ScreeningContext, candidates: &[Candidate]) {
-        let old: Vec<usize> = (0..candidates.len())
-            .filter(|&i| !self.with[i].as_ref().is_some_and(|w| same(w, &of_joint(ground, &candidates[i]))))
-            .collect();
-        let fresh: Vec<(Vec<Vec<f64>>, DMatrix<f64>)> = old
+        let moved = |i: usize| !self.with[i].as_ref().is_some_and(|w| same(w, &of_joint(ground, &candidates[i])));
+        let old: Vec<(usize, bool)> =
+            (0..candidates.len()).map(|i| (i, moved(i))).filter(|&(i, moved)| moved || !self.white[i]).collect();
+        type Fresh = (Option<Vec<Vec<f32>>>, Vec<Vec<f64>>, DMatrix<f64>);
+        let fresh: Vec<Fresh> = old
             .par_iter()
-            .map(|&i| {
-                let mut columns = candidates[i].columns(ground.problem, ground.hypothesis, ground.state);
+            .map(|&(i, moved)| {
+                let mut columns = match moved {
+                    true => candidates[i].columns(ground.problem, ground.hypothesis, ground.state),
+                    false => self.raw[i].iter().map(|c| c.iter().map(|v| f64::from(*v)).collect()).collect(),
+                };
+                let raw = moved.then(|| columns.iter().map(|c| c.iter().map(|v| *v as f32).collect()).collect());
                 columns.iter_mut().for_each(|c| ground.whitening.apply(ground.problem, c));
                 let normal = gram(&columns);
-                (columns, normal)
+                (raw, columns, normal)
             })
             .collect();
-        for (i, (columns, normal)) in old.into_iter().zip(fresh) {
+        for ((i, _), (raw, columns, normal)) in old.into_iter().zip(fresh) {
             for (at, column) in (self.starts[i]..).zip(&columns) {
                 self.columns.column_mut(at).copy_from_slice(column);
             }
             self.normals[i] = normal;
-            self.with[i] = Some(of_joint(ground, &candidates[i]));
+            self.white[i] = true;
+            if let Some(raw) = raw {
+                self.raw[i] = raw;
+                self.with[i] = Some(of_joint(ground, &candidates[i]));
+            }
         }
     }
 }

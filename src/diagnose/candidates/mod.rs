@@ -29,12 +29,16 @@ impl Candidate {
         let base = self.base.as_ref().map(|b| problem.difference(h, state, &[], b, 1.0));
         self.trial
             .iter()
-            .map(|(to, scale)| {
+            .enumerate()
+            .map(|(k, (to, scale))| {
                 let mut column = problem.difference(h, state, &[], to, *scale);
                 if let Some(base) = &base {
                     for (c, b) in column.iter_mut().zip(base) {
                         *c -= b / scale;
                     }
+                }
+                if let Some(&log) = self.acts_in.get(k) {
+                    problem.groups.iter().filter(|g| g.log != log).for_each(|g| column[g.range()].fill(0.0));
                 }
                 column
             })
@@ -113,6 +117,11 @@ pub fn clock(problem: &Problem) -> Option<(f64, f64)> {
 /// Ripple of an axis at a number of cycles per revolution (of its lead, for a prismatic one).
 pub fn ripple(problem: &Problem, axis: usize, cycles_per_rev: f64) -> Candidate {
     transmission_error::ripple(&problem.robot, axis, cycles_per_rev)
+}
+
+/// The same with a phase of its own in each log.
+pub fn ripple_by_log(problem: &Problem, axis: usize, cycles_per_rev: f64) -> Candidate {
+    transmission_error::ripple_by_log(&problem.robot, axis, cycles_per_rev, problem.logs.len())
 }
 
 pub use crate::effects::vibration::swing as vibration;

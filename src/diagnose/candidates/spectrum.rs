@@ -7,7 +7,9 @@
 
 use crate::diagnose::candidates::screen::ScreeningContext;
 use crate::diagnose::candidates::{self, Candidate};
+use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::layout::{Group, Sensor};
+use crate::diagnose::problem::recording::Recording;
 use crate::robot::JointKind;
 use rayon::prelude::*;
 use rustfft::{FftPlanner, num_complex::Complex};
@@ -82,11 +84,26 @@ pub fn ripples(ground: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
         .into_par_iter()
         .map(|axis| {
             let Some(g) = grid(ground, axis) else { return Vec::new() };
-            let power = spectrum(ground, back, axis, &g);
-            peaks(&power, g.fine.ceil() as usize)
-                .into_iter()
-                .map(|k| candidates::ripple(ground.problem, axis, g.step * (g.from as f64 + k) / g.unit))
-                .collect()
+            let at = |power: &[f64]| -> Vec<f64> {
+                let places = peaks(power, g.fine.ceil() as usize).into_iter();
+                places.map(|k| g.step * (g.from as f64 + k) / g.unit).collect()
+            };
+            let all = spectrum(ground, back, axis, &g, None);
+            let mut found: Vec<Candidate> =
+                at(&all).into_iter().map(|cycles| candidates::ripple(ground.problem, axis, cycles)).collect();
+            if own_phases(ground.problem) {
+                // without a common phase the powers add up, not the sums
+                let mut sum = vec![0.0; all.len()];
+                for log in 0..ground.problem.logs.len() {
+                    let power = spectrum(ground, back, axis, &g, Some(log));
+                    sum.iter_mut().zip(power).for_each(|(s, p)| *s += p);
+                }
+                let slow = (least_wave(ground.problem, axis) / g.step).ceil() as usize;
+                sum.iter_mut().take(slow.saturating_sub(g.from)).for_each(|p| *p = 0.0);
+                let told = at(&sum).into_iter();
+                found.extend(told.map(|cycles| candidates::ripple_by_log(ground.problem, axis, cycles)));
+            }
+            found
         })
         .collect::<Vec<Vec<Candidate>>>()
         .into_iter()
@@ -94,11 +111,25 @@ pub fn ripples(ground: &ScreeningContext, back: &[f64]) -> Vec<Candidate> {
         .collect()
 }
 
-/// Gain in 2 ln L of a sine over a joint's position, at each frequency of the grid.
-fn spectrum(ground: &ScreeningContext, back: &[f64], axis: usize, grid: &Grid) -> Vec<f64> {
+/// May the angles of each log count from its own start? Those of joint sensors do, where the recorder sets them to zero.
+fn own_phases(problem: &Problem) -> bool {
+    problem.logs.len() > 1 && problem.recording() == Recording::JointSensors
+}
+
+/// Cycles over the travel in each log below which a ripple of its own phase goes with a bow of any kind.
+const LEAST_CYCLES: f64 = 2.0;
+
+/// Slowest ripple, rad per rad or per m, of which every log in which the joint moves shows that many cycles.
+fn least_wave(problem: &Problem, axis: usize) -> f64 {
+    let travels = problem.logs.iter().map(|l| l.log.travel(axis)).filter(|t| *t > 0.0);
+    LEAST_CYCLES * TAU / travels.fold(f64::INFINITY, f64::min)
+}
+
+/// Gain in 2 ln L of a sine over a joint's position, at each frequency of the grid; of one log where `only` names it.
+fn spectrum(ground: &ScreeningContext, back: &[f64], axis: usize, grid: &Grid, only: Option<usize>) -> Vec<f64> {
     let mut sums = vec![Complex::new(0.0, 0.0); grid.size];
     let mut norms = vec![0.0; grid.to - grid.from];
-    for g in &ground.problem.groups {
+    for g in ground.problem.groups.iter().filter(|g| only.is_none_or(|l| g.log == l)) {
         let n = g.len();
         let log = &ground.problem.logs[g.log];
         let p = log.drive.command(axis);

@@ -129,33 +129,26 @@ fn joint_bundles(problem: &Problem, state: &State, axis: usize, splines: usize, 
         .iter()
         .map(|l| Track::new(l.drive.t_s(), l.drive.command(axis), l.drive.quiet(axis).max(1e-9)))
         .collect();
-    let spline = |n: usize, k: usize, dir: bool| {
+    // the values of all splines at each row, once; then a column each
+    let splines_over = |n: usize, dir: bool| -> Vec<Vec<f64>> {
         let tables: Vec<Vec<f64>> = tracks
             .iter()
             .map(|t| {
-                let mut values = vec![0.0; n];
-                t.p.iter()
-                    .zip(t.dir.iter())
-                    .map(|(&p, &d)| {
-                        splines_at(p, lo, hi, n, &mut values);
-                        values[k] * if dir { f64::from(d) } else { 1.0 }
-                    })
-                    .collect()
+                let mut values = vec![0.0; n * t.len()];
+                for ((&p, &d), row) in t.p.iter().zip(t.dir.iter()).zip(values.chunks_exact_mut(n)) {
+                    splines_at(p, lo, hi, n, row);
+                    if dir {
+                        row.iter_mut().for_each(|v| *v *= f64::from(d));
+                    }
+                }
+                values
             })
             .collect();
-        column(&|l, r| tables[l][r])
+        (0..n).map(|k| column(&|l, r| tables[l][r * n + k])).collect()
     };
     let mut bundles = vec![
-        BasisGroup {
-            axis: Some(axis),
-            aspect: Aspect::Position,
-            columns: (0..splines).map(|k| spline(splines, k, false)).collect(),
-        },
-        BasisGroup {
-            axis: Some(axis),
-            aspect: Aspect::Direction,
-            columns: (0..odd).map(|k| spline(odd, k, true)).collect(),
-        },
+        BasisGroup { axis: Some(axis), aspect: Aspect::Position, columns: splines_over(splines, false) },
+        BasisGroup { axis: Some(axis), aspect: Aspect::Direction, columns: splines_over(odd, true) },
     ];
     if candidates::clock(problem).is_none() {
         return bundles;
@@ -322,11 +315,12 @@ pub fn test(ground: &ScreeningContext, bundles: &[BasisGroup]) -> Tested {
     Tested { whole, bundles: tested, freed }
 }
 
-/// Normal matrix by blocks, in a fixed order.
+/// Normal matrix by blocks, in a fixed order: the lower triangle is computed.
 fn product(columns: &[Vec<f64>]) -> DMatrix<f64> {
     let k = columns.len();
     let n = columns.first().map_or(0, Vec::len);
     const PIECE: usize = 1024;
+    const PANEL: usize = 48;
     let pieces: Vec<usize> = (0..n).step_by(PIECE).collect();
     let parts: Vec<DMatrix<f64>> = pieces
         .par_chunks(pieces.len().div_ceil(4).max(1))
@@ -336,40 +330,61 @@ fn product(columns: &[Vec<f64>]) -> DMatrix<f64> {
                 let e = (s + PIECE).min(n);
                 // both ways round: the library multiplies by blocks only without a transpose
                 let a = DMatrix::from_fn(e - s, k, |i, j| columns[j][s + i]);
-                sum.gemm(1.0, &a.transpose(), &a, 1.0);
+                let t = a.transpose();
+                for from in (0..k).step_by(PANEL) {
+                    let width = PANEL.min(k - from);
+                    let below = t.rows_range(from..);
+                    sum.view_mut((from, from), (k - from, width)).gemm(1.0, &below, &a.columns(from, width), 1.0);
+                }
             }
             sum
         })
         .collect();
-    parts.into_iter().fold(DMatrix::zeros(k, k), |a, b| a + b)
+    let mut whole = parts.into_iter().fold(DMatrix::zeros(k, k), |a, b| a + b);
+    whole.fill_upper_triangle_with_lower_triangle();
+    whole
 }
 
-/// Solution, gain and rank for the chosen columns, by eigenvalues of the scaled normal matrix.
+/// Share of a function's squared norm that must be its own beside those taken before it.
+const OWN: f64 = 1e-7;
+
+/// Solution, gain and rank for the chosen columns, by a Cholesky factorisation of the scaled normal matrix that takes the
+/// function with the most of its own next and leaves out those with nothing.
 fn solve(normal: &DMatrix<f64>, right: &DVector<f64>, pick: &[usize]) -> (DVector<f64>, f64, usize) {
     let mut solution = DVector::zeros(normal.nrows());
     let k = pick.len();
-    if k == 0 {
-        return (solution, 0.0, 0);
-    }
     let d: Vec<f64> =
         pick.iter().map(|&i| if normal[(i, i)] > 0.0 { 1.0 / normal[(i, i)].sqrt() } else { 0.0 }).collect();
-    let scaled = DMatrix::from_fn(k, k, |i, j| normal[(pick[i], pick[j])] * d[i] * d[j]);
-    let r = DVector::from_fn(k, |i, _| right[pick[i]] * d[i]);
-    let eigen = scaled.symmetric_eigen();
-    let (mut gain, mut rank) = (0.0, 0);
-    let mut x = DVector::zeros(k);
-    for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-        if *value > 1e-7 {
-            let share = vector.dot(&r);
-            gain += share * share / value;
-            x += vector * (share / value);
-            rank += 1;
+    let mut own: Vec<f64> = d.iter().map(|d| if *d > 0.0 { 1.0 } else { 0.0 }).collect();
+    let mut factor = DMatrix::<f64>::zeros(k, k);
+    let (mut order, mut forward) = (Vec::with_capacity(k), Vec::with_capacity(k));
+    let mut taken = vec![false; k];
+    for rank in 0..k {
+        let free = (0..k).filter(|&i| !taken[i] && own[i] > OWN);
+        let Some(next) = free.max_by(|&a, &b| own[a].total_cmp(&own[b]).then(b.cmp(&a))) else { break };
+        let pivot = own[next].sqrt();
+        let mut column = DVector::from_fn(k, |i, _| normal[(pick[i], pick[next])] * d[i] * d[next]);
+        let row = DVector::from_iterator(rank, (0..rank).map(|j| factor[(next, j)]));
+        column.gemv(-1.0, &factor.columns(0, rank), &row, 1.0);
+        let share = (right[pick[next]] * d[next] - row.dot(&DVector::from_column_slice(&forward))) / pivot;
+        taken[next] = true;
+        for i in 0..k {
+            let v = if taken[i] && i != next { 0.0 } else { column[i] / pivot };
+            factor[(i, rank)] = v;
+            own[i] -= v * v;
         }
+        order.push(next);
+        forward.push(share);
     }
-    for (i, &at) in pick.iter().enumerate() {
-        solution[at] = x[i] * d[i];
+    for rank in (0..order.len()).rev() {
+        let x = (forward[rank]
+            - (rank + 1..order.len())
+                .map(|j| factor[(order[j], rank)] * solution[pick[order[j]]] / d[order[j]])
+                .sum::<f64>())
+            / factor[(order[rank], rank)];
+        solution[pick[order[rank]]] = x * d[order[rank]];
     }
-    (solution, gain, rank)
+    (solution, forward.iter().map(|f| f * f).sum(), order.len())
 }
 
 /// Fills nothing but names: a bundle in words.
@@ -381,5 +396,32 @@ pub fn said(ratio: &Ratio, problem: &Problem) -> String {
             format!("one effect found several times on {}: a shape taken to pieces", problem.robot.axis(a).name)
         }
         _ => "nothing in particular".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_function_that_others_make_up_is_left_out_and_the_gain_is_that_of_the_others() {
+        let a: Vec<f64> = (0..40).map(|i| (f64::from(i) * 0.3).sin()).collect();
+        let b: Vec<f64> = (0..40).map(|i| (f64::from(i) * 0.11).cos()).collect();
+        let both: Vec<f64> = a.iter().zip(&b).map(|(a, b)| 2.0 * a - b).collect();
+        let y: Vec<f64> = (0..40).map(|i| 3.0 * a[i] + 0.5 * b[i] + (i as f64 * 1.7).sin()).collect();
+        let columns = vec![a.clone(), both, vec![0.0; 40], b.clone()];
+        let normal = product(&columns);
+        let right = DVector::from_iterator(4, columns.iter().map(|c| dot(c, &y)));
+        let (solution, gain, rank) = solve(&normal, &right, &[0, 1, 2, 3]);
+        assert_eq!(rank, 2);
+        // the two normal equations by hand
+        let (aa, ab, bb, ay, by) = (dot(&a, &a), dot(&a, &b), dot(&b, &b), dot(&a, &y), dot(&b, &y));
+        let det = aa * bb - ab * ab;
+        let (x, z) = ((bb * ay - ab * by) / det, (aa * by - ab * ay) / det);
+        assert!((gain - (x * ay + z * by)).abs() < 1e-6 * gain, "{gain}");
+        let found: Vec<f64> = (0..40).map(|i| (0..4).map(|c| solution[c] * columns[c][i]).sum()).collect();
+        assert!((0..40).all(|i| (found[i] - x * a[i] - z * b[i]).abs() < 1e-6), "{solution}");
+        let (alone, gain, rank) = solve(&normal, &right, &[3]);
+        assert!(rank == 1 && (gain - by * by / bb).abs() < 1e-9 * gain && (alone[3] - by / bb).abs() < 1e-9);
     }
 }

@@ -206,8 +206,9 @@ impl Problem {
     fn evaluate_log(&self, h: &Hypothesis, geometry: &Robot, l: usize) -> LogState {
         let dof = self.robot.dof();
         let log = &self.logs[l];
+        let here: Vec<EffectInstance> = h.effects.iter().map(|p| in_log(p, l)).collect();
         let on = |axis: usize| -> Vec<&Effect> {
-            h.effects.iter().filter(|p| p.target == Target::Joint(axis)).map(|p| &p.effect).collect()
+            here.iter().filter(|p| p.target == Target::Joint(axis)).map(|p| &p.effect).collect()
         };
         let servo: Vec<Vec<f64>> = (0..dof)
             .map(|a| {
@@ -328,7 +329,9 @@ impl Problem {
         let mut change = vec![0.0; rows];
         let mut motor: Option<Vec<f64>> = None;
         if both(&[Stage::Servo, Stage::Gear]) {
-            let after = replaced(h, axis, from, to);
+            let after: Vec<Effect> =
+                replaced(h, axis, from, to).into_iter().map(|e| e.in_log(l).unwrap_or_else(|| e.clone())).collect();
+            let after: Vec<&Effect> = after.iter().collect();
             let initial_gap_side = self.initial_gap_side[axis];
             let driven = log.is_driven(axis);
             if !driven || both(&[Stage::Gear]) {
@@ -417,6 +420,14 @@ impl Problem {
                 }
             }
         }
+    }
+}
+
+/// An effect as it is in one log.
+fn in_log(placed: &EffectInstance, log: usize) -> EffectInstance {
+    match placed.effect.in_log(log) {
+        Some(effect) => EffectInstance { target: placed.target, effect },
+        None => placed.clone(),
     }
 }
 

@@ -269,6 +269,15 @@ fn unit(outcome: &Outcome) -> GapUnit {
 fn notes(outcome: &Outcome) -> Vec<String> {
     let mut notes: Vec<String> = outcome.contradictions.iter().map(|c| c.said.clone()).collect();
     notes.extend(outcome.notes.iter().cloned());
+    for p in
+        outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]).filter(|p| p.effect.of_its_logs_alone())
+    {
+        notes.push(format!(
+            "{} {} has another phase in each log, as where angles count from the start of each: the model that is written leaves it out",
+            p.effect.name(),
+            p.target_text(&outcome.problem.robot)
+        ));
+    }
     if unit(outcome) == GapUnit::DEGREE {
         notes.push("only joints were measured: in the document, figures in `_um` are microradians of a joint".into());
     }

@@ -8,7 +8,7 @@ use crate::diagnose::candidates::sensitivities::Sensitivities;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
 use crate::diagnose::problem::normal::{dot, scaled_inverse};
-use crate::effects::{Effect, EffectInstance};
+use crate::effects::EffectInstance;
 use crate::numerics::least_squares::{self, Flow, LinearModel, Options, Products, Progress, Scaling};
 use nalgebra::{DMatrix, DVector};
 use std::cell::RefCell;
@@ -286,11 +286,6 @@ impl least_squares::Problem for Refit<'_> {
     }
 }
 
-/// Which value of an effect is a phase: it goes round instead of stopping at a bound.
-fn phase_of(effect: &Effect) -> Option<usize> {
-    effect.phase()
-}
-
 /// An angle within half a turn either way.
 fn turned(angle_rad: f64) -> f64 {
     let turns = angle_rad / std::f64::consts::TAU;
@@ -305,10 +300,10 @@ fn moved(problem: &Problem, h: &Hypothesis, free: &[usize], step: &mut [f64]) ->
         let placed = &mut next.effects[i];
         let bounds = placed.bounds(&problem.robot);
         let mut values = placed.effect.values();
-        let phase = phase_of(&placed.effect);
         for (k, (v, (lo, hi))) in values.iter_mut().zip(bounds).enumerate() {
             let wanted = *v + step[at];
-            if phase == Some(k) {
+            // a phase goes round instead of stopping at a bound
+            if placed.effect.is_phase(k) {
                 *v = turned(wanted);
             } else {
                 let next = wanted.clamp(lo, hi);

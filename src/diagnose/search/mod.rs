@@ -22,7 +22,9 @@
 //! - `prepared`: what the rounds begin with: outliers gone, the nuisances fitted, the noise of the residual freed of all
 //!   structure
 //! - `remaining`: is there structure that remains beyond what was found?
+//! - `sandwich`: uncertainties under misfit, from the scatter between parts of the logs and between logs
 //! - `story`: the found effects told one by one: what each leaves, and what it leaves of data that it was not fitted to
+//! - `supported`: effects of joint sensors must lessen what is left of blocks that were not fitted
 //! - `together`: everything at once: the whole catalogue fitted together under weak priors, for machines on which everything is
 //!   wrong
 //! - `unnamed`: structure that no effect names, as curves: `empirical` terms, as few and as smooth as held-out blocks support
@@ -39,7 +41,9 @@ pub mod outcome;
 pub mod precise;
 pub mod prepared;
 pub mod remaining;
+pub mod sandwich;
 pub mod story;
+pub mod supported;
 pub mod together;
 pub mod unnamed;
 
@@ -174,6 +178,8 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         let known = group.is_none().then_some(known);
         (fit, whitening) = unnamed::conclude(&problem, fit, whitening, known, &mut rivals, &mut steps);
     }
+    sandwich::widen(&problem, &mut fit, &whitening);
+    unnamed::with_intervals(&problem, &mut fit);
     let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     let ground = ScreeningContext::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
     let last = search.kept.score(&ground, &candidates);
@@ -393,7 +399,8 @@ impl Search<'_> {
     /// One round: the best candidate that is believed, and the fit with it.
     pub(in crate::diagnose) fn round(&mut self, fit: &Fit, whitening: &Whitening) -> Option<(Step, Fit)> {
         let refined = self.refine(fit, whitening, &Asked::default());
-        let best = refined.iter().find(|r| self.believed(fit, r))?.clone();
+        let supported = |r: &&Refined| supported::supported(self.problem, fit, r, whitening);
+        let best = refined.iter().filter(|r| self.believed(fit, r)).find(supported)?.clone();
         let step = Step::new(best.effect, best.target.clone());
         Some((step, best.fit))
     }

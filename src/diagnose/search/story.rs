@@ -2,13 +2,16 @@
 //!
 //! Method: the hypothesis grows from the frame alone to the last effect, refitted each time. Validation cuts every log into
 //! [`FOLDS`] x [`TURNS`] consecutive parts; each fold is predicted from parameters that were fitted to the other folds (one
-//! Gauss-Newton step from the full fit, which is all that a small change needs).
+//! Gauss-Newton step from the full fit, which is all that a small change needs). Of joint sensors the story is one of least squares:
+//! each chapter leaves the least rms that its effects can.
 
 use crate::diagnose::candidates::screen::ScreeningContext;
 use crate::diagnose::candidates::sensitivities::{effect_columns, tangent};
+use crate::diagnose::noise::Noise;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::problem::normal::{dot, gram, scaled_inverse};
+use crate::diagnose::problem::recording::Recording;
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::outcome::rms;
 use crate::effects::EffectInstance;
@@ -36,6 +39,8 @@ pub struct NestedFit {
 
 /// Refits with the first 0, 1, ... found effects (`order`: indices into the hypothesis' effects).
 pub fn chapters(problem: &Problem, last: &Fit, known: usize, order: &[usize], whitening: &Whitening) -> Vec<NestedFit> {
+    let even = (problem.recording() == Recording::JointSensors).then(|| alike(problem));
+    let whitening = even.as_ref().unwrap_or(whitening);
     let all = &last.hypothesis.effects;
     let (fits, mut chapters): (Vec<Fit>, Vec<NestedFit>) = (0..=order.len())
         .into_par_iter()
@@ -57,6 +62,15 @@ pub fn chapters(problem: &Problem, last: &Fit, known: usize, order: &[usize], wh
     }
     chapters
 }
+
+/// White noise of one size for all groups, under which a fit leaves the least rms. Under coloured noise a fit lets slow structure
+/// stand, which joint sensors are precise enough to show: the rms may then rise with an effect that is right.
+fn alike(problem: &Problem) -> Whitening {
+    Whitening::new(problem, vec![Noise::white(EVEN); problem.groups.len()])
+}
+
+/// Its size, rad or m: that of a good encoder, so that a fit ends where nothing is left to gain.
+const EVEN: f64 = 1e-6;
 
 /// The rms that an effect would leave behind a chapter, by its sensitivity alone.
 fn promised(problem: &Problem, fit: &Fit, placed: &EffectInstance, whitening: &Whitening) -> f64 {

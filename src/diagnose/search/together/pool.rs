@@ -163,7 +163,7 @@ pub fn ripple(problem: &Problem, machine: &MachineFit) -> Vec<Candidate> {
 fn identifiable(problem: &Problem, candidate: &Candidate) -> bool {
     let placed = candidate.at(&[1e-6, 0.0]);
     let first = placed.first();
-    let Some((a, e)) = first.and_then(|p| Some((p.axis()?, *p.effect.get::<TransmissionError>()?))) else {
+    let Some((a, e)) = first.and_then(|p| Some((p.axis()?, p.effect.get::<TransmissionError>()?))) else {
         return false;
     };
     let turn = first.map_or(1.0, |p| p.site(&problem.robot).rev());

@@ -31,9 +31,8 @@ pub enum Kind {
 
 /// Kind of each value.
 pub fn kinds(problem: &Problem, placed: &EffectInstance) -> Vec<Kind> {
-    let phase = placed.effect.phase();
     let kind = |(k, least): (usize, f64)| match () {
-        () if phase == Some(k) => Kind::Phase,
+        () if placed.effect.is_phase(k) => Kind::Phase,
         () if least > 0.0 => Kind::Shape,
         () => Kind::Size,
     };

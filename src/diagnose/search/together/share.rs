@@ -9,15 +9,14 @@ use crate::diagnose::problem::normal::{dot, gram, scaled_inverse};
 use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::geometry::is_geometry;
 use crate::diagnose::search::outcome::rms;
+use crate::diagnose::search::sandwich;
 use crate::diagnose::search::story::NestedFit;
 use crate::effects::EffectInstance;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use rayon::prelude::*;
 
 /// An effect is worth a name where it moves the TCP by this part of what is left with everything found, rms.
 pub const WORTH: f64 = 0.2;
-/// Parts of every log whose scatter gives the intervals.
-const PARTS: usize = 24;
 
 /// The story: order, chapters, sizes at the TCP, uncertainties.
 pub struct Story {
@@ -155,41 +154,14 @@ fn chapters(problem: &Problem, machine: &MachineFit, order: &[usize]) -> Vec<Nes
 /// Uncertainties of the values: the larger of what the noise says and of the scatter between parts of the logs (sandwich), as
 /// correlated noise swallows what the model does not describe.
 fn uncertainties(problem: &Problem, fit: &Fit, sensitivities: &Sensitivities, whitening: &Whitening) -> Vec<Vec<f64>> {
-    let white = whitening.of(problem, &fit.state.residual);
-    let columns: Vec<&[f64]> = sensitivities.columns().map(|c| c.as_slice()).collect();
-    let scores: Vec<DVector<f64>> = problem
-        .groups
-        .iter()
-        .flat_map(|g| {
-            let n = g.len();
-            (0..PARTS).map(move |k| (g, k * n / PARTS, (k + 1) * n / PARTS))
-        })
-        .collect::<Vec<_>>()
-        .into_par_iter()
-        .map(|(g, from, to)| {
-            let n = g.len();
-            DVector::from_iterator(
-                columns.len(),
-                columns.iter().map(|c| {
-                    (0..g.dims)
-                        .map(|d| {
-                            let r = g.offset + d * n + from..g.offset + d * n + to;
-                            dot(&c[r.clone()], &white[r])
-                        })
-                        .sum::<f64>()
-                }),
-            )
-        })
-        .collect();
-    let scatter = scores.iter().fold(DMatrix::zeros(columns.len(), columns.len()), |a, s| a + s * s.transpose());
-    let sandwich = &fit.covariance * scatter * &fit.covariance;
+    let scatter = sandwich::variances(problem, fit, sensitivities, whitening);
     let mut at = 0;
     fit.free
         .iter()
         .map(|&i| {
             let n = fit.hypothesis.effects[i].effect.values().len();
             at += n;
-            (at - n..at).map(|k| fit.covariance[(k, k)].max(sandwich[(k, k)]).max(0.0).sqrt()).collect()
+            (at - n..at).map(|k| fit.covariance[(k, k)].max(scatter[k]).max(0.0).sqrt()).collect()
         })
         .collect()
 }
