@@ -40,12 +40,12 @@ fn has(doc: &Value, effects: &[&str]) -> bool {
 /// Figures found: -2.97 ms (A), -2.83 ms (B) with the gravity compliance of A3 beside it, -3.05 ms (both): the masses of the robot file are
 /// rough, the two logs give A3 compliances that differ by half, so it is refused there and its bow bends the delay. Cyclic error, from a fit of
 /// this joint alone (README of the set, second look): 826.3 +- 0.3 cycles and 0.0048 deg (A), 825.7 +- 0.7 and 0.0053 deg (B), each +- 0.0005;
-/// both runs under one phase, which they do not share: 828 cycles (`tests/oracle/real/kuka.py`).
+/// both runs under one phase, which they do not share, make 828 cycles (`tests/oracle/real/kuka.py`); each has its own.
 #[test]
 #[cfg_attr(not(real_data), ignore = "the measured sets are absent: LOSTMOTION_REAL_DATA names their folder")]
 fn two_encoders_show_a_delay_first_then_a_cyclic_error_and_no_gap() {
     let both = ["trajectory_A.csv", "trajectory_B.csv"];
-    let runs = [(&both[..], 827.0, 2.0, 0.00505), (&both[..1], 826.3, 0.6, 0.0048), (&both[1..], 825.7, 1.4, 0.0053)];
+    let runs = [(&both[..], 826.0, 0.7, 0.00505), (&both[..1], 826.3, 0.6, 0.0048), (&both[1..], 825.7, 1.4, 0.0053)];
     for (files, expected_cycles, within, expected_deg) in runs {
         let doc = diagnose("kuka-kr300-dual-encoder", "map.yaml", files);
         let first = &rounds(&doc)[0];
@@ -53,10 +53,14 @@ fn two_encoders_show_a_delay_first_then_a_cyclic_error_and_no_gap() {
         let delay_s = if is(first, &["time_offset"]) { -value(first, "offset_s") } else { value(first, "lag_s") };
         assert!((0.0027..0.0031).contains(&delay_s), "{files:?}: {delay_s} s");
         let set = first["set"].as_array().unwrap();
-        assert!(set.iter().any(|e| is(e, &["time_offset"])) && set.iter().any(|e| is(e, &["servo_lag"])), "{first}");
-        assert!(first["decide_by"].is_string(), "{first}");
+        // one run does not tell a delay from lags by one time; both may: it is the delay of the sensors
+        let told = files.len() > 1 && is(first, &["time_offset"]) && set.len() == 1;
+        let both_named = set.iter().any(|e| is(e, &["time_offset"])) && set.iter().any(|e| is(e, &["servo_lag"]));
+        assert!(told || both_named && first["decide_by"].is_string(), "{first}");
         let cyclic = rounds(&doc).iter().find(|r| is(r, &["transmission_error"]) && r["target"] == "A2");
         let cyclic = cyclic.unwrap_or_else(|| panic!("{files:?}: no cyclic error of A2 in {doc}"));
+        // angles count from the start of each log: so does the phase
+        assert_eq!(cyclic["parameters"]["phase_2_deg"].is_object(), files.len() > 1, "{cyclic}");
         let (cycles, amplitude) = (value(cyclic, "cycles_per_rev"), value(cyclic, "amplitude_deg"));
         assert!((cycles - expected_cycles).abs() <= within, "{files:?}: {cycles} cycles");
         assert!((amplitude - expected_deg).abs() <= 0.0005, "{files:?}: {amplitude} deg");

@@ -6,6 +6,7 @@
 //! The norm is approximated by the noise spectrum at the local frequency and made exact at the peaks by the screening.
 
 use crate::diagnose::candidates::screen::ScreeningContext;
+use crate::diagnose::candidates::structure::MOST_SPLINES;
 use crate::diagnose::candidates::{self, Candidate};
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::layout::{Group, Sensor};
@@ -116,13 +117,12 @@ fn own_phases(problem: &Problem) -> bool {
     problem.logs.len() > 1 && problem.recording() == Recording::JointSensors
 }
 
-/// Cycles over the travel in each log below which a ripple of its own phase goes with a bow of any kind.
-const LEAST_CYCLES: f64 = 2.0;
-
-/// Slowest ripple, rad per rad or per m, of which every log in which the joint moves shows that many cycles.
+/// Slowest ripple with a phase of its own in each log, rad per rad or per m: what is slower than the splines over the travel can
+/// follow ([`MOST_SPLINES`], two a cycle) is told from no other function of the position, and a curve without a name has no more
+/// freedom.
 fn least_wave(problem: &Problem, axis: usize) -> f64 {
     let travels = problem.logs.iter().map(|l| l.log.travel(axis)).filter(|t| *t > 0.0);
-    LEAST_CYCLES * TAU / travels.fold(f64::INFINITY, f64::min)
+    0.5 * MOST_SPLINES as f64 * TAU / travels.fold(f64::INFINITY, f64::min)
 }
 
 /// Gain in 2 ln L of a sine over a joint's position, at each frequency of the grid; of one log where `only` names it.

@@ -54,7 +54,7 @@ pub struct BasisGroup {
 /// Observations per basis function, at least.
 const PER_FUNCTION: usize = 25;
 /// Splines over the position of a joint, at most.
-const MOST_SPLINES: usize = 18;
+pub const MOST_SPLINES: usize = 18;
 
 /// The basis at a hypothesis: raw sensitivities in the long vector.
 pub fn basis(problem: &Problem, h: &Hypothesis, state: &State, list: &[Candidate]) -> Vec<BasisGroup> {
