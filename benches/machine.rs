@@ -58,7 +58,13 @@ fn hysteresis(bencher: divan::Bencher) {
 fn transmission_error(bencher: divan::Bencher) {
     gear(
         bencher,
-        &[Effect::new(TransmissionError { amplitude: 5e-5, cycles_per_rev: 30.0, phase_rad: 0.0, fade: None })],
+        &[Effect::new(TransmissionError {
+            amplitude: 5e-5,
+            cycles_per_rev: 30.0,
+            phase_rad: 0.0,
+            fade: None,
+            further_phases_rad: Vec::new(),
+        })],
     );
 }
 
