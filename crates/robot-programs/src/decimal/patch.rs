@@ -50,7 +50,7 @@ impl Step {
         let point = 0xFFu64 << self.below;
         let digits = text & !point;
         let (sum, beyond) = if negative == (self.count < 0) {
-            (digits + ((RAISED >> spare) & !point) | point).overflowing_add(self.digits)
+            ((digits + ((RAISED >> spare) & !point)) | point).overflowing_add(self.digits)
         } else {
             digits.overflowing_sub(self.digits)
         };
