@@ -244,7 +244,7 @@ fn refuses_what_is_no_circle_or_no_run_of_it() {
     for (nominal, before, says) in [
         (dented.as_str(), log("table3"), "dented.csv:101: found a point"),
         (CIRCLE, half, "measured rows in the last revolution"),
-        (CIRCLE, no_tcp, "no_tcp.csv:1: found no column `x_mm`"),
+        (CIRCLE, no_tcp, "no_tcp.csv:2: found no column `x_mm`"),
         (CIRCLE, radians, "only if the commands are in radians"),
     ] {
         let mut command = Command::cargo_bin("lostmotion").unwrap();
