@@ -7,7 +7,7 @@
 //! - [`reader`]: the file in pieces of whole rows; [`parser`]: their numbers; [`fast`]: rows of plain numbers; [`piece`]: pieces
 //!   that are parsed side by side and put in their places.
 //! - [`mod@print`]: a number in the style of the one it replaces.
-//! - [`edit`]: new values in, rows out.
+//! - [`edit`]: new values in, rows out; [`slot`]: one changed number; [`plain`]: rows of plain numbers alone, which nearly all are.
 //!
 //! `docs/program-csv.md` has what is kept and what may change.
 
@@ -17,9 +17,11 @@ pub mod header;
 pub mod number;
 pub mod parser;
 pub mod piece;
+mod plain;
 pub mod print;
 pub mod reader;
 pub mod record;
+mod slot;
 
 pub use edit::{Edits, Style};
 pub use parser::Parser;

@@ -1,0 +1,270 @@
+//! Rows of plain numbers alone, with new values: the fast ways of [`Edits`].
+//!
+//! In such rows every number of a slot gets the same decimals ([`Cell`]) and its own digits are at hand as a whole number, so that
+//! a new value is an addition. As long as no number of a row changes its sign or its length, the block's text is copied in one piece
+//! and the digits are changed in the copy; else the numbers of a row are made one by one. A row that needs more than that is left to
+//! [`Edits::row`], which writes the same and knows the rest.
+
+use super::super::{Block, Token};
+use super::edit::Edits;
+use crate::decimal::patch::Step;
+use crate::decimal::print::{ROOM, fixed};
+use crate::decimal::read::Packed;
+use crate::decimal::{GUARD, POW10_INT, unguarded};
+
+/// Bytes of a plain number.
+const LONGEST: usize = 10;
+/// Rows whose text is copied in one piece to be patched.
+const PATCHED: usize = 32;
+
+/// A slot whose numbers all get the same decimals in the present block.
+#[derive(Debug, Clone)]
+pub(super) struct Cell {
+    /// `None`: the time.
+    pub(super) axis: Option<usize>,
+    pub(super) decimals: u8,
+    /// Counts of [`GUARD`] digits beyond the last one, in one rad or m.
+    pub(super) fine: f64,
+    /// The same in a last digit of a number that has so many decimals.
+    pub(super) lift: [i64; 8],
+    /// Counts of last digits between which the number has 8 digits at most and rounding reaches no limit.
+    pub(super) safe: [i64; 2],
+    /// A number was written.
+    pub(super) written: bool,
+    /// The offset that was last asked for, in counts as `fine`, and what it does to a number of these decimals; `None`: it has to be
+    /// made anew.
+    pub(super) step: (i64, Option<Step>),
+}
+
+impl Edits {
+    /// Writes rows of plain numbers alone ([`Block::pure`]) from row `i` on, with the targets `q` (row behind row, `axes` in
+    /// each) and times `t_s` (may be empty), just as [`Edits::row`] writes them one by one. Gives the number of rows that
+    /// are done and the place up to which the block's text has been written; the next of the rows needs the general way.
+    #[allow(clippy::too_many_arguments)]
+    pub fn pure_rows(
+        &mut self,
+        block: &Block,
+        i: usize,
+        cursor: usize,
+        q: &[f64],
+        axes: usize,
+        t_s: &[f64],
+        out: &mut Vec<u8>,
+    ) -> (usize, usize) {
+        let (n, rows) = (self.cells.len(), q.len() / axes.max(1));
+        let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
+        if n == 0 || rows == 0 || !(t_s.is_empty() || same(t_s, &block.t_s[i..i + rows])) {
+            return (0, cursor);
+        }
+        if same(q, &block.q[i * axes..(i + rows) * axes]) {
+            return (rows, cursor);
+        }
+        let (mut done, mut cursor) = (0, cursor);
+        for q in q.chunks(PATCHED * axes) {
+            let rows = q.len() / axes;
+            let mut part = 0;
+            while part < rows {
+                let (patched, end) = self.patched_rows(block, i + done + part, cursor, &q[part * axes..], axes, out);
+                part += patched;
+                cursor = end;
+                if part == rows {
+                    break;
+                }
+                // one row whose numbers change their length, or all of them
+                let next = if patched == 0 { rows } else { part + 1 };
+                let q = &q[part * axes..next * axes];
+                let (made, end) = self.made_rows(block, i + done + part, cursor, q, axes, out);
+                cursor = end;
+                if part + made < next {
+                    return (done + part + made, cursor);
+                }
+                part = next;
+            }
+            done += rows;
+        }
+        (done, cursor)
+    }
+
+    /// [`Edits::pure_rows`] by new digits in a copy of the text, as far as all numbers of a row keep sign and length.
+    fn patched_rows(
+        &mut self,
+        block: &Block,
+        i: usize,
+        cursor: usize,
+        q: &[f64],
+        axes: usize,
+        out: &mut Vec<u8>,
+    ) -> (usize, usize) {
+        let (n, rows) = (self.cells.len(), q.len() / axes);
+        let old = &block.q[i * axes..(i + rows) * axes];
+        let tokens = &block.tokens[i * n..(i + rows) * n];
+        let mantissas = &block.mantissas[i * n..(i + rows) * n];
+        let last = tokens[rows * n - 1];
+        let end = last.start as usize + usize::from(last.len);
+        let base = out.len();
+        out.extend_from_slice(&block.text[cursor..(end + 8).min(block.text.len())]);
+        let copy = &mut out[base..];
+        let targets = q.chunks_exact(axes).zip(old.chunks_exact(axes));
+        let numbers = tokens.chunks_exact(n).zip(mantissas.chunks_exact(n));
+        for (k, ((q, old), (tokens, mantissas))) in targets.zip(numbers).enumerate() {
+            if patched_row(&mut self.cells, q, old, tokens, mantissas, copy, cursor).is_none() {
+                let start = tokens[0].start as usize;
+                out.truncate(base + start - cursor);
+                return (k, start);
+            }
+        }
+        out.truncate(base + end - cursor);
+        (rows, end)
+    }
+
+    /// [`Edits::pure_rows`] by numbers that are made one by one.
+    fn made_rows(
+        &mut self,
+        block: &Block,
+        i: usize,
+        cursor: usize,
+        q: &[f64],
+        axes: usize,
+        out: &mut Vec<u8>,
+    ) -> (usize, usize) {
+        let (n, rows) = (self.cells.len(), q.len() / axes);
+        let old = &block.q[i * axes..(i + rows) * axes];
+        let tokens = &block.tokens[i * n..(i + rows) * n];
+        let mantissas = &block.mantissas[i * n..(i + rows) * n];
+        let last = tokens[rows * n - 1];
+        // the text up to the last number, and what changed numbers may add to it
+        let most = (last.start as usize + usize::from(last.len)).saturating_sub(cursor) + rows * n * LONGEST;
+        if self.room.len() < most + 2 * ROOM {
+            self.room.resize(2 * most + 2 * ROOM, 0);
+        }
+        let mut rest = Rest { text: &block.text, cursor, room: &mut self.room, at: 0 };
+        let mut done = 0;
+        let targets = q.chunks_exact(axes).zip(old.chunks_exact(axes));
+        let numbers = tokens.chunks_exact(n).zip(mantissas.chunks_exact(n));
+        for ((q, old), (tokens, mantissas)) in targets.zip(numbers) {
+            let (cursor, at) = (rest.cursor, rest.at);
+            if pure_row(&mut self.cells, q, old, tokens, mantissas, &mut rest).is_none() {
+                (rest.cursor, rest.at) = (cursor, at);
+                break;
+            }
+            done += 1;
+        }
+        let (at, cursor) = (rest.at, rest.cursor);
+        out.extend_from_slice(&self.room[..at]);
+        (done, cursor)
+    }
+}
+
+/// Text that has not been copied, and room for what is written.
+struct Rest<'a> {
+    text: &'a [u8],
+    cursor: usize,
+    room: &'a mut [u8],
+    at: usize,
+}
+
+impl Rest<'_> {
+    /// Copies the text up to `start`.
+    #[inline(always)]
+    fn copy_to(&mut self, start: usize) -> Option<()> {
+        let gap = start.checked_sub(self.cursor)?;
+        let from = self.text.get(self.cursor..)?;
+        let to = self.room.get_mut(self.at..)?;
+        // most gaps are a comma, or the end of a row and the start of the next
+        match (from.first_chunk::<ROOM>(), to.first_chunk_mut::<ROOM>()) {
+            (Some(from), Some(to)) if gap <= ROOM => *to = *from,
+            _ => to.get_mut(..gap)?.copy_from_slice(from.get(..gap)?),
+        }
+        self.at += gap;
+        self.cursor = start;
+        Some(())
+    }
+}
+
+/// The changed numbers of a row of plain numbers, with the text before each of them. `None`: one needs the general way.
+#[inline(always)]
+fn pure_row(
+    cells: &mut [Cell],
+    q: &[f64],
+    old: &[f64],
+    tokens: &[Token],
+    mantissas: &[Packed],
+    rest: &mut Rest,
+) -> Option<()> {
+    for (cell, (token, mantissa)) in cells.iter_mut().zip(tokens.iter().zip(mantissas)) {
+        let Some(axis) = cell.axis else { continue };
+        let (value, old) = (*q.get(axis)?, *old.get(axis)?);
+        if value.to_bits() == old.to_bits() {
+            continue;
+        }
+        let by = cell.offset(value - old);
+        // short numbers: below 10^18 in all
+        let fine = (mantissa.signed() * cell.lift[usize::from(token.decimals & 7)]).saturating_add(by);
+        let count = unguarded(fine);
+        let signed = if fine < 0 { -(count as i64) } else { count as i64 };
+        if signed <= cell.safe[0] || signed >= cell.safe[1] {
+            return None;
+        }
+        cell.written = true;
+        rest.copy_to(token.start as usize)?;
+        let place = rest.room.get_mut(rest.at..)?.first_chunk_mut::<ROOM>()?;
+        rest.at += fixed(place, fine < 0, count, u32::from(cell.decimals));
+        rest.cursor += usize::from(token.len);
+    }
+    Some(())
+}
+
+/// The changed numbers of a row of plain numbers, put into a copy of its block's text that begins at `from`. `None`: one changes
+/// its sign or its length, or is no number for this way.
+#[inline(always)]
+fn patched_row(
+    cells: &mut [Cell],
+    q: &[f64],
+    old: &[f64],
+    tokens: &[Token],
+    mantissas: &[Packed],
+    copy: &mut [u8],
+    from: usize,
+) -> Option<()> {
+    for (cell, (token, mantissa)) in cells.iter_mut().zip(tokens.iter().zip(mantissas)) {
+        let Some(axis) = cell.axis else { continue };
+        let (value, old) = (*q.get(axis)?, *old.get(axis)?);
+        if value.to_bits() == old.to_bits() {
+            continue;
+        }
+        let by = cell.offset(value - old);
+        if by != cell.step.0 {
+            cell.step = (by, cell.step_of(by));
+        }
+        let step = cell.step.1.filter(|_| token.decimals == cell.decimals)?;
+        let count = mantissa.signed() + step.count();
+        if count <= cell.safe[0] || count >= cell.safe[1] {
+            return None;
+        }
+        let sign = u32::from(mantissa.is_negative());
+        let at = (token.start + sign) as usize;
+        let place = copy.get_mut(at.checked_sub(from)?..)?.first_chunk_mut::<8>()?;
+        let new = step.add(u64::from_le_bytes(*place), u32::from(token.len) - sign, sign == 1)?;
+        *place = new.to_le_bytes();
+        cell.written = true;
+    }
+    Some(())
+}
+
+impl Cell {
+    /// An offset in counts of [`GUARD`] digits beyond the last one.
+    #[inline(always)]
+    fn offset(&self, by: f64) -> i64 {
+        let by = by * self.fine;
+        (by + 0.5f64.copysign(by)) as i64
+    }
+
+    /// What such an offset does to numbers of the cell's decimals, if that is the same for all of them: no tie.
+    #[cold]
+    fn step_of(&self, by: i64) -> Option<Step> {
+        const UNIT: u64 = POW10_INT[GUARD as usize];
+        let size = i64::try_from(unguarded(by)).ok()?;
+        let count = if by < 0 { -size } else { size };
+        (by.unsigned_abs() % UNIT != UNIT / 2).then(|| Step::new(count, self.decimals))?
+    }
+}
