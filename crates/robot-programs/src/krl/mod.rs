@@ -9,16 +9,18 @@
 //! References: KUKA System Software 8.x, Operating and Programming Instructions for System Integrators (motions,
 //! approximate positioning, folds, data lists); public programs.
 //!
-//! Modules: [`lex`] tokens; [`data`] declarations, aggregates; [`name`] a point and its value; [`calls`] what a line calls;
+//! Modules: [`lex`] tokens; [`aggregate`] values in braces; [`data`] declarations; [`elsewhere`] what other modules do to them; [`name`] a point and its value; [`calls`] what a line calls;
 //! [`project`] other modules; [`motion`] a motion instruction; [`form`] inline forms; [`settings`] speeds and frames; [`target`] axis values; [`product`] products of frames; [`read`]
 //! makes the script; [`write`] the patches; [`clone`] a point's second form.
 //!
 //! How it fails: what other modules do to a point (`$config.dat`, GLOBAL data) is known as far as they are found. Such points are never
 //! changed in place, and where no file that is read declares them their motions are not edited at all.
 
+mod aggregate;
 mod calls;
 mod clone;
 mod data;
+mod elsewhere;
 mod form;
 mod lex;
 mod motion;

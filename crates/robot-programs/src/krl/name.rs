@@ -2,7 +2,7 @@
 //! it once, by a line that certainly runs before every use. Data lists keep values from one run to the next, so that a use
 //! that runs before the assignment finds another value there.
 
-use super::data::Aggregate;
+use super::aggregate::Aggregate;
 use std::ops::Range;
 
 /// What a point holds.

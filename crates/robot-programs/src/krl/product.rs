@@ -4,7 +4,8 @@
 //! and Programming Instructions for System Integrators, geometric operator). A factor whose value is not certain makes the goal
 //! computed.
 
-use super::data::{Aggregate, Data, aggregate, index, upper};
+use super::aggregate::{Aggregate, aggregate};
+use super::data::{Data, index, upper};
 use super::lex::{Kind, Token};
 use super::name::Holds;
 use crate::error::Result;

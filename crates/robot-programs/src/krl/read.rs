@@ -1,7 +1,8 @@
 //! A program's text into its script.
 
+use super::aggregate::Aggregate;
 use super::calls::{arc, calls};
-use super::data::{Aggregate, Data, assignment, is_routine, upper};
+use super::data::{Data, assignment, is_routine, upper};
 use super::form;
 use super::lex::{Kind, Token, first_word, tokens};
 use super::motion::{self, Word};
@@ -395,7 +396,7 @@ impl<'a> Reader<'a> {
             None => Goal::Opaque("the motion has no goal".into()),
             Some(_) if !word.arc && product::is(self.text, line, at) => self.product(k, line, at, word, end, others)?,
             Some(t) if t.is(b'{') => {
-                let (a, next) = super::data::aggregate(self.text, 0, line, at)?;
+                let (a, next) = super::aggregate::aggregate(self.text, 0, line, at)?;
                 *end = Some(next);
                 *others = Some(a.others(&self.names, self.text));
                 self.aggregate(k, a, word)?
@@ -523,7 +524,7 @@ impl<'a> Reader<'a> {
             Some(Vector3::new(at("X")?, at("Y")?, at("Z")?))
         };
         if t.is(b'{') {
-            return of(&super::data::aggregate(self.text, 0, line, 1).ok()?.0);
+            return of(&super::aggregate::aggregate(self.text, 0, line, 1).ok()?.0);
         }
         let (name, next) = product::name(self.text, line, 1);
         let comma = t.kind == Kind::Word && line.get(next).is_some_and(|t| t.is(b','));

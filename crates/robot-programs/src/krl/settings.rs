@@ -1,7 +1,7 @@
 //! Speeds, approximation and frames as a program sets them: known while the text is certain to be what ran last.
 
-use super::data::upper;
-use super::data::{Data, aggregate};
+use super::aggregate::aggregate;
+use super::data::{Data, upper};
 use super::lex::{Kind, Token};
 use crate::script::pose::Frame;
 use crate::script::{Text, number as digits};

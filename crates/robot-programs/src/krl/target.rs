@@ -1,7 +1,7 @@
 //! Axis values as joint targets; axes that are none of the robot's.
 
 use super::BySteps;
-use super::data::{Aggregate, axis_name};
+use super::aggregate::{Aggregate, axis_name};
 use super::motion::Word;
 use crate::axes::{Axes, JointKind};
 use crate::decimal::POW10;

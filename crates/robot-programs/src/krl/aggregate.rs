@@ -1,0 +1,247 @@
+//! Aggregates, the values in braces: `{E6AXIS: A1 -50.70,A2 -90.0}` read into its components, and those as axes, as a Cartesian
+//! target, as a frame.
+
+use super::lex::{Kind, Token};
+use super::target::finest;
+use crate::error::Result;
+use crate::script::pose::{Configuration, Frame};
+use crate::script::{PathKind, PoseForm, PoseGoal, Solution, Text, Value, number};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use std::ops::Range;
+
+/// `A1 -50.70`.
+#[derive(Debug, Clone)]
+pub(super) struct Component {
+    /// Upper case.
+    pub name: Label,
+    /// Bytes, value and style of a plain number; `None`: it is computed.
+    pub value: Option<(Range<usize>, f64, number::Style)>,
+}
+
+/// The name of a component: short ones, which all are, need no memory of their own.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Label {
+    Short([u8; 8]),
+    Long(String),
+}
+
+impl Label {
+    /// Of a word, in upper case.
+    fn of(word: &[u8]) -> Self {
+        let mut short = [0; 8];
+        match short.get_mut(..word.len()) {
+            Some(place) if word.is_ascii() => {
+                place.copy_from_slice(word);
+                short.make_ascii_uppercase();
+                Self::Short(short)
+            }
+            _ => Self::Long(String::from_utf8_lossy(word).to_ascii_uppercase()),
+        }
+    }
+
+    pub fn as_str(&self) -> &str {
+        match self {
+            Self::Short(bytes) => {
+                let len = bytes.iter().take_while(|b| **b != 0).count();
+                bytes.get(..len).and_then(|b| std::str::from_utf8(b).ok()).unwrap_or_default()
+            }
+            Self::Long(text) => text,
+        }
+    }
+
+    fn is(&self, name: &str) -> bool {
+        match self {
+            Self::Short(bytes) => bytes.starts_with(name.as_bytes()) && bytes.get(name.len()).is_none_or(|b| *b == 0),
+            Self::Long(text) => text == name,
+        }
+    }
+}
+
+/// `{E6AXIS: A1 -50.70,A2 ...}`.
+#[derive(Debug, Clone)]
+pub(super) struct Aggregate {
+    pub file: usize,
+    /// Braces included.
+    pub span: Range<usize>,
+    pub components: Vec<Component>,
+}
+
+impl Aggregate {
+    pub fn component(&self, name: &str) -> Option<&Component> {
+        self.components.iter().find(|c| c.name.is(name))
+    }
+
+    /// Whether it gives axes; external axes alone also stand beside a Cartesian position.
+    pub fn has_axes(&self) -> bool {
+        let cartesian = self.components.iter().any(|c| matches!(c.name.as_str(), "X" | "Y" | "Z" | "A" | "B" | "C"));
+        self.components.iter().map(|c| c.name.as_str()).any(|n| axis_name(n) && !(cartesian && n.starts_with('E')))
+    }
+
+    /// The Cartesian target in a frame and with a tool; `target`: index of its numbers, where they can be written. On straight
+    /// paths the controller does not look at status and turn.
+    pub fn pose(&self, frame: &Frame, tool: &Frame, path: PathKind, target: Option<usize>) -> Option<PoseGoal> {
+        let of = |name: &str| self.component(name).and_then(|c| c.value.as_ref()).map(|v| v.1);
+        let position_m = Vector3::new(of("X")?, of("Y")?, of("Z")?) * 1e-3;
+        // turns about Z, then the new Y, then the new X
+        let rotation = (|| {
+            let [a, b, c] = [of("A")?, of("B")?, of("C")?].map(f64::to_radians);
+            Some(UnitQuaternion::from_euler_angles(c, b, a))
+        })();
+        let external = |c: &&Component| {
+            axis_name(c.name.as_str())
+                && c.name.as_str().starts_with('E')
+                && c.value.as_ref().is_none_or(|v| v.1 != 0.0)
+        };
+        let carried: Option<Vec<(String, f64)>> = self
+            .components
+            .iter()
+            .filter(external)
+            .map(|c| Some((c.name.as_str().to_string(), c.value.as_ref()?.1)))
+            .collect();
+        // bits beyond the sixth are those of external axes; status has bits beyond the third of no arm
+        let bits = |name: &str, mask: u32| match self.component(name) {
+            None => Ok(None),
+            Some(_) => of(name).filter(|v| *v >= 0.0 && *v < 65536.0).map(|v| Some((v as u32 & mask) as u8)).ok_or(()),
+        };
+        let (status, turn) = (bits("S", 7), bits("T", 63));
+        let joint = path == PathKind::Joint;
+        let unread = joint && (status.is_err() || turn.is_err());
+        let (status, turn) = (status.ok().flatten(), turn.ok().flatten());
+        let solution = match (status, turn) {
+            (None, None) => Solution::Same,
+            (status, turn) => Solution::Configured(Configuration::Kuka { status, turn }),
+        };
+        let frame = match (carried, unread) {
+            (None, _) => {
+                Frame::Unknown("an external axis that is computed, and may carry the robot or the work piece".into())
+            }
+            (_, true) => Frame::Unknown("a status S or turn T that is computed".into()),
+            (Some(axes), false) => frame.clone().carried("$NULLFRAME", &axes),
+        };
+        let tool = tool.clone();
+        Some(PoseGoal { target, position_m, rotation, frame, tool, solution, binding: joint, ..PoseGoal::default() })
+    }
+
+    /// The numbers of a Cartesian target; `None`: one is missing or computed.
+    pub fn coordinates(&self) -> Option<Vec<Option<Value>>> {
+        let form = PoseForm::EulerZyx;
+        let value = |(k, name): (usize, &&str)| {
+            let (span, value, style) = self.component(name)?.value.clone()?;
+            let (unit, digit) = (form.unit(k), 10_f64.powi(-i32::from(style.decimals)));
+            let finest = finest(value).min(digit) * unit;
+            Some(Some(Value { si: value * unit, start: span.start, end: span.end, style, digit: digit * unit, finest }))
+        };
+        ["X", "Y", "Z", "A", "B", "C"].iter().enumerate().map(value).collect()
+    }
+
+    /// The frame that the numbers are.
+    pub fn isometry(&self) -> Option<Isometry3<f64>> {
+        let numbers: Vec<f64> = self.coordinates()?.iter().flatten().map(|v| v.si).collect();
+        PoseForm::EulerZyx.pose(&numbers)
+    }
+
+    /// Values of external axes and of axes that are none of the robot's, for comparison.
+    pub fn others(&self, own: &[String], text: &Text) -> Vec<(String, Vec<u8>)> {
+        let foreign = |name: &str| axis_name(name) && !own.iter().any(|o| o == name);
+        let others = self.components.iter().filter(|c| foreign(c.name.as_str()));
+        let value = |c: &Component| c.value.as_ref().map_or(b"?".to_vec(), |v| text.slice(v.0.clone()).to_vec());
+        let mut out: Vec<_> = others.map(|c| (c.name.as_str().to_string(), value(c))).collect();
+        out.sort();
+        out
+    }
+}
+
+/// A1 to A6, E1 to E6.
+pub(super) fn axis_name(name: &str) -> bool {
+    matches!(name.as_bytes(), [b'A' | b'E', b'1'..=b'6'])
+}
+
+/// No aggregate of KRL has as many components.
+const MOST: usize = 64;
+
+/// An aggregate whose brace is `tokens[k]`; the token behind it.
+pub(super) fn aggregate(text: &Text, file: usize, tokens: &[Token], k: usize) -> Result<(Aggregate, usize)> {
+    let open = tokens.get(k).map_or(0, |t| t.start);
+    let unclosed = || text.bad(open, "`{` without `}` on its line", "an aggregate such as `{A1 0.0,A2 -90.0}`");
+    let mut at = k + 1;
+    // `E6AXIS:`
+    if let (Some(a), Some(b)) = (tokens.get(at), tokens.get(at + 1))
+        && a.kind == Kind::Word
+        && b.is(b':')
+    {
+        at += 2;
+    }
+    let mut components: Vec<Component> = Vec::with_capacity(6);
+    loop {
+        let first = tokens.get(at).ok_or_else(unclosed)?;
+        if first.is(b'}') {
+            at += 1;
+            break;
+        }
+        let (mut depth, mut end) = (0_usize, at);
+        loop {
+            let t = tokens.get(end).filter(|t| t.kind != Kind::Comment).ok_or_else(unclosed)?;
+            match t.kind {
+                Kind::Mark(b'{' | b'(' | b'[') => depth += 1,
+                Kind::Mark(b'}') if depth == 0 => break,
+                Kind::Mark(b'}' | b')' | b']') => depth = depth.saturating_sub(1),
+                Kind::Mark(b',') if depth == 0 => break,
+                _ => {}
+            }
+            end += 1;
+        }
+        if first.kind == Kind::Word {
+            let name = Label::of(text.slice(first.span()));
+            if components.len() >= MOST {
+                return Err(text.bad(first.start, "a further component", format!("{MOST} components at most")));
+            }
+            if components.iter().any(|c| c.name == name) {
+                return Err(text.bad(first.start, format!("a second `{}`", name.as_str()), "each component once"));
+            }
+            // `A1-5`: another number would run into the name
+            let apart = |v: &(Range<usize>, f64, number::Style)| v.0.start > first.end;
+            let value = match (name.as_str(), &tokens[at + 1..end]) {
+                ("S" | "T", [t]) if t.kind == Kind::Quoted => {
+                    bits(text.slice(t.span())).map(|v| (t.span(), v, number::Style::default()))
+                }
+                (_, rest) => literal(text, rest)?.filter(apart),
+            };
+            components.push(Component { name, value });
+        } else if !first.is(b',') {
+            let found = String::from_utf8_lossy(text.slice(first.span())).into_owned();
+            return Err(text.bad(first.start, format!("`{found}`"), "the name of a component such as `A1`"));
+        }
+        at = end + usize::from(tokens.get(end).is_some_and(|t| t.is(b',')));
+    }
+    let span = open..tokens.get(at - 1).map_or(open, |t| t.end);
+    Ok((Aggregate { file, span, components }, at))
+}
+
+/// `'B000111'`, `'H2A'`.
+fn bits(text: &[u8]) -> Option<f64> {
+    let inner = std::str::from_utf8(text.strip_prefix(b"'")?.strip_suffix(b"'")?).ok()?;
+    let inner = inner.trim_start();
+    let radix = match inner.bytes().next()? {
+        b'B' | b'b' => 2,
+        b'H' | b'h' => 16,
+        _ => return None,
+    };
+    u16::from_str_radix(inner[1..].trim(), radix).ok().map(f64::from)
+}
+
+/// A number with its sign beside it; `None`: anything else.
+fn literal(text: &Text, tokens: &[Token]) -> Result<Option<(Range<usize>, f64, number::Style)>> {
+    let span = match tokens {
+        [n] if n.kind == Kind::Number => n.span(),
+        [s, n] if (s.is(b'-') || s.is(b'+')) && n.kind == Kind::Number && s.end == n.start => s.start..n.end,
+        [n, ..]
+            if n.kind == Kind::Number && tokens.get(1).is_some_and(|t| t.kind == Kind::Number && t.start == n.end) =>
+        {
+            let end = tokens.last().map_or(n.end, |t| t.end);
+            let found = String::from_utf8_lossy(text.slice(n.start..end)).into_owned();
+            return Err(text.bad(n.start, format!("`{found}`"), "a number"));
+        }
+        _ => return Ok(None),
+    };
+    Ok(number::read(text.slice(span.clone())).map(|(v, s)| (span, v, s)))
+}

@@ -1,0 +1,120 @@
+//! What other modules of a project declare for all (`$config.dat`, public data lists), and what they do to the points of all.
+//!
+//! A point that another module assigns, or hands over to a routine, has no certain value. Names that such a module declares for itself
+//! are others.
+
+use super::aggregate::aggregate;
+use super::calls::calls;
+use super::data::{Data, assignment, declaration, upper};
+use super::lex::{Kind, Token, tokens};
+use crate::script::Text;
+use std::collections::HashSet;
+
+impl Data {
+    /// What other modules declare for all, and what they do to it. A file that cannot be read declares nothing.
+    pub(super) fn look_around(&mut self, texts: &[Text]) {
+        let mut line = Vec::new();
+        let others = || texts.iter().enumerate().filter(|(_, t)| t.context);
+        for (file, text) in others().filter(|(_, t)| is_list(t)) {
+            let mut shared: Option<bool> = None;
+            for k in 0..text.line_count() {
+                tokens(text, k, &mut line);
+                line.retain(|t| t.kind != Kind::Comment);
+                let Some(first) = line.first().map(|t| upper(text, t)) else { continue };
+                if first == "DEFDAT" {
+                    let name = line.get(1).map(|t| upper(text, t)).unwrap_or_default();
+                    let public = line.iter().any(|t| upper(text, t) == "PUBLIC");
+                    shared = (name == "$CONFIG" || public).then_some(name == "$CONFIG");
+                    if shared.is_none() {
+                        break;
+                    }
+                } else if let (Some(all), Some(at)) = (shared, declaration(text, &line))
+                    && (all || line[..at].iter().any(|t| upper(text, t) == "GLOBAL"))
+                {
+                    let _ = self.declare(text, file, k, None, &line, at);
+                } else if let (Some(_), Some(sign)) = (shared, assignment(&line)) {
+                    self.initial_elsewhere(text, file, &line, sign);
+                }
+            }
+        }
+        if !self.names.iter().any(|n| n.global) {
+            return;
+        }
+        // points that a module assigns or hands over; its own of the same name are others
+        for (_, text) in others().filter(|(_, t)| !is_list(t) && !is_basis(t)) {
+            let local: HashSet<String> = of_module(texts, text);
+            for k in 0..text.line_count() {
+                tokens(text, k, &mut line);
+                line.retain(|t| t.kind != Kind::Comment);
+                if declaration(text, &line).is_none() {
+                    self.used_elsewhere(text, k, &line, &local);
+                }
+            }
+        }
+    }
+
+    /// `P[1]={X ...}` of another data list, where it declares the array for all.
+    fn initial_elsewhere(&mut self, text: &Text, file: usize, line: &[Token], sign: usize) {
+        let Some((n, next)) = self.at(0, text, line, 0).filter(|(_, next)| *next == sign) else { return };
+        let ours = self.names[n].context && self.names[n].file == file && !self.names[n].array;
+        if ours {
+            let value = aggregate(text, file, line, next + 1).ok().filter(|(_, end)| *end == line.len());
+            self.initial(n, value.map(|v| v.0));
+        }
+    }
+
+    /// A line of another module that gives a point of all modules a value, or may do so.
+    fn used_elsewhere(&mut self, text: &Text, k: usize, line: &[Token], local: &HashSet<String>) {
+        let sign = assignment(line);
+        let call = || calls(text, line).into_iter().next();
+        for (i, t) in line.iter().enumerate() {
+            if t.kind != Kind::Word || i > 0 && line[i - 1].is(b'.') {
+                continue;
+            }
+            let name = upper(text, t);
+            let Some(n) = self.known(None, &name) else { continue };
+            if !self.names[n].global || local.contains(&name) {
+                continue;
+            }
+            let (n, next) = self.at(usize::MAX, text, line, i).unwrap_or((n, i + 1));
+            if i == 0 && sign.is_some() {
+                let why = format!("it is assigned while the program runs ({}:{})", text.name, k + 1);
+                self.names[n].spoiled.get_or_insert(why);
+            } else if let Some(routine) = call().filter(|_| sign.is_none_or(|s| s != next)) {
+                let why = format!("it is passed to {routine}, which may change it ({}:{})", text.name, k + 1);
+                self.names[n].spoiled.get_or_insert(why);
+            }
+        }
+    }
+}
+
+/// Whether a text is a data list by its ending.
+fn is_list(text: &Text) -> bool {
+    text.name.rsplit_once('.').is_some_and(|(_, e)| e.eq_ignore_ascii_case("dat"))
+}
+
+/// KUKA's own BAS: it assigns the home positions of delta kinematics alone, which these arms are not.
+fn is_basis(text: &Text) -> bool {
+    let file = text.name.rsplit(['/', '\\']).next().unwrap_or_default();
+    file.eq_ignore_ascii_case("bas.src")
+}
+
+/// Names that the module of `text` declares for itself: in the text, and in those of the same stem.
+fn of_module(texts: &[Text], text: &Text) -> HashSet<String> {
+    let stem = |t: &Text| t.name.rsplit_once('.').map_or(t.name.as_str(), |(s, _)| s).to_ascii_uppercase();
+    let own = stem(text);
+    let mut names = HashSet::new();
+    let mut line = Vec::new();
+    for text in texts.iter().filter(|t| stem(t) == own) {
+        for k in 0..text.line_count() {
+            tokens(text, k, &mut line);
+            if let Some(at) = declaration(text, &line)
+                && !line[..at].iter().any(|t| upper(text, t) == "GLOBAL")
+            {
+                let words = line[at + 1..].iter().filter(|t| t.kind == Kind::Word);
+                names.extend(words.map(|t| upper(text, t)));
+            }
+        }
+    }
+    names
+}
