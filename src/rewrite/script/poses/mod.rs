@@ -1,0 +1,151 @@
+//! Cartesian targets as joints, and joints with their offsets as Cartesian targets.
+//!
+//! A target `P` in frame `F` for tool `T` puts the flange where `flange * T = F * P`. [`Poses`] looks frames and tools up by the
+//! controller's names, and counts the moves that wait for one that is not known. [`Place::joints`] solves a target for the
+//! joints that its configuration names, or for those next to the joints before. [`Place::shifted`] writes joints with an offset
+//! as a pose: `P * (arm(q)^-1 * arm(q + offset))`, so that only differences of the nominal arm count and a target whose joints
+//! do not change keeps its numbers.
+//!
+//! Nothing is claimed where several solutions are as good, where the solution next to the joints before and the one that a
+//! configuration names differ, or where the target lies outside of the joint limits.
+//!
+//! In this folder: frames, tools and places here; [`solve`] chooses the joints of a target; [`mod@write`] makes numbers of joints.
+
+mod solve;
+#[cfg(test)]
+mod tests;
+mod write;
+
+use crate::program::script::pose::{Frame, PoseGoal};
+use crate::robot::Robot;
+use crate::robot::arm::{self, Arm};
+use crate::robot::frames::{Frames, Missing};
+use nalgebra::{Isometry3, Point3, Vector3};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+pub use solve::NO_START;
+pub use write::{own_numbers, write};
+
+/// A robot with one of its tools, ready for the inverse.
+#[derive(Debug)]
+pub struct Tooled {
+    pub robot: Robot,
+    pub arm: Option<Arm>,
+}
+
+impl Tooled {
+    pub fn new(robot: &Robot, tool: Isometry3<f64>) -> Self {
+        let robot = robot.with_geometry(robot.joints.clone(), tool);
+        let arm = Arm::of(&robot);
+        Self { robot, arm }
+    }
+}
+
+/// Frame and tool of one target.
+#[derive(Debug, Clone)]
+pub struct Place {
+    pub tooled: Arc<Tooled>,
+    pub frame: Isometry3<f64>,
+    /// Joints in whose configuration the arm works.
+    posture: Option<Arc<[f64]>>,
+}
+
+/// Frames, tools and robots for the targets of a program.
+#[derive(Debug)]
+pub struct Poses {
+    robot: Robot,
+    frames: Frames,
+    by_tool: BTreeMap<String, Arc<Tooled>>,
+    pub missing: Missing,
+    /// Joints in whose configuration the arm works where nothing else tells, rad or m; `None`: nobody says.
+    pub posture: Option<Arc<[f64]>>,
+}
+
+impl Poses {
+    pub fn new(robot: &Robot, frames: &Frames) -> Self {
+        let frames = robot.frames.with(frames);
+        let si =
+            |given: &Vec<f64>| robot.axis_joints().zip(given).map(|(j, v)| v * j.kind.si_per_user_unit()).collect();
+        let posture = frames.posture_deg.as_ref().map(si);
+        Self { robot: robot.clone(), frames, by_tool: BTreeMap::new(), missing: Missing::default(), posture }
+    }
+
+    /// Frame and tool of a target.
+    ///
+    /// # Errors
+    /// What is not known, in words.
+    pub fn place(&mut self, goal: &PoseGoal) -> Result<Place, String> {
+        if let Some(why) = goal.unknown() {
+            return Err(format!("a Cartesian target whose frame or tool cannot be told: {why}"));
+        }
+        let (mut frames, mut tools) = (Vec::new(), Vec::new());
+        let (base, known) = (self.robot.base, &self.frames);
+        let frame = resolved(&goal.frame, base, &|name| known.frame(name).copied(), &mut frames);
+        let tool = resolved(&goal.tool, base, &|name| known.tool(name).copied(), &mut tools);
+        let mut why = Vec::new();
+        for (what, names, missing) in
+            [("frame", frames, &mut self.missing.frames), ("tool", tools, &mut self.missing.tools)]
+        {
+            for name in names {
+                why.push(format!("{what} `{name}`"));
+                *missing.entry(name).or_default() += 1;
+            }
+        }
+        let (Some(frame), Some(tool)) = (frame, tool) else {
+            return Err(match why.is_empty() {
+                true => "a Cartesian target of which it is not certain which frame or tool is in force".into(),
+                false => format!("a Cartesian target whose {} nobody gives (--list-frames)", why.join(" and ")),
+            });
+        };
+        let key = format!("{:?} {:?}", tool.translation.vector, tool.rotation.coords);
+        let robot = &self.robot;
+        let tooled = self.by_tool.entry(key).or_insert_with(|| Arc::new(Tooled::new(robot, tool))).clone();
+        Ok(Place { tooled, frame, posture: self.posture.clone() })
+    }
+}
+
+/// A frame by what is known of it; names that nobody gives are added to `missing`. Of several the one that all are.
+fn resolved(
+    frame: &Frame,
+    base: Isometry3<f64>,
+    known: &dyn Fn(&str) -> Option<Isometry3<f64>>,
+    missing: &mut Vec<String>,
+) -> Option<Isometry3<f64>> {
+    match frame {
+        Frame::Given(frame) => Some(*frame),
+        Frame::Base => Some(base),
+        Frame::Null => Some(Isometry3::identity()),
+        Frame::Unknown(_) => None,
+        Frame::Named(name) => known(name).or_else(|| {
+            missing.push(name.clone());
+            None
+        }),
+        Frame::Any(all) => {
+            let all: Vec<Option<Isometry3<f64>>> = all.iter().map(|f| resolved(f, base, known, missing)).collect();
+            let first = (*all.first()?)?;
+            all.iter().all(|f| *f == Some(first)).then_some(first)
+        }
+    }
+}
+
+impl Place {
+    /// The target in the world of the robot.
+    fn world(&self, goal: &PoseGoal, from: Option<&[f64]>) -> Option<Isometry3<f64>> {
+        let rotation = match (goal.rotation, from) {
+            (Some(rotation), _) => self.frame.rotation * rotation,
+            (None, Some(from)) => arm::isometry(&self.tooled.robot.forward(from)).rotation,
+            (None, None) => return None,
+        };
+        Some(Isometry3::from_parts((self.frame * Point3::from(goal.position_m)).into(), rotation))
+    }
+
+    /// The point on the way of an arc in the world, m.
+    pub fn via(&self, goal: &PoseGoal) -> Option<Vector3<f64>> {
+        goal.via_m.map(|at| (self.frame * Point3::from(at)).coords)
+    }
+
+    fn arm_at(&self, q: &[f64]) -> Isometry3<f64> {
+        arm::isometry(&self.tooled.robot.forward(q))
+    }
+}

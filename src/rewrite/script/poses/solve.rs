@@ -1,0 +1,233 @@
+//! The joints of a Cartesian target: along the way from the joints before, or of all that reach its pose the ones that are meant, by
+//! its configuration, by the joints before, by joints elsewhere in the program, or by the posture that the user gives.
+
+use super::super::configuration::{allows, allows_axis, misfit, prefers};
+use super::super::way;
+use super::Place;
+use crate::program::script::PathKind;
+use crate::program::script::pose::{Configuration, PoseGoal, Solution};
+use crate::robot::Robot;
+use crate::robot::arm::{self, Arm};
+use nalgebra::Isometry3;
+use std::f64::consts::TAU;
+
+/// Slack of the borders of a configuration, rad: programs are rounded.
+const SLACK: f64 = 2e-3;
+/// Joints beyond a limit by less stand on it, rad or m.
+const ON_LIMIT: f64 = 1e-6;
+/// Solutions whose distances differ by less are as near, rad.
+const AS_NEAR: f64 = 0.02;
+/// Joints that a program names for a solution are no further from it, rad.
+const BESIDE: f64 = 0.5;
+/// Joints closer than this are the same solution, rad.
+const SAME: f64 = 1e-5;
+/// A sign of a configuration whose measure is less is none (m, sines, and the determinant of a Jacobian in m).
+const ON_BORDER: f64 = 1e-6;
+
+impl Place {
+    /// Joints of a target, from the joints before where they are known. `hint`: joints at another place of the program, which tell
+    /// in which of its configurations the arm works where nothing else does.
+    ///
+    /// # Errors
+    /// Why they cannot be told.
+    pub fn joints(
+        &self,
+        goal: &PoseGoal,
+        from: Option<&[f64]>,
+        path: PathKind,
+        hint: Option<&[f64]>,
+    ) -> Result<Vec<f64>, &'static str> {
+        let robot = &self.tooled.robot;
+        let end = self.world(goal, from).ok_or(NO_START)?;
+        let via = self.via(goal);
+        let Some(arm) = &self.tooled.arm else {
+            let from = from.ok_or(NO_START)?;
+            return way::follow(&self.tooled, from, &end, goal.rotation.is_some(), via).ok_or(way::NOT_REACHED);
+        };
+        let follows = path == PathKind::Linear || path == PathKind::Curve && via.is_some();
+        let ordered = matches!(goal.solution, Solution::Near(_)) && goal.binding;
+        if let (Some(from), true, false) = (from, follows, ordered) {
+            let q = way::follow(&self.tooled, from, &end, true, via).ok_or(way::NOT_REACHED)?;
+            let fits = match &goal.solution {
+                Solution::Configured(c) if goal.binding => allows(c, arm, &q, SLACK),
+                _ => true,
+            };
+            within(robot, &q)?;
+            return if fits { Ok(q) } else { Err(OTHER_ARM) };
+        }
+        self.chosen(arm, goal, from, &end, hint)
+    }
+
+    /// Of all joints that reach a pose the ones that are meant.
+    fn chosen(
+        &self,
+        arm: &Arm,
+        goal: &PoseGoal,
+        from: Option<&[f64]>,
+        end: &Isometry3<f64>,
+        hint: Option<&[f64]>,
+    ) -> Result<Vec<f64>, &'static str> {
+        let robot = &self.tooled.robot;
+        let zero = vec![0.0; robot.dof()];
+        let configuration = match &goal.solution {
+            // what only tells how a point was taught counts where nothing else does
+            Solution::Configured(c) if goal.binding || from.is_none() => Some(c),
+            _ => None,
+        };
+        let near = match &goal.solution {
+            Solution::Near(near) if near.len() == zero.len() && (goal.binding || from.is_none()) => {
+                Some(near.as_slice())
+            }
+            _ => from,
+        };
+        let hint = hint.filter(|h| near.is_none() && h.len() == zero.len());
+        let all = arm.solutions(robot, &arm::pose_of(end), near.unwrap_or(&zero));
+        if all.is_empty() {
+            return Err(way::NOT_REACHED);
+        }
+        let beside = near.or(hint).unwrap_or(&zero);
+        let any: Vec<Vec<f64>> = all.iter().filter_map(|q| turned(robot, q, beside, &|_, _| true)).collect();
+        if any.is_empty() {
+            return Err(OUTSIDE);
+        }
+        let mut candidates = match configuration {
+            None => any.clone(),
+            Some(c) => {
+                let may = |axis: usize, v: f64| allows_axis(c, axis, v, SLACK);
+                let turned = all.iter().filter_map(|q| turned(robot, q, beside, &may));
+                turned.filter(|q| allows(c, arm, q, SLACK)).collect()
+            }
+        };
+        if let Some(c) = configuration
+            && candidates.iter().any(|q| prefers(c, arm, q))
+        {
+            candidates.retain(|q| prefers(c, arm, q));
+        }
+        if candidates.is_empty() && goal.binding {
+            return Err("a Cartesian target that no joints with its configuration reach");
+        }
+        if near.is_none() {
+            return match (configuration, candidates.len()) {
+                (Some(_), 1) => Ok(candidates.swap_remove(0)),
+                (Some(c), 0) => self.by_hint(&any, hint, end).or_else(|| fitting(c, arm, &any)).ok_or(NO_START),
+                (Some(_), _) => self.by_hint(&candidates, hint, end).ok_or(SEVERAL),
+                (None, _) => {
+                    let found = self.by_hint(&any, hint, end);
+                    found.or_else(|| self.by_posture(arm, &all)).ok_or(NO_START)
+                }
+            };
+        }
+        let (mut best, first, second) = nearest(&candidates, beside);
+        if second - first < AS_NEAR {
+            // how the point was taught decides between solutions as near
+            best = taught(goal, arm, &candidates, beside, first)
+                .ok_or("a Cartesian target that two arm configurations reach from as near")?;
+        }
+        let q = candidates.swap_remove(best);
+        if matches!(goal.solution, Solution::Near(_)) && !goal.binding && first > BESIDE {
+            return Err("a Cartesian target without a solution next to the joints that the program names");
+        }
+        if first > nearest(&any, beside).1 + SAME { Err(OTHER_ARM) } else { Ok(q) }
+    }
+
+    /// Of the solutions the one in the arm configuration of `hint`: the nearest by far, or that at which a straight way from the
+    /// hint ends.
+    fn by_hint(&self, solutions: &[Vec<f64>], hint: Option<&[f64]>, end: &Isometry3<f64>) -> Option<Vec<f64>> {
+        let hint = hint?;
+        let (best, first, second) = nearest(solutions, hint);
+        let q = solutions.get(best)?;
+        let reached = way::follow(&self.tooled, hint, end, true, None);
+        let agrees = reached.as_ref().is_none_or(|r| distance(r, q) < AS_NEAR);
+        (agrees && second - first >= AS_NEAR && (reached.is_some() || first < BESIDE)).then(|| q.clone())
+    }
+
+    /// The one solution in the configuration of the posture that the user gives, in the turns next to it.
+    fn by_posture(&self, arm: &Arm, all: &[Vec<f64>]) -> Option<Vec<f64>> {
+        let robot = &self.tooled.robot;
+        let posture = self.posture.as_deref()?;
+        let class = class_of(robot, arm, posture)?;
+        let mut found = all.iter().filter(|q| class_of(robot, arm, q) == Some(class));
+        let one = turned(robot, found.next()?, posture, &|_, _| true)?;
+        found.all(|q| turned(robot, q, posture, &|_, _| true).is_none_or(|q| distance(&q, &one) < SAME)).then_some(one)
+    }
+}
+
+/// The configuration in which an arm of six joints stands, by three signs: of its front, elbow and wrist where the wrist is
+/// spherical; else of its elbow, its wrist and its Jacobian's determinant, which is their product with the shoulder's. `None`: on a border.
+fn class_of(robot: &Robot, arm: &Arm, q: &[f64]) -> Option<[bool; 3]> {
+    let signs = match arm.posture(q) {
+        Some(p) => [p.front_m, p.elbow, q.get(4)?.sin()],
+        None => {
+            let (_, jacobian) = robot.chain().jacobian(q);
+            let square = (jacobian.ncols() == 6).then(|| jacobian.fixed_columns::<6>(0).into_owned())?;
+            [square.determinant(), q.get(2)?.sin(), q.get(4)?.sin()]
+        }
+    };
+    signs.iter().all(|s| s.abs() > ON_BORDER).then(|| signs.map(|s| s > 0.0))
+}
+
+/// Of the solutions as near as the nearest the one with which the point was taught; `None`: none, or several.
+fn taught(goal: &PoseGoal, arm: &Arm, all: &[Vec<f64>], beside: &[f64], first: f64) -> Option<usize> {
+    let Solution::Configured(c) = &goal.solution else { return None };
+    let tied = || (0..all.len()).filter(|&k| distance(&all[k], beside) < first + AS_NEAR);
+    let only = |found: Vec<usize>| if let [one] = found[..] { Some(one) } else { None };
+    let allowed: Vec<usize> = tied().filter(|&k| allows(c, arm, &all[k], SLACK)).collect();
+    match allowed.len() {
+        0 | 1 => only(allowed),
+        _ => only(allowed.into_iter().filter(|&k| prefers(c, arm, &all[k])).collect()),
+    }
+}
+
+/// The solution that fits a configuration best that none has and that the controller does not look at; `None`: two fit as well.
+fn fitting(configuration: &Configuration, arm: &Arm, all: &[Vec<f64>]) -> Option<Vec<f64>> {
+    let fit: Option<Vec<f64>> = all.iter().map(|q| misfit(configuration, arm, q)).collect();
+    let fit = fit?;
+    let best = (0..all.len()).min_by(|a, b| fit[*a].total_cmp(&fit[*b]))?;
+    let alone = (0..all.len()).all(|k| k == best || fit[k] > fit[best] + BESIDE);
+    alone.then(|| all[best].clone())
+}
+
+pub const NO_START: &str = "a Cartesian target without a known start, and without a configuration";
+const SEVERAL: &str = "a Cartesian target that several arm configurations reach";
+const OTHER_ARM: &str = "a Cartesian target in another arm configuration than that next to the joints before";
+const OUTSIDE: &str = "a Cartesian target outside of the joint limits";
+
+/// Within the limits of the joints.
+pub(super) fn within(robot: &Robot, q: &[f64]) -> Result<(), &'static str> {
+    let outside = |(j, v): (&crate::robot::Joint, &f64)| {
+        j.limits.is_some_and(|[lo, hi]| !(lo - ON_LIMIT..=hi + ON_LIMIT).contains(v))
+    };
+    if robot.axis_joints().zip(q).any(outside) { Err(OUTSIDE) } else { Ok(()) }
+}
+
+/// Joints by the whole turns nearest to `near` that stay within the limits and that `may` allows; `None`: there are none.
+fn turned(robot: &Robot, q: &[f64], near: &[f64], may: &dyn Fn(usize, f64) -> bool) -> Option<Vec<f64>> {
+    let of = |(axis, joint): (usize, &crate::robot::Joint)| {
+        let at = near.get(axis).copied().unwrap_or(0.0);
+        let own = q.get(axis)? - ((q.get(axis)? - at) / TAU).round() * TAU;
+        let inside =
+            |v: &f64| joint.limits.is_none_or(|[lo, hi]| (lo - ON_LIMIT..=hi + ON_LIMIT).contains(v)) && may(axis, *v);
+        let all = (-2..=2).map(|k| own + TAU * f64::from(k)).filter(inside);
+        all.min_by(|a, b| (a - at).abs().total_cmp(&(b - at).abs()))
+    };
+    robot.axis_joints().enumerate().map(of).collect()
+}
+
+/// Largest distance of a joint, rad.
+pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
+}
+
+/// The nearest candidate, its distance and that of the next one.
+fn nearest(candidates: &[Vec<f64>], near: &[f64]) -> (usize, f64, f64) {
+    let mut best = (0, f64::INFINITY, f64::INFINITY);
+    for (k, q) in candidates.iter().enumerate() {
+        let d = distance(q, near);
+        if d < best.1 {
+            best = (k, d, best.1);
+        } else if d < best.2 {
+            best.2 = d;
+        }
+    }
+    best
+}

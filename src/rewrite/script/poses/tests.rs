@@ -1,0 +1,225 @@
+//! Joints of targets and back, by five arms; frames and tools by name.
+
+use super::solve::distance;
+use super::*;
+use crate::program::script::PathKind;
+use crate::program::script::pose::{Configuration, PoseForm, Quantity, Solution};
+use nalgebra::{Translation3, UnitQuaternion};
+use proptest::prelude::*;
+
+const ARMS: [&str; 5] = [
+    include_str!("../../../../configs/kuka-kr120-r2500-pro.yaml"),
+    include_str!("../../../../configs/abb-irb1600-6-145.yaml"),
+    include_str!("../../../../configs/fanuc-m10ia.yaml"),
+    include_str!("../../../../configs/motoman-ma2010.yaml"),
+    include_str!("../../../../configs/universal-robots-ur10.yaml"),
+];
+const FORMS: [PoseForm; 4] = [PoseForm::EulerZyx, PoseForm::Quaternion, PoseForm::FixedXyz, PoseForm::RotationVector];
+
+fn isometry(v: &[f64]) -> Isometry3<f64> {
+    let rotation = UnitQuaternion::from_scaled_axis(Vector3::new(v[3], v[4], v[5]));
+    Isometry3::from_parts(Translation3::new(v[0], v[1], v[2]), rotation)
+}
+
+fn place(k: usize, tool: Isometry3<f64>, frame: Isometry3<f64>) -> Place {
+    let robot = Robot::parse("r", ARMS[k]).unwrap();
+    Place { tooled: Arc::new(Tooled::new(&robot, tool)), frame, posture: None }
+}
+
+fn goal(at: &Isometry3<f64>, solution: Solution) -> PoseGoal {
+    PoseGoal {
+        target: None,
+        position_m: at.translation.vector,
+        rotation: Some(at.rotation),
+        frame: Frame::Null,
+        tool: Frame::Null,
+        solution,
+        binding: true,
+        ..PoseGoal::default()
+    }
+}
+
+fn joints(place: &Place, shares: &[f64]) -> Vec<f64> {
+    let robot = &place.tooled.robot;
+    robot.axis_joints().zip(shares).map(|(j, s)| j.limits.map_or(0.0, |[a, b]| a + s * (b - a))).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    /// Rounded to digits, the pose that is written is that of q + offset within half a last digit.
+    #[test]
+    fn what_is_written_is_the_pose_of_the_joints_with_their_offset(
+        k in 0..5usize, f in 0..4usize,
+        shares in prop::collection::vec(0.2..0.8f64, 6), by in prop::collection::vec(-1e-4..1e-4f64, 6),
+        tool in prop::collection::vec(-0.3..0.3f64, 6), frame in prop::collection::vec(-1.0..1.0f64, 6),
+    ) {
+        let place = place(k, isometry(&tool), isometry(&frame));
+        let form = FORMS[f];
+        let q = joints(&place, &shares);
+        let to: Vec<f64> = q.iter().zip(&by).map(|(a, b)| a + b).collect();
+        let plain = PoseGoal::default();
+        let own = place.written(&plain, form, &q, &[0.0; 7]);
+        let new = place.shifted(&plain, form, &own, &q, &to).unwrap();
+        // the digits of a language: 0.001 mm, 0.0001 deg, 1e-7 of a quaternion
+        let digit = |i: usize| match form.quantity(i) {
+            Quantity::Length => 1e-6,
+            Quantity::Angle => 1e-4_f64.to_radians(),
+            Quantity::Ratio => 1e-7,
+        };
+        let rounded: Vec<f64> = new.iter().enumerate().map(|(i, v)| (v / digit(i)).round() * digit(i)).collect();
+        let wanted = place.frame.inverse() * place.arm_at(&to);
+        let back = form.pose(&rounded).unwrap();
+        prop_assert!((back.translation.vector - wanted.translation.vector).abs().max() <= 0.5e-6 + 1e-12);
+        let turn = (wanted.rotation.inverse() * back.rotation).scaled_axis().norm();
+        // three angles of half a digit each; a quaternion's parts count twice
+        let most = if f == 1 { 4.0 * 0.5e-7 * 2.0 } else { 3.0 * 0.5 * digit(3) };
+        prop_assert!(turn <= most + 1e-9, "{turn} {most}");
+        // nothing moves where no joint does
+        let same = place.shifted(&plain, form, &own, &q, &q).unwrap();
+        prop_assert!(own.iter().zip(&same).all(|(a, b)| (a - b).abs() < 1e-11), "{own:?} {same:?}");
+    }
+
+    /// A KUKA's S and T name the joints, without any joints before; so do those before alone.
+    #[test]
+    fn status_and_turn_or_the_joints_before_give_the_joints(
+        shares in prop::collection::vec(0.05..0.95f64, 6), near in prop::collection::vec(-0.05..0.05f64, 6),
+    ) {
+        let place = place(0, Isometry3::translation(0.1, 0.0, 0.2), Isometry3::identity());
+        let q = joints(&place, &shares);
+        let arm = place.tooled.arm.as_ref().unwrap();
+        let posture = arm.posture(&q).unwrap();
+        prop_assume!(q.iter().all(|v| v.abs() > 0.05 && v.abs() < 3.1) && posture.front_m.abs() > 0.05);
+        prop_assume!(posture.elbow.abs() > 0.05 && q[4].sin().abs() > 0.05);
+        let at = place.arm_at(&q);
+        let turn = q.iter().enumerate().map(|(i, v)| u8::from(*v < 0.0) << i).sum();
+        let status = u8::from(posture.front_m < 0.0) + 2 * u8::from(posture.elbow > 0.0) + 4 * u8::from(q[4] < 0.0);
+        let taught = Solution::Configured(Configuration::Kuka { status: Some(status), turn: Some(turn) });
+        let found = place.joints(&goal(&at, taught), None, PathKind::Joint, None).unwrap();
+        prop_assert!(distance(&found, &q) < 1e-6, "{found:?} {q:?}");
+        let from: Vec<f64> = q.iter().zip(&near).map(|(a, b)| a + b).collect();
+        let found = place.joints(&goal(&at, Solution::Same), Some(&from), PathKind::Joint, None).unwrap();
+        prop_assert!(distance(&found, &q) < 1e-6, "{found:?} {q:?}");
+    }
+}
+
+#[test]
+fn a_configuration_that_names_other_joints_than_those_before_leaves_the_move() {
+    let place = place(0, Isometry3::identity(), Isometry3::identity());
+    let q: Vec<f64> = [10.0, -80.0, 95.0, 12.0, 40.0, -20.0].map(f64::to_radians).into();
+    let at = place.arm_at(&q);
+    let kuka = |status, turn| Solution::Configured(Configuration::Kuka { status: Some(status), turn: Some(turn) });
+    let own = goal(&at, kuka(2, 0b100010));
+    assert!(distance(&place.joints(&own, Some(&q), PathKind::Joint, None).unwrap(), &q) < 1e-6);
+    // the wrist turned over: A5 below zero
+    let flipped = goal(&at, kuka(6, 0b011010));
+    assert!(place.joints(&flipped, Some(&q), PathKind::Joint, None).is_err());
+    let other = place.joints(&goal(&at, kuka(6, 0b011010)), None, PathKind::Joint, None).unwrap();
+    assert!(other[4] < 0.0 && distance(&other, &q) > 1.0);
+    // on a straight path the controller does not look at it
+    let linear = PoseGoal { binding: false, ..flipped };
+    assert!(distance(&place.joints(&linear, Some(&q), PathKind::Linear, None).unwrap(), &q) < 1e-6);
+}
+
+#[test]
+fn joints_elsewhere_tell_the_arm_configuration_of_an_unknown_start() {
+    let place = place(4, Isometry3::translation(0.0, 0.0, 0.1), Isometry3::identity());
+    let q: Vec<f64> = [20.0, -80.0, 90.0, -100.0, -90.0, 30.0].map(f64::to_radians).into();
+    let goal = PoseGoal { binding: false, ..goal(&place.arm_at(&q), Solution::Same) };
+    let from = |hint: Option<&[f64]>| place.joints(&goal, None, PathKind::Linear, hint);
+    assert_eq!(from(None), Err(NO_START));
+    let elsewhere: Vec<f64> = q.iter().zip([0.4, -0.2, 0.3, -0.2, 0.1, 0.2]).map(|(a, b)| a + b).collect();
+    assert!(distance(&from(Some(&elsewhere)).unwrap(), &q) < 1e-6);
+    // the elbow bent the other way: another arm, or none that is certain
+    let other: Vec<f64> = [20.0, -20.0, -90.0, 20.0, -90.0, 30.0].map(f64::to_radians).into();
+    assert!(from(Some(&other)).map_or(f64::INFINITY, |found| distance(&found, &q)) > 0.5);
+}
+
+#[test]
+fn a_posture_that_the_user_gives_chooses_the_arm_configuration_wherever_it_stands() {
+    // the same elbow and wrist far away, for arms with and without a spherical wrist
+    let postures = [[-60.0, -100.0, 110.0, 0.0, 70.0, 0.0], [150.0, -60.0, 70.0, -110.0, -60.0, -20.0]];
+    let there = [[40.0, -70.0, 80.0, 20.0, 30.0, -10.0], [20.0, -80.0, 90.0, -100.0, -90.0, 30.0]];
+    for (k, (posture, q)) in [0, 4].into_iter().zip(postures.into_iter().zip(there)) {
+        let mut place = place(k, Isometry3::translation(0.0, 0.0, 0.1), Isometry3::identity());
+        let q: Vec<f64> = q.map(f64::to_radians).into();
+        let goal = PoseGoal { binding: false, ..goal(&place.arm_at(&q), Solution::Same) };
+        assert_eq!(place.joints(&goal, None, PathKind::Linear, None), Err(NO_START));
+        place.posture = Some(posture.map(f64::to_radians).into());
+        let found = place.joints(&goal, None, PathKind::Linear, None).unwrap();
+        assert!(distance(&found, &q) < 1e-6, "{k}: {found:?}");
+        // another wrist is another solution
+        let mut other = posture.map(f64::to_radians);
+        other[4] = -other[4];
+        place.posture = Some(other.into());
+        let found = place.joints(&goal, None, PathKind::Linear, None).unwrap();
+        assert!((found[4].sin() > 0.0) != (q[4].sin() > 0.0), "{k}: {found:?}");
+        assert!((place.arm_at(&found).translation.vector - place.arm_at(&q).translation.vector).norm() < 1e-9);
+    }
+}
+
+#[test]
+fn a_displaced_target_is_written_in_its_own_numbers() {
+    let place = place(1, Isometry3::identity(), Isometry3::identity());
+    let q: Vec<f64> = [10.0, 20.0, 15.0, 30.0, 40.0, -20.0].map(f64::to_radians).into();
+    let to: Vec<f64> = q.iter().map(|v| v + 7e-5).collect();
+    let shift = crate::program::script::Shift {
+        before: isometry(&[0.1, 0.2, 0.0, 0.0, 0.0, 0.3]),
+        after: isometry(&[0.0, 0.0, -0.05, 0.2, 0.0, 0.0]),
+    };
+    let numbers = shift.before.inverse() * place.arm_at(&q) * shift.after.inverse();
+    let goal = goal(&numbers, Solution::Same).shifted(shift);
+    let form = PoseForm::Quaternion;
+    let own = form.coordinates(&numbers, &[0.0; 7]);
+    let found = place.joints(&goal, Some(&q), PathKind::Joint, None).unwrap();
+    assert!(distance(&found, &q) < 1e-6, "{found:?}");
+    let new = form.pose(&place.shifted(&goal, form, &own, &q, &to).unwrap()).unwrap();
+    let (meant, wanted) = (goal.meant(&new), place.arm_at(&to));
+    assert!((meant.translation.vector - wanted.translation.vector).norm() < 1e-12);
+    assert!(meant.rotation.angle_to(&wanted.rotation) < 1e-7);
+}
+
+#[test]
+fn several_frames_are_known_where_all_are_the_same() {
+    let robot = Robot::parse("r", ARMS[0]).unwrap();
+    let any = |names: &[&str]| Frame::Any(names.iter().map(|n| Frame::Named((*n).into())).collect());
+    let asks = |names: &[&str]| PoseGoal { frame: any(names), ..goal(&Isometry3::identity(), Solution::Same) };
+    let text = "schema: lostmotion/frames/1\nframes: {a: {xyz_mm: [1, 0, 0]}, b: {xyz_mm: [1, 0, 0]}, c: {}}\n";
+    let mut poses = Poses::new(&robot, &Frames::parse("f", text).unwrap());
+    assert!(poses.place(&asks(&["a", "b"])).is_ok());
+    assert!(poses.place(&asks(&["a", "c"])).unwrap_err().contains("not certain"));
+    assert!(poses.missing.is_empty());
+    assert!(poses.place(&asks(&["a", "d"])).unwrap_err().contains("frame `d`"));
+}
+
+#[test]
+fn an_offset_across_a_border_of_the_configuration_leaves_the_target() {
+    let place = place(0, Isometry3::identity(), Isometry3::identity());
+    let q: Vec<f64> = [10.0, -80.0, 95.0, 0.001, 40.0, -20.0].map(f64::to_radians).into();
+    let taught = Solution::Configured(Configuration::Kuka { status: Some(2), turn: Some(0b100010) });
+    let goal = goal(&place.arm_at(&q), taught);
+    let mut to = q.clone();
+    to[0] += 5e-5;
+    to[3] += 1e-3;
+    assert!(place.may_be(&goal, &to, 1e-6).is_ok());
+    to[3] = -5e-5;
+    assert!(place.may_be(&goal, &to, 1e-6).unwrap_err().contains("border"));
+}
+
+#[test]
+fn what_is_not_known_is_asked_for_by_name_with_the_moves_that_wait() {
+    let robot = Robot::parse("r", ARMS[0]).unwrap();
+    let mut poses = Poses::new(&robot, &Frames::default());
+    let waiting = PoseGoal {
+        frame: Frame::Named("2".into()),
+        tool: Frame::Named("tGun".into()),
+        ..goal(&Isometry3::identity(), Solution::Same)
+    };
+    for _ in 0..2 {
+        assert!(poses.place(&waiting).unwrap_err().contains("frame `2` and tool `tGun`"));
+    }
+    assert_eq!((poses.missing.frames["2"], poses.missing.tools["tGun"]), (2, 2));
+    let text = "schema: lostmotion/frames/1\nframes: {\"2\": {}}\ntools: {tgun: {}}\n";
+    let mut poses = Poses::new(&robot, &Frames::parse("f", text).unwrap());
+    assert!(poses.place(&waiting).is_ok() && poses.missing.is_empty());
+}
