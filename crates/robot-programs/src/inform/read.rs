@@ -1,7 +1,7 @@
 //! Instructions to steps; moves are read by [`movement`](super::movement).
 
 use super::list::{List, shown};
-use super::shared::Shared;
+use super::shared::{Shared, clears_positions, variables};
 use super::{Job, Kind, Section, Statement};
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
@@ -73,7 +73,7 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
         robot,
         list: &list,
         ends: super::ends(&list.positions),
-        assigned: assigned(text, begin),
+        assigned: assigned(text, begin, &list),
         shared: Shared::of(text, begin, &texts[1..]),
         has_noted: false,
         counted: Counted::of(text, begin),
@@ -147,19 +147,20 @@ pub(super) fn upper(text: &Text, span: &Range<usize>) -> String {
 }
 
 /// Numbers of the position variables that instructions other than moves name: their values are not certain.
-fn assigned(text: &Text, begin: usize) -> BTreeSet<u32> {
+fn assigned(text: &Text, begin: usize, list: &List) -> BTreeSet<u32> {
     let mut found = BTreeSet::new();
     for k in begin..text.line_count() {
-        let words = words(text, k);
-        let Some(first) = words.first().map(|w| upper(text, w)) else { continue };
+        let words: Vec<String> = words(text, k).iter().map(|w| upper(text, w)).collect();
+        let Some(first) = words.iter().find(|w| !w.starts_with('*')) else { continue };
+        // how many a CLEAR sets may not be written
+        if clears_positions(&words) {
+            found.extend(list.positions.iter().filter(|p| p.kind == Kind::P).map(|p| p.number));
+        }
         if first.contains("MOV") || first == "SFTON" || first == "GETE" {
             continue;
         }
-        for word in &words[1..] {
-            let word = upper(text, word);
-            let digits = word.strip_prefix("PX").or_else(|| word.strip_prefix('P'));
-            found.extend(digits.and_then(|d| d.parse::<u32>().ok()));
-        }
+        let named = words.iter().filter(|w| !w.starts_with("JOB:"));
+        found.extend(named.flat_map(|w| variables(w).0));
     }
     found
 }

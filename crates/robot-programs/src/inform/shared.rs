@@ -2,7 +2,7 @@
 //!
 //! P variables are the controller's, shared by all its jobs: loading a job sets those of its list. The value of the list is the one
 //! in force where no instruction sets another. So a variable may be edited where this job does not set it, no job beside it
-//! names it, and every job that is called stands beside it; it is then known as well as a C position.
+//! names it, and every job that any of them runs stands there; it is then known as well as a C position.
 
 use super::Kind;
 use super::read::{STARTS, is_known, upper, words};
@@ -18,7 +18,7 @@ pub(super) fn files(path: &Path) -> Vec<PathBuf> {
     if !std::fs::read(path).is_ok_and(|bytes| moves_to_variables(&bytes)) {
         return Vec::new();
     }
-    let is_job = |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("jbi"));
+    let is_job = |p: &PathBuf| p.extension().is_some_and(|e| ["jbi", "jbr"].iter().any(|j| e.eq_ignore_ascii_case(j)));
     let own = path.file_name();
     of_folder(folder, usize::MAX).into_iter().filter(|p| is_job(p) && p.file_name() != own).collect()
 }
@@ -44,21 +44,28 @@ impl Shared {
     /// Looks over a job (its instructions from line `begin`) and those beside it.
     pub(super) fn of(text: &Text, begin: usize, beside: &[Text]) -> Self {
         let mut shared = Self::default();
-        let calls = |k: usize| words(text, k).first().is_some_and(|w| STARTS.contains(&upper(text, w).as_str()));
-        let any_runs = (begin..text.line_count()).any(calls);
         let mut there: BTreeSet<String> = beside.iter().filter_map(job_name).collect();
         there.extend(job_name(text));
         for (other, from) in std::iter::once((text, begin)).chain(beside.iter().map(|t| (t, 0))) {
             let own = std::ptr::eq(other, text);
+            // what cannot be read comes without a line
+            if other.line_count() == 0 {
+                shared.open(format!("{} is not read", other.name));
+            }
+            // any job may be the one that runs this one
             for k in from..other.line_count() {
-                shared.line(other, k, own, (own || any_runs).then_some(&there));
+                shared.line(other, k, own, &there);
             }
         }
         shared
     }
 
-    /// One line; `there`: names of the jobs that stand here, where this job may run.
-    fn line(&mut self, text: &Text, k: usize, own: bool, there: Option<&BTreeSet<String>>) {
+    fn open(&mut self, why: String) {
+        self.open.get_or_insert(why);
+    }
+
+    /// One line; `there`: names of the jobs that stand here.
+    fn line(&mut self, text: &Text, k: usize, own: bool, there: &BTreeSet<String>) {
         let line = text.line(k).trim_ascii();
         if line.starts_with(b"/") || line.starts_with(b"'") {
             return;
@@ -69,37 +76,28 @@ impl Shared {
             self.named.insert(n);
         }
         let words: Vec<String> = words(text, k).iter().map(|w| upper(text, w)).collect();
-        let Some(first) = words.first() else { return };
-        match there {
-            Some(there) if STARTS.contains(&first.as_str()) => self.call(&words, there),
-            // the list of a job that stands beside comes before its instructions
-            Some(_) if !is_known(first) && !first.contains('=') => {
-                self.open.get_or_insert_with(|| format!("{first} is not known"));
-            }
-            _ => {}
+        // an instruction may stand behind a label
+        let first = words.iter().find(|w| !w.starts_with('*'));
+        let Some(first) = first.map(String::as_str) else { return };
+        // the list of a job that stands beside comes before its instructions
+        if !is_known(first) && !first.contains('=') {
+            self.open(format!("{first} is not known"));
         }
-        for word in &words {
-            // `PX001` is P001 with its base axes
-            let digits = word.strip_prefix("PX").or_else(|| word.strip_prefix('P'));
-            match digits {
-                // a move sets none
-                Some(rest) if rest.starts_with('[') && first.contains("MOV") => {}
-                Some(rest) if rest.starts_with('[') => {
-                    self.open.get_or_insert_with(|| format!("`{word}` may be any"));
-                }
-                Some(rest) if !own => self.named.extend(rest.parse::<u32>()),
-                _ => {}
-            }
+        if let Some(job) = runs(&words, there) {
+            self.open(job);
         }
-    }
-
-    fn call(&mut self, words: &[String], there: &BTreeSet<String>) {
-        let job = words.iter().find_map(|w| w.strip_prefix("JOB:"));
-        match job.filter(|j| there.contains(*j)) {
-            Some(_) => {}
-            None => {
-                let what = job.map_or("a job that is named at run time".into(), |j| format!("job {j}"));
-                self.open.get_or_insert_with(|| format!("{what} is called and does not stand beside this one"));
+        if clears_positions(&words) {
+            self.open("CLEAR sets several".into());
+        }
+        let moves = first.contains("MOV");
+        for word in words.iter().filter(|w| !w.starts_with("JOB:")) {
+            let (numbers, any) = variables(word);
+            // a move sets none
+            if any && !moves {
+                self.open(format!("`{word}` may be any"));
+            }
+            if !own {
+                self.named.extend(numbers);
             }
         }
     }
@@ -113,6 +111,53 @@ impl Shared {
         };
         Some(format!("position variable P{number:03}: its value may be changed at run time ({why})"))
     }
+}
+
+/// What a line runs or goes to that does not stand here, wherever in the line it is ordered.
+fn runs(words: &[String], there: &BTreeSet<String>) -> Option<String> {
+    let mut jobs = words.iter().filter_map(|w| w.split_once("JOB:").map(|(_, job)| job)).peekable();
+    let jump = words.windows(2).any(|w| w[0] == "JUMP" && !w[1].starts_with('*'));
+    let runs = jump || words.iter().any(|w| STARTS.contains(&w.as_str()));
+    if runs && jobs.peek().is_none() {
+        return Some("a job that is named at run time is called and does not stand beside this one".into());
+    }
+    let gone = jobs.find(|job| !there.contains(*job))?;
+    Some(format!("job {gone} is called and does not stand beside this one"))
+}
+
+/// `CLEAR P100 10`, `CLEAR ALL`: position variables that are not named one by one.
+pub(super) fn clears_positions(words: &[String]) -> bool {
+    let positions = |w: &String| {
+        let (numbers, any) = variables(w);
+        any || !numbers.is_empty() || w.starts_with("ALL")
+    };
+    words.windows(2).any(|w| w[0] == "CLEAR" && positions(&w[1]))
+}
+
+/// Numbers of the position variables that a word names, whatever is glued to them (`P105(3)`, `P105,P001`; `PX001` is P001 with its
+/// base axes), and whether it names one by a number that is not written (`P[I000]`).
+pub(super) fn variables(word: &str) -> (Vec<u32>, bool) {
+    let bytes = word.as_bytes();
+    let (mut numbers, mut any) = (Vec::new(), false);
+    for k in (0..bytes.len()).filter(|&k| bytes[k].eq_ignore_ascii_case(&b'P')) {
+        // `LP000`, `BP000` and `$PX000` are others
+        let before = k.checked_sub(1).map(|i| bytes[i]);
+        if before.is_some_and(|b| b.is_ascii_alphanumeric() || matches!(b, b'$' | b'_')) {
+            continue;
+        }
+        let rest = &bytes[k + 1..];
+        let rest = if rest.first().is_some_and(|b| b.eq_ignore_ascii_case(&b'X')) { &rest[1..] } else { rest };
+        match rest.first() {
+            // the bracket may stand behind a blank
+            None | Some(b'[') => any = true,
+            Some(digit) if digit.is_ascii_digit() => {
+                let digits = rest.iter().take_while(|b| b.is_ascii_digit());
+                numbers.push(digits.fold(0u32, |n, d| n.saturating_mul(10).saturating_add(u32::from(d - b'0'))));
+            }
+            Some(_) => {}
+        }
+    }
+    (numbers, any)
 }
 
 /// `//NAME TEST`.
@@ -167,6 +212,55 @@ mod tests {
         ] {
             let found = uncertain(own, &beside).unwrap_or_default();
             assert!(found.contains(why), "{own}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_job_beside_that_runs_one_that_is_not_there_leaves_no_variable_certain() {
+        let master = |line: &str| vec![job("MASTER", "", &format!("{line}\r\nCALL JOB:MAIN\r\n"))];
+        assert_eq!(uncertain("NOP\r\n", &master("CALL JOB:MASTER")), None);
+        for line in ["CALL JOB:SETTER", "PSTART SUB1 JOB:GONE", "*L1 CALL JOB:GONE", "FINDPART 1", "JUMP JOB:GONE"] {
+            assert!(uncertain("NOP\r\n", &master(line)).is_some(), "{line}");
+        }
+        // what could not be read may set any
+        assert!(uncertain("NOP\r\n", &[Text::new("B.JBI", Vec::new())]).is_some());
+    }
+
+    #[test]
+    fn a_job_is_run_from_anywhere_in_a_line() {
+        for line in [
+            "JUMP JOB:GONE",
+            "JUMP JOB:GONE IF IN#(1)=ON",
+            "JUMP I001",
+            "*L1 CALL JOB:GONE",
+            "IF B000=1 CALL JOB:GONE",
+            "*L1 FINDPART 1",
+        ] {
+            assert!(uncertain(&format!("{line}\r\n"), &[]).is_some(), "{line}");
+        }
+        for line in ["JUMP *L1", "JUMP *L1 IF B000=1", "*L1", "*L1 CALL JOB:MAIN"] {
+            assert_eq!(uncertain(&format!("{line}\r\n"), &[]), None, "{line}");
+        }
+    }
+
+    #[test]
+    fn a_variable_with_something_glued_to_it_is_named() {
+        for line in [
+            "SETE P105(3) D000",
+            "SET P105,P001",
+            "SET P001,P105",
+            "GETS PX105//x",
+            "GETS PX105,$PX000",
+            "SETE P [I000] (1) 5",
+            "CLEAR P100 10",
+            "CLEAR P100,10",
+            "CLEAR ALL",
+        ] {
+            let beside = [job("SUB", "", &format!("{line}\r\n"))];
+            assert!(uncertain("NOP\r\n", &beside).is_some(), "{line}");
+        }
+        for line in ["CLEAR B000 10", "SET LP105 P001", "GETS PX001 $PX105", "CLEAR STACK"] {
+            assert_eq!(uncertain("NOP\r\n", &[job("SUB", "", &format!("{line}\r\n"))]), None, "{line}");
         }
     }
 }

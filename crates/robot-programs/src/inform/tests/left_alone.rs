@@ -59,3 +59,20 @@ fn a_job_of_another_group_than_the_first_robot_is_left() {
     let station = station.replace("///GROUP1 RB1", "///GROUP1 ST1");
     assert_eq!(moves(&script_of(&Inform, &station, &robot())).len(), 1);
 }
+
+#[test]
+fn a_position_variable_that_the_job_sets_in_any_spelling_is_not_known() {
+    let list = format!("{LIST}\nP00105=1000,-2000,300,0,-500,622");
+    let goal = |line: &str| {
+        let text = job("3,0,0,1,0,0", &list, &format!("MOVJ C00000 VJ=25.00\n{line}\nMOVJ P105 VJ=25.00"));
+        moves(&script_of(&Inform, &text, &robot()))[1].1.clone()
+    };
+    let untouched = goal("SET P001 P002");
+    assert!(matches!(untouched.goal, Goal::Joints(_)) && untouched.fixed.is_none(), "{untouched:?}");
+    for line in
+        ["SETE P105(3) D000", "SET P105,P001", "GETS PX105//x", "CLEAR P100 10", "CLEAR ALL", "*L1 SETE P105(1) D000"]
+    {
+        assert!(matches!(goal(line).goal, Goal::Opaque(_)), "{line}");
+    }
+    assert!(goal("JUMP JOB:GONE IF IN#(1)=ON").fixed.is_some());
+}
