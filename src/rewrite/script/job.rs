@@ -183,7 +183,11 @@ fn texts(format: &dyn Format, input: &Path, bytes: Vec<u8>, there: &Files) -> Re
     input::refuse_utf16(&name, &bytes)?;
     let mut all = vec![Text::new(name, bytes)];
     let mut companions = Vec::new();
-    if !is_stdio(input) {
+    if is_stdio(input) {
+        if format.minds_unread() {
+            all.push(Text::of_context("what stands beside it", Vec::new()));
+        }
+    } else {
         for path in format.companions(input, there) {
             memory::require_for_file(&path, &shown(&path), LARGEST_SCRIPT, 2)?;
             all.push(Text::new(shown(&path), std::fs::read(&path).map_err(|e| Error::io(&path, "read", e))?));
@@ -194,8 +198,10 @@ fn texts(format: &dyn Format, input: &Path, bytes: Vec<u8>, there: &Files) -> Re
             let small = memory::require_for_file(&path, &shown(&path), LARGEST_SCRIPT, 2).is_ok();
             let bytes = small.then(|| std::fs::read(&path).ok()).flatten();
             let name = shown(&path);
-            if let Some(bytes) = bytes.filter(|b| input::refuse_utf16(&name, b).is_ok()) {
-                all.push(Text::of_context(name, bytes));
+            match bytes.filter(|b| input::refuse_utf16(&name, b).is_ok()) {
+                Some(bytes) => all.push(Text::of_context(name, bytes)),
+                None if format.minds_unread() => all.push(Text::of_context(name, Vec::new())),
+                None => {}
             }
         }
     }

@@ -61,6 +61,10 @@ impl Format for Inform {
         shared::files(path)
     }
 
+    fn minds_unread(&self) -> bool {
+        true
+    }
+
     fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>> {
         Ok(Box::new(read::job(texts, robot)?))
     }

@@ -20,7 +20,12 @@ pub(super) fn files(path: &Path) -> Vec<PathBuf> {
     }
     let is_job = |p: &PathBuf| p.extension().is_some_and(|e| ["jbi", "jbr"].iter().any(|j| e.eq_ignore_ascii_case(j)));
     let own = path.file_name();
-    of_folder(folder, usize::MAX).into_iter().filter(|p| is_job(p) && p.file_name() != own).collect()
+    let here = of_folder(folder, usize::MAX);
+    // a folder that cannot be looked through stands for itself: it is none that can be read
+    if here.is_empty() {
+        return vec![folder.to_path_buf()];
+    }
+    here.into_iter().filter(|p| is_job(p) && p.file_name() != own).collect()
 }
 
 /// Whether an instruction may move to `P001`.

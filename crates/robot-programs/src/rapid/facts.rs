@@ -6,6 +6,7 @@
 
 use super::arguments::{motion_of, positional};
 use super::lex::Kind;
+use super::project::LeftOut;
 use super::read::{Decl, Item, ItemKind, Parsed, Span, Storage};
 use super::words::{self, Leads};
 use crate::script::Text;
@@ -39,11 +40,12 @@ pub struct Facts<'a> {
     pub has_main: bool,
     /// Values are set by names that are computed (`SetDataVal`).
     sets_by_name: bool,
+    left_out: &'a LeftOut,
 }
 
 impl<'a> Facts<'a> {
     /// `goals`: per item the token of the name that a move leads to, which is no reading of its value.
-    pub fn new(text: &'a Text, p: &'a Parsed, goals: &[Option<usize>]) -> Self {
+    pub fn new(text: &'a Text, p: &'a Parsed, left_out: &'a LeftOut, goals: &[Option<usize>]) -> Self {
         let mut f = Self {
             text,
             p,
@@ -52,6 +54,7 @@ impl<'a> Facts<'a> {
             moving: HashMap::new(),
             has_main: p.routines.iter().any(|r| r.name == "main"),
             sets_by_name: p.words.iter().any(|w| w == "setdataval" || w == "setalldataval"),
+            left_out,
         };
         for (k, d) in p.decls.iter().enumerate() {
             let scope = match d.routine {
@@ -61,6 +64,8 @@ impl<'a> Facts<'a> {
             f.enter(scope, k);
             if d.routine.is_none() && !d.local {
                 f.enter(Scope::Global, k);
+                // what a file beside it goes to stays
+                f.states[k].read |= left_out.names(&d.name).is_some();
             }
         }
         for (item, goal) in p.items.iter().zip(goals) {
@@ -192,7 +197,16 @@ impl<'a> Facts<'a> {
         if self.sets_by_name {
             return Err(format!("`{}` may be set by SetDataVal; a CONST could not", shown()));
         }
-        if decl.routine.is_some() || decl.local || self.has_main {
+        if let Some(why) = self.left_out.by_name() {
+            return Err(format!("`{}` may be set at run time: {why}", shown()));
+        }
+        if decl.routine.is_some() || decl.local {
+            return Ok(());
+        }
+        if let Some(why) = self.left_out.sets(&decl.name) {
+            return Err(format!("`{}` is global and not constant: {why}", shown()));
+        }
+        if self.has_main {
             return Ok(());
         }
         Err(format!(

@@ -141,6 +141,9 @@ impl Builder<'_> {
         let external = if pose.is_some() { 3 } else { 1 };
         self.externals.push(External::of(text, node.get(external)));
         let elsewhere = first >= self.project.own_end();
+        if elsewhere {
+            self.note(decl.at, format!("`{shown}` is taken from this file, and written into the moves to it"));
+        }
         let keep = self.f.states[d].read || self.f.reaches_out(d) || elsewhere;
         let owner = Owner { bytes: first..last, head: head.join(" "), name, keep };
         let foreign = elsewhere.then(|| text.slice(node.bytes()).to_vec());

@@ -78,6 +78,10 @@ impl Format for Rapid {
         project::files(path)
     }
 
+    fn minds_unread(&self) -> bool {
+        true
+    }
+
     fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>> {
         let text = texts.first().ok_or_else(|| Error::bad(Place::default(), "nothing", "a RAPID module"))?;
         let own = read::parse(text, lex::lex(text)?)?;

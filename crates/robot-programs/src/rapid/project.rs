@@ -4,18 +4,21 @@
 //! declared globally twice. So a module is read together with those that can be its fellows: the files of its folder (of `PROGMOD` and
 //! `SYSMOD` where it stands in one of them), of which a `.pgf` that names the module names the others, too. A file that declares a
 //! global name again, or a second `main`, is of another task and left out. Where nothing tells which of several `main` is the
-//! module's own, none of them is looked at. What is found there is read and never written.
+//! module's own, or that the files of the folder are of one task at all, none of them is taken. A global variable that a file which is left out
+//! names may be set there. What is found there is read and never written.
 
 use super::arguments::motion_of;
 use super::lex;
-use super::read::{self, Parsed};
+use super::read::{self, Parsed, Storage};
 use crate::files::of_folder;
 use crate::script::{At, Text};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// Most files of a folder that is taken for a task.
+/// Most modules that are taken for a task.
 const MOST: usize = 64;
+/// Most files of a folder that is looked through.
+const MOST_LISTED: usize = 4096;
 /// Most bytes of all modules of a task.
 const MOST_BYTES: usize = 8 << 20;
 
@@ -25,41 +28,103 @@ fn is_module(path: &Path) -> bool {
     ending.is_some_and(|e| matches!(e.as_str(), "mod" | "modx" | "prg" | "sys" | "sysx"))
 }
 
-/// The other files of the task of the module at `path`.
+/// Files that may be of the task of the module at `path`, and the `.pgf` that name it. A folder that cannot be looked through stands for
+/// itself: it is none that can be read.
 pub fn files(path: &Path) -> Vec<PathBuf> {
     let Some(folder) = path.parent() else { return Vec::new() };
-    let here = of_folder(folder, MOST);
+    let here = of_folder(folder, MOST_LISTED);
+    if here.is_empty() {
+        return vec![folder.to_path_buf()];
+    }
     let own = path.file_name();
-    let named = |p: &PathBuf| {
-        let list = std::fs::read(p).map(|b| String::from_utf8_lossy(&b).to_ascii_lowercase()).unwrap_or_default();
-        let modules: Vec<String> = list
-            .split("<module>")
-            .skip(1)
-            .filter_map(|rest| Some(rest.split('<').next()?.trim().rsplit(['/', '\\']).next()?.to_string()))
-            .collect();
-        modules
-    };
-    let of = |p: &Path| p.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    let lists: Vec<Vec<String>> = here
-        .iter()
-        .filter(|p| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("pgf")))
-        .map(named)
-        .filter(|list| list.contains(&of(path)))
-        .collect();
-    let listed = |p: &Path| match lists.as_slice() {
-        [] => true,
-        [one] => one.contains(&of(p)) || of(p).ends_with(".sys") || of(p).ends_with(".sysx"),
-        _ => false,
-    };
-    let mut all: Vec<PathBuf> =
-        here.iter().filter(|p| is_module(p) && p.file_name() != own && listed(p)).cloned().collect();
+    let name = file_name(path);
+    let names = |p: &PathBuf| is_list(p) && std::fs::read(p).is_ok_and(|b| listed(&b).contains(&name));
+    let wanted = |p: &&PathBuf| is_module(p) && p.file_name() != own || names(p);
+    let mut all: Vec<PathBuf> = here.iter().filter(wanted).cloned().collect();
     let beside = match folder.file_name().map(|n| n.to_string_lossy().to_ascii_uppercase()).as_deref() {
         Some("PROGMOD") => "SYSMOD",
         Some("SYSMOD") => "PROGMOD",
         _ => return all,
     };
-    all.extend(of_folder(&folder.with_file_name(beside), MOST).into_iter().filter(|p| is_module(p)));
+    all.extend(of_folder(&folder.with_file_name(beside), MOST_LISTED).into_iter().filter(|p| is_module(p)));
     all
+}
+
+/// A list of the modules of a program.
+fn is_list(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("pgf"))
+}
+
+/// Name of a file, in lower case.
+fn file_name(path: &Path) -> String {
+    path.file_name().map(|n| n.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
+}
+
+/// Names of the files that a `.pgf` names, in lower case.
+fn listed(bytes: &[u8]) -> Vec<String> {
+    let list = String::from_utf8_lossy(bytes).to_ascii_lowercase();
+    let name = |rest: &str| Some(rest.split('<').next()?.trim().rsplit(['/', '\\']).next()?.to_string());
+    list.split("<module>").skip(1).filter_map(name).collect()
+}
+
+/// Whether a module stands in the folder of a task's program or system modules.
+fn in_task_folder(path: &Path) -> bool {
+    let folder = path.parent().map(file_name).unwrap_or_default();
+    matches!(folder.as_str(), "progmod" | "sysmod")
+}
+
+/// What is known of files that are not read together with the module.
+#[derive(Default)]
+pub struct LeftOut {
+    /// One that is not read at all.
+    unread: Option<String>,
+    /// Words of each, in lower case, less what it declares for its own task alone.
+    words: Vec<(String, HashSet<String>)>,
+    /// A file that sets data by names that are computed.
+    by_name: Option<String>,
+}
+
+impl LeftOut {
+    fn add(&mut self, text: &Text) {
+        if text.bytes.is_empty() {
+            self.unread.get_or_insert(text.name.clone());
+            return;
+        }
+        let is_word = |b: &u8| b.is_ascii_alphanumeric() || *b == b'_' || *b >= 0x80;
+        let words = text.bytes.split(|b| !is_word(b)).filter(|w| !w.is_empty());
+        let mut words: HashSet<String> = words.map(|w| String::from_utf8_lossy(w).to_ascii_lowercase()).collect();
+        if words.contains("setdataval") || words.contains("setalldataval") {
+            self.by_name.get_or_insert(text.name.clone());
+        }
+        // of the same PERS in two tasks there is one value
+        if let Some(p) = lex::lex(text).and_then(|l| read::parse(text, l)).ok() {
+            let alone = p.modules.len() == 1;
+            let own = |d: &&read::Decl| d.routine.is_none() && d.storage != Storage::Pers && (alone || !d.local);
+            for d in p.decls.iter().filter(own) {
+                words.remove(&d.name);
+            }
+        }
+        self.words.push((text.name.clone(), words));
+    }
+
+    /// The file that names a name.
+    pub fn names(&self, name: &str) -> Option<&str> {
+        self.words.iter().find(|(_, words)| !name.is_ascii() || words.contains(name)).map(|(file, _)| file.as_str())
+    }
+
+    /// Why the value of a global name that is no constant is not certain.
+    pub fn sets(&self, name: &str) -> Option<String> {
+        if let Some(file) = self.names(name) {
+            return Some(format!("{file} names it, which may set it"));
+        }
+        let unread = self.unread.as_ref().map(|file| format!("{file} is not read, which may set it"));
+        unread.or_else(|| self.by_name())
+    }
+
+    /// Why any name may be set.
+    pub fn by_name(&self) -> Option<String> {
+        self.by_name.as_ref().map(|file| format!("{file} sets data by name"))
+    }
 }
 
 /// The modules of a task as one text: the program's own first.
@@ -68,52 +133,81 @@ pub struct Project {
     pub parsed: Parsed,
     /// First byte of each context, with the number of its file.
     starts: Vec<(usize, usize)>,
+    /// Files beside it that are not read together with it.
+    pub left_out: LeftOut,
 }
 
 impl Project {
     /// The own text alone, parsed.
-    pub fn alone(text: &Text, parsed: Parsed) -> Self {
-        Self { text: text.clone(), parsed, starts: Vec::new() }
+    fn alone(text: &Text, parsed: Parsed) -> Self {
+        Self { text: text.clone(), parsed, starts: Vec::new(), left_out: LeftOut::default() }
     }
 
-    /// The program with those of its context that can be of its task.
+    /// The program with those of its context that are of its task; of the others it is kept what they name.
     pub fn of(texts: &[Text], own: Parsed) -> Self {
-        let Some(text) = texts.first() else { return Self { text: Text::default(), parsed: own, starts: Vec::new() } };
+        let Some(text) = texts.first() else { return Self::alone(&Text::default(), own) };
         // a module that moves nothing asks for nothing
         if texts.len() == 1 || !own.items.iter().any(|item| motion_of(&own, item).is_some()) {
             return Self::alone(text, own);
         }
+        let (taken, mut project) = Self::joined(text, texts, own);
+        for (k, other) in texts.iter().enumerate().skip(1) {
+            if !taken.contains(&k) && !is_list(Path::new(&other.name)) {
+                project.left_out.add(other);
+            }
+        }
+        project
+    }
+
+    /// The module with those that are of its task, and the numbers of these.
+    fn joined(text: &Text, texts: &[Text], own: Parsed) -> (HashSet<usize>, Self) {
+        let alone = |own| (HashSet::new(), Self::alone(text, own));
+        let path = |t: &Text| PathBuf::from(&t.name);
+        let lists: Vec<Vec<String>> =
+            texts[1..].iter().filter(|t| is_list(&path(t))).map(|t| listed(&t.bytes)).collect();
+        // nothing tells that what stands in one folder is of one task
+        if lists.len() > 1 || lists.is_empty() && !in_task_folder(&path(text)) {
+            return alone(own);
+        }
+        let of_task = |t: &Text| {
+            let path = path(t);
+            let name = file_name(&path);
+            // a list names the modules of its own folder
+            let system =
+                name.ends_with(".sys") || name.ends_with(".sysx") || path.parent() != Path::new(&text.name).parent();
+            is_module(&path) && lists.first().is_none_or(|list| list.contains(&name) || system)
+        };
         // of programs that were put into one folder each has its own `main`: that is seen without reading them whole
         let ours = starts(text);
-        let others = || (1..).zip(&texts[1..]).filter(|(_, t)| !(ours && starts(t)));
-        if others().filter(|(_, t)| starts(t)).count() > 1 {
-            return Self::alone(text, own);
+        let others = || (1..).zip(&texts[1..]).filter(|(_, t)| of_task(t) && !(ours && starts(t)));
+        if others().filter(|(_, t)| starts(t)).count() > 1 || others().count() > MOST {
+            return alone(own);
         }
         let all: Vec<(usize, &Text, Parsed)> =
             others().filter_map(|(k, t)| Some((k, t, read::parse(t, lex::lex(t).ok()?).ok()?))).collect();
         let taken = globals(&own);
-        let mut fellows: Vec<&(usize, &Text, Parsed)> =
+        let fellows: Vec<&(usize, &Text, Parsed)> =
             all.iter().filter(|(.., p)| globals(p).is_disjoint(&taken)).collect();
         let main = |p: &Parsed| p.routines.iter().any(|r| r.name == "main");
         let mains = fellows.iter().filter(|(.., p)| main(p)).count();
         let size: usize = fellows.iter().map(|f| f.1.bytes.len()).sum();
-        if mains > 1 || size > MOST_BYTES {
-            fellows.clear();
-        }
-        if fellows.is_empty() {
-            return Self::alone(text, own);
+        if mains > 1 || size > MOST_BYTES || fellows.is_empty() {
+            return alone(own);
         }
         let (mut bytes, mut starts) = (text.bytes.clone(), Vec::new());
-        for (k, fellow, _) in fellows {
+        for (k, fellow, _) in &fellows {
             bytes.push(b'\n');
             starts.push((bytes.len(), *k));
             bytes.extend_from_slice(fellow.bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&fellow.bytes));
         }
         let joined = Text::new(text.name.clone(), bytes);
         match lex::lex(&joined).and_then(|l| read::parse(&joined, l)) {
-            Ok(parsed) => Self { text: joined, parsed, starts },
+            Ok(parsed) => {
+                let taken = fellows.iter().map(|f| f.0).collect();
+                (taken, Self { text: joined, parsed, starts, left_out: LeftOut::default() })
+            }
             // each of them is whole, but not one behind the other
-            Err(_) => Self::alone(text, own),
+            Err(_) => alone(own),
         }
     }
 

@@ -81,7 +81,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Built>
         .map(|(item, m)| m.as_ref().filter(|_| own(item)).and_then(|(m, args)| goal_name(p, *m, args)))
         .collect();
     let mut b = Builder {
-        f: Facts::new(text, p, &goals),
+        f: Facts::new(text, p, &project.left_out, &goals),
         project,
         robot,
         displaced: p.words.iter().any(|w| w.starts_with("pdispon") || w == "pdispset"),

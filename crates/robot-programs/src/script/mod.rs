@@ -47,6 +47,11 @@ pub trait Format: Sync {
     fn context(&self, _path: &Path) -> Vec<PathBuf> {
         Vec::new()
     }
+    /// Whether a file beside the program may set what it goes to, so that one that cannot be read counts: a text without bytes stands
+    /// for it among the context.
+    fn minds_unread(&self) -> bool {
+        false
+    }
     /// An axis whose gear, on most arms of this maker, turns by the sum of its own value and another's as programs show them: the
     /// axis and the other one.
     fn coupled(&self) -> Option<(usize, usize)> {

@@ -4,10 +4,15 @@ use super::*;
 
 const E: &str = "[9E9,9E9,9E9,9E9,9E9,9E9]";
 
-/// A module with others of its folder.
+/// A module with others of its task's folder.
 fn task(own: &str, others: &[&str]) -> Box<dyn Document> {
-    let own = Text::new("own.mod", own.as_bytes().to_vec());
-    let others = (1..).zip(others).map(|(k, t)| Text::of_context(format!("m{k}.mod"), t.as_bytes().to_vec()));
+    folder("PROGMOD/", own, others)
+}
+
+/// A module with others of its folder.
+fn folder(folder: &str, own: &str, others: &[&str]) -> Box<dyn Document> {
+    let own = Text::new(format!("{folder}own.mod"), own.as_bytes().to_vec());
+    let others = (1..).zip(others).map(|(k, t)| Text::of_context(format!("{folder}m{k}.mod"), t.as_bytes().to_vec()));
     Rapid.parse(std::iter::once(own).chain(others).collect(), &robot()).unwrap()
 }
 
@@ -105,4 +110,62 @@ fn a_tool_of_reltool_is_turned_about_x_then_its_new_y_then_its_new_z() {
     // the tool's axes before: x = -X, y = Y, z = -Z. About x by 90: y to z, z to -y. About the new z (-Y) by 90: x to the new y (-Z)
     assert!((rotation * nalgebra::Vector3::x() + nalgebra::Vector3::z()).norm() < 1e-9, "{rotation}");
     assert!((rotation * nalgebra::Vector3::z() + nalgebra::Vector3::y()).norm() < 1e-9, "{rotation}");
+}
+
+#[test]
+fn a_folder_that_nothing_tells_to_be_of_one_task_gives_no_targets() {
+    let own = "MODULE own\nPROC main()\nMoveAbsJ jHome,v100,fine,tool0;\nENDPROC\nENDMODULE\n";
+    let data = module("data", &format!("CONST jointtarget jHome:=[[1,2,3,4,5,6],{E}];"));
+    let found = task(own, &[&data]);
+    assert_eq!(why(found.as_ref(), 0), "known");
+    assert!(found.script().notes.iter().any(|n| n.text.contains("taken from this file")), "{:?}", found.script().notes);
+    assert!(why(folder("", own, &[&data]).as_ref(), 0).contains("declared in another module"));
+    // a list of modules tells it
+    let with_list = |list: &str| {
+        let texts = vec![
+            Text::new("own.mod", own.as_bytes().to_vec()),
+            Text::of_context("data.mod", data.clone().into_bytes()),
+            Text::of_context("p.pgf", list.as_bytes().to_vec()),
+        ];
+        why(Rapid.parse(texts, &robot()).unwrap().as_ref(), 0)
+    };
+    assert_eq!(with_list("<Program><Module>own.mod</Module><Module>data.mod</Module></Program>"), "known");
+    assert!(with_list("<Program><Module>own.mod</Module></Program>").contains("another module"));
+}
+
+#[test]
+fn a_file_that_is_left_out_may_set_what_it_names() {
+    let own = |storage: &str| {
+        format!(
+            "MODULE own\n{storage} jointtarget jG:=[[1,2,3,4,5,6],{E}];\nVAR num n;\nPROC main()\n\
+             MoveAbsJ jG,v100,fine,tool0;\nENDPROC\nENDMODULE\n"
+        )
+    };
+    let pers = format!("PERS jointtarget jG:=[[1,2,3,4,5,6],{E}];\nPROC work()\njG:=CJointT();\nENDPROC");
+    let main = "PROC main()\nSetDataVal \"jP{2}\",n;\nENDPROC";
+    for other in [
+        module("task2", &pers),
+        module("two", "VAR num n;\nPROC set()\njG:=CJointT();\nENDPROC"),
+        "MODULE broken\nPROC set(\njG := CJointT();\n".to_string(),
+        module("three", main),
+        // not read
+        String::new(),
+    ] {
+        for place in ["", "PROGMOD/"] {
+            for storage in ["PERS", "VAR"] {
+                let d = folder(place, &own(storage), &[&other]);
+                assert_ne!(why(d.as_ref(), 0), "known", "{storage} {place} {other}");
+            }
+        }
+        assert_eq!(why(folder("", &own("CONST"), &[&other]).as_ref(), 0), "known");
+    }
+    // too many for one task: each may set it
+    let setter = |k: usize| module(&format!("m{k}"), &format!("PROC set{k}()\njG:=CJointT();\nENDPROC"));
+    let many: Vec<String> = (0..70).map(setter).collect();
+    let many: Vec<&str> = many.iter().map(String::as_str).collect();
+    assert_ne!(why(task(&own("VAR"), &many).as_ref(), 0), "known");
+    // data of the same name of another program are others
+    let other =
+        module("other", &format!("VAR jointtarget jG:=[[1,2,3,4,5,6],{E}];\nPROC main()\njG:=CJointT();\nENDPROC"));
+    assert_eq!(why(folder("", &own("VAR"), &[&other]).as_ref(), 0), "known");
 }
