@@ -249,3 +249,21 @@ fn a_program_that_names_no_joints_waits_for_a_posture_of_the_arm() {
         }
     }
 }
+
+#[test]
+fn a_posture_that_contradicts_the_program_s_own_joints_is_not_used() {
+    let desk = desk_of("universal-robots-ur10.yaml", "base", 0.003);
+    let pose = |y: f64| format!("  movel(p[0.5, {y}, 0.4, 0, 3.14, 0], a=1.2, v=0.1)\n");
+    let joints = "  foo()\n  movej([-2.5, -1.0, -1.5, -2.0, 1.57, 0], a=1.2, v=0.25)\n";
+    let program = format!(
+        "def work():\n  set_tcp(p[0, 0, 0.1, 0, 0, 0])\n{}{}{}{joints}end\n",
+        pose(-0.3),
+        pose(0.3),
+        pose(-0.2)
+    );
+    desk.write("p.script", &program);
+    desk.write("frames.yaml", "schema: lostmotion/frames/1\nposture_deg: [0, -90, 90, -90, -90, 0]\n");
+    desk.run("rewrite --model model.yaml p.script --frames frames.yaml --output posed.script --force")
+        .success()
+        .stderr(contains("of another arm configuration than `posture_deg`"));
+}

@@ -167,7 +167,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         ),
     };
     let mut known = Poses::new(task.robot, &task.choices.frames);
-    let Cut { runs, gaps, partial, mut left } = run::cut(script, &choice, &mut known);
+    let Cut { runs, gaps, partial, mut left, notes: of_arm } = run::cut(script, &choice, &mut known);
     let looks_rewritten = looks_rewritten(script, &runs, task);
     let solve = choice.solve_within_m.is_some();
     let Collected { mut edits, mut account, mut unplaced, rates, lines } =
@@ -204,6 +204,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         account.duration_s = account.duration_s.and_then(|[before, after]| Some([before, after + stops_s?]));
     }
     notes.extend(rates.notes(task.robot));
+    notes.extend(of_arm);
     notes.extend(script.notes.iter().cloned());
     notes.extend(notes::not_understood(script));
     notes.extend(notes::approached(script, &choice.approach, &runs, &edits));

@@ -10,9 +10,10 @@ use super::coverage::kept;
 use super::poses::{NO_START, Place, Poses, Tooled};
 use super::way;
 use crate::program::script::{
-    At, Break, Goal, Move, PathKind, PoseGoal, Script, Solution, Speed, StepKind, Target, Way,
+    At, Break, Goal, Move, Note, PathKind, PoseGoal, Script, Solution, Speed, StepKind, Target, Way,
 };
 use crate::robot::Robot;
+use crate::robot::arm::Arm;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -91,6 +92,7 @@ pub struct Cut {
     pub partial: Vec<usize>,
     /// Why Cartesian moves stay as they are, by step.
     pub left: BTreeMap<usize, String>,
+    pub notes: Vec<Note>,
 }
 
 /// How a script is cut into runs.
@@ -127,17 +129,13 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
     if !one_arm {
         poses.posture = None;
     }
-    let mut cutter = Cutter {
-        choice,
-        poses,
-        plain,
-        out: Cut::default(),
-        run,
-        known: Vec::new(),
-        hint,
-        one_arm,
-        directions: Directions::default(),
-    };
+    let mut out = Cut::default();
+    if let Some(note) = contradiction(script, &plain, poses.posture.as_deref()) {
+        poses.posture = None;
+        out.notes.push(note);
+    }
+    let mut cutter =
+        Cutter { choice, poses, plain, out, run, known: Vec::new(), hint, one_arm, directions: Directions::default() };
     for (k, step) in script.steps.iter().enumerate() {
         match &step.kind {
             StepKind::Move(m) => cutter.take(script, k, step.at, m),
@@ -161,16 +159,28 @@ fn joints_of(target: &Target, dof: usize) -> Option<Vec<f64>> {
     (target.pose.is_none() && values.len() == dof).then_some(values)
 }
 
+/// The arm configuration of joints: of an arm without a spherical wrist the bends of its third and fifth joint.
+fn class(arm: &Arm, q: &[f64]) -> [bool; 3] {
+    match arm.posture(q) {
+        Some(p) => [p.front_m > 0.0, p.elbow > 0.0, q[4].sin() > 0.0],
+        None => [true, q[2].sin() > 0.0, q[4].sin() > 0.0],
+    }
+}
+
+/// That the posture which the user gives is of another configuration than a joint target of the program.
+fn contradiction(script: &Script, plain: &Tooled, posture: Option<&[f64]>) -> Option<Note> {
+    let (arm, posture) = (plain.arm.as_ref()?, posture?);
+    let other = |t: &&Target| joints_of(t, plain.robot.dof()).is_some_and(|q| class(arm, &q) != class(arm, posture));
+    let target = script.targets.iter().find(other)?;
+    let text = "the joints of this target are of another arm configuration than `posture_deg`, which is not used";
+    Some(Note { place: target.at, text: text.into() })
+}
+
 /// Whether all joint targets of a script, and all configurations that it orders, are of one arm configuration.
 fn one_configuration(script: &Script, plain: &Tooled) -> bool {
     let Some(arm) = &plain.arm else { return true };
     let joints = script.targets.iter().filter_map(|t| joints_of(t, plain.robot.dof()));
-    // of an arm without a spherical wrist the bends of its third and fifth joint
-    let class = |q: &Vec<f64>| match arm.posture(q) {
-        Some(p) => [p.front_m > 0.0, p.elbow > 0.0, q[4].sin() > 0.0],
-        None => [true, q[2].sin() > 0.0, q[4].sin() > 0.0],
-    };
-    let mut classes = joints.map(|q| class(&q));
+    let mut classes = joints.map(|q| class(arm, &q));
     let first = classes.next();
     let ordered = |m: &Move| match &m.goal {
         Goal::Pose(goal) => match &**goal {
