@@ -52,8 +52,12 @@ impl Data {
         let own = || texts.iter().enumerate().filter(|(_, t)| !t.context);
         // declarations first: the data list comes behind the program
         for pass in 0..2 {
-            if pass == 1 && data.names.is_empty() {
-                break;
+            if pass == 1 {
+                // the program assigns points of other modules, too
+                data.declared_elsewhere(texts);
+                if data.names.is_empty() {
+                    break;
+                }
             }
             for (file, text) in own() {
                 let mut routine = 0;
@@ -201,7 +205,7 @@ impl Data {
                     let whole = whole.map(|_| aggregate(text, file, line, sign + 1)).transpose()?;
                     let whole = whole.filter(|(_, next)| *next == line.len()).map(|w| w.0);
                     if file > 0 {
-                        self.initial(n, whole);
+                        self.initial(n, whole, false);
                         continue;
                     }
                     let used = self.names[n].used || self.names[n].of.is_some_and(|a| self.names[a].used);
@@ -226,10 +230,10 @@ impl Data {
         Ok(())
     }
 
-    /// The value that a data list gives a point on a line of its own.
-    pub(super) fn initial(&mut self, n: usize, value: Option<Aggregate>) {
+    /// The value that a data list gives a point on a line of its own; `elsewhere`: another module's list.
+    pub(super) fn initial(&mut self, n: usize, value: Option<Aggregate>, elsewhere: bool) {
         let name = &mut self.names[n];
-        if name.given.is_some() || value.is_none() {
+        if name.given.is_some() || value.is_none() || (name.context && !elsewhere) {
             name.spoiled.get_or_insert_with(|| "its value in the data list is not plain".into());
         }
         name.given = value;

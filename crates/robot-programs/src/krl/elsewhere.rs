@@ -11,11 +11,11 @@ use crate::script::Text;
 use std::collections::HashSet;
 
 impl Data {
-    /// What other modules declare for all, and what they do to it. A file that cannot be read declares nothing.
-    pub(super) fn look_around(&mut self, texts: &[Text]) {
+    /// What other modules declare for all. A file that cannot be read declares nothing.
+    pub(super) fn declared_elsewhere(&mut self, texts: &[Text]) {
         let mut line = Vec::new();
-        let others = || texts.iter().enumerate().filter(|(_, t)| t.context);
-        for (file, text) in others().filter(|(_, t)| is_list(t)) {
+        let lists = texts.iter().enumerate().filter(|(_, t)| t.context && is_list(t));
+        for (file, text) in lists {
             let mut shared: Option<bool> = None;
             for k in 0..text.line_count() {
                 tokens(text, k, &mut line);
@@ -37,11 +37,16 @@ impl Data {
                 }
             }
         }
+    }
+
+    /// What other modules do to points of all modules.
+    pub(super) fn look_around(&mut self, texts: &[Text]) {
         if !self.names.iter().any(|n| n.global) {
             return;
         }
+        let mut line = Vec::new();
         // points that a module assigns or hands over; its own of the same name are others
-        for (_, text) in others().filter(|(_, t)| !is_list(t) && !is_basis(t)) {
+        for (_, text) in texts.iter().enumerate().filter(|(_, t)| t.context && !is_list(t) && !is_basis(t)) {
             let local: HashSet<String> = of_module(texts, text);
             for k in 0..text.line_count() {
                 tokens(text, k, &mut line);
@@ -59,7 +64,7 @@ impl Data {
         let ours = self.names[n].context && self.names[n].file == file && !self.names[n].array;
         if ours {
             let value = aggregate(text, file, line, next + 1).ok().filter(|(_, end)| *end == line.len());
-            self.initial(n, value.map(|v| v.0));
+            self.initial(n, value.map(|v| v.0), true);
         }
     }
 

@@ -144,3 +144,20 @@ fn a_motion_to_where_the_robot_stands_is_none() {
     let d = doc(&[b"DEF a()\nPTP $POS_ACT\nPTP {A1 1.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\nptp $axis_act C_PTP\nLIN $POS_RET\nPTP $POS_ACT:F\nEND\n"]);
     assert_eq!(goals(d.as_ref()), "joo");
 }
+
+#[test]
+fn a_point_of_all_modules_that_the_program_itself_assigns_is_not_certain() {
+    let config = "DEFDAT $CONFIG\nE6AXIS XG={A1 1.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\nE6AXIS YG[2]\n\
+                  YG[1]={A1 1.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\nENDDAT\n";
+    let of = |src: &str, dat: &str| {
+        goals(project(src, &format!("DEFDAT prog\n{dat}ENDDAT\n"), &[("$config.dat", config)]).as_ref())
+    };
+    assert_eq!(of("DEF prog( )\nPTP XG\nPTP YG[1]\nEND\n", ""), "jj");
+    for line in ["XG.A1=42.0", "XG={A1 3.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}", "CHANGE(XG)"] {
+        assert_eq!(of(&format!("DEF prog( )\n{line}\nPTP XG\nEND\n"), ""), "o", "{line}");
+    }
+    assert_eq!(of("DEF prog( )\nPTP XG\nEND\nDEF q( )\nxg.a1=5\nEND\n", ""), "o");
+    assert_eq!(of("DEF prog( )\nYG[1].A1=33.0\nPTP YG[1]\nPTP XG\nEND\n", ""), "oj");
+    assert_eq!(of("DEF prog( )\nYG[n].A1=33.0\nPTP YG[1]\nEND\n", ""), "o");
+    assert_eq!(of("DEF prog( )\nPTP XG\nEND\n", "XG={A1 3.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\n"), "o");
+}
