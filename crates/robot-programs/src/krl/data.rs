@@ -81,7 +81,9 @@ impl Data {
                             data.declare(text, file, k, scope, &line, at)?;
                         }
                     } else if pass == 1 && !matches!(first.as_str(), "STRUC" | "ENUM" | "EXT" | "EXTP" | "EXTFCT") {
-                        data.uses(text, file, k, (scope.unwrap_or(0), flow.certain()), &line)?;
+                        for (n, part) in statements(text, &line).into_iter().enumerate() {
+                            data.uses(text, file, k, (scope.unwrap_or(0), n == 0 && flow.certain()), part)?;
+                        }
                     }
                 }
             }
@@ -296,6 +298,16 @@ pub(super) fn index(text: &Text, line: &[Token], at: usize) -> Option<(u32, usiz
         return None;
     }
     Some((std::str::from_utf8(text.slice(n.span())).ok()?.parse().ok()?, at + 3))
+}
+
+/// The statements of a line: what stands behind the `DO` of `TRIGGER` and `INTERRUPT` is one of its own.
+pub(super) fn statements<'a>(text: &Text, line: &'a [Token]) -> Vec<&'a [Token]> {
+    let is_do = |t: &Token| t.kind == Kind::Word && upper(text, t) == "DO";
+    let at = line.iter().enumerate().skip(1).position(|(i, t)| is_do(t) && !line[i - 1].is(b'.')).map(|n| n + 1);
+    match at {
+        Some(at) => vec![&line[..at], &line[at + 1..]],
+        None => vec![line],
+    }
 }
 
 /// Whether a line begins a routine.
