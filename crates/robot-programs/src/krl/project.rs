@@ -14,6 +14,8 @@ const LEVELS: usize = 8;
 const MOST: usize = 400;
 /// Most files of a folder that is taken for a project.
 const MOST_BESIDE: usize = 64;
+/// Largest file of a project, bytes.
+const LARGEST: u64 = 16 << 20;
 /// Deepest folder of a tree.
 const DEEPEST: usize = 8;
 
@@ -48,9 +50,11 @@ fn root(folder: &Path) -> Option<PathBuf> {
 /// Whether a file can be opened and is of a size and a form that are read.
 fn is_readable(path: &Path) -> bool {
     let Ok(mut file) = std::fs::File::open(path) else { return false };
-    let mut begin = [0_u8; 2];
+    let mut begin = [0xff_u8; 64];
+    let small = file.metadata().is_ok_and(|m| m.len() <= LARGEST);
     match std::io::Read::read(&mut file, &mut begin) {
-        Ok(_) => !matches!(begin, [0xff, 0xfe] | [0xfe, 0xff]),
+        // a text of two bytes a character has zeros
+        Ok(n) => small && (n == 0 || !matches!(begin, [0xff, 0xfe, ..] | [0xfe, 0xff, ..]) && !begin.contains(&0)),
         Err(_) => false,
     }
 }
