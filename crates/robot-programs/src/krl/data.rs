@@ -52,8 +52,12 @@ impl Data {
         let own = || texts.iter().enumerate().filter(|(_, t)| !t.context);
         // declarations first: the data list comes behind the program
         for pass in 0..2 {
-            if pass == 1 && data.names.is_empty() {
-                break;
+            if pass == 1 {
+                // the program assigns points of other modules, too
+                data.declared_elsewhere(texts);
+                if data.names.is_empty() {
+                    break;
+                }
             }
             for (file, text) in own() {
                 let mut routine = 0;
@@ -77,7 +81,9 @@ impl Data {
                             data.declare(text, file, k, scope, &line, at)?;
                         }
                     } else if pass == 1 && !matches!(first.as_str(), "STRUC" | "ENUM" | "EXT" | "EXTP" | "EXTFCT") {
-                        data.uses(text, file, k, (scope.unwrap_or(0), flow.certain()), &line)?;
+                        for (n, part) in statements(text, &line).into_iter().enumerate() {
+                            data.uses(text, file, k, (scope.unwrap_or(0), n == 0 && flow.certain()), part)?;
+                        }
                     }
                 }
             }
@@ -201,7 +207,7 @@ impl Data {
                     let whole = whole.map(|_| aggregate(text, file, line, sign + 1)).transpose()?;
                     let whole = whole.filter(|(_, next)| *next == line.len()).map(|w| w.0);
                     if file > 0 {
-                        self.initial(n, whole);
+                        self.initial(n, whole, false);
                         continue;
                     }
                     let used = self.names[n].used || self.names[n].of.is_some_and(|a| self.names[a].used);
@@ -226,10 +232,10 @@ impl Data {
         Ok(())
     }
 
-    /// The value that a data list gives a point on a line of its own.
-    pub(super) fn initial(&mut self, n: usize, value: Option<Aggregate>) {
+    /// The value that a data list gives a point on a line of its own; `elsewhere`: another module's list.
+    pub(super) fn initial(&mut self, n: usize, value: Option<Aggregate>, elsewhere: bool) {
         let name = &mut self.names[n];
-        if name.given.is_some() || value.is_none() {
+        if name.given.is_some() || value.is_none() || (name.context && !elsewhere) {
             name.spoiled.get_or_insert_with(|| "its value in the data list is not plain".into());
         }
         name.given = value;
@@ -292,6 +298,16 @@ pub(super) fn index(text: &Text, line: &[Token], at: usize) -> Option<(u32, usiz
         return None;
     }
     Some((std::str::from_utf8(text.slice(n.span())).ok()?.parse().ok()?, at + 3))
+}
+
+/// The statements of a line: what stands behind the `DO` of `TRIGGER` and `INTERRUPT` is one of its own.
+pub(super) fn statements<'a>(text: &Text, line: &'a [Token]) -> Vec<&'a [Token]> {
+    let is_do = |t: &Token| t.kind == Kind::Word && upper(text, t) == "DO";
+    let at = line.iter().enumerate().skip(1).position(|(i, t)| is_do(t) && !line[i - 1].is(b'.')).map(|n| n + 1);
+    match at {
+        Some(at) => vec![&line[..at], &line[at + 1..]],
+        None => vec![line],
+    }
 }
 
 /// Whether a line begins a routine.

@@ -5,17 +5,17 @@
 
 use super::aggregate::aggregate;
 use super::calls::calls;
-use super::data::{Data, assignment, declaration, upper};
+use super::data::{Data, assignment, declaration, is_routine, statements, upper};
 use super::lex::{Kind, Token, tokens};
 use crate::script::Text;
 use std::collections::HashSet;
 
 impl Data {
-    /// What other modules declare for all, and what they do to it. A file that cannot be read declares nothing.
-    pub(super) fn look_around(&mut self, texts: &[Text]) {
+    /// What other modules declare for all. A file that cannot be read declares nothing.
+    pub(super) fn declared_elsewhere(&mut self, texts: &[Text]) {
         let mut line = Vec::new();
-        let others = || texts.iter().enumerate().filter(|(_, t)| t.context);
-        for (file, text) in others().filter(|(_, t)| is_list(t)) {
+        let lists = texts.iter().enumerate().filter(|(_, t)| t.context && is_list(t));
+        for (file, text) in lists {
             let mut shared: Option<bool> = None;
             for k in 0..text.line_count() {
                 tokens(text, k, &mut line);
@@ -37,17 +37,63 @@ impl Data {
                 }
             }
         }
+    }
+
+    /// What other modules do to points of all modules.
+    pub(super) fn look_around(&mut self, texts: &[Text]) {
+        self.imports(texts);
         if !self.names.iter().any(|n| n.global) {
             return;
         }
+        let searched = texts.iter().any(|t| t.context && file_name(t).eq_ignore_ascii_case("$config.dat"));
+        if !searched {
+            for name in self.names.iter_mut().filter(|n| n.global) {
+                let at = texts.get(name.file).map(|t| format!("{}:{}", t.name, name.line + 1)).unwrap_or_default();
+                let why = format!(
+                    "its value is not certain: it is one of all modules ({at}), and no whole project with its $config.dat was found"
+                );
+                name.spoiled.get_or_insert(why);
+            }
+        }
+        let mut line = Vec::new();
         // points that a module assigns or hands over; its own of the same name are others
-        for (_, text) in others().filter(|(_, t)| !is_list(t) && !is_basis(t)) {
-            let local: HashSet<String> = of_module(texts, text);
+        for text in texts.iter().filter(|t| t.context && !is_list(t)) {
+            let module = of_module(texts, text);
+            let mut local = module.clone();
             for k in 0..text.line_count() {
                 tokens(text, k, &mut line);
                 line.retain(|t| t.kind != Kind::Comment);
-                if declaration(text, &line).is_none() {
-                    self.used_elsewhere(text, k, &line, &local);
+                let word = |i: usize| line.get(i).map(|t| upper(text, t)).unwrap_or_default();
+                if is_routine(&word(0), &word(1)) {
+                    local.clone_from(&module);
+                }
+                match declaration(text, &line) {
+                    Some(at) => local.extend(declared(text, &line, at)),
+                    None => {
+                        for part in statements(text, &line) {
+                            self.used_elsewhere(text, k, part, &local);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// `IMPORT E6AXIS XQ IS /R1/Program/prog..XP2`: another name of a point, by which it may be assigned.
+    fn imports(&mut self, texts: &[Text]) {
+        let mut line = Vec::new();
+        for text in texts {
+            for k in 0..text.line_count() {
+                if memchr::memmem::find(text.line(k), b"..").is_none() {
+                    continue;
+                }
+                tokens(text, k, &mut line);
+                let begins = line.iter().take(3).any(|t| upper(text, t) == "IMPORT");
+                let dots = line.windows(3).find(|w| w[0].is(b'.') && w[1].is(b'.') && w[2].kind == Kind::Word);
+                let Some([_, _, name]) = dots.filter(|_| begins) else { continue };
+                if let Some(n) = self.known(None, &upper(text, name)) {
+                    let why = format!("another module has a name of its own for it ({}:{})", text.name, k + 1);
+                    self.names[n].spoiled.get_or_insert(why);
                 }
             }
         }
@@ -59,7 +105,7 @@ impl Data {
         let ours = self.names[n].context && self.names[n].file == file && !self.names[n].array;
         if ours {
             let value = aggregate(text, file, line, next + 1).ok().filter(|(_, end)| *end == line.len());
-            self.initial(n, value.map(|v| v.0));
+            self.initial(n, value.map(|v| v.0), true);
         }
     }
 
@@ -78,6 +124,9 @@ impl Data {
             }
             let (n, next) = self.at(usize::MAX, text, line, i).unwrap_or((n, i + 1));
             if i == 0 && sign.is_some() {
+                if is_basis(text) && is_home(&name) {
+                    continue;
+                }
                 let why = format!("it is assigned while the program runs ({}:{})", text.name, k + 1);
                 self.names[n].spoiled.get_or_insert(why);
             } else if let Some(routine) = call().filter(|_| sign.is_none_or(|s| s != next)) {
@@ -93,27 +142,49 @@ fn is_list(text: &Text) -> bool {
     text.name.rsplit_once('.').is_some_and(|(_, e)| e.eq_ignore_ascii_case("dat"))
 }
 
-/// KUKA's own BAS: it assigns the home positions of delta kinematics alone, which these arms are not.
-fn is_basis(text: &Text) -> bool {
-    let file = text.name.rsplit(['/', '\\']).next().unwrap_or_default();
-    file.eq_ignore_ascii_case("bas.src")
+fn file_name(text: &Text) -> &str {
+    text.name.rsplit(['/', '\\']).next().unwrap_or_default()
 }
 
-/// Names that the module of `text` declares for itself: in the text, and in those of the same stem.
+/// KUKA's own BAS: it assigns the home positions of delta kinematics, which these arms are not.
+fn is_basis(text: &Text) -> bool {
+    file_name(text).eq_ignore_ascii_case("bas.src")
+}
+
+/// `XHOME`, `XHOME1` to `XHOME5`.
+fn is_home(name: &str) -> bool {
+    matches!(name, "XHOME" | "XHOME1" | "XHOME2" | "XHOME3" | "XHOME4" | "XHOME5")
+}
+
+/// Names that the data list of the module of `text` declares for the module alone.
 fn of_module(texts: &[Text], text: &Text) -> HashSet<String> {
     let stem = |t: &Text| t.name.rsplit_once('.').map_or(t.name.as_str(), |(s, _)| s).to_ascii_uppercase();
     let own = stem(text);
     let mut names = HashSet::new();
     let mut line = Vec::new();
-    for text in texts.iter().filter(|t| stem(t) == own) {
+    for text in texts.iter().filter(|t| is_list(t) && stem(t) == own) {
         for k in 0..text.line_count() {
             tokens(text, k, &mut line);
             if let Some(at) = declaration(text, &line)
                 && !line[..at].iter().any(|t| upper(text, t) == "GLOBAL")
             {
-                let words = line[at + 1..].iter().filter(|t| t.kind == Kind::Word);
-                names.extend(words.map(|t| upper(text, t)));
+                names.extend(declared(text, &line, at));
             }
+        }
+    }
+    names
+}
+
+/// The names of a declaration whose type stands at token `at`; none of the words in their values.
+fn declared(text: &Text, line: &[Token], at: usize) -> Vec<String> {
+    let mut depth = 0_usize;
+    let mut names = Vec::new();
+    for (i, t) in line.iter().enumerate().skip(at + 1) {
+        match t.kind {
+            Kind::Mark(b'{' | b'[' | b'(') => depth += 1,
+            Kind::Mark(b'}' | b']' | b')') => depth = depth.saturating_sub(1),
+            Kind::Word if depth == 0 && (i == at + 1 || line[i - 1].is(b',')) => names.push(upper(text, t)),
+            _ => {}
         }
     }
     names

@@ -1,9 +1,9 @@
 //! The project around a KRL program: which files declare what is known to every module.
 //!
 //! `$config.dat` declares for all modules, a data list with `PUBLIC` what it calls `GLOBAL`. They are looked for where a controller
-//! keeps them: `$config.dat` in `System` beside or above the program's folder, or in that folder itself, and data lists in the tree
-//! that hangs on it (`Program`, `System`); without one, in the folder of the program alone. Programs of that tree are read for
-//! what they assign to such points. Nothing of it is ever written.
+//! keeps them: `$config.dat` in `System` beside or above the program's folder, or in that folder itself, and data lists in the whole
+//! tree below the folder that has it; without one, in the folder of the program alone, which tells no values then. Programs of that tree
+//! are read for what they assign to such points. A tree that is not read as a whole counts as none. Nothing of it is ever written.
 
 use crate::files::of_folder;
 use std::path::{Path, PathBuf};
@@ -14,17 +14,20 @@ const LEVELS: usize = 8;
 const MOST: usize = 400;
 /// Most files of a folder that is taken for a project.
 const MOST_BESIDE: usize = 64;
+/// Largest file of a project, bytes.
+const LARGEST: u64 = 16 << 20;
 /// Deepest folder of a tree.
 const DEEPEST: usize = 8;
 
-/// The other files of the project of the program at `path`, whose own data lists are `own`.
+/// The other files of the project of the program at `path`, whose own data lists are `own`. None where not all of them can be read:
+/// then nobody knows what assigns a point of all modules.
 pub(super) fn files(path: &Path, own: &[PathBuf]) -> Vec<PathBuf> {
     let Some(folder) = path.parent() else { return Vec::new() };
     let mut all = match root(folder) {
         Some(root) => {
             let mut all = Vec::new();
-            for part in ["Program", "System", "PROGRAM", "SYSTEM"] {
-                tree(&root.join(part), 0, &mut all);
+            if !tree(&root, 0, &mut all) {
+                return Vec::new();
             }
             all
         }
@@ -33,13 +36,27 @@ pub(super) fn files(path: &Path, own: &[PathBuf]) -> Vec<PathBuf> {
     all.retain(|p| is_module(p) && p != path && !own.contains(p));
     all.sort();
     all.dedup();
-    if all.len() > MOST { Vec::new() } else { all }
+    if all.len() > MOST || !all.iter().all(|p| is_readable(p)) { Vec::new() } else { all }
 }
 
-/// `R1` of a controller's files: the folder above that has `System/$config.dat`.
+/// `R1` of a controller's files: the folder above that has `System/$config.dat`; else the program's own, where that has it.
 fn root(folder: &Path) -> Option<PathBuf> {
-    let above = folder.ancestors().take(LEVELS).filter(|a| !a.as_os_str().is_empty());
-    above.into_iter().find(|a| is_configured(a)).map(Path::to_path_buf)
+    let mut above = folder.ancestors().take(LEVELS).filter(|a| !a.as_os_str().is_empty());
+    let beside = || ["$config.dat", "$CONFIG.DAT", "$Config.dat"].iter().any(|n| folder.join(n).is_file());
+    let beside = || (!folder.as_os_str().is_empty() && beside()).then(|| folder.to_path_buf());
+    above.find(|a| is_configured(a)).map(Path::to_path_buf).or_else(beside)
+}
+
+/// Whether a file can be opened and is of a size and a form that are read.
+fn is_readable(path: &Path) -> bool {
+    let Ok(mut file) = std::fs::File::open(path) else { return false };
+    let mut begin = [0xff_u8; 64];
+    let small = file.metadata().is_ok_and(|m| m.len() <= LARGEST);
+    match std::io::Read::read(&mut file, &mut begin) {
+        // a text of two bytes a character has zeros
+        Ok(n) => small && (n == 0 || !matches!(begin, [0xff, 0xfe, ..] | [0xfe, 0xff, ..]) && !begin.contains(&0)),
+        Err(_) => false,
+    }
 }
 
 fn is_configured(root: &Path) -> bool {
@@ -53,17 +70,26 @@ fn is_module(path: &Path) -> bool {
     ending.is_some_and(|e| matches!(e.as_str(), "dat" | "src" | "sub"))
 }
 
-/// Modules of a folder and of those in it.
-fn tree(folder: &Path, depth: usize, all: &mut Vec<PathBuf>) {
+/// Modules of a folder and of those in it; `false`: there is more than is looked at.
+fn tree(folder: &Path, depth: usize, all: &mut Vec<PathBuf>) -> bool {
     if depth > DEEPEST || all.len() > MOST {
-        return;
+        return false;
     }
-    let Ok(entries) = std::fs::read_dir(folder) else { return };
-    for entry in entries.flatten() {
+    let Ok(entries) = std::fs::read_dir(folder) else { return false };
+    for entry in entries {
+        let Ok(entry) = entry else { return false };
+        let path = entry.path();
         match entry.file_type() {
-            Ok(t) if t.is_dir() => tree(&entry.path(), depth + 1, all),
-            Ok(t) if t.is_file() && is_module(&entry.path()) => all.push(entry.path()),
-            _ => {}
+            Ok(t) if t.is_dir() => {
+                if !tree(&path, depth + 1, all) {
+                    return false;
+                }
+            }
+            Ok(t) if t.is_file() => all.extend(Some(path).filter(|p| is_module(p))),
+            // a link to a file is one; where a link to a folder leads is not followed
+            _ if path.is_file() => all.extend(Some(path).filter(|p| is_module(p))),
+            _ => return false,
         }
     }
+    true
 }

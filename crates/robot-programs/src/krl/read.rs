@@ -532,6 +532,16 @@ impl<'a> Reader<'a> {
         of(self.data.names[n].value().ok()?)
     }
 
+    /// Says where the values of a point of another module come from.
+    fn elsewhere(&mut self, n: usize) {
+        let name = &self.data.names[n];
+        if name.context {
+            let file = self.texts.get(name.file).map_or("", |t| t.name.as_str());
+            let text = format!("the values of {} are those of another module ({file}:{})", name.text, name.line + 1);
+            self.notes.push(Note { place: At { file: name.file, line: name.line as u64 + 1 }, text });
+        }
+    }
+
     /// The goal that a name gives.
     fn named(&mut self, n: usize, word: Word) -> Result<Goal> {
         let name = &self.data.names[n];
@@ -553,6 +563,7 @@ impl<'a> Reader<'a> {
                     let pose = self.pose(&a, word, Some(text.clone()), at, Source::Name(n));
                     if let Some(t) = pose.as_ref().and_then(|p| p.target) {
                         self.of_name.insert(n, t);
+                        self.elsewhere(n);
                     }
                     pose
                 }
@@ -570,6 +581,7 @@ impl<'a> Reader<'a> {
                 self.targets.push(target);
                 self.sources.push(Source::Name(n));
                 self.of_name.insert(n, self.targets.len() - 1);
+                self.elsewhere(n);
                 Goal::Joints(self.targets.len() - 1)
             }
         })

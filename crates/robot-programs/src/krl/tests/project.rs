@@ -144,3 +144,91 @@ fn a_motion_to_where_the_robot_stands_is_none() {
     let d = doc(&[b"DEF a()\nPTP $POS_ACT\nPTP {A1 1.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\nptp $axis_act C_PTP\nLIN $POS_RET\nPTP $POS_ACT:F\nEND\n"]);
     assert_eq!(goals(d.as_ref()), "joo");
 }
+
+#[test]
+fn a_point_of_all_modules_that_the_program_itself_assigns_is_not_certain() {
+    let config = "DEFDAT $CONFIG\nE6AXIS XG={A1 1.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\nE6AXIS YG[2]\n\
+                  YG[1]={A1 1.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\nENDDAT\n";
+    let of = |src: &str, dat: &str| {
+        goals(project(src, &format!("DEFDAT prog\n{dat}ENDDAT\n"), &[("$config.dat", config)]).as_ref())
+    };
+    assert_eq!(of("DEF prog( )\nPTP XG\nPTP YG[1]\nEND\n", ""), "jj");
+    for line in ["XG.A1=42.0", "XG={A1 3.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}", "CHANGE(XG)"] {
+        assert_eq!(of(&format!("DEF prog( )\n{line}\nPTP XG\nEND\n"), ""), "o", "{line}");
+    }
+    assert_eq!(of("DEF prog( )\nPTP XG\nEND\nDEF q( )\nxg.a1=5\nEND\n", ""), "o");
+    assert_eq!(of("DEF prog( )\nYG[1].A1=33.0\nPTP YG[1]\nPTP XG\nEND\n", ""), "oj");
+    assert_eq!(of("DEF prog( )\nYG[n].A1=33.0\nPTP YG[1]\nEND\n", ""), "o");
+    assert_eq!(of("DEF prog( )\nPTP XG\nEND\n", "XG={A1 3.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\n"), "o");
+}
+
+/// Goals of motions to XHOME, XSAFE and the own points XP and XG, beside other modules.
+fn beside(own: &str, others: &[(&str, &str)]) -> String {
+    let dat = "DEFDAT prog PUBLIC\nDECL E6AXIS XP={A1 1.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\n\
+               DECL GLOBAL E6AXIS XG={A1 2.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\nENDDAT\n";
+    let src = format!("DEF prog( )\n{own}PTP XHOME\nPTP XSAFE\nPTP XP\nPTP XG\nEND\n");
+    goals(project(&src, dat, others).as_ref())
+}
+
+#[test]
+fn an_assignment_behind_do_counts() {
+    let all = |teach| [("$config.dat", CONFIG), ("shared.dat", SHARED), ("teach.src", teach)];
+    assert_eq!(beside("", &all("DEF teach( )\nEND\n")), "jjjj");
+    let trigger = "TRIGGER WHEN DISTANCE=1 DELAY=0 DO XP.A1=33.0\n";
+    assert_eq!(beside(trigger, &all("")), "jjoj");
+    assert_eq!(beside("INTERRUPT DECL 3 WHEN $IN[1] DO XG=XP\n", &all("")), "jjjo");
+    assert_eq!(beside("", &all("DEF teach( )\nTRIGGER WHEN DISTANCE=0 DELAY=0 DO XSAFE.A1=42.0\nEND\n")), "jojj");
+    assert_eq!(beside("", &all("DEF teach( )\nGLOBAL INTERRUPT DECL 3 WHEN $IN[1] DO T(XG)\nEND\n")), "jjjo");
+}
+
+#[test]
+fn a_name_of_one_routine_hides_nothing_in_the_next() {
+    let all = |teach| [("$config.dat", CONFIG), ("shared.dat", SHARED), ("teach.src", teach)];
+    let local = "DEF a( )\nDECL E6AXIS XSAFE\nXSAFE={A1 1,A2 0}\nEND\n";
+    assert_eq!(beside("", &all(local)), "jjjj");
+    let two = format!("{local}DEF b( )\nXSAFE={{A1 42.0}}\nEND\n");
+    assert_eq!(beside("", &all(&two)), "jojj");
+    assert_eq!(beside("", &all("DEF a( )\nDECL E6AXIS Q=XSAFE\nXSAFE.A1=3\nEND\n")), "jojj");
+}
+
+#[test]
+fn without_a_whole_project_no_point_of_all_modules_is_certain() {
+    assert_eq!(beside("", &[("shared.dat", SHARED)]), "oojo");
+    let d = project("DEF prog( )\nPTP XSAFE\nEND\n", "DEFDAT prog\nENDDAT\n", &[("b/shared.dat", SHARED)]);
+    assert!(why(d.as_ref(), 0).contains("b/shared.dat:2"), "{}", why(d.as_ref(), 0));
+    let d = project("DEF prog( )\nPTP XHOME\nEND\n", "DEFDAT prog\nENDDAT\n", &[("R1/$config.dat", CONFIG)]);
+    assert!(d.script().notes.iter().any(|n| n.text.contains("R1/$config.dat:2")));
+}
+
+#[test]
+fn the_basis_counts_but_for_the_homes_and_so_does_another_name() {
+    let all = |bas| [("$config.dat", CONFIG), ("shared.dat", SHARED), ("R1/bas.src", bas)];
+    assert_eq!(beside("", &all("DEF bas( )\nXHOME.A1=4\nEND\n")), "jjjj");
+    assert_eq!(beside("", &all("DEF bas( )\nXSAFE.A1=4\nEND\n")), "jojj");
+    let import = "DEFDAT other\nIMPORT E6AXIS XQ IS /R1/Program/prog..XP\nENDDAT\n";
+    assert_eq!(beside("", &[("$config.dat", CONFIG), ("shared.dat", SHARED), ("other.dat", import)]), "jjoj");
+}
+
+#[test]
+fn the_whole_tree_of_a_project_is_searched_or_none_of_it() {
+    let root = std::env::temp_dir().join(format!("krl-tree-{}", std::process::id()));
+    for (file, content) in [
+        ("System/$config.dat", CONFIG),
+        ("cell.src", "DEF cell( )\nEND\n"),
+        ("Folgen/prog.src", "DEF prog( )\nEND\n"),
+        ("Folgen/other.src", "DEF other( )\nEND\n"),
+    ] {
+        let path = root.join(file);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, content).unwrap();
+    }
+    let program = root.join("Folgen/prog.src");
+    let found = crate::krl::project::files(&program, &[]);
+    let more = (0..401).map(|k| root.join(format!("f{k}.src")));
+    more.for_each(|p| std::fs::write(p, "").unwrap());
+    let too_many = crate::krl::project::files(&program, &[]);
+    std::fs::remove_dir_all(&root).unwrap();
+    let wanted = ["Folgen/other.src", "System/$config.dat", "cell.src"].map(|f| root.join(f));
+    assert_eq!(found, wanted);
+    assert!(too_many.is_empty());
+}
