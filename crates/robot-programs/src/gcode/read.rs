@@ -139,7 +139,7 @@ impl<'a> Reader<'a> {
             feed: None,
             exact: false,
             compensation: None,
-            strange: None,
+            strange: super::doubt::doubt(text),
             frame: None,
             reference: None,
             lost_frame: false,

@@ -112,11 +112,14 @@ impl Reader<'_> {
                 2 | 30 => ending.program = true,
                 97..=99 => ending.call = Some(Call::Program),
                 6 => {
+                    self.variables.forget();
                     unclear.get_or_insert_with(|| "a tool change in the block".into());
                     ending.call.get_or_insert(Call::MayMove);
                 }
                 m if STILL_M.contains(&m) || (self.survey.printer && STILL_PRINTER.contains(&m)) => {}
                 _ => {
+                    // a macro of the machine's maker may assign any
+                    self.variables.forget();
                     ending.call.get_or_insert(Call::MayMove);
                 }
             }
