@@ -97,7 +97,7 @@ impl LeftOut {
             self.by_name.get_or_insert(text.name.clone());
         }
         // of the same PERS in two tasks there is one value
-        if let Some(p) = lex::lex(text).and_then(|l| read::parse(text, l)).ok() {
+        if let Ok(p) = lex::lex(text).and_then(|l| read::parse(text, l)) {
             let alone = p.modules.len() == 1;
             let own = |d: &&read::Decl| d.routine.is_none() && d.storage != Storage::Pers && (alone || !d.local);
             for d in p.decls.iter().filter(own) {
