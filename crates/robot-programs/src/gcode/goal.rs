@@ -39,12 +39,13 @@ impl Reader<'_> {
 
     /// Why a block's goal cannot be told.
     pub(super) fn unclear(&self, block: &Block) -> Option<String> {
-        if let Some(why) = self.strange.clone().or_else(|| self.compensation.clone()) {
+        if let Some(why) = self.strange.as_ref().or(self.modal_macro.as_ref()).or(self.compensation.as_ref()).cloned() {
             return Some(why);
         }
         match self.motion {
             Some(0 | 10 | 20 | 30) => {}
             Some(c) if SPLINES.contains(&c) => return Some(format!("spline {}", code_text(c))),
+            Some(c) if c < 700 => return Some(format!("{} leads to where a probe touches", code_text(c))),
             Some(c) => return Some(format!("canned cycle {}", code_text(c))),
             None => return Some("no G0, G1, G2 or G3 is certain here".into()),
         }

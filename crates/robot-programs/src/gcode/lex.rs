@@ -241,7 +241,7 @@ pub(super) fn is_firmware(w: &Word) -> bool {
 }
 
 /// `M117 Layer 1 (of 5)`.
-fn is_message(w: &Word) -> bool {
+pub(super) fn is_message(w: &Word) -> bool {
     w.letter == b'M' && w.value.is_some_and(|v| matches!(v.0, 117.0 | 118.0))
 }
 

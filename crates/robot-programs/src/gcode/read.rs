@@ -5,8 +5,9 @@
 //! end where it always ended where relative words led to it, or the difference would stay in all that follows (and add up in
 //! a loop): it is fixed.
 
+use super::assignments::Assignments;
 use super::lex::{self, Block};
-use super::survey::{AXES, Survey, is_flow};
+use super::survey::{AXES, Survey, assignments_of, code_text, is_flow};
 use super::variables::Variables;
 use super::{Program, Statement};
 use crate::axes::Axes;
@@ -96,6 +97,8 @@ pub(super) struct Reader<'a> {
     pub(super) compensation: Option<String>,
     /// A code after which words mean something else.
     pub(super) strange: Option<String>,
+    /// A macro that each block runs, or may.
+    pub(super) modal_macro: Option<String>,
     pub(super) frame: Option<u32>,
     pub(super) reference: Option<u32>,
     pub(super) lost_frame: bool,
@@ -139,7 +142,8 @@ impl<'a> Reader<'a> {
             feed: None,
             exact: false,
             compensation: None,
-            strange: super::doubt::doubt(text),
+            strange: None,
+            modal_macro: None,
             frame: None,
             reference: None,
             lost_frame: false,
@@ -216,6 +220,7 @@ impl Reader<'_> {
         if [410, 420, 411, 421].iter().any(|c| self.survey.codes.contains(c)) {
             self.compensation = Some("G41 or G42 may be on".into());
         }
+        self.may_be_strange();
         if [430, 431, 440].iter().any(|c| self.survey.codes.contains(c)) && self.length_reference.is_some() {
             self.length = "unknown".into();
         }
@@ -229,13 +234,56 @@ impl Reader<'_> {
         }
         self.end(k, Break::Call, "a call");
         self.variables.forget();
+        self.may_be_strange();
+        self.forget_modes("modes behind a call are not known");
+    }
+
+    /// What the text sets somewhere may be in force where control comes from elsewhere.
+    fn may_be_strange(&mut self) {
+        if self.strange.is_none() && self.survey.hidden {
+            self.strange = Some("a line of the program does what is not followed".into());
+        }
+        if let (None, Some(c)) = (&self.strange, self.survey.unfollowed) {
+            self.strange = Some(format!("{} may be on", code_text(c)));
+        }
+        if self.survey.macros > 0 {
+            self.modal_macro = Some("G66 may be on: a block may run a macro".into());
+        }
+    }
+
+    /// No mode is certain.
+    pub(super) fn forget_modes(&mut self, why: &str) {
         self.motion = None;
         self.absolute = None;
         self.inch = None;
         self.plane = None;
         self.feed = None;
         self.lost_frame = true;
-        self.compensation.get_or_insert_with(|| "modes behind a call are not known (G40)".into());
+        self.compensation.get_or_insert_with(|| format!("{why} (G40)"));
+    }
+
+    /// What words mean, to be compared.
+    pub(super) fn modes(&self) -> String {
+        let words = (self.motion, self.absolute, self.inch, self.plane, self.centre_absolute, self.feed_mode);
+        let frames = (self.frame, self.lost_frame, &self.local, &self.moved, &self.length);
+        let doubts = (&self.strange, &self.modal_macro, &self.compensation, self.exact);
+        format!("{words:?} {frames:?} {doubts:?}")
+    }
+
+    /// What a line assigns, and what it may do besides.
+    fn assign(&mut self, k: usize, found: &Assignments) {
+        self.variables.assign(self.text.line(k), found);
+        if found.hidden {
+            self.strange = Some(format!("line {} assigns, and does what is not followed", k + 1));
+            self.end(k, Break::Call, "a line that is not followed");
+            self.forget_modes("modes behind a line that is not followed are not known");
+        } else if found.frame || found.any {
+            self.end(k, Break::Frame, "an assignment that may move a frame");
+            self.lost_frame |= self.reference.is_some();
+        } else if found.signal {
+            self.end(k, Break::Call, "a signal that may move the machine");
+            self.motion = None;
+        }
     }
 
     pub(super) fn block(&mut self, k: usize) -> Result<()> {
@@ -249,6 +297,7 @@ impl Reader<'_> {
             self.end(k, Break::Start, "the tape's end");
             return Ok(());
         }
+        let assigned = assignments_of(self.text, k, &block);
         if let Some(flow) = &block.flow {
             match flow.as_str() {
                 "" | "SUB" | "ENDSUB" | "RETURN" => self.join(k, Break::Start),
@@ -267,16 +316,21 @@ impl Reader<'_> {
                 _ if block.words.iter().any(lex::takes_text) => return self.words(k, block),
                 _ => self.call(k),
             }
+            if let Some(found) = &assigned {
+                self.assign(k, found);
+            }
             return Ok(());
         }
         if self.survey.jumps && block.words.first().is_some_and(|w| w.letter == b'N') {
             self.join(k, Break::Jump);
         }
+        if let Some(found) = &assigned {
+            self.assign(k, found);
+        }
         if block.assignment {
-            if !self.variables.assign(self.text.line(k)) {
-                // a block that moves behind an assignment
-                self.variables.forget();
-                self.end(k, Break::Call, "a block with an assignment");
+            // `#1` and no `=`
+            if assigned.is_none() {
+                self.assign(k, &Assignments { hidden: true, ..Assignments::default() });
             }
             return Ok(());
         }

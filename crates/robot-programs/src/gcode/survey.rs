@@ -1,6 +1,8 @@
 //! A look over the whole text before it is read: which codes there are, how numbers are written, what may be jumped to.
 
+use super::assignments::Assignments;
 use super::lex::{self, Block};
+use super::words::{PROBES, is_followed};
 use crate::error::Result;
 use crate::script::Text;
 use std::collections::BTreeSet;
@@ -27,15 +29,30 @@ pub(super) struct Survey {
     pub(super) printer: bool,
     /// Every subprogram that is called stands in the text.
     pub(super) whole: bool,
+    /// A line does what is not read, or a G word is computed: the codes are not all.
+    pub(super) hidden: bool,
+    /// A code behind which words mean something else.
+    pub(super) unfollowed: Option<u32>,
+    /// Modal macros (G66) that are called.
+    pub(super) macros: usize,
 }
 
 impl Survey {
     pub(super) fn of(text: &Text) -> Result<Self> {
         let mut survey = Self::default();
         let (mut extrudes, mut counts) = (false, false);
+        let mut unfollowed = BTreeSet::new();
         let (mut subs, mut called, mut outside) = (BTreeSet::new(), BTreeSet::new(), false);
         for k in 0..text.line_count() {
             let block = lex::block(text, k)?;
+            if let Some(found) = assignments_of(text, k, &block) {
+                survey.hidden |= found.hidden;
+                if found.frame || found.any {
+                    // as a G10 does
+                    survey.codes.insert(100);
+                }
+            }
+            survey.hidden |= block.words.iter().any(|w| w.letter == b'G' && w.value.is_none());
             survey.jumps |=
                 block.keyword.is_some() && text.line(k).to_ascii_uppercase().windows(4).any(|w| w == b"GOTO");
             match block.flow.as_deref() {
@@ -63,6 +80,10 @@ impl Survey {
                 survey.printer |= [104.0, 109.0, 140.0, 190.0].contains(&m) && (has(b'S') || has(b'R'));
                 if w.letter == b'G' {
                     survey.codes.insert(code(v));
+                    survey.macros += usize::from(matches!(code(v), 660 | 661));
+                    if !is_followed(code(v)) || code(v) == 50 && !has_axes(&block) {
+                        unfollowed.insert(code(v));
+                    }
                     // by what they do
                     match code(v) {
                         500 if has_axes(&block) => drop(survey.codes.insert(920)),
@@ -74,20 +95,29 @@ impl Survey {
             }
         }
         let plain = |c: &u32| PLAIN.contains(c) || (540..600).contains(c) || (810..900).contains(c);
-        survey.whole = !outside && called.is_subset(&subs) && survey.codes.iter().all(plain);
+        survey.whole = !outside && !survey.hidden && called.is_subset(&subs) && survey.codes.iter().all(plain);
         survey.printer |= extrudes && counts;
+        survey.unfollowed = unfollowed.into_iter().find(|c| !(survey.printer && PROBES.contains(c)));
         Ok(survey)
     }
 
     /// At most one of these codes is in the text.
     pub(super) fn single(&self, codes: &[u32]) -> bool {
-        codes.iter().filter(|c| self.codes.contains(c)).count() <= 1
+        !self.hidden && codes.iter().filter(|c| self.codes.contains(c)).count() <= 1
     }
 
     pub(super) fn frames(&self) -> bool {
         let many = self.codes.range(540..600).count() + usize::from(self.codes.contains(&541));
-        many > 1 || [520, 920, 921, 922, 923, 100].iter().any(|c| self.codes.contains(c))
+        self.hidden || many > 1 || [520, 920, 921, 922, 923, 100].iter().any(|c| self.codes.contains(c))
     }
+}
+
+/// What a line assigns; a text for the operator assigns nothing.
+pub(super) fn assignments_of(text: &Text, k: usize, block: &Block) -> Option<Assignments> {
+    if !block.assignment && block.words.iter().any(lex::is_message) {
+        return None;
+    }
+    Assignments::of(text.line(k))
 }
 
 /// Words of several letters that steer the order of blocks.

@@ -6,12 +6,11 @@
 //!
 //! Angles are in degrees. Reference: NISTIR 6556, 3.3.2; the Fanuc custom macro writes the same expressions.
 
+use super::assignments::Assignments;
 use crate::script::Text;
 use crate::script::number::{self, Style};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// First parameter that is the control's own.
-const SYSTEM: u32 = 1000;
 /// Deepest nesting that is read.
 const DEEPEST: usize = 32;
 /// Decimals of a folded number at least and at most.
@@ -23,7 +22,7 @@ pub(super) struct Variables {
     values: BTreeMap<String, f64>,
     /// Known whatever was jumped over.
     lasting: BTreeSet<String>,
-    /// Assigned by one block of the text alone.
+    /// Assigned by one plain block of the text alone.
     single: BTreeSet<String>,
     /// A label, loop, condition or call came before.
     branched: bool,
@@ -33,75 +32,44 @@ impl Variables {
     /// A look over the whole text: which variables one block alone assigns.
     pub(super) fn of(text: &Text) -> Self {
         let mut count: BTreeMap<String, usize> = BTreeMap::new();
-        for k in 0..text.line_count() {
-            // a name that is computed may be any
-            let mut at = 0;
-            let line = text.line(k);
-            while let Some(hash) = line[at..].iter().position(|&b| b == b'#') {
-                at += hash;
-                let Some((name, end)) = name(line, at) else {
-                    if is_assigned(line, expression_of(line, at)) {
-                        return Self { branched: true, ..Self::default() };
-                    }
-                    at += 1;
-                    continue;
-                };
-                if is_assigned(line, end) {
-                    *count.entry(name).or_default() += 1;
-                }
-                at = end;
+        for found in (0..text.line_count()).filter_map(|k| Assignments::of(text.line(k))) {
+            if found.any || found.hidden {
+                return Self { branched: true, ..Self::default() };
+            }
+            for name in found.names {
+                // one that may not run, or beside another, is as good as two
+                *count.entry(name).or_default() += if found.plain { 1 } else { 2 };
             }
         }
         let single = count.into_iter().filter(|(_, n)| *n == 1).map(|(name, _)| name).collect();
         Self { single, ..Self::default() }
     }
 
-    /// Takes the assignments of a line that begins with one; `false`: something else stands in the line too.
-    pub(super) fn assign(&mut self, line: &[u8]) -> bool {
-        let start = line.iter().position(|&b| b == b'#').unwrap_or(line.len());
-        let mut at = start;
-        let mut found = Vec::new();
-        let whole = loop {
-            while line.get(at).is_some_and(u8::is_ascii_whitespace) {
-                at += 1;
-            }
-            match line.get(at) {
-                None | Some(b';' | b'(') => break true,
-                Some(b'#') => {}
-                Some(_) => break false,
-            }
-            let Some((name, end)) = name(line, at) else {
-                self.values.clear();
-                return true;
-            };
-            let mut read = Reader { line, at: end, known: self, depth: 0 };
-            read.blanks();
-            if read.line.get(read.at) != Some(&b'=') {
-                break false;
-            }
-            read.at += 1;
-            let value = read.sum().filter(|v| v.is_finite());
-            // what follows an expression that cannot be read is not known either
-            let (end, known) = (read.at, value.is_some());
-            found.push((name, value));
-            if !known {
-                break true;
-            }
-            at = end;
-        };
-        for (name, value) in found {
-            let own = name.strip_prefix('#').and_then(|n| n.parse::<u32>().ok());
-            match value.filter(|_| own.is_none_or(|n| (1..SYSTEM).contains(&n))) {
-                Some(value) => {
-                    if !self.branched && self.single.contains(&name) {
-                        self.lasting.insert(name.clone());
-                    }
-                    self.values.insert(name, value);
-                }
-                None => drop(self.values.remove(&name)),
-            }
+    /// Takes what a line assigns.
+    pub(super) fn assign(&mut self, line: &[u8], found: &Assignments) {
+        if found.any || found.hidden {
+            return self.forget();
         }
-        whole
+        let value = if found.plain { self.value(line) } else { None };
+        for name in &found.names {
+            self.values.remove(name);
+            self.lasting.remove(name);
+        }
+        if let (Some(value), [name]) = (value, found.names.as_slice()) {
+            if !self.branched && self.single.contains(name) {
+                self.lasting.insert(name.clone());
+            }
+            self.values.insert(name.clone(), value);
+        }
+    }
+
+    /// The value that stands behind the `=` of a line with one assignment; nothing but a comment may follow.
+    fn value(&self, line: &[u8]) -> Option<f64> {
+        let from = line.iter().position(|&b| b == b'=')? + 1;
+        let mut read = Reader { line, at: from, known: self, depth: 0 };
+        let value = read.sum().filter(|v| v.is_finite())?;
+        let rest = line.get(read.at..)?.trim_ascii_start();
+        matches!(rest.first(), None | Some(b';' | b'(')).then_some(value)
     }
 
     /// Control may come from elsewhere.
@@ -150,28 +118,6 @@ fn name(line: &[u8], hash: usize) -> Option<(String, usize)> {
         }
         _ => None,
     }
-}
-
-/// The end of a computed name at a `#`: `##1`, `#[#2+3]`.
-fn expression_of(line: &[u8], hash: usize) -> usize {
-    let mut depth = 0i32;
-    let mut at = hash + 1;
-    while let Some(&b) = line.get(at) {
-        match b {
-            b'[' => depth += 1,
-            b']' => depth -= 1,
-            b'#' | b'0'..=b'9' => {}
-            _ if depth > 0 => {}
-            _ => break,
-        }
-        at += 1;
-    }
-    at
-}
-
-fn is_assigned(line: &[u8], end: usize) -> bool {
-    let rest = line[end..].trim_ascii_start();
-    rest.first() == Some(&b'=')
 }
 
 /// An expression while it is read.
@@ -277,17 +223,20 @@ impl Reader<'_> {
 mod tests {
     use super::*;
 
+    fn assign(known: &mut Variables, line: &str) {
+        let found = Assignments::of(line.as_bytes()).unwrap_or_else(|| panic!("{line}"));
+        known.assign(line.as_bytes(), &found);
+    }
+
     fn after(lines: &[&str]) -> Variables {
         let mut known = Variables::of(&Text::new("t", lines.join("\n").into_bytes()));
-        for line in lines {
-            assert!(known.assign(line.as_bytes()), "{line}");
-        }
+        lines.iter().for_each(|line| assign(&mut known, line));
         known
     }
 
     #[test]
     fn expressions_fold_as_a_control_counts_them() {
-        let known = after(&["#1=.5", "#<side len> = [2+3*4] ; a side", "#2=#1 #3=-[#1*2]"]);
+        let known = after(&["#1=.5", "#<side len> = [2+3*4] ; a side", "#2=#1", "#3=-[#1*2]"]);
         for (text, value) in [
             ("#1", 0.5),
             ("-#1", -0.5),
@@ -307,20 +256,22 @@ mod tests {
 
     #[test]
     fn a_variable_that_one_block_assigns_before_any_branch_outlives_a_loop_and_no_call() {
-        let lines = ["#1=2", "#2=3", "#2=4", "#5021=7"];
+        let lines = ["#1=2", "#2=3", "#2=4", "#3000=7"];
         let mut known = after(&lines);
         assert_eq!(known.fold(b"[#1*#2]").map(|v| v.0), Some(8.0));
         known.join();
         assert_eq!((known.fold(b"#1").map(|v| v.0), known.fold(b"#2")), (Some(2.0), None));
         // assigned behind the branch: gone at the next
-        assert!(known.assign(b"#7=1") && known.fold(b"#7").is_some());
+        assign(&mut known, "#7=1");
+        assert!(known.fold(b"#7").is_some());
         known.join();
         assert_eq!(known.fold(b"#7"), None);
         known.forget();
         assert_eq!(known.fold(b"#1"), None);
-        // a computed name may be any
-        let mut known = after(&["#1=2", "#[#4]=3"]);
-        assert_eq!(known.fold(b"#1"), None);
-        assert!(!known.assign(b"#1=5 G0 X1"));
+        // a computed name may be any, and two names in a line have no certain order
+        for lines in [["#1=2", "#[#4]=3"], ["#1=2", "/#1=3"], ["#2=2", "#1=2 #2=#1"], ["#1=2", "#1=3 G1 X5"]] {
+            let known = after(&lines);
+            assert_eq!((known.fold(b"#1"), known.fold(b"#2")), (None, None), "{lines:?}");
+        }
     }
 }

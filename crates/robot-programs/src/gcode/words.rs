@@ -13,6 +13,10 @@ const HARMLESS: &[u32] = &[80, 131, 150, 281, 301, 690, 960, 970, 980, 990, 1130
 pub(super) const SPLINES: &[u32] = &[50, 51, 52, 53, 60, 61, 62, 63];
 /// Canned cycles.
 const CANNED: &[u32] = &[730, 740, 760, 810, 820, 830, 840, 850, 860, 870, 880, 890];
+/// Moves to where a probe touches or leaves, modal.
+const TOUCHES: &[u32] = &[382, 383, 384, 385];
+/// M words that save modes and bring them back.
+const SAVES: std::ops::RangeInclusive<u32> = 70..=73;
 /// M words that leave the machine where it is.
 const STILL_M: &[u32] =
     &[7, 8, 9, 10, 11, 19, 48, 49, 50, 51, 52, 53, 67, 68, 104, 106, 107, 140, 82, 83, 84, 117, 118];
@@ -22,7 +26,21 @@ const STILL_PRINTER: &[u32] = &[
     302, 304, 400, 413, 486, 555, 566, 569, 572, 593, 900, 906, 907, 913, 914,
 ];
 /// G words by which printers probe their bed; G80 is one of them on some.
-const PROBES: &[u32] = &[290, 320, 340, 800];
+pub(super) const PROBES: &[u32] = &[290, 320, 340, 800];
+
+/// G words that are followed wherever they stand: behind any other the words of all blocks mean something else.
+pub(super) fn is_followed(c: u32) -> bool {
+    const ACTIONS: &[u32] = &[
+        40, 90, 100, 110, 280, 300, 500, 501, 520, 530, 610, 611, 640, 650, 660, 661, 670, 920, 921, 922, 923, 1610,
+        1620,
+    ];
+    const MODES: &[u32] = &[
+        0, 10, 20, 30, 170, 180, 190, 200, 210, 400, 410, 411, 420, 421, 430, 431, 440, 490, 800, 900, 901, 910, 911,
+        930, 940, 950,
+    ];
+    let known = [ACTIONS, MODES, HARMLESS, CANNED, SPLINES, TOUCHES].iter().any(|list| list.contains(&c));
+    known || (540..600).contains(&c)
+}
 
 /// What the words of a block make of it.
 struct OwnWords {
@@ -33,6 +51,9 @@ struct OwnWords {
     /// The block ends in its point.
     exact: bool,
 }
+
+/// Every block between G66 and G67 runs a macro.
+const MODAL_MACRO: &str = "G66 is on: a block may run a macro";
 
 /// What an M word calls.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -55,10 +76,26 @@ struct Ending {
 impl Reader<'_> {
     /// Takes the words of a block in the order in which a control does.
     pub(super) fn words(&mut self, k: usize, block: Block) -> Result<()> {
-        let mut unclear: Option<String> = block.special.map(String::from);
         if block.optional {
-            unclear = Some("a block that an operator may switch off".into());
+            return self.optional(k, block);
         }
+        self.certain_words(k, block, None)
+    }
+
+    /// A block that an operator may switch off: where it leads is not told, and modes that it changes are not certain behind it.
+    fn optional(&mut self, k: usize, block: Block) -> Result<()> {
+        let before = self.modes();
+        self.certain_words(k, block, Some("a block that an operator may switch off".into()))?;
+        if self.modes() != before {
+            self.variables.forget();
+            self.end(k, Break::Call, "a block that may be switched off");
+            self.forget_modes("modes behind a block that may be switched off are not known");
+        }
+        Ok(())
+    }
+
+    fn certain_words(&mut self, k: usize, block: Block, unclear: Option<String>) -> Result<()> {
+        let mut unclear = unclear.or_else(|| block.special.map(String::from));
         let ending = self.m_words(k, &block, &mut unclear);
         let codes: Vec<Option<u32>> =
             block.words.iter().filter(|w| w.letter == b'G').map(|w| w.value.map(|v| code(v.0))).collect();
@@ -102,7 +139,7 @@ impl Reader<'_> {
                 continue;
             }
             let Some((v, _)) = w.value.filter(|v| v.0 >= 0.0 && v.0.fract() == 0.0) else {
-                ending.call = Some(Call::MayMove);
+                ending.call = Some(Call::Program);
                 continue;
             };
             match v as u32 {
@@ -111,6 +148,7 @@ impl Reader<'_> {
                 0 | 1 | 60 | 66 => ending.steps.push(StepKind::Dwell(None)),
                 2 | 30 => ending.program = true,
                 97..=99 => ending.call = Some(Call::Program),
+                m if SAVES.contains(&m) && !self.survey.printer => ending.call = Some(Call::Program),
                 6 => {
                     self.variables.forget();
                     unclear.get_or_insert_with(|| "a tool change in the block".into());
@@ -138,7 +176,7 @@ impl Reader<'_> {
         }
         match c {
             0 | 10 | 20 | 30 => self.motion = Some(c),
-            c if CANNED.contains(&c) => self.motion = Some(c),
+            c if CANNED.contains(&c) || TOUCHES.contains(&c) => self.motion = Some(c),
             // a G0 beside it goes on; G80 ends a cycle alone there
             800 if codes.iter().flatten().any(|c| [0, 10, 20, 30].contains(c)) => {}
             800 => self.motion = None,
@@ -217,7 +255,19 @@ impl Reader<'_> {
                 self.absolute = absolute;
                 self.step(k, StepKind::Move(opaque(format!("{} goes to a reference point", code_text(c)))), None);
             }
-            650 | 660 | 670 => self.call(k),
+            650 => self.call(k),
+            660 | 661 => {
+                self.call(k);
+                self.modal_macro = Some(MODAL_MACRO.into());
+            }
+            670 => {
+                // of several, it ends one
+                let ends = self.survey.macros <= 1 && self.modal_macro.as_deref() == Some(MODAL_MACRO);
+                self.call(k);
+                if ends {
+                    self.modal_macro = None;
+                }
+            }
             _ => return false,
         }
         true

@@ -147,3 +147,98 @@ fn modes_behind_a_call_of_a_subprogram_in_the_text_are_those_that_the_text_never
 fn a_function_behind_a_letter_is_an_expression() {
     assert_eq!(opaque("G21 G90 G0 X EXISTS[#1]\n"), ["an expression or a variable"]);
 }
+
+/// Moves whose goal is told, and reasons for the others, in their order.
+fn told(text: &str) -> Vec<Option<f64>> {
+    goals(text).into_iter().map(|g| g.map(|g| g[0])).collect()
+}
+
+const START: &str = "G21 G90 G17\nG0 X10 Y10 Z-5\nG1 X50 F900\n";
+const ANEW: &str = "G21 G90 G17 G40 G54\nG0 X10 Y10 Z-5\nG1 X50 F900\n";
+
+#[test]
+fn an_assignment_beside_other_words_ends_what_is_told_and_nothing_before_it() {
+    for line in [
+        "#1=ROUND[3] G1 X5",
+        "#[#4]=3 G1 X5",
+        "#100=40 (depth) G1 X55",
+        "#1=3 G91",
+        "#1=3 (c) G91",
+        "#1=3 G91 G1 X5",
+        "#1=#2=40",
+        "#3005=1",
+    ] {
+        assert_eq!(told(&format!("{START}{line}\nG1 X40\nG1 X20\n")), [Some(10.0), Some(50.0), None, None], "{line}");
+        // it may have run before a label to which control comes back
+        let text = format!("{START}N10 G0 X10 Y10 Z-5\nG1 X40\n{line}\nIF [#9 LT 3] GOTO 10\n{ANEW}");
+        assert_eq!(told(&text), [Some(10.0), Some(50.0), None, None, None, None], "{line}");
+        // or before a subprogram ends
+        let text = format!("{START}M98 P2\n{ANEW}M30\nO2\n{line}\nM99\n");
+        assert_eq!(told(&text), [Some(10.0), Some(50.0), None, None], "{line}");
+    }
+}
+
+#[test]
+fn a_variable_is_not_known_where_an_assignment_to_it_is_not_certain() {
+    for (line, x) in [
+        ("#100=41", Some(41.0)),
+        ("/#100=40", None),
+        ("#2=5 #3=[#1+#2] #100=30", None),
+        ("#100=40 (depth) #100=45", None),
+        ("#100=4(c)0", None),
+        ("IF [#1 EQ 0] THEN #100=45", None),
+    ] {
+        let text = format!("#100=30\n#101=60\n{START}{line}\n{ANEW}G1 X#100\nG1 X#101\n");
+        // #101 keeps its value; behind a condition too
+        assert_eq!(told(&text)[4..], [x, x.or(Some(60.0)).filter(|_| x.is_none()).or(Some(60.0))], "{line}");
+    }
+    // before a loop whose end assigns it, blanks in its name or not
+    for line in ["# 100=45", "#10 0=45", "#100 = 45", "/#100=45", "#[#7]=45"] {
+        let text = format!("#100=40\n{START}o1 while [#2 lt 3]\n{ANEW}G1 X#100\n{line}\no1 endwhile\n");
+        assert_eq!(told(&text).last(), Some(&None), "{line}");
+    }
+}
+
+#[test]
+fn a_variable_of_the_control_may_move_a_frame() {
+    for line in ["#5221=5", "#[5000+221]=5", "#[5221]=5", "/#5221=5", "#2501=1", "IF [#1 EQ 2] THEN #5221=5"] {
+        let text = format!("{START}{line}\nG1 X30 Y5 Z-4\nG1 X40\nG54\nG1 X20 Y2 Z2\n");
+        assert_eq!(told(&text), [Some(10.0), Some(50.0), None, None, None], "{line}");
+        let text = format!("O1\n{ANEW}M98 P2\nG1 X30 Y5 Z-4\nG1 X40\nM30\nO2\n{line}\nM99\n");
+        assert_eq!(told(&text)[2..], [None, None], "{line}");
+    }
+}
+
+#[test]
+fn nothing_is_told_between_g66_and_g67() {
+    let text = format!("{START}G66 P9100\n#100=40\n{ANEW}G1 X#100\nG67\n{ANEW}");
+    assert_eq!(told(&text), [Some(10.0), Some(50.0), None, None, None, Some(10.0), Some(50.0)]);
+    // of two it ends one, and a loop may have begun several
+    let text = format!("{START}G66 P1\nG66 P2\nG67\n{ANEW}");
+    assert_eq!(told(&text)[2..], [None, None]);
+    let text = format!("N10 {START}G66 P1\nIF [#1 EQ 3] GOTO 10\nG67\n{ANEW}");
+    assert_eq!(told(&text), [None; 4]);
+}
+
+#[test]
+fn modes_of_a_block_that_may_be_switched_off_or_that_are_brought_back_are_not_certain() {
+    for line in ["/G91", "/G20", "/G92 X5", "/G51 X0 Y0 P2", "/G55", "M72", "M73", "M#1", "/G90 G91"] {
+        assert_eq!(told(&format!("{START}{line}\nX40\nX20\n"))[2..], [None, None], "{line}");
+    }
+    for line in ["/M8", "/(text)", "/G1 F200"] {
+        assert_eq!(told(&format!("{START}{line}\nX40\nX20\n"))[2..], [Some(40.0), Some(20.0)], "{line}");
+    }
+}
+
+#[test]
+fn a_code_that_changes_what_words_mean_counts_at_a_label_before_it() {
+    let text = format!("{START}N10 G90 G0 X10 Y10 Z-5\nG1 X40\nG51 X0 Y0 P2\nIF [#1 EQ 3] GOTO 10\n");
+    assert_eq!(told(&text), [Some(10.0), Some(50.0), None, None]);
+    assert!(opaque(&text).iter().all(|why| why == "G51 may be on"));
+}
+
+#[test]
+fn a_probing_move_leads_to_no_place_and_leaves_modes() {
+    let text = format!("{START}G38.2 Z-20 F50\nG0 X10 Y10 Z5\nG1 X40\n");
+    assert_eq!(told(&text), [Some(10.0), Some(50.0), None, Some(10.0), Some(40.0)]);
+}
