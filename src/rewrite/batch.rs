@@ -3,7 +3,7 @@
 //! Programs are files whose ending is that of a format (where the ending is a general one, `.json` say, the content must be
 //! that of a program); the tree below the input folder appears again below the output folder. The summary is in the order
 //! of the paths, whatever finished first. A program that stands finished in the output folder, as its note says (same input,
-//! compensator, options and version, and the very bytes that were written), is not done again: a run that was killed goes
+//! files around it, compensator, options and version, and the very bytes that were written), is not done again: a run that was killed goes
 //! on where it was, and ends with the same bytes as one that was not.
 
 use super::job::Job;
@@ -216,7 +216,8 @@ fn finished(job: &Job, from: &Path, to: &Path) -> Option<Line> {
     let same = ours
         && stands(&note.input, from, note.sha256_in.as_deref()?)
         && stands(&note.output, to, &note.sha256_out)
-        && note.companions.iter().all(|c| stands(&c.input, from, &c.sha256_in) && stands(&c.output, to, &c.sha256_out));
+        && note.companions.iter().all(|c| stands(&c.input, from, &c.sha256_in) && stands(&c.output, to, &c.sha256_out))
+        && note.context == job.context_sum(from);
     same.then(|| Line {
         key: None,
         input: shown(from),

@@ -112,6 +112,16 @@ impl Job<'_> {
         }
     }
 
+    /// SHA-256 of the files that declare what a program uses; `None`: there are none, or it cannot be read.
+    pub(super) fn context_sum(&self, input: &Path) -> Option<String> {
+        let mut head = Vec::with_capacity(HEAD as usize);
+        input::open(input).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
+        match self.format.unwrap_or_else(|| formats::recognise(input, &head)) {
+            Recognised::Csv => None,
+            Recognised::Script(format) => super::script::job::context_sum(format, input),
+        }
+    }
+
     /// The note that stands beside `output` although the program stays as it was: that of an earlier result.
     pub(super) fn stale_note(&self, output: &Path, unchanged: bool) -> Result<Option<PathBuf>> {
         if !unchanged || is_stdio(output) {

@@ -308,3 +308,46 @@ fn files_of_a_program_go_over_no_other_file() {
     let run = desk.run("rewrite --model model.yaml cell --output-dir done");
     run.code(1).stderr(contains("belongs to another program").and(contains("2 refused")));
 }
+
+const POINT_OF_ALL: &str = "DEF part( )\nPTP {A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 10.0,A6 0.0}\nPTP XSAFE\n\
+PTP {A1 5.0,A2 -85.0,A3 90.0,A4 0.0,A5 10.0,A6 0.0}\nEND\n";
+
+/// A project of one program whose point `$config.dat` declares.
+fn project(desk: &Desk, a1_deg: f64) {
+    desk.write("in/R1/Program/part.src", POINT_OF_ALL);
+    let point = format!("DECL GLOBAL E6AXIS XSAFE={{A1 {a1_deg:.1},A2 -80.0,A3 95.0,A4 0.0,A5 10.0,A6 0.0}}");
+    desk.write("in/R1/System/$config.dat", &format!("DEFDAT $CONFIG\n{point}\nENDDAT\n"));
+}
+
+#[test]
+fn a_folder_is_done_again_where_a_file_that_declares_its_points_has_changed() {
+    let desk = Desk::new(0.003);
+    let batch = "rewrite --model model.yaml in --output out --json";
+    let result = || String::from_utf8(desk.read("out/R1/Program/part.src")).unwrap();
+    project(&desk, 20.0);
+    desk.run(batch).success();
+    assert!(result().contains("PTP {A1 20.0"), "{}", result());
+    // as it was: not done again, so that a mark in its note stays
+    let note = "out/R1/Program/part.src.lostmotion.json";
+    let marked = String::from_utf8(desk.read(note)).unwrap() + "\n\n";
+    desk.write(note, &marked);
+    desk.run(batch).success();
+    assert_eq!(desk.read(note), marked.as_bytes());
+    project(&desk, 30.0);
+    desk.run(batch).success();
+    assert!(result().contains("PTP {A1 30.0"), "{}", result());
+}
+
+#[test]
+fn a_file_that_cannot_be_read_beside_a_program_is_said_and_leaves_what_it_may_change() {
+    let desk = Desk::new(0.003);
+    project(&desk, 20.0);
+    let dry = "rewrite --model model.yaml in/R1/Program/part.src --dry-run --json";
+    desk.run(dry).success().stdout(contains("\"editable\":3").or(contains("\"editable\": 3")));
+    let wide: Vec<u8> = "DEF b( )\nXSAFE.A1=5\nEND\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    std::fs::write(desk.path("in/R1/Program/b.src"), [&[0xff, 0xfe], wide.as_slice()].concat()).unwrap();
+    desk.run(dry).success().stdout(
+        contains("b.src cannot be read: moves that it may declare or change are left")
+            .and(contains("\"editable\":2").or(contains("\"editable\": 2"))),
+    );
+}

@@ -102,6 +102,7 @@ impl Job<'_> {
                     None
                 } else {
                     let mut note = self.note(input, path, &outcome);
+                    note.context = sum_of(originals.iter().filter(|t| t.context));
                     note.original = originals.first().and_then(|t| original::pack(&t.bytes));
                     let named = |p: &Path| p.file_name().map_or_else(|| shown(p), text_of_name);
                     note.companions = (1..paths.len())
@@ -185,7 +186,7 @@ fn texts(format: &dyn Format, input: &Path, bytes: Vec<u8>, there: &Files) -> Re
     let mut companions = Vec::new();
     if is_stdio(input) {
         if format.minds_unread() {
-            all.push(Text::of_context("what stands beside it", Vec::new()));
+            all.push(Text::unread("what stands beside it"));
         }
     } else {
         for path in format.companions(input, there) {
@@ -193,19 +194,38 @@ fn texts(format: &dyn Format, input: &Path, bytes: Vec<u8>, there: &Files) -> Re
             all.push(Text::new(shown(&path), std::fs::read(&path).map_err(|e| Error::io(&path, "read", e))?));
             companions.push(path);
         }
-        for path in format.context(input) {
-            // what cannot be read declares nothing
-            let small = memory::require_for_file(&path, &shown(&path), LARGEST_SCRIPT, 2).is_ok();
-            let bytes = small.then(|| std::fs::read(&path).ok()).flatten();
-            let name = shown(&path);
-            match bytes.filter(|b| input::refuse_utf16(&name, b).is_ok()) {
-                Some(bytes) => all.push(Text::of_context(name, bytes)),
-                None if format.minds_unread() => all.push(Text::of_context(name, Vec::new())),
-                None => {}
-            }
-        }
+        all.extend(context(format, input));
     }
     Ok((all, companions))
+}
+
+/// The files beside a program that declare what it uses. One that cannot be read is evidence, too: what it declares is not known.
+fn context(format: &dyn Format, input: &Path) -> Vec<Text> {
+    let text = |path: &PathBuf| {
+        let name = shown(path);
+        let small = memory::require_for_file(path, &name, LARGEST_SCRIPT, 2).is_ok();
+        let bytes = small.then(|| std::fs::read(path).ok()).flatten();
+        match bytes.filter(|b| input::refuse_utf16(&name, b).is_ok()) {
+            Some(bytes) => Text::of_context(name, bytes),
+            None => Text::unread(name),
+        }
+    };
+    format.context(input).iter().map(text).collect()
+}
+
+/// SHA-256 of the files that declare what a program uses, names and all; `None`: there are none.
+fn sum_of<'a>(context: impl Iterator<Item = &'a Text>) -> Option<String> {
+    let mut all = Vec::new();
+    for text in context {
+        let name = Path::new(&text.name).file_name().map(text_of_name).unwrap_or_default();
+        all.push(format!("{name} {} {}", text.unread, input::sha256(&text.bytes)));
+    }
+    (!all.is_empty()).then(|| input::sha256(all.join("\n").as_bytes()))
+}
+
+/// What [`Note::context`](guard::Note::context) would be for a program that is written now.
+pub(in super::super) fn context_sum(format: &dyn Format, input: &Path) -> Option<String> {
+    sum_of(context(format, input).iter())
 }
 
 /// Where the texts go: the program to `path`, companions beside it under its stem with their own endings.

@@ -145,6 +145,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let (mut notes, reduced) = notes::uncoupled(format, task);
     let task = &Task { compensator: reduced.as_ref().unwrap_or(task.compensator), ..*task };
     notes.extend(notes::missing(script));
+    notes.extend(notes::unread(script));
     let left_out = left_out(script, task.choices);
     let excluded = |k: usize| left_out.get(k).copied().flatten().is_some();
     let deadband = deadbands(script, task);

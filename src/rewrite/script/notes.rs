@@ -56,6 +56,15 @@ pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -
 /// Lines that are listed.
 const SHOWN: usize = 20;
 
+/// Files beside the program that cannot be read: what they may declare or change is left as it is.
+pub fn unread(script: &Script) -> impl Iterator<Item = Note> + '_ {
+    let files = script.texts.iter().filter(|t| t.unread);
+    files.map(|t| {
+        let text = format!("{} cannot be read: moves that it may declare or change are left", t.name);
+        Note { place: At { file: 0, line: 1 }, text }
+    })
+}
+
 /// Words that the program lacks, with what to do.
 pub fn missing(script: &Script) -> Option<Note> {
     if script.missing.is_empty() {

@@ -46,6 +46,9 @@ pub struct Note {
     /// The input's bytes, for `undo` ([`super::super::original`]); a large program is not kept.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub original: Option<String>,
+    /// SHA-256 of the files that declare what the program uses.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub context: Option<String>,
     /// Further files of the program.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub companions: Vec<Companion>,

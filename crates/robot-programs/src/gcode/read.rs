@@ -39,6 +39,14 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     Ok(Program { script, statements, letters, si })
 }
 
+/// Whether a line names variables in which a control keeps places: `#5041`, `#<_x>`, or a computed one.
+fn reads_places(line: &[u8]) -> bool {
+    (0..line.len()).filter(|&at| line[at] == b'#').any(|at| {
+        let rest = &line[at + 1..];
+        rest.starts_with(b"<_") || matches!(rest, [b'5', b, ..] if b.is_ascii_digit()) || rest.starts_with(b"[")
+    })
+}
+
 /// The letter of each axis; 0 where its name is no word of G-code.
 fn letters(text: &Text, robot: &Axes) -> Result<Vec<u8>> {
     let letters: Vec<u8> = robot
@@ -272,6 +280,10 @@ impl Reader<'_> {
 
     /// What a line assigns, and what it may do besides.
     fn assign(&mut self, k: usize, found: &Assignments) {
+        // a place that is read, and a frame that may be set from it, would keep a change
+        if found.hidden || found.frame || found.any || reads_places(self.text.line(k)) {
+            self.anchor("a line that may read where the machine stands");
+        }
         self.variables.assign(self.text.line(k), found);
         if found.hidden {
             self.strange = Some(format!("line {} assigns, and does what is not followed", k + 1));

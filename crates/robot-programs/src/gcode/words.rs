@@ -87,6 +87,7 @@ impl Reader<'_> {
         let before = self.modes();
         self.certain_words(k, block, Some("a block that an operator may switch off".into()))?;
         if self.modes() != before {
+            self.anchor("a block that may be switched off");
             self.variables.forget();
             self.end(k, Break::Call, "a block that may be switched off");
             self.forget_modes("modes behind a block that may be switched off are not known");
@@ -235,6 +236,8 @@ impl Reader<'_> {
             100 | 110 if self.survey.printer && Self::number(block, b'L').is_none() => {}
             40 => self.dwell(k, block),
             100 => {
+                // it may be set from where the machine stands
+                self.anchor("a G10");
                 self.end(k, Break::Frame, "a G10");
                 self.lost_frame |= self.reference.is_some();
             }

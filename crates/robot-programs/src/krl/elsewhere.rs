@@ -7,6 +7,7 @@ use super::aggregate::aggregate;
 use super::calls::calls;
 use super::data::{Data, assignment, declaration, is_routine, statements, upper};
 use super::lex::{Kind, Token, tokens};
+use super::project::is_read;
 use crate::script::Text;
 use std::collections::HashSet;
 
@@ -45,13 +46,16 @@ impl Data {
         if !self.names.iter().any(|n| n.global) {
             return;
         }
-        let searched = texts.iter().any(|t| t.context && file_name(t).eq_ignore_ascii_case("$config.dat"));
-        if !searched {
+        let found = texts.iter().any(|t| t.context && file_name(t).eq_ignore_ascii_case("$config.dat"));
+        let unread = texts.iter().find(|t| t.context && !is_read(t));
+        if !found || unread.is_some() {
+            let lacks = match unread {
+                Some(t) => format!("{} cannot be read", t.name),
+                None => "no whole project with its $config.dat was found".into(),
+            };
             for name in self.names.iter_mut().filter(|n| n.global) {
                 let at = texts.get(name.file).map(|t| format!("{}:{}", t.name, name.line + 1)).unwrap_or_default();
-                let why = format!(
-                    "its value is not certain: it is one of all modules ({at}), and no whole project with its $config.dat was found"
-                );
+                let why = format!("its value is not certain: it is one of all modules ({at}), and {lacks}");
                 name.spoiled.get_or_insert(why);
             }
         }

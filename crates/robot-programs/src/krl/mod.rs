@@ -90,6 +90,10 @@ impl Format for Krl {
         project::files(path, &companions(path, &Files::Disk))
     }
 
+    fn minds_unread(&self) -> bool {
+        true
+    }
+
     fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>> {
         Ok(Box::new(read::program(texts, robot)?))
     }

@@ -3,9 +3,10 @@
 //! `$config.dat` declares for all modules, a data list with `PUBLIC` what it calls `GLOBAL`. They are looked for where a controller
 //! keeps them: `$config.dat` in `System` beside or above the program's folder, or in that folder itself, and data lists in the whole
 //! tree below the folder that has it; without one, in the folder of the program alone, which tells no values then. Programs of that tree
-//! are read for what they assign to such points. A tree that is not read as a whole counts as none. Nothing of it is ever written.
+//! are read for what they assign to such points. A tree that is not read as a whole tells no values. Nothing of it is ever written.
 
 use crate::files::of_folder;
+use crate::script::Text;
 use std::path::{Path, PathBuf};
 
 /// Folders above a program that are looked at.
@@ -15,12 +16,12 @@ const MOST: usize = 400;
 /// Most files of a folder that is taken for a project.
 const MOST_BESIDE: usize = 64;
 /// Largest file of a project, bytes.
-const LARGEST: u64 = 16 << 20;
+const LARGEST: usize = 16 << 20;
 /// Deepest folder of a tree.
 const DEEPEST: usize = 8;
 
-/// The other files of the project of the program at `path`, whose own data lists are `own`. None where not all of them can be read:
-/// then nobody knows what assigns a point of all modules.
+/// The other files of the project of the program at `path`, whose own data lists are `own`. None where there are too
+/// many: then nobody knows what assigns a point of all modules.
 pub(super) fn files(path: &Path, own: &[PathBuf]) -> Vec<PathBuf> {
     let Some(folder) = path.parent() else { return Vec::new() };
     let mut all = match root(folder) {
@@ -36,7 +37,7 @@ pub(super) fn files(path: &Path, own: &[PathBuf]) -> Vec<PathBuf> {
     all.retain(|p| is_module(p) && p != path && !own.contains(p));
     all.sort();
     all.dedup();
-    if all.len() > MOST || !all.iter().all(|p| is_readable(p)) { Vec::new() } else { all }
+    if all.len() > MOST { Vec::new() } else { all }
 }
 
 /// `R1` of a controller's files: the folder above that has `System/$config.dat`; else the program's own, where that has it.
@@ -47,16 +48,12 @@ fn root(folder: &Path) -> Option<PathBuf> {
     above.find(|a| is_configured(a)).map(Path::to_path_buf).or_else(beside)
 }
 
-/// Whether a file can be opened and is of a size and a form that are read.
-fn is_readable(path: &Path) -> bool {
-    let Ok(mut file) = std::fs::File::open(path) else { return false };
-    let mut begin = [0xff_u8; 64];
-    let small = file.metadata().is_ok_and(|m| m.len() <= LARGEST);
-    match std::io::Read::read(&mut file, &mut begin) {
-        // a text of two bytes a character has zeros
-        Ok(n) => small && (n == 0 || !matches!(begin, [0xff, 0xfe, ..] | [0xfe, 0xff, ..]) && !begin.contains(&0)),
-        Err(_) => false,
-    }
+/// Whether a file of the project was read, and is of a size and a form that are understood.
+pub(super) fn is_read(text: &Text) -> bool {
+    // a text of two bytes a character has zeros
+    let begin = text.bytes.get(..64).unwrap_or(&text.bytes);
+    let wide = matches!(begin, [0xff, 0xfe, ..] | [0xfe, 0xff, ..]) || begin.contains(&0);
+    !text.unread && !wide && text.bytes.len() <= LARGEST
 }
 
 fn is_configured(root: &Path) -> bool {

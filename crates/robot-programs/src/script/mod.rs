@@ -47,7 +47,7 @@ pub trait Format: Sync {
     fn context(&self, _path: &Path) -> Vec<PathBuf> {
         Vec::new()
     }
-    /// Whether a file beside the program may set what it goes to, so that one that cannot be read counts: a text without bytes stands
+    /// Whether a file beside the program may set what it goes to, so that one that cannot be read counts: [`Text::unread`] stands
     /// for it among the context.
     fn minds_unread(&self) -> bool {
         false

@@ -12,6 +12,8 @@ pub struct Text {
     pub bytes: Vec<u8>,
     /// It is looked up and never written: another module of the same project.
     pub context: bool,
+    /// It is there and cannot be read: what it declares or changes is not known.
+    pub unread: bool,
     /// First byte of every line.
     starts: Vec<usize>,
 }
@@ -40,7 +42,7 @@ impl Text {
         // a file without a line feed may end its lines in carriage returns
         let end = if memchr::memchr(b'\n', &bytes).is_some() { b'\n' } else { b'\r' };
         let starts = std::iter::once(0).chain(memchr::memchr_iter(end, &bytes).map(|k| k + 1)).collect();
-        Self { name: name.into(), bytes, context: false, starts }
+        Self { name: name.into(), bytes, context: false, unread: false, starts }
     }
 
     /// A text that is looked up and never written.
@@ -48,9 +50,14 @@ impl Text {
         Self { context: true, ..Self::new(name, bytes) }
     }
 
+    /// A file of the context that cannot be read.
+    pub fn unread(name: impl Into<String>) -> Self {
+        Self { unread: true, ..Self::of_context(name, Vec::new()) }
+    }
+
     /// This text with other bytes.
     pub fn with(&self, bytes: Vec<u8>) -> Self {
-        Self { context: self.context, ..Self::new(self.name.clone(), bytes) }
+        Self { context: self.context, unread: self.unread, ..Self::new(self.name.clone(), bytes) }
     }
 
     /// Number of lines; what follows a last line ending counts only if there is something.

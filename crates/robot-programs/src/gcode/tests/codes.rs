@@ -242,3 +242,14 @@ fn a_probing_move_leads_to_no_place_and_leaves_modes() {
     let text = format!("{START}G38.2 Z-20 F50\nG0 X10 Y10 Z5\nG1 X40\n");
     assert_eq!(told(&text), [Some(10.0), Some(50.0), None, Some(10.0), Some(40.0)]);
 }
+
+#[test]
+fn a_place_that_a_frame_or_a_variable_may_keep_is_left_as_it_is() {
+    for line in ["#5221=#5021", "#1=#<_x>", "#[#2]=3", "#1=3 G91", "G10 L20 P1 X0", "/G91", "#1=#5041"] {
+        let text = format!("{START}{line}\nG1 X40\n");
+        let before = moves(&script_of(&Gcode, &text, &robot()))[1].1.clone();
+        assert!(before.fixed.is_some(), "{line}: {before:?}");
+    }
+    let text = format!("{START}#1=3\nG1 X40\n");
+    assert!(moves(&script_of(&Gcode, &text, &robot()))[1].1.fixed.is_none());
+}

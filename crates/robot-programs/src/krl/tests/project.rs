@@ -232,3 +232,21 @@ fn the_whole_tree_of_a_project_is_searched_or_none_of_it() {
     assert_eq!(found, wanted);
     assert!(too_many.is_empty());
 }
+
+#[test]
+fn a_point_of_all_modules_is_not_certain_beside_a_file_that_cannot_be_read() {
+    let of = |other: Text| {
+        let own = [("p.src", "DEF prog( )\nPTP XHOME\nEND\n"), ("p.dat", "DEFDAT prog\nENDDAT\n")];
+        let own = own.map(|(n, t)| Text::new(n, t.as_bytes().to_vec())).into_iter();
+        let config = Text::of_context("$config.dat", CONFIG.as_bytes().to_vec());
+        let doc = Krl.parse(own.chain([config, other]).collect(), &kr120()).unwrap();
+        (goals(doc.as_ref()), why(doc.as_ref(), 0))
+    };
+    assert_eq!(of(Text::of_context("b.src", b"DEF b( )\nEND\n".to_vec())).0, "j");
+    let wide: Vec<u8> = "DEF b( )\nXHOME.A1=5\nEND\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    for other in [Text::unread("b.src"), Text::of_context("b.src", wide)] {
+        let (found, why) = of(other);
+        assert_eq!(found, "o");
+        assert!(why.contains("b.src cannot be read"), "{why}");
+    }
+}
