@@ -322,7 +322,7 @@ fn project(desk: &Desk, a1_deg: f64) {
 #[test]
 fn a_folder_is_done_again_where_a_file_that_declares_its_points_has_changed() {
     let desk = Desk::new(0.003);
-    let batch = "rewrite --model model.yaml in --output out --json";
+    let batch = "rewrite --model model.yaml in --output-dir out";
     let result = || String::from_utf8(desk.read("out/R1/Program/part.src")).unwrap();
     project(&desk, 20.0);
     desk.run(batch).success();
