@@ -142,6 +142,16 @@ impl Compensator {
         self.joints.iter().any(|j| j.friction.is_some_and(|f| f.needs_clock()))
     }
 
+    /// The same without the friction that fades in seconds, for moves whose time nobody knows.
+    #[must_use]
+    pub fn without_clock(&self) -> Self {
+        let mut gaps = self.clone();
+        for joint in &mut gaps.joints {
+            joint.friction = joint.friction.filter(|f| !f.needs_clock());
+        }
+        gaps
+    }
+
     /// Offsets of an axis.
     pub fn on(&self, axis: usize) -> Option<&JointCompensator> {
         self.joints.iter().find(|j| j.axis == axis)

@@ -175,17 +175,6 @@ fn a_step_that_is_too_fast_gets_the_advice_to_spread_it() {
 }
 
 #[test]
-fn an_offset_that_fades_in_seconds_asks_for_a_speed_and_no_column() {
-    let desk = Desk::new(0.003);
-    let stiction = "  - {effect: stiction, joint: A1, spike_deg: 0.003, decay_s: 1.5}\n";
-    let model = String::from_utf8(desk.read("model.yaml")).unwrap() + stiction;
-    desk.write("model.yaml", &model);
-    let run = desk.run(RUN);
-    run.code(1).stderr(contains("t_s").not().and(contains("--speed-mm-s")).and(contains("part.src:5")));
-    desk.run(&format!("{RUN} --speed-mm-s 100")).success();
-}
-
-#[test]
 fn a_comment_for_the_tool_that_it_does_not_understand_is_said() {
     let desk = Desk::new(0.003);
     for (comment, said) in [
@@ -266,4 +255,18 @@ fn a_posture_that_contradicts_the_program_s_own_joints_is_not_used() {
     desk.run("rewrite --model model.yaml p.script --frames frames.yaml --output posed.script --force")
         .success()
         .stderr(contains("of another arm configuration than `posture_deg`"));
+}
+
+#[test]
+fn friction_that_fades_in_seconds_is_left_out_where_no_speed_can_be_told() {
+    let desk = Desk::new(0.003);
+    desk.run(RUN).success();
+    let gaps_alone = desk.read("out.src");
+    let model = String::from_utf8(desk.read("model.yaml")).unwrap();
+    desk.write("model.yaml", &format!("{model}  - {{effect: stiction, joint: A1, spike_deg: 0.0034, decay_s: 5.2}}\n"));
+    desk.run(&format!("{RUN} --force")).success().stderr(contains("the gaps alone").and(contains("--speed-mm-s")));
+    assert_eq!(String::from_utf8(desk.read("out.src")).unwrap(), String::from_utf8(gaps_alone.clone()).unwrap());
+    // with a speed the friction is in it
+    desk.run(&format!("{RUN} --speed-mm-s 10")).success().stderr(contains("the gaps alone").not());
+    assert_ne!(desk.read("out.src"), gaps_alone);
 }

@@ -80,8 +80,8 @@ fn conclude(args: &Args, lines: &[Line]) -> Result<Finished> {
         false => (count(Status::Written), ""),
     };
     eprintln!(
-        "{} programs: {written}{would} written, {} unchanged, {refused} refused, {failed} failed",
-        lines.len(),
+        "{}: {written}{would} written, {} unchanged, {refused} refused, {failed} failed",
+        counted(lines.len(), "program"),
         count(Status::Unchanged)
     );
     let counted = match args.fail_on {

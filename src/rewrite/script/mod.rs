@@ -7,7 +7,7 @@
 //! Modules:
 //! - [`coverage`]: how much can be edited, and why not the rest.
 //! - [`run`]: where positions follow each other; [`poses`] solves Cartesian targets by their [`configuration`] and writes them
-//!   again, [`way`] follows straight TCP paths; [`clock`] tells durations.
+//!   again, [`way`] follows straight TCP paths; [`clock`] tells durations; [`fading`]: friction where none can be told.
 //! - [`approach`]: targets that are reached from one side.
 //! - [`rates`]: speed and acceleration limits; [`stops`]: how long new exact stops take.
 //! - [`edits`]: points that came out -> values and new points of the program.
@@ -22,6 +22,7 @@ pub mod clock;
 pub mod configuration;
 pub mod coverage;
 pub mod edits;
+pub mod fading;
 pub mod job;
 pub mod notes;
 pub mod poses;
@@ -46,6 +47,7 @@ use crate::robot::frames::{Frames, Missing};
 use change::Change;
 use coverage::Coverage;
 use edits::Unplaced;
+use fading::ByClock;
 use poses::Poses;
 use rates::Rates;
 use run::{Choice, Cut, Gap, Run};
@@ -169,10 +171,11 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     };
     let mut known = Poses::new(task.robot, &task.choices.frames);
     let Cut { runs, gaps, partial, mut left, notes: of_arm } = run::cut(script, &choice, &mut known);
-    let looks_rewritten = looks_rewritten(script, &runs, task);
+    let by_clock = ByClock::of(task);
+    let looks_rewritten = looks_rewritten(script, &runs, task, &by_clock);
     let solve = choice.solve_within_m.is_some();
     let Collected { mut edits, mut account, mut unplaced, rates, lines } =
-        Collected::of(document.as_ref(), task, &runs, &deadband, solve)?;
+        Collected::of(document.as_ref(), task, &by_clock, &runs, &deadband, solve)?;
     unplaced.points += spare(script, task.choices, &mut edits);
     let mut in_joints = edits.clone();
     unplaced.points += poses::write(script, &runs, &mut edits, &mut left);
@@ -204,6 +207,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         let stops_s = stops::duration_s(task.robot, &runs, &written.halts);
         account.duration_s = account.duration_s.and_then(|[before, after]| Some([before, after + stops_s?]));
     }
+    notes.extend(by_clock.note(&runs));
     notes.extend(rates.notes(task.robot));
     notes.extend(of_arm);
     notes.extend(script.notes.iter().cloned());
@@ -240,7 +244,14 @@ struct Collected {
 }
 
 impl Collected {
-    fn of(document: &dyn Document, task: &Task, runs: &[Run], deadband: &[f64], solve: bool) -> Result<Self> {
+    fn of(
+        document: &dyn Document,
+        task: &Task,
+        by_clock: &ByClock,
+        runs: &[Run],
+        deadband: &[f64],
+        solve: bool,
+    ) -> Result<Self> {
         let script = document.script();
         let mut all = Self {
             edits: Edits { digit: task.digit.to_vec(), pose_digit: task.pose_digit, ..Edits::default() },
@@ -257,8 +268,9 @@ impl Collected {
                 // only the program starts where the user says
                 options.initial_direction.fill(0);
             }
+            let task = &Task { compensator: by_clock.on(run), ..*task };
             let (emitted, done) =
-                all.rates.within(script, task, run, options, &|options| through(script, task, run, options))?;
+                all.rates.within(script, task, run, options, &|options| through(task, run, options))?;
             let (lost, added) = edits::collect(document, task.robot, run, &emitted, solve, &mut all.edits);
             all.unplaced.points += lost.points;
             all.unplaced.lines.extend(lost.lines);
@@ -300,14 +312,14 @@ fn spare(script: &Script, choices: &Choices, edits: &mut Edits) -> u64 {
 }
 
 /// By its numbers, run by run: by what the gears turn.
-fn looks_rewritten(script: &Script, runs: &[Run], task: &Task) -> bool {
+fn looks_rewritten(script: &Script, runs: &[Run], task: &Task, by_clock: &ByClock) -> bool {
     let axes = task.robot.dof();
     let digits: Vec<Digits> = (0..axes).map(|a| written_digits(script, a)).collect();
     let mut evidence = Evidence::default();
     for run in runs {
         let mut q: Vec<f64> = run.vertices.iter().flat_map(|v| v.q.iter().copied()).collect();
         q.chunks_exact_mut(axes).for_each(|row| task.robot.to_gears(row));
-        evidence.add(Rows { q: &q, axes }, &digits, task.compensator, task.options.step_fraction);
+        evidence.add(Rows { q: &q, axes }, &digits, by_clock.on(run), task.options.step_fraction);
     }
     evidence.is_rewritten()
 }
@@ -404,15 +416,9 @@ fn deadbands(script: &Script, task: &Task) -> Vec<f64> {
 }
 
 /// One run through the engine.
-fn through(script: &Script, task: &Task, run: &Run, options: Options) -> Result<(OutputPoints, RewriteStats)> {
+fn through(task: &Task, run: &Run, options: Options) -> Result<(OutputPoints, RewriteStats)> {
     let axes = task.robot.dof();
     let seconds = task.compensator.fades_in_seconds();
-    if let Some(at) = run.untimed.filter(|_| seconds && task.options.tcp_speed_m_s.is_none()) {
-        return Err(Error::Refused(format!(
-            "{}: no speed of this move can be told, and a friction offset fades in seconds; nothing was written (give --speed-mm-s)",
-            script.place(at)
-        )));
-    }
     let timed = run.timed() && (run.certain || seconds);
     let mut options = options;
     if !timed {
