@@ -1,8 +1,8 @@
 //! One error vocabulary: what was found, where, and what was expected. Exit codes are the business of the command line.
 //!
 //! Everything that comes from outside is refused with a [`BadInput`]. A request that is well formed but whose answer is no (a
-//! limit would be exceeded, a program differs from its golden file) is an [`Error::Refused`]. A mistake of this library is an
-//! [`Error::Internal`].
+//! limit would be exceeded) is an [`Error::Refused`] that holds the domain's own type ([`crate::rewrite::Refusal`],
+//! [`crate::assess::bidirectional::Refusal`]). A mistake of this library is an [`Error::Internal`].
 
 use crate::name::text_of;
 pub use robot_programs::error::{BadInput, Place, one_line};
@@ -19,13 +19,10 @@ pub enum Error {
     RewrittenAlready(BadInput),
     /// The answer is no. One reason a line.
     #[error("{0}")]
-    Refused(String),
+    Refused(Box<dyn std::error::Error + Send + Sync>),
     /// The operating system refused.
     #[error("{path}: cannot {action}: {source}")]
     Io { path: String, action: &'static str, source: std::io::Error },
-    /// The reader of our output went away.
-    #[error("the reader closed the pipe")]
-    ClosedPipe,
     /// A step failed, and what was done before it could not be taken back.
     #[error("{source}; not as they were before: {files}; the next run in this folder restores them")]
     Unfinished { files: String, source: Box<Error> },
@@ -42,21 +39,23 @@ impl Error {
         Self::BadInput(BadInput { place, found: found.into(), expected: expected.into() })
     }
 
+    /// The reader of our output went away.
+    pub fn is_closed_pipe(&self) -> bool {
+        matches!(self, Self::Io { source, .. } if source.kind() == std::io::ErrorKind::BrokenPipe)
+    }
+
     /// A mistake of this library while it does `action`.
     pub fn internal(action: &'static str, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
         Self::Internal { action, source: source.into() }
     }
 
-    /// An operating-system error on a path; a closed pipe keeps its own kind.
+    /// An operating-system error on a path.
     pub fn io(path: impl AsRef<Path>, action: &'static str, source: std::io::Error) -> Self {
         Self::io_of(text_of(path.as_ref()), action, source)
     }
 
     /// The same on a file whose name is text already.
     pub fn io_of(path: impl Into<String>, action: &'static str, source: std::io::Error) -> Self {
-        if source.kind() == std::io::ErrorKind::BrokenPipe {
-            return Self::ClosedPipe;
-        }
         Self::Io { path: path.into(), action, source }
     }
 }
@@ -65,7 +64,7 @@ impl From<robot_programs::Error> for Error {
     fn from(e: robot_programs::Error) -> Self {
         match e {
             robot_programs::Error::BadInput(bad) => Self::BadInput(bad),
-            robot_programs::Error::Refused(why) => Self::Refused(why),
+            robot_programs::Error::Refused(why) => Self::Refused(why.into()),
             robot_programs::Error::Io { name, source } => Self::io_of(name, "read", source),
         }
     }

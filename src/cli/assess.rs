@@ -6,7 +6,7 @@ pub mod deadzone;
 pub mod impact;
 pub mod program;
 
-use crate::error::Result;
+use anyhow::Result;
 
 /// What lost motion costs at the TCP: on a measured circle, along a line from both sides, behind the turns of a motion, or computed
 /// at a pose or over a program; and whether a changed program is better.
@@ -43,6 +43,7 @@ fn print(text: &str) -> Result<()> {
     out.write_all(text.as_bytes())
         .and_then(|()| out.flush())
         .map_err(|e| crate::error::Error::io("standard output", "write", e))
+        .map_err(Into::into)
 }
 
 /// One JSON document with a last newline.

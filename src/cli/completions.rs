@@ -1,7 +1,8 @@
 //! `lostmotion completions`: shell completions and the man page, on standard output.
 
 use super::help;
-use crate::error::{Error, Result};
+use crate::error::Error;
+use anyhow::Result;
 use std::io::Write;
 
 /// Print shell completions, or the man page.
@@ -59,5 +60,5 @@ fn man(command: &clap::Command, out: &mut Vec<u8>) -> std::io::Result<()> {
 }
 
 fn print(text: &[u8]) -> Result<()> {
-    std::io::stdout().lock().write_all(text).map_err(|e| Error::io("standard output", "write", e))
+    std::io::stdout().lock().write_all(text).map_err(|e| Error::io("standard output", "write", e)).map_err(Into::into)
 }

@@ -1,13 +1,15 @@
 //! `lostmotion diagnose`: model + logs -> what the model lacks, and the model with it inside.
 
+use crate::cli::exit::{bad, no};
 use crate::cli::progress::during;
 use crate::cli::{logs, page, paths};
 use crate::diagnose::result::display;
 use crate::diagnose::{self, Diagnosis};
-use crate::error::{Error, Place, Result, is_stdio};
+use crate::error::{Error, Place, is_stdio};
 use crate::io::output::{self, Output};
 use crate::model::Model;
 use crate::robot::Robot;
+use anyhow::Result;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -58,13 +60,13 @@ pub fn run(args: Args) -> Result<()> {
     inputs.extend(args.logs.iter().map(|l| ("--log", Some(l.as_path()))));
     inputs.push(("--columns", args.columns.as_deref()));
     if let Some(most) = args.max_gap_um.filter(|m| !(m.is_finite() && *m >= 0.0)) {
-        return Err(Error::bad(Place::file("--max-gap-um"), most.to_string(), "a number of 0 or more"));
+        return Err(bad(Place::file("--max-gap-um"), most.to_string(), "a number of 0 or more"));
     }
     let outputs = [("--model-out", args.model_out.as_deref()), ("--report", args.report.as_deref())];
     paths::refuse_shared(&inputs, &outputs)?;
     let to_stdout = outputs.iter().find(|(_, path)| path.is_some_and(is_stdio));
     if let Some((option, _)) = to_stdout.filter(|_| args.json) {
-        return Err(Error::bad(Place::file(*option), "`-` together with --json", "one document on standard output"));
+        return Err(bad(Place::file(*option), "`-` together with --json", "one document on standard output"));
     }
     let mut model_out = output::create(args.model_out.as_deref())?;
     let mut report = output::create(args.report.as_deref())?;
@@ -72,18 +74,13 @@ pub fn run(args: Args) -> Result<()> {
         (Some(path), _) => (Model::load(path)?, crate::error::shown(path)),
         (None, Some(path)) => (Model::ideal(Robot::load(path)?), crate::error::shown(path)),
         (None, None) => {
-            return Err(Error::bad(Place::default(), "no machine", "--model MODEL.yaml or --robot ROBOT.yaml"));
+            return Err(bad(Place::default(), "no machine", "--model MODEL.yaml or --robot ROBOT.yaml"));
         }
     };
-    let read = match logs::load(&args.logs, args.columns.as_deref(), &model.robot) {
-        Ok(read) => read,
-        Err(e) => return Err(bad_data(e, args.json)),
-    };
+    let read = logs::load(&args.logs, args.columns.as_deref(), &model.robot).map_err(|e| bad_data(e, args.json))?;
     logs::refuse_repeats(&read)?;
-    let outcome = match during("diagnose", || diagnose::diagnose(&model, &read)) {
-        Ok(outcome) => outcome,
-        Err(e) => return Err(bad_data(e, args.json)),
-    };
+    let outcome =
+        during("diagnose", || diagnose::diagnose(&model, &read)).map_err(|e| bad_data(e.into(), args.json))?;
     let diagnosis = diagnose::result::document::of(&outcome);
     if let Some(out) = &mut model_out {
         let text = diagnose::model_with(&model, &outcome).to_yaml_inline()?;
@@ -114,12 +111,12 @@ fn within(args: &Args, diagnosis: &Diagnosis) -> Result<()> {
     if left <= most {
         return Ok(());
     }
-    Err(Error::Refused(format!("a gap of {} remains, more than --max-gap-um {most}", diagnosis.unit.said(left))))
+    Err(no(format!("a gap of {} remains, more than --max-gap-um {most}", diagnosis.unit.said(left))))
 }
 
 /// A log whose units, axes, times or columns are wrong: with `--json` the verdict is printed too.
-fn bad_data(error: Error, json: bool) -> Error {
-    if json && matches!(error, Error::BadInput(_)) {
+fn bad_data(error: anyhow::Error, json: bool) -> anyhow::Error {
+    if json && matches!(error.downcast_ref(), Some(Error::BadInput(_))) {
         let document = serde_json::json!({
             "schema": diagnose::result::document::SCHEMA, "verdict": "bad_data", "reason": error.to_string(),
         });

@@ -1,6 +1,8 @@
-//! How a command ends, and the exit code of each error.
+//! How a command ends: its exit code, and what is printed of an error.
 
-use crate::error::Error;
+use crate::assess::bidirectional::Refusal as NoGap;
+use crate::error::{Error, Place};
+use crate::rewrite::Refusal;
 
 /// How a command that did what it was asked for ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,14 +22,111 @@ impl Finished {
     }
 }
 
-/// Exit code of an error: 0 for a reader that has gone, 1 for a no, 2 for bad input (nothing was written), 4 for a commit that could
-/// neither be finished nor taken back, 70 for a mistake of the program itself.
-pub fn code(error: &Error) -> u8 {
+/// A command whose answer is no: a check that differs, a threshold that is passed.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct No(pub String);
+
+/// The error of a command whose answer is no. One reason a line.
+pub fn no(why: impl Into<String>) -> anyhow::Error {
+    No(why.into()).into()
+}
+
+/// The error of bad input at a place.
+pub fn bad(place: Place, found: impl Into<String>, expected: impl Into<String>) -> anyhow::Error {
+    Error::bad(place, found, expected).into()
+}
+
+/// Exit code of a command's error: that of the library's error in it, else 1 for a no.
+pub fn code(error: &anyhow::Error) -> u8 {
+    match error.downcast_ref::<Error>() {
+        Some(e) => code_of(e),
+        None if error.is::<No>() => 1,
+        None => INTERNAL,
+    }
+}
+
+/// Exit code of an error of the library: 0 for a reader that has gone, 1 for a no, 2 for bad input (nothing was written), 4 for a
+/// commit that could neither be finished nor taken back, 70 for a mistake of the program itself.
+pub fn code_of(error: &Error) -> u8 {
     match error {
-        Error::ClosedPipe => 0,
+        e if e.is_closed_pipe() => 0,
         Error::Refused(_) => 1,
         Error::BadInput(_) | Error::RewrittenAlready(_) | Error::Io { .. } => 2,
         Error::Unfinished { .. } => 4,
-        Error::Internal { .. } => 70,
+        Error::Internal { .. } => INTERNAL,
+    }
+}
+
+/// Of a mistake of the program itself: `EX_SOFTWARE` of sysexits.h.
+const INTERNAL: u8 = 70;
+
+/// What is printed of an error: what the command was about, the error in its own words, and the option that helps.
+pub fn words(error: &anyhow::Error) -> String {
+    let mut parts = Vec::new();
+    for cause in error.chain() {
+        parts.push(cause.to_string());
+        // a typed error tells its own source
+        if cause.is::<Error>() || cause.is::<No>() {
+            break;
+        }
+    }
+    let option = error.downcast_ref::<Error>().and_then(option).unwrap_or_default();
+    parts.join(": ") + &option
+}
+
+/// The option that a refusal of the library calls for.
+pub fn option(error: &Error) -> Option<String> {
+    let Error::Refused(why) = error else { return None };
+    let words = match (why.downcast_ref::<Refusal>(), why.downcast_ref::<NoGap>()) {
+        (Some(Refusal::NoClock { .. }), _) => "; give --speed-mm-s".into(),
+        (Some(Refusal::SumOfAxes), _) => " (leave out --refine and --law)".into(),
+        (Some(Refusal::CoarseDigits(coarse)), _) => {
+            let joints: Vec<&str> = coarse.iter().map(|c| c.joint.as_str()).collect();
+            format!(" (--leave-out {} writes the others)", joints.join(","))
+        }
+        (_, Some(NoGap::NoPlay { .. })) => {
+            "; if the errors are commanded minus measured, or forward is towards falling positions, say --reversed"
+                .into()
+        }
+        _ => return None,
+    };
+    Some(words)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anyhow::Context;
+
+    #[test]
+    fn each_kind_of_error_has_its_code_and_its_words() {
+        let io = |kind: std::io::ErrorKind| anyhow::Error::from(Error::io("out.csv", "write", kind.into()));
+        let internal = Error::internal("write JSON", "broken");
+        let clock: Error = Refusal::NoClock { joint: "A1".into() }.into();
+        for (error, expected) in [
+            (io(std::io::ErrorKind::BrokenPipe), 0),
+            (clock.into(), 1),
+            (no("2 of 3 programs differ"), 1),
+            (bad(Place::line("a.csv", 3), "`x`", "a number"), 2),
+            (io(std::io::ErrorKind::PermissionDenied), 2),
+            (internal.into(), 70),
+        ] {
+            assert_eq!(code(&error), expected, "{error}");
+            assert_eq!(code(&error.context("the first log")), expected);
+        }
+    }
+
+    #[test]
+    fn context_stands_first_and_the_option_last() {
+        let clock: Error = Refusal::NoClock { joint: "A1".into() }.into();
+        let told = words(&Err::<(), _>(clock).context("step 3 of the demo").unwrap_err());
+        assert!(
+            told.starts_with("step 3 of the demo: the friction offset of A1") && told.ends_with("--speed-mm-s"),
+            "{told}"
+        );
+        // the source of an error of the system is in its words once
+        let io = Error::io("out.csv", "write", std::io::ErrorKind::PermissionDenied.into());
+        assert_eq!(words(&io.into()).matches("permission denied").count(), 1);
     }
 }

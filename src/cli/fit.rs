@@ -1,15 +1,17 @@
 //! `lostmotion fit`: identified gaps -> compensator file.
 
+use crate::cli::exit::{bad, no};
 use crate::cli::{logs, page, paths};
 use crate::compensator::{Compensator, FrictionShape, file::is_date};
 use crate::effects::Decay;
-use crate::error::{Error, Place, Result, is_stdio};
+use crate::error::{self, Error, Place, is_stdio};
 use crate::fit::{Form, contradict::contradictions, fit, spacing};
 use crate::gaps::{Gaps, file::document};
 use crate::identify::machine::update;
 use crate::io::output::{self, write_whole};
 use crate::log::Log;
 use crate::robot::Robot;
+use anyhow::Result;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use std::path::{Path, PathBuf};
 
@@ -84,10 +86,10 @@ pub enum FormArg {
 pub fn run(args: Args) -> Result<()> {
     let to_stdout = args.output.as_deref().is_some_and(is_stdio);
     if args.json && to_stdout {
-        return Err(Error::bad(Place::file("--output"), "`-` together with --json", "one document on standard output"));
+        return Err(bad(Place::file("--output"), "`-` together with --json", "one document on standard output"));
     }
     if let Some(day) = args.valid_until.as_deref().filter(|d| !is_date(d)) {
-        return Err(Error::bad(Place::file("--valid-until"), format!("`{day}`"), "a date as 2027-01-31"));
+        return Err(bad(Place::file("--valid-until"), format!("`{day}`"), "a date as 2027-01-31"));
     }
     let inputs: Vec<paths::Named> = [("--robot", Some(args.robot.as_path())), ("--program", args.program.as_deref())]
         .into_iter()
@@ -129,15 +131,15 @@ pub fn run(args: Args) -> Result<()> {
 
 /// A compensator of gaps documents.
 fn fitted(args: &Args, robot: &Robot) -> Result<Compensator> {
-    let documents = args.gaps.iter().map(|p| Gaps::load(p, robot)).collect::<Result<Vec<_>>>()?;
+    let documents = args.gaps.iter().map(|p| Gaps::load(p, robot)).collect::<error::Result<Vec<_>>>()?;
     refuse_repeats(&args.gaps, &documents, robot)?;
     let distrusted = args.gaps.iter().zip(&documents).find_map(|(p, d)| d.distrust.as_ref().map(|why| (p, why)));
     if let Some((path, why)) = distrusted.filter(|_| !args.force) {
-        return Err(Error::Refused(format!("{}: {why} (--force fits them all the same)", crate::error::shown(path))));
+        return Err(no(format!("{}: {why} (--force fits them all the same)", crate::error::shown(path))));
     }
     let contradictions = contradictions(&documents, robot);
     if let Some(first) = contradictions.first().filter(|_| !args.force) {
-        return Err(Error::Refused(format!("{first} (--force uses the one that is known best)")));
+        return Err(no(format!("{first} (--force uses the one that is known best)")));
     }
     let form = form(args, &documents, robot)?;
     let mut compensator = fit(robot, &documents, form)?;
@@ -154,9 +156,9 @@ fn corrected(path: &Path, args: &Args, robot: &Robot) -> Result<Compensator> {
     let used = |l: &&Log| previous.evidence.logs.iter().any(|u| !u.sha256.is_empty() && u.sha256 == l.sha256);
     if let Some(log) = logs.iter().find(used) {
         let expected = "a run of a program that was rewritten with this compensator";
-        return Err(Error::bad(Place::file(&log.name), "a log that the compensator was made of", expected));
+        return Err(bad(Place::file(&log.name), "a log that the compensator was made of", expected));
     }
-    update::update(robot, &logs, &previous)
+    update::update(robot, &logs, &previous).map_err(Into::into)
 }
 
 /// Refuses gaps that are given twice, under whatever name.
@@ -166,7 +168,7 @@ fn refuse_repeats(paths: &[PathBuf], documents: &[Gaps], robot: &Robot) -> Resul
         if contents[..k].contains(&contents[k]) {
             let expected = "each gaps file once: its gaps would count twice";
             let place = Place::file(crate::error::shown(path));
-            return Err(Error::bad(place, "gaps that were given before (same content)", expected));
+            return Err(bad(place, "gaps that were given before (same content)", expected));
         }
     }
     Ok(())
@@ -175,7 +177,7 @@ fn refuse_repeats(paths: &[PathBuf], documents: &[Gaps], robot: &Robot) -> Resul
 /// The form, with the time between points where it counts them.
 fn form(args: &Args, documents: &[Gaps], robot: &Robot) -> Result<Form> {
     let positive = |name: &str, v: Option<f64>| match v {
-        Some(x) if !(x.is_finite() && x > 0.0) => Err(Error::bad(Place::file(name), x.to_string(), "a number above 0")),
+        Some(x) if !(x.is_finite() && x > 0.0) => Err(bad(Place::file(name), x.to_string(), "a number above 0")),
         other => Ok(other.map(|x| x * 1e-3)),
     };
     let spacing = positive("--pose-spacing-mm", args.pose_spacing_mm)?;
@@ -188,12 +190,12 @@ fn form(args: &Args, documents: &[Gaps], robot: &Robot) -> Result<Form> {
         (None, Some(m)) => m,
         (None, None) => {
             let expected = "--program FILE or --pose-spacing-mm MM: equation 17 counts points of one spacing";
-            return Err(Error::bad(Place::file("--form poses"), "no spacing of points", expected));
+            return Err(bad(Place::file("--form poses"), "no spacing of points", expected));
         }
     };
     match speed {
         Some(v) => Ok(Form::Poses { spacing_s: spacing_m / v }),
-        None => Err(Error::bad(Place::file("--form poses"), "gaps without a TCP speed", "--speed-mm-s V")),
+        None => Err(bad(Place::file("--form poses"), "gaps without a TCP speed", "--speed-mm-s V")),
     }
 }
 

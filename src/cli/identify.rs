@@ -6,7 +6,9 @@ pub mod machine;
 pub mod screw;
 pub mod static_;
 
-use crate::error::{Error, Place, Result};
+use crate::cli::exit::bad;
+use crate::error::Place;
+use anyhow::Result;
 use clap::Subcommand;
 use std::path::PathBuf;
 
@@ -52,6 +54,6 @@ pub fn run(args: Args) -> Result<()> {
         (Some(Command::Deadzone(a)), _) => deadzone::run(a),
         (Some(Command::Screw(a)), _) => screw::run(a),
         (None, Some(robot)) => machine::run(machine::Args { robot, input: args.input, result: args.result }),
-        (None, None) => Err(Error::bad(Place::file("--robot"), "no robot and no log", "--robot FILE --log FILE")),
+        (None, None) => Err(bad(Place::file("--robot"), "no robot and no log", "--robot FILE --log FILE")),
     }
 }

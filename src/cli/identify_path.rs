@@ -1,15 +1,17 @@
 //! `lostmotion identify path`: gaps and stiction from reversals in continuous motion.
 
+use crate::cli::exit::bad;
 use crate::cli::identify::common::{LogArgs, Opened, ResultArgs, SetupArgs, Shown};
 use crate::cli::progress::during;
 use crate::cli::{logs, page};
-use crate::error::{Error, Place, Result};
+use crate::error::Place;
 use crate::gaps::{Gaps, file};
 use crate::identify::path::{Options, PathFound, identify};
 use crate::identify::scalar;
 use crate::log::Log;
 use crate::model::Model;
 use crate::robot::Robot;
+use anyhow::Result;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use std::path::PathBuf;
 
@@ -64,7 +66,7 @@ pub fn run(args: Args) -> Result<()> {
     for name in &args.free {
         let axis = robot.axis_named(name.trim()).ok_or_else(|| {
             let expected = format!("joints of {}", robot.axis_names().join(", "));
-            Error::bad(Place::file("--free"), format!("joint `{name}`"), expected)
+            bad(Place::file("--free"), format!("joint `{name}`"), expected)
         })?;
         options.free.push(axis);
     }
@@ -90,11 +92,7 @@ fn single_readings(args: &Args, robot: &Robot, logs: &[Log], opened: Opened) -> 
         [("--free", !args.free.is_empty()), ("--known", args.known.is_some()), ("--model", args.model.is_some())];
     if let Some((flag, _)) = held.iter().find(|(_, given)| *given) {
         let found = format!("{flag} with a log of single readings");
-        return Err(Error::bad(
-            Place::file(*flag),
-            found,
-            "no such option: all joints that reverse are fitted together",
-        ));
+        return Err(bad(Place::file(*flag), found, "no such option: all joints that reverse are fitted together"));
     }
     let found = {
         let setup = args.setup.checked()?;

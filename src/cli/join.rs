@@ -1,13 +1,16 @@
 //! `lostmotion join`: a tracker's and a controller's recordings on one clock.
 
+use crate::cli::exit::bad;
 use crate::cli::paths;
 use crate::cli::progress::during;
-use crate::error::{Error, Place, Result, counted, is_stdio};
+use crate::error::{Place, counted, is_stdio};
+use crate::io::bag::Wanted;
 use crate::io::output::{self, Output};
 use crate::join::{self, Options, Report, Rows};
 use crate::log::ColumnMap;
 use crate::log::recording::Recording;
 use crate::robot::Robot;
+use anyhow::Result;
 use std::path::{Path, PathBuf};
 
 /// Join a controller's and a tracker's recordings of one motion into one log.
@@ -67,16 +70,17 @@ pub fn run(args: Args) -> Result<()> {
     paths::refuse_shared(&inputs, &[("--output", Some(args.output.as_path()))])?;
     if args.json && is_stdio(&args.output) {
         let expected = "a file: standard output holds the document";
-        return Err(Error::bad(Place::file("--output"), "standard output with --json", expected));
+        return Err(bad(Place::file("--output"), "standard output with --json", expected));
     }
     if let Some(near) = args.near_s.filter(|v| !v.is_finite()) {
-        return Err(Error::bad(Place::file("--near-s"), format!("{near}"), "a finite number of seconds"));
+        return Err(bad(Place::file("--near-s"), format!("{near}"), "a finite number of seconds"));
     }
     let mut out = Output::create(&args.output)?;
     let robot = Robot::load(&args.robot)?;
     let map = |path: &Option<PathBuf>| path.as_deref().map(ColumnMap::load).transpose();
-    let controller = Recording::load(&args.controller, &robot, map(&args.controller_columns)?.as_ref())?;
-    let tracker = Recording::load(&args.tracker, &robot, map(&args.tracker_columns)?.as_ref())?;
+    let controller =
+        Recording::load(&args.controller, &robot, map(&args.controller_columns)?.as_ref(), Wanted::Joints)?;
+    let tracker = Recording::load(&args.tracker, &robot, map(&args.tracker_columns)?.as_ref(), Wanted::Places)?;
     let rows = match args.rows {
         RowsOf::Tracker => Rows::Tracker,
         RowsOf::Controller => Rows::Controller,

@@ -1,12 +1,14 @@
 //! `lostmotion learn`: forward kinematics from logs.
 
+use crate::cli::exit::bad;
 use crate::cli::{logs, page, paths};
-use crate::error::{Error, Place, Result};
+use crate::error::{self, Place};
 use crate::io::output::{self, Output};
 use crate::learn::{Kind, LETTERS, Options, Source, learn};
 use crate::log::Log;
 use crate::program::Program;
 use crate::robot::Robot;
+use anyhow::Result;
 use std::path::{Path, PathBuf};
 
 /// Learn the forward kinematics of a machine from its logs, with a small network.
@@ -109,18 +111,18 @@ pub fn run(args: Args) -> Result<()> {
     ] {
         if !programs.is_empty() && programs.len() != logs.len() {
             let found = format!("{} programs for {} of {of}", programs.len(), logs.len());
-            return Err(Error::bad(Place::file(option), found, "one for each, in the same order, or none"));
+            return Err(bad(Place::file(option), found, "one for each, in the same order, or none"));
         }
     }
     let to_stdout = args.output == Path::new("-");
     if args.json && to_stdout {
         let found = "--json with --output -";
-        return Err(Error::bad(Place::file("command line"), found, "one of them: both go to standard output"));
+        return Err(bad(Place::file("command line"), found, "one of them: both go to standard output"));
     }
     let mut out = Output::create(&args.output)?;
     let mut report = output::create(args.report.as_deref())?;
     let robot = Robot::load(&args.robot)?;
-    let programs = |all: &[PathBuf]| all.iter().map(|p| Program::load(p, &robot)).collect::<Result<Vec<_>>>();
+    let programs = |all: &[PathBuf]| all.iter().map(|p| Program::load(p, &robot)).collect::<error::Result<Vec<_>>>();
     let (desired, test_desired) = (programs(&args.commands)?, programs(&args.test_commands)?);
     let all: Vec<PathBuf> = args.log.iter().chain(&args.test).cloned().collect();
     let all = logs::load_free(&all, args.columns.as_deref(), &robot)?;
@@ -145,7 +147,7 @@ pub fn run(args: Args) -> Result<()> {
     let mut stdout = Output::create(Path::new("-"))?;
     let text = if args.json { format!("{:#}\n", lesson.to_json()) } else { lesson.to_text() };
     stdout.put(text.as_bytes())?;
-    output::commit([Some(out), report, Some(stdout)])
+    output::commit([Some(out), report, Some(stdout)]).map_err(Into::into)
 }
 
 /// Each log with its program, where there are any.

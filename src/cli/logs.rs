@@ -1,9 +1,11 @@
 //! Logs as commands read them: column map, reading side by side, plausibility checks before anything is computed.
 
-use crate::error::{Error, Place, Result};
+use crate::cli::exit::bad;
+use crate::error::{self, Place};
 use crate::log::plausibility::{self, Kinematics};
 use crate::log::{ColumnMap, Log};
 use crate::robot::Robot;
+use anyhow::Result;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -23,7 +25,7 @@ pub fn load_lone(paths: &[PathBuf], columns: Option<&Path>, robot: &Robot) -> Re
 }
 
 fn load_by(
-    load: fn(&Path, &Robot, Option<&ColumnMap>) -> Result<Log>,
+    load: fn(&Path, &Robot, Option<&ColumnMap>) -> error::Result<Log>,
     kinematics: Kinematics,
     paths: &[PathBuf],
     columns: Option<&Path>,
@@ -60,7 +62,7 @@ pub fn refuse_repeats(logs: &[Log]) -> Result<()> {
         let same = |l: &&Log| l.sha256 == log.sha256 || alike(l, log);
         if let Some(first) = logs[..i].iter().find(same) {
             let found = format!("the same log as {}", first.name);
-            return Err(Error::bad(Place::file(&log.name), found, "every log once"));
+            return Err(bad(Place::file(&log.name), found, "every log once"));
         }
     }
     Ok(())

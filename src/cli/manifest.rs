@@ -1,9 +1,11 @@
 //! `lostmotion manifest`: the programs of a job that many machines share.
 
-use crate::error::{Error, Place, Result, shown};
+use crate::cli::exit::bad;
+use crate::error::{Place, shown};
 use crate::io::{input, output};
 use crate::program::format_named;
 use crate::rewrite::manifest::{Entry, State, of_folder, of_list, text};
+use anyhow::Result;
 use std::path::PathBuf;
 
 /// List the programs of a folder, with size, SHA-256 and format.
@@ -37,7 +39,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
     let format = args.format.as_deref().map(format_named).transpose()?;
-    let usage = |found: &str, expected: &str| Err(Error::bad(Place::file("manifest"), found, expected));
+    let usage = |found: &str, expected: &str| Err(bad(Place::file("manifest"), found, expected));
     let entries: Vec<Entry> = match (args.input.is_dir(), &args.root) {
         (true, None) => of_folder(&args.input, format)?,
         (true, Some(_)) => return usage("--root with a folder", "--root with a list of paths"),

@@ -1,8 +1,8 @@
 //! `lostmotion merge`: one summary of the summaries of all shards.
 
-use crate::error::Result;
 use crate::io::output::Output;
 use crate::rewrite::manifest::{Merged, load};
+use anyhow::Result;
 use std::path::PathBuf;
 
 /// Put the summaries of the shards of a job together.

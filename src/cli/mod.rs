@@ -22,6 +22,7 @@ pub mod page;
 pub mod paths;
 pub mod plan_experiment;
 pub mod plan_recording;
+pub mod process;
 pub mod progress;
 pub mod rewrite;
 pub mod robot;
@@ -32,7 +33,7 @@ pub mod status;
 pub mod track;
 pub mod undo;
 
-use crate::error::Result;
+use anyhow::Result;
 use clap::{Parser, Subcommand};
 use exit::Finished;
 

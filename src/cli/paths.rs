@@ -1,6 +1,8 @@
 //! No command writes two results into one file, or a result over what it reads.
 
-use crate::error::{Error, Place, Result, is_stdio, shown};
+use crate::cli::exit::bad;
+use crate::error::{Place, is_stdio, shown};
+use anyhow::Result;
 use std::path::{Path, PathBuf};
 
 /// A file of the command line and the option that names it.
@@ -17,7 +19,7 @@ pub fn refuse_shared(inputs: &[Named], outputs: &[Named]) -> Result<()> {
     for (option, path) in outputs.iter().filter_map(|(o, p)| p.map(|p| (*o, p))) {
         let Some(file) = real(path) else { continue };
         if let Some((other, _)) = taken.iter().find(|(_, f)| *f == file) {
-            return Err(Error::bad(Place::file(option), format!("the same file as {other}"), "a file of its own"));
+            return Err(bad(Place::file(option), format!("the same file as {other}"), "a file of its own"));
         }
         taken.push((option, file));
     }
@@ -30,7 +32,7 @@ pub fn refuse_missing_folders(outputs: &[Named]) -> Result<()> {
         let folder = path.parent().filter(|f| !is_stdio(path) && !f.as_os_str().is_empty());
         if let Some(folder) = folder.filter(|f| !f.is_dir()) {
             let found = format!("{} in a folder that is not there, {}", shown(path), shown(folder));
-            return Err(Error::bad(Place::file(option), found, "a folder that is there"));
+            return Err(bad(Place::file(option), found, "a folder that is there"));
         }
     }
     Ok(())

@@ -1,9 +1,10 @@
 //! `lostmotion plan-experiment`: rivals, or the whole catalogue -> the motion that decides, as a program.
 
+use crate::cli::exit::bad;
 use crate::cli::{page, paths, plan_recording};
 use crate::diagnose::noise::Noise;
 use crate::diagnose::problem::synthetic::Channels;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place};
 use crate::io::input;
 use crate::io::output::{self, Output};
 use crate::model::Model;
@@ -14,6 +15,7 @@ use crate::plan::separate::Experiment;
 use crate::plan::sizes::{self, Scale};
 use crate::plan::{self, display, document, motions};
 use crate::robot::Robot;
+use anyhow::Result;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -144,29 +146,29 @@ pub fn run(args: Args) -> Result<()> {
     if args.output.as_deref() == Some(Path::new("-")) {
         // the program goes to standard output: the words beside it
         eprint!("{text}");
-        return output::commit([out, report]);
+        return output::commit([out, report]).map_err(Into::into);
     }
     let mut stdout = Output::create(Path::new("-"))?;
     stdout.write_all(text.as_bytes()).map_err(|e| Error::io("standard output", "write", e))?;
-    output::commit([out, report, Some(stdout)])
+    output::commit([out, report, Some(stdout)]).map_err(Into::into)
 }
 
 /// The model file, where the options agree with each other.
 fn checked_model_file(args: &Args) -> Result<&Path> {
     let Some(model_file) = args.model.as_deref() else {
         let expected = "--model MODEL.yaml, or static, path or excitation";
-        return Err(Error::bad(Place::file("--model"), "no model", expected));
+        return Err(bad(Place::file("--model"), "no model", expected));
     };
     let inputs = [("--model", Some(model_file)), ("--diagnosis", args.diagnosis.as_deref())];
     let outputs = [("--output", args.output.as_deref()), ("--report", args.report.as_deref())];
     paths::refuse_shared(&inputs, &outputs)?;
     if args.json && args.output.as_deref() == Some(Path::new("-")) {
         let expected = "a file: standard output holds the document";
-        return Err(Error::bad(Place::file("--output"), "`-` with --json", expected));
+        return Err(bad(Place::file("--output"), "`-` with --json", expected));
     }
     if args.duration_s * args.rate_hz.max(25.0) > MOST_ROWS {
         let found = format!("{} s at {} Hz", args.duration_s, args.rate_hz);
-        return Err(Error::bad(Place::file("--duration-s"), found, format!("at most {MOST_ROWS:.0} rows")));
+        return Err(bad(Place::file("--duration-s"), found, format!("at most {MOST_ROWS:.0} rows")));
     }
     Ok(model_file)
 }
@@ -259,7 +261,7 @@ pub fn pose(text: &str, robot: &Robot) -> Result<Vec<f64>> {
     let bad = |found: String| {
         let expected =
             format!("{} numbers within the joints' ranges, deg or mm: {}", robot.dof(), robot.axis_names().join(","));
-        Error::bad(Place::file("--pose"), found, expected)
+        bad(Place::file("--pose"), found, expected)
     };
     let values: Option<Vec<f64>> =
         text.split(',').map(|v| v.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();

@@ -1,11 +1,13 @@
 //! `lostmotion plan-experiment static|path|excitation`: a program to record, and the precision to expect.
 
+use crate::cli::exit::bad;
 use crate::cli::paths;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place};
 use crate::io::output::{self, Output};
 use crate::machine::measurement::Instrument;
 use crate::plan::recording::{self, Kind, Options, document};
 use crate::robot::Robot;
+use anyhow::Result;
 use nalgebra::{Unit, Vector3};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -71,11 +73,7 @@ pub fn run(args: &Args, kind: Kind) -> Result<()> {
     paths::refuse_shared(&[("--robot", Some(args.robot.as_path()))], &[("--output", args.output.as_deref())])?;
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
     if args.json && to_stdout {
-        return Err(Error::bad(
-            Place::file("--output"),
-            "`-` with --json",
-            "a file: standard output holds the document",
-        ));
+        return Err(bad(Place::file("--output"), "`-` with --json", "a file: standard output holds the document"));
     }
     let robot = Robot::load(&args.robot)?;
     let options = options(args, kind, &robot)?;
@@ -106,11 +104,7 @@ pub fn run(args: &Args, kind: Kind) -> Result<()> {
 
 fn options(args: &Args, kind: Kind, robot: &Robot) -> Result<Options> {
     let above = |flag: &str, v: f64| {
-        if v.is_finite() && v > 0.0 {
-            Ok(v)
-        } else {
-            Err(Error::bad(Place::file(flag), v.to_string(), "a number above 0"))
-        }
+        if v.is_finite() && v > 0.0 { Ok(v) } else { Err(bad(Place::file(flag), v.to_string(), "a number above 0")) }
     };
     let speed = args.speed_mm_s.unwrap_or(match kind {
         Kind::Static => 50.0,
@@ -121,14 +115,14 @@ fn options(args: &Args, kind: Kind, robot: &Robot) -> Result<Options> {
     let instrument = match (place("--ballbar", &args.ballbar)?, place("--dial", &args.dial)?) {
         (Some(mm), _) => Instrument::Distance { centre_m: mm * 1e-3 },
         (None, Some(d)) if d.norm() > 0.0 => Instrument::Direction { along: Unit::new_normalize(d) },
-        (None, Some(_)) => return Err(Error::bad(Place::file("--dial"), "0,0,0", "a direction")),
+        (None, Some(_)) => return Err(bad(Place::file("--dial"), "0,0,0", "a direction")),
         (None, None) => Instrument::Tcp,
     };
     let pose = args.pose.as_deref().map(|p| super::plan_experiment::pose(p, robot)).transpose()?;
     const MOST_S: f64 = 36_000.0;
     let duration_s = above("--duration-s", args.duration_s)?;
     if duration_s > MOST_S {
-        return Err(Error::bad(Place::file("--duration-s"), duration_s.to_string(), format!("at most {MOST_S} s")));
+        return Err(bad(Place::file("--duration-s"), duration_s.to_string(), format!("at most {MOST_S} s")));
     }
     Ok(Options {
         pose,
@@ -153,6 +147,6 @@ pub fn three(flag: &str, text: &str) -> Result<Vector3<f64>> {
         text.split(',').map(|v| v.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
     match values.as_deref() {
         Some([x, y, z]) => Ok(Vector3::new(*x, *y, *z)),
-        _ => Err(Error::bad(Place::file(flag), format!("`{text}`"), "three numbers, such as 2500,-400,300")),
+        _ => Err(bad(Place::file(flag), format!("`{text}`"), "three numbers, such as 2500,-400,300")),
     }
 }

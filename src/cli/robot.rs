@@ -1,9 +1,11 @@
 //! `lostmotion robot check|init`: a robot file looked over, and one made of a URDF.
 
-use crate::error::{Error, Place, Result};
+use crate::cli::exit::{bad, no};
+use crate::error::{Error, Place};
 use crate::io::{input, output::Output};
 use crate::robot::plausible::{self, Finding};
 use crate::robot::{JointKind, Robot, urdf};
+use anyhow::Result;
 use serde_json::{Value, json};
 use std::io::Write;
 use std::path::PathBuf;
@@ -95,7 +97,7 @@ fn check(args: CheckArgs) -> Result<()> {
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|e| Error::io("standard output", "write", e))?;
     let faults: Vec<String> = findings.iter().filter(|f| f.is_fault()).map(sentence).collect();
-    if faults.is_empty() { Ok(()) } else { Err(Error::Refused(faults.join("\n"))) }
+    if faults.is_empty() { Ok(()) } else { Err(no(faults.join("\n"))) }
 }
 
 fn init(args: InitArgs) -> Result<()> {
@@ -104,7 +106,7 @@ fn init(args: InitArgs) -> Result<()> {
     let made = urdf::read(&input.name, &text, args.tip.as_deref())?;
     let (distance_m, _) = made.largest_error;
     if distance_m.is_nan() || distance_m > SAME_CHAIN_M {
-        return Err(Error::bad(
+        return Err(bad(
             Place::file(&input.name),
             format!("joint axes that Denavit-Hartenberg parameters follow only within {:.3e} mm", distance_m * 1e3),
             "axes that are not nearly parallel at a great distance",
@@ -137,13 +139,8 @@ fn middle(robot: &Robot) -> Vec<f64> {
 fn pose_of(robot: &Robot, text: &str) -> Result<Vec<f64>> {
     let values: Vec<Option<f64>> =
         text.split(',').map(|w| w.trim().parse::<f64>().ok().filter(|v| v.is_finite())).collect();
-    let found = || {
-        Error::bad(
-            Place::file("--pose"),
-            format!("`{text}`"),
-            format!("{} numbers, deg or mm: one per axis", robot.dof()),
-        )
-    };
+    let found =
+        || bad(Place::file("--pose"), format!("`{text}`"), format!("{} numbers, deg or mm: one per axis", robot.dof()));
     if values.len() != robot.dof() {
         return Err(found());
     }

@@ -1,8 +1,10 @@
 //! `lostmotion schema`: JSON Schemas of the documents, for editors and checks.
 
-use crate::error::{Error, Place, Result};
+use crate::cli::exit::bad;
+use crate::error::Place;
 use crate::io::output::Output;
 use crate::schemas;
+use anyhow::Result;
 use std::path::PathBuf;
 
 /// Print the JSON Schema of a document.
@@ -32,12 +34,12 @@ pub fn run(args: Args) -> Result<()> {
         Some(name) => {
             let found = schemas::of(name).ok_or_else(|| {
                 let names: Vec<&str> = schemas::NAMES.iter().map(|n| n.0).collect();
-                Error::bad(Place::file("schema"), format!("document `{name}`"), format!("one of {}", names.join(", ")))
+                bad(Place::file("schema"), format!("document `{name}`"), format!("one of {}", names.join(", ")))
             })?;
             format!("{found:#}\n")
         }
     };
     let mut out = Output::create(&args.output)?;
     out.put(text.as_bytes())?;
-    out.commit()
+    out.commit().map_err(Into::into)
 }

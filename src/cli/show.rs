@@ -1,8 +1,9 @@
 //! `lostmotion show`: any file as a page.
 
+use crate::cli::exit::bad;
 use crate::cli::{page, paths};
 use crate::compensator::{self, Compensator};
-use crate::error::{Error, Place, Result};
+use crate::error::Place;
 use crate::gaps::{self, Gaps};
 use crate::io::input::{self, Input};
 use crate::io::output::Output;
@@ -13,6 +14,7 @@ use crate::model::{self, Model};
 use crate::program::Program;
 use crate::report::Page;
 use crate::robot::{self, Robot};
+use anyhow::Result;
 use std::path::PathBuf;
 
 /// Draw a file as a self-contained HTML page: a log, a program, a robot, a model, gaps, a compensator.
@@ -48,7 +50,7 @@ pub fn run(args: Args) -> Result<()> {
     let (input, _) = workbook::unpacked(input::read(&args.file)?)?;
     let page = of(&args, input)?;
     out.put(page.render().as_bytes())?;
-    out.commit()
+    out.commit().map_err(Into::into)
 }
 
 fn of(args: &Args, input: Input) -> Result<Page> {
@@ -65,7 +67,7 @@ fn of(args: &Args, input: Input) -> Result<Page> {
             page::compensator::of_fit(&robot, &Compensator::load(&args.file, &robot)?)
         }
         Some(other) => {
-            return Err(Error::bad(
+            return Err(bad(
                 Place::file(&input.name),
                 format!("a document `{other}`"),
                 "a log, a program, a robot, a model, gaps or a compensator",
@@ -92,9 +94,8 @@ fn of(args: &Args, input: Input) -> Result<Page> {
 
 fn robot_of(args: &Args) -> Result<Robot> {
     let path = args.robot.as_deref();
-    let path =
-        path.ok_or_else(|| Error::bad(Place::file("--robot"), "no robot", "--robot ROBOT.yaml for this file"))?;
-    Robot::load(path)
+    let path = path.ok_or_else(|| bad(Place::file("--robot"), "no robot", "--robot ROBOT.yaml for this file"))?;
+    Robot::load(path).map_err(Into::into)
 }
 
 /// The `schema:` of a YAML or JSON document.

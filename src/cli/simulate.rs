@@ -1,8 +1,9 @@
 //! `lostmotion simulate`: model + program or log -> predicted log.
 
+use crate::cli::exit::bad;
 use crate::cli::{page, paths};
 use crate::effects::entry;
-use crate::error::{Error, Place, Result, counted, is_stdio, shown};
+use crate::error::{Place, counted, is_stdio, shown};
 use crate::io::input::{self, Input};
 use crate::io::output::{self, Output};
 use crate::io::workbook;
@@ -10,6 +11,7 @@ use crate::log::Log;
 use crate::model::Model;
 use crate::program::Program;
 use crate::simulate::{Motion, Options, Timing, Written, predicted};
+use anyhow::Result;
 use std::path::{Path, PathBuf};
 
 /// Run a program, or the commands of a log, on a modelled machine and write the log that a tracker would.
@@ -99,7 +101,7 @@ pub fn run(args: Args) -> Result<()> {
     paths::refuse_shared(&inputs, &[("--output", Some(args.output.as_path())), ("--report", args.report.as_deref())])?;
     if args.json && is_stdio(&args.output) {
         let expected = "a file: standard output holds the document";
-        return Err(Error::bad(Place::file("--output"), "standard output with --json", expected));
+        return Err(bad(Place::file("--output"), "standard output with --json", expected));
     }
     let mut out = Output::create(&args.output)?;
     let mut report = output::create(args.report.as_deref())?;

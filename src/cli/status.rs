@@ -1,8 +1,10 @@
 //! `lostmotion status`: how far a job with a manifest has come.
 
-use crate::error::{Error, Place, Result};
+use crate::cli::exit::bad;
+use crate::error::Place;
 use crate::io::output;
 use crate::rewrite::manifest::{Merged, load};
+use anyhow::Result;
 use std::path::{Path, PathBuf};
 
 /// Count what is done, refused, failed and left of a job.
@@ -36,12 +38,12 @@ pub fn run(args: Args) -> Result<()> {
     let entries = load(&args.manifest, &|_| true)?;
     let counts = Merged::read(&entries, &args.summaries)?.counts(&entries, args.output_dir.as_deref());
     let text = if args.json {
-        serde_json::to_string_pretty(&counts).map_err(|e| Error::bad(Place::default(), e.to_string(), "counts"))?
+        serde_json::to_string_pretty(&counts).map_err(|e| bad(Place::default(), e.to_string(), "counts"))?
     } else {
         format!(
             "{} programs: {} done, {} refused, {} failed, {} left",
             counts.programs, counts.done, counts.refused, counts.failed, counts.left
         )
     };
-    output::write_whole(Path::new("-"), (text + "\n").as_bytes())
+    output::write_whole(Path::new("-"), (text + "\n").as_bytes()).map_err(Into::into)
 }

@@ -1,7 +1,8 @@
 //! `lostmotion track`: Cartesian path -> joint program.
 
+use crate::cli::exit::{bad, no};
 use crate::cli::{page, paths};
-use crate::error::{Error, Place, Result, counted, is_stdio};
+use crate::error::{Place, counted, is_stdio};
 use crate::gaps::LogRef;
 use crate::io::input;
 use crate::io::output::{self, Output};
@@ -9,6 +10,7 @@ use crate::learn::Learned;
 use crate::model::Model;
 use crate::robot::Robot;
 use crate::track::{Kinematics, Method, Options, Origin, Path, follow, write};
+use anyhow::Result;
 use std::path::{Path as FilePath, PathBuf};
 
 /// Turn a Cartesian path into a joint program.
@@ -74,8 +76,8 @@ pub enum MethodArg {
     Inverse,
 }
 
-fn usage(found: impl Into<String>, expected: &str) -> Error {
-    Error::bad(Place::file("command line"), found, expected)
+fn usage(found: impl Into<String>, expected: &str) -> anyhow::Error {
+    bad(Place::file("command line"), found, expected)
 }
 
 /// Runs the command.
@@ -109,8 +111,8 @@ pub fn run(args: Args) -> Result<()> {
     };
     let start = args.start.as_deref().map(|s| joints(s, robot)).transpose()?;
     let tracked = follow(robot, &kinematics, &path, &t_s, &Options { method, start, tolerance_m })?;
-    if let Some(no) = tracked.refusal(robot, &path, tolerance_m) {
-        return Err(Error::Refused(no));
+    if let Some(why) = tracked.refusal(robot, &path, tolerance_m) {
+        return Err(no(why));
     }
     origin.by = format!("{}, {}", origin.by, method.text());
     out.put(&write::program(robot, &tracked, &path.name, &origin.by))?;
@@ -190,7 +192,7 @@ fn times(path: &Path, speed_m_s: Option<f64>) -> Result<Vec<f64>> {
         (Some(_), Some(_)) => Err(usage("--speed-mm-s and a path with t_s", "one of them")),
         (Some(t), None) => Ok(t.clone()),
         (None, Some(v)) => Ok(path.times_at(v)),
-        (None, None) => Err(Error::bad(Place::file(&path.name), "no column t_s", "times, or --speed-mm-s")),
+        (None, None) => Err(bad(Place::file(&path.name), "no column t_s", "times, or --speed-mm-s")),
     }
 }
 
@@ -198,7 +200,7 @@ fn times(path: &Path, speed_m_s: Option<f64>) -> Result<Vec<f64>> {
 fn joints(text: &str, robot: &Robot) -> Result<Vec<f64>> {
     let bad = || {
         let expected = format!("a number for each of {}, in deg or mm, commas between", robot.axis_names().join(", "));
-        Error::bad(Place::file("--start"), format!("`{text}`"), expected)
+        bad(Place::file("--start"), format!("`{text}`"), expected)
     };
     let values: Option<Vec<f64>> =
         text.split(',').map(|v| v.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();

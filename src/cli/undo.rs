@@ -1,7 +1,8 @@
 //! `lostmotion undo`: a rewritten program back to what it was, byte for byte.
 
+use crate::cli::exit::{bad, no};
 use crate::cli::paths;
-use crate::error::{Error, Place, Result, is_stdio, shown};
+use crate::error::{Error, Place, is_stdio, shown};
 use crate::io::input;
 use crate::io::journal::{self, Towards};
 use crate::io::name::path_of;
@@ -9,6 +10,7 @@ use crate::io::output::Output;
 use crate::io::transaction::Transaction;
 use crate::rewrite::original::{KEPT_UP_TO, unpack};
 use crate::rewrite::stream::guard::{Companion, Note, note_path, read_note};
+use anyhow::Result;
 use std::path::{Path, PathBuf};
 
 /// Bring a rewritten program back, byte for byte.
@@ -53,13 +55,13 @@ fn companion(args: &Args, c: &Companion, name: &str, target: &Path) -> Result<(P
         None => return Err(too_large(name, &c.input)),
     };
     if is_stdio(target) {
-        return Err(Error::bad(Place::file("--output"), "standard output for several files", "a file"));
+        return Err(bad(Place::file("--output"), "standard output for several files", "a file"));
     }
     let ending = Path::new(&c.output).extension().unwrap_or_default();
     let to = if args.in_place { rewritten.clone() } else { target.with_extension(ending) };
     if !args.in_place && (paths::same(&to, &rewritten) || paths::same(&to, &args.input) || to == target) {
         let found = format!("a name by which {} would go over {}", c.input, shown(&to));
-        return Err(Error::bad(Place::file("--output"), found, "another name or folder (or --in-place)"));
+        return Err(bad(Place::file("--output"), found, "another name or folder (or --in-place)"));
     }
     Ok((to, bytes))
 }
@@ -69,21 +71,17 @@ pub fn run(args: Args) -> Result<()> {
     let note_file = note_path(&args.input);
     let name = shown(&note_file);
     if !args.input.is_file() {
-        return Err(Error::bad(Place::file(shown(&args.input)), "no file", "a program that `rewrite` wrote"));
+        return Err(bad(Place::file(shown(&args.input)), "no file", "a program that `rewrite` wrote"));
     }
     let folder = args.input.parent().unwrap_or(Path::new(""));
     journal::finish(folder, Towards::Result)?;
     let Some(note) = read_note(&args.input)? else {
-        return Err(Error::bad(
-            Place::file(&name),
-            "no note of `rewrite`",
-            "the note that lies beside a rewritten program",
-        ));
+        return Err(bad(Place::file(&name), "no note of `rewrite`", "the note that lies beside a rewritten program"));
     };
     let target = args.output.clone().unwrap_or_else(|| args.input.clone());
     paths::refuse_missing_folders(&[("--output", args.output.as_deref())])?;
     if !args.in_place {
-        let found = |path: &Path| Err(Error::bad(Place::file("--output"), shown(path), "another file (or --in-place)"));
+        let found = |path: &Path| Err(bad(Place::file("--output"), shown(path), "another file (or --in-place)"));
         for path in [&args.input, &note_file].into_iter().chain(args.original.as_ref()) {
             if !is_stdio(&target) && paths::same(&target, path) {
                 return found(path);
@@ -92,7 +90,7 @@ pub fn run(args: Args) -> Result<()> {
     }
     if args.json && is_stdio(&target) {
         let expected = "a file: standard output holds the document";
-        return Err(Error::bad(Place::file("--output"), "standard output with --json", expected));
+        return Err(bad(Place::file("--output"), "standard output with --json", expected));
     }
     let mut files = vec![(target.clone(), original_of(&args, &note, &name)?)];
     for c in &note.companions {
@@ -115,7 +113,7 @@ pub fn run(args: Args) -> Result<()> {
         let mut document = Output::create(Path::new("-"))?;
         document.put(text.as_bytes())?;
         all.put(document);
-        return all.commit();
+        return all.commit().map_err(Into::into);
     }
     all.commit()?;
     eprintln!("{}: {} as it was, {} bytes", shown(&target), note.input, files[0].1.len());
@@ -128,7 +126,7 @@ fn original_of(args: &Args, note: &Note, name: &str) -> Result<Vec<u8>> {
         return Ok(bytes);
     }
     let Some(sha256) = &note.sha256_in else {
-        return Err(Error::bad(Place::file(name), "no SHA-256 of the original", "a note that has one"));
+        return Err(bad(Place::file(name), "no SHA-256 of the original", "a note that has one"));
     };
     match (&args.original, &note.original) {
         (Some(path), _) => {
@@ -140,8 +138,8 @@ fn original_of(args: &Args, note: &Note, name: &str) -> Result<Vec<u8>> {
     }
 }
 
-fn too_large(name: &str, original: &str) -> Error {
-    Error::Refused(format!(
+fn too_large(name: &str, original: &str) -> anyhow::Error {
+    no(format!(
         "{name}: the note does not hold the bytes of {original} (a stream, or more than {} MB): give the file with --original",
         KEPT_UP_TO >> 20
     ))
@@ -152,7 +150,7 @@ fn checked(name: &str, bytes: Vec<u8>, sha256: &str) -> Result<Vec<u8>> {
     if found == sha256 {
         return Ok(bytes);
     }
-    Err(Error::bad(Place::file(name), format!("bytes with SHA-256 {found}"), format!("the original's: {sha256}")))
+    Err(bad(Place::file(name), format!("bytes with SHA-256 {found}"), format!("the original's: {sha256}")))
 }
 
 /// The rewritten file is still what was written; or it is the original already, whose bytes are given: a rewrite that ended before
@@ -166,7 +164,7 @@ fn unchanged(file: &Path, rewritten: &str, original: Option<&str>) -> Result<Opt
     if original == Some(found.as_str()) {
         return Ok(Some(bytes));
     }
-    Err(Error::Refused(format!(
+    Err(no(format!(
         "{}: changed since it was written: what was changed would be lost; nothing was written",
         shown(file)
     )))

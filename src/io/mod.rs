@@ -3,6 +3,7 @@
 //! Modules, in reading order:
 //! - [`mod@name`]: file names as text and back; [`console`]: words for standard error.
 //! - [`input`]: bytes of a path, of standard input, of a gzip file; their SHA-256; [`memory`]: what there is room for.
+//! - [`bag`]: a topic of a ROS 2 recording (MCAP) as CSV.
 //! - [`workbook`]: the first sheet of a workbook (`.xlsx`, `.ods`, `.xls`) as CSV.
 //! - [`temporary`]: files that are not in place yet, and those that a killed run left.
 //! - [`folder`]: what lies in a folder.
@@ -15,6 +16,7 @@
 
 #[macro_use]
 pub mod console;
+pub mod bag;
 pub mod folder;
 pub mod input;
 pub mod interrupt;

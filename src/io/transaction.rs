@@ -92,7 +92,7 @@ impl Transaction {
         let folders = folders(&steps);
         let kept = steps.len() > 1 && (synced || !steps.iter().all(Step::is_new));
         let written = if kept { with_journal(steps, streams, synced) } else { in_order(steps, streams) };
-        if synced && !matches!(written, Err(ref e) if !matches!(e, Error::ClosedPipe)) {
+        if synced && !matches!(written, Err(ref e) if !e.is_closed_pipe()) {
             sync_folders(&folders);
         }
         written
@@ -152,7 +152,7 @@ fn with_journal(steps: Vec<Step>, streams: Streams, synced: bool) -> Result<()> 
         }
     }
     let result = match release(streams, Vec::new()) {
-        Err(e) if !matches!(e, Error::ClosedPipe) => return Err(back_with(journal, &home, done, e)),
+        Err(e) if !e.is_closed_pipe() => return Err(back_with(journal, &home, done, e)),
         result => result,
     };
     if synced {
@@ -245,15 +245,15 @@ fn back(done: Vec<Done>, e: Error) -> Error {
 
 /// Hands on what was held back for streams; where that fails, what is `done` is taken back. A reader that went away is no failure.
 fn release(streams: Streams, done: Vec<Done>) -> Result<()> {
-    let mut closed = false;
+    let mut closed = None;
     for (mut stream, name) in streams {
         match stream.release().map_err(|e| Error::io_of(&name, "write", e)) {
-            Err(Error::ClosedPipe) => closed = true,
+            Err(e) if e.is_closed_pipe() => closed = Some(e),
             Err(e) => return Err(back(done, e)),
             Ok(()) => {}
         }
     }
-    if closed { Err(Error::ClosedPipe) } else { Ok(()) }
+    closed.map_or(Ok(()), Err)
 }
 
 /// A second name for what a step replaces.

@@ -108,6 +108,8 @@ pub struct ColumnMap {
     pub decimal: u8,
     /// Names that a file lacks are passed over.
     partial: bool,
+    /// Topic of a recording with several.
+    pub topic: Option<String>,
     entries: IndexMap<String, Entry>,
 }
 
@@ -121,6 +123,8 @@ struct MapFile {
     decimal: Option<String>,
     #[serde(default)]
     partial: bool,
+    #[serde(default)]
+    topic: Option<String>,
     #[serde(default)]
     columns: Mapping,
 }
@@ -176,7 +180,32 @@ impl ColumnMap {
             };
             entries.insert(theirs.trim().to_string(), entry(theirs, value, &doc)?);
         }
-        Ok(Self { name: name.into(), separator, decimal, partial: file.partial, entries })
+        Ok(Self { name: name.into(), separator, decimal, partial: file.partial, topic: file.topic, entries })
+    }
+
+    /// The map of a ROS 2 recording, where none is given: positions of joints with the robot's names are commands.
+    pub fn of_recording(robot: &Robot) -> Self {
+        let entry = |to: String, unit: Option<&str>| Entry {
+            to: Some(to),
+            unit: unit.map(String::from),
+            factor: 1.0,
+            missing: Vec::new(),
+        };
+        let mut entries = IndexMap::from([("t_s".to_string(), entry("t_s".into(), None))]);
+        for joint in robot.axis_joints() {
+            let (name, unit) = (&joint.name, joint.kind.unit());
+            let si = if joint.kind == JointKind::Prismatic { "m" } else { "rad" };
+            entries.insert(format!("position.{name}"), entry(format!("cmd_{name}_{unit}"), Some(si)));
+            entries.insert(format!("effort.{name}"), entry(format!("torque_{name}_nm"), None));
+        }
+        for (theirs, ours) in [("x", "x_mm"), ("y", "y_mm"), ("z", "z_mm")] {
+            entries.insert(theirs.into(), entry(ours.into(), Some("m")));
+        }
+        for name in ["qw", "qx", "qy", "qz"] {
+            entries.insert(name.into(), entry(name.into(), None));
+        }
+        let name = "a ROS 2 recording".into();
+        Self { name, separator: b',', decimal: b'.', partial: true, topic: None, entries }
     }
 
     /// Separator of a file: the map's, or the one that cuts the header into most fields.

@@ -11,6 +11,7 @@ use super::instruments::{Instruments, orientations};
 use super::number::{decimals, number};
 use super::timestamp;
 use crate::error::{Error, Place, Result};
+use crate::io::bag::{self, Wanted};
 use crate::io::input::{self, Input};
 use crate::io::workbook;
 use crate::robot::Robot;
@@ -55,8 +56,9 @@ impl Log {
     fn parse_any(input: Input, robot: &Robot, map: Option<&ColumnMap>, lone: bool) -> Result<Self> {
         let name = input.name.clone();
         let sha256 = input.sha256.clone();
-        let (table, columns) =
-            table(input, robot, map, |head, columns, separator| head.check(&name, columns, robot, separator, lone))?;
+        let (table, columns) = table(input, robot, map, Wanted::Any, |head, columns, separator| {
+            head.check(&name, columns, robot, separator, lone)
+        })?;
         let log = build(&name, sha256, table, &columns, robot)?;
         log.check_time(&columns)?;
         Ok(log)
@@ -88,9 +90,16 @@ pub(super) fn table(
     input: Input,
     robot: &Robot,
     map: Option<&ColumnMap>,
+    wanted: Wanted,
     check: impl FnOnce(&Head, &[Column], u8) -> Result<()>,
 ) -> Result<(Table, Vec<Column>)> {
-    let (Input { name, bytes, .. }, from_sheet) = workbook::unpacked(input)?;
+    let from_bag = bag::is_one(&input.bytes);
+    let of_bag = (from_bag && map.is_none()).then(|| ColumnMap::of_recording(robot));
+    let map = map.or(of_bag.as_ref());
+    let (Input { name, bytes, .. }, from_sheet) = match from_bag {
+        true => (bag::unpacked(input, map.and_then(|m| m.topic.as_deref()).map_or(wanted, Wanted::Topic))?, true),
+        false => workbook::unpacked(input)?,
+    };
     input::refuse_utf16(&name, &bytes)?;
     let map_of_text = map.filter(|_| !from_sheet);
     let separator = map_of_text.map_or(b',', |m| m.separator_of(&bytes));

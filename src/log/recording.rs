@@ -6,6 +6,7 @@
 use super::columns::{ColumnMap, Meaning, unit_named};
 use super::read::table;
 use crate::error::Result;
+use crate::io::bag::Wanted;
 use crate::io::input::{self, Input};
 use crate::robot::Robot;
 use nalgebra::Vector3;
@@ -31,15 +32,15 @@ pub struct Channel {
 }
 
 impl Recording {
-    /// Reads a file, through a column map where one is given.
-    pub fn load(path: &Path, robot: &Robot, map: Option<&ColumnMap>) -> Result<Self> {
-        Self::parse(input::read(path)?, robot, map)
+    /// Reads a file, through a column map where one is given; `wanted` of a recording with several topics.
+    pub fn load(path: &Path, robot: &Robot, map: Option<&ColumnMap>, wanted: Wanted) -> Result<Self> {
+        Self::parse(input::read(path)?, robot, map, wanted)
     }
 
     /// Parses the bytes of a file.
-    pub fn parse(input: Input, robot: &Robot, map: Option<&ColumnMap>) -> Result<Self> {
+    pub fn parse(input: Input, robot: &Robot, map: Option<&ColumnMap>, wanted: Wanted) -> Result<Self> {
         let (name, sha256) = (input.name.clone(), input.sha256.clone());
-        let (table, columns) = table(input, robot, map, |_, _, _| Ok(()))?;
+        let (table, columns) = table(input, robot, map, wanted, |_, _, _| Ok(()))?;
         let channels = columns
             .iter()
             .zip(table.values.into_iter().zip(table.decimals))

@@ -8,6 +8,7 @@
 
 use super::job::Job;
 use super::outcome::Target;
+use super::refusal::Refusal;
 use super::stream::guard::{self, is_note};
 use super::summary::{Line, Status};
 use crate::error::{Error, Place, Result, shown};
@@ -161,10 +162,7 @@ pub fn run(
     let one = |relative: &PathBuf| {
         let from = folder.join(relative);
         let result = match shared.get(relative) {
-            Some(with) => Err(Error::Refused(format!(
-                "{}: {with} belongs to another program of the folder, too; nothing was written",
-                shown(&from)
-            ))),
+            Some(with) => Err(Refusal::Shared { name: shown(&from), with: with.to_string() }.into()),
             None => one(job, &from, output.map(|o| o.join(relative))),
         };
         let line = match result {

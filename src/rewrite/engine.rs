@@ -10,11 +10,12 @@ use super::limits::{CYCLE_S, Limits};
 use super::offset::Offset;
 use super::path::{Path, between};
 use super::plan::{Clock, Plan};
+use super::refusal::Refusal;
 use super::stats::RewriteStats;
 use super::turning::Turning;
 use super::{Options, Origin, OutputPoints, Points, Refine};
 use crate::compensator::Compensator;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::robot::Robot;
 use std::collections::VecDeque;
 
@@ -45,6 +46,8 @@ pub struct Engine<'a> {
     nominal: VecDeque<Vec<f64>>,
 }
 
+/// A program of more axes is none of a robot.
+const MOST_AXES: usize = 64;
 /// A difference that the way to the gears and back makes, rad or m.
 const NOTHING: f64 = 1e-13;
 
@@ -87,12 +90,11 @@ impl<'a> Engine<'a> {
     /// block of points tells whether there are times.
     pub fn new(robot: &'a Robot, compensator: &'a Compensator, options: Options) -> Result<Self> {
         let axes = robot.dof();
-        if axes > 64 {
-            return Err(Error::Refused(format!("a robot of {axes} axes; a rewrite handles up to 64")));
+        if axes > MOST_AXES {
+            return Err(Refusal::TooManyAxes { axes, most: MOST_AXES }.into());
         }
         if robot.has_sums() && (options.refine != Refine::None || options.law != Law::Equation16) {
-            let why = "a robot with a gap that belongs to a sum of axes (gap_of) takes neither --refine nor --law";
-            return Err(Error::Refused(why.into()));
+            return Err(Refusal::SumOfAxes.into());
         }
         let idle = options.gain == 0.0 || (compensator.is_zero() && options.statics.is_none());
         let mut offsets: Vec<Option<Offset>> = vec![None; axes];
@@ -251,11 +253,9 @@ impl<'a> Engine<'a> {
         let seconds = |o: &Offset| o.friction().is_some_and(|f| f.needs_clock());
         let axis = self.offsets.iter().position(|o| o.as_ref().is_some_and(seconds));
         match axis {
-            Some(axis) if !timed && self.options.tcp_speed_m_s.is_none() => Err(Error::Refused(format!(
-                "the friction offset of {} fades in seconds, but the program has no times and no TCP speed is known; \
-                 give --speed-mm-s",
-                self.robot.axis(axis).name
-            ))),
+            Some(axis) if !timed && self.options.tcp_speed_m_s.is_none() => {
+                Err(Refusal::NoClock { joint: self.robot.axis(axis).name.clone() }.into())
+            }
             _ => Ok(()),
         }
     }

@@ -5,6 +5,7 @@
 //! one. A shard writes its summary last; summaries are merged only if they hold every program of the manifest once.
 
 use super::batch;
+use super::refusal::Refusal;
 use super::stream::guard::read_note;
 use super::summary::{Line, Status};
 use crate::error::{Error, Place, Result, shown};
@@ -249,11 +250,7 @@ impl Merged {
         }
         let first: Vec<&str> = missing().take(LISTED).collect();
         let more = if count > LISTED { ", ..." } else { "" };
-        Err(Error::Refused(format!(
-            "{count} of {} programs are in no summary ({}{more}); nothing was written",
-            entries.len(),
-            first.join(", ")
-        )))
+        Err(Refusal::Missing { missing: count, programs: entries.len(), first: first.join(", ") + more }.into())
     }
 
     /// Counts; a program in no summary is done if a result of its present content stands in `results`.

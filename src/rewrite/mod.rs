@@ -17,7 +17,7 @@
 //! - [`printed`]: the equations exactly as the paper prints them, to compare with.
 //!
 //! Around the engine, from file to file: [`job`] is one program, [`outcome`] what came out, [`batch`] a folder of them, [`manifest`] a list
-//! that many machines share, [`stream`] the way of the text
+//! that many machines share, [`refusal`] why a program is not rewritten, [`stream`] the way of the text
 //! through the engine in constant memory, [`script`] that of vendor programs, which are read whole; [`summary`] the account.
 //!
 //! Files beside:
@@ -41,6 +41,7 @@ pub mod path;
 pub mod plan;
 pub mod points;
 pub mod printed;
+pub mod refusal;
 pub mod script;
 pub mod sizes;
 pub mod statics;
@@ -54,4 +55,5 @@ pub mod vertices;
 pub use engine::Engine;
 pub use options::{Options, Refine};
 pub use points::{Origin, OutputPoints, Points};
+pub use refusal::Refusal;
 pub use stats::{LimitKind, RewriteStats, Violation};

@@ -125,6 +125,7 @@ fn column_map() -> Value {
             "separator": {"enum": [",", ";", "|", " ", "tab", "\t", "any"]},
             "decimal": {"enum": [".", ","]},
             "partial": {"type": "boolean"},
+            "topic": {"type": "string"},
             "columns": {"type": "object", "additionalProperties": {"anyOf": [{"type": "string"}, entry]}},
         },
     })

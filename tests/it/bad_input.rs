@@ -207,8 +207,8 @@ fn the_library_names_what_is_wrong_and_where() {
             Ok(()) => wrong.push(format!("{}: accepted", case.name)),
             Err(e) => {
                 let text = e.to_string();
-                if lostmotion::cli::exit::code(&e) != 2 || text.lines().count() != 1 || text.chars().count() > 900 {
-                    wrong.push(format!("{}: exit {}: {text}", case.name, lostmotion::cli::exit::code(&e)));
+                if lostmotion::cli::exit::code_of(&e) != 2 || text.lines().count() != 1 || text.chars().count() > 900 {
+                    wrong.push(format!("{}: exit {}: {text}", case.name, lostmotion::cli::exit::code_of(&e)));
                 }
                 for part in case.says {
                     if !text.contains(part) {
@@ -340,7 +340,7 @@ fn paths_that_cannot_be_read_are_named() {
         ("with blanks.yaml", "cannot open"),
     ] {
         let e = Robot::load(&folder.path().join(path)).unwrap_err();
-        assert_eq!(lostmotion::cli::exit::code(&e), 2);
+        assert_eq!(lostmotion::cli::exit::code_of(&e), 2);
         assert!(e.to_string().contains(says) && e.to_string().contains(path), "{e}");
     }
 }
@@ -367,12 +367,12 @@ fn an_output_that_cannot_be_written_leaves_what_was_there() {
     std::fs::write(&kept, "old").unwrap();
     std::fs::set_permissions(&kept, std::fs::Permissions::from_mode(0o444)).unwrap();
     let e = write_whole(&kept, b"new").unwrap_err();
-    assert!(lostmotion::cli::exit::code(&e) == 2 && e.to_string().contains("kept.yaml: cannot write"), "{e}");
+    assert!(lostmotion::cli::exit::code_of(&e) == 2 && e.to_string().contains("kept.yaml: cannot write"), "{e}");
     assert_eq!(std::fs::read_to_string(&kept).unwrap(), "old");
     let e = write_whole(folder.path(), b"new").unwrap_err();
-    assert!(lostmotion::cli::exit::code(&e) == 2 && e.to_string().contains("a folder"), "{e}");
+    assert!(lostmotion::cli::exit::code_of(&e) == 2 && e.to_string().contains("a folder"), "{e}");
     let e = write_whole(&folder.path().join("none/out.yaml"), b"new").unwrap_err();
-    assert!(lostmotion::cli::exit::code(&e) == 2 && e.to_string().contains("out.yaml: cannot write"), "{e}");
+    assert!(lostmotion::cli::exit::code_of(&e) == 2 && e.to_string().contains("out.yaml: cannot write"), "{e}");
     assert_eq!(listing(folder.path()), [kept], "no leftovers");
 }
 
@@ -380,7 +380,7 @@ fn an_output_that_cannot_be_written_leaves_what_was_there() {
 #[test]
 fn a_full_disk_is_an_error_and_no_success() {
     let e = lostmotion::io::output::write_whole(Path::new("/dev/full"), &[b'x'; 4096]).unwrap_err();
-    assert!(lostmotion::cli::exit::code(&e) == 2 && e.to_string().contains("/dev/full: cannot write"), "{e}");
+    assert!(lostmotion::cli::exit::code_of(&e) == 2 && e.to_string().contains("/dev/full: cannot write"), "{e}");
     // standard output on a full disk
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("lostmotion"));

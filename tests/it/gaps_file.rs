@@ -43,7 +43,7 @@ fn refuses_gaps_that_cannot_be_used() {
         ("0.0028", "0.0028\n  stiction: {spike_deg: 0.003, decay_s: -1}", "decay"),
     ] {
         let error = Gaps::parse("g.yaml", &good.replace(from, to), &robot).map(|_| ()).unwrap_err();
-        assert_eq!(lostmotion::cli::exit::code(&error), 2);
+        assert_eq!(lostmotion::cli::exit::code_of(&error), 2);
         assert!(error.to_string().contains(message), "{error}\nlacks {message}");
     }
 }

@@ -340,7 +340,7 @@ fn units_and_scales_that_cannot_be_right_are_refused() {
             Err(e) => e,
             Ok(_) => identify(robot, &[log], None).map(|_| ()).unwrap_err(),
         };
-        assert_eq!(lostmotion::cli::exit::code(&error), 2);
+        assert_eq!(lostmotion::cli::exit::code_of(&error), 2);
         error.to_string()
     };
     let degrees = 1f64.to_radians();
@@ -530,7 +530,7 @@ fn an_encoder_that_stands_still_is_said_to_do_so() {
     let robot = gantry();
     let log = read(&changed("clean", "enc_Z_deg", |_| -90.0), &robot).unwrap();
     let said = identify(&robot, &[log], None).map(|_| ()).unwrap_err();
-    assert_eq!(lostmotion::cli::exit::code(&said), 2);
+    assert_eq!(lostmotion::cli::exit::code_of(&said), 2);
     assert!(said.to_string().contains("`enc_Z` stands still while Z moves"), "{said}");
 }
 

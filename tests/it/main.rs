@@ -6,6 +6,7 @@ mod assess_circle;
 mod assess_impact;
 mod assess_program;
 mod bad_input;
+mod bag;
 mod bench;
 mod cartesian_circle;
 mod catalogue;

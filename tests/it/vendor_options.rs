@@ -41,7 +41,7 @@ fn a_dry_run_says_what_would_be_written_and_writes_nothing() {
     desk.write("cell/part.src", PROGRAM);
     desk.run("rewrite --model model.yaml cell --dry-run --summary cell.jsonl")
         .success()
-        .stderr(contains("1 programs: 1 would be written, 0 unchanged"));
+        .stderr(contains("1 program: 1 would be written, 0 unchanged"));
     assert_eq!(status("cell.jsonl"), "would_be_written");
     // nothing to do is nothing to do, written or not
     desk.run("rewrite --model model.yaml cell --dry-run --gain 0 --exit-code").code(3);

@@ -22,6 +22,15 @@ pub fn raised(error: Error) -> PyErr {
     }
 }
 
+/// An error of a command, by its exit code.
+pub fn of_exit(code: u8, words: String) -> PyErr {
+    if code == 1 { Refused::new_err(words) } else { BadInput::new_err(words) }
+}
+
+pub fn refused(words: String) -> PyErr {
+    Refused::new_err(words)
+}
+
 pub fn bad(found: impl Into<String>) -> PyErr {
     BadInput::new_err(found.into())
 }

@@ -2,7 +2,7 @@
 //! dresses.
 
 use crate::arrays::{joints, joints_out, shaped};
-use crate::errors::{bad, raised};
+use crate::errors::{bad, raised, refused};
 use crate::log::Log;
 use crate::robot::Robot;
 use lostmotion::cli::page;
@@ -13,7 +13,13 @@ use lostmotion::log::recording::Recording;
 use lostmotion::model::Model;
 use lostmotion::rewrite::{Engine, Options, Origin, OutputPoints, Points};
 use lostmotion::simulate::Motion;
-use lostmotion::{compensator, diagnose as diagnosis, error::Error, gaps, io::input, program::Program};
+use lostmotion::{
+    compensator, diagnose as diagnosis,
+    error::Error,
+    gaps,
+    io::{bag::Wanted, input},
+    program::Program,
+};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -162,10 +168,7 @@ pub fn rewrite<'py>(
         let (value, limit) = (edge(v.value), edge(v.limit));
         let words = format!("{}: {what} of {value:.4} {unit} (per s, s2), limit {limit:.4}", joint.name);
         let all = account.violations_total;
-        return Err(raised(Error::Refused(format!(
-            "{all} limits would be exceeded, the first at {:?}: {words}",
-            v.origin
-        ))));
+        return Err(refused(format!("{all} limits would be exceeded, the first at {:?}: {words}", v.origin)));
     }
     let given: Vec<bool> = out.origin.iter().map(|o| matches!(o, Origin::Point(_))).collect();
     let result = PyDict::new(py);
@@ -252,11 +255,14 @@ pub fn join(
     near_s: Option<f64>,
 ) -> PyResult<(String, Vec<u8>)> {
     let robot = &robot.inner;
-    let load = |path: &PathBuf, map: &Option<PathBuf>| -> Result<Recording, Error> {
-        Recording::load(path, robot, map.as_deref().map(ColumnMap::load).transpose()?.as_ref())
+    let load = |path: &PathBuf, map: &Option<PathBuf>, wanted: Wanted| -> Result<Recording, Error> {
+        Recording::load(path, robot, map.as_deref().map(ColumnMap::load).transpose()?.as_ref(), wanted)
     };
     let done = py.detach(|| -> Result<_, Error> {
-        let (controller, tracker) = (load(&controller, &controller_columns)?, load(&tracker, &tracker_columns)?);
+        let (controller, tracker) = (
+            load(&controller, &controller_columns, Wanted::Joints)?,
+            load(&tracker, &tracker_columns, Wanted::Places)?,
+        );
         let options = lostmotion::join::Options { near_s, ..lostmotion::join::Options::default() };
         let joined = lostmotion::join::join(robot, &controller, &tracker, &options)?;
         Ok((serde_json::to_string(&joined.report).unwrap_or_default(), joined.table.to_csv()))

@@ -244,7 +244,7 @@ fn trace(run: &Run, m: &Measured, j: usize, from: usize, zero: usize) -> TraceRu
 fn static_test(page: &mut Page, robot: &Robot) -> Result<()> {
     let pose = [40.0, -10.0, 5.0, 0.0, 0.0, 0.0].map(f64::to_radians);
     let curve = |knots: &[[f64; 2]]| {
-        Pchip::new(knots).map(GapCurve::Pchip).ok_or_else(|| Error::Refused("knots do not rise".into()))
+        Pchip::new(knots).map(GapCurve::Pchip).ok_or_else(|| Error::internal("draw a gap curve", "knots do not rise"))
     };
     let curves = [
         (GapCurve::Constant(2.8), [-45.0, 55.0, 10.0], 0.02),

@@ -9,7 +9,7 @@
 //! refused; one that is below 0 in places is cut at 0 there, and a note says so.
 
 use super::digits::digits;
-use super::{Assessment, Model, equation};
+use super::{Assessment, Model, Refusal, equation};
 use crate::effects::curve::Pchip;
 use crate::effects::{BacklashPosition, BacklashSpeed, EffectInstance, GapCurve};
 use crate::error::{Error, Place, Result};
@@ -72,12 +72,7 @@ pub fn within_limits(result: &Assessment, mapping: &Mapping, robot: &Robot, note
 }
 
 fn refused(y_m: f64) -> Error {
-    let side = if y_m > 0.0 { "above" } else { "below" };
-    Error::Refused(format!(
-        "forward readings lie {:.1} um {side} backward ones on average, which is no play of the joint: it would lag behind in both \
-         directions; if the errors are commanded minus measured, or forward is towards falling positions, say --reversed",
-        y_m.abs() * 1e6
-    ))
+    Refusal::NoPlay { backlash_m: y_m }.into()
 }
 
 /// Positions of a state that were measured from both sides.
@@ -233,10 +228,7 @@ pub fn over_speed(
         return Err(Error::bad(file(), "one TCP speed", "readings at two or more TCP speeds, all else the same"));
     }
     if !model.states().any(|s| states.contains(&s)) {
-        return Err(Error::Refused(
-            "no speed changes the backlash significantly: `backlash_speed` would have no slope (use backlash_position)"
-                .into(),
-        ));
+        return Err(Refusal::NoSlope.into());
     }
     let n = points.len() as f64;
     let mean = |i: usize| points.iter().map(|p| p[i]).sum::<f64>() / n;

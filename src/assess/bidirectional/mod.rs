@@ -32,9 +32,29 @@ pub use model::Model;
 pub use poses::{Line, Pose};
 pub use readings::Readings;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use model::NoModel;
 use state::States;
+
+/// Why an assessment gives no gap.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Refusal {
+    #[error(
+        "forward readings lie {:.1} um {} backward ones on average, which is no play of the joint: it would lag behind in both directions",
+        1e6 * backlash_m.abs(), if *backlash_m > 0.0 { "above" } else { "below" }
+    )]
+    NoPlay { backlash_m: f64 },
+    #[error(
+        "no speed changes the backlash significantly: `backlash_speed` would have no slope (use backlash_position)"
+    )]
+    NoSlope,
+}
+
+impl From<Refusal> for Error {
+    fn from(refusal: Refusal) -> Self {
+        Self::Refused(Box::new(refusal))
+    }
+}
 
 /// The whole result; SI.
 #[derive(Debug, Clone)]

@@ -5,13 +5,15 @@ use crate::assess::bidirectional::digits::digits;
 use crate::assess::bidirectional::equation::{self, um_per_mm};
 use crate::assess::bidirectional::gap::{self, Mapping};
 use crate::assess::bidirectional::{Assessment, Errors, Model, Options, Readings, assess};
+use crate::cli::exit::bad;
 use crate::cli::{page, paths};
-use crate::error::{Error, Place, Result, is_stdio};
+use crate::error::{Place, is_stdio};
 use crate::gaps::file::{document, to_json, to_yaml};
 use crate::io::output::{self, Output};
 use crate::log::ColumnMap;
 use crate::model::Model as Machine;
 use crate::robot::{JointKind, Robot};
+use anyhow::Result;
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -161,7 +163,7 @@ pub fn run(args: Args) -> Result<()> {
     paths::refuse_shared(&inputs, &outputs)?;
     let to_stdout = outputs.iter().find(|(_, path)| path.is_some_and(is_stdio));
     if let Some((option, _)) = to_stdout.filter(|_| args.json) {
-        return Err(Error::bad(Place::file(*option), "`-` together with --json", "one document on standard output"));
+        return Err(bad(Place::file(*option), "`-` together with --json", "one document on standard output"));
     }
     let options = options(&args)?;
     let reference = pairs("--reference", &args.reference)?;
@@ -198,18 +200,18 @@ pub fn run(args: Args) -> Result<()> {
 fn needed(result: &Assessment) -> Result<&Model> {
     result.model.as_ref().ok_or_else(|| {
         let expected = "repeats, or a --degree, so that there is a curve to write";
-        Error::bad(Place::file(&result.file), "no curve (one repeat only)", expected)
+        bad(Place::file(&result.file), "no curve (one repeat only)", expected)
     })
 }
 
 fn options(args: &Args) -> Result<Options> {
     if !(args.level > 0.5 && args.level < 1.0) {
         let expected = "a level between 0.5 and 1 (0.95 is a threshold of 0.05)";
-        return Err(Error::bad(Place::file("--level"), args.level.to_string(), expected));
+        return Err(bad(Place::file("--level"), args.level.to_string(), expected));
     }
     if args.max_degree.is_some_and(|h| h < args.min_degree) {
         let found = format!("--min-degree {} above it", args.min_degree);
-        return Err(Error::bad(Place::file("--max-degree"), found, "a degree of at least --min-degree"));
+        return Err(bad(Place::file("--max-degree"), found, "a degree of at least --min-degree"));
     }
     Ok(Options {
         // the decimal that was meant: 1 - 0.95 is not quite 0.05
@@ -229,9 +231,7 @@ fn pairs(option: &str, texts: &[String]) -> Result<Vec<(String, String)>> {
     let pair = |t: &String| t.split_once('=').map(|(n, v)| (n.trim().to_string(), v.trim().to_string()));
     texts
         .iter()
-        .map(|t| {
-            pair(t).ok_or_else(|| Error::bad(Place::file(option), format!("`{t}`"), "NAME=VALUE of a state column"))
-        })
+        .map(|t| pair(t).ok_or_else(|| bad(Place::file(option), format!("`{t}`"), "NAME=VALUE of a state column")))
         .collect()
 }
 
@@ -240,30 +240,22 @@ fn mapping(args: &Args, robot: &Robot) -> Result<Option<Mapping>> {
     let Some(name) = &args.joint else { return Ok(None) };
     let Some(axis) = robot.axis_named(name) else {
         let expected = format!("one of {}", robot.axis_names().join(", "));
-        return Err(Error::bad(Place::file("--joint"), format!("joint `{name}`"), expected));
+        return Err(bad(Place::file("--joint"), format!("joint `{name}`"), expected));
     };
     let kind = robot.axis(axis).kind;
     let lever = match (kind, args.lever_mm) {
         (JointKind::Prismatic, None) => 1.0,
         (JointKind::Prismatic, Some(_)) => {
-            return Err(Error::bad(
-                Place::file("--lever-mm"),
-                format!("a prismatic joint, {name}"),
-                "a revolute joint",
-            ));
+            return Err(bad(Place::file("--lever-mm"), format!("a prismatic joint, {name}"), "a revolute joint"));
         }
         (JointKind::Revolute, Some(mm)) if mm.is_finite() && mm != 0.0 => mm * 1e-3,
         (JointKind::Revolute, _) => {
             let found = format!("a revolute joint, {name}, without a lever arm");
-            return Err(Error::bad(
-                Place::file("--joint"),
-                found,
-                "--lever-mm: mm of the line per radian of the joint",
-            ));
+            return Err(bad(Place::file("--joint"), found, "--lever-mm: mm of the line per radian of the joint"));
         }
     };
     if !args.origin.is_finite() {
-        return Err(Error::bad(Place::file("--origin"), args.origin.to_string(), "a finite number"));
+        return Err(bad(Place::file("--origin"), args.origin.to_string(), "a finite number"));
     }
     Ok(Some(Mapping { axis, kind, lever, origin: args.origin * kind.si_per_user_unit(), reversed: args.reversed }))
 }

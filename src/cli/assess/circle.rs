@@ -3,10 +3,10 @@
 use super::{print, print_json, table};
 use crate::assess::circle::{Assessment, Measured, assess};
 use crate::cli::{logs, page, paths};
-use crate::error::Result;
 use crate::io::output;
 use crate::program::Program;
 use crate::robot::Robot;
+use anyhow::Result;
 use std::fmt::Write;
 use std::path::PathBuf;
 

@@ -3,9 +3,9 @@
 use super::{print, print_json, table};
 use crate::assess::deadzone::{Assessment, Left, assess};
 use crate::cli::{logs, paths};
-use crate::error::Result;
 use crate::program::Program;
 use crate::robot::Robot;
+use anyhow::Result;
 use std::path::PathBuf;
 
 /// Deadzones of a motion without and with compensation (Cursi (2022), Table I).

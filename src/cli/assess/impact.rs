@@ -2,13 +2,15 @@
 
 use super::{print, print_json, table};
 use crate::assess::impact::{AxisGap, JointImpact, displacement_m, over_program};
+use crate::cli::exit::bad;
 use crate::cli::{page, paths};
 use crate::effects::GapCurve;
-use crate::error::{Error, Place, Result};
+use crate::error::Place;
 use crate::io::output;
 use crate::model::Model;
 use crate::program::Program;
 use crate::robot::{Joint, Robot};
+use anyhow::Result;
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 
@@ -70,7 +72,7 @@ pub fn run(args: Args) -> Result<()> {
             let model = Model::load(path)?;
             let gaps = AxisGap::of_model(&model);
             if gaps.is_empty() {
-                return Err(Error::bad(
+                return Err(bad(
                     Place::file(crate::error::shown(path)),
                     "no backlash effect",
                     "a gap on at least one joint",
@@ -112,8 +114,8 @@ pub fn run(args: Args) -> Result<()> {
     }
 }
 
-fn usage(found: impl Into<String>, expected: impl Into<String>) -> Error {
-    Error::bad(Place::file("command line"), found, expected)
+fn usage(found: impl Into<String>, expected: impl Into<String>) -> anyhow::Error {
+    bad(Place::file("command line"), found, expected)
 }
 
 fn finite(text: &str, what: &str) -> Result<f64> {

@@ -3,8 +3,9 @@
 use super::{print, print_json, table};
 use crate::assess::program::text::{TextDifference, difference};
 use crate::assess::program::{Assessment, Options, Source, Verdict, assess};
+use crate::cli::exit::{bad, no};
 use crate::cli::{page, paths};
-use crate::error::{Error, Place, Result};
+use crate::error::Place;
 use crate::io::input::{self, Input};
 use crate::io::output;
 use crate::io::workbook;
@@ -13,6 +14,7 @@ use crate::model::Model;
 use crate::program::Program;
 use crate::robot::Robot;
 use crate::simulate::predicted;
+use anyhow::Result;
 use serde_json::json;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -84,7 +86,7 @@ pub fn run(args: Args) -> Result<()> {
     if let Some(v) = args.speed_mm_s
         && !(v.is_finite() && v > 0.0)
     {
-        return Err(Error::bad(Place::file("--speed-mm-s"), v.to_string(), "a speed above 0"));
+        return Err(bad(Place::file("--speed-mm-s"), v.to_string(), "a speed above 0"));
     }
     let mut report = output::create(args.report.as_deref())?;
     let model = Model::load(&args.model)?;
@@ -115,7 +117,7 @@ pub fn run(args: Args) -> Result<()> {
         eprintln!("note: {note}");
     }
     match result.verdict {
-        Verdict::Worse => Err(Error::Refused(format!(
+        Verdict::Worse => Err(no(format!(
             "{}: worse: largest error {:.1} -> {:.1} um, rms {:.1} -> {:.1} um, one reversal up by {:.1} um",
             result.after.name,
             result.figures.largest_m[0] * 1e6,
@@ -135,7 +137,7 @@ fn load(text: &Input, model: &Model, map: Option<&ColumnMap>, path: &Path) -> Re
     if predicted::is_log(text, model) {
         return Ok(Loaded::Log(Box::new(Log::parse(text.clone(), &model.robot)?)));
     }
-    Program::parse(text.clone(), &model.robot).map(Loaded::Program)
+    Program::parse(text.clone(), &model.robot).map(Loaded::Program).map_err(Into::into)
 }
 
 /// Figures of the path, then the reversals.

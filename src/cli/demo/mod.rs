@@ -9,7 +9,7 @@ use super::page;
 use crate::assess::circle::Measured;
 use crate::compensator::{BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator};
 use crate::effects::GapCurve;
-use crate::error::{Error, Result};
+use crate::error::Error;
 use crate::fit::{Form, fit};
 use crate::gaps::file;
 use crate::identify::{path, static_test};
@@ -18,6 +18,7 @@ use crate::log::registration::Registered;
 use crate::report::{Page, Role, TableView, Tone};
 use crate::rewrite::{Options, Refine};
 use crate::robot::Robot;
+use anyhow::{Context, Result};
 use comfy_table::{CellAlignment, Table, presets::UTF8_HORIZONTAL_ONLY};
 use std::path::{Path, PathBuf};
 
@@ -57,15 +58,17 @@ pub fn run(args: Args) -> Result<()> {
     let robot = bundle::robot()?;
 
     eprintln!("identify static: six logs of bidirectional dwells");
-    let still = static_test::identify(&robot, &bundle::static_logs(&robot)?, &static_test::Options::default())?;
+    let still = static_test::identify(&robot, &bundle::static_logs(&robot)?, &static_test::Options::default())
+        .context("identify static, on the bundled logs")?;
     write_whole(&dir.join("static.gaps.yaml"), file::to_yaml(&file::document(&still.gaps, &robot))?.as_bytes())?;
 
     eprintln!("identify path: a circle log of 52,358 rows, tracker frame unknown");
-    let found = path::identify(&robot, &[bundle::circle_log(&robot)?], &path::Options::default())?;
+    let found = path::identify(&robot, &[bundle::circle_log(&robot)?], &path::Options::default())
+        .context("identify path, on the bundled circle")?;
     write_whole(&dir.join("circle.gaps.yaml"), file::to_yaml(&file::document(&found.gaps, &robot))?.as_bytes())?;
 
     eprintln!("fit: compensator from the circle");
-    let compensator = fit(&robot, std::slice::from_ref(&found.gaps), Form::Decay)?;
+    let compensator = fit(&robot, std::slice::from_ref(&found.gaps), Form::Decay).context("fit")?;
     write_whole(&dir.join("compensator.yaml"), compensator.to_yaml(&robot)?.as_bytes())?;
 
     eprintln!("rewrite: the circle program, its own points kept; then with a dense path");
@@ -91,7 +94,8 @@ pub fn run(args: Args) -> Result<()> {
         ("this tool, own points", Role::Between, &offsets),
         (DENSE, Role::After, &dense),
     ] {
-        let log = runs::run(&machine, program, &program.with_extension("log.csv"))?;
+        let log = runs::run(&machine, program, &program.with_extension("log.csv"))
+            .with_context(|| format!("simulate, {name}"))?;
         let (points, measured, plan) = runs::assess(&robot, &nominal, program, &log)?;
         shown.push(Shown { name, role, points, measured });
         circle.get_or_insert(plan);
@@ -115,7 +119,7 @@ pub fn run(args: Args) -> Result<()> {
     }
     if args.json {
         let text = serde_json::to_string_pretty(&document(&shown)).map_err(|e| Error::internal("write JSON", e))?;
-        return write_whole(Path::new("-"), (text + "\n").as_bytes());
+        return write_whole(Path::new("-"), (text + "\n").as_bytes()).map_err(Into::into);
     }
     write_whole(Path::new("-"), table(&robot, &shown, circle.as_ref()).as_bytes())?;
     eprintln!("files and report.html in {}", crate::error::shown(dir));

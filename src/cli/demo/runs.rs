@@ -2,8 +2,8 @@
 
 use crate::assess::circle::joints::NominalJoints;
 use crate::assess::circle::{Measured, Nominal};
+use crate::cli::exit::no;
 use crate::compensator::Compensator;
-use crate::error::{Error, Result};
 use crate::identify::path::PathFound;
 use crate::io::output::{Durability, Output, write_whole};
 use crate::log::Log;
@@ -17,6 +17,7 @@ use crate::rewrite::stream::guard::{Named, Notes};
 use crate::rewrite::{Options, Points, printed};
 use crate::robot::Robot;
 use crate::simulate::{self, Motion, Timing, predicted};
+use anyhow::Result;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -44,7 +45,7 @@ pub fn rewrite(robot: &Robot, compensator: &Compensator, options: Options, from:
         threads: true,
         all_changes: false,
     };
-    job.run(from, Target::File(to), &|_| ())?.refusal.map_or(Ok(()), |r| Err(Error::Refused(r)))
+    job.run(from, Target::File(to), &|_| ())?.refusal.map_or(Ok(()), |r| Err(no(r)))
 }
 
 /// Rewrites with the equations as printed.
@@ -65,11 +66,11 @@ pub fn rewrite_as_printed(robot: &Robot, compensator: &Compensator, from: &Path,
             out.row(i).iter().zip(&joints).map(|(v, j)| format!("{:.6}", j.kind.to_user_unit(*v))).collect();
         let _ = writeln!(text, "{}", row.join(","));
     }
-    write_whole(to, text.as_bytes())
+    write_whole(to, text.as_bytes()).map_err(Into::into)
 }
 
 fn program(robot: &Robot, path: &Path) -> Result<Program> {
-    Program::load(path, robot)
+    Program::load(path, robot).map_err(Into::into)
 }
 
 /// Executes a program on the machine and writes its log.
@@ -87,7 +88,7 @@ pub fn run(machine: &Model, from: &Path, to: &Path) -> Result<Log> {
 
 /// Reads a log that [`run`] wrote.
 pub fn log(robot: &Robot, path: &Path) -> Result<Log> {
-    Log::load(path, robot)
+    Log::load(path, robot).map_err(Into::into)
 }
 
 /// Points of the program, errors of its log against the nominal circle, and that circle.

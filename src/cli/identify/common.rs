@@ -1,12 +1,14 @@
 //! What all four identifications take and give: logs in; a document, a table and a page out.
 
+use crate::cli::exit::bad;
 use crate::cli::plan_recording::three;
 use crate::cli::{page, paths};
-use crate::error::{Error, Place, Result, is_stdio};
+use crate::error::{Place, is_stdio};
 use crate::gaps::file::{to_json, to_yaml};
 use crate::identify::scalar::Setup;
 use crate::io::output::{self, Output, write_whole};
 use crate::report::Page;
+use anyhow::Result;
 use nalgebra::Unit;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -40,7 +42,7 @@ impl SetupArgs {
         let direction = self.direction.as_deref().map(|t| three("--direction", t)).transpose()?;
         let direction = match direction {
             Some(d) if d.norm() > 0.0 => Some(Unit::new_normalize(d)),
-            Some(_) => return Err(Error::bad(Place::file("--direction"), "0,0,0", "a direction, such as 0,0,1")),
+            Some(_) => return Err(bad(Place::file("--direction"), "0,0,0", "a direction, such as 0,0,1")),
             None => None,
         };
         Ok(Setup { centre_m, direction })
@@ -83,7 +85,7 @@ impl ResultArgs {
     pub fn open<'a>(&'a self, logs: &'a LogArgs, others: &[paths::Named<'a>]) -> Result<Opened> {
         if self.json && self.to_stdout() {
             let expected = "one document on standard output";
-            return Err(Error::bad(Place::file("--output"), "`-` together with --json", expected));
+            return Err(bad(Place::file("--output"), "`-` together with --json", expected));
         }
         let mut inputs = others.to_vec();
         inputs.push(("--columns", logs.columns.as_deref()));

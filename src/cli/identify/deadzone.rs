@@ -1,12 +1,14 @@
 //! `lostmotion identify deadzone`.
 
 use super::common::{LogArgs, ResultArgs, Shown};
+use crate::cli::exit::bad;
 use crate::cli::progress::during;
 use crate::cli::{logs, page};
-use crate::error::{Error, Place, Result};
+use crate::error::Place;
 use crate::gaps::file::number;
 use crate::identify::deadzone::{self, Options, display, document};
 use crate::robot::{JointKind, Robot};
+use anyhow::Result;
 use std::path::PathBuf;
 
 /// Find deadzones from sweeps of one joint at a time, with tip positions alone (Cursi (2022), algorithm 1).
@@ -87,7 +89,7 @@ pub fn run(args: Args) -> Result<()> {
 fn options(args: &Args, robot: &Robot) -> Result<Options> {
     let positive = |flag: &str, v: Option<f64>| match v {
         Some(x) if !(x.is_finite() && x > 0.0) => {
-            Err(Error::bad(Place::file(flag.to_string()), x.to_string(), "a finite number above 0"))
+            Err(bad(Place::file(flag.to_string()), x.to_string(), "a finite number above 0"))
         }
         v => Ok(v),
     };
@@ -103,7 +105,7 @@ fn options(args: &Args, robot: &Robot) -> Result<Options> {
             Some(axis) => axes.push(axis),
             None => {
                 let expected = format!("a joint with a command of its own: {}", robot.axis_names().join(", "));
-                return Err(Error::bad(Place::file("--joint"), format!("`{name}`"), expected));
+                return Err(bad(Place::file("--joint"), format!("`{name}`"), expected));
             }
         }
     }

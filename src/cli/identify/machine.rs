@@ -3,11 +3,11 @@
 use super::common::{LogArgs, ResultArgs, Shown};
 use crate::cli::progress::during;
 use crate::cli::{logs, page};
-use crate::error::Result;
 use crate::gaps::Gaps;
 use crate::gaps::file;
 use crate::identify::machine;
 use crate::robot::Robot;
+use anyhow::Result;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use std::path::PathBuf;
 

@@ -1,10 +1,12 @@
 //! `lostmotion identify screw`.
 
 use super::common::{LogArgs, ResultArgs, Shown};
+use crate::cli::exit::bad;
 use crate::cli::{logs, page};
-use crate::error::{Error, Place, Result};
+use crate::error::Place;
 use crate::identify::screw::{display, document, identify};
 use crate::robot::Robot;
+use anyhow::Result;
 use std::path::PathBuf;
 
 /// Find the two gaps in series of a screw drive: coupling (motor to screw) and nut (screw to carriage).
@@ -49,7 +51,7 @@ pub fn run(args: Args) -> Result<()> {
         None => None,
         Some(name) => Some(robot.axis_named(name.trim()).ok_or_else(|| {
             let expected = format!("one of {}", robot.axis_names().join(", "));
-            Error::bad(Place::file("--joint"), format!("joint `{name}`"), expected)
+            bad(Place::file("--joint"), format!("joint `{name}`"), expected)
         })?),
     };
     let logs = logs::load_lone(&args.input.logs, args.input.columns.as_deref(), &robot)?;

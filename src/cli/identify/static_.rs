@@ -1,13 +1,15 @@
 //! `lostmotion identify static`.
 
 use super::common::{LogArgs, ResultArgs, SetupArgs, Shown};
+use crate::cli::exit::bad;
 use crate::cli::progress::during;
 use crate::cli::{logs, page};
-use crate::error::{Error, Place, Result};
+use crate::error::Place;
 use crate::identify::static_test::{self, Knots, Options, display, document};
 use crate::log::dwells::DwellOptions;
 use crate::model::Model;
 use crate::robot::Robot;
+use anyhow::Result;
 use std::path::{Path, PathBuf};
 
 /// Find half gaps from bidirectional dwells: every angle reached from below and from above.
@@ -65,12 +67,12 @@ pub enum KnotsArg {
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
     if !(args.min_dwell_s.is_finite() && args.min_dwell_s > 0.0) {
-        return Err(Error::bad(Place::file("--min-dwell-s"), args.min_dwell_s.to_string(), "seconds above 0"));
+        return Err(bad(Place::file("--min-dwell-s"), args.min_dwell_s.to_string(), "seconds above 0"));
     }
     if let Some(s) = args.settle_s
         && !(s.is_finite() && s >= 0.0)
     {
-        return Err(Error::bad(Place::file("--settle-s"), s.to_string(), "seconds, 0 or more"));
+        return Err(bad(Place::file("--settle-s"), s.to_string(), "seconds, 0 or more"));
     }
     let opened =
         args.result.open(&args.input, &[("--robot", args.robot.as_deref()), ("--model", args.model.as_deref())])?;
@@ -95,14 +97,14 @@ fn machine(robot: Option<&Path>, model: Option<&Path>) -> Result<(Robot, Option<
     let Some(path) = model else {
         return match given {
             Some(r) => Ok((r, None)),
-            None => Err(Error::bad(Place::file("--robot"), "no robot", "--robot FILE or --model FILE")),
+            None => Err(bad(Place::file("--robot"), "no robot", "--robot FILE or --model FILE")),
         };
     };
     let model = Model::load(path)?;
     if let Some(r) = &given
         && r.fingerprint() != model.robot.fingerprint()
     {
-        return Err(Error::bad(
+        return Err(bad(
             Place::file(crate::error::shown(path)),
             format!("a model of another robot, `{}`", model.robot.name),
             format!("a model of `{}`, or no --robot", r.name),

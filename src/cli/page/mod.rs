@@ -27,10 +27,10 @@ pub mod show;
 pub mod simulate;
 pub mod track;
 
-use crate::error::Result;
 use crate::io::output::Output;
 use crate::report::{Page, RobotView};
 use crate::robot::Robot;
+use anyhow::Result;
 
 /// Errors at the TCP are drawn this many times too large (Zhang (2023), Figure 11).
 pub const EXAGGERATION: f64 = 400.0;
@@ -48,7 +48,7 @@ pub fn start(command: &str, title: &str, robot: &Robot) -> Page {
 /// Writes the page where one is asked for; it is not in place before its output is committed.
 pub fn write(report: &mut Option<Output>, page: impl FnOnce() -> Page) -> Result<()> {
     match report {
-        Some(out) => out.put(page().render().as_bytes()),
+        Some(out) => out.put(page().render().as_bytes()).map_err(Into::into),
         None => Ok(()),
     }
 }

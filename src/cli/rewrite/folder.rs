@@ -2,8 +2,9 @@
 
 use super::{Args, FailOn, printed, style, summarise, usage};
 use crate::cli::exit::Finished;
+use crate::cli::exit::{bad, no};
 use crate::cli::paths;
-use crate::error::{Error, Place, Result, shown};
+use crate::error::{Error, Place, counted, shown};
 use crate::io::console::{say, shows_progress};
 use crate::io::input::sha256;
 use crate::io::journal::{self, Towards};
@@ -16,6 +17,7 @@ use crate::rewrite::job::Job;
 use crate::rewrite::manifest::{self, Entry, shard_of};
 use crate::rewrite::stream::guard::{note_path, read_note};
 use crate::rewrite::summary::{Line, Status};
+use anyhow::Result;
 use indicatif::ProgressBar;
 use std::collections::{BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
@@ -91,7 +93,7 @@ fn conclude(args: &Args, lines: &[Line]) -> Result<Finished> {
     };
     if counted > 0 {
         let could = if args.dry_run { "could not be" } else { "were not" };
-        return Err(Error::Refused(format!("{counted} of {} programs {could} rewritten", lines.len())));
+        return Err(no(format!("{counted} of {} programs {could} rewritten", lines.len())));
     }
     Ok(super::finished(args, written > 0))
 }
@@ -205,7 +207,7 @@ fn refuse_program(
         ours.push(from);
         if let Some(other) = ours.iter().find(|p| same(p)) {
             let found = format!("the same file as the program {}", shown(other));
-            return Err(Error::bad(Place::file("--summary"), found, "a file of its own"));
+            return Err(bad(Place::file("--summary"), found, "a file of its own"));
         }
     }
     Ok(())
@@ -229,5 +231,5 @@ fn refuse_in_place(input: &Path, output: &Path) -> Result<()> {
     }
     let found = if from == to { "the folder of the programs" } else { "a folder that holds the programs" };
     let expected = "another folder: the programs as they are could be lost (--force replaces them)";
-    Err(Error::bad(Place::file("--output-dir"), found, expected))
+    Err(bad(Place::file("--output-dir"), found, expected))
 }

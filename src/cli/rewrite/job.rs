@@ -2,7 +2,7 @@
 
 use super::{Args, proof, usage};
 use crate::compensator::{Compensator, FrictionShape, JointEvidence, from_model::not_compensated};
-use crate::error::{Result, shown};
+use crate::error::shown;
 use crate::io::input;
 use crate::io::name::text_of_name;
 use crate::io::output::Durability;
@@ -18,6 +18,7 @@ use crate::rewrite::stream::guard::{Named, Notes};
 use crate::rewrite::{Options, Refine};
 use crate::robot::frames::Frames;
 use crate::robot::{JointKind, Robot};
+use anyhow::Result;
 use std::path::Path;
 use std::sync::Arc;
 

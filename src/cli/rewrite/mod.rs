@@ -5,9 +5,10 @@ mod job;
 mod proof;
 
 use crate::cli::exit::Finished;
+use crate::cli::exit::{bad, no};
 use crate::cli::{page, paths};
 use crate::compensator::file::is_past;
-use crate::error::{Error, Place, Result, is_stdio, shown};
+use crate::error::{Error, Place, is_stdio, shown};
 use crate::io::console::shows_progress;
 use crate::io::journal::{self, Towards};
 use crate::io::output::{self, Output};
@@ -21,6 +22,7 @@ use crate::rewrite::summary::{Line, Verbosity, document, format_text};
 use crate::rewrite::{LimitKind, Refine};
 use crate::robot::JointKind;
 use crate::robot::frames::Missing;
+use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use job::Source;
 use proof::Proof;
@@ -344,7 +346,7 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
         Err(e) => {
             summarise(&mut summary, &[Line::failed(shown(&args.input), &e, None)])?;
             output::commit([summary])?;
-            return Err(e);
+            return Err(e.into());
         }
     };
     suggest_ramp(args, source, &mut ready.outcome);
@@ -437,11 +439,11 @@ fn suggest_ramp(args: &Args, source: &Source, outcome: &mut Outcome) {
 
 /// The refusal of an outcome as the command's error.
 fn refusal(outcome: Outcome) -> Result<()> {
-    outcome.refusal.map_or(Ok(()), |r| Err(Error::Refused(r)))
+    outcome.refusal.map_or(Ok(()), |r| Err(no(r)))
 }
 
-fn usage(found: &str, expected: &str) -> Error {
-    Error::bad(Place::file("command line"), found, expected)
+fn usage(found: &str, expected: &str) -> anyhow::Error {
+    bad(Place::file("command line"), found, expected)
 }
 
 /// Refuses files that are named twice, and a program that would be replaced by its own result.
@@ -450,7 +452,7 @@ fn refuse_shared(args: &Args) -> Result<()> {
     let in_place = writes.is_some_and(|o| paths::same(o, &args.input));
     if in_place && !args.force {
         let expected = "another file: the program as it is would be lost (--force replaces it)";
-        return Err(Error::bad(Place::file("--output"), "the program itself", expected));
+        return Err(bad(Place::file("--output"), "the program itself", expected));
     }
     let note = writes.filter(|o| !is_stdio(o)).map(note_path);
     let inputs = [
@@ -477,7 +479,7 @@ fn refuse_shared(args: &Args) -> Result<()> {
     let words = [("--summary", args.summary.as_deref()), ("--report", args.report.as_deref())];
     for (option, path) in words.iter().filter_map(|(o, p)| p.map(|p| (*o, p))) {
         if let Some(file) = theirs.iter().find(|t| paths::same(t, path)) {
-            return Err(Error::bad(
+            return Err(bad(
                 Place::file(option),
                 format!("a file of the program, {}", shown(file)),
                 "a file of its own",
@@ -490,7 +492,7 @@ fn refuse_shared(args: &Args) -> Result<()> {
 fn summarise(summary: &mut Option<Output>, lines: &[Line]) -> Result<()> {
     let Some(out) = summary else { return Ok(()) };
     let text: String = lines.iter().map(|l| l.json() + "\n").collect();
-    out.put(text.as_bytes())
+    out.put(text.as_bytes()).map_err(Into::into)
 }
 
 /// A document for standard output.

@@ -34,6 +34,7 @@ pub mod way;
 pub mod writing;
 
 use super::engine::Engine;
+use super::refusal::{CoarseDigit, Refusal};
 use super::stats::RewriteStats;
 use super::stream::rewritten::{Digits, Evidence, Rows};
 use super::{Options, Origin, OutputPoints, Points};
@@ -375,15 +376,9 @@ fn require_coverage(coverage: &Coverage, choices: &Choices, script: &Script) -> 
         return Ok(());
     }
     let name = script.texts.first().map_or("", |t| t.name.as_str());
-    let mut text = vec![format!(
-        "{name}: {} of {} moves can be edited, {:.1} %; {:.1} % are required; nothing was written",
-        coverage.editable,
-        coverage.moves,
-        coverage.percent(),
-        100.0 * share
-    )];
-    text.extend(coverage.reasons.iter().map(|r| format!("  {}: {} ({})", r.moves, r.why, r.lines_text())));
-    Err(Error::Refused(text.join("\n")))
+    let reasons = coverage.reasons.iter().map(|r| format!("\n  {}: {} ({})", r.moves, r.why, r.lines_text()));
+    let Coverage { editable, moves, .. } = *coverage;
+    Err(Refusal::Coverage { name: name.into(), editable, moves, required: share, reasons: reasons.collect() }.into())
 }
 
 /// What the last digits of a pose make of a joint, rad: of its angles, and of its lengths at [`LEVER_M`].
@@ -481,7 +476,7 @@ fn add(sum: &mut RewriteStats, run: RewriteStats, added: u64, first: u64) {
 
 /// A gap below what the format can hold is refused, not faked.
 fn enough_digits(script: &Script, edits: &Edits, task: &Task) -> Result<()> {
-    let mut text = Vec::new();
+    let mut coarse = Vec::new();
     for (axis, joint) in task.robot.axis_joints().enumerate() {
         let Some(gap) = task.compensator.on(axis).and_then(super::deadband::smallest) else { continue };
         let gap = gap * task.options.gain;
@@ -498,17 +493,14 @@ fn enough_digits(script: &Script, edits: &Edits, task: &Task) -> Result<()> {
             && gap > 0.0
         {
             let edge = |v: f64| joint.kind.to_user_unit(v);
-            text.push(format!(
-                "{}: the format holds {} in steps of {:.6} {unit}, its half gap is {:.6} {unit}; nothing was written \
-                 (--leave-out {} writes the others)",
-                script.place(script.steps[k].at),
-                joint.name,
-                edge(value.finest),
-                edge(gap),
-                joint.name,
-                unit = joint.kind.unit()
-            ));
+            coarse.push(CoarseDigit {
+                place: script.place(script.steps[k].at).to_string(),
+                joint: joint.name.clone(),
+                unit: joint.kind.unit(),
+                step: edge(value.finest),
+                half_gap: edge(gap),
+            });
         }
     }
-    if text.is_empty() { Ok(()) } else { Err(Error::Refused(text.join("\n"))) }
+    if coarse.is_empty() { Ok(()) } else { Err(Refusal::CoarseDigits(coarse).into()) }
 }

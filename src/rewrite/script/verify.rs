@@ -65,7 +65,7 @@ impl Written {
 /// Reads `texts` again and compares.
 ///
 /// # Errors
-/// Refused, with the line, where a step is not what it must be: that is a fault of ours, and nothing is written.
+/// Internal, with the line, where a step is not what it must be: that is a fault of ours, and nothing is written.
 pub fn read_again(
     format: &dyn Format,
     before: &Script,
@@ -75,10 +75,8 @@ pub fn read_again(
 ) -> Result<Written> {
     let fault = |script: &Script, k: usize, what: &str| {
         let place = script.steps.get(k).map(|s| script.place(s.at).to_string()).unwrap_or_default();
-        Error::Refused(format!(
-            "{place}: the rewritten program would not read as it was meant ({what}); nothing was written. \
-             This is a fault of the program `lostmotion`: please report it with this file"
-        ))
+        let source = format!("{place}: it would not read as it was meant ({what}); nothing was written");
+        Error::internal("rewrite this program", source)
     };
     let document: Box<dyn Document> =
         format.parse(texts, robot.axes()).map_err(|e| fault(before, 0, &format!("it does not parse: {e}")))?;

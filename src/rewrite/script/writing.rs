@@ -1,8 +1,9 @@
 //! Edits into texts: what the format cannot say is taken out, and no rounding passes a limit.
 
 use super::{Task, verify};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::program::script::{Document, Edits, Format, Text, text};
+use crate::rewrite::Refusal;
 use crate::rewrite::stats::RewriteStats;
 use std::collections::BTreeMap;
 
@@ -38,9 +39,8 @@ pub fn write(
             }
         }
     }
-    let name = names.first().map_or("", String::as_str);
-    let why = "a position at a limit cannot be written in the format's digits without passing it; nothing was written";
-    Err(Error::Refused(format!("{name}: {why}")))
+    let name = names.first().cloned().unwrap_or_default();
+    Err(Refusal::AtLimit { name }.into())
 }
 
 /// Takes out edits that the format cannot say; these moves stay as they are. Why, by step.

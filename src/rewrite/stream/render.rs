@@ -4,7 +4,7 @@
 //! becomes a [`Task`], which ends at the end of a row, so that tasks are printed side by side. Text that stays is copied in runs;
 //! what stands between two rows (comments, blank lines) follows the points that are added to the first of them.
 
-use super::super::{Origin, OutputPoints};
+use super::super::{Origin, OutputPoints, Refusal};
 use crate::error::{Error, Result};
 use crate::program::csv::{Edits, Style};
 use crate::program::{Block, Slot};
@@ -224,16 +224,15 @@ impl Task {
     }
 }
 
-/// The time of a new point is no other than that of its neighbour: at 1e15 s a double knows eighths of a second.
+/// The time of a new point is no other than that of its neighbour.
 #[cold]
 fn no_time(origin: Origin) -> Error {
     let (Origin::Point(n) | Origin::Inserted { after: n, .. }) = origin;
-    let why = "there is no time between two points for a new one; nothing was written (count times from the start of the program)";
-    Error::Refused(format!("point {}: {why}", n + 1))
+    Refusal::NoTime { point: n + 1 }.into()
 }
 
 /// The engine broke its contract; better no file than a wrong one.
 #[cold]
 fn astray(point: u64) -> Error {
-    Error::Refused(format!("internal error: the rewrite lost its place at point {point}; nothing was written"))
+    Error::internal("find the place of a point; nothing was written", format!("point {point}"))
 }

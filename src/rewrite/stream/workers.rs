@@ -125,7 +125,7 @@ impl<'a, E: Stage, S: Sink> Workshop<'a, E, S> {
         let failed = self.failed.into_inner().unwrap_or_else(PoisonError::into_inner);
         match failed {
             Some((_, error)) => Err(error),
-            None if panicked => Err(Error::Refused("a thread of the rewrite stopped unexpectedly".into())),
+            None if panicked => Err(Error::internal("rewrite", "a thread stopped unexpectedly; nothing was written")),
             None => Ok(Finished {
                 source: self.reading.into_inner().unwrap_or_else(PoisonError::into_inner).source,
                 middle: self.middle.into_inner(),

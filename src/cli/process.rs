@@ -1,0 +1,49 @@
+//! The command as a process: arguments in, exit code out. The binary and the Python module run the same.
+
+use super::{Cli, exit, global, help, run};
+use crate::io::console::say;
+use clap::{ColorChoice, FromArgMatches};
+use std::ffi::OsString;
+use std::io::IsTerminal;
+
+/// Parses, runs, prints what went wrong, and returns the exit code. The first argument is the program's name.
+pub fn main(arguments: Vec<OsString>) -> u8 {
+    let color = global::color_of(arguments.iter().cloned());
+    let parsed = help::command().color(color).try_get_matches_from(arguments);
+    let cli = match parsed.and_then(|m| Cli::from_arg_matches(&m)) {
+        Ok(cli) => cli,
+        Err(e) => return usage(&e, color),
+    };
+    crate::io::interrupt::listen();
+    match run(cli) {
+        Ok(finished) => finished.code(),
+        Err(e) => {
+            let code = exit::code(&e);
+            if code != 0 {
+                say(format_args!("lostmotion: {}", exit::words(&e)), true);
+            }
+            code
+        }
+    }
+}
+
+/// Prints help, or what is wrong with a command line, under the one prefix of all errors.
+fn usage(error: &clap::Error, color: ColorChoice) -> u8 {
+    if !error.use_stderr() {
+        let _ = error.print(); // a reader that has gone
+        return 0;
+    }
+    let colored = match color {
+        ColorChoice::Always => true,
+        ColorChoice::Never => false,
+        ColorChoice::Auto => {
+            std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty())
+        }
+    };
+    let rendered = error.render();
+    let text = if colored { rendered.ansi().to_string() } else { rendered.to_string() };
+    let text = text.replacen("error:", "lostmotion:", 1);
+    // not through `say`, which takes the escapes of colours for what comes from outside
+    let _ = std::io::Write::write_all(&mut std::io::stderr(), text.as_bytes());
+    2
+}
