@@ -7,8 +7,8 @@ use crate::error::Place;
 use crate::gaps::{self, Gaps};
 use crate::io::input::{self, Input};
 use crate::io::output::Output;
-use crate::io::workbook;
 use crate::io::yaml::Document;
+use crate::io::{bag, workbook};
 use crate::log::{ColumnMap, Log, plausibility};
 use crate::model::{self, Model};
 use crate::program::Program;
@@ -76,7 +76,7 @@ fn of(args: &Args, input: Input) -> Result<Page> {
         None => {
             let robot = robot_of(args)?;
             let map = args.columns.as_deref().map(ColumnMap::load).transpose()?;
-            if map.is_some() || is_log(&input) {
+            if map.is_some() || bag::is_one(&input.bytes) || is_log(&input) {
                 let log = Log::parse_with(input, &robot, map.as_ref())?;
                 plausibility::check_for(&log, &robot, plausibility::Kinematics::OfFile)?;
                 page::show::of_log(&robot, &log)
