@@ -8,8 +8,8 @@ is a project of its own, so that the files beside a program stand beside it. `co
 of the programs that the figures of the documents were taken from; this script fetches nothing.
 
 Every program is read twice: first to learn which frames and tools it waits for, then with these at zero. The robots are those
-of `configs/`, their joint limits widened to two turns and their lengths as they are and doubled, of which the better counts (the
-programs' own robots are not known), with a half gap of 0.004 deg on each joint. With --prove each program is also written, undone (the bytes must come back), and rewritten again (it must be refused).
+of `configs/`, their joint limits widened to two turns and their lengths as they are, halved and doubled (for G-code: without and with
+rotary axes), of which the best counts (the programs' own robots are not known), with a half gap of 0.004 deg on each joint. With --prove each program is also written, undone (the bytes must come back), and rewritten again (it must be refused).
 """
 
 import argparse
@@ -39,7 +39,12 @@ ENDINGS = {
     "urscript": {".script", ".urscript"},
 }
 HALF_GAP_DEG, HALF_GAP_MM = 0.004, 0.01
-SIZES = (1.0, 2.0)
+SIZES = (1.0, 0.5, 2.0)
+# of a G-code program it is not known which rotary axes the machine has: without, and with A, B and C
+ROTARY = "".join(
+    f"  - {{name: {name}, kind: revolute, theta_deg: 0, d_mm: 0, a_mm: 0, alpha_deg: {alpha}, direction: 1, limits_deg: [-1e6, 1e6]}}\n"
+    for name, alpha in (("A", 90), ("B", 90), ("C", 0))
+)
 # what a control's power-on modes say where a G-code program does not; empty: nothing is assumed
 ASSUMED = []
 
@@ -51,6 +56,8 @@ def bench(folder, language, size):
     text = re.sub(r"(limits_deg:) *(\[[^]]*\]|(\n *- [-.\d]+){2})", r"\1 [-720, 720]", text)
     text = re.sub(r"(limits_mm:) *(\[[^]]*\]|(\n *- [-.\d]+){2})", r"\1 [-100000, 100000]", text)
     text = re.sub(r"\b([da]_mm): *([-.\d]+)", lambda m: f"{m[1]}: {float(m[2]) * size}", text)
+    if language == "gcode" and size != 1.0:
+        text = re.sub(r"^(?=base:)", ROTARY, text, flags=re.M)
     (folder / "robot.yaml").write_text(text)
     # a joint that follows another has no gap of its own
     joints = re.findall(r"- \{name: *(\w+),(.*)\}", text)
@@ -135,8 +142,9 @@ def language_of(binary, corpus, language, prove, threads):
             seen.add(digest)
             programs.append(path)
     with tempfile.TemporaryDirectory() as desk:
-        desks = [pathlib.Path(desk) / str(size) for size in SIZES]
-        for own, size in zip(desks, SIZES):
+        sizes = SIZES[:2] if language == "gcode" else SIZES
+        desks = [pathlib.Path(desk) / str(size) for size in sizes]
+        for own, size in zip(desks, sizes):
             bench(own, language, size)
 
         def one(k):
