@@ -26,7 +26,7 @@ pub mod verdict;
 pub use runs::{Measured, Run};
 pub use verdict::{Figures, Verdict, judge};
 
-use crate::effects::{Effect, PreslidingStiction, Stage, Stiction};
+use crate::effects::{Backlash, BacklashPosition, Effect, PreslidingStiction, Stage, Stiction, Target};
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
 use crate::model::Model;
@@ -35,6 +35,10 @@ use path::Reference;
 
 /// Seconds after a reversal within which its largest error is looked for, and before it (a step may come early).
 pub const WINDOW_S: [f64; 2] = [-0.1, 4.0];
+
+/// Share of its half gap by which a joint may move and come back before that is its first movement: a program that starts at a turning
+/// point of a joint has such steps there, and the joint does not follow them.
+const CREEP: f64 = 0.1;
 
 /// What was run: a program, at its own times or at a TCP speed, or a log with what was measured.
 pub enum Source<'a> {
@@ -90,7 +94,7 @@ fn reference_machine(model: &Model) -> Model {
 pub fn assess(model: &Model, before: &Source, after: &Source, options: &Options) -> Result<Assessment> {
     let mut base = model.clone();
     base.registration = None;
-    for (side, first) in base.initial_gap_side.iter_mut().zip(before.first_directions()) {
+    for (side, first) in base.initial_gap_side.iter_mut().zip(before.first_directions(model)) {
         if *side == 0 {
             *side = first;
         }
@@ -128,14 +132,18 @@ pub fn assess(model: &Model, before: &Source, after: &Source, options: &Options)
 }
 
 impl Source<'_> {
-    /// Direction in which each joint first moves; 0: it rests.
-    fn first_directions(&self) -> Vec<i8> {
+    /// Direction in which each joint first moves by more than [`CREEP`] of its half gap there; 0: it rests.
+    fn first_directions(&self, model: &Model) -> Vec<i8> {
         let columns = match self {
             Self::Program(p) => &p.q,
             Self::Log(l) => &l.cmd,
         };
-        let first = |q: &Vec<f64>| q.iter().map(|x| x - q[0]).find(|d| d.abs() > runs::REST);
-        columns.iter().map(|q| first(q).map_or(0, |d| if d > 0.0 { 1 } else { -1 })).collect()
+        let first = |(axis, q): (usize, &Vec<f64>)| {
+            let least = (CREEP * half_gap(model, axis, q.first().copied().unwrap_or(0.0))).max(runs::REST);
+            let moved = q.iter().map(|x| x - q[0]).find(|d| d.abs() > least);
+            moved.map_or(0, |d| if d > 0.0 { 1 } else { -1 })
+        };
+        columns.iter().enumerate().map(first).collect()
     }
 
     pub fn name(&self) -> &str {
@@ -144,6 +152,16 @@ impl Source<'_> {
             Self::Log(l) => &l.name,
         }
     }
+}
+
+/// Half gap of an axis at a position, rad or m.
+fn half_gap(model: &Model, axis: usize, at: f64) -> f64 {
+    let of = |e: &Effect| match (e.get::<Backlash>(), e.get::<BacklashPosition>()) {
+        (Some(b), _) => b.half_gap,
+        (_, Some(b)) => b.half_gap.at(at),
+        _ => 0.0,
+    };
+    model.effects.iter().filter(|e| e.target == Target::Joint(axis)).map(|e| of(&e.effect)).sum()
 }
 
 /// Reversals of the run before, with the largest error of both runs on the same stretch of path.
@@ -165,4 +183,25 @@ fn reversals(wanted: &Measured, before: &Run, after: &Run) -> Vec<ReversalError>
         });
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::EffectInstance;
+    use crate::robot::Robot;
+
+    #[test]
+    fn a_step_within_the_gap_before_the_first_stroke_is_no_first_movement() {
+        let text = "schema: lostmotion/robot/1\njoints:\n  - {name: A1, kind: revolute, a_mm: 500}\n";
+        let robot = Robot::parse("robot.yaml", text).unwrap();
+        let mut model = Model::ideal(robot.clone());
+        model.effects.push(EffectInstance { target: Target::Joint(0), effect: Backlash::constant(7e-5).into() });
+        // half gap 0.004 deg
+        for (first, wanted) in [("-0.00004", 1), ("-0.00060", -1), ("0.0", 1)] {
+            let rows = format!("a1_deg\n0.0\n{first}\n0.1\n0.2\n");
+            let program = Program::of_texts(vec![("p.csv".into(), rows.into_bytes())], &robot).unwrap();
+            assert_eq!(Source::Program(&program).first_directions(&model), [wanted], "{first}");
+        }
+    }
 }

@@ -2,7 +2,9 @@
 //!
 //! Method: a point of a run has come some length along the commanded path. Its nearest point on the reference is looked for among
 //! the segments whose length of path lies within [`SLACK_M`] (and the difference between both lengths) of that. So a path
-//! that crosses itself, comes back on itself, or rests, is followed without ambiguity.
+//! that crosses itself, comes back on itself, or rests, is followed without ambiguity. Both ends of the reference go on straight for
+//! the longest step between its points: the rows of two runs end up to a row apart, and a run that is early or late along the path
+//! has no error.
 
 use nalgebra::Vector3;
 
@@ -15,6 +17,8 @@ pub struct Reference {
     points: Vec<Vector3<f64>>,
     t_s: Vec<f64>,
     along: Vec<f64>,
+    /// Longest step between two points, m.
+    step_m: f64,
 }
 
 /// Length of a path up to each of its points, m.
@@ -32,7 +36,8 @@ pub fn lengths(points: &[Vector3<f64>]) -> Vec<f64> {
 
 impl Reference {
     pub fn new(points: &[Vector3<f64>], t_s: &[f64]) -> Self {
-        Self { points: points.to_vec(), t_s: t_s.to_vec(), along: lengths(points) }
+        let step_m = points.windows(2).map(|w| (w[1] - w[0]).norm()).fold(0.0, f64::max);
+        Self { points: points.to_vec(), t_s: t_s.to_vec(), along: lengths(points), step_m }
     }
 
     pub fn length_m(&self) -> f64 {
@@ -55,8 +60,11 @@ impl Reference {
             let (a, b) = (self.points[i], self.points[i + 1]);
             let step = b - a;
             let length2 = step.norm_squared();
-            let share = if length2 > 0.0 { ((point - a).dot(&step) / length2).clamp(0.0, 1.0) } else { 0.0 };
-            let off = (point - a - step * share).norm();
+            let on = if length2 > 0.0 { (point - a).dot(&step) / length2 } else { 0.0 };
+            let share = on.clamp(0.0, 1.0);
+            let beyond = self.step_m / length2.sqrt().max(f64::MIN_POSITIVE);
+            let nearest = on.clamp(if i == 0 { -beyond } else { 0.0 }, if i + 1 == last { 1.0 + beyond } else { 1.0 });
+            let off = (point - a - step * nearest).norm();
             // of equal distances the place nearest in length counts: a path that comes back on itself has two
             let apart = (self.along[i] + share * length2.sqrt() - along).abs();
             if off < best.0 - 1e-9 || (off < best.0 + 1e-9 && apart < best.1) {
@@ -90,8 +98,19 @@ mod tests {
     }
 
     #[test]
-    fn a_point_beyond_the_end_is_as_far_as_the_end() {
-        let (off, at) = line().distance(&Vector3::new(-2e-3, 0.0, 0.0), 20e-3, SLACK_M);
-        assert!((off - 2e-3).abs() < 1e-12 && (at - 20.0).abs() < 1e-9);
+    fn a_point_beyond_the_end_is_as_far_as_the_end_less_a_step() {
+        // the steps of this path are 1 mm
+        let (off, at) = line().distance(&Vector3::new(-2.5e-3, 0.0, 0.0), 20e-3, SLACK_M);
+        assert!((off - 1.5e-3).abs() < 1e-12 && (at - 20.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_run_that_ends_between_rows_of_the_reference_or_starts_late_has_the_error_across_the_path_alone() {
+        let points: Vec<_> = (0..=10).map(|x| Vector3::new(f64::from(x) * 1e-4, 0.0, 0.0)).collect();
+        let path = Reference::new(&points, &(0..=10).map(f64::from).collect::<Vec<_>>());
+        for (x, along) in [(1.085e-3, 1.085e-3), (-0.06e-3, 0.0)] {
+            let (off, _) = path.distance(&Vector3::new(x, 4e-6, 0.0), along, SLACK_M);
+            assert!((off - 4e-6).abs() < 1e-12, "{x}: {off}");
+        }
     }
 }

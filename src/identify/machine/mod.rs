@@ -7,6 +7,7 @@
 //! - [`noise`]: autoregressive noise in the principal directions of a log.
 //! - [`problem`], [`solve`]: all of it as one least-squares problem, solved by Gauss-Newton steps.
 //! - [`ripple`]: periods of the gears.
+//! - [`views`]: the estimate between a fit with correlated and one with uncorrelated noise.
 //! - [`evidence`]: covariance, single reversals, what is left on parts that were not fitted.
 //! - [`estimate`]: the document.
 //! - [`update`]: a compensator corrected by runs of its own programs; [`crossed`]: does a correction help strokes that did not see it;
@@ -28,6 +29,7 @@ pub mod ripple;
 pub mod solve;
 pub mod spline;
 pub mod update;
+pub mod views;
 
 use crate::error::{Error, Place, Result};
 use crate::gaps::{Gaps, Registered};
@@ -128,7 +130,9 @@ pub fn solved<'a>(
     let varies = estimate::constant_axes(&problem, &within);
     problem.constant = varies.iter().map(|v| v.0).collect();
     solve::round(&mut problem, Kept::Nothing);
-    let evidence = evidence::evaluate(&problem).ok_or_else(open)?;
+    let half = views::middle(&mut problem);
+    let mut evidence = evidence::evaluate(&problem).ok_or_else(open)?;
+    evidence.covariance += &half * half.transpose();
     Ok((problem, evidence, varies.into_iter().map(|v| v.1).collect()))
 }
 

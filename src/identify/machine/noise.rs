@@ -89,6 +89,20 @@ impl Noise {
         Self { rotation, along }
     }
 
+    /// Noise without correlation, of the size of the residuals.
+    pub fn uncorrelated(residual: &[Vector3<f64>], missing: &[bool]) -> Self {
+        let rotation = principal(residual, missing);
+        let along = std::array::from_fn(|c| {
+            let used: Vec<f64> =
+                residual.iter().zip(missing).filter(|(_, m)| !**m).map(|(r, _)| (rotation.row(c) * r)[0]).collect();
+            let n = used.len().max(1) as f64;
+            let mean = used.iter().sum::<f64>() / n;
+            let variance = used.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;
+            Autoregressive { phi: Vec::new(), sigma: variance.sqrt().max(1e-9) }
+        });
+        Self { rotation, along }
+    }
+
     /// Estimate from residuals.
     pub fn of(residual: &[Vector3<f64>], missing: &[bool]) -> Self {
         let rotation = principal(residual, missing);
@@ -203,5 +217,18 @@ mod tests {
                 assert!((a - b).abs() < 1e-9, "bin {i} of {n}: {a} for {b}");
             }
         }
+    }
+
+    #[test]
+    fn uncorrelated_noise_scales_by_the_scatter_of_what_was_measured_and_looks_at_no_neighbour() {
+        let missing: Vec<bool> = (0..400).map(|i| i % 9 == 3).collect();
+        let value = |i: usize| if i % 9 == 3 { 1.0 } else { 5e-6 + 2e-6 * f64::from(i as i32 % 2 * 2 - 1) };
+        let residual: Vec<Vector3<f64>> = (0..400).map(|i| Vector3::new(value(i), 0.0, 0.0)).collect();
+        let noise = Noise::uncorrelated(&residual, &missing);
+        let along = (0..3).find(|c| noise.rotation.row(*c)[0].abs() > 0.9).unwrap();
+        assert!((noise.along[along].sigma - 2e-6).abs() < 1e-8, "{}", noise.along[along].sigma);
+        let mut steps: Vec<f64> = (0..400).map(|i| if i < 200 { 0.0 } else { 4e-6 }).collect();
+        noise.along[along].whiten(&mut steps, &[false; 400], &mut Vec::new());
+        assert!((steps[399] - 2.0).abs() < 0.01 && steps[199] == 0.0, "what stays counts to its end");
     }
 }
