@@ -2,6 +2,7 @@
 
 use super::outcome::{Outcome, Ready, Target};
 use super::script::Choices;
+use super::script::context::Contexts;
 use super::stream::guard::{self, Named, Note, Notes};
 use super::summary::Line;
 use super::{LimitKind, Options, Origin, RewriteStats, sizes};
@@ -53,6 +54,8 @@ pub struct Job<'a> {
     pub durability: Durability,
     /// Where the files are looked for that belong to a program.
     pub files: Files,
+    /// What is looked up beside programs.
+    pub contexts: Contexts,
     /// What notes say, folder by folder.
     pub notes: Notes,
 }
@@ -118,7 +121,7 @@ impl Job<'_> {
         input::open(input).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
         match self.format.unwrap_or_else(|| formats::recognise(input, &head)) {
             Recognised::Csv => None,
-            Recognised::Script(format) => super::script::job::context_sum(format, input),
+            Recognised::Script(format) => super::script::job::sum_of(self.contexts.of(format, input).iter()),
         }
     }
 

@@ -1,7 +1,8 @@
 //! Which files there are beside a program.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Which files there are.
 #[derive(Debug, Clone, Default)]
@@ -38,4 +39,31 @@ pub fn of_folder(folder: &Path, most: usize) -> Vec<PathBuf> {
     }
     files.sort();
     files
+}
+
+/// Lists of folders that are kept: those in which programs are being read.
+const FOLDERS: usize = 64;
+
+/// What formats found in folders: thousands of programs of one folder look through it once. It holds for as long as it lives.
+#[derive(Debug, Default)]
+pub struct Folders {
+    seen: Mutex<HashMap<(&'static str, PathBuf), Arc<Vec<PathBuf>>>>,
+}
+
+impl Folders {
+    /// What `look` finds for the programs of `folder` under the word of the one who asks.
+    pub fn of(&self, who: &'static str, folder: &Path, look: impl FnOnce() -> Vec<PathBuf>) -> Arc<Vec<PathBuf>> {
+        // one that failed while it looked has left nothing behind
+        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = (who, folder.to_path_buf());
+        if let Some(known) = seen.get(&key) {
+            return Arc::clone(known);
+        }
+        if seen.len() >= FOLDERS {
+            seen.clear();
+        }
+        let found = Arc::new(look());
+        seen.insert(key, Arc::clone(&found));
+        found
+    }
 }

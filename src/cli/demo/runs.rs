@@ -13,6 +13,7 @@ use crate::program::files::Files;
 use crate::rewrite::job::Job;
 use crate::rewrite::outcome::Target;
 use crate::rewrite::script::Choices;
+use crate::rewrite::script::context::Contexts;
 use crate::rewrite::stream::guard::{Named, Notes};
 use crate::rewrite::{Options, Points, printed};
 use crate::robot::Robot;
@@ -28,6 +29,7 @@ const NOISE_M: f64 = 11e-6;
 pub fn rewrite(robot: &Robot, compensator: &Compensator, options: Options, from: &Path, to: &Path) -> Result<()> {
     let job = Job {
         files: Files::Disk,
+        contexts: Contexts::default(),
         format: None,
         choices: Choices::default(),
         durability: Durability::Synced,

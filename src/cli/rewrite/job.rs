@@ -13,6 +13,7 @@ use crate::program::gcode::Control;
 use crate::rewrite::equation2::Law;
 use crate::rewrite::job::Job;
 use crate::rewrite::script::Choices;
+use crate::rewrite::script::context::Contexts;
 use crate::rewrite::statics::Statics;
 use crate::rewrite::stream::guard::{Named, Notes};
 use crate::rewrite::{Options, Refine};
@@ -138,6 +139,7 @@ pub(super) fn of<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
         format: args.format.as_deref().map(format_named).transpose()?,
         choices,
         files: Files::Disk,
+        contexts: Contexts::default(),
         durability: if args.output_dir.is_some() { Durability::RenameOnly } else { Durability::Synced },
         notes: Notes::default(),
         robot,

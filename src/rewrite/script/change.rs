@@ -89,7 +89,7 @@ pub fn against(format: &dyn Format, ours: &[Text], golden: &[Text], robot: &Robo
     let (Some(a), Some(b)) = (ours.get(file), golden.get(file)) else {
         return Ok(Some("a file that belongs to the program is missing".into()));
     };
-    let byte = a.bytes.iter().zip(&b.bytes).position(|(x, y)| x != y).unwrap_or(a.bytes.len().min(b.bytes.len()));
+    let byte = a.bytes.iter().zip(b.bytes.iter()).position(|(x, y)| x != y).unwrap_or(a.bytes.len().min(b.bytes.len()));
     let line = b.line_of(byte);
     let text = |t: &Text| String::from_utf8_lossy(t.line(t.line_of(byte) as usize - 1)).trim_end().to_string();
     let mut words = vec![format!("{}:{line}: the output differs", b.name)];

@@ -1,6 +1,7 @@
 //! One vendor program from file to file, with the files that belong to it.
 
 use super::change;
+use super::context::Contexts;
 use super::{Done, Task, rewrite};
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::name::text_of_name;
@@ -45,7 +46,7 @@ impl Job<'_> {
                  points (those on straight lines and arcs are found without it)",
             ));
         }
-        let (texts, companions) = texts(format, input, bytes, &self.files)?;
+        let (texts, companions) = texts(format, input, bytes, &self.files, &self.contexts)?;
         let hashes: Vec<String> = texts.iter().filter(|t| !t.context).map(|t| input::sha256(&t.bytes)).collect();
         self.refuse_known(&name, &self.known(input)?, &Some(guard::together(hashes.iter())))?;
         let digit = self.digits()?;
@@ -67,14 +68,11 @@ impl Job<'_> {
         match target {
             Target::DryRun => Ok(Ready::without_output(outcome)),
             Target::Check(golden) => {
-                let (mut theirs, _) = self::texts(format, golden, input::read(golden)?.bytes, &Files::Disk)?;
+                let (mut theirs, _) =
+                    self::texts(format, golden, input::read(golden)?.bytes, &Files::Disk, &Contexts::default())?;
                 theirs.retain(|t| !t.context);
-                let ours: Vec<Text> = theirs
-                    .iter()
-                    .map(|t| t.name.clone())
-                    .zip(&done.texts)
-                    .map(|(n, b)| Text::new(n, b.clone()))
-                    .collect();
+                let ours: Vec<Text> =
+                    theirs.iter().zip(&done.texts).map(|(t, own)| own.clone().named(t.name.clone())).collect();
                 if let Some(text) = change::against(format, &ours, &theirs, self.robot)? {
                     outcome.refusal = Some(outcome.refusal.map_or(text.clone(), |r| format!("{r}\n{text}")));
                 }
@@ -82,7 +80,7 @@ impl Job<'_> {
             }
             Target::File(_) if outcome.refusal.is_some() => Ok(Ready::without_output(outcome)),
             Target::File(path) => {
-                let originals = &done.document.script().texts;
+                let originals = &done.originals;
                 let paths = outputs(path, &companions)?;
                 if !self.force {
                     free_to_write(input, &companions, &paths, &done.texts)?;
@@ -90,9 +88,9 @@ impl Job<'_> {
                 outcome.output = Some(shown(path));
                 let mut files = Vec::with_capacity(paths.len());
                 let mut sums = Vec::with_capacity(paths.len());
-                for (path, bytes) in paths.iter().zip(&done.texts) {
+                for (path, text) in paths.iter().zip(&done.texts) {
                     let mut file = File::create(path, self.durability)?;
-                    file.take(bytes)?;
+                    file.take(&text.bytes)?;
                     file.prepare()?;
                     sums.push(file.sha256());
                     files.push(file);
@@ -175,7 +173,13 @@ impl Job<'_> {
 }
 
 /// The texts of a program with its context, and the paths of its companions that are there.
-fn texts(format: &dyn Format, input: &Path, bytes: Vec<u8>, there: &Files) -> Result<(Vec<Text>, Vec<PathBuf>)> {
+fn texts(
+    format: &dyn Format,
+    input: &Path,
+    bytes: Vec<u8>,
+    there: &Files,
+    contexts: &Contexts,
+) -> Result<(Vec<Text>, Vec<PathBuf>)> {
     let name = shown(input);
     memory::require_size(&name, bytes.len() as u64, LARGEST_SCRIPT)?;
     if bytes.starts_with(&[0x1f, 0x8b]) {
@@ -194,38 +198,30 @@ fn texts(format: &dyn Format, input: &Path, bytes: Vec<u8>, there: &Files) -> Re
             all.push(Text::new(shown(&path), std::fs::read(&path).map_err(|e| Error::io(&path, "read", e))?));
             companions.push(path);
         }
-        all.extend(context(format, input));
+        all.extend(contexts.of(format, input));
     }
     Ok((all, companions))
 }
 
-/// The files beside a program that declare what it uses. One that cannot be read is evidence, too: what it declares is not known.
-fn context(format: &dyn Format, input: &Path) -> Vec<Text> {
-    let text = |path: &PathBuf| {
-        let name = shown(path);
-        let small = memory::require_for_file(path, &name, LARGEST_SCRIPT, 2).is_ok();
-        let bytes = small.then(|| std::fs::read(path).ok()).flatten();
-        match bytes.filter(|b| input::refuse_utf16(&name, b).is_ok()) {
-            Some(bytes) => Text::of_context(name, bytes),
-            None => Text::unread(name),
-        }
-    };
-    format.context(input).iter().map(text).collect()
-}
-
 /// SHA-256 of the files that declare what a program uses, names and all; `None`: there are none.
-fn sum_of<'a>(context: impl Iterator<Item = &'a Text>) -> Option<String> {
-    let mut all = Vec::new();
+pub(in super::super) fn sum_of<'a>(context: impl Iterator<Item = &'a Text>) -> Option<String> {
+    let mut all = String::new();
     for text in context {
-        let name = Path::new(&text.name).file_name().map(text_of_name).unwrap_or_default();
-        all.push(format!("{name} {} {}", text.unread, input::sha256(&text.bytes)));
+        let one = text.known(|text| ContextSum::of(text));
+        all.push_str(if all.is_empty() { "" } else { "\n" });
+        all.push_str(&one.0);
     }
-    (!all.is_empty()).then(|| input::sha256(all.join("\n").as_bytes()))
+    (!all.is_empty()).then(|| input::sha256(all.as_bytes()))
 }
 
-/// What [`Note::context`](guard::Note::context) would be for a program that is written now.
-pub(in super::super) fn context_sum(format: &dyn Format, input: &Path) -> Option<String> {
-    sum_of(context(format, input).iter())
+/// Name and SHA-256 of one such file.
+struct ContextSum(String);
+
+impl ContextSum {
+    fn of(text: &Text) -> Self {
+        let name = Path::new(&text.name).file_name().map(text_of_name).unwrap_or_default();
+        Self(format!("{name} {} {}", text.unread, input::sha256(&text.bytes)))
+    }
 }
 
 /// Where the texts go: the program to `path`, companions beside it under its stem with their own endings.
@@ -243,7 +239,7 @@ fn outputs(path: &Path, companions: &[PathBuf]) -> Result<Vec<PathBuf>> {
 }
 
 /// Refuses to put a file of the program over another one that is not its own earlier result.
-fn free_to_write(input: &Path, companions: &[PathBuf], paths: &[PathBuf], texts: &[Vec<u8>]) -> Result<()> {
+fn free_to_write(input: &Path, companions: &[PathBuf], paths: &[PathBuf], texts: &[Text]) -> Result<()> {
     if paths.first().is_some_and(|p| is_stdio(p)) {
         return Ok(());
     }
@@ -262,7 +258,7 @@ fn free_to_write(input: &Path, companions: &[PathBuf], paths: &[PathBuf], texts:
             return refuse("a file of the program that is read".into());
         }
         // beside the file that was named, a file appears that was not: it must be ours, or the same
-        if k > 0 && path.exists() && std::fs::read(path).ok().as_deref() != texts.get(k).map(Vec::as_slice) {
+        if k > 0 && path.exists() && std::fs::read(path).ok().as_deref() != texts.get(k).map(|t| t.bytes.as_slice()) {
             let name = path.file_name().map(text_of_name);
             let note = paths.first().map(|p| guard::read_note(p)).transpose()?.flatten();
             if !note.is_some_and(|n| n.companions.iter().any(|c| Some(&c.output) == name.as_ref())) {

@@ -13,13 +13,14 @@
 //! - [`edits`]: points that came out -> values and new points of the program.
 //! - [`writing`]: edits into texts; [`notes`]: what the program or the robot file does not say.
 //! - [`verify`]: the result is read again before anyone gets it.
-//! - [`job`]: from file to file.
+//! - [`job`]: from file to file; [`context`]: what is looked up beside it.
 //! - [`change`]: what differs, move by move, in degrees and micrometres: dry runs and golden files.
 
 pub mod approach;
 pub mod change;
 pub mod clock;
 pub mod configuration;
+pub mod context;
 pub mod coverage;
 pub mod edits;
 pub mod fading;
@@ -104,9 +105,9 @@ pub struct Task<'a> {
 
 /// A rewritten program, in memory.
 pub struct Done {
-    pub texts: Vec<Vec<u8>>,
+    pub texts: Vec<Text>,
     /// As it was.
-    pub document: Box<dyn Document>,
+    pub originals: Vec<Text>,
     pub notes: Vec<Note>,
     pub account: RewriteStats,
     /// Line of each point of the account's violations.
@@ -131,7 +132,7 @@ pub struct Done {
 impl Done {
     /// No byte differs.
     pub fn unchanged(&self) -> bool {
-        self.texts.iter().zip(&self.document.script().texts).all(|(a, b)| *a == b.bytes)
+        self.texts.iter().zip(&self.originals).all(|(a, b)| a.bytes == b.bytes)
     }
 }
 
@@ -141,7 +142,6 @@ impl Done {
 /// Bad input where it cannot be read; refused where coverage is too low, the format cannot hold the gap, or an edit cannot be
 /// said in it.
 pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Done> {
-    let names: Vec<String> = texts.iter().map(|t| t.name.clone()).collect();
     let document = format.parse(texts, task.robot.axes())?;
     let script = document.script();
     require_posture(task)?;
@@ -178,10 +178,14 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let Collected { mut edits, mut account, mut unplaced, rates, lines } =
         Collected::of(document.as_ref(), task, &by_clock, &runs, &deadband, solve)?;
     unplaced.points += spare(script, task.choices, &mut edits);
-    let mut in_joints = edits.clone();
-    unplaced.points += poses::write(script, &runs, &mut edits, &mut left);
-    edits::keep_written(&mut in_joints, &edits);
-    let (changes, changes_total) = change::of_edits(script, &runs, &in_joints, task.robot, task.listed);
+    let (changes, changes_total) = if script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_))) {
+        let mut in_joints = edits.clone();
+        unplaced.points += poses::write(script, &runs, &mut edits, &mut left);
+        edits::keep_written(&mut in_joints, &edits);
+        change::of_edits(script, &runs, &in_joints, task.robot, task.listed)
+    } else {
+        change::of_edits(script, &runs, &edits, task.robot, task.listed)
+    };
     let unwritable = writing::leave_unwritable(document.as_ref(), &mut edits, &mut account);
     let posed = |k: usize| match left.get(&k) {
         Some(why) => Err(why.clone()),
@@ -203,11 +207,6 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let duration_s = || runs.iter().filter_map(|r| r.vertices.last()).map(|v| v.t_s).sum();
     account.duration_s = whole.then(duration_s).map(|s: f64| [s, s]);
     enough_digits(script, &edits, task)?;
-    let (texts, written) = writing::write(format, document.as_ref(), &names, &mut edits, task)?;
-    if !written.halts.is_empty() {
-        let stops_s = stops::duration_s(task.robot, &runs, &written.halts);
-        account.duration_s = account.duration_s.and_then(|[before, after]| Some([before, after + stops_s?]));
-    }
     notes.extend(by_clock.note(&runs));
     notes.extend(rates.notes(task.robot));
     notes.extend(of_arm);
@@ -215,6 +214,14 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     notes.extend(notes::not_understood(script));
     notes.extend(notes::approached(script, &choice.approach, &runs, &edits));
     notes.splice(0..0, notes::unsolved(format, document.as_ref(), task.choices));
+    let stops = account.duration_s.map(|_| stops::Stops::of(task.robot, &runs));
+    let (anew, runs) = (runs.iter().filter(|r| !r.entry).count(), runs.len());
+    let originals = script.texts.clone();
+    let (texts, written) = writing::write(format, document, &mut edits, task)?;
+    if !written.halts.is_empty() {
+        let stops_s = stops.and_then(|s| s.duration_s(&written.halts));
+        account.duration_s = account.duration_s.and_then(|[before, after]| Some([before, after + stops_s?]));
+    }
     Ok(Done {
         texts,
         account,
@@ -226,11 +233,11 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         written,
         changes,
         changes_total,
-        anew: runs.iter().filter(|r| !r.entry).count(),
-        runs: runs.len(),
+        anew,
+        runs,
         looks_rewritten,
         notes,
-        document,
+        originals,
     })
 }
 

@@ -4,24 +4,46 @@
 //! (half of it before the point, half behind), `a` being the joint's largest acceleration. The speeds are the mean ones of the
 //! move. Controllers round such corners in their own way, so that this is an estimate.
 
-use super::run::{Role, Run};
+use super::run::{Role, Run, Vertex};
 use super::verify::Halt;
 use crate::robot::Robot;
 
-/// Time that the stops take, s; `None`: the speed of a move, or the acceleration of a joint that moves there, is not known.
-pub fn duration_s(robot: &Robot, runs: &[Run], halts: &[Halt]) -> Option<f64> {
-    halts.iter().map(|h| Some(h.stops as f64 * one_s(robot, runs, h.step)?)).sum()
+/// Time that one stop on the way to the goal of each step takes.
+#[derive(Debug)]
+pub struct Stops {
+    /// By step, s; `None`: the speed of the move, or the acceleration of a joint that moves there, is not known.
+    by_step: Vec<(usize, Option<f64>)>,
 }
 
-/// Time that one stop on the way to the goal of `step` takes, s.
-fn one_s(robot: &Robot, runs: &[Run], step: usize) -> Option<f64> {
-    let found = runs.iter().find_map(|run| {
-        let k = run.vertices.iter().position(|v| v.step == step && v.role == Role::Goal)?;
-        Some((run, k))
-    });
-    let (run, k) = found.filter(|(run, _)| run.timed())?;
-    let goal = &run.vertices[k];
-    let start = run.vertices[..k].iter().rev().find(|v| v.role != Role::Way)?;
+impl Stops {
+    pub fn of(robot: &Robot, runs: &[Run]) -> Self {
+        let mut by_step = Vec::new();
+        for run in runs {
+            let mut start = None;
+            for v in run.vertices.iter().filter(|v| v.role != Role::Way) {
+                if v.role == Role::Goal {
+                    let start = start.filter(|_| run.timed());
+                    by_step.push((v.step, start.and_then(|start| one_s(robot, start, v))));
+                }
+                start = Some(v);
+            }
+        }
+        by_step.sort_by_key(|s| s.0);
+        Self { by_step }
+    }
+
+    /// Time that the stops take, s; `None`: that of one is not known.
+    pub fn duration_s(&self, halts: &[Halt]) -> Option<f64> {
+        let one = |step: usize| {
+            let k = self.by_step.partition_point(|s| s.0 < step);
+            self.by_step.get(k).filter(|s| s.0 == step).and_then(|s| s.1)
+        };
+        halts.iter().map(|h| Some(h.stops as f64 * one(h.step)?)).sum()
+    }
+}
+
+/// Time that one stop on the way from `start` to `goal` takes, s.
+fn one_s(robot: &Robot, start: &Vertex, goal: &Vertex) -> Option<f64> {
     let duration_s = goal.t_s - start.t_s;
     let lost = |(axis, joint): (usize, &crate::robot::Joint)| {
         let way = (goal.q[axis] - start.q[axis]).abs();
@@ -38,7 +60,6 @@ fn one_s(robot: &Robot, runs: &[Run], step: usize) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::program::script::At;
-    use crate::rewrite::script::run::Vertex;
 
     #[test]
     fn a_stop_costs_the_speed_over_the_acceleration_of_the_slowest_joint() {
@@ -56,9 +77,9 @@ mod tests {
         let run = Run { vertices: vec![vertex(0, [0.0, 0.0], 0.0), vertex(1, [0.2, 0.1], 1.0)], ..Run::default() };
         let halts = [Halt { step: 1, at: At::default(), stops: 3 }];
         // X: 200 / 2000 = 0.1 s, Y: 100 / 500 = 0.2 s
-        let s = duration_s(&robot, std::slice::from_ref(&run), &halts).unwrap();
+        let s = Stops::of(&robot, std::slice::from_ref(&run)).duration_s(&halts).unwrap();
         assert!((s - 0.6).abs() < 1e-12, "{s}");
         let unknown = Run { untimed: Some(At::default()), ..run };
-        assert_eq!(duration_s(&robot, &[unknown], &halts), None);
+        assert_eq!(Stops::of(&robot, &[unknown]).duration_s(&halts), None);
     }
 }

@@ -1,10 +1,11 @@
 //! A rewritten program is read again before it is put anywhere: every step must be the one that was meant.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::program::script::{
-    At, Document, Edits, Format, Goal, Move, PathKind, Quantity, Script, StepKind, Text, Value,
+    At, Document, Edits, Format, Goal, Move, PathKind, PoseGoal, Quantity, Script, StepKind, Text, Value,
 };
 use crate::robot::Robot;
+use std::mem::{Discriminant, discriminant};
 
 /// Largest rounding of a written value, in digits.
 const ROUNDED: f64 = 0.501;
@@ -62,70 +63,157 @@ impl Written {
     }
 }
 
+/// What must be known of a program to compare its result with it: far less than the program itself.
+#[derive(Debug, Default)]
+pub struct Before {
+    names: Vec<String>,
+    steps: Vec<Step>,
+    /// Numbers of the moves' targets, one behind the other; NaN: not commanded.
+    values: Vec<f64>,
+}
+
+#[derive(Debug)]
+struct Step {
+    at: At,
+    kind: Kind,
+}
+
+#[derive(Debug)]
+enum Kind {
+    Move(Own),
+    Other(Discriminant<StepKind>),
+}
+
+#[derive(Debug)]
+struct Own {
+    path: PathKind,
+    blend_m: Option<f64>,
+    goal: OwnGoal,
+    /// The first of its numbers, and how many.
+    first: usize,
+    count: usize,
+}
+
+#[derive(Debug)]
+enum OwnGoal {
+    Joints,
+    /// `None`: it is edited, so that its numbers are what counts.
+    Pose(Option<Box<PoseGoal>>),
+    Opaque,
+}
+
+impl Before {
+    /// Of a program to which `edits` are made.
+    pub fn of(script: &Script, edits: &Edits) -> Self {
+        let mut all = Self { names: script.texts.iter().map(|t| t.name.clone()).collect(), ..Self::default() };
+        all.steps.reserve_exact(script.steps.len());
+        for (k, step) in script.steps.iter().enumerate() {
+            let kind = match &step.kind {
+                StepKind::Move(m) => {
+                    Kind::Move(all.own(script, m, edits.steps.get(&k).is_some_and(|e| e.goal.is_some())))
+                }
+                other => Kind::Other(discriminant(other)),
+            };
+            all.steps.push(Step { at: step.at, kind });
+        }
+        all
+    }
+
+    fn own(&mut self, script: &Script, m: &Move, edited: bool) -> Own {
+        let goal = match &m.goal {
+            Goal::Joints(_) => OwnGoal::Joints,
+            Goal::Pose(goal) => OwnGoal::Pose((!edited).then(|| goal.clone())),
+            Goal::Opaque(_) => OwnGoal::Opaque,
+        };
+        let values = m.goal.target().and_then(|t| script.targets.get(t)).map_or(&[][..], |t| &t.values);
+        let first = self.values.len();
+        self.values.extend(values.iter().map(|v| v.map_or(f64::NAN, |v| v.si)));
+        Own { path: m.path, blend_m: m.blend_m, goal, first, count: values.len() }
+    }
+
+    /// What the target of a move says as it is, by axis; empty where it has no numbers.
+    fn values(&self, own: &Own) -> &[f64] {
+        self.values.get(own.first..own.first + own.count).unwrap_or_default()
+    }
+
+    fn fault(&self, k: usize, what: &str) -> Error {
+        let at = self.steps.get(k).map(|s| s.at);
+        fault(at.map(|at| (self.names.get(at.file).map_or("", String::as_str), at)), what)
+    }
+}
+
+fn fault(place: Option<(&str, At)>, what: &str) -> Error {
+    let place = place.map(|(name, at)| Place::line(name, at.line).to_string()).unwrap_or_default();
+    let source = format!("{place}: it would not read as it was meant ({what}); nothing was written");
+    Error::internal("rewrite this program", source)
+}
+
 /// Reads `texts` again and compares.
 ///
 /// # Errors
 /// Internal, with the line, where a step is not what it must be: that is a fault of ours, and nothing is written.
 pub fn read_again(
     format: &dyn Format,
-    before: &Script,
+    before: &Before,
     edits: &Edits,
     texts: Vec<Text>,
     robot: &Robot,
 ) -> Result<Written> {
-    let fault = |script: &Script, k: usize, what: &str| {
-        let place = script.steps.get(k).map(|s| script.place(s.at).to_string()).unwrap_or_default();
-        let source = format!("{place}: it would not read as it was meant ({what}); nothing was written");
-        Error::internal("rewrite this program", source)
-    };
     let document: Box<dyn Document> =
-        format.parse(texts, robot.axes()).map_err(|e| fault(before, 0, &format!("it does not parse: {e}")))?;
+        format.parse(texts, robot.axes()).map_err(|e| before.fault(0, &format!("it does not parse: {e}")))?;
     let after = document.script();
+    let fault_after = |k: usize, what: &str| {
+        let name = |at: At| after.texts.get(at.file).map_or("", |t| t.name.as_str());
+        fault(after.steps.get(k).map(|s| (name(s.at), s.at)), what)
+    };
     let mut written = Written::nothing(robot.dof());
     let mut k = 0;
     for (i, step) in before.steps.iter().enumerate() {
         let edit = edits.steps.get(&i);
-        let own = own_values(before, &step.kind);
+        let own = match &step.kind {
+            Kind::Move(own) => before.values(own),
+            Kind::Other(_) => &[],
+        };
         let mut stops = 0;
         for (n, point) in edit.iter().flat_map(|e| &e.before).enumerate() {
-            let m = moved(after, k).ok_or_else(|| fault(before, i, "a new point is missing"))?;
+            let m = moved(after, k).ok_or_else(|| before.fault(i, "a new point is missing"))?;
             // a quadrant that is already a part of the way may stay inside its arc
-            compare(after, m, &point.q, own, edits, &mut written).map_err(|what| fault(after, k, &what))?;
+            compare(after, m, &point.q, own, edits, &mut written).map_err(|what| fault_after(k, &what))?;
             beyond(robot, after, m, &point.q, (i, Some(n)), &mut written);
             stops += u64::from(m.blend_m == Some(0.0) && !document.passes_points());
             k += 1;
         }
-        if stops > 0 && matches!(&step.kind, StepKind::Move(m) if m.path == PathKind::Linear) {
+        if stops > 0 && matches!(&step.kind, Kind::Move(m) if m.path == PathKind::Linear) {
             written.stops.push(Stops { at: step.at, points: stops });
         }
-        let Some(here) = after.steps.get(k) else { return Err(fault(before, i, "a step is missing")) };
-        if let (StepKind::Move(a), StepKind::Move(m)) = (&step.kind, &here.kind) {
+        let Some(here) = after.steps.get(k) else { return Err(before.fault(i, "a step is missing")) };
+        if let (Kind::Move(a), StepKind::Move(m)) = (&step.kind, &here.kind) {
             stops += u64::from(a.blend_m != m.blend_m && m.blend_m == Some(0.0));
         }
         if stops > 0 {
             written.halts.push(Halt { step: i, at: step.at, stops });
         }
         match (&step.kind, &here.kind) {
-            (StepKind::Move(a), StepKind::Move(m)) if edit.is_some_and(|e| e.goal.is_some()) => {
+            (Kind::Move(a), StepKind::Move(m)) if edit.is_some_and(|e| e.goal.is_some()) => {
                 let goal = edit.and_then(|e| e.goal.as_deref()).unwrap_or_default();
-                compare(after, m, goal, own, edits, &mut written).map_err(|what| fault(after, k, &what))?;
+                compare(after, m, goal, own, edits, &mut written).map_err(|what| fault_after(k, &what))?;
                 beyond(robot, after, m, goal, (i, None), &mut written);
                 if m.path != a.path && !edit.is_some_and(|e| e.as_joint_moves) {
-                    return Err(fault(after, k, "another kind of path"));
+                    return Err(fault_after(k, "another kind of path"));
                 }
             }
-            (StepKind::Move(a), StepKind::Move(b)) => {
-                if !alike(before, a, after, b) {
-                    return Err(fault(after, k, "a move changed that should not"));
+            (Kind::Move(a), StepKind::Move(b)) => {
+                if !alike(a, own, after, b) {
+                    return Err(fault_after(k, "a move changed that should not"));
                 }
             }
-            (a, b) if std::mem::discriminant(a) == std::mem::discriminant(b) => {}
-            _ => return Err(fault(after, k, "another kind of step")),
+            (Kind::Other(a), b) if *a == discriminant(b) => {}
+            _ => return Err(fault_after(k, "another kind of step")),
         }
         k += 1;
     }
     if k != after.steps.len() {
-        return Err(fault(after, k, "a step too many"));
+        return Err(fault_after(k, "a step too many"));
     }
     Ok(written)
 }
@@ -137,21 +225,13 @@ fn moved(script: &Script, k: usize) -> Option<&Move> {
     }
 }
 
-/// What the target of a move says as it is, by axis; empty where it has no joint values.
-fn own_values<'a>(script: &'a Script, kind: &StepKind) -> &'a [Option<Value>] {
-    match kind {
-        StepKind::Move(m) => m.goal.target().and_then(|t| script.targets.get(t)).map_or(&[], |t| &t.values),
-        _ => &[],
-    }
-}
-
 /// The target of `m` is `want` within half a digit, on the axes that it commands. Numbers that still are those of `own`, the
 /// target that was changed or copied, are not written anew.
 fn compare(
     script: &Script,
     m: &Move,
     want: &[f64],
-    own: &[Option<Value>],
+    own: &[f64],
     edits: &Edits,
     written: &mut Written,
 ) -> std::result::Result<(), String> {
@@ -160,7 +240,7 @@ fn compare(
     for (axis, (value, &want)) in target.values.iter().zip(want).enumerate() {
         let Some(v) = value else { continue };
         let lost = (v.si - want).abs();
-        let stays = own.get(axis).copied().flatten().is_some_and(|o| o.si == v.si);
+        let stays = own.get(axis).is_some_and(|own| *own == v.si);
         // a number may stand there with more digits than are written: then a change below these leaves it
         let wish = edits.digit_of(target, axis);
         let digit = if stays { v.digit.max(v.finest).max(if wish.is_nan() { 0.0 } else { wish }) } else { v.digit };
@@ -206,19 +286,18 @@ fn beyond(
     }
 }
 
-/// Two moves lead to the same place in the same way.
-fn alike(before: &Script, a: &Move, after: &Script, b: &Move) -> bool {
+/// Two moves lead to the same place in the same way; `own`: the numbers of the first one's target.
+fn alike(a: &Own, own: &[f64], after: &Script, b: &Move) -> bool {
     let same = match (&a.goal, &b.goal) {
-        (Goal::Joints(s), Goal::Joints(t)) => {
-            let values = |script: &Script, t: usize| {
-                script.targets.get(t).map(|t| t.values.iter().map(|v| v.map(|v| v.si)).collect::<Vec<_>>())
-            };
-            values(before, *s) == values(after, *t)
+        (OwnGoal::Joints, Goal::Joints(t)) => {
+            let same = |(own, v): (&f64, &Option<Value>)| v.map_or(own.is_nan(), |v| v.si == *own);
+            let values = after.targets.get(*t).map_or(&[][..], |t| &t.values);
+            own.len() == values.len() && own.iter().zip(values).all(same)
         }
-        (Goal::Pose(s), Goal::Pose(t)) => {
+        (OwnGoal::Pose(Some(s)), Goal::Pose(t)) => {
             s.position_m == t.position_m && s.rotation == t.rotation && s.frame == t.frame && s.tool == t.tool
         }
-        (Goal::Opaque(_), Goal::Opaque(_)) => true,
+        (OwnGoal::Opaque, Goal::Opaque(_)) => true,
         _ => false,
     };
     same && a.path == b.path
@@ -230,7 +309,7 @@ mod tests {
     use crate::program::krl::Krl;
     use crate::program::rapid::Rapid;
     use crate::program::script::pose::Frame;
-    use crate::program::script::{Edit, PoseGoal, Solution, Speed};
+    use crate::program::script::{Edit, Solution, Speed};
     use nalgebra::{UnitQuaternion, Vector3};
 
     fn pose(turn: f64) -> Goal {
@@ -251,10 +330,15 @@ mod tests {
         Move { path, goal, fixed: None, closed: None, speed: Speed::Unknown, blend_m: None, way: Vec::new() }
     }
 
+    fn joints(script: &Script, m: &Move) -> Vec<f64> {
+        let target = &script.targets[m.goal.target().unwrap()];
+        target.values.iter().map(|v| v.unwrap().si).collect()
+    }
+
     #[test]
     fn a_pose_that_turned_and_a_path_of_another_kind_are_other_moves() {
         let script = Script::default();
-        let alike = |a: &Move, b: &Move| alike(&script, a, &script, b);
+        let alike = |a: &Move, b: &Move| alike(&Before::default().own(&script, a, false), &[], &script, b);
         let line = to(pose(0.1), PathKind::Linear);
         assert!(alike(&line, &to(pose(0.1), PathKind::Linear)));
         assert!(!alike(&line, &to(pose(0.2), PathKind::Linear)));
@@ -269,17 +353,16 @@ mod tests {
         let texts = || vec![Text::new("m.mod", text.as_bytes().to_vec())];
         let before = Rapid.parse(texts(), robot.axes()).unwrap();
         let (k, m) = before.script().moves().next().unwrap();
-        let own = own_values(before.script(), &StepKind::Move(m.clone()));
-        let mut goal: Vec<f64> = own.iter().map(|v| v.unwrap().si).collect();
+        let mut goal = joints(before.script(), m);
         // 1e-7 deg, as a solver's last digits are; RAPID's numbers are single
         goal[0] += 1e-7_f64.to_radians();
         let edit = |goal: &[f64]| Edit { goal: Some(goal.to_vec()), ..Edit::default() };
         let edits = Edits { steps: [(k, edit(&goal))].into(), digit: vec![1e-7; 6], ..Edits::default() };
         assert_eq!(before.patches(&edits).unwrap(), vec![]);
-        assert!(read_again(&Rapid, before.script(), &edits, texts(), &robot).is_ok());
+        assert!(read_again(&Rapid, &Before::of(before.script(), &edits), &edits, texts(), &robot).is_ok());
         goal[0] += 1e-4_f64.to_radians();
         let edits = Edits { steps: [(k, edit(&goal))].into(), digit: vec![1e-7; 6], ..Edits::default() };
-        assert!(read_again(&Rapid, before.script(), &edits, texts(), &robot).is_err());
+        assert!(read_again(&Rapid, &Before::of(before.script(), &edits), &edits, texts(), &robot).is_err());
     }
 
     #[test]
@@ -291,12 +374,12 @@ mod tests {
         };
         let before = Krl.parse(program("5"), robot.axes()).unwrap();
         let (k, m) = before.script().moves().next().unwrap();
-        let mut goal: Vec<f64> =
-            own_values(before.script(), &StepKind::Move(m.clone())).iter().map(|v| v.unwrap().si).collect();
+        let mut goal = joints(before.script(), m);
         goal[0] = 5.0028_f64.to_radians();
         let edit = Edit { goal: Some(goal), ..Edit::default() };
         let edits = Edits { steps: [(k, edit)].into(), digit: vec![1e-6; 6], ..Edits::default() };
-        let written = read_again(&Krl, before.script(), &edits, program("5.0028"), &robot).unwrap();
+        let written =
+            read_again(&Krl, &Before::of(before.script(), &edits), &edits, program("5.0028"), &robot).unwrap();
         assert!((written.digit[0].to_degrees() - 1e-4).abs() < 1e-12, "{written:?}");
         assert!(
             written.lost[0].is_some_and(|l| l < 1e-12) && written.lost[1..].iter().all(Option::is_none),
@@ -304,6 +387,6 @@ mod tests {
         );
         assert_eq!(&written.digit[1..], [0.0; 5]);
         // the same goal, and what was written is another one
-        assert!(read_again(&Krl, before.script(), &edits, program("5.0029"), &robot).is_err());
+        assert!(read_again(&Krl, &Before::of(before.script(), &edits), &edits, program("5.0029"), &robot).is_err());
     }
 }

@@ -8,23 +8,38 @@ use crate::rewrite::stats::RewriteStats;
 use std::collections::BTreeMap;
 
 /// The texts with the edits, read again. A number that rounding would take beyond a limit is written one digit further inside.
+/// The program as it was read is given up before its result is read, so that never two of them are held.
 pub fn write(
     format: &dyn Format,
-    document: &dyn Document,
-    names: &[String],
+    document: Box<dyn Document>,
     edits: &mut Edits,
     task: &Task,
-) -> Result<(Vec<Vec<u8>>, verify::Written)> {
+) -> Result<(Vec<Text>, verify::Written)> {
     const TRIES: usize = 3;
-    let script = document.script();
+    let originals = document.script().texts.clone();
+    let mut document = Some(document);
+    let mut before = None;
     for _ in 0..TRIES {
-        let patches = if edits.steps.is_empty() { Vec::new() } else { document.patches(edits)? };
-        let texts = text::apply(&script.texts, &patches)?;
+        let read = match document.take() {
+            Some(read) => read,
+            None => format.parse(originals.clone(), task.robot.axes())?,
+        };
+        let patches = if edits.steps.is_empty() { Vec::new() } else { read.patches(edits)? };
         if patches.is_empty() {
-            return Ok((texts, verify::Written::nothing(task.robot.dof())));
+            return Ok((originals, verify::Written::nothing(task.robot.dof())));
         }
-        let again: Vec<Text> = script.texts.iter().zip(&texts).map(|(t, b)| t.with(b.clone())).collect();
-        let written = verify::read_again(format, script, edits, again, task.robot)?;
+        let before = before.get_or_insert_with(|| verify::Before::of(read.script(), edits));
+        drop(read);
+        // what is only looked up stands behind what is written
+        let (own, context) = originals.split_at(originals.iter().take_while(|t| !t.context).count());
+        if patches.iter().any(|p| p.file >= own.len()) {
+            return Err(Error::Refused("an edit of a file that is only looked up; nothing was written".into()));
+        }
+        let bytes = text::apply(own, &patches)?;
+        drop(patches);
+        let written = own.iter().zip(bytes).map(|(t, b)| t.with(b));
+        let texts: Vec<Text> = written.chain(context.iter().cloned()).collect();
+        let written = verify::read_again(format, before, edits, texts.clone(), task.robot)?;
         if written.beyond.is_empty() {
             return Ok((texts, written));
         }
@@ -39,7 +54,7 @@ pub fn write(
             }
         }
     }
-    let name = names.first().cloned().unwrap_or_default();
+    let name = originals.first().map(|t| t.name.clone()).unwrap_or_default();
     Err(Refusal::AtLimit { name }.into())
 }
 

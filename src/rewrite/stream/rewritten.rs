@@ -119,8 +119,12 @@ impl Evidence {
             dir = by.signum();
         }
         // a program's own short ways are alike, or round
-        let alike = |a: f64| short.iter().filter(|b| (a - **b).abs() <= 2.0 * column.digit.last).count() > 1;
-        self.short += short.iter().filter(|a| !alike(**a)).count();
+        short.sort_by(f64::total_cmp);
+        let alike = |a: f64, other: Option<usize>| {
+            other.and_then(|k| short.get(k)).is_some_and(|b| (a - b).abs() <= 2.0 * column.digit.last)
+        };
+        let own = |(k, a): &(usize, &f64)| !alike(**a, k.checked_sub(1)) && !alike(**a, Some(k + 1));
+        self.short += short.iter().enumerate().filter(own).count();
     }
 
     fn roundness(&mut self, column: &Column) {

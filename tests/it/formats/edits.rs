@@ -41,7 +41,7 @@ pub fn nothing(s: &Sample, document: &dyn Document) -> Result<(), String> {
         return Err(format!("an empty edit gave {} patches", patches.len()));
     }
     let out = text::apply(&document.script().texts, &patches).map_err(|e| e.to_string())?;
-    let same = out.len() == s.texts.len() && out.iter().zip(&s.texts).all(|(o, t)| *o == t.bytes);
+    let same = out.len() == s.texts.len() && out.iter().zip(&s.texts).all(|(o, t)| *o == *t.bytes);
     if same { Ok(()) } else { Err("the document's texts are not those that it was read from".into()) }
 }
 

@@ -54,7 +54,7 @@ fn one(samples: &[Sample], k: usize) -> Tally {
     let sample = &samples[k % samples.len()];
     let mut rng = ChaCha8Rng::seed_from_u64(k as u64);
     let other = &samples[rng.random_range(0..samples.len())];
-    let mut bytes: Vec<Vec<u8>> = sample.texts.iter().map(|t| t.bytes.clone()).collect();
+    let mut bytes: Vec<Vec<u8>> = sample.texts.iter().map(|t| t.bytes.to_vec()).collect();
     for _ in 0..rng.random_range(1..=3) {
         let which = rng.random_range(0..bytes.len());
         damage(&mut bytes[which], &other.texts[0].bytes, &mut rng);

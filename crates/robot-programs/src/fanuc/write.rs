@@ -5,9 +5,10 @@ use super::read::FINEST;
 use super::{Motion, Program};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
+use crate::script::text::put_numbers;
 use crate::script::{Edits, Goal, NewPoint, Patch, PathKind, StepKind, Text, number};
+use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 /// Fields of a position and their new text.
@@ -98,7 +99,8 @@ fn motion_of(program: &Program, step: usize) -> Result<&Motion> {
 
 /// New goals: in place where every move to the position wants the same, else positions of their own.
 fn goals(program: &Program, text: &Text, edits: &Edits, out: &mut Vec<Patch>, appended: &mut Appended) -> Result<()> {
-    let mut wanted: BTreeMap<usize, Vec<(usize, Change)>> = BTreeMap::new();
+    // target, step, and its joints or the numbers of its pose
+    let mut wanted: Vec<(usize, usize, &[f64])> = Vec::with_capacity(edits.steps.len());
     for (&step, edit) in &edits.steps {
         let place =
             || program.script.steps.get(step).map(|s| program.script.place(s.at).to_string()).unwrap_or_default();
@@ -112,17 +114,19 @@ fn goals(program: &Program, text: &Text, edits: &Edits, out: &mut Vec<Patch>, ap
         let (Some(target), None) = (m.goal.target(), &m.fixed) else {
             return Err(Error::Refused(format!("{}: the goal's numbers are not in the program", place())));
         };
-        wanted.entry(target).or_default().push((step, changes(program, edits, target, q)?));
+        wanted.push((target, step, q));
     }
-    let uses = program.script.uses();
-    for (target, list) in wanted {
-        let all = list.len() == uses.get(target).map_or(0, Vec::len);
+    wanted.sort_by_key(|w| w.0);
+    let uses = program.script.use_counts();
+    for list in wanted.chunk_by(|a, b| a.0 == b.0) {
+        let Some(&(target, ..)) = list.first() else { continue };
+        let change = |&(_, step, q): &(usize, usize, &[f64])| Ok((step, changes(program, edits, target, q)?));
+        let list = list.iter().map(change).collect::<Result<Vec<(usize, Change)>>>()?;
+        let all = list.len() == uses.get(target).copied().unwrap_or(0);
         let all = all && !program.shared.get(target).copied().unwrap_or(true);
         // where some moves stay, or something else reads it, the position stays too
         let kept = if all { list.first().map(|l| l.1.clone()).unwrap_or_default() } else { Vec::new() };
-        for (field, new) in &kept {
-            out.push(Patch::new(0, field.clone(), new.as_bytes()));
-        }
+        put_numbers(text, 0, kept.iter().map(|(field, new)| (field.clone(), new)), out);
         let mut clones: HashMap<Change, u64> = HashMap::new();
         for (step, change) in list {
             if change == kept {

@@ -28,6 +28,7 @@ mod shared;
 mod tests;
 mod write;
 
+use super::files::Folders;
 use super::script::{Document, Edits, Format, Patch, Script, Text};
 use crate::axes::Axes;
 use crate::error::Result;
@@ -57,7 +58,7 @@ impl Format for Inform {
         line.is_some_and(|l| l.eq_ignore_ascii_case(b"/JOB"))
     }
 
-    fn context(&self, path: &Path) -> Vec<PathBuf> {
+    fn context(&self, path: &Path, _seen: &Folders) -> Vec<PathBuf> {
         shared::files(path)
     }
 

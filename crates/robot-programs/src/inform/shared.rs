@@ -33,7 +33,7 @@ fn moves_to_variables(bytes: &[u8]) -> bool {
     let variable = |w: &[u8]| matches!(w, [b'P' | b'p', digit, ..] if digit.is_ascii_digit());
     let moves = |l: &[u8]| l.to_ascii_uppercase().windows(3).any(|w| w == b"MOV");
     let mut lines = bytes.split(|b| matches!(b, b'\n' | b'\r'));
-    lines.any(|l| moves(l) && l.split(u8::is_ascii_whitespace).any(variable))
+    lines.any(|l| l.split(u8::is_ascii_whitespace).any(variable) && moves(l))
 }
 
 /// What the jobs beside this one say of its position variables.

@@ -10,6 +10,7 @@
 use super::read::ANGLE_DECIMALS;
 use super::{Job, Kind, Meaning, Section, Statement, ends};
 use crate::error::{Error, Result};
+use crate::script::text::put_numbers;
 use crate::script::{Edit, Edits, NewPoint, Patch, PathKind, StepKind, number};
 use std::collections::BTreeMap;
 
@@ -19,13 +20,45 @@ const LEVELS_M: [f64; 9] = [0.0, 0.0125, 0.025, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5];
 const LEAST_CR_MM: f64 = 1.0;
 
 /// New texts of a line's numbers; what is not named stays.
-type Form = BTreeMap<usize, String>;
+#[derive(Debug, Clone, Default, PartialEq)]
+struct Form(Vec<(usize, String)>);
+
+impl Form {
+    /// Sorted, as they are written.
+    fn insert(&mut self, n: usize, text: String) {
+        let at = self.0.partition_point(|f| f.0 < n);
+        match self.0.get_mut(at).filter(|f| f.0 == n) {
+            Some(place) => place.1 = text,
+            None => self.0.insert(at, (n, text)),
+        }
+    }
+
+    fn get(&self, n: usize) -> Option<&str> {
+        self.0.iter().find(|f| f.0 == n).map(|f| f.1.as_str())
+    }
+}
+
+/// Forms by line: few lines make a target.
+type Forms = Vec<(usize, Form)>;
+
+/// The form of a line, taken out.
+fn take(forms: &mut Forms, line: usize) -> Form {
+    forms.iter_mut().find(|f| f.0 == line).map(|f| std::mem::take(&mut f.1)).unwrap_or_default()
+}
+
+/// The form of a line, made where there is none.
+fn of_line(forms: &mut Forms, line: usize) -> &mut Form {
+    let k = forms.iter().position(|f| f.0 == line).unwrap_or_else(|| {
+        forms.push((line, Form::default()));
+        forms.len() - 1
+    });
+    &mut forms[k].1
+}
 
 pub(super) fn patches(job: &Job, edits: &Edits) -> Result<Vec<Patch>> {
     let mut writer = Writer::new(job, edits);
     writer.check()?;
-    let wishes = writer.goals()?;
-    writer.place(&wishes)?;
+    writer.goals()?;
     for (&step, edit) in &edits.steps {
         writer.points(step, edit)?;
         writer.blend(step, edit);
@@ -48,17 +81,23 @@ struct NewLine {
 
 /// Edited moves to a position variable whose moves want different values: no other number of a variable is this job's own.
 pub(super) fn unwritable(job: &Job, edits: &Edits) -> Vec<(usize, String)> {
-    let Ok(wishes) = Writer::new(job, edits).goals() else { return Vec::new() };
+    let writer = Writer::new(job, edits);
+    let mut references = writer.references();
+    references.retain(|r| job.positions[r.0].kind >= Kind::P);
+    if references.is_empty() || writer.all_forms().is_err() {
+        return Vec::new();
+    }
     let mut found = Vec::new();
-    for (line, uses) in wishes {
+    for of_line in references.chunk_by(|a, b| a.0 == b.0) {
+        let Ok((line, uses)) = writer.wishes(of_line) else { continue };
         let position = &job.positions[line];
         let differ = job.pinned[line] || uses.windows(2).any(|w| w[0].1 != w[1].1);
-        if position.kind < Kind::P || !differ {
+        if !differ {
             continue;
         }
         let why =
             format!("position variable P{:03}: its moves need different values, and it has but one", position.number);
-        found.extend(uses.into_iter().filter(|u| !u.1.is_empty()).map(|u| (u.0, why.clone())));
+        found.extend(uses.into_iter().filter(|u| !u.1.0.is_empty()).map(|u| (u.0, why.clone())));
     }
     found
 }
@@ -120,9 +159,9 @@ impl<'a> Writer<'a> {
     }
 
     /// Texts that joint values need in the lines of a step's target, by line.
-    fn forms(&self, step: usize, q: &[f64]) -> Result<BTreeMap<usize, Form>> {
+    fn forms(&self, step: usize, q: &[f64]) -> Result<Forms> {
         let job = self.job;
-        let mut forms: BTreeMap<usize, Form> = BTreeMap::new();
+        let mut forms = Forms::new();
         let Some(t) = self.target(step) else { return Ok(forms) };
         for (axis, &number) in job.numbers[t].iter().enumerate() {
             let (Some((line, n)), Some(&q)) = (number, q.get(axis)) else { continue };
@@ -130,7 +169,7 @@ impl<'a> Writer<'a> {
             let target = &job.script.targets[t];
             if target.pose.is_some() {
                 if let Some(text) = target.pose_number(axis, q, self.edits) {
-                    forms.entry(line).or_default().insert(n, text);
+                    of_line(&mut forms, line).insert(n, text);
                 }
                 continue;
             }
@@ -148,53 +187,84 @@ impl<'a> Writer<'a> {
             let text = number::write(written, value.style, decimals);
             let own = job.script.texts[0].slice(value.span());
             if number::read(text.as_bytes()).map(|v| v.0) != number::read(own).map(|v| v.0) {
-                forms.entry(line).or_default().insert(n, text);
+                of_line(&mut forms, line).insert(n, text);
             }
         }
         Ok(forms)
     }
 
-    /// By line: every use of it with what it wants there.
-    fn goals(&self) -> Result<BTreeMap<usize, Vec<(usize, Form)>>> {
-        let mut wishes: BTreeMap<usize, Vec<(usize, Form)>> = BTreeMap::new();
+    /// Every use of a line, with its step: by line, then in the order of the program.
+    fn references(&self) -> Vec<(usize, usize)> {
+        let mut all = Vec::with_capacity(self.job.statements.len());
         for step in 0..self.job.statements.len() {
             let Some(statement) = self.statement(step) else { continue };
-            let goal = self.edits.steps.get(&step).and_then(|e| e.goal.as_deref());
-            let mut forms = goal.map(|q| self.forms(step, q)).transpose()?.unwrap_or_default();
-            for r in &statement.references {
-                wishes.entry(r.position).or_default().push((step, forms.remove(&r.position).unwrap_or_default()));
-            }
+            all.extend(statement.references.iter().map(|r| (r.position, step)));
         }
-        Ok(wishes)
+        all.sort_by_key(|r| r.0);
+        all
+    }
+
+    /// The first form, in the order of the program, that no job holds.
+    fn all_forms(&self) -> Result<()> {
+        let goals = self.edits.steps.iter().filter(|e| self.statement(*e.0).is_some());
+        goals
+            .filter_map(|(&step, e)| Some((step, e.goal.as_deref()?)))
+            .try_for_each(|(step, q)| self.forms(step, q).map(drop))
+    }
+
+    /// What the uses of one line want there.
+    fn wishes(&self, references: &[(usize, usize)]) -> Result<(usize, Forms)> {
+        let line = references.first().map_or(0, |r| r.0);
+        let mut forms = Forms::new();
+        let mut last = None;
+        let mut uses = Forms::with_capacity(references.len());
+        for &(line, step) in references {
+            // what a statement wants of a line it wants of its first word for it
+            if last != Some(step) {
+                let goal = self.edits.steps.get(&step).and_then(|e| e.goal.as_deref());
+                forms = goal.map(|q| self.forms(step, q)).transpose()?.unwrap_or_default();
+                last = Some(step);
+            }
+            uses.push((step, take(&mut forms, line)));
+        }
+        Ok((line, uses))
     }
 
     /// In place, or a line of its own for each wish.
-    fn place(&mut self, wishes: &BTreeMap<usize, Vec<(usize, Form)>>) -> Result<()> {
-        for (&line, uses) in wishes {
-            let stays = self.job.pinned[line] || uses.iter().any(|u| u.1.is_empty());
-            let kept = if stays { Form::new() } else { uses.first().map(|u| u.1.clone()).unwrap_or_default() };
-            for (&n, text) in &kept {
-                let span = self.job.positions[line].numbers[n].clone();
-                self.patches.push(Patch::new(0, span, text.as_bytes()));
+    fn goals(&mut self) -> Result<()> {
+        for references in self.references().chunk_by(|a, b| a.0 == b.0) {
+            let placed = self.wishes(references).and_then(|(line, uses)| self.place(line, &uses));
+            if let Err(other) = placed {
+                // a number that no job holds is said first
+                return self.all_forms().and(Err(other));
             }
-            let mut clones: Vec<(&Form, String)> = Vec::new();
-            for (step, form) in uses.iter().filter(|u| u.1 != kept) {
-                if self.job.positions[line].kind >= Kind::P {
-                    return Err(self.refused(*step, "a position variable has but one value"));
+        }
+        Ok(())
+    }
+
+    fn place(&mut self, line: usize, uses: &[(usize, Form)]) -> Result<()> {
+        let stays = self.job.pinned[line] || uses.iter().any(|u| u.1.0.is_empty());
+        let kept = if stays { Form::default() } else { uses.first().map(|u| u.1.clone()).unwrap_or_default() };
+        let spans = &self.job.positions[line].numbers;
+        let numbers = kept.0.iter().filter_map(|(n, new)| Some((spans.get(*n)?.clone(), new)));
+        put_numbers(&self.job.script.texts[0], 0, numbers, &mut self.patches);
+        let mut clones: Vec<(&Form, String)> = Vec::new();
+        for (step, form) in uses.iter().filter(|u| u.1 != kept) {
+            if self.job.positions[line].kind >= Kind::P {
+                return Err(self.refused(*step, "a position variable has but one value"));
+            }
+            let known = clones.iter().find(|c| c.0 == form).map(|c| c.1.clone());
+            let name = match known {
+                Some(name) => name,
+                None => {
+                    let name = self.add(*step, line, form)?;
+                    clones.push((form, name.clone()));
+                    name
                 }
-                let known = clones.iter().find(|c| c.0 == form).map(|c| c.1.clone());
-                let name = match known {
-                    Some(name) => name,
-                    None => {
-                        let name = self.add(*step, line, form)?;
-                        clones.push((form, name.clone()));
-                        name
-                    }
-                };
-                let reference = self.statement(*step).and_then(|s| s.references.iter().find(|r| r.position == line));
-                if let Some(r) = reference {
-                    self.patches.push(Patch::new(0, r.span.clone(), name));
-                }
+            };
+            let reference = self.statement(*step).and_then(|s| s.references.iter().find(|r| r.position == line));
+            if let Some(r) = reference {
+                self.patches.push(Patch::new(0, r.span.clone(), name));
             }
         }
         Ok(())
@@ -222,7 +292,7 @@ impl<'a> Writer<'a> {
         let mut at = line.start + equals;
         for (n, span) in position.numbers.iter().enumerate() {
             bytes.extend_from_slice(text.slice(at..span.start));
-            bytes.extend_from_slice(form.get(&n).map_or(text.slice(span.clone()), |t| t.as_bytes()));
+            bytes.extend_from_slice(form.get(n).map_or(text.slice(span.clone()), str::as_bytes));
             at = span.end;
         }
         self.new.push(NewLine { kind: position.kind, number, section: position.section, text: bytes, model });
@@ -237,7 +307,7 @@ impl<'a> Writer<'a> {
             let mut forms = self.forms(step, &point.q)?;
             let mut line = text.slice(statement.indent.start..statement.word.end).to_vec();
             for r in &statement.references {
-                let form = forms.remove(&r.position).unwrap_or_default();
+                let form = take(&mut forms, r.position);
                 let name = self.add(step, r.position, &form)?;
                 line.push(b' ');
                 line.extend_from_slice(name.as_bytes());

@@ -37,7 +37,7 @@ mod props;
 #[cfg(test)]
 mod tests;
 
-use super::files::Files;
+use super::files::{Files, Folders};
 use super::script::{Document, Edits, Format, Patch, Script, Text};
 use crate::axes::{Axes, JointKind};
 use crate::error::Result;
@@ -83,11 +83,11 @@ impl Format for Krl {
     }
 
     fn companions(&self, path: &Path, there: &Files) -> Vec<PathBuf> {
-        companions(path, there)
+        companion(path, &|p| there.has(p)).into_iter().collect()
     }
 
-    fn context(&self, path: &Path) -> Vec<PathBuf> {
-        project::files(path, &companions(path, &Files::Disk))
+    fn context(&self, path: &Path, seen: &Folders) -> Vec<PathBuf> {
+        project::files(path, |there| companion(path, there), seen)
     }
 
     fn minds_unread(&self) -> bool {
@@ -100,17 +100,17 @@ impl Format for Krl {
 }
 
 /// The `.dat` beside a `.src`: the same stem, as it is, in one case or capital, packed or not; the exact stem goes first.
-fn companions(path: &Path, there: &Files) -> Vec<PathBuf> {
-    let Some(file) = path.file_name().map(|n| n.to_string_lossy().into_owned()) else { return Vec::new() };
+fn companion(path: &Path, there: &dyn Fn(&Path) -> bool) -> Option<PathBuf> {
+    let file = path.file_name().map(|n| n.to_string_lossy().into_owned())?;
     let plain = if file.to_ascii_lowercase().ends_with(".gz") { &file[..file.len() - 3] } else { file.as_str() };
-    let Some((stem, _)) = plain.rsplit_once('.') else { return Vec::new() };
+    let (stem, _) = plain.rsplit_once('.')?;
     let mut capital = stem.to_lowercase();
     if let Some(first) = capital.get_mut(..1) {
         first.make_ascii_uppercase();
     }
     let stems = [stem.to_string(), stem.to_lowercase(), stem.to_uppercase(), capital];
     let names = ["dat", "DAT", "Dat", "dat.gz"].iter().flat_map(|e| stems.iter().map(move |s| format!("{s}.{e}")));
-    names.map(|n| path.with_file_name(n)).find(|p| there.has(p)).into_iter().collect()
+    names.map(|n| path.with_file_name(n)).find(|p| there(p))
 }
 
 /// Where a target's numbers stand.

@@ -5,7 +5,7 @@
 //! tree below the folder that has it; without one, in the folder of the program alone, which tells no values then. Programs of that tree
 //! are read for what they assign to such points. A tree that is not read as a whole tells no values. Nothing of it is ever written.
 
-use crate::files::of_folder;
+use crate::files::{Folders, of_folder};
 use crate::script::Text;
 use std::path::{Path, PathBuf};
 
@@ -20,10 +20,25 @@ const LARGEST: usize = 16 << 20;
 /// Deepest folder of a tree.
 const DEEPEST: usize = 8;
 
-/// The other files of the project of the program at `path`, whose own data lists are `own`. None where there are too
-/// many: then nobody knows what assigns a point of all modules.
-pub(super) fn files(path: &Path, own: &[PathBuf]) -> Vec<PathBuf> {
+/// The other files of the project of the program at `path`, whose own data list `own` tells among those that are there. None where
+/// there are too many: then nobody knows what assigns a point of all modules.
+pub(super) fn files(
+    path: &Path,
+    own: impl Fn(&dyn Fn(&Path) -> bool) -> Option<PathBuf>,
+    seen: &Folders,
+) -> Vec<PathBuf> {
     let Some(folder) = path.parent() else { return Vec::new() };
+    let here = seen.of("krl", folder, || modules(folder));
+    if here.is_empty() {
+        return Vec::new();
+    }
+    let own = own(&|p| here.binary_search_by(|h| h.as_path().cmp(p)).is_ok());
+    let others = || here.iter().filter(|p| *p != path && Some(*p) != own.as_ref());
+    if others().count() > MOST { Vec::new() } else { others().cloned().collect() }
+}
+
+/// The modules of the project of the programs in a folder, sorted; none where there are more than are looked at.
+fn modules(folder: &Path) -> Vec<PathBuf> {
     let mut all = match root(folder) {
         Some(root) => {
             let mut all = Vec::new();
@@ -34,10 +49,13 @@ pub(super) fn files(path: &Path, own: &[PathBuf]) -> Vec<PathBuf> {
         }
         None => of_folder(folder, MOST_BESIDE),
     };
-    all.retain(|p| is_module(p) && p != path && !own.contains(p));
+    all.retain(|p| is_module(p));
     all.sort();
     all.dedup();
-    if all.len() > MOST { Vec::new() } else { all }
+    all.retain(|p| is_module(p));
+    all.sort();
+    all.dedup();
+    all
 }
 
 /// `R1` of a controller's files: the folder above that has `System/$config.dat`; else the program's own, where that has it.

@@ -7,9 +7,10 @@ use super::target::finest;
 use super::{Motion, Program, Source};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
+use crate::script::text::put_numbers;
 use crate::script::{Edit, Edits, Goal, Move, Patch, PoseGoal, StepKind, Text, number};
+use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 /// Numbers of a point and their new text.
@@ -18,8 +19,9 @@ pub(super) type Change = Vec<(Range<usize>, String)>;
 pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Vec<Patch>> {
     let mut out = Vec::new();
     goals(program, edits, &mut out)?;
+    let named = named(program);
     for (&step, edit) in edits.steps.iter().filter(|e| !e.1.before.is_empty()) {
-        insert(program, edits, step, edit.before.iter().map(|p| p.q.as_slice()), &mut out)?;
+        insert(program, edits, &named, step, edit.before.iter().map(|p| p.q.as_slice()), &mut out)?;
     }
     out.sort_by_key(|p| (p.file, p.span.start, p.span.end));
     Ok(out)
@@ -91,7 +93,8 @@ fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Change
 }
 
 fn goals(program: &Program, edits: &Edits, out: &mut Vec<Patch>) -> Result<()> {
-    let mut wanted: BTreeMap<usize, Vec<(usize, Change)>> = BTreeMap::new();
+    // target, step, and its joints or the numbers of its pose
+    let mut wanted: Vec<(usize, usize, &[f64])> = Vec::with_capacity(edits.steps.len());
     for (&step, edit) in &edits.steps {
         let Some(StepKind::Move(m)) = program.script.steps.get(step).map(|s| &s.kind) else {
             return Err(Error::Refused(format!("step {step} is no move")));
@@ -105,11 +108,15 @@ fn goals(program: &Program, edits: &Edits, out: &mut Vec<Patch>) -> Result<()> {
             let why = "the goal's numbers are not in the program";
             return Err(Error::Refused(format!("{}: {why}", place(program, step))));
         };
-        wanted.entry(target).or_default().push((step, changes(program, edits, target, q)));
+        wanted.push((target, step, q));
     }
+    wanted.sort_by_key(|w| w.0);
     let uses = program.script.use_counts();
     let mut taken = None;
-    for (target, list) in wanted {
+    for list in wanted.chunk_by(|a, b| a.0 == b.0) {
+        let Some(&(target, ..)) = list.first() else { continue };
+        let mut list: Vec<(usize, Change)> =
+            list.iter().map(|&(_, step, q)| (step, changes(program, edits, target, q))).collect();
         let (file, may) = match program.sources.get(target) {
             Some(Source::Inline(file, _)) => (*file, true),
             Some(Source::Name(n)) => {
@@ -119,17 +126,14 @@ fn goals(program: &Program, edits: &Edits, out: &mut Vec<Patch>) -> Result<()> {
             None => return Err(Error::Refused("an axis target without its place".into())),
         };
         let all = may && list.len() == uses.get(target).copied().unwrap_or(0);
-        let mut list = list;
         if all && list.len() == 1 {
             // one motion, one change: nearly every target
             let change = list.pop().map(|l| l.1).unwrap_or_default();
-            out.extend(change.into_iter().map(|(span, new)| Patch::new(file, span, new)));
+            put_numbers(texts(program, file)?, file, change, out);
             continue;
         }
         let kept = if all { list.first().map(|l| l.1.clone()).unwrap_or_default() } else { Vec::new() };
-        for (span, new) in &kept {
-            out.push(Patch::new(file, span.clone(), new.as_bytes()));
-        }
+        put_numbers(texts(program, file)?, file, kept.iter().map(|(span, new)| (span.clone(), new)), out);
         // a form needs a clone of its frame data, too
         let mut clones: HashMap<(Change, bool), Clone> = HashMap::new();
         for (step, change) in list {
@@ -151,10 +155,17 @@ fn goals(program: &Program, edits: &Edits, out: &mut Vec<Patch>) -> Result<()> {
     Ok(())
 }
 
+/// By axis: a target of the program names it.
+fn named(program: &Program) -> Vec<bool> {
+    let named = |k: usize| program.script.targets.iter().any(|t| t.values.get(k).is_some_and(Option::is_some));
+    (0..program.axes.len()).map(named).collect()
+}
+
 /// New motions before a motion: before its fold where it stands in an inline form, with the settings of the form.
 fn insert<'a>(
     program: &Program,
     edits: &Edits,
+    named: &[bool],
     step: usize,
     points: impl Iterator<Item = &'a [f64]>,
     out: &mut Vec<Patch>,
@@ -199,7 +210,7 @@ fn insert<'a>(
     for q in points {
         bytes.extend_from_slice(indent);
         bytes.extend_from_slice(text.slice(motion.keyword.clone()));
-        bytes.extend_from_slice(&joint_goal(program, edits, m, q)?);
+        bytes.extend_from_slice(&joint_goal(program, edits, named, m, q)?);
         bytes.extend_from_slice(&tail(text, motion));
         bytes.extend_from_slice(ending);
     }
@@ -208,7 +219,7 @@ fn insert<'a>(
 }
 
 /// ` {A1 10,A2 -20}`: joint values written as those of the motion's own goal are.
-fn joint_goal(program: &Program, edits: &Edits, m: &Move, q: &[f64]) -> Result<Vec<u8>> {
+fn joint_goal(program: &Program, edits: &Edits, named: &[bool], m: &Move, q: &[f64]) -> Result<Vec<u8>> {
     let target = match m.goal {
         Goal::Joints(t) => program.script.targets.get(t),
         _ => None,
@@ -216,10 +227,10 @@ fn joint_goal(program: &Program, edits: &Edits, m: &Move, q: &[f64]) -> Result<V
     let values = target.map_or(&[][..], |t| &t.values);
     let usual = values.iter().flatten().map(|v| v.style).max_by_key(|s| s.decimals).unwrap_or_default();
     let usual = number::Style { decimals: usual.decimals.max(3), point: true, plus: false, ..usual };
-    let named = |k: usize| program.script.targets.iter().any(|t| t.values.get(k).is_some_and(Option::is_some));
     let mut all = Vec::new();
     // an axis that no target names stands where nobody knows
-    for (axis, (name, q)) in program.axes.iter().zip(q).enumerate().filter(|(axis, _)| named(*axis)) {
+    for (axis, (name, q)) in program.axes.iter().zip(q).enumerate().filter(|(axis, _)| named.get(*axis) == Some(&true))
+    {
         let value = values.get(axis).copied().flatten();
         let new = match value {
             Some(v) if (v.si - q).abs() <= 1e-13 => {

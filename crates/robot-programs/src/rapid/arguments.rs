@@ -29,7 +29,7 @@ pub struct Switch {
 /// Arguments of a motion instruction.
 pub fn motion_of(p: &Parsed, item: &Item) -> Option<(Motion, Vec<Arg>)> {
     let ItemKind::Call { .. } = item.kind else { return None };
-    let motion = words::motion(p.words.get(item.span.start)?)?;
+    let motion = words::motion(p.words.at(item.span.start))?;
     Some((motion, arguments(p, item.span.start + 1..item.span.end)))
 }
 
@@ -43,7 +43,7 @@ pub fn goal_name(p: &Parsed, motion: Motion, args: &[Arg]) -> Option<usize> {
 
 /// The point that `Offs` or `RelTool` displaces; else the expression itself.
 fn point_of(p: &Parsed, span: &Span) -> Span {
-    let displaced = matches!(p.words.get(span.start).map(String::as_str), Some("offs" | "reltool"));
+    let displaced = matches!(Some(p.words.at(span.start)), Some("offs" | "reltool"));
     let point = arguments(p, span.start + 2..span.end.saturating_sub(1)).into_iter().next().filter(|_| span.len() > 4);
     point.filter(|a| displaced && !a.span.is_empty()).map_or(span.clone(), |a| a.span)
 }
@@ -70,8 +70,8 @@ pub fn arguments(p: &Parsed, span: Span) -> Vec<Arg> {
 
 pub fn argument(p: &Parsed, span: Span) -> Arg {
     let bytes = |s: &Span| match (p.tokens.get(s.start), s.end.checked_sub(1).and_then(|k| p.tokens.get(k))) {
-        (Some(a), Some(b)) if s.start < s.end => a.start..b.end,
-        (Some(a), _) => a.start..a.start,
+        (Some(a), Some(b)) if s.start < s.end => a.start()..b.end(),
+        (Some(a), _) => a.start()..a.start(),
         _ => 0..0,
     };
     let mut cuts = Vec::new();
@@ -88,7 +88,7 @@ pub fn argument(p: &Parsed, span: Span) -> Arg {
     let mut name = String::new();
     let assigned = |at: usize| p.tokens.get(at).is_some_and(|t| t.kind == Kind::Assign);
     if expression.len() > 2 && assigned(expression.start + 1) {
-        name.clone_from(&p.words[expression.start]);
+        name.push_str(p.words.at(expression.start));
         expression.start += 2;
     }
     let ends = cuts.iter().skip(1).copied().chain([span.end]);
@@ -96,7 +96,7 @@ pub fn argument(p: &Parsed, span: Span) -> Arg {
         .iter()
         .zip(ends)
         .map(|(&start, end)| Switch {
-            name: p.words.get(start + 1).cloned().unwrap_or_default(),
+            name: p.words.at(start + 1).to_string(),
             bytes: bytes(&(start..end)),
             value: (assigned(start + 2) && start + 3 < end).then_some(start + 3..end),
         })

@@ -53,7 +53,7 @@ impl<'a> Facts<'a> {
             index: HashMap::new(),
             moving: HashMap::new(),
             has_main: p.routines.iter().any(|r| r.name == "main"),
-            sets_by_name: p.words.iter().any(|w| w == "setdataval" || w == "setalldataval"),
+            sets_by_name: p.words.different().any(|w| w == "setdataval" || w == "setalldataval"),
             left_out,
         };
         for (k, d) in p.decls.iter().enumerate() {
@@ -89,7 +89,7 @@ impl<'a> Facts<'a> {
     }
 
     pub fn word(&self, i: usize) -> &'a str {
-        self.p.words.get(i).map_or("", String::as_str)
+        self.p.words.at(i)
     }
 
     fn kind(&self, i: usize) -> Option<Kind> {
@@ -170,7 +170,7 @@ impl<'a> Facts<'a> {
     }
 
     fn bytes(&self, token: usize) -> std::ops::Range<usize> {
-        self.p.tokens.get(token).map_or(0..0, |t| t.start..t.end)
+        self.p.tokens.get(token).map_or(0..0, |t| t.start()..t.end())
     }
 
     /// A declaration's name as it is written.
@@ -267,10 +267,10 @@ pub fn called<'a>(p: &'a Parsed, item: &Item) -> impl Iterator<Item = &'a str> {
     let span = if quiet { 0..0 } else { item.span.clone() };
     let functions = span.filter(move |&i| {
         let open = p.tokens.get(i + 1).is_some_and(|t| t.kind == Kind::Mark(b'('));
-        let word = &p.words[i];
+        let word = p.words.at(i);
         open && !word.is_empty() && !words::is_operator(word) && word != "not"
     });
     // `IF (a) ...`: the bracket belongs to no name when the word stands in front of the span
     let end = item.span.end;
-    procedure.into_iter().chain(functions.filter(move |&i| i + 1 < end)).map(move |i| p.words[i].as_str())
+    procedure.into_iter().chain(functions.filter(move |&i| i + 1 < end)).map(move |i| p.words.at(i))
 }

@@ -15,7 +15,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 impl Builder<'_> {
     fn opaque(&self, span: &Span) -> String {
         let p = self.f.p;
-        let bytes = p.tokens[span.start].start..p.tokens[span.end - 1].end;
+        let bytes = p.tokens[span.start].start()..p.tokens[span.end - 1].end();
         let text = String::from_utf8_lossy(self.f.text.slice(bytes)).into_owned();
         let word = self.f.word(span.start);
         match p.tokens.get(span.start + 1).filter(|_| span.len() > 1).map(|t| t.kind) {
@@ -40,8 +40,9 @@ impl Builder<'_> {
             }
             for (n, i) in inner.enumerate() {
                 let t = p.tokens[i];
-                let index =
-                    std::str::from_utf8(self.f.text.slice(t.start..t.end)).ok().and_then(|s| s.parse::<usize>().ok());
+                let index = std::str::from_utf8(self.f.text.slice(t.start()..t.end()))
+                    .ok()
+                    .and_then(|s| s.parse::<usize>().ok());
                 match (n % 2, t.kind, index) {
                     (0, Kind::Number, Some(k)) if k > 0 => indices.push(k),
                     (1, Kind::Mark(b','), _) => {}
@@ -120,9 +121,9 @@ impl Builder<'_> {
         let (p, text) = (self.f.p, self.f.text);
         let shown = self.f.shown(d);
         let decl = &p.decls[d];
-        let (first, last) = (p.tokens[decl.first].start, p.tokens[decl.end].end);
+        let (first, last) = (p.tokens[decl.first].start(), p.tokens[decl.end].end());
         let head: Vec<_> = (decl.first..decl.at)
-            .map(|i| String::from_utf8_lossy(text.slice(p.tokens[i].start..p.tokens[i].end)))
+            .map(|i| String::from_utf8_lossy(text.slice(p.tokens[i].start()..p.tokens[i].end())))
             .collect();
         let name = if indices.is_empty() {
             shown.clone()
@@ -199,7 +200,7 @@ impl Builder<'_> {
     ) -> Goal {
         let p = self.f.p;
         if let Some((base, by, of_tool)) = self.displacement(span, item) {
-            site.point = p.tokens[base.start].start..p.tokens[base.end - 1].end;
+            site.point = p.tokens[base.start].start()..p.tokens[base.end - 1].end();
             let goal = self.pose_goal(&base, tool, wobj, item, path, site);
             let Goal::Pose(goal) = goal else { return goal };
             let shift = if of_tool { Shift::of_pose(by) } else { Shift::in_frame(by.translation.vector) };

@@ -6,15 +6,16 @@
 
 use crate::error::Result;
 use crate::script::Text;
-pub use crate::script::lex::{Kind, Lexed, Token};
-use crate::script::lex::{begins_number, begins_word, line_end, number_end, start, word_end};
+pub use crate::script::lex::{Kind, Lexed, Token, Words};
+use crate::script::lex::{begins_number, begins_word, line_end, not_too_long, number_end, start, word_end};
 
 const PLACEHOLDERS: [&str; 14] =
     ["smt", "exp", "var", "ddn", "rdn", "tdn", "par", "arg", "id", "alt", "lbl", "cse", "eit", "dim"];
 
 pub fn lex(text: &Text) -> Result<Lexed> {
+    not_too_long(text)?;
     let bytes = text.bytes.as_slice();
-    let mut tokens = Vec::with_capacity(bytes.len() / 4);
+    let mut tokens = Vec::with_capacity(bytes.len() / 3);
     let mut comments = Vec::new();
     let mut i = start(bytes);
     while let Some(&b) = bytes.get(i) {
@@ -65,7 +66,7 @@ pub fn lex(text: &Text) -> Result<Lexed> {
             }
             _ => return Err(text.bad(i, format!("the character {:?}", char::from(b)), "RAPID text")),
         };
-        tokens.push(Token { kind, start, end: i });
+        tokens.push(Token::new(kind, start, i));
     }
     Ok(Lexed { tokens, comments })
 }

@@ -36,6 +36,7 @@ mod tests;
 
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
+use crate::files::Folders;
 use crate::script::{Document, Edits, Format, Patch, Script, Text};
 use project::Project;
 use std::collections::HashSet;
@@ -74,8 +75,8 @@ impl Format for Rapid {
         false
     }
 
-    fn context(&self, path: &Path) -> Vec<PathBuf> {
-        project::files(path)
+    fn context(&self, path: &Path, seen: &Folders) -> Vec<PathBuf> {
+        project::files(path, seen)
     }
 
     fn minds_unread(&self) -> bool {
@@ -87,7 +88,8 @@ impl Format for Rapid {
         let own = read::parse(text, lex::lex(text)?)?;
         let project = Project::of(&texts, own);
         let built = steps::build(texts, &project, robot)?;
-        let mut words: HashSet<String> = project.parsed.words.into_iter().filter(|w| !w.is_empty()).collect();
+        let mut words: HashSet<String> =
+            project.parsed.words.different().filter(|w| !w.is_empty()).map(String::from).collect();
         // a name of the predefined zone that the file declares itself means something else
         if project.parsed.decls.iter().any(|d| d.name == "z0") {
             words.insert("z0 declared".into());

@@ -10,10 +10,11 @@
 use super::arguments::motion_of;
 use super::lex;
 use super::read::{self, Parsed, Storage};
-use crate::files::of_folder;
+use crate::files::{Folders, of_folder};
 use crate::script::{At, Text};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Most modules that are taken for a task.
 const MOST: usize = 64;
@@ -30,9 +31,10 @@ fn is_module(path: &Path) -> bool {
 
 /// Files that may be of the task of the module at `path`, and the `.pgf` that name it. A folder that cannot be looked through stands for
 /// itself: it is none that can be read.
-pub fn files(path: &Path) -> Vec<PathBuf> {
+pub fn files(path: &Path, seen: &Folders) -> Vec<PathBuf> {
     let Some(folder) = path.parent() else { return Vec::new() };
-    let here = of_folder(folder, MOST_LISTED);
+    let of_folder = |folder: &Path| seen.of("rapid", folder, || of_folder(folder, MOST_LISTED));
+    let here = of_folder(folder);
     if here.is_empty() {
         return vec![folder.to_path_buf()];
     }
@@ -46,7 +48,7 @@ pub fn files(path: &Path) -> Vec<PathBuf> {
         Some("SYSMOD") => "PROGMOD",
         _ => return all,
     };
-    all.extend(of_folder(&folder.with_file_name(beside), MOST_LISTED).into_iter().filter(|p| is_module(p)));
+    all.extend(of_folder(&folder.with_file_name(beside)).iter().filter(|p| is_module(p)).cloned());
     all
 }
 
@@ -73,29 +75,26 @@ fn in_task_folder(path: &Path) -> bool {
     matches!(folder.as_str(), "progmod" | "sysmod")
 }
 
-/// What is known of files that are not read together with the module.
+/// Files that are not read together with the module. What they say is looked up when it is asked for.
 #[derive(Default)]
 pub struct LeftOut {
-    /// One that is not read at all.
-    unread: Option<String>,
-    /// Words of each, in lower case, less what it declares for its own task alone.
-    words: Vec<(String, HashSet<String>)>,
-    /// A file that sets data by names that are computed.
-    by_name: Option<String>,
+    files: Vec<Text>,
 }
 
-impl LeftOut {
-    fn add(&mut self, text: &Text) {
-        if text.bytes.is_empty() {
-            self.unread.get_or_insert(text.name.clone());
-            return;
-        }
+/// What is known of such a file.
+struct Said {
+    /// Its words in lower case, less what it declares for its own task alone.
+    words: HashSet<String>,
+    /// It sets data by names that are computed.
+    by_name: bool,
+}
+
+impl Said {
+    fn of(text: &Text) -> Self {
         let is_word = |b: &u8| b.is_ascii_alphanumeric() || *b == b'_' || *b >= 0x80;
         let words = text.bytes.split(|b| !is_word(b)).filter(|w| !w.is_empty());
         let mut words: HashSet<String> = words.map(|w| String::from_utf8_lossy(w).to_ascii_lowercase()).collect();
-        if words.contains("setdataval") || words.contains("setalldataval") {
-            self.by_name.get_or_insert(text.name.clone());
-        }
+        let by_name = words.contains("setdataval") || words.contains("setalldataval");
         // of the same PERS in two tasks there is one value
         if let Ok(p) = lex::lex(text).and_then(|l| read::parse(text, l)) {
             let alone = p.modules.len() == 1;
@@ -104,12 +103,19 @@ impl LeftOut {
                 words.remove(&d.name);
             }
         }
-        self.words.push((text.name.clone(), words));
+        Self { words, by_name }
+    }
+}
+
+impl LeftOut {
+    /// What is read stands there with its bytes.
+    fn read(&self) -> impl Iterator<Item = (&Text, Arc<Said>)> {
+        self.files.iter().filter(|t| !t.bytes.is_empty()).map(|t| (t, t.known(Said::of)))
     }
 
     /// The file that names a name.
     pub fn names(&self, name: &str) -> Option<&str> {
-        self.words.iter().find(|(_, words)| !name.is_ascii() || words.contains(name)).map(|(file, _)| file.as_str())
+        self.read().find(|(_, said)| !name.is_ascii() || said.words.contains(name)).map(|(file, _)| file.name.as_str())
     }
 
     /// Why the value of a global name that is no constant is not certain.
@@ -117,13 +123,13 @@ impl LeftOut {
         if let Some(file) = self.names(name) {
             return Some(format!("{file} names it, which may set it"));
         }
-        let unread = self.unread.as_ref().map(|file| format!("{file} is not read, which may set it"));
-        unread.or_else(|| self.by_name())
+        let unread = self.files.iter().find(|t| t.bytes.is_empty());
+        unread.map(|t| format!("{} is not read, which may set it", t.name)).or_else(|| self.by_name())
     }
 
     /// Why any name may be set.
     pub fn by_name(&self) -> Option<String> {
-        self.by_name.as_ref().map(|file| format!("{file} sets data by name"))
+        self.read().find(|(_, said)| said.by_name).map(|(file, _)| format!("{} sets data by name", file.name))
     }
 }
 
@@ -153,7 +159,7 @@ impl Project {
         let (taken, mut project) = Self::joined(text, texts, own);
         for (k, other) in texts.iter().enumerate().skip(1) {
             if !taken.contains(&k) && !is_list(Path::new(&other.name)) {
-                project.left_out.add(other);
+                project.left_out.files.push(other.clone());
             }
         }
         project
@@ -194,7 +200,7 @@ impl Project {
         if mains > 1 || size > MOST_BYTES || fellows.is_empty() {
             return alone(own);
         }
-        let (mut bytes, mut starts) = (text.bytes.clone(), Vec::new());
+        let (mut bytes, mut starts) = (text.bytes.to_vec(), Vec::new());
         for (k, fellow, _) in &fellows {
             bytes.push(b'\n');
             starts.push((bytes.len(), *k));

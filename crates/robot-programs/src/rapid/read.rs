@@ -4,7 +4,7 @@
 //! it stands in. Expressions stay tokens. Several modules may stand in one file (`.prg`). Fails where a routine or module is
 //! not closed and where a reserved word stands inside a statement (a missing `;`).
 
-use super::lex::{Kind, Lexed, Token};
+use super::lex::{Kind, Lexed, Token, Words};
 use super::words;
 use crate::error::{Error, Result};
 use crate::script::Text;
@@ -92,8 +92,8 @@ pub enum ItemKind {
 pub struct Parsed {
     pub tokens: Vec<Token>,
     pub comments: Vec<(usize, usize)>,
-    /// Text of words in lower case; empty for other tokens.
-    pub words: Vec<String>,
+    /// In lower case.
+    pub words: Words,
     pub decls: Vec<Decl>,
     pub routines: Vec<Routine>,
     /// Names of the modules, lower case.
@@ -102,14 +102,7 @@ pub struct Parsed {
 }
 
 pub fn parse(text: &Text, lexed: Lexed) -> Result<Parsed> {
-    let words = lexed
-        .tokens
-        .iter()
-        .map(|t| match t.kind {
-            Kind::Word => String::from_utf8_lossy(text.slice(t.start..t.end)).to_lowercase(),
-            _ => String::new(),
-        })
-        .collect();
+    let words = Words::of(text, &lexed.tokens, |bytes| String::from_utf8_lossy(bytes).to_lowercase());
     let out = Parsed { tokens: lexed.tokens, comments: lexed.comments, words, ..Parsed::default() };
     let mut p = Parser { text, out, i: 0, module: 0, modules: 0 };
     while p.i < p.out.tokens.len() {
@@ -131,7 +124,7 @@ pub(super) struct Parser<'a> {
 
 impl Parser<'_> {
     pub(super) fn word(&self, i: usize) -> &str {
-        self.out.words.get(i).map_or("", String::as_str)
+        self.out.words.at(i)
     }
 
     pub(super) fn kind(&self, i: usize) -> Option<Kind> {
@@ -146,8 +139,8 @@ impl Parser<'_> {
     pub(super) fn bad(&self, i: usize, expected: &str) -> Error {
         match self.out.tokens.get(i) {
             Some(t) => {
-                let found = String::from_utf8_lossy(self.text.slice(t.start..t.end)).into_owned();
-                self.text.bad(t.start, format!("`{found}`"), expected)
+                let found = String::from_utf8_lossy(self.text.slice(t.start()..t.end())).into_owned();
+                self.text.bad(t.start(), format!("`{found}`"), expected)
             }
             None => self.text.bad(self.text.bytes.len(), "the end of the file", expected),
         }

@@ -24,8 +24,8 @@ pub fn entry_routine(p: &Parsed, own: &dyn Fn(&Item) -> bool) -> Option<usize> {
 /// Whether routines start with configurations watched: not where `main` switches that off and nothing switches it on.
 pub fn configured_first(p: &Parsed) -> Configured {
     let watched = |name: &str| {
-        let of = |item: &&Item| p.words.get(item.span.start).is_some_and(|w| w == name);
-        let off = |item: &Item| p.words[item.span.clone()].iter().any(|w| w == "off");
+        let of = |item: &&Item| p.words.at(item.span.start) == name;
+        let off = |item: &Item| p.words.within(item.span.clone()).any(|w| w == "off");
         let in_main = |item: &Item| p.routines.get(item.routine).is_some_and(|r| r.name == "main");
         let mut all = p.items.iter().filter(of).peekable();
         all.peek().is_none() || !p.items.iter().filter(of).all(off) || !all.any(in_main)

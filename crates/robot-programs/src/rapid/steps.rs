@@ -71,7 +71,7 @@ pub struct Built {
 pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Built> {
     let (text, p) = (&project.text, &project.parsed);
     let own_end = project.own_end();
-    let own = |item: &Item| p.tokens.get(item.span.start).is_none_or(|t| t.start < own_end);
+    let own = |item: &Item| p.tokens.get(item.span.start).is_none_or(|t| t.start() < own_end);
     let args: Vec<Option<(Motion, Vec<Arg>)>> = p.items.iter().map(|item| motion_of(p, item)).collect();
     // a move of another module needs the value that stands here
     let goals: Vec<Option<usize>> = p
@@ -84,7 +84,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Built>
         f: Facts::new(text, p, &project.left_out, &goals),
         project,
         robot,
-        displaced: p.words.iter().any(|w| w.starts_with("pdispon") || w == "pdispset"),
+        displaced: p.words.different().any(|w| w.starts_with("pdispon") || w == "pdispset"),
         steps: Steps::default(),
         targets: Vec::new(),
         literals: Vec::new(),
@@ -138,7 +138,7 @@ pub struct Builder<'a> {
 
 impl Builder<'_> {
     pub fn at(&self, token: usize) -> At {
-        self.project.at(self.f.p.tokens.get(token).map_or(0, |t| t.start))
+        self.project.at(self.f.p.tokens.get(token).map_or(0, |t| t.start()))
     }
 
     fn push(&mut self, token: usize, kind: StepKind) -> usize {
@@ -162,7 +162,7 @@ impl Builder<'_> {
     fn item(&mut self, item: &Item, motion: Option<(Motion, Vec<Arg>)>) -> Result<()> {
         let token = item.span.start;
         if let Some(t) = self.f.p.tokens.get(token) {
-            self.steps.pragmas(self.f.text, &self.f.p.comments, t.start);
+            self.steps.pragmas(self.f.text, &self.f.p.comments, t.start());
         }
         if item.kind != ItemKind::Start && motion.is_none() && !matches!(item.kind, ItemKind::Call { .. }) {
             let calls = facts::called(self.f.p, item).any(|name| self.f.may_move(name));
@@ -212,7 +212,7 @@ impl Builder<'_> {
             "syncmoveon" => self.synchronised = true,
             "syncmoveoff" => self.synchronised = false,
             "confj" | "confl" => {
-                let off = self.f.p.words[item.span.clone()].iter().any(|w| w == "off");
+                let off = self.f.p.words.within(item.span.clone()).any(|w| w == "off");
                 *(if name == "confj" { &mut self.configured.joint } else { &mut self.configured.linear }) = !off;
             }
             "exitcycle" => return,
@@ -285,9 +285,9 @@ impl Builder<'_> {
         }
         let goal_at = named(&args, &["topoint", "tojointpos"]).or_else(|| positional(&args, motion.target));
         let (Some(goal_at), Some(semicolon)) = (goal_at, p.tokens.get(item.span.end)) else {
-            let word = self.f.text.slice(p.tokens[token].start..p.tokens[token].end);
+            let word = self.f.text.slice(p.tokens[token].start()..p.tokens[token].end());
             let found = format!("`{}` without a target", String::from_utf8_lossy(word));
-            return Err(self.f.text.bad(p.tokens[token].start, found, "its arguments: target, speed, zone, tool"));
+            return Err(self.f.text.bad(p.tokens[token].start(), found, "its arguments: target, speed, zone, tool"));
         };
         let speed_at = named(&args, &["speed"]).or_else(|| positional(&args, motion.target + 1));
         let zone_at = self.zone_at(item, &motion, &args);
@@ -297,8 +297,8 @@ impl Builder<'_> {
         let switch = |name: &str| args.iter().flat_map(|a| &a.switches).find(|s| s.name == name).cloned();
 
         let mut site = Site {
-            bytes: p.tokens[token].start..semicolon.end,
-            word: p.tokens[token].start..p.tokens[token].end,
+            bytes: p.tokens[token].start()..semicolon.end(),
+            word: p.tokens[token].start()..p.tokens[token].end(),
             goal: goal_at,
             point: args[goal_at].bytes.clone(),
             zone: zone_at,
@@ -403,7 +403,7 @@ impl Builder<'_> {
     /// A token as it is written.
     pub fn shown(&self, token: usize) -> String {
         let t = self.f.p.tokens[token];
-        String::from_utf8_lossy(self.f.text.slice(t.start..t.end)).into_owned()
+        String::from_utf8_lossy(self.f.text.slice(t.start()..t.end())).into_owned()
     }
 
     /// Radius of a zone, m.
@@ -441,7 +441,7 @@ fn plain(text: &Text, p: &Parsed, span: &Span) -> Option<(f64, number::Style, Ra
     if span.is_empty() {
         return None;
     }
-    let bytes = a.start..b.end;
+    let bytes = a.start()..b.end();
     let (v, style) = number::read(text.slice(bytes.clone()))?;
     Some((v, style, bytes))
 }

@@ -89,7 +89,7 @@ fn list(text: &Text, tokens: &[Token], at: usize, depth: usize) -> Option<(Node,
         items.push(node);
         match tokens.get(next)?.kind {
             Kind::Mark(b',') => k = next + 1,
-            Kind::Mark(b']') => return Some((Node::List(items, open.start..tokens[next].end), next + 1)),
+            Kind::Mark(b']') => return Some((Node::List(items, open.start()..tokens[next].end()), next + 1)),
             _ => return None,
         }
     }
@@ -109,7 +109,7 @@ fn other(text: &Text, tokens: &[Token], at: usize) -> Option<(Node, usize)> {
         k += 1;
     }
     let last = tokens.get(k.checked_sub(1)?).filter(|_| k > at)?;
-    let bytes = tokens[at].start..last.end;
+    let bytes = tokens[at].start()..last.end();
     let node = match number::read(text.slice(bytes.clone())) {
         Some((v, style)) => Node::Number(v, style, bytes),
         None => Node::Other(bytes),

@@ -12,7 +12,8 @@ use super::value;
 use super::words::{self, Z0_MM};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
-use crate::script::sites::{Asked, Number, in_place, substituted};
+use crate::script::sites::{Asked, Number, Wanted, substituted};
+use crate::script::text::put_numbers;
 use crate::script::{Edit, Edits, Goal, Move, NewPoint, Patch, PathKind, Text, number};
 use std::collections::HashSet;
 use std::ops::Range;
@@ -107,8 +108,8 @@ impl Writer<'_> {
         let mut out = Vec::new();
         let mut fresh = HashSet::new();
         let owner = |t: usize| self.built.literals.get(t).and_then(|l| l.owner.as_ref());
-        for wanted in self.asked().wanted(&|t, q| self.numbers(t, q), &|t| Some(owner(t)?.keep))? {
-            out.extend(in_place(wanted.in_place));
+        let mut each = |wanted: Wanted| {
+            put_numbers(text, 0, wanted.in_place, &mut out);
             for (numbers, steps) in wanted.clones {
                 let Some(owner) = owner(wanted.target) else { continue };
                 if self.built.literals.get(wanted.target).is_some_and(|l| l.foreign.is_some()) {
@@ -127,7 +128,9 @@ impl Writer<'_> {
                     out.push(Patch::new(0, site.point.clone(), name.clone()));
                 }
             }
-        }
+            Ok(())
+        };
+        self.asked().wanted(&|t, q| self.numbers(t, q), &|t| Some(owner(t)?.keep), &mut each)?;
         Ok(out)
     }
 

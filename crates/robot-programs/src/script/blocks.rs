@@ -106,20 +106,16 @@ impl<S> Steps<S> {
 
     /// Gives the steps that stay to the script; the places of its moves, by step.
     pub fn finish(self, script: &mut Script) -> BTreeMap<usize, S> {
-        let mut sites = self.sites;
-        let mut placed = BTreeMap::new();
-        for (k, step) in self.steps.into_iter().enumerate() {
-            let Some(step) = step else { continue };
-            let at = script.steps.len();
-            if self.entry == Some(k) {
-                script.entry = Some(at);
-            }
-            if let Some(site) = sites.remove(&k) {
-                placed.insert(at, site);
-            }
-            script.steps.push(step);
+        // places from the first break that goes on move up
+        let gone: Vec<usize> = (0..self.steps.len()).filter(|&k| self.steps[k].is_none()).collect();
+        let moved = |k: usize| k - gone.partition_point(|g| *g < k);
+        let stays = |k: &usize| self.steps.get(*k).is_some_and(Option::is_some);
+        if let Some(k) = self.entry.filter(stays) {
+            script.entry = Some(moved(k));
         }
-        placed
+        // in the memory in which they stand
+        script.steps = self.steps.into_iter().flatten().collect();
+        if gone.is_empty() { self.sites } else { self.sites.into_iter().map(|(k, site)| (moved(k), site)).collect() }
     }
 }
 

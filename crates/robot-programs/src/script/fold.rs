@@ -21,7 +21,7 @@ pub enum Part {
 /// Tokens of an expression; `None`: one of them is no part of such an expression.
 pub fn parts(text: &Text, tokens: &[Token]) -> Option<Vec<Part>> {
     let part = |t: &Token| {
-        let bytes = text.slice(t.start..t.end);
+        let bytes = text.slice(t.start()..t.end());
         match t.kind {
             Kind::Number => number::read(bytes).map(|v| Part::Number(v.0)),
             Kind::Word => Some(Part::Name(String::from_utf8_lossy(bytes).into_owned())),

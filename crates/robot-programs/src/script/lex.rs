@@ -1,6 +1,11 @@
 //! Words, numbers and marks of languages with statements (RAPID, URScript): the tokens, and the pieces of text that look alike
 //! in all of them. Bytes above 127 count as letters, so that Latin-1 and UTF-8 pass alike.
 
+use super::Text;
+use crate::error::Result;
+use std::collections::HashMap;
+use std::ops::Range;
+
 /// What a token is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -22,15 +27,87 @@ pub enum Kind {
     Mark(u8),
 }
 
-/// A token and its bytes.
+/// A token and its bytes. Small, as there are several for each number of a program.
 #[derive(Debug, Clone, Copy)]
 pub struct Token {
     /// What it is.
     pub kind: Kind,
+    from: u32,
+    to: u32,
+}
+
+impl Token {
+    /// Of a text of at most [`LONGEST`] bytes.
+    pub fn new(kind: Kind, start: usize, end: usize) -> Self {
+        Self { kind, from: start as u32, to: end as u32 }
+    }
+
     /// First byte.
-    pub start: usize,
+    pub fn start(&self) -> usize {
+        self.from as usize
+    }
+
     /// Byte after it.
-    pub end: usize,
+    pub fn end(&self) -> usize {
+        self.to as usize
+    }
+}
+
+/// Bytes of the longest text that is read.
+pub const LONGEST: usize = u32::MAX as usize;
+
+/// Refuses a text whose bytes no token could tell.
+///
+/// # Errors
+/// Bad input.
+pub fn not_too_long(text: &Text) -> Result<()> {
+    if text.bytes.len() <= LONGEST {
+        return Ok(());
+    }
+    Err(text.bad(0, format!("a program of {} bytes", text.bytes.len()), format!("at most {LONGEST}")))
+}
+
+/// A word for each token; empty for those that are none. Each different word stands in memory once.
+#[derive(Debug, Default)]
+pub struct Words {
+    of_token: Vec<u32>,
+    /// The first is the empty one.
+    different: Vec<String>,
+}
+
+impl Words {
+    /// The words of tokens; `word` gives one as it is kept.
+    pub fn of(text: &Text, tokens: &[Token], word: impl Fn(&[u8]) -> String) -> Self {
+        let mut known: HashMap<&[u8], u32> = HashMap::new();
+        let mut all = Self { of_token: Vec::with_capacity(tokens.len()), different: vec![String::new()] };
+        for t in tokens {
+            let mut id = 0;
+            if t.kind == Kind::Word {
+                let bytes = text.slice(t.start()..t.end());
+                id = *known.entry(bytes).or_insert_with(|| {
+                    all.different.push(word(bytes));
+                    all.different.len() as u32 - 1
+                });
+            }
+            all.of_token.push(id);
+        }
+        all
+    }
+
+    /// The word of a token; empty where there is none.
+    pub fn at(&self, token: usize) -> &str {
+        self.of_token.get(token).and_then(|id| self.different.get(*id as usize)).map_or("", String::as_str)
+    }
+
+    /// The words of some tokens.
+    pub fn within(&self, tokens: Range<usize>) -> impl Iterator<Item = &str> {
+        tokens.map(|k| self.at(k))
+    }
+
+    /// Every word, in no order of the text; some may be the same.
+    pub fn different(&self) -> impl Iterator<Item = &str> {
+        self.different.iter().map(String::as_str)
+    }
 }
 
 /// Tokens, and the bytes of every comment, in order.

@@ -19,7 +19,7 @@ pub mod pose;
 pub mod sites;
 pub mod text;
 
-use super::files::Files;
+use super::files::{Files, Folders};
 use crate::axes::Axes;
 use crate::error::Result;
 pub use pose::{PoseForm, PoseGoal, Quantity, Shift, Solution};
@@ -43,8 +43,8 @@ pub trait Format: Sync {
         Vec::new()
     }
     /// Further files that declare what a program at `path` uses, of those that are there: the other modules of its project. They are
-    /// read and never written.
-    fn context(&self, _path: &Path) -> Vec<PathBuf> {
+    /// read and never written. What is found in a folder is kept in `seen`.
+    fn context(&self, _path: &Path, _seen: &Folders) -> Vec<PathBuf> {
         Vec::new()
     }
     /// Whether a file beside the program may set what it goes to, so that one that cannot be read counts: [`Text::unread`] stands

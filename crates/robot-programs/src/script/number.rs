@@ -1,6 +1,7 @@
 //! Numbers of vendor programs: read with the style in which they are written, written in that style again.
 
-use crate::decimal::{Decimal, POW10};
+use crate::decimal::print::ROOM;
+use crate::decimal::{Decimal, MOST, POW10};
 
 /// How a number is written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -63,10 +64,7 @@ pub fn read(text: &[u8]) -> Option<(f64, Style)> {
 
 /// A number with `decimals` digits behind the point, otherwise in `style`. A number that rounds to zero has no sign.
 pub fn write(value: f64, style: Style, decimals: u8) -> String {
-    let mut text = format!("{value:.*}", usize::from(decimals));
-    if text.starts_with('-') && !text.bytes().any(|b| (b'1'..=b'9').contains(&b)) {
-        text.remove(0);
-    }
+    let mut text = rounded(value, decimals);
     if style.bare {
         let (sign, digits) = text.strip_prefix('-').map_or(("", text.as_str()), |d| ("-", d));
         if let Some(fraction) = digits.strip_prefix("0.") {
@@ -80,6 +78,38 @@ pub fn write(value: f64, style: Style, decimals: u8) -> String {
         text.insert(0, '+');
     }
     text
+}
+
+/// The digits of the decimal that is nearest to the number, exactly; zero has no sign.
+fn rounded(value: f64, decimals: u8) -> String {
+    if let Some(text) = nearest(value, decimals) {
+        return text;
+    }
+    let mut text = format!("{value:.*}", usize::from(decimals));
+    if text.starts_with('-') && !text.bytes().any(|b| (b'1'..=b'9').contains(&b)) {
+        text.remove(0);
+    }
+    text
+}
+
+/// The same in integers; `None`: the number is large, or so near to the middle of two decimals that a product does not tell.
+fn nearest(value: f64, decimals: u8) -> Option<String> {
+    /// Doubles up to here have at least four digits behind the point.
+    const LARGEST: f64 = 1e12;
+    /// More than the product is off, in last digits.
+    const UNSURE: f64 = 1e-3;
+    let power = POW10.get(usize::from(decimals)).filter(|_| decimals <= MOST)?;
+    let scaled = value.abs() * power;
+    if scaled.is_nan() || scaled > LARGEST {
+        return None;
+    }
+    let count = scaled.round();
+    if (scaled - count).abs() > 0.5 - UNSURE {
+        return None;
+    }
+    let mut text = Vec::with_capacity(ROOM);
+    Decimal::signed(value < 0.0, count as u64, decimals)?.write(&mut text);
+    String::from_utf8(text).ok()
 }
 
 /// Decimals whose last digit weighs `digit` at most, in the number's own unit, between those of its style and `most`.
@@ -154,12 +184,30 @@ pub fn share_out(total: f64, shares: &[f64], least: f64) -> Option<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[test]
     fn styles_come_back() {
         for text in ["-12.340", ".384", "-.5", "+7.25", "35", "0.000", "5."] {
             let (value, style) = read(text.as_bytes()).unwrap();
             assert_eq!(write(value, style, style.decimals), text);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn numbers_are_written_as_the_standard_library_rounds_them(
+            count in -99_999_999_999i64..99_999_999_999, shift in 0u8..9, off in -2i64..3, decimals in 0u8..12
+        ) {
+            // doubles at, and beside, numbers and ties
+            let near = count as f64 / POW10[usize::from(shift)];
+            let value = f64::from_bits((near.to_bits() as i64 + off).max(0) as u64);
+            for value in [value, value / 2.0, -value] {
+                let text = format!("{value:.*}", usize::from(decimals));
+                let zero = !text.bytes().any(|b| (b'1'..=b'9').contains(&b));
+                let text = if zero { text.trim_start_matches('-') } else { &text };
+                prop_assert_eq!(write(value, Style::default(), decimals), text);
+            }
         }
     }
 

@@ -1,7 +1,7 @@
 //! What writers of languages with statements share: which moves want what of a declared target, what is written where it stands
 //! and what under another name, and how a written time is shared out over new points.
 
-use super::{Edit, Edits, Goal, Move, Patch, Script, StepKind, Text, number};
+use super::{Edit, Edits, Goal, Move, Script, StepKind, Text, number};
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -58,33 +58,39 @@ impl<'a> Asked<'a> {
 
     /// Changed goals, by target: in place where all moves to it agree, else by clones. `numbers` gives the changed numbers of a
     /// target for joint values; `keeps` says of a named target whether it must keep its value, and nothing of one in the
-    /// statement itself.
+    /// statement itself. What becomes of each target goes to `each` in their order, so that never all of it is held.
     pub fn wanted(
         &self,
         numbers: &dyn Fn(usize, &[f64]) -> Vec<Number>,
         keeps: &dyn Fn(usize) -> Option<bool>,
-    ) -> Result<Vec<Wanted>> {
-        let uses = self.script.uses();
-        let mut by_target: BTreeMap<usize, Vec<(usize, &[f64])>> = BTreeMap::new();
+        each: &mut dyn FnMut(Wanted) -> Result<()>,
+    ) -> Result<()> {
+        let uses = self.script.use_counts();
+        let mut goals: Vec<(usize, usize, &[f64])> = Vec::with_capacity(self.edits.steps.len());
         for (&k, edit) in self.edits.steps.iter().filter(|(_, e)| !e.as_joint_moves) {
             let Some(q) = edit.goal.as_deref() else { continue };
             let m = self.move_at(k)?;
             match (m.goal.target(), &m.fixed, &m.goal) {
-                (Some(t), None, _) => by_target.entry(t).or_default().push((k, q)),
+                (Some(t), None, _) => goals.push((t, k, q)),
                 (_, Some(why), _) | (_, _, Goal::Opaque(why)) => return Err(self.refused(k, why)),
                 _ => return Err(self.refused(k, "the numbers of its target cannot be written")),
             }
         }
-        let mut all = Vec::with_capacity(by_target.len());
-        for (target, steps) in by_target {
+        goals.sort_by_key(|g| g.0);
+        for steps in goals.chunk_by(|a, b| a.0 == b.0) {
+            let Some(&(target, ..)) = steps.first() else { continue };
             // groups of moves that want the same, in the order of the program
             let mut groups: Vec<(Vec<Number>, Vec<usize>)> = Vec::new();
             let mut index: BTreeMap<Vec<(usize, String)>, usize> = BTreeMap::new();
-            let mut unchanged = uses.get(target).map_or(0, Vec::len) > steps.len();
-            for (k, q) in steps {
+            let mut unchanged = uses.get(target).copied().unwrap_or(0) > steps.len();
+            for &(_, k, q) in steps {
                 let numbers = numbers(target, q);
                 if numbers.is_empty() {
                     unchanged = true;
+                    continue;
+                }
+                if steps.len() == 1 {
+                    groups.push((numbers, vec![k]));
                     continue;
                 }
                 let key = numbers.iter().map(|(span, new)| (span.start, new.clone())).collect();
@@ -100,9 +106,9 @@ impl<'a> Asked<'a> {
             };
             let clones = groups.split_off(in_place);
             let in_place = groups.into_iter().flat_map(|g| g.0).collect();
-            all.push(Wanted { target, in_place, clones });
+            each(Wanted { target, in_place, clones })?;
         }
-        Ok(all)
+        Ok(())
     }
 
     /// Joint values of a Cartesian move that is to become a joint move.
@@ -125,11 +131,6 @@ impl<'a> Asked<'a> {
         let decimals = style.decimals.max(decimals);
         Some(legs.iter().map(|s| number::write(*s, style, decimals)).collect())
     }
-}
-
-/// Numbers written where they stand.
-pub fn in_place(numbers: Vec<Number>) -> impl Iterator<Item = Patch> {
-    numbers.into_iter().map(|(span, new)| Patch::new(0, span, new))
 }
 
 /// Bytes of a span with others in the place of some, in order.
@@ -174,7 +175,13 @@ mod tests {
         let edits = Edits { steps, ..Edits::default() };
         // 0 is what stands there
         let numbers = |_: usize, q: &[f64]| if q[0] == 0.0 { Vec::new() } else { vec![(0..1, q[0].to_string())] };
-        Asked { script: &script, edits: &edits }.wanted(&numbers, &|_| keeps).unwrap().remove(0)
+        let mut all = Vec::new();
+        let mut each = |w| {
+            all.push(w);
+            Ok(())
+        };
+        Asked { script: &script, edits: &edits }.wanted(&numbers, &|_| keeps, &mut each).unwrap();
+        all.remove(0)
     }
 
     #[test]

@@ -1,21 +1,35 @@
 //! Bytes of a program, their lines, and patches of them.
 
 use crate::error::{Error, Place, Result};
-use std::ops::Range;
+use std::any::Any;
+use std::fmt;
+use std::ops::{Deref, Range};
+use std::sync::{Arc, Mutex, PoisonError};
 
-/// A text of a program. Bytes, as files in Latin-1 and with any line ending must come back as they were.
+/// A text of a program. Bytes, as files in Latin-1 and with any line ending must come back as they were. A clone shares them.
 #[derive(Debug, Clone, Default)]
 pub struct Text {
     /// As messages show it.
     pub name: String,
     /// As the file has them.
-    pub bytes: Vec<u8>,
+    pub bytes: Arc<Vec<u8>>,
     /// It is looked up and never written: another module of the same project.
     pub context: bool,
     /// It is there and cannot be read: what it declares or changes is not known.
     pub unread: bool,
     /// First byte of every line.
-    starts: Vec<usize>,
+    starts: Arc<Vec<usize>>,
+    /// What a format has found out about it.
+    known: Arc<Known>,
+}
+
+#[derive(Default)]
+struct Known(Mutex<Vec<Arc<dyn Any + Send + Sync>>>);
+
+impl fmt::Debug for Known {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("known")
+    }
 }
 
 /// Bytes to be put in the place of others.
@@ -26,12 +40,72 @@ pub struct Patch {
     /// Bytes that go; empty: an insertion.
     pub span: Range<usize>,
     /// What takes the place of the span.
-    pub bytes: Vec<u8>,
+    pub bytes: NewBytes,
+}
+
+/// Bytes of a patch: those of a number, as most are, need no memory of their own.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NewBytes(Kept);
+
+const SHORT: usize = 22;
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Kept {
+    Short(u8, [u8; SHORT]),
+    Long(Box<[u8]>),
+}
+
+impl From<&[u8]> for NewBytes {
+    fn from(bytes: &[u8]) -> Self {
+        let mut short = [0; SHORT];
+        match short.get_mut(..bytes.len()) {
+            Some(place) => {
+                place.copy_from_slice(bytes);
+                Self(Kept::Short(bytes.len() as u8, short))
+            }
+            None => Self(Kept::Long(bytes.into())),
+        }
+    }
+}
+
+impl From<Vec<u8>> for NewBytes {
+    fn from(bytes: Vec<u8>) -> Self {
+        if bytes.len() <= SHORT { bytes.as_slice().into() } else { Self(Kept::Long(bytes.into_boxed_slice())) }
+    }
+}
+
+impl From<String> for NewBytes {
+    fn from(text: String) -> Self {
+        text.into_bytes().into()
+    }
+}
+
+impl From<&str> for NewBytes {
+    fn from(text: &str) -> Self {
+        text.as_bytes().into()
+    }
+}
+
+impl<const N: usize> From<[u8; N]> for NewBytes {
+    fn from(bytes: [u8; N]) -> Self {
+        bytes.as_slice().into()
+    }
+}
+
+impl Deref for NewBytes {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        match &self.0 {
+            Kept::Short(len, bytes) => bytes.get(..usize::from(*len)).unwrap_or_default(),
+            Kept::Long(bytes) => bytes,
+        }
+    }
 }
 
 impl Patch {
     /// New bytes in the place of a span of a file.
-    pub fn new(file: usize, span: Range<usize>, bytes: impl Into<Vec<u8>>) -> Self {
+    pub fn new(file: usize, span: Range<usize>, bytes: impl Into<NewBytes>) -> Self {
         Self { file, span, bytes: bytes.into() }
     }
 }
@@ -42,7 +116,8 @@ impl Text {
         // a file without a line feed may end its lines in carriage returns
         let end = if memchr::memchr(b'\n', &bytes).is_some() { b'\n' } else { b'\r' };
         let starts = std::iter::once(0).chain(memchr::memchr_iter(end, &bytes).map(|k| k + 1)).collect();
-        Self { name: name.into(), bytes, context: false, unread: false, starts }
+        let (bytes, starts, known) = (Arc::new(bytes), Arc::new(starts), Arc::default());
+        Self { name: name.into(), bytes, context: false, unread: false, starts, known }
     }
 
     /// A text that is looked up and never written.
@@ -53,6 +128,23 @@ impl Text {
     /// A file of the context that cannot be read.
     pub fn unread(name: impl Into<String>) -> Self {
         Self { unread: true, ..Self::of_context(name, Vec::new()) }
+    }
+
+    /// What `find` finds out about the text, which its clones share: a file that is the context of many programs is looked over once.
+    pub fn known<T: Any + Send + Sync>(&self, find: impl FnOnce(&Self) -> T) -> Arc<T> {
+        // one that failed while it looked has left nothing behind
+        let lock = || self.known.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let there = lock().iter().find_map(|known| Arc::clone(known).downcast().ok());
+        there.unwrap_or_else(|| {
+            let found = Arc::new(find(self));
+            lock().push(found.clone());
+            found
+        })
+    }
+
+    /// This text under another name.
+    pub fn named(self, name: String) -> Self {
+        Self { name, ..self }
     }
 
     /// This text with other bytes.
@@ -117,16 +209,53 @@ impl Text {
     }
 }
 
+/// Adds numbers of one target with what takes their place. Those that stand side by side on a line go into one patch, with the few
+/// bytes between them as they are, where nothing else can be patched.
+pub fn put_numbers<T: AsRef<[u8]>>(
+    text: &Text,
+    file: usize,
+    numbers: impl IntoIterator<Item = (Range<usize>, T)>,
+    out: &mut Vec<Patch>,
+) {
+    /// `,`, ` deg,\tJ2= `.
+    const NEAR: usize = 24;
+    let mut open: Option<(Range<usize>, Vec<u8>)> = None;
+    for (span, new) in numbers {
+        let between = open.as_ref().filter(|o| o.0.end <= span.start && span.start - o.0.end <= NEAR);
+        let between = between.map(|o| text.slice(o.0.end..span.start)).filter(|b| !b.contains(&b'\n'));
+        match (&mut open, between) {
+            (Some((whole, bytes)), Some(between)) => {
+                bytes.extend_from_slice(between);
+                bytes.extend_from_slice(new.as_ref());
+                whole.end = span.end;
+            }
+            (last, _) => {
+                if let Some((span, bytes)) = last.replace((span, new.as_ref().to_vec())) {
+                    out.push(Patch::new(file, span, bytes));
+                }
+            }
+        }
+    }
+    out.extend(open.map(|(span, bytes)| Patch::new(file, span, bytes)));
+}
+
 /// The texts with their patches, sorted here; refuses patches that overlap or lie outside (a fault of a format).
 pub fn apply(texts: &[Text], patches: &[Patch]) -> Result<Vec<Vec<u8>>> {
-    let mut sorted: Vec<&Patch> = patches.iter().collect();
+    let place = |p: &Patch| (p.file, p.span.start, p.span.end);
     // stable: insertions at one place keep their order and stand before a replacement there
-    sorted.sort_by_key(|p| (p.file, p.span.start, p.span.end));
+    let mut sorted: Vec<&Patch> = Vec::new();
+    if !patches.is_sorted_by_key(place) {
+        sorted.extend(patches);
+        sorted.sort_by_key(|p| place(p));
+    }
+    let all = || (0..patches.len()).filter_map(|k| sorted.get(k).copied().or_else(|| patches.get(k)));
     let mut out = Vec::with_capacity(texts.len());
     for (file, text) in texts.iter().enumerate() {
-        let mut bytes = Vec::with_capacity(text.bytes.len() + 256);
+        let own = || all().filter(|p| p.file == file);
+        let longer: usize = own().map(|p| p.bytes.len().saturating_sub(p.span.len())).sum();
+        let mut bytes = Vec::with_capacity(text.bytes.len() + longer);
         let mut at = 0;
-        for p in sorted.iter().filter(|p| p.file == file) {
+        for p in own() {
             if p.span.start < at || p.span.end < p.span.start || p.span.end > text.bytes.len() {
                 return Err(Error::Refused(format!(
                     "{}: two edits touch the same bytes ({}); nothing was written",
@@ -159,6 +288,25 @@ mod tests {
         );
         assert_eq!(Text::new("a", b"one\n".to_vec()).line_count(), 1);
         assert_eq!(Text::new("a", Vec::new()).line_count(), 0);
+    }
+
+    #[test]
+    fn numbers_side_by_side_are_one_patch_and_others_are_not() {
+        let text = Text::new("a", b"{A1 1,A2 2,A4 4}\n{A1 7}".to_vec());
+        let mut out = Vec::new();
+        put_numbers(&text, 0, [(4..5, "1.5"), (9..10, "-2"), (21..22, "8"), (14..15, "44")], &mut out);
+        let one = |p: &Patch| (p.span.clone(), String::from_utf8(p.bytes.to_vec()).unwrap());
+        let out: Vec<_> = out.iter().map(one).collect();
+        assert_eq!(out, [(4..10, "1.5,A2 -2".into()), (21..22, "8".into()), (14..15, "44".into())]);
+    }
+
+    #[test]
+    fn what_is_found_out_is_found_out_once_for_all_clones() {
+        let text = Text::new("a", b"abc".to_vec());
+        let clone = text.clone();
+        assert_eq!(*clone.known(|t| t.bytes.len()), 3);
+        assert_eq!(*text.known(|_| 0_usize), 3);
+        assert_eq!(*text.known(|t| t.name.clone()), "a");
     }
 
     #[test]

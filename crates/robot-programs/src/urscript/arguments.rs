@@ -16,7 +16,7 @@ pub fn call(p: &Parsed, item: &Item) -> Option<(Motion, Vec<Arg>, Span)> {
     if item.kind != ItemKind::Other || p.tokens.get(i + 1)?.kind != Kind::Mark(b'(') || item.span.len() < 3 {
         return None;
     }
-    let motion = words::motion(&p.words[i])?;
+    let motion = words::motion(p.words.at(i))?;
     let (args, close) = arguments(p, i + 2, item.span.end)?;
     Some((motion, args, i..close + 1))
 }
@@ -30,8 +30,9 @@ pub fn arguments(p: &Parsed, from: usize, end: usize) -> Option<(Vec<Arg>, usize
         let kind = p.tokens[i].kind;
         let closes = depth == 0 && kind == Kind::Mark(b')');
         if closes || depth == 0 && kind == Kind::Mark(b',') {
-            let named = i > start + 2 && p.tokens[start + 1].kind == Kind::Mark(b'=') && !p.words[start].is_empty();
-            let (name, span) = if named { (p.words[start].clone(), start + 2..i) } else { (String::new(), start..i) };
+            let named = i > start + 2 && p.tokens[start + 1].kind == Kind::Mark(b'=') && !p.words.at(start).is_empty();
+            let (name, span) =
+                if named { (p.words.at(start).to_string(), start + 2..i) } else { (String::new(), start..i) };
             if !span.is_empty() {
                 out.push(Arg { name, span });
             }
@@ -70,7 +71,7 @@ pub fn goal<'a>(motion: &Motion, args: &'a [Arg]) -> Option<&'a Arg> {
 pub fn goal_name(p: &Parsed, item: &Item) -> Option<usize> {
     let (motion, args, _) = call(p, item)?;
     let mut span = goal(&motion, &args)?.span.clone();
-    while matches!(p.words[span.start].as_str(), "get_inverse_kin") && span.len() > 3 {
+    while matches!(p.words.at(span.start), "get_inverse_kin") && span.len() > 3 {
         span = arguments(p, span.start + 2, span.end)?.0.first()?.span.clone();
     }
     (span.len() == 1).then_some(span.start)

@@ -38,7 +38,7 @@ impl Builder<'_> {
     pub fn find_tools(&self) -> Option<(usize, Vec<Frame>)> {
         let p = self.p;
         let mut found: Option<(usize, Vec<Frame>)> = None;
-        for i in (0..p.tokens.len()).filter(|&i| p.words[i] == "set_tcp") {
+        for i in (0..p.tokens.len()).filter(|&i| p.words.at(i) == "set_tcp") {
             let item = p.items.iter().find(|item| item.span.contains(&i));
             let args = arguments(p, i + 2, p.tokens.len()).map(|a| a.0).unwrap_or_default();
             let pose = item.zip(args.first()).and_then(|(item, a)| self.pose(&a.span, item));
@@ -61,7 +61,7 @@ impl Builder<'_> {
 
     /// An expression as it is written.
     fn shown(&self, span: &Span) -> String {
-        let bytes = self.p.tokens[span.start].start..self.p.tokens[span.end - 1].end;
+        let bytes = self.p.tokens[span.start].start()..self.p.tokens[span.end - 1].end();
         one_line(&String::from_utf8_lossy(self.text.slice(bytes)))
     }
 
@@ -81,7 +81,7 @@ impl Builder<'_> {
             return Some(Found { numbers, place, inner: span.clone(), shift: None });
         }
         let p = self.p;
-        let adds = match p.words[span.start].as_str() {
+        let adds = match p.words.at(span.start) {
             "pose_trans" => false,
             "pose_add" => true,
             _ => return None,
@@ -102,7 +102,7 @@ impl Builder<'_> {
 
     /// The joints that the editor keeps beside a waypoint: `Waypoint_1_q` of `Waypoint_1_p`.
     fn taught(&self, inner: &Span, item: &Item) -> Option<Solution> {
-        let name = self.p.words[inner.start].strip_suffix("_p").filter(|_| inner.len() == 1)?;
+        let name = self.p.words.at(inner.start).strip_suffix("_p").filter(|_| inner.len() == 1)?;
         let key = self.p.key(item.def, &format!("{name}_q"))?;
         let variable = &self.p.variables[&key];
         let [n] = variable.assigned[..] else { return None };
@@ -156,19 +156,18 @@ impl Builder<'_> {
     /// Index of the target of a pose that is written in numbers.
     fn pose_target(&mut self, (list, assigned): PosePlace, span: &Span, item: &Item) -> Option<usize> {
         let (p, text) = (self.p, self.text);
-        let name = p.words[span.start].clone();
+        let name = p.words.at(span.start).to_string();
         let key = assigned.and_then(|_| p.key(item.def, &name));
         if let Some(&t) = key.as_ref().and_then(|key| self.known.get(key)) {
             return Some(t);
         }
         let values = value::pose_values(text, &p.tokens, &p.words, &list)?;
-        let bytes = |s: &Span| p.tokens[s.start].start..p.tokens[s.end - 1].end;
+        let bytes = |s: &Span| p.tokens[s.start].start()..p.tokens[s.end - 1].end();
         let owner = match (assigned, &key) {
             (Some(n), Some(key)) => {
                 let statement = p.items[n].span.clone();
-                let word = &p.words[statement.start];
-                let qualifier =
-                    if matches!(word.as_str(), "global" | "local") { format!("{word} ") } else { String::new() };
+                let word = p.words.at(statement.start);
+                let qualifier = if matches!(word, "global" | "local") { format!("{word} ") } else { String::new() };
                 let keep = p.variables[key].read;
                 Some(Owner { bytes: bytes(&statement), qualifier, name: name.clone(), keep })
             }
@@ -199,7 +198,7 @@ impl Builder<'_> {
     fn near(&self, span: &Span, item: &Item) -> Option<Solution> {
         let p = self.p;
         // where the robot stands
-        if matches!(p.words[span.start].as_str(), "get_actual_joint_positions" | "get_target_joint_positions") {
+        if matches!(p.words.at(span.start), "get_actual_joint_positions" | "get_target_joint_positions") {
             return Some(Solution::Same);
         }
         let value = match self.assigned(span, item) {
@@ -243,11 +242,11 @@ impl Builder<'_> {
         if let Some(found) = self.displaced(span, item) {
             return Ok(self.pose_goal(found, span, item));
         }
-        if p.words[span.start] == "get_inverse_kin" && span.len() > 3 {
+        if p.words.at(span.start) == "get_inverse_kin" && span.len() > 3 {
             return Ok(self.inverse_goal(span, item));
         }
         let at = At { file: 0, line: self.line(span.start) };
-        let bytes = |s: &Span| p.tokens[s.start].start..p.tokens[s.end - 1].end;
+        let bytes = |s: &Span| p.tokens[s.start].start()..p.tokens[s.end - 1].end();
         if p.tokens[span.start].kind == Kind::Mark(b'[') {
             return Ok(match value::joints(text, &p.tokens, &p.words, span, robot)? {
                 Ok((values, units)) => {
@@ -262,7 +261,7 @@ impl Builder<'_> {
             Ok(found) => found,
             Err(why) => return Ok(Goal::Opaque(why)),
         };
-        let name = p.words[span.start].clone();
+        let name = p.words.at(span.start).to_string();
         let Some(key) = p.key(item.def, &name) else { return Ok(Goal::Opaque(format!("`{name}` is not assigned"))) };
         if let Some(&t) = self.known.get(&key) {
             return Ok(Goal::Joints(t));
@@ -275,9 +274,8 @@ impl Builder<'_> {
             Err(why) => return Ok(Goal::Opaque(format!("`{name}`: {why}"))),
         };
         let statement = p.items[n].span.clone();
-        let qualifier = &p.words[statement.start];
-        let qualifier =
-            if matches!(qualifier.as_str(), "global" | "local") { format!("{qualifier} ") } else { String::new() };
+        let qualifier = p.words.at(statement.start);
+        let qualifier = if matches!(qualifier, "global" | "local") { format!("{qualifier} ") } else { String::new() };
         let owner = Owner { bytes: bytes(&statement), qualifier, name: name.clone(), keep: p.variables[&key].read };
         let line = self.line(value.start);
         self.targets.push(Target { name: Some(name), at: At { file: 0, line }, values, pose: None });

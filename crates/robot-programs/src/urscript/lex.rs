@@ -6,12 +6,13 @@
 
 use crate::error::Result;
 use crate::script::Text;
-pub use crate::script::lex::{Kind, Lexed, Token};
-use crate::script::lex::{begins_number, begins_word, line_end, number_end, start, word_end};
+pub use crate::script::lex::{Kind, Lexed, Token, Words};
+use crate::script::lex::{begins_number, begins_word, line_end, not_too_long, number_end, start, word_end};
 
 pub fn lex(text: &Text) -> Result<Lexed> {
+    not_too_long(text)?;
     let bytes = text.bytes.as_slice();
-    let mut tokens: Vec<Token> = Vec::with_capacity(bytes.len() / 4);
+    let mut tokens: Vec<Token> = Vec::with_capacity(bytes.len() / 3);
     let mut comments = Vec::new();
     let mut open: Vec<usize> = Vec::new();
     let mut i = start(bytes);
@@ -80,12 +81,12 @@ pub fn lex(text: &Text) -> Result<Lexed> {
             }
             _ => return Err(text.bad(i, format!("the character {:?}", char::from(b)), "URScript text")),
         };
-        tokens.push(Token { kind, start, end: i });
+        tokens.push(Token::new(kind, start, i));
     }
     if let Some(at) = open.pop() {
         let found = format!("`{}` that is not closed", char::from(bytes[at]));
         return Err(text.bad(at, found, "its closing bracket"));
     }
-    tokens.push(Token { kind: Kind::Line, start: bytes.len(), end: bytes.len() });
+    tokens.push(Token::new(Kind::Line, bytes.len(), bytes.len()));
     Ok(Lexed { tokens, comments })
 }

@@ -64,7 +64,7 @@ impl Format for UrScript {
         let text = texts.into_iter().next().ok_or_else(|| Error::bad(Place::default(), "nothing", "a URScript"))?;
         let parsed = read::parse(&text, lex::lex(&text)?)?;
         let (built, words) = steps::build(text, parsed, robot)?;
-        let words = words.into_iter().filter(|w| !w.is_empty()).collect();
+        let words = words.different().filter(|w| !w.is_empty()).map(String::from).collect();
         let kinds = robot.axis_joints().map(|j| j.kind).collect();
         Ok(Box::new(Doc { built, words, kinds }))
     }

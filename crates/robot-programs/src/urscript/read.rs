@@ -4,7 +4,7 @@
 //! that assigns it; two functions side by side may so use one name for two lists. Fails where a block is not closed, or `end`
 //! closes none.
 
-use super::lex::{Kind, Lexed, Token};
+use super::lex::{Kind, Lexed, Token, Words};
 use super::words;
 use crate::error::{Error, Result};
 use crate::script::Text;
@@ -58,8 +58,8 @@ pub struct Variable {
 pub struct Parsed {
     pub tokens: Vec<Token>,
     pub comments: Vec<(usize, usize)>,
-    /// Text of words; empty for other tokens.
-    pub words: Vec<String>,
+    /// As they are written.
+    pub words: Words,
     pub items: Vec<Item>,
     /// Functions: name, and the function around them.
     pub defs: Vec<(String, Option<usize>)>,
@@ -117,11 +117,7 @@ struct Walk<'a> {
 
 impl<'a> Walk<'a> {
     fn new(text: &'a Text, lexed: Lexed) -> Self {
-        let word = |t: &Token| match t.kind {
-            Kind::Word => String::from_utf8_lossy(text.slice(t.start..t.end)).into_owned(),
-            _ => String::new(),
-        };
-        let words = lexed.tokens.iter().map(word).collect();
+        let words = Words::of(text, &lexed.tokens, |bytes| String::from_utf8_lossy(bytes).into_owned());
         let p = Parsed { tokens: lexed.tokens, comments: lexed.comments, words, ..Parsed::default() };
         Self { text, p, open: Vec::new(), def: None, branches: 0 }
     }
@@ -131,7 +127,7 @@ impl<'a> Walk<'a> {
         let p = &self.p;
         let colon = p.colon(i, line_end);
         let head = || colon.ok_or_else(|| p.bad(self.text, line_end, "`:` after the head of the block"));
-        match p.words[i].as_str() {
+        match p.words.at(i) {
             "def" | "thread" | "sec" => {
                 let colon = head()?;
                 self.function(i, colon)?;
@@ -153,7 +149,7 @@ impl<'a> Walk<'a> {
             }
             "end" => self.end(i),
             // of dialects; were it passed over, its `end` would close the block around it
-            "for" if p.words.get(i + 1).is_some_and(|w| !w.is_empty()) && colon.is_some() => {
+            "for" if !p.words.at(i + 1).is_empty() && colon.is_some() => {
                 Err(p.bad(self.text, i, "a statement of URScript (its loops are `while`)"))
             }
             "struct" if colon.is_some_and(|c| c + 1 == line_end) => {
@@ -162,7 +158,7 @@ impl<'a> Walk<'a> {
             }
             _ => {
                 // `if a: x = 1 end` on one line
-                let end = (i..line_end).find(|&k| k > i && p.words[k] == "end").unwrap_or(line_end);
+                let end = (i..line_end).find(|&k| k > i && p.words.at(k) == "end").unwrap_or(line_end);
                 self.p.simple(self.def, i..end, self.branches > 0);
                 Ok(end)
             }
@@ -172,7 +168,7 @@ impl<'a> Walk<'a> {
     /// The head of a function, its name and its parameters.
     fn function(&mut self, i: usize, colon: usize) -> Result<()> {
         let p = &mut self.p;
-        let name = p.words.get(i + 1).cloned().unwrap_or_default();
+        let name = p.words.at(i + 1).to_string();
         if name.is_empty() {
             return Err(p.bad(self.text, i + 1, "the name of the function"));
         }
@@ -182,8 +178,8 @@ impl<'a> Walk<'a> {
         p.defs.push((name, self.def));
         self.def = Some(p.defs.len() - 1);
         for k in i + 2..colon {
-            if !p.words[k].is_empty() {
-                p.locals.insert((self.def, p.words[k].clone()));
+            if !p.words.at(k).is_empty() {
+                p.locals.insert((self.def, p.words.at(k).to_string()));
             }
         }
         p.push(self.def, i..i + 1, ItemKind::Start);
@@ -218,11 +214,11 @@ impl Parsed {
     pub fn bad(&self, text: &Text, i: usize, expected: &str) -> Error {
         match self.tokens.get(i).filter(|t| t.kind != Kind::Line) {
             Some(t) => {
-                let found = String::from_utf8_lossy(text.slice(t.start..t.end)).into_owned();
-                text.bad(t.start, format!("`{found}`"), expected)
+                let found = String::from_utf8_lossy(text.slice(t.start()..t.end())).into_owned();
+                text.bad(t.start(), format!("`{found}`"), expected)
             }
             None => {
-                let at = self.tokens.get(i).map_or(text.bytes.len(), |t| t.start);
+                let at = self.tokens.get(i).map_or(text.bytes.len(), |t| t.start());
                 text.bad(at, "the end of the line", expected)
             }
         }
@@ -248,11 +244,11 @@ impl Parsed {
 
     fn simple(&mut self, def: Option<usize>, span: Span, conditional: bool) {
         let mut at = span.start;
-        let qualifier = self.words[at].clone();
-        if matches!(qualifier.as_str(), "global" | "local") {
+        let qualifier = self.words.at(at);
+        if matches!(qualifier, "global" | "local") {
             at += 1;
         }
-        let name = self.words.get(at).filter(|_| at < span.end).cloned().unwrap_or_default();
+        let name = if at < span.end { self.words.at(at).to_string() } else { String::new() };
         let mut depth = 0usize;
         let equals = (at..span.end).find(|&k| {
             match self.tokens[k].kind {
@@ -264,7 +260,7 @@ impl Parsed {
             false
         });
         let call = self.tokens.get(at + 1).is_some_and(|t| t.kind == Kind::Mark(b'('));
-        match qualifier.as_str() {
+        match qualifier {
             "global" => drop(self.globals.insert(name.clone())),
             "local" => drop(self.locals.insert((def, name.clone()))),
             _ => {}
@@ -319,10 +315,10 @@ impl Parsed {
                 _ => item.span.start,
             };
             for i in from..item.span.end {
-                if self.words[i].is_empty() || Some(i) == *goal {
+                if self.words.at(i).is_empty() || Some(i) == *goal {
                     continue;
                 }
-                let name = self.words[i].clone();
+                let name = self.words.at(i).to_string();
                 if let Some(key) = self.key(item.def, &name)
                     && let Some(v) = self.variables.get_mut(&key)
                 {
@@ -378,9 +374,9 @@ impl Parsed {
         let end = span.end;
         span.filter(move |&i| {
             let open = i + 1 < end && self.tokens[i + 1].kind == Kind::Mark(b'(');
-            !self.words[i].is_empty() && open
+            !self.words.at(i).is_empty() && open
         })
-        .map(|i| self.words[i].as_str())
+        .map(|i| self.words.at(i))
     }
 
     /// Functions of the file that move, or call what may.
@@ -390,7 +386,7 @@ impl Parsed {
         let mut work = Vec::new();
         for item in &self.items {
             let Some(d) = item.def else { continue };
-            let mut moves = self.words[item.span.clone()].iter().any(|w| w == "run" || w == "set_tcp");
+            let mut moves = self.words.within(item.span.clone()).any(|w| w == "run" || w == "set_tcp");
             for name in self.called(item) {
                 if moving.contains_key(name) {
                     callers.entry(name).or_default().push(d);

@@ -60,7 +60,7 @@ pub struct Built {
     pub literals: Vec<Literal>,
 }
 
-pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<(Built, Vec<String>)> {
+pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<(Built, super::lex::Words)> {
     let goals: Vec<Option<usize>> = p.items.iter().map(|item| goal_name(&p, item)).collect();
     p.settle(&goals);
     let moving = p.moving();
@@ -131,7 +131,7 @@ fn entry_def(p: &Parsed, moving: &HashMap<String, bool>) -> Option<usize> {
         p.items.iter().filter(|item| item.def.is_some()).flat_map(|item| p.called(item)).collect();
     let thread = |k: usize| {
         let head = p.items.iter().find(|item| item.kind == ItemKind::Start && item.def == Some(k));
-        head.is_some_and(|item| p.words[item.span.start] == "thread")
+        head.is_some_and(|item| p.words.at(item.span.start) == "thread")
     };
     let acts = |name: &str| moving.get(name).copied().unwrap_or(true);
     let may = |(k, (name, parent)): (usize, &(String, Option<usize>))| {
@@ -142,7 +142,7 @@ fn entry_def(p: &Parsed, moving: &HashMap<String, bool>) -> Option<usize> {
 
 impl Builder<'_> {
     pub fn line(&self, token: usize) -> u64 {
-        self.text.line_of(self.p.tokens.get(token).map_or(self.text.bytes.len(), |t| t.start))
+        self.text.line_of(self.p.tokens.get(token).map_or(self.text.bytes.len(), |t| t.start()))
     }
 
     fn at(&self, token: usize) -> At {
@@ -178,18 +178,18 @@ impl Builder<'_> {
     fn item(&mut self, item: &Item) -> Result<()> {
         let token = item.span.start;
         if let Some(t) = self.p.tokens.get(token) {
-            self.steps.pragmas(self.text, &self.p.comments, t.start);
+            self.steps.pragmas(self.text, &self.p.comments, t.start());
         }
         self.def = item.def;
         if let Some((motion, args, span)) = call(self.p, item) {
             return self.motion(item, motion, &args, span);
         }
         let runs = item.kind != ItemKind::Start
-            && self.p.words[item.span.clone()].iter().any(|w| matches!(w.as_str(), "run" | "kill" | "join"));
+            && self.p.words.within(item.span.clone()).any(|w| matches!(w, "run" | "kill" | "join"));
         if runs {
             self.push(token, StepKind::Break(Break::Interrupt));
         }
-        let name = self.p.words.get(token).map_or("", String::as_str);
+        let name = self.p.words.at(token);
         for called in self.p.called(item) {
             self.led = words::leads(called).unwrap_or(self.led);
         }
@@ -232,9 +232,9 @@ impl Builder<'_> {
 
     /// What the name in `span` is assigned, if that is certain: tokens of the value, and the item.
     pub fn assigned(&self, span: &Span, item: &Item) -> std::result::Result<(Span, usize), String> {
-        let name = &self.p.words[span.start];
+        let name = self.p.words.at(span.start);
         if span.len() != 1 || name.is_empty() {
-            let bytes = self.p.tokens[span.start].start..self.p.tokens[span.end - 1].end;
+            let bytes = self.p.tokens[span.start].start()..self.p.tokens[span.end - 1].end();
             let shown = one_line(&String::from_utf8_lossy(self.text.slice(bytes)));
             return Err(format!("the target `{shown}` is an expression"));
         }
@@ -263,16 +263,16 @@ impl Builder<'_> {
         if calls {
             self.push(token, StepKind::Break(Break::Call));
         }
-        let bytes = p.tokens[span.start].start..p.tokens[span.end - 1].end;
+        let bytes = p.tokens[span.start].start()..p.tokens[span.end - 1].end();
         let Some(target) = goal(&motion, args).or(args.first()) else {
             return Err(text.bad(
                 bytes.start,
-                format!("`{}` without a target", p.words[token]),
+                format!("`{}` without a target", p.words.at(token)),
                 "a list of joint values or a pose",
             ));
         };
         let target = target.span.clone();
-        let goal_bytes = p.tokens[target.start].start..p.tokens[target.end - 1].end;
+        let goal_bytes = p.tokens[target.start].start()..p.tokens[target.end - 1].end();
         let mut site = Site { bytes, point: goal_bytes.clone(), goal: goal_bytes, ..Site::default() };
         let line = text.line_span(self.line(token) as usize - 1);
         let alone =
@@ -299,7 +299,7 @@ impl Builder<'_> {
             (Some(a), _) => self.number(&a.span, item),
             (None, takes) => takes.then_some(0.0),
         };
-        site.blend = blend.map(|a| p.tokens[a.span.start].start..p.tokens[a.span.end - 1].end);
+        site.blend = blend.map(|a| p.tokens[a.span.start].start()..p.tokens[a.span.end - 1].end());
         self.inner = None;
         let goal = match motion.kind {
             _ if self.led.is_some() => {
@@ -311,7 +311,7 @@ impl Builder<'_> {
             _ => self.goal(&target, item)?,
         };
         if let Some(inner) = self.inner.take() {
-            site.point = p.tokens[inner.start].start..p.tokens[inner.end - 1].end;
+            site.point = p.tokens[inner.start].start()..p.tokens[inner.end - 1].end();
         }
         let goal = match (goal, argument(&motion, args, "pose_via")) {
             (Goal::Pose(pose), Some(via)) => Goal::pose(PoseGoal { via_m: self.via(&via.span, item), ..*pose }),

@@ -5,7 +5,7 @@
 //! else (a name, a call) is no value that can be edited. The controller counts in double precision; numbers are written
 //! down to 1e-9 rad or m (1e-7 deg), far below what any joint resolves.
 
-use super::lex::{Kind, Token};
+use super::lex::{Kind, Token, Words};
 use super::read::Span;
 use crate::axes::{Axes, JointKind};
 use crate::error::Result;
@@ -27,7 +27,7 @@ struct Element {
 fn elements(
     text: &Text,
     tokens: &[Token],
-    words: &[String],
+    words: &Words,
     span: &Span,
 ) -> Option<std::result::Result<Vec<Element>, String>> {
     let last = span.end.checked_sub(1)?;
@@ -61,11 +61,11 @@ fn elements(
 /// A joint value beyond which nothing can be meant, rad or deg.
 const BEYOND: f64 = 1e6;
 
-fn element(text: &Text, tokens: &[Token], words: &[String], mut span: Span) -> Option<Element> {
+fn element(text: &Text, tokens: &[Token], words: &Words, mut span: Span) -> Option<Element> {
     let whole = span.clone();
     let mut degrees = false;
     if span.len() >= 4
-        && words[span.start] == "d2r"
+        && words.at(span.start) == "d2r"
         && tokens[span.start + 1].kind == Kind::Mark(b'(')
         && tokens[span.end - 1].kind == Kind::Mark(b')')
     {
@@ -86,7 +86,7 @@ fn element(text: &Text, tokens: &[Token], words: &[String], mut span: Span) -> O
 fn folded(text: &Text, tokens: &[Token], span: &Span) -> Option<(f64, number::Style, Range<usize>)> {
     let tokens = tokens.get(span.clone())?;
     // what is replaced stands on one line, so that no comment goes with it
-    let bytes = tokens.first()?.start..tokens.last()?.end;
+    let bytes = tokens.first()?.start()..tokens.last()?.end();
     if text.slice(bytes.clone()).contains(&b'\n') {
         return None;
     }
@@ -116,7 +116,7 @@ pub fn plain(text: &Text, tokens: &[Token], span: &Span) -> Option<(f64, number:
     if span.is_empty() || span.len() > 2 {
         return None;
     }
-    let bytes = tokens.get(span.start)?.start..tokens.get(span.end - 1)?.end;
+    let bytes = tokens.get(span.start)?.start()..tokens.get(span.end - 1)?.end();
     let (v, style) = number::read(text.slice(bytes.clone()))?;
     Some((v, style, bytes))
 }
@@ -131,7 +131,7 @@ pub type Joints = (Vec<Option<Value>>, Vec<f64>);
 pub fn joints(
     text: &Text,
     tokens: &[Token],
-    words: &[String],
+    words: &Words,
     span: &Span,
     robot: &Axes,
 ) -> Result<std::result::Result<Joints, String>> {
@@ -143,7 +143,7 @@ pub fn joints(
     if list.len() < robot.dof() {
         let found = format!("a joint target of {} numbers", list.len());
         let expected = format!("{}, one for every axis of {}", robot.dof(), robot.name);
-        return Err(text.bad(tokens[span.start].start, found, expected));
+        return Err(text.bad(tokens[span.start].start(), found, expected));
     }
     let mut out = Vec::with_capacity(robot.dof());
     let mut units = Vec::with_capacity(robot.dof());
@@ -166,8 +166,8 @@ pub fn joints(
 }
 
 /// Numbers of a pose `p[..]` as they can be written; `None`: it is none, or a number is computed.
-pub fn pose_values(text: &Text, tokens: &[Token], words: &[String], span: &Span) -> Option<Vec<Option<Value>>> {
-    if span.len() < 3 || words[span.start] != "p" {
+pub fn pose_values(text: &Text, tokens: &[Token], words: &Words, span: &Span) -> Option<Vec<Option<Value>>> {
+    if span.len() < 3 || words.at(span.start) != "p" {
         return None;
     }
     let list = elements(text, tokens, words, &(span.start + 1..span.end))?.ok()?;
@@ -181,8 +181,8 @@ pub fn pose_values(text: &Text, tokens: &[Token], words: &[String], span: &Span)
 }
 
 /// Six numbers of a pose `p[..]`, m and rad (rotation vector).
-pub fn pose(text: &Text, tokens: &[Token], words: &[String], span: &Span) -> Option<[f64; 6]> {
-    if span.len() < 3 || words[span.start] != "p" {
+pub fn pose(text: &Text, tokens: &[Token], words: &Words, span: &Span) -> Option<[f64; 6]> {
+    if span.len() < 3 || words.at(span.start) != "p" {
         return None;
     }
     let list = elements(text, tokens, words, &(span.start + 1..span.end))?.ok()?;

@@ -1,6 +1,7 @@
 //! Points of other modules, elements of arrays, products of frames, and motions that go nowhere.
 
 use super::*;
+use crate::files::Folders;
 use crate::script::Edit;
 
 const CONFIG: &str = "DEFDAT $CONFIG\nE6AXIS XHOME={A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 0.0,A6 0.0}\n\
@@ -223,10 +224,10 @@ fn the_whole_tree_of_a_project_is_searched_or_none_of_it() {
         std::fs::write(path, content).unwrap();
     }
     let program = root.join("Folgen/prog.src");
-    let found = crate::krl::project::files(&program, &[]);
+    let found = crate::krl::project::files(&program, |_| None, &Folders::default());
     let more = (0..401).map(|k| root.join(format!("f{k}.src")));
     more.for_each(|p| std::fs::write(p, "").unwrap());
-    let too_many = crate::krl::project::files(&program, &[]);
+    let too_many = crate::krl::project::files(&program, |_| None, &Folders::default());
     std::fs::remove_dir_all(&root).unwrap();
     let wanted = ["Folgen/other.src", "System/$config.dat", "cell.src"].map(|f| root.join(f));
     assert_eq!(found, wanted);

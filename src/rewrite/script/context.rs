@@ -1,0 +1,57 @@
+//! Files that are looked up for programs and never written: each is read once for all programs of a call.
+
+use crate::error::shown;
+use crate::io::{input, memory};
+use crate::program::files::Folders;
+use crate::program::script::{Format, Text};
+use crate::rewrite::job::LARGEST_SCRIPT;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// Bytes of such files that are kept.
+const KEPT: usize = 8 << 20;
+
+/// What stands beside programs.
+#[derive(Debug, Default)]
+pub struct Contexts {
+    folders: Folders,
+    texts: Mutex<Kept>,
+}
+
+#[derive(Debug, Default)]
+struct Kept {
+    by_path: HashMap<PathBuf, Text>,
+    bytes: usize,
+}
+
+impl Contexts {
+    /// The context of the program at `input`. A file that cannot be read is evidence, too: what it declares is not known.
+    pub fn of(&self, format: &dyn Format, input: &Path) -> Vec<Text> {
+        format.context(input, &self.folders).iter().map(|path| self.text(path)).collect()
+    }
+
+    fn text(&self, path: &Path) -> Text {
+        // one that failed while it read has left nothing behind
+        let lock = || self.texts.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = lock().by_path.get(path) {
+            return known.clone();
+        }
+        let read = read(path).unwrap_or_else(|| Text::unread(shown(path)));
+        let mut kept = lock();
+        kept.bytes += path.as_os_str().len() + read.bytes.len();
+        if kept.bytes > KEPT {
+            *kept = Kept::default();
+        }
+        kept.by_path.insert(path.to_path_buf(), read.clone());
+        read
+    }
+}
+
+fn read(path: &Path) -> Option<Text> {
+    let name = shown(path);
+    memory::require_for_file(path, &name, LARGEST_SCRIPT, 2).ok()?;
+    let bytes = std::fs::read(path).ok()?;
+    input::refuse_utf16(&name, &bytes).ok()?;
+    Some(Text::of_context(name, bytes))
+}
