@@ -110,7 +110,7 @@ class Job:
         self.parts.mkdir(exist_ok=True)
 
     def call(self, *args):
-        return subprocess.run([self.binary, *map(str, args)], check=True, env=self.env, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL).stdout
+        return subprocess.run([self.binary, *map(str, args)], check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL).stdout
 
     def rewrite(self, *more):
         return [self.binary, "rewrite", "--model", str(self.model), str(self.cell), "--output-dir", str(self.done), "--fail-on", "none", *map(str, more)]
@@ -128,11 +128,11 @@ class Job:
                 k = left.pop(0)
                 line = self.rewrite("--manifest", self.plan, "--shard", f"{k}/{self.shards}", "--summary", self.summary(k))
                 child = subprocess.Popen(line, env=self.env, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-                running[child.pid] = k
+                running[child.pid] = (k, child)
             pid, status, usage = os.wait4(-1, os.WNOHANG)
             if pid:
                 if status != 0:
-                    sys.exit(f"shard {running[pid]}: {status}")
+                    sys.exit(f"shard {running[pid][0]}: {status}")
                 self.memory.append(usage.ru_maxrss)
                 del running[pid]
             elif time.time() > end:

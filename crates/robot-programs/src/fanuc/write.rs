@@ -5,7 +5,6 @@ use super::read::FINEST;
 use super::{Motion, Program};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
-use crate::script::text::put_numbers;
 use crate::script::{Edits, Goal, NewPoint, Patch, PathKind, StepKind, Text, number};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -126,7 +125,9 @@ fn goals(program: &Program, text: &Text, edits: &Edits, out: &mut Vec<Patch>, ap
         let all = all && !program.shared.get(target).copied().unwrap_or(true);
         // where some moves stay, or something else reads it, the position stays too
         let kept = if all { list.first().map(|l| l.1.clone()).unwrap_or_default() } else { Vec::new() };
-        put_numbers(text, 0, kept.iter().map(|(field, new)| (field.clone(), new)), out);
+        for (field, new) in &kept {
+            out.push(Patch::new(0, field.clone(), new.as_bytes()));
+        }
         let mut clones: HashMap<Change, u64> = HashMap::new();
         for (step, change) in list {
             if change == kept {

@@ -10,7 +10,6 @@
 use super::read::ANGLE_DECIMALS;
 use super::{Job, Kind, Meaning, Section, Statement, ends};
 use crate::error::{Error, Result};
-use crate::script::text::put_numbers;
 use crate::script::{Edit, Edits, NewPoint, Patch, PathKind, StepKind, number};
 use std::collections::BTreeMap;
 
@@ -247,7 +246,7 @@ impl<'a> Writer<'a> {
         let kept = if stays { Form::default() } else { uses.first().map(|u| u.1.clone()).unwrap_or_default() };
         let spans = &self.job.positions[line].numbers;
         let numbers = kept.0.iter().filter_map(|(n, new)| Some((spans.get(*n)?.clone(), new)));
-        put_numbers(&self.job.script.texts[0], 0, numbers, &mut self.patches);
+        self.patches.extend(numbers.map(|(span, new)| Patch::new(0, span, new.as_str())));
         let mut clones: Vec<(&Form, String)> = Vec::new();
         for (step, form) in uses.iter().filter(|u| u.1 != kept) {
             if self.job.positions[line].kind >= Kind::P {

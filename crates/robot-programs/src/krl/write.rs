@@ -7,7 +7,6 @@ use super::target::finest;
 use super::{Motion, Program, Source};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
-use crate::script::text::put_numbers;
 use crate::script::{Edit, Edits, Goal, Move, Patch, PoseGoal, StepKind, Text, number};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -129,11 +128,13 @@ fn goals(program: &Program, edits: &Edits, out: &mut Vec<Patch>) -> Result<()> {
         if all && list.len() == 1 {
             // one motion, one change: nearly every target
             let change = list.pop().map(|l| l.1).unwrap_or_default();
-            put_numbers(texts(program, file)?, file, change, out);
+            out.extend(change.into_iter().map(|(span, new)| Patch::new(file, span, new)));
             continue;
         }
         let kept = if all { list.first().map(|l| l.1.clone()).unwrap_or_default() } else { Vec::new() };
-        put_numbers(texts(program, file)?, file, kept.iter().map(|(span, new)| (span.clone(), new)), out);
+        for (span, new) in &kept {
+            out.push(Patch::new(file, span.clone(), new.as_bytes()));
+        }
         // a form needs a clone of its frame data, too
         let mut clones: HashMap<(Change, bool), Clone> = HashMap::new();
         for (step, change) in list {

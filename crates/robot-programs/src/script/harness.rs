@@ -234,15 +234,6 @@ pub fn kept(
     }
 }
 
-/// What is replaced differs from what takes its place in its numbers alone, and in the blanks before them.
-pub fn numbers_alone(old: &[u8], new: &[u8]) -> bool {
-    let rest = |bytes: &[u8]| -> Vec<u8> {
-        let others = bytes.iter().filter(|b| !b.is_ascii_digit() && !b" .+-".contains(b));
-        others.copied().collect()
-    };
-    rest(old) == rest(new)
-}
-
 /// What is replaced is a number, a name or an expression, never a line.
 fn replaced(script: &Script, patches: &[Patch]) -> std::result::Result<(), String> {
     for p in patches {

@@ -1,7 +1,7 @@
 //! What writers of languages with statements share: which moves want what of a declared target, what is written where it stands
 //! and what under another name, and how a written time is shared out over new points.
 
-use super::{Edit, Edits, Goal, Move, Script, StepKind, Text, number};
+use super::{Edit, Edits, Goal, Move, Patch, Script, StepKind, Text, number};
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -131,6 +131,11 @@ impl<'a> Asked<'a> {
         let decimals = style.decimals.max(decimals);
         Some(legs.iter().map(|s| number::write(*s, style, decimals)).collect())
     }
+}
+
+/// Numbers written where they stand.
+pub fn in_place(numbers: Vec<Number>) -> impl Iterator<Item = Patch> {
+    numbers.into_iter().map(|(span, new)| Patch::new(0, span, new))
 }
 
 /// Bytes of a span with others in the place of some, in order.

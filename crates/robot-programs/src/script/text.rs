@@ -209,36 +209,6 @@ impl Text {
     }
 }
 
-/// Adds numbers of one target with what takes their place. Those that stand side by side on a line go into one patch, with the few
-/// bytes between them as they are, where nothing else can be patched.
-pub fn put_numbers<T: AsRef<[u8]>>(
-    text: &Text,
-    file: usize,
-    numbers: impl IntoIterator<Item = (Range<usize>, T)>,
-    out: &mut Vec<Patch>,
-) {
-    /// `,`, ` deg,\tJ2= `.
-    const NEAR: usize = 24;
-    let mut open: Option<(Range<usize>, Vec<u8>)> = None;
-    for (span, new) in numbers {
-        let between = open.as_ref().filter(|o| o.0.end <= span.start && span.start - o.0.end <= NEAR);
-        let between = between.map(|o| text.slice(o.0.end..span.start)).filter(|b| !b.contains(&b'\n'));
-        match (&mut open, between) {
-            (Some((whole, bytes)), Some(between)) => {
-                bytes.extend_from_slice(between);
-                bytes.extend_from_slice(new.as_ref());
-                whole.end = span.end;
-            }
-            (last, _) => {
-                if let Some((span, bytes)) = last.replace((span, new.as_ref().to_vec())) {
-                    out.push(Patch::new(file, span, bytes));
-                }
-            }
-        }
-    }
-    out.extend(open.map(|(span, bytes)| Patch::new(file, span, bytes)));
-}
-
 /// The texts with their patches, sorted here; refuses patches that overlap or lie outside (a fault of a format).
 pub fn apply(texts: &[Text], patches: &[Patch]) -> Result<Vec<Vec<u8>>> {
     let place = |p: &Patch| (p.file, p.span.start, p.span.end);
@@ -288,16 +258,6 @@ mod tests {
         );
         assert_eq!(Text::new("a", b"one\n".to_vec()).line_count(), 1);
         assert_eq!(Text::new("a", Vec::new()).line_count(), 0);
-    }
-
-    #[test]
-    fn numbers_side_by_side_are_one_patch_and_others_are_not() {
-        let text = Text::new("a", b"{A1 1,A2 2,A4 4}\n{A1 7}".to_vec());
-        let mut out = Vec::new();
-        put_numbers(&text, 0, [(4..5, "1.5"), (9..10, "-2"), (21..22, "8"), (14..15, "44")], &mut out);
-        let one = |p: &Patch| (p.span.clone(), String::from_utf8(p.bytes.to_vec()).unwrap());
-        let out: Vec<_> = out.iter().map(one).collect();
-        assert_eq!(out, [(4..10, "1.5,A2 -2".into()), (21..22, "8".into()), (14..15, "44".into())]);
     }
 
     #[test]

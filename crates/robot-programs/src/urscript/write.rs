@@ -9,8 +9,7 @@ use super::steps::{Built, CYCLE_S, Site};
 use super::words;
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
-use crate::script::sites::{Asked, Number, Wanted, substituted};
-use crate::script::text::put_numbers;
+use crate::script::sites::{Asked, Number, Wanted, in_place, substituted};
 use crate::script::{Edit, Edits, Goal, Move, NewPoint, Patch, PathKind, Text, number};
 use std::collections::HashSet;
 
@@ -102,7 +101,7 @@ impl Writer<'_> {
         let mut fresh = HashSet::new();
         let owner = |t: usize| self.built.literals.get(t).and_then(|l| l.owner.as_ref());
         let mut each = |wanted: Wanted| {
-            put_numbers(text, 0, wanted.in_place, &mut out);
+            out.extend(in_place(wanted.in_place));
             for (numbers, steps) in wanted.clones {
                 let Some(owner) = owner(wanted.target) else { continue };
                 let name = self.fresh(&owner.name, &mut fresh);
