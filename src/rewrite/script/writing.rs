@@ -1,7 +1,7 @@
 //! Edits into texts: what the format cannot say is taken out, and no rounding passes a limit.
 
 use super::{Task, verify};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::program::script::{Document, Edits, Format, Text, text};
 use crate::rewrite::Refusal;
 use crate::rewrite::stats::RewriteStats;
@@ -33,7 +33,8 @@ pub fn write(
         // what is only looked up stands behind what is written
         let (own, context) = originals.split_at(originals.iter().take_while(|t| !t.context).count());
         if patches.iter().any(|p| p.file >= own.len()) {
-            return Err(Error::Refused("an edit of a file that is only looked up; nothing was written".into()));
+            let source = "an edit of a file that is only looked up; nothing was written".to_string();
+            return Err(Error::internal("rewrite this program", source));
         }
         let bytes = text::apply(own, &patches)?;
         drop(patches);
