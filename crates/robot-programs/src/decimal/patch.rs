@@ -9,7 +9,7 @@ use super::print::eight_digits;
 const ZEROS: u64 = 0x3030_3030_3030_3030;
 const RAISED: u64 = 0xF6F6_F6F6_F6F6_F6F6;
 const ONES: u64 = 0x0101_0101_0101_0101;
-/// A point in place of a zero.
+/// Turns the byte of a zero into a point.
 const POINT: u64 = (b'.' ^ b'0') as u64;
 
 /// A count of last digits that is added to numbers of so many decimals.

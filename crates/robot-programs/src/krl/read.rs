@@ -524,7 +524,9 @@ impl<'a> Reader<'a> {
             Some(Vector3::new(at("X")?, at("Y")?, at("Z")?))
         };
         if t.is(b'{') {
-            return of(&super::aggregate::aggregate(self.text, 0, line, 1).ok()?.0);
+            let (point, next) = super::aggregate::aggregate(self.text, 0, line, 1).ok()?;
+            // a product of frames goes on behind the aggregate
+            return line.get(next).filter(|t| t.is(b',')).and_then(|_| of(&point));
         }
         let (name, next) = product::name(self.text, line, 1);
         let comma = t.kind == Kind::Word && line.get(next).is_some_and(|t| t.is(b','));

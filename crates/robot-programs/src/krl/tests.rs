@@ -498,3 +498,13 @@ fn a_status_in_bits_may_have_blanks_and_an_angle_leaves_the_end_of_an_arc_open()
     assert!((arc.via_m.unwrap() - nalgebra::Vector3::new(1e-3, 2e-3, 3e-3)).norm() < 1e-12);
     assert!(matches!(&m[2].1.goal, Goal::Opaque(why) if why.contains("CA")));
 }
+
+#[test]
+fn a_point_on_the_way_that_is_a_product_of_frames_is_not_its_first_factor() {
+    let d = doc(&[b"DEF a( )\nPTP {X 500,Y 0,Z 700,A 0,B 90,C 0,S 2,T 2}\nCIRC {X 1,Y 2,Z 3}:{X 9,Y 0,Z 0,A 0,B 0,C 0},{X 500,Y 9,Z 700,A 0,B 90,C 0}\nEND\n"]);
+    let via = |m: &Move| match &m.goal {
+        Goal::Pose(goal) => goal.via_m,
+        _ => None,
+    };
+    assert!(moves(d.as_ref()).iter().all(|(_, m)| via(m).is_none()));
+}
