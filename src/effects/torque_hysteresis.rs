@@ -4,7 +4,8 @@
 //! that a gear with a locked output shows beside its compliance ([`super::torque_windup`]), as play, friction of the
 //! flanks and preload make it. Behind a swing of the torque within `-T..T` and back to zero the joint stands
 //! `half_width (1 - 1/cosh(T/torque))` from where it would be: all of the half width after a large torque, little after a small one.
-//! Row by row, after the gear, exact between rows of a monotone torque; `z = 0` at the first row.
+//! Row by row, after the gear, exact between rows of a monotone torque; `z = 0` at the first row. A diagnosis looks for it on joints
+//! that are held.
 //!
 //! Parameters: half width 0 or more, at most 0.1 rad (10 mm); torque above 0. Typical: 0.1 to 2 deg of a printed cycloidal reducer,
 //! 0.01 deg of a harmonic drive. Without the column it does nothing.
@@ -43,7 +44,9 @@ pub static INFO: EffectInfo = EffectInfo {
         vec![(size.key("half_width"), size.gap.into()), (torque, Value::from(50.0))]
     },
     candidates: |survey, list| {
-        for axis in survey.all_axes().filter(|&a| survey.axes[a].torque_measured) {
+        // of a joint that moves, friction turns the torque over with the movement: a loop over it would be a gap by another name
+        let held = |a: &usize| survey.axes[*a].travel <= AT_REST * survey.robot.axis(*a).kind.si_per_user_unit();
+        for axis in survey.all_axes().filter(|&a| survey.axes[a].torque_measured).filter(held) {
             let [lo, hi] = survey.axes[axis].torque;
             for share in SHARES.into_iter().filter(|_| hi > lo) {
                 let make = move |width: f64| TorqueHysteresis { half_width: width.max(0.0), torque: share * (hi - lo) };
@@ -55,6 +58,8 @@ pub static INFO: EffectInfo = EffectInfo {
     further: |_, _| {},
 };
 
+/// Travel of a joint, deg or mm, up to which it counts as held.
+const AT_REST: f64 = 1e-3;
 /// Torques that are tried, as shares of the range of the measured one.
 const SHARES: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
 

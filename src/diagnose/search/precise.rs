@@ -26,11 +26,13 @@ pub(in crate::diagnose) fn noise_left(
     Whitening::of_residual(problem, &fit.state.residual, fit.parameters()).0
 }
 
-/// Does it follow the position smoothly, as the wind-up under gravity does? So does a hysteresis whose transition no pose samples.
+/// Does it follow the position, as the wind-up under gravity does? So does a hysteresis whose transition no pose samples, and a
+/// ripple among few poses.
 fn follows_position(placed: &EffectInstance) -> bool {
     let e = &placed.effect;
     let winds = e.is::<Hysteresis>() || e.is::<MaxwellSlip>();
-    winds || e.is::<EncoderScale>() || e.is::<AxisCoupling>() || e.is::<BacklashPosition>()
+    let periodic = e.is::<TransmissionError>();
+    winds || periodic || e.is::<EncoderScale>() || e.is::<AxisCoupling>() || e.is::<BacklashPosition>()
 }
 
 /// Joint sensors at settled poses of an arm whose masses are not known: what follows the position may be gravity, which cannot
