@@ -1,7 +1,7 @@
 //! Effects that were left out for want of support, as a part of the uncertainty of those that were not.
 //!
 //! Method: a term that held-out blocks do not support may still be there, and what it does is then taken for something else: a
-//! small spike of friction for lag, wind-up for gap. Such terms are set beside the fit as columns under their weak prior; the
+//! small spike of friction for lag, wind-up for gap, a length of the last link for one of the tool. Such terms are set beside the fit as columns under their weak prior; the
 //! variance of each value is that of this wider fit, and the square of how far the wider fit would move it is added (consider
 //! covariance; Schmidt 1966, Advances in Control Systems 3, with what the data say of the considered terms). Values stay.
 //!
@@ -59,11 +59,24 @@ fn friction(problem: &Problem, machine: &MachineFit) -> Vec<(Candidate, f64)> {
     open.filter_map(|c| width(&c).map(|w| (c, w))).collect()
 }
 
+/// Geometry that is not in the fit, as others stand for it or as it was not supported, as wide as the arm itself shows.
+fn geometry(problem: &Problem, machine: &MachineFit) -> Vec<(Candidate, f64)> {
+    let effects = &machine.fit.hypothesis.effects;
+    let open = |p: &EffectInstance| !effects.iter().any(|e| e.target == p.target && e.effect.name() == p.effect.name());
+    let one = |p: EffectInstance| {
+        let width = machine.geometry.width(problem, &p)?;
+        let of_size = move |v: f64| p.effect.with_values(&[v]);
+        Some((Candidate::of_size(&problem.robot, p.target, TRIAL, of_size), width))
+    };
+    pool::geometry(problem, &pool::moving(problem)).into_iter().filter(open).filter_map(one).collect()
+}
+
 /// Variance of every column of a fit with what was left out considered.
 pub fn variances(problem: &Problem, machine: &MachineFit) -> Vec<f64> {
     let MachineFit { fit, whitening, .. } = machine;
     let mut list = friction(problem, machine);
     list.extend(windups(problem, machine));
+    list.extend(geometry(problem, machine));
     let columns: Vec<(Vec<Vec<f64>>, f64)> = list
         .par_iter()
         .map(|(c, width)| {

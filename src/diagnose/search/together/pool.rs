@@ -97,7 +97,8 @@ fn varies(torque: &[f64]) -> bool {
     hi - lo > 1e-6
 }
 
-fn geometry(problem: &Problem, moving: &[usize]) -> Vec<EffectInstance> {
+/// Tool, zeros and link parameters of an arm, all of size zero.
+pub(super) fn geometry(problem: &Problem, moving: &[usize]) -> Vec<EffectInstance> {
     let mut all = vec![EffectInstance::new(Target::Tool, ToolError { offset_m: Vector3::zeros() })];
     for &a in moving {
         all.push(EffectInstance::on_axis(a, JointZeroOffset { offset: 0.0 }));
