@@ -114,7 +114,7 @@ fn grid(ground: &ScreeningContext, axis: usize) -> Option<Grid> {
     if cycles.is_nan() || cycles < 2e-3 {
         return None;
     }
-    let strict = ground.problem.recording() != Recording::Motion;
+    let strict = ground.problem.logs.iter().all(|l| l.log.poses);
     let turn = TAU / unit;
     let most = MOST_CYCLES.min(0.4 * samples as f64 / cycles).max(1.5);
     let most = if strict { most.min(most_told(ground.problem, axis, turn)) } else { most };

@@ -44,10 +44,10 @@ fn may_be_gravity(problem: &Problem, r: &Refined) -> bool {
         && r.placed.iter().any(follows_position)
 }
 
-/// Joint sensors have a free zero: a slow ripple whose size is not known to half of it is no ripple. Nor is one, of them or of
-/// poses, that the travel or the spacing does not tell from other curves.
+/// Joint sensors have a free zero: a slow ripple whose size is not known to half of it is no ripple. Nor is one of settled
+/// poses that the travel or the spacing does not tell from other curves.
 pub(in crate::diagnose) fn determined(problem: &Problem, r: &Refined) -> bool {
-    if problem.recording() != Recording::Motion && !r.placed.iter().all(|p| spectrum::identifiable(problem, p)) {
+    if problem.logs.iter().all(|l| l.log.poses) && !r.placed.iter().all(|p| spectrum::identifiable(problem, p)) {
         return false;
     }
     if may_be_gravity(problem, r) {

@@ -170,8 +170,10 @@ pub fn families(problem: &Problem) -> Vec<Family> {
     let poses = problem.recording() == Recording::SettledPoses && problem.n <= FEW_VALUES;
     let mut list = Vec::new();
     let moving: Vec<usize> = survey.moving().collect();
-    let over_time = length_s(problem).map(|s| TIME.map(|n| spread(0.0, s, n)).to_vec());
-    if let Some(grids) = over_time.clone().filter(|_| survey.points) {
+    // runs of one program measured by joint sensors: time is position by another name
+    let length_s = length_s(problem).filter(|_| survey.points);
+    let over_time = length_s.map(|s| TIME.map(|n| spread(0.0, s, n)).to_vec());
+    if let Some(grids) = over_time.clone() {
         list.push(Family { target: Target::Tcp, over: Over::Time, times: Times::One, of: None, grids });
     }
     for &axis in &moving {
