@@ -17,6 +17,7 @@ pub static ALL: &[&EffectInfo] = &[
     &axis_coupling::INFO,
     &gravity_compliance::INFO,
     &torque_windup::INFO,
+    &torque_hysteresis::INFO,
     &coupled_play::INFO,
     &bearing_wobble::INFO,
     &empirical::INFO,

@@ -3,7 +3,7 @@
 //! Only what an effect does differently from doing nothing has to be written: every hook of the chain has a default. Values are SI
 //! (rad or m, s, Nm or N).
 
-use super::{DhParameter, EffectInfo, GapCurve, Parameter, Site, Stage, Target, Track, stiction::Decay};
+use super::{Clock, DhParameter, EffectInfo, GapCurve, Parameter, Site, Stage, Target, Track, stiction::Decay};
 use crate::robot::{Joint, JointFrame};
 use nalgebra::{Isometry3, Vector3};
 use serde_yaml::Mapping;
@@ -82,9 +82,9 @@ pub trait EffectType: EffectObject + Debug + Send + Sync {
         false
     }
 
-    /// Measurement: the measurement at `t` shows the robot at `t` plus this.
-    fn time_offset_s(&self) -> f64 {
-        0.0
+    /// Measurement: the measurement at a time shows the robot at another one.
+    fn clock(&self) -> Clock {
+        Clock::default()
     }
 
     /// It remembers where the joint came from, so that it depends on turning points and not on the present alone.

@@ -5,8 +5,8 @@
 //! Measurement, and Control 109(4), for the flexible joint; Tuttle, Seering (1996), IEEE Trans. Robotics and Automation 12(3), for
 //! the cubic stiffness of a harmonic drive. Row by row, after the gear.
 //!
-//! Parameters: compliance of either sign (columns differ in sign), at most 1e-3 rad/Nm (1e-4 m/N); cubic at most 1e-6
-//! rad/Nm^3. Typical: 1e-6 to 1e-5 deg/Nm of a large gear. Without the column it does nothing.
+//! Parameters: compliance of either sign (columns differ in sign), at most 0.1 rad/Nm (1e-3 m/N); cubic at most 1e-4
+//! rad/Nm^3. Typical: 1e-6 to 1e-5 deg/Nm of a large gear, 0.1 deg/Nm of a printed one. Without the column it does nothing.
 
 use super::site::within;
 use super::*;
@@ -22,8 +22,8 @@ pub static INFO: EffectInfo = EffectInfo {
     equation: "compliance torque + cubic torque^3, torque from the column torque_<joint>_nm",
     reference: "Spong (1987), J. Dynamic Systems, Measurement, and Control 109(4); Tuttle, Seering (1996), IEEE Trans. Robotics and Automation 12(3)",
     parameters: &[
-        ("compliance_deg_per_nm", "either sign, within 1e-3 rad/Nm (1e-4 m/N)"),
-        ("cubic_deg_per_nm3", "either sign, within 1e-6 rad/Nm^3; may be left out"),
+        ("compliance_deg_per_nm", "either sign, within 0.1 rad/Nm (1e-3 m/N)"),
+        ("cubic_deg_per_nm3", "either sign, within 1e-4 rad/Nm^3; may be left out"),
     ],
     confused_with: &["gravity_compliance", "servo_lag", "stiction"],
     decide_by: "log the torque; move at two speeds and with two loads",
@@ -91,9 +91,9 @@ impl EffectType for TorqueWindup {
     fn parameters(&self, site: &Site) -> Vec<Parameter> {
         let per_si = 1.0 / site.si_per_user_unit();
         let (linear, cubic) = keys(site.is_revolute());
-        let most = if site.is_revolute() { 1e-3 } else { 1e-4 };
+        let most = if site.is_revolute() { 0.1 } else { 1e-3 };
         let mut all = vec![Parameter::new(linear, per_si, within(most), site.typical(1e-5, 1e-5))];
-        all.extend(self.cubic.map(|_| Parameter::new(cubic, per_si, within(1e-6), site.typical(1e-11, 1e-11))));
+        all.extend(self.cubic.map(|_| Parameter::new(cubic, per_si, within(1e-4), site.typical(1e-11, 1e-11))));
         all
     }
 

@@ -2,7 +2,7 @@
 
 use super::CommandTrajectory;
 use super::predict::at_time;
-use crate::effects::{Effect, EffectInstance, Row, Stage};
+use crate::effects::{Clock, Effect, EffectInstance, Row, Stage};
 use crate::model::Model;
 use crate::robot::Chain;
 use nalgebra::{Isometry3, Vector3};
@@ -33,9 +33,9 @@ pub fn between_gaps(model: &Model, drive: &CommandTrajectory, axis: usize) -> Ve
     }
 }
 
-/// Sum of the clock offsets, s.
-pub fn time_offset_s(effects: &[EffectInstance]) -> f64 {
-    effects.iter().map(|p| p.effect.time_offset_s()).sum()
+/// How the clock of the measurement stands to that of the commands, all effects together.
+pub fn clock(effects: &[EffectInstance]) -> Clock {
+    effects.iter().map(|p| p.effect.clock()).fold(Clock::default(), |a, b| a.plus(&b))
 }
 
 /// Where the points are that effects behind the kinematics move.
@@ -47,8 +47,8 @@ pub struct Scene<'a> {
     pub joint: &'a [&'a [f64]],
     /// Base frame -> tracker frame, where it is known.
     pub registration: Option<&'a Isometry3<f64>>,
-    /// Offset of the tracker's clock, s.
-    pub offset_s: f64,
+    /// The tracker's clock.
+    pub clock: Clock,
 }
 
 /// Moves points of the base frame by the effects that depend on the pose; those of TCP and measurement come after the shift
@@ -106,31 +106,31 @@ fn each_point<'a>(
                 scene.chain.joint_frames(&q, &mut frames);
             }
             let measured_s = t_s.get(index).map_or(0.0, |t| t - start);
-            let t_s = measured_s + scene.offset_s;
+            let t_s = scene.clock.at(measured_s, 0.0);
             let row = Row { index, t_s, measured_s, settled, inputs: scene.trajectory, frames: &frames, station_m };
             change(point, &row, &effects);
         }
     });
 }
 
-/// The path as it is `offset_s` later. Settled poses stay.
-pub fn shift_in_time(drive: &CommandTrajectory, offset_s: f64, points: &mut Vec<Vector3<f64>>) {
-    if offset_s == 0.0 || drive.settled() || points.len() < 2 {
+/// The path as another clock sees it. Settled poses stay.
+pub fn shift_in_time(drive: &CommandTrajectory, clock: Clock, points: &mut Vec<Vector3<f64>>) {
+    if clock.is_right() || drive.settled() || points.len() < 2 {
         return;
     }
     let t_s = drive.t_s();
     let old = std::mem::take(points);
-    points.extend(t_s.iter().map(|t| at_time(t_s, &old, t + offset_s)));
+    points.extend(t_s.iter().map(|t| at_time(t_s, &old, clock.at(*t, t_s[0]))));
 }
 
-/// A number per row as it is `offset_s` later. Settled poses stay.
-pub fn number_in_time<'a>(drive: &CommandTrajectory, offset_s: f64, values: &'a [f64]) -> std::borrow::Cow<'a, [f64]> {
-    if offset_s == 0.0 || drive.settled() || values.len() < 2 {
+/// A number per row as another clock sees it. Settled poses stay.
+pub fn number_in_time<'a>(drive: &CommandTrajectory, clock: Clock, values: &'a [f64]) -> std::borrow::Cow<'a, [f64]> {
+    if clock.is_right() || drive.settled() || values.len() < 2 {
         return values.into();
     }
     let t_s = drive.t_s();
     let points: Vec<Vector3<f64>> = values.iter().map(|v| Vector3::new(*v, 0.0, 0.0)).collect();
-    t_s.iter().map(|t| at_time(t_s, &points, t + offset_s).x).collect::<Vec<f64>>().into()
+    t_s.iter().map(|t| at_time(t_s, &points, clock.at(*t, t_s[0])).x).collect::<Vec<f64>>().into()
 }
 
 /// Derivative of a series at each of its times: the slope of the parabola through a sample and its neighbours.

@@ -11,7 +11,7 @@
 use super::CommandTrajectory;
 use super::parts::{self, Scene};
 use crate::effects::smooth::{self, Samples};
-use crate::effects::{Effect, EffectInstance, Geometry, Stage};
+use crate::effects::{Clock, Effect, EffectInstance, Geometry, Stage};
 use crate::model::Model;
 use crate::robot::Robot;
 use nalgebra::Vector3;
@@ -55,16 +55,16 @@ pub fn predict(model: &Model, drive: &CommandTrajectory) -> Prediction {
     let robot = geometry(&model.robot, &model.effects);
     let mut chains = vec![robot.chain().clone()];
     chains.extend(robot.reflectors_m.iter().map(|p| robot.chain_to(p)));
-    let offset_s = if drive.settled() { 0.0 } else { parts::time_offset_s(&model.effects) };
+    let clock = if drive.settled() { Clock::default() } else { parts::clock(&model.effects) };
     let columns: Vec<&[f64]> = joint.iter().map(Vec::as_slice).collect();
     let points_m = chains
         .iter()
         .map(|chain| {
             let registration = model.registration.as_ref();
-            points(model, &Scene { trajectory: drive, chain, joint: &columns, registration, offset_s })
+            points(model, &Scene { trajectory: drive, chain, joint: &columns, registration, clock })
         })
         .collect();
-    let joint = joint.iter().map(|j| parts::number_in_time(drive, offset_s, j).into_owned()).collect();
+    let joint = joint.iter().map(|j| parts::number_in_time(drive, clock, j).into_owned()).collect();
     Prediction { servo, joint, points_m }
 }
 
@@ -99,10 +99,10 @@ fn points(model: &Model, scene: &Scene) -> Vec<Vector3<f64>> {
         .collect();
     parts::displace_by_pose(scene, &model.effects, &mut points);
     let t_s = scene.trajectory.t_s();
-    if scene.offset_s != 0.0 && rows > 1 {
+    if !scene.clock.is_right() && rows > 1 {
         points = (0..blocks)
             .into_par_iter()
-            .flat_map_iter(|b| range(b).map(|row| at_time(t_s, &points, t_s[row] + scene.offset_s)))
+            .flat_map_iter(|b| range(b).map(|row| at_time(t_s, &points, scene.clock.at(t_s[row], t_s[0]))))
             .collect();
     }
     parts::displace_at_tcp(scene, &model.effects, &mut points);

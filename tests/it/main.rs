@@ -45,6 +45,7 @@ mod program;
 mod real_bidirectional;
 mod real_data;
 mod real_diagnose;
+mod real_held;
 mod real_logs;
 mod real_static;
 mod recording;

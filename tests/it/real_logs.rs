@@ -34,7 +34,7 @@ fn the_robot_files_and_maps_of_the_measured_sets_are_in_order() {
             }
         }
     }
-    assert_eq!((robots, maps), (5, 8));
+    assert_eq!((robots, maps), (8, 8));
 }
 
 #[test]

@@ -15,6 +15,8 @@ from scipy.interpolate import CubicSpline
 OUT = pathlib.Path(__file__).resolve().parent.parent / "data" / "catalogue"
 DT, RATE, END = 0.25e-3, 20, 20.0
 EVERY = 7  # rows that are kept: every 7th
+# a whole step more from one kept row to the next
+DRIFT_PPM = 1e6 * DT / (EVERY / RATE)
 rad = np.deg2rad
 
 
@@ -208,6 +210,20 @@ def loaded(s, b, load, limit, preload):
     return out
 
 
+def dahl_over(torque, reach):
+    """State of Dahl's equation at every row, by small explicit steps over a torque that is straight between rows."""
+    z, out = 0.0, [0.0]
+    for a, b in zip(torque[:-1], torque[1:]):
+        n = 4000
+        step = (b - a) / n
+        for _ in range(n):
+            # midpoint rule
+            half = z + 0.5 * abs(step) / reach * (np.sign(step) - z)
+            z += abs(step) / reach * (np.sign(step) - half)
+        out.append(z)
+    return np.array(out)
+
+
 def logged_torque(t, name):
     """Nm, as the log has it; made up."""
     k = int(name[-1])
@@ -320,6 +336,9 @@ def run(robot, t, p, effects, preload={}, payload=0.0, settled=False, rows=None,
             k = robot.names.index(e["joint"])
             torque = logged_torque(t[at], e["joint"])
             q[k] += rad(e["compliance_deg_per_nm"]) * torque + rad(e.get("cubic_deg_per_nm3", 0)) * torque ** 3
+        elif e["effect"] == "torque_hysteresis":
+            k = robot.names.index(e["joint"])
+            q[k] -= rad(e["half_width_deg"]) * dahl_over(logged_torque(t[rows], e["joint"]), e["torque_nm"])
         elif e["effect"] == "coupled_play":
             to, source = (robot.names.index(n) for n in e["target"].split("<-"))
             u = p[to] - e["ratio"] * p[source]
@@ -457,6 +476,8 @@ ARM_MORE = [
     [dict(effect="loaded_play", joint="A5", half_gap_deg=0.01, torque_nm=3), dict(effect="servo_lag", joint="A5", lag_s=0.01)],
     [dict(effect="transmission_error", joint="A2", amplitude_deg=0.004, cycles_per_rev=30, phase_deg=70, fade_deg_s=9)],
     [dict(effect="torque_windup", joint="A1", compliance_deg_per_nm=1e-5, cubic_deg_per_nm3=-4e-11)],
+    [dict(effect="torque_hysteresis", joint="A1", half_width_deg=0.004, torque_nm=60)],
+    [dict(effect="time_offset", drift_ppm=DRIFT_PPM)],
     [dict(effect="coupled_play", target="A5<-A4", half_gap_deg=0.01, ratio=0.8)],
     [dict(effect="gravity_compliance", joint="A2", moments=[["A2", 0.01, -0.004], ["A3", 0.006, 0.003], ["A5", -0.002, 0.001]])],
     [dict(effect="bearing_wobble", joint="A1", amplitude_deg=0.004, cycles_per_rev=9, phase_deg=20, direction=[1, -2, 0]),
@@ -539,11 +560,14 @@ def main():
             lines.append(",".join(["%.3f" % t[r]] + decimals(robot, p[:, r]) + (logged if payload else [])))
         (OUT / f"{which}_log.csv").write_text("\n".join(lines) + "\n")
         for effects in groups:
-            offset = sum(e["offset_s"] for e in effects if e["effect"] == "time_offset")
+            clock = [e for e in effects if e["effect"] == "time_offset"]
+            offset = sum(e.get("offset_s", 0) for e in clock)
+            drift = sum(e.get("drift_ppm", 0) for e in clock) * 1e-6
+            shift = np.round((offset + drift * (t[all_rows] - t[all_rows[0]])) / DT).astype(int)
             # vibration and drift count from the first row
             preload = {"A2": 1} if effects[0]["effect"] in ("backlash", "hysteresis") and which == "arm" else {}
             # the fine run starts with the log: the start at rest belongs to the first row
-            points = run(robot, t, p, effects, preload, payload, rows=all_rows, shift_steps=round(offset / DT))
+            points = run(robot, t, p, effects, preload, payload, rows=all_rows, shift_steps=shift)
             if STATION["on"]:
                 points = points @ STATION["r"].T + STATION["t"]
             cases.append(dict(name=name_of(effects), robot=f"{which}.yaml", input=f"{which}_log.csv", effects=effects,

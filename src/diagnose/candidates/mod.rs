@@ -8,10 +8,12 @@
 //! Files beside:
 //! - `cache`: screening many times from much the same place: whitened sensitivities of the candidates, kept from one screening
 //!   to the next
+//! - `held`: functions over the measured torque of joints that are held, for the test without the catalogue
 //! - `screen`: screening: what each candidate would explain of the whitened residual beyond the present effects and the frames
 //! - `structure`: is there structure in the residual that no effect was asked for? A test without the catalogue
 
 pub mod cache;
+pub mod held;
 pub mod screen;
 pub mod sensitivities;
 pub mod spectrum;

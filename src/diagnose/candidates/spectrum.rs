@@ -11,6 +11,7 @@ use crate::diagnose::candidates::{self, Candidate};
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::layout::{Group, Sensor};
 use crate::diagnose::problem::recording::Recording;
+use crate::effects::{EffectInstance, TransmissionError};
 use crate::robot::JointKind;
 use rayon::prelude::*;
 use rustfft::{FftPlanner, num_complex::Complex};
@@ -22,6 +23,52 @@ const MOST_CYCLES: f64 = 2000.0;
 const OVERSAMPLING: f64 = 3.0;
 /// Peaks kept per joint, and of the vibration.
 const PEAKS: usize = 3;
+
+/// Cycles of a ripple over the travel at least: a slower one is any curve.
+const LEAST_CYCLES: f64 = 2.0;
+/// Cycles of a ripple over the travel at most that poses are looked at for.
+const MOST_POSE_CYCLES: f64 = 256.0;
+/// Of evenly spaced poses all waves that differ by their spacing are one. A wave that shows all poses this much alike is such a
+/// difference.
+const ALIKE: f64 = 0.9;
+
+/// Does the spacing of the samples, and the travel, tell this ripple from other curves and other ripples? At least two cycles
+/// over the travel; of poses at most half a cycle from one to the next. Other effects always count as told.
+pub fn identifiable(problem: &Problem, placed: &EffectInstance) -> bool {
+    let (Some(axis), Some(ripple)) = (placed.axis(), placed.effect.get::<TransmissionError>()) else { return true };
+    let turn = placed.site(&problem.robot).rev();
+    let travel = problem.logs.iter().map(|l| l.log.travel(axis)).fold(0.0, f64::max);
+    ripple.cycles_per_rev * travel / turn >= LEAST_CYCLES && ripple.cycles_per_rev <= most_told(problem, axis, turn)
+}
+
+/// Most cycles per revolution that the poses of an axis tell from fewer; without a bound where a motion is sampled.
+fn most_told(problem: &Problem, axis: usize, turn: f64) -> f64 {
+    if problem.logs.iter().any(|l| !l.log.poses) {
+        return f64::INFINITY;
+    }
+    let places: Vec<f64> = problem.logs.iter().flat_map(|l| l.drive.command(axis).iter().copied()).collect();
+    let (cycles, travel) = told_by(&places);
+    if travel > 0.0 { cycles * turn / travel } else { 0.0 }
+}
+
+/// Most cycles over the travel that samples at these places tell from fewer, and the travel: half a cycle from one sample to the
+/// next where they are spread, half of the spacing's own wave where they stand on a grid.
+fn told_by(places: &[f64]) -> (f64, f64) {
+    let (lo, hi) = places.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
+    let travel = hi - lo;
+    if travel.is_nan() || travel <= 0.0 {
+        return (0.0, 0.0);
+    }
+    let most = (0.5 * (places.len() - 1) as f64).min(MOST_POSE_CYCLES);
+    let alike = |cycles: f64| {
+        let sum: Complex<f64> = places.iter().map(|p| Complex::cis(TAU * cycles * (p - lo) / travel)).sum();
+        sum.norm() / places.len() as f64
+    };
+    // in steps of an eighth: a line is as wide as one
+    let wave = |k: usize| 1.0 + k as f64 / 8.0;
+    let alias = (0..(16.0 * most) as usize).map(wave).find(|&c| alike(c) > ALIKE);
+    (alias.map_or(most, |c| 0.5 * c).min(most), travel)
+}
 
 /// Number of independent frequencies looked at, for the chance of the best of them.
 pub fn tried(ground: &ScreeningContext) -> f64 {
@@ -67,14 +114,22 @@ fn grid(ground: &ScreeningContext, axis: usize) -> Option<Grid> {
     if cycles.is_nan() || cycles < 2e-3 {
         return None;
     }
+    let strict = ground.problem.logs.iter().all(|l| l.log.poses);
+    let turn = TAU / unit;
     let most = MOST_CYCLES.min(0.4 * samples as f64 / cycles).max(1.5);
+    let most = if strict { most.min(most_told(ground.problem, axis, turn)) } else { most };
     let width = TAU / (CELLS * most * unit);
     let cells = ((hi - lo) / width).ceil() as usize + 2;
     // one cycle per revolution must stand on the grid, also where the joint turns by less
     let size = ((OVERSAMPLING * cells as f64).max(CELLS * most)).ceil() as usize;
     let size = size.next_power_of_two();
     let step = TAU / (size as f64 * width);
-    let from = (unit / step).ceil() as usize;
+    // along a motion an eccentric gear shows its one cycle per turn; else a slow wave is any curve
+    let least = if strict { LEAST_CYCLES / cycles } else { 1.0 };
+    if least > most {
+        return None;
+    }
+    let from = (least * unit / step).ceil() as usize;
     let to = ((most * unit / step) as usize).max(from) + 1;
     (to <= size / 2).then_some(Grid { from, to, step, unit, lo, width, size, fine: size as f64 / cells as f64 })
 }
@@ -254,4 +309,24 @@ pub fn vibrations(ground: &ScreeningContext, back: &[f64]) -> Vec<f64> {
     power[..slowest.min(size / 2)].fill(0.0);
     let hz = 1.0 / (size as f64 * step_s);
     peaks(&power, size / slots).into_iter().map(|k| k * hz).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn poses_on_a_grid_tell_half_a_cycle_from_one_place_to_the_next() {
+        // twelve places, each visited fifty times and reached within a thirtieth of their distance
+        let scatter = |k: usize| ((k * 7919) % 101) as f64 / 101.0 / 15.0 - 1.0 / 30.0;
+        let grid: Vec<f64> = (0..600).map(|k| (k % 12) as f64 + scatter(k)).collect();
+        let (cycles, travel) = told_by(&grid);
+        assert!((5.0..=5.6).contains(&cycles) && (travel - 11.0).abs() < 0.07, "{cycles} of {travel}");
+        // spread by the golden ratio: no wave shows them alike
+        let spread: Vec<f64> = (0..21).map(|k| (f64::from(k) * 0.618_033_988_75).fract()).collect();
+        assert_eq!(told_by(&spread).0, 10.0);
+        // two places tell nothing
+        assert!(told_by(&[0.0, 1.0, 0.0, 1.0, 0.0, 1.0]).0 < LEAST_CYCLES);
+        assert_eq!(told_by(&[0.3, 0.3]), (0.0, 0.0));
+    }
 }

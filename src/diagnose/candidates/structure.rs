@@ -9,7 +9,7 @@
 //! aspect; what depends on several joints at once it sees only in part.
 
 use crate::diagnose::candidates::screen::{SWALLOWED, ScreeningContext};
-use crate::diagnose::candidates::{self, Candidate};
+use crate::diagnose::candidates::{self, Candidate, held};
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
 use crate::diagnose::problem::normal::dot;
 use crate::effects::Track;
@@ -25,6 +25,7 @@ pub enum Aspect {
     Speed,
     Acceleration,
     SinceReversal,
+    Torque,
     Time,
     Geometry,
 }
@@ -38,6 +39,7 @@ impl Aspect {
             Self::Speed => "speed",
             Self::Acceleration => "acceleration",
             Self::SinceReversal => "time since its reversals",
+            Self::Torque => "torque",
             Self::Time => "time",
             Self::Geometry => "pose",
         }
@@ -69,6 +71,7 @@ pub fn basis(problem: &Problem, h: &Hypothesis, state: &State, list: &[Candidate
     let odd = (splines / 2).max(2);
     let mut bundles: Vec<BasisGroup> =
         moving.par_iter().flat_map_iter(|&axis| joint_bundles(problem, state, axis, splines, odd)).collect();
+    bundles.extend(held::bundles(problem, state));
     if let Some((_, length)) = candidates::clock(problem) {
         if room > 40 * moving.len() {
             bundles.extend(moving.par_iter().map(|&axis| slip_bundle(problem, state, axis)).collect::<Vec<_>>());
@@ -85,7 +88,7 @@ pub fn basis(problem: &Problem, h: &Hypothesis, state: &State, list: &[Candidate
 }
 
 /// Uniform cubic B-splines over `lo..hi`: the values of all `n` at `x`.
-fn splines_at(x: f64, lo: f64, hi: f64, n: usize, out: &mut [f64]) {
+pub(super) fn splines_at(x: f64, lo: f64, hi: f64, n: usize, out: &mut [f64]) {
     out.fill(0.0);
     if n < 4 {
         // too few for cubics: powers

@@ -6,7 +6,7 @@
 //! geometry by a difference of kinematics, the rest in closed form.
 
 use crate::diagnose::problem::layout::{Group, Sensor};
-use crate::effects::{Effect, EffectInstance, Stage, Target};
+use crate::effects::{Clock, Effect, EffectInstance, Stage, Target};
 use crate::log::Log;
 use crate::machine::{self, CommandTrajectory, parts, parts::Scene};
 use crate::robot::{Chain, Robot};
@@ -176,7 +176,7 @@ impl Problem {
         }
         let logs: Vec<LogState> = (0..self.logs.len()).map(|l| self.evaluate_log(h, &geometry, l)).collect();
         let mut residual = vec![0.0; self.n];
-        let offset_s = parts::time_offset_s(&h.effects);
+        let clock = parts::clock(&h.effects);
         let mut zeros = h.zeros.iter().copied();
         for g in &self.groups {
             let (log, state) = (&self.logs[g.log], &logs[g.log]);
@@ -195,7 +195,7 @@ impl Problem {
                 }
                 Sensor::Joint(a) => {
                     let zero = zeros.next().unwrap_or(0.0);
-                    let joint = parts::number_in_time(&log.drive, offset_s, &state.joint[a]);
+                    let joint = parts::number_in_time(&log.drive, clock, &state.joint[a]);
                     g.add_numbers(&mut residual, |r| sensed(&log.log.meas, a, r) - joint[r] - zero);
                 }
             }
@@ -230,14 +230,14 @@ impl Problem {
         let chains = self.chains(geometry, log);
         let chain_m: Vec<Arc<Vec<Vector3<f64>>>> = chains.iter().map(|c| Arc::new(along(c, &joint, rows))).collect();
         let mut points_m = chain_m.clone();
-        let offset_s = parts::time_offset_s(&h.effects);
-        if offset_s != 0.0 || h.effects.iter().any(|p| p.effect.displaces()) {
+        let clock = parts::clock(&h.effects);
+        if !clock.is_right() || h.effects.iter().any(|p| p.effect.displaces()) {
             let columns: Vec<&[f64]> = joint.iter().map(|j| j.as_slice()).collect();
             for (points, chain) in points_m.iter_mut().zip(&chains) {
-                let scene = self.scene(h, log, chain, &columns, offset_s);
+                let scene = self.scene(h, log, chain, &columns, clock);
                 let points = Arc::make_mut(points);
                 parts::displace_by_pose(&scene, &h.effects, points);
-                parts::shift_in_time(&log.drive, offset_s, points);
+                parts::shift_in_time(&log.drive, clock, points);
                 parts::displace_at_tcp(&scene, &h.effects, points);
             }
         }
@@ -252,9 +252,9 @@ impl Problem {
         log: &'a LogData,
         chain: &'a Chain,
         joint: &'a [&'a [f64]],
-        offset_s: f64,
+        clock: Clock,
     ) -> Scene<'a> {
-        Scene { trajectory: &log.drive, chain, joint, registration: h.frames.get(log.frame), offset_s }
+        Scene { trajectory: &log.drive, chain, joint, registration: h.frames.get(log.frame), clock }
     }
 
     /// Adds to `out` what a change of an axis' position (`joint`, and `servo` where it moves the motor too; per row of
@@ -392,7 +392,7 @@ impl Problem {
         if from.iter().chain(to).any(|p| p.effect.displaces()) {
             let columns: Vec<&[f64]> = s.joint.iter().map(|j| j.as_slice()).collect();
             for (k, chain) in self.chains(&state.geometry, log).iter().enumerate() {
-                let scene = self.scene(h, log, chain, &columns, 0.0);
+                let scene = self.scene(h, log, chain, &columns, Clock::default());
                 let x = parts::displacements_m(&scene, from, &s.points_m[k]);
                 let y = parts::displacements_m(&scene, to, &s.points_m[k]);
                 for g in self.groups_of(l).filter(|g| g.sensor == Sensor::Reflector(k)) {
@@ -401,7 +401,7 @@ impl Problem {
             }
         }
         if has(Stage::Measurement) {
-            let by = parts::time_offset_s(to) - parts::time_offset_s(from);
+            let by = parts::clock(to).minus(&parts::clock(from));
             for g in self.groups_of(l) {
                 match g.sensor {
                     Sensor::Reflector(k) => {

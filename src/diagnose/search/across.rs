@@ -131,7 +131,7 @@ pub fn common_lag(
     found: &EffectInstance,
     gain: f64,
 ) -> Option<Refined> {
-    let offset_s = parts::time_offset_s(std::slice::from_ref(found));
+    let offset_s = parts::clock(std::slice::from_ref(found)).offset_s;
     if offset_s >= 0.0 {
         return None;
     }

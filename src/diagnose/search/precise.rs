@@ -1,13 +1,16 @@
 //! Joint sensors measure so precisely that a misfit stays: noise and slow ripple beside it.
 
 use crate::diagnose::candidates::structure::BasisGroup;
+use crate::diagnose::candidates::{self, spectrum};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::recording::Recording;
 use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::freed;
 use crate::diagnose::search::outcome::Refined;
-use crate::effects::TransmissionError;
+use crate::effects::{
+    AxisCoupling, BacklashPosition, EffectInstance, EncoderScale, Hysteresis, MaxwellSlip, TransmissionError,
+};
 
 /// Noise of what a fit leaves. Joint sensors are so precise that structure remains: taken for slow noise it would swallow
 /// the next effect, so they are freed of the whole basis each time.
@@ -23,8 +26,33 @@ pub(in crate::diagnose) fn noise_left(
     Whitening::of_residual(problem, &fit.state.residual, fit.parameters()).0
 }
 
-/// Joint sensors have a free zero: a slow ripple whose size is not known to half of it is no ripple.
+/// Does it follow the position, as the wind-up under gravity does? So does a hysteresis whose transition no pose samples, and a
+/// ripple among few poses.
+fn follows_position(placed: &EffectInstance) -> bool {
+    let e = &placed.effect;
+    let winds = e.is::<Hysteresis>() || e.is::<MaxwellSlip>();
+    let periodic = e.is::<TransmissionError>();
+    winds || periodic || e.is::<EncoderScale>() || e.is::<AxisCoupling>() || e.is::<BacklashPosition>()
+}
+
+/// Joint sensors at settled poses of an arm whose masses are not known: what follows the position may be gravity, which cannot
+/// be tried, so that it gets no name.
+fn may_be_gravity(problem: &Problem, r: &Refined) -> bool {
+    problem.recording() == Recording::JointSensors
+        && problem.logs.iter().all(|l| l.log.poses)
+        && !candidates::survey(problem).axes.iter().any(|a| a.loaded)
+        && r.placed.iter().any(follows_position)
+}
+
+/// Joint sensors have a free zero: a slow ripple whose size is not known to half of it is no ripple. Nor is one of settled
+/// poses that the travel or the spacing does not tell from other curves.
 pub(in crate::diagnose) fn determined(problem: &Problem, r: &Refined) -> bool {
+    if problem.logs.iter().all(|l| l.log.poses) && !r.placed.iter().all(|p| spectrum::identifiable(problem, p)) {
+        return false;
+    }
+    if may_be_gravity(problem, r) {
+        return false;
+    }
     if problem.recording() != Recording::JointSensors || !r.placed.iter().any(|p| p.effect.is::<TransmissionError>()) {
         return true;
     }

@@ -72,10 +72,25 @@ fn scattered(fit: &Fit, clusters: &[DVector<f64>]) -> Vec<(f64, usize)> {
     (0..k).map(|i| (sandwich[(i, i)].max(0.0), told(i))).collect()
 }
 
-/// Variance of each value of a fit by the scatter between parts of the logs.
+/// Variance of each value of a fit by the scatter between parts of the logs, as wide as their number demands.
 pub fn variances(problem: &Problem, fit: &Fit, s: &Sensitivities, whitening: &Whitening) -> Vec<f64> {
     let parts: Vec<DVector<f64>> = scores(problem, fit, s, whitening).into_iter().map(|p| p.1).collect();
-    scattered(fit, &parts).into_iter().map(|v| v.0).collect()
+    scattered(fit, &parts).into_iter().map(wide).collect()
+}
+
+/// The scatter of clusters as wide as their number demands.
+fn wide((scatter, clusters): (f64, usize)) -> f64 {
+    if clusters < 2 {
+        return 0.0;
+    }
+    let free = (clusters - 1) as f64;
+    // of two or three runs the quantile would be that of a guess
+    let wider = if clusters < LEAST_PARTS {
+        1.0
+    } else {
+        StudentsT::new(0.0, 1.0, free).map_or(1.0, |t| (t.inverse_cdf(0.975) / Z95).powi(2))
+    };
+    scatter * clusters as f64 / free * wider
 }
 
 /// A variance under misfit: that of the noise where the scatter may be chance; else the scatter, as wide as the few clusters
@@ -85,18 +100,13 @@ fn honest(noise: f64, (scatter, clusters): (f64, usize)) -> f64 {
         return noise;
     }
     let free = (clusters - 1) as f64;
+    let widened = wide((scatter, clusters));
     let scatter = scatter * clusters as f64 / free;
     let chance = ChiSquared::new(free).map_or(1.0, |c| c.sf(free * scatter / noise));
     if chance > CHANCE || scatter <= noise {
         return noise;
     }
-    // of two or three runs the quantile would be that of a guess
-    let wider = if clusters < LEAST_PARTS {
-        1.0
-    } else {
-        StudentsT::new(0.0, 1.0, free).map_or(1.0, |t| (t.inverse_cdf(0.975) / Z95).powi(2))
-    };
-    scatter * wider
+    widened
 }
 
 /// Widens the covariance of a fit where the parts of the logs, or the logs, scatter more than its noise says; correlations stay.

@@ -3,8 +3,9 @@
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::screen::SWALLOWED;
 use crate::diagnose::candidates::structure::{self, Ratio};
+use crate::diagnose::problem::forward::LogData;
 use crate::diagnose::search::outcome::{Alternative, Outcome, WITHIN};
-use crate::effects::catalogue;
+use crate::effects::{Inputs, catalogue};
 
 /// Probability that the smallest set holds.
 pub const HELD: f64 = 0.95;
@@ -72,10 +73,18 @@ pub fn structure_said(outcome: &Outcome, r: &Ratio) -> String {
     structure::said(r, &outcome.problem)
 }
 
+/// Does a torque change?
+fn changes(torque: Option<&[f64]>) -> bool {
+    torque.is_some_and(|t| t.iter().any(|v| *v != t[0]))
+}
+
 /// The verdict.
 pub fn of(outcome: &Outcome, sets: &[Vec<Member>], structured: bool) -> Verdict {
-    let moves = outcome.problem.logs.iter().any(|l| !l.log.moving_axes().is_empty());
-    if !moves && !outcome.problem.logs.iter().any(|l| l.log.poses) {
+    let logs = &outcome.problem.logs;
+    // a joint that is held shows its wind-up under a torque that changes
+    let turned = |l: &LogData| (0..outcome.problem.robot.dof()).any(|a| changes(l.drive.measured_torque(a)));
+    let moves = logs.iter().any(|l| !l.log.moving_axes().is_empty() || turned(l));
+    if !moves && !logs.iter().any(|l| l.log.poses) {
         Verdict::NotObservable
     } else if structured {
         Verdict::Unknown

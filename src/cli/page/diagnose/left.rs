@@ -9,12 +9,13 @@ use crate::diagnose::result::words;
 use crate::report::number::significant;
 use crate::report::{MapBlock, MapCell, MapView, Page, TableView, number};
 
-const ASPECTS: [(Aspect, &str); 5] = [
+const ASPECTS: [(Aspect, &str); 6] = [
     (Aspect::Position, "position"),
     (Aspect::Direction, "direction"),
     (Aspect::Speed, "speed"),
     (Aspect::Acceleration, "acceleration"),
     (Aspect::SinceReversal, "since its reversals"),
+    (Aspect::Torque, "torque"),
 ];
 
 /// What is left, by joint and aspect: the test without the catalogue.
@@ -37,13 +38,16 @@ pub(super) fn structure(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told:
             }
         };
     let robot = &outcome.problem.robot;
+    // of joints that are held alone
+    let torque = bundles.iter().any(|b| b.aspect == Some(Aspect::Torque));
+    let aspects = if torque { &ASPECTS[..] } else { &ASPECTS[..ASPECTS.len() - 1] };
     let rows = (0..robot.dof())
         .filter(|&a| bundles.iter().any(|b| b.axis == Some(a)))
-        .map(|a| (robot.axis(a).name.clone(), ASPECTS.iter().map(|(aspect, _)| cell(Some(a), *aspect)).collect()));
+        .map(|a| (robot.axis(a).name.clone(), aspects.iter().map(|(aspect, _)| cell(Some(a), *aspect)).collect()));
     let named =
         |list: &[(Aspect, &str)]| list.iter().map(|(_, name)| (name.to_string(), told.unit.to_string())).collect();
     let whole = [(Aspect::Time, "time"), (Aspect::Geometry, "pose")];
-    let mut blocks = vec![MapBlock { corner: "joint".into(), columns: named(&ASPECTS), rows: rows.collect() }];
+    let mut blocks = vec![MapBlock { corner: "joint".into(), columns: named(aspects), rows: rows.collect() }];
     if bundles.iter().any(|b| b.axis.is_none()) {
         blocks.push(MapBlock {
             corner: "whole machine".into(),

@@ -5,15 +5,19 @@ use super::{MachineFit, pool, prior, share};
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::sensitivities::effect_columns;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
+use crate::diagnose::problem::normal::scaled_inverse;
 use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::outcome::rms;
 use crate::effects::{EffectInstance, Family};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Gain on held-out blocks, in 2 ln L, below which a term is not supported.
 pub const SUPPORTED: f64 = 12.0;
 /// Folds of which a term must improve most.
 const MOST_FOLDS: usize = 3;
+/// Eigenvalue, after scaling, below which a direction of the parameters is open.
+const OPEN: f64 = 1e-12;
 /// Terms that join at most in one call.
 const MOST: usize = 40;
 
@@ -43,6 +47,16 @@ pub(super) fn table(problem: &Problem, machine: &MachineFit, more: &[Vec<f64>]) 
 impl Table {
     fn held_out(&self, pick: &[usize]) -> Vec<f64> {
         self.blocks.held_out(pick, &self.precision, &self.pull)
+    }
+
+    /// The solution of all columns and its covariance, with priors of these widths for the further columns.
+    pub(super) fn beside(mut self, widths: &[f64]) -> (DVector<f64>, DMatrix<f64>) {
+        let own = self.precision.len() - widths.len();
+        self.precision[own..].iter_mut().zip(widths).for_each(|(p, w)| *p = w.powi(-2));
+        let all: Vec<usize> = (0..self.precision.len()).collect();
+        let mut normal = self.blocks.whole();
+        self.precision.iter().enumerate().for_each(|(k, p)| normal[(k, k)] += p);
+        (self.blocks.solve(&all, None, &self.precision, &self.pull), scaled_inverse(&normal, OPEN))
     }
 
     /// The same without the columns `gone`, which stand in the residual again at `values`.

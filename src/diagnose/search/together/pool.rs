@@ -10,7 +10,7 @@ use crate::diagnose::search::fit::Fit;
 use crate::effects::curve::Pchip;
 use crate::effects::{
     Backlash, BacklashPosition, DhParameter, EffectInstance, Family, GapCurve, GravityCompliance, JointZeroOffset,
-    LinkError, ServoLag, Target, TimeOffset, ToolError, TransmissionError,
+    LinkError, ServoLag, Target, TimeOffset, ToolError, time_offset,
 };
 use crate::robot::JointKind;
 use nalgebra::Vector3;
@@ -18,9 +18,6 @@ use rayon::prelude::*;
 
 /// Travel of a joint, deg or mm, below which it counts as at rest.
 const AT_REST: f64 = 1e-2;
-/// Cycles of a ripple over the travel at least.
-const LEAST_CYCLES: f64 = 2.0;
-
 /// Joints that move in some log.
 pub fn moving(problem: &Problem) -> Vec<usize> {
     let travel = |a: usize| problem.logs.iter().map(|l| l.log.travel(a)).fold(0.0, f64::max);
@@ -100,7 +97,8 @@ fn varies(torque: &[f64]) -> bool {
     hi - lo > 1e-6
 }
 
-fn geometry(problem: &Problem, moving: &[usize]) -> Vec<EffectInstance> {
+/// Tool, zeros and link parameters of an arm, all of size zero.
+pub(super) fn geometry(problem: &Problem, moving: &[usize]) -> Vec<EffectInstance> {
     let mut all = vec![EffectInstance::new(Target::Tool, ToolError { offset_m: Vector3::zeros() })];
     for &a in moving {
         all.push(EffectInstance::on_axis(a, JointZeroOffset { offset: 0.0 }));
@@ -120,7 +118,7 @@ fn geometry(problem: &Problem, moving: &[usize]) -> Vec<EffectInstance> {
 /// A clock offset, where a joint would have to lead its command: no lag is negative.
 pub fn clock(fit: &Fit) -> Option<EffectInstance> {
     let leads = |i: &usize| fit.hypothesis.effects[*i].effect.get::<ServoLag>().is_some_and(|lag| lag.lag_s <= 0.0);
-    fit.free.iter().any(leads).then(|| EffectInstance::new(Target::Log, TimeOffset { offset_s: 0.0 }))
+    fit.free.iter().any(leads).then(|| EffectInstance::new(Target::Log, TimeOffset::by(0.0)))
 }
 
 /// The k-th gap as a curve over the positions that its joint visits, at the size that it has: `knots` of them.
@@ -142,31 +140,22 @@ pub fn gap_over_position(problem: &Problem, gap: &EffectInstance, knots: usize) 
 /// Span of the turning points, deg or mm, over which a gap may vary.
 const LEAST_SPAN: f64 = 5.0;
 
-/// Friction of all joints, with the shapes of the screening, and drift of the TCP.
+/// Friction of all joints, with the shapes of the screening, drift of the TCP, and of the clock.
 pub fn friction(problem: &Problem) -> Vec<Candidate> {
     let wanted = |c: &Candidate| {
         let family = c.trial.first().and_then(|t| t.0.first()).map(|p| p.effect.info().family);
         matches!(family, Some(Family::Friction | Family::Drift)) && c.form != "travel"
     };
-    candidates::all(problem).into_iter().filter(wanted).collect()
+    let of_clock = |c: &Candidate| c.effect == time_offset::INFO.name;
+    let clock = candidates::further(problem).into_iter().filter(of_clock);
+    candidates::all(problem).into_iter().filter(wanted).chain(clock).collect()
 }
 
-/// Ripple at the peaks of the spectra of what a fit leaves: at least two cycles over the travel.
+/// Ripple at the peaks of the spectra of what a fit leaves.
 pub fn ripple(problem: &Problem, machine: &MachineFit) -> Vec<Candidate> {
     let MachineFit { fit, whitening, .. } = machine;
     let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, Vec::new());
     let back = ground.back();
-    spectrum::ripples(&ground, &back).into_iter().filter(|c| identifiable(problem, c)).collect()
-}
-
-/// A ripple with enough cycles over the travel of its joint.
-fn identifiable(problem: &Problem, candidate: &Candidate) -> bool {
-    let placed = candidate.at(&[1e-6, 0.0]);
-    let first = placed.first();
-    let Some((a, e)) = first.and_then(|p| Some((p.axis()?, p.effect.get::<TransmissionError>()?))) else {
-        return false;
-    };
-    let turn = first.map_or(1.0, |p| p.site(&problem.robot).rev());
-    let travel = problem.logs.iter().map(|l| l.log.travel(a)).fold(0.0, f64::max);
-    e.cycles_per_rev * travel / turn >= LEAST_CYCLES
+    let told = |c: &Candidate| c.at(&[1e-6, 0.0]).iter().all(|p| spectrum::identifiable(problem, p));
+    spectrum::ripples(&ground, &back).into_iter().filter(told).collect()
 }

@@ -85,7 +85,7 @@ impl Default for Geometry {
 
 impl Geometry {
     /// The width of a length or an angle of the arm; `None` for all else.
-    fn width(&self, problem: &Problem, placed: &EffectInstance) -> Option<f64> {
+    pub(super) fn width(&self, problem: &Problem, placed: &EffectInstance) -> Option<f64> {
         let of_arm = placed.effect.info().family == Family::Geometry
             && matches!(placed.target, Target::Joint(_) | Target::Link { .. });
         let kind = placed.site(&problem.robot).kind();

@@ -3,15 +3,15 @@
 //! Method: in the place of each gap, smooth lost motion (Dahl) of several presliding travels, alone and with the spike of an
 //! integrating servo (stiction) of several decays, by what each leaves of held-out blocks beside all other effects. Where it leaves as little, the log does not tell which of the two it is, and the set holds both.
 
-use super::{MachineFit, members};
+use super::{MachineFit, considered, members};
 use crate::diagnose::candidates::sensitivities::effect_columns;
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::search::outcome::Alternative;
-use crate::effects::{Backlash, BacklashPosition, Decay, Effect, EffectInstance, Hysteresis, MaxwellSlip, Stiction};
+use crate::effects::{Decay, Effect, EffectInstance, Hysteresis, MaxwellSlip, Stiction, Target};
 use rayon::prelude::*;
 
 /// Presliding travels that are tried, deg or mm.
-const TRAVELS: [f64; 4] = [0.002, 0.006, 0.02, 0.06];
+pub(super) const TRAVELS: [f64; 4] = [0.002, 0.006, 0.02, 0.06];
 
 /// Decays of the spike beside it that are tried, s.
 const DECAYS_S: [f64; 3] = [0.3, 1.0, 3.0];
@@ -35,18 +35,19 @@ pub fn of(problem: &Problem, machine: &MachineFit, support: &[f64]) -> Vec<Vec<A
         .collect()
 }
 
+/// Does one of the effects wind the target up?
+pub(super) fn winds_up(effects: &[EffectInstance], target: Target) -> bool {
+    let winds = |p: &EffectInstance| p.effect.is::<Hysteresis>() || p.effect.is::<MaxwellSlip>();
+    effects.iter().any(|p| p.target == target && winds(p))
+}
+
 /// Wind-up in the place of the k-th free effect, where that is a gap and the joint has no wind-up yet.
 fn windup(problem: &Problem, machine: &MachineFit, k: usize, support: f64) -> Option<Alternative> {
     let MachineFit { fit, sensitivities, whitening, .. } = machine;
     let i = fit.free[k];
     let gap = &fit.hypothesis.effects[i];
-    let size = match (gap.effect.get::<Backlash>(), gap.effect.get::<BacklashPosition>()) {
-        (Some(b), _) => b.half_gap,
-        (_, Some(b)) => 0.5 * (b.half_gap.smallest() + b.half_gap.largest()),
-        _ => return None,
-    };
-    let winds = |p: &EffectInstance| p.effect.is::<Hysteresis>() || p.effect.is::<MaxwellSlip>();
-    if size <= 0.0 || fit.hypothesis.effects.iter().any(|p| p.target == gap.target && winds(p)) {
+    let size = considered::size_of_gap(gap)?;
+    if size <= 0.0 || winds_up(&fit.hypothesis.effects, gap.target) {
         return None;
     }
     let unit = problem.robot.axis(gap.axis()?).kind.si_per_user_unit();

@@ -1,9 +1,7 @@
 //! What each effect does to the TCP, its interval, and the story from the largest to the smallest.
 
 use super::blocks::{self, Blocks};
-use super::{MachineFit, prior};
-use crate::diagnose::candidates::sensitivities::Sensitivities;
-use crate::diagnose::noise::whitening::Whitening;
+use super::{MachineFit, considered, prior};
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::normal::{dot, gram, scaled_inverse};
 use crate::diagnose::search::fit::Fit;
@@ -61,11 +59,11 @@ fn beyond_frame(problem: &Problem, fit: &Fit, log: usize, column: &[f64]) -> f64
 
 /// The story of a fit.
 pub fn story(problem: &Problem, machine: &MachineFit) -> Story {
-    let MachineFit { fit, sensitivities, whitening, .. } = machine;
+    let fit = &machine.fit;
     let contributions = contributions(problem, fit);
     let order = order(fit, &contributions);
     let chapters = chapters(problem, machine, &order);
-    let sigma = uncertainties(problem, fit, sensitivities, whitening);
+    let sigma = uncertainties(problem, machine);
     let geometry: Vec<EffectInstance> = fit
         .free
         .iter()
@@ -151,17 +149,20 @@ fn chapters(problem: &Problem, machine: &MachineFit, order: &[usize]) -> Vec<Nes
         .collect()
 }
 
-/// Uncertainties of the values: the larger of what the noise says and of the scatter between parts of the logs (sandwich), as
-/// correlated noise swallows what the model does not describe.
-fn uncertainties(problem: &Problem, fit: &Fit, sensitivities: &Sensitivities, whitening: &Whitening) -> Vec<Vec<f64>> {
+/// Uncertainties of the values: the largest of what the noise says, of what the effects that were left out may do
+/// ([`considered`]), and of the scatter between parts of the logs (sandwich), as correlated noise swallows what the model does not
+/// describe.
+fn uncertainties(problem: &Problem, machine: &MachineFit) -> Vec<Vec<f64>> {
+    let MachineFit { fit, sensitivities, whitening, .. } = machine;
     let scatter = sandwich::variances(problem, fit, sensitivities, whitening);
+    let wider = considered::variances(problem, machine);
     let mut at = 0;
     fit.free
         .iter()
         .map(|&i| {
             let n = fit.hypothesis.effects[i].effect.values().len();
             at += n;
-            (at - n..at).map(|k| fit.covariance[(k, k)].max(scatter[k]).max(0.0).sqrt()).collect()
+            (at - n..at).map(|k| fit.covariance[(k, k)].max(scatter[k]).max(wider[k]).max(0.0).sqrt()).collect()
         })
         .collect()
 }

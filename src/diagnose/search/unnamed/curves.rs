@@ -1,4 +1,5 @@
-//! Which curves are tried: of every joint over position, direction, speed, acceleration and torque, with few knots and with many.
+//! Which curves are tried: of every joint over position, direction, speed, acceleration and torque, with few knots and with many; of
+//! joints and TCP over time where several logs can say that it comes back.
 
 use crate::diagnose::candidates;
 use crate::diagnose::candidates::structure::{Aspect, Ratio};
@@ -17,6 +18,8 @@ const COARSE: [usize; 2] = [4, 7];
 /// Over speed; denser about standstill.
 const SPEED: [usize; 3] = [5, 9, 15];
 const ACCELERATION: [usize; 2] = [3, 5];
+/// Over the time since the start of a log.
+const TIME: [usize; 3] = [3, 5, 9];
 /// Over position times that of another joint.
 const CROSSED: [usize; 2] = [2, 4];
 /// How much denser knots of speed are about standstill than at the ends: the argument of a hyperbolic sine.
@@ -52,6 +55,24 @@ fn halves(problem: &Problem, first: impl Fn(usize, usize) -> bool) -> Halves {
     parts
 }
 
+/// Every second log in either half.
+fn by_log(problem: &Problem) -> Halves {
+    halves(problem, |l, _| l % 2 == 0)
+}
+
+/// Does a half of the data say enough?
+fn says_enough(problem: &Problem, half: &[Range<usize>]) -> bool {
+    half.iter().map(ExactSizeIterator::len).sum::<usize>() * LEAST_HALF > problem.n
+}
+
+/// Length of the longest log in s, where every half of the logs can say that what follows the time comes back.
+fn length_s(problem: &Problem) -> Option<f64> {
+    if problem.logs.iter().any(|l| l.log.poses) || !by_log(problem).iter().all(|h| says_enough(problem, h)) {
+        return None;
+    }
+    candidates::clock(problem).map(|(_, length_s)| length_s)
+}
+
 /// Curves of one kind on one target, from few knots to many.
 pub struct Family {
     pub target: Target,
@@ -75,16 +96,20 @@ impl Family {
             (Over::Position, Times::Direction) | (Over::Direction, _) => {
                 matches!(found.aspect, Some(Aspect::Direction | Aspect::SinceReversal))
             }
-            (Over::Position | Over::Torque, _) => found.aspect == Some(Aspect::Position),
+            (Over::Position, _) => found.aspect == Some(Aspect::Position),
+            (Over::Torque, _) => matches!(found.aspect, Some(Aspect::Position | Aspect::Torque)),
             (Over::Speed, _) => found.aspect == Some(Aspect::Speed),
             (Over::Acceleration, _) => found.aspect == Some(Aspect::Acceleration),
-            (Over::Time, _) => false,
+            (Over::Time, _) => found.aspect == Some(Aspect::Time),
         };
         aspect && found.axis == of
     }
 
     /// Halves of the data on which a curve of this kind must be the same: of the time of each log, and of what it does not depend on.
     pub fn halves(&self, problem: &Problem) -> Vec<Halves> {
+        if self.over == Over::Time {
+            return vec![by_log(problem)];
+        }
         let mut all = vec![halves(problem, |l, row| 2 * row < problem.logs[l].drive.rows())];
         let Some(axis) = self.target.axis().or(self.of) else { return all };
         let log = |l: usize| &problem.logs[l].drive;
@@ -98,7 +123,7 @@ impl Family {
             let middle = p.get(p.len() / 2).copied().unwrap_or(0.0);
             all.push(halves(problem, |l, row| log(l).command(axis)[row] > middle));
         }
-        all.retain(|h| h.iter().all(|half| half.iter().map(|r| r.len()).sum::<usize>() * LEAST_HALF > problem.n));
+        all.retain(|h| h.iter().all(|half| says_enough(problem, half)));
         all
     }
 
@@ -113,7 +138,7 @@ impl Family {
                     let vector = |c: &[f64]| Vector3::new(c[0], c[1], c[2]);
                     let knots: Vec<_> = places.iter().zip(v.chunks_exact(3)).map(|(x, c)| (*x, vector(c))).collect();
                     // rising by their making
-                    Empirical::of_tcp(over, of, &knots).map_or_else(|| TimeOffset { offset_s: 0.0 }.into(), Effect::new)
+                    Empirical::of_tcp(over, of, &knots).map_or_else(|| TimeOffset::by(0.0).into(), Effect::new)
                 };
                 return Candidate::of_sizes(robot, Target::Tcp, &vec![TRIAL_M; 3 * x.len()], make);
             }
@@ -145,8 +170,16 @@ pub fn families(problem: &Problem) -> Vec<Family> {
     let poses = problem.recording() == Recording::SettledPoses && problem.n <= FEW_VALUES;
     let mut list = Vec::new();
     let moving: Vec<usize> = survey.moving().collect();
+    // runs of one program measured by joint sensors: time is position by another name
+    let length_s = length_s(problem).filter(|_| survey.points);
+    let over_time = length_s.map(|s| TIME.map(|n| spread(0.0, s, n)).to_vec());
+    if let Some(grids) = over_time.clone() {
+        list.push(Family { target: Target::Tcp, over: Over::Time, times: Times::One, of: None, grids });
+    }
     for &axis in &moving {
         of_axis(problem, &survey, axis, &mut list);
+        let grids = over_time.clone();
+        list.extend(grids.map(|grids| Family::of_joint(axis, Over::Time, Times::One, grids)));
         let [lo, hi] = survey.axes[axis].range;
         for &other in moving.iter().filter(|&&o| poses && o != axis) {
             let grids = CROSSED.map(|n| spread(lo, hi, n)).to_vec();

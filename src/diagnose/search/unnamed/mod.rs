@@ -6,8 +6,8 @@
 //! it must not depend on (position: both directions; speed: both halves of the travel), fitted to one and judged on the other. It
 //! stays where it lessens the gap on held-out blocks after the refit, too. It never gets a physical name.
 //!
-//! Fails where structure belongs to this log alone (a slip, a walk): no curve is tried over time, which another log
-//! would contradict, and none stands for it that half of the log contradicts. A level that goes with a zero offset or the frame is left to these: intervals are those of the shape.
+//! Fails where structure belongs to one log alone (a slip, a walk): over time a curve is tried where there are several logs,
+//! and must hold on either half of them; none stands for it that half of the log contradicts. A level that goes with a zero offset or the frame is left to these: intervals are those of the shape.
 
 pub mod curves;
 

@@ -1,0 +1,92 @@
+//! Effects that were left out for want of support, as a part of the uncertainty of those that were not.
+//!
+//! Method: a term that held-out blocks do not support may still be there, and what it does is then taken for something else: a
+//! small spike of friction for lag, wind-up for gap, a length of the last link for one of the tool. Such terms are set beside the fit as columns under their weak prior; the
+//! variance of each value is that of this wider fit, and the square of how far the wider fit would move it is added (consider
+//! covariance; Schmidt 1966, Advances in Control Systems 3, with what the data say of the considered terms). Values stay.
+//!
+//! Assumptions: the terms are linear in their size; wind-up of gear and friction is up to a third of the gap beside it, one
+//! standard deviation.
+
+use super::{MachineFit, members, pool, prior, rivals};
+use crate::diagnose::problem::forward::Problem;
+use crate::effects::{Backlash, BacklashPosition, Candidate, EffectInstance, Hysteresis};
+use rayon::prelude::*;
+
+/// Wind-up beside a gap, in parts of the gap, one standard deviation.
+const WINDUP: f64 = 1.0 / 3.0;
+/// Trial of a wind-up, rad or m.
+const TRIAL: f64 = 1e-6;
+
+/// Half gap of a plain gap, or its mean over the position, rad or m.
+pub(super) fn size_of_gap(placed: &EffectInstance) -> Option<f64> {
+    let plain = placed.effect.get::<Backlash>().map(|b| b.half_gap);
+    let curve = placed.effect.get::<BacklashPosition>();
+    plain.or(curve.map(|b| 0.5 * (b.half_gap.smallest() + b.half_gap.largest())))
+}
+
+/// Wind-up of every joint with a gap that has none yet, with the width of its prior.
+fn windups(problem: &Problem, machine: &MachineFit) -> Vec<(Candidate, f64)> {
+    let fit = &machine.fit;
+    let mut list = Vec::new();
+    for gap in fit.free.iter().map(|&i| &fit.hypothesis.effects[i]) {
+        let (Some(size), Some(axis)) = (size_of_gap(gap), gap.axis()) else { continue };
+        if size <= 0.0 || rivals::winds_up(&fit.hypothesis.effects, gap.target) {
+            continue;
+        }
+        let unit = problem.robot.axis(axis).kind.si_per_user_unit();
+        let width = WINDUP * size / (rivals::TRAVELS.len() as f64).sqrt();
+        list.extend(rivals::TRAVELS.map(|travel| {
+            let make = move |half_width| Hysteresis { half_width, presliding: travel * unit };
+            (Candidate::of_size(&problem.robot, gap.target, TRIAL, make), width)
+        }));
+    }
+    list
+}
+
+/// Friction and drift that are not in the fit, with the widths of their priors.
+fn friction(problem: &Problem, machine: &MachineFit) -> Vec<(Candidate, f64)> {
+    let fit = &machine.fit;
+    let found = |c: &Candidate| {
+        let same = |p: &EffectInstance| p.effect.name() == c.effect && p.target_text(&problem.robot) == c.target;
+        fit.free.iter().any(|&i| same(&fit.hypothesis.effects[i]))
+    };
+    let width = |c: &Candidate| {
+        let placed = c.at(&vec![1e-9; c.signatures()]);
+        placed.first().and_then(|p| prior::widths(problem, p).first().copied()).filter(|w| w.is_finite())
+    };
+    let open = pool::friction(problem).into_iter().filter(|c| !found(c));
+    open.filter_map(|c| width(&c).map(|w| (c, w))).collect()
+}
+
+/// Geometry that is not in the fit, as others stand for it or as it was not supported, as wide as the arm itself shows.
+fn geometry(problem: &Problem, machine: &MachineFit) -> Vec<(Candidate, f64)> {
+    let effects = &machine.fit.hypothesis.effects;
+    let open = |p: &EffectInstance| !effects.iter().any(|e| e.target == p.target && e.effect.name() == p.effect.name());
+    let one = |p: EffectInstance| {
+        let width = machine.geometry.width(problem, &p)?;
+        let of_size = move |v: f64| p.effect.with_values(&[v]);
+        Some((Candidate::of_size(&problem.robot, p.target, TRIAL, of_size), width))
+    };
+    pool::geometry(problem, &pool::moving(problem)).into_iter().filter(open).filter_map(one).collect()
+}
+
+/// Variance of every column of a fit with what was left out considered.
+pub fn variances(problem: &Problem, machine: &MachineFit) -> Vec<f64> {
+    let MachineFit { fit, whitening, .. } = machine;
+    let mut list = friction(problem, machine);
+    list.extend(windups(problem, machine));
+    list.extend(geometry(problem, machine));
+    let columns: Vec<(Vec<Vec<f64>>, f64)> = list
+        .par_iter()
+        .map(|(c, width)| {
+            let mut columns = c.columns(problem, &fit.hypothesis, &fit.state);
+            columns.iter_mut().for_each(|c| whitening.apply(problem, c));
+            (columns, *width)
+        })
+        .collect();
+    let widths: Vec<f64> = columns.iter().flat_map(|(c, w)| vec![*w; c.len()]).collect();
+    let columns: Vec<Vec<f64>> = columns.into_iter().flat_map(|c| c.0).collect();
+    let (change, covariance) = members::table(problem, machine, &columns).beside(&widths);
+    (0..fit.parameters()).map(|k| covariance[(k, k)].max(0.0) + change[k] * change[k]).collect()
+}
