@@ -53,6 +53,11 @@ impl Assignments {
         Some(out)
     }
 
+    /// A line in capitals without comments and blanks.
+    pub(super) fn compact(line: &[u8]) -> String {
+        without_comments(line).0.chars().filter(|c| !c.is_ascii_whitespace()).collect()
+    }
+
     /// Assignments one behind the other; anything else hides what the line does.
     fn read(&mut self, body: &str) {
         let mut rest = body;

@@ -139,7 +139,7 @@ fn keyword(line: &[u8]) -> Option<String> {
 }
 
 /// Behind the bracket that closes the one at `k`.
-fn expression_end(line: &[u8], mut k: usize) -> Option<usize> {
+pub(super) fn expression_end(line: &[u8], mut k: usize) -> Option<usize> {
     let mut depth = 0i32;
     loop {
         match line.get(k)? {

@@ -7,7 +7,7 @@
 
 use super::assignments::Assignments;
 use super::lex::{self, Block};
-use super::survey::{AXES, Survey, assignments_of, code_text, is_flow};
+use super::survey::{AXES, Survey, assignments_of, code_text, flow_hides, is_flow};
 use super::variables::Variables;
 use super::{Program, Statement};
 use crate::axes::Axes;
@@ -254,6 +254,13 @@ impl Reader<'_> {
         if let (None, Some(c)) = (&self.strange, self.survey.unfollowed) {
             self.strange = Some(format!("{} may be on", code_text(c)));
         }
+        // centres of arcs, and feeds, that another way there may take otherwise
+        for (set, words) in [(&[901, 911][..], "the centres of arcs"), (&[930, 940, 950], "the feed")] {
+            let other = set[0];
+            if self.strange.is_none() && self.survey.codes.contains(&other) {
+                self.strange = Some(format!("{} may be on, by which {words} count otherwise", code_text(other)));
+            }
+        }
         if self.survey.macros > 0 {
             self.modal_macro = Some("G66 may be on: a block may run a macro".into());
         }
@@ -319,6 +326,9 @@ impl Reader<'_> {
                 }
                 _ => self.call(k),
             }
+            if flow_hides(self.text, k, &block) {
+                self.assign(k, &Assignments { hidden: true, ..Assignments::default() });
+            }
         }
         if let Some(keyword) = &block.keyword {
             match keyword.as_str() {
@@ -328,7 +338,9 @@ impl Reader<'_> {
                 _ if block.words.iter().any(lex::takes_text) => return self.words(k, block),
                 _ => self.call(k),
             }
-            if let Some(found) = &assigned {
+            if flow_hides(self.text, k, &block) {
+                self.assign(k, &Assignments { hidden: true, ..assigned.clone().unwrap_or_default() });
+            } else if let Some(found) = &assigned {
                 self.assign(k, found);
             }
             return Ok(());

@@ -35,6 +35,10 @@ pub(super) struct Survey {
     pub(super) unfollowed: Option<u32>,
     /// Modal macros (G66) that are called.
     pub(super) macros: usize,
+    /// Tools are changed by M6: T alone chooses the next one.
+    pub(super) changes_tools: bool,
+    /// It may be a program of a lathe, on which G90 and G94 may be turning cycles: no Y, and a word of lathes.
+    pub(super) lathe: bool,
 }
 
 impl Survey {
@@ -42,9 +46,12 @@ impl Survey {
         let mut survey = Self::default();
         let (mut extrudes, mut counts) = (false, false);
         let mut unfollowed = BTreeSet::new();
+        let (mut across, mut turned) = (false, false);
         let (mut subs, mut called, mut outside) = (BTreeSet::new(), BTreeSet::new(), false);
         for k in 0..text.line_count() {
             let block = lex::block(text, k)?;
+            survey.hidden |= flow_hides(text, k, &block);
+            (across, turned) = (across || names(&block, b"Y"), turned || turns(&block));
             if let Some(found) = assignments_of(text, k, &block) {
                 survey.hidden |= found.hidden;
                 if found.frame || found.any {
@@ -76,6 +83,7 @@ impl Survey {
                 survey.bare |= !style.point && v != 0.0 && (AXES.contains(&w.letter) || b"IJKR".contains(&w.letter));
                 survey.jumps |= w.letter == b'M' && v == 99.0 && block.words.iter().any(|w| w.letter == b'P');
                 let m = if w.letter == b'M' { v } else { -1.0 };
+                survey.changes_tools |= m == 6.0;
                 counts |= m == 82.0 || m == 83.0;
                 survey.printer |= [104.0, 109.0, 140.0, 190.0].contains(&m) && (has(b'S') || has(b'R'));
                 if w.letter == b'G' {
@@ -97,6 +105,7 @@ impl Survey {
         let plain = |c: &u32| PLAIN.contains(c) || (540..600).contains(c) || (810..900).contains(c);
         survey.whole = !outside && !survey.hidden && called.is_subset(&subs) && survey.codes.iter().all(plain);
         survey.printer |= extrudes && counts;
+        survey.lathe = turned && !across && !survey.printer;
         survey.unfollowed = unfollowed.into_iter().find(|c| !(survey.printer && PROBES.contains(c)));
         Ok(survey)
     }
@@ -114,10 +123,94 @@ impl Survey {
 
 /// What a line assigns; a text for the operator assigns nothing.
 pub(super) fn assignments_of(text: &Text, k: usize, block: &Block) -> Option<Assignments> {
-    if !block.assignment && block.words.iter().any(lex::is_message) {
+    if !block.assignment && block.words.iter().any(lex::is_message) && !text.line(k).contains(&b'#') {
         return None;
     }
     Assignments::of(text.line(k))
+}
+
+/// Whether a line of flow control does what is not read: anything behind its condition but a jump, the start of a loop, or an
+/// assignment, which is looked at elsewhere.
+pub(super) fn flow_hides(text: &Text, k: usize, block: &Block) -> bool {
+    let line = || Assignments::compact(text.line(k));
+    match (block.flow.as_deref(), block.keyword.as_deref()) {
+        (Some(word), _) if !word.is_empty() => {
+            let line = line();
+            !behind_label(&line).and_then(|rest| rest.strip_prefix(word)).is_some_and(is_brackets)
+        }
+        (_, Some(word)) if is_flow(word) => {
+            let line = line();
+            !line.find(word).is_some_and(|at| is_plain_flow(&line[at..]))
+        }
+        _ => false,
+    }
+}
+
+/// Behind `O100`, `N5 O<name>`, `O[#1]`.
+fn behind_label(line: &str) -> Option<&str> {
+    let label =
+        line.trim_start_matches(['N', '/']).trim_start_matches(|c: char| c.is_ascii_digit()).strip_prefix('O')?;
+    let end = match label.bytes().next()? {
+        b'<' => label.find('>')? + 1,
+        b'[' => lex::expression_end(label.as_bytes(), 0)?,
+        _ => label.bytes().take_while(|b| b.is_ascii_digit() || *b == b'#').count(),
+    };
+    Some(&label[end..])
+}
+
+/// Expressions in brackets, one behind the other, and nothing else.
+fn is_brackets(mut rest: &str) -> bool {
+    while let Some(end) = lex::expression_end(rest.as_bytes(), 0).filter(|_| rest.starts_with('[')) {
+        rest = &rest[end..];
+    }
+    rest.is_empty()
+}
+
+/// `GOTO 10`, `DO1`, `END1`, `WHILE [...] DO1`, `IF [...] GOTO 10`, `IF [...] THEN #1=2`, without blanks.
+fn is_plain_flow(line: &str) -> bool {
+    let number = |rest: &str| !rest.is_empty() && rest.bytes().all(|b| b.is_ascii_digit());
+    let target = |rest: &str| {
+        let digits = rest.strip_prefix('#').unwrap_or(rest);
+        number(digits) || rest.starts_with('[') && is_brackets(rest)
+    };
+    if let Some(rest) = line.strip_prefix("GOTO") {
+        return target(rest);
+    }
+    if let Some(rest) = line.strip_prefix("DO").or_else(|| line.strip_prefix("END")) {
+        return number(rest);
+    }
+    let (condition, is_while) = match (line.strip_prefix("IF"), line.strip_prefix("WHILE")) {
+        (Some(rest), _) => (rest, false),
+        (_, Some(rest)) => (rest, true),
+        _ => return false,
+    };
+    let Some(end) = lex::expression_end(condition.as_bytes(), 0).filter(|_| condition.starts_with('[')) else {
+        return false;
+    };
+    let behind = &condition[end..];
+    match (behind.strip_prefix("GOTO"), behind.strip_prefix("THEN"), behind.strip_prefix("DO")) {
+        (Some(rest), ..) if !is_while => target(rest),
+        (_, Some(rest), _) if !is_while => rest.is_empty() || rest.starts_with('#'),
+        (_, _, Some(rest)) if is_while => number(rest),
+        _ => behind.is_empty(),
+    }
+}
+
+/// Whether words of a block bear one of these letters.
+fn names(block: &Block, letters: &[u8]) -> bool {
+    block.words.iter().any(|w| letters.contains(&w.letter))
+}
+
+/// Signs of a lathe: a limit or a constant cutting speed of the spindle, increments as U and W, a G90 or G94 with places and no motion
+/// beside it.
+fn turns(block: &Block) -> bool {
+    let has = |codes: &[u32]| {
+        block.words.iter().any(|w| w.letter == b'G' && w.value.is_some_and(|v| codes.contains(&code(v.0))))
+    };
+    has(&[960])
+        || has(&[500]) && names(block, b"S")
+        || names(block, b"UW")
+        || has(&[900, 940]) && names(block, b"XZ") && !has(&[0, 10, 20, 30, 280, 300, 530, 920])
 }
 
 /// Words of several letters that steer the order of blocks.

@@ -7,6 +7,7 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 mod codes;
+mod doubts;
 mod small_arcs;
 
 use crate::fixtures::gantry as robot;

@@ -3,7 +3,7 @@
 use super::goal::opaque;
 use super::lex::{self, Block, Word};
 use super::read::Reader;
-use super::survey::{AXES, code, code_text, has_axes, homes, work_frame};
+use super::survey::{AXES, Survey, code, code_text, has_axes, homes, work_frame};
 use crate::error::Result;
 use crate::script::{Break, StepKind};
 
@@ -40,6 +40,23 @@ pub(super) fn is_followed(c: u32) -> bool {
     ];
     let known = [ACTIONS, MODES, HARMLESS, CANNED, SPLINES, TOUCHES].iter().any(|list| list.contains(&c));
     known || (540..600).contains(&c)
+}
+
+/// Whether a block chooses a tool or an offset, which moves the frame: a T word where no M6 changes tools (a turret), D and H without
+/// the G word that takes them.
+fn changes_tool(block: &Block, survey: &Survey) -> bool {
+    if block.words.iter().any(lex::is_firmware) {
+        return false; // their words are their own
+    }
+    let has = |letter: u8| block.words.iter().any(|w| w.letter == letter);
+    let taken = |codes: &[u32]| {
+        let of = |w: &Word| w.letter == b'G' && w.value.is_none_or(|v| codes.contains(&code(v.0)));
+        block.words.iter().any(of)
+    };
+    let cycle = block.words.iter().any(|w| w.letter == b'G' && w.value.is_none_or(|v| code(v.0) >= 650));
+    has(b'T') && !survey.changes_tools
+        || has(b'D') && !taken(&[410, 420, 411, 421]) && !cycle
+        || has(b'H') && !taken(&[430, 431, 440, 490]) && !cycle
 }
 
 /// What the words of a block make of it.
@@ -85,8 +102,15 @@ impl Reader<'_> {
     /// A block that an operator may switch off: where it leads is not told, and modes that it changes are not certain behind it.
     fn optional(&mut self, k: usize, block: Block) -> Result<()> {
         let before = self.modes();
+        let (modal_macro, strange, feed_mode) = (self.modal_macro.clone(), self.strange.clone(), self.feed_mode);
         self.certain_words(k, block, Some("a block that an operator may switch off".into()))?;
         if self.modes() != before {
+            // what it switches off may stay on
+            self.modal_macro = self.modal_macro.take().or(modal_macro);
+            self.strange = self.strange.take().or(strange);
+            if self.feed_mode != feed_mode {
+                self.strange.get_or_insert_with(|| "the feed's mode is not known".into());
+            }
             self.anchor("a block that may be switched off");
             self.variables.forget();
             self.end(k, Break::Call, "a block that may be switched off");
@@ -106,6 +130,10 @@ impl Reader<'_> {
                 Some(c) => self.g_word(k, &block, c, &codes, &mut own),
                 None => self.strange = Some("a computed G word".into()),
             }
+        }
+        let changes_tool = changes_tool(&block, &self.survey);
+        if changes_tool {
+            unclear.get_or_insert_with(|| "a change of tool or offset in the block".into());
         }
         if let Some(w) = block.words.iter().find(|w| w.letter == b'F') {
             self.feed = w.value.map(|v| v.0);
@@ -127,6 +155,9 @@ impl Reader<'_> {
                 unclear.get_or_insert_with(|| "G53: a place of the machine".into());
             }
             self.movement(k, block, &codes, unclear, own.exact)?;
+        }
+        if changes_tool {
+            self.end(k, Break::Frame, "a change of tool or offset");
         }
         self.finish(k, ending);
         Ok(())
@@ -210,6 +241,9 @@ impl Reader<'_> {
                 }
                 self.inch = Some(c == 200);
                 self.feed = None;
+            }
+            900 | 940 if self.survey.lathe => {
+                self.strange = Some(format!("{} may be a turning cycle of a lathe", code_text(c)));
             }
             900 | 910 => self.absolute = Some(c == 900),
             901 | 911 => self.centre_absolute = c == 901,

@@ -43,11 +43,20 @@ impl Data {
     /// What other modules do to points of all modules.
     pub(super) fn look_around(&mut self, texts: &[Text]) {
         self.imports(texts);
+        let unread = texts.iter().find(|t| t.context && !is_read(t));
+        if let Some(unread) = unread {
+            // it may give a point of a public list a name of its own, and assign that
+            let public: Vec<bool> = texts.iter().map(|t| !t.context && is_public(t)).collect();
+            for name in self.names.iter_mut().filter(|n| public.get(n.file).copied().unwrap_or_default()) {
+                let why =
+                    format!("its value is not certain: its data list is public, and {} cannot be read", unread.name);
+                name.spoiled.get_or_insert(why);
+            }
+        }
         if !self.names.iter().any(|n| n.global) {
             return;
         }
         let found = texts.iter().any(|t| t.context && file_name(t).eq_ignore_ascii_case("$config.dat"));
-        let unread = texts.iter().find(|t| t.context && !is_read(t));
         if !found || unread.is_some() {
             let lacks = match unread {
                 Some(t) => format!("{} cannot be read", t.name),
@@ -139,6 +148,15 @@ impl Data {
             }
         }
     }
+}
+
+/// Whether a data list opens its points to other modules: `DEFDAT name PUBLIC`.
+fn is_public(text: &Text) -> bool {
+    let mut line = Vec::new();
+    (0..text.line_count()).any(|k| {
+        tokens(text, k, &mut line);
+        line.first().is_some_and(|t| upper(text, t) == "DEFDAT") && line.iter().any(|t| upper(text, t) == "PUBLIC")
+    })
 }
 
 /// Whether a text is a data list by its ending.
