@@ -128,7 +128,7 @@ fn agrees_with_truth(machine: &str) {
         assert!(places.len() >= 3, "{name}: {} places", places.len());
         for p in places {
             let (found, truth) = (curve.at(p.at) + wound, bench.true_half(axis, p.at));
-            let [low, high] = p.ci95.unwrap();
+            let [low, high] = p.ci95;
             let (off, known) = ((found - truth).abs(), 0.5 * (high - low));
             assert!(off < known && off < 0.2 * truth, "{name} at {}: {found:e} for {truth:e}, +-{known:e}", p.at);
         }
