@@ -230,7 +230,9 @@ fn fault_injection_a_pair_is_never_torn_by_a_rename_that_fails_or_a_kill_between
     let own = String::from_utf8(bench.read("points.DAT")).unwrap().replace("DECL GLOBAL ", "DECL ");
     bench.write("points.DAT", &own);
     // the program as it was goes where no rewrite looks for declarations
-    ["o", "back"].map(|folder| std::fs::create_dir(bench.path(folder)).unwrap());
+    for folder in ["o", "back"] {
+        std::fs::create_dir(bench.path(folder)).unwrap();
+    }
     let names = ["o/points.src", "o/points.DAT", "o/points.src.lostmotion.json"];
     let rewrite = |model: &str| format!("rewrite --model {model} points.src --output o/points.src");
     let state = || names.map(|n| std::fs::read(bench.path(n)).ok());

@@ -44,10 +44,13 @@ pub fn of_folder(folder: &Path, most: usize) -> Vec<PathBuf> {
 /// Lists of folders that are kept: those in which programs are being read.
 const FOLDERS: usize = 64;
 
+/// Files by who looked for them and where.
+type Seen = HashMap<(&'static str, PathBuf), Arc<Vec<PathBuf>>>;
+
 /// What formats found in folders: thousands of programs of one folder look through it once. It holds for as long as it lives.
 #[derive(Debug, Default)]
 pub struct Folders {
-    seen: Mutex<HashMap<(&'static str, PathBuf), Arc<Vec<PathBuf>>>>,
+    seen: Mutex<Seen>,
 }
 
 impl Folders {

@@ -207,7 +207,7 @@ fn texts(
 pub(in super::super) fn sum_of<'a>(context: impl Iterator<Item = &'a Text>) -> Option<String> {
     let mut all = String::new();
     for text in context {
-        let one = text.known(|text| ContextSum::of(text));
+        let one = text.known(ContextSum::of);
         all.push_str(if all.is_empty() { "" } else { "\n" });
         all.push_str(&one.0);
     }
