@@ -11,7 +11,6 @@ Exit code 1: something differs or is lost. No workflow engine is needed (million
 """
 
 import argparse
-import hashlib
 import json
 import math
 import os
@@ -22,6 +21,8 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+
+from million import tree
 
 HERE = Path(__file__).resolve().parent.parent
 PER_FOLDER = 1000
@@ -85,20 +86,6 @@ def make(root, i):
     ending, text = FORMATS[i % len(FORMATS)](i)
     (folder / f"p{i}.{ending}").write_text(text)
 
-
-def tree(root):
-    """Hash over the names and contents below a folder, the number of files, and those that are half written."""
-    total, files, half = hashlib.sha256(), 0, 0
-    for folder, names, entries in os.walk(root):
-        names.sort()
-        for name in sorted(entries):
-            if name.startswith(".lostmotion"):
-                half += not name.startswith(".lostmotion.lock")
-                continue
-            path = Path(folder) / name
-            total.update(str(path.relative_to(root)).encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
-            files += 1
-    return total.hexdigest(), files, half
 
 
 class Job:

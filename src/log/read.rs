@@ -225,7 +225,7 @@ pub(crate) fn reader(bytes: &[u8], separator: u8) -> csv::Reader<&[u8]> {
         .from_reader(bytes)
 }
 
-/// Blank lines and comments at the place where a record is said to begin: the reader passes over them without counting.
+/// Blank lines and comments where a record begins: the reader passes over them without counting.
 fn passed_over(bytes: &[u8], from: u64) -> u64 {
     let mut lines = 0;
     let mut rest = bytes.get(from as usize..).unwrap_or_default();

@@ -4,7 +4,7 @@
 //! engine: which of them would leave most of the wrong rival, had the machine this fault or that one. Without a set, the
 //! question is the whole catalogue: which motion shows its worst effect best.
 //!
-//! Rooms, in the order of the work:
+//! Modules, in the order of the work:
 //! - [`question`]: rivals, from the command line or a diagnosis; [`sizes`]: how large they are.
 //! - [`path`]: commands from rest to rest within limits; [`motions`]: the library, one function per motion.
 //! - [`mod@separate`]: the expected evidence of a motion for a set; [`mod@observe`]: what a motion shows of the catalogue.

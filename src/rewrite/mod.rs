@@ -3,7 +3,7 @@
 //! The engine sees joint vectors and times only; text, formats and files are the business of [`crate::program`] and of the
 //! command. It is causal with a bounded look-ahead, so a program of any length passes in constant memory.
 //!
-//! Rooms, in the order in which a point passes them:
+//! Modules, in the order in which a point passes them:
 //! - [`points`], [`options`]: blocks of points that go in and come out; what a user may choose.
 //! - [`engine`]: the stations in a row; [`stats`]: what was done.
 //! - [`statics`]: joint errors that depend on the joint vector alone, undone point by point before everything else.

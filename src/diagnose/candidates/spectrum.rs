@@ -172,9 +172,8 @@ fn own_phases(problem: &Problem) -> bool {
     problem.logs.len() > 1 && problem.recording() == Recording::JointSensors
 }
 
-/// Slowest ripple with a phase of its own in each log, rad per rad or per m: what is slower than the splines over the travel can
-/// follow ([`MOST_SPLINES`], two a cycle) is told from no other function of the position, and a curve without a name has no more
-/// freedom.
+/// Slowest ripple with a phase of its own in each log, rad per rad or per m. The splines over the travel can follow any slower one
+/// ([`MOST_SPLINES`], two a cycle), so that it cannot be distinguished from another function of the position.
 fn least_wave(problem: &Problem, axis: usize) -> f64 {
     let travels = problem.logs.iter().map(|l| l.log.travel(axis)).filter(|t| *t > 0.0);
     0.5 * MOST_SPLINES as f64 * TAU / travels.fold(f64::INFINITY, f64::min)

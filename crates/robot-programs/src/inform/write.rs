@@ -234,7 +234,7 @@ impl<'a> Writer<'a> {
         for references in self.references().chunk_by(|a, b| a.0 == b.0) {
             let placed = self.wishes(references).and_then(|(line, uses)| self.place(line, &uses));
             if let Err(other) = placed {
-                // a number that no job holds is said first
+                // a number that no job holds comes first
                 return self.all_forms().and(Err(other));
             }
         }

@@ -148,7 +148,7 @@ fn a_function_behind_a_letter_is_an_expression() {
     assert_eq!(opaque("G21 G90 G0 X EXISTS[#1]\n"), ["an expression or a variable"]);
 }
 
-/// Moves whose goal is told, and reasons for the others, in their order.
+/// Moves whose goal is known, and reasons for the others, in their order.
 fn told(text: &str) -> Vec<Option<f64>> {
     goals(text).into_iter().map(|g| g.map(|g| g[0])).collect()
 }

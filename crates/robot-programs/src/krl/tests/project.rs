@@ -235,6 +235,22 @@ fn the_whole_tree_of_a_project_is_searched_or_none_of_it() {
 }
 
 #[test]
+fn a_point_of_an_own_public_list_is_not_certain_beside_a_file_that_cannot_be_read() {
+    let of = |list: &str, other: Text| {
+        let data = format!("DEFDAT prog{list}\nDECL E6AXIS XP={{A1 1,A2 -90,A3 90,A4 0,A5 10,A6 0}}\nENDDAT\n");
+        let own = [("p.src", "DEF prog( )\nPTP XP\nEND\n"), ("p.dat", data.as_str())];
+        let own = own.map(|(n, t)| Text::new(n, t.as_bytes().to_vec())).into_iter();
+        let config = Text::of_context("$config.dat", CONFIG.as_bytes().to_vec());
+        goals(Krl.parse(own.chain([config, other]).collect(), &kr120()).unwrap().as_ref())
+    };
+    let readable = || Text::of_context("b.src", b"DEF b( )\nEND\n".to_vec());
+    assert_eq!(of(" PUBLIC", readable()), "j");
+    assert_eq!(of(" PUBLIC", Text::unread("b.src")), "o");
+    // no other module can give a point of a private list a name
+    assert_eq!(of("", Text::unread("b.src")), "j");
+}
+
+#[test]
 fn a_point_of_all_modules_is_not_certain_beside_a_file_that_cannot_be_read() {
     let of = |other: Text| {
         let own = [("p.src", "DEF prog( )\nPTP XHOME\nEND\n"), ("p.dat", "DEFDAT prog\nENDDAT\n")];
