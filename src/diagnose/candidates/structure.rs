@@ -13,11 +13,12 @@ use crate::diagnose::candidates::{self, Candidate, held};
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
 use crate::diagnose::problem::normal::dot;
 use crate::effects::Track;
+use crate::machine::CommandTrajectory;
 use crate::numerics::fisher;
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 
-/// What a group of basis functions goes with.
+/// What a group of basis functions depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Aspect {
     Position,
@@ -113,90 +114,104 @@ pub(super) fn splines_at(x: f64, lo: f64, hi: f64, n: usize, out: &mut [f64]) {
 }
 
 fn joint_bundles(problem: &Problem, state: &State, axis: usize, splines: usize, odd: usize) -> Vec<BasisGroup> {
-    let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
-    for l in &problem.logs {
-        for &v in l.drive.command(axis) {
-            lo = lo.min(v);
-            hi = hi.max(v);
-        }
-    }
-    let column = |value: &dyn Fn(usize, usize) -> f64| {
-        let mut out = vec![0.0; problem.n];
-        for l in 0..problem.logs.len() {
-            problem.add_joint_change(state, l, axis, &|r| value(l, r), None, &mut out);
-        }
-        out
-    };
-    let tracks: Vec<Track> = problem
-        .logs
-        .iter()
-        .map(|l| Track::new(l.drive.t_s(), l.drive.command(axis), l.drive.quiet(axis).max(1e-9)))
-        .collect();
-    // the values of all splines at each row, once; then a column each
-    let splines_over = |n: usize, dir: bool| -> Vec<Vec<f64>> {
-        let tables: Vec<Vec<f64>> = tracks
-            .iter()
-            .map(|t| {
-                let mut values = vec![0.0; n * t.len()];
-                for ((&p, &d), row) in t.p.iter().zip(t.dir.iter()).zip(values.chunks_exact_mut(n)) {
-                    splines_at(p, lo, hi, n, row);
-                    if dir {
-                        row.iter_mut().for_each(|v| *v *= f64::from(d));
-                    }
-                }
-                values
-            })
-            .collect();
-        (0..n).map(|k| column(&|l, r| tables[l][r * n + k])).collect()
-    };
+    let joint = JointBasis::new(problem, state, axis);
     let mut bundles = vec![
-        BasisGroup { axis: Some(axis), aspect: Aspect::Position, columns: splines_over(splines, false) },
-        BasisGroup { axis: Some(axis), aspect: Aspect::Direction, columns: splines_over(odd, true) },
+        joint.group(Aspect::Position, joint.splines(splines, false)),
+        joint.group(Aspect::Direction, joint.splines(odd, true)),
     ];
-    if candidates::clock(problem).is_none() {
-        return bundles;
-    }
-    let slopes: Vec<Vec<f64>> =
-        problem.logs.iter().map(|l| crate::machine::slopes(l.drive.t_s(), l.drive.command(axis))).collect();
-    let bends: Vec<Vec<f64>> =
-        problem.logs.iter().zip(&slopes).map(|(l, v)| crate::machine::slopes(l.drive.t_s(), v)).collect();
-    let top = slopes.iter().flatten().fold(1e-300_f64, |m, v| m.max(v.abs()));
-    let speed: [&dyn Fn(usize, usize) -> f64; 4] = [
-        &|l, r| slopes[l][r] / top,
-        &|l, r| (slopes[l][r] / top).powi(2),
-        &|l, r| slopes[l][r] * slopes[l][r].abs() / (top * top),
-        &|l, r| (slopes[l][r] / top).powi(3),
-    ];
-    bundles.push(BasisGroup {
-        axis: Some(axis),
-        aspect: Aspect::Speed,
-        columns: speed.iter().map(|f| column(f)).collect(),
-    });
-    bundles.push(BasisGroup {
-        axis: Some(axis),
-        aspect: Aspect::Acceleration,
-        columns: vec![column(&|l, r| bends[l][r])],
-    });
     let Some((step, length)) = candidates::clock(problem) else { return bundles };
-    if tracks.iter().any(|t| !t.turns.is_empty()) {
-        let tails = [3.0 * step, 12.0 * step, (48.0 * step).min(length / 4.0)].map(|tau| {
-            let tables: Vec<Vec<f64>> = tracks
-                .iter()
-                .map(|t| {
-                    let mut v = vec![0.0; t.len()];
-                    for (turn, rows) in t.strokes() {
-                        for r in rows {
-                            v[r] = f64::from(turn.dir) * (-(t.t_s[r] - turn.t_s) / tau).exp();
-                        }
-                    }
-                    v
-                })
-                .collect();
-            column(&|l, r| tables[l][r])
-        });
-        bundles.push(BasisGroup { axis: Some(axis), aspect: Aspect::SinceReversal, columns: tails.into() });
+    let (speed, acceleration) = joint.powers_of_speed();
+    bundles.push(joint.group(Aspect::Speed, speed));
+    bundles.push(joint.group(Aspect::Acceleration, vec![acceleration]));
+    if joint.tracks.iter().any(|t| !t.turns.is_empty()) {
+        let tails = [3.0 * step, 12.0 * step, (48.0 * step).min(length / 4.0)].map(|tau_s| joint.tail(tau_s));
+        bundles.push(joint.group(Aspect::SinceReversal, tails.into()));
     }
     bundles
+}
+
+/// What the columns of one joint are made of.
+struct JointBasis<'a> {
+    problem: &'a Problem,
+    state: &'a State,
+    axis: usize,
+    tracks: Vec<Track<'a>>,
+}
+
+impl<'a> JointBasis<'a> {
+    fn new(problem: &'a Problem, state: &'a State, axis: usize) -> Self {
+        let track = |d: &'a CommandTrajectory| Track::new(d.t_s(), d.command(axis), d.quiet(axis).max(1e-9));
+        let tracks = problem.logs.iter().map(|l| track(&l.drive)).collect();
+        Self { problem, state, axis, tracks }
+    }
+
+    fn group(&self, aspect: Aspect, columns: Vec<Vec<f64>>) -> BasisGroup {
+        BasisGroup { axis: Some(self.axis), aspect, columns }
+    }
+
+    /// What a change of the joint by `value(log, row)` does to everything measured.
+    fn column(&self, value: &dyn Fn(usize, usize) -> f64) -> Vec<f64> {
+        let mut out = vec![0.0; self.problem.n];
+        for l in 0..self.problem.logs.len() {
+            self.problem.add_joint_change(self.state, l, self.axis, &|r| value(l, r), None, &mut out);
+        }
+        out
+    }
+
+    /// Lowest and highest command in all logs.
+    fn range(&self) -> (f64, f64) {
+        let commands = self.problem.logs.iter().flat_map(|l| l.drive.command(self.axis));
+        commands.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)))
+    }
+
+    /// `n` splines over the joint's range, or times its direction; the values of all at each row are computed once.
+    fn splines(&self, n: usize, by_direction: bool) -> Vec<Vec<f64>> {
+        let (lo, hi) = self.range();
+        let table = |t: &Track| -> Vec<f64> {
+            let mut values = vec![0.0; n * t.len()];
+            for ((&p, &d), row) in t.p.iter().zip(t.dir.iter()).zip(values.chunks_exact_mut(n)) {
+                splines_at(p, lo, hi, n, row);
+                if by_direction {
+                    row.iter_mut().for_each(|v| *v *= f64::from(d));
+                }
+            }
+            values
+        };
+        let tables: Vec<Vec<f64>> = self.tracks.iter().map(table).collect();
+        (0..n).map(|k| self.column(&|l, r| tables[l][r * n + k])).collect()
+    }
+
+    /// Speed to its third power, even and odd, relative to the largest; and the acceleration.
+    fn powers_of_speed(&self) -> (Vec<Vec<f64>>, Vec<f64>) {
+        let logs = &self.problem.logs;
+        let slopes: Vec<Vec<f64>> =
+            logs.iter().map(|l| crate::machine::slopes(l.drive.t_s(), l.drive.command(self.axis))).collect();
+        let bends: Vec<Vec<f64>> =
+            logs.iter().zip(&slopes).map(|(l, v)| crate::machine::slopes(l.drive.t_s(), v)).collect();
+        let top = slopes.iter().flatten().fold(1e-300_f64, |m, v| m.max(v.abs()));
+        let speed: [&dyn Fn(usize, usize) -> f64; 4] = [
+            &|l, r| slopes[l][r] / top,
+            &|l, r| (slopes[l][r] / top).powi(2),
+            &|l, r| slopes[l][r] * slopes[l][r].abs() / (top * top),
+            &|l, r| (slopes[l][r] / top).powi(3),
+        ];
+        (speed.iter().map(|f| self.column(f)).collect(), self.column(&|l, r| bends[l][r]))
+    }
+
+    /// What fades over `tau_s` after each reversal.
+    fn tail(&self, tau_s: f64) -> Vec<f64> {
+        let table = |t: &Track| -> Vec<f64> {
+            let mut v = vec![0.0; t.len()];
+            for (turn, rows) in t.strokes() {
+                for r in rows {
+                    v[r] = f64::from(turn.dir) * (-(t.t_s[r] - turn.t_s) / tau_s).exp();
+                }
+            }
+            v
+        };
+        let tables: Vec<Vec<f64>> = self.tracks.iter().map(table).collect();
+        self.column(&|l, r| tables[l][r])
+    }
 }
 
 /// Splines over time of one joint: a slip, a creep.

@@ -43,21 +43,7 @@ pub fn problem(model: &Model, logs: &[Log]) -> Result<(Problem, Hypothesis)> {
 
 /// The same with every log thinned to `most_rows`.
 pub fn problem_of_at_most(model: &Model, logs: &[Log], most_rows: usize) -> Result<(Problem, Hypothesis)> {
-    let logs: Vec<LogData> = logs
-        .iter()
-        .map(|log| thinned(model, log, most_rows))
-        .map(|log| LogData {
-            drive: CommandTrajectory::of_log(&model.robot, &log),
-            commands: None,
-            driven: Vec::new(),
-            motors: Vec::new(),
-            frame: 0,
-            block: if log.poses { 1 } else { log.len().div_ceil(MOST_BLOCKS).max(1) },
-            left_out: Vec::new(),
-            jacobian: OnceLock::new(),
-            log,
-        })
-        .collect();
+    let logs: Vec<LogData> = logs.iter().map(|log| log_data(model, thinned(model, log, most_rows))).collect();
     let mut problem = Problem {
         robot: model.robot.clone(),
         initial_gap_side: model.initial_gap_side.clone(),
@@ -92,25 +78,46 @@ pub fn problem_of_at_most(model: &Model, logs: &[Log], most_rows: usize) -> Resu
         h.frames[0] = register(&problem, &h, None)?;
         separate_frames(&mut problem, &mut h);
     }
-    sensors::choose(&mut problem, &h);
-    group(&mut problem);
+    choose_sensors(&mut problem, &mut h)?;
+    Ok((problem, h))
+}
+
+/// A log as the problem holds it, before sensors and frames are chosen.
+fn log_data(model: &Model, log: Log) -> LogData {
+    LogData {
+        drive: CommandTrajectory::of_log(&model.robot, &log),
+        commands: None,
+        driven: Vec::new(),
+        motors: Vec::new(),
+        frame: 0,
+        block: if log.poses { 1 } else { log.len().div_ceil(MOST_BLOCKS).max(1) },
+        left_out: Vec::new(),
+        jacobian: OnceLock::new(),
+        log,
+    }
+}
+
+/// Which encoders drive the model and which sensors are measurements; the frame again where encoders drive.
+fn choose_sensors(problem: &mut Problem, h: &mut Hypothesis) -> Result<()> {
+    sensors::choose(problem, h);
+    group(problem);
     if problem.n == 0 {
         return Err(Error::bad(
-            Place::file(logs_named(&problem)),
+            Place::file(logs_named(problem)),
             format!("encoders alone, and {}", problem.notes.join("; ")),
             "x_mm, y_mm, z_mm, or meas_<joint>",
         ));
     }
-    h.zeros = zeros(&problem);
+    h.zeros = zeros(problem);
     if problem.frames_free && h.frames.len() == 1 && problem.logs.iter().any(|l| l.driven.contains(&true)) {
-        h.frames[0] = register(&problem, &h, None)?;
+        h.frames[0] = register(problem, h, None)?;
     }
     if problem.groups.iter().any(|g| matches!(g.sensor, Sensor::Joint(_))) {
         problem.notes.push(
             "each joint sensor has a zero of its own, which is fitted per log: a joint_zero_offset cannot be told from it".into(),
         );
     }
-    Ok((problem, h))
+    Ok(())
 }
 
 fn encoders(problem: &Problem) -> bool {
@@ -122,6 +129,23 @@ fn zeros(problem: &Problem) -> Vec<f64> {
     vec![0.0; problem.groups.iter().filter(|g| g.dims == 1).count()]
 }
 
+/// The row that stands for a run of rows.
+fn middle(run: &std::ops::Range<usize>) -> usize {
+    (run.start + run.end) / 2
+}
+
+/// A joint's sensor in each run: the command in its middle plus the mean of sensor minus command.
+fn thinned_joint(sensor: &[Option<f64>], cmd: &[f64], runs: &[std::ops::Range<usize>]) -> Vec<Option<f64>> {
+    runs.iter()
+        .map(|r| {
+            let mut off: Vec<f64> = r.clone().filter_map(|i| sensor[i].map(|v| v - cmd[i])).collect();
+            let n = off.len() as f64;
+            let _ = median_of(&mut off)?;
+            Some(off.iter().sum::<f64>() / n + cmd[middle(r)])
+        })
+        .collect()
+}
+
 /// A log of at most `most_rows` rows: of each run of rows the middle one, its measurement replaced by the prediction of
 /// the commands there plus the mean of measured minus predicted over the run. What is slower than a run is kept, its
 /// noise averaged; gross errors of single rows are taken by the median.
@@ -131,7 +155,6 @@ fn thinned(model: &Model, log: &Log, most_rows: usize) -> Log {
         return log.clone();
     }
     let runs: Vec<std::ops::Range<usize>> = (0..log.len()).step_by(run).map(|s| s..(s + run).min(log.len())).collect();
-    let middle = |r: &std::ops::Range<usize>| (r.start + r.end) / 2;
     let numbers = |c: &Option<Vec<Option<f64>>>| c.as_ref().map(|c| runs.iter().map(|r| c[middle(r)]).collect());
     let mut q = vec![0.0; model.robot.dof()];
     let frame = frame_of(model, log);
@@ -152,22 +175,7 @@ fn thinned(model: &Model, log: &Log, most_rows: usize) -> Log {
             .collect()
     };
     let joints = |columns: &[Option<Vec<Option<f64>>>]| -> Vec<Option<Vec<Option<f64>>>> {
-        columns
-            .iter()
-            .zip(&log.cmd)
-            .map(|(c, cmd)| {
-                c.as_ref().map(|c| {
-                    runs.iter()
-                        .map(|r| {
-                            let mut off: Vec<f64> = r.clone().filter_map(|i| c[i].map(|v| v - cmd[i])).collect();
-                            let n = off.len() as f64;
-                            let _ = median_of(&mut off)?;
-                            Some(off.iter().sum::<f64>() / n + cmd[middle(r)])
-                        })
-                        .collect()
-                })
-            })
-            .collect()
+        columns.iter().zip(&log.cmd).map(|(c, cmd)| Some(thinned_joint(c.as_ref()?, cmd, &runs))).collect()
     };
     Log {
         name: log.name.clone(),

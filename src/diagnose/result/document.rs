@@ -181,6 +181,38 @@ pub(in crate::diagnose) fn digits(value: f64) -> f64 {
     if scale.is_finite() { (value * scale).round() / scale } else { value }
 }
 
+/// Does remaining structure mean that the cause is unknown? What stays of a real arm is reported; it takes nothing from what was
+/// named. Joint sensors are so precise that a misfit always stays.
+fn hides_unknown(outcome: &Outcome, found: &[&EffectInstance]) -> bool {
+    let has_name = found.iter().any(|p| !unnamed::is_unnamed(p));
+    let sensors = outcome.problem.recording() == Recording::JointSensors;
+    let known_well = sensors && outcome.contradictions.is_empty() && has_name;
+    outcome.group.is_none() && outcome.told.is_none() && !known_well
+}
+
+fn noise(outcome: &Outcome) -> NoiseFound {
+    let noise = outcome.whitening.noise.first().copied().unwrap_or(crate::diagnose::noise::Noise::white(0.0));
+    NoiseFound {
+        sigma_um: digits(noise.sigma * UM),
+        source: "autoregressive fit",
+        ar1: digits(noise.lag_one()),
+        phi: digits(noise.phi),
+        share: digits(noise.share),
+    }
+}
+
+/// The residual as given, with the frame refitted, and at the end.
+fn gap(outcome: &Outcome) -> Gap {
+    let (problem, residual) = (&outcome.problem, &outcome.fit.state.residual);
+    Gap {
+        initial_rms_um: digits(outcome.rms_given * UM),
+        nuisance_only_rms_um: digits(outcome.rms_nuisance * UM),
+        final_rms_um: digits(crate::diagnose::search::outcome::rms(problem, residual) * UM),
+        initial_max_um: digits(outcome.max_given * UM),
+        final_max_um: digits(largest(problem, residual) * UM),
+    }
+}
+
 /// The document of an outcome.
 pub fn of(outcome: &Outcome) -> Diagnosis {
     let found: Vec<&EffectInstance> = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]).collect();
@@ -194,19 +226,12 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         None => story::chapters(&outcome.problem, &outcome.fit, outcome.known, &indices, &outcome.whitening),
     };
     let structured = if outcome.group.is_some() { geometry::remains(outcome) } else { outcome.remains.clone() };
-    // what stays of a real arm is reported; it takes nothing from what was named
-    let has_name = found.iter().any(|p| !unnamed::is_unnamed(p));
-    // and joint sensors are so precise that a misfit always stays
-    let sensors = outcome.problem.recording() == Recording::JointSensors;
-    let known_well = sensors && outcome.contradictions.is_empty() && has_name;
-    let unknown = structured.is_some() && outcome.group.is_none() && outcome.told.is_none() && !known_well;
+    let unknown = structured.is_some() && hides_unknown(outcome, &found);
     let rounds = order
         .iter()
         .enumerate()
         .map(|(step, &k)| round(outcome, k, &named[k], &sets[k], (&chapters[step], &chapters[step + 1])))
         .collect();
-    let noise = outcome.whitening.noise.first().copied().unwrap_or(crate::diagnose::noise::Noise::white(0.0));
-    let (initial_max, final_max) = (outcome.max_given, largest(&outcome.problem, &outcome.fit.state.residual));
     let put_aside = outcome
         .steps
         .iter()
@@ -223,22 +248,8 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         verdict: verdict::of(outcome, &sets, unknown),
         samples: outcome.problem.groups.iter().map(|g| g.rows.len()).sum(),
         outliers: outcome.outliers,
-        noise: NoiseFound {
-            sigma_um: digits(noise.sigma * UM),
-            source: "autoregressive fit",
-            ar1: digits(noise.lag_one()),
-            phi: digits(noise.phi),
-            share: digits(noise.share),
-        },
-        gap: Gap {
-            initial_rms_um: digits(outcome.rms_given * UM),
-            nuisance_only_rms_um: digits(outcome.rms_nuisance * UM),
-            final_rms_um: digits(
-                crate::diagnose::search::outcome::rms(&outcome.problem, &outcome.fit.state.residual) * UM,
-            ),
-            initial_max_um: digits(initial_max * UM),
-            final_max_um: digits(final_max * UM),
-        },
+        noise: noise(outcome),
+        gap: gap(outcome),
         rounds,
         put_aside,
         geometry_tcp_um: outcome.told.as_ref().map(|story| digits(story.geometry * UM)),

@@ -20,66 +20,20 @@ pub(in crate::diagnose) fn round(
 ) -> Round {
     let robot = &outcome.problem.robot;
     let placed = &outcome.fit.hypothesis.effects[outcome.fit.free[k]];
-    let sigma = match &outcome.told {
-        _ if unnamed::is_unnamed(placed) => unnamed::sigma_of(&outcome.fit, k),
-        Some(story) => story.sigma[k].clone(),
-        None => outcome.fit.sigma_of(k),
-    };
-    let values = placed.effect.values();
-    let mut place = place(outcome, placed);
-    let converged = outcome.fit.converged;
-    let parameter = |value: f64, half: f64| Parameter {
-        value: digits(value),
-        ci95: converged.then(|| [digits(value - half), digits(value + half)]),
-    };
-    let mut parameters: IndexMap<String, Parameter> = placed
-        .keys(robot)
-        .into_iter()
-        .zip(values.iter().zip(&sigma))
-        .map(|((key, factor), (v, s))| (key, parameter(v * factor, Z95 * s * factor.abs())))
-        .collect();
-    // of an oscillation the size is given, as in a model; its direction stands with the place
-    if let Some(v) = placed.effect.get::<Vibration>() {
-        let share = values.iter().map(|a| a / v.amplitude_m.max(f64::MIN_POSITIVE));
-        let spread = share.zip(&sigma).take(3).map(|(share, s)| (share * s).powi(2)).sum::<f64>().sqrt();
-        parameters.retain(|key, _| !key.starts_with("amplitude_um["));
-        parameters.shift_insert(0, "amplitude_um".into(), parameter(v.amplitude_m * UM, Z95 * spread * UM));
-        let [x, y, z] = v.direction.into();
-        place.description = format!("all along: the TCP swings along ({x:.2}, {y:.2}, {z:.2})");
-    }
     let rivals = &outcome.rivals[k];
-    let own = rivals.iter().find(|r| r.effect == named.0 && r.target == named.1);
-    let gain = own.map_or(0.0, |r| r.gain);
-    let count = own.map_or(values.len(), |r| r.parameters);
     let card = placed.effect.info();
-    let dof = outcome.problem.n as f64;
     let group = outcome.group.as_ref().filter(|g| k < g.count);
     let predicted = if group.is_some() { after.rms } else { after.predicted };
-    if let Some(g) = group {
-        place.description = format!("geometry: {} parameters together, joint F {:.0}", g.parameters, g.f);
-    }
     Round {
         effect: named.0.clone(),
         target: named.1.clone(),
         decide_by: (set.len() > 1).then(|| decide_by(set, card.decide_by)),
         group: (group.is_some() || outcome.told.is_some() && geometry::is_geometry(&named.0)).then_some("geometry"),
         tcp_um: outcome.told.as_ref().map(|story| digits(story.contributions[k] * UM)),
-        place,
-        evidence: Evidence {
-            statistic: "F",
-            value: digits(gain / count as f64),
-            dof: count,
-            p_value: crate::numerics::fisher::tail(gain / count as f64, count as f64, dof),
-            delta_bic: digits(count as f64 * dof.ln() - gain),
-            group: group.map(|g| GroupTest {
-                name: "geometry",
-                value: digits(g.f),
-                dof: g.parameters,
-                p_value: g.p_value,
-            }),
-        },
+        place: place(outcome, placed, group),
+        evidence: evidence(outcome, k, named, group),
         set: set.to_vec(),
-        parameters,
+        parameters: parameters(outcome, k),
         rms_before_um: digits(before.rms * UM),
         rms_after_um: digits(after.rms * UM),
         rms_after_predicted_um: digits(predicted * UM),
@@ -101,6 +55,53 @@ pub(in crate::diagnose) fn round(
     }
 }
 
+/// Sizes of effect `k` with their intervals; a fit that did not converge has none.
+fn parameters(outcome: &Outcome, k: usize) -> IndexMap<String, Parameter> {
+    let placed = &outcome.fit.hypothesis.effects[outcome.fit.free[k]];
+    let sigma = match &outcome.told {
+        _ if unnamed::is_unnamed(placed) => unnamed::sigma_of(&outcome.fit, k),
+        Some(story) => story.sigma[k].clone(),
+        None => outcome.fit.sigma_of(k),
+    };
+    let values = placed.effect.values();
+    let converged = outcome.fit.converged;
+    let parameter = |value: f64, half: f64| Parameter {
+        value: digits(value),
+        ci95: converged.then(|| [digits(value - half), digits(value + half)]),
+    };
+    let mut parameters: IndexMap<String, Parameter> = placed
+        .keys(&outcome.problem.robot)
+        .into_iter()
+        .zip(values.iter().zip(&sigma))
+        .map(|((key, factor), (v, s))| (key, parameter(v * factor, Z95 * s * factor.abs())))
+        .collect();
+    // of an oscillation the size is given, as in a model; its direction stands with the place
+    if let Some(v) = placed.effect.get::<Vibration>() {
+        let share = values.iter().map(|a| a / v.amplitude_m.max(f64::MIN_POSITIVE));
+        let spread = share.zip(&sigma).take(3).map(|(share, s)| (share * s).powi(2)).sum::<f64>().sqrt();
+        parameters.retain(|key, _| !key.starts_with("amplitude_um["));
+        parameters.shift_insert(0, "amplitude_um".into(), parameter(v.amplitude_m * UM, Z95 * spread * UM));
+    }
+    parameters
+}
+
+/// The test of effect `k` against the fit without it, and of its group.
+fn evidence(outcome: &Outcome, k: usize, named: &(String, String), group: Option<&geometry::Group>) -> Evidence {
+    let own = outcome.rivals[k].iter().find(|r| r.effect == named.0 && r.target == named.1);
+    let gain = own.map_or(0.0, |r| r.gain);
+    let values = || outcome.fit.hypothesis.effects[outcome.fit.free[k]].effect.values().len();
+    let count = own.map_or_else(values, |r| r.parameters);
+    let dof = outcome.problem.n as f64;
+    Evidence {
+        statistic: "F",
+        value: digits(gain / count as f64),
+        dof: count,
+        p_value: crate::numerics::fisher::tail(gain / count as f64, count as f64, dof),
+        delta_bic: digits(count as f64 * dof.ln() - gain),
+        group: group.map(|g| GroupTest { name: "geometry", value: digits(g.f), dof: g.parameters, p_value: g.p_value }),
+    }
+}
+
 /// The experiment that decides within a set.
 fn decide_by(set: &[Member], card: &str) -> String {
     if set.iter().any(|m| m.target == "all") {
@@ -111,8 +112,20 @@ fn decide_by(set: &[Member], card: &str) -> String {
     card.to_string()
 }
 
-/// Where an effect shows: its joint, and the stretches behind its reversals.
-fn place(outcome: &Outcome, placed: &EffectInstance) -> Place {
+/// Where an effect shows: of a group its test, of an oscillation its direction, else its joint and its reversals.
+fn place(outcome: &Outcome, placed: &EffectInstance, group: Option<&geometry::Group>) -> Place {
+    let mut place = at_reversals(outcome, placed);
+    if let Some(g) = group {
+        place.description = format!("geometry: {} parameters together, joint F {:.0}", g.parameters, g.f);
+    } else if let Some(v) = placed.effect.get::<Vibration>() {
+        let [x, y, z] = v.direction.into();
+        place.description = format!("all along: the TCP swings along ({x:.2}, {y:.2}, {z:.2})");
+    }
+    place
+}
+
+/// Where an effect shows: its joint, and the stretches after its reversals.
+fn at_reversals(outcome: &Outcome, placed: &EffectInstance) -> Place {
     const SHOWN: usize = 12;
     let robot = &outcome.problem.robot;
     let joint = placed.axis().map(|a| robot.axis(a).name.clone());
@@ -133,7 +146,7 @@ fn place(outcome: &Outcome, placed: &EffectInstance) -> Place {
             [digits(t.0), digits(next.min(t.0 + 2.0))]
         })
         .collect();
-    let what = if info.after_reversal == AfterReversal::Tail { "tails behind" } else { "steps at" };
+    let what = if info.after_reversal == AfterReversal::Tail { "tails after" } else { "steps at" };
     let description = match turns.len() {
         0 => "as it moves one way throughout this log".into(),
         1 => format!("{what} its reversal"),

@@ -12,6 +12,7 @@
 //!   (`crate::diagnose::search::geometry` has the reasons)
 //! - `contradiction`: what is taken as known put in doubt: one frame for all logs, the model's registration, the sizes of its
 //!   own effects
+//! - `course`: what the search holds between its steps: the first finds, and what stays unexplained
 //! - `direction`: gaps from settled poses: an error that depends on the side of the approach
 //! - `fit`: generalised least squares over the whole chain: all found effects and the nuisance (frames, sensor zeros) refitted
 //!   together
@@ -32,6 +33,7 @@
 pub mod across;
 pub mod arm;
 pub mod contradiction;
+pub mod course;
 pub mod direction;
 pub mod doubt;
 pub mod fit;
@@ -56,6 +58,7 @@ use crate::diagnose::candidates::structure::{BasisGroup, Ratio, Tested};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::problem::recording::Recording;
+use crate::diagnose::search::course::Course;
 use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::outcome::{Alternative, Next, Outcome, Refined, Step, flat, rms};
 use crate::diagnose::search::prepared::Prepared;
@@ -112,67 +115,25 @@ type Trial = (&'static str, String, Vec<EffectInstance>);
 /// Runs the rounds from a hypothesis of known effects.
 pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     let known = start.effects.len();
-    let Prepared { mut fit, mut whitening, free, bundles, candidates, recording, outliers, rms_given, max_given } =
-        Prepared::new(&mut problem, start);
-    let rms_nuisance = rms(&problem, &fit.state.residual);
-    let state_nuisance = fit.state.clone();
+    let prepared = Prepared::new(&mut problem, start);
+    let rms_nuisance = rms(&problem, &prepared.fit.state.residual);
     let price = (problem.n as f64).ln().min(8.0);
     let mut search = Search {
         problem: &problem,
-        candidates: &candidates,
+        candidates: &prepared.candidates,
         known,
         price,
-        tried: candidates.len() as f64,
+        tried: prepared.candidates.len() as f64,
         kept: ScreeningCache::default(),
         only: None,
     };
-    let mut steps: Vec<Step> = Vec::new();
-    let mut notes = problem.notes.clone();
-    let mut group = None;
-    let mut gaps = direction::Terms::default();
-    if recording == Recording::SettledPoses
-        && let Some((found, next)) = search.geometry(&fit, &whitening)
-    {
-        steps.extend(search.steps_of(&next, &found));
-        group = Some(found);
-        fit = search.arm(next, &mut whitening, &mut steps, &mut gaps, &mut notes);
-    }
-    let (structure, next, mut remains) = match &group {
-        Some(_) => (freed::tested(&problem, &fit, &bundles), None, None),
-        None => {
-            let left =
-                |structure: &Tested, fit: &Fit| remaining::remaining(&problem, structure, &free, fit, rms_nuisance);
-            search.rounds_and_merge(&mut fit, &mut whitening, &mut steps, &bundles, &left)
-        }
-    };
-    // of joint sensors a misfit stays, and effects stand out of it by their shape
-    if let Some(r) = remains.as_ref().filter(|_| recording != Recording::JointSensors) {
-        fit = search.without_substitutes(fit, r, &whitening, &mut steps);
-    }
-    // the noise of what is left: that of the freed residual is a little too quiet for a test
-    whitening = precise::noise_left(&problem, &fit, &whitening, &bundles);
-    let rivals = match &group {
-        Some(group) => search.rivals_behind(group, &fit, &gaps.terms, &whitening),
-        None => search.exchange(&mut fit, &whitening, &mut steps),
-    };
-    let (next, further) = remaining::no_room(next.filter(|_| remains.is_none()), &fit, &mut notes);
-    if let Some(n) = &next {
-        remains = Some(Ratio { axis: n.axis, aspect: None, gain: n.gain, dof: n.parameters, p_value: n.p_value });
-    }
-    let contradictions = contradiction::find(&problem, &fit, known);
-    if group.is_none()
-        && let Some(first) = contradictions.first()
-    {
-        remains = Some(first.ratio.clone());
-    }
-    notes.extend(contradiction::registration(&problem, &fit, known));
-    // one effect found several times on one joint is a shape taken to pieces
-    if group.is_none() && remains.is_none() {
-        remains = search.repeated(&fit, &rivals);
-    }
+    let mut course = search.find(&prepared, rms_nuisance);
+    let rivals = course.alternatives(&mut search);
+    let (further, contradictions) = course.remaining(&search, &rivals);
     let mut rivals: Vec<Vec<Alternative>> =
         rivals.iter().map(|all| all.iter().map(Alternative::from).collect()).collect();
-    let rms_named = rms(&problem, &fit.state.residual);
+    let rms_named = rms(&problem, &course.fit.state.residual);
+    let Course { mut fit, mut whitening, mut steps, notes, group, structure, next, remains, .. } = course;
     let structured = remains.is_some() || group.is_some() && geometry::is_structured(&structure);
     if structured && contradictions.is_empty() {
         let known = group.is_none().then_some(known);
@@ -182,7 +143,8 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
     unnamed::with_intervals(&problem, &mut fit);
     let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     let ground = ScreeningContext::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
-    let last = search.kept.score(&ground, &candidates);
+    let last = search.kept.score(&ground, &prepared.candidates);
+    let Prepared { fit: first, candidates, outliers, rms_given, max_given, .. } = prepared;
     Outcome {
         told: None,
         candidates,
@@ -204,7 +166,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         max_given,
         rms_nuisance,
         rms_named,
-        state_nuisance,
+        state_nuisance: first.state,
         price,
         problem,
     }
@@ -307,8 +269,8 @@ impl Search<'_> {
     }
 
     /// Rounds until nothing more is believed; where nothing remains, the simpler of two explanations of the same, and rounds
-    /// again. Returns the test without the catalogue, what there was no room for, and what remains unexplained.
-    fn rounds_and_merge(
+    /// again. Returns the test without the catalogue, what the limit of effects left out, and what remains unexplained.
+    pub(in crate::diagnose) fn rounds_and_merge(
         &mut self,
         fit: &mut Fit,
         whitening: &mut Whitening,
@@ -349,7 +311,7 @@ impl Search<'_> {
     }
 
     /// What an effect that was found before on its joint explains; of several the smallest.
-    fn repeated(&self, fit: &Fit, rivals: &[Vec<Refined>]) -> Option<Ratio> {
+    pub(in crate::diagnose) fn repeated(&self, fit: &Fit, rivals: &[Vec<Refined>]) -> Option<Ratio> {
         let placed = |k: usize| &fit.hypothesis.effects[fit.free[k]];
         let again = |k: &usize| {
             let p = placed(*k);
@@ -366,7 +328,7 @@ impl Search<'_> {
         all.filter_map(ratio).min_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
-    /// Rounds until nothing more is believed, or until there is no room: then the effect that would be next.
+    /// Rounds until nothing more is believed, or until the limit of effects: then the effect that would be next.
     fn rounds(
         &mut self,
         fit: &mut Fit,

@@ -112,14 +112,14 @@ pub struct Outcome {
     pub structure: Tested,
     /// Structure that remains, if it is more than chance.
     pub remains: Option<Ratio>,
-    /// What a further round would have named, where the rounds ended before there was silence.
+    /// What a further round would have named, where the rounds ended at their limit.
     pub next: Option<Next>,
     /// Screening at the end: what is left and what would have been seen.
     pub last: Vec<Score>,
     pub outliers: usize,
     /// What the logs say against what was taken as known.
     pub contradictions: Vec<Contradiction>,
-    /// One effect more than there was room for.
+    /// One effect more than the limit of effects.
     pub further: Option<Next>,
     /// rms of the residual: as given, with the frame refitted; and the largest as given.
     pub rms_given: f64,

@@ -44,10 +44,10 @@ pub fn remaining(problem: &Problem, now: &Tested, first: &Tested, fit: &Fit, rms
     (fit.free.is_empty() && first.whole.p_value < BEYOND_DOUBT).then(|| likeliest(first))
 }
 
-/// The rounds ended before there was silence. What the next one would name is structure, too, if it repeats one on its joint (a
-/// shape taken to pieces): that is returned first. Else it is one effect more than there was room for: returned second, with a
+/// The rounds ended at the limit of effects. What the next one would name is structure, too, if it repeats one on its joint (a
+/// shape taken to pieces): that is returned first. Else it is one effect more than the limit: returned second, with a
 /// note.
-pub(in crate::diagnose) fn no_room(
+pub(in crate::diagnose) fn beyond_limit(
     next: Option<Next>,
     fit: &Fit,
     notes: &mut Vec<String>,

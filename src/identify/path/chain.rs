@@ -110,85 +110,113 @@ pub fn evaluate(runs: &[Run], t: &[f64], p: &[f64], law: &Law, out: &mut Out) {
         out.error.fill(0.0);
         return;
     };
-    let fitted = law.gap.fitted();
-    let width = fitted + 2;
-    let mut place = first.p;
-    let mut carried = vec![0.0; width];
+    let mut output = Output::new(law, first.p);
     for i in 0..first.bins.start {
-        out.error[i] = place - p[i];
-        if let Some(d) = &mut out.derivatives {
-            d[i * width..(i + 1) * width].fill(0.0);
-        }
-        if let Some(f) = &mut out.pushed {
-            f[i] = false;
-        }
+        output.record(i, p[i], false, out);
     }
     for (r, run) in runs.iter().enumerate() {
-        let d = run.dir;
         if r > 0 {
-            let to = run.p + d * law.gap.at(run.p);
-            if -d * (to - place) > 0.0 {
-                place = to;
-                law.gap.gradient(run.p, d, &mut carried);
-                carried[fitted..].fill(0.0);
-            }
+            output.reverse(run);
+        }
+        for i in run.bins.clone() {
+            let pushed = output.push((r > 0).then_some(run), run.dir, t[i], p[i], out.derivatives.is_some());
+            output.record(i, p[i], pushed, out);
         }
         // the end of the run carries the state on; it is no measurement
-        let end = runs.get(r + 1).map(|n| (n.t_s, n.p));
-        let bins = run.bins.clone().map(Some).chain(end.map(|_| None));
-        for bin in bins {
-            let (ti, pi) = match (bin, end) {
-                (Some(i), _) => (t[i], p[i]),
-                (None, Some(e)) => e,
-                (None, None) => continue,
-            };
-            let (mut lag, mut left, mut stuck) = (0.0, 0.0, true);
-            if r > 0 && law.spike > 0.0 {
-                left = (-(ti - run.t_s) / law.tau_s).exp();
-                lag = law.spike * left;
-                let travel = (d * (pi - run.p)).max(0.0);
-                stuck = travel < lag;
-                if stuck {
-                    lag = travel;
-                }
-            } else if r > 0 && out.derivatives.is_some() {
-                left = (-(ti - run.t_s) / law.tau_s).exp();
-                stuck = false;
-            }
-            let gap = law.gap.at(pi);
-            let signal = d * pi - lag;
-            // the wall behind pushes; the wall in front only where the gap shrinks faster than the signal moves
-            let wall = if signal - gap > d * place {
-                -1.0
-            } else if signal + gap < d * place {
-                1.0
-            } else {
-                0.0
-            };
-            let pushed = wall != 0.0;
-            if pushed {
-                place = d * (signal + wall * gap);
-                if out.derivatives.is_some() {
-                    law.gap.gradient(pi, wall * d, &mut carried);
-                    let (by_spike, by_tau) = if stuck {
-                        (0.0, 0.0)
-                    } else {
-                        (-d * left, -d * law.spike * left * (ti - run.t_s) / (law.tau_s * law.tau_s))
-                    };
-                    carried[fitted] = by_spike;
-                    carried[fitted + 1] = by_tau;
-                }
-            }
-            if let Some(i) = bin {
-                out.error[i] = place - pi;
-                if let Some(der) = &mut out.derivatives {
-                    der[i * width..(i + 1) * width].copy_from_slice(&carried);
-                }
-                if let Some(f) = &mut out.pushed {
-                    f[i] = pushed;
-                }
-            }
+        if let Some(next) = runs.get(r + 1) {
+            output.push((r > 0).then_some(run), run.dir, next.t_s, next.p, out.derivatives.is_some());
         }
+    }
+}
+
+/// The joint's output between the walls of its gap, and its derivatives by the parameters of the law.
+struct Output<'a> {
+    law: &'a Law<'a>,
+    place: f64,
+    /// By each fitted value of the gap, the spike and its time constant.
+    carried: Vec<f64>,
+}
+
+/// How far the drive's signal lags after a reversal.
+struct Lag {
+    size: f64,
+    /// Part of the spike that is left.
+    left: f64,
+    /// The spike is larger than the travel since the reversal.
+    stuck: bool,
+}
+
+impl<'a> Output<'a> {
+    fn new(law: &'a Law<'a>, place: f64) -> Self {
+        Self { law, place, carried: vec![0.0; law.gap.fitted() + 2] }
+    }
+
+    /// Writes bin `i`.
+    fn record(&self, i: usize, p: f64, pushed: bool, out: &mut Out) {
+        out.error[i] = self.place - p;
+        let width = self.carried.len();
+        if let Some(d) = &mut out.derivatives {
+            d[i * width..(i + 1) * width].copy_from_slice(&self.carried);
+        }
+        if let Some(f) = &mut out.pushed {
+            f[i] = pushed;
+        }
+    }
+
+    /// At the start of `run` the drive turns: a gap that shrank there has moved the output.
+    fn reverse(&mut self, run: &Run) {
+        let to = run.p + run.dir * self.law.gap.at(run.p);
+        if -run.dir * (to - self.place) > 0.0 {
+            self.place = to;
+            self.law.gap.gradient(run.p, run.dir, &mut self.carried);
+            let fitted = self.law.gap.fitted();
+            self.carried[fitted..].fill(0.0);
+        }
+    }
+
+    fn lag(&self, run: Option<&Run>, t_s: f64, p: f64, derivatives: bool) -> Lag {
+        let Some(run) = run else { return Lag { size: 0.0, left: 0.0, stuck: true } };
+        let left = || (-(t_s - run.t_s) / self.law.tau_s).exp();
+        if self.law.spike > 0.0 {
+            let left = left();
+            let size = self.law.spike * left;
+            let travel = (run.dir * (p - run.p)).max(0.0);
+            Lag { size: if travel < size { travel } else { size }, left, stuck: travel < size }
+        } else if derivatives {
+            Lag { size: 0.0, left: left(), stuck: false }
+        } else {
+            Lag { size: 0.0, left: 0.0, stuck: true }
+        }
+    }
+
+    /// The drive stands at `p`, moving `dir`, at `t_s`; `reversed` is its run since the last reversal, if there was one.
+    fn push(&mut self, reversed: Option<&Run>, dir: f64, t_s: f64, p: f64, derivatives: bool) -> bool {
+        let law = self.law;
+        let lag = self.lag(reversed, t_s, p, derivatives);
+        let gap = law.gap.at(p);
+        let signal = dir * p - lag.size;
+        // the wall on the far side pushes; the wall in front only where the gap shrinks faster than the signal moves
+        let wall = if signal - gap > dir * self.place {
+            -1.0
+        } else if signal + gap < dir * self.place {
+            1.0
+        } else {
+            return false;
+        };
+        self.place = dir * (signal + wall * gap);
+        if derivatives {
+            law.gap.gradient(p, wall * dir, &mut self.carried);
+            let since_s = t_s - reversed.map_or(t_s, |r| r.t_s);
+            let (by_spike, by_tau) = if lag.stuck {
+                (0.0, 0.0)
+            } else {
+                (-dir * lag.left, -dir * law.spike * lag.left * since_s / (law.tau_s * law.tau_s))
+            };
+            let fitted = law.gap.fitted();
+            self.carried[fitted] = by_spike;
+            self.carried[fitted + 1] = by_tau;
+        }
+        true
     }
 }
 

@@ -13,7 +13,7 @@ use crate::log::Log;
 use crate::log::dwells::{Dwell, count};
 use crate::machine::measurement::Instrument;
 use crate::numerics::robust::median;
-use crate::robot::{Chain, JointKind, Robot};
+use crate::robot::{Chain, Joint, JointKind, Robot};
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
 
@@ -44,7 +44,7 @@ pub(super) fn point(dwell: &Dwell, k: usize) -> Option<Vector3<f64>> {
     dwell.points.get(k)?.map(|p| p.mean)
 }
 
-/// Half gap of a pair whose joint was measured behind its gear.
+/// Half gap of a pair whose joint was measured after its gear.
 pub(super) fn measured(readings: &Readings, pair: &Pair) -> Option<HalfGap> {
     let (up, down) = both(readings, pair);
     let of = |d: &Dwell| d.meas.get(pair.axis).copied().flatten();
@@ -208,64 +208,133 @@ pub fn half_gaps(
     let mut tables = Vec::new();
     for axis in 0..robot.dof() {
         let joint = robot.axis(axis);
-        let mut places: BTreeMap<usize, Place> = BTreeMap::new();
-        let (mut lost, mut blind, mut measured_pairs) = (0usize, 0usize, 0usize);
-        let (mut levers, mut strokes) = (Vec::new(), f64::INFINITY);
+        let mut tested = TestedJoint::new(axis);
         for p in readings.pairs.iter().filter(|p| p.axis == axis) {
-            let (up, down) = both(readings, p);
-            let read = if let Some(half) = measured(readings, p) {
-                measured_pairs += 1;
-                Some(half)
-            } else if let Some(instrument) = &instruments[p.log] {
-                let half = along(&chains, instrument, readings, p);
-                lost += usize::from(half.is_none() && (up.scalar.is_none() || down.scalar.is_none()));
-                blind += usize::from(half.is_none() && up.scalar.is_some() && down.scalar.is_some());
-                half.map(|(half, lever)| {
-                    levers.push(lever.abs());
-                    half
-                })
-            } else if seen_by_both(&chains, up, down).contains(&true) {
-                let half = inverse.as_ref().and_then(|inverse| half_gap(&chains, inverse, readings, p));
-                blind += usize::from(half.is_none());
-                half.map(|h| {
-                    levers.push(h.lever);
-                    HalfGap { value: h.value, variance_in_dwell: h.variance }
-                })
-            } else {
-                lost += 1;
-                None
-            };
-            let Some(value) = read else { continue };
-            strokes = [up, down].iter().filter_map(|d| d.approach).map(|a| a.stroke).fold(strokes, f64::min);
-            let place = places.entry(p.place).or_default();
-            place.at.extend([up.command[axis], down.command[axis]]);
-            place.values.push(value);
             let view = View { chains: &chains, inverse: inverse.as_ref(), instrument: instruments[p.log].as_ref() };
-            let series = |d: &Dwell| over_time(&view, &logs[p.log], d, axis);
-            place.series.push(series(up).zip(series(down)));
+            tested.add(&view, &logs[p.log], readings, p);
         }
-        if lost > 0 {
-            readings.notes.push(format!("{}: pairs left out, without the tracker: {lost}", joint.name));
+        readings.notes.extend(tested.notes(joint));
+        if !tested.places.is_empty() {
+            tables.push(tested.table(logs, readings.unpaired[axis]));
         }
-        if blind > 0 {
+    }
+    tables
+}
+
+/// How a pair is read.
+enum Reading {
+    /// By the sensor after the joint's gear.
+    Joint(HalfGap),
+    /// Through the TCP or a single reading, with its lever.
+    Lever(HalfGap, f64),
+    /// The tracker was lost.
+    Lost,
+    /// The joint hardly moves what is measured.
+    Insensitive,
+}
+
+fn read(view: &View, readings: &Readings, pair: &Pair) -> Reading {
+    let (up, down) = both(readings, pair);
+    if let Some(half) = measured(readings, pair) {
+        Reading::Joint(half)
+    } else if let Some(instrument) = view.instrument {
+        match along(view.chains, instrument, readings, pair) {
+            Some((half, lever)) => Reading::Lever(half, lever),
+            None if up.scalar.is_some() && down.scalar.is_some() => Reading::Insensitive,
+            None => Reading::Lost,
+        }
+    } else if seen_by_both(view.chains, up, down).contains(&true) {
+        match view.inverse.and_then(|inverse| half_gap(view.chains, inverse, readings, pair)) {
+            Some(h) => Reading::Lever(HalfGap { value: h.value, variance_in_dwell: h.variance }, h.lever),
+            None => Reading::Insensitive,
+        }
+    } else {
+        Reading::Lost
+    }
+}
+
+/// What the pairs of one joint gave.
+struct TestedJoint {
+    axis: usize,
+    places: BTreeMap<usize, Place>,
+    /// Pairs left out.
+    lost: usize,
+    insensitive: usize,
+    by_sensor: usize,
+    levers: Vec<f64>,
+    least_stroke: f64,
+}
+
+impl TestedJoint {
+    fn new(axis: usize) -> Self {
+        let (places, levers) = (BTreeMap::new(), Vec::new());
+        Self { axis, places, lost: 0, insensitive: 0, by_sensor: 0, levers, least_stroke: f64::INFINITY }
+    }
+
+    fn add(&mut self, view: &View, log: &Log, readings: &Readings, pair: &Pair) {
+        let value = match read(view, readings, pair) {
+            Reading::Joint(half) => {
+                self.by_sensor += 1;
+                half
+            }
+            Reading::Lever(half, lever) => {
+                self.levers.push(lever.abs());
+                half
+            }
+            Reading::Lost => {
+                self.lost += 1;
+                return;
+            }
+            Reading::Insensitive => {
+                self.insensitive += 1;
+                return;
+            }
+        };
+        let (up, down) = both(readings, pair);
+        let strokes = [up, down].into_iter().filter_map(|d| d.approach).map(|a| a.stroke);
+        self.least_stroke = strokes.fold(self.least_stroke, f64::min);
+        let place = self.places.entry(pair.place).or_default();
+        place.at.extend([up.command[self.axis], down.command[self.axis]]);
+        place.values.push(value);
+        let series = |d: &Dwell| over_time(view, log, d, self.axis);
+        place.series.push(series(up).zip(series(down)));
+    }
+
+    fn notes(&self, joint: &Joint) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.lost > 0 {
+            notes.push(format!("{}: pairs left out, without the tracker: {}", joint.name, self.lost));
+        }
+        if self.insensitive > 0 {
             let per = if joint.kind == JointKind::Revolute { "mm per radian" } else { "um per mm" };
-            readings.notes.push(format!(
-                "{}: pairs left out, as the joint moves the TCP by less than {} {per} there: {blind}",
+            notes.push(format!(
+                "{}: pairs left out, as the joint moves the TCP by less than {} {per} there: {}",
                 joint.name,
-                LEAST_LEVER * 1e3
+                LEAST_LEVER * 1e3,
+                self.insensitive
             ));
         }
-        if places.is_empty() {
-            continue;
-        }
-        let measured = levers.is_empty() && measured_pairs > 0;
-        let rounding = if measured {
-            let of = |l: &Log| l.meas.get(axis).and_then(|c| c.as_deref()).map_or(0.0, count);
+        notes
+    }
+
+    /// Rounding of a half gap: of the sensor's counts, or of the tracker's file through the lever.
+    fn rounding(&self, logs: &[Log]) -> f64 {
+        if self.is_by_sensor() {
+            let of = |l: &Log| l.meas.get(self.axis).and_then(|c| c.as_deref()).map_or(0.0, count);
             ROUNDING_COUNTS * logs.iter().map(of).fold(0.0, f64::max)
         } else {
-            ROUNDING_M / median(&levers).max(LEAST_LEVER)
-        };
-        let series: Option<Vec<PairSeries>> = places
+            ROUNDING_M / median(&self.levers).max(LEAST_LEVER)
+        }
+    }
+
+    fn is_by_sensor(&self) -> bool {
+        self.levers.is_empty() && self.by_sensor > 0
+    }
+
+    fn table(mut self, logs: &[Log], unpaired: usize) -> Table {
+        let rounding = self.rounding(logs);
+        let series: Option<Vec<PairSeries>> = self
+            .places
             .values_mut()
             .enumerate()
             .flat_map(|(i, p)| {
@@ -274,15 +343,16 @@ pub fn half_gaps(
             })
             .map(|found| found.map(|(place, value, (up, down))| PairSeries::new(place, value, up, down)))
             .collect();
-        tables.push(Table {
-            axis,
+        let measured = self.is_by_sensor();
+        let mean = |at: &[f64]| at.iter().sum::<f64>() / at.len() as f64;
+        Table {
+            axis: self.axis,
             series: series.unwrap_or_default(),
-            places: places.into_values().map(|p| (p.at.iter().sum::<f64>() / p.at.len() as f64, p.values)).collect(),
+            places: self.places.into_values().map(|p| (mean(&p.at), p.values)).collect(),
             rounding,
-            least_stroke: strokes,
-            unpaired: readings.unpaired[axis],
+            least_stroke: self.least_stroke,
+            unpaired,
             measured,
-        });
+        }
     }
-    tables
 }

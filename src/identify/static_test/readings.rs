@@ -45,26 +45,45 @@ type Key = (usize, usize, Vec<usize>, Vec<i8>);
 
 /// Finds dwells and pairs.
 pub fn collect(robot: &Robot, logs: &[Log], options: &DwellOptions) -> Result<Readings> {
-    for log in logs {
-        if log.tcp_m.is_empty() && log.meas.iter().all(Option::is_none) && !log.instruments.has_scalar() {
-            return Err(Error::bad(
-                Place::line(&log.name, 1),
-                "no measurement column",
-                "`x_mm,y_mm,z_mm` of the TCP, `meas_<joint>` of a joint, `r_mm`, `r_um` or `dial_um`",
-            ));
-        }
+    if let Some(log) = logs
+        .iter()
+        .find(|log| log.tcp_m.is_empty() && log.meas.iter().all(Option::is_none) && !log.instruments.has_scalar())
+    {
+        return Err(Error::bad(
+            Place::line(&log.name, 1),
+            "no measurement column",
+            "`x_mm,y_mm,z_mm` of the TCP, `meas_<joint>` of a joint, `r_mm`, `r_um` or `dial_um`",
+        ));
     }
     let all: Vec<Vec<Dwell>> = logs.par_iter().map(|l| dwells(l, robot, options)).collect::<Result<_>>()?;
-    for (log, found) in logs.iter().zip(&all) {
-        if found.is_empty() {
-            return Err(Error::bad(
-                Place::file(&log.name),
-                format!("no dwell of {} s or more", options.min_s),
-                "a static test: the robot stands still at each tested angle (or a `trigger` column that is not 0 there)",
-            ));
-        }
+    if let Some((log, _)) = logs.iter().zip(&all).find(|(_, found)| found.is_empty()) {
+        return Err(Error::bad(
+            Place::file(&log.name),
+            format!("no dwell of {} s or more", options.min_s),
+            "a static test: the robot stands still at each tested angle (or a `trigger` column that is not 0 there)",
+        ));
     }
-    let groups: Vec<Vec<Vec<usize>>> = (0..robot.dof()).map(|axis| group(robot, logs, &all, axis)).collect();
+    let (settings, together) = settings(robot, logs, &all);
+    let joints = pair_all(robot.dof(), &settings, &all);
+    if !joints.tested.contains(&true) {
+        let name = logs.first().map_or("", |l| l.name.as_str());
+        return Err(Error::bad(
+            Place::file(name),
+            format!("{} dwells, none of them reached by one joint alone", all.iter().map(Vec::len).sum::<usize>()),
+            "a static test: one joint moves at a time, and reaches each place from below and from above",
+        ));
+    }
+    let mut notes = joints.notes(robot);
+    if together > 0 {
+        notes.push(format!("dwells left out, reached by several joints at once or by none: {together}"));
+    }
+    Ok(Readings { dwells: all, pairs: joints.pairs, unpaired: joints.unpaired, notes })
+}
+
+/// Dwells in one setting: one log, one moved joint, all joints at one place, the others come from one side. Second: dwells that
+/// no joint reached alone.
+fn settings(robot: &Robot, logs: &[Log], all: &[Vec<Dwell>]) -> (BTreeMap<Key, Vec<usize>>, usize) {
+    let groups: Vec<Vec<Vec<usize>>> = (0..robot.dof()).map(|axis| group(robot, logs, all, axis)).collect();
     let mut settings: BTreeMap<Key, Vec<usize>> = BTreeMap::new();
     let mut together = 0usize;
     for (l, found) in all.iter().enumerate() {
@@ -77,55 +96,62 @@ pub fn collect(robot: &Robot, logs: &[Log], options: &DwellOptions) -> Result<Re
             let mut others = dwell.dirs.clone();
             others[approach.axis] = 0;
             if logs[l].meas[approach.axis].is_some() {
-                others.fill(0); // the sensor behind this gear knows nothing of the others' gaps
+                others.fill(0); // the sensor after this gear knows nothing of the others' gaps
             }
             settings.entry((l, approach.axis, places, others)).or_default().push(d);
         }
     }
-    let mut pairs = Vec::new();
-    let mut unpaired = vec![0; robot.dof()];
-    let mut one_sided = vec![0usize; robot.dof()];
-    let mut tested = vec![false; robot.dof()];
+    (settings, together)
+}
+
+/// The pairs, and per joint what found no partner.
+struct Paired {
+    pairs: Vec<Pair>,
+    /// Dwells without a partner.
+    unpaired: Vec<usize>,
+    /// Settings that were reached from one side only.
+    one_sided: Vec<usize>,
+    tested: Vec<bool>,
+}
+
+fn pair_all(dof: usize, settings: &BTreeMap<Key, Vec<usize>>, all: &[Vec<Dwell>]) -> Paired {
+    let mut out =
+        Paired { pairs: Vec::new(), unpaired: vec![0; dof], one_sided: vec![0; dof], tested: vec![false; dof] };
     for (setting, ((log, axis, places, _), members)) in settings.iter().enumerate() {
-        tested[*axis] = true;
+        out.tested[*axis] = true;
         let matched = matches(&all[*log], *axis, members);
         if matched.is_empty() {
-            one_sided[*axis] += 1;
+            out.one_sided[*axis] += 1;
             continue;
         }
-        unpaired[*axis] += members.len() - 2 * matched.len();
+        out.unpaired[*axis] += members.len() - 2 * matched.len();
         let place = places[*axis];
-        pairs.extend(matched.into_iter().map(|(up, down)| Pair { log: *log, axis: *axis, place, setting, up, down }));
+        let pair = |(up, down)| Pair { log: *log, axis: *axis, place, setting, up, down };
+        out.pairs.extend(matched.into_iter().map(pair));
     }
-    pairs.sort_by_key(|p: &Pair| (p.axis, p.place, p.log, p.up.min(p.down)));
-    if !tested.contains(&true) {
-        let name = logs.first().map_or("", |l| l.name.as_str());
-        return Err(Error::bad(
-            Place::file(name),
-            format!("{} dwells, none of them reached by one joint alone", all.iter().map(Vec::len).sum::<usize>()),
-            "a static test: one joint moves at a time, and reaches each place from below and from above",
-        ));
-    }
-    let mut notes = Vec::new();
-    for axis in 0..robot.dof() {
-        let name = &robot.axis(axis).name;
-        if tested[axis] && !pairs.iter().any(|p| p.axis == axis) {
-            notes.push(format!(
-                "{name}: every one of its {} places was reached from one side only: no gap can be found; reach each place from below and from above",
-                one_sided[axis]
-            ));
-        } else if one_sided[axis] > 0 {
-            notes.push(format!("{name}: places left out, as reached from one side only: {}", one_sided[axis]));
+    out.pairs.sort_by_key(|p: &Pair| (p.axis, p.place, p.log, p.up.min(p.down)));
+    out
+}
+
+impl Paired {
+    fn notes(&self, robot: &Robot) -> Vec<String> {
+        let mut notes = Vec::new();
+        for axis in 0..robot.dof() {
+            let name = &robot.axis(axis).name;
+            let (one_sided, unpaired) = (self.one_sided[axis], self.unpaired[axis]);
+            if self.tested[axis] && !self.pairs.iter().any(|p| p.axis == axis) {
+                notes.push(format!(
+                    "{name}: every one of its {one_sided} places was reached from one side only: no gap can be found; reach each place from below and from above"
+                ));
+            } else if one_sided > 0 {
+                notes.push(format!("{name}: places left out, as reached from one side only: {one_sided}"));
+            }
+            if unpaired > 0 {
+                notes.push(format!("{name}: {unpaired} dwells without a partner from the other side were left out"));
+            }
         }
-        if unpaired[axis] > 0 {
-            notes
-                .push(format!("{name}: {} dwells without a partner from the other side were left out", unpaired[axis]));
-        }
+        notes
     }
-    if together > 0 {
-        notes.push(format!("dwells left out, reached by several joints at once or by none: {together}"));
-    }
-    Ok(Readings { dwells: all, pairs, unpaired, notes })
 }
 
 /// Group of each dwell's command of an axis, counted upwards over all logs: `[log][dwell]`.

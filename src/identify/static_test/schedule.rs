@@ -10,7 +10,7 @@
 //! for its joint A2, 3 of 20 for A5, where an angle's own standard error is 0.00013 deg,
 //! more than that tolerance at its minimum (with the true knots known it would be two of three). Below five places nothing is smoothed: the raw means are the knots.
 
-use super::knots::{Data, search};
+use super::knots::{Data, Tried, search};
 use super::polynomial::{self, Fit};
 use super::summary::Summary;
 use crate::effects::GapCurve;
@@ -54,73 +54,34 @@ pub struct Schedule {
 
 /// Curve of a joint whose gap varies (two places or more).
 pub fn build(summary: &Summary) -> Schedule {
-    let (x, y, r) = (summary.places(), summary.means(), summary.repeats());
     let polynomials = polynomial::fits(summary);
     let degree = polynomial::explaining(&polynomials).map(|f| f.degree);
-    let n = x.len();
-    if n < SMOOTHED_FROM {
-        let mut notes = vec![format!("{n} places are too few to smooth: the schedule joins the raw means")];
-        let heights = not_negative(&y, &mut notes);
-        let band = r.iter().map(|r| (summary.noise.variance / r).sqrt()).collect();
-        let all = through(&x, &heights);
-        return Schedule {
-            few: all.clone(),
-            all,
-            heights,
-            band,
-            readable: None,
-            polynomials,
-            degree,
-            polynomial_weight: 0.0,
-            averaged: 0,
-            notes,
-        };
+    if summary.places().len() < SMOOTHED_FROM {
+        return raw_means(summary, polynomials, degree);
     }
-    let (total, s2) = (summary.total(), summary.noise.variance);
-    let sse = s2 * summary.noise.dof;
+    let (x, y, r) = (summary.places(), summary.means(), summary.repeats());
+    let n = x.len();
     let tried = search(&Data { x: &x, y: &y, r: &r });
-    let size = |k: usize, left: f64| -0.5 * (total * (sse + left).ln() + k as f64 * total.ln());
-    // all curves: weight, parameters, values; PCHIP first
-    let mut all: Vec<(f64, usize, &[f64])> = tried
-        .curves
-        .iter()
-        .map(|c| {
-            (
-                size(c.knots.len(), c.left) - ln_choose(tried.candidates - 2, c.knots.len() - 2),
-                c.knots.len(),
-                c.values.as_slice(),
-            )
-        })
-        .collect();
-    let n_pchip = all.len();
-    all.extend(polynomials.iter().map(|f| (size(f.degree + 1, f.left), f.degree + 1, f.values.as_slice())));
-    let best = all.iter().map(|c| c.0).fold(f64::NEG_INFINITY, f64::max);
-    let sum: f64 = all.iter().map(|c| (c.0 - best).exp()).sum();
-    let weights: Vec<f64> = all.iter().map(|c| (c.0 - best).exp() / sum).collect();
-    let mean: Vec<f64> = (0..n).map(|i| all.iter().zip(&weights).map(|(c, w)| w * c.2[i]).sum()).collect();
-    let parameters: f64 = all.iter().zip(&weights).map(|(c, w)| w * c.1 as f64).sum();
-    let within = s2 * parameters / total;
-    let band = (0..n)
-        .map(|i| (all.iter().zip(&weights).map(|(c, w)| w * (c.2[i] - mean[i]).powi(2)).sum::<f64>() + within).sqrt())
-        .collect();
-    let polynomial_weight: f64 = weights[n_pchip..].iter().sum();
+    let average = Average::new(summary, &tried, &polynomials);
+    let (mean, band) = average.mean_and_band(summary);
+    let n_pchip = tried.curves.len();
+    let polynomial_weight: f64 = average.weights[n_pchip..].iter().sum();
     let mut notes = Vec::new();
     let heights = not_negative(&mean, &mut notes);
-    // the first of equal weights: the search's order is fixed
-    let top = |range: std::ops::Range<usize>| range.reduce(|a, b| if weights[b] > weights[a] { b } else { a });
-    let readable = top(0..n_pchip).map(|i| {
+    let readable = average.heaviest(0..n_pchip).map(|i| {
         let c = &tried.curves[i];
         let dof = (n - c.knots.len()) as f64;
         Readable {
             knots: c.knots.iter().zip(&c.heights).map(|(&k, &h)| [x[k], h.max(0.0)]).collect(),
-            p_value: fisher::tail(c.left / dof / s2, dof, summary.noise.dof),
-            weight: weights[i],
+            p_value: fisher::tail(c.left / dof / summary.noise.variance, dof, summary.noise.dof),
+            weight: average.weights[i],
         }
     });
     let of_few_knots = readable.as_ref().and_then(|k| Pchip::new(&k.knots)).map(GapCurve::Pchip);
     let all_knots = through(&x, &heights);
     let few = if polynomial_weight > POLYNOMIAL {
-        let curve = top(n_pchip..all.len()).map(|i| polynomial::curve(&polynomials[i - n_pchip], [x[0], x[n - 1]]));
+        let best = average.heaviest(n_pchip..average.curves.len());
+        let curve = best.map(|i| polynomial::curve(&polynomials[i - n_pchip], [x[0], x[n - 1]]));
         curve.filter(|c| c.smallest() >= 0.0)
     } else {
         None
@@ -133,9 +94,84 @@ pub fn build(summary: &Summary) -> Schedule {
         readable,
         degree,
         polynomial_weight,
-        averaged: all.len(),
+        averaged: average.curves.len(),
         notes,
         polynomials,
+    }
+}
+
+/// The raw means as the curve, where there are too few places to smooth.
+fn raw_means(summary: &Summary, polynomials: Vec<Fit>, degree: Option<usize>) -> Schedule {
+    let (x, y, r) = (summary.places(), summary.means(), summary.repeats());
+    let mut notes = vec![format!("{} places are too few to smooth: the schedule joins the raw means", x.len())];
+    let heights = not_negative(&y, &mut notes);
+    let band = r.iter().map(|r| (summary.noise.variance / r).sqrt()).collect();
+    let all = through(&x, &heights);
+    Schedule {
+        few: all.clone(),
+        all,
+        heights,
+        band,
+        readable: None,
+        polynomials,
+        degree,
+        polynomial_weight: 0.0,
+        averaged: 0,
+        notes,
+    }
+}
+
+/// A curve of the average.
+struct Curve<'a> {
+    /// Logarithm of its weight, up to a common constant.
+    log_weight: f64,
+    parameters: usize,
+    values: &'a [f64],
+}
+
+/// All curves with their weights: PCHIP first, then polynomials.
+struct Average<'a> {
+    curves: Vec<Curve<'a>>,
+    weights: Vec<f64>,
+}
+
+impl<'a> Average<'a> {
+    fn new(summary: &Summary, tried: &'a Tried, polynomials: &'a [Fit]) -> Self {
+        let total = summary.total();
+        let sse = summary.noise.variance * summary.noise.dof;
+        let size = |k: usize, left: f64| -0.5 * (total * (sse + left).ln() + k as f64 * total.ln());
+        let pchip = tried.curves.iter().map(|c| Curve {
+            log_weight: size(c.knots.len(), c.left) - ln_choose(tried.candidates - 2, c.knots.len() - 2),
+            parameters: c.knots.len(),
+            values: &c.values,
+        });
+        let polynomials = polynomials.iter().map(|f| Curve {
+            log_weight: size(f.degree + 1, f.left),
+            parameters: f.degree + 1,
+            values: &f.values,
+        });
+        let curves: Vec<Curve> = pchip.chain(polynomials).collect();
+        let best = curves.iter().map(|c| c.log_weight).fold(f64::NEG_INFINITY, f64::max);
+        let sum: f64 = curves.iter().map(|c| (c.log_weight - best).exp()).sum();
+        let weights = curves.iter().map(|c| (c.log_weight - best).exp() / sum).collect();
+        Self { curves, weights }
+    }
+
+    /// Weighted mean and band at each place.
+    fn mean_and_band(&self, summary: &Summary) -> (Vec<f64>, Vec<f64>) {
+        let weighted = || self.curves.iter().zip(&self.weights);
+        let n = summary.places().len();
+        let mean: Vec<f64> = (0..n).map(|i| weighted().map(|(c, w)| w * c.values[i]).sum()).collect();
+        let parameters: f64 = weighted().map(|(c, w)| w * c.parameters as f64).sum();
+        let within = summary.noise.variance * parameters / summary.total();
+        let between = |i: usize| weighted().map(|(c, w)| w * (c.values[i] - mean[i]).powi(2)).sum::<f64>();
+        let band = (0..n).map(|i| (between(i) + within).sqrt()).collect();
+        (mean, band)
+    }
+
+    /// The curve of largest weight in `range`; the first of equal ones, as the search's order is fixed.
+    fn heaviest(&self, range: std::ops::Range<usize>) -> Option<usize> {
+        range.reduce(|a, b| if self.weights[b] > self.weights[a] { b } else { a })
     }
 }
 

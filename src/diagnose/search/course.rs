@@ -1,0 +1,99 @@
+//! What the search holds between its steps: from the first finds to what stays unexplained.
+
+use crate::diagnose::candidates::structure::{Ratio, Tested};
+use crate::diagnose::noise::whitening::Whitening;
+use crate::diagnose::problem::recording::Recording;
+use crate::diagnose::search::contradiction::{self, Contradiction};
+use crate::diagnose::search::fit::Fit;
+use crate::diagnose::search::outcome::{Next, Refined, Step};
+use crate::diagnose::search::prepared::Prepared;
+use crate::diagnose::search::{Search, direction, freed, geometry, precise, remaining};
+
+/// What the search holds between its steps.
+pub(in crate::diagnose) struct Course {
+    pub(in crate::diagnose) fit: Fit,
+    pub(in crate::diagnose) whitening: Whitening,
+    pub(in crate::diagnose) steps: Vec<Step>,
+    pub(in crate::diagnose) notes: Vec<String>,
+    /// The geometry of a real arm, found as one.
+    pub(in crate::diagnose) group: Option<geometry::Group>,
+    /// Gaps that settled poses show by the side of the approach.
+    pub(in crate::diagnose) gaps: direction::Terms,
+    pub(in crate::diagnose) structure: Tested,
+    pub(in crate::diagnose) next: Option<Next>,
+    pub(in crate::diagnose) remains: Option<Ratio>,
+}
+
+impl Course {
+    /// What could stand in the place of each found effect.
+    pub(in crate::diagnose) fn alternatives(&mut self, search: &mut Search) -> Vec<Vec<Refined>> {
+        match &self.group {
+            Some(group) => search.rivals_behind(group, &self.fit, &self.gaps.terms, &self.whitening),
+            None => search.exchange(&mut self.fit, &self.whitening, &mut self.steps),
+        }
+    }
+
+    /// What stays unexplained: an effect that the limit of effects left out, a contradiction to what is known, one effect found
+    /// several times on one joint. Returns one effect more than the limit, and the contradictions.
+    pub(in crate::diagnose) fn remaining(
+        &mut self,
+        search: &Search,
+        rivals: &[Vec<Refined>],
+    ) -> (Option<Next>, Vec<Contradiction>) {
+        let (problem, known) = (search.problem, search.known);
+        let next = self.next.take().filter(|_| self.remains.is_none());
+        let (next, further) = remaining::beyond_limit(next, &self.fit, &mut self.notes);
+        if let Some(n) = &next {
+            self.remains =
+                Some(Ratio { axis: n.axis, aspect: None, gain: n.gain, dof: n.parameters, p_value: n.p_value });
+        }
+        self.next = next;
+        let contradictions = contradiction::find(problem, &self.fit, known);
+        if self.group.is_none()
+            && let Some(first) = contradictions.first()
+        {
+            self.remains = Some(first.ratio.clone());
+        }
+        self.notes.extend(contradiction::registration(problem, &self.fit, known));
+        // one effect found several times on one joint is a shape taken to pieces
+        if self.group.is_none() && self.remains.is_none() {
+            self.remains = search.repeated(&self.fit, rivals);
+        }
+        (further, contradictions)
+    }
+}
+
+impl Search<'_> {
+    /// Geometry as one group where settled poses of a real arm show it, else rounds until nothing more is believed.
+    pub(in crate::diagnose) fn find(&mut self, prepared: &Prepared, rms_nuisance: f64) -> Course {
+        let Prepared { bundles, free, recording, .. } = prepared;
+        let (mut fit, mut whitening) = (prepared.fit.clone(), prepared.whitening.clone());
+        let mut steps: Vec<Step> = Vec::new();
+        let mut notes = self.problem.notes.clone();
+        let mut group = None;
+        let mut gaps = direction::Terms::default();
+        if *recording == Recording::SettledPoses
+            && let Some((found, next)) = self.geometry(&fit, &whitening)
+        {
+            steps.extend(self.steps_of(&next, &found));
+            group = Some(found);
+            fit = self.arm(next, &mut whitening, &mut steps, &mut gaps, &mut notes);
+        }
+        let (structure, next, remains) = match &group {
+            Some(_) => (freed::tested(self.problem, &fit, bundles), None, None),
+            None => {
+                let problem = self.problem;
+                let left =
+                    |structure: &Tested, fit: &Fit| remaining::remaining(problem, structure, free, fit, rms_nuisance);
+                self.rounds_and_merge(&mut fit, &mut whitening, &mut steps, bundles, &left)
+            }
+        };
+        // of joint sensors a misfit stays, and effects stand out of it by their shape
+        if let Some(r) = remains.as_ref().filter(|_| *recording != Recording::JointSensors) {
+            fit = self.without_substitutes(fit, r, &whitening, &mut steps);
+        }
+        // the noise of what is left: that of the freed residual is a little too quiet for a test
+        whitening = precise::noise_left(self.problem, &fit, &whitening, bundles);
+        Course { fit, whitening, steps, notes, group, gaps, structure, next, remains }
+    }
+}
