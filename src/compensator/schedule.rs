@@ -24,13 +24,47 @@ pub fn shown(v: &Value) -> String {
     serde_yaml::to_string(v).map_or_else(|_| "?".into(), |s| s.trim().replace('\n', " "))
 }
 
+fn wrong(key: &str, found: impl Into<String>, expected: impl Into<String>) -> Wrong {
+    (key.to_string(), found.into(), expected.into())
+}
+
+fn pchip(map: &Mapping, joint: &Joint) -> Result<GapCurve, Wrong> {
+    let (si, unit) = (joint.kind.si_per_user_unit(), joint.kind.unit());
+    let knots: Option<Vec<[f64; 2]>> = map.get("knots").and_then(|v| serde_yaml::from_value(v.clone()).ok());
+    let pairs = knots.map(|k| k.iter().map(|p| p.map(|v| v * si)).collect::<Vec<_>>());
+    let expected =
+        || format!("two or more pairs [position_{unit}, half_gap_{unit}], finite, positions strictly rising");
+    let curve = pairs.and_then(|p| Pchip::new(&p)).map(GapCurve::Pchip);
+    curve.ok_or_else(|| wrong("knots", "knots that cannot be joined", expected()))
+}
+
+fn polynomial(map: &Mapping, range_key: &str, joint: &Joint) -> Result<GapCurve, Wrong> {
+    let si = joint.kind.si_per_user_unit();
+    let numbers = |key: &str| -> Option<Vec<f64>> {
+        let v: Vec<f64> = serde_yaml::from_value(map.get(key)?.clone()).ok()?;
+        (!v.is_empty() && v.iter().all(|x| x.is_finite())).then_some(v)
+    };
+    let c = numbers("coefficients")
+        .ok_or_else(|| wrong("coefficients", "no coefficients, or one that is no number", "finite numbers"))?;
+    let range = match (map.contains_key(range_key), joint.limits) {
+        (true, _) => numbers(range_key)
+            .and_then(|v| <[f64; 2]>::try_from(v).ok())
+            .map(|r| r.map(|v| v * si))
+            .filter(|[lo, hi]| lo < hi),
+        (false, limits) => limits,
+    };
+    let range = range.ok_or_else(|| {
+        wrong(range_key, format!("no usable `{range_key}`"), format!("`{range_key}: [lower, upper]`"))
+    })?;
+    let coefficients = c.iter().enumerate().map(|(k, c)| c * si / si.powi(k as i32)).collect();
+    Ok(GapCurve::Polynomial { coefficients, range })
+}
+
 /// Reads a schedule for `joint`.
 pub fn read(value: &Value, joint: &Joint) -> Result<GapCurve, Wrong> {
     let unit = joint.kind.unit();
-    let si = joint.kind.si_per_user_unit();
-    let wrong = |key: &str, found: String, expected: String| (key.to_string(), found, expected);
     let Value::Mapping(map) = value else {
-        return Err(wrong("schedule", shown(value), "`{kind: polynomial, ...}` or `{kind: pchip, ...}`".into()));
+        return Err(wrong("schedule", shown(value), "`{kind: polynomial, ...}` or `{kind: pchip, ...}`"));
     };
     let range_key = format!("range_{unit}");
     let kind = map.get("kind").and_then(Value::as_str).unwrap_or_default();
@@ -38,57 +72,16 @@ pub fn read(value: &Value, joint: &Joint) -> Result<GapCurve, Wrong> {
         "polynomial" => &["kind", "coefficients", range_key.as_str()],
         "pchip" => &["kind", "knots"],
         other => {
-            return Err(wrong("kind", format!("schedule of kind `{other}`"), "`polynomial` or `pchip`".into()));
+            return Err(wrong("kind", format!("schedule of kind `{other}`"), "`polynomial` or `pchip`"));
         }
     };
     if let Some(key) = map.keys().map(shown).find(|k| !allowed.contains(&k.as_str())) {
         return Err(wrong(&key, format!("unknown key `{key}`"), format!("only {}", allowed.join(", "))));
     }
-    let curve = if kind == "pchip" {
-        let knots: Option<Vec<[f64; 2]>> = map.get("knots").and_then(|v| serde_yaml::from_value(v.clone()).ok());
-        let pairs = knots.map(|k| k.iter().map(|p| p.map(|v| v * si)).collect::<Vec<_>>());
-        match pairs.and_then(|p| Pchip::new(&p)) {
-            Some(p) => GapCurve::Pchip(p),
-            None => {
-                return Err(wrong(
-                    "knots",
-                    "knots that cannot be joined".into(),
-                    format!("two or more pairs [position_{unit}, half_gap_{unit}], finite, positions strictly rising"),
-                ));
-            }
-        }
-    } else {
-        let numbers = |key: &str| -> Option<Vec<f64>> {
-            let v: Vec<f64> = serde_yaml::from_value(map.get(key)?.clone()).ok()?;
-            (!v.is_empty() && v.iter().all(|x| x.is_finite())).then_some(v)
-        };
-        let Some(c) = numbers("coefficients") else {
-            return Err(wrong(
-                "coefficients",
-                "no coefficients, or one that is no number".into(),
-                "finite numbers".into(),
-            ));
-        };
-        let range = match (map.contains_key(range_key.as_str()), joint.limits) {
-            (true, _) => numbers(&range_key)
-                .and_then(|v| <[f64; 2]>::try_from(v).ok())
-                .map(|r| r.map(|v| v * si))
-                .filter(|[lo, hi]| lo < hi),
-            (false, limits) => limits,
-        };
-        let Some(range) = range else {
-            return Err(wrong(
-                &range_key,
-                format!("no usable `{range_key}`"),
-                format!("`{range_key}: [lower, upper]`"),
-            ));
-        };
-        let coefficients = c.iter().enumerate().map(|(k, c)| c * si / si.powi(k as i32)).collect();
-        GapCurve::Polynomial { coefficients, range }
-    };
+    let curve = if kind == "pchip" { pchip(map, joint)? } else { polynomial(map, &range_key, joint)? };
     if curve.smallest() < -NEGATIVE_NOISE {
         let at = format!("a half gap of {} {unit}", tidy(joint.kind.to_user_unit(curve.smallest())));
-        return Err(wrong("schedule", at, "half gaps of 0 or more everywhere".into()));
+        return Err(wrong("schedule", at, "half gaps of 0 or more everywhere"));
     }
     Ok(curve)
 }

@@ -259,8 +259,26 @@ fn friction(
             shown(s.spike, joint)
         ));
     }
-    let exact = FrictionOffset { gain, shape: FrictionShape::Decay(decay) };
-    let Form::Poses { spacing_s } = form else { return Ok(Some(exact)) };
+    let Form::Poses { spacing_s } = form else {
+        return Ok(Some(FrictionOffset { gain, shape: FrictionShape::Decay(decay) }));
+    };
+    let found = over_poses(joint, gain, decay, spacing_s, s.spike - uncertainty, notes)?;
+    if found.is_none() {
+        (known.gain_ci95, known.decay_s_ci95) = (None, None);
+    }
+    Ok(found)
+}
+
+/// Equation 17 over points `spacing_s` apart; nothing where it would leave `worth` of the spike or more.
+fn over_poses(
+    joint: &Joint,
+    gain: f64,
+    decay: Decay,
+    spacing_s: f64,
+    worth: f64,
+    notes: &mut Vec<String>,
+) -> Result<Option<FrictionOffset>> {
+    let name = &joint.name;
     let Decay::Time(tau_s) = decay else {
         return Err(Error::bad(
             Place::file("--form poses"),
@@ -270,11 +288,10 @@ fn friction(
     };
     let f = poses::fit(gain, tau_s, spacing_s);
     let d = poses::distance(gain, tau_s, spacing_s, f.gain, f.exponent, f.poses);
-    if d.largest >= s.spike - uncertainty || d.energy >= 1.0 {
+    if d.largest >= worth || d.energy >= 1.0 {
         notes.push(format!(
             "{name}: friction term is left out: points {spacing_s:.2} s apart cannot follow a decay of {tau_s:.2} s"
         ));
-        (known.gain_ci95, known.decay_s_ci95) = (None, None);
         return Ok(None);
     }
     notes.push(format!(

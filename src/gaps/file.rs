@@ -3,7 +3,7 @@
 //! Keys carry the unit of their joint: `half_gap_deg` of a revolute joint, `half_gap_mm` of a prismatic one. Figures are
 //! written with ten significant digits. Reading is next door ([`super::read`]).
 
-use super::{Gaps, Registered, StictionFound, estimate};
+use super::{GapPoint, Gaps, JointGap, Registered, StictionFound, estimate};
 use crate::effects::{Decay, GapCurve};
 use crate::error::{Error, Result};
 use crate::io::yaml;
@@ -24,6 +24,50 @@ pub fn in_user_unit(values: &[f64], kind: JointKind) -> Value {
     values.iter().map(|&v| number(kind.to_user_unit(v))).collect()
 }
 
+fn point(p: &GapPoint, robot: &Robot) -> Value {
+    let joint = robot.axis(p.axis);
+    let (kind, unit) = (joint.kind, joint.kind.unit());
+    let mut m = Map::new();
+    m.insert("joint".into(), joint.name.clone().into());
+    m.insert(format!("at_{unit}"), number(kind.to_user_unit(p.at)));
+    m.insert(format!("half_gap_{unit}"), number(kind.to_user_unit(p.half_gap)));
+    m.insert("ci95".into(), in_user_unit(&p.ci95, kind));
+    m.insert("cycles".into(), p.cycles.into());
+    if !p.per_cycle.is_empty() {
+        m.insert(format!("per_cycle_{unit}"), in_user_unit(&p.per_cycle, kind));
+    }
+    Value::Object(m)
+}
+
+fn joint(j: &JointGap, gaps: &Gaps, robot: &Robot) -> Value {
+    let joint = robot.axis(j.axis);
+    let (kind, unit) = (joint.kind, joint.kind.unit());
+    let mut m = Map::new();
+    m.insert("joint".into(), joint.name.clone().into());
+    m.insert(format!("half_gap_{unit}"), number(kind.to_user_unit(j.half_gap)));
+    m.insert("ci95".into(), in_user_unit(&j.ci95, kind));
+    if let Some(s) = &j.sides {
+        for (side, value, ci95) in
+            [("positive", s.positive, s.positive_ci95), ("negative", s.negative, s.negative_ci95)]
+        {
+            m.insert(format!("{side}_{unit}"), number(kind.to_user_unit(value)));
+            m.insert(format!("{side}_ci95"), in_user_unit(&ci95, kind));
+        }
+    }
+    m.insert("significant".into(), j.significant.into());
+    m.insert("schedule".into(), j.schedule.as_ref().map_or(Value::Null, |c| curve(c, kind)));
+    m.insert("varies_p_value".into(), j.varies_p_value.map_or(Value::Null, number));
+    m.insert("stiction".into(), j.stiction.as_ref().map_or(Value::Null, |s| stiction(s, kind)));
+    if let Some(p) = j.stiction_p_value {
+        m.insert("stiction_p_value".into(), number(p));
+    }
+    let of_all = gaps.estimate.iter().flat_map(|e| &e.joints).find(|e| e.axis == j.axis);
+    if let Some(e) = of_all {
+        estimate::write_joint(e, kind, &mut m);
+    }
+    Value::Object(m)
+}
+
 /// The document.
 pub fn document(gaps: &Gaps, robot: &Robot) -> Value {
     let mut doc = Map::new();
@@ -34,50 +78,8 @@ pub fn document(gaps: &Gaps, robot: &Robot) -> Value {
     if let Some(v) = gaps.tcp_speed_m_s {
         doc.insert("tcp_speed_mm_s".into(), number(v * 1e3));
     }
-    let points = gaps.points.iter().map(|p| {
-        let joint = robot.axis(p.axis);
-        let (kind, unit) = (joint.kind, joint.kind.unit());
-        let mut m = Map::new();
-        m.insert("joint".into(), joint.name.clone().into());
-        m.insert(format!("at_{unit}"), number(kind.to_user_unit(p.at)));
-        m.insert(format!("half_gap_{unit}"), number(kind.to_user_unit(p.half_gap)));
-        m.insert("ci95".into(), in_user_unit(&p.ci95, kind));
-        m.insert("cycles".into(), p.cycles.into());
-        if !p.per_cycle.is_empty() {
-            m.insert(format!("per_cycle_{unit}"), in_user_unit(&p.per_cycle, kind));
-        }
-        Value::Object(m)
-    });
-    doc.insert("points".into(), points.collect());
-    let joints = gaps.joints.iter().map(|j| {
-        let joint = robot.axis(j.axis);
-        let (kind, unit) = (joint.kind, joint.kind.unit());
-        let mut m = Map::new();
-        m.insert("joint".into(), joint.name.clone().into());
-        m.insert(format!("half_gap_{unit}"), number(kind.to_user_unit(j.half_gap)));
-        m.insert("ci95".into(), in_user_unit(&j.ci95, kind));
-        if let Some(s) = &j.sides {
-            for (side, value, ci95) in
-                [("positive", s.positive, s.positive_ci95), ("negative", s.negative, s.negative_ci95)]
-            {
-                m.insert(format!("{side}_{unit}"), number(kind.to_user_unit(value)));
-                m.insert(format!("{side}_ci95"), in_user_unit(&ci95, kind));
-            }
-        }
-        m.insert("significant".into(), j.significant.into());
-        m.insert("schedule".into(), j.schedule.as_ref().map_or(Value::Null, |c| curve(c, kind)));
-        m.insert("varies_p_value".into(), j.varies_p_value.map_or(Value::Null, number));
-        m.insert("stiction".into(), j.stiction.as_ref().map_or(Value::Null, |s| stiction(s, kind)));
-        if let Some(p) = j.stiction_p_value {
-            m.insert("stiction_p_value".into(), number(p));
-        }
-        let of_all = gaps.estimate.iter().flat_map(|e| &e.joints).find(|e| e.axis == j.axis);
-        if let Some(e) = of_all {
-            estimate::write_joint(e, kind, &mut m);
-        }
-        Value::Object(m)
-    });
-    doc.insert("joints".into(), joints.collect());
+    doc.insert("points".into(), gaps.points.iter().map(|p| point(p, robot)).collect());
+    doc.insert("joints".into(), gaps.joints.iter().map(|j| joint(j, gaps, robot)).collect());
     if let Some(e) = &gaps.estimate {
         estimate::write_top(e, robot, &mut doc);
     }

@@ -117,6 +117,21 @@ pub struct Joined {
     pub table: write::Table,
 }
 
+/// What a reader of the offset should know.
+fn notes(aligned_by: &str, fit: &fit::Fit) -> Vec<String> {
+    let mut notes = Vec::new();
+    if aligned_by == "cmd" {
+        notes.push("the offset contains the servo's lag: encoders (enc_) of all joints in the controller's file would tell it apart".into());
+    }
+    if fit.offset_s.half_95 > 1e-3 {
+        notes.push(format!(
+            "the motion shows the clock within {:.1} ms only: move faster, or longer",
+            fit.offset_s.half_95 * 1e3
+        ));
+    }
+    notes
+}
+
 /// Joins the recordings.
 pub fn join(robot: &Robot, controller: &Recording, tracker: &Recording, options: &Options) -> Result<Joined> {
     let controller_stamps = times(controller)?;
@@ -159,16 +174,7 @@ pub fn join(robot: &Robot, controller: &Recording, tracker: &Recording, options:
     };
     let table = write::table(robot, controller, tracker, ours, theirs, &fit, options.rows);
     let empty = table.rows_without_reading();
-    let mut notes = Vec::new();
-    if aligned_by == "cmd" {
-        notes.push("the offset contains the servo's lag: encoders (enc_) of all joints in the controller's file would tell it apart".into());
-    }
-    if fit.offset_s.half_95 > 1e-3 {
-        notes.push(format!(
-            "the motion shows the clock within {:.1} ms only: move faster, or longer",
-            fit.offset_s.half_95 * 1e3
-        ));
-    }
+    let notes = notes(aligned_by, &fit);
     let report = Report {
         schema: SCHEMA,
         controller: part(controller, ours),

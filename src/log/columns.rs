@@ -391,21 +391,27 @@ pub(super) fn resolve(header: &[String], robot: &Robot, map: Option<&ColumnMap>,
             missing: entry.map_or_else(Vec::new, |e| e.missing.clone()),
         });
     }
-    if let Some(map) = map.filter(|m| m.partial)
-        && !mapped.contains(&true)
-    {
+    if let Some(map) = map {
+        all_mapped(map, &mapped, header, at)?;
+    }
+    Ok(used)
+}
+
+/// Refuses a header that lacks what the map names: one column of a partial map at least, else all.
+fn all_mapped(map: &ColumnMap, mapped: &[bool], header: &[String], at: &Place) -> Result<()> {
+    if map.partial && !mapped.contains(&true) {
         let names: Vec<String> = map.entries.keys().cloned().collect();
         let found = format!("none of the columns that {} names among {}", map.name, listed(header));
         return Err(Error::bad(at.clone(), found, listed(&names)));
     }
-    if let Some(map) = map.filter(|m| !m.partial)
+    if !map.partial
         && let Some(k) = mapped.iter().position(|m| !m)
         && let Some((theirs, _)) = map.entries.get_index(k)
     {
         let found = format!("no column `{theirs}`, which {} names", map.name);
         return Err(Error::bad(at.clone(), found, format!("a column of that name among {}", listed(header))));
     }
-    Ok(used)
+    Ok(())
 }
 
 /// Our name for a column of a joint by its number: `cmd_#1` is `cmd_A1_deg` of a robot whose first axis is A1. `None`: the robot has

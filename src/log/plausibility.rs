@@ -93,6 +93,9 @@ fn shifted(log: &Log, shift_s: f64) -> Result<String> {
     Ok(text)
 }
 
+/// What a log is expected to hold.
+const PATH_OF_FILE: &str = "the path that the robot file gives for the commands";
+
 fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, found: &mut Plausibility) -> Result<()> {
     let computed = sample.computed(robot);
     let as_read = fit(&computed, &sample.measured, false);
@@ -105,8 +108,7 @@ fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, foun
     let moving = log.moving_axes();
     let tried: Vec<(Fault, f64)> =
         Fault::all(robot, log).into_iter().map(|f| (f, f.corrected(robot, sample, &computed).misfit_m)).collect();
-    let fits = "the path that the robot file gives for the commands";
-    let refused = |text: String| Err(Error::bad(Place::file(&log.name), text, fits));
+    let refused = |text: String| Err(Error::bad(Place::file(&log.name), text, PATH_OF_FILE));
     let known = kinematics == Kinematics::OfFile;
     let units: Vec<(Fault, f64)> = tried.iter().copied().filter(|t| known || t.0.is_of_units(log)).collect();
     if let Some(text) = explained(&units, robot, as_read.misfit_m) {
@@ -130,17 +132,31 @@ fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, foun
     if as_read.misfit_m <= FOREIGN * size || moving.len() < 2 || spread(&sample.measured) < SMALLEST_PATH_M {
         return Ok(());
     }
+    foreign_path(log, robot, known, sample, &computed, found)
+}
+
+/// A measured path of another shape than the robot file's: noted of a machine whose kinematics is another, or whose tool is;
+/// refused otherwise.
+fn foreign_path(
+    log: &Log,
+    robot: &Robot,
+    known: bool,
+    sample: &Sample,
+    computed: &[Vector3<f64>],
+    found: &mut Plausibility,
+) -> Result<()> {
+    let (misfit_m, size) = (found.misfit_m.unwrap_or(0.0), found.spread_m);
     if !known {
         found.notes.push(format!(
             "the measured path is not the one that the robot file gives ({} of misfit on a path of {}): the machine's kinematics is \
              another, or robot file, units, order and clock of the columns are not those of this log",
-            millimetres(as_read.misfit_m),
+            millimetres(misfit_m),
             millimetres(size)
         ));
         return Ok(());
     }
     let frames: Vec<_> = sample.commands.iter().map(|q| robot.forward(q).rotation).collect();
-    let (free, offset) = fit_with_free_tool(&computed, &frames, &sample.measured);
+    let (free, offset) = fit_with_free_tool(computed, &frames, &sample.measured);
     if free.misfit_m <= 0.5 * FOREIGN * size {
         let o = offset * 1e3;
         found.notes.push(format!(
@@ -157,7 +173,7 @@ fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, foun
     Err(Error::bad(
         Place::file(&log.name),
         text,
-        format!("{fits}: check robot file, units, order and clock of the columns"),
+        format!("{PATH_OF_FILE}: check robot file, units, order and clock of the columns"),
     ))
 }
 

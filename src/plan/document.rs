@@ -3,6 +3,7 @@
 use super::motions::Motion;
 use super::path::{DECIMALS, Room};
 use super::question::Set;
+use super::reasons::With;
 use super::separate::{Comparison, DesignScore, Experiment, NEEDED, named, right};
 use super::{LEAST, Separation, Shown, reasons};
 use crate::diagnose::search::MOST_EFFECTS;
@@ -217,6 +218,25 @@ pub fn of_nothing(bench: &Experiment) -> Plan {
     plan
 }
 
+/// Why the pair with the least evidence cannot be told apart.
+fn hardest_pair(worth: &DesignScore, sets: &[Set], bench: &Experiment) -> String {
+    let Some(c) = worth.comparisons.iter().min_by(|a, b| a.evidence.total_cmp(&b.evidence)) else {
+        return "one rival is a special case of the other, whatever the log".into();
+    };
+    let (a, b) = (&sets[c.set].rivals[c.truth], &sets[c.set].rivals[c.other]);
+    format!("{} and {}: {}", a.name, b.name, reasons::reason(a, b, bench.model))
+}
+
+fn channels_shown(answer: &Separation) -> Vec<ChannelShown> {
+    let shown = |w: &With| ChannelShown {
+        channel: w.channel.name,
+        log: w.channel.log,
+        motion: answer.singles[w.motion].motion.name.clone(),
+        expected_2lnl: digits(w.worth.evidence),
+    };
+    answer.with.iter().map(shown).collect()
+}
+
 /// The document of a separation, and the motion to run.
 pub fn of_separation<'a>(
     question: &'static str,
@@ -253,23 +273,8 @@ pub fn of_separation<'a>(
         }
         return (plan, Some(&best.motion));
     }
-    let least = |c: &&Comparison| c.evidence;
-    if let Some(c) = best.worth.comparisons.iter().min_by(|a, b| least(a).total_cmp(&least(b))) {
-        let (a, b) = (&sets[c.set].rivals[c.truth], &sets[c.set].rivals[c.other]);
-        plan.reason = Some(format!("{} and {}: {}", a.name, b.name, reasons::reason(a, b, bench.model)));
-    } else {
-        plan.reason = Some("one rival is a special case of the other, whatever the log".into());
-    }
-    plan.channels = answer
-        .with
-        .iter()
-        .map(|w| ChannelShown {
-            channel: w.channel.name,
-            log: w.channel.log,
-            motion: answer.singles[w.motion].motion.name.clone(),
-            expected_2lnl: digits(w.worth.evidence),
-        })
-        .collect();
+    plan.reason = Some(hardest_pair(&best.worth, sets, bench));
+    plan.channels = channels_shown(answer);
     let weak = best.worth.evidence >= LEAST;
     if weak {
         plan.reason = None;

@@ -87,6 +87,37 @@ fn rival(part: &str, scale: &Scale, doc: &Document) -> Result<Rival> {
     Ok(Rival { name: names.join(" + "), effects })
 }
 
+/// The effects that a diagnosis found.
+fn effects(value: &serde_json::Value, name: &str, scale: &Scale, doc: &Document) -> Result<Vec<EffectInstance>> {
+    let mut found = Vec::new();
+    for e in value["effects"].as_array().into_iter().flatten() {
+        let mut e = e.clone();
+        // a document names the target beside the joint
+        if let Some(map) = e.as_object_mut()
+            && map.contains_key("joint")
+        {
+            map.shift_remove("target");
+        }
+        let yaml: Value = serde_json::from_value(e)
+            .map_err(|e| Error::bad(Place::file(name), e.to_string(), "effects as in a model file"))?;
+        found.push(entry::read(&yaml, scale.robot, doc)?);
+    }
+    Ok(found)
+}
+
+/// A rival that the diagnosis did not name, with sizes typical of its kind.
+fn first_guess(effect: &str, target: &str, scale: &Scale, doc: &Document) -> Result<Vec<EffectInstance>> {
+    if catalogue::find(effect).is_none() {
+        return Err(Error::bad(doc.place(&[effect]), format!("effect `{effect}` in a set"), "a name of the catalogue"));
+    }
+    let placed = |target: &str| sizes::placed(effect, target, &Mapping::new(), scale, doc);
+    // the rival of a clock offset: every joint by the same lag
+    if target == "all" {
+        return scale.robot.axis_names().into_iter().map(placed).collect();
+    }
+    Ok(vec![placed(target)?])
+}
+
 /// Reads the sets of a diagnosis document; `None` where it has none of two or more.
 pub fn of_diagnosis(name: &str, text: &str, scale: &mut Scale) -> Result<Vec<Set>> {
     let doc = Document { name, text };
@@ -103,19 +134,7 @@ pub fn of_diagnosis(name: &str, text: &str, scale: &mut Scale) -> Result<Vec<Set
         let found = format!("a diagnosis of bad data: {reason}");
         return Err(Error::bad(Place::file(name), found, "a diagnosis whose log is right"));
     }
-    let mut found = Vec::new();
-    for e in value["effects"].as_array().into_iter().flatten() {
-        let mut e = e.clone();
-        // a document names the target beside the joint
-        if let Some(map) = e.as_object_mut()
-            && map.contains_key("joint")
-        {
-            map.shift_remove("target");
-        }
-        let yaml: Value = serde_json::from_value(e)
-            .map_err(|e| Error::bad(Place::file(name), e.to_string(), "effects as in a model file"))?;
-        found.push(entry::read(&yaml, scale.robot, &doc)?);
-    }
+    let found = effects(&value, name, scale, &doc)?;
     let text_of = |p: &EffectInstance| (p.effect.name().to_string(), p.target_text(scale.robot));
     let names: Vec<(String, String)> = found.iter().map(text_of).collect();
     let mut sets = Vec::new();
@@ -136,26 +155,17 @@ pub fn of_diagnosis(name: &str, text: &str, scale: &mut Scale) -> Result<Vec<Set
         {
             scale.lost[axis] = sizes::lost_motion(&p.effect);
         }
-        let mut rivals = Vec::new();
-        for (effect, target) in &members {
-            let known = names.iter().position(|n| n.0 == *effect && n.1 == *target);
-            let placed = match known {
-                Some(k) => vec![found[k].clone()],
-                // the rival of a clock offset: every joint by the same lag
-                None if catalogue::find(effect).is_some() && target == "all" => {
-                    let axes = scale.robot.axis_names().into_iter();
-                    axes.map(|t| sizes::placed(effect, t, &Mapping::new(), scale, &doc)).collect::<Result<_>>()?
-                }
-                None if catalogue::find(effect).is_some() => {
-                    vec![sizes::placed(effect, target, &Mapping::new(), scale, &doc)?]
-                }
-                None => {
-                    let place = doc.place(&[effect.as_str()]);
-                    return Err(Error::bad(place, format!("effect `{effect}` in a set"), "a name of the catalogue"));
-                }
-            };
-            rivals.push(Rival { name: format!("{effect} {target}"), effects: placed });
-        }
+        let rivals = members
+            .iter()
+            .map(|(effect, target)| {
+                let known = names.iter().position(|n| n.0 == *effect && n.1 == *target);
+                let effects = match known {
+                    Some(k) => vec![found[k].clone()],
+                    None => first_guess(effect, target, scale, &doc)?,
+                };
+                Ok(Rival { name: format!("{effect} {target}"), effects })
+            })
+            .collect::<Result<_>>()?;
         let common = found.iter().enumerate().filter(|(k, _)| Some(*k) != own).map(|(_, p)| p.clone()).collect();
         sets.push(Set { rivals, common });
     }

@@ -306,3 +306,22 @@ pub struct TableView {
     pub columns: Vec<(String, bool)>,
     pub rows: Vec<Vec<String>>,
 }
+
+impl TableView {
+    /// A table of these headings; `true` where the column holds numbers.
+    pub fn new(headings: &[(&str, bool)], rows: impl IntoIterator<Item = Vec<String>>) -> Self {
+        let columns = headings.iter().map(|(h, numbers)| ((*h).to_string(), *numbers)).collect();
+        Self { columns, rows: rows.into_iter().collect() }
+    }
+
+    /// A table whose first `words` columns hold words, the others numbers.
+    pub fn numbers_after(words: usize, headings: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> Self {
+        let columns: Vec<(&str, bool)> = headings.iter().enumerate().map(|(k, h)| (*h, k >= words)).collect();
+        Self::new(&columns, rows)
+    }
+
+    /// A table of words.
+    pub fn words(headings: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> Self {
+        Self::numbers_after(headings.len(), headings, rows)
+    }
+}

@@ -77,18 +77,13 @@ pub fn write_program_log(
     Ok(Written { rows: motion.len(), notes: Vec::new() })
 }
 
-/// Writes the log of a log: `input` holds the bytes from which `motion` was made.
-pub fn write_log_again(
+/// The columns of a log that is written again: its own, a measurement predicted in its place, and those that are missing.
+fn columns_again(
+    header: &csv::ByteRecord,
     model: &Model,
-    motion: &Motion,
     options: &Options,
-    input: &Input,
-    out: &mut dyn Write,
-) -> Result<Written> {
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(input.bytes.as_slice());
-    let broken = |e: csv::Error| Error::bad(Place::file(&input.name), e.to_string(), "CSV");
-    let header = reader.byte_headers().map_err(broken)?.clone();
-    let mut written = Written { rows: motion.len(), notes: Vec::new() };
+    notes: &mut Vec<String>,
+) -> Vec<(String, Source)> {
     let mut columns: Vec<(String, Source)> = Vec::new();
     let (mut has_tcp, mut has_encoders, mut has_screws) = (false, false, false);
     for (i, name) in header.iter().enumerate() {
@@ -99,9 +94,7 @@ pub fn write_log_again(
                 Source::Position(k, coordinate)
             }
             Meaning::Position { .. } => {
-                written
-                    .notes
-                    .push(format!("column {} left out: the robot file has no such reflector", one_line(&name)));
+                notes.push(format!("column {} left out: the robot file has no such reflector", one_line(&name)));
                 continue;
             }
             Meaning::Encoder(axis) => {
@@ -134,6 +127,22 @@ pub fn write_log_again(
     if !has_tcp {
         add_position(0, &mut columns);
     }
+    columns
+}
+
+/// Writes the log of a log: `input` holds the bytes from which `motion` was made.
+pub fn write_log_again(
+    model: &Model,
+    motion: &Motion,
+    options: &Options,
+    input: &Input,
+    out: &mut dyn Write,
+) -> Result<Written> {
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(input.bytes.as_slice());
+    let broken = |e: csv::Error| Error::bad(Place::file(&input.name), e.to_string(), "CSV");
+    let header = reader.byte_headers().map_err(broken)?.clone();
+    let mut written = Written { rows: motion.len(), notes: Vec::new() };
+    let columns = columns_again(&header, model, options, &mut written.notes);
     let plan = Plan::new(model, motion, options, columns);
     plan.head(&input.name, out)?;
     let mut noise = Noise::new(options.noise_m, options.seed);

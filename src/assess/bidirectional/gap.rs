@@ -9,7 +9,7 @@
 //! refused; one that is below 0 in places is cut at 0 there, and a note says so.
 
 use super::digits::digits;
-use super::{Assessment, Model, Refusal, equation};
+use super::{Assessment, Model, Pose, Refusal, equation};
 use crate::effects::curve::Pchip;
 use crate::effects::{BacklashPosition, BacklashSpeed, EffectInstance, GapCurve};
 use crate::error::{Error, Place, Result};
@@ -105,6 +105,25 @@ fn curve(model: &Model, state: usize, mapping: &Mapping, notes: &mut Vec<String>
     Pchip::new(&knots).map_or(polynomial, GapCurve::Pchip)
 }
 
+/// Ends of an interval times `scale`, in order.
+fn scaled(c: [f64; 2], scale: f64) -> [f64; 2] {
+    let (a, b) = (c[0] * scale, c[1] * scale);
+    [a.min(b), a.max(b)]
+}
+
+/// The half gap of the joint at a pose that was reached from both sides.
+fn point(p: &Pose, mapping: &Mapping) -> Option<GapPoint> {
+    let (b, scale) = (p.backlash?, mapping.scale());
+    Some(GapPoint {
+        axis: mapping.axis,
+        at: mapping.joint(p.position_m),
+        half_gap: b.mean_m * scale,
+        ci95: scaled(b.ci95_m.unwrap_or([b.mean_m; 2]), scale),
+        cycles: p.pairs_m.len(),
+        per_cycle: p.pairs_m.iter().map(|y| y * scale).collect(),
+    })
+}
+
 /// The gaps document of a joint (`lostmotion/gaps/1`), in a state.
 pub fn gaps(result: &Assessment, model: &Model, state: usize, mapping: &Mapping, robot: &Robot) -> Result<Gaps> {
     let (scale, mut notes) = (mapping.scale(), Vec::new());
@@ -112,28 +131,12 @@ pub fn gaps(result: &Assessment, model: &Model, state: usize, mapping: &Mapping,
     if y * scale < 0.0 {
         return Err(refused(y));
     }
-    let interval = |c: [f64; 2]| {
-        let (a, b) = (c[0] * scale, c[1] * scale);
-        [a.min(b), a.max(b)]
-    };
     let here = result.poses.iter().filter(|p| p.state == state);
-    let mut points: Vec<GapPoint> = here
-        .filter_map(|p| {
-            let b = p.backlash?;
-            Some(GapPoint {
-                axis: mapping.axis,
-                at: mapping.joint(p.position_m),
-                half_gap: b.mean_m * scale,
-                ci95: interval(b.ci95_m.unwrap_or([b.mean_m; 2])),
-                cycles: p.pairs_m.len(),
-                per_cycle: p.pairs_m.iter().map(|y| y * scale).collect(),
-            })
-        })
-        .collect();
+    let mut points: Vec<GapPoint> = here.filter_map(|p| point(p, mapping)).collect();
     points.sort_by(|a, b| a.at.total_cmp(&b.at));
     let half = student::factor(0.95, model.scatter.dof) * se;
     let half = if half.is_finite() { half } else { 0.0 };
-    let ci95 = interval([y - half, y + half]);
+    let ci95 = scaled([y - half, y + half], scale);
     let varies = model.given || model.varies_p_value.is_some_and(|p| p < result.alpha);
     if !varies && model.degree > 0 {
         notes.push("the backlash does not vary with position: one half gap, no schedule".into());

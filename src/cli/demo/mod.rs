@@ -194,9 +194,7 @@ fn registration(r: &Registered) -> TableView {
         rows.push(row(&format!("{name}, deg"), format!("{:.5}", angle.to_degrees()), sigma));
     }
     rows.push(row("residual per coordinate, µm", um(r.rms_m), format!("{} samples", r.samples)));
-    let columns =
-        vec![("base to tracker".into(), false), ("value".into(), true), ("standard uncertainty".into(), true)];
-    TableView { columns, rows }
+    TableView::numbers_after(1, &["base to tracker", "value", "standard uncertainty"], rows)
 }
 
 /// Like Table 5 of the paper.

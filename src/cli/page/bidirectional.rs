@@ -159,10 +159,6 @@ pub fn curves(result: &Assessment) -> BacklashCurvesView {
     BacklashCurvesView { states: result.order.iter().map(curve).collect() }
 }
 
-fn columns(names: &[&str], words: usize) -> Vec<(String, bool)> {
-    names.iter().enumerate().map(|(k, n)| (n.to_string(), k >= words)).collect()
-}
-
 fn poses(result: &Assessment) -> TableView {
     let um = |v: Option<f64>| v.map_or("–".into(), |v| number(v * 1e6, 1));
     let states = result.order.len() > 1;
@@ -195,7 +191,7 @@ fn poses(result: &Assessment) -> TableView {
         }
         row
     });
-    TableView { columns: columns(&names, usize::from(states)), rows: rows.collect() }
+    TableView::numbers_after(usize::from(states), &names, rows)
 }
 
 fn lack_of_fit(m: &Model) -> TableView {
@@ -214,7 +210,7 @@ fn lack_of_fit(m: &Model) -> TableView {
             if t.adequate { "none" } else { "significant" }.into(),
         ]
     });
-    TableView { columns: columns(&names, 0), rows: rows.collect() }
+    TableView::numbers_after(0, &names, rows)
 }
 
 fn student(result: &Assessment, m: &Model) -> TableView {
@@ -231,5 +227,5 @@ fn student(result: &Assessment, m: &Model) -> TableView {
             if t.significant { "yes" } else { "no" }.into(),
         ]
     });
-    TableView { columns: columns(&names, 2), rows: rows.collect() }
+    TableView::numbers_after(2, &names, rows)
 }

@@ -31,30 +31,8 @@ pub fn of_training(robot: &Robot, lesson: &TrainingResult) -> Page {
     page.tile(Tile::number("mean distance", ours, 3, "mm"));
     page.tile(Tile::text("rows learned from", e.train_rows.to_string(), ""));
     page.tile(Tile::text("rows tested on", e.test_rows.to_string(), ""));
-    let mut rows = Vec::new();
-    for (k, &c) in l.coordinates.iter().enumerate() {
-        let mut row = |who: &str, train: &[Rmse], test: &[Rmse]| {
-            let p = |all: &[Rmse]| all.get(k).map_or("–".into(), |r| format!("{:.4}", r.position_m * 1e3));
-            let v =
-                |all: &[Rmse]| all.get(k).and_then(|r| r.speed_m_s).map_or("–".into(), |v| format!("{:.4}", v * 1e3));
-            rows.push(vec![LETTERS[c].into(), who.into(), p(train), p(test), v(train), v(test)]);
-        };
-        row("learned", &e.train, &e.test);
-        if let Some(n) = &lesson.nominal {
-            row("nominal", &n.train, &n.test);
-        }
-    }
-    let columns = [
-        ("coordinate", false),
-        ("kinematics", false),
-        ("position, train, mm", true),
-        ("position, test, mm", true),
-        ("velocity, train, mm/s", true),
-        ("velocity, test, mm/s", true),
-    ];
-    let columns = columns.map(|(name, right)| (name.to_string(), right)).to_vec();
     let how = "Root mean square errors. The nominal kinematics is put into the frame that fits the training rows best.";
-    page.section("Errors in the manner of Table II", how, TableView { columns, rows });
+    page.section("Errors in the manner of Table II", how, errors(lesson));
     let run = |name: &str, role, distances: &[f64]| HistogramRun {
         run: Run::new(name, role),
         values: distances.iter().map(|d| d * 1e3).collect(),
@@ -79,4 +57,31 @@ pub fn of_training(robot: &Robot, lesson: &TrainingResult) -> Page {
     };
     page.section("", "", vec![Method::new("Learned forward kinematics", text, PAPER)]);
     page
+}
+
+/// Root mean square errors of each coordinate.
+fn errors(lesson: &TrainingResult) -> TableView {
+    let (l, e) = (&lesson.learned, &lesson.learned.evidence);
+    let mut rows = Vec::new();
+    for (k, &c) in l.coordinates.iter().enumerate() {
+        let mut row = |who: &str, train: &[Rmse], test: &[Rmse]| {
+            let p = |all: &[Rmse]| all.get(k).map_or("–".into(), |r| format!("{:.4}", r.position_m * 1e3));
+            let v =
+                |all: &[Rmse]| all.get(k).and_then(|r| r.speed_m_s).map_or("–".into(), |v| format!("{:.4}", v * 1e3));
+            rows.push(vec![LETTERS[c].into(), who.into(), p(train), p(test), v(train), v(test)]);
+        };
+        row("learned", &e.train, &e.test);
+        if let Some(n) = &lesson.nominal {
+            row("nominal", &n.train, &n.test);
+        }
+    }
+    let columns = [
+        ("coordinate", false),
+        ("kinematics", false),
+        ("position, train, mm", true),
+        ("position, test, mm", true),
+        ("velocity, train, mm/s", true),
+        ("velocity, test, mm/s", true),
+    ];
+    TableView::new(&columns, rows)
 }

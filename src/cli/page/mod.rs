@@ -27,8 +27,10 @@ pub mod show;
 pub mod simulate;
 pub mod track;
 
+use crate::effects::EffectInstance;
 use crate::io::output::Output;
-use crate::report::{Page, RobotView};
+use crate::model::Model;
+use crate::report::{Page, RobotView, TableView};
 use crate::robot::Robot;
 use anyhow::Result;
 
@@ -51,6 +53,15 @@ pub fn write(report: &mut Option<Output>, page: impl FnOnce() -> Page) -> Result
         Some(out) => out.put(page().render().as_bytes()).map_err(Into::into),
         None => Ok(()),
     }
+}
+
+/// The effects of a machine.
+pub fn effects(model: &Model) -> TableView {
+    let robot = &model.robot;
+    let row = |e: &EffectInstance| {
+        vec![e.effect.name().into(), e.target_text(robot), e.effect.brief(&e.site(robot)), e.effect.info().adds.into()]
+    };
+    TableView::words(&["effect", "target", "parameters", "what it does"], model.effects.iter().map(row))
 }
 
 /// A joint value in thousandths of its unit: mdeg or um.

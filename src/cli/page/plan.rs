@@ -50,10 +50,8 @@ pub fn of_plan(robot: &Robot, plan: &Plan, motion: Option<&Motion>, room: &Room)
         let row = |c: &crate::plan::document::ChannelShown| {
             vec![c.channel.to_string(), c.log.to_string(), c.motion.clone(), number(c.expected_2lnl)]
         };
-        let view = TableView {
-            columns: columns(&["channel", "columns of the log", "motion", "expected 2 ln L"], 3),
-            rows: plan.channels.iter().map(row).collect(),
-        };
+        let headings = ["channel", "columns of the log", "motion", "expected 2 ln L"];
+        let view = TableView::numbers_after(3, &headings, plan.channels.iter().map(row));
         page.section("With a further channel", "", view);
     }
     let text = "Each motion is run on the model with one rival as the truth; the other is refitted with the frame and all it \
@@ -100,7 +98,7 @@ fn sets(page: &mut Page, plan: &Plan) {
         })
         .collect();
     if !rows.is_empty() {
-        let view = TableView { columns: columns(&["set", "rival", "as it was tried"], usize::MAX), rows };
+        let view = TableView::words(&["set", "rival", "as it was tried"], rows);
         page.section("What is to be told apart", "", view);
     }
 }
@@ -124,12 +122,13 @@ fn motions(page: &mut Page, plan: &Plan) {
         cells.push(outside.map_or("–".into(), |o| format!("{} ({})", o.what, number(o.expected_2lnl))));
         cells
     };
-    let names: &[&str] = if catalogue {
-        &["motion", "what it does", "s", "runs", "typical over detectable size, worst effect"]
+    let mut headings = vec![("motion", false), ("what it does", false), ("s", true), ("runs", true)];
+    headings.extend(if catalogue {
+        &[("typical over detectable size, worst effect", true)][..]
     } else {
-        &["motion", "what it does", "s", "runs", "expected 2 ln L", "named alone, %", "nearest other effect"]
-    };
-    let view = TableView { columns: columns(names, 2), rows: plan.motions.iter().map(row).collect() };
+        &[("expected 2 ln L", true), ("named alone, %", true), ("nearest other effect", false)]
+    });
+    let view = TableView::new(&headings, plan.motions.iter().map(row));
     page.section("Every motion of the library", "Best first.", view);
 }
 
@@ -143,16 +142,9 @@ fn detectable(entry: &Entry) -> TableView {
             if d["detectable_from"].is_object() { parameters(&d["detectable_from"]) } else { "–".into() },
         ]
     };
-    TableView {
-        columns: columns(&["effect", "target", "typical over detectable size", "detectable from"], 2),
-        rows: entry.detectable.iter().map(row).collect(),
-    }
-}
-
-/// Columns, of which those from `numbers` on hold numbers; the last column of words stays one.
-fn columns(names: &[&str], numbers: usize) -> Vec<(String, bool)> {
-    let words = ["nearest other effect", "detectable from"];
-    names.iter().enumerate().map(|(k, n)| ((*n).to_string(), k >= numbers && !words.contains(n))).collect()
+    let headings =
+        [("effect", false), ("target", false), ("typical over detectable size", true), ("detectable from", false)];
+    TableView::new(&headings, entry.detectable.iter().map(row))
 }
 
 /// Parameters of an effect as a model file has them.

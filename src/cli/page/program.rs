@@ -1,7 +1,7 @@
 //! Sections about a program before and after it was changed: errors along the path, at the reversals, their distribution.
 
 use super::start;
-use crate::assess::program::{Assessment, Run as ProgramRun, Verdict};
+use crate::assess::program::{Assessment, ReversalError, Run as ProgramRun, Verdict};
 use crate::report::{BarRow, BarsView, HistogramRun, HistogramView, Page, Role, Run, TableView, Tile, Tone};
 use crate::robot::Robot;
 
@@ -46,35 +46,7 @@ pub fn of_assessment(robot: &Robot, result: &Assessment) -> Page {
             runs: vec![histogram(&result.before, &runs[0]), histogram(&result.after, &runs[1])],
         },
     );
-    let number = |v: f64| format!("{v:.1}");
-    let rows = result
-        .reversals
-        .iter()
-        .map(|r| {
-            let joint = robot.axis(r.axis);
-            vec![
-                joint.name.clone(),
-                number(r.at_s),
-                format!("{:.4} {}", joint.kind.to_user_unit(r.command), joint.kind.unit()),
-                if r.direction > 0 { "up" } else { "down" }.into(),
-                number(r.before_m * 1e6),
-                number(r.after_m * 1e6),
-            ]
-        })
-        .collect();
-    let columns = [
-        ("joint", false),
-        ("at s", true),
-        ("command", true),
-        ("turns", false),
-        ("before, µm", true),
-        ("after, µm", true),
-    ];
-    page.section(
-        "Reversals",
-        "Largest error from 0.1 s before to 4 s after each reversal.",
-        TableView { columns: columns.map(|(name, number)| (name.to_string(), number)).to_vec(), rows },
-    );
+    page.section("Reversals", "Largest error from 0.1 s before to 4 s after each reversal.", reversals(robot, result));
     if !result.notes.is_empty() {
         page.section("Notes", "", result.notes.clone());
     }
@@ -109,4 +81,29 @@ fn head(page: &mut Page, result: &Assessment) {
     page.tile(Tile::number("largest error", um(f.largest_m[1]), 1, "µm").with_detail(before(f.largest_m[0])));
     page.tile(Tile::number("cycle time", f.cycle_s[1], 2, "s").with_detail(format!("before: {:.2} s", f.cycle_s[0])));
     page.tile(Tile::text("points", f.points[1].to_string(), "").with_detail(format!("before: {}", f.points[0])));
+}
+
+/// The error about each reversal.
+fn reversals(robot: &Robot, result: &Assessment) -> TableView {
+    let number = |v: f64| format!("{v:.1}");
+    let row = |r: &ReversalError| {
+        let joint = robot.axis(r.axis);
+        vec![
+            joint.name.clone(),
+            number(r.at_s),
+            format!("{:.4} {}", joint.kind.to_user_unit(r.command), joint.kind.unit()),
+            if r.direction > 0 { "up" } else { "down" }.into(),
+            number(r.before_m * 1e6),
+            number(r.after_m * 1e6),
+        ]
+    };
+    let columns = [
+        ("joint", false),
+        ("at s", true),
+        ("command", true),
+        ("turns", false),
+        ("before, µm", true),
+        ("after, µm", true),
+    ];
+    TableView::new(&columns, result.reversals.iter().map(row))
 }

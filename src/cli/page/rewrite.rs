@@ -37,20 +37,17 @@ pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, v
     page.tile(Tile::text(added, a.inserted.to_string(), ""));
     page.tile(Tile::number("largest change at the TCP", a.largest_change_m * 1e6, 1, "µm"));
     let per = |v: &[f64], k: usize| format!("{:.3}", milli(robot, k, v.get(k).copied().unwrap_or(0.0)));
-    let rows = (0..robot.dof())
-        .map(|k| {
-            let reversals = a.reversals.get(k).copied().unwrap_or(0).to_string();
-            let decimals = outcome.written.get(k).copied().flatten().map_or("as they were".into(), |d| d.to_string());
-            let name = robot.axis(k).name.clone();
-            vec![name, reversals, per(&a.largest_offset, k), per(&a.largest_left, k), decimals]
-        })
-        .collect();
+    let rows = (0..robot.dof()).map(|k| {
+        let reversals = a.reversals.get(k).copied().unwrap_or(0).to_string();
+        let decimals = outcome.written.get(k).copied().flatten().map_or("as they were".into(), |d| d.to_string());
+        let name = robot.axis(k).name.clone();
+        vec![name, reversals, per(&a.largest_offset, k), per(&a.largest_left, k), decimals]
+    });
     let head = ["joint", "reversals", "largest offset, mdeg or µm", "left at a reversal, mdeg or µm", "decimals"];
-    let columns = head.iter().enumerate().map(|(i, h)| ((*h).to_string(), i > 0)).collect();
     page.section(
         "What was done",
         "\u{201c}Left\u{201d} is what the command must leave because it may not turn back while friction fades.",
-        TableView { columns, rows },
+        TableView::numbers_after(1, &head, rows),
     );
     if let Some(v) = &outcome.vendor {
         vendor(&mut page, v, robot);
@@ -68,14 +65,13 @@ const LISTED: usize = 500;
 
 /// What of a vendor program can be edited, and what was.
 fn vendor(page: &mut Page, v: &Vendor, robot: &Robot) {
-    let text = |list: &[(&str, bool)]| list.iter().map(|(h, right)| ((*h).to_string(), *right)).collect();
     page.tile(Tile::text("format", v.title, ""));
     page.tile(Tile::text("moves edited", format!("{} of {}", v.coverage.editable, v.coverage.moves), ""));
     if !v.coverage.reasons.is_empty() {
         let row = |r: &Reason| vec![r.why.clone(), r.moves.to_string(), r.lines_text()];
-        let rows = v.coverage.reasons.iter().map(row).collect();
-        let columns = text(&[("why", false), ("moves", true), ("where", false)]);
-        page.section("Moves that stay as they are", "", TableView { columns, rows });
+        let headings = [("why", false), ("moves", true), ("where", false)];
+        let table = TableView::new(&headings, v.coverage.reasons.iter().map(row));
+        page.section("Moves that stay as they are", "", table);
     }
     let mut words: Vec<String> = Vec::new();
     words.extend(v.gaps.iter().map(|g| format!("line {}: directions are lost at {}", g.at.line, g.why)));
@@ -90,11 +86,10 @@ fn vendor(page: &mut Page, v: &Vendor, robot: &Robot) {
             let what = if c.added { "new point" } else { "changed" };
             vec![c.line.to_string(), what.into(), joints.join(", "), format!("{:.1}", c.tcp_um)]
         };
-        let rows = v.changes.iter().take(LISTED).map(row).collect();
-        let columns = text(&[("line", true), ("what", false), ("joints", false), ("at the TCP, µm", true)]);
+        let headings = [("line", true), ("what", false), ("joints", false), ("at the TCP, µm", true)];
         let more = v.changes_total.saturating_sub(LISTED);
         let note =
             if more > 0 { format!("The first {LISTED}; {more} more are in the JSON document.") } else { String::new() };
-        page.section("Change by change", note, TableView { columns, rows });
+        page.section("Change by change", note, TableView::new(&headings, v.changes.iter().take(LISTED).map(row)));
     }
 }

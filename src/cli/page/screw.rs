@@ -97,7 +97,7 @@ fn table(robot: &Robot, found: &Found) -> TableView {
             ]);
         }
     }
-    TableView { columns: headings.map(|(h, n)| (h.to_string(), n)).to_vec(), rows }
+    TableView::new(&headings, rows)
 }
 
 /// A gap as the angle of its joint, or of its screw, rad.

@@ -159,6 +159,11 @@ fn draw(page: &mut Page, robot: &Robot, motion: &Motion, runs: Vec<PathRun>) {
             },
         );
     }
+    page.section("Travel", "", travel(robot, motion));
+}
+
+/// How far each joint goes, its limits and its reversals.
+fn travel(robot: &Robot, motion: &Motion) -> TableView {
     let row = |a: usize| {
         let joint = robot.axis(a);
         let all = motion.q[a].iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(*v), h.max(*v)]);
@@ -169,14 +174,7 @@ fn draw(page: &mut Page, robot: &Robot, motion: &Motion, runs: Vec<PathRun>) {
     };
     let columns =
         [("joint", false), ("unit", false), ("lowest", true), ("highest", true), ("limits", true), ("reversals", true)];
-    page.section(
-        "Travel",
-        "",
-        TableView {
-            columns: columns.map(|(n, number)| (n.to_string(), number)).to_vec(),
-            rows: (0..robot.dof()).map(row).collect(),
-        },
-    );
+    TableView::new(&columns, (0..robot.dof()).map(row))
 }
 
 /// A machine: the arm at zero and in the middle of its limits, its joints, and what is wrong with it.
@@ -207,7 +205,6 @@ pub fn of_model(model: &Model) -> Page {
             },
         );
     }
-    let columns = ["joint", "kind", "theta or d at 0", "a", "alpha", "limits"].map(|c| (c.to_string(), false)).to_vec();
     let rows = robot.joints.iter().map(|j| {
         let unit = j.kind.unit();
         let edge =
@@ -221,18 +218,10 @@ pub fn of_model(model: &Model) -> Page {
             j.limits.map_or("-".into(), |[l, h]| format!("{} to {} {unit}", edge(l), edge(h))),
         ]
     });
-    page.section("Joints", "", TableView { columns, rows: rows.collect() });
+    let headings = ["joint", "kind", "theta or d at 0", "a", "alpha", "limits"];
+    page.section("Joints", "", TableView::words(&headings, rows));
     if !model.effects.is_empty() {
-        let columns = ["effect", "target", "parameters", "what it does"].map(|c| (c.to_string(), false)).to_vec();
-        let row = |e: &crate::effects::EffectInstance| {
-            vec![
-                e.effect.name().into(),
-                e.target_text(robot),
-                e.effect.brief(&e.site(robot)),
-                e.effect.info().adds.into(),
-            ]
-        };
-        page.section("What is wrong with it", "", TableView { columns, rows: model.effects.iter().map(row).collect() });
+        page.section("What is wrong with it", "", super::effects(model));
     }
     page
 }

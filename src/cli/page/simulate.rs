@@ -1,9 +1,8 @@
 //! Page of `simulate`: what was run on which machine.
 
-use crate::effects::EffectInstance;
 use crate::error::counted;
 use crate::model::Model;
-use crate::report::{Page, TableView, Tile, Tone, method};
+use crate::report::{Page, Tile, Tone, method};
 use crate::simulate::Written;
 
 /// The input of a run.
@@ -21,11 +20,7 @@ pub fn of_run(model: &Model, input: &From, written: &Written) -> Page {
         format!("{} predicted with {}.", counted(written.rows, "row"), counted(model.effects.len(), "effect")),
     );
     page.tile(Tile::text("rows", written.rows.to_string(), ""));
-    let row = |e: &EffectInstance| {
-        vec![e.effect.name().into(), e.target_text(robot), e.effect.brief(&e.site(robot)), e.effect.info().adds.into()]
-    };
-    let columns = ["effect", "target", "parameters", "what it does"].map(|c| (c.to_string(), false)).to_vec();
-    page.section("The machine", "", TableView { columns, rows: model.effects.iter().map(row).collect() });
+    page.section("The machine", "", super::effects(model));
     if !written.notes.is_empty() {
         page.section("", "", written.notes.clone());
     }

@@ -42,9 +42,20 @@ pub fn of_tracked(robot: &Robot, kinematics: &Kinematics, path: &Path, tracked: 
     });
     let columns =
         ["joint", "from", "to", "lower limit", "upper limit", "highest speed, 1/s", "limit of the speed, 1/s"];
-    let columns = columns.iter().map(|c| ((*c).to_string(), *c != "joint")).collect();
-    page.section("What the joints do", "", TableView { columns, rows: rows.collect() });
-    // in space: free coordinates are drawn at zero
+    page.section("What the joints do", "", TableView::numbers_after(1, &columns, rows));
+    page.section(
+        "The path",
+        "As wanted, and as the kinematics says that the program runs it.",
+        in_space(kinematics, path, tracked),
+    );
+    let text = "At each step the smallest move of the joints that takes the TCP to the next point, within joint limits, joint speeds and the \
+                range in which the kinematics holds (a bounded quadratic program).";
+    page.section("", "", vec![Method::new("Tracking", text, format!("{PAPER}, equation 1"))]);
+    page
+}
+
+/// The path and what the program misses of it; free coordinates are drawn at zero.
+fn in_space(kinematics: &Kinematics, path: &Path, tracked: &Tracked) -> PathView {
     let space = |values: &[f64]| {
         let mut p = [0.0; 3];
         path.coordinates.iter().zip(values).for_each(|(&c, v)| p[c] = v * 1e3);
@@ -56,7 +67,7 @@ pub fn of_tracked(robot: &Robot, kinematics: &Kinematics, path: &Path, tracked: 
         let miss: Vec<f64> = reached.iter().zip(p).map(|(r, p)| r - p).collect();
         space(&miss).map(|v| v * 1e3)
     };
-    let view = PathView {
+    PathView {
         exaggeration: 1.0,
         nominal_mm: wanted.clone(),
         runs: vec![PathRun {
@@ -65,10 +76,5 @@ pub fn of_tracked(robot: &Robot, kinematics: &Kinematics, path: &Path, tracked: 
             error_um: tracked.q.iter().zip(&path.points_m).map(error).collect(),
         }],
         marks: Vec::new(),
-    };
-    page.section("The path", "As wanted, and as the kinematics says that the program runs it.", view);
-    let text = "At each step the smallest move of the joints that takes the TCP to the next point, within joint limits, joint speeds and the \
-                range in which the kinematics holds (a bounded quadratic program).";
-    page.section("", "", vec![Method::new("Tracking", text, format!("{PAPER}, equation 1"))]);
-    page
+    }
 }

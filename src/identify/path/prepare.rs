@@ -73,6 +73,39 @@ pub struct Binned {
     pub speed_m_s: Option<f64>,
 }
 
+impl Binned {
+    /// Adds the mean of `rows` as a bin, unless there is none; its mean command of each axis.
+    fn add_bin(&mut self, log: &Log, want: &[Vector3<f64>], rows: &mut dyn Iterator<Item = usize>) -> Option<Vec<f64>> {
+        let (mut n, mut t, mut xyz, mut cmd) = (0.0, 0.0, Vector3::zeros(), Vector3::zeros());
+        let mut q = vec![0.0; log.cmd.len()];
+        let (mut rest, mut rest2) = (Vector3::zeros(), 0.0);
+        let rotation = self.frame.rotation.to_rotation_matrix();
+        for i in rows {
+            let Some(x) = log.tcp_m[i] else { continue };
+            n += 1.0;
+            t += log.t_s[i];
+            xyz += x;
+            cmd += want[i];
+            let r = rotation * x + self.frame.translation.vector - want[i];
+            rest += r;
+            rest2 += r.norm_squared();
+            for (s, c) in q.iter_mut().zip(&log.cmd) {
+                *s += c[i];
+            }
+        }
+        if n == 0.0 {
+            return None;
+        }
+        self.t_s.push(t / n);
+        self.rows.push(n);
+        self.xyz.push(xyz / n);
+        self.want.push(cmd / n);
+        self.within_m2 += (rest2 - rest.norm_squared() / n).max(0.0);
+        q.iter_mut().for_each(|v| *v /= n);
+        Some(q)
+    }
+}
+
 /// Axes of a log that move.
 pub fn moving(log: &Log, robot: &Robot) -> Vec<usize> {
     let least = |a: usize| MOVES[usize::from(robot.axis(a).kind.unit() == "mm")];
@@ -129,36 +162,12 @@ pub fn prepare(log: &Log, robot: &Robot, free: &[usize]) -> Result<Binned> {
     };
     let mut kept = Vec::new();
     let mut q_mean: Vec<Vec<f64>> = Vec::new();
-    let rotation = frame.rotation.to_rotation_matrix();
     for (k, &from) in starts.iter().enumerate() {
         let to = starts.get(k + 1).copied().unwrap_or(log.len());
-        let (mut n, mut t, mut xyz, mut cmd) = (0.0, 0.0, Vector3::zeros(), Vector3::zeros());
-        let mut q = vec![0.0; robot.dof()];
-        let (mut rest, mut rest2) = (Vector3::zeros(), 0.0);
-        for i in (from..to).filter(|&i| good[i]) {
-            let Some(x) = log.tcp_m[i] else { continue };
-            n += 1.0;
-            t += log.t_s[i];
-            xyz += x;
-            cmd += want[i];
-            let r = rotation * x + frame.translation.vector - want[i];
-            rest += r;
-            rest2 += r.norm_squared();
-            for (s, c) in q.iter_mut().zip(&log.cmd) {
-                *s += c[i];
-            }
+        if let Some(q) = out.add_bin(log, &want, &mut (from..to).filter(|&i| good[i])) {
+            kept.push(from);
+            q_mean.push(q);
         }
-        if n == 0.0 {
-            continue;
-        }
-        kept.push(from);
-        out.t_s.push(t / n);
-        out.rows.push(n);
-        out.xyz.push(xyz / n);
-        out.want.push(cmd / n);
-        out.within_m2 += (rest2 - rest.norm_squared() / n).max(0.0);
-        q.iter_mut().for_each(|v| *v /= n);
-        q_mean.push(q);
     }
     out.joints = tracks.into_iter().map(|(axis, runs)| joint(axis, runs, &kept, &q_mean, &out.want, robot)).collect();
     Ok(out)

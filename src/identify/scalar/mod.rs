@@ -69,25 +69,27 @@ pub fn instrument(robot: &Robot, log: &Log, setup: &Setup) -> Result<Instrument>
     Err(Error::bad(Place::line(&log.name, 1), "no reading of a distance or along a direction", expected))
 }
 
+/// The readings of a log along its path.
+fn track(robot: &Robot, log: &Log, setup: &Setup) -> Result<Track> {
+    let instrument = instrument(robot, log, setup)?;
+    if log.poses {
+        let expected = "a log of a motion, with `t_s`; settled poses go to `identify static`";
+        return Err(Error::bad(Place::line(&log.name, 1), "no `t_s`", expected));
+    }
+    let track = Track::new(robot, log, instrument, setup.centre_m.is_none());
+    if track.rows.len() < LEAST_ROWS {
+        let found = format!("{} rows with a reading", track.rows.len());
+        return Err(Error::bad(Place::file(&log.name), found, format!("{LEAST_ROWS} or more")));
+    }
+    Ok(track)
+}
+
 /// Finds half gaps from logs of single readings.
 ///
 /// # Errors
 /// Where a log has no reading, no time or too few rows, or no joint reverses.
 pub fn identify(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFound> {
-    let mut tracks = Vec::with_capacity(logs.len());
-    for log in logs {
-        let instrument = instrument(robot, log, setup)?;
-        if log.poses {
-            let expected = "a log of a motion, with `t_s`; settled poses go to `identify static`";
-            return Err(Error::bad(Place::line(&log.name, 1), "no `t_s`", expected));
-        }
-        let track = Track::new(robot, log, instrument, setup.centre_m.is_none());
-        if track.rows.len() < LEAST_ROWS {
-            let found = format!("{} rows with a reading", track.rows.len());
-            return Err(Error::bad(Place::file(&log.name), found, format!("{LEAST_ROWS} or more")));
-        }
-        tracks.push(track);
-    }
+    let mut tracks = logs.iter().map(|log| track(robot, log, setup)).collect::<Result<Vec<_>>>()?;
     let reversing: Vec<usize> = (0..robot.dof()).filter(|a| tracks.iter().any(|t| t.reverses(*a))).collect();
     if let (true, Some(log)) = (reversing.is_empty(), logs.first()) {
         let expected = "a path on which a joint turns round at least once";

@@ -1,9 +1,9 @@
 //! The result as a `lostmotion/gaps/1` document: what every identification writes, and what the static test knows beyond it.
 
-use super::Found;
 use super::polynomial::Fit;
 use super::schedule::Schedule;
 use super::summary::NoiseFrom;
+use super::{Found, JointTest};
 use crate::gaps::file::{curve, document as plain, in_user_unit, number};
 use crate::robot::{JointKind, Robot};
 use serde_json::{Value, json};
@@ -37,45 +37,50 @@ pub fn document(found: &Found, robot: &Robot) -> Value {
             }
             point += 1;
         }
-        let s = &test.summary;
-        let joint = &mut doc["joints"][i];
-        joint["places"] = s.angles.len().into();
-        joint["cycles"] = s.angles.iter().map(|a| a.cycles.len()).max().into();
-        joint["measured_by"] = if test.measured { "meas" } else { "tcp" }.into();
-        joint["unpaired_dwells"] = test.unpaired.into();
-        joint["noise"] = json!({
-            format!("sigma_{unit}"): number(kind.to_user_unit(s.noise.variance.sqrt())),
-            "dof": number(s.noise.dof),
-            "from": match s.noise.from {
-                NoiseFrom::Cycles => "cycles",
-                NoiseFrom::Places => "places",
-                NoiseFrom::Dwells => "dwells",
-            },
-            format!("sigma_in_dwells_{unit}"): number(kind.to_user_unit(s.sigma_in_dwell)),
-        });
-        if let Some(c) = &s.creep {
-            joint["creep"] = json!({
-                "probability": number(c.probability),
-                "pace_s": number(c.pace_s),
-                "pace_ci95_s": c.pace_ci95_s.map(number),
-                format!("at_stop_{unit}"): number(kind.to_user_unit(c.at_stop)),
-                format!("at_end_{unit}"): number(kind.to_user_unit(c.at_end)),
-                "dwell_s": number(c.dwell_s),
-                "needed_dwell_s": number(c.needed_dwell_s),
-            });
-        }
-        if let Some(g) = &s.gate {
-            joint["varies"] = json!({
-                "p_any_shape": number(g.p_any_shape),
-                "p_slope_and_bow": g.p_slope_and_bow.map(number),
-                "level": super::summary::ALPHA,
-            });
-        }
-        if let Some(schedule) = &test.schedule {
-            joint["curves"] = curves(schedule, kind);
-        }
+        write_joint(test, kind, &mut doc["joints"][i]);
     }
     doc
+}
+
+/// What a static test says of a joint beyond its gap.
+fn write_joint(test: &JointTest, kind: JointKind, joint: &mut Value) {
+    let unit = kind.unit();
+    let s = &test.summary;
+    joint["places"] = s.angles.len().into();
+    joint["cycles"] = s.angles.iter().map(|a| a.cycles.len()).max().into();
+    joint["measured_by"] = if test.measured { "meas" } else { "tcp" }.into();
+    joint["unpaired_dwells"] = test.unpaired.into();
+    joint["noise"] = json!({
+        format!("sigma_{unit}"): number(kind.to_user_unit(s.noise.variance.sqrt())),
+        "dof": number(s.noise.dof),
+        "from": match s.noise.from {
+            NoiseFrom::Cycles => "cycles",
+            NoiseFrom::Places => "places",
+            NoiseFrom::Dwells => "dwells",
+        },
+        format!("sigma_in_dwells_{unit}"): number(kind.to_user_unit(s.sigma_in_dwell)),
+    });
+    if let Some(c) = &s.creep {
+        joint["creep"] = json!({
+            "probability": number(c.probability),
+            "pace_s": number(c.pace_s),
+            "pace_ci95_s": c.pace_ci95_s.map(number),
+            format!("at_stop_{unit}"): number(kind.to_user_unit(c.at_stop)),
+            format!("at_end_{unit}"): number(kind.to_user_unit(c.at_end)),
+            "dwell_s": number(c.dwell_s),
+            "needed_dwell_s": number(c.needed_dwell_s),
+        });
+    }
+    if let Some(g) = &s.gate {
+        joint["varies"] = json!({
+            "p_any_shape": number(g.p_any_shape),
+            "p_slope_and_bow": g.p_slope_and_bow.map(number),
+            "level": super::summary::ALPHA,
+        });
+    }
+    if let Some(schedule) = &test.schedule {
+        joint["curves"] = curves(schedule, kind);
+    }
 }
 
 fn curves(s: &Schedule, kind: JointKind) -> Value {

@@ -85,13 +85,32 @@ pub struct Found {
     pub frame: Option<Frame>,
 }
 
+fn each_once(logs: &[Log]) -> Result<()> {
+    let mut seen = HashSet::new();
+    match logs.iter().find(|l| !seen.insert(&l.sha256)) {
+        None => Ok(()),
+        Some(twice) => {
+            let expected = "each log once: its cycles would count twice";
+            Err(Error::bad(Place::file(&twice.name), "a log that was given before (same SHA-256)", expected))
+        }
+    }
+}
+
+/// The half gap at each tested place of an axis.
+fn points(axis: usize, summary: &Summary) -> impl Iterator<Item = GapPoint> {
+    summary.angles.iter().map(move |angle| GapPoint {
+        axis,
+        at: angle.at,
+        half_gap: angle.mean,
+        ci95: angle.ci95,
+        cycles: angle.cycles.len(),
+        per_cycle: angle.cycles.clone(),
+    })
+}
+
 /// Finds the half gap of every joint that the logs test.
 pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found> {
-    let mut seen = HashSet::new();
-    if let Some(twice) = logs.iter().find(|l| !seen.insert(&l.sha256)) {
-        let expected = "each log once: its cycles would count twice";
-        return Err(Error::bad(Place::file(&twice.name), "a log that was given before (same SHA-256)", expected));
-    }
+    each_once(logs)?;
     let mut readings = readings::collect(robot, logs, &options.dwell)?;
     let frame = frame::find(robot, logs, &readings, options.registration)?;
     let instruments: Vec<Option<Instrument>> = logs
@@ -119,16 +138,7 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found>
         if let Some(s) = &schedule {
             gaps.notes.extend(s.notes.iter().map(|n| format!("{name}: {n}")));
         }
-        for angle in &summary.angles {
-            gaps.points.push(GapPoint {
-                axis: table.axis,
-                at: angle.at,
-                half_gap: angle.mean,
-                ci95: angle.ci95,
-                cycles: angle.cycles.len(),
-                per_cycle: angle.cycles.clone(),
-            });
-        }
+        gaps.points.extend(points(table.axis, &summary));
         gaps.joints.push(JointGap {
             axis: table.axis,
             half_gap: summary.half_gap,

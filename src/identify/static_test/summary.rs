@@ -277,6 +277,39 @@ fn test(angles: &[Angle], means: &[f64], repeats: &[f64], noise: &Noise) -> Gate
     Gate { p_value, p_any_shape, p_slope_and_bow }
 }
 
+/// Where the noise of a joint's figures comes from, and what that leaves open.
+fn noise_notes(table: &Table, summary: &Summary) -> Vec<String> {
+    let mut notes = Vec::new();
+    let mut note = |text: &str| notes.push(text.to_string());
+    match summary.noise.from {
+        NoiseFrom::Cycles if summary.gate.is_none() && summary.angles.len() > 1 => {
+            note("too few repeats to test whether the gap varies with position");
+        }
+        NoiseFrom::Cycles => {}
+        NoiseFrom::Places => note(
+            "one cycle only: intervals take the spread between places for noise; whether the gap varies is not tested",
+        ),
+        NoiseFrom::Dwells => {
+            note("one pair only: its interval holds the noise inside the dwells and nothing of repeatability");
+        }
+    }
+    if summary.noise.rounding {
+        note("repeats agree better than the last digit of the file: its rounding was taken for the noise");
+    }
+    let sigma = summary.noise.variance.sqrt();
+    if summary.noise.from == NoiseFrom::Cycles
+        && summary.noise.dof >= 6.0
+        && sigma > 3.0 * summary.sigma_in_dwell
+        && summary.sigma_in_dwell > table.rounding
+    {
+        note(&format!(
+            "cycles scatter {:.1} times as much as the noise inside the dwells: drift, temperature or settling between cycles",
+            sigma / summary.sigma_in_dwell
+        ));
+    }
+    notes
+}
+
 /// What a reader of a joint's figures should know.
 pub fn notes(table: &Table, summary: &Summary, joint: &Joint) -> Vec<String> {
     let (unit, edge) = (joint.kind.unit(), |v: f64| joint.kind.to_user_unit(v));
@@ -298,33 +331,7 @@ pub fn notes(table: &Table, summary: &Summary, joint: &Joint) -> Vec<String> {
             ));
         }
     }
-    match summary.noise.from {
-        NoiseFrom::Cycles if summary.gate.is_none() && summary.angles.len() > 1 => {
-            note("too few repeats to test whether the gap varies with position".into());
-        }
-        NoiseFrom::Cycles => {}
-        NoiseFrom::Places => note(
-            "one cycle only: intervals take the spread between places for noise; whether the gap varies is not tested"
-                .into(),
-        ),
-        NoiseFrom::Dwells => {
-            note("one pair only: its interval holds the noise inside the dwells and nothing of repeatability".into())
-        }
-    }
-    if summary.noise.rounding {
-        note("repeats agree better than the last digit of the file: its rounding was taken for the noise".into());
-    }
-    let sigma = summary.noise.variance.sqrt();
-    if summary.noise.from == NoiseFrom::Cycles
-        && summary.noise.dof >= 6.0
-        && sigma > 3.0 * summary.sigma_in_dwell
-        && summary.sigma_in_dwell > table.rounding
-    {
-        note(format!(
-            "cycles scatter {:.1} times as much as the noise inside the dwells: drift, temperature or settling between cycles",
-            sigma / summary.sigma_in_dwell
-        ));
-    }
+    noise_notes(table, summary).into_iter().for_each(&mut note);
     if summary.ci95[1] < 0.0 {
         let turned = if joint.kind == JointKind::Revolute { "turns" } else { "moves" };
         note(format!(

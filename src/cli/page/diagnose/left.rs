@@ -1,7 +1,7 @@
 //! What is left: structure by joint and aspect, and the noise that it was tested against.
 
 use super::super::milli;
-use super::{Told, columns};
+use super::Told;
 use crate::diagnose::Outcome;
 use crate::diagnose::candidates::structure::Aspect;
 use crate::diagnose::result::document::Diagnosis;
@@ -129,6 +129,6 @@ pub(super) fn noise(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &To
              sample to the next, that of the coloured part, and its share of the variance. {left}{means}",
             d.noise.source
         ),
-        TableView { columns: columns(&headings), rows: rows.collect() },
+        TableView::new(&headings, rows),
     );
 }

@@ -219,12 +219,8 @@ fn found(page: &mut Page, d: &Diagnosis, told: &Told) {
         "What was found",
         "Parameters of the joint fit of everything, with intervals that account for correlated noise. Set: the smallest that holds \
          the truth with 95 %, and whatever fits within 4 of 2 ln L.",
-        TableView { columns: columns(&headings), rows: rows.collect() },
+        TableView::new(&headings, rows),
     );
-}
-
-fn columns(headings: &[(&str, bool)]) -> Vec<(String, bool)> {
-    headings.iter().map(|(h, n)| (h.to_string(), *n)).collect()
 }
 
 /// What was tried in the place of each found effect.
@@ -269,7 +265,7 @@ fn candidates(page: &mut Page, outcome: &Outcome, d: &Diagnosis) {
         "What was tried in its place",
         "Each found effect was taken out and the best of the catalogue refitted in its place, with everything else free. ΔBIC: \
          parameters times ln n, less the gain; the lower the better.",
-        TableView { columns: columns(&headings), rows },
+        TableView::new(&headings, rows),
     );
 }
 
