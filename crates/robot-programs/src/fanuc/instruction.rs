@@ -28,8 +28,8 @@ pub(super) fn read(text: &Text, words: &[Range<usize>]) -> Option<StepKind> {
         return Some(StepKind::Process(process));
     }
     match name {
-        b"WAIT" | b"WARTE" => Some(StepKind::Dwell(seconds(text, words))),
-        b"PAUSE" => Some(StepKind::Dwell(None)),
+        b"WAIT" | b"WARTE" if waits_for(&second) => Some(StepKind::Dwell(seconds(text, words))),
+        b"PAUSE" if words.len() == 1 => Some(StepKind::Dwell(None)),
         b"LBL" | b"MRK" | b"JMP" | b"SPRUNG" | b"IF" | b"WENN" | b"ELSE" | b"ENDIF" | b"SELECT" | b"END" | b"ABORT" => {
             on(Break::Jump)
         }
@@ -41,7 +41,11 @@ pub(super) fn read(text: &Text, words: &[Range<usize>]) -> Option<StepKind> {
         b"UFRAME" | b"UTOOL" | b"OFFSET" | b"TOOL_OFFSET" => on(Break::Frame),
         b"COL" if second.starts_with(b"DETECT") || second.starts_with(b"GUARD") => None,
         b"SKIP" if second.starts_with(b"CONDITION") => None,
+        b"" if first.starts_with(b"$") && ["FRAME", "TOOL"].iter().any(|n| has(&first, n.as_bytes())) => {
+            on(Break::Frame)
+        }
         b"" if first.starts_with(b"$") => None,
+        b"STOP_TRACKING" if words.len() == 1 => on(Break::Frame),
         b"" => on(Break::Jump),
         _ if quiet(name, &first[name.len()..], &second, words.len()) && !jumps(text, words) => None,
         _ => on(Break::Call),
@@ -54,12 +58,35 @@ fn quiet(name: &[u8], rest: &[u8], second: &[u8], words: usize) -> bool {
     let behind = rest.first().or(second.first()).copied();
     match name {
         b"LOCK" | b"UNLOCK" => second == b"PREG" && words == 2,
-        b"STOP_TRACKING" => words == 1,
         b"TC_ONLINE" => second.starts_with(b"(") || matches!(second, b"ENABLE" | b"DISABLE"),
         b"WEAVE" => second.contains(&b'[') || second == b"END" && words == 2,
         _ if INDEXED.contains(&name) => behind == Some(b'['),
         _ => SETTINGS.contains(&name) && matches!(behind, Some(b'[' | b'=')),
     }
+}
+
+/// What a WAIT waits for: a time, a signal, a condition. Another word is part of a macro's name (`WAIT HOME`).
+fn waits_for(second: &[u8]) -> bool {
+    second.contains(&b'[') || second.first().is_some_and(|b| b.is_ascii_digit() || b".($!".contains(b))
+}
+
+/// Whether an instruction begins to lead the robot away from its positions (what it is), or ends that.
+pub(super) fn leads(text: &Text, words: &[Range<usize>]) -> Option<Option<&'static str>> {
+    const ON: [(&str, &str); 4] = [
+        ("WEAVE", "a weaving pattern"),
+        ("TRACK", "a seam that is tracked"),
+        ("SOFTFLOAT", "a soft servo"),
+        ("MP", "the offset of a pass"),
+    ];
+    let mut all = words.iter().map(|w| text.slice(w.clone()).to_ascii_uppercase());
+    let first = all.next()?;
+    let name = &first[..memchr::memchr(b'[', &first).unwrap_or(first.len())];
+    let what = ON.iter().find(|o| o.0.as_bytes() == name)?.1;
+    let rest: Vec<Vec<u8>> = all.collect();
+    // a macro may be called `Track part`
+    let named = first.len() > name.len() || rest.iter().any(|w| w.contains(&b'[') || w.starts_with(b"{"));
+    let ends = rest.last().is_some_and(|w| w == b"END" || w.starts_with(b"END["));
+    (named || ends).then_some((!ends).then_some(what))
 }
 
 /// An action at the end of a quiet instruction may jump: `PR[1]=LPOS,JMP LBL[1]` is none, but costs nothing to see.

@@ -177,8 +177,18 @@ fn close(said: &mut MotionInstruction, why: &str) {
 }
 
 /// Words that end a motion line and neither move its goal nor are repeated by a copy.
-const PLAIN: [&str; 13] =
-    ["PTH", "MPTH", "LDC", "BREAK", "RTCP", "TA", "TB", "DB", "PSPI", "MROT", "COORD", "WJNT", "INDEP"];
+const PLAIN: [&str; 9] = ["PTH", "MPTH", "LDC", "BREAK", "TA", "TB", "DB", "PSPI", "INDEP"];
+
+/// What an option says where the robot ends elsewhere than at its goal, or does not go straight to it.
+fn otherwise(upper: &[u8], path: PathKind) -> Option<&'static str> {
+    match upper {
+        b"MROT" => Some("MROT: the wrist takes the shorter turn, whatever the position says"),
+        b"RTCP" if path != PathKind::Joint => Some("RTCP: the part moves along a tool that stands still"),
+        b"COORD" => Some("COORD: its way is straight for a part that another group moves"),
+        _ if upper.starts_with(b"SEARCH[") => Some("a search ends where it touches"),
+        _ => None,
+    }
+}
 
 /// Options behind the end type. An offset or an increment moves the goal; an unknown word might.
 fn read_options(
@@ -197,7 +207,10 @@ fn read_options(
         if let Some(process) = process(&upper) {
             said.process = Some(process);
         }
-        if upper == b"INC" {
+        if let Some(why) = otherwise(&upper, said.path) {
+            said.goal = Err(why.into());
+            said.skips |= upper.starts_with(b"SEARCH");
+        } else if upper == b"INC" {
             said.goal = Err("an increment: the goal depends on where the robot stands".into());
         } else if has(&upper, b"OFFSET") && !has(&upper, b"VOFFSET") && !has(&upper, b"VR[") {
             // by a register: the position stands in a frame of its own
@@ -219,9 +232,10 @@ fn read_options(
             kept.push(span.start..words.get(k + usize::from(computed)).map_or(span.end, |w| w.end));
             k += usize::from(computed);
         } else if upper == b"WJNT" || upper == b"RTCP" {
+            if said.path != PathKind::Joint {
+                close(said, "Wjnt: the wrist turns joint by joint on its way");
+            }
             kept.push(span.clone());
-        } else if upper == b"COORD" {
-            close(said, "it is coordinated with another group");
         } else if upper == b"CALL" || upper.ends_with(b",CALL") || upper == b"AUFRUF" || upper.ends_with(b",AUFRUF") {
             k += 1;
         } else if matches!((upper.as_slice(), next.as_slice()), (b"ZEIT", b"VOR" | b"NACH") | (b"WEG", b"VOR")) {

@@ -39,6 +39,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let count = line_count(text, sections.attributes.clone(), numbered.last().map(|n| n.number));
     let mut reader = Reader::new(text, robot, positions)?;
     reader.uncounted = count.is_none();
+    reader.tracks = tracks(text, 0..sections.program.start);
     reader.collect(&all);
     reader
         .steps
@@ -131,6 +132,16 @@ fn line_count(text: &Text, lines: Range<usize>, last: Option<u64>) -> Option<(Ra
     if same.len() == 1 { same.pop() } else { None }
 }
 
+/// Whether the header (`/APPL`) gives a schedule of line tracking: `LINE_TRACK_SCHEDULE_NUMBER : 1;`; 0 is none.
+fn tracks(text: &Text, lines: Range<usize>) -> bool {
+    lines.map(|k| text.line(k).trim_ascii().to_ascii_uppercase()).any(|line| {
+        let value = line.strip_prefix(b"LINE_TRACK_SCHEDULE_NUMBER").map(|v| v.trim_ascii_start());
+        let value = value.and_then(|v| v.strip_prefix(b":").or(v.strip_prefix(b"="))).map(<[u8]>::trim_ascii);
+        let value = value.map(|v| v.strip_suffix(b";").unwrap_or(v).trim_ascii_end());
+        value.is_some_and(|v| v.is_empty() || v.iter().any(|b| *b != b'0'))
+    })
+}
+
 /// Whether the file leaves the zero before the point off, as older controllers do.
 fn bare(positions: &[Position]) -> bool {
     let values = || positions.iter().flat_map(|p| &p.fields).filter_map(|f| f.value);
@@ -176,6 +187,10 @@ struct Reader<'a> {
     written_any: Option<u64>,
     steps: Vec<Step>,
     notes: Vec<Note>,
+    /// The program is one of line tracking: its positions move with a conveyor.
+    tracks: bool,
+    /// What leads the robot away from its positions.
+    led: Option<&'static str>,
     /// No attribute gives the number of lines, which must grow with new ones.
     uncounted: bool,
     motions: BTreeMap<usize, Motion>,
@@ -237,6 +252,8 @@ impl<'a> Reader<'a> {
             written_any: None,
             steps: Vec::new(),
             notes: Vec::new(),
+            tracks: false,
+            led: None,
             uncounted: false,
             motions: BTreeMap::new(),
         })
@@ -261,6 +278,14 @@ impl<'a> Reader<'a> {
             }
             // `UFRAME[1]=PR[2]`: what positions in that frame mean is known only while the program runs
             let first = words.first().map(|w| self.text.slice(w.clone()).to_ascii_uppercase()).unwrap_or_default();
+            // by the group and the number: `$MNUFRAME[1,2]=PR[3]`
+            for (list, name) in self.frames_set.iter_mut().zip([&b"$MNUFRAME["[..], b"$MNUTOOL["]) {
+                if let Some(inside) = first.strip_prefix(name) {
+                    let inside = inside.split(|b| *b == b']').next().unwrap_or_default();
+                    let number = inside.split(|b| *b == b',').nth(1).and_then(|n| std::str::from_utf8(n).ok());
+                    list.push(number.and_then(|n| n.trim().parse().ok()));
+                }
+            }
             for (list, name) in self.frames_set.iter_mut().zip([&b"UFRAME["[..], b"UTOOL["]) {
                 if let Some(inside) = first.strip_prefix(name) {
                     let digits = inside.iter().take_while(|b| b.is_ascii_digit()).count();
@@ -318,10 +343,13 @@ impl<'a> Reader<'a> {
             }
         } else if let (false, Some(said)) = (statement.nested, motion::read(self.text, statement, words)) {
             self.motion(at, said);
-        } else if let Some(kind) = instruction::read(self.text, words)
-            && (!statement.nested || matches!(kind, StepKind::Break(_)))
-        {
-            self.push(at, kind);
+        } else {
+            self.led = instruction::leads(self.text, words).unwrap_or(self.led);
+            if let Some(kind) = instruction::read(self.text, words)
+                && (!statement.nested || matches!(kind, StepKind::Break(_)))
+            {
+                self.push(at, kind);
+            }
         }
     }
 
@@ -368,6 +396,10 @@ impl<'a> Reader<'a> {
         let position = said.goal.as_ref().ok().and_then(|n| self.by_index.get(n).copied());
         let goal = match said.goal {
             Err(why) => Goal::Opaque(why),
+            Ok(_) if self.tracks || self.led.is_some() => {
+                let by = self.led.unwrap_or("a conveyor that the program tracks");
+                Goal::Opaque(format!("{by} leads the robot away from its positions"))
+            }
             Ok(n) => self.goal(n, position, &said.offset),
         };
         let goal = match (goal, &said.via[..], position) {

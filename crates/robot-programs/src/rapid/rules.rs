@@ -1,7 +1,7 @@
 //! What holds for a whole file: where the program starts, where configurations are watched, and external axes as they are written.
 
 use super::facts;
-use super::read::{Item, Parsed};
+use super::read::{Item, ItemKind, Parsed};
 use super::value::Node;
 use super::words;
 use crate::script::Text;
@@ -31,6 +31,46 @@ pub fn configured_first(p: &Parsed) -> Configured {
         all.peek().is_none() || !p.items.iter().filter(of).all(off) || !all.any(in_main)
     };
     Configured { joint: watched("confj"), linear: watched("confl") }
+}
+
+/// How the arm goes to its targets, in the order of the text of a routine.
+#[derive(Clone, Copy, Default)]
+pub struct Going {
+    /// The instruction by which something leads it away from them.
+    pub led: Option<&'static str>,
+    /// On straight ways the wrist turns as its joints do (`SingArea\Wrist`, `\LockAxis4`).
+    pub wrist: bool,
+}
+
+impl Going {
+    /// At the start of each routine: what any of them leaves behind may hold there.
+    pub fn first(p: &Parsed) -> Self {
+        let mut first = Self::default();
+        let mut now = Self::default();
+        for (k, item) in p.items.iter().enumerate() {
+            now.follow(p, item);
+            first.wrist |= now.wrist;
+            if p.items.get(k + 1).is_none_or(|next| next.routine != item.routine) {
+                first.led = first.led.or(now.led);
+                now = Self::default();
+            }
+        }
+        first
+    }
+
+    /// Behind an item.
+    pub fn follow(&mut self, p: &Parsed, item: &Item) {
+        if !matches!(item.kind, ItemKind::Call { .. }) {
+            return;
+        }
+        let name = p.words.at(item.span.start);
+        let has = |word: &str| p.words.within(item.span.clone()).any(|w| w == word);
+        match words::leads(name, has("off")) {
+            Some(led) => self.led = led,
+            None if name == "singarea" => self.wrist = has("wrist") || has("lockaxis4"),
+            None => {}
+        }
+    }
 }
 
 /// External axes of a target, as they are written.

@@ -5,7 +5,7 @@ use super::facts::{self, Facts};
 use super::lex::Kind;
 use super::project::Project;
 use super::read::{Item, ItemKind, Parsed, Span};
-use super::rules::{Configured, External, configured_first, entry_routine};
+use super::rules::{Configured, External, Going, configured_first, entry_routine};
 use super::value::{self, Node};
 use super::words::{self, Leads, Motion};
 use crate::axes::Axes;
@@ -92,6 +92,8 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Built>
         external: None,
         configured: Configured { joint: true, linear: true },
         configured_first: configured_first(p),
+        going: Going::default(),
+        going_first: Going::first(p),
         known: HashMap::new(),
         nodes: HashMap::new(),
         notes: BTreeMap::new(),
@@ -126,6 +128,8 @@ pub struct Builder<'a> {
     /// Whether configurations are watched (`ConfJ`, `ConfL`), in the order of the text of a routine, and at its start.
     pub configured: Configured,
     configured_first: Configured,
+    going: Going,
+    going_first: Going,
     /// Targets of declarations, by declaration and index list.
     pub known: HashMap<(usize, Vec<usize>), usize>,
     /// Values of declarations.
@@ -161,6 +165,7 @@ impl Builder<'_> {
 
     fn item(&mut self, item: &Item, motion: Option<(Motion, Vec<Arg>)>) -> Result<()> {
         let token = item.span.start;
+        self.going.follow(self.f.p, item);
         if let Some(t) = self.f.p.tokens.get(token) {
             self.steps.pragmas(self.f.text, &self.f.p.comments, t.start());
         }
@@ -175,6 +180,7 @@ impl Builder<'_> {
                 self.steps.start();
                 self.synchronised = false;
                 self.configured = self.configured_first;
+                self.going = self.going_first;
                 let k = self.push(token, StepKind::Break(Break::Start));
                 if self.entry_routine == Some(item.routine) {
                     self.steps.entry.get_or_insert(k);
@@ -335,6 +341,14 @@ impl Builder<'_> {
             Leads::Search => Goal::Opaque("a search may end anywhere on its way".into()),
             Leads::External => Goal::Opaque("MoveExtJ moves external axes alone".into()),
         };
+        let goal = match self.going.led {
+            Some(by) => Goal::Opaque(format!("{by} leads the arm away from its targets")),
+            None if switch("corr").is_some() => Goal::Opaque("a sensor corrects its path (\\Corr)".into()),
+            None => goal,
+        };
+        if self.going.wrist && motion.path == PathKind::Linear {
+            closed.get_or_insert_with(|| "SingArea lets the wrist turn otherwise on its way".into());
+        }
         if let Leads::Pose | Leads::Search = motion.leads
             && site.external.is_none()
             && matches!(goal, Goal::Pose(_))

@@ -655,3 +655,51 @@ fn a_straight_move_is_not_stopped_on_its_way_and_ends_as_it_did() {
     let source = program(J, "MoveAbsJ j1,v100,fine,tool0;");
     assert!(rewritten(&source, &inserted(&source, 0, 9.5, 0.5, 0.01)).matches(",fine,").count() == 2);
 }
+
+#[test]
+fn a_procedure_whose_name_begins_with_wait_may_move() {
+    let of = |line: &str| {
+        kinds(&program(
+            "",
+            &format!(
+                "MoveAbsJ [[1,2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;\n{line}\nMoveAbsJ [[2,2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;"
+            ),
+        ))
+    };
+    let quiet = of("WaitDI d,1;");
+    for line in ["WaitHome;", "WaitPartAndMove 5;", "WaitWObj wobjcnv1\\RelDist:=10;", "DropWObj wobjcnv1;"] {
+        let now = of(line);
+        assert!(
+            now.iter().any(|k| k == "Call" || k == "Frame") && !quiet.iter().any(|k| k == "Call"),
+            "{line}: {now:?}"
+        );
+    }
+}
+
+#[test]
+fn moves_that_a_sensor_or_a_soft_arm_leads_away_stay() {
+    let j = |v: f64| format!("MoveAbsJ [[{v},2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;\n");
+    let left = |source: &str| moves(source).iter().map(|m| matches!(m.goal, Goal::Opaque(_))).collect::<Vec<bool>>();
+    for (on, off) in
+        [("SoftAct 1,50;", "SoftDeact;"), ("SyncToSensor s\\On;", "SyncToSensor s\\Off;"), ("FCAct tool0;", "FCDeact;")]
+    {
+        let body = format!("{}{on}\n{}{}{off}\n{}", j(1.0), j(2.0), j(3.0), j(4.0));
+        assert_eq!(left(&program("", &body)), [false, true, true, false], "{on}");
+        // one routine switches it on, another off
+        let two = format!("MODULE T\nPROC main()\nsoft;\n{}ENDPROC\nPROC soft()\n{on}\nENDPROC\nENDMODULE\n", j(1.0));
+        assert_eq!(left(&two), [true], "{on}");
+    }
+    let corrected =
+        "MoveL [[900,0,1000],[0.5,0,0.8660254,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0\\Corr;";
+    assert_eq!(left(&program("", corrected)), [true]);
+}
+
+#[test]
+fn no_point_is_added_on_a_straight_way_on_which_singarea_turns_the_wrist() {
+    let body = |area: &str| {
+        format!("{area}MoveL [[900,0,1000],[0.5,0,0.8660254,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0;")
+    };
+    let closed = |area: &str| moves(&program("", &body(area)))[0].closed.is_some();
+    assert!(closed("SingArea\\Wrist;\n") && closed("SingArea \\LockAxis4;\n"));
+    assert!(!closed("") && !closed("SingArea\\Off;\n") && !closed("SingArea\\Wrist;\nSingArea\\Off;\n"));
+}

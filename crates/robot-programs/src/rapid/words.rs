@@ -143,13 +143,30 @@ pub fn is_quiet(name: &str) -> bool {
 
 /// Instructions at which the robot stands and waits.
 pub fn is_wait(name: &str) -> bool {
-    name.starts_with("wait")
-        || matches!(name, "tpreadfk" | "tpreadnum" | "tpreaddnum" | "uimsgbox" | "syncmoveon" | "syncmoveoff")
+    listed(WAITS, name)
+}
+
+/// A name that only begins so may be a procedure of another module, and move: `WaitHome`.
+const WAITS: &str = "\
+    waitai waitao waitdi waitdo waitgi waitgo waitload waitrob waitsynctask waittestandset waittime waituntil \
+    tpreadfk tpreadnum tpreaddnum uimsgbox syncmoveon syncmoveoff";
+
+/// What leads the arm away from its targets from one instruction on until another.
+const LEADS: [(&str, &str); 4] =
+    [("softact", "softdeact"), ("cssact", "cssdeactmovel"), ("fcact", "fcdeact"), ("synctosensor", "synctosensor")];
+
+/// Whether an instruction begins to lead the arm away from its targets (its name), or ends that; `off`: it has `\Off`.
+pub fn leads(name: &str, off: bool) -> Option<Option<&'static str>> {
+    let (on, end) = LEADS.iter().find(|(on, end)| *on == name || *end == name)?;
+    Some(if off || on != end && *end == name { None } else { Some(*on) })
 }
 
 /// Instructions that change what targets mean.
 pub fn is_frame(name: &str) -> bool {
-    name.starts_with("pdisp") || name.starts_with("eoffs") || matches!(name, "actunit" | "deactunit")
+    name.starts_with("pdisp")
+        || name.starts_with("eoffs")
+        // behind these a work object moves with a conveyor, or the arm with a sensor
+        || matches!(name, "actunit" | "deactunit" | "waitwobj" | "dropwobj" | "waitsensor" | "dropsensor")
 }
 
 /// Instructions that arm an interrupt.
@@ -232,6 +249,12 @@ pub const Z0_MM: f64 = 0.3;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_rapids_own_waits_are_waits() {
+        assert!(is_wait("waitdi") && is_wait("waituntil"));
+        assert!(!is_wait("waithome") && !is_wait("waitpart") && !is_wait("waitwobj") && is_frame("waitwobj"));
+    }
 
     #[test]
     fn arc_instructions_tell_their_process() {

@@ -61,7 +61,6 @@ fn a_macro_whose_name_begins_like_an_input_or_a_register_ends_the_known_directio
         "PAYLOAD[1]",
         "MESSAGE[READY]",
         "LOCK PREG",
-        "STOP_TRACKING",
         "LINEAR_MAX_SPEED=100",
         "Weave Sine[1]",
         "$WAITTMOUT=100",
@@ -165,4 +164,87 @@ fn blank_statements_are_passed_over() {
     // a statement whose end stands on the next line
     let text = of_lines("   1:J P[1] 100% FINE\n    ;\n   2:J P[2] 100% FINE    ;");
     assert_eq!(moves(doc(text.as_bytes()).as_ref()).len(), 2);
+}
+
+/// Why the goals of motions cannot be told; empty: they can.
+fn left(text: &str) -> Vec<String> {
+    let why = |m: &Move| match &m.goal {
+        Goal::Opaque(why) => why.clone(),
+        _ => String::new(),
+    };
+    moves(doc(text.as_bytes()).as_ref()).iter().map(|(_, m)| why(m)).collect()
+}
+
+#[test]
+fn behind_a_search_nobody_knows_where_the_robot_stands() {
+    let text = of_lines(
+        "   1:J P[1] 100% FINE    ;\n   2:L P[2] 50mm/sec FINE Search[-Z]    ;\n   3:L P[3] 50mm/sec FINE    ;",
+    );
+    assert_eq!(left(&text), ["", "a search ends where it touches", ""]);
+    let d = doc(text.as_bytes());
+    let last = d.script().steps.iter().rposition(|s| matches!(s.kind, StepKind::Move(_))).unwrap();
+    assert!(matches!(d.script().steps[last - 1].kind, StepKind::Break(Break::Jump)));
+}
+
+#[test]
+fn motions_that_an_option_leads_otherwise_stay_and_wjnt_takes_no_points() {
+    let of = |line: &str| of_lines(&format!("   1:J P[1] 100% FINE    ;\n   2:{line}    ;"));
+    for option in ["RTCP", "MROT", "COORD"] {
+        let left = left(&of(&format!("L P[2] 100mm/sec FINE {option}")));
+        assert!(left[1].starts_with(option) && left[0].is_empty(), "{left:?}");
+    }
+    let closed = |line: &str| moves(doc(of(line).as_bytes()).as_ref())[1].1.closed.clone();
+    assert!(closed("L P[2] 100mm/sec FINE Wjnt").unwrap().starts_with("Wjnt"));
+    assert_eq!((closed("J P[2] 100% FINE Wjnt"), closed("L P[2] 100mm/sec FINE")), (None, None));
+}
+
+#[test]
+fn motions_while_weaving_or_tracking_or_soft_stay() {
+    for (on, off) in [
+        ("Weave Sine[1]", "Weave End"),
+        ("Weave[1]", "Weave End[1]"),
+        ("Track TAST[1]", "Track End"),
+        ("Track {TAST,AVC}[1]", "Track End"),
+        ("SOFTFLOAT[1]", "SOFTFLOAT END"),
+        ("MP OFFSET PR[11] RPM[R[1]]", "MP OFFSET END"),
+    ] {
+        let text = of_lines(&format!(
+            "   1:J P[1] 100% FINE    ;\n   2:  {on} ;\n   3:L P[2] 50mm/sec FINE    ;\n   4:  {off} ;\n   5:L P[3] 50mm/sec FINE    ;"
+        ));
+        let left: Vec<bool> = left(&text).iter().map(|w| !w.is_empty()).collect();
+        assert_eq!(left, [false, true, false], "{on}");
+    }
+}
+
+#[test]
+fn a_program_of_line_tracking_stays_and_schedule_0_is_none() {
+    let of = |n: &str| {
+        of_lines("   1:J P[1] 100% FINE    ;\n   2:L P[2] 50mm/sec FINE    ;")
+            .replace("/MN", &format!("/APPL\n\nLINE_TRACK;\n  LINE_TRACK_SCHEDULE_NUMBER      : {n};\n/MN"))
+    };
+    assert!(left(&of("1")).iter().all(|w| w.contains("conveyor")));
+    assert!(left(&of("0")).iter().all(String::is_empty));
+}
+
+#[test]
+fn a_frame_that_a_system_variable_sets_ends_the_known_direction_and_so_does_a_macro_named_wait() {
+    let kinds = |line: &str| {
+        let text = of_lines(&format!("   1:J P[1] 100% FINE    ;\n   2:  {line} ;\n   3:J P[2] 100% FINE    ;"));
+        harness::kinds(doc(text.as_bytes()).script())[2].clone()
+    };
+    for (line, kind) in [
+        ("$MNUFRAME[1,1]=PR[1]", "Frame"),
+        ("$MNUTOOL[1,R[2]]=PR[1]", "Frame"),
+        ("STOP_TRACKING", "Frame"),
+        ("WAIT HOME", "Call"),
+        ("PAUSE ROBOT", "Call"),
+        ("WAIT   .50(sec)", "dwell Some(0.5)"),
+        ("WAIT DI[1]=ON", "dwell None"),
+        ("WAIT (F[1])", "dwell None"),
+        ("WAIT R[1]", "dwell None"),
+        ("PAUSE", "dwell None"),
+        ("$WAITTMOUT=200", "move"),
+    ] {
+        assert_eq!(kinds(line), kind, "{line}");
+    }
 }
