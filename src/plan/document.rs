@@ -273,34 +273,26 @@ pub fn of_separation<'a>(
         }
         return (plan, Some(&best.motion));
     }
-    plan.reason = Some(hardest_pair(&best.worth, sets, bench));
     plan.channels = channels_shown(answer);
-    let weak = best.worth.evidence >= LEAST;
-    if weak {
-        plan.reason = None;
+    if best.worth.evidence >= LEAST {
         let times = (NEEDED / best.worth.evidence).ceil();
         plan.notes.push(format!(
             "evidence grows with the time: {times:.0} times the duration (or less noise) would be enough"
         ));
+        plan.verdict = Verdict::Weak;
+        plan.best = Some(shown(&best.motion, &best.worth));
+        return (plan, Some(&best.motion));
     }
-    match answer.channel() {
-        Some(with) if !weak => {
-            let motion = &answer.singles[with.motion].motion;
-            plan.verdict = Verdict::NeedsChannel;
-            plan.needs_channel = Some(with.channel.name.into());
-            plan.best = Some(shown(motion, &with.worth));
-            (plan, Some(motion))
-        }
-        _ if weak => {
-            plan.verdict = Verdict::Weak;
-            plan.best = Some(shown(&best.motion, &best.worth));
-            (plan, Some(&best.motion))
-        }
-        _ => {
-            plan.verdict = Verdict::Inseparable;
-            (plan, None)
-        }
-    }
+    plan.reason = Some(hardest_pair(&best.worth, sets, bench));
+    let Some(with) = answer.channel() else {
+        plan.verdict = Verdict::Inseparable;
+        return (plan, None);
+    };
+    let motion = &answer.singles[with.motion].motion;
+    plan.verdict = Verdict::NeedsChannel;
+    plan.needs_channel = Some(with.channel.name.into());
+    plan.best = Some(shown(motion, &with.worth));
+    (plan, Some(motion))
 }
 
 /// The document of the whole catalogue, and the motion to run.

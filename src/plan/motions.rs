@@ -21,83 +21,76 @@ pub struct Motion {
     pub two_payloads: bool,
 }
 
+/// What the library collects: motions that fit.
+#[derive(Default)]
+struct Library(Vec<Motion>);
+
+impl Library {
+    fn add(&mut self, name: impl Into<String>, does: &str, rows: Option<Vec<Vec<f64>>>) {
+        self.add_for(false, name, does, rows);
+    }
+
+    fn add_for(&mut self, two_payloads: bool, name: impl Into<String>, does: &str, rows: Option<Vec<Vec<f64>>>) {
+        if let Some(rows) = rows {
+            self.0.push(Motion { name: name.into(), does: does.into(), rows, two_payloads });
+        }
+    }
+}
+
 /// All motions for a question about `axes`; `payload`: two loads can be compared.
 pub fn library(room: &Room, axes: &[usize], payload: bool) -> Vec<Motion> {
-    let mut list = Vec::new();
-    let mut add = |name: String, does: &str, rows: Option<Vec<Vec<f64>>>, two_payloads: bool| {
-        if let Some(rows) = rows {
-            list.push(Motion { name, does: does.into(), rows, two_payloads });
-        }
-    };
+    let mut list = Library::default();
     for &a in axes {
-        let joint = &room.robot.axis(a).name;
-        let named = |name: &str| format!("{name} {joint}");
-        add(named("sweep"), "sweeps both ways at the working speed", sweep(room, a), false);
-        add(
-            named("two speeds"),
-            "sweeps both ways at the working speed and at a quarter of it",
-            two_speeds(room, a),
-            false,
-        );
-        add(named("speed ladder"), "reverses at one place at four speeds", speed_ladder(room, a), false);
-        add(
-            named("soft reversals"),
-            "reverses so slowly that many rows stand inside the transition",
-            soft_reversals(room, a),
-            false,
-        );
-        add(named("stairs"), "stairs up and down with dwells", stairs(room, a), false);
-        add(
-            named("fine stairs"),
-            "stairs of growing steps after each reversal, with dwells",
-            fine_stairs(room, a),
-            false,
-        );
-        add(named("reversals along the range"), "reverses at seven positions", zigzag(room, a), false);
-        add(
-            named("reverse and wait"),
-            "reverses fast and slowly and stands still behind it",
-            reverse_and_wait(room, a),
-            false,
-        );
+        of_one_joint(&mut list, room, a);
     }
+    of_all_joints(&mut list, room);
+    if payload {
+        of_two_payloads(&mut list, &room.of_duration(0.5 * room.duration_s), axes);
+    }
+    list.0
+}
+
+fn of_one_joint(list: &mut Library, room: &Room, a: usize) {
+    const SOFT: &str = "reverses so slowly that many rows stand inside the transition";
+    const FINE: &str = "stairs of growing steps after each reversal, with dwells";
+    const TWO: &str = "sweeps both ways at the working speed and at a quarter of it";
+    let joint = &room.robot.axis(a).name;
+    let named = |name: &str| format!("{name} {joint}");
+    list.add(named("sweep"), "sweeps both ways at the working speed", sweep(room, a));
+    list.add(named("two speeds"), TWO, two_speeds(room, a));
+    list.add(named("speed ladder"), "reverses at one place at four speeds", speed_ladder(room, a));
+    list.add(named("soft reversals"), SOFT, soft_reversals(room, a));
+    list.add(named("stairs"), "stairs up and down with dwells", stairs(room, a));
+    list.add(named("fine stairs"), FINE, fine_stairs(room, a));
+    list.add(named("reversals along the range"), "reverses at seven positions", zigzag(room, a));
+    list.add(named("reverse and wait"), "reverses fast and slowly, then stands still", reverse_and_wait(room, a));
+}
+
+fn of_all_joints(list: &mut Library, room: &Room) {
     let all: Vec<usize> = (0..room.robot.dof()).collect();
-    add("one joint at a time".into(), "each joint alone, both ways, at two speeds", one_at_a_time(room, &all), false);
-    add(
-        "stairs of all joints".into(),
-        "each joint alone by stairs with dwells, up and down",
-        stairs_of(room, &all),
-        false,
-    );
+    list.add("one joint at a time", "each joint alone, both ways, at two speeds", one_at_a_time(room, &all));
+    list.add("stairs of all joints", "each joint alone by stairs with dwells, up and down", stairs_of(room, &all));
     for (plane, [u, v]) in [("XY", [0, 1]), ("YZ", [1, 2]), ("XZ", [0, 2])] {
         let does = "a circle of the TCP both ways, at the working speed and at half of it";
-        add(format!("circle {plane}"), does, circle(room, u, v), false);
+        list.add(format!("circle {plane}"), does, circle(room, u, v));
     }
-    add("all joints".into(), "all joints at once through their windows, both ways", all_joints(room), false);
-    add("poses".into(), "poses over the whole window with dwells", poses(room), false);
-    add("wrist".into(), "the last three joints over wide angles, the arm at rest", wrist(room), false);
-    add(
-        "back to one pose".into(),
-        "comes back to one pose again and again and waits there",
-        back_to_one_pose(room),
-        false,
-    );
-    add("stand still".into(), "stands still after one short move", stand_still(room), false);
-    if payload {
-        let half = room.of_duration(0.5 * room.duration_s);
-        add("poses, two payloads".into(), "the poses without and with the payload", poses(&half), true);
-        add(
-            "all joints, two payloads".into(),
-            "all joints at once, without and with the payload",
-            all_joints(&half),
-            true,
-        );
-        for &a in axes {
-            let name = format!("sweep {}, two payloads", room.robot.axis(a).name);
-            add(name, "sweeps both ways, without and with the payload", sweep(&half, a), true);
-        }
+    list.add("all joints", "all joints at once through their windows, both ways", all_joints(room));
+    list.add("poses", "poses over the whole window with dwells", poses(room));
+    list.add("wrist", "the last three joints over wide angles, the arm at rest", wrist(room));
+    let back = "comes back to one pose again and again and waits there";
+    list.add("back to one pose", back, back_to_one_pose(room));
+    list.add("stand still", "stands still after one short move", stand_still(room));
+}
+
+/// Motions that run twice, each of half the duration.
+fn of_two_payloads(list: &mut Library, half: &Room, axes: &[usize]) {
+    list.add_for(true, "poses, two payloads", "the poses without and with the payload", poses(half));
+    let does = "all joints at once, without and with the payload";
+    list.add_for(true, "all joints, two payloads", does, all_joints(half));
+    for &a in axes {
+        let name = format!("sweep {}, two payloads", half.robot.axis(a).name);
+        list.add_for(true, name, "sweeps both ways, without and with the payload", sweep(half, a));
     }
-    list
 }
 
 /// Ends of a sweep about the pose that takes about `time_s` both ways.

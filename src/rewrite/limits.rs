@@ -126,6 +126,19 @@ impl<'a> Limits<'a> {
         }
     }
 
+    /// Duration of the leg from `last` to `q`: by the program's times, else as it is known, else by the way of the TCP; 0 where it
+    /// is not known.
+    fn duration_of_leg(&self, last: &Last, q: &[f64], t_s: Option<f64>, duration_s: Option<f64>) -> f64 {
+        match (t_s, duration_s, self.tcp_speed_m_s) {
+            (Some(t), _, _) => t - last.t_s,
+            (None, Some(d), _) => d,
+            (None, None, Some(v)) if self.any_rate => {
+                ((self.robot.tcp_m(q) - self.robot.tcp_m(&last.q)).norm() / v).max(CYCLE_S)
+            }
+            _ => 0.0,
+        }
+    }
+
     /// `own` is there where an offset may change.
     fn rates(
         &mut self,
@@ -141,14 +154,7 @@ impl<'a> Limits<'a> {
             self.last = Some(Last { q: q.to_vec(), t_s: t_s.unwrap_or(0.0), ..Last::default() });
             return;
         };
-        let duration_s = match (t_s, duration_s, self.tcp_speed_m_s) {
-            (Some(t), _, _) => t - last.t_s,
-            (None, Some(d), _) => d,
-            (None, None, Some(v)) if self.any_rate => {
-                ((self.robot.tcp_m(q) - self.robot.tcp_m(&last.q)).norm() / v).max(CYCLE_S)
-            }
-            _ => 0.0,
-        };
+        let duration_s = self.duration_of_leg(&last, q, t_s, duration_s);
         if duration_s > 0.0 {
             let known = last.speed.len() == q.len();
             last.speed.resize(q.len(), 0.0);

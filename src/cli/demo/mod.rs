@@ -51,38 +51,61 @@ struct Shown {
     measured: Measured,
 }
 
+/// The circle program, and what became of it.
+struct Programs {
+    nominal: PathBuf,
+    /// Its own points, with offsets.
+    offsets: PathBuf,
+    /// With points between them.
+    dense: PathBuf,
+    /// By the published controller.
+    published: PathBuf,
+}
+
+impl Programs {
+    fn rewrite(robot: &Robot, compensator: &Compensator, dir: &Path) -> Result<Self> {
+        eprintln!("rewrite: the circle program, its own points kept; then with a dense path");
+        let mut options = Options::new(robot.dof());
+        options.tcp_speed_m_s = compensator.evidence.tcp_speed_m_s;
+        let nominal = dir.join("circle_program.csv");
+        write_whole(&nominal, bundle::PROGRAM)?;
+        let offsets = dir.join("circle_compensated.csv");
+        runs::rewrite(robot, compensator, options.clone(), &nominal, &offsets)?;
+        let dense = dir.join("circle_compensated_dense.csv");
+        options.refine = Refine::Cartesian;
+        runs::rewrite(robot, compensator, options, &nominal, &dense)?;
+        let published = dir.join("circle_published_controller.csv");
+        runs::rewrite_as_printed(robot, &published_controller(robot), &nominal, &published)?;
+        Ok(Self { nominal, offsets, dense, published })
+    }
+}
+
+/// Gaps from the static tests and from the circle.
+fn identify(robot: &Robot, dir: &Path) -> Result<(static_test::Found, path::PathFound)> {
+    eprintln!("identify static: six logs of bidirectional dwells");
+    let still = static_test::identify(robot, &bundle::static_logs(robot)?, &static_test::Options::default())
+        .context("identify static, on the bundled logs")?;
+    write_whole(&dir.join("static.gaps.yaml"), file::to_yaml(&file::document(&still.gaps, robot))?.as_bytes())?;
+
+    eprintln!("identify path: a circle log of 52,358 rows, tracker frame unknown");
+    let found = path::identify(robot, &[bundle::circle_log(robot)?], &path::Options::default())
+        .context("identify path, on the bundled circle")?;
+    write_whole(&dir.join("circle.gaps.yaml"), file::to_yaml(&file::document(&found.gaps, robot))?.as_bytes())?;
+    Ok((still, found))
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
     let dir = args.output_dir.as_path();
     std::fs::create_dir_all(dir).map_err(|e| Error::io(dir, "create", e))?;
     let robot = bundle::robot()?;
 
-    eprintln!("identify static: six logs of bidirectional dwells");
-    let still = static_test::identify(&robot, &bundle::static_logs(&robot)?, &static_test::Options::default())
-        .context("identify static, on the bundled logs")?;
-    write_whole(&dir.join("static.gaps.yaml"), file::to_yaml(&file::document(&still.gaps, &robot))?.as_bytes())?;
-
-    eprintln!("identify path: a circle log of 52,358 rows, tracker frame unknown");
-    let found = path::identify(&robot, &[bundle::circle_log(&robot)?], &path::Options::default())
-        .context("identify path, on the bundled circle")?;
-    write_whole(&dir.join("circle.gaps.yaml"), file::to_yaml(&file::document(&found.gaps, &robot))?.as_bytes())?;
-
+    let (still, found) = identify(&robot, dir)?;
     eprintln!("fit: compensator from the circle");
     let compensator = fit(&robot, std::slice::from_ref(&found.gaps), Form::Decay).context("fit")?;
     write_whole(&dir.join("compensator.yaml"), compensator.to_yaml(&robot)?.as_bytes())?;
 
-    eprintln!("rewrite: the circle program, its own points kept; then with a dense path");
-    let mut options = Options::new(robot.dof());
-    options.tcp_speed_m_s = compensator.evidence.tcp_speed_m_s;
-    let nominal = dir.join("circle_program.csv");
-    write_whole(&nominal, bundle::PROGRAM)?;
-    let offsets = dir.join("circle_compensated.csv");
-    runs::rewrite(&robot, &compensator, options.clone(), &nominal, &offsets)?;
-    let dense = dir.join("circle_compensated_dense.csv");
-    options.refine = Refine::Cartesian;
-    runs::rewrite(&robot, &compensator, options, &nominal, &dense)?;
-    let published = dir.join("circle_published_controller.csv");
-    runs::rewrite_as_printed(&robot, &published_controller(&robot), &nominal, &published)?;
+    let Programs { nominal, offsets, dense, published } = Programs::rewrite(&robot, &compensator, dir)?;
 
     eprintln!("simulate: each program on the machine, 25 Hz, noise 11 um");
     let machine = bundle::machine()?;

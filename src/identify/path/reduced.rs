@@ -111,6 +111,26 @@ impl Part {
         cost - self.projection(errors).iter().map(|u| u * u).sum::<f64>()
     }
 
+    /// Block `a` along the nuisance's basis, and along the residual `rest`; one row, one value for each of its parameters.
+    fn projected(&self, a: usize, block: &Block, rest: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (width, rank) = (block.names.len(), self.basis.rank());
+        let mut qt = vec![0.0; width * rank];
+        let mut g = vec![0.0; width];
+        for (i, rest) in rest.iter().enumerate() {
+            let row = &self.qj[a][i * rank..(i + 1) * rank];
+            for c in 0..width {
+                let d = block.der[i * width + c];
+                if d != 0.0 {
+                    g[c] += d * rest;
+                    for (t, q) in qt[c * rank..(c + 1) * rank].iter_mut().zip(row) {
+                        *t += d * q;
+                    }
+                }
+            }
+        }
+        (qt, g)
+    }
+
     pub fn add_normal(&self, errors: &[Vec<f64>], blocks: &[Block], out: &mut Normal) {
         let pairs = errors.len();
         let rank = self.basis.rank();
@@ -126,20 +146,7 @@ impl Part {
                     *r -= e * j;
                 }
             }
-            let mut qt = vec![0.0; width * rank];
-            let mut g = vec![0.0; width];
-            for (i, rest) in rest.iter().enumerate() {
-                let row = &self.qj[a][i * rank..(i + 1) * rank];
-                for c in 0..width {
-                    let d = block.der[i * width + c];
-                    if d != 0.0 {
-                        g[c] += d * rest;
-                        for (t, q) in qt[c * rank..(c + 1) * rank].iter_mut().zip(row) {
-                            *t += d * q;
-                        }
-                    }
-                }
-            }
+            let (qt, g) = self.projected(a, block, &rest);
             for c in 0..width {
                 let along: f64 = qt[c * rank..(c + 1) * rank].iter().zip(&u).map(|(a, b)| a * b).sum();
                 out.gradient[block.names[c]] += g[c] + along;
@@ -147,15 +154,7 @@ impl Part {
             for (b, other) in blocks.iter().enumerate().take(a + 1) {
                 let wb = other.names.len();
                 let jj = &self.jj[a * pairs + b];
-                let mut h = vec![0.0; width * wb];
-                for (i, jj) in jj.iter().enumerate() {
-                    for c in 0..width {
-                        let d = block.der[i * width + c] * jj;
-                        for k in 0..wb {
-                            h[c * wb + k] += d * other.der[i * wb + k];
-                        }
-                    }
-                }
+                let h = inner(block, other, jj);
                 let qb = if b == a { &qt } else { &projected[b] };
                 for c in 0..width {
                     for k in 0..wb {
@@ -175,4 +174,19 @@ impl Part {
             projected.push(qt);
         }
     }
+}
+
+/// Products of the derivatives of two blocks, weighted by `jj` at each bin.
+fn inner(block: &Block, other: &Block, jj: &[f64]) -> Vec<f64> {
+    let (width, wb) = (block.names.len(), other.names.len());
+    let mut h = vec![0.0; width * wb];
+    for (i, jj) in jj.iter().enumerate() {
+        for c in 0..width {
+            let d = block.der[i * width + c] * jj;
+            for k in 0..wb {
+                h[c * wb + k] += d * other.der[i * wb + k];
+            }
+        }
+    }
+    h
 }

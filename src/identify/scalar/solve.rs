@@ -33,14 +33,13 @@ pub fn fit(robot: &Robot, tracks: &mut [Track], reversing: &[usize]) -> Option<F
     for _ in 0..ROUNDS {
         let mut normal = DMatrix::zeros(k, k);
         let mut right = DVector::zeros(k);
-        let mut systems = Vec::with_capacity(tracks.len());
-        for (log, track) in tracks.iter().enumerate() {
+        let system = |(log, track): (usize, &Track)| {
             let (nominal, design) = track.design(robot, &layout, log, values.as_slice());
             let n = nominal.len();
             let matrix = DMatrix::from_fn(n, k, |i, j| design[j][i]);
-            let target = DVector::from_fn(n, |i, _| track.readings[i] - nominal[i]);
-            systems.push((matrix, target));
-        }
+            (matrix, DVector::from_fn(n, |i, _| track.readings[i] - nominal[i]))
+        };
+        let systems: Vec<System> = tracks.iter().enumerate().map(system).collect();
         rows = 0;
         for ((matrix, target), track) in systems.iter().zip(tracks.iter()) {
             let keep = kept(&(target - matrix * &values), sigma, values.iter().any(|v| *v != 0.0));
@@ -49,33 +48,11 @@ pub fn fit(robot: &Robot, tracks: &mut [Track], reversing: &[usize]) -> Option<F
             right += a.transpose() * &y;
             rows += a.nrows();
         }
-        let variance = sigma * sigma;
-        for (i, prior) in layout.priors.iter().enumerate() {
-            if prior.is_finite() {
-                normal[(i, i)] += variance / (prior * prior);
-                if let (Kind::Instrument { log }, n) = layout.columns[i] {
-                    right[i] += variance / (prior * prior) * tracks[log].own_about(n);
-                }
-            }
-        }
+        add_priors(&layout, tracks, sigma * sigma, &mut normal, &mut right);
         let (solved, inverse) = solve(&normal, &right)?;
         values = solved;
-        let (mut squares, mut lagged, mut all) = (0.0, 0.0, 0.0);
-        for ((matrix, target), track) in systems.iter().zip(tracks.iter()) {
-            let residual = target - matrix * &values;
-            let keep = kept(&residual, sigma, true);
-            let (a, y) = whitened(matrix, target, &keep, correlation, track);
-            squares += (y - a * &values).norm_squared();
-            for i in 1..residual.len() {
-                if keep[i] && keep[i - 1] {
-                    lagged += residual[i] * residual[i - 1];
-                    all += residual[i] * residual[i];
-                }
-            }
-        }
         let dof = (rows as f64 - k as f64).max(1.0);
-        sigma = (squares / dof).sqrt().max(1e-9);
-        correlation = if all > 0.0 { (lagged / all).clamp(0.0, MOST) } else { 0.0 };
+        (sigma, correlation) = noise(&systems, tracks, &values, (sigma, correlation), dof);
         covariance = inverse * (sigma * sigma);
         for (log, track) in tracks.iter_mut().enumerate() {
             track.take_centre(&layout, log, values.as_mut_slice());
@@ -84,6 +61,37 @@ pub fn fit(robot: &Robot, tracks: &mut [Track], reversing: &[usize]) -> Option<F
     let dof = (rows as f64 - k as f64).max(1.0);
     let sigma_m = sigma / (1.0 - correlation * correlation).sqrt();
     Some(Fit { layout, values, covariance, dof, sigma_m, correlation })
+}
+
+/// Design and target of a log, one row per reading.
+type System = (DMatrix<f64>, DVector<f64>);
+
+fn add_priors(layout: &Layout, tracks: &[Track], variance: f64, normal: &mut DMatrix<f64>, right: &mut DVector<f64>) {
+    for (i, prior) in layout.priors.iter().enumerate().filter(|(_, p)| p.is_finite()) {
+        normal[(i, i)] += variance / (prior * prior);
+        if let (Kind::Instrument { log }, n) = layout.columns[i] {
+            right[i] += variance / (prior * prior) * tracks[log].own_about(n);
+        }
+    }
+}
+
+/// Standard deviation of the innovations and autocorrelation of what `values` leave; `before`: those of the round before.
+fn noise(systems: &[System], tracks: &[Track], values: &DVector<f64>, before: (f64, f64), dof: f64) -> (f64, f64) {
+    let (mut squares, mut lagged, mut all) = (0.0, 0.0, 0.0);
+    for ((matrix, target), track) in systems.iter().zip(tracks) {
+        let residual = target - matrix * values;
+        let keep = kept(&residual, before.0, true);
+        let (a, y) = whitened(matrix, target, &keep, before.1, track);
+        squares += (y - a * values).norm_squared();
+        for i in 1..residual.len() {
+            if keep[i] && keep[i - 1] {
+                lagged += residual[i] * residual[i - 1];
+                all += residual[i] * residual[i];
+            }
+        }
+    }
+    let correlation = if all > 0.0 { (lagged / all).clamp(0.0, MOST) } else { 0.0 };
+    ((squares / dof).sqrt().max(1e-9), correlation)
 }
 
 /// Rows that are no gross errors.

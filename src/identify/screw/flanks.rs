@@ -189,6 +189,20 @@ fn without_gross(
     Ok((total, x))
 }
 
+/// Half widths of the figures' 95 % intervals, by leaving out one stroke of each direction at a time.
+fn half_widths(clusters: &[(bool, Normal)], without: &dyn Fn(&Normal) -> Option<[f64; 6]>) -> Option<[f64; 6]> {
+    let mut variance = [0.0; 6];
+    for up in [true, false] {
+        let of_side = clusters.iter().filter(|c| c.0 == up).map(|c| without(&c.1));
+        add_jackknife(&mut variance, &of_side.collect::<Option<Vec<_>>>()?);
+    }
+    let factor = student::factor(0.95, (clusters.len() - 2) as f64);
+    // clean data agree better than their digits; at a stop all rows are rounded alike, so that it does not average out
+    let digit = ROUNDING / 12f64.sqrt();
+    let floor = [0.0, digit, digit, digit, digit, 0.0];
+    Some(std::array::from_fn(|k| factor * variance[k].sqrt().max(floor[k])))
+}
+
 /// Adds the variance by which the figures differ where one stroke of a direction is left out.
 fn add_jackknife(variance: &mut [f64; 6], without: &[[f64; 6]]) {
     let n = without.len() as f64;
@@ -236,20 +250,8 @@ pub fn fit(pair: &Pair) -> Result<Flanks, Missing> {
     }
     let best = figures(&x, centre, level);
     let figures_without = |c: &Normal| total.less(c).solve(lag).map(|(x, _)| figures(&x, centre, level));
-    let mut variance = [0.0; 6];
-    for up in [true, false] {
-        let without = clusters.iter().filter(|c| c.0 == up).map(|c| figures_without(&c.1));
-        let without: Vec<[f64; 6]> = without.collect::<Option<_>>().ok_or(Missing::TooShort)?;
-        add_jackknife(&mut variance, &without);
-    }
-    let factor = student::factor(0.95, (n_up + n_down - 2) as f64);
-    // clean data agree better than their digits; at a stop all rows are rounded alike, so that it does not average out
-    let digit = ROUNDING / 12f64.sqrt();
-    let floor = [0.0, digit, digit, digit, digit, 0.0];
-    let known = |k: usize| {
-        let half = factor * variance[k].sqrt().max(floor[k]);
-        Known { value: best[k], ci95: [best[k] - half, best[k] + half] }
-    };
+    let half = half_widths(&clusters, &figures_without).ok_or(Missing::TooShort)?;
+    let known = |k: usize| Known { value: best[k], ci95: [best[k] - half[k], best[k] + half[k]] };
     let speed = rows.iter().map(|r| r.design[3].abs()).sum::<f64>() / rows.len() as f64;
     Ok(Flanks {
         slope: known(0),

@@ -128,6 +128,21 @@ impl Search<'_> {
     }
 }
 
+/// Normal matrix and gradient of the weighted residuals at `values`.
+fn normal_equations(data: &Data, k: usize, jacobian: &[f64], values: &[f64]) -> ([f64; MOST * MOST], [f64; MOST]) {
+    let (mut normal, mut gradient) = ([0.0; MOST * MOST], [0.0; MOST]);
+    for i in 0..data.x.len() {
+        let row = &jacobian[i * k..(i + 1) * k];
+        for a in 0..k {
+            gradient[a] += data.r[i] * row[a] * (data.y[i] - values[i]);
+            for b in 0..=a {
+                normal[a * MOST + b] += data.r[i] * row[a] * row[b];
+            }
+        }
+    }
+    (normal, gradient)
+}
+
 /// Heights at the knots, values at all places, weighted sum of squares.
 fn fit(data: &Data, knots: &[usize]) -> (Vec<f64>, Vec<f64>, f64) {
     let (n, k) = (data.x.len(), knots.len());
@@ -151,16 +166,7 @@ fn fit(data: &Data, knots: &[usize]) -> (Vec<f64>, Vec<f64>, f64) {
                 jacobian[i * k + j] = (trial_values[i] - values[i]) / step;
             }
         }
-        let (mut normal, mut gradient) = ([0.0; MOST * MOST], [0.0; MOST]);
-        for i in 0..n {
-            let row = &jacobian[i * k..(i + 1) * k];
-            for a in 0..k {
-                gradient[a] += data.r[i] * row[a] * (data.y[i] - values[i]);
-                for b in 0..=a {
-                    normal[a * MOST + b] += data.r[i] * row[a] * row[b];
-                }
-            }
-        }
+        let (normal, gradient) = normal_equations(data, k, &jacobian, &values);
         let mut better = None;
         for _ in 0..TRIES {
             let mut damped = normal;

@@ -13,7 +13,7 @@ use crate::rewrite::deadband::smallest;
 use crate::rewrite::job::{Job, LARGEST_SCRIPT};
 use crate::rewrite::original;
 use crate::rewrite::outcome::{Outcome, Ready, Target, Vendor};
-use crate::rewrite::stream::guard::{self, Companion};
+use crate::rewrite::stream::guard::{self, Companion, Note};
 use crate::rewrite::stream::sink::{File, Sink};
 use std::path::{Path, PathBuf};
 
@@ -28,7 +28,69 @@ const LISTED: usize = 1000;
 /// Last digit of the other joints at a new point, rad or m: it must stand on the path.
 const PATH_DIGIT: f64 = 2e-6;
 
+/// A program and the files that are rewritten with it, and the hashes of all.
+#[derive(Clone, Copy)]
+struct Source<'a> {
+    input: &'a Path,
+    companions: &'a [PathBuf],
+    hashes: &'a [String],
+}
+
 impl Job<'_> {
+    /// The note of a written program: what it was, with its companions.
+    fn note_of(
+        &self,
+        source: Source,
+        path: &Path,
+        paths: &[PathBuf],
+        originals: &[Text],
+        sums: &[String],
+        outcome: &Outcome,
+    ) -> Note {
+        let named = |p: &Path| p.file_name().map_or_else(|| shown(p), text_of_name);
+        let mut note = self.note(source.input, path, outcome);
+        note.context = sum_of(originals.iter().filter(|t| t.context));
+        note.original = originals.first().and_then(|t| original::pack(&t.bytes));
+        note.companions = (1..paths.len())
+            .map(|k| Companion {
+                input: named(&source.companions[k - 1]),
+                output: named(&paths[k]),
+                sha256_in: source.hashes[k].clone(),
+                sha256_out: sums[k].clone(),
+                original: original::pack(&originals[k].bytes),
+            })
+            .collect();
+        note
+    }
+
+    /// Writes the texts beside where they will be, with the note.
+    fn prepare_files(&self, source: Source, path: &Path, done: &Done, mut outcome: Outcome) -> Result<Ready> {
+        let Source { input, companions, .. } = source;
+        let paths = outputs(path, companions)?;
+        if !self.force {
+            free_to_write(input, companions, &paths, &done.texts)?;
+        }
+        outcome.output = Some(shown(path));
+        let mut files = Vec::with_capacity(paths.len());
+        let mut sums = Vec::with_capacity(paths.len());
+        for (path, text) in paths.iter().zip(&done.texts) {
+            let mut file = File::create(path, self.durability)?;
+            file.take(&text.bytes)?;
+            file.prepare()?;
+            sums.push(file.sha256());
+            files.push(file);
+        }
+        outcome.sha256_out = sums.first().cloned();
+        let note = if outcome.unchanged {
+            None
+        } else {
+            let note = self.note_of(source, path, &paths, &done.originals, &sums, &outcome);
+            self.prepare_note(path, &note)?
+        };
+        let stale_note = self.stale_note(path, outcome.unchanged)?;
+        Ok(Ready { outcome, files, note, stale_note })
+    }
+
     /// Takes a vendor program through; `bytes` are those of `input`.
     pub(in super::super) fn prepare_script(
         &self,
@@ -80,42 +142,7 @@ impl Job<'_> {
             }
             Target::File(_) if outcome.refusal.is_some() => Ok(Ready::without_output(outcome)),
             Target::File(path) => {
-                let originals = &done.originals;
-                let paths = outputs(path, &companions)?;
-                if !self.force {
-                    free_to_write(input, &companions, &paths, &done.texts)?;
-                }
-                outcome.output = Some(shown(path));
-                let mut files = Vec::with_capacity(paths.len());
-                let mut sums = Vec::with_capacity(paths.len());
-                for (path, text) in paths.iter().zip(&done.texts) {
-                    let mut file = File::create(path, self.durability)?;
-                    file.take(&text.bytes)?;
-                    file.prepare()?;
-                    sums.push(file.sha256());
-                    files.push(file);
-                }
-                outcome.sha256_out = sums.first().cloned();
-                let note = if outcome.unchanged {
-                    None
-                } else {
-                    let mut note = self.note(input, path, &outcome);
-                    note.context = sum_of(originals.iter().filter(|t| t.context));
-                    note.original = originals.first().and_then(|t| original::pack(&t.bytes));
-                    let named = |p: &Path| p.file_name().map_or_else(|| shown(p), text_of_name);
-                    note.companions = (1..paths.len())
-                        .map(|k| Companion {
-                            input: named(&companions[k - 1]),
-                            output: named(&paths[k]),
-                            sha256_in: hashes[k].clone(),
-                            sha256_out: sums[k].clone(),
-                            original: original::pack(&originals[k].bytes),
-                        })
-                        .collect();
-                    self.prepare_note(path, &note)?
-                };
-                let stale_note = self.stale_note(path, outcome.unchanged)?;
-                Ok(Ready { outcome, files, note, stale_note })
+                self.prepare_files(Source { input, companions: &companions, hashes: &hashes }, path, &done, outcome)
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Runs: stretches of a program on which each position certainly follows the one before it.
 //!
-//! A label, a loop, a call, or a target that cannot be told ends a run: behind it the directions are unknown. The first
+//! A label, a loop, a call, or a target that cannot be told ends a run: after it the directions are unknown. The first
 //! movement's direction is taken, but only at the start of the program the first point carries its offset: anywhere else the
 //! robot may come to it from the other side. A dwell, a process or a comment ends nothing.
 
@@ -88,7 +88,7 @@ pub struct Gap {
 pub struct Cut {
     pub runs: Vec<Run>,
     pub gaps: Vec<Gap>,
-    /// Moves behind which it is not yet known where every axis stands.
+    /// Moves after which it is not yet known where every axis stands.
     pub partial: Vec<usize>,
     /// Why Cartesian moves stay as they are, by step.
     pub left: BTreeMap<usize, String>,
@@ -198,6 +198,17 @@ fn empty_run(entry: bool) -> Run {
     Run { certain: true, by_program: true, entry, ..Run::default() }
 }
 
+/// Where a move leads.
+#[derive(Clone)]
+struct Reached {
+    /// Joints before it, where they are known.
+    from: Option<Vec<f64>>,
+    q: Vec<f64>,
+    editable: bool,
+    /// A Cartesian target that is written as joint moves.
+    solved: bool,
+}
+
 struct Cutter<'a> {
     choice: &'a Choice<'a>,
     poses: &'a mut Poses,
@@ -221,7 +232,7 @@ impl Cutter<'_> {
         self.known.clear();
         self.directions.forget();
         let mut run = std::mem::replace(&mut self.run, empty_run(entry));
-        // from which side the robot comes to the first point behind a label, a loop or a call is not known: it stays
+        // from which side the robot comes to the first point after a label, a loop or a call is not known: it stays
         if !run.entry
             && let Some(first) = run.vertices.first_mut()
         {
@@ -271,74 +282,10 @@ impl Cutter<'_> {
     }
 
     fn take(&mut self, script: &Script, step: usize, at: At, m: &Move) {
-        let robot = self.choice.robot;
-        let mut from = self.run.vertices.last().map(|v| v.q.clone());
-        let excluded = (self.choice.excluded)(step);
-        let mut editable = kept(m).is_none() && !excluded;
-        let mut solved = false;
-        let q = match &m.goal {
-            Goal::Joints(t) => {
-                let Some(target) = script.targets.get(*t) else {
-                    return self.lost(at, "a target that is not there".into());
-                };
-                let given = |k: usize| target.values.get(k).copied().flatten().map(|v| v.si);
-                // an axis without a value stays where it is; before a run that is what the moves before have said. A number in
-                // the place of one that is not known would be written into new points. Only an axis that no target names
-                // does not matter: nobody writes it.
-                let before = |k: usize| from.as_ref().map(|q| q[k]).or(self.known.get(k).copied().flatten());
-                let all: Vec<Option<f64>> = (0..robot.dof()).map(|k| given(k).or(before(k))).collect();
-                let matters = |k: usize| self.choice.commanded.get(k).copied().unwrap_or(true);
-                if (0..robot.dof()).any(|k| all[k].is_none() && matters(k)) {
-                    self.known = all;
-                    self.out.partial.push(step);
-                    return;
-                }
-                // the moves before have not carried its offset: this one does not either
-                editable &= self.known.is_empty();
-                // nor is it the first that moves
-                self.run.entry &= self.known.is_empty();
-                self.known.clear();
-                all.into_iter().map(Option::unwrap_or_default).collect::<Vec<f64>>()
-            }
-            Goal::Pose(goal) => {
-                let (q, place) = match self.pose(goal, m, from.as_deref()) {
-                    Ok(found) => found,
-                    Err(why) => {
-                        // a target whose configuration names its joints is known wherever the robot comes from
-                        let alone = from.as_ref().filter(|_| why == way::NOT_REACHED);
-                        let alone = alone.and_then(|_| self.pose(goal, m, None).ok());
-                        let Some(found) = alone else {
-                            self.forget(m);
-                            self.poses.missing.posture += u64::from(why == NO_START && self.poses.posture.is_none());
-                            self.out.left.insert(step, why.clone());
-                            return self.lost(at, why);
-                        };
-                        self.lost(at, "a way that the robot's kinematics do not follow".into());
-                        from = None;
-                        found
-                    }
-                };
-                self.run.entry &= self.known.is_empty();
-                self.known.clear();
-                let asked = self.choice.solve_within_m.is_some();
-                solved = asked && m.path == PathKind::Linear && m.closed.is_none() && !excluded && from.is_some();
-                // where a spline turns its joints is not known, nor an arc without a known start
-                if m.path == PathKind::Curve && (goal.via_m.is_none() || from.is_none()) {
-                    self.out.left.insert(step, "a Cartesian target at the end of an arc or spline".into());
-                    self.lost(at, "an arc or spline to a Cartesian target".into());
-                    self.run.entry = false;
-                    return self.start(step, q, false);
-                }
-                let written = self.choice.as_poses && goal.target.is_some() && m.fixed.is_none();
-                if let Some(why) = m.fixed.clone().filter(|_| !solved) {
-                    self.out.left.insert(step, why);
-                } else if goal.target.is_none() && !solved {
-                    self.out.left.insert(step, "a Cartesian target whose numbers are not in the program".into());
-                }
-                editable = solved || written && !excluded;
-                self.run.places.insert(step, place);
-                q
-            }
+        let from = self.run.vertices.last().map(|v| v.q.clone());
+        let reached = match &m.goal {
+            Goal::Joints(target) => self.joint_goal(script.targets.get(*target), step, at, m, from),
+            Goal::Pose(goal) => self.pose_goal(goal, step, at, m, from),
             Goal::Opaque(_) => {
                 // a relative motion would carry the offset of the goal before it along
                 if let Some(last) = self.run.vertices.last_mut() {
@@ -348,11 +295,115 @@ impl Cutter<'_> {
                 return self.lost(at, "a target that cannot be told".into());
             }
         };
-        self.hint = Some(q.clone()).filter(|_| self.one_arm);
-        let Some(from) = from else {
+        let Some(reached) = reached else { return };
+        self.hint = Some(reached.q.clone()).filter(|_| self.one_arm);
+        match &reached.from {
             // where the robot stands it takes no step
-            return self.start(step, q, editable && m.speed != Speed::Seconds(0.0));
+            None => self.start(step, reached.q, reached.editable && m.speed != Speed::Seconds(0.0)),
+            Some(from) => self.go(step, at, m, from, &reached),
+        }
+    }
+
+    /// The joints that a move names; `None` where it is not yet known where every axis stands.
+    fn joint_goal(
+        &mut self,
+        target: Option<&Target>,
+        step: usize,
+        at: At,
+        m: &Move,
+        from: Option<Vec<f64>>,
+    ) -> Option<Reached> {
+        let Some(target) = target else {
+            self.lost(at, "a target that is not there".into());
+            return None;
         };
+        let dof = self.choice.robot.dof();
+        let given = |k: usize| target.values.get(k).copied().flatten().map(|v| v.si);
+        // an axis without a value stays where it is; before a run that is what the moves before have said. A number in
+        // the place of one that is not known would be written into new points. Only an axis that no target names
+        // does not matter: nobody writes it.
+        let before = |k: usize| from.as_ref().map(|q| q[k]).or(self.known.get(k).copied().flatten());
+        let all: Vec<Option<f64>> = (0..dof).map(|k| given(k).or(before(k))).collect();
+        let matters = |k: usize| self.choice.commanded.get(k).copied().unwrap_or(true);
+        if (0..dof).any(|k| all[k].is_none() && matters(k)) {
+            self.known = all;
+            self.out.partial.push(step);
+            return None;
+        }
+        // the moves before have not carried its offset: this one does not either
+        let editable = kept(m).is_none() && !(self.choice.excluded)(step) && self.known.is_empty();
+        // nor is it the first that moves
+        self.run.entry &= self.known.is_empty();
+        self.known.clear();
+        let q = all.into_iter().map(Option::unwrap_or_default).collect();
+        Some(Reached { from, q, editable, solved: false })
+    }
+
+    /// Joints of a Cartesian target, known also where the way to it is not, if its configuration names them.
+    fn solve_pose(
+        &mut self,
+        goal: &PoseGoal,
+        step: usize,
+        at: At,
+        m: &Move,
+        from: &mut Option<Vec<f64>>,
+    ) -> Option<(Vec<f64>, Place)> {
+        let why = match self.pose(goal, m, from.as_deref()) {
+            Ok(found) => return Some(found),
+            Err(why) => why,
+        };
+        // a target whose configuration names its joints is known wherever the robot comes from
+        let alone = from.as_ref().filter(|_| why == way::NOT_REACHED);
+        let alone = alone.and_then(|_| self.pose(goal, m, None).ok());
+        if alone.is_some() {
+            self.lost(at, "a way that the robot's kinematics do not follow".into());
+            *from = None;
+        } else {
+            self.forget(m);
+            self.poses.missing.posture += u64::from(why == NO_START && self.poses.posture.is_none());
+            self.out.left.insert(step, why.clone());
+            self.lost(at, why);
+        }
+        alone
+    }
+
+    /// The joints at a Cartesian target, and whether its numbers may be written.
+    fn pose_goal(
+        &mut self,
+        goal: &PoseGoal,
+        step: usize,
+        at: At,
+        m: &Move,
+        mut from: Option<Vec<f64>>,
+    ) -> Option<Reached> {
+        let excluded = (self.choice.excluded)(step);
+        let (q, place) = self.solve_pose(goal, step, at, m, &mut from)?;
+        self.run.entry &= self.known.is_empty();
+        self.known.clear();
+        let asked = self.choice.solve_within_m.is_some();
+        let solved = asked && m.path == PathKind::Linear && m.closed.is_none() && !excluded && from.is_some();
+        // where a spline turns its joints is not known, nor an arc without a known start
+        if m.path == PathKind::Curve && (goal.via_m.is_none() || from.is_none()) {
+            self.out.left.insert(step, "a Cartesian target at the end of an arc or spline".into());
+            self.lost(at, "an arc or spline to a Cartesian target".into());
+            self.run.entry = false;
+            self.start(step, q, false);
+            return None;
+        }
+        let written = self.choice.as_poses && goal.target.is_some() && m.fixed.is_none();
+        if let Some(why) = m.fixed.clone().filter(|_| !solved) {
+            self.out.left.insert(step, why);
+        } else if goal.target.is_none() && !solved {
+            self.out.left.insert(step, "a Cartesian target whose numbers are not in the program".into());
+        }
+        self.run.places.insert(step, place);
+        Some(Reached { from, q, editable: solved || written && !excluded, solved })
+    }
+
+    /// A move between two known places: its turning points, its duration and its goal.
+    fn go(&mut self, step: usize, at: At, m: &Move, from: &[f64], reached: &Reached) {
+        let robot = self.choice.robot;
+        let Reached { q, mut editable, solved, .. } = reached.clone();
         let t0 = self.run.vertices.last().map_or(0.0, |v| v.t_s);
         let speed = match self.choice.certain_speed_m_s {
             Some(v) if !clock::is_certain(m.speed) => Speed::Tcp(v),
@@ -361,12 +412,12 @@ impl Cutter<'_> {
         // points of an arc that is closed to new ones stay inside it; its turns still say how its end is reached
         let arc = m.path == PathKind::Curve && matches!(&m.goal, Goal::Pose(goal) if goal.via_m.is_some());
         let shut = m.closed.is_some() && m.path != PathKind::Linear && !arc;
-        let ways = if shut { Some(Vec::new()) } else { self.ways(step, m, &from, &q, solved) };
+        let ways = if shut { Some(Vec::new()) } else { self.ways(step, m, from, &q, solved) };
         let on_way = |share: f64| {
             let known = (self.choice.on_way)(step, share);
             known.or_else(|| self.run.line(step).filter(|_| arc)?.at(share))
         };
-        let duration = clock::duration_s(robot, &from, &q, m.path, speed, self.choice.tcp_speed_m_s, &on_way);
+        let duration = clock::duration_s(robot, from, &q, m.path, speed, self.choice.tcp_speed_m_s, &on_way);
         if duration.is_none() {
             self.run.untimed.get_or_insert(at);
         }

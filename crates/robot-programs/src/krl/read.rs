@@ -319,6 +319,14 @@ impl<'a> Reader<'a> {
         self.set.assign(self.text, line, sign, word, self.data, self.routine);
     }
 
+    /// The goal of an arc, with the point on its way; the angle CA moves its end.
+    fn end_of_arc(&self, pose: PoseGoal, line: &[Token]) -> Goal {
+        if line.iter().any(|t| upper(self.text, t) == "CA") {
+            return Goal::Opaque("an angle CA tells where the arc ends".into());
+        }
+        Goal::pose(PoseGoal { via_m: self.via(line), ..pose })
+    }
+
     fn motion(&mut self, k: usize, line: &[Token], word: Word) -> Result<()> {
         let mut closed: Option<String> = None;
         let mut close = |why: &str| {
@@ -335,14 +343,10 @@ impl<'a> Reader<'a> {
         }
         let goal = self.goal(k, line, at, word, &mut end, &mut others)?;
         let whole = end.is_some_and(|e| motion::ends(self.text, line, e));
-        let goal =
-            if whole || matches!(goal, Goal::Opaque(_)) { goal } else { Goal::Opaque("the goal is computed".into()) };
         let goal = match goal {
-            // the angle moves the end of the arc
-            Goal::Pose(_) if word.arc && line.iter().any(|t| upper(self.text, t) == "CA") => {
-                Goal::Opaque("an angle CA tells where the arc ends".into())
-            }
-            Goal::Pose(pose) if word.arc => Goal::pose(PoseGoal { via_m: self.via(line), ..*pose }),
+            goal @ Goal::Opaque(_) => goal,
+            _ if !whole => Goal::Opaque("the goal is computed".into()),
+            Goal::Pose(pose) if word.arc => self.end_of_arc(*pose, line),
             goal => goal,
         };
         if word.arc {

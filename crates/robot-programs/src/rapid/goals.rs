@@ -189,6 +189,17 @@ impl Builder<'_> {
         Some((point.span.clone(), Isometry3::from_parts(by, turn), of_tool))
     }
 
+    /// The configuration that a target of a six-axis arm orders: its third part.
+    fn configuration(&self, node: &Node) -> Solution {
+        let six = self.robot.dof() == 6 && self.robot.axis_joints().all(|j| j.kind == JointKind::Revolute);
+        let whole = |v: f64| v.fract() == 0.0 && v.abs() < 16.0;
+        let conf = node.get(2).and_then(|n| n.numbers::<4>()).filter(|c| six && c.iter().all(|v| whole(*v)));
+        conf.map_or(Solution::Same, |c| {
+            let [cf1, cf4, cf6, cfx] = c.map(|v| v as i32);
+            Solution::Configured(Configuration::Abb { quarters: [cf1, cf4, cf6], cfx })
+        })
+    }
+
     pub fn pose_goal(
         &mut self,
         span: &Span,
@@ -229,13 +240,7 @@ impl Builder<'_> {
         }
         let frame = self.carried_frame(wobj, item, site);
         let checked = if path == PathKind::Joint { self.configured.joint } else { self.configured.linear };
-        let six = self.robot.dof() == 6 && self.robot.axis_joints().all(|j| j.kind == JointKind::Revolute);
-        let whole = |v: f64| v.fract() == 0.0 && v.abs() < 16.0;
-        let conf = node.get(2).and_then(|n| n.numbers::<4>()).filter(|c| six && c.iter().all(|v| whole(*v)));
-        let solution = conf.map_or(Solution::Same, |c| {
-            let [cf1, cf4, cf6, cfx] = c.map(|v| v as i32);
-            Solution::Configured(Configuration::Abb { quarters: [cf1, cf4, cf6], cfx })
-        });
+        let solution = self.configuration(node);
         let at = self.at(span.start);
         let target = self.pose_target(declared, node, at, &site.external_axes);
         let tool = self.tool(tool, item);

@@ -11,6 +11,7 @@ use crate::diagnose::search::outcome::rms;
 use crate::effects::{EffectInstance, Family};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Gain on held-out blocks, in 2 ln L, below which a term is not supported.
 pub const SUPPORTED: f64 = 12.0;
@@ -45,6 +46,32 @@ pub(super) fn table(problem: &Problem, machine: &MachineFit, more: &[Vec<f64>]) 
 }
 
 impl Table {
+    /// Which of `open` the held-out blocks support beside `pick`, whose cost is `now`: index and gain, best first. `columns` gives
+    /// a candidate's columns, and whether its first value must be positive.
+    fn supported(
+        &self,
+        pick: &[usize],
+        now: &[f64],
+        open: &[usize],
+        columns: &(dyn Fn(usize) -> (Range<usize>, bool) + Sync),
+    ) -> Vec<(usize, f64)> {
+        let mut gains: Vec<(usize, f64)> = open
+            .par_iter()
+            .filter_map(|&k| {
+                let (own, positive) = columns(k);
+                let with: Vec<usize> = pick.iter().copied().chain(own).collect();
+                let (gain, folds) = gain(now, &self.held_out(&with));
+                if gain < SUPPORTED || folds < MOST_FOLDS {
+                    return None;
+                }
+                let x = self.blocks.solve(&with, None, &self.precision, &self.pull);
+                (!positive || x[pick.len()] > 0.0).then_some((k, gain))
+            })
+            .collect();
+        gains.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        gains
+    }
+
     fn held_out(&self, pick: &[usize]) -> Vec<f64> {
         self.blocks.held_out(pick, &self.precision, &self.pull)
     }
@@ -87,14 +114,12 @@ pub fn join(problem: &Problem, machine: &MachineFit, candidates: &[Candidate]) -
             })
     };
     let list: Vec<&Candidate> = candidates.iter().filter(|c| !taken(c)).collect();
-    let columns: Vec<Vec<Vec<f64>>> = list
-        .par_iter()
-        .map(|c| {
-            let mut columns = c.columns(problem, &fit.hypothesis, &fit.state);
-            columns.iter_mut().for_each(|c| whitening.apply(problem, c));
-            columns
-        })
-        .collect();
+    let white = |c: &&Candidate| {
+        let mut columns = c.columns(problem, &fit.hypothesis, &fit.state);
+        columns.iter_mut().for_each(|c| whitening.apply(problem, c));
+        columns
+    };
+    let columns: Vec<Vec<Vec<f64>>> = list.par_iter().map(white).collect();
     let own = sensitivities.columns().count();
     let mut starts = vec![own];
     for c in &columns {
@@ -114,19 +139,7 @@ pub fn join(problem: &Problem, machine: &MachineFit, candidates: &[Candidate]) -
             !joined.iter().any(|&j| list[j].effect == c.effect && list[j].target == c.target)
         };
         let open: Vec<usize> = (0..list.len()).filter(open).collect();
-        let mut gains: Vec<(usize, f64)> = open
-            .par_iter()
-            .filter_map(|&k| {
-                let with: Vec<usize> = pick.iter().copied().chain(starts[k]..starts[k + 1]).collect();
-                let (gain, folds) = gain(&now, &table.held_out(&with));
-                if gain < SUPPORTED || folds < MOST_FOLDS {
-                    return None;
-                }
-                let x = table.blocks.solve(&with, None, &table.precision, &table.pull);
-                (!list[k].positive || x[pick.len()] > 0.0).then_some((k, gain))
-            })
-            .collect();
-        gains.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let gains = table.supported(&pick, &now, &open, &|k| (starts[k]..starts[k + 1], list[k].positive));
         let Some(&(_, best)) = gains.first() else { break };
         // of every joint the best one at a time
         let mut targets: Vec<&str> = Vec::new();
