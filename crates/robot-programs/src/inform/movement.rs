@@ -256,6 +256,13 @@ impl Reader<'_> {
             Some(n) => Frame::Named(n.to_string()),
             None => Frame::Unknown("no ///TOOL before its position".into()),
         };
+        // `MFRAME UF#(1) ...`: what positions in that frame mean is known only while the job runs
+        let set = |frame: Frame, line: Option<usize>, tool: bool| match header(line) {
+            Some(n) if self.frames_set.has(tool, n) => frame.made("0", "as the job sets it"),
+            _ => frame,
+        };
+        let of_user = position.section.user.filter(|_| meaning == Meaning::User);
+        let (frame, tool) = (set(frame, of_user, false), set(tool, position.section.tool, true));
         let solution = position.section.rconf.and_then(|k| configuration(self.text.line(k)));
         let target = match self.targets.get(&key) {
             Some(&t) => t,

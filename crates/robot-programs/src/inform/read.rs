@@ -75,6 +75,7 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
         ends: super::ends(&list.positions),
         assigned: assigned(text, begin, &list),
         shared: Shared::of(text, begin, &texts[1..]),
+        frames_set: FramesSet::of(text, begin),
         has_noted: false,
         counted: Counted::of(text, begin),
         moves: 0,
@@ -165,6 +166,48 @@ fn assigned(text: &Text, begin: usize, list: &List) -> BTreeSet<u32> {
     found
 }
 
+/// Numbers of user frames and tools that the job sets while it runs (`MFRAME UF#(1) ...`, `SETTOOL TL#(2) P001`); `None`: any.
+#[derive(Default)]
+pub(super) struct FramesSet([BTreeSet<Option<u32>>; 2]);
+
+impl FramesSet {
+    const WORDS: [&str; 2] = ["UF#", "TL#"];
+
+    fn of(text: &Text, begin: usize) -> Self {
+        let mut found = Self::default();
+        for k in begin..text.line_count() {
+            let words = sets_frame(text, k);
+            for (list, word) in found.0.iter_mut().zip(Self::WORDS) {
+                let named = words.iter().filter_map(|w| w.split_once(word).map(|(_, rest)| rest));
+                list.extend(named.map(|rest| {
+                    let inside = rest.strip_prefix('(').and_then(|r| r.split(')').next());
+                    inside.and_then(|n| n.parse::<u32>().ok())
+                }));
+            }
+        }
+        found
+    }
+
+    /// Whether the user frame (`tool`: the tool) of a number is one of them.
+    pub(super) fn has(&self, tool: bool, number: u32) -> bool {
+        let list = &self.0[usize::from(tool)];
+        list.contains(&Some(number)) || list.contains(&None)
+    }
+}
+
+/// Words of an instruction that sets a user frame or a tool that it names; none of any other. Those that are listed only use it.
+fn sets_frame(text: &Text, k: usize) -> Vec<String> {
+    const USE: [&str; 9] = ["CNVRT", "MSHIFT", "SFTON", "CALL", "JUMP", "GETPOS", "GETS", "GETE", "REFP"];
+    if memchr::memchr(b'#', text.line(k)).is_none() {
+        return Vec::new();
+    }
+    let words: Vec<String> = words(text, k).iter().map(|w| upper(text, w)).collect();
+    let names = words.iter().any(|w| FramesSet::WORDS.iter().any(|f| w.contains(f)));
+    let first = words.iter().find(|w| !w.starts_with('*'));
+    let sets = names && first.is_some_and(|f| !f.contains("MOV") && !USE.contains(&f.as_str()));
+    if sets { words } else { Vec::new() }
+}
+
 /// Instructions that name moves by their number: `GETPOS PX000 STEP#(4)`.
 struct Counted {
     /// Line of the first of them, from 0.
@@ -212,6 +255,7 @@ pub(super) struct Reader<'a> {
     pub(super) ends: BTreeMap<Kind, Section>,
     pub(super) assigned: BTreeSet<u32>,
     pub(super) shared: Shared,
+    pub(super) frames_set: FramesSet,
     /// It was said that position variables are edited.
     pub(super) has_noted: bool,
     counted: Option<Counted>,
@@ -307,6 +351,8 @@ impl Reader<'_> {
         } else if is(LOOPS) {
             Some(StepKind::Break(Break::Loop))
         } else if is(FRAMES) {
+            Some(StepKind::Break(Break::Frame))
+        } else if !sets_frame(self.text, k).is_empty() {
             Some(StepKind::Break(Break::Frame))
         } else if word == "END" || is(STILL) {
             None

@@ -4,6 +4,7 @@ use super::aggregate::Aggregate;
 use super::calls::{arc, calls};
 use super::data::{Data, assignment, is_routine, upper};
 use super::form;
+use super::going::{Going, Turning};
 use super::lex::{Kind, Token, first_word, tokens};
 use super::motion::{self, Word};
 use super::name::Holds;
@@ -154,6 +155,7 @@ struct Reader<'a> {
     trigger: bool,
     spline: bool,
     set: Settings,
+    going: Going,
     /// The factor of a product whose numbers are edited, of the goal that was read last.
     point: Option<Range<usize>>,
 }
@@ -178,6 +180,7 @@ impl<'a> Reader<'a> {
             trigger: false,
             spline: false,
             set: Settings::default(),
+            going: Going::of(texts),
             point: None,
             later: [None, None],
         }
@@ -241,6 +244,7 @@ impl<'a> Reader<'a> {
         if let Some(fold) = self.folds.last_mut() {
             fold.more = fold.more || !form::setting(self.text, line);
         }
+        self.going.follow(self.text, line, &word, self.text.line(k));
         self.other_statement(k, line, &word, &second);
         Ok(())
     }
@@ -317,6 +321,9 @@ impl<'a> Reader<'a> {
         };
         self.called(k, line);
         self.set.assign(self.text, line, sign, word, self.data, self.routine);
+        if word == "FDAT_ACT" && self.going.holds_part(self.text, &line[1..]) {
+            self.set.base = Some(Frame::Unknown("the robot holds the part (IPO_FRAME #TCP)".into()));
+        }
     }
 
     /// The goal of an arc, with the point on its way; the angle CA moves its end.
@@ -349,8 +356,27 @@ impl<'a> Reader<'a> {
             Goal::Pose(pose) if word.arc => self.end_of_arc(*pose, line),
             goal => goal,
         };
+        let tail = &line[end.unwrap_or(at).min(line.len())..];
+        let turning = self.going.of_motion(self.text, tail);
+        let goal = match goal {
+            goal @ Goal::Opaque(_) => goal,
+            _ if self.going.led.is_some() => {
+                let by = self.going.led.unwrap_or_default();
+                Goal::Opaque(format!("{by} leads the robot away from its points"))
+            }
+            _ if word.path != PathKind::Joint && turning == Turning::Otherwise => {
+                Goal::Opaque("$ORI_TYPE: the tool does not turn to the orientation of the point".into())
+            }
+            _ if word.path != PathKind::Joint && self.going.holds_part(self.text, tail) => {
+                Goal::Opaque("the robot holds the part (IPO_FRAME #TCP)".into())
+            }
+            goal => goal,
+        };
         if word.arc {
             close("an arc is given by three points");
+        }
+        if turning == Turning::Wrist && word.path == PathKind::Linear {
+            close("$ORI_TYPE #JOINT: the wrist turns axis by axis on its way");
         }
         if self.spline {
             close("it stands in a spline block, whose curve a further point would change");
@@ -368,7 +394,7 @@ impl<'a> Reader<'a> {
         if fold.is_some_and(|f| f.more || f.steps != self.steps.len()) {
             close("its inline form does more than this motion");
         }
-        let (speed, blend_m) = self.speed_and_blend(word, &line[end.unwrap_or(at).min(line.len())..]);
+        let (speed, blend_m) = self.speed_and_blend(word, tail);
         if let (Some(e), true) = (end, whole) {
             let goal = line[at].start..line[e - 1].end;
             let last = line.last().map_or(goal.end, |t| t.end);

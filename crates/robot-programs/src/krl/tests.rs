@@ -1,3 +1,4 @@
+mod going;
 mod points;
 mod project;
 

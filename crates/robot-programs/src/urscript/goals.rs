@@ -126,6 +126,10 @@ impl Builder<'_> {
                 [one] => one.clone(),
                 several => Frame::Any(several.to_vec()),
             },
+            // a function that stands above may run behind it
+            Some((first, tools)) if self.tools_def != self.def => {
+                Frame::Any(std::iter::once(Frame::Named("tcp".into())).chain(tools.iter().cloned()).collect())
+            }
             _ => Frame::Named("tcp".into()),
         }
     }

@@ -69,11 +69,13 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<(Built, super::l
         p: &p,
         robot,
         tools: None,
+        tools_def: None,
         steps: Steps::default(),
         targets: Vec::new(),
         literals: Vec::new(),
         known: HashMap::new(),
         led: None,
+        led_by: led_by(&p),
         entry_def: entry_def(&p, &moving),
         moving,
         def: None,
@@ -81,6 +83,8 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<(Built, super::l
         inner: None,
     };
     b.tools = b.find_tools();
+    let first = b.tools.as_ref().map(|t| t.0);
+    b.tools_def = first.and_then(|first| p.items.iter().find(|item| item.span.contains(&first))).and_then(|i| i.def);
     for item in &p.items {
         b.item(item)?;
     }
@@ -99,6 +103,8 @@ pub struct Builder<'a> {
     pub robot: &'a Axes,
     moving: HashMap<String, bool>,
     pub tools: Option<(usize, Vec<Frame>)>,
+    /// The function in which the first of them is set.
+    pub tools_def: Option<usize>,
     steps: Steps<Site>,
     pub targets: Vec<Target>,
     pub literals: Vec<Literal>,
@@ -106,10 +112,12 @@ pub struct Builder<'a> {
     pub known: HashMap<(Option<usize>, String), usize>,
     /// Function that was called last in the text and by which something else moves the robot beside its targets.
     led: Option<&'static str>,
+    /// What the functions of the file leave behind of that.
+    led_by: HashMap<String, Option<&'static str>>,
     /// The function with which the program starts; `None`: none.
     entry_def: Option<usize>,
     /// The function of the item at hand.
-    def: Option<usize>,
+    pub def: Option<usize>,
     /// The step at which the last function started or ended.
     last_start: Option<usize>,
     /// Name or list of the pose of the move at hand.
@@ -138,6 +146,27 @@ fn entry_def(p: &Parsed, moving: &HashMap<String, bool>) -> Option<usize> {
         parent.is_none() && !called.contains(name.as_str()) && !thread(k) && acts(name)
     };
     p.defs.iter().enumerate().find(|d| may(*d)).map(|d| d.0)
+}
+
+/// Functions that begin or end to lead the robot away from its targets, also by calling others, and which of both.
+fn led_by(p: &Parsed) -> HashMap<String, Option<&'static str>> {
+    let mut found: HashMap<String, Option<&'static str>> = HashMap::new();
+    // as often as there are functions, a call may lead on to another
+    for _ in 0..=p.defs.len() {
+        let before = found.clone();
+        for item in &p.items {
+            let Some((name, _)) = item.def.and_then(|d| p.defs.get(d)) else { continue };
+            for called in p.called(item).filter(|c| *c != name.as_str()) {
+                if let Some(led) = words::leads(called).or_else(|| found.get(called).copied()) {
+                    found.insert(name.clone(), led);
+                }
+            }
+        }
+        if found == before {
+            break;
+        }
+    }
+    found
 }
 
 impl Builder<'_> {
@@ -191,7 +220,7 @@ impl Builder<'_> {
         }
         let name = self.p.words.at(token);
         for called in self.p.called(item) {
-            self.led = words::leads(called).unwrap_or(self.led);
+            self.led = words::leads(called).or_else(|| self.led_by.get(called).copied()).unwrap_or(self.led);
         }
         if name == "set_tcp" {
             self.push(token, StepKind::Break(Break::Frame));

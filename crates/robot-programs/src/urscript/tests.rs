@@ -418,3 +418,25 @@ fn a_straight_move_is_not_stopped_on_its_way_and_ends_as_it_did() {
     let source = format!("movej({Q}, a=1.2, v=0.25)\n");
     assert!(!rewritten(&source, &inserted(&source, 0, &[0.5], 0.02)).contains("r="));
 }
+
+#[test]
+fn what_a_function_of_the_file_leads_away_stays_behind_its_call() {
+    let j = |v: f64| format!("  movej([{v},-1.5,1.2,-1.7,-1.5,0])\n");
+    let left = |source: &str| moves(source).iter().map(|m| matches!(m.goal, Goal::Opaque(_))).collect::<Vec<bool>>();
+    let on = "def press():\n  push()\nend\ndef push():\n  force_mode(p[0,0,0,0,0,0],[0,0,1,0,0,0],[0,0,9,0,0,0],2,[1,1,1,1,1,1])\nend\n";
+    let off = "def release():\n  end_force_mode()\nend\n";
+    let main = format!("def main():\n{}  press()\n{}  release()\n{}end\n", j(0.1), j(0.2), j(0.3));
+    assert_eq!(left(&format!("{on}{off}{main}")), [false, true, false]);
+    assert_eq!(left(&format!("{main}{off}{on}")), [false, true, false]);
+}
+
+#[test]
+fn a_tcp_that_a_function_below_sets_may_be_in_force_in_one_above() {
+    let above =
+        "def go():\n  movel(p[0.5,0,0.3,0,3.14,0])\nend\ndef main():\n  set_tcp(p[0,0,0.1,0,0,0])\n  go()\nend\n";
+    let Goal::Pose(p) = &moves(above)[0].goal else { panic!() };
+    assert!(matches!(&p.tool, Frame::Any(all) if all.len() == 2), "{:?}", p.tool);
+    let own = "def main():\n  movel(p[0.5,0,0.3,0,3.14,0])\n  set_tcp(p[0,0,0.1,0,0,0])\nend\n";
+    let Goal::Pose(p) = &moves(own)[0].goal else { panic!() };
+    assert!(matches!(&p.tool, Frame::Named(n) if n == "tcp"), "{:?}", p.tool);
+}

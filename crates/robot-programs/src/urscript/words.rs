@@ -57,7 +57,10 @@ const QUIET: &str = "\
     halt popup sleep sync wait stopj stopl steptime";
 
 const QUIET_STARTS: &str = "\
-    get_ is_ read_ write_ socket_ set_digital set_analog set_standard set_configurable set_tool_digital \
+    get_actual_ get_target_ get_joint_ get_tcp_ get_tool_ get_standard_ get_configurable_ get_digital_ get_analog_ \
+    get_euromap_ get_inverse_kin get_forward_kin get_conveyor_ get_controller_ get_list_length get_steptime get_flag \
+    get_freedrive_status get_jacobian get_mass_matrix get_gravity is_steady is_within_safety_limits \
+    read_input_ read_output_ read_port_ write_output_ write_port_ socket_ set_digital set_analog set_standard set_configurable set_tool_digital \
     set_tool_voltage set_tool_output set_tool_communication set_payload set_target_payload set_gravity set_flag \
     set_input_actions set_runstate set_safety set_target rtde_ modbus_ rpc_ str_ str_at popup zero_ftsensor";
 
@@ -93,4 +96,16 @@ pub fn is_reserved(word: &str) -> bool {
         "while", "xor",
     ];
     WORDS.contains(&word.to_ascii_lowercase().as_str())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_that_only_begins_like_a_query_is_none() {
+        let moving = ["get_part", "is_part_there", "read_place", "write_home"];
+        let quiet = ["get_actual_tcp_pose", "get_inverse_kin", "is_steady", "read_input_integer_register"];
+        assert!(moving.iter().all(|n| !is_quiet(n)) && quiet.iter().all(|n| is_quiet(n)));
+    }
 }

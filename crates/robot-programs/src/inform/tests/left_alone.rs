@@ -76,3 +76,37 @@ fn a_position_variable_that_the_job_sets_in_any_spelling_is_not_known() {
     }
     assert!(goal("JUMP JOB:GONE IF IN#(1)=ON").fixed.is_some());
 }
+
+#[test]
+fn a_frame_or_tool_that_the_job_sets_is_not_the_one_that_is_given() {
+    let list = "///USER 1\n///TOOL 2\n///POSTYPE USER\n///RECTAN\n///RCONF 1,0,0,0,0,0,0,0\nC00000=900.000,0.000,300.000,180.00,0.00,0.00\n\
+                C00001=900.000,200.000,300.000,180.00,0.00,0.00\nC00002=900.000,100.000,300.000,180.00,0.00,0.00";
+    let of = |line: &str| {
+        let text =
+            job("3,0,0,0,0,0", list, &format!("MOVJ C00000 VJ=25.00\n{line}\nMOVL C00001 V=10.0\nMOVL C00002 V=10.0"));
+        let script = script_of(&Inform, &text, &robot());
+        let goals = moves(&script).into_iter().map(|(_, m)| match m.goal {
+            Goal::Pose(p) => (format!("{:?}", p.frame), format!("{:?}", p.tool)),
+            other => panic!("{other:?}"),
+        });
+        let ends = script.steps.iter().filter(|s| matches!(s.kind, StepKind::Break(Break::Frame))).count();
+        (goals.collect::<Vec<_>>(), ends)
+    };
+    let (own, none) = of("TIMER T=1.00");
+    assert!(none == 0 && own.iter().all(|g| !g.0.contains("sets") && !g.1.contains("sets")));
+    for line in ["MFRAME UF#(1) PX000 PX001 PX002", "SET UF#(1) P001", "MFRAME UF#(I000) C00000 C00001 C00002"] {
+        let (goals, ends) = of(line);
+        assert!(
+            ends == 1 && goals.iter().all(|g| g.0.contains("as the job sets it") && !g.1.contains("sets")),
+            "{line}: {goals:?}"
+        );
+    }
+    let (goals, ends) = of("SETTOOL TL#(2) P001");
+    assert!(
+        ends == 1 && goals.iter().all(|g| g.1.contains("as the job sets it") && !g.0.contains("sets")),
+        "{goals:?}"
+    );
+    for line in ["MFRAME UF#(3) PX000 PX001 PX002", "SETTOOL TL#(0) P001", "CNVRT PX000 PX001 UF#(1)"] {
+        assert_eq!(of(line).0, own, "{line}");
+    }
+}

@@ -1,0 +1,132 @@
+//! How the robot goes to a Cartesian point beyond what the motion says: how the tool turns on the way (`$ORI_TYPE`), whether the
+//! robot holds the part (`IPO_FRAME #TCP`), whether a sensor or a conveyor leads it away.
+//!
+//! A motion of `#CONSTANT` keeps its orientation whatever its point says; of `#JOINT` the wrist's axes go as in a PTP. Both are
+//! said by `$ORI_TYPE`, by the motion data of inline forms (`LDAT_ACT=LCPDAT1`), or by `WITH` for one motion.
+
+use super::data::upper;
+use super::lex::{Kind, Token, tokens};
+use crate::script::Text;
+use std::collections::{HashMap, HashSet};
+
+/// How the tool turns on the way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) enum Turning {
+    /// Evenly, to the orientation of the point.
+    #[default]
+    Evenly,
+    /// Axis by axis.
+    Wrist,
+    /// Not at all, or in a way that is computed.
+    Otherwise,
+}
+
+fn turning(word: &str) -> Turning {
+    match word {
+        "VAR" => Turning::Evenly,
+        "JOINT" => Turning::Wrist,
+        _ => Turning::Otherwise,
+    }
+}
+
+/// The word behind `#` that follows the word `name`.
+fn choice(text: &Text, line: &[Token], name: &str) -> Option<String> {
+    let at = line.iter().position(|t| t.kind == Kind::Word && upper(text, t) == name)?;
+    let hash = (at + 1..line.len().min(at + 3)).find(|&i| line[i].is(b'#'))?;
+    line.get(hash + 1).map(|t| upper(text, t))
+}
+
+/// What the text has said so far.
+#[derive(Default)]
+pub(super) struct Going {
+    /// Motion data and how they turn, where that is not evenly.
+    data: HashMap<String, Turning>,
+    /// Frame data with which the robot holds the part.
+    held: HashSet<String>,
+    pub turning: Turning,
+    /// What leads the robot away from its points.
+    pub led: Option<&'static str>,
+}
+
+impl Going {
+    /// Motion data and frame data of the program, its data list and those that all modules share.
+    pub fn of(texts: &[Text]) -> Self {
+        let mut going = Self::default();
+        let mut line = Vec::new();
+        for text in texts {
+            let all = text.bytes.to_ascii_uppercase();
+            for word in ["ORI_TYP", "IPO_FRAME"] {
+                for at in memchr::memmem::find_iter(&all, word.as_bytes()) {
+                    tokens(text, text.line_of(at) as usize - 1, &mut line);
+                    going.declared(text, &line);
+                }
+            }
+        }
+        going
+    }
+
+    /// `DECL LDAT LCPDAT1={...,ORI_TYP #CONSTANT}`, `DECL FDAT FP1={...,IPO_FRAME #TCP,...}`: the program's own come first.
+    fn declared(&mut self, text: &Text, line: &[Token]) {
+        let brace = line.iter().position(|t| t.is(b'{'));
+        let Some(name) = brace.and_then(|b| b.checked_sub(2)).and_then(|n| line.get(n)) else { return };
+        let name = upper(text, name);
+        if let Some(kind) = choice(text, line, "ORI_TYP") {
+            self.data.entry(name).or_insert(turning(&kind));
+        } else if choice(text, line, "IPO_FRAME").is_some_and(|f| f == "TCP") {
+            self.held.insert(name);
+        }
+    }
+
+    /// Behind a statement that is no motion; `word`: its first word, `line_text`: its bytes.
+    pub fn follow(&mut self, text: &Text, line: &[Token], word: &str, line_text: &[u8]) {
+        match word {
+            "$ORI_TYPE" => self.turning = choice(text, line, "$ORI_TYPE").map_or(Turning::Otherwise, |k| turning(&k)),
+            "LDAT_ACT" => {
+                let name = line.get(2).map(|t| upper(text, t)).unwrap_or_default();
+                let own = choice(text, line, "ORI_TYP").map(|k| turning(&k));
+                let part = line.get(1).is_some_and(|t| t.is(b'.'));
+                match own {
+                    Some(own) => self.turning = own,
+                    None if !part => self.turning = self.data.get(&name).copied().unwrap_or_default(),
+                    None => {}
+                }
+            }
+            "BAS" if line.iter().any(|t| upper(text, t) == "INITMOV") => self.turning = Turning::Evenly,
+            "CONVEYOR" => match line.get(2).map(|t| upper(text, t)).as_deref() {
+                Some("FOLLOW" | "SKIP") => self.led = Some("a conveyor"),
+                Some("QUIT" | "OFF") => self.led = None,
+                _ => {}
+            },
+            _ if memchr::memmem::find(line_text, b"RSI_O").is_some() => {
+                let calls = |name: &str| line.iter().any(|t| t.kind == Kind::Word && upper(text, t) == name);
+                if calls("RSI_ON") {
+                    self.led = Some("a sensor (RSI_ON)");
+                } else if calls("RSI_OFF") {
+                    self.led = None;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Whether frame data that come into force say that the robot holds the part.
+    pub fn holds_part(&self, text: &Text, line: &[Token]) -> bool {
+        choice(text, line, "IPO_FRAME").is_some_and(|f| f == "TCP")
+            || line.iter().any(|t| t.kind == Kind::Word && self.held.contains(&upper(text, t)))
+    }
+
+    /// How the tool turns on the way of a motion, of which `tail` stands behind its goal.
+    pub fn of_motion(&self, text: &Text, tail: &[Token]) -> Turning {
+        if tail.is_empty() || !tail.iter().any(|t| upper(text, t) == "$ORI_TYPE") {
+            return self.turning;
+        }
+        // `WITH $ORI_TYPE=SORI_TYP(LCPDAT1)`
+        let named = tail.iter().find_map(|t| self.data.get(&upper(text, t)).copied());
+        let computed = tail.iter().any(|t| upper(text, t) == "SORI_TYP");
+        match choice(text, tail, "$ORI_TYPE") {
+            Some(kind) => turning(&kind),
+            None if computed => named.unwrap_or_default(),
+            None => Turning::Otherwise,
+        }
+    }
+}
