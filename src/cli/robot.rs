@@ -123,6 +123,15 @@ fn init(args: InitArgs) -> Result<()> {
         made.tip,
         distance_m * 1e3
     );
+    if !made.flange.ends_with("tool0") {
+        eprintln!(
+            "note: the URDF has no link `tool0`: `{}` is taken as the flange; compare a pose with the pendant before Cartesian programs",
+            made.flange
+        );
+    }
+    if let Some(world) = &made.world {
+        eprintln!("link `{world}` is the controller's world, from which `base` is counted");
+    }
     if !made.snapped.is_empty() {
         eprintln!("angles taken as multiples of 45 deg: {}", made.snapped.join(", "));
     }

@@ -53,7 +53,7 @@ fn lever_m(robot: &Robot, axis: usize) -> f64 {
         _ => 0.0,
     };
     let rest: f64 = after.map(|j| j.a_m.hypot(j.d_m.abs() + travel(j))).sum();
-    (own + rest + robot.tool.translation.vector.norm()).max(1e-3)
+    (own + rest + robot.flange().translation.vector.norm() + robot.tool.translation.vector.norm()).max(1e-3)
 }
 
 #[cfg(test)]

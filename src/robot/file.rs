@@ -31,6 +31,11 @@ impl FrameFile {
         Isometry3::from_parts((Vector3::from(self.xyz_mm) * 1e-3).into(), UnitQuaternion::from_euler_angles(r, p, y))
     }
 
+    /// Whether it neither moves nor turns.
+    pub(super) fn is_still(&self) -> bool {
+        [self.xyz_mm, self.rpy_deg].iter().flatten().all(|v| *v == 0.0)
+    }
+
     /// From SI. Where the pitch is a quarter turn, roll and yaw turn about one axis: the yaw is written as 0.
     pub fn from_isometry(frame: &Isometry3<f64>) -> Self {
         let m = frame.rotation.to_rotation_matrix();
@@ -161,6 +166,9 @@ pub struct RobotFile {
     pub(super) links: Vec<LinkFile>,
     #[serde(default = "still")]
     pub(super) base: FrameFile,
+    /// The maker's flange in the frame of the last joint.
+    #[serde(default = "still", skip_serializing_if = "FrameFile::is_still")]
+    pub(super) flange: FrameFile,
     #[serde(default = "still")]
     pub(super) tool: FrameFile,
     #[serde(default, skip_serializing_if = "ToolsFile::is_empty")]
@@ -216,12 +224,13 @@ impl RobotFile {
         };
         let joints = self.build_joints(doc)?;
         let links = self.build_links(joints.len(), doc)?;
-        for (key, f) in [("base", &self.base), ("tool", &self.tool)] {
+        for (key, f) in [("base", &self.base), ("flange", &self.flange), ("tool", &self.tool)] {
             finite(doc, key, "xyz_mm", &f.xyz_mm)?;
             finite(doc, key, "rpy_deg", &f.rpy_deg)?;
         }
         finite(doc, "gravity_m_s2", "gravity_m_s2", &self.gravity_m_s2)?;
-        let mut robot = Robot::new(self.name, convention, joints, self.base.to_isometry(), self.tool.to_isometry());
+        let mut robot = Robot::new(self.name, convention, joints, self.base.to_isometry(), self.tool.to_isometry())
+            .with_flange(self.flange.to_isometry());
         robot.links = links;
         match &self.tools {
             ToolsFile::Reflectors(list) => {

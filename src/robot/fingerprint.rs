@@ -5,7 +5,7 @@ use crate::io::input::sha256;
 use std::fmt::Write;
 
 impl Robot {
-    /// Hex digest of the kinematics: convention, joints (names, DH, direction, coupling), base, tool. Limits, masses and
+    /// Hex digest of the kinematics: convention, joints (names, DH, direction, coupling), base, flange with tool. Limits, masses and
     /// further reflectors may change without making a compensator wrong, so they do not count.
     pub fn fingerprint(&self) -> String {
         // 1 nm and 1e-9 rad: numbers that print alike are alike
@@ -33,7 +33,7 @@ impl Robot {
                 let _ = writeln!(text, "beta {}", r(j.beta_rad));
             }
         }
-        for frame in [&self.base, &self.tool] {
+        for frame in [self.base, self.flange() * self.tool] {
             let m = frame.to_homogeneous();
             for v in m.fixed_view::<3, 4>(0, 0).iter() {
                 let _ = write!(text, "{} ", r(*v));

@@ -110,6 +110,8 @@ pub struct Robot {
     pub links: Vec<Link>,
     /// Robot base in the world.
     pub base: Isometry3<f64>,
+    /// The maker's flange (`tool0`, face plate) in the frame of the last joint.
+    flange: Isometry3<f64>,
     /// TCP (the reflector) in the flange frame.
     pub tool: Isometry3<f64>,
     /// Further reflectors in the flange frame, metres: `x2_mm`, `x3_mm`, ... of a log.
@@ -125,7 +127,8 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// Puts the parts together; joints, base and tool are given in SI and have been checked by [`mod@file`].
+    /// Puts the parts together; joints, base and tool are given in SI and have been checked by [`mod@file`]. The flange is the frame
+    /// of the last joint; [`Self::with_flange`] gives it another place.
     pub fn new(
         name: String,
         convention: Convention,
@@ -143,6 +146,7 @@ impl Robot {
             joints,
             links: Vec::new(),
             base,
+            flange: Isometry3::identity(),
             tool,
             reflectors_m: Vec::new(),
             gravity_m_s2: Vector3::new(0.0, 0.0, -9.80665),
@@ -152,6 +156,19 @@ impl Robot {
             chain,
             table,
         }
+    }
+
+    /// The same robot with its flange at another place of the last joint's frame.
+    #[must_use]
+    pub fn with_flange(mut self, flange: Isometry3<f64>) -> Self {
+        self.flange = flange;
+        self.chain = self.chain_for(&self.tool);
+        self
+    }
+
+    /// The maker's flange in the frame of the last joint: where tools are mounted and from where the controller counts them.
+    pub fn flange(&self) -> &Isometry3<f64> {
+        &self.flange
     }
 
     /// How the control reads G-code before a program says so.
@@ -166,7 +183,7 @@ impl Robot {
 
     /// The same robot with other numbers in its joints (as many, with the same names, kinds and followers) and another tool.
     pub fn with_geometry(&self, joints: Vec<Joint>, tool: Isometry3<f64>) -> Self {
-        let mut robot = Self::new(self.name.clone(), self.convention, joints, self.base, tool);
+        let mut robot = Self::new(self.name.clone(), self.convention, joints, self.base, tool).with_flange(self.flange);
         robot.links = self.links.clone();
         robot.reflectors_m = self.reflectors_m.clone();
         robot.gravity_m_s2 = self.gravity_m_s2;
@@ -224,7 +241,12 @@ impl Robot {
     /// Chain to another point of the flange frame (metres): a further reflector, or a trial tool.
     pub fn chain_to(&self, point_m: &Vector3<f64>) -> Chain {
         let tool = Isometry3::from_parts((*point_m).into(), self.tool.rotation);
-        Chain::new(self.convention, &self.joints, &self.axes, &self.base, &tool)
+        self.chain_for(&tool)
+    }
+
+    /// Chain to a tool in the flange frame.
+    fn chain_for(&self, tool: &Isometry3<f64>) -> Chain {
+        Chain::new(self.convention, &self.joints, &self.axes, &self.base, &(self.flange * tool))
     }
 }
 

@@ -90,5 +90,8 @@ pub fn findings(robot: &Robot) -> Vec<Finding> {
 pub fn reach_m(robot: &Robot) -> f64 {
     let strokes = robot.joints.iter().filter(|j| j.kind == JointKind::Prismatic).filter_map(|j| j.limits);
     let links: f64 = robot.joints.iter().map(|j| Vector3::new(j.a_m, 0.0, j.d_m).norm()).sum();
-    links + robot.tool.translation.vector.norm() + strokes.map(|[lo, hi]| lo.abs().max(hi.abs())).sum::<f64>()
+    links
+        + robot.flange().translation.vector.norm()
+        + robot.tool.translation.vector.norm()
+        + strokes.map(|[lo, hi]| lo.abs().max(hi.abs())).sum::<f64>()
 }

@@ -23,6 +23,7 @@ impl Robot {
             joints: self.joints.iter().map(|j| joint(j, self)).collect(),
             links: self.links.iter().map(|l| LinkFile { mass_kg: l.mass_kg, com_mm: point(&l.com_m) }).collect(),
             base: frame(&self.base),
+            flange: frame(self.flange()),
             tool: frame(&self.tool),
             tools: match self.frames.tools.is_empty() {
                 true => ToolsFile::Reflectors(

@@ -249,7 +249,8 @@ fn the_robot_file_keeps_the_forearm_level_while_j2_moves() {
     assert!(robot.tcp_m(&[0.0, 0.0, 0.1, 0.0, 0.0, 0.0]).z > 0.85);
 }
 
-/// The published axes and offsets (github.com/rpiRobotics/dx200_motion_progam_exec), as a product of exponentials.
+/// The published axes and offsets (github.com/rpiRobotics/dx200_motion_progam_exec), as a product of exponentials. Its last frame has x down
+/// at zero; Yaskawa's flange has x up (a tool that hangs down before the arm reads 180, 0, 0 on the pendant).
 #[test]
 fn the_ma2010_stands_where_its_published_axes_put_it() {
     use nalgebra::{Unit, UnitQuaternion};
@@ -268,6 +269,7 @@ fn the_ma2010_stands_where_its_published_axes_put_it() {
             at += turn * (vector(steps[k]) * 1e-3);
         }
         let turn = turn * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::FRAC_PI_2);
+        let turn = turn * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::PI);
         let pose = robot.forward(&q);
         assert!((pose.position - at).norm() < 1e-12);
         let difference = pose.rotation.matrix() - turn.to_rotation_matrix().matrix();

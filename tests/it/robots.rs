@@ -45,6 +45,54 @@ fn every_arm_stands_where_its_urdf_says() {
     }
 }
 
+/// Orientation of the null tool at the position that pendants call zero (KUKA: A2 -90, A3 90): columns x and z of the flange in the world.
+/// ABB (product manuals): q = 0.7071, 0, 0.7071, 0. KUKA: A 0, B 90, C 0. FANUC and Yaskawa: 180, -90, 0 about fixed X, Y, Z.
+fn at_zero(name: &str) -> Option<(Vec<f64>, [f64; 3], [f64; 3])> {
+    let zero = vec![0.0; 6];
+    match name.split('-').next()? {
+        "abb" => Some((zero, [0.0, 0.0, -1.0], [1.0, 0.0, 0.0])),
+        "kuka" if !name.contains("iiwa") => {
+            Some((vec![0.0, -90.0, 90.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]))
+        }
+        "fanuc" => Some((zero, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])),
+        // the arms with seven joints and for people begin upright or folded
+        "motoman" if !name.contains("hc10") && !name.contains("sia") => Some((zero, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])),
+        _ => None,
+    }
+}
+
+#[test]
+fn flange_and_world_of_every_arm_are_its_makers() {
+    let mut seen = 0;
+    for entry in std::fs::read_dir(root().join("configs")).unwrap() {
+        let name = entry.unwrap().path().file_stem().unwrap().to_str().unwrap().to_string();
+        let Some((deg, x, z)) = at_zero(&name) else { continue };
+        let (robot, _) = load(&name);
+        let bare = robot.with_geometry(robot.joints.clone(), nalgebra::Isometry3::identity());
+        let q: Vec<f64> = deg.iter().map(|v| v.to_radians()).collect();
+        let found = bare.forward(&q);
+        for k in 0..3 {
+            assert!((found.rotation[(k, 0)] - x[k]).abs() < 1e-6, "{name}: x of the flange\n{}", found.rotation);
+            assert!((found.rotation[(k, 2)] - z[k]).abs() < 1e-6, "{name}: z of the flange\n{}", found.rotation);
+        }
+        // FANUC and Yaskawa count heights from the second axis, the others from the foot
+        let height = robot.base.translation.z + robot.joints[0].d_m;
+        if name.starts_with("fanuc") || name.starts_with("motoman") {
+            assert!(height.abs() < 1e-9, "{name}: the second axis at {height} m");
+        } else {
+            assert!(robot.base.translation.z.abs() < 1e-9, "{name}");
+        }
+        if name != "kuka-kr120-r2500-pro" {
+            assert!(
+                robot.tool.translation.vector.norm() == 0.0 && robot.tool.rotation.angle() == 0.0,
+                "{name}: a tool"
+            );
+        }
+        seen += 1;
+    }
+    assert!(seen >= 36, "{seen} arms");
+}
+
 #[test]
 fn every_arm_reaches_as_far_as_its_data_sheet_says_and_names_its_origin() {
     for (name, expected) in &oracle() {

@@ -66,6 +66,8 @@ ARMS = [
 ]
 UR_NAMES = {"shoulder_pan": "base", "shoulder_lift": "shoulder", "wrist_1": "wrist1", "wrist_2": "wrist2", "wrist_3": "wrist3"}
 POSES = 5
+# their `tool0` keeps the base's orientation at zero; the maker's has z out of the flange and x down, as at his other arms
+NO_TURN_OF_FLANGE = ["abb-irb4400l-30-243"]
 
 
 def numbers(text, default):
@@ -120,6 +122,14 @@ class Chain:
                 out.append(m.copy())
                 m = m @ rodrigues(numbers(j.find("axis").get("xyz"), ""), q.pop(0))
         return m, out
+
+    def world(self, root):
+        """The controller's world (REP 199: link `base`, fixed to `base_link`) in the root link."""
+        at = {self.joints[0].find("parent").get("link"): np.eye(4)}
+        for j in root.iter("joint"):
+            if j.get("type") == "fixed" and j.find("child").get("link") == "base" and j.find("parent").get("link") in at:
+                return hom(j.find("origin"))
+        return np.eye(4)
 
     def limits(self):
         lim = [j.find("limit") for j in self.moving]
@@ -194,7 +204,7 @@ def uniform(doc, name, names, coupled):
         if "max_speed_deg_s" in j:
             cells.append(f"max_speed_deg_s: {text_of(j['max_speed_deg_s'], 3, True)}")
         lines.append("  - {" + ", ".join(cells) + "}")
-    for key in ("base", "tool"):
+    for key in [k for k in ("base", "flange", "tool") if k in doc]:
         xyz, rpy = ([text_of(v, d) for v in doc[key][k]] for k, d in [("xyz_mm", 9), ("rpy_deg", 9)])
         lines.append(f"{key}: {{xyz_mm: [{', '.join(xyz)}], rpy_deg: [{', '.join(rpy)}]}}")
     lines.append("gravity_m_s2: [0, 0, -9.80665]")
@@ -234,11 +244,13 @@ def make(sources, binary):
         coupled = "fanuc" in file
         licence = licence.split(",")[0]  # the other one of UR's package is for its pictures
         doc = yaml.safe_load((work / f"{file}.yaml").read_text())
-        turned = np.eye(4)
-        if repo == UR[0]:
-            # the controller's base, which base_link of the URDF has turned by half
-            assert doc["base"]["rpy_deg"] == [0, 0, 0] and doc["base"]["xyz_mm"][:2] == [0, 0]
-            doc["base"]["rpy_deg"][2], turned = 180.0, np.diag([-1.0, -1, 1, 1])
+        world = np.linalg.inv(chain.world(ET.fromstring(text)))
+        flange = np.eye(4)
+        if file in NO_TURN_OF_FLANGE:
+            flange = hom(ET.fromstring('<origin rpy="0 %r 0"/>' % (math.pi / 2)))
+            # Ry(-90) Rx(-180) before the turn
+            assert np.allclose(doc["flange"]["rpy_deg"], [-180, -90, 0])
+            doc["flange"]["rpy_deg"] = [0.0, 0.0, 180.0]
         body = uniform(doc, name, names, coupled)
         reach = chain.reach(rng)
         head = [f"# {name}. Lengths, senses, limits and speeds: {path} of", f"# github.com/{repo} at commit {commit}",
@@ -250,7 +262,7 @@ def make(sources, binary):
         poses = []
         for _ in range(POSES):
             q = np.array([rng.uniform(max(lo, -math.pi), min(hi, math.pi)) for lo, hi in chain.limits()])
-            m = turned @ chain.frames(q)[0]
+            m = world @ chain.frames(q)[0] @ flange
             deg = np.degrees(q)
             if coupled:
                 deg[2] -= deg[1]

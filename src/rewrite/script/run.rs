@@ -7,7 +7,7 @@
 use super::approach::{Directions, Sides};
 use super::clock;
 use super::coverage::kept;
-use super::poses::{NO_START, Place, Poses, Tooled};
+use super::poses::{NO_START, NOT_CONFIGURED, Place, Poses, Tooled};
 use super::way;
 use crate::program::script::{
     At, Break, Goal, Move, Note, PathKind, PoseGoal, Script, Solution, Speed, StepKind, Target, Way,
@@ -150,7 +150,27 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
         }
     }
     cutter.end(false);
-    cutter.out
+    let mut out = cutter.out;
+    out.notes.extend(another_robot(script, &out.left));
+    out
+}
+
+/// That most configurations which the program orders are none of this robot's: its file is another arm's, or its flange is turned.
+fn another_robot(script: &Script, left: &BTreeMap<usize, String>) -> Option<Note> {
+    const LEAST: usize = 3;
+    let ordered = |m: &Move| match &m.goal {
+        Goal::Pose(goal) => goal.binding && matches!(goal.solution, Solution::Configured(_)),
+        _ => false,
+    };
+    let all = script.moves().filter(|(_, m)| ordered(m)).count();
+    let mut not = left.iter().filter(|(_, why)| *why == NOT_CONFIGURED).map(|(step, _)| *step);
+    let (first, others) = (not.next()?, not.count());
+    let text = format!(
+        "{} of {all} Cartesian targets name an arm configuration that this robot does not have there: if it is the program's robot, compare a \
+         pose of its file with the pendant, position and angles (`flange`, `base`, lengths)",
+        others + 1
+    );
+    (others + 1 >= LEAST && 2 * (others + 1) > all).then(|| Note { place: script.steps[first].at, text })
 }
 
 /// Joints of a target that names them all.

@@ -24,7 +24,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-pub use solve::NO_START;
+pub use solve::{NO_START, NOT_CONFIGURED};
 pub use write::{own_numbers, write};
 
 /// A robot with one of its tools, ready for the inverse.

@@ -104,7 +104,7 @@ impl Place {
             candidates.retain(|q| prefers(c, arm, q));
         }
         if candidates.is_empty() && goal.binding {
-            return Err("a Cartesian target that no joints with its configuration reach");
+            return Err(NOT_CONFIGURED);
         }
         if near.is_none() {
             return match (configuration, candidates.len()) {
@@ -187,6 +187,8 @@ fn fitting(configuration: &Configuration, arm: &Arm, all: &[Vec<f64>]) -> Option
     alone.then(|| all[best].clone())
 }
 
+/// No joints that reach a target have the configuration that it names.
+pub const NOT_CONFIGURED: &str = "a Cartesian target that no joints with its configuration reach";
 pub const NO_START: &str = "a Cartesian target without a known start, and without a configuration";
 const SEVERAL: &str = "a Cartesian target that several arm configurations reach";
 const OTHER_ARM: &str = "a Cartesian target in another arm configuration than that next to the joints before";
