@@ -65,6 +65,7 @@ mod stretched;
 mod val_bidirectional;
 mod val_job;
 mod vendor_approach;
+mod vendor_arcs;
 mod vendor_circle;
 mod vendor_history;
 mod vendor_options;

@@ -1,5 +1,6 @@
 //! What comes out of the engine, as edits of the program: other values for targets, new points on the way to them.
 
+use super::arcs;
 use super::run::{Role, Run, Vertex};
 use crate::program::script::{Document, Edit, Edits, Goal, NewPoint, PathKind, Script, StepKind};
 use crate::rewrite::{Origin, OutputPoints};
@@ -102,7 +103,10 @@ fn step(
     let script = document.script();
     let StepKind::Move(m) = &script.steps.get(vertex.step)?.kind else { return None };
     let inserted = |o: &&Out| o.fraction.is_some();
-    if !vertex.editable || m.closed.is_some() {
+    let of_pose = m.path == PathKind::Curve && matches!(m.goal, Goal::Pose(_));
+    let arc = run.line(vertex.step).filter(|_| of_pose).filter(|line| line.arc().is_some());
+    let closed = m.closed.is_some() || of_pose && arc.is_none();
+    if !vertex.editable || closed {
         let points = span.iter().filter(inserted).count() as u64;
         unplaced.points += points;
         unplaced.lines.extend(script.steps.get(vertex.step).filter(|_| points > 0).map(|s| s.at.line));
@@ -123,7 +127,7 @@ fn step(
     let approach = |o: &Out| run.vertices.get(o.vertex).is_some_and(|v| v.role == Role::Approach);
     let steps_inside =
         span.iter().any(|o| on_way(run, o, vertex.step) && (o.fraction.is_some() || differs(o) || approach(o)));
-    if m.closed.is_none() && (steps_inside || as_joint_moves) {
+    if !closed && (steps_inside || as_joint_moves) {
         let mut last = before;
         // from the point of approach on the goal carries the step: that way is no longer than the gap needs
         let whole = |o: &&Out| o.fraction.is_none() || !approach(o);
@@ -142,6 +146,11 @@ fn step(
     }
     if as_joint_moves || changed(end, &vertex.q) {
         edit.goal = Some(end.q.to_vec());
+    }
+    if let Some(line) = arc.filter(|_| !edit.before.is_empty()) {
+        let whole = arcs::split(line, before, end.q, &vertex.q, &mut edit);
+        unplaced.points += whole;
+        unplaced.lines.extend(script.steps.get(vertex.step).filter(|_| whole > 0).map(|s| s.at.line));
     }
     let points = edit.before.len() as u64;
     (edit.goal.is_some() || points > 0).then_some((edit, points))

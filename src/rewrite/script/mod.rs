@@ -10,13 +10,14 @@
 //!   again, [`way`] follows straight TCP paths; [`clock`] tells durations; [`fading`]: friction where none can be told.
 //! - [`approach`]: targets that are reached from one side.
 //! - [`rates`]: speed and acceleration limits; [`stops`]: how long new exact stops take.
-//! - [`edits`]: points that came out -> values and new points of the program.
+//! - [`edits`]: points that came out -> values and new points of the program; `arcs`: pieces of arcs that are split.
 //! - [`writing`]: edits into texts; [`notes`]: what the program or the robot file does not say.
 //! - [`verify`]: the result is read again before anyone gets it.
 //! - [`job`]: from file to file; [`context`]: what is looked up beside it.
 //! - [`change`]: what differs, move by move, in degrees and micrometres: dry runs and golden files.
 
 pub mod approach;
+mod arcs;
 pub mod change;
 pub mod clock;
 pub mod configuration;
@@ -56,6 +57,9 @@ use run::{Choice, Cut, Gap, Run};
 
 /// The dead band is this many last digits of the coarsest target: rounding is no movement.
 const DEADBAND_DIGITS: f64 = 1.5;
+/// Smallest dead band of a program with Cartesian targets, as a share of the smallest half gap: where straight TCP moves meet at a
+/// corner near a joint's turn, the joint turns there and back, and two steps by the whole gap would cost more than that leg.
+const DEADBAND_SHARE_TCP: f64 = 0.5;
 /// Distance of a TCP from a joint at which the digits of its position count, m.
 const LEVER_M: f64 = 0.5;
 /// Last digit of an axis that no target names, rad or m.
@@ -307,8 +311,7 @@ fn spare(script: &Script, choices: &Choices, edits: &mut Edits) -> u64 {
         let stops =
             matches!(&step.kind, StepKind::Move(m) if matches!(m.goal, Goal::Pose(_)) && m.blend_m == Some(0.0));
         if most || process && (choices.leave_process || stops) {
-            gone += points;
-            edit.before.clear();
+            gone += edit.clear_points();
             if edit.goal.is_none() {
                 edits.steps.remove(&k);
             }
@@ -410,9 +413,13 @@ fn deadbands(script: &Script, task: &Task) -> Vec<f64> {
         let digits = joints.filter_map(|t| t.values.get(a).copied().flatten()).map(|v| v.digit);
         digits.fold(of_pose, f64::max)
     };
+    let least = |a: usize| match task.compensator.on(a).and_then(super::deadband::smallest) {
+        Some(gap) if poses().next().is_some() => DEADBAND_SHARE_TCP * gap,
+        _ => 0.0,
+    };
     let of = |a: usize| match task.deadband.get(a).copied().flatten() {
         Some(chosen) => chosen,
-        None => super::deadband::deadband(DEADBAND_DIGITS * coarsest(a), task.compensator.on(a)),
+        None => super::deadband::deadband(DEADBAND_DIGITS * coarsest(a), task.compensator.on(a)).max(least(a)),
     };
     (0..task.robot.dof()).map(of).collect()
 }

@@ -5,10 +5,15 @@ use crate::program::script::{
     At, Document, Edits, Format, Goal, Move, PathKind, PoseGoal, Quantity, Script, StepKind, Text, Value,
 };
 use crate::robot::Robot;
+use nalgebra::Vector3;
 use std::mem::{Discriminant, discriminant};
 
 /// Largest rounding of a written value, in digits.
 const ROUNDED: f64 = 0.501;
+/// Largest rounding of a point on the way of an arc, m: half a seventh digit of some metres.
+const VIA_M: f64 = 0.6e-6;
+/// A point on the way that was left as it stands, m.
+const SAME_VIA_M: f64 = 1e-9;
 /// A number that was left as it stands gives the very same value, but for the arithmetic of the wish, rad or m.
 const SAME: f64 = 1e-12;
 
@@ -89,6 +94,8 @@ struct Own {
     path: PathKind,
     blend_m: Option<f64>,
     goal: OwnGoal,
+    /// Of an arc: the point on its way, in the frame of its goal.
+    via_m: Option<Vector3<f64>>,
     /// The first of its numbers, and how many.
     first: usize,
     count: usize,
@@ -128,7 +135,7 @@ impl Before {
         let values = m.goal.target().and_then(|t| script.targets.get(t)).map_or(&[][..], |t| &t.values);
         let first = self.values.len();
         self.values.extend(values.iter().map(|v| v.map_or(f64::NAN, |v| v.si)));
-        Own { path: m.path, blend_m: m.blend_m, goal, first, count: values.len() }
+        Own { path: m.path, blend_m: m.blend_m, goal, via_m: via(m), first, count: values.len() }
     }
 
     /// What the target of a move says as it is, by axis; empty where it has no numbers.
@@ -180,10 +187,12 @@ pub fn read_again(
             // a quadrant that is already a part of the way may stay inside its arc
             compare(after, m, &point.q, own, edits, &mut written).map_err(|what| fault_after(k, &what))?;
             beyond(robot, after, m, &point.q, (i, Some(n)), &mut written);
+            piece(m, edit.and_then(|e| e.piece(n))).map_err(|what| fault_after(k, &what))?;
             stops += u64::from(m.blend_m == Some(0.0) && !document.passes_points());
             k += 1;
         }
-        if stops > 0 && matches!(&step.kind, Kind::Move(m) if m.path == PathKind::Linear) {
+        let of_tcp = |m: &Own| m.path == PathKind::Linear || edit.is_some_and(|e| !e.vias.is_empty());
+        if stops > 0 && matches!(&step.kind, Kind::Move(m) if of_tcp(m)) {
             written.stops.push(Stops { at: step.at, points: stops });
         }
         let Some(here) = after.steps.get(k) else { return Err(before.fault(i, "a step is missing")) };
@@ -192,6 +201,14 @@ pub fn read_again(
         }
         if stops > 0 {
             written.halts.push(Halt { step: i, at: step.at, stops });
+        }
+        if let (Kind::Move(a), StepKind::Move(m)) = (&step.kind, &here.kind) {
+            let last = edit.and_then(|e| e.piece(e.before.len()));
+            piece(m, last).map_err(|what| fault_after(k, &what))?;
+            let apart = |(a, b): (Vector3<f64>, Vector3<f64>)| (a - b).amax() > SAME_VIA_M;
+            if last.is_none() && (a.via_m.is_some() != via(m).is_some() || a.via_m.zip(via(m)).is_some_and(apart)) {
+                return Err(fault_after(k, "another point on the way of an arc"));
+            }
         }
         match (&step.kind, &here.kind) {
             (Kind::Move(a), StepKind::Move(m)) if edit.is_some_and(|e| e.goal.is_some()) => {
@@ -216,6 +233,26 @@ pub fn read_again(
         return Err(fault_after(k, "a step too many"));
     }
     Ok(written)
+}
+
+/// The point on the way of a move, in the frame of its goal, m.
+fn via(m: &Move) -> Option<Vector3<f64>> {
+    match &m.goal {
+        Goal::Pose(goal) => goal.via_m,
+        _ => None,
+    }
+}
+
+/// A piece of a split arc goes over the place that was meant.
+fn piece(m: &Move, want: Option<&[f64]>) -> std::result::Result<(), String> {
+    match (want, via(m), m.path) {
+        (None, ..) => Ok(()),
+        (Some([x, y, z]), Some(at), PathKind::Curve) => {
+            let off = (at - Vector3::new(*x, *y, *z)).amax();
+            if off <= VIA_M { Ok(()) } else { Err(format!("a point on the way of an arc is {off} m off")) }
+        }
+        _ => Err("another kind of piece of an arc".into()),
+    }
 }
 
 fn moved(script: &Script, k: usize) -> Option<&Move> {
@@ -310,7 +347,7 @@ mod tests {
     use crate::program::rapid::Rapid;
     use crate::program::script::pose::Frame;
     use crate::program::script::{Edit, Solution, Speed};
-    use nalgebra::{UnitQuaternion, Vector3};
+    use nalgebra::UnitQuaternion;
 
     fn pose(turn: f64) -> Goal {
         let rotation = Some(UnitQuaternion::from_euler_angles(0.0, 0.0, turn));

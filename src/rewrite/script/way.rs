@@ -117,6 +117,11 @@ impl Track {
     }
 }
 
+/// Orientations at the ends of an arc that differ by less are the same, rad.
+const SAME_TURN: f64 = 2e-4;
+/// Arcs of more are not split, rad: which way round an orientation goes there differs by controller and setting.
+const WIDEST: f64 = 3.1;
+
 /// A TCP path, and joints along it as first guesses.
 #[derive(Debug, Clone)]
 pub struct Line {
@@ -153,6 +158,14 @@ impl Line {
             return Some(guess);
         }
         solved(&self.tooled, &self.track, self.pose, share, &guess)
+    }
+
+    /// Radius, m, and angle, rad, of an arc that may be split: a controller keeps the orientation on the whole of it, whatever frame
+    /// it interpolates it in. `None`: the path is straight, or its orientation on the way is not certain.
+    pub fn arc(&self) -> Option<[f64; 2]> {
+        let circle = self.track.arc.as_ref()?;
+        let turn = self.track.start.rotation.angle_to(&self.track.end.rotation);
+        (self.pose && turn < SAME_TURN && circle.angle < WIDEST).then(|| [circle.from.norm(), circle.angle])
     }
 
     /// Shares at which joints turn by more than `deadband` (per axis, rad or m), and the joints there. Turns closer than

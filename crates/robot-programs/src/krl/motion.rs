@@ -14,6 +14,8 @@ pub(super) struct Motion {
     pub goal: Range<usize>,
     /// The factor of the goal whose numbers are edited; the goal itself where it is no product.
     pub point: Range<usize>,
+    /// Of an arc that may be split: the point on its way.
+    pub via: Option<Range<usize>>,
     /// From behind the goal to the end of the statement.
     pub tail: Range<usize>,
     pub spline: bool,

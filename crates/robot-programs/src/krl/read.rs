@@ -135,6 +135,12 @@ struct Fold {
     more: bool,
 }
 
+/// Whether a text sets `$ORI_TYPE` or `$CIRC_TYPE`.
+fn steers_arcs(text: &Text) -> bool {
+    let upper = text.bytes.to_ascii_uppercase();
+    [&b"$ORI_TYPE"[..], b"$CIRC_TYPE"].iter().any(|word| memchr::memmem::find(&upper, word).is_some())
+}
+
 struct Reader<'a> {
     texts: &'a [Text],
     text: &'a Text,
@@ -154,6 +160,8 @@ struct Reader<'a> {
     folds: Vec<Fold>,
     trigger: bool,
     spline: bool,
+    /// The program sets how the orientation goes on arcs.
+    steers_arcs: bool,
     set: Settings,
     going: Going,
     /// The factor of a product whose numbers are edited, of the goal that was read last.
@@ -177,6 +185,7 @@ impl<'a> Reader<'a> {
             notes: Vec::new(),
             routine: 0,
             folds: Vec::new(),
+            steers_arcs: texts.iter().filter(|t| !t.context).any(steers_arcs),
             trigger: false,
             spline: false,
             set: Settings::default(),
@@ -372,7 +381,8 @@ impl<'a> Reader<'a> {
             }
             goal => goal,
         };
-        if word.arc {
+        let via = self.via_of_splittable(line, at, word, &goal);
+        if word.arc && via.is_none() {
             close("an arc is given by three points");
         }
         if turning == Turning::Wrist && word.path == PathKind::Linear {
@@ -401,7 +411,7 @@ impl<'a> Reader<'a> {
             let (keyword, tail) = (line[0].span(), goal.end..last);
             let fold = fold.map(|f| f.line);
             let point = std::mem::take(&mut self.point).unwrap_or_else(|| goal.clone());
-            let motion = Motion { line: k, keyword, goal, point, tail, spline: word.spline, fold };
+            let motion = Motion { line: k, keyword, goal, point, via, tail, spline: word.spline, fold };
             self.motions.push(self.steps.len(), motion);
         }
         self.others.push(self.steps.len(), others);
@@ -562,6 +572,16 @@ impl<'a> Reader<'a> {
         let comma = t.kind == Kind::Word && line.get(next).is_some_and(|t| t.is(b','));
         let n = self.data.find(self.routine, &name).filter(|_| comma)?;
         of(self.data.names[n].value().ok()?)
+    }
+
+    /// The bytes of the point on the way of an arc that several arcs may take the place of: a CIRC of its own, whose orientation
+    /// nothing in the program steers. An inline form couples its point on the way, and a spline its neighbours.
+    fn via_of_splittable(&self, line: &[Token], at: usize, word: Word, goal: &Goal) -> Option<Range<usize>> {
+        let Goal::Pose(pose) = goal else { return None };
+        let plain = word.arc && !word.spline && !self.spline && self.folds.is_empty() && !self.steers_arcs;
+        let (first, last) = (line.get(1)?, line.get(at.checked_sub(2)?)?);
+        (plain && pose.via_m.is_some() && pose.target.is_some() && pose.rotation.is_some())
+            .then_some(first.start..last.end)
     }
 
     /// Says where the values of a point of another module come from.

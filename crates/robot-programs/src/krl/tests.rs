@@ -8,7 +8,7 @@ use crate::files::Files;
 use crate::script::harness::{self, rewritten};
 use crate::script::pose::{Configuration, Frame};
 use crate::script::{
-    Break, Document, Edits, Format, Goal, Move, NewPoint, PathKind, PoseGoal, Solution, Speed, StepKind, Text,
+    Break, Document, Edit, Edits, Format, Goal, Move, NewPoint, PathKind, PoseGoal, Solution, Speed, StepKind, Text,
 };
 
 const LITERALS: &[u8] = include_bytes!("../../../../samples/programs/krl/literals.src");
@@ -508,4 +508,47 @@ fn a_point_on_the_way_that_is_a_product_of_frames_is_not_its_first_factor() {
         _ => None,
     };
     assert!(moves(d.as_ref()).iter().all(|(_, m)| via(m).is_none()));
+}
+
+#[test]
+fn an_arc_is_split_into_arcs() {
+    let pose = |x: f64, y: f64| format!("{{X {x},Y {y},Z 700.0,A 0,B 90,C 0}}");
+    let arc = format!("CIRC XAUX , {} C_DIS ; weld\n", pose(500.0, 9.0));
+    let source = |before: &str, arc: &str| {
+        let aux = "DECL POS XAUX\nXAUX={X 1,Y 2,Z 700.0,A 0,B 90,C 0}\n";
+        format!("DEF a( )\n{aux}{before}LIN {} C_DIS\n{arc}LIN XAUX\nEND\n", pose(500.0, 0.0))
+    };
+    let text_of = source("", &arc);
+    let d = doc(&[text_of.as_bytes()]);
+    let m = moves(d.as_ref());
+    assert_eq!(m[1].1.closed, None);
+    let Goal::Pose(goal) = &m[1].1.goal else { panic!() };
+    let own: Vec<f64> = d.script().targets[goal.target.unwrap()].values.iter().map(|v| v.unwrap().si).collect();
+    let point = |x_mm: f64, share| {
+        let q = std::iter::once(x_mm * 1e-3).chain(own[1..].iter().copied()).collect();
+        NewPoint { q, share, t_s: None, clearance_m: 0.01, of_way: false }
+    };
+    let vias = vec![vec![0.4, 0.001, 0.7], vec![0.411, 0.002, 0.7], vec![0.4500004, 0.005, 0.7]];
+    let edit = Edit { before: vec![point(410.0, 0.5), point(411.5, 0.52)], vias, ..Edit::default() };
+    let wish = |vias: usize| {
+        let edit = Edit { vias: edit.vias[..vias].to_vec(), ..edit.clone() };
+        Edits { steps: [(m[1].0, edit)].into(), pose_digit: [1e-7, 1e-6], ..Edits::default() }
+    };
+    let out = text(rewrite(d.as_ref(), &wish(3)).as_ref(), 0);
+    let first = "CIRC {X 400.0000,Y 1.0000,Z 700.0000},{X 410.0000,Y 9,Z 700.0,A 0,B 90,C 0} C_DIS\n";
+    let short = "CIRC {X 411.0000,Y 2.0000,Z 700.0000},{X 411.5000,Y 9,Z 700.0,A 0,B 90,C 0} C_DIS\n";
+    let last = format!("CIRC {{X 450.0004,Y 5.0000,Z 700.0000}} , {} C_DIS ; weld\nLIN XAUX\n", pose(500.0, 9.0));
+    assert!(out.contains(&format!("{first}{short}{last}")), "{out}");
+    assert!(d.patches(&wish(0)).is_err() && d.patches(&wish(2)).is_err());
+    // what a controller or a form does with the arc beside is not known
+    for (before, arc) in [
+        ("$CIRC_TYPE=#PATH\n", arc.as_str()),
+        ("", &arc.replace("CIRC", "SCIRC")),
+        ("", &arc.replace("XAUX", "XELSE")),
+        ("", &format!("TRIGGER WHEN DISTANCE=0 DELAY=0 DO $OUT[1]=TRUE\n{arc}")),
+        ("", &format!(";FOLD arc\n{arc};ENDFOLD\n")),
+    ] {
+        let d = doc(&[source(before, arc).as_bytes()]);
+        assert!(moves(d.as_ref())[1].1.closed.is_some(), "{before}{arc}");
+    }
 }

@@ -20,7 +20,7 @@ pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Vec<Patch>> {
     goals(program, edits, &mut out)?;
     let named = named(program);
     for (&step, edit) in edits.steps.iter().filter(|e| !e.1.before.is_empty()) {
-        insert(program, edits, &named, step, edit.before.iter().map(|p| p.q.as_slice()), &mut out)?;
+        insert(program, edits, &named, step, edit, &mut out)?;
     }
     out.sort_by_key(|p| (p.file, p.span.start, p.span.end));
     Ok(out)
@@ -163,14 +163,15 @@ fn named(program: &Program) -> Vec<bool> {
 }
 
 /// New motions before a motion: before its fold where it stands in an inline form, with the settings of the form.
-fn insert<'a>(
+fn insert(
     program: &Program,
     edits: &Edits,
     named: &[bool],
     step: usize,
-    points: impl Iterator<Item = &'a [f64]>,
+    edit: &Edit,
     out: &mut Vec<Patch>,
 ) -> Result<()> {
+    let points = &edit.before;
     let Some(StepKind::Move(m)) = program.script.steps.get(step).map(|s| &s.kind) else { return Ok(()) };
     let why = m.closed.as_deref().or(match &m.goal {
         Goal::Opaque(why) => Some(why.as_str()),
@@ -180,6 +181,10 @@ fn insert<'a>(
         return Err(Error::Refused(format!("{}: no point can be added on the way: {why}", place(program, step))));
     }
     let motion = motion_of(program, step)?;
+    if motion.via.is_some() && edit.vias.len() != points.len() + 1 {
+        let why = "a piece of its arc has no point on its way";
+        return Err(Error::Refused(format!("{}: {why}", place(program, step))));
+    }
     let text = texts(program, 0)?;
     let start = text.line_span(motion.line).start;
     let indent = text.slice(start..motion.keyword.start);
@@ -199,7 +204,10 @@ fn insert<'a>(
         }
     }
     if let Goal::Pose(goal) = &m.goal {
-        let lines = poses(program, edits, goal, motion, points)?;
+        let lines = poses(program, edits, edit, goal, motion, points.iter().map(|p| p.q.as_slice()))?;
+        if let (Some(at), Some(via), Some(target)) = (edit.piece(points.len()), &motion.via, goal.target) {
+            out.push(Patch::new(0, via.clone(), on_arc(program, edits, target, at)));
+        }
         for line in lines {
             bytes.extend_from_slice(indent);
             bytes.extend_from_slice(&line);
@@ -208,10 +216,10 @@ fn insert<'a>(
         out.push(Patch::new(0, at..at, bytes));
         return Ok(());
     }
-    for q in points {
+    for point in points {
         bytes.extend_from_slice(indent);
         bytes.extend_from_slice(text.slice(motion.keyword.clone()));
-        bytes.extend_from_slice(&joint_goal(program, edits, named, m, q)?);
+        bytes.extend_from_slice(&joint_goal(program, edits, named, m, &point.q)?);
         bytes.extend_from_slice(&tail(text, motion));
         bytes.extend_from_slice(ending);
     }
@@ -250,6 +258,7 @@ fn joint_goal(program: &Program, edits: &Edits, named: &[bool], m: &Move, q: &[f
 fn poses<'a>(
     program: &Program,
     edits: &Edits,
+    edit: &Edit,
     goal: &PoseGoal,
     motion: &Motion,
     points: impl Iterator<Item = &'a [f64]>,
@@ -266,9 +275,14 @@ fn poses<'a>(
     };
     let text = texts(program, 0)?;
     let own = texts(program, file)?;
-    let line = |q: &[f64]| {
+    let line = |(n, q): (usize, &[f64])| {
+        let piece = edit.piece(n);
         let mut bytes = text.slice(motion.keyword.clone()).to_vec();
         bytes.push(b' ');
+        if let Some(at) = piece {
+            bytes.extend_from_slice(on_arc(program, edits, target, at).as_bytes());
+            bytes.push(b',');
+        }
         // the other factors of a product stay
         bytes.extend_from_slice(text.slice(motion.goal.start..motion.point.start));
         bytes.extend_from_slice(&replaced(own, span, &changes(program, edits, target, q)));
@@ -276,7 +290,22 @@ fn poses<'a>(
         bytes.extend_from_slice(&tail(text, motion));
         bytes
     };
-    Ok(points.map(line).collect())
+    Ok(points.enumerate().map(line).collect())
+}
+
+/// `{X 1,Y 2,Z 3}`: a point on the way of an arc, in digits as fine as those of a goal. Its orientation does not count.
+fn on_arc(program: &Program, edits: &Edits, target: usize, at_m: &[f64]) -> String {
+    let Some(there) = program.script.targets.get(target) else { return String::new() };
+    let number = |(k, (name, v)): (usize, (&str, &f64))| {
+        let style = there.values.get(k).copied().flatten().map(|v| v.style).unwrap_or_default();
+        let style = number::Style { exponent: false, plus: false, point: true, ..style };
+        let mm = v * 1e3;
+        let most = (-finest(mm).log10()).round().clamp(0.0, 9.0) as u8;
+        let decimals = number::decimals_for(style, edits.digit_of(there, k) * 1e3, most);
+        format!("{name} {}", number::write(mm, style, decimals))
+    };
+    let all: Vec<String> = ["X", "Y", "Z"].into_iter().zip(at_m).enumerate().map(number).collect();
+    format!("{{{}}}", all.join(","))
 }
 
 /// What follows the goal: approximate positioning where the motion has it, and
@@ -292,8 +321,8 @@ fn tail(text: &Text, motion: &Motion) -> Vec<u8> {
     let approximates = tail
         .split(|b| !(b.is_ascii_alphanumeric() || *b == b'_'))
         .any(|w| w.get(..2).is_some_and(|h| h.eq_ignore_ascii_case(b"C_")));
-    let straight = text.slice(motion.keyword.clone()).eq_ignore_ascii_case(b"LIN");
-    match (approximates, straight) {
+    let of_tcp = !text.slice(motion.keyword.clone()).eq_ignore_ascii_case(b"PTP");
+    match (approximates, of_tcp) {
         (false, _) => Vec::new(),
         (true, true) => b" C_DIS".to_vec(),
         (true, false) => b" C_PTP".to_vec(),

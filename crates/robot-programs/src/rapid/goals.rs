@@ -257,17 +257,23 @@ impl Builder<'_> {
         })
     }
 
-    /// Position of the point on the way of an arc, m.
-    pub fn via(&mut self, span: &Span, item: &Item) -> Option<Vector3<f64>> {
+    /// Position of the point on the way of an arc, m, and its orientation where it is told.
+    #[allow(clippy::type_complexity)]
+    pub fn via(&mut self, span: &Span, item: &Item) -> Option<(Vector3<f64>, Option<UnitQuaternion<f64>>)> {
         if let Some((base, by, of_tool)) = self.displacement(span, item) {
-            return self.via(&base, item).filter(|_| !of_tool).map(|at| at + by.translation.vector);
+            let via = self.via(&base, item).filter(|_| !of_tool);
+            return via.map(|(at, turn)| (at + by.translation.vector, turn));
         }
         let p = self.f.p;
         let node = match p.tokens[span.start].kind {
             Kind::Mark(b'[') => value::aggregate(self.f.text, &p.tokens, span.clone()),
             _ => self.name_of(span, item).ok().and_then(|(d, indices)| self.element(d, &indices)),
         };
-        Some(Vector3::from(node?.get(0)?.numbers::<3>()?) * 1e-3)
+        let node = node?;
+        let at = Vector3::from(node.get(0)?.numbers::<3>()?) * 1e-3;
+        let turn = node.get(1).and_then(|n| n.numbers::<4>()).filter(|q| q.iter().any(|v| *v != 0.0));
+        let turn = turn.map(|[w, x, y, z]| UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)));
+        Some((at, turn))
     }
 
     /// The frame of a goal. A track carries the base, a positioner may carry the work object.

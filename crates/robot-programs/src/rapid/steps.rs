@@ -14,6 +14,7 @@ use crate::script::blocks::Steps;
 use crate::script::fold;
 use crate::script::sites::Time;
 use crate::script::{At, Break, Goal, Move, Note, PathKind, Script, Speed, StepKind, Target, Text, number};
+use nalgebra::UnitQuaternion;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
@@ -51,6 +52,8 @@ pub struct Site {
     /// Name or list of the target within it: that of the point in `Offs(p1,0,0,100)`.
     pub point: Range<usize>,
     pub zone: Option<usize>,
+    /// Of an arc that may be split: which of `args` is the point on its way.
+    pub via: Option<usize>,
     /// `\T:=` of the whole move: bytes of the number, s, style.
     pub time: Option<Time>,
     /// External axes of a robtarget as text, for joint moves in its place.
@@ -312,7 +315,8 @@ impl Builder<'_> {
         };
         let time = switch("t").map(|s| s.value.and_then(|v| plain(self.f.text, p, &v)));
         let synchronised = switch("id").is_some() || self.synchronised;
-        let mut closed = closed(&motion, alone, calls, synchronised).map(String::from);
+        site.via = self.via_of_splittable(item, goal_at, &args);
+        let mut closed = closed(&motion, alone, calls, synchronised, site.via.is_some()).map(String::from);
         match &time {
             Some(Some((s, style, bytes))) if *s > 0.0 => site.time = Some((bytes.clone(), *s, *style)),
             Some(_) => {
@@ -346,7 +350,7 @@ impl Builder<'_> {
             None if switch("corr").is_some() => Goal::Opaque("a sensor corrects its path (\\Corr)".into()),
             None => goal,
         };
-        if self.going.wrist && motion.path == PathKind::Linear {
+        if self.going.wrist && motion.path != PathKind::Joint {
             closed.get_or_insert_with(|| "SingArea lets the wrist turn otherwise on its way".into());
         }
         if let Leads::Pose | Leads::Search = motion.leads
@@ -355,13 +359,22 @@ impl Builder<'_> {
         {
             closed.get_or_insert_with(|| "its external axes are no plain numbers".into());
         }
+        if motion.path == PathKind::Curve && !matches!(goal, Goal::Pose(_)) {
+            closed.get_or_insert_with(|| "it is an arc".into());
+        }
         if self.external_axes_move(&goal, &site) {
             closed.get_or_insert_with(|| "its external axes move, too".into());
         }
         let goal = match goal {
             // the point before the goal's is on the way
             Goal::Pose(mut pose) if motion.path == PathKind::Curve && goal_at > 0 => {
-                pose.via_m = self.via(&args[goal_at - 1].span.clone(), item);
+                let via = self.via(&args[goal_at - 1].span.clone(), item);
+                pose.via_m = via.map(|v| v.0);
+                // a point of another orientation may turn the tool on its way
+                let turns = |r: UnitQuaternion<f64>| pose.rotation.is_none_or(|own| own.angle_to(&r) > SAME_TURN_RAD);
+                if via.is_none_or(|v| v.1.is_none_or(turns)) || pose.target.is_none() {
+                    closed.get_or_insert_with(|| "it is an arc".into());
+                }
                 Goal::Pose(pose)
             }
             other => other,
@@ -373,6 +386,17 @@ impl Builder<'_> {
         self.steps.place(k, site);
         self.after_motion(token, &motion, switched_on);
         Ok(())
+    }
+
+    /// Which argument is the point on the way of a MoveC that several may take the place of: nothing in the program may steer the
+    /// orientation on arcs.
+    fn via_of_splittable(&self, item: &Item, goal_at: usize, args: &[Arg]) -> Option<usize> {
+        let at = goal_at.checked_sub(1)?;
+        // the words of all modules of the task
+        let said = |word: &str| self.f.p.words.different().any(|w| w == word);
+        let steered = said("cirpathmode") || said("singarea") && said("wrist");
+        let own = |k: usize| args.get(k).is_some_and(|a| a.name.is_empty() && a.switches.is_empty());
+        (self.f.word(item.span.start) == "movec" && !steered && own(at) && own(goal_at)).then_some(at)
     }
 
     /// Place of the zone among the arguments.
@@ -436,6 +460,9 @@ impl Builder<'_> {
     }
 }
 
+/// Orientations that differ by less are taught as the same, rad.
+const SAME_TURN_RAD: f64 = 0.05;
+
 /// Names with their values.
 struct Names(HashMap<String, f64>);
 
@@ -466,11 +493,13 @@ fn named(args: &[Arg], names: &[&str]) -> Option<usize> {
 }
 
 /// Why no point can be added before a motion.
-fn closed(motion: &Motion, alone: bool, calls: bool, synchronised: bool) -> Option<&'static str> {
+fn closed(motion: &Motion, alone: bool, calls: bool, synchronised: bool, splittable: bool) -> Option<&'static str> {
     match motion.path {
         _ if alone => Some("it is the one statement of an IF"),
         _ if calls => Some("its arguments call a function that may move the robot"),
-        PathKind::Curve => Some("it is an arc"),
+        PathKind::Curve if !splittable => Some("it is an arc"),
+        PathKind::Curve if synchronised => Some("it is synchronised with another robot (\\ID)"),
+        PathKind::Curve => None,
         _ if !motion.plain => Some("its actions hang on the way to its target"),
         _ if synchronised => Some("it is synchronised with another robot (\\ID)"),
         _ => None,

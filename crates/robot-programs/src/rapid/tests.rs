@@ -703,3 +703,55 @@ fn no_point_is_added_on_a_straight_way_on_which_singarea_turns_the_wrist() {
     assert!(closed("SingArea\\Wrist;\n") && closed("SingArea \\LockAxis4;\n"));
     assert!(!closed("") && !closed("SingArea\\Off;\n") && !closed("SingArea\\Wrist;\nSingArea\\Off;\n"));
 }
+
+#[test]
+fn a_movec_is_split_into_arcs() {
+    let list = |x: f64| format!("[[{x:.1},0,700],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]");
+    let arc = "MoveC pVia, Offs(pEnd,0,0,10), v100, z10, tool0\\WObj:=wobj0;";
+    let source = |arc: &str| {
+        let declared = format!("CONST robtarget pVia:={};\nCONST robtarget pEnd:={};", list(1.0), list(500.0));
+        program(&declared, &format!("MoveL {},v100,z1,tool0;\n{arc}", list(400.0)))
+    };
+    let text_of = source(arc);
+    let doc = document(&text_of);
+    let (step, m) = doc.script().moves().nth(1).unwrap();
+    assert_eq!(m.closed, None);
+    let Goal::Pose(goal) = &m.goal else { panic!() };
+    let own: Vec<f64> = doc.script().targets[goal.target.unwrap()].values.iter().map(|v| v.unwrap().si).collect();
+    let point = |x: f64, share| {
+        let q = std::iter::once(x).chain(own[1..].iter().copied()).collect();
+        NewPoint { q, share, t_s: None, clearance_m: 0.01, of_way: false }
+    };
+    let vias = vec![vec![0.4, 0.05, 0.71], vec![0.411, 0.002, 0.71], vec![0.45, 0.0051, 0.71]];
+    let edit = Edit { before: vec![point(0.41, 0.5), point(0.4115, 0.52)], vias, ..Edit::default() };
+    let edits = Edits { steps: [(step, edit.clone())].into(), pose_digit: [1e-7, 1e-6], ..Edits::default() };
+    let bytes = text::apply(&doc.script().texts, &doc.patches(&edits).unwrap()).unwrap();
+    let out = String::from_utf8(bytes[0].clone()).unwrap();
+    let at = |xyz: &str| format!("[[{xyz}],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]");
+    let first = format!(
+        "MoveC {}, Offs({},0,0,10), v100, z0, tool0\\WObj:=wobj0;",
+        at("400.0000,50.0000,710.0000"),
+        at("410.0000,0,700")
+    );
+    let short = format!(
+        "MoveC {}, Offs({},0,0,10), v100, z0, tool0\\WObj:=wobj0;",
+        at("411.0000,2.0000,710.0000"),
+        at("411.5000,0,700")
+    );
+    let last = format!("MoveC {}, Offs(pEnd,0,0,10), v100, z10, tool0\\WObj:=wobj0;", at("450.0000,5.1000,710.0000"));
+    for line in [first, short, last] {
+        assert!(out.contains(&line), "{line}\n{out}");
+    }
+    let whole = Edits { steps: [(step, Edit { vias: Vec::new(), ..edit })].into(), ..edits };
+    assert!(doc.patches(&whole).is_err());
+    for other in [
+        arc.replace("pVia", "[[1,0,700],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"),
+        arc.replace("pVia", "pElse"),
+        format!("CirPathMode\\ObjectFrame;\n{arc}"),
+        arc.replace("MoveC", "MoveCDO").replace(";", ",do1,1;"),
+        arc.replace("Offs(pEnd,0,0,10)", "Offs(pEnd,0,0,10)\\ID:=5"),
+    ] {
+        let source = source(&other);
+        assert!(document(&source).script().moves().nth(1).unwrap().1.closed.is_some(), "{other}");
+    }
+}

@@ -171,14 +171,22 @@ impl Writer<'_> {
         let before = text.slice(line.start..site.bytes.start);
         let first = before.iter().all(u8::is_ascii_whitespace);
         let mut bytes = Vec::new();
+        if site.via.is_some() && edit.vias.len() != edit.before.len() + 1 {
+            return Err(self.refused(k, "a piece of its arc has no point on its way"));
+        }
+        if let (Some(at), Some(via)) = (edit.piece(edit.before.len()), site.via) {
+            let q = edit.goal.as_deref().or(edit.before.last().map(|p| p.q.as_slice())).unwrap_or_default();
+            out.push(Patch::new(0, site.args[via].bytes.clone(), self.on_arc(k, m, q, at)?));
+        }
         for (n, point) in edit.before.iter().enumerate() {
             let target = self.target(k, m, site, point, edit.as_joint_moves)?;
+            let via = edit.piece(n).map(|at| self.on_arc(k, m, &point.q, at)).transpose()?;
             let word = match edit.as_joint_moves {
                 true => "MoveAbsJ".into(),
                 false => flat(text.slice(site.word.clone())),
             };
-            bytes
-                .extend(self.copy(&word, m, site, point, &target, times.as_ref().and_then(|t| t.get(n)))?.into_bytes());
+            let (time, targets) = (times.as_ref().and_then(|t| t.get(n)), (target.as_str(), via.as_deref()));
+            bytes.extend(self.copy(&word, m, site, point, targets, time)?.into_bytes());
             if first {
                 bytes.extend_from_slice(text.ending(site.bytes.start));
                 bytes.extend_from_slice(before);
@@ -198,6 +206,16 @@ impl Writer<'_> {
             (_, Goal::Opaque(why)) => Err(self.refused(k, why)),
             _ => Err(self.refused(k, "the numbers of its target cannot be written")),
         }
+    }
+
+    /// Inline target of a point on the way of an arc: the numbers of a pose beside it, but for its position.
+    fn on_arc(&self, k: usize, m: &Move, beside: &[f64], at_m: &[f64]) -> Result<String> {
+        let Some(t) = m.goal.target() else { return Err(self.refused(k, "its arc has no numbers")) };
+        let mut numbers = beside.to_vec();
+        for (n, v) in numbers.iter_mut().zip(at_m) {
+            *n = *v;
+        }
+        self.literal(t, &self.numbers(t, &numbers))
     }
 
     /// `[[..],[..]]` for a move whose own target is Cartesian.
@@ -223,14 +241,16 @@ impl Writer<'_> {
         m: &Move,
         site: &Site,
         point: &NewPoint,
-        target: &str,
+        (target, via): (&str, Option<&str>),
         time: Option<&String>,
     ) -> Result<String> {
         let text = self.text()?;
         let mut parts = Vec::new();
         for (n, arg) in site.args.iter().enumerate() {
             let is = |place: Option<usize>| place == Some(n);
-            let mut part = if n == site.goal {
+            let mut part = if let Some(via) = via.filter(|_| is(site.via)) {
+                via.to_string()
+            } else if n == site.goal {
                 // joint moves take no displacement
                 let point = if word == "MoveAbsJ" { &arg.bytes } else { &site.point };
                 flat(&substituted(text, &arg.bytes, [(point, target)]))
@@ -265,7 +285,7 @@ impl Writer<'_> {
     /// Zone of a new point.
     fn zone(&self, m: &Move, point: &NewPoint, own: &str) -> String {
         let exact = m.blend_m == Some(0.0);
-        if exact && m.path != PathKind::Linear {
+        if exact && m.path == PathKind::Joint {
             return own.to_string();
         }
         let room_mm = point.clearance_m.min(m.blend_m.filter(|_| !exact).unwrap_or(f64::INFINITY)) * 1e3;

@@ -156,6 +156,11 @@ pub fn random_edits(script: &Script, robot: &Axes, rng: &mut ChaCha8Rng) -> Edit
                 of_way: false,
             };
             edit.before = shares.into_iter().map(point).collect();
+            if matches!(&m.goal, Goal::Pose(goal) if goal.via_m.is_some()) {
+                let last = edit.before.len();
+                let mut via = |_| (0..3).map(|_| rng.random_range(-0.5..0.5)).collect();
+                edit.vias = (0..=last).map(&mut via).collect();
+            }
         }
         // a blend that is not known cannot be shrunk in every format: tested by itself
         if m.blend_m.is_some() && rng.random_bool(0.2) {

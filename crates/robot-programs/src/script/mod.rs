@@ -180,7 +180,7 @@ pub struct Move {
     pub goal: Goal,
     /// Why the goal's numbers may not be changed, although they are known: `declared in another module`. `None`: they may.
     pub fixed: Option<String>,
-    /// Whether new points may be put on the way to the goal (an arc given by three points allows none). Why not.
+    /// Whether new points may be put on the way to the goal (most arcs given by three points allow none). Why not.
     pub closed: Option<String>,
     /// How fast, as far as the program determines it.
     pub speed: Speed,
@@ -359,6 +359,24 @@ pub struct Edit {
     pub blend_at_most_m: Option<f64>,
     /// Write this Cartesian move as joint moves: `before` and `goal` are all of it.
     pub as_joint_moves: bool,
+    /// Of an arc through three points that new points split: the point on the way of each piece, one for each of `before` and one
+    /// for the goal; joints as in `before`, and once they are poses positions in the frame of the goal, m. Empty: the arc is whole.
+    pub vias: Vec<Vec<f64>>,
+}
+
+impl Edit {
+    /// The arc stays whole: its new points go. Returns how many there were.
+    pub fn clear_points(&mut self) -> u64 {
+        let points = self.before.len() as u64;
+        self.before.clear();
+        self.vias.clear();
+        points
+    }
+
+    /// Over which place piece `n` (of the points before the goal, then the goal's) goes; `None`: the move is not split into arcs.
+    pub fn piece(&self, n: usize) -> Option<&[f64]> {
+        self.vias.get(n).map(Vec::as_slice)
+    }
 }
 
 /// A point to be added.

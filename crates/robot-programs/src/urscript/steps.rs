@@ -50,6 +50,8 @@ pub struct Site {
     pub time: Option<Time>,
     /// Expression of `r=`.
     pub blend: Option<Range<usize>>,
+    /// Of an arc that may be split: the expression of the point on its way.
+    pub via: Option<Range<usize>>,
 }
 
 #[derive(Default)]
@@ -285,6 +287,13 @@ impl Builder<'_> {
         }
     }
 
+    /// Whether an arc interpolates the orientation from its start to its end (`mode=0`, the default): the other mode turns it with
+    /// the tangent, whatever its end says.
+    fn interpolates(&self, motion: &Motion, args: &[Arg]) -> bool {
+        let mode = |a: &Arg| value::plain(self.text, &self.p.tokens, &a.span).map(|m| m.0);
+        motion.parameters.contains(&"mode") && argument(motion, args, "mode").is_none_or(|a| mode(a) == Some(0.0))
+    }
+
     fn motion(&mut self, item: &Item, motion: Motion, args: &[Arg], span: Span) -> Result<()> {
         let (p, text) = (self.p, self.text);
         let token = span.start;
@@ -306,8 +315,10 @@ impl Builder<'_> {
         let line = text.line_span(self.line(token) as usize - 1);
         let alone =
             text.slice(line.start..site.bytes.start).iter().all(u8::is_ascii_whitespace) && span.end == item.span.end;
+        let via = argument(&motion, args, "pose_via").map(|a| a.span.clone());
+        let splittable = via.is_some() && self.interpolates(&motion, args);
         let mut closed = match motion.kind {
-            MotionKind::Arc => Some("it is an arc or a process move"),
+            MotionKind::Arc if !splittable => Some("it is an arc or a process move"),
             MotionKind::Velocity => Some("it commands a velocity"),
             _ if calls => Some("its arguments call a function that may move the robot"),
             _ if !alone => Some("it shares its line with other code"),
@@ -342,10 +353,17 @@ impl Builder<'_> {
         if let Some(inner) = self.inner.take() {
             site.point = p.tokens[inner.start].start()..p.tokens[inner.end - 1].end();
         }
-        let goal = match (goal, argument(&motion, args, "pose_via")) {
-            (Goal::Pose(pose), Some(via)) => Goal::pose(PoseGoal { via_m: self.via(&via.span, item), ..*pose }),
+        let goal = match (goal, &via) {
+            (Goal::Pose(pose), Some(via)) => Goal::pose(PoseGoal { via_m: self.via(via, item), ..*pose }),
             (goal, _) => goal,
         };
+        if motion.kind == MotionKind::Arc {
+            let known = matches!(&goal, Goal::Pose(pose) if pose.via_m.is_some() && pose.target.is_some());
+            site.via = via.filter(|_| known).map(|v| p.tokens[v.start].start()..p.tokens[v.end - 1].end());
+            if !known {
+                closed.get_or_insert("it is an arc whose points are not all numbers");
+            }
+        }
         let closed = closed.map(String::from);
         let k = self.push(
             token,

@@ -257,7 +257,9 @@ fn a_stream_of_set_points_keeps_its_time() {
 #[test]
 fn what_cannot_take_new_points_says_why() {
     let cases = [
-        ("movec(p[0,0,0,0,0,0], p[1,0,0,0,0,0], a=1)".to_string(), "arc"),
+        ("movec(p[0,0,0,0,0,0], p[1,0,0,0,0,0], a=1, mode=1)".to_string(), "arc"),
+        ("movec(p[0,0,0,0,0,0], p[1,0,0,0,0,0], 1, 0.25, 0, m)".to_string(), "arc"),
+        ("movec(elsewhere, p[1,0,0,0,0,0])".to_string(), "arc"),
         (format!("if a: movej({Q}) end"), "line"),
         ("speedj([0.1,0,0,0,0,0], 0.5, 1)".into(), "velocity"),
     ];
@@ -439,4 +441,33 @@ fn a_tcp_that_a_function_below_sets_may_be_in_force_in_one_above() {
     let own = "def main():\n  movel(p[0.5,0,0.3,0,3.14,0])\n  set_tcp(p[0,0,0.1,0,0,0])\nend\n";
     let Goal::Pose(p) = &moves(own)[0].goal else { panic!() };
     assert!(matches!(&p.tool, Frame::Named(n) if n == "tcp"), "{:?}", p.tool);
+}
+
+#[test]
+fn a_movec_is_split_into_arcs() {
+    let source = "  via = p[0.1, 0.2, 0.3, 0, 3.1, 0]\n  movec(via, p[0.5, 0, 0.3, 0, 3.2, 0], a=1.2, v=0.1)\n";
+    let (step, m) = {
+        let doc = document(source);
+        let (step, m) = doc.script().moves().next().unwrap();
+        (step, m.clone())
+    };
+    assert_eq!((m.closed, m.blend_m), (None, Some(0.0)));
+    let q = |x: f64| vec![x, 0.0, 0.3, 0.0, 3.2, 0.0];
+    let point = |x, share| NewPoint { q: q(x), share, t_s: None, clearance_m: 0.01, of_way: false };
+    let vias = vec![vec![0.1, 0.04, 0.3], vec![0.2, 0.05, 0.31], vec![0.3, 0.051, 0.3]];
+    let edit =
+        Edit { before: vec![point(0.41, 0.3), point(0.42, 0.4)], goal: Some(q(0.5001)), vias, ..Edit::default() };
+    let edits = |edit: Edit| Edits { steps: [(step, edit)].into(), pose_digit: [1e-7, 1e-6], ..Edits::default() };
+    let out = rewritten(source, &edits(edit.clone()));
+    let piece = |via: &str, x: &str, r: &str| {
+        format!("  movec(p[{via}, 0, 3.2, 0], p[{x}, 0, 0.3, 0, 3.2, 0], a=1.2, v=0.1{r})\n")
+    };
+    let pieces = [
+        piece("0.1000000, 0.0400000, 0.3", "0.4100000", ", r=0.00100"),
+        piece("0.2000000, 0.0500000, 0.3100000", "0.4200000", ", r=0.00100"),
+        piece("0.3000000, 0.0510000, 0.3", "0.5001000", ""),
+    ];
+    assert_eq!(out.replace("0.0000000", "0"), source.lines().next().unwrap().to_string() + "\n" + &pieces.concat());
+    let doc = document(source);
+    assert!(doc.patches(&edits(Edit { vias: Vec::new(), ..edit })).is_err());
 }

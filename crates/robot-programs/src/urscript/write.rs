@@ -148,6 +148,13 @@ impl Writer<'_> {
             out.push(Patch::new(0, time.0.clone(), legs.last().cloned().unwrap_or_default()));
             times = Some((time.0.clone(), legs));
         }
+        if site.via.is_some() && edit.vias.len() != edit.before.len() + 1 {
+            return Err(self.refused(k, "a piece of its arc has no point on its way"));
+        }
+        if let (Some(at), Some(via)) = (edit.piece(edit.before.len()), &site.via) {
+            let beside = edit.goal.as_deref().or(edit.before.last().map(|p| p.q.as_slice())).unwrap_or_default();
+            out.push(Patch::new(0, via.clone(), self.on_arc(k, m, beside, at)?));
+        }
         let line = text.line_span(text.line_of(site.bytes.start) as usize - 1);
         let indent = text.slice(line.start..site.bytes.start);
         let mut bytes = Vec::new();
@@ -162,12 +169,16 @@ impl Writer<'_> {
             let argument;
             let place = if edit.as_joint_moves { &site.goal } else { &site.point };
             let mut patches = vec![(place.clone(), target.as_str())];
+            let via = edit.piece(n).map(|at| self.on_arc(k, m, &point.q, at)).transpose()?;
+            if let (Some(span), Some(via)) = (&site.via, &via) {
+                patches.push((span.clone(), via.as_str()));
+            }
             if let Some((span, legs)) = &times {
                 patches.push((span.clone(), legs[n].as_str()));
             }
             match (&site.blend, &blend) {
                 (Some(span), Some(blend)) => patches.push((span.clone(), blend.as_str())),
-                // a straight move without `r=` stops
+                // a straight move or an arc without `r=` stops
                 (None, Some(r)) if m.blend_m == Some(0.0) && r != "0" => {
                     let end = site.bytes.end - 1;
                     argument = format!(", r={r}");
@@ -185,10 +196,17 @@ impl Writer<'_> {
         Ok(())
     }
 
+    /// Target of a point on the way of an arc: the numbers of a pose beside it, but for its position. Its orientation does not count.
+    fn on_arc(&self, k: usize, m: &Move, beside: &[f64], at_m: &[f64]) -> Result<String> {
+        let Some(t) = m.goal.target() else { return Err(self.refused(k, "its arc has no numbers")) };
+        let numbers: Vec<f64> = at_m.iter().chain(beside.get(at_m.len()..).unwrap_or_default()).copied().collect();
+        self.literal(t, &self.numbers(t, &numbers))
+    }
+
     /// `r=` of a new point; `None`: the joint move stops exactly, and so does its copy. A straight TCP move is not stopped on
     /// its way.
     fn room(&self, m: &Move, point: &NewPoint) -> Option<String> {
-        if m.blend_m == Some(0.0) && m.path != PathKind::Linear {
+        if m.blend_m == Some(0.0) && m.path == PathKind::Joint {
             return None;
         }
         let own = m.blend_m.filter(|r| *r > 0.0).unwrap_or(f64::INFINITY);

@@ -27,6 +27,11 @@ impl Place {
         form.coordinates(&goal.numbers(&(self.frame.inverse() * self.arm_at(q))), near)
     }
 
+    /// The TCP in the frame of the target, m.
+    fn position(&self, q: &[f64]) -> Vec<f64> {
+        (self.frame.inverse() * self.arm_at(q)).translation.vector.iter().copied().collect()
+    }
+
     /// Why joints with their offset cannot be written as this target.
     ///
     /// # Errors
@@ -76,6 +81,14 @@ pub fn write(script: &Script, runs: &[Run], edits: &mut Edits, left: &mut BTreeM
                 continue;
             };
             let digit = finest_angle(script, goal);
+            let all = edit.before.iter().map(|p| &p.q).chain(&edit.vias).chain(&edit.goal);
+            if !edit.vias.is_empty() && all.clone().any(|q| place.may_be(goal, q, digit).is_err()) {
+                // of a split arc no point may miss
+                gone += edit.clear_points();
+            }
+            for via in &mut edit.vias {
+                *via = place.position(via);
+            }
             edit.before.retain_mut(|point| {
                 let may = place.may_be(goal, &point.q, digit).is_ok();
                 if may {
