@@ -1,7 +1,8 @@
 //! From the solved problem to the document: gaps, responses, intervals, trust.
 
-use super::evidence::{Evidence, Left, Reversal, turns};
+use super::evidence::{Evidence, Reversal, turns};
 use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS};
+use super::predict::{self, Left, along_path};
 use super::problem::Problem;
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
 use crate::compensator::{Response, Spike, Windup};
@@ -214,7 +215,8 @@ fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
     let before = own.iter().map(|r| r.before_m2).sum::<f64>() / n;
     let [left, spread] = weighted(own, before, |r| r.left_m2);
     trust.before_m = before.sqrt();
-    let after = left.max(staying(ratio).powi(2) * before).max(0.0);
+    let after =
+        predict::after_reversals(own, before, ratio).unwrap_or(left.max(staying(ratio).powi(2) * before)).max(0.0);
     trust.compensate = before - left > BEYOND_DOUBT * spread || ratio.mean - BEYOND_DOUBT * ratio.sigma > 0.5;
     // where the error along the model says that an offset helps, what seems to be more than before is noise
     trust.after_m = if trust.compensate { after.min(before) } else { after }.sqrt();
@@ -228,7 +230,7 @@ fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
 
 /// Mean over reversals, each by what its noise leaves of it, and the standard error.
 fn weighted(own: &[&Reversal], before: f64, of: impl Fn(&Reversal) -> f64) -> [f64; 2] {
-    let weight = |r: &Reversal| (r.left_sigma_m2.powi(2) + (0.3 * before).powi(2)).recip();
+    let weight = |r: &Reversal| predict::weight(r, before);
     let total: f64 = own.iter().map(|r| weight(r)).sum();
     let mean = own.iter().map(|r| weight(r) * of(r)).sum::<f64>() / total;
     let spread = own.iter().map(|r| (weight(r) * (of(r) - mean)).powi(2)).sum::<f64>().sqrt() / total;
@@ -303,16 +305,14 @@ pub fn whole(problem: &Problem, evidence: &Evidence, joints: Vec<JointEstimate>)
     let left = |axis: usize| {
         let trust = joints.iter().find(|j| j.axis == axis).map(|j| &j.trust).filter(|t| t.compensate);
         let Some(t) = trust else { return Left { share: 1.0, after_reversal_m2: None } };
-        let own = of_axis(evidence, axis);
-        // a window does not tell how much of what it leaves fades later: at least the scatter stays, at most all; the middle is taken
-        let (least, most) =
-            (staying(&random_effect(&own)).powi(2), (t.after_m / t.before_m.max(f64::MIN_POSITIVE)).powi(2));
-        let share = (0.5 * (least + most)).sqrt().min(1.0);
+        let (own, before) = (of_axis(evidence, axis), t.before_m.powi(2));
+        let whole = (t.after_m.powi(2) / before.max(f64::MIN_POSITIVE)).sqrt();
+        let share = predict::share_that_stays(&own, before, &random_effect(&own)).unwrap_or(whole).min(1.0);
         Left { share, after_reversal_m2: Some(t.after_m.powi(2)) }
     };
     let several = (0..problem.logs.len()).filter(|l| problem.logs[*l].moving.len() > 1);
     let predicted = several
-        .filter_map(|l| Some((problem.logs[l].name.clone(), super::evidence::along_path(problem, l, &left)?)))
+        .filter_map(|l| Some((problem.logs[l].name.clone(), along_path(problem, l, &left)?)))
         .map(|(name, [before, after])| (name, before, after))
         .collect();
     Estimate { joints, predicted, reversals, covariance: Some((names, matrix)) }
@@ -333,6 +333,7 @@ mod tests {
             left_sigma_m2: 1e-12,
             ratio,
             sigma,
+            ..Reversal::default()
         }
     }
 

@@ -13,6 +13,7 @@
 //! `-(H - H_b)^-1 g_b`. Each reversal's remainder is then estimated in its window by generalized least squares with three
 //! shapes: a step that stays, and two that decay. Reference: Belsley, Kuh and Welsch (1980), chapter 2.
 
+use super::noise::MOST_LAGS;
 use super::problem::{Part, Problem};
 use super::solve;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
@@ -28,6 +29,8 @@ const FOLDS: usize = 6;
 /// Window after a reversal in which its error counts, s; and before it, s.
 pub const AFTER_S: f64 = 4.0;
 const BEFORE_S: f64 = 2.0;
+/// Distance from which the windows of two reversals do not overlap, s.
+pub const APART_S: f64 = AFTER_S + BEFORE_S;
 /// Decays of the two shapes that fade, s.
 const SHAPES_S: [f64; 2] = [0.5, 2.0];
 
@@ -40,7 +43,7 @@ pub struct Evidence {
 }
 
 /// One reversal.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Reversal {
     pub log: usize,
     pub axis: usize,
@@ -55,6 +58,14 @@ pub struct Reversal {
     /// Lost motion as a multiple of the model's, with its standard error.
     pub ratio: f64,
     pub sigma: f64,
+    /// Sign of the change of lost motion: the direction of the stroke that begins here.
+    pub direction: f64,
+    /// What is left, as sizes of the three shapes, rad or m, and the matrix that makes their mean square TCP error of it.
+    pub left: Vector3<f64>,
+    pub energy: Matrix3<f64>,
+    /// TCP error at the end of the window, m: what is left, and the lost motion.
+    pub end_m: f64,
+    pub lost_end_m: f64,
 }
 
 /// The covariance, and the same without what logs disagree in.
@@ -194,50 +205,6 @@ fn left_out(part: &Part, bins: usize, from: usize, to: usize, inverse: &DMatrix<
     solve::solve(&(precision - h), &(-g), 1e-9).unwrap_or_else(|| DVector::zeros(k))
 }
 
-/// What is left of a joint's lost motion.
-#[derive(Debug, Clone, Copy)]
-pub struct Left {
-    /// Share that stays along a stroke.
-    pub share: f64,
-    /// Mean square TCP error within [`AFTER_S`] of a reversal, m^2; `None`: that share of the lost motion there, too.
-    pub after_reversal_m2: Option<f64>,
-}
-
-/// Root mean square distance from the path along a log, m: of all lost motion, and of what is left of it.
-///
-/// Along the path lost motion is a delay and no deviation, so its component along the movement does not count; nor do bins at rest.
-pub fn along_path(problem: &Problem, log: usize, left: &dyn Fn(usize) -> Left) -> Option<[f64; 2]> {
-    let l = &problem.logs[log];
-    let (mut before, mut after, mut n) = (0.0, 0.0, 0.0);
-    let mut each = Vec::new();
-    for ((axis, response), (_, rows)) in problem.responses(log, false).into_iter().zip(&l.moving) {
-        let mut errors = Vec::new();
-        l.average(&response.error, &mut errors);
-        let turned: Vec<f64> = turns(&rows.x).into_iter().map(|k| rows.t_s[k]).collect();
-        let near = |t: f64| turned[..turned.partition_point(|s| *s <= t)].last().is_some_and(|s| t - s <= AFTER_S);
-        let near: Vec<bool> = l.t_s.iter().map(|t| near(*t)).collect();
-        each.push((axis, left(axis), errors, near));
-    }
-    for b in (0..l.len()).filter(|b| !problem.unused[log][*b]) {
-        let velocity: Vector3<f64> = l.jacobian[b].iter().zip(&l.speed[b]).map(|(j, v)| j * *v).sum();
-        let Some(along) = velocity.try_normalize(1e-6) else { continue };
-        let across = |v: Vector3<f64>| v - along * along.dot(&v);
-        let mut lost = Vector3::zeros();
-        for (axis, left, errors, near) in &each {
-            let column = l.jacobian[b][*axis];
-            let part = across(column * errors[b]);
-            lost += part;
-            after += match left.after_reversal_m2.filter(|_| near[b]) {
-                Some(m2) => m2 * across(column).norm_squared() / column.norm_squared().max(f64::MIN_POSITIVE),
-                None => left.share.powi(2) * part.norm_squared(),
-            };
-        }
-        before += lost.norm_squared();
-        n += 1.0;
-    }
-    (n > 0.0).then(|| [(before / n).sqrt(), (after / n).sqrt()])
-}
-
 /// Rows at which a joint turns.
 pub fn turns(x: &[f64]) -> Vec<usize> {
     let mut out = Vec::new();
@@ -290,23 +257,29 @@ fn reversal(problem: &Problem, w: &Window, residual: &DVector<f64>, errors: &[f6
     // the lost motion itself: how it changes from before the reversal
     let from = errors[w.bin.saturating_sub(2)];
     let change = |b: usize| if b < w.bin { 0.0 } else { errors[b] - from };
-    let mut white = vec![vec![0.0; 3 * bins]; 4];
-    let mut values = vec![Vector3::zeros(); bins];
+    // the window and the lags before it: the shapes are zero there
+    let first = start.saturating_sub(MOST_LAGS);
+    let n = to - first;
+    let mut white = vec![vec![0.0; 3 * n]; 4];
     for (k, column) in white.iter_mut().enumerate() {
-        for b in start..to {
-            values[b] = l.jacobian[b][w.axis] * if k < 3 { shape(b, k) } else { change(b) };
-        }
-        problem.whiten(w.log, &values, column);
+        let size = |b: usize| if k < 3 { shape(b, k) } else { change(b) };
+        let values: Vec<Vector3<f64>> = (first..to).map(|b| l.jacobian[b][w.axis] * size(b)).collect();
+        problem.whiten_from(w.log, first, &values, column);
     }
-    let dot = |a: &dyn Fn(usize) -> f64, b: &dyn Fn(usize) -> f64| -> f64 {
-        (0..3).map(|c| (start..to).map(|i| a(c * bins + i) * b(c * bins + i)).sum::<f64>()).sum()
+    let dot = |a: &dyn Fn(usize, usize) -> f64, b: &dyn Fn(usize, usize) -> f64| -> f64 {
+        (0..3).map(|c| (start..to).map(|i| a(c, i) * b(c, i)).sum::<f64>()).sum()
     };
+    let column = |k: usize| {
+        let white = &white[k];
+        move |c: usize, b: usize| white[c * n + b - first]
+    };
+    let remainder = |c: usize, b: usize| residual[c * bins + b];
     let mut h = Matrix3::zeros();
     let mut g = Vector3::zeros();
     for i in 0..3 {
-        g[i] = dot(&|k| white[i][k], &|k| residual[k]);
+        g[i] = dot(&column(i), &remainder);
         for k in 0..3 {
-            h[(i, k)] = dot(&|m| white[i][m], &|m| white[k][m]);
+            h[(i, k)] = dot(&column(i), &column(k));
         }
     }
     // a decay that the window does not tell from the step is held near zero
@@ -322,8 +295,10 @@ fn reversal(problem: &Problem, w: &Window, residual: &DVector<f64>, errors: &[f6
         energy += s * s.transpose() * (lever2 / window);
         before += errors[b] * errors[b] * lever2 / window;
     }
-    let (hh, gg) = (dot(&|k| white[3][k], &|k| white[3][k]), dot(&|k| white[3][k], &|k| residual[k]));
+    let (hh, gg) = (dot(&column(3), &column(3)), dot(&column(3), &remainder));
     let noise = energy * cov * h * cov;
+    let last = to - 1;
+    let lever = l.jacobian[last][w.axis].norm();
     Some(Reversal {
         log: w.log,
         axis: w.axis,
@@ -334,5 +309,10 @@ fn reversal(problem: &Problem, w: &Window, residual: &DVector<f64>, errors: &[f6
         left_sigma_m2: (2.0 * (noise * noise).trace()).max(0.0).sqrt(),
         ratio: if hh > 0.0 { 1.0 + gg / hh } else { 1.0 },
         sigma: if hh > 0.0 { hh.sqrt().recip() } else { f64::INFINITY },
+        direction: (errors[last] - from).signum(),
+        left: found,
+        energy,
+        end_m: lever * found.dot(&Vector3::new(shape(last, 0), shape(last, 1), shape(last, 2))),
+        lost_end_m: lever * errors[last],
     })
 }

@@ -87,6 +87,7 @@ mod tests {
             left_sigma_m2: 1e-13,
             ratio: 1.0,
             sigma: 0.1,
+            ..Reversal::default()
         };
         left_um.iter().map(of).collect()
     }

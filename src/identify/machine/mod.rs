@@ -9,6 +9,7 @@
 //! - [`ripple`]: periods of the gears.
 //! - [`views`]: the estimate between a fit with correlated and one with uncorrelated noise.
 //! - [`evidence`]: covariance, single reversals, what is left on parts that were not fitted.
+//! - [`predict`]: what compensation will leave, without the noise of the instrument.
 //! - [`estimate`]: the document.
 //! - [`update`]: a compensator corrected by runs of its own programs; [`crossed`]: does a correction help strokes that did not see it;
 //!   [`measured`]: has the last correction helped.
@@ -24,6 +25,7 @@ pub mod law;
 pub mod measured;
 pub mod noise;
 pub mod nuisance;
+pub mod predict;
 pub mod problem;
 pub mod ripple;
 pub mod solve;

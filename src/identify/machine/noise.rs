@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 /// Differences beyond this many medians are no scatter.
 const GROSS: f64 = 4.0;
 /// Highest order that is tried.
-const MOST_LAGS: usize = 24;
+pub const MOST_LAGS: usize = 24;
 /// Bins that are whitened at a time: they stay in the processor's nearest memory.
 const STRETCH: usize = 512;
 

@@ -216,6 +216,11 @@ impl<'a> Problem<'a> {
 
     /// Whitens a vector of bins into three stretches.
     pub fn whiten(&self, log: usize, values: &[Vector3<f64>], out: &mut [f64]) {
+        self.whiten_from(log, 0, values, out);
+    }
+
+    /// Whitens `values` of the bins from `from`, as if they were zero before; the first of them, as many as the noise has lags, become zero.
+    pub fn whiten_from(&self, log: usize, from: usize, values: &[Vector3<f64>], out: &mut [f64]) {
         let n = values.len();
         let noise = &self.noise[log];
         let mut history = Vec::with_capacity(n);
@@ -225,7 +230,7 @@ impl<'a> Problem<'a> {
             for (o, v) in part.iter_mut().zip(values) {
                 *o = row[0] * v.x + row[1] * v.y + row[2] * v.z;
             }
-            noise.along[c].whiten(part, &self.unused[log], &mut history);
+            noise.along[c].whiten(part, &self.unused[log][from..from + n], &mut history);
         }
     }
 
