@@ -220,7 +220,7 @@ const UR: Circle = Circle { centre: [700.0, 0.0, 400.0], radius: 120.0, ends_deg
 fn a_movec_of_urscript_becomes_several_on_its_circle() {
     let p = |deg: f64| {
         let [x, y, z] = UR.at(deg).map(|v| v * 1e-3);
-        format!("p[{x:.6}, {y:.6}, {z:.6}, 0, 3.14159265, 0]")
+        format!("p[{x:.9}, {y:.9}, {z:.9}, 0, 3.14159265, 0]")
     };
     let program = |mode: &str| {
         format!(
