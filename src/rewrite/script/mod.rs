@@ -219,7 +219,9 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     notes.extend(notes::approached(script, &choice.approach, &runs, &edits));
     notes.splice(0..0, notes::unsolved(format, document.as_ref(), task.choices));
     let stops = account.duration_s.map(|_| stops::Stops::of(task.robot, &runs));
-    let (anew, runs) = (runs.iter().filter(|r| !r.entry).count(), runs.len());
+    let (anew, count) = (runs.iter().filter(|r| !r.entry).count(), runs.len());
+    // what is written needs the edits alone
+    drop(runs);
     let originals = script.texts.clone();
     let (texts, written) = writing::write(format, document, &mut edits, task)?;
     if !written.halts.is_empty() {
@@ -238,7 +240,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         changes,
         changes_total,
         anew,
-        runs,
+        runs: count,
         looks_rewritten,
         notes,
         originals,

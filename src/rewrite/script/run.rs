@@ -355,7 +355,7 @@ impl Cutter<'_> {
         // nor is it the first that moves
         self.run.entry &= self.known.is_empty();
         self.known.clear();
-        let q = all.into_iter().map(Option::unwrap_or_default).collect();
+        let q = all.iter().map(|v| v.unwrap_or_default()).collect();
         Some(Reached { from, q, editable, solved: false })
     }
 

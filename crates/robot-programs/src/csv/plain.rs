@@ -95,26 +95,20 @@ impl Edits {
         axes: usize,
         out: &mut Vec<u8>,
     ) -> (usize, usize) {
-        let (n, rows) = (self.cells.len(), q.len() / axes);
-        let old = &block.q[i * axes..(i + rows) * axes];
-        let tokens = &block.tokens[i * n..(i + rows) * n];
-        let mantissas = &block.mantissas[i * n..(i + rows) * n];
-        let last = tokens[rows * n - 1];
-        let end = last.start as usize + usize::from(last.len);
+        let rows = Rows::of(block, i, self.cells.len(), q, axes);
+        let end = rows.end();
         let base = out.len();
         out.extend_from_slice(&block.text[cursor..(end + 8).min(block.text.len())]);
         let copy = &mut out[base..];
-        let targets = q.chunks_exact(axes).zip(old.chunks_exact(axes));
-        let numbers = tokens.chunks_exact(n).zip(mantissas.chunks_exact(n));
-        for (k, ((q, old), (tokens, mantissas))) in targets.zip(numbers).enumerate() {
-            if patched_row(&mut self.cells, q, old, tokens, mantissas, copy, cursor).is_none() {
-                let start = tokens[0].start as usize;
+        for (k, row) in rows.iter().enumerate() {
+            if patched_row(&mut self.cells, &row, copy, cursor).is_none() {
+                let start = row.tokens[0].start as usize;
                 out.truncate(base + start - cursor);
                 return (k, start);
             }
         }
         out.truncate(base + end - cursor);
-        (rows, end)
+        (q.len() / axes, end)
     }
 
     /// [`Edits::pure_rows`] by numbers that are made one by one.
@@ -127,23 +121,17 @@ impl Edits {
         axes: usize,
         out: &mut Vec<u8>,
     ) -> (usize, usize) {
-        let (n, rows) = (self.cells.len(), q.len() / axes);
-        let old = &block.q[i * axes..(i + rows) * axes];
-        let tokens = &block.tokens[i * n..(i + rows) * n];
-        let mantissas = &block.mantissas[i * n..(i + rows) * n];
-        let last = tokens[rows * n - 1];
+        let rows = Rows::of(block, i, self.cells.len(), q, axes);
         // the text up to the last number, and what changed numbers may add to it
-        let most = (last.start as usize + usize::from(last.len)).saturating_sub(cursor) + rows * n * LONGEST;
+        let most = rows.end().saturating_sub(cursor) + rows.tokens.len() * LONGEST;
         if self.room.len() < most + 2 * ROOM {
             self.room.resize(2 * most + 2 * ROOM, 0);
         }
         let mut rest = Rest { text: &block.text, cursor, room: &mut self.room, at: 0 };
         let mut done = 0;
-        let targets = q.chunks_exact(axes).zip(old.chunks_exact(axes));
-        let numbers = tokens.chunks_exact(n).zip(mantissas.chunks_exact(n));
-        for ((q, old), (tokens, mantissas)) in targets.zip(numbers) {
+        for row in rows.iter() {
             let (cursor, at) = (rest.cursor, rest.at);
-            if pure_row(&mut self.cells, q, old, tokens, mantissas, &mut rest).is_none() {
+            if pure_row(&mut self.cells, &row, &mut rest).is_none() {
                 (rest.cursor, rest.at) = (cursor, at);
                 break;
             }
@@ -152,6 +140,45 @@ impl Edits {
         let (at, cursor) = (rest.at, rest.cursor);
         out.extend_from_slice(&self.room[..at]);
         (done, cursor)
+    }
+}
+
+/// Rows of plain numbers with their new targets; a row alone is such rows too.
+struct Rows<'a> {
+    /// Numbers of a row, and axes.
+    n: usize,
+    axes: usize,
+    new: &'a [f64],
+    old: &'a [f64],
+    tokens: &'a [Token],
+    mantissas: &'a [Packed],
+}
+
+impl<'a> Rows<'a> {
+    /// From row `i` of a block on, as many as `q` has.
+    fn of(block: &'a Block, i: usize, n: usize, q: &'a [f64], axes: usize) -> Self {
+        let to = i + q.len() / axes;
+        Self {
+            n,
+            axes,
+            new: q,
+            old: &block.q[i * axes..to * axes],
+            tokens: &block.tokens[i * n..to * n],
+            mantissas: &block.mantissas[i * n..to * n],
+        }
+    }
+
+    /// The place behind the last number.
+    fn end(&self) -> usize {
+        self.tokens.last().map_or(0, |t| t.start as usize + usize::from(t.len))
+    }
+
+    #[inline(always)]
+    fn iter(&self) -> impl Iterator<Item = Rows<'a>> {
+        let (n, axes) = (self.n, self.axes);
+        let targets = self.new.chunks_exact(axes).zip(self.old.chunks_exact(axes));
+        let numbers = self.tokens.chunks_exact(n).zip(self.mantissas.chunks_exact(n));
+        targets.zip(numbers).map(move |((new, old), (tokens, mantissas))| Rows { n, axes, new, old, tokens, mantissas })
     }
 }
 
@@ -183,17 +210,10 @@ impl Rest<'_> {
 
 /// The changed numbers of a row of plain numbers, with the text before each of them. `None`: one needs the general way.
 #[inline(always)]
-fn pure_row(
-    cells: &mut [Cell],
-    q: &[f64],
-    old: &[f64],
-    tokens: &[Token],
-    mantissas: &[Packed],
-    rest: &mut Rest,
-) -> Option<()> {
-    for (cell, (token, mantissa)) in cells.iter_mut().zip(tokens.iter().zip(mantissas)) {
+fn pure_row(cells: &mut [Cell], row: &Rows, rest: &mut Rest) -> Option<()> {
+    for (cell, (token, mantissa)) in cells.iter_mut().zip(row.tokens.iter().zip(row.mantissas)) {
         let Some(axis) = cell.axis else { continue };
-        let (value, old) = (*q.get(axis)?, *old.get(axis)?);
+        let (value, old) = (*row.new.get(axis)?, *row.old.get(axis)?);
         if value.to_bits() == old.to_bits() {
             continue;
         }
@@ -217,18 +237,10 @@ fn pure_row(
 /// The changed numbers of a row of plain numbers, put into a copy of its block's text that begins at `from`. `None`: one changes
 /// its sign or its length, or is no number for this way.
 #[inline(always)]
-fn patched_row(
-    cells: &mut [Cell],
-    q: &[f64],
-    old: &[f64],
-    tokens: &[Token],
-    mantissas: &[Packed],
-    copy: &mut [u8],
-    from: usize,
-) -> Option<()> {
-    for (cell, (token, mantissa)) in cells.iter_mut().zip(tokens.iter().zip(mantissas)) {
+fn patched_row(cells: &mut [Cell], row: &Rows, copy: &mut [u8], from: usize) -> Option<()> {
+    for (cell, (token, mantissa)) in cells.iter_mut().zip(row.tokens.iter().zip(row.mantissas)) {
         let Some(axis) = cell.axis else { continue };
-        let (value, old) = (*q.get(axis)?, *old.get(axis)?);
+        let (value, old) = (*row.new.get(axis)?, *row.old.get(axis)?);
         if value.to_bits() == old.to_bits() {
             continue;
         }

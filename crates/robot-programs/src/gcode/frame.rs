@@ -51,7 +51,7 @@ impl Reader<'_> {
     pub(super) fn tool_length(&mut self, k: usize, block: &Block, c: u32) {
         self.step(k, StepKind::Break(Break::Frame), None);
         self.lose("a tool length");
-        let h = block.words.iter().find(|w| w.letter == b'H').map(|w| self.text.slice(w.number.clone()));
+        let h = block.words.iter().find(|w| w.letter == b'H').map(|w| self.text.slice(w.number()));
         self.length = match h {
             _ if c == 490 => "G49".into(),
             Some(h) => format!("{} H{}", code_text(c), String::from_utf8_lossy(h)),

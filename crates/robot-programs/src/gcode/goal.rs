@@ -10,6 +10,7 @@ use crate::axes::JointKind;
 use crate::error::Result;
 use crate::script::{At, Goal, Move, Note, PathKind, Speed, StepKind, Target, Value, Way};
 use std::collections::BTreeSet;
+use std::sync::Arc as Shared;
 
 /// Last digits between a quadrant and an end of its arc, at least.
 const NEAR_DIGITS: f64 = 10.0;
@@ -110,8 +111,10 @@ impl Reader<'_> {
         let absolute = self.absolute == Some(true);
         let dof = self.letters.len();
         let start = self.position.clone();
-        let unit: Vec<f64> = (0..dof).map(|a| self.unit(a, inch)).collect();
-        let shift: Vec<f64> = (0..dof).map(|a| self.shift(a).unwrap_or(0.0)).collect();
+        let unit = (0..dof).map(|a| self.unit(a, inch)).collect();
+        let unit = shared(&mut self.units, unit);
+        let shift = (0..dof).map(|a| self.shift(a).unwrap_or(0.0)).collect();
+        let shift = shared(&mut self.shifts, shift);
         let (goal, axis_words) = self.named_goal(&block, &start, &unit, &shift, absolute)?;
         let arc = match motion {
             20 | 30 => match self.arc(&block, &start, &goal, &shift, inch, motion == 30) {
@@ -136,14 +139,13 @@ impl Reader<'_> {
                 .iter()
                 .position(|w| w.letter == b'G' && w.value.is_some_and(|v| code(v.0) == motion)),
             absolute,
-            axis_words,
+            axis_words: axis_words.into(),
             unit,
             shift,
-            copied: copied(&block),
-            start,
-            goal,
+            start: start.into(),
+            goal: goal.into(),
             arc,
-            words: block.words,
+            words: block.words.into(),
         };
         self.place(k, statement, codes, exact);
         Ok(())
@@ -158,7 +160,7 @@ impl Reader<'_> {
         unit: &[f64],
         shift: &[f64],
         absolute: bool,
-    ) -> Result<(Vec<Option<f64>>, Vec<Option<usize>>)> {
+    ) -> Result<(Vec<Option<f64>>, Vec<Option<u32>>)> {
         let mut goal = start.to_vec();
         let mut axis_words = vec![None; goal.len()];
         for (i, w) in block.words.iter().enumerate() {
@@ -168,11 +170,11 @@ impl Reader<'_> {
             let from = if absolute { shift[a] } else { start[a].unwrap_or(0.0) };
             let at = canonical(from + v * unit[a]);
             if at.is_nan() || at.abs() >= 1e7 {
-                let found = String::from_utf8_lossy(self.text.slice(w.span.clone())).into_owned();
-                return Err(self.text.bad(w.span.start, found, "a place within 10 km, or 10,000,000 degrees"));
+                let found = String::from_utf8_lossy(self.text.slice(w.span())).into_owned();
+                return Err(self.text.bad(w.span().start, found, "a place within 10 km, or 10,000,000 degrees"));
             }
             goal[a] = Some(at);
-            axis_words[a] = Some(i);
+            axis_words[a] = Some(i as u32);
             self.digit[a] = self.weight(a, unit[a], style.decimals);
         }
         Ok((goal, axis_words))
@@ -187,7 +189,8 @@ impl Reader<'_> {
             m.fixed = Some(MIXED.into());
         }
         self.target(&statement);
-        self.position.clone_from(&statement.goal);
+        self.position.clear();
+        self.position.extend_from_slice(&statement.goal);
         self.relative |= !statement.absolute;
         self.note(k);
         self.last = Some(self.script.steps.len());
@@ -313,15 +316,22 @@ impl Reader<'_> {
             let kind = self.robot.axis(a).kind;
             let si = s.goal[a]? * kind.si_per_user_unit();
             let most = most(kind, s.unit[a]);
-            match s.axis_words[a].and_then(|i| s.words.get(i)) {
+            match s.axis_word(a) {
                 Some(w) => {
                     let style = w.value?.1;
                     let finest = self.weight(a, s.unit[a], style.decimals.max(most));
-                    Some(Value { si, start: w.number.start, end: w.number.end, style, digit: self.digit[a], finest })
+                    Some(Value {
+                        si,
+                        start: w.number().start,
+                        end: w.number().end,
+                        style,
+                        digit: self.digit[a],
+                        finest,
+                    })
                 }
                 // an arc commands both axes of its plane, whether their words are there or not
                 None if in_arc => {
-                    let at = s.words.last()?.span.end;
+                    let at = s.words.last()?.span().end;
                     let finest = self.weight(a, s.unit[a], most).min(self.digit[a]);
                     Some(Value { si, start: at, end: at, style: Default::default(), digit: self.digit[a], finest })
                 }
@@ -342,11 +352,13 @@ pub(super) fn most(kind: JointKind, unit: f64) -> u8 {
     }
 }
 
-/// G words (motion apart) and F: a copy in front of the block needs them too.
-fn copied(block: &Block) -> Vec<usize> {
-    let motion = |w: &Word| w.value.is_some_and(|v| matches!(code(v.0), 0 | 10 | 20 | 30));
-    let taken = |w: &Word| (w.letter == b'G' && !motion(w)) || w.letter == b'F';
-    block.words.iter().enumerate().filter(|(_, w)| taken(w)).map(|(i, _)| i).collect()
+/// The numbers in the memory of the `last` ones, if they are the same: most blocks have those of the block before.
+fn shared(last: &mut Shared<[f64]>, new: Vec<f64>) -> Shared<[f64]> {
+    let same = last.len() == new.len() && last.iter().zip(&new).all(|(a, b)| a.to_bits() == b.to_bits());
+    if !same {
+        *last = new.into();
+    }
+    Shared::clone(last)
 }
 
 pub(super) fn opaque(why: String) -> Move {

@@ -6,17 +6,29 @@ use crate::script::Text;
 use crate::script::number::{self, Style};
 use std::ops::Range;
 
-/// A letter and what follows it.
+/// A letter and what follows it. Small, as a block has several.
 #[derive(Debug, Clone)]
 pub(super) struct Word {
-    /// Upper case.
-    pub letter: u8,
-    /// Letter and number.
-    pub span: Range<usize>,
-    /// Number alone.
-    pub number: Range<usize>,
     /// `None`: an expression, a variable or a text.
     pub value: Option<(f64, Style)>,
+    /// First byte of the letter, first byte of the number, byte behind it.
+    from: u32,
+    number: u32,
+    to: u32,
+    /// Upper case.
+    pub letter: u8,
+}
+
+impl Word {
+    /// Letter and number.
+    pub fn span(&self) -> Range<usize> {
+        self.from as usize..self.to as usize
+    }
+
+    /// Number alone.
+    pub fn number(&self) -> Range<usize> {
+        self.number as usize..self.to as usize
+    }
 }
 
 /// A line.
@@ -228,9 +240,10 @@ fn word(text: &Text, base: usize, line: &[u8], at: usize, block: &mut Block) -> 
     let from = from.min(k);
     block.words.push(Word {
         letter: line[at].to_ascii_uppercase(),
-        span: base + at..base + k,
-        number: base + from..base + k,
         value,
+        from: (base + at) as u32,
+        number: (base + from) as u32,
+        to: (base + k) as u32,
     });
     Ok(k)
 }

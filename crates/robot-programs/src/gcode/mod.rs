@@ -36,6 +36,7 @@ pub use crate::control::Control;
 use crate::error::{Error, Place, Result};
 use arc::Arc;
 use lex::Word;
+use std::sync::Arc as Shared;
 
 /// The format.
 pub struct Gcode;
@@ -94,24 +95,22 @@ enum Centre {
 #[derive(Debug, Clone)]
 struct Statement {
     line: usize,
-    words: Vec<Word>,
+    words: Box<[Word]>,
     /// 0 to 3.
     motion: u8,
     /// Its word in the block.
     motion_word: Option<usize>,
     absolute: bool,
     /// By axis: word of the block.
-    axis_words: Vec<Option<usize>>,
+    axis_words: Box<[Option<u32>]>,
     /// By axis: mm or deg of one unit of a word.
-    unit: Vec<f64>,
+    unit: Shared<[f64]>,
     /// By axis: what is added to an absolute word.
-    shift: Vec<f64>,
+    shift: Shared<[f64]>,
     /// By axis, before and behind the move; `None`: not known.
-    start: Vec<Option<f64>>,
-    goal: Vec<Option<f64>>,
+    start: Box<[Option<f64>]>,
+    goal: Box<[Option<f64>]>,
     arc: Option<(Arc, Centre)>,
-    /// Words that a copy takes along besides axes, motion and centre: G words and F.
-    copied: Vec<usize>,
 }
 
 /// A program that has been read.
@@ -146,6 +145,17 @@ impl Document for Program {
 }
 
 impl Statement {
+    /// The word of an axis.
+    fn axis_word(&self, axis: usize) -> Option<&Word> {
+        self.words.get((*self.axis_words.get(axis)?)? as usize)
+    }
+
+    /// Words that a copy takes along besides axes, motion and centre: G words and F.
+    fn copied(&self, letter: u8) -> impl Iterator<Item = &Word> {
+        let motion = |w: &Word| w.value.is_some_and(|v| matches!(survey::code(v.0), 0 | 10 | 20 | 30));
+        self.words.iter().filter(move |w| w.letter == letter && !(letter == b'G' && motion(w)))
+    }
+
     /// Place at a share of an arc, mm or deg by axis: on the arc in its plane, straight in the others.
     fn on_arc(&self, arc: &Arc, share: f64) -> Vec<f64> {
         let on = arc.at(share);

@@ -148,7 +148,7 @@ impl Writer<'_> {
 
     /// Writes the motion word of a block that took it from the block before.
     fn name_motion(&mut self, s: &Statement) {
-        let at = s.words.iter().find(|w| w.letter != b'N').map_or(0, |w| w.span.start);
+        let at = s.words.iter().find(|w| w.letter != b'N').map_or(0, |w| w.span().start);
         self.patches.push(Patch::new(0, at..at, format!("{} ", self.motion(s, s.motion))));
     }
 
@@ -278,7 +278,7 @@ impl Writer<'_> {
                 Some(w) => {
                     let same = w.value.map(|v| v.0) == text.parse::<f64>().ok();
                     if !same {
-                        self.patches.push(Patch::new(0, w.number.clone(), text.as_bytes()));
+                        self.patches.push(Patch::new(0, w.number(), text.as_bytes()));
                     }
                 }
                 None if text.parse::<f64>().is_ok_and(|v| v == 0.0) => {}
@@ -287,7 +287,7 @@ impl Writer<'_> {
         }
         if !added.is_empty() {
             let last = s.words.iter().rfind(|w| b"IJKR".contains(&w.letter));
-            let at = last.map_or(0, |w| w.span.end);
+            let at = last.map_or(0, |w| w.span().end);
             self.patches.push(Patch::new(0, at..at, added));
         }
     }

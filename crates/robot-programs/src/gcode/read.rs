@@ -12,13 +12,16 @@ use super::variables::Variables;
 use super::{Program, Statement};
 use crate::axes::Axes;
 use crate::error::{Error, Result};
+use crate::script::lex::not_too_long;
 use crate::script::{At, Break, Goal, Note, Script, Step, StepKind, Text, Value, pragma};
+use std::sync::Arc as Shared;
 
 /// Reads a program.
 pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let Some(text) = texts.first() else {
         return Err(Error::bad(crate::error::Place::file(""), "no text", "a G-code program"));
     };
+    not_too_long(text)?;
     let letters = letters(text, robot)?;
     let mut survey = Survey::of(text)?;
     let missing = missing_modes(&survey, robot);
@@ -112,6 +115,9 @@ pub(super) struct Reader<'a> {
     pub(super) lost_frame: bool,
     /// G52, by axis, mm or deg.
     pub(super) local: Vec<f64>,
+    /// By axis: unit of a word and what is added to it, of the last motion.
+    pub(super) units: Shared<[f64]>,
+    pub(super) shifts: Shared<[f64]>,
     /// G92, by axis; `None`: not known.
     pub(super) moved: Vec<Option<f64>>,
     /// Tool length compensation, and the one under which the first Z word stood.
@@ -156,6 +162,8 @@ impl<'a> Reader<'a> {
             reference: None,
             lost_frame: false,
             local: vec![0.0; dof],
+            units: Shared::default(),
+            shifts: Shared::default(),
             moved: vec![Some(0.0); dof],
             length: "G49".into(),
             length_reference: None,
@@ -191,7 +199,7 @@ impl Reader<'_> {
         let Goal::Joints(t) = m.goal else { return };
         let Some(s) = self.statements.get(step).and_then(Option::as_deref) else { return };
         // axes without a word may need one, to take back what was changed before
-        let at = s.words.last().map_or(0, |w| w.span.end);
+        let at = s.words.last().map_or(0, |w| w.span().end);
         for (a, &goal) in s.goal.iter().enumerate() {
             if let (Some(goal), Some(value @ None)) = (goal, self.script.targets[t].values.get_mut(a)) {
                 let (si, digit) = (goal * self.robot.axis(a).kind.si_per_user_unit(), self.digit[a]);
@@ -366,7 +374,7 @@ impl Reader<'_> {
     fn folded(&mut self, k: usize, mut block: Block) -> Block {
         let geometry = |w: &&mut lex::Word| AXES.contains(&w.letter) || b"IJKRF".contains(&w.letter);
         for w in block.words.iter_mut().filter(geometry).filter(|w| w.value.is_none()) {
-            w.value = self.variables.fold(self.text.slice(w.number.clone()));
+            w.value = self.variables.fold(self.text.slice(w.number()));
             if w.value.is_some() && !self.has_folded {
                 self.has_folded = true;
                 let text = "expressions are folded where their value is certain: a word that is changed holds a number from then on";

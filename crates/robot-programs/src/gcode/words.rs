@@ -146,7 +146,7 @@ impl Reader<'_> {
         {
             own.taken |= self.survey.printer;
             unclear.get_or_insert_with(|| {
-                let m = String::from_utf8_lossy(self.text.slice(m.span.clone()));
+                let m = String::from_utf8_lossy(self.text.slice(m.span()));
                 format!("words that may be those of {m}")
             });
         }

@@ -6,6 +6,7 @@
 //! rounding never adds up.
 
 use super::goal::{self, MIXED};
+use super::lex::Word;
 use super::{Program, Statement, canonical};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
@@ -222,9 +223,9 @@ impl Writer<'_> {
     }
 
     pub(super) fn style(&self, s: &Statement, axis: usize) -> Style {
-        let own = |i: usize| s.words.get(i).and_then(|w| w.value).map(|v| v.1);
-        let any = || s.axis_words.iter().flatten().find_map(|&i| own(i));
-        s.axis_words[axis].and_then(own).or_else(any).map_or(Style::default(), |st| Style { plus: false, ..st })
+        let own = |a: usize| s.axis_word(a)?.value.map(|v| v.1);
+        let any = || (0..s.axis_words.len()).find_map(own);
+        own(axis).or_else(any).map_or(Style::default(), |st| Style { plus: false, ..st })
     }
 
     pub(super) fn kind(&self, axis: usize) -> JointKind {
@@ -241,7 +242,7 @@ impl Writer<'_> {
         let mut leg = Leg { words: vec![None; dof], to: self.now.clone() };
         for a in 0..dof {
             let Some(want) = want[a] else { continue };
-            let word = s.axis_words[a].and_then(|i| s.words.get(i));
+            let word = s.axis_word(a);
             let style = self.style(s, a);
             let most = goal::most(self.kind(a), s.unit[a]).max(style.decimals);
             let digit = self.edits.digit.get(a).copied().unwrap_or(0.0) / self.program.si[a] / s.unit[a];
@@ -305,8 +306,8 @@ impl Writer<'_> {
         let mut added = String::new();
         for (a, text) in leg.words.iter().enumerate() {
             let Some(text) = text.as_ref().filter(|t| !t.is_empty()) else { continue };
-            match s.axis_words[a].and_then(|i| s.words.get(i)) {
-                Some(w) => self.patches.push(Patch::new(0, w.number.clone(), text.as_bytes())),
+            match s.axis_word(a) {
+                Some(w) => self.patches.push(Patch::new(0, w.number(), text.as_bytes())),
                 None => added.push_str(&format!(" {}{text}", self.letter(s, a))),
             }
         }
@@ -318,14 +319,14 @@ impl Writer<'_> {
 
     /// Behind the last axis word, else behind the last G or N word, else before the first word.
     pub(super) fn behind_axes(&self, s: &Statement) -> usize {
-        let axis = s.axis_words.iter().flatten().max().and_then(|&i| s.words.get(i));
+        let axis = s.axis_words.iter().flatten().max().and_then(|&i| s.words.get(i as usize));
         let head = || s.words.iter().rev().find(|w| matches!(w.letter, b'G' | b'N'));
-        axis.or_else(head).map_or_else(|| s.words.first().map_or(0, |w| w.span.start), |w| w.span.end)
+        axis.or_else(head).map_or_else(|| s.words.first().map_or(0, |w| w.span().start), |w| w.span().end)
     }
 
     /// Lower case where the block is.
     pub(super) fn cased(&self, s: &Statement, text: String) -> String {
-        let first = s.words.first().and_then(|w| self.program.script.texts[0].bytes.get(w.span.start));
+        let first = s.words.first().and_then(|w| self.program.script.texts[0].bytes.get(w.span().start));
         if first.is_some_and(u8::is_ascii_lowercase) { text.to_ascii_lowercase() } else { text }
     }
 
@@ -337,9 +338,9 @@ impl Writer<'_> {
     pub(super) fn motion(&self, s: &Statement, motion: u8) -> String {
         let own = s.motion_word.and_then(|i| s.words.get(i));
         if let Some(w) = own.filter(|_| motion == s.motion) {
-            return String::from_utf8_lossy(self.program.script.texts[0].slice(w.span.clone())).into_owned();
+            return String::from_utf8_lossy(self.program.script.texts[0].slice(w.span())).into_owned();
         }
-        let two = own.is_some_and(|w| w.number.len() == 2);
+        let two = own.is_some_and(|w| w.number().len() == 2);
         self.cased(s, if two { format!("G0{motion}") } else { format!("G{motion}") })
     }
 
@@ -353,8 +354,8 @@ impl Writer<'_> {
             .take_while(|b| b.is_ascii_whitespace() && **b != b'\n' && **b != b'\r')
             .count();
         let mut words: Vec<String> = Vec::new();
-        let shown = |i: &usize| String::from_utf8_lossy(text.slice(s.words[*i].span.clone())).into_owned();
-        words.extend(s.copied.iter().filter(|&&i| s.words[i].letter == b'G').map(shown));
+        let shown = |w: &Word| String::from_utf8_lossy(text.slice(w.span())).into_owned();
+        words.extend(s.copied(b'G').map(shown));
         if centre.is_some() || s.arc.is_some() || s.motion_word.is_some() {
             words.push(self.motion(s, motion));
         }
@@ -362,7 +363,7 @@ impl Writer<'_> {
             leg.words.iter().enumerate().filter_map(|(a, t)| Some(format!("{}{}", self.letter(s, a), t.as_ref()?)));
         words.extend(axes);
         words.extend(centre);
-        words.extend(s.copied.iter().filter(|&&i| s.words[i].letter == b'F').map(shown));
+        words.extend(s.copied(b'F').map(shown));
         let mut bytes = text.slice(line.start..line.start + indent).to_vec();
         bytes.extend_from_slice(words.join(" ").as_bytes());
         bytes.extend_from_slice(text.ending(line.start));

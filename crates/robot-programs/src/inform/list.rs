@@ -89,12 +89,12 @@ impl List {
         let rest = String::from_utf8_lossy(rest.trim_ascii()).to_ascii_uppercase();
         match String::from_utf8_lossy(word).to_ascii_uppercase().as_str() {
             "///NPOS" => self.npos(text, k)?,
-            "///USER" => section.user = Some(k),
-            "///TOOL" => section.tool = Some(k),
-            "///RCONF" => section.rconf = Some(k),
-            "///PULSE" | "///ANGLE" | "///RECTAN" => section.form = Some(k),
+            "///USER" => section.user = Some(k as u32),
+            "///TOOL" => section.tool = Some(k as u32),
+            "///RCONF" => section.rconf = Some(k as u32),
+            "///PULSE" | "///ANGLE" | "///RECTAN" => section.form = Some(k as u32),
             "///POSTYPE" => {
-                section.postype = Some(k);
+                section.postype = Some(k as u32);
                 section.form = None;
                 section.meaning = match rest.as_str() {
                     "PULSE" => Meaning::Pulse,
@@ -171,7 +171,8 @@ impl List {
 
 /// Fields between commas, without the spaces around them.
 fn fields(text: &Text, span: Range<usize>) -> Vec<Range<usize>> {
-    let mut found = Vec::new();
+    let commas = memchr::memchr_iter(b',', text.slice(span.clone())).count();
+    let mut found = Vec::with_capacity(commas + 1);
     let mut at = span.start;
     for field in text.slice(span).split(|&b| b == b',') {
         let lead = field.len() - field.trim_ascii_start().len();

@@ -125,12 +125,12 @@ enum Meaning {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 struct Section {
     meaning: Meaning,
-    user: Option<usize>,
-    tool: Option<usize>,
-    postype: Option<usize>,
+    user: Option<u32>,
+    tool: Option<u32>,
+    postype: Option<u32>,
     /// `///PULSE`, `///ANGLE`, `///RECTAN`.
-    form: Option<usize>,
-    rconf: Option<usize>,
+    form: Option<u32>,
+    rconf: Option<u32>,
 }
 
 impl Section {
@@ -138,7 +138,7 @@ impl Section {
     /// kind: a copy there would mean something else, as no line takes a header back.
     fn lacks(&self, end: &Self) -> Option<&'static str> {
         let joints = matches!(self.meaning, Meaning::Pulse | Meaning::Angle);
-        let lacking = |own: Option<usize>, there: Option<usize>| own.is_none() && there.is_some();
+        let lacking = |own: Option<u32>, there: Option<u32>| own.is_none() && there.is_some();
         if lacking(self.tool, end.tool) {
             Some("///TOOL")
         } else if self.meaning == Meaning::User && lacking(self.user, end.user) {
@@ -183,7 +183,7 @@ struct Reference {
 #[derive(Debug, Clone)]
 struct Tag {
     /// Before the `=`, upper case.
-    key: String,
+    key: &'static str,
     span: Range<usize>,
 }
 
@@ -202,7 +202,7 @@ struct Statement {
 }
 
 /// A number of a target: which position line, which of its numbers.
-type Number = (usize, usize);
+type Number = (u32, u32);
 
 /// A job that has been read.
 struct Job {

@@ -17,6 +17,11 @@ use std::ops::Range;
 /// Words of a move that a copy of it takes along.
 const COPIED: &[&str] = &["VJ", "V", "VR", "VE", "PL", "CR", "ACC", "DEC"];
 
+/// A word that a copy takes along.
+fn copied(key: &str) -> Option<&'static str> {
+    COPIED.iter().copied().find(|c| *c == key)
+}
+
 /// The line of a move while its words are read.
 struct MoveLine {
     m: Move,
@@ -75,7 +80,7 @@ impl MoveLine {
                 self.unclear.get_or_insert_with(|| "it is made on a condition alone".into());
                 self.conditions = true;
             }
-            _ if COPIED.contains(&key) && value.is_some() => {
+            _ if copied(key).is_some() && value.is_some() => {
                 let n = value.and_then(|v| number::read(v.as_bytes()));
                 match (key, n) {
                     ("VJ", Some((v, _))) => self.m.speed = Speed::Share((v / 100.0).clamp(0.0, 1.0)),
@@ -85,7 +90,7 @@ impl MoveLine {
                     ("CR", Some((v, _))) if v >= 0.0 => self.m.blend_m = Some(v * 1e-3),
                     _ => {}
                 }
-                self.statement.tags.push(Tag { key: key.into(), span: w.clone() });
+                self.statement.tags.extend(copied(key).map(|key| Tag { key, span: w.clone() }));
                 self.statement.end = w.end;
             }
             _ if Kind::read(key.as_bytes()).is_none() && looks_like_position(key) => {
@@ -109,7 +114,9 @@ impl Reader<'_> {
             indent: text.line_span(k).start..words[0].start,
             word: words[0].clone(),
             end: words[0].end,
-            ..Statement::default()
+            // what most moves have
+            references: Vec::with_capacity(1),
+            tags: Vec::with_capacity(2),
         };
         if let Some(group) = &self.list.foreign {
             line.unclear = Some(format!("the job is of group {group}"));
@@ -242,7 +249,7 @@ impl Reader<'_> {
         };
         let n: Vec<f64> = values.iter().map(|v| v.si).collect();
         let carried = key.iter().any(|&p| list.positions[p].kind == Kind::Bc) || self.base_axes;
-        let header = |line: Option<usize>| line.and_then(|k| header_number(self.text.line(k)));
+        let header = |line: Option<u32>| line.and_then(|k| header_number(self.text.line(k as usize)));
         let frame = match meaning {
             _ if carried => Frame::Unknown("a robot on base axes".into()),
             Meaning::Robot | Meaning::Base => Frame::Null,
@@ -257,13 +264,13 @@ impl Reader<'_> {
             None => Frame::Unknown("no ///TOOL before its position".into()),
         };
         // `MFRAME UF#(1) ...`: what positions in that frame mean is known only while the job runs
-        let set = |frame: Frame, line: Option<usize>, tool: bool| match header(line) {
+        let set = |frame: Frame, line: Option<u32>, tool: bool| match header(line) {
             Some(n) if self.frames_set.has(tool, n) => frame.made("0", "as the job sets it"),
             _ => frame,
         };
         let of_user = position.section.user.filter(|_| meaning == Meaning::User);
         let (frame, tool) = (set(frame, of_user, false), set(tool, position.section.tool, true));
-        let solution = position.section.rconf.and_then(|k| configuration(self.text.line(k)));
+        let solution = position.section.rconf.and_then(|k| configuration(self.text.line(k as usize)));
         let target = match self.targets.get(&key) {
             Some(&t) => t,
             None => {
@@ -274,7 +281,7 @@ impl Reader<'_> {
                     at: At { file: 0, line: position.line as u64 + 1 },
                     values: values.into_iter().map(Some).collect(),
                 });
-                self.numbers.push((0..6).map(|n| Some((key[0], n))).collect());
+                self.numbers.push((0..6).map(|n| Some((key[0] as u32, n))).collect());
                 self.targets.insert(key, t);
                 t
             }
@@ -295,7 +302,7 @@ impl Reader<'_> {
     fn joints(&mut self, k: usize, key: Vec<usize>, m: &mut Move) -> Result<Goal> {
         let (text, robot, list) = (self.text, self.robot, self.list);
         let all: Vec<Number> =
-            key.iter().flat_map(|&p| (0..list.positions[p].numbers.len()).map(move |n| (p, n))).collect();
+            key.iter().flat_map(|&p| (0..list.positions[p].numbers.len()).map(move |n| (p as u32, n as u32))).collect();
         let lead = &list.positions[key[0]];
         if all.len() < robot.dof() {
             let found = format!("{} numbers for the move on line {}", all.len(), k + 1);
@@ -303,7 +310,8 @@ impl Reader<'_> {
             return Err(text.bad(text.line_span(lead.line).start, found, expected));
         }
         let (axes, rest) = all.split_at(robot.dof());
-        let read = |n: &Number| number::read(text.slice(list.positions[n.0].numbers[n.1].clone())).map(|v| v.0);
+        let span = |n: &Number| list.positions[n.0 as usize].numbers[n.1 as usize].clone();
+        let read = |n: &Number| number::read(text.slice(span(n))).map(|v| v.0);
         if !rest.is_empty() {
             let rest: Vec<f64> = rest.iter().filter_map(read).collect();
             if self.still.as_ref() != Some(&rest) {
@@ -313,7 +321,7 @@ impl Reader<'_> {
         }
         if let Some(p) = axes
             .iter()
-            .map(|n| &list.positions[n.0])
+            .map(|n| &list.positions[n.0 as usize])
             .find(|p| !matches!(p.section.meaning, Meaning::Pulse | Meaning::Angle))
         {
             return Ok(Goal::Opaque(format!("{}{:05} holds no joint values", p.kind.word(), p.number)));
@@ -338,8 +346,8 @@ impl Reader<'_> {
     }
 
     fn value(&self, axis: usize, n: Number) -> Result<Value> {
-        let position = &self.list.positions[n.0];
-        let span = position.numbers[n.1].clone();
+        let position = &self.list.positions[n.0 as usize];
+        let span = position.numbers[n.1 as usize].clone();
         let joint = self.robot.axis(axis);
         let (v, style) = number::read(self.text.slice(span.clone())).unwrap_or_default();
         if position.section.meaning == Meaning::Pulse {

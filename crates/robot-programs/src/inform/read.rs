@@ -5,6 +5,7 @@ use super::shared::{Shared, clears_positions, variables};
 use super::{Job, Kind, Section, Statement};
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
+use crate::script::lex::not_too_long;
 use crate::script::{At, Break, Goal, Move, Note, Script, Step, StepKind, Text, number, pragma};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -66,6 +67,7 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
     let Some(text) = texts.first() else {
         return Err(Error::bad(Place::file(""), "no text", "an INFORM job"));
     };
+    not_too_long(text)?;
     let mut list = List::default();
     let begin = list.read(text)?;
     let mut reader = Reader {

@@ -164,6 +164,7 @@ impl<'a> Writer<'a> {
         let Some(t) = self.target(step) else { return Ok(forms) };
         for (axis, &number) in job.numbers[t].iter().enumerate() {
             let (Some((line, n)), Some(&q)) = (number, q.get(axis)) else { continue };
+            let (line, n) = (line as usize, n as usize);
             let Some(value) = job.script.targets[t].values.get(axis).copied().flatten() else { continue };
             let target = &job.script.targets[t];
             if target.pose.is_some() {
@@ -340,7 +341,7 @@ impl<'a> Writer<'a> {
         for tag in &statement.tags {
             let word = String::from_utf8_lossy(self.job.script.texts[0].slice(tag.span.clone())).into_owned();
             out.push(' ');
-            match tag.key.as_str() {
+            match tag.key {
                 "PL" => out.push_str(&corner(level(&word) == Some(0))),
                 "CR" => out.push_str(&radius(&word, point.clearance_m)),
                 _ => out.push_str(&word),
@@ -361,7 +362,7 @@ impl<'a> Writer<'a> {
         let fits = LEVELS_M.iter().rposition(|&r| r <= at_most).unwrap_or(0);
         let Some(tag) = statement.tags.iter().find(|t| t.key == "PL" || t.key == "CR") else { return };
         let word = String::from_utf8_lossy(text.slice(tag.span.clone())).into_owned();
-        let new = match (tag.key.as_str(), level(&word)) {
+        let new = match (tag.key, level(&word)) {
             ("CR", _) => radius(&word, at_most),
             (_, Some(own)) if own <= fits => word.clone(),
             _ => format!("PL={fits}"),
@@ -403,10 +404,10 @@ impl<'a> Writer<'a> {
     /// Headers that lead from the section `now` to another; `pose`: also those that joint values do not need.
     fn headers(&self, bytes: &mut Vec<u8>, now: &mut Section, to: Section, pose: bool, ending: &[u8]) {
         let text = &self.job.script.texts[0];
-        let words = |line: Option<usize>| line.map(|k| text.line(k).trim_ascii());
-        let mut say = |line: Option<usize>| {
+        let words = |line: Option<u32>| line.map(|k| text.line(k as usize).trim_ascii());
+        let mut say = |line: Option<u32>| {
             if let Some(k) = line {
-                bytes.extend_from_slice(text.line(k).trim_ascii());
+                bytes.extend_from_slice(text.line(k as usize).trim_ascii());
                 bytes.extend_from_slice(ending);
             }
         };

@@ -39,6 +39,7 @@ mod props;
 mod tests;
 
 use super::files::{Files, Folders};
+use super::script::blocks::BySteps;
 use super::script::{Document, Edits, Format, Patch, Script, Text};
 use crate::axes::{Axes, JointKind};
 use crate::error::Result;
@@ -120,32 +121,6 @@ enum Source {
     Inline(usize, Range<usize>),
     /// In the declaration (or the only assignment) of a name.
     Name(usize),
-}
-
-/// Values of some steps; steps come in order.
-#[derive(Debug)]
-struct BySteps<T>(Vec<(usize, T)>);
-
-impl<T> BySteps<T> {
-    fn push(&mut self, step: usize, value: T) {
-        self.0.push((step, value));
-    }
-
-    fn get(&self, step: usize) -> Option<&T> {
-        let k = self.0.binary_search_by_key(&step, |v| v.0).ok()?;
-        self.0.get(k).map(|v| &v.1)
-    }
-
-    /// The last one before a step.
-    fn before(&self, step: usize) -> Option<&T> {
-        let k = self.0.partition_point(|v| v.0 < step);
-        self.0.get(k.checked_sub(1)?).map(|v| &v.1)
-    }
-
-    /// The first one after a step.
-    fn after(&self, step: usize) -> Option<&T> {
-        self.0.get(self.0.partition_point(|v| v.0 <= step)).map(|v| &v.1)
-    }
 }
 
 /// A program that has been read.

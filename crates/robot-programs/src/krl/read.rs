@@ -11,9 +11,10 @@ use super::name::Holds;
 use super::product;
 use super::settings::{self, Settings};
 use super::target::{Others, axis_names, external_axes, target};
-use super::{BySteps, Motion, Program, Source};
+use super::{Motion, Program, Source};
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
+use crate::script::blocks::BySteps;
 use crate::script::pose::Frame;
 use crate::script::{
     At, Break, Goal, Move, Note, PathKind, PoseForm, PoseGoal, Script, Shift, Speed, Step, StepKind, Target, Text,
@@ -42,7 +43,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     if texts.iter().filter(|t| !t.context).count() == 1
         && data.names.is_empty()
         && targets.is_empty()
-        && !motions.0.is_empty()
+        && motions.values().next().is_some()
     {
         let text = "no data list (.dat) was found beside the program, and no point is declared in it".to_string();
         notes.push(Note { place: At { file: 0, line: 1 }, text });
@@ -180,8 +181,8 @@ impl<'a> Reader<'a> {
             targets: Vec::new(),
             sources: Vec::new(),
             of_name: HashMap::new(),
-            motions: BySteps(Vec::new()),
-            others: BySteps(Vec::new()),
+            motions: BySteps::default(),
+            others: BySteps::default(),
             notes: Vec::new(),
             routine: 0,
             folds: Vec::new(),

@@ -1,11 +1,11 @@
 //! Axis values as joint targets; axes that are none of the robot's.
 
-use super::BySteps;
 use super::aggregate::{Aggregate, axis_name};
 use super::motion::Word;
 use crate::axes::{Axes, JointKind};
 use crate::decimal::POW10;
 use crate::error::Result;
+use crate::script::blocks::BySteps;
 use crate::script::number::last_digit;
 use crate::script::{At, PathKind, Step, StepKind, Target, Text, Value};
 use std::collections::HashMap;
@@ -21,14 +21,9 @@ pub(super) fn axis_names(robot: &Axes) -> Vec<String> {
 
 /// Where one of the other axes moves with the robot, a point on the way would bring it to its goal too early.
 pub(super) fn external_axes(steps: &mut [Step], others: &BySteps<Others>) {
-    let idle = others.0.iter().all(|o| o.1.is_some()) && {
+    let idle = others.values().all(Option::is_some) && {
         let mut seen: HashMap<&str, &[u8]> = HashMap::new();
-        others
-            .0
-            .iter()
-            .filter_map(|o| o.1.as_ref())
-            .flatten()
-            .all(|(n, v)| *seen.entry(n).or_insert(v) == v.as_slice() && v != b"?")
+        others.values().flatten().flatten().all(|(n, v)| *seen.entry(n).or_insert(v) == v.as_slice() && v != b"?")
     };
     if idle {
         return;

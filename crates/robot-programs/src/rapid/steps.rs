@@ -10,7 +10,7 @@ use super::value::{self, Node};
 use super::words::{self, Leads, Motion};
 use crate::axes::Axes;
 use crate::error::Result;
-use crate::script::blocks::Steps;
+use crate::script::blocks::{BySteps, Steps};
 use crate::script::fold;
 use crate::script::sites::Time;
 use crate::script::{At, Break, Goal, Move, Note, PathKind, Script, Speed, StepKind, Target, Text, number};
@@ -65,7 +65,7 @@ pub struct Site {
 #[derive(Default)]
 pub struct Built {
     pub script: Script,
-    pub sites: BTreeMap<usize, Site>,
+    pub sites: BySteps<Site>,
     /// One per target of the script.
     pub literals: Vec<Literal>,
 }

@@ -55,7 +55,7 @@ impl Writer<'_> {
     }
 
     fn at(&self, k: usize) -> Result<(&Move, &Site)> {
-        let site = self.built.sites.get(&k).ok_or_else(|| Error::Refused(format!("step {} is no move", k + 1)))?;
+        let site = self.built.sites.get(k).ok_or_else(|| Error::Refused(format!("step {} is no move", k + 1)))?;
         Ok((self.asked().move_at(k)?, site))
     }
 

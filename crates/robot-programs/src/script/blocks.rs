@@ -1,13 +1,52 @@
 //! Steps of a language with blocks, as a reader collects them: a block in which nothing moves leaves no break.
 
 use super::{At, Break, Script, Step, StepKind, Text, pragma};
-use std::collections::BTreeMap;
+
+/// Values of some steps, in the order of the steps.
+#[derive(Debug)]
+pub struct BySteps<T>(Vec<(usize, T)>);
+
+impl<T> Default for BySteps<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<T> BySteps<T> {
+    /// The value of a step behind those that have one.
+    pub fn push(&mut self, step: usize, value: T) {
+        self.0.push((step, value));
+    }
+
+    /// The value of a step.
+    pub fn get(&self, step: usize) -> Option<&T> {
+        let k = self.0.binary_search_by_key(&step, |v| v.0).ok()?;
+        self.0.get(k).map(|v| &v.1)
+    }
+
+    /// All values.
+    pub fn values(&self) -> impl Iterator<Item = &T> {
+        self.0.iter().map(|v| &v.1)
+    }
+
+    /// The last one before a step.
+    pub fn before(&self, step: usize) -> Option<&T> {
+        let k = self.0.partition_point(|v| v.0 < step);
+        self.0.get(k.checked_sub(1)?).map(|v| &v.1)
+    }
+
+    /// The first one after a step.
+    pub fn after(&self, step: usize) -> Option<&T> {
+        self.0.get(self.0.partition_point(|v| v.0 <= step)).map(|v| &v.1)
+    }
+}
 
 /// Steps, and the places `S` of their moves.
 pub struct Steps<S> {
-    /// `None`: a break of a block that holds nothing which moves.
-    steps: Vec<Option<Step>>,
-    sites: BTreeMap<usize, S>,
+    steps: Vec<Step>,
+    /// Breaks of blocks that hold nothing which moves.
+    gone: Vec<usize>,
+    sites: BySteps<S>,
     open: Vec<Block>,
     /// Next comment to look at.
     comment: usize,
@@ -24,7 +63,14 @@ struct Block {
 
 impl<S> Default for Steps<S> {
     fn default() -> Self {
-        Self { steps: Vec::new(), sites: BTreeMap::new(), open: Vec::new(), comment: 0, entry: None }
+        Self {
+            steps: Vec::new(),
+            gone: Vec::new(),
+            sites: BySteps::default(),
+            open: Vec::new(),
+            comment: 0,
+            entry: None,
+        }
     }
 }
 
@@ -35,7 +81,7 @@ impl<S> Steps<S> {
     }
 
     fn add(&mut self, at: At, kind: StepKind) -> usize {
-        self.steps.push(Some(Step { at, kind }));
+        self.steps.push(Step { at, kind });
         self.steps.len() - 1
     }
 
@@ -55,7 +101,7 @@ impl<S> Steps<S> {
 
     /// Where the move of a step stands.
     pub fn place(&mut self, step: usize, site: S) {
-        self.sites.insert(step, site);
+        self.sites.push(step, site);
     }
 
     /// Comments for the tool among `comments` that stand before a byte.
@@ -92,9 +138,7 @@ impl<S> Steps<S> {
     pub fn close(&mut self, at: At, kind: Break) -> bool {
         match self.open.pop() {
             Some(block) if !block.busy => {
-                for k in block.breaks {
-                    self.steps[k] = None;
-                }
+                self.gone.extend(block.breaks);
                 false
             }
             _ => {
@@ -105,17 +149,23 @@ impl<S> Steps<S> {
     }
 
     /// Gives the steps that stay to the script; the places of its moves, by step.
-    pub fn finish(self, script: &mut Script) -> BTreeMap<usize, S> {
+    pub fn finish(mut self, script: &mut Script) -> BySteps<S> {
+        // inner blocks close before outer ones
+        self.gone.sort_unstable();
+        let gone = &self.gone;
         // places from the first break that goes on move up
-        let gone: Vec<usize> = (0..self.steps.len()).filter(|&k| self.steps[k].is_none()).collect();
         let moved = |k: usize| k - gone.partition_point(|g| *g < k);
-        let stays = |k: &usize| self.steps.get(*k).is_some_and(Option::is_some);
-        if let Some(k) = self.entry.filter(stays) {
+        let stays = |k: &usize| gone.binary_search(k).is_err();
+        if let Some(k) = self.entry.filter(|k| *k < self.steps.len() && stays(k)) {
             script.entry = Some(moved(k));
         }
-        // in the memory in which they stand
-        script.steps = self.steps.into_iter().flatten().collect();
-        if gone.is_empty() { self.sites } else { self.sites.into_iter().map(|(k, site)| (moved(k), site)).collect() }
+        if !gone.is_empty() {
+            let mut k = 0..;
+            self.steps.retain(|_| k.next().is_some_and(|k| stays(&k)));
+            self.sites.0.iter_mut().for_each(|site| site.0 = moved(site.0));
+        }
+        script.steps = self.steps;
+        self.sites
     }
 }
 
@@ -150,6 +200,6 @@ mod tests {
             .collect();
         let [start, jump, round] = [Break::Start, Break::Jump, Break::Loop].map(Some);
         assert_eq!(breaks, [start, None, round, jump, start, jump, round]);
-        assert_eq!((script.entry, sites.get(&4)), (Some(4), Some(&"here")));
+        assert_eq!((script.entry, sites.get(4)), (Some(4), Some(&"here")));
     }
 }

@@ -6,11 +6,11 @@ use super::value;
 use super::words::{self, Motion, MotionKind};
 use crate::axes::Axes;
 use crate::error::{Result, one_line};
-use crate::script::blocks::Steps;
+use crate::script::blocks::{BySteps, Steps};
 use crate::script::pose::Frame;
 use crate::script::sites::Time;
 use crate::script::{At, Break, Goal, Move, PathKind, PoseGoal, Script, Speed, StepKind, Target, Text, number};
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 /// Shortest time between two set points that controllers of every generation keep, s (8 ms cycle of the CB series).
@@ -57,7 +57,7 @@ pub struct Site {
 #[derive(Default)]
 pub struct Built {
     pub script: Script,
-    pub sites: BTreeMap<usize, Site>,
+    pub sites: BySteps<Site>,
     /// One per target of the script.
     pub literals: Vec<Literal>,
 }
