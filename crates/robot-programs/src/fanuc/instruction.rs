@@ -89,9 +89,9 @@ pub(super) fn leads(text: &Text, words: &[Range<usize>]) -> Option<Option<&'stat
     (named || ends).then_some((!ends).then_some(what))
 }
 
-/// An action at the end of a quiet instruction may jump: `PR[1]=LPOS,JMP LBL[1]` is none, but costs nothing to see.
+/// An action at the end of a quiet instruction may jump or call: `PR[1]=LPOS,JMP LBL[1]` is none, but costs nothing to see.
 fn jumps(text: &Text, words: &[Range<usize>]) -> bool {
-    words.iter().any(|w| ["LBL[", "MRK["].iter().any(|l| has(text.slice(w.clone()), l.as_bytes())))
+    words.iter().any(|w| ["LBL[", "MRK[", ",CALL", ",AUFRUF"].iter().any(|l| has(text.slice(w.clone()), l.as_bytes())))
 }
 
 /// `WAIT   .50(sec)`.

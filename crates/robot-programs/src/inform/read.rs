@@ -60,7 +60,14 @@ const PROCESS: &[(&str, bool)] = &[
     ("LASEROF", false),
 ];
 /// Instructions that lay a motion of their own over the path until the second of them.
-const OVERLAID: &[(&str, &str)] = &[("WVON", "WVOF"), ("COMARCON", "COMARCOF"), ("SFTON", "SFTOF")];
+const OVERLAID: &[(&str, &str)] = &[
+    ("WVON", "WVOF"),
+    ("COMARCON", "COMARCOF"),
+    ("SFTON", "SFTOF"),
+    // a conveyor, a soft servo
+    ("SYSTART", "SYEND"),
+    ("FLOATON", "FLOATOF"),
+];
 
 /// Reads a job.
 pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {

@@ -347,8 +347,10 @@ impl Builder<'_> {
         };
         let goal = match self.going.led {
             Some(by) => Goal::Opaque(format!("{by} leads the arm away from its targets")),
-            None if switch("corr").is_some() => Goal::Opaque("a sensor corrects its path (\\Corr)".into()),
-            None => goal,
+            None => match ["corr", "track", "weave"].into_iter().find(|name| switch(name).is_some()) {
+                Some(name) => Goal::Opaque(format!("a sensor or a pattern leads it off its path (\\{name})")),
+                None => goal,
+            },
         };
         if self.going.wrist && motion.path != PathKind::Joint {
             closed.get_or_insert_with(|| "SingArea lets the wrist turn otherwise on its way".into());

@@ -689,9 +689,15 @@ fn moves_that_a_sensor_or_a_soft_arm_leads_away_stay() {
         let two = format!("MODULE T\nPROC main()\nsoft;\n{}ENDPROC\nPROC soft()\n{on}\nENDPROC\nENDMODULE\n", j(1.0));
         assert_eq!(left(&two), [true], "{on}");
     }
-    let corrected =
-        "MoveL [[900,0,1000],[0.5,0,0.8660254,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tool0\\Corr;";
-    assert_eq!(left(&program("", corrected)), [true]);
+    let at = "[[900,0,1000],[0.5,0,0.8660254,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]";
+    for line in [
+        format!("MoveL {at},v100,fine,tool0\\Corr;"),
+        format!("ArcL {at},v100,sm1,wd1\\Weave:=wv1,fine,tool0\\Track:=tr1;"),
+        format!("ArcL {at},v100,sm1,wd1\\Weave:=wv1,fine,tool0;"),
+    ] {
+        assert_eq!(left(&program("", &line)), [true], "{line}");
+    }
+    assert_eq!(left(&program("", &format!("ArcL {at},v100,sm1,wd1,fine,tool0;"))), [false]);
 }
 
 #[test]

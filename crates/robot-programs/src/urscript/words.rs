@@ -76,10 +76,22 @@ pub fn is_quiet(name: &str) -> bool {
 /// Functions from which on forces, a conveyor or an offset move the robot beside its targets (their names), and those that
 /// end it (`None`).
 pub fn leads(name: &str) -> Option<Option<&'static str>> {
-    const ON: [&str; 5] =
-        ["force_mode", "track_conveyor_linear", "track_conveyor_circular", "path_offset_enable", "freedrive_mode"];
+    const ON: [&str; 7] = [
+        "force_mode",
+        "track_conveyor_linear",
+        "track_conveyor_circular",
+        "path_offset_enable",
+        "freedrive_mode",
+        "teach_mode",
+        "screw_driving",
+    ];
     match name {
-        "end_force_mode" | "stop_conveyor_tracking" | "path_offset_disable" | "end_freedrive_mode" => Some(None),
+        "end_force_mode"
+        | "stop_conveyor_tracking"
+        | "path_offset_disable"
+        | "end_freedrive_mode"
+        | "end_teach_mode"
+        | "end_screw_driving" => Some(None),
         _ => ON.iter().find(|on| **on == name).map(|on| Some(*on)),
     }
 }
@@ -101,6 +113,13 @@ pub fn is_reserved(word: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_leads_away_has_its_end() {
+        for on in ["force_mode", "freedrive_mode", "teach_mode", "screw_driving"] {
+            assert!(leads(on).is_some_and(|by| by == Some(on)) && leads(&format!("end_{on}")) == Some(None), "{on}");
+        }
+    }
 
     #[test]
     fn a_name_that_only_begins_like_a_query_is_none() {

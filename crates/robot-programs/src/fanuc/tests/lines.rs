@@ -237,6 +237,7 @@ fn a_frame_that_a_system_variable_sets_ends_the_known_direction_and_so_does_a_ma
         ("$MNUTOOL[1,R[2]]=PR[1]", "Frame"),
         ("STOP_TRACKING", "Frame"),
         ("WAIT HOME", "Call"),
+        ("DO[1]=ON,CALL HOME", "Call"),
         ("PAUSE ROBOT", "Call"),
         ("WAIT   .50(sec)", "dwell Some(0.5)"),
         ("WAIT DI[1]=ON", "dwell None"),

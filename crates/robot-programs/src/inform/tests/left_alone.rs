@@ -110,3 +110,13 @@ fn a_frame_or_tool_that_the_job_sets_is_not_the_one_that_is_given() {
         assert_eq!(of(line).0, own, "{line}");
     }
 }
+
+#[test]
+fn moves_on_a_conveyor_or_with_soft_servos_stay() {
+    for (on, off) in [("SYSTART CV#(1) STP=0 PL=1", "SYEND CV#(1)"), ("FLOATON FL#(1)", "FLOATOF")] {
+        let text = three(&format!("MOVJ C00000 VJ=25.00\n{on}\nMOVJ C00001 VJ=25.00\n{off}\nMOVJ C00002 VJ=25.00"));
+        let script = script_of(&Inform, &text, &robot());
+        let left: Vec<bool> = moves(&script).iter().map(|m| matches!(m.1.goal, Goal::Opaque(_))).collect();
+        assert_eq!(left, [false, true, false], "{on}");
+    }
+}
