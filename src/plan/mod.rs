@@ -32,7 +32,7 @@ use separate::{DesignScore, Experiment, NEEDED};
 use sizes::Scale;
 
 /// Evidence below which a motion does not separate, however the noise falls: within it a rival stays in the set.
-pub const LEAST: f64 = crate::diagnose::search::outcome::WITHIN;
+pub const LEAST: f64 = crate::diagnose::search::finding::WITHIN;
 /// Motions from which pairs are made.
 const PAIRED: usize = 5;
 /// Motions that are also held against the effects outside the set.

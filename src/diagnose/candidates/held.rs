@@ -3,7 +3,7 @@
 //! A joint whose command rests shows its wind-up alone. Splines over the torque, and the same with the sign of its change, stand for
 //! any curve and any loop of it; of a moving joint the torque follows speed and position, which have functions of their own.
 
-use super::structure::{Aspect, BasisGroup, splines_at};
+use crate::diagnose::candidates::basis::{Aspect, BasisGroup, splines_at};
 use crate::diagnose::problem::forward::{Problem, State};
 use crate::effects::Inputs;
 

@@ -6,12 +6,14 @@
 //! Ripple and vibration have a frequency instead of a list of shapes: [`crate::diagnose::candidates::spectrum`] finds it.
 //!
 //! Files beside:
+//! - `basis`: groups of basis functions, of which the test without the catalogue is made
 //! - `cache`: screening many times from much the same place: whitened sensitivities of the candidates, kept from one screening
 //!   to the next
 //! - `held`: functions over the measured torque of joints that are held, for the test without the catalogue
 //! - `screen`: screening: what each candidate would explain of the whitened residual beyond the present effects and the frames
 //! - `structure`: is there structure in the residual that no effect was asked for? A test without the catalogue
 
+pub mod basis;
 pub mod cache;
 pub mod held;
 pub mod screen;

@@ -5,8 +5,8 @@
 //! sine has after whitening, it is the gain in 2 ln L (the periodogram of Lomb and Scargle, for coloured noise).
 //! The norm is approximated by the noise spectrum at the local frequency and made exact at the peaks by the screening.
 
+use crate::diagnose::candidates::basis::MOST_SPLINES;
 use crate::diagnose::candidates::screen::ScreeningContext;
-use crate::diagnose::candidates::structure::MOST_SPLINES;
 use crate::diagnose::candidates::{self, Candidate};
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::layout::{Group, Sensor};

@@ -8,6 +8,7 @@
 //! Assumptions: structure is a smooth function of one joint at a time, or of time. What it sees is reported by joint and
 //! aspect; what depends on several joints at once it sees only in part.
 
+use crate::diagnose::candidates::basis::{Aspect, BasisGroup, MOST_SPLINES, splines_at};
 use crate::diagnose::candidates::screen::{SWALLOWED, ScreeningContext};
 use crate::diagnose::candidates::{self, Candidate, held};
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
@@ -18,46 +19,8 @@ use crate::numerics::fisher;
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 
-/// What a group of basis functions depends on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Aspect {
-    Position,
-    Direction,
-    Speed,
-    Acceleration,
-    SinceReversal,
-    Torque,
-    Time,
-    Geometry,
-}
-
-impl Aspect {
-    /// In words, behind "goes with".
-    pub fn said(self) -> &'static str {
-        match self {
-            Self::Position => "position",
-            Self::Direction => "direction of motion",
-            Self::Speed => "speed",
-            Self::Acceleration => "acceleration",
-            Self::SinceReversal => "time since its reversals",
-            Self::Torque => "torque",
-            Self::Time => "time",
-            Self::Geometry => "pose",
-        }
-    }
-}
-
-/// Basis functions that belong together.
-pub struct BasisGroup {
-    pub axis: Option<usize>,
-    pub aspect: Aspect,
-    pub columns: Vec<Vec<f64>>,
-}
-
 /// Observations per basis function, at least.
 const PER_FUNCTION: usize = 25;
-/// Splines over the position of a joint, at most.
-pub const MOST_SPLINES: usize = 18;
 
 /// The basis at a hypothesis: raw sensitivities in the long vector.
 pub fn basis(problem: &Problem, h: &Hypothesis, state: &State, list: &[Candidate]) -> Vec<BasisGroup> {
@@ -86,31 +49,6 @@ pub fn basis(problem: &Problem, h: &Hypothesis, state: &State, list: &[Candidate
         bundles.push(BasisGroup { axis: None, aspect: Aspect::Geometry, columns });
     }
     bundles
-}
-
-/// Uniform cubic B-splines over `lo..hi`: the values of all `n` at `x`.
-pub(super) fn splines_at(x: f64, lo: f64, hi: f64, n: usize, out: &mut [f64]) {
-    out.fill(0.0);
-    if n < 4 {
-        // too few for cubics: powers
-        let u = if hi > lo { 2.0 * (x - lo) / (hi - lo) - 1.0 } else { 0.0 };
-        let mut v = 1.0;
-        for o in out.iter_mut() {
-            *o = v;
-            v *= u;
-        }
-        return;
-    }
-    let pieces = (n - 3) as f64;
-    let u = ((x - lo) / (hi - lo).max(1e-300) * pieces).clamp(0.0, pieces - 1e-9);
-    let i = u.floor();
-    let f = u - i;
-    let at = i as usize;
-    let g = 1.0 - f;
-    out[at] = g * g * g / 6.0;
-    out[at + 1] = (3.0 * f * f * f - 6.0 * f * f + 4.0) / 6.0;
-    out[at + 2] = (3.0 * g * g * g - 6.0 * g * g + 4.0) / 6.0;
-    out[at + 3] = f * f * f / 6.0;
 }
 
 fn joint_bundles(problem: &Problem, state: &State, axis: usize, splines: usize, odd: usize) -> Vec<BasisGroup> {

@@ -2,10 +2,10 @@
 
 use crate::diagnose::problem::layout::Sensor;
 use crate::diagnose::problem::recording::Recording;
+use crate::diagnose::problem::residual::largest;
 use crate::diagnose::result::round::round;
 use crate::diagnose::result::words::GapUnit;
-use crate::diagnose::search::geometry;
-use crate::diagnose::search::outcome::{Outcome, largest};
+use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::search::{story, unnamed};
 use crate::diagnose::verdict::{self, Member, Verdict};
 use crate::effects::{EffectInstance, catalogue, entry};
@@ -207,7 +207,7 @@ fn gap(outcome: &Outcome) -> Gap {
     Gap {
         initial_rms_um: digits(outcome.rms_given * UM),
         nuisance_only_rms_um: digits(outcome.rms_nuisance * UM),
-        final_rms_um: digits(crate::diagnose::search::outcome::rms(problem, residual) * UM),
+        final_rms_um: digits(crate::diagnose::problem::residual::rms(problem, residual) * UM),
         initial_max_um: digits(outcome.max_given * UM),
         final_max_um: digits(largest(problem, residual) * UM),
     }
@@ -225,7 +225,7 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
         Some(story) => story.chapters.clone(),
         None => story::chapters(&outcome.problem, &outcome.fit, outcome.known, &indices, &outcome.whitening),
     };
-    let structured = if outcome.group.is_some() { geometry::remains(outcome) } else { outcome.remains.clone() };
+    let structured = if outcome.group.is_some() { outcome.remains_of_arm() } else { outcome.remains.clone() };
     let unknown = structured.is_some() && hides_unknown(outcome, &found);
     let rounds = order
         .iter()
@@ -343,7 +343,7 @@ fn effect_value(placed: &EffectInstance, outcome: &Outcome) -> Value {
 }
 
 fn unexplained(outcome: &Outcome, ratio: &crate::diagnose::candidates::structure::Ratio) -> Unexplained {
-    let rms = |residual: &[f64]| crate::diagnose::search::outcome::rms(&outcome.problem, residual);
+    let rms = |residual: &[f64]| crate::diagnose::problem::residual::rms(&outcome.problem, residual);
     let (left, floor) = (outcome.rms_named, rms(&outcome.structure.freed));
     let size = outcome.contradictions.first().map_or((left * left - floor * floor).max(0.0).sqrt(), |c| c.rms);
     let best = outcome
@@ -353,10 +353,8 @@ fn unexplained(outcome: &Outcome, ratio: &crate::diagnose::candidates::structure
         .max_by(|a, b| a.gain.total_cmp(&b.gain))
         .map(|s| (&outcome.candidates[s.candidate], s.gain));
     let record = match ratio.aspect {
-        Some(crate::diagnose::candidates::structure::Aspect::Time) => {
-            "temperature, and the tracker on a fixed reflector"
-        }
-        Some(crate::diagnose::candidates::structure::Aspect::Geometry) => {
+        Some(crate::diagnose::candidates::basis::Aspect::Time) => "temperature, and the tracker on a fixed reflector",
+        Some(crate::diagnose::candidates::basis::Aspect::Geometry) => {
             "more poses, far apart, with the orientation of the tool"
         }
         _ => "the joint behind its gear (secondary encoder), at two speeds, both ways",

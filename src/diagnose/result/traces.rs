@@ -10,8 +10,9 @@
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::problem::forward::{LogData, Problem};
 use crate::diagnose::problem::layout::{Group, Sensor};
+use crate::diagnose::problem::residual::rms;
 use crate::diagnose::result::document;
-use crate::diagnose::search::outcome::{Outcome, rms};
+use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::verdict;
 use crate::effects::{AfterReversal, Track, catalogue};
 use nalgebra::Vector3;

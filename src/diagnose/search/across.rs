@@ -11,8 +11,8 @@ use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::normal::{dot, gram, scaled_inverse};
+use crate::diagnose::search::finding::Refined;
 use crate::diagnose::search::fit::Fit;
-use crate::diagnose::search::outcome::Refined;
 use crate::effects::{Effect, EffectInstance, ServoLag, Target};
 use crate::machine::parts;
 use crate::numerics::fisher;
@@ -160,7 +160,7 @@ pub fn common_lag(
     if !decided(problem, &ground.residual, &columns[0], &columns[1]) {
         // what of the data prefers the one is as much as what prefers the other
         difference = difference
-            .clamp(-0.5 * crate::diagnose::search::outcome::WITHIN, 0.5 * crate::diagnose::search::outcome::WITHIN);
+            .clamp(-0.5 * crate::diagnose::search::finding::WITHIN, 0.5 * crate::diagnose::search::finding::WITHIN);
     }
     let gain = gain + difference;
     Some(Refined { effect: lag.name(), target: "all".into(), placed, gain, parameters: 1, fit: base.clone() })

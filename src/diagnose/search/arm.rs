@@ -2,19 +2,13 @@
 
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::search::direction;
+use crate::diagnose::search::finding::{Refined, Step};
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::geometry;
-use crate::diagnose::search::outcome::{Refined, Step};
 use crate::diagnose::search::{Asked, CHANCE, Search};
-use crate::effects::{Family, Stage, catalogue};
 
 /// Joints that yield to gravity, at most.
 const MOST_GRAVITY: usize = 4;
-
-/// The one effect that is sought behind the group, but for gaps: joints that yield.
-pub(in crate::diagnose) fn is_gravity(effect: &str) -> bool {
-    catalogue::find(effect).is_some_and(|e| e.family == Family::Gravity && e.stage == Stage::Link)
-}
 
 impl Search<'_> {
     /// The geometry of a real arm as one group, where it explains more than any single effect.
@@ -55,7 +49,7 @@ impl Search<'_> {
         };
         let mut noise;
         (fit, noise) = again(&fit);
-        self.only = Some(is_gravity);
+        self.only = Some(geometry::is_gravity);
         for _ in 0..MOST_GRAVITY {
             let refined = self.refine(&fit, &noise, &Asked::default());
             let stands = |r: &&Refined| {
@@ -97,7 +91,7 @@ impl Search<'_> {
     fn no_longer_gravity(&self, fit: &Fit) -> Option<usize> {
         (0..fit.free.len()).find(|&k| {
             let own = geometry::own_rival(self.problem, fit, k);
-            is_gravity(own.effect) && self.chance(own.gain, own.parameters) > CHANCE
+            geometry::is_gravity(own.effect) && self.chance(own.gain, own.parameters) > CHANCE
         })
     }
 }

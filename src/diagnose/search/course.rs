@@ -4,8 +4,8 @@ use crate::diagnose::candidates::structure::{Ratio, Tested};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::recording::Recording;
 use crate::diagnose::search::contradiction::{self, Contradiction};
+use crate::diagnose::search::finding::{Next, Refined, Step};
 use crate::diagnose::search::fit::Fit;
-use crate::diagnose::search::outcome::{Next, Refined, Step};
 use crate::diagnose::search::prepared::Prepared;
 use crate::diagnose::search::{Search, direction, freed, geometry, precise, remaining};
 

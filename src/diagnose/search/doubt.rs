@@ -7,11 +7,10 @@ use crate::diagnose::candidates::sensitivities::{APART, Sensitivities};
 use crate::diagnose::candidates::structure::Ratio;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::search::across;
-use crate::diagnose::search::arm;
 use crate::diagnose::search::direction;
+use crate::diagnose::search::finding::{Refined, Step, flat};
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::geometry;
-use crate::diagnose::search::outcome::{Refined, Step, flat};
 use crate::diagnose::search::{Asked, MOST_EFFECTS, Search};
 use crate::effects::{EffectInstance, TimeOffset};
 
@@ -223,7 +222,7 @@ impl Search<'_> {
         terms: &[direction::Term],
         whitening: &Whitening,
     ) -> Vec<Vec<Refined>> {
-        self.only = Some(arm::is_gravity);
+        self.only = Some(geometry::is_gravity);
         (0..fit.free.len())
             .map(|k| match &fit.hypothesis.effects[fit.free[k]].effect {
                 _ if k < group.count => vec![geometry::own_rival(self.problem, fit, k)],

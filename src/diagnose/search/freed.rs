@@ -1,8 +1,9 @@
 //! The residual freed of the whole catalogue-free basis: its noise, and the test whether structure is left.
 
+use crate::diagnose::candidates::basis::BasisGroup;
 use crate::diagnose::candidates::screen::ScreeningContext;
 use crate::diagnose::candidates::sensitivities::tangent;
-use crate::diagnose::candidates::structure::{self, BasisGroup, Tested};
+use crate::diagnose::candidates::structure::{self, Tested};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::search::fit::Fit;

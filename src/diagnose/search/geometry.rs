@@ -15,15 +15,15 @@
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::screen::ScreeningContext;
 use crate::diagnose::candidates::sensitivities::tangent;
-use crate::diagnose::candidates::structure::{Ratio, Tested};
+use crate::diagnose::candidates::structure::Tested;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::problem::normal::dot;
 use crate::diagnose::problem::normal::{orthonormal, project_off};
-use crate::diagnose::search::arm::is_gravity;
+use crate::diagnose::problem::residual::rms;
+use crate::diagnose::search::finding::Refined;
 use crate::diagnose::search::fit::{self, Fit};
-use crate::diagnose::search::outcome::{Outcome, Refined, rms};
-use crate::effects::{EffectInstance, Family, catalogue};
+use crate::effects::{EffectInstance, Family, Stage, catalogue};
 use crate::numerics::fisher;
 use crate::numerics::robust::median;
 use nalgebra::DVector;
@@ -49,6 +49,11 @@ const STRUCTURED: f64 = 1e-5;
 /// Is an effect one of the geometry?
 pub fn is_geometry(effect: &str) -> bool {
     catalogue::find(effect).is_some_and(|e| e.family == Family::Geometry)
+}
+
+/// The one effect that is sought after the group, besides gaps: joints that yield.
+pub(in crate::diagnose) fn is_gravity(effect: &str) -> bool {
+    catalogue::find(effect).is_some_and(|e| e.family == Family::Gravity && e.stage == Stage::Link)
 }
 
 /// The group as it was found.
@@ -279,17 +284,4 @@ pub fn further(problem: &Problem) -> Vec<Candidate> {
 /// Is there structure beyond chance?
 pub fn is_structured(tested: &Tested) -> bool {
     tested.whole.p_value <= STRUCTURED
-}
-
-/// What stays of a real arm behind its group: told, whatever its size, where it is more than chance.
-pub fn remains(outcome: &Outcome) -> Option<Ratio> {
-    let tested = &outcome.structure;
-    if !is_structured(tested) {
-        return None;
-    }
-    let worst = tested.bundles.iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)));
-    let mut told = worst.unwrap_or(&tested.whole).clone();
-    // the size is that of everything
-    (told.gain, told.dof, told.p_value) = (tested.whole.gain, tested.whole.dof, tested.whole.p_value);
-    Some(told)
 }

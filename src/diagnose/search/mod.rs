@@ -14,11 +14,12 @@
 //!   own effects
 //! - `course`: what the search holds between its steps: the first finds, and what stays unexplained
 //! - `direction`: gaps from settled poses: an error that depends on the side of the approach
+//! - `finding`: what the search is made of on its way: refined candidates, alternatives, accepted effects
 //! - `fit`: generalised least squares over the whole chain: all found effects and the nuisance (frames, sensor zeros) refitted
 //!   together
 //! - `freed`: the residual freed of the whole catalogue-free basis: its noise, and the test whether structure is left
 //! - `geometry`: settled poses of a real arm: the geometry as one group, gravity, and gaps beside the misfit that stays
-//! - `outcome`: what the search ends with, and what it is made of on the way
+//! - `outcome`: what the search ends with
 //! - `precise`: joint sensors measure so precisely that a misfit stays: noise and slow ripple beside it
 //! - `prepared`: what the rounds begin with: outliers gone, the nuisances fitted, the noise of the residual freed of all
 //!   structure
@@ -36,6 +37,7 @@ pub mod contradiction;
 pub mod course;
 pub mod direction;
 pub mod doubt;
+pub mod finding;
 pub mod fit;
 pub mod freed;
 pub mod geometry;
@@ -50,17 +52,20 @@ pub mod together;
 pub mod unnamed;
 
 use crate::diagnose::candidates::Candidate;
+use crate::diagnose::candidates::basis::BasisGroup;
 use crate::diagnose::candidates::cache::ScreeningCache;
 use crate::diagnose::candidates::screen::{Score, ScreeningContext};
 use crate::diagnose::candidates::sensitivities::{Sensitivities, tangent};
 use crate::diagnose::candidates::spectrum;
-use crate::diagnose::candidates::structure::{BasisGroup, Ratio, Tested};
+use crate::diagnose::candidates::structure::{Ratio, Tested};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::problem::recording::Recording;
+use crate::diagnose::problem::residual::rms;
 use crate::diagnose::search::course::Course;
+use crate::diagnose::search::finding::{Alternative, Next, Refined, Step, flat};
 use crate::diagnose::search::fit::Fit;
-use crate::diagnose::search::outcome::{Alternative, Next, Outcome, Refined, Step, flat, rms};
+use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::search::prepared::Prepared;
 use crate::effects::{Backlash, EffectInstance, backlash, catalogue};
 use crate::numerics::fisher;

@@ -1,13 +1,13 @@
 //! Joint sensors measure so precisely that a misfit stays: noise and slow ripple beside it.
 
-use crate::diagnose::candidates::structure::BasisGroup;
+use crate::diagnose::candidates::basis::BasisGroup;
 use crate::diagnose::candidates::{self, spectrum};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::recording::Recording;
+use crate::diagnose::search::finding::Refined;
 use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::freed;
-use crate::diagnose::search::outcome::Refined;
 use crate::effects::{
     AxisCoupling, BacklashPosition, EffectInstance, EncoderScale, Hysteresis, MaxwellSlip, TransmissionError,
 };

@@ -1,13 +1,14 @@
 //! What the rounds begin with: outliers gone, the nuisances fitted, the noise of the residual freed of all structure.
 
-use crate::diagnose::candidates::structure::{self, BasisGroup, Tested};
+use crate::diagnose::candidates::basis::BasisGroup;
+use crate::diagnose::candidates::structure::{self, Tested};
 use crate::diagnose::candidates::{self, Candidate};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::prepare;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::problem::recording::Recording;
+use crate::diagnose::problem::residual::{largest, rms};
 use crate::diagnose::search::fit::{self, Fit};
-use crate::diagnose::search::outcome::{largest, rms};
 use crate::diagnose::search::{freed, geometry};
 
 /// The problem without outliers, the fit of the nuisances, and the noise under which the rounds begin.

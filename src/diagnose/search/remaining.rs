@@ -3,9 +3,10 @@
 use crate::diagnose::candidates::structure::{Ratio, Tested};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
+use crate::diagnose::problem::residual::rms;
 use crate::diagnose::search::MOST_EFFECTS;
+use crate::diagnose::search::finding::Next;
 use crate::diagnose::search::fit::Fit;
-use crate::diagnose::search::outcome::{Next, rms};
 
 /// Chance of a structure ratio below which structure remains.
 const STRUCTURED: f64 = 1e-5;

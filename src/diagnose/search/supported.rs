@@ -7,8 +7,8 @@ use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::recording::Recording;
+use crate::diagnose::search::finding::Refined;
 use crate::diagnose::search::fit::Fit;
-use crate::diagnose::search::outcome::Refined;
 use crate::diagnose::search::together::blocks::Blocks;
 use crate::diagnose::search::together::members::SUPPORTED;
 

@@ -4,7 +4,8 @@ use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::screen::SWALLOWED;
 use crate::diagnose::candidates::structure::{self, Ratio};
 use crate::diagnose::problem::forward::LogData;
-use crate::diagnose::search::outcome::{Alternative, Outcome, WITHIN};
+use crate::diagnose::search::finding::{Alternative, WITHIN};
+use crate::diagnose::search::outcome::Outcome;
 use crate::effects::{Inputs, catalogue};
 
 /// Probability that the smallest set holds.

@@ -1,10 +1,10 @@
 //! Where a block leads: frames, arcs, and why it cannot be told.
 
 use super::arc::Arc;
+use super::codes::SPLINES;
 use super::lex::{Block, Word};
 use super::read::Reader;
 use super::survey::{AXES, code, code_text};
-use super::words::SPLINES;
 use super::{Centre, MOST_DEG, MOST_INCH, MOST_MM, Statement, canonical};
 use crate::axes::JointKind;
 use crate::error::Result;

@@ -18,6 +18,7 @@
 
 mod arc;
 mod assignments;
+mod codes;
 mod frame;
 mod goal;
 mod lex;

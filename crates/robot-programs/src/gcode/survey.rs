@@ -1,8 +1,8 @@
 //! A look over the whole text before it is read: which codes there are, how numbers are written, what may be jumped to.
 
 use super::assignments::Assignments;
+use super::codes::{PROBES, is_followed};
 use super::lex::{self, Block};
-use super::words::{PROBES, is_followed};
 use crate::error::Result;
 use crate::script::Text;
 use std::collections::BTreeSet;

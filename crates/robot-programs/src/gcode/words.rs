@@ -1,5 +1,6 @@
 //! The words of one block: M words, then G words (modes, actions, motion), then the move, then what follows it.
 
+use super::codes::{CANNED, HARMLESS, PROBES, SPLINES, TOUCHES};
 use super::goal::opaque;
 use super::lex::{self, Block, Word};
 use super::read::Reader;
@@ -7,14 +8,6 @@ use super::survey::{AXES, Survey, code, code_text, has_axes, homes, work_frame};
 use crate::error::Result;
 use crate::script::{Break, StepKind};
 
-/// G words without effect on where a block leads, times ten.
-const HARMLESS: &[u32] = &[80, 131, 150, 281, 301, 690, 960, 970, 980, 990, 1130, 1870];
-/// Splines and parabolas, modal as G1 is.
-pub(super) const SPLINES: &[u32] = &[50, 51, 52, 53, 60, 61, 62, 63];
-/// Canned cycles.
-const CANNED: &[u32] = &[730, 740, 760, 810, 820, 830, 840, 850, 860, 870, 880, 890];
-/// Moves to where a probe touches or leaves, modal.
-const TOUCHES: &[u32] = &[382, 383, 384, 385];
 /// M words that save modes and bring them back.
 const SAVES: std::ops::RangeInclusive<u32> = 70..=73;
 /// M words that leave the machine where it is.
@@ -25,23 +18,6 @@ const STILL_PRINTER: &[u32] = &[
     73, 105, 108, 109, 111, 115, 141, 142, 155, 190, 191, 200, 201, 203, 204, 205, 207, 208, 209, 220, 221, 300, 301,
     302, 304, 400, 413, 486, 555, 566, 569, 572, 593, 900, 906, 907, 913, 914,
 ];
-/// G words by which printers probe their bed; G80 is one of them on some.
-pub(super) const PROBES: &[u32] = &[290, 320, 340, 800];
-
-/// G words that are followed wherever they stand: behind any other the words of all blocks mean something else.
-pub(super) fn is_followed(c: u32) -> bool {
-    const ACTIONS: &[u32] = &[
-        40, 90, 100, 110, 280, 300, 500, 501, 520, 530, 610, 611, 640, 650, 660, 661, 670, 920, 921, 922, 923, 1610,
-        1620,
-    ];
-    const MODES: &[u32] = &[
-        0, 10, 20, 30, 170, 180, 190, 200, 210, 400, 410, 411, 420, 421, 430, 431, 440, 490, 800, 900, 901, 910, 911,
-        930, 940, 950,
-    ];
-    let known = [ACTIONS, MODES, HARMLESS, CANNED, SPLINES, TOUCHES].iter().any(|list| list.contains(&c));
-    known || (540..600).contains(&c)
-}
-
 /// Whether a block chooses a tool or an offset, which moves the frame: a T word where no M6 changes tools (a turret), D and H without
 /// the G word that takes them.
 fn changes_tool(block: &Block, survey: &Survey) -> bool {

@@ -2,8 +2,9 @@
 //! target, as a frame.
 
 use super::lex::{Kind, Token};
-use super::target::finest;
+use crate::decimal::POW10;
 use crate::error::Result;
+use crate::script::number::last_digit;
 use crate::script::pose::{Configuration, Frame};
 use crate::script::{PathKind, PoseForm, PoseGoal, Solution, Text, Value, number};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
@@ -149,6 +150,17 @@ impl Aggregate {
         out.sort();
         out
     }
+}
+
+/// Weight of the seventh digit: KRL holds numbers in single precision. Values below 1 are taken as 1.
+pub(super) fn finest(value: f64) -> f64 {
+    let size = value.abs();
+    // most values: powers of ten are exact, as their logarithms are
+    let whole = POW10.iter().take(7).take_while(|p| size >= **p).count();
+    if whole < 7 {
+        return last_digit(6 - whole.saturating_sub(1) as u8);
+    }
+    10_f64.powi(size.log10().floor() as i32 - 6)
 }
 
 /// A1 to A6, E1 to E6.

@@ -1,7 +1,6 @@
 //! What a line calls, and whether that may move the robot.
 
-use super::data::upper;
-use super::lex::{Kind, Token};
+use super::lex::{Kind, Token, upper};
 use crate::script::Text;
 
 /// Functions and procedures that neither move the robot nor change what they are given.

@@ -1,8 +1,7 @@
 //! A point's second form: a declaration of its own with a free name, in an inline form together with all that it couples.
 
-use super::data::upper;
 use super::form::{Reference, references};
-use super::lex::{Kind, tokens};
+use super::lex::{Kind, tokens, upper};
 use super::write::{Change, motion_of, place, texts};
 use super::{Program, Source};
 use crate::error::{Error, Result};

@@ -2,7 +2,7 @@
 
 use super::aggregate::{Aggregate, aggregate};
 use super::calls::calls;
-use super::lex::{Kind, Token, first_word, tokens};
+use super::lex::{Kind, Token, first_word, index, tokens, upper};
 use super::motion;
 use super::name::{Assigned, Flow, Holds, Name};
 use crate::error::Result;
@@ -20,11 +20,6 @@ pub(super) struct Data {
     pub frames: HashMap<String, (usize, usize)>,
     /// Numbers of tool and base of frame data.
     pub numbers: HashMap<String, [Option<u32>; 2]>,
-}
-
-/// A word in upper case.
-pub(super) fn upper(text: &Text, t: &Token) -> String {
-    String::from_utf8_lossy(text.slice(t.span())).to_ascii_uppercase()
 }
 
 impl Data {
@@ -289,15 +284,6 @@ impl Data {
             }
         }
     }
-}
-
-/// `[2]` at token `at`: the index, and the token behind it.
-pub(super) fn index(text: &Text, line: &[Token], at: usize) -> Option<(u32, usize)> {
-    let [open, n, close] = line.get(at..at + 3)? else { return None };
-    if !(open.is(b'[') && close.is(b']') && n.kind == Kind::Number) {
-        return None;
-    }
-    Some((std::str::from_utf8(text.slice(n.span())).ok()?.parse().ok()?, at + 3))
 }
 
 /// The statements of a line: what stands behind the `DO` of `TRIGGER` and `INTERRUPT` is one of its own.

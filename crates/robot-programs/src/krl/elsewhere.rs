@@ -5,8 +5,8 @@
 
 use super::aggregate::aggregate;
 use super::calls::calls;
-use super::data::{Data, assignment, declaration, is_routine, statements, upper};
-use super::lex::{Kind, Token, tokens};
+use super::data::{Data, assignment, declaration, is_routine, statements};
+use super::lex::{Kind, Token, tokens, upper};
 use super::project::is_read;
 use crate::script::Text;
 use std::collections::HashSet;

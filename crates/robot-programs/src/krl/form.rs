@@ -1,8 +1,8 @@
 //! Inline forms: the settings that a form writes before its motion, and where its fold names its point.
 
 use super::calls::calls;
-use super::data::{assignment, upper};
-use super::lex::{Kind, Token, tokens};
+use super::data::assignment;
+use super::lex::{Kind, Token, tokens, upper};
 use super::motion;
 use crate::script::Text;
 use std::ops::Range;

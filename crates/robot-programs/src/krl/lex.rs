@@ -91,3 +91,17 @@ fn number_len(bytes: &[u8]) -> usize {
     }
     len
 }
+
+/// A word in upper case.
+pub(super) fn upper(text: &Text, t: &Token) -> String {
+    String::from_utf8_lossy(text.slice(t.span())).to_ascii_uppercase()
+}
+
+/// `[2]` at token `at`: the index, and the token after it.
+pub(super) fn index(text: &Text, line: &[Token], at: usize) -> Option<(u32, usize)> {
+    let [open, n, close] = line.get(at..at + 3)? else { return None };
+    if !(open.is(b'[') && close.is(b']') && n.kind == Kind::Number) {
+        return None;
+    }
+    Some((std::str::from_utf8(text.slice(n.span())).ok()?.parse().ok()?, at + 3))
+}

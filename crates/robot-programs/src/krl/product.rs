@@ -5,8 +5,8 @@
 //! computed.
 
 use super::aggregate::{Aggregate, aggregate};
-use super::data::{Data, index, upper};
-use super::lex::{Kind, Token};
+use super::data::Data;
+use super::lex::{Kind, Token, index, upper};
 use super::name::Holds;
 use crate::error::Result;
 use crate::script::Text;

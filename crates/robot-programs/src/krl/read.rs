@@ -2,10 +2,10 @@
 
 use super::aggregate::Aggregate;
 use super::calls::{arc, calls};
-use super::data::{Data, assignment, is_routine, upper};
+use super::data::{Data, assignment, is_routine};
 use super::form;
 use super::going::{Going, Turning};
-use super::lex::{Kind, Token, first_word, tokens};
+use super::lex::{Kind, Token, first_word, tokens, upper};
 use super::motion::{self, Word};
 use super::name::Holds;
 use super::product;

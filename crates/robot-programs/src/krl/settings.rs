@@ -1,8 +1,8 @@
 //! Speeds, approximation and frames as a program sets them: known while the text is certain to be what ran last.
 
 use super::aggregate::aggregate;
-use super::data::{Data, upper};
-use super::lex::{Kind, Token};
+use super::data::Data;
+use super::lex::{Kind, Token, upper};
 use crate::script::pose::Frame;
 use crate::script::{Text, number as digits};
 use nalgebra::Isometry3;

@@ -1,9 +1,8 @@
 //! Axis values as joint targets; axes that are none of the robot's.
 
-use super::aggregate::{Aggregate, axis_name};
+use super::aggregate::{Aggregate, axis_name, finest};
 use super::motion::Word;
 use crate::axes::{Axes, JointKind};
-use crate::decimal::POW10;
 use crate::error::Result;
 use crate::script::blocks::BySteps;
 use crate::script::number::last_digit;
@@ -85,15 +84,4 @@ pub(super) fn target(
         return Ok(Err("it moves none of the robot's axes".into()));
     }
     Ok(Ok(Target { name, at, values, pose: None }))
-}
-
-/// Weight of the seventh digit: KRL holds numbers in single precision. Values below 1 are taken as 1.
-pub(super) fn finest(value: f64) -> f64 {
-    let size = value.abs();
-    // most values: powers of ten are exact, as their logarithms are
-    let whole = POW10.iter().take(7).take_while(|p| size >= **p).count();
-    if whole < 7 {
-        return last_digit(6 - whole.saturating_sub(1) as u8);
-    }
-    10_f64.powi(size.log10().floor() as i32 - 6)
 }

@@ -1,9 +1,9 @@
 //! Edits as patches: numbers of goals, cloned points, new motions in line.
 
+use super::aggregate::finest;
 use super::clone::{Clone, clone, refer, replaced, words};
 use super::form;
 use super::lex::tokens;
-use super::target::finest;
 use super::{Motion, Program, Source};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};

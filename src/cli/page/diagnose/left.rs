@@ -3,7 +3,7 @@
 use super::super::milli;
 use super::Told;
 use crate::diagnose::Outcome;
-use crate::diagnose::candidates::structure::Aspect;
+use crate::diagnose::candidates::basis::Aspect;
 use crate::diagnose::result::document::Diagnosis;
 use crate::diagnose::result::words;
 use crate::report::number::significant;

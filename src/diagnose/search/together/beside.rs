@@ -1,9 +1,9 @@
 //! What the joint fit leaves, as curves without a name ([`crate::diagnose::search::unnamed`]) beside the named effects.
 
-use super::{MachineFit, members, share};
+use super::{MachineFit, contribution, members};
 use crate::diagnose::candidates::structure::Tested;
 use crate::diagnose::problem::forward::Problem;
-use crate::diagnose::search::outcome::rms;
+use crate::diagnose::problem::residual::rms;
 use crate::diagnose::search::unnamed::{self, Pool};
 
 /// Curves at most: the machine has many named effects already.
@@ -19,8 +19,8 @@ pub fn curves(problem: &Problem, machine: MachineFit, structure: &Tested) -> Mac
         let Some(curve) = pool.best(problem, &machine.fit, &machine.whitening) else { break };
         let next = machine.clone().with(problem, vec![curve.placed]);
         let support = members::support(problem, &next);
-        let moved = share::contributions(problem, &next.fit);
-        let worth = share::WORTH * rms(problem, &next.fit.state.residual);
+        let moved = contribution::contributions(problem, &next.fit);
+        let worth = contribution::WORTH * rms(problem, &next.fit.state.residual);
         let last = support.len() - 1;
         if support[last] < unnamed::SUPPORTED || moved[last] < worth {
             break;

@@ -1,13 +1,13 @@
 //! Which terms join the fit and which leave it: what they gain on held-out blocks.
 
 use super::blocks::Blocks;
-use super::{MachineFit, pool, prior, share};
+use super::{MachineFit, contribution, pool, prior};
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::sensitivities::effect_columns;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::problem::normal::scaled_inverse;
+use crate::diagnose::problem::residual::rms;
 use crate::diagnose::search::fit::Fit;
-use crate::diagnose::search::outcome::rms;
 use crate::effects::{EffectInstance, Family};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -261,8 +261,8 @@ pub fn supported(problem: &Problem, machine: &MachineFit) -> Vec<usize> {
     let MachineFit { fit, sensitivities, .. } = machine;
     let table = table(problem, machine, &[]);
     let (ranges, values, n) = (columns_of(fit), linear_values(problem, fit), sensitivities.columns().count());
-    let sizes = share::contributions(problem, fit);
-    let worth = share::WORTH * rms(problem, &fit.state.residual);
+    let sizes = contribution::contributions(problem, fit);
+    let worth = contribution::WORTH * rms(problem, &fit.state.residual);
     let geometric =
         |k: usize| crate::diagnose::search::geometry::is_geometry(fit.hypothesis.effects[fit.free[k]].effect.name());
     let mut out: Vec<usize> = Vec::new();

@@ -9,7 +9,7 @@
 //! Modules, in the order of the work:
 //! - [`prior`]: typical sizes; [`pool`]: the groups and the terms that may join them; [`blocks`]: held-out blocks by linear
 //!   algebra; [`triage`]: is this such a machine?; [`members`]: which terms join and which leave; [`rivals`]: what else a gap may be;
-//!   [`beside`]: curves for what has no name; [`considered`]: what was left out, as uncertainty; [`share`]: what each term does to the TCP, intervals, the story.
+//!   [`beside`]: curves for what has no name; [`considered`]: what was left out, as uncertainty; [`contribution`]: how far each effect moves the TCP; [`share`]: intervals, the story.
 //!
 //! Files beside:
 //! - `outcome`: the joint fit as an outcome that the document tells
@@ -17,6 +17,7 @@
 pub mod beside;
 pub mod blocks;
 pub mod considered;
+pub mod contribution;
 pub mod members;
 pub mod outcome;
 pub mod pool;

@@ -8,8 +8,10 @@ use crate::diagnose::candidates::{self, Candidate};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::prepare;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
+use crate::diagnose::problem::residual::{largest, rms};
+use crate::diagnose::search::finding::Step;
 use crate::diagnose::search::fit::{self, Fit};
-use crate::diagnose::search::outcome::{Outcome, Step, largest, rms};
+use crate::diagnose::search::outcome::Outcome;
 
 /// Fits everything together and tells it, where that finds many effects.
 pub fn of_many(problem: Problem, start: Hypothesis) -> Option<Outcome> {

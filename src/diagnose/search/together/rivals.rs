@@ -6,7 +6,7 @@
 use super::{MachineFit, considered, members};
 use crate::diagnose::candidates::sensitivities::effect_columns;
 use crate::diagnose::problem::forward::Problem;
-use crate::diagnose::search::outcome::Alternative;
+use crate::diagnose::search::finding::Alternative;
 use crate::effects::{Decay, Effect, EffectInstance, Hysteresis, MaxwellSlip, Stiction, Target};
 use rayon::prelude::*;
 

@@ -2,7 +2,8 @@
 //! joints and TCP over time where several logs can say that it comes back.
 
 use crate::diagnose::candidates;
-use crate::diagnose::candidates::structure::{Aspect, Ratio};
+use crate::diagnose::candidates::basis::Aspect;
+use crate::diagnose::candidates::structure::Ratio;
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::recording::Recording;
 use crate::effects::candidate::{Candidate, Survey, TRIAL};

@@ -17,11 +17,12 @@ use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::candidates::structure::Tested;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
+use crate::diagnose::problem::residual::rms;
+use crate::diagnose::search::finding::{Alternative, Step};
 use crate::diagnose::search::fit::{self, Fit, Prior};
-use crate::diagnose::search::outcome::{Alternative, Step, rms};
 use crate::diagnose::search::story;
 use crate::diagnose::search::together::blocks::Blocks;
-use crate::diagnose::search::together::{prior, share};
+use crate::diagnose::search::together::{contribution, prior};
 use crate::effects::{EffectInstance, Empirical};
 use curves::{Family, Halves};
 use nalgebra::DMatrix;
@@ -165,8 +166,8 @@ fn describe(problem: &Problem, start: &Fit, whitening: &Whitening) -> Option<Des
         let prior = of_curves(problem, &h.effects, &free);
         let (next, _) = fit::refit_with_prior(problem, &h, &free, &found.whitening, &prior);
         let after = story::held_out(problem, &next, &found.whitening);
-        let moved = share::contributions(problem, &next).last().copied().unwrap_or(0.0);
-        if after >= found.held_out || moved < share::WORTH * rms(problem, &next.state.residual) {
+        let moved = contribution::contributions(problem, &next).last().copied().unwrap_or(0.0);
+        if after >= found.held_out || moved < contribution::WORTH * rms(problem, &next.state.residual) {
             break;
         }
         found.held_out = after;

@@ -1,0 +1,26 @@
+//! G words by what they do, times ten.
+
+/// G words without effect on where a block leads, times ten.
+pub(super) const HARMLESS: &[u32] = &[80, 131, 150, 281, 301, 690, 960, 970, 980, 990, 1130, 1870];
+/// Splines and parabolas, modal as G1 is.
+pub(super) const SPLINES: &[u32] = &[50, 51, 52, 53, 60, 61, 62, 63];
+/// Canned cycles.
+pub(super) const CANNED: &[u32] = &[730, 740, 760, 810, 820, 830, 840, 850, 860, 870, 880, 890];
+/// Moves to where a probe touches or leaves, modal.
+pub(super) const TOUCHES: &[u32] = &[382, 383, 384, 385];
+/// G words by which printers probe their bed; G80 is one of them on some.
+pub(super) const PROBES: &[u32] = &[290, 320, 340, 800];
+
+/// G words that are followed wherever they stand: after any other the words of all blocks mean something else.
+pub(super) fn is_followed(c: u32) -> bool {
+    const ACTIONS: &[u32] = &[
+        40, 90, 100, 110, 280, 300, 500, 501, 520, 530, 610, 611, 640, 650, 660, 661, 670, 920, 921, 922, 923, 1610,
+        1620,
+    ];
+    const MODES: &[u32] = &[
+        0, 10, 20, 30, 170, 180, 190, 200, 210, 400, 410, 411, 420, 421, 430, 431, 440, 490, 800, 900, 901, 910, 911,
+        930, 940, 950,
+    ];
+    let known = [ACTIONS, MODES, HARMLESS, CANNED, SPLINES, TOUCHES].iter().any(|list| list.contains(&c));
+    known || (540..600).contains(&c)
+}

@@ -1,0 +1,27 @@
+//! Sizes of a residual: root mean square and largest.
+
+use super::forward::Problem;
+
+/// rms per coordinate of the reflectors' residual; of all where none is measured.
+pub fn rms(problem: &Problem, residual: &[f64]) -> f64 {
+    let (mut sum, mut n) = (0.0, 0usize);
+    let points = problem.groups.iter().any(|g| g.dims == 3);
+    for g in problem.groups.iter().filter(|g| !points || g.dims == 3) {
+        sum += residual[g.range()].iter().map(|v| v * v).sum::<f64>();
+        n += g.range().len();
+    }
+    (sum / n.max(1) as f64).sqrt()
+}
+
+/// Largest distance between measured and predicted points, m; of joint sensors rad.
+pub fn largest(problem: &Problem, residual: &[f64]) -> f64 {
+    let mut most = 0.0_f64;
+    for g in &problem.groups {
+        let (v, n) = (&residual[g.range()], g.len());
+        for b in 0..n {
+            let squares: f64 = (0..g.dims).map(|c| v[c * n + b] * v[c * n + b]).sum();
+            most = most.max(squares.sqrt());
+        }
+    }
+    most
+}
