@@ -8,7 +8,7 @@ pub mod program;
 
 use anyhow::Result;
 
-/// What lost motion costs at the TCP: on a measured circle, along a line from both sides, behind the turns of a motion, or computed
+/// What lost motion costs at the TCP: on a measured circle, along a line from both sides, after the turns of a motion, or computed
 /// at a pose or over a program; and whether a changed program is better.
 #[derive(Debug, clap::Args)]
 pub struct Args {

@@ -100,7 +100,7 @@ pub struct JointEvidence {
     pub gain_ci95: Option<[f64; 2]>,
     /// Of a decay in time, s.
     pub decay_s_ci95: Option<[f64; 2]>,
-    /// Largest joint error behind the reversals that the identified chain predicts, without and with the offsets.
+    /// Largest joint error after the reversals that the identified chain predicts, without and with the offsets.
     pub largest_before: Option<f64>,
     pub largest_after: Option<f64>,
     /// What the last run showed of these offsets.

@@ -142,7 +142,7 @@ mod tests {
         let mut s = p.clone();
         Hysteresis { half_width: 0.01, presliding: 0.05 }.apply(&track, &mut s);
         assert!((s[1000] - (1.0 - 0.01)).abs() < 1e-9);
-        // 0.05 behind the turn: z = -1 + 2/e
+        // 0.05 after the turn: z = -1 + 2/e
         let z = -1.0 + 2.0 * (-1.0f64).exp();
         assert!((s[1050] - (0.95 - 0.01 * z)).abs() < 1e-9);
         assert!((s[2000] - 0.01).abs() < 1e-9);

@@ -144,7 +144,7 @@ impl<'a> Track<'a> {
         self.p.is_empty()
     }
 
-    /// Walks the samples behind each turn: `(turn, range of samples that lie behind it up to the next turn)`.
+    /// Walks the samples after each turn: `(turn, range of samples that lie behind it up to the next turn)`.
     pub fn strokes(&self) -> impl Iterator<Item = (&Turn, std::ops::Range<usize>)> {
         self.turns.iter().enumerate().map(|(k, t)| {
             let end = self.turns.get(k + 1).map_or(self.len(), |n| n.index + 1);

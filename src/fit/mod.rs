@@ -302,7 +302,7 @@ fn over_poses(
     Ok(Some(FrictionOffset { gain: f.gain, shape: FrictionShape::Poses { exponent: f.exponent, poses: f.poses } }))
 }
 
-/// Largest joint error behind the reversals, without and with the offsets, as the identified chain predicts it.
+/// Largest joint error after the reversals, without and with the offsets, as the identified chain predicts it.
 fn before_and_after(
     m: &Merged,
     backlash: Option<&BacklashOffset>,

@@ -30,7 +30,7 @@ const MOST_ROWS: f64 = 5e7;
 /// Seconds between two settled poses: long enough for any servo to have worked its error off.
 const SETTLED_S: f64 = 1e6;
 
-/// Parts of an interval in which a stuck joint may come loose before a servo lag, and the intervals so divided behind a turn at most.
+/// Parts of an interval in which a stuck joint may come loose before a servo lag, and the intervals so divided after a turn at most.
 const SUBSAMPLES: u8 = 16;
 const MOST_STUCK: usize = 64;
 

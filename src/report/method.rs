@@ -63,7 +63,7 @@ pub const STICTION: Method = Method::known(
 /// Flanks of a gap between two sensors.
 pub const TWO_FLANKS: Method = Method::known(
     "Two gaps in series",
-    "Each gap is the distance between the lines on which the output follows its input upwards and downwards, fitted with one slope to the rows behind the gaps. Coupling: screw against motor; nut: carriage against screw. Intervals are those of strokes left out in turn (jackknife), Student's t.",
+    "Each gap is the distance between the lines on which the output follows its input upwards and downwards, fitted with one slope to the rows after the gaps. Coupling: screw against motor; nut: carriage against screw. Intervals are those of strokes left out in turn (jackknife), Student's t.",
     "<i>y</i> = <i>m</i>(<i>θ</i> − <i>c</i><sub>r</sub>) upwards, <i>y</i> = <i>m</i>(<i>θ</i> − <i>c</i><sub>l</sub>) downwards, else <i>y</i> stays",
     "equation 2",
     "Mathematical modeling and experimental identification of backlash nonlinearity in prototype of a robot gantry with electric drive and ball screw transmission",
@@ -81,7 +81,7 @@ pub const STATIC_GAP: Method = Method::known(
 /// Deadzones from sweeps of one joint.
 pub const DEADZONE: Method = Method::known(
     "Deadzones from growing sweeps",
-    "Behind each turn of the motor the tip rests until the deadzone is crossed. Its size is the travel of the motor between the turn and the place where the branch on which the tip leaves meets the place where it rested; half of it is the half gap, in the middle between both. Only tip positions enter.",
+    "After each turn of the motor the tip rests until the deadzone is crossed. Its size is the travel of the motor between the turn and the place where the branch on which the tip leaves meets the place where it rested; half of it is the half gap, in the middle between both. Only tip positions enter.",
     "<i>δ</i> = | <i>θ</i><sub>fin</sub> − <i>θ</i><sub>init</sub> | = <i>b</i>(<i>θ</i><sub>init</sub>) + <i>b</i>(<i>θ</i><sub>fin</sub>)",
     "algorithm 1",
     "Model Learning with Backlash Compensation for a Tendon-Driven Surgical Robot",

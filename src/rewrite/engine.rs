@@ -2,7 +2,7 @@
 //!
 //! Stations: ([`super::statics`] ->) ([`super::densify`] ->) [`super::turning`] -> [`super::path`], on which each axis' command is worked out stroke
 //! by stroke ([`super::stroke`]), -> [`super::limits`] -> out. A station holds back only what its look-ahead needs: two
-//! points for turning points, and behind a turn with friction the points until the friction has faded.
+//! points for turning points, and after a turn with friction the points until the friction has faded.
 
 use super::densify::Densify;
 use super::equation2::{Equation2, Law};

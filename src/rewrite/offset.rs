@@ -1,4 +1,4 @@
-//! What one axis needs: the half gap on either side and the friction behind a turn, as functions (Zhang (2023) equations 16, 17).
+//! What one axis needs: the half gap on either side and the friction after a turn, as functions (Zhang (2023) equations 16, 17).
 
 use crate::compensator::{FrictionOffset, FrictionShape, JointCompensator};
 use crate::effects::{Decay, GapCurve};
@@ -67,7 +67,7 @@ impl Offset {
     }
 }
 
-/// Friction that is left behind a turn: `since_s` seconds, `poses` program points and `travel` of the command later.
+/// Friction that is left after a turn: `since_s` seconds, `poses` program points and `travel` of the command later.
 pub fn friction_left(f: &FrictionOffset, since_s: f64, travel: f64, poses: f64) -> f64 {
     match f.shape {
         FrictionShape::Decay(decay) => f.gain * decay.left(since_s, travel),

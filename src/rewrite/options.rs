@@ -23,13 +23,13 @@ pub enum Refine {
 pub struct Options {
     pub law: Law,
     pub refine: Refine,
-    /// Share of the segment behind a turning point at which the point stands that carries the step (Zhang (2023): 0.1). It
+    /// Share of the segment after a turning point at which the point stands that carries the step (Zhang (2023): 0.1). It
     /// stands nearer where the joint would lag by more than [`Options::shape_m`] until then, unless `step_exact`.
     pub step_fraction: f64,
     pub step_exact: bool,
     /// Movement against the direction that is number noise, per axis (rad or m).
     pub deadband: Vec<f64>,
-    /// Spread the step over this travel behind the turning point, per axis (rad or m); 0: at once.
+    /// Spread the step over this travel after the turning point, per axis (rad or m); 0: at once.
     pub ramp: Vec<f64>,
     /// Direction in which each axis was moved before the first point: -1, +1; 0: that of its first movement.
     pub initial_direction: Vec<i8>,

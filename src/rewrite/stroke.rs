@@ -1,6 +1,6 @@
 //! One reversal of one joint: the command that leaves the smallest largest error (Zhang (2023) equation 15, infinity norm).
 //!
-//! Behind a turn in direction `d` the joint stands at `y0`. With wanted travel `z = d (p - y0)`, friction left `G` and half
+//! After a turn in direction `d` the joint stands at `y0`. With wanted travel `z = d (p - y0)`, friction left `G` and half
 //! gap `b`, the machine (catalogue: stiction, then play) moves by `max(0, C - b - G)` for a command `C = d (c - y0)`. The
 //! command that leaves no error is `H = z + b + G`. It must not turn back, for that would be one more reversal with its
 //! own gap and stick; where friction fades faster than the joint moves, `H` falls and cannot be followed. What is left is an
@@ -17,7 +17,7 @@
 //! At the end of the stroke the friction that is left drops out at once; the last node is fitted without it, which halves
 //! that leap. Assumes that the joint sticks after a reversal; a machine that leaps instead wants a higher level.
 
-/// One place behind the turn.
+/// One place after the turn.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Node {
     /// Wanted travel `z` from where the joint stands, rad or m.
@@ -80,7 +80,7 @@ pub fn solve(nodes: &[Node], first: usize, open: bool, command: &mut Vec<f64>, f
     later.map(|(m, c)| (c - m.travel - m.gap - m.friction).abs()).fold(left, f64::max)
 }
 
-/// Largest error behind a turn at node 0, `command` being straight between the nodes and the joint standing until the command
+/// Largest error after a turn at node 0, `command` being straight between the nodes and the joint standing until the command
 /// has crossed gap and friction: also on the way to the step point, where the joint lags.
 pub fn largest_error(nodes: &[Node], command: &[f64]) -> f64 {
     let pull = |k: usize| command[k] - nodes[k].gap - nodes[k].friction;
@@ -100,7 +100,7 @@ pub fn largest_error(nodes: &[Node], command: &[f64]) -> f64 {
     worst
 }
 
-/// Command travel behind a turn for friction that fades with the travel of the command: `x - g exp(-x/lambda) = wanted`,
+/// Command travel after a turn for friction that fades with the travel of the command: `x - g exp(-x/lambda) = wanted`,
 /// by Newton from above; the left side rises, so the command never has to be held. `x` counts from the turn.
 pub fn travel_command(wanted: f64, gain: f64, lambda: f64) -> f64 {
     let mut x = wanted + gain;
@@ -218,7 +218,7 @@ mod tests {
 
     #[test]
     fn on_the_way_to_a_far_step_point_the_joint_lags_by_no_more_than_the_gap() {
-        // half gap 0.002 on either side, step point 0.5 behind the turn
+        // half gap 0.002 on either side, step point 0.5 after the turn
         let node = |travel: f64| Node { travel, gap: 0.002, friction: 0.0 };
         let nodes = [node(0.0), node(0.5), node(1.0)];
         let left = largest_error(&nodes, &[-0.002, 0.502, 1.002]);

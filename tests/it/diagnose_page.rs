@@ -79,7 +79,7 @@ fn what_is_unknown_stands_first_with_its_place_and_what_to_record() {
     let at =
         |words: &str| titles.iter().position(|t| t.contains(words)).unwrap_or_else(|| panic!("{words}: {titles:?}"));
     // what only stood in for the unknown is put aside, so there is no fall to show
-    assert!(at("What is left goes with") < at("The gap along the path"));
+    assert!(at("What is left depends on") < at("The gap along the path"));
     assert!(at("Put aside on the way") > 0);
     assert!(html.contains("Unknown: ") && html.contains("to find the rest"));
     assert!(html.contains("The nearest effect of the catalogue"));

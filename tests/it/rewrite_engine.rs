@@ -77,7 +77,7 @@ fn a_triangle_gets_the_step_behind_its_tip() {
     let mut options = Options::new(6);
     options.step_exact = true;
     let (out, account) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&[0.0, 1.0, 2.0, 1.0, 0.0]), 100);
-    // equation 16, and the inserted point 0.1 of the segment behind the turn
+    // equation 16, and the inserted point 0.1 of the segment after the turn
     close(&a1_of(&out), &[0.01, 1.01, 2.01, 1.89, 0.99, -0.01], 1e-12);
     assert!(matches!(out.origin[3], Origin::Inserted { after: 2, fraction } if (fraction - 0.1).abs() < 1e-12));
     assert_eq!((account.points, account.inserted, account.reversals[0]), (5, 1, 1));
@@ -295,7 +295,7 @@ fn a_step_at_constant_tcp_speed_has_the_time_its_joint_needs_and_stops_no_other_
         let options = Options { tcp_speed_m_s: Some(mm_s / 1000.0), ..Options::new(6) };
         let (out, account) = run(&robot, &on_axis(0, 0.006, friction), options, &points, 16);
         assert_eq!((account.reversals[0], &account.violations), (1, &vec![]), "{mm_s} mm/s");
-        // the leg behind the turn at nominal speed, and the least time of the step: half the acceleration, up and down again
+        // the leg after the turn at nominal speed, and the least time of the step: half the acceleration, up and down again
         let leg_s = (robot.tcp_m(points.row(21)) - robot.tcp_m(points.row(20))).norm() / (mm_s / 1000.0);
         let step = 0.012 + friction.map_or(0.0, |f| f.0);
         let need_s = 2.0 * (step * DEG / (0.5 * robot.axis(0).max_accel.unwrap())).sqrt();
@@ -439,7 +439,7 @@ fn a_zero_compensator_refuses_nothing() {
 #[test]
 fn a_step_that_takes_several_legs_does_not_cut_their_bends() {
     let robot = kuka();
-    // coarse points with times: the step of a weak joint takes longer than the leg behind the turn
+    // coarse points with times: the step of a weak joint takes longer than the leg after the turn
     let places = [0.0, -3.0, -3.2, -3.1, -2.2, 0.4, 3.0, 6.0];
     let mut points = one_axis(&places);
     points.t_s = vec![0.0, 1.0, 1.2, 1.22, 1.3, 1.5, 2.0, 2.5];

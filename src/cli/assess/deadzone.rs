@@ -11,7 +11,7 @@ use std::path::PathBuf;
 /// Deadzones of a motion without and with compensation (Cursi (2022), Table I).
 ///
 /// Joints move one at a time. Both logs are judged by the wanted program: a deadzone is the part
-/// of the wanted motion behind a turn during which the tip stands still. Mean sizes per joint, and
+/// of the wanted motion after a turn during which the tip stands still. Mean sizes per joint, and
 /// the share that compensation takes away.
 ///
 /// Examples:

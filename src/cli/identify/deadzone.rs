@@ -14,7 +14,7 @@ use std::path::PathBuf;
 /// Find deadzones from sweeps of one joint at a time, with tip positions alone (Cursi (2022), algorithm 1).
 ///
 /// Move one joint to and fro with growing amplitude, from nothing to its range, while the others rest; then the next joint. Log
-/// commands and the tip. Behind each turn of the motor the tip stands still until the deadzone is crossed; its size is where
+/// commands and the tip. After each turn of the motor the tip stands still until the deadzone is crossed; its size is where
 /// the branch on which the tip leaves meets the place where it rested. Half of it is the half gap that `fit` and `rewrite`
 /// take; a growing sweep turns everywhere, so that the gap is found as a function of position.
 ///

@@ -17,7 +17,7 @@ pub enum Aspect {
 }
 
 impl Aspect {
-    /// In words, behind "goes with".
+    /// In words, after "depends on".
     pub fn said(self) -> &'static str {
         match self {
             Self::Position => "position",

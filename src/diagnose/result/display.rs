@@ -125,7 +125,7 @@ pub fn sentence(d: &Diagnosis) -> String {
         Verdict::None => "Nothing is missing: the gap is at the noise floor.".into(),
         Verdict::Named => match &d.unexplained {
             Some(u) => format!(
-                "Missing: {found}. Beyond them {} of structure remains; it goes with {}.",
+                "Missing: {found}. Beyond them {} of structure remains; it depends on {}.",
                 d.unit.said(u.rms_um),
                 u.goes_with
             ),
@@ -142,7 +142,7 @@ pub fn sentence(d: &Diagnosis) -> String {
         }
         Verdict::Unknown => match &d.unexplained {
             Some(u) if u.next.is_some() => format!(
-                "Unknown: more than one diagnosis names: {} of structure remains beyond {found}; it goes with {}.",
+                "Unknown: more than one diagnosis names: {} of structure remains beyond {found}; it depends on {}.",
                 d.unit.said(u.rms_um),
                 u.goes_with
             ),
@@ -150,7 +150,7 @@ pub fn sentence(d: &Diagnosis) -> String {
                 let beyond = if found.is_empty() { String::new() } else { format!(" beyond {found}") };
                 let size = d.unit.said(u.rms_um);
                 format!(
-                    "Unknown: {size} of structure remains{beyond} that no effect of the catalogue describes; it goes with {}.",
+                    "Unknown: {size} of structure remains{beyond} that no effect of the catalogue describes; it depends on {}.",
                     u.goes_with
                 )
             }

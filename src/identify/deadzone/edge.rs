@@ -1,6 +1,6 @@
 //! The size of one deadzone: where the branch on which the tip leaves meets the place at which it rested.
 //!
-//! Model, with `w` the travel of the motor behind its turn and `v` its travel before it:
+//! Model, with `w` the travel of the motor after its turn and `v` its travel before it:
 //! `P = P0 + A(v)` while the tip arrives, `P0` while it rests, `P0 + D(w - delta)` for `w > delta`; `A` and `D` are vector
 //! polynomials without a constant, of the least degree that suits. For a given `delta` that is linear in all else; `delta`
 //! minimises the sum of squares (grid, then golden section). Its variance is that of the linearised model,
@@ -107,7 +107,7 @@ impl Warp {
 /// A row of the fit: travel before the turn (arriving) or behind it, and the tip.
 #[derive(Clone, Copy)]
 struct Row {
-    /// Below 0 arriving; behind the turn the travel.
+    /// Below 0 arriving; after the turn the travel.
     w: f64,
     tip: Vector3<f64>,
 }
@@ -211,7 +211,7 @@ fn trial(w: &Window, delta: f64) -> Option<Trial> {
         match k {
             0 => 1.0,
             k if k <= w.arriving => (at.min(0.0) / w.scale).powi(k as i32),
-            // behind the turn only: with a negative size the branch begins at once
+            // after the turn only: with a negative size the branch begins at once
             k if at > 0.0 => ((at - delta).max(0.0) / w.scale).powi((k - w.arriving) as i32),
             _ => 0.0,
         }

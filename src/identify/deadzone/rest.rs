@@ -21,7 +21,7 @@ use nalgebra::Vector3;
 pub const RADIUS: f64 = 5.0;
 /// Smallest rest radius: a log's last digits, m.
 pub const LEAST_RADIUS_M: f64 = 1e-6;
-/// Rows behind a turn that give the place of the tip there.
+/// Rows after a turn that give the place of the tip there.
 const BESIDE: usize = 2;
 /// The tip must go so many radii beyond its rest for the branch behind it to be read.
 const READABLE: f64 = 4.0;
@@ -119,7 +119,7 @@ pub fn find(s: &Stretch, radius_m: f64) -> Rests {
     out
 }
 
-/// Place at which the tip stopped: the mean of the first rows behind a turn, where it rests if there is a gap at all; at
+/// Place at which the tip stopped: the mean of the first rows after a turn, where it rests if there is a gap at all; at
 /// the end of a log, of the last rows.
 fn beside(s: &Stretch, t_s: f64) -> Option<Vector3<f64>> {
     let at = s.t_s.partition_point(|t| *t < t_s);

@@ -18,7 +18,7 @@ pub(super) fn no_deadzone(out: &JointSweeps, kind: JointKind, stretches: &[&Stre
     }
     if out.inside + out.not_crossed >= out.turns {
         return format!(
-            "the tip stays at rest behind all {} turns (longest stroke {stroke}): strokes inside the gap",
+            "the tip stays at rest after all {} turns (longest stroke {stroke}): strokes inside the gap",
             out.turns
         );
     }
@@ -26,7 +26,7 @@ pub(super) fn no_deadzone(out: &JointSweeps, kind: JointKind, stretches: &[&Stre
         return format!("too few rows of the tracker about its {} turns", out.turns);
     }
     format!(
-        "behind its {} turns the tip moves too little against a rest radius of {:.0} um (longest stroke {stroke})",
+        "after its {} turns the tip moves too little against a rest radius of {:.0} um (longest stroke {stroke})",
         out.turns,
         out.radius_m * 1e6
     )

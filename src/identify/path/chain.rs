@@ -270,7 +270,7 @@ mod tests {
     use super::*;
     use crate::effects::{BacklashPosition, Decay, Effect, Stiction, curve::Pchip, joint_output};
 
-    /// A command that turns at many places, sampled so finely that the first sample behind a turn is still stuck.
+    /// A command that turns at many places, sampled so finely that the first sample after a turn is still stuck.
     fn wave() -> (Vec<f64>, Vec<f64>) {
         let n = 60_000;
         let t: Vec<f64> = (0..n).map(|i| i as f64 * 1e-3).collect();

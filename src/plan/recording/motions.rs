@@ -39,7 +39,7 @@ pub fn static_test(room: &Room, options: &Options, notes: &mut Vec<String>) -> R
         let full = PASS[usize::from(joint.kind == JointKind::Prismatic)];
         let pass = full.min(0.2 * room.span(axis));
         if room.span(axis) <= 1e-4 * full {
-            notes.push(format!("{}: not tested, as its window leaves no room to move", joint.name));
+            notes.push(format!("{}: not tested, as its window leaves no space to move", joint.name));
             continue;
         }
         let [lo, hi] = [room.window[axis][0] + pass, room.window[axis][1] - pass];

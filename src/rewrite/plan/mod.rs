@@ -36,7 +36,7 @@ const LONGEST_STROKE: usize = 16_384;
 /// Nodes per time constant where the command may have to be held, and elsewhere.
 const FINE: f64 = 64.0;
 const COARSE: f64 = 8.0;
-/// The step point stands at least this share of a leg behind its turn.
+/// The step point stands at least this share of a leg after its turn.
 const NEAREST: f64 = 0.01;
 /// Part of the step by which an evenly rising command may cut the bends of the program.
 const CUT: f64 = 0.1;

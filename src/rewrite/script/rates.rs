@@ -1,7 +1,7 @@
 //! Speed and acceleration limits of vendor programs.
 //!
 //! Where a program holds times, the robot must keep them, and a step that asks a joint for more than it can is spread over a longer
-//! travel behind its reversal until all limits hold. Elsewhere the controller plans speeds itself and slows down where a joint needs
+//! travel after its reversal until all limits hold. Elsewhere the controller plans speeds itself and slows down where a joint needs
 //! it: there a limit is no reason to refuse the program, and a note tells where time will be lost.
 
 use super::Task;
@@ -95,7 +95,7 @@ impl Rates {
         let spread = self.spread.iter().map(|(&axis, &(ramp, place))| {
             let joint = robot.axis(axis);
             let text = format!(
-                "the step of {} is spread over {:.4} {unit} behind its reversals, so that its speed and acceleration hold at the times \
+                "the step of {} is spread over {:.4} {unit} after its reversals, so that its speed and acceleration hold at the times \
                  of the program; until then a part of its gap is left",
                 joint.name,
                 joint.kind.to_user_unit(ramp),

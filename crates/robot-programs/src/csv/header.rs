@@ -115,7 +115,7 @@ fn mistaken(low: &str, robot: &Axes) -> Option<String> {
 pub fn quote_error(name: &str, line: u64, cell: usize) -> Error {
     Error::bad(
         Place::field(name, line, cell as u64 + 1),
-        "a quote that is not closed, or text behind a closing quote",
+        "a quote that is not closed, or text after a closing quote",
         "a quoted cell, closed before the comma",
     )
 }

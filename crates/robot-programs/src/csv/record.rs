@@ -18,7 +18,7 @@ pub enum Seen {
     Whole,
     /// The text ends before the row does.
     Cut,
-    /// A quote that is never closed, or text behind a closing quote; the cell's number.
+    /// A quote that is never closed, or text after a closing quote; the cell's number.
     Quote(usize),
 }
 

@@ -132,7 +132,7 @@ fn flow(text: &Text, base: usize, line: &[u8], at: usize, block: &mut Block) -> 
     };
     let Some(len) = name else {
         let found = String::from_utf8_lossy(line.get(at..).unwrap_or_default()).chars().take(12).collect::<String>();
-        return Err(text.bad(base + at, format!("`{found}`"), "a number or `<name>` behind `O`"));
+        return Err(text.bad(base + at, format!("`{found}`"), "a number or `<name>` after `O`"));
     };
     let behind = rest[len..].trim_ascii_start();
     let letters = behind.iter().take_while(|b| b.is_ascii_alphabetic()).count();

@@ -251,7 +251,7 @@ impl Reader<'_> {
         self.end(k, Break::Call, "a call");
         self.variables.forget();
         self.may_be_strange();
-        self.forget_modes("modes behind a call are not known");
+        self.forget_modes("modes after a call are not known");
     }
 
     /// What the text sets somewhere may be in force where control comes from elsewhere.
@@ -303,7 +303,7 @@ impl Reader<'_> {
         if found.hidden {
             self.strange = Some(format!("line {} assigns, and does what is not followed", k + 1));
             self.end(k, Break::Call, "a line that is not followed");
-            self.forget_modes("modes behind a line that is not followed are not known");
+            self.forget_modes("modes after a line that is not followed are not known");
         } else if found.frame || found.any {
             self.end(k, Break::Frame, "an assignment that may move a frame");
             self.lost_frame |= self.reference.is_some();

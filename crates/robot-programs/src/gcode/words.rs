@@ -90,7 +90,7 @@ impl Reader<'_> {
             self.anchor("a block that may be switched off");
             self.variables.forget();
             self.end(k, Break::Call, "a block that may be switched off");
-            self.forget_modes("modes behind a block that may be switched off are not known");
+            self.forget_modes("modes after a block that may be switched off are not known");
         }
         Ok(())
     }

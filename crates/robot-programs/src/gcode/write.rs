@@ -114,7 +114,7 @@ impl Writer<'_> {
         if let Some((step, left)) = self.relative.take()
             && left > SAME
         {
-            return Err(self.refused(step, "what changes here would stay in all relative words behind it"));
+            return Err(self.refused(step, "what changes here would stay in all relative words after it"));
         }
         self.now.fill(None);
         self.decimals.fill(0);

@@ -182,7 +182,7 @@ impl Reader<'_> {
     fn no_copy(&self, position: usize) -> Option<String> {
         let p = &self.list.positions[position];
         let header = p.section.lacks(self.ends.get(&p.kind)?)?;
-        Some(format!("no {header} before its position, which a copy behind the other positions would get"))
+        Some(format!("no {header} before its position, which a copy after the other positions would get"))
     }
 
     /// Where a move leads; also says whether it is fixed or closed by what its positions are.

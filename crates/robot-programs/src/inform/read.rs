@@ -306,7 +306,7 @@ impl Reader<'_> {
             }
             let at = self.text.line_span(k).start;
             if ended && !line.starts_with(b"'") {
-                return Err(self.text.bad(at, shown(line), "nothing behind `END`"));
+                return Err(self.text.bad(at, shown(line), "nothing after `END`"));
             }
             if line.starts_with(b"'") {
                 if let Some(on) = pragma(line) {

@@ -276,7 +276,7 @@ impl<'a> Writer<'a> {
         let text = &job.script.texts[0];
         let position = &job.positions[model];
         if let Some(header) = self.ends.get(&position.kind).and_then(|end| position.section.lacks(end)) {
-            let why = format!("no {header} before its position, which a new one behind the others would get");
+            let why = format!("no {header} before its position, which a new one after the others would get");
             return Err(self.refused(step, &why));
         }
         let of_kind = job.positions.iter().filter(|p| p.kind == position.kind);

@@ -34,7 +34,7 @@ pub fn lex(text: &Text) -> Result<Lexed> {
             b'%' if bytes[i..].starts_with(b"%%%") => {
                 let rest = &bytes[i + 3..];
                 let Some(n) = memchr::memmem::find(rest, b"%%%") else {
-                    return Err(text.bad(i, "a header `%%%` without an end", "`%%%` behind VERSION and LANGUAGE"));
+                    return Err(text.bad(i, "a header `%%%` without an end", "`%%%` after VERSION and LANGUAGE"));
                 };
                 i += n + 6;
                 continue;

@@ -173,7 +173,7 @@ impl Parser<'_> {
         if self.is_mark(self.i, b'(') {
             while !self.is_mark(self.i, b')') {
                 if self.i >= self.out.tokens.len() {
-                    return Err(self.bad(self.i, "`)` behind the attributes of the module"));
+                    return Err(self.bad(self.i, "`)` after the attributes of the module"));
                 }
                 self.i += 1;
             }
@@ -231,7 +231,7 @@ impl Parser<'_> {
                         && !self.is_mark(i - 1, b'\\')
                         && !self.is_mark(i - 1, b'.') =>
                 {
-                    return Err(self.bad(i, "`;` behind the statement before it"));
+                    return Err(self.bad(i, "`;` after the statement before it"));
                 }
                 Some(_) => i += 1,
                 None => return Err(self.bad(i, "`;`")),
@@ -326,7 +326,7 @@ impl Parser<'_> {
                     if words::is_statement_word(self.word(self.i))
                         && !matches!(self.word(self.i), "var" | "pers" | "inout") =>
                 {
-                    return Err(self.bad(self.i, "`)` behind the parameters"));
+                    return Err(self.bad(self.i, "`)` after the parameters"));
                 }
                 Some(Kind::Word) => last = Some(self.i),
                 Some(Kind::Mark(mark @ (b',' | b'|' | b')' | b'{' | b'\\'))) => {
@@ -350,7 +350,7 @@ impl Parser<'_> {
                     }
                 }
                 Some(_) => {}
-                None => return Err(self.bad(self.i, "`)` behind the parameters")),
+                None => return Err(self.bad(self.i, "`)` after the parameters")),
             }
             self.i += 1;
         }

@@ -109,7 +109,7 @@ impl Parser<'_> {
                     depth = depth.saturating_sub(1);
                     operand = false;
                 }
-                Some(Kind::Mark(b';')) | None => return Err(self.bad(k, "`THEN` or a statement behind the condition")),
+                Some(Kind::Mark(b';')) | None => return Err(self.bad(k, "`THEN` or a statement after the condition")),
                 // `IF a %name%;`
                 Some(Kind::Mark(b'%')) if depth == 0 && !operand => break,
                 Some(Kind::Mark(b'.')) => {}

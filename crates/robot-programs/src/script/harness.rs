@@ -327,7 +327,7 @@ fn new_point(
     // what the room is; other languages write the size with the point
     let kept_within = how.krl && n.blend_m == m.blend_m;
     if n.blend_m.is_some_and(|r| r > point.clearance_m + 1e-9) && !kept_within {
-        return Err(format!("its corner is larger than its room: {:?} > {}", n.blend_m, point.clearance_m));
+        return Err(format!("its corner is larger than the space before it: {:?} > {}", n.blend_m, point.clearance_m));
     }
     let straight = m.path == PathKind::Joint || matches!(m.goal, Goal::Joints(_)) && m.path == PathKind::Linear;
     if straight && n.path != m.path {

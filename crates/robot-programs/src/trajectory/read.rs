@@ -166,7 +166,7 @@ fn trajectory(text: &Text, start: usize, names: &Node, points: &Node) -> Result<
         {
             return Err(text.bad(
                 time_at,
-                format!("time {} s behind {} s", point.t_s, before.t_s),
+                format!("time {} s after {} s", point.t_s, before.t_s),
                 "times that rise from point to point",
             ));
         }

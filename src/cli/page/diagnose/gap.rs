@@ -91,7 +91,7 @@ pub(super) fn path(page: &mut Page, d: &Diagnosis, t: &Traces, told: &Told) {
         }
     }
     let words = match (panels.iter().any(|p| !p.marks.is_empty()), panels.len()) {
-        (true, _) => " All drawings have one scale. Marks: reversals behind which a found effect acts.",
+        (true, _) => " All drawings have one scale. Marks: reversals after which a found effect acts.",
         (false, 2..) => " All drawings have one scale.",
         _ => "",
     };

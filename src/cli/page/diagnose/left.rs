@@ -63,7 +63,7 @@ pub(super) fn structure(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told:
                     c.effect, c.target, c.gain_2lnl
                 )
             });
-            (format!("What is left goes with {}", u.goes_with), nearest)
+            (format!("What is left depends on {}", u.goes_with), nearest)
         }
         None => ("A test without the catalogue".to_string(), String::new()),
     };

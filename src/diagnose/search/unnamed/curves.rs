@@ -90,7 +90,7 @@ impl Family {
         Self { target: Target::Joint(axis), over, times, of: None, grids }
     }
 
-    /// Does it go with what a test without the catalogue found?
+    /// Does it depend on what a test without the catalogue found?
     pub fn goes_with(&self, found: &Ratio) -> bool {
         let of = self.target.axis().or(self.of);
         let aspect = match (self.over, self.times) {

@@ -61,7 +61,7 @@ impl Pool {
         Self { families: curves::families(problem) }
     }
 
-    /// The kinds that go with the strongest structure which the test without the catalogue sees.
+    /// The kinds that depend on the same as the strongest structure which the test without the catalogue sees.
     pub fn where_structured(problem: &Problem, tested: &Tested) -> Self {
         let mut strong: Vec<_> = tested.bundles.iter().filter(|b| b.gain - b.dof as f64 > SUPPORTED).collect();
         strong.sort_by(|a, b| b.gain.total_cmp(&a.gain));
