@@ -4,8 +4,7 @@
 //! A motion of `#CONSTANT` keeps its orientation whatever its point says; of `#JOINT` the wrist's axes go as in a PTP. Both are
 //! said by `$ORI_TYPE`, by the motion data of inline forms (`LDAT_ACT=LCPDAT1`), or by `WITH` for one motion.
 
-use super::data::upper;
-use super::lex::{Kind, Token, tokens};
+use super::lex::{Kind, Token, tokens, upper};
 use crate::script::Text;
 use std::collections::{HashMap, HashSet};
 
