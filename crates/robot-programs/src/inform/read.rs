@@ -359,9 +359,7 @@ impl Reader<'_> {
             Some(StepKind::Break(Break::Jump))
         } else if is(LOOPS) {
             Some(StepKind::Break(Break::Loop))
-        } else if is(FRAMES) {
-            Some(StepKind::Break(Break::Frame))
-        } else if !sets_frame(self.text, k).is_empty() {
+        } else if is(FRAMES) || !sets_frame(self.text, k).is_empty() {
             Some(StepKind::Break(Break::Frame))
         } else if word == "END" || is(STILL) {
             None
