@@ -207,7 +207,7 @@ fn every_refusal_names_file_line_and_column() {
         (b"a1_deg,x_mm\n1,5,2,5\n", "p.csv:2: found 4 cells; expected 2 cells, as in the header (commas"),
         (b"a1_deg,x_mm\n1,2\n1\n", "p.csv:3: found 1 cells"),
         (b"a1_deg,x_mm,n\n1,2,\"a\n", "p.csv:2:3: found a quote that is not closed"),
-        (b"a1_deg,x_mm,n\n1,2,\"a\"b\n", "p.csv:2:3: found a quote that is not closed, or text behind"),
+        (b"a1_deg,x_mm,n\n1,2,\"a\"b\n", "p.csv:2:3: found a quote that is not closed, or text after"),
         (b"a1_deg,x_mm,t_s\n1,2,0\n# c\n1,2,0\n", "p.csv:4:3: found time 0 s after 0 s"),
         (b"\x1f\x8b\x08\x00", "p.csv: found a gzip file"),
         (b"\xff\xfea\x00", "p.csv: found UTF-16 text"),
