@@ -7,7 +7,7 @@
 //! - [`workbook`]: the first sheet of a workbook (`.xlsx`, `.ods`, `.xls`) as CSV.
 //! - [`temporary`]: files that are not in place yet, and those that a killed run left.
 //! - [`folder`]: what lies in a folder.
-//! - [`output`]: one output, in a temporary file until it is committed; [`large`]: its bytes on their way to disk.
+//! - [`output`]: one output, in a temporary file until it is committed.
 //! - [`lock`]: one run at a time writes into a folder.
 //! - [`transaction`]: outputs that belong together come into place together; [`journal`] finishes what was interrupted.
 //! - [`interrupt`]: a signal waits until nothing is half in place, then takes away what is not.
@@ -21,7 +21,6 @@ pub mod folder;
 pub mod input;
 pub mod interrupt;
 pub mod journal;
-mod large;
 pub mod lock;
 pub mod memory;
 pub mod output;

@@ -6,12 +6,11 @@
 //! half was refused.
 
 use super::folder::ignore_unsupported;
-use super::large::Writer;
 use super::temporary::Temporary;
 use super::transaction::Transaction;
 use crate::error::{Error, Result, is_stdio, shown};
-use std::fs::OpenOptions;
-use std::io::{self, Seek, SeekFrom, Write};
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use tempfile::SpooledTempFile;
 
@@ -31,7 +30,7 @@ pub(super) enum Sink {
 
 /// An output on its way to a regular file.
 pub(super) struct InFile {
-    pub(super) writer: Writer,
+    pub(super) writer: BufWriter<File>,
     pub(super) temporary: Temporary,
     /// As it was named, and where that leads.
     pub(super) named: PathBuf,
@@ -102,7 +101,7 @@ impl Output {
             io::ErrorKind::NotFound => Error::io(path, "write", io::Error::new(e.kind(), "the folder is not there")),
             _ => Error::io(path, "write", e),
         })?;
-        let writer = Writer::new(file, small, durability == Durability::Synced);
+        let writer = BufWriter::with_capacity(small, file);
         let (named, replaces) = (path.to_path_buf(), there.is_some());
         Ok(made(Sink::File(Box::new(InFile { writer, temporary, named, target, replaces, bytes: 0 })), shown))
     }
@@ -131,9 +130,9 @@ impl Output {
         let flushed = self.flush();
         let synced = flushed.and_then(|()| match &mut self.sink {
             Sink::File(file) => {
-                file.bytes = file.writer.file().metadata()?.len();
+                file.bytes = file.writer.get_ref().metadata()?.len();
                 match self.durability {
-                    Durability::Synced => file.writer.file().sync_all().or_else(ignore_unsupported),
+                    Durability::Synced => file.writer.get_ref().sync_all().or_else(ignore_unsupported),
                     Durability::RenameOnly => Ok(()),
                 }
             }

@@ -24,8 +24,8 @@ use std::sync::Arc;
 const HEAD: u64 = 1 << 16;
 /// A vendor program is read whole; a larger one is none that a controller could load.
 pub(super) const LARGEST_SCRIPT: u64 = 256 << 20;
-/// Bytes of memory that a byte of a vendor program takes at most: G-code 56, the others 22 to 42 (benches/vendor.py).
-const SCRIPT_PER_BYTE: u64 = 60;
+/// Bytes of memory that a byte of a vendor program takes at most: G-code 42, the others 21 to 37 (benches/vendor.py).
+const SCRIPT_PER_BYTE: u64 = 50;
 /// Violations that are listed.
 const LISTED: usize = 20;
 
