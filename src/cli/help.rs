@@ -17,6 +17,10 @@ pub fn command() -> Command {
 }
 
 fn with_flowing_help(mut command: Command) -> Command {
+    if let Some(text) = command.get_about().map(ToString::to_string) {
+        // one line of a list of commands
+        command = command.about(flowing(&text).trim_end_matches('.').to_string());
+    }
     if let Some(text) = command.get_long_about().map(ToString::to_string) {
         command = command.long_about(flowing(&text));
     }
