@@ -140,6 +140,12 @@ impl Done {
     }
 }
 
+/// Axes that some joint target of the script names.
+fn commanded(script: &Script, dof: usize) -> Vec<bool> {
+    let joints = || script.targets.iter().filter(|t| t.pose.is_none());
+    (0..dof).map(|k| joints().any(|t| t.values.get(k).is_some_and(Option::is_some))).collect()
+}
+
 /// Takes a program through.
 ///
 /// # Errors
@@ -156,9 +162,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let left_out = left_out(script, task.choices);
     let excluded = |k: usize| left_out.get(k).copied().flatten().is_some();
     let deadband = deadbands(script, task);
-    let joints = || script.targets.iter().filter(|t| t.pose.is_none());
-    let named = |k: usize| joints().any(|t| t.values.get(k).is_some_and(Option::is_some));
-    let commanded: Vec<bool> = (0..task.robot.dof()).map(named).collect();
+    let commanded = commanded(script, task.robot.dof());
     let choice = Choice {
         commanded: &commanded,
         robot: task.robot,

@@ -280,6 +280,15 @@ impl Builder<'_> {
         fold::fold(&parts, &Names(names))
     }
 
+    /// The goal of a motion that something leads off its path: an instruction before it, or a switch of its own.
+    fn led_away(&self, goal: Goal, switch: Option<&str>) -> Goal {
+        match (&self.going.led, switch) {
+            (Some(by), _) => Goal::Opaque(format!("{by} leads the arm away from its targets")),
+            (None, Some(name)) => Goal::Opaque(format!("a sensor or a pattern leads it off its path (\\{name})")),
+            (None, None) => goal,
+        }
+    }
+
     fn motion(&mut self, item: &Item, motion: Motion, args: Vec<Arg>, alone: bool) -> Result<()> {
         let p = self.f.p;
         let token = item.span.start;
@@ -317,15 +326,11 @@ impl Builder<'_> {
         let synchronised = switch("id").is_some() || self.synchronised;
         site.via = self.via_of_splittable(item, goal_at, &args);
         let mut closed = closed(&motion, alone, calls, synchronised, site.via.is_some()).map(String::from);
-        match &time {
-            Some(Some((s, style, bytes))) if *s > 0.0 => site.time = Some((bytes.clone(), *s, *style)),
-            Some(_) => {
-                closed.get_or_insert_with(|| "its time \\T is no plain number, and cannot be shared out".into());
-            }
-            None => {}
+        site.time = time.as_ref().and_then(|t| t.as_ref()).filter(|t| t.0 > 0.0).map(|(s, st, b)| (b.clone(), *s, *st));
+        if time.is_some() && site.time.is_none() {
+            closed.get_or_insert_with(|| "its time \\T is no plain number, and cannot be shared out".into());
         }
-        let v = switch("v").and_then(|s| s.value);
-        let speed = match (&site.time, v) {
+        let speed = match (&site.time, switch("v").and_then(|s| s.value)) {
             (Some((_, s, _)), _) => Speed::Seconds(*s),
             (None, _) if time.is_some() => Speed::Unknown,
             (None, Some(v)) => self.number(&v, item).map_or(Speed::Unknown, |v| Speed::Tcp(v * 1e-3)),
@@ -345,13 +350,8 @@ impl Builder<'_> {
             Leads::Search => Goal::Opaque("a search may end anywhere on its way".into()),
             Leads::External => Goal::Opaque("MoveExtJ moves external axes alone".into()),
         };
-        let goal = match self.going.led {
-            Some(by) => Goal::Opaque(format!("{by} leads the arm away from its targets")),
-            None => match ["corr", "track", "weave"].into_iter().find(|name| switch(name).is_some()) {
-                Some(name) => Goal::Opaque(format!("a sensor or a pattern leads it off its path (\\{name})")),
-                None => goal,
-            },
-        };
+        let led = ["corr", "track", "weave"].into_iter().find(|name| switch(name).is_some());
+        let goal = self.led_away(goal, led);
         if self.going.wrist && motion.path != PathKind::Joint {
             closed.get_or_insert_with(|| "SingArea lets the wrist turn otherwise on its way".into());
         }
