@@ -15,6 +15,8 @@ struct Circle {
     centre: [f64; 3],
     radius: f64,
     ends_deg: [f64; 2],
+    /// Distance of the arm's plane from its first axis, mm.
+    beside: f64,
 }
 
 impl Circle {
@@ -121,14 +123,14 @@ fn check(circle: &Circle, start: [f64; 3], pieces: &[Piece], digits_mm: f64) {
     }
     let (first, last) = (sides[0], sides[sides.len() - 1]);
     assert!(first * last == -1 && sides.windows(2).filter(|w| w[0] != w[1]).count() == 1, "{sides:?}");
-    // the axis turns where a line from the origin touches the circle
+    // the axis turns where the circle's tangent lies in the arm's plane: at its distance from the origin
     let turn = sides.iter().position(|s| *s != first).unwrap();
     let at = circle.deg(if turn == 1 { start } else { pieces[turn - 2].1 });
-    let touches = 180.0 - (circle.radius / circle.centre[0]).acos().to_degrees();
+    let touches = 180.0 - ((circle.radius - circle.beside) / circle.centre[0]).acos().to_degrees();
     assert!((at - touches).abs() < 0.5, "{at} and not {touches}");
 }
 
-const KRL: Circle = Circle { centre: [1500.0, 0.0, 1200.0], radius: 150.0, ends_deg: [30.0, 170.0] };
+const KRL: Circle = Circle { centre: [1500.0, 0.0, 1200.0], radius: 150.0, ends_deg: [30.0, 170.0], beside: 0.0 };
 
 fn krl(arc: &str, more: &str) -> String {
     let p = |deg: f64| {
@@ -184,7 +186,7 @@ fn an_arc_whose_orientation_is_steered_or_turns_stays_whole() {
     whole(&krl("SCIRC AUX,END", ""));
 }
 
-const RAPID: Circle = Circle { centre: [750.0, 0.0, 900.0], radius: 120.0, ends_deg: [30.0, 170.0] };
+const RAPID: Circle = Circle { centre: [750.0, 0.0, 900.0], radius: 120.0, ends_deg: [30.0, 170.0], beside: 0.0 };
 
 #[test]
 fn a_movec_becomes_several_on_its_circle() {
@@ -214,7 +216,8 @@ fn a_movec_becomes_several_on_its_circle() {
     assert!(lines[1..].iter().all(|l| l.ends_with("tool0\\WObj:=wobj0;")), "{out}");
 }
 
-const UR: Circle = Circle { centre: [700.0, 0.0, 400.0], radius: 120.0, ends_deg: [30.0, 170.0] };
+/// The UR10's fourth length, 163.941 mm, puts its plane beside the first axis.
+const UR: Circle = Circle { centre: [700.0, 0.0, 400.0], radius: 120.0, ends_deg: [30.0, 170.0], beside: 163.941 };
 
 #[test]
 fn a_movec_of_urscript_becomes_several_on_its_circle() {

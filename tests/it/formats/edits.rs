@@ -1,7 +1,7 @@
 //! Random edits of a document, and whether they are found again in its output.
 
 use super::samples::Sample;
-use lostmotion::program::script::{Document, Edit, Edits, Goal, Move, NewPoint, Script, StepKind, text};
+use lostmotion::program::script::{Document, Edit, Edits, Goal, Move, NewPoint, PathKind, Script, StepKind, text};
 use lostmotion::robot::{JointKind, Robot};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -66,6 +66,7 @@ pub fn random(document: &dyn Document, robot: &Robot, seed: u64) -> Edits {
         let Goal::Joints(t) = m.goal else {
             if matches!(m.goal, Goal::Pose(_))
                 && document.takes_joints_for_poses()
+                && m.path == PathKind::Linear
                 && m.closed.is_none()
                 && m.fixed.is_none()
                 && rng.random_bool(chance * 0.2)
