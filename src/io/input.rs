@@ -40,7 +40,7 @@ pub fn open(path: &Path) -> Result<Box<dyn Read + Send>> {
 /// Reads a whole input, unpacking gzip.
 pub fn read(path: &Path) -> Result<Input> {
     let name = shown(path);
-    memory::require_for_file(path, &name, LARGEST, PER_BYTE)?;
+    memory::require_for_file(path, &name, LARGEST, |bytes| bytes.saturating_mul(PER_BYTE))?;
     let bytes = read_within(&name, open(path)?, LARGEST)?;
     from_bytes(name, bytes)
 }

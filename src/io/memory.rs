@@ -31,12 +31,12 @@ pub fn require(name: &str, bytes: u64) -> Result<()> {
     }
 }
 
-/// Refuses a file larger than `most` bytes, or than there is memory for at `per_byte` bytes of memory a byte, before it is read.
-pub fn require_for_file(path: &Path, name: &str, most: u64, per_byte: u64) -> Result<()> {
+/// Refuses a file larger than `most` bytes, or than there is memory for, before it is read; `need` makes bytes of memory of its size.
+pub fn require_for_file(path: &Path, name: &str, most: u64, need: impl Fn(u64) -> u64) -> Result<()> {
     match std::fs::metadata(path) {
         Ok(meta) if meta.is_file() => {
             require_size(name, meta.len(), most)?;
-            require(name, meta.len().saturating_mul(per_byte))
+            require(name, need(meta.len()))
         }
         _ => Ok(()), // a pipe tells its size as it is read
     }
@@ -89,7 +89,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("sparse");
         std::fs::File::create(&path).unwrap().set_len(1 << 40).unwrap();
-        let refused = require_for_file(&path, "sparse", 1 << 30, 1).unwrap_err().to_string();
+        let refused = require_for_file(&path, "sparse", 1 << 30, |bytes| bytes).unwrap_err().to_string();
         assert!(refused.contains("at most 1024 MB"), "{refused}");
     }
 }

@@ -26,8 +26,17 @@ const HEAD: u64 = 1 << 16;
 pub(super) const LARGEST_SCRIPT: u64 = 256 << 20;
 /// Bytes of memory that a byte of a vendor program takes at most: G-code 42, the others 21 to 37 (benches/vendor.py).
 const SCRIPT_PER_BYTE: u64 = 50;
+/// Bytes that the verdict takes beside them: it simulates a program of up to 20,000 moves before and after, 5 kB a move (1 MB: 131 to 151
+/// times the size in all).
+const VERDICT_PER_BYTE: u64 = 100;
+const VERDICT_AT_MOST: u64 = 128 << 20;
 /// Violations that are listed.
 const LISTED: usize = 20;
+
+/// Bytes of memory that a vendor program of `bytes` takes at most.
+fn script_memory(bytes: u64) -> u64 {
+    bytes.saturating_mul(SCRIPT_PER_BYTE) + bytes.saturating_mul(VERDICT_PER_BYTE).min(VERDICT_AT_MOST)
+}
 
 /// What is the same for all programs of one call.
 pub struct Job<'a> {
@@ -108,7 +117,7 @@ impl Job<'_> {
                 self.prepare_rows(input, reader, target, progress)
             }
             Recognised::Script(format) => {
-                memory::require_for_file(input, &shown(input), LARGEST_SCRIPT, SCRIPT_PER_BYTE)?;
+                memory::require_for_file(input, &shown(input), LARGEST_SCRIPT, script_memory)?;
                 head.extend(input::read_within(&shown(input), stream, LARGEST_SCRIPT)?);
                 self.prepare_script(format, input, head, target)
             }

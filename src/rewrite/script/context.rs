@@ -50,7 +50,7 @@ impl Contexts {
 
 fn read(path: &Path) -> Option<Text> {
     let name = shown(path);
-    memory::require_for_file(path, &name, LARGEST_SCRIPT, 2).ok()?;
+    memory::require_for_file(path, &name, LARGEST_SCRIPT, |bytes| 2 * bytes).ok()?;
     let bytes = std::fs::read(path).ok()?;
     input::refuse_utf16(&name, &bytes).ok()?;
     Some(Text::of_context(name, bytes))

@@ -221,7 +221,7 @@ fn texts(
         }
     } else {
         for path in format.companions(input, there) {
-            memory::require_for_file(&path, &shown(&path), LARGEST_SCRIPT, 2)?;
+            memory::require_for_file(&path, &shown(&path), LARGEST_SCRIPT, |bytes| 2 * bytes)?;
             all.push(Text::new(shown(&path), std::fs::read(&path).map_err(|e| Error::io(&path, "read", e))?));
             companions.push(path);
         }

@@ -1,7 +1,7 @@
 //! A line to words: letter and number, with or without spaces; comments, expressions and the words of flow control are
 //! recognised and not evaluated.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::script::Text;
 use crate::script::number::{self, Style};
 use std::ops::Range;
@@ -112,13 +112,15 @@ pub(super) fn block(text: &Text, k: usize) -> Result<Block> {
                 at = word(text, base, line, at, &mut block)?;
             }
             _ if block.words.last().is_some_and(is_message) => at = line.len(),
-            _ => {
-                let found = format!("`{}`", String::from_utf8_lossy(&line[at..(at + 12).min(line.len())]));
-                return Err(text.bad(base + at, found, "a word: a letter and a number"));
-            }
+            _ => return Err(no_word(text, base, line, at)),
         }
     }
     Ok(block)
+}
+
+fn no_word(text: &Text, base: usize, line: &[u8], at: usize) -> Error {
+    let found = format!("`{}`", String::from_utf8_lossy(&line[at..(at + 12).min(line.len())]));
+    text.bad(base + at, found, "a word: a letter and a number")
 }
 
 /// An `O` word; returns where reading goes on.

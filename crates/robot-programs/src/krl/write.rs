@@ -190,19 +190,8 @@ fn insert(
     let indent = text.slice(start..motion.keyword.start);
     let indent = &indent[indent.len() - indent.iter().rev().take_while(|b| b.is_ascii_whitespace()).count()..];
     let ending = text.ending(start);
-    let mut bytes = Vec::new();
-    let mut at = start;
-    if let Some(fold) = motion.fold {
-        at = text.line_span(fold).start;
-        let mut line = Vec::new();
-        for k in fold + 1..motion.line {
-            tokens(text, k, &mut line);
-            if form::setting(text, &line) {
-                bytes.extend_from_slice(text.line(k));
-                bytes.extend_from_slice(ending);
-            }
-        }
-    }
+    let at = motion.fold.map_or(start, |fold| text.line_span(fold).start);
+    let mut bytes = settings_of_form(text, motion, ending);
     if let Goal::Pose(goal) = &m.goal {
         let lines = poses(program, edits, edit, goal, motion, points.iter().map(|p| p.q.as_slice()))?;
         if let (Some(at), Some(via), Some(target)) = (edit.piece(points.len()), &motion.via, goal.target) {
@@ -225,6 +214,20 @@ fn insert(
     }
     out.push(Patch::new(0, at..at, bytes));
     Ok(())
+}
+
+/// The lines of an inline form that set what its motion runs with: a point before the form needs the same.
+fn settings_of_form(text: &Text, motion: &Motion, ending: &[u8]) -> Vec<u8> {
+    let Some(fold) = motion.fold else { return Vec::new() };
+    let (mut bytes, mut line) = (Vec::new(), Vec::new());
+    for k in fold + 1..motion.line {
+        tokens(text, k, &mut line);
+        if form::setting(text, &line) {
+            bytes.extend_from_slice(text.line(k));
+            bytes.extend_from_slice(ending);
+        }
+    }
+    bytes
 }
 
 /// ` {A1 10,A2 -20}`: joint values written as those of the motion's own goal are.

@@ -148,13 +148,7 @@ impl Writer<'_> {
             out.push(Patch::new(0, time.0.clone(), legs.last().cloned().unwrap_or_default()));
             times = Some((time.0.clone(), legs));
         }
-        if site.via.is_some() && edit.vias.len() != edit.before.len() + 1 {
-            return Err(self.refused(k, "a piece of its arc has no point on its way"));
-        }
-        if let (Some(at), Some(via)) = (edit.piece(edit.before.len()), &site.via) {
-            let beside = edit.goal.as_deref().or(edit.before.last().map(|p| p.q.as_slice())).unwrap_or_default();
-            out.push(Patch::new(0, via.clone(), self.on_arc(k, m, beside, at)?));
-        }
+        self.last_piece(k, m, site, edit, out)?;
         let line = text.line_span(text.line_of(site.bytes.start) as usize - 1);
         let indent = text.slice(line.start..site.bytes.start);
         let mut bytes = Vec::new();
@@ -193,6 +187,18 @@ impl Writer<'_> {
             bytes.extend_from_slice(indent);
         }
         out.push(Patch::new(0, site.bytes.start..site.bytes.start, bytes));
+        Ok(())
+    }
+
+    /// The point on the way of the last piece of an arc, which the motion itself goes.
+    fn last_piece(&self, k: usize, m: &Move, site: &Site, edit: &Edit, out: &mut Vec<Patch>) -> Result<()> {
+        if site.via.is_some() && edit.vias.len() != edit.before.len() + 1 {
+            return Err(self.refused(k, "a piece of its arc has no point on its way"));
+        }
+        if let (Some(at), Some(via)) = (edit.piece(edit.before.len()), &site.via) {
+            let beside = edit.goal.as_deref().or(edit.before.last().map(|p| p.q.as_slice())).unwrap_or_default();
+            out.push(Patch::new(0, via.clone(), self.on_arc(k, m, beside, at)?));
+        }
         Ok(())
     }
 
