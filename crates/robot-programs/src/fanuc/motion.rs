@@ -46,6 +46,8 @@ pub(super) struct MotionInstruction {
     pub process: Option<bool>,
     /// It may end before its goal, elsewhere in the program.
     pub skips: bool,
+    /// Its way is straight for a part that another group moves.
+    pub coordinated: bool,
 }
 
 /// The goal of a motion: the digits of its index where it is a position of the program.
@@ -86,6 +88,7 @@ impl MotionInstruction {
             closed: None,
             process: None,
             skips: false,
+            coordinated: false,
         }
     }
 }
@@ -184,7 +187,6 @@ fn otherwise(upper: &[u8], path: PathKind) -> Option<&'static str> {
     match upper {
         b"MROT" => Some("MROT: the wrist takes the shorter turn, whatever the position says"),
         b"RTCP" if path != PathKind::Joint => Some("RTCP: the part moves along a tool that stands still"),
-        b"COORD" => Some("COORD: its way is straight for a part that another group moves"),
         _ if upper.starts_with(b"SEARCH[") => Some("a search ends where it touches"),
         _ => None,
     }
@@ -210,6 +212,9 @@ fn read_options(
         if let Some(why) = otherwise(&upper, said.path) {
             said.goal = Err(why.into());
             said.skips |= upper.starts_with(b"SEARCH");
+        } else if upper == b"COORD" {
+            said.coordinated = true;
+            close(said, "it is coordinated with another group");
         } else if upper == b"INC" {
             said.goal = Err("an increment: the goal depends on where the robot stands".into());
         } else if has(&upper, b"OFFSET") && !has(&upper, b"VOFFSET") && !has(&upper, b"VR[") {

@@ -391,6 +391,11 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Whether the other groups of all positions stand at one place: what they carry does not move.
+    fn leader_stands(&self) -> bool {
+        self.idle && self.positions.iter().all(|p| !p.others.is_empty())
+    }
+
     fn motion(&mut self, at: At, said: MotionInstruction) {
         let mut closed = said.closed;
         let position = said.goal.as_ref().ok().and_then(|n| self.by_index.get(n).copied());
@@ -399,6 +404,9 @@ impl<'a> Reader<'a> {
             Ok(_) if self.tracks || self.led.is_some() => {
                 let by = self.led.unwrap_or("a conveyor that the program tracks");
                 Goal::Opaque(format!("{by} leads the robot away from its positions"))
+            }
+            Ok(_) if said.coordinated && !self.leader_stands() => {
+                Goal::Opaque("COORD: its way is straight for a part that another group moves".into())
             }
             Ok(n) => self.goal(n, position, &said.offset),
         };

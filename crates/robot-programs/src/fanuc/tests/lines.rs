@@ -199,6 +199,29 @@ fn motions_that_an_option_leads_otherwise_stay_and_wjnt_takes_no_points() {
 }
 
 #[test]
+fn a_coordinated_motion_is_known_where_the_group_that_leads_stands_still() {
+    let of = |leader: [f64; 2]| {
+        let mut text = of_lines(
+            "   1:J P[1] 100% FINE    ;
+   2:L P[2] 50mm/sec FINE COORD    ;",
+        );
+        for (k, deg) in leader.into_iter().chain([leader[0]]).enumerate() {
+            let at = text.find(&format!("P[{}]{{", k + 1)).unwrap();
+            let end = at + text[at..].find("};").unwrap();
+            text.insert_str(end, &format!("   GP2:\n\tUF : 0, UT : 1,\n\tJ1=   {deg:.3} deg\n"));
+        }
+        text
+    };
+    assert_eq!(left(&of([10.0, 10.0])), ["", ""]);
+    let found = moves(doc(of([10.0, 10.0]).as_bytes()).as_ref())[1].1.closed.clone();
+    assert_eq!(found.as_deref(), Some("it is coordinated with another group"));
+    assert!(left(&of([10.0, 20.0]))[1].starts_with("COORD"));
+    // no position says where it stands
+    let text = of_lines("   1:J P[1] 100% FINE    ;\n   2:L P[2] 50mm/sec FINE COORD    ;");
+    assert!(left(&text)[1].starts_with("COORD"));
+}
+
+#[test]
 fn motions_while_weaving_or_tracking_or_soft_stay() {
     for (on, off) in [
         ("Weave Sine[1]", "Weave End"),
