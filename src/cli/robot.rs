@@ -238,11 +238,11 @@ fn sentence(finding: &Finding) -> String {
         Finding::NoLimits { joints } => {
             format!("no limits of travel for {}: rewrite cannot check them", joints.join(", "))
         }
-        Finding::NoRates { joints } => {
-            format!(
-                "no largest speed or acceleration for {}: rewrite cannot check the rates of its steps",
-                joints.join(", ")
-            )
+        Finding::NoSpeeds { joints } => {
+            format!("no largest speed for {}: rewrite cannot check that of its steps", joints.join(", "))
+        }
+        Finding::NoAccelerations { joints } => {
+            format!("no largest acceleration for {}: rewrite cannot check that of its steps", joints.join(", "))
         }
         Finding::NoMasses => "no links with masses: what gravity bends is left out".into(),
     }

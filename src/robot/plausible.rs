@@ -28,16 +28,21 @@ pub enum Finding {
     Mass { joint: String, mass_kg: f64 },
     /// Joints without limits of travel: nothing can be checked for them.
     NoLimits { joints: Vec<String> },
-    /// Joints without a largest speed or acceleration.
-    NoRates { joints: Vec<String> },
+    /// Joints without a largest speed.
+    NoSpeeds { joints: Vec<String> },
+    /// Joints without a largest acceleration.
+    NoAccelerations { joints: Vec<String> },
     /// No masses: gravity is left out.
     NoMasses,
 }
 
+/// Joints that lack something, and what is found of them.
+type Lack = (Vec<String>, fn(Vec<String>) -> Finding);
+
 impl Finding {
     /// Whether the file must be wrong; else it only lacks something.
     pub fn is_fault(&self) -> bool {
-        !matches!(self, Self::NoLimits { .. } | Self::NoRates { .. } | Self::NoMasses)
+        !matches!(self, Self::NoLimits { .. } | Self::NoSpeeds { .. } | Self::NoAccelerations { .. } | Self::NoMasses)
     }
 }
 
@@ -72,14 +77,12 @@ pub fn findings(robot: &Robot) -> Vec<Finding> {
     let without = |lacks: &dyn Fn(&super::Joint) -> bool| -> Vec<String> {
         robot.axis_joints().filter(|j| lacks(j)).map(|j| j.name.clone()).collect()
     };
-    let (limits, rates) =
-        (without(&|j| j.limits.is_none()), without(&|j| j.max_speed.is_none() || j.max_accel.is_none()));
-    if !limits.is_empty() {
-        out.push(Finding::NoLimits { joints: limits });
-    }
-    if !rates.is_empty() {
-        out.push(Finding::NoRates { joints: rates });
-    }
+    let lacking: [Lack; 3] = [
+        (without(&|j| j.limits.is_none()), |joints| Finding::NoLimits { joints }),
+        (without(&|j| j.max_speed.is_none()), |joints| Finding::NoSpeeds { joints }),
+        (without(&|j| j.max_accel.is_none()), |joints| Finding::NoAccelerations { joints }),
+    ];
+    out.extend(lacking.into_iter().filter(|(joints, _)| !joints.is_empty()).map(|(joints, finding)| finding(joints)));
     if robot.links.is_empty() {
         out.push(Finding::NoMasses);
     }
