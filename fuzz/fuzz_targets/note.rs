@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use lostmotion::rewrite::original::unpack;
-use lostmotion::rewrite::stream::guard::parse_note;
+use lostmotion::rewrite::guard::parse_note;
 
 fuzz_target!(|data: &[u8]| {
     if let Some(note) = parse_note(data) {

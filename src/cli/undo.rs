@@ -8,8 +8,8 @@ use crate::io::journal::{self, Towards};
 use crate::io::name::path_of;
 use crate::io::output::Output;
 use crate::io::transaction::Transaction;
+use crate::rewrite::guard::{Companion, Note, note_path, read_note};
 use crate::rewrite::original::{KEPT_UP_TO, unpack};
-use crate::rewrite::stream::guard::{Companion, Note, note_path, read_note};
 use anyhow::Result;
 use std::path::{Path, PathBuf};
 

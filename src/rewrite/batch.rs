@@ -6,10 +6,10 @@
 //! files around it, compensator, options and version, and the very bytes that were written), is not done again: a run that was killed goes
 //! on where it was, and ends with the same bytes as one that was not.
 
+use super::guard::{self, is_note};
 use super::job::Job;
 use super::outcome::Target;
 use super::refusal::Refusal;
-use super::stream::guard::{self, is_note};
 use super::summary::{Line, Status};
 use crate::error::{Error, Place, Result, shown};
 use crate::io::folder::{self, Kind};

@@ -1,6 +1,9 @@
 //! How far a joint must move against its direction before that is a reversal.
 
-use crate::compensator::JointCompensator;
+use crate::compensator::{Compensator, JointCompensator};
+
+/// The dead band is this many last digits of how an axis is written: rounding to even and odd digits is no movement.
+const DIGITS: f64 = 1.5;
 
 /// Share of its smallest half gap that a joint must move against its direction before that is a reversal: what is left
 /// uncompensated on a shorter leg is no more than this, and the joint would have to step by the whole gap for it.
@@ -8,10 +11,24 @@ const DEADBAND_SHARE: f64 = 0.1;
 /// Smallest dead band, rad or m.
 const LEAST_DEADBAND: f64 = 1e-9;
 
-/// Dead band of a joint whose program is written in such digits, rad or m: these `digits`, at most the smallest half gap, and at
-/// least its share of [`DEADBAND_SHARE`].
-pub(super) fn deadband(digits: f64, joint: Option<&JointCompensator>) -> f64 {
-    let gap = joint.and_then(smallest);
+/// Dead band of each axis, rad or m: the `chosen` one, else by the `last_digit` with which the axis is written.
+pub(super) fn deadbands(
+    chosen: &[Option<f64>],
+    compensator: &Compensator,
+    axes: usize,
+    last_digit: impl Fn(usize) -> f64,
+) -> Vec<f64> {
+    let of = |a: usize| match chosen.get(a).copied().flatten() {
+        Some(chosen) => chosen,
+        None => deadband(last_digit(a), compensator.on(a)),
+    };
+    (0..axes).map(of).collect()
+}
+
+/// Dead band of a joint whose program is written with such a last digit, rad or m: 1.5 of them, at most the smallest half gap, and
+/// at least its share of [`DEADBAND_SHARE`].
+fn deadband(last_digit: f64, joint: Option<&JointCompensator>) -> f64 {
+    let (gap, digits) = (joint.and_then(smallest), DIGITS * last_digit);
     gap.map_or(digits, |gap| digits.min(gap).max(DEADBAND_SHARE * gap)).max(LEAST_DEADBAND)
 }
 

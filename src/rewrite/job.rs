@@ -1,9 +1,9 @@
 //! One program from file to file: what to compensate, what to check before anything is put in place, what was done.
 
+use super::guard::{self, Named, Note, Notes};
 use super::outcome::{Outcome, Ready, Target};
 use super::script::Choices;
 use super::script::context::Contexts;
-use super::stream::guard::{self, Named, Note, Notes};
 use super::summary::Line;
 use super::{LimitKind, Options, Origin, RewriteStats, sizes};
 use crate::compensator::{Compensator, JointCompensator};

@@ -5,8 +5,8 @@
 //! one. A shard writes its summary last; summaries are merged only if they hold every program of the manifest once.
 
 use super::batch;
+use super::guard::read_note;
 use super::refusal::Refusal;
-use super::stream::guard::read_note;
 use super::summary::{Line, Status};
 use crate::error::{Error, Place, Result, shown};
 use crate::io::input;

@@ -19,6 +19,8 @@
 //! Around the engine, from file to file: [`job`] is one program, [`outcome`] what came out, [`batch`] a folder of them, [`manifest`] a list
 //! that many machines share, [`refusal`] why a program is not rewritten, [`stream`] the way of the text
 //! through the engine in constant memory, [`script`] that of vendor programs, which are read whole; [`summary`] the account.
+//! Both ways share what stands before and after the engine: `digits` (how offsets are written), `deadband`, [`guard`] and
+//! [`rewritten`] (a program that has been rewritten is not rewritten again), limits and their words ([`job`]), [`sink`].
 //!
 //! Files beside:
 //! - `deadband`: how far a joint must move against its direction before that is a reversal
@@ -28,8 +30,10 @@
 pub mod batch;
 pub mod deadband;
 pub mod densify;
+mod digits;
 pub mod engine;
 pub mod equation2;
+pub mod guard;
 pub mod job;
 pub mod limits;
 pub mod manifest;
@@ -42,7 +46,9 @@ pub mod plan;
 pub mod points;
 pub mod printed;
 pub mod refusal;
+pub mod rewritten;
 pub mod script;
+pub mod sink;
 pub mod sizes;
 pub mod statics;
 pub mod stats;

@@ -6,7 +6,7 @@ use super::script::coverage::Coverage;
 use super::script::edits::Unplaced;
 use super::script::run::Gap;
 use super::script::verify::Written;
-use super::stream::sink::File;
+use super::sink::File;
 use crate::error::Result;
 use crate::io::output::Output;
 use crate::io::transaction::Transaction;

@@ -99,7 +99,7 @@ fn refuses_a_program_whose_reversals_carry_the_steps_of_the_compensator() {
 
 #[test]
 fn refuses_a_file_whose_hash_stands_in_a_note_of_its_folder_under_whatever_name() {
-    use lostmotion::rewrite::stream::guard::{Named, Note, SCHEMA, note_text};
+    use lostmotion::rewrite::guard::{Named, Note, SCHEMA, note_text};
     let b = Bench::new();
     let named = || Named { name: "c".into(), sha256: "0".into() };
     let note = Note {

@@ -2,7 +2,7 @@
 
 use lostmotion::error::{Error, Result};
 use lostmotion::program::csv::{Reader, Style};
-use lostmotion::rewrite::stream::sink::Sink;
+use lostmotion::rewrite::sink::Sink;
 use lostmotion::rewrite::stream::{Passage, Preview, Stage, pass};
 use lostmotion::rewrite::{Origin, OutputPoints, Points, RewriteStats};
 use lostmotion::robot::Robot;

@@ -9,24 +9,15 @@ use crate::io::{input, memory};
 use crate::program::files::Files;
 use crate::program::script::{Format, Text};
 use crate::rewrite::Refine;
-use crate::rewrite::deadband::smallest;
+use crate::rewrite::guard::{self, Companion, Note};
 use crate::rewrite::job::{Job, LARGEST_SCRIPT};
 use crate::rewrite::original;
 use crate::rewrite::outcome::{Outcome, Ready, Target, Vendor};
-use crate::rewrite::stream::guard::{self, Companion, Note};
-use crate::rewrite::stream::sink::{File, Sink};
+use crate::rewrite::sink::{File, Sink};
 use std::path::{Path, PathBuf};
 
-/// A last digit is coarse where it is more than this share of the smallest half gap.
-const COARSE: f64 = 0.05;
-/// Last digit of a joint that is corrected at every point, rad or m.
-const STATIC_DIGIT: f64 = 1e-8;
-/// Last digits of poses: lengths, m (0.0001 mm), and angles, rad (0.0001 deg).
-const POSE_DIGITS: [f64; 2] = [1e-7, 1.75e-6];
 /// Changes that are kept where not all are asked for.
 const LISTED: usize = 1000;
-/// Last digit of the other joints at a new point, rad or m: it must stand on the path.
-const PATH_DIGIT: f64 = 2e-6;
 
 /// A program and the files that are rewritten with it, and the hashes of all.
 #[derive(Clone, Copy)]
@@ -111,7 +102,7 @@ impl Job<'_> {
         let (texts, companions) = texts(format, input, bytes, &self.files, &self.contexts)?;
         let hashes: Vec<String> = texts.iter().filter(|t| !t.context).map(|t| input::sha256(&t.bytes)).collect();
         self.refuse_known(&name, &self.known(input)?, &Some(guard::together(hashes.iter())))?;
-        let digit = self.digits()?;
+        let digit = self.last_digits()?;
         let task = Task {
             robot: self.robot,
             compensator: self.compensator,
@@ -174,28 +165,6 @@ impl Job<'_> {
                 anew: done.anew,
             }),
         }
-    }
-
-    /// Weight of the last digit that changed numbers of each axis should have at most, rad or m.
-    fn digits(&self) -> Result<Vec<f64>> {
-        self.least_decimals()?; // refuses --decimals that cannot hold the offset
-        let of = |(a, joint): (usize, &crate::robot::Joint)| {
-            if let Some(n) = self.decimals {
-                return 10f64.powi(-i32::from(n)) * joint.kind.si_per_user_unit();
-            }
-            let fine = self.options.statics.as_ref().is_some_and(|s| s.changes(a));
-            let gap = self.compensator.on(a).and_then(smallest).map(|g| g * self.options.gain);
-            // of a gain of 0 nothing is left but new points
-            let gap = gap.filter(|g| *g > 0.0).unwrap_or(f64::INFINITY);
-            (COARSE * gap).min(if fine { STATIC_DIGIT } else { PATH_DIGIT })
-        };
-        Ok(self.robot.axis_joints().enumerate().map(of).collect())
-    }
-
-    /// Weight of the last digits that changed numbers of poses should have at most, m and rad.
-    fn pose_digits(&self) -> [f64; 2] {
-        let of = |n: u8| 10f64.powi(-i32::from(n));
-        self.decimals.map_or(POSE_DIGITS, |n| [of(n) * 1e-3, of(n).to_radians()])
     }
 }
 

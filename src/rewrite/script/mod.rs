@@ -35,10 +35,11 @@ pub mod verify;
 pub mod way;
 pub mod writing;
 
+use super::deadband;
 use super::engine::Engine;
 use super::refusal::{CoarseDigit, Refusal};
+use super::rewritten::{Digits, Evidence, Rows};
 use super::stats::RewriteStats;
-use super::stream::rewritten::{Digits, Evidence, Rows};
 use super::{Options, Origin, OutputPoints, Points};
 use crate::compensator::Compensator;
 use crate::error::{Error, Place, Result};
@@ -55,8 +56,6 @@ use poses::Poses;
 use rates::Rates;
 use run::{Choice, Cut, Gap, Run};
 
-/// The dead band is this many last digits of the coarsest target: rounding is no movement.
-const DEADBAND_DIGITS: f64 = 1.5;
 /// Smallest dead band of a program with Cartesian targets, as a share of the smallest half gap: where straight TCP moves meet at a
 /// corner near a joint's turn, the joint turns there and back, and two steps by the whole gap would cost more than that leg.
 const DEADBAND_SHARE_TCP: f64 = 0.5;
@@ -419,15 +418,14 @@ fn deadbands(script: &Script, task: &Task) -> Vec<f64> {
         let digits = joints.filter_map(|t| t.values.get(a).copied().flatten()).map(|v| v.digit);
         digits.fold(of_pose, f64::max)
     };
-    let least = |a: usize| match task.compensator.on(a).and_then(super::deadband::smallest) {
-        Some(gap) if poses().next().is_some() => DEADBAND_SHARE_TCP * gap,
-        _ => 0.0,
-    };
-    let of = |a: usize| match task.deadband.get(a).copied().flatten() {
-        Some(chosen) => chosen,
-        None => super::deadband::deadband(DEADBAND_DIGITS * coarsest(a), task.compensator.on(a)).max(least(a)),
-    };
-    (0..task.robot.dof()).map(of).collect()
+    let mut all = deadband::deadbands(task.deadband, task.compensator, task.robot.dof(), coarsest);
+    if poses().next().is_some() {
+        for (a, band) in all.iter_mut().enumerate().filter(|(a, _)| task.deadband.get(*a).is_none_or(Option::is_none)) {
+            let least = task.compensator.on(a).and_then(deadband::smallest).map_or(0.0, |gap| DEADBAND_SHARE_TCP * gap);
+            *band = band.max(least);
+        }
+    }
+    all
 }
 
 /// One run through the engine.

@@ -1,12 +1,12 @@
 //! `--check`: the output against a golden file, and the first difference in degrees (or mm) and micrometres.
 
-use super::sink::Sink;
 use crate::error::{Error, Result, shown};
 use crate::io::input;
 use crate::program::Slot;
 use crate::program::csv::header::{Column, Header};
 use crate::program::csv::number;
 use crate::program::csv::record::{Record, Seen, content};
+use crate::rewrite::sink::Sink;
 use crate::robot::Robot;
 use std::io::{BufReader, Read};
 use std::path::Path;

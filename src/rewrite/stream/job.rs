@@ -1,28 +1,18 @@
 //! One joint-space CSV from file to file, in constant memory.
 
 use super::golden::{Difference, Golden, explain};
-use super::guard;
-use super::rewritten::{Digits, Evidence, Rows};
-use super::sink::{File, Nowhere, Sink};
 use super::{Done, Passage, Preview, pass};
 use crate::compensator::JointCompensator;
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use crate::io::input;
 use crate::program::csv::{Reader, Style};
-use crate::rewrite::deadband::{deadband, smallest};
+use crate::rewrite::deadband::deadbands;
 use crate::rewrite::job::Job;
 use crate::rewrite::outcome::{Outcome, Ready, Target};
-use crate::rewrite::{Engine, original};
+use crate::rewrite::rewritten::{Digits, Evidence, Rows};
+use crate::rewrite::sink::{File, Nowhere, Sink};
+use crate::rewrite::{Engine, guard, original};
 use std::path::Path;
-
-/// A token's last digit is coarse where it is more than this share of the smallest half gap.
-const COARSE: f64 = 0.05;
-/// Decimals that the rule above asks for at most.
-const MOST_DECIMALS: u8 = 9;
-/// Decimals of a joint that is corrected at every point: 1e-6 deg is 0.05 um at a lever of 3 m.
-const STATIC_DECIMALS: u8 = 6;
-/// The dead band is this many of a column's last digits: rounding to even and odd digits is no movement.
-const DEADBAND_DIGITS: f64 = 1.5;
 
 impl Job<'_> {
     /// Takes one joint-space CSV through, from its `reader`.
@@ -140,49 +130,11 @@ impl Job<'_> {
         evidence.is_rewritten()
     }
 
-    /// What was asked for, else 1.5 last digits of each column and a share of the smallest half gap.
+    /// Dead bands for columns of so many decimals.
     fn deadbands(&self, decimals: &[u8]) -> Vec<f64> {
-        let of = |(a, digits): (usize, f64)| match self.deadband.get(a).copied().flatten() {
-            Some(chosen) => chosen,
-            None => deadband(digits, self.compensator.on(a)),
-        };
-        self.roundings(decimals).into_iter().enumerate().map(of).collect()
-    }
-
-    /// 1.5 last digits of each column, at most the smallest half gap, rad or m.
-    fn roundings(&self, decimals: &[u8]) -> Vec<f64> {
-        let axes = self.robot.axis_joints().zip(decimals).enumerate();
-        axes.map(|(a, (joint, &d))| {
-            let digits = DEADBAND_DIGITS * 10f64.powi(-i32::from(d)) * joint.kind.si_per_user_unit();
-            digits.min(self.compensator.on(a).and_then(smallest).unwrap_or(f64::INFINITY))
-        })
-        .collect()
-    }
-
-    /// Decimals that each axis needs so that the last digit is no more than 5 % of its smallest half gap.
-    pub(in super::super) fn least_decimals(&self) -> Result<Vec<u8>> {
-        let mut least = Vec::new();
-        for (a, joint) in self.robot.axis_joints().enumerate() {
-            let fine = if self.options.statics.as_ref().is_some_and(|s| s.changes(a)) { STATIC_DECIMALS } else { 0 };
-            let Some(gap) = self.compensator.on(a).and_then(smallest) else {
-                least.push(fine);
-                continue;
-            };
-            let gap = joint.kind.to_user_unit(gap * self.options.gain);
-            if let Some(n) = self.decimals
-                && 10f64.powi(-i32::from(n)) > gap
-                && gap > 0.0
-            {
-                return Err(Error::bad(
-                    Place::file("--decimals"),
-                    format!("{n} decimals for an offset of {gap:.6} {} of {}", joint.kind.unit(), joint.name),
-                    "decimals that can hold the offset",
-                ));
-            }
-            let digits = (0..MOST_DECIMALS).find(|&d| 10f64.powi(-i32::from(d)) <= COARSE * gap);
-            least.push(digits.unwrap_or(MOST_DECIMALS).max(fine));
-        }
-        Ok(least)
+        let units: Vec<f64> = self.robot.axis_joints().map(|j| j.kind.si_per_user_unit()).collect();
+        let last_digit = |a: usize| 10f64.powi(-i32::from(decimals[a])) * units[a];
+        deadbands(&self.deadband, self.compensator, self.robot.dof(), last_digit)
     }
 }
 

@@ -8,25 +8,21 @@
 //! - [`job`]: from file to file.
 //! - [`workers`]: the stations; [`turn`]: one after the other.
 //! - [`render`]: the text of pending rows, and the engine's points put into it.
-//! - [`sink`]: where the bytes go; [`golden`]: against a golden file, with the first difference in words.
-//! - [`guard`]: a program that has been rewritten is not rewritten again; [`rewritten`]: how one without its note is known.
+//! - [`golden`]: against a golden file, with the first difference in words.
 
 pub mod golden;
-pub mod guard;
 pub mod job;
 pub mod render;
-pub mod rewritten;
-pub mod sink;
 pub mod turn;
 pub mod workers;
 
+use super::sink::Sink;
 use super::{Engine, OutputPoints, Points, RewriteStats};
 use crate::error::Result;
 use crate::program::csv::{Piece, Reader, Style};
 use crate::program::{Block, Slot, lines::Lines};
 use crate::robot::Robot;
 use render::Pending;
-use sink::Sink;
 use workers::Workshop;
 
 /// What turns points into points: the engine, or a stand-in for it.

@@ -4,12 +4,12 @@
 //! thread is one of the workers: where no other thread can be had, it does everything.
 
 use super::render::{Pending, Task};
-use super::sink::Sink;
 use super::turn::Turn;
 use super::{RewriteStats, Stage};
 use crate::error::{Error, Result};
 use crate::program::Block;
 use crate::program::csv::{Parser, Piece, Placing, Source};
+use crate::rewrite::sink::Sink;
 use crate::rewrite::{OutputPoints, Points};
 use std::sync::{Mutex, PoisonError};
 

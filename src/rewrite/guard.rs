@@ -43,7 +43,7 @@ pub struct Note {
     pub reversals: u64,
     #[serde(default)]
     pub inserted: u64,
-    /// The input's bytes, for `undo` ([`super::super::original`]); a large program is not kept.
+    /// The input's bytes, for `undo` ([`super::original`]); a large program is not kept.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub original: Option<String>,
     /// SHA-256 of the files that declare what the program uses.
