@@ -14,6 +14,12 @@ pub enum Error {
     /// Unusable input.
     #[error("{0}")]
     BadInput(BadInput),
+    /// A setting that the caller chose cannot be used; [`Error::setting`] makes it.
+    #[error("setting `{name}`: found {}; expected {}", one_line(found), one_line(expected))]
+    Setting { name: &'static str, found: String, expected: String },
+    /// An error that these settings can mend; [`Error::mended_by`] makes it.
+    #[error("{source}")]
+    MendedBy { settings: &'static [&'static str], source: Box<Error> },
     /// A program that this tool has rewritten already.
     #[error("{0}")]
     RewrittenAlready(BadInput),
@@ -37,6 +43,25 @@ impl Error {
     /// Bad input at a place.
     pub fn bad(place: Place, found: impl Into<String>, expected: impl Into<String>) -> Self {
         Self::BadInput(BadInput { place, found: found.into(), expected: expected.into() })
+    }
+
+    /// A setting, by its name in this library, with which the job cannot be done.
+    pub fn setting(name: &'static str, found: impl Into<String>, expected: impl Into<String>) -> Self {
+        Self::Setting { name, found: found.into(), expected: expected.into() }
+    }
+
+    /// The same error with the settings that can mend it.
+    pub fn mended_by(self, settings: &'static [&'static str]) -> Self {
+        Self::MendedBy { settings, source: Box::new(self) }
+    }
+
+    /// Input or a setting that cannot be used.
+    pub fn is_bad_input(&self) -> bool {
+        match self {
+            Self::BadInput(_) | Self::Setting { .. } => true,
+            Self::MendedBy { source, .. } => source.is_bad_input(),
+            _ => false,
+        }
     }
 
     /// The reader of our output went away.

@@ -20,7 +20,7 @@ use std::path::Path;
 pub fn format_named(name: &str) -> Result<Recognised> {
     formats::named(name).ok_or_else(|| {
         let expected = format!("one of {}", formats::names().join(", "));
-        Error::bad(Place::file("--format"), format!("`{name}`"), expected)
+        Error::setting("format", format!("`{name}`"), expected)
     })
 }
 

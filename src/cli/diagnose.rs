@@ -116,7 +116,7 @@ fn within(args: &Args, diagnosis: &Diagnosis) -> Result<()> {
 
 /// A log whose units, axes, times or columns are wrong: with `--json` the verdict is printed too.
 fn bad_data(error: anyhow::Error, json: bool) -> anyhow::Error {
-    if json && matches!(error.downcast_ref(), Some(Error::BadInput(_))) {
+    if json && error.downcast_ref().is_some_and(Error::is_bad_input) {
         let document = serde_json::json!({
             "schema": diagnose::result::document::SCHEMA, "verdict": "bad_data", "reason": error.to_string(),
         });

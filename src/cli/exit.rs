@@ -1,7 +1,7 @@
 //! How a command ends: its exit code, and what is printed of an error.
 
 use crate::assess::bidirectional::Refusal as NoGap;
-use crate::error::{Error, Place};
+use crate::error::{BadInput, Error, Place};
 use crate::rewrite::Refusal;
 
 /// How a command that did what it was asked for ends.
@@ -52,7 +52,8 @@ pub fn code_of(error: &Error) -> u8 {
     match error {
         e if e.is_closed_pipe() => 0,
         Error::Refused(_) => 1,
-        Error::BadInput(_) | Error::RewrittenAlready(_) | Error::Io { .. } => 2,
+        Error::MendedBy { source, .. } => code_of(source),
+        Error::BadInput(_) | Error::Setting { .. } | Error::RewrittenAlready(_) | Error::Io { .. } => 2,
         Error::Unfinished { .. } => 4,
         Error::Internal { .. } => INTERNAL,
     }
@@ -65,7 +66,13 @@ const INTERNAL: u8 = 70;
 pub fn words(error: &anyhow::Error) -> String {
     let mut parts = Vec::new();
     for cause in error.chain() {
-        parts.push(cause.to_string());
+        parts.push(match cause.downcast_ref() {
+            Some(Error::Setting { name, found, expected }) => {
+                BadInput { place: Place::file(flag(name)), found: found.clone(), expected: expected.clone() }
+                    .to_string()
+            }
+            _ => cause.to_string(),
+        });
         // a typed error tells its own source
         if cause.is::<Error>() || cause.is::<No>() {
             break;
@@ -75,9 +82,22 @@ pub fn words(error: &anyhow::Error) -> String {
     parts.join(": ") + &option
 }
 
-/// The option that a refusal of the library calls for.
+/// The option of a setting of the library: they share their names.
+fn flag(setting: &str) -> String {
+    format!("--{}", setting.replace('_', "-"))
+}
+
+/// The option that an error of the library calls for.
 pub fn option(error: &Error) -> Option<String> {
-    let Error::Refused(why) = error else { return None };
+    let why = match error {
+        Error::Refused(why) => why,
+        Error::MendedBy { settings, .. } => {
+            let flags: Vec<String> = settings.iter().map(|s| flag(s)).collect();
+            return Some(format!(" ({})", flags.join(", ")));
+        }
+        Error::RewrittenAlready(_) => return Some(" (--force rewrites it all the same)".into()),
+        _ => return None,
+    };
     let words = match (why.downcast_ref::<Refusal>(), why.downcast_ref::<NoGap>()) {
         (Some(Refusal::NoClock { .. }), _) => "; give --speed-mm-s".into(),
         (Some(Refusal::SumOfAxes), _) => " (leave out --refine and --law)".into(),
@@ -128,5 +148,61 @@ mod tests {
         // the source of an error of the system is in its words once
         let io = Error::io("out.csv", "write", std::io::ErrorKind::PermissionDenied.into());
         assert_eq!(words(&io.into()).matches("permission denied").count(), 1);
+    }
+
+    /// The library's sources outside the command line, comments left out.
+    fn library_sources(folder: &std::path::Path, each: &mut dyn FnMut(&std::path::Path, &str)) {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() && !path.ends_with("cli") {
+                library_sources(&path, each);
+            } else if path.extension().is_some_and(|e| e == "rs") && !path.ends_with("main.rs") {
+                let text = std::fs::read_to_string(&path).unwrap();
+                let code: Vec<&str> = text.lines().filter(|l| !l.trim_start().starts_with("//")).collect();
+                each(&path, &code.join("\n"));
+            }
+        }
+    }
+
+    #[test]
+    fn the_library_names_no_option_and_its_settings_are_options() {
+        let src = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+        let mut settings = std::collections::BTreeSet::new();
+        let string = regex::Regex::new(r#""(?:[^"\\]|\\.)*""#).unwrap();
+        let set = regex::Regex::new(r#"Error::setting\(\s*"([a-z_]+)"|timed\(path, "([a-z_]+)"\)"#).unwrap();
+        let mends = regex::Regex::new(r"mended_by\(&\[([^\]]*)\]\)").unwrap();
+        library_sources(&src, &mut |path, code| {
+            for found in string.find_iter(code) {
+                let text = found.as_str();
+                let option = text.match_indices("--").any(|(i, _)| {
+                    text[i + 2..].starts_with(|c: char| c.is_ascii_lowercase()) && !text[..i].ends_with(['-', '!'])
+                });
+                assert!(!option, "{}: {text} names an option", path.display());
+            }
+            settings.extend(set.captures_iter(code).map(|c| c.get(1).or(c.get(2)).unwrap().as_str().to_string()));
+            for list in mends.captures_iter(code) {
+                settings.extend(list[1].split(',').map(|s| s.trim().trim_matches('"').to_string()));
+            }
+        });
+        assert!(settings.len() > 15, "{settings:?}");
+        let command = crate::cli::help::command();
+        let mut options = std::collections::BTreeSet::new();
+        let mut waiting = vec![&command];
+        while let Some(c) = waiting.pop() {
+            options.extend(c.get_arguments().filter_map(|a| a.get_long()).map(|l| format!("--{l}")));
+            waiting.extend(c.get_subcommands());
+        }
+        for setting in &settings {
+            assert!(options.contains(&flag(setting)), "no option {}", flag(setting));
+        }
+    }
+
+    #[test]
+    fn a_setting_is_shown_as_its_option() {
+        let degree: anyhow::Error = Error::setting("at_state", "5", "at most 3").into();
+        assert_eq!(words(&degree), "--at-state: found 5; expected at most 3");
+        let short: anyhow::Error = Error::bad(Place::file("a.csv"), "x", "y").mended_by(&["travel_deg", "pose"]).into();
+        assert_eq!(words(&short), "a.csv: found x; expected y (--travel-deg, --pose)");
+        assert_eq!((code(&degree), code(&short)), (2, 2));
     }
 }

@@ -191,7 +191,7 @@ impl Question {
                 let sets = question::of_diagnosis(&input.name, &text, scale)?;
                 Ok(Self::Diagnosis(sets, noise_of(&text)))
             }
-            (None, Some(text)) => Ok(Self::Between(vec![question::between(text, scale)?])),
+            (None, Some(text)) => Ok(Self::Between(vec![question::between("--between", text, scale)?])),
             (None, None) => Ok(Self::Catalogue),
         }
     }

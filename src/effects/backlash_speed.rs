@@ -26,7 +26,7 @@ pub static INFO: EffectInfo = EffectInfo {
     confused_with: &["backlash", "servo_lag"],
     decide_by: "reverse at three or more speeds",
     action: "identify and compensate at the working speed; check lubrication and preload",
-    undone: "an offset of half the gap at the speed of the program (`--speed-mm-s`), else of half the gap at rest",
+    undone: "an offset of half the gap at the TCP speed of the program, if you give it, else of half the gap at rest",
     after_reversal: AfterReversal::Step,
     includes: &["backlash"],
     imitates: &["backlash"],
@@ -138,8 +138,7 @@ impl EffectType for BacklashSpeed {
 
     fn undo(&self, context: &UndoContext) -> Undo {
         let gap = GapCurve::Constant(self.half_gap_at(context.tcp_speed_m_s.unwrap_or(0.0)));
-        let left =
-            context.tcp_speed_m_s.is_none().then_some("without --speed-mm-s only its gap at rest is compensated");
+        let left = context.tcp_speed_m_s.is_none().then_some("without a TCP speed only its gap at rest is compensated");
         Undo { left, ..Undo::gap(gap) }
     }
 }

@@ -280,9 +280,9 @@ fn over_poses(
 ) -> Result<Option<FrictionOffset>> {
     let name = &joint.name;
     let Decay::Time(tau_s) = decay else {
-        return Err(Error::bad(
-            Place::file("--form poses"),
-            format!("a decay of {name} over travel"),
+        return Err(Error::setting(
+            "form",
+            format!("points counted, and a decay of {name} over travel"),
             "a decay in seconds: equation 17 counts points in time",
         ));
     };

@@ -32,8 +32,9 @@ pub fn of_program(path: &Path, robot: &Robot) -> Result<f64> {
         return Err(Error::bad(
             Place::file(name),
             format!("points {:.2} to {:.2} mm apart (middle half)", at(0.25) * 1e3, at(0.75) * 1e3),
-            "points of one spacing: equation 17 counts points; use `--form decay`",
-        ));
+            "points of one spacing, as equation 17 counts points; or a decay over time",
+        )
+        .mended_by(&["form"]));
     }
     Ok(at(0.5))
 }

@@ -204,7 +204,8 @@ fn start(robot: &Robot, series: &Series, seen: &Seen, options: &Options, tracker
         all.sort_by(f64::total_cmp);
         let all: Vec<String> = all.iter().map(|o| format!("{o:.2} s")).collect();
         let found = format!("a motion that repeats: the clocks agree as well at offsets of {}", all.join(", "));
-        return Err(Error::bad(place(), found, "--near-s OFFSET, or a motion with one part that occurs once"));
+        let expected = "the offset to look near, or a motion with one part that occurs once";
+        return Err(Error::bad(place(), found, expected).mended_by(&["near_s"]));
     }
     Ok(found)
 }

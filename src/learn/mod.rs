@@ -119,8 +119,8 @@ fn refuse_too_little(name: &str, rows: &[Row], dof: usize, options: &Options) ->
     let moving = rows.iter().filter(|r| r.speed.is_some()).count();
     if options.kind == Kind::Augmented && moving < weights {
         let found = format!("{} with a velocity", counted(moving, "row"));
-        let expected = format!("{weights} or more: a log with t_s and without pauses, or `--kind plain`");
-        return Err(Error::bad(Place::file(name), found, expected));
+        let expected = format!("{weights} or more: a log with t_s and without pauses, or a plain network");
+        return Err(Error::bad(Place::file(name), found, expected).mended_by(&["kind"]));
     }
     Ok(())
 }

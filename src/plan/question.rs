@@ -28,23 +28,19 @@ pub struct Set {
 
 const EXPECTED: &str = "EFFECT:TARGET,EFFECT:TARGET with names of the catalogue, as backlash:A2,hysteresis:A2";
 
-/// Reads `--between`.
-pub fn between(text: &str, scale: &Scale) -> Result<Set> {
-    let doc = Document { name: "--between", text };
+/// Reads rivals, separated by commas, from the `text` of that name.
+pub fn between(name: &str, text: &str, scale: &Scale) -> Result<Set> {
+    let doc = Document { name, text };
     let mut rivals: Vec<Rival> = Vec::new();
     for part in text.split(',').map(str::trim) {
         let rival = rival(part, scale, &doc)?;
         if rivals.iter().any(|r| r.name == rival.name) {
-            return Err(Error::bad(Place::file("--between"), format!("`{part}` twice"), "every rival once"));
+            return Err(Error::setting("between", format!("`{part}` twice"), "every rival once"));
         }
         rivals.push(rival);
     }
     if rivals.len() < 2 {
-        return Err(Error::bad(
-            Place::file("--between"),
-            format!("`{text}`"),
-            format!("two rivals or more: {EXPECTED}"),
-        ));
+        return Err(Error::setting("between", format!("`{text}`"), format!("two rivals or more: {EXPECTED}")));
     }
     Ok(Set { rivals, common: Vec::new() })
 }

@@ -126,9 +126,7 @@ pub fn reason(a: &Rival, b: &Rival, model: &Model) -> String {
     let geometry = |r: &Rival| only(r, &|p| p.effect.stage() >= Stage::Gear && !p.effect.has_memory());
     if geometry(a) && geometry(b) {
         let kind = if model.robot.axis(0).kind == JointKind::Revolute { "wider angles" } else { "longer strokes" };
-        return format!(
-            "both bend the path in the same way over the travel that was allowed; {kind} (--travel-deg, --travel-mm) may part them"
-        );
+        return format!("both bend the path in the same way over the travel that was allowed; {kind} may part them");
     }
     "their traces at the TCP are alike on every motion of the library, once the frame and the rival's own size are fitted".into()
 }

@@ -242,9 +242,9 @@ impl<'a> Engine<'a> {
         match (self.limits.any_rate(), clocked) {
             (false, _) => Some("the robot file gives no largest speeds (max_speed, max_accel)"),
             (true, false) if legs.is_some_and(|l| l.iter().any(|s| *s > 0.0)) => {
-                Some("the speeds of some moves are not known (--speed-mm-s gives one)")
+                Some("the speeds of some moves are not known (a TCP speed of your choice gives one)")
             }
-            (true, false) => Some("the program gives no times and no speeds (--speed-mm-s gives one)"),
+            (true, false) => Some("the program gives no times and no speeds (a TCP speed of your choice gives one)"),
             (true, true) => None,
         }
     }

@@ -112,8 +112,9 @@ fn damaged(path: &Path) -> Error {
     Error::bad(
         Place::file(shown(path)),
         "a note that is damaged",
-        "the note as `rewrite` left it: it tells what its program was (--force does without it)",
+        "the note as `rewrite` left it: it tells what its program was",
     )
+    .mended_by(&["force"])
 }
 
 /// A note that is whole; notes of earlier versions have no check.
@@ -185,6 +186,6 @@ pub fn already(name: &str, how: &str) -> Error {
     Error::RewrittenAlready(BadInput {
         place: Place::file(name),
         found: format!("a program that has been rewritten already ({how})"),
-        expected: "the original program (--force rewrites it all the same)".into(),
+        expected: "the original program".into(),
     })
 }

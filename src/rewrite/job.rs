@@ -94,8 +94,8 @@ impl Job<'_> {
         if self.force || found.is_empty() {
             return Ok(());
         }
-        let expected = "offsets as lost motion has them: are the units right? (--force writes them all the same)";
-        Err(Error::bad(Place::file(compensator_file), found.join("; "), expected))
+        let expected = "offsets as lost motion has them: are the units right?";
+        Err(Error::bad(Place::file(compensator_file), found.join("; "), expected).mended_by(&["force"]))
     }
 
     /// Takes one program through; nothing is written where the answer is no.

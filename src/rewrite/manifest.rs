@@ -226,7 +226,7 @@ impl Merged {
             for (k, line) in BufReader::new(input::open(path)?).lines().enumerate() {
                 let line = line.map_err(|e| Error::io(path, "read", e))?;
                 let at = || Place::line(&name, k as u64 + 1);
-                let expected = "a line of a summary of `rewrite --manifest`";
+                let expected = "a line of a summary of a shard";
                 let summed: Summed =
                     serde_json::from_str(&line).map_err(|e| Error::bad(at(), e.to_string(), expected))?;
                 let key = summed.key.ok_or_else(|| Error::bad(at(), "no key", expected))?;

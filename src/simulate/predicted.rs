@@ -302,8 +302,8 @@ impl<'a> Plan<'a> {
     /// The refusal of a row with a value that is no number.
     fn no_number(&self, row: usize) -> Error {
         let t_s = self.motion.drive.t_s()[row];
-        Error::bad(
-            Place::file("--model"),
+        Error::setting(
+            "model",
             format!("effects that predict no number for row {} (time {t_s} s)", row + 1),
             "parameters, times and commands of sizes that a machine has; nothing was written",
         )

@@ -96,7 +96,7 @@ impl Tracked {
                 };
                 let held: Vec<String> = m.held.iter().map(held).collect();
                 let _ = if held.is_empty() {
-                    write!(text, ", out of reach from there (or try another --start)")
+                    write!(text, ", out of reach from there (or try another start)")
                 } else {
                     write!(text, "; {}", held.join(", "))
                 };

@@ -199,8 +199,8 @@ impl<'a> Walker<'a> {
                 if !(q[a] >= self.lower[a] - self.digit[a] && q[a] <= self.upper[a] + self.digit[a]) {
                     let edge = |v: f64| joint.kind.to_user_unit(v);
                     let unit = joint.kind.unit();
-                    return Err(Error::bad(
-                        Place::file("--start"),
+                    return Err(Error::setting(
+                        "start",
                         format!("{} at {} {unit}", joint.name, edge(q[a])),
                         format!(
                             "{:.6} to {:.6} {unit}: limits, and what was learned",

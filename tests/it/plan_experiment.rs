@@ -325,7 +325,7 @@ fn noisy_logs_keep_the_promised_evidence_on_average() {
     let room = Room::new(&model.robot, &options);
     let scale =
         Scale { robot: &model.robot, window: &room.window, speed_m_s: 0.1, duration_s: 60.0, lost: vec![None; 3] };
-    let set = question::between("backlash:X,stiction:X:decay_s=4", &scale).unwrap();
+    let set = question::between("the rivals", "backlash:X,stiction:X:decay_s=4", &scale).unwrap();
     let sets = [set];
     // so noisy that the evidence is about twenty
     let sigma = 15e-6;

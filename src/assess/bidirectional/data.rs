@@ -146,8 +146,8 @@ impl Reference {
                 "" => "no pose with a repeat in both directions".to_string(),
                 name => format!("no pose with a repeat in both directions in the reference state ({name})"),
             };
-            let expected = "the same commanded position from both directions; another reference with --reference";
-            return Err(Error::bad(Place::file(file), found, expected));
+            let expected = "the same commanded position from both directions, or another reference";
+            return Err(Error::bad(Place::file(file), found, expected).mended_by(&["reference"]));
         }
         Ok(Self { state, range, base })
     }

@@ -64,10 +64,10 @@ pub fn within_limits(result: &Assessment, mapping: &Mapping, robot: &Robot, note
     let text = format!("a line from {} to {} {unit} of {}", edge(lo), edge(hi), joint.name);
     let limits = format!("its limits {} to {} {unit}", edge(least), edge(most));
     if hi < least || lo > most {
-        let expected = format!("a line within {limits}: check --joint, --origin and --lever-mm");
-        return Err(Error::bad(Place::file(&result.file), text, expected));
+        let expected = format!("a line within {limits}");
+        return Err(Error::bad(Place::file(&result.file), text, expected).mended_by(&["joint", "origin", "lever_mm"]));
     }
-    notes.push(format!("{text} reaches beyond {limits}: check --joint, --origin and --lever-mm"));
+    notes.push(format!("{text} reaches beyond {limits}: check the joint, its origin and its lever"));
     Ok(())
 }
 
@@ -81,7 +81,7 @@ fn positions(result: &Assessment, state: usize) -> Result<Vec<f64>> {
     let all: Vec<f64> = here.map(|p| p.position_m).collect();
     if all.is_empty() {
         let found = format!("no pose measured from both sides with {}", result.states.text(state));
-        return Err(Error::bad(Place::file(&result.file), found, "another --at-state"));
+        return Err(Error::bad(Place::file(&result.file), found, "another state").mended_by(&["at_state"]));
     }
     Ok(all)
 }

@@ -134,8 +134,9 @@ pub fn fit(
         return Err(Error::bad(
             Place::file(file),
             format!("poses that do not determine a curve of degree {degree}"),
-            "more positions, or a lower --degree",
-        ));
+            "more positions, or a lower degree",
+        )
+        .mended_by(&["degree"]));
     };
     let scatter = Scatter::of_model(&fit, &data, options.errors, curve.adequate);
     let covariance = &fit.inverse * scatter.variance_m2;
@@ -173,8 +174,8 @@ impl Curve {
         if let Some(d) = options.degree
             && d >= n
         {
-            return Err(Error::bad(
-                Place::file("--degree"),
+            return Err(Error::setting(
+                "degree",
                 format!("degree {d} for {n} poses"),
                 format!("a degree of at most {}", n - 1),
             ));
@@ -221,7 +222,7 @@ fn over_all_states(
     let test = LackOfFit::new(degree, fit.residual, data.pure, dof, options.alpha)?;
     if !test.adequate {
         notes.push(format!(
-            "over all states the model leaves more than the repeats explain (F = {:.2}, p = {:.2e}): the curve, or what a state adds to it, is not of this form; a higher --degree may be",
+            "over all states the model leaves more than the repeats explain (F = {:.2}, p = {:.2e}): the curve, or what a state adds to it, is not of this form; a higher degree may be",
             test.f, test.p_value
         ));
     }

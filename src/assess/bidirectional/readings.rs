@@ -125,8 +125,9 @@ impl Readings {
                 return Err(Error::bad(
                     Place { column: index, ..Place::file(&self.name) },
                     format!("{} different values in column `{name}`", levels.len()),
-                    "a state such as a speed or a payload; name the state columns with --states, or `ignore` it in a column map",
-                ));
+                    "a state such as a speed or a payload, or `ignore` for it in a column map",
+                )
+                .mended_by(&["states"]));
             }
         }
         Ok(())

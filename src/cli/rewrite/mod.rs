@@ -3,6 +3,7 @@
 mod folder;
 mod job;
 mod proof;
+mod text;
 
 use crate::cli::exit::Finished;
 use crate::cli::exit::{bad, no};
@@ -18,7 +19,7 @@ use crate::rewrite::equation2::Law;
 use crate::rewrite::guard::note_path;
 use crate::rewrite::job::Job;
 use crate::rewrite::outcome::{Outcome, Target};
-use crate::rewrite::summary::{Line, Verbosity, document, format_text};
+use crate::rewrite::summary::{Line, document};
 use crate::rewrite::{LimitKind, Refine};
 use crate::robot::JointKind;
 use crate::robot::frames::Missing;
@@ -28,6 +29,7 @@ use job::Source;
 use proof::Proof;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
+use text::{Verbosity, format_text};
 
 /// Put reversal points and offsets into a robot program.
 ///

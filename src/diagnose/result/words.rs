@@ -164,7 +164,7 @@ pub fn next_steps(d: &Diagnosis) -> Vec<(String, String)> {
     if let Some(u) = &d.unexplained {
         let how = match &u.next {
             _ if d.contradicted => "put right what the first note names, and diagnose again".into(),
-            Some(_) => "write the model (--model-out) and diagnose again with it".into(),
+            Some(_) => "write the model and diagnose again with it".into(),
             None => format!("record {}", u.record),
         };
         steps.push(("to find the rest".into(), how));

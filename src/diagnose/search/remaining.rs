@@ -60,7 +60,7 @@ pub(in crate::diagnose) fn beyond_limit(
         return (Some(n), None);
     }
     notes.push(format!(
-        "a diagnosis names {MOST_EFFECTS} effects at most; a further round would name {} {}: write the model (--model-out) and diagnose again with it",
+        "a diagnosis names {MOST_EFFECTS} effects at most; a further round would name {} {}: write the model and diagnose again with it",
         n.effect,
         n.target
     ));

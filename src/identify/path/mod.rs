@@ -82,7 +82,7 @@ impl Options {
     pub fn hold_model(&mut self, model: &Model, robot: &Robot) -> Result<()> {
         if model.robot.fingerprint() != robot.fingerprint() {
             let found = format!("a model of another robot, `{}`", model.robot.name);
-            return Err(Error::bad(Place::file("--model"), found, format!("a model of `{}`", robot.name)));
+            return Err(Error::setting("model", found, format!("a model of `{}`", robot.name)));
         }
         for j in Compensator::from_model(model)?.joints {
             if let Some(b) = j.backlash {

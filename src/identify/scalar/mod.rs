@@ -59,10 +59,13 @@ pub fn instrument(robot: &Robot, log: &Log, setup: &Setup) -> Result<Instrument>
         return Ok(Instrument::Distance { centre_m });
     }
     if i.dial_m.is_some() {
-        let expected = "--direction X,Y,Z: the direction in which `dial_um` grows, in the robot's world frame";
+        let expected = "the direction in which `dial_um` grows, in the robot's world frame";
         return match setup.direction {
             Some(along) => Ok(Instrument::Direction { along }),
-            None => Err(Error::bad(Place::line(&log.name, 1), "`dial_um` without its direction", expected)),
+            None => {
+                let e = Error::bad(Place::line(&log.name, 1), "`dial_um` without its direction", expected);
+                Err(e.mended_by(&["direction"]))
+            }
         };
     }
     let expected = "`r_mm` or `r_um` of a ballbar, or `dial_um`";

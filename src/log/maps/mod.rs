@@ -5,7 +5,7 @@
 //! Fails: for a maker whose export nobody describes in public, with what to do instead.
 
 use super::ColumnMap;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 
 /// Name and text of each map.
 pub const MAPS: [(&str, &str); 4] = [
@@ -22,7 +22,7 @@ pub fn named(name: &str) -> Option<Result<ColumnMap>> {
     if UNDESCRIBED.contains(&name) {
         let expected = "`tracker` (common names: Time, X, Y, Z), or a map of your own as in docs/log.md";
         let found = format!("`{name}`, whose exports have the columns that their user chose");
-        return Some(Err(Error::bad(Place::file("--columns"), found, expected)));
+        return Some(Err(Error::setting("columns", found, expected)));
     }
     let (name, text) = MAPS.iter().find(|m| m.0 == name)?;
     Some(ColumnMap::parse(name, text))

@@ -16,7 +16,7 @@ pub mod posture;
 pub mod precision;
 
 use super::path::{Room, RoomOptions};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::machine::measurement::Instrument;
 use crate::robot::Robot;
 use nalgebra::Vector3;
@@ -89,7 +89,7 @@ pub fn plan(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
     let sight = sight.facing(&pose);
     if !sight.sees(&pose) {
         let found = "a pose that the tracker does not see: the arm is between them";
-        return Err(Error::bad(Place::file("--pose"), found, "another pose, or another place of the tracker"));
+        return Err(Error::setting("pose", found, "another pose, or another place of the tracker"));
     }
     let duration_s = match kind {
         Kind::Static => f64::INFINITY,

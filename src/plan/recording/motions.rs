@@ -1,7 +1,7 @@
 //! The programs: dwells from both sides, slow and fast motion of all joints.
 
 use super::{Kind, Options};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::plan::path::{Path, Room};
 use crate::robot::JointKind;
 use std::f64::consts::TAU;
@@ -59,7 +59,7 @@ pub fn static_test(room: &Room, options: &Options, notes: &mut Vec<String>) -> R
         }
         path.home();
     }
-    Ok(StaticTest { rows: timed(path, "--places")?, places })
+    Ok(StaticTest { rows: timed(path, "places")?, places })
 }
 
 /// All joints at once, each through its window: one sine each (path), three with pauses (excitation).
@@ -71,7 +71,7 @@ pub fn all_joints(room: &Room, kind: Kind) -> Result<Rows> {
     let n = (time_s / room.step_s).floor();
     if n < 100.0 {
         let expected = "a longer time: all joints are to move there and back";
-        return Err(Error::bad(Place::file("--duration-s"), format!("{} s", room.duration_s), expected));
+        return Err(Error::setting("duration_s", format!("{} s", room.duration_s), expected));
     }
     let n = n as usize;
     let sines: Vec<[f64; 2]> = match kind {
@@ -98,7 +98,7 @@ pub fn all_joints(room: &Room, kind: Kind) -> Result<Rows> {
     let amplitudes: Vec<f64> = (0..middle.len()).map(|axis| amplitude(room, axis, &shapes[axis])).collect();
     path.follow((0..n).map(|i| (0..middle.len()).map(|a| middle[a] + amplitudes[a] * shapes[a][i]).collect()));
     path.home();
-    timed(path, "--duration-s")
+    timed(path, "duration_s")
 }
 
 /// Pace of the motion over its steps: it speeds up, slows down, and stands still in the pauses.
@@ -130,14 +130,15 @@ fn amplitude(room: &Room, axis: usize, shape: &[f64]) -> f64 {
 }
 
 /// Rows with their times; refused where a limit is not kept.
-fn timed(path: Path, option: &str) -> Result<Rows> {
+fn timed(path: Path, setting: &'static str) -> Result<Rows> {
     let step_s = path.room.step_s;
     let rows = path.finish().ok_or_else(|| {
-        Error::bad(
-            Place::file(option),
+        Error::setting(
+            setting,
             "a motion that does not keep the joints' windows or limits",
-            "another pose, a smaller --travel-deg or --travel-mm, or a longer time",
+            "another pose, a smaller travel, or a longer time",
         )
+        .mended_by(&["travel_deg", "travel_mm"])
     })?;
     Ok(rows.into_iter().enumerate().map(|(i, q)| (i as f64 * step_s, q)).collect())
 }

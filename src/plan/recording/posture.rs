@@ -7,7 +7,7 @@
 //! it in the pose, within its acceptance. Links are taken as straight lines between the joints' frames.
 
 use super::{Kind, Options};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::plan::path::Room;
 use crate::robot::{Joint, JointKind, Robot};
 use nalgebra::Vector3;
@@ -199,6 +199,7 @@ pub fn find(robot: &Robot, options: &Options) -> Result<Vec<f64>> {
     }
     best.map(|b| b.1).ok_or_else(|| {
         let found = format!("none of {TRIED} poses is visible from there");
-        Error::bad(Place::file("--tracker"), found, "a place from which the TCP can be seen, in mm; or --pose")
+        Error::setting("tracker", found, "a place from which the TCP can be seen, in mm; or a pose")
+            .mended_by(&["pose"])
     })
 }

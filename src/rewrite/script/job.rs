@@ -92,8 +92,8 @@ impl Job<'_> {
     ) -> Result<Ready> {
         let name = shown(input);
         if self.options.refine != Refine::None {
-            return Err(Error::bad(
-                Place::file("--refine"),
+            return Err(Error::setting(
+                "refine",
                 format!("{name}, a program in {}", format.title()),
                 "joint-space CSV: the robot goes from target to target of this program, so that they are its turning \
                  points (those on straight lines and arcs are found without it)",
@@ -224,7 +224,7 @@ impl ContextSum {
 fn outputs(path: &Path, companions: &[PathBuf]) -> Result<Vec<PathBuf>> {
     if is_stdio(path) && !companions.is_empty() {
         let found = format!("a program of {} files for standard output", companions.len() + 1);
-        return Err(Error::bad(Place::file("--output"), found, "a file: the others go beside it"));
+        return Err(Error::setting("output", found, "a file: the others go beside it"));
     }
     let mut all = vec![path.to_path_buf()];
     all.extend(companions.iter().map(|c| match c.extension() {

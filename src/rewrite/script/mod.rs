@@ -42,7 +42,7 @@ use super::rewritten::{Digits, Evidence, Rows};
 use super::stats::RewriteStats;
 use super::{Options, Origin, OutputPoints, Points};
 use crate::compensator::Compensator;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::program::script::{
     At, Document, Edits, Format, Goal, Note, Quantity, Script, StepKind, Target, Text, Value,
 };
@@ -382,7 +382,7 @@ fn require_posture(task: &Task) -> Result<()> {
     }
     let found = format!("`posture_deg` of {} numbers", posture.len());
     let expected = format!("{}, one for each axis of {}", task.robot.dof(), task.robot.name);
-    Err(Error::bad(Place::file("--frames"), found, expected))
+    Err(Error::setting("frames", found, expected))
 }
 
 fn require_coverage(coverage: &Coverage, choices: &Choices, script: &Script) -> Result<()> {

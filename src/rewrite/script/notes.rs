@@ -49,7 +49,7 @@ pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -
             format!("; {k} that the robot stops at cannot be told or take no point (lines {}{more})", shown.join(", "))
         }
     };
-    let text = format!("--approach-from: {added} targets are reached from their side over an added point{rest}");
+    let text = format!("one-sided approach: {added} targets are reached from their side over an added point{rest}");
     Some(Note { place: At { file: 0, line: 1 }, text })
 }
 
@@ -71,7 +71,7 @@ pub fn missing(script: &Script) -> Option<Note> {
         return None;
     }
     let text = format!(
-        "the program never says {}: if the control starts so, name it (--assume G21,G90, or `control: [G21, G90]` in the robot file)",
+        "the program never says {}: if the control starts so, say it: assume G21,G90, or `control: [G21, G90]` in the robot file",
         script.missing.join(", nor ")
     );
     Some(Note { place: At { file: 0, line: 1 }, text })
@@ -110,7 +110,9 @@ pub fn unsolved(format: &dyn Format, document: &dyn Document, choices: &Choices)
     if choices.solve_within_m.is_none() || document.takes_joints_for_poses() {
         return None;
     }
-    let text =
-        format!("--solve-cartesian: {} has no straight move to joint values; Cartesian moves stay", format.title());
+    let text = format!(
+        "Cartesian moves as joint moves: {} has no straight move to joint values; Cartesian moves stay",
+        format.title()
+    );
     Some(Note { place: At { file: 0, line: 1 }, text })
 }

@@ -105,8 +105,9 @@ impl Job<'_> {
             return Err(Error::bad(
                 Place::file(name),
                 format!("no column t_s, and an offset of {} that fades in seconds", self.robot.axis(j.axis).name),
-                "a TCP speed: --speed-mm-s",
-            ));
+                "a TCP speed",
+            )
+            .mended_by(&["speed_mm_s"]));
         }
         Engine::new(self.robot, self.compensator, options)
     }

@@ -36,7 +36,7 @@ impl Reader<'_> {
                     [] => return Err(self.bad(root, "no chain of joints", "joints that link a base to a tool")),
                     several => {
                         let found = format!("a chain that ends in {} places: {}", several.len(), several.join(", "));
-                        return Err(self.bad(root, found, "--tip with the link that is the TCP"));
+                        return Err(self.bad(root, found, "the link that is the TCP").mended_by(&["tip"]));
                     }
                 }
             }

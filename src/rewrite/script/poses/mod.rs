@@ -95,7 +95,7 @@ impl Poses {
         let (Some(frame), Some(tool)) = (frame, tool) else {
             return Err(match why.is_empty() {
                 true => "a Cartesian target of which it is not certain which frame or tool is in force".into(),
-                false => format!("a Cartesian target whose {} nobody gives (--list-frames)", why.join(" and ")),
+                false => format!("a Cartesian target whose {} nobody gives", why.join(" and ")),
             });
         };
         let key = format!("{:?} {:?}", tool.translation.vector, tool.rotation.coords);

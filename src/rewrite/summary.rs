@@ -1,11 +1,4 @@
-//! What a rewrite did, as the contract's summary line, as one JSON document, and in words.
-//!
-//! Files beside:
-//! - `text`: the account of a rewrite as text, for a terminal
-
-pub mod text;
-
-pub use text::{Verbosity, format_text};
+//! What a rewrite did, as the contract's summary line and as one JSON document.
 
 use super::outcome::{Outcome, Vendor};
 use crate::error::{Error, one_line};
