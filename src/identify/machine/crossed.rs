@@ -3,7 +3,7 @@
 //! The problem is nearly linear about the values of a compensator, so each half gives normal equations, a step, and what the other
 //! half's step does to its cost.
 
-use super::evidence;
+use super::law::turns;
 use super::problem::{Part, Problem};
 use nalgebra::{DMatrix, DVector};
 
@@ -80,7 +80,7 @@ fn halves(
     let mut edges: Vec<usize> = match rows {
         Some(rows) => {
             let bin_of = |row: usize| l.bins.partition_point(|b| b.1 <= row).min(bins);
-            evidence::turns(&rows.x).into_iter().map(bin_of).collect()
+            turns(&rows.x).into_iter().map(bin_of).collect()
         }
         // a log in which the joint stands still says something of the rest alone
         None => Vec::new(),

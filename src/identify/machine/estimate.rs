@@ -1,8 +1,8 @@
 //! From the solved problem to the document: gaps, responses, intervals, trust.
 
-use super::evidence::{Evidence, Reversal, turns};
-use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS};
-use super::predict::{self, Left, along_path};
+use super::evidence::{Evidence, Reversal};
+use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS, turns};
+use super::predict::{self, Left, Ratio, along_path, random_effect};
 use super::problem::Problem;
 use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS};
 use crate::compensator::{Response, Spike, Windup};
@@ -169,34 +169,6 @@ fn schedule(problem: &Problem, axis: usize, law: &JointLaw) -> Option<GapCurve> 
     let knots: Vec<[f64; 2]> =
         (0..=n).map(|i| lo + (hi - lo) * i as f64 / n as f64).map(|x| [x, spline.at(x, &law.gap).max(0.0)]).collect();
     Pchip::new(&knots).map(GapCurve::Pchip)
-}
-
-/// The single reversals of a joint together: lost motion as a multiple of the model's.
-#[derive(Debug, Clone, Copy)]
-pub struct Ratio {
-    pub mean: f64,
-    /// Standard error of the mean; infinite where too few reversals can be judged.
-    pub sigma: f64,
-    /// Standard deviation from reversal to reversal.
-    pub scatter: f64,
-}
-
-/// Mean and scatter of the single reversals' ratios as a random effect (DerSimonian and Laird 1986).
-pub fn random_effect(own: &[&Reversal]) -> Ratio {
-    let known: Vec<(f64, f64)> =
-        own.iter().filter(|r| r.sigma.is_finite() && r.sigma < 1.0).map(|r| (r.ratio, r.sigma.powi(-2))).collect();
-    let total: f64 = known.iter().map(|k| k.1).sum();
-    if known.len() < 3 || total <= 0.0 {
-        return Ratio { mean: 1.0, sigma: f64::INFINITY, scatter: 0.0 };
-    }
-    let first = known.iter().map(|(r, w)| r * w).sum::<f64>() / total;
-    let q: f64 = known.iter().map(|(r, w)| w * (r - first).powi(2)).sum();
-    let squares: f64 = known.iter().map(|k| k.1 * k.1).sum();
-    let variance = ((q - (known.len() - 1) as f64) / (total - squares / total)).max(0.0);
-    let weight = |w: f64| (1.0 / w + variance).recip();
-    let all: f64 = known.iter().map(|k| weight(k.1)).sum();
-    let mean = known.iter().map(|(r, w)| r * weight(*w)).sum::<f64>() / all;
-    Ratio { mean, sigma: all.sqrt().recip(), scatter: variance.sqrt() }
 }
 
 /// What compensating the joint does at its reversals.

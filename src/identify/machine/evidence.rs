@@ -13,6 +13,7 @@
 //! `-(H - H_b)^-1 g_b`. Each reversal's remainder is then estimated in its window by generalized least squares with three
 //! shapes: a step that stays, and two that decay. Reference: Belsley, Kuh and Welsch (1980), chapter 2.
 
+use super::law::turns;
 use super::noise::MOST_LAGS;
 use super::problem::{Part, Problem};
 use super::solve;
@@ -203,28 +204,6 @@ fn left_out(part: &Part, bins: usize, from: usize, to: usize, inverse: &DMatrix<
     let own = DMatrix::from_fn(k, k, |i, m| inverse[(part.index[i], part.index[m])]);
     let Some(precision) = self::inverse(&own) else { return DVector::zeros(k) };
     solve::solve(&(precision - h), &(-g), 1e-9).unwrap_or_else(|| DVector::zeros(k))
-}
-
-/// Rows at which a joint turns.
-pub fn turns(x: &[f64]) -> Vec<usize> {
-    let mut out = Vec::new();
-    let (mut dir, mut extreme) = (0.0, 0usize);
-    for i in 1..x.len() {
-        let d = x[i] - x[extreme];
-        if dir == 0.0 {
-            if (x[i] - x[0]).abs() > 1e-8 {
-                dir = (x[i] - x[0]).signum();
-                extreme = i;
-            }
-        } else if d * dir >= 0.0 {
-            extreme = i;
-        } else if d.abs() > 1e-8 {
-            out.push(extreme);
-            dir = -dir;
-            extreme = i;
-        }
-    }
-    out
 }
 
 struct Window {

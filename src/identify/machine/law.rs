@@ -15,7 +15,10 @@
 
 use super::spline::Spline;
 use crate::machine::turns::between_rows;
+use crate::numerics::reversal::{Movement, ReversalDetector};
 
+/// Movement back that is a reversal and no rounding, rad or m.
+const TURN: f64 = 1e-8;
 /// Time constants of the servo's response, s: half a decade apart over what integral actions take.
 pub const TAUS_S: [f64; 3] = [0.4, 1.2, 3.6];
 /// Preslidings of the wind-up, as multiples of that of the servo: half a decade apart.
@@ -220,7 +223,7 @@ fn turning_points(t_s: &[f64], x: &[f64]) -> Vec<(usize, f64, f64)> {
     let mut out: Vec<(usize, f64, f64)> = Vec::new();
     let smooth = between_rows(t_s, x, RESOLUTION);
     let mut smooth = smooth.into_iter().peekable();
-    for k in super::evidence::turns(x) {
+    for k in turns(x) {
         let curved = loop {
             match smooth.peek() {
                 Some(s) if s.0 + 1 < k => {
@@ -268,6 +271,16 @@ fn wind(z: &mut [f64; WINDUPS], by: f64, presliding: f64) {
         *z = d + (*z - d) * keep;
         keep = keep * keep * keep;
     }
+}
+
+/// Rows at which a joint turns.
+pub fn turns(x: &[f64]) -> Vec<usize> {
+    let mut detector = ReversalDetector::new(TURN, 0);
+    let at = |(i, &position): (usize, &f64)| match detector.take(i, position) {
+        Movement::Reversed { at, .. } => Some(at),
+        _ => None,
+    };
+    x.iter().enumerate().filter_map(at).collect()
 }
 
 #[cfg(test)]

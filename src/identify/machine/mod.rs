@@ -2,7 +2,7 @@
 //!
 //! Read in this order:
 //! - [`spline`], [`law`]: what a joint does to its command, with derivatives.
-//! - [`bins`]: a log in rows and bins.
+//! - [`frame`]: where the tracker stands, for all logs or one; [`bins`]: a log in rows and bins.
 //! - [`nuisance`]: geometry, frame, lag, drift, load and ripple as linear columns with weak priors.
 //! - [`noise`]: autoregressive noise in the principal directions of a log.
 //! - [`problem`], [`solve`]: all of it as one least-squares problem, solved by Gauss-Newton steps.
@@ -21,6 +21,7 @@ pub mod bins;
 pub mod crossed;
 pub mod estimate;
 pub mod evidence;
+pub mod frame;
 pub mod law;
 pub mod measured;
 pub mod noise;
@@ -36,27 +37,21 @@ pub mod views;
 use crate::error::{Error, Place, Result};
 use crate::gaps::{Gaps, Registered};
 use crate::log::Log;
-use crate::log::registration::{Pair, register_line};
 use crate::robot::Robot;
 use crate::stats::robust::median_of;
 use evidence::Evidence;
-use nalgebra::Isometry3;
 use problem::Problem;
 use solve::Kept;
 use spline::Spline;
 
 /// Knots of a gap over the travel of its joint.
 const KNOTS: usize = 7;
-/// Distance from the common frame from which a log gets one of its own.
-const ELSEWHERE_M: f64 = 5e-3;
-/// Rows of each log that register the frame.
-const REGISTERED: usize = 400;
 /// Rounds of fitting, each with noise estimated from the residuals of the one before.
 const ROUNDS: usize = 3;
 
 /// Identifies a machine from its logs.
 pub fn identify(robot: &Robot, logs: &[Log]) -> Result<Gaps> {
-    let registered = frame(robot, logs)?;
+    let registered = frame::frame(robot, logs)?;
     let (problem, evidence, varies) = solved(robot, logs, &registered)?;
     let mut notes = Vec::new();
     let mut gaps = Gaps {
@@ -106,7 +101,7 @@ pub fn solved<'a>(
     let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
     let bins = logs
         .iter()
-        .map(|l| bins::bin(l, robot, &splines, &own_frame(robot, l, registered)?))
+        .map(|l| bins::bin(l, robot, &splines, &frame::own_frame(robot, l, registered)?))
         .collect::<Result<Vec<_>>>()?;
     let mut problem = Problem::new(robot, bins, splines);
     let mut ripples = Vec::new();
@@ -136,39 +131,6 @@ pub fn solved<'a>(
     let mut evidence = evidence::evaluate(&problem).ok_or_else(open)?;
     evidence.covariance += &half * half.transpose();
     Ok((problem, evidence, varies.into_iter().map(|v| v.1).collect()))
-}
-
-/// The tracker's frame from all logs.
-pub fn frame(robot: &Robot, logs: &[Log]) -> Result<Registered> {
-    let mut pairs = Vec::new();
-    for log in logs {
-        let each = (log.len() / REGISTERED).max(1);
-        for i in (0..log.len()).step_by(each) {
-            if let Some(Some(tracker_m)) = log.tcp_m.get(i) {
-                pairs.push(Pair { base_m: robot.tcp_m(&log.command(i)), tracker_m: *tracker_m });
-            }
-        }
-    }
-    if pairs.is_empty() {
-        let name = logs.first().map_or(String::new(), |l| l.name.clone());
-        return Err(Error::bad(Place::file(name), "no measured TCP", "columns `x_mm,y_mm,z_mm`"));
-    }
-    Ok(register_line(&pairs)?.found)
-}
-
-/// Tracker to base for one log: that of all logs, unless the tracker stood elsewhere.
-fn own_frame(robot: &Robot, log: &Log, all: &Registered) -> Result<Isometry3<f64>> {
-    let inverse = all.frame.inverse();
-    let off = |i: usize| {
-        let tracker = log.tcp_m.get(i).copied().flatten()?;
-        Some(((inverse * nalgebra::Point3::from(tracker)).coords - robot.tcp_m(&log.command(i))).norm())
-    };
-    let each = (log.len() / REGISTERED).max(1);
-    let mut distances: Vec<f64> = (0..log.len()).step_by(each).filter_map(off).collect();
-    if median_of(&mut distances).is_none_or(|d| d < ELSEWHERE_M) {
-        return Ok(inverse);
-    }
-    Ok(frame(robot, std::slice::from_ref(log))?.frame.inverse())
 }
 
 /// Knots over the travel of an axis in all logs.

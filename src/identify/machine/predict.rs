@@ -9,8 +9,8 @@
 //! What no log tells: where friction is larger one way, the wind-ups of the two directions differ, and half the difference is a constant
 //! offset of the joint, which looks like its zero position. It is an error all the same, and counts by its expected size.
 
-use super::estimate::Ratio;
-use super::evidence::{AFTER_S, APART_S, Reversal, turns};
+use super::evidence::{AFTER_S, APART_S, Reversal};
+use super::law::turns;
 use super::problem::Problem;
 use nalgebra::Vector3;
 
@@ -26,6 +26,34 @@ pub struct Left {
     pub share: f64,
     /// Mean square TCP error within [`AFTER_S`] of a reversal, m^2; `None`: that share of the lost motion there, too.
     pub after_reversal_m2: Option<f64>,
+}
+
+/// The single reversals of a joint together: lost motion as a multiple of the model's.
+#[derive(Debug, Clone, Copy)]
+pub struct Ratio {
+    pub mean: f64,
+    /// Standard error of the mean; infinite where too few reversals can be judged.
+    pub sigma: f64,
+    /// Standard deviation from reversal to reversal.
+    pub scatter: f64,
+}
+
+/// Mean and scatter of the single reversals' ratios as a random effect (DerSimonian and Laird 1986).
+pub fn random_effect(own: &[&Reversal]) -> Ratio {
+    let known: Vec<(f64, f64)> =
+        own.iter().filter(|r| r.sigma.is_finite() && r.sigma < 1.0).map(|r| (r.ratio, r.sigma.powi(-2))).collect();
+    let total: f64 = known.iter().map(|k| k.1).sum();
+    if known.len() < 3 || total <= 0.0 {
+        return Ratio { mean: 1.0, sigma: f64::INFINITY, scatter: 0.0 };
+    }
+    let first = known.iter().map(|(r, w)| r * w).sum::<f64>() / total;
+    let q: f64 = known.iter().map(|(r, w)| w * (r - first).powi(2)).sum();
+    let squares: f64 = known.iter().map(|k| k.1 * k.1).sum();
+    let variance = ((q - (known.len() - 1) as f64) / (total - squares / total)).max(0.0);
+    let weight = |w: f64| (1.0 / w + variance).recip();
+    let all: f64 = known.iter().map(|k| weight(k.1)).sum();
+    let mean = known.iter().map(|(r, w)| r * weight(*w)).sum::<f64>() / all;
+    Ratio { mean, sigma: all.sqrt().recip(), scatter: variance.sqrt() }
 }
 
 /// Weight of a reversal by the noise of its window.

@@ -13,6 +13,10 @@ use crate::robot::Robot;
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 
+/// Standard deviation of a correction by a run, as a share of the joint's lost motion.
+pub const SHARE: f64 = 0.05;
+/// The same of gap and wind-up together.
+pub const STAYS: f64 = 0.01;
 /// Spread of the prior of neighbouring knots, as a share of the gap.
 const KNOT_SPREAD: f64 = 0.35;
 /// Standard deviation of the logarithm of the presliding, about the joint's lost motion.
@@ -470,11 +474,10 @@ impl<'a> Problem<'a> {
         for (axis, law) in self.laws.iter().enumerate() {
             let Some(law) = law else { continue };
             let (at, knots) = (self.offset(axis), law.gap.len());
-            let each = (super::update::SHARE * self.sizes[axis]).powi(-2);
+            let each = (SHARE * self.sizes[axis]).powi(-2);
             for k in 0..law.parameters() {
                 about[at + k] = centre[at + k];
-                precision[(at + k, at + k)] =
-                    if k + 1 == law.parameters() { super::update::SHARE.powi(-2) } else { each };
+                precision[(at + k, at + k)] = if k + 1 == law.parameters() { SHARE.powi(-2) } else { each };
                 if k > 0 && k < knots {
                     precision[(at + k, at + k)] += each;
                     precision[(at + k - 1, at + k - 1)] += each;
@@ -482,7 +485,7 @@ impl<'a> Problem<'a> {
                     precision[(at + k - 1, at + k)] -= each;
                 }
             }
-            let sum = (super::update::STAYS * self.sizes[axis]).powi(-2) / knots as f64;
+            let sum = (STAYS * self.sizes[axis]).powi(-2) / knots as f64;
             for k in 0..knots {
                 let stays: Vec<usize> =
                     std::iter::once(at + k).chain((0..WINDUPS).map(|m| at + knots + SPIKES + m)).collect();

@@ -1,7 +1,7 @@
 //! Learning from a run of the compensated program: the parameters that a compensator holds, corrected by what the run left.
 //!
 //! The run is fitted with the same laws as an identification, about the values that made the compensator: each may move by a
-//! share of its joint's lost motion ([`SHARE`]). A joint whose correction is not significant, or does not help strokes that did not
+//! share of its joint's lost motion ([`super::problem::SHARE`]). A joint whose correction is not significant, or does not help strokes that did not
 //! see it ([`super::crossed`]), keeps its values; of a significant one [`DAMPED`] is applied, so that a run with unusual scatter does not
 //! throw the next one off. A joint whose last correction made its reversals worse gets back the values from before
 //! ([`super::measured`]).
@@ -9,6 +9,7 @@
 use super::bins;
 use super::crossed::crossed;
 use super::evidence::{self, Evidence};
+use super::frame;
 use super::law::{FRICTION, JointLaw, OVER, SPIKES, TAUS_S, WINDUPS};
 use super::measured;
 use super::problem::{Part, Problem};
@@ -26,10 +27,6 @@ use crate::robot::Robot;
 use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// Standard deviation of a correction, as a share of the joint's lost motion.
-pub const SHARE: f64 = 0.05;
-/// The same of gap and wind-up together.
-pub const STAYS: f64 = 0.01;
 /// Share of a significant correction that is applied.
 const DAMPED: f64 = 0.8;
 /// p below which a correction is significant.
@@ -43,11 +40,11 @@ const KNOTS: usize = 5;
 
 /// The compensator with what the logs of its own runs teach, and what was done to each joint as notes.
 pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Compensator> {
-    let registered = super::frame(robot, logs)?;
+    let registered = frame::frame(robot, logs)?;
     let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
     let binned = logs
         .iter()
-        .map(|l| bins::bin(l, robot, &splines, &super::own_frame(robot, l, &registered)?))
+        .map(|l| bins::bin(l, robot, &splines, &frame::own_frame(robot, l, &registered)?))
         .collect::<Result<Vec<_>>>()?;
     let mut problem = Problem::new(robot, binned, splines);
     let start: Vec<Option<JointLaw>> = (0..robot.dof())
