@@ -4,7 +4,7 @@ use crate::cli::exit::bad;
 use crate::cli::paths;
 use crate::cli::progress::during;
 use crate::error::{Place, counted, is_stdio};
-use crate::io::bag::Wanted;
+use crate::io::bag::TopicChoice;
 use crate::io::output::{self, Output};
 use crate::join::{self, Options, Report, Rows};
 use crate::log::ColumnMap;
@@ -79,8 +79,8 @@ pub fn run(args: Args) -> Result<()> {
     let robot = Robot::load(&args.robot)?;
     let map = |path: &Option<PathBuf>| path.as_deref().map(ColumnMap::load).transpose();
     let controller =
-        Recording::load(&args.controller, &robot, map(&args.controller_columns)?.as_ref(), Wanted::Joints)?;
-    let tracker = Recording::load(&args.tracker, &robot, map(&args.tracker_columns)?.as_ref(), Wanted::Places)?;
+        Recording::load(&args.controller, &robot, map(&args.controller_columns)?.as_ref(), TopicChoice::Joints)?;
+    let tracker = Recording::load(&args.tracker, &robot, map(&args.tracker_columns)?.as_ref(), TopicChoice::Places)?;
     let rows = match args.rows {
         RowsOf::Tracker => Rows::Tracker,
         RowsOf::Controller => Rows::Controller,

@@ -25,7 +25,7 @@ const LARGEST: u64 = 4 << 30;
 
 /// Which topics of a recording are sought.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wanted<'a> {
+pub enum TopicChoice<'a> {
     Any,
     /// What a controller reports.
     Joints,
@@ -115,7 +115,7 @@ pub fn is_one(bytes: &[u8]) -> bool {
 }
 
 /// The rows of one topic as CSV. The checksum stays that of the file.
-pub fn unpacked(input: Input, wanted: Wanted) -> Result<Input> {
+pub fn unpacked(input: Input, wanted: TopicChoice) -> Result<Input> {
     let Input { name, bytes, sha256 } = input;
     let topics = topics(&name, &bytes)?;
     let topic = chosen(&name, &topics, wanted)?;
@@ -124,12 +124,12 @@ pub fn unpacked(input: Input, wanted: Wanted) -> Result<Input> {
     Ok(Input { name, bytes, sha256 })
 }
 
-fn chosen<'a>(name: &str, topics: &'a BTreeMap<String, Topic>, wanted: Wanted) -> Result<&'a Topic> {
+fn chosen<'a>(name: &str, topics: &'a BTreeMap<String, Topic>, wanted: TopicChoice) -> Result<&'a Topic> {
     let fits = |topic: &str, kind: Kind| match wanted {
-        Wanted::Any => true,
-        Wanted::Joints => kind == Kind::Joints,
-        Wanted::Places => kind != Kind::Joints,
-        Wanted::Topic(asked) => topic == asked,
+        TopicChoice::Any => true,
+        TopicChoice::Joints => kind == Kind::Joints,
+        TopicChoice::Places => kind != Kind::Joints,
+        TopicChoice::Topic(asked) => topic == asked,
     };
     let fitting: Vec<(&String, &Topic)> = topics.iter().filter(|(n, t)| fits(n, t.kind)).collect();
     match fitting.as_slice() {
@@ -141,10 +141,10 @@ fn chosen<'a>(name: &str, topics: &'a BTreeMap<String, Topic>, wanted: Wanted) -
                 there => format!("topics {}", there.join(", ")),
             };
             let expected = match wanted {
-                Wanted::Topic(topic) => format!("topic {topic}"),
-                Wanted::Joints => "a topic of JointState".into(),
-                Wanted::Places => "a topic of PoseStamped, TransformStamped or PointStamped".into(),
-                Wanted::Any => "a topic of JointState, PoseStamped, TransformStamped or PointStamped".into(),
+                TopicChoice::Topic(topic) => format!("topic {topic}"),
+                TopicChoice::Joints => "a topic of JointState".into(),
+                TopicChoice::Places => "a topic of PoseStamped, TransformStamped or PointStamped".into(),
+                TopicChoice::Any => "a topic of JointState, PoseStamped, TransformStamped or PointStamped".into(),
             };
             Err(Error::bad(Place::file(name), found, expected))
         }

@@ -11,7 +11,7 @@ use super::instruments::{Instruments, orientations};
 use super::number::{decimals, number};
 use super::timestamp;
 use crate::error::{Error, Place, Result};
-use crate::io::bag::{self, Wanted};
+use crate::io::bag::{self, TopicChoice};
 use crate::io::input::{self, Input};
 use crate::io::workbook;
 use crate::robot::Robot;
@@ -56,7 +56,7 @@ impl Log {
     fn parse_any(input: Input, robot: &Robot, map: Option<&ColumnMap>, lone: bool) -> Result<Self> {
         let name = input.name.clone();
         let sha256 = input.sha256.clone();
-        let (table, columns) = table(input, robot, map, Wanted::Any, |head, columns, separator| {
+        let (table, columns) = table(input, robot, map, TopicChoice::Any, |head, columns, separator| {
             head.check(&name, columns, robot, separator, lone)
         })?;
         let log = build(&name, sha256, table, &columns, robot)?;
@@ -90,14 +90,14 @@ pub(super) fn table(
     input: Input,
     robot: &Robot,
     map: Option<&ColumnMap>,
-    wanted: Wanted,
+    wanted: TopicChoice,
     check: impl FnOnce(&Head, &[Column], u8) -> Result<()>,
 ) -> Result<(Table, Vec<Column>)> {
     let from_bag = bag::is_one(&input.bytes);
     let of_bag = (from_bag && map.is_none()).then(|| ColumnMap::of_recording(robot));
     let map = map.or(of_bag.as_ref());
     let (Input { name, bytes, .. }, from_sheet) = match from_bag {
-        true => (bag::unpacked(input, map.and_then(|m| m.topic.as_deref()).map_or(wanted, Wanted::Topic))?, true),
+        true => (bag::unpacked(input, map.and_then(|m| m.topic.as_deref()).map_or(wanted, TopicChoice::Topic))?, true),
         false => workbook::unpacked(input)?,
     };
     input::refuse_utf16(&name, &bytes)?;

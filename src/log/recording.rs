@@ -6,7 +6,7 @@
 use super::columns::{ColumnMap, Meaning, unit_named};
 use super::read::table;
 use crate::error::Result;
-use crate::io::bag::Wanted;
+use crate::io::bag::TopicChoice;
 use crate::io::input::{self, Input};
 use crate::robot::Robot;
 use nalgebra::Vector3;
@@ -33,12 +33,12 @@ pub struct Channel {
 
 impl Recording {
     /// Reads a file, through a column map where one is given; `wanted` of a recording with several topics.
-    pub fn load(path: &Path, robot: &Robot, map: Option<&ColumnMap>, wanted: Wanted) -> Result<Self> {
+    pub fn load(path: &Path, robot: &Robot, map: Option<&ColumnMap>, wanted: TopicChoice) -> Result<Self> {
         Self::parse(input::read(path)?, robot, map, wanted)
     }
 
     /// Parses the bytes of a file.
-    pub fn parse(input: Input, robot: &Robot, map: Option<&ColumnMap>, wanted: Wanted) -> Result<Self> {
+    pub fn parse(input: Input, robot: &Robot, map: Option<&ColumnMap>, wanted: TopicChoice) -> Result<Self> {
         let (name, sha256) = (input.name.clone(), input.sha256.clone());
         let (table, columns) = table(input, robot, map, wanted, |_, _, _| Ok(()))?;
         let channels = columns

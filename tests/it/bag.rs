@@ -1,6 +1,6 @@
 //! Recordings of ROS 2: what other people's writers stored is what is read (tests/oracle/bag.py).
 
-use lostmotion::io::bag::{self, Wanted};
+use lostmotion::io::bag::{self, TopicChoice};
 use lostmotion::io::input::{self, Input};
 use lostmotion::log::ColumnMap;
 use lostmotion::log::columns::Meaning;
@@ -19,7 +19,7 @@ fn robot() -> Robot {
 
 #[test]
 fn joint_states_are_commands_of_the_joints_of_that_name() {
-    let seen = Recording::parse(file(), &robot(), None, Wanted::Joints).unwrap();
+    let seen = Recording::parse(file(), &robot(), None, TopicChoice::Joints).unwrap();
     assert_eq!(seen.rows(), 200);
     let of = |meaning: Meaning| seen.values(meaning).unwrap();
     for k in 0..200 {
@@ -33,7 +33,7 @@ fn joint_states_are_commands_of_the_joints_of_that_name() {
 
 #[test]
 fn poses_are_places_of_the_tcp() {
-    let seen = Recording::parse(file(), &robot(), None, Wanted::Places).unwrap();
+    let seen = Recording::parse(file(), &robot(), None, TopicChoice::Places).unwrap();
     let places = seen.positions_m();
     assert_eq!(places.len(), 100);
     for (k, place) in places.into_iter().enumerate() {
@@ -45,13 +45,13 @@ fn poses_are_places_of_the_tcp() {
 
 #[test]
 fn a_recording_with_several_topics_asks_which() {
-    let error = bag::unpacked(file(), Wanted::Any).unwrap_err().to_string();
+    let error = bag::unpacked(file(), TopicChoice::Any).unwrap_err().to_string();
     assert!(error.contains("/joint_states, /tracker/pose") && error.contains("topic"), "{error}");
-    let error = bag::unpacked(file(), Wanted::Topic("/joints")).unwrap_err().to_string();
+    let error = bag::unpacked(file(), TopicChoice::Topic("/joints")).unwrap_err().to_string();
     assert!(error.contains("topic /joints"), "{error}");
     let map = "schema: lostmotion/columns/1\ntopic: /joint_states\ncolumns:\n  t_s: t_s\n  position.base: {to: meas_base_deg, unit: rad}\n";
     let map = ColumnMap::parse("map.yaml", map).unwrap();
-    let seen = Recording::parse(file(), &robot(), Some(&map), Wanted::Any).unwrap();
+    let seen = Recording::parse(file(), &robot(), Some(&map), TopicChoice::Any).unwrap();
     assert!(seen.values(Meaning::Measured(0)).is_some() && seen.values(Meaning::Command(0)).is_none());
 }
 
@@ -60,12 +60,12 @@ fn damaged_recordings_are_refused_and_nothing_panics() {
     let whole = file();
     let with = |bytes: Vec<u8>| Input { name: "ros2.mcap".into(), bytes, sha256: String::new() };
     for cut in (0..whole.bytes.len()).step_by(97) {
-        let text = bag::unpacked(with(whole.bytes[..cut].to_vec()), Wanted::Joints).unwrap_err().to_string();
+        let text = bag::unpacked(with(whole.bytes[..cut].to_vec()), TopicChoice::Joints).unwrap_err().to_string();
         assert!(text.contains("ros2.mcap"), "{text}");
     }
     for at in (0..whole.bytes.len()).step_by(53) {
         let mut bytes = whole.bytes.clone();
         bytes[at] ^= 0xff;
-        let _ = bag::unpacked(with(bytes), Wanted::Joints); // read or refused
+        let _ = bag::unpacked(with(bytes), TopicChoice::Joints); // read or refused
     }
 }

@@ -1,6 +1,6 @@
 //! `join` on recordings of an independent simulator (tests/oracle/join.py), whose clocks are known.
 
-use lostmotion::io::bag::Wanted;
+use lostmotion::io::bag::TopicChoice;
 use lostmotion::join::{Options, Rows, join};
 use lostmotion::log::Log;
 use lostmotion::log::recording::Recording;
@@ -29,7 +29,7 @@ fn joined(folder: &Path, seed: u32, options: &Options) -> lostmotion::join::Join
     let load = |what: &str| {
         let plain = folder.join(format!("{what}_{seed}.csv"));
         let path = if plain.exists() { plain } else { folder.join(format!("{what}_{seed}.csv.gz")) };
-        Recording::load(&path, &robot, None, Wanted::Any).unwrap()
+        Recording::load(&path, &robot, None, TopicChoice::Any).unwrap()
     };
     join(&robot, &load("controller"), &load("tracker"), options).unwrap()
 }
@@ -90,7 +90,7 @@ fn resampling_neither_adds_nor_cuts_reversals() {
         Log::parse(lostmotion::io::input::from_bytes("j.csv".into(), out.table.to_csv()).unwrap(), &robot).unwrap();
     let first = *log.t_s.first().unwrap();
     let last = *log.t_s.last().unwrap();
-    let recorded = Recording::load(&samples().join("controller_2.csv.gz"), &robot, None, Wanted::Joints).unwrap();
+    let recorded = Recording::load(&samples().join("controller_2.csv.gz"), &robot, None, TopicChoice::Joints).unwrap();
     let t = recorded.values(lostmotion::log::columns::Meaning::Time).unwrap();
     for axis in 0..6 {
         let command = recorded.values(lostmotion::log::columns::Meaning::Command(axis)).unwrap();
@@ -125,7 +125,7 @@ fn a_motion_that_repeats_is_refused_with_its_offsets() {
     }
     let of = |name: &str, text: String| {
         let input = lostmotion::io::input::from_bytes(name.into(), text.into_bytes()).unwrap();
-        Recording::parse(input, &robot, None, Wanted::Any).unwrap()
+        Recording::parse(input, &robot, None, TopicChoice::Any).unwrap()
     };
     let (controller, tracker) = (of("controller.csv", controller), of("tracker.csv", tracker));
     let error = join(&robot, &controller, &tracker, &Options::default()).map(|_| ()).unwrap_err().to_string();

@@ -99,7 +99,9 @@ fn the_points_of_a_solved_line_are_passed_and_its_end_is_the_old_one() {
     let desk = Desk::new(0.003);
     let lin = "LIN {X 1800.0,Y 0.0,Z 1900.0}";
     desk.write("part.src", &PROGRAM.replace("END\r\n", &format!("{lin}\r\nEND\r\n")));
-    desk.run(&format!("{RUN} --solve-cartesian")).success().stderr(contains("Cartesian moves as joint moves: KUKA KRL"));
+    desk.run(&format!("{RUN} --solve-cartesian"))
+        .success()
+        .stderr(contains("Cartesian moves as joint moves: KUKA KRL"));
     assert_eq!(lines(&desk, "out.src", lin).len(), 1);
 }
 

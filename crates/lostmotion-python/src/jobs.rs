@@ -17,7 +17,7 @@ use lostmotion::{
     compensator, diagnose as diagnosis,
     error::Error,
     gaps,
-    io::{bag::Wanted, input},
+    io::{bag::TopicChoice, input},
     program::Program,
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
@@ -255,13 +255,13 @@ pub fn join(
     near_s: Option<f64>,
 ) -> PyResult<(String, Vec<u8>)> {
     let robot = &robot.inner;
-    let load = |path: &PathBuf, map: &Option<PathBuf>, wanted: Wanted| -> Result<Recording, Error> {
+    let load = |path: &PathBuf, map: &Option<PathBuf>, wanted: TopicChoice| -> Result<Recording, Error> {
         Recording::load(path, robot, map.as_deref().map(ColumnMap::load).transpose()?.as_ref(), wanted)
     };
     let done = py.detach(|| -> Result<_, Error> {
         let (controller, tracker) = (
-            load(&controller, &controller_columns, Wanted::Joints)?,
-            load(&tracker, &tracker_columns, Wanted::Places)?,
+            load(&controller, &controller_columns, TopicChoice::Joints)?,
+            load(&tracker, &tracker_columns, TopicChoice::Places)?,
         );
         let options = lostmotion::join::Options { near_s, ..lostmotion::join::Options::default() };
         let joined = lostmotion::join::join(robot, &controller, &tracker, &options)?;

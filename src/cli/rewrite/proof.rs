@@ -27,7 +27,7 @@ const KNOTS: usize = 41;
 
 /// The verdict, or why there is none.
 pub(super) enum Proof {
-    Told { verdict: Verdict, figures: Figures },
+    Proven { verdict: Verdict, figures: Figures },
     None(String),
 }
 
@@ -55,7 +55,7 @@ pub(super) fn of(args: &Args, source: &Source, ready: &mut Ready) -> Option<Proo
         program::assess(model, &program::Source::Program(&before), &program::Source::Program(&after), &options)
     });
     Some(match assessed {
-        Ok(a) => Proof::Told { verdict: a.verdict, figures: a.figures },
+        Ok(a) => Proof::Proven { verdict: a.verdict, figures: a.figures },
         Err(e) => Proof::None(crate::error::one_line(&e.to_string())),
     })
 }
@@ -67,7 +67,7 @@ impl Proof {
             if of_model { "the model's machine" } else { "a machine with the compensator's gaps and friction" };
         match self {
             Self::None(why) => format!("  verdict: not worked out ({why})\n"),
-            Self::Told { verdict, figures: f } => {
+            Self::Proven { verdict, figures: f } => {
                 let um = |v: f64| v * 1e6;
                 let line = format!(
                     "  verdict on {machine}: {}: path error rms {:.1} -> {:.1} um, largest {:.1} -> {:.1} um\n",
@@ -95,7 +95,7 @@ impl Proof {
     pub(super) fn document(&self) -> Value {
         match self {
             Self::None(why) => json!({"verdict": Value::Null, "reason": why}),
-            Self::Told { verdict, figures } => {
+            Self::Proven { verdict, figures } => {
                 let mut doc = document::figures(figures);
                 doc["verdict"] = verdict.text().into();
                 doc
@@ -105,7 +105,7 @@ impl Proof {
 
     pub(super) fn verdict(&self) -> Option<Verdict> {
         match self {
-            Self::Told { verdict, .. } => Some(*verdict),
+            Self::Proven { verdict, .. } => Some(*verdict),
             Self::None(_) => None,
         }
     }

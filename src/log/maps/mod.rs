@@ -31,7 +31,7 @@ pub fn named(name: &str) -> Option<Result<ColumnMap>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::bag::Wanted;
+    use crate::io::bag::TopicChoice;
     use crate::io::input::Input;
     use crate::log::Log;
     use crate::log::recording::Recording;
@@ -56,7 +56,8 @@ mod tests {
         let log = Log::parse_with(input(text), &robot(), Some(&map)).unwrap();
         assert_eq!(log.command(0), [0.5, -0.25]);
         let map = named("tracker").unwrap().unwrap();
-        let seen = Recording::parse(input("Time;X;Y;Z\n1;500;1.5;-2\n"), &robot(), Some(&map), Wanted::Places).unwrap();
+        let seen =
+            Recording::parse(input("Time;X;Y;Z\n1;500;1.5;-2\n"), &robot(), Some(&map), TopicChoice::Places).unwrap();
         assert_eq!(seen.channels.len(), 4);
     }
 

@@ -12,7 +12,7 @@ use super::value;
 use super::words::{self, Z0_MM};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
-use crate::script::sites::{Asked, Number, Wanted, in_place, substituted};
+use crate::script::sites::{EditRequest, Number, TargetEdit, in_place, substituted};
 use crate::script::{Edit, Edits, Goal, Move, NewPoint, Patch, PathKind, Text, number};
 use std::collections::HashSet;
 use std::ops::Range;
@@ -46,8 +46,8 @@ impl Writer<'_> {
         Ok(out)
     }
 
-    fn asked(&self) -> Asked<'_> {
-        Asked { script: &self.built.script, edits: self.edits }
+    fn asked(&self) -> EditRequest<'_> {
+        EditRequest { script: &self.built.script, edits: self.edits }
     }
 
     fn text(&self) -> Result<&Text> {
@@ -107,7 +107,7 @@ impl Writer<'_> {
         let mut out = Vec::new();
         let mut fresh = HashSet::new();
         let owner = |t: usize| self.built.literals.get(t).and_then(|l| l.owner.as_ref());
-        let mut each = |wanted: Wanted| {
+        let mut each = |wanted: TargetEdit| {
             out.extend(in_place(wanted.in_place));
             for (numbers, steps) in wanted.clones {
                 let Some(owner) = owner(wanted.target) else { continue };
@@ -161,7 +161,7 @@ impl Writer<'_> {
             None => None,
             Some(time) => {
                 // 1 ms: nothing shorter can be commanded
-                let legs = Asked::legs(edit, time, &[1e-3], 4);
+                let legs = EditRequest::legs(edit, time, &[1e-3], 4);
                 let legs = legs.ok_or_else(|| self.refused(k, "its time \\T is too short to be shared out"))?;
                 out.push(Patch::new(0, time.0.clone(), legs.last().cloned().unwrap_or_default()));
                 Some(legs)

@@ -14,7 +14,7 @@ pub type Time = (Range<usize>, f64, number::Style);
 
 /// A script of one text, and what is asked of it.
 #[derive(Clone, Copy)]
-pub struct Asked<'a> {
+pub struct EditRequest<'a> {
     /// The program as it was read.
     pub script: &'a Script,
     /// What is asked of it.
@@ -22,7 +22,7 @@ pub struct Asked<'a> {
 }
 
 /// What becomes of one target.
-pub struct Wanted {
+pub struct TargetEdit {
     /// Number of the target.
     pub target: usize,
     /// Numbers that are written where they stand.
@@ -31,7 +31,7 @@ pub struct Wanted {
     pub clones: Vec<(Vec<Number>, Vec<usize>)>,
 }
 
-impl<'a> Asked<'a> {
+impl<'a> EditRequest<'a> {
     /// The one text of the program.
     pub fn text(&self) -> Result<&'a Text> {
         self.script.texts.first().ok_or_else(|| Error::Refused("no text".into()))
@@ -63,7 +63,7 @@ impl<'a> Asked<'a> {
         &self,
         numbers: &dyn Fn(usize, &[f64]) -> Vec<Number>,
         keeps: &dyn Fn(usize) -> Option<bool>,
-        each: &mut dyn FnMut(Wanted) -> Result<()>,
+        each: &mut dyn FnMut(TargetEdit) -> Result<()>,
     ) -> Result<()> {
         let uses = self.script.use_counts();
         let mut goals: Vec<(usize, usize, &[f64])> = Vec::with_capacity(self.edits.steps.len());
@@ -106,7 +106,7 @@ impl<'a> Asked<'a> {
             };
             let clones = groups.split_off(in_place);
             let in_place = groups.into_iter().flat_map(|g| g.0).collect();
-            each(Wanted { target, in_place, clones })?;
+            each(TargetEdit { target, in_place, clones })?;
         }
         Ok(())
     }
@@ -161,7 +161,7 @@ mod tests {
     use crate::script::{NewPoint, PathKind, Speed, Step, Target};
 
     /// Three moves to one target, of which each wants a number or none.
-    fn wanted(wishes: [Option<f64>; 3], keeps: Option<bool>) -> Wanted {
+    fn wanted(wishes: [Option<f64>; 3], keeps: Option<bool>) -> TargetEdit {
         let to = Move {
             path: PathKind::Joint,
             goal: Goal::Joints(0),
@@ -185,7 +185,7 @@ mod tests {
             all.push(w);
             Ok(())
         };
-        Asked { script: &script, edits: &edits }.wanted(&numbers, &|_| keeps, &mut each).unwrap();
+        EditRequest { script: &script, edits: &edits }.wanted(&numbers, &|_| keeps, &mut each).unwrap();
         all.remove(0)
     }
 
@@ -208,8 +208,8 @@ mod tests {
         let point = NewPoint { q: Vec::new(), share: 0.0, t_s: None, clearance_m: 0.0, of_way: false };
         let edit = Edit { before: vec![point], ..Edit::default() };
         let time = |s: f64| (0..1, s, number::Style::default());
-        assert_eq!(Asked::legs(&edit, &time(1.0), &[0.1, 0.01], 3).unwrap(), ["0.100", "0.900"]);
-        assert_eq!(Asked::legs(&edit, &time(0.15), &[0.1, 0.01], 3).unwrap(), ["0.010", "0.140"]);
-        assert_eq!(Asked::legs(&edit, &time(0.015), &[0.1, 0.01], 3), None);
+        assert_eq!(EditRequest::legs(&edit, &time(1.0), &[0.1, 0.01], 3).unwrap(), ["0.100", "0.900"]);
+        assert_eq!(EditRequest::legs(&edit, &time(0.15), &[0.1, 0.01], 3).unwrap(), ["0.010", "0.140"]);
+        assert_eq!(EditRequest::legs(&edit, &time(0.015), &[0.1, 0.01], 3), None);
     }
 }

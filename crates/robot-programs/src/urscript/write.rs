@@ -9,7 +9,7 @@ use super::steps::{Built, CYCLE_S, Site};
 use super::words;
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
-use crate::script::sites::{Asked, Number, Wanted, in_place, substituted};
+use crate::script::sites::{EditRequest, Number, TargetEdit, in_place, substituted};
 use crate::script::{Edit, Edits, Goal, Move, NewPoint, Patch, PathKind, Text, number};
 use std::collections::HashSet;
 
@@ -45,8 +45,8 @@ impl Writer<'_> {
         Ok(out)
     }
 
-    fn asked(&self) -> Asked<'_> {
-        Asked { script: &self.built.script, edits: self.edits }
+    fn asked(&self) -> EditRequest<'_> {
+        EditRequest { script: &self.built.script, edits: self.edits }
     }
 
     fn text(&self) -> Result<&Text> {
@@ -100,7 +100,7 @@ impl Writer<'_> {
         let mut out = Vec::new();
         let mut fresh = HashSet::new();
         let owner = |t: usize| self.built.literals.get(t).and_then(|l| l.owner.as_ref());
-        let mut each = |wanted: Wanted| {
+        let mut each = |wanted: TargetEdit| {
             out.extend(in_place(wanted.in_place));
             for (numbers, steps) in wanted.clones {
                 let Some(owner) = owner(wanted.target) else { continue };
@@ -142,7 +142,7 @@ impl Writer<'_> {
         let text = self.text()?;
         let mut times = None;
         if let Some(time) = &site.time {
-            let legs = Asked::legs(edit, time, &[CYCLE_S, SHORT_CYCLE_S], 5);
+            let legs = EditRequest::legs(edit, time, &[CYCLE_S, SHORT_CYCLE_S], 5);
             let legs =
                 legs.ok_or_else(|| self.refused(k, "its time t= is too short to be shared out over so many points"))?;
             out.push(Patch::new(0, time.0.clone(), legs.last().cloned().unwrap_or_default()));
