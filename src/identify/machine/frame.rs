@@ -1,0 +1,47 @@
+//! Where the tracker stands: the frame of all logs together, and that of a log before which it was moved.
+
+use crate::error::{Error, Place, Result};
+use crate::gaps::Registered;
+use crate::log::Log;
+use crate::log::registration::{Pair, register_line};
+use crate::robot::Robot;
+use crate::stats::robust::median_of;
+use nalgebra::Isometry3;
+
+/// Distance from the common frame from which a log gets one of its own.
+const ELSEWHERE_M: f64 = 5e-3;
+/// Rows of each log that register the frame.
+const REGISTERED: usize = 400;
+
+/// The tracker's frame from all logs.
+pub fn frame(robot: &Robot, logs: &[Log]) -> Result<Registered> {
+    let mut pairs = Vec::new();
+    for log in logs {
+        let each = (log.len() / REGISTERED).max(1);
+        for i in (0..log.len()).step_by(each) {
+            if let Some(Some(tracker_m)) = log.tcp_m.get(i) {
+                pairs.push(Pair { base_m: robot.tcp_m(&log.command(i)), tracker_m: *tracker_m });
+            }
+        }
+    }
+    if pairs.is_empty() {
+        let name = logs.first().map_or(String::new(), |l| l.name.clone());
+        return Err(Error::bad(Place::file(name), "no measured TCP", "columns `x_mm,y_mm,z_mm`"));
+    }
+    Ok(register_line(&pairs)?.found)
+}
+
+/// Tracker to base for one log: that of all logs, unless the tracker stood elsewhere.
+pub fn own_frame(robot: &Robot, log: &Log, all: &Registered) -> Result<Isometry3<f64>> {
+    let inverse = all.frame.inverse();
+    let off = |i: usize| {
+        let tracker = log.tcp_m.get(i).copied().flatten()?;
+        Some(((inverse * nalgebra::Point3::from(tracker)).coords - robot.tcp_m(&log.command(i))).norm())
+    };
+    let each = (log.len() / REGISTERED).max(1);
+    let mut distances: Vec<f64> = (0..log.len()).step_by(each).filter_map(off).collect();
+    if median_of(&mut distances).is_none_or(|d| d < ELSEWHERE_M) {
+        return Ok(inverse);
+    }
+    Ok(frame(robot, std::slice::from_ref(log))?.frame.inverse())
+}
