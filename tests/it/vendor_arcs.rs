@@ -172,6 +172,42 @@ fn a_circ_becomes_several_on_its_circle() {
     assert!(out.contains(",A 0.0,B 180.0,C 0.0} C_DIS\r\nEND") || out.contains("} C_DIS\r\nEND"), "{out}");
 }
 
+/// Arcs of a few tenths of a millimetre, of the size of the gap: an arc through a point on the way that stays while its ends move may
+/// go anywhere. As a CIRC the point moves with its ends; that of a SCIRC cannot, so that the arc stays where it would bend.
+#[test]
+fn an_arc_as_small_as_the_gap_goes_where_the_program_s_goes() {
+    for (word, radius, step_deg) in
+        [("CIRC", 0.1, 30.0), ("CIRC", 0.3, 90.0), ("SCIRC", 0.1, 30.0), ("SCIRC", 3.0, 60.0)]
+    {
+        let circle = Circle { radius, ..KRL };
+        let p = |deg: f64| {
+            let [x, y, z] = circle.at(deg);
+            format!("{{X {x:.4},Y {y:.4},Z {z:.4},A 0.0,B 180.0,C 0.0}}")
+        };
+        let count = (720.0 / step_deg) as u32;
+        let end = |n: u32| 30.0 + step_deg * f64::from(n);
+        let arcs: String =
+            (0..count).map(|n| format!("{word} {},{}\r\n", p(end(n) + 0.5 * step_deg), p(end(n + 1)))).collect();
+        let home = "PTP {A1 20.0,A2 -90.0,A3 90.0,A4 0.0,A5 90.0,A6 0.0}";
+        let program = format!(
+            "DEF small( )\r\n$BASE=$NULLFRAME\r\n$TOOL=$NULLFRAME\r\n{home}\r\nLIN {}\r\n{arcs}END\r\n",
+            p(30.0)
+        );
+        let (out, said) = rewritten("kuka-kr120-r2500-pro.yaml", "A1", "small.src", &program, "");
+        let from = out.lines().position(|l| l.starts_with("CIRC") || l.starts_with("SCIRC")).unwrap();
+        let mut start = xyz(out.lines().nth(from - 1).unwrap());
+        let most = 2.5 * HALF_GAP_DEG.to_radians() * 1600.0;
+        for line in out.lines().skip(from).filter(|l| l.contains("CIRC")) {
+            let (via, end) = line.split_once("},").unwrap();
+            let [via, end] = [xyz(via), xyz(end)];
+            bends(&circle, start, via, end, most);
+            start = end;
+        }
+        let edited = out.lines().zip(program.lines()).filter(|(a, b)| a.contains("CIRC") && a != b).count();
+        assert!(word == "SCIRC" && radius < 1.0 || edited > 3, "{word} {radius}: {edited}\n{out}\n{said}");
+    }
+}
+
 #[test]
 fn an_arc_whose_orientation_is_steered_or_turns_stays_whole() {
     let whole = |program: &str| {
@@ -211,6 +247,12 @@ fn a_movec_becomes_several_on_its_circle() {
     };
     let pieces: Vec<Piece> = lines[1..].iter().map(piece).collect();
     check(&RAPID, piece(&lines[0]).1, &pieces, DIGITS_MM);
+    // ABB (RAPID Instructions, MoveC): the angle between CirPoint and ToPoint, seen from the start, is at least 1 deg
+    for (start, (via, end)) in std::iter::once(piece(&lines[0]).1).chain(pieces.iter().map(|p| p.1)).zip(&pieces) {
+        let Some(via) = via else { continue };
+        let seen = |p: &[f64; 3]| nalgebra::Vector3::from(*p) - nalgebra::Vector3::from(start);
+        assert!(seen(via).angle(&seen(end)).to_degrees() > 1.0, "{start:?} {via:?} {end:?}");
+    }
     // the point that it went over stays as it is declared
     assert!(out.contains(&format!("CONST robtarget p2:={};", p(80.0))), "{out}\n{said}");
     assert!(lines[1..].iter().all(|l| l.ends_with("tool0\\WObj:=wobj0;")), "{out}");

@@ -4,24 +4,34 @@
 //! through the place in its middle on the arc as it was, moved by the mean of the offsets at its ends. No piece is shorter than a
 //! controller needs to tell its circle: the point that parts it goes on along the arc, where a step then takes that much longer;
 //! where there is no room the goal alone carries the step.
+//!
+//! [`settle`] comes last, once it is known which offsets can be written: the point on the way of every arc moves by what the ends move.
+//! Where it cannot, and on arcs that are no larger than a gap, an arc through its three points may go elsewhere: it stays as it is.
 
+use super::run::{Role, Run, Vertex};
 use super::way::Line;
-use crate::program::script::{Edit, NewPoint};
+use crate::program::script::{Edit, Edits, Goal, Move, NewPoint, PathKind, Script, StepKind};
+use nalgebra::Vector3;
+use std::collections::BTreeMap;
 
-/// Least angle, rad, and length, m, of a piece. ABB (RAPID Instructions, MoveC): points at least 0.1 mm and 1 deg apart, and each
-/// piece has three.
-const LEAST_RAD: f64 = 0.04;
+/// Least length of a piece, m. ABB (RAPID Instructions, MoveC): points at least 0.1 mm apart, and each piece has three.
 const LEAST_M: f64 = 1e-3;
+/// An arc as it is written leaves that of the program by this many times what its ends move at most, and digits, m.
+const LEAVES: f64 = 2.0;
+const DIGITS_M: f64 = 3e-6;
 /// Longest stretch, in least pieces, over which turns close to each other share one step.
 const TOGETHER: f64 = 3.0;
 
 /// Parts the arc of `edit` at its new points: their places, and those on the way of the pieces. `start`: joints where the arc
-/// starts, with their offset; `goal` and `own`: where it ends, with and without. Returns how many points found no place.
-pub fn split(line: &Line, start: Option<&[f64]>, goal: &[f64], own: &[f64], edit: &mut Edit) -> u64 {
+/// starts, with their offset; `goal` and `own`: where it ends, with and without; `least_rad`: least angle of a piece. Returns how many
+/// points found no place.
+pub fn split(line: &Line, start: Option<&[f64]>, [goal, own]: [&[f64]; 2], least_rad: f64, edit: &mut Edit) -> u64 {
     let before = edit.before.len() as u64;
     let parted = line.arc().and_then(|size| {
-        let points = places(line, size, &edit.before)?;
-        let vias = vias(line, start?, &points, goal, own)?;
+        let points = places(line, size, least_rad, &edit.before)?;
+        let from = line.at(0.0)?;
+        let [start, end] = [less(start?, &from), less(goal, own)];
+        let vias = vias(line, &start, &points, &end)?;
         Some((points, vias))
     });
     match parted {
@@ -33,8 +43,8 @@ pub fn split(line: &Line, start: Option<&[f64]>, goal: &[f64], own: &[f64], edit
 
 /// The points so far apart that every piece is an arc. Of points closer to each other the first and the last stay: what turns
 /// between them steps there together.
-fn places(line: &Line, [radius_m, angle]: [f64; 2], points: &[NewPoint]) -> Option<Vec<NewPoint>> {
-    let least = (LEAST_RAD / angle).max(LEAST_M / (radius_m * angle));
+fn places(line: &Line, [radius_m, angle]: [f64; 2], least_rad: f64, points: &[NewPoint]) -> Option<Vec<NewPoint>> {
+    let least = (least_rad / angle).max(LEAST_M / (radius_m * angle));
     let mut out: Vec<NewPoint> = Vec::with_capacity(points.len());
     let mut rest = points;
     while let Some(first) = rest.first() {
@@ -75,23 +85,144 @@ fn moved(line: &Line, point: &NewPoint, share: f64) -> Option<NewPoint> {
     Some(NewPoint { q, share, ..point.clone() })
 }
 
-/// Joints at the points on the way of the pieces that end at `points` and at the goal, one each.
-fn vias(line: &Line, start: &[f64], points: &[NewPoint], goal: &[f64], own: &[f64]) -> Option<Vec<Vec<f64>>> {
+/// Joints at the points on the way of the pieces that end at `points` and at the goal, one each; `start` and `end`: offsets of the ends.
+fn vias(line: &Line, start: &[f64], points: &[NewPoint], end: &[f64]) -> Option<Vec<Vec<f64>>> {
     let mut share = 0.0;
-    let mut offset = less(start, &line.at(0.0)?);
+    let mut offset = start.to_vec();
     let mut out = Vec::with_capacity(points.len() + 1);
-    for (n, end) in points.iter().map(|p| p.share).chain([1.0]).enumerate() {
+    for (n, to) in points.iter().map(|p| p.share).chain([1.0]).enumerate() {
         let behind = match points.get(n) {
             Some(p) => less(&p.q, &line.at(p.share)?),
-            None => less(goal, own),
+            None => end.to_vec(),
         };
-        let middle = line.at(0.5 * (share + end))?;
-        out.push(middle.iter().zip(offset.iter().zip(&behind)).map(|(q, (a, b))| q + 0.5 * (a + b)).collect());
-        (share, offset) = (end, behind);
+        // the point of a whole arc stays where it stands on it
+        let part = if points.is_empty() { line.via_share()? } else { 0.5 };
+        out.push(line.at(share + part * (to - share))?);
+        let moved = offset.iter().zip(&behind).map(|(a, b)| (1.0 - part) * a + part * b);
+        out.last_mut()?.iter_mut().zip(moved).for_each(|(q, by)| *q += by);
+        (share, offset) = (to, behind);
     }
     Some(out)
 }
 
 fn less(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+/// What is left of the edits of arcs once it is known which offsets can be written; see the module. `joints`: the edits before they became
+/// poses. Returns how many new points went.
+pub fn settle(
+    script: &Script,
+    runs: &[Run],
+    joints: &mut Edits,
+    edits: &mut Edits,
+    left: &mut BTreeMap<usize, String>,
+) -> u64 {
+    let mut gone = 0;
+    for run in runs {
+        let goals: Vec<&Vertex> = run.vertices.iter().filter(|v| v.role == Role::Goal).collect();
+        // what goes may bend the arc before
+        while let Some(k) = (1..goals.len()).find(|&k| {
+            let arc = Arc::of(script, run, [goals[k - 1], goals[k]]);
+            arc.is_some_and(|arc| !arc.settled(joints, edits))
+        }) {
+            let ends = [goals[k - 1].step, goals[k].step];
+            let points = edits.steps.get_mut(&ends[1]).map_or(0, Edit::clear_points);
+            joints.steps.get_mut(&ends[1]).map(Edit::clear_points);
+            gone += points;
+            if points > 0 {
+                continue;
+            }
+            for step in ends {
+                let had = edits.steps.get_mut(&step).is_some_and(|e| e.goal.take().is_some());
+                joints.steps.get_mut(&step).and_then(|e| e.goal.take());
+                if had {
+                    left.insert(step, "beside an arc so small that offsets at its ends would bend it".into());
+                }
+            }
+        }
+        let empty =
+            |e: &Edit| e.goal.is_none() && e.before.is_empty() && e.vias.is_empty() && e.blend_at_most_m.is_none();
+        for v in goals {
+            if edits.steps.get(&v.step).is_some_and(empty) {
+                edits.steps.remove(&v.step);
+            }
+        }
+    }
+    gone
+}
+
+/// An arc through three points between two goals of a run.
+struct Arc<'a> {
+    run: &'a Run,
+    line: &'a Line,
+    m: &'a Move,
+    ends: [&'a Vertex; 2],
+}
+
+impl<'a> Arc<'a> {
+    fn of(script: &'a Script, run: &'a Run, ends: [&'a Vertex; 2]) -> Option<Self> {
+        let step = ends[1].step;
+        let StepKind::Move(m) = &script.steps.get(step)?.kind else { return None };
+        let line = run.line(step).filter(|line| line.via_share().is_some())?;
+        (m.path == PathKind::Curve && matches!(m.goal, Goal::Pose(_))).then_some(Self { run, line, m, ends })
+    }
+
+    /// Offsets of an end.
+    fn offset(&self, joints: &Edits, end: usize) -> Vec<f64> {
+        let v = self.ends[end];
+        let goal = joints.steps.get(&v.step).and_then(|e| e.goal.as_deref());
+        less(goal.unwrap_or(&v.q), &v.q)
+    }
+
+    /// Moves the points on its way with its ends. `false`: as it would be written it leaves the program's arc.
+    fn settled(&self, joints: &Edits, edits: &mut Edits) -> bool {
+        let step = self.ends[1].step;
+        let [start, end] = [self.offset(joints, 0), self.offset(joints, 1)];
+        let none = Vec::new();
+        let points = joints.steps.get(&step).map_or(&none, |e| &e.before);
+        if points.is_empty() && start.iter().chain(&end).all(|v| *v == 0.0) {
+            if let Some(edit) = edits.steps.get_mut(&step) {
+                edit.vias.clear();
+            }
+            return true;
+        }
+        let open = self.m.closed.is_none() && self.ends[1].editable;
+        let (Some(vias), Some(own)) = (vias(self.line, &start, points, &end), self.own_via()) else { return false };
+        let written: Vec<_> = vias.iter().map(|q| if open { self.line.tcp_m(q) } else { own }).collect();
+        if !self.stays(&start, points, &end, &written) {
+            return false;
+        }
+        if let Some(place) = self.run.places.get(&step).filter(|_| open) {
+            edits.steps.entry(step).or_default().vias = vias.iter().map(|q| place.position(q)).collect();
+        }
+        true
+    }
+
+    /// The point on its way as the program says it, m.
+    fn own_via(&self) -> Option<Vector3<f64>> {
+        let Goal::Pose(goal) = &self.m.goal else { return None };
+        self.run.places.get(&self.ends[1].step)?.via(goal)
+    }
+
+    /// Whether its pieces, as they are written, stay where the program's arc is.
+    fn stays(&self, start: &[f64], points: &[NewPoint], end: &[f64], vias: &[Vector3<f64>]) -> bool {
+        let moved = |q: &[f64], by: &[f64]| self.line.tcp_m(&q.iter().zip(by).map(|(q, d)| q + d).collect::<Vec<_>>());
+        let [from, to] = [moved(&self.ends[0].q, start), moved(&self.ends[1].q, end)];
+        let mut most =
+            (from - self.line.tcp_m(&self.ends[0].q)).norm().max((to - self.line.tcp_m(&self.ends[1].q)).norm());
+        let mut corners = vec![from];
+        for p in points {
+            let (Some(own), at) = (self.line.at(p.share), self.line.tcp_m(&p.q)) else { return false };
+            most = most.max((at - self.line.tcp_m(&own)).norm());
+            corners.push(at);
+        }
+        corners.push(to);
+        let pieces = corners.windows(2).zip(vias);
+        let leaves = |(ends, via): (&[Vector3<f64>], &Vector3<f64>)| match ends {
+            [a, b] => self.line.leaves([a, via, b]).is_none_or(|off| off > LEAVES * most + DIGITS_M),
+            _ => true,
+        };
+        !pieces.into_iter().any(leaves)
+    }
 }

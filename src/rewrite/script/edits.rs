@@ -148,7 +148,7 @@ fn step(
         edit.goal = Some(end.q.to_vec());
     }
     if let Some(line) = arc.filter(|_| !edit.before.is_empty()) {
-        let whole = arcs::split(line, before, end.q, &vertex.q, &mut edit);
+        let whole = arcs::split(line, before, [end.q, &vertex.q], document.least_arc_rad(), &mut edit);
         unplaced.points += whole;
         unplaced.lines.extend(script.steps.get(vertex.step).filter(|_| whole > 0).map(|s| s.at.line));
     }

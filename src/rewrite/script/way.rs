@@ -63,6 +63,8 @@ struct Circle {
     from: Vector3<f64>,
     /// rad, above 0.
     angle: f64,
+    /// Share of the angle at which the second point stands.
+    via: f64,
 }
 
 /// Three points lie on a line where the sine of their angle is less.
@@ -79,8 +81,21 @@ impl Circle {
         let centre = a + (w.cross(&u) * v.norm_squared() + v.cross(&w) * u.norm_squared()) / (2.0 * w.norm_squared());
         let normal = Unit::new_normalize(w);
         let (from, to) = (a - centre, c - centre);
-        let angle = normal.dot(&from.cross(&to)).atan2(from.dot(&to)).rem_euclid(TAU);
-        Some(Self { centre, normal, from, angle })
+        let angle_of = |to: &Vector3<f64>| normal.dot(&from.cross(to)).atan2(from.dot(to)).rem_euclid(TAU);
+        let angle = angle_of(&to);
+        Some(Self { centre, normal, from, angle, via: angle_of(&(b - centre)) / angle })
+    }
+
+    fn at(&self, share: f64) -> Vector3<f64> {
+        self.centre + UnitQuaternion::from_axis_angle(&self.normal, share * self.angle) * self.from
+    }
+
+    /// Distance of a point from the arc, m.
+    fn off(&self, p: &Vector3<f64>) -> f64 {
+        let to = p - self.centre;
+        let share = self.normal.dot(&self.from.cross(&to)).atan2(self.from.dot(&to)).rem_euclid(TAU) / self.angle;
+        let ends = || (p - self.at(0.0)).norm().min((p - self.at(1.0)).norm());
+        if share <= 1.0 { (p - self.at(share)).norm() } else { ends() }
     }
 }
 
@@ -110,7 +125,7 @@ impl Track {
     fn pose(&self, share: f64) -> Pose {
         let turn = self.start.rotation.try_slerp(&self.end.rotation, share, 1e-12).unwrap_or(self.end.rotation);
         let position = match &self.arc {
-            Some(c) => c.centre + UnitQuaternion::from_axis_angle(&c.normal, share * c.angle) * c.from,
+            Some(c) => c.at(share),
             None => self.start.translation.vector.lerp(&self.end.translation.vector, share),
         };
         Pose { position, rotation: turn.to_rotation_matrix() }
@@ -166,6 +181,24 @@ impl Line {
         let circle = self.track.arc.as_ref()?;
         let turn = self.track.start.rotation.angle_to(&self.track.end.rotation);
         (self.pose && turn < SAME_TURN && circle.angle < WIDEST).then(|| [circle.from.norm(), circle.angle])
+    }
+
+    /// Of an arc the share at which the point on its way stands.
+    pub fn via_share(&self) -> Option<f64> {
+        self.track.arc.as_ref().map(|c| c.via)
+    }
+
+    /// The TCP at joints, m.
+    pub fn tcp_m(&self, q: &[f64]) -> Vector3<f64> {
+        self.tooled.robot.tcp_m(q)
+    }
+
+    /// How far an arc through three points leaves this one at most, m; `None`: none goes through them, or this is none.
+    pub fn leaves(&self, points: [&Vector3<f64>; 3]) -> Option<f64> {
+        const SAMPLES: u32 = 48;
+        let [own, other] = [self.track.arc.as_ref()?, &Circle::through(points[0], points[1], points[2])?];
+        let at = |k: u32| own.off(&other.at(f64::from(k) / f64::from(SAMPLES)));
+        Some((0..=SAMPLES).map(at).fold(0.0, f64::max))
     }
 
     /// Shares at which joints turn by more than `deadband` (per axis, rad or m), and the joints there. Turns closer than
@@ -274,6 +307,15 @@ mod tests {
             for share in [0.0, via / end, 0.5, 1.0] {
                 assert!((track.pose(share).position - at(share * end)).norm() < 1e-12, "{via} {end} {share}");
             }
+            let circle = track.arc.unwrap();
+            assert!((circle.via - via / end).abs() < 1e-9);
+            for (share, off) in [(0.3, 0.01), (0.9, -0.02)] {
+                let outside = circle.centre + (circle.at(share) - circle.centre) * (1.0 + off / 0.2);
+                assert!((circle.off(&outside) - f64::abs(off)).abs() < 1e-12);
+            }
+            let gap = 0.5 * (360.0 - end.abs()).min(20.0);
+            let beyond = at(end + gap * end.signum());
+            assert!((circle.off(&beyond) - (beyond - at(end)).norm()).abs() < 1e-12, "{via} {end}");
         }
         let on_line = |x: f64| Vector3::new(x, 0.0, 0.0);
         assert!(Circle::through(&on_line(0.0), &on_line(1.0), &on_line(2.0)).is_none());

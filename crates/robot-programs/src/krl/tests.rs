@@ -540,6 +540,11 @@ fn an_arc_is_split_into_arcs() {
     let last = format!("CIRC {{X 450.0004,Y 5.0000,Z 700.0000}} , {} C_DIS ; weld\nLIN XAUX\n", pose(500.0, 9.0));
     assert!(out.contains(&format!("{first}{short}{last}")), "{out}");
     assert!(d.patches(&wish(0)).is_err() && d.patches(&wish(2)).is_err());
+    // the point on the way alone
+    let moved = Edit { vias: vec![vec![0.4500004, 0.005, 0.7]], ..Edit::default() };
+    let moved = Edits { steps: [(m[1].0, moved)].into(), pose_digit: [1e-7, 1e-6], ..Edits::default() };
+    let alone = text_of.replace("CIRC XAUX", "CIRC {X 450.0004,Y 5.0000,Z 700.0000}");
+    assert_eq!(text(rewrite(d.as_ref(), &moved).as_ref(), 0), alone);
     // what a controller or a form does with the arc beside is not known
     for (before, arc) in [
         ("$CIRC_TYPE=#PATH\n", arc.as_str()),

@@ -19,7 +19,7 @@ pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Vec<Patch>> {
     let mut out = Vec::new();
     goals(program, edits, &mut out)?;
     let named = named(program);
-    for (&step, edit) in edits.steps.iter().filter(|e| !e.1.before.is_empty()) {
+    for (&step, edit) in edits.steps.iter().filter(|(_, e)| !e.before.is_empty() || !e.vias.is_empty()) {
         insert(program, edits, &named, step, edit, &mut out)?;
     }
     out.sort_by_key(|p| (p.file, p.span.start, p.span.end));
@@ -162,7 +162,7 @@ fn named(program: &Program) -> Vec<bool> {
     (0..program.axes.len()).map(named).collect()
 }
 
-/// New motions before a motion: before its fold where it stands in an inline form, with the settings of the form.
+/// Other points on the way of an arc, and new motions before a motion: before its fold where it stands in an inline form, with the settings of the form.
 fn insert(
     program: &Program,
     edits: &Edits,
@@ -196,6 +196,9 @@ fn insert(
         let lines = poses(program, edits, edit, goal, motion, points.iter().map(|p| p.q.as_slice()))?;
         if let (Some(at), Some(via), Some(target)) = (edit.piece(points.len()), &motion.via, goal.target) {
             out.push(Patch::new(0, via.clone(), on_arc(program, edits, target, at)));
+        }
+        if lines.is_empty() {
+            return Ok(());
         }
         for line in lines {
             bytes.extend_from_slice(indent);

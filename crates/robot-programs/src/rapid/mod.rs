@@ -117,4 +117,10 @@ impl Document for Doc {
     fn takes_joints_for_poses(&self) -> bool {
         true
     }
+
+    /// ABB (RAPID Instructions, MoveC): seen from the start the second and the third point stand at least 1 deg apart, which is a
+    /// quarter of the arc's own angle; and a reserve for offsets and digits.
+    fn least_arc_rad(&self) -> f64 {
+        0.08
+    }
 }

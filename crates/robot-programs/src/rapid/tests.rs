@@ -748,8 +748,14 @@ fn a_movec_is_split_into_arcs() {
     for line in [first, short, last] {
         assert!(out.contains(&line), "{line}\n{out}");
     }
-    let whole = Edits { steps: [(step, Edit { vias: Vec::new(), ..edit })].into(), ..edits };
+    let whole = Edits { steps: [(step, Edit { vias: Vec::new(), ..edit })].into(), ..edits.clone() };
     assert!(doc.patches(&whole).is_err());
+    // the point on the way alone
+    let moved = Edit { vias: vec![vec![0.45, 0.0051, 0.71]], ..Edit::default() };
+    let moved = Edits { steps: [(step, moved)].into(), ..edits };
+    let bytes = text::apply(&doc.script().texts, &doc.patches(&moved).unwrap()).unwrap();
+    let via = at("450.0000,5.1000,710.0000");
+    assert_eq!(String::from_utf8(bytes[0].clone()).unwrap(), text_of.replace("MoveC pVia", &format!("MoveC {via}")));
     for other in [
         arc.replace("pVia", "[[1,0,700],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"),
         arc.replace("pVia", "pElse"),

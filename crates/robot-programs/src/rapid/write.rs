@@ -150,11 +150,15 @@ impl Writer<'_> {
 
     /// Writes the new points of a move, and its share of a time.
     fn points(&self, k: usize, m: &Move, site: &Site, edit: &Edit, out: &mut Vec<Patch>) -> Result<()> {
-        if edit.before.is_empty() {
+        if edit.before.is_empty() && edit.vias.is_empty() {
             return Ok(());
         }
         if let Some(why) = &m.closed {
             return Err(self.refused(k, why));
+        }
+        self.last_piece(k, m, site, edit, out)?;
+        if edit.before.is_empty() {
+            return Ok(());
         }
         let text = self.text()?;
         let times = match &site.time {
@@ -171,16 +175,9 @@ impl Writer<'_> {
         let before = text.slice(line.start..site.bytes.start);
         let first = before.iter().all(u8::is_ascii_whitespace);
         let mut bytes = Vec::new();
-        if site.via.is_some() && edit.vias.len() != edit.before.len() + 1 {
-            return Err(self.refused(k, "a piece of its arc has no point on its way"));
-        }
-        if let (Some(at), Some(via)) = (edit.piece(edit.before.len()), site.via) {
-            let q = edit.goal.as_deref().or(edit.before.last().map(|p| p.q.as_slice())).unwrap_or_default();
-            out.push(Patch::new(0, site.args[via].bytes.clone(), self.on_arc(k, m, q, at)?));
-        }
         for (n, point) in edit.before.iter().enumerate() {
             let target = self.target(k, m, site, point, edit.as_joint_moves)?;
-            let via = edit.piece(n).map(|at| self.on_arc(k, m, &point.q, at)).transpose()?;
+            let via = edit.piece(n).map(|at| self.on_arc(k, m, Some(&point.q), at)).transpose()?;
             let word = match edit.as_joint_moves {
                 true => "MoveAbsJ".into(),
                 false => flat(text.slice(site.word.clone())),
@@ -208,13 +205,23 @@ impl Writer<'_> {
         }
     }
 
-    /// Inline target of a point on the way of an arc: the numbers of a pose beside it, but for its position.
-    fn on_arc(&self, k: usize, m: &Move, beside: &[f64], at_m: &[f64]) -> Result<String> {
-        let Some(t) = m.goal.target() else { return Err(self.refused(k, "its arc has no numbers")) };
-        let mut numbers = beside.to_vec();
-        for (n, v) in numbers.iter_mut().zip(at_m) {
-            *n = *v;
+    /// The point on the way of the last piece of an arc, which the motion itself goes.
+    fn last_piece(&self, k: usize, m: &Move, site: &Site, edit: &Edit, out: &mut Vec<Patch>) -> Result<()> {
+        if site.via.is_some() && edit.vias.len() != edit.before.len() + 1 {
+            return Err(self.refused(k, "a piece of its arc has no point on its way"));
         }
+        if let (Some(at), Some(via)) = (edit.piece(edit.before.len()), site.via) {
+            let q = edit.goal.as_deref().or(edit.before.last().map(|p| p.q.as_slice()));
+            out.push(Patch::new(0, site.args[via].bytes.clone(), self.on_arc(k, m, q, at)?));
+        }
+        Ok(())
+    }
+
+    /// Inline target of a point on the way of an arc: the numbers of a pose beside it (else those of the goal), but for its position.
+    fn on_arc(&self, k: usize, m: &Move, beside: Option<&[f64]>, at_m: &[f64]) -> Result<String> {
+        let Some(t) = m.goal.target() else { return Err(self.refused(k, "its arc has no numbers")) };
+        let beside = beside.unwrap_or_default();
+        let numbers: Vec<f64> = at_m.iter().chain(beside.get(at_m.len()..).unwrap_or_default()).copied().collect();
         self.literal(t, &self.numbers(t, &numbers))
     }
 

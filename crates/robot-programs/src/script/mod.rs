@@ -86,6 +86,10 @@ pub trait Document: Send + Sync {
     fn passes_points(&self) -> bool {
         false
     }
+    /// Least angle of an arc through three points of which the second stands in its middle, rad: controllers refuse points too close.
+    fn least_arc_rad(&self) -> f64 {
+        0.04
+    }
     /// Joints (rad or m) at a share of the way to the goal of a step, where the format alone knows the way: on an arc. `None`:
     /// straight, or not known.
     fn on_way(&self, _step: usize, _share: f64) -> Option<Vec<f64>> {
@@ -359,8 +363,8 @@ pub struct Edit {
     pub blend_at_most_m: Option<f64>,
     /// Write this Cartesian move as joint moves: `before` and `goal` are all of it.
     pub as_joint_moves: bool,
-    /// Of an arc through three points that new points split: the point on the way of each piece, one for each of `before` and one
-    /// for the goal; joints as in `before`, and once they are poses positions in the frame of the goal, m. Empty: the arc is whole.
+    /// Of an arc through three points: the point on the way of each piece, one for each of `before` and one for the goal; joints as
+    /// in `before`, and once they are poses positions in the frame of the goal, m. Empty: the program's own stays.
     pub vias: Vec<Vec<f64>>,
 }
 
@@ -373,7 +377,7 @@ impl Edit {
         points
     }
 
-    /// Over which place piece `n` (of the points before the goal, then the goal's) goes; `None`: the move is not split into arcs.
+    /// Over which place piece `n` (of the points before the goal, then the goal's) goes; `None`: over the program's own.
     pub fn piece(&self, n: usize) -> Option<&[f64]> {
         self.vias.get(n).map(Vec::as_slice)
     }

@@ -470,4 +470,7 @@ fn a_movec_is_split_into_arcs() {
     assert_eq!(out.replace("0.0000000", "0"), source.lines().next().unwrap().to_string() + "\n" + &pieces.concat());
     let doc = document(source);
     assert!(doc.patches(&edits(Edit { vias: Vec::new(), ..edit })).is_err());
+    // the point on the way alone
+    let alone = rewritten(source, &edits(Edit { vias: vec![vec![0.11, 0.2, 0.3]], ..Edit::default() }));
+    assert_eq!(alone, source.replace("movec(via", "movec(p[0.1100000, 0.2000000, 0.3, 0, 3.2, 0]"));
 }

@@ -133,11 +133,15 @@ impl Writer<'_> {
     }
 
     fn points(&self, k: usize, m: &Move, site: &Site, edit: &Edit, out: &mut Vec<Patch>) -> Result<()> {
-        if edit.before.is_empty() {
+        if edit.before.is_empty() && edit.vias.is_empty() {
             return Ok(());
         }
         if let Some(why) = &m.closed {
             return Err(self.refused(k, why));
+        }
+        self.last_piece(k, m, site, edit, out)?;
+        if edit.before.is_empty() {
+            return Ok(());
         }
         let text = self.text()?;
         let mut times = None;
@@ -148,7 +152,6 @@ impl Writer<'_> {
             out.push(Patch::new(0, time.0.clone(), legs.last().cloned().unwrap_or_default()));
             times = Some((time.0.clone(), legs));
         }
-        self.last_piece(k, m, site, edit, out)?;
         let line = text.line_span(text.line_of(site.bytes.start) as usize - 1);
         let indent = text.slice(line.start..site.bytes.start);
         let mut bytes = Vec::new();

@@ -28,7 +28,7 @@ impl Place {
     }
 
     /// The TCP in the frame of the target, m.
-    fn position(&self, q: &[f64]) -> Vec<f64> {
+    pub fn position(&self, q: &[f64]) -> Vec<f64> {
         (self.frame.inverse() * self.arm_at(q)).translation.vector.iter().copied().collect()
     }
 
@@ -86,9 +86,6 @@ pub fn write(script: &Script, runs: &[Run], edits: &mut Edits, left: &mut BTreeM
                 // of a split arc no point may miss
                 gone += edit.clear_points();
             }
-            for via in &mut edit.vias {
-                *via = place.position(via);
-            }
             edit.before.retain_mut(|point| {
                 let may = place.may_be(goal, &point.q, digit).is_ok();
                 if may {
@@ -103,7 +100,7 @@ pub fn write(script: &Script, runs: &[Run], edits: &mut Edits, left: &mut BTreeM
                     Err(why) => drop(left.insert(vertex.step, why.to_string())),
                 }
             }
-            if edit.goal.is_none() && edit.before.is_empty() {
+            if edit.goal.is_none() && edit.before.is_empty() && edit.blend_at_most_m.is_none() {
                 edits.steps.remove(&vertex.step);
             }
         }
