@@ -66,6 +66,8 @@ ARMS = [
 ]
 UR_NAMES = {"shoulder_pan": "base", "shoulder_lift": "shoulder", "wrist_1": "wrist1", "wrist_2": "wrist2", "wrist_3": "wrist3"}
 POSES = 5
+# what the maker's pendant shows where the description's joints are zero, deg
+AT_ZERO = {"kuka-kr210-l150": [0, -90, 90, 0, 0, 0]}
 # their `tool0` keeps the base's orientation at zero; the maker's has z out of the flange and x down, as at his other arms
 NO_TURN_OF_FLANGE = ["abb-irb4400l-30-243"]
 
@@ -251,11 +253,16 @@ def make(sources, binary):
             # Ry(-90) Rx(-180) before the turn
             assert np.allclose(doc["flange"]["rpy_deg"], [-180, -90, 0])
             doc["flange"]["rpy_deg"] = [0.0, 0.0, 180.0]
+        for j, shown in zip(doc["joints"], AT_ZERO.get(file, [])):
+            j["theta_deg"] -= shown
+            j["limits_deg"] = [v + shown for v in j["limits_deg"]]
         body = uniform(doc, name, names, coupled)
         reach = chain.reach(rng)
         head = [f"# {name}. Lengths, senses, limits and speeds: {path} of", f"# github.com/{repo} at commit {commit}",
                 f"# ({licence}), not verified here. max_accel_deg_s2: add it from the data sheet.",
                 f"# Wrist centre at most {reach:.0f} mm from the first axis; data sheet: {sheet} mm."]
+        if file in AT_ZERO:
+            head += ["# A2 and A3 are the pendant's: the description counts from the arm upright with its forearm level, the maker from A2 -90, A3 90 there."]
         if coupled:
             head += ["# J3 is the pendant's: the forearm against the horizontal. J23 takes J2 out of it. gap_of: see docs/program-fanuc.md."]
         (ROOT / "configs" / f"{file}.yaml").write_text("\n".join(head) + "\n" + body)
@@ -263,7 +270,7 @@ def make(sources, binary):
         for _ in range(POSES):
             q = np.array([rng.uniform(max(lo, -math.pi), min(hi, math.pi)) for lo, hi in chain.limits()])
             m = world @ chain.frames(q)[0] @ flange
-            deg = np.degrees(q)
+            deg = np.degrees(q) + np.array(AT_ZERO.get(file, 0))
             if coupled:
                 deg[2] -= deg[1]
             poses.append({"joints_deg": deg.tolist(), "xyz_m": m[:3, 3].tolist(), "rotation": m[:3, :3].tolist()})

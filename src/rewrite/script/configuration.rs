@@ -128,6 +128,38 @@ mod tests {
         assert!(allows(&kuka(0b101, 0b010111), &arm, &over, 0.0));
     }
 
+    /// Files made from robot descriptions often begin in a frame that stands on its head, and arms may hang from a ceiling: what a
+    /// configuration names are the joints, whatever `base` says. Home poses with the forearm level in front, elbow up.
+    #[test]
+    fn the_elbow_of_every_bundled_arm_is_up_at_home_wherever_its_base_is() {
+        let home = |name: &str| match name.split('-').next() {
+            Some("kuka") => Some([5.0, -90.0, 90.0, 10.0, 45.0, 10.0]),
+            Some("abb" | "fanuc" | "motoman") => Some([5.0, 0.0, 0.0, 10.0, -45.0, 10.0]),
+            Some("staubli") => Some([5.0, 0.0, 90.0, 10.0, 45.0, 10.0]),
+            _ => None,
+        };
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
+        let mut seen = 0;
+        for file in std::fs::read_dir(folder).unwrap().map(|f| f.unwrap()) {
+            let name = file.file_name().into_string().unwrap();
+            let Some(q) = home(&name).filter(|_| name.ends_with(".yaml")).map(deg) else { continue };
+            let text = std::fs::read_to_string(file.path()).unwrap();
+            let Ok(mut robot) = Robot::parse(&name, &text) else { continue };
+            for turn in [0.0, 180.0, 100.0] {
+                let by = nalgebra::UnitQuaternion::from_euler_angles(f64::to_radians(turn), 0.3, 0.2);
+                robot.base = nalgebra::Isometry3::from_parts(robot.base.translation, by * robot.base.rotation);
+                let robot = robot.with_geometry(robot.joints.clone(), robot.tool);
+                let Some(arm) = Arm::of(&robot).filter(|a| a.posture(&q).is_some()) else { continue };
+                let p = arm.posture(&q).unwrap();
+                assert!(p.front_m > 0.1 && p.elbow > 0.5, "{name} at {turn} deg: {p:?}");
+                seen += 1;
+                let kuka = Configuration::Kuka { status: Some(2), turn: Some(2) };
+                assert!(!name.starts_with("kuka") || allows(&kuka, &arm, &q, 0.0), "{name}");
+            }
+        }
+        assert!(seen > 60, "{seen}");
+    }
+
     /// ABB: [0, -1, 1, 0] is axis 1 in its first quarter, axis 4 just below zero, axis 6 in the second quarter, all in front.
     #[test]
     fn abb_s_configuration_names_quarters_then_postures() {

@@ -49,7 +49,6 @@ pub struct Arm {
     commands: Matrix6<f64>,
     /// Pose at all joints zero.
     zero: Isometry3<f64>,
-    up: Vector3<f64>,
     form: Form,
 }
 
@@ -91,8 +90,7 @@ impl Arm {
         let whole = gains.iter().all(|g: &f64| (g - g.round()).abs() < 1e-9);
         let commands = gains.try_inverse().filter(|_| whole)?;
         let form = form(&lines);
-        let up = robot.base.rotation * Vector3::z();
-        Some(Self { lines, gains, commands, zero: isometry(&robot.forward(&q)), up, form })
+        Some(Self { lines, gains, commands, zero: isometry(&robot.forward(&q)), form })
     }
 
     pub fn form(&self) -> Form {

@@ -22,8 +22,7 @@ impl Arm {
     pub fn posture(&self, q: &[f64]) -> Option<Posture> {
         let Form::Spherical(centre) = self.form else { return None };
         let [one, two, three, ..] = &self.lines;
-        let up = one.direction * one.direction.dot(&self.up).signum();
-        let side = two.direction.cross(&up);
+        let side = two.direction.cross(&one.direction);
         let at_zero = side.dot(&(centre - one.point));
         let forward: Vector3<f64> = side.try_normalize(1e-6).filter(|_| at_zero.abs() > 1e-6)? * at_zero.signum();
         let x = self.turns(q);
@@ -33,8 +32,9 @@ impl Arm {
         let across = |v: Vector3<f64>| v - n * n.dot(&v);
         let upper = across(elbow - two.point).try_normalize(1e-9)?;
         let fore = across(wrist - elbow).try_normalize(1e-9)?;
-        // forward is where a vector that points up turns when the elbow bends up
-        let bend = up.cross(&forward).dot(&upper.cross(&fore));
+        // on all arms axis 2 leans the upper arm forward where its value grows; the base may stand on its head, or only the frame in which
+        // its file begins
+        let bend = n.dot(&upper.cross(&fore)) * self.gains[(1, 1)].signum();
         Some(Posture { front_m: forward.dot(&(wrist - one.point)), elbow: bend })
     }
 }
