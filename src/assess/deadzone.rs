@@ -12,13 +12,12 @@ use crate::error::{Error, Place, Result};
 use crate::gaps::file::number;
 use crate::identify::deadzone::{self, Found, Options};
 use crate::log::Log;
+use crate::numerics::normal::Z95;
 use crate::program::Program;
 use crate::robot::Robot;
 use serde_json::{Value, json};
 
 pub const SCHEMA: &str = "lostmotion/deadzone/1";
-/// Half a 95 % interval over its standard error.
-const Z95: f64 = 1.959_964;
 
 /// Share of the motion's range by which commands may differ from the wanted ones at [`MOST_ROWS`] of the times: an offset is
 /// half a gap, another motion is elsewhere.

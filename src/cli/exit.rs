@@ -168,7 +168,7 @@ mod tests {
     fn the_library_names_no_option_and_its_settings_are_options() {
         let src = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
         let mut settings = std::collections::BTreeSet::new();
-        let string = regex::Regex::new(r#""(?:[^"\\]|\\.)*""#).unwrap();
+        let string = regex::Regex::new(r#"(?s)"(?:[^"\\]|\\.)*""#).unwrap();
         let set = regex::Regex::new(r#"Error::setting\(\s*"([a-z_]+)"|timed\(path, "([a-z_]+)"\)"#).unwrap();
         let mends = regex::Regex::new(r"mended_by\(&\[([^\]]*)\]\)").unwrap();
         library_sources(&src, &mut |path, code| {

@@ -26,6 +26,7 @@ use crate::effects::{Decay, GapCurve, curve::Pchip};
 use crate::error::{Error, Place, Result};
 use crate::gaps::estimate::JointEstimate;
 use crate::gaps::{GapPoint, Gaps, StictionFound};
+use crate::numerics::normal::Z95;
 use crate::robot::{Joint, Robot};
 use merge::{Merged, merge};
 
@@ -202,8 +203,6 @@ fn significant_knots(curve: &GapCurve, points: &[GapPoint]) -> (GapCurve, usize)
 /// costs little while the command is slow. Over the uncertainty of a slow circle the largest error is least, on average
 /// and in its upper tenth, 0.7 to 0.8 standard errors below the estimate (`tests/oracle/friction_shade.py`).
 const PRUDENCE: f64 = 0.75;
-/// Half a 95 % interval over its standard error.
-const Z95: f64 = 1.959964;
 
 /// Gain and decay to apply for an identified spike: along the ridge on which spike and decay trade off, so that the lag that the
 /// log knows best stays as it was found.

@@ -18,6 +18,8 @@
 
 use super::search::Seen;
 use super::series::{Play, Series};
+use crate::numerics::normal::Z95;
+use crate::numerics::robust::MEDIAN_DISTANCE;
 use crate::numerics::{rigid, robust::median_of};
 use crate::robot::Robot;
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
@@ -283,8 +285,7 @@ impl Solved {
     /// Marks the readings that are far out; true where that changed something.
     fn drop_outliers(&self, kept: &mut [bool]) -> bool {
         let mut sizes: Vec<f64> = self.residual_m.iter().flatten().copied().collect();
-        // the median length of a normal vector in space is 1.538 standard deviations of a coordinate
-        let limit = OUTLIER * median_of(&mut sizes).unwrap_or(f64::INFINITY) / 1.538;
+        let limit = OUTLIER * median_of(&mut sizes).unwrap_or(f64::INFINITY) / MEDIAN_DISTANCE;
         let mut changed = false;
         for (keep, size) in kept.iter_mut().zip(&self.residual_m) {
             let inside = size.is_none_or(|s| s <= limit * 3f64.sqrt());
@@ -295,7 +296,7 @@ impl Solved {
     }
 
     fn half_95(&self, stamps: [f64; 2]) -> [f64; 2] {
-        [0, 1].map(|p| 1.959_964 * (long_run_variance(&self.influence[p]) + stamps[p]).sqrt())
+        [0, 1].map(|p| Z95 * (long_run_variance(&self.influence[p]) + stamps[p]).sqrt())
     }
 }
 

@@ -86,7 +86,7 @@ pub fn assess(readings: Readings, reference: &[(String, String)], options: &Opti
         Ok(model) => Some(model),
         Err(NoModel::NoPureError) => {
             let text = "one repeat only: there is no pure error, so no degree can be tested and no repeatability be given; \
-                        repeat the run, or name a degree (--degree) for a curve without that test";
+                        repeat the run, or give the degree for a curve without that test";
             notes.push(text.into());
             None
         }

@@ -6,6 +6,7 @@ use crate::assess::rigid;
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
 use crate::model::Model;
+use crate::numerics::reversal::{Movement, ReversalDetector};
 use crate::program::Program;
 use crate::simulate::{Motion, Timing};
 use nalgebra::Vector3;
@@ -214,19 +215,11 @@ fn commanded(model: &Model, cmd: &[Vec<f64>]) -> Vec<Vector3<f64>> {
 fn turning_points(t_s: &[f64], cmd: &[Vec<f64>]) -> Vec<TurningPoint> {
     let mut out = Vec::new();
     for (axis, column) in cmd.iter().enumerate() {
-        let (mut dir, mut extreme) = (0i8, 0usize);
-        for row in 1..column.len() {
-            let step = column[row] - column[extreme];
-            if step.abs() <= REST {
-                continue;
+        let mut detector = ReversalDetector::new(REST, 0);
+        for (row, &position) in column.iter().enumerate() {
+            if let Movement::Reversed { at, extreme } = detector.take(row, position) {
+                out.push(TurningPoint { axis, at_s: t_s[at], command: extreme, direction: detector.direction() });
             }
-            let now = if step > 0.0 { 1 } else { -1 };
-            if dir != 0 && now != dir {
-                let at_s = t_s[extreme];
-                out.push(TurningPoint { axis, at_s, command: column[extreme], direction: now });
-            }
-            dir = now;
-            extreme = row;
         }
     }
     out.sort_by(|a, b| a.at_s.total_cmp(&b.at_s).then(a.axis.cmp(&b.axis)));

@@ -7,6 +7,7 @@ use crate::gaps::{Gaps, JointGap};
 use crate::identify::deadzone;
 use crate::identify::path::PathFound;
 use crate::identify::static_test::Found;
+use crate::numerics::normal::Z95;
 use crate::report::{
     GapPointView, GapRow, GapsView, JointGapView, JointTraces, Page, Role, Run, ScheduleView, StictionRow, Tile, Tone,
     TraceMark, TracePanel, TraceRun, TracesView, method,
@@ -200,7 +201,7 @@ pub fn of_machine(robot: &Robot, gaps: &Gaps) -> Page {
                 r.t_s,
                 r.log,
                 r.ratio,
-                1.96 * r.sigma
+                Z95 * r.sigma
             )
         })
         .collect();

@@ -33,6 +33,7 @@ use crate::effects::curve::Pchip;
 use crate::error::{Error, Place, Result};
 use crate::gaps::{GapPoint, Gaps, JointGap};
 use crate::log::Log;
+use crate::numerics::normal::Z95;
 use crate::numerics::robust::{SIGMA_PER_MAD, median_of};
 use crate::numerics::student;
 use crate::robot::{JointKind, Robot};
@@ -108,8 +109,6 @@ const THIRD: f64 = 4.472_135_955;
 const COLOURED: f64 = 1.3;
 /// A size is no use where its 95 % interval is wider than the travel that was looked at.
 const WIDEST: f64 = 1.0;
-/// Half a 95 % interval over its standard error, where the noise of a whole log gives the latter.
-const Z95: f64 = 1.959_964;
 /// Steps of the differences of the nominal path, rad or m.
 const STEP_RAD: f64 = 0.05;
 const STEP_M: f64 = 0.005;

@@ -9,12 +9,11 @@ use crate::compensator::{Response, Spike, Windup};
 use crate::effects::{GapCurve, curve::Pchip};
 use crate::gaps::estimate::{Estimate, JointEstimate, LocalReversal, Trust};
 use crate::gaps::{GapPoint, JointGap};
+use crate::numerics::chi_squared;
+use crate::numerics::normal::Z95;
 use crate::stats::robust::{SIGMA_PER_MAD, median_of};
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// Half a 95 % interval over its standard error.
-const Z95: f64 = 1.959964;
 /// p below which a gap counts as varying with position.
 const VARIES: f64 = 0.01;
 /// Points of a schedule between two knots of the fit.
@@ -68,7 +67,7 @@ fn varies_p(problem: &Problem, within: &DMatrix<f64>, axis: usize) -> Option<f64
     let d = &contrast * DVector::from_column_slice(&law.gap);
     let spread = &contrast * cov * contrast.transpose();
     let chi2 = d.dot(&nalgebra::Cholesky::new(spread)?.solve(&d));
-    ChiSquared::new((k - 1) as f64).ok().map(|c| c.sf(chi2))
+    (k > 1).then(|| chi_squared::tail(chi2, (k - 1) as f64))
 }
 
 /// Axes whose gap does not vary beyond doubt, with the p value; `within` is the covariance without what logs disagree in.

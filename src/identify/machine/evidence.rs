@@ -17,12 +17,11 @@ use super::law::turns;
 use super::noise::MOST_LAGS;
 use super::problem::{Part, Problem};
 use super::solve;
+use crate::numerics::normal::Z95;
+use crate::numerics::student;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// 97.5 % quantile of the normal distribution.
-const Z95: f64 = 1.959964;
 /// Length of the blocks whose scores count as one, bins.
 const BLOCK: usize = 100;
 /// Stretches of a log that are left out in turn.
@@ -150,7 +149,7 @@ fn few_logs(logs: usize) -> f64 {
     }
     let n = logs as f64;
     let dof = (n - 1.0).max(2.0);
-    let t = StudentsT::new(0.0, 1.0, dof).map_or(Z95, |t| t.inverse_cdf(0.975));
+    let t = student::factor(0.95, dof);
     n / (n - 1.0) * (t / Z95).powi(2)
 }
 

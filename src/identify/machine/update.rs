@@ -23,9 +23,9 @@ use crate::effects::{GapCurve, curve::Pchip};
 use crate::error::{Error, Place, Result};
 use crate::gaps::LogRef;
 use crate::log::Log;
+use crate::numerics::chi_squared;
 use crate::robot::Robot;
 use nalgebra::DVector;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Share of a significant correction that is applied.
 const DAMPED: f64 = 0.8;
@@ -166,7 +166,7 @@ fn probability(problem: &Problem, evidence: &Evidence, axis: usize, before: &Joi
         return 1.0;
     }
     let (scale, dof) = (weights2 / weights, weights * weights / weights2);
-    ChiSquared::new(dof).map_or(1.0, |c| c.sf(squares / scale))
+    chi_squared::tail(squares / scale, dof)
 }
 
 /// The schedule moved by the correction; beyond the run's own range by that of its end.

@@ -15,6 +15,7 @@
 
 use super::creep::series::PairSeries;
 use super::creep::{self, Creep};
+use crate::numerics::normal::Z95;
 use crate::numerics::robust::{median, median_of};
 use crate::numerics::{fisher, student};
 use crate::robot::{Joint, JointKind};
@@ -25,8 +26,6 @@ const GROSS: f64 = 12.0;
 /// Level of the gate: below it a gap counts as varying with position. A robot of six joints shows a shape that is not there in one
 /// test of 160; at 0.01 it is one of 16.
 pub const ALPHA: f64 = 0.001;
-/// 97.5 % quantile of the normal distribution.
-const NORMAL_95: f64 = 1.959_963_984_540_054;
 /// Degrees of freedom of a variance that is known well.
 const KNOWN_DOF: f64 = 30.0;
 /// Width of an interval over its value from which a note tells the dwell that is needed.
@@ -170,7 +169,7 @@ pub fn summarise(table: &Table) -> Option<Summary> {
     };
     let factor = student::factor(0.95, noise.dof);
     for (i, (a, r)) in angles.iter_mut().zip(&repeats).enumerate() {
-        let of_creep = creep.as_ref().filter(|c| c.applies()).map_or(0.0, |c| NORMAL_95 * c.place_variance[i].sqrt());
+        let of_creep = creep.as_ref().filter(|c| c.applies()).map_or(0.0, |c| Z95 * c.place_variance[i].sqrt());
         a.ci95 = around(a.mean, (factor * (noise.variance / r).sqrt()).hypot(of_creep));
     }
     let gate = (noise.from == NoiseFrom::Cycles && noise.dof >= LEAST_DOF && angles.len() > 1).then(|| {
@@ -188,10 +187,10 @@ pub fn summarise(table: &Table) -> Option<Summary> {
         (means.iter().zip(&repeats).map(|(y, r)| y * r).sum::<f64>() / total, (noise.variance / total).sqrt())
     };
     let ci95 = match &creep {
-        Some(c) if c.applies() => creep::interval(c, half_gap, factor * se / NORMAL_95),
+        Some(c) if c.applies() => creep::interval(c, half_gap, factor * se / Z95),
         // in doubt the value stays as it was read, and the interval holds both readings of the dwells
         Some(c) => {
-            let [lo, hi] = creep::interval(c, half_gap - c.mean_correction(), factor * se / NORMAL_95);
+            let [lo, hi] = creep::interval(c, half_gap - c.mean_correction(), factor * se / Z95);
             [lo.min(half_gap - factor * se), hi.max(half_gap + factor * se)]
         }
         None => around(half_gap, factor * se),

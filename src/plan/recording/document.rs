@@ -2,6 +2,7 @@
 
 use super::{Options, Recording};
 use crate::log::write;
+use crate::numerics::normal::Z95;
 use crate::plan::path::DECIMALS;
 use crate::robot::{Joint, Robot};
 use serde_json::{Map, Value, json};
@@ -85,14 +86,14 @@ pub fn words(recording: &Recording, robot: &Robot, options: &Options) -> String 
                 text,
                 "  {}: half gap within +- {} ({} {})",
                 joint.name,
-                shown(joint, 1.96 * s),
+                shown(joint, Z95 * s),
                 p.reversals,
                 if p.sigma_at_a_place.is_some() { "places" } else { "reversals" }
             ),
             None => write!(text, "  {}: not determined", joint.name),
         };
         if let Some(s) = p.sigma_at_a_place {
-            let _ = write!(text, ", at one place within +- {}", shown(joint, 1.96 * s));
+            let _ = write!(text, ", at one place within +- {}", shown(joint, Z95 * s));
         }
         if let Some(reason) = &p.reason {
             let _ = write!(text, "; {reason}");

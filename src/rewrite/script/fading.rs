@@ -33,7 +33,7 @@ impl<'a> ByClock<'a> {
         let moves = without().map(|r| r.vertices.len()).sum();
         let text = format!(
             "no speed of this move can be told, and friction fades in seconds: of {} the gaps alone are compensated \
-             (--speed-mm-s gives a speed)",
+             (give a TCP speed for it)",
             counted(moves, "move")
         );
         Some(Note { place, text })

@@ -246,7 +246,10 @@ fn free_to_write(input: &Path, companions: &[PathBuf], paths: &[PathBuf], texts:
         if k == 0 && std::fs::symlink_metadata(path).is_err_and(|e| e.kind() == std::io::ErrorKind::NotFound) {
             continue; // nothing stands there
         }
-        let refuse = |found: String| Err(Error::bad(Place::file(shown(path)), found, "another name for --output"));
+        let refuse = |found: String| {
+            let e = Error::bad(Place::file(shown(path)), found, "another name for the output");
+            Err(e.mended_by(&["output"]))
+        };
         if paths[..k].iter().any(|other| same(path, other)) {
             return refuse("two files of the program for one name".into());
         }

@@ -87,7 +87,7 @@ impl Rates {
             let at = if places == 1 { "here".into() } else { format!("at {places} places, first here") };
             let text = format!(
                 "at the programmed speed {} would need {share:.2} times its largest {what} ({at}): the controller slows down for it, or \
-                 spread the step (--ramp-deg, --ramp-mm)",
+                 spread the step over a longer ramp",
                 robot.axis(axis).name
             );
             Note { place, text }
