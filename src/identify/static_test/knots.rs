@@ -7,6 +7,8 @@
 //!
 //! Assumptions: at least four places. More than 64 are thinned to [`THINNED`] candidates for knots; all still count in the fit.
 
+use crate::numerics::least_squares::{Function, Options, Scaling, minimise};
+use nalgebra::DMatrix;
 use std::collections::HashSet;
 
 /// Most knots of a curve.
@@ -17,11 +19,20 @@ const SWAP_ROUNDS: usize = 10;
 /// Candidates for knots where places are more than a bit mask holds.
 const THINNED: usize = 40;
 
-const DAMPING: f64 = 1e-3;
-const ITERATIONS: usize = 40;
-const TRIES: usize = 8;
-/// Relative decrease of the sum of squares at which a fit has settled: far below the noise of any log.
-const SETTLED: f64 = 1e-4;
+/// A fit has settled where the sum of squares falls by less than 1e-4: far below the noise of any log.
+const SETTINGS: Options = Options {
+    max_steps: 40,
+    cost_tolerance: 1e-4,
+    cost_tolerance_absolute: 0.0,
+    gradient_tolerance: 1e-15,
+    step_tolerance: 1e-14,
+    initial_damping: 1e-3,
+    least_damping: 1e-15,
+    most_damping: 1e6,
+    least_easing: 0.2,
+    scaling: Scaling::Columns,
+    model_at_end: false,
+};
 /// Step of the difference quotient, over the mean size of the data.
 const STEP: f64 = 1e-5;
 
@@ -128,103 +139,36 @@ impl Search<'_> {
     }
 }
 
-/// Normal matrix and gradient of the weighted residuals at `values`.
-fn normal_equations(data: &Data, k: usize, jacobian: &[f64], values: &[f64]) -> ([f64; MOST * MOST], [f64; MOST]) {
-    let (mut normal, mut gradient) = ([0.0; MOST * MOST], [0.0; MOST]);
-    for i in 0..data.x.len() {
-        let row = &jacobian[i * k..(i + 1) * k];
-        for a in 0..k {
-            gradient[a] += data.r[i] * row[a] * (data.y[i] - values[i]);
-            for b in 0..=a {
-                normal[a * MOST + b] += data.r[i] * row[a] * row[b];
-            }
-        }
-    }
-    (normal, gradient)
-}
-
 /// Heights at the knots, values at all places, weighted sum of squares.
 fn fit(data: &Data, knots: &[usize]) -> (Vec<f64>, Vec<f64>, f64) {
     let (n, k) = (data.x.len(), knots.len());
     let x: Vec<f64> = knots.iter().map(|&i| data.x[i]).collect();
-    let mut heights: Vec<f64> = knots.iter().map(|&i| data.y[i]).collect();
+    let start: Vec<f64> = knots.iter().map(|&i| data.y[i]).collect();
     let step = STEP * data.y.iter().map(|v| v.abs()).sum::<f64>() / n as f64 + f64::MIN_POSITIVE;
-    let mut values = vec![0.0; n];
-    let mut trial_values = vec![0.0; n];
-    pchip(&x, &heights, data.x, &mut values);
-    let sum = |f: &[f64]| (0..n).map(|i| data.r[i] * (data.y[i] - f[i]).powi(2)).sum::<f64>();
-    let mut left = sum(&values);
-    let mut damping = DAMPING;
-    let mut jacobian = vec![0.0; n * k];
-    for _ in 0..ITERATIONS {
-        let mut trial = heights.clone();
+    let values = |heights: &[f64]| {
+        let mut out = vec![0.0; n];
+        pchip(&x, heights, data.x, &mut out);
+        out
+    };
+    let residuals = |heights: &[f64]| -> Vec<f64> {
+        values(heights).iter().zip(data.y).zip(data.r).map(|((f, y), r)| r.sqrt() * (f - y)).collect()
+    };
+    let jacobian = |heights: &[f64]| {
+        let here = residuals(heights);
+        let mut trial = heights.to_vec();
+        let mut matrix = DMatrix::zeros(n, k);
         for j in 0..k {
             trial[j] = heights[j] + step;
-            pchip(&x, &trial, data.x, &mut trial_values);
+            for (i, (moved, at)) in residuals(&trial).iter().zip(&here).enumerate() {
+                matrix[(i, j)] = (moved - at) / step;
+            }
             trial[j] = heights[j];
-            for i in 0..n {
-                jacobian[i * k + j] = (trial_values[i] - values[i]) / step;
-            }
         }
-        let (normal, gradient) = normal_equations(data, k, &jacobian, &values);
-        let mut better = None;
-        for _ in 0..TRIES {
-            let mut damped = normal;
-            for a in 0..k {
-                damped[a * MOST + a] += damping * (normal[a * MOST + a] + 1e-9);
-            }
-            let mut delta = gradient;
-            if !solve(k, &mut damped, &mut delta) {
-                damping *= 10.0;
-                continue;
-            }
-            for a in 0..k {
-                trial[a] = heights[a] + delta[a];
-            }
-            pchip(&x, &trial, data.x, &mut trial_values);
-            let reached = sum(&trial_values);
-            if reached < left {
-                better = Some(reached);
-                damping *= 0.2;
-                break;
-            }
-            damping *= 6.0;
-        }
-        let Some(reached) = better else { break };
-        heights.copy_from_slice(&trial);
-        std::mem::swap(&mut values, &mut trial_values);
-        let gained = left - reached;
-        left = reached;
-        if gained < SETTLED * left {
-            break;
-        }
-    }
-    (heights, values, left)
-}
-
-/// Solves a positive definite system in place by Cholesky; false where it is not positive.
-fn solve(n: usize, a: &mut [f64; MOST * MOST], b: &mut [f64; MOST]) -> bool {
-    for i in 0..n {
-        let s = a[i * MOST + i] - (0..i).map(|k| a[i * MOST + k].powi(2)).sum::<f64>();
-        if s.is_nan() || s <= 0.0 {
-            return false;
-        }
-        let root = s.sqrt();
-        a[i * MOST + i] = root;
-        for r in i + 1..n {
-            let s: f64 = (0..i).map(|k| a[r * MOST + k] * a[i * MOST + k]).sum();
-            a[r * MOST + i] = (a[r * MOST + i] - s) / root;
-        }
-    }
-    for i in 0..n {
-        let s: f64 = (0..i).map(|k| a[i * MOST + k] * b[k]).sum();
-        b[i] = (b[i] - s) / a[i * MOST + i];
-    }
-    for i in (0..n).rev() {
-        let s: f64 = (i + 1..n).map(|k| a[k * MOST + i] * b[k]).sum();
-        b[i] = (b[i] - s) / a[i * MOST + i];
-    }
-    true
+        matrix
+    };
+    let found = minimise(&mut Function::new(residuals, jacobian), start, &SETTINGS);
+    let at = values(&found.point);
+    (found.point, at, found.cost)
 }
 
 /// PCHIP at rising positions `at`, without an allocation: the kernel of the search. Up to [`MOST`] knots.
