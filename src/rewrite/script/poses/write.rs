@@ -4,13 +4,15 @@ use super::super::configuration::allows;
 use super::super::run::{Role, Run};
 use super::Place;
 use super::solve::within;
-use crate::program::script::pose::{PoseForm, PoseGoal, Quantity, Solution};
-use crate::program::script::{Edits, Goal, Move, Script, StepKind};
+use crate::program::script::pose::{Configuration, PoseForm, PoseGoal, Quantity, Solution};
+use crate::program::script::{Edits, Goal, Move, PathKind, Script, StepKind};
 use crate::robot::JointKind;
 use std::collections::BTreeMap;
 
 /// How far joints with their offset must keep clear of the borders of their configuration, rad: the digits that are written.
 const CLEAR: f64 = 2e-5;
+/// How far they may pass a quarter on a straight move or an arc of ABB, rad.
+const BEYOND: f64 = 2e-3;
 /// Half a last digit of a pose may move a joint by so much at most, rad.
 const LOST_RAD: f64 = 1e-3;
 
@@ -32,15 +34,21 @@ impl Place {
         (self.frame.inverse() * self.arm_at(q)).translation.vector.iter().copied().collect()
     }
 
-    /// Why joints with their offset cannot be written as this target.
+    /// Why joints with their offset cannot be written as this target. On straight moves and arcs an ABB controller goes to the configuration
+    /// closest to the joints before and stops where an axis is degrees away from the one that is written (RAPID Overview, robot
+    /// configuration); a joint move goes to the one that is written.
     ///
     /// # Errors
     /// In words.
-    pub fn may_be(&self, goal: &PoseGoal, q: &[f64], digit: f64) -> Result<(), &'static str> {
+    pub fn may_be(&self, goal: &PoseGoal, path: PathKind, q: &[f64], digit: f64) -> Result<(), &'static str> {
         let robot = &self.tooled.robot;
         within(robot, q)?;
+        let slack = |c: &Configuration| match (c, path) {
+            (Configuration::Abb { .. }, PathKind::Linear | PathKind::Curve) => BEYOND,
+            _ => -CLEAR,
+        };
         if let (Some(arm), Solution::Configured(c), true) = (&self.tooled.arm, &goal.solution, goal.binding)
-            && !allows(c, arm, q, -CLEAR)
+            && !allows(c, arm, q, slack(c))
         {
             return Err("its offset would pass a border of the target's configuration");
         }
@@ -70,7 +78,7 @@ pub fn write(script: &Script, runs: &[Run], edits: &mut Edits, left: &mut BTreeM
     let mut gone = 0;
     for run in runs {
         for vertex in run.vertices.iter().filter(|v| v.role == Role::Goal) {
-            let Some(StepKind::Move(Move { goal: Goal::Pose(goal), .. })) =
+            let Some(StepKind::Move(Move { goal: Goal::Pose(goal), path, .. })) =
                 script.steps.get(vertex.step).map(|s| &s.kind)
             else {
                 continue;
@@ -82,12 +90,12 @@ pub fn write(script: &Script, runs: &[Run], edits: &mut Edits, left: &mut BTreeM
             };
             let digit = finest_angle(script, goal);
             let all = edit.before.iter().map(|p| &p.q).chain(&edit.vias).chain(&edit.goal);
-            if !edit.vias.is_empty() && all.clone().any(|q| place.may_be(goal, q, digit).is_err()) {
+            if !edit.vias.is_empty() && all.clone().any(|q| place.may_be(goal, *path, q, digit).is_err()) {
                 // of a split arc no point may miss
                 gone += edit.clear_points();
             }
             edit.before.retain_mut(|point| {
-                let may = place.may_be(goal, &point.q, digit).is_ok();
+                let may = place.may_be(goal, *path, &point.q, digit).is_ok();
                 if may {
                     point.q = place.written(goal, form, &point.q, &own);
                 }
@@ -95,7 +103,7 @@ pub fn write(script: &Script, runs: &[Run], edits: &mut Edits, left: &mut BTreeM
                 may
             });
             if let Some(q) = edit.goal.take() {
-                match place.may_be(goal, &q, digit) {
+                match place.may_be(goal, *path, &q, digit) {
                     Ok(()) => edit.goal = place.shifted(goal, form, &own, &vertex.q, &q),
                     Err(why) => drop(left.insert(vertex.step, why.to_string())),
                 }
