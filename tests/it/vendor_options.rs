@@ -266,7 +266,7 @@ fn friction_that_fades_in_seconds_is_left_out_where_no_speed_can_be_told() {
     let gaps_alone = desk.read("out.src");
     let model = String::from_utf8(desk.read("model.yaml")).unwrap();
     desk.write("model.yaml", &format!("{model}  - {{effect: stiction, joint: A1, spike_deg: 0.0034, decay_s: 5.2}}\n"));
-    desk.run(&format!("{RUN} --force")).success().stderr(contains("the gaps alone").and(contains("--speed-mm-s")));
+    desk.run(&format!("{RUN} --force")).success().stderr(contains("the gaps alone").and(contains("give a TCP speed")));
     assert_eq!(String::from_utf8(desk.read("out.src")).unwrap(), String::from_utf8(gaps_alone.clone()).unwrap());
     // with a speed the friction is in it
     desk.run(&format!("{RUN} --speed-mm-s 10")).success().stderr(contains("the gaps alone").not());

@@ -8,6 +8,7 @@
 //! [`settle`] comes last, once it is known which offsets can be written: the point on the way of every arc moves by what the ends move.
 //! Where it cannot, and on arcs that are no larger than a gap, an arc through its three points may go elsewhere: it stays as it is.
 
+use super::edits::Unplaced;
 use super::run::{Role, Run, Vertex};
 use super::way::Line;
 use crate::program::script::{Edit, Edits, Goal, Move, NewPoint, PathKind, Script, StepKind};
@@ -110,15 +111,15 @@ fn less(a: &[f64], b: &[f64]) -> Vec<f64> {
 }
 
 /// What is left of the edits of arcs once it is known which offsets can be written; see the module. `joints`: the edits before they became
-/// poses. Returns how many new points went.
+/// poses. New points that go are `unplaced`.
 pub fn settle(
     script: &Script,
     runs: &[Run],
     joints: &mut Edits,
     edits: &mut Edits,
     left: &mut BTreeMap<usize, String>,
-) -> u64 {
-    let mut gone = 0;
+    unplaced: &mut Unplaced,
+) {
     for run in runs {
         let goals: Vec<&Vertex> = run.vertices.iter().filter(|v| v.role == Role::Goal).collect();
         // what goes may bend the arc before
@@ -129,7 +130,7 @@ pub fn settle(
             let ends = [goals[k - 1].step, goals[k].step];
             let points = edits.steps.get_mut(&ends[1]).map_or(0, Edit::clear_points);
             joints.steps.get_mut(&ends[1]).map(Edit::clear_points);
-            gone += points;
+            unplaced.lose(script, ends[1], points);
             if points > 0 {
                 continue;
             }
@@ -149,7 +150,6 @@ pub fn settle(
             }
         }
     }
-    gone
 }
 
 /// An arc through three points between two goals of a run.

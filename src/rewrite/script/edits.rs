@@ -23,6 +23,14 @@ pub struct Unplaced {
     pub rounded: u64,
 }
 
+impl Unplaced {
+    /// New points of a step that find no place.
+    pub fn lose(&mut self, script: &Script, step: usize, points: u64) {
+        self.points += points;
+        self.lines.extend(script.steps.get(step).filter(|_| points > 0).map(|s| s.at.line));
+    }
+}
+
 /// A point that came out, with its place among the vertices.
 struct Out<'a> {
     q: &'a [f64],
@@ -108,8 +116,7 @@ fn step(
     let closed = m.closed.is_some() || of_pose && arc.is_none();
     if !vertex.editable || closed {
         let points = span.iter().filter(inserted).count() as u64;
-        unplaced.points += points;
-        unplaced.lines.extend(script.steps.get(vertex.step).filter(|_| points > 0).map(|s| s.at.line));
+        unplaced.lose(script, vertex.step, points);
     }
     if !vertex.editable {
         return None;
@@ -149,8 +156,7 @@ fn step(
     }
     if let Some(line) = arc.filter(|_| !edit.before.is_empty()) {
         let whole = arcs::split(line, before, [end.q, &vertex.q], document.least_arc_rad(), &mut edit);
-        unplaced.points += whole;
-        unplaced.lines.extend(script.steps.get(vertex.step).filter(|_| whole > 0).map(|s| s.at.line));
+        unplaced.lose(script, vertex.step, whole);
     }
     let points = edit.before.len() as u64;
     (edit.goal.is_some() || points > 0).then_some((edit, points))

@@ -187,9 +187,9 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     unplaced.points += spare(script, task.choices, &mut edits);
     let (changes, changes_total) = if script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_))) {
         let mut in_joints = edits.clone();
-        unplaced.points += poses::write(script, &runs, &mut edits, &mut left);
+        poses::write(script, &runs, &mut edits, &mut left, &mut unplaced);
         edits::keep_written(&mut in_joints, &edits);
-        unplaced.points += arcs::settle(script, &runs, &mut in_joints, &mut edits, &mut left);
+        arcs::settle(script, &runs, &mut in_joints, &mut edits, &mut left, &mut unplaced);
         change::of_edits(script, &runs, &in_joints, task.robot, task.listed)
     } else {
         change::of_edits(script, &runs, &edits, task.robot, task.listed)

@@ -1,6 +1,7 @@
 //! Joints with their offsets as numbers of Cartesian targets, and which targets cannot hold theirs.
 
 use super::super::configuration::allows;
+use super::super::edits::Unplaced;
 use super::super::run::{Role, Run};
 use super::Place;
 use super::solve::within;
@@ -73,9 +74,14 @@ pub fn own_numbers(script: &Script, goal: &PoseGoal) -> Option<(PoseForm, Vec<f6
 }
 
 /// Makes poses of the edits of Cartesian targets, which are joints until here. An edit that its target cannot hold goes, and
-/// `left` says why. Returns how many new points had to go.
-pub fn write(script: &Script, runs: &[Run], edits: &mut Edits, left: &mut BTreeMap<usize, String>) -> u64 {
-    let mut gone = 0;
+/// `left` says why, and new points that have to go are `unplaced`.
+pub fn write(
+    script: &Script,
+    runs: &[Run],
+    edits: &mut Edits,
+    left: &mut BTreeMap<usize, String>,
+    unplaced: &mut Unplaced,
+) {
     for run in runs {
         for vertex in run.vertices.iter().filter(|v| v.role == Role::Goal) {
             let Some(StepKind::Move(Move { goal: Goal::Pose(goal), path, .. })) =
@@ -89,6 +95,7 @@ pub fn write(script: &Script, runs: &[Run], edits: &mut Edits, left: &mut BTreeM
                 continue;
             };
             let digit = finest_angle(script, goal);
+            let mut gone = 0;
             let all = edit.before.iter().map(|p| &p.q).chain(&edit.vias).chain(&edit.goal);
             if !edit.vias.is_empty() && all.clone().any(|q| place.may_be(goal, *path, q, digit).is_err()) {
                 // of a split arc no point may miss
@@ -102,6 +109,7 @@ pub fn write(script: &Script, runs: &[Run], edits: &mut Edits, left: &mut BTreeM
                 gone += u64::from(!may);
                 may
             });
+            unplaced.lose(script, vertex.step, gone);
             if let Some(q) = edit.goal.take() {
                 match place.may_be(goal, *path, &q, digit) {
                     Ok(()) => edit.goal = place.shifted(goal, form, &own, &vertex.q, &q),
@@ -113,7 +121,6 @@ pub fn write(script: &Script, runs: &[Run], edits: &mut Edits, left: &mut BTreeM
             }
         }
     }
-    gone
 }
 
 /// Weight of the finest digit of the coarsest angle of a target, rad (of a quaternion's parts twice that).
