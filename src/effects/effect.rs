@@ -274,6 +274,11 @@ pub trait Inputs: Sync {
         &[]
     }
 
+    /// Time over which what was measured at each row is a mean, s; 0 where rows are samples.
+    fn mean_over_s(&self) -> f64 {
+        0.0
+    }
+
     /// Temperature; `None` where it was not logged.
     fn temp_c(&self) -> Option<&[f64]> {
         None

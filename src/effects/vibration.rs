@@ -93,6 +93,12 @@ pub fn swing(robot: &Robot, frequency_hz: f64) -> Candidate {
     })
 }
 
+/// What a mean over so many turns leaves of a swing.
+fn mean_of_swing(turns: f64) -> f64 {
+    let half = PI * turns;
+    if half.abs() < 1e-6 { 1.0 } else { half.sin() / half }
+}
+
 impl EffectType for Vibration {
     fn info(&self) -> &'static EffectInfo {
         &INFO
@@ -129,7 +135,8 @@ impl EffectType for Vibration {
             return Vector3::zeros();
         }
         let turns = (self.frequency_hz * row.t_s).fract();
-        self.direction * (self.amplitude_m * (TAU * turns + self.phase_rad).sin())
+        let mean = mean_of_swing(self.frequency_hz * row.inputs.mean_over_s());
+        self.direction * (self.amplitude_m * mean * (TAU * turns + self.phase_rad).sin())
     }
 
     fn displaces(&self) -> bool {
@@ -150,5 +157,20 @@ impl EffectType for Vibration {
 
     fn undo(&self, _context: &UndoContext) -> Undo {
         Undo::nothing("it depends on time, not on the program")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mean_over_part_of_a_turn_leaves_what_the_samples_in_it_average_to() {
+        for (turns, phase) in [(0.0, 0.3), (0.25, 1.0), (0.8, -2.0), (1.3, 0.7)] {
+            const N: usize = 10_000;
+            let at = |k: usize| TAU * turns * ((k as f64 + 0.5) / N as f64 - 0.5) + phase;
+            let mean = (0..N).map(|k| at(k).sin()).sum::<f64>() / N as f64;
+            assert!((mean - mean_of_swing(turns) * phase.sin()).abs() < 1e-7, "{turns}: {mean}");
+        }
     }
 }

@@ -9,6 +9,10 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 
 impl Inputs for CommandTrajectory {
+    fn mean_over_s(&self) -> f64 {
+        self.mean_over_s
+    }
+
     fn command(&self, axis: usize) -> &[f64] {
         CommandTrajectory::command(self, axis)
     }

@@ -94,7 +94,7 @@ fn each_point<'a>(
         return;
     }
     let (t_s, settled) = (scene.trajectory.t_s(), scene.trajectory.settled());
-    let start = t_s.first().copied().unwrap_or(0.0);
+    let start = scene.trajectory.began_s();
     let uses_frames = effects.iter().any(|p| p.effect.uses_frames());
     let station_m = scene.registration.map_or(Vector3::zeros(), |r| r.inverse().translation.vector);
     points.par_chunks_mut(BLOCK).enumerate().for_each(|(block, points)| {

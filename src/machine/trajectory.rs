@@ -87,6 +87,10 @@ pub struct CommandTrajectory {
     /// Logged: torque of the drives by axis, temperature.
     pub(super) measured_torque: Vec<Option<Vec<f64>>>,
     pub(super) temp_c: Option<Vec<f64>>,
+    /// Time over which what was measured at each row is a mean, s.
+    pub(super) mean_over_s: f64,
+    /// When the first of them began, s; `None`: at the first row.
+    pub(super) began_s: Option<f64>,
     pub(super) g_m_s2: Vector3<f64>,
     pub(super) base_m: Vector3<f64>,
 }
@@ -209,6 +213,8 @@ impl CommandTrajectory {
             overturning: OnceLock::new(),
             measured_torque: Vec::new(),
             temp_c: None,
+            mean_over_s: 0.0,
+            began_s: None,
             g_m_s2: robot.gravity_m_s2,
             base_m: robot.base.translation.vector,
         }
@@ -218,6 +224,18 @@ impl CommandTrajectory {
     pub fn with_measured_torque(mut self, torque_nm: Vec<Option<Vec<f64>>>) -> Self {
         self.measured_torque = torque_nm;
         self
+    }
+
+    /// The same for rows that stand for means over this time, of which the first began at `began_s`.
+    pub fn with_means_over(mut self, mean_over_s: f64, began_s: f64) -> Self {
+        self.mean_over_s = mean_over_s;
+        self.began_s = Some(began_s);
+        self
+    }
+
+    /// When the log began, s: effects count their time from there.
+    pub fn began_s(&self) -> f64 {
+        self.began_s.or(self.t_s.first().copied()).unwrap_or(0.0)
     }
 
     /// The same with a temperature, row by row.

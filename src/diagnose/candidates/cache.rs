@@ -13,11 +13,14 @@ use crate::diagnose::problem::normal::gram;
 use crate::effects::{EffectInstance, Target};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use std::mem::size_of;
 
 /// Largest memory for sensitivities; candidates beyond it are screened one by one, bytes.
 const MOST_BYTES: usize = 256 << 20;
 /// A value that has moved by less than this share of itself turns no sensitivity.
 const SAME: f64 = 0.01;
+/// Versions of a candidate that are kept beside the present one, where there is memory for all.
+const MOST_VERSIONS: usize = 3;
 /// Columns that one thread multiplies at a time.
 const PART: usize = 48;
 
@@ -37,6 +40,16 @@ pub struct ScreeningCache {
     with: Vec<Option<Vec<EffectInstance>>>,
     /// Normal matrices of the candidates, before the tangent is taken off.
     normals: Vec<DMatrix<f64>>,
+    /// What was computed of each candidate with other effects on its joint: an effect in doubt is taken out and put back.
+    before: Vec<Vec<Version>>,
+}
+
+/// Sensitivities of one candidate beside certain effects of its joint.
+struct Version {
+    with: Vec<EffectInstance>,
+    raw: Vec<Vec<f32>>,
+    /// Whitened, with their normal matrix; `None` where the noise has changed since.
+    white: Option<(DMatrix<f64>, DMatrix<f64>)>,
 }
 
 impl ScreeningCache {
@@ -58,11 +71,13 @@ impl ScreeningCache {
             self.normals = vec![DMatrix::zeros(0, 0); candidates.len()];
             self.with = vec![None; candidates.len()];
             self.raw = vec![Vec::new(); candidates.len()];
+            self.before = candidates.iter().map(|_| Vec::new()).collect();
             self.noise.clear();
         }
         if self.noise != ground.whitening.noise {
             self.noise.clone_from(&ground.whitening.noise);
             self.white = vec![false; candidates.len()];
+            self.before.iter_mut().flatten().for_each(|v| v.white = None);
         }
         self.renew(ground, candidates);
         let basis = ground.basis_rows();
@@ -88,9 +103,39 @@ impl ScreeningCache {
         (0..candidates.len()).into_par_iter().map(score).collect()
     }
 
+    /// Puts a version that was computed before in the place of the present one, where there is one with the effects that the
+    /// joint has now.
+    fn recall(&mut self, ground: &ScreeningContext, candidates: &[Candidate]) {
+        let all = self.columns.len() * (size_of::<f64>() + size_of::<f32>());
+        let versions = (MOST_BYTES / all.max(1)).min(MOST_VERSIONS);
+        for (i, candidate) in candidates.iter().enumerate() {
+            let now = of_joint(ground, candidate);
+            let Some(with) = self.with[i].take_if(|w| !same(w, &now)) else { continue };
+            let range = self.starts[i]..self.starts[i + 1];
+            if versions > 0 {
+                let white = self.white[i].then(|| {
+                    (self.columns.columns_range(range.clone()).into_owned(), std::mem::take(&mut self.normals[i]))
+                });
+                self.before[i].push(Version { with, raw: std::mem::take(&mut self.raw[i]), white });
+            }
+            let Some(k) = self.before[i].iter().position(|v| same(&v.with, &now)) else {
+                let surplus = self.before[i].len().saturating_sub(versions);
+                self.before[i].drain(..surplus);
+                continue;
+            };
+            let version = self.before[i].remove(k);
+            (self.with[i], self.raw[i], self.white[i]) = (Some(version.with), version.raw, version.white.is_some());
+            if let Some((columns, normal)) = version.white {
+                self.columns.columns_range_mut(range).copy_from(&columns);
+                self.normals[i] = normal;
+            }
+        }
+    }
+
     /// Computes anew what has become old.
     fn renew(&mut self, ground: &ScreeningContext, candidates: &[Candidate]) {
-        let moved = |i: usize| !self.with[i].as_ref().is_some_and(|w| same(w, &of_joint(ground, &candidates[i])));
+        self.recall(ground, candidates);
+        let moved = |i: usize| self.with[i].is_none();
         let old: Vec<(usize, bool)> =
             (0..candidates.len()).map(|i| (i, moved(i))).filter(|&(i, moved)| moved || !self.white[i]).collect();
         type Fresh = (Option<Vec<Vec<f32>>>, Vec<Vec<f64>>, DMatrix<f64>);

@@ -6,25 +6,24 @@
 //! no neighbours: [`poses_without_outliers`] looks at what a fit leaves.
 //!
 //! Files beside:
+//! - `thin`: long logs: means over runs of rows, and the commands within a run for what remembers the way
 //! - `sensors`: which channel drives the gears: the commands, or the encoders on the motors
 
 pub mod sensors;
+mod thin;
 
 use crate::diagnose::noise;
+use crate::diagnose::problem::fine::Fine;
 use crate::diagnose::problem::forward::{Hypothesis, LogData, Problem, State};
 use crate::diagnose::problem::layout::{Group, Sensor};
 use crate::error::{Error, Place, Result};
 use crate::log::{Log, registration};
 use crate::machine::CommandTrajectory;
 use crate::model::Model;
-use crate::numerics::robust::{self, MEDIAN_DISTANCE, SIGMA_PER_MAD, median, median_of};
+use crate::numerics::robust::{MEDIAN_DISTANCE, SIGMA_PER_MAD, median, median_of};
 use nalgebra::{Isometry3, Vector3};
 use std::sync::OnceLock;
 
-/// Blocks into which a log is averaged at most.
-const MOST_BLOCKS: usize = 8000;
-/// Rows to which a log is thinned before.
-const MOST_ROWS: usize = 8000;
 /// Disagreement with the neighbours, in standard deviations, beyond which a sample is an outlier.
 const GROSS: f64 = 6.0;
 /// Distance within which a sample counts as noise, in standard deviations of a coordinate.
@@ -38,12 +37,16 @@ const PAIRS: usize = 3000;
 
 /// Puts a problem together; the hypothesis holds the model's known effects.
 pub fn problem(model: &Model, logs: &[Log]) -> Result<(Problem, Hypothesis)> {
-    problem_of_at_most(model, logs, MOST_ROWS)
+    problem_of(model, logs.iter().map(|log| thin::whole(model, log)).collect())
 }
 
 /// The same with every log thinned to `most_rows`.
 pub fn problem_of_at_most(model: &Model, logs: &[Log], most_rows: usize) -> Result<(Problem, Hypothesis)> {
-    let logs: Vec<LogData> = logs.iter().map(|log| log_data(model, thinned(model, log, most_rows))).collect();
+    problem_of(model, logs.iter().map(|log| (thin::to_at_most(model, log, most_rows), None)).collect())
+}
+
+fn problem_of(model: &Model, logs: Vec<(Log, Option<Fine>)>) -> Result<(Problem, Hypothesis)> {
+    let logs: Vec<LogData> = logs.into_iter().map(|(log, fine)| log_data(model, log, fine)).collect();
     let mut problem = Problem {
         robot: model.robot.clone(),
         initial_gap_side: model.initial_gap_side.clone(),
@@ -83,14 +86,18 @@ pub fn problem_of_at_most(model: &Model, logs: &[Log], most_rows: usize) -> Resu
 }
 
 /// A log as the problem holds it, before sensors and frames are chosen.
-fn log_data(model: &Model, log: Log) -> LogData {
+fn log_data(model: &Model, log: Log, fine: Option<Fine>) -> LogData {
     LogData {
-        drive: CommandTrajectory::of_log(&model.robot, &log),
+        drive: match &fine {
+            Some(fine) => fine.told(CommandTrajectory::of_log(&model.robot, &log)),
+            None => CommandTrajectory::of_log(&model.robot, &log),
+        },
         commands: None,
+        fine,
         driven: Vec::new(),
         motors: Vec::new(),
         frame: 0,
-        block: if log.poses { 1 } else { log.len().div_ceil(MOST_BLOCKS).max(1) },
+        block: 1,
         left_out: Vec::new(),
         jacobian: OnceLock::new(),
         log,
@@ -127,96 +134,6 @@ fn encoders(problem: &Problem) -> bool {
 /// A zero for every joint sensor of every log.
 fn zeros(problem: &Problem) -> Vec<f64> {
     vec![0.0; problem.groups.iter().filter(|g| g.dims == 1).count()]
-}
-
-/// The row that stands for a run of rows.
-fn middle(run: &std::ops::Range<usize>) -> usize {
-    (run.start + run.end) / 2
-}
-
-/// A joint's sensor in each run: the command in its middle plus the mean of sensor minus command.
-fn thinned_joint(sensor: &[Option<f64>], cmd: &[f64], runs: &[std::ops::Range<usize>]) -> Vec<Option<f64>> {
-    runs.iter()
-        .map(|r| {
-            let mut off: Vec<f64> = r.clone().filter_map(|i| sensor[i].map(|v| v - cmd[i])).collect();
-            let n = off.len() as f64;
-            let _ = median_of(&mut off)?;
-            Some(off.iter().sum::<f64>() / n + cmd[middle(r)])
-        })
-        .collect()
-}
-
-/// A log of at most `most_rows` rows: of each run of rows the middle one, its measurement replaced by the prediction of
-/// the commands there plus the mean of measured minus predicted over the run. What is slower than a run is kept, its
-/// noise averaged; gross errors of single rows are taken by the median.
-fn thinned(model: &Model, log: &Log, most_rows: usize) -> Log {
-    let run = log.len().div_ceil(most_rows);
-    if run <= 1 || log.poses {
-        return log.clone();
-    }
-    let runs: Vec<std::ops::Range<usize>> = (0..log.len()).step_by(run).map(|s| s..(s + run).min(log.len())).collect();
-    let numbers = |c: &Option<Vec<Option<f64>>>| c.as_ref().map(|c| runs.iter().map(|r| c[middle(r)]).collect());
-    let mut q = vec![0.0; model.robot.dof()];
-    let frame = frame_of(model, log);
-    let mut expected = |row: usize| {
-        log.command_into(row, &mut q);
-        frame.transform_point(&model.robot.tcp_m(&q).into()).coords
-    };
-    let mut points = |column: &[Option<Vector3<f64>>]| -> Vec<Option<Vector3<f64>>> {
-        if column.is_empty() {
-            return Vec::new();
-        }
-        runs.iter()
-            .map(|r| {
-                let off: Vec<Vector3<f64>> =
-                    r.clone().filter_map(|row| column[row].map(|m| m - expected(row))).collect();
-                robust::point_mean(&off, 1e-7).map(|m| m.mean + expected(middle(r)))
-            })
-            .collect()
-    };
-    let joints = |columns: &[Option<Vec<Option<f64>>>]| -> Vec<Option<Vec<Option<f64>>>> {
-        columns.iter().zip(&log.cmd).map(|(c, cmd)| Some(thinned_joint(c.as_ref()?, cmd, &runs))).collect()
-    };
-    Log {
-        name: log.name.clone(),
-        sha256: log.sha256.clone(),
-        line: runs.iter().map(|r| log.line.get(middle(r)).copied().unwrap_or(0)).collect(),
-        t_s: runs.iter().map(|r| log.t_s[middle(r)]).collect(),
-        poses: false,
-        cmd: log.cmd.iter().map(|c| runs.iter().map(|r| c[middle(r)]).collect()).collect(),
-        cmd_decimals: log.cmd_decimals.clone(),
-        tcp_m: points(&log.tcp_m),
-        reflectors_m: log.reflectors_m.iter().map(|c| points(c)).collect(),
-        lone_m: [const { None }; 3],
-        enc: joints(&log.enc),
-        screw: vec![None; log.cmd.len()],
-        meas: joints(&log.meas),
-        trigger: None,
-        cycle: None,
-        speed_m_s: numbers(&log.speed_m_s),
-        payload_kg: numbers(&log.payload_kg),
-        temp_c: numbers(&log.temp_c),
-        instruments: crate::log::Instruments {
-            torque_nm: log.instruments.torque_nm.iter().map(numbers).collect(),
-            ..crate::log::Instruments::default()
-        },
-    }
-}
-
-/// The model's frame, or the one that fits the commands: good enough to take differences over a fraction of a second.
-fn frame_of(model: &Model, log: &Log) -> Isometry3<f64> {
-    if let Some(frame) = model.registration {
-        return frame;
-    }
-    let thin = (log.len() / PAIRS).max(1);
-    let pairs: Vec<registration::Pair> = (0..log.len())
-        .step_by(thin)
-        .filter_map(|r| {
-            let m = log.tcp_m.get(r).copied().flatten()?;
-            Some(registration::Pair { base_m: model.robot.tcp_m(&log.command(r)), tracker_m: m })
-        })
-        .collect();
-    registration::register_line(&pairs).map_or_else(|_| Isometry3::identity(), |r| r.found.frame)
 }
 
 fn logs_named(problem: &Problem) -> String {

@@ -5,6 +5,7 @@
 //! of the prediction by one parameter: joint effects by a difference of joint positions times the Jacobian's column,
 //! geometry by a difference of kinematics, the rest in closed form.
 
+use crate::diagnose::problem::fine::Fine;
 use crate::diagnose::problem::layout::{Group, Sensor};
 use crate::effects::{Clock, Effect, EffectInstance, Stage, Target};
 use crate::log::Log;
@@ -25,6 +26,8 @@ pub struct LogData {
     pub drive: CommandTrajectory,
     /// The commands, where `drive` does not hold them.
     pub commands: Option<CommandTrajectory>,
+    /// The commands between the rows of a thinned log.
+    pub fine: Option<Fine>,
     /// Axes whose gear is driven by the encoder: servo effects lie before it and show there alone.
     pub driven: Vec<bool>,
     /// Axes whose encoder shows what the servo makes of the command.
@@ -60,6 +63,25 @@ impl LogData {
     /// Is the gear of an axis driven by its encoder?
     pub fn is_driven(&self, axis: usize) -> bool {
         self.driven.get(axis).copied().unwrap_or(false)
+    }
+
+    /// Behind the gear of an axis under some effects, row by row.
+    fn gear(&self, axis: usize, effects: &[&Effect], initial_gap_side: i8) -> Vec<f64> {
+        match &self.fine {
+            Some(fine) if self.commands.is_none() && !effects.is_empty() => {
+                fine.gear(&self.drive, axis, effects, initial_gap_side)
+            }
+            _ => self.drive.gear(axis, effects, initial_gap_side),
+        }
+    }
+
+    /// Motor side of an axis under some effects, row by row.
+    fn servo(&self, axis: usize, effects: &[&Effect], initial_gap_side: i8) -> Vec<f64> {
+        let commands = self.command_drive();
+        match &self.fine {
+            Some(fine) if !effects.is_empty() => fine.servo(commands, axis, effects, initial_gap_side),
+            _ => commands.servo(axis, effects, initial_gap_side),
+        }
     }
 
     /// Number of reflectors with columns.
@@ -127,6 +149,7 @@ impl LogData {
             log: self.log.clone(),
             drive: self.drive.clone(),
             commands: self.commands.clone(),
+            fine: self.fine.clone(),
             driven: self.driven.clone(),
             motors: self.motors.clone(),
             frame: self.frame,
@@ -213,12 +236,12 @@ impl Problem {
         let servo: Vec<Vec<f64>> = (0..dof)
             .map(|a| {
                 let seen = self.groups_of(l).any(|g| g.sensor == Sensor::Motor(a));
-                if seen { log.command_drive().servo(a, &on(a), self.initial_gap_side[a]) } else { Vec::new() }
+                if seen { log.servo(a, &on(a), self.initial_gap_side[a]) } else { Vec::new() }
             })
             .collect();
         let gear: Vec<Arc<Vec<f64>>> = (0..dof)
             .into_par_iter()
-            .map(|a| Arc::new(log.drive.gear(a, &behind_encoder(on(a), log.is_driven(a)), self.initial_gap_side[a])))
+            .map(|a| Arc::new(log.gear(a, &behind_encoder(on(a), log.is_driven(a)), self.initial_gap_side[a])))
             .collect();
         let mut joint = gear.clone();
         for p in h.effects.iter().filter(|p| p.effect.stage() == Stage::Link) {
@@ -335,14 +358,13 @@ impl Problem {
             let initial_gap_side = self.initial_gap_side[axis];
             let driven = log.is_driven(axis);
             if !driven || both(&[Stage::Gear]) {
-                let y = log.drive.gear(axis, &behind_encoder(after.clone(), driven), initial_gap_side);
+                let y = log.gear(axis, &behind_encoder(after.clone(), driven), initial_gap_side);
                 for ((c, x), y) in change.iter_mut().zip(state.logs[l].gear[axis].iter()).zip(&y) {
                     *c = (y - x) * per;
                 }
             }
             if both(&[Stage::Servo]) && self.groups_of(l).any(|g| g.sensor == Sensor::Motor(axis)) {
-                let commands = log.command_drive();
-                let y = commands.servo(axis, &after, initial_gap_side);
+                let y = log.servo(axis, &after, initial_gap_side);
                 motor = Some(state.logs[l].servo[axis].iter().zip(&y).map(|(x, y)| (y - x) * per).collect());
             }
         }

@@ -1,9 +1,10 @@
 //! What is asked: observations of all logs, the chain evaluated for a hypothesis, and its sensitivities by every value.
 //!
 //! Read in this order: [`layout`], the long vector of observations; [`recording`], what kind of logs they are; [`forward`], the chain evaluated, and what a change of an effect does
-//! to the observations; `nuisance`, the same of frames and zeros; [`normal`], products and bases of long columns; [`residual`], its size;
+//! to the observations; [`fine`], the same between the rows of a thinned log; `nuisance`, the same of frames and zeros; [`normal`], products and bases of long columns; [`residual`], its size;
 //! [`synthetic`], a problem of commands alone, for planning an experiment.
 
+pub mod fine;
 pub mod forward;
 pub mod layout;
 pub mod normal;

@@ -53,6 +53,7 @@ pub fn problem(model: &Model, runs: Vec<Run>, channels: Channels) -> (Problem, H
             LogData {
                 drive: CommandTrajectory::of_log(robot, &log),
                 commands: None,
+                fine: None,
                 driven: Vec::new(),
                 motors: vec![channels.motors; robot.dof()],
                 frame: 0,

@@ -87,6 +87,9 @@ pub struct Round {
     pub place: Place,
     pub evidence: Evidence,
     pub parameters: IndexMap<String, Parameter>,
+    /// The same of a gap and the wind-up of its joint together, where no wind-up is in the fit: the log tells their sum better.
+    #[serde(skip_serializing_if = "IndexMap::is_empty")]
+    pub with_windup: IndexMap<String, Parameter>,
     pub rms_before_um: f64,
     pub rms_after_um: f64,
     pub rms_after_predicted_um: f64,

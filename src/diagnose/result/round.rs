@@ -34,6 +34,7 @@ pub(in crate::diagnose) fn round(
         evidence: evidence(outcome, k, named, group),
         set: set.to_vec(),
         parameters: parameters(outcome, k),
+        with_windup: with_windup(outcome, k),
         rms_before_um: digits(before.rms * UM),
         rms_after_um: digits(after.rms * UM),
         rms_after_predicted_um: digits(predicted * UM),
@@ -64,25 +65,37 @@ fn parameters(outcome: &Outcome, k: usize) -> IndexMap<String, Parameter> {
         None => outcome.fit.sigma_of(k),
     };
     let values = placed.effect.values();
-    let converged = outcome.fit.converged;
-    let parameter = |value: f64, half: f64| Parameter {
-        value: digits(value),
-        ci95: converged.then(|| [digits(value - half), digits(value + half)]),
-    };
-    let mut parameters: IndexMap<String, Parameter> = placed
-        .keys(&outcome.problem.robot)
-        .into_iter()
-        .zip(values.iter().zip(&sigma))
-        .map(|((key, factor), (v, s))| (key, parameter(v * factor, Z95 * s * factor.abs())))
-        .collect();
+    let mut parameters = keyed(outcome, placed, &sigma);
     // of an oscillation the size is given, as in a model; its direction stands with the place
     if let Some(v) = placed.effect.get::<Vibration>() {
         let share = values.iter().map(|a| a / v.amplitude_m.max(f64::MIN_POSITIVE));
         let spread = share.zip(&sigma).take(3).map(|(share, s)| (share * s).powi(2)).sum::<f64>().sqrt();
         parameters.retain(|key, _| !key.starts_with("amplitude_um["));
-        parameters.shift_insert(0, "amplitude_um".into(), parameter(v.amplitude_m * UM, Z95 * spread * UM));
+        parameters.shift_insert(0, "amplitude_um".into(), parameter(outcome, v.amplitude_m * UM, spread * UM));
     }
     parameters
+}
+
+/// Sizes of a gap together with the wind-up of its joint that is not in the fit: the log tells their sum better than the gap alone.
+fn with_windup(outcome: &Outcome, k: usize) -> IndexMap<String, Parameter> {
+    let placed = &outcome.fit.hypothesis.effects[outcome.fit.free[k]];
+    let sigma = outcome.told.as_ref().and_then(|story| story.with_windup[k].as_deref());
+    sigma.map(|sigma| keyed(outcome, placed, sigma)).unwrap_or_default()
+}
+
+/// The values of an effect under their keys, with these standard uncertainties (SI).
+fn keyed(outcome: &Outcome, placed: &EffectInstance, sigma: &[f64]) -> IndexMap<String, Parameter> {
+    let keys = placed.keys(&outcome.problem.robot).into_iter();
+    keys.zip(placed.effect.values().iter().zip(sigma))
+        .map(|((key, factor), (v, s))| (key, parameter(outcome, v * factor, s * factor.abs())))
+        .collect()
+}
+
+/// A value with its interval; a fit that did not converge has none.
+fn parameter(outcome: &Outcome, value: f64, sigma: f64) -> Parameter {
+    let half = Z95 * sigma;
+    let ci95 = outcome.fit.converged.then(|| [digits(value - half), digits(value + half)]);
+    Parameter { value: digits(value), ci95 }
 }
 
 /// The test of effect `k` against the fit without it, and of its group.

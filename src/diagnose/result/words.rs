@@ -91,14 +91,17 @@ pub fn sizes(r: &Round) -> Vec<Size> {
     if knots > 1 {
         return vec![curve(r, knots)];
     }
-    r.parameters
-        .iter()
-        .map(|(k, p)| {
-            let (name, unit) = key(k, r.joint_unit);
-            let d = decimals(p.ci95.map_or(0.0, |[lo, hi]| 0.5 * (hi - lo)));
-            Size { name, value: fixed(p.value, d), ci95: p.ci95.map(|ci| ci.map(|v| fixed(v, d))), unit }
-        })
-        .collect()
+    let together = r.with_windup.iter().map(|(k, p)| {
+        let size = size(r, k, p);
+        Size { name: format!("{} with wind-up", size.name), ..size }
+    });
+    r.parameters.iter().map(|(k, p)| size(r, k, p)).chain(together).collect()
+}
+
+fn size(r: &Round, k: &str, p: &Parameter) -> Size {
+    let (name, unit) = key(k, r.joint_unit);
+    let d = decimals(p.ci95.map_or(0.0, |[lo, hi]| 0.5 * (hi - lo)));
+    Size { name, value: fixed(p.value, d), ci95: p.ci95.map(|ci| ci.map(|v| fixed(v, d))), unit }
 }
 
 /// A curve in one piece: its smallest and largest knot, and the ends of their intervals.

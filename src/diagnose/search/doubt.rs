@@ -146,10 +146,14 @@ impl Search<'_> {
                 h.effects.remove(fit.free[b]);
                 h.effects.remove(fit.free[a]);
                 let free: Vec<usize> = (self.known..h.effects.len()).collect();
-                let needed = fit::refit_above(p, &h, &free, whitening, fit.cost).cost - fit.cost;
                 let state = p.evaluate(&h);
                 let bare = Fit { hypothesis: h, state, free, ..fit.clone() };
-                let asked = Asked { also: None, aim: Some(now - price * values(&bare)), promise: SHARED * needed };
+                // of two joints, the effect of the one in the place of both is what the rounds have asked already
+                let axis = |k: usize| fit.hypothesis.effects[fit.free[k]].axis();
+                let apart = axis(a) != axis(b);
+                let but = if apart { vec![self.name_of(fit, a), self.name_of(fit, b)] } else { Vec::new() };
+                let aim = Some(now - price * values(&bare));
+                let asked = Asked { also: None, aim, promise: Some((SHARED, fit.cost)), but: &but };
                 for r in self.refine(&bare, whitening, &asked).into_iter().take(3) {
                     let then = worth(&r.fit);
                     if then < now - BETTER && best.as_ref().is_none_or(|o| then < o.0) {
@@ -181,7 +185,8 @@ impl Search<'_> {
         rivals
     }
 
-    /// Rivals of every found effect. One that the whole set makes the better one takes the place, and they are sought again.
+    /// Rivals of every found effect. One that the whole set makes the better one takes the place, and those that it touches are
+    /// sought again.
     pub(in crate::diagnose) fn exchange(
         &mut self,
         fit: &mut Fit,
@@ -189,8 +194,8 @@ impl Search<'_> {
         steps: &mut [Step],
     ) -> Vec<Vec<Refined>> {
         let mut exchanged = 0;
+        let mut all: Vec<Vec<Refined>> = (0..fit.free.len()).map(|k| self.rivals(fit, k, whitening)).collect();
         loop {
-            let all: Vec<Vec<Refined>> = (0..fit.free.len()).map(|k| self.rivals(fit, k, whitening)).collect();
             let swap = (0..all.len()).find_map(|k| {
                 let name = self.name_of(fit, k);
                 let own = match all[k].iter().find(|r| r.effect == name.0 && r.target == name.1) {
@@ -200,13 +205,24 @@ impl Search<'_> {
                     None => return None,
                 };
                 let best = all[k].iter().find(|r| !r.placed.is_empty() && r.merit(self.price) > own + BETTER)?;
-                Some((name, best.clone()))
+                Some((k, name, best.clone()))
             });
             match swap {
-                Some((name, best)) if exchanged < MOST_EFFECTS => {
+                Some((k, name, best)) if exchanged < MOST_EFFECTS => {
                     exchanged += 1;
                     mark(steps, &name, &format!("{} {}", best.effect, best.target));
                     *fit = best.fit;
+                    // it stands behind the others now
+                    all.remove(k);
+                    all.push(Vec::new());
+                    let newest = all.len() - 1;
+                    let mut touched = self.touched(fit, newest, whitening);
+                    if !touched.contains(&newest) {
+                        touched.push(newest);
+                    }
+                    for j in touched {
+                        all[j] = self.rivals(fit, j, whitening);
+                    }
                 }
                 _ => return all,
             }
@@ -243,7 +259,7 @@ impl Search<'_> {
 
 /// A found effect in doubt: what takes its place must leave as little.
 fn in_place_of(old: &EffectInstance, cost: f64) -> Asked<'_> {
-    Asked { also: Some(std::slice::from_ref(old)), aim: Some(cost), promise: 0.0 }
+    Asked { also: Some(std::slice::from_ref(old)), aim: Some(cost), promise: None, but: &[] }
 }
 
 /// Notes on the step that named an effect what has taken its place.

@@ -60,6 +60,7 @@ use crate::diagnose::candidates::spectrum;
 use crate::diagnose::candidates::structure::{Ratio, Tested};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
+use crate::diagnose::problem::normal::dot;
 use crate::diagnose::problem::recording::Recording;
 use crate::diagnose::problem::residual::rms;
 use crate::diagnose::search::course::Course;
@@ -110,8 +111,11 @@ pub(in crate::diagnose) struct Asked<'a> {
     pub(in crate::diagnose) also: Option<&'a [EffectInstance]>,
     /// The cost that is to be reached; else what the screening promises of the best.
     pub(in crate::diagnose) aim: Option<f64>,
-    /// Nothing is refined where the screening promises less gain than this of the best.
-    pub(in crate::diagnose) promise: f64,
+    /// Nothing is refined of which the screening promises less than this share of what stands between the others, refitted to
+    /// first order, and this cost.
+    pub(in crate::diagnose) promise: Option<(f64, f64)>,
+    /// Effects that are not asked for: themselves, on their own targets.
+    pub(in crate::diagnose) but: &'a [(&'static str, String)],
 }
 
 /// An effect, its target, and the instances with first values.
@@ -190,15 +194,19 @@ impl Search<'_> {
         let more: Vec<Score> = ground.score_all(&spectral);
         scored.extend(more.into_iter().zip(&spectral));
         let only = self.only;
-        scored.retain(|(s, c)| s.gain > 0.0 && only.is_none_or(|f| f(c.effect)));
+        let asked_for =
+            |c: &Candidate| !asked.but.iter().any(|(effect, target)| c.effect == *effect && c.target == *target);
+        scored.retain(|(s, c)| s.gain > 0.0 && only.is_none_or(|f| f(c.effect)) && asked_for(c));
         let merit = |s: &Score, c: &Candidate| s.gain - self.price * c.parameters() as f64;
         scored.sort_by(|(a, ca), (b, cb)| merit(b, cb).total_cmp(&merit(a, ca)));
         let best = scored.first().map_or(0.0, |s| s.0.gain);
-        if best < asked.promise {
+        let promised =
+            asked.promise.map_or(0.0, |(share, cost)| share * (dot(&ground.residual, &ground.residual) - cost));
+        if best < promised {
             return Vec::new();
         }
         let aim = asked.aim.unwrap_or(base.cost - best);
-        let trials = self.trials(&scored, best, asked);
+        let trials = self.trials(&scored, (best, promised), asked);
         let mut refined: Vec<Refined> = trials
             .into_par_iter()
             .map(|(effect, target, placed)| {
@@ -231,8 +239,9 @@ impl Search<'_> {
     }
 
     /// Which candidates are refined, and from which values: of every effect on every target the best shape, of gaps over
-    /// position the best number of knots; also what stood there before. `best` is the largest gain of the screening.
-    fn trials(&self, scored: &[(Score, &Candidate)], best: f64, asked: &Asked) -> Vec<Trial> {
+    /// position the best number of knots; also what stood there before. `best` is the largest gain of the screening, `least` that
+    /// which must be promised.
+    fn trials(&self, scored: &[(Score, &Candidate)], (best, least): (f64, f64), asked: &Asked) -> Vec<Trial> {
         let p = self.problem;
         let near = match asked.also {
             Some(_) => NEAR_IN_DOUBT,
@@ -243,7 +252,7 @@ impl Search<'_> {
         for s in scored {
             let again =
                 picked.iter().any(|q| q.1.effect == s.1.effect && q.1.target == s.1.target && q.1.form == s.1.form);
-            if !again && picked.len() < REFINED && s.0.gain > near * best {
+            if !again && picked.len() < REFINED && s.0.gain > near * best && s.0.gain >= least {
                 picked.push(s);
             }
         }

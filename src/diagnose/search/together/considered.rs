@@ -5,6 +5,9 @@
 //! variance of each value is that of this wider fit, and the square of how far the wider fit would move it is added (consider
 //! covariance; Schmidt 1966, Advances in Control Systems 3, with what the data say of the considered terms). Values stay.
 //!
+//! Wind-up beside a gap is considered without what the data say of it ([`windup_beside_gaps`]): how it builds up differs from
+//! machine to machine, and a shape that the data tell from a gap is not the shape of the machine.
+//!
 //! Assumptions: the terms are linear in their size; wind-up of gear and friction is up to a third of the gap beside it, one
 //! standard deviation.
 
@@ -69,6 +72,34 @@ fn geometry(problem: &Problem, machine: &MachineFit) -> Vec<(Candidate, f64)> {
         Some((Candidate::of_size(&problem.robot, p.target, TRIAL, of_size), width))
     };
     pool::geometry(problem, &pool::moving(problem)).into_iter().filter(open).filter_map(one).collect()
+}
+
+/// How far wind-up that is not in the fit may move the value of each gap: variance of every column, 0 for what is no gap.
+/// Of one joint's travels any may be the right one: the one that moves the gap most counts, with the whole width.
+pub fn windup_beside_gaps(problem: &Problem, machine: &MachineFit) -> Vec<f64> {
+    let MachineFit { fit, whitening, .. } = machine;
+    let mut variances = vec![0.0; fit.parameters()];
+    let list = windups(problem, machine);
+    let columns: Vec<Vec<f64>> = list
+        .par_iter()
+        .flat_map_iter(|(c, _)| {
+            let mut columns = c.columns(problem, &fit.hypothesis, &fit.state);
+            columns.iter_mut().for_each(|c| whitening.apply(problem, c));
+            columns
+        })
+        .collect();
+    let shifts = members::table(problem, machine, &columns).shifts(fit.parameters());
+    for (range, &i) in members::columns_of(fit).into_iter().zip(&fit.free) {
+        let gap = &fit.hypothesis.effects[i];
+        let Some(size) = size_of_gap(gap) else { continue };
+        let own = list.iter().enumerate().filter(|(_, (c, _))| c.axis() == gap.axis());
+        let own: Vec<usize> = own.map(|(column, _)| column).collect();
+        for k in range {
+            let most = own.iter().map(|&column| shifts[(k, column)].abs()).fold(0.0, f64::max);
+            variances[k] = (most * WINDUP * size).powi(2);
+        }
+    }
+    variances
 }
 
 /// Variance of every column of a fit with what was left out considered.

@@ -86,6 +86,14 @@ impl Table {
         (self.blocks.solve(&all, None, &self.precision, &self.pull), scaled_inverse(&normal, OPEN))
     }
 
+    /// How far the solution of the first `own` columns moves with one unit of each further column that they do not know of.
+    pub(super) fn shifts(&self, own: usize) -> DMatrix<f64> {
+        let whole = self.blocks.whole();
+        let mut normal = whole.view((0, 0), (own, own)).into_owned();
+        self.precision[..own].iter().enumerate().for_each(|(k, p)| normal[(k, k)] += p);
+        scaled_inverse(&normal, OPEN) * whole.view((0, own), (own, whole.ncols() - own))
+    }
+
     /// The same without the columns `gone`, which stand in the residual again at `values`.
     pub(super) fn held_out_without(&self, pick: &[usize], gone: &[usize], values: &[f64]) -> Vec<f64> {
         self.blocks.held_out_without(pick, gone, values, &self.precision, &self.pull)

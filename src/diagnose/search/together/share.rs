@@ -2,7 +2,7 @@
 
 use super::blocks::{self, Blocks};
 use super::contribution::{contribution, contributions};
-use super::{MachineFit, considered, prior};
+use super::{MachineFit, considered, members, prior};
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::residual::rms;
 use crate::diagnose::search::fit::Fit;
@@ -25,6 +25,8 @@ pub struct Story {
     pub geometry: f64,
     /// Standard uncertainties of each free effect's values.
     pub sigma: Vec<Vec<f64>>,
+    /// The same of a gap together with the wind-up of its joint, which is not in the fit: of the two the sum is known better.
+    pub with_windup: Vec<Option<Vec<f64>>>,
 }
 
 /// The story of a fit.
@@ -33,7 +35,7 @@ pub fn story(problem: &Problem, machine: &MachineFit) -> Story {
     let contributions = contributions(problem, fit);
     let order = order(fit, &contributions);
     let chapters = chapters(problem, machine, &order);
-    let sigma = uncertainties(problem, machine);
+    let (sigma, with_windup) = uncertainties(problem, machine);
     let geometry: Vec<EffectInstance> = fit
         .free
         .iter()
@@ -42,7 +44,7 @@ pub fn story(problem: &Problem, machine: &MachineFit) -> Story {
         .cloned()
         .collect();
     let geometry = if geometry.is_empty() { 0.0 } else { contribution(problem, fit, &geometry) };
-    Story { order, chapters, contributions, geometry, sigma }
+    Story { order, chapters, contributions, geometry, sigma, with_windup }
 }
 
 /// The largest first; geometry stands together, where its largest member does.
@@ -122,17 +124,18 @@ fn chapters(problem: &Problem, machine: &MachineFit, order: &[usize]) -> Vec<Nes
 /// Uncertainties of the values: the largest of what the noise says, of what the effects that were left out may do
 /// ([`considered`]), and of the scatter between parts of the logs (sandwich), as correlated noise swallows what the model does not
 /// describe.
-fn uncertainties(problem: &Problem, machine: &MachineFit) -> Vec<Vec<f64>> {
+///
+/// Of gaps also those of their sum with the wind-up that is not in the fit; the gap alone is known less.
+fn uncertainties(problem: &Problem, machine: &MachineFit) -> (Vec<Vec<f64>>, Vec<Option<Vec<f64>>>) {
     let MachineFit { fit, sensitivities, whitening, .. } = machine;
     let scatter = sandwich::variances(problem, fit, sensitivities, whitening);
     let wider = considered::variances(problem, machine);
-    let mut at = 0;
-    fit.free
-        .iter()
-        .map(|&i| {
-            let n = fit.hypothesis.effects[i].effect.values().len();
-            at += n;
-            (at - n..at).map(|k| fit.covariance[(k, k)].max(scatter[k]).max(wider[k]).max(0.0).sqrt()).collect()
-        })
-        .collect()
+    let windup = considered::windup_beside_gaps(problem, machine);
+    let together = |k: usize| fit.covariance[(k, k)].max(scatter[k]).max(wider[k]).max(0.0);
+    let one = |range: std::ops::Range<usize>| {
+        let alone = range.clone().map(|k| (together(k) + windup[k]).sqrt()).collect();
+        let beside = range.clone().any(|k| windup[k] > 0.0);
+        (alone, beside.then(|| range.map(|k| together(k).sqrt()).collect()))
+    };
+    members::columns_of(fit).into_iter().map(one).unzip()
 }
