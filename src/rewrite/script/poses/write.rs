@@ -5,15 +5,13 @@ use super::super::edits::Unplaced;
 use super::super::run::{Role, Run};
 use super::Place;
 use super::solve::within;
-use crate::program::script::pose::{Configuration, PoseForm, PoseGoal, Quantity, Solution};
-use crate::program::script::{Edits, Goal, Move, PathKind, Script, StepKind};
+use crate::program::script::pose::{PoseForm, PoseGoal, Quantity, Solution};
+use crate::program::script::{Edits, Goal, Move, Script, StepKind};
 use crate::robot::JointKind;
 use std::collections::BTreeMap;
 
 /// How far joints with their offset must keep clear of the borders of their configuration, rad: the digits that are written.
 const CLEAR: f64 = 2e-5;
-/// How far they may pass a quarter on a straight move or an arc of ABB, rad.
-const BEYOND: f64 = 2e-3;
 /// Half a last digit of a pose may move a joint by so much at most, rad.
 const LOST_RAD: f64 = 1e-3;
 
@@ -35,21 +33,15 @@ impl Place {
         (self.frame.inverse() * self.arm_at(q)).translation.vector.iter().copied().collect()
     }
 
-    /// Why joints with their offset cannot be written as this target. On straight moves and arcs an ABB controller goes to the configuration
-    /// closest to the joints before and stops where an axis is degrees away from the one that is written (RAPID Overview, robot
-    /// configuration); a joint move goes to the one that is written.
+    /// Why joints with their offset cannot be written as this target.
     ///
     /// # Errors
     /// In words.
-    pub fn may_be(&self, goal: &PoseGoal, path: PathKind, q: &[f64], digit: f64) -> Result<(), &'static str> {
+    pub fn may_be(&self, goal: &PoseGoal, q: &[f64], digit: f64) -> Result<(), &'static str> {
         let robot = &self.tooled.robot;
         within(robot, q)?;
-        let slack = |c: &Configuration| match (c, path) {
-            (Configuration::Abb { .. }, PathKind::Linear | PathKind::Curve) => BEYOND,
-            _ => -CLEAR,
-        };
         if let (Some(arm), Solution::Configured(c), true) = (&self.tooled.arm, &goal.solution, goal.binding)
-            && !allows(c, arm, q, slack(c))
+            && !allows(c, arm, q, -CLEAR)
         {
             return Err("its offset would pass a border of the target's configuration");
         }
@@ -84,7 +76,7 @@ pub fn write(
 ) {
     for run in runs {
         for vertex in run.vertices.iter().filter(|v| v.role == Role::Goal) {
-            let Some(StepKind::Move(Move { goal: Goal::Pose(goal), path, .. })) =
+            let Some(StepKind::Move(Move { goal: Goal::Pose(goal), .. })) =
                 script.steps.get(vertex.step).map(|s| &s.kind)
             else {
                 continue;
@@ -97,12 +89,12 @@ pub fn write(
             let digit = finest_angle(script, goal);
             let mut gone = 0;
             let all = edit.before.iter().map(|p| &p.q).chain(&edit.vias).chain(&edit.goal);
-            if !edit.vias.is_empty() && all.clone().any(|q| place.may_be(goal, *path, q, digit).is_err()) {
+            if !edit.vias.is_empty() && all.clone().any(|q| place.may_be(goal, q, digit).is_err()) {
                 // of a split arc no point may miss
                 gone += edit.clear_points();
             }
             edit.before.retain_mut(|point| {
-                let may = place.may_be(goal, *path, &point.q, digit).is_ok();
+                let may = place.may_be(goal, &point.q, digit).is_ok();
                 if may {
                     point.q = place.written(goal, form, &point.q, &own);
                 }
@@ -111,7 +103,7 @@ pub fn write(
             });
             unplaced.lose(script, vertex.step, gone);
             if let Some(q) = edit.goal.take() {
-                match place.may_be(goal, *path, &q, digit) {
+                match place.may_be(goal, &q, digit) {
                     Ok(()) => edit.goal = place.shifted(goal, form, &own, &vertex.q, &q),
                     Err(why) => drop(left.insert(vertex.step, why.to_string())),
                 }
