@@ -101,7 +101,7 @@ fn targets(robot: &Robot, name: &str, bytes: Vec<u8>) -> Vec<Vec<f64>> {
     let document = format.parse(vec![Text::new(name, bytes)], robot.axes()).unwrap();
     let script = document.script();
     let joints = |t: usize| {
-        let values = script.targets[t].values.iter().zip(robot.axis_joints());
+        let values = script.targets.get(t).unwrap().values.iter().zip(robot.axis_joints());
         values.map(|(v, j)| v.unwrap().si / j.kind.si_per_user_unit()).collect::<Vec<f64>>()
     };
     script.moves().map(|(_, m)| if let Goal::Joints(t) = m.goal { joints(t) } else { panic!("{name}") }).collect()

@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let place = script.place(script.steps[step].at);
         match &m.goal {
             Goal::Joints(t) => {
-                let shown = script.targets[*t].values.iter().zip(axes.axis_joints());
+                let shown = script.targets.get(*t).unwrap().values.iter().zip(axes.axis_joints());
                 let shown = shown.map(|(v, a)| v.map_or("-".into(), |v| format!("{:.4}", a.kind.to_user_unit(v.si))));
                 println!("{place}: {}", shown.collect::<Vec<_>>().join(" "));
             }

@@ -21,7 +21,8 @@
 //! let script = document.script();
 //! let (step, goal) = script.moves().next().expect("one move");
 //! let Goal::Joints(target) = goal.goal else { panic!("a joint target") };
-//! let mut q: Vec<f64> = script.targets[target].values.iter().map(|v| v.map_or(0.0, |v| v.si)).collect();
+//! let there = script.targets.get(target).expect("the target of a move");
+//! let mut q: Vec<f64> = there.values.iter().map(|v| v.map_or(0.0, |v| v.si)).collect();
 //! q[2] += 0.01_f64.to_radians();
 //!
 //! // the last digit of a changed number may weigh 0.001 deg

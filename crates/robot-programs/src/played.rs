@@ -121,13 +121,13 @@ fn target(script: &Script, m: &Move, at: At, last: Option<&[f64]>, robot: &Axes)
     let expected = "joint targets alone: only they can be played without the controller";
     let bad = |found: String| Error::bad(script.place(at), found, expected);
     let values = match &m.goal {
-        Goal::Joints(t) => script.targets.get(*t).map(|t| &t.values).ok_or_else(|| bad("no target".into()))?,
+        Goal::Joints(t) => script.targets.get(*t).map(|t| t.values).ok_or_else(|| bad("no target".into()))?,
         Goal::Pose(_) => return Err(bad("a Cartesian target".into())),
         Goal::Opaque(why) => return Err(bad(format!("a target that cannot be read: {why}"))),
     };
     (0..robot.dof())
         .map(|axis| {
-            let own = values.get(axis).copied().flatten().map(|v| v.si);
+            let own = values.get(axis).map(|v| v.si);
             let before = || last.and_then(|q| q.get(axis).copied());
             own.or_else(before).ok_or_else(|| {
                 Error::bad(
@@ -145,7 +145,7 @@ mod tests {
     use super::*;
     use crate::axes::{Axis, JointKind};
     use crate::script::number::Style;
-    use crate::script::{Step, Target, Text, Value, Way};
+    use crate::script::{How, Step, Target, Text, Value, Way};
 
     fn robot() -> Axes {
         Axes::new("a", vec![Axis::new("J1", JointKind::Revolute), Axis::new("X", JointKind::Prismatic)])
@@ -156,8 +156,7 @@ mod tests {
     }
 
     fn to(goal: Goal, speed: Speed, way: Vec<Way>) -> StepKind {
-        let path = PathKind::Joint;
-        StepKind::Move(Move { path, goal, fixed: None, closed: None, speed, blend_m: None, way })
+        StepKind::Move(Move::new(How { speed, ..How::default() }, goal, way))
     }
 
     fn script(steps: Vec<Step>, targets: &[[Option<f64>; 2]]) -> Script {

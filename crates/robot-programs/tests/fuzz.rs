@@ -95,7 +95,7 @@ fn samples(folder: &str) -> Vec<Vec<u8>> {
 fn one_script(format: &dyn Format, axes: &Axes, bytes: Vec<u8>) -> bool {
     let Ok(document) = format.parse(vec![Text::new("program", bytes)], axes) else { return false };
     let script = document.script();
-    for target in &script.targets {
+    for target in script.targets.iter() {
         for value in target.values.iter().flatten() {
             assert!(value.si.is_finite(), "{}: a number that is none", format.name());
             let text = &script.texts[target.at.file].bytes;

@@ -11,7 +11,7 @@
 use super::edits::Unplaced;
 use super::run::{Role, Run, Vertex};
 use super::way::Line;
-use crate::program::script::{Edit, Edits, Goal, Move, NewPoint, PathKind, Script, StepKind};
+use crate::program::script::{Edit, EditRef, Edits, Goal, Move, NewPoint, PathKind, Script, StepKind};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
@@ -128,25 +128,29 @@ pub fn settle(
             arc.is_some_and(|arc| !arc.settled(joints, edits))
         }) {
             let ends = [goals[k - 1].step, goals[k].step];
-            let points = edits.steps.get_mut(&ends[1]).map_or(0, Edit::clear_points);
-            joints.steps.get_mut(&ends[1]).map(Edit::clear_points);
+            let mut points = 0;
+            edits.steps.change(ends[1], |e| points = e.clear_points());
+            joints.steps.change(ends[1], |e| {
+                e.clear_points();
+            });
             unplaced.lose(script, ends[1], points);
             if points > 0 {
                 continue;
             }
             for step in ends {
-                let had = edits.steps.get_mut(&step).is_some_and(|e| e.goal.take().is_some());
-                joints.steps.get_mut(&step).and_then(|e| e.goal.take());
+                let had = edits.steps.get(step).is_some_and(|e| e.goal.is_some());
+                edits.steps.change(step, |e| e.goal = None);
+                joints.steps.change(step, |e| e.goal = None);
                 if had {
                     left.insert(step, "beside an arc so small that offsets at its ends would bend it".into());
                 }
             }
         }
         let empty =
-            |e: &Edit| e.goal.is_none() && e.before.is_empty() && e.vias.is_empty() && e.blend_at_most_m.is_none();
+            |e: EditRef| e.goal.is_none() && e.before.is_empty() && e.vias.is_empty() && e.blend_at_most_m.is_none();
         for v in goals {
-            if edits.steps.get(&v.step).is_some_and(empty) {
-                edits.steps.remove(&v.step);
+            if edits.steps.get(v.step).is_some_and(empty) {
+                edits.steps.remove(v.step);
             }
         }
     }
@@ -171,7 +175,7 @@ impl<'a> Arc<'a> {
     /// Offsets of an end.
     fn offset(&self, joints: &Edits, end: usize) -> Vec<f64> {
         let v = self.ends[end];
-        let goal = joints.steps.get(&v.step).and_then(|e| e.goal.as_deref());
+        let goal = joints.steps.get(v.step).and_then(|e| e.goal);
         less(goal.unwrap_or(&v.q), &v.q)
     }
 
@@ -179,12 +183,9 @@ impl<'a> Arc<'a> {
     fn settled(&self, joints: &Edits, edits: &mut Edits) -> bool {
         let step = self.ends[1].step;
         let [start, end] = [self.offset(joints, 0), self.offset(joints, 1)];
-        let none = Vec::new();
-        let points = joints.steps.get(&step).map_or(&none, |e| &e.before);
+        let points = joints.steps.get(step).map_or(&[][..], |e| e.before);
         if points.is_empty() && start.iter().chain(&end).all(|v| *v == 0.0) {
-            if let Some(edit) = edits.steps.get_mut(&step) {
-                edit.vias.clear();
-            }
+            edits.steps.change(step, |edit| edit.vias.clear());
             return true;
         }
         let open = self.m.closed.is_none() && self.ends[1].editable;
@@ -194,7 +195,8 @@ impl<'a> Arc<'a> {
             return false;
         }
         if let Some(place) = self.run.places.get(&step).filter(|_| open) {
-            edits.steps.entry(step).or_default().vias = vias.iter().map(|q| place.position(q)).collect();
+            let vias = vias.iter().map(|q| place.position(q)).collect();
+            edits.steps.change_or_insert(step, |edit| edit.vias = vias);
         }
         true
     }

@@ -40,8 +40,8 @@ pub fn of_edits(script: &Script, runs: &[Run], edits: &Edits, robot: &Robot, mos
         let mut last: Option<&[f64]> = None;
         for vertex in run.vertices.iter().filter(|v| v.role == Role::Goal) {
             let line = script.steps[vertex.step].at.line;
-            if let Some(edit) = edits.steps.get(&vertex.step) {
-                for p in &edit.before {
+            if let Some(edit) = edits.steps.get(vertex.step) {
+                for p in edit.before {
                     let own = match (run.line(vertex.step), last) {
                         (Some(line), _) => line.at(p.share),
                         (None, Some(from)) => {
@@ -54,7 +54,7 @@ pub fn of_edits(script: &Script, runs: &[Run], edits: &Edits, robot: &Robot, mos
                         change(&mut changes, line, true, &own, &p.q);
                     }
                 }
-                if let Some(goal) = &edit.goal {
+                if let Some(goal) = edit.goal {
                     let any = vertex.q.iter().zip(goal).any(|(a, b)| (a - b).abs() > 1e-11);
                     total += usize::from(any);
                     change(&mut changes, line, false, &vertex.q, goal);

@@ -243,7 +243,7 @@ fn blends(script: &Script, robot: &Robot, run: &Run, edits: &mut Edits) {
     for pair in goals.windows(2) {
         let [own, next] = pair else { continue };
         let near = |step: usize, first: bool| {
-            let edit = edits.steps.get(&step)?;
+            let edit = edits.steps.get(step)?;
             if first { edit.before.first() } else { edit.before.last() }.map(|p| robot.tcp_m(&p.q))
         };
         let here = robot.tcp_m(&own.q);
@@ -251,7 +251,7 @@ fn blends(script: &Script, robot: &Robot, run: &Run, edits: &mut Edits) {
         let at_most = nearest.map(|p| 0.5 * (p - here).norm()).fold(f64::INFINITY, f64::min);
         let StepKind::Move(m) = &script.steps[own.step].kind else { continue };
         if at_most.is_finite() && m.blend_m != Some(0.0) && m.blend_m.is_none_or(|b| b > at_most) && own.editable {
-            edits.steps.entry(own.step).or_default().blend_at_most_m = Some(at_most);
+            edits.steps.change_or_insert(own.step, |edit| edit.blend_at_most_m = Some(at_most));
         }
     }
 }

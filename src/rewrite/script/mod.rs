@@ -44,7 +44,7 @@ use super::{Options, Origin, OutputPoints, Points};
 use crate::compensator::Compensator;
 use crate::error::{Error, Result};
 use crate::program::script::{
-    At, Document, Edits, Format, Goal, Note, Quantity, Script, StepKind, Target, Text, Value,
+    At, Document, Edits, Format, Goal, Note, Quantity, Script, StepKind, TargetRef, Text, Value,
 };
 use crate::robot::Robot;
 use crate::robot::frames::{Frames, Missing};
@@ -142,7 +142,7 @@ impl Done {
 /// Axes that some joint target of the script names.
 fn commanded(script: &Script, dof: usize) -> Vec<bool> {
     let joints = || script.targets.iter().filter(|t| t.pose.is_none());
-    (0..dof).map(|k| joints().any(|t| t.values.get(k).is_some_and(Option::is_some))).collect()
+    (0..dof).map(|k| joints().any(|t| t.values.get(k).is_some())).collect()
 }
 
 /// Takes a program through.
@@ -200,7 +200,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         None if task.choices.leave_poses => Err("Cartesian target".into()),
         None => Ok(()),
     };
-    let solved = |k: usize| edits.steps.get(&k).is_some_and(|e| e.as_joint_moves);
+    let solved = |k: usize| edits.steps.get(k).is_some_and(|e| e.as_joint_moves);
     let unknown = |k: usize| partial.binary_search(&k).is_ok().then_some("before it is known where every axis stands");
     let excluded = |k: usize| {
         let asked = left_out.get(k).copied().flatten().or(unknown(k));
@@ -209,7 +209,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let coverage = Coverage::of(script, &excluded, &solved, &posed);
     require_coverage(&coverage, task.choices, script)?;
     account.points = coverage.moves;
-    account.inserted = edits.steps.values().map(|e| e.before.len() as u64).sum();
+    account.inserted = edits.steps.iter().map(|(_, e)| e.before.len() as u64).sum();
     // an estimate of a part would read as one of the whole
     let whole = runs.iter().all(Run::timed) && !runs.is_empty() && gaps.is_empty() && partial.is_empty();
     let duration_s = || runs.iter().filter_map(|r| r.vertices.last()).map(|v| v.t_s).sum();
@@ -308,7 +308,7 @@ fn spare(script: &Script, choices: &Choices, edits: &mut Edits) -> u64 {
         if let StepKind::Process(on) = step.kind {
             process = on;
         }
-        let Some(edit) = edits.steps.get_mut(&k).filter(|e| !e.as_joint_moves && !e.before.is_empty()) else {
+        let Some(edit) = edits.steps.get(k).filter(|e| !e.as_joint_moves && !e.before.is_empty()) else {
             continue;
         };
         let points = edit.before.len() as u64;
@@ -317,9 +317,13 @@ fn spare(script: &Script, choices: &Choices, edits: &mut Edits) -> u64 {
         let stops =
             matches!(&step.kind, StepKind::Move(m) if matches!(m.goal, Goal::Pose(_)) && m.blend_m == Some(0.0));
         if most || process && (choices.leave_process || stops) {
-            gone += edit.clear_points();
-            if edit.goal.is_none() {
-                edits.steps.remove(&k);
+            gone += points;
+            let has_goal = edit.goal.is_some();
+            edits.steps.change(k, |edit| {
+                edit.clear_points();
+            });
+            if !has_goal {
+                edits.steps.remove(k);
             }
         } else {
             added += points;
@@ -344,7 +348,7 @@ fn looks_rewritten(script: &Script, runs: &[Run], task: &Task, by_clock: &ByCloc
 /// How the numbers of an axis are written: the finest last digit of its targets, in degrees or radians (millimetres or metres),
 /// or in steps of the format's own.
 fn written_digits(script: &Script, axis: usize) -> Digits {
-    let values = script.targets.iter().filter_map(|t| t.values.get(axis).copied().flatten());
+    let values = script.targets.iter().filter_map(|t| t.values.get(axis));
     let last = values.map(|v| v.digit).fold(f64::INFINITY, f64::min);
     if !last.is_finite() {
         return Digits { last: LEAST_DIGIT, unit: 1.0 };
@@ -398,9 +402,9 @@ fn require_coverage(coverage: &Coverage, choices: &Choices, script: &Script) -> 
 }
 
 /// What the last digits of a pose make of a joint, rad: of its angles, and of its lengths at [`LEVER_M`].
-fn pose_noise(target: &Target) -> f64 {
-    let of = |(k, v): (usize, &Option<Value>)| {
-        let digit = v.as_ref()?.digit;
+fn pose_noise(target: TargetRef) -> f64 {
+    let of = |(k, v): (usize, Option<Value>)| {
+        let digit = v?.digit;
         Some(match target.pose?.quantity(k) {
             Quantity::Length => digit / LEVER_M,
             Quantity::Angle => digit,
@@ -416,7 +420,7 @@ fn deadbands(script: &Script, task: &Task) -> Vec<f64> {
     let of_pose = poses().map(pose_noise).fold(0.0, f64::max);
     let coarsest = |a: usize| {
         let joints = script.targets.iter().filter(|t| t.pose.is_none());
-        let digits = joints.filter_map(|t| t.values.get(a).copied().flatten()).map(|v| v.digit);
+        let digits = joints.filter_map(|t| t.values.get(a)).map(|v| v.digit);
         digits.fold(of_pose, f64::max)
     };
     let mut all = deadband::deadbands(task.deadband, task.compensator, task.robot.dof(), coarsest);
@@ -501,9 +505,9 @@ fn enough_digits(script: &Script, edits: &Edits, task: &Task) -> Result<()> {
         let gap = gap * task.options.gain;
         let coarsest = script
             .moves()
-            .filter(|(k, _)| edits.steps.contains_key(k))
+            .filter(|(k, _)| edits.steps.contains(*k))
             .filter_map(|(k, m)| match m.goal {
-                Goal::Joints(t) => Some((k, script.targets.get(t)?.values.get(axis).copied()??)),
+                Goal::Joints(t) => Some((k, script.targets.get(t)?.values.get(axis)?)),
                 _ => None,
             })
             .max_by(|a, b| a.1.finest.total_cmp(&b.1.finest));

@@ -33,7 +33,7 @@ pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -
         return None;
     }
     let vertices = || runs.iter().flat_map(|r| &r.vertices);
-    let added = vertices().filter(|v| v.role == Role::Approach && edits.steps.contains_key(&v.step)).count();
+    let added = vertices().filter(|v| v.role == Role::Approach && edits.steps.contains(v.step)).count();
     let told: HashSet<usize> =
         runs.iter().flat_map(|r| r.vertices.iter().skip(1)).filter(|v| v.editable).map(|v| v.step).collect();
     let left: Vec<u64> = script

@@ -10,7 +10,7 @@ use super::coverage::kept;
 use super::poses::{NO_START, NOT_CONFIGURED, Place, Poses, Tooled};
 use super::way;
 use crate::program::script::{
-    At, Break, Goal, Move, Note, PathKind, PoseGoal, Script, Solution, Speed, StepKind, Target, Way,
+    At, Break, Goal, Move, Note, PathKind, PoseGoal, Script, Solution, Speed, StepKind, TargetRef, Way,
 };
 use crate::robot::Robot;
 use crate::robot::arm::Arm;
@@ -174,7 +174,7 @@ fn another_robot(script: &Script, left: &BTreeMap<usize, String>) -> Option<Note
 }
 
 /// Joints of a target that names them all.
-fn joints_of(target: &Target, dof: usize) -> Option<Vec<f64>> {
+fn joints_of(target: TargetRef, dof: usize) -> Option<Vec<f64>> {
     let values = target.values.iter().map(|v| v.map(|v| v.si)).collect::<Option<Vec<f64>>>()?;
     (target.pose.is_none() && values.len() == dof).then_some(values)
 }
@@ -190,7 +190,7 @@ fn class(arm: &Arm, q: &[f64]) -> [bool; 3] {
 /// That the posture which the user gives is of another configuration than a joint target of the program.
 fn contradiction(script: &Script, plain: &Tooled, posture: Option<&[f64]>) -> Option<Note> {
     let (arm, posture) = (plain.arm.as_ref()?, posture?);
-    let other = |t: &&Target| joints_of(t, plain.robot.dof()).is_some_and(|q| class(arm, &q) != class(arm, posture));
+    let other = |t: &TargetRef| joints_of(*t, plain.robot.dof()).is_some_and(|q| class(arm, &q) != class(arm, posture));
     let target = script.targets.iter().find(other)?;
     let text = "the joints of this target are of another arm configuration than `posture_deg`, which is not used";
     Some(Note { place: target.at, text: text.into() })
@@ -327,7 +327,7 @@ impl Cutter<'_> {
     /// The joints that a move names; `None` where it is not yet known where every axis stands.
     fn joint_goal(
         &mut self,
-        target: Option<&Target>,
+        target: Option<TargetRef>,
         step: usize,
         at: At,
         m: &Move,
@@ -338,7 +338,7 @@ impl Cutter<'_> {
             return None;
         };
         let dof = self.choice.robot.dof();
-        let given = |k: usize| target.values.get(k).copied().flatten().map(|v| v.si);
+        let given = |k: usize| target.values.get(k).map(|v| v.si);
         // an axis without a value stays where it is; before a run that is what the moves before have said. A number in
         // the place of one that is not known would be written into new points. Only an axis that no target names
         // does not matter: nobody writes it.
@@ -476,7 +476,7 @@ impl Cutter<'_> {
             _ => None,
         };
         if !m.way.is_empty() || m.path != PathKind::Linear && via.is_none() {
-            return Some(m.way.clone());
+            return Some(m.way.to_vec());
         }
         let robot = self.choice.robot;
         // straight in the joints is straight at the TCP where all joints are prismatic

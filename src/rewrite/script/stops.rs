@@ -11,32 +11,35 @@ use crate::robot::Robot;
 /// Time that one stop on the way to the goal of each step takes.
 #[derive(Debug)]
 pub struct Stops {
-    /// By step, s; `None`: the speed of the move, or the acceleration of a joint that moves there, is not known.
-    by_step: Vec<(usize, Option<f64>)>,
+    /// Steps, in order, and the time of each, s; NaN: the speed of the move, or the acceleration of a joint that moves there, is not known.
+    steps: Vec<u32>,
+    times_s: Vec<f64>,
 }
 
 impl Stops {
     pub fn of(robot: &Robot, runs: &[Run]) -> Self {
-        let mut by_step = Vec::new();
+        let mut all = Self { steps: Vec::new(), times_s: Vec::new() };
         for run in runs {
             let mut start = None;
             for v in run.vertices.iter().filter(|v| v.role != Role::Way) {
                 if v.role == Role::Goal {
                     let start = start.filter(|_| run.timed());
-                    by_step.push((v.step, start.and_then(|start| one_s(robot, start, v))));
+                    debug_assert!(all.steps.last().is_none_or(|last| *last <= v.step as u32));
+                    all.steps.push(v.step as u32);
+                    all.times_s.push(start.and_then(|start| one_s(robot, start, v)).unwrap_or(f64::NAN));
                 }
                 start = Some(v);
             }
         }
-        by_step.sort_by_key(|s| s.0);
-        Self { by_step }
+        all
     }
 
     /// Time that the stops take, s; `None`: that of one is not known.
     pub fn duration_s(&self, halts: &[Halt]) -> Option<f64> {
         let one = |step: usize| {
-            let k = self.by_step.partition_point(|s| s.0 < step);
-            self.by_step.get(k).filter(|s| s.0 == step).and_then(|s| s.1)
+            let k = self.steps.partition_point(|s| (*s as usize) < step);
+            self.steps.get(k).filter(|s| **s as usize == step)?;
+            self.times_s.get(k).copied().filter(|s| !s.is_nan())
         };
         halts.iter().map(|h| Some(h.stops as f64 * one(h.step)?)).sum()
     }

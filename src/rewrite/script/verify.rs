@@ -92,13 +92,14 @@ enum Kind {
 #[derive(Debug)]
 struct Own {
     path: PathKind,
-    blend_m: Option<f64>,
+    /// NaN: not known.
+    blend_m: f64,
     goal: OwnGoal,
     /// Of an arc: the point on its way, in the frame of its goal.
-    via_m: Option<Vector3<f64>>,
+    via_m: Option<Box<Vector3<f64>>>,
     /// The first of its numbers, and how many.
-    first: usize,
-    count: usize,
+    first: u32,
+    count: u16,
 }
 
 #[derive(Debug)]
@@ -117,7 +118,7 @@ impl Before {
         for (k, step) in script.steps.iter().enumerate() {
             let kind = match &step.kind {
                 StepKind::Move(m) => {
-                    Kind::Move(all.own(script, m, edits.steps.get(&k).is_some_and(|e| e.goal.is_some())))
+                    Kind::Move(all.own(script, m, edits.steps.get(k).is_some_and(|e| e.goal.is_some())))
                 }
                 other => Kind::Other(discriminant(other)),
             };
@@ -132,15 +133,18 @@ impl Before {
             Goal::Pose(goal) => OwnGoal::Pose((!edited).then(|| goal.clone())),
             Goal::Opaque(_) => OwnGoal::Opaque,
         };
-        let values = m.goal.target().and_then(|t| script.targets.get(t)).map_or(&[][..], |t| &t.values);
+        let values = m.goal.target().and_then(|t| script.targets.get(t)).map(|t| t.values).unwrap_or_default();
         let first = self.values.len();
-        self.values.extend(values.iter().map(|v| v.map_or(f64::NAN, |v| v.si)));
-        Own { path: m.path, blend_m: m.blend_m, goal, via_m: via(m), first, count: values.len() }
+        self.values.extend(values.si_or_nan());
+        let (first, count) = (first as u32, values.len() as u16);
+        let blend_m = m.blend_m.unwrap_or(f64::NAN);
+        Own { path: m.path, blend_m, goal, via_m: via(m).map(Box::new), first, count }
     }
 
     /// What the target of a move says as it is, by axis; empty where it has no numbers.
     fn values(&self, own: &Own) -> &[f64] {
-        self.values.get(own.first..own.first + own.count).unwrap_or_default()
+        let first = own.first as usize;
+        self.values.get(first..first + usize::from(own.count)).unwrap_or_default()
     }
 
     fn fault(&self, k: usize, what: &str) -> Error {
@@ -176,13 +180,13 @@ pub fn read_again(
     let mut written = Written::nothing(robot.dof());
     let mut k = 0;
     for (i, step) in before.steps.iter().enumerate() {
-        let edit = edits.steps.get(&i);
+        let edit = edits.steps.get(i);
         let own = match &step.kind {
             Kind::Move(own) => before.values(own),
             Kind::Other(_) => &[],
         };
         let mut stops = 0;
-        for (n, point) in edit.iter().flat_map(|e| &e.before).enumerate() {
+        for (n, point) in edit.iter().flat_map(|e| e.before).enumerate() {
             let m = moved(after, k).ok_or_else(|| before.fault(i, "a new point is missing"))?;
             // a quadrant that is already a part of the way may stay inside its arc
             compare(after, m, &point.q, own, edits, &mut written).map_err(|what| fault_after(k, &what))?;
@@ -197,7 +201,7 @@ pub fn read_again(
         }
         let Some(here) = after.steps.get(k) else { return Err(before.fault(i, "a step is missing")) };
         if let (Kind::Move(a), StepKind::Move(m)) = (&step.kind, &here.kind) {
-            stops += u64::from(a.blend_m != m.blend_m && m.blend_m == Some(0.0));
+            stops += u64::from(a.blend_m != 0.0 && m.blend_m == Some(0.0));
         }
         if stops > 0 {
             written.halts.push(Halt { step: i, at: step.at, stops });
@@ -206,13 +210,15 @@ pub fn read_again(
             let last = edit.and_then(|e| e.piece(e.before.len()));
             piece(m, last).map_err(|what| fault_after(k, &what))?;
             let apart = |(a, b): (Vector3<f64>, Vector3<f64>)| (a - b).amax() > SAME_VIA_M;
-            if last.is_none() && (a.via_m.is_some() != via(m).is_some() || a.via_m.zip(via(m)).is_some_and(apart)) {
+            if last.is_none()
+                && (a.via_m.is_some() != via(m).is_some() || a.via_m.as_deref().copied().zip(via(m)).is_some_and(apart))
+            {
                 return Err(fault_after(k, "another point on the way of an arc"));
             }
         }
         match (&step.kind, &here.kind) {
             (Kind::Move(a), StepKind::Move(m)) if edit.is_some_and(|e| e.goal.is_some()) => {
-                let goal = edit.and_then(|e| e.goal.as_deref()).unwrap_or_default();
+                let goal = edit.and_then(|e| e.goal).unwrap_or_default();
                 compare(after, m, goal, own, edits, &mut written).map_err(|what| fault_after(k, &what))?;
                 beyond(robot, after, m, goal, (i, None), &mut written);
                 if m.path != a.path && !edit.is_some_and(|e| e.as_joint_moves) {
@@ -279,7 +285,7 @@ fn compare(
         let lost = (v.si - want).abs();
         let stays = own.get(axis).is_some_and(|own| *own == v.si);
         // a number may stand there with more digits than are written: then a change below these leaves it
-        let wish = edits.digit_of(target, axis);
+        let wish = edits.digit_of(&target, axis);
         let digit = if stays { v.digit.max(v.finest).max(if wish.is_nan() { 0.0 } else { wish }) } else { v.digit };
         if lost > ROUNDED * digit + 1e-12 {
             return Err(format!("number {} is {} and not {want}", axis + 1, v.si));
@@ -327,9 +333,9 @@ fn beyond(
 fn alike(a: &Own, own: &[f64], after: &Script, b: &Move) -> bool {
     let same = match (&a.goal, &b.goal) {
         (OwnGoal::Joints, Goal::Joints(t)) => {
-            let same = |(own, v): (&f64, &Option<Value>)| v.map_or(own.is_nan(), |v| v.si == *own);
-            let values = after.targets.get(*t).map_or(&[][..], |t| &t.values);
-            own.len() == values.len() && own.iter().zip(values).all(same)
+            let same = |(own, v): (&f64, Option<Value>)| v.map_or(own.is_nan(), |v| v.si == *own);
+            let values = after.targets.get(*t).map(|t| t.values).unwrap_or_default();
+            own.len() == values.len() && own.iter().zip(values.iter()).all(same)
         }
         (OwnGoal::Pose(Some(s)), Goal::Pose(t)) => {
             s.position_m == t.position_m && s.rotation == t.rotation && s.frame == t.frame && s.tool == t.tool
@@ -346,7 +352,7 @@ mod tests {
     use crate::program::krl::Krl;
     use crate::program::rapid::Rapid;
     use crate::program::script::pose::Frame;
-    use crate::program::script::{Edit, Solution, Speed};
+    use crate::program::script::{Edit, Few, How, Solution};
     use nalgebra::UnitQuaternion;
 
     fn pose(turn: f64) -> Goal {
@@ -364,11 +370,11 @@ mod tests {
     }
 
     fn to(goal: Goal, path: PathKind) -> Move {
-        Move { path, goal, fixed: None, closed: None, speed: Speed::Unknown, blend_m: None, way: Vec::new() }
+        Move::new(How { path, ..How::default() }, goal, Few::new())
     }
 
     fn joints(script: &Script, m: &Move) -> Vec<f64> {
-        let target = &script.targets[m.goal.target().unwrap()];
+        let target = &script.targets.get(m.goal.target().unwrap()).unwrap();
         target.values.iter().map(|v| v.unwrap().si).collect()
     }
 
@@ -395,7 +401,7 @@ mod tests {
         goal[0] += 1e-7_f64.to_radians();
         let edit = |goal: &[f64]| Edit { goal: Some(goal.to_vec()), ..Edit::default() };
         let edits = Edits { steps: [(k, edit(&goal))].into(), digit: vec![1e-7; 6], ..Edits::default() };
-        assert_eq!(before.patches(&edits).unwrap(), vec![]);
+        assert!(before.patches(&edits).unwrap().is_empty());
         assert!(read_again(&Rapid, &Before::of(before.script(), &edits), &edits, texts(), &robot).is_ok());
         goal[0] += 1e-4_f64.to_radians();
         let edits = Edits { steps: [(k, edit(&goal))].into(), digit: vec![1e-7; 6], ..Edits::default() };

@@ -2,7 +2,7 @@
 
 use super::{Task, verify};
 use crate::error::{Error, Result};
-use crate::program::script::{Document, Edits, Format, Text, text};
+use crate::program::script::{Document, Edits, Format, Patches, Text, text};
 use crate::rewrite::Refusal;
 use crate::rewrite::stats::RewriteStats;
 use std::collections::BTreeMap;
@@ -24,12 +24,10 @@ pub fn write(
             Some(read) => read,
             None => format.parse(originals.clone(), task.robot.axes())?,
         };
-        let patches = if edits.steps.is_empty() { Vec::new() } else { read.patches(edits)? };
+        let patches = if edits.steps.is_empty() { Patches::default() } else { read.patches(edits)? };
         if patches.is_empty() {
             return Ok((originals, verify::Written::nothing(task.robot.dof())));
         }
-        let before = before.get_or_insert_with(|| verify::Before::of(read.script(), edits));
-        drop(read);
         // what is only looked up stands behind what is written
         let (own, context) = originals.split_at(originals.iter().take_while(|t| !t.context).count());
         if patches.iter().any(|p| p.file >= own.len()) {
@@ -37,7 +35,10 @@ pub fn write(
             return Err(Error::internal("rewrite this program", source));
         }
         let bytes = text::apply(own, &patches)?;
+        // of patches, program and what is left of it no more is held than the next step needs
         drop(patches);
+        let before = before.get_or_insert_with(|| verify::Before::of(read.script(), edits));
+        drop(read);
         let written = own.iter().zip(bytes).map(|(t, b)| t.with(b));
         let texts: Vec<Text> = written.chain(context.iter().cloned()).collect();
         let written = verify::read_again(format, before, edits, texts.clone(), task.robot)?;
@@ -45,14 +46,15 @@ pub fn write(
             return Ok((texts, written));
         }
         for b in &written.beyond {
-            let Some(edit) = edits.steps.get_mut(&b.step) else { continue };
-            let q = match b.point {
-                Some(n) => edit.before.get_mut(n).map(|p| &mut p.q),
-                None => edit.goal.as_mut(),
-            };
-            if let Some(v) = q.and_then(|q| q.get_mut(b.axis)) {
-                *v = b.inside;
-            }
+            edits.steps.change(b.step, |edit| {
+                let q = match b.point {
+                    Some(n) => edit.before.get_mut(n).map(|p| &mut p.q),
+                    None => edit.goal.as_mut(),
+                };
+                if let Some(v) = q.and_then(|q| q.get_mut(b.axis)) {
+                    *v = b.inside;
+                }
+            });
         }
     }
     let name = originals.first().map(|t| t.name.clone()).unwrap_or_default();
@@ -69,7 +71,7 @@ pub fn leave_unwritable(
     loop {
         let before = left.len();
         for (step, why) in document.unwritable(edits) {
-            if let Some(edit) = edits.steps.remove(&step) {
+            if let Some(edit) = edits.steps.remove(step) {
                 account.inserted = account.inserted.saturating_sub(edit.before.len() as u64);
                 left.insert(step, why);
             }

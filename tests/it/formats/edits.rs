@@ -31,7 +31,7 @@ pub fn shape(script: &Script) -> Vec<String> {
 /// Joint values of a move's goal.
 fn values(script: &Script, m: &Move) -> Vec<Option<f64>> {
     let Goal::Joints(t) = m.goal else { return Vec::new() };
-    script.targets[t].values.iter().map(|v| v.map(|v| v.si)).collect()
+    script.targets.get(t).unwrap().values.iter().map(|v| v.map(|v| v.si)).collect()
 }
 
 /// That an empty edit leaves every byte.
@@ -161,15 +161,15 @@ fn compare(before: &Script, after: &Script, edits: &Edits) -> Result<(), String>
             }
             continue;
         };
-        let edit = edits.steps.get(&k);
-        for p in edit.map_or(&[][..], |e| &e.before) {
+        let edit = edits.steps.get(k);
+        for p in edit.map_or(&[][..], |e| e.before) {
             let StepKind::Move(found) = &next()?.kind else {
                 return Err(format!("line {line}: a new point is missing"));
             };
             joints(before, m, after, found, Some(&p.q), edits).map_err(|e| format!("line {line}, new point: {e}"))?;
         }
         let StepKind::Move(found) = &next()?.kind else { return Err(format!("line {line}: the move is gone")) };
-        let asked = edit.and_then(|e| e.goal.as_ref());
+        let asked = edit.and_then(|e| e.goal);
         joints(before, m, after, found, asked, edits).map_err(|e| format!("line {line}: {e}"))?;
     }
     match steps.next() {
@@ -187,15 +187,21 @@ fn joints(
     m: &Move,
     after: &Script,
     found: &Move,
-    asked: Option<&Vec<f64>>,
+    asked: Option<&[f64]>,
     edits: &Edits,
 ) -> Result<(), String> {
     let Goal::Joints(t) = m.goal else {
         return match (&found.goal, asked) {
             (Goal::Joints(_), None) => Err("it became a joint move".into()),
             (Goal::Joints(f), Some(q)) => {
-                let wrong =
-                    after.targets[*f].values.iter().zip(q).any(|(v, q)| v.is_none_or(|v| (v.si - q).abs() > v.digit));
+                let wrong = after
+                    .targets
+                    .get(*f)
+                    .unwrap()
+                    .values
+                    .iter()
+                    .zip(q)
+                    .any(|(v, q)| v.is_none_or(|v| (v.si - q).abs() > v.digit));
                 if wrong { Err("the joint move leads elsewhere".into()) } else { Ok(()) }
             }
             (_, Some(_)) => Err("it is no joint move".into()),
@@ -203,11 +209,11 @@ fn joints(
         };
     };
     let Goal::Joints(f) = found.goal else { return Err(format!("it is no joint move: {:?}", found.goal)) };
-    let (old, new) = (&before.targets[t].values, &after.targets[f].values);
+    let (old, new) = (before.targets.get(t).unwrap().values, after.targets.get(f).unwrap().values);
     if old.len() != new.len() {
         return Err(format!("{} values, not {}", new.len(), old.len()));
     }
-    for (axis, (o, n)) in old.iter().zip(new).enumerate() {
+    for (axis, (o, n)) in old.iter().zip(new.iter()).enumerate() {
         let (o, n) = match (o, n) {
             (Some(o), Some(n)) => (o, n),
             (None, None) => continue,

@@ -27,13 +27,13 @@ pub(super) mod props;
 #[cfg(test)]
 mod tests;
 
-use super::script::{Document, Edits, Format, Patch, Script, Text};
+use super::script::blocks::BySteps;
+use super::script::{Document, Edits, Format, Patches, Script, Text};
 use crate::axes::{Axes, JointKind};
 use crate::error::Result;
 use motion::Motion;
 use positions::Position;
 use statement::Numbered;
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// FANUC TP (`.LS`).
@@ -72,7 +72,7 @@ struct Program {
     script: Script,
     kinds: Vec<JointKind>,
     /// Where the motion of each move step stands.
-    motions: BTreeMap<usize, Motion>,
+    motions: BySteps<Motion>,
     /// Lines with a number, in order.
     numbered: Vec<Numbered>,
     /// The number of lines among the attributes, and its value.
@@ -95,7 +95,7 @@ impl Document for Program {
         &self.script
     }
 
-    fn patches(&self, edits: &Edits) -> Result<Vec<Patch>> {
+    fn patches(&self, edits: &Edits) -> Result<Patches> {
         write::patches(self, edits)
     }
 }

@@ -7,18 +7,19 @@
 use super::statement::shown;
 use crate::error::Result;
 use crate::script::pose::{Configuration, Frame, PoseGoal, Solution};
-use crate::script::{Text, number};
+use crate::script::{Span, Text, number};
 use nalgebra::{UnitQuaternion, Vector3};
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// A number field of a position.
 #[derive(Debug, Clone)]
 pub(super) struct Field {
     /// `J1`, `E2`, `X`, in upper case.
-    pub name: String,
+    pub name: Cow<'static, str>,
     /// From behind the `=` to the end of the number.
-    pub field: Range<usize>,
-    pub number: Range<usize>,
+    pub field: Span,
+    pub number: Span,
     /// Value and style; `None`: `********`, not taught.
     pub value: Option<(f64, number::Style)>,
     /// mm, not deg.
@@ -81,7 +82,7 @@ impl Position {
         let [w, p, r] = [values[3], values[4], values[5]].map(f64::to_radians);
         let extended = || self.fields.iter().filter(|f| is_extended(&f.name));
         let carried: Option<Vec<(String, f64)>> = extended()
-            .map(|f| f.value.map(|v| (f.name.clone(), v.0)))
+            .map(|f| f.value.map(|v| (f.name.to_string(), v.0)))
             .filter(|v| v.as_ref().is_none_or(|v| v.1 != 0.0))
             .collect();
         let named = |number: Option<u64>, what: &str| match number {
@@ -245,6 +246,8 @@ fn line(text: &Text, span: Range<usize>, position: &mut Position) -> Result<()> 
     Ok(())
 }
 
+const USUAL: &[&str] = &["J1", "J2", "J3", "J4", "J5", "J6", "X", "Y", "Z", "W", "P", "R", "E1", "E2", "E3"];
+
 /// No group has as many numbers.
 const MOST: usize = 64;
 
@@ -276,10 +279,12 @@ fn field(text: &Text, span: &Range<usize>, from: usize, name: String, position: 
     if position.fields.iter().any(|f| f.name == name) {
         return Err(bad(token, "each axis once"));
     }
+    // the names that nearly all fields have take no memory
+    let name = USUAL.iter().find(|usual| **usual == name).map_or(Cow::Owned(name), |usual| Cow::Borrowed(*usual));
     position.fields.push(Field {
         name,
-        field: span.start + from..span.start + after,
-        number: span.start + start..span.start + after,
+        field: (span.start + from..span.start + after).into(),
+        number: (span.start + start..span.start + after).into(),
         value,
         mm,
     });

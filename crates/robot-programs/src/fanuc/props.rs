@@ -97,7 +97,7 @@ proptest! {
         prop_assert!(counted(&bytes));
         let doc = harness::parse(&Fanuc, &bytes, &robot).unwrap();
         let edits = random_edits(doc.script(), &robot, &mut rng);
-        for patch in doc.patches(&edits).unwrap() {
+        for patch in doc.patches(&edits).unwrap().iter() {
             let old = &bytes[patch.span.clone()];
             prop_assert!(old.iter().all(|b| b.is_ascii_digit() || b" .-".contains(b)), "{:?}", patch);
         }

@@ -7,12 +7,14 @@ use super::statement::{Statement, index, is_comment, statements, words};
 use super::{Motion, Program};
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
+use crate::script::blocks::BySteps;
+use crate::script::lex::not_too_long;
 use crate::script::{
-    At, Break, Goal, Move, Note, PathKind, PoseForm, PoseGoal, Script, Step, StepKind, Target, Text, Value, number,
-    pragma,
+    At, Break, Few, Goal, How, Move, Note, PathKind, PoseForm, PoseGoal, Script, Step, StepKind, Target, Targets, Text,
+    Value, number, pragma,
 };
 use nalgebra::Vector3;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
 /// The finest weight of a digit in a position: the controller writes three decimals, deg or mm. A number that stands there
@@ -32,6 +34,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let Some(text) = texts.first() else {
         return Err(Error::bad(Place::default(), "no text", "a FANUC TP program (.LS)"));
     };
+    not_too_long(text)?;
     let sections = sections(text)?;
     let positions = positions::read(text, sections.positions.clone())?;
     let (all, numbered) = statements(text, sections.program.clone())?;
@@ -180,7 +183,7 @@ struct Reader<'a> {
     idle: bool,
     /// Extras of the last goal, where they are known.
     before: Option<usize>,
-    targets: Vec<Target>,
+    targets: Targets,
     of_target: Vec<usize>,
     shared: Vec<bool>,
     written: HashMap<u64, u64>,
@@ -193,7 +196,7 @@ struct Reader<'a> {
     led: Option<&'static str>,
     /// No attribute gives the number of lines, which must grow with new ones.
     uncounted: bool,
-    motions: BTreeMap<usize, Motion>,
+    motions: BySteps<Motion>,
 }
 
 /// Statement and its words.
@@ -202,7 +205,8 @@ type Parsed = Vec<Range<usize>>;
 impl<'a> Reader<'a> {
     fn new(text: &'a Text, robot: &Axes, positions: Vec<Position>) -> Result<Self> {
         let mut by_index = HashMap::new();
-        let (mut targets, mut of_target, mut target_of, mut extras) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut targets, mut of_target, mut target_of, mut extras) =
+            (Targets::default(), Vec::new(), Vec::new(), Vec::new());
         let mut pose_target = Vec::with_capacity(positions.len());
         for (i, p) in positions.iter().enumerate() {
             if by_index.insert(p.index, i).is_some() {
@@ -227,7 +231,7 @@ impl<'a> Reader<'a> {
             let mut other = p.others.clone();
             let own = if p.is_joints() { robot.dof() } else { 0 };
             for f in p.axes().into_iter().skip(own) {
-                other.extend_from_slice(text.slice(f.field.clone()).trim_ascii());
+                other.extend_from_slice(text.slice(f.field).trim_ascii());
                 other.push(b' ');
             }
             extras.push(other);
@@ -255,7 +259,7 @@ impl<'a> Reader<'a> {
             tracks: false,
             led: None,
             uncounted: false,
-            motions: BTreeMap::new(),
+            motions: BySteps::default(),
         })
     }
 
@@ -332,7 +336,8 @@ impl<'a> Reader<'a> {
         if matches!(kind, StepKind::Break(_)) {
             self.before = None;
         }
-        self.steps.push(Step { at, kind });
+        let step = Step::behind(self.steps.last(), at, kind);
+        self.steps.push(step);
     }
 
     fn statement(&mut self, statement: &Statement, words: &Parsed) {
@@ -435,18 +440,10 @@ impl<'a> Reader<'a> {
         }
         self.before = position;
         if let Some(motion) = said.motion {
-            self.motions.insert(self.steps.len(), motion);
+            self.motions.push(self.steps.len(), motion);
         }
-        let kind = Move {
-            path: said.path,
-            goal,
-            fixed: None,
-            closed,
-            speed: said.speed,
-            blend_m: said.blend_m,
-            way: Vec::new(),
-        };
-        self.push(at, StepKind::Move(kind));
+        let how = How { path: said.path, fixed: None, closed, speed: said.speed, blend_m: said.blend_m };
+        self.push(at, StepKind::Move(Move::new(how, goal, Few::new())));
         if let Some(on) = said.process {
             self.push(at, StepKind::Process(on));
         }
@@ -468,12 +465,16 @@ fn target(text: &Text, robot: &Axes, p: &Position) -> Result<Target> {
         let mm = joint.kind == JointKind::Prismatic;
         if field.mm != mm || !(is_joint(&field.name) || is_extended(&field.name)) {
             let found = format!("`{}` in {}", field.name, if field.mm { "mm" } else { "deg" });
-            return Err(text.bad(field.number.start, found, format!("{} for axis {}", joint.kind.unit(), joint.name)));
+            return Err(text.bad(
+                field.number.start(),
+                found,
+                format!("{} for axis {}", joint.kind.unit(), joint.name),
+            ));
         }
         values.push(field.value.map(|(value, style)| Value {
             si: value * joint.kind.si_per_user_unit(),
-            start: field.number.start,
-            end: field.number.end,
+            start: field.number.start(),
+            end: field.number.end(),
             style,
             digit: weight(style) * joint.kind.si_per_user_unit(),
             finest: FINEST.min(weight(style)) * joint.kind.si_per_user_unit(),
@@ -497,7 +498,7 @@ fn coordinates(p: &Position) -> Option<Target> {
     let value = |(k, field): (usize, &Field)| {
         let (value, style) = field.value?;
         let (unit, digit) = (form.unit(k), weight(style));
-        let (start, end) = (field.number.start, field.number.end);
+        let (start, end) = (field.number.start(), field.number.end());
         Some(Value { si: value * unit, start, end, style, digit: digit * unit, finest: FINEST.min(digit) * unit })
     };
     let values = p.coordinates()?.into_iter().enumerate().map(value).collect();

@@ -30,7 +30,7 @@ fn moves(doc: &dyn Document) -> Vec<(usize, Move)> {
 
 fn deg(doc: &dyn Document, m: &Move) -> Vec<f64> {
     let Goal::Joints(t) = m.goal else { return Vec::new() };
-    doc.script().targets[t].values.iter().map(|v| v.unwrap().si.to_degrees()).collect()
+    doc.script().targets.get(t).unwrap().values.iter().map(|v| v.unwrap().si.to_degrees()).collect()
 }
 
 /// Moves goals by `by` degrees and puts a point before each of `before`.
@@ -39,12 +39,12 @@ fn edits(doc: &dyn Document, goals: &[(usize, f64)], before: &[usize]) -> Edits 
     for (k, by) in goals {
         let StepKind::Move(m) = &doc.script().steps[*k].kind else { panic!("step {k} is no move") };
         let q = deg(doc, m).iter().map(|v| (v + by).to_radians()).collect();
-        edits.steps.entry(*k).or_default().goal = Some(q);
+        edits.steps.change_or_insert(*k, |e| e.goal = Some(q));
     }
     for k in before {
         let q = [0.25, -9.5, 30.0, 0.0, -60.0, 179.999].map(f64::to_radians).to_vec();
         let point = NewPoint { q, share: 0.5, t_s: None, clearance_m: 0.01, of_way: false };
-        edits.steps.entry(*k).or_default().before.push(point);
+        edits.steps.change_or_insert(*k, |e| e.before.push(point));
     }
     edits
 }
@@ -70,7 +70,7 @@ fn joints_speeds_and_ends_are_read() {
     assert_eq!((m[1].1.speed, m[1].1.blend_m), (Speed::Share(1.0), None));
     assert_eq!(m[3].1.speed, Speed::Joint(30_f64.to_radians()));
     let Goal::Joints(t) = m[0].1.goal else { panic!() };
-    let v = d.script().targets[t].values[0].unwrap();
+    let v = d.script().targets.get(t).unwrap().values.get(0).unwrap();
     assert!((v.finest.to_degrees() - 1e-3).abs() < 1e-15);
     assert_eq!(&d.script().texts[0].bytes[v.span()], b".384");
     assert!(d.script().steps.iter().any(|s| matches!(s.kind, StepKind::Dwell(Some(s)) if s == 0.5)));
@@ -116,7 +116,7 @@ fn a_shared_position_is_changed_in_place_only_where_all_moves_agree() {
     let d = doc(samples()[1]);
     let m = moves(d.as_ref());
     let of = |name: &str| -> Vec<usize> {
-        let named = |m: &Move| matches!(m.goal, Goal::Joints(t) if d.script().targets[t].name.as_deref() == Some(name));
+        let named = |m: &Move| matches!(m.goal, Goal::Joints(t) if d.script().targets.get(t).unwrap().name.as_deref() == Some(name));
         m.iter().filter(|(_, m)| named(m)).map(|(k, _)| *k).collect()
     };
     let p1 = of("P[1]");

@@ -5,7 +5,7 @@ use super::read::FINEST;
 use super::{Motion, Program};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
-use crate::script::{Edits, Goal, NewPoint, Patch, PathKind, StepKind, Text, number};
+use crate::script::{Edits, Goal, NewPoint, Patch, Patches, PathKind, StepKind, Text, number};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::ops::Range;
@@ -19,9 +19,9 @@ struct Appended {
     text: Vec<u8>,
 }
 
-pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Vec<Patch>> {
-    let Some(text) = program.script.texts.first() else { return Ok(Vec::new()) };
-    let mut out = Vec::new();
+pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Patches> {
+    let Some(text) = program.script.texts.first() else { return Ok(Patches::default()) };
+    let mut out = Patches::default();
     let mut appended = Appended { next: program.last + 1, text: Vec::new() };
     goals(program, text, edits, &mut out, &mut appended)?;
     let inserted = insertions(program, text, edits, &mut out, &mut appended)?;
@@ -29,7 +29,6 @@ pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Vec<Patch>> {
     if !appended.text.is_empty() {
         out.push(Patch::new(0, program.end..program.end, appended.text));
     }
-    out.sort_by_key(|p| (p.file, p.span.start, p.span.end));
     Ok(out)
 }
 
@@ -52,7 +51,7 @@ fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Result
     };
     let own = program.script.texts.first();
     let mut out = Vec::new();
-    for (k, (field, value)) in fields.into_iter().zip(&written_there.values).enumerate() {
+    for (k, (field, value)) in fields.into_iter().zip(written_there.values.iter()).enumerate() {
         let (Some(value), Some(&q)) = (value, q.get(k)) else { continue };
         let new = if written_there.pose.is_some() {
             let Some(new) = written_there.pose_number(k, q, edits) else { continue };
@@ -63,10 +62,10 @@ fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Result
             written(program, edits, k, q, value.style)
         };
         // blanks before a number are its column and give way; a tab stays
-        let blanks = own.is_some_and(|t| t.slice(field.field.start..field.number.start).iter().all(|b| *b == b' '));
+        let blanks = own.is_some_and(|t| t.slice(field.field.start()..field.number.start()).iter().all(|b| *b == b' '));
         let (span, new) = match blanks {
-            true => (field.field.clone(), number::field(&new, field.field.len())),
-            false => (field.number.clone(), new),
+            true => (field.field.range(), number::field(&new, field.field.range().len())),
+            false => (field.number.range(), new),
         };
         if own.is_none_or(|t| t.slice(span.clone()) != new.as_bytes()) {
             out.push((span, new));
@@ -90,17 +89,17 @@ fn position_of(program: &Program, target: usize) -> Result<&Position> {
 }
 
 fn motion_of(program: &Program, step: usize) -> Result<&Motion> {
-    program.motions.get(&step).ok_or_else(|| {
+    program.motions.get(step).ok_or_else(|| {
         let place = program.script.steps.get(step).map(|s| program.script.place(s.at).to_string()).unwrap_or_default();
         Error::Refused(format!("{place}: this motion cannot be rewritten"))
     })
 }
 
 /// New goals: in place where every move to the position wants the same, else positions of their own.
-fn goals(program: &Program, text: &Text, edits: &Edits, out: &mut Vec<Patch>, appended: &mut Appended) -> Result<()> {
+fn goals(program: &Program, text: &Text, edits: &Edits, out: &mut Patches, appended: &mut Appended) -> Result<()> {
     // target, step, and its joints or the numbers of its pose
     let mut wanted: Vec<(usize, usize, &[f64])> = Vec::with_capacity(edits.steps.len());
-    for (&step, edit) in &edits.steps {
+    for (step, edit) in edits.steps.iter() {
         let place =
             || program.script.steps.get(step).map(|s| program.script.place(s.at).to_string()).unwrap_or_default();
         let Some(StepKind::Move(m)) = program.script.steps.get(step).map(|s| &s.kind) else {
@@ -109,7 +108,7 @@ fn goals(program: &Program, text: &Text, edits: &Edits, out: &mut Vec<Patch>, ap
         if edit.as_joint_moves {
             return Err(Error::Refused(format!("{}: a Cartesian motion is not written as joint motions", place())));
         }
-        let Some(q) = &edit.goal else { continue };
+        let Some(q) = edit.goal else { continue };
         let (Some(target), None) = (m.goal.target(), &m.fixed) else {
             return Err(Error::Refused(format!("{}: the goal's numbers are not in the program", place())));
         };
@@ -195,12 +194,12 @@ fn insertions(
     program: &Program,
     text: &Text,
     edits: &Edits,
-    out: &mut Vec<Patch>,
+    out: &mut Patches,
     appended: &mut Appended,
 ) -> Result<Vec<(usize, u64)>> {
     let mut inserted: Vec<(usize, u64)> = Vec::new();
     let mut shift = 0;
-    for (&step, edit) in edits.steps.iter().filter(|e| !e.1.before.is_empty()) {
+    for (step, edit) in edits.steps.iter().filter(|e| !e.1.before.is_empty()) {
         let Some(StepKind::Move(m)) = program.script.steps.get(step).map(|s| &s.kind) else { continue };
         let motion = motion_of(program, step)?;
         if let Some(why) = &m.closed {
@@ -209,7 +208,7 @@ fn insertions(
         }
         let mut lines = Vec::new();
         let mut numbered = 0;
-        for p in &edit.before {
+        for p in edit.before {
             let index = appended.take()?;
             let new = position(program, text, edits, &m.goal, p, index)?;
             appended.text.extend(new);
@@ -257,7 +256,7 @@ fn field_of(old: &[u8], n: u64) -> Vec<u8> {
 }
 
 /// Moves the numbers behind new lines up, and the count of lines with them.
-fn renumber(program: &Program, text: &Text, inserted: &[(usize, u64)], out: &mut Vec<Patch>) -> Result<()> {
+fn renumber(program: &Program, text: &Text, inserted: &[(usize, u64)], out: &mut Patches) -> Result<()> {
     let total: u64 = inserted.iter().map(|i| i.1).sum();
     if total == 0 {
         return Ok(());

@@ -4,11 +4,12 @@ use super::arc::Arc;
 use super::codes::SPLINES;
 use super::lex::{Block, Word};
 use super::read::Reader;
-use super::survey::{AXES, code, code_text};
+use super::statements::{axis_words, motion_word};
+use super::survey::{AXES, code_text};
 use super::{Centre, MOST_DEG, MOST_INCH, MOST_MM, Statement, canonical};
 use crate::axes::JointKind;
 use crate::error::Result;
-use crate::script::{At, Goal, Move, Note, PathKind, Speed, StepKind, Target, Value, Way};
+use crate::script::{At, Few, Goal, How, Move, Note, PathKind, Speed, StepKind, Target, Value, Way};
 use std::collections::BTreeSet;
 use std::sync::Arc as Shared;
 
@@ -115,7 +116,7 @@ impl Reader<'_> {
         let unit = shared(&mut self.units, unit);
         let shift = (0..dof).map(|a| self.shift(a).unwrap_or(0.0)).collect();
         let shift = shared(&mut self.shifts, shift);
-        let (goal, axis_words) = self.named_goal(&block, &start, &unit, &shift, absolute)?;
+        let goal = self.named_goal(&block, &start, &unit, &shift, absolute)?;
         let arc = match motion {
             20 | 30 => match self.arc(&block, &start, &goal, &shift, inch, motion == 30) {
                 Ok(arc) => Some(arc),
@@ -134,25 +135,22 @@ impl Reader<'_> {
         let statement = Statement {
             line: k,
             motion: (motion / 10) as u8,
-            motion_word: block
-                .words
-                .iter()
-                .position(|w| w.letter == b'G' && w.value.is_some_and(|v| code(v.0) == motion)),
+            motion_word: motion_word(&block.words, motion),
+            folded: block.folded,
             absolute,
-            axis_words: axis_words.into(),
+            axis_words: axis_words(&block.words, self.letters),
             unit,
             shift,
-            start: start.into(),
-            goal: goal.into(),
+            start,
+            goal,
             arc,
-            words: block.words.into(),
+            words: block.words,
         };
         self.place(k, statement, codes, exact);
         Ok(())
     }
 
-    /// Where the words of a block lead, by axis, and which word names each axis.
-    #[allow(clippy::type_complexity)]
+    /// Where the words of a block lead, by axis.
     fn named_goal(
         &mut self,
         block: &Block,
@@ -160,10 +158,9 @@ impl Reader<'_> {
         unit: &[f64],
         shift: &[f64],
         absolute: bool,
-    ) -> Result<(Vec<Option<f64>>, Vec<Option<u32>>)> {
+    ) -> Result<Vec<Option<f64>>> {
         let mut goal = start.to_vec();
-        let mut axis_words = vec![None; goal.len()];
-        for (i, w) in block.words.iter().enumerate() {
+        for w in &block.words {
             let (Some(a), Some((v, style))) = (self.letters.iter().position(|&l| l == w.letter), w.value) else {
                 continue;
             };
@@ -174,10 +171,9 @@ impl Reader<'_> {
                 return Err(self.text.bad(w.span().start, found, "a place within 10 km, or 10,000,000 degrees"));
             }
             goal[a] = Some(at);
-            axis_words[a] = Some(i as u32);
             self.digit[a] = self.weight(a, unit[a], style.decimals);
         }
-        Ok((goal, axis_words))
+        Ok(goal)
     }
 
     /// The step of a motion, and the position after it.
@@ -194,7 +190,7 @@ impl Reader<'_> {
         self.relative |= !statement.absolute;
         self.note(k);
         self.last = Some(self.script.steps.len());
-        self.step(k, StepKind::Move(m), Some(Box::new(statement)));
+        self.step(k, StepKind::Move(m), Some(statement));
     }
 
     pub(super) fn opaque(&mut self, k: usize, why: String) -> Result<()> {
@@ -287,15 +283,9 @@ impl Reader<'_> {
             other.map(|w| format!("a word {} in the block acts once", w.letter as char))
         };
         let way = s.arc.as_ref().map(|(arc, _)| self.way(s, arc)).unwrap_or_default();
-        Move {
-            path: if s.arc.is_some() { PathKind::Curve } else { PathKind::Joint },
-            goal: Goal::Joints(self.script.targets.len()),
-            fixed: None,
-            closed,
-            speed,
-            blend_m: exact.then_some(0.0),
-            way,
-        }
+        let path = if s.arc.is_some() { PathKind::Curve } else { PathKind::Joint };
+        let how = How { path, fixed: None, closed, speed, blend_m: exact.then_some(0.0) };
+        Move::new(how, Goal::Joints(self.script.targets.len()), way)
     }
 
     pub(super) fn way(&self, s: &Statement, arc: &Arc) -> Vec<Way> {
@@ -362,13 +352,5 @@ fn shared(last: &mut Shared<[f64]>, new: Vec<f64>) -> Shared<[f64]> {
 }
 
 pub(super) fn opaque(why: String) -> Move {
-    Move {
-        path: PathKind::Curve,
-        goal: Goal::Opaque(why),
-        fixed: None,
-        closed: None,
-        speed: Speed::Unknown,
-        blend_m: None,
-        way: Vec::new(),
-    }
+    Move::new(How { path: PathKind::Curve, ..How::default() }, Goal::Opaque(why), Few::new())
 }

@@ -47,6 +47,8 @@ pub(super) struct Block {
     pub keyword: Option<String>,
     /// `#1=...`.
     pub assignment: bool,
+    /// The value of an expression was put in its place.
+    pub folded: bool,
     /// `,C2` or `*71`: chamfers, checksums.
     pub special: Option<&'static str>,
 }

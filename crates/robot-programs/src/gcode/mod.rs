@@ -1,7 +1,7 @@
 //! G-code of gantries and other machines whose axes have letters: `G1 X10.5 Y-3 F600`.
 //!
 //! ```text
-//! text -> lex: blocks of words -> survey, read, words: modal state (frame: what moves their meaning) -> goal: positions, steps
+//! text -> lex: blocks of words -> survey, read, words: modal state (frame: what moves their meaning) -> goal: positions, steps (statements: what is kept of them)
 //! edits -> write: words; pieces: arcs -> patches
 //! ```
 //!
@@ -24,6 +24,7 @@ mod goal;
 mod lex;
 mod pieces;
 mod read;
+mod statements;
 mod survey;
 #[cfg(test)]
 mod tests;
@@ -31,13 +32,13 @@ mod variables;
 mod words;
 mod write;
 
-use super::script::{Document, Edits, Format, Patch, Script, Text};
+use super::script::{Document, Edits, Format, Patches, Script, Text};
 use crate::axes::Axes;
 pub use crate::control::Control;
 use crate::error::{Error, Place, Result};
 use arc::Arc;
 use lex::Word;
-use std::sync::Arc as Shared;
+use statements::{Statement, Statements};
 
 /// The format.
 pub struct Gcode;
@@ -92,33 +93,10 @@ enum Centre {
     Radius,
 }
 
-/// What is needed to write a move again. Lengths in mm, angles in degrees.
-#[derive(Debug, Clone)]
-struct Statement {
-    line: usize,
-    words: Box<[Word]>,
-    /// 0 to 3.
-    motion: u8,
-    /// Its word in the block.
-    motion_word: Option<usize>,
-    absolute: bool,
-    /// By axis: word of the block.
-    axis_words: Box<[Option<u32>]>,
-    /// By axis: mm or deg of one unit of a word.
-    unit: Shared<[f64]>,
-    /// By axis: what is added to an absolute word.
-    shift: Shared<[f64]>,
-    /// By axis, before and behind the move; `None`: not known.
-    start: Box<[Option<f64>]>,
-    goal: Box<[Option<f64>]>,
-    arc: Option<(Arc, Centre)>,
-}
-
 /// A program that has been read.
 struct Program {
     script: Script,
-    /// One per step; moves that lead to a known place have one.
-    statements: Vec<Option<Box<Statement>>>,
+    statements: Statements,
     /// By axis: letter of its word.
     letters: Vec<u8>,
     /// By axis: edge unit to SI.
@@ -130,7 +108,7 @@ impl Document for Program {
         &self.script
     }
 
-    fn patches(&self, edits: &Edits) -> Result<Vec<Patch>> {
+    fn patches(&self, edits: &Edits) -> Result<Patches> {
         write::patches(self, edits)
     }
 
@@ -139,34 +117,8 @@ impl Document for Program {
     }
 
     fn on_way(&self, step: usize, share: f64) -> Option<Vec<f64>> {
-        let s = self.statements.get(step)?.as_deref()?;
-        let (arc, _) = s.arc.as_ref()?;
-        Some(s.on_arc(arc, share).into_iter().zip(&self.si).map(|(v, si)| v * si).collect())
-    }
-}
-
-impl Statement {
-    /// The word of an axis.
-    fn axis_word(&self, axis: usize) -> Option<&Word> {
-        self.words.get((*self.axis_words.get(axis)?)? as usize)
-    }
-
-    /// Words that a copy takes along besides axes, motion and centre: G words and F.
-    fn copied(&self, letter: u8) -> impl Iterator<Item = &Word> {
-        let motion = |w: &Word| w.value.is_some_and(|v| matches!(survey::code(v.0), 0 | 10 | 20 | 30));
-        self.words.iter().filter(move |w| w.letter == letter && !(letter == b'G' && motion(w)))
-    }
-
-    /// Place at a share of an arc, mm or deg by axis: on the arc in its plane, straight in the others.
-    fn on_arc(&self, arc: &Arc, share: f64) -> Vec<f64> {
-        let on = arc.at(share);
-        let axis = |a: usize| match (self.start[a], self.goal[a]) {
-            _ if a == arc.u => on[0],
-            _ if a == arc.v => on[1],
-            (Some(from), Some(to)) => from + share * (to - from),
-            (_, to) => to.unwrap_or(0.0),
-        };
-        (0..self.goal.len()).map(axis).collect()
+        let place = self.statements.on_arc(step, self.letters.len(), share)?;
+        Some(place.into_iter().zip(&self.si).map(|(v, si)| v * si).collect())
     }
 }
 

@@ -9,7 +9,7 @@ use super::write::{SAME, Writer, Written};
 use super::{Centre, Statement, goal};
 use crate::axes::JointKind;
 use crate::script::number::{self, Style};
-use crate::script::{Edit, Patch};
+use crate::script::{EditRef, Patch};
 use std::f64::consts::{PI, TAU};
 
 /// Rounding of a centre that needs no further digit, mm.
@@ -76,7 +76,7 @@ impl Writer<'_> {
         &mut self,
         step: usize,
         s: &Statement,
-        edit: Option<&Edit>,
+        edit: Option<EditRef>,
         goal: &[Option<f64>],
         arc: &Arc,
         form: Centre,
@@ -89,7 +89,7 @@ impl Writer<'_> {
         let here = |now: &[Option<f64>]| [now[u].unwrap_or(0.0), now[v].unwrap_or(0.0)];
         let noise = self.arc_noise(s, [u, v]);
         let end = here(goal);
-        let points = edit.map(|e| e.before.as_slice()).unwrap_or_default();
+        let points = edit.map(|e| e.before).unwrap_or_default();
         let mut bounds = vec![off(0.0, here(&self.now)), off(1.0, end)];
         for p in points.iter().filter(|p| p.of_way) {
             bounds.push(off(p.share, here(&self.wanted(step, s, &p.q)?)));

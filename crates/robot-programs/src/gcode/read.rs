@@ -9,7 +9,7 @@ use super::assignments::Assignments;
 use super::lex::{self, Block};
 use super::survey::{AXES, Survey, assignments_of, code_text, flow_hides, is_flow};
 use super::variables::Variables;
-use super::{Program, Statement};
+use super::{Program, Statement, Statements};
 use crate::axes::Axes;
 use crate::error::{Error, Result};
 use crate::script::lex::not_too_long;
@@ -93,7 +93,7 @@ pub(super) struct Reader<'a> {
     /// It was said in which frame positions are taken.
     pub(super) has_noted: bool,
     pub(super) script: Script,
-    pub(super) statements: Vec<Option<Box<Statement>>>,
+    pub(super) statements: Statements,
     /// Times ten; canned cycles too.
     pub(super) motion: Option<u32>,
     pub(super) absolute: Option<bool>,
@@ -146,7 +146,7 @@ impl<'a> Reader<'a> {
             has_folded: false,
             has_noted: false,
             script: Script::default(),
-            statements: Vec::new(),
+            statements: Statements::default(),
             motion: None,
             absolute: robot.control.absolute,
             inch: robot.control.inch,
@@ -176,9 +176,12 @@ impl<'a> Reader<'a> {
 }
 
 impl Reader<'_> {
-    pub(super) fn step(&mut self, k: usize, kind: StepKind, statement: Option<Box<Statement>>) {
-        self.script.steps.push(Step { at: At { file: 0, line: k as u64 + 1 }, kind });
-        self.statements.push(statement);
+    pub(super) fn step(&mut self, k: usize, kind: StepKind, statement: Option<Statement>) {
+        let step = Step::behind(self.script.steps.last(), At { file: 0, line: k as u64 + 1 }, kind);
+        self.script.steps.push(step);
+        if let Some(statement) = statement {
+            self.statements.push(self.script.steps.len() - 1, statement);
+        }
     }
 
     /// Nothing is known of the position any more.
@@ -197,13 +200,14 @@ impl Reader<'_> {
         let Some(StepKind::Move(m)) = self.script.steps.get_mut(step).map(|s| &mut s.kind) else { return };
         m.fixed.get_or_insert_with(|| format!("a change would stay in all that follows {why}"));
         let Goal::Joints(t) = m.goal else { return };
-        let Some(s) = self.statements.get(step).and_then(Option::as_deref) else { return };
+        let Some(s) = self.statements.get(step, self.text, self.letters) else { return };
         // axes without a word may need one, to take back what was changed before
         let at = s.words.last().map_or(0, |w| w.span().end);
         for (a, &goal) in s.goal.iter().enumerate() {
-            if let (Some(goal), Some(value @ None)) = (goal, self.script.targets[t].values.get_mut(a)) {
+            if let (Some(goal), None) = (goal, self.script.targets.get(t).and_then(|t| t.values.get(a))) {
                 let (si, digit) = (goal * self.robot.axis(a).kind.si_per_user_unit(), self.digit[a]);
-                *value = Some(Value { si, start: at, end: at, style: Default::default(), digit, finest: digit });
+                let value = Value { si, start: at, end: at, style: Default::default(), digit, finest: digit };
+                self.script.targets.set(t, a, Some(value));
             }
         }
     }
@@ -375,6 +379,7 @@ impl Reader<'_> {
         let geometry = |w: &&mut lex::Word| AXES.contains(&w.letter) || b"IJKRF".contains(&w.letter);
         for w in block.words.iter_mut().filter(geometry).filter(|w| w.value.is_none()) {
             w.value = self.variables.fold(self.text.slice(w.number()));
+            block.folded |= w.value.is_some();
             if w.value.is_some() && !self.has_folded {
                 self.has_folded = true;
                 let text = "expressions are folded where their value is certain: a word that is changed holds a number from then on";

@@ -389,7 +389,7 @@ fn one_arc_that_cannot_be_written_is_named_and_the_rest_is_written_without_it() 
     let circle = moves(doc.script())[2].0;
     assert_eq!(left.iter().map(|l| l.0).collect::<Vec<_>>(), [circle]);
     assert!(left[0].1.contains("circle"), "{}", left[0].1);
-    wish.steps.remove(&circle);
+    wish.steps.remove(circle);
     assert!(doc.unwritable(&wish).is_empty());
     let out = edited(&Gcode, text.as_bytes(), &wish, &robot).unwrap();
     assert_eq!(String::from_utf8(out).unwrap(), text.replace("X30.0", "X30.05"));
@@ -524,7 +524,7 @@ fn random_edits(rng: &mut impl Rng, script: &Script) -> Edits {
             continue;
         };
         let from = at;
-        for (a, v) in script.targets[t].values.iter().enumerate() {
+        for (a, v) in script.targets.get(t).unwrap().values.iter().enumerate() {
             at[a] = v.map(|v| v.si).or(at[a]);
         }
         if m.fixed.is_some() {
@@ -660,7 +660,7 @@ fn pieces_of_an_arc_stay_as_near_to_it_as_their_offsets_are_large() {
         edits.digit = vec![1e-7; 3];
         let out = edited(&Gcode, text.as_bytes(), &edits, &robot).unwrap();
         let again = super::read::program(vec![Text::new("again", out.clone())], &robot).unwrap();
-        let arcs: Vec<_> = again.statements.iter().flatten().filter_map(|s| s.arc).collect();
+        let arcs: Vec<_> = again.statements.arcs();
         // the short piece behind the top may be straight: nine degrees less
         let straight = 4 - arcs.len();
         assert!(straight <= 1, "{}", String::from_utf8_lossy(&out));

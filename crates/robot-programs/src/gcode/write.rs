@@ -11,7 +11,7 @@ use super::{Program, Statement, canonical};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
 use crate::script::number::{self, Style};
-use crate::script::{Edit, Edits, Goal, Move, Patch, StepKind};
+use crate::script::{EditRef, Edits, Goal, Move, Patch, Patches, StepKind};
 
 /// Two places are one, mm or deg.
 pub(super) const SAME: f64 = 1e-9;
@@ -29,7 +29,7 @@ pub(super) struct Unwritable {
 
 pub(super) type Written<T = ()> = std::result::Result<T, Unwritable>;
 
-pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Vec<Patch>> {
+pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Patches> {
     written(program, edits, None).map_err(|u| {
         let place = program.script.steps.get(u.step).map(|s| program.script.place(s.at).to_string());
         Error::Refused(format!("{}: {}; nothing was written", place.unwrap_or_default(), u.why))
@@ -42,22 +42,31 @@ pub(super) fn unwritable(program: &Program, edits: &Edits) -> Vec<(usize, String
     if let Err(u) = written(program, edits, Some(&mut found)) {
         found.push(u);
     }
-    let edited = |u: &Unwritable| edits.steps.range(..=u.step).next_back().map(|e| *e.0);
+    let edited = |u: &Unwritable| edits.steps.last_until(u.step);
     found.into_iter().filter_map(|u| Some((edited(&u)?, u.why))).collect()
 }
 
 /// One pass over the text. With `left`, blocks that cannot be written are collected there and stay as they are.
-fn written(program: &Program, edits: &Edits, mut left: Option<&mut Vec<Unwritable>>) -> Written<Vec<Patch>> {
+fn written(program: &Program, edits: &Edits, mut left: Option<&mut Vec<Unwritable>>) -> Written<Patches> {
     if edits.steps.is_empty() {
-        return Ok(Vec::new());
+        return Ok(Patches::default());
     }
     let dof = program.letters.len();
-    let mut writer =
-        Writer { program, edits, patches: Vec::new(), now: vec![None; dof], decimals: vec![0; dof], relative: None };
+    let Some(text) = program.script.texts.first() else { return Ok(Patches::default()) };
+    let mut writer = Writer {
+        program,
+        edits,
+        patches: Patches::default(),
+        now: vec![None; dof],
+        decimals: vec![0; dof],
+        relative: None,
+    };
     for (step, one) in program.script.steps.iter().enumerate() {
-        let edit = edits.steps.get(&step);
-        let done = match (&one.kind, program.statements.get(step).and_then(Option::as_deref)) {
-            (StepKind::Move(_), Some(statement)) => writer.block(step, statement, edit),
+        let edit = edits.steps.get(step);
+        let statement = || program.statements.get(step, text, &program.letters);
+        let is_move = matches!(one.kind, StepKind::Move(_));
+        let done = match (&one.kind, is_move.then(statement).flatten()) {
+            (StepKind::Move(_), Some(statement)) => writer.block(step, &statement, edit),
             (StepKind::Move(_), None) if edit.is_some_and(|e| e.goal.is_some() || !e.before.is_empty()) => {
                 Err(writer.refused(step, "its target is not known"))
             }
@@ -81,7 +90,7 @@ fn written(program: &Program, edits: &Edits, mut left: Option<&mut Vec<Unwritabl
 pub(super) struct Writer<'a> {
     pub(super) program: &'a Program,
     pub(super) edits: &'a Edits,
-    pub(super) patches: Vec<Patch>,
+    pub(super) patches: Patches,
     /// By axis: where it will stand, mm or deg; `None`: not known.
     pub(super) now: Vec<Option<f64>>,
     /// By axis: most decimals used since its last absolute word, in mm or deg.
@@ -122,7 +131,7 @@ impl Writer<'_> {
     }
 
     /// Refuses an edit that the move does not take.
-    fn refuse_edit(&self, step: usize, m: &Move, edit: &Edit) -> Written {
+    fn refuse_edit(&self, step: usize, m: &Move, edit: EditRef) -> Written {
         if edit.as_joint_moves {
             return Err(self.refused(step, "it is a joint move already"));
         }
@@ -135,7 +144,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    pub(super) fn block(&mut self, step: usize, s: &Statement, edit: Option<&Edit>) -> Written {
+    pub(super) fn block(&mut self, step: usize, s: &Statement, edit: Option<EditRef>) -> Written {
         let StepKind::Move(m) = &self.program.script.steps[step].kind else { return Ok(()) };
         let dof = s.goal.len();
         for a in 0..dof {
@@ -162,10 +171,10 @@ impl Writer<'_> {
             return Err(self.refused(step, MIXED));
         }
         let commanded = |a: usize| match m.goal {
-            Goal::Joints(t) => self.program.script.targets[t].values.get(a).is_some_and(Option::is_some),
+            Goal::Joints(t) => self.program.script.targets.get(t).is_some_and(|t| t.values.get(a).is_some()),
             _ => false,
         };
-        let asked = edit.and_then(|e| e.goal.as_deref());
+        let asked = edit.and_then(|e| e.goal);
         let goal: Vec<Option<f64>> = (0..dof)
             .map(|a| {
                 let own = s.goal[a]?;
@@ -194,8 +203,8 @@ impl Writer<'_> {
         Ok(())
     }
 
-    pub(super) fn line(&mut self, step: usize, s: &Statement, edit: Option<&Edit>, goal: &[Option<f64>]) -> Written {
-        for point in edit.iter().flat_map(|e| &e.before) {
+    pub(super) fn line(&mut self, step: usize, s: &Statement, edit: Option<EditRef>, goal: &[Option<f64>]) -> Written {
+        for point in edit.iter().flat_map(|e| e.before) {
             let want = self.wanted(step, s, &point.q)?;
             let leg = self.leg(s, &want, false);
             self.insert(s, &leg, s.motion, None);

@@ -2,7 +2,7 @@
 
 use super::{Kind, Meaning, Position, Section};
 use crate::error::Result;
-use crate::script::{Text, number};
+use crate::script::{Span, Text, number};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -145,7 +145,14 @@ impl List {
         if self.by_name.insert((kind, number), self.positions.len()).is_some() {
             return Err(text.bad(start, format!("{} a second time", shown(name)), "every position once"));
         }
-        self.positions.push(Position { kind, number, digits, line: k, section, numbers });
+        self.positions.push(Position {
+            kind,
+            number,
+            digits,
+            line: k,
+            section,
+            numbers: numbers.into_iter().map(Span::from).collect(),
+        });
         Ok(())
     }
 

@@ -29,10 +29,11 @@ mod tests;
 mod write;
 
 use super::files::Folders;
-use super::script::{Document, Edits, Format, Patch, Script, Text};
+use super::script::blocks::BySteps;
+use super::script::{Document, Edits, Format, Patches, Script, Span, Text};
 use crate::axes::Axes;
 use crate::error::Result;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -168,15 +169,22 @@ struct Position {
     line: usize,
     section: Section,
     /// Bytes of its numbers.
-    numbers: Vec<Range<usize>>,
+    numbers: Box<[Span]>,
 }
 
 /// A position's name in an instruction.
 #[derive(Debug, Clone)]
 struct Reference {
     /// Index into [`Job::positions`].
-    position: usize,
-    span: Range<usize>,
+    position: u32,
+    span: Span,
+}
+
+impl Reference {
+    /// Index into [`Job::positions`].
+    fn position(&self) -> usize {
+        self.position as usize
+    }
 }
 
 /// A word with `=` of a move: `PL=0`.
@@ -184,25 +192,81 @@ struct Reference {
 struct Tag {
     /// Before the `=`, upper case.
     key: &'static str,
-    span: Range<usize>,
+    span: Span,
 }
 
 /// What is needed to write a move again.
 #[derive(Debug, Clone, Default)]
 struct Statement {
     /// Bytes of the line before the first word.
-    indent: Range<usize>,
+    indent: Span,
     /// The instruction's word.
-    word: Range<usize>,
-    references: Vec<Reference>,
+    word: Span,
+    references: Box<[Reference]>,
     /// Words that a copy takes along, in order.
-    tags: Vec<Tag>,
-    /// End of the last of these words.
-    end: usize,
+    tags: Box<[Tag]>,
 }
 
 /// A number of a target: which position line, which of its numbers.
 type Number = (u32, u32);
+
+/// By axis: where the number of a target's axis stands.
+#[derive(Debug)]
+enum Numbers {
+    /// On one line, the first so many of its numbers.
+    Line(u32, u16),
+    Each(Box<[Number]>),
+}
+
+impl Numbers {
+    fn of_line(position: usize, count: u16) -> Self {
+        Self::Line(position as u32, count)
+    }
+
+    fn of(numbers: &[Number]) -> Self {
+        match numbers.first() {
+            Some(&(line, 0)) if numbers.iter().zip(0..).all(|(n, k)| *n == (line, k)) => {
+                Self::Line(line, numbers.len() as u16)
+            }
+            _ => Self::Each(numbers.into()),
+        }
+    }
+
+    fn iter(&self) -> impl Iterator<Item = Number> {
+        let (line, count, each) = match self {
+            Self::Line(line, count) => (*line, *count, &[][..]),
+            Self::Each(each) => (0, 0, &**each),
+        };
+        (0..u32::from(count)).map(move |k| (line, k)).chain(each.iter().copied())
+    }
+}
+
+/// Targets by the positions that make them, nearly always one alone.
+#[derive(Debug, Default)]
+struct Known {
+    single: HashMap<u32, u32>,
+    several: BTreeMap<Vec<usize>, usize>,
+}
+
+impl Known {
+    fn get(&self, positions: &[usize]) -> Option<usize> {
+        match positions {
+            [one] => self.single.get(&(*one as u32)).map(|t| *t as usize),
+            _ => self.several.get(positions).copied(),
+        }
+    }
+
+    fn insert(&mut self, positions: Vec<usize>, target: usize) {
+        match positions[..] {
+            [one] => {
+                self.single.insert(one as u32, target as u32);
+            }
+            _ => {
+                self.several.insert(positions, target);
+            }
+        }
+    }
+}
 
 /// A job that has been read.
 struct Job {
@@ -210,10 +274,10 @@ struct Job {
     positions: Vec<Position>,
     /// Bytes of the numbers of `///NPOS`.
     counts: Vec<Range<usize>>,
-    /// One per step; moves whose target can be written have one.
-    statements: Vec<Option<Statement>>,
+    /// By step; moves whose target can be written have one.
+    statements: BySteps<Statement>,
     /// By target, then axis: where the axis' number stands.
-    numbers: Vec<Vec<Option<Number>>>,
+    numbers: Vec<Numbers>,
     /// Positions that something else than a move of the first group uses.
     pinned: Vec<bool>,
     /// By axis: pulses per rad or m.
@@ -227,7 +291,7 @@ impl Document for Job {
         &self.script
     }
 
-    fn patches(&self, edits: &Edits) -> Result<Vec<Patch>> {
+    fn patches(&self, edits: &Edits) -> Result<Patches> {
         write::patches(self, edits)
     }
 

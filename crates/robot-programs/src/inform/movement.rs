@@ -5,11 +5,12 @@
 //! the robot file does not say how many make a degree.
 
 use super::read::{ANGLE_DECIMALS, LENGTH_DECIMALS, Reader, upper};
-use super::{Kind, Meaning, Number, Reference, Statement, Tag};
+use super::{Kind, Meaning, Number, Numbers, Reference, Statement, Tag};
 use crate::error::Result;
 use crate::script::pose::{Configuration, Frame};
 use crate::script::{
-    At, Break, Goal, Move, Note, PathKind, PoseForm, PoseGoal, Solution, Speed, StepKind, Target, Value, number,
+    At, Break, Few, Goal, How, Move, Note, PathKind, PoseForm, PoseGoal, Solution, Span, Speed, StepKind, Target,
+    Value, number,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use std::ops::Range;
@@ -25,7 +26,9 @@ fn copied(key: &str) -> Option<&'static str> {
 /// The line of a move while its words are read.
 struct MoveLine {
     m: Move,
-    statement: Statement,
+    references: Vec<Reference>,
+    /// Words that a copy takes along.
+    tags: Vec<Tag>,
     /// Why its goal cannot be told.
     unclear: Option<String>,
     /// An input may stop it.
@@ -36,25 +39,20 @@ struct MoveLine {
 
 impl MoveLine {
     fn new(word: &str, second_group: bool) -> Self {
-        let m = Move {
-            path: match word {
-                "MOVJ" | "SMOVJ" => PathKind::Joint,
-                "MOVL" | "SMOVL" | "IMOV" => PathKind::Linear,
-                _ => PathKind::Curve,
-            },
-            goal: Goal::Opaque(String::new()),
-            fixed: None,
-            closed: second_group.then(|| "a second motion group moves along".into()),
-            speed: Speed::Unknown,
-            blend_m: None,
-            way: Vec::new(),
+        let path = match word {
+            "MOVJ" | "SMOVJ" => PathKind::Joint,
+            "MOVL" | "SMOVL" | "IMOV" => PathKind::Linear,
+            _ => PathKind::Curve,
         };
+        let closed = second_group.then(|| "a second motion group moves along".into());
+        let m = Move::new(How { path, closed, ..How::default() }, Goal::Opaque(String::new()), Few::new());
         let unclear = match word {
             "MOVJ" | "MOVL" | "MOVC" | "MOVS" | "SMOVJ" | "SMOVL" | "SMOVC" | "SMOVS" => None,
             word if word.contains("IMOV") => Some("a relative move".to_string()),
             word => Some(format!("{word} is not known")),
         };
-        let mut line = Self { m, statement: Statement::default(), unclear, may_stop: false, conditions: false };
+        let mut line =
+            Self { m, references: Vec::new(), tags: Vec::new(), unclear, may_stop: false, conditions: false };
         if word.starts_with("SMOV") {
             line.close("synchronised with a station or another robot");
         }
@@ -90,8 +88,7 @@ impl MoveLine {
                     ("CR", Some((v, _))) if v >= 0.0 => self.m.blend_m = Some(v * 1e-3),
                     _ => {}
                 }
-                self.statement.tags.extend(copied(key).map(|key| Tag { key, span: w.clone() }));
-                self.statement.end = w.end;
+                self.tags.extend(copied(key).map(|key| Tag { key, span: w.clone().into() }));
             }
             _ if Kind::read(key.as_bytes()).is_none() && looks_like_position(key) => {
                 self.unclear.get_or_insert_with(|| format!("{name} is set at run time"));
@@ -110,14 +107,8 @@ impl Reader<'_> {
             self.pin(w);
         }
         let mut line = MoveLine::new(word, second.is_some());
-        line.statement = Statement {
-            indent: text.line_span(k).start..words[0].start,
-            word: words[0].clone(),
-            end: words[0].end,
-            // what most moves have
-            references: Vec::with_capacity(1),
-            tags: Vec::with_capacity(2),
-        };
+        let indent = (text.line_span(k).start..words[0].start).into();
+        let word = words[0].clone().into();
         if let Some(group) = &self.list.foreign {
             line.unclear = Some(format!("the job is of group {group}"));
         }
@@ -135,13 +126,13 @@ impl Reader<'_> {
             let what: Vec<&str> = self.overlaid.iter().copied().collect();
             line.unclear.get_or_insert_with(|| format!("{} is on", what.join(" and ")));
         }
-        self.place(k, line)
+        self.place(k, indent, word, line)
     }
 
     /// A position that the move names.
     fn named(&self, line: &mut MoveLine, w: &Range<usize>, name: &str, kind: Kind, n: u32) -> Result<()> {
         match self.list.by_name.get(&(kind, n)) {
-            Some(&position) => line.statement.references.push(Reference { position, span: w.clone() }),
+            Some(&position) => line.references.push(Reference { position: position as u32, span: w.clone().into() }),
             None if kind >= Kind::P => {
                 line.unclear.get_or_insert_with(|| format!("{name} is not in the list of the job"));
             }
@@ -150,24 +141,25 @@ impl Reader<'_> {
                 return Err(self.text.bad(w.start, found, "a position of the list"));
             }
         }
-        line.statement.end = w.end;
         Ok(())
     }
 
     /// Where the move leads, and its step.
-    fn place(&mut self, k: usize, line: MoveLine) -> Result<()> {
-        let MoveLine { mut m, statement, unclear, may_stop, .. } = line;
+    fn place(&mut self, k: usize, indent: Span, word: Span, line: MoveLine) -> Result<()> {
+        let MoveLine { mut m, references, tags, unclear, may_stop, .. } = line;
+        let (references, tags) = (references.into_boxed_slice(), tags.into_boxed_slice());
+        let statement = Statement { indent, word, references, tags };
         m.goal = match unclear {
             Some(why) => Goal::Opaque(why),
             None => self.goal(k, &statement.references, &mut m)?,
         };
-        if let Some(why) = statement.references.iter().find_map(|r| self.no_copy(r.position)) {
+        if let Some(why) = statement.references.iter().find_map(|r| self.no_copy(r.position())) {
             m.closed.get_or_insert(why);
         }
         self.counted(&mut m);
         if m.goal.target().is_none() || m.fixed.is_some() {
             for r in &statement.references {
-                self.pinned[r.position] = true;
+                self.pinned[r.position()] = true;
             }
         }
         let ours = m.goal.target().is_some().then_some(statement);
@@ -188,7 +180,7 @@ impl Reader<'_> {
     /// Where a move leads; also says whether it is fixed or closed by what its positions are.
     fn goal(&mut self, k: usize, references: &[Reference], m: &mut Move) -> Result<Goal> {
         let list = self.list;
-        let mut key: Vec<usize> = references.iter().map(|r| r.position).collect();
+        let mut key: Vec<usize> = references.iter().map(Reference::position).collect();
         key.sort_by_key(|&p| list.positions[p].kind);
         let Some(first) = key.first().map(|&p| &list.positions[p]).filter(|p| matches!(p.kind, Kind::C | Kind::P))
         else {
@@ -217,7 +209,7 @@ impl Reader<'_> {
                 let stations: Vec<f64> = key[1..]
                     .iter()
                     .flat_map(|&p| &list.positions[p].numbers)
-                    .filter_map(|r| number::read(self.text.slice(r.clone())))
+                    .filter_map(|r| number::read(self.text.slice(*r)))
                     .map(|n| n.0)
                     .collect();
                 if !stations.is_empty() {
@@ -236,12 +228,12 @@ impl Reader<'_> {
         let list = self.list;
         let position = &list.positions[key[0]];
         let form = PoseForm::FixedXyz;
-        let value = |(n, span): (usize, &Range<usize>)| {
-            let (v, style) = number::read(self.text.slice(span.clone()))?;
+        let value = |(n, span): (usize, &Span)| {
+            let (v, style) = number::read(self.text.slice(*span))?;
             let (unit, weight) = (form.unit(n), |d: u8| 10f64.powi(-i32::from(d)));
             let most = style.decimals.max(if n < 3 { LENGTH_DECIMALS } else { ANGLE_DECIMALS });
             let (digit, finest) = (weight(style.decimals) * unit, weight(most) * unit);
-            Some(Value { si: v * unit, start: span.start, end: span.end, style, digit, finest })
+            Some(Value { si: v * unit, start: span.start(), end: span.end(), style, digit, finest })
         };
         let values: Option<Vec<Value>> = position.numbers.iter().take(6).enumerate().map(value).collect();
         let Some(values) = values.filter(|v| v.len() == 6) else {
@@ -272,7 +264,7 @@ impl Reader<'_> {
         let (frame, tool) = (set(frame, of_user, false), set(tool, position.section.tool, true));
         let solution = position.section.rconf.and_then(|k| configuration(self.text.line(k as usize)));
         let target = match self.targets.get(&key) {
-            Some(&t) => t,
+            Some(t) => t,
             None => {
                 let t = self.script.targets.len();
                 self.script.targets.push(Target {
@@ -281,7 +273,7 @@ impl Reader<'_> {
                     at: At { file: 0, line: position.line as u64 + 1 },
                     values: values.into_iter().map(Some).collect(),
                 });
-                self.numbers.push((0..6).map(|n| Some((key[0] as u32, n))).collect());
+                self.numbers.push(Numbers::of_line(key[0], 6));
                 self.targets.insert(key, t);
                 t
             }
@@ -310,7 +302,7 @@ impl Reader<'_> {
             return Err(text.bad(text.line_span(lead.line).start, found, expected));
         }
         let (axes, rest) = all.split_at(robot.dof());
-        let span = |n: &Number| list.positions[n.0 as usize].numbers[n.1 as usize].clone();
+        let span = |n: &Number| list.positions[n.0 as usize].numbers[n.1 as usize].range();
         let read = |n: &Number| number::read(text.slice(span(n))).map(|v| v.0);
         if !rest.is_empty() {
             let rest: Vec<f64> = rest.iter().filter_map(read).collect();
@@ -326,7 +318,7 @@ impl Reader<'_> {
         {
             return Ok(Goal::Opaque(format!("{}{:05} holds no joint values", p.kind.word(), p.number)));
         }
-        if let Some(&t) = self.targets.get(&key) {
+        if let Some(t) = self.targets.get(&key) {
             return Ok(Goal::Joints(t));
         }
         let mut values = Vec::with_capacity(axes.len());
@@ -340,14 +332,14 @@ impl Reader<'_> {
             at: At { file: 0, line: lead.line as u64 + 1 },
             values,
         });
-        self.numbers.push(axes.iter().copied().map(Some).collect());
+        self.numbers.push(Numbers::of(axes));
         self.targets.insert(key, t);
         Ok(Goal::Joints(t))
     }
 
     fn value(&self, axis: usize, n: Number) -> Result<Value> {
         let position = &self.list.positions[n.0 as usize];
-        let span = position.numbers[n.1 as usize].clone();
+        let span = position.numbers[n.1 as usize].range();
         let joint = self.robot.axis(axis);
         let (v, style) = number::read(self.text.slice(span.clone())).unwrap_or_default();
         if position.section.meaning == Meaning::Pulse {

@@ -5,6 +5,7 @@ use super::shared::{Shared, clears_positions, variables};
 use super::{Job, Kind, Section, Statement};
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
+use crate::script::blocks::BySteps;
 use crate::script::lex::not_too_long;
 use crate::script::{At, Break, Goal, Move, Note, Script, Step, StepKind, Text, number, pragma};
 use std::collections::{BTreeMap, BTreeSet};
@@ -89,8 +90,8 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
         counted: Counted::of(text, begin),
         moves: 0,
         script: Script::default(),
-        statements: Vec::new(),
-        targets: BTreeMap::new(),
+        statements: BySteps::default(),
+        targets: super::Known::default(),
         numbers: Vec::new(),
         pinned: vec![false; list.positions.len()],
         overlaid: BTreeSet::new(),
@@ -271,10 +272,10 @@ pub(super) struct Reader<'a> {
     /// Moves so far, as the controller counts the steps of a job.
     moves: u32,
     pub(super) script: Script,
-    statements: Vec<Option<Statement>>,
+    statements: BySteps<Statement>,
     /// Targets by the positions that make them.
-    pub(super) targets: BTreeMap<Vec<usize>, usize>,
-    pub(super) numbers: Vec<Vec<Option<super::Number>>>,
+    pub(super) targets: super::Known,
+    pub(super) numbers: Vec<super::Numbers>,
     pub(super) pinned: Vec<bool>,
     pub(super) overlaid: BTreeSet<&'static str>,
     pub(super) base_axes: bool,
@@ -292,8 +293,11 @@ impl Reader<'_> {
         if !known {
             self.still = None;
         }
-        self.script.steps.push(Step { at: At { file: 0, line: k as u64 + 1 }, kind });
-        self.statements.push(statement);
+        let step = Step::behind(self.script.steps.last(), At { file: 0, line: k as u64 + 1 }, kind);
+        self.script.steps.push(step);
+        if let Some(statement) = statement {
+            self.statements.push(self.script.steps.len() - 1, statement);
+        }
     }
 
     fn instructions(&mut self, begin: usize) -> Result<()> {

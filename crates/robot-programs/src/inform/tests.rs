@@ -169,7 +169,7 @@ fn angle_jobs_keep_four_decimals() {
     edits.steps.insert(1, Edit { goal: Some(goal), ..Edit::default() });
     let out = String::from_utf8(edited(&Inform, text.as_bytes(), &edits, &robot).unwrap()).unwrap();
     assert!(out.contains("C00000=10.1235,0.0000,") || out.contains("C00000=10.1234,0.0000,"), "{out}");
-    let value = script_of(&Inform, &text, &robot).targets[0].values[0].unwrap();
+    let value = script_of(&Inform, &text, &robot).targets.get(0).unwrap().values.get(0).unwrap();
     assert!((value.finest.to_degrees() - 1e-4).abs() < 1e-15);
 }
 
@@ -361,10 +361,10 @@ fn corners_are_narrowed_and_new_points_get_the_finest_that_fits() {
     let robot = robot();
     let text = two("MOVJ C00000 VJ=25.00 PL=4 ACC=50 DEC=50\nMOVL C00001 V=50.0 CR=20.0");
     let mut edits = edit(&robot, &[(1, None, vec![[1.0; 6]]), (2, None, vec![[1.0; 6]])]);
-    edits.steps.get_mut(&1).unwrap().before[0].clearance_m = 0.02;
-    edits.steps.get_mut(&1).unwrap().blend_at_most_m = Some(0.03);
-    edits.steps.get_mut(&2).unwrap().before[0].clearance_m = 0.00456;
-    edits.steps.get_mut(&2).unwrap().blend_at_most_m = Some(0.0004);
+    edits.steps.change(1, |e| e.before[0].clearance_m = 0.02);
+    edits.steps.change(1, |e| e.blend_at_most_m = Some(0.03));
+    edits.steps.change(2, |e| e.before[0].clearance_m = 0.00456);
+    edits.steps.change(2, |e| e.blend_at_most_m = Some(0.0004));
     let out = String::from_utf8(edited(&Inform, text.as_bytes(), &edits, &robot).unwrap()).unwrap();
     assert!(
         out.contains("MOVJ C00002 VJ=25.00 PL=1 ACC=50 DEC=50\r\nMOVJ C00000 VJ=25.00 PL=2 ACC=50 DEC=50\r\n"),
@@ -463,7 +463,7 @@ proptest! {
         let mut edits = random_edits(&script, &robot, &mut rng);
         // a caller leaves what a variable of several moves cannot say
         for (step, _) in harness::parse(&Inform, text.as_bytes(), &robot).unwrap().unwritable(&edits) {
-            edits.steps.remove(&step);
+            edits.steps.remove(step);
         }
         let out = edited(&Inform, text.as_bytes(), &edits, &robot).unwrap();
         // all lines that no edit is about are there, in order
@@ -519,7 +519,7 @@ fn a_straight_move_is_not_stopped_on_its_way_and_ends_as_it_did() {
     let out = |instructions: &str, clearance_m: f64| {
         let (robot, text) = (robot(), two(instructions));
         let mut edits = edit(&robot, &[(2, None, vec![[1.0; 6]])]);
-        edits.steps.get_mut(&2).unwrap().before[0].clearance_m = clearance_m;
+        edits.steps.change(2, |e| e.before[0].clearance_m = clearance_m);
         String::from_utf8(edited(&Inform, text.as_bytes(), &edits, &robot).unwrap()).unwrap()
     };
     let straight = "MOVJ C00000 VJ=25.00 PL=0\nMOVL C00001 V=50.0 PL=0";
@@ -541,9 +541,9 @@ fn a_move_without_a_corner_gets_none_and_neither_does_its_new_point() {
         let text = two(instructions);
         let mut edits = edit(&robot, &[(1, None, vec![]), (2, None, vec![[1.0; 6]])]);
         // half a metre of room: the factory's largest level would fit
-        edits.steps.get_mut(&1).unwrap().blend_at_most_m = Some(0.6);
-        edits.steps.get_mut(&2).unwrap().before[0].clearance_m = 0.6;
-        edits.steps.get_mut(&2).unwrap().blend_at_most_m = Some(0.6);
+        edits.steps.change(1, |e| e.blend_at_most_m = Some(0.6));
+        edits.steps.change(2, |e| e.before[0].clearance_m = 0.6);
+        edits.steps.change(2, |e| e.blend_at_most_m = Some(0.6));
         let out = String::from_utf8(edited(&Inform, text.as_bytes(), &edits, &robot).unwrap()).unwrap();
         assert!(!out.contains("PL=") && !out.contains("CR="), "{out}");
         let word = &instructions[instructions.find('C').unwrap() + 6..instructions.find('\n').unwrap()];

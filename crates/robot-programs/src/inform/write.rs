@@ -10,7 +10,7 @@
 use super::read::ANGLE_DECIMALS;
 use super::{Job, Kind, Meaning, Section, Statement, ends};
 use crate::error::{Error, Result};
-use crate::script::{Edit, Edits, NewPoint, Patch, PathKind, StepKind, number};
+use crate::script::{EditRef, Edits, NewPoint, Patch, Patches, PathKind, StepKind, number};
 use std::collections::BTreeMap;
 
 /// Corner of each position level, m, as the factory sets it.
@@ -54,17 +54,16 @@ fn of_line(forms: &mut Forms, line: usize) -> &mut Form {
     &mut forms[k].1
 }
 
-pub(super) fn patches(job: &Job, edits: &Edits) -> Result<Vec<Patch>> {
+pub(super) fn patches(job: &Job, edits: &Edits) -> Result<Patches> {
     let mut writer = Writer::new(job, edits);
     writer.check()?;
     writer.goals()?;
-    for (&step, edit) in &edits.steps {
+    for (step, edit) in edits.steps.iter() {
         writer.points(step, edit)?;
         writer.blend(step, edit);
     }
     writer.lines();
     writer.counts();
-    writer.patches.sort_by_key(|p| (p.span.start, p.span.end));
     Ok(writer.patches)
 }
 
@@ -106,14 +105,21 @@ struct Writer<'a> {
     edits: &'a Edits,
     /// Headers in force where new positions of each kind go.
     ends: BTreeMap<Kind, Section>,
-    patches: Vec<Patch>,
+    patches: Patches,
     new: Vec<NewLine>,
     next: BTreeMap<Kind, u32>,
 }
 
 impl<'a> Writer<'a> {
     fn new(job: &'a Job, edits: &'a Edits) -> Self {
-        Self { job, edits, ends: ends(&job.positions), patches: Vec::new(), new: Vec::new(), next: BTreeMap::new() }
+        Self {
+            job,
+            edits,
+            ends: ends(&job.positions),
+            patches: Patches::default(),
+            new: Vec::new(),
+            next: BTreeMap::new(),
+        }
     }
 
     fn refused(&self, step: usize, why: &str) -> Error {
@@ -123,7 +129,7 @@ impl<'a> Writer<'a> {
     }
 
     fn check(&self) -> Result<()> {
-        for (&k, edit) in &self.edits.steps {
+        for (k, edit) in self.edits.steps.iter() {
             let Some(StepKind::Move(m)) = self.job.script.steps.get(k).map(|s| &s.kind) else {
                 return Err(self.refused(k, "no move stands there"));
             };
@@ -136,7 +142,7 @@ impl<'a> Writer<'a> {
             if let Some(why) = &m.fixed {
                 return Err(self.refused(k, why));
             }
-            if self.job.statements.get(k).is_none_or(Option::is_none) {
+            if self.job.statements.get(k).is_none() {
                 return Err(self.refused(k, "its target holds no numbers that can be written"));
             }
             if let (Some(why), false) = (&m.closed, edit.before.is_empty()) {
@@ -147,7 +153,7 @@ impl<'a> Writer<'a> {
     }
 
     fn statement(&self, step: usize) -> Option<&'a Statement> {
-        self.job.statements.get(step)?.as_ref()
+        self.job.statements.get(step)
     }
 
     fn target(&self, step: usize) -> Option<usize> {
@@ -162,11 +168,11 @@ impl<'a> Writer<'a> {
         let job = self.job;
         let mut forms = Forms::new();
         let Some(t) = self.target(step) else { return Ok(forms) };
-        for (axis, &number) in job.numbers[t].iter().enumerate() {
-            let (Some((line, n)), Some(&q)) = (number, q.get(axis)) else { continue };
+        for (axis, (line, n)) in job.numbers[t].iter().enumerate() {
+            let Some(&q) = q.get(axis) else { continue };
             let (line, n) = (line as usize, n as usize);
-            let Some(value) = job.script.targets[t].values.get(axis).copied().flatten() else { continue };
-            let target = &job.script.targets[t];
+            let Some(target) = job.script.targets.get(t) else { continue };
+            let Some(value) = target.values.get(axis) else { continue };
             if target.pose.is_some() {
                 if let Some(text) = target.pose_number(axis, q, self.edits) {
                     of_line(&mut forms, line).insert(n, text);
@@ -195,10 +201,9 @@ impl<'a> Writer<'a> {
 
     /// Every use of a line, with its step: by line, then in the order of the program.
     fn references(&self) -> Vec<(usize, usize)> {
-        let mut all = Vec::with_capacity(self.job.statements.len());
-        for step in 0..self.job.statements.len() {
-            let Some(statement) = self.statement(step) else { continue };
-            all.extend(statement.references.iter().map(|r| (r.position, step)));
+        let mut all: Vec<(usize, usize)> = Vec::with_capacity(self.job.script.steps.len());
+        for (step, statement) in self.job.statements.iter() {
+            all.extend(statement.references.iter().map(|r| (r.position(), step)));
         }
         all.sort_by_key(|r| r.0);
         all
@@ -206,10 +211,8 @@ impl<'a> Writer<'a> {
 
     /// The first form, in the order of the program, that no job holds.
     fn all_forms(&self) -> Result<()> {
-        let goals = self.edits.steps.iter().filter(|e| self.statement(*e.0).is_some());
-        goals
-            .filter_map(|(&step, e)| Some((step, e.goal.as_deref()?)))
-            .try_for_each(|(step, q)| self.forms(step, q).map(drop))
+        let goals = self.edits.steps.iter().filter(|e| self.statement(e.0).is_some());
+        goals.filter_map(|(step, e)| Some((step, e.goal?))).try_for_each(|(step, q)| self.forms(step, q).map(drop))
     }
 
     /// What the uses of one line want there.
@@ -221,7 +224,7 @@ impl<'a> Writer<'a> {
         for &(line, step) in references {
             // what a statement wants of a line it wants of its first word for it
             if last != Some(step) {
-                let goal = self.edits.steps.get(&step).and_then(|e| e.goal.as_deref());
+                let goal = self.edits.steps.get(step).and_then(|e| e.goal);
                 forms = goal.map(|q| self.forms(step, q)).transpose()?.unwrap_or_default();
                 last = Some(step);
             }
@@ -246,7 +249,7 @@ impl<'a> Writer<'a> {
         let stays = self.job.pinned[line] || uses.iter().any(|u| u.1.0.is_empty());
         let kept = if stays { Form::default() } else { uses.first().map(|u| u.1.clone()).unwrap_or_default() };
         let spans = &self.job.positions[line].numbers;
-        let numbers = kept.0.iter().filter_map(|(n, new)| Some((spans.get(*n)?.clone(), new)));
+        let numbers = kept.0.iter().filter_map(|(n, new)| Some((*spans.get(*n)?, new)));
         self.patches.extend(numbers.map(|(span, new)| Patch::new(0, span, new.as_str())));
         let mut clones: Vec<(&Form, String)> = Vec::new();
         for (step, form) in uses.iter().filter(|u| u.1 != kept) {
@@ -262,9 +265,9 @@ impl<'a> Writer<'a> {
                     name
                 }
             };
-            let reference = self.statement(*step).and_then(|s| s.references.iter().find(|r| r.position == line));
+            let reference = self.statement(*step).and_then(|s| s.references.iter().find(|r| r.position() == line));
             if let Some(r) = reference {
-                self.patches.push(Patch::new(0, r.span.clone(), name));
+                self.patches.push(Patch::new(0, r.span, name));
             }
         }
         Ok(())
@@ -291,30 +294,30 @@ impl<'a> Writer<'a> {
         let equals = text.slice(line.clone()).iter().position(|&b| b == b'=').unwrap_or(0);
         let mut at = line.start + equals;
         for (n, span) in position.numbers.iter().enumerate() {
-            bytes.extend_from_slice(text.slice(at..span.start));
-            bytes.extend_from_slice(form.get(n).map_or(text.slice(span.clone()), str::as_bytes));
-            at = span.end;
+            bytes.extend_from_slice(text.slice(at..span.start()));
+            bytes.extend_from_slice(form.get(n).map_or(text.slice(*span), str::as_bytes));
+            at = span.end();
         }
         self.new.push(NewLine { kind: position.kind, number, section: position.section, text: bytes, model });
         Ok(name)
     }
 
     /// The new moves before a step.
-    fn points(&mut self, step: usize, edit: &Edit) -> Result<()> {
+    fn points(&mut self, step: usize, edit: EditRef) -> Result<()> {
         let Some(statement) = self.statement(step) else { return Ok(()) };
         let text = &self.job.script.texts[0];
-        for point in &edit.before {
+        for point in edit.before {
             let mut forms = self.forms(step, &point.q)?;
-            let mut line = text.slice(statement.indent.start..statement.word.end).to_vec();
+            let mut line = text.slice(statement.indent.start()..statement.word.end()).to_vec();
             for r in &statement.references {
-                let form = take(&mut forms, r.position);
-                let name = self.add(step, r.position, &form)?;
+                let form = take(&mut forms, r.position());
+                let name = self.add(step, r.position(), &form)?;
                 line.push(b' ');
                 line.extend_from_slice(name.as_bytes());
             }
             line.extend_from_slice(self.tags(step, statement, point).as_bytes());
-            line.extend_from_slice(text.ending(statement.word.start));
-            let at = statement.indent.start;
+            line.extend_from_slice(text.ending(statement.word.start()));
+            let at = statement.indent.start();
             self.patches.push(Patch::new(0, at..at, line));
         }
         Ok(())
@@ -339,7 +342,7 @@ impl<'a> Writer<'a> {
             }
         };
         for tag in &statement.tags {
-            let word = String::from_utf8_lossy(self.job.script.texts[0].slice(tag.span.clone())).into_owned();
+            let word = String::from_utf8_lossy(self.job.script.texts[0].slice(tag.span)).into_owned();
             out.push(' ');
             match tag.key {
                 "PL" => out.push_str(&corner(level(&word) == Some(0))),
@@ -352,23 +355,23 @@ impl<'a> Writer<'a> {
 
     /// Corner radii are written on a controller only if the job has some: older ones do not know them.
     fn knows_radii(&self) -> bool {
-        self.job.statements.iter().flatten().flat_map(|s| &s.tags).any(|t| t.key == "CR")
+        self.job.statements.values().flat_map(|s| &s.tags).any(|t| t.key == "CR")
     }
 
     /// Narrows the corner at a move's own goal. A move that gives none keeps none: no size may be chosen for it.
-    fn blend(&mut self, step: usize, edit: &Edit) {
+    fn blend(&mut self, step: usize, edit: EditRef) {
         let (Some(at_most), Some(statement)) = (edit.blend_at_most_m, self.statement(step)) else { return };
         let text = &self.job.script.texts[0];
         let fits = LEVELS_M.iter().rposition(|&r| r <= at_most).unwrap_or(0);
         let Some(tag) = statement.tags.iter().find(|t| t.key == "PL" || t.key == "CR") else { return };
-        let word = String::from_utf8_lossy(text.slice(tag.span.clone())).into_owned();
+        let word = String::from_utf8_lossy(text.slice(tag.span)).into_owned();
         let new = match (tag.key, level(&word)) {
             ("CR", _) => radius(&word, at_most),
             (_, Some(own)) if own <= fits => word.clone(),
             _ => format!("PL={fits}"),
         };
         if new != word {
-            self.patches.push(Patch::new(0, tag.span.clone(), new));
+            self.patches.push(Patch::new(0, tag.span, new));
         }
     }
 

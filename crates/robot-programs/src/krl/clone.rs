@@ -5,7 +5,7 @@ use super::lex::{Kind, tokens, upper};
 use super::write::{Change, motion_of, place, texts};
 use super::{Program, Source};
 use crate::error::{Error, Result};
-use crate::script::{Patch, Text};
+use crate::script::{Patch, Patches, Text};
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
@@ -93,7 +93,7 @@ pub(super) fn clone(
     target: usize,
     change: &Change,
     taken: &mut Taken,
-    out: &mut Vec<Patch>,
+    out: &mut Patches,
 ) -> Result<Clone> {
     let refused = |why: &str| {
         let uses = program.script.uses().get(target).cloned().unwrap_or_default();
@@ -101,17 +101,17 @@ pub(super) fn clone(
         Error::Refused(format!("{}: {why}; it is used at {}", place(program, step), uses.join(", ")))
     };
     let Some(Source::Name(n)) = program.sources.get(target) else { return Err(refused("the point has no name")) };
-    let name = &program.data.names[*n];
+    let name = &program.data.names[*n as usize];
     let Ok(value) = name.value() else { return Err(refused("the point's value is not certain")) };
     let motion = motion_of(program, step)?;
     let values = replaced(texts(program, value.file)?, &value.span, change);
-    if name.local || name.context && motion.fold.is_none() {
-        if motion.fold.is_some() {
+    if name.local || name.context && motion.fold().is_none() {
+        if motion.fold().is_some() {
             return Err(refused("a point of the routine itself cannot be cloned in an inline form"));
         }
         return Ok(Clone::Inline(values));
     }
-    let form = motion.fold.is_some();
+    let form = motion.fold().is_some();
     if form && !name.text.to_ascii_uppercase().starts_with('X') {
         return Err(refused("its inline form does not name the point as inline forms do (X and the name)"));
     }
@@ -121,7 +121,7 @@ pub(super) fn clone(
     let plain = name.text.split('[').next().unwrap_or_default();
     let body = if form { &name.text[1..] } else { plain };
     // the form may write the name in another case than its declaration
-    let spelled = motion.fold.map(|fold| Ok(shown(texts(program, 0)?, fold, motion.line, body))).transpose()?;
+    let spelled = motion.fold().map(|fold| Ok(shown(texts(program, 0)?, fold, motion.line(), body))).transpose()?;
     let Some(fresh) = taken.fresh(spelled.as_deref().unwrap_or(body), form) else {
         return Err(refused("no name is free for a clone of the point"));
     };
@@ -139,10 +139,10 @@ pub(super) fn clone(
     line.extend_from_slice(format!(" {new}=").as_bytes());
     line.extend_from_slice(&values);
     let mut lines = vec![line];
-    if form && let Some(fold) = motion.fold {
+    if form && let Some(fold) = motion.fold() {
         let frame = format!("F{}", body.to_ascii_uppercase());
         let framed = |r: &Reference| r.head.is_some_and(|h| h.eq_ignore_ascii_case(&b'F'));
-        if references(texts(program, 0)?, fold, motion.line, body).iter().any(framed) {
+        if references(texts(program, 0)?, fold, motion.line(), body).iter().any(framed) {
             let Some(&(file, at)) = program.data.frames.get(&frame) else {
                 return Err(refused(&format!(
                     "its inline form needs a clone of {frame}, which is not declared in the data list"
@@ -178,7 +178,7 @@ fn words_of(text: &Text, k: usize) -> Vec<String> {
 }
 
 /// Lines behind line `k`.
-fn below(text: &Text, file: usize, k: usize, lines: &[Vec<u8>], out: &mut Vec<Patch>) {
+fn below(text: &Text, file: usize, k: usize, lines: &[Vec<u8>], out: &mut Patches) {
     let span = text.line_span(k);
     let ending = text.ending(span.start);
     let closed = text.slice(span.clone()).ends_with(b"\n");
@@ -217,21 +217,21 @@ fn shown(text: &Text, fold: usize, to: usize, name: &str) -> String {
 }
 
 /// Makes a motion lead to a clone: the whole fold of an inline form, else the goal alone.
-pub(super) fn refer(program: &Program, step: usize, clone: &Clone, out: &mut Vec<Patch>) -> Result<()> {
+pub(super) fn refer(program: &Program, step: usize, clone: &Clone, out: &mut Patches) -> Result<()> {
     let motion = motion_of(program, step)?;
     let (old, new) = match clone {
         Clone::Inline(values) => {
-            out.push(Patch::new(0, motion.point.clone(), values.clone()));
+            out.push(Patch::new(0, motion.point, values.clone()));
             return Ok(());
         }
         Clone::Name { old, new } => (old, new),
     };
-    let Some(fold) = motion.fold else {
-        out.push(Patch::new(0, motion.point.clone(), new.as_bytes()));
+    let Some(fold) = motion.fold() else {
+        out.push(Patch::new(0, motion.point, new.as_bytes()));
         return Ok(());
     };
-    let before = program.motions.before(step).is_some_and(|m| m.line >= fold);
-    let behind = program.motions.after(step).is_some_and(|m| m.fold == Some(fold));
+    let before = program.motions.before(step).is_some_and(|m| m.line() >= fold);
+    let behind = program.motions.after(step).is_some_and(|m| m.fold() == Some(fold));
     if before || behind {
         let why = "its inline form holds several motions, and the point must part from its other uses";
         return Err(Error::Refused(format!("{}: {why}", place(program, step))));
@@ -240,7 +240,7 @@ pub(super) fn refer(program: &Program, step: usize, clone: &Clone, out: &mut Vec
     let (old, new) = (&old[1..], &new[1..]);
     let head = text.line_span(fold);
     let mut named = false;
-    for r in references(text, fold, motion.line, old) {
+    for r in references(text, fold, motion.line(), old) {
         named |= r.head.is_none() && head.contains(&r.span.start);
         let mut replacement: Vec<u8> = r.head.into_iter().collect();
         replacement.extend_from_slice(new.as_bytes());

@@ -40,12 +40,11 @@ mod tests;
 
 use super::files::{Files, Folders};
 use super::script::blocks::BySteps;
-use super::script::{Document, Edits, Format, Patch, Script, Text};
+use super::script::{Document, Edits, Format, Patches, Script, Span, Text};
 use crate::axes::{Axes, JointKind};
 use crate::error::Result;
 use data::Data;
 use motion::Motion;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// KUKA KRL (`.src` with its `.dat`).
@@ -118,9 +117,9 @@ fn companion(path: &Path, there: &dyn Fn(&Path) -> bool) -> Option<PathBuf> {
 /// Where a target's numbers stand.
 enum Source {
     /// In the motion: file, and bytes of the aggregate.
-    Inline(usize, Range<usize>),
+    Inline(u16, Span),
     /// In the declaration (or the only assignment) of a name.
-    Name(usize),
+    Name(u32),
 }
 
 /// A program that has been read.
@@ -141,7 +140,7 @@ impl Document for Program {
         &self.script
     }
 
-    fn patches(&self, edits: &Edits) -> Result<Vec<Patch>> {
+    fn patches(&self, edits: &Edits) -> Result<Patches> {
         write::patches(self, edits)
     }
 

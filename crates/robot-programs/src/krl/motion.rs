@@ -1,26 +1,37 @@
 //! A motion instruction: `PTP XP1 C_PTP`, `SPTP {A1 5} WITH $VEL_AXIS[1]=SVEL_JOINT(50)`, `CIRC XAUX, XP2, CA 180`.
 
 use super::lex::{Kind, Token};
-use crate::script::{PathKind, Text};
-use std::ops::Range;
+use crate::script::{PathKind, Span, Text};
 
 /// Where a motion stands.
 #[derive(Debug, Clone)]
 pub(super) struct Motion {
     /// Its line, from 0.
-    pub line: usize,
-    pub keyword: Range<usize>,
+    pub line: u32,
+    pub keyword: Span,
     /// Name, aggregate or product of its goal.
-    pub goal: Range<usize>,
+    pub goal: Span,
     /// The factor of the goal whose numbers are edited; the goal itself where it is no product.
-    pub point: Range<usize>,
+    pub point: Span,
     /// Of an arc that may be split: the point on its way.
-    pub via: Option<Range<usize>>,
+    pub via: Option<Span>,
     /// From behind the goal to the end of the statement.
-    pub tail: Range<usize>,
+    pub tail: Span,
     pub spline: bool,
     /// First line of the fold of an inline form around it, from 0.
-    pub fold: Option<usize>,
+    pub fold: Option<u32>,
+}
+
+impl Motion {
+    /// Its line, from 0.
+    pub fn line(&self) -> usize {
+        self.line as usize
+    }
+
+    /// First line of the fold of an inline form around it, from 0.
+    pub fn fold(&self) -> Option<usize> {
+        self.fold.map(|k| k as usize)
+    }
 }
 
 /// A word that moves.

@@ -103,7 +103,7 @@ proptest! {
         let bytes = generate(&mut rng);
         let doc = harness::read(&Krl, &bytes, &robot).unwrap();
         let edits = random_edits(doc.script(), &robot, &mut rng);
-        for patch in doc.patches(&edits).unwrap() {
+        for patch in doc.patches(&edits).unwrap().iter() {
             let old = &bytes[patch.file][patch.span.clone()];
             let plain = |b: &u8| b.is_ascii_alphanumeric() || b"_.+-".contains(b);
             prop_assert!(old.iter().all(plain), "{:?}", patch);

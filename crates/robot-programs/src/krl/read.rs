@@ -15,19 +15,24 @@ use super::{Motion, Program, Source};
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
 use crate::script::blocks::BySteps;
+use crate::script::lex::not_too_long;
 use crate::script::pose::Frame;
 use crate::script::{
-    At, Break, Goal, Move, Note, PathKind, PoseForm, PoseGoal, Script, Shift, Speed, Step, StepKind, Target, Text,
-    pragma,
+    At, Break, Few, Goal, How, Move, Note, PathKind, PoseForm, PoseGoal, Script, Shift, Span, Speed, Step, StepKind,
+    Target, Targets, Text, pragma,
 };
 use nalgebra::Vector3;
 use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let Some(text) = texts.first() else {
         return Err(Error::bad(Place::default(), "no text", "a KUKA KRL program (.src)"));
     };
+    for text in &texts {
+        not_too_long(text)?;
+    }
     whole(text)?;
     let data = Data::collect(&texts)?;
     let axes: Vec<(String, JointKind)> =
@@ -49,7 +54,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         notes.push(Note { place: At { file: 0, line: 1 }, text });
     }
     external_axes(&mut steps, &others);
-    if targets.iter().filter(|t| t.pose.is_none()).all(|t| t.values.iter().all(Option::is_none)) {
+    if targets.iter().filter(|t| t.pose.is_none()).all(|t| t.values.iter().all(|v| v.is_none())) {
         // a new point would have no axis to name
         for step in &mut steps {
             if let StepKind::Move(m) = &mut step.kind
@@ -151,7 +156,7 @@ struct Reader<'a> {
     /// $BASE and $TOOL behind a branch or a call, where that is certain.
     later: [Option<Frame>; 2],
     steps: Vec<Step>,
-    targets: Vec<Target>,
+    targets: Targets,
     sources: Vec<Source>,
     of_name: HashMap<usize, usize>,
     motions: BySteps<Motion>,
@@ -178,7 +183,7 @@ impl<'a> Reader<'a> {
             axes,
             names: axes.iter().map(|a| a.0.clone()).collect(),
             steps: Vec::new(),
-            targets: Vec::new(),
+            targets: Targets::default(),
             sources: Vec::new(),
             of_name: HashMap::new(),
             motions: BySteps::default(),
@@ -205,7 +210,8 @@ impl<'a> Reader<'a> {
             let (bases, tools) = (std::mem::take(&mut self.set.bases), std::mem::take(&mut self.set.tools));
             self.set = Settings { base, tool, bases, tools, ..Settings::default() };
         }
-        self.steps.push(Step { at: At { file: 0, line: k as u64 + 1 }, kind });
+        let step = Step::behind(self.steps.last(), At { file: 0, line: k as u64 + 1 }, kind);
+        self.steps.push(step);
     }
 
     fn stop(&mut self, k: usize, kind: Break) {
@@ -410,15 +416,29 @@ impl<'a> Reader<'a> {
             let goal = line[at].start..line[e - 1].end;
             let last = line.last().map_or(goal.end, |t| t.end);
             let (keyword, tail) = (line[0].span(), goal.end..last);
-            let fold = fold.map(|f| f.line);
+            let fold = fold.map(|f| f.line as u32);
             let point = std::mem::take(&mut self.point).unwrap_or_else(|| goal.clone());
-            let motion = Motion { line: k, keyword, goal, point, via, tail, spline: word.spline, fold };
+            let motion = Motion {
+                line: k as u32,
+                keyword: keyword.into(),
+                goal: goal.into(),
+                point: point.into(),
+                via: via.map(Span::from),
+                tail: tail.into(),
+                spline: word.spline,
+                fold,
+            };
             self.motions.push(self.steps.len(), motion);
         }
+        // of most motions they are those of the one before
+        let others = match self.others.last() {
+            Some(last) if *last == others => last.clone(),
+            _ => others,
+        };
         self.others.push(self.steps.len(), others);
         let path = if self.spline { PathKind::Curve } else { word.path };
-        let step = Move { path, goal, fixed: None, closed, speed, blend_m, way: Vec::new() };
-        self.push(k, StepKind::Move(step));
+        let how = How { path, fixed: None, closed, speed, blend_m };
+        self.push(k, StepKind::Move(Move::new(how, goal, Few::new())));
         Ok(())
     }
 
@@ -439,7 +459,7 @@ impl<'a> Reader<'a> {
             Some(t) if t.is(b'{') => {
                 let (a, next) = super::aggregate::aggregate(self.text, 0, line, at)?;
                 *end = Some(next);
-                *others = Some(a.others(&self.names, self.text));
+                *others = Some(a.others(&self.names, self.text).into());
                 self.aggregate(k, a, word)?
             }
             Some(t) if t.kind == Kind::Word => {
@@ -452,7 +472,7 @@ impl<'a> Reader<'a> {
                     None => Goal::Opaque(format!("{name} is not declared in the files given")),
                     Some(n) => {
                         if let Ok(a) = self.data.names[n].value() {
-                            *others = Some(a.others(&self.names, &self.texts[a.file]));
+                            *others = Some(a.others(&self.names, &self.texts[a.file]).into());
                         }
                         self.named(n, word)?
                     }
@@ -480,7 +500,7 @@ impl<'a> Reader<'a> {
             return Ok(Goal::Opaque("the goal is computed".into()));
         }
         *end = Some(next);
-        *others = Some(Vec::new());
+        *others = Some(Arc::default());
         // numbers in the motion itself belong to nobody else
         let chosen = factors.iter().position(|f| f.inline).or_else(|| factors.iter().position(|f| f.name.is_some()));
         let Some(chosen) = chosen else { return Ok(Goal::Opaque("the goal is computed".into())) };
@@ -547,13 +567,13 @@ impl<'a> Reader<'a> {
                 Err(why) => Goal::Opaque(why),
                 Ok(target) => {
                     self.targets.push(target);
-                    self.sources.push(Source::Inline(a.file, a.span));
+                    self.sources.push(Source::Inline(a.file as u16, a.span.into()));
                     Goal::Joints(self.targets.len() - 1)
                 }
             });
         }
         let at = At { file: 0, line: k as u64 + 1 };
-        let pose = self.pose(&a, word, None, at, Source::Inline(a.file, a.span.clone()));
+        let pose = self.pose(&a, word, None, at, Source::Inline(a.file as u16, a.span.clone().into()));
         Ok(pose.map_or_else(|| Goal::Opaque("a part of its position is not given".into()), Goal::pose))
     }
 
@@ -613,7 +633,7 @@ impl<'a> Reader<'a> {
                         .as_ref()
                         .map_or_else(|| name.assigned.first().map_or(name.line, |a| a.line), |_| name.line);
                     let at = At { file: a.file, line: line as u64 + 1 };
-                    let pose = self.pose(&a, word, Some(text.clone()), at, Source::Name(n));
+                    let pose = self.pose(&a, word, Some(text.clone()), at, Source::Name(n as u32));
                     if let Some(t) = pose.as_ref().and_then(|p| p.target) {
                         self.of_name.insert(n, t);
                         self.elsewhere(n);
@@ -632,7 +652,7 @@ impl<'a> Reader<'a> {
             Err(why) => Goal::Opaque(why),
             Ok(target) => {
                 self.targets.push(target);
-                self.sources.push(Source::Name(n));
+                self.sources.push(Source::Name(n as u32));
                 self.of_name.insert(n, self.targets.len() - 1);
                 self.elsewhere(n);
                 Goal::Joints(self.targets.len() - 1)

@@ -8,6 +8,7 @@ use crate::script::blocks::BySteps;
 use crate::script::number::last_digit;
 use crate::script::{At, PathKind, Step, StepKind, Target, Text, Value};
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// KRL's names of the robot's axes: by the robot file where it uses them, else by order.
 pub(super) fn axis_names(robot: &Axes) -> Vec<String> {
@@ -22,7 +23,11 @@ pub(super) fn axis_names(robot: &Axes) -> Vec<String> {
 pub(super) fn external_axes(steps: &mut [Step], others: &BySteps<Others>) {
     let idle = others.values().all(Option::is_some) && {
         let mut seen: HashMap<&str, &[u8]> = HashMap::new();
-        others.values().flatten().flatten().all(|(n, v)| *seen.entry(n).or_insert(v) == v.as_slice() && v != b"?")
+        others
+            .values()
+            .flatten()
+            .flat_map(|all| all.iter())
+            .all(|(n, v)| *seen.entry(n).or_insert(v) == v.as_slice() && v != b"?")
     };
     if idle {
         return;
@@ -45,7 +50,7 @@ pub(super) fn external_axes(steps: &mut [Step], others: &BySteps<Others>) {
 }
 
 /// Values of axes that are none of the robot's; `None`: not known.
-pub(super) type Others = Option<Vec<(String, Vec<u8>)>>;
+pub(super) type Others = Option<Arc<[(String, Vec<u8>)]>>;
 
 /// Axis values of an aggregate; why they are no joint target.
 pub(super) fn target(

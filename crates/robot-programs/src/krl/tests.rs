@@ -54,7 +54,7 @@ fn moves(doc: &dyn Document) -> Vec<(usize, Move)> {
 
 fn deg(doc: &dyn Document, m: &Move) -> Vec<Option<f64>> {
     let Goal::Joints(t) = m.goal else { return Vec::new() };
-    doc.script().targets[t].values.iter().map(|v| v.map(|v| v.si.to_degrees())).collect()
+    doc.script().targets.get(t).unwrap().values.iter().map(|v| v.map(|v| v.si.to_degrees())).collect()
 }
 
 fn goals(doc: &dyn Document) -> String {
@@ -71,12 +71,12 @@ fn edits(doc: &dyn Document, goals: &[(usize, f64)], before: &[usize]) -> Edits 
     for (k, by) in goals {
         let StepKind::Move(m) = &doc.script().steps[*k].kind else { panic!("step {k} is no move") };
         let q = deg(doc, m).iter().map(|v| (v.unwrap_or(0.0) + by).to_radians()).collect();
-        edits.steps.entry(*k).or_default().goal = Some(q);
+        edits.steps.change_or_insert(*k, |e| e.goal = Some(q));
     }
     for k in before {
         let q = [0.25, -89.5, 90.0, 0.0, 1.0, 179.9999].map(f64::to_radians).to_vec();
         let point = NewPoint { q, share: 0.5, t_s: None, clearance_m: 0.01, of_way: false };
-        edits.steps.entry(*k).or_default().before.push(point);
+        edits.steps.change_or_insert(*k, |e| e.before.push(point));
     }
     edits
 }
@@ -523,7 +523,8 @@ fn an_arc_is_split_into_arcs() {
     let m = moves(d.as_ref());
     assert_eq!(m[1].1.closed, None);
     let Goal::Pose(goal) = &m[1].1.goal else { panic!() };
-    let own: Vec<f64> = d.script().targets[goal.target.unwrap()].values.iter().map(|v| v.unwrap().si).collect();
+    let own: Vec<f64> =
+        d.script().targets.get(goal.target.unwrap()).unwrap().values.iter().map(|v| v.unwrap().si).collect();
     let point = |x_mm: f64, share| {
         let q = std::iter::once(x_mm * 1e-3).chain(own[1..].iter().copied()).collect();
         NewPoint { q, share, t_s: None, clearance_m: 0.01, of_way: false }

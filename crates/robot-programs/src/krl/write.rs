@@ -7,7 +7,7 @@ use super::lex::tokens;
 use super::{Motion, Program, Source};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
-use crate::script::{Edit, Edits, Goal, Move, Patch, PoseGoal, StepKind, Text, number};
+use crate::script::{EditRef, Edits, Goal, Move, Patch, Patches, PoseGoal, StepKind, Text, number};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::ops::Range;
@@ -15,14 +15,13 @@ use std::ops::Range;
 /// Numbers of a point and their new text.
 pub(super) type Change = Vec<(Range<usize>, String)>;
 
-pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Vec<Patch>> {
-    let mut out = Vec::new();
+pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Patches> {
+    let mut out = Patches::default();
     goals(program, edits, &mut out)?;
     let named = named(program);
-    for (&step, edit) in edits.steps.iter().filter(|(_, e)| !e.before.is_empty() || !e.vias.is_empty()) {
+    for (step, edit) in edits.steps.iter().filter(|(_, e)| !e.before.is_empty() || !e.vias.is_empty()) {
         insert(program, edits, &named, step, edit, &mut out)?;
     }
-    out.sort_by_key(|p| (p.file, p.span.start, p.span.end));
     Ok(out)
 }
 
@@ -32,16 +31,17 @@ pub(super) fn unwritable(program: &Program, edits: &Edits) -> Vec<(usize, String
     let elsewhere = |step: usize| {
         let StepKind::Move(m) = &program.script.steps.get(step)?.kind else { return None };
         match program.sources.get(m.goal.target()?)? {
-            Source::Name(n) => program.data.names.get(*n).filter(|n| n.context || n.of.is_some()),
+            Source::Name(n) => program.data.names.get(*n as usize).filter(|n| n.context || n.of.is_some()),
             Source::Inline(..) => None,
         }
     };
-    let alone = |(step, edit): (&usize, &Edit)| {
-        let name = elsewhere(*step).filter(|_| edit.goal.is_some())?;
-        let one = Edits { steps: [(*step, edit.clone())].into(), ..edits.clone() };
-        let mut out = Vec::new();
+    let alone = |(step, edit): (usize, EditRef)| {
+        let name = elsewhere(step).filter(|_| edit.goal.is_some())?;
+        let one =
+            Edits { steps: [(step, edit.into())].into(), digit: edits.digit.clone(), pose_digit: edits.pose_digit };
+        let mut out = Patches::default();
         goals(program, &one, &mut out).err()?;
-        Some((*step, format!("its inline form cannot take a clone of {}, which other uses need as it is", name.text)))
+        Some((step, format!("its inline form cannot take a clone of {}, which other uses need as it is", name.text)))
     };
     edits.steps.iter().filter_map(alone).collect()
 }
@@ -72,17 +72,16 @@ fn written(program: &Program, edits: &Edits, axis: usize, q: f64, style: number:
 /// Numbers of a target that differ from `q`.
 fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Change {
     let Some(there) = program.script.targets.get(target) else { return Change::new() };
-    let values = &there.values;
+    let values = there.values;
     let own = program.script.texts.get(there.at.file);
     let mut out = Vec::new();
     if there.pose.is_some() {
-        let number = |(k, v): (usize, &f64)| {
-            Some((values.get(k)?.as_ref()?.span(), there.pose_number_of_size(k, *v, edits, finest)?))
-        };
+        let number =
+            |(k, v): (usize, &f64)| Some((values.get(k)?.span(), there.pose_number_of_size(k, *v, edits, finest)?));
         return q.iter().enumerate().filter_map(number).collect();
     }
     for (axis, (value, &q)) in values.iter().zip(q).enumerate() {
-        let Some(value) = value.as_ref().filter(|v| (q - v.si).abs() > 1e-13) else { continue };
+        let Some(value) = value.filter(|v| (q - v.si).abs() > 1e-13) else { continue };
         let new = written(program, edits, axis, q, value.style);
         if own.is_none_or(|t| t.slice(value.span()) != new.as_bytes()) {
             out.push((value.span(), new));
@@ -91,10 +90,10 @@ fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Change
     out
 }
 
-fn goals(program: &Program, edits: &Edits, out: &mut Vec<Patch>) -> Result<()> {
+fn goals(program: &Program, edits: &Edits, out: &mut Patches) -> Result<()> {
     // target, step, and its joints or the numbers of its pose
     let mut wanted: Vec<(usize, usize, &[f64])> = Vec::with_capacity(edits.steps.len());
-    for (&step, edit) in &edits.steps {
+    for (step, edit) in edits.steps.iter() {
         let Some(StepKind::Move(m)) = program.script.steps.get(step).map(|s| &s.kind) else {
             return Err(Error::Refused(format!("step {step} is no move")));
         };
@@ -102,7 +101,7 @@ fn goals(program: &Program, edits: &Edits, out: &mut Vec<Patch>) -> Result<()> {
             let why = "a Cartesian motion is not written as joint motions";
             return Err(Error::Refused(format!("{}: {why}", place(program, step))));
         }
-        let Some(q) = &edit.goal else { continue };
+        let Some(q) = edit.goal else { continue };
         let (Some(target), None) = (m.goal.target(), &m.fixed) else {
             let why = "the goal's numbers are not in the program";
             return Err(Error::Refused(format!("{}: {why}", place(program, step))));
@@ -117,9 +116,9 @@ fn goals(program: &Program, edits: &Edits, out: &mut Vec<Patch>) -> Result<()> {
         let mut list: Vec<(usize, Change)> =
             list.iter().map(|&(_, step, q)| (step, changes(program, edits, target, q))).collect();
         let (file, may) = match program.sources.get(target) {
-            Some(Source::Inline(file, _)) => (*file, true),
+            Some(Source::Inline(file, _)) => (usize::from(*file), true),
             Some(Source::Name(n)) => {
-                let name = &program.data.names[*n];
+                let name = &program.data.names[*n as usize];
                 (name.value().map_or(name.file, |a| a.file), !name.read && !name.global)
             }
             None => return Err(Error::Refused("an axis target without its place".into())),
@@ -158,7 +157,7 @@ fn goals(program: &Program, edits: &Edits, out: &mut Vec<Patch>) -> Result<()> {
 
 /// By axis: a target of the program names it.
 fn named(program: &Program) -> Vec<bool> {
-    let named = |k: usize| program.script.targets.iter().any(|t| t.values.get(k).is_some_and(Option::is_some));
+    let named = |k: usize| program.script.targets.iter().any(|t| t.values.get(k).is_some());
     (0..program.axes.len()).map(named).collect()
 }
 
@@ -168,10 +167,10 @@ fn insert(
     edits: &Edits,
     named: &[bool],
     step: usize,
-    edit: &Edit,
-    out: &mut Vec<Patch>,
+    edit: EditRef,
+    out: &mut Patches,
 ) -> Result<()> {
-    let points = &edit.before;
+    let points = edit.before;
     let Some(StepKind::Move(m)) = program.script.steps.get(step).map(|s| &s.kind) else { return Ok(()) };
     let why = m.closed.as_deref().or(match &m.goal {
         Goal::Opaque(why) => Some(why.as_str()),
@@ -186,16 +185,16 @@ fn insert(
         return Err(Error::Refused(format!("{}: {why}", place(program, step))));
     }
     let text = texts(program, 0)?;
-    let start = text.line_span(motion.line).start;
-    let indent = text.slice(start..motion.keyword.start);
+    let start = text.line_span(motion.line()).start;
+    let indent = text.slice(start..motion.keyword.start());
     let indent = &indent[indent.len() - indent.iter().rev().take_while(|b| b.is_ascii_whitespace()).count()..];
     let ending = text.ending(start);
-    let at = motion.fold.map_or(start, |fold| text.line_span(fold).start);
+    let at = motion.fold().map_or(start, |fold| text.line_span(fold).start);
     let mut bytes = settings_of_form(text, motion, ending);
     if let Goal::Pose(goal) = &m.goal {
         let lines = poses(program, edits, edit, goal, motion, points.iter().map(|p| p.q.as_slice()))?;
         if let (Some(at), Some(via), Some(target)) = (edit.piece(points.len()), &motion.via, goal.target) {
-            out.push(Patch::new(0, via.clone(), on_arc(program, edits, target, at)));
+            out.push(Patch::new(0, *via, on_arc(program, edits, target, at)));
         }
         if lines.is_empty() {
             return Ok(());
@@ -210,7 +209,7 @@ fn insert(
     }
     for point in points {
         bytes.extend_from_slice(indent);
-        bytes.extend_from_slice(text.slice(motion.keyword.clone()));
+        bytes.extend_from_slice(text.slice(motion.keyword));
         bytes.extend_from_slice(&joint_goal(program, edits, named, m, &point.q)?);
         bytes.extend_from_slice(&tail(text, motion));
         bytes.extend_from_slice(ending);
@@ -221,9 +220,9 @@ fn insert(
 
 /// The lines of an inline form that set what its motion runs with: a point before the form needs the same.
 fn settings_of_form(text: &Text, motion: &Motion, ending: &[u8]) -> Vec<u8> {
-    let Some(fold) = motion.fold else { return Vec::new() };
+    let Some(fold) = motion.fold() else { return Vec::new() };
     let (mut bytes, mut line) = (Vec::new(), Vec::new());
-    for k in fold + 1..motion.line {
+    for k in fold + 1..motion.line() {
         tokens(text, k, &mut line);
         if form::setting(text, &line) {
             bytes.extend_from_slice(text.line(k));
@@ -239,14 +238,14 @@ fn joint_goal(program: &Program, edits: &Edits, named: &[bool], m: &Move, q: &[f
         Goal::Joints(t) => program.script.targets.get(t),
         _ => None,
     };
-    let values = target.map_or(&[][..], |t| &t.values);
+    let values = target.map(|t| t.values).unwrap_or_default();
     let usual = values.iter().flatten().map(|v| v.style).max_by_key(|s| s.decimals).unwrap_or_default();
     let usual = number::Style { decimals: usual.decimals.max(3), point: true, plus: false, ..usual };
     let mut all = Vec::new();
     // an axis that no target names stands where nobody knows
     for (axis, (name, q)) in program.axes.iter().zip(q).enumerate().filter(|(axis, _)| named.get(*axis) == Some(&true))
     {
-        let value = values.get(axis).copied().flatten();
+        let value = values.get(axis);
         let new = match value {
             Some(v) if (v.si - q).abs() <= 1e-13 => {
                 let file = target.map_or(0, |t| t.at.file);
@@ -264,7 +263,7 @@ fn joint_goal(program: &Program, edits: &Edits, named: &[bool], m: &Move, q: &[f
 fn poses<'a>(
     program: &Program,
     edits: &Edits,
-    edit: &Edit,
+    edit: EditRef,
     goal: &PoseGoal,
     motion: &Motion,
     points: impl Iterator<Item = &'a [f64]>,
@@ -272,9 +271,9 @@ fn poses<'a>(
     let missing = || Error::Refused("a Cartesian target without its place".into());
     let target = goal.target.ok_or_else(missing)?;
     let (file, span) = match program.sources.get(target) {
-        Some(Source::Inline(file, span)) => (*file, span),
+        Some(Source::Inline(file, span)) => (usize::from(*file), &span.range()),
         Some(Source::Name(n)) => {
-            let value = program.data.names[*n].value().map_err(|_| missing())?;
+            let value = program.data.names[*n as usize].value().map_err(|_| missing())?;
             (value.file, &value.span)
         }
         None => return Err(missing()),
@@ -283,16 +282,16 @@ fn poses<'a>(
     let own = texts(program, file)?;
     let line = |(n, q): (usize, &[f64])| {
         let piece = edit.piece(n);
-        let mut bytes = text.slice(motion.keyword.clone()).to_vec();
+        let mut bytes = text.slice(motion.keyword).to_vec();
         bytes.push(b' ');
         if let Some(at) = piece {
             bytes.extend_from_slice(on_arc(program, edits, target, at).as_bytes());
             bytes.push(b',');
         }
         // the other factors of a product stay
-        bytes.extend_from_slice(text.slice(motion.goal.start..motion.point.start));
+        bytes.extend_from_slice(text.slice(motion.goal.start()..motion.point.start()));
         bytes.extend_from_slice(&replaced(own, span, &changes(program, edits, target, q)));
-        bytes.extend_from_slice(text.slice(motion.point.end..motion.goal.end));
+        bytes.extend_from_slice(text.slice(motion.point.end()..motion.goal.end()));
         bytes.extend_from_slice(&tail(text, motion));
         bytes
     };
@@ -303,11 +302,11 @@ fn poses<'a>(
 fn on_arc(program: &Program, edits: &Edits, target: usize, at_m: &[f64]) -> String {
     let Some(there) = program.script.targets.get(target) else { return String::new() };
     let number = |(k, (name, v)): (usize, (&str, &f64))| {
-        let style = there.values.get(k).copied().flatten().map(|v| v.style).unwrap_or_default();
+        let style = there.values.get(k).map(|v| v.style).unwrap_or_default();
         let style = number::Style { exponent: false, plus: false, point: true, ..style };
         let mm = v * 1e3;
         let most = (-finest(mm).log10()).round().clamp(0.0, 9.0) as u8;
-        let decimals = number::decimals_for(style, edits.digit_of(there, k) * 1e3, most);
+        let decimals = number::decimals_for(style, edits.digit_of(&there, k) * 1e3, most);
         format!("{name} {}", number::write(mm, style, decimals))
     };
     let all: Vec<String> = ["X", "Y", "Z"].into_iter().zip(at_m).enumerate().map(number).collect();
@@ -320,14 +319,14 @@ fn on_arc(program: &Program, edits: &Edits, target: usize, at_m: &[f64]) -> Stri
 /// the latest, and ignores a greater distance. So the corner at a new point fits whatever the distance is; a new point without
 /// one would stop the robot on its way.
 fn tail(text: &Text, motion: &Motion) -> Vec<u8> {
-    let tail = text.slice(motion.tail.clone());
+    let tail = text.slice(motion.tail);
     if motion.spline {
         return tail.to_vec();
     }
     let approximates = tail
         .split(|b| !(b.is_ascii_alphanumeric() || *b == b'_'))
         .any(|w| w.get(..2).is_some_and(|h| h.eq_ignore_ascii_case(b"C_")));
-    let of_tcp = !text.slice(motion.keyword.clone()).eq_ignore_ascii_case(b"PTP");
+    let of_tcp = !text.slice(motion.keyword).eq_ignore_ascii_case(b"PTP");
     match (approximates, of_tcp) {
         (false, _) => Vec::new(),
         (true, true) => b" C_DIS".to_vec(),

@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::script::pose::{Configuration, Frame};
 use crate::script::{At, Goal, PathKind, PoseForm, PoseGoal, Shift, Solution, Target, Value};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use std::sync::Arc;
 
 impl Builder<'_> {
     fn opaque(&self, span: &Span) -> String {
@@ -82,8 +83,8 @@ impl Builder<'_> {
                 Ok(values) => {
                     let at = self.at(span.start);
                     self.targets.push(Target { name: None, at, values, pose: None });
-                    self.externals.push(External::of(text, node.get(1)));
-                    self.literals.push(Literal { bytes: node.bytes(), owner: None, foreign: None });
+                    self.external_axes(External::of(text, node.get(1)));
+                    self.literals.push(Literal { bytes: node.bytes().into(), owner: None, foreign: None });
                     Goal::Joints(self.targets.len() - 1)
                 }
                 Err(why) => Goal::Opaque(why),
@@ -140,15 +141,15 @@ impl Builder<'_> {
         let at = self.at(decl.at);
         self.targets.push(Target { name: Some(name.clone()), at, values, pose });
         let external = if pose.is_some() { 3 } else { 1 };
-        self.externals.push(External::of(text, node.get(external)));
+        self.external_axes(External::of(text, node.get(external)));
         let elsewhere = first >= self.project.own_end();
         if elsewhere {
             self.note(decl.at, format!("`{shown}` is taken from this file, and written into the moves to it"));
         }
         let keep = self.f.states[d].read || self.f.reaches_out(d) || elsewhere;
         let owner = Owner { bytes: first..last, head: head.join(" "), name, keep };
-        let foreign = elsewhere.then(|| text.slice(node.bytes()).to_vec());
-        self.literals.push(Literal { bytes: node.bytes(), owner: Some(owner), foreign });
+        let foreign = elsewhere.then(|| text.slice(node.bytes()).into());
+        self.literals.push(Literal { bytes: node.bytes().into(), owner: Some(Box::new(owner)), foreign });
         let t = self.targets.len() - 1;
         self.known.insert((d, indices), t);
         t
@@ -207,12 +208,12 @@ impl Builder<'_> {
         wobj: Option<Switch>,
         item: &Item,
         path: PathKind,
-        site: &mut Site,
+        (site, external_axes): (&mut Site, &mut Arc<External>),
     ) -> Goal {
         let p = self.f.p;
         if let Some((base, by, of_tool)) = self.displacement(span, item) {
-            site.point = p.tokens[base.start].start()..p.tokens[base.end - 1].end();
-            let goal = self.pose_goal(&base, tool, wobj, item, path, site);
+            site.point = (p.tokens[base.start].start()..p.tokens[base.end - 1].end()).into();
+            let goal = self.pose_goal(&base, tool, wobj, item, path, (site, external_axes));
             let Goal::Pose(goal) = goal else { return goal };
             let shift = if of_tool { Shift::of_pose(by) } else { Shift::in_frame(by.translation.vector) };
             return Goal::pose(goal.shifted(shift));
@@ -234,15 +235,15 @@ impl Builder<'_> {
         let Some(rotation) = unit(w, x, y, z) else {
             return Goal::Opaque("its orientation is no quaternion".into());
         };
-        site.external_axes = External::of(self.f.text, Some(external));
-        if matches!(site.external_axes, External::Numbers(_)) {
-            site.external = Some(String::from_utf8_lossy(self.f.text.slice(external.bytes())).into_owned());
+        *external_axes = self.like_before(External::of(self.f.text, Some(external)));
+        if matches!(**external_axes, External::Numbers(_)) {
+            site.external = Some(String::from_utf8_lossy(self.f.text.slice(external.bytes())).into());
         }
-        let frame = self.carried_frame(wobj, item, site);
+        let frame = self.carried_frame(wobj, item, external_axes);
         let checked = if path == PathKind::Joint { self.configured.joint } else { self.configured.linear };
         let solution = self.configuration(node);
         let at = self.at(span.start);
-        let target = self.pose_target(declared, node, at, &site.external_axes);
+        let target = self.pose_target(declared, node, at, external_axes);
         let tool = self.tool(tool, item);
         let position_m = Vector3::from(xyz) * 1e-3;
         Goal::pose(PoseGoal {
@@ -277,10 +278,10 @@ impl Builder<'_> {
     }
 
     /// The frame of a goal. A track carries the base, a positioner may carry the work object.
-    fn carried_frame(&mut self, wobj: Option<Switch>, item: &Item, site: &Site) -> Frame {
+    fn carried_frame(&mut self, wobj: Option<Switch>, item: &Item, external_axes: &External) -> Frame {
         let own = wobj.as_ref().and_then(|w| w.value.as_ref()).map_or("wobj0".to_string(), |v| self.shown(v.start));
         let frame = self.frame(wobj, item);
-        match site.external_axes.standing() {
+        match external_axes.standing() {
             Some(axes) => frame.carried(&own, &axes),
             None => {
                 Frame::Unknown("external axes that are computed, and may carry the robot or the work object".into())
@@ -294,7 +295,7 @@ impl Builder<'_> {
         declared: Option<(usize, Vec<usize>)>,
         node: &Node,
         at: At,
-        external_axes: &External,
+        external_axes: &Arc<External>,
     ) -> Option<usize> {
         let values = value::pose(node)?;
         // a list with a call in it cannot be written into the instruction: the call would happen once more
@@ -308,20 +309,32 @@ impl Builder<'_> {
             });
         }
         self.targets.push(Target { name: None, at, values, pose: Some(PoseForm::Quaternion) });
-        self.externals.push(external_axes.clone());
-        self.literals.push(Literal { bytes: node.bytes(), owner: None, foreign: None });
+        self.externals.push(Arc::clone(external_axes));
+        self.literals.push(Literal { bytes: node.bytes().into(), owner: None, foreign: None });
         Some(self.targets.len() - 1)
     }
 
+    /// External axes in the memory of those of the target before, where they are the same: most are.
+    fn like_before(&self, axes: External) -> Arc<External> {
+        let before = self.externals.last().or(self.external.as_ref()).filter(|before| ***before == axes);
+        before.map_or_else(|| Arc::new(axes), Arc::clone)
+    }
+
+    /// Those of the target that was read last.
+    fn external_axes(&mut self, axes: External) {
+        let axes = self.like_before(axes);
+        self.externals.push(axes);
+    }
+
     /// Whether the external axes that the robot file does not have move from the goal before to this one.
-    pub fn external_axes_move(&mut self, goal: &Goal, site: &Site) -> bool {
+    pub fn external_axes_move(&mut self, goal: &Goal, of_pose: Arc<External>) -> bool {
         let axes = match goal {
             Goal::Joints(t) => self.externals.get(*t).cloned().unwrap_or_default(),
-            _ => site.external_axes.clone(),
+            _ => of_pose,
         };
         // the first of them that the robot file does not have
         let first = self.robot.dof().saturating_sub(6).min(6);
-        let before = self.external.replace(axes.clone());
+        let before = self.external.replace(Arc::clone(&axes));
         before.is_some_and(|before| before.moves_to(&axes, first))
     }
 

@@ -66,7 +66,7 @@ pub fn lex(text: &Text) -> Result<Lexed> {
             }
             _ => return Err(text.bad(i, format!("the character {:?}", char::from(b)), "RAPID text")),
         };
-        tokens.push(Token::new(kind, start, i));
+        tokens.push(Token::new(text, kind, start, i)?);
     }
     Ok(Lexed { tokens, comments })
 }

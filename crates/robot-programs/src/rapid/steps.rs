@@ -13,19 +13,22 @@ use crate::error::Result;
 use crate::script::blocks::{BySteps, Steps};
 use crate::script::fold;
 use crate::script::sites::Time;
-use crate::script::{At, Break, Goal, Move, Note, PathKind, Script, Speed, StepKind, Target, Text, number};
+use crate::script::{
+    At, Break, Few, Goal, How, Move, Note, PathKind, Script, Span as Bytes, Speed, StepKind, Targets, Text, number,
+};
 use nalgebra::UnitQuaternion;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A target as it can be written: bytes of its list, and where it is declared.
 #[derive(Debug, Clone)]
 pub struct Literal {
     /// In the text of the program with its context.
-    pub bytes: Range<usize>,
-    pub owner: Option<Owner>,
+    pub bytes: Bytes,
+    pub owner: Option<Box<Owner>>,
     /// Its text where it stands in another module, or is computed: numbers count from its start.
-    pub foreign: Option<Vec<u8>>,
+    pub foreign: Option<Box<[u8]>>,
 }
 
 /// Declaration of a target.
@@ -44,22 +47,34 @@ pub struct Owner {
 #[derive(Debug, Clone, Default)]
 pub struct Site {
     /// Instruction to behind the `;`.
-    pub bytes: Range<usize>,
-    pub word: Range<usize>,
-    pub args: Vec<Arg>,
+    pub bytes: Bytes,
+    pub word: Bytes,
+    pub args: Box<[Written]>,
     /// Which of `args` are target and zone.
-    pub goal: usize,
-    /// Name or list of the target within it: that of the point in `Offs(p1,0,0,100)`.
-    pub point: Range<usize>,
-    pub zone: Option<usize>,
+    pub goal: u16,
+    pub zone: Option<u16>,
     /// Of an arc that may be split: which of `args` is the point on its way.
-    pub via: Option<usize>,
+    pub via: Option<u16>,
+    /// Name or list of the target within it: that of the point in `Offs(p1,0,0,100)`.
+    pub point: Bytes,
     /// `\T:=` of the whole move: bytes of the number, s, style.
-    pub time: Option<Time>,
+    pub time: Option<Box<Time>>,
     /// External axes of a robtarget as text, for joint moves in its place.
-    pub external: Option<String>,
-    /// ... and for comparison.
-    pub external_axes: External,
+    pub external: Option<Box<str>>,
+}
+
+/// An argument as it is written, with names and bytes of its switches.
+#[derive(Debug, Clone)]
+pub struct Written {
+    pub bytes: Bytes,
+    pub switches: Few<(Box<str>, Bytes)>,
+}
+
+impl From<Arg> for Written {
+    fn from(arg: Arg) -> Self {
+        let switches = arg.switches.into_iter().map(|s| (s.name.into(), s.bytes.into())).collect();
+        Self { bytes: arg.bytes.into(), switches }
+    }
 }
 
 #[derive(Default)]
@@ -89,7 +104,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Built>
         robot,
         displaced: p.words.different().any(|w| w.starts_with("pdispon") || w == "pdispset"),
         steps: Steps::default(),
-        targets: Vec::new(),
+        targets: Targets::default(),
         literals: Vec::new(),
         externals: Vec::new(),
         external: None,
@@ -122,12 +137,12 @@ pub struct Builder<'a> {
     pub robot: &'a Axes,
     pub displaced: bool,
     steps: Steps<Site>,
-    pub targets: Vec<Target>,
+    pub targets: Targets,
     pub literals: Vec<Literal>,
     /// External axes of each target.
-    pub externals: Vec<External>,
+    pub externals: Vec<Arc<External>>,
     /// ... and of the goal before, on the same stretch.
-    pub external: Option<External>,
+    pub external: Option<Arc<External>>,
     /// Whether configurations are watched (`ConfJ`, `ConfL`), in the order of the text of a routine, and at its start.
     pub configured: Configured,
     configured_first: Configured,
@@ -297,7 +312,7 @@ impl Builder<'_> {
             self.push(token, StepKind::Break(Break::Call));
         }
         if motion.leads == Leads::External && self.robot.dof() <= 6 {
-            self.external = Some(External::Unknown);
+            self.external = Some(Arc::default());
             self.push(token, StepKind::Dwell(None));
             return Ok(());
         }
@@ -315,22 +330,27 @@ impl Builder<'_> {
         let switch = |name: &str| args.iter().flat_map(|a| &a.switches).find(|s| s.name == name).cloned();
 
         let mut site = Site {
-            bytes: p.tokens[token].start()..semicolon.end(),
-            word: p.tokens[token].start()..p.tokens[token].end(),
-            goal: goal_at,
-            point: args[goal_at].bytes.clone(),
-            zone: zone_at,
+            bytes: (p.tokens[token].start()..semicolon.end()).into(),
+            word: (p.tokens[token].start()..p.tokens[token].end()).into(),
+            goal: goal_at as u16,
+            point: args[goal_at].bytes.clone().into(),
+            zone: zone_at.map(|k| k as u16),
             ..Site::default()
         };
+        let mut external_axes = Arc::default();
         let time = switch("t").map(|s| s.value.and_then(|v| plain(self.f.text, p, &v)));
         let synchronised = switch("id").is_some() || self.synchronised;
-        site.via = self.via_of_splittable(item, goal_at, &args);
+        site.via = self.via_of_splittable(item, goal_at, &args).map(|k| k as u16);
         let mut closed = closed(&motion, alone, calls, synchronised, site.via.is_some()).map(String::from);
-        site.time = time.as_ref().and_then(|t| t.as_ref()).filter(|t| t.0 > 0.0).map(|(s, st, b)| (b.clone(), *s, *st));
+        site.time = time
+            .as_ref()
+            .and_then(|t| t.as_ref())
+            .filter(|t| t.0 > 0.0)
+            .map(|(s, st, b)| Box::new((b.clone(), *s, *st)));
         if time.is_some() && site.time.is_none() {
             closed.get_or_insert_with(|| "its time \\T is no plain number, and cannot be shared out".into());
         }
-        let speed = match (&site.time, switch("v").and_then(|s| s.value)) {
+        let speed = match (site.time.as_deref(), switch("v").and_then(|s| s.value)) {
             (Some((_, s, _)), _) => Speed::Seconds(*s),
             (None, _) if time.is_some() => Speed::Unknown,
             (None, Some(v)) => self.number(&v, item).map_or(Speed::Unknown, |v| Speed::Tcp(v * 1e-3)),
@@ -345,7 +365,7 @@ impl Builder<'_> {
             Leads::Joints => self.joint_goal(&goal_span, item)?,
             Leads::Pose => {
                 let tool = tool_at.map(|k| args[k].clone());
-                self.pose_goal(&goal_span, tool, switch("wobj"), item, motion.path, &mut site)
+                self.pose_goal(&goal_span, tool, switch("wobj"), item, motion.path, (&mut site, &mut external_axes))
             }
             Leads::Search => Goal::Opaque("a search may end anywhere on its way".into()),
             Leads::External => Goal::Opaque("MoveExtJ moves external axes alone".into()),
@@ -364,7 +384,7 @@ impl Builder<'_> {
         if motion.path == PathKind::Curve && !matches!(goal, Goal::Pose(_)) {
             closed.get_or_insert_with(|| "it is an arc".into());
         }
-        if self.external_axes_move(&goal, &site) {
+        if self.external_axes_move(&goal, external_axes) {
             closed.get_or_insert_with(|| "its external axes move, too".into());
         }
         let goal = match goal {
@@ -382,9 +402,9 @@ impl Builder<'_> {
             other => other,
         };
         let switched_on = switch("on").is_some().then_some(true).or(switch("off").is_some().then_some(false));
-        site.args = args;
-        let m = Move { path: motion.path, goal, fixed: None, closed, speed, blend_m, way: Vec::new() };
-        let k = self.push(token, StepKind::Move(m));
+        site.args = args.into_iter().map(Written::from).collect();
+        let how = How { path: motion.path, fixed: None, closed, speed, blend_m };
+        let k = self.push(token, StepKind::Move(Move::new(how, goal, Few::new())));
         self.steps.place(k, site);
         self.after_motion(token, &motion, switched_on);
         Ok(())

@@ -27,7 +27,7 @@ fn values(source: &str, n: usize) -> Vec<Option<Value>> {
     let doc = document(source);
     let (_, m) = doc.script().moves().nth(n).unwrap();
     let Goal::Joints(t) = m.goal else { panic!("{:?}", m.goal) };
-    doc.script().targets[t].values.clone()
+    doc.script().targets.get(t).unwrap().values.iter().collect()
 }
 
 fn degrees(source: &str, n: usize) -> Vec<Option<f64>> {
@@ -57,7 +57,9 @@ fn inserted(source: &str, n: usize, deg: f64, share: f64, clearance_m: f64) -> E
     let doc = document(source);
     let (step, m) = doc.script().moves().nth(n).unwrap();
     let mut q = match m.goal {
-        Goal::Joints(t) => doc.script().targets[t].values.iter().map(|v| v.map_or(0.0, |v| v.si)).collect(),
+        Goal::Joints(t) => {
+            doc.script().targets.get(t).unwrap().values.iter().map(|v| v.map_or(0.0, |v| v.si)).collect()
+        }
         _ => vec![0.0; 6],
     };
     q[0] = f64::to_radians(deg);
@@ -256,8 +258,8 @@ fn external_axes_are_the_robots_axes_from_the_seventh_on() {
     let robot = crate::fixtures::irb1600_on_a_rail();
     let source = program("", "MoveAbsJ [[1,2,3,4,5,6],[1234.5,9E9,9E9,9E9,9E9,9E9]],v100,z10,tool0;");
     let doc = harness::parse(&Rapid, source.as_bytes(), &robot).unwrap();
-    assert_eq!(doc.script().targets[0].values.len(), 7);
-    assert!((doc.script().targets[0].values[6].unwrap().si - 1.2345).abs() < 1e-12);
+    assert_eq!(doc.script().targets.get(0).unwrap().values.len(), 7);
+    assert!((doc.script().targets.get(0).unwrap().values.get(6).unwrap().si - 1.2345).abs() < 1e-12);
 }
 
 #[test]
@@ -382,7 +384,7 @@ fn a_point_displaced_by_known_numbers_is_edited_beside_its_displacement() {
     let Goal::Pose(goal) = &m.goal else { panic!() };
     let step = doc.script().moves().nth(k).unwrap().0;
     let mut numbers: Vec<f64> =
-        doc.script().targets[goal.target.unwrap()].values.iter().map(|v| v.unwrap().si).collect();
+        doc.script().targets.get(goal.target.unwrap()).unwrap().values.iter().map(|v| v.unwrap().si).collect();
     numbers[0] += 1e-4;
     let point = NewPoint { q: numbers.clone(), share: 0.5, t_s: None, clearance_m: 0.01, of_way: false };
     let edit = Edit { goal: Some(numbers), before: vec![point], ..Edit::default() };
@@ -404,9 +406,11 @@ fn a_cartesian_move_can_be_written_as_joint_moves() {
     let p = "CONST robtarget p1:=[[500,-20,300.5],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];";
     let source = program(p, "MoveL p1, v100, z10, tool0\\WObj:=wobj0;");
     let mut edits = inserted(&source, 0, 9.5, 0.5, 0.01);
-    let edit = edits.steps.values_mut().next().unwrap();
-    edit.as_joint_moves = true;
-    edit.goal = Some(vec![0.1; 6]);
+    edits.steps.retain(|_, edit| {
+        edit.as_joint_moves = true;
+        edit.goal = Some(vec![0.1; 6]);
+        true
+    });
     let doc = document(&source);
     let bytes = text::apply(&doc.script().texts, &doc.patches(&edits).unwrap()).unwrap();
     let out = String::from_utf8(bytes[0].clone()).unwrap();
@@ -641,9 +645,11 @@ fn a_straight_move_is_not_stopped_on_its_way_and_ends_as_it_did() {
     let source = program(p, "MoveL p1,v100,fine,tool0\\WObj:=wobj0;");
     for (clearance_m, zone) in [(0.01, "z0"), (0.000_128, "z0\\Z:=0.12"), (0.000_001, "fine")] {
         let mut edits = inserted(&source, 0, 9.5, 0.5, clearance_m);
-        let edit = edits.steps.values_mut().next().unwrap();
-        edit.as_joint_moves = true;
-        edit.goal = Some(vec![0.1; 6]);
+        edits.steps.retain(|_, edit| {
+            edit.as_joint_moves = true;
+            edit.goal = Some(vec![0.1; 6]);
+            true
+        });
         let doc = document(&source);
         let out = text::apply(&doc.script().texts, &doc.patches(&edits).unwrap()).unwrap().remove(0);
         let out = String::from_utf8(out).unwrap();
@@ -723,7 +729,8 @@ fn a_movec_is_split_into_arcs() {
     let (step, m) = doc.script().moves().nth(1).unwrap();
     assert_eq!(m.closed, None);
     let Goal::Pose(goal) = &m.goal else { panic!() };
-    let own: Vec<f64> = doc.script().targets[goal.target.unwrap()].values.iter().map(|v| v.unwrap().si).collect();
+    let own: Vec<f64> =
+        doc.script().targets.get(goal.target.unwrap()).unwrap().values.iter().map(|v| v.unwrap().si).collect();
     let point = |x: f64, share| {
         let q = std::iter::once(x).chain(own[1..].iter().copied()).collect();
         NewPoint { q, share, t_s: None, clearance_m: 0.01, of_way: false }

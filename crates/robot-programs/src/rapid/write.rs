@@ -6,14 +6,13 @@
 //! Its zone: `z0` (0.3 mm), or a smaller one by `\Z:=` where its neighbours are nearer, or `fine` where a joint move itself
 //! stops exactly; a straight TCP move is not stopped on its way. ABB controllers halve overlapping zones by themselves, so the move's own zone stays.
 
-use super::arguments::Arg;
-use super::steps::{Built, Site};
+use super::steps::{Built, Site, Written};
 use super::value;
 use super::words::{self, Z0_MM};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
 use crate::script::sites::{EditRequest, Number, TargetEdit, in_place, substituted};
-use crate::script::{Edit, Edits, Goal, Move, NewPoint, Patch, PathKind, Text, number};
+use crate::script::{EditRef, Edits, Goal, Move, NewPoint, Patch, Patches, PathKind, Text, number};
 use std::collections::HashSet;
 use std::ops::Range;
 
@@ -31,18 +30,17 @@ pub struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    pub fn patches(&self) -> Result<Vec<Patch>> {
+    pub fn patches(&self) -> Result<Patches> {
         let mut out = self.goals()?;
-        for (&k, edit) in &self.edits.steps {
+        for (k, edit) in self.edits.steps.iter() {
             let (m, site) = self.at(k)?;
             if edit.as_joint_moves {
                 let q = self.asked().joints_for_pose(k, m, edit)?;
-                out.push(Patch::new(0, site.word.clone(), "MoveAbsJ"));
-                out.push(Patch::new(0, site.args[site.goal].bytes.clone(), self.plain(k, site, q)?));
+                out.push(Patch::new(0, site.word, "MoveAbsJ"));
+                out.push(Patch::new(0, site.args[usize::from(site.goal)].bytes, self.plain(k, site, q)?));
             }
             self.points(k, m, site, edit, &mut out)?;
         }
-        out.sort_by_key(|p| (p.span.start, p.span.end));
         Ok(out)
     }
 
@@ -72,14 +70,14 @@ impl Writer<'_> {
         let Some(target) = self.built.script.targets.get(t) else { return Vec::new() };
         if target.pose.is_some() {
             let number = |(k, v): (usize, &f64)| {
-                let own = target.values.get(k)?.as_ref()?;
+                let own = target.values.get(k)?;
                 Some((own.span(), target.pose_number_of_size(k, *v, self.edits, value::seventh)?))
             };
             return q.iter().enumerate().filter_map(number).collect();
         }
         let axes = target.values.iter().zip(q).zip(self.kinds).enumerate();
         axes.filter_map(|(axis, ((value, &q), kind))| {
-            let value = value.as_ref()?;
+            let value = value?;
             let si = kind.si_per_user_unit();
             let finest = (value.finest / si).min(value::seventh(q / si));
             let text = number::changed(value.si / si, value.style, q / si, self.digit(axis) / si, finest)?;
@@ -92,21 +90,21 @@ impl Writer<'_> {
     fn literal(&self, t: usize, numbers: &[Number]) -> Result<String> {
         let Some(literal) = self.built.literals.get(t) else { return Err(Error::Refused("no such target".into())) };
         if let Some(foreign) = &literal.foreign {
-            let own = Text::new("", foreign.clone());
-            let start = literal.bytes.start;
+            let own = Text::new("", foreign.to_vec());
+            let start = literal.bytes.start();
             let moved: Vec<Number> = numbers.iter().map(|(s, n)| (s.start - start..s.end - start, n.clone())).collect();
             let all = 0..foreign.len();
             return Ok(flat(&substituted(&own, &all, moved.iter().map(|(s, n)| (s, n.as_str())))));
         }
-        Ok(flat(&substituted(self.text()?, &literal.bytes, numbers.iter().map(|(s, n)| (s, n.as_str())))))
+        Ok(flat(&substituted(self.text()?, &literal.bytes.range(), numbers.iter().map(|(s, n)| (s, n.as_str())))))
     }
 
     /// Changed goals, by target: in place where all moves to it agree, else by clones.
-    fn goals(&self) -> Result<Vec<Patch>> {
+    fn goals(&self) -> Result<Patches> {
         let text = self.text()?;
-        let mut out = Vec::new();
+        let mut out = Patches::default();
         let mut fresh = HashSet::new();
-        let owner = |t: usize| self.built.literals.get(t).and_then(|l| l.owner.as_ref());
+        let owner = |t: usize| self.built.literals.get(t).and_then(|l| l.owner.as_deref());
         let mut each = |wanted: TargetEdit| {
             out.extend(in_place(wanted.in_place));
             for (numbers, steps) in wanted.clones {
@@ -115,7 +113,7 @@ impl Writer<'_> {
                     let values = self.literal(wanted.target, &numbers)?;
                     for k in steps {
                         let (_, site) = self.at(k)?;
-                        out.push(Patch::new(0, site.point.clone(), values.clone()));
+                        out.push(Patch::new(0, site.point, values.clone()));
                     }
                     continue;
                 }
@@ -124,7 +122,7 @@ impl Writer<'_> {
                 out.push(beside(text, &owner.bytes, &declaration));
                 for k in steps {
                     let (_, site) = self.at(k)?;
-                    out.push(Patch::new(0, site.point.clone(), name.clone()));
+                    out.push(Patch::new(0, site.point, name.clone()));
                 }
             }
             Ok(())
@@ -149,7 +147,7 @@ impl Writer<'_> {
     }
 
     /// Writes the new points of a move, and its share of a time.
-    fn points(&self, k: usize, m: &Move, site: &Site, edit: &Edit, out: &mut Vec<Patch>) -> Result<()> {
+    fn points(&self, k: usize, m: &Move, site: &Site, edit: EditRef, out: &mut Patches) -> Result<()> {
         if edit.before.is_empty() && edit.vias.is_empty() {
             return Ok(());
         }
@@ -171,8 +169,8 @@ impl Writer<'_> {
                 Some(legs)
             }
         };
-        let line = text.line_span(text.line_of(site.bytes.start) as usize - 1);
-        let before = text.slice(line.start..site.bytes.start);
+        let line = text.line_span(text.line_of(site.bytes.start()) as usize - 1);
+        let before = text.slice(line.start..site.bytes.start());
         let first = before.iter().all(u8::is_ascii_whitespace);
         let mut bytes = Vec::new();
         for (n, point) in edit.before.iter().enumerate() {
@@ -180,18 +178,18 @@ impl Writer<'_> {
             let via = edit.piece(n).map(|at| self.on_arc(k, m, Some(&point.q), at)).transpose()?;
             let word = match edit.as_joint_moves {
                 true => "MoveAbsJ".into(),
-                false => flat(text.slice(site.word.clone())),
+                false => flat(text.slice(site.word)),
             };
             let (time, targets) = (times.as_ref().and_then(|t| t.get(n)), (target.as_str(), via.as_deref()));
             bytes.extend(self.copy(&word, m, site, point, targets, time)?.into_bytes());
             if first {
-                bytes.extend_from_slice(text.ending(site.bytes.start));
+                bytes.extend_from_slice(text.ending(site.bytes.start()));
                 bytes.extend_from_slice(before);
             } else {
                 bytes.push(b' ');
             }
         }
-        out.push(Patch::new(0, site.bytes.start..site.bytes.start, bytes));
+        out.push(Patch::new(0, site.bytes.start()..site.bytes.start(), bytes));
         Ok(())
     }
 
@@ -206,13 +204,13 @@ impl Writer<'_> {
     }
 
     /// The point on the way of the last piece of an arc, which the motion itself goes.
-    fn last_piece(&self, k: usize, m: &Move, site: &Site, edit: &Edit, out: &mut Vec<Patch>) -> Result<()> {
+    fn last_piece(&self, k: usize, m: &Move, site: &Site, edit: EditRef, out: &mut Patches) -> Result<()> {
         if site.via.is_some() && edit.vias.len() != edit.before.len() + 1 {
             return Err(self.refused(k, "a piece of its arc has no point on its way"));
         }
         if let (Some(at), Some(via)) = (edit.piece(edit.before.len()), site.via) {
-            let q = edit.goal.as_deref().or(edit.before.last().map(|p| p.q.as_slice()));
-            out.push(Patch::new(0, site.args[via].bytes.clone(), self.on_arc(k, m, q, at)?));
+            let q = edit.goal.or(edit.before.last().map(|p| p.q.as_slice()));
+            out.push(Patch::new(0, site.args[usize::from(via)].bytes, self.on_arc(k, m, q, at)?));
         }
         Ok(())
     }
@@ -254,20 +252,20 @@ impl Writer<'_> {
         let text = self.text()?;
         let mut parts = Vec::new();
         for (n, arg) in site.args.iter().enumerate() {
-            let is = |place: Option<usize>| place == Some(n);
+            let is = |place: Option<u16>| place.map(usize::from) == Some(n);
             let mut part = if let Some(via) = via.filter(|_| is(site.via)) {
                 via.to_string()
-            } else if n == site.goal {
+            } else if n == usize::from(site.goal) {
                 // joint moves take no displacement
-                let point = if word == "MoveAbsJ" { &arg.bytes } else { &site.point };
-                flat(&substituted(text, &arg.bytes, [(point, target)]))
+                let point = if word == "MoveAbsJ" { arg.bytes } else { site.point }.range();
+                flat(&substituted(text, &arg.bytes.range(), [(&point, target)]))
             } else if is(site.zone) {
-                self.zone(m, point, &flat(text.slice(arg.bytes.clone())))
+                self.zone(m, point, &flat(text.slice(arg.bytes)))
             } else {
-                flat(text.slice(arg.bytes.clone()))
+                flat(text.slice(arg.bytes))
             };
-            for s in &arg.switches {
-                let keep = match s.name.as_str() {
+            for (name, switch) in &arg.switches {
+                let keep = match &**name {
                     "conc" | "inpos" | "z" => false,
                     "t" => {
                         if let Some(time) = time {
@@ -278,7 +276,7 @@ impl Writer<'_> {
                     _ => true,
                 };
                 if keep {
-                    part.push_str(&flat(text.slice(s.bytes.clone())));
+                    part.push_str(&flat(text.slice(*switch)));
                 }
             }
             if !part.is_empty() {
@@ -311,9 +309,9 @@ impl Writer<'_> {
 
 /// Whether a statement has blanks behind its commas.
 fn spaced(text: &Text, site: &Site) -> bool {
-    let end = |a: &Arg| a.switches.iter().map(|s| s.bytes.end).fold(a.bytes.end, usize::max);
+    let end = |a: &Written| a.switches.iter().map(|s| s.1.end()).fold(a.bytes.end(), usize::max);
     let Some(first) = site.args.first() else { return false };
-    let rest = text.slice(end(first)..site.bytes.end);
+    let rest = text.slice(end(first)..site.bytes.end());
     let comma = rest.iter().position(|&b| b == b',');
     comma.and_then(|c| rest.get(c + 1)) == Some(&b' ')
 }

@@ -4,7 +4,7 @@ use super::{At, Break, Script, Step, StepKind, Text, pragma};
 
 /// Values of some steps, in the order of the steps.
 #[derive(Debug)]
-pub struct BySteps<T>(Vec<(usize, T)>);
+pub struct BySteps<T>(Vec<(u32, T)>);
 
 impl<T> Default for BySteps<T> {
     fn default() -> Self {
@@ -15,13 +15,23 @@ impl<T> Default for BySteps<T> {
 impl<T> BySteps<T> {
     /// The value of a step behind those that have one.
     pub fn push(&mut self, step: usize, value: T) {
-        self.0.push((step, value));
+        self.0.push((step as u32, value));
     }
 
     /// The value of a step.
     pub fn get(&self, step: usize) -> Option<&T> {
-        let k = self.0.binary_search_by_key(&step, |v| v.0).ok()?;
+        let k = self.0.binary_search_by_key(&step, |v| v.0 as usize).ok()?;
         self.0.get(k).map(|v| &v.1)
+    }
+
+    /// The value that was pushed last.
+    pub fn last(&self) -> Option<&T> {
+        self.0.last().map(|v| &v.1)
+    }
+
+    /// All values with their steps.
+    pub fn iter(&self) -> impl Iterator<Item = (usize, &T)> {
+        self.0.iter().map(|v| (v.0 as usize, &v.1))
     }
 
     /// All values.
@@ -31,13 +41,13 @@ impl<T> BySteps<T> {
 
     /// The last one before a step.
     pub fn before(&self, step: usize) -> Option<&T> {
-        let k = self.0.partition_point(|v| v.0 < step);
+        let k = self.0.partition_point(|v| (v.0 as usize) < step);
         self.0.get(k.checked_sub(1)?).map(|v| &v.1)
     }
 
     /// The first one after a step.
     pub fn after(&self, step: usize) -> Option<&T> {
-        self.0.get(self.0.partition_point(|v| v.0 <= step)).map(|v| &v.1)
+        self.0.get(self.0.partition_point(|v| v.0 as usize <= step)).map(|v| &v.1)
     }
 }
 
@@ -81,7 +91,8 @@ impl<S> Steps<S> {
     }
 
     fn add(&mut self, at: At, kind: StepKind) -> usize {
-        self.steps.push(Step { at, kind });
+        let step = Step::behind(self.steps.last(), at, kind);
+        self.steps.push(step);
         self.steps.len() - 1
     }
 
@@ -162,7 +173,7 @@ impl<S> Steps<S> {
         if !gone.is_empty() {
             let mut k = 0..;
             self.steps.retain(|_| k.next().is_some_and(|k| stays(&k)));
-            self.sites.0.iter_mut().for_each(|site| site.0 = moved(site.0));
+            self.sites.0.iter_mut().for_each(|site| site.0 = moved(site.0 as usize) as u32);
         }
         script.steps = self.steps;
         self.sites

@@ -6,8 +6,8 @@
 use crate::axes::Axes;
 use crate::error::{Error, Result};
 use crate::script::{
-    Document, Edit, Edits, Format, Goal, Move, NewPoint, Patch, PathKind, Script, Speed, StepKind, Target, Text, Value,
-    text,
+    Document, Edit, EditRef, Edits, Format, Goal, Move, NewPoint, Patches, PathKind, Script, Speed, StepKind,
+    TargetRef, Text, Value, text,
 };
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -70,8 +70,8 @@ pub fn moves(script: &Script) -> Vec<(usize, Move)> {
 }
 
 /// Numbers of a move's target, joints or a pose; empty where it has none that can be written.
-fn numbers<'a>(script: &'a Script, m: &Move) -> &'a [Option<Value>] {
-    m.goal.target().map_or(&[], |t| &script.targets[t].values)
+fn numbers(script: &Script, m: &Move) -> Vec<Option<Value>> {
+    m.goal.target().map_or_else(Vec::new, |t| script.targets.get(t).unwrap().values.iter().collect())
 }
 
 /// Values of a step's target; NaN where it commands nothing.
@@ -240,10 +240,10 @@ pub fn kept(
 }
 
 /// What is replaced is a number, a name or an expression, never a line.
-fn replaced(script: &Script, patches: &[Patch]) -> std::result::Result<(), String> {
-    for p in patches {
+fn replaced(script: &Script, patches: &Patches) -> std::result::Result<(), String> {
+    for p in patches.iter() {
         let old = script.texts[p.file].slice(p.span.clone());
-        if old.contains(&b'\n') || (!old.is_empty() && *p.bytes == *old) {
+        if old.contains(&b'\n') || (!old.is_empty() && p.bytes == old) {
             return Err(format!("an edit replaces {:?}", String::from_utf8_lossy(old)));
         }
     }
@@ -274,8 +274,8 @@ fn compared(before: &Script, after: &Script, edits: &Edits, how: Language) -> Op
     let mut rest = after.steps.iter();
     for (k, step) in before.steps.iter().enumerate() {
         let line = step.at.line;
-        let edit = edits.steps.get(&k);
-        for point in edit.map_or(&[][..], |e| &e.before) {
+        let edit = edits.steps.get(k);
+        for point in edit.map_or(&[][..], |e| e.before) {
             let (StepKind::Move(m), Some(StepKind::Move(n))) = (&step.kind, rest.next().map(|s| &s.kind)) else {
                 return Some(format!("line {line}: a new point is no move"));
             };
@@ -312,7 +312,7 @@ fn new_point(
     if std::mem::discriminant(&m.goal) != std::mem::discriminant(&n.goal) {
         return Err(format!("its goal is {:?} and not as {:?}", n.goal, m.goal));
     }
-    let target = &after.targets[target];
+    let target = &after.targets.get(target).unwrap();
     let written = numbers(after, n);
     for (axis, own) in numbers(before, m).iter().enumerate() {
         if own.is_some() && !how.modal && written.get(axis).copied().flatten().is_none() {
@@ -345,7 +345,7 @@ fn same_speed(m: &Move, n: &Move) -> Compared {
     }
 }
 
-fn step_itself(before: &Script, m: &Move, after: &Script, n: &Move, edit: Option<&Edit>, edits: &Edits) -> Compared {
+fn step_itself(before: &Script, m: &Move, after: &Script, n: &Move, edit: Option<EditRef>, edits: &Edits) -> Compared {
     let changed = || Err(format!("{m:?} became {n:?}"));
     match (&m.goal, &n.goal) {
         (Goal::Pose(a), Goal::Pose(b))
@@ -356,13 +356,13 @@ fn step_itself(before: &Script, m: &Move, after: &Script, n: &Move, edit: Option
         }
         (Goal::Pose(a), Goal::Pose(_)) if a.target.is_none() => {}
         (Goal::Joints(_), Goal::Joints(_)) | (Goal::Pose(_), Goal::Pose(_)) => {
-            let Some(target) = n.goal.target().map(|t| &after.targets[t]) else { return changed() };
-            let asked = edit.and_then(|e| e.goal.as_ref());
+            let Some(target) = n.goal.target().map(|t| after.targets.get(t).unwrap()) else { return changed() };
+            let asked = edit.and_then(|e| e.goal);
             let (old, new) = (numbers(before, m), numbers(after, n));
-            for (axis, (o, v)) in old.iter().zip(new).enumerate() {
+            for (axis, (o, v)) in old.iter().zip(&new).enumerate() {
                 match (o, v, asked.map(|q| q[axis])) {
                     (None, None, _) => {}
-                    (_, Some(v), Some(q)) => near(target, axis, *o, *v, q, edits)?,
+                    (_, Some(v), Some(q)) => near(&target, axis, *o, *v, q, edits)?,
                     (Some(o), Some(v), None) if o.si == v.si => {}
                     _ => return Err(format!("axis {axis}: {o:?} became {v:?}")),
                 }
@@ -387,7 +387,7 @@ fn step_itself(before: &Script, m: &Move, after: &Script, n: &Move, edit: Option
 
 /// A written number is `q` within half a last digit, and that digit is no coarser than asked for or than the format can hold. One
 /// that stands there with more digits than that may stay.
-fn near(target: &Target, axis: usize, own: Option<Value>, v: Value, q: f64, edits: &Edits) -> Compared {
+fn near(target: &TargetRef, axis: usize, own: Option<Value>, v: Value, q: f64, edits: &Edits) -> Compared {
     let lost = (v.si - q).abs();
     let asked = edits.digit_of(target, axis);
     let coarse = if asked.is_nan() { f64::INFINITY } else { asked.max(v.finest) };
@@ -462,7 +462,7 @@ pub fn survives(format: &dyn Format, robot: &Axes, source: Source, wishes: Wishe
         };
         parsed += 1;
         let none = doc.patches(&Edits { digit: vec![1e-6; robot.dof()], ..Edits::default() });
-        assert_eq!(none.expect("no edits are never refused"), vec![], "seed {seed}");
+        assert!(none.expect("no edits are never refused").is_empty(), "seed {seed}");
         match kept(format, doc.as_ref(), &wishes(doc.script(), &mut rng), robot) {
             Ok(Outcome::Refused) => refused += 1,
             Ok(Outcome::Kept) => came_back += 1,

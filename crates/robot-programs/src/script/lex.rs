@@ -32,14 +32,20 @@ pub enum Kind {
 pub struct Token {
     /// What it is.
     pub kind: Kind,
+    len: u16,
     from: u32,
-    to: u32,
 }
 
 impl Token {
-    /// Of a text of at most [`LONGEST`] bytes.
-    pub fn new(kind: Kind, start: usize, end: usize) -> Self {
-        Self { kind, from: start as u32, to: end as u32 }
+    /// A token of a text.
+    ///
+    /// # Errors
+    /// Bad input where it is longer than any controller takes.
+    pub fn new(text: &Text, kind: Kind, start: usize, end: usize) -> Result<Self> {
+        match (u32::try_from(start), u16::try_from(end.saturating_sub(start))) {
+            (Ok(from), Ok(len)) => Ok(Self { kind, len, from }),
+            _ => Err(text.bad(start, format!("a word of {} bytes", end - start), format!("at most {}", u16::MAX))),
+        }
     }
 
     /// First byte.
@@ -49,7 +55,7 @@ impl Token {
 
     /// Byte after it.
     pub fn end(&self) -> usize {
-        self.to as usize
+        self.from as usize + usize::from(self.len)
     }
 }
 
@@ -70,33 +76,47 @@ pub fn not_too_long(text: &Text) -> Result<()> {
 /// A word for each token; empty for those that are none. Each different word stands in memory once.
 #[derive(Debug, Default)]
 pub struct Words {
-    of_token: Vec<u32>,
-    /// The first is the empty one.
+    /// For each [`BLOCK`] of tokens: which of them are words, and how many words stand before.
+    blocks: Vec<(u64, u32)>,
+    /// By word of the text.
+    ids: Vec<u32>,
     different: Vec<String>,
 }
+
+/// Tokens of a block of [`Words`].
+const BLOCK: usize = u64::BITS as usize;
 
 impl Words {
     /// The words of tokens; `word` gives one as it is kept.
     pub fn of(text: &Text, tokens: &[Token], word: impl Fn(&[u8]) -> String) -> Self {
         let mut known: HashMap<&[u8], u32> = HashMap::new();
-        let mut all = Self { of_token: Vec::with_capacity(tokens.len()), different: vec![String::new()] };
-        for t in tokens {
-            let mut id = 0;
-            if t.kind == Kind::Word {
+        let mut all = Self::default();
+        all.blocks.reserve_exact(tokens.len().div_ceil(BLOCK));
+        all.ids.reserve_exact(tokens.iter().filter(|t| t.kind == Kind::Word).count());
+        for block in tokens.chunks(BLOCK) {
+            let mut words = (0u64, all.ids.len() as u32);
+            for (k, t) in block.iter().enumerate().filter(|(_, t)| t.kind == Kind::Word) {
+                words.0 |= 1 << k;
                 let bytes = text.slice(t.start()..t.end());
-                id = *known.entry(bytes).or_insert_with(|| {
+                all.ids.push(*known.entry(bytes).or_insert_with(|| {
                     all.different.push(word(bytes));
                     all.different.len() as u32 - 1
-                });
+                }));
             }
-            all.of_token.push(id);
+            all.blocks.push(words);
         }
         all
     }
 
     /// The word of a token; empty where there is none.
     pub fn at(&self, token: usize) -> &str {
-        self.of_token.get(token).and_then(|id| self.different.get(*id as usize)).map_or("", String::as_str)
+        let word = || {
+            let (words, before) = *self.blocks.get(token / BLOCK)?;
+            let bit = 1u64 << (token % BLOCK);
+            let rank = (words & bit != 0).then(|| (words & (bit - 1)).count_ones())?;
+            self.different.get(*self.ids.get((before + rank) as usize)? as usize)
+        };
+        word().map_or("", String::as_str)
     }
 
     /// The words of some tokens.
@@ -178,6 +198,23 @@ mod tests {
             assert_eq!(number_end(text.as_bytes(), 0), length, "{text}");
         }
         assert!(!begins_number(b".x", 0) && !begins_number(b"-1", 0) && !begins_number(b"", 0));
+    }
+
+    #[test]
+    fn words_are_found_at_their_tokens_alone() {
+        let source = "a 1 b ".repeat(100);
+        let text = Text::new("t", source.clone().into_bytes());
+        let starts = (0..source.len()).step_by(2);
+        let kind = |k: usize| if source.as_bytes()[k] == b'1' { Kind::Number } else { Kind::Word };
+        let tokens: Vec<Token> = starts.map(|k| Token::new(&text, kind(k), k, k + 1).unwrap()).collect();
+        let words = Words::of(&text, &tokens, |w| String::from_utf8_lossy(w).to_uppercase());
+        for (k, t) in tokens.iter().enumerate() {
+            let expected = if t.kind == Kind::Word { source[t.start()..t.end()].to_uppercase() } else { String::new() };
+            assert_eq!(words.at(k), expected, "{k}");
+        }
+        assert_eq!((words.at(tokens.len()), words.different().count()), ("", 2));
+        assert!(Token::new(&text, Kind::String, 0, 70_000).is_err());
+        assert_eq!(size_of::<Token>(), 8);
     }
 
     #[test]

@@ -5,28 +5,37 @@
 //! new points on the way to it) into [`Patch`]es of bytes. Bytes outside the patches cannot change. Nothing here knows of
 //! robots beyond the unit of an axis, nor of compensation.
 //!
-//! Modules: [`pose`] Cartesian targets; [`number`] numbers and the style in which they are written; [`text`] bytes, lines and patches; [`sites`] what writers of
+//! Modules: [`targets`] targets, [`edits`] what shall be different and [`patches`] the bytes for it, all in columns; [`thin`] what few moves
+//! have; [`pose`] Cartesian targets; [`number`] numbers and the style in which they are written; [`text`] bytes and lines; [`sites`] what writers of
 //! languages with statements share; [`lex`] words, numbers and marks of such languages; [`blocks`] their steps; [`fold`]
 //! expressions of plain numbers.
 
 pub mod blocks;
+pub mod edits;
 pub mod fold;
 #[cfg(test)]
 pub(crate) mod harness;
 pub mod lex;
 pub mod number;
+pub mod patches;
 pub mod pose;
 pub mod sites;
+pub mod targets;
 pub mod text;
+pub mod thin;
 
 use super::files::{Files, Folders};
 use crate::axes::Axes;
 use crate::error::Result;
+pub use edits::{Edit, EditRef, Edits, NewPoint, StepEdits};
+pub use patches::{Patch, PatchRef, Patches};
 pub use pose::{PoseForm, PoseGoal, Quantity, Shift, Solution};
-use std::collections::BTreeMap;
-use std::ops::Range;
+use std::ops::{Deref, DerefMut, Range};
 use std::path::{Path, PathBuf};
-pub use text::{Patch, Text};
+use std::sync::Arc;
+pub use targets::{TargetRef, Targets, Values};
+pub use text::{Span, Text};
+pub use thin::Few;
 
 /// A program format.
 pub trait Format: Sync {
@@ -68,11 +77,11 @@ pub trait Format: Sync {
 pub trait Document: Send + Sync {
     /// What the program does, step by step.
     fn script(&self) -> &Script;
-    /// The bytes to change so that the program moves as `edits` say; sorted by file and place, none overlapping.
+    /// The bytes to change so that the program moves as `edits` say; none overlapping.
     ///
     /// # Errors
     /// [`crate::error::Error::Refused`] where the format has no legal way to say it (lines and reason in the message).
-    fn patches(&self, edits: &Edits) -> Result<Vec<Patch>>;
+    fn patches(&self, edits: &Edits) -> Result<Patches>;
     /// Edited moves that the format cannot say although it reads them (an arc that no centre in its digits holds), and why. A caller
     /// leaves these moves as they are and asks again: what is left of the others may be another case.
     fn unwritable(&self, _edits: &Edits) -> Vec<(usize, String)> {
@@ -105,7 +114,7 @@ pub struct Script {
     /// In the order of the text.
     pub steps: Vec<Step>,
     /// Joint targets, inline or declared; moves name them by index. One may be used by several moves.
-    pub targets: Vec<Target>,
+    pub targets: Targets,
     /// What a user should know, with its line: `second motion group is left as it is`.
     pub notes: Vec<Note>,
     /// Words that the program never says although its targets depend on them: `G90 or G91`.
@@ -141,9 +150,20 @@ pub struct Step {
     pub kind: StepKind,
 }
 
+impl Step {
+    /// A step that follows `before`: moves that go alike share what they have in common.
+    pub fn behind(before: Option<&Self>, at: At, mut kind: StepKind) -> Self {
+        if let (StepKind::Move(m), Some(Self { kind: StepKind::Move(last), .. })) = (&mut kind, before)
+            && m.how == last.how
+        {
+            m.how = Arc::clone(&last.how);
+        }
+        Self { at, kind }
+    }
+}
+
 /// What a step of a program is.
 #[derive(Debug, Clone)]
-#[allow(clippy::large_enum_variant)] // most steps are moves
 pub enum StepKind {
     /// A motion.
     Move(Move),
@@ -175,13 +195,43 @@ pub enum Break {
     Frame,
 }
 
-/// A motion instruction.
+/// A motion instruction. How it goes there is its [`How`], as which it can be read and changed.
 #[derive(Debug, Clone)]
 pub struct Move {
-    /// How the TCP or the joints get there.
-    pub path: PathKind,
     /// Where it leads.
     pub goal: Goal,
+    /// Turning points on the way that the format knows itself (quadrants of an arc), in order, without the goal.
+    pub way: Few<Way>,
+    /// Moves that follow each other mostly share it.
+    how: Arc<How>,
+}
+
+impl Move {
+    /// A motion to `goal`.
+    pub fn new(how: How, goal: Goal, way: impl Into<Few<Way>>) -> Self {
+        Self { goal, way: way.into(), how: Arc::new(how) }
+    }
+}
+
+impl Deref for Move {
+    type Target = How;
+
+    fn deref(&self) -> &How {
+        &self.how
+    }
+}
+
+impl DerefMut for Move {
+    fn deref_mut(&mut self) -> &mut How {
+        Arc::make_mut(&mut self.how)
+    }
+}
+
+/// How a motion goes to its goal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct How {
+    /// How the TCP or the joints get there.
+    pub path: PathKind,
     /// Why the goal's numbers may not be changed, although they are known: `declared in another module`. `None`: they may.
     pub fixed: Option<String>,
     /// Whether new points may be put on the way to the goal (most arcs given by three points allow none). Why not.
@@ -190,8 +240,13 @@ pub struct Move {
     pub speed: Speed,
     /// Radius within which the corner at the goal is cut, m; 0: exact stop; `None`: not known.
     pub blend_m: Option<f64>,
-    /// Turning points on the way that the format knows itself (quadrants of an arc), in order, without the goal.
-    pub way: Vec<Way>,
+}
+
+impl Default for How {
+    /// Straight in the joints, and nothing is known.
+    fn default() -> Self {
+        Self { path: PathKind::Joint, fixed: None, closed: None, speed: Speed::Unknown, blend_m: None }
+    }
 }
 
 /// A point on the way to a goal.
@@ -293,32 +348,7 @@ impl Value {
     }
 }
 
-/// What shall be different, by step. A step that is not named stays as it is.
-#[derive(Debug, Clone, Default)]
-pub struct Edits {
-    /// Edits by number of the step.
-    pub steps: BTreeMap<usize, Edit>,
-    /// Weight that the last digit of a changed number of each axis should have at most, rad or m. A format that cannot write
-    /// that fine writes its finest.
-    pub digit: Vec<f64>,
-    /// The same for lengths (m) and angles (rad) of poses; 0: as they stand.
-    pub pose_digit: [f64; 2],
-}
-
-impl Edits {
-    /// Weight that the last digit of number `k` of a target should have at most, in SI; NaN: no wish.
-    pub fn digit_of(&self, target: &Target, k: usize) -> f64 {
-        match target.pose.map(|form| form.quantity(k)) {
-            None => self.digit.get(k).copied().unwrap_or(f64::NAN),
-            Some(Quantity::Length) => self.pose_digit[0],
-            // a part of a quaternion turns by twice as much
-            Some(Quantity::Angle) => self.pose_digit[1],
-            Some(Quantity::Ratio) => 0.5 * self.pose_digit[1],
-        }
-    }
-}
-
-impl Target {
+impl TargetRef<'_> {
     /// SI value of the unit in which number `k` of a pose is written; `None`: it holds joint values.
     pub fn pose_unit(&self, k: usize) -> Option<f64> {
         self.pose.map(|form| form.unit(k))
@@ -338,7 +368,7 @@ impl Target {
         edits: &Edits,
         finest: impl Fn(f64) -> f64,
     ) -> Option<String> {
-        let (unit, own) = (self.pose_unit(k)?, self.values.get(k)?.as_ref()?);
+        let (unit, own) = (self.pose_unit(k)?, self.values.get(k)?);
         if (value - own.si).abs() <= SAME_NUMBER {
             return None;
         }
@@ -349,54 +379,6 @@ impl Target {
 
 /// Numbers of a pose that differ by less are the same, m, rad or 1: rounding of the arithmetic.
 const SAME_NUMBER: f64 = 1e-11;
-
-/// What shall be different about one move.
-#[derive(Debug, Clone, Default)]
-pub struct Edit {
-    /// Points to be put on the way to the goal, in order.
-    pub before: Vec<NewPoint>,
-    /// Joint values of the goal, rad or m, one per axis; an axis that the target does not command is not written. Of a Cartesian
-    /// target that stays one (see [`Edit::as_joint_moves`]): the numbers of its pose, in SI.
-    pub goal: Option<Vec<f64>>,
-    /// The corner at the goal may be cut within this radius at most, m: a new point lies near. Formats whose controllers
-    /// shrink overlapping corners by themselves need not do anything.
-    pub blend_at_most_m: Option<f64>,
-    /// Write this Cartesian move as joint moves: `before` and `goal` are all of it.
-    pub as_joint_moves: bool,
-    /// Of an arc through three points: the point on the way of each piece, one for each of `before` and one for the goal; joints as
-    /// in `before`, and once they are poses positions in the frame of the goal, m. Empty: the program's own stays.
-    pub vias: Vec<Vec<f64>>,
-}
-
-impl Edit {
-    /// The arc stays whole: its new points go. Returns how many there were.
-    pub fn clear_points(&mut self) -> u64 {
-        let points = self.before.len() as u64;
-        self.before.clear();
-        self.vias.clear();
-        points
-    }
-
-    /// Over which place piece `n` (of the points before the goal, then the goal's) goes; `None`: over the program's own.
-    pub fn piece(&self, n: usize) -> Option<&[f64]> {
-        self.vias.get(n).map(Vec::as_slice)
-    }
-}
-
-/// A point to be added.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NewPoint {
-    /// rad or m, one per axis; before a Cartesian target that stays one: the numbers of its pose, in SI.
-    pub q: Vec<f64>,
-    /// Share of the way to the goal, 0 to 1.
-    pub share: f64,
-    /// Time since the program's start where the program has times, s.
-    pub t_s: Option<f64>,
-    /// Half the distance to the nearer neighbour at the TCP, m: the largest radius within which its corner may be cut.
-    pub clearance_m: f64,
-    /// Whether it is one of the turning points of [`Move::way`], moved by its offset, and no new one.
-    pub of_way: bool,
-}
 
 impl Script {
     /// Place of a line for a message.

@@ -1,7 +1,7 @@
 //! What writers of languages with statements share: which moves want what of a declared target, what is written where it stands
 //! and what under another name, and how a written time is shared out over new points.
 
-use super::{Edit, Edits, Goal, Move, Patch, Script, StepKind, Text, number};
+use super::{EditRef, Edits, Goal, Move, Patch, Script, StepKind, Text, number};
 use crate::error::{Error, Result};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -67,8 +67,8 @@ impl<'a> EditRequest<'a> {
     ) -> Result<()> {
         let uses = self.script.use_counts();
         let mut goals: Vec<(usize, usize, &[f64])> = Vec::with_capacity(self.edits.steps.len());
-        for (&k, edit) in self.edits.steps.iter().filter(|(_, e)| !e.as_joint_moves) {
-            let Some(q) = edit.goal.as_deref() else { continue };
+        for (k, edit) in self.edits.steps.iter().filter(|(_, e)| !e.as_joint_moves) {
+            let Some(q) = edit.goal else { continue };
             let m = self.move_at(k)?;
             match (m.goal.target(), &m.fixed, &m.goal) {
                 (Some(t), None, _) => goals.push((t, k, q)),
@@ -112,8 +112,8 @@ impl<'a> EditRequest<'a> {
     }
 
     /// Joint values of a Cartesian move that is to become a joint move.
-    pub fn joints_for_pose(&self, k: usize, m: &Move, edit: &'a Edit) -> Result<&'a [f64]> {
-        let Some(q) = &edit.goal else { return Err(self.refused(k, "a joint move without a goal")) };
+    pub fn joints_for_pose(&self, k: usize, m: &Move, edit: EditRef<'a>) -> Result<&'a [f64]> {
+        let Some(q) = edit.goal else { return Err(self.refused(k, "a joint move without a goal")) };
         if !matches!(m.goal, Goal::Pose(_)) || m.closed.is_some() {
             let why = m.closed.as_deref().unwrap_or("only a Cartesian move can become a joint move");
             return Err(self.refused(k, why));
@@ -123,7 +123,7 @@ impl<'a> EditRequest<'a> {
 
     /// A written time shared out over the new points of a move and its goal: a text for each leg, with at least `decimals`. The last
     /// takes the place of the time. `least_s`: shortest legs, of which the first that fits is taken. `None`: none fits.
-    pub fn legs(edit: &Edit, time: &Time, least_s: &[f64], decimals: u8) -> Option<Vec<String>> {
+    pub fn legs(edit: EditRef, time: &Time, least_s: &[f64], decimals: u8) -> Option<Vec<String>> {
         let (_, total_s, style) = time;
         let shares: Vec<f64> = edit.before.iter().map(|p| p.share).collect();
         let legs = least_s.iter().find_map(|least| number::share_out(*total_s, &shares, *least))?;
@@ -158,23 +158,18 @@ pub fn substituted<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::script::{NewPoint, PathKind, Speed, Step, Target};
+    use crate::script::{Edit, Few, How, NewPoint, Step, Target};
 
     /// Three moves to one target, of which each wants a number or none.
     fn wanted(wishes: [Option<f64>; 3], keeps: Option<bool>) -> TargetEdit {
-        let to = Move {
-            path: PathKind::Joint,
-            goal: Goal::Joints(0),
-            fixed: None,
-            closed: None,
-            speed: Speed::Unknown,
-            blend_m: None,
-            way: Vec::new(),
-        };
+        let to = Move::new(How::default(), Goal::Joints(0), Few::new());
         let step = Step { at: Default::default(), kind: StepKind::Move(to) };
         let target = Target::default();
-        let script =
-            Script { steps: vec![step.clone(), step.clone(), step], targets: vec![target], ..Script::default() };
+        let script = Script {
+            steps: vec![step.clone(), step.clone(), step],
+            targets: [target].into_iter().collect(),
+            ..Script::default()
+        };
         let edit = |q: f64| Edit { goal: Some(vec![q]), ..Edit::default() };
         let steps = wishes.iter().enumerate().filter_map(|(k, w)| Some((k, edit((*w)?)))).collect();
         let edits = Edits { steps, ..Edits::default() };
@@ -206,10 +201,11 @@ mod tests {
     #[test]
     fn a_time_is_shared_out_with_the_longest_least_leg_that_fits() {
         let point = NewPoint { q: Vec::new(), share: 0.0, t_s: None, clearance_m: 0.0, of_way: false };
-        let edit = Edit { before: vec![point], ..Edit::default() };
+        let before = [point];
+        let edit = EditRef { before: &before, ..EditRef::default() };
         let time = |s: f64| (0..1, s, number::Style::default());
-        assert_eq!(EditRequest::legs(&edit, &time(1.0), &[0.1, 0.01], 3).unwrap(), ["0.100", "0.900"]);
-        assert_eq!(EditRequest::legs(&edit, &time(0.15), &[0.1, 0.01], 3).unwrap(), ["0.010", "0.140"]);
-        assert_eq!(EditRequest::legs(&edit, &time(0.015), &[0.1, 0.01], 3), None);
+        assert_eq!(EditRequest::legs(edit, &time(1.0), &[0.1, 0.01], 3).unwrap(), ["0.100", "0.900"]);
+        assert_eq!(EditRequest::legs(edit, &time(0.15), &[0.1, 0.01], 3).unwrap(), ["0.010", "0.140"]);
+        assert_eq!(EditRequest::legs(edit, &time(0.015), &[0.1, 0.01], 3), None);
     }
 }

@@ -1,9 +1,10 @@
-//! Bytes of a program, their lines, and patches of them.
+//! Bytes of a program and their lines.
 
-use crate::error::{Error, Place, Result};
+pub use super::patches::apply;
+use crate::error::{Error, Place};
 use std::any::Any;
 use std::fmt;
-use std::ops::{Deref, Range};
+use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A text of a program. Bytes, as files in Latin-1 and with any line ending must come back as they were. A clone shares them.
@@ -18,7 +19,7 @@ pub struct Text {
     /// It is there and cannot be read: what it declares or changes is not known.
     pub unread: bool,
     /// First byte of every line.
-    starts: Arc<Vec<usize>>,
+    starts: Arc<Vec<u32>>,
     /// What a format has found out about it.
     known: Arc<Known>,
 }
@@ -32,81 +33,40 @@ impl fmt::Debug for Known {
     }
 }
 
-/// Bytes to be put in the place of others.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Patch {
-    /// Index of the text.
-    pub file: usize,
-    /// Bytes that go; empty: an insertion.
-    pub span: Range<usize>,
-    /// What takes the place of the span.
-    pub bytes: NewBytes,
+/// A span of bytes in the memory of one number: formats keep several for each move. Texts are no longer than
+/// [`super::lex::LONGEST`].
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Span {
+    start: u32,
+    end: u32,
 }
 
-/// Bytes of a patch: those of a number, as most are, need no memory of their own.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct NewBytes(Kept);
+impl Span {
+    /// First byte.
+    pub fn start(self) -> usize {
+        self.start as usize
+    }
 
-const SHORT: usize = 22;
+    /// Byte after the last.
+    pub fn end(self) -> usize {
+        self.end as usize
+    }
 
-#[derive(Debug, Clone, PartialEq, Eq)]
-enum Kept {
-    Short(u8, [u8; SHORT]),
-    Long(Box<[u8]>),
-}
-
-impl From<&[u8]> for NewBytes {
-    fn from(bytes: &[u8]) -> Self {
-        let mut short = [0; SHORT];
-        match short.get_mut(..bytes.len()) {
-            Some(place) => {
-                place.copy_from_slice(bytes);
-                Self(Kept::Short(bytes.len() as u8, short))
-            }
-            None => Self(Kept::Long(bytes.into())),
-        }
+    /// As a range.
+    pub fn range(self) -> Range<usize> {
+        self.start()..self.end()
     }
 }
 
-impl From<Vec<u8>> for NewBytes {
-    fn from(bytes: Vec<u8>) -> Self {
-        if bytes.len() <= SHORT { bytes.as_slice().into() } else { Self(Kept::Long(bytes.into_boxed_slice())) }
+impl From<Range<usize>> for Span {
+    fn from(range: Range<usize>) -> Self {
+        Self { start: range.start as u32, end: range.end as u32 }
     }
 }
 
-impl From<String> for NewBytes {
-    fn from(text: String) -> Self {
-        text.into_bytes().into()
-    }
-}
-
-impl From<&str> for NewBytes {
-    fn from(text: &str) -> Self {
-        text.as_bytes().into()
-    }
-}
-
-impl<const N: usize> From<[u8; N]> for NewBytes {
-    fn from(bytes: [u8; N]) -> Self {
-        bytes.as_slice().into()
-    }
-}
-
-impl Deref for NewBytes {
-    type Target = [u8];
-
-    fn deref(&self) -> &[u8] {
-        match &self.0 {
-            Kept::Short(len, bytes) => bytes.get(..usize::from(*len)).unwrap_or_default(),
-            Kept::Long(bytes) => bytes,
-        }
-    }
-}
-
-impl Patch {
-    /// New bytes in the place of a span of a file.
-    pub fn new(file: usize, span: Range<usize>, bytes: impl Into<NewBytes>) -> Self {
-        Self { file, span, bytes: bytes.into() }
+impl From<Span> for Range<usize> {
+    fn from(span: Span) -> Self {
+        span.range()
     }
 }
 
@@ -115,7 +75,10 @@ impl Text {
     pub fn new(name: impl Into<String>, bytes: Vec<u8>) -> Self {
         // a file without a line feed may end its lines in carriage returns
         let end = if memchr::memchr(b'\n', &bytes).is_some() { b'\n' } else { b'\r' };
-        let starts = std::iter::once(0).chain(memchr::memchr_iter(end, &bytes).map(|k| k + 1)).collect();
+        // no format reads a text longer than its line starts can tell
+        let mut starts: Vec<u32> = Vec::with_capacity(1 + memchr::memchr_iter(end, &bytes).count());
+        starts.push(0);
+        starts.extend(memchr::memchr_iter(end, &bytes).map_while(|k| u32::try_from(k + 1).ok()));
         let (bytes, starts, known) = (Arc::new(bytes), Arc::new(starts), Arc::default());
         Self { name: name.into(), bytes, context: false, unread: false, starts, known }
     }
@@ -154,13 +117,13 @@ impl Text {
 
     /// Number of lines; what follows a last line ending counts only if there is something.
     pub fn line_count(&self) -> usize {
-        self.starts.len() - usize::from(self.starts.last() == Some(&self.bytes.len()))
+        self.starts.len() - usize::from(self.starts.last().map(|s| *s as usize) == Some(self.bytes.len()))
     }
 
     /// Bytes of line `k` (from 0), line ending included; empty beyond the last.
     pub fn line_span(&self, k: usize) -> Range<usize> {
         let end = self.bytes.len();
-        let at = |k: usize| self.starts.get(k).copied().unwrap_or(end);
+        let at = |k: usize| self.starts.get(k).map_or(end, |s| *s as usize);
         at(k)..at(k + 1)
     }
 
@@ -173,18 +136,18 @@ impl Text {
 
     /// Line number of a byte, counted from 1.
     pub fn line_of(&self, byte: usize) -> u64 {
-        self.starts.partition_point(|&s| s <= byte).max(1) as u64
+        self.starts.partition_point(|&s| s as usize <= byte).max(1) as u64
     }
 
     /// Bytes of a span; empty where it is not in the text.
-    pub fn slice(&self, span: Range<usize>) -> &[u8] {
-        self.bytes.get(span).unwrap_or_default()
+    pub fn slice(&self, span: impl Into<Range<usize>>) -> &[u8] {
+        self.bytes.get(span.into()).unwrap_or_default()
     }
 
     /// Place of a byte for a message: line and column in bytes, both from 1.
     pub fn place(&self, byte: usize) -> Place {
         let line = self.line_of(byte);
-        let start = self.starts.get(line as usize - 1).copied().unwrap_or(0);
+        let start = self.starts.get(line as usize - 1).map_or(0, |s| *s as usize);
         Place::field(&self.name, line, (byte - start) as u64 + 1)
     }
 
@@ -207,40 +170,6 @@ impl Text {
         };
         of(line).or_else(|| of(self.line_span(0))).unwrap_or(b"\n")
     }
-}
-
-/// The texts with their patches, sorted here; refuses patches that overlap or lie outside (a fault of a format).
-pub fn apply(texts: &[Text], patches: &[Patch]) -> Result<Vec<Vec<u8>>> {
-    let place = |p: &Patch| (p.file, p.span.start, p.span.end);
-    // stable: insertions at one place keep their order and stand before a replacement there
-    let mut sorted: Vec<&Patch> = Vec::new();
-    if !patches.is_sorted_by_key(place) {
-        sorted.extend(patches);
-        sorted.sort_by_key(|p| place(p));
-    }
-    let all = || (0..patches.len()).filter_map(|k| sorted.get(k).copied().or_else(|| patches.get(k)));
-    let mut out = Vec::with_capacity(texts.len());
-    for (file, text) in texts.iter().enumerate() {
-        let own = || all().filter(|p| p.file == file);
-        let longer: usize = own().map(|p| p.bytes.len().saturating_sub(p.span.len())).sum();
-        let mut bytes = Vec::with_capacity(text.bytes.len() + longer);
-        let mut at = 0;
-        for p in own() {
-            if p.span.start < at || p.span.end < p.span.start || p.span.end > text.bytes.len() {
-                return Err(Error::Refused(format!(
-                    "{}: two edits touch the same bytes ({}); nothing was written",
-                    text.name,
-                    text.line_of(p.span.start)
-                )));
-            }
-            bytes.extend_from_slice(&text.bytes[at..p.span.start]);
-            bytes.extend_from_slice(&p.bytes);
-            at = p.span.end;
-        }
-        bytes.extend_from_slice(&text.bytes[at..]);
-        out.push(bytes);
-    }
-    Ok(out)
 }
 
 #[cfg(test)]
@@ -267,14 +196,5 @@ mod tests {
         assert_eq!(*clone.known(|t| t.bytes.len()), 3);
         assert_eq!(*text.known(|_| 0_usize), 3);
         assert_eq!(*text.known(|t| t.name.clone()), "a");
-    }
-
-    #[test]
-    fn patches_change_their_bytes_alone() {
-        let t = vec![Text::new("a", b"0123456789".to_vec())];
-        let patches = [Patch::new(0, 8..9, *b"x"), Patch::new(0, 2..2, *b"ab"), Patch::new(0, 2..4, *b"-")];
-        assert_eq!(apply(&t, &patches).unwrap(), vec![b"01ab-4567x9".to_vec()]);
-        assert!(apply(&t, &[Patch::new(0, 2..5, *b""), Patch::new(0, 4..6, *b"")]).is_err());
-        assert!(apply(&t, &[Patch::new(0, 9..11, *b"")]).is_err());
     }
 }

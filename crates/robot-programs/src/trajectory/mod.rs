@@ -20,7 +20,10 @@ mod tests;
 mod tree;
 mod write;
 
-use super::script::{At, Break, Document, Edits, Format, Goal, Move, Note, Patch, PathKind, Script, Speed, Step, Way};
+use super::script::lex::not_too_long;
+use super::script::{
+    At, Break, Document, Edits, Format, Goal, How, Move, Note, Patches, PathKind, Script, Speed, Step, Way,
+};
 use super::script::{StepKind, Target, Text, Value, number, pragma};
 use crate::axes::Axes;
 use crate::error::Result;
@@ -57,6 +60,7 @@ impl Format for Ros {
     fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>> {
         let empty = Text::default();
         let text = texts.first().unwrap_or(&empty);
+        not_too_long(text)?;
         let tree = Tree::read(text)?;
         let content = read::content(text, &tree)?;
         if content.trajectories.is_empty() {
@@ -111,7 +115,7 @@ impl Document for Trajectories {
         &self.script
     }
 
-    fn patches(&self, edits: &Edits) -> Result<Vec<Patch>> {
+    fn patches(&self, edits: &Edits) -> Result<Patches> {
         write::patches(self, edits)
     }
 
@@ -165,7 +169,8 @@ impl Trajectories {
         // stable: the start of a trajectory stands before its first point, wherever that is
         steps.sort_by_key(|s| s.0);
         for (byte, kind, of) in steps {
-            self.script.steps.push(Step { at: at(byte), kind });
+            let step = Step::behind(self.script.steps.last(), at(byte), kind);
+            self.script.steps.push(step);
             self.of_step.push(of);
         }
         Ok(())
@@ -262,23 +267,14 @@ fn movement(before: Option<&Point>, p: &Point, target: usize, axes: &[Option<usi
     });
     // the robot stands at a first point at time 0
     let stands = before.is_none() && p.t_s == 0.0;
-    Move {
-        path: PathKind::Joint,
-        goal: if p.positions.is_empty() {
-            Goal::Opaque("the point gives no positions".into())
-        } else {
-            Goal::Joints(target)
-        },
-        fixed: None,
-        closed,
-        speed: match () {
-            () if h_s > 0.0 => Speed::Seconds(h_s),
-            () if stands => Speed::Seconds(0.0),
-            () => Speed::Unknown,
-        },
-        blend_m: Some(0.0),
-        way,
-    }
+    let goal =
+        if p.positions.is_empty() { Goal::Opaque("the point gives no positions".into()) } else { Goal::Joints(target) };
+    let speed = match () {
+        () if h_s > 0.0 => Speed::Seconds(h_s),
+        () if stands => Speed::Seconds(0.0),
+        () => Speed::Unknown,
+    };
+    Move::new(How { path: PathKind::Joint, fixed: None, closed, speed, blend_m: Some(0.0) }, goal, way)
 }
 
 /// Why no point can be put before this one.

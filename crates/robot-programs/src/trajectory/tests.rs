@@ -69,7 +69,7 @@ points:
 fn joints_are_found_by_name_in_any_order_and_case_and_missing_ones_are_not_commanded() {
     let d = parse(BLOCK);
     let s = d.script();
-    let first: Vec<_> = s.targets[0].values.iter().map(|v| v.map(|v| v.si)).collect();
+    let first: Vec<_> = s.targets.get(0).unwrap().values.iter().map(|v| v.map(|v| v.si)).collect();
     assert_eq!(first, [Some(1.0), Some(0.5), None]);
     assert!(s.notes.iter().any(|n| n.text.contains("gripper")) && s.notes.iter().any(|n| n.text.ends_with(": X")));
     assert!(matches!(s.steps[0].kind, StepKind::Break(Break::Start)));
@@ -205,7 +205,7 @@ fn a_turn_stands_where_the_velocity_of_the_spline_is_zero() {
         digit: vec![1e-9; 3],
         ..Edits::default()
     };
-    edits.steps.get_mut(&2).unwrap().goal = Some(vec![-0.01, 1.0, 0.0]);
+    edits.steps.change(2, |e| e.goal = Some(vec![-0.01, 1.0, 0.0]));
     let out = edited(text, &edits);
     let lines: Vec<&str> = out.lines().collect();
     assert!(lines[3].contains("time_from_start: 1.0}") && lines[3].contains(", 0.5, 0.0], time"), "{out}");
@@ -334,7 +334,7 @@ fn ten_megabytes_pass_in_seconds() {
     let started = std::time::Instant::now();
     let d = parse(&text);
     let edits = Edits {
-        steps: (2..k).map(|s| (s, before(s, &[s as f64, 0.5, 0.0], 0.5).steps.remove(&s).unwrap())).collect(),
+        steps: (2..k).map(|s| (s, before(s, &[s as f64, 0.5, 0.0], 0.5).steps.remove(s).unwrap())).collect(),
         ..Edits::default()
     };
     let patches = d.patches(&edits).unwrap();

@@ -5,7 +5,7 @@ use super::read::{Num, Point, Time, Trajectory};
 use super::spline::{self, Order, State};
 use super::{Trajectories, most_decimals, state};
 use crate::error::{Error, Result};
-use crate::script::{Edit, Edits, NewPoint, Patch, Text, number, pragma};
+use crate::script::{EditRef, Edits, NewPoint, Patch, Patches, Text, number, pragma};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -29,9 +29,9 @@ struct Knot {
     order: Order,
 }
 
-pub fn patches(document: &Trajectories, edits: &Edits) -> Result<Vec<Patch>> {
-    let mut by_trajectory: BTreeMap<usize, BTreeMap<usize, &Edit>> = BTreeMap::new();
-    for (&step, edit) in &edits.steps {
+pub fn patches(document: &Trajectories, edits: &Edits) -> Result<Patches> {
+    let mut by_trajectory: BTreeMap<usize, BTreeMap<usize, EditRef>> = BTreeMap::new();
+    for (step, edit) in edits.steps.iter() {
         if edit.before.is_empty() && edit.goal.is_none() {
             continue;
         }
@@ -43,7 +43,7 @@ pub fn patches(document: &Trajectories, edits: &Edits) -> Result<Vec<Patch>> {
             .ok_or_else(|| Error::Refused(format!("step {step} is no move and cannot be edited")))?;
         by_trajectory.entry(t).or_default().insert(p, edit);
     }
-    let mut patches = Vec::new();
+    let mut patches = Patches::default();
     for (t, edits_of) in by_trajectory {
         let (Some(trajectory), Some(axes)) = (document.content.trajectories.get(t), document.axes.get(t)) else {
             continue;
@@ -51,7 +51,6 @@ pub fn patches(document: &Trajectories, edits: &Edits) -> Result<Vec<Patch>> {
         let writer = Writer { document, text: &document.script.texts[0], trajectory, axes, digit: &edits.digit };
         writer.write(&edits_of, &mut patches)?;
     }
-    patches.sort_by_key(|p: &Patch| p.span.start);
     Ok(patches)
 }
 
@@ -64,7 +63,7 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    fn write(&self, edits: &BTreeMap<usize, &Edit>, patches: &mut Vec<Patch>) -> Result<()> {
+    fn write(&self, edits: &BTreeMap<usize, EditRef>, patches: &mut Patches) -> Result<()> {
         let knots = self.knots(edits)?;
         let mut copies: BTreeMap<usize, Vec<Vec<u8>>> = BTreeMap::new();
         for (k, knot) in knots.iter().enumerate() {
@@ -87,12 +86,12 @@ impl Writer<'_> {
     }
 
     /// Every point of the trajectory and every new one, by time.
-    fn knots(&self, edits: &BTreeMap<usize, &Edit>) -> Result<Vec<Knot>> {
+    fn knots(&self, edits: &BTreeMap<usize, EditRef>) -> Result<Vec<Knot>> {
         let mut knots: Vec<Knot> = Vec::with_capacity(self.trajectory.points.len());
         for (k, p) in self.trajectory.points.iter().enumerate() {
             let before = k.checked_sub(1).and_then(|b| self.trajectory.points.get(b));
             let edit = edits.get(&k);
-            let new = edit.map_or(&[][..], |e| e.before.as_slice());
+            let new = edit.map_or(&[][..], |e| e.before);
             if !new.is_empty() {
                 if let Some(why) = super::closed(before, p) {
                     return Err(self.refused(p, &format!("no point can be put before this one: {why}")));
@@ -102,7 +101,7 @@ impl Writer<'_> {
                 }
             }
             let own: Vec<State> = (0..self.axes.len()).map(|c| state(p, c)).collect();
-            let goal = edit.and_then(|e| e.goal.as_deref());
+            let goal = edit.and_then(|e| e.goal);
             if goal.is_some() && p.positions.is_empty() {
                 return Err(self.refused(p, "the point gives no positions that could be changed"));
             }
@@ -209,7 +208,7 @@ impl Writer<'_> {
         fine(value, n.style, number::decimals_for(n.style, digit, RATE_DECIMALS.max(most_decimals(n.style))))
     }
 
-    fn in_place(&self, p: &Point, knot: &Knot, velocities: &[f64], patches: &mut Vec<Patch>) -> Result<()> {
+    fn in_place(&self, p: &Point, knot: &Knot, velocities: &[f64], patches: &mut Patches) -> Result<()> {
         let mut put = |n: &Num, new: String| {
             if self.text.slice(n.start..n.end) != new.as_bytes() {
                 patches.push(Patch::new(0, n.start..n.end, new));

@@ -9,6 +9,7 @@ use crate::error::{Result, one_line};
 use crate::script::pose::Frame;
 use crate::script::{At, Goal, PoseForm, PoseGoal, Shift, Solution, Target};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use std::sync::Arc;
 
 fn isometry([x, y, z, rx, ry, rz]: [f64; 6]) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_scaled_axis(Vector3::new(rx, ry, rz)))
@@ -181,12 +182,19 @@ impl Builder<'_> {
         let at = At { file: 0, line: self.line(list.start) };
         let name = owner.as_ref().map(|o| o.name.clone());
         self.targets.push(Target { name, at, values, pose: Some(PoseForm::RotationVector) });
-        self.literals.push(Literal { bytes: bytes(&list), units: vec![1.0; 6], owner });
+        let units = self.units(&[1.0; 6]);
+        self.literals.push(Literal { bytes: bytes(&list).into(), units, owner: owner.map(Box::new) });
         let t = self.targets.len() - 1;
         if let Some(key) = key {
             self.known.insert(key, t);
         }
         Some(t)
+    }
+
+    /// Units in the memory of those of the target before, where they are the same: most are.
+    fn units(&self, units: &[f64]) -> Arc<[f64]> {
+        let before = self.literals.last().map(|l| &l.units).filter(|before| ***before == *units);
+        before.map_or_else(|| units.into(), Arc::clone)
     }
 
     pub fn pose_or_opaque(&mut self, span: &Span, item: &Item) -> Goal {
@@ -255,7 +263,8 @@ impl Builder<'_> {
             return Ok(match value::joints(text, &p.tokens, &p.words, span, robot)? {
                 Ok((values, units)) => {
                     self.targets.push(Target { name: None, at, values, pose: None });
-                    self.literals.push(Literal { bytes: bytes(span), units, owner: None });
+                    let units = self.units(&units);
+                    self.literals.push(Literal { bytes: bytes(span).into(), units, owner: None });
                     Goal::Joints(self.targets.len() - 1)
                 }
                 Err(why) => Goal::Opaque(why),
@@ -283,7 +292,8 @@ impl Builder<'_> {
         let owner = Owner { bytes: bytes(&statement), qualifier, name: name.clone(), keep: p.variables[&key].read };
         let line = self.line(value.start);
         self.targets.push(Target { name: Some(name), at: At { file: 0, line }, values, pose: None });
-        self.literals.push(Literal { bytes: bytes(&value), units, owner: Some(owner) });
+        let units = self.units(&units);
+        self.literals.push(Literal { bytes: bytes(&value).into(), units, owner: Some(Box::new(owner)) });
         let t = self.targets.len() - 1;
         self.known.insert(key, t);
         Ok(Goal::Joints(t))

@@ -81,12 +81,12 @@ pub fn lex(text: &Text) -> Result<Lexed> {
             }
             _ => return Err(text.bad(i, format!("the character {:?}", char::from(b)), "URScript text")),
         };
-        tokens.push(Token::new(kind, start, i));
+        tokens.push(Token::new(text, kind, start, i)?);
     }
     if let Some(at) = open.pop() {
         let found = format!("`{}` that is not closed", char::from(bytes[at]));
         return Err(text.bad(at, found, "its closing bracket"));
     }
-    tokens.push(Token::new(Kind::Line, bytes.len(), bytes.len()));
+    tokens.push(Token::new(text, Kind::Line, bytes.len(), bytes.len())?);
     Ok(Lexed { tokens, comments })
 }

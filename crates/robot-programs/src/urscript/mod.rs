@@ -30,7 +30,7 @@ mod tests;
 
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
-use crate::script::{Document, Edits, Format, Patch, Script, Text};
+use crate::script::{Document, Edits, Format, Patches, Script, Text};
 use std::collections::HashSet;
 
 /// The format.
@@ -81,7 +81,7 @@ impl Document for Doc {
         &self.built.script
     }
 
-    fn patches(&self, edits: &Edits) -> Result<Vec<Patch>> {
+    fn patches(&self, edits: &Edits) -> Result<Patches> {
         write::Writer { built: &self.built, kinds: &self.kinds, words: &self.words, edits }.patches()
     }
 

@@ -9,9 +9,12 @@ use crate::error::{Result, one_line};
 use crate::script::blocks::{BySteps, Steps};
 use crate::script::pose::Frame;
 use crate::script::sites::Time;
-use crate::script::{At, Break, Goal, Move, PathKind, PoseGoal, Script, Speed, StepKind, Target, Text, number};
+use crate::script::{
+    At, Break, Few, Goal, How, Move, PathKind, PoseGoal, Script, Span as Bytes, Speed, StepKind, Targets, Text, number,
+};
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Shortest time between two set points that controllers of every generation keep, s (8 ms cycle of the CB series).
 pub const CYCLE_S: f64 = 0.008;
@@ -19,10 +22,10 @@ pub const CYCLE_S: f64 = 0.008;
 /// A target as it can be written: bytes of its list, and where it is assigned.
 #[derive(Debug, Clone)]
 pub struct Literal {
-    pub bytes: Range<usize>,
+    pub bytes: Bytes,
     /// SI per unit of each number: 1, or rad per degree inside `d2r()`.
-    pub units: Vec<f64>,
-    pub owner: Option<Owner>,
+    pub units: Arc<[f64]>,
+    pub owner: Option<Box<Owner>>,
 }
 
 /// Assignment of a list to a name.
@@ -41,17 +44,17 @@ pub struct Owner {
 #[derive(Debug, Clone, Default)]
 pub struct Site {
     /// Function name to closing bracket.
-    pub bytes: Range<usize>,
+    pub bytes: Bytes,
     /// The target's expression.
-    pub goal: Range<usize>,
+    pub goal: Bytes,
     /// Name or list of the target within it: that of the pose in `get_inverse_kin(p1)`.
-    pub point: Range<usize>,
+    pub point: Bytes,
     /// `t=`: bytes of the number, s, style.
-    pub time: Option<Time>,
+    pub time: Option<Box<Time>>,
     /// Expression of `r=`.
-    pub blend: Option<Range<usize>>,
+    pub blend: Option<Bytes>,
     /// Of an arc that may be split: the expression of the point on its way.
-    pub via: Option<Range<usize>>,
+    pub via: Option<Bytes>,
 }
 
 #[derive(Default)]
@@ -73,7 +76,7 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<(Built, super::l
         tools: None,
         tools_def: None,
         steps: Steps::default(),
-        targets: Vec::new(),
+        targets: Targets::default(),
         literals: Vec::new(),
         known: HashMap::new(),
         led: None,
@@ -108,7 +111,7 @@ pub struct Builder<'a> {
     /// The function in which the first of them is set.
     pub tools_def: Option<usize>,
     steps: Steps<Site>,
-    pub targets: Vec<Target>,
+    pub targets: Targets,
     pub literals: Vec<Literal>,
     /// Targets of variables.
     pub known: HashMap<(Option<usize>, String), usize>,
@@ -311,10 +314,11 @@ impl Builder<'_> {
         };
         let target = target.span.clone();
         let goal_bytes = p.tokens[target.start].start()..p.tokens[target.end - 1].end();
-        let mut site = Site { bytes, point: goal_bytes.clone(), goal: goal_bytes, ..Site::default() };
+        let mut site =
+            Site { bytes: bytes.into(), point: goal_bytes.clone().into(), goal: goal_bytes.into(), ..Site::default() };
         let line = text.line_span(self.line(token) as usize - 1);
         let alone =
-            text.slice(line.start..site.bytes.start).iter().all(u8::is_ascii_whitespace) && span.end == item.span.end;
+            text.slice(line.start..site.bytes.start()).iter().all(u8::is_ascii_whitespace) && span.end == item.span.end;
         let via = argument(&motion, args, "pose_via").map(|a| a.span.clone());
         let splittable = via.is_some() && self.interpolates(&motion, args);
         let mut closed = match motion.kind {
@@ -339,7 +343,7 @@ impl Builder<'_> {
             (Some(a), _) => self.number(&a.span, item),
             (None, takes) => takes.then_some(0.0),
         };
-        site.blend = blend.map(|a| p.tokens[a.span.start].start()..p.tokens[a.span.end - 1].end());
+        site.blend = blend.map(|a| (p.tokens[a.span.start].start()..p.tokens[a.span.end - 1].end()).into());
         self.inner = None;
         let goal = match motion.kind {
             _ if self.led.is_some() => {
@@ -351,7 +355,7 @@ impl Builder<'_> {
             _ => self.goal(&target, item)?,
         };
         if let Some(inner) = self.inner.take() {
-            site.point = p.tokens[inner.start].start()..p.tokens[inner.end - 1].end();
+            site.point = (p.tokens[inner.start].start()..p.tokens[inner.end - 1].end()).into();
         }
         let goal = match (goal, &via) {
             (Goal::Pose(pose), Some(via)) => Goal::pose(PoseGoal { via_m: self.via(via, item), ..*pose }),
@@ -359,16 +363,14 @@ impl Builder<'_> {
         };
         if motion.kind == MotionKind::Arc {
             let known = matches!(&goal, Goal::Pose(pose) if pose.via_m.is_some() && pose.target.is_some());
-            site.via = via.filter(|_| known).map(|v| p.tokens[v.start].start()..p.tokens[v.end - 1].end());
+            site.via = via.filter(|_| known).map(|v| (p.tokens[v.start].start()..p.tokens[v.end - 1].end()).into());
             if !known {
                 closed.get_or_insert("it is an arc whose points are not all numbers");
             }
         }
         let closed = closed.map(String::from);
-        let k = self.push(
-            token,
-            StepKind::Move(Move { path: motion.path, goal, fixed: None, closed, speed, blend_m, way: Vec::new() }),
-        );
+        let how = How { path: motion.path, fixed: None, closed, speed, blend_m };
+        let k = self.push(token, StepKind::Move(Move::new(how, goal, Few::new())));
         self.steps.place(k, site);
         Ok(())
     }
@@ -386,7 +388,7 @@ fn duration(
             if s < 2.0 * CYCLE_S {
                 closed.get_or_insert("its time is too short to be shared out over two cycles of the controller");
             }
-            site.time = Some((bytes, s, style));
+            site.time = Some(Box::new((bytes, s, style)));
             return Some(s);
         }
         Some(Some((s, ..))) if s == 0.0 && kind == MotionKind::Move => {}

@@ -10,7 +10,7 @@ use super::words;
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
 use crate::script::sites::{EditRequest, Number, TargetEdit, in_place, substituted};
-use crate::script::{Edit, Edits, Goal, Move, NewPoint, Patch, PathKind, Text, number};
+use crate::script::{EditRef, Edits, Goal, Move, NewPoint, Patch, Patches, PathKind, Text, number};
 use std::collections::HashSet;
 
 /// Largest blend of a new point, m: it must not cut what the point is there for.
@@ -29,19 +29,18 @@ pub struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    pub fn patches(&self) -> Result<Vec<Patch>> {
+    pub fn patches(&self) -> Result<Patches> {
         let mut out = self.goals()?;
-        for (&k, edit) in &self.edits.steps {
+        for (k, edit) in self.edits.steps.iter() {
             let (m, site) = self.at(k)?;
             if edit.as_joint_moves {
                 // `movel` and `movep` take joint values too: path, speed and acceleration stay
                 let q = self.asked().joints_for_pose(k, m, edit)?;
-                out.push(Patch::new(0, site.goal.clone(), self.plain(k, q)?));
+                out.push(Patch::new(0, site.goal, self.plain(k, q)?));
             }
             self.points(k, m, site, edit, &mut out)?;
             self.blend(k, m, site, edit, &mut out)?;
         }
-        out.sort_by_key(|p| (p.span.start, p.span.end));
         Ok(out)
     }
 
@@ -73,14 +72,14 @@ impl Writer<'_> {
         };
         if target.pose.is_some() {
             let number = |(k, v): (usize, &f64)| {
-                let own = target.values.get(k)?.as_ref()?;
+                let own = target.values.get(k)?;
                 Some((own.span(), target.pose_number(k, *v, self.edits)?))
             };
             return q.iter().enumerate().filter_map(number).collect();
         }
-        let axes = target.values.iter().zip(&literal.units).zip(q).enumerate();
+        let axes = target.values.iter().zip(literal.units.iter()).zip(q).enumerate();
         axes.filter_map(|(axis, ((value, unit), q))| {
-            let value = value.as_ref()?;
+            let value = value?;
             let (digit, finest) = (self.digit(axis) / unit, value.finest / unit);
             let new = number::changed(value.si / unit, value.style, q / unit, digit, finest)?;
             Some((value.span(), new))
@@ -91,15 +90,15 @@ impl Writer<'_> {
     /// A target's list with other numbers, on one line.
     fn literal(&self, t: usize, numbers: &[Number]) -> Result<String> {
         let Some(literal) = self.built.literals.get(t) else { return Err(Error::Refused("no such target".into())) };
-        Ok(flat(substituted(self.text()?, &literal.bytes, numbers.iter().map(|(s, n)| (s, n.as_str())))))
+        Ok(flat(substituted(self.text()?, &literal.bytes.range(), numbers.iter().map(|(s, n)| (s, n.as_str())))))
     }
 
     /// Changed goals, by target: in place where all moves to it agree, else by clones.
-    fn goals(&self) -> Result<Vec<Patch>> {
+    fn goals(&self) -> Result<Patches> {
         let text = self.text()?;
-        let mut out = Vec::new();
+        let mut out = Patches::default();
         let mut fresh = HashSet::new();
-        let owner = |t: usize| self.built.literals.get(t).and_then(|l| l.owner.as_ref());
+        let owner = |t: usize| self.built.literals.get(t).and_then(|l| l.owner.as_deref());
         let mut each = |wanted: TargetEdit| {
             out.extend(in_place(wanted.in_place));
             for (numbers, steps) in wanted.clones {
@@ -115,7 +114,7 @@ impl Writer<'_> {
                 out.push(Patch::new(0, end..end, bytes));
                 for k in steps {
                     let (_, site) = self.at(k)?;
-                    out.push(Patch::new(0, site.point.clone(), name.clone()));
+                    out.push(Patch::new(0, site.point, name.clone()));
                 }
             }
             Ok(())
@@ -132,7 +131,7 @@ impl Writer<'_> {
             .unwrap_or_default()
     }
 
-    fn points(&self, k: usize, m: &Move, site: &Site, edit: &Edit, out: &mut Vec<Patch>) -> Result<()> {
+    fn points(&self, k: usize, m: &Move, site: &Site, edit: EditRef, out: &mut Patches) -> Result<()> {
         if edit.before.is_empty() && edit.vias.is_empty() {
             return Ok(());
         }
@@ -152,8 +151,8 @@ impl Writer<'_> {
             out.push(Patch::new(0, time.0.clone(), legs.last().cloned().unwrap_or_default()));
             times = Some((time.0.clone(), legs));
         }
-        let line = text.line_span(text.line_of(site.bytes.start) as usize - 1);
-        let indent = text.slice(line.start..site.bytes.start);
+        let line = text.line_span(text.line_of(site.bytes.start()) as usize - 1);
+        let indent = text.slice(line.start..site.bytes.start());
         let mut bytes = Vec::new();
         for (n, point) in edit.before.iter().enumerate() {
             let target = match (m.goal.target(), &m.goal) {
@@ -164,20 +163,20 @@ impl Writer<'_> {
             };
             let blend = self.room(m, point);
             let argument;
-            let place = if edit.as_joint_moves { &site.goal } else { &site.point };
-            let mut patches = vec![(place.clone(), target.as_str())];
+            let place = if edit.as_joint_moves { site.goal } else { site.point };
+            let mut patches = vec![(place.range(), target.as_str())];
             let via = edit.piece(n).map(|at| self.on_arc(k, m, &point.q, at)).transpose()?;
             if let (Some(span), Some(via)) = (&site.via, &via) {
-                patches.push((span.clone(), via.as_str()));
+                patches.push((span.range(), via.as_str()));
             }
             if let Some((span, legs)) = &times {
                 patches.push((span.clone(), legs[n].as_str()));
             }
             match (&site.blend, &blend) {
-                (Some(span), Some(blend)) => patches.push((span.clone(), blend.as_str())),
+                (Some(span), Some(blend)) => patches.push((span.range(), blend.as_str())),
                 // a straight move or an arc without `r=` stops
                 (None, Some(r)) if m.blend_m == Some(0.0) && r != "0" => {
-                    let end = site.bytes.end - 1;
+                    let end = site.bytes.end() - 1;
                     argument = format!(", r={r}");
                     patches.push((end..end, argument.as_str()));
                 }
@@ -185,22 +184,22 @@ impl Writer<'_> {
             }
             patches.sort_by_key(|p| p.0.start);
             let patches = patches.iter().map(|(span, new)| (span, *new));
-            bytes.extend(flat(substituted(text, &site.bytes, patches)).into_bytes());
-            bytes.extend_from_slice(text.ending(site.bytes.start));
+            bytes.extend(flat(substituted(text, &site.bytes.range(), patches)).into_bytes());
+            bytes.extend_from_slice(text.ending(site.bytes.start()));
             bytes.extend_from_slice(indent);
         }
-        out.push(Patch::new(0, site.bytes.start..site.bytes.start, bytes));
+        out.push(Patch::new(0, site.bytes.start()..site.bytes.start(), bytes));
         Ok(())
     }
 
     /// The point on the way of the last piece of an arc, which the motion itself goes.
-    fn last_piece(&self, k: usize, m: &Move, site: &Site, edit: &Edit, out: &mut Vec<Patch>) -> Result<()> {
+    fn last_piece(&self, k: usize, m: &Move, site: &Site, edit: EditRef, out: &mut Patches) -> Result<()> {
         if site.via.is_some() && edit.vias.len() != edit.before.len() + 1 {
             return Err(self.refused(k, "a piece of its arc has no point on its way"));
         }
         if let (Some(at), Some(via)) = (edit.piece(edit.before.len()), &site.via) {
-            let beside = edit.goal.as_deref().or(edit.before.last().map(|p| p.q.as_slice())).unwrap_or_default();
-            out.push(Patch::new(0, via.clone(), self.on_arc(k, m, beside, at)?));
+            let beside = edit.goal.or(edit.before.last().map(|p| p.q.as_slice())).unwrap_or_default();
+            out.push(Patch::new(0, *via, self.on_arc(k, m, beside, at)?));
         }
         Ok(())
     }
@@ -223,15 +222,15 @@ impl Writer<'_> {
     }
 
     /// The move's own blend, where a new point lies too near for it.
-    fn blend(&self, k: usize, m: &Move, site: &Site, edit: &Edit, out: &mut Vec<Patch>) -> Result<()> {
+    fn blend(&self, k: usize, m: &Move, site: &Site, edit: EditRef, out: &mut Patches) -> Result<()> {
         let (Some(most), Some(span)) = (edit.blend_at_most_m, &site.blend) else { return Ok(()) };
         match m.blend_m {
             Some(r) if r <= most => Ok(()),
             Some(_) => {
                 let text = self.text()?;
                 let new = blend(most);
-                if new.as_bytes() != text.slice(span.clone()) {
-                    out.push(Patch::new(0, span.clone(), new));
+                if new.as_bytes() != text.slice(*span) {
+                    out.push(Patch::new(0, *span, new));
                 }
                 Ok(())
             }

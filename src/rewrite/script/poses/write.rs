@@ -81,11 +81,14 @@ pub fn write(
             else {
                 continue;
             };
-            let Some(edit) = edits.steps.get_mut(&vertex.step).filter(|e| !e.as_joint_moves) else { continue };
+            if edits.steps.get(vertex.step).is_none_or(|e| e.as_joint_moves) {
+                continue;
+            }
             let (Some(place), Some((form, own))) = (run.places.get(&vertex.step), own_numbers(script, goal)) else {
-                edits.steps.remove(&vertex.step);
+                edits.steps.remove(vertex.step);
                 continue;
             };
+            let Some(mut edit) = edits.steps.remove(vertex.step) else { continue };
             let digit = finest_angle(script, goal);
             let mut gone = 0;
             let all = edit.before.iter().map(|p| &p.q).chain(&edit.vias).chain(&edit.goal);
@@ -108,8 +111,8 @@ pub fn write(
                     Err(why) => drop(left.insert(vertex.step, why.to_string())),
                 }
             }
-            if edit.goal.is_none() && edit.before.is_empty() && edit.blend_at_most_m.is_none() {
-                edits.steps.remove(&vertex.step);
+            if edit.goal.is_some() || !edit.before.is_empty() || edit.blend_at_most_m.is_some() {
+                edits.steps.insert(vertex.step, edit);
             }
         }
     }
@@ -123,5 +126,5 @@ fn finest_angle(script: &Script, goal: &PoseGoal) -> f64 {
         Some(Quantity::Ratio) => 2.0,
         _ => 0.0,
     };
-    target.values.iter().enumerate().filter_map(|(k, v)| Some(v.as_ref()?.finest * factor(k))).fold(0.0, f64::max)
+    target.values.iter().enumerate().filter_map(|(k, v)| Some(v?.finest * factor(k))).fold(0.0, f64::max)
 }

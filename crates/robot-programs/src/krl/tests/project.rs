@@ -130,7 +130,7 @@ fn a_product_of_frames_is_one_goal_whose_own_numbers_are_edited() {
     let d = project(&format!("DEF prog( )\n{known}END\n"), dat, &[]);
     let m = moves(d.as_ref());
     let target = pose(0).target.unwrap();
-    let mut numbers: Vec<f64> = d.script().targets[target].values.iter().map(|v| v.unwrap().si).collect();
+    let mut numbers: Vec<f64> = d.script().targets.get(target).unwrap().values.iter().map(|v| v.unwrap().si).collect();
     numbers[1] += 1e-5;
     let point = NewPoint { q: numbers.clone(), share: 0.5, t_s: None, clearance_m: 0.01, of_way: false };
     let edit = Edit { goal: Some(numbers), before: vec![point], ..Edit::default() };

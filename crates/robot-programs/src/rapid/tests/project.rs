@@ -42,7 +42,7 @@ fn a_target_of_another_module_is_known_and_written_in_line() {
     let d = task(own, &[&module("other", "VAR num n;"), &data]);
     assert_eq!((why(d.as_ref(), 0).as_str(), why(d.as_ref(), 1).as_str()), ("known", "known"));
     assert!(why(d.as_ref(), 2).contains("declared in another module"));
-    let target = &d.script().targets[0];
+    let target = &d.script().targets.get(0).unwrap();
     assert_eq!((target.at.file, target.at.line), (2, 3), "{:?}", target.at);
     let by: Vec<(usize, f64)> = vec![(0, 0.01_f64.to_radians())];
     let edits = harness::shifted(d.script(), &by, 1e-5_f64.to_radians());

@@ -1,0 +1,178 @@
+//! What is needed to write moves again, in little memory: the words of a block are read again from its line when they are asked for.
+
+use super::lex::{self, Word};
+use super::survey::code;
+use super::{Arc, Centre};
+use crate::script::Text;
+use crate::script::blocks::BySteps;
+use std::sync::Arc as Shared;
+
+/// What is needed to write a move again. Lengths in mm, angles in degrees.
+#[derive(Debug, Clone)]
+pub(super) struct Statement {
+    pub line: usize,
+    pub words: Vec<Word>,
+    /// Words hold values that do not stand in the line: those of its expressions.
+    pub folded: bool,
+    /// 0 to 3.
+    pub motion: u8,
+    /// Its word in the block.
+    pub motion_word: Option<usize>,
+    pub absolute: bool,
+    /// By axis: word of the block.
+    pub axis_words: Vec<Option<u32>>,
+    /// By axis: mm or deg of one unit of a word.
+    pub unit: Shared<[f64]>,
+    /// By axis: what is added to an absolute word.
+    pub shift: Shared<[f64]>,
+    /// By axis, before and behind the move; `None`: not known.
+    pub start: Vec<Option<f64>>,
+    pub goal: Vec<Option<f64>>,
+    pub arc: Option<(Arc, Centre)>,
+}
+
+/// The word of the block that names each axis: the last one that has a value.
+pub(super) fn axis_words(words: &[Word], letters: &[u8]) -> Vec<Option<u32>> {
+    let word = |letter: &u8| words.iter().rposition(|w| w.letter == *letter && w.value.is_some()).map(|i| i as u32);
+    letters.iter().map(word).collect()
+}
+
+/// The word of a motion (times ten) in its block.
+pub(super) fn motion_word(words: &[Word], motion: u32) -> Option<usize> {
+    words.iter().position(|w| w.letter == b'G' && w.value.is_some_and(|v| code(v.0) == motion))
+}
+
+impl Statement {
+    /// The word of an axis.
+    pub fn axis_word(&self, axis: usize) -> Option<&Word> {
+        self.words.get((*self.axis_words.get(axis)?)? as usize)
+    }
+
+    /// Words that a copy takes along besides axes, motion and centre: G words and F.
+    pub fn copied(&self, letter: u8) -> impl Iterator<Item = &Word> {
+        let motion = |w: &Word| w.value.is_some_and(|v| matches!(code(v.0), 0 | 10 | 20 | 30));
+        self.words.iter().filter(move |w| w.letter == letter && !(letter == b'G' && motion(w)))
+    }
+
+    /// Place at a share of an arc, mm or deg by axis: on the arc in its plane, straight in the others.
+    pub fn on_arc(&self, arc: &Arc, share: f64) -> Vec<f64> {
+        on_arc(&self.start, &self.goal, arc, share)
+    }
+}
+
+fn on_arc(start: &[Option<f64>], goal: &[Option<f64>], arc: &Arc, share: f64) -> Vec<f64> {
+    let on = arc.at(share);
+    let axis = |a: usize| match (start[a], goal[a]) {
+        _ if a == arc.u => on[0],
+        _ if a == arc.v => on[1],
+        (Some(from), Some(to)) => from + share * (to - from),
+        (_, to) => to.unwrap_or(0.0),
+    };
+    (0..goal.len()).map(axis).collect()
+}
+
+/// The statements of a program, by step; moves that lead to a known place have one.
+#[derive(Debug, Default)]
+pub(super) struct Statements {
+    kept: BySteps<Kept>,
+    /// Rows of places, NaN: not known.
+    places: Vec<f64>,
+    /// Units and shifts.
+    frames: Vec<[Shared<[f64]>; 2]>,
+}
+
+#[derive(Debug)]
+struct Kept {
+    line: u32,
+    /// First number of its rows in the places.
+    start: u32,
+    goal: u32,
+    frame: u32,
+    motion: u8,
+    absolute: bool,
+    /// Nearly no statement has an arc or words that are not those of its line.
+    rest: Option<Box<Rest>>,
+}
+
+#[derive(Debug)]
+struct Rest {
+    arc: Option<(Arc, Centre)>,
+    words: Option<Vec<Word>>,
+}
+
+impl Statements {
+    /// Adds the statement of a step behind those that have one.
+    pub fn push(&mut self, step: usize, s: Statement) {
+        let start = self.row(&s.start);
+        let goal = self.row(&s.goal);
+        let same = |f: &[Shared<[f64]>; 2]| Shared::ptr_eq(&f[0], &s.unit) && Shared::ptr_eq(&f[1], &s.shift);
+        if !self.frames.last().is_some_and(same) {
+            self.frames.push([s.unit, s.shift]);
+        }
+        let rest = Rest { arc: s.arc, words: s.folded.then_some(s.words) };
+        let rest = (rest.arc.is_some() || rest.words.is_some()).then(|| Box::new(rest));
+        let frame = self.frames.len() as u32 - 1;
+        let kept = Kept { line: s.line as u32, start, goal, frame, motion: s.motion, absolute: s.absolute, rest };
+        self.kept.push(step, kept);
+    }
+
+    /// A row of places; where it is the last one, that.
+    fn row(&mut self, places: &[Option<f64>]) -> u32 {
+        let last = self.places.len().saturating_sub(places.len());
+        let there = self.places.get(last..).unwrap_or_default().iter();
+        let same = |(there, own): (&f64, &Option<f64>)| own.unwrap_or(f64::NAN).to_bits() == there.to_bits();
+        if there.len() == places.len() && there.zip(places).all(same) {
+            return last as u32;
+        }
+        let first = self.places.len() as u32;
+        self.places.extend(places.iter().map(|p| p.unwrap_or(f64::NAN)));
+        first
+    }
+
+    fn places(&self, first: u32, count: usize) -> Vec<Option<f64>> {
+        let row = self.places.get(first as usize..first as usize + count).unwrap_or_default();
+        row.iter().map(|v| Some(*v).filter(|v| !v.is_nan())).collect()
+    }
+
+    /// The statement of a step; `letters`: the words of the axes.
+    pub fn get(&self, step: usize, text: &Text, letters: &[u8]) -> Option<Statement> {
+        let kept = self.kept.get(step)?;
+        let [unit, shift] = self.frames.get(kept.frame as usize)?;
+        let line = kept.line as usize;
+        let own = kept.rest.as_ref().and_then(|r| r.words.clone());
+        let folded = own.is_some();
+        // a line that was read can be read again
+        let words = own.unwrap_or_else(|| lex::block(text, line).map(|b| b.words).unwrap_or_default());
+        Some(Statement {
+            line,
+            folded,
+            motion: kept.motion,
+            motion_word: motion_word(&words, u32::from(kept.motion) * 10),
+            absolute: kept.absolute,
+            axis_words: axis_words(&words, letters),
+            unit: Shared::clone(unit),
+            shift: Shared::clone(shift),
+            start: self.places(kept.start, letters.len()),
+            goal: self.places(kept.goal, letters.len()),
+            arc: self.arc(step),
+            words,
+        })
+    }
+
+    fn arc(&self, step: usize) -> Option<(Arc, Centre)> {
+        self.kept.get(step)?.rest.as_ref()?.arc
+    }
+
+    /// Place at a share of the arc of a step, mm or deg by axis; `None`: it is none.
+    pub fn on_arc(&self, step: usize, axes: usize, share: f64) -> Option<Vec<f64>> {
+        let (arc, _) = self.arc(step)?;
+        let kept = self.kept.get(step)?;
+        Some(on_arc(&self.places(kept.start, axes), &self.places(kept.goal, axes), &arc, share))
+    }
+
+    /// The arcs of all statements.
+    #[cfg(test)]
+    pub fn arcs(&self) -> Vec<(Arc, Centre)> {
+        self.kept.values().filter_map(|k| k.rest.as_ref()?.arc).collect()
+    }
+}
