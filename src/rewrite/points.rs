@@ -44,6 +44,13 @@ pub struct OutputPoints {
 }
 
 impl OutputPoints {
+    /// Room for so many points.
+    pub fn reserve(&mut self, points: usize) {
+        self.q.reserve(points * self.axes);
+        self.t_s.reserve(points);
+        self.origin.reserve(points);
+    }
+
     pub fn clear(&mut self) {
         self.q.clear();
         self.t_s.clear();

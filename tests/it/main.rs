@@ -68,6 +68,7 @@ mod vendor_approach;
 mod vendor_arcs;
 mod vendor_circle;
 mod vendor_history;
+mod vendor_memory;
 mod vendor_options;
 mod vendor_public;
 mod vendor_rewrite;

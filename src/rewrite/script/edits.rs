@@ -51,26 +51,25 @@ pub fn collect(
     edits: &mut Edits,
 ) -> (Unplaced, u64) {
     let script = document.script();
-    let outs: Vec<Out> = (0..emitted.len())
-        .map(|i| {
-            let (vertex, fraction) = match emitted.origin[i] {
-                Origin::Point(n) => (n as usize, None),
-                Origin::Inserted { after, fraction } => (after as usize, Some(fraction)),
-            };
-            let t_s = emitted.t_s.get(i).copied();
-            Out { q: emitted.row(i), t_s, vertex, fraction }
-        })
-        .collect();
+    let out = |i: usize| {
+        let (vertex, fraction) = match emitted.origin[i] {
+            Origin::Point(n) => (n as usize, None),
+            Origin::Inserted { after, fraction } => (after as usize, Some(fraction)),
+        };
+        Out { q: emitted.row(i), t_s: emitted.t_s.get(i).copied(), vertex, fraction }
+    };
+    let mut span: Vec<Out> = Vec::new();
     let mut unplaced = Unplaced::default();
     let mut added = 0;
     let mut at = 0;
-    while at < outs.len() {
+    while at < emitted.len() {
         // all that lies behind the goal before, up to the goal of this step
-        let Some(end) = (at..outs.len()).find(|&i| goal(run, &outs[i]).is_some()) else { break };
-        let Some(vertex) = goal(run, &outs[end]) else { break };
-        let span = &outs[at..end];
-        let before = at.checked_sub(1).map(|k| outs[k].q);
-        let edit = step(document, robot, run, vertex, before, span, &outs[end], solve, &mut unplaced);
+        let Some(end) = (at..emitted.len()).find(|&i| goal(run, &out(i)).is_some()) else { break };
+        let Some(vertex) = goal(run, &out(end)) else { break };
+        span.clear();
+        span.extend((at..end).map(out));
+        let before = at.checked_sub(1).map(|k| emitted.row(k));
+        let edit = step(document, robot, run, vertex, before, &span, &out(end), solve, &mut unplaced);
         at = end + 1;
         if let Some((edit, points)) = edit {
             added += points;

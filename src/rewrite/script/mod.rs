@@ -44,7 +44,7 @@ use super::{Options, Origin, OutputPoints, Points};
 use crate::compensator::Compensator;
 use crate::error::{Error, Result};
 use crate::program::script::{
-    At, Document, Edits, Format, Goal, Note, Quantity, Script, StepKind, TargetRef, Text, Value,
+    At, Document, Edits, Format, Goal, Note, Quantity, Script, StepEdits, StepKind, TargetRef, Text, Value,
 };
 use crate::robot::Robot;
 use crate::robot::frames::{Frames, Missing};
@@ -271,8 +271,13 @@ impl Collected {
         solve: bool,
     ) -> Result<Self> {
         let script = document.script();
+        let points: usize = runs.iter().map(|r| r.vertices.len()).sum();
         let mut all = Self {
-            edits: Edits { digit: task.digit.to_vec(), pose_digit: task.pose_digit, ..Edits::default() },
+            edits: Edits {
+                steps: StepEdits::with_capacity(script.steps.len(), points * task.robot.dof()),
+                digit: task.digit.to_vec(),
+                pose_digit: task.pose_digit,
+            },
             account: empty(task.robot.dof()),
             unplaced: Unplaced::default(),
             rates: Rates::default(),
@@ -446,6 +451,7 @@ fn through(task: &Task, run: &Run, options: Options) -> Result<(OutputPoints, Re
     }
     let mut engine = Engine::new(task.robot, task.compensator, options)?;
     let mut out = OutputPoints { axes, ..OutputPoints::default() };
+    out.reserve(run.vertices.len() + run.vertices.len() / 8);
     // in blocks, so that the engine forgets what it is done with
     let mut points = Points { axes, ..Points::default() };
     for vertices in run.vertices.chunks(BLOCK) {

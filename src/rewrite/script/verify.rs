@@ -115,6 +115,8 @@ impl Before {
     pub fn of(script: &Script, edits: &Edits) -> Self {
         let mut all = Self { names: script.texts.iter().map(|t| t.name.clone()).collect(), ..Self::default() };
         all.steps.reserve_exact(script.steps.len());
+        let numbers = script.moves().filter_map(|(_, m)| script.targets.get(m.goal.target()?)).map(|t| t.values.len());
+        all.values.reserve_exact(numbers.sum());
         for (k, step) in script.steps.iter().enumerate() {
             let kind = match &step.kind {
                 StepKind::Move(m) => {

@@ -206,7 +206,7 @@ impl<'a> Reader<'a> {
     fn new(text: &'a Text, robot: &Axes, positions: Vec<Position>) -> Result<Self> {
         let mut by_index = HashMap::new();
         let (mut targets, mut of_target, mut target_of, mut extras) =
-            (Targets::default(), Vec::new(), Vec::new(), Vec::new());
+            (Targets::of_text(text), Vec::new(), Vec::new(), Vec::new());
         let mut pose_target = Vec::with_capacity(positions.len());
         for (i, p) in positions.iter().enumerate() {
             if by_index.insert(p.index, i).is_some() {
@@ -254,12 +254,12 @@ impl<'a> Reader<'a> {
             shared,
             written: HashMap::new(),
             written_any: None,
-            steps: Vec::new(),
+            steps: Vec::with_capacity(text.likely_steps()),
             notes: Vec::new(),
             tracks: false,
             led: None,
             uncounted: false,
-            motions: BySteps::default(),
+            motions: BySteps::of_text(text),
         })
     }
 

@@ -13,7 +13,7 @@ use super::{Program, Statement, Statements};
 use crate::axes::Axes;
 use crate::error::{Error, Result};
 use crate::script::lex::not_too_long;
-use crate::script::{At, Break, Goal, Note, Script, Step, StepKind, Text, Value, pragma};
+use crate::script::{At, Break, Goal, Note, Script, Step, StepKind, Targets, Text, Value, pragma};
 use std::sync::Arc as Shared;
 
 /// Reads a program.
@@ -145,8 +145,12 @@ impl<'a> Reader<'a> {
             variables: Variables::of(text),
             has_folded: false,
             has_noted: false,
-            script: Script::default(),
-            statements: Statements::default(),
+            script: Script {
+                steps: Vec::with_capacity(text.likely_steps()),
+                targets: Targets::of_text(text),
+                ..Script::default()
+            },
+            statements: Statements::of_text(text, robot.dof()),
             motion: None,
             absolute: robot.control.absolute,
             inch: robot.control.inch,

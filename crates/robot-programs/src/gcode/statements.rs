@@ -101,6 +101,12 @@ struct Rest {
 }
 
 impl Statements {
+    /// With room for those of a text.
+    pub fn of_text(text: &Text, axes: usize) -> Self {
+        let places = Vec::with_capacity(text.likely_steps() * axes.min(3));
+        Self { kept: BySteps::of_text(text), places, frames: Vec::new() }
+    }
+
     /// Adds the statement of a step behind those that have one.
     pub fn push(&mut self, step: usize, s: Statement) {
         let start = self.row(&s.start);

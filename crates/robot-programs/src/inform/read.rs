@@ -7,7 +7,7 @@ use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
 use crate::script::blocks::BySteps;
 use crate::script::lex::not_too_long;
-use crate::script::{At, Break, Goal, Move, Note, Script, Step, StepKind, Text, number, pragma};
+use crate::script::{At, Break, Goal, Move, Note, Script, Step, StepKind, Targets, Text, number, pragma};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -89,8 +89,12 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
         has_noted: false,
         counted: Counted::of(text, begin),
         moves: 0,
-        script: Script::default(),
-        statements: BySteps::default(),
+        script: Script {
+            steps: Vec::with_capacity(text.likely_steps()),
+            targets: Targets::of_text(text),
+            ..Script::default()
+        },
+        statements: BySteps::of_text(text),
         targets: super::Known::default(),
         numbers: Vec::new(),
         pinned: vec![false; list.positions.len()],

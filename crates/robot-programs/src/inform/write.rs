@@ -116,7 +116,7 @@ impl<'a> Writer<'a> {
             job,
             edits,
             ends: ends(&job.positions),
-            patches: Patches::default(),
+            patches: Patches::with_capacity(edits.steps.values()),
             new: Vec::new(),
             next: BTreeMap::new(),
         }

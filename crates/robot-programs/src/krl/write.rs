@@ -16,8 +16,8 @@ use std::ops::Range;
 pub(super) type Change = Vec<(Range<usize>, String)>;
 
 pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Patches> {
-    let mut out = Patches::default();
-    goals(program, edits, &mut out)?;
+    let mut out = Patches::with_capacity(edits.steps.values());
+    goals(program, edits, edits.steps.iter(), &mut out)?;
     let named = named(program);
     for (step, edit) in edits.steps.iter().filter(|(_, e)| !e.before.is_empty() || !e.vias.is_empty()) {
         insert(program, edits, &named, step, edit, &mut out)?;
@@ -37,10 +37,8 @@ pub(super) fn unwritable(program: &Program, edits: &Edits) -> Vec<(usize, String
     };
     let alone = |(step, edit): (usize, EditRef)| {
         let name = elsewhere(step).filter(|_| edit.goal.is_some())?;
-        let one =
-            Edits { steps: [(step, edit.into())].into(), digit: edits.digit.clone(), pose_digit: edits.pose_digit };
         let mut out = Patches::default();
-        goals(program, &one, &mut out).err()?;
+        goals(program, edits, std::iter::once((step, edit)), &mut out).err()?;
         Some((step, format!("its inline form cannot take a clone of {}, which other uses need as it is", name.text)))
     };
     edits.steps.iter().filter_map(alone).collect()
@@ -90,10 +88,16 @@ fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Change
     out
 }
 
-fn goals(program: &Program, edits: &Edits, out: &mut Patches) -> Result<()> {
+/// Changed goals of the edits that are chosen.
+fn goals<'a>(
+    program: &Program,
+    edits: &Edits,
+    chosen: impl Iterator<Item = (usize, EditRef<'a>)>,
+    out: &mut Patches,
+) -> Result<()> {
     // target, step, and its joints or the numbers of its pose
-    let mut wanted: Vec<(usize, usize, &[f64])> = Vec::with_capacity(edits.steps.len());
-    for (step, edit) in edits.steps.iter() {
+    let mut wanted: Vec<(usize, usize, &[f64])> = Vec::new();
+    for (step, edit) in chosen {
         let Some(StepKind::Move(m)) = program.script.steps.get(step).map(|s| &s.kind) else {
             return Err(Error::Refused(format!("step {step} is no move")));
         };

@@ -13,6 +13,11 @@ impl<T> Default for BySteps<T> {
 }
 
 impl<T> BySteps<T> {
+    /// With room for the steps of a text.
+    pub fn of_text(text: &Text) -> Self {
+        Self(Vec::with_capacity(text.likely_steps()))
+    }
+
     /// The value of a step behind those that have one.
     pub fn push(&mut self, step: usize, value: T) {
         self.0.push((step as u32, value));
@@ -85,6 +90,12 @@ impl<S> Default for Steps<S> {
 }
 
 impl<S> Steps<S> {
+    /// With room for the steps of a text.
+    pub fn of_text(text: &Text) -> Self {
+        let steps = Vec::with_capacity(text.likely_steps());
+        Self { steps, sites: BySteps::of_text(text), ..Self::default() }
+    }
+
     /// The step that comes next.
     pub fn next(&self) -> usize {
         self.steps.len()

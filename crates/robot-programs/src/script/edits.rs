@@ -149,6 +149,16 @@ struct Rest {
 }
 
 impl StepEdits {
+    /// With room for edits of so many steps and so many values of their goals.
+    pub fn with_capacity(steps: usize, values: usize) -> Self {
+        Self { rows: Vec::with_capacity(steps), goals: Vec::with_capacity(values), ..Self::default() }
+    }
+
+    /// How many values the goals of all edits have.
+    pub fn values(&self) -> usize {
+        self.goals.len()
+    }
+
     /// How many steps are edited.
     pub fn len(&self) -> usize {
         self.count

@@ -50,6 +50,12 @@ pub struct PatchRef<'a> {
 }
 
 impl Patches {
+    /// With room for so many patches of numbers.
+    pub fn with_capacity(numbers: usize) -> Self {
+        const BYTES: usize = 9;
+        Self { heads: Vec::with_capacity(numbers), bytes: Vec::with_capacity(numbers * BYTES) }
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
         self.heads.len()

@@ -5,7 +5,7 @@
 
 use super::number::Style;
 use super::pose::PoseForm;
-use super::{At, Target, Value};
+use super::{At, Target, Text, Value};
 use std::collections::HashMap;
 
 /// No number, no name.
@@ -153,6 +153,14 @@ impl Targets {
     /// There is none.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
+    }
+
+    /// With room for the targets of a text.
+    pub fn of_text(text: &Text) -> Self {
+        let mut all = Self::default();
+        all.rows.reserve(text.likely_steps());
+        all.numbers.reserve(text.likely_numbers());
+        all
     }
 
     /// Adds a target; its index is the number of those before. Its text is no longer than [`super::lex::LONGEST`].

@@ -115,6 +115,19 @@ impl Text {
         Self { context: self.context, unread: self.unread, ..Self::new(self.name.clone(), bytes) }
     }
 
+    /// How many steps the text may hold, as far as its size tells: readers ask for their memory at once, as lists that double are
+    /// copied and leave holes. What is not used is never touched.
+    pub fn likely_steps(&self) -> usize {
+        const LEAST_BYTES: usize = 24;
+        self.line_count().min(self.bytes.len() / LEAST_BYTES) + 1
+    }
+
+    /// How many numbers its targets may hold, in the same way.
+    pub fn likely_numbers(&self) -> usize {
+        const LEAST_BYTES: usize = 10;
+        self.bytes.len() / LEAST_BYTES
+    }
+
     /// Number of lines; what follows a last line ending counts only if there is something.
     pub fn line_count(&self) -> usize {
         self.starts.len() - usize::from(self.starts.last().map(|s| *s as usize) == Some(self.bytes.len()))

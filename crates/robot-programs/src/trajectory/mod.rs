@@ -61,8 +61,11 @@ impl Format for Ros {
         let empty = Text::default();
         let text = texts.first().unwrap_or(&empty);
         not_too_long(text)?;
-        let tree = Tree::read(text)?;
+        let mut tree = Tree::read(text)?;
         let content = read::content(text, &tree)?;
+        // what is known of the trajectories is taken from it
+        tree.documents.clear();
+        tree.documents.shrink_to_fit();
         if content.trajectories.is_empty() {
             let expected = "a JointTrajectory: a mapping with `joint_names` and `points`";
             return Err(text.bad(0, "no trajectory", expected));

@@ -30,9 +30,12 @@ fn point(q: &[f64], share: f64) -> NewPoint {
     NewPoint { q: q.to_vec(), share, t_s: None, clearance_m: 0.01, of_way: false }
 }
 
+fn put_before(q: &[f64], share: f64) -> Edit {
+    Edit { before: vec![point(q, share)], ..Edit::default() }
+}
+
 fn before(step: usize, q: &[f64], share: f64) -> Edits {
-    let edit = Edit { before: vec![point(q, share)], ..Edit::default() };
-    Edits { steps: [(step, edit)].into(), digit: vec![1e-5; 3], ..Edits::default() }
+    Edits { steps: [(step, put_before(q, share))].into(), digit: vec![1e-5; 3], ..Edits::default() }
 }
 
 fn goal(step: usize, q: &[f64]) -> Edits {
@@ -333,10 +336,8 @@ fn ten_megabytes_pass_in_seconds() {
     }
     let started = std::time::Instant::now();
     let d = parse(&text);
-    let edits = Edits {
-        steps: (2..k).map(|s| (s, before(s, &[s as f64, 0.5, 0.0], 0.5).steps.remove(s).unwrap())).collect(),
-        ..Edits::default()
-    };
+    let edits =
+        Edits { steps: (2..k).map(|s| (s, put_before(&[s as f64, 0.5, 0.0], 0.5))).collect(), ..Edits::default() };
     let patches = d.patches(&edits).unwrap();
     assert_eq!(patches.len(), k - 2);
     assert!(started.elapsed().as_secs() < 60, "{:?}", started.elapsed());

@@ -8,7 +8,7 @@
 //! and the comment behind them: these ends are found here.
 
 use crate::error::Result;
-use crate::script::Text;
+use crate::script::{Few, Span, Text};
 use saphyr_parser::{Event, Parser, ScalarStyle, ScanError};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -37,9 +37,9 @@ pub struct Node {
     /// Behind the last byte; of a block collection behind its last entry that has bytes.
     pub end: usize,
     /// Number of its anchor, 0: none.
-    pub anchor: usize,
+    pub anchor: u32,
     pub tagged: bool,
-    pub items: Vec<Node>,
+    pub items: Few<Node>,
 }
 
 /// The documents of a text and its comments.
@@ -49,7 +49,7 @@ pub struct Tree {
     /// From `#` to the end of the line, in order.
     pub comments: Vec<Range<usize>>,
     /// Anchors to which an alias points.
-    aliased: BTreeSet<usize>,
+    aliased: BTreeSet<u32>,
 }
 
 impl Node {
@@ -87,12 +87,19 @@ impl Tree {
         let characters = characters(bytes);
         let mut tree = Self::default();
         let mut open: Vec<Node> = Vec::new();
-        let mut leaves: Vec<Range<usize>> = Vec::new();
+        let mut leaves: Vec<Span> = Vec::new();
         for event in Parser::new_from_str(&characters) {
             let (event, span) = event.map_err(|e| malformed(text, skipped, &e))?;
             let at = |index: usize| (index + skipped).min(text.bytes.len());
             let (start, end) = (at(span.start.index()), at(span.end.index()).max(at(span.start.index())));
-            let node = |kind, anchor, tagged| Node { kind, start, end, anchor, tagged, items: Vec::new() };
+            let node = |kind, anchor: usize, tagged| Node {
+                kind,
+                start,
+                end,
+                anchor: anchor as u32,
+                tagged,
+                items: Few::new(),
+            };
             let done = match event {
                 Event::Scalar(_, style, anchor, tag) => {
                     let mut word = node(Kind::Scalar { plain: style == ScalarStyle::Plain }, anchor, tag.is_some());
@@ -100,12 +107,12 @@ impl Tree {
                         word.end = word.start + quoted(text.slice(start..end));
                     }
                     if word.start < word.end {
-                        leaves.push(word.start..word.end);
+                        leaves.push((word.start..word.end).into());
                     }
                     Some(word)
                 }
                 Event::Alias(anchor) => {
-                    tree.aliased.insert(anchor);
+                    tree.aliased.insert(anchor as u32);
                     Some(node(Kind::Alias, 0, false))
                 }
                 Event::SequenceStart(anchor, tag) => {
@@ -208,13 +215,13 @@ fn malformed(text: &Text, skipped: usize, e: &ScanError) -> crate::error::Error 
 }
 
 /// Every `#` behind a blank or at the start of a line, outside of words.
-fn comments(bytes: &[u8], leaves: &[Range<usize>]) -> Vec<Range<usize>> {
+fn comments(bytes: &[u8], leaves: &[Span]) -> Vec<Range<usize>> {
     let mut found: Vec<Range<usize>> = Vec::new();
     for at in memchr::memchr_iter(b'#', bytes) {
         let behind_blank = at.checked_sub(1).is_none_or(|k| matches!(bytes.get(k), Some(b' ' | b'\t' | b'\n' | b'\r')));
         let within_comment = found.last().is_some_and(|c| at < c.end);
-        let leaf = leaves.partition_point(|l| l.start <= at).checked_sub(1).and_then(|k| leaves.get(k));
-        if behind_blank && !within_comment && leaf.is_none_or(|l| l.end <= at) {
+        let leaf = leaves.partition_point(|l| l.start() <= at).checked_sub(1).and_then(|k| leaves.get(k));
+        if behind_blank && !within_comment && leaf.is_none_or(|l| l.end() <= at) {
             let rest = bytes.get(at..).unwrap_or_default();
             let line = memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
             found.push(at..at + line);
