@@ -24,8 +24,8 @@ use std::sync::Arc;
 const HEAD: u64 = 1 << 16;
 /// A vendor program is read whole; a larger one is none that a controller could load.
 pub(super) const LARGEST_SCRIPT: u64 = 256 << 20;
-/// Bytes of memory that a byte of a vendor program takes at most: G-code 42, the others 21 to 37 (benches/vendor.py).
-const SCRIPT_PER_BYTE: u64 = 50;
+/// Bytes of memory that a byte of a vendor program takes at most: joint targets 13 to 21 (benches/vendor.py), Cartesian ones 36.
+const SCRIPT_PER_BYTE: u64 = 45;
 /// Bytes that the verdict takes beside them: it simulates a program of up to 20,000 moves before and after, 5 kB a move (1 MB: 131 to 151
 /// times the size in all).
 const VERDICT_PER_BYTE: u64 = 100;

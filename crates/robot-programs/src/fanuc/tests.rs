@@ -116,7 +116,8 @@ fn a_shared_position_is_changed_in_place_only_where_all_moves_agree() {
     let d = doc(samples()[1]);
     let m = moves(d.as_ref());
     let of = |name: &str| -> Vec<usize> {
-        let named = |m: &Move| matches!(m.goal, Goal::Joints(t) if d.script().targets.get(t).unwrap().name.as_deref() == Some(name));
+        let named =
+            |m: &Move| matches!(m.goal, Goal::Joints(t) if d.script().targets.get(t).unwrap().name == Some(name));
         m.iter().filter(|(_, m)| named(m)).map(|(k, _)| *k).collect()
     };
     let p1 = of("P[1]");

@@ -5,6 +5,7 @@ use std::ops::{Deref, DerefMut};
 
 /// A list that is nearly always empty.
 #[derive(Clone, PartialEq, Eq)]
+#[allow(clippy::box_collection)] // eight bytes, where a vector has twenty-four
 pub struct Few<T>(Option<Box<Vec<T>>>);
 
 impl<T> Default for Few<T> {

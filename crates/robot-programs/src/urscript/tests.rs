@@ -103,7 +103,7 @@ fn a_displaced_pose_is_edited_in_its_own_numbers() {
         assert!((pose.position_m - nalgebra::Vector3::from(at)).norm() < 1e-12, "{call}: {}", pose.position_m);
         let script = document(&source);
         let target = &script.script().targets.get(pose.target.unwrap()).unwrap();
-        assert_eq!(target.name.as_deref(), Some(name));
+        assert_eq!(target.name, Some(name));
         // the goal is what is written, seen through the displacement
         let values: Vec<f64> = target.values.iter().map(|v| v.unwrap().si).collect();
         let meant = pose.meant(&crate::script::PoseForm::RotationVector.pose(&values).unwrap());
