@@ -119,7 +119,8 @@ def main():
             print(f"kill {n + 1}: engine and workers after {wait:.1f} s", flush=True)
         if n == a.kills // 2:
             make(cell, a.programs)
-            (work / "job" / "manifest.jsonl").unlink(missing_ok=True)
+            for planned in ("manifest.jsonl", "summary.jsonl"):
+                (work / "job" / planned).unlink(missing_ok=True)
             print("a program was added")
         subprocess.run(unlock, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     start = time.time()
