@@ -21,7 +21,7 @@ struct Appended {
 
 pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Patches> {
     let Some(text) = program.script.texts.first() else { return Ok(Patches::default()) };
-    let mut out = Patches::with_capacity(edits.steps.values());
+    let mut out = Patches::with_capacity(edits.steps.likely_patches());
     let mut appended = Appended { next: program.last + 1, text: Vec::new() };
     goals(program, text, edits, &mut out, &mut appended)?;
     let inserted = insertions(program, text, edits, &mut out, &mut appended)?;

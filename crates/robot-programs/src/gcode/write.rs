@@ -56,7 +56,7 @@ fn written(program: &Program, edits: &Edits, mut left: Option<&mut Vec<Unwritabl
     let mut writer = Writer {
         program,
         edits,
-        patches: Patches::with_capacity(edits.steps.values()),
+        patches: Patches::with_capacity(edits.steps.likely_patches()),
         now: vec![None; dof],
         decimals: vec![0; dof],
         relative: None,

@@ -116,7 +116,7 @@ impl<'a> Writer<'a> {
             job,
             edits,
             ends: ends(&job.positions),
-            patches: Patches::with_capacity(edits.steps.values()),
+            patches: Patches::with_capacity(edits.steps.likely_patches()),
             new: Vec::new(),
             next: BTreeMap::new(),
         }

@@ -16,7 +16,7 @@ use std::ops::Range;
 pub(super) type Change = Vec<(Range<usize>, String)>;
 
 pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Patches> {
-    let mut out = Patches::with_capacity(edits.steps.values());
+    let mut out = Patches::with_capacity(edits.steps.likely_patches());
     goals(program, edits, edits.steps.iter(), &mut out)?;
     let named = named(program);
     for (step, edit) in edits.steps.iter().filter(|(_, e)| !e.before.is_empty() || !e.vias.is_empty()) {

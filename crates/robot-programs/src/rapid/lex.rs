@@ -15,7 +15,7 @@ const PLACEHOLDERS: [&str; 14] =
 pub fn lex(text: &Text) -> Result<Lexed> {
     not_too_long(text)?;
     let bytes = text.bytes.as_slice();
-    let mut tokens = Vec::with_capacity(bytes.len() / 3);
+    let mut tokens = Vec::with_capacity(bytes.len() / 2);
     let mut comments = Vec::new();
     let mut i = start(bytes);
     while let Some(&b) = bytes.get(i) {

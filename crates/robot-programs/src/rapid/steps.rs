@@ -90,14 +90,9 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Built>
     let (text, p) = (&project.text, &project.parsed);
     let own_end = project.own_end();
     let own = |item: &Item| p.tokens.get(item.span.start).is_none_or(|t| t.start() < own_end);
-    let args: Vec<Option<(Motion, Vec<Arg>)>> = p.items.iter().map(|item| motion_of(p, item)).collect();
-    // a move of another module needs the value that stands here
-    let goals: Vec<Option<usize>> = p
-        .items
-        .iter()
-        .zip(&args)
-        .map(|(item, m)| m.as_ref().filter(|_| own(item)).and_then(|(m, args)| goal_name(p, *m, args)))
-        .collect();
+    // a move of another module needs the value that stands here; arguments are read again where they are needed, and never all held
+    let goal = |item: &Item| motion_of(p, item).filter(|_| own(item)).and_then(|(m, args)| goal_name(p, m, &args));
+    let goals: Vec<Option<usize>> = p.items.iter().map(goal).collect();
     let mut b = Builder {
         f: Facts::new(text, p, &project.left_out, &goals),
         project,
@@ -118,8 +113,8 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Built>
         synchronised: false,
         entry_routine: entry_routine(p, &|item| own(item)),
     };
-    for (item, motion) in p.items.iter().zip(args).filter(|(item, _)| own(item)) {
-        b.item(item, motion)?;
+    for item in p.items.iter().filter(|item| own(item)) {
+        b.item(item, motion_of(p, item))?;
     }
     b.steps.pragmas(text, &p.comments, own_end);
     let Builder { steps, targets, literals, notes, .. } = b;

@@ -102,7 +102,7 @@ impl Writer<'_> {
     /// Changed goals, by target: in place where all moves to it agree, else by clones.
     fn goals(&self) -> Result<Patches> {
         let text = self.text()?;
-        let mut out = Patches::with_capacity(self.edits.steps.values());
+        let mut out = Patches::with_capacity(self.edits.steps.likely_patches());
         let mut fresh = HashSet::new();
         let owner = |t: usize| self.built.literals.get(t).and_then(|l| l.owner.as_deref());
         let mut each = |wanted: TargetEdit| {

@@ -154,9 +154,9 @@ impl StepEdits {
         Self { rows: Vec::with_capacity(steps), goals: Vec::with_capacity(values), ..Self::default() }
     }
 
-    /// How many values the goals of all edits have.
-    pub fn values(&self) -> usize {
-        self.goals.len()
+    /// How many patches they may make, beside those of new points: one for each value of a goal and one for each move.
+    pub fn likely_patches(&self) -> usize {
+        self.goals.len() + self.count
     }
 
     /// How many steps are edited.

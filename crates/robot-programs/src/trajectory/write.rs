@@ -43,7 +43,7 @@ pub fn patches(document: &Trajectories, edits: &Edits) -> Result<Patches> {
             .ok_or_else(|| Error::Refused(format!("step {step} is no move and cannot be edited")))?;
         by_trajectory.entry(t).or_default().insert(p, edit);
     }
-    let mut patches = Patches::with_capacity(edits.steps.values());
+    let mut patches = Patches::with_capacity(edits.steps.likely_patches());
     for (t, edits_of) in by_trajectory {
         let (Some(trajectory), Some(axes)) = (document.content.trajectories.get(t), document.axes.get(t)) else {
             continue;
