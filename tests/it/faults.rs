@@ -161,6 +161,34 @@ fn standard_error_that_cannot_be_written_changes_no_exit_code() {
     assert!(bench.path("o.csv").exists());
 }
 
+/// A program of the KUKA that goes to and fro, with a time for each point.
+fn timed(t_s: impl Fn(u32) -> f64) -> String {
+    let row = |k: u32| {
+        format!(
+            "{:?},{}.0000,-90.0000,90.0000,0.0000,10.0000,0.0000\n",
+            t_s(k),
+            [0, 1, 2, 3, 2, 1, 0, 1, 2][k as usize]
+        )
+    };
+    let rows: String = (0..9).map(row).collect();
+    format!("t_s,a1_deg,a2_deg,a3_deg,a4_deg,a5_deg,a6_deg\n{rows}")
+}
+
+#[test]
+fn times_too_near_or_too_large_for_a_new_point_are_refused_in_words() {
+    let bench = Bench::new();
+    let refused = |t_s: &dyn Fn(u32) -> f64, code: i32, words: &str| {
+        bench.write("t.csv", &timed(t_s));
+        let done = bench.run("rewrite --model comp.yaml t.csv --output out.csv").assert().code(code);
+        let said = String::from_utf8(done.get_output().stderr.clone()).unwrap();
+        assert!(said.contains(words) && !said.contains("panicked"), "{said}");
+        assert!(!bench.path("out.csv").exists());
+    };
+    refused(&|k| f64::from(k) * 1e-100, 1, "limit 136.000000 deg/s");
+    refused(&|k| 1e15 + 0.5 * f64::from(k), 1, "no time between two points");
+    refused(&|k| 1e15 + 0.01 * f64::from(k), 2, "strictly increase");
+}
+
 #[test]
 fn a_damaged_note_is_an_error() {
     let bench = Bench::new();
