@@ -46,7 +46,7 @@ fn constants_come_from_the_surer_document_schedules_from_the_static_one() {
     assert_eq!(gap(1).at(0.0), 0.0, "where the gap is smaller than its uncertainty nothing is compensated");
     let friction = c.on(0).unwrap().friction.unwrap();
     // three quarters of a standard error (of the logarithm) below the spike, the decay as much above
-    let shade = |ci: [f64; 2]| 0.75 * (ci[1] / ci[0]).ln() / (2.0 * 1.959964);
+    let shade = |ci: [f64; 2]| 0.75 * (ci[1] / ci[0]).ln() / (2.0 * 1.959_963_984_540_054);
     assert!((deg(friction.gain) - 0.0034 * (-shade([0.0030, 0.0038])).exp()).abs() < 1e-12);
     let FrictionShape::Decay(Decay::Time(tau_s)) = friction.shape else { panic!("{:?}", friction.shape) };
     assert!((tau_s - 5.2 * shade([4.8, 5.6]).exp()).abs() < 1e-9, "{tau_s}");
