@@ -8,8 +8,8 @@ pub mod program;
 
 use anyhow::Result;
 
-/// What lost motion costs at the TCP: on a measured circle, along a line from both sides, after the turns of a motion, or computed
-/// at a pose or over a program; and whether a changed program is better.
+/// Assess the effect of lost motion at the TCP: on a measured circle, along a line from both sides, after the reversals of a
+/// motion, or computed at a pose or over a program; and tell whether a changed program is better.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(subcommand)]

@@ -5,7 +5,7 @@ use crate::error::Error;
 use anyhow::Result;
 use std::io::Write;
 
-/// Print shell completions, or the man page.
+/// Print shell completions or the man page.
 ///
 /// Examples:
 ///   lostmotion completions bash > /etc/bash_completion.d/lostmotion

@@ -13,11 +13,11 @@ use anyhow::Result;
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Find where a model and measured logs disagree, and name the effect that the model lacks.
+/// Find where a model and measured logs disagree, and name the effects that the model lacks.
 ///
-/// Every effect of the catalogue is tried on every joint; what is found goes into the model, everything is fitted again,
-/// until nothing but noise is left. Where the log cannot tell two effects apart, it reports both, with the experiment
-/// that decides. Structure that no effect describes is reported as unknown.
+/// Every effect of the catalogue is tried on every joint. Effects that are found are added to the model and everything is
+/// fitted again, until only noise is left. If the logs cannot tell two effects apart, both are reported, with an experiment
+/// that decides between them. Structure that no effect describes is reported as unknown.
 ///
 /// Examples:
 ///   lostmotion diagnose --robot robot.yaml --log log.csv
@@ -27,29 +27,29 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// Model file: the robot and what is known to be wrong with it
+    /// Model file (YAML): the robot and its known effects
     #[arg(long, value_name = "MODEL.yaml", required_unless_present = "robot", conflicts_with = "robot")]
     pub model: Option<PathBuf>,
-    /// Robot file instead of a model: nothing is known to be wrong, the frame is estimated
+    /// Robot file (YAML) instead of a model: no effect is known, and the tracker's frame is estimated
     #[arg(long, value_name = "ROBOT.yaml")]
     pub robot: Option<PathBuf>,
-    /// Log to diagnose (CSV, .gz as it is); several are fitted together
+    /// Log to diagnose (CSV, or .csv.gz); repeat the option to fit several logs together
     #[arg(long = "log", required = true, value_name = "LOG.csv")]
     pub logs: Vec<PathBuf>,
-    /// Column map for logs with other names or units
+    /// Column map (YAML): translates other column names, units and separators of the logs
     #[arg(long, value_name = "MAP.yaml")]
     pub columns: Option<PathBuf>,
-    /// Write the model with the found effects and the frame here
+    /// Write the model with the effects found and the estimated frame to this file
     #[arg(long, value_name = "MODEL.yaml")]
     pub model_out: Option<PathBuf>,
-    /// Exit with 1 where more than this remains with everything found: rms per coordinate, the document's
-    /// gap.final_rms_um
+    /// Exit with code 1 if the residual with all effects found exceeds this value: rms per coordinate, um (gap.final_rms_um
+    /// in the document)
     #[arg(long, value_name = "GAP")]
     pub max_gap_um: Option<f64>,
     /// Print the diagnosis as one JSON document on standard output
     #[arg(long)]
     pub json: bool,
-    /// Write a self-contained HTML page with figures and tables here
+    /// Write a self-contained HTML page with figures and tables to this file
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
 }

@@ -15,12 +15,12 @@ use anyhow::Result;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use std::path::{Path, PathBuf};
 
-/// Make a compensator of identified gaps and stiction.
+/// Make a compensator from identified gaps and stiction.
 ///
-/// Each joint gets the offset of its half gap (a constant, or a schedule where the gap varies with position) and, where the log
-/// shows stiction, a friction term that fades after each reversal. A term that is not significant or not larger than its own
-/// uncertainty is left out, and the notes say so. Give the gaps of static tests and of a path together: a schedule
-/// wins over a constant, of two constants the more certain one, friction comes from the path.
+/// Each joint gets an offset of its half gap (a constant, or a schedule if the gap varies with position) and, if the log
+/// shows stiction, a friction term that fades after each reversal. A term that is not significant, or not larger than its
+/// uncertainty, is left out, and a note reports it. You can give the gaps of static tests and of paths together: a schedule
+/// takes precedence over a constant, the more certain of two constants is used, and the friction comes from the path.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   lostmotion fit --robot robot.yaml --gaps gaps.yaml --output compensator.yaml
@@ -28,57 +28,59 @@ use std::path::{Path, PathBuf};
   lostmotion fit --robot robot.yaml --previous compensator.yaml --log after.csv --output better.yaml
   lostmotion fit --robot robot.yaml --gaps path.yaml --form poses --program circle.csv --output compensator.yaml
 
-The friction term fades in seconds (`decay_s`), which `rewrite` turns into points of any program. `--form poses` writes the three
-numbers g, l, k_t of the published method (equation 17) instead: they count points, so they hold only for programs of the given
-spacing and speed.")]
+By default the friction term fades over time (`decay_s`, in seconds), which `rewrite` converts to the points of any program.
+`--form poses` writes the three numbers g, l, k_t of Zhang (2023), equation 17, instead: they count points, so they hold only for
+programs with the given spacing and speed.")]
 pub struct Args {
     /// Robot file (YAML)
     #[arg(long, value_name = "FILE")]
     pub robot: PathBuf,
-    /// Gaps file from `identify`; give it once per file
+    /// Gaps file (YAML) from `identify`; repeat the option for several files
     #[arg(long, value_name = "FILE", required_unless_present = "previous", conflicts_with = "previous")]
     pub gaps: Vec<PathBuf>,
-    /// Compensator that programs were rewritten with: it is corrected by logs of their runs
+    /// Compensator to correct: the one with which the programs were rewritten whose runs are given as --log
     #[arg(long, value_name = "FILE", requires = "log")]
     pub previous: Option<PathBuf>,
-    /// Log of a run of a rewritten program; give it once per file
+    /// Log of a run of a rewritten program; repeat the option for several logs
     #[arg(long, value_name = "FILE", requires = "previous")]
     pub log: Vec<PathBuf>,
-    /// Column map (YAML) for logs with other names, units, separators: theirs -> ours
+    /// Column map (YAML): translates other column names, units and separators of the logs
     #[arg(long, value_name = "FILE", requires = "previous")]
     pub columns: Option<PathBuf>,
-    /// Write the compensator (YAML) here; `-` is standard output
+    /// Write the compensator (YAML) to this file; `-` for standard output
     #[arg(long, short, value_name = "FILE", required_unless_present = "json")]
     pub output: Option<PathBuf>,
-    /// Fit gaps of which `identify` says that they cannot be trusted
+    /// Accept gaps that `identify` reports as not trustworthy
     #[arg(long)]
     pub force: bool,
-    /// How the friction term fades: in seconds, or over a count of program points
+    /// How the friction term fades
     #[arg(long, value_enum, default_value_t = FormArg::Decay)]
     pub form: FormArg,
-    /// Program (joint-space CSV) whose spacing `--form poses` counts in
+    /// Program (joint-space CSV) whose point spacing --form poses uses
     #[arg(long, value_name = "FILE", conflicts_with = "pose_spacing_mm")]
     pub program: Option<PathBuf>,
-    /// Distance between program points in mm, instead of --program
+    /// Distance between program points for --form poses, mm, instead of --program
     #[arg(long, value_name = "MM")]
     pub pose_spacing_mm: Option<f64>,
-    /// TCP speed of the program in mm/s [default: that of the log]
+    /// TCP speed of the program, mm/s [default: the speed of the log]
     #[arg(long, value_name = "V")]
     pub speed_mm_s: Option<f64>,
-    /// Last day on which the compensator should be used, YYYY-MM-DD
+    /// Last day on which the compensator may be used, YYYY-MM-DD; `rewrite` warns after it
     #[arg(long, value_name = "DATE")]
     pub valid_until: Option<String>,
-    /// Print the compensator as one JSON document
+    /// Print the compensator as one JSON document on standard output
     #[arg(long)]
     pub json: bool,
-    /// Write a self-contained HTML page with figures and tables here
+    /// Write a self-contained HTML page with figures and tables to this file
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum FormArg {
+    /// Over time, in seconds: holds for any program
     Decay,
+    /// Over a number of program points: holds for one point spacing and speed
     Poses,
 }
 

@@ -10,16 +10,16 @@ use std::time::Duration;
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Options of every command")]
 pub struct Args {
-    /// Only errors and refusals on standard error
+    /// Print only errors and refusals on standard error
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub quiet: bool,
-    /// Also what is read, how long it took and how much memory
+    /// Print also the files read, the time taken and the memory used
     #[arg(short, long, global = true)]
     pub verbose: bool,
-    /// Colours in help and errors; auto: on a terminal, unless NO_COLOR is set
+    /// When to colour help and error messages; auto: on a terminal, unless NO_COLOR is set
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
     pub color: ColorChoice,
-    /// Threads; as many as there are processors where it is not given. The results are the same
+    /// Number of threads [default: number of processors]; the result does not depend on it
     #[arg(short, long, global = true, value_name = "N")]
     pub jobs: Option<NonZeroUsize>,
 }

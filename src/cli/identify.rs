@@ -12,12 +12,12 @@ use anyhow::Result;
 use clap::Subcommand;
 use std::path::PathBuf;
 
-/// Find half gaps and friction of the joints in measurement logs.
+/// Estimate the half gaps and the friction of the joints from measurement logs.
 ///
-/// Without a subcommand all logs of a machine are fitted together: bidirectional dwells, paths, excitation, any number of
-/// each. Every joint's half gap over position, its friction (which builds up over travel after a reversal and is worked off by
-/// the servo), its wind-up, the geometry, the tracker's frame and the lags are estimated at once, with their covariance. The
-/// subcommands evaluate one kind of test alone.
+/// Without a subcommand, all logs of a machine are fitted together: any number of bidirectional dwell tests, paths and
+/// excitation motions. The fit estimates the half gap of every joint over its position, its friction (which builds up with
+/// travel after a reversal, until the servo corrects it), its wind-up, the geometry, the tracker's frame and the time lags,
+/// all with their covariance. Each subcommand evaluates one kind of test alone.
 #[derive(Debug, clap::Args)]
 #[command(
     args_conflicts_with_subcommands = true,

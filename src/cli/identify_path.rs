@@ -15,34 +15,35 @@ use anyhow::Result;
 use comfy_table::{Table, presets::UTF8_HORIZONTAL_ONLY};
 use std::path::PathBuf;
 
-/// Find half gaps and stiction from a log of continuous motion with reversals.
+/// Estimate half gaps and stiction from logs of continuous motion with reversals.
 ///
-/// Any path on which the joints reverse will do, a slow circle best: about 1.5 mm/s at the TCP, two revolutions, all joints of
-/// interest reversing at least twice. The tracker's frame need not be known. Each joint's half gap, the spike behind its
-/// reversals and its decay are fitted together with the frame, with 95 % intervals. Several logs are fitted together, each with a
-/// frame of its own. A log without TCP may hold the readings of a ballbar (r_mm, r_um) or of a dial gauge (dial_um) instead.
+/// Use any path on which the joints reverse. A slow circle is best: two revolutions at about 1.5 mm/s at the TCP, on which
+/// each joint of interest reverses at least twice. The tracker's frame need not be known. The fit estimates the half gap of
+/// each joint, the spike after its reversals and the decay of the spike, together with the frame, all with 95 % intervals.
+/// Several logs are fitted together, each in its own frame. A log without a TCP may have the readings of a ballbar (r_mm,
+/// r_um) or of a dial gauge (dial_um) instead.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   lostmotion identify path --robot robot.yaml --log circle.csv --output gaps.yaml
   lostmotion identify path --robot robot.yaml --log a.csv.gz --log b.csv.gz --free A1,A2,A3 --json
   lostmotion identify path --robot robot.yaml --log circle.csv --known static.yaml --output gaps.yaml
 
-Reading the result: a spike and its decay trade off against each other where a joint crosses its gap slowly; the notes give the
-lag at the time after a reversal where the log knows it best. A gap that varies along the path is better taken from a static
-test and held with --known: on a path it is hard to tell from errors of the links.")]
+Reading the result: if a joint crosses its gap slowly, the log determines a spike and its decay only together; a note then gives the
+lag at the time after a reversal at which it is best known. For a gap that varies along the path, run a static test and hold its
+result with --known: on a path such a gap is hard to separate from link errors.")]
 pub struct Args {
     /// Robot file (YAML)
     #[arg(long, value_name = "FILE")]
     pub robot: PathBuf,
     #[command(flatten)]
     pub input: LogArgs,
-    /// Joints to report [default: all that move]; the lost motion of the others is fitted beside them
+    /// Joints to report [default: all that move]; the lost motion of the other joints is still fitted
     #[arg(long, value_name = "JOINTS", value_delimiter = ',')]
     pub free: Vec<String>,
-    /// Gaps file whose half gaps and schedules are held, for joints whose gap a static test knows
+    /// Gaps file (YAML) of a static test: its half gaps and schedules are held fixed
     #[arg(long, value_name = "FILE")]
     pub known: Option<PathBuf>,
-    /// Model file whose gaps are held in the same way
+    /// Model file (YAML): its gaps are held fixed
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
     #[command(flatten)]

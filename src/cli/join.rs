@@ -13,11 +13,12 @@ use crate::robot::Robot;
 use anyhow::Result;
 use std::path::{Path, PathBuf};
 
-/// Join a controller's and a tracker's recordings of one motion into one log.
+/// Join a controller's and a tracker's recordings of the same motion into one log.
 ///
-/// The clocks are brought together by the motion itself: the speed of the TCP gives the start, the path gives offset and drift with
-/// their 95 % intervals. Readings are not smoothed, and reversals stay where they are. Columns are named as in docs/log.md, or
-/// through a column map, of your own or one that ships: rtde, rws, rsi (controllers), tracker.
+/// The motion itself synchronises the clocks: the speed of the TCP gives a first estimate, and the path gives the offset and
+/// the drift with their 95 % intervals. Readings are not smoothed, and reversals stay where they are. The columns have the
+/// names of docs/log.md, or a column map translates them: your own file, or a built-in map (rtde, rws, rsi for controllers,
+/// tracker).
 ///
 /// Examples:
 ///   lostmotion join --robot robot.yaml --controller rtde.csv --controller-columns rtde --tracker export.csv --tracker-columns tracker --output log.csv
@@ -25,38 +26,41 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// Robot file
+    /// Robot file (YAML)
     #[arg(long, value_name = "ROBOT.yaml")]
     pub robot: PathBuf,
-    /// Recording of the controller: t_s and the command of every joint (CSV, .gz as it is)
+    /// Recording of the controller: t_s and the command of every joint (CSV, or .csv.gz)
     #[arg(long, value_name = "CONTROLLER.csv")]
     pub controller: PathBuf,
-    /// Column map of the controller's file: a file, or rtde, rws, rsi
+    /// Column map of the controller's recording: a file, or the built-in rtde, rws or rsi
     #[arg(long, value_name = "MAP")]
     pub controller_columns: Option<PathBuf>,
-    /// Recording of the tracker: t_s, x_mm, y_mm, z_mm (CSV, .gz as it is)
+    /// Recording of the tracker: t_s, x_mm, y_mm, z_mm (CSV, or .csv.gz)
     #[arg(long, value_name = "TRACKER.csv")]
     pub tracker: PathBuf,
-    /// Column map of the tracker's file: a file, or tracker
+    /// Column map of the tracker's recording: a file, or the built-in tracker
     #[arg(long, value_name = "MAP")]
     pub tracker_columns: Option<PathBuf>,
-    /// Where the joined log goes; - is standard output
+    /// Write the joined log to this file; `-` for standard output
     #[arg(long, short, value_name = "LOG.csv", default_value = "-")]
     pub output: PathBuf,
-    /// Whose rows the log has: the tracker's readings with interpolated commands, or the other way round
+    /// Rows of the joined log
     #[arg(long, value_enum, default_value_t = RowsOf::Tracker)]
     pub rows: RowsOf,
-    /// Controller's time minus the tracker's, to a second, where a motion repeats
+    /// Controller time minus tracker time, known to about 1 s; needed if the motion repeats
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     pub near_s: Option<f64>,
-    /// Print what was found as one JSON document (lostmotion/join/1) on standard output; needs --output FILE
+    /// Print the result as one JSON document (lostmotion/join/1) on standard output; needs --output FILE
     #[arg(long)]
     pub json: bool,
 }
 
+/// `--rows`.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 pub enum RowsOf {
+    /// The tracker's readings, with interpolated commands
     Tracker,
+    /// The controller's rows, with interpolated readings
     Controller,
 }
 

@@ -11,16 +11,15 @@ use crate::robot::Robot;
 use anyhow::Result;
 use std::path::{Path, PathBuf};
 
-/// Learn the forward kinematics of a machine from its logs, with a small network.
+/// Learn the forward kinematics of a machine from its logs, with a small neural network.
 ///
-/// For machines whose way from motor to TCP is hard to write down: tendons, sheaths, coupled joints.
-/// Each coordinate of the TCP becomes one network of the joint commands. The augmented one learns
-/// velocities as well as positions, which gives `track` a better Jacobian; the plain one learns
-/// positions alone. A fifth of the rows, drawn by the seed, is kept to test on, unless --test names
-/// another log. The same seed gives the same file.
+/// Use it for machines whose kinematics from motor to TCP are hard to model: tendons, sheaths, coupled joints. Each
+/// coordinate of the TCP becomes one network of the joint commands. The augmented network learns velocities as well as
+/// positions, which gives `track` a better Jacobian; the plain network learns only positions. A random fifth of the rows is
+/// kept for the test, unless --test names another log. The same seed gives the same file.
 ///
-/// Of runs with compensated commands, give the desired ones with --commands: the network then learns
-/// from what was asked for to what came out, and its programs are to be compensated in the same way.
+/// If the logs were recorded with compensated commands, give the desired commands with --commands. The network then learns
+/// the machine with its compensation, and you must compensate the programs of `track` in the same way.
 ///
 /// Examples:
 ///   lostmotion learn --robot robot.yaml --log log.csv --output kinematics.yaml
@@ -29,43 +28,43 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// Robot file
+    /// Robot file (YAML)
     #[arg(long, value_name = "ROBOT.yaml")]
     pub robot: PathBuf,
-    /// Log to learn from; several are taken together, one --log each
+    /// Log to learn from; repeat the option to use several logs together
     #[arg(long, value_name = "LOG.csv", required = true)]
     pub log: Vec<PathBuf>,
-    /// Program with the desired commands of each --log, in the same order, where the log's own are compensated ones
+    /// Program with the desired commands of each --log, in the same order, if the commands in the logs are compensated
     #[arg(long, value_name = "PROGRAM.csv")]
     pub commands: Vec<PathBuf>,
-    /// Log to test on, instead of a fifth of the rows
+    /// Log for the test, instead of a fifth of the rows
     #[arg(long, value_name = "LOG.csv")]
     pub test: Vec<PathBuf>,
-    /// Program with the desired commands of each --test
+    /// Program with the desired commands of each --test, in the same order
     #[arg(long, value_name = "PROGRAM.csv")]
     pub test_commands: Vec<PathBuf>,
-    /// Learn from positions and velocities, or from positions alone
+    /// Kind of network
     #[arg(long, value_enum, default_value_t = KindArg::Augmented)]
     pub kind: KindArg,
-    /// Neurons of the hidden layer
+    /// Number of neurons in the hidden layer
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u16).range(1..=200))]
     pub hidden: u16,
-    /// Seed of the split and of the first weights
+    /// Seed of the random split and of the initial weights
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Coordinates of the TCP that are learned
+    /// Coordinates of the TCP to learn
     #[arg(long, value_name = "LETTERS", default_value = "xyz", value_parser = coordinates)]
     pub coordinates: Coordinates,
-    /// Where the kinematics goes; - is standard output
+    /// Write the learned kinematics to this file; `-` for standard output
     #[arg(long, short, value_name = "KINEMATICS.yaml")]
     pub output: PathBuf,
-    /// Column map (YAML) for logs with other names, units, separators: theirs -> ours
+    /// Column map (YAML): translates other column names, units and separators of the logs
     #[arg(long, value_name = "FILE")]
     pub columns: Option<PathBuf>,
-    /// Print one JSON document (lostmotion/learning/1) instead of the table
+    /// Print the result as one JSON document (lostmotion/learning/1) instead of the table
     #[arg(long)]
     pub json: bool,
-    /// Write a self-contained HTML page with figures and tables here
+    /// Write a self-contained HTML page with figures and tables to this file
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
 }
@@ -73,9 +72,9 @@ pub struct Args {
 /// `--kind`.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 pub enum KindArg {
-    /// Positions alone
+    /// Learns positions only
     Plain,
-    /// Positions and velocities
+    /// Learns positions and velocities
     Augmented,
 }
 

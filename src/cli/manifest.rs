@@ -8,10 +8,10 @@ use crate::rewrite::manifest::{Entry, State, of_folder, of_list, text};
 use anyhow::Result;
 use std::path::PathBuf;
 
-/// List the programs of a folder, with size, SHA-256 and format.
+/// List the programs of a folder with their size, SHA-256 and format.
 ///
-/// `rewrite --manifest` takes the list, all of it or a shard, and does only what still is what the list says. The list is in the
-/// order of the paths, so that the same folder gives the same bytes.
+/// `rewrite --manifest` reads the list, or a shard of it, and rewrites only programs that still have the listed size and
+/// SHA-256. The list is sorted by path, so the same folder always gives the same bytes.
 ///
 /// Examples:
 ///   lostmotion manifest cell/ --output manifest.jsonl
@@ -19,19 +19,19 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// Folder of programs, or a text file with a path on each line
+    /// Folder of programs, or a text file with one path on each line
     #[arg(value_name = "FOLDER|LIST")]
     pub input: PathBuf,
 
-    /// Folder below which the paths of a list stand
+    /// Folder to which the paths of a list are relative
     #[arg(long, value_name = "FOLDER")]
     pub root: Option<PathBuf>,
 
-    /// Where the manifest goes; `-` for standard output
+    /// Write the manifest to this file; `-` for standard output
     #[arg(long, short, value_name = "FILE.jsonl")]
     pub output: PathBuf,
 
-    /// Format of the programs instead of the one that their endings and contents show
+    /// Format of all programs [default: recognised from each file's extension and content]
     #[arg(long, value_name = "NAME")]
     pub format: Option<String>,
 }

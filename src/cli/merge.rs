@@ -5,25 +5,25 @@ use crate::rewrite::manifest::{Merged, load};
 use anyhow::Result;
 use std::path::PathBuf;
 
-/// Put the summaries of the shards of a job together.
+/// Merge the summaries of the shards of a job.
 ///
-/// Every program of the manifest must stand in one of them, once: gaps and doubles are refused. The lines are in the order of the
-/// manifest, whatever the number of shards.
+/// Every program of the manifest must appear in exactly one summary; missing and repeated programs are refused. The lines
+/// are in the order of the manifest, whatever the number of shards.
 ///
 /// Example:
 ///   lostmotion merge --manifest manifest.jsonl part-*.jsonl --output summary.jsonl
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// Summaries that `rewrite --manifest` wrote
+    /// Summaries written by `rewrite --manifest`
     #[arg(value_name = "SUMMARY", required = true)]
     pub summaries: Vec<PathBuf>,
 
-    /// The manifest of the job
+    /// Manifest of the job
     #[arg(long, value_name = "FILE.jsonl")]
     pub manifest: PathBuf,
 
-    /// Where the summary goes; `-` for standard output
+    /// Write the merged summary to this file; `-` for standard output
     #[arg(long, short, value_name = "FILE.jsonl")]
     pub output: PathBuf,
 }

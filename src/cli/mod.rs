@@ -39,8 +39,9 @@ use exit::Finished;
 
 /// Takes lost motion (backlash, stiction) out of robot programs before they reach the controller.
 ///
-/// The job in four steps: `identify` finds each joint's half gap in laser-tracker logs, `fit` makes a compensator of it,
-/// `rewrite` puts reversal points and offsets into a program, `simulate` and `assess` show what is left.
+/// The job has four steps: `identify` estimates the half gap of each joint from laser-tracker logs, `fit` turns the gaps
+/// into a compensator, `rewrite` adds reversal points and offsets to a program, and `simulate` and `assess` show the error
+/// that remains.
 #[derive(Debug, Parser)]
 #[command(name = "lostmotion", version, propagate_version = true, max_term_width = 100)]
 #[command(after_help = "Examples:
@@ -49,7 +50,7 @@ use exit::Finished;
   lostmotion fit --robot robot.yaml --gaps gaps.yaml --output compensator.yaml
   lostmotion rewrite --robot robot.yaml --compensator compensator.yaml program.csv --output out.csv
 
-Exit codes: 0 done; 1 the answer is no (a limit would be exceeded, a check differs); 2 bad usage or input, nothing was written.")]
+Exit codes: 0: done; 1: the answer is no (a joint limit would be exceeded, or a check found a difference); 2: wrong usage or input, and nothing was written.")]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,

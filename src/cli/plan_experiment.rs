@@ -19,12 +19,12 @@ use anyhow::Result;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Propose the motion that tells apart what a diagnosis could not.
+/// Propose a motion that separates hypotheses which a diagnosis could not separate.
 ///
-/// Every motion of a library (sweeps, stairs, slow reversals, circles, all joints, waiting, two
-/// payloads) is evaluated with the engine of `diagnose`: how much worse would the wrong rival fit?
-/// The best one, or the best two, is written as a program that starts and ends at rest at the pose.
-/// Without --diagnosis and --between: the motion that shows the whole catalogue best.
+/// Each motion of a library (sweeps, stairs, slow reversals, circles, all joints, waiting, two payloads) is evaluated with
+/// the engine of `diagnose`: how much worse would the wrong hypothesis fit? The best motion, or the best two, are written as
+/// a program that starts and ends at rest at the pose. Without --diagnosis and --between, the command selects the motion
+/// that shows the whole catalogue best.
 ///
 /// Examples:
 ///   lostmotion plan-experiment --model machine.yaml --diagnosis diagnosis.json --output program.csv
@@ -37,46 +37,47 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     #[command(subcommand)]
     pub recording: Option<Recording>,
-    /// Model file: the robot and what is known to be wrong with it
+    /// Model file (YAML): the robot and its known effects
     #[arg(long, value_name = "MODEL.yaml", required = true)]
     pub model: Option<PathBuf>,
-    /// Diagnosis (`diagnose --json`) whose sets are to be decided
+    /// Diagnosis (from `diagnose --json`) whose alternatives are to be separated
     #[arg(long, value_name = "DIAGNOSIS.json", conflicts_with = "between")]
     pub diagnosis: Option<PathBuf>,
-    /// Rivals: EFFECT:TARGET[:key=value...], commas between them; + joins effects, * is every joint, `frame` is no effect
+    /// Alternative hypotheses, separated by commas: EFFECT:TARGET[:key=value...]. `+` joins effects, `*` is every joint, and
+    /// `frame` is no effect
     #[arg(long, value_name = "RIVALS")]
     pub between: Option<String>,
-    /// Joint pose at which the program starts and ends, deg or mm [default: near the middle of the ranges]
+    /// Joint pose at which the program starts and ends, deg or mm [default: near the middle of the joint ranges]
     #[arg(long, value_name = "Q1,Q2,...", allow_hyphen_values = true)]
     pub pose: Option<String>,
-    /// Longest time of one motion, s
+    /// Longest duration of one motion, s
     #[arg(long, value_name = "S", default_value_t = 120.0, value_parser = above_zero)]
     pub duration_s: f64,
-    /// Standard deviation of the noise on each coordinate, um [default: the diagnosis', else 10]
+    /// Standard deviation of the measurement noise on each coordinate, um [default: that of the diagnosis, otherwise 10]
     #[arg(long, value_name = "UM", value_parser = above_zero)]
     pub noise_um: Option<f64>,
-    /// Rows per second of the log
+    /// Rows per second of the log, Hz
     #[arg(long, value_name = "HZ", default_value_t = 25.0, value_parser = above_zero)]
     pub rate_hz: f64,
-    /// Payload with which motions of two loads are evaluated, kg
+    /// Payload used for the motions with two payloads, kg
     #[arg(long, value_name = "KG", default_value_t = 5.0, value_parser = above_zero)]
     pub payload_kg: f64,
     /// Working speed of the TCP, mm/s
     #[arg(long, value_name = "MM_S", default_value_t = 100.0, value_parser = above_zero)]
     pub speed_mm_s: f64,
-    /// Farthest from the pose that a revolute joint goes, deg
+    /// Largest travel of a revolute joint from the pose, deg
     #[arg(long, value_name = "DEG", default_value_t = 30.0, value_parser = above_zero)]
     pub travel_deg: f64,
-    /// Farthest from the pose that a prismatic joint goes, mm
+    /// Largest travel of a prismatic joint from the pose, mm
     #[arg(long, value_name = "MM", default_value_t = 200.0, value_parser = above_zero)]
     pub travel_mm: f64,
-    /// Where the program goes (CSV with t_s)
+    /// Write the program to this file (joint-space CSV with t_s)
     #[arg(long, short, value_name = "PROGRAM.csv")]
     pub output: Option<PathBuf>,
     /// Print the plan as one JSON document on standard output
     #[arg(long)]
     pub json: bool,
-    /// Write a self-contained HTML page with figures and tables here
+    /// Write a self-contained HTML page with figures and tables to this file
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
 }
@@ -84,11 +85,11 @@ pub struct Args {
 /// Programs to record, so that every gap can be identified.
 #[derive(Debug, clap::Subcommand)]
 pub enum Recording {
-    /// Bidirectional dwells of one joint after another, for `identify static`
+    /// Plan bidirectional dwells of one joint after another, for `identify static`
     Static(Box<plan_recording::Args>),
-    /// A slow motion of all joints, for `identify path`
+    /// Plan a slow motion of all joints, for `identify path`
     Path(Box<plan_recording::Args>),
-    /// A faster motion of all joints with pauses, for friction, lags and predictions
+    /// Plan a faster motion of all joints with pauses, for friction, lags and predictions
     Excitation(Box<plan_recording::Args>),
 }
 

@@ -15,52 +15,53 @@ use std::path::{Path, PathBuf};
 /// What all three programs take.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Robot file
+    /// Robot file (YAML)
     #[arg(long, value_name = "ROBOT.yaml")]
     pub robot: PathBuf,
-    /// Place of the tracker in the robot's world frame, mm: the TCP stays visible from it
+    /// Position of the tracker in the robot's world frame, mm; the reflector at the TCP stays visible from it
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub tracker: Option<String>,
-    /// Largest angle between the reflector's axis and the beam, deg
+    /// Largest angle between the reflector's axis and the laser beam, deg
     #[arg(long, value_name = "DEG", default_value_t = 30.0)]
     pub acceptance_deg: f64,
-    /// The instrument is a ballbar (or another measure of distance) with its centre here, mm in the world frame
+    /// Use a ballbar (or another distance sensor) with its centre at this position in the world frame, mm
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "dial")]
     pub ballbar: Option<String>,
-    /// The instrument is a dial gauge (probe, scale) that reads along this direction in the world frame
+    /// Use a dial gauge (probe, scale) that reads along this direction in the world frame
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub dial: Option<String>,
-    /// Joint pose at which the program starts and ends, deg or mm [default: one in which every joint moves the TCP well]
+    /// Joint pose at which the program starts and ends, deg or mm [default: a pose in which every joint moves the TCP
+    /// clearly]
     #[arg(long, value_name = "Q1,Q2,...", allow_hyphen_values = true)]
     pub pose: Option<String>,
     /// Standard deviation of the noise of one reading, um
     #[arg(long, value_name = "UM", default_value_t = 10.0)]
     pub noise_um: f64,
-    /// Rows of the log per second
+    /// Rows per second of the log, Hz
     #[arg(long, value_name = "HZ", default_value_t = 20.0)]
     pub rate_hz: f64,
     /// Working speed of the TCP, mm/s [default: 50; path: 10; excitation: 60]
     #[arg(long, value_name = "MM_S")]
     pub speed_mm_s: Option<f64>,
-    /// Farthest from the pose that a revolute joint goes, deg
+    /// Largest travel of a revolute joint from the pose, deg
     #[arg(long, value_name = "DEG", default_value_t = 30.0)]
     pub travel_deg: f64,
-    /// Farthest from the pose that a prismatic joint goes, mm
+    /// Largest travel of a prismatic joint from the pose, mm
     #[arg(long, value_name = "MM", default_value_t = 150.0)]
     pub travel_mm: f64,
-    /// Time of a path or an excitation, s
+    /// Duration of a path or an excitation, s
     #[arg(long, value_name = "S", default_value_t = 240.0)]
     pub duration_s: f64,
-    /// Time of one dwell of a static test, s
+    /// Duration of one dwell of a static test, s
     #[arg(long, value_name = "S", default_value_t = 3.0)]
     pub dwell_s: f64,
-    /// Times that a static test reaches each place from both sides
+    /// Number of times that a static test reaches each position from both sides
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=50))]
     pub cycles: u16,
-    /// Places of each joint in a static test
+    /// Number of test positions of each joint in a static test
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=50))]
     pub places: u16,
-    /// Where the program goes (CSV with t_s and a column per joint)
+    /// Write the program to this file (joint-space CSV with t_s)
     #[arg(long, short, value_name = "PROGRAM.csv")]
     pub output: Option<PathBuf>,
     /// Print the plan as one JSON document on standard output

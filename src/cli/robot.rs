@@ -27,11 +27,11 @@ pub enum Command {
     Init(InitArgs),
 }
 
-/// Check a robot file: its form, its plausibility, and the TCP at poses to compare with the pendant.
+/// Check a robot file: its syntax, its plausibility, and the TCP at poses that you can compare with the pendant.
 ///
-/// The TCP is printed at zero, in the middle of the limits, and at every --pose, in the robot's base frame: compare one pose with
-/// what the pendant shows. Exit code 1 where the numbers cannot be those of a machine (metres written as millimetres,
-/// limits in radians, two joints about one axis).
+/// The command prints the TCP in the robot's base frame at zero, at the middle of the limits, and at every --pose. Compare
+/// one pose with the pendant. The exit code is 1 if the numbers cannot be those of a machine (metres written as millimetres,
+/// limits in radians, two joints about the same axis).
 ///
 /// Examples:
 ///   lostmotion robot check robot.yaml
@@ -39,22 +39,22 @@ pub enum Command {
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct CheckArgs {
-    /// Robot file
+    /// Robot file (YAML)
     #[arg(value_name = "ROBOT.yaml")]
     pub robot: PathBuf,
-    /// Joint positions, deg or mm, in the order of the robot file; repeatable
+    /// Joint positions, deg or mm, in the order of the robot file; repeat the option for several poses
     #[arg(long, value_name = "Q1,Q2,...", allow_hyphen_values = true)]
     pub pose: Vec<String>,
-    /// Print one JSON document (lostmotion/robot-check/1) instead of the tables
+    /// Print the result as one JSON document (lostmotion/robot-check/1) instead of the tables
     #[arg(long)]
     pub json: bool,
 }
 
 /// Make a robot file from a URDF file.
 ///
-/// The chain from the root link to the tip becomes Denavit-Hartenberg parameters; limits, speeds, masses and mimicking joints are
-/// taken over. The result is compared with the URDF's own kinematics at 200 random positions. URDF files hold no
-/// accelerations: add max_accel_deg_s2 by hand. Expand xacro files first.
+/// The chain from the root link to the tip is converted to Denavit-Hartenberg parameters; limits, speeds, masses and mimic
+/// joints are copied. The result is compared with the kinematics of the URDF file at 200 random positions. URDF files
+/// contain no accelerations: add max_accel_deg_s2 by hand. Expand xacro files first.
 ///
 /// Examples:
 ///   lostmotion robot init --urdf arm.urdf --output robot.yaml
@@ -62,13 +62,13 @@ pub struct CheckArgs {
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct InitArgs {
-    /// URDF file; - is standard input
+    /// URDF file; `-` for standard input
     #[arg(long, value_name = "FILE.urdf")]
     pub urdf: PathBuf,
-    /// Link whose frame is the TCP [default: the end of the only chain]
+    /// Link whose frame is the TCP [default: the last link, if there is only one chain]
     #[arg(long, value_name = "LINK")]
     pub tip: Option<String>,
-    /// Where the robot file goes; - is standard output
+    /// Write the robot file to this file; `-` for standard output
     #[arg(short, long, value_name = "ROBOT.yaml", default_value = "-")]
     pub output: PathBuf,
 }

@@ -9,9 +9,9 @@ use std::path::PathBuf;
 
 /// Print the JSON Schema of a document.
 ///
-/// An editor completes and checks a YAML file whose first line names the schema:
+/// An editor can complete and check a YAML file if its first line names the schema:
 ///   # yaml-language-server: $schema=robot.schema.json
-/// Without a name the documents that have a schema are listed.
+/// Without a document name, the command lists the documents that have a schema.
 ///
 /// Examples:
 ///   lostmotion schema
@@ -19,10 +19,10 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// Document: columns, compensator, gaps, join, model, robot
+    /// Name of the document: columns, compensator, gaps, join, model or robot
     #[arg(value_name = "DOCUMENT")]
     pub document: Option<String>,
-    /// Where the schema goes; - is standard output
+    /// Write the schema to this file; `-` for standard output
     #[arg(long, short, value_name = "FILE.json", default_value = "-")]
     pub output: PathBuf,
 }

@@ -17,9 +17,9 @@ use crate::robot::{self, Robot};
 use anyhow::Result;
 use std::path::PathBuf;
 
-/// Draw a file as a self-contained HTML page: a log, a program, a robot, a model, gaps, a compensator.
+/// Show a file as a self-contained HTML page: a log, a program, a robot, a model, gaps or a compensator.
 ///
-/// What a file is, is seen from its content. Logs, programs, gaps and compensators need the robot.
+/// The kind of the file is detected from its content. Logs, programs, gaps and compensators also need --robot.
 ///
 /// Examples:
 ///   lostmotion show robot.yaml --output robot.html
@@ -28,16 +28,16 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// File to draw
+    /// File to show
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
-    /// Robot file; a robot and a model need none
+    /// Robot file (YAML); not needed for a robot or a model
     #[arg(long, value_name = "ROBOT.yaml")]
     pub robot: Option<PathBuf>,
-    /// Column map of a log: a file, or rtde, rws, rsi, tracker
+    /// Column map of a log: a file, or the built-in rtde, rws, rsi or tracker
     #[arg(long, value_name = "MAP")]
     pub columns: Option<PathBuf>,
-    /// Where the page goes; - is standard output
+    /// Write the page to this file; `-` for standard output
     #[arg(long, short, value_name = "FILE.html")]
     pub output: PathBuf,
 }

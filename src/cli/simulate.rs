@@ -14,11 +14,11 @@ use crate::simulate::{Motion, Options, Timing, Written, predicted};
 use anyhow::Result;
 use std::path::{Path, PathBuf};
 
-/// Run a program, or the commands of a log, on a modelled machine and write the log that a tracker would.
+/// Run a program, or the commands of a log, on a modelled machine and write the log that a tracker would record.
 ///
-/// A program (joint-space CSV) is run linear in the joints between its points: at its own times
-/// where it has `t_s`, else at a constant TCP speed. A log keeps its rows, times and commands as
-/// they are; what was measured is predicted. Without --noise-um the result is exact.
+/// A program (joint-space CSV) runs with linear joint motion between its points: at its own times if it has `t_s`, otherwise
+/// at a constant TCP speed. A log keeps its rows, times and commands; its measured columns are replaced by predictions.
+/// Without --noise-um the result has no noise.
 ///
 /// Examples:
 ///   lostmotion simulate --model machine.yaml --input circle.csv --output circle_log.csv
@@ -27,40 +27,40 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// Model file: the robot and what is known to be wrong with it
+    /// Model file (YAML): the robot and its known effects
     #[arg(long, value_name = "MODEL.yaml")]
     pub model: PathBuf,
-    /// Program or log to run (CSV, .gz as it is); - is standard input
+    /// Program or log to run (CSV, or .csv.gz); `-` for standard input
     #[arg(long, value_name = "PROGRAM_OR_LOG")]
     pub input: PathBuf,
-    /// Where the predicted log goes; - is standard output
+    /// Write the predicted log to this file; `-` for standard output
     #[arg(long, short, value_name = "LOG.csv", default_value = "-")]
     pub output: PathBuf,
-    /// Standard deviation of white noise on each coordinate, micrometres [default: none]
+    /// Standard deviation of the white noise added to each coordinate, um [default: no noise]
     #[arg(long, value_name = "UM", value_parser = not_negative)]
     pub noise_um: Option<f64>,
-    /// Seed of the noise: the same seed gives the same log
+    /// Seed of the noise; the same seed gives the same log
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Rows per second, for a program [default: 25]
+    /// Rows per second of the predicted log of a program, Hz [default: 25]
     #[arg(long, value_name = "HZ", value_parser = rate)]
     pub rate_hz: Option<f64>,
-    /// TCP speed of a program, mm/s; goes before the program's own `t_s` [default: 1.5]
+    /// TCP speed of a program, mm/s; overrides the program's `t_s` [default: the times in `t_s`, otherwise 1.5]
     #[arg(long, value_name = "MM_S", value_parser = above_zero)]
     pub speed_mm_s: Option<f64>,
-    /// Leave out the model's registration: TCP in the frame of the robot file, not of the tracker
+    /// Write the TCP in the frame of the robot file instead of the tracker's frame
     #[arg(long)]
     pub base_frame: bool,
-    /// Print what was written as one JSON document on standard output; needs --output FILE
+    /// Print a summary of the log as one JSON document on standard output; needs --output FILE
     #[arg(long)]
     pub json: bool,
-    /// Write a self-contained HTML page with figures and tables here
+    /// Write a self-contained HTML page with figures and tables to this file
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
     /// Add encoder columns (enc_A1_deg, ...): the motor side of each joint
     #[arg(long)]
     pub encoders: bool,
-    /// Add screw columns (screw_Z_deg, ...): between two gaps in series, coupling and nut
+    /// Add screw columns (screw_Z_deg, ...): the screw, between the gaps of coupling and nut
     #[arg(long)]
     pub screws: bool,
 }

@@ -7,24 +7,24 @@ use crate::rewrite::manifest::{Merged, load};
 use anyhow::Result;
 use std::path::{Path, PathBuf};
 
-/// Count what is done, refused, failed and left of a job.
+/// Count the programs of a job that are done, refused, failed and left.
 ///
-/// A shard writes its summary last. Give --output-dir to count the results of shards that are still running, too.
+/// A shard writes its summary when it ends. Give --output-dir to count also the results of shards that are still running.
 ///
 /// Example:
 ///   lostmotion status --manifest manifest.jsonl part-*.jsonl --output-dir done/
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// Summaries that `rewrite --manifest` wrote, as far as they are there
+    /// Summaries written so far by `rewrite --manifest`
     #[arg(value_name = "SUMMARY")]
     pub summaries: Vec<PathBuf>,
 
-    /// The manifest of the job
+    /// Manifest of the job
     #[arg(long, value_name = "FILE.jsonl")]
     pub manifest: PathBuf,
 
-    /// Folder of the results
+    /// Folder with the rewritten programs
     #[arg(long, value_name = "FOLDER")]
     pub output_dir: Option<PathBuf>,
 

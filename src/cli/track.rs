@@ -13,16 +13,16 @@ use crate::track::{Kinematics, Method, Options, Origin, Path, follow, write};
 use anyhow::Result;
 use std::path::{Path as FilePath, PathBuf};
 
-/// Turn a Cartesian path into a joint program.
+/// Convert a Cartesian path into a joint program.
 ///
-/// The path is a CSV with x_mm, y_mm, z_mm (a coordinate that is left out is free) and perhaps t_s. The
-/// joints follow by the bounded quadratic program of Cursi (2022), equation 1, or by the numerical inverse:
-/// within joint limits, joint speeds, and the range in which a kinematics was learned. With --robot the
-/// kinematics is the nominal one, with --model that of the model's geometry, with --kinematics a learned
-/// one; the path is in its frame (of a learned one: that of its logs). Where the path cannot be followed,
-/// the places are named, the exit code is 1 and nothing is written.
+/// The path is a CSV file with x_mm, y_mm, z_mm (an absent coordinate is free) and optionally t_s. The joints follow the
+/// path by the bounded quadratic program of Cursi (2022), equation 1, or by numerical inverse kinematics, within the joint
+/// limits, the joint speeds and, for learned kinematics, the range of the training data. --robot uses the nominal
+/// kinematics, --model the geometry of the model, --kinematics a learned one. The path is in the frame of these kinematics
+/// (for learned ones, the frame of their logs). If the path cannot be followed, the command names the places, writes nothing
+/// and exits with code 1.
 ///
-/// Lost motion is not in it: give the program to `rewrite`.
+/// The program is not compensated: pass it to `rewrite`.
 ///
 /// Examples:
 ///   lostmotion track --robot robot.yaml --path path.csv --speed-mm-s 5 --output program.csv
@@ -32,37 +32,38 @@ use std::path::{Path as FilePath, PathBuf};
 #[command(verbatim_doc_comment)]
 #[command(group = clap::ArgGroup::new("machine").required(true).args(["robot", "model"]))]
 pub struct Args {
-    /// Robot file
+    /// Robot file (YAML)
     #[arg(long, value_name = "ROBOT.yaml")]
     pub robot: Option<PathBuf>,
-    /// Model file instead of --robot: its link_error and tool_error count; `rewrite --model` undoes the rest
+    /// Model file (YAML) instead of --robot: its link_error and tool_error are applied; `rewrite --model` undoes the other
+    /// effects
     #[arg(long, value_name = "MODEL.yaml")]
     pub model: Option<PathBuf>,
-    /// Learned kinematics instead of the robot's own
+    /// Learned kinematics from `learn`, instead of those of the robot file
     #[arg(long, value_name = "KINEMATICS.yaml", requires = "robot")]
     pub kinematics: Option<PathBuf>,
-    /// The path; - is standard input
+    /// Cartesian path (CSV); `-` for standard input
     #[arg(long, value_name = "PATH.csv")]
     pub path: PathBuf,
-    /// How each step is found
+    /// Method for each step
     #[arg(long, value_enum, default_value_t = MethodArg::Qp)]
     pub method: MethodArg,
-    /// Joint vector from which the first point is looked for, such as 0,-90,90,0,0,0 in deg and mm [default: all 0]
+    /// Joint positions at which the search for the first point starts, deg or mm, such as 0,-90,90,0,0,0 [default: all 0]
     #[arg(long, value_name = "Q1,Q2,...", allow_hyphen_values = true)]
     pub start: Option<String>,
     /// TCP speed of a path without t_s, mm/s
     #[arg(long, value_name = "MM_S", allow_negative_numbers = true)]
     pub speed_mm_s: Option<f64>,
-    /// Distance from the path beyond which a point counts as missed, mm
+    /// Largest distance from the path at which a point counts as reached, mm
     #[arg(long, value_name = "MM", default_value_t = 0.1, allow_negative_numbers = true)]
     pub tolerance_mm: f64,
-    /// Where the program goes; - is standard output
+    /// Write the program to this file; `-` for standard output
     #[arg(long, short, value_name = "PROGRAM.csv")]
     pub output: PathBuf,
-    /// Print one JSON document (lostmotion/tracking/1) on standard output
+    /// Print the result as one JSON document (lostmotion/tracking/1) on standard output
     #[arg(long)]
     pub json: bool,
-    /// Write a self-contained HTML page with figures and tables here
+    /// Write a self-contained HTML page with figures and tables to this file
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
 }
@@ -70,9 +71,9 @@ pub struct Args {
 /// `--method`.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 pub enum MethodArg {
-    /// One bounded quadratic program a step
+    /// One bounded quadratic program for each step
     Qp,
-    /// The numerical inverse at each point
+    /// Numerical inverse kinematics at each point
     Inverse,
 }
 

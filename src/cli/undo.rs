@@ -13,11 +13,11 @@ use crate::rewrite::original::{KEPT_UP_TO, unpack};
 use anyhow::Result;
 use std::path::{Path, PathBuf};
 
-/// Bring a rewritten program back, byte for byte.
+/// Restore the original of a rewritten program, byte for byte.
 ///
-/// The note FILE.lostmotion.json that `rewrite` left beside the program holds the bytes of the original and their SHA-256. A
-/// program that was changed since it was written is not touched. Of a program above 4 MB the note holds the SHA-256 alone:
-/// then --original names the file, and it is checked.
+/// The note FILE.lostmotion.json, which `rewrite` writes next to the program, contains the bytes of the original and their
+/// SHA-256. A program that was changed after `rewrite` wrote it is left alone. For a program larger than 4 MB the note
+/// contains only the SHA-256; then name the original file with --original, and it is checked.
 ///
 /// Examples:
 ///   lostmotion undo out.src --output original.src
@@ -25,23 +25,23 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// The rewritten program; its note lies beside it
+    /// Rewritten program, with its note in the same folder
     #[arg(value_name = "FILE")]
     pub input: PathBuf,
 
-    /// Where the original goes; `-` for standard output
+    /// Write the original to this file; `-` for standard output
     #[arg(long, short, value_name = "FILE", required_unless_present = "in_place", conflicts_with = "in_place")]
     pub output: Option<PathBuf>,
 
-    /// Put the original in the place of the rewritten program and take the note away
+    /// Replace the rewritten program by the original and delete the note
     #[arg(long)]
     pub in_place: bool,
 
-    /// The original of a program that is too large for its note
+    /// Original file of a program that is too large for its note
     #[arg(long, value_name = "FILE")]
     pub original: Option<PathBuf>,
 
-    /// Print what was brought back as one JSON document on standard output
+    /// Print what was restored as one JSON document on standard output
     #[arg(long)]
     pub json: bool,
 }

@@ -25,6 +25,7 @@ mod fit;
 mod formats;
 mod gaps_file;
 mod global_options;
+mod help;
 mod identify_deadzone;
 mod identify_path;
 mod identify_screw;

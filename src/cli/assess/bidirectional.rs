@@ -17,14 +17,14 @@ use anyhow::Result;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-/// Repeatability and backlash of positions reached from both sides, and the backlash over position, speed and payload.
+/// Evaluate positions reached from both sides: repeatability, and backlash over position, speed and payload.
 ///
-/// Readings are a CSV file with columns position_mm, direction (+1/-1, +/-, forward/backward), repeat and error_um
-/// (measured minus commanded; or error_mm, or reading_mm: the measured position); every further column is a state
-/// (speed_mm_s, payload_kg). Each pose gets RP (3 sigma of a direction), R (equation 24 of Slamani, Nubiola and Bonev; and
-/// with the factor 2 of ISO 230-2) and the backlash, forward minus backward. The polynomial of the backlash over position is
-/// the first that a test for lack of fit against the repeats does not reject; whether a state adds an offset, then a
-/// slope, is tested with Student.
+/// The readings are a CSV file with the columns position_mm, direction (+1/-1, +/-, forward/backward), repeat and error_um
+/// (measured minus commanded; or error_mm, or reading_mm: the measured position). Every further column is a state
+/// (speed_mm_s, payload_kg). For each pose the command reports RP (3 sigma of one direction), R (equation 24 of Slamani,
+/// Nubiola and Bonev, and with the factor 2 of ISO 230-2) and the backlash, forward minus backward. The polynomial of the
+/// backlash over position is the one of lowest degree that a lack-of-fit test against the repeats does not reject. Student's
+/// t tests decide whether a state adds an offset, and then a slope.
 ///
 /// Examples:
 ///   lostmotion assess bidirectional --readings readings.csv
@@ -35,82 +35,83 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// Readings (CSV, .gz as it is), `-` for standard input
+    /// Readings (CSV, or .csv.gz), `-` for standard input
     #[arg(long, value_name = "READINGS.csv")]
     pub readings: PathBuf,
-    /// Column map (YAML) for a file with other names, units, signs, separators: theirs -> ours
+    /// Column map (YAML): translates other column names, units, signs and separators of the file
     #[arg(long, value_name = "FILE")]
     pub columns: Option<PathBuf>,
-    /// State columns, where not every further column is one
+    /// Columns to use as states [default: every further column]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub states: Option<Vec<String>>,
-    /// Reference state, which the others are compared with [default: the smallest value of each]
+    /// Reference state, with which the others are compared [default: the smallest value of each state]
     #[arg(long, value_name = "NAME=VALUE,...", value_delimiter = ',')]
     pub reference: Vec<String>,
-    /// A test is significant at this level; intervals are 95 % whatever it is
+    /// Confidence level of the tests, 0 to 1; the intervals are always 95 %
     #[arg(long, value_name = "P", default_value_t = 0.95)]
     pub level: f64,
-    /// First degree that is tried; the paper starts at 1, a constant backlash is 0
+    /// Lowest degree of the polynomial to try; 0 is a constant backlash, the paper starts at 1
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub min_degree: usize,
-    /// Last degree that is tried [default: 6, or two less than there are poses]
+    /// Highest degree of the polynomial to try [default: 6, or two less than the number of poses]
     #[arg(long, value_name = "N")]
     pub max_degree: Option<usize>,
-    /// This degree, whatever the tests say
+    /// Use this degree, whatever the tests show
     #[arg(long, value_name = "N", conflicts_with_all = ["min_degree", "max_degree"])]
     pub degree: Option<usize>,
-    /// Scatter behind Student tests and intervals of the curve [default: means for tests, the larger of both for the curve]
+    /// Scatter used in Student's t tests and in the intervals of the curve [default: means for the tests, the larger of both
+    /// for the curve]
     #[arg(long, value_enum)]
     pub errors: Option<ErrorsArg>,
-    /// Print one JSON document (lostmotion/bidirectional/1) instead of the tables
+    /// Print the result as one JSON document (lostmotion/bidirectional/1) instead of the tables
     #[arg(long)]
     pub json: bool,
-    /// Write a self-contained HTML page with figures and tables here
+    /// Write a self-contained HTML page with figures and tables to this file
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
-    /// Write the curve as the half gap of a joint here (lostmotion/gaps/1, for `fit`)
+    /// Write the curve to this file as the half gap of a joint (lostmotion/gaps/1, for `fit`)
     #[arg(long, short, value_name = "GAPS.yaml", requires_all = ["robot", "joint"])]
     pub output: Option<PathBuf>,
-    /// Write a model of the robot with the curve as an effect here (lostmotion/model/1)
+    /// Write a model of the robot with the curve as an effect to this file (lostmotion/model/1)
     #[arg(long, value_name = "MODEL.yaml", requires_all = ["robot", "joint"])]
     pub model_out: Option<PathBuf>,
-    /// Effect of --model-out
+    /// Effect that --model-out writes
     #[arg(long, value_enum, default_value_t = EffectArg::BacklashPosition, requires = "model_out")]
     pub effect: EffectArg,
-    /// Robot file
+    /// Robot file (YAML)
     #[arg(long, value_name = "ROBOT.yaml")]
     pub robot: Option<PathBuf>,
-    /// Joint that alone moved the line
+    /// Joint that moved along the line; all others stood still
     #[arg(long, value_name = "NAME", requires = "robot")]
     pub joint: Option<String>,
-    /// State whose curve is written, e.g. speed_mm_s=6000 [default: the reference]
+    /// State whose curve is written, such as speed_mm_s=6000 [default: the reference state]
     #[arg(long, value_name = "NAME=VALUE,...", value_delimiter = ',')]
     pub at_state: Vec<String>,
-    /// Position of the joint, deg or mm, where the line's position is 0
+    /// Position of the joint at which position_mm is 0, deg or mm
     #[arg(long, value_name = "Q", default_value_t = 0.0, allow_hyphen_values = true)]
     pub origin: f64,
-    /// Lever arm of a revolute joint, mm of the line per radian; negative where the joint falls as the position rises
+    /// Lever arm of a revolute joint, mm along the line per radian; negative if the joint angle falls as position_mm rises
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     pub lever_mm: Option<f64>,
-    /// The errors are commanded minus measured, or forward is towards falling positions
+    /// Reverse the signs: the errors are commanded minus measured, or forward is towards lower positions
     #[arg(long)]
     pub reversed: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum ErrorsArg {
-    /// Residual of the poses' means (Slamani (2012))
+    /// Residuals of the means at the poses (Slamani (2012))
     Means,
-    /// Residual of the single readings
+    /// Residuals of the single readings
     Readings,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum EffectArg {
-    /// Half gap over the joint's position
+    /// Half gap over joint position
     #[value(alias = "backlash_position")]
     BacklashPosition,
-    /// Half gap over the TCP speed
+    /// Half gap over TCP speed
     #[value(alias = "backlash_speed")]
     BacklashSpeed,
 }

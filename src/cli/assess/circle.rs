@@ -10,13 +10,12 @@ use anyhow::Result;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-/// Errors of a measured circle at the joints' reversals, before and after compensation.
+/// Report the errors of a measured circle at the reversals of the joints, before and after compensation.
 ///
-/// The best-fit plane and circle (Taubin) of the last revolution are the reference; errors are
-/// averaged over 1 s, and the error of a reversal is the largest from 0.9 deg of the circle before
-/// it to 7.2 deg behind it. "Beyond nominal" takes away what the program's own chords cause. The
-/// nominal program alone says where the reversals are; run it for two revolutions, and start it
-/// away from them.
+/// The reference is the plane and the circle fitted to the last revolution (Taubin). Errors are averaged over 1 s, and the
+/// error of a reversal is the largest one from 0.9 deg of the circle before it to 7.2 deg after it. "Beyond nominal"
+/// subtracts the error that the chords of the program cause. The nominal program defines where the reversals are. Run it for
+/// two revolutions, and start it away from a reversal.
 ///
 /// Examples:
 ///   lostmotion assess circle --robot robot.yaml --nominal circle.csv --before log.csv
@@ -25,25 +24,25 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// Robot file
+    /// Robot file (YAML)
     #[arg(long, value_name = "ROBOT.yaml")]
     pub robot: PathBuf,
-    /// The circle's program before compensation (joint-space CSV)
+    /// Program of the circle before compensation (joint-space CSV)
     #[arg(long, value_name = "PROGRAM.csv")]
     pub nominal: PathBuf,
     /// Log of the run without compensation
     #[arg(long, value_name = "LOG.csv")]
     pub before: PathBuf,
-    /// Log of the run with compensation; its commands are the compensated ones
+    /// Log of the run with compensation; it contains the compensated commands
     #[arg(long, value_name = "LOG.csv")]
     pub after: Option<PathBuf>,
-    /// Column map (YAML) for a log with other names, units, separators: theirs -> ours
+    /// Column map (YAML): translates other column names, units and separators of a log
     #[arg(long, value_name = "FILE")]
     pub columns: Option<PathBuf>,
-    /// Print one JSON document (lostmotion/circle/1) instead of the tables
+    /// Print the result as one JSON document (lostmotion/circle/1) instead of the tables
     #[arg(long)]
     pub json: bool,
-    /// Write a self-contained HTML page with figures and tables here
+    /// Write a self-contained HTML page with figures and tables to this file
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
 }

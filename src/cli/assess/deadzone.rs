@@ -8,11 +8,11 @@ use crate::robot::Robot;
 use anyhow::Result;
 use std::path::PathBuf;
 
-/// Deadzones of a motion without and with compensation (Cursi (2022), Table I).
+/// Report the deadzones of a motion without and with compensation (Cursi (2022), Table I).
 ///
-/// Joints move one at a time. Both logs are judged by the wanted program: a deadzone is the part
-/// of the wanted motion after a turn during which the tip stands still. Mean sizes per joint, and
-/// the share that compensation takes away.
+/// The joints move one at a time. Both logs are compared with the nominal program: a deadzone is the part of the nominal
+/// motion after a reversal during which the tip stands still. The command reports the mean size for each joint, and the
+/// share that compensation removes.
 ///
 /// Examples:
 ///   lostmotion assess deadzone --robot robot.yaml --nominal random.csv --before before.csv
@@ -21,10 +21,10 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// Robot file
+    /// Robot file (YAML)
     #[arg(long, value_name = "ROBOT.yaml")]
     pub robot: PathBuf,
-    /// The program before compensation (joint-space CSV with t_s)
+    /// Program before compensation (joint-space CSV with t_s)
     #[arg(long, value_name = "PROGRAM.csv")]
     pub nominal: PathBuf,
     /// Log of the run without compensation
@@ -33,10 +33,10 @@ pub struct Args {
     /// Log of the run with compensation
     #[arg(long, value_name = "LOG.csv")]
     pub after: Option<PathBuf>,
-    /// Column map (YAML) for a log with other names, units, separators: theirs -> ours
+    /// Column map (YAML): translates other column names, units and separators of a log
     #[arg(long, value_name = "FILE")]
     pub columns: Option<PathBuf>,
-    /// Print one JSON document (lostmotion/deadzone/1) instead of the table
+    /// Print the result as one JSON document (lostmotion/deadzone/1) instead of the table
     #[arg(long)]
     pub json: bool,
 }

@@ -16,13 +16,13 @@ use std::path::PathBuf;
 
 pub const SCHEMA: &str = "lostmotion/impact/1";
 
-/// How far one half gap of each joint moves the TCP: at a pose, or over a program.
+/// Compute how far one half gap of each joint moves the TCP, at a pose or over a program.
 ///
-/// Computed from the robot alone: |F(q + gap) - F(q)|. Two measurements from opposite sides differ
-/// by twice that. Over a program the joints are ranked by what their reversals cost.
+/// The computation needs only the robot: |F(q + gap) - F(q)|. Two measurements from opposite sides differ by twice this
+/// distance. Over a program, the joints are ranked by the error at their reversals.
 ///
-/// --pose may be given once for all joints; once per joint, in their order; or for one joint by its
-/// name (A4@...), which goes before a pose for all.
+/// Give --pose once for all joints, or once per joint, in their order. A pose for one joint by its name (A4@...) takes
+/// precedence over a pose for all joints.
 ///
 /// Examples:
 ///   lostmotion assess impact --robot robot.yaml --pose 40,-10,5,0,0,0 \
@@ -35,25 +35,26 @@ pub const SCHEMA: &str = "lostmotion/impact/1";
 #[command(group = clap::ArgGroup::new("machine").required(true).args(["robot", "model"]))]
 #[command(group = clap::ArgGroup::new("place").required(true).args(["pose", "program"]))]
 pub struct Args {
-    /// Robot file
+    /// Robot file (YAML)
     #[arg(long, value_name = "ROBOT.yaml", requires = "half_gap")]
     pub robot: Option<PathBuf>,
-    /// Model file: its robot, and half gaps from its backlash effects (a joint's gaps add up)
+    /// Model file (YAML): uses its robot and the half gaps of its backlash effects (several gaps of one joint add up)
     #[arg(long, value_name = "MODEL.yaml")]
     pub model: Option<PathBuf>,
-    /// Joint positions, deg or mm, in the order of the robot file; NAME@... for one joint's gap; repeatable
+    /// Joint positions, deg or mm, in the order of the robot file; NAME@... for the gap of one joint; repeat the option for
+    /// several poses
     #[arg(long, value_name = "[NAME@]Q1,Q2,...", allow_hyphen_values = true)]
     pub pose: Vec<String>,
-    /// Program whose points are the poses (joint-space CSV)
+    /// Program whose points are used as poses (joint-space CSV)
     #[arg(long, value_name = "PROGRAM.csv", conflicts_with = "pose")]
     pub program: Option<PathBuf>,
-    /// Half gaps, deg or mm: one per joint, or NAME=GAP,NAME=GAP
+    /// Half gaps, deg or mm: one for each joint, or NAME=GAP,NAME=GAP
     #[arg(long, value_name = "G1,G2,... | NAME=G,...", conflicts_with = "model")]
     pub half_gap: Option<String>,
-    /// Print one JSON document (lostmotion/impact/1) instead of the table
+    /// Print the result as one JSON document (lostmotion/impact/1) instead of the table
     #[arg(long)]
     pub json: bool,
-    /// Write a self-contained HTML page with figures and tables here
+    /// Write a self-contained HTML page with figures and tables to this file
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
 }

@@ -19,15 +19,14 @@ use serde_json::json;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Path error along a program before and after it was changed: better or worse.
+/// Compare the path error of a program before and after a change: better or worse.
 ///
-/// Both programs are run on the modelled machine. The error of a point is its distance to the path
-/// that the program as it was would draw on the same machine without gaps, friction and the other
-/// joint errors that an offset can undo. Logs of both runs may be given instead of the programs;
-/// their measured TCP is fitted onto that path.
+/// Both programs run on the modelled machine. The error of a point is its distance from the path of the original program on
+/// the same machine without gaps, friction and the other joint errors that an offset can undo. You can give logs of both
+/// runs instead of the programs; their measured TCP is fitted onto that path.
 ///
-/// Worse is a program whose rms or largest error grows, or whose error after any reversal grows by
-/// more than 5 um. The exit code is then 1.
+/// A program is worse if its rms or largest error grows, or if its error after any reversal grows by more than 5 um. The
+/// exit code is then 1.
 ///
 /// Examples:
 ///   lostmotion assess program --model machine.yaml --before job.csv --after job.done.csv --speed-mm-s 10
@@ -36,25 +35,25 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// Model file: the robot and what is known to be wrong with it
+    /// Model file (YAML): the robot and its known effects
     #[arg(long, value_name = "MODEL.yaml")]
     pub model: PathBuf,
-    /// Program (joint-space CSV or a vendor's) or log as it was
+    /// Original program (joint-space CSV or a vendor program), or the log of its run
     #[arg(long, value_name = "PROGRAM_OR_LOG")]
     pub before: PathBuf,
-    /// The changed program, or the log of its run
+    /// Changed program, or the log of its run
     #[arg(long, value_name = "PROGRAM_OR_LOG")]
     pub after: PathBuf,
-    /// TCP speed of the programs, mm/s; goes before their own `t_s` [default: 1.5]
+    /// TCP speed of the programs, mm/s; overrides their `t_s` [default: the times in `t_s`, otherwise 1.5]
     #[arg(long, value_name = "MM_S")]
     pub speed_mm_s: Option<f64>,
-    /// Column map (YAML) for logs with other names, units, separators: theirs -> ours
+    /// Column map (YAML): translates other column names, units and separators of the logs
     #[arg(long, value_name = "FILE")]
     pub columns: Option<PathBuf>,
-    /// Print one JSON document (lostmotion/program-assessment/1) instead of the tables
+    /// Print the result as one JSON document (lostmotion/program-assessment/1) instead of the tables
     #[arg(long)]
     pub json: bool,
-    /// Write a self-contained HTML page with figures and tables here
+    /// Write a self-contained HTML page with figures and tables to this file
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
 }

@@ -22,21 +22,22 @@ use anyhow::{Context, Result};
 use comfy_table::{CellAlignment, Table, presets::UTF8_HORIZONTAL_ONLY};
 use std::path::{Path, PathBuf};
 
-/// The whole job on bundled logs: identify, fit, rewrite, run before and after, report.
+/// Run the whole job on bundled logs: identify, fit, rewrite, simulate before and after, report.
 ///
 /// The logs come from an independent simulation of a published laser-tracker experiment (KUKA KR 120, circle of 250 mm at
-/// 1.5 mm/s). Gaps and stiction are identified from them, a compensator is fitted, the circle program is rewritten in two
-/// ways and, to compare, with the published controller; then all are run on the simulated machine with 11 um of tracker noise.
+/// 1.5 mm/s). The demo identifies gaps and stiction, fits a compensator, and rewrites the circle program in two ways and,
+/// for comparison, with the published controller. Then it runs all programs on the simulated machine with 11 um of tracker
+/// noise.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   lostmotion demo
   lostmotion demo --output-dir demo-2
   lostmotion demo --json | jq '.runs[] | {name, largest_um, mean_reduction}'")]
 pub struct Args {
-    /// Folder for the files that the job makes; it is created where it is missing
+    /// Folder for the output files; it is created if it does not exist
     #[arg(long, value_name = "DIR", default_value = "demo-out")]
     pub output_dir: PathBuf,
-    /// Print the result as one JSON document instead of the table
+    /// Print the result as one JSON document on standard output instead of the table
     #[arg(long)]
     pub json: bool,
 }

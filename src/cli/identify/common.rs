@@ -16,10 +16,10 @@ use std::path::{Path, PathBuf};
 /// Logs, and how they are read.
 #[derive(Debug, clap::Args)]
 pub struct LogArgs {
-    /// Measurement log (CSV, .gz), `-` for standard input; give it once per file
+    /// Measurement log (CSV, or .csv.gz), `-` for standard input; repeat the option for several logs
     #[arg(long = "log", value_name = "FILE", required = true)]
     pub logs: Vec<PathBuf>,
-    /// Column map (YAML) for a log with other names, units, separators: theirs -> ours
+    /// Column map (YAML): translates other column names, units and separators of a log
     #[arg(long, value_name = "FILE")]
     pub columns: Option<PathBuf>,
 }
@@ -27,10 +27,10 @@ pub struct LogArgs {
 /// What is known of an instrument with one reading a row.
 #[derive(Debug, Clone, clap::Args)]
 pub struct SetupArgs {
-    /// Centre of a ballbar (columns r_mm, r_um) in the robot's world frame, mm [default: estimated]
+    /// Centre of the ballbar (columns r_mm, r_um) in the robot's world frame, mm [default: estimated from the log]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub centre: Option<String>,
-    /// Direction in the robot's world frame in which dial_um grows
+    /// Direction in the robot's world frame in which the dial gauge's reading (dial_um) increases
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub direction: Option<String>,
 }
@@ -52,13 +52,13 @@ impl SetupArgs {
 /// Where the result goes.
 #[derive(Debug, clap::Args)]
 pub struct ResultArgs {
-    /// Write the result here (YAML; JSON where the name ends in .json); `-` is standard output
+    /// Write the result to this file (YAML, or JSON if the name ends in .json); `-` for standard output
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Print the result as one JSON document
+    /// Print the result as one JSON document on standard output
     #[arg(long)]
     pub json: bool,
-    /// Write a self-contained HTML page with figures and tables here
+    /// Write a self-contained HTML page with figures and tables to this file
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
 }

@@ -11,46 +11,50 @@ use crate::robot::{JointKind, Robot};
 use anyhow::Result;
 use std::path::PathBuf;
 
-/// Find deadzones from sweeps of one joint at a time, with tip positions alone (Cursi (2022), algorithm 1).
+/// Estimate deadzones from sweeps of one joint at a time, from tip positions alone (Cursi (2022), algorithm 1).
 ///
-/// Move one joint to and fro with growing amplitude, from nothing to its range, while the others rest; then the next joint. Log
-/// commands and the tip. After each turn of the motor the tip stands still until the deadzone is crossed; its size is where
-/// the branch on which the tip leaves meets the place where it rested. Half of it is the half gap that `fit` and `rewrite`
-/// take; a growing sweep turns everywhere, so that the gap is found as a function of position.
+/// Move one joint back and forth with growing amplitude, from zero to its full range, while the other joints stand still;
+/// then the next joint. Log the commands and the tip. After each reversal of the motor the tip stands still until the motor
+/// has crossed the deadzone. The size of the deadzone is the motor travel from the reversal to the point where the moving
+/// branch, extrapolated, meets the resting position of the tip. Half of it is the half gap that `fit` and `rewrite` use. A
+/// growing sweep reverses at many positions, so the gap is found as a function of position.
 ///
-/// The tracker's frame and the lengths of the robot need not be known; coupled joints are found through their driver. A
-/// log holds t_s, cmd_<joint>_deg (or _mm), x_mm, y_mm, z_mm; it may hold the sweeps of several joints, one after the other.
+/// The tracker's frame and the lengths of the robot need not be known. A coupled joint is tested through the joint that
+/// drives it. A log has the columns t_s, cmd_<joint>_deg (or _mm), x_mm, y_mm and z_mm; it may contain the sweeps of several
+/// joints, one after another.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   lostmotion identify deadzone --robot robot.yaml --log sweeps.csv.gz --output gaps.yaml
   lostmotion identify deadzone --robot robot.yaml --log e1.csv --log e2.csv --json | jq '.joints[] | {joint, half_gap_deg, ci95}'
-  lostmotion identify deadzone --robot robot.yaml --log sweeps.csv --eps-motor-deg-s 0.05 --eps-tip-mm-s 1   # and as printed
+  lostmotion identify deadzone --robot robot.yaml --log sweeps.csv --eps-motor-deg-s 0.05 --eps-tip-mm-s 1   # also as printed
 
-Reading the result: \"deadzones\" counts those that were crossed; turns inside the gap, strokes too short to be read and turns without
-the tracker are counted in the JSON document. An interval that holds 0 means that no gap was found.")]
+Reading the result: \"deadzones\" is the number of deadzones that were crossed. The JSON document also counts reversals inside the gap,
+strokes that were too short and reversals without tracker readings. An interval that contains 0 means that no gap was found.")]
 pub struct Args {
     /// Robot file (YAML)
     #[arg(long, value_name = "FILE")]
     pub robot: PathBuf,
     #[command(flatten)]
     pub input: LogArgs,
-    /// Look at this joint alone; give it once per joint [default: every joint that moves alone]
+    /// Joint to evaluate; repeat the option for several joints [default: every joint that moves alone]
     #[arg(long = "joint", value_name = "JOINT")]
     pub joints: Vec<String>,
-    /// The tip rests within this distance of where it stopped, micrometres [default: 5 standard deviations of the tracker's noise,
-    /// from the log]
+    /// The tip counts as standing still within this distance of where it stopped, um [default: 5 standard deviations of the
+    /// tracker's noise, estimated from the log]
     #[arg(long, value_name = "UM")]
     pub rest_um: Option<f64>,
-    /// Movement of a revolute joint's command that is noise and no turn, degrees [default: from the log]
+    /// Largest movement of a revolute joint's command that counts as noise and not as a reversal, deg [default: estimated
+    /// from the log]
     #[arg(long, value_name = "DEG")]
     pub deadband_deg: Option<f64>,
     /// The same for prismatic joints, mm
     #[arg(long, value_name = "MM")]
     pub deadband_mm: Option<f64>,
-    /// Say as well what algorithm 1 finds exactly as printed: its threshold of motor speed, deg/s (mm/s of a prismatic joint)
+    /// Report also the result of algorithm 1 exactly as printed, with this threshold of motor speed, deg/s (mm/s for a
+    /// prismatic joint)
     #[arg(long, value_name = "DEG_S", requires = "eps_tip_mm_s")]
     pub eps_motor_deg_s: Option<f64>,
-    /// Its threshold of tip speed, mm/s
+    /// Threshold of tip speed for algorithm 1 as printed, mm/s
     #[arg(long, value_name = "MM_S", requires = "eps_motor_deg_s")]
     pub eps_tip_mm_s: Option<f64>,
     #[command(flatten)]

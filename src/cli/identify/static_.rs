@@ -12,47 +12,48 @@ use crate::robot::Robot;
 use anyhow::Result;
 use std::path::{Path, PathBuf};
 
-/// Find half gaps from bidirectional dwells: every angle reached from below and from above.
+/// Estimate half gaps from bidirectional dwells: the joint reaches each angle from below and from above.
 ///
-/// Move one joint at a time. Reach each test angle from below, stand still for a second, pass it by 2 degrees, reach it from
-/// above, stand still again; four cycles or more; then the next angle. Log commands and TCP while you do. Half the
-/// difference between the two approaches is the half gap of that joint at that angle; geometry errors, gravity and the tracker's
-/// frame cancel in it.
+/// Move one joint at a time. Reach a test angle from below, stand still for one second, overshoot it by 2 degrees, reach it
+/// from above and stand still again. Do this at least four times, then go to the next angle. Log the commands and the TCP
+/// all the time. Half the difference between the two approaches is the half gap of the joint at that angle: geometry errors,
+/// gravity and the tracker's frame cancel.
 ///
-/// A log holds columns t_s, cmd_<joint>_deg (or _mm), x_mm, y_mm, z_mm; a log without t_s holds one settled pose a row, in
-/// the order visited. Columns trigger and cycle mark the dwells where present, else the commands show them. Columns
-/// meas_<joint>_deg (a secondary encoder) are used instead of the TCP; a log without TCP may hold dial_um (a dial gauge, with
-/// --direction) or r_mm or r_um (a ballbar, with --centre). Which joint is tested is found from the commands; a log may
-/// test several joints, and several logs may test one.
+/// A log has the columns t_s, cmd_<joint>_deg (or _mm), x_mm, y_mm and z_mm. Without t_s, each row is one settled pose, in
+/// the order of the visits. The columns trigger and cycle mark the dwells; without them, the dwells are found from the
+/// commands. If the log has columns meas_<joint>_deg (secondary encoders), they are used instead of the TCP. A log without a
+/// TCP may have dial_um (a dial gauge, with --direction) or r_mm or r_um (a ballbar, with --centre). The commands show which
+/// joint is tested. One log may test several joints, and several logs may test the same joint.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   lostmotion identify static --robot robot.yaml --log axis1.csv --log axis2.csv.gz --output gaps.yaml
   lostmotion identify static --robot robot.yaml --log poses.csv --json | jq '.joints[] | {joint, half_gap_deg, ci95}'
-  lostmotion identify static --model machine.yaml --log axis6.csv   # a registration that is already known
+  lostmotion identify static --model machine.yaml --log axis6.csv   # the registration is already known
 
-Reading the result: an interval that holds 0 means that no gap was found (\"not significant\"). \"varies\" tells whether the gap
-depends on the position of the joint (p below 0.001); its schedule then has a knot at each tested angle. A gap that varies is only
-as good as the test is dense: its shape between tested angles is a guess.")]
+Reading the result: an interval that contains 0 means that no gap was found (\"not significant\"). \"varies\" shows whether the gap
+depends on the position of the joint (p below 0.001); its schedule then has a knot at each tested angle. Between tested angles the
+shape of a gap that varies is a guess: test at more angles for a better schedule.")]
 pub struct Args {
     /// Robot file (YAML)
     #[arg(long, value_name = "FILE", required_unless_present = "model")]
     pub robot: Option<PathBuf>,
     #[command(flatten)]
     pub input: LogArgs,
-    /// Model file whose registration is known; else it is found from the logs
+    /// Model file (YAML) with a known registration of the tracker [default: the registration is estimated from the logs]
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
     #[command(flatten)]
     pub setup: SetupArgs,
     #[command(flatten)]
     pub result: ResultArgs,
-    /// Shortest dwell in seconds, where no trigger or cycle column marks them
+    /// Shortest standstill that counts as a dwell, s; used if no column trigger or cycle marks the dwells
     #[arg(long, value_name = "S", default_value_t = 0.5)]
     pub min_dwell_s: f64,
-    /// Seconds left to the servo at the start of such a dwell [default: 0.2, a third of the dwell at most]
+    /// Time at the start of such a dwell that is left out because the servo still settles, s [default: 0.2, at most a third
+    /// of the dwell]
     #[arg(long, value_name = "S")]
     pub settle_s: Option<f64>,
-    /// Schedule of a gap that varies: a knot at every tested angle, or the best curve of few parameters
+    /// Schedule of a gap that varies with position
     #[arg(long, value_enum, default_value_t = KnotsArg::All)]
     pub knots: KnotsArg,
 }
@@ -60,7 +61,9 @@ pub struct Args {
 /// Knots of a schedule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum KnotsArg {
+    /// The best single curve of few parameters
     Few,
+    /// A knot at every tested angle: the most accurate
     All,
 }
 

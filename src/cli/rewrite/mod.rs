@@ -31,11 +31,11 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 use text::{Verbosity, format_text};
 
-/// Put reversal points and offsets into a robot program.
+/// Add reversal points and offsets to a robot program.
 ///
-/// After every reversal of a joint the command jumps by its gap, so that the joint itself does not stand still; a friction
-/// offset is added and fades. Only the numbers of motion targets change and points are added; every other byte of the
-/// program stays as it is. Nothing is written where a joint limit would be exceeded. Programs are joint-space CSV, Yaskawa
+/// After each reversal of a joint, its command steps across the gap, so that the joint itself keeps moving; a friction
+/// offset is added and fades. Only the numbers of motion targets are changed, and points are added; every other byte of the
+/// program stays as it is. If a joint limit would be exceeded, nothing is written. Programs can be joint-space CSV, Yaskawa
 /// INFORM, ABB RAPID, KUKA KRL, FANUC TP, URScript, ROS trajectories, or G-code.
 ///
 /// Examples:
@@ -46,78 +46,81 @@ use text::{Verbosity, format_text};
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
-    /// Program (joint-space CSV: a1_deg,a2_deg,... and perhaps t_s; or a vendor's), `-` for standard input, or a folder of programs
+    /// Program (joint-space CSV with a1_deg,a2_deg,... and optionally t_s, or a vendor program), `-` for standard input, or
+    /// a folder of programs
     #[arg(value_name = "IN")]
     pub input: PathBuf,
 
-    /// Robot file; its fingerprint must be that of the compensator's robot
+    /// Robot file (YAML); it must describe the robot for which the compensator was made
     #[arg(long, value_name = "FILE", required_unless_present = "model", requires = "compensator")]
     pub robot: Option<PathBuf>,
 
-    /// Compensator file, as `fit` writes it
+    /// Compensator file (YAML) from `fit`
     #[arg(long, value_name = "FILE", requires = "robot")]
     pub compensator: Option<PathBuf>,
 
-    /// Model file: compensate every effect in it that an offset can, instead of --robot and --compensator
+    /// Model file (YAML): compensate every effect in it that joint offsets can undo; instead of --robot and --compensator
     #[arg(long, value_name = "FILE", conflicts_with_all = ["robot", "compensator"])]
     pub model: Option<PathBuf>,
 
-    /// Where the rewritten program goes; `-` for standard output. A note FILE.lostmotion.json is left beside it
+    /// Write the rewritten program to this file; `-` for standard output. The note FILE.lostmotion.json, which `undo` needs,
+    /// is written next to it
     #[arg(long, short, value_name = "FILE", required_unless_present_any = ["dry_run", "check", "output_dir", "list_frames"])]
     pub output: Option<PathBuf>,
 
-    /// Format of the program instead of the one that its ending and content show (csv, inform, rapid, krl, fanuc, urscript,
-    /// trajectory, gcode)
+    /// Format of the program: csv, inform, rapid, krl, fanuc, urscript, trajectory or gcode [default: recognised from the
+    /// file's extension and content]
     #[arg(long, value_name = "NAME")]
     pub format: Option<String>,
 
-    /// How the control reads G-code before a program says so: G90 or G91, G20 or G21, such as G21,G90 [default: `control` of the
-    /// robot file]
+    /// Modes in which the control reads G-code until the program sets them: G90 or G91, G20 or G21; for example G21,G90
+    /// [default: `control` in the robot file]
     #[arg(long, value_name = "WORD,...")]
     pub assume: Option<String>,
 
-    /// Where the rewritten programs of a folder go, under their own names. Programs that stand there finished are not done again
+    /// Write the rewritten programs of a folder to this folder, under the same names. Programs that are already finished
+    /// there are skipped
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "check"])]
     pub output_dir: Option<PathBuf>,
 
-    /// Write a line of JSON for each program to this file (status, reason, moves, reversals, hashes)
+    /// Write one line of JSON for each program to this file (status, reason, moves, reversals, hashes)
     #[arg(long, value_name = "FILE")]
     pub summary: Option<PathBuf>,
 
-    /// Of a folder, do part K of N alone: for job arrays
+    /// Rewrite only part K of N of a folder, for job arrays; for example 3/16
     #[arg(long, value_name = "K/N", requires = "output_dir")]
     pub shard: Option<String>,
 
-    /// Of a folder, do the programs of this manifest alone (`lostmotion manifest`), if they still are what it says; lines of the
-    /// summary carry their keys
+    /// Rewrite only those programs of a folder that this manifest (from `lostmotion manifest`) lists and whose size and
+    /// SHA-256 are still as listed. Each line of the summary contains the key of its program
     #[arg(long, value_name = "FILE.jsonl", requires = "output_dir")]
     pub manifest: Option<PathBuf>,
 
-    /// Of a folder, which programs make the exit code 1: those that were refused and those that failed, failed ones alone, or none (the
-    /// summary tells in any case)
+    /// Which programs of a folder set the exit code to 1; the summary lists all of them in any case
     #[arg(long, value_enum, default_value_t = FailOn::Refused)]
     pub fail_on: FailOn,
 
-    /// Exit code 3 where no program needed a change
+    /// Exit with code 3 if no program needed a change
     #[arg(long)]
     pub exit_code: bool,
 
-    /// Share of the moves that must have joint targets that can be edited, such as 100%; else exit code 1 and nothing is written
+    /// Minimum share of the moves whose joint targets can be edited, such as 100%. Below it nothing is written and the exit
+    /// code is 1
     #[arg(long, value_name = "PERCENT")]
     pub require_coverage: Option<String>,
 
-    /// Write straight Cartesian moves between joint moves as joint moves that stay within this distance of the line, um
+    /// Replace straight Cartesian moves between joint moves by joint moves that stay within this distance of the line, um
     /// [without a value: 20]
     #[arg(long, value_name = "UM", num_args = 0..=1, require_equals = true, default_missing_value = "20")]
     pub solve_cartesian: Option<f64>,
 
-    /// Frames and tools by the controller's names (lostmotion/frames/1), besides those of the robot file: Cartesian targets in others
-    /// stay as they are
+    /// File of the controller's frames and tools by name (lostmotion/frames/1), in addition to those of the robot file.
+    /// Cartesian targets in other frames stay as they are
     #[arg(long, value_name = "FILE")]
     pub frames: Option<PathBuf>,
 
-    /// Write nothing but a file for --frames on standard output, to fill in: every frame and tool that is not known, with the
-    /// number of moves that wait for it
+    /// Print only a template for --frames on standard output: every unknown frame and tool, with the number of moves that
+    /// need it
     #[arg(long, conflicts_with_all = ["output", "check", "json"])]
     pub list_frames: bool,
 
@@ -125,17 +128,17 @@ pub struct Args {
     #[arg(long)]
     pub leave_cartesian: bool,
 
-    /// Most points that are added to a program; where there would be more, steps are spread over whole moves
+    /// Maximum number of points added to a program. If more were needed, steps are spread over whole moves instead
     #[arg(long, value_name = "N")]
     pub max_added: Option<u64>,
 
-    /// Add no points while a process (welding, dispensing) is on; its targets are edited
+    /// Add no points while a process (welding, dispensing) is on; the targets of the process are still edited
     #[arg(long)]
     pub leave_process: bool,
 
-    /// Reach every target at which the robot stops from one side: + or - for all joints, or signs of single ones, such as A1=+,A2=-.
-    /// A point is added before a target that a joint would reach from the other side, no further away than its gap needs
-    /// (vendor programs)
+    /// Approach every target at which the robot stops from one side: + or - for all joints, or signs for single joints, such
+    /// as A1=+,A2=-. A point is added before each target that a joint would reach from the other side, only as far away as
+    /// the gap requires (vendor programs only)
     #[arg(long, value_name = "+|-|JOINT=SIGN,...", allow_hyphen_values = true)]
     pub approach_from: Option<String>,
 
@@ -143,30 +146,30 @@ pub struct Args {
     #[arg(long)]
     pub exclude_process: bool,
 
-    /// Joints that are not compensated, such as A4,A6
+    /// Joints to leave uncompensated, such as A4,A6
     #[arg(long, value_name = "JOINT,...")]
     pub leave_out: Option<String>,
 
-    /// Compensate joints whose gap is not significant, too (its 95 % interval holds zero)
+    /// Compensate also the joints whose gap is not significant (its 95 % interval contains zero)
     #[arg(long)]
     pub insignificant: bool,
 
-    /// Of joint-space CSV, how turning points between program points are found: not at all, on a cubic through the joints, on arcs
-    /// of the TCP path (vendor programs: their targets are the turning points)
+    /// How to find turning points between the points of a joint-space CSV [default: none] (in vendor programs the targets are
+    /// the turning points)
     #[arg(long, value_enum)]
     pub refine: Option<RefineArg>,
 
-    /// Law of the offsets: equation 16 of Zhang (2023) (half a gap either way), or equation 2 of Cursi (2022), to compare with: the whole
-    /// deadzone at the sample of a reversal, as printed, or held from there on (no points added, no friction)
+    /// Law of the offsets: equation 16 of Zhang (2023), or, for comparison, equation 2 of Cursi (2022), which adds no points
+    /// and no friction term
     #[arg(long, value_enum, default_value_t = LawArg::Equation16, conflicts_with_all = ["step_fraction", "ramp_deg", "ramp_mm"])]
     pub law: LawArg,
 
-    /// Share of the segment after a reversal at which the point stands that carries the step; 1: the next point carries it
-    /// [default: 0.1, nearer where the joint would lag until then]
+    /// Position of the added point that carries the step, as a share of the segment after the reversal; with 1 the next
+    /// point of the program carries the step [default: 0.1, or less if the joint would lag until then]
     #[arg(long, value_name = "0..1", allow_negative_numbers = true)]
     pub step_fraction: Option<f64>,
 
-    /// Spread the step of a revolute joint over this travel after the reversal, degrees
+    /// Spread the step of a revolute joint over this travel after the reversal, deg
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub ramp_deg: Option<f64>,
 
@@ -174,16 +177,17 @@ pub struct Args {
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pub ramp_mm: Option<f64>,
 
-    /// Directions in which joints were moved before the first point, such as A1=+,A2=-; else that of their first movement
+    /// Directions in which the joints moved before the first point, such as A1=+,A2=- [default: the direction of their first
+    /// movement]
     #[arg(long, value_name = "JOINT=SIGN,...", allow_hyphen_values = true)]
     pub initial_direction: Option<String>,
 
-    /// Share of every offset that is applied, 0 to 1 (over-compensation does more harm than a rest)
+    /// Factor from 0 to 1 by which every offset is multiplied (too much compensation does more harm than too little)
     #[arg(long, value_name = "0..1", default_value_t = 1.0, allow_negative_numbers = true)]
     pub gain: f64,
 
-    /// TCP speed of a program without t_s, or of moves with joint speeds, mm/s: turns a decay in seconds into points [default: that
-    /// of the compensator's log]
+    /// TCP speed of a program without t_s, or of moves with joint speeds, mm/s; it converts a decay in seconds into points
+    /// [default: the speed of the log from which the compensator was made]
     #[arg(long, value_name = "MM_S", allow_negative_numbers = true)]
     pub speed_mm_s: Option<f64>,
 
@@ -191,7 +195,8 @@ pub struct Args {
     #[arg(long, value_name = "UM")]
     pub chord_um: Option<f64>,
 
-    /// Movement of a revolute joint that is number noise and no reversal, degrees [default: 1.5 last digits of its column]
+    /// Largest movement of a revolute joint that counts as rounding and not as a reversal, deg [default: 1.5 units of the
+    /// last digit of its column]
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub deadband_deg: Option<f64>,
 
@@ -199,27 +204,28 @@ pub struct Args {
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pub deadband_mm: Option<f64>,
 
-    /// Write changed numbers with this many decimals [default: as they are, more where the gap needs them]
+    /// Write changed numbers with this many decimals [default: as in the program, or more if the gap needs them]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=12))]
     pub decimals: Option<u8>,
 
-    /// Say what would be done and write nothing
+    /// Report what would be done, and write nothing
     #[arg(long, conflicts_with = "check")]
     pub dry_run: bool,
 
-    /// Compare with this file instead of writing; exit code 1 and the first difference where they differ
+    /// Compare the result with this file instead of writing it; if they differ, print the first difference and exit with
+    /// code 1
     #[arg(long, value_name = "GOLDEN")]
     pub check: Option<PathBuf>,
 
-    /// Rewrite a program that has been rewritten already
+    /// Rewrite a program even if it has already been rewritten
     #[arg(long)]
     pub force: bool,
 
-    /// Print the account as one JSON document on standard output
+    /// Print what was done as one JSON document on standard output
     #[arg(long)]
     pub json: bool,
 
-    /// Write a self-contained HTML page with figures and tables here
+    /// Write a self-contained HTML page with figures and tables to this file
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
 }
@@ -227,13 +233,13 @@ pub struct Args {
 /// `--law`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum LawArg {
-    /// Half a gap in the direction of the movement
+    /// Half a gap in the direction of movement
     #[value(name = "equation-16")]
     Equation16,
-    /// The whole deadzone at the sample where the direction changes
+    /// The whole deadzone at the sample where the direction changes, as printed
     #[value(name = "equation-2")]
     Equation2,
-    /// The whole deadzone from there on
+    /// The whole deadzone from that sample on
     #[value(name = "equation-2-held")]
     Equation2Held,
 }
@@ -251,11 +257,11 @@ impl From<LawArg> for Law {
 /// `--refine`.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 pub enum RefineArg {
-    /// The program's own points are the turning points
+    /// Use only the points of the program
     None,
-    /// Turning points on a local cubic through the joint values
+    /// Find turning points on a local cubic through the joint values
     Cubic,
-    /// Arcs through the TCP path: turning points on the smooth path, and points until its chords are short
+    /// Find turning points on arcs through the TCP path, and add points until the chords follow the arcs
     Cartesian,
 }
 
@@ -272,10 +278,11 @@ impl From<RefineArg> for Refine {
 /// Which programs of a folder make the exit code 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum FailOn {
-    /// Those that were refused and those that failed.
+    /// Programs that were refused or that failed
     Refused,
-    /// Those that failed alone.
+    /// Only programs that failed
     Failed,
+    /// No program
     None,
 }
 
