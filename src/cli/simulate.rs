@@ -4,12 +4,14 @@ use crate::cli::exit::bad;
 use crate::cli::{page, paths};
 use crate::effects::entry;
 use crate::error::{Place, counted, is_stdio, shown};
-use crate::io::input::{self, Input};
+use crate::io::bag::TopicChoice;
+use crate::io::input;
 use crate::io::output::{self, Output};
-use crate::io::workbook;
-use crate::log::Log;
+use crate::log::ColumnMap;
+use crate::log::text::LogText;
 use crate::model::Model;
 use crate::program::Program;
+use crate::robot::Robot;
 use crate::simulate::{Motion, Options, Timing, Written, predicted};
 use anyhow::Result;
 use std::path::{Path, PathBuf};
@@ -18,21 +20,28 @@ use std::path::{Path, PathBuf};
 ///
 /// A program (joint-space CSV) runs with linear joint motion between its points: at its own times if it has `t_s`, otherwise
 /// at a constant TCP speed. A log keeps its rows, times and commands; its measured columns are replaced by predictions.
-/// Without --noise-um the result has no noise.
+/// Without --noise-um the result has no noise. With --robot the TCP is that of the robot file, without errors.
 ///
 /// Examples:
 ///   lostmotion simulate --model machine.yaml --input circle.csv --output circle_log.csv
 ///   lostmotion simulate --model machine.yaml --input circle.csv --rate-hz 250 --noise-um 11 -o log.csv
 ///   lostmotion simulate --model machine.yaml --input measured.csv.gz --output predicted.csv
+///   lostmotion simulate --robot robot.yaml --input tracker.csv --columns map.yaml --output nominal.csv
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Args {
     /// Model file (YAML): the robot and its known effects
-    #[arg(long, value_name = "MODEL.yaml")]
-    pub model: PathBuf,
+    #[arg(long, value_name = "MODEL.yaml", required_unless_present = "robot", conflicts_with = "robot")]
+    pub model: Option<PathBuf>,
+    /// Robot file (YAML) instead of a model: a robot without errors, the TCP in the frame of the robot file
+    #[arg(long, value_name = "ROBOT.yaml")]
+    pub robot: Option<PathBuf>,
     /// Program or log to run (CSV, or .csv.gz); `-` for standard input
     #[arg(long, value_name = "PROGRAM_OR_LOG")]
     pub input: PathBuf,
+    /// Column map for a log with other names or units; the predicted log keeps them
+    #[arg(long, value_name = "MAP.yaml")]
+    pub columns: Option<PathBuf>,
     /// Write the predicted log to this file; `-` for standard output
     #[arg(long, short, value_name = "LOG.csv", default_value = "-")]
     pub output: PathBuf,
@@ -82,10 +91,18 @@ fn rate(text: &str) -> std::result::Result<f64, String> {
 }
 
 /// A log whose measurement is replaced by the model's; also whether its rows are settled poses.
-fn again(args: &Args, model: &Model, options: &Options, input: &Input, out: &mut Output) -> Result<(Written, bool)> {
-    let log = Log::parse(input.clone(), &model.robot)?;
+fn again(
+    args: &Args,
+    model: &Model,
+    options: &mut Options,
+    text: &LogText,
+    out: &mut Output,
+) -> Result<(Written, bool)> {
+    let log = text.log(&model.robot)?;
+    options.encoders |= log.enc.iter().any(Option::is_some);
     let motion = Motion::of_log(model, &log);
-    let mut written = predicted::write_log_again(model, &motion, options, input, out)?;
+    let mapped = args.columns.is_some() || text.is_recording;
+    let mut written = predicted::write_log_again(model, &motion, options, text, mapped, out)?;
     if args.rate_hz.is_some() || args.speed_mm_s.is_some() {
         written.notes.push("--rate-hz and --speed-mm-s do not apply to a log: it keeps its rows".into());
     }
@@ -95,9 +112,27 @@ fn again(args: &Args, model: &Model, options: &Options, input: &Input, out: &mut
     Ok((written, log.poses))
 }
 
+/// The machine: of a model file, or of a robot file alone.
+fn machine(args: &Args) -> Result<Model> {
+    let mut model = match (&args.model, &args.robot) {
+        (Some(path), _) => Model::load(path)?,
+        (None, Some(path)) => Model::ideal(Robot::load(path)?),
+        (None, None) => return Err(bad(Place::default(), "no machine", "--model MODEL.yaml or --robot ROBOT.yaml")),
+    };
+    if args.base_frame {
+        model.registration = None;
+    }
+    Ok(model)
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
-    let inputs = [("--model", Some(args.model.as_path())), ("--input", Some(args.input.as_path()))];
+    let inputs = [
+        ("--model", args.model.as_deref()),
+        ("--robot", args.robot.as_deref()),
+        ("--input", Some(args.input.as_path())),
+        ("--columns", args.columns.as_deref()),
+    ];
     paths::refuse_shared(&inputs, &[("--output", Some(args.output.as_path())), ("--report", args.report.as_deref())])?;
     if args.json && is_stdio(&args.output) {
         let expected = "a file: standard output holds the document";
@@ -105,11 +140,10 @@ pub fn run(args: Args) -> Result<()> {
     }
     let mut out = Output::create(&args.output)?;
     let mut report = output::create(args.report.as_deref())?;
-    let mut model = Model::load(&args.model)?;
-    if args.base_frame {
-        model.registration = None;
-    }
-    let (input, _) = workbook::unpacked(input::read(&args.input)?)?;
+    let model = machine(&args)?;
+    let map = args.columns.as_deref().map(ColumnMap::load).transpose()?;
+    let text = LogText::of(input::read(&args.input)?, &model.robot, map.as_ref(), TopicChoice::Any)?;
+    let input = &text.input;
     let from = page::simulate::From { name: input.name.clone(), sha256: input.sha256.clone() };
     let defaults = Options::default();
     let mut options = Options {
@@ -120,11 +154,10 @@ pub fn run(args: Args) -> Result<()> {
         encoders: args.encoders,
         screws: args.screws,
     };
-    let (mut written, settled) = if predicted::is_log(&input, &model) {
-        options.encoders |= predicted::has_encoders(&input, &model);
-        again(&args, &model, &options, &input, &mut out)?
+    let (mut written, settled) = if map.is_some() || text.is_recording || predicted::is_log(input, &model) {
+        again(&args, &model, &mut options, &text, &mut out)?
     } else {
-        let program = Program::parse(input, &model.robot)?;
+        let program = Program::parse(text.input, &model.robot)?;
         let (t_s, notes) = times(&args, &model, &program, &options);
         let motion = Motion::of_program(&model, &program, &t_s, options.rate_hz)?;
         let mut written = predicted::write_program_log(&model, &motion, &options, &program.name, &mut out)?;

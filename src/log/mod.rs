@@ -3,7 +3,7 @@
 //! Modules:
 //! - [`columns`]: which column is what: the contract's names (`meaning`), or a column map from foreign names and units.
 //! - [`read`]: CSV (and gzip) to [`Log`], with file, line and column of every refusal; `number`: decimal text to f64;
-//!   `timestamp`: dates and times to microseconds.
+//!   [`text`]: a recording or a sheet as CSV, what each column of it is; `timestamp`: dates and times to microseconds.
 //! - [`maps`]: column maps that ship with the program; [`recording`]: columns of a file that is no whole log, for `join`.
 //! - [`mod@write`]: numbers, fields and column names on the way out.
 //! - [`plausibility`]: units, axes and clocks that cannot be right, found from the shape of the measured path; `side_columns`:
@@ -25,6 +25,7 @@ pub mod recording;
 pub mod registration;
 mod shape;
 mod side_columns;
+pub mod text;
 mod timestamp;
 pub mod write;
 

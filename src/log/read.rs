@@ -6,14 +6,14 @@
 //! How it fails: on the first row that is not what the header promises, with line and field.
 
 use super::Log;
-use super::columns::{Column, ColumnMap, Meaning, Missing, listed, resolve};
+use super::columns::{Column, ColumnMap, Meaning, Missing, listed};
 use super::instruments::{Instruments, orientations};
 use super::number::{decimals, number};
+use super::text::LogText;
 use super::timestamp;
 use crate::error::{Error, Place, Result};
-use crate::io::bag::{self, TopicChoice};
+use crate::io::bag::TopicChoice;
 use crate::io::input::{self, Input};
-use crate::io::workbook;
 use crate::robot::Robot;
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -54,13 +54,26 @@ impl Log {
     }
 
     fn parse_any(input: Input, robot: &Robot, map: Option<&ColumnMap>, lone: bool) -> Result<Self> {
-        let name = input.name.clone();
-        let sha256 = input.sha256.clone();
-        let (table, columns) = table(input, robot, map, TopicChoice::Any, |head, columns, separator| {
-            head.check(&name, columns, robot, separator, lone)
-        })?;
-        let log = build(&name, sha256, table, &columns, robot)?;
-        log.check_time(&columns)?;
+        let text = LogText::of(input, robot, map, TopicChoice::Any)?;
+        let (table, columns) = Self::table(&text, robot, lone)?;
+        let Input { name, sha256, .. } = text.input; // its bytes are no longer held
+        Self::of_table(&name, sha256, table, &columns, robot)
+    }
+
+    /// The log that a text is.
+    pub(super) fn of_text(text: &LogText, robot: &Robot) -> Result<Self> {
+        let (table, columns) = Self::table(text, robot, false)?;
+        Self::of_table(&text.input.name, text.input.sha256.clone(), table, &columns, robot)
+    }
+
+    fn table(text: &LogText, robot: &Robot, lone: bool) -> Result<(Table, Vec<Column>)> {
+        let name = &text.input.name;
+        table(text, robot, |head, columns, separator| head.check(name, columns, robot, separator, lone))
+    }
+
+    fn of_table(name: &str, sha256: String, table: Table, columns: &[Column], robot: &Robot) -> Result<Self> {
+        let log = build(name, sha256, table, columns, robot)?;
+        log.check_time(columns)?;
         Ok(log)
     }
 
@@ -87,31 +100,18 @@ impl Log {
 
 /// The used columns of a file as written, once `check` has accepted them.
 pub(super) fn table(
-    input: Input,
+    text: &LogText,
     robot: &Robot,
-    map: Option<&ColumnMap>,
-    wanted: TopicChoice,
     check: impl FnOnce(&Head, &[Column], u8) -> Result<()>,
 ) -> Result<(Table, Vec<Column>)> {
-    let from_bag = bag::is_one(&input.bytes);
-    let of_bag = (from_bag && map.is_none()).then(|| ColumnMap::of_recording(robot));
-    let map = map.or(of_bag.as_ref());
-    let (Input { name, bytes, .. }, from_sheet) = match from_bag {
-        true => (bag::unpacked(input, map.and_then(|m| m.topic.as_deref()).map_or(wanted, TopicChoice::Topic))?, true),
-        false => workbook::unpacked(input)?,
-    };
-    input::refuse_utf16(&name, &bytes)?;
-    let map_of_text = map.filter(|_| !from_sheet);
-    let separator = map_of_text.map_or(b',', |m| m.separator_of(&bytes));
-    let head = Head::read(&name, &bytes, separator)?;
-    let at = Place::line(&name, head.line);
-    let columns = resolve(&head.names, robot, map, &at).map_err(|e| head.explain(&name, separator, e))?;
+    let Input { name, bytes, .. } = &text.input;
+    let separator = text.separator;
+    let (head, columns) = text.columns(robot)?;
     check(&head, &columns, separator)?;
-    let decimal = map_of_text.map_or(b'.', |m| m.decimal);
-    let layout = Layout { name: &name, head: &head, columns: &columns, separator, decimal };
-    let table = layout.read(&bytes)?;
+    let layout = Layout { name, head: &head, columns: &columns, separator, decimal: text.decimal };
+    let table = layout.read(bytes)?;
     if table.line.is_empty() {
-        return Err(Error::bad(Place::file(&name), "a header and no rows", "at least one row"));
+        return Err(Error::bad(Place::file(name), "a header and no rows", "at least one row"));
     }
     Ok((table, columns))
 }

@@ -5,6 +5,7 @@
 
 use super::columns::{ColumnMap, Meaning, unit_named};
 use super::read::table;
+use super::text::LogText;
 use crate::error::Result;
 use crate::io::bag::TopicChoice;
 use crate::io::input::{self, Input};
@@ -40,7 +41,8 @@ impl Recording {
     /// Parses the bytes of a file.
     pub fn parse(input: Input, robot: &Robot, map: Option<&ColumnMap>, wanted: TopicChoice) -> Result<Self> {
         let (name, sha256) = (input.name.clone(), input.sha256.clone());
-        let (table, columns) = table(input, robot, map, wanted, |_, _, _| Ok(()))?;
+        let text = LogText::of(input, robot, map, wanted)?;
+        let (table, columns) = table(&text, robot, |_, _, _| Ok(()))?;
         let channels = columns
             .iter()
             .zip(table.values.into_iter().zip(table.decimals))

@@ -36,7 +36,12 @@ pub fn number(out: &mut Vec<u8>, value: f64, decimals: u8) {
 
 /// Appends a CSV field, in quotes where it needs them.
 pub fn field(out: &mut Vec<u8>, text: &[u8]) {
-    if !text.iter().any(|b| matches!(b, b',' | b'"' | b'\n' | b'\r')) {
+    field_between(out, text, b',');
+}
+
+/// The same with another separator.
+pub fn field_between(out: &mut Vec<u8>, text: &[u8], separator: u8) {
+    if !text.iter().any(|b| *b == separator || matches!(b, b'"' | b'\n' | b'\r')) {
         out.extend_from_slice(text);
         return;
     }

@@ -2,14 +2,18 @@
 //!
 //! From a program: `t_s`, `cmd_*`, `enc_*` where asked for, the TCP, the robot's further reflectors. From a log: its own
 //! columns in their order, text as it was; what is a measurement (`x_mm`..., `enc_`, `screw_`, `meas_`) is predicted in its place,
-//! and a TCP that the log has not is added. Commands have 6 decimals, positions [`POSITION_DECIMALS`] (1 nm).
+//! and a TCP that the log has not is added. Commands have 6 decimals, positions [`POSITION_DECIMALS`] (1 nm). A log that was read
+//! through a column map keeps its names, separator and decimal sign, and each predicted column its unit, sign and scale: the same map
+//! reads it again.
 
 use super::noise::Noise;
 use super::{Motion, Options};
 use crate::error::{Error, Place, Result, one_line};
 use crate::io::input::Input;
 use crate::log::columns::{Meaning, meaning};
-use crate::log::write::{field, joint_column, number, position_columns};
+use crate::log::read::reader;
+use crate::log::text::{LogText, TextColumn};
+use crate::log::write::{field_between, joint_column, number, position_columns};
 use crate::machine::parts;
 use crate::model::Model;
 use rayon::prelude::*;
@@ -47,6 +51,28 @@ enum Source {
     Position(usize, usize),
 }
 
+/// How the numbers of a predicted column are written.
+#[derive(Debug, Clone, Copy)]
+struct Unit {
+    /// SI of the number 1, sign and all.
+    si: f64,
+    decimals: u8,
+}
+
+/// A column: its name, where it comes from, and its unit where that is not the contract's.
+type Named = (String, Source, Option<Unit>);
+
+/// What stands between fields and before decimals.
+#[derive(Debug, Clone, Copy)]
+struct Style {
+    separator: u8,
+    decimal: u8,
+}
+
+impl Style {
+    const OURS: Self = Self { separator: b',', decimal: b'.' };
+}
+
 /// Writes the log of a program.
 pub fn write_program_log(
     model: &Model,
@@ -56,16 +82,16 @@ pub fn write_program_log(
     out: &mut dyn Write,
 ) -> Result<Written> {
     let robot = &model.robot;
-    let mut columns = vec![("t_s".to_string(), Source::Time(time_decimals(motion, options.rate_hz)))];
+    let mut columns: Vec<Named> = vec![("t_s".to_string(), Source::Time(time_decimals(motion, options.rate_hz)), None)];
     for (axis, joint) in robot.axis_joints().enumerate() {
-        columns.push((joint_column("cmd", joint), Source::Command(axis)));
+        columns.push((joint_column("cmd", joint), Source::Command(axis), None));
     }
     add_encoders(model, options, &mut columns);
     add_screws(model, options, &mut columns);
     for k in 0..=robot.reflectors_m.len() {
         add_position(k, &mut columns);
     }
-    let plan = Plan::new(model, motion, options, columns);
+    let plan = Plan::new(model, motion, options, columns, Style::OURS);
     plan.head(from, out)?;
     let mut noise = Noise::new(options.noise_m, options.seed);
     let mut row = 0;
@@ -77,79 +103,90 @@ pub fn write_program_log(
     Ok(Written { rows: motion.len(), notes: Vec::new() })
 }
 
-/// The columns of a log that is written again: its own, a measurement predicted in its place, and those that are missing.
+/// What is predicted in a column's place; `None`: a reflector that the robot file has not.
+fn predicted_in(what: Meaning, index: usize, reflectors: usize) -> Option<Source> {
+    Some(match what {
+        Meaning::Position { k, coordinate } if k <= reflectors => Source::Position(k, coordinate),
+        Meaning::Position { .. } => return None,
+        Meaning::Encoder(axis) => Source::Encoder(axis),
+        Meaning::EncoderAngle(axis) => Source::EncoderAngle(axis),
+        Meaning::Screw(axis) => Source::Screw(axis),
+        Meaning::ScrewAngle(axis) => Source::ScrewAngle(axis),
+        Meaning::Measured(axis) => Source::Joint(axis),
+        _ => Source::Text(index),
+    })
+}
+
+/// The columns of a log that is written again: its own, a measurement predicted in its place, and those that are missing. `used`
+/// says what they are where a map does.
 fn columns_again(
-    header: &csv::ByteRecord,
+    header: &[String],
+    used: Option<&[TextColumn]>,
     model: &Model,
     options: &Options,
     notes: &mut Vec<String>,
-) -> Vec<(String, Source)> {
-    let mut columns: Vec<(String, Source)> = Vec::new();
-    let (mut has_tcp, mut has_encoders, mut has_screws) = (false, false, false);
+) -> Vec<Named> {
+    let mut columns: Vec<Named> = Vec::new();
     for (i, name) in header.iter().enumerate() {
-        let name = String::from_utf8_lossy(name).into_owned();
-        let source = match meaning(&name, &model.robot) {
-            Meaning::Position { k, coordinate } if k <= model.robot.reflectors_m.len() => {
-                has_tcp |= k == 0;
-                Source::Position(k, coordinate)
-            }
-            Meaning::Position { .. } => {
-                notes.push(format!("column {} left out: the robot file has no such reflector", one_line(&name)));
-                continue;
-            }
-            Meaning::Encoder(axis) => {
-                has_encoders = true;
-                Source::Encoder(axis)
-            }
-            Meaning::EncoderAngle(axis) => {
-                has_encoders = true;
-                Source::EncoderAngle(axis)
-            }
-            Meaning::Screw(axis) => {
-                has_screws = true;
-                Source::Screw(axis)
-            }
-            Meaning::ScrewAngle(axis) => {
-                has_screws = true;
-                Source::ScrewAngle(axis)
-            }
-            Meaning::Measured(axis) => Source::Joint(axis),
-            _ => Source::Text(i),
+        let (what, unit) = match used {
+            None => (meaning(name, &model.robot), None),
+            Some(used) => match used.iter().find(|c| c.index == i) {
+                Some(c) => {
+                    let decimals = i16::from(POSITION_DECIMALS) + i16::from(c.more_decimals);
+                    (c.meaning, Some(Unit { si: c.si_per_number, decimals: decimals.clamp(0, 15) as u8 }))
+                }
+                None => (Meaning::Other, None),
+            },
         };
-        columns.push((name, source));
+        match predicted_in(what, i, model.robot.reflectors_m.len()) {
+            Some(source) => columns.push((name.clone(), source, unit)),
+            None => notes.push(format!("column {} left out: the robot file has no such reflector", one_line(name))),
+        }
     }
-    if !has_encoders {
+    let has = |is: fn(&Source) -> bool| columns.iter().any(|(_, source, _)| is(source));
+    let encoders = has(|s| matches!(s, Source::Encoder(_) | Source::EncoderAngle(_)));
+    let screws = has(|s| matches!(s, Source::Screw(_) | Source::ScrewAngle(_)));
+    let tcp = has(|s| matches!(s, Source::Position(0, _)));
+    if !encoders {
         add_encoders(model, options, &mut columns);
     }
-    if !has_screws {
+    if !screws {
         add_screws(model, options, &mut columns);
     }
-    if !has_tcp {
+    if !tcp {
         add_position(0, &mut columns);
     }
     columns
 }
 
-/// Writes the log of a log: `input` holds the bytes from which `motion` was made.
+/// Writes the log of a log: `text` holds the bytes from which `motion` was made, read through a map where `mapped`.
 pub fn write_log_again(
     model: &Model,
     motion: &Motion,
     options: &Options,
-    input: &Input,
+    text: &LogText,
+    mapped: bool,
     out: &mut dyn Write,
 ) -> Result<Written> {
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(input.bytes.as_slice());
-    let broken = |e: csv::Error| Error::bad(Place::file(&input.name), e.to_string(), "CSV");
-    let header = reader.byte_headers().map_err(broken)?.clone();
+    let broken = |e: csv::Error| Error::bad(Place::file(&text.input.name), e.to_string(), "CSV");
+    let (header, used) = text.used(&model.robot)?;
     let mut written = Written { rows: motion.len(), notes: Vec::new() };
-    let columns = columns_again(&header, model, options, &mut written.notes);
-    let plan = Plan::new(model, motion, options, columns);
-    plan.head(&input.name, out)?;
+    let used = mapped.then_some(used.as_slice());
+    let columns = columns_again(&header, used, model, options, &mut written.notes);
+    let style = Style { separator: text.separator, decimal: text.decimal };
+    let plan = Plan::new(model, motion, options, columns, style);
+    plan.head(&text.input.name, out)?;
     let mut noise = Noise::new(options.noise_m, options.seed);
     let mut row = 0;
     let mut records = Vec::with_capacity(BLOCK * BLOCKS);
-    for record in reader.byte_records() {
-        records.push(record.map_err(broken)?);
+    // the header is the first record; a line of blanks is no row, as for who reads the log
+    let rows = reader(&text.input.bytes, text.separator).into_byte_records().skip(1);
+    for record in rows {
+        let record = record.map_err(broken)?;
+        if record.len() == 1 && header.len() > 1 && record[0].trim_ascii().is_empty() {
+            continue;
+        }
+        records.push(record);
         if records.len() == BLOCK * BLOCKS {
             plan.rows(row, records.len(), &records, &mut noise, out)?;
             row += records.len();
@@ -160,17 +197,6 @@ pub fn write_log_again(
     Ok(written)
 }
 
-/// True where a log needs encoder columns: asked for, or in the log already.
-pub fn has_encoders(input: &Input, model: &Model) -> bool {
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(input.bytes.as_slice());
-    reader.byte_headers().is_ok_and(|h| {
-        h.iter().any(|n| {
-            let (m, _) = meaning(&String::from_utf8_lossy(n), &model.robot).of_joint(&model.robot);
-            matches!(m, Meaning::Encoder(_))
-        })
-    })
-}
-
 /// True for a log (it has a `cmd_` column of the robot), false for a program.
 pub fn is_log(input: &Input, model: &Model) -> bool {
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(input.bytes.as_slice());
@@ -179,29 +205,29 @@ pub fn is_log(input: &Input, model: &Model) -> bool {
     })
 }
 
-fn add_encoders(model: &Model, options: &Options, columns: &mut Vec<(String, Source)>) {
+fn add_encoders(model: &Model, options: &Options, columns: &mut Vec<Named>) {
     if options.encoders {
         for (axis, joint) in model.robot.axis_joints().enumerate() {
-            columns.push((joint_column("enc", joint), Source::Encoder(axis)));
+            columns.push((joint_column("enc", joint), Source::Encoder(axis), None));
         }
     }
 }
 
 /// Angles where a lead makes them.
-fn add_screws(model: &Model, options: &Options, columns: &mut Vec<(String, Source)>) {
+fn add_screws(model: &Model, options: &Options, columns: &mut Vec<Named>) {
     if options.screws {
         for (axis, joint) in model.robot.axis_joints().enumerate() {
             columns.push(match joint.lead_m_per_rev {
-                Some(_) => (Meaning::ScrewAngle(axis).name(&model.robot), Source::ScrewAngle(axis)),
-                None => (Meaning::Screw(axis).name(&model.robot), Source::Screw(axis)),
+                Some(_) => (Meaning::ScrewAngle(axis).name(&model.robot), Source::ScrewAngle(axis), None),
+                None => (Meaning::Screw(axis).name(&model.robot), Source::Screw(axis), None),
             });
         }
     }
 }
 
-fn add_position(k: usize, columns: &mut Vec<(String, Source)>) {
+fn add_position(k: usize, columns: &mut Vec<Named>) {
     for (coordinate, name) in position_columns(k).into_iter().enumerate() {
-        columns.push((name, Source::Position(k, coordinate)));
+        columns.push((name, Source::Position(k, coordinate), None));
     }
 }
 
@@ -217,8 +243,8 @@ struct Plan<'a> {
     model: &'a Model,
     motion: &'a Motion,
     options: &'a Options,
-    names: Vec<String>,
-    sources: Vec<Source>,
+    columns: Vec<Named>,
+    style: Style,
     /// The TCP and the further reflectors that are written.
     reflectors: usize,
     /// Between the two gaps of a drive, by axis; empty where it is not written.
@@ -226,15 +252,15 @@ struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    fn new(model: &'a Model, motion: &'a Motion, options: &'a Options, columns: Vec<(String, Source)>) -> Self {
-        let (names, sources): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
-        let last = sources.iter().map(|s| if let Source::Position(k, _) = s { *k } else { 0 }).max().unwrap_or(0);
+    fn new(model: &'a Model, motion: &'a Motion, options: &'a Options, columns: Vec<Named>, style: Style) -> Self {
+        let sources = || columns.iter().map(|c| c.1);
+        let last = sources().map(|s| if let Source::Position(k, _) = s { k } else { 0 }).max().unwrap_or(0);
         let written =
-            |axis: usize| sources.iter().any(|s| matches!(s, Source::Screw(a) | Source::ScrewAngle(a) if *a == axis));
+            |axis: usize| sources().any(|s| matches!(s, Source::Screw(a) | Source::ScrewAngle(a) if a == axis));
         let screws = (0..model.robot.dof())
             .map(|a| if written(a) { parts::between_gaps(model, &motion.drive, a) } else { Vec::new() })
             .collect();
-        Self { model, motion, options, names, sources, reflectors: last + 1, screws }
+        Self { model, motion, options, columns, style, reflectors: last + 1, screws }
     }
 
     fn head(&self, from: &str, out: &mut dyn Write) -> Result<()> {
@@ -249,11 +275,11 @@ impl<'a> Plan<'a> {
         }
         line.push('\n');
         let mut head = line.into_bytes();
-        for (i, name) in self.names.iter().enumerate() {
+        for (i, (name, ..)) in self.columns.iter().enumerate() {
             if i > 0 {
-                head.push(b',');
+                head.push(self.style.separator);
             }
-            field(&mut head, name.as_bytes());
+            field_between(&mut head, name.as_bytes(), self.style.separator);
         }
         head.push(b'\n');
         out.write_all(&head).map_err(|e| Error::io("output", "write", e))
@@ -277,7 +303,7 @@ impl<'a> Plan<'a> {
             .into_par_iter()
             .map(|b| {
                 let range = b * BLOCK..((b + 1) * BLOCK).min(rows);
-                let mut text = Vec::with_capacity(range.len() * self.sources.len() * 12);
+                let mut text = Vec::with_capacity(range.len() * self.columns.len() * 12);
                 let mut points = vec![nalgebra::Vector3::zeros(); self.reflectors];
                 for i in range {
                     for (k, p) in points.iter_mut().enumerate() {
@@ -320,7 +346,11 @@ impl<'a> Plan<'a> {
         let finite = std::cell::Cell::new(true);
         let number = |text: &mut Vec<u8>, value: f64, decimals| {
             finite.set(finite.get() && value.is_finite());
+            let start = text.len();
             number(text, value, decimals);
+            if self.style.decimal != b'.' {
+                text[start..].iter_mut().filter(|b| **b == b'.').for_each(|b| *b = self.style.decimal);
+            }
         };
         let joint = |text: &mut Vec<u8>, axis: usize, value: f64| {
             number(text, self.model.robot.axis(axis).kind.to_user_unit(value), JOINT_DECIMALS);
@@ -329,23 +359,45 @@ impl<'a> Plan<'a> {
             let lead = self.model.robot.axis(axis).lead_m_per_rev.unwrap_or(1.0);
             number(text, value / lead * 360.0, JOINT_DECIMALS);
         };
-        for (i, source) in self.sources.iter().enumerate() {
+        let prediction = &self.motion.prediction;
+        for (i, (_, source, unit)) in self.columns.iter().enumerate() {
             if i > 0 {
-                text.push(b',');
+                text.push(self.style.separator);
+            }
+            if let Some(unit) = unit
+                && let Some(value) = self.predicted(*source, row, points)
+            {
+                number(text, value / unit.si, unit.decimals);
+                continue;
             }
             match *source {
-                Source::Text(c) => field(text, record.and_then(|r| r.get(c)).unwrap_or_default()),
+                Source::Text(c) => {
+                    field_between(text, record.and_then(|r| r.get(c)).unwrap_or_default(), self.style.separator);
+                }
                 Source::Time(decimals) => number(text, self.motion.drive.t_s()[row], decimals),
                 Source::Command(axis) => joint(text, axis, self.motion.drive.command(axis)[row]),
-                Source::Encoder(axis) => joint(text, axis, self.motion.prediction.servo[axis][row]),
+                Source::Encoder(axis) => joint(text, axis, prediction.servo[axis][row]),
                 Source::Screw(axis) => joint(text, axis, self.screws[axis][row]),
-                Source::EncoderAngle(axis) => angle(text, axis, self.motion.prediction.servo[axis][row]),
+                Source::EncoderAngle(axis) => angle(text, axis, prediction.servo[axis][row]),
                 Source::ScrewAngle(axis) => angle(text, axis, self.screws[axis][row]),
-                Source::Joint(axis) => joint(text, axis, self.motion.prediction.joint[axis][row]),
+                Source::Joint(axis) => joint(text, axis, prediction.joint[axis][row]),
                 Source::Position(k, c) => number(text, points[k][c] * 1e3, POSITION_DECIMALS),
             }
         }
         text.push(b'\n');
         finite.get()
+    }
+
+    /// The predicted value of a row, SI; `None`: it is a text.
+    fn predicted(&self, source: Source, row: usize, points: &[nalgebra::Vector3<f64>]) -> Option<f64> {
+        Some(match source {
+            Source::Text(_) => return None,
+            Source::Time(_) => self.motion.drive.t_s()[row],
+            Source::Command(axis) => self.motion.drive.command(axis)[row],
+            Source::Encoder(axis) | Source::EncoderAngle(axis) => self.motion.prediction.servo[axis][row],
+            Source::Screw(axis) | Source::ScrewAngle(axis) => self.screws[axis][row],
+            Source::Joint(axis) => self.motion.prediction.joint[axis][row],
+            Source::Position(k, c) => points[k][c],
+        })
     }
 }

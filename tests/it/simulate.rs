@@ -127,6 +127,83 @@ fn a_log_keeps_its_columns_as_text() {
     assert!(lines[3].starts_with("0.500,,60.5,-90.00,1e1,0,0,0,") && !lines[3].contains(",,,"), "{}", lines[3]);
 }
 
+/// A log of the gantry with names, units, signs and separators of its own, a lost point, and a column that nobody knows.
+const FOREIGN: &str = "Zeit;Achse X;Achse Y;Achse Z;Wagen;pX;pY;pZ;Notiz\n0,0;0,1;-200,5;30,25;0,1;;;;\"a; b\"\n\
+                       500,0;0,101;-200,5;30,25;0,101;1,0;2,0;3,0;\n1000,0;0,1;-200,5;30,25;0,1;1,0;2,0;3,0;c\n";
+const MAP: &str = "schema: lostmotion/columns/1\nseparator: \";\"\ndecimal: \",\"\ncolumns:\n  Zeit: {to: t_s, unit: ms}\n  \
+                   Achse X: {to: cmd_X_mm, unit: m}\n  Achse Y: {to: cmd_Y_mm, sign: -1}\n  Achse Z: cmd_Z_mm\n  \
+                   Wagen: {to: meas_X_mm, unit: m}\n  pX: {to: x_mm, unit: um}\n  pY: {to: y_mm, unit: m, sign: -1}\n  pZ: z_mm\n";
+/// The same in the names of the log format.
+const OWN: &str = "t_s,cmd_X_mm,cmd_Y_mm,cmd_Z_mm,meas_X_mm,x_mm,y_mm,z_mm\n0,100,200.5,30.25,100,,,\n\
+                   0.5,101,200.5,30.25,101,1,2,3\n1,100,200.5,30.25,100,1,2,3\n";
+
+#[test]
+fn a_log_with_other_names_and_units_keeps_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_string()
+    };
+    let (own, foreign, map) = (file("own.csv", OWN), file("foreign.csv", FOREIGN), file("map.yaml", MAP));
+    let model = "samples/models/gantry-2015.model.yaml";
+    let want = columns(&simulate(folder.path(), &["--model", model, "--input", &own]));
+    let out = simulate(folder.path(), &["--model", model, "--input", &foreign, "--columns", &map]);
+    let text = std::fs::read_to_string(&out).unwrap();
+    let rows: Vec<Vec<&str>> = text.lines().skip(1).map(|l| l.split(';').collect()).collect();
+    assert_eq!(rows[0].join(";"), FOREIGN.lines().next().unwrap());
+    assert_eq!(rows[1][..4].join(";"), "0,0;0,1;-200,5;30,25");
+    assert_eq!(rows[1][8..].join(";"), "\"a; b\"");
+    assert_eq!(rows[3][8], "c");
+    // the gap of X shows, and stands in metres, micrometres, and metres of the other sign
+    assert!((want["meas_X_mm"][1] - 101.0).abs() > 0.05, "{}", want["meas_X_mm"][1]);
+    for (row, cells) in rows[1..].iter().enumerate() {
+        let number = |field: usize| cells[field].replace(',', ".").parse::<f64>().unwrap();
+        for (field, name, per_mm) in [(4, "meas_X_mm", 1e-3), (5, "x_mm", 1e3), (6, "y_mm", -1e-3), (7, "z_mm", 1.0)] {
+            let off = number(field) / per_mm - want[name][row];
+            assert!(off.abs() < 1.1e-6, "{name} of row {row}: {off} mm");
+        }
+    }
+    // the same map reads it again
+    let again = folder.path().join("again.csv");
+    std::fs::copy(&out, &again).unwrap();
+    let args = ["--model", model, "--input", again.to_str().unwrap(), "--columns", &map];
+    let twice = std::fs::read_to_string(simulate(folder.path(), &args)).unwrap();
+    assert_eq!(twice.lines().skip(1).collect::<Vec<_>>(), text.lines().skip(1).collect::<Vec<_>>());
+}
+
+#[test]
+fn with_columns_the_input_is_a_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = folder.path().join("map.yaml");
+    std::fs::write(&map, "schema: lostmotion/columns/1\ncolumns: {a1_deg: cmd_A1_deg}\n").unwrap();
+    let run = |args: &[&str]| lostmotion().arg("simulate").args(args).args(["--input", CIRCLE]).assert().code(2);
+    let model = "samples/models/kuka-table3.model.yaml";
+    let refused = run(&["--model", model, "--columns", map.to_str().unwrap()]);
+    let error = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(error.contains("circle_program.csv:") && error.contains("no column `cmd_A2_deg`"), "{error}");
+    run(&["--model", model, "--robot", "configs/kuka-kr120-r2500-pro.yaml"]);
+    run(&[]);
+}
+
+#[test]
+fn of_a_robot_alone_the_tcp_is_where_the_robot_file_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let robot_file = "configs/kuka-kr120-r2500-pro.yaml";
+    let out = columns(&simulate(folder.path(), &["--robot", robot_file, "--input", CIRCLE]));
+    let robot = lostmotion::robot::Robot::load(Path::new(robot_file)).unwrap();
+    let rows = out["t_s"].len();
+    assert!(rows > 1000);
+    for row in (0..rows).step_by(97) {
+        let q: Vec<f64> = (1..=6).map(|a| out[&format!("cmd_A{a}_deg")][row].to_radians()).collect();
+        let tcp_mm = robot.tcp_m(&q) * 1e3;
+        for (c, name) in ["x_mm", "y_mm", "z_mm"].iter().enumerate() {
+            // 6 decimals of a degree at a reach of 2.5 m
+            assert!((out[*name][row] - tcp_mm[c]).abs() < 1e-4, "{name} of row {row}");
+        }
+    }
+}
+
 #[test]
 fn a_prismatic_axis_lags_by_its_half_gap() {
     let folder = tempfile::tempdir().unwrap();
