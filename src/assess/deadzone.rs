@@ -2,7 +2,7 @@
 //!
 //! Both runs are judged by the motion that was wanted: the commands of the logs give way to those of the nominal program at the
 //! same times, so that a size is the part of the wanted motion during which the tip stands still. Sizes are those of
-//! [`crate::identify::deadzone`]; behind a good compensator they scatter about zero and some come out negative. The mean is plain,
+//! [`crate::identify::deadzone`]; after a good compensator they scatter about zero and some come out negative. The mean is plain,
 //! as in the paper; its interval comes from the standard errors of the sizes.
 //!
 //! Assumptions: program and logs share one clock; the log begins when the program does. A log whose commands are far from

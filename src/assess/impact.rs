@@ -25,7 +25,7 @@ pub fn displacement_m(robot: &Robot, q: &[f64], axis: usize, half_gap: f64) -> f
     (robot.tcp_m(&moved) - robot.tcp_m(q)).norm()
 }
 
-/// Gaps of one axis, one behind the other (coupling and nut): they add up.
+/// Gaps of one axis, one after the other (coupling and nut): they add up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxisGap {
     pub axis: usize,

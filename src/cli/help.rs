@@ -72,7 +72,7 @@ fn broken(line: &str) -> String {
     }
 }
 
-/// Byte of the last ` -` (an option) within `width` columns, behind the command's own words.
+/// Byte of the last ` -` (an option) within `width` columns, after the command's own words.
 fn break_point(line: &str, width: usize) -> Option<usize> {
     let end = line.char_indices().nth(width).map_or(line.len(), |(i, _)| i);
     line[..end].rfind(" -").filter(|&at| !line[..at].trim().is_empty())

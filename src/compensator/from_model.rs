@@ -6,7 +6,7 @@
 //! the same; otherwise the model is refused, because the document holds one friction term a joint.
 //!
 //! A hysteresis alone on its joint is a gap of its half width whose step builds up over travel: the friction term with the gain
-//! `-2 half_width` and the presliding as its travel is its exact inverse behind a saturated stroke. Beside a gap or a stiction
+//! `-2 half_width` and the presliding as its travel is its exact inverse after a saturated stroke. Beside a gap or a stiction
 //! its half width counts as a gap, and its transition is left. A gap that depends on speed is that of the speed given.
 //!
 //! What depends on the joint vector alone (scale, transmission error, zero, coupling, gravity) is no state and stands in no compensator

@@ -261,7 +261,7 @@ pub trait Inputs: Sync {
     /// Gravity's torque about an axis at the commanded pose, Nm (N for a prismatic one); positive turns the axis positive.
     fn gravity_torque(&self, axis: usize) -> &[f64];
 
-    /// `(z cross x) . g` and `(z cross y) . g` for the axis `z` and the frame `x, y` of a joint behind it, `g` of length 1.
+    /// `(z cross x) . g` and `(z cross y) . g` for the axis `z` and the frame `x, y` of a joint after it, `g` of length 1.
     fn gravity_levers(&self, axis: usize, joint: usize) -> Cow<'_, [[f64; 2]]>;
 
     /// Measured torque of the drive of an axis, Nm or N; `None` where it was not logged.
@@ -341,7 +341,7 @@ impl Row<'_> {
         self.frames.iter().find(|f| f.axis == axis)
     }
 
-    /// Direction in which a length of a joint moves all that is behind it.
+    /// Direction in which a length of a joint moves all that is after it.
     pub fn direction_of(&self, joint: usize, parameter: DhParameter) -> Vector3<f64> {
         match (self.frames.get(joint), parameter) {
             (Some(f), DhParameter::A) => f.along_a,

@@ -244,8 +244,8 @@ fn acceleration(inputs: &dyn Inputs, axis: usize, row: usize) -> Option<f64> {
     let last = t.len().min(p.len()).checked_sub(1)?;
     let row = row.min(last);
     let before = (0..row).rev().find(|&k| t[row] - t[k] >= ACCELERATION_OVER_S);
-    let behind = (row + 1..=last).find(|&k| t[k] - t[row] >= ACCELERATION_OVER_S);
-    let (Some(a), Some(b)) = (before, behind) else { return Some(0.0) };
+    let after = (row + 1..=last).find(|&k| t[k] - t[row] >= ACCELERATION_OVER_S);
+    let (Some(a), Some(b)) = (before, after) else { return Some(0.0) };
     let (h0, h1) = (t[row] - t[a], t[b] - t[row]);
     Some(2.0 * ((p[b] - p[row]) / h1 - (p[row] - p[a]) / h0) / (h0 + h1))
 }

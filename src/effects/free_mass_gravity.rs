@@ -21,12 +21,12 @@ pub struct FreeMassGravity {
     pub moments: Vec<(usize, [f64; 2])>,
 }
 
-/// Links that are tried on a joint: its own and those behind it.
+/// Links that are tried on a joint: its own and those after it.
 const LINKS: [usize; 2] = [1, 3];
 
 pub(super) fn read(f: &mut Fields) -> Result<Effect> {
     let site = f.site();
-    let expected = "`moments: [[JOINT, x_deg, y_deg], ...]` of a revolute joint and of joints behind it, each once";
+    let expected = "`moments: [[JOINT, x_deg, y_deg], ...]` of a revolute joint and of joints after it, each once";
     let own = site.axis().map_or(0, |a| site.robot.axis_index(a));
     let read = |v: Value| -> Option<Vec<(usize, [f64; 2])>> {
         let list: Vec<(String, f64, f64)> = serde_yaml::from_value(v).ok()?;

@@ -1,6 +1,6 @@
 //! `link_error`: a DH parameter of a joint (`a`, `d`, `alpha`, `beta`) differs from the robot file.
 //!
-//! `beta` is Hayati's twist: a turn about y behind that about x, by which the next axis of two parallel ones (the standard convention;
+//! `beta` is Hayati's twist: a turn about y after that about x, by which the next axis of two parallel ones (the standard convention;
 //! in Craig's the joint's own axis) tilts out of their plane, which `a`, `d` and `alpha` cannot express (Hayati 1983, IEEE CDC;
 //! Hayati, Mirmirani 1985, J. Robotic Systems 2(4)). Typical: 0.005 to 0.03 deg.
 //!

@@ -91,13 +91,13 @@ impl Samples for Support<'_> {
     }
 }
 
-/// The cubics of a smooth command, one behind each of its rows but the last.
+/// The cubics of a smooth command, one after each of its rows but the last.
 pub fn cubics(track: &Track) -> Vec<[f64; 3]> {
     let support = Support(track);
     (0..support.len().saturating_sub(1)).map(|i| smooth::cubic(&support, i)).collect()
 }
 
-/// Command at the time `t_s` behind sample `j`, by the motion between samples on which a lag rests.
+/// Command at the time `t_s` after sample `j`, by the motion between samples on which a lag rests.
 pub fn command_between(track: &Track, j: usize, t_s: f64) -> f64 {
     let support = Support(track);
     let i = match track.rows {
@@ -258,8 +258,8 @@ impl ServoLag {
             let mut from = 0.0;
             for j in a + 1..=b {
                 let to = track.t_s[j] - track.t_s[a];
-                let behind = ahead(to);
-                if before * behind < 0.0 && before.abs() > STANDS && behind.abs() > STANDS {
+                let after = ahead(to);
+                if before * after < 0.0 && before.abs() > STANDS && after.abs() > STANDS {
                     let (mut low, mut high) = (from, to);
                     for _ in 0..60 {
                         let middle = 0.5 * (low + high);
@@ -270,7 +270,7 @@ impl ServoLag {
                         found.push((j - 1, track.t_s[a] + x, piece.command(x)));
                     }
                 }
-                (before, from) = (behind, to);
+                (before, from) = (after, to);
             }
             q = piece.at(h);
         }

@@ -26,7 +26,7 @@ pub trait Samples {
     }
 }
 
-/// Coefficients `c` of the cubic behind sample `i`: `p(x) = p_i + c0 x + c1 x^2 + c2 x^3`, `x` in s from `t_i`.
+/// Coefficients `c` of the cubic after sample `i`: `p(x) = p_i + c0 x + c1 x^2 + c2 x^3`, `x` in s from `t_i`.
 #[inline]
 pub fn cubic(s: &impl Samples, i: usize) -> [f64; 3] {
     let h = s.t_s(i + 1) - s.t_s(i);

@@ -2,7 +2,7 @@
 //!
 //! Dahl's model (1968) over the torque of the log's column `torque_<joint>_nm` (a force in N for a prismatic joint): the loop
 //! that a gear with a locked output shows beside its compliance ([`super::torque_windup`]), as play, friction of the
-//! flanks and preload make it. Behind a swing of the torque within `-T..T` and back to zero the joint stands
+//! flanks and preload make it. After a swing of the torque within `-T..T` and back to zero the joint stands
 //! `half_width (1 - 1/cosh(T/torque))` from where it would be: all of the half width after a large torque, little after a small one.
 //! Row by row, after the gear, exact between rows of a monotone torque; `z = 0` at the first row. A diagnosis looks for it on joints
 //! that are held.

@@ -1,6 +1,6 @@
 //! Equation 17 of Zhang (2023): `{g, l, k_t}` that follow an exponential decay as closely as points of one spacing allow.
 //!
-//! The friction offset at the k-th point after a reversal is `g exp(1 - (1 + (k-1)/(k_t-1))^l)` for `k = 1..=k_t` and 0 behind;
+//! The friction offset at the k-th point after a reversal is `g exp(1 - (1 + (k-1)/(k_t-1))^l)` for `k = 1..=k_t` and 0 after;
 //! between points the controller moves linearly. Sought is the smallest largest distance to `s exp(-t/tau)` over all
 //! `t >= 0`, between points too. For given `k_t` and `l` that is convex in `g` (ternary search); `l` is searched on a grid and refined;
 //! `k_t` runs through all counts up to eight decays.

@@ -241,7 +241,7 @@ fn of_place(place: [f64; 3], turn: Option<[f64; 4]>) -> Vec<(String, f64)> {
     names.into_iter().map(String::from).zip(place.into_iter().chain(turn.into_iter().flatten())).collect()
 }
 
-/// A value in CDR behind its header of four bytes, whose second says how bytes are ordered.
+/// A value in CDR after its header of four bytes, whose second says how bytes are ordered.
 fn decoded<'a, T: Deserialize<'a>>(data: &'a [u8]) -> Option<T> {
     let body = data.get(4..)?;
     match data.get(1)? {

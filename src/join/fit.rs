@@ -35,7 +35,7 @@ const ZERO: f64 = 0.01;
 const GAP: f64 = 0.002;
 /// Readings farther out than this many robust standard deviations are outliers.
 const OUTLIER: f64 = 6.0;
-/// A joint that travels less than this many half gaps does not move behind its gap for certain.
+/// A joint that travels less than this many half gaps does not move after its gap for certain.
 const MOVES: f64 = 20.0;
 /// Step of offset, s, and drift below which the fit stands.
 const STEP_S: f64 = 1e-8;
@@ -102,14 +102,14 @@ impl State {
         }
         let mut sides = vec![0.0; n];
         for axis in 0..n {
-            let (behind, side) = commands.played(axis, &plays[axis], u)?;
+            let (after, side) = commands.played(axis, &plays[axis], u)?;
             // where a moving joint stands in its gap is unknown before its first contact
             if side == 0 && self.gap[axis] > NO_GAP && self.travel[axis] > MOVES * self.gap[axis] {
                 return None;
             }
             sides[axis] = -f64::from(side);
-            let crossing = (behind - q[axis]).abs() < self.gap[axis] - NO_GAP;
-            let lost = if self.gap[axis] > NO_GAP { behind - q[axis] } else { sides[axis] * self.gap[axis] };
+            let crossing = (after - q[axis]).abs() < self.gap[axis] - NO_GAP;
+            let lost = if self.gap[axis] > NO_GAP { after - q[axis] } else { sides[axis] * self.gap[axis] };
             q[axis] += self.zero[axis] + lost;
             if crossing {
                 rate[axis] = 0.0;
@@ -160,7 +160,7 @@ impl State {
 
 /// Fits the clock from a start offset, s.
 ///
-/// `stamps`: variances of height and slope of the clocks behind both recordings' stamps.
+/// `stamps`: variances of offset and drift of the clocks that gave the stamps of both recordings.
 pub fn fit(robot: &Robot, commands: &Series, seen: &Seen, start_s: f64, stamps: [f64; 2]) -> Result<Fit, String> {
     let span = commands.span();
     let lo = seen.t_s.partition_point(|t| t + start_s < span.start);

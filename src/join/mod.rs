@@ -3,7 +3,7 @@
 //! Files, in the order to read: [`series`] (joint positions between samples), `clock` (what stamps may mean), `search` (a start
 //! from the speeds and the paths), [`mod@fit`] (offset and drift with intervals), [`mod@write`] (the rows of the joined log).
 //!
-//! Method: every reading of the two files' stamps (as they are, or regular clocks behind jitter) is fitted, and the one with the
+//! Method: every reading of the two files' stamps (as they are, or as regular clocks with jitter) is fitted, and the one with the
 //! smallest residual is taken; stamps as they are where the difference is small.
 //!
 //! Assumptions: both recordings show one motion, the robot file is that robot's, the tool does not move in the flange. The offset

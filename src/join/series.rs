@@ -53,7 +53,7 @@ impl Series {
         true
     }
 
-    /// What a joint with a gap does behind a channel: it stands until its command has crossed the gap.
+    /// Motion of a joint with a gap that follows a channel: it stands until its command has crossed the gap.
     pub fn play(&self, channel: usize, half_gap: f64) -> Play {
         let half_gap = half_gap.max(0.0);
         let n = self.t_s.len();
@@ -69,7 +69,7 @@ impl Series {
         Play { states, half_gap }
     }
 
-    /// Position behind the gap, and the side that pushes (0 before the first contact, when the position is a guess); `None` outside.
+    /// Position after the gap, and the side that pushes (0 before the first contact, when the position is a guess); `None` outside.
     pub fn played(&self, channel: usize, play: &Play, t: f64) -> Option<(f64, i8)> {
         let k = self.before(t)?;
         let x = (t - self.t_s[k]) / (self.t_s[k + 1] - self.t_s[k]);
@@ -95,7 +95,7 @@ impl Series {
     }
 }
 
-/// A joint behind its gap, on a grid of parts of the intervals.
+/// A joint after its gap, on a grid of parts of the intervals.
 #[derive(Debug, Clone)]
 pub struct Play {
     states: Vec<(f64, i8)>,

@@ -31,7 +31,7 @@ const PATIENCE: usize = 6;
 /// Factor of the squared weights at the start, over the rows: weak.
 const FIRST_RHO: f64 = 1e-5;
 
-/// One network's samples, scaled. Rows stand one behind the other.
+/// One network's samples, scaled. Rows stand one after the other.
 #[derive(Debug, Clone, Default)]
 pub struct Samples {
     pub inputs: usize,

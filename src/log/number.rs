@@ -37,7 +37,7 @@ pub(super) fn number(text: &[u8], decimal: u8) -> Option<(f64, u8)> {
     Some((if negative { -v } else { v }, places))
 }
 
-/// Decimals behind the point of a number as written.
+/// Decimals after the point of a number as written.
 pub(super) fn decimals(text: &[u8]) -> u8 {
     match text.iter().position(|&b| b == b'.') {
         Some(i) => text[i + 1..].iter().take_while(|b| b.is_ascii_digit()).count().min(15) as u8,

@@ -28,7 +28,7 @@ pub struct Recording {
 pub struct Channel {
     pub meaning: Meaning,
     pub values: Vec<f64>,
-    /// Digits behind the point in the unit of the contract.
+    /// Digits after the point in the unit of the contract.
     pub decimals: u8,
 }
 

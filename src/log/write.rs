@@ -6,7 +6,7 @@
 
 use crate::robot::Joint;
 
-/// Appends `value` with `decimals` (0 to 15) digits behind the point.
+/// Appends `value` with `decimals` (0 to 15) digits after the point.
 pub fn number(out: &mut Vec<u8>, value: f64, decimals: u8) {
     const EXACT: f64 = 9_007_199_254_740_992.0;
     let scaled = value * 10f64.powi(i32::from(decimals));

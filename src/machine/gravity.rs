@@ -1,7 +1,7 @@
 //! Torque of gravity about each axis.
 //!
 //! The generalised force of the weights along an axis' command: `sum m g . dc/dq` over all masses behind the joint, and over
-//! the joints that follow the axis. Masses: the robot file's `links`, their centres in the link frame of their joint (behind
+//! the joints that follow the axis. Masses: the robot file's `links`, their centres in the link frame of their joint (after
 //! the whole transform of that joint, in either convention), and the payload at the flange. Sign: a positive torque turns
 //! (or pushes) the axis positive. Unit: Nm, N for a prismatic axis.
 
@@ -126,7 +126,7 @@ impl Gravity {
     }
 }
 
-/// `(z cross x) . g` and `(z cross y) . g` of an axis and the frame of a joint behind it, `g` the direction of gravity, at `q`.
+/// `(z cross x) . g` and `(z cross y) . g` of an axis and the frame of a joint after it, `g` the direction of gravity, at `q`.
 pub fn levers(
     chain: &Chain,
     g_m_s2: &Vector3<f64>,
@@ -136,14 +136,14 @@ pub fn levers(
     frames: &mut Vec<JointFrame>,
 ) -> [f64; 2] {
     chain.joint_frames(q, frames);
-    let Some(behind) = frames.get(joint) else { return [0.0; 2] };
+    let Some(after) = frames.get(joint) else { return [0.0; 2] };
     let down = g_m_s2.try_normalize(0.0).unwrap_or_else(Vector3::zeros);
     let mut levers = [0.0; 2];
     // the axis, and the joints that follow it
     for (k, frame) in frames.iter().enumerate().take(joint + 1).filter(|(_, f)| f.axis == axis) {
         let (_, gain) = chain.drive_of(k);
-        levers[0] += gain * frame.z.cross(&behind.x).dot(&down);
-        levers[1] += gain * frame.z.cross(&behind.y).dot(&down);
+        levers[0] += gain * frame.z.cross(&after.x).dot(&down);
+        levers[1] += gain * frame.z.cross(&after.y).dot(&down);
     }
     levers
 }

@@ -33,7 +33,7 @@ impl Grid {
             grid.t_s.push(t);
             grid.segment.push(i as u32);
         }
-        // a last row that rounding puts behind the last point stands on it
+        // a last row that rounding puts after the last point stands on it
         while row < rows {
             grid.keep.push(grid.t_s.len() as u32 - 1);
             row += 1;

@@ -16,7 +16,7 @@ pub fn add_link(drive: &CommandTrajectory, placed: &EffectInstance, joint: &mut 
     placed.effect.add_to_joint(placed.target, drive, joint);
 }
 
-/// Between the two gaps of a drive (coupling and nut, Gantry (2015)), row by row, rad or m: behind what the model lists before the
+/// Between the two gaps of a drive (coupling and nut, Gantry (2015)), row by row, rad or m: after what the model lists before the
 /// last play of the axis. With one play or none that is the motor side.
 pub fn between_gaps(model: &Model, drive: &CommandTrajectory, axis: usize) -> Vec<f64> {
     let effects: Vec<&Effect> = model.effects_on(axis).collect();

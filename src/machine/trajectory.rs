@@ -416,7 +416,7 @@ impl CommandTrajectory {
         pick(signal, rows)
     }
 
-    /// Further samples that a servo lag needs: where the lagged joint turns, if its gear remembers turning points; and many behind
+    /// Further samples that a servo lag needs: where the lagged joint turns, if its gear remembers turning points; and many after
     /// each turn of the command, if the lag filters a stiction, whose way out of the stick no row shows.
     fn between_samples(&self, track: &Track, effects: &[&Effect], last: Stage) -> Option<Vec<(usize, f64, f64)>> {
         let at = effects.iter().position(|e| e.filters_in_time())?;
@@ -479,7 +479,7 @@ fn at_rest(p: &[f64]) -> bool {
     p.windows(2).all(|w| w[0] == w[1])
 }
 
-/// Rows and the turning points behind them.
+/// Rows and the turning points after them.
 fn with_turning_points(times: &[f64], p: &[f64], found: Vec<(usize, f64, f64)>) -> Samples {
     let n = p.len() + found.len();
     let (mut t_s, mut q, mut rows) = (Vec::with_capacity(n), Vec::with_capacity(n), Vec::with_capacity(p.len()));

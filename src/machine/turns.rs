@@ -1,16 +1,16 @@
 //! Turning points between the rows of a log.
 //!
 //! A log shows a turning point only by the row nearest to it. The play and the stiction depend on the true one: a row
-//! behind it that is still the highest is predicted a whole gap off. Method: where one row alone is the extreme, a cubic
+//! after it that is still the highest is predicted a whole gap off. Method: where one row alone is the extreme, a cubic
 //! through it and its neighbours, with three-point slopes, has its own extreme on one side of the row; that point is
 //! added to the track, held within the chords on either side drawn out to it, so that a step in the command adds nothing.
 //! On a parabola (a smooth reversal) it is exact; at the corner of two ramps it finds up to half of what is missing,
-//! never more than there is. A pause on the extreme ends between rows, too: the rows behind it show by which power of time
+//! never more than there is. A pause on the extreme ends between rows, too: the rows after it show by which power of time
 //! the joint leaves (a ramp, a constant acceleration, a constant jerk) and so when it left.
 
 use crate::effects::Track;
 
-/// Inserted points behind a row: `(row, time in s, position)`, rows rising.
+/// Inserted points after a row: `(row, time in s, position)`, rows rising.
 pub fn between_rows(t_s: &[f64], p: &[f64], deadband: f64) -> Vec<(usize, f64, f64)> {
     let track = Track::new(t_s, p, deadband);
     let found = |k: usize| {
@@ -19,10 +19,10 @@ pub fn between_rows(t_s: &[f64], p: &[f64], deadband: f64) -> Vec<(usize, f64, f
     track.turns.iter().filter_map(|turn| found(turn.index)).collect()
 }
 
-/// A reversal at which the joint comes to rest and leaves again with constant jerk: the way behind it grows with the third
+/// A reversal at which the joint comes to rest and leaves again with constant jerk: the way after it grows with the third
 /// power of time, so its cube roots lie on a line that bends little; three rows give when it left, the fourth says whether
 /// it is so (a parabola's rows are 1.6 % off or more, and fit their own roots far better). The rows before it say in the
-/// same way when it came: where that is behind row `k`, or the leaving before it, the extreme lies beyond the row.
+/// same way when it came: where that is after row `k`, or the leaving before it, the extreme lies beyond the row.
 fn flat_turn(t_s: &[f64], p: &[f64], k: usize, deadband: f64) -> Option<(usize, f64, f64)> {
     if k < 4 || k + 4 >= p.len() || p[k - 1] == p[k] || p[k + 1] == p[k] {
         return None;
@@ -70,7 +70,7 @@ fn rest_beside(rows: [(f64, f64); 4]) -> Option<(f64, f64)> {
 /// Powers of time by which a joint leaves a pause.
 const POWERS: [f64; 3] = [1.0, 2.0, 3.0];
 
-/// When a pause that ends behind row `k` ends. For each power `n` the n-th roots of the way made lie on a line through the
+/// When a pause that ends after row `k` ends. For each power `n` the n-th roots of the way made lie on a line through the
 /// end of the pause; two rows give it, a third and a fourth say which power it is.
 fn end_of_pause(t_s: &[f64], p: &[f64], k: usize) -> Option<(usize, f64, f64)> {
     if k == 0 || k + 4 >= p.len() || p[k - 1] != p[k] {
@@ -100,7 +100,7 @@ fn extreme_near(t_s: &[f64], p: &[f64], k: usize, deadband: f64) -> Option<(usiz
     }
     let here = slope(t_s, p, k)?;
     let up = if p[k - 1] < p[k] { 1.0 } else { -1.0 };
-    // still moving outwards: the extreme lies behind the row, else before it
+    // still moving outwards: the extreme lies after the row, else before it
     let i = if here * up > 0.0 { k } else { k - 1 };
     let h = t_s[i + 1] - t_s[i];
     let chord = (p[i + 1] - p[i]) / h;
@@ -122,8 +122,8 @@ fn extreme_near(t_s: &[f64], p: &[f64], k: usize, deadband: f64) -> Option<(usiz
     // a path that bends one way stays within its chords on either side, drawn out to here
     let line = |a: usize, b: usize| (p[a] + (p[b] - p[a]) * ((t - t_s[a]) / (t_s[b] - t_s[a]))) * up;
     let before = if i > 0 { line(i - 1, i) } else { f64::INFINITY };
-    let behind = if i + 2 < p.len() { line(i + 1, i + 2) } else { f64::INFINITY };
-    let value = cubic.min(before).min(behind);
+    let following = if i + 2 < p.len() { line(i + 1, i + 2) } else { f64::INFINITY };
+    let value = cubic.min(before).min(following);
     let beyond = value - p[k] * up;
     (beyond > deadband && beyond.is_finite()).then_some((i, t, value * up))
 }

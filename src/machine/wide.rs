@@ -94,7 +94,7 @@ impl More {
 /// The rows of a signal, in its own memory.
 pub(super) fn pick(mut signal: Vec<f64>, rows: Option<&[u32]>) -> Vec<f64> {
     let Some(rows) = rows else { return signal };
-    // a row stands at its own place or behind it, but for rows that share the last sample
+    // a row stands at its own place or after it, but for rows that share the last sample
     if rows.iter().enumerate().any(|(row, &at)| row > at as usize) {
         return rows.iter().map(|&at| signal[at as usize]).collect();
     }

@@ -212,7 +212,7 @@ pub fn zigzag(room: &Room, axis: usize) -> Option<Vec<Vec<f64>>> {
     })
 }
 
-/// A fast and a slow reversal, each with a short way and a long wait behind it.
+/// A fast and a slow reversal, each with a short way and a long wait after it.
 pub fn reverse_and_wait(room: &Room, axis: usize) -> Option<Vec<Vec<f64>>> {
     let wait_s = (0.1 * room.duration_s).clamp(2.0, 10.0);
     let [lo, hi] = stretch(room, axis, 0.25, 0.15 * room.duration_s);

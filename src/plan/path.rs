@@ -229,7 +229,7 @@ impl<'a> Path<'a> {
         self.go(&pose, 1.0);
     }
 
-    /// Rows as they are given; they begin one interval behind the last.
+    /// Rows as they are given; they begin one interval after the last.
     pub fn follow(&mut self, rows: impl IntoIterator<Item = Vec<f64>>) {
         self.rows.extend(rows);
     }

@@ -1,7 +1,7 @@
 //! What is to be told apart: from the command line, or from a diagnosis.
 //!
 //! `backlash:A2,hysteresis:A2` names two rivals; `+` joins effects of one rival (`backlash:A2+backlash:A2` is two gaps in
-//! series); `*` is every joint (`servo_lag:*`); sizes stand behind the target (`backlash:A2:half_gap_deg=0.004`). `frame` (or
+//! series); `*` is every joint (`servo_lag:*`); sizes stand after the target (`backlash:A2:half_gap_deg=0.004`). `frame` (or
 //! `nothing`) is the rival without any effect: what the estimated frame can swallow.
 
 use super::sizes::{self, Scale};

@@ -95,7 +95,7 @@ pub fn reason(a: &Rival, b: &Rival, model: &Model) -> String {
         && plays(a) != plays(b)
         && plays(a).min(plays(b)) > 0
     {
-        return "gaps in series act as one gap of their sum: what stands before and behind both moves alike. Only a sensor \
+        return "gaps in series act as one gap of their sum: what stands before and after both moves alike. Only a sensor \
                 between the two (motor shaft and screw, say), which no log of this tool has, tells them apart"
             .into();
     }

@@ -77,17 +77,17 @@ impl<'a> Densify<'a> {
         la > 1e-8 && lb > 1e-8 && la < UNEVEN * lb && lb < UNEVEN * la && a.angle(&b) < CORNER_RAD
     }
 
-    /// Point `i` and the points of the leg behind it.
+    /// Point `i` and the points of the leg after it.
     fn leg(&self, i: usize, turning: &mut Turning) {
         turning.push(self.points.q(i), self.points.t_s(i), self.timed, self.points.origin(i));
         if i + 1 >= self.points.end() {
             return;
         }
-        let (before, behind) = (self.smooth(i), self.smooth(i + 1));
-        if !before && !behind {
+        let (before, after) = (self.smooth(i), self.smooth(i + 1));
+        if !before && !after {
             return;
         }
-        let middle = self.arc(i, before, behind, 0.5);
+        let middle = self.arc(i, before, after, 0.5);
         let straight: Vec<f64> =
             self.points.q(i).iter().zip(self.points.q(i + 1)).map(|(a, b)| 0.5 * (a + b)).collect();
         let sagitta = (middle - self.robot.tcp_m(&straight)).norm();
@@ -98,7 +98,7 @@ impl<'a> Densify<'a> {
         let (t0, t1) = (self.points.t_s(i), self.points.t_s(i + 1));
         for k in 1..parts as usize {
             let share = k as f64 / parts;
-            let q = self.joints(i, before, behind, share);
+            let q = self.joints(i, before, after, share);
             let origin = between(self.points.origin(i), self.points.origin(i + 1), share);
             turning.push(&q, t0 + share * (t1 - t0), self.timed, origin);
             let ends = self.points.q(i).iter().zip(self.points.q(i + 1));
@@ -107,10 +107,10 @@ impl<'a> Densify<'a> {
     }
 
     /// Point of the smooth TCP path at `share` of the leg.
-    fn arc(&self, i: usize, before: bool, behind: bool, share: f64) -> Vector3<f64> {
+    fn arc(&self, i: usize, before: bool, after: bool, share: f64) -> Vector3<f64> {
         let first = || arc(self.x(i - 1), self.x(i), self.x(i + 1), 1.0 + share);
         let second = || arc(self.x(i), self.x(i + 1), self.x(i + 2), share);
-        match (before, behind) {
+        match (before, after) {
             (true, true) => first() * (1.0 - share) + second() * share,
             (true, false) => first(),
             _ => second(),
@@ -118,9 +118,9 @@ impl<'a> Densify<'a> {
     }
 
     /// Joints at `share` of the leg, on the smooth TCP path.
-    fn joints(&self, i: usize, before: bool, behind: bool, share: f64) -> Vec<f64> {
+    fn joints(&self, i: usize, before: bool, after: bool, share: f64) -> Vec<f64> {
         let n = self.robot.dof();
-        let range = i - usize::from(before)..=i + 1 + usize::from(behind);
+        let range = i - usize::from(before)..=i + 1 + usize::from(after);
         let parabola = |k: usize, from: usize| {
             let h0 = (self.x(from + 1) - self.x(from)).norm();
             let h1 = (self.x(from + 2) - self.x(from + 1)).norm();
@@ -130,7 +130,7 @@ impl<'a> Densify<'a> {
             p(0) + s * d0 + s * (s - h0) * (d1 - d0) / (h0 + h1)
         };
         let mut q: Vec<f64> = (0..n)
-            .map(|k| match (before, behind) {
+            .map(|k| match (before, after) {
                 (true, true) => (1.0 - share) * parabola(k, i - 1) + share * parabola(k, i),
                 (true, false) => parabola(k, i - 1),
                 _ => parabola(k, i),
@@ -143,7 +143,7 @@ impl<'a> Densify<'a> {
             let p = |m: usize| self.points.q(m)[k];
             2.0 * OVERSHOOT * range.clone().skip(1).map(|m| (p(m) - p(m - 1)).abs()).fold(0.0, f64::max)
         };
-        let want = self.arc(i, before, behind, share);
+        let want = self.arc(i, before, after, share);
         let start = q.clone();
         let mut columns = vec![Vector3::zeros(); n];
         for _ in 0..3 {

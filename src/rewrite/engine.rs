@@ -26,7 +26,7 @@ pub struct Engine<'a> {
     offsets: Vec<Option<Offset>>,
     /// Nothing to do: points pass as they are.
     idle: bool,
-    /// Instead of everything behind it, where another law than equation 16 is asked for.
+    /// Instead of everything after it, where another law than equation 16 is asked for.
     equation2: Option<Equation2>,
     densify: Option<Densify<'a>>,
     turning: Turning<'a>,
@@ -318,7 +318,7 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Vertex `k`, then what is inserted in the leg behind it.
+    /// Vertex `k`, then what is inserted in the leg after it.
     fn emit(&mut self, k: usize, out: &mut OutputPoints) {
         let duration_s = self.arrives.take().filter(|a| a.0 == k).map(|a| a.1);
         self.emit_point(self.path.origin(k), self.path.t_s(k), None, duration_s, k, out);

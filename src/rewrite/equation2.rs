@@ -139,7 +139,7 @@ mod tests {
         assert!(c.iter().zip(want).all(|(a, b)| (a - b).abs() < 1e-12), "{c:?}");
         assert_eq!(account.reversals, [2]);
         assert!((account.largest_change_m - 0.05).abs() < 1e-12);
-        // one sample later the joint is where it would be without: half a gap behind on either side
+        // one sample later the joint is where it would be without: half a gap after on either side
         assert!((joint(&c, &gap)[4] - 0.25).abs() < 1e-12 && (joint(&c, &gap)[8] - 0.85).abs() < 1e-12);
     }
 

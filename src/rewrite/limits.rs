@@ -202,7 +202,7 @@ fn add(account: &mut RewriteStats, violation: Violation) {
     let range = violation.what == LimitKind::Range;
     account.violations_total += 1;
     account.out_of_range += u64::from(range);
-    // a position out of range is never lost behind speeds and accelerations
+    // a position out of range is never lost after speeds and accelerations
     if account.violations.len() < LISTED || (range && account.out_of_range <= LISTED as u64) {
         account.violations.push(violation);
     }

@@ -80,7 +80,7 @@ pub fn friction_left(f: &FrictionOffset, since_s: f64, travel: f64, poses: f64) 
     }
 }
 
-/// The friction is gone for good: nothing behind this place needs it.
+/// The friction is gone for good: nothing after this place needs it.
 pub fn friction_gone(f: &FrictionOffset, since_s: f64, travel: f64, poses: f64) -> bool {
     match f.shape {
         FrictionShape::Decay(Decay::Time(tau)) => since_s > -tau * GONE.ln(),

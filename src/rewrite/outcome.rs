@@ -65,7 +65,7 @@ impl Ready {
         self.commit_with(Vec::new())
     }
 
-    /// The same, with further outputs behind them.
+    /// The same, with further outputs after them.
     pub fn commit_with(self, further: Vec<Output>) -> Result<Outcome> {
         let mut all = Transaction::default();
         if let Some(note) = self.note {

@@ -48,9 +48,9 @@ pub struct Path {
     c: Vec<f64>,
     origin: Vec<Origin>,
     t_s: Vec<f64>,
-    /// Nominal TCP where it was asked for; not a number elsewhere, and not there behind the last that was.
+    /// Nominal TCP where it was asked for; not a number elsewhere, and not there after the last that was.
     tcp_m: Vec<Vector3<f64>>,
-    /// Offsets change on the leg that arrives here or on the one behind.
+    /// Offsets change on the leg that arrives here or on the one after.
     busy: Vec<bool>,
     turns: VecDeque<(usize, Turns)>,
     knots: VecDeque<(usize, usize, Knots)>,
@@ -192,7 +192,7 @@ impl Path {
         self.busy[a..b].iter().position(|b| *b).map_or(to, |i| k + i)
     }
 
-    /// Points to insert in the leg behind vertex `k`: axis and knots.
+    /// Points to insert in the leg after vertex `k`: axis and knots.
     pub fn knots(&self, k: usize) -> impl Iterator<Item = (usize, &Knots)> + Clone {
         let from = self.knots.partition_point(|x| x.0 < k);
         self.knots.range(from..).take_while(move |x| x.0 == k).map(|x| (x.1, &x.2))

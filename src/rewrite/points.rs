@@ -1,6 +1,6 @@
 //! Blocks of points, row-major, so that millions pass without an allocation each.
 
-/// Program points that go in: joint vectors (rad or m) one behind the other, times where the program has them.
+/// Program points that go in: joint vectors (rad or m) one after the other, times where the program has them.
 #[derive(Debug, Clone, Default)]
 pub struct Points {
     pub axes: usize,

@@ -48,7 +48,7 @@ pub fn solve(nodes: &[Node], first: usize, open: bool, command: &mut Vec<f64>, f
         least = least.min(command[k]);
         fall[k] = least;
     }
-    // the first stretch ends where everything behind stays above everything before: later falls are not its business
+    // the first stretch ends where everything after stays above everything before: later falls are not its business
     let mut most = f64::NEG_INFINITY;
     let end = (first..n)
         .find(|&k| {

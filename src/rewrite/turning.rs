@@ -103,7 +103,7 @@ impl<'a> Turning<'a> {
             left.min(last.saturating_sub(2))
         };
         while self.next < known {
-            // a turn concerns its point and the one behind it; quiet runs go in one piece
+            // a turn concerns its point and the one after it; quiet runs go in one piece
             let turn = self.trackers.iter().flat_map(|t| t.turns.front()).map(|t| t.0).min();
             let quiet = turn.map_or(known, |r| r.min(known));
             if quiet > self.next {
@@ -127,7 +127,7 @@ impl<'a> Turning<'a> {
         self.points.forget(self.next.saturating_sub(3));
     }
 
-    /// Point `i`, behind it the turning points of the leg to `i + 1`. A turn at `i + 1` may stand in that leg; it is known
+    /// Point `i`, after it the turning points of the leg to `i + 1`. A turn at `i + 1` may stand in that leg; it is known
     /// one point later, so the leg is completed when `i + 1` is handed on.
     fn hand_on_one(&mut self, i: usize, path: &mut Path) {
         let mut turns = Turns::default();
@@ -181,9 +181,9 @@ impl<'a> Turning<'a> {
             let (h0, h1) = (s[k] - s[k - 1], s[k + 1] - s[k]);
             ((p[k + 1] - p[k]) / h1 - (p[k] - p[k - 1]) / h0) * 2.0 / (h0 + h1)
         };
-        let (before, here, behind) = (second(1), second(2), second(3));
+        let (before, here, after) = (second(1), second(2), second(3));
         let alike = |other: f64| here * other > 0.0 && here.abs() <= SMOOTH * other.abs();
-        if !alike(before) || !alike(behind) {
+        if !alike(before) || !alike(after) {
             return None;
         }
         // Newton form around the middle point
@@ -228,7 +228,7 @@ impl<'a> Turning<'a> {
         (most <= UNEVEN * least).then_some(s)
     }
 
-    /// All joints at `share` of the leg behind point `i`: the parabolas through its neighbours, blended; linear at an end.
+    /// All joints at `share` of the leg after point `i`: the parabolas through its neighbours, blended; linear at an end.
     fn blended(&self, i: usize, share: f64) -> Vec<f64> {
         let n = self.points.q(i).len();
         let linear = |k: usize| self.points.q(i)[k] + share * (self.points.q(i + 1)[k] - self.points.q(i)[k]);

@@ -162,7 +162,7 @@ impl Chain {
         f.point(&self.tool_p)
     }
 
-    /// TCP positions of rows, `columns[axis][row]` in rad or m, into `points`: row `first` and those behind it. A joint that
+    /// TCP positions of rows, `columns[axis][row]` in rad or m, into `points`: row `first` and those after it. A joint that
     /// stands still from row to row is turned once.
     pub fn positions(&self, columns: &[&[f64]], first: usize, points: &mut [Vector3<f64>]) {
         let mut known = vec![(f64::NAN, (0.0, 0.0)); self.elements.len()];

@@ -74,7 +74,7 @@ pub struct Miss {
     pub held: Vec<(usize, Bound)>,
 }
 
-/// An acceleration beyond its limit, behind a point; per second squared.
+/// An acceleration beyond its limit, after a point; per second squared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TooFast {
     pub point: usize,

@@ -259,7 +259,7 @@ fn an_effect_that_cannot_be_is_refused_with_its_line() {
     case("{effect: thermal_growth, joint: S, per_hour_mm: 1, per_k_mm: 1}", &["one of `per_hour_mm`"]);
     case("{effect: thermal_growth, target: J2.alpha, per_hour_deg: 1}", &["target `J2.alpha`", "JOINT.a"]);
     case("{effect: gravity_compliance, joint: S, moments: [[J2, 1, 1]]}", &["moments", "a revolute joint"]);
-    case("{effect: gravity_compliance, joint: J3, moments: [[J2, 1, 1]]}", &["moments", "joints behind it"]);
+    case("{effect: gravity_compliance, joint: J3, moments: [[J2, 1, 1]]}", &["moments", "joints after it"]);
     case(
         "{effect: bearing_wobble, joint: J2, amplitude_deg: 1, cycles_per_rev: 1, direction: [0, 0, 1]}",
         &["a direction along the axis"],
@@ -315,7 +315,7 @@ fn a_rewritten_program_brings_the_joints_where_the_program_wants_them() {
     };
     let wanted = run(&ideal, &program);
     let rms = |path: &[[f64; 3]]| {
-        // the play and the hysteresis start in the middle: compare behind the first reversals
+        // the play and the hysteresis start in the middle: compare after the first reversals
         let d: Vec<f64> = path
             .iter()
             .zip(&wanted)

@@ -1,4 +1,4 @@
-//! `diagnose` on channels behind and before the gear, and on settled poses of an arm with many small faults.
+//! `diagnose` on channels after and before the gear, and on settled poses of an arm with many small faults.
 
 use assert_cmd::Command;
 use serde_json::Value;

@@ -106,7 +106,7 @@ fn val_the_figures_of_seed_003_are_found_within_two_percent_through_the_command_
     near(&z["both"]["half_gap_mm"], 0.5 * (COUPLING_MM + NUT_MM));
     near(&z["both"]["m_mm_per_rad"], 10.0 / std::f64::consts::TAU);
     assert_eq!(z["separated"], true);
-    // figure 4: behind the start of the test first
+    // figure 4: after the start of the test first
     assert_eq!(z["preload"]["side"], -1);
     assert_eq!(z["preload"]["how"], "move");
     let page = std::fs::read_to_string(work.path().join("g.html")).unwrap();
@@ -250,7 +250,7 @@ fn one_cycle_without_a_preload_gives_the_gaps_and_says_what_it_cannot_tell() {
 fn a_log_that_starts_on_a_flank_says_which() {
     let robot = gantry();
     let mut log = log("clean");
-    // cut behind the preload: the carriage has been pushed upwards to where it stands
+    // cut after the preload: the carriage has been pushed upwards to where it stands
     let start = log.t_s.iter().position(|t| *t > 2.6).unwrap();
     let stands = log.cmd[Z][start] * 1e3;
     assert!((stands + 200.0).abs() < 1e-3, "{stands}");

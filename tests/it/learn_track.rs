@@ -39,7 +39,7 @@ fn column(path: &Path, name: &str) -> Vec<f64> {
     reader.records().map(|r| r.unwrap()[k].parse().unwrap()).collect()
 }
 
-/// Mean distance in mm between a path and a log of as many rows, in x and y, behind the way from home (25 points).
+/// Mean distance in mm between a path and a log of as many rows, in x and y, after the way from home (25 points).
 fn mean_error_mm(path: &Path, log: &Path) -> f64 {
     let of = |file: &Path| (column(file, "x_mm"), column(file, "y_mm"));
     let ((px, py), (x, y)) = (of(path), of(log));

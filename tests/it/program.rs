@@ -20,7 +20,7 @@ pub fn robot() -> Robot {
     Robot::parse("robot.yaml", ROBOT).unwrap()
 }
 
-/// Adds `by` (deg and mm) to every `every`-th point, puts a point behind every `insert`-th, and settles points `lag` late.
+/// Adds `by` (deg and mm) to every `every`-th point, puts a point after every `insert`-th, and settles points `lag` late.
 #[derive(Clone, Default)]
 struct Stand {
     by: f64,

@@ -110,7 +110,7 @@ const BEFORE_TABLE3: [f64; 6] = [142.0, 141.0, 118.0, 109.0, 63.0, 65.0];
 const BEFORE_FIGURE5: [f64; 6] = [130.0, 130.0, 69.0, 67.0, 68.0, 67.0];
 
 /// At each reversal at most 2 um above `best`, median of five runs with different tracker noise: a single run moves by 3 um.
-/// `slack_um` (total, chords removed) is allowed beyond that: what the noise of the given log, and of the one run behind
+/// `slack_um` (total, chords removed) is allowed beyond that: what the noise of the given log, and of the one run after
 /// `best`, costs (README, figures; these are misses).
 fn no_worse_than_best(machine: &str, best: &[(f64, f64); 6], slack_um: [f64; 2]) {
     let work = tempfile::tempdir().expect("a folder");

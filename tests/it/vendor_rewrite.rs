@@ -214,7 +214,7 @@ fn straight_cartesian_moves_become_joint_moves_where_that_is_asked() {
     );
     desk.write("part.script", &program);
     let run = desk.run("rewrite --model model.yaml part.script --leave-cartesian --output plain.script");
-    // the turn behind it is known although it stays as it is
+    // the turn after it is known although it stays as it is
     run.success().stderr(contains("2 editable").and(contains("Cartesian target")).and(contains("base: 1 reversal")));
     assert!(String::from_utf8(desk.read("plain.script")).unwrap().contains(cartesian));
     let run = desk.run("rewrite --model model.yaml part.script --output solved.script --solve-cartesian=20");

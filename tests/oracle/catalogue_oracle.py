@@ -63,7 +63,7 @@ class Robot:
 
     def frames(self, q, change={}, tilt={}, turned=None):
         """Frames behind every joint; `change` maps (joint, parameter) to a delta, `tilt` a joint to a small turn of its axis in the
-        frame before its own turn; `turned` gets the frames behind the turns, before the standard convention's a and alpha."""
+        frame before its own turn; `turned` gets the frames after the turns, before the standard convention's a and alpha."""
         t = frame(self.file["base"])
         out = []
         for j in self.joints:

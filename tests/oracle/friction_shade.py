@@ -13,7 +13,7 @@ import pathlib, sys
 import numpy as np
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import twin
-# A1 travel behind its turn on the smooth circle at 1.5 mm/s
+# A1 travel after its turn on the smooth circle at 1.5 mm/s
 phi=np.radians(88.7+np.linspace(0,360,2_000_00)); xyz=np.stack([np.full_like(phi,1780.),450+250*np.cos(phi),1200+250*np.sin(phi)],1)
 q=twin.inverse3(xyz)[:,0]; t=np.radians(np.linspace(0,360,len(phi)))*250/1.5
 i=np.argmax(q); s=t[i:]-t[i]; z=q[i]-q[i:]; m=s<40; s=s[m][::4]; z=z[m][::4]

@@ -96,7 +96,7 @@ def shaken(y, t, rng, case):
 
 
 PAPER = {"coupling_mm": [-0.025, 0.025], "nut_mm": [-0.09125, 0.09125]}
-# figure 4: to the zero reference, back behind the start of the test, then up to it: the gap lies to the other side
+# figure 4: to the zero reference, back after the start of the test, then up to it: the gap lies to the other side
 FIGURE_4 = [[-190.0], [-205.0], [-200.0]] + [[-100.0], [-200.0]] * 4
 
 

@@ -56,7 +56,7 @@ pub struct Folders {
 impl Folders {
     /// What `look` finds for the programs of `folder` under the word of the one who asks.
     pub fn of(&self, who: &'static str, folder: &Path, look: impl FnOnce() -> Vec<PathBuf>) -> Arc<Vec<PathBuf>> {
-        // one that failed while it looked has left nothing behind
+        // one that failed while it looked has left nothing after
         let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
         let key = (who, folder.to_path_buf());
         if let Some(known) = seen.get(&key) {

@@ -39,7 +39,7 @@ pub fn named(name: &str) -> Option<Recognised> {
     FORMATS.iter().find(|f| f.name().eq_ignore_ascii_case(name)).map(|f| Recognised::Script(*f))
 }
 
-/// Ending of a file name in lower case, a `.gz` behind it left out.
+/// Ending of a file name in lower case, a `.gz` after it left out.
 pub fn ending(path: &Path) -> Option<String> {
     let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
     let name = name.strip_suffix(".gz").unwrap_or(&name);

@@ -86,7 +86,7 @@ pub struct Token {
     pub start: u32,
     /// Bytes of the number.
     pub len: u16,
-    /// Digits behind the point; of a number with an exponent those of its last digit's weight.
+    /// Digits after the point; of a number with an exponent those of its last digit's weight.
     pub decimals: u8,
     /// `-123.4567`, and nothing unusual about it.
     pub plain: bool,

@@ -14,7 +14,7 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Notes that `point` and those behind it stand on `line` and the lines behind it.
+    /// Notes that `point` and those after it stand on `line` and the lines after it.
     #[inline]
     pub fn note(&mut self, point: u64, line: u64) {
         let offset = line - point;

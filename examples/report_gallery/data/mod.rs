@@ -100,7 +100,7 @@ pub fn page() -> Result<Page> {
     );
     page.section(
         "Every reversal falls by five sixths or more",
-        "Largest error from each reversal to 20 s behind it.",
+        "Largest error from each reversal to 20 s after it.",
         ReversalsView {
             runs: names.clone(),
             rows: turns
@@ -381,7 +381,7 @@ fn words(page: &mut Page) {
             },
             LeftOut {
                 what: "stiction of A2".into(),
-                why: "no spike above the noise behind its reversals (p = 0.62)".into(),
+                why: "no spike above the noise after its reversals (p = 0.62)".into(),
             },
         ],
     );

@@ -254,7 +254,7 @@ fn median_step(t_s: &[f64]) -> f64 {
     median_of(&mut steps).unwrap_or(f64::INFINITY)
 }
 
-/// Mean over `width` rows around each row (one more behind than ahead where even); fewer at the ends.
+/// Mean over `width` rows around each row (one more after than ahead where even); fewer at the ends.
 fn moving_mean(e: &[f64], width: usize) -> Vec<f64> {
     let mut sums = Vec::with_capacity(e.len() + 1);
     let mut sum = 0.0;
@@ -264,10 +264,10 @@ fn moving_mean(e: &[f64], width: usize) -> Vec<f64> {
         sums.push(sum);
     }
     let ahead = (width - 1) / 2;
-    let behind = width - 1 - ahead;
+    let after = width - 1 - ahead;
     (0..e.len())
         .map(|i| {
-            let (lo, hi) = (i.saturating_sub(behind), (i + ahead + 1).min(e.len()));
+            let (lo, hi) = (i.saturating_sub(after), (i + ahead + 1).min(e.len()));
             (sums[hi] - sums[lo]) / (hi - lo) as f64
         })
         .collect()

@@ -32,7 +32,7 @@ pub struct NominalReversal {
     pub axis: usize,
     /// Line of the program on which the joint turns.
     pub line: Option<u64>,
-    /// Command there, rad or m, and the direction behind it.
+    /// Command there, rad or m, and the direction after it.
     pub command: f64,
     pub direction: i8,
     pub phase_deg: f64,

@@ -74,7 +74,7 @@ fn um(v: f64) -> f64 {
 /// Errors at the reversals of all runs; the first is the one that reductions refer to.
 pub fn table(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named]) {
     let how = "Best-fit plane and circle (Taubin) of the last revolution; errors averaged over 1 s; the largest from 0.9° of \
-               the circle before a reversal to 7.2° behind it. Beyond nominal: without what the program's own chords cause.";
+               the circle before a reversal to 7.2° after it. Beyond nominal: without what the program's own chords cause.";
     let rows = nominal.reversals.iter().enumerate().map(|(i, r)| ReversalRow {
         joint: robot.axis(r.axis).name.clone(),
         at_deg: Some(r.at_deg),

@@ -162,7 +162,7 @@ fn run_entries(
     entries.iter().filter_map(line).collect()
 }
 
-/// Folders below `input` with results of an earlier rewrite of it: a program whose path goes on, behind that folder, as that of
+/// Folders below `input` with results of an earlier rewrite of it: a program whose path goes on, after that folder, as that of
 /// another program of `input`, which is the one that its note names.
 fn results(input: &Path, programs: &[PathBuf], files: &Files) -> BTreeSet<PathBuf> {
     let all: HashSet<&Path> = programs.iter().map(PathBuf::as_path).collect();

@@ -34,7 +34,7 @@ pub struct ScreeningCache {
     white: Vec<bool>,
     /// Whitened, column by column.
     columns: DMatrix<f64>,
-    /// First column of each candidate, and one behind the last.
+    /// First column of each candidate, and one after the last.
     starts: Vec<usize>,
     /// Effects of its joint with which each candidate was computed; `None`: not yet.
     with: Vec<Option<Vec<EffectInstance>>>,

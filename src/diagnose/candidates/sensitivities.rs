@@ -77,7 +77,7 @@ impl Sensitivities {
         new
     }
 
-    /// The columns one behind the other.
+    /// The columns one after the other.
     pub fn columns(&self) -> impl Iterator<Item = &Column> {
         self.blocks.iter().flatten()
     }
@@ -135,7 +135,7 @@ impl Sensitivities {
         self.normal = normal;
     }
 
-    /// The same with `more` effects behind the free ones, whose sensitivities are not there yet.
+    /// The same with `more` effects after the free ones, whose sensitivities are not there yet.
     pub(in crate::diagnose) fn with_more(&self, more: usize) -> Self {
         let mut blocks = self.blocks.clone();
         let nuisance = blocks.pop().unwrap_or_default();

@@ -116,7 +116,7 @@ impl Whitener {
             p = after;
         }
         log_det += 2.0 * noise.sigma.ln() * group.len() as f64;
-        // the factor of a step stands with the block behind it
+        // the factor of a step stands with the block after it
         for b in 0..gains.len() {
             let next = gains.get(b + 1).map_or(0.0, |g| g[0]);
             let [_, k, s] = gains[b];

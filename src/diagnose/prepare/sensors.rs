@@ -1,11 +1,11 @@
 //! Which channel drives the gears: the commands, or the encoders on the motors.
 //!
-//! An encoder splits the gap: what the servo makes of the command stands between the two, gear, links and geometry behind
+//! An encoder splits the gap: what the servo makes of the command stands between the two, gear, links and geometry after
 //! it. It is used where it leaves less of the measurement than the command does, after the zero of each joint sensor or,
 //! for points, after frame and linear geometry; where it leaves more, it contradicts the measurement: said, and not used.
 //!
 //! The servo stage is diagnosed from encoder against command where the encoder follows. Where it leads (a controller with
-//! feed-forward logs its references behind its own filters), no servo effect describes it: said, with the rms.
+//! feed-forward logs its references after its own filters), no servo effect describes it: said, with the rms.
 //!
 //! Assumptions: an encoder's zero is its own (one free number per column and log); an encoder is quiet against a gap: its
 //! movements within five standard deviations of its noise are none. The noise is that of fourth differences, which a

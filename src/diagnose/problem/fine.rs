@@ -10,7 +10,7 @@ use crate::machine::CommandTrajectory;
 #[derive(Debug, Clone)]
 pub struct Fine {
     drive: CommandTrajectory,
-    /// First place of each run, and one behind the last.
+    /// First place of each run, and one after the last.
     starts: Vec<u32>,
     /// Rows that each place stands for.
     weights: Vec<f64>,

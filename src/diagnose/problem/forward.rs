@@ -495,7 +495,7 @@ fn negated(p: &EffectInstance) -> EffectInstance {
     EffectInstance { target: p.target, effect: p.effect.with_values(&values) }
 }
 
-/// Effects of one joint where `from[k]` gives way to `to[k]`; what `to` has more stands behind.
+/// Effects of one joint where `from[k]` gives way to `to[k]`; what `to` has more stands after.
 fn replaced<'a>(h: &'a Hypothesis, axis: usize, from: &[EffectInstance], to: &'a [EffectInstance]) -> Vec<&'a Effect> {
     let mut list = Vec::new();
     let mut done = vec![false; from.len()];

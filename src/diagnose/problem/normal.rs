@@ -9,7 +9,7 @@ pub fn gram(columns: &[Vec<f64>]) -> DMatrix<f64> {
     products(&all, |_, _| true)
 }
 
-/// Scalar products of all pairs of columns that are `wanted` (the second not behind the first), both ways round; 0 elsewhere.
+/// Scalar products of all pairs of columns that are `wanted` (the second not after the first), both ways round; 0 elsewhere.
 pub(in crate::diagnose) fn products(columns: &[&[f64]], wanted: impl Fn(usize, usize) -> bool + Sync) -> DMatrix<f64> {
     let one = |i: usize, j: usize| if wanted(i, j) { dot(columns[i], columns[j]) } else { 0.0 };
     let rows: Vec<Vec<f64>> =

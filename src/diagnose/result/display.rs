@@ -213,7 +213,7 @@ pub fn blind(d: &Diagnosis) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join("; "))
 }
 
-/// Words in lines of [`WIDTH`] columns; lines behind the first are set in by two more.
+/// Words in lines of [`WIDTH`] columns; lines after the first are set in by two more.
 fn paragraph(out: &mut String, indent: &str, text: &str) {
     let mut line = String::from(indent);
     let mut empty = true;

@@ -328,7 +328,7 @@ pub fn told_in_order(outcome: &Outcome) -> Vec<usize> {
             outcome.rivals.get(k).into_iter().flatten().find(|r| r.effect == named[k].0 && r.target == named[k].1);
         own.map_or(0.0, |r| r.gain)
     };
-    // what has no name stands behind what has one
+    // what has no name stands after what has one
     let unnamed = |k: usize| unnamed::is_unnamed(&outcome.fit.hypothesis.effects[outcome.fit.free[k]]);
     order.sort_by(|&a, &b| unnamed(a).cmp(&unnamed(b)).then(gain(b).total_cmp(&gain(a))));
     order

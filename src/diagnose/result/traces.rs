@@ -159,7 +159,7 @@ fn log_trace(outcome: &Outcome, l: usize, points: bool, moved: &[(usize, Vec<f64
     }
 }
 
-/// Reversals of the joint of a found effect, where the effect acts behind them.
+/// Reversals of the joint of a found effect, where the effect acts after them.
 fn turns(outcome: &Outcome, effect: usize, log: &LogData) -> Vec<(f64, i8)> {
     let placed = &outcome.fit.hypothesis.effects[effect];
     match placed.axis().filter(|_| behind_reversals(placed.effect.name()) && !log.log.poses) {

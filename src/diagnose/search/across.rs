@@ -122,7 +122,7 @@ fn decided(problem: &Problem, residual: &[f64], one: &[f64], other: &[f64]) -> b
     total.abs() > DECIDED * scatter.sqrt()
 }
 
-/// Lags of all joints by one time, in the place of a clock offset that was found behind `base`, which gains `gain`.
+/// Lags of all joints by one time, in the place of a clock offset that was found after `base`, which gains `gain`.
 /// `None` where the offset points into the future, as no lag does.
 pub fn common_lag(
     problem: &Problem,

@@ -33,7 +33,7 @@ impl Search<'_> {
         (0..group.count).map(step).collect()
     }
 
-    /// Behind the geometry of a real arm: gravity, then a gap.
+    /// After the geometry of a real arm: gravity, then a gap.
     pub(in crate::diagnose) fn arm(
         &mut self,
         mut fit: Fit,

@@ -1,6 +1,6 @@
 //! What is taken as known put in doubt: one frame for all logs, the model's registration, the sizes of its own effects.
 //!
-//! Method: behind all that was found, would a frame for each log, or another size of a known effect, explain a good part of
+//! Method: after all that was found, would a frame for each log, or another size of a known effect, explain a good part of
 //! what is left? And would another registration alone do as much as all found effects? Nothing is changed: the model is its
 //! user's.
 

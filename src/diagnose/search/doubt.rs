@@ -212,7 +212,7 @@ impl Search<'_> {
                     exchanged += 1;
                     mark(steps, &name, &format!("{} {}", best.effect, best.target));
                     *fit = best.fit;
-                    // it stands behind the others now
+                    // it stands after the others now
                     all.remove(k);
                     all.push(Vec::new());
                     let newest = all.len() - 1;
@@ -229,7 +229,7 @@ impl Search<'_> {
         }
     }
 
-    /// Rivals behind the geometry of a real arm: parameters of the group have none, gravity has gravity, a gap those of its
+    /// Rivals after the geometry of a real arm: parameters of the group have none, gravity has gravity, a gap those of its
     /// direction terms.
     pub(in crate::diagnose) fn rivals_behind(
         &mut self,

@@ -119,7 +119,7 @@ pub fn refit_with_prior(
 }
 
 /// The same where the sensitivities `known` of the first free effects and of the nuisance were computed at this very start,
-/// without the effects behind them: only those on a joint that has a new one are computed anew. It ends early where the cost
+/// without the effects after them: only those on a joint that has a new one are computed anew. It ends early where the cost
 /// stays far above `aim`.
 pub fn refit_near(
     problem: &Problem,

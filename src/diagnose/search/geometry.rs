@@ -4,7 +4,7 @@
 //! - The group: forward selection among zero offsets, DH parameters and the tool (frame and further reflectors projected
 //!   off; what the chosen ones explain to 1e-4 is no parameter), refitted together, then backward: what does not stand four
 //!   standard uncertainties from zero goes. Three or more make a group, which counts as one effect.
-//! - Behind it gravity compliance alone. What stays of an arm (tenths of a millimetre) is smooth in the pose, and scale,
+//! - After it gravity compliance alone. What stays of an arm (tenths of a millimetre) is smooth in the pose, and scale,
 //!   coupling and slow ripple are, too: which of them it is, poses do not say, so none of them is named. What stays is
 //!   told as `unexplained`; the verdict is `unknown` only where nothing was named.
 //! - Gaps: [`crate::diagnose::search::direction`].

@@ -84,7 +84,7 @@ const CHANCE: f64 = 1e-4;
 const REFINED: usize = 12;
 /// Refined are those whose screening gain is at least this part of the best: the shapes of the screening are coarse.
 const NEAR: f64 = 0.5;
-/// The same where parts of the data may refuse the best: what stands behind it must have been refined, too.
+/// The same where parts of the data may refuse the best: what stands after it must have been refined, too.
 const NEAR_BEHIND_REFUSED: f64 = 0.15;
 /// The same where an effect is put in doubt, which was refined before.
 const NEAR_IN_DOUBT: f64 = 0.85;

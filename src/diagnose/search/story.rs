@@ -72,7 +72,7 @@ fn alike(problem: &Problem) -> Whitening {
 /// Its size, rad or m: that of a good encoder, so that a fit ends where nothing is left to gain.
 const EVEN: f64 = 1e-6;
 
-/// The rms that an effect would leave behind a chapter, by its sensitivity alone.
+/// The rms that an effect would leave after a chapter, by its sensitivity alone.
 fn promised(problem: &Problem, fit: &Fit, placed: &EffectInstance, whitening: &Whitening) -> f64 {
     let mut h = fit.hypothesis.clone();
     h.effects.push(placed.clone());

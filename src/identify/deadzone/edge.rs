@@ -104,7 +104,7 @@ impl Warp {
     }
 }
 
-/// A row of the fit: travel before the turn (arriving) or behind it, and the tip.
+/// A row of the fit: travel before the turn (arriving) or after it, and the tip.
 #[derive(Clone, Copy)]
 struct Row {
     /// Below 0 arriving; after the turn the travel.
@@ -118,7 +118,7 @@ struct Window {
     arriving: usize,
     leaving: usize,
     scale: f64,
-    /// Travels between which the edge must lie: the tip leaves its rest radius some way behind it.
+    /// Travels between which the edge must lie: the tip leaves its rest radius some way after it.
     edge: [f64; 2],
 }
 

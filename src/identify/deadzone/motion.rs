@@ -49,7 +49,7 @@ pub struct Stretch {
 }
 
 impl Stretch {
-    /// Rows behind `from` up to `to` in time, both included.
+    /// Rows after `from` up to `to` in time, both included.
     pub fn rows(&self, from_s: f64, to_s: f64) -> std::ops::Range<usize> {
         self.t_s.partition_point(|t| *t < from_s)..self.t_s.partition_point(|t| *t <= to_s)
     }

@@ -6,11 +6,11 @@
 //! next) and of a place instead of a speed: has the tip left the place at which it stopped? A deadzone
 //! - begins at a turn of the motor at which the tip was moving: the joint then stands at the edge of its gap;
 //! - goes on through further turns while the tip stays within the rest radius of where it stopped;
-//! - ends in the stroke in which the tip leaves: behind the last row within the radius. Leaving on the side from which
+//! - ends in the stroke in which the tip leaves: after the last row within the radius. Leaving on the side from which
 //!   it came says nothing of the size; a motor that goes a little beyond its turn makes a new one.
 //!
 //! One stroke holds one deadzone at most, whatever the noise. The rest radius is five standard deviations of the noise; a
-//! stroke that ends between one and two radii away is not decided and sizes nothing, nor does the turn behind it.
+//! stroke that ends between one and two radii away is not decided and sizes nothing, nor does the turn after it.
 //!
 //! What is found is where to look; the size comes from [`super::edge`].
 
@@ -23,7 +23,7 @@ pub const RADIUS: f64 = 5.0;
 pub const LEAST_RADIUS_M: f64 = 1e-6;
 /// Rows after a turn that give the place of the tip there.
 const BESIDE: usize = 2;
-/// The tip must go so many radii beyond its rest for the branch behind it to be read.
+/// The tip must go so many radii beyond its rest for the branch after it to be read.
 const READABLE: f64 = 4.0;
 
 /// A deadzone that was crossed: the motor turned at `turn` and left the deadzone in stroke `stroke`.
@@ -45,9 +45,9 @@ pub struct Rest {
 #[derive(Debug, Clone, Default)]
 pub struct Rests {
     pub crossed: Vec<Rest>,
-    /// Turns behind which the deadzone was not crossed before the motor went back the way it came.
+    /// Turns after which the deadzone was not crossed before the motor went back the way it came.
     pub not_crossed: usize,
-    /// Turns behind which the tip moved too little to be read.
+    /// Turns after which the tip moved too little to be read.
     pub too_short: usize,
     /// Turns without enough rows of the tracker.
     pub unseen: usize,
@@ -123,8 +123,8 @@ pub fn find(s: &Stretch, radius_m: f64) -> Rests {
 /// the end of a log, of the last rows.
 fn beside(s: &Stretch, t_s: f64) -> Option<Vector3<f64>> {
     let at = s.t_s.partition_point(|t| *t < t_s);
-    let behind = s.tip.iter().skip(at).take(2 * BESIDE).flatten().take(BESIDE);
-    let mut near: Vec<Vector3<f64>> = behind.copied().collect();
+    let after = s.tip.iter().skip(at).take(2 * BESIDE).flatten().take(BESIDE);
+    let mut near: Vec<Vector3<f64>> = after.copied().collect();
     if near.is_empty() {
         near.extend(s.tip[..at].iter().rev().take(2 * BESIDE).flatten().take(BESIDE));
     }

@@ -1,6 +1,6 @@
 //! Bins: rows of a log averaged where nothing happens, single rows after every reversal.
 //!
-//! Behind each turning row of each free joint a bin starts; its length grows with the distance `k` from there,
+//! After each turning row of each free joint a bin starts; its length grows with the distance `k` from there,
 //! `max(1, min(cap, floor(GROWTH k)))` rows. Coarser growth smears the spike: 0.1 makes a spike that decays in 5 s 16 % too small at
 //! 250 Hz, 0.03 stays below 1 %. A bin counts by its good rows.
 

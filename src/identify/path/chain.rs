@@ -4,7 +4,7 @@
 //! run is the movement between two reversals. In run `r` with turning point `(t0, p0)` and direction `d`
 //!
 //! `lag = min(d (p - p0), spike exp(-(t - t0)/tau))` (none in run 0) and the signal `p - d lag` pushes the output as soon as that is
-//! more than the half gap `b(p)` behind it. At the instant of a reversal the lag is gone, so the play sees `p0` in the old
+//! more than the half gap `b(p)` after it. At the instant of a reversal the lag is gone, so the play sees `p0` in the old
 //! direction once more. Derivatives are exact: while the joint is pushed they are those of `p - d (lag + b)`; while it stands in
 //! its gap they are carried from the last pushed point. O(1) per bin.
 //!

@@ -1,9 +1,9 @@
 //! What is not lost motion: the tracker's frame, and rigid errors of the links; removed by projection.
 //!
 //! Columns, weighted by the square root of the rows of a bin: 3 translations and 3 rotations of the frame; per free joint the
-//! 3 translations of the body behind it, and for all but the last its 3 rotations. To first order these hold every rigid error of
+//! 3 translations of the body after it, and for all but the last its 3 rotations. To first order these hold every rigid error of
 //! geometry, zero positions and tool, and nothing that depends on direction. A joint that never reverses gets its own level
-//! before and behind its first movement; a joint that waits before it moves, one before.
+//! before and after its first movement; a joint that waits before it moves, one before.
 //!
 //! Bins between a joint's first movement and the moment its gap is closed for the first time are left out: where it stood in
 //! its gap at the start is unknown.

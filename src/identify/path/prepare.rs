@@ -205,7 +205,7 @@ fn joint(
     FreeJoint { axis, runs, p: q.iter().map(|q| q[axis]).collect(), jac, body }
 }
 
-/// The robot cut off behind the joint of `axis`, and how many axes are left; `None` where a joint before it follows one behind.
+/// The robot cut off behind the joint of `axis`, and how many axes are left; `None` where a joint before it follows one after it.
 fn body_chain(axis: usize, robot: &Robot) -> Option<(Robot, usize)> {
     let name = &robot.axis(axis).name;
     let last = robot.joints.iter().position(|j| &j.name == name)?;

@@ -3,7 +3,7 @@
 use super::flanks::{Flanks, Pair, fit};
 use super::reach::{Short, reach};
 use super::strokes::Strokes;
-use super::{Behind, Output, Series, off_scale, same_scale, words};
+use super::{Output, OutputPositions, Series, off_scale, same_scale, words};
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
 use crate::robot::{Joint, JointKind, Robot};
@@ -26,7 +26,7 @@ impl<'a> Columns<'a> {
         robot: &'a Robot,
         log: &'a Log,
         axis: usize,
-        tracked: &'a Behind,
+        tracked: &'a OutputPositions,
         notes: &mut Vec<String>,
     ) -> Option<Self> {
         let joint = robot.axis(axis);

@@ -4,7 +4,7 @@
 //! with one slope, over rows whose stroke has gone farther than the lost motion before the output ([`mod@super::reach`]);
 //! what happens inside the gap is not used, so that noise of the input, which a play operator would rectify, does no harm.
 //! With a lag `tau` between the columns (a servo, another clock) the input is `u - tau du/dt`: another column, where the log can
-//! tell it from a gap. Rows behind a change of speed are left out then: there a lag is no shift yet.
+//! tell it from a gap. Rows after a change of speed are left out then: there a lag is no shift yet.
 //!
 //! Intervals: the delete-one jackknife over strokes, each direction a stratum (Efron 1982), with Student's t. It
 //! assumes nothing about the noise within a stroke: vibration and drift are alike to it. Where fewer than [`FEW_STROKES`] strokes of a

@@ -20,8 +20,8 @@ pub struct Loop {
     pub model: Vec<f64>,
 }
 
-/// What a play of these gaps makes of a signal on the way of an axis.
-fn behind(log: &Log, axis: usize, signal: &mut [f64], flanks: Option<&Flanks>) {
+/// Replaces a signal along the motion of an axis by the output of a play with these gaps.
+fn apply_play(log: &Log, axis: usize, signal: &mut [f64], flanks: Option<&Flanks>) {
     let Some(flanks) = flanks else { return };
     let track = Track::new(&log.t_s, &log.cmd[axis], 0.0);
     Backlash::constant(0.5 * flanks.total.value.max(0.0)).apply(&track, signal);
@@ -30,7 +30,7 @@ fn behind(log: &Log, axis: usize, signal: &mut [f64], flanks: Option<&Flanks>) {
 /// Motion of the carriage for the commands, about the middle of its gaps.
 pub fn carriage(log: &Log, axis: usize, both: &Flanks) -> Vec<f64> {
     let mut signal = log.cmd[axis].clone();
-    behind(log, axis, &mut signal, Some(both));
+    apply_play(log, axis, &mut signal, Some(both));
     signal.iter().map(|v| v * both.slope.value).collect()
 }
 
@@ -45,12 +45,12 @@ pub fn of(
 ) -> Vec<Loop> {
     let command = &log.cmd[axis];
     let mut middle = command.clone();
-    behind(log, axis, &mut middle, coupling.as_ref());
+    apply_play(log, axis, &mut middle, coupling.as_ref());
     let one =
         |gap, first: &[f64], from: Option<&[Option<f64>]>, to: Option<&[Option<f64>]>, flanks: &Option<Flanks>| {
             let (flanks, from, to) = (flanks.as_ref()?, from?, to?);
             let mut last = first.to_vec();
-            behind(log, axis, &mut last, Some(flanks));
+            apply_play(log, axis, &mut last, Some(flanks));
             let m = flanks.slope.value;
             let mut found = Loop { gap, command: Vec::new(), measured: Vec::new(), model: Vec::new() };
             for i in (0..log.len()).step_by(log.len().div_ceil(SHOWN).max(1)) {

@@ -45,7 +45,7 @@ use std::collections::BTreeMap;
 use strokes::Strokes;
 
 /// What a sensor says row by row (rad or m), or why there is nothing.
-pub type Behind = std::result::Result<Vec<Option<f64>>, String>;
+pub type OutputPositions = std::result::Result<Vec<Option<f64>>, String>;
 
 /// A sensor that moves by this part of its joint's way, or less, stands still.
 const STILL: f64 = 1e-3;
@@ -155,11 +155,11 @@ fn of_log(robot: &Robot, log: &Log, number: usize, axes: &[usize], notes: &mut V
     let rounds = if tracker::coordinates(log).is_empty() { 1 } else { ROUNDS };
     for round in 0..rounds {
         let last = round + 1 == rounds;
-        let behind = tracker::positions(robot, log, &motion);
+        let outputs = tracker::positions(robot, log, &motion);
         let all = log.moving_axes();
         for &axis in if last { axes } else { &all[..] } {
             let mut of_round = Vec::new();
-            let one = of_joint(robot, log, number, axis, &behind[axis], &mut of_round)?;
+            let one = of_joint(robot, log, number, axis, &outputs[axis], &mut of_round)?;
             if let Some(both) = one.as_ref().and_then(|s| s.both.as_ref()) {
                 motion[axis] = loops::carriage(log, axis, both);
             }
@@ -178,7 +178,7 @@ fn of_joint(
     log: &Log,
     number: usize,
     axis: usize,
-    tracked: &Behind,
+    tracked: &OutputPositions,
     notes: &mut Vec<String>,
 ) -> Result<Option<Series>> {
     let joint = robot.axis(axis);

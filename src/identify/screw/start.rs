@@ -1,7 +1,7 @@
 //! On which side of its gap a joint stands when the log begins: the preload of Gantry (2015) Figure 4.
 //!
-//! The procedure moves behind the start of the test and then towards it, so that the gap lies to one side only. A log that holds this
-//! move begins with a short stroke that crosses the gap; a log that was started behind it stands on a flank already. Else
+//! The procedure moves below the start of the test and then towards it, so that the gap lies to one side only. A log that holds this
+//! move begins with a short stroke that crosses the gap; a log that was started above it stands on a flank already. Else
 //! the start's side is unknown: where the joint stood in its gap is reported as far as the rows show it, and the way up to the first
 //! flank is left out like that after every reversal.
 

@@ -1,14 +1,14 @@
 //! What a tracker in an unknown frame says about each prismatic joint.
 //!
 //! With prismatic joints alone the TCP moves on straight lines: `p = p_0 + sum d_j y_j`. The directions `d_j` are fitted by
-//! least squares to what the joints do (at first their commands, then their commands behind the gaps found so far), in any
+//! least squares to what the joints do (at first their commands, then their commands less the gaps found so far), in any
 //! frame and without assuming that joints are square to each other. A joint's position is the part of `p` along its own
 //! direction, with the others' parts taken out. One coordinate is enough for a joint that moves along it.
 //!
 //! How it fails: a joint that moves only together with another one cannot be told from it; where revolute joints turn, lines
 //! are no lines. Both get no position, and a reason.
 
-use super::Behind;
+use super::OutputPositions;
 use crate::log::Log;
 use crate::numerics::robust::{SIGMA_PER_MAD, median};
 use crate::robot::{JointKind, Robot};
@@ -31,8 +31,8 @@ pub fn coordinates(log: &Log) -> Vec<Vec<Option<f64>>> {
 }
 
 /// Positions of the moving prismatic joints, m, up to a constant each; `motion[axis]` is what the joints do as far as is known.
-pub fn positions(robot: &Robot, log: &Log, motion: &[Vec<f64>]) -> Vec<Behind> {
-    let none = |why: &str| -> Vec<Behind> { (0..robot.dof()).map(|_| Err(why.to_string())).collect() };
+pub fn positions(robot: &Robot, log: &Log, motion: &[Vec<f64>]) -> Vec<OutputPositions> {
+    let none = |why: &str| -> Vec<OutputPositions> { (0..robot.dof()).map(|_| Err(why.to_string())).collect() };
     let seen = coordinates(log);
     if seen.is_empty() {
         return none("");

@@ -99,9 +99,9 @@ pub fn start(start: Start, from: f64, joint: &Joint) -> String {
     let left = format!("the first {} are left out like those after every reversal", shown(from, joint));
     match start {
         Start::Move(d) => format!("preloaded: the log begins with a short move {}, which closes the gaps", side(d)),
-        Start::Flank(d) => format!("the log begins on the flank of movement {}, as behind a preload", side(d)),
+        Start::Flank(d) => format!("the log begins on the flank of movement {}, as after a preload", side(d)),
         Start::Inside(p) => format!(
-            "no preload: the log begins inside the gap, about {:.0} % of it behind the flank of movement upwards; {left}",
+            "no preload: the log begins inside the gap, about {:.0} % of it from the flank of upward movement; {left}",
             p * 100.0
         ),
         Start::Unknown => format!("no preload before the first stroke: the side on which it starts is unknown; {left}"),

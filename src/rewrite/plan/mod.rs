@@ -60,7 +60,7 @@ pub struct Plan<'a> {
     dir: Vec<i8>,
     /// First vertex whose command is not yet known, per axis.
     done: Vec<usize>,
-    /// Command of an axis that must not turn back while it catches up behind a stroke.
+    /// Command of an axis that must not turn back while it catches up after a stroke.
     guard: Vec<bool>,
     /// Friction of each joint at the end of its last stroke, in the sense of that stroke.
     friction: Vec<State>,
@@ -187,7 +187,7 @@ impl<'a> Plan<'a> {
         path.c_mut(k)[axis] = c;
     }
 
-    /// All turns at vertex `k`; false where the path behind is not there yet.
+    /// All turns at vertex `k`; false where the path after is not there yet.
     fn strokes(&mut self, k: usize, path: &mut Path, clock: Clock, end: bool, account: &mut RewriteStats) -> bool {
         let turns = path.turns(k);
         let mut ends = Vec::new();

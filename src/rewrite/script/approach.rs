@@ -54,7 +54,7 @@ impl Sides {
         for (axis, (sign, way)) in self.axes.iter().enumerate().filter(|(_, a)| a.0 != 0) {
             let leg = f64::from(*sign) * (goal[axis] - last[axis]);
             let came = directions.of(axis) == *sign;
-            // far enough in the wanted direction, or on in it, or at rest behind it
+            // far enough in the wanted direction, or on in it, or at rest after it
             if leg >= *way || came && leg >= 0.0 {
                 continue;
             }

@@ -1,6 +1,6 @@
 //! An arc through three points as several: the points on the way of its pieces.
 //!
-//! Where joints turn inside an arc, it is parted there, and behind the short piece in which their step is spread. Each piece goes
+//! Where joints turn inside an arc, it is parted there, and after the short piece in which their step is spread. Each piece goes
 //! through the place in its middle on the arc as it was, moved by the mean of the offsets at its ends. No piece is shorter than a
 //! controller needs to tell its circle: the point that parts it goes on along the arc, where a step then takes that much longer;
 //! where there is no room the goal alone carries the step.
@@ -54,8 +54,8 @@ fn places(line: &Line, [radius_m, angle]: [f64; 2], least_rad: f64, points: &[Ne
             own - before < least && own - first.share <= TOGETHER * least
         };
         let count = 1 + (1..rest.len()).take_while(joined).count();
-        let (group, behind) = rest.split_at(count);
-        rest = behind;
+        let (group, following) = rest.split_at(count);
+        rest = following;
         let after = |out: &[NewPoint]| out.last().map_or(0.0, |p| p.share) + least;
         // a turn at the start of the arc needs no point of its own, and a step at its end is that of the goal
         if let Some(last) = group.last().filter(|_| count > 1) {
@@ -92,16 +92,16 @@ fn vias(line: &Line, start: &[f64], points: &[NewPoint], end: &[f64]) -> Option<
     let mut offset = start.to_vec();
     let mut out = Vec::with_capacity(points.len() + 1);
     for (n, to) in points.iter().map(|p| p.share).chain([1.0]).enumerate() {
-        let behind = match points.get(n) {
+        let following = match points.get(n) {
             Some(p) => less(&p.q, &line.at(p.share)?),
             None => end.to_vec(),
         };
         // the point of a whole arc stays where it stands on it
         let part = if points.is_empty() { line.via_share()? } else { 0.5 };
         out.push(line.at(share + part * (to - share))?);
-        let moved = offset.iter().zip(&behind).map(|(a, b)| (1.0 - part) * a + part * b);
+        let moved = offset.iter().zip(&following).map(|(a, b)| (1.0 - part) * a + part * b);
         out.last_mut()?.iter_mut().zip(moved).for_each(|(q, by)| *q += by);
-        (share, offset) = (to, behind);
+        (share, offset) = (to, following);
     }
     Some(out)
 }

@@ -32,7 +32,7 @@ impl Contexts {
     }
 
     fn text(&self, path: &Path) -> Text {
-        // one that failed while it read has left nothing behind
+        // one that failed while it read has left nothing after
         let lock = || self.texts.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = lock().by_path.get(path) {
             return known.clone();

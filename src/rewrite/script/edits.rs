@@ -35,7 +35,7 @@ impl Unplaced {
 struct Out<'a> {
     q: &'a [f64],
     t_s: Option<f64>,
-    /// Vertex itself, or the vertex before it and the share of the leg behind that.
+    /// Vertex itself, or the vertex before it and the share of the leg after that.
     vertex: usize,
     fraction: Option<f64>,
 }
@@ -63,7 +63,7 @@ pub fn collect(
     let mut added = 0;
     let mut at = 0;
     while at < emitted.len() {
-        // all that lies behind the goal before, up to the goal of this step
+        // all that lies after the goal before, up to the goal of this step
         let Some(end) = (at..emitted.len()).find(|&i| goal(run, &out(i)).is_some()) else { break };
         let Some(vertex) = goal(run, &out(end)) else { break };
         span.clear();

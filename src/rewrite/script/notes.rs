@@ -92,15 +92,15 @@ pub fn not_understood(script: &Script) -> Vec<Note> {
     missed.map(|(at, _)| note(at)).collect()
 }
 
-/// `lost motion: of`, `lostmotion ON (seam)`: the name and a colon, or in one word with on or off behind it.
+/// `lost motion: of`, `lostmotion ON (seam)`: the name and a colon, or in one word with on or off after it.
 fn addresses_us(line: &[u8]) -> bool {
     let Some(first) = memchr::memmem::find(&line.to_ascii_lowercase(), b"lost") else { return false };
     let line = String::from_utf8_lossy(&line[first..]).to_ascii_lowercase();
-    let behind = line.trim_start_matches("lost");
-    let Some(rest) = behind.trim_start_matches([' ', '-', '_']).strip_prefix("motion") else { return false };
+    let after = line.trim_start_matches("lost");
+    let Some(rest) = after.trim_start_matches([' ', '-', '_']).strip_prefix("motion") else { return false };
     let word = rest.trim_start_matches([' ', '\t', '-']);
     word.starts_with([':', '='])
-        || behind.starts_with('m')
+        || after.starts_with('m')
             && word.len() < rest.len()
             && ["on", "off", "of"].contains(&word.split(|c: char| !c.is_ascii_alphabetic()).next().unwrap_or_default())
 }

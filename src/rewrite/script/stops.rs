@@ -1,7 +1,7 @@
 //! How long the new exact stops of a program take.
 //!
 //! Method: a robot that passes a point with joint speeds `w` and stops there instead loses `w / a` of the joint that takes longest
-//! (half of it before the point, half behind), `a` being the joint's largest acceleration. The speeds are the mean ones of the
+//! (half of it before the point, half after), `a` being the joint's largest acceleration. The speeds are the mean ones of the
 //! move. Controllers round such corners in their own way, so that this is an estimate.
 
 use super::run::{Role, Run, Vertex};

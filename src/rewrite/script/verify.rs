@@ -73,7 +73,7 @@ impl Written {
 pub struct Before {
     names: Vec<String>,
     steps: Vec<Step>,
-    /// Numbers of the moves' targets, one behind the other; NaN: not commanded.
+    /// Numbers of the moves' targets, one after the other; NaN: not commanded.
     values: Vec<f64>,
 }
 

@@ -269,14 +269,14 @@ fn turning_shares(line: &[Vec<f64>], deadband: &[f64]) -> Vec<f64> {
         let band = deadband.get(axis).copied().unwrap_or(0.0);
         let [lo, hi] = line.iter().fold([f64::MAX, f64::MIN], |[lo, hi], q| [lo.min(q[axis]), hi.max(q[axis])]);
         for k in 1..line.len().saturating_sub(1) {
-            let (before, behind) = (p(k) - p(k - 1), p(k + 1) - p(k));
-            if before * behind >= 0.0 {
+            let (before, after) = (p(k) - p(k - 1), p(k + 1) - p(k));
+            if before * after >= 0.0 {
                 continue;
             }
             let ends = [p(0), p(line.len() - 1)];
             let height = if before > 0.0 { hi - ends[0].max(ends[1]) } else { ends[0].min(ends[1]) - lo };
             if height > band {
-                found.push((k as f64 + 0.5 * (before + behind) / (before - behind)) / parts);
+                found.push((k as f64 + 0.5 * (before + after) / (before - after)) / parts);
             }
         }
     }

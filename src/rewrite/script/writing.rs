@@ -28,7 +28,7 @@ pub fn write(
         if patches.is_empty() {
             return Ok((originals, verify::Written::nothing(task.robot.dof())));
         }
-        // what is only looked up stands behind what is written
+        // what is only looked up stands after what is written
         let (own, context) = originals.split_at(originals.iter().take_while(|t| !t.context).count());
         if patches.iter().any(|p| p.file >= own.len()) {
             let source = "an edit of a file that is only looked up; nothing was written".to_string();

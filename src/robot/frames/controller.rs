@@ -4,7 +4,7 @@
 //! - FANUC listings of variables (`SYSFRAME.VA`): under `$MNUFRAME` and `$MNUTOOL` an entry `[1,n] =` for group 1 and number n,
 //!   then `X: 0.000 Y: 0.000 Z: 0.000` and `W: P: R:`.
 //! - Yaskawa `UFRAME.CND`: `//UFRAME 2`, in it `////BUSER x,y,z,rx,ry,rz` (user frame 2 in the robot's base); `TOOL.CND`: `//TOOL 1`,
-//!   behind its name the first line of six numbers (mm, deg).
+//!   after its name the first line of six numbers (mm, deg).
 //!
 //! What is not complete (a frame that was never taught, or one of another group) is left out.
 

@@ -50,7 +50,7 @@ pub(super) fn build(
     world: &Isometry3<f64>,
 ) -> Result<Robot, String> {
     let moving: Vec<usize> = (0..chain.len()).filter(|&k| chain[k].kind.is_some()).collect();
-    // frames at the zero configuration: before each joint's motion (its axis), and behind it (its link)
+    // frames at the zero configuration: before each joint's motion (its axis), and after it (its link)
     let at_zero = positions(chain, &vec![0.0; moving.len()]);
     let (mut lines, mut links, mut t) = (Vec::new(), Vec::new(), Isometry3::identity());
     for (e, q) in chain.iter().zip(at_zero) {

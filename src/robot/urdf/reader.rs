@@ -191,7 +191,7 @@ pub(super) fn multiple_of_45_deg(value: f64, word: &str) -> Option<f64> {
     let decimals = mantissa.split_once('.').map_or(0, |(_, d)| d.len() as i32) - exponent.parse::<i32>().unwrap_or(0);
     let multiple = (value / FRAC_PI_4).round() * FRAC_PI_4;
     let digit = 10f64.powi(-decimals);
-    // rounded to its digits, or cut off behind them
+    // rounded to its digits, or cut off after them
     let written = |m: f64| (m - value).abs() < 1e-6 * digit;
     let near = written((multiple / digit).round() * digit) || written((multiple / digit).trunc() * digit);
     (decimals >= 2 && near && multiple != 0.0).then_some(multiple)

@@ -218,7 +218,7 @@ fn joints(
             (Some(o), Some(n)) => (o, n),
             (None, None) => continue,
             (None, Some(n)) => {
-                // an axis that a point moves must be commanded again by those behind it
+                // an axis that a point moves must be commanded again by those after it
                 let wrong = asked
                     .and_then(|q| q.get(axis))
                     .is_some_and(|q| (n.si - q).abs() > 0.501 * n.digit + FINEST + q.abs() * 1e-12);
@@ -241,7 +241,7 @@ fn joints(
             return Err(format!("axis {axis}: {} instead of {want}, last digit {}", n.si, n.digit));
         }
         let digit = edits.digit.get(axis).copied().unwrap_or(f64::INFINITY);
-        // an unwritten zero behind the point is no coarser digit
+        // an unwritten zero after the point is no coarser digit
         if n.digit > 1.001 * digit.max(n.finest) && n.digit > 1.001 * o.digit {
             return Err(format!("axis {axis}: last digit {}, asked {digit}, finest {}", n.digit, n.finest));
         }

@@ -166,7 +166,7 @@ impl Edits {
             Slot::Time => old_t_s.unwrap_or(0.0),
         };
         let Some(first) = self.slots.iter().position(|s| changed(s.slot).is_some()) else { return cursor };
-        // plain numbers one behind the other, as in nearly every row: their text is made in one piece of memory
+        // plain numbers one after the other, as in nearly every row: their text is made in one piece of memory
         let start = tokens[first].start as usize;
         let mut k = first;
         // (spaces in front belong to the width of a cell, which the general way keeps)
@@ -204,7 +204,7 @@ impl Edits {
         cursor
     }
 
-    /// Writes an added row behind row `i`: its cells are those of row `i`, its targets and time are new.
+    /// Writes an added row after row `i`: its cells are those of row `i`, its targets and time are new.
     pub fn added(&mut self, block: &Block, i: usize, q: &[f64], t_s: Option<f64>, out: &mut Vec<u8>) {
         let n = self.slots.len();
         let span = block.rows[i];

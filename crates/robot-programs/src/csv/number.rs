@@ -10,7 +10,7 @@ use crate::decimal::read::Packed;
 pub struct Read {
     /// As it is written, in the unit of its column.
     pub value: f64,
-    /// Digits behind the point; for a number with an exponent, of the weight of its last digit.
+    /// Digits after the point; for a number with an exponent, of the weight of its last digit.
     pub decimals: u8,
     /// Its digits, where they are few.
     pub mantissa: Packed,
@@ -23,7 +23,7 @@ impl From<Decimal> for Read {
     }
 }
 
-/// Reads a plain number at `at`; gives it and the place behind it. `None`: not plain, or the text ends too soon to tell.
+/// Reads a plain number at `at`; gives it and the place after it. `None`: not plain, or the text ends too soon to tell.
 #[inline(always)]
 pub fn plain(text: &[u8], at: usize) -> Option<(Read, usize)> {
     let (number, end) = Decimal::plain(text, at)?;
@@ -91,16 +91,16 @@ mod tests {
 
         #[test]
         fn short_numbers_are_read_as_all_others(
-            negative: bool, whole in "[0-9]{1,8}", fraction in "[0-9]{0,8}", point: bool, behind in "[,\n\r 0-9.x-]{8}"
+            negative: bool, whole in "[0-9]{1,8}", fraction in "[0-9]{0,8}", point: bool, after in "[,\n\r 0-9.x-]{8}"
         ) {
             let sign = if negative { "-" } else { "" };
-            let text = format!("{sign}{whole}{}{fraction}{behind}        ", if point { "." } else { "" });
+            let text = format!("{sign}{whole}{}{fraction}{after}        ", if point { "." } else { "" });
             let chunk = text.as_bytes().first_chunk::<16>().unwrap();
             if let Some(got) = short(chunk) {
                 let (want, end) = plain(text.as_bytes(), 0).unwrap();
                 prop_assert_eq!((got.value().to_bits(), got.decimals, got.len), (want.value.to_bits(), want.decimals, end));
                 prop_assert_eq!(!got.padded, is_plain(&text.as_bytes()[..end]));
-            } else if point && behind.starts_with([',', '\n', '\r']) && !fraction.is_empty() {
+            } else if point && after.starts_with([',', '\n', '\r']) && !fraction.is_empty() {
                 prop_assert!(whole.len() + fraction.len() > 7);
             }
         }

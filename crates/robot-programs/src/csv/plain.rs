@@ -37,7 +37,7 @@ pub(super) struct Cell {
 }
 
 impl Edits {
-    /// Writes rows of plain numbers alone ([`Block::pure`]) from row `i` on, with the targets `q` (row behind row, `axes` in
+    /// Writes rows of plain numbers alone ([`Block::pure`]) from row `i` on, with the targets `q` (row after row, `axes` in
     /// each) and times `t_s` (may be empty), just as [`Edits::row`] writes them one by one. Gives the number of rows that
     /// are done and the place up to which the block's text has been written; the next of the rows needs the general way.
     #[allow(clippy::too_many_arguments)]
@@ -168,7 +168,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// The place behind the last number.
+    /// The place after the last number.
     fn end(&self) -> usize {
         self.tokens.last().map_or(0, |t| t.start as usize + usize::from(t.len))
     }

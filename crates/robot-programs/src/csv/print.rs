@@ -36,7 +36,7 @@ impl<'a> Look<'a> {
         }
     }
 
-    /// `value` with `decimals` digits behind the point (of an exponent form: down to the weight `10^-decimals`).
+    /// `value` with `decimals` digits after the point (of an exponent form: down to the weight `10^-decimals`).
     pub fn write(&self, value: f64, decimals: usize, out: &mut Vec<u8>) {
         let text = match self.exponent {
             None => format!("{:.decimals$}", value.abs()),

@@ -5,7 +5,7 @@
 pub struct Record {
     /// `[start, end)` of each cell, quotes and spaces included.
     pub cells: Vec<(usize, usize)>,
-    /// Behind the line ending.
+    /// After the line ending.
     pub end: usize,
     /// Line breaks inside quotes.
     pub breaks: u64,

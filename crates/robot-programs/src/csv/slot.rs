@@ -82,7 +82,7 @@ impl SlotEdit {
         }
     }
 
-    /// Writes the text from `cursor` to the token, then the number; gives the place behind the token.
+    /// Writes the text from `cursor` to the token, then the number; gives the place after the token.
     #[inline(always)]
     pub(super) fn number(
         &mut self,

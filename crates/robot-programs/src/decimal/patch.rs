@@ -40,7 +40,7 @@ impl Step {
         self.count
     }
 
-    /// Adds it to the number whose bytes behind the sign are the first `len` (at most 8) of `word`, of which one is the point
+    /// Adds it to the number whose bytes after the sign are the first `len` (at most 8) of `word`, of which one is the point
     /// before its last digits; the other bytes stay. `None`: the sum has another sign or length, or is zero.
     #[inline(always)]
     pub fn add(&self, word: u64, len: u32, negative: bool) -> Option<u64> {
@@ -78,13 +78,13 @@ mod tests {
     proptest! {
         #[test]
         fn steps_of_digits_are_sums(
-            negative: bool, whole in "0|[1-9][0-9]{0,5}", fraction in "[0-9]{1,6}", behind in "[,\n0-9.-]{8}",
+            negative: bool, whole in "0|[1-9][0-9]{0,5}", fraction in "[0-9]{1,6}", after in "[,\n0-9.-]{8}",
             count in -9_999_999i64..10_000_000, shift in 0u32..7
         ) {
             let number = format!("{whole}.{fraction}");
             prop_assume!(number.len() <= 8);
             let count = count / 10i64.pow(shift);
-            let bytes = format!("{number}{behind}");
+            let bytes = format!("{number}{after}");
             let word = u64::from_le_bytes(*bytes.as_bytes().first_chunk().unwrap());
             let sign = if negative { "-" } else { "" };
             let own = Decimal::read(format!("{sign}{number}").as_bytes()).unwrap();
@@ -96,7 +96,7 @@ mod tests {
             let got = step.add(word, number.len() as u32, negative);
             if same && digits.len() == number.len() {
                 let text = got.map(|w| String::from_utf8(w.to_le_bytes().to_vec()).unwrap());
-                prop_assert_eq!(text, Some(format!("{digits}{behind}")[..8].to_string()));
+                prop_assert_eq!(text, Some(format!("{digits}{after}")[..8].to_string()));
             } else {
                 prop_assert_eq!(got, None);
             }

@@ -50,7 +50,7 @@ impl Decimal {
         Self::signed(negative, magnitude, u8::try_from(fraction.len()).ok()?)
     }
 
-    /// Reads a plain number (`-123.4567`, at most 7 digits on each side of the point) at `at`; gives it and the place behind it.
+    /// Reads a plain number (`-123.4567`, at most 7 digits on each side of the point) at `at`; gives it and the place after it.
     /// `None`: not plain, or the text ends too soon to tell.
     #[inline(always)]
     pub fn plain(text: &[u8], at: usize) -> Option<(Self, usize)> {
@@ -80,7 +80,7 @@ impl Decimal {
     }
 }
 
-/// `before` with the digits of `text` behind it. `None`: no digits, or too many.
+/// `before` with the digits of `text` after it. `None`: no digits, or too many.
 fn digits(before: u64, text: &[u8]) -> Option<u64> {
     let mut magnitude = before;
     let mut words = text.chunks_exact(8);
@@ -176,7 +176,7 @@ impl Short {
     }
 }
 
-/// Reads the number with which `text` begins, if it has a point, digits on both sides of it and at most eight bytes behind
+/// Reads the number with which `text` begins, if it has a point, digits on both sides of it and at most eight bytes after
 /// its sign (`-118.6345`): one word, in which the digits close the place of the point. The way to the next number is short,
 /// as each waits for the one before it.
 #[inline(always)]
@@ -193,13 +193,13 @@ pub fn short(text: &[u8; 16]) -> Option<Short> {
     let point = stops.trailing_zeros() & !7;
     let end = (stops & stops.wrapping_sub(1)).trailing_zeros() & !7;
     let decimals = end.wrapping_sub(point + 8) / 8;
-    let behind = text[8 + sign];
+    let after = text[8 + sign];
     // one branch that is nearly never taken; which of these it is would be guessed wrong
     let other = (point == 0)
         | (point > 48)
         | ((word >> (point & 63)) as u8 != b'.')
         | (decimals == 0)
-        | ((end == 64) & behind.is_ascii_digit());
+        | ((end == 64) & after.is_ascii_digit());
     if other {
         return None;
     }

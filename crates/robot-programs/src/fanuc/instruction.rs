@@ -14,7 +14,7 @@ const INDEXED: [&[u8]; 29] = [
     b"A", b"TRAGLST",
 ];
 
-/// Settings that neither move nor jump: with `=` or an index behind them.
+/// Settings that neither move nor jump: with `=` or an index after them.
 const SETTINGS: [&[u8]; 6] =
     [b"OVERRIDE", b"RSR", b"ERROR_PROG", b"RESUME_PROG", b"JOINT_MAX_SPEED", b"LINEAR_MAX_SPEED"];
 
@@ -52,16 +52,16 @@ pub(super) fn read(text: &Text, words: &[Range<usize>]) -> Option<StepKind> {
     }
 }
 
-/// Whether an instruction neither moves nor jumps: its first word, what stands behind it in that word, the second word, and
+/// Whether an instruction neither moves nor jumps: its first word, what stands after it in that word, the second word, and
 /// how many words there are.
 fn quiet(name: &[u8], rest: &[u8], second: &[u8], words: usize) -> bool {
-    let behind = rest.first().or(second.first()).copied();
+    let after = rest.first().or(second.first()).copied();
     match name {
         b"LOCK" | b"UNLOCK" => second == b"PREG" && words == 2,
         b"TC_ONLINE" => second.starts_with(b"(") || matches!(second, b"ENABLE" | b"DISABLE"),
         b"WEAVE" => second.contains(&b'[') || second == b"END" && words == 2,
-        _ if INDEXED.contains(&name) => behind == Some(b'['),
-        _ => SETTINGS.contains(&name) && matches!(behind, Some(b'[' | b'=')),
+        _ if INDEXED.contains(&name) => after == Some(b'['),
+        _ => SETTINGS.contains(&name) && matches!(after, Some(b'[' | b'=')),
     }
 }
 

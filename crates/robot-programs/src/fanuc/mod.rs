@@ -3,7 +3,7 @@
 //! A program has sections: `/ATTR` (attributes, with the number of lines), `/MN` (numbered statements, each up to its `;`)
 //! and `/POS` (the positions `P[n]`, per motion group, as joints or Cartesian). Moves name positions; one position may serve
 //! several moves. What is edited are the numbers of group 1 (joints, or X Y Z W P R), in their columns with three decimals. A new point is a
-//! new line behind whose number all others move up, and a new position behind the last one.
+//! new line after whose number all others move up, and a new position after the last one.
 //!
 //! Facts from public programs of R-J3 to R-30iB controllers and FANUC's operator manuals. Attribute names and some
 //! instructions follow the language of the controller: a word that is not known is kept, and ends what is known of the

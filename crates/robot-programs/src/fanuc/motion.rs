@@ -11,11 +11,11 @@ pub(super) struct Motion {
     pub start: usize,
     pub colon: usize,
     pub number: Option<u64>,
-    /// From behind the colon to the goal.
+    /// From after the colon to the goal.
     pub lead: Range<usize>,
     /// Digits of the goal's index.
     pub digits: Range<usize>,
-    /// `FINE`, `CNT50`, `CNT R[1]`: from behind the goal to its end; speed included.
+    /// `FINE`, `CNT50`, `CNT R[1]`: from after the goal to its end; speed included.
     pub speed_and_end: Range<usize>,
     pub end_type: Range<usize>,
     /// `FINE`.
@@ -192,7 +192,7 @@ fn otherwise(upper: &[u8], path: PathKind) -> Option<&'static str> {
     }
 }
 
-/// Options behind the end type. An offset or an increment moves the goal; an unknown word might.
+/// Options after the end type. An offset or an increment moves the goal; an unknown word might.
 fn read_options(
     text: &Text,
     words: &[Range<usize>],

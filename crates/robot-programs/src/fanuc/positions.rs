@@ -17,7 +17,7 @@ use std::ops::Range;
 pub(super) struct Field {
     /// `J1`, `E2`, `X`, in upper case.
     pub name: Cow<'static, str>,
-    /// From behind the `=` to the end of the number.
+    /// From after the `=` to the end of the number.
     pub field: Span,
     pub number: Span,
     /// Value and style; `None`: `********`, not taught.
@@ -33,7 +33,7 @@ pub(super) struct Position {
     pub line: u64,
     /// The whole entry with its last line ending.
     pub span: Range<usize>,
-    /// From behind `P[` to the `{`.
+    /// From after `P[` to the `{`.
     pub head: Range<usize>,
     /// Numbers of group 1.
     pub fields: Vec<Field>,
@@ -251,7 +251,7 @@ const USUAL: &[&str] = &["J1", "J2", "J3", "J4", "J5", "J6", "X", "Y", "Z", "W",
 /// No group has as many numbers.
 const MOST: usize = 64;
 
-/// A number and its unit behind `name=`; the offset behind it.
+/// A number and its unit after `name=`; the offset after it.
 fn field(text: &Text, span: &Range<usize>, from: usize, name: String, position: &mut Position) -> Result<usize> {
     let bytes = text.slice(span.clone());
     let blanks = bytes[from..].iter().take_while(|b| b.is_ascii_whitespace()).count();

@@ -26,7 +26,7 @@ struct Sections {
     attributes: Range<usize>,
     program: Range<usize>,
     positions: Range<usize>,
-    /// First byte behind the positions.
+    /// First byte after the positions.
     end: usize,
 }
 
@@ -151,7 +151,7 @@ fn bare(positions: &[Position]) -> bool {
     values().any(|v| v.1.bare) || !values().any(|v| v.0.abs() < 1.0)
 }
 
-/// The largest index in brackets behind `P` on these lines; a new position must not answer to any of them.
+/// The largest index in brackets after `P` on these lines; a new position must not answer to any of them.
 fn mentioned(text: &Text, lines: Range<usize>) -> u64 {
     let bytes = text.slice(text.line_span(lines.start).start..text.line_span(lines.end).start);
     let digits = |at: usize| {
@@ -163,7 +163,7 @@ fn mentioned(text: &Text, lines: Range<usize>) -> u64 {
     named.filter_map(digits).max().map_or(0, u64::from)
 }
 
-/// How far behind `P[` its `]` is looked for: a comment has 16 characters.
+/// How far after `P[` its `]` is looked for: a comment has 16 characters.
 const NEAR: usize = 64;
 
 struct Reader<'a> {
@@ -336,7 +336,7 @@ impl<'a> Reader<'a> {
         if matches!(kind, StepKind::Break(_)) {
             self.before = None;
         }
-        let step = Step::behind(self.steps.last(), at, kind);
+        let step = Step::following(self.steps.last(), at, kind);
         self.steps.push(step);
     }
 

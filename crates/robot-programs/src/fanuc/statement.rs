@@ -22,7 +22,7 @@ pub(super) struct Statement {
     pub colon: usize,
     /// The number before the colon; blank where there is none.
     pub number: Option<u64>,
-    /// What stands behind the colons, line by line, without the `;`.
+    /// What stands after the colons, line by line, without the `;`.
     pub pieces: Vec<Range<usize>>,
     /// A line of point logic: it belongs to the motion before it.
     pub nested: bool,

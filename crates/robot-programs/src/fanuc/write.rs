@@ -255,7 +255,7 @@ fn field_of(old: &[u8], n: u64) -> Vec<u8> {
     out
 }
 
-/// Moves the numbers behind new lines up, and the count of lines with them.
+/// Moves the numbers after new lines up, and the count of lines with them.
 fn renumber(program: &Program, text: &Text, inserted: &[(usize, u64)], out: &mut Patches) -> Result<()> {
     let total: u64 = inserted.iter().map(|i| i.1).sum();
     if total == 0 {

@@ -1,7 +1,7 @@
 //! What a line assigns, and what else it may do besides: looked at before anything of the line is believed.
 //!
 //! A line that assigns one variable one value, and does nothing else, is followed. Of any other the names that it may assign are
-//! not known behind it: two assignments in a line (controls differ in their order), one behind `/` or `IF ... THEN`. A computed
+//! not known after it: two assignments in a line (controls differ in their order), one after `/` or `IF ... THEN`. A computed
 //! name may be any, one of the control's own among them. Variables of the control move frames, make the machine signal, or
 //! are not followed. A line that stands beside other words, or that is none of these, hides what it does.
 
@@ -11,7 +11,7 @@ pub(super) const SYSTEM: u32 = 1000;
 /// What a line assigns.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct Assignments {
-    /// Names that have another value behind the line, as they stand in the table of variables.
+    /// Names that have another value after the line, as they stand in the table of variables.
     pub(super) names: Vec<String>,
     /// The line assigns one name, whatever runs, and nothing else.
     pub(super) plain: bool,
@@ -58,11 +58,11 @@ impl Assignments {
         without_comments(line).0.chars().filter(|c| !c.is_ascii_whitespace()).collect()
     }
 
-    /// Assignments one behind the other; anything else hides what the line does.
+    /// Assignments one after the other; anything else hides what the line does.
     fn read(&mut self, body: &str) {
         let mut rest = body;
         while !rest.is_empty() {
-            let Some((name, behind)) = head(rest) else {
+            let Some((name, after)) = head(rest) else {
                 self.hidden = true;
                 return;
             };
@@ -71,15 +71,15 @@ impl Assignments {
                 Name::Computed => self.any = true,
                 Name::Control(n) => self.control(n),
             }
-            let value = behind.find('=').map_or(behind.len(), |at| {
+            let value = after.find('=').map_or(after.len(), |at| {
                 // the name of the next one
-                behind[..at].rfind('#').map_or(at, |hash| behind[..hash].trim_end_matches('#').len())
+                after[..at].rfind('#').map_or(at, |hash| after[..hash].trim_end_matches('#').len())
             });
-            if !is_expression(&behind[..value]) {
+            if !is_expression(&after[..value]) {
                 self.hidden = true;
                 return;
             }
-            rest = &behind[value..];
+            rest = &after[value..];
         }
     }
 
@@ -101,10 +101,10 @@ enum Name {
     Control(u32),
 }
 
-/// A line in capitals without comments, and whether anything stands behind one.
+/// A line in capitals without comments, and whether anything stands after one.
 fn without_comments(line: &[u8]) -> (String, bool) {
     let mut out = String::with_capacity(line.len());
-    let (mut comment, mut had, mut behind) = (false, false, false);
+    let (mut comment, mut had, mut after) = (false, false, false);
     for &b in line {
         match b {
             b';' if !comment => break,
@@ -112,57 +112,57 @@ fn without_comments(line: &[u8]) -> (String, bool) {
             b')' => comment = false,
             _ if comment => {}
             _ => {
-                behind |= had && !b.is_ascii_whitespace();
+                after |= had && !b.is_ascii_whitespace();
                 out.push(char::from(b.to_ascii_uppercase()));
             }
         }
     }
-    (out, behind)
+    (out, after)
 }
 
 /// A line without its number and what switches it off; whether it may be switched off.
 fn body(compact: &str) -> (&str, bool) {
     let (mut rest, mut optional) = (compact, false);
-    while let Some(behind) = rest.strip_prefix(['N', '/']) {
+    while let Some(after) = rest.strip_prefix(['N', '/']) {
         optional |= rest.starts_with('/');
-        rest = behind.trim_start_matches(|c: char| c.is_ascii_digit());
+        rest = after.trim_start_matches(|c: char| c.is_ascii_digit());
     }
     (rest, optional)
 }
 
-/// The name that is assigned, and what stands behind its `=`.
+/// The name that is assigned, and what stands after its `=`.
 fn head(text: &str) -> Option<(Name, &str)> {
     let rest = text.strip_prefix('#')?;
     if let Some(named) = rest.strip_prefix('<') {
-        let (name, behind) = named.split_once('>')?;
-        let behind = behind.strip_prefix('=')?;
+        let (name, after) = named.split_once('>')?;
+        let after = after.strip_prefix('=')?;
         let plain =
             !name.is_empty() && name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_' || b == b'.' || b == b'-');
-        return plain.then(|| (Name::Own(format!("#<{}>", name.to_ascii_lowercase())), behind));
+        return plain.then(|| (Name::Own(format!("#<{}>", name.to_ascii_lowercase())), after));
     }
     let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
     if digits > 0
-        && let Some(behind) = rest[digits..].strip_prefix('=')
+        && let Some(after) = rest[digits..].strip_prefix('=')
     {
         // 0 is nothing, and a number beyond all is none
         let n = rest[..digits].parse::<u32>().ok().filter(|n| *n > 0)?;
         let name = if n < SYSTEM { Name::Own(format!("#{n}")) } else { Name::Control(n) };
-        return Some((name, behind));
+        return Some((name, after));
     }
     let end = bracket_end(rest)?;
-    let behind = rest[end..].strip_prefix('=')?;
+    let after = rest[end..].strip_prefix('=')?;
     match single_number(&rest[..end]) {
         // another computed name may be one of the control's own, too
-        Some(n) if n >= SYSTEM => Some((Name::Control(n), behind)),
-        _ => Some((Name::Computed, behind)),
+        Some(n) if n >= SYSTEM => Some((Name::Control(n), after)),
+        _ => Some((Name::Computed, after)),
     }
 }
 
-/// Behind a computed name: `#1` of `##1`, `[...]`.
+/// After a computed name: `#1` of `##1`, `[...]`.
 fn bracket_end(text: &str) -> Option<usize> {
     if !text.starts_with('[') {
-        let behind = text.trim_start_matches('#').trim_start_matches(|c: char| c.is_ascii_digit());
-        return (text.starts_with('#') && behind.len() < text.len()).then(|| text.len() - behind.len());
+        let after = text.trim_start_matches('#').trim_start_matches(|c: char| c.is_ascii_digit());
+        return (text.starts_with('#') && after.len() < text.len()).then(|| text.len() - after.len());
     }
     let mut depth = 0i32;
     for (at, c) in text.char_indices() {
@@ -187,12 +187,10 @@ fn single_number(text: &str) -> Option<u32> {
 fn cuts_a_name(line: &str) -> bool {
     line.match_indices('#').any(|(at, _)| {
         let rest = &line[at + 1..];
-        let behind = rest.trim_start_matches(|c: char| c.is_ascii_digit());
-        let blank = behind.trim_start();
+        let after = rest.trim_start_matches(|c: char| c.is_ascii_digit());
+        let blank = after.trim_start();
         rest.starts_with([' ', '\t'])
-            || behind.len() < rest.len()
-                && blank.len() < behind.len()
-                && blank.starts_with(|c: char| c.is_ascii_digit())
+            || after.len() < rest.len() && blank.len() < after.len() && blank.starts_with(|c: char| c.is_ascii_digit())
     })
 }
 

@@ -11,7 +11,7 @@ use std::ops::Range;
 pub(super) struct Word {
     /// `None`: an expression, a variable or a text.
     pub value: Option<(f64, Style)>,
-    /// First byte of the letter, first byte of the number, byte behind it.
+    /// First byte of the letter, first byte of the number, byte after it.
     from: u32,
     number: u32,
     to: u32,
@@ -39,7 +39,7 @@ pub(super) struct Block {
     /// `/` in front: an operator may switch the block off.
     pub optional: bool,
     pub percent: bool,
-    /// `O` word: what stands behind it, upper case.
+    /// `O` word: what stands after it, upper case.
     pub flow: Option<String>,
     /// The `O` word's number without leading zeros, or its name, lower case.
     pub label: String,
@@ -96,7 +96,7 @@ pub(super) fn block(text: &Text, k: usize) -> Result<Block> {
                 block.special = Some("polar coordinates");
                 at = word(text, base, line, at, &mut block)?;
             }
-            // behind an M or S word: which spindle
+            // after an M or S word: which spindle
             b'$' if block.words.iter().any(|w| matches!(w.letter, b'M' | b'S'))
                 && line.get(at + 1).is_some_and(u8::is_ascii_digit) =>
             {
@@ -138,13 +138,13 @@ fn flow(text: &Text, base: usize, line: &[u8], at: usize, block: &mut Block) -> 
         let found = String::from_utf8_lossy(line.get(at..).unwrap_or_default()).chars().take(12).collect::<String>();
         return Err(text.bad(base + at, format!("`{found}`"), "a number or `<name>` after `O`"));
     };
-    let behind = rest[len..].trim_ascii_start();
-    let letters = behind.iter().take_while(|b| b.is_ascii_alphabetic()).count();
-    let word = String::from_utf8_lossy(&behind[..letters]).to_ascii_uppercase();
+    let after = rest[len..].trim_ascii_start();
+    let letters = after.iter().take_while(|b| b.is_ascii_alphabetic()).count();
+    let word = String::from_utf8_lossy(&after[..letters]).to_ascii_uppercase();
     let single = letters <= 1;
     block.label = String::from_utf8_lossy(rest[..len].trim_ascii()).trim_start_matches('0').to_ascii_lowercase();
     block.flow = Some(if single { String::new() } else { word });
-    // `O1000 (TITLE)` goes on behind the number; `o100 call [1]` does not
+    // `O1000 (TITLE)` goes on after the number; `o100 call [1]` does not
     Ok(if single { at + 1 + len } else { line.len() })
 }
 
@@ -154,7 +154,7 @@ fn keyword(line: &[u8]) -> Option<String> {
     (letters > 1).then(|| String::from_utf8_lossy(&line[..letters]).to_ascii_uppercase())
 }
 
-/// Behind the bracket that closes the one at `k`.
+/// After the bracket that closes the one at `k`.
 pub(super) fn expression_end(line: &[u8], mut k: usize) -> Option<usize> {
     let mut depth = 0i32;
     loop {
@@ -262,7 +262,7 @@ pub(super) fn is_message(w: &Word) -> bool {
     w.letter == b'M' && w.value.is_some_and(|v| matches!(v.0, 117.0 | 118.0))
 }
 
-/// M words behind which a text for the operator may stand.
+/// M words after which a text for the operator may stand.
 pub(super) fn takes_text(w: &Word) -> bool {
     is_message(w) || w.letter == b'M' && w.value.is_some_and(|v| matches!(v.0, 0.0 | 1.0 | 486.0))
 }

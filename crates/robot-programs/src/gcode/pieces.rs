@@ -2,7 +2,7 @@
 //!
 //! A piece whose ends carry the same offset is the old arc, moved. Where the offset changes, a short piece becomes a straight one,
 //! and one that is not short an arc whose centre lies on the middle perpendicular of its new ends. The last piece is always an
-//! arc, so that the modal motion behind it stays. What was written is read as a control would read it before it is taken.
+//! arc, so that the modal motion after it stays. What was written is read as a control would read it before it is taken.
 
 use super::arc::Arc;
 use super::write::{SAME, Writer, Written};
@@ -99,8 +99,8 @@ impl Writer<'_> {
         for p in points {
             let want = self.wanted(step, s, &p.q)?;
             let place = off(p.share, here(&want));
-            let behind = (share - 1e-9..=1.0).contains(&p.share);
-            if !behind || !is_within(&bounds, place, noise) {
+            let after = (share - 1e-9..=1.0).contains(&p.share);
+            if !after || !is_within(&bounds, place, noise) {
                 let by = place[0].hypot(place[1]);
                 let why = format!("a new point lies {by:.4} mm beside the arc on which it should be");
                 return Err(self.refused(step, &why));

@@ -181,7 +181,7 @@ impl<'a> Reader<'a> {
 
 impl Reader<'_> {
     pub(super) fn step(&mut self, k: usize, kind: StepKind, statement: Option<Statement>) {
-        let step = Step::behind(self.script.steps.last(), At { file: 0, line: k as u64 + 1 }, kind);
+        let step = Step::following(self.script.steps.last(), At { file: 0, line: k as u64 + 1 }, kind);
         self.script.steps.push(step);
         if let Some(statement) = statement {
             self.statements.push(self.script.steps.len() - 1, statement);

@@ -25,7 +25,7 @@ pub(super) struct Statement {
     pub unit: Shared<[f64]>,
     /// By axis: what is added to an absolute word.
     pub shift: Shared<[f64]>,
-    /// By axis, before and behind the move; `None`: not known.
+    /// By axis, before and after the move; `None`: not known.
     pub start: Vec<Option<f64>>,
     pub goal: Vec<Option<f64>>,
     pub arc: Option<(Arc, Centre)>,
@@ -107,7 +107,7 @@ impl Statements {
         Self { kept: BySteps::of_text(text), places, frames: Vec::new() }
     }
 
-    /// Adds the statement of a step behind those that have one.
+    /// Adds the statement of a step after those that have one.
     pub fn push(&mut self, step: usize, s: Statement) {
         let start = self.row(&s.start);
         let goal = self.row(&s.goal);

@@ -19,7 +19,7 @@ const PLAIN: &[u32] = &[
 pub(super) struct Survey {
     /// All G words, times ten.
     pub(super) codes: BTreeSet<u32>,
-    /// Numbers with a point and nothing behind it: a control on which `X10` may be 10 increments.
+    /// Numbers with a point and nothing after it: a control on which `X10` may be 10 increments.
     pub(super) points: bool,
     /// Numbers other than 0 without a point.
     pub(super) bare: bool,
@@ -31,7 +31,7 @@ pub(super) struct Survey {
     pub(super) whole: bool,
     /// A line does what is not read, or a G word is computed: the codes are not all.
     pub(super) hidden: bool,
-    /// A code behind which words mean something else.
+    /// A code after which words mean something else.
     pub(super) unfollowed: Option<u32>,
     /// Modal macros (G66) that are called.
     pub(super) macros: usize,
@@ -129,7 +129,7 @@ pub(super) fn assignments_of(text: &Text, k: usize, block: &Block) -> Option<Ass
     Assignments::of(text.line(k))
 }
 
-/// Whether a line of flow control does what is not read: anything behind its condition but a jump, the start of a loop, or an
+/// Whether a line of flow control does what is not read: anything after its condition but a jump, the start of a loop, or an
 /// assignment, which is looked at elsewhere.
 pub(super) fn flow_hides(text: &Text, k: usize, block: &Block) -> bool {
     let line = || Assignments::compact(text.line(k));
@@ -146,7 +146,7 @@ pub(super) fn flow_hides(text: &Text, k: usize, block: &Block) -> bool {
     }
 }
 
-/// Behind `O100`, `N5 O<name>`, `O[#1]`.
+/// After `O100`, `N5 O<name>`, `O[#1]`.
 fn behind_label(line: &str) -> Option<&str> {
     let label =
         line.trim_start_matches(['N', '/']).trim_start_matches(|c: char| c.is_ascii_digit()).strip_prefix('O')?;
@@ -158,7 +158,7 @@ fn behind_label(line: &str) -> Option<&str> {
     Some(&label[end..])
 }
 
-/// Expressions in brackets, one behind the other, and nothing else.
+/// Expressions in brackets, one after the other, and nothing else.
 fn is_brackets(mut rest: &str) -> bool {
     while let Some(end) = lex::expression_end(rest.as_bytes(), 0).filter(|_| rest.starts_with('[')) {
         rest = &rest[end..];
@@ -187,12 +187,12 @@ fn is_plain_flow(line: &str) -> bool {
     let Some(end) = lex::expression_end(condition.as_bytes(), 0).filter(|_| condition.starts_with('[')) else {
         return false;
     };
-    let behind = &condition[end..];
-    match (behind.strip_prefix("GOTO"), behind.strip_prefix("THEN"), behind.strip_prefix("DO")) {
+    let after = &condition[end..];
+    match (after.strip_prefix("GOTO"), after.strip_prefix("THEN"), after.strip_prefix("DO")) {
         (Some(rest), ..) if !is_while => target(rest),
         (_, Some(rest), _) if !is_while => rest.is_empty() || rest.starts_with('#'),
         (_, _, Some(rest)) if is_while => number(rest),
-        _ => behind.is_empty(),
+        _ => after.is_empty(),
     }
 }
 

@@ -143,7 +143,7 @@ fn rounding_of_relative_words_does_not_add_up() {
 
 #[test]
 fn the_last_relative_move_before_the_position_is_lost_is_fixed() {
-    for (behind, fixed) in [
+    for (after, fixed) in [
         ("M98 P100\n", true),
         ("", true),
         ("G92 X0\n", true),
@@ -152,9 +152,9 @@ fn the_last_relative_move_before_the_position_is_lost_is_fixed() {
         ("G90\nM98 P1\n", true),
         ("G28 X0\n", true),
     ] {
-        let script = script_of(&Gcode, &format!("{HEAD}G91\nG1 X10 F100\nX-4\n{behind}"), &robot());
+        let script = script_of(&Gcode, &format!("{HEAD}G91\nG1 X10 F100\nX-4\n{after}"), &robot());
         let moves = moves(&script);
-        assert!(moves[1].1.fixed.is_none() && moves[2].1.fixed.is_some() == fixed, "{behind}: {:?}", moves[2]);
+        assert!(moves[1].1.fixed.is_none() && moves[2].1.fixed.is_some() == fixed, "{after}: {:?}", moves[2]);
     }
     // a way home in relative words is none of these
     let script = script_of(&Gcode, &format!("{HEAD}G1 X10 F100\nG91 G28 Z0\n"), &robot());
@@ -337,7 +337,7 @@ fn arcs_turn_at_their_quadrants_by_centre_and_by_radius() {
 #[test]
 fn an_arc_is_split_where_its_offset_changes() {
     let text = format!("{HEAD}G1 X10.0 F100\nN5 G3 X-10.0 Y0.0 I-10.0 J0.0\nG1 Y-5\n");
-    // Y turns at the top: the offset comes in right behind it
+    // Y turns at the top: the offset comes in right after it
     let list = [
         (2, Some([-10.0, -0.05, 0.0]), vec![point([0.0, 10.0, 0.0], 0.5, true), point([0.0, 9.95, 0.0], 0.5, false)]),
         (3, Some([-10.0, -5.05, 0.0]), vec![]),
@@ -646,14 +646,14 @@ fn pieces_of_an_arc_stay_as_near_to_it_as_their_offsets_are_large() {
     let script = script_of(&Gcode, text, &robot);
     for _ in 0..300 {
         let mut offset = || [0, 1].map(|_| rng.random_range(-0.05..0.05));
-        let (start, top, behind, end) = (offset(), offset(), offset(), offset());
+        let (start, top, after, end) = (offset(), offset(), offset(), offset());
         let on = |degrees: f64, o: [f64; 2]| {
             let (sin, cos) = degrees.to_radians().sin_cos();
             [200.0 + 20.0 * cos + o[0], 100.0 + 20.0 * sin + o[1], 0.0]
         };
         let list = [
             (1, Some(on(0.0, start)), vec![]),
-            (2, Some(on(180.0, end)), vec![point(on(90.0, top), 0.5, true), point(on(99.0, behind), 0.55, true)]),
+            (2, Some(on(180.0, end)), vec![point(on(90.0, top), 0.5, true), point(on(99.0, after), 0.55, true)]),
             (3, Some(on(0.0, start)), vec![]),
         ];
         let mut edits = edits(&script, &list);
@@ -661,7 +661,7 @@ fn pieces_of_an_arc_stay_as_near_to_it_as_their_offsets_are_large() {
         let out = edited(&Gcode, text.as_bytes(), &edits, &robot).unwrap();
         let again = super::read::program(vec![Text::new("again", out.clone())], &robot).unwrap();
         let arcs: Vec<_> = again.statements.arcs();
-        // the short piece behind the top may be straight: nine degrees less
+        // the short piece after the top may be straight: nine degrees less
         let straight = 4 - arcs.len();
         assert!(straight <= 1, "{}", String::from_utf8_lossy(&out));
         let turns: f64 = arcs.iter().map(|(arc, _)| arc.sweep).sum::<f64>() + straight as f64 * 9f64.to_radians();
@@ -685,7 +685,7 @@ fn axis_letters_behind_a_firmware_word_are_no_places() {
     assert_eq!(found.len(), 2);
     let last = found[1].as_ref().unwrap();
     assert!(last[0] == 20.0 && last[1].is_nan(), "{found:?}");
-    // modal motion with a word of firmware behind it is a motion
+    // modal motion with a word of firmware after it is a motion
     let text = format!("{PRINTER}X20 M106 S255\n");
     assert_eq!(goals(&text)[1].as_ref().unwrap()[0], 20.0);
     // a machine that is no printer may have a motion there: it is not edited
@@ -732,7 +732,7 @@ fn a_message_behind_a_stop_leaves_the_modes() {
 fn polar_words_lead_to_a_place_that_is_not_told() {
     let text = format!("{HEAD}G1 @10 ^30 F300\nX5\nG91\n^15 Z-1\nX1\n");
     assert_eq!(goals(&text).iter().map(Option::is_some).collect::<Vec<_>>(), [true, false, true, false, false]);
-    // behind it a relative word leads from a place that is not known
+    // after it a relative word leads from a place that is not known
     let found = opaque(&text);
     assert!(found[0] == "polar coordinates" && found[2].starts_with("a relative word"), "{found:?}");
 }

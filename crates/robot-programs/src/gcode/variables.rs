@@ -1,6 +1,6 @@
 //! Variables `#1`, `#<name>` and expressions `[#1*2+3]` that have one value whatever runs.
 //!
-//! A variable is known behind a block that assigns it an expression of known things, until the next label, loop, condition or
+//! A variable is known after a block that assigns it an expression of known things, until the next label, loop, condition or
 //! call. Across labels, loops and conditions only those stay that one block of the whole text assigns, and that before the
 //! first of these: control cannot come by without it. Parameters from `#1000` on belong to the control and are never known.
 //!
@@ -63,7 +63,7 @@ impl Variables {
         }
     }
 
-    /// The value that stands behind the `=` of a line with one assignment; nothing but a comment may follow.
+    /// The value that stands after the `=` of a line with one assignment; nothing but a comment may follow.
     fn value(&self, line: &[u8]) -> Option<f64> {
         let from = line.iter().position(|&b| b == b'=')? + 1;
         let mut read = Reader { line, at: from, known: self, depth: 0 };
@@ -85,7 +85,7 @@ impl Variables {
         self.lasting.clear();
     }
 
-    /// The value of what stands behind a letter, and a style for its number.
+    /// The value of what stands after a letter, and a style for its number.
     pub(super) fn fold(&self, expression: &[u8]) -> Option<(f64, Style)> {
         let mut read = Reader { line: expression, at: 0, known: self, depth: 0 };
         let value = read.one()?;
@@ -261,7 +261,7 @@ mod tests {
         assert_eq!(known.fold(b"[#1*#2]").map(|v| v.0), Some(8.0));
         known.join();
         assert_eq!((known.fold(b"#1").map(|v| v.0), known.fold(b"#2")), (Some(2.0), None));
-        // assigned behind the branch: gone at the next
+        // assigned after the branch: gone at the next
         assign(&mut known, "#7=1");
         assert!(known.fold(b"#7").is_some());
         known.join();

@@ -2,7 +2,7 @@
 //!
 //! The text is gone through once with two positions: where the axes stood and where they will stand. A block is written
 //! again where it is edited, or where what it leads to would change: relative words take up what was changed before them, and
-//! an arc between ends that moved differently gets a centre that fits both. So the place behind every block is the wanted one, and
+//! an arc between ends that moved differently gets a centre that fits both. So the place after every block is the wanted one, and
 //! rounding never adds up.
 
 use super::goal::{self, MIXED};
@@ -95,14 +95,14 @@ pub(super) struct Writer<'a> {
     pub(super) now: Vec<Option<f64>>,
     /// By axis: most decimals used since its last absolute word, in mm or deg.
     pub(super) decimals: Vec<u8>,
-    /// The last block, if it is relative, and how far the axes stand from where they stood behind it.
+    /// The last block, if it is relative, and how far the axes stand from where they stood after it.
     pub(super) relative: Option<(usize, f64)>,
 }
 
 /// New words of a block, by axis.
 pub(super) struct Leg {
     pub(super) words: Vec<Option<String>>,
-    /// Where the axes stand behind it.
+    /// Where the axes stand after it.
     pub(super) to: Vec<Option<f64>>,
 }
 
@@ -111,14 +111,14 @@ impl Writer<'_> {
         Unwritable { step, why: why.into() }
     }
 
-    /// Behind a block that was not written all axes stand where they always did.
+    /// After a block that was not written all axes stand where they always did.
     fn start_anew(&mut self) {
         self.relative = None;
         self.now.fill(None);
         self.decimals.fill(0);
     }
 
-    /// The position is lost: behind relative words nothing may be left over.
+    /// The position is lost: after relative words nothing may be left over.
     pub(super) fn forget(&mut self) -> Written {
         if let Some((step, left)) = self.relative.take()
             && left > SAME
@@ -310,7 +310,7 @@ impl Writer<'_> {
         if old && (stands - want).abs() > SAME { -1.0 } else { f64::INFINITY }
     }
 
-    /// Puts changed numbers into the block, and words that it does not have behind its axis words.
+    /// Puts changed numbers into the block, and words that it does not have after its axis words.
     pub(super) fn replace(&mut self, s: &Statement, leg: &Leg) {
         let mut added = String::new();
         for (a, text) in leg.words.iter().enumerate() {
@@ -326,7 +326,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Behind the last axis word, else behind the last G or N word, else before the first word.
+    /// After the last axis word, else after the last G or N word, else before the first word.
     pub(super) fn behind_axes(&self, s: &Statement) -> usize {
         let axis = s.axis_words.iter().flatten().max().and_then(|&i| s.words.get(i as usize));
         let head = || s.words.iter().rev().find(|w| matches!(w.letter, b'G' | b'N'));

@@ -129,7 +129,7 @@ pub(super) fn is_known(word: &str) -> bool {
         || pairs.into_iter().any(|p| p == word)
 }
 
-/// The words of a line, each with its bytes; a comment (`'`, or `//` behind a space) is left out.
+/// The words of a line, each with its bytes; a comment (`'`, or `//` after a space) is left out.
 pub(super) fn words(text: &Text, k: usize) -> Vec<Range<usize>> {
     let (start, line) = (text.line_span(k).start, text.line(k));
     let mut quoted = false;
@@ -297,7 +297,7 @@ impl Reader<'_> {
         if !known {
             self.still = None;
         }
-        let step = Step::behind(self.script.steps.last(), At { file: 0, line: k as u64 + 1 }, kind);
+        let step = Step::following(self.script.steps.last(), At { file: 0, line: k as u64 + 1 }, kind);
         self.script.steps.push(step);
         if let Some(statement) = statement {
             self.statements.push(self.script.steps.len() - 1, statement);

@@ -81,7 +81,7 @@ impl Shared {
             self.named.insert(n);
         }
         let words: Vec<String> = words(text, k).iter().map(|w| upper(text, w)).collect();
-        // an instruction may stand behind a label
+        // an instruction may stand after a label
         let first = words.iter().find(|w| !w.starts_with('*'));
         let Some(first) = first.map(String::as_str) else { return };
         // the list of a job that stands beside comes before its instructions
@@ -153,7 +153,7 @@ pub(super) fn variables(word: &str) -> (Vec<u32>, bool) {
         let rest = &bytes[k + 1..];
         let rest = if rest.first().is_some_and(|b| b.eq_ignore_ascii_case(&b'X')) { &rest[1..] } else { rest };
         match rest.first() {
-            // the bracket may stand behind a blank
+            // the bracket may stand after a blank
             None | Some(b'[') => any = true,
             Some(digit) if digit.is_ascii_digit() => {
                 let digits = rest.iter().take_while(|b| b.is_ascii_digit());

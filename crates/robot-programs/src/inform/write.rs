@@ -2,8 +2,8 @@
 //!
 //! A position is changed in place where all moves that lead to it want the same. Else the first wish keeps the line (or, where
 //! one move stays as it was, the line stays), and every other wish gets a line of its own. New lines take the next free
-//! numbers and stand behind the last line of their kind, under the headers of the line that they were copied from: these are
-//! repeated where others are in force there, as controllers do themselves, and those in force before are repeated behind the new
+//! numbers and stand after the last line of their kind, under the headers of the line that they were copied from: these are
+//! repeated where others are in force there, as controllers do themselves, and those in force before are repeated after the new
 //! lines where positions follow. A header cannot be taken back: a line that lacks one which is in force there is not copied. So no number that stands anywhere changes its
 //! meaning, the numbers rise through the list, and `///NPOS` grows.
 
@@ -375,7 +375,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// New lines behind the last of their kind, under the right headers.
+    /// New lines after the last of their kind, under the right headers.
     fn lines(&mut self) {
         let text = &self.job.script.texts[0];
         let mut by_kind: BTreeMap<Kind, Vec<&NewLine>> = BTreeMap::new();
@@ -392,7 +392,7 @@ impl<'a> Writer<'a> {
             for line in &lines {
                 let joints = matches!(line.section.meaning, Meaning::Pulse | Meaning::Angle);
                 self.headers(&mut bytes, &mut now, line.section, !joints, ending);
-                // what the model line has behind its numbers is its own
+                // what the model line has after its numbers is its own
                 debug_assert_eq!(self.job.positions[line.model].kind, kind);
                 bytes.extend_from_slice(&line.text);
                 bytes.extend_from_slice(ending);

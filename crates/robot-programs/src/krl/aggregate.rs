@@ -171,7 +171,7 @@ pub(super) fn axis_name(name: &str) -> bool {
 /// No aggregate of KRL has as many components.
 const MOST: usize = 64;
 
-/// An aggregate whose brace is `tokens[k]`; the token behind it.
+/// An aggregate whose brace is `tokens[k]`; the token after it.
 pub(super) fn aggregate(text: &Text, file: usize, tokens: &[Token], k: usize) -> Result<(Aggregate, usize)> {
     let open = tokens.get(k).map_or(0, |t| t.start);
     let unclosed = || text.bad(open, "`{` without `}` on its line", "an aggregate such as `{A1 0.0,A2 -90.0}`");

@@ -54,7 +54,7 @@ pub(super) fn calls(text: &Text, line: &[Token]) -> Vec<String> {
         .collect()
 }
 
-/// ArcTech's `ArcMainNG(#ArcOnBeforeMoveStd, ...)`: on before the motion to the seam, off behind the motion to its end.
+/// ArcTech's `ArcMainNG(#ArcOnBeforeMoveStd, ...)`: on before the motion to the seam, off after the motion to its end.
 pub(super) fn arc(text: &Text, line: &[Token], word: &str) -> Option<bool> {
     let state = line.get(3).filter(|_| word == "ARCMAINNG" && line[2].is(b'#')).map(|t| upper(text, t))?;
     if state.starts_with("ARCON") { Some(true) } else { state.starts_with("ARCOFFAFTER").then_some(false) }

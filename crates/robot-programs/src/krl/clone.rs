@@ -129,7 +129,7 @@ pub(super) fn clone(
     let new = if form { format!("{}{fresh}", first(&name.text)) } else { fresh.clone() };
     let text = texts(program, name.file)?;
     // a point of another module parts into the program's own data list
-    let (file, behind) = match name.context {
+    let (file, following) = match name.context {
         false => (name.file, name.line),
         true => own_list(program)
             .ok_or_else(|| refused("there is no data list (.dat) beside the program for a clone of the point"))?,
@@ -157,7 +157,7 @@ pub(super) fn clone(
             lines.push(renamed(from, at, &frame, &format!("F{fresh}")));
         }
     }
-    below(texts(program, file)?, file, behind, &lines, out);
+    below(texts(program, file)?, file, following, &lines, out);
     Ok(Clone::Name { old: name.text.clone(), new })
 }
 
@@ -177,7 +177,7 @@ fn words_of(text: &Text, k: usize) -> Vec<String> {
     line.iter().filter(|t| t.kind == Kind::Word).map(|t| upper(text, t)).collect()
 }
 
-/// Lines behind line `k`.
+/// Lines after line `k`.
 fn below(text: &Text, file: usize, k: usize, lines: &[Vec<u8>], out: &mut Patches) {
     let span = text.line_span(k);
     let ending = text.ending(span.start);
@@ -231,8 +231,8 @@ pub(super) fn refer(program: &Program, step: usize, clone: &Clone, out: &mut Pat
         return Ok(());
     };
     let before = program.motions.before(step).is_some_and(|m| m.line() >= fold);
-    let behind = program.motions.after(step).is_some_and(|m| m.fold() == Some(fold));
-    if before || behind {
+    let following = program.motions.after(step).is_some_and(|m| m.fold() == Some(fold));
+    if before || following {
         let why = "its inline form holds several motions, and the point must part from its other uses";
         return Err(Error::Refused(format!("{}: {why}", place(program, step))));
     }

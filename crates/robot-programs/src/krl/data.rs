@@ -45,7 +45,7 @@ impl Data {
         let mut data = Self::default();
         let mut line = Vec::new();
         let own = || texts.iter().enumerate().filter(|(_, t)| !t.context);
-        // declarations first: the data list comes behind the program
+        // declarations first: the data list comes after the program
         for pass in 0..2 {
             if pass == 1 {
                 // the program assigns points of other modules, too
@@ -236,7 +236,7 @@ impl Data {
         name.given = value;
     }
 
-    /// The point that the word at token `i` names, and the token behind it: a name, an element of an array by a plain index, or the
+    /// The point that the word at token `i` names, and the token after it: a name, an element of an array by a plain index, or the
     /// array itself where the index is computed.
     pub(super) fn at(&mut self, routine: usize, text: &Text, line: &[Token], i: usize) -> Option<(usize, usize)> {
         let name = upper(text, line.get(i)?);
@@ -286,7 +286,7 @@ impl Data {
     }
 }
 
-/// The statements of a line: what stands behind the `DO` of `TRIGGER` and `INTERRUPT` is one of its own.
+/// The statements of a line: what stands after the `DO` of `TRIGGER` and `INTERRUPT` is one of its own.
 pub(super) fn statements<'a>(text: &Text, line: &'a [Token]) -> Vec<&'a [Token]> {
     let is_do = |t: &Token| t.kind == Kind::Word && upper(text, t) == "DO";
     let at = line.iter().enumerate().skip(1).position(|(i, t)| is_do(t) && !line[i - 1].is(b'.')).map(|n| n + 1);

@@ -59,7 +59,7 @@ pub(super) fn references(text: &Text, fold: usize, to: usize, name: &str) -> Vec
     out
 }
 
-/// Words of a comment that name the form's point: behind the motion (`;FOLD PTP P1 ...`), in the form's second field
+/// Words of a comment that name the form's point: after the motion (`;FOLD PTP P1 ...`), in the form's second field
 /// (`%P 1:PTP, 2:P1, ...`), and as a parameter (`Kuka.PointName=P1;`).
 fn named(comment: &[u8]) -> Vec<Range<usize>> {
     let word =

@@ -28,7 +28,7 @@ fn turning(word: &str) -> Turning {
     }
 }
 
-/// The word behind `#` that follows the word `name`.
+/// The word after `#` that follows the word `name`.
 fn choice(text: &Text, line: &[Token], name: &str) -> Option<String> {
     let at = line.iter().position(|t| t.kind == Kind::Word && upper(text, t) == name)?;
     let hash = (at + 1..line.len().min(at + 3)).find(|&i| line[i].is(b'#'))?;
@@ -76,7 +76,7 @@ impl Going {
         }
     }
 
-    /// Behind a statement that is no motion; `word`: its first word, `line_text`: its bytes.
+    /// After a statement that is no motion; `word`: its first word, `line_text`: its bytes.
     pub fn follow(&mut self, text: &Text, line: &[Token], word: &str, line_text: &[u8]) {
         match word {
             "$ORI_TYPE" => self.turning = choice(text, line, "$ORI_TYPE").map_or(Turning::Otherwise, |k| turning(&k)),
@@ -114,7 +114,7 @@ impl Going {
             || line.iter().any(|t| t.kind == Kind::Word && self.held.contains(&upper(text, t)))
     }
 
-    /// How the tool turns on the way of a motion, of which `tail` stands behind its goal.
+    /// How the tool turns on the way of a motion, of which `tail` stands after its goal.
     pub fn of_motion(&self, text: &Text, tail: &[Token]) -> Turning {
         if tail.is_empty() || !tail.iter().any(|t| upper(text, t) == "$ORI_TYPE") {
             return self.turning;

@@ -15,7 +15,7 @@ pub(super) struct Motion {
     pub point: Span,
     /// Of an arc that may be split: the point on its way.
     pub via: Option<Span>,
-    /// From behind the goal to the end of the statement.
+    /// From after the goal to the end of the statement.
     pub tail: Span,
     pub spline: bool,
     /// First line of the fold of an inline form around it, from 0.
@@ -74,7 +74,7 @@ pub(super) fn stands(text: &Text, line: &[Token]) -> bool {
     matches!(goal.as_str(), "$POS_ACT" | "$AXIS_ACT") && ends(text, line, 2)
 }
 
-/// The token behind the first comma outside of brackets.
+/// The token after the first comma outside of brackets.
 pub(super) fn second(line: &[Token]) -> Option<usize> {
     let mut depth = 0_usize;
     for (i, t) in line.iter().enumerate() {

@@ -48,7 +48,7 @@ pub(super) struct Assigned {
     pub line: usize,
     pub routine: usize,
     pub aggregate: Option<Aggregate>,
-    /// It certainly runs before whatever stands behind it in its routine.
+    /// It certainly runs before whatever stands after it in its routine.
     pub always: bool,
 }
 
@@ -81,7 +81,7 @@ impl Name {
     }
 }
 
-/// Whether a line certainly runs where its routine runs on behind it.
+/// Whether a line certainly runs where its routine runs on after it.
 #[derive(Debug, Default)]
 pub(super) struct Flow {
     /// Blocks around it that may be passed by.

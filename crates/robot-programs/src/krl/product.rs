@@ -22,7 +22,7 @@ pub(super) struct Factor {
     pub tokens: Range<usize>,
 }
 
-/// The name at token `at` with a plain index, in upper case, and the token behind it.
+/// The name at token `at` with a plain index, in upper case, and the token after it.
 pub(super) fn name(text: &Text, line: &[Token], at: usize) -> (String, usize) {
     let word = line.get(at).map(|t| upper(text, t)).unwrap_or_default();
     match index(text, line, at + 1) {
@@ -31,8 +31,8 @@ pub(super) fn name(text: &Text, line: &[Token], at: usize) -> (String, usize) {
     }
 }
 
-/// Token behind the factor at `at`.
-fn behind(text: &Text, line: &[Token], at: usize) -> Option<usize> {
+/// Token after the factor at `at`.
+fn after(text: &Text, line: &[Token], at: usize) -> Option<usize> {
     match line.get(at)? {
         t if t.kind == Kind::Word => Some(name(text, line, at).1),
         t if t.is(b'{') => {
@@ -53,10 +53,10 @@ fn behind(text: &Text, line: &[Token], at: usize) -> Option<usize> {
 
 /// Whether the goal at token `at` is a product.
 pub(super) fn is(text: &Text, line: &[Token], at: usize) -> bool {
-    behind(text, line, at).and_then(|next| line.get(next)).is_some_and(|t| t.is(b':'))
+    after(text, line, at).and_then(|next| line.get(next)).is_some_and(|t| t.is(b':'))
 }
 
-/// The factors of the product at token `at`, and the token behind it; why they cannot be told.
+/// The factors of the product at token `at`, and the token after it; why they cannot be told.
 pub(super) fn factors(
     text: &Text,
     line: &[Token],
@@ -67,7 +67,7 @@ pub(super) fn factors(
     const COMPUTED: &str = "the goal is computed";
     let mut all = Vec::new();
     loop {
-        let Some(next) = behind(text, line, at) else { return Ok(Err(COMPUTED.into())) };
+        let Some(next) = after(text, line, at) else { return Ok(Err(COMPUTED.into())) };
         let tokens = at..next;
         let factor = if line[at].is(b'{') {
             let (value, _) = aggregate(text, 0, line, at)?;

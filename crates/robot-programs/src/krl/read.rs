@@ -93,7 +93,7 @@ fn whole(text: &Text) -> Result<()> {
     Err(text.bad(0, "no routine", "a KUKA KRL program with DEF ... END"))
 }
 
-/// $BASE and $TOOL behind a branch, a label or a call: known where the file sets none, or always the same.
+/// $BASE and $TOOL after a branch, a label or a call: known where the file sets none, or always the same.
 fn later(text: &Text, data: &Data) -> [Option<Frame>; 2] {
     let mut set = Settings::default();
     let mut found: [Vec<Frame>; 2] = Default::default();
@@ -153,7 +153,7 @@ struct Reader<'a> {
     data: &'a Data,
     axes: &'a [(String, JointKind)],
     names: Vec<String>,
-    /// $BASE and $TOOL behind a branch or a call, where that is certain.
+    /// $BASE and $TOOL after a branch or a call, where that is certain.
     later: [Option<Frame>; 2],
     steps: Vec<Step>,
     targets: Targets,
@@ -210,7 +210,7 @@ impl<'a> Reader<'a> {
             let (bases, tools) = (std::mem::take(&mut self.set.bases), std::mem::take(&mut self.set.tools));
             self.set = Settings { base, tool, bases, tools, ..Settings::default() };
         }
-        let step = Step::behind(self.steps.last(), At { file: 0, line: k as u64 + 1 }, kind);
+        let step = Step::following(self.steps.last(), At { file: 0, line: k as u64 + 1 }, kind);
         self.steps.push(step);
     }
 
@@ -586,7 +586,7 @@ impl<'a> Reader<'a> {
         };
         if t.is(b'{') {
             let (point, next) = super::aggregate::aggregate(self.text, 0, line, 1).ok()?;
-            // a product of frames goes on behind the aggregate
+            // a product of frames goes on after the aggregate
             return line.get(next).filter(|t| t.is(b',')).and_then(|_| of(&point));
         }
         let (name, next) = product::name(self.text, line, 1);

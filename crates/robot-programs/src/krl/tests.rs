@@ -484,7 +484,7 @@ fn frames_are_known_by_number_by_name_and_by_what_computes_them() {
     ] {
         assert_eq!(places(&format!("{set}{LIN}")), [place], "{set}");
     }
-    // behind a loop either may be in force
+    // after a loop either may be in force
     let several = format!("BAS(#TOOL,1)\nLOOP\nBAS(#BASE,1)\n{LIN}BAS(#BASE,2)\n{LIN}ENDLOOP\n{LIN}");
     assert_eq!(places(&several), ["1/1", "2/1", "any 2/1"]);
 }

@@ -1,4 +1,4 @@
-//! Arguments of RAPID instructions: what stands between the commas, and its switches behind backslashes.
+//! Arguments of RAPID instructions: what stands between the commas, and its switches after backslashes.
 
 use super::lex::Kind;
 use super::read::{Item, ItemKind, Parsed, Span};

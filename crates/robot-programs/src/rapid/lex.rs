@@ -71,7 +71,7 @@ pub fn lex(text: &Text) -> Result<Lexed> {
     Ok(Lexed { tokens, comments })
 }
 
-/// Byte behind a string that begins at `start`; a doubled quote is part of it.
+/// Byte after a string that begins at `start`; a doubled quote is part of it.
 fn string_end(text: &Text, start: usize) -> Result<usize> {
     let bytes = &text.bytes;
     let mut i = start + 1;

@@ -212,12 +212,12 @@ impl Project {
                 let taken = fellows.iter().map(|f| f.0).collect();
                 (taken, Self { text: joined, parsed, starts, left_out: LeftOut::default() })
             }
-            // each of them is whole, but not one behind the other
+            // each of them is whole, but not one after the other
             Err(_) => alone(own),
         }
     }
 
-    /// First byte behind the program's own text.
+    /// First byte after the program's own text.
     pub fn own_end(&self) -> usize {
         self.starts.first().map_or(self.text.bytes.len(), |s| s.0)
     }

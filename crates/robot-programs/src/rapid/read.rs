@@ -74,7 +74,7 @@ pub enum ItemKind {
     EndBranch,
     EndLoop,
     Label,
-    /// GOTO, RETURN, EXIT, RAISE, RETRY, TRYNEXT: what stands behind it is not reached from here.
+    /// GOTO, RETURN, EXIT, RAISE, RETRY, TRYNEXT: what stands after it is not reached from here.
     Leave,
     /// `CONNECT i WITH trap`.
     Connect,

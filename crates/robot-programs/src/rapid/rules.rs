@@ -58,7 +58,7 @@ impl Going {
         first
     }
 
-    /// Behind an item.
+    /// After an item.
     pub fn follow(&mut self, p: &Parsed, item: &Item) {
         if !matches!(item.kind, ItemKind::Call { .. }) {
             return;

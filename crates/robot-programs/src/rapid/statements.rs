@@ -9,7 +9,7 @@ use super::words;
 use crate::error::Result;
 
 impl Parser<'_> {
-    /// First of the words behind `i`; a `;` before it is refused.
+    /// First of the words after `i`; a `;` before it is refused.
     fn until(&self, mut i: usize, stops: &[&str], expected: &str) -> Result<usize> {
         loop {
             match self.kind(i) {

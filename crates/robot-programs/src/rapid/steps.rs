@@ -34,7 +34,7 @@ pub struct Literal {
 /// Declaration of a target.
 #[derive(Debug, Clone)]
 pub struct Owner {
-    /// From `LOCAL` or `CONST` to behind the `;`.
+    /// From `LOCAL` or `CONST` to after the `;`.
     pub bytes: Range<usize>,
     /// `LOCAL CONST jointtarget`, as it is written.
     pub head: String,
@@ -46,7 +46,7 @@ pub struct Owner {
 /// Where a move stands.
 #[derive(Debug, Clone, Default)]
 pub struct Site {
-    /// Instruction to behind the `;`.
+    /// Instruction to after the `;`.
     pub bytes: Bytes,
     pub word: Bytes,
     pub args: Box<[Written]>,

@@ -71,7 +71,7 @@ pub fn aggregate(text: &Text, tokens: &[Token], span: Span) -> Option<Node> {
     (used == tokens.len()).then_some(node)
 }
 
-/// The list at token `at`, and the token behind it.
+/// The list at token `at`, and the token after it.
 fn list(text: &Text, tokens: &[Token], at: usize, depth: usize) -> Option<(Node, usize)> {
     let open = tokens.get(at).filter(|t| t.kind == Kind::Mark(b'['))?;
     if depth >= DEEPEST {

@@ -66,7 +66,7 @@ pub struct Motion {
     pub target: usize,
     /// `MoveAbsJ`, `MoveJ`, `MoveL`: target, speed, zone, tool in this order, and nothing happens on the way.
     pub plain: bool,
-    /// Process state behind it.
+    /// Process state after it.
     pub process: Option<bool>,
     /// It stands and works at its end (a spot weld).
     pub works: bool,
@@ -165,7 +165,7 @@ pub fn leads(name: &str, off: bool) -> Option<Option<&'static str>> {
 pub fn is_frame(name: &str) -> bool {
     name.starts_with("pdisp")
         || name.starts_with("eoffs")
-        // behind these a work object moves with a conveyor, or the arm with a sensor
+        // after these a work object moves with a conveyor, or the arm with a sensor
         || matches!(name, "actunit" | "deactunit" | "waitwobj" | "dropwobj" | "waitsensor" | "dropsensor")
 }
 

@@ -1,7 +1,7 @@
 //! Edits of a RAPID program as patches.
 //!
 //! A goal is written in place. A declared target that other moves or readers need with its old value gets a clone: a new
-//! declaration behind the old one, with its storage class and a fresh name, to which the move is turned. A new point is a copy of
+//! declaration after the old one, with its storage class and a fresh name, to which the move is turned. A new point is a copy of
 //! the move's own statement in front of it, with an inline target, the same speed and tool, without `\Conc`, `\Inpos`.
 //! Its zone: `z0` (0.3 mm), or a smaller one by `\Z:=` where its neighbours are nearer, or `fine` where a joint move itself
 //! stops exactly; a straight TCP move is not stopped on its way. ABB controllers halve overlapping zones by themselves, so the move's own zone stays.
@@ -307,7 +307,7 @@ impl Writer<'_> {
     }
 }
 
-/// Whether a statement has blanks behind its commas.
+/// Whether a statement has blanks after its commas.
 fn spaced(text: &Text, site: &Site) -> bool {
     let end = |a: &Written| a.switches.iter().map(|s| s.1.end()).fold(a.bytes.end(), usize::max);
     let Some(first) = site.args.first() else { return false };
@@ -316,7 +316,7 @@ fn spaced(text: &Text, site: &Site) -> bool {
     comma.and_then(|c| rest.get(c + 1)) == Some(&b' ')
 }
 
-/// A new declaration behind an old one: on a line of its own, behind the old one's comment, or on the same line where more
+/// A new declaration after an old one: on a line of its own, after the old one's comment, or on the same line where more
 /// code follows there.
 fn beside(text: &Text, old: &Range<usize>, declaration: &str) -> Patch {
     let line = text.line_of(old.end.saturating_sub(1)) as usize - 1;

@@ -18,7 +18,7 @@ impl<T> BySteps<T> {
         Self(Vec::with_capacity(text.likely_steps()))
     }
 
-    /// The value of a step behind those that have one.
+    /// The value of a step after those that have one.
     pub fn push(&mut self, step: usize, value: T) {
         self.0.push((step as u32, value));
     }
@@ -102,7 +102,7 @@ impl<S> Steps<S> {
     }
 
     fn add(&mut self, at: At, kind: StepKind) -> usize {
-        let step = Step::behind(self.steps.last(), at, kind);
+        let step = Step::following(self.steps.last(), at, kind);
         self.steps.push(step);
         self.steps.len() - 1
     }

@@ -1,6 +1,6 @@
 //! What shall be different about a program, move by move.
 //!
-//! Nearly every move of a program may get another goal, and few get more than that: goals stand one behind the other
+//! Nearly every move of a program may get another goal, and few get more than that: goals stand one after the other
 //! ([`StepEdits`]), the rest has a list of its own. Whoever asks gets an [`EditRef`], which shows an [`Edit`] as it was put in.
 
 use super::{Quantity, TargetRef};
@@ -118,7 +118,7 @@ const NONE: u32 = u32::MAX;
 /// Edits by step.
 #[derive(Debug, Clone, Default)]
 pub struct StepEdits {
-    /// By step; steps behind the last have none.
+    /// By step; steps after the last have none.
     rows: Vec<Row>,
     /// How many rows are edits.
     count: usize,

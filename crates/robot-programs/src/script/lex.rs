@@ -139,7 +139,7 @@ pub struct Lexed {
     pub comments: Vec<(usize, usize)>,
 }
 
-/// Behind a byte order mark.
+/// After a byte order mark.
 pub fn start(bytes: &[u8]) -> usize {
     if bytes.starts_with(b"\xEF\xBB\xBF") { 3 } else { 0 }
 }
@@ -160,12 +160,12 @@ pub fn begins_number(bytes: &[u8], at: usize) -> bool {
     digit(at) || bytes.get(at) == Some(&b'.') && digit(at + 1)
 }
 
-/// Behind the word that begins at `at`.
+/// After the word that begins at `at`.
 pub fn word_end(bytes: &[u8], at: usize) -> usize {
     at + bytes[at..].iter().take_while(|b| begins_word(**b) || b.is_ascii_digit()).count()
 }
 
-/// Behind the number that begins at `at`: `12`, `1.5E-3`, `.5`, `0x1F`.
+/// After the number that begins at `at`: `12`, `1.5E-3`, `.5`, `0x1F`.
 pub fn number_end(bytes: &[u8], at: usize) -> usize {
     let digits = |from: usize| bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
     if bytes[at] == b'0' && bytes.get(at + 1).is_some_and(|b| matches!(b | 0x20, b'x' | b'b' | b'o')) {

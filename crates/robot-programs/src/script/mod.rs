@@ -152,7 +152,7 @@ pub struct Step {
 
 impl Step {
     /// A step that follows `before`: moves that go alike share what they have in common.
-    pub fn behind(before: Option<&Self>, at: At, mut kind: StepKind) -> Self {
+    pub fn following(before: Option<&Self>, at: At, mut kind: StepKind) -> Self {
         if let (StepKind::Move(m), Some(Self { kind: StepKind::Move(last), .. })) = (&mut kind, before)
             && m.how == last.how
         {
@@ -169,7 +169,7 @@ pub enum StepKind {
     Move(Move),
     /// The robot stands; directions stay known. Seconds where they are written.
     Dwell(Option<f64>),
-    /// Where the robot comes from is not known behind this: directions are unknown, and so is the position unless the move
+    /// Where the robot comes from is not known after this: directions are unknown, and so is the position unless the move
     /// before it certainly led here.
     Break(Break),
     /// A process (welding, dispensing) goes on or off.

@@ -6,9 +6,9 @@ use crate::decimal::{Decimal, MOST, POW10};
 /// How a number is written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Style {
-    /// Digits behind the point; for an exponent those of its last digit's weight.
+    /// Digits after the point; for an exponent those of its last digit's weight.
     pub decimals: u8,
-    /// `5.` has a point and no digits behind it.
+    /// `5.` has a point and no digits after it.
     pub point: bool,
     /// `.384` instead of `0.384`.
     pub bare: bool,
@@ -62,7 +62,7 @@ pub fn read(text: &[u8]) -> Option<(f64, Style)> {
     value.is_finite().then_some((value, style))
 }
 
-/// A number with `decimals` digits behind the point, otherwise in `style`. A number that rounds to zero has no sign.
+/// A number with `decimals` digits after the point, otherwise in `style`. A number that rounds to zero has no sign.
 pub fn write(value: f64, style: Style, decimals: u8) -> String {
     let mut text = rounded(value, decimals);
     if style.bare {
@@ -94,7 +94,7 @@ fn rounded(value: f64, decimals: u8) -> String {
 
 /// The same in integers; `None`: the number is large, or so near to the middle of two decimals that a product does not tell.
 fn nearest(value: f64, decimals: u8) -> Option<String> {
-    /// Doubles up to here have at least four digits behind the point.
+    /// Doubles up to here have at least four digits after the point.
     const LARGEST: f64 = 1e12;
     /// More than the product is off, in last digits.
     const UNSURE: f64 = 1e-3;

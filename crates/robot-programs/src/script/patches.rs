@@ -22,7 +22,7 @@ impl Patch {
     }
 }
 
-/// Patches one behind the other, in little memory.
+/// Patches one after the other, in little memory.
 #[derive(Debug, Clone, Default)]
 pub struct Patches {
     heads: Vec<Head>,

@@ -169,7 +169,7 @@ impl Text {
         Error::bad(self.place(byte), found, expected)
     }
 
-    /// The line ending that a new line behind `byte` takes: that of its line, else that of the first line, else `\n`.
+    /// The line ending that a new line after `byte` takes: that of its line, else that of the first line, else `\n`.
     pub fn ending(&self, byte: usize) -> &'static [u8] {
         let line = self.line_span(self.line_of(byte) as usize - 1);
         let of = |span: Range<usize>| {

@@ -25,7 +25,7 @@ impl<T> Few<T> {
         self.0.as_deref().map_or(&[], Vec::as_slice)
     }
 
-    /// An element behind the others.
+    /// An element after the others.
     pub fn push(&mut self, value: T) {
         self.0.get_or_insert_default().push(value);
     }

@@ -30,7 +30,7 @@ use crate::error::Result;
 use read::{Content, Num, Point, Trajectory};
 use tree::Tree;
 
-/// Digits behind the point that a changed number gets where it has fewer and more are asked for: 1e-9 rad is far below any
+/// Digits after the point that a changed number gets where it has fewer and more are asked for: 1e-9 rad is far below any
 /// encoder, and a controller holds doubles.
 const DECIMALS: u8 = 9;
 /// A double has no more.
@@ -78,7 +78,7 @@ impl Format for Ros {
     }
 }
 
-/// Whether a word stands as a key: at the start of a line or behind a bracket, comma, dash or quote, and a colon behind it.
+/// Whether a word stands as a key: at the start of a line or after a bracket, comma, dash or quote, and a colon after it.
 fn has_key(bytes: &[u8], key: &[u8]) -> bool {
     memchr::memmem::find_iter(bytes, key).any(|at| {
         // a line of JSON can be as long as the file
@@ -88,9 +88,9 @@ fn has_key(bytes: &[u8], key: &[u8]) -> bool {
         let before = before.strip_suffix(b"\"").or_else(|| before.strip_suffix(b"'")).unwrap_or(before);
         let before = before.trim_ascii_end();
         let opens = matches!(before.last(), None | Some(b'{' | b'[' | b',' | b'-' | b'\xBF'));
-        let behind = &bytes[at + key.len()..];
-        let behind = behind.strip_prefix(b"\"").or_else(|| behind.strip_prefix(b"'")).unwrap_or(behind);
-        opens && !before.contains(&b'#') && behind.trim_ascii_start().first() == Some(&b':')
+        let following = &bytes[at + key.len()..];
+        let following = following.strip_prefix(b"\"").or_else(|| following.strip_prefix(b"'")).unwrap_or(following);
+        opens && !before.contains(&b'#') && following.trim_ascii_start().first() == Some(&b':')
     })
 }
 
@@ -172,7 +172,7 @@ impl Trajectories {
         // stable: the start of a trajectory stands before its first point, wherever that is
         steps.sort_by_key(|s| s.0);
         for (byte, kind, of) in steps {
-            let step = Step::behind(self.script.steps.last(), at(byte), kind);
+            let step = Step::following(self.script.steps.last(), at(byte), kind);
             self.script.steps.push(step);
             self.of_step.push(of);
         }

@@ -86,24 +86,24 @@ pub fn time_share(order: Order, from: State, to: State, h_s: f64, share: f64, af
     f64::midpoint(low, high)
 }
 
-/// Slope of an offset at a point, from the mean slopes before and behind it over `h0` and `h1` seconds.
-pub fn slope(order: Order, before: f64, h0: f64, behind: f64, h1: f64) -> f64 {
-    if before * behind <= 0.0 {
+/// Slope of an offset at a point, from the mean slopes before and after it over `h0` and `h1` seconds.
+pub fn slope(order: Order, before: f64, h0: f64, following: f64, h1: f64) -> f64 {
+    if before * following <= 0.0 {
         return 0.0;
     }
     let (w0, w1) = (2.0 * h1 + h0, h1 + 2.0 * h0);
-    let mean = (w0 + w1) / (w0 / before + w1 / behind);
-    let most = order.offset_slope() * before.abs().min(behind.abs());
+    let mean = (w0 + w1) / (w0 / before + w1 / following);
+    let most = order.offset_slope() * before.abs().min(following.abs());
     within(mean, most)
 }
 
 /// A velocity that turns no command back: zero where the joint stands or turns by its points, else in their direction and
 /// within what a monotone polynomial can have.
-pub fn limited(order: Order, v: f64, before: f64, behind: f64) -> f64 {
-    if before * behind <= 0.0 || v * before <= 0.0 {
+pub fn limited(order: Order, v: f64, before: f64, following: f64) -> f64 {
+    if before * following <= 0.0 || v * before <= 0.0 {
         return 0.0;
     }
-    let most = order.end_slope() * before.abs().min(behind.abs());
+    let most = order.end_slope() * before.abs().min(following.abs());
     within(v, most)
 }
 

@@ -20,7 +20,7 @@ fn refusal(text: &str) -> String {
     harness::refusal(&Ros, text, &robot())
 }
 
-/// The text behind the edits, which are found in it again.
+/// The text after the edits, which are found in it again.
 fn edited(text: &str, edits: &Edits) -> String {
     let out = harness::edited(&Ros, text.as_bytes(), edits, &robot()).unwrap_or_else(|e| panic!("{e}\n{text}"));
     String::from_utf8(out).unwrap()
@@ -199,10 +199,10 @@ fn a_turn_stands_where_the_velocity_of_the_spline_is_zero() {
         "{way:?}"
     );
     assert!(d.on_way(2, 0.5).unwrap().iter().zip(&way.q).all(|(a, b)| (a - b).abs() < 1e-9));
-    // a point at the turn, and one behind it with an offset: both are at their time, and J2 keeps its velocity there
-    let mut behind = d.on_way(2, 0.6).unwrap();
-    behind[0] -= 0.01;
-    let points = vec![NewPoint { of_way: true, ..point(&way.q, 0.5) }, point(&behind, 0.6)];
+    // a point at the turn, and one after it with an offset: both are at their time, and J2 keeps its velocity there
+    let mut after = d.on_way(2, 0.6).unwrap();
+    after[0] -= 0.01;
+    let points = vec![NewPoint { of_way: true, ..point(&way.q, 0.5) }, point(&after, 0.6)];
     let mut edits = Edits {
         steps: [(2, Edit { before: points, ..Edit::default() })].into(),
         digit: vec![1e-9; 3],

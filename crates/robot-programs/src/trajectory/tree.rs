@@ -5,7 +5,7 @@
 //! broken UTF-8 pass as well. Tabs, which YAML allows nowhere in an indentation, are handed over as spaces where the text
 //! begins with a bracket: JSON is often indented with them. Values are taken from the bytes, never from the parser, so
 //! that a wrong place cannot become a wrong number. The parser's ends of quoted words and of brackets reach over the blanks
-//! and the comment behind them: these ends are found here.
+//! and the comment after them: these ends are found here.
 
 use crate::error::Result;
 use crate::script::{Few, Span, Text};
@@ -34,7 +34,7 @@ pub struct Node {
     pub kind: Kind,
     /// First byte; of a block collection that of its first entry.
     pub start: usize,
-    /// Behind the last byte; of a block collection behind its last entry that has bytes.
+    /// After the last byte; of a block collection after its last entry that has bytes.
     pub end: usize,
     /// Number of its anchor, 0: none.
     pub anchor: u32,
@@ -192,7 +192,7 @@ fn quoted(bytes: &[u8]) -> usize {
     bytes.len()
 }
 
-/// Behind the closing bracket, from the end of the last entry on: only blanks, commas, colons and comments stand between.
+/// After the closing bracket, from the end of the last entry on: only blanks, commas, colons and comments stand between.
 fn closing(bytes: &[u8], from: usize, bracket: u8) -> usize {
     let mut k = from;
     while let Some(&b) = bytes.get(k) {
@@ -214,7 +214,7 @@ fn malformed(text: &Text, skipped: usize, e: &ScanError) -> crate::error::Error 
     text.bad(byte, format!("no YAML or JSON here: {}", e.info()), "a trajectory message")
 }
 
-/// Every `#` behind a blank or at the start of a line, outside of words.
+/// Every `#` after a blank or at the start of a line, outside of words.
 fn comments(bytes: &[u8], leaves: &[Span]) -> Vec<Range<usize>> {
     let mut found: Vec<Range<usize>> = Vec::new();
     for at in memchr::memchr_iter(b'#', bytes) {

@@ -1,5 +1,5 @@
 //! Patches: changed positions in place, velocities where an offset rises or falls, and new points as whole items in the
-//! style of the point behind them. Comments are not copied.
+//! style of the point after them. Comments are not copied.
 
 use super::read::{Num, Point, Time, Trajectory};
 use super::spline::{self, Order, State};
@@ -16,7 +16,7 @@ const RATE_DECIMALS: u8 = 12;
 
 /// A point of the edited trajectory: one of the file, or a new one.
 struct Knot {
-    /// The point, or for a new one the point behind it.
+    /// The point, or for a new one the point after it.
     point: usize,
     new: bool,
     t_s: f64,
@@ -165,20 +165,20 @@ impl Writer<'_> {
         if !knots[k].new {
             return own;
         }
-        let (Some(before), Some(behind)) = (k.checked_sub(1).and_then(|b| knots.get(b)), knots.get(k + 1)) else {
+        let (Some(before), Some(following)) = (k.checked_sub(1).and_then(|b| knots.get(b)), knots.get(k + 1)) else {
             return own;
         };
         let here = &knots[k];
         let offset = |n: &Knot| n.asked[column] - n.own[column].p;
-        let (o0, o, o1) = (offset(before), offset(here), offset(behind));
+        let (o0, o, o1) = (offset(before), offset(here), offset(following));
         let level = (o - o0).abs() <= NOTHING && (o1 - o).abs() <= NOTHING;
         if self.axes[column].is_none() || level {
             return own;
         }
-        let (h0, h1) = (here.t_s - before.t_s, behind.t_s - here.t_s);
-        let order = if behind.order == Order::Quintic { Order::Quintic } else { here.order };
+        let (h0, h1) = (here.t_s - before.t_s, following.t_s - here.t_s);
+        let order = if following.order == Order::Quintic { Order::Quintic } else { here.order };
         let v = own + spline::slope(order, (o - o0) / h0, h0, (o1 - o) / h1, h1);
-        let mean = |of: &dyn Fn(&Knot) -> f64| ((of(here) - of(before)) / h0, (of(behind) - of(here)) / h1);
+        let mean = |of: &dyn Fn(&Knot) -> f64| ((of(here) - of(before)) / h0, (of(following) - of(here)) / h1);
         // an offset that changes in the direction of the movement turns nothing back
         if [o - o0, o1 - o].iter().all(|change| change * own >= 0.0) {
             return v;
@@ -333,7 +333,7 @@ impl Writer<'_> {
         let (start, gap) = self.gap(point);
         let brackets = self.trajectory.brackets;
         let comma = if brackets { gap.iter().position(|&b| b == b',').map_or(0, |k| k + 1) } else { 0 };
-        // a word to the tool holds from its place on: the new points stand behind it
+        // a word to the tool holds from its place on: the new points stand after it
         let comments = self.document.tree.comments_in(&(start..start + gap.len()));
         let told = comments.iter().rev().find(|c| pragma(self.text.slice((*c).clone())).is_some());
         let from = told.map_or(0, |c| c.end.saturating_sub(start)).max(comma);
@@ -394,7 +394,7 @@ impl Writer<'_> {
     }
 }
 
-/// A number with `decimals` digits, zeros behind those of its style left out.
+/// A number with `decimals` digits, zeros after those of its style left out.
 fn fine(value: f64, style: number::Style, decimals: u8) -> String {
     let text = number::write(value, style, decimals.max(style.decimals.min(RATE_DECIMALS)));
     let Some((whole, digits)) = text.split_once('.') else { return text };

@@ -21,7 +21,7 @@ pub fn call(p: &Parsed, item: &Item) -> Option<(Motion, Vec<Arg>, Span)> {
     Some((motion, args, i..close + 1))
 }
 
-/// Arguments behind an opening bracket, and its closing one.
+/// Arguments after an opening bracket, and its closing one.
 pub fn arguments(p: &Parsed, from: usize, end: usize) -> Option<(Vec<Arg>, usize)> {
     let mut out = Vec::new();
     let mut depth = 0usize;

@@ -127,7 +127,7 @@ impl Builder<'_> {
                 [one] => one.clone(),
                 several => Frame::Any(several.to_vec()),
             },
-            // a function that stands above may run behind it
+            // a function that stands above may run after it
             Some((first, tools)) if self.tools_def != self.def => {
                 Frame::Any(std::iter::once(Frame::Named("tcp".into())).chain(tools.iter().cloned()).collect())
             }

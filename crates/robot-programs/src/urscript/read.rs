@@ -33,7 +33,7 @@ pub enum ItemKind {
     Middle,
     EndBranch,
     EndLoop,
-    /// `name = ...`, whole; `value`: first token behind the `=`.
+    /// `name = ...`, whole; `value`: first token after the `=`.
     Assign {
         name: usize,
         value: usize,

@@ -45,7 +45,7 @@ pub(super) fn strips(page: &mut Page, robot: &Robot, outcome: &Outcome, d: &Diag
             "Distance from the predicted to the measured position, as a colour.".to_string()
         } else {
             "Distance from the predicted to the measured position, as a colour: before with the frame alone, after with all that \
-             was found; between them what each found effect moves, with its joint's reversals where it acts behind them."
+             was found; between them what each found effect moves, with its joint's reversals where it acts after them."
                 .to_string()
         },
         StripsView {

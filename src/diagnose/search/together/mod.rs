@@ -33,7 +33,7 @@ use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::search::fit::{self, Fit, Prior};
 use crate::effects::EffectInstance;
 
-/// A machine fitted with all effects behind the known ones free, under the prior and the noise that stand beside.
+/// A machine fitted with all effects after the known ones free, under the prior and the noise that stand beside.
 #[derive(Clone)]
 pub struct MachineFit {
     pub fit: Fit,

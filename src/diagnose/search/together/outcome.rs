@@ -78,7 +78,7 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize) {
     (outcome, clear)
 }
 
-/// The test without the catalogue behind a fit, and what remains.
+/// The test without the catalogue after a fit, and what remains.
 fn left(
     problem: &Problem,
     machine: &MachineFit,

@@ -152,7 +152,7 @@ pub struct Described {
     pub held_out: f64,
 }
 
-/// Describes what a fit leaves by curves, which stand behind its effects.
+/// Describes what a fit leaves by curves, which stand after its effects.
 fn describe(problem: &Problem, start: &Fit, whitening: &Whitening) -> Option<Described> {
     let held_out = story::held_out(problem, start, whitening);
     let mut found = Described { fit: start.clone(), whitening: whitening.clone(), gains: Vec::new(), held_out };
@@ -204,7 +204,7 @@ fn describe_alone(problem: &Problem, fit: &Fit, known: usize, whitening: &Whiten
 }
 
 /// What remains described by curves, with the sets and the steps of the search brought in line. `known`: effects of the model, where
-/// those behind them may only stand in for what has no name.
+/// those after them may only stand in for what has no name.
 pub fn conclude(
     problem: &Problem,
     fit: Fit,

@@ -18,7 +18,7 @@ fn a_g50_with_axis_words_sets_coordinates_and_one_without_does_nothing() {
     let text = format!("{HEAD}G1 X60.0 F100\nG50 X200. Z150.\nG1 X210.5\n");
     assert_eq!(known_x(&text), [0.0, 60.0, 70.5]);
     assert_eq!(breaks(&text), 1);
-    // the place behind which it counts stays, as before a G92
+    // the place after which it counts stays, as before a G92
     assert!(moves(&script_of(&Gcode, &text, &robot()))[1].1.fixed.is_some());
     for line in ["G50", "G50 S2000"] {
         let text = format!("{HEAD}G1 X60.0 F100\n{line}\nG1 X210.5\n");
@@ -38,7 +38,7 @@ fn mirrors_and_scalings_end_what_is_known_and_lead_nowhere() {
         // one move less than a goal at the mirror would make
         assert_eq!((opaque(&text), breaks(&text)), (vec![why.to_string()], 1), "{on}");
     }
-    // relative words behind it lead from a place that is not known
+    // relative words after it lead from a place that is not known
     let text = format!("{HEAD}G91\nG1 X10.0 F100\nG50.1 X0.\nX5.0\n");
     assert!(moves(&script_of(&Gcode, &text, &robot()))[1].1.fixed.is_some());
     assert!(opaque(&text)[0].contains("relative word"));
@@ -119,7 +119,7 @@ fn expressions_with_one_value_lead_to_known_places_and_are_edited_as_numbers() {
     assert_eq!(out, text.replace("X[#1*53]", "X26.5012"));
     let notes = script_of(&Gcode, text, &robot()).notes;
     assert!(notes.iter().any(|n| n.text.contains("folded")), "{notes:?}");
-    // behind a branch only what one block assigns before all branches; nothing behind a call of something else
+    // after a branch only what one block assigns before all branches; nothing after a call of something else
     let text = "#1=5\n#2=6\nG21 G90 G0 X0 Y0 Z0\no1 if [#9 gt 1]\n#3=4\no1 endif\nG0 X#1\nG0 X#2\nG0 X#3\nG65 P9000\nG21 G90 G0 G17 G40 X#1\n";
     assert_eq!(known_x(text), [0.0, 5.0, 6.0]);
     let twice = text.replace("#3=4", "#2=4");
@@ -137,7 +137,7 @@ fn modes_behind_a_call_of_a_subprogram_in_the_text_are_those_that_the_text_never
     assert_eq!(known_x(&format!("{main}M2\n{sub}"))[..2], [0.0, 10.0]);
     let fanuc = "G21 G90 G0 X0 Y0 Z9\nM98 P200\nG0 X10 Y0 Z9\nM30\nO0200\nG1 Z-2 F50\nM99\n";
     assert_eq!(known_x(fanuc)[..2], [0.0, 10.0]);
-    // changed in the subprogram, called elsewhere, or behind a code that is not known
+    // changed in the subprogram, called elsewhere, or after a code that is not known
     for (from, to) in [("G1 Z-2", "G91 G1 Z-2"), ("P200", "P300"), ("G1 Z-2", "G68 R1\nG1 Z-2")] {
         assert_eq!(known_x(&fanuc.replace(from, to))[..], [0.0], "{to}");
     }
@@ -189,7 +189,7 @@ fn a_variable_is_not_known_where_an_assignment_to_it_is_not_certain() {
         ("IF [#1 EQ 0] THEN #100=45", None),
     ] {
         let text = format!("#100=30\n#101=60\n{START}{line}\n{ANEW}G1 X#100\nG1 X#101\n");
-        // #101 keeps its value; behind a condition too
+        // #101 keeps its value; after a condition too
         assert_eq!(told(&text)[4..], [x, x.or(Some(60.0)).filter(|_| x.is_none()).or(Some(60.0))], "{line}");
     }
     // before a loop whose end assigns it, blanks in its name or not

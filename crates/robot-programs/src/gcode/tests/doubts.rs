@@ -1,4 +1,4 @@
-//! Lines behind which another control, or another way to them, may take words otherwise: nothing behind them is edited as if it were
+//! Lines after which another control, or another way to them, may take words otherwise: nothing after them is edited as if it were
 //! certain.
 
 use super::super::Gcode;

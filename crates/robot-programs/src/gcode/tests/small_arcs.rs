@@ -7,7 +7,7 @@ fn ways(text: &str) -> usize {
     moves(&script_of(&Gcode, text, &robot())).last().unwrap().1.way.len()
 }
 
-/// A corner of 0.2 mm whose end stands 0.005 mm behind its quadrant.
+/// A corner of 0.2 mm whose end stands 0.005 mm after its quadrant.
 const CORNER: &str =
     "G21 G90 G17\nG0 X6.635 Y16.475 Z0.0\nG1 X13.966 Y16.484 F100\nG3 X13.906 Y16.876 I-0.055 J0.192\n";
 
