@@ -34,8 +34,8 @@
 //! let mut engine = rewrite::Engine::new(&robot, &compensator, options)?;
 //! let mut out = rewrite::OutputPoints::default();
 //! engine.push(&points, &mut out)?;
-//! let account = engine.finish(&mut out)?;
-//! assert!(account.reversals[0] > 0 && out.len() as u64 == account.points + account.inserted);
+//! let stats = engine.finish(&mut out)?;
+//! assert!(stats.reversals[0] > 0 && out.len() as u64 == stats.points + stats.inserted);
 //! # Ok(())
 //! # }
 //! ```

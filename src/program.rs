@@ -3,7 +3,7 @@
 //! [`Program`] is a program wholly in memory, for jobs that need no text; [`open_rows`] a CSV program that is read in blocks.
 
 pub use robot_programs::{
-    Block, RowSpan, Slot, Token, csv, fanuc, files, formats, gcode, inform, krl, lines, played, rapid, script,
+    Block, RowSpan, Slot, Token, csv, fanuc, files, formats, gcode, inform, joint_path, krl, lines, rapid, script,
     trajectory, urscript,
 };
 
@@ -84,8 +84,8 @@ impl Program {
     fn of_script(format: &dyn script::Format, texts: Vec<script::Text>, sha256: String, robot: &Robot) -> Result<Self> {
         let document = format.parse(texts, robot.axes())?;
         // several points may stand on one line: the lines of a script are those of its steps
-        let played = played::joints(document.script(), robot.axes())?;
-        Ok(Self { name: played.name, sha256, q: played.q, t_s: played.t_s, lines: Lines::default() })
+        let path = joint_path::joints(document.script(), robot.axes())?;
+        Ok(Self { name: path.name, sha256, q: path.q, t_s: path.t_s, lines: Lines::default() })
     }
 
     fn of_rows(input: Input, robot: &Robot) -> Result<Self> {

@@ -1,4 +1,4 @@
-//! The page of the effect catalogue and a picture of each signature, simulated with the program's own machine chain.
+//! The page of the effect catalogue and a picture of what each effect does, simulated with the program's own machine chain.
 
 use lostmotion::effects::catalogue::ALL;
 use lostmotion::effects::{EffectInfo, View, entry};
@@ -144,11 +144,11 @@ The pictures show a made-up arm of two joints: error of joint A1 in thousandths 
         for (key, meaning) in c.parameters {
             let _ = writeln!(md, "| `{key}` | {} |", cell(meaning));
         }
-        let rivals: Vec<String> = c.confused_with.iter().map(|r| format!("[`{r}`](#{r})")).collect();
+        let alternatives: Vec<String> = c.confused_with.iter().map(|r| format!("[`{r}`](#{r})")).collect();
         let _ = write!(
             md,
             "\n- Confused with: {}.\n- What decides: {}.\n- What to do: {}.\n",
-            rivals.join(", "),
+            alternatives.join(", "),
             c.decide_by,
             c.action
         );

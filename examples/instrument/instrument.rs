@@ -128,10 +128,10 @@ impl Instrument {
         let mut out = OutputPoints::default();
         let mut engine = Engine::new(&self.model.robot, &self.compensator, options).unwrap();
         engine.push(&Points { axes, q, t_s }, &mut out).unwrap();
-        let account = engine.finish(&mut out).unwrap();
+        let stats = engine.finish(&mut out).unwrap();
         // the command would refuse; here it is run all the same, to be measured
-        if account.violations_total > 0 {
-            println!("({}: compensated, a limit is exceeded {} times)", program.name, account.violations_total);
+        if stats.violations_total > 0 {
+            println!("({}: compensated, a limit is exceeded {} times)", program.name, stats.violations_total);
         }
         let mut text = String::from("t_s,e1_deg,e2_deg,pitch_deg,yaw_deg\n");
         for i in 0..out.len() {

@@ -46,8 +46,8 @@ pub fn color_of(words: impl Iterator<Item = std::ffi::OsString>) -> ColorChoice 
     joined.or(apart).and_then(|w| clap::ValueEnum::from_str(w, false).ok()).unwrap_or(ColorChoice::Auto)
 }
 
-/// Says how long a command took.
-pub(super) fn told(elapsed: Duration) {
+/// Prints the time and the memory that a command took, with `--verbose`.
+pub(super) fn print_cost(elapsed: Duration) {
     match most_memory_mb() {
         Some(mb) => detail(format_args!("{:.2} s, at most {mb} MB of memory", elapsed.as_secs_f64())),
         None => detail(format_args!("{:.2} s", elapsed.as_secs_f64())),

@@ -86,7 +86,7 @@ pub fn run(cli: Cli) -> Result<Finished> {
     cli.global.apply();
     let started = std::time::Instant::now();
     let finished = dispatch(cli.command);
-    global::told(started.elapsed());
+    global::print_cost(started.elapsed());
     finished
 }
 

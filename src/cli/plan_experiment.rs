@@ -1,4 +1,4 @@
-//! `lostmotion plan-experiment`: rivals, or the whole catalogue -> the motion that decides, as a program.
+//! `lostmotion plan-experiment`: alternatives, or the whole catalogue -> the motion that decides, as a program.
 
 use crate::cli::exit::bad;
 use crate::cli::{page, paths, plan_recording};
@@ -8,7 +8,7 @@ use crate::error::{Error, Place};
 use crate::io::input;
 use crate::io::output::{self, Output};
 use crate::model::Model;
-use crate::plan::path::{Room, RoomOptions};
+use crate::plan::path::{Envelope, EnvelopeOptions};
 use crate::plan::question::{self, Set};
 use crate::plan::recording::Kind;
 use crate::plan::separate::Experiment;
@@ -110,7 +110,7 @@ pub fn run(args: Args) -> Result<()> {
     }
     let model = Model::load(checked_model_file(&args)?)?;
     let robot = &model.robot;
-    let options = RoomOptions {
+    let options = EnvelopeOptions {
         pose: args.pose.as_deref().map(|p| pose(p, &model.robot)).transpose()?,
         duration_s: args.duration_s,
         rate_hz: args.rate_hz,
@@ -118,20 +118,25 @@ pub fn run(args: Args) -> Result<()> {
         travel_rad: args.travel_deg.to_radians(),
         travel_m: args.travel_mm * 1e-3,
     };
-    let mut room = Room::new(robot, &options);
-    let window = room.window.clone();
-    let (speed_m_s, duration_s) = (room.speed_m_s, room.duration_s);
+    let mut envelope = Envelope::new(robot, &options);
+    let window = envelope.window.clone();
+    let (speed_m_s, duration_s) = (envelope.speed_m_s, envelope.duration_s);
     let mut scale = Scale { robot, window: &window, speed_m_s, duration_s, lost: vec![None; robot.dof()] };
     let asked = Question::of(&args, &mut scale)?;
-    widen(&mut room, asked.sets());
+    widen(&mut envelope, asked.sets());
     let mut out = output::create(args.output.as_deref())?;
     let mut report = output::create(args.report.as_deref())?;
     let noise = args.noise_um.map(|um| Noise::white(um * 1e-6)).unwrap_or(asked.noise());
-    let bench =
-        Experiment { model: &model, room: &room, noise, payload_kg: args.payload_kg, channels: Channels::default() };
+    let bench = Experiment {
+        model: &model,
+        envelope: &envelope,
+        noise,
+        payload_kg: args.payload_kg,
+        channels: Channels::default(),
+    };
     let (plan, motion) = asked.answer(&bench, &scale);
-    page::write(&mut report, || page::plan::of_plan(robot, &plan, motion.as_ref(), &room))?;
-    match (&mut out, motion.map(|m| document::program(&m, &room))) {
+    page::write(&mut report, || page::plan::of_plan(robot, &plan, motion.as_ref(), &envelope))?;
+    match (&mut out, motion.map(|m| document::program(&m, &envelope))) {
         (Some(out), Some(bytes)) => out.put(&bytes)?,
         (Some(_), None) => {
             let file = crate::error::shown(args.output.as_deref().unwrap_or(Path::new("-")));
@@ -214,11 +219,11 @@ impl Question {
 
     /// The plan, and its motion where there is one.
     fn answer(&self, bench: &Experiment, scale: &Scale) -> (document::Plan, Option<motions::Motion>) {
-        let (room, dof) = (bench.room, bench.model.robot.dof());
+        let (envelope, dof) = (bench.envelope, bench.model.robot.dof());
         let payload = !bench.model.robot.links.is_empty();
         let (name, sets) = match self {
             Self::Catalogue => {
-                let answer = plan::observe(bench, motions::library(room, &[], payload), scale);
+                let answer = plan::observe(bench, motions::library(envelope, &[], payload), scale);
                 let (plan, motion) = document::of_catalogue(&answer, bench);
                 return (plan, motion.cloned());
             }
@@ -228,22 +233,22 @@ impl Question {
         if sets.is_empty() {
             return (document::of_nothing(bench), None);
         }
-        let library = motions::library(room, &plan::axes_of(sets, dof), payload);
+        let library = motions::library(envelope, &plan::axes_of(sets, dof), payload);
         let answer = plan::separate(bench, library, sets);
         let (plan, motion) = document::of_separation(name, &answer, sets, bench);
         (plan, motion.cloned())
     }
 }
 
-/// Transitions as long as the rivals'.
-fn widen(room: &mut Room, sets: &[Set]) {
-    let mut found: Vec<Option<f64>> = vec![None; room.pose.len()];
-    for p in sets.iter().flat_map(|s| &s.rivals).flat_map(|r| &r.effects) {
+/// Transitions as long as the alternatives'.
+fn widen(envelope: &mut Envelope, sets: &[Set]) {
+    let mut found: Vec<Option<f64>> = vec![None; envelope.pose.len()];
+    for p in sets.iter().flat_map(|s| &s.alternatives).flat_map(|r| &r.effects) {
         if let (Some(axis), Some(x)) = (p.axis(), sizes::transition(&p.effect)) {
             found[axis] = Some(found[axis].unwrap_or(0.0).max(x));
         }
     }
-    for (t, x) in room.transition.iter_mut().zip(found) {
+    for (t, x) in envelope.transition.iter_mut().zip(found) {
         *t = x.unwrap_or(*t);
     }
 }

@@ -173,7 +173,7 @@ pub fn run(args: Args) -> Result<()> {
     page::write(&mut report, || page::simulate::of_run(&model, &from, &written))?;
     let mut document = args.json.then(|| Output::create(Path::new("-"))).transpose()?;
     if let Some(document) = &mut document {
-        let text = serde_json::to_string_pretty(&told(&model, &from, &args, &written)).unwrap_or_default();
+        let text = serde_json::to_string_pretty(&summary(&model, &from, &args, &written)).unwrap_or_default();
         document.put((text + "\n").as_bytes())?;
     }
     output::commit([Some(out), report, document])?;
@@ -185,7 +185,7 @@ pub fn run(args: Args) -> Result<()> {
 }
 
 /// `simulate --json`: the log itself is in `--output`.
-fn told(model: &Model, from: &page::simulate::From, args: &Args, written: &Written) -> serde_json::Value {
+fn summary(model: &Model, from: &page::simulate::From, args: &Args, written: &Written) -> serde_json::Value {
     let effects: Vec<_> = model.effects.iter().map(|e| entry::write(e, &model.robot)).collect();
     serde_json::json!({
         "schema": "lostmotion/simulation/1",

@@ -140,7 +140,7 @@ impl Candidate {
     }
 
     /// Number of linear coefficients.
-    pub fn signatures(&self) -> usize {
+    pub fn sensitivities(&self) -> usize {
         self.trial.len()
     }
 

@@ -102,7 +102,7 @@ impl State {
         }
         let mut sides = vec![0.0; n];
         for axis in 0..n {
-            let (after, side) = commands.played(axis, &plays[axis], u)?;
+            let (after, side) = commands.after_play(axis, &plays[axis], u)?;
             // where a moving joint stands in its gap is unknown before its first contact
             if side == 0 && self.gap[axis] > NO_GAP && self.travel[axis] > MOVES * self.gap[axis] {
                 return None;

@@ -110,7 +110,7 @@ impl Interval {
     }
 }
 
-/// A joined log: columns by name, and the account.
+/// A joined log: columns by name, and what was found.
 #[derive(Debug, Clone)]
 pub struct Joined {
     pub report: Report,
@@ -199,8 +199,8 @@ fn start(robot: &Robot, series: &Series, seen: &Seen, options: &Options, tracker
     let found = search::start(robot, series, seen, within).ok_or_else(|| {
         Error::bad(place(), "no motion in common with the controller's recording", "recordings of one motion")
     })?;
-    if options.near_s.is_none() && !found.rivals.is_empty() {
-        let mut all: Vec<f64> = found.rivals.iter().copied().chain([found.offset_s]).collect();
+    if options.near_s.is_none() && !found.alternatives.is_empty() {
+        let mut all: Vec<f64> = found.alternatives.iter().copied().chain([found.offset_s]).collect();
         all.sort_by(f64::total_cmp);
         let all: Vec<String> = all.iter().map(|o| format!("{o:.2} s")).collect();
         let found = format!("a motion that repeats: the clocks agree as well at offsets of {}", all.join(", "));

@@ -4,7 +4,7 @@
 //! cross-correlation by fast Fourier transform gives peaks. A motion of constant speed has none, so offsets on a grid are tried
 //! too. Each is judged by the rigid fit of the two paths ([`crate::numerics::rigid`]), whatever the frame of the tracker.
 //!
-//! Fails: [`Found::rivals`] names offsets far from the best that fit nearly as well: a motion that repeats. The misfit is relative to the
+//! Fails: [`Found::alternatives`] names offsets far from the best that fit nearly as well: a motion that repeats. The misfit is relative to the
 //! size of the path, so that a short stretch in which little moves does not win.
 
 use super::series::Series;
@@ -23,7 +23,7 @@ const TRIALS: usize = 1500;
 const PEAKS: usize = 8;
 /// Part of the shorter recording that must overlap.
 const OVERLAP: f64 = 0.3;
-/// A rival fits within this factor of the best.
+/// An alternative fits within this factor of the best.
 const ALIKE: f64 = 1.2;
 /// And any that misses by less than this part of the path's size: starts are found to a millisecond only.
 const ALIKE_FLOOR: f64 = 1e-3;
@@ -42,7 +42,7 @@ pub struct Found {
     pub offset_s: f64,
     /// Correlation of the speeds there.
     pub correlation: f64,
-    pub rivals: Vec<f64>,
+    pub alternatives: Vec<f64>,
 }
 
 /// The best start, among all offsets or those `within`; `None` where the recordings share no motion.
@@ -73,10 +73,10 @@ pub fn start(robot: &Robot, commands: &Series, seen: &Seen, within: Option<[f64;
     bottoms.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (misfit, offset_s) = *bottoms.first()?;
     let far = 2.0 * step.max(BASE_S);
-    let rivals =
+    let alternatives =
         bottoms.iter().skip(1).filter(|b| b.0 < (ALIKE * misfit).max(ALIKE_FLOOR) && (b.1 - offset_s).abs() > far);
     let near = correlated.iter().filter(|p| (p.0 - offset_s).abs() < far).map(|p| p.1);
-    Some(Found { offset_s, correlation: near.fold(0.0, f64::max), rivals: rivals.map(|b| b.1).collect() })
+    Some(Found { offset_s, correlation: near.fold(0.0, f64::max), alternatives: alternatives.map(|b| b.1).collect() })
 }
 
 /// Golden section between the neighbours of a trial.

@@ -70,7 +70,7 @@ impl Series {
     }
 
     /// Position after the gap, and the side that pushes (0 before the first contact, when the position is a guess); `None` outside.
-    pub fn played(&self, channel: usize, play: &Play, t: f64) -> Option<(f64, i8)> {
+    pub fn after_play(&self, channel: usize, play: &Play, t: f64) -> Option<(f64, i8)> {
         let k = self.before(t)?;
         let x = (t - self.t_s[k]) / (self.t_s[k + 1] - self.t_s[k]);
         let part = ((x * PARTS as f64) as usize).min(PARTS - 1);
@@ -181,9 +181,9 @@ mod tests {
     fn a_gap_is_crossed_before_the_joint_moves_back() {
         let s = ramp();
         let play = s.play(0, 0.25);
-        assert_eq!(s.played(0, &play, 4.5).unwrap(), (2.75, 1));
-        assert_eq!(s.played(0, &play, 5.2).unwrap().0, 2.75);
-        let (at, side) = s.played(0, &play, 7.0).unwrap();
+        assert_eq!(s.after_play(0, &play, 4.5).unwrap(), (2.75, 1));
+        assert_eq!(s.after_play(0, &play, 5.2).unwrap().0, 2.75);
+        let (at, side) = s.after_play(0, &play, 7.0).unwrap();
         assert!((at - 1.25).abs() < 1e-12 && side == -1);
     }
 

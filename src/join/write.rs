@@ -117,9 +117,9 @@ pub(super) fn table(
     let at: Vec<f64> = kept.iter().map(|&i| base_s[i]).collect();
     let mut columns = vec![Column { name: "t_s".into(), meaning: Meaning::Time, values: at.clone(), decimals: DIGITS }];
     let base_is_controller = rows == Rows::Controller;
-    let wanted = |c: &Channel, from_controller: bool, rival: &Recording| {
+    let wanted = |c: &Channel, from_controller: bool, other: &Recording| {
         !matches!(c.meaning, Meaning::Time | Meaning::Index | Meaning::Other)
-            && (rival.values(c.meaning).is_none() || of_controller(c.meaning) == from_controller)
+            && (other.values(c.meaning).is_none() || of_controller(c.meaning) == from_controller)
     };
     for c in base.channels.iter().filter(|c| wanted(c, base_is_controller, other)) {
         let per_unit = si_per_unit(c.meaning, robot);

@@ -10,7 +10,7 @@ const SHOWN: usize = 12;
 pub fn story(plan: &Plan) -> String {
     let mut out = String::new();
     for set in &plan.sets {
-        let names: Vec<&str> = set.rivals.iter().map(|r| r.name.as_str()).collect();
+        let names: Vec<&str> = set.alternatives.iter().map(|r| r.name.as_str()).collect();
         let _ = writeln!(out, "to tell apart: {}", names.join(" | "));
     }
     if plan.question == "catalogue" {

@@ -1,7 +1,7 @@
 //! The plan as it is written: `lostmotion/plan/1`, and the program.
 
 use super::motions::Motion;
-use super::path::{DECIMALS, Room};
+use super::path::{DECIMALS, Envelope};
 use super::question::Set;
 use super::reasons::With;
 use super::separate::{Comparison, DesignScore, Experiment, NEEDED, named, right};
@@ -24,7 +24,7 @@ pub struct Plan {
     pub verdict: Verdict,
     pub noise_um: f64,
     pub rate_hz: f64,
-    /// Rivals of every set with their sizes.
+    /// Alternatives of every set with their sizes.
     pub sets: Vec<SetShown>,
     /// The proposal; null where nothing is worth running.
     pub best: Option<Entry>,
@@ -60,13 +60,14 @@ pub enum Verdict {
 
 #[derive(Debug, Clone, Serialize)]
 pub struct SetShown {
-    pub rivals: Vec<RivalShown>,
+    #[serde(rename = "rivals")]
+    pub alternatives: Vec<AlternativeShown>,
     /// Further found effects, refitted with each.
     pub beside: Vec<Value>,
 }
 
 #[derive(Debug, Clone, Serialize)]
-pub struct RivalShown {
+pub struct AlternativeShown {
     pub name: String,
     pub effects: Vec<Value>,
 }
@@ -101,7 +102,7 @@ pub struct Evidence {
     pub probability_right: f64,
     pub probability_named: f64,
     pub comparisons: Vec<ComparisonShown>,
-    /// The effect outside the sets that comes nearest to one of the rivals; null where it was not looked for.
+    /// The effect outside the sets that comes nearest to one of the alternatives; null where it was not looked for.
     pub nearest_outside: Option<OutsideShown>,
 }
 
@@ -114,12 +115,14 @@ pub struct OutsideShown {
 #[derive(Debug, Clone, Serialize)]
 pub struct ComparisonShown {
     pub truth: String,
-    pub rival: String,
+    #[serde(rename = "rival")]
+    pub alternative: String,
     pub expected_2lnl: f64,
     pub probability_right: f64,
     pub probability_named: f64,
-    /// The rival where it fits the truth best.
-    pub rival_fitted: Vec<Value>,
+    /// The alternative where it fits the truth best.
+    #[serde(rename = "rival_fitted")]
+    pub alternative_fitted: Vec<Value>,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -154,7 +157,11 @@ fn sets_shown(sets: &[Set], robot: &Robot) -> Vec<SetShown> {
     let list = |p: &[EffectInstance]| p.iter().map(|p| effect(p, robot)).collect();
     sets.iter()
         .map(|s| SetShown {
-            rivals: s.rivals.iter().map(|r| RivalShown { name: r.name.clone(), effects: list(&r.effects) }).collect(),
+            alternatives: s
+                .alternatives
+                .iter()
+                .map(|r| AlternativeShown { name: r.name.clone(), effects: list(&r.effects) })
+                .collect(),
             beside: list(&s.common),
         })
         .collect()
@@ -165,7 +172,7 @@ fn entry_of(motion: &Motion, bench: &Experiment) -> Entry {
     Entry {
         motion: motion.name.clone(),
         does: motion.does.clone(),
-        duration_s: digits((motion.rows.len() - 1) as f64 * bench.room.step_s),
+        duration_s: digits((motion.rows.len() - 1) as f64 * bench.envelope.step_s),
         runs: payloads.into_iter().map(|payload_kg| RunShown { payload_kg }).collect(),
         evidence: None,
         worst_ratio: None,
@@ -175,12 +182,12 @@ fn entry_of(motion: &Motion, bench: &Experiment) -> Entry {
 
 fn evidence(worth: &DesignScore, sets: &[Set], robot: &Robot) -> Evidence {
     let shown = |c: &Comparison| ComparisonShown {
-        truth: sets[c.set].rivals[c.truth].name.clone(),
-        rival: sets[c.set].rivals[c.other].name.clone(),
+        truth: sets[c.set].alternatives[c.truth].name.clone(),
+        alternative: sets[c.set].alternatives[c.other].name.clone(),
         expected_2lnl: digits(c.evidence),
         probability_right: digits(right(c.evidence)),
         probability_named: digits(named(c.evidence)),
-        rival_fitted: c.fitted.iter().map(|p| effect(p, robot)).collect(),
+        alternative_fitted: c.fitted.iter().map(|p| effect(p, robot)).collect(),
     };
     Evidence {
         expected_2lnl: digits(worth.evidence),
@@ -200,7 +207,7 @@ fn empty(question: &'static str, bench: &Experiment) -> Plan {
         question,
         verdict: Verdict::NothingToDecide,
         noise_um: digits(bench.noise.sigma * 1e6),
-        rate_hz: bench.room.rate_hz,
+        rate_hz: bench.envelope.rate_hz,
         sets: Vec::new(),
         best: None,
         motions: Vec::new(),
@@ -221,9 +228,9 @@ pub fn of_nothing(bench: &Experiment) -> Plan {
 /// Why the pair with the least evidence cannot be told apart.
 fn hardest_pair(worth: &DesignScore, sets: &[Set], bench: &Experiment) -> String {
     let Some(c) = worth.comparisons.iter().min_by(|a, b| a.evidence.total_cmp(&b.evidence)) else {
-        return "one rival is a special case of the other, whatever the log".into();
+        return "one alternative is a special case of the other, whatever the log".into();
     };
-    let (a, b) = (&sets[c.set].rivals[c.truth], &sets[c.set].rivals[c.other]);
+    let (a, b) = (&sets[c.set].alternatives[c.truth], &sets[c.set].alternatives[c.other]);
     format!("{} and {}: {}", a.name, b.name, reasons::reason(a, b, bench.model))
 }
 
@@ -252,9 +259,9 @@ pub fn of_separation<'a>(
         ..entry_of(motion, bench)
     };
     plan.motions = answer.singles.iter().map(|j| shown(&j.motion, &j.worth)).collect();
-    if sets.iter().flat_map(|s| &s.rivals).any(|r| r.effects.len() > MOST_EFFECTS) {
+    if sets.iter().flat_map(|s| &s.alternatives).any(|r| r.effects.len() > MOST_EFFECTS) {
         plan.notes.push(format!(
-            "a diagnosis looks for {MOST_EFFECTS} effects at most: put the larger rival into a model and compare"
+            "a diagnosis looks for {MOST_EFFECTS} effects at most: put the larger alternative into a model and compare"
         ));
     }
     let Some(best) = answer.best() else {
@@ -344,17 +351,17 @@ pub fn of_catalogue<'a>(answer: &'a [Shown], bench: &Experiment) -> (Plan, Optio
 }
 
 /// The program: `t_s` and a column per joint, one row an interval.
-pub fn program(motion: &Motion, room: &Room) -> Vec<u8> {
+pub fn program(motion: &Motion, envelope: &Envelope) -> Vec<u8> {
     let mut out = b"t_s".to_vec();
-    for joint in room.robot.axis_joints() {
+    for joint in envelope.robot.axis_joints() {
         out.extend_from_slice(format!(",{}_{}", joint.name.to_lowercase(), joint.kind.unit()).as_bytes());
     }
     out.push(b'\n');
     for (i, row) in motion.rows.iter().enumerate() {
-        write::number(&mut out, i as f64 * room.step_s, DECIMALS);
+        write::number(&mut out, i as f64 * envelope.step_s, DECIMALS);
         for (axis, v) in row.iter().enumerate() {
             out.push(b',');
-            write::number(&mut out, room.robot.axis(axis).kind.to_user_unit(*v), DECIMALS);
+            write::number(&mut out, envelope.robot.axis(axis).kind.to_user_unit(*v), DECIMALS);
         }
         out.push(b'\n');
     }

@@ -1,11 +1,11 @@
-//! Planning: the motion that tells rivals apart, before it is run.
+//! Planning: the motion that tells alternatives apart, before it is run.
 //!
 //! A diagnosis ends with a set where its log cannot decide. Here the library of motions is evaluated with the diagnosis' own
-//! engine: which of them would leave most of the wrong rival, had the machine this fault or that one. Without a set, the
+//! engine: which of them would leave most of the wrong alternative, had the machine this fault or that one. Without a set, the
 //! question is the whole catalogue: which motion shows its worst effect best.
 //!
 //! Modules, in the order of the work:
-//! - [`question`]: rivals, from the command line or a diagnosis; [`sizes`]: how large they are.
+//! - [`question`]: alternatives, from the command line or a diagnosis; [`sizes`]: how large they are.
 //! - [`path`]: commands from rest to rest within limits; [`motions`]: the library, one function per motion.
 //! - [`mod@separate`]: the expected evidence of a motion for a set; [`mod@observe`]: what a motion shows of the catalogue.
 //! - [`reasons`]: where nothing separates: why, and which measurement would.
@@ -31,7 +31,7 @@ use reasons::With;
 use separate::{DesignScore, Experiment, NEEDED};
 use sizes::Scale;
 
-/// Evidence below which a motion does not separate, however the noise falls: within it a rival stays in the set.
+/// Evidence below which a motion does not separate, however the noise falls: within it an alternative stays in the set.
 pub const LEAST: f64 = crate::diagnose::search::finding::WITHIN;
 /// Motions from which pairs are made.
 const PAIRED: usize = 5;
@@ -47,7 +47,7 @@ pub struct Judged {
     pub worth: DesignScore,
 }
 
-/// The answer to a question about rivals.
+/// The answer to a question about alternatives.
 #[derive(Debug, Clone)]
 pub struct Separation {
     /// Best first.
@@ -70,10 +70,10 @@ impl Separation {
     }
 }
 
-/// Axes that a question is about: those on which the rivals act, all where one acts on the whole machine.
+/// Axes that a question is about: those on which the alternatives act, all where one acts on the whole machine.
 pub fn axes_of(sets: &[Set], dof: usize) -> Vec<usize> {
     let mut axes: Vec<usize> =
-        sets.iter().flat_map(|s| &s.rivals).flat_map(|r| &r.effects).filter_map(|p| p.axis()).collect();
+        sets.iter().flat_map(|s| &s.alternatives).flat_map(|r| &r.effects).filter_map(|p| p.axis()).collect();
     axes.sort_unstable();
     axes.dedup();
     axes.retain(|a| *a < dof);
@@ -143,7 +143,7 @@ fn pair(bench: &Experiment, singles: &[Judged], sets: &[Set]) -> Option<Judged> 
     })
 }
 
-/// The best few, and those on which the rivals show most.
+/// The best few, and those on which the alternatives show most.
 fn tried_again(singles: &[Judged]) -> Vec<usize> {
     let mut few: Vec<usize> = (0..singles.len().min(TRIED_AGAIN - 2)).collect();
     let mut by_sight: Vec<usize> = (few.len()..singles.len()).collect();

@@ -4,7 +4,7 @@
 //! inside the transition; lag and clock need speed; gear and geometry need travel; drift needs one pose again and again;
 //! compliance needs two loads. A motion that does not fit into the time or the joints' windows is left out.
 
-use super::path::{Path, Room};
+use super::path::{Envelope, Path};
 use crate::robot::{InverseOptions, Stop, Target};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
@@ -15,7 +15,7 @@ pub struct Motion {
     pub name: String,
     /// What it does, in one line.
     pub does: String,
-    /// `rows[row][axis]`, one [`Room::step_s`] apart, rad or m.
+    /// `rows[row][axis]`, one [`Envelope::step_s`] apart, rad or m.
     pub rows: Vec<Vec<f64>>,
     /// Run twice: without and with the payload.
     pub two_payloads: bool,
@@ -38,52 +38,52 @@ impl Library {
 }
 
 /// All motions for a question about `axes`; `payload`: two loads can be compared.
-pub fn library(room: &Room, axes: &[usize], payload: bool) -> Vec<Motion> {
+pub fn library(envelope: &Envelope, axes: &[usize], payload: bool) -> Vec<Motion> {
     let mut list = Library::default();
     for &a in axes {
-        of_one_joint(&mut list, room, a);
+        of_one_joint(&mut list, envelope, a);
     }
-    of_all_joints(&mut list, room);
+    of_all_joints(&mut list, envelope);
     if payload {
-        of_two_payloads(&mut list, &room.of_duration(0.5 * room.duration_s), axes);
+        of_two_payloads(&mut list, &envelope.of_duration(0.5 * envelope.duration_s), axes);
     }
     list.0
 }
 
-fn of_one_joint(list: &mut Library, room: &Room, a: usize) {
+fn of_one_joint(list: &mut Library, envelope: &Envelope, a: usize) {
     const SOFT: &str = "reverses so slowly that many rows stand inside the transition";
     const FINE: &str = "stairs of growing steps after each reversal, with dwells";
     const TWO: &str = "sweeps both ways at the working speed and at a quarter of it";
-    let joint = &room.robot.axis(a).name;
+    let joint = &envelope.robot.axis(a).name;
     let named = |name: &str| format!("{name} {joint}");
-    list.add(named("sweep"), "sweeps both ways at the working speed", sweep(room, a));
-    list.add(named("two speeds"), TWO, two_speeds(room, a));
-    list.add(named("speed ladder"), "reverses at one place at four speeds", speed_ladder(room, a));
-    list.add(named("soft reversals"), SOFT, soft_reversals(room, a));
-    list.add(named("stairs"), "stairs up and down with dwells", stairs(room, a));
-    list.add(named("fine stairs"), FINE, fine_stairs(room, a));
-    list.add(named("reversals along the range"), "reverses at seven positions", zigzag(room, a));
-    list.add(named("reverse and wait"), "reverses fast and slowly, then stands still", reverse_and_wait(room, a));
+    list.add(named("sweep"), "sweeps both ways at the working speed", sweep(envelope, a));
+    list.add(named("two speeds"), TWO, two_speeds(envelope, a));
+    list.add(named("speed ladder"), "reverses at one place at four speeds", speed_ladder(envelope, a));
+    list.add(named("soft reversals"), SOFT, soft_reversals(envelope, a));
+    list.add(named("stairs"), "stairs up and down with dwells", stairs(envelope, a));
+    list.add(named("fine stairs"), FINE, fine_stairs(envelope, a));
+    list.add(named("reversals along the range"), "reverses at seven positions", zigzag(envelope, a));
+    list.add(named("reverse and wait"), "reverses fast and slowly, then stands still", reverse_and_wait(envelope, a));
 }
 
-fn of_all_joints(list: &mut Library, room: &Room) {
-    let all: Vec<usize> = (0..room.robot.dof()).collect();
-    list.add("one joint at a time", "each joint alone, both ways, at two speeds", one_at_a_time(room, &all));
-    list.add("stairs of all joints", "each joint alone by stairs with dwells, up and down", stairs_of(room, &all));
+fn of_all_joints(list: &mut Library, envelope: &Envelope) {
+    let all: Vec<usize> = (0..envelope.robot.dof()).collect();
+    list.add("one joint at a time", "each joint alone, both ways, at two speeds", one_at_a_time(envelope, &all));
+    list.add("stairs of all joints", "each joint alone by stairs with dwells, up and down", stairs_of(envelope, &all));
     for (plane, [u, v]) in [("XY", [0, 1]), ("YZ", [1, 2]), ("XZ", [0, 2])] {
         let does = "a circle of the TCP both ways, at the working speed and at half of it";
-        list.add(format!("circle {plane}"), does, circle(room, u, v));
+        list.add(format!("circle {plane}"), does, circle(envelope, u, v));
     }
-    list.add("all joints", "all joints at once through their windows, both ways", all_joints(room));
-    list.add("poses", "poses over the whole window with dwells", poses(room));
-    list.add("wrist", "the last three joints over wide angles, the arm at rest", wrist(room));
+    list.add("all joints", "all joints at once through their windows, both ways", all_joints(envelope));
+    list.add("poses", "poses over the whole window with dwells", poses(envelope));
+    list.add("wrist", "the last three joints over wide angles, the arm at rest", wrist(envelope));
     let back = "comes back to one pose again and again and waits there";
-    list.add("back to one pose", back, back_to_one_pose(room));
-    list.add("stand still", "stands still after one short move", stand_still(room));
+    list.add("back to one pose", back, back_to_one_pose(envelope));
+    list.add("stand still", "stands still after one short move", stand_still(envelope));
 }
 
 /// Motions that run twice, each of half the duration.
-fn of_two_payloads(list: &mut Library, half: &Room, axes: &[usize]) {
+fn of_two_payloads(list: &mut Library, half: &Envelope, axes: &[usize]) {
     list.add_for(true, "poses, two payloads", "the poses without and with the payload", poses(half));
     let does = "all joints at once, without and with the payload";
     list.add_for(true, "all joints, two payloads", does, all_joints(half));
@@ -94,17 +94,17 @@ fn of_two_payloads(list: &mut Library, half: &Room, axes: &[usize]) {
 }
 
 /// Ends of a sweep about the pose that takes about `time_s` both ways.
-fn stretch(room: &Room, axis: usize, pace: f64, time_s: f64) -> [f64; 2] {
-    let way = (0.45 * pace * room.fast[axis] * time_s).min(room.span(axis));
-    let [least, most] = room.window[axis];
-    let lo = (room.pose[axis] - 0.5 * way).max(least).min(most - way);
+fn stretch(envelope: &Envelope, axis: usize, pace: f64, time_s: f64) -> [f64; 2] {
+    let way = (0.45 * pace * envelope.fast[axis] * time_s).min(envelope.span(axis));
+    let [least, most] = envelope.window[axis];
+    let lo = (envelope.pose[axis] - 0.5 * way).max(least).min(most - way);
     [lo, lo + way]
 }
 
 /// Sweeps of one axis both ways at the working speed.
-pub fn sweep(room: &Room, axis: usize) -> Option<Vec<Vec<f64>>> {
-    let [lo, hi] = stretch(room, axis, 1.0, 0.9 * room.duration_s);
-    Path::new(room).repeat(|p| {
+pub fn sweep(envelope: &Envelope, axis: usize) -> Option<Vec<Vec<f64>>> {
+    let [lo, hi] = stretch(envelope, axis, 1.0, 0.9 * envelope.duration_s);
+    Path::new(envelope).repeat(|p| {
         p.axis_to(axis, hi, 1.0);
         p.axis_to(axis, lo, 1.0);
         p.home();
@@ -112,39 +112,39 @@ pub fn sweep(room: &Room, axis: usize) -> Option<Vec<Vec<f64>>> {
 }
 
 /// Sweeps of one axis both ways at two speeds, by turns.
-pub fn two_speeds(room: &Room, axis: usize) -> Option<Vec<Vec<f64>>> {
-    let [lo, hi] = stretch(room, axis, 0.25, 0.6 * room.duration_s);
-    Path::new(room).repeat(|p| {
+pub fn two_speeds(envelope: &Envelope, axis: usize) -> Option<Vec<Vec<f64>>> {
+    let [lo, hi] = stretch(envelope, axis, 0.25, 0.6 * envelope.duration_s);
+    Path::new(envelope).repeat(|p| {
         for pace in [1.0, 0.25] {
             p.axis_to(axis, hi, pace);
             p.axis_to(axis, lo, pace);
-            p.axis_to(axis, room.pose[axis], pace);
+            p.axis_to(axis, envelope.pose[axis], pace);
         }
     })
 }
 
 /// Reversals of one axis over a short way at four speeds.
-pub fn speed_ladder(room: &Room, axis: usize) -> Option<Vec<Vec<f64>>> {
-    let [lo, hi] = stretch(room, axis, 0.125, 0.2 * room.duration_s);
-    Path::new(room).repeat(|p| {
+pub fn speed_ladder(envelope: &Envelope, axis: usize) -> Option<Vec<Vec<f64>>> {
+    let [lo, hi] = stretch(envelope, axis, 0.125, 0.2 * envelope.duration_s);
+    Path::new(envelope).repeat(|p| {
         for pace in [1.0, 0.5, 0.25, 0.125] {
             p.axis_to(axis, hi, pace);
             p.axis_to(axis, lo, pace);
-            p.axis_to(axis, room.pose[axis], pace);
+            p.axis_to(axis, envelope.pose[axis], pace);
         }
     })
 }
 
 /// Reversals as wide parabolas: half a transition takes a second, the turn itself much longer.
-pub fn soft_reversals(room: &Room, axis: usize) -> Option<Vec<Vec<f64>>> {
+pub fn soft_reversals(envelope: &Envelope, axis: usize) -> Option<Vec<Vec<f64>>> {
     const TURN_S: f64 = 6.0;
-    let [least, most] = room.window[axis];
-    let way = (6.0 * room.transition[axis]).min(0.9 * (most - least));
+    let [least, most] = envelope.window[axis];
+    let way = (6.0 * envelope.transition[axis]).min(0.9 * (most - least));
     // a triangle of speed: speed-up over half the way in half the time
     let accel = 4.0 * way / (TURN_S * TURN_S);
-    let middle = room.pose[axis].clamp(least + 0.5 * way, most - 0.5 * way);
-    Path::new(room).repeat(|p| {
-        for to in [middle + 0.5 * way, middle - 0.5 * way, room.pose[axis]] {
+    let middle = envelope.pose[axis].clamp(least + 0.5 * way, most - 0.5 * way);
+    Path::new(envelope).repeat(|p| {
+        for to in [middle + 0.5 * way, middle - 0.5 * way, envelope.pose[axis]] {
             let mut q = p.at();
             q[axis] = to;
             p.go_softly(&q, 1.0, accel);
@@ -163,26 +163,26 @@ fn steps(p: &mut Path, axis: usize, to: f64, count: usize, dwell_s: f64) {
 }
 
 /// Stairs over the window, up and down.
-pub fn stairs(room: &Room, axis: usize) -> Option<Vec<Vec<f64>>> {
+pub fn stairs(envelope: &Envelope, axis: usize) -> Option<Vec<Vec<f64>>> {
     [10, 6, 4].into_iter().find_map(|count| {
-        let [lo, hi] = stretch(room, axis, 1.0, 0.4 * room.duration_s);
-        Path::new(room).repeat(|p| {
+        let [lo, hi] = stretch(envelope, axis, 1.0, 0.4 * envelope.duration_s);
+        Path::new(envelope).repeat(|p| {
             steps(p, axis, hi, count / 2, DWELL_S);
             steps(p, axis, lo, count, DWELL_S);
-            steps(p, axis, room.pose[axis], count / 2, DWELL_S);
+            steps(p, axis, envelope.pose[axis], count / 2, DWELL_S);
         })
     })
 }
 
 /// After each reversal stairs that begin far inside the transition and double.
-pub fn fine_stairs(room: &Room, axis: usize) -> Option<Vec<Vec<f64>>> {
+pub fn fine_stairs(envelope: &Envelope, axis: usize) -> Option<Vec<Vec<f64>>> {
     const STEPS: i32 = 8;
-    let [least, most] = room.window[axis];
-    let first = 0.06 * room.transition[axis];
+    let [least, most] = envelope.window[axis];
+    let first = 0.06 * envelope.transition[axis];
     let way = first * (2f64.powi(STEPS) - 1.0);
     let (first, way) = if way > most - least { (first * (most - least) / way, most - least) } else { (first, way) };
-    let middle = room.pose[axis].clamp(least + 0.5 * way, most - 0.5 * way);
-    Path::new(room).repeat(|p| {
+    let middle = envelope.pose[axis].clamp(least + 0.5 * way, most - 0.5 * way);
+    Path::new(envelope).repeat(|p| {
         p.axis_to(axis, middle - 0.5 * way, 1.0);
         for dir in [1.0, -1.0] {
             p.stand(DWELL_S);
@@ -197,11 +197,11 @@ pub fn fine_stairs(room: &Room, axis: usize) -> Option<Vec<Vec<f64>>> {
 }
 
 /// Reversals at seven positions over the window: three steps on, one back.
-pub fn zigzag(room: &Room, axis: usize) -> Option<Vec<Vec<f64>>> {
+pub fn zigzag(envelope: &Envelope, axis: usize) -> Option<Vec<Vec<f64>>> {
     const PLACES: usize = 7;
-    let [lo, hi] = stretch(room, axis, 1.0, 0.45 * room.duration_s);
+    let [lo, hi] = stretch(envelope, axis, 1.0, 0.45 * envelope.duration_s);
     let step = (hi - lo) / PLACES as f64;
-    Path::new(room).repeat(|p| {
+    Path::new(envelope).repeat(|p| {
         p.axis_to(axis, lo, 1.0);
         for k in 1..=PLACES {
             p.axis_to(axis, lo + step * k as f64, 1.0);
@@ -213,11 +213,11 @@ pub fn zigzag(room: &Room, axis: usize) -> Option<Vec<Vec<f64>>> {
 }
 
 /// A fast and a slow reversal, each with a short way and a long wait after it.
-pub fn reverse_and_wait(room: &Room, axis: usize) -> Option<Vec<Vec<f64>>> {
-    let wait_s = (0.1 * room.duration_s).clamp(2.0, 10.0);
-    let [lo, hi] = stretch(room, axis, 0.25, 0.15 * room.duration_s);
-    let on = (2.0 * room.transition[axis]).min(0.5 * (hi - lo));
-    Path::new(room).repeat(|p| {
+pub fn reverse_and_wait(envelope: &Envelope, axis: usize) -> Option<Vec<Vec<f64>>> {
+    let wait_s = (0.1 * envelope.duration_s).clamp(2.0, 10.0);
+    let [lo, hi] = stretch(envelope, axis, 0.25, 0.15 * envelope.duration_s);
+    let on = (2.0 * envelope.transition[axis]).min(0.5 * (hi - lo));
+    Path::new(envelope).repeat(|p| {
         for pace in [1.0, 0.25] {
             p.axis_to(axis, hi, pace);
             p.axis_to(axis, hi - on, pace);
@@ -231,28 +231,28 @@ pub fn reverse_and_wait(room: &Room, axis: usize) -> Option<Vec<Vec<f64>>> {
 }
 
 /// Each of the axes alone, both ways, at two speeds.
-pub fn one_at_a_time(room: &Room, axes: &[usize]) -> Option<Vec<Vec<f64>>> {
-    let each_s = room.duration_s / axes.len() as f64;
-    Path::new(room).repeat(|p| {
+pub fn one_at_a_time(envelope: &Envelope, axes: &[usize]) -> Option<Vec<Vec<f64>>> {
+    let each_s = envelope.duration_s / axes.len() as f64;
+    Path::new(envelope).repeat(|p| {
         for &axis in axes {
             for (pace, time_s) in [(1.0, 0.35 * each_s), (0.3, 0.35 * each_s)] {
-                let [lo, hi] = stretch(room, axis, pace, time_s);
+                let [lo, hi] = stretch(envelope, axis, pace, time_s);
                 p.axis_to(axis, hi, pace);
                 p.axis_to(axis, lo, pace);
-                p.axis_to(axis, room.pose[axis], pace);
+                p.axis_to(axis, envelope.pose[axis], pace);
             }
         }
     })
 }
 
 /// Each of the axes alone by stairs.
-pub fn stairs_of(room: &Room, axes: &[usize]) -> Option<Vec<Vec<f64>>> {
-    let each_s = room.duration_s / axes.len() as f64;
+pub fn stairs_of(envelope: &Envelope, axes: &[usize]) -> Option<Vec<Vec<f64>>> {
+    let each_s = envelope.duration_s / axes.len() as f64;
     [0.6, 0.4, 0.25].into_iter().find_map(|dwell_s| {
-        Path::new(room).repeat(|p| {
+        Path::new(envelope).repeat(|p| {
             for &axis in axes {
-                let [lo, hi] = stretch(room, axis, 1.0, 0.3 * each_s);
-                for (to, count) in [(hi, 2), (lo, 4), (room.pose[axis], 2)] {
+                let [lo, hi] = stretch(envelope, axis, 1.0, 0.3 * each_s);
+                for (to, count) in [(hi, 2), (lo, 4), (envelope.pose[axis], 2)] {
                     steps(p, axis, to, count, dwell_s);
                 }
             }
@@ -262,9 +262,9 @@ pub fn stairs_of(room: &Room, axes: &[usize]) -> Option<Vec<Vec<f64>>> {
 
 /// A circle of the TCP through the pose in a plane of the base frame (`u`, `v`: its axes), both ways at two speeds, moved by
 /// the three joints that move the TCP best.
-pub fn circle(room: &Room, u: usize, v: usize) -> Option<Vec<Vec<f64>>> {
-    let free = three_best(room)?;
-    let start = room.robot.tcp_m(&room.pose);
+pub fn circle(envelope: &Envelope, u: usize, v: usize) -> Option<Vec<Vec<f64>>> {
+    let free = three_best(envelope)?;
+    let start = envelope.robot.tcp_m(&envelope.pose);
     let reach = start.norm().max(0.05);
     let (u, v) = (Vector3::ith(u, 1.0), Vector3::ith(v, 1.0));
     [0.15, -0.15, 0.08, -0.08, 0.04, -0.04, 0.02, -0.02].into_iter().find_map(|share| {
@@ -272,42 +272,47 @@ pub fn circle(room: &Room, u: usize, v: usize) -> Option<Vec<Vec<f64>>> {
         let point = |phi: f64| start + u * (radius * (1.0 - phi.cos())) + v * (radius.abs() * phi.sin());
         let mut rows = Vec::new();
         for pace in [1.0, 0.5] {
-            let there = turn(room, TAU * radius.abs() / (pace * room.speed_m_s), &free, &point)?;
+            let there = turn(envelope, TAU * radius.abs() / (pace * envelope.speed_m_s), &free, &point)?;
             rows.push(there.clone());
-            rows.push(there.iter().rev().skip(1).cloned().chain([room.pose.clone()]).collect());
+            rows.push(there.iter().rev().skip(1).cloned().chain([envelope.pose.clone()]).collect());
         }
-        Path::new(room).repeat(|p| rows.iter().for_each(|r| p.follow(r.iter().cloned())))
+        Path::new(envelope).repeat(|p| rows.iter().for_each(|r| p.follow(r.iter().cloned())))
     })
 }
 
 /// Joint vectors once round, from rest to rest; `None` where the inverse does not reach.
-fn turn(room: &Room, time_s: f64, free: &[usize], point: &dyn Fn(f64) -> Vector3<f64>) -> Option<Vec<Vec<f64>>> {
-    if time_s > room.duration_s {
+fn turn(
+    envelope: &Envelope,
+    time_s: f64,
+    free: &[usize],
+    point: &dyn Fn(f64) -> Vector3<f64>,
+) -> Option<Vec<Vec<f64>>> {
+    if time_s > envelope.duration_s {
         return None;
     }
     let options = InverseOptions { free: free.to_vec(), within_limits: true, ..InverseOptions::default() };
     let up_s = (0.2 * time_s).clamp(0.2, 2.0);
     let mut rows: Vec<Vec<f64>> = Vec::new();
-    let n = ((time_s + up_s) / room.step_s).ceil() as usize;
-    let mut q = room.pose.clone();
+    let n = ((time_s + up_s) / envelope.step_s).ceil() as usize;
+    let mut q = envelope.pose.clone();
     for i in 1..=n {
         let phi = TAU * warp(i as f64 / n as f64, up_s / (time_s + up_s));
-        let found = room.robot.inverse(&Target::Position(point(phi)), &q, &options);
+        let found = envelope.robot.inverse(&Target::Position(point(phi)), &q, &options);
         if found.error_m > 1e-8 || found.stop == Stop::NotFinite {
             return None;
         }
         q = found.q;
-        if q.iter().zip(&room.window).any(|(x, [lo, hi])| x < lo || x > hi) {
+        if q.iter().zip(&envelope.window).any(|(x, [lo, hi])| x < lo || x > hi) {
             return None;
         }
         rows.push(q.clone());
     }
     // the last digit of the inverse is not that of the pose
     let last = rows.last_mut()?;
-    if last.iter().zip(&room.pose).any(|(x, y)| (x - y).abs() > 1e-6) {
+    if last.iter().zip(&envelope.pose).any(|(x, y)| (x - y).abs() > 1e-6) {
         return None;
     }
-    last.copy_from_slice(&room.pose);
+    last.copy_from_slice(&envelope.pose);
     Some(rows)
 }
 
@@ -324,10 +329,10 @@ fn warp(x: f64, up: f64) -> f64 {
 }
 
 /// The three axes whose motion of the TCP is farthest from flat.
-fn three_best(room: &Room) -> Option<Vec<usize>> {
-    let dof = room.robot.dof();
+fn three_best(envelope: &Envelope) -> Option<Vec<usize>> {
+    let dof = envelope.robot.dof();
     let mut columns = vec![Vector3::zeros(); dof];
-    room.robot.chain().position_and_jacobian(&room.pose, &mut columns);
+    envelope.robot.chain().position_and_jacobian(&envelope.pose, &mut columns);
     let mut best: Option<(f64, Vec<usize>)> = None;
     for i in 0..dof {
         for j in i + 1..dof {
@@ -347,22 +352,22 @@ fn three_best(room: &Room) -> Option<Vec<usize>> {
 const PERIODS: [f64; 8] = [2.0, 3.0, 5.0, 7.0, 8.0, 9.0, 11.0, 13.0];
 
 /// All axes at once, each a sine of its own period through its window, forwards and then the same way back.
-pub fn all_joints(room: &Room) -> Option<Vec<Vec<f64>>> {
+pub fn all_joints(envelope: &Envelope) -> Option<Vec<Vec<f64>>> {
     const UP: f64 = 0.06;
-    let middle: Vec<f64> = room.window.iter().map(|[lo, hi]| 0.5 * (lo + hi)).collect();
-    let mut path = Path::new(room);
+    let middle: Vec<f64> = envelope.window.iter().map(|[lo, hi]| 0.5 * (lo + hi)).collect();
+    let mut path = Path::new(envelope);
     path.go(&middle, 1.0);
-    let time_s = 0.48 * (room.duration_s - 2.0 * path.length_s() - 1.0);
+    let time_s = 0.48 * (envelope.duration_s - 2.0 * path.length_s() - 1.0);
     if time_s < 4.0 {
         return None;
     }
     let amplitude: Vec<f64> = (0..middle.len())
         .map(|a| {
             let omega = TAU * PERIODS[a % PERIODS.len()] / (time_s * (1.0 - UP));
-            (0.5 * room.span(a)).min(0.8 * room.fast[a] / omega).min(0.5 * room.accel[a] / (omega * omega))
+            (0.5 * envelope.span(a)).min(0.8 * envelope.fast[a] / omega).min(0.5 * envelope.accel[a] / (omega * omega))
         })
         .collect();
-    let n = (time_s / room.step_s) as usize;
+    let n = (time_s / envelope.step_s) as usize;
     let row = |i: usize| -> Vec<f64> {
         let phi = TAU * warp(i as f64 / n as f64, UP);
         (0..middle.len()).map(|a| middle[a] + amplitude[a] * (PERIODS[a % PERIODS.len()] * phi).sin()).collect()
@@ -385,13 +390,13 @@ fn halton(mut i: usize, base: usize) -> f64 {
 }
 
 /// Poses that fill the window evenly, each with a dwell; as many as the time allows.
-pub fn poses(room: &Room) -> Option<Vec<Vec<f64>>> {
+pub fn poses(envelope: &Envelope) -> Option<Vec<Vec<f64>>> {
     const BASES: [usize; 8] = [2, 3, 5, 7, 11, 13, 17, 19];
-    let mut path = Path::new(room);
+    let mut path = Path::new(envelope);
     let mut done: Option<Path> = None;
     for i in 1..200 {
         let to: Vec<f64> =
-            room.window.iter().enumerate().map(|(a, [lo, hi])| lo + (hi - lo) * halton(i, BASES[a % 8])).collect();
+            envelope.window.iter().enumerate().map(|(a, [lo, hi])| lo + (hi - lo) * halton(i, BASES[a % 8])).collect();
         path.go(&to, 1.0);
         path.stand(DWELL_S);
         let mut whole = path.clone();
@@ -405,21 +410,21 @@ pub fn poses(room: &Room) -> Option<Vec<Vec<f64>>> {
 }
 
 /// The last three axes (or all there are) one after the other over wide angles, and together.
-pub fn wrist(room: &Room) -> Option<Vec<Vec<f64>>> {
-    let dof = room.robot.dof();
+pub fn wrist(envelope: &Envelope) -> Option<Vec<Vec<f64>>> {
+    let dof = envelope.robot.dof();
     let last: Vec<usize> = (dof.saturating_sub(3)..dof).collect();
-    let each_s = room.duration_s / (last.len() as f64 + 1.0);
-    Path::new(room).repeat(|p| {
+    let each_s = envelope.duration_s / (last.len() as f64 + 1.0);
+    Path::new(envelope).repeat(|p| {
         for &axis in &last {
-            let [lo, hi] = stretch(room, axis, 1.0, 0.6 * each_s);
-            for to in [hi, lo, room.pose[axis]] {
+            let [lo, hi] = stretch(envelope, axis, 1.0, 0.6 * each_s);
+            for to in [hi, lo, envelope.pose[axis]] {
                 p.axis_to(axis, to, 1.0);
                 p.stand(0.3);
             }
         }
-        let ends: Vec<(usize, [f64; 2])> = last.iter().map(|&a| (a, stretch(room, a, 1.0, 0.3 * each_s))).collect();
+        let ends: Vec<(usize, [f64; 2])> = last.iter().map(|&a| (a, stretch(envelope, a, 1.0, 0.3 * each_s))).collect();
         for side in 0..2 {
-            let mut q = room.pose.clone();
+            let mut q = envelope.pose.clone();
             for (k, (axis, end)) in ends.iter().enumerate() {
                 q[*axis] = end[(side + k) % 2];
             }
@@ -430,10 +435,10 @@ pub fn wrist(room: &Room) -> Option<Vec<Vec<f64>>> {
 }
 
 /// Short moves of all joints away from one pose and back, with waits there, over the whole time.
-pub fn back_to_one_pose(room: &Room) -> Option<Vec<Vec<f64>>> {
-    let cycle_s = (room.duration_s / 6.0).clamp(4.0, 60.0);
-    let away: Vec<f64> = (0..room.pose.len()).map(|a| stretch(room, a, 1.0, 0.2 * cycle_s)[1]).collect();
-    Path::new(room).repeat(|p| {
+pub fn back_to_one_pose(envelope: &Envelope) -> Option<Vec<Vec<f64>>> {
+    let cycle_s = (envelope.duration_s / 6.0).clamp(4.0, 60.0);
+    let away: Vec<f64> = (0..envelope.pose.len()).map(|a| stretch(envelope, a, 1.0, 0.2 * cycle_s)[1]).collect();
+    Path::new(envelope).repeat(|p| {
         p.go(&away, 1.0);
         p.home();
         p.stand(0.6 * cycle_s);
@@ -441,11 +446,12 @@ pub fn back_to_one_pose(room: &Room) -> Option<Vec<Vec<f64>>> {
 }
 
 /// One short move, then rest.
-pub fn stand_still(room: &Room) -> Option<Vec<Vec<f64>>> {
-    let away: Vec<f64> = (0..room.pose.len()).map(|a| stretch(room, a, 1.0, 0.1 * room.duration_s)[1]).collect();
-    let mut path = Path::new(room);
+pub fn stand_still(envelope: &Envelope) -> Option<Vec<Vec<f64>>> {
+    let away: Vec<f64> =
+        (0..envelope.pose.len()).map(|a| stretch(envelope, a, 1.0, 0.1 * envelope.duration_s)[1]).collect();
+    let mut path = Path::new(envelope);
     path.go(&away, 1.0);
     path.home();
-    path.stand((path.left_s() - room.step_s).max(room.step_s));
+    path.stand((path.left_s() - envelope.step_s).max(envelope.step_s));
     path.finish()
 }

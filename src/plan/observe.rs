@@ -1,6 +1,6 @@
 //! What a motion would show of the whole catalogue: the plan before anything is known to be wrong.
 //!
-//! Method: for every effect on every joint the minimal detectable bias from the projected signatures (chance 0.001, power
+//! Method: for every effect on every joint the minimal detectable bias from the projected sensitivities (chance 0.001, power
 //! 0.8; frame, and nothing else, taken off), against the size at which the effect matters ([`super::sizes`]). A motion is
 //! worth what its worst effect is: the least of size over bias. Effects that no motion of the library shows
 //! (the zero offset of the first joint beside a free frame) are left out of that and listed.
@@ -18,7 +18,7 @@ use crate::effects::EffectInstance;
 use crate::io::yaml::Document;
 use serde_yaml::Mapping;
 
-/// Ratio below which an effect is not seen: at a million times its typical size its signature is number noise.
+/// Ratio below which an effect is not seen: at a million times its typical size its sensitivity is number noise.
 const NUMBER_NOISE: f64 = 1e-6;
 
 /// One effect on one target.

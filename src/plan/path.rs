@@ -32,7 +32,7 @@ const PROGRAM_RATE_HZ: f64 = 100.0;
 
 /// Where and how fast motions may run.
 #[derive(Debug, Clone)]
-pub struct Room<'a> {
+pub struct Envelope<'a> {
     pub robot: &'a Robot,
     /// Start and end.
     pub pose: Vec<f64>,
@@ -42,7 +42,7 @@ pub struct Room<'a> {
     pub fast: Vec<f64>,
     /// Largest acceleration used, rad/s2 or m/s2.
     pub accel: Vec<f64>,
-    /// Travel of each axis over which a rival's transition after a reversal is expected, rad or m.
+    /// Travel of each axis over which an alternative's transition after a reversal is expected, rad or m.
     pub transition: Vec<f64>,
     /// Interval of the program's rows, s.
     pub step_s: f64,
@@ -52,9 +52,9 @@ pub struct Room<'a> {
     pub speed_m_s: f64,
 }
 
-/// What the user asks of a room.
+/// What the user asks of an envelope.
 #[derive(Debug, Clone)]
-pub struct RoomOptions {
+pub struct EnvelopeOptions {
     pub pose: Option<Vec<f64>>,
     pub duration_s: f64,
     pub rate_hz: f64,
@@ -63,8 +63,8 @@ pub struct RoomOptions {
     pub travel_m: f64,
 }
 
-impl<'a> Room<'a> {
-    pub fn new(robot: &'a Robot, options: &RoomOptions) -> Self {
+impl<'a> Envelope<'a> {
+    pub fn new(robot: &'a Robot, options: &EnvelopeOptions) -> Self {
         let pose = options.pose.clone().unwrap_or_else(|| resting_pose(robot));
         let pose: Vec<f64> = pose.iter().enumerate().map(|(a, v)| rounded(robot.axis(a).kind, *v)).collect();
         let mut lever = vec![Vector3::zeros(); robot.dof()];
@@ -141,33 +141,33 @@ pub fn rounded(kind: JointKind, value: f64) -> f64 {
 /// Joint vectors one interval apart.
 #[derive(Debug, Clone)]
 pub struct Path<'a> {
-    pub room: &'a Room<'a>,
+    pub envelope: &'a Envelope<'a>,
     rows: Vec<Vec<f64>>,
 }
 
 impl<'a> Path<'a> {
     /// At rest at the pose.
-    pub fn new(room: &'a Room<'a>) -> Self {
-        Self { room, rows: vec![room.pose.clone()] }
+    pub fn new(envelope: &'a Envelope<'a>) -> Self {
+        Self { envelope, rows: vec![envelope.pose.clone()] }
     }
 
     pub fn at(&self) -> Vec<f64> {
-        self.rows.last().cloned().unwrap_or_else(|| self.room.pose.clone())
+        self.rows.last().cloned().unwrap_or_else(|| self.envelope.pose.clone())
     }
 
     /// Time so far, s.
     pub fn length_s(&self) -> f64 {
-        (self.rows.len() - 1) as f64 * self.room.step_s
+        (self.rows.len() - 1) as f64 * self.envelope.step_s
     }
 
     /// Time that is left, s.
     pub fn left_s(&self) -> f64 {
-        self.room.duration_s - self.length_s()
+        self.envelope.duration_s - self.length_s()
     }
 
     pub fn stand(&mut self, time_s: f64) {
         let q = self.at();
-        for _ in 0..(time_s / self.room.step_s).round().max(1.0) as usize {
+        for _ in 0..(time_s / self.envelope.step_s).round().max(1.0) as usize {
             self.rows.push(q.clone());
         }
     }
@@ -184,8 +184,8 @@ impl<'a> Path<'a> {
         for (axis, (x, y)) in from.iter().zip(to).enumerate() {
             let way = (y - x).abs();
             if way > 0.0 {
-                v = v.min(pace * self.room.fast[axis] / way);
-                a = a.min(self.room.accel[axis].min(accel) / way);
+                v = v.min(pace * self.envelope.fast[axis] / way);
+                a = a.min(self.envelope.accel[axis].min(accel) / way);
             }
         }
         if !v.is_finite() {
@@ -196,10 +196,10 @@ impl<'a> Path<'a> {
             let up = (v / a).min((1.0 / a).sqrt());
             (up, a * up, up + 1.0 / (a * up))
         };
-        let slower = (ROWS_OF_A_MOVE / self.room.rate_hz / shape(v, a).2).max(1.0);
+        let slower = (ROWS_OF_A_MOVE / self.envelope.rate_hz / shape(v, a).2).max(1.0);
         a /= slower * slower;
         let (up, top, whole) = shape(v / slower, a);
-        let n = (whole / self.room.step_s - 1e-9).ceil().max(1.0);
+        let n = (whole / self.envelope.step_s - 1e-9).ceil().max(1.0);
         for i in 1..=n as usize {
             let t = whole * i as f64 / n;
             let s = if t < up {
@@ -225,7 +225,7 @@ impl<'a> Path<'a> {
 
     /// Back to the pose.
     pub fn home(&mut self) {
-        let pose = self.room.pose.clone();
+        let pose = self.envelope.pose.clone();
         self.go(&pose, 1.0);
     }
 
@@ -246,7 +246,7 @@ impl<'a> Path<'a> {
         if once.is_empty() {
             return None;
         }
-        while path.length_s() + once.len() as f64 * path.room.step_s <= path.room.duration_s + 1e-6 {
+        while path.length_s() + once.len() as f64 * path.envelope.step_s <= path.envelope.duration_s + 1e-6 {
             path.rows.extend(once.iter().cloned());
         }
         path.finish()
@@ -254,23 +254,23 @@ impl<'a> Path<'a> {
 
     /// Rows, rounded; `None` where a window or half a limit is left, or the path does not end at its pose.
     pub fn finish(mut self) -> Option<Vec<Vec<f64>>> {
-        let room = self.room;
+        let envelope = self.envelope;
         for row in &mut self.rows {
             for (axis, v) in row.iter_mut().enumerate() {
-                *v = rounded(room.robot.axis(axis).kind, *v);
+                *v = rounded(envelope.robot.axis(axis).kind, *v);
             }
         }
-        let ends = self.rows.len() > 2 && self.rows.last() == Some(&room.pose);
+        let ends = self.rows.len() > 2 && self.rows.last() == Some(&envelope.pose);
         (ends && self.left_s() > -1e-6 && self.kept()).then_some(self.rows)
     }
 
     fn kept(&self) -> bool {
-        let h = self.room.step_s;
-        (0..self.room.pose.len()).all(|axis| {
-            let joint = self.room.robot.axis(axis);
+        let h = self.envelope.step_s;
+        (0..self.envelope.pose.len()).all(|axis| {
+            let joint = self.envelope.robot.axis(axis);
             // one digit of the program, and the speed that it makes
             let digit = 2e-6 * joint.kind.si_per_user_unit();
-            let [lo, hi] = self.room.window[axis];
+            let [lo, hi] = self.envelope.window[axis];
             let most_v = joint.max_speed.unwrap_or(f64::INFINITY);
             let most_a = joint.max_accel.unwrap_or(f64::INFINITY);
             let inside = self.rows.iter().all(|q| q[axis] >= lo - digit && q[axis] <= hi + digit);

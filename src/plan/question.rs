@@ -1,8 +1,8 @@
 //! What is to be told apart: from the command line, or from a diagnosis.
 //!
-//! `backlash:A2,hysteresis:A2` names two rivals; `+` joins effects of one rival (`backlash:A2+backlash:A2` is two gaps in
+//! `backlash:A2,hysteresis:A2` names two alternatives; `+` joins effects of one alternative (`backlash:A2+backlash:A2` is two gaps in
 //! series); `*` is every joint (`servo_lag:*`); sizes stand after the target (`backlash:A2:half_gap_deg=0.004`). `frame` (or
-//! `nothing`) is the rival without any effect: what the estimated frame can swallow.
+//! `nothing`) is the alternative without any effect: what the estimated frame can swallow.
 
 use super::sizes::{self, Scale};
 use crate::diagnose::result::document::SCHEMA;
@@ -13,41 +13,41 @@ use serde_yaml::{Mapping, Value};
 
 /// One explanation: the effects that would have to be there.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rival {
+pub struct Alternative {
     pub name: String,
     pub effects: Vec<EffectInstance>,
 }
 
-/// Rivals that a log could not tell apart, and what else is wrong with the machine.
+/// Alternatives that a log could not tell apart, and what else is wrong with the machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Set {
-    pub rivals: Vec<Rival>,
-    /// Further found effects: there in every rival, refitted with it.
+    pub alternatives: Vec<Alternative>,
+    /// Further found effects: there in every alternative, refitted with it.
     pub common: Vec<EffectInstance>,
 }
 
 const EXPECTED: &str = "EFFECT:TARGET,EFFECT:TARGET with names of the catalogue, as backlash:A2,hysteresis:A2";
 
-/// Reads rivals, separated by commas, from the `text` of that name.
+/// Reads alternatives, separated by commas, from the `text` of that name.
 pub fn between(name: &str, text: &str, scale: &Scale) -> Result<Set> {
     let doc = Document { name, text };
-    let mut rivals: Vec<Rival> = Vec::new();
+    let mut alternatives: Vec<Alternative> = Vec::new();
     for part in text.split(',').map(str::trim) {
-        let rival = rival(part, scale, &doc)?;
-        if rivals.iter().any(|r| r.name == rival.name) {
-            return Err(Error::setting("between", format!("`{part}` twice"), "every rival once"));
+        let alternative = alternative(part, scale, &doc)?;
+        if alternatives.iter().any(|r| r.name == alternative.name) {
+            return Err(Error::setting("between", format!("`{part}` twice"), "every alternative once"));
         }
-        rivals.push(rival);
+        alternatives.push(alternative);
     }
-    if rivals.len() < 2 {
-        return Err(Error::setting("between", format!("`{text}`"), format!("two rivals or more: {EXPECTED}")));
+    if alternatives.len() < 2 {
+        return Err(Error::setting("between", format!("`{text}`"), format!("two alternatives or more: {EXPECTED}")));
     }
-    Ok(Set { rivals, common: Vec::new() })
+    Ok(Set { alternatives, common: Vec::new() })
 }
 
-fn rival(part: &str, scale: &Scale, doc: &Document) -> Result<Rival> {
+fn alternative(part: &str, scale: &Scale, doc: &Document) -> Result<Alternative> {
     if matches!(part, "frame" | "nothing") {
-        return Ok(Rival { name: part.into(), effects: Vec::new() });
+        return Ok(Alternative { name: part.into(), effects: Vec::new() });
     }
     let mut effects = Vec::new();
     let mut names = Vec::new();
@@ -80,7 +80,7 @@ fn rival(part: &str, scale: &Scale, doc: &Document) -> Result<Rival> {
         }
         names.push(if target.is_empty() { name.to_string() } else { format!("{name} {target}") });
     }
-    Ok(Rival { name: names.join(" + "), effects })
+    Ok(Alternative { name: names.join(" + "), effects })
 }
 
 /// The effects that a diagnosis found.
@@ -101,13 +101,13 @@ fn effects(value: &serde_json::Value, name: &str, scale: &Scale, doc: &Document)
     Ok(found)
 }
 
-/// A rival that the diagnosis did not name, with sizes typical of its kind.
+/// An alternative that the diagnosis did not name, with sizes typical of its kind.
 fn first_guess(effect: &str, target: &str, scale: &Scale, doc: &Document) -> Result<Vec<EffectInstance>> {
     if catalogue::find(effect).is_none() {
         return Err(Error::bad(doc.place(&[effect]), format!("effect `{effect}` in a set"), "a name of the catalogue"));
     }
     let placed = |target: &str| sizes::placed(effect, target, &Mapping::new(), scale, doc);
-    // the rival of a clock offset: every joint by the same lag
+    // the alternative of a clock offset: every joint by the same lag
     if target == "all" {
         return scale.robot.axis_names().into_iter().map(placed).collect();
     }
@@ -151,7 +151,7 @@ pub fn of_diagnosis(name: &str, text: &str, scale: &mut Scale) -> Result<Vec<Set
         {
             scale.lost[axis] = sizes::lost_motion(&p.effect);
         }
-        let rivals = members
+        let alternatives = members
             .iter()
             .map(|(effect, target)| {
                 let known = names.iter().position(|n| n.0 == *effect && n.1 == *target);
@@ -159,11 +159,11 @@ pub fn of_diagnosis(name: &str, text: &str, scale: &mut Scale) -> Result<Vec<Set
                     Some(k) => vec![found[k].clone()],
                     None => first_guess(effect, target, scale, &doc)?,
                 };
-                Ok(Rival { name: format!("{effect} {target}"), effects })
+                Ok(Alternative { name: format!("{effect} {target}"), effects })
             })
             .collect::<Result<_>>()?;
         let common = found.iter().enumerate().filter(|(k, _)| Some(*k) != own).map(|(_, p)| p.clone()).collect();
-        sets.push(Set { rivals, common });
+        sets.push(Set { alternatives, common });
     }
     Ok(sets)
 }

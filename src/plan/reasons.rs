@@ -1,10 +1,10 @@
-//! Why no motion tells two rivals apart, and which measurement would.
+//! Why no motion tells two alternatives apart, and which measurement would.
 //!
-//! The reason is looked up by the form of the rivals (the conditions of the effect catalogue); the channels are computed: the
+//! The reason is looked up by the form of the alternatives (the conditions of the effect catalogue); the channels are computed: the
 //! same motions with one more channel in the log.
 
 use super::motions::Motion;
-use super::question::{Rival, Set};
+use super::question::{Alternative, Set};
 use super::separate::{DesignScore, Experiment};
 use crate::diagnose::problem::synthetic::Channels;
 use crate::effects::{Backlash, BacklashPosition, EffectInstance, JointZeroOffset, LinkError, ServoLag, Stage, Target};
@@ -78,12 +78,13 @@ pub fn channels(bench: &Experiment, motions: &[Motion], few: &[usize], sets: &[S
         .collect()
 }
 
-/// Why two rivals look alike, in a sentence.
-pub fn reason(a: &Rival, b: &Rival, model: &Model) -> String {
-    let plays =
-        |r: &Rival| r.effects.iter().filter(|p| p.effect.is::<Backlash>() || p.effect.is::<BacklashPosition>()).count();
-    let only = |r: &Rival, f: &dyn Fn(&EffectInstance) -> bool| !r.effects.is_empty() && r.effects.iter().all(f);
-    let either = |f: &dyn Fn(&Rival, &Rival) -> bool| f(a, b) || f(b, a);
+/// Why two alternatives look alike, in a sentence.
+pub fn reason(a: &Alternative, b: &Alternative, model: &Model) -> String {
+    let plays = |r: &Alternative| {
+        r.effects.iter().filter(|p| p.effect.is::<Backlash>() || p.effect.is::<BacklashPosition>()).count()
+    };
+    let only = |r: &Alternative, f: &dyn Fn(&EffectInstance) -> bool| !r.effects.is_empty() && r.effects.iter().all(f);
+    let either = |f: &dyn Fn(&Alternative, &Alternative) -> bool| f(a, b) || f(b, a);
     let same_axis =
         a.effects.iter().chain(&b.effects).all(|p| p.target == a.effects.first().map_or(p.target, |q| q.target));
     let zero = |p: &EffectInstance, axis: usize| p.target == Target::Joint(axis) && p.effect.is::<JointZeroOffset>();
@@ -99,7 +100,7 @@ pub fn reason(a: &Rival, b: &Rival, model: &Model) -> String {
                 between the two (motor shaft and screw, say), which no log of this tool has, tells them apart"
             .into();
     }
-    let named_nothing = |r: &Rival| r.effects.is_empty();
+    let named_nothing = |r: &Alternative| r.effects.is_empty();
     if either(&|x, y| named_nothing(y) && only(x, &|p| zero(p, 0))) && model.registration.is_none() {
         return "a zero offset of the first joint turns the whole robot about that joint, and so does the frame between base \
                 and tracker, which is estimated from the same log"
@@ -123,10 +124,10 @@ pub fn reason(a: &Rival, b: &Rival, model: &Model) -> String {
              a joint speeds up"
         );
     }
-    let geometry = |r: &Rival| only(r, &|p| p.effect.stage() >= Stage::Gear && !p.effect.has_memory());
+    let geometry = |r: &Alternative| only(r, &|p| p.effect.stage() >= Stage::Gear && !p.effect.has_memory());
     if geometry(a) && geometry(b) {
         let kind = if model.robot.axis(0).kind == JointKind::Revolute { "wider angles" } else { "longer strokes" };
         return format!("both bend the path in the same way over the travel that was allowed; {kind} may part them");
     }
-    "their traces at the TCP are alike on every motion of the library, once the frame and the rival's own size are fitted".into()
+    "their traces at the TCP are alike on every motion of the library, once the frame and the alternative's own size are fitted".into()
 }

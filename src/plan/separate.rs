@@ -1,17 +1,17 @@
-//! How well a motion separates rivals: the expected difference in 2 ln L between the truth and the best-fitting other.
+//! How well a motion separates alternatives: the expected difference in 2 ln L between the truth and the best-fitting other.
 //!
-//! Method: the log that the truth would give is made without noise; the rival is refitted to it with everything that a
+//! Method: the log that the truth would give is made without noise; the alternative is refitted to it with everything that a
 //! diagnosis would refit (its shape parameters, the frame where the model has none, further found effects). What it leaves,
 //! whitened by the noise, is the non-centrality: with noise the difference in 2 ln L is this much on average, with twice its
 //! root as standard deviation (Cox 1961, for separate families). Both ways round, as a truth may be told better than its
-//! rival; a narrow rival inside a wider one is no way to be wrong about the narrow one, so only the wide truth counts.
+//! alternative; a narrow alternative inside a wider one is no way to be wrong about the narrow one, so only the wide truth counts.
 //!
 //! Assumptions: the sizes are those given; noise white, or as a diagnosis found it. How it fails: a refit that stops in a
-//! side valley promises too much; every refit starts from two screened shapes and from the rival's own size.
+//! side valley promises too much; every refit starts from two screened shapes and from the alternative's own size.
 
 use super::motions::Motion;
-use super::path::Room;
-use super::question::{Rival, Set};
+use super::path::Envelope;
+use super::question::{Alternative, Set};
 use crate::diagnose::candidates::screen::ScreeningContext;
 use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::candidates::{self, Candidate};
@@ -33,7 +33,7 @@ pub const NEEDED: f64 = 30.0;
 /// Noise of an encoder or secondary encoder: rad (1 arcsec), m.
 const SENSOR_SIGMA: [f64; 2] = [5e-6, 1e-6];
 
-/// One rival as the truth, another refitted to its log.
+/// One alternative as the truth, another refitted to its log.
 #[derive(Debug, Clone)]
 pub struct Comparison {
     /// Number of the set, of the truth and of the other in it.
@@ -52,25 +52,25 @@ pub struct DesignScore {
     pub comparisons: Vec<Comparison>,
     /// The least over all comparisons.
     pub evidence: f64,
-    /// The least with which any rival shows at all beside the frame.
+    /// The least with which any alternative shows at all beside the frame.
     pub visible: f64,
-    /// The effect outside the sets that comes nearest to one of the rivals, and what it leaves; where it was looked for.
+    /// The effect outside the sets that comes nearest to one of the alternatives, and what it leaves; where it was looked for.
     pub outside: Option<(f64, String)>,
 }
 
 impl DesignScore {
-    /// Evidence against the set's rivals and against everything else.
+    /// Evidence against the set's alternatives and against everything else.
     pub fn whole(&self) -> f64 {
         self.outside.as_ref().map_or(self.evidence, |o| self.evidence.min(o.0))
     }
 }
 
-/// Probability that 2 ln L is larger for the truth than for its rival.
+/// Probability that 2 ln L is larger for the truth than for its alternative.
 pub fn right(evidence: f64) -> f64 {
     normal::below(0.5 * evidence.max(0.0).sqrt())
 }
 
-/// Probability that a diagnosis names the truth alone: the rival fits worse by more than what keeps it in the set.
+/// Probability that a diagnosis names the truth alone: the alternative fits worse by more than what keeps it in the set.
 pub fn named(evidence: f64) -> f64 {
     if evidence > 0.0 { normal::below((evidence - WITHIN) / (2.0 * evidence.sqrt())) } else { 0.0 }
 }
@@ -79,7 +79,7 @@ pub fn named(evidence: f64) -> f64 {
 #[derive(Debug, Clone)]
 pub struct Experiment<'a> {
     pub model: &'a Model,
-    pub room: &'a Room<'a>,
+    pub envelope: &'a Envelope<'a>,
     /// Of one coordinate of a reflector, m.
     pub noise: Noise,
     pub payload_kg: f64,
@@ -89,7 +89,7 @@ pub struct Experiment<'a> {
 impl Experiment<'_> {
     /// Logs of a motion: one, or one per payload.
     pub fn problem(&self, motion: &Motion) -> (Problem, Hypothesis, Whitening) {
-        let (t_s, cmd) = rows_of_log(motion, self.room);
+        let (t_s, cmd) = rows_of_log(motion, self.envelope);
         let payloads = if motion.two_payloads { vec![Some(0.0), Some(self.payload_kg)] } else { vec![None] };
         let runs =
             payloads.into_iter().map(|payload_kg| Run { t_s: t_s.clone(), cmd: cmd.clone(), payload_kg }).collect();
@@ -114,19 +114,20 @@ impl Experiment<'_> {
             let mut base = start.clone();
             base.effects.extend(set.common.iter().cloned());
             let known = start.effects.len();
-            for (i, truth) in set.rivals.iter().enumerate() {
+            for (i, truth) in set.alternatives.iter().enumerate() {
                 let mut h = base.clone();
                 h.effects.extend(truth.effects.iter().cloned());
                 synthetic::measure(&mut problem, &h);
                 let asked: Vec<usize> =
-                    (0..set.rivals.len()).filter(|&j| j != i && !nested(truth, &set.rivals[j])).collect();
+                    (0..set.alternatives.len()).filter(|&j| j != i && !nested(truth, &set.alternatives[j])).collect();
                 if !truth.effects.is_empty() {
-                    let nothing = Rival { name: String::new(), effects: Vec::new() };
+                    let nothing = Alternative { name: String::new(), effects: Vec::new() };
                     let (seen, _) = left_by(&problem, &base, known, &nothing, &candidates, &whitening);
                     worth.visible = worth.visible.min(seen);
                 }
                 for j in asked {
-                    let (evidence, fitted) = left_by(&problem, &base, known, &set.rivals[j], &candidates, &whitening);
+                    let (evidence, fitted) =
+                        left_by(&problem, &base, known, &set.alternatives[j], &candidates, &whitening);
                     worth.evidence = worth.evidence.min(evidence);
                     worth.comparisons.push(Comparison { set: number, truth: i, other: j, evidence, fitted });
                 }
@@ -143,8 +144,8 @@ impl Experiment<'_> {
 const OUTSIDE: usize = 3;
 
 impl Experiment<'_> {
-    /// The effect outside the sets that fits best what a motion would show of one of the rivals, and what it leaves: a motion
-    /// that tells two rivals apart may confuse both with a third. Looked for where the truth is one effect.
+    /// The effect outside the sets that fits best what a motion would show of one of the alternatives, and what it leaves: a motion
+    /// that tells two alternatives apart may confuse both with a third. Looked for where the truth is one effect.
     pub fn outside(&self, motion: &Motion, sets: &[Set]) -> Option<(f64, String)> {
         let (mut problem, start, whitening) = self.problem(motion);
         let candidates = candidates::all(&problem);
@@ -154,7 +155,7 @@ impl Experiment<'_> {
             let mut base = start.clone();
             base.effects.extend(set.common.iter().cloned());
             let free: Vec<usize> = (known..base.effects.len()).collect();
-            for truth in set.rivals.iter().filter(|r| r.effects.len() == 1) {
+            for truth in set.alternatives.iter().filter(|r| r.effects.len() == 1) {
                 let mut h = base.clone();
                 h.effects.extend(truth.effects.iter().cloned());
                 synthetic::measure(&mut problem, &h);
@@ -162,23 +163,26 @@ impl Experiment<'_> {
                 let tangent = tangent(&problem, &base, &state, &free, &whitening);
                 let ground = ScreeningContext::new(&problem, &base, &state, &whitening, tangent);
                 let inside = |c: &Candidate| {
-                    set.rivals
+                    set.alternatives
                         .iter()
                         .flat_map(|r| &r.effects)
                         .any(|p| (p.effect.name(), p.target_text(&problem.robot)) == (c.effect, c.target.clone()))
                 };
-                let mut scored: Vec<(f64, Rival)> = ground
+                let mut scored: Vec<(f64, Alternative)> = ground
                     .score_all(&candidates)
                     .iter()
                     .map(|s| (s, &candidates[s.candidate]))
                     .filter(|(s, c)| s.gain > 0.0 && !inside(c))
                     .map(|(s, c)| {
-                        (s.gain, Rival { name: format!("{} {}", c.effect, c.target), effects: c.at(&s.coefficients) })
+                        (
+                            s.gain,
+                            Alternative { name: format!("{} {}", c.effect, c.target), effects: c.at(&s.coefficients) },
+                        )
                     })
                     .filter(|(_, r)| !r.effects.is_empty() && !nested(truth, r))
                     .collect();
                 scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-                let mut tried: Vec<Rival> = Vec::new();
+                let mut tried: Vec<Alternative> = Vec::new();
                 for (_, r) in scored {
                     if tried.len() < OUTSIDE && !tried.iter().any(|t| t.name == r.name) {
                         tried.push(r);
@@ -198,7 +202,7 @@ impl Experiment<'_> {
 }
 
 /// Is every log of `narrow` one of `wide`, too?
-pub fn nested(narrow: &Rival, wide: &Rival) -> bool {
+pub fn nested(narrow: &Alternative, wide: &Alternative) -> bool {
     let key = |p: &EffectInstance| (p.effect.name(), p.target);
     if narrow.effects.len() < wide.effects.len() {
         let mut rest: Vec<_> = wide.effects.iter().map(key).collect();
@@ -213,19 +217,19 @@ pub fn nested(narrow: &Rival, wide: &Rival) -> bool {
     }
 }
 
-/// What the best fit of a rival leaves of the measurements, whitened and squared, and the rival's effects there.
+/// What the best fit of an alternative leaves of the measurements, whitened and squared, and the alternative's effects there.
 fn left_by(
     problem: &Problem,
     base: &Hypothesis,
     known: usize,
-    rival: &Rival,
+    alternative: &Alternative,
     candidates: &[Candidate],
     whitening: &Whitening,
 ) -> (f64, Vec<EffectInstance>) {
     let from = base.effects.len();
-    let mut starts = vec![rival.effects.clone()];
+    let mut starts = vec![alternative.effects.clone()];
     for rank in 0..2 {
-        if let Some(found) = screened(problem, base, known, rival, candidates, whitening, rank) {
+        if let Some(found) = screened(problem, base, known, alternative, candidates, whitening, rank) {
             starts.push(found);
         }
     }
@@ -238,7 +242,7 @@ fn left_by(
         if best.as_ref().is_none_or(|b| fit.cost < b.cost) {
             best = Some(fit);
         }
-        if rival.effects.is_empty() {
+        if alternative.effects.is_empty() {
             break;
         }
     }
@@ -248,19 +252,19 @@ fn left_by(
     }
 }
 
-/// A rival with the shapes that screening likes best (`rank` 0) or next to best for its first effect.
+/// An alternative with the shapes that screening likes best (`rank` 0) or next to best for its first effect.
 fn screened(
     problem: &Problem,
     base: &Hypothesis,
     known: usize,
-    rival: &Rival,
+    alternative: &Alternative,
     candidates: &[Candidate],
     whitening: &Whitening,
     rank: usize,
 ) -> Option<Vec<EffectInstance>> {
     let from = base.effects.len();
     let mut h = base.clone();
-    for (k, wanted) in rival.effects.iter().enumerate() {
+    for (k, wanted) in alternative.effects.iter().enumerate() {
         let name = (wanted.effect.name(), wanted.target_text(&problem.robot));
         let state = problem.evaluate(&h);
         let free: Vec<usize> = (known..h.effects.len()).collect();
@@ -295,17 +299,17 @@ fn inside(placed: EffectInstance, problem: &Problem) -> EffectInstance {
     EffectInstance { target: placed.target, effect: placed.effect.with_values(&values) }
 }
 
-/// Times and commands `[axis][row]` at which a tracker of the room's rate sees the motion: straight between the program's rows.
-pub fn rows_of_log(motion: &Motion, room: &Room) -> (Vec<f64>, Vec<Vec<f64>>) {
+/// Times and commands `[axis][row]` at which a tracker of the envelope's rate sees the motion: straight between the program's rows.
+pub fn rows_of_log(motion: &Motion, envelope: &Envelope) -> (Vec<f64>, Vec<Vec<f64>>) {
     let last = motion.rows.len() - 1;
-    let duration_s = last as f64 * room.step_s;
-    let count = (duration_s * room.rate_hz + 1e-6).floor() as usize + 1;
-    let t_s: Vec<f64> = (0..count).map(|i| i as f64 / room.rate_hz).collect();
-    let cmd = (0..room.pose.len())
+    let duration_s = last as f64 * envelope.step_s;
+    let count = (duration_s * envelope.rate_hz + 1e-6).floor() as usize + 1;
+    let t_s: Vec<f64> = (0..count).map(|i| i as f64 / envelope.rate_hz).collect();
+    let cmd = (0..envelope.pose.len())
         .map(|axis| {
             t_s.iter()
                 .map(|t| {
-                    let x = t / room.step_s;
+                    let x = t / envelope.step_s;
                     let i = ((x + 1e-6) as usize).min(last);
                     let (from, share) = (motion.rows[i][axis], x - i as f64);
                     match motion.rows.get(i + 1) {

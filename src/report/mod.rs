@@ -1,6 +1,6 @@
 //! One self-contained HTML page for a job or for the whole chain: what was done, the verdict, pictures, tables, method.
 //!
-//! A command fills plain data ([`views`]) from its results and calls [`Page::render`]; this room knows neither results nor
+//! A command fills plain data ([`views`]) from its results and calls [`Page::render`]; this module knows neither results nor
 //! robots, and computes nothing but drawing coordinates and the thinning of long series. A page needs no network and no script
 //! (a short script turns the view in space and changes its exaggeration); it prints on A4. Colours: Okabe and Ito, "Color
 //! Universal Design", 2008; every colour has a shape or a name beside it. Same input, same bytes: there is no clock in it.

@@ -41,7 +41,7 @@ pub struct Engine<'a> {
     points: u64,
     /// Largest static correction per axis, rad or m.
     corrected: Vec<f64>,
-    account: RewriteStats,
+    stats: RewriteStats,
     /// Points as they came in that have not come out, where gears turn by sums of axes.
     nominal: VecDeque<Vec<f64>>,
 }
@@ -111,7 +111,7 @@ impl<'a> Engine<'a> {
         let densify =
             (options.refine == Refine::Cartesian && !idle).then(|| Densify::new(robot, options.chord_m.max(1e-8)));
         let plan = Plan::new(robot, offsets.clone(), &options);
-        let account = RewriteStats {
+        let stats = RewriteStats {
             reversals: vec![0; axes],
             largest_offset: vec![0.0; axes],
             largest_left: vec![0.0; axes],
@@ -136,7 +136,7 @@ impl<'a> Engine<'a> {
             timed: None,
             points: 0,
             corrected: vec![0.0; axes],
-            account,
+            stats,
             nominal: VecDeque::new(),
         })
     }
@@ -199,22 +199,22 @@ impl<'a> Engine<'a> {
         Ok(())
     }
 
-    /// Appends what is left and returns the account.
+    /// Appends what is left and returns the statistics.
     pub fn finish(mut self, out: &mut OutputPoints) -> Result<RewriteStats> {
         out.axes = self.robot.dof();
         if let Some(d) = &mut self.densify {
             d.finish(&mut self.turning);
         }
         self.advance(true, out);
-        self.account.points = self.points;
-        for (offset, by) in self.account.largest_offset.iter_mut().zip(&self.corrected) {
+        self.stats.points = self.points;
+        for (offset, by) in self.stats.largest_offset.iter_mut().zip(&self.corrected) {
             *offset += by;
         }
-        self.account.duration_s = self.limits.durations();
+        self.stats.duration_s = self.limits.durations();
         if !self.idle {
-            self.account.unchecked_rates = self.unchecked_rates();
+            self.stats.unchecked_rates = self.unchecked_rates();
         }
-        Ok(self.account)
+        Ok(self.stats)
     }
 
     /// Points by equation 2: as many as come in.
@@ -222,13 +222,13 @@ impl<'a> Engine<'a> {
         let Some(law) = &mut self.equation2 else { return };
         for i in 0..block.len() {
             let (at, q) = (out.q.len(), block.row(i));
-            law.apply(self.robot, &self.offsets, q, &mut out.q, &mut self.account);
+            law.apply(self.robot, &self.offsets, q, &mut out.q, &mut self.stats);
             for (c, &p) in out.q[at..].iter_mut().zip(q) {
                 *c = p + self.options.gain * (*c - p);
             }
             let t_s = timed.then(|| block.t_s[i]);
             let origin = Origin::Point(self.points);
-            self.limits.check(&out.q[at..], q, t_s, None, origin, &mut self.account);
+            self.limits.check(&out.q[at..], q, t_s, None, origin, &mut self.stats);
             out.t_s.extend(t_s);
             out.origin.push(origin);
             self.points += 1;
@@ -267,7 +267,7 @@ impl<'a> Engine<'a> {
             (_, Some(v)) => Clock::Speed(v),
             _ => Clock::None,
         };
-        let settled = self.plan.settle(&mut self.path, clock, end, &mut self.account);
+        let settled = self.plan.settle(&mut self.path, clock, end, &mut self.stats);
         let mut k = self.path.start();
         while k < settled {
             let quiet = if self.options.gain == 1.0 { self.path.next_busy(k, settled) } else { k };
@@ -293,7 +293,7 @@ impl<'a> Engine<'a> {
                 from_gears(self.robot, &mut self.nominal, row, *origin);
             }
         }
-        self.limits.check_run(&out.q[start..], timed.then_some(t_s), origin, &mut self.account);
+        self.limits.check_run(&out.q[start..], timed.then_some(t_s), origin, &mut self.stats);
         if timed {
             out.t_s.extend_from_slice(t_s);
         }
@@ -309,12 +309,12 @@ impl<'a> Engine<'a> {
                         self.robot.tcp_m(&q)
                     };
                     let change = (tcp(self.path.c(k)) - tcp(given)).norm();
-                    self.account.largest_change_m = self.account.largest_change_m.max(change);
+                    self.stats.largest_change_m = self.stats.largest_change_m.max(change);
                 }
             }
         }
         if self.densify.is_some() {
-            self.account.inserted += origin.iter().filter(|o| !matches!(o, Origin::Point(_))).count() as u64;
+            self.stats.inserted += origin.iter().filter(|o| !matches!(o, Origin::Point(_))).count() as u64;
         }
     }
 
@@ -406,15 +406,15 @@ impl<'a> Engine<'a> {
                 self.robot.from_gears(&mut given);
             }
             let change = (self.robot.tcp_m(&out.q[at..]) - self.robot.tcp_m(&given)).norm();
-            self.account.largest_change_m = self.account.largest_change_m.max(change);
+            self.stats.largest_change_m = self.stats.largest_change_m.max(change);
         }
         let timed = self.timed == Some(true);
-        self.limits.check(&out.q[at..], &self.own, timed.then_some(t_s), duration_s, origin, &mut self.account);
+        self.limits.check(&out.q[at..], &self.own, timed.then_some(t_s), duration_s, origin, &mut self.stats);
         if timed {
             out.t_s.push(t_s);
         }
         if !matches!(origin, Origin::Point(_)) {
-            self.account.inserted += 1;
+            self.stats.inserted += 1;
         }
         out.origin.push(origin);
     }

@@ -58,7 +58,7 @@ impl Equation2 {
         offsets: &[Option<Offset>],
         q: &[f64],
         out: &mut Vec<f64>,
-        account: &mut RewriteStats,
+        stats: &mut RewriteStats,
     ) {
         self.points += 1;
         let from = out.len();
@@ -69,16 +69,16 @@ impl Equation2 {
             let mut now = 0.0;
             if let Movement::Reversed { .. } = state.direction.take(self.points, p) {
                 now = f64::from(state.direction.direction()) * (offset.gap(1, p) + offset.gap(-1, p));
-                account.reversals[a] += 1;
+                stats.reversals[a] += 1;
                 if columns.is_empty() {
                     columns = vec![Vector3::zeros(); q.len()];
                     robot.chain().position_and_jacobian(q, &mut columns);
                 }
-                account.largest_change_m = account.largest_change_m.max(columns[a].norm() * now.abs());
+                stats.largest_change_m = stats.largest_change_m.max(columns[a].norm() * now.abs());
             }
             state.shift = if self.held { state.shift + now } else { now };
             out[from + a] += state.shift;
-            account.largest_offset[a] = account.largest_offset[a].max(state.shift.abs());
+            stats.largest_offset[a] = stats.largest_offset[a].max(state.shift.abs());
         }
     }
 }
@@ -114,11 +114,11 @@ mod tests {
     fn commands(held: bool, p: &[f64], gap: &GapCurve) -> (Vec<f64>, RewriteStats) {
         let backlash = Some(BacklashOffset { positive: gap.clone(), negative: gap.clone() });
         let offsets = [Some(Offset::new(&JointCompensator { axis: 0, backlash, friction: None }))];
-        let mut account = RewriteStats { reversals: vec![0], largest_offset: vec![0.0], ..RewriteStats::default() };
+        let mut stats = RewriteStats { reversals: vec![0], largest_offset: vec![0.0], ..RewriteStats::default() };
         let mut law = Equation2::new(held, &[1e-9], &[0]);
         let (robot, mut out) = (arm(), Vec::new());
-        p.iter().for_each(|&q| law.apply(&robot, &offsets, &[q], &mut out, &mut account));
-        (out, account)
+        p.iter().for_each(|&q| law.apply(&robot, &offsets, &[q], &mut out, &mut stats));
+        (out, stats)
     }
 
     /// Where the joint goes, from the middle of its gap.
@@ -134,11 +134,11 @@ mod tests {
     #[test]
     fn as_printed_the_offset_lasts_one_sample_and_the_joint_still_waits() {
         let gap = GapCurve::Constant(0.05);
-        let (c, account) = commands(false, &P, &gap);
+        let (c, stats) = commands(false, &P, &gap);
         let want = [0.0, 0.4, 0.8, 0.5, 0.2, -0.2, 0.2, 0.5, 0.9];
         assert!(c.iter().zip(want).all(|(a, b)| (a - b).abs() < 1e-12), "{c:?}");
-        assert_eq!(account.reversals, [2]);
-        assert!((account.largest_change_m - 0.05).abs() < 1e-12);
+        assert_eq!(stats.reversals, [2]);
+        assert!((stats.largest_change_m - 0.05).abs() < 1e-12);
         // one sample later the joint is where it would be without: half a gap after on either side
         assert!((joint(&c, &gap)[4] - 0.25).abs() < 1e-12 && (joint(&c, &gap)[8] - 0.85).abs() < 1e-12);
     }
@@ -155,9 +155,9 @@ mod tests {
     fn held_offsets_drift_where_the_gap_varies() {
         let gap = GapCurve::Polynomial { coefficients: vec![0.05, 0.02], range: [-1.0, 1.0] };
         let p: Vec<f64> = (0..81).map(|i| (f64::from(i) * std::f64::consts::FRAC_PI_4).sin()).collect();
-        let (c, account) = commands(true, &p, &gap);
+        let (c, stats) = commands(true, &p, &gap);
         // ten turns of either kind, at 0.71 and -0.71: 2 * 0.02 * 1.41 each pair
-        assert!(account.reversals[0] >= 18);
+        assert!(stats.reversals[0] >= 18);
         let drift = c[80] - p[80];
         assert!(drift < -0.4, "{drift}");
     }

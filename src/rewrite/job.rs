@@ -205,16 +205,16 @@ impl Job<'_> {
     pub(super) fn violations(
         &self,
         name: &str,
-        account: &RewriteStats,
+        stats: &RewriteStats,
         line: &dyn Fn(u64) -> Option<u64>,
     ) -> Option<String> {
-        if account.violations_total == 0 && account.violations.is_empty() {
+        if stats.violations_total == 0 && stats.violations.is_empty() {
             return None;
         }
-        let total = account.violations_total.max(account.violations.len() as u64);
+        let total = stats.violations_total.max(stats.violations.len() as u64);
         let often = if total == 1 { "once".into() } else { format!("{total} times") };
         let mut text = vec![format!("{name}: a limit would be exceeded {often}; nothing was written")];
-        for v in account.violations.iter().take(LISTED) {
+        for v in stats.violations.iter().take(LISTED) {
             let (point, added) = match v.origin {
                 Origin::Point(n) => (n, ""),
                 Origin::Inserted { after, .. } => (after, " (point added after it)"),

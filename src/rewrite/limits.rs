@@ -55,7 +55,7 @@ impl<'a> Limits<'a> {
     }
 
     /// Checks the next points, between which no offset changes.
-    pub fn check_run(&mut self, q: &[f64], t_s: Option<&[f64]>, origin: &[Origin], account: &mut RewriteStats) {
+    pub fn check_run(&mut self, q: &[f64], t_s: Option<&[f64]>, origin: &[Origin], stats: &mut RewriteStats) {
         let axes = self.range.len();
         let rows = origin.len();
         if rows == 0 {
@@ -67,13 +67,13 @@ impl<'a> Limits<'a> {
                 inside &= v >= lo && v <= hi;
             }
             if !inside {
-                self.range_of(row, at, account);
+                self.range_of(row, at, stats);
             }
         }
         match t_s {
             Some(t) if self.any_rate => {
                 for ((row, &t), &at) in q.chunks_exact(axes).zip(t).zip(origin) {
-                    self.rates(row, None, Some(t), None, at, account);
+                    self.rates(row, None, Some(t), None, at, stats);
                 }
             }
             _ => {
@@ -99,10 +99,10 @@ impl<'a> Limits<'a> {
         t_s: Option<f64>,
         duration_s: Option<f64>,
         origin: Origin,
-        account: &mut RewriteStats,
+        stats: &mut RewriteStats,
     ) {
-        self.range_of(q, origin, account);
-        self.rates(q, Some(own), t_s, duration_s, origin, account);
+        self.range_of(q, origin, stats);
+        self.rates(q, Some(own), t_s, duration_s, origin, stats);
     }
 
     /// The robot has limits of speed or acceleration.
@@ -115,12 +115,12 @@ impl<'a> Limits<'a> {
         self.tcp_speed_m_s.filter(|_| self.any_rate)
     }
 
-    fn range_of(&self, q: &[f64], origin: Origin, account: &mut RewriteStats) {
+    fn range_of(&self, q: &[f64], origin: Origin, stats: &mut RewriteStats) {
         for (axis, (&v, &[lo, hi])) in q.iter().zip(&self.range).enumerate() {
             if v < lo || v > hi {
                 let limit = if v < lo { lo } else { hi };
                 if (v - limit).abs() > SLACK * limit.abs().max(1e-3) {
-                    add(account, Violation { origin, axis, what: LimitKind::Range, value: v, limit });
+                    add(stats, Violation { origin, axis, what: LimitKind::Range, value: v, limit });
                 }
             }
         }
@@ -147,7 +147,7 @@ impl<'a> Limits<'a> {
         t_s: Option<f64>,
         duration_s: Option<f64>,
         origin: Origin,
-        account: &mut RewriteStats,
+        stats: &mut RewriteStats,
     ) {
         self.first_t_s = self.first_t_s.or(t_s);
         let Some(mut last) = self.last.take() else {
@@ -170,7 +170,7 @@ impl<'a> Limits<'a> {
                 let mut check = |what, value: f64, own: f64, limit: f64| {
                     let beyond = |v: f64| v.abs() > limit * (1.0 + SLACK);
                     if beyond(value) && (!beyond(own) || beyond(value - own)) {
-                        add(account, Violation { origin, axis, what, value, limit });
+                        add(stats, Violation { origin, axis, what, value, limit });
                     }
                 };
                 if let Some(limit) = joint.max_speed {
@@ -198,12 +198,12 @@ impl<'a> Limits<'a> {
     }
 }
 
-fn add(account: &mut RewriteStats, violation: Violation) {
+fn add(stats: &mut RewriteStats, violation: Violation) {
     let range = violation.what == LimitKind::Range;
-    account.violations_total += 1;
-    account.out_of_range += u64::from(range);
+    stats.violations_total += 1;
+    stats.out_of_range += u64::from(range);
     // a position out of range is never lost after speeds and accelerations
-    if account.violations.len() < LISTED || (range && account.out_of_range <= LISTED as u64) {
-        account.violations.push(violation);
+    if stats.violations.len() < LISTED || (range && stats.out_of_range <= LISTED as u64) {
+        stats.violations.push(violation);
     }
 }

@@ -18,7 +18,7 @@
 //!
 //! Around the engine, from file to file: [`job`] is one program, [`outcome`] what came out, [`batch`] a folder of them, [`manifest`] a list
 //! that many machines share, [`refusal`] why a program is not rewritten, [`stream`] the way of the text
-//! through the engine in constant memory, [`script`] that of vendor programs, which are read whole; [`summary`] the account.
+//! through the engine in constant memory, [`script`] that of vendor programs, which are read whole; [`summary`] the report.
 //! Both ways share what stands before and after the engine: `digits` (how offsets are written), `deadband`, [`guard`] and
 //! [`rewritten`] (a program that has been rewritten is not rewritten again), limits and their words ([`job`]), [`sink`].
 //!

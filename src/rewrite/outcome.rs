@@ -28,7 +28,7 @@ pub struct Outcome {
     /// `None`: a dry run, or a check.
     pub output: Option<String>,
     pub points: u64,
-    pub account: RewriteStats,
+    pub stats: RewriteStats,
     pub sha256_in: Option<String>,
     pub sha256_out: Option<String>,
     /// No byte differs.
@@ -84,7 +84,7 @@ impl Ready {
     }
 }
 
-/// What the account of a vendor program has beyond that of every program.
+/// What the report of a vendor program contains in addition to that of every program.
 #[derive(Debug, Clone)]
 pub struct Vendor {
     pub format: &'static str,

@@ -214,7 +214,7 @@ impl Column<'_> {
         }
         match self.share(i, j, k) {
             Share::Bent => false,
-            Share::Told(share, off) => {
+            Share::Measured(share, off) => {
                 if share > FARTHEST {
                     return false;
                 }
@@ -255,7 +255,7 @@ impl Column<'_> {
 
     /// The share of the way from row `i` to row `k` at which row `j` stands, as the other axes tell it.
     fn share(&self, i: usize, j: usize, k: usize) -> Share {
-        let mut told: Vec<(f64, f64)> = Vec::new();
+        let mut shares: Vec<(f64, f64)> = Vec::new();
         for axis in (0..self.rows.axes).filter(|a| *a != self.axis) {
             let Some(digit) = self.digits.get(axis).map(|d| d.last) else { continue };
             let (a, b, c) = (self.at(i, axis), self.at(j, axis), self.at(k, axis));
@@ -269,12 +269,12 @@ impl Column<'_> {
             if share < -off || share > 1.0 + off {
                 continue; // it turns on the way
             }
-            told.push((share, off));
+            shares.push((share, off));
         }
-        let Some(&(share, off)) = told.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { return Share::Unknown };
+        let Some(&(share, off)) = shares.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { return Share::Unknown };
         // an axis with a step of its own on this way is off it; most are not
-        let straight = told.iter().filter(|(s, o)| (s - share).abs() <= o + off).count();
-        if 2 * straight > told.len() { Share::Told(share, off) } else { Share::Bent }
+        let straight = shares.iter().filter(|(s, o)| (s - share).abs() <= o + off).count();
+        if 2 * straight > shares.len() { Share::Measured(share, off) } else { Share::Bent }
     }
 
     /// Decimals that a value needs, but for rounding.
@@ -297,7 +297,7 @@ enum Share {
     /// The axes differ: the three rows are not on one straight way.
     Bent,
     /// The share, and how far rounding may put it off.
-    Told(f64, f64),
+    Measured(f64, f64),
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::Origin;
 
-/// What a rewrite did, for the account that a user reads.
+/// What a rewrite did, for the report that a user reads.
 #[derive(Debug, Clone, Default)]
 pub struct RewriteStats {
     pub points: u64,

@@ -67,8 +67,8 @@ impl Line {
             edited_as_joints: o.vendor.as_ref().map(|v| v.coverage.as_joints),
             edited_as_poses: o.vendor.as_ref().map(|v| v.coverage.as_poses),
             missing: o.vendor.as_ref().map(|v| v.missing.clone()).filter(|m| !m.is_empty()),
-            reversals: o.account.reversals.iter().sum(),
-            inserted: o.account.inserted,
+            reversals: o.stats.reversals.iter().sum(),
+            inserted: o.stats.inserted,
             sha256_in: o.sha256_in.clone(),
             sha256_out: o.sha256_out.clone(),
         }
@@ -111,7 +111,7 @@ impl Line {
     }
 }
 
-/// The whole account as one document: the fields of the summary line, and each joint.
+/// The whole report as one document: the fields of the summary line, and each joint.
 pub fn document(outcome: &Outcome, robot: &Robot) -> Value {
     let line = Line::of(outcome);
     let mut map = Map::new();
@@ -120,7 +120,7 @@ pub fn document(outcome: &Outcome, robot: &Robot) -> Value {
         map.extend(fields);
     }
     map.insert("reason".into(), json!(outcome.refusal));
-    let a = &outcome.account;
+    let a = &outcome.stats;
     let joints: Vec<Value> = robot.axis_joints().enumerate().map(|(k, joint)| joint_entry(outcome, k, joint)).collect();
     map.insert("joints".into(), json!(joints));
     map.insert("largest_change_um".into(), json!(round(a.largest_change_m * 1e6, 3)));
@@ -136,7 +136,7 @@ pub fn document(outcome: &Outcome, robot: &Robot) -> Value {
 
 /// One joint of the document.
 fn joint_entry(outcome: &Outcome, axis: usize, joint: &Joint) -> Value {
-    let a = &outcome.account;
+    let a = &outcome.stats;
     let unit = joint.kind.unit();
     let mut j = Map::new();
     j.insert("joint".into(), json!(joint.name));

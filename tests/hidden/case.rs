@@ -1,5 +1,6 @@
 //! One case: a machine, what its model lacks, two logs, and the truth.
 
+use crate::alternatives;
 use crate::badfile;
 use crate::effects::Effect;
 use crate::kinematics::rigid_fit;
@@ -7,7 +8,6 @@ use crate::noise::{MDB, Metric, Noise, Spoiled};
 use crate::outside::{self, Outside};
 use crate::paths;
 use crate::physics::{Grid, STEP_S, registration, rms_um};
-use crate::rivals;
 use crate::robots::{self, Robot, rounded};
 use crate::truth::{NAMES, Setting};
 use nalgebra::Vector3;
@@ -123,12 +123,13 @@ fn attempt(kind: Kind, index: usize, given: bool, rng: &mut ChaCha8Rng) -> Optio
     let mut listed = Vec::new();
     let beside = setting.conditional(&clean_known, &effects);
     for (e, conditional) in effects.iter().zip(&beside) {
-        let size = setting.signature(&clean_known, std::slice::from_ref(e), &[]).norm() / MDB;
+        let size = setting.sensitivity(&clean_known, std::slice::from_ref(e), &[]).norm() / MDB;
         let mut entry = e.json();
         entry.insert("mdb_multiple".into(), json!(rounded(size, 2)));
         entry.insert("mdb_conditional".into(), json!(rounded(*conditional, 2)));
-        let rivals = if matches!(kind, Kind::Bad(_)) { vec![] } else { rivals::find(&setting, &clean_known, e) };
-        entry.insert("also_right".into(), rivals::json(&rivals));
+        let alternatives =
+            if matches!(kind, Kind::Bad(_)) { vec![] } else { alternatives::find(&setting, &clean_known, e) };
+        entry.insert("also_right".into(), alternatives::json(&alternatives));
         listed.push(Value::Object(entry));
     }
 
@@ -253,15 +254,15 @@ fn content(
             let mut fault = Outside::draw(name, &s.grid.joints, s.moving, rng);
             let goal = log_uniform(10.0, 100.0, rng) * MDB;
             for _ in 0..10 {
-                let now = s.signature(clean, &[], std::slice::from_ref(&fault)).norm();
+                let now = s.sensitivity(clean, &[], std::slice::from_ref(&fault)).norm();
                 fault.size *= goal / now.max(1e-9);
             }
-            let course = s.signature(clean, &[], std::slice::from_ref(&fault));
+            let course = s.sensitivity(clean, &[], std::slice::from_ref(&fault));
             if (course.norm() / goal - 1.0).abs() > 0.05 || !fault.size.is_finite() || fault.size > 0.02 {
                 return None;
             }
             // A catalogue effect must not explain it: what the best one leaves still shows, at 6 biases or more.
-            let left = rivals::least_left(s, clean, &course);
+            let left = alternatives::least_left(s, clean, &course);
             (left > 6.0 * MDB).then_some((vec![], vec![fault]))
         }
     }

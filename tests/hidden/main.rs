@@ -15,6 +15,7 @@
 //!
 //! `LOSTMOTION_HIDDEN_CASES` and `LOSTMOTION_HIDDEN_SEED` set number and seed; `LOSTMOTION_BIN` another built program.
 
+mod alternatives;
 mod badfile;
 mod case;
 mod checks;
@@ -27,7 +28,6 @@ mod outside;
 mod paths;
 mod physics;
 mod replay;
-mod rivals;
 mod robots;
 mod score;
 mod table;

@@ -30,7 +30,7 @@ pub const NAMES: [&str; 16] = [
     "time_offset",
 ];
 
-/// One log of one machine, as far as sizes and rivals need it.
+/// One log of one machine, as far as sizes and alternatives need it.
 pub struct Setting<'a> {
     pub robot: &'a Robot,
     pub registration: Pose,
@@ -51,7 +51,7 @@ impl Setting<'_> {
     }
 
     /// What effects add to the log, whitened and off the frame.
-    pub fn signature(&self, clean: &[Vector3<f64>], effects: &[Effect], outside: &[Outside]) -> DVector<f64> {
+    pub fn sensitivity(&self, clean: &[Vector3<f64>], effects: &[Effect], outside: &[Outside]) -> DVector<f64> {
         let with = self.run(effects, outside);
         let course: Vec<_> = with.iter().zip(clean).map(|(a, b)| a - b).collect();
         self.metric.whiten(&course)
@@ -61,7 +61,7 @@ impl Setting<'_> {
     pub fn sized(&self, clean: &[Vector3<f64>], draw: &Effect, multiple: f64) -> Option<Effect> {
         let (mut factor, goal) = (1.0, multiple * MDB);
         for _ in 0..12 {
-            let now = self.signature(clean, &[draw.scaled(factor)], &[]).norm();
+            let now = self.sensitivity(clean, &[draw.scaled(factor)], &[]).norm();
             if (now / goal - 1.0).abs() < 2e-3 {
                 let e = draw.scaled(factor).printed();
                 return physical(&e).then_some(e);
@@ -77,7 +77,7 @@ impl Setting<'_> {
     /// Size of each effect beside all others, in minimal detectable biases.
     pub fn conditional(&self, clean: &[Vector3<f64>], effects: &[Effect]) -> Vec<f64> {
         let all: Vec<DVector<f64>> =
-            effects.iter().map(|e| self.signature(clean, std::slice::from_ref(e), &[])).collect();
+            effects.iter().map(|e| self.sensitivity(clean, std::slice::from_ref(e), &[])).collect();
         (0..all.len())
             .map(|k| {
                 let others: Vec<_> = (0..all.len()).filter(|i| *i != k).map(|i| all[i].clone()).collect();

@@ -190,8 +190,8 @@ fn values_keys_and_bounds_go_together_and_hold_the_value() {
 #[test]
 fn names_that_a_card_calls_rivals_are_effects() {
     for card in catalogue::ALL {
-        for rival in card.confused_with {
-            assert!(catalogue::find(rival).is_some(), "{}: {rival}", card.name);
+        for alternative in card.confused_with {
+            assert!(catalogue::find(alternative).is_some(), "{}: {alternative}", card.name);
         }
         assert!(card.decide_by.len() > 20 && card.action.len() > 20 && !card.parameters.is_empty());
     }

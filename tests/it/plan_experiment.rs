@@ -5,7 +5,7 @@ use lostmotion::diagnose::noise::Noise;
 use lostmotion::diagnose::problem::synthetic::{self, Channels};
 use lostmotion::diagnose::search::fit;
 use lostmotion::model::Model;
-use lostmotion::plan::path::{Room, RoomOptions};
+use lostmotion::plan::path::{Envelope, EnvelopeOptions};
 use lostmotion::plan::question;
 use lostmotion::plan::separate::{self, Experiment};
 use lostmotion::plan::sizes::Scale;
@@ -134,20 +134,20 @@ fn every_motion_of_the_library_can_be_run() {
     for (robot, speed_m_s) in [(KUKA, 1.5), (KUKA, 0.02), (GANTRY, 0.3)] {
         let robot = Robot::load(Path::new(robot)).unwrap();
         let options =
-            RoomOptions { pose: None, duration_s: 90.0, rate_hz: 25.0, speed_m_s, travel_rad: 0.6, travel_m: 0.2 };
-        let room = Room::new(&robot, &options);
+            EnvelopeOptions { pose: None, duration_s: 90.0, rate_hz: 25.0, speed_m_s, travel_rad: 0.6, travel_m: 0.2 };
+        let envelope = Envelope::new(&robot, &options);
         let axes: Vec<usize> = (0..robot.dof()).collect();
-        let library = motions::library(&room, &axes, false);
+        let library = motions::library(&envelope, &axes, false);
         assert!(library.len() > 4 * robot.dof(), "{} motions", library.len());
         for m in &library {
             assert_eq!(m.rows.first(), m.rows.last(), "{}", m.name);
-            assert!((m.rows.len() - 1) as f64 * room.step_s <= options.duration_s + 1e-6, "{}", m.name);
-            for (axis, [lo, hi]) in room.window.iter().enumerate() {
+            assert!((m.rows.len() - 1) as f64 * envelope.step_s <= options.duration_s + 1e-6, "{}", m.name);
+            for (axis, [lo, hi]) in envelope.window.iter().enumerate() {
                 let joint = robot.axis(axis);
                 let inside = |v: f64| v >= lo - 1e-7 && v <= hi + 1e-7;
                 assert!(m.rows.iter().all(|r| inside(r[axis])), "{} leaves the window of {}", m.name, joint.name);
                 let way = |a: &[f64], b: &[f64]| (b[axis] - a[axis]).abs();
-                let fast = m.rows.windows(2).map(|w| way(&w[0], &w[1])).fold(0.0, f64::max) / room.step_s;
+                let fast = m.rows.windows(2).map(|w| way(&w[0], &w[1])).fold(0.0, f64::max) / envelope.step_s;
                 assert!(fast <= joint.max_speed.unwrap(), "{}: {} at {fast}", m.name, joint.name);
             }
         }
@@ -300,7 +300,7 @@ fn sets_sizes_and_noise_come_from_a_diagnosis() {
     assert_eq!((plan["question"].as_str(), plan["noise_um"].as_f64()), (Some("diagnosis"), Some(20.0)));
     let set = &plan["sets"][0];
     assert_eq!(set["rivals"][0]["effects"][0]["half_gap_deg"], 0.0041);
-    // the rival without a size of its own is as large as the one that was found
+    // the alternative without a size of its own is as large as the one that was found
     assert_eq!(set["rivals"][1]["effects"][0]["half_width_deg"], 0.0041);
     assert_eq!(set["beside"][0]["effect"], "time_offset");
     assert_eq!(plan["verdict"], "separable");
@@ -321,31 +321,31 @@ fn noisy_logs_keep_the_promised_evidence_on_average() {
     const DRAWS: u64 = 60;
     let model = Model::ideal(Robot::load(Path::new(GANTRY)).unwrap());
     let options =
-        RoomOptions { pose: None, duration_s: 60.0, rate_hz: 25.0, speed_m_s: 0.1, travel_rad: 0.5, travel_m: 0.2 };
-    let room = Room::new(&model.robot, &options);
+        EnvelopeOptions { pose: None, duration_s: 60.0, rate_hz: 25.0, speed_m_s: 0.1, travel_rad: 0.5, travel_m: 0.2 };
+    let envelope = Envelope::new(&model.robot, &options);
     let scale =
-        Scale { robot: &model.robot, window: &room.window, speed_m_s: 0.1, duration_s: 60.0, lost: vec![None; 3] };
-    let set = question::between("the rivals", "backlash:X,stiction:X:decay_s=4", &scale).unwrap();
+        Scale { robot: &model.robot, window: &envelope.window, speed_m_s: 0.1, duration_s: 60.0, lost: vec![None; 3] };
+    let set = question::between("the alternatives", "backlash:X,stiction:X:decay_s=4", &scale).unwrap();
     let sets = [set];
     // so noisy that the evidence is about twenty
     let sigma = 15e-6;
     let bench = Experiment {
         model: &model,
-        room: &room,
+        envelope: &envelope,
         noise: Noise::white(sigma),
         payload_kg: 5.0,
         channels: Channels::default(),
     };
-    let library = motions::library(&room, &axes_of(&sets, 3), false);
+    let library = motions::library(&envelope, &axes_of(&sets, 3), false);
     let motion = library.iter().find(|m| m.name == "stairs X").unwrap();
     let worth = bench.worth(motion, &sets);
     let c = worth.comparisons.iter().find(|c| c.truth == 0).unwrap();
     assert!(c.evidence > 5.0 && c.evidence < 60.0, "{}", c.evidence);
     let (mut problem, start, whitening) = bench.problem(motion);
     let mut truth = start.clone();
-    truth.effects.extend(sets[0].rivals[0].effects.iter().cloned());
-    let mut rival = start.clone();
-    rival.effects.extend(c.fitted.iter().cloned());
+    truth.effects.extend(sets[0].alternatives[0].effects.iter().cloned());
+    let mut alternative = start.clone();
+    alternative.effects.extend(c.fitted.iter().cloned());
     let (mut sum, mut right) = (0.0, 0);
     for seed in 0..DRAWS {
         synthetic::measure(&mut problem, &truth);
@@ -353,12 +353,12 @@ fn noisy_logs_keep_the_promised_evidence_on_average() {
         for p in problem.logs[0].log.tcp_m.iter_mut().flatten() {
             *p += Vector3::from_fn(|_, _| -> f64 { StandardNormal.sample(&mut rng) }) * sigma;
         }
-        let difference =
-            fit::refit(&problem, &rival, &[0], &whitening).cost - fit::refit(&problem, &truth, &[0], &whitening).cost;
+        let difference = fit::refit(&problem, &alternative, &[0], &whitening).cost
+            - fit::refit(&problem, &truth, &[0], &whitening).cost;
         sum += difference;
         right += u64::from(difference > 0.0);
     }
-    // the rival has one parameter more, which takes one off
+    // the alternative has one parameter more, which takes one off
     let (mean, expected) = (sum / DRAWS as f64, c.evidence - 1.0);
     let spread = 2.0 * c.evidence.sqrt() / (DRAWS as f64).sqrt();
     println!("{mean} against {expected}, {right} of {DRAWS} right, {} promised", separate::right(c.evidence));
@@ -419,8 +419,8 @@ fn a_question_that_cannot_be_asked_is_refused() {
     let model = model.to_str().unwrap();
     std::fs::write(desk.path("log.json"), "{\"schema\": \"lostmotion/gaps/1\"}").unwrap();
     let cases: [(&[&str], &str); 9] = [
-        (&["--between", "backlash:X"], "two rivals or more"),
-        (&["--between", "backlash:X,backlash:X"], "every rival once"),
+        (&["--between", "backlash:X"], "two alternatives or more"),
+        (&["--between", "backlash:X,backlash:X"], "every alternative once"),
         (&["--between", "backlash:X,wobble:X"], "effect `wobble`"),
         (&["--between", "backlash:X,backlash:Q"], "joint `Q`"),
         (&["--between", "backlash:X:half_gap_deg=1,stiction:X"], "half_gap_deg"),

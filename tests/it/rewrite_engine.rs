@@ -56,8 +56,8 @@ fn run(
         };
         engine.push(&part, &mut out).expect("push");
     }
-    let account = engine.finish(&mut out).expect("finish");
-    (out, account)
+    let stats = engine.finish(&mut out).expect("finish");
+    (out, stats)
 }
 
 fn a1_of(out: &OutputPoints) -> Vec<f64> {
@@ -76,11 +76,11 @@ fn a_triangle_gets_the_step_behind_its_tip() {
     let robot = kuka();
     let mut options = Options::new(6);
     options.step_exact = true;
-    let (out, account) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&[0.0, 1.0, 2.0, 1.0, 0.0]), 100);
+    let (out, stats) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&[0.0, 1.0, 2.0, 1.0, 0.0]), 100);
     // equation 16, and the inserted point 0.1 of the segment after the turn
     close(&a1_of(&out), &[0.01, 1.01, 2.01, 1.89, 0.99, -0.01], 1e-12);
     assert!(matches!(out.origin[3], Origin::Inserted { after: 2, fraction } if (fraction - 0.1).abs() < 1e-12));
-    assert_eq!((account.points, account.inserted, account.reversals[0]), (5, 1, 1));
+    assert_eq!((stats.points, stats.inserted, stats.reversals[0]), (5, 1, 1));
 }
 
 #[test]
@@ -97,9 +97,9 @@ fn a_joint_that_has_not_moved_yet_is_left_alone() {
     let robot = kuka();
     let mut options = Options::new(6);
     options.step_exact = true;
-    let (out, account) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&[5.0, 5.0, 5.0, 4.0]), 100);
+    let (out, stats) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&[5.0, 5.0, 5.0, 4.0]), 100);
     close(&a1_of(&out), &[5.0, 5.0, 5.0, 4.89, 3.99], 1e-12);
-    assert_eq!(account.reversals[0], 0);
+    assert_eq!(stats.reversals[0], 0);
 }
 
 #[test]
@@ -108,9 +108,9 @@ fn a_known_initial_direction_makes_the_first_movement_a_reversal() {
     let mut options = Options::new(6);
     options.step_exact = true;
     options.initial_direction[0] = -1;
-    let (out, account) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&[0.0, 1.0]), 100);
+    let (out, stats) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&[0.0, 1.0]), 100);
     close(&a1_of(&out), &[-0.01, 0.11, 1.01], 1e-12);
-    assert_eq!(account.reversals[0], 1);
+    assert_eq!(stats.reversals[0], 1);
 }
 
 #[test]
@@ -119,8 +119,8 @@ fn number_noise_makes_no_reversal() {
     let mut options = Options::new(6);
     options.deadband = vec![1.5e-4 * DEG; 6];
     let noisy: Vec<f64> = (0..200).map(|i| f64::from(i) * 1e-3 - f64::from(i % 2) * 1.05e-3).collect();
-    let (_, account) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&noisy), 100);
-    assert_eq!(account.reversals[0], 0);
+    let (_, stats) = run(&robot, &on_axis(0, 0.01, None), options, &one_axis(&noisy), 100);
+    assert_eq!(stats.reversals[0], 0);
 }
 
 #[test]
@@ -166,9 +166,9 @@ fn a_zero_compensator_changes_and_inserts_nothing() {
     let points = one_axis(&[0.0, 1.0, 2.0, 1.0, 0.5, 1.0]);
     for refine in [Refine::None, Refine::Cubic, Refine::Cartesian] {
         let options = Options { refine, ..Options::new(6) };
-        let (out, account) = run(&robot, &on_axis(0, 0.0, None), options, &points, 2);
+        let (out, stats) = run(&robot, &on_axis(0, 0.0, None), options, &points, 2);
         assert_eq!(out.q, points.q);
-        assert_eq!(account.inserted, 0);
+        assert_eq!(stats.inserted, 0);
     }
 }
 
@@ -182,8 +182,8 @@ fn cubic_finds_the_extreme_of_a_sampled_sine() {
     let mut points = one_axis(&program);
     points.t_s = (0..n).map(f64::from).collect();
     let options = Options { refine: Refine::Cubic, ..Options::new(6) };
-    let (out, account) = run(&robot, &on_axis(0, 0.01, None), options, &points, 7);
-    assert_eq!(account.reversals[0], 8);
+    let (out, stats) = run(&robot, &on_axis(0, 0.01, None), options, &points, 7);
+    assert_eq!(stats.reversals[0], 8);
     // the quarter waves, in program points
     let mut found = 0;
     for (i, o) in out.origin.iter().enumerate() {
@@ -244,16 +244,16 @@ fn cartesian_brings_the_chords_of_a_circle_down_to_the_tolerance() {
 fn limits_are_named_with_place_and_value() {
     let robot = kuka();
     // A1 ends at 185 degrees
-    let (_, account) = run(&robot, &on_axis(0, 0.01, None), Options::new(6), &one_axis(&[184.0, 184.995, 184.0]), 10);
-    assert_eq!(account.violations_total, 1);
-    let v = &account.violations[0];
+    let (_, stats) = run(&robot, &on_axis(0, 0.01, None), Options::new(6), &one_axis(&[184.0, 184.995, 184.0]), 10);
+    assert_eq!(stats.violations_total, 1);
+    let v = &stats.violations[0];
     assert_eq!((v.origin, v.axis, v.what), (Origin::Point(1), 0, LimitKind::Range));
     assert!((v.value / DEG - 185.005).abs() < 1e-9 && (v.limit / DEG - 185.0).abs() < 1e-9);
     // 136 degrees a second
     let mut fast = one_axis(&[0.0, 1.0, 2.0]);
     fast.t_s = vec![0.0, 0.005, 1.0];
-    let (_, account) = run(&robot, &on_axis(0, 0.01, None), Options::new(6), &fast, 10);
-    assert!(account.violations.iter().any(|v| v.what == LimitKind::Speed && v.origin == Origin::Point(1)));
+    let (_, stats) = run(&robot, &on_axis(0, 0.01, None), Options::new(6), &fast, 10);
+    assert!(stats.violations.iter().any(|v| v.what == LimitKind::Speed && v.origin == Origin::Point(1)));
 }
 
 #[test]
@@ -263,15 +263,15 @@ fn the_step_of_a_fast_program_keeps_to_the_joint_s_own_acceleration() {
     let n = 4000;
     let mut points = one_axis(&(0..n).map(|i| 3.0 * (f64::from(i) * 0.004 * 2.0).sin()).collect::<Vec<_>>());
     points.t_s = (0..n).map(|i| f64::from(i) * 0.004).collect();
-    let (out, account) = run(
+    let (out, stats) = run(
         &robot,
         &on_axis(0, 0.005, Some((0.003, FrictionShape::Decay(Decay::Time(0.2))))),
         Options::new(6),
         &points,
         512,
     );
-    assert!(account.reversals[0] > 8);
-    assert_eq!(account.violations, []);
+    assert!(stats.reversals[0] > 8);
+    assert_eq!(stats.violations, []);
     assert!(out.t_s.windows(2).all(|w| w[1] > w[0]));
 }
 
@@ -293,8 +293,8 @@ fn a_step_at_constant_tcp_speed_has_the_time_its_joint_needs_and_stops_no_other_
         [(100.0, None), (300.0, None), (100.0, Some((0.0034, FrictionShape::Decay(Decay::Time(5.2)))))]
     {
         let options = Options { tcp_speed_m_s: Some(mm_s / 1000.0), ..Options::new(6) };
-        let (out, account) = run(&robot, &on_axis(0, 0.006, friction), options, &points, 16);
-        assert_eq!((account.reversals[0], &account.violations), (1, &vec![]), "{mm_s} mm/s");
+        let (out, stats) = run(&robot, &on_axis(0, 0.006, friction), options, &points, 16);
+        assert_eq!((stats.reversals[0], &stats.violations), (1, &vec![]), "{mm_s} mm/s");
         // the leg after the turn at nominal speed, and the least time of the step: half the acceleration, up and down again
         let leg_s = (robot.tcp_m(points.row(21)) - robot.tcp_m(points.row(20))).norm() / (mm_s / 1000.0);
         let step = 0.012 + friction.map_or(0.0, |f| f.0);
@@ -312,13 +312,13 @@ fn a_step_that_its_joint_cannot_do_before_it_turns_again_is_named_and_a_corner_o
     let robot = kuka();
     let zigzag: Vec<f64> = (0..40).map(|i| if i % 2 == 0 { 0.0 } else { 0.02 }).collect();
     let options = || Options { tcp_speed_m_s: Some(0.2), ..Options::new(6) };
-    let (_, account) = run(&robot, &on_axis(0, 0.006, None), options(), &one_axis(&zigzag), 16);
-    assert!(account.violations.iter().any(|v| v.what == LimitKind::Acceleration && v.axis == 0));
+    let (_, stats) = run(&robot, &on_axis(0, 0.006, None), options(), &one_axis(&zigzag), 16);
+    assert!(stats.violations.iter().any(|v| v.what == LimitKind::Acceleration && v.axis == 0));
     // 0.4 degrees a point and back, 80 ms a point: far beyond the joint at 2 m/s, with or without an offset of 1e-6 degrees
     let corner: Vec<f64> = (0..40).map(|i: i32| 0.4 * f64::from((i - 20).abs())).collect();
     let options = Options { tcp_speed_m_s: Some(2.0), ..Options::new(6) };
-    let (_, account) = run(&robot, &on_axis(0, 1e-6, None), options, &one_axis(&corner), 16);
-    assert_eq!(account.violations, []);
+    let (_, stats) = run(&robot, &on_axis(0, 1e-6, None), options, &one_axis(&corner), 16);
+    assert_eq!(stats.violations, []);
 }
 
 fn smooth_program(amplitudes: &[f64], phases: &[f64], n: usize, dt: f64) -> Points {
@@ -355,7 +355,7 @@ proptest! {
         prop_assert!(own.iter().copied().eq(0..240));
     }
 
-    /// The catalogue is the machine: what it makes of the rewritten command is the program, but for what the account
+    /// The catalogue is the machine: what it makes of the rewritten command is the program, but for what the statistics
     /// announces.
     #[test]
     fn the_machine_follows_the_program_within_the_announced_error(
@@ -366,7 +366,7 @@ proptest! {
         let points = smooth_program(&amplitudes, &phases, 1200, 0.1);
         let compensator = on_axis(0, gap, Some((gain, FrictionShape::Decay(Decay::Time(decay)))));
         let options = Options { shape_m: 1e-7, ..Options::new(6) };
-        let (out, account) = run(&robot, &compensator, options, &points, 128);
+        let (out, stats) = run(&robot, &compensator, options, &points, 128);
         // a fine clock, so that the machine sees the command between its points
         let (mut t, mut c, mut want) = (Vec::new(), Vec::new(), Vec::new());
         let nominal = |u: f64| {
@@ -385,7 +385,7 @@ proptest! {
         }
         let track = Track::new(&t, &c, 1e-12);
         // as many reversals as the program has: the offsets made none
-        prop_assert_eq!(track.turns.len() as u64, account.reversals[0]);
+        prop_assert_eq!(track.turns.len() as u64, stats.reversals[0]);
         let effects = [
             Effect::new(Stiction { spike: gain * DEG, decay: Decay::Time(decay) }),
             Effect::new(Backlash::constant(gap * DEG)),
@@ -395,7 +395,7 @@ proptest! {
         // the step takes a few milliseconds of the program, in which the joint lags
         let speed = points.q.chunks(6).map(|r| r[0]).collect::<Vec<_>>().windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max) / 0.1;
         let worst = got.iter().zip(&want).skip(first).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        prop_assert!(worst <= account.largest_left[0] + speed * 0.02 + 2e-6 * DEG, "{} deg, announced {}", worst / DEG, account.largest_left[0] / DEG);
+        prop_assert!(worst <= stats.largest_left[0] + speed * 0.02 + 2e-6 * DEG, "{} deg, announced {}", worst / DEG, stats.largest_left[0] / DEG);
         // and the offsets help
         let raw: Vec<f64> = points.q.chunks(6).map(|r| r[0]).collect();
         let plain = Track::new(&points.t_s, &raw, 1e-12);
@@ -432,8 +432,8 @@ fn a_ramp_ends_where_it_was_asked_to_even_inside_a_segment() {
 #[test]
 fn a_zero_compensator_refuses_nothing() {
     let robot = kuka();
-    let (_, account) = run(&robot, &on_axis(0, 0.0, None), Options::new(6), &one_axis(&[0.0, 300.0]), 10);
-    assert_eq!(account.violations_total, 0);
+    let (_, stats) = run(&robot, &on_axis(0, 0.0, None), Options::new(6), &one_axis(&[0.0, 300.0]), 10);
+    assert_eq!(stats.violations_total, 0);
 }
 
 #[test]
@@ -448,8 +448,8 @@ fn a_step_that_takes_several_legs_does_not_cut_their_bends() {
     joints[0].max_accel = Some(1.0_f64.to_radians());
     weak = weak.with_geometry(joints, weak.tool);
     let half_gap = 0.02;
-    let (out, account) = run(&weak, &on_axis(0, half_gap, None), Options::new(6), &points, 4);
-    assert_eq!(account.reversals[0], 1);
+    let (out, stats) = run(&weak, &on_axis(0, half_gap, None), Options::new(6), &points, 4);
+    assert_eq!(stats.reversals[0], 1);
     // no command is farther from the program than the gap
     for (row, t) in out.q.chunks_exact(6).zip(&out.t_s) {
         let k = points.t_s.windows(2).position(|w| (w[0]..=w[1]).contains(t)).unwrap();

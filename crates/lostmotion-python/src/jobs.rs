@@ -129,7 +129,7 @@ pub fn fit(robot: &Robot, gaps: Vec<PyRef<'_, Gaps>>) -> PyResult<Compensator> {
     Ok(Compensator { inner, robot: Arc::new(robot.inner.clone()) })
 }
 
-/// Points of a path with offsets and new points: positions, times, whether a row is one of those given, and the account.
+/// Points of a path with offsets and new points: positions, times, whether a row is one of those given, and the statistics.
 #[pyfunction]
 #[pyo3(signature = (robot, compensator, q, t_s = None, tcp_speed_mm_s = None, gain = 1.0))]
 pub fn rewrite<'py>(
@@ -157,17 +157,17 @@ pub fn rewrite<'py>(
         let mut engine = Engine::new(robot, &compensator.inner, options)?;
         let mut out = OutputPoints { axes: robot.dof(), ..OutputPoints::default() };
         engine.push(&points, &mut out)?;
-        let account = engine.finish(&mut out)?;
-        Ok((out, account))
+        let stats = engine.finish(&mut out)?;
+        Ok((out, stats))
     });
-    let (out, account) = done.map_err(raised)?;
-    if let Some(v) = account.violations.first() {
+    let (out, stats) = done.map_err(raised)?;
+    if let Some(v) = stats.violations.first() {
         let joint = robot.axis(v.axis);
         let (unit, edge) = (joint.kind.unit(), |v: f64| joint.kind.to_user_unit(v));
         let what = format!("{:?}", v.what).to_lowercase();
         let (value, limit) = (edge(v.value), edge(v.limit));
         let words = format!("{}: {what} of {value:.4} {unit} (per s, s2), limit {limit:.4}", joint.name);
-        let all = account.violations_total;
+        let all = stats.violations_total;
         return Err(refused(format!("{all} limits would be exceeded, the first at {:?}: {words}", v.origin)));
     }
     let given: Vec<bool> = out.origin.iter().map(|o| matches!(o, Origin::Point(_))).collect();
@@ -175,10 +175,10 @@ pub fn rewrite<'py>(
     result.set_item("q", joints_out(py, robot, &out.q)?)?;
     result.set_item("t_s", if out.t_s.is_empty() { None } else { Some(out.t_s.into_pyarray(py)) })?;
     result.set_item("given", given.into_pyarray(py))?;
-    result.set_item("points", account.points)?;
-    result.set_item("inserted", account.inserted)?;
-    result.set_item("reversals", account.reversals)?;
-    result.set_item("largest_change_um", account.largest_change_m * 1e6)?;
+    result.set_item("points", stats.points)?;
+    result.set_item("inserted", stats.inserted)?;
+    result.set_item("reversals", stats.reversals)?;
+    result.set_item("largest_change_um", stats.largest_change_m * 1e6)?;
     Ok(result)
 }
 

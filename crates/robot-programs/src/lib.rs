@@ -44,7 +44,7 @@
 //! - [`decimal`]: a number in decimal notation, exactly: read, compared, offset and printed in integers.
 //! - [`csv`]: joint-space CSV: header, cells, rows in; numbers and rows out; [`lines`]: point -> line of the file.
 //! - [`formats`]: the list of formats, and which one a program is written in; [`files`]: what lies beside it.
-//! - [`played`]: a vendor program as a list of joint targets.
+//! - [`joint_path`]: a vendor program as a list of joint targets.
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
@@ -60,9 +60,9 @@ mod fixtures;
 pub mod formats;
 pub mod gcode;
 pub mod inform;
+pub mod joint_path;
 pub mod krl;
 pub mod lines;
-pub mod played;
 pub mod rapid;
 pub mod script;
 pub mod trajectory;

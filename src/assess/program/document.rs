@@ -15,7 +15,7 @@ fn um(m: f64) -> Value {
     round(m * 1e6, 3)
 }
 
-/// The figures alone, as `rewrite` has them in its account.
+/// The figures alone, as `rewrite` reports them.
 pub fn figures(f: &Figures) -> Value {
     let pair = |v: [f64; 2]| json!({"before": um(v[0]), "after": um(v[1])});
     json!({

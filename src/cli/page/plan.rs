@@ -3,7 +3,7 @@
 use crate::plan::display::sentence;
 use crate::plan::document::{Entry, Plan, Verdict};
 use crate::plan::motions::Motion;
-use crate::plan::path::Room;
+use crate::plan::path::Envelope;
 use crate::report::{JointTraces, Method, Page, Role, Run, TableView, Tile, Tone, TracePanel, TraceRun, TracesView};
 use crate::robot::Robot;
 use serde_json::Value;
@@ -11,7 +11,7 @@ use serde_json::Value;
 /// Points of a joint's line.
 const POINTS: usize = 1500;
 
-pub fn of_plan(robot: &Robot, plan: &Plan, motion: Option<&Motion>, room: &Room) -> Page {
+pub fn of_plan(robot: &Robot, plan: &Plan, motion: Option<&Motion>, envelope: &Envelope) -> Page {
     let mut page = super::start("plan-experiment", "The experiment that decides", robot);
     let tone = match plan.verdict {
         Verdict::Separable | Verdict::Observable => Tone::Good,
@@ -35,7 +35,7 @@ pub fn of_plan(robot: &Robot, plan: &Plan, motion: Option<&Motion>, room: &Room)
     }
     if let Some(motion) = motion {
         let caption = "Starts and ends at rest at the pose, within ranges and speeds of the joints.";
-        page.section("The motion", caption, traces(robot, motion, room));
+        page.section("The motion", caption, traces(robot, motion, envelope));
     }
     sets(&mut page, plan);
     motions(&mut page, plan);
@@ -54,14 +54,14 @@ pub fn of_plan(robot: &Robot, plan: &Plan, motion: Option<&Motion>, room: &Room)
         let view = TableView::numbers_after(3, &headings, plan.channels.iter().map(row));
         page.section("With a further channel", "", view);
     }
-    let text = "Each motion is run on the model with one rival as the truth; the other is refitted with the frame and all it \
+    let text = "Each motion is run on the model with one alternative as the truth; the other is refitted with the frame and all it \
                 may be confused with. What it leaves, in 2 ln L, is the evidence that a log of that motion would give.";
     page.section("", "", vec![Method::new("Expected evidence", text, "non-centrality of the likelihood ratio")]);
     page
 }
 
 /// Joints that move, over time.
-fn traces(robot: &Robot, motion: &Motion, room: &Room) -> TracesView {
+fn traces(robot: &Robot, motion: &Motion, envelope: &Envelope) -> TracesView {
     let step = motion.rows.len().div_ceil(POINTS).max(1);
     let moves = |a: &usize| motion.rows.iter().any(|r| r.get(*a) != motion.rows[0].get(*a));
     let joints = (0..robot.dof()).filter(moves).map(|a| {
@@ -71,7 +71,7 @@ fn traces(robot: &Robot, motion: &Motion, room: &Room) -> TracesView {
             .iter()
             .enumerate()
             .step_by(step)
-            .filter_map(|(i, q)| Some((i as f64 * room.step_s, joint.kind.to_user_unit(*q.get(a)?))))
+            .filter_map(|(i, q)| Some((i as f64 * envelope.step_s, joint.kind.to_user_unit(*q.get(a)?))))
             .unzip();
         let run = TraceRun { run: Run::new("command", Role::After), model_x, model_milli, ..TraceRun::default() };
         let panel = TracePanel { title: String::new(), runs: vec![run], marks: Vec::new() };
@@ -91,14 +91,14 @@ fn sets(page: &mut Page, plan: &Plan) {
         .sets
         .iter()
         .enumerate()
-        .flat_map(|(k, s)| s.rivals.iter().map(move |r| (k, r)))
+        .flat_map(|(k, s)| s.alternatives.iter().map(move |r| (k, r)))
         .map(|(k, r)| {
             let effects: Vec<String> = r.effects.iter().map(parameters).collect();
             vec![(k + 1).to_string(), r.name.clone(), effects.join("; ")]
         })
         .collect();
     if !rows.is_empty() {
-        let view = TableView::words(&["set", "rival", "as it was tried"], rows);
+        let view = TableView::words(&["set", "alternative", "as it was tried"], rows);
         page.section("What is to be told apart", "", view);
     }
 }

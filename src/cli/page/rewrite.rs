@@ -15,7 +15,7 @@ pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, v
     if let Some(out) = &outcome.output {
         page.file("program out", out.clone(), outcome.sha256_out.clone().unwrap_or_default());
     }
-    let a = &outcome.account;
+    let a = &outcome.stats;
     match (&outcome.refusal, outcome.unchanged) {
         (Some(reason), _) => page.verdict(Tone::Bad, format!("Refused: {}", reason.lines().next().unwrap_or_default())),
         (None, true) => page.verdict(Tone::Plain, "Nothing to compensate: the output equals the input, byte for byte."),

@@ -385,7 +385,7 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
     Ok(finished(args, changed))
 }
 
-/// What the account is about: what was done, or what would be.
+/// Whether the report is of what was done, or of what would be done.
 fn verbosity(args: &Args, outcome: &Outcome) -> Verbosity {
     let writes = matches!(target(args), Target::File(_));
     match args.dry_run {
@@ -395,13 +395,13 @@ fn verbosity(args: &Args, outcome: &Outcome) -> Verbosity {
     }
 }
 
-/// The account of a rewrite with the verdict on what the program does on the machine, where there is one.
+/// The report of a rewrite, with the verdict of the simulation if there is one.
 fn account_with_proof(outcome: &Outcome, robot: &crate::robot::Robot, proof: Option<&Proof>) -> serde_json::Value {
-    let mut account = document(outcome, robot);
+    let mut report = document(outcome, robot);
     if let Some(proof) = proof {
-        account["path_error"] = proof.document();
+        report["path_error"] = proof.document();
     }
-    account
+    report
 }
 
 /// `--list-frames`: a frames file to fill in.
@@ -433,7 +433,7 @@ fn note_age(source: &Source) {
 fn suggest_ramp(args: &Args, source: &Source, outcome: &mut Outcome) {
     let fast = |kind: JointKind| {
         let joint = |axis: usize| source.robot.axis(axis).kind;
-        outcome.account.violations.iter().any(|v| v.what != LimitKind::Range && joint(v.axis) == kind)
+        outcome.stats.violations.iter().any(|v| v.what != LimitKind::Range && joint(v.axis) == kind)
     };
     let options =
         [(JointKind::Revolute, args.ramp_deg, "--ramp-deg 2"), (JointKind::Prismatic, args.ramp_mm, "--ramp-mm 5")];

@@ -1,4 +1,4 @@
-//! The account of a rewrite as text, for a terminal.
+//! The report of a rewrite as text, for a terminal.
 
 use crate::rewrite::outcome::{Outcome, Vendor};
 use crate::robot::{Joint, Robot};
@@ -42,10 +42,10 @@ pub enum Verbosity {
     Check,
 }
 
-/// The account as text, for stderr.
+/// The report as text, for stderr.
 pub fn format_text(outcome: &Outcome, robot: &Robot, verbosity: Verbosity) -> String {
     let dry = verbosity != Verbosity::Done;
-    let a = &outcome.account;
+    let a = &outcome.stats;
     let mut text = String::new();
     moves_text(&mut text, outcome, dry);
     if let Some(v) = &outcome.vendor {
@@ -96,15 +96,15 @@ fn moves_text(text: &mut String, outcome: &Outcome, dry: bool) {
         outcome.input,
         counted(outcome.points, "move"),
         if editable == outcome.points { "all editable".into() } else { format!("{editable} editable") },
-        counted(outcome.account.reversals.iter().sum(), "reversal"),
-        counted(outcome.account.inserted, "point"),
+        counted(outcome.stats.reversals.iter().sum(), "reversal"),
+        counted(outcome.stats.inserted, "point"),
         if dry { "to be added" } else { "added" }
     );
 }
 
 /// One joint: reversals, the largest offset, what rounding loses, what is left.
 fn joint_text(text: &mut String, outcome: &Outcome, axis: usize, joint: &Joint, dry: bool) {
-    let a = &outcome.account;
+    let a = &outcome.stats;
     let reversals = a.reversals.get(axis).copied().unwrap_or(0);
     let offset = a.largest_offset.get(axis).copied().unwrap_or(0.0);
     if reversals == 0 && offset == 0.0 {
@@ -145,7 +145,7 @@ fn joint_text(text: &mut String, outcome: &Outcome, axis: usize, joint: &Joint, 
 /// Of a vendor's moves the speeds are known, not how the controller rounds corners and slows down at new points.
 fn cycle_time_text(text: &mut String, outcome: &Outcome, [before, after]: [f64; 2]) {
     let halts: u64 = outcome.vendor.iter().flat_map(|v| &v.written.halts).map(|h| h.stops).sum();
-    let passed = outcome.account.inserted.saturating_sub(halts);
+    let passed = outcome.stats.inserted.saturating_sub(halts);
     let stops = match (outcome.vendor.is_some(), halts, passed) {
         (false, ..) | (_, 0, 0) => String::new(),
         (_, 0, _) => format!("; the robot may slow down at {}, which is not counted", counted(passed, "new point")),

@@ -55,7 +55,7 @@ struct Version {
 impl ScreeningCache {
     /// Scores of all candidates at a ground, in their order; the list must be the same in all calls.
     pub fn score(&mut self, ground: &ScreeningContext, candidates: &[Candidate]) -> Vec<Score> {
-        let count: usize = candidates.iter().map(Candidate::signatures).sum();
+        let count: usize = candidates.iter().map(Candidate::sensitivities).sum();
         let n = ground.residual.len();
         if count * n * size_of::<f64>() > MOST_BYTES {
             return ground.score_all(candidates);
@@ -63,7 +63,7 @@ impl ScreeningCache {
         if self.starts.last() != Some(&count) || self.columns.nrows() != n {
             self.starts = std::iter::once(0)
                 .chain(candidates.iter().scan(0, |at, c| {
-                    *at += c.signatures();
+                    *at += c.sensitivities();
                     Some(*at)
                 }))
                 .collect();

@@ -12,15 +12,15 @@ const CURVE: usize = 8;
 const LOOP: usize = 6;
 
 /// Both kinds for every held joint whose torque changes.
-pub fn bundles(problem: &Problem, state: &State) -> Vec<BasisGroup> {
+pub fn groups(problem: &Problem, state: &State) -> Vec<BasisGroup> {
     let held = |a: usize| {
         let still = 1e-3 * problem.robot.axis(a).kind.si_per_user_unit();
         problem.logs.iter().all(|l| l.log.travel(a) <= still)
     };
-    (0..problem.robot.dof()).filter(|&a| held(a)).filter_map(|a| bundle(problem, state, a)).collect()
+    (0..problem.robot.dof()).filter(|&a| held(a)).filter_map(|a| group(problem, state, a)).collect()
 }
 
-fn bundle(problem: &Problem, state: &State, axis: usize) -> Option<BasisGroup> {
+fn group(problem: &Problem, state: &State, axis: usize) -> Option<BasisGroup> {
     let torques: Vec<&[f64]> = problem.logs.iter().map(|l| l.drive.measured_torque(axis).unwrap_or_default()).collect();
     let all = torques.iter().copied().flatten();
     let (lo, hi) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(*t), b.max(*t)));

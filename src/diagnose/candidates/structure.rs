@@ -33,39 +33,39 @@ pub fn basis(problem: &Problem, h: &Hypothesis, state: &State, list: &[Candidate
     let per_joint = room / moving.len().max(1);
     let splines = (per_joint / 2).clamp(3, MOST_SPLINES);
     let odd = (splines / 2).max(2);
-    let mut bundles: Vec<BasisGroup> =
+    let mut groups: Vec<BasisGroup> =
         moving.par_iter().flat_map_iter(|&axis| joint_bundles(problem, state, axis, splines, odd)).collect();
-    bundles.extend(held::bundles(problem, state));
+    groups.extend(held::groups(problem, state));
     if let Some((_, length)) = candidates::clock(problem) {
         if room > 40 * moving.len() {
-            bundles.extend(moving.par_iter().map(|&axis| slip_bundle(problem, state, axis)).collect::<Vec<_>>());
+            groups.extend(moving.par_iter().map(|&axis| slip_group(problem, state, axis)).collect::<Vec<_>>());
         }
         let functions = ((length / 8.0) as usize).clamp(4, 14).min((room / 8).max(2));
-        bundles.push(time_bundle(problem, functions));
+        groups.push(time_group(problem, functions));
     }
     let linear: Vec<&Candidate> = list.iter().filter(|c| c.depends_on_pose()).collect();
     if linear.len() * PER_FUNCTION < problem.n {
         let columns = linear.par_iter().flat_map_iter(|c| c.columns(problem, h, state)).collect();
-        bundles.push(BasisGroup { axis: None, aspect: Aspect::Geometry, columns });
+        groups.push(BasisGroup { axis: None, aspect: Aspect::Geometry, columns });
     }
-    bundles
+    groups
 }
 
 fn joint_bundles(problem: &Problem, state: &State, axis: usize, splines: usize, odd: usize) -> Vec<BasisGroup> {
     let joint = JointBasis::new(problem, state, axis);
-    let mut bundles = vec![
+    let mut groups = vec![
         joint.group(Aspect::Position, joint.splines(splines, false)),
         joint.group(Aspect::Direction, joint.splines(odd, true)),
     ];
-    let Some((step, length)) = candidates::clock(problem) else { return bundles };
+    let Some((step, length)) = candidates::clock(problem) else { return groups };
     let (speed, acceleration) = joint.powers_of_speed();
-    bundles.push(joint.group(Aspect::Speed, speed));
-    bundles.push(joint.group(Aspect::Acceleration, vec![acceleration]));
+    groups.push(joint.group(Aspect::Speed, speed));
+    groups.push(joint.group(Aspect::Acceleration, vec![acceleration]));
     if joint.tracks.iter().any(|t| !t.turns.is_empty()) {
         let tails = [3.0 * step, 12.0 * step, (48.0 * step).min(length / 4.0)].map(|tau_s| joint.tail(tau_s));
-        bundles.push(joint.group(Aspect::SinceReversal, tails.into()));
+        groups.push(joint.group(Aspect::SinceReversal, tails.into()));
     }
-    bundles
+    groups
 }
 
 /// What the columns of one joint are made of.
@@ -155,7 +155,7 @@ impl<'a> JointBasis<'a> {
 /// Splines over time of one joint: a slip, a creep.
 const SLIPS: usize = 8;
 
-fn slip_bundle(problem: &Problem, state: &State, axis: usize) -> BasisGroup {
+fn slip_group(problem: &Problem, state: &State, axis: usize) -> BasisGroup {
     let columns = (0..SLIPS)
         .map(|k| {
             let mut out = vec![0.0; problem.n];
@@ -178,7 +178,7 @@ fn slip_bundle(problem: &Problem, state: &State, axis: usize) -> BasisGroup {
     BasisGroup { axis: Some(axis), aspect: Aspect::Time, columns }
 }
 
-fn time_bundle(problem: &Problem, functions: usize) -> BasisGroup {
+fn time_group(problem: &Problem, functions: usize) -> BasisGroup {
     let mut columns = Vec::new();
     let mut values = vec![0.0; functions];
     for k in 0..functions {
@@ -204,7 +204,7 @@ fn time_bundle(problem: &Problem, functions: usize) -> BasisGroup {
     BasisGroup { axis: None, aspect: Aspect::Time, columns }
 }
 
-/// Outcome for one bundle, or for all together.
+/// Outcome for one group, or for all together.
 #[derive(Debug, Clone)]
 pub struct Ratio {
     pub axis: Option<usize>,
@@ -218,14 +218,14 @@ pub struct Ratio {
 /// The basis whitened, projected and factored at one ground: tests, and the residual freed of it.
 pub struct Tested {
     pub whole: Ratio,
-    pub bundles: Vec<Ratio>,
+    pub groups: Vec<Ratio>,
     /// Residual without what the tangent and the whole basis explain, in the long vector (not whitened).
     pub freed: Vec<f64>,
 }
 
 /// Tests the residual of `ground` with the basis.
-pub fn test(ground: &ScreeningContext, bundles: &[BasisGroup]) -> Tested {
-    let raw: Vec<&Vec<f64>> = bundles.iter().flat_map(|b| &b.columns).collect();
+pub fn test(ground: &ScreeningContext, groups: &[BasisGroup]) -> Tested {
+    let raw: Vec<&Vec<f64>> = groups.iter().flat_map(|b| &b.columns).collect();
     let mut columns: Vec<Vec<f64>> = raw.iter().map(|c| (*c).clone()).collect();
     let chunk = columns.len().div_ceil(2 * rayon::current_num_threads()).max(1);
     columns.par_chunks_mut(chunk).for_each(|part| {
@@ -250,7 +250,7 @@ pub fn test(ground: &ScreeningContext, bundles: &[BasisGroup]) -> Tested {
     let (solution, gain, dof) = solve(&normal, &right, &(0..columns.len()).collect::<Vec<_>>());
     let whole = ratio(gain, dof, None, None);
     let mut at = 0;
-    let tested = bundles
+    let tested = groups
         .iter()
         .map(|b| {
             let pick: Vec<usize> = (at..at + b.columns.len()).collect();
@@ -268,7 +268,7 @@ pub fn test(ground: &ScreeningContext, bundles: &[BasisGroup]) -> Tested {
         }
     }
     ground.whitening.undo(ground.problem, &mut freed);
-    Tested { whole, bundles: tested, freed }
+    Tested { whole, groups: tested, freed }
 }
 
 /// Normal matrix by blocks, in a fixed order: the lower triangle is computed.
@@ -343,7 +343,7 @@ fn solve(normal: &DMatrix<f64>, right: &DVector<f64>, pick: &[usize]) -> (DVecto
     (solution, forward.iter().map(|f| f * f).sum(), order.len())
 }
 
-/// Fills nothing but names: a bundle in words.
+/// Fills nothing but names: a group in words.
 pub fn said(ratio: &Ratio, problem: &Problem) -> String {
     match (ratio.axis, ratio.aspect) {
         (Some(a), Some(aspect)) => format!("{} of {}", aspect.said(), problem.robot.axis(a).name),

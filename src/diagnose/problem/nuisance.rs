@@ -26,7 +26,7 @@ impl Problem {
         columns
     }
 
-    /// Signature of a coordinate of a further reflector in the flange.
+    /// Sensitivity to a coordinate of a further reflector in the flange.
     fn point_column(&self, state: &State, k: usize, c: usize) -> Vec<f64> {
         let mut out = vec![0.0; self.n];
         let place = state.geometry.reflectors_m[k];

@@ -2,7 +2,7 @@
 //!
 //! For planning: before an experiment is run, the same engine that will diagnose its log tells what the log could say.
 //! [`problem`] prepares the commands once; [`measure`] fills in the measurements of any truth, so that the residual of that
-//! truth is zero and the cost of a refitted rival is the non-centrality of the comparison.
+//! truth is zero and the cost of a refitted alternative is the non-centrality of the comparison.
 //!
 //! Assumptions: no outliers, no lost rows; the frame of the model, or the base frame where it is to be estimated.
 

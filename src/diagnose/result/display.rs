@@ -135,7 +135,7 @@ pub fn sentence(d: &Diagnosis) -> String {
         Verdict::NamedSet => {
             let open: Vec<String> =
                 d.rounds.iter().filter(|r| r.set.len() > 1).map(|r| format!("{} {}", r.effect, r.target)).collect();
-            format!("Missing: {found}. This log cannot tell {} from a rival.", open.join(" and "))
+            format!("Missing: {found}. This log cannot tell {} from an alternative.", open.join(" and "))
         }
         Verdict::Unknown if d.contradicted => {
             "Unknown: the log contradicts what is taken as known; the first note says what.".into()

@@ -221,19 +221,19 @@ pub fn of(outcome: &Outcome) -> Diagnosis {
     let found: Vec<&EffectInstance> = outcome.fit.free.iter().map(|&i| &outcome.fit.hypothesis.effects[i]).collect();
     let named = named(outcome);
     let sets: Vec<Vec<Member>> =
-        named.iter().zip(&outcome.rivals).map(|(n, r)| verdict::set((&n.0, &n.1), r, outcome.price)).collect();
+        named.iter().zip(&outcome.alternatives).map(|(n, r)| verdict::set((&n.0, &n.1), r, outcome.price)).collect();
     let order = told_in_order(outcome);
     let indices: Vec<usize> = order.iter().map(|&k| outcome.fit.free[k]).collect();
-    let chapters = match &outcome.told {
-        Some(story) => story.chapters.clone(),
-        None => story::chapters(&outcome.problem, &outcome.fit, outcome.known, &indices, &outcome.whitening),
+    let nested_fits = match &outcome.told {
+        Some(story) => story.nested_fits.clone(),
+        None => story::nested_fits(&outcome.problem, &outcome.fit, outcome.known, &indices, &outcome.whitening),
     };
     let structured = if outcome.group.is_some() { outcome.remains_of_arm() } else { outcome.remains.clone() };
     let unknown = structured.is_some() && hides_unknown(outcome, &found);
     let rounds = order
         .iter()
         .enumerate()
-        .map(|(step, &k)| round(outcome, k, &named[k], &sets[k], (&chapters[step], &chapters[step + 1])))
+        .map(|(step, &k)| round(outcome, k, &named[k], &sets[k], (&nested_fits[step], &nested_fits[step + 1])))
         .collect();
     let put_aside = outcome
         .steps
@@ -324,8 +324,12 @@ pub fn told_in_order(outcome: &Outcome) -> Vec<usize> {
     }
     // the one first that explains most beside all the others
     let gain = |k: usize| {
-        let own =
-            outcome.rivals.get(k).into_iter().flatten().find(|r| r.effect == named[k].0 && r.target == named[k].1);
+        let own = outcome
+            .alternatives
+            .get(k)
+            .into_iter()
+            .flatten()
+            .find(|r| r.effect == named[k].0 && r.target == named[k].1);
         own.map_or(0.0, |r| r.gain)
     };
     // what has no name stands after what has one

@@ -20,7 +20,7 @@ pub(in crate::diagnose) fn round(
 ) -> Round {
     let robot = &outcome.problem.robot;
     let placed = &outcome.fit.hypothesis.effects[outcome.fit.free[k]];
-    let rivals = &outcome.rivals[k];
+    let alternatives = &outcome.alternatives[k];
     let card = placed.effect.info();
     let group = outcome.group.as_ref().filter(|g| k < g.count);
     let predicted = if group.is_some() { after.rms } else { after.predicted };
@@ -44,7 +44,7 @@ pub(in crate::diagnose) fn round(
         },
         action: card.action.to_string(),
         joint_unit: placed.axis().map_or("deg", |a| robot.axis(a).kind.unit()),
-        candidates: rivals
+        candidates: alternatives
             .iter()
             .map(|r| Tried {
                 effect: r.effect.into(),
@@ -100,7 +100,7 @@ fn parameter(outcome: &Outcome, value: f64, sigma: f64) -> Parameter {
 
 /// The test of effect `k` against the fit without it, and of its group.
 fn evidence(outcome: &Outcome, k: usize, named: &(String, String), group: Option<&geometry::Group>) -> Evidence {
-    let own = outcome.rivals[k].iter().find(|r| r.effect == named.0 && r.target == named.1);
+    let own = outcome.alternatives[k].iter().find(|r| r.effect == named.0 && r.target == named.1);
     let gain = own.map_or(0.0, |r| r.gain);
     let values = || outcome.fit.hypothesis.effects[outcome.fit.free[k]].effect.values().len();
     let count = own.map_or_else(values, |r| r.parameters);

@@ -195,8 +195,8 @@ pub fn next_steps(d: &Diagnosis) -> Vec<(String, String)> {
     }
     for r in d.rounds.iter().filter(|r| r.set.len() > 1) {
         if let Some(by) = &r.decide_by {
-            let rivals: Vec<String> = r.set[1..].iter().map(|m| format!("{} {}", m.effect, m.target)).collect();
-            steps.push((format!("to tell {} {} from {}", r.effect, r.target, rivals.join(", ")), by.clone()));
+            let alternatives: Vec<String> = r.set[1..].iter().map(|m| format!("{} {}", m.effect, m.target)).collect();
+            steps.push((format!("to tell {} {} from {}", r.effect, r.target, alternatives.join(", ")), by.clone()));
         }
     }
     steps

@@ -22,7 +22,7 @@ use nalgebra::DVector;
 const DISAGREE: f64 = 1e-3;
 /// Part of the mean by which they must differ.
 const MUCH: f64 = 0.3;
-/// Blocks of the data at least, and the size of their sum in its uncertainties that decides between two rivals.
+/// Blocks of the data at least, and the size of their sum in its uncertainties that decides between two alternatives.
 const BLOCKS: usize = 12;
 const DECIDED: f64 = 2.5;
 

@@ -38,7 +38,7 @@ impl Course {
     pub(in crate::diagnose) fn remaining(
         &mut self,
         search: &Search,
-        rivals: &[Vec<Refined>],
+        alternatives: &[Vec<Refined>],
     ) -> (Option<Next>, Vec<Contradiction>) {
         let (problem, known) = (search.problem, search.known);
         let next = self.next.take().filter(|_| self.remains.is_none());
@@ -57,7 +57,7 @@ impl Course {
         self.notes.extend(contradiction::registration(problem, &self.fit, known));
         // one effect found several times on one joint is a shape taken to pieces
         if self.group.is_none() && self.remains.is_none() {
-            self.remains = search.repeated(&self.fit, rivals);
+            self.remains = search.repeated(&self.fit, alternatives);
         }
         (further, contradictions)
     }
@@ -66,7 +66,7 @@ impl Course {
 impl Search<'_> {
     /// Geometry as one group where settled poses of a real arm show it, else rounds until nothing more is believed.
     pub(in crate::diagnose) fn find(&mut self, prepared: &Prepared, rms_nuisance: f64) -> Course {
-        let Prepared { bundles, free, recording, .. } = prepared;
+        let Prepared { groups, free, recording, .. } = prepared;
         let (mut fit, mut whitening) = (prepared.fit.clone(), prepared.whitening.clone());
         let mut steps: Vec<Step> = Vec::new();
         let mut notes = self.problem.notes.clone();
@@ -80,12 +80,12 @@ impl Search<'_> {
             fit = self.arm(next, &mut whitening, &mut steps, &mut gaps, &mut notes);
         }
         let (structure, next, remains) = match &group {
-            Some(_) => (freed::tested(self.problem, &fit, bundles), None, None),
+            Some(_) => (freed::tested(self.problem, &fit, groups), None, None),
             None => {
                 let problem = self.problem;
                 let left =
                     |structure: &Tested, fit: &Fit| remaining::remaining(problem, structure, free, fit, rms_nuisance);
-                self.rounds_and_merge(&mut fit, &mut whitening, &mut steps, bundles, &left)
+                self.rounds_and_merge(&mut fit, &mut whitening, &mut steps, groups, &left)
             }
         };
         // of joint sensors a misfit stays, and effects stand out of it by their shape
@@ -93,7 +93,7 @@ impl Search<'_> {
             fit = self.without_substitutes(fit, r, &whitening, &mut steps);
         }
         // the noise of what is left: that of the freed residual is a little too quiet for a test
-        whitening = precise::noise_left(self.problem, &fit, &whitening, bundles);
+        whitening = precise::noise_left(self.problem, &fit, &whitening, groups);
         Course { fit, whitening, steps, notes, group, gaps, structure, next, remains }
     }
 }

@@ -189,9 +189,9 @@ pub fn terms_said(problem: &Problem, terms: &[Term]) -> String {
     format!("direction terms in standard uncertainties, positive as of play: {}", each.join(", "))
 }
 
-/// A gap by its direction term: several joints may have one, so that none is another's rival.
+/// A gap by its direction term: several joints may have one, so that none is another's alternative.
 pub fn gap_rivals(problem: &Problem, fit: &Fit, terms: &[Term], axis: Option<usize>) -> Vec<Refined> {
-    let rivals: Vec<Refined> = terms
+    let alternatives: Vec<Refined> = terms
         .iter()
         .filter(|t| t.z < 0.0 && Some(t.axis) == axis)
         .map(|t| {
@@ -207,5 +207,5 @@ pub fn gap_rivals(problem: &Problem, fit: &Fit, terms: &[Term], axis: Option<usi
             }
         })
         .collect();
-    rivals
+    alternatives
 }

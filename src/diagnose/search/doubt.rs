@@ -20,7 +20,7 @@ const BETTER: f64 = 2.0;
 const SHARED: f64 = 0.5;
 
 impl Search<'_> {
-    /// The fit without its k-th found effect: refitted, and with the others where they are. From there rivals start:
+    /// The fit without its k-th found effect: refitted, and with the others where they are. From there alternatives start:
     /// others that have bent themselves to the missing one would not find back.
     fn without(&self, fit: &Fit, k: usize, whitening: &Whitening) -> (Fit, Fit) {
         let mut h = fit.hypothesis.clone();
@@ -171,21 +171,21 @@ impl Search<'_> {
     }
 
     /// What could stand in the place of the k-th found effect, itself included.
-    fn rivals(&mut self, fit: &Fit, k: usize, whitening: &Whitening) -> Vec<Refined> {
+    fn alternatives(&mut self, fit: &Fit, k: usize, whitening: &Whitening) -> Vec<Refined> {
         let (_, base) = self.without(fit, k, whitening);
         let old = fit.hypothesis.effects[fit.free[k]].clone();
-        let mut rivals = self.refine(&base, whitening, &in_place_of(&old, fit.cost));
+        let mut alternatives = self.refine(&base, whitening, &in_place_of(&old, fit.cost));
         if old.effect.is::<TimeOffset>()
-            && let Some(own) = rivals.iter().find(|r| r.effect == old.effect.name())
+            && let Some(own) = alternatives.iter().find(|r| r.effect == old.effect.name())
             && let Some(lag) = across::common_lag(self.problem, &base, whitening, &own.placed[0], own.gain)
         {
-            rivals.push(lag);
-            rivals.sort_by(|a, b| b.merit(self.price).total_cmp(&a.merit(self.price)));
+            alternatives.push(lag);
+            alternatives.sort_by(|a, b| b.merit(self.price).total_cmp(&a.merit(self.price)));
         }
-        rivals
+        alternatives
     }
 
-    /// Rivals of every found effect. One that the whole set makes the better one takes the place, and those that it touches are
+    /// Alternatives of every found effect. One that the whole set makes the better one takes the place, and those that it touches are
     /// sought again.
     pub(in crate::diagnose) fn exchange(
         &mut self,
@@ -194,13 +194,13 @@ impl Search<'_> {
         steps: &mut [Step],
     ) -> Vec<Vec<Refined>> {
         let mut exchanged = 0;
-        let mut all: Vec<Vec<Refined>> = (0..fit.free.len()).map(|k| self.rivals(fit, k, whitening)).collect();
+        let mut all: Vec<Vec<Refined>> = (0..fit.free.len()).map(|k| self.alternatives(fit, k, whitening)).collect();
         loop {
             let swap = (0..all.len()).find_map(|k| {
                 let name = self.name_of(fit, k);
                 let own = match all[k].iter().find(|r| r.effect == name.0 && r.target == name.1) {
                     Some(own) => own.merit(self.price),
-                    // it was no rival of the plain gap
+                    // it was no alternative of the plain gap
                     None if flat(&fit.hypothesis.effects[fit.free[k]].effect).is_some() => f64::NEG_INFINITY,
                     None => return None,
                 };
@@ -221,7 +221,7 @@ impl Search<'_> {
                         touched.push(newest);
                     }
                     for j in touched {
-                        all[j] = self.rivals(fit, j, whitening);
+                        all[j] = self.alternatives(fit, j, whitening);
                     }
                 }
                 _ => return all,
@@ -229,7 +229,7 @@ impl Search<'_> {
         }
     }
 
-    /// Rivals after the geometry of a real arm: parameters of the group have none, gravity has gravity, a gap those of its
+    /// Alternatives after the geometry of a real arm: parameters of the group have none, gravity has gravity, a gap those of its
     /// direction terms.
     pub(in crate::diagnose) fn rivals_behind(
         &mut self,
@@ -245,7 +245,7 @@ impl Search<'_> {
                 found if found.is_play() => {
                     direction::gap_rivals(self.problem, fit, terms, fit.hypothesis.effects[fit.free[k]].axis())
                 }
-                _ => self.rivals(fit, k, whitening),
+                _ => self.alternatives(fit, k, whitening),
             })
             .collect()
     }

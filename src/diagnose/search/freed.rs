@@ -10,11 +10,11 @@ use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::precise;
 
 /// The test without the catalogue, under the noise of what is left.
-pub(in crate::diagnose) fn tested(problem: &Problem, fit: &Fit, bundles: &[BasisGroup]) -> Tested {
+pub(in crate::diagnose) fn tested(problem: &Problem, fit: &Fit, groups: &[BasisGroup]) -> Tested {
     let whitening = Whitening::of_residual(problem, &fit.state.residual, fit.parameters()).0;
-    let whitening = precise::noise_left(problem, fit, &whitening, bundles);
+    let whitening = precise::noise_left(problem, fit, &whitening, groups);
     let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
-    structure::test(&ScreeningContext::new(problem, &fit.hypothesis, &fit.state, &whitening, tangent), bundles)
+    structure::test(&ScreeningContext::new(problem, &fit.hypothesis, &fit.state, &whitening, tangent), groups)
 }
 
 /// Noise of the residual freed of the whole catalogue-free basis, in two turns.
@@ -22,10 +22,10 @@ pub(in crate::diagnose) fn first_noise(
     problem: &Problem,
     fit: &Fit,
     white: &Whitening,
-    bundles: &[BasisGroup],
+    groups: &[BasisGroup],
 ) -> (Whitening, Tested) {
-    let (whitening, _) = noise_of_freed(problem, fit, white, bundles);
-    noise_of_freed(problem, fit, &whitening, bundles)
+    let (whitening, _) = noise_of_freed(problem, fit, white, groups);
+    noise_of_freed(problem, fit, &whitening, groups)
 }
 
 /// One turn of it.
@@ -33,10 +33,10 @@ pub(in crate::diagnose) fn noise_of_freed(
     problem: &Problem,
     fit: &Fit,
     whitening: &Whitening,
-    bundles: &[BasisGroup],
+    groups: &[BasisGroup],
 ) -> (Whitening, Tested) {
     let tangent = tangent(problem, &fit.hypothesis, &fit.state, &fit.free, whitening);
     let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
-    let tested = structure::test(&ground, bundles);
+    let tested = structure::test(&ground, groups);
     (Whitening::of_residual(problem, &tested.freed, tested.whole.dof).0, tested)
 }

@@ -181,7 +181,7 @@ fn significance(fit: &Fit, k: usize) -> f64 {
     values.iter().zip(fit.sigma_of(k)).map(|(v, s)| if s > 0.0 { v.abs() / s } else { 0.0 }).fold(0.0, f64::max)
 }
 
-/// A found effect as its own only rival: what taking it out would cost, by its covariance.
+/// A found effect as its own only alternative: what taking it out would cost, by its covariance.
 pub fn own_rival(problem: &Problem, fit: &Fit, k: usize) -> Refined {
     let placed = fit.hypothesis.effects[fit.free[k]].clone();
     let values = placed.effect.values();
@@ -236,7 +236,7 @@ pub fn drop_gross(problem: &mut Problem, h: &Hypothesis, white: &dyn Fn(&Problem
             let mut free = fit.free.clone();
             for c in candidates.iter().filter(|c| is_gravity(c.effect)) {
                 free.push(h.effects.len());
-                h.effects.extend(c.at(&vec![0.0; c.signatures()]));
+                h.effects.extend(c.at(&vec![0.0; c.sensitivities()]));
             }
             fit = fit::refit(problem, &h, &free, &whitening);
         }

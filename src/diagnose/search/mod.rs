@@ -137,16 +137,16 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         only: None,
     };
     let mut course = search.find(&prepared, rms_nuisance);
-    let rivals = course.alternatives(&mut search);
-    let (further, contradictions) = course.remaining(&search, &rivals);
-    let mut rivals: Vec<Vec<Alternative>> =
-        rivals.iter().map(|all| all.iter().map(Alternative::from).collect()).collect();
+    let alternatives = course.alternatives(&mut search);
+    let (further, contradictions) = course.remaining(&search, &alternatives);
+    let mut alternatives: Vec<Vec<Alternative>> =
+        alternatives.iter().map(|all| all.iter().map(Alternative::from).collect()).collect();
     let rms_named = rms(&problem, &course.fit.state.residual);
     let Course { mut fit, mut whitening, mut steps, notes, group, structure, next, remains, .. } = course;
     let structured = remains.is_some() || group.is_some() && geometry::is_structured(&structure);
     if structured && contradictions.is_empty() {
         let known = group.is_none().then_some(known);
-        (fit, whitening) = unnamed::conclude(&problem, fit, whitening, known, &mut rivals, &mut steps);
+        (fit, whitening) = unnamed::conclude(&problem, fit, whitening, known, &mut alternatives, &mut steps);
     }
     sandwich::widen(&problem, &mut fit, &whitening);
     unnamed::with_intervals(&problem, &mut fit);
@@ -163,7 +163,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         whitening,
         group,
         notes,
-        rivals,
+        alternatives,
         structure,
         remains,
         next,
@@ -289,18 +289,18 @@ impl Search<'_> {
         fit: &mut Fit,
         whitening: &mut Whitening,
         steps: &mut Vec<Step>,
-        bundles: &[BasisGroup],
+        groups: &[BasisGroup],
         left: &dyn Fn(&Tested, &Fit) -> Option<Ratio>,
     ) -> (Tested, Option<Next>, Option<Ratio>) {
-        let next = self.rounds(fit, whitening, steps, bundles);
-        let structure = freed::tested(self.problem, fit, bundles);
+        let next = self.rounds(fit, whitening, steps, groups);
+        let structure = freed::tested(self.problem, fit, groups);
         let remains = left(&structure, fit);
         if remains.is_none()
             && let Some(simpler) = self.merge(fit, whitening, steps)
         {
             *fit = simpler;
-            let next = self.rounds(fit, whitening, steps, bundles);
-            let structure = freed::tested(self.problem, fit, bundles);
+            let next = self.rounds(fit, whitening, steps, groups);
+            let structure = freed::tested(self.problem, fit, groups);
             let remains = left(&structure, fit);
             return (structure, next, remains);
         }
@@ -325,7 +325,7 @@ impl Search<'_> {
     }
 
     /// What an effect that was found before on its joint explains; of several the smallest.
-    pub(in crate::diagnose) fn repeated(&self, fit: &Fit, rivals: &[Vec<Refined>]) -> Option<Ratio> {
+    pub(in crate::diagnose) fn repeated(&self, fit: &Fit, alternatives: &[Vec<Refined>]) -> Option<Ratio> {
         let placed = |k: usize| &fit.hypothesis.effects[fit.free[k]];
         let again = |k: &usize| {
             let p = placed(*k);
@@ -335,7 +335,7 @@ impl Search<'_> {
         let all = (0..fit.free.len()).filter(|k| placed(*k).axis().is_some()).filter(again);
         let ratio = |k: usize| {
             let (p, target) = (placed(k), placed(k).target_text(&self.problem.robot));
-            let own = rivals.get(k)?.iter().find(|r| r.effect == p.effect.name() && r.target == target)?;
+            let own = alternatives.get(k)?.iter().find(|r| r.effect == p.effect.name() && r.target == target)?;
             let p_value = self.chance(own.gain, own.parameters);
             Some(Ratio { axis: p.axis(), aspect: None, gain: own.gain, dof: own.parameters, p_value })
         };
@@ -348,7 +348,7 @@ impl Search<'_> {
         fit: &mut Fit,
         whitening: &mut Whitening,
         steps: &mut Vec<Step>,
-        bundles: &[BasisGroup],
+        groups: &[BasisGroup],
     ) -> Option<Next> {
         loop {
             let (step, next) = self.round(fit, whitening)?;
@@ -367,7 +367,7 @@ impl Search<'_> {
             }
             steps.push(step);
             *fit = self.settle(next, whitening, steps);
-            *whitening = precise::noise_left(self.problem, fit, whitening, bundles);
+            *whitening = precise::noise_left(self.problem, fit, whitening, groups);
             *fit = fit::refit(self.problem, &fit.hypothesis, &fit.free, whitening);
         }
     }

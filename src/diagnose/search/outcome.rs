@@ -24,9 +24,9 @@ pub struct Outcome {
     pub group: Option<geometry::Group>,
     /// What a reader should know about the channels, and about what was not named.
     pub notes: Vec<String>,
-    /// Rivals of each found effect, with the found one among them, best first.
-    pub rivals: Vec<Vec<Alternative>>,
-    /// Sizes and chapters where everything was fitted together.
+    /// Alternatives of each found effect, with the found one among them, best first.
+    pub alternatives: Vec<Vec<Alternative>>,
+    /// Sizes and nested fits where everything was fitted together.
     pub told: Option<Story>,
     pub structure: Tested,
     /// Structure that remains, if it is more than chance.
@@ -58,8 +58,7 @@ impl Outcome {
         if !geometry::is_structured(tested) {
             return None;
         }
-        let worst =
-            tested.bundles.iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)));
+        let worst = tested.groups.iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)));
         let mut told = worst.unwrap_or(&tested.whole).clone();
         // the size is that of everything
         (told.gain, told.dof, told.p_value) = (tested.whole.gain, tested.whole.dof, tested.whole.p_value);

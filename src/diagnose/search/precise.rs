@@ -18,10 +18,10 @@ pub(in crate::diagnose) fn noise_left(
     problem: &Problem,
     fit: &Fit,
     whitening: &Whitening,
-    bundles: &[BasisGroup],
+    groups: &[BasisGroup],
 ) -> Whitening {
     if problem.recording() == Recording::JointSensors {
-        return freed::first_noise(problem, fit, whitening, bundles).0;
+        return freed::first_noise(problem, fit, whitening, groups).0;
     }
     Whitening::of_residual(problem, &fit.state.residual, fit.parameters()).0
 }

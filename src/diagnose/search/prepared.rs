@@ -17,7 +17,7 @@ pub(in crate::diagnose) struct Prepared {
     pub(in crate::diagnose) whitening: Whitening,
     /// The residual freed of the whole basis.
     pub(in crate::diagnose) free: Tested,
-    pub(in crate::diagnose) bundles: Vec<BasisGroup>,
+    pub(in crate::diagnose) groups: Vec<BasisGroup>,
     pub(in crate::diagnose) candidates: Vec<Candidate>,
     pub(in crate::diagnose) recording: Recording,
     pub(in crate::diagnose) outliers: usize,
@@ -45,18 +45,18 @@ impl Prepared {
         if recording == Recording::SettledPoses {
             candidates.extend(geometry::further(problem));
         }
-        let mut bundles = structure::basis(problem, &h, &fit.state, &candidates);
-        let (mut whitening, mut free) = freed::first_noise(problem, &fit, &white(problem, &h), &bundles);
+        let mut groups = structure::basis(problem, &h, &fit.state, &candidates);
+        let (mut whitening, mut free) = freed::first_noise(problem, &fit, &white(problem, &h), &groups);
         let single = prepare::drop_single(problem, &free.freed);
         if single > 0 {
             outliers += single;
             fit = fit::refit(problem, &h, &[], &white(problem, &h));
-            bundles = structure::basis(problem, &h, &fit.state, &candidates);
+            groups = structure::basis(problem, &h, &fit.state, &candidates);
             // hardly anything has changed: one turn from the noise that is known
             (whitening, free) =
-                freed::noise_of_freed(problem, &fit, &Whitening::new(problem, whitening.noise), &bundles);
+                freed::noise_of_freed(problem, &fit, &Whitening::new(problem, whitening.noise), &groups);
         }
         fit = fit::refit(problem, &fit.hypothesis, &[], &whitening);
-        Self { fit, whitening, free, bundles, candidates, recording, outliers, rms_given, max_given }
+        Self { fit, whitening, free, groups, candidates, recording, outliers, rms_given, max_given }
     }
 }

@@ -28,11 +28,11 @@ pub fn remaining(problem: &Problem, now: &Tested, first: &Tested, fit: &Fit, rms
     let tolerated = IMPRECISION * IMPRECISION * explained / left.powi(2).max(1e-300) * n;
     let told = |r: &Ratio, tests: f64| r.p_value * tests < STRUCTURED && r.gain - r.dof as f64 > tolerated;
     let likeliest = |of: &Tested| {
-        let best = of.bundles.iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)));
+        let best = of.groups.iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)));
         best.unwrap_or(&of.whole).clone()
     };
-    let count = now.bundles.len() as f64;
-    if told(&now.whole, 1.0) || now.bundles.iter().any(|r| told(r, count)) {
+    let count = now.groups.len() as f64;
+    if told(&now.whole, 1.0) || now.groups.iter().any(|r| told(r, count)) {
         return Some(likeliest(now));
     }
     // the noise model may have taken structure for slow noise: then the residual freed of it is much likelier

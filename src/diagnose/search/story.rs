@@ -3,7 +3,7 @@
 //! Method: the hypothesis grows from the frame alone to the last effect, refitted each time. Validation cuts every log into
 //! [`FOLDS`] x [`TURNS`] consecutive parts; each fold is predicted from parameters that were fitted to the other folds (one
 //! Gauss-Newton step from the full fit, which is all that a small change needs). Of joint sensors the story is one of least squares:
-//! each chapter leaves the least rms that its effects can.
+//! each nested fit leaves the least rms that its effects can.
 
 use crate::diagnose::candidates::screen::ScreeningContext;
 use crate::diagnose::candidates::sensitivities::{effect_columns, tangent};
@@ -33,16 +33,22 @@ pub struct NestedFit {
     pub rms: f64,
     /// The same on parts that were not fitted.
     pub held_out: f64,
-    /// What the chapter before promised of this one: the rms that its sensitivity leaves there.
+    /// What the nested fit before promised of this one: the rms that its sensitivity leaves there.
     pub predicted: f64,
 }
 
 /// Refits with the first 0, 1, ... found effects (`order`: indices into the hypothesis' effects).
-pub fn chapters(problem: &Problem, last: &Fit, known: usize, order: &[usize], whitening: &Whitening) -> Vec<NestedFit> {
+pub fn nested_fits(
+    problem: &Problem,
+    last: &Fit,
+    known: usize,
+    order: &[usize],
+    whitening: &Whitening,
+) -> Vec<NestedFit> {
     let even = (problem.recording() == Recording::JointSensors).then(|| alike(problem));
     let whitening = even.as_ref().unwrap_or(whitening);
     let all = &last.hypothesis.effects;
-    let (fits, mut chapters): (Vec<Fit>, Vec<NestedFit>) = (0..=order.len())
+    let (fits, mut nested_fits): (Vec<Fit>, Vec<NestedFit>) = (0..=order.len())
         .into_par_iter()
         .map(|count| {
             let mut effects = all[..known].to_vec();
@@ -57,10 +63,10 @@ pub fn chapters(problem: &Problem, last: &Fit, known: usize, order: &[usize], wh
         .unzip();
     let promised: Vec<f64> =
         order.par_iter().zip(&fits).map(|(&i, before)| promised(problem, before, &all[i], whitening)).collect();
-    for (chapter, predicted) in chapters.iter_mut().skip(1).zip(promised) {
-        chapter.predicted = predicted;
+    for (nested_fit, predicted) in nested_fits.iter_mut().skip(1).zip(promised) {
+        nested_fit.predicted = predicted;
     }
-    chapters
+    nested_fits
 }
 
 /// White noise of one size for all groups, under which a fit leaves the least rms. Under coloured noise a fit lets slow structure
@@ -72,7 +78,7 @@ fn alike(problem: &Problem) -> Whitening {
 /// Its size, rad or m: that of a good encoder, so that a fit ends where nothing is left to gain.
 const EVEN: f64 = 1e-6;
 
-/// The rms that an effect would leave after a chapter, by its sensitivity alone.
+/// The rms that an effect would leave after a nested fit, by its sensitivity alone.
 fn promised(problem: &Problem, fit: &Fit, placed: &EffectInstance, whitening: &Whitening) -> f64 {
     let mut h = fit.hypothesis.clone();
     h.effects.push(placed.clone());

@@ -1,4 +1,4 @@
-//! From the outcome of the search to a verdict: sets of rivals with probabilities, remaining structure, blind spots.
+//! From the outcome of the search to a verdict: sets of alternatives with probabilities, remaining structure, blind spots.
 
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::screen::SWALLOWED;
@@ -34,19 +34,19 @@ pub struct Member {
 }
 
 /// The smallest set that holds the truth: the named effect first, then what fits as well.
-pub fn set(named: (&str, &str), rivals: &[Alternative], price: f64) -> Vec<Member> {
-    let best = rivals.iter().map(|r| r.merit(price)).fold(f64::NEG_INFINITY, f64::max);
+pub fn set(named: (&str, &str), alternatives: &[Alternative], price: f64) -> Vec<Member> {
+    let best = alternatives.iter().map(|r| r.merit(price)).fold(f64::NEG_INFINITY, f64::max);
     let weight = |r: &Alternative| (0.5 * (r.merit(price) - best)).exp();
-    let total: f64 = rivals.iter().map(weight).sum();
+    let total: f64 = alternatives.iter().map(weight).sum();
     let is_named = |r: &Alternative| r.effect == named.0 && r.target == named.1;
-    let gain = rivals.iter().find(|r| is_named(r)).map_or(0.0, |r| r.gain);
-    let parameters = rivals.iter().find(|r| is_named(r)).map_or(1, |r| r.parameters);
+    let gain = alternatives.iter().find(|r| is_named(r)).map_or(0.0, |r| r.gain);
+    let parameters = alternatives.iter().find(|r| is_named(r)).map_or(1, |r| r.parameters);
     let mut members = Vec::new();
     let mut held = 0.0;
-    for r in rivals {
+    for r in alternatives {
         let share = if total > 0.0 { weight(r) / total } else { 0.0 };
         let needed = held < HELD && share > 1.0 - HELD;
-        // a wider form of the named effect always fits as well: it is a rival where what it adds is more than chance
+        // a wider form of the named effect always fits as well: it is an alternative where what it adds is more than chance
         let price_here = if widens(r.effect, named.0) && r.target == named.1 {
             4.0 * r.parameters.saturating_sub(parameters) as f64 + WITHIN
         } else {
@@ -111,7 +111,7 @@ pub fn blind_spots(outcome: &Outcome) -> Vec<BlindSpot<'_>> {
     let mut spots: Vec<(BlindSpot, f64)> = Vec::new();
     for s in &outcome.last {
         let c = &outcome.candidates[s.candidate];
-        if c.signatures() != 1 && !c.is_vector {
+        if c.sensitivities() != 1 && !c.is_vector {
             continue;
         }
         let found = outcome.fit.free.iter().any(|&i| {

@@ -1,6 +1,6 @@
 //! The static test (Zhang (2023), Table 1 and Figure 5): every angle reached from below and from above, a dwell, some cycles.
 //!
-//! The story, one room a step:
+//! The method, one module for each step:
 //! - [`readings`]: dwells of all logs; which joint each one tests; pairs of the two approaches of one cycle.
 //! - [`frame`]: the tracker's frame from both approaches averaged.
 //! - [`deviation`]: each joint's deviation from its command by the inverse of that one joint. Half the difference between the

@@ -15,7 +15,7 @@ pub mod motions;
 pub mod posture;
 pub mod precision;
 
-use super::path::{Room, RoomOptions};
+use super::path::{Envelope, EnvelopeOptions};
 use crate::error::{Error, Result};
 use crate::machine::measurement::Instrument;
 use crate::robot::Robot;
@@ -95,9 +95,9 @@ pub fn plan(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
         Kind::Static => f64::INFINITY,
         _ => options.duration_s,
     };
-    let mut room = Room::new(
+    let mut envelope = Envelope::new(
         robot,
-        &RoomOptions {
+        &EnvelopeOptions {
             pose: Some(pose.clone()),
             duration_s,
             rate_hz: options.rate_hz,
@@ -106,15 +106,15 @@ pub fn plan(robot: &Robot, kind: Kind, options: &Options) -> Result<Recording> {
             travel_m: options.travel_m,
         },
     );
-    sight.narrow(&mut room, kind, &mut notes);
+    sight.narrow(&mut envelope, kind, &mut notes);
     let (rows, precision) = match kind {
         Kind::Static => {
-            let test = motions::static_test(&room, options, &mut notes)?;
+            let test = motions::static_test(&envelope, options, &mut notes)?;
             let precision = precision::of_static(robot, &test, options);
             (test.rows, precision)
         }
         Kind::Path | Kind::Excitation => {
-            let rows = motions::all_joints(&room, kind)?;
+            let rows = motions::all_joints(&envelope, kind)?;
             let precision = precision::of_motion(robot, &rows, options);
             (rows, precision)
         }

@@ -2,7 +2,7 @@
 
 use super::{Kind, Options};
 use crate::error::{Error, Result};
-use crate::plan::path::{Path, Room};
+use crate::plan::path::{Envelope, Path};
 use crate::robot::JointKind;
 use std::f64::consts::TAU;
 
@@ -32,17 +32,17 @@ pub struct StaticTest {
 }
 
 /// Bidirectional dwells of one joint after another.
-pub fn static_test(room: &Room, options: &Options, notes: &mut Vec<String>) -> Result<StaticTest> {
-    let mut path = Path::new(room);
-    let mut places = vec![Vec::new(); room.pose.len()];
-    for (axis, joint) in room.robot.axis_joints().enumerate() {
+pub fn static_test(envelope: &Envelope, options: &Options, notes: &mut Vec<String>) -> Result<StaticTest> {
+    let mut path = Path::new(envelope);
+    let mut places = vec![Vec::new(); envelope.pose.len()];
+    for (axis, joint) in envelope.robot.axis_joints().enumerate() {
         let full = PASS[usize::from(joint.kind == JointKind::Prismatic)];
-        let pass = full.min(0.2 * room.span(axis));
-        if room.span(axis) <= 1e-4 * full {
+        let pass = full.min(0.2 * envelope.span(axis));
+        if envelope.span(axis) <= 1e-4 * full {
             notes.push(format!("{}: not tested, as its window leaves no space to move", joint.name));
             continue;
         }
-        let [lo, hi] = [room.window[axis][0] + pass, room.window[axis][1] - pass];
+        let [lo, hi] = [envelope.window[axis][0] + pass, envelope.window[axis][1] - pass];
         let n = options.places.max(1);
         for k in 0..n {
             let share = if n == 1 { 0.5 } else { k as f64 / (n - 1) as f64 };
@@ -63,15 +63,15 @@ pub fn static_test(room: &Room, options: &Options, notes: &mut Vec<String>) -> R
 }
 
 /// All joints at once, each through its window: one sine each (path), three with pauses (excitation).
-pub fn all_joints(room: &Room, kind: Kind) -> Result<Rows> {
-    let mut path = Path::new(room);
-    let middle: Vec<f64> = room.window.iter().map(|[lo, hi]| 0.5 * (lo + hi)).collect();
+pub fn all_joints(envelope: &Envelope, kind: Kind) -> Result<Rows> {
+    let mut path = Path::new(envelope);
+    let middle: Vec<f64> = envelope.window.iter().map(|[lo, hi]| 0.5 * (lo + hi)).collect();
     path.go(&middle, 1.0);
-    let time_s = room.duration_s - 2.0 * path.length_s() - 1.0;
-    let n = (time_s / room.step_s).floor();
+    let time_s = envelope.duration_s - 2.0 * path.length_s() - 1.0;
+    let n = (time_s / envelope.step_s).floor();
     if n < 100.0 {
         let expected = "a longer time: all joints are to move there and back";
-        return Err(Error::setting("duration_s", format!("{} s", room.duration_s), expected));
+        return Err(Error::setting("duration_s", format!("{} s", envelope.duration_s), expected));
     }
     let n = n as usize;
     let sines: Vec<[f64; 2]> = match kind {
@@ -95,7 +95,7 @@ pub fn all_joints(room: &Room, kind: Kind) -> Result<Rows> {
             shape.push(wave(axis, along) * (along.min(1.0 - along) / UP).clamp(0.0, 1.0).powi(2));
         }
     }
-    let amplitudes: Vec<f64> = (0..middle.len()).map(|axis| amplitude(room, axis, &shapes[axis])).collect();
+    let amplitudes: Vec<f64> = (0..middle.len()).map(|axis| amplitude(envelope, axis, &shapes[axis])).collect();
     path.follow((0..n).map(|i| (0..middle.len()).map(|a| middle[a] + amplitudes[a] * shapes[a][i]).collect()));
     path.home();
     timed(path, "duration_s")
@@ -119,19 +119,23 @@ fn paces(n: usize, kind: Kind) -> Vec<f64> {
 }
 
 /// Largest amplitude that keeps the window, the working speed and the acceleration.
-fn amplitude(room: &Room, axis: usize, shape: &[f64]) -> f64 {
-    let h = room.step_s;
+fn amplitude(envelope: &Envelope, axis: usize, shape: &[f64]) -> f64 {
+    let h = envelope.step_s;
     let most = |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).fold(0.0, f64::max);
     let reach = most(&mut shape.iter().copied());
     let speed = most(&mut shape.windows(2).map(|w| (w[1] - w[0]) / h));
     let accel = most(&mut shape.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]) / (h * h)));
-    let limits = [(0.49 * room.span(axis), reach), (0.95 * room.fast[axis], speed), (0.95 * room.accel[axis], accel)];
+    let limits = [
+        (0.49 * envelope.span(axis), reach),
+        (0.95 * envelope.fast[axis], speed),
+        (0.95 * envelope.accel[axis], accel),
+    ];
     limits.iter().filter(|(_, value)| *value > 0.0).map(|(limit, value)| limit / value).fold(f64::INFINITY, f64::min)
 }
 
 /// Rows with their times; refused where a limit is not kept.
 fn timed(path: Path, setting: &'static str) -> Result<Rows> {
-    let step_s = path.room.step_s;
+    let step_s = path.envelope.step_s;
     let rows = path.finish().ok_or_else(|| {
         Error::setting(
             setting,

@@ -8,7 +8,7 @@
 
 use super::{Kind, Options};
 use crate::error::{Error, Result};
-use crate::plan::path::Room;
+use crate::plan::path::Envelope;
 use crate::robot::{Joint, JointKind, Robot};
 use nalgebra::Vector3;
 
@@ -69,15 +69,15 @@ impl<'a> Sight<'a> {
     }
 
     /// Narrows each joint's window to what the tracker sees while the others rest.
-    pub fn narrow(&self, room: &mut Room, kind: Kind, notes: &mut Vec<String>) {
+    pub fn narrow(&self, envelope: &mut Envelope, kind: Kind, notes: &mut Vec<String>) {
         if self.tracker_m.is_none() {
             return;
         }
-        let pose = room.pose.clone();
+        let pose = envelope.pose.clone();
         // joints that move together share the reflector's acceptance
         let share = if kind == Kind::Static { 1.0 } else { 1.0 / (pose.len() as f64).sqrt() };
         for (axis, joint) in self.robot.axis_joints().enumerate() {
-            let [lo, hi] = room.window[axis];
+            let [lo, hi] = envelope.window[axis];
             let reach = |end: f64| {
                 let mut last = pose[axis];
                 for k in 1..=STEPS {
@@ -90,14 +90,14 @@ impl<'a> Sight<'a> {
                 }
                 last
             };
-            room.window[axis] = [reach(lo), reach(hi)];
-            if room.span(axis) < 0.5 * (hi - lo) {
+            envelope.window[axis] = [reach(lo), reach(hi)];
+            if envelope.span(axis) < 0.5 * (hi - lo) {
                 let unit = joint.kind.unit();
                 notes.push(format!(
                     "{}: {:.1} to {:.1} {unit}, as the tracker sees no more",
                     joint.name,
-                    joint.kind.to_user_unit(room.window[axis][0]),
-                    joint.kind.to_user_unit(room.window[axis][1])
+                    joint.kind.to_user_unit(envelope.window[axis][0]),
+                    joint.kind.to_user_unit(envelope.window[axis][1])
                 ));
             }
         }

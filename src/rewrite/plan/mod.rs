@@ -116,7 +116,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Works out commands as far as the path allows; returns the first vertex that is not settled.
-    pub fn settle(&mut self, path: &mut Path, clock: Clock, end: bool, account: &mut RewriteStats) -> usize {
+    pub fn settle(&mut self, path: &mut Path, clock: Clock, end: bool, stats: &mut RewriteStats) -> usize {
         while self.next < path.end() {
             let k = self.next;
             // a leg is emitted with both its ends
@@ -124,7 +124,7 @@ impl<'a> Plan<'a> {
                 break;
             }
             let turn = path.next_turn(k).unwrap_or(usize::MAX);
-            if turn == k && !self.strokes(k, path, clock, end, account) {
+            if turn == k && !self.strokes(k, path, clock, end, stats) {
                 break;
             }
             // up to the next turn nothing but offsets
@@ -132,7 +132,7 @@ impl<'a> Plan<'a> {
             let to = if turn == k { k + 1 } else { turn.min(last) };
             for a in 0..self.active.len() {
                 let axis = self.active[a];
-                self.offset_run(axis, k.max(self.done[axis]), to, path, account);
+                self.offset_run(axis, k.max(self.done[axis]), to, path, stats);
             }
             self.next = to;
         }
@@ -141,7 +141,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Offsets of one axis at the vertices `from..to`, between which it does not turn.
-    fn offset_run(&mut self, axis: usize, from: usize, to: usize, path: &mut Path, account: &mut RewriteStats) {
+    fn offset_run(&mut self, axis: usize, from: usize, to: usize, path: &mut Path, stats: &mut RewriteStats) {
         let mut k = from;
         let Some(offset) = &self.offsets[axis] else { return };
         let dir = self.dir[axis];
@@ -154,12 +154,12 @@ impl<'a> Plan<'a> {
                 && !self.guard[axis]
             {
                 path.shift(axis, k, to, by);
-                account.largest_offset[axis] = account.largest_offset[axis].max(by.abs());
+                stats.largest_offset[axis] = stats.largest_offset[axis].max(by.abs());
                 return;
             }
             self.plain(axis, k, path);
             let by = path.c(k)[axis] - path.q(k)[axis];
-            account.largest_offset[axis] = account.largest_offset[axis].max(by.abs());
+            stats.largest_offset[axis] = stats.largest_offset[axis].max(by.abs());
             k += 1;
         }
     }
@@ -188,7 +188,7 @@ impl<'a> Plan<'a> {
     }
 
     /// All turns at vertex `k`; false where the path after is not there yet.
-    fn strokes(&mut self, k: usize, path: &mut Path, clock: Clock, end: bool, account: &mut RewriteStats) -> bool {
+    fn strokes(&mut self, k: usize, path: &mut Path, clock: Clock, end: bool, stats: &mut RewriteStats) -> bool {
         let turns = path.turns(k);
         let mut ends = Vec::new();
         for a in 0..self.active.len() {
@@ -212,9 +212,9 @@ impl<'a> Plan<'a> {
                     continue; // the first movement's direction holds from the first point on
                 }
             } else {
-                account.reversals[axis] += 1;
+                stats.reversals[axis] += 1;
             }
-            self.stroke(Turn { axis, dir, k, last, first_ever }, path, clock, account);
+            self.stroke(Turn { axis, dir, k, last, first_ever }, path, clock, stats);
             self.dir[axis] = dir;
         }
         true

@@ -50,7 +50,7 @@ pub(super) struct Stroke {
 
 impl Plan<'_> {
     /// Plans one stroke.
-    pub(super) fn stroke(&mut self, turn: Turn, path: &mut Path, clock: Clock, account: &mut RewriteStats) {
+    pub(super) fn stroke(&mut self, turn: Turn, path: &mut Path, clock: Clock, stats: &mut RewriteStats) {
         let Turn { axis, k, last, .. } = turn;
         let Some(offset) = self.offsets[axis].clone() else { return };
         if last == k {
@@ -61,7 +61,7 @@ impl Plan<'_> {
         let mut work = std::mem::take(&mut self.work);
         let first = self.find_command(&stroke, &offset, path, clock, &mut work);
         self.ramped(&stroke, first, clock, &mut work);
-        stroke.count(&work, account);
+        stroke.count(&work, stats);
         self.hand_over(&stroke, first, path, &mut work);
         self.work = work;
         path.mark_busy(k, last);
@@ -243,17 +243,17 @@ impl Plan<'_> {
 }
 
 impl Stroke {
-    /// What the stroke adds to the account.
-    fn count(&self, work: &Work, account: &mut RewriteStats) {
+    /// Adds the stroke to the statistics.
+    fn count(&self, work: &Work, stats: &mut RewriteStats) {
         let axis = self.axis;
         if !matches!(self.friction.map(|f| f.shape), Some(FrictionShape::Decay(Decay::Travel(_)))) {
             let left = largest_error(&work.machine, &work.command);
-            account.largest_left[axis] = account.largest_left[axis].max(left);
+            stats.largest_left[axis] = stats.largest_left[axis].max(left);
         }
         let change = |(c, p): (&f64, f64)| (self.y0 + self.d * c - p).abs();
         let largest = work.command.iter().zip(work.nodes.iter().map(|n| n.p)).map(change).fold(0.0, f64::max);
-        account.largest_change_m = account.largest_change_m.max(self.lever.norm() * largest);
-        account.largest_offset[axis] = account.largest_offset[axis].max(largest);
+        stats.largest_change_m = stats.largest_change_m.max(self.lever.norm() * largest);
+        stats.largest_offset[axis] = stats.largest_offset[axis].max(largest);
     }
 }
 

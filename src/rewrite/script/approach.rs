@@ -15,7 +15,7 @@ use crate::robot::Robot;
 
 /// The way to a target, in parts of the joint's whole lost motion.
 const MARGIN: f64 = 1.5;
-/// Share of the way to the target at which the account places the point.
+/// Share of the way to the target at which the report places the point.
 const SHARE: f64 = 0.95;
 
 /// From which side each axis comes to its targets.

@@ -112,8 +112,8 @@ pub struct Done {
     /// As it was.
     pub originals: Vec<Text>,
     pub notes: Vec<Note>,
-    pub account: RewriteStats,
-    /// Line of each point of the account's violations.
+    pub stats: RewriteStats,
+    /// Line of each point of the violations.
     pub lines: Vec<At>,
     pub coverage: Coverage,
     /// Frames and tools that moves wait for.
@@ -182,7 +182,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let by_clock = ByClock::of(task);
     let looks_rewritten = looks_rewritten(script, &runs, task, &by_clock);
     let solve = choice.solve_within_m.is_some();
-    let Collected { mut edits, mut account, mut unplaced, rates, lines } =
+    let Collected { mut edits, mut stats, mut unplaced, rates, lines } =
         Collected::of(document.as_ref(), task, &by_clock, &runs, &deadband, solve)?;
     unplaced.points += spare(script, task.choices, &mut edits);
     let (changes, changes_total) = if script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_))) {
@@ -194,7 +194,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     } else {
         change::of_edits(script, &runs, &edits, task.robot, task.listed)
     };
-    let unwritable = writing::leave_unwritable(document.as_ref(), &mut edits, &mut account);
+    let unwritable = writing::leave_unwritable(document.as_ref(), &mut edits, &mut stats);
     let posed = |k: usize| match left.get(&k) {
         Some(why) => Err(why.clone()),
         None if task.choices.leave_poses => Err("Cartesian target".into()),
@@ -208,12 +208,12 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     };
     let coverage = Coverage::of(script, &excluded, &solved, &posed);
     require_coverage(&coverage, task.choices, script)?;
-    account.points = coverage.moves;
-    account.inserted = edits.steps.iter().map(|(_, e)| e.before.len() as u64).sum();
+    stats.points = coverage.moves;
+    stats.inserted = edits.steps.iter().map(|(_, e)| e.before.len() as u64).sum();
     // an estimate of a part would read as one of the whole
     let whole = runs.iter().all(Run::timed) && !runs.is_empty() && gaps.is_empty() && partial.is_empty();
     let duration_s = || runs.iter().filter_map(|r| r.vertices.last()).map(|v| v.t_s).sum();
-    account.duration_s = whole.then(duration_s).map(|s: f64| [s, s]);
+    stats.duration_s = whole.then(duration_s).map(|s: f64| [s, s]);
     enough_digits(script, &edits, task)?;
     notes.extend(by_clock.note(&runs));
     notes.extend(rates.notes(task.robot));
@@ -222,7 +222,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     notes.extend(notes::not_understood(script));
     notes.extend(notes::approached(script, &choice.approach, &runs, &edits));
     notes.splice(0..0, notes::unsolved(format, document.as_ref(), task.choices));
-    let stops = account.duration_s.map(|_| stops::Stops::of(task.robot, &runs));
+    let stops = stats.duration_s.map(|_| stops::Stops::of(task.robot, &runs));
     let (anew, count) = (runs.iter().filter(|r| !r.entry).count(), runs.len());
     // what is written needs the edits alone
     drop(runs);
@@ -230,11 +230,11 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let (texts, written) = writing::write(format, document, &mut edits, task)?;
     if !written.halts.is_empty() {
         let stops_s = stops.and_then(|s| s.duration_s(&written.halts));
-        account.duration_s = account.duration_s.and_then(|[before, after]| Some([before, after + stops_s?]));
+        stats.duration_s = stats.duration_s.and_then(|[before, after]| Some([before, after + stops_s?]));
     }
     Ok(Done {
         texts,
-        account,
+        stats,
         lines,
         coverage,
         missing: known.missing,
@@ -254,10 +254,10 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
 /// What came out of the engine, run by run, as edits.
 struct Collected {
     edits: Edits,
-    account: RewriteStats,
+    stats: RewriteStats,
     unplaced: Unplaced,
     rates: Rates,
-    /// Line of each point of the account's violations.
+    /// Line of each point of the violations.
     lines: Vec<At>,
 }
 
@@ -278,7 +278,7 @@ impl Collected {
                 digit: task.digit.to_vec(),
                 pose_digit: task.pose_digit,
             },
-            account: empty(task.robot.dof()),
+            stats: empty(task.robot.dof()),
             unplaced: Unplaced::default(),
             rates: Rates::default(),
             lines: Vec::new(),
@@ -298,7 +298,7 @@ impl Collected {
             all.unplaced.points += lost.points;
             all.unplaced.lines.extend(lost.lines);
             all.unplaced.rounded += lost.rounded;
-            add(&mut all.account, done, added, all.lines.len() as u64);
+            add(&mut all.stats, done, added, all.lines.len() as u64);
             all.lines.extend(run.vertices.iter().map(|v| script.steps[v.step].at));
         }
         Ok(all)
@@ -465,8 +465,8 @@ fn through(task: &Task, run: &Run, options: Options) -> Result<(OutputPoints, Re
         }
         engine.push(&points, &mut out)?;
     }
-    let account = engine.finish(&mut out)?;
-    Ok((out, account))
+    let stats = engine.finish(&mut out)?;
+    Ok((out, stats))
 }
 
 fn empty(axes: usize) -> RewriteStats {
@@ -478,7 +478,7 @@ fn empty(axes: usize) -> RewriteStats {
     }
 }
 
-/// Adds the account of a run whose points count from `first` on.
+/// Adds the statistics of a run whose points count from `first` on.
 fn add(sum: &mut RewriteStats, run: RewriteStats, added: u64, first: u64) {
     sum.inserted += added;
     for (a, b) in sum.reversals.iter_mut().zip(&run.reversals) {

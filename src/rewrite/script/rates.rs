@@ -40,9 +40,9 @@ impl Rates {
         options: Options,
         through: &dyn Fn(Options) -> Result<(OutputPoints, RewriteStats)>,
     ) -> Result<(OutputPoints, RewriteStats)> {
-        let (emitted, mut account) = through(options.clone())?;
-        if !account.violations.iter().any(is_rate) {
-            return Ok((emitted, account));
+        let (emitted, mut stats) = through(options.clone())?;
+        if !stats.violations.iter().any(is_rate) {
+            return Ok((emitted, stats));
         }
         let at = |v: &Violation| {
             let (Origin::Point(n) | Origin::Inserted { after: n, .. }) = v.origin;
@@ -50,16 +50,16 @@ impl Rates {
             step.map_or(At::default(), |s| s.at)
         };
         if !run.by_program {
-            for v in account.violations.iter().filter(|v| is_rate(v)) {
+            for v in stats.violations.iter().filter(|v| is_rate(v)) {
                 let entry = self.planned.entry((v.axis, v.what == LimitKind::Speed)).or_insert((0.0, at(v), 0));
                 *entry = (entry.0.max((v.value / v.limit).abs()), entry.1, entry.2 + 1);
             }
-            account.violations.retain(|v| !is_rate(v));
-            account.violations_total = account.out_of_range;
-            return Ok((emitted, account));
+            stats.violations.retain(|v| !is_rate(v));
+            stats.violations_total = stats.out_of_range;
+            return Ok((emitted, stats));
         }
         let first: BTreeMap<usize, At> =
-            account.violations.iter().rev().filter(|v| is_rate(v)).map(|v| (v.axis, at(v))).collect();
+            stats.violations.iter().rev().filter(|v| is_rate(v)).map(|v| (v.axis, at(v))).collect();
         let chosen = options.step_exact || options.ramp.iter().any(|&r| r > 0.0);
         for ramp in RAMPS.iter().filter(|_| !chosen) {
             let mut longer = options.clone();
@@ -77,7 +77,7 @@ impl Rates {
                 return Ok((emitted, tried));
             }
         }
-        Ok((emitted, account))
+        Ok((emitted, stats))
     }
 
     /// A sentence for each joint and kind of limit, at its first place.

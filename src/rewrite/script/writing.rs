@@ -65,14 +65,14 @@ pub fn write(
 pub fn leave_unwritable(
     document: &dyn Document,
     edits: &mut Edits,
-    account: &mut RewriteStats,
+    stats: &mut RewriteStats,
 ) -> BTreeMap<usize, String> {
     let mut left = BTreeMap::new();
     loop {
         let before = left.len();
         for (step, why) in document.unwritable(edits) {
             if let Some(edit) = edits.steps.remove(step) {
-                account.inserted = account.inserted.saturating_sub(edit.before.len() as u64);
+                stats.inserted = stats.inserted.saturating_sub(edit.before.len() as u64);
                 left.insert(step, why);
             }
         }

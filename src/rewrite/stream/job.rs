@@ -33,13 +33,13 @@ impl Job<'_> {
         };
         let make = |p: &Preview| self.engine(&name, p);
         let outcome = |done: Done<()>, output: Option<&Path>| {
-            let unchanged = done.account.inserted == 0 && done.written.iter().all(Option::is_none);
+            let unchanged = done.stats.inserted == 0 && done.written.iter().all(Option::is_none);
             Outcome {
                 input: name.clone(),
                 output: output.map(shown),
                 points: done.points,
-                refusal: self.violations(&name, &done.account, &|n| done.lines.line(n)),
-                account: done.account,
+                refusal: self.violations(&name, &done.stats, &|n| done.lines.line(n)),
+                stats: done.stats,
                 sha256_in: done.sha256_in,
                 sha256_out: None,
                 unchanged,
@@ -141,8 +141,8 @@ impl Job<'_> {
 
 /// The sink apart from the rest.
 fn split<S: Sink>(done: Done<S>) -> (Done<()>, S) {
-    let Done { account, points, lines, sha256_in, written, sink } = done;
-    (Done { account, points, lines, sha256_in, written, sink: () }, sink)
+    let Done { stats, points, lines, sha256_in, written, sink } = done;
+    (Done { stats, points, lines, sha256_in, written, sink: () }, sink)
 }
 
 /// The bytes of the program at `input` for its note, where it is a small file: read again, and still what was read.

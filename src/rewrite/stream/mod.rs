@@ -29,7 +29,7 @@ use workers::Workshop;
 pub trait Stage: Send {
     /// Takes the next points and appends what is settled to `out`.
     fn push(&mut self, block: &Points, out: &mut OutputPoints) -> Result<()>;
-    /// Appends what is left and returns the account.
+    /// Appends what is left and returns the statistics.
     fn finish(self, out: &mut OutputPoints) -> Result<RewriteStats>;
 }
 
@@ -56,7 +56,7 @@ pub struct Preview<'a> {
 /// What came of a program.
 #[derive(Debug)]
 pub struct Done<S> {
-    pub account: RewriteStats,
+    pub stats: RewriteStats,
     pub points: u64,
     pub lines: Lines,
     /// Of the bytes read, where wanted; of those written it is the sink's business.
@@ -101,7 +101,7 @@ pub fn pass<E: Stage, S: Sink>(
     let workshop = Workshop::new(source, placing, stage, axes, pending, sink, progress);
     let mut done = workshop.run(first, parser, task, passage.threads)?;
     Ok(Done {
-        account: done.middle.account,
+        stats: done.middle.stats,
         points: done.middle.placing.points(),
         sha256_in: done.source.sha256(),
         lines: done.middle.placing.into_lines(),

@@ -29,7 +29,7 @@ pub struct Middle<E> {
     stage: Option<E>,
     /// `None`: nobody wants bytes.
     pending: Option<Pending>,
-    pub account: RewriteStats,
+    pub stats: RewriteStats,
     axes: usize,
 }
 
@@ -80,7 +80,7 @@ impl<'a, E: Stage, S: Sink> Workshop<'a, E, S> {
         sink: S,
         progress: &'a (dyn Fn(u64) + Sync),
     ) -> Self {
-        let middle = Middle { placing, stage: Some(stage), pending, account: RewriteStats::default(), axes };
+        let middle = Middle { placing, stage: Some(stage), pending, stats: RewriteStats::default(), axes };
         Self {
             reading: Mutex::new(Reading { source, next: 1, ended: false }),
             middle: Turn::new(middle),
@@ -261,7 +261,7 @@ impl<E: Stage> Middle<E> {
         settled.clear();
         settled.axes = self.axes;
         if let Some(stage) = self.stage.take() {
-            self.account = stage.finish(settled)?;
+            self.stats = stage.finish(settled)?;
         }
         if let (Some(pending), Some(task)) = (&mut self.pending, &mut worker.task) {
             pending.settle(None, task);

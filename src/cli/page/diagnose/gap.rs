@@ -1,7 +1,7 @@
 //! Where the gap is: over time, on the path, joint by joint in both directions.
 
 use super::super::milli;
-use super::Told;
+use super::GapScale;
 use crate::diagnose::Outcome;
 use crate::diagnose::result::document::{Diagnosis, Round};
 use crate::diagnose::result::traces::{LogTrace, Traces, Way};
@@ -14,9 +14,9 @@ use crate::robot::Robot;
 /// Colours reach to this many standard deviations of the noise at least, so that noise is dark.
 const QUIET: f64 = 6.0;
 
-pub(super) fn strips(page: &mut Page, robot: &Robot, outcome: &Outcome, d: &Diagnosis, t: &Traces, told: &Told) {
+pub(super) fn strips(page: &mut Page, robot: &Robot, outcome: &Outcome, d: &Diagnosis, t: &Traces, scale: &GapScale) {
     let axis_of = |r: &Round| r.place.joint.clone().filter(|j| robot.axis_named(j).is_some());
-    let scaled = |v: &[f64]| v.iter().map(|v| v * told.si).collect::<Vec<f64>>();
+    let scaled = |v: &[f64]| v.iter().map(|v| v * scale.si).collect::<Vec<f64>>();
     let lanes = |l: &LogTrace| {
         if d.rounds.is_empty() {
             return vec![Lane { name: "gap".into(), values: scaled(&l.after), marks: Vec::new() }];
@@ -49,15 +49,15 @@ pub(super) fn strips(page: &mut Page, robot: &Robot, outcome: &Outcome, d: &Diag
                 .to_string()
         },
         StripsView {
-            quantity: told.quantity().into(),
-            unit: told.unit.into(),
-            at_least: QUIET * noise * told.si,
+            quantity: scale.quantity.into(),
+            unit: scale.unit.into(),
+            at_least: QUIET * noise * scale.si,
             logs: logs.collect(),
         },
     );
 }
 
-pub(super) fn path(page: &mut Page, d: &Diagnosis, t: &Traces, told: &Told) {
+pub(super) fn path(page: &mut Page, d: &Diagnosis, t: &Traces, scale: &GapScale) {
     if !t.points {
         return;
     }
@@ -79,7 +79,7 @@ pub(super) fn path(page: &mut Page, d: &Diagnosis, t: &Traces, told: &Told) {
         let panel = |title: String, values: &[f64], marks: Vec<PathMark>| HeatPath {
             title,
             at_mm: at_mm.clone(),
-            values: values.iter().map(|v| v * told.si).collect(),
+            values: values.iter().map(|v| v * scale.si).collect(),
             dots: l.poses,
             marks,
         };

@@ -1,6 +1,6 @@
 //! What the log could not have shown: the smallest size of each effect that would have been seen.
 
-use super::Told;
+use super::GapScale;
 use crate::diagnose::result::document::of_motion;
 use crate::diagnose::result::traces::{Hidden, Traces};
 use crate::diagnose::result::words;
@@ -24,14 +24,14 @@ fn on_joints() -> Vec<(String, String)> {
     catalogue::ALL.iter().flat_map(columns).collect()
 }
 
-pub(super) fn blind(page: &mut Page, robot: &Robot, t: &Traces, told: &Told) {
+pub(super) fn blind(page: &mut Page, robot: &Robot, t: &Traces, scale: &GapScale) {
     if t.hidden.is_empty() {
         return;
     }
     let joints: Vec<&str> = robot.joints.iter().map(|j| j.name.as_str()).collect();
-    let mut blocks = vec![joint_block(&joints, t, told)];
-    blocks.extend(coupling_block(&joints, t, told));
-    blocks.extend(machine_block(t, told));
+    let mut blocks = vec![joint_block(&joints, t, scale)];
+    blocks.extend(coupling_block(&joints, t, scale));
+    blocks.extend(machine_block(t, scale));
     let none = t.hidden.iter().filter(|h| !h.found && h.moves.is_none()).count();
     let title = match none {
         0 => "What this log could not have shown".to_string(),
@@ -43,11 +43,11 @@ pub(super) fn blind(page: &mut Page, robot: &Robot, t: &Traces, told: &Told) {
         format!(
             "The smallest size that would have been detected (chance 0.001, power 0.8), in the unit of its column; coloured by the \
              {} that such a size moves, rms. The brighter, the more may be wrong without a trace in this log.",
-            told.unit
+            scale.unit
         ),
         MapView {
             quantity: "what may hide, rms".into(),
-            unit: told.unit.into(),
+            unit: scale.unit.into(),
             hatched: "not visible at any size".into(),
             by_decades: true,
             blocks,
@@ -62,7 +62,7 @@ fn find<'a>(t: &'a Traces, effect: &str, target: &str) -> Option<&'a Hidden> {
 }
 
 /// Effects of single joints: a row per joint, a column per effect.
-fn joint_block(joints: &[&str], t: &Traces, told: &Told) -> MapBlock {
+fn joint_block(joints: &[&str], t: &Traces, scale: &GapScale) -> MapBlock {
     let on_joint = |effect: &str, joint: &str| match effect.split_once('.') {
         Some((effect, parameter)) => find(t, effect, &format!("{joint}.{parameter}")),
         None => find(t, effect, joint),
@@ -71,7 +71,7 @@ fn joint_block(joints: &[&str], t: &Traces, told: &Told) -> MapBlock {
     let kept: Vec<&(String, String)> =
         on_joints.iter().filter(|(e, _)| joints.iter().any(|j| on_joint(e, j).is_some())).collect();
     let row = |j: &&str| {
-        let cells = kept.iter().map(|(e, _)| on_joint(e, j).map_or(MapCell::Absent, |h| cell(h, told)));
+        let cells = kept.iter().map(|(e, _)| on_joint(e, j).map_or(MapCell::Absent, |h| cell(h, scale)));
         (j.to_string(), cells.collect())
     };
     MapBlock {
@@ -85,7 +85,7 @@ fn joint_block(joints: &[&str], t: &Traces, told: &Told) -> MapBlock {
 }
 
 /// Couplings: they show only where both joints move.
-fn coupling_block(joints: &[&str], t: &Traces, told: &Told) -> Option<MapBlock> {
+fn coupling_block(joints: &[&str], t: &Traces, scale: &GapScale) -> Option<MapBlock> {
     let of_motion = of_motion();
     let rests = |joint: &str| {
         let mut seen = of_motion.iter().filter_map(|e| find(t, e, joint)).peekable();
@@ -100,7 +100,7 @@ fn coupling_block(joints: &[&str], t: &Traces, told: &Told) -> Option<MapBlock> 
     let unit = unit_of(all());
     let row = |to: &&str| {
         let cells = joints.iter().map(|from| match coupled(to, from) {
-            Some(h) => cell(h, told),
+            Some(h) => cell(h, scale),
             None if to != from && (rests(to) || rests(from)) => MapCell::Hatched,
             None => MapCell::Absent,
         });
@@ -114,7 +114,7 @@ fn coupling_block(joints: &[&str], t: &Traces, told: &Told) -> Option<MapBlock> 
 }
 
 /// Effects of tool, TCP and log.
-fn machine_block(t: &Traces, told: &Told) -> Option<MapBlock> {
+fn machine_block(t: &Traces, scale: &GapScale) -> Option<MapBlock> {
     let whole: Vec<&Hidden> = t.hidden.iter().filter(|h| matches!(h.target.as_str(), "tool" | "tcp" | "log")).collect();
     if whole.is_empty() {
         return None;
@@ -122,7 +122,7 @@ fn machine_block(t: &Traces, told: &Told) -> Option<MapBlock> {
     Some(MapBlock {
         corner: "whole machine".into(),
         columns: whole.iter().map(|h| (h.effect.replace('_', " "), unit_of(std::iter::once(*h)))).collect(),
-        rows: vec![(String::new(), whole.iter().map(|h| cell(h, told)).collect())],
+        rows: vec![(String::new(), whole.iter().map(|h| cell(h, scale)).collect())],
     })
 }
 
@@ -146,7 +146,7 @@ fn unit_of<'a>(all: impl Iterator<Item = &'a Hidden>) -> String {
     units.join(" or ")
 }
 
-fn cell(h: &Hidden, told: &Told) -> MapCell {
+fn cell(h: &Hidden, scale: &GapScale) -> MapCell {
     match (h.sizes.first(), h.moves) {
         _ if h.found => MapCell::Word("found".into()),
         (Some((key, v)), Some(moves)) => {
@@ -157,7 +157,7 @@ fn cell(h: &Hidden, told: &Told) -> MapCell {
             } else {
                 *v
             };
-            MapCell::Size { text: words::rough(size * shown(key).0), colour: moves * told.si }
+            MapCell::Size { text: words::rough(size * shown(key).0), colour: moves * scale.si }
         }
         _ => MapCell::Hatched,
     }

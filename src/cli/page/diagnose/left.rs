@@ -1,7 +1,7 @@
 //! What is left: structure by joint and aspect, and the noise that it was tested against.
 
 use super::super::milli;
-use super::Told;
+use super::GapScale;
 use crate::diagnose::Outcome;
 use crate::diagnose::candidates::basis::Aspect;
 use crate::diagnose::result::document::Diagnosis;
@@ -19,36 +19,37 @@ const ASPECTS: [(Aspect, &str); 6] = [
 ];
 
 /// What is left, by joint and aspect: the test without the catalogue.
-pub(super) fn structure(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
-    let bundles = &outcome.structure.bundles;
-    if bundles.is_empty() {
+pub(super) fn structure(page: &mut Page, outcome: &Outcome, d: &Diagnosis, scale: &GapScale) {
+    let groups = &outcome.structure.groups;
+    if groups.is_empty() {
         return;
     }
-    let noise = d.gap.final_rms_um * told.um;
+    let noise = d.gap.final_rms_um * scale.um;
     let n = outcome.problem.n as f64;
-    let chance = 1e-3 / bundles.len() as f64;
-    let cell =
-        |axis: Option<usize>, aspect: Aspect| match bundles.iter().find(|b| b.axis == axis && b.aspect == Some(aspect))
-        {
-            None => MapCell::Absent,
-            Some(b) if b.p_value > chance => MapCell::Word("–".into()),
-            Some(b) => {
-                let size = noise * ((b.gain - b.dof as f64).max(0.0) / n).sqrt();
-                MapCell::Size { text: words::rough(size), colour: size }
-            }
-        };
+    let chance = 1e-3 / groups.len() as f64;
+    let cell = |axis: Option<usize>, aspect: Aspect| match groups
+        .iter()
+        .find(|b| b.axis == axis && b.aspect == Some(aspect))
+    {
+        None => MapCell::Absent,
+        Some(b) if b.p_value > chance => MapCell::Word("–".into()),
+        Some(b) => {
+            let size = noise * ((b.gain - b.dof as f64).max(0.0) / n).sqrt();
+            MapCell::Size { text: words::rough(size), colour: size }
+        }
+    };
     let robot = &outcome.problem.robot;
     // of joints that are held alone
-    let torque = bundles.iter().any(|b| b.aspect == Some(Aspect::Torque));
+    let torque = groups.iter().any(|b| b.aspect == Some(Aspect::Torque));
     let aspects = if torque { &ASPECTS[..] } else { &ASPECTS[..ASPECTS.len() - 1] };
     let rows = (0..robot.dof())
-        .filter(|&a| bundles.iter().any(|b| b.axis == Some(a)))
+        .filter(|&a| groups.iter().any(|b| b.axis == Some(a)))
         .map(|a| (robot.axis(a).name.clone(), aspects.iter().map(|(aspect, _)| cell(Some(a), *aspect)).collect()));
     let named =
-        |list: &[(Aspect, &str)]| list.iter().map(|(_, name)| (name.to_string(), told.unit.to_string())).collect();
+        |list: &[(Aspect, &str)]| list.iter().map(|(_, name)| (name.to_string(), scale.unit.to_string())).collect();
     let whole = [(Aspect::Time, "time"), (Aspect::Geometry, "pose")];
     let mut blocks = vec![MapBlock { corner: "joint".into(), columns: named(aspects), rows: rows.collect() }];
-    if bundles.iter().any(|b| b.axis.is_none()) {
+    if groups.iter().any(|b| b.axis.is_none()) {
         blocks.push(MapBlock {
             corner: "whole machine".into(),
             columns: named(&whole),
@@ -72,13 +73,13 @@ pub(super) fn structure(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told:
         format!(
             "Splines and powers per joint, over time and over the pose, tested on the residual against correlated noise; the size of \
              the structure in {}, rms. A dash: no more than chance. One structure may show in several cells.{nearest}",
-            told.unit
+            scale.unit
         ),
-        MapView { quantity: "structure, rms".into(), unit: told.unit.into(), hatched: String::new(), by_decades: false, blocks },
+        MapView { quantity: "structure, rms".into(), unit: scale.unit.into(), hatched: String::new(), by_decades: false, blocks },
     );
 }
 
-pub(super) fn noise(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
+pub(super) fn noise(page: &mut Page, outcome: &Outcome, d: &Diagnosis, scale: &GapScale) {
     use crate::diagnose::problem::layout::Sensor;
     let robot = &outcome.problem.robot;
     let rows = outcome.problem.groups.iter().zip(&outcome.whitening.noise).map(|(g, noise)| {
@@ -123,7 +124,7 @@ pub(super) fn noise(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &To
         String::new()
     };
     page.section(
-        format!("Noise of {} {}", significant(d.noise.sigma_um * told.um), told.unit),
+        format!("Noise of {} {}", significant(d.noise.sigma_um * scale.um), scale.unit),
         format!(
             "White noise and a first-order autoregressive part, of the largest likelihood ({}). Autocorrelation of the whole from one \
              sample to the next, that of the coloured part, and its share of the variance. {left}{means}",

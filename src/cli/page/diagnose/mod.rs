@@ -16,8 +16,9 @@ use crate::diagnose::{Outcome, Verdict};
 use crate::report::number::{p_value, significant};
 use crate::report::{BarRow, BarsView, Method, Page, Role, Run, TableView, Tile, Tone, WaterfallView, number};
 
-/// In what the page tells a gap: micrometres, or thousandths of a degree where only joints were measured.
-struct Told {
+/// Unit of the residuals on the page: micrometres, or thousandths of a degree if only joints were measured.
+struct GapScale {
+    quantity: &'static str,
     unit: &'static str,
     /// From SI.
     si: f64,
@@ -25,51 +26,47 @@ struct Told {
     um: f64,
 }
 
-impl Told {
+impl GapScale {
     fn of(d: &Diagnosis) -> Self {
         if d.unit == GapUnit::MICROMETRE {
-            Self { unit: "µm", si: 1e6, um: 1.0 }
+            Self { quantity: "gap at the TCP", unit: "µm", si: 1e6, um: 1.0 }
         } else {
             let mdeg = 180e3 / std::f64::consts::PI;
-            Self { unit: "mdeg", si: mdeg, um: mdeg * 1e-6 }
+            Self { quantity: "gap of the joints", unit: "mdeg", si: mdeg, um: mdeg * 1e-6 }
         }
     }
 
     fn tile(&self, label: &str, um: f64) -> Tile {
         Tile::number(label, um * self.um, if self.um * um < 10.0 { 2 } else { 1 }, self.unit)
     }
-
-    fn quantity(&self) -> &'static str {
-        if self.unit == "µm" { "gap at the TCP" } else { "gap of the joints" }
-    }
 }
 
 /// The page.
 pub fn of(model: &str, outcome: &Outcome, d: &Diagnosis) -> Page {
     let robot = &outcome.problem.robot;
-    let told = Told::of(d);
+    let scale = GapScale::of(d);
     let t = traces::of(outcome);
     let mut page = super::start("diagnose", "What the model lacks", robot);
-    head(&mut page, model, outcome, d, &told);
+    head(&mut page, model, outcome, d, &scale);
     if d.unexplained.is_some() {
-        left::structure(&mut page, outcome, d, &told);
+        left::structure(&mut page, outcome, d, &scale);
     }
     if !d.rounds.is_empty() {
-        waterfall(&mut page, outcome, d, &told);
+        waterfall(&mut page, outcome, d, &scale);
     }
     machine::causes(&mut page, robot, d);
-    gap::strips(&mut page, robot, outcome, d, &t, &told);
-    gap::path(&mut page, d, &t, &told);
+    gap::strips(&mut page, robot, outcome, d, &t, &scale);
+    gap::path(&mut page, d, &t, &scale);
     gap::ways(&mut page, robot, &t);
-    found(&mut page, d, &told);
+    found(&mut page, d, &scale);
     if d.geometry_tcp_um.is_none() {
         candidates(&mut page, outcome, d);
     }
-    hidden::blind(&mut page, robot, &t, &told);
+    hidden::blind(&mut page, robot, &t, &scale);
     if d.unexplained.is_none() {
-        left::structure(&mut page, outcome, d, &told);
+        left::structure(&mut page, outcome, d, &scale);
     }
-    left::noise(&mut page, outcome, d, &told);
+    left::noise(&mut page, outcome, d, &scale);
     let aside: Vec<String> =
         d.put_aside.iter().map(|p| format!("{} {}: now {}", p.effect, p.target, p.replaced_by)).collect();
     if !aside.is_empty() {
@@ -82,7 +79,7 @@ pub fn of(model: &str, outcome: &Outcome, d: &Diagnosis) -> Page {
 /// Effects that have a tile, where everything was fitted together: the largest.
 const MOST_TILES: usize = 8;
 
-fn head(page: &mut Page, model: &str, outcome: &Outcome, d: &Diagnosis, told: &Told) {
+fn head(page: &mut Page, model: &str, outcome: &Outcome, d: &Diagnosis, scale: &GapScale) {
     let tone = match d.verdict {
         Verdict::None => Tone::Good,
         Verdict::Named => Tone::Plain,
@@ -102,17 +99,17 @@ fn head(page: &mut Page, model: &str, outcome: &Outcome, d: &Diagnosis, told: &T
     for l in &outcome.problem.logs {
         page.file("log", l.log.name.clone(), l.log.sha256.clone());
     }
-    page.tile(told.tile("gap as given, rms", d.gap.initial_rms_um).with_detail(format!(
+    page.tile(scale.tile("gap as given, rms", d.gap.initial_rms_um).with_detail(format!(
         "at most {} {}",
-        number(d.gap.initial_max_um * told.um, 1),
-        told.unit
+        number(d.gap.initial_max_um * scale.um, 1),
+        scale.unit
     )));
-    page.tile(told.tile("gap that is left, rms", d.gap.final_rms_um).with_detail(format!(
+    page.tile(scale.tile("gap that is left, rms", d.gap.final_rms_um).with_detail(format!(
         "at most {} {}",
-        number(d.gap.final_max_um * told.um, 1),
-        told.unit
+        number(d.gap.final_max_um * scale.um, 1),
+        scale.unit
     )));
-    page.tile(told.tile("noise", d.noise.sigma_um).with_detail("per coordinate, one standard deviation"));
+    page.tile(scale.tile("noise", d.noise.sigma_um).with_detail("per coordinate, one standard deviation"));
     for (i, r) in d.rounds.iter().enumerate() {
         if d.geometry_tcp_um.is_some() && (r.group.is_some() || i >= MOST_TILES) {
             continue;
@@ -135,35 +132,35 @@ fn head(page: &mut Page, model: &str, outcome: &Outcome, d: &Diagnosis, told: &T
 }
 
 /// From the gap as given to the noise, and the same on parts that were not fitted.
-fn waterfall(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
+fn waterfall(page: &mut Page, outcome: &Outcome, d: &Diagnosis, scale: &GapScale) {
     let mut steps = Vec::new();
     let start = match (outcome.problem.frames_free, d.outliers) {
         (true, _) => Some("frame fitted"),
         (false, 1..) => Some("outliers left out"),
         (false, 0) => None,
     };
-    steps.extend(start.map(|name| (name.to_string(), d.gap.nuisance_only_rms_um * told.um)));
-    steps.extend(machine::steps(d).map(|(name, r)| (format!("+ {name}"), r.rms_after_um * told.um)));
+    steps.extend(start.map(|name| (name.to_string(), d.gap.nuisance_only_rms_um * scale.um)));
+    steps.extend(machine::steps(d).map(|(name, r)| (format!("+ {name}"), r.rms_after_um * scale.um)));
     page.section(
         format!(
             "The gap falls from {:.1} to {:.1} {}",
-            d.gap.initial_rms_um * told.um,
-            d.gap.final_rms_um * told.um,
-            told.unit
+            d.gap.initial_rms_um * scale.um,
+            d.gap.final_rms_um * scale.um,
+            scale.unit
         ),
         "Root mean square per coordinate. Each step refits everything that came before it; the line is the noise.",
         WaterfallView {
             quantity: "gap, rms".into(),
-            unit: told.unit.into(),
-            start: ("as given".into(), d.gap.initial_rms_um * told.um),
+            unit: scale.unit.into(),
+            start: ("as given".into(), d.gap.initial_rms_um * scale.um),
             steps,
-            floor: Some(("noise".into(), d.noise.sigma_um * told.um)),
+            floor: Some(("noise".into(), d.noise.sigma_um * scale.um)),
         },
     );
     let Some(first) = d.rounds.first() else { return };
     let row = |label: String, fitted: f64, held: f64| BarRow {
         label,
-        values: [fitted, held].map(|v| Some(v * told.um)).to_vec(),
+        values: [fitted, held].map(|v| Some(v * scale.um)).to_vec(),
     };
     let mut rows = vec![row(start.unwrap_or("as given").into(), first.rms_before_um, first.validation.rms_before_um)];
     rows.extend(machine::steps(d).map(|(name, r)| row(format!("+ {name}"), r.rms_after_um, r.validation.rms_after_um)));
@@ -172,7 +169,7 @@ fn waterfall(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
         "Held out: each fifth of the log, in four stretches, is predicted with parameters of the other four fifths.",
         BarsView {
             quantity: "gap, rms".into(),
-            unit: told.unit.into(),
+            unit: scale.unit.into(),
             runs: vec![Run::new("fitted", Role::After), Run::new("held out", Role::Between)],
             rows,
         },
@@ -180,11 +177,11 @@ fn waterfall(page: &mut Page, outcome: &Outcome, d: &Diagnosis, told: &Told) {
 }
 
 /// Sizes, intervals, sets and evidence of what was found.
-fn found(page: &mut Page, d: &Diagnosis, told: &Told) {
+fn found(page: &mut Page, d: &Diagnosis, scale: &GapScale) {
     if d.rounds.is_empty() {
         return;
     }
-    let left = format!("left: predicted, achieved, {}", told.unit);
+    let left = format!("left: predicted, achieved, {}", scale.unit);
     let headings = [
         ("round", false),
         ("effect", false),
@@ -209,7 +206,7 @@ fn found(page: &mut Page, d: &Diagnosis, told: &Told) {
             r.target.clone(),
             sizes.join("; "),
             if r.set.len() > 1 { set.join("; ") } else { "alone".into() },
-            [r.rms_after_predicted_um, r.rms_after_um].map(|v| number(v * told.um, 1)).join(", "),
+            [r.rms_after_predicted_um, r.rms_after_um].map(|v| number(v * scale.um, 1)).join(", "),
             significant(r.evidence.value),
             p_value(r.evidence.p_value),
             number(r.evidence.delta_bic, 0),
@@ -287,7 +284,7 @@ fn methods() -> Vec<Method> {
             "W. Baarda, 1968 (minimal detectable bias)",
         ),
         Method::new(
-            "Weights of rivals",
+            "Weights of alternatives",
             "Probability of each candidate in the place of a found effect by the Bayesian information criterion.",
             "G. Schwarz, Estimating the dimension of a model, Annals of Statistics 6, 1978",
         ),

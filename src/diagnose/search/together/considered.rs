@@ -11,7 +11,7 @@
 //! Assumptions: the terms are linear in their size; wind-up of gear and friction is up to a third of the gap beside it, one
 //! standard deviation.
 
-use super::{MachineFit, members, pool, prior, rivals};
+use super::{MachineFit, alternatives, members, pool, prior};
 use crate::diagnose::problem::forward::Problem;
 use crate::effects::{Backlash, BacklashPosition, Candidate, EffectInstance, Hysteresis};
 use rayon::prelude::*;
@@ -34,12 +34,12 @@ fn windups(problem: &Problem, machine: &MachineFit) -> Vec<(Candidate, f64)> {
     let mut list = Vec::new();
     for gap in fit.free.iter().map(|&i| &fit.hypothesis.effects[i]) {
         let (Some(size), Some(axis)) = (size_of_gap(gap), gap.axis()) else { continue };
-        if size <= 0.0 || rivals::winds_up(&fit.hypothesis.effects, gap.target) {
+        if size <= 0.0 || alternatives::winds_up(&fit.hypothesis.effects, gap.target) {
             continue;
         }
         let unit = problem.robot.axis(axis).kind.si_per_user_unit();
-        let width = WINDUP * size / (rivals::TRAVELS.len() as f64).sqrt();
-        list.extend(rivals::TRAVELS.map(|travel| {
+        let width = WINDUP * size / (alternatives::TRAVELS.len() as f64).sqrt();
+        list.extend(alternatives::TRAVELS.map(|travel| {
             let make = move |half_width| Hysteresis { half_width, presliding: travel * unit };
             (Candidate::of_size(&problem.robot, gap.target, TRIAL, make), width)
         }));
@@ -55,7 +55,7 @@ fn friction(problem: &Problem, machine: &MachineFit) -> Vec<(Candidate, f64)> {
         fit.free.iter().any(|&i| same(&fit.hypothesis.effects[i]))
     };
     let width = |c: &Candidate| {
-        let placed = c.at(&vec![1e-9; c.signatures()]);
+        let placed = c.at(&vec![1e-9; c.sensitivities()]);
         placed.first().and_then(|p| prior::widths(problem, p).first().copied()).filter(|w| w.is_finite())
     };
     let open = pool::friction(problem).into_iter().filter(|c| !found(c));

@@ -135,7 +135,8 @@ pub fn join(problem: &Problem, machine: &MachineFit, candidates: &[Candidate]) -
     }
     let mut table = table(problem, machine, &columns.into_iter().flatten().collect::<Vec<_>>());
     for (k, c) in list.iter().enumerate() {
-        let width = c.at(&vec![1e-9; c.signatures()]).first().map_or(f64::INFINITY, |p| prior::widths(problem, p)[0]);
+        let width =
+            c.at(&vec![1e-9; c.sensitivities()]).first().map_or(f64::INFINITY, |p| prior::widths(problem, p)[0]);
         table.precision[starts[k]..starts[k + 1]].fill(if width.is_finite() { width.powi(-2) } else { 0.0 });
     }
     let mut pick: Vec<usize> = (0..own).collect();
@@ -166,7 +167,7 @@ pub fn join(problem: &Problem, machine: &MachineFit, candidates: &[Candidate]) -
     joined
         .iter()
         .flat_map(|&k| {
-            let n = list[k].signatures();
+            let n = list[k].sensitivities();
             at += n;
             list[k].at(&x.as_slice()[at - n..at])
         })

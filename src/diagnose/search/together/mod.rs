@@ -14,6 +14,7 @@
 //! Files beside:
 //! - `outcome`: the joint fit as an outcome that the document tells
 
+pub mod alternatives;
 pub mod beside;
 pub mod blocks;
 pub mod considered;
@@ -22,7 +23,6 @@ pub mod members;
 pub mod outcome;
 pub mod pool;
 pub mod prior;
-pub mod rivals;
 pub mod share;
 pub mod triage;
 

@@ -1,6 +1,6 @@
 //! The joint fit as an outcome that the document tells.
 
-use super::{MachineFit, beside, members, rivals, share, triage};
+use super::{MachineFit, alternatives, beside, members, share, triage};
 use crate::diagnose::candidates::screen::ScreeningContext;
 use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::candidates::structure::{self, Ratio, Tested};
@@ -39,7 +39,7 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize) {
     };
     let support = members::support(&problem, &machine);
     let story = share::story(&problem, &machine);
-    let rivals = rivals::of(&problem, &machine, &support);
+    let alternatives = alternatives::of(&problem, &machine, &support);
     let clear = triage::clear(&machine, &support);
     let super::MachineFit { fit, whitening, .. } = machine;
     let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
@@ -56,7 +56,7 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize) {
         known,
         group: None,
         notes: problem.notes.clone(),
-        rivals,
+        alternatives,
         told: Some(story),
         structure,
         remains,
@@ -86,10 +86,10 @@ fn left(
     rms_nuisance: f64,
 ) -> (Tested, Option<Ratio>) {
     let MachineFit { fit, sensitivities, whitening, .. } = machine;
-    let bundles = structure::basis(problem, &fit.hypothesis, &fit.state, candidates);
+    let groups = structure::basis(problem, &fit.hypothesis, &fit.state, candidates);
     let tangent = sensitivities.to_columns();
     let ground = ScreeningContext::new(problem, &fit.hypothesis, &fit.state, whitening, tangent);
-    let structure = structure::test(&ground, &bundles);
+    let structure = structure::test(&ground, &groups);
     let remains = structured(problem, &structure, fit, rms_nuisance);
     (structure, remains)
 }
@@ -106,6 +106,6 @@ fn structured(problem: &Problem, test: &Tested, fit: &Fit, rms_nuisance: f64) ->
     if test.whole.p_value > STRUCTURED || left * left - floor * floor < WORTH * explained {
         return None;
     }
-    let most = test.bundles.iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)));
+    let most = test.groups.iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)));
     Some(most.unwrap_or(&test.whole).clone())
 }

@@ -13,12 +13,12 @@ use crate::effects::EffectInstance;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-/// The story: order, chapters, sizes at the TCP, uncertainties.
+/// The story: order, nested fits, sizes at the TCP, uncertainties.
 pub struct Story {
     /// Free effects (places in the list) in the order of the story.
     pub order: Vec<usize>,
     /// One more than effects: the first is the frame alone.
-    pub chapters: Vec<NestedFit>,
+    pub nested_fits: Vec<NestedFit>,
     /// What each free effect does to the TCP, rms per coordinate beyond a rigid movement in the log where it is largest, m.
     pub contributions: Vec<f64>,
     /// The same of all geometry together.
@@ -34,7 +34,7 @@ pub fn story(problem: &Problem, machine: &MachineFit) -> Story {
     let fit = &machine.fit;
     let contributions = contributions(problem, fit);
     let order = order(fit, &contributions);
-    let chapters = chapters(problem, machine, &order);
+    let nested_fits = nested_fits(problem, machine, &order);
     let (sigma, with_windup) = uncertainties(problem, machine);
     let geometry: Vec<EffectInstance> = fit
         .free
@@ -44,7 +44,7 @@ pub fn story(problem: &Problem, machine: &MachineFit) -> Story {
         .cloned()
         .collect();
     let geometry = if geometry.is_empty() { 0.0 } else { contribution(problem, fit, &geometry) };
-    Story { order, chapters, contributions, geometry, sigma, with_windup }
+    Story { order, nested_fits, contributions, geometry, sigma, with_windup }
 }
 
 /// The largest first; geometry stands together, where its largest member does.
@@ -64,7 +64,7 @@ fn order(fit: &Fit, contributions: &[f64]) -> Vec<usize> {
 }
 
 /// Refitted with the first 0, 1, ... effects of the order, by the sensitivities at the end.
-fn chapters(problem: &Problem, machine: &MachineFit, order: &[usize]) -> Vec<NestedFit> {
+fn nested_fits(problem: &Problem, machine: &MachineFit, order: &[usize]) -> Vec<NestedFit> {
     let MachineFit { fit, sensitivities, whitening, prior, .. } = machine;
     let columns: Vec<&[f64]> = sensitivities.columns().map(|c| c.as_slice()).collect();
     let mut starts = vec![0];

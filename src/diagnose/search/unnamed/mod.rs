@@ -63,7 +63,7 @@ impl Pool {
 
     /// The kinds that depend on the same as the strongest structure which the test without the catalogue sees.
     pub fn where_structured(problem: &Problem, tested: &Tested) -> Self {
-        let mut strong: Vec<_> = tested.bundles.iter().filter(|b| b.gain - b.dof as f64 > SUPPORTED).collect();
+        let mut strong: Vec<_> = tested.groups.iter().filter(|b| b.gain - b.dof as f64 > SUPPORTED).collect();
         strong.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         strong.truncate(STRONGEST);
         let mut families = curves::families(problem);
@@ -126,7 +126,7 @@ fn supported(trial: &Candidate, ground: &ScreeningContext, halves: &[Halves]) ->
     halves.iter().all(agree).then(|| (gain, blocks.solve(&all, None, &precision, &pull).as_slice().to_vec()))
 }
 
-/// Each curve (the last of the free effects) as its own only rival.
+/// Each curve (the last of the free effects) as its own only alternative.
 fn own(problem: &Problem, fit: &Fit, gains: &[f64]) -> Vec<Vec<Alternative>> {
     let curves = &fit.free[fit.free.len() - gains.len()..];
     let one = |(&i, &gain): (&usize, &f64)| {
@@ -210,7 +210,7 @@ pub fn conclude(
     fit: Fit,
     whitening: Whitening,
     known: Option<usize>,
-    rivals: &mut Vec<Vec<Alternative>>,
+    alternatives: &mut Vec<Vec<Alternative>>,
     steps: &mut [Step],
 ) -> (Fit, Whitening) {
     let (described, alone) = match known {
@@ -218,12 +218,12 @@ pub fn conclude(
         Some(known) => describe_alone(problem, &fit, known, &whitening),
     };
     if alone {
-        rivals.clear();
+        alternatives.clear();
         let stood = "a curve: it stood in for structure that no effect describes";
         steps.iter_mut().filter(|s| s.replaced_by.is_none()).for_each(|s| s.replaced_by = Some(stood.into()));
     }
     let Some(described) = described else { return (fit, whitening) };
-    rivals.extend(own(problem, &described.fit, &described.gains));
+    alternatives.extend(own(problem, &described.fit, &described.gains));
     (described.fit, described.whitening)
 }
 

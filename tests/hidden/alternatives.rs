@@ -17,7 +17,7 @@ struct Candidate {
     parts: Vec<Effect>,
 }
 
-/// 2 ln L within which a rival is as good as the truth.
+/// 2 ln L within which an alternative is as good as the truth.
 const AS_GOOD: f64 = 4.0;
 
 fn candidates(s: &Setting) -> Vec<Candidate> {
@@ -80,7 +80,7 @@ fn candidates(s: &Setting) -> Vec<Candidate> {
 
 /// Squared length that the best of a candidate leaves of a course.
 fn left(s: &Setting, clean: &[Vector3<f64>], c: &Candidate, course: &DVector<f64>) -> f64 {
-    let part = |e: &Effect| s.signature(clean, std::slice::from_ref(e), &[]);
+    let part = |e: &Effect| s.sensitivity(clean, std::slice::from_ref(e), &[]);
     let mut parts: Vec<DVector<f64>> = c.parts.iter().map(part).collect();
     if let [only] = parts.as_slice() {
         let scale = only.dot(course) / only.norm_squared().max(1e-30);
@@ -97,7 +97,7 @@ fn left(s: &Setting, clean: &[Vector3<f64>], c: &Candidate, course: &DVector<f64
 
 /// Names and targets that explain the log as well as this effect does.
 pub fn find(s: &Setting, clean: &[Vector3<f64>], truth: &Effect) -> Vec<(String, String)> {
-    let course = s.signature(clean, std::slice::from_ref(truth), &[]);
+    let course = s.sensitivity(clean, std::slice::from_ref(truth), &[]);
     let mut found: Vec<(String, String)> = Vec::new();
     for c in candidates(s) {
         let key = (c.name.clone(), c.target.clone());
@@ -114,6 +114,6 @@ pub fn least_left(s: &Setting, clean: &[Vector3<f64>], course: &DVector<f64>) ->
     candidates(s).iter().map(|c| left(s, clean, c, course)).fold(f64::MAX, f64::min).sqrt()
 }
 
-pub fn json(rivals: &[(String, String)]) -> Value {
-    rivals.iter().map(|(name, target)| json!({"effect": name, "target": target})).collect()
+pub fn json(alternatives: &[(String, String)]) -> Value {
+    alternatives.iter().map(|(name, target)| json!({"effect": name, "target": target})).collect()
 }

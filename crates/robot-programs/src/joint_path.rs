@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 
 /// The points of a script.
 #[derive(Debug, Clone, Default)]
-pub struct Played {
+pub struct JointPath {
     /// As messages show it.
     pub name: String,
     /// `q[axis][point]`, rad or m.
@@ -25,7 +25,7 @@ pub struct Played {
     pub notes: Vec<Note>,
 }
 
-impl Played {
+impl JointPath {
     /// Stands still for some seconds; no times any more where nobody knows how long.
     fn dwell(&mut self, seconds: Option<f64>, mut times: Vec<f64>, q: &[f64], at: At) -> Option<Vec<f64>> {
         let (seconds, from) = (seconds?, times.last().copied());
@@ -44,9 +44,9 @@ impl Played {
 ///
 /// # Errors
 /// With the line where a move has no joint target, where an axis is not known, and where nothing moves.
-pub fn joints(script: &Script, robot: &Axes) -> Result<Played> {
+pub fn joints(script: &Script, robot: &Axes) -> Result<JointPath> {
     let name = script.texts.first().map_or(String::new(), |t| t.name.clone());
-    let mut played = Played { name, q: vec![Vec::new(); robot.dof()], ..Played::default() };
+    let mut path = JointPath { name, q: vec![Vec::new(); robot.dof()], ..JointPath::default() };
     let mut times = Some(Vec::new());
     let mut last: Option<Vec<f64>> = None;
     for step in &script.steps {
@@ -66,14 +66,14 @@ pub fn joints(script: &Script, robot: &Axes) -> Result<Played> {
                         (Some(times), Some(t)) => times.push(t),
                         _ => times = None,
                     }
-                    for (axis, column) in played.q.iter_mut().enumerate() {
+                    for (axis, column) in path.q.iter_mut().enumerate() {
                         column.push(point.get(axis).copied().unwrap_or_default());
                     }
-                    played.places.push(step.at);
+                    path.places.push(step.at);
                 }
                 if m.path != PathKind::Joint {
                     note(
-                        &mut played,
+                        &mut path,
                         step.at,
                         "between its points the robot moves on a Cartesian path, not straight in the joints",
                     );
@@ -88,14 +88,14 @@ pub fn joints(script: &Script, robot: &Axes) -> Result<Played> {
             }
             StepKind::Break(Break::Jump | Break::Loop | Break::Call | Break::Interrupt) => {
                 note(
-                    &mut played,
+                    &mut path,
                     step.at,
                     "branches, loops, calls and interrupts are passed once, in the order of the text",
                 );
             }
             StepKind::Dwell(seconds) => {
                 if let Some(q) = &last {
-                    times = times.and_then(|t| played.dwell(*seconds, t, q, step.at));
+                    times = times.and_then(|t| path.dwell(*seconds, t, q, step.at));
                 }
             }
             StepKind::Break(Break::Frame) | StepKind::Process(_) | StepKind::Pragma(_) => {}
@@ -105,20 +105,20 @@ pub fn joints(script: &Script, robot: &Axes) -> Result<Played> {
         let expected = "a program with joint targets";
         return Err(Error::bad(script.place(At { file: 0, line: 1 }), "a program without a move", expected));
     }
-    played.t_s = times.filter(|t| t.len() == played.places.len() && t.len() > 1);
-    Ok(played)
+    path.t_s = times.filter(|t| t.len() == path.places.len() && t.len() > 1);
+    Ok(path)
 }
 
 /// Every sentence once, at its first place.
-fn note(played: &mut Played, place: At, text: &str) {
-    if !played.notes.iter().any(|n| n.text == text) {
-        played.notes.push(Note { place, text: text.into() });
+fn note(path: &mut JointPath, place: At, text: &str) {
+    if !path.notes.iter().any(|n| n.text == text) {
+        path.notes.push(Note { place, text: text.into() });
     }
 }
 
 /// Joint values of a move's goal; axes that it does not command come from the point before.
 fn target(script: &Script, m: &Move, at: At, last: Option<&[f64]>, robot: &Axes) -> Result<Vec<f64>> {
-    let expected = "joint targets alone: only they can be played without the controller";
+    let expected = "joint targets alone: only they can be path without the controller";
     let bad = |found: String| Error::bad(script.place(at), found, expected);
     let values = match &m.goal {
         Goal::Joints(t) => script.targets.get(*t).map(|t| t.values).ok_or_else(|| bad("no target".into()))?,

@@ -16,7 +16,7 @@ pub(super) const TRAVELS: [f64; 4] = [0.002, 0.006, 0.02, 0.06];
 /// Decays of the spike beside it that are tried, s.
 const DECAYS_S: [f64; 3] = [0.3, 1.0, 3.0];
 
-/// The rivals of every free effect, itself the first.
+/// The alternatives of every free effect, itself the first.
 pub fn of(problem: &Problem, machine: &MachineFit, support: &[f64]) -> Vec<Vec<Alternative>> {
     let fit = &machine.fit;
     (0..fit.free.len())
