@@ -67,12 +67,21 @@ impl Inputs for OneRow<'_> {
 impl Statics {
     /// Those of a model; `None` where it has none.
     pub fn of_model(model: &Model) -> Option<Self> {
-        let robot = &model.robot;
+        Self::of_effects(&model.robot, Self::undone(model))
+    }
+
+    /// The effects of a model that are undone at every point.
+    pub fn undone(model: &Model) -> impl Iterator<Item = &EffectInstance> {
+        model.effects.iter().filter(|p| is_static(p, &model.robot) && !part_of_geometry(model, p))
+    }
+
+    /// The static errors that some of [`Self::undone`] are.
+    pub fn of_effects<'a>(robot: &Robot, effects: impl Iterator<Item = &'a EffectInstance>) -> Option<Self> {
         let site = |placed: &EffectInstance| placed.axis().map(|axis| (axis, placed.site(robot).rev()));
         let mut gears: Vec<(f64, Vec<Effect>)> =
             (0..robot.dof()).map(|axis| (Site { robot, target: Target::Joint(axis) }.rev(), Vec::new())).collect();
         let mut links = Vec::new();
-        for placed in model.effects.iter().filter(|p| is_static(p, robot) && !part_of_geometry(model, p)) {
+        for placed in effects {
             match (site(placed), placed.effect.stage()) {
                 (Some((axis, _)), Stage::Gear) => gears[axis].1.push(placed.effect.clone()),
                 (Some(_), _) => links.push(placed.clone()),

@@ -271,3 +271,58 @@ fn a_compensator_of_another_robot_is_refused() {
     );
     assert!(!work.path().join("o.csv").exists());
 }
+
+/// A model file of the bundled machine with a gap on A1 and these lines beside.
+fn model_with(work: &Path, name: &str, beside: &str) {
+    let robot = std::fs::canonicalize(ROBOT).unwrap();
+    let text = format!(
+        "schema: lostmotion/model/1\nrobot: {}\neffects:\n  - {{effect: backlash, joint: A1, half_gap_deg: 0.004}}\n{beside}",
+        robot.display()
+    );
+    std::fs::write(work.join(name), text).unwrap();
+}
+
+/// Texts of a column of a CSV program.
+fn column(file: &Path, name: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(file).unwrap();
+    let mut lines = text.lines().filter(|l| !l.starts_with('#'));
+    let at = lines.next().unwrap().split(',').position(|c| c == name).unwrap();
+    lines.map(|l| l.split(',').nth(at).unwrap().to_string()).collect()
+}
+
+#[test]
+fn of_a_model_lost_motion_can_be_compensated_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let work = folder.path();
+    let ripple = |joint: &str| {
+        format!(
+            "  - {{effect: transmission_error, joint: {joint}, amplitude_deg: 0.003, cycles_per_rev: 120, phase_deg: 10}}\n"
+        )
+    };
+    model_with(work, "gap.yaml", "");
+    model_with(work, "both.yaml", &(ripple("A1") + &ripple("A2")));
+    let line = |model: &str, more: &str, out: &str| {
+        format!("rewrite --model {{}}/{model}.yaml {PROGRAM} --speed-mm-s 1.5 --output {{}}/{out}.csv {more}")
+    };
+    let rewritten = |out: &str| std::fs::read(work.join(format!("{out}.csv"))).unwrap();
+    done(work, &line("gap", "", "gap"));
+    done(work, &line("both", "", "all"));
+    let lost = run(work, &line("both", "--lost-motion-only", "lost"));
+    assert!(lost.status.success(), "{}", says(&lost));
+    assert!(says(&lost).contains("transmission_error of A2: --lost-motion-only"), "{}", says(&lost));
+    assert_eq!(rewritten("lost"), rewritten("gap"));
+    assert_ne!(rewritten("all"), rewritten("gap"));
+    // a joint that is left out keeps its numbers, whatever the model says of it
+    done(work, &line("both", "--leave-out A2", "a1"));
+    let program = column(Path::new(PROGRAM), "a2_deg");
+    let of_program = |file: &str| column(&work.join(file), "a2_deg").iter().filter(|v| !program.contains(v)).count();
+    assert!(of_program("all.csv") > program.len() / 2, "{}", of_program("all.csv"));
+    assert!(column(&work.join("a1.csv"), "a1_deg") != column(Path::new(PROGRAM), "a1_deg"));
+    // points that are added lie between those of the program
+    let kept = column(&work.join("a1.csv"), "a2_deg");
+    assert!(program.iter().all(|v| kept.contains(v)), "A2 was changed");
+    // without a model there is nothing to leave
+    let refused =
+        run(work, &format!("rewrite --lost-motion-only {PROGRAM} --dry-run --robot {ROBOT} --compensator none.yaml"));
+    assert_eq!(refused.status.code(), Some(2), "{}", says(&refused));
+}

@@ -2,6 +2,7 @@
 
 use super::{Args, proof, usage};
 use crate::compensator::{Compensator, FrictionShape, JointEvidence, from_model::not_compensated};
+use crate::effects::EffectInstance;
 use crate::error::shown;
 use crate::io::input;
 use crate::io::name::text_of_name;
@@ -48,8 +49,8 @@ impl Source {
                 let model = Model::load(path)?;
                 let speed = args.speed_mm_s.map(|v| v * 1e-3);
                 let compensator = Compensator::from_model_at(&model, speed.unwrap_or(0.0))?;
-                statics = Statics::of_model(&model).map(Arc::new);
                 left = not_compensated(&model, speed);
+                statics = statics_of(args, &model, &mut left)?.map(Arc::new);
                 machine = Some(model.clone());
                 (model.robot, compensator, path, Some(model.initial_gap_side))
             }
@@ -81,6 +82,29 @@ impl Source {
             left,
         })
     }
+}
+
+/// What of a model is undone at every point, without the joints that are left out.
+fn statics_of(args: &Args, model: &Model, left: &mut Vec<String>) -> Result<Option<Statics>> {
+    if args.lost_motion_only {
+        let line =
+            |p: &EffectInstance| format!("{} of {}: --lost-motion-only", p.effect.name(), p.target_text(&model.robot));
+        left.extend(Statics::undone(model).map(line));
+        return Ok(None);
+    }
+    let out = left_out(args, &model.robot)?;
+    let kept = Statics::undone(model).filter(|p| p.axis().is_none_or(|axis| !out.contains(&axis)));
+    Ok(Statics::of_effects(&model.robot, kept))
+}
+
+/// Axes of `--leave-out`.
+fn left_out(args: &Args, robot: &Robot) -> Result<Vec<usize>> {
+    let names = args.leave_out.iter().flat_map(|l| l.split(',')).map(str::trim).filter(|n| !n.is_empty());
+    let one = |name: &str| {
+        let expected = || format!("joints of {}", robot.axis_names().join(", "));
+        robot.axis_named(name).ok_or_else(|| usage(&format!("--leave-out {name}"), &expected()))
+    };
+    names.map(one).collect()
 }
 
 /// Frames and tools of `--frames`; they and those of the robot file stand in the note.
@@ -258,6 +282,9 @@ fn choices(args: &Args, robot: &Robot, speed_mm_s: Option<f64>, said: &mut Vec<S
     if let Some(list) = &args.leave_out {
         said.push(format!("leave_out {list}"));
     }
+    if args.lost_motion_only {
+        said.push("lost_motion_only".into());
+    }
     let solve_um = number("solve-cartesian", args.solve_cartesian, |v| v > 0.0, "a distance above 0")?;
     said.extend(solve_um.map(|v| format!("solve_cartesian_um {v}")));
     for (what, asked) in [
@@ -317,13 +344,9 @@ fn directions(flag: &str, text: &str, robot: &Robot, into: &mut [i8]) -> Result<
 
 /// Joints that are not compensated: those that the user names, and those whose gap is not significant.
 fn leave_out(args: &Args, robot: &Robot, compensator: &mut Compensator, left: &mut Vec<String>) -> Result<()> {
-    for name in args.leave_out.iter().flat_map(|l| l.split(',')).map(str::trim).filter(|n| !n.is_empty()) {
-        let Some(axis) = robot.axis_named(name) else {
-            let expected = format!("joints of {}", robot.axis_names().join(", "));
-            return Err(usage(&format!("--leave-out {name}"), &expected));
-        };
+    for axis in left_out(args, robot)? {
         compensator.joints.retain(|j| j.axis != axis);
-        left.push(format!("{name}, as asked"));
+        left.push(format!("{}, as asked", robot.axis(axis).name));
     }
     if args.insignificant {
         return Ok(());

@@ -150,6 +150,10 @@ pub struct Args {
     #[arg(long, value_name = "JOINT,...")]
     pub leave_out: Option<String>,
 
+    /// Of a model, compensate lost motion alone (gaps, friction): leave what depends on the joint position alone as it is
+    #[arg(long, requires = "model")]
+    pub lost_motion_only: bool,
+
     /// Compensate also the joints whose gap is not significant (its 95 % interval contains zero)
     #[arg(long)]
     pub insignificant: bool,

@@ -1,23 +1,35 @@
 //! Effects that were left out for want of support, as a part of the uncertainty of those that were not.
 //!
 //! Method: a term that held-out blocks do not support may still be there, and what it does is then taken for something else: a
-//! small spike of friction for lag, wind-up for gap, a length of the last link for one of the tool. Such terms are set beside the fit as columns under their weak prior; the
+//! small spike of friction for lag, wind-up for gap, a length of the last link for one of the tool, gravity for lengths of the arm. Such terms are set beside the fit as columns under their weak prior; the
 //! variance of each value is that of this wider fit, and the square of how far the wider fit would move it is added (consider
 //! covariance; Schmidt 1966, Advances in Control Systems 3, with what the data say of the considered terms). Values stay.
 //!
 //! Wind-up beside a gap is considered without what the data say of it ([`windup_beside_gaps`]): how it builds up differs from
 //! machine to machine, and a shape that the data tell from a gap is not the shape of the machine.
 //!
+//! The masses of a robot file are known roughly: beside gravity that is in the fit, every link that the joint carries may bend it
+//! by more or less than they say ([`masses`]).
+//!
 //! Assumptions: the terms are linear in their size; wind-up of gear and friction is up to a third of the gap beside it, one
-//! standard deviation.
+//! standard deviation; so are masses and centres of mass known to 15 %.
 
 use super::{MachineFit, alternatives, members, pool, prior};
 use crate::diagnose::problem::forward::Problem;
-use crate::effects::{Backlash, BacklashPosition, Candidate, EffectInstance, Hysteresis};
+use crate::effects::{
+    Backlash, BacklashPosition, Candidate, EffectInstance, FreeMassGravity, GravityCompliance, Hysteresis,
+};
+use crate::robot::{Convention, JointKind};
 use rayon::prelude::*;
 
 /// Wind-up beside a gap, in parts of the gap, one standard deviation.
 const WINDUP: f64 = 1.0 / 3.0;
+/// Masses and centres of mass of a robot file, in parts of them, one standard deviation.
+const MASSES: f64 = 0.15;
+/// Bend of a joint that is not worth a column, rad.
+const NO_BEND: f64 = 1e-7;
+/// m/s^2.
+const GRAVITY: f64 = 9.80665;
 /// Trial of a wind-up, rad or m.
 const TRIAL: f64 = 1e-6;
 
@@ -74,6 +86,47 @@ fn geometry(problem: &Problem, machine: &MachineFit) -> Vec<(Candidate, f64)> {
     pool::geometry(problem, &pool::moving(problem)).into_iter().filter(open).filter_map(one).collect()
 }
 
+/// Gravity that is not in the fit, as wide as its prior.
+fn gravity(problem: &Problem, machine: &MachineFit) -> Vec<(Candidate, f64)> {
+    let effects = &machine.fit.hypothesis.effects;
+    let found = |axis: usize| effects.iter().any(|e| e.effect.uses_gravity() && e.axis() == Some(axis));
+    let loaded = |axis: &usize| problem.logs.iter().any(|l| pool::varies(l.drive.gravity_torque(*axis)));
+    let one = |axis: usize| {
+        let yields = |compliance| GravityCompliance { compliance };
+        let trial = EffectInstance::on_axis(axis, yields(0.0));
+        (Candidate::of_size(&problem.robot, trial.target, 1e-8, yields), prior::widths(problem, &trial)[0])
+    };
+    (0..problem.robot.dof()).filter(|&a| !found(a)).filter(loaded).map(one).collect()
+}
+
+/// What the weight of each link, and of all that hangs on it, may bend a joint more or less than the robot file's masses say.
+fn masses(problem: &Problem, machine: &MachineFit) -> Vec<(Candidate, f64)> {
+    let (robot, fit) = (&problem.robot, &machine.fit);
+    let mut list = Vec::new();
+    for placed in fit.free.iter().map(|&i| &fit.hypothesis.effects[i]) {
+        let (Some(gravity), Some(axis)) = (placed.effect.get::<GravityCompliance>(), placed.axis()) else { continue };
+        if robot.axis(axis).kind != JointKind::Revolute {
+            continue;
+        }
+        for link in robot.axis_index(axis)..robot.links.len() {
+            let behind: f64 = robot.links[link + 1..].iter().map(|l| l.mass_kg).sum();
+            let (own, next) = (&robot.joints[link], robot.joints.get(link + 1));
+            let along = match robot.convention {
+                Convention::Standard => own.a_m,
+                Convention::Modified => next.map_or(0.0, |j| j.a_m),
+            };
+            let reach = along.hypot(next.map_or(0.0, |j| j.d_m));
+            let moment = robot.links[link].mass_kg * robot.links[link].com_m.norm() + behind * reach;
+            let width = MASSES * gravity.compliance.abs() * GRAVITY * moment;
+            if width > NO_BEND {
+                let make = move |c: &[f64]| FreeMassGravity { moments: vec![(link, [c[0], c[1]])] };
+                list.push((Candidate::of_sizes(robot, placed.target, &[TRIAL, TRIAL], make), width));
+            }
+        }
+    }
+    list
+}
+
 /// How far wind-up that is not in the fit may move the value of each gap: variance of every column, 0 for what is no gap.
 /// Of one joint's travels any may be the right one: the one that moves the gap most counts, with the whole width.
 pub fn windup_beside_gaps(problem: &Problem, machine: &MachineFit) -> Vec<f64> {
@@ -108,6 +161,8 @@ pub fn variances(problem: &Problem, machine: &MachineFit) -> Vec<f64> {
     let mut list = friction(problem, machine);
     list.extend(windups(problem, machine));
     list.extend(geometry(problem, machine));
+    list.extend(gravity(problem, machine));
+    list.extend(masses(problem, machine));
     let columns: Vec<(Vec<Vec<f64>>, f64)> = list
         .par_iter()
         .map(|(c, width)| {

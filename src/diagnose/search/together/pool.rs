@@ -92,7 +92,8 @@ fn independent(problem: &Problem, h: &Hypothesis, list: Vec<EffectInstance>) -> 
 /// Size at which a geometry parameter is tried, m or rad.
 const TRIAL: f64 = 1e-5;
 
-fn varies(torque: &[f64]) -> bool {
+/// Whether a torque of gravity is another at another pose.
+pub(super) fn varies(torque: &[f64]) -> bool {
     let (lo, hi) = torque.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
     hi - lo > 1e-6
 }
