@@ -143,16 +143,21 @@ pub fn claim(output: &Path, part: Option<(usize, usize)>) -> Result<Claim> {
     Ok(Claim { _folder: folder, _part: FolderLock::take_named(output, &name, Sharing::Alone, Duration::ZERO)? })
 }
 
+/// Where the results of a folder go.
+#[derive(Debug, Clone, Copy)]
+pub enum Results<'a> {
+    /// Nowhere: a dry run.
+    DryRun,
+    /// Into this folder, under the names of the programs.
+    Folder(&'a Path),
+    /// They are compared with the files of this folder.
+    Check(&'a Path),
+}
+
 /// Rewrites every program of a folder; `done` hears of each as it finishes. The lines are in the order of `programs`.
-pub fn run(
-    job: &Job,
-    folder: &Path,
-    programs: &[PathBuf],
-    output: Option<&Path>,
-    done: &(dyn Fn() + Sync),
-) -> Vec<Line> {
+pub fn run(job: &Job, folder: &Path, programs: &[PathBuf], results: Results, done: &(dyn Fn() + Sync)) -> Vec<Line> {
     let shared = shared(folder, programs, &job.files);
-    if let Some(output) = output {
+    if let Results::Folder(output) = results {
         // the first program that needs a folder reports that it cannot be made
         let folders: BTreeSet<&Path> = programs.iter().filter_map(|p| p.parent()).collect();
         for folder in folders {
@@ -163,7 +168,7 @@ pub fn run(
         let from = folder.join(relative);
         let result = match shared.get(relative) {
             Some(with) => Err(Refusal::Shared { name: shown(&from), with: with.to_string() }.into()),
-            None => one(job, &from, output.map(|o| o.join(relative))),
+            None => one(job, &from, relative, results),
         };
         let line = match result {
             Ok(line) => line,
@@ -187,9 +192,17 @@ fn shared(folder: &Path, programs: &[PathBuf], there: &Files) -> BTreeMap<PathBu
     several.flat_map(|(file, list)| list.into_iter().map(move |p| (p.clone(), shown(&file)))).collect()
 }
 
-fn one(job: &Job, from: &Path, to: Option<PathBuf>) -> Result<Line> {
-    let Some(to) = to else {
-        return Ok(Line::of(&job.run(from, Target::DryRun, &|_| {})?));
+fn one(job: &Job, from: &Path, relative: &Path, results: Results) -> Result<Line> {
+    let to = match results {
+        Results::DryRun => return Ok(Line::of(&job.run(from, Target::DryRun, &|_| {})?)),
+        Results::Check(golden) => {
+            let golden = golden.join(relative);
+            return match golden.is_file() {
+                true => Ok(Line::of(&job.run(from, Target::Check(&golden), &|_| {})?)),
+                false => Ok(Line::without_golden(shown(from), &shown(&golden), hash(from))),
+            };
+        }
+        Results::Folder(output) => output.join(relative),
     };
     if let Some(line) = finished(job, from, &to) {
         return Ok(line);

@@ -60,6 +60,8 @@ pub struct Job<'a> {
     pub format: Option<Recognised>,
     /// What concerns vendor programs alone.
     pub choices: Choices,
+    /// Of a check: largest difference of two numbers, in the unit of the program; `None`: every byte counts.
+    pub tolerance: Option<f64>,
     pub durability: Durability,
     /// Where the files are looked for that belong to a program.
     pub files: Files,

@@ -24,6 +24,7 @@
 //!
 //! Files beside:
 //! - `deadband`: how far a joint must move against its direction before that is a reversal
+//! - [`near`]: two programs as text, equal but for numbers within a tolerance (checks)
 //! - `original`: the bytes of a program as it was, kept in the note beside its rewritten form: zlib, base64. `undo` brings them
 //!   back
 
@@ -37,6 +38,7 @@ pub mod guard;
 pub mod job;
 pub mod limits;
 pub mod manifest;
+pub mod near;
 pub mod offset;
 pub mod options;
 pub mod original;

@@ -86,6 +86,12 @@ impl Line {
         Self::without_result(input, Status::Failed, why, None)
     }
 
+    /// The line of a program that a check finds no golden file for.
+    pub fn without_golden(input: String, golden: &str, sha256_in: Option<String>) -> Self {
+        let why = format!("{golden}: found no file; expected the rewritten program");
+        Self::without_result(input, Status::Refused, &why, sha256_in)
+    }
+
     fn without_result(input: String, status: Status, why: &str, sha256_in: Option<String>) -> Self {
         Self {
             key: None,

@@ -25,6 +25,7 @@ mod fit;
 mod formats;
 mod gaps_file;
 mod global_options;
+mod golden;
 mod help;
 mod identify_deadzone;
 mod identify_path;

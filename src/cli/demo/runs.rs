@@ -32,6 +32,7 @@ pub fn rewrite(robot: &Robot, compensator: &Compensator, options: Options, from:
         contexts: Contexts::default(),
         format: None,
         choices: Choices::default(),
+        tolerance: None,
         durability: Durability::Synced,
         notes: Notes::default(),
         robot,

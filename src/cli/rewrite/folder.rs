@@ -12,7 +12,7 @@ use crate::io::name::text_of;
 use crate::io::output;
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
-use crate::rewrite::batch;
+use crate::rewrite::batch::{self, Results};
 use crate::rewrite::guard::{note_path, read_note};
 use crate::rewrite::job::Job;
 use crate::rewrite::manifest::{self, Entry, shard_of};
@@ -24,14 +24,11 @@ use std::path::{Path, PathBuf};
 
 /// Runs the command on a folder of programs.
 pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
-    if args.output.is_some() || args.check.is_some() {
-        return Err(usage("a folder as IN with --output or --check", "--output-dir"));
-    }
-    let dry = args.dry_run || args.list_frames;
-    let output = if dry { None } else { args.output_dir.as_deref() };
-    if output.is_none() && !dry {
-        return Err(usage("a folder as IN without --output-dir", "--output-dir"));
-    }
+    let results = results_of(args)?;
+    let output = match results {
+        Results::Folder(output) => Some(output),
+        Results::Check(_) | Results::DryRun => None,
+    };
     if let Some(output) = output.filter(|_| !args.force) {
         refuse_in_place(&args.input, output)?;
     }
@@ -42,11 +39,12 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
     let _claim = output.map(|folder| batch::claim(folder, part)).transpose()?;
     let Planned { programs, files, unreadable, entries } = match &args.manifest {
         Some(file) => of_manifest(file, part)?,
-        None => of_tree(args, output, part, job.format)?,
+        None => of_tree(args, results, part, job.format)?,
     };
     job.files = files;
     if let Some(file) = &args.summary {
-        refuse_program(file, &args.input, output, &programs, &job.files)?;
+        let beside = output.or(args.check.as_deref());
+        refuse_program(file, &args.input, beside, &programs, &job.files)?;
     }
     let mut summary = output::create(args.summary.as_deref())?;
     let bar = match shows_progress() {
@@ -54,8 +52,8 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
         false => ProgressBar::hidden(),
     };
     let mut lines = match &entries {
-        None => batch::run(&job, &args.input, &programs, output, &|| bar.inc(1)),
-        Some(entries) => run_entries(&job, &args.input, entries, &programs, output, &|| bar.inc(1)),
+        None => batch::run(&job, &args.input, &programs, results, &|| bar.inc(1)),
+        Some(entries) => run_entries(&job, &args.input, entries, &programs, results, &|| bar.inc(1)),
     };
     bar.finish_and_clear();
     if args.list_frames {
@@ -67,16 +65,68 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
     let json = serde_json::json!({"schema": "lostmotion/rewrite-batch/1", "programs": lines});
     let json = args.json.then(|| printed(&json)).transpose()?;
     output::commit([summary, json])?;
-    conclude(args, &lines)
+    match results {
+        Results::Check(golden) => conclude_check(args, golden, &programs, &lines),
+        _ => conclude(args, &lines),
+    }
 }
 
-/// Tells what became of the programs; an error where some are refused or failed.
-fn conclude(args: &Args, lines: &[Line]) -> Result<Finished> {
-    let count = |s: Status| lines.iter().filter(|l| l.status == s).count();
-    let (refused, failed) = (count(Status::Refused), count(Status::Failed));
+/// Where the results go, or what they are compared with.
+fn results_of(args: &Args) -> Result<Results<'_>> {
+    if args.output.is_some() {
+        return Err(usage("a folder as IN with --output", "--output-dir"));
+    }
+    match (&args.check, &args.output_dir) {
+        _ if args.dry_run || args.list_frames => Ok(Results::DryRun),
+        (Some(golden), _) if !golden.is_dir() => {
+            let found = if golden.exists() { "a file" } else { "no such folder" };
+            Err(usage(
+                &format!("a folder as IN with --check {}: {found}", shown(golden)),
+                "the folder of the rewritten programs",
+            ))
+        }
+        (Some(golden), _) => Ok(Results::Check(golden)),
+        (None, Some(folder)) => Ok(Results::Folder(folder)),
+        (None, None) => Err(usage("a folder as IN without --output-dir or --check", "one of them")),
+    }
+}
+
+/// Prints what refused and failed programs came to.
+fn print_reasons(lines: &[Line]) {
     for l in lines.iter().filter(|l| matches!(l.status, Status::Refused | Status::Failed)) {
         say(format_args!("{}: {}", l.input, l.reason.as_deref().unwrap_or("")), true);
     }
+}
+
+/// Of a check: an error where a program differs from its golden file.
+fn conclude_check(args: &Args, golden: &Path, programs: &[PathBuf], lines: &[Line]) -> Result<Finished> {
+    print_reasons(lines);
+    if args.shard.is_none() && args.manifest.is_none() {
+        note_unmatched(args, golden, programs);
+    }
+    let differ = lines.iter().filter(|l| matches!(l.status, Status::Refused | Status::Failed)).count();
+    if differ > 0 && args.fail_on != FailOn::None {
+        return Err(no(format!("{differ} of {} are not as in {}", counted(lines.len(), "program"), shown(golden))));
+    }
+    let same = lines.len() - differ;
+    eprintln!("{same} of {} as in {}{}", counted(lines.len(), "program"), shown(golden), super::within(args));
+    Ok(super::finished(args, lines.iter().any(|l| l.status == Status::WouldBeWritten)))
+}
+
+/// Names programs of the golden folder that come from no program of the input.
+fn note_unmatched(args: &Args, golden: &Path, programs: &[PathBuf]) {
+    let Ok(tree) = batch::tree(golden, Path::new(""), None) else { return };
+    for program in tree.programs.iter().filter(|p| !programs.contains(p)) {
+        let (here, from) = (shown(&golden.join(program)), shown(&args.input));
+        eprintln!("note: {here}: no program of {from} has this name");
+    }
+}
+
+/// Prints what became of the programs; an error where some are refused or failed.
+fn conclude(args: &Args, lines: &[Line]) -> Result<Finished> {
+    let count = |s: Status| lines.iter().filter(|l| l.status == s).count();
+    let (refused, failed) = (count(Status::Refused), count(Status::Failed));
+    print_reasons(lines);
     let (written, would) = match args.dry_run {
         true => (count(Status::WouldBeWritten), " would be"),
         false => (count(Status::Written), ""),
@@ -109,25 +159,29 @@ struct Planned {
 }
 
 /// Every program of the folder.
-fn of_tree(
-    args: &Args,
-    output: Option<&Path>,
-    part: Option<(usize, usize)>,
-    format: Option<Recognised>,
-) -> Result<Planned> {
-    let mut tree = batch::tree(&args.input, output.unwrap_or(Path::new("")), format)?;
-    if output.is_some() {
+fn of_tree(args: &Args, results: Results, part: Option<(usize, usize)>, format: Option<Recognised>) -> Result<Planned> {
+    let but = match results {
+        Results::DryRun => Path::new(""),
+        Results::Folder(folder) | Results::Check(folder) => folder,
+    };
+    let mut tree = batch::tree(&args.input, but, format)?;
+    if matches!(results, Results::Folder(_)) {
         tree.interrupted.iter().try_for_each(|folder| journal::finish(folder, Towards::Before))?;
     }
     let unreadable: Vec<Line> = batch::unreadable_lines(&tree).collect();
     let (mut programs, files) = (std::mem::take(&mut tree.programs), tree.files);
-    let results = results(&args.input, &programs, &files);
-    if !results.is_empty() {
+    let earlier = earlier_results(&args.input, &programs, &files);
+    if !earlier.is_empty() {
         let before = programs.len();
-        programs.retain(|p| !results.iter().any(|folder| p.starts_with(folder)));
-        let shown: Vec<String> = results.iter().map(|f| shown(&args.input.join(f))).collect();
+        programs.retain(|p| !earlier.iter().any(|folder| p.starts_with(folder)));
+        let shown: Vec<String> = earlier.iter().map(|f| shown(&args.input.join(f))).collect();
         let left = before - programs.len();
-        eprintln!("note: {left} programs in {} are results of an earlier rewrite, and left out", shown.join(", "));
+        let are = if left == 1 { "is a result" } else { "are results" };
+        eprintln!(
+            "note: {} in {} {are} of an earlier rewrite, and left out",
+            counted(left, "program"),
+            shown.join(", ")
+        );
     }
     if let Some((k, n)) = part {
         programs.retain(|p| shard_of(&text_of(p), n) == k);
@@ -148,13 +202,13 @@ fn run_entries(
     folder: &Path,
     entries: &[Entry],
     programs: &[PathBuf],
-    output: Option<&Path>,
+    results: Results,
     done: &(dyn Fn() + Sync),
 ) -> Vec<Line> {
     let mut changed = manifest::changed(folder, entries);
     let same = entries.iter().zip(programs).filter(|(e, _)| !changed.contains_key(&e.key));
     let same: Vec<PathBuf> = same.map(|(_, p)| p.clone()).collect();
-    let mut lines = batch::run(job, folder, &same, output, done).into_iter();
+    let mut lines = batch::run(job, folder, &same, results, done).into_iter();
     let line = |e: &Entry| {
         let line = changed.remove(&e.key).or_else(|| lines.next())?;
         Some(Line { key: Some(e.key.clone()), ..line })
@@ -164,7 +218,7 @@ fn run_entries(
 
 /// Folders below `input` with results of an earlier rewrite of it: a program whose path goes on, after that folder, as that of
 /// another program of `input`, which is the one that its note names.
-fn results(input: &Path, programs: &[PathBuf], files: &Files) -> BTreeSet<PathBuf> {
+fn earlier_results(input: &Path, programs: &[PathBuf], files: &Files) -> BTreeSet<PathBuf> {
     let all: HashSet<&Path> = programs.iter().map(PathBuf::as_path).collect();
     let mut found = BTreeSet::new();
     let of = |original: &Path| std::fs::read(input.join(original)).ok().map(|bytes| sha256(&bytes));

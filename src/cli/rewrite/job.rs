@@ -164,6 +164,7 @@ pub(super) fn of<'a>(args: &Args, source: &'a Source) -> Result<Job<'a>> {
         choices,
         files: Files::Disk,
         contexts: Contexts::default(),
+        tolerance: number("tolerance", args.tolerance, |v| v >= 0.0, "a number of 0 or more")?,
         durability: if args.output_dir.is_some() { Durability::RenameOnly } else { Durability::Synced },
         notes: Notes::default(),
         robot,

@@ -65,7 +65,7 @@ pub struct Args {
 
     /// Write the rewritten program to this file; `-` for standard output. The note FILE.lostmotion.json, which `undo` needs,
     /// is written next to it
-    #[arg(long, short, value_name = "FILE", required_unless_present_any = ["dry_run", "check", "output_dir", "list_frames"])]
+    #[arg(long, short, value_name = "FILE", conflicts_with = "check", required_unless_present_any = ["dry_run", "check", "output_dir", "list_frames"])]
     pub output: Option<PathBuf>,
 
     /// Format of the program: csv, inform, rapid, krl, fanuc, urscript, trajectory or gcode [default: recognised from the
@@ -216,10 +216,15 @@ pub struct Args {
     #[arg(long, conflicts_with = "check")]
     pub dry_run: bool,
 
-    /// Compare the result with this file instead of writing it; if they differ, print the first difference and exit with
-    /// code 1
+    /// Compare the result with this file instead of writing it; with a folder as IN, compare every program with the file of
+    /// the same name in this folder. If they differ, print the first difference and exit with code 1
     #[arg(long, value_name = "GOLDEN")]
     pub check: Option<PathBuf>,
+
+    /// With --check, accept numbers that differ by at most this much, in the unit of the program (deg, mm, pulses); all other
+    /// text must be equal [default: every byte must be equal]
+    #[arg(long, value_name = "N", requires = "check", allow_negative_numbers = true)]
+    pub tolerance: Option<f64>,
 
     /// Rewrite a program even if it has already been rewritten
     #[arg(long)]
@@ -313,6 +318,10 @@ pub fn run(args: Args) -> Result<Finished> {
     if args.json && args.output.as_deref() == Some(Path::new("-")) {
         return Err(usage("--json with --output -", "one of them: both go to standard output"));
     }
+    let unused = args.output.as_ref().or(args.output_dir.as_ref());
+    if let Some(output) = unused.filter(|_| args.dry_run && !args.json) {
+        eprintln!("note: {}: not written (--dry-run)", shown(output));
+    }
     if folder {
         return folder::run(&args, job);
     }
@@ -372,6 +381,14 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
     let json =
         args.json.then(|| printed(&account_with_proof(&ready.outcome, &source.robot, proof.as_ref()))).transpose()?;
     let outcome = ready.commit_with([summary, report, json].into_iter().flatten().collect())?;
+    if args.check.is_some() {
+        return conclude_check(args, outcome);
+    }
+    if args.dry_run
+        && let Some(output) = &args.output
+    {
+        eprintln!("note: {}: not written (--dry-run)", shown(output));
+    }
     if !args.json {
         eprint!("{}", format_text(&outcome, &source.robot, verbosity(args, &outcome)));
         if let Some(proof) = &proof {
@@ -387,6 +404,24 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
     let changed = !outcome.unchanged;
     refusal(outcome)?;
     Ok(finished(args, changed))
+}
+
+/// Of a check: one line where both are alike; else the difference, and the line after it.
+fn conclude_check(args: &Args, outcome: Outcome) -> Result<Finished> {
+    let summary = text::summary_line(&outcome);
+    match outcome.refusal {
+        Some(why) => Err(no(format!("{why}\n  {summary}"))),
+        None => {
+            let golden = args.check.as_deref().map(shown).unwrap_or_default();
+            eprintln!("{golden}: as rewritten now{}\n  {summary}", within(args));
+            Ok(finished(args, !outcome.unchanged))
+        }
+    }
+}
+
+/// The tolerance of a check, in words.
+fn within(args: &Args) -> String {
+    args.tolerance.map_or_else(String::new, |t| format!(", within {t}"))
 }
 
 /// Whether the report is of what was done, or of what would be done.

@@ -85,13 +85,20 @@ pub fn format_text(outcome: &Outcome, robot: &Robot, verbosity: Verbosity) -> St
 
 /// Moves, reversals, added points.
 fn moves_text(text: &mut String, outcome: &Outcome, dry: bool) {
+    let _ = writeln!(text, "{}", moves_line(outcome, dry));
+}
+
+/// Moves, reversals and added points in one line.
+pub fn summary_line(outcome: &Outcome) -> String {
+    moves_line(outcome, true)
+}
+
+fn moves_line(outcome: &Outcome, dry: bool) -> String {
     if outcome.points == 0 {
-        let _ = writeln!(text, "{}: no moves", outcome.input);
-        return;
+        return format!("{}: no moves", outcome.input);
     }
     let editable = outcome.vendor.as_ref().map_or(outcome.points, |v| v.coverage.editable);
-    let _ = writeln!(
-        text,
+    format!(
         "{}: {}, {}; {}, {} {}",
         outcome.input,
         counted(outcome.points, "move"),
@@ -99,7 +106,7 @@ fn moves_text(text: &mut String, outcome: &Outcome, dry: bool) {
         counted(outcome.stats.reversals.iter().sum(), "reversal"),
         counted(outcome.stats.inserted, "point"),
         if dry { "to be added" } else { "added" }
-    );
+    )
 }
 
 /// One joint: reversals, the largest offset, what rounding loses, what is left.

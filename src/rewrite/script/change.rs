@@ -3,6 +3,7 @@
 use super::run::{Role, Run};
 use crate::error::Result;
 use crate::program::script::{Edits, Format, Goal, Script, StepKind, Text};
+use crate::rewrite::near::{self, first_difference};
 use crate::robot::Robot;
 use serde::Serialize;
 
@@ -79,35 +80,34 @@ fn change(line: u64, added: bool, from: &[f64], to: &[f64], robot: &Robot) -> Op
     (added || !joints.is_empty()).then(|| Change { line, added, joints, tcp_um: (tcp_um * 1e3).round() / 1e3 })
 }
 
-/// The first difference between our texts and a golden program, in words; `None`: the same bytes.
-pub fn against(format: &dyn Format, ours: &[Text], golden: &[Text], robot: &Robot) -> Result<Option<String>> {
-    let Some(file) =
-        (0..ours.len().max(golden.len())).find(|&k| ours.get(k).map(|t| &t.bytes) != golden.get(k).map(|t| &t.bytes))
-    else {
-        return Ok(None);
+/// The first difference between our texts and a golden program, in words; `None`: the same bytes, but for numbers within
+/// `tolerance`.
+pub fn against(
+    format: &dyn Format,
+    ours: &[Text],
+    golden: &[Text],
+    robot: &Robot,
+    tolerance: Option<f64>,
+) -> Result<Option<String>> {
+    let first =
+        ours.iter().zip(golden).find_map(|(a, b)| Some((a, b, first_difference(&a.bytes, &b.bytes, tolerance)?)));
+    let Some((a, b, at)) = first else { return Ok(None) };
+    let text = |t: &Text| String::from_utf8_lossy(t.line(at.line as usize - 1)).trim_end().to_string();
+    let mut words = vec![format!("{}:{}: the output differs", b.name, at.line)];
+    words[0] += &match at.ends {
+        Some(near::Text::First) => ": the output ends before this line".into(),
+        Some(near::Text::Second) => ": the golden file ends before this line".into(),
+        None => format!(": `{}` instead of `{}`", text(a), text(b)),
     };
-    let (Some(a), Some(b)) = (ours.get(file), golden.get(file)) else {
-        return Ok(Some("a file that belongs to the program is missing".into()));
-    };
-    let byte = a.bytes.iter().zip(b.bytes.iter()).position(|(x, y)| x != y).unwrap_or(a.bytes.len().min(b.bytes.len()));
-    let line = b.line_of(byte);
-    let text = |t: &Text| String::from_utf8_lossy(t.line(t.line_of(byte) as usize - 1)).trim_end().to_string();
-    let mut words = vec![format!("{}:{line}: the output differs", b.name)];
-    if byte >= a.bytes.len() || byte >= b.bytes.len() {
-        let which = if byte >= a.bytes.len() { "the output ends" } else { "the golden file ends" };
-        words[0] = format!("{}: {which} before this line", words[0]);
-    } else {
-        words[0] = format!("{}: `{}` instead of `{}`", words[0], text(a), text(b));
-    }
     // the first move whose joints differ, where both can be read
     if let (Ok(x), Ok(y)) = (format.parse(ours.to_vec(), robot.axes()), format.parse(golden.to_vec(), robot.axes())) {
-        words.extend(first_move(x.script(), y.script(), robot));
+        words.extend(first_move(x.script(), y.script(), robot, tolerance.unwrap_or(0.0)));
     }
     Ok(Some(words.join("\n")))
 }
 
-/// The first move whose joint target differs.
-fn first_move(ours: &Script, golden: &Script, robot: &Robot) -> Option<String> {
+/// The first move whose joint target differs by more than `tolerance`, deg or mm.
+fn first_move(ours: &Script, golden: &Script, robot: &Robot, tolerance: f64) -> Option<String> {
     let targets = |s: &Script| -> Vec<(u64, Vec<Option<f64>>)> {
         s.steps
             .iter()
@@ -123,7 +123,14 @@ fn first_move(ours: &Script, golden: &Script, robot: &Robot) -> Option<String> {
             .collect()
     };
     let (a, b) = (targets(ours), targets(golden));
-    let k = a.iter().zip(&b).position(|(x, y)| x.1 != y.1);
+    let near = |axis: usize, x: Option<f64>, y: Option<f64>| match (x, y) {
+        (Some(x), Some(y)) => robot.axis(axis).kind.to_user_unit(x - y).abs() <= tolerance,
+        _ => x == y,
+    };
+    let same = |x: &[Option<f64>], y: &[Option<f64>]| {
+        x.len() == y.len() && (0..x.len()).all(|axis| near(axis, x[axis], y[axis]))
+    };
+    let k = a.iter().zip(&b).position(|(x, y)| !same(&x.1, &y.1));
     let Some(k) = k else {
         return (a.len() != b.len()).then(|| format!("  {} moves instead of {}", a.len(), b.len()));
     };

@@ -126,7 +126,12 @@ impl Job<'_> {
                 theirs.retain(|t| !t.context);
                 let ours: Vec<Text> =
                     theirs.iter().zip(&done.texts).map(|(t, own)| own.clone().named(t.name.clone())).collect();
-                if let Some(text) = change::against(format, &ours, &theirs, self.robot)? {
+                let missing = done.texts.len() != theirs.len();
+                let text = match missing {
+                    true => Some(format!("{}: a file that belongs to the program is missing", shown(golden))),
+                    false => change::against(format, &ours, &theirs, self.robot, self.tolerance)?,
+                };
+                if let Some(text) = text {
                     outcome.refusal = Some(outcome.refusal.map_or(text.clone(), |r| format!("{r}\n{text}")));
                 }
                 Ok(Ready::without_output(outcome))

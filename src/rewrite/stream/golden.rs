@@ -1,4 +1,6 @@
 //! `--check`: the output against a golden file, and the first difference in degrees (or mm) and micrometres.
+//!
+//! Without a tolerance the bytes are compared as they come. With one, lines are ([`crate::rewrite::near`]).
 
 use crate::error::{Error, Result, shown};
 use crate::io::input;
@@ -6,9 +8,10 @@ use crate::program::Slot;
 use crate::program::csv::header::{Column, Header};
 use crate::program::csv::number;
 use crate::program::csv::record::{Record, Seen, content};
+use crate::rewrite::near::same_line;
 use crate::rewrite::sink::Sink;
 use crate::robot::Robot;
-use std::io::{BufReader, Read};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 /// Longest line that a message looks at.
@@ -19,7 +22,9 @@ pub struct Golden {
     file: BufReader<Box<dyn Read + Send>>,
     name: String,
     line: u64,
-    /// The present line as far as both agree.
+    /// Largest difference of two numbers; `None`: every byte counts.
+    tolerance: Option<f64>,
+    /// The present line as far as both agree; with a tolerance, as far as it has come.
     same: Vec<u8>,
     difference: Option<Difference>,
 }
@@ -34,13 +39,18 @@ pub struct Difference {
 }
 
 impl Golden {
-    pub fn open(path: &Path) -> Result<Self> {
+    /// Compares with the file at `path`; numbers may differ by `tolerance`.
+    pub fn open(path: &Path, tolerance: Option<f64>) -> Result<Self> {
         let file = BufReader::with_capacity(1 << 18, input::open(path)?);
-        Ok(Self { file, name: shown(path), line: 1, same: Vec::new(), difference: None })
+        Ok(Self { file, name: shown(path), line: 1, tolerance, same: Vec::new(), difference: None })
     }
 
     /// The first difference, once everything has been taken.
     pub fn finish(mut self) -> Result<Option<Difference>> {
+        if self.tolerance.is_some() && self.difference.is_none() && !self.same.is_empty() {
+            let last = std::mem::take(&mut self.same);
+            self.take_line(last)?;
+        }
         if self.difference.is_none() {
             let golden = self.rest_of_line(Vec::new())?;
             if !golden.is_empty() {
@@ -54,14 +64,35 @@ impl Golden {
 
     /// `line` and what follows in the file up to the end of its line.
     fn rest_of_line(&mut self, mut line: Vec<u8>) -> Result<Vec<u8>> {
-        let mut byte = [0];
-        while line.last() != Some(&b'\n') && line.len() < LONGEST {
-            match self.file.read(&mut byte).map_err(|e| Error::io_of(&self.name, "read", e))? {
-                0 => break,
-                _ => line.push(byte[0]),
-            }
+        if line.last() != Some(&b'\n') && line.len() < LONGEST {
+            let most = (LONGEST - line.len()) as u64;
+            let mut rest = (&mut self.file).take(most);
+            rest.read_until(b'\n', &mut line).map_err(|e| Error::io_of(&self.name, "read", e))?;
         }
         Ok(line)
+    }
+
+    /// Compares one line within the tolerance.
+    fn take_line(&mut self, ours: Vec<u8>) -> Result<()> {
+        let golden = self.rest_of_line(Vec::new())?;
+        if same_line(&ours, &golden, self.tolerance) {
+            self.line += 1;
+        } else {
+            self.difference = Some(Difference { line: self.line, ours, golden, ours_ended: true });
+        }
+        Ok(())
+    }
+
+    /// Compares the lines that `bytes` complete, within the tolerance.
+    fn take_lines(&mut self, bytes: &[u8]) -> Result<()> {
+        for part in bytes.split_inclusive(|c| *c == b'\n') {
+            self.same.extend_from_slice(part);
+            if self.same.last() == Some(&b'\n') && self.difference.is_none() {
+                let line = std::mem::take(&mut self.same);
+                self.take_line(line)?;
+            }
+        }
+        Ok(())
     }
 }
 
@@ -75,6 +106,9 @@ impl Sink for Golden {
                 d.ours_ended = d.ours.last() == Some(&b'\n') || d.ours.len() >= LONGEST;
             }
             return Ok(());
+        }
+        if self.tolerance.is_some() {
+            return self.take_lines(bytes);
         }
         let mut golden = Vec::with_capacity(bytes.len());
         (&mut self.file)

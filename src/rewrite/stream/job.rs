@@ -55,7 +55,8 @@ impl Job<'_> {
             }
             Target::Check(golden) => {
                 let header = reader.header().clone();
-                let (done, sink) = split(pass(self.robot, reader, &passage, make, Golden::open(golden)?, progress)?);
+                let golden_file = Golden::open(golden, self.tolerance)?;
+                let (done, sink) = split(pass(self.robot, reader, &passage, make, golden_file, progress)?);
                 self.refuse_known(&name, &notes, &done.sha256_in)?;
                 let mut result = outcome(done, None);
                 let difference: Option<Difference> = sink.finish()?;
