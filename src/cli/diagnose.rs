@@ -26,6 +26,9 @@ use std::path::PathBuf;
 ///   lostmotion diagnose --model machine.yaml --log log.csv --columns map.yaml --json > diagnosis.json
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
+#[command(
+    override_usage = "lostmotion diagnose [OPTIONS] <--model <MODEL.yaml>|--robot <ROBOT.yaml>> --log <LOG.csv>..."
+)]
 pub struct Args {
     /// Model file (YAML): the robot and its known effects
     #[arg(long, value_name = "MODEL.yaml", required_unless_present = "robot", conflicts_with = "robot")]

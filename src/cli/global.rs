@@ -20,7 +20,7 @@ pub struct Args {
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
     pub color: ColorChoice,
     /// Number of threads [default: number of processors]; the result does not depend on it
-    #[arg(short, long, global = true, value_name = "N")]
+    #[arg(short, long, global = true, value_name = "N", value_parser = jobs)]
     pub jobs: Option<NonZeroUsize>,
 }
 
@@ -36,6 +36,11 @@ impl Args {
         let threads = counted(rayon::current_num_threads(), "thread");
         detail(format_args!("lostmotion {}, {threads}", env!("CARGO_PKG_VERSION")));
     }
+}
+
+/// `--jobs`: a whole number from 1.
+fn jobs(text: &str) -> Result<NonZeroUsize, String> {
+    text.parse().map_err(|_| "a number of threads is a whole number of 1 or more".into())
 }
 
 /// The choice of `--color` as the words of a command line give it, for messages about a command line that cannot be parsed.

@@ -111,12 +111,14 @@ fn tell(report: &Report) {
         }
     }
     let half = |i: &join::Interval| 0.5 * (i.ci95[1] - i.ci95[0]);
+    let side = if report.offset_ms.value < 0.0 { "behind" } else { "ahead of" };
+    let rate = if report.drift_ppm.value < 0.0 { "slower" } else { "faster" };
     eprintln!(
-        "the controller's clock is {:.3} +- {:.3} ms ahead of the tracker's (at its {:.1} s) and runs {:.2} +- {:.2} ppm faster",
-        report.offset_ms.value,
+        "the controller's clock is {:.3} +- {:.3} ms {side} the tracker's (at its {:.1} s) and runs {:.2} +- {:.2} ppm {rate}",
+        report.offset_ms.value.abs(),
         half(&report.offset_ms),
         report.at_tracker_s,
-        report.drift_ppm.value,
+        report.drift_ppm.value.abs(),
         half(&report.drift_ppm),
     );
     eprintln!("{}; the paths agree within {:.1} um rms per coordinate", counted(report.rows, "row"), report.rms_um);

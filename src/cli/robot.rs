@@ -1,7 +1,7 @@
 //! `lostmotion robot check|init`: a robot file looked over, and one made of a URDF.
 
 use crate::cli::exit::{bad, no};
-use crate::error::{Error, Place};
+use crate::error::{Error, Place, is_stdio, shown};
 use crate::io::{input, output::Output};
 use crate::robot::plausible::{self, Finding};
 use crate::robot::{JointKind, Robot, urdf};
@@ -13,6 +13,9 @@ use std::path::PathBuf;
 pub const SCHEMA: &str = "lostmotion/robot-check/1";
 /// A robot made of a URDF follows the URDF's own chain within this, m.
 const SAME_CHAIN_M: f64 = 1e-9;
+
+/// Poses that every check shows.
+const FIXED_POSES: usize = 2;
 
 /// Check a robot file, or make one from a URDF file.
 #[derive(Debug, clap::Args)]
@@ -71,6 +74,9 @@ pub struct InitArgs {
     /// Write the robot file to this file; `-` for standard output
     #[arg(short, long, value_name = "ROBOT.yaml", default_value = "-")]
     pub output: PathBuf,
+    /// Replace an existing robot file
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Runs the command.
@@ -89,6 +95,11 @@ fn check(args: CheckArgs) -> Result<()> {
         poses.push((text.clone(), pose_of(&robot, text)?));
     }
     let findings = plausible::findings(&robot);
+    for (name, q) in poses.iter().skip(FIXED_POSES) {
+        for text in beyond_limits(&robot, q) {
+            eprintln!("note: --pose {name}: {text}");
+        }
+    }
     let text = if args.json {
         format!("{:#}\n", document(&robot, &poses, &findings))
     } else {
@@ -102,6 +113,11 @@ fn check(args: CheckArgs) -> Result<()> {
 
 fn init(args: InitArgs) -> Result<()> {
     super::paths::refuse_shared(&[("--urdf", Some(&args.urdf))], &[("--output", Some(&args.output))])?;
+    let there = std::fs::metadata(&args.output).is_ok_and(|m| m.is_file() && m.len() > 0);
+    if there && !args.force && !is_stdio(&args.output) {
+        let expected = "another file: changes made by hand would be lost (--force replaces it)";
+        return Err(bad(Place::file(shown(&args.output)), "a file", expected));
+    }
     let (text, input) = input::read_text(&args.urdf)?;
     let made = urdf::read(&input.name, &text, args.tip.as_deref())?;
     let (distance_m, _) = made.largest_error;
@@ -112,9 +128,14 @@ fn init(args: InitArgs) -> Result<()> {
             "axes that are not nearly parallel at a great distance",
         ));
     }
+    if let Some(f) = plausible::findings(&made.robot).iter().find(|f| matches!(f, Finding::Reach { .. })) {
+        return Err(bad(Place::file(&input.name), sentence(f), "lengths in metres, as URDF has them"));
+    }
     let mut output = Output::create(&args.output)?;
-    output.put(crate::schemas::EDITOR_LINE.as_bytes())?;
-    output.put(made.robot.to_yaml()?.as_bytes())?;
+    // an editor finds the schema where `schema robot` has written it beside the robot file
+    let schema = args.output.with_file_name("robot.schema.json");
+    let line = if !is_stdio(&args.output) && schema.is_file() { crate::schemas::EDITOR_LINE } else { "" };
+    output.put((line.to_string() + &made.robot.to_yaml()?).as_bytes())?;
     output.commit()?;
     eprintln!(
         "{}: {} axes from the root to {}; the TCP follows the URDF within {:.1e} mm at 200 positions",
@@ -135,10 +156,28 @@ fn init(args: InitArgs) -> Result<()> {
     if !made.snapped.is_empty() {
         eprintln!("angles taken as multiples of 45 deg: {}", made.snapped.join(", "));
     }
+    let massless: Vec<&str> = (made.robot.joints.iter().zip(&made.robot.links))
+        .filter(|(_, l)| l.mass_kg == 0.0)
+        .map(|(j, _)| j.name.as_str())
+        .collect();
+    if !massless.is_empty() {
+        eprintln!("note: the URDF gives no mass for what {} moves: 0 kg", massless.join(", "));
+    }
     for finding in plausible::findings(&made.robot) {
         eprintln!("note: {}", sentence(&finding));
     }
     Ok(())
+}
+
+/// Joints of a pose that are beyond their limits, in words.
+fn beyond_limits(robot: &Robot, q: &[f64]) -> Vec<String> {
+    let edge = |j: &crate::robot::Joint, v: f64| (j.kind.to_user_unit(v) * 1e6).round() / 1e6;
+    let of = |(j, v): (&crate::robot::Joint, &f64)| {
+        let [lo, hi] = j.limits?;
+        let text = format!("{} is beyond its limits {} to {} {}", j.name, edge(j, lo), edge(j, hi), j.kind.unit());
+        (!(lo..=hi).contains(v)).then_some(text)
+    };
+    robot.axis_joints().zip(q).filter_map(of).collect()
 }
 
 fn middle(robot: &Robot) -> Vec<f64> {
@@ -233,6 +272,15 @@ fn sentence(finding: &Finding) -> String {
         Finding::LimitsInRadians => "every revolute joint has limits below 7 deg: are they radians?".into(),
         Finding::SameAxis { joints: [a, b] } => {
             format!("{a} and {b} move about the same axis: is an alpha or a link length missing?")
+        }
+        Finding::AngleInRadians { joint, key, value } => {
+            format!("{key} of {joint} is {value:.4}: is this radians?")
+        }
+        Finding::LengthInMetres { joint, key, mm } => {
+            format!("{key} of {joint} is {}, far below the other lengths: is this metres?", (mm * 1e9).round() / 1e9)
+        }
+        Finding::SpeedInRadians { joint, deg_s } => {
+            format!("the largest speed of {joint} is {:.3} deg/s: is this rad/s?", deg_s)
         }
         Finding::Mass { joint, mass_kg } => format!("the link of {joint} weighs {mass_kg} kg: are these grams?"),
         Finding::NoLimits { joints } => {

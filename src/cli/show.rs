@@ -15,7 +15,7 @@ use crate::program::Program;
 use crate::report::Page;
 use crate::robot::{self, Robot};
 use anyhow::Result;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Show a file as a self-contained HTML page: a log, a program, a robot, a model, gaps or a compensator.
 ///
@@ -56,15 +56,23 @@ pub fn run(args: Args) -> Result<()> {
 fn of(args: &Args, input: Input) -> Result<Page> {
     let file = (input.name.clone(), input.sha256.clone());
     let mut page = match schema_of(&input).as_deref() {
-        Some(robot::file::SCHEMA) => page::show::of_model(&Model::ideal(Robot::load(&args.file)?)),
-        Some(model::SCHEMA) => page::show::of_model(&Model::load(&args.file)?),
+        Some(robot::file::SCHEMA) => {
+            page::show::of_model(&Model::ideal(Robot::parse(&input.name.clone(), &text_of(input)?)?))
+        }
+        Some(model::SCHEMA) => {
+            // a robot named in a model of standard input is looked for in the working folder
+            let model = Model::parse(&input.name.clone(), &text_of(input)?, &|robot| {
+                Robot::load(&args.file.parent().unwrap_or(Path::new("")).join(robot))
+            })?;
+            page::show::of_model(&model)
+        }
         Some(gaps::file::SCHEMA) => {
             let robot = robot_of(args)?;
-            page::gaps::of_readings(&robot, &Gaps::load(&args.file, &robot)?)
+            page::gaps::of_readings(&robot, &Gaps::parse(&input.name.clone(), &text_of(input)?, &robot)?)
         }
         Some(compensator::file::SCHEMA) => {
             let robot = robot_of(args)?;
-            page::compensator::of_fit(&robot, &Compensator::load(&args.file, &robot)?)
+            page::compensator::of_fit(&robot, &Compensator::parse(&input.name.clone(), &text_of(input)?, &robot)?)
         }
         Some(other) => {
             return Err(bad(
@@ -90,6 +98,11 @@ fn of(args: &Args, input: Input) -> Result<Page> {
         page.file("file", file.0, file.1);
     }
     Ok(page)
+}
+
+/// The text of a document.
+fn text_of(input: Input) -> Result<String> {
+    input::decode(&input.name, input.bytes).map_err(Into::into)
 }
 
 fn robot_of(args: &Args) -> Result<Robot> {

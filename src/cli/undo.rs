@@ -24,6 +24,7 @@ use std::path::{Path, PathBuf};
 ///   lostmotion undo out.src --in-place
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
+#[command(override_usage = "lostmotion undo [OPTIONS] <--output <FILE>|--in-place> <FILE>")]
 pub struct Args {
     /// Rewritten program, with its note in the same folder
     #[arg(value_name = "FILE")]
@@ -116,7 +117,8 @@ pub fn run(args: Args) -> Result<()> {
         return all.commit().map_err(Into::into);
     }
     all.commit()?;
-    eprintln!("{}: {} as it was, {} bytes", shown(&target), note.input, files[0].1.len());
+    let to = if is_stdio(&target) { "standard output".into() } else { shown(&target) };
+    eprintln!("{to}: {} as it was, {} bytes", note.input, files[0].1.len());
     Ok(())
 }
 

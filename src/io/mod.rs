@@ -8,6 +8,7 @@
 //! - [`temporary`]: files that are not in place yet, and those that a killed run left.
 //! - [`folder`]: what lies in a folder.
 //! - [`output`]: one output, in a temporary file until it is committed.
+//! - [`kind`]: an output takes the place of a file of its own kind only.
 //! - [`lock`]: one run at a time writes into a folder.
 //! - [`transaction`]: outputs that belong together come into place together; [`journal`] finishes what was interrupted.
 //! - [`interrupt`]: a signal waits until nothing is half in place, then takes away what is not.
@@ -21,6 +22,7 @@ pub mod folder;
 pub mod input;
 pub mod interrupt;
 pub mod journal;
+pub mod kind;
 pub mod lock;
 pub mod memory;
 pub mod output;

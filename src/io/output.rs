@@ -6,6 +6,7 @@
 //! half was refused.
 
 use super::folder::ignore_unsupported;
+use super::kind::Kind;
 use super::temporary::Temporary;
 use super::transaction::Transaction;
 use crate::error::{Error, Result, is_stdio, shown};
@@ -17,6 +18,8 @@ use tempfile::SpooledTempFile;
 const IN_MEMORY: usize = 16 << 20;
 const BUFFER: usize = 1 << 18;
 const SMALL: usize = 1 << 14;
+/// End of the name of a note beside a program.
+const NOTE: &str = ".lostmotion.json";
 
 pub(super) enum Sink {
     Stdout(SpooledTempFile),
@@ -141,6 +144,33 @@ impl Output {
         synced.map_err(|e| Error::io_of(&self.shown, "write", e))?;
         self.prepared = true;
         Ok(())
+    }
+
+    /// Refuses to take the place of a file of another kind: a mistaken name.
+    pub(super) fn refuse_other_kind(&self) -> Result<()> {
+        let Sink::File(file) = &self.sink else { return Ok(()) };
+        if !file.replaces {
+            return Ok(());
+        }
+        let (Some(ours), Some(there)) = (Kind::of_file(file.temporary.path()), Kind::of_file(&file.target)) else {
+            return Ok(());
+        };
+        if ours.replaces(&there) {
+            return Ok(());
+        }
+        let found = format!("{}, which {} would replace", there.name(), ours.name());
+        Err(Error::bad(
+            crate::error::Place::file(&self.shown),
+            found,
+            "another name, or no file there: remove it first",
+        ))
+    }
+
+    /// A file that a person named, and that was there.
+    pub(super) fn tells_replaced(&self) -> bool {
+        let Sink::File(file) = &self.sink else { return false };
+        let note = file.named.to_string_lossy().ends_with(NOTE);
+        file.replaces && self.durability == Durability::Synced && !note
     }
 
     /// Puts the output in place.

@@ -79,6 +79,9 @@ impl Transaction {
     /// Nothing is in place then, but for [`Error::Unfinished`], whose message says what is.
     pub fn commit(mut self) -> Result<()> {
         self.prepare()?;
+        self.outputs.iter().try_for_each(Output::refuse_other_kind)?;
+        let replaced: Vec<String> =
+            self.outputs.iter().filter(|o| o.tells_replaced()).map(|o| o.shown.clone()).collect();
         let synced = self.outputs.iter().any(|o| o.durability == Durability::Synced);
         let (mut steps, mut streams) = (Vec::new(), Vec::new());
         for output in self.outputs {
@@ -94,6 +97,9 @@ impl Transaction {
         let written = if kept { with_journal(steps, streams, synced) } else { in_order(steps, streams) };
         if synced && !matches!(written, Err(ref e) if !e.is_closed_pipe()) {
             sync_folders(&folders);
+        }
+        if written.is_ok() && !replaced.is_empty() {
+            eprintln!("replaced: {}", replaced.join(", "));
         }
         written
     }

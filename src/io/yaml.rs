@@ -55,7 +55,9 @@ impl Document<'_> {
                 Some(l) => Place::field(self.name, l.line() as u64, l.column() as u64),
                 None => Place::file(self.name),
             };
-            Error::bad(place, e.to_string(), what)
+            // the scanner's own words begin as ours do
+            let text = e.to_string();
+            Error::bad(place, text.strip_prefix("found ").unwrap_or(&text), what)
         })
     }
 

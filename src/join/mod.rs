@@ -1,7 +1,7 @@
 //! A tracker's and a controller's recordings of one motion, on one clock.
 //!
 //! Files, in the order to read: [`series`] (joint positions between samples), `clock` (what stamps may mean), `search` (a start
-//! from the speeds and the paths), [`mod@fit`] (offset and drift with intervals), [`mod@write`] (the rows of the joined log).
+//! from the speeds and the paths), `suspect` (units and axes that cannot be right), [`mod@fit`] (offset and drift with intervals), [`mod@write`] (the rows of the joined log).
 //!
 //! Method: every reading of the two files' stamps (as they are, or as regular clocks with jitter) is fitted, and the one with the
 //! smallest residual is taken; stamps as they are where the difference is small.
@@ -17,6 +17,7 @@ mod clock;
 pub mod fit;
 mod search;
 pub mod series;
+mod suspect;
 pub mod write;
 
 pub use fit::Estimate;
@@ -24,6 +25,7 @@ pub use fit::Estimate;
 use crate::error::{Error, Place, Result};
 use crate::log::columns::Meaning;
 use crate::log::recording::Recording;
+use crate::numerics::robust::median_of;
 use crate::robot::{JointKind, Robot};
 use clock::Clock;
 use nalgebra::Vector3;
@@ -39,6 +41,8 @@ const CLEARLY: f64 = 0.9;
 const STILL: f64 = 1e-7;
 /// Offsets around a given one within which the start is sought, s.
 const NEAR_S: f64 = 1.0;
+/// Part of the path's size that is left where two recordings are not of one motion.
+const NO_COMMON_PATH: f64 = 0.1;
 
 /// Which rows the joined log has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,6 +64,13 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self { rows: Rows::Tracker, near_s: None }
+    }
+}
+
+impl Options {
+    /// Offsets among which the start is sought, s.
+    fn within(&self) -> Option<[f64; 2]> {
+        self.near_s.map(|near| [near - NEAR_S, near + NEAR_S])
     }
 }
 
@@ -144,14 +155,22 @@ pub fn join(robot: &Robot, controller: &Recording, tracker: &Recording, options:
     let readings = [clocks(controller, controller_stamps)?, clocks(tracker, tracker_stamps)?];
     let mut best: Option<(f64, fit::Fit, &Clock, &Clock, f64)> = None;
     let mut why = String::new();
+    let still = vec![STILL; robot.dof()];
+    let mut examined = false;
     for ours in &readings[0] {
-        let still = vec![STILL; robot.dof()];
         let series = Series::new(ours.t_s.clone(), positions.clone(), &still);
         for theirs in &readings[1] {
             let (t_s, at_m): (Vec<f64>, Vec<Vector3<f64>>) =
                 theirs.t_s.iter().zip(&seen).filter_map(|(t, p)| p.map(|p| (*t, p))).unzip();
             let seen = Seen { t_s: &t_s, at_m: &at_m };
             let found = start(robot, &series, &seen, options, tracker)?;
+            if !examined {
+                let recorded =
+                    suspect::Recorded { controller, tracker, t_s: &ours.t_s, positions: &positions, still: &still };
+                suspect::refuse(robot, &recorded, &seen, options.within(), found.misfit)?;
+                examined = true;
+            }
+            refuse_repeated(&found, options, tracker)?;
             let [a, b] = [ours.variances(), theirs.variances()];
             match fit::fit(robot, &series, &seen, found.offset_s, [a[0] + b[0], a[1] + b[1]]) {
                 Err(e) => why = e,
@@ -172,6 +191,7 @@ pub fn join(robot: &Robot, controller: &Recording, tracker: &Recording, options:
             "recordings of one motion that overlap by several seconds",
         ));
     };
+    refuse_misfit(&fit, &seen, tracker)?;
     let table = write::table(robot, controller, tracker, ours, theirs, &fit, options.rows);
     let empty = table.rows_without_reading();
     let notes = notes(aligned_by, &fit);
@@ -194,20 +214,54 @@ pub fn join(robot: &Robot, controller: &Recording, tracker: &Recording, options:
 }
 
 fn start(robot: &Robot, series: &Series, seen: &Seen, options: &Options, tracker: &Recording) -> Result<search::Found> {
-    let within = options.near_s.map(|near| [near - NEAR_S, near + NEAR_S]);
-    let place = || Place::file(&tracker.name);
-    let found = search::start(robot, series, seen, within).ok_or_else(|| {
-        Error::bad(place(), "no motion in common with the controller's recording", "recordings of one motion")
-    })?;
-    if options.near_s.is_none() && !found.alternatives.is_empty() {
-        let mut all: Vec<f64> = found.alternatives.iter().copied().chain([found.offset_s]).collect();
-        all.sort_by(f64::total_cmp);
-        let all: Vec<String> = all.iter().map(|o| format!("{o:.2} s")).collect();
-        let found = format!("a motion that repeats: the clocks agree as well at offsets of {}", all.join(", "));
-        let expected = "the offset to look near, or a motion with one part that occurs once";
-        return Err(Error::bad(place(), found, expected).mended_by(&["near_s"]));
+    search::start(robot, series, seen, options.within()).ok_or_else(|| {
+        let found = "no motion in common with the controller's recording";
+        Error::bad(Place::file(&tracker.name), found, "recordings of one motion")
+    })
+}
+
+/// Refuses a start that others fit as well.
+fn refuse_repeated(found: &search::Found, options: &Options, tracker: &Recording) -> Result<()> {
+    if options.near_s.is_some() || found.alternatives.is_empty() {
+        return Ok(());
     }
-    Ok(found)
+    let place = Place::file(&tracker.name);
+    if found.misfit > NO_COMMON_PATH {
+        let text = format!(
+            "no offset of the clocks at which both recordings show one path: at best {} of its size is left",
+            suspect::percent(found.misfit)
+        );
+        return Err(Error::bad(place, text, "recordings of one motion, and the robot file of that robot"));
+    }
+    let mut all: Vec<f64> = found.alternatives.iter().copied().chain([found.offset_s]).collect();
+    all.sort_by(f64::total_cmp);
+    let mut apart: Vec<f64> = all.windows(2).map(|w| w[1] - w[0]).collect();
+    let period = median_of(&mut apart).unwrap_or(0.0);
+    let text = match all.as_slice() {
+        [a, b] => format!("{a:.2} s and {b:.2} s"),
+        [a, .., b] => format!("{a:.2} s to {b:.2} s, about every {period:.2} s"),
+        _ => String::new(),
+    };
+    let text = format!("a motion that repeats: the clocks agree as well at {} offsets, {text}", all.len());
+    let expected = "the offset to look near, or a motion with one part that occurs once";
+    Err(Error::bad(place, text, expected).mended_by(&["near_s"]))
+}
+
+/// Refuses a fit that leaves too much of the path: the recordings are of different motions, or the robot file of another robot.
+fn refuse_misfit(fit: &fit::Fit, seen: &[Option<Vector3<f64>>], tracker: &Recording) -> Result<()> {
+    let points: Vec<Vector3<f64>> = seen.iter().flatten().copied().collect();
+    let n = points.len().max(1) as f64;
+    let centre = points.iter().sum::<Vector3<f64>>() / n;
+    let size = (points.iter().map(|p| (p - centre).norm_squared()).sum::<f64>() / (3.0 * n)).sqrt();
+    if fit.rms_m <= NO_COMMON_PATH * size {
+        return Ok(());
+    }
+    let text = format!(
+        "a path that is not the controller's: {:.1} mm rms per coordinate is left of {:.1} mm",
+        fit.rms_m * 1e3,
+        size * 1e3
+    );
+    Err(Error::bad(Place::file(&tracker.name), text, "recordings of one motion, and the robot file of that robot"))
 }
 
 fn missing(of: &Recording, what: &str) -> Error {

@@ -42,6 +42,8 @@ pub struct Found {
     pub offset_s: f64,
     /// Correlation of the speeds there.
     pub correlation: f64,
+    /// Root mean square of what is left there, over the size of the path.
+    pub misfit: f64,
     pub alternatives: Vec<f64>,
 }
 
@@ -76,7 +78,8 @@ pub fn start(robot: &Robot, commands: &Series, seen: &Seen, within: Option<[f64;
     let alternatives =
         bottoms.iter().skip(1).filter(|b| b.0 < (ALIKE * misfit).max(ALIKE_FLOOR) && (b.1 - offset_s).abs() > far);
     let near = correlated.iter().filter(|p| (p.0 - offset_s).abs() < far).map(|p| p.1);
-    Some(Found { offset_s, correlation: near.fold(0.0, f64::max), alternatives: alternatives.map(|b| b.1).collect() })
+    let correlation = near.fold(0.0, f64::max);
+    Some(Found { offset_s, correlation, misfit, alternatives: alternatives.map(|b| b.1).collect() })
 }
 
 /// Golden section between the neighbours of a trial.

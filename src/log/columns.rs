@@ -18,7 +18,8 @@
 //! ```
 //!
 //! A map that ships with the program holds for any robot and many files: `cmd_#1` is the command of the first axis, `partial: true`
-//! passes over names that a file lacks, `separator: any` takes the one that cuts the header into most fields.
+//! passes over names that a file lacks, `separator: any` takes the one that cuts the header into most fields (a blank only where
+//! no other does), `decimal: any` takes a comma where the first row has one between digits and it separates no fields.
 //!
 //! How it fails: a name that says "command of a joint" for a joint or unit the robot does not have is refused, because
 //! dropping it quietly would move the wrong axes; names that say nothing to us are passed over.
@@ -55,6 +56,8 @@ const TIMESTAMP: &str = "iso8601";
 
 /// [`ColumnMap::separator`] of a map for files with any of the known ones.
 const ANY_SEPARATOR: u8 = 0;
+/// [`ColumnMap::decimal`] of a map for files with either.
+const ANY_DECIMAL: u8 = 0;
 
 pub(crate) fn unit_named(name: &str) -> Option<(char, f64)> {
     if name == TIMESTAMP {
@@ -164,11 +167,12 @@ impl ColumnMap {
         let decimal = match file.decimal.as_deref() {
             None | Some(".") => b'.',
             Some(",") => b',',
+            Some("any") => ANY_DECIMAL,
             Some(other) => {
-                return Err(Error::bad(doc.place(&["decimal"]), format!("decimal `{other}`"), "`.` or `,`"));
+                return Err(Error::bad(doc.place(&["decimal"]), format!("decimal `{other}`"), "`.`, `,` or `any`"));
             }
         };
-        if separator == decimal {
+        if separator == decimal && separator == b',' {
             let place = doc.place(&["decimal"]);
             return Err(Error::bad(place, "a comma both as separator and before decimals", "two different characters"));
         }
@@ -213,12 +217,31 @@ impl ColumnMap {
         if self.separator != ANY_SEPARATOR {
             return self.separator;
         }
-        let header = bytes.split(|b| *b == b'\n').find(|l| !l.is_empty() && !l.starts_with(b"#")).unwrap_or_default();
+        let header = rows_of(bytes).next().unwrap_or_default();
         let fields = |c: u8| memchr::memchr_iter(c, header).count();
-        // the first of those that cut alike; a decimal comma separates nothing
-        let known = [b',', b';', b'\t', b'|', b' '].into_iter().filter(|c| *c != self.decimal);
-        known.rev().max_by_key(|c| fields(*c)).unwrap_or(b',')
+        // the first of those that cut alike; a decimal comma separates nothing, and a blank stands in names, too
+        let known = [b',', b';', b'\t', b'|'].into_iter().filter(|c| *c != self.decimal);
+        known.rev().filter(|c| fields(*c) > 0).max_by_key(|c| fields(*c)).unwrap_or(b' ')
     }
+
+    /// Byte before the decimals of a file with this separator: the map's, or what the first row of numbers shows.
+    pub fn decimal_of(&self, bytes: &[u8], separator: u8) -> u8 {
+        let digit = |b: Option<&u8>| b.is_some_and(u8::is_ascii_digit);
+        let first = || rows_of(bytes).nth(1).unwrap_or_default();
+        let comma = |row: &[u8]| {
+            memchr::memchr_iter(b',', row).any(|k| k > 0 && digit(row.get(k - 1)) && digit(row.get(k + 1)))
+        };
+        match self.decimal {
+            ANY_DECIMAL if separator != b',' && comma(first()) => b',',
+            ANY_DECIMAL => b'.',
+            given => given,
+        }
+    }
+}
+
+/// Rows of a text, comments and empty lines left out.
+fn rows_of(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii).filter(|l| !l.is_empty() && !l.starts_with(b"#"))
 }
 
 /// What a map says of a column, for files that are no logs.

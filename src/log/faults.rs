@@ -49,9 +49,15 @@ impl Sample {
     }
 }
 
+/// Largest value less the smallest.
+fn travel(values: &[f64]) -> f64 {
+    let (lo, hi) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+    if hi > lo { hi - lo } else { 0.0 }
+}
+
 /// One thing that may be wrong with the file.
 #[derive(Clone, Copy)]
-pub(super) enum Fault {
+pub(crate) enum Fault {
     /// Measured coordinates are `factor` of what they should be.
     Tcp {
         factor: f64,
@@ -73,7 +79,7 @@ impl Fault {
     /// What is worth trying, the commonest first. A fault of single joints is tried only where two joints or more move,
     /// and only on joints that move or that it would turn by more than a zero offset may: a small offset of a joint at
     /// rest looks like many things.
-    pub fn all(robot: &Robot, log: &Log) -> Vec<Self> {
+    pub fn all(robot: &Robot, commands: &[Vec<f64>]) -> Vec<Self> {
         use JointKind::{Prismatic, Revolute};
         let mut faults = vec![
             Self::Tcp { factor: 1e-3, unit: "metres" },
@@ -92,12 +98,12 @@ impl Fault {
             }
         }
         faults.push(Self::Mirrored);
-        let moves = |axis: usize| log.travel(axis) > 0.01 * OFFSET;
+        let moves = |axis: usize| travel(&commands[axis]) > 0.01 * OFFSET;
         if (0..robot.dof()).filter(|&a| moves(a)).count() < 2 {
             return faults;
         }
         for a in 0..robot.dof() {
-            let rest = log.cmd[a].first().map_or(0.0, |v| v.abs());
+            let rest = commands[a].first().map_or(0.0, |v| v.abs());
             let tells = |factor: f64| moves(a) || rest * (factor - 1.0).abs() > OFFSET;
             if tells(-1.0) {
                 faults.push(Self::Sign(a));
@@ -108,7 +114,7 @@ impl Fault {
                 }
             }
         }
-        let mean = |a: usize| log.cmd[a].iter().sum::<f64>() / log.len().max(1) as f64;
+        let mean = |a: usize| commands[a].iter().sum::<f64>() / commands[a].len().max(1) as f64;
         for a in 0..robot.dof() {
             for b in a + 1..robot.dof() {
                 let apart = (mean(a) - mean(b)).abs() > OFFSET && (moves(a) || moves(b));
@@ -121,7 +127,7 @@ impl Fault {
     }
 
     /// Fit of the paths with the fault put right.
-    pub fn corrected(self, robot: &Robot, sample: &Sample, computed: &[Vector3<f64>]) -> Fit {
+    pub(super) fn corrected(self, robot: &Robot, sample: &Sample, computed: &[Vector3<f64>]) -> Fit {
         let commands = |put_right: &dyn Fn(&mut [f64])| {
             let path: Vec<Vector3<f64>> = sample
                 .commands
@@ -142,16 +148,38 @@ impl Fault {
                 Fit { misfit_m: f.misfit_m * factor, ..f }
             }
             Self::Mirrored => fit(computed, &sample.measured, true),
-            Self::Command { axis, kind, factor, .. } => commands(&|q| {
+            Self::Command { .. } | Self::Sign(_) | Self::Swapped(..) => commands(&|q| self.put_right(robot, q)),
+        }
+    }
+
+    /// Puts a joint vector right.
+    pub fn put_right(self, robot: &Robot, q: &mut [f64]) {
+        match self {
+            Self::Command { axis, kind, factor, .. } => {
                 for (a, v) in q.iter_mut().enumerate() {
                     if axis.is_none_or(|x| x == a) && robot.axis(a).kind == kind {
                         *v *= factor;
                     }
                 }
-            }),
-            Self::Sign(a) => commands(&|q| q[a] = -q[a]),
-            Self::Swapped(a, b) => commands(&|q| q.swap(a, b)),
+            }
+            Self::Sign(a) => q[a] = -q[a],
+            Self::Swapped(a, b) => q.swap(a, b),
+            Self::Tcp { .. } | Self::Mirrored => {}
         }
+    }
+
+    /// A measured point put right, in a frame that may be mirrored.
+    pub fn put_point_right(self, p: Vector3<f64>) -> Vector3<f64> {
+        match self {
+            Self::Tcp { factor, .. } => p / factor,
+            Self::Mirrored => Vector3::new(-p.x, p.y, p.z),
+            Self::Command { .. } | Self::Sign(_) | Self::Swapped(..) => p,
+        }
+    }
+
+    /// The commands are wrong, not the measured points.
+    pub fn is_of_commands(self) -> bool {
+        matches!(self, Self::Command { .. } | Self::Sign(_) | Self::Swapped(..))
     }
 
     /// A unit is wrong, which no kinematics explains. One of a joint at rest may be.
@@ -164,7 +192,7 @@ impl Fault {
     }
 
     /// Size of the measured path over that of the computed one, with the fault put right; `None` where a fault is no matter of size.
-    pub fn ratio(self, robot: &Robot, sample: &Sample, computed: &[Vector3<f64>]) -> Option<f64> {
+    pub(super) fn ratio(self, robot: &Robot, sample: &Sample, computed: &[Vector3<f64>]) -> Option<f64> {
         let measured = spread(&sample.measured);
         match self {
             Self::Tcp { factor, .. } => Some(measured / factor / spread(computed)),

@@ -14,7 +14,7 @@
 
 pub mod columns;
 pub mod dwells;
-mod faults;
+pub(crate) mod faults;
 pub mod instruments;
 pub mod maps;
 mod meaning;

@@ -30,7 +30,7 @@ const FEWEST: usize = 10;
 /// Part of the path's size (2 mm of 1 m) below which a difference is the business of the effects, not of plausibility checks.
 const BENIGN: f64 = 0.002;
 /// A fault explains a difference where this part of it is left, or less.
-const EXPLAINED: f64 = 0.15;
+pub(crate) const EXPLAINED: f64 = 0.15;
 /// Part of the path's size above which an unexplained difference means another robot.
 const FOREIGN: f64 = 0.25;
 /// Size below which a path is not called another robot's, metres.
@@ -107,7 +107,7 @@ fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, foun
     }
     let moving = log.moving_axes();
     let tried: Vec<(Fault, f64)> =
-        Fault::all(robot, log).into_iter().map(|f| (f, f.corrected(robot, sample, &computed).misfit_m)).collect();
+        Fault::all(robot, &log.cmd).into_iter().map(|f| (f, f.corrected(robot, sample, &computed).misfit_m)).collect();
     let refused = |text: String| Err(Error::bad(Place::file(&log.name), text, PATH_OF_FILE));
     let known = kinematics == Kinematics::OfFile;
     let units: Vec<(Fault, f64)> = tried.iter().copied().filter(|t| known || t.0.is_of_units(log)).collect();

@@ -164,18 +164,24 @@ impl Head {
 
     /// A header in one piece where another separator would cut it: says so, whatever else is wrong.
     pub(crate) fn explain(&self, name: &str, separator: u8, otherwise: Error) -> Error {
-        let Some(other) = [';', '\t', ',']
+        self.another_separator(name, separator).unwrap_or(otherwise)
+    }
+
+    fn another_separator(&self, name: &str, separator: u8) -> Option<Error> {
+        let other = [';', '\t', ',']
             .iter()
-            .find(|&&c| c as u32 != u32::from(separator) && self.names.len() == 1 && self.names[0].contains(c))
-        else {
-            return otherwise;
-        };
+            .find(|&&c| c as u32 != u32::from(separator) && self.names.len() == 1 && self.names[0].contains(c))?;
         let shown = if *other == '\t' { "tab".to_string() } else { other.to_string() };
-        Error::bad(
+        Some(Error::bad(
             Place::line(name, self.line),
             format!("fields separated by `{shown}`"),
             format!("`{}`, or a column map with `separator: \"{shown}\"`", separator as char),
-        )
+        ))
+    }
+
+    /// Refuses a header in one piece where another separator would cut it.
+    pub(super) fn refuse_one_piece(&self, name: &str, separator: u8) -> Result<()> {
+        self.another_separator(name, separator).map_or(Ok(()), Err)
     }
 
     /// Every axis needs its command, every point its three coordinates (the TCP may lack some where it may stand `lone`).
@@ -342,7 +348,11 @@ impl Layout<'_> {
             if fields == 1 { "" } else { "s" },
             if at_end { " in the last row: the file is cut short" } else { "" }
         );
-        Error::bad(Place::line(self.name, line), found, format!("{} fields, as in the header", self.head.names.len()))
+        Error::bad(
+            Place::line(self.name, line),
+            found,
+            format!("{}, as in the header", crate::error::counted(self.head.names.len(), "field")),
+        )
     }
 
     fn bad(&self, line: u64, column: &Column, found: String, expected: &str) -> Error {

@@ -42,7 +42,7 @@ impl Recording {
     pub fn parse(input: Input, robot: &Robot, map: Option<&ColumnMap>, wanted: TopicChoice) -> Result<Self> {
         let (name, sha256) = (input.name.clone(), input.sha256.clone());
         let text = LogText::of(input, robot, map, wanted)?;
-        let (table, columns) = table(&text, robot, |_, _, _| Ok(()))?;
+        let (table, columns) = table(&text, robot, |head, _, separator| head.refuse_one_piece(&name, separator))?;
         let channels = columns
             .iter()
             .zip(table.values.into_iter().zip(table.decimals))

@@ -50,7 +50,7 @@ impl LogText {
         };
         let map_of_text = map.as_ref().filter(|_| !from_sheet);
         let separator = map_of_text.map_or(b',', |m| m.separator_of(&input.bytes));
-        let decimal = map_of_text.map_or(b'.', |m| m.decimal);
+        let decimal = map_of_text.map_or(b'.', |m| m.decimal_of(&input.bytes, separator));
         Ok(Self { input, separator, decimal, is_recording: from_bag, map })
     }
 

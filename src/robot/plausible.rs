@@ -15,6 +15,16 @@ const HEAVY_KG: f64 = 20_000.0;
 /// Link frames at a smaller distance and angle do the same, m and rad.
 const SAME: f64 = 1e-9;
 
+/// An angle this near to a multiple of a quarter turn in radians, in quarter turns, is one.
+const QUARTER: f64 = 1e-3;
+/// A length in metres would be between these shares of the longest one.
+const LIKE_OTHERS: [f64; 2] = [0.08, 1.2];
+/// Lengths in metres beside others in millimetres: more are those of a calibration.
+const FEW: usize = 2;
+/// A joint below this speed, deg/s, and below this share of the fastest one, may have it in rad/s.
+const SLOW_DEG_S: f64 = 10.0;
+const SLOWER: f64 = 0.1;
+
 /// What was found.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Finding {
@@ -24,6 +34,12 @@ pub enum Finding {
     LimitsInRadians,
     /// Axes of two consecutive joints coincide.
     SameAxis { joints: [String; 2] },
+    /// A link angle that is a multiple of a quarter turn in radians, deg as read.
+    AngleInRadians { joint: String, key: &'static str, value: f64 },
+    /// A length far below the others that would be one of them in metres, mm as read.
+    LengthInMetres { joint: String, key: &'static str, mm: f64 },
+    /// A largest speed far below that of the other joints, deg/s as read.
+    SpeedInRadians { joint: String, deg_s: f64 },
     /// A mass that no link has, kg.
     Mass { joint: String, mass_kg: f64 },
     /// Joints without limits of travel: nothing can be checked for them.
@@ -42,7 +58,15 @@ type Lack = (Vec<String>, fn(Vec<String>) -> Finding);
 impl Finding {
     /// Whether the file must be wrong; else it only lacks something.
     pub fn is_fault(&self) -> bool {
-        !matches!(self, Self::NoLimits { .. } | Self::NoSpeeds { .. } | Self::NoAccelerations { .. } | Self::NoMasses)
+        !matches!(
+            self,
+            Self::NoLimits { .. }
+                | Self::NoSpeeds { .. }
+                | Self::NoAccelerations { .. }
+                | Self::NoMasses
+                | Self::LengthInMetres { .. }
+                | Self::SpeedInRadians { .. }
+        )
     }
 }
 
@@ -58,6 +82,7 @@ pub fn findings(robot: &Robot) -> Vec<Finding> {
     if degrees.len() > 1 && degrees.iter().flatten().all(|v| v.abs().to_degrees() < RADIANS_DEG) {
         out.push(Finding::LimitsInRadians);
     }
+    units_of_single_numbers(robot, &mut out);
     for pair in robot.joints.windows(2) {
         let [a, b] = pair else { continue };
         let one_axis = match robot.convention {
@@ -87,6 +112,40 @@ pub fn findings(robot: &Robot) -> Vec<Finding> {
         out.push(Finding::NoMasses);
     }
     out
+}
+
+/// Numbers of single joints that look like another unit beside those of the others.
+fn units_of_single_numbers(robot: &Robot, out: &mut Vec<Finding>) {
+    let angles = robot.joints.iter().flat_map(|j| [(j, "theta_deg", j.theta_rad), (j, "alpha_deg", j.alpha_rad)]);
+    for (j, key, rad) in angles {
+        let read = rad.to_degrees();
+        let turns = read / std::f64::consts::FRAC_PI_2;
+        if turns.round() != 0.0 && (turns - turns.round()).abs() < QUARTER && turns.abs() < 4.5 {
+            out.push(Finding::AngleInRadians { joint: j.name.clone(), key, value: read });
+        }
+    }
+    let lengths: Vec<(&super::Joint, &str, f64)> =
+        robot.joints.iter().flat_map(|j| [(j, "d_mm", j.d_m), (j, "a_mm", j.a_m)]).collect();
+    let longest = lengths.iter().fold(0.0f64, |m, l| m.max(l.2.abs()));
+    let small = |m: f64| (1e3 * m.abs() / longest >= LIKE_OTHERS[0]) && (1e3 * m.abs() / longest <= LIKE_OTHERS[1]);
+    let found: Vec<_> = lengths.iter().filter(|l| l.2 != 0.0 && small(l.2)).collect();
+    // calibrated robots have many small lengths
+    if found.len() <= FEW {
+        let finding = |l: &&(&super::Joint, &'static str, f64)| Finding::LengthInMetres {
+            joint: l.0.name.clone(),
+            key: l.1,
+            mm: l.2 * 1e3,
+        };
+        out.extend(found.iter().map(finding));
+    }
+    let speeds: Vec<(&super::Joint, f64)> = (robot.joints.iter().filter(|j| j.kind == JointKind::Revolute))
+        .filter_map(|j| Some((j, j.max_speed?.to_degrees())))
+        .collect();
+    let fastest = speeds.iter().fold(0.0f64, |m, s| m.max(s.1));
+    let slow = |deg_s: f64| deg_s < SLOW_DEG_S && (deg_s < SLOWER * fastest || fastest < SLOW_DEG_S);
+    out.extend(
+        (speeds.iter().filter(|s| slow(s.1))).map(|s| Finding::SpeedInRadians { joint: s.0.name.clone(), deg_s: s.1 }),
+    );
 }
 
 /// Length of the stretched chain from the first axis to the TCP, strokes of prismatic joints included, m: an upper bound of the reach.

@@ -123,7 +123,7 @@ fn column_map() -> Value {
         "type": "object", "required": ["schema"], "additionalProperties": false,
         "properties": {
             "separator": {"enum": [",", ";", "|", " ", "tab", "\t", "any"]},
-            "decimal": {"enum": [".", ","]},
+            "decimal": {"enum": [".", ",", "any"]},
             "partial": {"type": "boolean"},
             "topic": {"type": "string"},
             "columns": {"type": "object", "additionalProperties": {"anyOf": [{"type": "string"}, entry]}},

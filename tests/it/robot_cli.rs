@@ -89,3 +89,71 @@ fn what_is_no_urdf_is_refused_with_line_and_column() {
         assert!(out.stdout.is_empty());
     }
 }
+
+#[test]
+fn single_numbers_in_another_unit_and_poses_beyond_limits_are_noted() {
+    let text = std::fs::read_to_string("configs/universal-robots-ur10e.yaml").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("robot.yaml");
+    let check = |text: &str, pose: Option<&str>| {
+        std::fs::write(&path, text).unwrap();
+        let mut args = vec!["robot", "check", path.to_str().unwrap()];
+        args.extend(pose.iter().flat_map(|p| ["--pose", p]));
+        let out = run(&args);
+        (out.status.code(), words(&out.stdout) + &words(&out.stderr))
+    };
+    let (code, clean) = check(&text, None);
+    assert!(code == Some(0) && !clean.contains("is this"), "{clean}");
+    let changed = |key: &str, to: &str| {
+        let pattern = regex::Regex::new(&format!(r"{key}: -?[0-9.]*[1-9][0-9.]*")).unwrap();
+        assert!(pattern.is_match(&text), "{key}");
+        pattern.replacen(&text, 1, format!("{key}: {to}")).into_owned()
+    };
+    let (code, said) = check(&changed("a_mm", "-0.6127"), None);
+    assert!(code == Some(0) && said.contains("is this metres?"), "{said}");
+    let (code, said) = check(&changed("alpha_deg", "-1.5708"), None);
+    assert!(code == Some(1) && said.contains("is this radians?"), "{said}");
+    let (code, said) = check(&changed("max_speed_deg_s", "2.0944"), None);
+    assert!(code == Some(0) && said.contains("is this rad/s?"), "{said}");
+    let (code, said) = check(&text, Some("500,0,0,0,0,0"));
+    assert!(code == Some(0) && said.contains("is beyond its limits"), "{said}");
+}
+
+#[test]
+fn a_robot_file_is_replaced_only_when_forced_and_holds_no_rounding() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = folder.path().join("robot.yaml");
+    let urdf = std::fs::read_to_string("samples/robots/scara.urdf").unwrap();
+    let init = |urdf: &str, more: &[&str]| {
+        let path = folder.path().join("arm.urdf");
+        std::fs::write(&path, urdf).unwrap();
+        let made = made.to_str().unwrap();
+        run(&[&["robot", "init", "--urdf", path.to_str().unwrap(), "--output", made], more].concat())
+    };
+    assert!(init(&urdf, &[]).status.success());
+    let first = std::fs::read_to_string(&made).unwrap();
+    assert!(!first.contains("99999") && !first.contains("00000") && !first.contains("$schema"), "{first}");
+    let edited = first + "# by hand\n";
+    std::fs::write(&made, &edited).unwrap();
+    let out = init(&urdf, &[]);
+    assert!(out.status.code() == Some(2) && words(&out.stderr).contains("--force"), "{}", words(&out.stderr));
+    assert_eq!(std::fs::read_to_string(&made).unwrap(), edited);
+    assert!(init(&urdf, &["--force"]).status.success());
+    // millimetres in place of metres
+    let numbers = regex::Regex::new(r#"xyz="([^"]*)""#).unwrap();
+    let thousandfold = numbers.replace_all(&urdf, |c: &regex::Captures| {
+        let scaled: Vec<String> =
+            c[1].split_whitespace().map(|v| (v.parse::<f64>().unwrap() * 1e3).to_string()).collect();
+        format!("xyz=\"{}\"", scaled.join(" "))
+    });
+    // the axes are directions
+    let axis = regex::Regex::new(r#"<axis xyz="[^"]*""#).unwrap();
+    let axes: Vec<String> = axis.find_iter(&urdf).map(|m| m.as_str().to_string()).collect();
+    let mut k = 0;
+    let in_mm = axis.replace_all(&thousandfold, |_: &regex::Captures| {
+        k += 1;
+        axes[k - 1].clone()
+    });
+    let out = init(&in_mm, &["--force"]);
+    assert!(out.status.code() == Some(2) && words(&out.stderr).contains("metres"), "{}", words(&out.stderr));
+}

@@ -250,3 +250,30 @@ fn show_draws_every_kind_of_file() {
     assert_eq!(done.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&done.stderr).contains("--robot"));
 }
+
+#[test]
+fn show_reads_documents_from_standard_input() {
+    let robot = "configs/kuka-kr120-r2500-pro.yaml";
+    let work = tempfile::tempdir().unwrap();
+    let gaps = work.path().join("gaps.yaml");
+    let run = |args: &[&str], input: Option<&Path>| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_lostmotion"));
+        if let Some(file) = input {
+            command.stdin(std::fs::File::open(file).unwrap());
+        }
+        let out = command.current_dir(root()).args(args).output().unwrap();
+        assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
+        out.stdout
+    };
+    let log = "samples/static/single_axis_A1.csv.gz";
+    run(&["identify", "static", "--robot", robot, "--log", log, "-o", gaps.to_str().unwrap()], None);
+    // the model names its robot inline, as standard input lies in no folder
+    let model = work.path().join("model.yaml");
+    let path = root().join(robot);
+    std::fs::write(&model, format!("schema: lostmotion/model/1\nrobot: {}\neffects: []\n", path.display())).unwrap();
+    for (file, needs) in [(root().join(robot), false), (model, false), (gaps, true)] {
+        let more: &[&str] = if needs { &["--robot", robot] } else { &[] };
+        let piped = run(&[&["show", "-", "-o", "-"], more].concat(), Some(&file));
+        assert!(String::from_utf8_lossy(&piped).contains("<svg"), "{}", file.display());
+    }
+}

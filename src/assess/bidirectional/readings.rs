@@ -7,7 +7,7 @@
 use super::columns::{Column, Role, resolve};
 use super::direction;
 use super::state::{Level, States};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place, Result, counted};
 use crate::io::input::{self, Input};
 use crate::io::workbook;
 use crate::log::ColumnMap;
@@ -70,8 +70,12 @@ impl Readings {
         let head = Head::read(&name, &bytes, separator)?;
         let at = Place::line(&name, head.line);
         let columns = resolve(&head.names, map, states, &at).map_err(|e| head.explain(&name, separator, e))?;
-        let table =
-            Table { name: &name, head: &head, columns: &columns, decimal: map_of_text.map_or(b'.', |m| m.decimal) };
+        let table = Table {
+            name: &name,
+            head: &head,
+            columns: &columns,
+            decimal: map_of_text.map_or(b'.', |m| m.decimal_of(&bytes, separator)),
+        };
         let raw = table.rows(&bytes[head.body.min(bytes.len())..], separator)?;
         if raw.is_empty() {
             return Err(Error::bad(Place::file(&name), "a header and no rows", "readings in both directions"));
@@ -221,8 +225,8 @@ impl Table<'_> {
                 continue;
             }
             if record.len() != self.head.names.len() {
-                let expected = format!("{} fields, as in the header", self.head.names.len());
-                return Err(Error::bad(Place::line(self.name, line), format!("{} fields", record.len()), expected));
+                let expected = format!("{}, as in the header", counted(self.head.names.len(), "field"));
+                return Err(Error::bad(Place::line(self.name, line), counted(record.len(), "field"), expected));
             }
             rows.push(self.row(line, &record)?);
         }

@@ -34,6 +34,9 @@ pub const SCHEMA: &str = "lostmotion/impact/1";
 #[command(verbatim_doc_comment)]
 #[command(group = clap::ArgGroup::new("machine").required(true).args(["robot", "model"]))]
 #[command(group = clap::ArgGroup::new("place").required(true).args(["pose", "program"]))]
+#[command(
+    override_usage = "lostmotion assess impact [OPTIONS] --robot <ROBOT.yaml> --half-gap <G1,...> <--pose <[NAME@]Q1,...>|--program <PROGRAM.csv>>\n       lostmotion assess impact [OPTIONS] --model <MODEL.yaml> <--pose <[NAME@]Q1,...>|--program <PROGRAM.csv>>"
+)]
 pub struct Args {
     /// Robot file (YAML)
     #[arg(long, value_name = "ROBOT.yaml", requires = "half_gap")]

@@ -33,6 +33,7 @@ use std::path::{Path, PathBuf};
 Reading the result: an interval that contains 0 means that no gap was found (\"not significant\"). \"varies\" shows whether the gap
 depends on the position of the joint (p below 0.001); its schedule then has a knot at each tested angle. Between tested angles the
 shape of a gap that varies is a guess: test at more angles for a better schedule.")]
+#[command(override_usage = "lostmotion identify static [OPTIONS] <--robot <FILE>|--model <FILE>> --log <FILE>...")]
 pub struct Args {
     /// Robot file (YAML)
     #[arg(long, value_name = "FILE", required_unless_present = "model")]

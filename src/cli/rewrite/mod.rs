@@ -44,7 +44,10 @@ use text::{Verbosity, format_text};
 ///   lostmotion rewrite --model machine.yaml program.csv --output out.csv --speed-mm-s 10
 ///   lostmotion rewrite --robot robot.yaml --compensator comp.yaml cell/ --output-dir done/ --summary summary.jsonl
 #[derive(Debug, clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(
+    verbatim_doc_comment,
+    override_usage = "lostmotion rewrite [OPTIONS] --robot <FILE> --compensator <FILE> --output <FILE> <IN>\n       lostmotion rewrite [OPTIONS] --robot <FILE> --compensator <FILE> --output-dir <FOLDER> <IN_FOLDER>\n       lostmotion rewrite [OPTIONS] --model <FILE> <--output <FILE>|--output-dir <FOLDER>> <IN>\n       lostmotion rewrite [OPTIONS] ... <--check <GOLDEN>|--dry-run> <IN>"
+)]
 pub struct Args {
     /// Program (joint-space CSV with a1_deg,a2_deg,... and optionally t_s, or a vendor program), `-` for standard input, or
     /// a folder of programs

@@ -1,5 +1,6 @@
 //! What a reader of an identification should know, as data; the words are made here.
 
+use crate::error::counted;
 use crate::gaps::Distrust;
 use crate::robot::JointKind;
 use std::fmt;
@@ -58,7 +59,11 @@ impl fmt::Display for Note {
                 write!(f, "{log}: {joint} never reverses: its lost motion cannot be seen")
             }
             Self::RowsLeftOut { log, lost, rows, outliers } => {
-                write!(f, "{log}: {lost} of {rows} rows without a measurement, {outliers} outliers left out")
+                write!(
+                    f,
+                    "{log}: {lost} of {rows} rows without a measurement, {} left out",
+                    counted(*outliers, "outlier")
+                )
             }
             Self::Distrust(distrust) => distrust.fmt(f),
             Self::IntervalsWidened { inflation } => write!(

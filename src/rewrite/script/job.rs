@@ -126,7 +126,7 @@ impl Job<'_> {
                 theirs.retain(|t| !t.context);
                 let ours: Vec<Text> =
                     theirs.iter().zip(&done.texts).map(|(t, own)| own.clone().named(t.name.clone())).collect();
-                let missing = done.texts.len() != theirs.len();
+                let missing = hashes.len() != theirs.len();
                 let text = match missing {
                     true => Some(format!("{}: a file that belongs to the program is missing", shown(golden))),
                     false => change::against(format, &ours, &theirs, self.robot, self.tolerance)?,

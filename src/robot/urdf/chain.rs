@@ -79,8 +79,8 @@ pub(super) fn build(
             name: e.name.clone(),
             kind: e.kind.unwrap_or(JointKind::Revolute),
             theta_rad: row.theta_rad,
-            d_m: row.d_m,
-            a_m: row.a_m,
+            d_m: without_rounding(row.d_m),
+            a_m: without_rounding(row.a_m),
             alpha_rad: row.alpha_rad,
             beta_rad: 0.0,
             direction: 1.0,
@@ -113,7 +113,13 @@ fn turn_into_first(base: &mut Isometry3<f64>, joints: &mut [Joint]) {
     }
 }
 
-/// Mass and centre of mass of what moves with each joint, in the joint's link frame; none where a mass is not given.
+/// A length without what rounding left of it: 0.61 m, not 0.6099999999999999.
+fn without_rounding(m: f64) -> f64 {
+    (m * 1e12).round() / 1e12 + 0.0
+}
+
+/// Mass and centre of mass of what moves with each joint, in the joint's link frame: zero where no mass is given, and none where
+/// no link has one.
 fn link_masses(
     chain: &[Element],
     moving: &[usize],
@@ -132,12 +138,14 @@ fn link_masses(
             }
         }
         if mass_kg <= 0.0 {
-            return Vec::new();
+            out.push(Link { mass_kg: 0.0, com_m: Vector3::zeros() });
+            continue;
         }
         let com_m = frames[i].inverse_transform_point(&Point3::from(moment / mass_kg)).coords;
         out.push(Link { mass_kg, com_m });
     }
-    out
+    let any = out.iter().any(|l| l.mass_kg > 0.0);
+    if any { out } else { Vec::new() }
 }
 
 /// Largest distance and angle between the two chains at positions within the limits, of a fixed sequence.

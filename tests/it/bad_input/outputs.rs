@@ -155,3 +155,37 @@ fn a_check_is_0_where_equal_and_1_with_degrees_and_micrometres_where_not() {
     assert!(text.contains("J1_deg") && text.contains("-0.001000 deg"), "{text}");
     assert_eq!(listing(folder.path()), before);
 }
+
+#[test]
+fn a_file_of_another_kind_is_not_replaced_and_one_of_the_same_kind_is_named() {
+    let folder = good_folder();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("weld.src"), "DEF weld( )\nEND\n").unwrap();
+    let before = listing(folder.path());
+    for (line, there) in [
+        ("show robot.yaml -o model.yaml", "a model document"),
+        ("show robot.yaml -o weld.src", "other text"),
+        ("identify path --robot robot.yaml --log log.csv -o model.yaml", "a model document"),
+        ("rewrite --robot robot.yaml --compensator comp.yaml program.csv -o gaps.yaml", "a gaps document"),
+    ] {
+        refused_in_one_line(&run(folder.path(), line), &format!("found {there}, which"));
+        assert_eq!(listing(folder.path()), before, "{line}");
+    }
+    // what a script runs again replaces what it wrote
+    std::fs::write(at("empty"), "").unwrap();
+    for (line, name) in [
+        ("identify path --robot robot.yaml --log log.csv -o", "new.yaml"),
+        ("simulate --model model.yaml --input program.csv -o", "new.csv"),
+        ("show robot.yaml -o", "new.html"),
+        ("rewrite --robot robot.yaml --compensator comp.yaml program.csv -o", "out.csv"),
+        ("show robot.yaml -o", "empty"),
+    ] {
+        let first = run(folder.path(), &format!("{line} {name}"));
+        assert!(first.status.success(), "{line}: {}", says(&first));
+        assert_eq!(says(&first).contains("replaced: "), name == "empty", "{line}: {}", says(&first));
+        let bytes = std::fs::read(at(name)).unwrap();
+        let again = run(folder.path(), &format!("{line} {name}"));
+        assert!(again.status.success() && says(&again).contains(&format!("replaced: {name}")), "{}", says(&again));
+        assert_eq!(std::fs::read(at(name)).unwrap(), bytes, "{line}");
+    }
+}

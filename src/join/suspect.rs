@@ -1,0 +1,100 @@
+//! Units, signs and order of columns that cannot be right, found where no offset of the clocks brings both paths together.
+//!
+//! Method: the faults that a log is checked for ([`crate::log::plausibility`]) are put right one at a time, and the best offset
+//! is sought again. A fault is reported where it explains the misfit to a seventh or less, as there. This costs some seconds, so
+//! it is done only where the paths disagree.
+//!
+//! Fails: two faults at once are not found; the recordings then show no motion in common.
+
+use super::search::{self, Seen};
+use super::series::Series;
+use crate::error::{Error, Place, Result};
+use crate::log::faults::Fault;
+use crate::log::plausibility::EXPLAINED;
+use crate::log::recording::Recording;
+use crate::robot::Robot;
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+/// Misfit over the size of the path below which there is nothing to explain: starts are found to a millisecond, and a tracker's
+/// reflector may stand elsewhere than the robot file says.
+const AGREE: f64 = 0.01;
+
+/// What the two recordings hold.
+pub(super) struct Recorded<'a> {
+    pub controller: &'a Recording,
+    pub tracker: &'a Recording,
+    /// Times of the controller, s, and joint positions, per axis.
+    pub t_s: &'a [f64],
+    pub positions: &'a [Vec<f64>],
+    /// Movement up to which a channel stands still.
+    pub still: &'a [f64],
+}
+
+/// Refuses recordings that show one motion only where a fault is put right. `misfit`: at the best offset, as recorded, over the
+/// size of the path.
+pub(super) fn refuse(
+    robot: &Robot,
+    recorded: &Recorded,
+    seen: &Seen,
+    within: Option<[f64; 2]>,
+    misfit: f64,
+) -> Result<()> {
+    if misfit.is_finite() && misfit < AGREE {
+        return Ok(());
+    }
+    let faults = Fault::all(robot, recorded.positions);
+    let tried: Vec<(Fault, f64)> = faults
+        .into_par_iter()
+        .filter_map(|fault| Some((fault, misfit_without(fault, robot, recorded, seen, within)?)))
+        .collect();
+    let least = tried.iter().map(|t| t.1).fold(f64::INFINITY, f64::min);
+    let alike: Vec<&(Fault, f64)> = tried.iter().filter(|t| t.1 <= 1.5 * least).take(3).collect();
+    let Some(first) = alike.first().filter(|_| least <= EXPLAINED * misfit) else { return Ok(()) };
+    let file = if first.0.is_of_commands() { recorded.controller } else { recorded.tracker };
+    let words: Vec<String> = alike.iter().map(|t| t.0.said(robot)).collect();
+    let found = format!(
+        "a motion that both recordings show only if {} ({} instead of {} of the path's size is left)",
+        words.join("; or if "),
+        percent(least),
+        percent(misfit)
+    );
+    Err(Error::bad(Place::file(&file.name), found, "the path that the robot file gives for the commands"))
+}
+
+/// Misfit at the best offset with a fault put right.
+fn misfit_without(
+    fault: Fault,
+    robot: &Robot,
+    recorded: &Recorded,
+    seen: &Seen,
+    within: Option<[f64; 2]>,
+) -> Option<f64> {
+    if !fault.is_of_commands() {
+        let series = Series::new(recorded.t_s.to_vec(), recorded.positions.to_vec(), recorded.still);
+        let at_m: Vec<Vector3<f64>> = seen.at_m.iter().map(|p| fault.put_point_right(*p)).collect();
+        return search::start(robot, &series, &Seen { t_s: seen.t_s, at_m: &at_m }, within).map(|f| f.misfit);
+    }
+    let mut positions = recorded.positions.to_vec();
+    let mut q = vec![0.0; positions.len()];
+    for i in 0..recorded.t_s.len() {
+        for (v, p) in q.iter_mut().zip(&positions) {
+            *v = p[i];
+        }
+        fault.put_right(robot, &mut q);
+        for (v, p) in q.iter().zip(&mut positions) {
+            p[i] = *v;
+        }
+    }
+    let series = Series::new(recorded.t_s.to_vec(), positions, recorded.still);
+    search::start(robot, &series, seen, within).map(|f| f.misfit)
+}
+
+/// A share of the path's size, for messages.
+pub(super) fn percent(share: f64) -> String {
+    match 100.0 * share {
+        p if p < 1.0 => format!("{p:.2} %"),
+        p if p < 1000.0 => format!("{p:.0} %"),
+        _ => "more than 1000 %".into(),
+    }
+}
