@@ -72,6 +72,7 @@ pub fn run(args: Args) -> Result<()> {
         ("--tracker", Some(args.tracker.as_path())),
     ];
     paths::refuse_shared(&inputs, &[("--output", Some(args.output.as_path()))])?;
+    paths::refuse_program_ending("--output", Some(&args.output))?;
     if args.json && is_stdio(&args.output) {
         let expected = "a file: standard output holds the document";
         return Err(bad(Place::file("--output"), "standard output with --json", expected));

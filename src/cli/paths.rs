@@ -2,6 +2,7 @@
 
 use crate::cli::exit::bad;
 use crate::error::{Place, is_stdio, shown};
+use crate::program::formats;
 use anyhow::Result;
 use std::path::{Path, PathBuf};
 
@@ -36,6 +37,17 @@ pub fn refuse_missing_folders(outputs: &[Named]) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Refuses a table under the name of a vendor's program: a controller would be given CSV as RAPID.
+pub fn refuse_program_ending(option: &str, path: Option<&Path>) -> Result<()> {
+    const GENERAL: [&str; 5] = ["csv", "txt", "json", "yaml", "yml"];
+    let Some((path, ending)) = path.and_then(|p| Some((p, formats::ending(p)?))) else { return Ok(()) };
+    if is_stdio(path) || GENERAL.contains(&ending.as_str()) || !formats::endings().contains(&ending.as_str()) {
+        return Ok(());
+    }
+    let found = format!("{}, the name of a vendor's program", shown(path));
+    Err(bad(Place::file(option), found, "a name for a table, such as .csv: it is written as CSV"))
 }
 
 /// Whether both are one regular file.

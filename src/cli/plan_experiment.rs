@@ -168,6 +168,7 @@ fn checked_model_file(args: &Args) -> Result<&Path> {
     let inputs = [("--model", Some(model_file)), ("--diagnosis", args.diagnosis.as_deref())];
     let outputs = [("--output", args.output.as_deref()), ("--report", args.report.as_deref())];
     paths::refuse_shared(&inputs, &outputs)?;
+    paths::refuse_program_ending("--output", args.output.as_deref())?;
     if args.json && args.output.as_deref() == Some(Path::new("-")) {
         let expected = "a file: standard output holds the document";
         return Err(bad(Place::file("--output"), "`-` with --json", expected));

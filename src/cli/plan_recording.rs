@@ -72,6 +72,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args, kind: Kind) -> Result<()> {
     paths::refuse_shared(&[("--robot", Some(args.robot.as_path()))], &[("--output", args.output.as_deref())])?;
+    paths::refuse_program_ending("--output", args.output.as_deref())?;
     let to_stdout = args.output.as_deref() == Some(Path::new("-"));
     if args.json && to_stdout {
         return Err(bad(Place::file("--output"), "`-` with --json", "a file: standard output holds the document"));

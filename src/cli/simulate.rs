@@ -134,6 +134,7 @@ pub fn run(args: Args) -> Result<()> {
         ("--columns", args.columns.as_deref()),
     ];
     paths::refuse_shared(&inputs, &[("--output", Some(args.output.as_path())), ("--report", args.report.as_deref())])?;
+    paths::refuse_program_ending("--output", Some(&args.output))?;
     if args.json && is_stdio(&args.output) {
         let expected = "a file: standard output holds the document";
         return Err(bad(Place::file("--output"), "standard output with --json", expected));
@@ -170,7 +171,15 @@ pub fn run(args: Args) -> Result<()> {
             written.notes.push(format!("{} of {target} does nothing: {why}", e.effect.name()));
         }
     }
-    page::write(&mut report, || page::simulate::of_run(&model, &from, &written))?;
+    // with the columns of a map the log is theirs, and not drawn
+    let log = match report.is_some() && map.is_none() {
+        true => {
+            let bytes = input::from_bytes(shown(&args.output), out.contents()?)?;
+            Log::parse(bytes, &model.robot).ok().filter(|l| !l.is_empty())
+        }
+        false => None,
+    };
+    page::write(&mut report, || page::simulate::of_run(&model, &from, &written, log.as_ref()))?;
     let mut document = args.json.then(|| Output::create(Path::new("-"))).transpose()?;
     if let Some(document) = &mut document {
         let text = serde_json::to_string_pretty(&summary(&model, &from, &args, &written)).unwrap_or_default();

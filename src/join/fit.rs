@@ -29,6 +29,9 @@ const MOST_ROWS: usize = 40_000;
 /// Rows needed.
 const FEWEST_ROWS: usize = 50;
 const ROUNDS: usize = 40;
+/// In this many last rounds a step of the offset below this part of half its interval is taken as none.
+const WAVERING: usize = 15;
+const WAVER: f64 = 0.1;
 /// Standard deviations of the priors: reflector in the flange frame, m; zero offset and half gap, rad or m.
 const TOOL_M: f64 = 1.0;
 const ZERO: f64 = 0.01;
@@ -177,7 +180,9 @@ pub fn fit(robot: &Robot, commands: &Series, seen: &Seen, start_s: f64, stamps: 
         state.moved(&solved.step);
         let still = solved.step[0].abs() < STEP_S && solved.step[1].abs() * (span.end - span.start) < STEP_S;
         let dropped = round >= 3 && solved.drop_outliers(&mut kept);
-        if still && !dropped && round >= 3 {
+        // sides of a gap that flip to and fro at single rows move the clock by less than it is known
+        let wavers = || round + WAVERING >= ROUNDS && solved.step[0].abs() < WAVER * solved.half_95(stamps)[0];
+        if !dropped && round >= 3 && (still || wavers()) {
             outcome = Some(solved);
             break;
         }

@@ -37,6 +37,8 @@ pub struct PathView {
     pub nominal_mm: Vec<[f64; 3]>,
     pub runs: Vec<PathRun>,
     pub marks: Vec<PathMark>,
+    /// The nominal points are joints of an arm: a thick line, each point marked.
+    pub is_arm: bool,
 }
 
 /// A measured path: drawn at `reference_mm + exaggeration * error_um / 1000`.

@@ -18,12 +18,13 @@ const SCRIPT: &str = include_str!("turn.js");
 const SHORT: usize = 12;
 /// Files, options and warnings beyond this are counted only.
 const LISTED: usize = 60;
+/// Notes of a section that are open at once.
+const NOTES: usize = 15;
 
 impl Page {
     /// The page as HTML.
     pub fn render(&self) -> String {
         let joints = Joints(&self.joints);
-        let has_space = self.sections.iter().any(|s| matches!(s.content, Content::Path(_)));
         html! {
             (DOCTYPE)
             html lang="en" {
@@ -43,7 +44,7 @@ impl Page {
                         "lostmotion " (env!("CARGO_PKG_VERSION")) ". mdeg: thousandth of a degree; µm: thousandth of a millimetre. "
                         "The same input gives the same page, byte for byte; there is no date in it."
                     } }
-                    @if has_space { script { (PreEscaped(SCRIPT)) } }
+                    script { (PreEscaped(SCRIPT)) }
                 }
             }
         }
@@ -151,6 +152,17 @@ fn section(i: usize, s: &Section, joints: &Joints) -> Markup {
     }
 }
 
+/// The first notes, and the others behind a click; all of them on paper.
+fn notes(all: &[String]) -> Markup {
+    let (first, rest) = all.split_at(all.len().min(NOTES));
+    html! {
+        ul.notes { @for note in first { li { (note) } } }
+        @if !rest.is_empty() {
+            details { summary { (count(rest.len() as u64)) " more" } ul.notes { @for note in rest { li { (note) } } } }
+        }
+    }
+}
+
 fn content(content: &Content, joints: &Joints) -> Markup {
     match content {
         Content::Path(v) => path3d::draw(v, joints),
@@ -172,7 +184,7 @@ fn content(content: &Content, joints: &Joints) -> Markup {
         Content::LeftOut(v) => tables::left_out(v),
         Content::Places(v) => tables::places(v, joints),
         Content::Table(v) => tables::plain(v),
-        Content::Notes(v) => html! { ul.notes { @for note in v { li { (note) } } } },
+        Content::Notes(v) => notes(v),
         Content::Method(v) => method::draw(v),
     }
 }

@@ -10,6 +10,8 @@ use maud::{Markup, html};
 const PLACES: usize = 200;
 /// Rows of other tables beyond this are counted only.
 const ROWS: usize = 500;
+/// A table with more rows scrolls within the page.
+const TALL: usize = 30;
 
 fn rest(shown: usize, all: usize) -> Markup {
     html! { @if all > shown { p.dropped { "The first " (count(shown as u64)) " of " (count(all as u64)) " rows are shown." } } }
@@ -211,7 +213,7 @@ pub(super) fn plain(view: &TableView) -> Markup {
     html! {
         @if shown.is_empty() { (nothing("the table is empty")) }
         @else {
-            div.scroll { table {
+            div.scroll.tall[shown.len() > TALL] { table {
                 thead { tr { @for (name, n) in &view.columns { th.n[*n] scope="col" { (name) } } } }
                 tbody { @for row in shown { tr {
                     @for (k, cell) in row.iter().enumerate() {

@@ -1,5 +1,5 @@
 "use strict";
-// Turns the drawing in space and changes the exaggeration. No less-than signs and no ampersands: the page stays well-formed XML.
+// Turns the drawing in space, sorts tables, shows values. No less-than signs and no ampersands: the page stays well-formed XML.
 document.querySelectorAll(".space").forEach(function (box) {
   // the legend holds small drawings, too: the figure's own is meant
   var svg = box.querySelector("figure svg"), controls = box.querySelector(".controls"), json = box.querySelector("script");
@@ -25,10 +25,10 @@ document.querySelectorAll(".space").forEach(function (box) {
     return [5, 2, 1].map(function (m) { return m * power; }).find(function (s) { return most >= s; });
   }
   function draw() {
-    var a = az * Math.PI / 180, e = el * Math.PI / 180, gain = Number(slider.value);
+    var a = az * Math.PI / 180, e = el * Math.PI / 180, gain = slider ? Number(slider.value) : 0;
     right = [-Math.sin(a), Math.cos(a), 0];
     up = [-Math.cos(a) * Math.sin(e), -Math.sin(a) * Math.sin(e), Math.cos(e)];
-    output.textContent = slider.value;
+    if (slider) output.textContent = slider.value;
     svg.querySelectorAll("[data-line]").forEach(function (path) {
       var which = path.getAttribute("data-line");
       var points = which === "nominal" ? d.nominal : d.runs[Number(which)].map(function (p) {
@@ -50,7 +50,9 @@ document.querySelectorAll(".space").forEach(function (box) {
       text.setAttribute("x", foot[0] + far * right[k]);
       text.setAttribute("y", foot[1] - far * up[k] + 4);
     });
-    var bar = svg.querySelector(".scalebars .error"), words = bar.nextElementSibling, shown = gain > 0;
+    var bar = svg.querySelector(".scalebars .error");
+    if (!bar) return;
+    var words = bar.nextElementSibling, shown = gain > 0;
     bar.style.display = words.style.display = shown ? "" : "none";
     if (shown) {
       var um = nice(110000 / (d.scale * gain)), w = um / 1000 * gain * d.scale;
@@ -63,7 +65,7 @@ document.querySelectorAll(".space").forEach(function (box) {
   controls.hidden = false;
   svg.setAttribute("tabindex", "0");
   svg.classList.add("turns");
-  slider.addEventListener("input", draw);
+  if (slider) slider.addEventListener("input", draw);
   controls.querySelector("button").addEventListener("click", function () { az = iso[0]; el = iso[1]; draw(); });
   svg.addEventListener("pointerdown", function (e) { from = [e.clientX, e.clientY]; svg.setPointerCapture(e.pointerId); });
   svg.addEventListener("pointermove", function (e) {
@@ -75,5 +77,59 @@ document.querySelectorAll(".space").forEach(function (box) {
   svg.addEventListener("keydown", function (e) {
     var step = { ArrowLeft: [5, 0], ArrowRight: [-5, 0], ArrowUp: [0, 5], ArrowDown: [0, -5] }[e.key];
     if (step) { e.preventDefault(); turn(step[0], step[1]); }
+  });
+});
+// A click on a heading sorts its table; another one turns the order round.
+document.querySelectorAll("main table").forEach(function (table) {
+  var head = table.tHead, body = table.tBodies[0];
+  if (!head || !body || head.rows.length !== 1 || head.querySelector("[colspan]") || 3 > body.rows.length) return;
+  function value(row, k) {
+    var text = row.cells[k] ? row.cells[k].textContent.trim() : "", n = parseFloat(text.replace(/\u2212/g, "-").replace(/[\u202f\u00a0 ](?=\d{3})/g, ""));
+    return [isNaN(n) ? Infinity : n, text];
+  }
+  Array.prototype.forEach.call(head.rows[0].cells, function (cell, k) {
+    cell.classList.add("sorts");
+    cell.setAttribute("tabindex", "0");
+    cell.setAttribute("title", "Sort by this column");
+    function sort() {
+      var down = cell.getAttribute("aria-sort") === "ascending";
+      Array.prototype.forEach.call(head.rows[0].cells, function (c) { c.removeAttribute("aria-sort"); });
+      cell.setAttribute("aria-sort", down ? "descending" : "ascending");
+      Array.prototype.slice.call(body.rows).map(function (row) { return [value(row, k), row]; }).sort(function (a, b) {
+        var x = a[0], y = b[0], order = x[0] === y[0] ? x[1].localeCompare(y[1]) : (x[0] > y[0] ? 1 : -1);
+        return down ? -order : order;
+      }).forEach(function (r) { body.appendChild(r[1]); });
+    }
+    cell.addEventListener("click", sort);
+    cell.addEventListener("keydown", function (e) { if (e.key === "Enter" || e.key === " ") { e.preventDefault(); sort(); } });
+  });
+});
+// The value under the pointer, in the units of the axes.
+document.querySelectorAll("svg").forEach(function (svg) {
+  var plane = svg.querySelector("[data-plane]");
+  if (!plane) return;
+  var p = plane.getAttribute("data-plane").split(" ").map(Number), ns = "http://www.w3.org/2000/svg";
+  var line = document.createElementNS(ns, "line"), text = document.createElementNS(ns, "text");
+  line.setAttribute("class", "cursor");
+  text.setAttribute("class", "readout");
+  line.style.display = text.style.display = "none";
+  svg.appendChild(line);
+  svg.appendChild(text);
+  function written(v, span) { return v.toFixed(Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(span))))); }
+  function hide() { line.style.display = text.style.display = "none"; }
+  svg.addEventListener("pointerleave", hide);
+  svg.addEventListener("pointermove", function (e) {
+    var ctm = svg.getScreenCTM();
+    if (!ctm) return;
+    var at = new DOMPoint(e.clientX, e.clientY).matrixTransform(ctm.inverse());
+    if (p[2] > at.x || at.x > p[3] || p[7] > at.y || at.y > p[6]) { hide(); return; }
+    var x = p[0] + (at.x - p[2]) / (p[3] - p[2]) * (p[1] - p[0]), y = p[4] + (at.y - p[6]) / (p[7] - p[6]) * (p[5] - p[4]);
+    [["x1", at.x], ["x2", at.x], ["y1", p[6]], ["y2", p[7]]].forEach(function (a) { line.setAttribute(a[0], a[1]); });
+    text.textContent = written(x, p[1] - p[0]) + ", " + written(y, p[5] - p[4]);
+    var right = at.x > 0.5 * (p[2] + p[3]);
+    text.setAttribute("text-anchor", right ? "end" : "start");
+    text.setAttribute("x", at.x + (right ? -6 : 6));
+    text.setAttribute("y", Math.max(at.y - 6, p[7] + 10));
+    line.style.display = text.style.display = "";
   });
 });

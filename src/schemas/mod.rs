@@ -77,7 +77,9 @@ fn model() -> Value {
             "registration": frame(),
             "initial_gap_side": {"type": "object"},
             "preload": {"type": "object"},
-            "effects": {"type": "array", "items": {"type": "object", "required": ["effect"], "properties": keys}},
+            "effects": {"type": "array", "items": {
+                "type": "object", "required": ["effect"], "additionalProperties": false, "properties": keys,
+            }},
         },
     })
 }

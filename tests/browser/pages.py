@@ -2,12 +2,15 @@
 
     python tests/browser/pages.py FOLDER_OR_PAGE ... [--shots FOLDER]
 
-For each page: no script error; nothing wider than the window at 400 px and at 1280 px; every drawing in space rotates when
-dragged and by the arrow keys, and its slider changes the exaggeration. Screenshots (wide, narrow, dark) go to --shots.
+For each page: no script error; nothing wider than the window at 400 px and at 1280 px, nor than the paper in print; a dark page where
+the reader's system is dark; links to nothing outside; every drawing in space rotates when dragged and by the arrow keys, and its slider
+changes the exaggeration; a click on a heading sorts its table; a chart shows the value under the pointer. Screenshots (wide, narrow, dark)
+and the printed page go to --shots.
 Needs chromium, chromedriver and the package selenium. Exit code 1 where a page fails; the last line counts.
 """
 
 import argparse
+import base64
 import pathlib
 import sys
 
@@ -17,6 +20,41 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 WIDE, NARROW = (1280, 900), (400, 800)
+# width of A4 between margins of 12 mm, CSS pixels
+PAPER = (703, 1000)
+OUTSIDE = """
+return [...document.querySelectorAll("[href], [src]")].map(e => e.getAttribute("href") ?? e.getAttribute("src"))
+  .filter(a => !a.startsWith("#") && !a.startsWith("data:")).slice(0, 5);
+"""
+BRIGHTNESS = """
+const m = getComputedStyle(document.body)[arguments[0]].match(/[0-9.]+/g).map(Number);
+return (m[0] + m[1] + m[2]) / 3;
+"""
+SORTED = """
+const out = [];
+for (const table of document.querySelectorAll("main table")) {
+  const heading = table.querySelector("th.sorts");
+  if (!heading || table.closest("details")) continue;
+  const column = () => [...table.tBodies[0].rows].map(r => r.cells[0].textContent.trim());
+  const before = column();
+  heading.click();
+  const up = column();
+  heading.click();
+  const down = column();
+  if ([...before].sort().join("|") !== [...up].sort().join("|")) out.push("sorting loses rows");
+  if (new Set(before).size > 1 && up.join("|") === down.join("|")) out.push("a heading does not sort its table");
+}
+return out;
+"""
+HOVER = """
+const plane = document.querySelector("figure svg [data-plane]");
+if (!plane) return null;
+const svg = plane.closest("svg");
+svg.scrollIntoView({block: "center"});
+const box = svg.getBoundingClientRect();
+svg.dispatchEvent(new PointerEvent("pointermove", {clientX: box.left + 0.6 * box.width, clientY: box.top + 0.5 * box.height, bubbles: true}));
+return svg.querySelector(".readout").textContent;
+"""
 OVERFLOW = """
 const w = document.documentElement.clientWidth, out = [];
 if (document.documentElement.scrollWidth > w + 1) {
@@ -29,15 +67,13 @@ return out.slice(0, 5);
 """
 
 
-def browser(dark=False):
+def browser():
     options = webdriver.ChromeOptions()
     for flag in (
         "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
         "--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars",
     ):
         options.add_argument(flag)
-    if dark:
-        options.add_argument("--force-dark-mode")
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     options.binary_location = "/usr/bin/chromium"
     return webdriver.Chrome(options=options, service=webdriver.ChromeService("/usr/bin/chromedriver"))
@@ -75,8 +111,42 @@ def drawing_answers(driver, box):
     return faults
 
 
-def faults_of(driver, page, shots):
+def in_media(driver, media, scheme):
+    driver.execute_cdp_cmd(
+        "Emulation.setEmulatedMedia", {"media": media, "features": [{"name": "prefers-color-scheme", "value": scheme}]}
+    )
+
+
+def other_media(driver, page, shots):
+    """Faults in the dark and on paper."""
     faults = []
+    resized(driver, WIDE)
+    in_media(driver, "screen", "dark")
+    driver.get(page.as_uri())
+    ground, ink = (driver.execute_script(BRIGHTNESS, name) for name in ("backgroundColor", "color"))
+    if not (ground < 60 and ink > 180):
+        faults.append(f"in the dark the page has brightness {ground:.0f} and its text {ink:.0f}")
+    if shots:
+        driver.get_screenshot_as_file(str(shots / f"{page.stem}.dark.png"))
+    resized(driver, PAPER)
+    in_media(driver, "print", "dark")
+    driver.get(page.as_uri())
+    if driver.execute_script(BRIGHTNESS, "color") > 100:
+        faults.append("light text on paper")
+    wide = driver.execute_script(OVERFLOW)
+    if wide:
+        faults.append(f"wider than A4: {', '.join(wide)}")
+    in_media(driver, "", "light")
+    pdf = base64.b64decode(driver.execute_cdp_cmd("Page.printToPDF", {"printBackground": True, "preferCSSPageSize": True})["data"])
+    if not pdf.startswith(b"%PDF") or len(pdf) < 5000:
+        faults.append("does not print")
+    if shots:
+        (shots / f"{page.stem}.pdf").write_bytes(pdf)
+    return faults
+
+
+def faults_of(driver, page, shots):
+    faults = other_media(driver, page, shots)
     for name, size in (("wide", WIDE), ("narrow", NARROW)):
         resized(driver, size)
         driver.get(page.as_uri())
@@ -87,8 +157,15 @@ def faults_of(driver, page, shots):
             driver.get_screenshot_as_file(str(shots / f"{page.stem}.{name}.png"))
     resized(driver, WIDE)
     driver.get(page.as_uri())
+    outside = driver.execute_script(OUTSIDE)
+    if outside:
+        faults.append(f"links outside: {', '.join(outside)}")
     for box in driver.find_elements(By.CSS_SELECTOR, ".space"):
         faults += drawing_answers(driver, box)
+    faults += driver.execute_script(SORTED)
+    shown = driver.execute_script(HOVER)
+    if shown is not None and not any(c.isdigit() for c in shown):
+        faults.append("a chart shows no value under the pointer")
     faults += [e["message"] for e in driver.get_log("browser") if e["level"] == "SEVERE"]
     return faults
 

@@ -191,6 +191,8 @@ fn what_the_commands_write_fits_its_schema() {
     assert!(of("gaps", &serde_json::from_slice(&stdout).unwrap()).is_empty());
     run(&["fit", "--robot", robot, "--gaps", &gaps, "--output", &compensator]);
     let urdf = path("scara.yaml");
+    // the line for editors stands where the schema lies beside the file
+    run(&["schema", "robot", "--output", &path("robot.schema.json")]);
     run(&["robot", "init", "--urdf", "samples/robots/scara.urdf", "--output", &urdf]);
     assert!(std::fs::read_to_string(&urdf).unwrap().starts_with("# yaml-language-server: $schema="));
     for (name, file) in [("gaps", &gaps), ("compensator", &compensator), ("robot", &urdf)] {

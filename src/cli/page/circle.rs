@@ -183,6 +183,7 @@ fn path(robot: &Robot, nominal: &Nominal, runs: &[Named]) -> PathView {
             })
             .collect(),
         marks: marks.collect(),
+        is_arm: false,
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{milli, milli2};
 use crate::compensator::{Compensator, FrictionShape, JointCompensator};
 use crate::effects::{Decay, GapCurve};
-use crate::report::{CompensatorRow, Page, Tone, method};
+use crate::report::{BarRow, BarsView, CompensatorRow, Page, Role, Run, Tone, method};
 use crate::robot::Robot;
 
 /// Table of offsets, then the notes of the fit.
@@ -61,6 +61,22 @@ fn row(robot: &Robot, j: &JointCompensator) -> CompensatorRow {
     }
 }
 
+/// The offsets as bars.
+fn offsets(robot: &Robot, compensator: &Compensator) -> BarsView {
+    let row = |j: &JointCompensator| {
+        let ends = |c: &GapCurve| c.smallest().abs().max(c.largest().abs());
+        let gap = j.backlash.as_ref().map(|b| milli(robot, j.axis, ends(&b.positive).max(ends(&b.negative))));
+        let friction = j.friction.map(|f| milli(robot, j.axis, f.gain));
+        BarRow { label: robot.axis(j.axis).name.clone(), values: vec![gap, friction] }
+    };
+    BarsView {
+        quantity: "offset".into(),
+        unit: "mdeg or µm".into(),
+        runs: vec![Run::new("gap", Role::After), Run::new("friction", Role::Between)],
+        rows: compensator.joints.iter().map(row).collect(),
+    }
+}
+
 /// Page of `fit`.
 pub fn of_fit(robot: &Robot, compensator: &Compensator) -> Page {
     let mut page = super::start("fit", "Compensator", robot);
@@ -74,6 +90,13 @@ pub fn of_fit(robot: &Robot, compensator: &Compensator) -> Page {
         format!("Offsets for {}.", names.join(", "))
     };
     page.verdict(Tone::Plain, text);
+    if !names.is_empty() {
+        page.section(
+            "Largest offset of each joint",
+            "Added on either side of a reversal: the gap, and the friction that fades after it. mdeg, or µm of a prismatic joint.",
+            offsets(robot, compensator),
+        );
+    }
     sections(&mut page, robot, compensator);
     page.section("", "", methods());
     page

@@ -9,7 +9,7 @@ use crate::identify::path::PathFound;
 use crate::identify::static_test::Found;
 use crate::numerics::normal::Z95;
 use crate::report::{
-    GapPointView, GapRow, GapsView, JointGapView, JointTraces, Page, Role, Run, ScheduleView, StictionRow, Tile, Tone,
+    GapPointView, GapRow, GapsView, JointGapView, JointTraces, Page, Role, Run, ScheduleView, StictionRow, TableView, Tile, Tone,
     TraceMark, TracePanel, TraceRun, TracesView, method,
 };
 use crate::robot::{JointKind, Robot};
@@ -167,6 +167,11 @@ pub fn of_readings(robot: &Robot, gaps: &Gaps) -> Page {
     of_gaps(robot, gaps, "identify path", "Half gaps from single readings", "the readings", method::PLAY)
 }
 
+/// Page of `show` for a gaps document, whichever test it comes from.
+pub fn of_document(robot: &Robot, gaps: &Gaps) -> Page {
+    of_gaps(robot, gaps, "show", "Half gaps of the joints", "the document", method::PLAY)
+}
+
 /// Page of `identify path`.
 pub fn of_path(robot: &Robot, found: &PathFound) -> Page {
     let mut page = of_gaps(
@@ -187,28 +192,31 @@ pub fn of_path(robot: &Robot, found: &PathFound) -> Page {
 pub fn of_machine(robot: &Robot, gaps: &Gaps) -> Page {
     let mut page = of_gaps(robot, gaps, "identify", "Lost motion from all logs", "all logs", method::PLAY);
     let Some(estimate) = &gaps.estimate else { return page };
-    let lines: Vec<String> = estimate
-        .reversals
-        .iter()
-        .map(|r| {
-            let joint = robot.axis(r.axis);
-            let mark = if r.outlying { ", outlying" } else { "" };
-            format!(
-                "{} at {:.3} {}, {:.1} s in {}: {:.2} ± {:.2}{mark}",
-                joint.name,
-                joint.kind.to_user_unit(r.at),
-                joint.kind.unit(),
-                r.t_s,
-                r.log,
-                r.ratio,
-                Z95 * r.sigma
-            )
-        })
-        .collect();
+    let rows = estimate.reversals.iter().map(|r| {
+        let joint = robot.axis(r.axis);
+        vec![
+            joint.name.clone(),
+            format!("{:.3} {}", joint.kind.to_user_unit(r.at), joint.kind.unit()),
+            format!("{:.1}", r.t_s),
+            r.log.clone(),
+            format!("{:.2}", r.ratio),
+            format!("{:.2}", Z95 * r.sigma),
+            if r.outlying { "outlying".into() } else { String::new() },
+        ]
+    });
+    let columns = [
+        ("joint", false),
+        ("position", true),
+        ("time, s", true),
+        ("log", false),
+        ("times the model", true),
+        ("± 95 %", true),
+        ("note", false),
+    ];
     page.section(
         "Each reversal by itself",
         "Lost motion of a single reversal as a multiple of what the model says, with its 95 % interval.",
-        lines,
+        TableView::new(&columns, rows),
     );
     page
 }

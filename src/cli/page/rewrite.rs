@@ -3,10 +3,12 @@
 use super::milli;
 use crate::assess::program::Verdict;
 use crate::compensator::Compensator;
-use crate::report::{Page, TableView, Tile, Tone};
+use crate::error::counted;
+use crate::report::{BarRow, BarsView, Page, Role, Run, TableView, Tile, Tone};
 use crate::rewrite::outcome::{Outcome, Vendor};
 use crate::rewrite::script::change::Change;
 use crate::rewrite::script::coverage::Reason;
+use crate::rewrite::summary::{Line, Status};
 use crate::robot::Robot;
 
 pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, verdict: Option<Verdict>) -> Page {
@@ -56,6 +58,80 @@ pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, v
     if let Some(reason) = &outcome.refusal {
         page.section("Why nothing was written", "", reason.lines().map(str::to_string).collect::<Vec<_>>());
     }
+    page.section("", "", super::compensator::methods());
+    page
+}
+
+/// Programs that the figure of a folder shows: those of which the least is edited.
+const DRAWN: usize = 40;
+
+/// Page of a folder of programs; `what` was done with them, in a word.
+pub fn of_folder(robot: &Robot, compensator: &Compensator, folder: &str, lines: &[Line], what: &str) -> Page {
+    let mut page = super::start("rewrite", &format!("Programs of {folder}"), robot);
+    let count = |s: Status| lines.iter().filter(|l| l.status == s).count();
+    let done = count(Status::Written) + count(Status::WouldBeWritten);
+    let (refused, failed) = (count(Status::Refused), count(Status::Failed));
+    let tone = match refused + failed {
+        0 => Tone::Good,
+        n if n < lines.len() => Tone::Mixed,
+        _ => Tone::Bad,
+    };
+    page.verdict(
+        tone,
+        format!(
+            "{done} of {} {what}, {} unchanged, {refused} refused, {failed} failed.",
+            counted(lines.len(), "program"),
+            count(Status::Unchanged)
+        ),
+    );
+    let sum = |f: fn(&Line) -> u64| lines.iter().map(f).sum::<u64>();
+    page.tile(Tile::text("moves edited", format!("{} of {}", sum(|l| l.editable), sum(|l| l.moves)), ""));
+    page.tile(Tile::text("reversals", sum(|l| l.reversals).to_string(), ""));
+    page.tile(Tile::text("points added", sum(|l| l.inserted).to_string(), ""));
+    let share = |l: &Line| (l.moves > 0).then(|| 100.0 * l.editable as f64 / l.moves as f64);
+    let mut least: Vec<&Line> = lines.iter().filter(|l| share(l).is_some()).collect();
+    least.sort_by(|a, b| share(a).unwrap_or(0.0).total_cmp(&share(b).unwrap_or(0.0)));
+    if !least.is_empty() {
+        let more = least.len().saturating_sub(DRAWN);
+        let note = if more > 0 { format!("The {DRAWN} programs with the lowest share.") } else { String::new() };
+        let bars = BarsView {
+            quantity: "moves edited".into(),
+            unit: "%".into(),
+            runs: vec![Run::new("edited", Role::After)],
+            rows: (least.iter().take(DRAWN))
+                .map(|l| BarRow { label: l.input.clone(), values: vec![share(l)] })
+                .collect(),
+        };
+        page.section("Share of the moves whose targets are edited", note, bars);
+    }
+    let stopped = lines.iter().filter(|l| matches!(l.status, Status::Refused | Status::Failed));
+    let reasons: Vec<String> =
+        stopped.map(|l| format!("{}: {}", l.input, l.reason.as_deref().unwrap_or("no reason"))).collect();
+    if !reasons.is_empty() {
+        page.section("Refused and failed", "", reasons);
+    }
+    let row = |l: &Line| {
+        let status = match l.status {
+            Status::Written => "written",
+            Status::WouldBeWritten => "would be written",
+            Status::Unchanged => "unchanged",
+            Status::Refused => "refused",
+            Status::Failed => "failed",
+        };
+        let edited = share(l).map_or("-".into(), |s| format!("{s:.0}"));
+        let numbers = [l.moves.to_string(), edited, l.reversals.to_string(), l.inserted.to_string()];
+        [l.input.clone(), status.into()].into_iter().chain(numbers).collect::<Vec<_>>()
+    };
+    let columns = [
+        ("program", false),
+        ("result", false),
+        ("moves", true),
+        ("edited, %", true),
+        ("reversals", true),
+        ("points added", true),
+    ];
+    page.section("Every program", "", TableView::new(&columns, lines.iter().map(row)));
+    super::compensator::sections(&mut page, robot, compensator);
     page.section("", "", super::compensator::methods());
     page
 }

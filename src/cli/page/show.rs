@@ -56,6 +56,18 @@ impl Motion<'_> {
 pub fn of_log(robot: &Robot, log: &Log) -> Page {
     let motion = Motion { q: log.cmd.iter().map(Vec::as_slice).collect(), t_s: (!log.poses).then_some(&log.t_s) };
     let mut page = super::start("show", &log.name, robot);
+    log_verdict(&mut page, robot, log, &motion);
+    log_figures(&mut page, robot, log, &motion);
+    page
+}
+
+/// Path and joints of a predicted log, for the page of another command.
+pub fn figures_of_log(page: &mut Page, robot: &Robot, log: &Log) {
+    let motion = Motion { q: log.cmd.iter().map(Vec::as_slice).collect(), t_s: (!log.poses).then_some(&log.t_s) };
+    log_figures(page, robot, log, &motion);
+}
+
+fn log_verdict(page: &mut Page, robot: &Robot, log: &Log, motion: &Motion) {
     let seen = log.tcp_m.iter().flatten().count();
     let turns: usize = (0..robot.dof()).map(|a| motion.reversals(a).len()).sum();
     let what = if log.poses { "settled pose" } else { "row" };
@@ -73,6 +85,9 @@ pub fn of_log(robot: &Robot, log: &Log) -> Page {
         page.tile(Tile::number("duration", span, 1, "s"));
         page.tile(Tile::number("rows a second", (t.len() - 1) as f64 / span.max(f64::MIN_POSITIVE), 1, "Hz"));
     }
+}
+
+fn log_figures(page: &mut Page, robot: &Robot, log: &Log, motion: &Motion) {
     let pairs: Vec<Pair> = (motion.drawn().into_iter())
         .filter_map(|i| Some(Pair { base_m: robot.tcp_m(&motion.row(i)), tracker_m: (*log.tcp_m.get(i)?)? }))
         .collect();
@@ -92,8 +107,7 @@ pub fn of_log(robot: &Robot, log: &Log) -> Page {
             error_um: pairs.iter().map(|p| (error(p) * 1e6).into()).collect(),
         }
     });
-    draw(&mut page, robot, &motion, measured.into_iter().collect());
-    page
+    draw(page, robot, motion, measured.into_iter().collect());
 }
 
 /// A program: its path and every joint along it.
@@ -125,12 +139,17 @@ fn draw(page: &mut Page, robot: &Robot, motion: &Motion, runs: Vec<PathRun>) {
         .collect();
     page.section(
         "Path of the TCP",
-        "By the commands, in the robot's base frame; marks where joints turn round; errors exaggerated.",
+        if runs.is_empty() {
+            "By the commands, in the robot's base frame; marks where joints turn round."
+        } else {
+            "By the commands, in the robot's base frame; marks where joints turn round; errors exaggerated."
+        },
         PathView {
             exaggeration: super::EXAGGERATION,
             nominal_mm: drawn.iter().map(|&i| at_mm(i)).collect(),
             runs,
             marks,
+            is_arm: false,
         },
     );
     let moving: Vec<usize> =
@@ -183,14 +202,19 @@ pub fn of_model(model: &Model) -> Page {
     let mut page = super::start("show", &robot.name, robot);
     let reach = crate::robot::plausible::reach_m(robot) * 1e3;
     let axes = if robot.dof() == 1 { "1 axis".to_string() } else { format!("{} axes", robot.dof()) };
-    page.verdict(Tone::Plain, format!("{}, {}.", axes, counted(model.effects.len(), "effect")));
+    let effects = match model.effects.len() {
+        0 => String::new(),
+        n => format!(", {} that move the TCP off its path", counted(n, "known effect")),
+    };
+    page.verdict(Tone::Plain, format!("{axes}, {reach:.0} mm of reach at most{effects}."));
     page.tile(Tile::number("reach at most", reach, 0, "mm"));
     let middle: Vec<f64> = robot.axis_joints().map(|j| j.limits.map_or(0.0, |[l, h]| 0.5 * (l + h))).collect();
     for (title, q) in [("The arm at zero", vec![0.0; robot.dof()]), ("The arm in the middle of its limits", middle)] {
         let mut points: Vec<Vector3<f64>> = vec![robot.base.translation.vector];
         robot.chain().frames(&q, |_, frame| points.push(frame[3]));
         points.push(robot.tcp_m(&q));
-        let tcp = points[points.len() - 1] * 1e3;
+        // no -0.0
+        let tcp = points[points.len() - 1].map(|m| (m * 1e4).round() / 10.0 + 0.0);
         page.section(
             title,
             format!(
@@ -202,6 +226,7 @@ pub fn of_model(model: &Model) -> Page {
                 nominal_mm: points.iter().map(|p| (p * 1e3).into()).collect(),
                 runs: Vec::new(),
                 marks: Vec::new(),
+                is_arm: true,
             },
         );
     }

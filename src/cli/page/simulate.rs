@@ -1,6 +1,7 @@
 //! Page of `simulate`: what was run on which machine.
 
 use crate::error::counted;
+use crate::log::Log;
 use crate::model::Model;
 use crate::report::{Page, Tile, Tone, method};
 use crate::simulate::Written;
@@ -11,7 +12,7 @@ pub struct From {
     pub sha256: String,
 }
 
-pub fn of_run(model: &Model, input: &From, written: &Written) -> Page {
+pub fn of_run(model: &Model, input: &From, written: &Written, log: Option<&Log>) -> Page {
     let robot = &model.robot;
     let mut page = super::start("simulate", "A predicted log", robot);
     page.file("input", input.name.clone(), input.sha256.clone());
@@ -20,7 +21,12 @@ pub fn of_run(model: &Model, input: &From, written: &Written) -> Page {
         format!("{} predicted with {}.", counted(written.rows, "row"), counted(model.effects.len(), "effect")),
     );
     page.tile(Tile::text("rows", written.rows.to_string(), ""));
-    page.section("The machine", "", super::effects(model));
+    if let Some(log) = log {
+        super::show::figures_of_log(&mut page, robot, log);
+    }
+    if !model.effects.is_empty() {
+        page.section("The machine", "", super::effects(model));
+    }
     if !written.notes.is_empty() {
         page.section("", "", written.notes.clone());
     }

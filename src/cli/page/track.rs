@@ -76,5 +76,6 @@ fn in_space(kinematics: &Kinematics, path: &Path, tracked: &Tracked) -> PathView
             error_um: tracked.q.iter().zip(&path.points_m).map(error).collect(),
         }],
         marks: Vec::new(),
+        is_arm: false,
     }
 }

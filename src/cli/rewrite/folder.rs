@@ -3,7 +3,7 @@
 use super::{Args, FailOn, printed, style, summarise, usage};
 use crate::cli::exit::Finished;
 use crate::cli::exit::{bad, no};
-use crate::cli::paths;
+use crate::cli::{page, paths};
 use crate::error::{Error, Place, counted, shown};
 use crate::io::console::{say, shows_progress};
 use crate::io::input::sha256;
@@ -42,11 +42,14 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
         None => of_tree(args, results, part, job.format)?,
     };
     job.files = files;
-    if let Some(file) = &args.summary {
-        let beside = output.or(args.check.as_deref());
-        refuse_program(file, &args.input, beside, &programs, &job.files)?;
+    let beside = output.or(args.check.as_deref());
+    for (option, file) in [("--summary", &args.summary), ("--report", &args.report)] {
+        if let Some(file) = file {
+            refuse_program(option, file, &args.input, beside, &programs, &job.files)?;
+        }
     }
     let mut summary = output::create(args.summary.as_deref())?;
+    let mut report = output::create(args.report.as_deref())?;
     let bar = match shows_progress() {
         true => ProgressBar::new(programs.len() as u64).with_style(style("{wide_bar} {pos}/{len} programs")),
         false => ProgressBar::hidden(),
@@ -64,7 +67,15 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
     summarise(&mut summary, &lines)?;
     let json = serde_json::json!({"schema": "lostmotion/rewrite-batch/1", "programs": lines});
     let json = args.json.then(|| printed(&json)).transpose()?;
-    output::commit([summary, json])?;
+    page::write(&mut report, || {
+        let what = match results {
+            Results::Folder(_) => "rewritten",
+            Results::Check(_) => "as checked in",
+            Results::DryRun => "would be rewritten",
+        };
+        page::rewrite::of_folder(job.robot, job.compensator, &shown(&args.input), &lines, what)
+    })?;
+    output::commit([summary, report, json])?;
     match results {
         Results::Check(golden) => conclude_check(args, golden, &programs, &lines),
         _ => conclude(args, &lines),
@@ -237,8 +248,9 @@ fn earlier_results(input: &Path, programs: &[PathBuf], files: &Files) -> BTreeSe
     found
 }
 
-/// Refuses a summary that would go over a program, or over a result.
+/// Refuses a summary or a page that would go over a program, or over a result.
 fn refuse_program(
+    option: &str,
     summary: &Path,
     input: &Path,
     output: Option<&Path>,
@@ -261,7 +273,7 @@ fn refuse_program(
         ours.push(from);
         if let Some(other) = ours.iter().find(|p| same(p)) {
             let found = format!("the same file as the program {}", shown(other));
-            return Err(bad(Place::file("--summary"), found, "a file of its own"));
+            return Err(bad(Place::file(option), found, "a file of its own"));
         }
     }
     Ok(())

@@ -315,9 +315,6 @@ pub fn run(args: Args) -> Result<Finished> {
         eprintln!("note: not compensated: {line}");
     }
     let folder = args.input != Path::new("-") && args.input.is_dir();
-    if args.report.is_some() && folder {
-        return Err(usage("--report with a folder as IN", "a single program; a folder has --summary"));
-    }
     if args.json && args.output.as_deref() == Some(Path::new("-")) {
         return Err(usage("--json with --output -", "one of them: both go to standard output"));
     }

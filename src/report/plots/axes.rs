@@ -170,6 +170,20 @@ impl Frame {
         }
     }
 
+    /// A frame whose x counts: ticks at whole numbers only.
+    pub fn counting(mut self) -> Self {
+        if self.x_ticks.step < 1.0 {
+            self.x_ticks = Ticks { values: Vec::new(), step: 1.0 }.spanning([self.x.lo, self.x.hi]);
+        }
+        self
+    }
+
+    /// Values and pixels of both ends of x, then of y.
+    fn plane(&self) -> String {
+        let of = |s: &Scale| format!("{} {} {} {}", s.lo, s.hi, px(s.from_px), px(s.to_px));
+        format!("{} {}", of(&self.x), of(&self.y))
+    }
+
     /// Grid, tick labels and axis titles; what is drawn comes on top of it.
     pub fn axes(&self, x_title: &str, y_title: &str) -> Markup {
         let (left, right) = (self.x.from_px, self.x.to_px);
@@ -186,6 +200,8 @@ impl Frame {
             }
             text.title x=(px(right)) y=(px(self.size.height - 6.0)) text-anchor="end" { (x_title) }
             text.title x="2" y="12" { (y_title) }
+            // from here the script reads the value under the pointer
+            g data-plane=(self.plane()) {}
         }
     }
 }

@@ -95,13 +95,13 @@ pub fn draw(view: &PathView, joints: &Joints) -> Markup {
     html! {
         div.space data-exaggeration=(number(exaggeration, 0)) {
             div.legends {
-                (legend(view.runs.iter().map(|r| &r.run), &[("nominal", "nominal")]))
+                @if !view.is_arm { (legend(view.runs.iter().map(|r| &r.run), &[("nominal", if view.runs.is_empty() { "path" } else { "nominal" })])) }
                 (joints.legend(view.marks.iter().map(|m| m.joint.as_str())))
                 @if view.marks.len() > marks.len() { p.dropped { (view.marks.len() - marks.len()) " further reversals are not drawn." } }
             }
             figure.single {
-                svg role="img" aria-label=(format!("Nominal and measured path in space, errors drawn {} times larger", number(exaggeration, 0))) viewBox=(format!("0 0 {} {}", px(SIZE[0]), px(SIZE[1]))) {
-                    path.nominal data-line="nominal" d=(line::path(nominal.iter().map(|p| p.as_ref().map(|p| stage.at(p))))) {}
+                svg role="img" aria-label=(label(view, exaggeration)) viewBox=(format!("0 0 {} {}", px(SIZE[0]), px(SIZE[1]))) {
+                    path.nominal.arm[view.is_arm] data-line="nominal" d=(line::path(nominal.iter().map(|p| p.as_ref().map(|p| stage.at(p))))) {}
                     @for (k, (run, r)) in runs.iter().zip(&view.runs).enumerate() {
                         path.line.(role_class(r.run.role)) data-line=(k) d=(line::path(run.iter().map(|p| p.as_ref().map(|p| stage.at(&exaggerated(p)))))) {}
                     }
@@ -115,15 +115,38 @@ pub fn draw(view: &PathView, joints: &Joints) -> Markup {
                             }
                         }
                     }
+                    @if view.is_arm {
+                        @for p in nominal.iter().flatten() {
+                            @let at = stage.at(p);
+                            g.elbow transform=(format!("translate({} {})", px(at[0]), px(at[1]))) data-at=(json(p, 1)) {
+                                title { (position_text(p)) }
+                                circle r="5.5" {}
+                            }
+                        }
+                    }
                     (triad(&stage.camera))
-                    (bars(stage.px_per_mm, exaggeration))
+                    (bars(stage.px_per_mm, (!view.runs.is_empty()).then_some(exaggeration)))
                 }
-                (controls(exaggeration))
+                (controls((!view.runs.is_empty()).then_some(exaggeration)))
                 (dropped_note(dropped))
             }
             script type="application/json" { (PreEscaped(data(&nominal, &runs, &stage))) }
         }
     }
+}
+
+/// What the drawing shows, for a reader who does not see it.
+fn label(view: &PathView, exaggeration: f64) -> String {
+    match (view.is_arm, view.runs.is_empty()) {
+        (true, _) => "The arm in space, from the base to the TCP".into(),
+        (false, true) => "The path in space".into(),
+        _ => format!("Nominal and measured path in space, errors drawn {} times larger", number(exaggeration, 0)),
+    }
+}
+
+/// `x 612.7, y 0.0, z 180.7 mm`.
+fn position_text(p: &Point) -> String {
+    format!("x {}, y {}, z {} mm", number(p[0], 1), number(p[1], 1), number(p[2], 1))
 }
 
 fn finite(p: &Point) -> bool {
@@ -210,8 +233,8 @@ pub(super) fn triad(camera: &Camera) -> Markup {
     }
 }
 
-/// Scale bars: for the path, and for the errors as they are drawn.
-fn bars(px_per_mm: f64, exaggeration: f64) -> Markup {
+/// Scale bars: for the path, and for the errors as they are drawn, where there are any.
+fn bars(px_per_mm: f64, exaggeration: Option<f64>) -> Markup {
     let round = |most: f64| Ticks::new([0.0, most], 1).step();
     // the longest round length of at most 110 px
     let nice = |per_px: f64| {
@@ -224,12 +247,13 @@ fn bars(px_per_mm: f64, exaggeration: f64) -> Markup {
         }
     };
     let path_mm = nice(1.0 / px_per_mm);
-    let error_um = nice(1e3 / (px_per_mm * exaggeration));
     let shown = |v: f64| super::super::number::significant(v).trim_end_matches(".00").to_owned();
-    let rows = [
-        (path_mm * px_per_mm, format!("path {} mm", shown(path_mm)), "path"),
-        (error_um * 1e-3 * exaggeration * px_per_mm, format!("error {} µm", shown(error_um)), "error"),
-    ];
+    let what = if exaggeration.is_some() { "path " } else { "" };
+    let mut rows = vec![(path_mm * px_per_mm, format!("{what}{} mm", shown(path_mm)), "path")];
+    rows.extend(exaggeration.map(|e| {
+        let error_um = nice(1e3 / (px_per_mm * e));
+        (error_um * 1e-3 * e * px_per_mm, format!("error {} µm", shown(error_um)), "error")
+    }));
     html! {
         g.scalebars data-scale=(format!("{px_per_mm:.6}")) {
             @for (k, (width, words, class)) in rows.iter().enumerate() {
@@ -243,13 +267,15 @@ fn bars(px_per_mm: f64, exaggeration: f64) -> Markup {
 }
 
 /// Hidden until the script is there.
-fn controls(exaggeration: f64) -> Markup {
+fn controls(exaggeration: Option<f64>) -> Markup {
     html! {
         div.controls hidden="hidden" {
-            label { "Errors drawn "
-                output { (number(exaggeration, 0)) }
-                " times larger "
-                input type="range" min="0" max=(number((2.0 * exaggeration).max(1.0), 0)) step="1" value=(number(exaggeration, 0)) aria-label="Exaggeration of the errors";
+            @if let Some(e) = exaggeration {
+                label { "Errors drawn "
+                    output { (number(e, 0)) }
+                    " times larger "
+                    input type="range" min="0" max=(number((2.0 * e).max(1.0), 0)) step="1" value=(number(e, 0)) aria-label="Exaggeration of the errors";
+                }
             }
             button type="button" { "Isometric view" }
             span.hint { "Drag the drawing, or use the arrow keys, to turn it." }

@@ -34,7 +34,9 @@ pub fn draw(view: &TracesView, joints: &Joints) -> Markup {
     let model: &[(&str, &str)] = if has_model { &[("model", "model")] } else { &[] };
     html! {
         div.legends {
-            (legend(runs, model))
+            // whole positions are drawn as the model's line
+            @if view.y_whole { (legend([], &runs.iter().map(|r| ("model", r.name.as_str())).collect::<Vec<_>>())) }
+            @else { (legend(runs, model)) }
             (joints.legend(panels().flat_map(|p| &p.marks).map(|m| m.joint.as_str())))
         }
         @for joint in &view.joints { (row(view, joint, joints)) }
@@ -54,6 +56,7 @@ fn row(view: &TracesView, joint: &JointTraces, joints: &Joints) -> Markup {
                     @for panel in &joint.panels {
                         @let size = if small { Size { top: 42.0, ..Size::SMALL } } else { Size::WIDE };
                         @let frame = Frame::new(size, widen(xs, 0.01), widen(ys, 0.06), view.x_unit == "deg");
+                        @let frame = if view.x_unit == "points" { frame.counting() } else { frame };
                         (draw_panel(view, joint, panel, &frame, joints))
                     }
                 }

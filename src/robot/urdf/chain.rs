@@ -142,7 +142,7 @@ fn link_masses(
             continue;
         }
         let com_m = frames[i].inverse_transform_point(&Point3::from(moment / mass_kg)).coords;
-        out.push(Link { mass_kg, com_m });
+        out.push(Link { mass_kg, com_m: com_m.map(without_rounding) });
     }
     let any = out.iter().any(|l| l.mass_kg > 0.0);
     if any { out } else { Vec::new() }

@@ -1,0 +1,39 @@
+#!/bin/sh
+# Makes one page of every command that writes one, from the files that ship: make-pages.sh LOSTMOTION FOLDER
+set -eu
+lostmotion=$(realpath "$1")
+out=$(realpath -m "$2")
+cd "$(dirname "$0")/../.."
+rm -rf "$out"
+mkdir -p "$out/work"
+work=$out/work
+kuka=configs/kuka-kr120-r2500-pro.yaml
+model=samples/models/kuka-figure5.model.yaml
+program=samples/circle/circle_program.csv
+static=samples/static/single_axis_A1.csv.gz
+arm=tests/data/machines/arm
+
+# an answer that is no (exit code 1) has a page, too
+run() { "$lostmotion" -q "$@" >/dev/null || [ $? -eq 1 ]; }
+
+run identify static --robot $kuka --log $static --output "$work/gaps.yaml" --report "$out/identify-static.html"
+run identify path --robot $kuka --log samples/circle/circle_uncompensated_figure5.csv.gz --output "$work/path.yaml" --report "$out/identify-path.html"
+run identify --robot $arm/robot.yaml --log $arm/static_J1.csv.gz --log $arm/static_J2.csv.gz --log $arm/circle.csv.gz \
+  --log $arm/excitation.csv.gz --output "$work/machine.yaml" --report "$out/identify.html"
+run fit --robot $kuka --gaps "$work/gaps.yaml" --output "$work/comp.yaml" --report "$out/fit.html"
+run rewrite --robot $kuka --compensator "$work/comp.yaml" $program --speed-mm-s 1.5 --output "$work/circle.csv" --report "$out/rewrite.html"
+run rewrite --model $model samples/programs/krl --speed-mm-s 20 --output-dir "$work/done" --fail-on none --report "$out/rewrite-folder.html"
+run simulate --model $model --input $program --speed-mm-s 20 --rate-hz 20 --noise-um 11 --output "$work/log.csv" --report "$out/simulate.html"
+run assess program --model $model --before $program --after "$work/circle.csv" --report "$out/assess-program.html"
+run assess circle --robot $kuka --nominal $program --before samples/circle/circle_uncompensated_figure5.csv.gz --report "$out/assess-circle.html"
+run assess impact --model $model --pose 40,-10,5,0,0,0 --report "$out/assess-impact.html"
+run assess bidirectional --readings samples/bidirectional/irb1600_y.csv --report "$out/assess-bidirectional.html"
+sed '/^effects:/,$d' $model | sed "s|../../configs|$PWD/configs|" >"$work/ideal.yaml"
+run diagnose --model "$work/ideal.yaml" --log "$work/log.csv" --json --report "$out/diagnose.html"
+for file in $kuka $model $program $static "$work/gaps.yaml" "$work/comp.yaml"; do
+  name=$(basename "$file" | sed 's/\.csv.*//; s/\.yaml//; s/\.model//')
+  case $file in
+    $kuka | $model) run show "$file" --output "$out/show-$name.html" ;;
+    *) run show "$file" --robot $kuka --output "$out/show-$name.html" ;;
+  esac
+done
