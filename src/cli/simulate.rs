@@ -8,6 +8,7 @@ use crate::io::bag::TopicChoice;
 use crate::io::input;
 use crate::io::output::{self, Output};
 use crate::log::ColumnMap;
+use crate::log::Log;
 use crate::log::text::LogText;
 use crate::model::Model;
 use crate::program::Program;

@@ -74,7 +74,7 @@ fn number_at(text: &[u8], from: usize) -> Option<usize> {
     };
     // a sign after a number or a name is an operator
     let operand = from > 0 && (text[from - 1].is_ascii_alphanumeric() || b")]_".contains(&text[from - 1]));
-    let signed = matches!(text.get(from), Some(b'-' | b'+')) && !(operand && !single_letter(text, from));
+    let signed = matches!(text.get(from), Some(b'-' | b'+')) && (!operand || single_letter(text, from));
     let start = from + usize::from(signed);
     let mut end = digits(start);
     let mut any = end > start;

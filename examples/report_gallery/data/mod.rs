@@ -67,6 +67,7 @@ pub fn page() -> Result<Page> {
         "Errors stand at the reversals, and hardly anywhere after compensation",
         "TCP by laser tracker, registered away from the reversals; errors against the nominal path, 4 values a second.",
         PathView {
+            is_arm: false,
             exaggeration: 400.0,
             nominal_mm: runs[0].1.nominal_mm.clone(),
             runs: [0, 2]

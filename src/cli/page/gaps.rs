@@ -9,8 +9,8 @@ use crate::identify::path::PathFound;
 use crate::identify::static_test::Found;
 use crate::numerics::normal::Z95;
 use crate::report::{
-    GapPointView, GapRow, GapsView, JointGapView, JointTraces, Page, Role, Run, ScheduleView, StictionRow, TableView, Tile, Tone,
-    TraceMark, TracePanel, TraceRun, TracesView, method,
+    GapPointView, GapRow, GapsView, JointGapView, JointTraces, Page, Role, Run, ScheduleView, StictionRow, TableView,
+    Tile, Tone, TraceMark, TracePanel, TraceRun, TracesView, method,
 };
 use crate::robot::{JointKind, Robot};
 

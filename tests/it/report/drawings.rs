@@ -59,6 +59,7 @@ fn a_constant_error_is_a_circle_and_a_known_value_stands_at_its_tick() {
 #[test]
 fn the_view_in_space_is_isometric_and_errors_are_exaggerated_along_their_direction() {
     let html = one(PathView {
+        is_arm: false,
         exaggeration: 400.0,
         nominal_mm: vec![[0.0, -100.0, 0.0], [0.0, 100.0, 0.0]],
         runs: vec![PathRun {

@@ -17,6 +17,7 @@ fn words_from_files_stay_words() {
         EVIL,
         EVIL,
         PathView {
+            is_arm: false,
             exaggeration: 10.0,
             nominal_mm: vec![[0.0; 3], [1.0; 3]],
             runs: vec![PathRun { run: run(), reference_mm: vec![[0.0; 3]], error_um: vec![[1.0; 3]] }],
@@ -166,6 +167,7 @@ fn odd_inputs_leave_no_hole_and_values_that_are_no_numbers_are_counted() {
                 "",
                 "",
                 PathView {
+                    is_arm: false,
                     exaggeration: first(y),
                     nominal_mm: cubes(x),
                     runs: vec![PathRun { run: r(), reference_mm: cubes(x), error_um: cubes(y) }],
@@ -331,6 +333,7 @@ fn a_long_log_makes_a_page_of_bounded_size_and_keeps_a_spike_of_one_sample() {
         "",
         "",
         PathView {
+            is_arm: false,
             exaggeration: 400.0,
             nominal_mm: cubes.clone(),
             runs: runs
