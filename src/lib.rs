@@ -41,10 +41,6 @@
 //! ```
 #![forbid(unsafe_code)]
 
-// first, as its macros `eprint!` and `eprintln!` stand in for those of the standard library
-#[macro_use]
-pub mod io;
-
 pub mod assess;
 #[cfg(feature = "cli")]
 pub mod cli;
@@ -55,6 +51,7 @@ pub mod error;
 pub mod fit;
 pub mod gaps;
 pub mod identify;
+pub mod io;
 pub mod join;
 pub mod learn;
 pub mod log;

@@ -47,8 +47,9 @@ fn print(text: &str) -> Result<()> {
 }
 
 /// One JSON document with a last newline.
-fn print_json(value: &serde_json::Value) -> Result<()> {
-    print(&format!("{value:#}\n"))
+fn print_json(document: &impl serde::Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(document).map_err(|e| crate::error::Error::internal("write JSON", e))?;
+    print(&(text + "\n"))
 }
 
 /// An empty table: numbers to the right, one line below the header.

@@ -1,7 +1,7 @@
 //! Options that every command takes.
 
+use crate::cli::console::{self, Words, detail};
 use crate::error::counted;
-use crate::io::console::{self, Words, detail};
 use crate::io::threads;
 use clap::ColorChoice;
 use std::num::NonZeroUsize;

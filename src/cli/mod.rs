@@ -3,6 +3,9 @@
 // doc comments of arguments are help texts, with <placeholders>
 #![allow(rustdoc::invalid_html_tags)]
 
+// first: its macros `eprint!` and `eprintln!` replace those of the standard library
+#[macro_use]
+pub mod console;
 pub mod assess;
 pub mod completions;
 pub mod demo;

@@ -8,6 +8,7 @@ use crate::error::{Error, Place};
 use crate::io::input;
 use crate::io::output::{self, Output};
 use crate::model::Model;
+use crate::plan::document::QuestionKind;
 use crate::plan::path::{Envelope, EnvelopeOptions};
 use crate::plan::question::{self, Set};
 use crate::plan::recording::Kind;
@@ -228,8 +229,8 @@ impl Question {
                 let (plan, motion) = document::of_catalogue(&answer, bench);
                 return (plan, motion.cloned());
             }
-            Self::Diagnosis(sets, _) => ("diagnosis", sets),
-            Self::Between(sets) => ("between", sets),
+            Self::Diagnosis(sets, _) => (QuestionKind::Diagnosis, sets),
+            Self::Between(sets) => (QuestionKind::Between, sets),
         };
         if sets.is_empty() {
             return (document::of_nothing(bench), None);

@@ -1,7 +1,7 @@
 //! The command as a process: arguments in, exit code out. The binary and the Python module run the same.
 
 use super::{Cli, exit, global, help, run};
-use crate::io::console::say;
+use crate::cli::console::say;
 use clap::{ColorChoice, FromArgMatches};
 use std::ffi::OsString;
 use std::io::IsTerminal;
@@ -14,6 +14,7 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
         Ok(cli) => cli,
         Err(e) => return usage(&e, color),
     };
+    crate::io::notice::handle_with(super::console::print);
     crate::io::interrupt::listen();
     match run(cli) {
         Ok(finished) => finished.code(),

@@ -1,6 +1,6 @@
 //! A line on the terminal while a command computes, so that one that takes long does not look dead.
 
-use crate::io::console;
+use crate::cli::console;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::time::Duration;
 

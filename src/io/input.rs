@@ -1,6 +1,7 @@
 //! Reading: a path or `-`, gzip recognised by its first bytes, SHA-256 of the bytes as they were stored.
 
-use super::{console, memory};
+use super::memory;
+use super::notice::{self, Notice};
 use crate::error::{Error, Place, Result, is_stdio, shown};
 use flate2::read::MultiGzDecoder;
 use sha2::{Digest, Sha256};
@@ -66,7 +67,7 @@ pub fn read_within(name: &str, stream: impl Read, most: u64) -> Result<Vec<u8>> 
 /// Takes stored bytes for an input, unpacking gzip; `name` stands in messages.
 pub fn from_bytes(name: String, mut bytes: Vec<u8>) -> Result<Input> {
     let sha256 = hex(&Sha256::digest(&bytes));
-    console::detail(format_args!("read {name}: {} bytes, SHA-256 {sha256}", bytes.len()));
+    notice::report(Notice::Read { name: &name, bytes: bytes.len(), sha256: &sha256 });
     if bytes.starts_with(&[0x1f, 0x8b]) {
         bytes = read_within(&name, MultiGzDecoder::new(bytes.as_slice()), LARGEST).map_err(|e| match e {
             Error::Io { source, .. } => Error::bad(

@@ -9,6 +9,7 @@
 use super::folder::{folder_of, ignore_unsupported};
 use super::lock::{FolderLock, LOCK, Sharing};
 use super::name::path_of;
+use super::notice::{self, Notice};
 use super::temporary::{self, OLD, PART, PREFIX, Temporary};
 use crate::error::{Error, Result, shown};
 use serde::{Deserialize, Serialize};
@@ -199,7 +200,7 @@ pub fn finish_locked(folder: &Path, towards: Towards) -> Result<()> {
         };
         journal.finish(folder, towards).map_err(|e| Error::io(path, "finish what it lists in", e))?;
         std::fs::remove_file(path).map_err(|e| Error::io(path, "remove", e))?;
-        eprintln!("note: {}: what an interrupted run had left is cleared up", shown(folder));
+        notice::report(Notice::ClearedUp(folder));
     }
     for old in temporary::named(folder, OLD) {
         let _ = std::fs::remove_file(old);

@@ -1,7 +1,7 @@
 //! Files at the edges: whole or not at all, `-` for standard streams, `.gz` read as it is.
 //!
 //! Modules, in reading order:
-//! - [`mod@name`]: file names as text and back; [`console`]: words for standard error.
+//! - [`mod@name`]: file names as text and back; [`notice`]: what the library reports besides its results.
 //! - [`input`]: bytes of a path, of standard input, of a gzip file; their SHA-256; [`memory`]: what there is room for.
 //! - [`bag`]: a topic of a ROS 2 recording (MCAP) as CSV.
 //! - [`workbook`]: the first sheet of a workbook (`.xlsx`, `.ods`, `.xls`) as CSV.
@@ -13,18 +13,19 @@
 //! - [`transaction`]: outputs that belong together come into place together; [`journal`] finishes what was interrupted.
 //! - [`interrupt`]: a signal waits until nothing is half in place, then takes away what is not.
 //! - [`threads`]: as many as there are.
+//! - [`keyed`]: an entry of a document whose key carries a unit.
 //! - [`yaml`]: YAML documents with the line of every refusal.
 
-#[macro_use]
-pub mod console;
 pub mod bag;
 pub mod folder;
 pub mod input;
 pub mod interrupt;
 pub mod journal;
 pub mod kind;
+pub mod keyed;
 pub mod lock;
 pub mod memory;
+pub mod notice;
 pub mod output;
 pub mod temporary;
 pub mod threads;

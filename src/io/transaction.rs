@@ -12,6 +12,7 @@ use super::folder::{folder_of, ignore_unsupported};
 use super::interrupt;
 use super::journal::{self, Journal, Towards};
 use super::lock::{FolderLock, Sharing};
+use super::notice::{self, Notice};
 use super::output::{Durability, InFile, Output, Sink};
 use super::temporary::{self, OLD};
 use crate::error::{Error, Result, shown};
@@ -310,7 +311,7 @@ fn sync_folders(folders: &[PathBuf]) {
     for folder in folders {
         let synced = File::open(folder).and_then(|f| f.sync_all().or_else(ignore_unsupported));
         if let Err(e) = synced {
-            eprintln!("note: {}: written, but a loss of power may undo it: cannot sync the folder: {e}", shown(folder));
+            notice::report(Notice::NotSynced(folder, &e));
         }
     }
 }

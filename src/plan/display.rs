@@ -1,6 +1,6 @@
 //! The plan on a terminal: the question, a table of the motions, the proposal in words.
 
-use super::document::{Plan, Verdict};
+use super::document::{Plan, QuestionKind, Verdict};
 use std::fmt::Write;
 
 /// Motions that are shown.
@@ -13,7 +13,7 @@ pub fn story(plan: &Plan) -> String {
         let names: Vec<&str> = set.alternatives.iter().map(|r| r.name.as_str()).collect();
         let _ = writeln!(out, "to tell apart: {}", names.join(" | "));
     }
-    if plan.question == "catalogue" {
+    if plan.question == QuestionKind::Catalogue {
         let _ = writeln!(out, "to see: every effect of the catalogue on every joint");
     }
     if !plan.motions.is_empty() {
@@ -41,7 +41,7 @@ pub fn story(plan: &Plan) -> String {
 }
 
 fn table(out: &mut String, plan: &Plan) {
-    let heads = if plan.question == "catalogue" {
+    let heads = if plan.question == QuestionKind::Catalogue {
         ["size/MDB of worst", "", ""]
     } else {
         ["expected 2 ln L", "named alone", "to other effects"]

@@ -15,12 +15,23 @@ use serde_json::{Value, json};
 
 pub const SCHEMA: &str = "lostmotion/plan/1";
 
+/// What a plan is to decide.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum QuestionKind {
+    /// Which of the alternatives that the user named is right.
+    Between,
+    /// Which member of the sets of a diagnosis is right.
+    Diagnosis,
+    /// Which effects of the catalogue are there at all.
+    Catalogue,
+}
+
 /// What `plan-experiment --json` prints.
 #[derive(Debug, Clone, Serialize)]
 pub struct Plan {
     pub schema: &'static str,
-    /// `between`, `diagnosis` or `catalogue`.
-    pub question: &'static str,
+    pub question: QuestionKind,
     pub verdict: Verdict,
     pub noise_um: f64,
     pub rate_hz: f64,
@@ -201,7 +212,7 @@ fn evidence(worth: &DesignScore, sets: &[Set], robot: &Robot) -> Evidence {
     }
 }
 
-fn empty(question: &'static str, bench: &Experiment) -> Plan {
+fn empty(question: QuestionKind, bench: &Experiment) -> Plan {
     Plan {
         schema: SCHEMA,
         question,
@@ -220,7 +231,7 @@ fn empty(question: &'static str, bench: &Experiment) -> Plan {
 
 /// The document where a diagnosis has no set.
 pub fn of_nothing(bench: &Experiment) -> Plan {
-    let mut plan = empty("diagnosis", bench);
+    let mut plan = empty(QuestionKind::Diagnosis, bench);
     plan.reason = Some("no round of the diagnosis has a set of two or more: there is nothing to decide".into());
     plan
 }
@@ -246,7 +257,7 @@ fn channels_shown(answer: &Separation) -> Vec<ChannelShown> {
 
 /// The document of a separation, and the motion to run.
 pub fn of_separation<'a>(
-    question: &'static str,
+    question: QuestionKind,
     answer: &'a Separation,
     sets: &[Set],
     bench: &Experiment,
@@ -305,7 +316,7 @@ pub fn of_separation<'a>(
 /// The document of the whole catalogue, and the motion to run.
 pub fn of_catalogue<'a>(answer: &'a [Shown], bench: &Experiment) -> (Plan, Option<&'a Motion>) {
     let robot = &bench.model.robot;
-    let mut plan = empty("catalogue", bench);
+    let mut plan = empty(QuestionKind::Catalogue, bench);
     let shown = |s: &Shown| {
         let mut entry = entry_of(&s.motion, bench);
         entry.worst_ratio = Some(digits(s.worst));

@@ -17,6 +17,7 @@ use crate::io::input;
 use crate::io::journal::{self, Towards};
 use crate::io::lock::{self, FolderLock, LOCK, Sharing};
 use crate::io::name::path_of;
+use crate::io::notice::{self, Notice};
 use crate::io::temporary;
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
@@ -113,7 +114,7 @@ pub fn claim(output: &Path, part: Option<(usize, usize)>) -> Result<Claim> {
         (lock, _) => lock?,
     };
     if let Some(by) = alone.as_ref().and_then(|l| l.stale.as_ref()) {
-        eprintln!("note: {}: the lock of a run that has ended ({by}) is taken over", shown(output));
+        notice::report(Notice::LockTakenOver(output, by));
     }
     let mut open = vec![output.to_path_buf()];
     while let Some(here) = open.pop() {

@@ -7,6 +7,7 @@
 use crate::error::{BadInput, Error, Place, Result, is_stdio, shown};
 use crate::io::folder;
 use crate::io::input::sha256;
+use crate::io::notice::{self, Notice};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -166,7 +167,7 @@ impl Notes {
             Ok(bytes) => {
                 let note = parse_note(&bytes);
                 if note.is_none() {
-                    eprintln!("note: {}: damaged: the program that it tells of is not known by it", shown(&p));
+                    notice::report(Notice::DamagedNote(&p));
                 }
                 note.map(Ok)
             }

@@ -1,11 +1,15 @@
 //! What a rewrite did, as the contract's summary line and as one JSON document.
 
 use super::outcome::{Outcome, Vendor};
+use super::script::change::Change;
+use super::script::coverage::Reason;
 use crate::error::{Error, one_line};
+use crate::io::keyed::Keyed;
 use crate::robot::frames::Missing;
 use crate::robot::{Joint, Robot};
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value, json};
+
+pub const SCHEMA: &str = "lostmotion/rewrite/1";
 
 /// How a program came out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -117,73 +121,154 @@ impl Line {
     }
 }
 
-/// The whole report as one document: the fields of the summary line, and each joint.
-pub fn document(outcome: &Outcome, robot: &Robot) -> Value {
-    let line = Line::of(outcome);
-    let mut map = Map::new();
-    map.insert("schema".into(), json!("lostmotion/rewrite/1"));
-    if let Ok(Value::Object(fields)) = serde_json::to_value(&line) {
-        map.extend(fields);
-    }
-    map.insert("reason".into(), json!(outcome.refusal));
-    let a = &outcome.stats;
-    let joints: Vec<Value> = robot.axis_joints().enumerate().map(|(k, joint)| joint_entry(outcome, k, joint)).collect();
-    map.insert("joints".into(), json!(joints));
-    map.insert("largest_change_um".into(), json!(round(a.largest_change_m * 1e6, 3)));
-    let cycle = a.duration_s.map(|[before, after]| json!({"before": round(before, 6), "after": round(after, 6)}));
-    map.insert("cycle_time_s".into(), json!(cycle));
-    map.insert("limits_exceeded".into(), json!(a.violations_total));
-    map.insert("rates_not_checked".into(), json!(a.unchecked_rates));
-    if let Some(v) = &outcome.vendor {
-        vendor_entries(v, robot, &mut map);
-    }
-    Value::Object(map)
+/// `lostmotion/rewrite/1`: what a rewrite did, as `rewrite --json` prints it.
+#[derive(Debug, Clone, Serialize)]
+pub struct Document {
+    schema: &'static str,
+    /// The line of the summary, with the whole text of a refusal.
+    #[serde(flatten)]
+    line: Line,
+    joints: Vec<JointEntry>,
+    largest_change_um: f64,
+    cycle_time_s: Option<BeforeAfter>,
+    limits_exceeded: u64,
+    rates_not_checked: Option<&'static str>,
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    vendor: Option<VendorEntries>,
 }
 
-/// One joint of the document.
-fn joint_entry(outcome: &Outcome, axis: usize, joint: &Joint) -> Value {
-    let a = &outcome.stats;
-    let unit = joint.kind.unit();
-    let mut j = Map::new();
-    j.insert("joint".into(), json!(joint.name));
-    j.insert("reversals".into(), json!(a.reversals.get(axis).copied().unwrap_or(0)));
-    let offset = joint.kind.to_user_unit(a.largest_offset.get(axis).copied().unwrap_or(0.0));
-    j.insert(format!("largest_offset_{unit}"), json!(round(offset, 9)));
-    let left = joint.kind.to_user_unit(a.largest_left.get(axis).copied().unwrap_or(0.0));
-    j.insert(format!("largest_left_{unit}"), json!(round(left, 9)));
-    j.insert("decimals".into(), json!(outcome.written.get(axis).copied().flatten()));
-    Value::Object(j)
+/// A figure of the original and of the rewritten program.
+#[derive(Debug, Clone, Serialize)]
+struct BeforeAfter {
+    before: f64,
+    after: f64,
+}
+
+/// One joint of the document; the unit of a length or an angle stands in its key.
+#[derive(Debug, Clone, Serialize)]
+struct JointEntry {
+    joint: String,
+    reversals: u64,
+    #[serde(flatten)]
+    largest_offset: Keyed<f64>,
+    #[serde(flatten)]
+    largest_left: Keyed<f64>,
+    decimals: Option<u8>,
 }
 
 /// What the document of a vendor program has beyond that of CSV.
-fn vendor_entries(v: &Vendor, robot: &Robot, map: &mut Map<String, Value>) {
-    let mut put = |key: &str, value: Value| map.insert(key.into(), value);
-    put("format", json!(v.format));
-    put("coverage_percent", json!(round(v.coverage.percent(), 3)));
-    put("edited_as_joints", json!(v.coverage.as_joints));
-    put("edited_as_poses", json!(v.coverage.as_poses));
-    put("left", json!(v.coverage.moves - v.coverage.editable));
-    put("not_edited", json!(v.coverage.reasons));
-    put("missing", json!(v.missing));
-    put("closed", json!(v.coverage.closed));
-    put("runs", json!(v.runs));
-    put("directions_lost", v.gaps.iter().map(|g| json!({"line": g.at.line, "why": g.why})).collect());
-    put("points_not_placed", json!(v.unplaced.points + v.unplaced.rounded));
-    put(
-        "points_without_corner",
-        v.written.stops.iter().map(|s| json!({"line": s.at.line, "points": s.points})).collect(),
-    );
-    put("new_stops", v.written.halts.iter().map(|h| json!({"line": h.at.line, "stops": h.stops})).collect());
-    put("changes", json!(v.changes));
-    put("notes", v.notes.iter().map(|n| json!({"line": n.place.line, "text": n.text})).collect());
+#[derive(Debug, Clone, Serialize)]
+struct VendorEntries {
+    format: &'static str,
+    coverage_percent: f64,
+    left: u64,
+    not_edited: Vec<Reason>,
+    missing: Missing,
+    closed: u64,
+    runs: usize,
+    directions_lost: Vec<DirectionLost>,
+    points_not_placed: u64,
+    points_without_corner: Vec<PointsOnLine>,
+    new_stops: Vec<StopsOnLine>,
+    changes: Vec<Change>,
+    notes: Vec<NoteOnLine>,
+    rounding: Vec<Rounding>,
+    rounding_pose_mm: f64,
+    rounding_pose_deg: f64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct DirectionLost {
+    line: u64,
+    why: String,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct PointsOnLine {
+    line: u64,
+    points: u64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct StopsOnLine {
+    line: u64,
+    stops: u64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct NoteOnLine {
+    line: u64,
+    text: String,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct Rounding {
+    joint: String,
+    #[serde(flatten)]
+    rounding: Keyed<f64>,
+}
+
+/// The whole report as one document: the fields of the summary line, and each joint.
+pub fn document(outcome: &Outcome, robot: &Robot) -> Document {
+    let a = &outcome.stats;
+    Document {
+        schema: SCHEMA,
+        line: Line { reason: outcome.refusal.clone(), ..Line::of(outcome) },
+        joints: robot.axis_joints().enumerate().map(|(k, joint)| joint_entry(outcome, k, joint)).collect(),
+        largest_change_um: round(a.largest_change_m * 1e6, 3),
+        cycle_time_s: a
+            .duration_s
+            .map(|[before, after]| BeforeAfter { before: round(before, 6), after: round(after, 6) }),
+        limits_exceeded: a.violations_total,
+        rates_not_checked: a.unchecked_rates,
+        vendor: outcome.vendor.as_ref().map(|v| vendor_entries(v, robot)),
+    }
+}
+
+fn joint_entry(outcome: &Outcome, axis: usize, joint: &Joint) -> JointEntry {
+    let a = &outcome.stats;
+    let in_unit = |name: &str, values: &[f64]| {
+        let v = joint.kind.to_user_unit(values.get(axis).copied().unwrap_or(0.0));
+        Keyed::new(name, joint.kind.unit(), round(v, 9))
+    };
+    JointEntry {
+        joint: joint.name.clone(),
+        reversals: a.reversals.get(axis).copied().unwrap_or(0),
+        largest_offset: in_unit("largest_offset", &a.largest_offset),
+        largest_left: in_unit("largest_left", &a.largest_left),
+        decimals: outcome.written.get(axis).copied().flatten(),
+    }
+}
+
+fn vendor_entries(v: &Vendor, robot: &Robot) -> VendorEntries {
     let rounding = |(j, lost): (&Joint, &Option<f64>)| {
         let lost = round(j.kind.to_user_unit((*lost)?), 9);
-        Some(json!({"joint": j.name, format!("rounding_{}", j.kind.unit()): lost}))
+        Some(Rounding { joint: j.name.clone(), rounding: Keyed::new("rounding", j.kind.unit(), lost) })
     };
-    put("rounding", robot.axis_joints().zip(&v.written.lost).filter_map(rounding).collect());
     let [length, angle] = v.written.pose_lost;
-    put("rounding_pose_mm", json!(round(length * 1e3, 9)));
-    put("rounding_pose_deg", json!(round(angle.to_degrees(), 9)));
+    VendorEntries {
+        format: v.format,
+        coverage_percent: round(v.coverage.percent(), 3),
+        left: v.coverage.moves - v.coverage.editable,
+        not_edited: v.coverage.reasons.clone(),
+        missing: v.missing.clone(),
+        closed: v.coverage.closed,
+        runs: v.runs,
+        directions_lost: v.gaps.iter().map(|g| DirectionLost { line: g.at.line, why: g.why.to_string() }).collect(),
+        points_not_placed: v.unplaced.points + v.unplaced.rounded,
+        points_without_corner: v
+            .written
+            .stops
+            .iter()
+            .map(|s| PointsOnLine { line: s.at.line, points: s.points })
+            .collect(),
+        new_stops: v.written.halts.iter().map(|h| StopsOnLine { line: h.at.line, stops: h.stops }).collect(),
+        changes: v.changes.clone(),
+        notes: v.notes.iter().map(|n| NoteOnLine { line: n.place.line, text: n.text.to_string() }).collect(),
+        rounding: robot.axis_joints().zip(&v.written.lost).filter_map(rounding).collect(),
+        rounding_pose_mm: round(length * 1e3, 9),
+        rounding_pose_deg: round(angle.to_degrees(), 9),
+    }
 }
 
 fn round(v: f64, digits: i32) -> f64 {

@@ -15,6 +15,7 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    lostmotion::io::notice::handle_with(lostmotion::cli::console::print);
     errors::register(m)?;
     m.add_class::<robot::Robot>()?;
     m.add_class::<log::Log>()?;

@@ -1,65 +1,113 @@
 //! The document `lostmotion/program-assessment/1`.
 
-use super::{Assessment, Figures};
+use super::{Assessment, Figures, ReversalError};
+use crate::io::keyed::Keyed;
 use crate::robot::Robot;
-use serde_json::{Map, Value, json};
+use serde::Serialize;
 
 pub const SCHEMA: &str = "lostmotion/program-assessment/1";
 
-fn round(v: f64, decimals: i32) -> Value {
-    let k = 10f64.powi(decimals);
-    ((v * k).round() / k + 0.0).into()
+/// A figure of the program before and after the change.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Pair<T> {
+    pub before: T,
+    pub after: T,
 }
 
-fn um(m: f64) -> Value {
+/// The figures of a comparison; micrometres are distances of the TCP to the reference path.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FiguresShown {
+    pub rms_um: Pair<f64>,
+    pub mean_um: Pair<f64>,
+    pub largest_um: Pair<f64>,
+    /// Most that the error after a single reversal grew.
+    pub worst_reversal_growth_um: f64,
+    pub cycle_time_s: Pair<f64>,
+    pub points: Pair<usize>,
+    pub stops: Pair<usize>,
+}
+
+/// What `assess program --json` prints.
+#[derive(Debug, Clone, Serialize)]
+pub struct Document {
+    schema: &'static str,
+    robot: RobotShown,
+    before: String,
+    after: String,
+    verdict: &'static str,
+    path_length_mm: f64,
+    reversals: Vec<ReversalShown>,
+    notes: Vec<String>,
+    #[serde(flatten)]
+    figures: FiguresShown,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct RobotShown {
+    name: String,
+    sha256: String,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct ReversalShown {
+    joint: String,
+    t_s: f64,
+    #[serde(flatten)]
+    command: Keyed<f64>,
+    direction: i8,
+    before_um: f64,
+    after_um: f64,
+}
+
+fn round(v: f64, decimals: i32) -> f64 {
+    let k = 10f64.powi(decimals);
+    (v * k).round() / k + 0.0
+}
+
+fn um(m: f64) -> f64 {
     round(m * 1e6, 3)
 }
 
 /// The figures alone, as `rewrite` reports them.
-pub fn figures(f: &Figures) -> Value {
-    let pair = |v: [f64; 2]| json!({"before": um(v[0]), "after": um(v[1])});
-    json!({
-        "rms_um": pair(f.rms_m),
-        "mean_um": pair(f.mean_m),
-        "largest_um": pair(f.largest_m),
-        "worst_reversal_growth_um": um(f.worst_reversal_growth_m),
-        "cycle_time_s": {"before": round(f.cycle_s[0], 6), "after": round(f.cycle_s[1], 6)},
-        "points": {"before": f.points[0], "after": f.points[1]},
-        "stops": {"before": f.stops[0], "after": f.stops[1]},
-    })
+pub fn figures(f: &Figures) -> FiguresShown {
+    let pair = |v: [f64; 2]| Pair { before: um(v[0]), after: um(v[1]) };
+    let count = |[before, after]: [usize; 2]| Pair { before, after };
+    FiguresShown {
+        rms_um: pair(f.rms_m),
+        mean_um: pair(f.mean_m),
+        largest_um: pair(f.largest_m),
+        worst_reversal_growth_um: um(f.worst_reversal_growth_m),
+        cycle_time_s: Pair { before: round(f.cycle_s[0], 6), after: round(f.cycle_s[1], 6) },
+        points: count(f.points),
+        stops: count(f.stops),
+    }
+}
+
+fn reversal(r: &ReversalError, robot: &Robot) -> ReversalShown {
+    let joint = robot.axis(r.axis);
+    ReversalShown {
+        joint: joint.name.clone(),
+        t_s: round(r.at_s, 4),
+        command: Keyed::new("command", joint.kind.unit(), round(joint.kind.to_user_unit(r.command), 6)),
+        direction: r.direction,
+        before_um: um(r.before_m),
+        after_um: um(r.after_m),
+    }
 }
 
 impl Assessment {
     /// The document; micrometres are distances of the TCP to the reference path.
-    pub fn to_json(&self, robot: &Robot) -> Value {
-        let reversals: Vec<Value> = self
-            .reversals
-            .iter()
-            .map(|r| {
-                let joint = robot.axis(r.axis);
-                let mut one = Map::new();
-                one.insert("joint".into(), joint.name.clone().into());
-                one.insert("t_s".into(), round(r.at_s, 4));
-                one.insert(format!("command_{}", joint.kind.unit()), round(joint.kind.to_user_unit(r.command), 6));
-                one.insert("direction".into(), r.direction.into());
-                one.insert("before_um".into(), um(r.before_m));
-                one.insert("after_um".into(), um(r.after_m));
-                Value::Object(one)
-            })
-            .collect();
-        let mut doc = json!({
-            "schema": SCHEMA,
-            "robot": {"name": robot.name, "sha256": robot.fingerprint()},
-            "before": self.before.name,
-            "after": self.after.name,
-            "verdict": self.verdict.text(),
-            "path_length_mm": round(self.before.length_m * 1e3, 4),
-            "reversals": reversals,
-            "notes": self.notes,
-        });
-        if let (Value::Object(doc), Value::Object(f)) = (&mut doc, figures(&self.figures)) {
-            doc.extend(f);
+    pub fn document(&self, robot: &Robot) -> Document {
+        Document {
+            schema: SCHEMA,
+            robot: RobotShown { name: robot.name.clone(), sha256: robot.fingerprint() },
+            before: self.before.name.clone(),
+            after: self.after.name.clone(),
+            verdict: self.verdict.text(),
+            path_length_mm: round(self.before.length_m * 1e3, 4),
+            reversals: self.reversals.iter().map(|r| reversal(r, robot)).collect(),
+            notes: self.notes.clone(),
+            figures: figures(&self.figures),
         }
-        doc
     }
 }

@@ -7,7 +7,7 @@
 const AHEAD: usize = 64;
 
 /// Lines of two texts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 pub struct TextDifference {
     pub unchanged: usize,
     pub changed: usize,

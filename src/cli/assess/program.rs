@@ -1,6 +1,7 @@
 //! `lostmotion assess program`.
 
 use super::{print, print_json, table};
+use crate::assess::program::document::Document;
 use crate::assess::program::text::{TextDifference, difference};
 use crate::assess::program::{Assessment, Options, Source, Verdict, assess};
 use crate::cli::exit::{bad, no};
@@ -15,7 +16,7 @@ use crate::program::Program;
 use crate::robot::Robot;
 use crate::simulate::predicted;
 use anyhow::Result;
-use serde_json::json;
+use serde::Serialize;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -73,6 +74,14 @@ impl Loaded {
     }
 }
 
+/// The document, and how the texts of two programs differ; null of logs.
+#[derive(Serialize)]
+struct Printed {
+    #[serde(flatten)]
+    assessment: Document,
+    text_lines: Option<TextDifference>,
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
     let inputs = [
@@ -103,12 +112,7 @@ pub fn run(args: Args) -> Result<()> {
     page::write(&mut report, || page::program::of_assessment(&model.robot, &result))?;
     output::commit([report])?;
     if args.json {
-        let mut doc = result.to_json(&model.robot);
-        doc["text_lines"] = text.map_or(
-            serde_json::Value::Null,
-            |t| json!({"unchanged": t.unchanged, "changed": t.changed, "added": t.added, "removed": t.removed}),
-        );
-        print_json(&doc)?;
+        print_json(&Printed { assessment: result.document(&model.robot), text_lines: text })?;
     } else {
         print(&tables(&result, text, &model.robot))?;
     }

@@ -1,7 +1,7 @@
 //! Page of `plan-experiment`: the motion that decides, what else was tried, and what each would show.
 
 use crate::plan::display::sentence;
-use crate::plan::document::{Entry, Plan, Verdict};
+use crate::plan::document::{Entry, Plan, QuestionKind, Verdict};
 use crate::plan::motions::Motion;
 use crate::plan::path::Envelope;
 use crate::report::{JointTraces, Method, Page, Role, Run, TableView, Tile, Tone, TracePanel, TraceRun, TracesView};
@@ -107,7 +107,7 @@ fn motions(page: &mut Page, plan: &Plan) {
     if plan.motions.is_empty() {
         return;
     }
-    let catalogue = plan.question == "catalogue";
+    let catalogue = plan.question == QuestionKind::Catalogue;
     let row = |e: &Entry| {
         let mut cells =
             vec![e.motion.clone(), e.does.clone(), format!("{:.0}", e.duration_s), e.runs.len().to_string()];

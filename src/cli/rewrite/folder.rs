@@ -1,11 +1,11 @@
 //! `rewrite` on a folder: every program by itself, a line of JSON for each.
 
 use super::{Args, FailOn, printed, style, summarise, usage};
+use crate::cli::console::{say, shows_progress};
 use crate::cli::exit::Finished;
 use crate::cli::exit::{bad, no};
 use crate::cli::{page, paths};
 use crate::error::{Error, Place, counted, shown};
-use crate::io::console::{say, shows_progress};
 use crate::io::input::sha256;
 use crate::io::journal::{self, Towards};
 use crate::io::name::text_of;

@@ -5,12 +5,12 @@ mod job;
 mod proof;
 mod text;
 
+use crate::cli::console::shows_progress;
 use crate::cli::exit::Finished;
 use crate::cli::exit::{bad, no};
 use crate::cli::{page, paths};
 use crate::compensator::file::is_past;
 use crate::error::{Error, Place, is_stdio, shown};
-use crate::io::console::shows_progress;
 use crate::io::journal::{self, Towards};
 use crate::io::output::{self, Output};
 use crate::program::files::Files;
@@ -19,7 +19,7 @@ use crate::rewrite::equation2::Law;
 use crate::rewrite::guard::note_path;
 use crate::rewrite::job::Job;
 use crate::rewrite::outcome::{Outcome, Target};
-use crate::rewrite::summary::{Line, document};
+use crate::rewrite::summary::{Document, Line, document};
 use crate::rewrite::{LimitKind, Refine};
 use crate::robot::JointKind;
 use crate::robot::frames::Missing;
@@ -27,6 +27,7 @@ use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use job::Source;
 use proof::Proof;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 use text::{Verbosity, format_text};
@@ -378,8 +379,15 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
         let verdict = proof.as_ref().and_then(Proof::verdict);
         page::rewrite::of_outcome(&source.robot, &source.compensator, &ready.outcome, verdict)
     })?;
-    let json =
-        args.json.then(|| printed(&account_with_proof(&ready.outcome, &source.robot, proof.as_ref()))).transpose()?;
+    let json = args
+        .json
+        .then(|| {
+            printed(&Report {
+                rewrite: document(&ready.outcome, &source.robot),
+                path_error: proof.as_ref().map(Proof::document),
+            })
+        })
+        .transpose()?;
     let outcome = ready.commit_with([summary, report, json].into_iter().flatten().collect())?;
     if args.check.is_some() {
         return conclude_check(args, outcome);
@@ -435,12 +443,12 @@ fn verbosity(args: &Args, outcome: &Outcome) -> Verbosity {
 }
 
 /// The report of a rewrite, with the verdict of the simulation if there is one.
-fn account_with_proof(outcome: &Outcome, robot: &crate::robot::Robot, proof: Option<&Proof>) -> serde_json::Value {
-    let mut report = document(outcome, robot);
-    if let Some(proof) = proof {
-        report["path_error"] = proof.document();
-    }
-    report
+#[derive(Serialize)]
+struct Report {
+    #[serde(flatten)]
+    rewrite: Document,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    path_error: Option<proof::PathError>,
 }
 
 /// `--list-frames`: a frames file to fill in.
@@ -544,7 +552,7 @@ fn summarise(summary: &mut Option<Output>, lines: &[Line]) -> Result<()> {
 }
 
 /// A document for standard output.
-fn printed(document: &serde_json::Value) -> Result<Output> {
+fn printed(document: &impl Serialize) -> Result<Output> {
     let text = serde_json::to_string_pretty(document).map_err(|e| Error::internal("write JSON", e))?;
     let mut out = Output::create(Path::new("-"))?;
     out.put((text + "\n").as_bytes())?;

@@ -17,7 +17,7 @@ use crate::program::Program;
 use crate::rewrite::outcome::Ready;
 use crate::robot::Robot;
 use crate::simulate;
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::path::Path;
 
 /// Points of a program up to which the verdict is worked out: it runs the program three times.
@@ -60,6 +60,22 @@ pub(super) fn of(args: &Args, source: &Source, ready: &mut Ready) -> Option<Proo
     })
 }
 
+/// `path_error` of the document: the figures and the verdict, or why there are none.
+#[derive(Debug, Clone, Serialize)]
+#[serde(untagged)]
+pub(super) enum PathError {
+    Known {
+        #[serde(flatten)]
+        figures: document::FiguresShown,
+        verdict: &'static str,
+    },
+    Unknown {
+        /// Null.
+        verdict: (),
+        reason: String,
+    },
+}
+
 impl Proof {
     /// For standard error.
     pub(super) fn words(&self, of_model: bool) -> String {
@@ -92,13 +108,11 @@ impl Proof {
     }
 
     /// For `--json`.
-    pub(super) fn document(&self) -> Value {
+    pub(super) fn document(&self) -> PathError {
         match self {
-            Self::None(why) => json!({"verdict": Value::Null, "reason": why}),
+            Self::None(why) => PathError::Unknown { verdict: (), reason: why.to_string() },
             Self::Proven { verdict, figures } => {
-                let mut doc = document::figures(figures);
-                doc["verdict"] = verdict.text().into();
-                doc
+                PathError::Known { figures: document::figures(figures), verdict: verdict.text() }
             }
         }
     }

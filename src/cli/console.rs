@@ -1,10 +1,11 @@
 //! Words for standard error: a stream that cannot be written stops nothing, and what comes from outside commands no terminal.
 //!
 //! The macros `eprint!` and `eprintln!` of this crate stand in for those of the standard library, which panic where standard
-//! error is full or closed, after a program may have been written. They hold their tongue after [`choose`]`(Words::Errors)`; refusals, which
-//! [`say`] writes, always come.
+//! error is full or closed, after a program may have been written. They print nothing after [`choose`]`(Words::Errors)`; refusals,
+//! which [`say`] writes, are always printed.
 
-use super::name::printable;
+use crate::io::name::printable;
+use crate::io::notice::Notice;
 use std::fmt::Arguments;
 use std::io::Write;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -46,6 +47,11 @@ pub fn detail(text: Arguments) {
     }
 }
 
+/// Prints a notice of the library, as far as the user asked for it.
+pub fn print(notice: Notice) {
+    if notice.is_detail() { detail(format_args!("{notice}")) } else { note(format_args!("note: {notice}"), true) }
+}
+
 /// Whether a progress line may be drawn.
 pub fn shows_progress() -> bool {
     use std::io::IsTerminal;
@@ -65,10 +71,10 @@ pub fn say(text: Arguments, end_of_line: bool) {
 
 /// As the macro of the standard library, but it never panics.
 macro_rules! eprintln {
-    ($($arg:tt)*) => { $crate::io::console::note(format_args!($($arg)*), true) };
+    ($($arg:tt)*) => { $crate::cli::console::note(format_args!($($arg)*), true) };
 }
 
 /// As [`eprintln!`], without the end of the line.
 macro_rules! eprint {
-    ($($arg:tt)*) => { $crate::io::console::note(format_args!($($arg)*), false) };
+    ($($arg:tt)*) => { $crate::cli::console::note(format_args!($($arg)*), false) };
 }
