@@ -19,6 +19,7 @@
 use super::search::Seen;
 use super::series::{Play, Series};
 use crate::numerics::normal::Z95;
+use crate::numerics::normal_equations::scaled_inverse;
 use crate::numerics::robust::MEDIAN_DISTANCE;
 use crate::numerics::{rigid, robust::median_of};
 use crate::robot::Robot;
@@ -269,14 +270,9 @@ impl Solved {
             gram[(k, k)] += variance * precision;
             right[k] -= variance * precision * value;
         }
-        // in units of each column's own length, as metres meet radians and seconds
-        let scale: Vec<f64> = (0..size).map(|k| gram[(k, k)].sqrt().max(f64::MIN_POSITIVE)).collect();
-        let scaled = DMatrix::from_fn(size, size, |i, j| {
-            let (a, b) = (i.max(j), i.min(j));
-            gram[(a, b)] / (scale[i] * scale[j]) + if i == j { 1e-12 } else { 0.0 }
-        });
-        let inverse = scaled.cholesky().ok_or("a motion that does not show the clock")?.inverse();
-        let inverse = DMatrix::from_fn(size, size, |i, j| inverse[(i, j)] / (scale[i] * scale[j]));
+        // only the lower triangle was summed
+        gram.fill_upper_triangle_with_lower_triangle();
+        let inverse = scaled_inverse(&gram, 1e-12).ok_or("a motion that does not show the clock")?.inverse;
         let step = &inverse * &right;
         let influence = [0, 1].map(|p| {
             let of =

@@ -12,6 +12,7 @@ use super::series::Series;
 use crate::log::columns::Meaning;
 use crate::log::recording::{Channel, Recording, si_per_unit};
 use crate::log::write::number;
+use crate::numerics::robust::median_interval;
 use crate::robot::Robot;
 
 /// Neighbours farther apart than this many median periods have lost readings between them.
@@ -126,7 +127,7 @@ pub(super) fn table(
         let values = kept.iter().map(|&i| c.values[i] / per_unit).collect();
         columns.push(Column { name: c.meaning.name(robot), meaning: c.meaning, values, decimals: c.decimals });
     }
-    let period = median_period(other_s);
+    let period = median_interval(other_s).unwrap_or(0.0);
     for c in other.channels.iter().filter(|c| wanted(c, !base_is_controller, base)) {
         let per_unit = si_per_unit(c.meaning, robot);
         let values = resampled(c, other_s, &at, period).into_iter().map(|v| v / per_unit).collect();
@@ -150,11 +151,6 @@ fn order(meaning: Meaning) -> (u8, usize) {
         Meaning::Torque(a) => (7, a),
         _ => (8, 0),
     }
-}
-
-fn median_period(t_s: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = t_s.windows(2).map(|w| w[1] - w[0]).collect();
-    crate::numerics::robust::median_of(&mut steps).unwrap_or(0.0)
 }
 
 fn resampled(c: &Channel, t_s: &[f64], at: &[f64], period: f64) -> Vec<f64> {

@@ -95,7 +95,7 @@ pub fn register_line(pairs: &[Pair]) -> Result<Registration> {
         return Err(refuse("a point that is not finite".into(), "finite points"));
     }
     let mut weights = vec![1.0; n];
-    let mut fit = kabsch(pairs, &weights)?;
+    let mut fit = weighted_fit(pairs, &weights)?;
     let mut distances = residuals(pairs, &fit.frame);
     for _ in 0..REWEIGHTINGS {
         // a tenth of the median keeps points that fit by chance from taking over
@@ -103,7 +103,7 @@ pub fn register_line(pairs: &[Pair]) -> Result<Registration> {
         for (w, d) in weights.iter_mut().zip(&distances) {
             *w = 1.0 / d.max(least);
         }
-        let Ok(next) = kabsch(pairs, &weights) else { break };
+        let Ok(next) = weighted_fit(pairs, &weights) else { break };
         let moved = residuals(pairs, &next.frame);
         let change = moved.iter().zip(&distances).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         (fit, distances) = (next, moved);
@@ -119,7 +119,7 @@ pub fn register_line(pairs: &[Pair]) -> Result<Registration> {
             next.fill(true);
         }
         weights.iter_mut().zip(&next).for_each(|(w, &k)| *w = f64::from(u8::from(k)));
-        let Ok(refit) = kabsch(pairs, &weights) else { break };
+        let Ok(refit) = weighted_fit(pairs, &weights) else { break };
         fit = refit;
         distances = residuals(pairs, &fit.frame);
         let settled = next == kept;
@@ -166,8 +166,8 @@ struct Fit {
     open_axis: Option<Vector3<f64>>,
 }
 
-/// Weighted least squares in closed form.
-fn kabsch(pairs: &[Pair], weights: &[f64]) -> Result<Fit> {
+/// Weighted least squares in closed form, and the axis that points on one line leave open.
+fn weighted_fit(pairs: &[Pair], weights: &[f64]) -> Result<Fit> {
     let total: f64 = weights.iter().sum();
     let mean = |of: fn(&Pair) -> &Vector3<f64>| {
         pairs.iter().zip(weights).map(|(p, &w)| of(p) * w).sum::<Vector3<f64>>() / total

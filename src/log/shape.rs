@@ -5,6 +5,7 @@
 //! that a tenth of outliers neither hides nor makes a misfit.
 
 use crate::numerics::rigid;
+use crate::numerics::robust::lower_quantile;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 const ROUNDS: usize = 5;
@@ -27,7 +28,7 @@ pub(super) fn fit(from: &[Vector3<f64>], to: &[Vector3<f64>], mirrored: bool) ->
         let Some(found) = rigid::fit(kept, mirrored) else { return best };
         let (turn, shift) = (found.rotation, found.translation);
         let distance: Vec<f64> = from.iter().zip(to).map(|(p, q)| (q - (turn * p + shift)).norm()).collect();
-        let misfit_m = quantile(&distance, 0.75);
+        let misfit_m = lower_quantile(&distance, 0.75);
         if misfit_m.is_nan() || misfit_m >= best.misfit_m {
             return best;
         }
@@ -76,18 +77,7 @@ pub(super) fn fit_with_free_tool(
 /// 75th percentile of the distances from the centre, metres.
 pub(super) fn spread(points: &[Vector3<f64>]) -> f64 {
     let c = centre(points, &vec![true; points.len()]);
-    quantile(&points.iter().map(|p| (p - c).norm()).collect::<Vec<_>>(), 0.75)
-}
-
-/// Quantile `q` of the values, the lower one between two.
-pub(super) fn quantile(values: &[f64], q: f64) -> f64 {
-    if values.is_empty() {
-        return f64::NAN;
-    }
-    let mut v = values.to_vec();
-    let k = ((v.len() - 1) as f64 * q) as usize;
-    let (_, value, _) = v.select_nth_unstable_by(k, f64::total_cmp);
-    *value
+    lower_quantile(&points.iter().map(|p| (p - c).norm()).collect::<Vec<_>>(), 0.75)
 }
 
 fn centre(points: &[Vector3<f64>], keep: &[bool]) -> Vector3<f64> {

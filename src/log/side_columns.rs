@@ -4,8 +4,8 @@
 //! that one jump is no suspicion; limits row by row.
 
 use super::Log;
-use super::shape::quantile;
 use crate::error::{Error, Place, Result};
+use crate::numerics::robust::lower_quantile;
 use crate::robot::{JointKind, Robot};
 
 /// Fewest rows that say something.
@@ -49,7 +49,7 @@ pub(super) fn sensors(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Resu
                 continue;
             }
             let apart: Vec<f64> = pairs.iter().map(|(c, v)| (v - c).abs()).collect();
-            let (usual, travel) = (quantile(&apart, 0.5), log.travel(axis));
+            let (usual, travel) = (lower_quantile(&apart, 0.5), log.travel(axis));
             if travel > 0.0 && usual > 0.05 * travel {
                 let shown = joint.kind.to_user_unit(usual);
                 notes
@@ -75,13 +75,13 @@ pub(super) fn times(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Result
         return Ok(());
     }
     let dt: Vec<f64> = log.t_s.windows(2).map(|w| w[1] - w[0]).collect();
-    let usual = quantile(&dt, 0.5);
+    let usual = lower_quantile(&dt, 0.5);
     let moving = log.moving_axes();
     let mut slow = !moving.is_empty();
     for axis in moving {
         let joint = robot.axis(axis);
         let speed: Vec<f64> = log.cmd[axis].windows(2).zip(&dt).map(|(w, dt)| ((w[1] - w[0]) / dt).abs()).collect();
-        let fast = quantile(&speed, 0.99);
+        let fast = lower_quantile(&speed, 0.99);
         let unit = joint.kind.unit();
         if let Some(max) = joint.max_speed
             && fast > 3.0 * max

@@ -3,12 +3,12 @@
 //! Read in this order:
 //! - [`least_squares`]: nonlinear least squares, one Levenberg-Marquardt; [`qr`]: the decomposition below it;
 //!   [`derivative`]: derivatives by differences, to check others;
-//! - [`linear`]: weighted linear fits by QR; [`legendre`]: the basis of polynomials;
+//! - [`linear`]: weighted linear fits by QR; [`normal_equations`]: the inverse of a normal matrix; [`legendre`]: the basis of polynomials;
 //! - [`student`], [`fisher`], [`chi_squared`], [`normal`]: tail probabilities and quantiles;
 //! - [`autoregression`]: correlated noise and its whitening; [`dependent`]: uncertainties in spite of it;
 //! - [`rigid`]: the rigid transform between two sets of points;
 //! - [`reversal`]: reversals of a position, with a dead band;
-//! - [`robust`]: median, scale from the median, and a mean without gross errors.
+//! - [`robust`]: median, quantiles, scale from the median, and a mean without gross errors.
 //!
 //! Accuracy against scipy (`tests/oracle/stats.py`): tails and quantiles 1e-7 relative (tails of F 1e-6), 1 to 1e7 degrees of
 //! freedom. `statrs` 0.18 alone misses its quantiles from 1e4 degrees of freedom on (t at 0.975: 7e-6 relative at 1e5, 7 % at
@@ -25,6 +25,7 @@ pub mod least_squares;
 pub mod legendre;
 pub mod linear;
 pub mod normal;
+pub mod normal_equations;
 pub mod qr;
 pub mod reversal;
 pub mod rigid;

@@ -21,6 +21,34 @@ pub fn median(values: &[f64]) -> f64 {
     median_of(&mut values.to_vec()).unwrap_or(0.0)
 }
 
+/// Quantile `share` (0 to 1) of values in rising order, linear between two neighbours (type 7 of Hyndman and Fan 1996). `None` of nothing.
+///
+/// ```
+/// use lostmotion::numerics::robust::quantile_of_sorted;
+/// assert_eq!(quantile_of_sorted(&[1.0, 2.0, 4.0, 8.0], 0.5), Some(3.0));
+/// ```
+pub fn quantile_of_sorted(sorted: &[f64], share: f64) -> Option<f64> {
+    let at = share * (sorted.len().checked_sub(1)?) as f64;
+    let (low, high) = (*sorted.get(at.floor() as usize)?, *sorted.get(at.ceil() as usize)?);
+    Some(low + (high - low) * at.fract())
+}
+
+/// Quantile `share` (0 to 1) of values in any order, the lower of two neighbours (type 1 of Hyndman and Fan 1996, but for its rounding):
+/// always one of the values, and linear in time. NaN of nothing.
+pub fn lower_quantile(values: &[f64], share: f64) -> f64 {
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    let mut v = values.to_vec();
+    let k = ((v.len() - 1) as f64 * share) as usize;
+    *v.select_nth_unstable_by(k, f64::total_cmp).1
+}
+
+/// Median of the intervals between instants, s; `None` of fewer than two.
+pub fn median_interval(t_s: &[f64]) -> Option<f64> {
+    median_of(&mut t_s.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>())
+}
+
 /// Mean of points without gross errors, how many were used, and the sum of their squared distances from it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointMean {

@@ -6,7 +6,7 @@ use super::{SMOOTHING_S, WINDOW_DEG};
 use crate::assess::rigid;
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
-use crate::numerics::robust::median_of;
+use crate::numerics::robust::median_interval;
 use crate::robot::Robot;
 use nalgebra::Vector3;
 
@@ -82,7 +82,7 @@ impl Measured {
             notes.push(format!("no `t_s`: errors of single rows, not averaged over {SMOOTHING_S} s"));
             1
         } else {
-            (SMOOTHING_S / median_step(&registered.t_s)).round().max(1.0) as usize
+            (SMOOTHING_S / median_interval(&registered.t_s).unwrap_or(f64::INFINITY)).round().max(1.0) as usize
         };
         let phase_deg: Vec<f64> = rows.iter().map(|&i| registered.phases_deg[i]).collect();
         let errors = Errors::new(nominal, &circle, &points, phase_deg, averaged_rows);
@@ -247,11 +247,6 @@ fn largest(e: &[f64]) -> f64 {
 
 fn rms(e: &[f64]) -> f64 {
     (e.iter().map(|v| v * v).sum::<f64>() / e.len().max(1) as f64).sqrt()
-}
-
-fn median_step(t_s: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = t_s.windows(2).map(|w| w[1] - w[0]).collect();
-    median_of(&mut steps).unwrap_or(f64::INFINITY)
 }
 
 /// Mean over `width` rows around each row (one more after than ahead where even); fewer at the ends.

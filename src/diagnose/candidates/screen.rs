@@ -7,7 +7,8 @@
 use crate::diagnose::candidates::{self, Candidate};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
-use crate::diagnose::problem::normal::{dot, gram, orthonormal, project_off, scaled_inverse};
+use crate::diagnose::problem::normal::{dot, gram, orthonormal, project_off};
+use crate::numerics::normal_equations::pseudo_inverse;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -57,7 +58,7 @@ pub fn scored(
     if own < SWALLOWED || !own.is_finite() {
         return Score { candidate: index, gain: 0.0, coefficients: vec![0.0; k], sigma: vec![f64::INFINITY; k], own };
     }
-    let covariance = scaled_inverse(&normal, 1e-9);
+    let covariance = pseudo_inverse(&normal, 1e-9);
     let solution = &covariance * right;
     let gain = solution.dot(right);
     let sigma = (0..k).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect();

@@ -69,21 +69,3 @@ pub fn project_off(basis: &[Vec<f64>], column: &mut [f64]) {
         }
     }
 }
-
-/// Inverse of a normal matrix after scaling its diagonal to one; open directions (eigenvalue under `floor`) get none.
-pub fn scaled_inverse(gram: &DMatrix<f64>, floor: f64) -> DMatrix<f64> {
-    let k = gram.nrows();
-    if k == 0 {
-        return DMatrix::zeros(0, 0);
-    }
-    let d: Vec<f64> = (0..k).map(|i| if gram[(i, i)] > 0.0 { 1.0 / gram[(i, i)].sqrt() } else { 0.0 }).collect();
-    let scaled = DMatrix::from_fn(k, k, |i, j| gram[(i, j)] * d[i] * d[j]);
-    let eigen = scaled.symmetric_eigen();
-    let mut inverse = DMatrix::zeros(k, k);
-    for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-        if *value > floor {
-            inverse += vector * vector.transpose() / *value;
-        }
-    }
-    DMatrix::from_fn(k, k, |i, j| inverse[(i, j)] * d[i] * d[j])
-}

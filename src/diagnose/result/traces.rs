@@ -15,6 +15,7 @@ use crate::diagnose::result::document;
 use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::verdict;
 use crate::effects::{AfterReversal, Track, catalogue};
+use crate::numerics::robust::quantile_of_sorted;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -241,11 +242,7 @@ fn medians(samples: &[[f64; 3]], lo: f64, hi: f64) -> Way {
         let quartiles = |k: usize| {
             let mut v: Vec<f64> = bin.iter().map(|s| s[k]).collect();
             v.sort_by(f64::total_cmp);
-            [0.25, 0.5, 0.75].map(|q| {
-                let at = q * (v.len() - 1) as f64;
-                let (low, high) = (v[at.floor() as usize], v[at.ceil() as usize]);
-                low + (high - low) * at.fract()
-            })
+            [0.25, 0.5, 0.75].map(|q| quantile_of_sorted(&v, q).unwrap_or(f64::NAN))
         };
         way.position.push(quartiles(0)[1]);
         way.before.push(quartiles(1));

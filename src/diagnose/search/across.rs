@@ -10,12 +10,13 @@ use crate::diagnose::candidates::screen::ScreeningContext;
 use crate::diagnose::candidates::sensitivities::tangent;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
-use crate::diagnose::problem::normal::{dot, gram, scaled_inverse};
+use crate::diagnose::problem::normal::{dot, gram};
 use crate::diagnose::search::finding::Refined;
 use crate::diagnose::search::fit::Fit;
 use crate::effects::{Effect, EffectInstance, ServoLag, Target};
 use crate::machine::parts;
 use crate::numerics::fisher;
+use crate::numerics::normal_equations::pseudo_inverse;
 use nalgebra::DVector;
 
 /// Chance below which two logs disagree.
@@ -68,7 +69,7 @@ pub fn agrees(problem: &Problem, refined: &Refined, whitening: &Whitening) -> bo
         let columns: Vec<Vec<f64>> = (0..columns.len()).filter(held).map(|k| part(&columns[k])).collect();
         let right = part(&white);
         let normal = gram(&columns);
-        let inverse = scaled_inverse(&normal, 1e-9);
+        let inverse = pseudo_inverse(&normal, 1e-9);
         let step = &inverse * DVector::from_iterator(columns.len(), columns.iter().map(|c| dot(c, &right)));
         let left = (dot(&right, &right) / (right.len() as f64 - columns.len() as f64).max(1.0)).max(1.0);
         for (k, found) in found.iter_mut().enumerate() {

@@ -7,11 +7,12 @@
 use crate::diagnose::candidates::structure::Ratio;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
-use crate::diagnose::problem::normal::{dot, gram, scaled_inverse};
+use crate::diagnose::problem::normal::{dot, gram};
 use crate::diagnose::problem::normal::{orthonormal, project_off};
 use crate::diagnose::problem::residual::rms;
 use crate::diagnose::search::fit::{self, Fit};
 use crate::numerics::fisher;
+use crate::numerics::normal_equations::pseudo_inverse;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -97,7 +98,7 @@ pub(in crate::diagnose) fn registration(problem: &Problem, fit: &Fit, known: usi
     for _ in 0..STEPS {
         let columns = problem.frame_columns(&state, 0);
         let right = DVector::from_iterator(6, columns.iter().map(|c| dot(c, &state.residual)));
-        let step = scaled_inverse(&gram(&columns), 1e-9) * right;
+        let step = pseudo_inverse(&gram(&columns), 1e-9) * right;
         h.move_frame(0, step.as_slice());
         state = problem.evaluate(&h);
     }

@@ -7,9 +7,10 @@
 use crate::diagnose::candidates::sensitivities::Sensitivities;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
-use crate::diagnose::problem::normal::{dot, scaled_inverse};
+use crate::diagnose::problem::normal::dot;
 use crate::effects::EffectInstance;
 use crate::numerics::least_squares::{self, Flow, LinearModel, Options, Products, Progress, Scaling};
+use crate::numerics::normal_equations::pseudo_inverse;
 use nalgebra::{DMatrix, DVector};
 use std::cell::RefCell;
 
@@ -200,7 +201,7 @@ impl<'a> Refit<'a> {
         self.start = Some(evaluated);
         let found = least_squares::minimise(&mut self, start, &SETTINGS);
         let model = self.model(&found.point, &found.state);
-        let covariance = scaled_inverse(model.gram(), OPEN);
+        let covariance = pseudo_inverse(model.gram(), OPEN);
         let gradient = DVector::from_column_slice(model.gradient());
         // a kink may end a fit where nothing is left to gain
         let converged = found.reason.converged() || (&covariance * &gradient).dot(&gradient) < AT_REST;
@@ -252,7 +253,7 @@ impl least_squares::Problem for Refit<'_> {
             }
         }
         let model = self.model(h, at);
-        self.sigma = scaled_inverse(model.gram(), OPEN).diagonal().iter().map(|v| v.max(0.0).sqrt()).collect();
+        self.sigma = pseudo_inverse(model.gram(), OPEN).diagonal().iter().map(|v| v.max(0.0).sqrt()).collect();
         model
     }
 

@@ -10,11 +10,12 @@ use crate::diagnose::candidates::sensitivities::{effect_columns, tangent};
 use crate::diagnose::noise::Noise;
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
-use crate::diagnose::problem::normal::{dot, gram, scaled_inverse};
+use crate::diagnose::problem::normal::{dot, gram};
 use crate::diagnose::problem::recording::Recording;
 use crate::diagnose::problem::residual::rms;
 use crate::diagnose::search::fit::{self, Fit};
 use crate::effects::EffectInstance;
+use crate::numerics::normal_equations::pseudo_inverse;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -122,7 +123,7 @@ pub(in crate::diagnose) fn held_out(problem: &Problem, fit: &Fit, whitening: &Wh
         if part.is_empty() {
             continue;
         }
-        let change = scaled_inverse(&(gram(&part) + &whole * HELD_BACK), 1e-9) * right;
+        let change = pseudo_inverse(&(gram(&part) + &whole * HELD_BACK), 1e-9) * right;
         for (c, s) in raw.iter().zip(change.iter()) {
             for ((p, v), g) in predicted.iter_mut().zip(c).zip(&fold) {
                 if *g == f {

@@ -18,6 +18,7 @@ use super::noise::MOST_LAGS;
 use super::problem::{Part, Problem};
 use super::solve;
 use crate::numerics::normal::Z95;
+use crate::numerics::normal_equations::scaled_inverse;
 use crate::numerics::student;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
@@ -90,13 +91,9 @@ pub fn standing(problem: &Problem, parts: &[Part]) -> Vec<Reversal> {
     parts.iter().enumerate().flat_map(|(l, p)| of_log(problem, l, p, None)).collect()
 }
 
-/// Inverse of a positive definite matrix, by its Cholesky factor.
+/// Inverse of a normal matrix; directions that the logs leave open get a large variance.
 fn inverse(h: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let n = h.nrows();
-    let scale: Vec<f64> = (0..n).map(|i| h[(i, i)].max(f64::MIN_POSITIVE).sqrt().recip()).collect();
-    let scaled = DMatrix::from_fn(n, n, |i, k| h[(i, k)] * scale[i] * scale[k] + if i == k { 1e-10 } else { 0.0 });
-    let inverse = nalgebra::Cholesky::new(scaled)?.inverse();
-    Some(DMatrix::from_fn(n, n, |i, k| inverse[(i, k)] * scale[i] * scale[k]))
+    scaled_inverse(h, 1e-10).map(|found| found.inverse)
 }
 
 fn sandwich(problem: &Problem, parts: &[Part], inverse: &DMatrix<f64>) -> [DMatrix<f64>; 2] {

@@ -3,7 +3,7 @@
 //! On a path in a plane a turn of the frame hides it from the plausibility checks of logs; only the lost motion normal to the plane then has
 //! the wrong sign. Asked only of logs that the model does not describe, since it costs another fit.
 
-use super::prepare::{Binned, kabsch};
+use super::prepare::{Binned, rigid_transform};
 use super::problem::Problem;
 use super::select::{Selected, select};
 use crate::effects::GapCurve;
@@ -19,7 +19,7 @@ pub fn refuse(problem: &Problem, selected: &Selected, held: &[(usize, GapCurve)]
         let plain = if several { alone(log.clone(), held) } else { fit_of(problem, l, selected) };
         let mut mirrored = log.clone();
         mirrored.xyz.iter_mut().for_each(|x| x.x = -x.x);
-        mirrored.frame = kabsch(mirrored.xyz.iter().zip(&mirrored.want));
+        mirrored.frame = rigid_transform(mirrored.xyz.iter().zip(&mirrored.want));
         let mirrored = alone(mirrored, held);
         if mirrored.cost < BETTER * plain.cost {
             let found = format!(

@@ -268,7 +268,7 @@ fn outliers(
         let k = turns.partition_point(|&u| u - QUIET_S[0] <= t);
         k > 0 && t <= turns[k - 1] + QUIET_S[1]
     };
-    let mut frame = kabsch(xyz.iter().zip(&target));
+    let mut frame = rigid_transform(xyz.iter().zip(&target));
     let mut sigma = [f64::MIN_POSITIVE; 3];
     for _ in 0..2 {
         let rotation = frame.rotation.to_rotation_matrix();
@@ -294,7 +294,7 @@ fn outliers(
             bad[i] = flags.iter().any(|(f, _)| f[k]);
         }
         sigma = [flags[0].1, flags[1].1, flags[2].1];
-        frame = kabsch(xyz.iter().zip(&target).zip(valid).filter(|(_, i)| !bad[**i]).map(|(pair, _)| pair));
+        frame = rigid_transform(xyz.iter().zip(&target).zip(valid).filter(|(_, i)| !bad[**i]).map(|(pair, _)| pair));
     }
     (bad, frame, (sigma.iter().map(|s| s * s).sum::<f64>() / 3.0).sqrt())
 }
@@ -312,8 +312,10 @@ fn noise(r: &[f64]) -> f64 {
     [1, 4, 16].into_iter().filter_map(over).fold(0.0, f64::max) * SIGMA_PER_MAD / std::f64::consts::SQRT_2
 }
 
-/// Rigid transform that brings the first of each pair to the second, least squares.
-pub fn kabsch<'a>(pairs: impl Iterator<Item = (&'a Vector3<f64>, &'a Vector3<f64>)> + Clone) -> Isometry3<f64> {
+/// Rigid transform that brings the first of each pair to the second, least squares; the identity where there is none.
+pub fn rigid_transform<'a>(
+    pairs: impl Iterator<Item = (&'a Vector3<f64>, &'a Vector3<f64>)> + Clone,
+) -> Isometry3<f64> {
     rigid::fit(pairs.map(|(x, y)| (*x, *y, 1.0)), false).map_or_else(Isometry3::identity, |found| found.isometry())
 }
 
@@ -322,12 +324,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn kabsch_finds_a_transform_again() {
+    fn a_rigid_transform_is_found_again() {
         let truth = Isometry3::new(Vector3::new(2.0, -1.0, 0.3), Vector3::new(0.4, 2.0, -1.1));
         let a: Vec<Vector3<f64>> =
             (0..20).map(|i| Vector3::new(f64::from(i).sin(), f64::from(i).cos(), f64::from(i % 3))).collect();
         let b: Vec<Vector3<f64>> = a.iter().map(|x| truth.rotation * x + truth.translation.vector).collect();
-        let found = kabsch(a.iter().zip(&b));
+        let found = rigid_transform(a.iter().zip(&b));
         assert!((found.to_homogeneous() - truth.to_homogeneous()).abs().max() < 1e-12);
     }
 }

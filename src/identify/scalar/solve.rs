@@ -1,6 +1,7 @@
 //! Gauss-Newton with priors, whitened by an autoregressive noise of first order.
 
 use super::design::{Kind, Layout, Track};
+use crate::numerics::normal_equations::scaled_inverse;
 use crate::numerics::robust::{SIGMA_PER_MAD, median};
 use crate::robot::Robot;
 use nalgebra::{DMatrix, DVector};
@@ -128,14 +129,7 @@ fn whitened(
 
 /// Solution and inverse of normal equations whose columns differ in scale.
 fn solve(normal: &DMatrix<f64>, right: &DVector<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
-    let k = normal.nrows();
-    let scale = DVector::from_fn(k, |i, _| 1.0 / normal[(i, i)].max(f64::MIN_POSITIVE).sqrt());
-    let mut scaled = DMatrix::from_fn(k, k, |i, j| normal[(i, j)] * scale[i] * scale[j]);
     // columns that the readings do not tell apart stay open, and their variance says so
-    for i in 0..k {
-        scaled[(i, i)] += 1e-10;
-    }
-    let inverse = scaled.cholesky()?.inverse();
-    let inverse = DMatrix::from_fn(k, k, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
+    let inverse = scaled_inverse(normal, 1e-10)?.inverse;
     Some((&inverse * right, inverse))
 }

@@ -13,9 +13,10 @@
 //! Gross errors: rows farther from the lines than [`GROSS`] times the robust standard deviation are left out, and counted.
 
 use super::strokes::Strokes;
+use crate::numerics::normal_equations::scaled_inverse;
 use crate::numerics::robust::{SIGMA_PER_MAD, median};
 use crate::numerics::student;
-use nalgebra::{Cholesky, Matrix4, Vector4};
+use nalgebra::{DMatrix, Matrix4, Vector4};
 
 /// Strokes of each direction from which on they are the repeats.
 pub const FEW_STROKES: usize = 3;
@@ -94,6 +95,9 @@ pub enum Missing {
     Singular,
 }
 
+/// Variance inflation from which on the lines have no slope that can be told.
+const SINGULAR: f64 = 1e10;
+
 /// Input and output of a gap, and where it is surely closed.
 pub struct Pair<'a> {
     pub t_s: &'a [f64],
@@ -135,16 +139,11 @@ impl Normal {
             matrix[(3, 3)] = 1.0;
             right[3] = 0.0;
         }
-        let scale = Vector4::from_fn(|i, _| 1.0 / matrix[(i, i)].sqrt());
-        if scale.iter().any(|s| !s.is_finite()) {
+        let found = scaled_inverse(&DMatrix::from_fn(4, 4, |i, j| matrix[(i, j)]), 0.0)?;
+        if found.inflation >= SINGULAR {
             return None;
         }
-        let scaled = Matrix4::from_fn(|i, j| matrix[(i, j)] * scale[i] * scale[j]);
-        let inverse = Cholesky::new(scaled)?.inverse();
-        if inverse.diagonal().iter().any(|v| v.is_nan() || *v >= 1e10) {
-            return None;
-        }
-        let inverse = Matrix4::from_fn(|i, j| inverse[(i, j)] * scale[i] * scale[j]);
+        let inverse = Matrix4::from_fn(|i, j| found.inverse[(i, j)]);
         Some((inverse * right, inverse))
     }
 }

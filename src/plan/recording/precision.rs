@@ -12,8 +12,9 @@
 use super::Options;
 use super::motions::{Rows, StaticTest};
 use crate::machine::measurement::{Instrument, MOST_READINGS};
+use crate::numerics::normal_equations::scaled_inverse;
 use crate::robot::{JointKind, Robot};
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, Vector3};
 
 /// Prior standard deviations: lag, s; spike and zero offset, deg or 0.1 mm.
 const LAG_S: f64 = 0.02;
@@ -148,7 +149,7 @@ pub fn of_motion(robot: &Robot, rows: &Rows, options: &Options) -> Vec<Precision
     for n in 0..nuisances {
         normal[(4 * dof + n, 4 * dof + n)] += 1e-6 * weight;
     }
-    let variance = scaled_inverse(normal);
+    let variance = scaled_inverse(&normal, 0.0).map(|found| found.inverse.diagonal());
     (0..dof)
         .map(|a| {
             let sigma = variance.as_ref().map(|v| v[a].max(0.0).sqrt());
@@ -156,15 +157,6 @@ pub fn of_motion(robot: &Robot, rows: &Rows, options: &Options) -> Vec<Precision
             finished(robot, a, sigma, None, reversals[a], sensitivity_m, options)
         })
         .collect()
-}
-
-/// Diagonal of the inverse of a positive matrix whose columns differ in scale.
-fn scaled_inverse(normal: DMatrix<f64>) -> Option<DVector<f64>> {
-    let k = normal.nrows();
-    let scale = DVector::from_fn(k, |i, _| 1.0 / normal[(i, i)].max(f64::MIN_POSITIVE).sqrt());
-    let scaled = DMatrix::from_fn(k, k, |i, j| normal[(i, j)] * scale[i] * scale[j]);
-    let inverse = scaled.cholesky()?.inverse();
-    Some(DVector::from_fn(k, |i, _| inverse[(i, i)] * scale[i] * scale[i]))
 }
 
 /// Direction of every joint in every row (0 before its first movement), seconds since its last reversal, and reversals.

@@ -1,9 +1,10 @@
 //! How far each effect moves the TCP.
 
 use crate::diagnose::problem::forward::Problem;
-use crate::diagnose::problem::normal::{dot, gram, scaled_inverse};
+use crate::diagnose::problem::normal::{dot, gram};
 use crate::diagnose::search::fit::Fit;
 use crate::effects::EffectInstance;
+use crate::numerics::normal_equations::pseudo_inverse;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -33,6 +34,6 @@ fn beyond_frame(problem: &Problem, fit: &Fit, log: usize, column: &[f64]) -> f64
     let frame: Vec<Vec<f64>> =
         problem.frame_columns(&fit.state, problem.logs[log].frame).iter().map(|c| part(c)).collect();
     let right = DVector::from_iterator(frame.len(), frame.iter().map(|c| dot(c, &y)));
-    let x = scaled_inverse(&gram(&frame), 1e-12) * &right;
+    let x = pseudo_inverse(&gram(&frame), 1e-12) * &right;
     ((dot(&y, &y) - x.dot(&right)).max(0.0) / n.max(1) as f64).sqrt()
 }

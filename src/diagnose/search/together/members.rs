@@ -5,10 +5,10 @@ use super::{MachineFit, contribution, pool, prior};
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::sensitivities::effect_columns;
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
-use crate::diagnose::problem::normal::scaled_inverse;
 use crate::diagnose::problem::residual::rms;
 use crate::diagnose::search::fit::Fit;
 use crate::effects::{EffectInstance, Family};
+use crate::numerics::normal_equations::pseudo_inverse;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -83,7 +83,7 @@ impl Table {
         let all: Vec<usize> = (0..self.precision.len()).collect();
         let mut normal = self.blocks.whole();
         self.precision.iter().enumerate().for_each(|(k, p)| normal[(k, k)] += p);
-        (self.blocks.solve(&all, None, &self.precision, &self.pull), scaled_inverse(&normal, OPEN))
+        (self.blocks.solve(&all, None, &self.precision, &self.pull), pseudo_inverse(&normal, OPEN))
     }
 
     /// How far the solution of the first `own` columns moves with one unit of each further column that they do not know of.
@@ -91,7 +91,7 @@ impl Table {
         let whole = self.blocks.whole();
         let mut normal = whole.view((0, 0), (own, own)).into_owned();
         self.precision[..own].iter().enumerate().for_each(|(k, p)| normal[(k, k)] += p);
-        scaled_inverse(&normal, OPEN) * whole.view((0, own), (own, whole.ncols() - own))
+        pseudo_inverse(&normal, OPEN) * whole.view((0, own), (own, whole.ncols() - own))
     }
 
     /// The same without the columns `gone`, which stand in the residual again at `values`.
