@@ -126,20 +126,26 @@ pub fn text(entries: &[Entry]) -> String {
 /// # Errors
 /// Bad input where a line is no entry, leads out of the folder, or is not in the order of the keys.
 pub fn load(path: &Path, wanted: &dyn Fn(&Entry) -> bool) -> Result<Vec<Entry>> {
-    let name = shown(path);
-    let file = BufReader::new(input::open(path)?);
+    parse(&shown(path), BufReader::new(input::open(path)?), wanted)
+}
+
+/// The same of lines that are open already; `name` stands in messages.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse(name: &str, lines: impl BufRead, wanted: &dyn Fn(&Entry) -> bool) -> Result<Vec<Entry>> {
     let mut entries: Vec<Entry> = Vec::new();
     let mut last: Option<String> = None;
-    for (k, line) in file.lines().enumerate() {
-        let line = line.map_err(|e| Error::io(path, "read", e))?;
+    for (k, line) in lines.lines().enumerate() {
+        let line = line.map_err(|e| Error::io_of(name, "read", e))?;
         if line.trim().is_empty() {
             continue;
         }
-        let at = || Place::line(&name, k as u64 + 1);
+        let at = || Place::line(name, k as u64 + 1);
         let entry: Entry = serde_json::from_str(&line)
             .map_err(|e| Error::bad(at(), e.to_string(), "a line of `lostmotion manifest`"))?;
         if below(&entry.key).is_none() {
-            return Err(outside(&name, k as u64 + 1, &entry.key));
+            return Err(outside(name, k as u64 + 1, &entry.key));
         }
         if last.as_ref().is_some_and(|l| *l >= entry.key) {
             let found = format!("`{}` after `{}`", entry.key, last.unwrap_or_default());
@@ -151,7 +157,7 @@ pub fn load(path: &Path, wanted: &dyn Fn(&Entry) -> bool) -> Result<Vec<Entry>> 
         }
     }
     if last.is_none() {
-        return Err(Error::bad(Place::file(&name), "no line", "a manifest, as `lostmotion manifest` writes it"));
+        return Err(Error::bad(Place::file(name), "no line", "a manifest, as `lostmotion manifest` writes it"));
     }
     Ok(entries)
 }

@@ -23,6 +23,7 @@ mod docs_user_files;
 mod faults;
 mod fit;
 mod formats;
+mod fuzz_readers;
 mod gaps_file;
 mod global_options;
 mod golden;

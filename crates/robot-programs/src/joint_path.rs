@@ -118,7 +118,7 @@ fn note(path: &mut JointPath, place: At, text: &str) {
 
 /// Joint values of a move's goal; axes that it does not command come from the point before.
 fn target(script: &Script, m: &Move, at: At, last: Option<&[f64]>, robot: &Axes) -> Result<Vec<f64>> {
-    let expected = "joint targets alone: only they can be path without the controller";
+    let expected = "joint targets alone: only they can be simulated without the controller";
     let bad = |found: String| Error::bad(script.place(at), found, expected);
     let values = match &m.goal {
         Goal::Joints(t) => script.targets.get(*t).map(|t| t.values).ok_or_else(|| bad("no target".into()))?,
