@@ -4,6 +4,8 @@
 //! limit would be exceeded) is an [`Error::Refused`] that holds the domain's own type ([`crate::rewrite::Refusal`],
 //! [`crate::assess::bidirectional::Refusal`]). A mistake of this library is an [`Error::Internal`].
 
+#![warn(missing_docs)]
+
 use crate::name::text_of;
 pub use robot_programs::error::{BadInput, Place, one_line};
 use std::path::Path;
@@ -16,10 +18,22 @@ pub enum Error {
     BadInput(BadInput),
     /// A setting that the caller chose cannot be used; [`Error::setting`] makes it.
     #[error("setting `{name}`: found {}; expected {}", one_line(found), one_line(expected))]
-    Setting { name: &'static str, found: String, expected: String },
+    Setting {
+        /// Its name in this library.
+        name: &'static str,
+        /// Its value, and what is wrong with it.
+        found: String,
+        /// What is possible.
+        expected: String,
+    },
     /// An error that these settings can mend; [`Error::mended_by`] makes it.
     #[error("{source}")]
-    MendedBy { settings: &'static [&'static str], source: Box<Error> },
+    MendedBy {
+        /// Names of the settings.
+        settings: &'static [&'static str],
+        /// The error.
+        source: Box<Error>,
+    },
     /// A program that this tool has rewritten already.
     #[error("{0}")]
     RewrittenAlready(BadInput),
@@ -28,15 +42,33 @@ pub enum Error {
     Refused(Box<dyn std::error::Error + Send + Sync>),
     /// The operating system refused.
     #[error("{path}: cannot {action}: {source}")]
-    Io { path: String, action: &'static str, source: std::io::Error },
+    Io {
+        /// File as messages show it.
+        path: String,
+        /// What was tried: `read`, `write`.
+        action: &'static str,
+        /// What the system answered.
+        source: std::io::Error,
+    },
     /// A step failed, and what was done before it could not be taken back.
     #[error("{source}; not as they were before: {files}; the next run in this folder restores them")]
-    Unfinished { files: String, source: Box<Error> },
+    Unfinished {
+        /// Files that are not as they were before.
+        files: String,
+        /// The step that failed.
+        source: Box<Error>,
+    },
     /// A mistake of this library: nothing that the input or the user could mend.
     #[error("internal error, please report it: cannot {action}: {source}")]
-    Internal { action: &'static str, source: Box<dyn std::error::Error + Send + Sync> },
+    Internal {
+        /// What was tried.
+        action: &'static str,
+        /// Why it failed.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
 }
 
+/// The result of a function of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {

@@ -1,5 +1,7 @@
 //! The model file `lostmotion/model/1`: a robot, the tracker's frame, and what is known to be wrong with the machine.
 
+#![warn(missing_docs)]
+
 use crate::effects::{Effect, EffectInstance, Target, entry};
 use crate::error::{Error, Result};
 use crate::io::{input, yaml, yaml::Document};
@@ -10,13 +12,17 @@ use serde::{Deserialize, Serialize};
 use serde_yaml::Value;
 use std::path::Path;
 
+/// The schema that a model file names.
 pub const SCHEMA: &str = "lostmotion/model/1";
 
 /// A machine: its robot, the transform base frame -> tracker frame, its effects in the order of the file.
 #[derive(Debug, Clone)]
 pub struct Model {
+    /// The nominal robot.
     pub robot: Robot,
+    /// World frame of the robot to tracker frame; `None`: not known.
     pub registration: Option<Isometry3<f64>>,
+    /// Known effects, in the order of the file.
     pub effects: Vec<EffectInstance>,
     /// Side of the gap on which each axis starts: -1, 0 or +1.
     pub initial_gap_side: Vec<i8>,

@@ -2,6 +2,8 @@
 //!
 //! [`Program`] is a program wholly in memory, for jobs that need no text; [`open_rows`] a CSV program that is read in blocks.
 
+#![warn(missing_docs)]
+
 pub use robot_programs::{
     Block, RowSpan, Slot, Token, csv, fanuc, files, formats, gcode, inform, joint_path, krl, lines, rapid, script,
     trajectory, urscript,
@@ -34,11 +36,13 @@ pub fn open_rows(path: &Path, robot: &Robot) -> Result<csv::Reader> {
 pub struct Program {
     /// As messages show it, and SHA-256 of the stored bytes.
     pub name: String,
+    /// SHA-256 of the file's bytes, hexadecimal.
     pub sha256: String,
     /// `q[axis][point]`, rad or m.
     pub q: Vec<Vec<f64>>,
     /// Times in s where the program has them.
     pub t_s: Option<Vec<f64>>,
+    /// Line of each point.
     pub lines: Lines,
 }
 
@@ -111,6 +115,7 @@ impl Program {
         self.q.first().map_or(0, Vec::len)
     }
 
+    /// Whether the program has no points.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

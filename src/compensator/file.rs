@@ -26,6 +26,7 @@ use serde::{Deserialize, Serialize};
 use serde_yaml::{Mapping, Value};
 use std::path::Path;
 
+/// The schema that a compensator file names.
 pub const SCHEMA: &str = "lostmotion/compensator/1";
 
 #[derive(Debug, Serialize, Deserialize)]

@@ -9,6 +9,8 @@
 //! - [`mod@response`]: friction that builds up over travel and is worked off in time.
 //! - [`from_model`]: the compensator of a model file: the predicted joint error with its sign turned.
 
+#![warn(missing_docs)]
+
 mod evidence;
 pub mod file;
 pub mod from_model;
@@ -21,24 +23,33 @@ use crate::gaps::LogRef;
 /// Offsets for the joints of one robot.
 #[derive(Debug, Clone)]
 pub struct Compensator {
+    /// Name of the robot for which the offsets were made.
     pub robot_name: String,
+    /// Fingerprint of that robot ([`Robot::fingerprint`](crate::robot::Robot::fingerprint)).
     pub robot_sha256: String,
+    /// Offsets, one entry for each compensated joint.
     pub joints: Vec<JointCompensator>,
+    /// The measurements from which the offsets were made.
     pub evidence: Evidence,
 }
 
 /// Offsets of one axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointCompensator {
+    /// Axis of the robot.
     pub axis: usize,
+    /// Offset that closes the gap; `None`: the gap of this joint is not compensated.
     pub backlash: Option<BacklashOffset>,
+    /// Offset for friction after a reversal; `None`: it is not compensated.
     pub friction: Option<FrictionOffset>,
 }
 
 /// `C_b` of equation 16: `+positive` moving up, `-negative` moving down.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BacklashOffset {
+    /// Offset while the joint moves in positive direction, rad or m over position.
     pub positive: GapCurve,
+    /// Offset while it moves in negative direction, rad or m over position; applied with a minus sign.
     pub negative: GapCurve,
 }
 
@@ -47,6 +58,7 @@ pub struct BacklashOffset {
 pub struct FrictionOffset {
     /// `g`, rad or m.
     pub gain: f64,
+    /// How the offset fades after a reversal.
     pub shape: FrictionShape,
 }
 
@@ -56,7 +68,12 @@ pub enum FrictionShape {
     /// `exp(-t/tau)` or `exp(-travel/lambda)`: the inverse of the catalogue's stiction.
     Decay(Decay),
     /// Equation 17 as printed: `exp(1 - (1 + (k-1)/(poses-1))^exponent)` for `k = 1..=poses` program points.
-    Poses { exponent: f64, poses: u32 },
+    Poses {
+        /// Exponent of the decay (`l` in the paper).
+        exponent: f64,
+        /// Number of points over which the offset fades (`k_t` in the paper).
+        poses: u32,
+    },
     /// Builds up over travel, decays in time, leaves a wind-up; the offset's gain is that of its spikes together, both ways.
     Response(Response),
 }
@@ -81,6 +98,7 @@ impl FrictionOffset {
 /// What a compensator rests on.
 #[derive(Debug, Clone, Default)]
 pub struct Evidence {
+    /// Logs that the gaps were identified from.
     pub logs: Vec<LogRef>,
     /// TCP speed of the log, m/s: turns seconds into points where a program has no times.
     pub tcp_speed_m_s: Option<f64>,
@@ -95,13 +113,17 @@ pub struct Evidence {
 /// How well the offsets of an axis are known; rad or m, s.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct JointEvidence {
+    /// Axis of the robot.
     pub axis: usize,
+    /// 95 % interval of the half gap, rad or m.
     pub half_gap_ci95: Option<[f64; 2]>,
+    /// 95 % interval of the gain of the friction offset, rad or m.
     pub gain_ci95: Option<[f64; 2]>,
     /// Of a decay in time, s.
     pub decay_s_ci95: Option<[f64; 2]>,
     /// Largest joint error after the reversals that the identified chain predicts, without and with the offsets.
     pub largest_before: Option<f64>,
+    /// Largest error that the fit of the offset leaves, rad or m.
     pub largest_after: Option<f64>,
     /// What the last run showed of these offsets.
     pub run: Option<RunLeft>,
@@ -114,7 +136,9 @@ pub struct JointEvidence {
 pub struct RunLeft {
     /// Mean square TCP error by the joint, m^2, noise taken off (so it may be negative), and its standard error.
     pub left_m2: f64,
+    /// Standard error of `left_m2`, m^2.
     pub sigma_m2: f64,
+    /// Number of reversals that were judged.
     pub reversals: usize,
 }
 
@@ -123,6 +147,7 @@ pub struct RunLeft {
 pub struct Replaced {
     /// `None`: the joint was not compensated.
     pub offsets: Option<JointCompensator>,
+    /// What the run left after its reversals.
     pub run: RunLeft,
 }
 

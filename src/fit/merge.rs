@@ -11,11 +11,15 @@ use crate::robot::Robot;
 /// What is known about an axis.
 #[derive(Debug, Clone)]
 pub struct Merged {
+    /// Axis of the robot.
     pub axis: usize,
+    /// The half gap that is used.
     pub gap: JointGap,
     /// Logs of the document that the gap comes from.
     pub gap_source: String,
+    /// Half gaps at single positions, if the gap comes from a static test.
     pub points: Vec<GapPoint>,
+    /// Friction after reversals, from the paths.
     pub stiction: Option<StictionFound>,
     /// Friction that was estimated together with the gap.
     pub estimate: Option<JointEstimate>,

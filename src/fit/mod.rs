@@ -13,6 +13,8 @@
 //! Files beside:
 //! - `contradict`: documents that say different things about one joint
 
+#![warn(missing_docs)]
+
 pub mod contradict;
 pub mod merge;
 pub mod minimax;
@@ -37,7 +39,10 @@ pub enum Form {
     #[default]
     Decay,
     /// Equation 17 as printed, for programs whose points are this far apart in time, s.
-    Poses { spacing_s: f64 },
+    Poses {
+        /// Time from one point to the next, s.
+        spacing_s: f64,
+    },
 }
 
 /// Fits a compensator for `robot` to gaps documents of that robot.

@@ -15,9 +15,13 @@ const PER_SCALE: f64 = 8.0;
 /// `{g, l, k_t}` and the largest distance to the decay that they leave, in the unit of the spike.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PosesFit {
+    /// Offset at the first point after a reversal (`g`), rad or m.
     pub gain: f64,
+    /// Exponent of the decay (`l`).
     pub exponent: f64,
+    /// Number of points over which the offset fades (`k_t`).
     pub poses: u32,
+    /// Largest deviation from the friction that was fitted, rad or m.
     pub largest_left: f64,
 }
 

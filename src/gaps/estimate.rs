@@ -12,6 +12,7 @@ use serde_json::{Map, Value, json};
 /// The joint estimate of a machine.
 #[derive(Debug, Clone, Default)]
 pub struct Estimate {
+    /// Estimates, one for each joint.
     pub joints: Vec<JointEstimate>,
     /// Distance from the path along each log with several moving joints, m rms: name, before, after compensation.
     pub predicted: Vec<(String, f64, f64)>,
@@ -24,38 +25,53 @@ pub struct Estimate {
 /// What is known of a joint beside its gap.
 #[derive(Debug, Clone)]
 pub struct JointEstimate {
+    /// Axis of the robot.
     pub axis: usize,
+    /// Response of the joint after a reversal: wind-up and spikes.
     pub response: Response,
     /// 95 % intervals: presliding, the whole wind-up, gain of each spike.
     pub presliding_ci95: [f64; 2],
+    /// 95 % interval of the wind-up, rad or m.
     pub windup_ci95: [f64; 2],
+    /// 95 % interval of each spike, rad or m.
     pub spikes_ci95: Vec<[f64; 2]>,
     /// Standard deviation of a single reversal's lost motion, as a share of it.
     pub scatter: f64,
+    /// Whether the estimate reduces the errors of the logs it was not fitted to.
     pub trust: Trust,
 }
 
 /// What compensating a joint does, predicted on parts of the logs that were not fitted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trust {
+    /// Whether the joint should be compensated.
     pub compensate: bool,
     /// Root mean square TCP error after the joint's reversals without and with compensation, m.
     pub before_m: f64,
+    /// Error after reversals with compensation, m at the TCP.
     pub after_m: f64,
+    /// Number of reversals that were judged.
     pub reversals: usize,
+    /// Why, in a sentence.
     pub reason: String,
 }
 
 /// One reversal, estimated from a window around it alone.
 #[derive(Debug, Clone)]
 pub struct LocalReversal {
+    /// Axis of the robot.
     pub axis: usize,
+    /// Name of the log.
     pub log: String,
+    /// Time of the reversal, s.
     pub t_s: f64,
+    /// Command at the reversal, rad or m.
     pub at: f64,
     /// Lost motion of this reversal as a multiple of what the model says, with its standard error.
     pub ratio: f64,
+    /// Standard error of `ratio`.
     pub sigma: f64,
+    /// Whether the reversal contradicts the others of its joint.
     pub outlying: bool,
 }
 

@@ -11,6 +11,7 @@ use crate::robot::file::FrameFile;
 use crate::robot::{JointKind, Robot};
 use serde_json::{Map, Value, json};
 
+/// The schema that a gaps file names.
 pub const SCHEMA: &str = "lostmotion/gaps/1";
 
 /// A number with ten significant digits; one that is not finite is null.

@@ -4,6 +4,8 @@
 //! [`estimate`] holds what a joint estimate over all logs of a machine adds.
 //! Values are SI (rad or m, s); [`mod@file`] turns them into the document's units, [`read`] back.
 
+#![warn(missing_docs)]
+
 pub mod estimate;
 pub mod file;
 pub mod read;
@@ -19,12 +21,17 @@ use std::fmt;
 /// Result of an identification.
 #[derive(Debug, Clone)]
 pub struct Gaps {
+    /// Name of the robot that was measured.
     pub robot_name: String,
+    /// Fingerprint of that robot ([`Robot::fingerprint`]).
     pub robot_sha256: String,
+    /// Logs that the gaps were identified from.
     pub logs: Vec<LogRef>,
+    /// Robot frame to tracker frame, if it was estimated.
     pub registration: Option<Registered>,
     /// Gap at each tested angle (static test) or at each reversal (path).
     pub points: Vec<GapPoint>,
+    /// Half gaps, one entry for each joint that was tested.
     pub joints: Vec<JointGap>,
     /// Median TCP speed of the commanded path where it moves, m/s: lets `rewrite` turn seconds into points.
     pub tcp_speed_m_s: Option<f64>,
@@ -83,17 +90,24 @@ impl fmt::Display for Distrust {
 /// A log that was used.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LogRef {
+    /// Name of the file as messages show it.
     pub name: String,
+    /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
 }
 
 /// A half gap at one place.
 #[derive(Debug, Clone)]
 pub struct GapPoint {
+    /// Axis of the robot.
     pub axis: usize,
+    /// Position of the joint, rad or m.
     pub at: f64,
+    /// Half gap there, rad or m.
     pub half_gap: f64,
+    /// 95 % interval, rad or m.
     pub ci95: [f64; 2],
+    /// Number of cycles at this position.
     pub cycles: usize,
     /// Each cycle's value, in order, where there are cycles.
     pub per_cycle: Vec<f64>,
@@ -102,9 +116,11 @@ pub struct GapPoint {
 /// A joint's lost motion.
 #[derive(Debug, Clone)]
 pub struct JointGap {
+    /// Axis of the robot.
     pub axis: usize,
     /// Mean half gap over the tested angles.
     pub half_gap: f64,
+    /// 95 % interval, rad or m.
     pub ci95: [f64; 2],
     /// The interval excludes zero.
     pub significant: bool,
@@ -114,6 +130,7 @@ pub struct JointGap {
     pub schedule: Option<GapCurve>,
     /// p value of the test that the gap does not vary.
     pub varies_p_value: Option<f64>,
+    /// Friction after reversals, if a path showed it.
     pub stiction: Option<StictionFound>,
     /// p value of the test that there is no stiction, where it was looked for.
     pub stiction_p_value: Option<f64>,
@@ -124,17 +141,23 @@ pub struct JointGap {
 pub struct Sides {
     /// `c_r`: how far the joint lags its command moving up.
     pub positive: f64,
+    /// 95 % interval of `positive`, rad or m.
     pub positive_ci95: [f64; 2],
     /// `-c_l`: the same moving down.
     pub negative: f64,
+    /// 95 % interval of `negative`, rad or m.
     pub negative_ci95: [f64; 2],
 }
 
 /// A spike after reversals.
 #[derive(Debug, Clone)]
 pub struct StictionFound {
+    /// Lag at the instant of a reversal, beyond the half gap, rad or m.
     pub spike: f64,
+    /// 95 % interval, rad or m.
     pub ci95: [f64; 2],
+    /// How the spike decays.
     pub decay: Decay,
+    /// 95 % interval of the decay, in its unit.
     pub decay_ci95: [f64; 2],
 }

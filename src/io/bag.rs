@@ -26,11 +26,13 @@ const LARGEST: u64 = 4 << 30;
 /// Which topics of a recording are sought.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TopicChoice<'a> {
+    /// The only topic with positions.
     Any,
     /// What a controller reports.
     Joints,
     /// What a tracker reports.
     Places,
+    /// The topic of this name.
     Topic(&'a str),
 }
 

@@ -8,8 +8,11 @@ use std::path::Path;
 /// What a name stands for; a link is `Other`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
+    /// A regular file.
     File,
+    /// A folder.
     Folder,
+    /// Anything else: a pipe, a device, a broken link.
     Other,
 }
 

@@ -14,6 +14,7 @@ use std::path::Path;
 pub struct Input {
     /// As messages show it.
     pub name: String,
+    /// Its bytes, unpacked.
     pub bytes: Vec<u8>,
     /// Of the stored bytes (for a gzip file: of the compressed ones), lower-case hex.
     pub sha256: String,

@@ -28,9 +28,11 @@ const LARGEST: u64 = 1 << 20;
 /// One file of a transaction; names as [`super::name`] spells them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Entry {
+    /// File name of the output in its folder.
     pub target: String,
     /// The temporary name of the new file, and its size; `None`: the target is taken away.
     pub new: Option<String>,
+    /// Size of the output, bytes.
     #[serde(default)]
     pub bytes: u64,
     /// The second name of what is replaced; `None`: nothing stood there.
@@ -55,6 +57,7 @@ pub struct Written {
 }
 
 impl Journal {
+    /// A journal of outputs that come into place together.
     pub fn new(files: Vec<Entry>) -> Self {
         Self { schema: SCHEMA.into(), back: false, files }
     }

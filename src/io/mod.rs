@@ -16,6 +16,8 @@
 //! - [`keyed`]: an entry of a document whose key carries a unit.
 //! - [`yaml`]: YAML documents with the line of every refusal.
 
+#![warn(missing_docs)]
+
 pub mod bag;
 pub mod folder;
 pub mod input;

@@ -73,6 +73,7 @@ impl Temporary {
         Err(io::Error::other("another run takes the temporary files away"))
     }
 
+    /// Where the file lies until it is in place.
     pub fn path(&self) -> &Path {
         &self.listed
     }

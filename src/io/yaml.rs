@@ -36,7 +36,9 @@ fn too_deep(text: &str) -> Option<u64> {
 
 /// A YAML text and its name, for parsing and for finding the line of a value again.
 pub struct Document<'a> {
+    /// Name of the file as messages show it.
     pub name: &'a str,
+    /// The whole text.
     pub text: &'a str,
 }
 

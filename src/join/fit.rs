@@ -51,7 +51,9 @@ const COMMON: usize = 11;
 /// An estimate and half its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
+    /// The estimate.
     pub value: f64,
+    /// Half the width of its 95 % interval.
     pub half_95: f64,
 }
 
@@ -66,7 +68,9 @@ pub struct Fit {
     pub middle_s: f64,
     /// Per coordinate, m.
     pub rms_m: f64,
+    /// Number of readings that were used.
     pub rows: usize,
+    /// Number of readings that were left out as gross errors.
     pub outliers: usize,
 }
 

@@ -13,6 +13,8 @@
 //! Fails: an error where a column is missing, where the recordings share no motion, or where a motion that repeats allows several
 //! offsets (`--near-s` chooses one).
 
+#![warn(missing_docs)]
+
 mod clock;
 pub mod fit;
 mod search;
@@ -34,6 +36,7 @@ use search::Seen;
 use serde::Serialize;
 use series::Series;
 
+/// The schema that the report names.
 pub const SCHEMA: &str = "lostmotion/join/1";
 /// A regular clock replaces the stamps only where it lowers the residual by this factor.
 const CLEARLY: f64 = 0.9;
@@ -56,6 +59,7 @@ pub enum Rows {
 /// What to do.
 #[derive(Debug, Clone, Copy)]
 pub struct Options {
+    /// Whose rows the joined log has.
     pub rows: Rows,
     /// Offset, s, near which the right one lies: for a motion that repeats.
     pub near_s: Option<f64>,
@@ -77,13 +81,17 @@ impl Options {
 /// What is known of the two clocks.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Report {
+    /// Always [`SCHEMA`].
     pub schema: &'static str,
+    /// The controller's recording.
     pub controller: Part,
+    /// The tracker's recording.
     pub tracker: Part,
     /// `cmd` or `enc`: by which the path was computed.
     pub aligned_by: &'static str,
     /// Controller's time minus the tracker's at `at_tracker_s`.
     pub offset_ms: Interval,
+    /// Tracker time to which the offset refers, s.
     pub at_tracker_s: f64,
     /// Parts per million by which the controller's clock runs faster.
     pub drift_ppm: Interval,
@@ -91,18 +99,26 @@ pub struct Report {
     pub rms_um: f64,
     /// Correlation of the speeds at the offset found.
     pub speed_correlation: f64,
+    /// Number of readings that were left out as gross errors.
     pub outliers: usize,
+    /// Number of rows.
     pub rows: usize,
+    /// Number of rows without a reading of the tracker.
     pub rows_without_reading: usize,
+    /// What a user should know about the joined log.
     pub notes: Vec<String>,
 }
 
 /// One of the two files.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Part {
+    /// Name of the file as messages show it.
     pub name: String,
+    /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
+    /// Number of rows.
     pub rows: usize,
+    /// Mean rate of its rows, Hz.
     pub rate_hz: f64,
     /// Jitter of the stamps, where a regular clock replaces them.
     pub jitter_ms: Option<f64>,
@@ -111,7 +127,9 @@ pub struct Part {
 /// An estimate with its 95 % interval.
 #[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub struct Interval {
+    /// The estimate.
     pub value: f64,
+    /// Its 95 % interval.
     pub ci95: [f64; 2],
 }
 
@@ -124,7 +142,9 @@ impl Interval {
 /// A joined log: columns by name, and what was found.
 #[derive(Debug, Clone)]
 pub struct Joined {
+    /// What was found.
     pub report: Report,
+    /// The joined log.
     pub table: write::Table,
 }
 

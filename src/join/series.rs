@@ -25,6 +25,7 @@ impl Series {
         Self { t_s, values, slopes }
     }
 
+    /// Number of channels.
     pub fn channels(&self) -> usize {
         self.values.len()
     }

@@ -35,6 +35,7 @@ struct Column {
 }
 
 impl Table {
+    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.columns.first().map_or(0, |c| c.values.len())
     }

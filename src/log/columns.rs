@@ -33,6 +33,7 @@ use serde::Deserialize;
 use serde_yaml::{Mapping, Value};
 use std::path::Path;
 
+/// The schema that a column map names.
 pub const SCHEMA: &str = "lostmotion/columns/1";
 
 /// Units of a column map: name, dimension, SI per unit.
@@ -249,6 +250,7 @@ fn rows_of(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
 pub struct Mapped<'a> {
     /// Our name; `None`: the column is to be passed over.
     pub to: Option<&'a str>,
+    /// Unit of the column in the file; `None`: the unit of the contract.
     pub unit: Option<&'a str>,
     /// Sign times scale.
     pub factor: f64,

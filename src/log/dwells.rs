@@ -49,6 +49,7 @@ impl Default for DwellOptions {
 /// How a dwell was reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Approach {
+    /// Axis that moved to this dwell.
     pub axis: usize,
     /// +1: from below, -1: from above.
     pub dir: i8,

@@ -5,33 +5,50 @@ use crate::robot::{Joint, Robot};
 /// Meaning of a column; `axis` counts the robot's axes, `k` the reflectors from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Meaning {
+    /// Time, s.
     Time,
+    /// Command of an axis, rad or m.
     Command(usize),
+    /// Motor encoder of an axis, at the joint's scale, rad or m.
     Encoder(usize),
     /// Between the two gaps of a drive: behind the coupling, before the nut or gear; at the joint's scale.
     Screw(usize),
+    /// Position of an axis measured after its gear, rad or m.
     Measured(usize),
     /// Encoder or screw of a prismatic joint as an angle of its screw: read, it is one of the above.
     EncoderAngle(usize),
+    /// Angle of the screw of an axis, rad.
     ScrewAngle(usize),
     /// Coordinate 0, 1 or 2 of reflector `k`.
     Position {
+        /// Number of the reflector, from 0.
         k: usize,
+        /// 0, 1, 2 for x, y, z.
         coordinate: usize,
     },
+    /// Mark of a reading that was triggered at a standstill.
     Trigger,
+    /// Number of the cycle of a static test.
     Cycle,
     /// Distance from a fixed point; its difference from a nominal length; reading along a direction.
     Distance,
+    /// Deviation of a ballbar from its nominal length, m.
     DistanceOff,
+    /// Reading of a dial gauge, m.
     Dial,
     /// Part 0 to 3 (w, x, y, z) of the tool's orientation.
     Orientation(usize),
+    /// Torque of an axis, N m.
     Torque(usize),
+    /// TCP speed, m/s.
     Speed,
+    /// Payload, kg.
     Payload,
+    /// Temperature, degrees Celsius.
     Temperature,
+    /// Number of the row or point.
     Index,
+    /// A column that has no meaning here and is ignored.
     Other,
 }
 

@@ -12,6 +12,8 @@
 //! - [`dwells`]: where the robot stands still, from which side each joint came, and the mean of the measurements there.
 //! - [`registration`]: the tracker's frame from points known in both frames.
 
+#![warn(missing_docs)]
+
 pub mod columns;
 pub mod dwells;
 pub(crate) mod faults;
@@ -39,6 +41,7 @@ use nalgebra::Vector3;
 pub struct Log {
     /// File name as messages show it, and SHA-256 of the stored bytes.
     pub name: String,
+    /// SHA-256 of the file's bytes, hexadecimal.
     pub sha256: String,
     /// Line in the file of each row, for messages.
     pub line: Vec<u32>,
@@ -66,8 +69,11 @@ pub struct Log {
     pub trigger: Option<Vec<i8>>,
     /// Number of the repeat, 0 outside dwells.
     pub cycle: Option<Vec<u32>>,
+    /// TCP speed, m/s, where logged; `None` in empty cells.
     pub speed_m_s: Option<Vec<Option<f64>>>,
+    /// Payload, kg, where logged; `None` in empty cells.
     pub payload_kg: Option<Vec<Option<f64>>>,
+    /// Temperature, degrees Celsius, where logged; `None` in empty cells.
     pub temp_c: Option<Vec<Option<f64>>>,
     /// Distance, dial, orientation, torque.
     pub instruments: Instruments,
@@ -79,6 +85,7 @@ impl Log {
         self.t_s.len()
     }
 
+    /// Whether the log has no rows.
     pub fn is_empty(&self) -> bool {
         self.t_s.is_empty()
     }

@@ -16,17 +16,22 @@ use std::path::Path;
 /// A file, column by column.
 #[derive(Debug, Clone)]
 pub struct Recording {
+    /// Name of the file as messages show it.
     pub name: String,
+    /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
     /// Line in the file of each row.
     pub line: Vec<u32>,
+    /// Its columns but time.
     pub channels: Vec<Channel>,
 }
 
 /// A column in SI; an empty cell is NaN.
 #[derive(Debug, Clone)]
 pub struct Channel {
+    /// What the column holds.
     pub meaning: Meaning,
+    /// One value per row, SI; NaN in empty cells.
     pub values: Vec<f64>,
     /// Digits after the point in the unit of the contract.
     pub decimals: u8,
@@ -59,6 +64,7 @@ impl Recording {
         Ok(Self { name, sha256, line: table.line, channels })
     }
 
+    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.line.len()
     }

@@ -39,22 +39,27 @@ pub struct Registered {
     pub frame: Isometry3<f64>,
     /// Residual per coordinate, m.
     pub rms_m: f64,
+    /// Number of points that were used.
     pub samples: usize,
     /// Standard uncertainty of the translation (m) and of the rotation vector (rad), where estimated.
     pub sigma_m: [f64; 3],
+    /// Standard uncertainty of the rotation about x, y, z, rad.
     pub sigma_rad: [f64; 3],
 }
 
 /// A point as the robot has it (base frame) and as the tracker sees it, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pair {
+    /// Point in the robot's frame, m.
     pub base_m: Vector3<f64>,
+    /// The same point in the tracker's frame, m.
     pub tracker_m: Vector3<f64>,
 }
 
 /// A registration and how it came about.
 #[derive(Debug, Clone)]
 pub struct Registration {
+    /// The frame and its uncertainty.
     pub found: Registered,
     /// Pairs that disagree with the rest, by index: they were left out.
     pub dropped: Vec<usize>,

@@ -13,6 +13,7 @@ use crate::robot::Robot;
 /// A log as text, with the map through which it is read.
 #[derive(Debug)]
 pub struct LogText {
+    /// The file.
     pub input: Input,
     /// Byte between fields.
     pub separator: u8,

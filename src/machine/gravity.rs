@@ -24,6 +24,7 @@ pub struct Gravity {
 }
 
 impl Gravity {
+    /// The masses of a robot file and where they act.
     pub fn new(robot: &Robot) -> Self {
         // from a joint's link frame to the frame before its own a and alpha
         let before = |joint: usize, c: Vector3<f64>| match robot.convention {

@@ -3,6 +3,7 @@
 /// The merged times of points and rows.
 #[derive(Debug, Clone)]
 pub struct Grid {
+    /// Times of the grid, s, increasing.
     pub t_s: Vec<f64>,
     /// Program point at or before each grid time; its segment.
     segment: Vec<u32>,

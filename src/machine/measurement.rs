@@ -19,10 +19,23 @@ use nalgebra::{Unit, Vector3};
 /// An instrument; metres, world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Instrument {
+    /// Coordinates of the TCP: a laser tracker.
     Tcp,
-    Distance { centre_m: Vector3<f64> },
-    Direction { along: Unit<Vector3<f64>> },
-    Joint { axis: usize },
+    /// Distance of the TCP from a fixed point: a ballbar.
+    Distance {
+        /// The fixed point, m.
+        centre_m: Vector3<f64>,
+    },
+    /// Movement of the TCP along a direction: a dial gauge.
+    Direction {
+        /// The direction in which the reading grows.
+        along: Unit<Vector3<f64>>,
+    },
+    /// Position of one joint after its gear.
+    Joint {
+        /// Axis of the robot.
+        axis: usize,
+    },
 }
 
 /// Most readings of one row.

@@ -16,6 +16,8 @@
 //! - [`parts`]: single stages, for whoever runs the chain piece by piece.
 //! - [`mod@predict`]: the whole chain, to the reflectors in the tracker's frame.
 
+#![warn(missing_docs)]
+
 pub mod gravity;
 pub mod grid;
 mod inputs;

@@ -41,9 +41,11 @@ pub fn clock(effects: &[EffectInstance]) -> Clock {
 /// Where the points are that effects behind the kinematics move.
 #[derive(Clone, Copy)]
 pub struct Scene<'a> {
+    /// The commands.
     pub trajectory: &'a CommandTrajectory,
     /// The chain with its geometry effects, and the joints' positions `[axis][row]`, rad or m.
     pub chain: &'a Chain,
+    /// Joint positions, `[axis][row]`, rad or m.
     pub joint: &'a [&'a [f64]],
     /// Base frame -> tracker frame, where it is known.
     pub registration: Option<&'a Isometry3<f64>>,

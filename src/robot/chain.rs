@@ -14,7 +14,9 @@ use nalgebra::{Dyn, Isometry3, Matrix3, OMatrix, Rotation3, U6, Vector3};
 /// Position (metres) and rotation of the TCP in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
+    /// Position of the TCP, m.
     pub position: Vector3<f64>,
+    /// Orientation of the tool.
     pub rotation: Rotation3<f64>,
 }
 

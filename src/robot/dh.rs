@@ -17,25 +17,35 @@ const SAME_M: f64 = 1e-9;
 /// Axis of a joint in the base frame, at the zero configuration.
 #[derive(Debug, Clone, Copy)]
 pub struct Line {
+    /// A point on the line, m.
     pub point: Vector3<f64>,
+    /// Direction of the line.
     pub direction: Unit<Vector3<f64>>,
 }
 
 /// One row of the table, rad and m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
+    /// Angle about z, rad.
     pub theta_rad: f64,
+    /// Distance along z, m.
     pub d_m: f64,
+    /// Distance along x, m.
     pub a_m: f64,
+    /// Angle about x, rad.
     pub alpha_rad: f64,
 }
 
 /// Table, base before it and tool after it; `frames[i]` is the link frame of joint i at the zero configuration.
 #[derive(Debug, Clone)]
 pub struct Table {
+    /// World frame to the frame of the first joint.
     pub base: Isometry3<f64>,
+    /// Parameters, one row for each joint.
     pub rows: Vec<Row>,
+    /// Frame of the last joint to the TCP.
     pub tool: Isometry3<f64>,
+    /// Frame of each joint at the zero configuration, in the world frame.
     pub frames: Vec<Isometry3<f64>>,
 }
 

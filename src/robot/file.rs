@@ -12,14 +12,17 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// The schema that a robot file names.
 pub const SCHEMA: &str = "lostmotion/robot/1";
 
 /// A frame at the edges: fixed-axis X, then Y, then Z; degrees and millimetres.
 #[derive(Debug, Clone, Serialize, Deserialize, PartialEq, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FrameFile {
+    /// Position, mm.
     #[serde(default)]
     pub xyz_mm: [f64; 3],
+    /// Roll, pitch, yaw, deg: rotations about the fixed axes x, y, z in this order.
     #[serde(default)]
     pub rpy_deg: [f64; 3],
 }
@@ -156,6 +159,7 @@ impl ToolsFile {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobotFile {
+    /// Must be [`SCHEMA`].
     pub schema: String,
     #[serde(default)]
     pub(super) name: String,

@@ -25,12 +25,15 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
+/// The schema that a frames file names.
 pub const SCHEMA: &str = "lostmotion/frames/1";
 
 /// Frames and tools that are known.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Frames {
+    /// World frame to each named frame.
     pub frames: BTreeMap<String, Isometry3<f64>>,
+    /// Flange to each named tool.
     pub tools: BTreeMap<String, Isometry3<f64>>,
     /// Joints near which the arm works, deg or mm, one per axis.
     pub posture_deg: Option<Vec<f64>>,
@@ -76,10 +79,12 @@ impl Frames {
         Ok(Self { frames, tools, posture_deg: file.posture_deg })
     }
 
+    /// The frame of this name, in any case of letters.
     pub fn frame(&self, name: &str) -> Option<&Isometry3<f64>> {
         self.frames.get(&key(name))
     }
 
+    /// The tool of this name, in any case of letters.
     pub fn tool(&self, name: &str) -> Option<&Isometry3<f64>> {
         self.tools.get(&key(name))
     }
@@ -121,12 +126,16 @@ pub(super) fn checked(
 /// Frames and tools that moves wait for, with the number of these moves, and how many wait for a posture of the arm.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Missing {
+    /// Unknown frames, with the number of moves that use each.
     pub frames: BTreeMap<String, u64>,
+    /// Unknown tools, with the number of moves that use each.
     pub tools: BTreeMap<String, u64>,
+    /// Number of moves whose posture at the start is not known.
     pub posture: u64,
 }
 
 impl Missing {
+    /// Whether nothing is missing.
     pub fn is_empty(&self) -> bool {
         self.frames.is_empty() && self.tools.is_empty() && self.posture == 0
     }

@@ -23,8 +23,11 @@ pub enum Target {
 pub struct InverseOptions {
     /// Axes that may move; empty means all.
     pub free: Vec<usize>,
+    /// Position error at which the search stops, m.
     pub target_error_m: f64,
+    /// Orientation error at which the search stops, rad.
     pub target_error_rad: f64,
+    /// Most steps of the search.
     pub max_iterations: usize,
     /// Length that makes one radian of orientation count like metres.
     pub rotation_length_m: f64,
@@ -52,6 +55,7 @@ pub enum Stop {
     Converged,
     /// No step reduces the error any more: out of reach, singular, or held by a limit.
     NoProgress,
+    /// The steps were used up.
     IterationLimit,
     /// The target or the seed is not finite.
     NotFinite,
@@ -60,15 +64,20 @@ pub enum Stop {
 /// Result: the best joint vector, its errors, and why it stopped.
 #[derive(Debug, Clone)]
 pub struct Inverse {
+    /// Joint positions, rad or m, one per axis.
     pub q: Vec<f64>,
+    /// Why the search stopped.
     pub stop: Stop,
+    /// Position error that remains, m.
     pub error_m: f64,
     /// 0 where only the position was asked for.
     pub error_rad: f64,
+    /// Steps that were taken.
     pub iterations: usize,
 }
 
 impl Inverse {
+    /// Whether both errors are below their targets.
     pub fn converged(&self) -> bool {
         self.stop == Stop::Converged
     }

@@ -15,6 +15,8 @@
 //! Joint vectors `q` hold one value per *axis*, that is, per joint with a command of its own, in file order, in radians
 //! or metres. A joint that follows another one has no entry.
 
+#![warn(missing_docs)]
+
 pub mod arm;
 pub mod chain;
 pub mod dh;
@@ -50,12 +52,17 @@ pub enum Convention {
 /// Axes and origin of a joint's frame, after the joint's own turn and slide: `z` is its axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointFrame {
+    /// Direction of x in the base frame.
     pub x: Vector3<f64>,
+    /// Direction of y in the base frame.
     pub y: Vector3<f64>,
+    /// Direction of z, the axis of the joint, in the base frame.
     pub z: Vector3<f64>,
+    /// Origin in the base frame, m.
     pub origin_m: Vector3<f64>,
     /// `x` and `y` before the turn.
     pub fixed_x: Vector3<f64>,
+    /// Direction of y before the joint's own rotation, in the base frame.
     pub fixed_y: Vector3<f64>,
     /// Direction of the joint's DH parameter `a`.
     pub along_a: Vector3<f64>,
@@ -68,43 +75,60 @@ pub struct JointFrame {
 pub struct Follow {
     /// Index of the driving joint in [`Robot::joints`].
     pub joint: usize,
+    /// Movement of this joint per movement of the other one.
     pub ratio: f64,
 }
 
 /// One joint with its DH parameters (radians, metres) and limits (radians or metres, per second, per second squared).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Joint {
+    /// Name, as files and messages show it.
     pub name: String,
+    /// Revolute or prismatic.
     pub kind: JointKind,
+    /// Denavit-Hartenberg angle about z at command 0, rad.
     pub theta_rad: f64,
+    /// Denavit-Hartenberg distance along z at command 0, m.
     pub d_m: f64,
+    /// Denavit-Hartenberg distance along x, m.
     pub a_m: f64,
+    /// Denavit-Hartenberg angle about x, rad.
     pub alpha_rad: f64,
     /// Hayati's twist about y behind `alpha`, for nearly parallel axes.
     pub beta_rad: f64,
     /// +1 or -1: sense of the command.
     pub direction: f64,
+    /// Least and largest command, rad or m; `None`: not known.
     pub limits: Option<[f64; 2]>,
+    /// Largest speed, rad/s or m/s; `None`: not known.
     pub max_speed: Option<f64>,
+    /// Largest acceleration, rad/s^2 or m/s^2; `None`: not known.
     pub max_accel: Option<f64>,
+    /// Lead of the screw that drives the joint, m per revolution.
     pub lead_m_per_rev: Option<f64>,
     /// Pulses of the controller per rad or m, with sign: programs may hold joints in pulses.
     pub pulses: Option<f64>,
+    /// The joint that this one follows; `None`: it has a command of its own.
     pub follows: Option<Follow>,
 }
 
 /// Mass of a link and its centre of mass in the link frame of its joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
+    /// Mass, kg.
     pub mass_kg: f64,
+    /// Centre of mass in the link's frame, m.
     pub com_m: Vector3<f64>,
 }
 
 /// A robot. Its numbers are SI.
 #[derive(Debug, Clone)]
 pub struct Robot {
+    /// Name, as files and messages show it.
     pub name: String,
+    /// Denavit-Hartenberg convention of the parameters.
     pub convention: Convention,
+    /// Joints from base to flange.
     pub joints: Vec<Joint>,
     /// Empty, or one per joint.
     pub links: Vec<Link>,
@@ -116,6 +140,7 @@ pub struct Robot {
     pub tool: Isometry3<f64>,
     /// Further reflectors in the flange frame, metres: `x2_mm`, `x3_mm`, ... of a log.
     pub reflectors_m: Vec<Vector3<f64>>,
+    /// Acceleration of gravity in the world frame, m/s^2.
     pub gravity_m_s2: Vector3<f64>,
     /// Joints whose gap belongs to a sum of axes.
     pub gap_of: Vec<GapOf>,

@@ -29,25 +29,64 @@ const SLOWER: f64 = 0.1;
 #[derive(Debug, Clone, PartialEq)]
 pub enum Finding {
     /// Largest distance that the links span, m, is none of a machine.
-    Reach { reach_m: f64 },
+    Reach {
+        /// That distance, m.
+        reach_m: f64,
+    },
     /// Every revolute joint has limits of a few degrees: radians?
     LimitsInRadians,
     /// Axes of two consecutive joints coincide.
-    SameAxis { joints: [String; 2] },
+    SameAxis {
+        /// Names of the joints.
+        joints: [String; 2],
+    },
     /// A link angle that is a multiple of a quarter turn in radians, deg as read.
-    AngleInRadians { joint: String, key: &'static str, value: f64 },
+    AngleInRadians {
+        /// Name of the joint.
+        joint: String,
+        /// Key in the robot file.
+        key: &'static str,
+        /// The angle as read, deg.
+        value: f64,
+    },
     /// A length far below the others that would be one of them in metres, mm as read.
-    LengthInMetres { joint: String, key: &'static str, mm: f64 },
+    LengthInMetres {
+        /// Name of the joint.
+        joint: String,
+        /// Key in the robot file.
+        key: &'static str,
+        /// The length as read, mm.
+        mm: f64,
+    },
     /// A largest speed far below that of the other joints, deg/s as read.
-    SpeedInRadians { joint: String, deg_s: f64 },
+    SpeedInRadians {
+        /// Name of the joint.
+        joint: String,
+        /// The speed as read, deg/s.
+        deg_s: f64,
+    },
     /// A mass that no link has, kg.
-    Mass { joint: String, mass_kg: f64 },
+    Mass {
+        /// Name of the joint.
+        joint: String,
+        /// The mass, kg.
+        mass_kg: f64,
+    },
     /// Joints without limits of travel: nothing can be checked for them.
-    NoLimits { joints: Vec<String> },
+    NoLimits {
+        /// Names of the joints.
+        joints: Vec<String>,
+    },
     /// Joints without a largest speed.
-    NoSpeeds { joints: Vec<String> },
+    NoSpeeds {
+        /// Names of the joints.
+        joints: Vec<String>,
+    },
     /// Joints without a largest acceleration.
-    NoAccelerations { joints: Vec<String> },
+    NoAccelerations {
+        /// Names of the joints.
+        joints: Vec<String>,
+    },
     /// No masses: gravity is left out.
     NoMasses,
 }

@@ -8,6 +8,8 @@
 //! - [`noise`]: seeded white noise.
 //! - [`predicted`]: the predicted log as CSV, with the input's own columns where it was a log.
 
+#![warn(missing_docs)]
+
 pub mod motion;
 pub mod noise;
 pub mod predicted;
@@ -26,6 +28,7 @@ pub struct Options {
     pub speed_m_s: f64,
     /// Standard deviation of each coordinate, m; 0: none.
     pub noise_m: f64,
+    /// Seed of the noise.
     pub seed: u64,
     /// Add `enc_` columns: the motor side, which the servo's effects move and the gear's do not.
     pub encoders: bool,

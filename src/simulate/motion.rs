@@ -10,7 +10,9 @@ use nalgebra::Vector3;
 /// What the machine does at the rows of the log.
 #[derive(Debug)]
 pub struct Motion {
+    /// The commands.
     pub drive: CommandTrajectory,
+    /// What the machine makes of them.
     pub prediction: Prediction,
 }
 
@@ -35,6 +37,7 @@ impl Motion {
         self.drive.rows()
     }
 
+    /// Whether there are no rows.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

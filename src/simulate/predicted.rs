@@ -30,7 +30,9 @@ const BLOCKS: usize = 32;
 /// What was written, and what a user should know about it.
 #[derive(Debug, Clone, Default)]
 pub struct Written {
+    /// Number of rows.
     pub rows: usize,
+    /// What a user should know about the log.
     pub notes: Vec<String>,
 }
 

@@ -10,6 +10,7 @@ use crate::robot::Robot;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
+/// The schema that the document names.
 pub const SCHEMA: &str = "lostmotion/tracking/1";
 /// Places that are listed.
 const LISTED: usize = 20;
@@ -29,6 +30,7 @@ impl Tracked {
         self.error_m.iter().sum::<f64>() / self.error_m.len().max(1) as f64
     }
 
+    /// Largest distance from the path, m.
     pub fn largest_error_m(&self) -> f64 {
         self.error_m.iter().copied().fold(0.0, f64::max)
     }

@@ -28,11 +28,14 @@ pub const DECIMALS: i32 = 6;
 /// How a step is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
+    /// A bounded quadratic program for each step (Cursi (2022), equation 1).
     Qp,
+    /// Numerical inverse kinematics at each point.
     Inverse,
 }
 
 impl Method {
+    /// Name of the method in documents.
     pub fn text(self) -> &'static str {
         match self {
             Self::Qp => "qp",
@@ -44,6 +47,7 @@ impl Method {
 /// What a user may choose; SI.
 #[derive(Debug, Clone)]
 pub struct Options {
+    /// How each step is found.
     pub method: Method,
     /// Joint vector from which the first point is looked for; `None`: all zero, or the nearest allowed.
     pub start: Option<Vec<f64>>,
@@ -62,13 +66,16 @@ impl Default for Options {
 pub enum Bound {
     /// A joint limit, or the end of the range that was learned.
     Range,
+    /// The largest speed of the joint.
     Speed,
 }
 
 /// A point that is not met.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Miss {
+    /// Number of the point, from 0.
     pub point: usize,
+    /// Distance from the path, m.
     pub distance_m: f64,
     /// Axes at a bound there.
     pub held: Vec<(usize, Bound)>,
@@ -77,9 +84,13 @@ pub struct Miss {
 /// An acceleration beyond its limit, after a point; per second squared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TooFast {
+    /// Number of the point, from 0.
     pub point: usize,
+    /// Axis of the robot.
     pub axis: usize,
+    /// Acceleration of the joint, rad/s^2 or m/s^2.
     pub value: f64,
+    /// Its largest acceleration, rad/s^2 or m/s^2.
     pub limit: f64,
 }
 
@@ -88,12 +99,15 @@ pub struct TooFast {
 pub struct Tracked {
     /// One joint vector per point, rad or m.
     pub q: Vec<Vec<f64>>,
+    /// Time of each point, s.
     pub t_s: Vec<f64>,
     /// Distance of each point from the path, m.
     pub error_m: Vec<f64>,
     /// Largest distance from the path half way between two points, where the program runs linear in the joints, m.
     pub between_m: f64,
+    /// Points that are farther from the path than the tolerance.
     pub misses: Vec<Miss>,
+    /// Points at which a joint exceeds its acceleration.
     pub too_fast: Vec<TooFast>,
     /// Largest speed of each axis, per second.
     pub speed: Vec<f64>,

@@ -18,6 +18,8 @@
 //!
 //! The program is open-loop and knows nothing of lost motion: `rewrite` puts the compensation in.
 
+#![warn(missing_docs)]
+
 pub mod document;
 pub mod follow;
 pub mod kinematics;

@@ -18,6 +18,7 @@ const SHORTEST_S: f64 = crate::simulate::timing::SHORTEST_S;
 pub struct Path {
     /// As messages show it.
     pub name: String,
+    /// SHA-256 of the file's bytes, hexadecimal.
     pub sha256: String,
     /// 0, 1, 2 for x, y, z; rising.
     pub coordinates: Vec<usize>,
@@ -89,10 +90,12 @@ impl Path {
         Ok(path)
     }
 
+    /// Number of points.
     pub fn len(&self) -> usize {
         self.points_m.len()
     }
 
+    /// Whether there is no point.
     pub fn is_empty(&self) -> bool {
         self.points_m.is_empty()
     }

@@ -21,10 +21,15 @@ const NEAR: f64 = 1e-4;
 /// A problem. Bounds are finite, `lower <= upper`; `scale` is above 0.
 #[derive(Debug)]
 pub struct Quadratic<'a> {
+    /// Velocity of the coordinates by each joint velocity.
     pub jacobian: &'a DMatrix<f64>,
+    /// Wanted velocity of the coordinates, m/s.
     pub velocity: &'a DVector<f64>,
+    /// Least joint velocities, rad/s or m/s.
     pub lower: &'a [f64],
+    /// Largest joint velocities, rad/s or m/s.
     pub upper: &'a [f64],
+    /// Scale of each unknown: a typical joint velocity, above 0.
     pub scale: &'a [f64],
 }
 

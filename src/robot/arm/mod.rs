@@ -32,6 +32,7 @@ use std::f64::consts::TAU;
 
 /// A pose counts as reached within these, m and rad.
 pub const REACHED_M: f64 = 1e-9;
+/// Largest rotation error of a solution, rad.
 pub const REACHED_RAD: f64 = 1e-9;
 /// Axes that pass each other closer than this meet, m.
 const MEETS_M: f64 = 5e-3;
@@ -59,6 +60,7 @@ pub enum Form {
     Spherical(Vector3<f64>),
     /// Where axes 5 and 6 meet at all joints zero.
     Parallel(Vector3<f64>),
+    /// No closed form: joints are found numerically.
     General,
 }
 
@@ -93,6 +95,7 @@ impl Arm {
         Some(Self { lines, gains, commands, zero: isometry(&robot.forward(&q)), form })
     }
 
+    /// How the joints of a pose are found.
     pub fn form(&self) -> Form {
         self.form
     }

@@ -27,6 +27,7 @@ use roxmltree::Document;
 /// A robot from a URDF and what the reader did on the way.
 #[derive(Debug)]
 pub struct FromUrdf {
+    /// The robot.
     pub robot: Robot,
     /// Link at the end of the chain: its frame is the TCP.
     pub tip: String,
