@@ -7,6 +7,7 @@
 use super::site::within;
 use super::*;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "axis_coupling",
     heading: "axis coupling",
@@ -38,6 +39,7 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Movement of this joint per movement of the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisCoupling {
+    /// Movement of this joint per movement of the other one, rad or m per rad or m.
     pub ratio: f64,
 }
 

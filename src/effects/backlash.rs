@@ -8,6 +8,7 @@
 
 use super::*;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "backlash",
     heading: "backlash",
@@ -40,6 +41,7 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Play with half gap `half_gap` (rad or m, 0 or more).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Backlash {
+    /// Half gap, rad or m, 0 or more.
     pub half_gap: f64,
 }
 

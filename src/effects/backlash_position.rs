@@ -10,6 +10,7 @@ use super::site::within;
 use super::*;
 use serde_yaml::{Mapping, Value};
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "backlash_position",
     heading: "backlash position",
@@ -41,6 +42,7 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Play with a half gap (rad or m, 0 or more) over position.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BacklashPosition {
+    /// Half gap over the position of the joint.
     pub half_gap: GapCurve,
 }
 

@@ -10,6 +10,7 @@ use super::site::within;
 use super::*;
 use serde_yaml::Value;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "backlash_speed",
     heading: "backlash speed",
@@ -51,7 +52,9 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Half gap at rest (rad or m), and its slope (rad or m per m/s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BacklashSpeed {
+    /// Half gap at rest, rad or m.
     pub half_gap: f64,
+    /// Its growth with the TCP speed, rad or m per m/s.
     pub slope: f64,
 }
 

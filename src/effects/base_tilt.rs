@@ -11,6 +11,7 @@ use super::*;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_yaml::Value;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "base_tilt",
     heading: "base tilt",
@@ -51,6 +52,7 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Compliance about the x and y axes of the world, rad/Nm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BaseTilt {
+    /// Compliance about the x and the y axis of the world, rad/Nm.
     pub rad_per_nm: [f64; 2],
 }
 

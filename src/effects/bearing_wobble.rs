@@ -15,6 +15,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use serde_yaml::{Mapping, Value};
 use std::f64::consts::{PI, TAU};
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "bearing_wobble",
     heading: "bearing wobble",
@@ -66,9 +67,13 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Amplitude in rad, periods per turn, phase in rad, direction across the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BearingWobble {
+    /// Amplitude of the tilt, rad.
     pub amplitude_rad: f64,
+    /// Periods per revolution of the joint.
     pub cycles_per_rev: f64,
+    /// Phase at position 0, rad.
     pub phase_rad: f64,
+    /// Unit vector across the axis about which the link tilts, in the x and y of the joint's frame.
     pub direction: [f64; 2],
 }
 

@@ -16,11 +16,14 @@ pub const TRIAL: f64 = 2e-6;
 
 /// One effect on one target with its shape held.
 pub struct Candidate {
+    /// Name of the effect.
     pub effect: &'static str,
+    /// Its target, as documents print it.
     pub target: String,
     /// Effects whose predictions are compared with, one per linear coefficient, each at its size; where `base` stands, it is
     /// taken off.
     pub trial: Vec<(Vec<EffectInstance>, f64)>,
+    /// Effects that the trials are compared with; `None`: nothing.
     pub base: Option<Vec<EffectInstance>>,
     /// The log in which each trial acts; empty: in all.
     pub acts_in: Vec<usize>,
@@ -169,7 +172,9 @@ impl Candidate {
 /// What is known of the logs before anything is tried.
 #[derive(Debug, Clone)]
 pub struct Survey<'a> {
+    /// The robot.
     pub robot: &'a Robot,
+    /// What is known of each axis.
     pub axes: Vec<AxisSurvey>,
     /// Length of the shortest sample interval and of the longest log, s; `None` for poses alone.
     pub clock: Option<(f64, f64)>,
@@ -186,7 +191,9 @@ pub struct Survey<'a> {
 /// The same of one axis, over all logs; rad or m.
 #[derive(Debug, Clone, Default)]
 pub struct AxisSurvey {
+    /// Largest position less the smallest one.
     pub travel: f64,
+    /// Smallest and largest position.
     pub range: [f64; 2],
     /// Gravity's torque about it is not zero throughout.
     pub loaded: bool,
@@ -196,6 +203,7 @@ pub struct AxisSurvey {
     pub fastest: f64,
     /// The torque of its drive was logged; its least and most, Nm or N, else those of gravity.
     pub torque_measured: bool,
+    /// Smallest and largest torque of its drive, or of gravity, Nm or N.
     pub torque: [f64; 2],
 }
 

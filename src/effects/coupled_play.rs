@@ -12,6 +12,7 @@ use super::site::within;
 use super::*;
 use serde_yaml::Value;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "coupled_play",
     heading: "coupled play",
@@ -61,7 +62,9 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Half gap (rad or m), and movement of the gear per movement of the other joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CoupledPlay {
+    /// Half gap, rad or m.
     pub half_gap: f64,
+    /// Movement of the gear per movement of the other joint.
     pub ratio: f64,
 }
 

@@ -6,12 +6,16 @@
 /// Half gap over position; arguments and values in rad or m.
 #[derive(Debug, Clone, PartialEq)]
 pub enum GapCurve {
+    /// The same half gap everywhere.
     Constant(f64),
     /// `sum c_k p^k`, held constant outside `range`.
     Polynomial {
+        /// Coefficients by rising power.
         coefficients: Vec<f64>,
+        /// First and last position that was tested.
         range: [f64; 2],
     },
+    /// A monotone cubic through knots.
     Pchip(Pchip),
 }
 

@@ -179,7 +179,9 @@ pub trait EffectType: EffectObject + Debug + Send + Sync {
 
 /// What [`EffectType`] needs of a type; every `PartialEq` type has it.
 pub trait EffectObject: Any {
+    /// The effect as a type that can be asked for.
     fn as_any(&self) -> &dyn Any;
+    /// Whether the other effect is of the same type with the same values.
     fn equals(&self, other: &dyn EffectType) -> bool;
 }
 
@@ -198,6 +200,7 @@ impl<T: EffectType + PartialEq> EffectObject for T {
 pub struct Effect(Arc<dyn EffectType>);
 
 impl Effect {
+    /// An effect of the catalogue from its values.
     pub fn new(effect: impl EffectType) -> Self {
         Self(Arc::new(effect))
     }
@@ -313,13 +316,16 @@ pub trait Inputs: Sync {
 /// Kinematic parameters that geometry effects change.
 #[derive(Debug, Clone)]
 pub struct Geometry {
+    /// Joints with their Denavit-Hartenberg parameters.
     pub joints: Vec<Joint>,
+    /// Flange to TCP.
     pub tool: Isometry3<f64>,
 }
 
 /// One row, as an effect behind the kinematics sees it.
 #[derive(Clone, Copy)]
 pub struct Row<'a> {
+    /// Number of the row, from 0.
     pub index: usize,
     /// Time since the first row, s, by the clock of the robot.
     pub t_s: f64,
@@ -327,6 +333,7 @@ pub struct Row<'a> {
     pub measured_s: f64,
     /// The rows are settled poses, which have no time.
     pub settled: bool,
+    /// Commands, torques and temperatures of the log or program.
     pub inputs: &'a dyn Inputs,
     /// Joint frames in the base frame, after the turn and the slide of the joint; empty where no effect asks for them.
     pub frames: &'a [JointFrame],
@@ -354,6 +361,7 @@ impl Row<'_> {
 /// What else is known where an effect is to be undone.
 #[derive(Debug, Clone, Copy)]
 pub struct UndoContext<'a> {
+    /// The target and its robot.
     pub site: Site<'a>,
     /// TCP speed of the program, where it is known.
     pub tcp_speed_m_s: Option<f64>,

@@ -19,6 +19,7 @@ use serde_yaml::{Mapping, Value};
 /// Name in the catalogue.
 pub const NAME: &str = "empirical";
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: NAME,
     heading: "empirical",
@@ -73,11 +74,17 @@ pub static INFO: EffectInfo = EffectInfo {
 /// What a curve is a function of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Over {
+    /// The position of the joint, rad or m.
     Position,
+    /// The direction of movement, -1 or +1.
     Direction,
+    /// The speed of the joint, rad/s or m/s.
     Speed,
+    /// The acceleration of the joint, rad/s^2 or m/s^2.
     Acceleration,
+    /// The torque of its drive, Nm or N.
     Torque,
+    /// Time since the first row, s.
     Time,
 }
 
@@ -100,6 +107,7 @@ impl Over {
 /// What the value of a curve is multiplied by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Times {
+    /// Nothing.
     One,
     /// The direction of movement.
     Direction,
@@ -110,6 +118,7 @@ pub enum Times {
 /// A curve of one value (rad or m of a joint) or of three (m, the TCP in the base frame) over one argument, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Empirical {
+    /// The argument of the curve.
     pub over: Over,
     /// What the value is multiplied by.
     pub times: Times,

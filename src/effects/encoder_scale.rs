@@ -6,6 +6,7 @@
 use super::site::within;
 use super::*;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "encoder_scale",
     heading: "encoder scale",
@@ -37,6 +38,7 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Relative error of the movement (1e-6 per ppm).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EncoderScale {
+    /// Relative error of the movement.
     pub scale: f64,
 }
 

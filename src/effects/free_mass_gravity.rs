@@ -18,6 +18,7 @@ use serde_yaml::{Mapping, Value};
 /// Links (index of the joint in [`crate::robot::Robot::joints`]) with their x and y, rad.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeMassGravity {
+    /// Link and its x and y, rad.
     pub moments: Vec<(usize, [f64; 2])>,
 }
 

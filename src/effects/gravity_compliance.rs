@@ -6,6 +6,7 @@
 
 use super::*;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "gravity_compliance",
     heading: "gravity compliance",
@@ -56,6 +57,7 @@ const PRISMATIC_KEY: &str = "compliance_mm_per_n";
 /// rad/Nm, or m/N for a prismatic joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GravityCompliance {
+    /// Compliance, rad/Nm or m/N.
     pub compliance: f64,
 }
 

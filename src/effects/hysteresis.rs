@@ -9,6 +9,7 @@
 
 use super::*;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "hysteresis",
     heading: "hysteresis",
@@ -59,7 +60,9 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Half width in rad or m, and presliding travel in rad or m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hysteresis {
+    /// Half the width of the loop, rad or m.
     pub half_width: f64,
+    /// Travel over which the loop is crossed to a share of 1/e, rad or m.
     pub presliding: f64,
 }
 

@@ -12,6 +12,7 @@ pub struct EffectInfo {
     pub name: &'static str,
     /// A few words for the head of a column.
     pub heading: &'static str,
+    /// Where in the chain it acts.
     pub stage: Stage,
     /// Effects that a machine has together or not at all: tested as one before their members.
     pub family: Family,
@@ -19,6 +20,7 @@ pub struct EffectInfo {
     pub acts_on: ActsOn,
     /// What it adds, in one line.
     pub adds: &'static str,
+    /// Its equation, in one line.
     pub equation: &'static str,
     /// Where the equation comes from.
     pub reference: &'static str,
@@ -55,6 +57,7 @@ pub struct EffectInfo {
 /// Kinds of targets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ActsOn {
+    /// One joint.
     Joint,
     /// One joint by another.
     Coupling,
@@ -64,9 +67,13 @@ pub enum ActsOn {
     JointOrDhParameter(&'static [DhParameter]),
     /// A joint, or the TCP.
     JointOrTcp,
+    /// The base of the robot.
     Base,
+    /// The tool.
     Tool,
+    /// The TCP, in the frame of the base.
     Tcp,
+    /// The log as a whole.
     Log,
 }
 
@@ -92,16 +99,21 @@ impl ActsOn {
 pub enum Family {
     /// Lags of the servos and the clock.
     Lag,
+    /// Friction in joints.
     Friction,
+    /// Play in gears and screws.
     Gap,
     /// Scales of encoders, couplings between joints.
     Scale,
+    /// Errors that repeat with the revolution of a joint.
     Ripple,
     /// Zero offsets, DH parameters, tool.
     Geometry,
+    /// Deflection under weight.
     Gravity,
     /// Times and temperatures.
     Drift,
+    /// Oscillation of the structure.
     Vibration,
     /// The measuring system itself.
     Tracker,
@@ -112,6 +124,7 @@ pub enum Family {
 /// What an effect does after a reversal of its joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AfterReversal {
+    /// Nothing that a reversal starts.
     Nothing,
     /// A step that stays.
     Step,
@@ -122,7 +135,9 @@ pub enum AfterReversal {
 /// What a picture shows over what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum View {
+    /// Joint error over its command.
     JointOverCommand,
+    /// Joint error over time.
     JointOverTime,
     /// Joint error over the command of the second joint.
     JointOverOther,
@@ -135,6 +150,7 @@ pub enum View {
 /// What a typical size depends on.
 #[derive(Debug, Clone)]
 pub struct TypicalSize<'a> {
+    /// Kind of the joint.
     pub kind: JointKind,
     /// The target as text.
     pub target: &'a str,
@@ -142,7 +158,9 @@ pub struct TypicalSize<'a> {
     pub gap: f64,
     /// Least and most of the joint's positions, deg or mm.
     pub window: [f64; 2],
+    /// TCP speed, mm/s.
     pub tcp_speed_mm_s: f64,
+    /// Duration of the motion, s.
     pub duration_s: f64,
     /// Keys that are given.
     pub given: &'a Mapping,
@@ -159,6 +177,7 @@ impl TypicalSize<'_> {
         self.given.keys().any(|k| k.as_str().is_some_and(|k| k.starts_with(start)))
     }
 
+    /// Whether the joint is revolute.
     pub fn is_revolute(&self) -> bool {
         self.kind == JointKind::Revolute
     }

@@ -6,7 +6,9 @@ use crate::robot::Robot;
 /// An effect at its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectInstance {
+    /// Where it acts.
     pub target: Target,
+    /// The effect with its values.
     pub effect: Effect,
 }
 

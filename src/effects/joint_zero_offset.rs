@@ -6,6 +6,7 @@
 use super::site::within;
 use super::*;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "joint_zero_offset",
     heading: "zero offset",
@@ -38,6 +39,7 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Constant, rad or m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointZeroOffset {
+    /// Offset of the joint's zero, rad or m.
     pub offset: f64,
 }
 

@@ -11,6 +11,7 @@ use super::site::within;
 use super::*;
 use crate::robot::JointKind;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "link_error",
     heading: "link",
@@ -42,6 +43,7 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Change of the parameter, m or rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkError {
+    /// Change of the parameter, m or rad.
     pub delta: f64,
 }
 

@@ -13,6 +13,7 @@ use super::backlash::play;
 use super::*;
 use serde_yaml::Value;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "loaded_play",
     heading: "loaded play",
@@ -58,7 +59,9 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Half gap in rad or m, and the torque (Nm or N) beyond which the load picks the flank.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadedPlay {
+    /// Half gap, rad or m.
     pub half_gap: f64,
+    /// Torque beyond which the load presses the gear against one flank, Nm or N.
     pub torque: f64,
 }
 

@@ -16,6 +16,7 @@ use serde_yaml::{Mapping, Value};
 /// Elements `[half width, presliding]`, rad or m.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MaxwellSlip {
+    /// Half width and presliding travel of each element, rad or m.
     pub elements: Vec<[f64; 2]>,
 }
 

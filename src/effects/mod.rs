@@ -16,6 +16,8 @@
 //! - [`track`]: a joint's command with its directions and turning points; [`smooth`]: a motion between its samples;
 //!   [`curve`]: a half gap as a function of position; [`spline`]: a smooth curve that is linear in its values.
 
+#![warn(missing_docs)]
+
 pub mod axis_coupling;
 pub mod backlash;
 pub mod backlash_position;
@@ -103,12 +105,19 @@ pub use crate::robot::JointFrame;
 /// Place in the chain; effects act in this order, and within a stage in the order of the model file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
+    /// Between command and motor.
     Servo,
+    /// Between motor and output of the gear; acts in the order of movement.
     Gear,
+    /// Between the gear and the joint's position.
     Link,
+    /// Kinematic parameters.
     Geometry,
+    /// The base of the robot.
     Base,
+    /// The TCP, in the frame of the base.
     Tcp,
+    /// The measuring system.
     Measurement,
 }
 
@@ -130,8 +139,11 @@ impl Stage {
 /// A DH parameter of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum DhParameter {
+    /// Distance along x.
     A,
+    /// Distance along z.
     D,
+    /// Angle about x.
     Alpha,
     /// Hayati's twist about y behind alpha, for joints whose axes are nearly parallel.
     Beta,
@@ -153,12 +165,29 @@ impl DhParameter {
 /// [`crate::robot::Robot::joints`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Target {
+    /// The joint of this axis.
     Joint(usize),
-    Coupled { to: usize, from: usize },
-    Link { joint: usize, parameter: DhParameter },
+    /// A joint that another one moves.
+    Coupled {
+        /// Axis that is moved.
+        to: usize,
+        /// Axis that moves it.
+        from: usize,
+    },
+    /// A kinematic parameter of a joint.
+    Link {
+        /// Number of the joint.
+        joint: usize,
+        /// The parameter.
+        parameter: DhParameter,
+    },
+    /// The base of the robot.
     Base,
+    /// The tool.
     Tool,
+    /// The TCP, in the frame of the base.
     Tcp,
+    /// The log as a whole.
     Log,
 }
 

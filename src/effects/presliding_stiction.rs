@@ -23,10 +23,13 @@ use super::*;
 /// Spikes after reversals into the positive and into the negative direction, rad or m; what builds up and fades; growth with load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PreslidingStiction {
+    /// Spike after a reversal into the positive and into the negative direction, rad or m.
     pub spike: [f64; 2],
     /// One size for both directions.
     pub symmetric: bool,
+    /// How the spike builds up.
     pub rise: Decay,
+    /// How it decays.
     pub decay: Decay,
     /// Relative growth of the spike per Nm (N) of gravity's torque; `None`: none.
     pub per_nm: Option<f64>,

@@ -28,22 +28,29 @@ pub struct Response {
 /// A part of the servo's answer.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Spike {
+    /// Size, rad or m.
     pub gain: f64,
+    /// Time over which it decays to 1/e, s.
     pub decay_s: f64,
 }
 
 /// A part of the wind-up: half its change, and the travel of the joint over which it turns over by a factor e.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Windup {
+    /// Half the change of the wind-up, rad or m.
     pub half: f64,
+    /// Travel over which it turns over to a share of 1/e, rad or m.
     pub presliding: f64,
 }
 
 /// Where friction stands, in the sense of the present stroke.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
+    /// Friction as a share of its largest value, -1 to 1.
     pub z: f64,
+    /// What is left of each spike, as a share of it.
     pub h: [f64; MOST_SPIKES],
+    /// Each part of the wind-up, as a share of its half, -1 to 1.
     pub z_joint: [f64; MOST_WINDUPS],
 }
 

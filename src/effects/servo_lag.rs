@@ -12,6 +12,7 @@
 use super::smooth::Samples;
 use super::*;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "servo_lag",
     heading: "servo lag",
@@ -45,6 +46,7 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Time constant, s (0 or more).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ServoLag {
+    /// Time constant, s, 0 or more.
     pub lag_s: f64,
 }
 

@@ -7,7 +7,9 @@ use std::f64::consts::{PI, TAU};
 /// A target on a robot.
 #[derive(Debug, Clone, Copy)]
 pub struct Site<'a> {
+    /// The robot.
     pub robot: &'a Robot,
+    /// The target.
     pub target: Target,
 }
 
@@ -29,6 +31,7 @@ impl Site<'_> {
         }
     }
 
+    /// Whether the target is a revolute joint.
     pub fn is_revolute(&self) -> bool {
         self.kind() == JointKind::Revolute
     }
@@ -90,9 +93,13 @@ impl Site<'_> {
 /// One value of an effect: its key in a model file, its bounds and its typical size, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
+    /// Key in a model file, with its unit.
     pub key: String,
+    /// Factor from SI to the unit of the key.
     pub user_units_per_si: f64,
+    /// Smallest value, SI.
     pub least: f64,
+    /// Largest value, SI.
     pub most: f64,
     /// Size that one meets on machines: the scale of a weak prior.
     pub typical: f64,

@@ -17,10 +17,14 @@ const MOST_RATIO: f64 = 3.0;
 
 /// Samples of a motion, by index.
 pub trait Samples {
+    /// Number of samples.
     fn len(&self) -> usize;
+    /// Time of sample `i`, s.
     fn t_s(&self, i: usize) -> f64;
+    /// Position at sample `i`, rad or m.
     fn p(&self, i: usize) -> f64;
 
+    /// Whether there is no sample.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -10,6 +10,7 @@
 use super::*;
 use serde_yaml::Value;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "stiction",
     heading: "stiction",
@@ -67,7 +68,9 @@ impl Decay {
 /// Spike in rad or m, and its decay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stiction {
+    /// Lag at the instant of a reversal, rad or m.
     pub spike: f64,
+    /// How it decays.
     pub decay: Decay,
 }
 

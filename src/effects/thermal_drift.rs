@@ -6,6 +6,7 @@
 use super::*;
 use nalgebra::Vector3;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "thermal_drift",
     heading: "thermal drift",
@@ -38,7 +39,9 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Where it ends, m, and its time constant, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ThermalDrift {
+    /// Where the drift ends, m in the base frame.
     pub amplitude_m: Vector3<f64>,
+    /// Time constant, s.
     pub tau_s: f64,
 }
 

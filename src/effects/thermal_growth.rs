@@ -12,6 +12,7 @@ use super::site::within;
 use super::*;
 use nalgebra::Vector3;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "thermal_growth",
     heading: "thermal growth",
@@ -51,17 +52,22 @@ pub static INFO: EffectInfo = EffectInfo {
 /// What it grows with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum With {
+    /// Hours since the first row.
     Hours,
     /// Hours, towards an end with this time constant, s.
     HoursUntil(f64),
+    /// The temperature less that of the first row.
     Kelvin,
+    /// The number of the row, of settled poses without times.
     Rows,
 }
 
 /// Rate in rad or m per hour, kelvin or row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ThermalGrowth {
+    /// Growth, rad or m per hour, kelvin or row.
     pub rate: f64,
+    /// What it grows with.
     pub with: With,
     /// It changes a joint's position; else a length.
     pub of_joint: bool,

@@ -7,6 +7,7 @@
 use super::site::within;
 use super::*;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "time_offset",
     heading: "time offset",
@@ -59,14 +60,18 @@ const MOST_DRIFT: f64 = 1e-3;
 /// Offset in s, and how much faster the clock of the commands runs; `None`: not a part of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimeOffset {
+    /// Offset of the clocks, s; `None`: not a part of the effect.
     pub offset_s: Option<f64>,
+    /// By how much the clock of the commands runs faster; `None`: not a part of the effect.
     pub drift: Option<f64>,
 }
 
 /// How one clock stands to another: ahead by an offset that grows.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Clock {
+    /// Offset at the first row, s.
     pub offset_s: f64,
+    /// By how much it runs faster, s per s.
     pub drift: f64,
 }
 

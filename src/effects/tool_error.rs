@@ -6,6 +6,7 @@
 use super::*;
 use nalgebra::Vector3;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "tool_error",
     heading: "tool error",
@@ -38,6 +39,7 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Change of the TCP in the flange frame, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToolError {
+    /// Change of the TCP in the flange frame, m.
     pub offset_m: Vector3<f64>,
 }
 

@@ -13,6 +13,7 @@
 use super::*;
 use serde_yaml::Value;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "torque_hysteresis",
     heading: "torque hysteresis",
@@ -70,7 +71,9 @@ fn torque_key(revolute: bool) -> &'static str {
 /// Half width in rad or m, torque in Nm or N.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TorqueHysteresis {
+    /// Half the width of the loop, rad or m.
     pub half_width: f64,
+    /// Torque over which the loop is crossed, Nm or N.
     pub torque: f64,
 }
 

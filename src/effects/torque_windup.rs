@@ -12,6 +12,7 @@ use super::site::within;
 use super::*;
 use serde_yaml::Value;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "torque_windup",
     heading: "torque wind-up",
@@ -67,7 +68,9 @@ pub static INFO: EffectInfo = EffectInfo {
 /// rad/Nm and rad/Nm^3, or m/N and m/N^3.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TorqueWindup {
+    /// Compliance at torque 0, rad/Nm or m/N.
     pub compliance: f64,
+    /// Cubic part of the compliance, rad/Nm^3 or m/N^3; `None`: not a part of the effect.
     pub cubic: Option<f64>,
 }
 

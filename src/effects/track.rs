@@ -15,6 +15,7 @@ use std::borrow::Cow;
 pub struct Turn {
     /// Sample at which the command still stands on its extreme.
     pub index: usize,
+    /// Time of the reversal, s.
     pub t_s: f64,
     /// Command at the extreme, rad or m.
     pub p: f64,
@@ -36,7 +37,9 @@ pub enum Between {
 /// Command of one joint, sampled: times in s, positions in rad or m.
 #[derive(Debug, Clone)]
 pub struct Track<'a> {
+    /// Time of each sample, s.
     pub t_s: &'a [f64],
+    /// Command at each sample, rad or m.
     pub p: &'a [f64],
     /// Direction of the movement that arrives at each sample: -1, +1, or 0 before the first movement.
     pub dir: Cow<'a, [i8]>,
@@ -44,6 +47,7 @@ pub struct Track<'a> {
     pub turns: Cow<'a, [Turn]>,
     /// +1 or -1: the joint was brought to its start in that direction; 0: the play stands in the middle of its gap.
     pub initial_gap_side: i8,
+    /// How the command runs between samples.
     pub between: Between,
     /// Samples that are rows, rising from the first sample; the others are estimates between them. `None`: all.
     pub rows: Option<&'a [u32]>,
@@ -136,10 +140,12 @@ impl<'a> Track<'a> {
         self.load.get(sample).copied().unwrap_or(0.0)
     }
 
+    /// Number of samples.
     pub fn len(&self) -> usize {
         self.p.len()
     }
 
+    /// Whether there is no sample.
     pub fn is_empty(&self) -> bool {
         self.p.is_empty()
     }

@@ -12,6 +12,7 @@ use super::*;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_yaml::{Mapping, Value};
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "tracker_frame",
     heading: "tracker frame",
@@ -54,17 +55,22 @@ pub static INFO: EffectInfo = EffectInfo {
 pub enum From {
     /// s since the first row.
     Time(f64),
+    /// Number of the row.
     Row(f64),
 }
 
 /// Movement in m, turn in rad; from when, over which time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackerFrame {
+    /// Movement of the tracker's frame, m.
     pub translation_m: Vector3<f64>,
+    /// Rotation of the tracker's frame, rad.
     pub rotation_rad: Vector3<f64>,
     /// The turn is a parameter of a fit.
     pub turns: bool,
+    /// From when on it acts.
     pub from: From,
+    /// Time over which it grows, s; `None`: a step.
     pub over_s: Option<f64>,
 }
 

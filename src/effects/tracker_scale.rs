@@ -11,6 +11,7 @@ use super::site::within;
 use super::*;
 use nalgebra::Vector3;
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "tracker_scale",
     heading: "tracker scale",
@@ -43,6 +44,7 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Relative error of distances (1e-6 per ppm).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackerScale {
+    /// Relative error of distances.
     pub scale: f64,
 }
 

@@ -13,6 +13,7 @@ use super::*;
 use crate::robot::{JointKind, Robot};
 use std::f64::consts::{PI, TAU};
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "transmission_error",
     heading: "transmission error",
@@ -61,8 +62,11 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Amplitude in rad or m, periods per turn, phase in rad.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransmissionError {
+    /// Amplitude, rad or m.
     pub amplitude: f64,
+    /// Periods per revolution of the joint (per m of a prismatic one).
     pub cycles_per_rev: f64,
+    /// Phase at position 0, rad.
     pub phase_rad: f64,
     /// Speed over which the amplitude falls to 1/e, rad/s or m/s; `None`: it does not.
     pub fade: Option<f64>,

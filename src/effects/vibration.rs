@@ -11,6 +11,7 @@ use nalgebra::Vector3;
 use serde_yaml::{Mapping, Value};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+/// How the catalogue describes this effect.
 pub static INFO: EffectInfo = EffectInfo {
     name: "vibration",
     heading: "vibration",
@@ -59,9 +60,13 @@ pub static INFO: EffectInfo = EffectInfo {
 /// Amplitude in m along a unit vector, frequency, phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Vibration {
+    /// Amplitude, m.
     pub amplitude_m: f64,
+    /// Frequency, Hz.
     pub frequency_hz: f64,
+    /// Phase at the first row, rad.
     pub phase_rad: f64,
+    /// Direction of the oscillation, a unit vector in the base frame.
     pub direction: Vector3<f64>,
 }
 

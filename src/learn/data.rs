@@ -23,7 +23,9 @@ const BEYOND: f64 = 0.01;
 /// One row with a measurement; rad or m, m, per second.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
+    /// Joint commands, rad or m.
     pub q: Vec<f64>,
+    /// Measured TCP, m.
     pub p_m: Vector3<f64>,
     /// Speed of commands and of the TCP.
     pub speed: Option<(Vec<f64>, Vector3<f64>)>,

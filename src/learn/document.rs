@@ -6,6 +6,7 @@ use crate::gaps::file::number;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
+/// The schema that the document names.
 pub const SCHEMA: &str = "lostmotion/learning/1";
 
 impl TrainingResult {

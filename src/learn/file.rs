@@ -22,6 +22,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
+/// The schema that a file of learned kinematics names.
 pub const SCHEMA: &str = "lostmotion/kinematics/1";
 /// Weights beyond this are damage: a trained one is far below, and sums of larger ones lose their digits.
 const LARGEST: f64 = 1e9;

@@ -16,6 +16,7 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// Name of the kind in documents.
     pub fn text(self) -> &'static str {
         match self {
             Self::Plain => "plain",
@@ -27,7 +28,9 @@ impl Kind {
 /// Range of an axis in the training: commands are scaled as `(q - centre) / half_range`. An axis that stood still has the half range 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Input {
+    /// Middle of the range of the training data, rad or m.
     pub centre: f64,
+    /// Half the range of the training data, rad or m.
     pub half_range: f64,
 }
 
@@ -50,29 +53,39 @@ impl Input {
 /// Root mean square errors of a coordinate, m and m/s.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Rmse {
+    /// Root mean square error of the position, m.
     pub position_m: f64,
+    /// Root mean square error of the velocity, m/s; `None` of a plain network.
     pub speed_m_s: Option<f64>,
 }
 
 /// What the kinematics rests on.
 #[derive(Debug, Clone, Default)]
 pub struct Evidence {
+    /// Logs that were learned from.
     pub logs: Vec<LogRef>,
     /// The commands learned from were those of these programs, and the machine got compensated ones.
     pub programs: Vec<LogRef>,
+    /// Seed of the split and of the first weights.
     pub seed: u64,
+    /// Number of rows that were learned from.
     pub train_rows: usize,
+    /// Number of rows that were kept for the test.
     pub test_rows: usize,
     /// Per coordinate.
     pub train: Vec<Rmse>,
+    /// Errors on the rows of the test, one per coordinate.
     pub test: Vec<Rmse>,
 }
 
 /// Forward kinematics of one robot from commands to the TCP in the log's frame.
 #[derive(Debug, Clone)]
 pub struct Learned {
+    /// Name of the robot.
     pub robot_name: String,
+    /// Fingerprint of the robot.
     pub robot_sha256: String,
+    /// Plain or augmented.
     pub kind: Kind,
     /// 0, 1, 2 for x, y, z; rising.
     pub coordinates: Vec<usize>,
@@ -80,6 +93,7 @@ pub struct Learned {
     pub inputs: Vec<Input>,
     /// One per coordinate; outputs in m.
     pub networks: Vec<Network>,
+    /// The data and the errors of the training.
     pub evidence: Evidence,
     /// The file it was read from.
     pub file: Option<LogRef>,

@@ -18,6 +18,8 @@
 //! Fails on logs without a measured TCP, with fewer rows than weights, without times for the augmented network, and where no
 //! joint moves.
 
+#![warn(missing_docs)]
+
 pub mod data;
 pub mod document;
 pub mod file;
@@ -49,6 +51,7 @@ pub const TRAIN_SHARE: f64 = 0.8;
 /// What a user may choose.
 #[derive(Debug, Clone)]
 pub struct Options {
+    /// Plain or augmented.
     pub kind: Kind,
     /// Neurons of the hidden layer.
     pub hidden: usize,
@@ -67,13 +70,16 @@ impl Default for Options {
 
 /// A log, and the program whose commands take the place of its own.
 pub struct Source<'a> {
+    /// The log.
     pub log: &'a Log,
+    /// Program with the desired commands, if those of the log are compensated.
     pub desired: Option<&'a Program>,
 }
 
 /// What came out.
 #[derive(Debug, Clone)]
 pub struct TrainingResult {
+    /// The kinematics.
     pub learned: Learned,
     /// Per coordinate.
     pub training: Vec<Training>,
@@ -81,14 +87,18 @@ pub struct TrainingResult {
     pub nominal: Option<Nominal>,
     /// Distances of the test rows (of the training rows where there are none) from the learned position, m.
     pub distances_m: Vec<f64>,
+    /// What a user should know about the result.
     pub notes: Vec<String>,
 }
 
 /// Errors of the nominal kinematics.
 #[derive(Debug, Clone)]
 pub struct Nominal {
+    /// Errors on the rows of the training, one per coordinate.
     pub train: Vec<Rmse>,
+    /// Errors on the rows of the test, one per coordinate.
     pub test: Vec<Rmse>,
+    /// Distance of each row of the test, m.
     pub distances_m: Vec<f64>,
 }
 

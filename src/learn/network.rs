@@ -13,7 +13,9 @@ use rand_chacha::ChaCha8Rng;
 /// Weights of one network.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Network {
+    /// Number of inputs.
     pub inputs: usize,
+    /// Number of neurons in the hidden layer.
     pub hidden: usize,
     /// `hidden * (inputs + 2) + 1` numbers.
     pub weights: Vec<f64>,

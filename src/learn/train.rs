@@ -34,20 +34,25 @@ const FIRST_RHO: f64 = 1e-5;
 /// One network's samples, scaled. Rows stand one after the other.
 #[derive(Debug, Clone, Default)]
 pub struct Samples {
+    /// Number of inputs.
     pub inputs: usize,
     /// `u[row * inputs + i]`.
     pub u: Vec<f64>,
+    /// Target of each row, scaled.
     pub target: Vec<f64>,
     /// Speed of the inputs, laid out as `u`; meaningless where the row has no target speed.
     pub du: Vec<f64>,
+    /// Target of the velocity of each row; `None`: not known.
     pub target_speed: Vec<Option<f64>>,
 }
 
 impl Samples {
+    /// Number of rows.
     pub fn len(&self) -> usize {
         self.target.len()
     }
 
+    /// Whether there is no row.
     pub fn is_empty(&self) -> bool {
         self.target.is_empty()
     }
@@ -61,14 +66,18 @@ impl Samples {
 /// Weights of the two parts of the cost; `speed` 0 is the plain network.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cost {
+    /// Weight of the positions.
     pub position: f64,
+    /// Weight of the velocities.
     pub speed: f64,
 }
 
 /// How a training went.
 #[derive(Debug, Clone)]
 pub struct Training {
+    /// Why the training stopped.
     pub reason: TerminationReason,
+    /// Number of steps.
     pub steps: usize,
     /// Without the squared weights.
     pub cost: f64,
