@@ -68,7 +68,3 @@ pub mod robot;
 pub mod schemas;
 pub mod simulate;
 pub mod track;
-
-/// Former name of [`numerics`].
-#[doc(hidden)]
-pub use numerics as stats;

@@ -143,7 +143,7 @@ fn leave_out_corners(log: &Log, out: &mut BinnedLog) {
         for (k, &c) in change.iter().enumerate().filter(|(_, c)| **c * lever * SERVO_S > CORNER_M) {
             let near = k.saturating_sub(CORNER_NEAR)..(k + CORNER_NEAR + 1).min(change.len());
             let mut others: Vec<f64> = near.filter(|i| i.abs_diff(k) > 1).map(|i| change[i]).collect();
-            if c > CORNER_TIMES * crate::stats::robust::median_of(&mut others).unwrap_or(0.0) {
+            if c > CORNER_TIMES * crate::numerics::robust::median_of(&mut others).unwrap_or(0.0) {
                 corner[k..=(k + 2).min(x.len() - 1)].fill(true);
             }
         }
@@ -203,5 +203,5 @@ fn measured(log: &Log, chain: &Chain, frame: &Isometry3<f64>, out: &mut BinnedLo
     }
     let fastest = speeds.iter().copied().fold(0.0, f64::max);
     let mut moving: Vec<f64> = speeds.into_iter().filter(|v| *v > 0.05 * fastest).collect();
-    out.speed_m_s = crate::stats::robust::median_of(&mut moving).filter(|v| *v > 0.0);
+    out.speed_m_s = crate::numerics::robust::median_of(&mut moving).filter(|v| *v > 0.0);
 }

@@ -11,7 +11,7 @@ use crate::gaps::estimate::{Estimate, JointEstimate, LocalReversal, Trust};
 use crate::gaps::{GapPoint, JointGap};
 use crate::numerics::chi_squared;
 use crate::numerics::normal::Z95;
-use crate::stats::robust::{SIGMA_PER_MAD, median_of};
+use crate::numerics::robust::{SIGMA_PER_MAD, median_of};
 use nalgebra::{DMatrix, DVector};
 
 /// p below which a gap counts as varying with position.

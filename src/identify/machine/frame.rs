@@ -4,8 +4,8 @@ use crate::error::{Error, Place, Result};
 use crate::gaps::Registered;
 use crate::log::Log;
 use crate::log::registration::{Pair, register_line};
+use crate::numerics::robust::median_of;
 use crate::robot::Robot;
-use crate::stats::robust::median_of;
 use nalgebra::Isometry3;
 
 /// Distance from the common frame from which a log gets one of its own.

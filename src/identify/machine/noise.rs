@@ -6,7 +6,7 @@
 //! columns alike, so that the filter stays linear. Autoregressive noise also absorbs part of what the model lacks: judge a
 //! model by data that were not fitted.
 
-use crate::stats::robust::{SIGMA_PER_MAD, median_of};
+use crate::numerics::robust::{SIGMA_PER_MAD, median_of};
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 /// Differences beyond this many medians are no scatter.

@@ -3,7 +3,7 @@
 use super::law::WINDUPS;
 use super::noise::Noise;
 use super::problem::Problem;
-use crate::stats::robust::{SIGMA_PER_MAD, median_of};
+use crate::numerics::robust::{SIGMA_PER_MAD, median_of};
 use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 

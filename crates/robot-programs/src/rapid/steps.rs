@@ -1,5 +1,7 @@
 //! The steps of a RAPID program: moves with their targets, and what ends a joint's known direction.
 
+mod motion;
+
 use super::arguments::{Arg, arguments, goal_name, motion_of, positional};
 use super::facts::{self, Facts};
 use super::lex::Kind;
@@ -7,16 +9,13 @@ use super::project::Project;
 use super::read::{Item, ItemKind, Parsed, Span};
 use super::rules::{Configured, External, Going, configured_first, entry_routine};
 use super::value::{self, Node};
-use super::words::{self, Leads, Motion};
+use super::words::{self, Motion};
 use crate::axes::Axes;
 use crate::error::Result;
 use crate::script::blocks::{BySteps, Steps};
 use crate::script::fold;
 use crate::script::sites::Time;
-use crate::script::{
-    At, Break, Few, Goal, How, Move, Note, PathKind, Script, Span as Bytes, Speed, StepKind, Targets, Text, number,
-};
-use nalgebra::UnitQuaternion;
+use crate::script::{At, Break, Few, Note, Script, Span as Bytes, StepKind, Targets, Text, number};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
@@ -290,164 +289,6 @@ impl Builder<'_> {
         fold::fold(&parts, &Names(names))
     }
 
-    /// The goal of a motion that something leads off its path: an instruction before it, or a switch of its own.
-    fn led_away(&self, goal: Goal, switch: Option<&str>) -> Goal {
-        match (&self.going.led, switch) {
-            (Some(by), _) => Goal::Opaque(format!("{by} leads the arm away from its targets")),
-            (None, Some(name)) => Goal::Opaque(format!("a sensor or a pattern leads it off its path (\\{name})")),
-            (None, None) => goal,
-        }
-    }
-
-    fn motion(&mut self, item: &Item, motion: Motion, args: Vec<Arg>, alone: bool) -> Result<()> {
-        let p = self.f.p;
-        let token = item.span.start;
-        let calls = facts::called(p, item).any(|name| words::motion(name).is_none() && self.f.may_move(name));
-        if calls {
-            self.push(token, StepKind::Break(Break::Call));
-        }
-        if motion.leads == Leads::External && self.robot.dof() <= 6 {
-            self.external = Some(Arc::default());
-            self.push(token, StepKind::Dwell(None));
-            return Ok(());
-        }
-        let goal_at = named(&args, &["topoint", "tojointpos"]).or_else(|| positional(&args, motion.target));
-        let (Some(goal_at), Some(semicolon)) = (goal_at, p.tokens.get(item.span.end)) else {
-            let word = self.f.text.slice(p.tokens[token].start()..p.tokens[token].end());
-            let found = format!("`{}` without a target", String::from_utf8_lossy(word));
-            return Err(self.f.text.bad(p.tokens[token].start(), found, "its arguments: target, speed, zone, tool"));
-        };
-        let speed_at = named(&args, &["speed"]).or_else(|| positional(&args, motion.target + 1));
-        let zone_at = self.zone_at(item, &motion, &args);
-        // process moves have it last, whatever stands before
-        let last = || (0..args.len()).rev().find(|&k| k > goal_at + 2 && !args[k].span.is_empty());
-        let tool_at = named(&args, &["tool"]).or_else(|| if motion.plain { positional(&args, 3) } else { last() });
-        let switch = |name: &str| args.iter().flat_map(|a| &a.switches).find(|s| s.name == name).cloned();
-
-        let mut site = Site {
-            bytes: (p.tokens[token].start()..semicolon.end()).into(),
-            word: (p.tokens[token].start()..p.tokens[token].end()).into(),
-            goal: goal_at as u16,
-            point: args[goal_at].bytes.clone().into(),
-            zone: zone_at.map(|k| k as u16),
-            ..Site::default()
-        };
-        let mut external_axes = Arc::default();
-        let time = switch("t").map(|s| s.value.and_then(|v| plain(self.f.text, p, &v)));
-        let synchronised = switch("id").is_some() || self.synchronised;
-        site.via = self.via_of_splittable(item, goal_at, &args).map(|k| k as u16);
-        let mut closed = closed(&motion, alone, calls, synchronised, site.via.is_some()).map(String::from);
-        site.time = time
-            .as_ref()
-            .and_then(|t| t.as_ref())
-            .filter(|t| t.0 > 0.0)
-            .map(|(s, st, b)| Box::new((b.clone(), *s, *st)));
-        if time.is_some() && site.time.is_none() {
-            closed.get_or_insert_with(|| "its time \\T is no plain number, and cannot be shared out".into());
-        }
-        let speed = match (site.time.as_deref(), switch("v").and_then(|s| s.value)) {
-            (Some((_, s, _)), _) => Speed::Seconds(*s),
-            (None, _) if time.is_some() => Speed::Unknown,
-            (None, Some(v)) => self.number(&v, item).map_or(Speed::Unknown, |v| Speed::Tcp(v * 1e-3)),
-            (None, None) => speed_at.map_or(Speed::Unknown, |k| self.speed(&args[k].span.clone(), item)),
-        };
-        let blend_m = match switch("z").and_then(|s| s.value) {
-            Some(z) => self.number(&z, item).map(|z| z * 1e-3),
-            None => zone_at.and_then(|k| self.zone(&args[k], item)),
-        };
-        let goal_span = args[goal_at].span.clone();
-        let goal = match motion.leads {
-            Leads::Joints => self.joint_goal(&goal_span, item)?,
-            Leads::Pose => {
-                let tool = tool_at.map(|k| args[k].clone());
-                self.pose_goal(&goal_span, tool, switch("wobj"), item, motion.path, (&mut site, &mut external_axes))
-            }
-            Leads::Search => Goal::Opaque("a search may end anywhere on its way".into()),
-            Leads::External => Goal::Opaque("MoveExtJ moves external axes alone".into()),
-        };
-        let led = ["corr", "track", "weave"].into_iter().find(|name| switch(name).is_some());
-        let goal = self.led_away(goal, led);
-        if self.going.wrist && motion.path != PathKind::Joint {
-            closed.get_or_insert_with(|| "SingArea lets the wrist turn otherwise on its way".into());
-        }
-        if let Leads::Pose | Leads::Search = motion.leads
-            && site.external.is_none()
-            && matches!(goal, Goal::Pose(_))
-        {
-            closed.get_or_insert_with(|| "its external axes are no plain numbers".into());
-        }
-        if motion.path == PathKind::Curve && !matches!(goal, Goal::Pose(_)) {
-            closed.get_or_insert_with(|| "it is an arc".into());
-        }
-        if self.external_axes_move(&goal, external_axes) {
-            closed.get_or_insert_with(|| "its external axes move, too".into());
-        }
-        let goal = match goal {
-            // the point before the goal's is on the way
-            Goal::Pose(mut pose) if motion.path == PathKind::Curve && goal_at > 0 => {
-                let via = self.via(&args[goal_at - 1].span.clone(), item);
-                pose.via_m = via.map(|v| v.0);
-                // a point of another orientation may turn the tool on its way
-                let turns = |r: UnitQuaternion<f64>| pose.rotation.is_none_or(|own| own.angle_to(&r) > SAME_TURN_RAD);
-                if via.is_none_or(|v| v.1.is_none_or(turns)) || pose.target.is_none() {
-                    closed.get_or_insert_with(|| "it is an arc".into());
-                }
-                Goal::Pose(pose)
-            }
-            other => other,
-        };
-        let switched_on = switch("on").is_some().then_some(true).or(switch("off").is_some().then_some(false));
-        site.args = args.into_iter().map(Written::from).collect();
-        let how = How { path: motion.path, fixed: None, closed, speed, blend_m };
-        let k = self.push(token, StepKind::Move(Move::new(how, goal, Few::new())));
-        self.steps.place(k, site);
-        self.after_motion(token, &motion, switched_on);
-        Ok(())
-    }
-
-    /// Which argument is the point on the way of a MoveC that several may take the place of: nothing in the program may steer the
-    /// orientation on arcs.
-    fn via_of_splittable(&self, item: &Item, goal_at: usize, args: &[Arg]) -> Option<usize> {
-        let at = goal_at.checked_sub(1)?;
-        // the words of all modules of the task
-        let said = |word: &str| self.f.p.words.different().any(|w| w == word);
-        let steered = said("cirpathmode") || said("singarea") && said("wrist");
-        let own = |k: usize| args.get(k).is_some_and(|a| a.name.is_empty() && a.switches.is_empty());
-        (self.f.word(item.span.start) == "movec" && !steered && own(at) && own(goal_at)).then_some(at)
-    }
-
-    /// Place of the zone among the arguments.
-    fn zone_at(&mut self, item: &Item, motion: &Motion, args: &[Arg]) -> Option<usize> {
-        named(args, &["zone"]).or_else(|| {
-            let after = positional(args, motion.target + 2)?;
-            if motion.plain || motion.path == PathKind::Curve && self.f.word(item.span.start) == "movec" {
-                return Some(after);
-            }
-            (after..args.len()).find(|&k| self.zone(&args[k], item).is_some())
-        })
-    }
-
-    /// A process that the motion switches, and work at its end.
-    fn after_motion(&mut self, token: usize, motion: &Motion, switched_on: Option<bool>) {
-        if let Some(on) = motion.process.or(switched_on.filter(|_| !motion.plain)) {
-            self.push(token, StepKind::Process(on));
-        }
-        if motion.works {
-            self.push(token, StepKind::Dwell(None));
-        }
-    }
-
-    fn speed(&mut self, span: &Span, item: &Item) -> Speed {
-        if let Some(node) = self.node(span, item) {
-            return node.get(0).and_then(Node::number).map_or(Speed::Unknown, |v| Speed::Tcp(v * 1e-3));
-        }
-        match self.predefined(span, item).and_then(words::speed_mm_s) {
-            Some(v) if v.is_finite() => Speed::Tcp(v * 1e-3),
-            Some(_) => Speed::Share(1.0),
-            None => Speed::Unknown,
-        }
-    }
-
     /// A name that the file does not declare.
     pub fn predefined(&self, span: &Span, item: &Item) -> Option<&str> {
         let name = self.f.word(span.start);
@@ -460,25 +301,7 @@ impl Builder<'_> {
         let t = self.f.p.tokens[token];
         String::from_utf8_lossy(self.f.text.slice(t.start()..t.end())).into_owned()
     }
-
-    /// Radius of a zone, m.
-    fn zone(&mut self, arg: &Arg, item: &Item) -> Option<f64> {
-        if let Some(node) = self.node(&arg.span, item) {
-            // [finep, pzone_tcp, ...]
-            let items = node.list().filter(|l| l.len() == 7)?;
-            let Node::Other(b) = &items[0] else { return None };
-            return match self.f.text.slice(b.clone()).to_ascii_lowercase().as_slice() {
-                b"true" => Some(0.0),
-                b"false" => items[1].number().map(|mm| mm * 1e-3),
-                _ => None,
-            };
-        }
-        self.predefined(&arg.span, item).and_then(words::zone_mm).map(|mm| mm * 1e-3)
-    }
 }
-
-/// Orientations that differ by less are taught as the same, rad.
-const SAME_TURN_RAD: f64 = 0.05;
 
 /// Names with their values.
 struct Names(HashMap<String, f64>);
@@ -502,23 +325,4 @@ fn plain(text: &Text, p: &Parsed, span: &Span) -> Option<(f64, number::Style, Ra
     let bytes = a.start()..b.end();
     let (v, style) = number::read(text.slice(bytes.clone()))?;
     Some((v, style, bytes))
-}
-
-/// Place of an argument by its name.
-fn named(args: &[Arg], names: &[&str]) -> Option<usize> {
-    args.iter().position(|a| names.contains(&a.name.as_str()))
-}
-
-/// Why no point can be added before a motion.
-fn closed(motion: &Motion, alone: bool, calls: bool, synchronised: bool, splittable: bool) -> Option<&'static str> {
-    match motion.path {
-        _ if alone => Some("it is the one statement of an IF"),
-        _ if calls => Some("its arguments call a function that may move the robot"),
-        PathKind::Curve if !splittable => Some("it is an arc"),
-        PathKind::Curve if synchronised => Some("it is synchronised with another robot (\\ID)"),
-        PathKind::Curve => None,
-        _ if !motion.plain => Some("its actions hang on the way to its target"),
-        _ if synchronised => Some("it is synchronised with another robot (\\ID)"),
-        _ => None,
-    }
 }

@@ -8,7 +8,7 @@ use crate::diagnose::prepare;
 use crate::effects::{Family, ServoLag};
 use crate::log::Log;
 use crate::model::Model;
-use crate::stats::robust::median;
+use crate::numerics::robust::median;
 
 /// Rows of each log that are looked at.
 const ROWS: usize = 1500;
