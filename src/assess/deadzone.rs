@@ -11,11 +11,13 @@
 use crate::error::{Error, Place, Result};
 use crate::gaps::file::number;
 use crate::identify::deadzone::{self, Found, Options};
+use crate::io::keyed::Keyed;
 use crate::log::Log;
 use crate::numerics::normal::Z95;
 use crate::program::Program;
 use crate::robot::Robot;
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::Value;
 
 pub const SCHEMA: &str = "lostmotion/deadzone/1";
 
@@ -138,29 +140,48 @@ fn left(found: &Found, axis: usize) -> Option<Left> {
     Some(Left { deadzones: zones.len(), mean, ci95: [mean - half, mean + half] })
 }
 
+/// What `assess deadzone --json` prints (`lostmotion/deadzone/1`).
+#[derive(Debug, Clone, Serialize)]
+pub struct Document {
+    schema: &'static str,
+    joints: Vec<JointShown>,
+    notes: Vec<String>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct JointShown {
+    joint: String,
+    before: LeftShown,
+    after: Option<LeftShown>,
+    reduction: Option<Value>,
+}
+
+/// Numbers with ten significant digits.
+#[derive(Debug, Clone, Serialize)]
+struct LeftShown {
+    deadzones: usize,
+    #[serde(flatten)]
+    mean: Keyed<Value>,
+    ci95: [Value; 2],
+}
+
 impl Assessment {
-    /// The document `lostmotion/deadzone/1`.
-    pub fn to_json(&self, robot: &Robot) -> Value {
-        let joints: Vec<Value> = self
-            .joints
-            .iter()
-            .map(|j| {
-                let kind = robot.axis(j.axis).kind;
-                let of = |l: &Left| {
-                    json!({
-                        "deadzones": l.deadzones,
-                        format!("mean_{}", kind.unit()): number(kind.to_user_unit(l.mean)),
-                        "ci95": l.ci95.map(|v| number(kind.to_user_unit(v))),
-                    })
-                };
-                json!({
-                    "joint": robot.axis(j.axis).name,
-                    "before": of(&j.before),
-                    "after": j.after.as_ref().map(of),
-                    "reduction": j.reduction().map(number),
-                })
-            })
-            .collect();
-        json!({"schema": SCHEMA, "joints": joints, "notes": self.notes})
+    /// The document.
+    pub fn document(&self, robot: &Robot) -> Document {
+        let joint = |j: &JointLeft| {
+            let kind = robot.axis(j.axis).kind;
+            let shown = |l: &Left| LeftShown {
+                deadzones: l.deadzones,
+                mean: Keyed::new("mean", kind.unit(), number(kind.to_user_unit(l.mean))),
+                ci95: l.ci95.map(|v| number(kind.to_user_unit(v))),
+            };
+            JointShown {
+                joint: robot.axis(j.axis).name.clone(),
+                before: shown(&j.before),
+                after: j.after.as_ref().map(shown),
+                reduction: j.reduction().map(number),
+            }
+        };
+        Document { schema: SCHEMA, joints: self.joints.iter().map(joint).collect(), notes: self.notes.clone() }
     }
 }

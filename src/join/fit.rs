@@ -166,18 +166,35 @@ impl State {
     }
 }
 
+/// Why there is no fit; the words stand after "found".
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Failure {
+    /// So few readings lie within the controller's recording.
+    #[error("{0} readings of the tracker within the controller's recording")]
+    FewReadings(usize),
+    /// No rigid transform brings the commanded path to the measured one.
+    #[error("a path that fits no frame")]
+    NoFrame,
+    /// The motion leaves the clock open.
+    #[error("a motion that does not show the clock")]
+    Open,
+    /// The rounds were used up.
+    #[error("a fit of the clock that does not settle")]
+    NotSettled,
+}
+
 /// Fits the clock from a start offset, s.
 ///
 /// `stamps`: variances of offset and drift of the clocks that gave the stamps of both recordings.
-pub fn fit(robot: &Robot, commands: &Series, seen: &Seen, start_s: f64, stamps: [f64; 2]) -> Result<Fit, String> {
+pub fn fit(robot: &Robot, commands: &Series, seen: &Seen, start_s: f64, stamps: [f64; 2]) -> Result<Fit, Failure> {
     let span = commands.span();
     let lo = seen.t_s.partition_point(|t| t + start_s < span.start);
     let hi = seen.t_s.partition_point(|t| t + start_s <= span.end);
     if hi < lo + FEWEST_ROWS {
-        return Err(format!("{} readings of the tracker within the controller's recording", hi.saturating_sub(lo)));
+        return Err(Failure::FewReadings(hi.saturating_sub(lo)));
     }
     let rows: Vec<usize> = (lo..hi).step_by((hi - lo).div_ceil(MOST_ROWS)).collect();
-    let mut state = begin(robot, commands, seen, &rows, start_s).ok_or("a path that fits no frame")?;
+    let mut state = begin(robot, commands, seen, &rows, start_s).ok_or(Failure::NoFrame)?;
     let mut kept = vec![true; rows.len()];
     let mut outcome = None;
     for round in 0..ROUNDS {
@@ -192,7 +209,7 @@ pub fn fit(robot: &Robot, commands: &Series, seen: &Seen, start_s: f64, stamps: 
             break;
         }
     }
-    let solved = outcome.ok_or("a fit of the clock that does not settle")?;
+    let solved = outcome.ok_or(Failure::NotSettled)?;
     let [offset, drift] = solved.half_95(stamps);
     Ok(Fit {
         offset_s: Estimate { value: state.offset_s, half_95: offset },
@@ -247,7 +264,7 @@ impl Solved {
         seen: &Seen,
         rows: &[usize],
         kept: &[bool],
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Failure> {
         let size = COMMON + 2 * commands.channels();
         let plays: Vec<Play> =
             state.gap.iter().enumerate().map(|(axis, gap)| commands.play(axis, gap.max(NO_GAP))).collect();
@@ -255,7 +272,7 @@ impl Solved {
             rows.iter().map(|&k| state.row(robot, commands, &plays, seen.t_s[k], &seen.at_m[k])).collect();
         let used: Vec<&Row> = lines.iter().zip(kept).filter_map(|(l, keep)| l.as_ref().filter(|_| *keep)).collect();
         if used.len() < FEWEST_ROWS {
-            return Err(format!("{} readings of the tracker within the controller's recording", used.len()));
+            return Err(Failure::FewReadings(used.len()));
         }
         let mut gram = DMatrix::<f64>::zeros(size, size);
         let mut right = DVector::<f64>::zeros(size);
@@ -276,7 +293,7 @@ impl Solved {
         }
         // only the lower triangle was summed
         gram.fill_upper_triangle_with_lower_triangle();
-        let inverse = scaled_inverse(&gram, 1e-12).ok_or("a motion that does not show the clock")?.inverse;
+        let inverse = scaled_inverse(&gram, 1e-12).ok_or(Failure::Open)?.inverse;
         let step = &inverse * &right;
         let influence = [0, 1].map(|p| {
             let of =

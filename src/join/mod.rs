@@ -193,7 +193,7 @@ pub fn join(robot: &Robot, controller: &Recording, tracker: &Recording, options:
             refuse_repeated(&found, options, tracker)?;
             let [a, b] = [ours.variances(), theirs.variances()];
             match fit::fit(robot, &series, &seen, found.offset_s, [a[0] + b[0], a[1] + b[1]]) {
-                Err(e) => why = e,
+                Err(e) => why = e.to_string(),
                 Ok(fit) => {
                     let regular = ours.jitter_s.is_some() || theirs.jitter_s.is_some();
                     let handicap = if regular { 1.0 / CLEARLY } else { 1.0 };

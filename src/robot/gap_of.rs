@@ -62,11 +62,30 @@ impl Robot {
     }
 }
 
+/// What is wrong with a sum; the words stand after "found".
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub(super) enum Misread {
+    #[error("`{0}`, no axis of the robot")]
+    NoAxis(String),
+    #[error("`{0}` without + or - before it")]
+    NoSign(String),
+    #[error("{0}, a joint of another kind")]
+    OtherKind(String),
+    /// The axis itself, taken off.
+    #[error("-{0}")]
+    Negative(String),
+    #[error("a second {0}")]
+    Twice(String),
+    /// A sum without the axis itself, or with a sign at its end.
+    #[error("`{0}`")]
+    Incomplete(String),
+}
+
 /// Reads `J2 + J3` as the sum of the axis `axis`.
 ///
 /// # Errors
 /// What is wrong with it.
-pub(super) fn read(robot: &Robot, axis: usize, text: &str) -> Result<GapOf, String> {
+pub(super) fn read(robot: &Robot, axis: usize, text: &str) -> Result<GapOf, Misread> {
     let mut others = Vec::new();
     let mut own = false;
     let mut sign = 1.0;
@@ -77,22 +96,22 @@ pub(super) fn read(robot: &Robot, axis: usize, text: &str) -> Result<GapOf, Stri
             "+" => open = true,
             "-" => (open, sign) = (true, -sign),
             name => {
-                let k = robot.axis_named(name).ok_or_else(|| format!("`{name}`, no axis of the robot"))?;
+                let k = robot.axis_named(name).ok_or_else(|| Misread::NoAxis(name.into()))?;
                 if !open {
-                    return Err(format!("`{name}` without + or - before it"));
+                    return Err(Misread::NoSign(name.into()));
                 }
                 if robot.axis(k).kind != robot.axis(axis).kind {
-                    return Err(format!("{name}, a joint of another kind"));
+                    return Err(Misread::OtherKind(name.into()));
                 }
                 match (k == axis, sign > 0.0) {
                     (true, true) if !own => own = true,
                     (false, _) if others.iter().all(|o: &(usize, f64)| o.0 != k) => others.push((k, sign)),
-                    (true, false) => return Err(format!("-{name}")),
-                    _ => return Err(format!("a second {name}")),
+                    (true, false) => return Err(Misread::Negative(name.into())),
+                    _ => return Err(Misread::Twice(name.into())),
                 }
                 (open, sign) = (false, 1.0);
             }
         }
     }
-    if own && !open { Ok(GapOf { axis, others }) } else { Err(format!("`{text}`")) }
+    if own && !open { Ok(GapOf { axis, others }) } else { Err(Misread::Incomplete(text.into())) }
 }

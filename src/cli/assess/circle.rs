@@ -69,7 +69,7 @@ pub fn run(args: Args) -> Result<()> {
     }
     page::write(&mut report, || page::circle::of_assessment(&robot, &result))?;
     output::commit([report])?;
-    if args.json { print_json(&result.to_json(&robot)) } else { print(&tables(&result, &robot)) }
+    if args.json { print_json(&result.document(&robot)) } else { print(&tables(&result, &robot)) }
 }
 
 /// Reversals, then the whole path.

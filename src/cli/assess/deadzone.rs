@@ -60,7 +60,7 @@ pub fn run(args: Args) -> Result<()> {
     for note in &result.notes {
         eprintln!("note: {note}");
     }
-    if args.json { print_json(&result.to_json(&robot)) } else { print(&text(&result, &robot)) }
+    if args.json { print_json(&result.document(&robot)) } else { print(&text(&result, &robot)) }
 }
 
 fn text(result: &Assessment, robot: &Robot) -> String {

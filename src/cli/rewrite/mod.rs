@@ -154,7 +154,7 @@ pub struct Args {
     #[arg(long, value_name = "JOINT,...")]
     pub leave_out: Option<String>,
 
-    /// Of a model, compensate lost motion alone (gaps, friction): leave what depends on the joint position alone as it is
+    /// With --model, compensate only lost motion (gaps and friction), not errors that depend only on the joint position
     #[arg(long, requires = "model")]
     pub lost_motion_only: bool,
 
