@@ -109,7 +109,7 @@ fn candidates(survey: &Survey, list: &mut Vec<Candidate>) {
                 let knots: Vec<[f64; 2]> = places.iter().zip(gaps).map(|(&p, &b)| [p, b.max(0.0)]).collect();
                 match Pchip::new(&knots) {
                     Some(p) => BacklashPosition { half_gap: GapCurve::Pchip(p) }.into(),
-                    // positions that cannot be told apart
+                    // positions that cannot be distinguished
                     None => Backlash::constant(gaps.first().map_or(0.0, |b| b.max(0.0))).into(),
                 }
             };

@@ -134,7 +134,7 @@ impl Journal {
 }
 
 impl Written {
-    /// From now on the journal restores what was there. Where that cannot be said, the journal is handed back as it is.
+    /// From now on the journal restores what was there. Where it is not certain, the journal is handed back as it is.
     pub fn turn_back(mut self, folder: &Path) -> std::result::Result<Self, Self> {
         let back = Journal { back: true, ..self.journal.clone() };
         match back.write(folder, false) {

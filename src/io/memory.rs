@@ -1,7 +1,7 @@
 //! What there is room for: a file that would not fit is refused before it is read, with words instead of an abort.
 //!
 //! Method: the smallest of what the system has available (`/proc/meminfo`), what the control group may still use, and the limit on
-//! the address space of the process. Where none of these can be told (another system), nothing is refused here.
+//! the address space of the process. Where none of these can be determined (another system), nothing is refused here.
 
 use crate::error::{Error, Place, Result};
 use std::path::Path;

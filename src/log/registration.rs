@@ -20,7 +20,7 @@ use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, SMatrix, Translation3, Un
 /// Points farther off than this many standard deviations of a coordinate are left out: wide, since the points are averages
 /// of unlike numbers of samples, and geometry errors of a robot have no normal distribution.
 const GROSS: f64 = 10.0;
-/// With fewer points nothing can be told from the rest.
+/// With fewer points nothing can be distinguished from the rest.
 const GROSS_FROM: usize = 6;
 /// Spread across a line, over the spread along it, below which points count as one line.
 const LINE: f64 = 1e-6;

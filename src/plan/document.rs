@@ -236,7 +236,7 @@ pub fn of_nothing(bench: &Experiment) -> Plan {
     plan
 }
 
-/// Why the pair with the least evidence cannot be told apart.
+/// Why the pair with the least evidence cannot be distinguished.
 fn hardest_pair(worth: &DesignScore, sets: &[Set], bench: &Experiment) -> String {
     let Some(c) = worth.comparisons.iter().min_by(|a, b| a.evidence.total_cmp(&b.evidence)) else {
         return "one alternative is a special case of the other, whatever the log".into();

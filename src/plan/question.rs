@@ -1,4 +1,4 @@
-//! What is to be told apart: from the command line, or from a diagnosis.
+//! What is to be distinguished: from the command line, or from a diagnosis.
 //!
 //! `backlash:A2,hysteresis:A2` names two alternatives; `+` joins effects of one alternative (`backlash:A2+backlash:A2` is two gaps in
 //! series); `*` is every joint (`servo_lag:*`); sizes stand after the target (`backlash:A2:half_gap_deg=0.004`). `frame` (or

@@ -3,7 +3,7 @@
 //! Method: the log that the truth would give is made without noise; the alternative is refitted to it with everything that a
 //! diagnosis would refit (its shape parameters, the frame where the model has none, further found effects). What it leaves,
 //! whitened by the noise, is the non-centrality: with noise the difference in 2 ln L is this much on average, with twice its
-//! root as standard deviation (Cox 1961, for separate families). Both ways round, as a truth may be told better than its
+//! root as standard deviation (Cox 1961, for separate families). Both ways round, as a truth may be determined better than its
 //! alternative; a narrow alternative inside a wider one is no way to be wrong about the narrow one, so only the wide truth counts.
 //!
 //! Assumptions: the sizes are those given; noise white, or as a diagnosis found it. How it fails: a refit that stops in a

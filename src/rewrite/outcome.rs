@@ -37,7 +37,7 @@ pub struct Outcome {
     pub written: Vec<Option<u8>>,
     /// Why the answer is no: limits, or a golden file that differs. Then nothing was written.
     pub refusal: Option<String>,
-    /// What is to be said of a vendor program.
+    /// What is to be reported of a vendor program.
     pub vendor: Option<Vendor>,
 }
 

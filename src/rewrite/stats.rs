@@ -20,7 +20,7 @@ pub struct RewriteStats {
     pub out_of_range: u64,
     /// Why speeds and accelerations were not checked everywhere, where they were not.
     pub unchecked_rates: Option<&'static str>,
-    /// Duration of the program before and after, s, where it can be told.
+    /// Duration of the program before and after, s, where it can be determined.
     pub duration_s: Option<[f64; 2]>,
     /// Largest distance of the TCP from the path that was given, m: by the offset at a reversal, and at points of a refined path.
     pub largest_change_m: f64,

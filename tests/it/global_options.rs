@@ -1,4 +1,4 @@
-//! Options that every command takes: how much is said, colours, threads.
+//! Options that every command takes: how much is printed, colours, threads.
 
 use std::path::PathBuf;
 use std::process::{Command, Output};

@@ -251,6 +251,6 @@ fn a_plan_says_what_an_instrument_cannot_tell() {
     let recording = plan(&robot, Kind::Static, &options).unwrap();
     assert!(recording.precision[0].sigma.is_some() && recording.precision[0].reason.is_none());
     for p in &recording.precision[1..] {
-        assert!(p.sigma.is_none() && p.reason.as_deref().unwrap().contains("cannot be told"), "{p:?}");
+        assert!(p.sigma.is_none() && p.reason.as_deref().unwrap().contains("cannot be determined"), "{p:?}");
     }
 }

@@ -144,7 +144,7 @@ fn about_poses(poses: &[Pose], states: &States, notes: &mut Vec<String>) {
     }
 }
 
-/// State columns that cannot be told apart, and those that never change.
+/// State columns that cannot be distinguished, and those that never change.
 fn about_states(states: &States, order: &[usize], notes: &mut Vec<String>) {
     let varying = states.varying();
     for (i, &a) in varying.iter().enumerate() {
@@ -155,7 +155,7 @@ fn about_states(states: &States, order: &[usize], notes: &mut Vec<String>) {
             let together = (0..x.len()).all(|i| (0..i).all(|j| same(&x, i, j) == same(&y, i, j)));
             if together {
                 let (a, b) = (&states.names[a], &states.names[b]);
-                notes.push(format!("{a} and {b} always change together: what one of them does cannot be told"));
+                notes.push(format!("{a} and {b} always change together: what one of them does cannot be determined"));
             }
         }
     }

@@ -45,7 +45,7 @@ pub struct Assessment {
     pub before: Measured,
     pub after: Option<Measured>,
     pub histogram: Histogram,
-    /// What cannot be told, and why.
+    /// What cannot be determined, and why.
     pub notes: Vec<String>,
 }
 

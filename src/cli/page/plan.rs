@@ -99,7 +99,7 @@ fn sets(page: &mut Page, plan: &Plan) {
         .collect();
     if !rows.is_empty() {
         let view = TableView::words(&["set", "alternative", "as it was tried"], rows);
-        page.section("What is to be told apart", "", view);
+        page.section("What is to be distinguished", "", view);
     }
 }
 

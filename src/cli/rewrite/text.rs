@@ -199,7 +199,7 @@ fn coverage_text(text: &mut String, v: &Vendor) {
     if v.anew > 0 {
         let _ = writeln!(
             text,
-            "  directions start anew {} (labels, loops, calls, targets that cannot be told): the first point there stays as it is",
+            "  directions start anew {} (labels, loops, calls, targets that cannot be determined): the first point there stays as it is",
             if v.anew == 1 { "once".into() } else { format!("{} times", v.anew) }
         );
     }

@@ -121,7 +121,7 @@ fn choose_sensors(problem: &mut Problem, h: &mut Hypothesis) -> Result<()> {
     }
     if problem.groups.iter().any(|g| matches!(g.sensor, Sensor::Joint(_))) {
         problem.notes.push(
-            "each joint sensor has a zero of its own, which is fitted per log: a joint_zero_offset cannot be told from it".into(),
+            "each joint sensor has a zero of its own, which is fitted per log: a joint_zero_offset cannot be distinguished from it".into(),
         );
     }
     Ok(())

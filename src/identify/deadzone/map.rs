@@ -121,7 +121,7 @@ pub fn fit(sizes: &[Sized]) -> Option<Map> {
 }
 
 /// Places at which deadzones begin, those within half a mean size of each other taken for one: from two places no shape can
-/// be told, however often they were visited.
+/// be determined, however often they were visited.
 fn places(sizes: &[Sized]) -> usize {
     let apart = 0.5 * sizes.iter().map(|s| s.size.abs()).sum::<f64>() / sizes.len().max(1) as f64;
     let mut from: Vec<f64> = sizes.iter().map(|s| s.from).collect();

@@ -20,7 +20,7 @@ const VARIES: f64 = 0.01;
 const SUBDIVIDED: usize = 4;
 /// Ratio beyond which, in standard deviations of ratio and scatter together, a reversal is outlying.
 const OUTLYING: f64 = 4.0;
-/// Reversals from which an outlying one can be told.
+/// Reversals from which an outlying one can be determined.
 const FEW: usize = 6;
 /// Gain must exceed this many standard errors of it.
 const BEYOND_DOUBT: f64 = 2.0;

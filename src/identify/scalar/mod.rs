@@ -25,7 +25,7 @@ use nalgebra::{Unit, Vector3};
 
 /// A half gap is determined where its standard deviation is below this: deg, mm.
 const DETERMINED: [f64; 2] = [0.003, 0.01];
-/// Rows from which something can be told.
+/// Rows from which something can be determined.
 const LEAST_ROWS: usize = 50;
 
 /// What the user knows of the instrument; world frame, m.

@@ -91,11 +91,11 @@ impl Flanks {
 pub enum Missing {
     /// No stroke of some direction goes farther than this.
     TooShort,
-    /// The lines have no slope that can be told.
+    /// The lines have no slope that can be determined.
     Singular,
 }
 
-/// Variance inflation from which on the lines have no slope that can be told.
+/// Variance inflation from which on the lines have no slope that can be determined.
 const SINGULAR: f64 = 1e10;
 
 /// Input and output of a gap, and where it is surely closed.

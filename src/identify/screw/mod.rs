@@ -80,7 +80,7 @@ pub struct Series {
 }
 
 impl Series {
-    /// `c_l` and `c_r` mean something: the columns have one zero, as far as can be told, and it is known to less than the gap.
+    /// `c_l` and `c_r` mean something: the columns have one zero, as far as can be determined, and it is known to less than the gap.
     pub fn shares_zero(&self, flanks: &Flanks, of_carriage: bool) -> bool {
         let tracked = of_carriage && self.output == Some(Output::Tracker);
         let unsure = flanks.middle.ci95[1] - flanks.middle.value;

@@ -5,7 +5,7 @@
 //! frame and without assuming that joints are square to each other. A joint's position is the part of `p` along its own
 //! direction, with the others' parts taken out. One coordinate is enough for a joint that moves along it.
 //!
-//! How it fails: a joint that moves only together with another one cannot be told from it; where revolute joints turn, lines
+//! How it fails: a joint that moves only together with another one cannot be distinguished from it; where revolute joints turn, lines
 //! are no lines. Both get no position, and a reason.
 
 use super::OutputPositions;

@@ -45,7 +45,7 @@ pub struct Precision {
     pub reversals: usize,
     /// Mean sensitivity of the reading, m per rad or m per m.
     pub sensitivity_m: f64,
-    /// Why nothing, or little, can be told.
+    /// Why nothing, or little, can be determined.
     pub reason: Option<String>,
 }
 
@@ -206,13 +206,13 @@ fn finished(
     };
     let reason = if sensitivity_m < LEAST {
         let per = if joint.kind == JointKind::Revolute { "mm per radian" } else { "um per mm" };
-        Some(format!("it {reading} by {:.2} {per}: its gap cannot be told", sensitivity_m * 1e3))
+        Some(format!("it {reading} by {:.2} {per}: its gap cannot be determined", sensitivity_m * 1e3))
     } else if reversals == 0 {
         Some("it does not reverse".into())
     } else {
         sigma.filter(|s| 3.0 * s > typical).map(|s| {
             format!(
-                "a half gap below {:.4} {} cannot be told from nothing",
+                "a half gap below {:.4} {} cannot be distinguished from nothing",
                 joint.kind.to_user_unit(3.0 * s),
                 joint.kind.unit()
             )

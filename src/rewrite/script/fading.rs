@@ -32,7 +32,7 @@ impl<'a> ByClock<'a> {
         let place = without().find_map(|r| r.untimed)?;
         let moves = without().map(|r| r.vertices.len()).sum();
         let text = format!(
-            "no speed of this move can be told, and friction fades in seconds: of {} the gaps alone are compensated \
+            "no speed of this move can be determined, and friction fades in seconds: of {} the gaps alone are compensated \
              (give a TCP speed for it)",
             counted(moves, "move")
         );

@@ -7,7 +7,7 @@
 //! Modules:
 //! - [`coverage`]: how much can be edited, and why not the rest.
 //! - [`run`]: where positions follow each other; [`poses`] solves Cartesian targets by their [`configuration`] and writes them
-//!   again, [`way`] follows straight TCP paths; [`clock`] tells durations; [`fading`]: friction where none can be told.
+//!   again, [`way`] follows straight TCP paths; [`clock`] tells durations; [`fading`]: friction where none can be determined.
 //! - [`approach`]: targets that are reached from one side.
 //! - [`rates`]: speed and acceleration limits; [`stops`]: how long new exact stops take.
 //! - [`edits`]: points that came out -> values and new points of the program; `arcs`: pieces of arcs that are split.

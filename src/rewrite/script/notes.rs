@@ -46,7 +46,10 @@ pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -
     let rest = match left.len() {
         0 => String::new(),
         k => {
-            format!("; {k} that the robot stops at cannot be told or take no point (lines {}{more})", shown.join(", "))
+            format!(
+                "; {k} that the robot stops at cannot be determined or take no point (lines {}{more})",
+                shown.join(", ")
+            )
         }
     };
     let text = format!("one-sided approach: {added} targets are reached from their side over an added point{rest}");

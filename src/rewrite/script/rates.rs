@@ -21,7 +21,7 @@ fn is_rate(v: &Violation) -> bool {
     v.what != LimitKind::Range
 }
 
-/// What is to be told of the rates of a whole program.
+/// What is to be reported of the rates of a whole program.
 #[derive(Debug, Default)]
 pub struct Rates {
     /// By axis, and speed or not: the largest share of its limit, the first place, the number of places.

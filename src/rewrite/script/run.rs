@@ -1,6 +1,6 @@
 //! Runs: stretches of a program on which each position certainly follows the one before it.
 //!
-//! A label, a loop, a call, or a target that cannot be told ends a run: after it the directions are unknown. The first
+//! A label, a loop, a call, or a target that cannot be determined ends a run: after it the directions are unknown. The first
 //! movement's direction is taken, but only at the start of the program the first point carries its offset: anywhere else the
 //! robot may come to it from the other side. A dwell, a process or a comment ends nothing.
 
@@ -50,7 +50,7 @@ pub struct Vertex {
 #[derive(Debug, Clone, Default)]
 pub struct Run {
     pub vertices: Vec<Vertex>,
-    /// The first move whose duration cannot be told.
+    /// The first move whose duration cannot be determined.
     pub untimed: Option<At>,
     /// ... and are those of the program, no estimate from joint speeds.
     pub certain: bool,
@@ -100,7 +100,7 @@ pub struct Choice<'a> {
     pub robot: &'a Robot,
     /// Movement that is number noise, per axis, rad or m.
     pub deadband: &'a [f64],
-    /// TCP speed where a move has none that can be told, m/s.
+    /// TCP speed where a move has none that can be determined, m/s.
     pub tcp_speed_m_s: Option<f64>,
     /// TCP speed of every move whose own is a joint speed, m/s: the user knows it.
     pub certain_speed_m_s: Option<f64>,
@@ -268,7 +268,7 @@ impl Cutter<'_> {
         self.out.gaps.push(Gap { at, why });
     }
 
-    /// A move that cannot be told: only straight ones and arcs keep the arm in its configuration.
+    /// A move that cannot be determined: only straight ones and arcs keep the arm in its configuration.
     fn forget(&mut self, m: &Move) {
         if m.path == PathKind::Joint {
             self.hint = None;
@@ -312,7 +312,7 @@ impl Cutter<'_> {
                     last.editable = false;
                 }
                 self.forget(m);
-                return self.lost(at, "a target that cannot be told".into());
+                return self.lost(at, "a target that cannot be determined".into());
             }
         };
         let Some(reached) = reached else { return };

@@ -32,7 +32,7 @@ pub(super) struct MotionInstruction {
     pub path: PathKind,
     pub speed: Speed,
     pub blend_m: Option<f64>,
-    /// Index of the goal's position; why it cannot be told.
+    /// Index of the goal's position; why it cannot be determined.
     pub goal: Result<u64, String>,
     /// Positions of the statement whose numbers it needs as they are: the point on the way of an arc, and a goal that is
     /// moved by an offset or an increment.

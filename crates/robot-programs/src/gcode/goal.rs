@@ -1,4 +1,4 @@
-//! Where a block leads: frames, arcs, and why it cannot be told.
+//! Where a block leads: frames, arcs, and why it cannot be determined.
 
 use super::arc::Arc;
 use super::codes::SPLINES;
@@ -39,7 +39,7 @@ impl Reader<'_> {
         if inch && self.robot.axis(axis).kind == JointKind::Prismatic { 25.4 } else { 1.0 }
     }
 
-    /// Why a block's goal cannot be told.
+    /// Why a block's goal cannot be determined.
     pub(super) fn unclear(&self, block: &Block) -> Option<String> {
         if let Some(why) = self.strange.as_ref().or(self.modal_macro.as_ref()).or(self.compensation.as_ref()).cloned() {
             return Some(why);
@@ -194,7 +194,7 @@ impl Reader<'_> {
     }
 
     pub(super) fn opaque(&mut self, k: usize, why: String) -> Result<()> {
-        self.lose("a block that cannot be told");
+        self.lose("a block that cannot be determined");
         self.step(k, StepKind::Move(opaque(why)), None);
         Ok(())
     }

@@ -218,7 +218,7 @@ pub(super) fn is_flow(keyword: &str) -> bool {
     keyword.contains("GOTO") || matches!(keyword, "IF" | "THEN" | "WHILE" | "DO" | "END")
 }
 
-/// The subprogram that a block calls by `M98 P1000`; an error where it cannot be told which, or where it stands elsewhere.
+/// The subprogram that a block calls by `M98 P1000`; an error where it cannot be determined which, or where it stands elsewhere.
 fn called_by(block: &Block) -> Option<std::result::Result<String, ()>> {
     let is = |w: &lex::Word, letter: u8, numbers: &[f64]| {
         w.letter == letter && w.value.is_some_and(|v| numbers.contains(&v.0))

@@ -29,7 +29,7 @@ struct MoveLine {
     references: Vec<Reference>,
     /// Words that a copy takes along.
     tags: Vec<Tag>,
-    /// Why its goal cannot be told.
+    /// Why its goal cannot be determined.
     unclear: Option<String>,
     /// An input may stop it.
     may_stop: bool,

@@ -56,7 +56,7 @@ pub(super) fn is(text: &Text, line: &[Token], at: usize) -> bool {
     after(text, line, at).and_then(|next| line.get(next)).is_some_and(|t| t.is(b':'))
 }
 
-/// The factors of the product at token `at`, and the token after it; why they cannot be told.
+/// The factors of the product at token `at`, and the token after it; why they cannot be determined.
 pub(super) fn factors(
     text: &Text,
     line: &[Token],

@@ -1,4 +1,4 @@
-//! Targets of RAPID moves: joint values, poses with their frame and tool, or why neither can be told.
+//! Targets of RAPID moves: joint values, poses with their frame and tool, or why neither can be determined.
 
 use super::arguments::{Arg, Switch, arguments};
 use super::lex::Kind;
@@ -258,7 +258,7 @@ impl Builder<'_> {
         })
     }
 
-    /// Position of the point on the way of an arc, m, and its orientation where it is told.
+    /// Position of the point on the way of an arc, m, and its orientation where it is known.
     #[allow(clippy::type_complexity)]
     pub fn via(&mut self, span: &Span, item: &Item) -> Option<(Vector3<f64>, Option<UnitQuaternion<f64>>)> {
         if let Some((base, by, of_tool)) = self.displacement(span, item) {

@@ -79,7 +79,7 @@ pub enum External {
     Numbers([f64; 6]),
     /// A name, or numbers that are computed.
     Text(String),
-    /// Nothing can be said.
+    /// Nothing is known.
     #[default]
     Unknown,
 }

@@ -119,7 +119,7 @@ fn other(text: &Text, tokens: &[Token], at: usize) -> Option<(Node, usize)> {
 
 /// Joint values of an aggregate `[[6],[6]]`: one per axis of the robot, the external axes as axes 7 and on.
 ///
-/// `Ok(Err(reason))`: the values cannot be told from the text.
+/// `Ok(Err(reason))`: the values cannot be determined from the text.
 ///
 /// # Errors
 /// Where the lists are not two of six.

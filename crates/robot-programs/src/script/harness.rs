@@ -80,7 +80,7 @@ pub fn values(script: &Script, step: usize) -> Vec<f64> {
     numbers(script, m).iter().map(|v| v.map_or(f64::NAN, |v| v.si)).collect()
 }
 
-/// Why a move's goal cannot be told.
+/// Why a move's goal cannot be determined.
 pub fn opaque(m: &Move) -> &str {
     match &m.goal {
         Goal::Opaque(why) => why,

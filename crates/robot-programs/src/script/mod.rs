@@ -276,7 +276,7 @@ pub enum Goal {
     Joints(usize),
     /// A Cartesian pose; boxed, as it is large beside the others.
     Pose(Box<PoseGoal>),
-    /// Neither can be told from the text: why.
+    /// Neither can be determined from the text: why.
     Opaque(String),
 }
 

@@ -245,7 +245,7 @@ pub enum Frame {
     Named(String),
     /// One of these, and which is not certain: known where all are the same.
     Any(Vec<Frame>),
-    /// It cannot be told: why.
+    /// It cannot be determined: why.
     Unknown(String),
 }
 

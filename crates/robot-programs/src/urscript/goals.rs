@@ -1,4 +1,4 @@
-//! Targets of URScript moves: joint values, poses with their TCP, or why neither can be told.
+//! Targets of URScript moves: joint values, poses with their TCP, or why neither can be determined.
 
 use super::arguments::arguments;
 use super::lex::Kind;
@@ -115,7 +115,7 @@ impl Builder<'_> {
         if list.is_empty() {
             return None;
         }
-        // a list of other length is one that cannot be told
+        // a list of other length is one that cannot be determined
         let found = value::joints(self.text, &self.p.tokens, &self.p.words, list, self.robot).ok()?.ok()?;
         found.0.into_iter().map(|v| v.map(|v| v.si)).collect::<Option<Vec<f64>>>().map(Solution::Near)
     }
@@ -206,7 +206,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The solution that `qnear` chooses; `None`: it cannot be told.
+    /// The solution that `qnear` chooses; `None`: it cannot be determined.
     fn near(&self, span: &Span, item: &Item) -> Option<Solution> {
         let p = self.p;
         // where the robot stands

@@ -7,7 +7,7 @@
 //! - [`read`]: functions, blocks, assignments; which assignments make one variable.
 //! - [`value`]: lists of joint values (`d2r()` too) and poses.
 //! - [`arguments`]: calls and their arguments.
-//! - [`goals`]: targets of moves: joint values, poses, or why neither can be told.
+//! - [`goals`]: targets of moves: joint values, poses, or why neither can be determined.
 //! - [`steps`]: calls to moves, waits and whatever ends a known direction.
 //! - [`write`]: edits to patches.
 //!

@@ -124,7 +124,7 @@ pub fn plain(text: &Text, tokens: &[Token], span: &Span) -> Option<(f64, number:
 /// Values of a target, one per axis, and what one unit of each written number is in SI.
 pub type Joints = (Vec<Option<Value>>, Vec<f64>);
 
-/// Joint values of a list; `Ok(Err(reason))`: it is none, or they cannot be told.
+/// Joint values of a list; `Ok(Err(reason))`: it is none, or they cannot be determined.
 ///
 /// # Errors
 /// Where a list of plain numbers has not one for every axis.

@@ -30,7 +30,7 @@ const LEAST_PROBABILITY: f64 = 0.02;
 /// From this probability on the means are taken back to rest; below it they stay, and only the joint's interval tells of the doubt.
 /// Of joints without any creep one in a hundred exceeds it by chance, as the prior gives creep one half.
 const CREEPS: f64 = 0.99;
-/// Pairs from which creep can be told from the noise.
+/// Pairs from which creep can be distinguished from the noise.
 const LEAST_PAIRS: usize = 3;
 /// Share of the half gap that may remain as creep at the end of a dwell that is long enough.
 const NEGLIGIBLE: f64 = 0.025;

@@ -77,7 +77,7 @@ impl Poses {
     /// What is not known, in words.
     pub fn place(&mut self, goal: &PoseGoal) -> Result<Place, String> {
         if let Some(why) = goal.unknown() {
-            return Err(format!("a Cartesian target whose frame or tool cannot be told: {why}"));
+            return Err(format!("a Cartesian target whose frame or tool cannot be determined: {why}"));
         }
         let (mut frames, mut tools) = (Vec::new(), Vec::new());
         let (base, known) = (self.robot.base, &self.frames);

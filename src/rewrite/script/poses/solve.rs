@@ -29,7 +29,7 @@ impl Place {
     /// in which of its configurations the arm works where nothing else does.
     ///
     /// # Errors
-    /// Why they cannot be told.
+    /// Why they cannot be determined.
     pub fn joints(
         &self,
         goal: &PoseGoal,

@@ -166,7 +166,7 @@ fn blank_statements_are_passed_over() {
     assert_eq!(moves(doc(text.as_bytes()).as_ref()).len(), 2);
 }
 
-/// Why the goals of motions cannot be told; empty: they can.
+/// Why the goals of motions cannot be determined; empty: they can.
 fn left(text: &str) -> Vec<String> {
     let why = |m: &Move| match &m.goal {
         Goal::Opaque(why) => why.clone(),
