@@ -49,7 +49,13 @@ pub fn detail(text: Arguments) {
 
 /// Prints a notice of the library, as far as the user asked for it.
 pub fn print(notice: Notice) {
-    if notice.is_detail() { detail(format_args!("{notice}")) } else { note(format_args!("note: {notice}"), true) }
+    if notice.is_detail() {
+        detail(format_args!("{notice}"));
+    } else if notice.is_headed() {
+        note(format_args!("{notice}"), true);
+    } else {
+        note(format_args!("note: {notice}"), true);
+    }
 }
 
 /// Whether a progress line may be drawn.

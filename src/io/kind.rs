@@ -16,14 +16,19 @@ const HEAD: u64 = 1 << 16;
 /// Kind of content.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Kind {
+    /// No bytes.
     Empty,
+    /// An HTML page.
     Page,
     /// Of the schema without its version: `robot` of `lostmotion/robot/1`.
     Document(String),
     /// A table with commands.
     Log,
+    /// Another table (CSV).
     Table,
+    /// Other text.
     Text,
+    /// Bytes that are no text.
     Binary,
 }
 

@@ -26,11 +26,18 @@ pub enum Notice<'a> {
     NotSynced(&'a Path, &'a std::io::Error),
     /// The lock of a run that has ended was taken over; the text says which run held it.
     LockTakenOver(&'a Path, &'a str),
+    /// These files, as messages show them, were replaced by outputs.
+    Replaced(&'a [String]),
     /// A note of a rewritten program is damaged: its program is not recognised by it.
     DamagedNote(&'a Path),
 }
 
 impl Notice<'_> {
+    /// Whether it has a heading of its own, so that it needs no `note:` before it.
+    pub fn is_headed(&self) -> bool {
+        matches!(self, Self::Replaced(_))
+    }
+
     /// Whether only a user who asks for details wants to see it.
     pub fn is_detail(&self) -> bool {
         matches!(self, Self::Read { .. })
@@ -48,6 +55,7 @@ impl fmt::Display for Notice<'_> {
             Self::LockTakenOver(folder, by) => {
                 write!(f, "{}: the lock of a run that has ended ({by}) is taken over", shown(folder))
             }
+            Self::Replaced(files) => write!(f, "replaced: {}", files.join(", ")),
             Self::DamagedNote(path) => {
                 write!(f, "{}: damaged: the program that it describes is not recognised by it", shown(path))
             }

@@ -100,7 +100,7 @@ impl Transaction {
             sync_folders(&folders);
         }
         if written.is_ok() && !replaced.is_empty() {
-            eprintln!("replaced: {}", replaced.join(", "));
+            notice::report(Notice::Replaced(&replaced));
         }
         written
     }
