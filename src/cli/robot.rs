@@ -4,11 +4,11 @@ use crate::cli::exit::{bad, no};
 use crate::error::{Error, Place, is_stdio, shown};
 use crate::io::{input, output::Output};
 use crate::robot::plausible::{self, Finding};
-use crate::robot::{JointKind, Robot, urdf};
+use crate::robot::{Convention, JointKind, Robot, table, urdf};
 use anyhow::Result;
 use serde_json::{Value, json};
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub const SCHEMA: &str = "lostmotion/robot-check/1";
 /// A robot made of a URDF follows the URDF's own chain within this, m.
@@ -53,7 +53,7 @@ pub struct CheckArgs {
     pub json: bool,
 }
 
-/// Make a robot file from a URDF file.
+/// Make a robot file from a URDF file or from a Denavit-Hartenberg table.
 ///
 /// The chain from the root link to the tip is converted to Denavit-Hartenberg parameters; limits, speeds, masses and mimic
 /// joints are copied. The result is compared with the kinematics of the URDF file at 200 random positions. URDF files
@@ -62,14 +62,23 @@ pub struct CheckArgs {
 /// Examples:
 ///   lostmotion robot init --urdf arm.urdf --output robot.yaml
 ///   lostmotion robot init --urdf arm.urdf --tip tool0 --output robot.yaml
+///   lostmotion robot init --dh table.csv --output robot.yaml
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
+#[command(override_usage = "lostmotion robot init [OPTIONS] <--urdf <FILE.urdf>|--dh <FILE.csv>>")]
 pub struct InitArgs {
     /// URDF file; `-` for standard input
-    #[arg(long, value_name = "FILE.urdf")]
-    pub urdf: PathBuf,
+    #[arg(long, value_name = "FILE.urdf", required_unless_present = "dh", conflicts_with = "dh")]
+    pub urdf: Option<PathBuf>,
+    /// Denavit-Hartenberg table (CSV): one row for each joint, the keys of the robot file as headings, such as
+    /// name,theta_deg,d_mm,a_mm,alpha_deg,min_deg,max_deg,max_speed_deg_s; `-` for standard input
+    #[arg(long, value_name = "FILE.csv")]
+    pub dh: Option<PathBuf>,
+    /// The table of --dh follows the modified convention (Craig) instead of the standard one
+    #[arg(long, requires = "dh")]
+    pub modified: bool,
     /// Link whose frame is the TCP [default: the last link, if there is only one chain]
-    #[arg(long, value_name = "LINK")]
+    #[arg(long, value_name = "LINK", requires = "urdf")]
     pub tip: Option<String>,
     /// Write the robot file to this file; `-` for standard output
     #[arg(short, long, value_name = "ROBOT.yaml", default_value = "-")]
@@ -112,13 +121,50 @@ fn check(args: CheckArgs) -> Result<()> {
 }
 
 fn init(args: InitArgs) -> Result<()> {
-    super::paths::refuse_shared(&[("--urdf", Some(&args.urdf))], &[("--output", Some(&args.output))])?;
+    let inputs = [("--urdf", args.urdf.as_deref()), ("--dh", args.dh.as_deref())];
+    super::paths::refuse_shared(&inputs, &[("--output", Some(&args.output))])?;
     let there = std::fs::metadata(&args.output).is_ok_and(|m| m.is_file() && m.len() > 0);
     if there && !args.force && !is_stdio(&args.output) {
         let expected = "another file: changes made by hand would be lost (--force replaces it)";
         return Err(bad(Place::file(shown(&args.output)), "a file", expected));
     }
-    let (text, input) = input::read_text(&args.urdf)?;
+    match (&args.urdf, &args.dh) {
+        (Some(file), _) => of_urdf(&args, file),
+        (None, Some(file)) => of_table(&args, file),
+        (None, None) => Err(bad(Place::file("robot init"), "no input", "--urdf FILE.urdf or --dh FILE.csv")),
+    }
+}
+
+/// Writes the robot file, unless its lengths can be those of no machine.
+fn write(args: &InitArgs, input: &str, robot: &Robot, expected: &str) -> Result<()> {
+    if let Some(f) = plausible::findings(robot).iter().find(|f| matches!(f, Finding::Reach { .. })) {
+        return Err(bad(Place::file(input), sentence(f), expected));
+    }
+    let mut output = Output::create(&args.output)?;
+    // an editor finds the schema where `schema robot` has written it beside the robot file
+    let schema = args.output.with_file_name("robot.schema.json");
+    let line = if !is_stdio(&args.output) && schema.is_file() { crate::schemas::EDITOR_LINE } else { "" };
+    output.put((line.to_string() + &robot.to_yaml()?).as_bytes())?;
+    output.commit().map_err(Into::into)
+}
+
+/// `--dh`.
+fn of_table(args: &InitArgs, file: &Path) -> Result<()> {
+    let (text, input) = input::read_text(file)?;
+    let convention = if args.modified { Convention::Modified } else { Convention::Standard };
+    let title = file.file_stem().map_or_else(|| "robot".into(), |s| s.to_string_lossy().into_owned());
+    let robot = table::read(&input.name, &text, &title, convention)?;
+    write(args, &input.name, &robot, "lengths in millimetres, as the headings say")?;
+    eprintln!("{}: {} axes; add base, flange and tool, and compare a pose with the pendant", input.name, robot.dof());
+    for finding in plausible::findings(&robot) {
+        eprintln!("note: {}", sentence(&finding));
+    }
+    Ok(())
+}
+
+/// `--urdf`.
+fn of_urdf(args: &InitArgs, file: &Path) -> Result<()> {
+    let (text, input) = input::read_text(file)?;
     let made = urdf::read(&input.name, &text, args.tip.as_deref())?;
     let (distance_m, _) = made.largest_error;
     if distance_m.is_nan() || distance_m > SAME_CHAIN_M {
@@ -128,15 +174,7 @@ fn init(args: InitArgs) -> Result<()> {
             "axes that are not nearly parallel at a great distance",
         ));
     }
-    if let Some(f) = plausible::findings(&made.robot).iter().find(|f| matches!(f, Finding::Reach { .. })) {
-        return Err(bad(Place::file(&input.name), sentence(f), "lengths in metres, as URDF has them"));
-    }
-    let mut output = Output::create(&args.output)?;
-    // an editor finds the schema where `schema robot` has written it beside the robot file
-    let schema = args.output.with_file_name("robot.schema.json");
-    let line = if !is_stdio(&args.output) && schema.is_file() { crate::schemas::EDITOR_LINE } else { "" };
-    output.put((line.to_string() + &made.robot.to_yaml()?).as_bytes())?;
-    output.commit()?;
+    write(args, &input.name, &made.robot, "lengths in metres, as URDF has them")?;
     eprintln!(
         "{}: {} axes from the root to {}; the TCP follows the URDF within {:.1e} mm at 200 positions",
         input.name,

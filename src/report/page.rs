@@ -25,6 +25,8 @@ impl Page {
     /// The page as HTML.
     pub fn render(&self) -> String {
         let joints = Joints(&self.joints);
+        // words alone need no script
+        let has_use = self.sections.iter().any(|s| !matches!(s.content, Content::Method(_) | Content::Notes(_)));
         html! {
             (DOCTYPE)
             html lang="en" {
@@ -44,7 +46,7 @@ impl Page {
                         "lostmotion " (env!("CARGO_PKG_VERSION")) ". mdeg: thousandth of a degree; µm: thousandth of a millimetre. "
                         "The same input gives the same page, byte for byte; there is no date in it."
                     } }
-                    script { (PreEscaped(SCRIPT)) }
+                    @if has_use { script { (PreEscaped(SCRIPT)) } }
                 }
             }
         }

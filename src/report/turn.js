@@ -85,7 +85,7 @@ document.querySelectorAll("main table").forEach(function (table) {
   if (!head || !body || head.rows.length !== 1 || head.querySelector("[colspan]") || 3 > body.rows.length) return;
   function value(row, k) {
     var text = row.cells[k] ? row.cells[k].textContent.trim() : "", n = parseFloat(text.replace(/\u2212/g, "-").replace(/[\u202f\u00a0 ](?=\d{3})/g, ""));
-    return [isNaN(n) ? Infinity : n, text];
+    return [n === n ? n : Infinity, text];
   }
   Array.prototype.forEach.call(head.rows[0].cells, function (cell, k) {
     cell.classList.add("sorts");
@@ -108,7 +108,7 @@ document.querySelectorAll("main table").forEach(function (table) {
 document.querySelectorAll("svg").forEach(function (svg) {
   var plane = svg.querySelector("[data-plane]");
   if (!plane) return;
-  var p = plane.getAttribute("data-plane").split(" ").map(Number), ns = "http://www.w3.org/2000/svg";
+  var p = plane.getAttribute("data-plane").split(" ").map(Number), ns = svg.namespaceURI;
   var line = document.createElementNS(ns, "line"), text = document.createElementNS(ns, "text");
   line.setAttribute("class", "cursor");
   text.setAttribute("class", "readout");

@@ -8,6 +8,7 @@
 //! - [`frames`]: frames and tools by the controller's names.
 //! - [`mod@write`]: a robot back to its file.
 //! - [`urdf`]: a robot from a URDF file, by [`dh`]: parameters of given joint axes.
+//! - [`table`]: a robot from the Denavit-Hartenberg table of a data sheet.
 //! - [`plausible`]: whether the numbers can be those of a machine.
 //! - [`gap_of`]: joints whose gap belongs to a sum of axes.
 //! - [`fingerprint`]: SHA-256 of the robot's numbers, so that a compensator cannot meet another robot.
@@ -26,6 +27,7 @@ pub mod frames;
 pub mod gap_of;
 pub mod inverse;
 pub mod plausible;
+pub mod table;
 pub mod urdf;
 pub mod write;
 

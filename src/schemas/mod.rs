@@ -59,7 +59,11 @@ fn frame() -> Value {
 fn model() -> Value {
     let mut keys = serde_json::Map::new();
     for effect in catalogue::ALL {
-        for (key, meaning) in effect.parameters {
+        // a parameter may have several keys: `decay_s or decay_deg`
+        let all = effect.parameters.iter().flat_map(|(names, meaning)| {
+            names.split(", ").flat_map(|n| n.split(" or ")).map(move |key| (key.trim(), meaning))
+        });
+        for (key, meaning) in all {
             let unit = |to: &str| key.replace("_deg", to);
             for key in [key.to_string(), unit("_mm")] {
                 keys.entry(key).or_insert_with(|| json!({"description": format!("{}: {meaning}", effect.name)}));

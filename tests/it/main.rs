@@ -41,6 +41,7 @@ mod log;
 mod machine;
 mod nist;
 mod numerics;
+mod pages;
 mod path_bench;
 mod plan_experiment;
 mod previous;

@@ -147,7 +147,8 @@ fn a_log_with_other_names_and_units_keeps_them() {
     };
     let (own, foreign, map) = (file("own.csv", OWN), file("foreign.csv", FOREIGN), file("map.yaml", MAP));
     let model = "samples/models/gantry-2015.model.yaml";
-    let want = columns(&simulate(folder.path(), &["--model", model, "--input", &own]));
+    let other = tempfile::tempdir().unwrap();
+    let want = columns(&simulate(other.path(), &["--model", model, "--input", &own]));
     let out = simulate(folder.path(), &["--model", model, "--input", &foreign, "--columns", &map]);
     let text = std::fs::read_to_string(&out).unwrap();
     let rows: Vec<Vec<&str>> = text.lines().skip(1).map(|l| l.split(';').collect()).collect();

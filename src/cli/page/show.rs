@@ -57,14 +57,14 @@ pub fn of_log(robot: &Robot, log: &Log) -> Page {
     let motion = Motion { q: log.cmd.iter().map(Vec::as_slice).collect(), t_s: (!log.poses).then_some(&log.t_s) };
     let mut page = super::start("show", &log.name, robot);
     log_verdict(&mut page, robot, log, &motion);
-    log_figures(&mut page, robot, log, &motion);
+    log_figures(&mut page, robot, log, &motion, "measured");
     page
 }
 
 /// Path and joints of a predicted log, for the page of another command.
 pub fn figures_of_log(page: &mut Page, robot: &Robot, log: &Log) {
     let motion = Motion { q: log.cmd.iter().map(Vec::as_slice).collect(), t_s: (!log.poses).then_some(&log.t_s) };
-    log_figures(page, robot, log, &motion);
+    log_figures(page, robot, log, &motion, "predicted");
 }
 
 fn log_verdict(page: &mut Page, robot: &Robot, log: &Log, motion: &Motion) {
@@ -87,7 +87,7 @@ fn log_verdict(page: &mut Page, robot: &Robot, log: &Log, motion: &Motion) {
     }
 }
 
-fn log_figures(page: &mut Page, robot: &Robot, log: &Log, motion: &Motion) {
+fn log_figures(page: &mut Page, robot: &Robot, log: &Log, motion: &Motion, name: &str) {
     let pairs: Vec<Pair> = (motion.drawn().into_iter())
         .filter_map(|i| Some(Pair { base_m: robot.tcp_m(&motion.row(i)), tracker_m: (*log.tcp_m.get(i)?)? }))
         .collect();
@@ -102,7 +102,7 @@ fn log_figures(page: &mut Page, robot: &Robot, log: &Log, motion: &Motion) {
         let back: Isometry3<f64> = r.frame.inverse();
         let error = |p: &Pair| (back * Point3::from(p.tracker_m)).coords - p.base_m;
         PathRun {
-            run: Run::new("measured", Role::Before),
+            run: Run::new(name, Role::Before),
             reference_mm: pairs.iter().map(|p| (p.base_m * 1e3).into()).collect(),
             error_um: pairs.iter().map(|p| (error(p) * 1e6).into()).collect(),
         }

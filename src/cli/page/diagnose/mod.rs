@@ -11,7 +11,7 @@ mod machine;
 use crate::diagnose::result::display;
 use crate::diagnose::result::document::{Diagnosis, Round};
 use crate::diagnose::result::traces;
-use crate::diagnose::result::words::{self, GapUnit};
+use crate::diagnose::result::words::{self, GapUnit, Size};
 use crate::diagnose::{Outcome, Verdict};
 use crate::report::number::{p_value, significant};
 use crate::report::{BarRow, BarsView, Method, Page, Role, Run, TableView, Tile, Tone, WaterfallView, number};
@@ -38,6 +38,26 @@ impl GapScale {
 
     fn tile(&self, label: &str, um: f64) -> Tile {
         Tile::number(label, um * self.um, if self.um * um < 10.0 { 2 } else { 1 }, self.unit)
+    }
+}
+
+/// A size below a tenth of a degree in thousandths, the unit of the charts.
+fn in_milli(size: Size) -> Size {
+    const SMALL_DEG: f64 = 0.1;
+    // as written, with three decimals less
+    let milli = |text: &str| -> Option<String> {
+        let deg = text.parse::<f64>().ok().filter(|v| v.abs() < SMALL_DEG)?;
+        let decimals = text.split_once('.').map_or(0, |(_, d)| d.len()).saturating_sub(3);
+        Some(number(1e3 * deg, decimals))
+    };
+    let all = |text: &str| text.split(" to ").map(milli).collect::<Option<Vec<_>>>().map(|v| v.join(" to "));
+    let ci95 = match &size.ci95 {
+        Some([lo, hi]) => all(lo).zip(all(hi)).map(|(lo, hi)| Some([lo, hi])),
+        None => Some(None),
+    };
+    match (size.unit, all(&size.value), ci95) {
+        ("deg", Some(value), Some(ci95)) => Size { value, ci95, unit: "mdeg", ..size },
+        _ => size,
     }
 }
 
@@ -122,7 +142,7 @@ fn head(page: &mut Page, model: &str, outcome: &Outcome, d: &Diagnosis, scale: &
             0 => String::new(),
             k => format!("; {k} more"),
         };
-        if let Some(s) = words::sizes(r).into_iter().next() {
+        if let Some(s) = words::sizes(r).into_iter().next().map(in_milli) {
             let detail = format!("95 %: {}{more}", s.interval());
             page.tile(
                 Tile::text(format!("{} {}, {}", r.effect, r.target, s.name), s.value, s.unit).with_detail(detail),
