@@ -7,6 +7,8 @@ use assert_cmd::Command;
 use std::path::Path;
 
 const HALF_GAP_DEG: f64 = 0.004;
+/// Most of an arc that a step may take: with 4.6 deg the largest error of the circle of `benches/cartesian_circle.py` grows.
+const LONGEST_STEP_DEG: f64 = 3.0;
 /// Half a last digit of 0.0001 mm in three coordinates, and what the orientation's digits and rounding of the centre add, mm.
 const DIGITS_MM: f64 = 1.5e-4;
 
@@ -33,11 +35,11 @@ impl Circle {
 
     /// By how many half gaps the point is turned about the vertical axis: -1, 0 or 1, the one with which it lies on the circle.
     fn side(&self, p: [f64; 3]) -> (i32, f64) {
-        let turned = |side: i32| {
-            let (s, c) = (-f64::from(side) * HALF_GAP_DEG.to_radians()).sin_cos();
-            (side, self.off([c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]]))
-        };
-        [-1, 0, 1].into_iter().map(turned).min_by(|a, b| a.1.total_cmp(&b.1)).unwrap()
+        [-1, 0, 1]
+            .into_iter()
+            .map(|side| (side, self.off(turned_back(p, f64::from(side)))))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .unwrap()
     }
 
     /// Angle of a point, deg, next to where the arc is.
@@ -46,6 +48,12 @@ impl Circle {
         let deg = (p[1] - self.centre[1]).atan2(p[0] - self.centre[0]).to_degrees();
         deg + 360.0 * ((middle - deg) / 360.0).round()
     }
+}
+
+/// A point turned back about the vertical axis by a number of half gaps.
+fn turned_back(p: [f64; 3], half_gaps: f64) -> [f64; 3] {
+    let (s, c) = (-half_gaps * HALF_GAP_DEG.to_radians()).sin_cos();
+    [c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]]
 }
 
 /// A piece: over a place (`None`: straight) to a place.
@@ -99,23 +107,27 @@ fn bends(circle: &Circle, a: [f64; 3], b: [f64; 3], c: [f64; 3], most: f64) {
     }
 }
 
-/// Every piece lies on the circle once the offset is taken back, in order, and the side changes once inside the arc.
-fn check(circle: &Circle, start: [f64; 3], pieces: &[Piece], digits_mm: f64) {
+/// Every piece lies on the circle once the offset is taken back, in order, and the side changes once inside the arc. Each goes over its middle, unless less
+/// than `after_via_deg` would follow.
+fn check(circle: &Circle, start: [f64; 3], pieces: &[Piece], digits_mm: f64, after_via_deg: f64) {
     assert!(pieces.len() >= 2, "{pieces:?}");
     let reach = circle.centre[0].hypot(circle.centre[1]) + circle.radius;
     let most = HALF_GAP_DEG.to_radians() * reach + digits_mm;
     let (mut before, mut sides) = (start, vec![circle.side(start).0]);
     for (via, end) in pieces {
-        for p in via.iter().chain([end]) {
-            let (side, off) = circle.side(*p);
-            // a point on the way of the piece in which the step is spread stands in its middle
-            assert!(off <= digits_mm, "{p:?} is {off} mm off the circle ({side})");
-        }
+        let (side, off) = circle.side(*end);
+        assert!(off <= digits_mm, "{end:?} is {off} mm off the circle ({side})");
         let sign = (circle.ends_deg[1] - circle.ends_deg[0]).signum();
         assert!(sign * circle.deg(*end) > sign * circle.deg(before), "{pieces:?}");
         if let Some(via) = via {
-            let [a, b, c] = [before, *via, *end].map(|p| sign * circle.deg(p));
-            assert!((0.5 * (a + c) - b).abs() < 0.02 * (c - a) + 0.01, "the middle of {a} and {c} is not {b}");
+            // the step is spread over the piece: on its way there is the part of the place
+            let [from, to] = [before, *end].map(|p| f64::from(circle.side(p).0));
+            let [a, c] = [(before, from), (*end, to)].map(|(p, side)| sign * circle.deg(turned_back(p, side)));
+            let part = (1.0 - after_via_deg / (c - a)).min(0.5);
+            let own = turned_back(*via, (1.0 - part) * from + part * to);
+            let (off, b) = (circle.off(own), sign * circle.deg(own));
+            assert!(off <= digits_mm, "{via:?} is {off} mm off the circle");
+            assert!((a + part * (c - a) - b).abs() < 0.01, "{b} is not at {part} of {a} to {c}");
             bends(circle, before, *via, *end, most);
         }
         sides.push(circle.side(*end).0);
@@ -128,6 +140,9 @@ fn check(circle: &Circle, start: [f64; 3], pieces: &[Piece], digits_mm: f64) {
     let at = circle.deg(if turn == 1 { start } else { pieces[turn - 2].1 });
     let touches = 180.0 - ((circle.radius - circle.beside) / circle.centre[0]).acos().to_degrees();
     assert!((at - touches).abs() < 0.5, "{at} and not {touches}");
+    // a step over more of the arc leaves the path further than the gap itself does
+    let step_deg = (circle.deg(pieces[turn - 1].1) - at).abs();
+    assert!(step_deg < LONGEST_STEP_DEG, "the step takes {step_deg} deg: {pieces:?}");
 }
 
 const KRL: Circle = Circle { centre: [1500.0, 0.0, 1200.0], radius: 150.0, ends_deg: [30.0, 170.0], beside: 0.0 };
@@ -166,7 +181,7 @@ fn a_circ_becomes_several_on_its_circle() {
     let (out, said) = rewritten("kuka-kr120-r2500-pro.yaml", "A1", "arcs.src", &krl("CIRC AUX,END C_DIS", ""), "");
     let (start, pieces) = krl_pieces(&out);
     // seven digits of a metre
-    check(&KRL, start, &pieces, 8e-4);
+    check(&KRL, start, &pieces, 8e-4, 0.0);
     assert!(out.lines().filter(|l| l.starts_with("CIRC")).all(|l| l.ends_with(" C_DIS")), "{out}\n{said}");
     // the words of the program's own arc stay, and its numbers but for the changed ones
     assert!(out.contains(",A 0.0,B 180.0,C 0.0} C_DIS\r\nEND") || out.contains("} C_DIS\r\nEND"), "{out}");
@@ -246,7 +261,7 @@ fn a_movec_becomes_several_on_its_circle() {
         if l.starts_with("MoveC") { (Some(n[0]), n[1]) } else { (None, n[0]) }
     };
     let pieces: Vec<Piece> = lines[1..].iter().map(piece).collect();
-    check(&RAPID, piece(&lines[0]).1, &pieces, DIGITS_MM);
+    check(&RAPID, piece(&lines[0]).1, &pieces, DIGITS_MM, 0.04f64.to_degrees());
     // ABB (RAPID Instructions, MoveC): the angle between CirPoint and ToPoint, seen from the start, is at least 1 deg
     for (start, (via, end)) in std::iter::once(piece(&lines[0]).1).chain(pieces.iter().map(|p| p.1)).zip(&pieces) {
         let Some(via) = via else { continue };
@@ -288,7 +303,7 @@ fn a_movec_of_urscript_becomes_several_on_its_circle() {
     let (out, said) = rewritten("universal-robots-ur10.yaml", joint, "arcs.script", &program(", mode=0"), "");
     let all = pieces(&out);
     assert!(all.len() > 2, "{out}\n{said}");
-    check(&UR, all[0].1, &all[1..], DIGITS_MM);
+    check(&UR, all[0].1, &all[1..], DIGITS_MM, 0.0);
     assert!(out.lines().filter(|l| l.contains("movec")).all(|l| l.ends_with(", mode=0)")), "{out}");
     // the tool turns with the tangent
     let (out, said) = rewritten("universal-robots-ur10.yaml", joint, "arcs.script", &program(", mode=1"), "");

@@ -1,7 +1,8 @@
 //! An arc through three points as several: the points on the way of its pieces.
 //!
 //! Where joints turn inside an arc, it is parted there, and after the short piece in which their step is spread. Each piece goes
-//! through the place in its middle on the arc as it was, moved by the mean of the offsets at its ends. No piece is shorter than a
+//! through the place in its middle on the arc as it was (of a short piece of RAPID nearer to its start: [`LeastArc`]), moved by the offset between
+//! those at its ends. No piece is shorter than a
 //! controller needs to tell its circle: the point that parts it goes on along the arc, where a step then takes that much longer;
 //! where there is no room the goal alone carries the step.
 //!
@@ -11,7 +12,7 @@
 use super::edits::Unplaced;
 use super::run::{Role, Run, Vertex};
 use super::way::Line;
-use crate::program::script::{Edit, EditRef, Edits, Goal, Move, NewPoint, PathKind, Script, StepKind};
+use crate::program::script::{Edit, EditRef, Edits, Goal, LeastArc, Move, NewPoint, PathKind, Script, StepKind};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
@@ -24,15 +25,15 @@ const DIGITS_M: f64 = 3e-6;
 const TOGETHER: f64 = 3.0;
 
 /// Parts the arc of `edit` at its new points: their places, and those on the way of the pieces. `start`: joints where the arc
-/// starts, with their offset; `goal` and `own`: where it ends, with and without; `least_rad`: least angle of a piece. Returns how many
+/// starts, with their offset; `goal` and `own`: where it ends, with and without; `least`: least angles of a piece. Returns how many
 /// points found no place.
-pub fn split(line: &Line, start: Option<&[f64]>, [goal, own]: [&[f64]; 2], least_rad: f64, edit: &mut Edit) -> u64 {
+pub fn split(line: &Line, start: Option<&[f64]>, [goal, own]: [&[f64]; 2], least: LeastArc, edit: &mut Edit) -> u64 {
     let before = edit.before.len() as u64;
     let parted = line.arc().and_then(|size| {
-        let points = places(line, size, least_rad, &edit.before)?;
+        let points = places(line, size, least.whole_rad, &edit.before)?;
         let from = line.at(0.0)?;
         let [start, end] = [less(start?, &from), less(goal, own)];
-        let vias = vias(line, &start, &points, &end)?;
+        let vias = vias(line, least, &start, &points, &end)?;
         Some((points, vias))
     });
     match parted {
@@ -87,8 +88,9 @@ fn moved(line: &Line, point: &NewPoint, share: f64) -> Option<NewPoint> {
 }
 
 /// Joints at the points on the way of the pieces that end at `points` and at the goal, one each; `start` and `end`: offsets of the ends.
-fn vias(line: &Line, start: &[f64], points: &[NewPoint], end: &[f64]) -> Option<Vec<Vec<f64>>> {
+fn vias(line: &Line, least: LeastArc, start: &[f64], points: &[NewPoint], end: &[f64]) -> Option<Vec<Vec<f64>>> {
     let mut share = 0.0;
+    let angle = line.arc().map_or(f64::INFINITY, |[_, angle]| angle);
     let mut offset = start.to_vec();
     let mut out = Vec::with_capacity(points.len() + 1);
     for (n, to) in points.iter().map(|p| p.share).chain([1.0]).enumerate() {
@@ -97,7 +99,8 @@ fn vias(line: &Line, start: &[f64], points: &[NewPoint], end: &[f64]) -> Option<
             None => end.to_vec(),
         };
         // the point of a whole arc stays where it stands on it
-        let part = if points.is_empty() { line.via_share()? } else { 0.5 };
+        let middle = |piece_rad: f64| (1.0 - least.after_via_rad / piece_rad).clamp(0.0, 0.5);
+        let part = if points.is_empty() { line.via_share()? } else { middle((to - share) * angle) };
         out.push(line.at(share + part * (to - share))?);
         let moved = offset.iter().zip(&following).map(|(a, b)| (1.0 - part) * a + part * b);
         out.last_mut()?.iter_mut().zip(moved).for_each(|(q, by)| *q += by);
@@ -111,7 +114,7 @@ fn less(a: &[f64], b: &[f64]) -> Vec<f64> {
 }
 
 /// What is left of the edits of arcs once it is known which offsets can be written; see the module. `joints`: the edits before they became
-/// poses. New points that go are `unplaced`.
+/// poses. New points that go are `unplaced`; `least`: as for [`split`].
 pub fn settle(
     script: &Script,
     runs: &[Run],
@@ -119,13 +122,14 @@ pub fn settle(
     edits: &mut Edits,
     left: &mut BTreeMap<usize, String>,
     unplaced: &mut Unplaced,
+    least: LeastArc,
 ) {
     for run in runs {
         let goals: Vec<&Vertex> = run.vertices.iter().filter(|v| v.role == Role::Goal).collect();
         // what goes may bend the arc before
         while let Some(k) = (1..goals.len()).find(|&k| {
             let arc = Arc::of(script, run, [goals[k - 1], goals[k]]);
-            arc.is_some_and(|arc| !arc.settled(joints, edits))
+            arc.is_some_and(|arc| !arc.settled(joints, edits, least))
         }) {
             let ends = [goals[k - 1].step, goals[k].step];
             let mut points = 0;
@@ -180,7 +184,7 @@ impl<'a> Arc<'a> {
     }
 
     /// Moves the points on its way with its ends. `false`: as it would be written it leaves the program's arc.
-    fn settled(&self, joints: &Edits, edits: &mut Edits) -> bool {
+    fn settled(&self, joints: &Edits, edits: &mut Edits, least: LeastArc) -> bool {
         let step = self.ends[1].step;
         let [start, end] = [self.offset(joints, 0), self.offset(joints, 1)];
         let points = joints.steps.get(step).map_or(&[][..], |e| e.before);
@@ -189,7 +193,9 @@ impl<'a> Arc<'a> {
             return true;
         }
         let open = self.m.closed.is_none() && self.ends[1].editable;
-        let (Some(vias), Some(own)) = (vias(self.line, &start, points, &end), self.own_via()) else { return false };
+        let (Some(vias), Some(own)) = (vias(self.line, least, &start, points, &end), self.own_via()) else {
+            return false;
+        };
         let written: Vec<_> = vias.iter().map(|q| if open { self.line.tcp_m(q) } else { own }).collect();
         if !self.stays(&start, points, &end, &written) {
             return false;

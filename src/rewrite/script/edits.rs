@@ -154,7 +154,7 @@ fn step(
         edit.goal = Some(end.q.to_vec());
     }
     if let Some(line) = arc.filter(|_| !edit.before.is_empty()) {
-        let whole = arcs::split(line, before, [end.q, &vertex.q], document.least_arc_rad(), &mut edit);
+        let whole = arcs::split(line, before, [end.q, &vertex.q], document.least_arc(), &mut edit);
         unplaced.lose(script, vertex.step, whole);
     }
     let points = edit.before.len() as u64;

@@ -189,7 +189,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         let mut in_joints = edits.clone();
         poses::write(script, &runs, &mut edits, &mut left, &mut unplaced);
         edits::keep_written(&mut in_joints, &edits);
-        arcs::settle(script, &runs, &mut in_joints, &mut edits, &mut left, &mut unplaced);
+        arcs::settle(script, &runs, &mut in_joints, &mut edits, &mut left, &mut unplaced, document.least_arc());
         change::of_edits(script, &runs, &in_joints, task.robot, task.listed)
     } else {
         change::of_edits(script, &runs, &edits, task.robot, task.listed)

@@ -73,6 +73,15 @@ pub trait Format: Sync {
     fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>>;
 }
 
+/// Least angles of an arc through three points, rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LeastArc {
+    /// From its start to its end.
+    pub whole_rad: f64,
+    /// From the point on its way to its end. That point stands in the middle where this leaves it there, else nearer to the start.
+    pub after_via_rad: f64,
+}
+
 /// A program that has been read.
 pub trait Document: Send + Sync {
     /// What the program does, step by step.
@@ -95,9 +104,9 @@ pub trait Document: Send + Sync {
     fn passes_points(&self) -> bool {
         false
     }
-    /// Least angle of an arc through three points of which the second stands in its middle, rad: controllers refuse points too close.
-    fn least_arc_rad(&self) -> f64 {
-        0.04
+    /// How short an arc through three points may be: controllers refuse points too close.
+    fn least_arc(&self) -> LeastArc {
+        LeastArc { whole_rad: 0.04, after_via_rad: 0.0 }
     }
     /// Joints (rad or m) at a share of the way to the goal of a step, where the format alone knows the way: on an arc. `None`:
     /// straight, or not known.
