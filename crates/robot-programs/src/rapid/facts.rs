@@ -10,7 +10,7 @@ use super::project::LeftOut;
 use super::read::{Decl, Item, ItemKind, Parsed, Span, Storage};
 use super::words::{self, Leads};
 use crate::script::Text;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// What the text does with a declaration beyond moving to it.
 #[derive(Debug, Clone, Default)]
@@ -41,12 +41,21 @@ pub struct Facts<'a> {
     /// Values are set by names that are computed (`SetDataVal`).
     sets_by_name: bool,
     left_out: &'a LeftOut,
+    /// Names that the text may set, declared here or not; `None`: not asked for.
+    touched: Option<HashSet<String>>,
 }
 
 impl<'a> Facts<'a> {
-    /// `goals`: per item the token of the name that a move leads to, which is no reading of its value.
-    pub fn new(text: &'a Text, p: &'a Parsed, left_out: &'a LeftOut, goals: &[Option<usize>]) -> Self {
-        let mut f = Self {
+    /// Names that a text may set by an assignment or by passing them on, whoever declares them.
+    pub fn touched(text: &Text, p: &Parsed) -> HashSet<String> {
+        let alone = LeftOut::default();
+        let mut f = Facts { touched: Some(HashSet::new()), ..Facts::none(text, p, &alone) };
+        f.mark_all(&vec![None; p.items.len()]);
+        f.touched.unwrap_or_default()
+    }
+
+    fn none(text: &'a Text, p: &'a Parsed, left_out: &'a LeftOut) -> Self {
+        Self {
             text,
             p,
             states: vec![State::default(); p.decls.len()],
@@ -55,7 +64,13 @@ impl<'a> Facts<'a> {
             has_main: p.routines.iter().any(|r| r.name == "main"),
             sets_by_name: p.words.different().any(|w| w == "setdataval" || w == "setalldataval"),
             left_out,
-        };
+            touched: None,
+        }
+    }
+
+    /// `goals`: per item the token of the name that a move leads to, which is no reading of its value.
+    pub fn new(text: &'a Text, p: &'a Parsed, left_out: &'a LeftOut, goals: &[Option<usize>]) -> Self {
+        let mut f = Self::none(text, p, left_out);
         for (k, d) in p.decls.iter().enumerate() {
             let scope = match d.routine {
                 Some(r) => Scope::Routine(r),
@@ -68,16 +83,28 @@ impl<'a> Facts<'a> {
                 f.states[k].read |= left_out.names(&d.name).is_some();
             }
         }
+        f.mark_all(goals);
+        f.find_moving();
+        f
+    }
+
+    fn mark_all(&mut self, goals: &[Option<usize>]) {
+        let p = self.p;
         for (item, goal) in p.items.iter().zip(goals) {
-            f.mark(item, *goal);
+            self.mark(item, *goal);
         }
         for d in &p.decls {
             if let Some(value) = &d.value {
-                f.mark_span(value.clone(), (d.routine, d.module), None, None);
+                self.mark_span(value.clone(), (d.routine, d.module), None, None);
             }
         }
-        f.find_moving();
-        f
+    }
+
+    fn touch(&mut self, token: usize) {
+        let word = self.word(token);
+        if let Some(touched) = self.touched.as_mut().filter(|t| !t.contains(word)) {
+            touched.insert(word.to_string());
+        }
     }
 
     fn enter(&mut self, scope: Scope, k: usize) {
@@ -108,6 +135,7 @@ impl<'a> Facts<'a> {
         let first = item.span.start;
         match item.kind {
             ItemKind::Assign => {
+                self.touch(first);
                 if let Some(d) = self.resolve(self.word(first), place.0, place.1) {
                     let why = format!("`{}` is assigned", self.shown(d));
                     self.states[d].changed.get_or_insert(why);
@@ -153,9 +181,12 @@ impl<'a> Facts<'a> {
                     if matches!(before, Some(Kind::Mark(b'.' | b'\\'))) {
                         continue;
                     }
+                    let by = callees.iter().rev().find_map(|c| *c).or(callee);
+                    if by.is_some() {
+                        self.touch(i);
+                    }
                     let Some(d) = self.resolve(self.word(i), place.0, place.1) else { continue };
                     self.states[d].read = true;
-                    let by = callees.iter().rev().find_map(|c| *c).or(callee);
                     if let Some(by) = by
                         && self.p.decls[d].storage != Storage::Const
                     {
@@ -203,7 +234,7 @@ impl<'a> Facts<'a> {
         if decl.routine.is_some() || decl.local {
             return Ok(());
         }
-        if let Some(why) = self.left_out.sets(&decl.name) {
+        if let Some(why) = self.left_out.sets(&decl.name, &value_of(self.text, self.p, decl)) {
             return Err(format!("`{}` is global and not constant: {why}", shown()));
         }
         if self.has_main {
@@ -258,6 +289,12 @@ impl<'a> Facts<'a> {
             }
         }
     }
+}
+
+/// The declared value as it is written, without blanks; empty: none.
+pub fn value_of(text: &Text, p: &Parsed, d: &Decl) -> Vec<u8> {
+    let tokens = d.value.clone().and_then(|span| p.tokens.get(span)).unwrap_or_default();
+    tokens.iter().flat_map(|t| text.slice(t.start()..t.end()).iter().chain(b" ")).copied().collect()
 }
 
 /// Names of the procedures and functions that an item calls, in lower case.

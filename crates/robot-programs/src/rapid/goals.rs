@@ -351,7 +351,7 @@ impl Builder<'_> {
             return Frame::Null;
         }
         let name = self.shown(value.start);
-        let Some(node) = self.node(&value, item) else { return Frame::Named(name) };
+        let Some(node) = self.known_data(&value, item) else { return Frame::Named(name) };
         // [robhold, ufprog, ufmec, [user frame], [object frame]]
         let flag = |k: usize| match node.get(k) {
             Some(Node::Other(b)) => Some(self.f.text.slice(b.clone()).eq_ignore_ascii_case(b"true")),
@@ -375,7 +375,7 @@ impl Builder<'_> {
         }
         let name = self.shown(arg.span.start);
         // [robhold, [[x,y,z],[q1..q4]], load]
-        let Some(node) = self.node(&arg.span, item) else { return Frame::Named(name) };
+        let Some(node) = self.known_data(&arg.span, item) else { return Frame::Named(name) };
         let held = match node.get(0) {
             Some(Node::Other(b)) => self.f.text.slice(b.clone()).eq_ignore_ascii_case(b"true"),
             _ => return Frame::Named(name),

@@ -5,14 +5,15 @@
 //! `SYSMOD` where it stands in one of them), of which a `.pgf` that names the module names the others, too. A file that declares a
 //! global name again, or a second `main`, is of another task and left out. Where nothing tells which of several `main` is the
 //! module's own, or that the files of the folder are of one task at all, none of them is taken. A global variable that a file which is left out
-//! names may be set there. What is found there is read and never written.
+//! assigns, passes on or declares with another value may be another at run time. What is found there is read and never written.
 
 use super::arguments::motion_of;
+use super::facts::{Facts, value_of};
 use super::lex;
 use super::read::{self, Parsed, Storage};
 use crate::files::{Folders, of_folder};
 use crate::script::{At, Text};
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -85,6 +86,10 @@ pub struct LeftOut {
 struct Said {
     /// Its words in lower case, less what it declares for its own task alone.
     words: HashSet<String>,
+    /// Names that it may set; `None`: all its words, it is no RAPID.
+    sets: Option<HashSet<String>>,
+    /// Its global PERS with their values: of the same PERS in two tasks there is one value.
+    shared: HashMap<String, Vec<u8>>,
     /// It sets data by names that are computed.
     by_name: bool,
 }
@@ -95,15 +100,18 @@ impl Said {
         let words = text.bytes.split(|b| !is_word(b)).filter(|w| !w.is_empty());
         let mut words: HashSet<String> = words.map(|w| String::from_utf8_lossy(w).to_ascii_lowercase()).collect();
         let by_name = words.contains("setdataval") || words.contains("setalldataval");
-        // of the same PERS in two tasks there is one value
+        let (mut sets, mut shared) = (None, HashMap::new());
         if let Ok(p) = lex::lex(text).and_then(|l| read::parse(text, l)) {
             let alone = p.modules.len() == 1;
             let own = |d: &&read::Decl| d.routine.is_none() && d.storage != Storage::Pers && (alone || !d.local);
             for d in p.decls.iter().filter(own) {
                 words.remove(&d.name);
             }
+            sets = Some(Facts::touched(text, &p));
+            let persistent = |d: &&read::Decl| d.routine.is_none() && d.storage == Storage::Pers && !d.local;
+            shared = p.decls.iter().filter(persistent).map(|d| (d.name.clone(), value_of(text, &p, d))).collect();
         }
-        Self { words, by_name }
+        Self { words, sets, shared, by_name }
     }
 }
 
@@ -118,13 +126,19 @@ impl LeftOut {
         self.read().find(|(_, said)| !name.is_ascii() || said.words.contains(name)).map(|(file, _)| file.name.as_str())
     }
 
-    /// Why the value of a global name that is no constant is not certain.
-    pub fn sets(&self, name: &str) -> Option<String> {
-        if let Some(file) = self.names(name) {
-            return Some(format!("{file} names it, which may set it"));
+    /// Why the value of a global name that is no constant is not certain; `value`: as the module declares it.
+    pub fn sets(&self, name: &str, value: &[u8]) -> Option<String> {
+        let names = |said: &Said| !name.is_ascii() || said.words.contains(name);
+        for (file, said) in self.read().filter(|(_, said)| names(said)) {
+            if said.sets.as_ref().is_none_or(|sets| !name.is_ascii() || sets.contains(name)) {
+                return Some(format!("{} may set it", file.name));
+            }
+            if said.shared.get(name).is_some_and(|own| own != value) {
+                return Some(format!("{} declares it with another value", file.name));
+            }
         }
         let unread = self.files.iter().find(|t| t.bytes.is_empty());
-        unread.map(|t| format!("{} is not read, which may set it", t.name)).or_else(|| self.by_name())
+        unread.map(|t| format!("{} is not read, and may set it", t.name)).or_else(|| self.by_name())
     }
 
     /// Why any name may be set.

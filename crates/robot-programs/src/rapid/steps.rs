@@ -260,6 +260,18 @@ impl Builder<'_> {
         value::aggregate(self.f.text, &p.tokens, span.clone())
     }
 
+    /// The value of work object or tool data; where the text declares it and its value is not certain, a note says why.
+    pub fn known_data(&mut self, span: &Span, item: &Item) -> Option<Node> {
+        let node = self.node(span, item);
+        if node.is_none()
+            && let Some(d) = self.f.resolve(self.f.word(span.start), Some(item.routine), item.module)
+            && let Err(why) = self.f.certain(d)
+        {
+            self.note(self.f.p.decls[d].at, why);
+        }
+        node
+    }
+
     pub fn declared(&mut self, d: usize) -> Option<Node> {
         let (p, text) = (self.f.p, self.f.text);
         let parse = || {

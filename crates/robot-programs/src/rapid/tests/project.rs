@@ -169,3 +169,38 @@ fn a_file_that_is_left_out_may_set_what_it_names() {
         module("other", &format!("VAR jointtarget jG:=[[1,2,3,4,5,6],{E}];\nPROC main()\njG:=CJointT();\nENDPROC"));
     assert_eq!(why(folder("", &own("VAR"), &[&other]).as_ref(), 0), "known");
 }
+
+#[test]
+fn a_copy_of_the_program_beside_it_takes_no_frame_away() {
+    let data = "PERS tooldata tT:=[TRUE,[[60,0,40],[1,0,0,0]],[1,[0,0,50],[1,0,0,0],0,0,0]];\n\
+                PERS wobjdata wF:=[FALSE,TRUE,\"\",[[0,0,100],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];";
+    let own = |main: &str, data: &str| {
+        format!(
+            "MODULE own\n{data}\nCONST robtarget p1:=[[600,0,700],[0,0,1,0],[0,0,0,0],{E}];\nPROC {main}()\n\
+             MoveL p1,v100,fine,tT\\WObj:=wF;\nENDPROC\nENDMODULE\n"
+        )
+    };
+    let known = |others: &[&str]| {
+        let d = folder("", &own("main", data), others);
+        let Some(StepKind::Move(m)) = d.script().steps.iter().map(|s| &s.kind).find(|k| matches!(k, StepKind::Move(_)))
+        else {
+            panic!()
+        };
+        let Goal::Pose(goal) = &m.goal else { panic!() };
+        let given = |f: &Frame| matches!(f, Frame::Given(_));
+        let why = d.script().notes.iter().map(|n| n.text.clone()).collect::<Vec<_>>().join("; ");
+        (given(&goal.tool) && given(&goal.frame), why)
+    };
+    assert!(known(&[]).0);
+    assert!(known(&[&own("main", data), &own("work", data)]).0, "a copy, and a module with the same data");
+    let other = own("work", &data.replace("[60,0,40]", "[60,0,41]"));
+    let (is_known, why) = known(&[&other]);
+    assert!(!is_known && why.contains("`tT` is global and not constant: m1.mod declares it with another value"), "{why}");
+    for set in ["tT:=tool0;", "tT.tframe.trans.x:=5;", "adjust tT;", "x:=f(tT);", "PDispOn Pose(tT),p1,tool0;"] {
+        let sets = own("work", data).replace("MoveL", &format!("{set}\nMoveL"));
+        assert!(!known(&[&sets]).0, "{set}");
+    }
+    // a routine that only goes there
+    let goes = own("work", "").replace("p1", "p2");
+    assert!(known(&[&goes]).0);
+}
