@@ -11,7 +11,7 @@ use super::offset::Offset;
 use super::path::{Path, between};
 use super::plan::{Clock, Plan};
 use super::refusal::Refusal;
-use super::stats::RewriteStats;
+use super::stats::{RewriteStats, UncheckedRates};
 use super::turning::Turning;
 use super::{Options, Origin, OutputPoints, Points, Refine};
 use crate::compensator::Compensator;
@@ -51,6 +51,14 @@ const MOST_AXES: usize = 64;
 /// A difference that the way to the gears and back makes, rad or m.
 const NOTHING: f64 = 1e-13;
 
+/// Whether the change at the TCP is looked at here: at all points of a program that people read, and at some of a dense one.
+fn changes_here(origin: Origin) -> bool {
+    match origin {
+        Origin::Point(n) => n < CHANGES_ALL || n % CHANGE_EVERY as u64 == 0,
+        Origin::Inserted { .. } => true,
+    }
+}
+
 /// Of the sorted places of a leg that lasts `leg_s` those that a controller can tell apart: the last of each interpolation cycle,
 /// so that no step ends before its joint can do it. Steps of several joints that end a little apart become one point.
 fn one_of_each_cycle(shares: &mut Vec<f64>, leg_s: Option<f64>) {
@@ -84,6 +92,10 @@ fn from_gears(robot: &Robot, nominal: &mut VecDeque<Vec<f64>>, row: &mut [f64], 
         }
     }
 }
+
+/// The change at the TCP is looked at in all points up to this number, and in one of so many after it.
+const CHANGES_ALL: u64 = 4096;
+const CHANGE_EVERY: usize = 64;
 
 impl<'a> Engine<'a> {
     /// Prepares a rewrite. A friction offset that fades in seconds needs times or [`Options::tcp_speed_m_s`]; the first
@@ -235,16 +247,14 @@ impl<'a> Engine<'a> {
         }
     }
 
-    fn unchecked_rates(&self) -> Option<&'static str> {
+    fn unchecked_rates(&self) -> Option<UncheckedRates> {
         let legs = self.options.legs_s.as_deref();
         let known = |legs: &[f64]| legs.iter().all(|s| s.is_finite());
         let clocked = self.timed == Some(true) || self.options.tcp_speed_m_s.is_some() || legs.is_some_and(known);
         match (self.limits.any_rate(), clocked) {
-            (false, _) => Some("the robot file gives no largest speeds (max_speed, max_accel)"),
-            (true, false) if legs.is_some_and(|l| l.iter().any(|s| *s > 0.0)) => {
-                Some("the speeds of some moves are not known (a TCP speed of your choice gives one)")
-            }
-            (true, false) => Some("the program gives no times and no speeds (a TCP speed of your choice gives one)"),
+            (false, _) => Some(UncheckedRates::NoLimits),
+            (true, false) if legs.is_some_and(|l| l.iter().any(|s| *s > 0.0)) => Some(UncheckedRates::SomeSpeeds),
+            (true, false) => Some(UncheckedRates::NoTimes),
             (true, true) => None,
         }
     }
@@ -282,6 +292,19 @@ impl<'a> Engine<'a> {
         self.path.release(settled);
     }
 
+    /// Distance of the TCP between two rows of what the gears turn, m.
+    fn change_m(&self, command: &[f64], given: &[f64]) -> f64 {
+        let tcp = |q: &[f64]| {
+            if !self.robot.has_sums() {
+                return self.robot.tcp_m(q);
+            }
+            let mut q = q.to_vec();
+            self.robot.from_gears(&mut q);
+            self.robot.tcp_m(&q)
+        };
+        (tcp(command) - tcp(given)).norm()
+    }
+
     /// Vertices `from..to`, between which no offset changes.
     fn emit_run(&mut self, from: usize, to: usize, out: &mut OutputPoints) {
         let timed = self.timed == Some(true);
@@ -301,16 +324,14 @@ impl<'a> Engine<'a> {
         if self.options.refine != Refine::None {
             for k in from..to {
                 if let Some(given) = self.path.given(k) {
-                    let tcp = |q: &[f64]| {
-                        let mut q = q.to_vec();
-                        if self.robot.has_sums() {
-                            self.robot.from_gears(&mut q);
-                        }
-                        self.robot.tcp_m(&q)
-                    };
-                    let change = (tcp(self.path.c(k)) - tcp(given)).norm();
-                    self.stats.largest_change_m = self.stats.largest_change_m.max(change);
+                    self.stats.largest_change_m = self.stats.largest_change_m.max(self.change_m(self.path.c(k), given));
                 }
+            }
+        } else {
+            // no offset changes here: the ends, and some places between for the lever
+            for k in (from..to).filter(|k| *k == from || k + 1 == to || (k - from) % CHANGE_EVERY == 0) {
+                self.stats.largest_change_m =
+                    self.stats.largest_change_m.max(self.change_m(self.path.c(k), self.path.q(k)));
             }
         }
         if self.densify.is_some() {
@@ -406,6 +427,9 @@ impl<'a> Engine<'a> {
                 self.robot.from_gears(&mut given);
             }
             let change = (self.robot.tcp_m(&out.q[at..]) - self.robot.tcp_m(&given)).norm();
+            self.stats.largest_change_m = self.stats.largest_change_m.max(change);
+        } else if changes_here(origin) {
+            let change = (self.robot.tcp_m(&out.q[at..]) - self.robot.tcp_m(&self.own)).norm();
             self.stats.largest_change_m = self.stats.largest_change_m.max(change);
         }
         let timed = self.timed == Some(true);

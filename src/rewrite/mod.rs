@@ -64,4 +64,4 @@ pub use engine::Engine;
 pub use options::{Options, Refine};
 pub use points::{Origin, OutputPoints, Points};
 pub use refusal::Refusal;
-pub use stats::{LimitKind, RewriteStats, Violation};
+pub use stats::{LimitKind, RewriteStats, UncheckedRates, Violation};

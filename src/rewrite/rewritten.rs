@@ -5,7 +5,8 @@
 //! - *Steps.* After a reversal of an axis there is a point on the straight way between two others (its share of the way is the same
 //!   in all axes that do not turn there), at which the reversing axis alone stands off that way, by the very step of the
 //!   compensator: both half gaps and what friction is left. Where no other axis moves, the share itself must be the one that a
-//!   rewrite chooses, and must fit better with the step than without it.
+//!   rewrite chooses, and must fit better with the step than without it. Where all axes turn at once, they must agree on the share
+//!   with their steps taken off, and not without.
 //!   Where points are dense the step is no point more but a leap among small steps.
 //! - *Digits.* Where new points had no place, targets carry their offset all the same: less that offset, the numbers become rounder,
 //!   all of them; those of a program as it was become longer.
@@ -79,10 +80,15 @@ pub struct Evidence {
 impl Evidence {
     /// Adds a stretch in which each row follows the one before it.
     pub fn add(&mut self, rows: Rows, digits: &[Digits], compensator: &Compensator, step_fraction: f64) {
-        for joint in compensator.joints.iter().filter(|j| j.axis < rows.axes) {
-            let offset = Offset::new(joint);
-            let Some(digit) = digits.get(joint.axis).filter(|_| has_step(joint)) else { continue };
-            let column = Column { rows, axis: joint.axis, offset: &offset, digits, digit: *digit, step_fraction };
+        let mut offsets: Vec<Option<Offset>> = (0..rows.axes).map(|_| None).collect();
+        for joint in compensator.joints.iter().filter(|j| has_step(j)) {
+            if let Some(place) = offsets.get_mut(joint.axis) {
+                *place = Some(Offset::new(joint));
+            }
+        }
+        for (axis, offset) in offsets.iter().enumerate() {
+            let (Some(offset), Some(digit)) = (offset, digits.get(axis)) else { continue };
+            let column = Column { rows, axis, offset, offsets: &offsets, digits, digit: *digit, step_fraction };
             self.steps(&column);
             self.roundness(&column);
         }
@@ -165,6 +171,8 @@ struct Column<'a> {
     rows: Rows<'a>,
     axis: usize,
     offset: &'a Offset,
+    /// Of every axis that has a step.
+    offsets: &'a [Option<Offset>],
     digits: &'a [Digits],
     digit: Digits,
     step_fraction: f64,
@@ -271,10 +279,44 @@ impl Column<'_> {
             }
             shares.push((share, off));
         }
-        let Some(&(share, off)) = shares.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { return Share::Unknown };
+        let Some(&(share, off)) = shares.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else {
+            return self.share_of_turning(i, j, k);
+        };
         // an axis with a step of its own on this way is off it; most are not
         let straight = shares.iter().filter(|(s, o)| (s - share).abs() <= o + off).count();
         if 2 * straight > shares.len() { Share::Measured(share, off) } else { Share::Bent }
+    }
+
+    /// The same where all axes that move turn at `i`: the share on which at least two others agree with their steps taken off, and
+    /// do not as they stand.
+    fn share_of_turning(&self, i: usize, j: usize, k: usize) -> Share {
+        let mut shares: Vec<[f64; 3]> = Vec::new();
+        for axis in (0..self.rows.axes).filter(|a| *a != self.axis) {
+            let (Some(digit), Some(Some(offset))) = (self.digits.get(axis).map(|d| d.last), self.offsets.get(axis))
+            else {
+                continue;
+            };
+            let (a, b, c) = (self.at(i, axis), self.at(j, axis), self.at(k, axis));
+            // less the offsets of both ends: on the way that the program had
+            let dir = (c - a).signum();
+            let plain = |v: f64| v - a - dir * (offset.gap(-dir as i8, a) + offset.gap(dir as i8, v));
+            if (c - a).abs() < TELLING * digit || dir * plain(c) < TELLING * digit {
+                continue;
+            }
+            let off = 2.0 * ROUNDED * digit / plain(c).abs();
+            shares.push([plain(b) / plain(c), (b - a) / (c - a), off]);
+        }
+        let agree = |n: usize| {
+            let apart = |[x, y]: [&[f64; 3]; 2]| (x[n] - y[n]).abs() <= x[2] + y[2];
+            shares.iter().all(|x| shares.iter().all(|y| apart([x, y])))
+        };
+        let best = shares.iter().min_by(|a, b| a[2].total_cmp(&b[2]));
+        match best {
+            Some([share, _, off]) if shares.len() > 1 && agree(0) && !agree(1) && *share > 0.0 => {
+                Share::Measured(*share, *off)
+            }
+            _ => Share::Unknown,
+        }
     }
 
     /// Decimals that a value needs, but for rounding.
@@ -420,5 +462,37 @@ mod tests {
         assert!(looks_rewritten(&program(b), &compensator(b)));
         assert!(!looks_rewritten(&program(0.0), &compensator(b)));
         assert!(!looks_rewritten(&program(0.00137), &compensator(b)), "another offset");
+    }
+
+    /// Three axes that all turn at every target.
+    #[test]
+    fn where_all_axes_turn_at_once_their_steps_agree_on_the_share() {
+        let b = [3.5e-4, 6e-4, 2e-4];
+        let joint = |axis: usize| {
+            let gap = GapCurve::Constant(b[axis]);
+            let backlash = Some(BacklashOffset { positive: gap.clone(), negative: gap });
+            JointCompensator { axis, backlash, friction: None }
+        };
+        let compensator = Compensator { joints: (0..3).map(joint).collect(), ..compensator(0.0) };
+        let program = |gain: f64, share: f64| -> Vec<f64> {
+            let (low, high) = ([0.1, 0.2, -0.3], [0.9, 0.5, 0.4]);
+            let mut q = Vec::new();
+            for k in 0..4 {
+                let (from, to, d) = if k % 2 == 0 { (low, high, 1.0) } else { (high, low, -1.0) };
+                q.extend((0..3).map(|a| from[a] - d * gain * b[a]));
+                q.extend((0..3).map(|a| from[a] + share * (to[a] - from[a]) + d * gain * b[a]));
+            }
+            q.iter().map(|v: &f64| (v * 1e6).round() / 1e6).collect()
+        };
+        let is_rewritten = |q: Vec<f64>| {
+            let mut evidence = Evidence::default();
+            evidence.add(Rows { q: &q, axes: 3 }, &[Digits { last: 1e-6, unit: 1.0 }; 3], &compensator, 0.1);
+            evidence.is_rewritten()
+        };
+        for share in [0.013, 0.1, 0.25] {
+            assert!(is_rewritten(program(1.0, share)), "{share}");
+            assert!(!is_rewritten(program(0.0, share)), "as it was: {share}");
+        }
+        assert!(!is_rewritten(program(0.4, 0.013)), "another gain");
     }
 }

@@ -2,6 +2,33 @@
 
 use super::Origin;
 
+/// Why limits of speed and acceleration could not be checked everywhere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum UncheckedRates {
+    /// The robot file gives no largest speeds.
+    NoLimits,
+    /// The speeds of some moves are not known.
+    SomeSpeeds,
+    /// The program gives no times and no speeds.
+    NoTimes,
+}
+
+impl UncheckedRates {
+    /// As it stands in documents and messages.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::NoLimits => "the robot file gives no largest speeds (max_speed, max_accel)",
+            Self::SomeSpeeds => "the speeds of some moves are not known",
+            Self::NoTimes => "the program gives no times and no speeds",
+        }
+    }
+
+    /// A TCP speed from the user would let them be checked.
+    pub fn wants_speed(self) -> bool {
+        self != Self::NoLimits
+    }
+}
+
 /// What a rewrite did, for the report that a user reads.
 #[derive(Debug, Clone, Default)]
 pub struct RewriteStats {
@@ -19,7 +46,7 @@ pub struct RewriteStats {
     /// Of them those of a joint's range.
     pub out_of_range: u64,
     /// Why speeds and accelerations were not checked everywhere, where they were not.
-    pub unchecked_rates: Option<&'static str>,
+    pub unchecked_rates: Option<UncheckedRates>,
     /// Duration of the program before and after, s, where it can be determined.
     pub duration_s: Option<[f64; 2]>,
     /// Largest distance of the TCP from the path that was given, m: by the offset at a reversal, and at points of a refined path.

@@ -1,5 +1,6 @@
 //! What a rewrite did, as the contract's summary line and as one JSON document.
 
+use super::UncheckedRates;
 use super::outcome::{Outcome, Vendor};
 use super::script::change::Change;
 use super::script::coverage::Reason;
@@ -220,7 +221,7 @@ pub fn document(outcome: &Outcome, robot: &Robot) -> Document {
             .duration_s
             .map(|[before, after]| BeforeAfter { before: round(before, 6), after: round(after, 6) }),
         limits_exceeded: a.violations_total,
-        rates_not_checked: a.unchecked_rates,
+        rates_not_checked: a.unchecked_rates.map(UncheckedRates::text),
         vendor: outcome.vendor.as_ref().map(|v| vendor_entries(v, robot)),
     }
 }

@@ -78,7 +78,9 @@ pub(super) enum PathError {
 
 impl Proof {
     /// For standard error.
-    pub(super) fn words(&self, of_model: bool) -> String {
+    ///
+    /// `vendor`: the program is none of joint rows, so its path is not made denser.
+    pub(super) fn words(&self, of_model: bool, vendor: bool) -> String {
         let machine =
             if of_model { "the model's machine" } else { "a machine with the compensator's gaps and friction" };
         match self {
@@ -93,14 +95,22 @@ impl Proof {
                     um(f.largest_m[0]),
                     um(f.largest_m[1])
                 );
+                let denser = if vendor { "" } else { "more points near the reversals (--refine cubic or cartesian), " };
+                let mended =
+                    format!("{denser}a step nearer to the turn (--step-fraction), or a smaller --gain, may help");
                 match verdict {
-                    Verdict::Worse if f.rms_m[1] < f.rms_m[0] => {
-                        line + "  less error on the whole, more of it at one place: look there before you run it (`assess program` shows where); \
-                                more points near the reversals (--refine cubic or cartesian), slower turns, or a smaller --gain may help\n"
+                    Verdict::Worse if f.largest_m[1] <= f.largest_m[0] && f.rms_m[1] < f.rms_m[0] => {
+                        let grows = um(f.worst_reversal_growth_m);
+                        format!(
+                            "{line}  less error on the whole, but {grows:.1} um more after one reversal: look there before you run it \
+                             (`assess program` shows where); {mended}\n"
+                        )
                     }
-                    Verdict::Worse => {
-                        line + "  do not run this program: more points near the reversals (--refine cubic or cartesian), or a smaller --gain, may help\n"
-                    }
+                    Verdict::Worse if f.rms_m[1] < f.rms_m[0] => format!(
+                        "{line}  less error on the whole, more of it at one place: look there before you run it (`assess program` shows \
+                         where); {mended}\n"
+                    ),
+                    Verdict::Worse => format!("{line}  do not run this program: {mended}\n"),
                     _ => line,
                 }
             }

@@ -63,7 +63,9 @@ pub fn format_text(outcome: &Outcome, robot: &Robot, verbosity: Verbosity) -> St
         let _ = writeln!(text, "  largest change at the TCP {:.1} um{odd}", a.largest_change_m * 1e6);
     }
     if let Some(why) = a.unchecked_rates.filter(|_| !outcome.unchanged) {
-        let _ = writeln!(text, "  not everywhere checked against limits of speed and acceleration: {why}");
+        let mended = if why.wants_speed() { " (--speed-mm-s gives one)" } else { "" };
+        let why = why.text();
+        let _ = writeln!(text, "  not everywhere checked against limits of speed and acceleration: {why}{mended}");
     }
     if let Some(duration_s) = a.duration_s {
         cycle_time_text(&mut text, outcome, duration_s);

@@ -252,7 +252,6 @@ impl Stroke {
         }
         let change = |(c, p): (&f64, f64)| (self.y0 + self.d * c - p).abs();
         let largest = work.command.iter().zip(work.nodes.iter().map(|n| n.p)).map(change).fold(0.0, f64::max);
-        stats.largest_change_m = stats.largest_change_m.max(self.lever.norm() * largest);
         stats.largest_offset[axis] = stats.largest_offset[axis].max(largest);
     }
 }

@@ -44,7 +44,7 @@ use super::{Options, Origin, OutputPoints, Points};
 use crate::compensator::Compensator;
 use crate::error::{Error, Result};
 use crate::program::script::{
-    At, Document, Edits, Format, Goal, Note, Quantity, Script, StepEdits, StepKind, TargetRef, Text, Value,
+    At, Document, Edits, Format, Goal, Note, Quantity, Script, StepEdits, StepKind, TargetRef, Text, Value, is_clone,
 };
 use crate::robot::Robot;
 use crate::robot::frames::{Frames, Missing};
@@ -337,11 +337,14 @@ fn spare(script: &Script, choices: &Choices, edits: &mut Edits) -> u64 {
     gone
 }
 
-/// By its numbers, run by run: by what the gears turn.
+/// By names that `rewrite` makes, or by its numbers, run by run: by what the gears turn.
 fn looks_rewritten(script: &Script, runs: &[Run], task: &Task, by_clock: &ByClock) -> bool {
     let axes = task.robot.dof();
     let digits: Vec<Digits> = (0..axes).map(|a| written_digits(script, a)).collect();
     let mut evidence = Evidence::default();
+    if script.targets.iter().filter_map(|t| t.name).any(is_clone) {
+        return true;
+    }
     for run in runs {
         let mut q: Vec<f64> = run.vertices.iter().flat_map(|v| v.q.iter().copied()).collect();
         q.chunks_exact_mut(axes).for_each(|row| task.robot.to_gears(row));

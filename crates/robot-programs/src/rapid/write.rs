@@ -12,7 +12,7 @@ use super::words::{self, Z0_MM};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
 use crate::script::sites::{EditRequest, Number, TargetEdit, in_place, substituted};
-use crate::script::{EditRef, Edits, Goal, Move, NewPoint, Patch, Patches, PathKind, Text, number};
+use crate::script::{CLONE, EditRef, Edits, Goal, Move, NewPoint, Patch, Patches, PathKind, Text, number};
 use std::collections::HashSet;
 use std::ops::Range;
 
@@ -138,7 +138,7 @@ impl Writer<'_> {
         let base = base.trim_end_matches('_');
         let base = if base.starts_with(|c: char| c.is_ascii_alphabetic()) { base } else { "j" };
         (1u32..)
-            .map(|n| format!("{base}_lm{n}"))
+            .map(|n| format!("{base}{CLONE}{n}"))
             .find(|name| {
                 let lower = name.to_ascii_lowercase();
                 !self.words.contains(&lower) && !words::is_reserved(&lower) && taken.insert(lower)

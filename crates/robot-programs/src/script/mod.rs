@@ -33,7 +33,7 @@ pub use pose::{PoseForm, PoseGoal, Quantity, Shift, Solution};
 use std::ops::{Deref, DerefMut, Range};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-pub use targets::{TargetRef, Targets, Values};
+pub use targets::{CLONE, TargetRef, Targets, Values, is_clone};
 pub use text::{Span, Text};
 pub use thin::Few;
 

@@ -8,6 +8,15 @@ use super::pose::PoseForm;
 use super::{At, Target, Text, Value};
 use std::collections::HashMap;
 
+/// What follows the name of a target in the name of its clone, before a number.
+pub const CLONE: &str = "_lm";
+
+/// Whether a target has the name of a clone: a program that was edited has such.
+pub fn is_clone(name: &str) -> bool {
+    let number = name.rsplit_once(CLONE).map(|(_, number)| number);
+    number.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
+}
+
 /// No number, no name.
 const NONE: u32 = u32::MAX;
 

@@ -195,7 +195,10 @@ fn a_copy_of_the_program_beside_it_takes_no_frame_away() {
     assert!(known(&[&own("main", data), &own("work", data)]).0, "a copy, and a module with the same data");
     let other = own("work", &data.replace("[60,0,40]", "[60,0,41]"));
     let (is_known, why) = known(&[&other]);
-    assert!(!is_known && why.contains("`tT` is global and not constant: m1.mod declares it with another value"), "{why}");
+    assert!(
+        !is_known && why.contains("`tT` is global and not constant: m1.mod declares it with another value"),
+        "{why}"
+    );
     for set in ["tT:=tool0;", "tT.tframe.trans.x:=5;", "adjust tT;", "x:=f(tT);", "PDispOn Pose(tT),p1,tool0;"] {
         let sets = own("work", data).replace("MoveL", &format!("{set}\nMoveL"));
         assert!(!known(&[&sets]).0, "{set}");
