@@ -42,6 +42,8 @@ const GENTLE: f64 = 20.0;
 /// A way without another axis is short up to this share, and the one after it goes on by at most this many times its length.
 const SHORT: f64 = 0.11;
 const GROWS: f64 = 2.0;
+/// Rounding of two numbers together, as a share of both half gaps (`super::digits` writes no last digit above 5 % of one).
+const COARSEST: f64 = 0.025;
 /// Fewest numbers whose roundness is a trace, and the share of them that become rounder.
 const LEAST_NUMBERS: usize = 6;
 const ROUNDER: f64 = 0.8;
@@ -303,7 +305,9 @@ impl Column<'_> {
             if (c - a).abs() < TELLING * digit || dir * plain(c) < TELLING * digit {
                 continue;
             }
-            let off = 2.0 * ROUNDED * digit / plain(c).abs();
+            // numbers of a program differ in their digits; none is coarser than this share of a gap
+            let gaps = offset.gap(1, a) + offset.gap(-1, a);
+            let off = (2.0 * ROUNDED * digit).max(COARSEST * gaps) / plain(c).abs();
             shares.push([plain(b) / plain(c), (b - a) / (c - a), off]);
         }
         let agree = |n: usize| {
