@@ -32,7 +32,7 @@ By default the friction term fades over time (`decay_s`, in seconds), which `rew
 `--form poses` writes the three numbers g, l, k_t of Zhang (2023), equation 17, instead: they count points, so they hold only for
 programs with the given spacing and speed.")]
 #[command(
-    override_usage = "lostmotion fit [OPTIONS] --robot <FILE> --gaps <FILE>... <--output <FILE>|--json>\n       lostmotion fit [OPTIONS] --robot <FILE> --previous <FILE> --log <FILE>... <--output <FILE>|--json>"
+    override_usage = "lostmotion fit [OPTIONS] --robot <FILE> --gaps <FILE>... <--output <FILE>|--json>\n       lostmotion fit [OPTIONS] --robot <FILE> --previous <FILE> --log <FILE>... --output <FILE>"
 )]
 pub struct Args {
     /// Robot file (YAML)
