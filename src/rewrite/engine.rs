@@ -54,7 +54,7 @@ const NOTHING: f64 = 1e-13;
 /// Whether the change at the TCP is looked at here: at all points of a program that people read, and at some of a dense one.
 fn changes_here(origin: Origin) -> bool {
     match origin {
-        Origin::Point(n) => n < CHANGES_ALL || n % CHANGE_EVERY as u64 == 0,
+        Origin::Point(n) => n < CHANGES_ALL || n.is_multiple_of(CHANGE_EVERY as u64),
         Origin::Inserted { .. } => true,
     }
 }
@@ -329,7 +329,7 @@ impl<'a> Engine<'a> {
             }
         } else {
             // no offset changes here: the ends, and some places between for the lever
-            for k in (from..to).filter(|k| *k == from || k + 1 == to || (k - from) % CHANGE_EVERY == 0) {
+            for k in (from..to).filter(|k| *k == from || k + 1 == to || (k - from).is_multiple_of(CHANGE_EVERY)) {
                 self.stats.largest_change_m =
                     self.stats.largest_change_m.max(self.change_m(self.path.c(k), self.path.q(k)));
             }
