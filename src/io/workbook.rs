@@ -8,7 +8,8 @@
 use super::input::{self, Input};
 use super::memory;
 use crate::error::{Error, Place, Result};
-use calamine::{Data, ExcelDateTime, Range, Reader, open_workbook_auto_from_rs};
+use calamine::{Data, ExcelDateTime, Range, Reader, Sheets, open_workbook_auto_from_rs};
+use memchr::memmem;
 use std::io::{Cursor, Read};
 
 const ZIP: &[u8] = b"PK\x03\x04";
@@ -16,6 +17,9 @@ const ZIP: &[u8] = b"PK\x03\x04";
 const COMPOUND: &[u8] = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1";
 /// Bytes that the sheets of a workbook take at most, unpacked: ten million cells and more.
 const LARGEST: u64 = 1 << 30;
+/// Cells from the first to the last that a sheet may hold, the empty ones between them included: the reader makes room for all of them,
+/// 24 bytes each.
+const MOST_CELLS: u64 = 20_000_000;
 /// Days are stored as one number, whose last digit is half a microsecond and more: finer digits would be rounding.
 const TENS_OF_MICROSECONDS_PER_DAY: f64 = 86_400e5;
 
@@ -33,6 +37,7 @@ pub fn unpacked(input: Input) -> Result<(Input, bool)> {
     };
     let mut book = open_workbook_auto_from_rs(Cursor::new(bytes.as_slice())).map_err(refused)?;
     for sheet in book.sheet_names() {
+        require_cells(&name, extent(&mut book, &sheet).map_err(refused)?)?;
         let cells = book.worksheet_range(&sheet).map_err(refused)?;
         if !cells.is_empty() {
             let bytes = text(&name, &cells)?;
@@ -56,11 +61,99 @@ fn bounded(name: &str, bytes: &[u8]) -> Result<()> {
     for i in 0..archive.len() {
         let part = archive.by_index(i).map_err(|e| damaged(&e))?;
         let left = LARGEST - total;
-        total += std::io::copy(&mut part.take(left + 1), &mut std::io::sink()).map_err(|e| damaged(&e))?;
+        // the one part of an OpenDocument sheet tells its cells by how often they are repeated
+        let repeats = part.name().is_ok_and(|n| n == "content.xml");
+        let mut part = part.take(left + 1);
+        if repeats {
+            let mut xml = Vec::new();
+            total += part.read_to_end(&mut xml).map_err(|e| damaged(&e))? as u64;
+            require_cells(name, repeated(&xml))?;
+        } else {
+            total += std::io::copy(&mut part, &mut std::io::sink()).map_err(|e| damaged(&e))?;
+        }
         memory::require_size(name, total, LARGEST)?;
     }
     // cells are held beside the text
     memory::require(name, 2 * total)
+}
+
+/// Refuses a sheet of too many cells.
+fn require_cells(name: &str, cells: u64) -> Result<()> {
+    if cells <= MOST_CELLS {
+        return Ok(());
+    }
+    let found =
+        format!("a sheet of more than {MOST_CELLS} cells from its first to its last, the empty ones between included");
+    Err(Error::bad(Place::file(name), found, "a smaller table, or CSV text"))
+}
+
+/// Cells of the rectangle that holds all cells of a sheet, as far as it is counted: two cells may stand far apart.
+fn extent<R: std::io::Read + std::io::Seek>(
+    book: &mut Sheets<R>,
+    sheet: &str,
+) -> std::result::Result<u64, calamine::Error> {
+    let (mut low, mut high) = ((u32::MAX, u32::MAX), (0, 0));
+    let mut add = |(row, column): (u32, u32)| {
+        low = (low.0.min(row), low.1.min(column));
+        high = (high.0.max(row), high.1.max(column));
+        let cells = u64::from(high.0 - low.0 + 1) * u64::from(high.1 - low.1 + 1);
+        (cells, cells > MOST_CELLS)
+    };
+    let mut cells = 0;
+    match book {
+        Sheets::Xlsx(book) => {
+            let mut reader = book.worksheet_cells_reader(sheet)?;
+            while let Some(cell) = reader.next_cell()? {
+                let (now, enough) = add(cell.get_position());
+                cells = now;
+                if enough {
+                    break;
+                }
+            }
+        }
+        Sheets::Xlsb(book) => {
+            let mut reader = book.worksheet_cells_reader(sheet)?;
+            while let Some(cell) = reader.next_cell()? {
+                let (now, enough) = add(cell.get_position());
+                cells = now;
+                if enough {
+                    break;
+                }
+            }
+        }
+        // at most 65,536 rows of 256 columns; those of OpenDocument are counted before it is read
+        Sheets::Xls(_) | Sheets::Ods(_) => {}
+    }
+    Ok(cells)
+}
+
+/// Cells that an OpenDocument sheet makes of its repeated rows and cells. Rows without a value are made no room for.
+fn repeated(xml: &[u8]) -> u64 {
+    let tags = |text: &'_ [u8], tag: &'_ [u8]| -> Vec<usize> { memmem::find_iter(text, tag).collect() };
+    let count = |text: &[u8], at: usize, attribute: &[u8]| {
+        let end = memchr::memchr(b'>', text.get(at..).unwrap_or_default()).map_or(text.len(), |k| at + k);
+        let head = text.get(at..end).unwrap_or_default();
+        let value = memmem::find(head, attribute).and_then(|k| head.get(k + attribute.len()..));
+        let digits: String =
+            value.unwrap_or_default().iter().take_while(|b| b.is_ascii_digit()).map(|b| char::from(*b)).collect();
+        (digits.parse().unwrap_or(1_u64), head.ends_with(b"/"))
+    };
+    let rows = tags(xml, b"<table:table-row");
+    let mut cells = 0_u64;
+    for (k, at) in rows.iter().enumerate() {
+        let row = xml.get(*at..rows.get(k + 1).copied().unwrap_or(xml.len())).unwrap_or_default();
+        let (times, _) = count(row, 0, b"table:number-rows-repeated=\"");
+        let (mut own, mut any) = (0_u64, false);
+        for at in tags(row, b"<table:table-cell") {
+            let (columns, empty) = count(row, at, b"table:number-columns-repeated=\"");
+            any |= !empty;
+            own = own.saturating_add(columns);
+        }
+        if any {
+            cells = cells.saturating_add(own.saturating_mul(times));
+        }
+    }
+    cells
 }
 
 /// A sheet as CSV, from row 1 on; a row without cells is a blank line.

@@ -82,3 +82,62 @@ fn simulate_and_show_take_a_sheet_as_its_csv() {
     show.arg("show").arg(data("log.xlsx")).arg("--robot").arg(gantry()).arg("--output").arg(&page).assert().success();
     assert!(std::fs::read_to_string(&page).unwrap().contains("log.xlsx"));
 }
+
+/// A part of a workbook changed, packed again.
+fn repacked(file: &str, part: &str, change: impl Fn(&str) -> String) -> Vec<u8> {
+    use std::io::{Cursor, Read, Write};
+    let mut from = zip::ZipArchive::new(Cursor::new(std::fs::read(data(file)).unwrap())).unwrap();
+    let mut to = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let mut seen = false;
+    for i in 0..from.len() {
+        let mut entry = from.by_index(i).unwrap();
+        let name = entry.name().unwrap().into_owned();
+        let mut bytes = Vec::new();
+        entry.read_to_end(&mut bytes).unwrap();
+        if name == part {
+            seen = true;
+            bytes = change(std::str::from_utf8(&bytes).unwrap()).into_bytes();
+        }
+        to.start_file(name, zip::write::SimpleFileOptions::default()).unwrap();
+        to.write_all(&bytes).unwrap();
+    }
+    assert!(seen, "{part}");
+    to.finish().unwrap().into_inner()
+}
+
+/// A few hundred bytes may ask for a table of 17,000,000,000 cells.
+#[test]
+fn a_small_workbook_of_a_huge_table_is_refused_before_room_is_made_for_it() {
+    let far = |xml: &str| {
+        let at = xml.find("</sheetData>").unwrap();
+        format!("{}<row r=\"1048576\"><c r=\"XFD1048576\"><v>1</v></c></row>{}", &xml[..at], &xml[at..])
+    };
+    let many = |xml: &str| {
+        let at = xml.find("<table:table-row").unwrap();
+        let cell = "<table:table-cell table:number-columns-repeated=\"16384\" office:value-type=\"float\" \
+                    office:value=\"1\"><text:p>1</text:p></table:table-cell>";
+        let row = format!("<table:table-row table:number-rows-repeated=\"1048000\">{cell}</table:table-row>");
+        format!("{}{row}{}", &xml[..at], &xml[at..])
+    };
+    let sheet = "xl/worksheets/sheet2.xml";
+    let folder = tempfile::tempdir().unwrap();
+    for (name, bytes) in
+        [("far.xlsx", repacked("log.xlsx", sheet, far)), ("many.ods", repacked("log.ods", "content.xml", many))]
+    {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        let out = Command::cargo_bin("lostmotion")
+            .unwrap()
+            .args(["identify", "path", "--robot"])
+            .arg(gantry())
+            .arg("--log")
+            .arg(&path)
+            .arg("--output")
+            .arg(folder.path().join("gaps.yaml"))
+            .output()
+            .unwrap();
+        let told = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(2), "{name}: {told}");
+        assert!(told.contains(name) && told.contains("20000000 cells"), "{told}");
+    }
+}
