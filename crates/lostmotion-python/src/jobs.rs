@@ -234,7 +234,7 @@ pub fn diagnose(
     let read: Vec<_> = logs.iter().map(|l| l.inner.clone()).collect();
     let done = py.detach(|| -> Result<_, Error> {
         let outcome = diagnosis::diagnose(&model, &read)?;
-        let document = diagnosis::result::document::of(&outcome);
+        let document = diagnosis::result::of(&outcome);
         let page = page::diagnose::of(&name, &outcome, &document).render();
         let found = diagnosis::model_with(&model, &outcome).to_yaml_inline()?;
         Ok((serde_json::to_string(&document).unwrap_or_default(), page, found))

@@ -9,6 +9,11 @@ pub struct Control {
     pub inch: Option<bool>,
 }
 
+/// A word that is none of G20, G21, G90 and G91, or that contradicts one before it.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}`")]
+pub struct UnknownWord(pub String);
+
 impl Control {
     /// Reads words such as `G21` and `G90`, case ignored.
     ///
@@ -19,9 +24,9 @@ impl Control {
     /// use robot_programs::gcode::Control;
     /// let control = Control::of_words(["G21", "g90"]).unwrap();
     /// assert_eq!((control.absolute, control.inch), (Some(true), Some(false)));
-    /// assert_eq!(Control::of_words(["G21", "G20"]), Err("G20".to_string()));
+    /// assert_eq!(Control::of_words(["G21", "G20"]).unwrap_err().0, "G20");
     /// ```
-    pub fn of_words<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<Self, String> {
+    pub fn of_words<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<Self, UnknownWord> {
         let mut control = Self::default();
         for word in words {
             let (slot, value) = match word.trim().to_ascii_uppercase().as_str() {
@@ -29,10 +34,10 @@ impl Control {
                 "G91" => (&mut control.absolute, false),
                 "G20" => (&mut control.inch, true),
                 "G21" => (&mut control.inch, false),
-                _ => return Err(word.trim().into()),
+                _ => return Err(UnknownWord(word.trim().into())),
             };
             if slot.is_some_and(|known| known != value) {
-                return Err(word.trim().into());
+                return Err(UnknownWord(word.trim().into()));
             }
             *slot = Some(value);
         }

@@ -25,24 +25,56 @@ const RADII_SHARE: f64 = 1e-3;
 /// Ends nearer than this are one point: a full turn, mm.
 const SAME_MM: f64 = 1e-7;
 
+/// Why a block with G2 or G3 is no arc.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum NoArc {
+    /// Start or end stands on the centre.
+    #[error("an arc without a radius")]
+    WithoutRadius,
+    /// Start and end differ in their distance from the centre by more than controls take.
+    #[error("an arc whose ends have different radii")]
+    UnequalRadii,
+    /// Its radius does not say on which side of the chord the centre stands.
+    #[error("an arc by its radius that ends where it starts")]
+    Closed,
+    /// The chord is longer than the diameter.
+    #[error("an arc whose radius does not reach its end")]
+    OutOfReach,
+    /// The plane is not known.
+    #[error("no plane G17, G18 or G19 is certain here")]
+    NoPlane,
+    /// An axis of the plane is no linear axis of the robot.
+    #[error("an arc in a plane whose axes the robot file does not have")]
+    ForeignPlane,
+    /// The start is not known.
+    #[error("an arc, and the position before it is not known")]
+    NoStart,
+    /// `P` asks for more than one turn.
+    #[error("an arc of several turns")]
+    SeveralTurns,
+    /// The third of `I`, `J` and `K` is given.
+    #[error("a centre outside of the plane")]
+    OutsidePlane,
+    /// An absolute centre of one coordinate.
+    #[error("G90.1 and not both words of the centre")]
+    HalfCentre,
+    /// `R` stands beside `I`, `J` or `K`, or nothing does.
+    #[error("an arc with a radius and a centre, or with neither")]
+    NoCentre,
+}
+
 impl Arc {
     /// From the centre. `Err`: why it is none.
-    pub fn about(
-        axes: [usize; 2],
-        from: [f64; 2],
-        to: [f64; 2],
-        centre: [f64; 2],
-        ccw: bool,
-    ) -> Result<Self, &'static str> {
+    pub fn about(axes: [usize; 2], from: [f64; 2], to: [f64; 2], centre: [f64; 2], ccw: bool) -> Result<Self, NoArc> {
         let ray = |p: [f64; 2]| [p[0] - centre[0], p[1] - centre[1]];
         let (a, b) = (ray(from), ray(to));
         let radius = [a[0].hypot(a[1]), b[0].hypot(b[1])];
         let off = (radius[0] - radius[1]).abs();
         if radius.iter().any(|r| r.is_nan() || *r <= 1e-6) {
-            return Err("an arc without a radius");
+            return Err(NoArc::WithoutRadius);
         }
         if off > RADII_MM && off > RADII_SHARE * radius[0].min(radius[1]) {
-            return Err("an arc whose ends have different radii");
+            return Err(NoArc::UnequalRadii);
         }
         let [start, end] = [a[1].atan2(a[0]), b[1].atan2(b[0])];
         let chord = (to[0] - from[0]).hypot(to[1] - from[1]);
@@ -52,16 +84,16 @@ impl Arc {
     }
 
     /// From the radius; negative: more than half a turn.
-    pub fn of_radius(axes: [usize; 2], from: [f64; 2], to: [f64; 2], r: f64, ccw: bool) -> Result<Self, &'static str> {
+    pub fn of_radius(axes: [usize; 2], from: [f64; 2], to: [f64; 2], r: f64, ccw: bool) -> Result<Self, NoArc> {
         let chord = [to[0] - from[0], to[1] - from[1]];
         let length = chord[0].hypot(chord[1]);
         if length < SAME_MM {
-            return Err("an arc by its radius that ends where it starts");
+            return Err(NoArc::Closed);
         }
         let square = r * r - 0.25 * length * length;
         // rounding of a half turn
         if square.is_nan() || square <= -RADII_MM * r.abs().max(1.0) {
-            return Err("an arc whose radius does not reach its end");
+            return Err(NoArc::OutOfReach);
         }
         let height = square.max(0.0).sqrt() / length;
         let side = if ccw == (r > 0.0) { 1.0 } else { -1.0 };
@@ -71,7 +103,7 @@ impl Arc {
         // at half a turn rounding must not choose the other side
         let wanted = if r > 0.0 { arc.sweep.abs() <= PI + 1e-6 } else { arc.sweep.abs() >= PI - 1e-6 };
         if !wanted {
-            return Err("an arc whose radius does not reach its end");
+            return Err(NoArc::OutOfReach);
         }
         Ok(arc)
     }

@@ -1,6 +1,7 @@
 //! Where a block leads: frames, arcs, and why it cannot be determined.
 
 use super::arc::Arc;
+use super::arc::NoArc;
 use super::codes::SPLINES;
 use super::lex::{Block, Word};
 use super::read::Reader;
@@ -9,8 +10,8 @@ use super::survey::{AXES, code_text};
 use super::{Centre, MOST_DEG, MOST_INCH, MOST_MM, Statement, canonical};
 use crate::axes::JointKind;
 use crate::error::Result;
+use crate::script::number::last_digit;
 use crate::script::{At, Few, Goal, How, Move, Note, PathKind, Speed, StepKind, Target, Value, Way};
-use std::collections::BTreeSet;
 use std::sync::Arc as Shared;
 
 /// Last digits between a quadrant and an end of its arc, at least.
@@ -60,14 +61,17 @@ impl Reader<'_> {
         if let (Some(0 | 10), Some(w)) = (self.motion, block.words.iter().find(cuts)) {
             return Some(format!("a word {} on a straight move: a chamfer or corner", w.letter as char));
         }
-        let mut seen = BTreeSet::new();
+        let mut seen = 0u64;
         for w in &block.words {
             let axis = self.letters.iter().position(|&l| l == w.letter);
             let geometry = AXES.contains(&w.letter) || b"IJKR".contains(&w.letter);
             let name = w.letter as char;
-            if geometry && !seen.insert(w.letter) {
+            // letters are bytes 65 to 90
+            let bit = 1 << (w.letter & 63);
+            if geometry && seen & bit != 0 {
                 return Some(format!("{name} stands twice in the block"));
             }
+            seen |= if geometry { bit } else { 0 };
             if AXES.contains(&w.letter) && axis.is_none() {
                 return Some(format!("a word {name}, and the robot file has no such axis"));
             }
@@ -112,10 +116,10 @@ impl Reader<'_> {
         let absolute = self.absolute == Some(true);
         let dof = self.letters.len();
         let start = self.position.clone();
-        let unit = (0..dof).map(|a| self.unit(a, inch)).collect();
-        let unit = shared(&mut self.units, unit);
-        let shift = (0..dof).map(|a| self.shift(a).unwrap_or(0.0)).collect();
-        let shift = shared(&mut self.shifts, shift);
+        let unit = shared(&self.units, dof, |a| self.unit(a, inch));
+        self.units = Shared::clone(&unit);
+        let shift = shared(&self.shifts, dof, |a| self.shift(a).unwrap_or(0.0));
+        self.shifts = Shared::clone(&shift);
         let goal = self.named_goal(&block, &start, &unit, &shift, absolute)?;
         let arc = match motion {
             20 | 30 => match self.arc(&block, &start, &goal, &shift, inch, motion == 30) {
@@ -123,7 +127,7 @@ impl Reader<'_> {
                 Err(why) => {
                     // from another start it might be one
                     self.anchor("an arc that is none");
-                    return self.opaque(k, why);
+                    return self.opaque(k, why.to_string());
                 }
             },
             _ => None,
@@ -179,8 +183,7 @@ impl Reader<'_> {
     /// The step of a motion, and the position after it.
     fn place(&mut self, k: usize, statement: Statement, codes: &[Option<u32>], exact: bool) {
         let mut m = self.describe(&statement, codes, exact);
-        let ends_in_point = |w: &Word| w.value.is_some_and(|v| v.1.point && v.1.decimals == 0);
-        if self.survey.points && self.survey.bare && statement.words.iter().any(ends_in_point) {
+        if self.survey.mixed() && statement.ends_in_point() {
             // such numbers say how the others are to be read: they must not go
             m.fixed = Some(MIXED.into());
         }
@@ -209,7 +212,7 @@ impl Reader<'_> {
 
     /// Weight of a word's last digit, rad or m.
     pub(super) fn weight(&self, axis: usize, unit: f64, decimals: u8) -> f64 {
-        self.robot.axis(axis).kind.si_per_user_unit() * unit * 10f64.powi(-i32::from(decimals))
+        self.robot.axis(axis).kind.si_per_user_unit() * unit * last_digit(decimals)
     }
 
     pub(super) fn arc(
@@ -220,28 +223,28 @@ impl Reader<'_> {
         shift: &[f64],
         inch: bool,
         ccw: bool,
-    ) -> std::result::Result<(Arc, Centre), String> {
-        let Some(plane) = self.plane else { return Err("no plane G17, G18 or G19 is certain here".into()) };
+    ) -> std::result::Result<(Arc, Centre), NoArc> {
+        let Some(plane) = self.plane else { return Err(NoArc::NoPlane) };
         let axis = |l: u8| {
             let a = self.letters.iter().position(|&x| x == l)?;
             (self.robot.axis(a).kind == JointKind::Prismatic).then_some(a)
         };
         let (Some(u), Some(v)) = (axis(plane[0]), axis(plane[1])) else {
-            return Err("an arc in a plane whose axes the robot file does not have".into());
+            return Err(NoArc::ForeignPlane);
         };
         let at = |p: &[Option<f64>]| p[u].zip(p[v]).map(|(a, b)| [a, b]);
         let (Some(from), Some(to)) = (at(start), at(goal)) else {
-            return Err("an arc, and the position before it is not known".into());
+            return Err(NoArc::NoStart);
         };
         if Self::number(block, b'P').is_some_and(|p| p != 1.0) {
-            return Err("an arc of several turns".into());
+            return Err(NoArc::SeveralTurns);
         }
         let mm = if inch { 25.4 } else { 1.0 };
         let letter = |axis: u8| b'I' + (axis - b'X');
         let word = |axis: u8| Self::number(block, letter(axis)).map(|v| v * mm);
         let centre = [word(plane[0]), word(plane[1])];
         if word(plane[2]).is_some() {
-            return Err("a centre outside of the plane".into());
+            return Err(NoArc::OutsidePlane);
         }
         match (Self::number(block, b'R'), centre) {
             (Some(r), [None, None]) => Ok((Arc::of_radius([u, v], from, to, r * mm, ccw)?, Centre::Radius)),
@@ -249,14 +252,14 @@ impl Reader<'_> {
                 let about = |p: [f64; 2]| Arc::about([u, v], from, to, p, ccw);
                 if self.centre_absolute {
                     let [Some(a), Some(b)] = [a, b] else {
-                        return Err("G90.1 and not both words of the centre".into());
+                        return Err(NoArc::HalfCentre);
                     };
                     Ok((about([a + shift[u], b + shift[v]])?, Centre::Absolute))
                 } else {
                     Ok((about([from[0] + a.unwrap_or(0.0), from[1] + b.unwrap_or(0.0)])?, Centre::Relative))
                 }
             }
-            _ => Err("an arc with a radius and a centre, or with neither".into()),
+            _ => Err(NoArc::NoCentre),
         }
     }
 
@@ -343,12 +346,9 @@ pub(super) fn most(kind: JointKind, unit: f64) -> u8 {
 }
 
 /// The numbers in the memory of the `last` ones, if they are the same: most blocks have those of the block before.
-fn shared(last: &mut Shared<[f64]>, new: Vec<f64>) -> Shared<[f64]> {
-    let same = last.len() == new.len() && last.iter().zip(&new).all(|(a, b)| a.to_bits() == b.to_bits());
-    if !same {
-        *last = new.into();
-    }
-    Shared::clone(last)
+fn shared(last: &Shared<[f64]>, count: usize, new: impl Fn(usize) -> f64) -> Shared<[f64]> {
+    let same = last.len() == count && last.iter().enumerate().all(|(k, v)| v.to_bits() == new(k).to_bits());
+    if same { Shared::clone(last) } else { (0..count).map(new).collect() }
 }
 
 pub(super) fn opaque(why: String) -> Move {

@@ -53,6 +53,8 @@ pub(super) struct Block {
     pub special: Option<&'static str>,
 }
 
+/// Words of a block that find room without asking for more.
+const ROOM: usize = 8;
 /// What some editors put before UTF-8.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
@@ -62,7 +64,7 @@ const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 /// Bad input where a byte begins no word, a word has no number, or a comment has no end.
 pub(super) fn block(text: &Text, k: usize) -> Result<Block> {
     let (base, line) = (text.line_span(k).start, text.line(k));
-    let mut block = Block::default();
+    let mut block = Block { words: Vec::with_capacity(ROOM), ..Block::default() };
     let mut at = if k == 0 && line.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
     while let Some(&b) = line.get(at) {
         match b {

@@ -34,7 +34,7 @@ mod write;
 
 use super::script::{Document, Edits, Format, Patches, Script, Text};
 use crate::axes::Axes;
-pub use crate::control::Control;
+pub use crate::control::{Control, UnknownWord};
 use crate::error::{Error, Place, Result};
 use arc::Arc;
 use lex::Word;
@@ -101,6 +101,8 @@ struct Program {
     letters: Vec<u8>,
     /// By axis: edge unit to SI.
     si: Vec<f64>,
+    /// Numbers with and without a point stand in it: those that end in a point say how the others are to be read.
+    mixed: bool,
 }
 
 impl Document for Program {
@@ -113,7 +115,11 @@ impl Document for Program {
     }
 
     fn unwritable(&self, edits: &Edits) -> Vec<(usize, String)> {
-        write::unwritable(self, edits)
+        write::written_or_not(self, edits).0
+    }
+
+    fn written_or_not(&self, edits: &Edits) -> (Vec<(usize, String)>, Option<Patches>) {
+        write::written_or_not(self, edits)
     }
 
     fn on_way(&self, step: usize, share: f64) -> Option<Vec<f64>> {

@@ -5,6 +5,7 @@
 //! arc, so that the modal motion after it stays. What was written is read as a control would read it before it is taken.
 
 use super::arc::Arc;
+use super::arc::NoArc;
 use super::write::{SAME, Writer, Written};
 use super::{Centre, Statement, goal};
 use crate::axes::JointKind;
@@ -222,7 +223,7 @@ impl Writer<'_> {
         form: Centre,
         piece: &Piece,
         centre: [f64; 2],
-    ) -> (Vec<(u8, String)>, std::result::Result<Arc, &'static str>) {
+    ) -> (Vec<(u8, String)>, std::result::Result<Arc, NoArc>) {
         let (from, to, turn, chord) = (piece.from, piece.to, piece.turn(arc), piece.chord());
         let length = chord[0].hypot(chord[1]);
         let mm = s.unit[arc.u];

@@ -32,6 +32,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         reader.block(k)?;
     }
     reader.lose("the end of the program");
+    let mixed = reader.survey.mixed();
     let Reader { mut script, statements, .. } = reader;
     let si = robot.axis_joints().map(|j| j.kind.si_per_user_unit()).collect();
     script.texts = texts;
@@ -39,7 +40,7 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     if script.moves().next().is_some() {
         script.missing = missing;
     }
-    Ok(Program { script, statements, letters, si })
+    Ok(Program { script, statements, letters, si, mixed })
 }
 
 /// Whether a line names variables in which a control keeps places: `#5041`, `#<_x>`, or a computed one.

@@ -48,6 +48,11 @@ impl Statement {
         self.words.get((*self.axis_words.get(axis)?)? as usize)
     }
 
+    /// One of its numbers ends in a point, as in `X1.`.
+    pub fn ends_in_point(&self) -> bool {
+        self.words.iter().any(|w| w.value.is_some_and(|v| v.1.point && v.1.decimals == 0))
+    }
+
     /// Words that a copy takes along besides axes, motion and centre: G words and F.
     pub fn copied(&self, letter: u8) -> impl Iterator<Item = &Word> {
         let motion = |w: &Word| w.value.is_some_and(|v| matches!(code(v.0), 0 | 10 | 20 | 30));

@@ -42,6 +42,11 @@ pub(super) struct Survey {
 }
 
 impl Survey {
+    /// Numbers with and without a point stand in the program: those that end in a point say how the others are to be read.
+    pub(super) fn mixed(&self) -> bool {
+        self.points && self.bare
+    }
+
     pub(super) fn of(text: &Text) -> Result<Self> {
         let mut survey = Self::default();
         let (mut extrudes, mut counts) = (false, false);
@@ -50,6 +55,11 @@ impl Survey {
         let (mut subs, mut called, mut outside) = (BTreeSet::new(), BTreeSet::new(), false);
         for k in 0..text.line_count() {
             let block = lex::block(text, k)?;
+            if survey.knows(&block) {
+                across |= names(&block, b"Y");
+                block.words.iter().for_each(|w| survey.form(w));
+                continue;
+            }
             survey.hidden |= flow_hides(text, k, &block);
             (across, turned) = (across || names(&block, b"Y"), turned || turns(&block));
             if let Some(found) = assignments_of(text, k, &block) {
@@ -77,10 +87,8 @@ impl Survey {
             let has = |l: u8| block.words.iter().any(|w| w.letter == l);
             extrudes |= has(b'E');
             for w in &block.words {
-                let Some((v, style)) = w.value else { continue };
-                survey.points |=
-                    style.point && style.decimals == 0 && (AXES.contains(&w.letter) || b"IJKR".contains(&w.letter));
-                survey.bare |= !style.point && v != 0.0 && (AXES.contains(&w.letter) || b"IJKR".contains(&w.letter));
+                let Some((v, _)) = w.value else { continue };
+                survey.form(w);
                 survey.jumps |= w.letter == b'M' && v == 99.0 && block.words.iter().any(|w| w.letter == b'P');
                 let m = if w.letter == b'M' { v } else { -1.0 };
                 survey.changes_tools |= m == 6.0;
@@ -108,6 +116,27 @@ impl Survey {
         survey.lathe = turned && !across && !survey.printer;
         survey.unfollowed = unfollowed.into_iter().find(|c| !(survey.printer && PROBES.contains(c)));
         Ok(survey)
+    }
+
+    /// Whether a block is a plain move of which nothing is new but its numbers: places and a feed, with a G0 or G1 that was met before.
+    fn knows(&self, block: &Block) -> bool {
+        let Block { words, comments, optional, percent, flow, label: _, keyword, assignment, folded, special } = block;
+        let known = |w: &lex::Word| match (w.letter, w.value) {
+            (b'X' | b'Y' | b'Z' | b'F', Some(_)) => true,
+            (b'G', Some((v, _))) => (v == 0.0 || v == 1.0) && self.codes.contains(&code(v)),
+            _ => false,
+        };
+        let other = *optional || *percent || *assignment || *folded;
+        let named = flow.is_some() || keyword.is_some() || special.is_some();
+        !other && !named && comments.is_empty() && words.iter().all(known)
+    }
+
+    /// How the number of a place is written.
+    fn form(&mut self, w: &lex::Word) {
+        let Some((v, style)) = w.value else { return };
+        let place = AXES.contains(&w.letter) || b"IJKR".contains(&w.letter);
+        self.points |= place && style.point && style.decimals == 0;
+        self.bare |= place && !style.point && v != 0.0;
     }
 
     /// At most one of these codes is in the text.

@@ -9,6 +9,7 @@ use super::goal::{self, MIXED};
 use super::lex::Word;
 use super::{Program, Statement, canonical};
 use crate::axes::JointKind;
+use crate::decimal::POW10;
 use crate::error::{Error, Result};
 use crate::script::number::{self, Style};
 use crate::script::{EditRef, Edits, Goal, Move, Patch, Patches, StepKind};
@@ -37,13 +38,18 @@ pub(super) fn patches(program: &Program, edits: &Edits) -> Result<Patches> {
 }
 
 /// Edited moves that cannot be written, and why; a block that is not edited itself stands for the edit before it.
-pub(super) fn unwritable(program: &Program, edits: &Edits) -> Vec<(usize, String)> {
+/// Where there are none, the patches.
+pub(super) fn written_or_not(program: &Program, edits: &Edits) -> (Vec<(usize, String)>, Option<Patches>) {
     let mut found = Vec::new();
-    if let Err(u) = written(program, edits, Some(&mut found)) {
-        found.push(u);
-    }
+    let patches = match written(program, edits, Some(&mut found)) {
+        Ok(patches) => Some(patches).filter(|_| found.is_empty()),
+        Err(u) => {
+            found.push(u);
+            None
+        }
+    };
     let edited = |u: &Unwritable| edits.steps.last_until(u.step);
-    found.into_iter().filter_map(|u| Some((edited(&u)?, u.why))).collect()
+    (found.into_iter().filter_map(|u| Some((edited(&u)?, u.why))).collect(), patches)
 }
 
 /// One pass over the text. With `left`, blocks that cannot be written are collected there and stay as they are.
@@ -167,7 +173,7 @@ impl Writer<'_> {
             self.relative = (!s.absolute).then_some((step, 0.0));
             return Ok(());
         }
-        if s.arc.is_some() && m.fixed.as_deref() == Some(MIXED) {
+        if s.arc.is_some() && self.program.mixed && s.ends_in_point() {
             return Err(self.refused(step, MIXED));
         }
         let commanded = |a: usize| match m.goal {
@@ -267,17 +273,20 @@ impl Writer<'_> {
             let value = (want - base) / s.unit[a];
             // an axis that nobody asked to move loses no digit
             if s.goal[a].is_some_and(|g| (g - want).abs() <= SAME) {
-                let off = |d: u8| (value - (value * 10f64.powi(d.into())).round() / 10f64.powi(d.into())).abs();
+                let off = |d: u8| {
+                    let power = POW10[usize::from(d)]; // at most FULL
+                    (value - (value * power).round() / power).abs()
+                };
                 while decimals < FULL && off(decimals) * s.unit[a] > SAME {
                     decimals += 1;
                 }
             }
             let mut text = number::write(value, style, decimals);
-            let mut written = text.parse::<f64>().unwrap_or(value);
-            let half = 0.5 * 10f64.powi(-i32::from(decimals));
+            let mut written = number::read(text.as_bytes()).map_or(value, |n| n.0);
+            let half = 0.5 * number::last_digit(decimals);
             let unchanged = |v: f64| (v - value).abs() <= half;
             let stays = from.is_some_and(|f| {
-                (f - want).abs() <= (half * s.unit[a]).min(SAME.max(0.5 * 10f64.powi(-i32::from(most)) * s.unit[a]))
+                (f - want).abs() <= (half * s.unit[a]).min(SAME.max(0.5 * number::last_digit(most) * s.unit[a]))
             });
             match word {
                 Some(w) if own => {

@@ -6,7 +6,7 @@ use super::{Job, Kind, Section, Statement};
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
 use crate::script::blocks::BySteps;
-use crate::script::lex::not_too_long;
+use crate::script::lex::{not_too_long, upper_of};
 use crate::script::{At, Break, Goal, Move, Note, Script, Step, StepKind, Targets, Text, number, pragma};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -158,13 +158,29 @@ pub(super) fn words(text: &Text, k: usize) -> Vec<Range<usize>> {
 }
 
 pub(super) fn upper(text: &Text, span: &Range<usize>) -> String {
-    String::from_utf8_lossy(text.slice(span.clone())).to_ascii_uppercase()
+    upper_of(text.slice(span.clone()))
+}
+
+/// Whether a line is a move of a form that is met nearly everywhere, to a position with a `C` and its number, and names nothing else:
+/// it runs nothing, sets nothing and clears nothing.
+pub(super) fn is_plain_move(line: &[u8]) -> bool {
+    let Some(rest) = [b"MOVJ C", b"MOVL C"].iter().find_map(|head| line.strip_prefix(&head[..])) else { return false };
+    let digits = rest.iter().take_while(|b| b.is_ascii_digit()).count();
+    let mut words = rest[digits..].split(|b| b.is_ascii_whitespace()).filter(|w| !w.is_empty());
+    let usual = |w: &[u8]| {
+        let value = [&b"VJ="[..], b"V=", b"PL="].iter().find_map(|head| w.strip_prefix(*head));
+        value.is_some_and(|v| v.iter().all(|b| b.is_ascii_digit() || *b == b'.'))
+    };
+    digits > 0 && rest.get(digits).is_none_or(u8::is_ascii_whitespace) && words.all(usual)
 }
 
 /// Numbers of the position variables that instructions other than moves name: their values are not certain.
 fn assigned(text: &Text, begin: usize, list: &List) -> BTreeSet<u32> {
     let mut found = BTreeSet::new();
     for k in begin..text.line_count() {
+        if is_plain_move(text.line(k)) {
+            continue;
+        }
         let words: Vec<String> = words(text, k).iter().map(|w| upper(text, w)).collect();
         let Some(first) = words.iter().find(|w| !w.starts_with('*')) else { continue };
         // how many a CLEAR sets may not be written
@@ -235,6 +251,9 @@ impl Counted {
     fn of(text: &Text, begin: usize) -> Option<Self> {
         let mut found: Option<Self> = None;
         for k in begin..text.line_count() {
+            if memchr::memchr(b'#', text.line(k)).is_none() {
+                continue;
+            }
             for word in words(text, k) {
                 let word = upper(text, &word);
                 let Some(at) = word.find("STEP#") else { continue };

@@ -5,7 +5,7 @@
 //! names it, and every job that any of them runs stands there; it is then known as well as a C position.
 
 use super::Kind;
-use super::read::{STARTS, is_known, upper, words};
+use super::read::{STARTS, is_known, is_plain_move, upper, words};
 use crate::files::of_folder;
 use crate::script::Text;
 use std::collections::BTreeSet;
@@ -72,6 +72,9 @@ impl Shared {
     /// One line; `there`: names of the jobs that stand here.
     fn line(&mut self, text: &Text, k: usize, own: bool, there: &BTreeSet<String>) {
         let line = text.line(k).trim_ascii();
+        if is_plain_move(line) {
+            return;
+        }
         if line.starts_with(b"/") || line.starts_with(b"'") {
             return;
         }

@@ -50,6 +50,23 @@ impl Label {
         }
     }
 
+    /// One letter of these.
+    fn is_one_of(&self, letters: &[u8]) -> bool {
+        match self {
+            Self::Short([letter, 0, ..]) => letters.contains(letter),
+            Self::Short(_) => false,
+            Self::Long(text) => matches!(text.as_bytes(), [letter] if letters.contains(letter)),
+        }
+    }
+
+    /// The name of an axis, as [`axis_name`] tells it.
+    fn is_axis(&self) -> bool {
+        match self {
+            Self::Short(bytes) => matches!(bytes, [b'A' | b'E', b'1'..=b'6', 0, ..]),
+            Self::Long(text) => axis_name(text),
+        }
+    }
+
     fn is(&self, name: &str) -> bool {
         match self {
             Self::Short(bytes) => bytes.starts_with(name.as_bytes()) && bytes.get(name.len()).is_none_or(|b| *b == 0),
@@ -74,8 +91,9 @@ impl Aggregate {
 
     /// Whether it gives axes; external axes alone also stand beside a Cartesian position.
     pub fn has_axes(&self) -> bool {
-        let cartesian = self.components.iter().any(|c| matches!(c.name.as_str(), "X" | "Y" | "Z" | "A" | "B" | "C"));
-        self.components.iter().map(|c| c.name.as_str()).any(|n| axis_name(n) && !(cartesian && n.starts_with('E')))
+        let cartesian = self.components.iter().any(|c| c.name.is_one_of(b"XYZABC"));
+        let axes = self.components.iter().map(|c| &c.name).filter(|n| n.is_axis());
+        axes.map(Label::as_str).any(|n| !(cartesian && n.starts_with('E')))
     }
 
     /// The Cartesian target in a frame and with a tool; `target`: index of its numbers, where they can be written. On straight
@@ -143,8 +161,8 @@ impl Aggregate {
 
     /// Values of external axes and of axes that are none of the robot's, for comparison.
     pub fn others(&self, own: &[String], text: &Text) -> Vec<(String, Vec<u8>)> {
-        let foreign = |name: &str| axis_name(name) && !own.iter().any(|o| o == name);
-        let others = self.components.iter().filter(|c| foreign(c.name.as_str()));
+        let foreign = |name: &Label| name.is_axis() && !own.iter().any(|o| name.is(o));
+        let others = self.components.iter().filter(|c| foreign(&c.name));
         let value = |c: &Component| c.value.as_ref().map_or(b"?".to_vec(), |v| text.slice(v.0.clone()).to_vec());
         let mut out: Vec<_> = others.map(|c| (c.name.as_str().to_string(), value(c))).collect();
         out.sort();
@@ -212,11 +230,11 @@ pub(super) fn aggregate(text: &Text, file: usize, tokens: &[Token], k: usize) ->
             }
             // `A1-5`: another number would run into the name
             let apart = |v: &(Range<usize>, f64, number::Style)| v.0.start > first.end;
-            let value = match (name.as_str(), &tokens[at + 1..end]) {
-                ("S" | "T", [t]) if t.kind == Kind::Quoted => {
+            let value = match &tokens[at + 1..end] {
+                [t] if t.kind == Kind::Quoted && name.is_one_of(b"ST") => {
                     bits(text.slice(t.span())).map(|v| (t.span(), v, number::Style::default()))
                 }
-                (_, rest) => literal(text, rest)?.filter(apart),
+                rest => literal(text, rest)?.filter(apart),
             };
             components.push(Component { name, value });
         } else if !first.is(b',') {

@@ -64,8 +64,8 @@ impl Data {
                     tokens(text, k, &mut line);
                     line.retain(|t| t.kind != Kind::Comment);
                     let first = line.first().map(|t| upper(text, t)).unwrap_or_default();
-                    let second = line.get(1).map(|t| upper(text, t)).unwrap_or_default();
-                    if is_routine(&first, &second) {
+                    let second = line.get(1).filter(|_| first == "GLOBAL").map(|t| upper(text, t));
+                    if is_routine(&first, &second.unwrap_or_default()) {
                         routine += 1;
                         flow = Flow::default();
                     }
@@ -99,7 +99,7 @@ impl Data {
         at: usize,
     ) -> Result<()> {
         let kind = upper(text, &line[at]);
-        let global = line[..at].iter().any(|t| upper(text, t) == "GLOBAL");
+        let global = line[..at].iter().any(|t| text.slice(t.span()).eq_ignore_ascii_case(b"GLOBAL"));
         let mut i = at + 1;
         while let Some(word) = line.get(i) {
             if word.kind != Kind::Word {
@@ -288,7 +288,7 @@ impl Data {
 
 /// The statements of a line: what stands after the `DO` of `TRIGGER` and `INTERRUPT` is one of its own.
 pub(super) fn statements<'a>(text: &Text, line: &'a [Token]) -> Vec<&'a [Token]> {
-    let is_do = |t: &Token| t.kind == Kind::Word && upper(text, t) == "DO";
+    let is_do = |t: &Token| t.kind == Kind::Word && text.slice(t.span()).eq_ignore_ascii_case(b"DO");
     let at = line.iter().enumerate().skip(1).position(|(i, t)| is_do(t) && !line[i - 1].is(b'.')).map(|n| n + 1);
     match at {
         Some(at) => vec![&line[..at], &line[at + 1..]],
@@ -311,12 +311,14 @@ fn may_declare(word: &[u8]) -> bool {
 pub(super) fn declaration(text: &Text, line: &[Token]) -> Option<usize> {
     let mut at = 0;
     while let Some(t) = line.get(at).filter(|t| t.kind == Kind::Word) {
-        match upper(text, t).as_str() {
-            "DECL" | "GLOBAL" | "CONST" => at += 1,
-            "E6AXIS" | "AXIS" | "E6POS" | "POS" | "FRAME" | "FDAT" => {
-                return line.get(at + 1).is_some_and(|t| t.kind == Kind::Word).then_some(at);
-            }
-            _ => return None,
+        let word = text.slice(t.span());
+        let is = |names: &[&str]| names.iter().any(|n| word.eq_ignore_ascii_case(n.as_bytes()));
+        if is(&["DECL", "GLOBAL", "CONST"]) {
+            at += 1;
+        } else if is(&["E6AXIS", "AXIS", "E6POS", "POS", "FRAME", "FDAT"]) {
+            return line.get(at + 1).is_some_and(|t| t.kind == Kind::Word).then_some(at);
+        } else {
+            return None;
         }
     }
     None

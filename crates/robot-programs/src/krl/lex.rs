@@ -1,6 +1,7 @@
 //! Tokens of a line. KRL has one statement a line; `;` begins a comment; words have no case.
 
 use crate::script::Text;
+use crate::script::lex::upper_of;
 use std::ops::Range;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,7 +95,7 @@ fn number_len(bytes: &[u8]) -> usize {
 
 /// A word in upper case.
 pub(super) fn upper(text: &Text, t: &Token) -> String {
-    String::from_utf8_lossy(text.slice(t.span())).to_ascii_uppercase()
+    upper_of(text.slice(t.span()))
 }
 
 /// `[2]` at token `at`: the index, and the token after it.

@@ -253,10 +253,10 @@ impl<'a> Reader<'a> {
             return Ok(());
         }
         let word = upper(self.text, first);
-        let second = line.get(1).map(|t| upper(self.text, t)).unwrap_or_default();
         if let Some(w) = motion::word(&word) {
             return self.motion(k, line, w);
         }
+        let second = line.get(1).map(|t| upper(self.text, t)).unwrap_or_default();
         if let Some(fold) = self.folds.last_mut() {
             fold.more = fold.more || !form::setting(self.text, line);
         }

@@ -26,6 +26,17 @@ pub struct Switch {
     pub value: Option<Span>,
 }
 
+/// Token of the name that the move of an item leads to, as [`goal_name`] tells it; numbers in the move itself have none.
+pub fn goal_of(p: &Parsed, item: &Item) -> Option<usize> {
+    let ItemKind::Call { .. } = item.kind else { return None };
+    let motion = words::motion(p.words.at(item.span.start))?;
+    let first = p.tokens.get(item.span.start + 1)?;
+    if motion.target == 0 && first.kind == Kind::Mark(b'[') {
+        return None;
+    }
+    goal_name(p, motion, &arguments(p, item.span.start + 1..item.span.end))
+}
+
 /// Arguments of a motion instruction.
 pub fn motion_of(p: &Parsed, item: &Item) -> Option<(Motion, Vec<Arg>)> {
     let ItemKind::Call { .. } = item.kind else { return None };
@@ -43,14 +54,16 @@ pub fn goal_name(p: &Parsed, motion: Motion, args: &[Arg]) -> Option<usize> {
 
 /// The point that `Offs` or `RelTool` displaces; else the expression itself.
 fn point_of(p: &Parsed, span: &Span) -> Span {
-    let displaced = matches!(Some(p.words.at(span.start)), Some("offs" | "reltool"));
-    let point = arguments(p, span.start + 2..span.end.saturating_sub(1)).into_iter().next().filter(|_| span.len() > 4);
-    point.filter(|a| displaced && !a.span.is_empty()).map_or(span.clone(), |a| a.span)
+    if span.len() <= 4 || !matches!(p.words.at(span.start), "offs" | "reltool") {
+        return span.clone();
+    }
+    let point = arguments(p, span.start + 2..span.end.saturating_sub(1)).into_iter().next();
+    point.filter(|a| !a.span.is_empty()).map_or(span.clone(), |a| a.span)
 }
 
 /// Splits at commas, and each argument at its backslashes.
 pub fn arguments(p: &Parsed, span: Span) -> Vec<Arg> {
-    let mut out = Vec::new();
+    let mut out = Vec::with_capacity(4);
     let mut start = span.start;
     let mut depth = 0usize;
     for i in span.start..=span.end {

@@ -144,10 +144,11 @@ impl<'a> Facts<'a> {
             }
             ItemKind::Call { .. } => {
                 let name = self.word(first);
-                let reads = words::motion(name).is_some() || words::only_reads(name);
+                let motion = words::motion(name);
+                let reads = motion.is_some() || words::only_reads(name);
                 // a search writes the place where it was stopped into its second argument
-                if let Some((motion, args)) = motion_of(self.p, item)
-                    && matches!(motion.leads, Leads::Search)
+                if motion.is_some_and(|m| matches!(m.leads, Leads::Search))
+                    && let Some((_, args)) = motion_of(self.p, item)
                     && let Some(found) = positional(&args, 1).and_then(|k| args.get(k))
                 {
                     self.mark_span(found.span.clone(), place, None, Some(first));

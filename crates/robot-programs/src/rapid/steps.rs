@@ -2,7 +2,7 @@
 
 mod motion;
 
-use super::arguments::{Arg, arguments, goal_name, motion_of, positional};
+use super::arguments::{Arg, arguments, goal_of, motion_of, positional};
 use super::facts::{self, Facts};
 use super::lex::Kind;
 use super::project::Project;
@@ -90,7 +90,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Built>
     let own_end = project.own_end();
     let own = |item: &Item| p.tokens.get(item.span.start).is_none_or(|t| t.start() < own_end);
     // a move of another module needs the value that stands here; arguments are read again where they are needed, and never all held
-    let goal = |item: &Item| motion_of(p, item).filter(|_| own(item)).and_then(|(m, args)| goal_name(p, m, &args));
+    let goal = |item: &Item| if own(item) { goal_of(p, item) } else { None };
     let goals: Vec<Option<usize>> = p.items.iter().map(goal).collect();
     let mut b = Builder {
         f: Facts::new(text, p, &project.left_out, &goals),

@@ -77,7 +77,7 @@ fn list(text: &Text, tokens: &[Token], at: usize, depth: usize) -> Option<(Node,
     if depth >= DEEPEST {
         return None;
     }
-    let mut items = Vec::new();
+    let mut items = Vec::with_capacity(6);
     let mut k = at + 1;
     loop {
         let first = tokens.get(k)?;
@@ -212,5 +212,16 @@ fn finest(v: f64, style: number::Style) -> f64 {
 
 /// Weight of the seventh digit, which single precision just holds; of a number below 1 that of the sixth decimal.
 pub fn seventh(v: f64) -> f64 {
-    if v.abs() >= 1.0 { 10f64.powi(v.abs().log10().floor() as i32 - 6) } else { 1e-6 }
+    /// Nearer than this to the next power of ten, as a share, the logarithm decides.
+    const SURE: f64 = 0.99;
+    let size = v.abs();
+    for (power, digit) in [(1e1, 1e-6), (1e2, 1e-5), (1e3, 1e-4), (1e4, 1e-3)] {
+        if size < 1.0 || size < SURE * power {
+            return digit;
+        }
+        if size < power {
+            break;
+        }
+    }
+    10f64.powi(size.log10().floor() as i32 - 6)
 }

@@ -5,16 +5,60 @@
 //! is in no list here may move the robot: the lists need not be complete to be safe.
 
 use crate::script::PathKind;
+use std::collections::HashSet;
+use std::sync::LazyLock;
 
 /// Reserved words that cannot stand inside a statement: one there means that a `;` is missing.
-const STATEMENT: &str = "\
-    alias backward case connect const default do else elseif endfor endfunc endif endmodule endproc endrecord \
-    endtest endtrap endwhile error exit for from func goto if inout local module pers proc raise record retry \
-    return step test then to trap trynext undo var while with";
-
 pub fn is_statement_word(word: &str) -> bool {
     // most words of a program are longer or shorter than any of these
-    (2..=9).contains(&word.len()) && listed(STATEMENT, word)
+    (2..=9).contains(&word.len())
+        && matches!(
+            word,
+            "alias"
+                | "backward"
+                | "case"
+                | "connect"
+                | "const"
+                | "default"
+                | "do"
+                | "else"
+                | "elseif"
+                | "endfor"
+                | "endfunc"
+                | "endif"
+                | "endmodule"
+                | "endproc"
+                | "endrecord"
+                | "endtest"
+                | "endtrap"
+                | "endwhile"
+                | "error"
+                | "exit"
+                | "for"
+                | "from"
+                | "func"
+                | "goto"
+                | "if"
+                | "inout"
+                | "local"
+                | "module"
+                | "pers"
+                | "proc"
+                | "raise"
+                | "record"
+                | "retry"
+                | "return"
+                | "step"
+                | "test"
+                | "then"
+                | "to"
+                | "trap"
+                | "trynext"
+                | "undo"
+                | "var"
+                | "while"
+                | "with"
+        )
 }
 
 /// Whether a name is reserved in any way.
@@ -132,18 +176,22 @@ const QUIET: &str = "\
     waittestandset waittime waituntil worldacclim write writeanybin writebin writeblock writecfgdata \
     writerawbytes writestrbin";
 
-/// Whether a name stands in a list of names with blanks between them.
-fn listed(list: &str, name: &str) -> bool {
-    list.split_ascii_whitespace().any(|n| n == name)
+/// The names of a list with blanks between them.
+type Names = LazyLock<HashSet<&'static str>>;
+
+fn names(list: &'static str) -> HashSet<&'static str> {
+    list.split_ascii_whitespace().collect()
 }
 
 pub fn is_quiet(name: &str) -> bool {
-    listed(QUIET, name)
+    static ALL: Names = Names::new(|| names(QUIET));
+    ALL.contains(name)
 }
 
 /// Instructions at which the robot stands and waits.
 pub fn is_wait(name: &str) -> bool {
-    listed(WAITS, name)
+    static ALL: Names = Names::new(|| names(WAITS));
+    ALL.contains(name)
 }
 
 /// A name that only begins so may be a procedure of another module, and move: `WaitHome`.
@@ -204,7 +252,8 @@ const FUNCTIONS: &str = "\
     uimessagebox uinumentry uinumtune validio valtostr vectmagn";
 
 pub fn is_function(name: &str) -> bool {
-    listed(FUNCTIONS, name)
+    static ALL: Names = Names::new(|| names(FUNCTIONS));
+    ALL.contains(name)
 }
 
 /// Functions among them that write into one of their arguments.

@@ -2,6 +2,9 @@
 
 use super::{At, Break, Script, Step, StepKind, Text, pragma};
 
+/// Values that are looked at before the place of a step is searched for.
+const NEAR: usize = 4;
+
 /// Values of some steps, in the order of the steps.
 #[derive(Debug)]
 pub struct BySteps<T>(Vec<(u32, T)>);
@@ -25,8 +28,14 @@ impl<T> BySteps<T> {
 
     /// The value of a step.
     pub fn get(&self, step: usize) -> Option<&T> {
-        let k = self.0.binary_search_by_key(&step, |v| v.0 as usize).ok()?;
-        self.0.get(k).map(|v| &v.1)
+        // few steps have no value, so that it stands not far before its step
+        let until = self.0.get(..=step.min(self.0.len().checked_sub(1)?))?;
+        let near = until.iter().rev().take(NEAR).find(|v| v.0 as usize <= step);
+        if let Some(near) = near {
+            return (near.0 as usize == step).then_some(&near.1);
+        }
+        let k = until.binary_search_by_key(&step, |v| v.0 as usize).ok()?;
+        until.get(k).map(|v| &v.1)
     }
 
     /// The value that was pushed last.

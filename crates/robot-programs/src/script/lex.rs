@@ -73,6 +73,14 @@ pub fn not_too_long(text: &Text) -> Result<()> {
     Err(text.bad(0, format!("a program of {} bytes", text.bytes.len()), format!("at most {LONGEST}")))
 }
 
+/// A word in upper case.
+pub fn upper_of(word: &[u8]) -> String {
+    match std::str::from_utf8(word) {
+        Ok(word) => word.to_ascii_uppercase(),
+        Err(_) => String::from_utf8_lossy(word).to_ascii_uppercase(),
+    }
+}
+
 /// A word for each token; empty for those that are none. Each different word stands in memory once.
 #[derive(Debug, Default)]
 pub struct Words {

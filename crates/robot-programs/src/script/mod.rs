@@ -96,6 +96,10 @@ pub trait Document: Send + Sync {
     fn unwritable(&self, _edits: &Edits) -> Vec<(usize, String)> {
         Vec::new()
     }
+    /// The same edits with the patches for them, where the format has these at hand because all can be said.
+    fn written_or_not(&self, edits: &Edits) -> (Vec<(usize, String)>, Option<Patches>) {
+        (self.unwritable(edits), None)
+    }
     /// Whether straight moves to Cartesian targets can be written as moves to joint values ([`Edit::as_joint_moves`]).
     fn takes_joints_for_poses(&self) -> bool {
         false

@@ -20,6 +20,33 @@ pub struct Style {
 
 /// A number and its style. Takes sign, digits, point and exponent (`e`, `E`), and nothing else around it.
 pub fn read(text: &[u8]) -> Option<(f64, Style)> {
+    plain(text).or_else(|| general(text))
+}
+
+/// A number of at most 18 bytes without an exponent, in one pass; `None`: any other text.
+fn plain(text: &[u8]) -> Option<(f64, Style)> {
+    let sign = text.first().copied().filter(|b| matches!(b, b'+' | b'-'));
+    let digits = text.get(usize::from(sign.is_some())..).filter(|d| d.len() <= usize::from(MOST))?;
+    let (mut magnitude, mut point) = (0u64, None);
+    for (k, b) in digits.iter().enumerate() {
+        match b {
+            b'0'..=b'9' => magnitude = magnitude * 10 + u64::from(b - b'0'),
+            b'.' if point.is_none() => point = Some(k),
+            _ => return None,
+        }
+    }
+    let whole = point.unwrap_or(digits.len());
+    let decimals = point.map_or(0, |k| digits.len() - k - 1);
+    if whole + decimals == 0 {
+        return None;
+    }
+    let decimals = decimals as u8; // at most 18
+    let style = Style { decimals, point: point.is_some(), bare: whole == 0, plus: sign == Some(b'+'), exponent: false };
+    Some((Decimal::signed(sign == Some(b'-'), magnitude, decimals)?.value(), style))
+}
+
+/// The same of any number.
+fn general(text: &[u8]) -> Option<(f64, Style)> {
     let mut rest = text;
     let mut style = Style::default();
     if let [sign @ (b'+' | b'-'), tail @ ..] = rest {
@@ -82,7 +109,7 @@ pub fn write(value: f64, style: Style, decimals: u8) -> String {
 
 /// The digits of the decimal that is nearest to the number, exactly; zero has no sign.
 fn rounded(value: f64, decimals: u8) -> String {
-    if let Some(text) = nearest(value, decimals) {
+    if let Some(text) = nearest(value, decimals).and_then(text_of) {
         return text;
     }
     let mut text = format!("{value:.*}", usize::from(decimals));
@@ -93,7 +120,7 @@ fn rounded(value: f64, decimals: u8) -> String {
 }
 
 /// The same in integers; `None`: the number is large, or so near to the middle of two decimals that a product does not tell.
-fn nearest(value: f64, decimals: u8) -> Option<String> {
+fn nearest(value: f64, decimals: u8) -> Option<Decimal> {
     /// Doubles up to here have at least four digits after the point.
     const LARGEST: f64 = 1e12;
     /// More than the product is off, in last digits.
@@ -107,8 +134,12 @@ fn nearest(value: f64, decimals: u8) -> Option<String> {
     if (scaled - count).abs() > 0.5 - UNSURE {
         return None;
     }
+    Decimal::signed(value < 0.0, count as u64, decimals)
+}
+
+fn text_of(number: Decimal) -> Option<String> {
     let mut text = Vec::with_capacity(ROOM);
-    Decimal::signed(value < 0.0, count as u64, decimals)?.write(&mut text);
+    number.write(&mut text);
     String::from_utf8(text).ok()
 }
 
@@ -118,8 +149,25 @@ pub fn decimals_for(style: Style, digit: f64, most: u8) -> u8 {
     if !(digit.is_finite() && digit > 0.0) {
         return own;
     }
-    let needed = (-digit.log10() - 1e-9).ceil().clamp(0.0, 30.0) as u8;
-    own.max(needed.min(most))
+    own.max(places(digit, 30).min(most))
+}
+
+/// Fewest digits after the point, up to `most`, of which the last weighs `digit` at most.
+fn places(digit: f64, most: u8) -> u8 {
+    /// A last digit that is larger by such a share is the same.
+    const SLACK: f64 = 1e-9 * std::f64::consts::LN_10;
+    /// Nearer than this to the slack the logarithm decides.
+    const UNSURE: f64 = 1e-11;
+    for (n, power) in POW10.iter().enumerate().take(usize::from(most)) {
+        let above = digit * power - (1.0 - SLACK);
+        if above.is_nan() || above.abs() < UNSURE {
+            break;
+        }
+        if above > 0.0 {
+            return n as u8;
+        }
+    }
+    (-digit.log10() - 1e-9).ceil().clamp(0.0, f64::from(most)) as u8
 }
 
 /// Weight of the last of so many digits after the point.
@@ -138,7 +186,7 @@ pub fn changed(old: f64, style: Style, new: f64, digit: f64, finest: f64) -> Opt
     if (new - old).abs() <= 1e-12 * old.abs().max(1.0) {
         return None;
     }
-    let most = (-finest.log10() - 1e-9).ceil().clamp(0.0, 12.0) as u8;
+    let most = places(finest, 12);
     let mut style = style;
     if style.exponent {
         // an exponent says nothing about how fine the number is meant
@@ -146,6 +194,10 @@ pub fn changed(old: f64, style: Style, new: f64, digit: f64, finest: f64) -> Opt
         style.exponent = false;
     }
     let decimals = decimals_for(style, digit, most);
+    if let (Some(a), Some(b)) = (nearest(new, decimals), nearest(old, decimals)) {
+        // a zero is written without its sign
+        return (a.mantissa() != b.mantissa()).then(|| write(new, style, decimals));
+    }
     let text = write(new, style, decimals);
     (text != write(old, style, decimals)).then_some(text)
 }
@@ -185,6 +237,23 @@ pub fn share_out(total: f64, shares: &[f64], least: f64) -> Option<Vec<f64>> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn short_numbers_are_read_in_one_pass_as_in_many(text in "[+-]?[0-9]{0,9}[.]?[0-9]{0,9}[e.x-]?") {
+            if let Some(found) = plain(text.as_bytes()) {
+                prop_assert_eq!(Some(found), general(text.as_bytes()));
+            }
+        }
+
+        #[test]
+        fn places_are_those_of_the_logarithm(n in 0i32..14, shift in -3e-9f64..3e-9, most in 0u8..31) {
+            for digit in [10f64.powi(-n) * (1.0 + shift), 10f64.powi(-n) * (1.0 + 1e8 * shift)] {
+                let expected = (-digit.log10() - 1e-9).ceil().clamp(0.0, f64::from(most)) as u8;
+                prop_assert_eq!(places(digit, most), expected);
+            }
+        }
+    }
 
     #[test]
     fn styles_come_back() {
