@@ -9,14 +9,24 @@ pub use robot_programs::{
     trajectory, urscript,
 };
 
-use crate::error::{Error, Place, Result, shown};
+use crate::error::{Error, Place, Result, counted, shown};
 use crate::io::input::{self, Input};
 use crate::robot::Robot;
 use files::Files;
 use formats::Recognised;
 use lines::Lines;
+use serde::Serialize;
 use std::io::Cursor;
+use std::ops::Range;
 use std::path::Path;
+
+/// Goals of a vendor program at which the robot stops, by the rules of its language: no `C_PTP` or `C_DIS`, `fine`, `FINE`, `PL=0`, no blend.
+pub fn exact_stops(document: &dyn script::Document) -> usize {
+    if document.passes_points() {
+        return 0;
+    }
+    document.script().moves().filter(|(_, m)| m.blend_m == Some(0.0)).count()
+}
 
 /// The format that a user names with `--format`.
 pub fn format_named(name: &str) -> Result<Recognised> {
@@ -44,6 +54,53 @@ pub struct Program {
     pub t_s: Option<Vec<f64>>,
     /// Line of each point.
     pub lines: Lines,
+    /// What a vendor program tells besides; `None` of rows of joints.
+    pub script: Option<ScriptPath>,
+}
+
+/// What a vendor program tells of its path besides the points.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ScriptPath {
+    /// Points at which the path starts anew, as the way to them from the point before is not known; increasing, without 0.
+    pub starts: Vec<usize>,
+    /// How many of its moves are in the path.
+    pub moves: Moves,
+    /// Goals at which the robot stops, by the rules of the language.
+    pub exact_stops: usize,
+}
+
+impl ScriptPath {
+    /// What is not in the path, and what was assumed: for those who draw or run it. `asked`: the user's own TCP speed.
+    pub fn left(&self, speed_m_s: f64, asked: Option<f64>) -> Vec<String> {
+        let Moves { all, known, unknown_start, unknown_speed } = self.moves;
+        let mut notes = Vec::new();
+        if all > known + unknown_start {
+            let left = counted(all - known - unknown_start, "move");
+            notes.push(format!("{left} of {all} to a place that is not known: left out"));
+        }
+        if !self.starts.is_empty() {
+            let ways = counted(self.starts.len(), "way");
+            notes.push(format!("{ways} from a place that is not known, or not determined: straight in the joints"));
+        }
+        if unknown_speed > 0 && asked.is_none() {
+            let moves = counted(unknown_speed, "move");
+            notes.push(format!("{moves} of unknown speed: run at {} mm/s", speed_m_s * 1e3));
+        }
+        notes
+    }
+}
+
+/// How many moves of a program are in its path.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Moves {
+    /// Moves of the text.
+    pub all: usize,
+    /// Those whose start, way and goal are known.
+    pub known: usize,
+    /// Those whose goal is known, but not the place from which they start or the way that they take.
+    pub unknown_start: usize,
+    /// Of the known ones those whose speed the text does not tell, in a path that has times.
+    pub unknown_speed: usize,
 }
 
 impl Program {
@@ -86,10 +143,43 @@ impl Program {
     }
 
     fn of_script(format: &dyn script::Format, texts: Vec<script::Text>, sha256: String, robot: &Robot) -> Result<Self> {
-        let document = format.parse(texts, robot.axes())?;
+        Self::of_document(format.parse(texts, robot.axes())?.as_ref(), sha256, robot)
+    }
+
+    /// The joint targets of a vendor program that has been read.
+    pub fn of_document(document: &dyn script::Document, sha256: String, robot: &Robot) -> Result<Self> {
+        let script = document.script();
         // several points may stand on one line: the lines of a script are those of its steps
-        let path = joint_path::joints(document.script(), robot.axes())?;
-        Ok(Self { name: path.name, sha256, q: path.q, t_s: path.t_s, lines: Lines::default() })
+        let path = joint_path::joints(script, robot.axes())?;
+        let all = script.moves().count();
+        // nobody knows from where the robot comes to the first one
+        let moves = Moves { all, known: all.saturating_sub(1), unknown_start: all.min(1), unknown_speed: 0 };
+        let told = ScriptPath { starts: Vec::new(), moves, exact_stops: exact_stops(document) };
+        Ok(Self::of_path(path.name, sha256, path.q, path.t_s, told))
+    }
+
+    /// A path of a vendor program: `q[axis][point]`, rad or m.
+    pub fn of_path(name: String, sha256: String, q: Vec<Vec<f64>>, t_s: Option<Vec<f64>>, told: ScriptPath) -> Self {
+        Self { name, sha256, q, t_s, lines: Lines::default(), script: Some(told) }
+    }
+
+    /// Points of each stretch whose ways are known: one of rows of joints.
+    pub fn stretches(&self) -> Vec<Range<usize>> {
+        let starts = self.script.as_ref().map_or(&[][..], |s| s.starts.as_slice());
+        let from = std::iter::once(0).chain(starts.iter().copied());
+        from.zip(starts.iter().copied().chain([self.len()])).map(|(from, to)| from..to).collect()
+    }
+
+    /// One stretch as a program of its own.
+    pub fn stretch(&self, points: Range<usize>) -> Self {
+        Self {
+            name: self.name.clone(),
+            sha256: self.sha256.clone(),
+            q: self.q.iter().map(|c| c[points.clone()].to_vec()).collect(),
+            t_s: self.t_s.as_ref().map(|t| t[points].to_vec()),
+            lines: Lines::default(),
+            script: None,
+        }
     }
 
     fn of_rows(input: Input, robot: &Robot) -> Result<Self> {
@@ -107,7 +197,7 @@ impl Program {
                 times.extend_from_slice(&block.t_s);
             }
         }
-        Ok(Self { name: input.name, sha256: input.sha256, q, t_s, lines: reader.into_lines() })
+        Ok(Self { name: input.name, sha256: input.sha256, q, t_s, lines: reader.into_lines(), script: None })
     }
 
     /// Number of points.

@@ -9,7 +9,7 @@ of the programs that the figures of the documents were taken from; this script f
 
 Every program is read twice: first to learn which frames and tools it waits for, then with these at zero. The robots are those
 of `configs/`, their joint limits widened to two turns and their lengths as they are, halved and doubled (for G-code: without and with
-rotary axes), of which the best counts (the programs' own robots are not known), with a half gap of 0.004 deg on each joint. With --prove each program is also written, undone (the bytes must come back), and rewritten again (it must be refused).
+rotary axes), of which the best counts (the programs' own robots are not known), with a half gap of 0.004 deg on each joint. With --prove each program is also written, undone (the bytes must come back), and rewritten again (it must be refused, and is meant to be recognised without its notes, too).
 """
 
 import argparse
@@ -105,6 +105,8 @@ def measured(binary, desk, program, work, prove):
         frames.write_text(json.dumps({"schema": "lostmotion/frames/1", **zero}))
     if prove and done.get("changes"):
         done["proof"] = proof(binary, desk, program, frames, work)
+        if done["proof"] == "ok":
+            done["recognised"] = recognised(binary, desk, program, frames, work)
     return done
 
 
@@ -131,6 +133,19 @@ def proof(binary, desk, program, frames, work):
         if written.read_bytes() != (program.parent / written.name).read_bytes():
             return "undo gives other bytes"
     return "ok"
+
+
+def recognised(binary, desk, program, frames, work):
+    """Is the result refused when its notes are lost?"""
+    extra = ["--frames", frames] if frames else []
+    extra += ASSUMED if program.suffix.lower() in ENDINGS["gcode"] else []
+    bare = work / "bare"
+    bare.mkdir()
+    for written in (work / "out").iterdir():
+        if not written.name.endswith(".lostmotion.json"):
+            (bare / written.name).write_bytes(written.read_bytes())
+    again = run(binary, "rewrite", "--model", desk / "model.yaml", bare / program.name, "--output", work / ("bare_" + program.name), *extra)
+    return again.returncode == 2
 
 
 def language_of(binary, corpus, language, prove, threads):
@@ -194,10 +209,11 @@ def report(language, results, given):
     with_moves = [(p, r) for p, r in good if r.get("moves")]
     gains = [1 for _, r in with_moves if r.get("changes")]
     shares = [((r.get("edited_as_joints") or 0) + (r.get("edited_as_poses") or 0)) / r["moves"] for _, r in with_moves]
+    both = [1 for _, r in reverses if r.get("changes")]
     print(
         f"{language}: {len(results)} programs, {len(bad)} refused, {len(with_moves)} with moves, {moves} moves; "
         f"as joints {joints}, as poses {poses}, share {100 * (joints + poses) / max(moves, 1):.1f} %, "
-        f"mean of programs {100 * sum(shares) / max(len(shares), 1):.1f} %; reverse {len(reverses)}, changed {len(gains)}"
+        f"mean of programs {100 * sum(shares) / max(len(shares), 1):.1f} %; reverse {len(reverses)}, of which changed {len(both)}; changed {len(gains)}"
     )
     reasons, where = collections.Counter(), {}
     for path, r in good:
@@ -213,6 +229,11 @@ def report(language, results, given):
     if given.prove:
         proofs = collections.Counter(r.get("proof", "unchanged") for _, r in good)
         print("  proof:", dict(proofs))
+        count = lambda r: sum(r["reversals"]) if isinstance(r.get("reversals"), list) else r.get("reversals") or 0
+        for least in (1, 4):
+            known = [(p, r["recognised"]) for p, r in good if "recognised" in r and count(r) >= least]
+            print(f"  without their notes recognised: {sum(k for _, k in known)} of {len(known)} with {least} reversals or more")
+        print("   ", *[p.relative_to(given.corpus) for p, k in known if not k])
         for path, r in good:
             if r.get("proof") not in (None, "ok"):
                 print("   ", path, r["proof"])

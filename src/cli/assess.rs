@@ -1,10 +1,10 @@
 //! `lostmotion assess`: what lost motion costs at the TCP; one file per subcommand.
 
-pub mod bidirectional;
-pub mod circle;
-pub mod deadzone;
-pub mod impact;
-pub mod program;
+pub(crate) mod bidirectional;
+pub(crate) mod circle;
+pub(crate) mod deadzone;
+pub(crate) mod impact;
+pub(crate) mod program;
 
 use anyhow::Result;
 

@@ -7,6 +7,7 @@ use crate::rewrite::Refusal;
 /// How a command that did what it was asked for ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Finished {
+    /// The job is done and its answer is yes.
     Done,
     /// `--exit-code`, and no program needed a change.
     NothingChanged,

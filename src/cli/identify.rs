@@ -1,10 +1,10 @@
 //! `lostmotion identify`: one file per way to find gaps.
 
-pub mod common;
-pub mod deadzone;
-pub mod machine;
-pub mod screw;
-pub mod static_;
+pub(crate) mod common;
+pub(crate) mod deadzone;
+pub(crate) mod machine;
+pub(crate) mod screw;
+pub(crate) mod static_;
 
 use crate::cli::exit::bad;
 use crate::error::Place;

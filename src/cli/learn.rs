@@ -144,7 +144,7 @@ pub fn run(args: Args) -> Result<()> {
         return Ok(());
     }
     let mut stdout = Output::create(Path::new("-"))?;
-    let text = if args.json { format!("{:#}\n", lesson.to_json()) } else { lesson.to_text() };
+    let text = if args.json { format!("{:#}\n", lesson.to_json()?) } else { lesson.to_text() };
     stdout.put(text.as_bytes())?;
     output::commit([Some(out), report, Some(stdout)]).map_err(Into::into)
 }

@@ -1,40 +1,41 @@
 //! The command line: one file per command, each `arguments -> load -> call -> write`, no mathematics.
 
+#![warn(missing_docs)]
 // doc comments of arguments are help texts, with <placeholders>
 #![allow(rustdoc::invalid_html_tags)]
 
 // first: its macros `eprint!` and `eprintln!` replace those of the standard library
 #[macro_use]
 pub mod console;
-pub mod assess;
-pub mod completions;
-pub mod demo;
-pub mod diagnose;
+pub(crate) mod assess;
+pub(crate) mod completions;
+pub(crate) mod demo;
+pub(crate) mod diagnose;
 pub mod exit;
-pub mod fit;
-pub mod global;
+pub(crate) mod fit;
+pub(crate) mod global;
 pub mod help;
-pub mod identify;
-pub mod identify_path;
-pub mod join;
-pub mod learn;
-pub mod logs;
-pub mod manifest;
-pub mod merge;
+pub(crate) mod identify;
+pub(crate) mod identify_path;
+pub(crate) mod join;
+pub(crate) mod learn;
+pub(crate) mod logs;
+pub(crate) mod manifest;
+pub(crate) mod merge;
 pub mod page;
-pub mod paths;
-pub mod plan_experiment;
-pub mod plan_recording;
+pub(crate) mod paths;
+pub(crate) mod plan_experiment;
+pub(crate) mod plan_recording;
 pub mod process;
-pub mod progress;
-pub mod rewrite;
-pub mod robot;
-pub mod schema;
-pub mod show;
-pub mod simulate;
-pub mod status;
-pub mod track;
-pub mod undo;
+pub(crate) mod progress;
+pub(crate) mod rewrite;
+pub(crate) mod robot;
+pub(crate) mod schema;
+pub(crate) mod show;
+pub(crate) mod simulate;
+pub(crate) mod status;
+pub(crate) mod track;
+pub(crate) mod undo;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -55,13 +56,17 @@ use exit::Finished;
 
 Exit codes: 0: done; 1: the answer is no (a joint limit would be exceeded, or a check found a difference); 2: wrong usage or input, and nothing was written.")]
 pub struct Cli {
+    #[allow(missing_docs)]
     #[command(subcommand)]
     pub command: Command,
+    #[allow(missing_docs)]
     #[command(flatten)]
     pub global: global::Args,
 }
 
 #[derive(Debug, Subcommand)]
+// a doc comment here would be printed as help: the help of each command stands with its arguments
+#[allow(missing_docs)]
 pub enum Command {
     Identify(identify::Args),
     Fit(fit::Args),

@@ -11,8 +11,9 @@ use crate::io::yaml::Document;
 use crate::io::{bag, workbook};
 use crate::log::{ColumnMap, Log, plausibility};
 use crate::model::{self, Model};
-use crate::program::Program;
 use crate::report::Page;
+use crate::rewrite::script::path::Reading;
+use crate::robot::frames::Frames;
 use crate::robot::{self, Robot};
 use anyhow::Result;
 use std::path::{Path, PathBuf};
@@ -37,6 +38,9 @@ pub struct Args {
     /// Column map of a log: a file, or the built-in rtde, rws, rsi or tracker
     #[arg(long, value_name = "MAP")]
     pub columns: Option<PathBuf>,
+    /// Frames and tools of a program's Cartesian targets by the controller's names (YAML, or the controller's own file)
+    #[arg(long, value_name = "FRAMES.yaml")]
+    pub frames: Option<PathBuf>,
     /// Write the page to this file; `-` for standard output
     #[arg(long, short, value_name = "FILE.html")]
     pub output: PathBuf,
@@ -44,7 +48,8 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
-    let inputs = [("FILE", Some(args.file.as_path())), ("--robot", args.robot.as_deref())];
+    let inputs =
+        [("FILE", Some(args.file.as_path())), ("--robot", args.robot.as_deref()), ("--frames", args.frames.as_deref())];
     paths::refuse_shared(&inputs, &[("--output", Some(args.output.as_path()))])?;
     let mut out = Output::create(&args.output)?;
     let (input, _) = workbook::unpacked(input::read(&args.file)?)?;
@@ -89,7 +94,10 @@ fn of(args: &Args, input: Input) -> Result<Page> {
                 plausibility::check_for(&log, &robot, plausibility::Kinematics::OfFile)?;
                 page::show::of_log(&robot, &log)
             } else {
-                page::show::of_program(&robot, &Program::parse(input, &robot)?)
+                let frames = args.frames.as_deref().map(Frames::load).transpose()?.unwrap_or_default();
+                let tcp_speed_m_s = crate::simulate::Options::default().speed_m_s;
+                let reading = Reading { robot: &robot, frames: &frames, tcp_speed_m_s, format: None };
+                page::show::of_program(&robot, &reading.load(&args.file, input)?)
             }
         }
     };

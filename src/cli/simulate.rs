@@ -12,15 +12,17 @@ use crate::log::Log;
 use crate::log::text::LogText;
 use crate::model::Model;
 use crate::program::Program;
+use crate::rewrite::script::path::Reading;
 use crate::robot::Robot;
+use crate::robot::frames::Frames;
 use crate::simulate::{Motion, Options, Timing, Written, predicted};
 use anyhow::Result;
 use std::path::{Path, PathBuf};
 
 /// Run a program, or the commands of a log, on a modelled machine and write the log that a tracker would record.
 ///
-/// A program (joint-space CSV) runs with linear joint motion between its points: at its own times if it has `t_s`, otherwise
-/// at a constant TCP speed. A log keeps its rows, times and commands; its measured columns are replaced by predictions.
+/// A program runs with linear joint motion between its points, and along its straight lines and arcs where it has Cartesian targets:
+/// at its own times or speeds if it has them, otherwise at a constant TCP speed. A log keeps its rows, times and commands; its measured columns are replaced by predictions.
 /// Without --noise-um the result has no noise. With --robot the TCP is that of the robot file, without errors.
 ///
 /// Examples:
@@ -43,6 +45,9 @@ pub struct Args {
     /// Column map for a log with other names or units; the predicted log keeps them
     #[arg(long, value_name = "MAP.yaml")]
     pub columns: Option<PathBuf>,
+    /// Frames and tools of a program's Cartesian targets by the controller's names (YAML, or the controller's own file)
+    #[arg(long, value_name = "FRAMES.yaml")]
+    pub frames: Option<PathBuf>,
     /// Write the predicted log to this file; `-` for standard output
     #[arg(long, short, value_name = "LOG.csv", default_value = "-")]
     pub output: PathBuf,
@@ -55,7 +60,7 @@ pub struct Args {
     /// Rows per second of the predicted log of a program, Hz [default: 25]
     #[arg(long, value_name = "HZ", value_parser = rate)]
     pub rate_hz: Option<f64>,
-    /// TCP speed of a program, mm/s; overrides the program's `t_s` [default: the times in `t_s`, otherwise 1.5]
+    /// TCP speed of a program, mm/s; overrides the program's own times [default: its own times and speeds, otherwise 1.5]
     #[arg(long, value_name = "MM_S", value_parser = above_zero)]
     pub speed_mm_s: Option<f64>,
     /// Write the TCP in the frame of the robot file instead of the tracker's frame
@@ -133,6 +138,7 @@ pub fn run(args: Args) -> Result<()> {
         ("--robot", args.robot.as_deref()),
         ("--input", Some(args.input.as_path())),
         ("--columns", args.columns.as_deref()),
+        ("--frames", args.frames.as_deref()),
     ];
     paths::refuse_shared(&inputs, &[("--output", Some(args.output.as_path())), ("--report", args.report.as_deref())])?;
     paths::refuse_program_ending("--output", Some(&args.output))?;
@@ -147,19 +153,13 @@ pub fn run(args: Args) -> Result<()> {
     let text = LogText::of(input::read(&args.input)?, &model.robot, map.as_ref(), TopicChoice::Any)?;
     let input = &text.input;
     let from = page::simulate::From { name: input.name.clone(), sha256: input.sha256.clone() };
-    let defaults = Options::default();
-    let mut options = Options {
-        rate_hz: args.rate_hz.unwrap_or(defaults.rate_hz),
-        speed_m_s: args.speed_mm_s.map_or(defaults.speed_m_s, |v| v * 1e-3),
-        noise_m: args.noise_um.unwrap_or(0.0) * 1e-6,
-        seed: args.seed,
-        encoders: args.encoders,
-        screws: args.screws,
-    };
+    let mut options = options_of(&args);
     let (mut written, settled) = if map.is_some() || text.is_recording || predicted::is_log(input, &model) {
         again(&args, &model, &mut options, &text, &mut out)?
     } else {
-        let program = Program::parse(text.input, &model.robot)?;
+        let frames = args.frames.as_deref().map(Frames::load).transpose()?.unwrap_or_default();
+        let reading = Reading { robot: &model.robot, frames: &frames, tcp_speed_m_s: options.speed_m_s, format: None };
+        let program = reading.load(&args.input, text.input)?;
         let (t_s, notes) = times(&args, &model, &program, &options);
         let motion = Motion::of_program(&model, &program, &t_s, options.rate_hz)?;
         let mut written = predicted::write_program_log(&model, &motion, &options, &program.name, &mut out)?;
@@ -194,6 +194,19 @@ pub fn run(args: Args) -> Result<()> {
     Ok(())
 }
 
+/// Options of the run in SI.
+fn options_of(args: &Args) -> Options {
+    let defaults = Options::default();
+    Options {
+        rate_hz: args.rate_hz.unwrap_or(defaults.rate_hz),
+        speed_m_s: args.speed_mm_s.map_or(defaults.speed_m_s, |v| v * 1e-3),
+        noise_m: args.noise_um.unwrap_or(0.0) * 1e-6,
+        seed: args.seed,
+        encoders: args.encoders,
+        screws: args.screws,
+    }
+}
+
 /// `simulate --json`: the log itself is in `--output`.
 fn summary(model: &Model, from: &page::simulate::From, args: &Args, written: &Written) -> serde_json::Value {
     let effects: Vec<_> = model.effects.iter().map(|e| entry::write(e, &model.robot)).collect();
@@ -212,7 +225,7 @@ fn summary(model: &Model, from: &page::simulate::From, args: &Args, written: &Wr
 
 /// Times of the program's points, with what a user should know about them.
 fn times(args: &Args, model: &Model, program: &Program, options: &Options) -> (Vec<f64>, Vec<String>) {
-    let mut notes = Vec::new();
+    let mut notes = program.script.as_ref().map(|s| s.left(options.speed_m_s, args.speed_mm_s)).unwrap_or_default();
     if let (Some(t_s), None) = (&program.t_s, args.speed_mm_s) {
         return (t_s.clone(), notes);
     }

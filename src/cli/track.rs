@@ -120,7 +120,7 @@ pub fn run(args: Args) -> Result<()> {
     page::write(&mut report, || page::track::of_tracked(robot, &kinematics, &path, &tracked, &origin))?;
     let mut stdout = if args.json { Some(Output::create(FilePath::new("-"))?) } else { None };
     if let Some(stdout) = &mut stdout {
-        stdout.put(format!("{:#}\n", tracked.to_json(robot, &path, &origin, method.text())).as_bytes())?;
+        stdout.put(format!("{:#}\n", tracked.to_json(robot, &path, &origin, method.text())?).as_bytes())?;
     }
     output::commit([Some(out), report, stdout])?;
     eprint!("{}", tracked.words(&path, &origin.by));

@@ -19,11 +19,14 @@ pub enum Role {
 /// A run and what the page calls it: "without", "paper's Table 3", "this tool".
 #[derive(Debug, Clone, Default)]
 pub struct Run {
+    /// Name in the legend.
     pub name: String,
+    /// What the run is among the others; it chooses the colour.
     pub role: Role,
 }
 
 impl Run {
+    /// A run with its name and role.
     pub fn new(name: impl Into<String>, role: Role) -> Self {
         Self { name: name.into(), role }
     }
@@ -34,8 +37,11 @@ impl Run {
 pub struct PathView {
     /// Factor of the drawn errors (Zhang (2023) figure 11: 400).
     pub exaggeration: f64,
+    /// Points of the commanded path, mm.
     pub nominal_mm: Vec<[f64; 3]>,
+    /// Measured runs.
     pub runs: Vec<PathRun>,
+    /// Places to mark on the path.
     pub marks: Vec<PathMark>,
     /// The nominal points are joints of an arm: a thick line, each point marked.
     pub is_arm: bool,
@@ -44,42 +50,57 @@ pub struct PathView {
 /// A measured path: drawn at `reference_mm + exaggeration * error_um / 1000`.
 #[derive(Debug, Clone, Default)]
 pub struct PathRun {
+    /// Name and role.
     pub run: Run,
+    /// Points of the path that errors are drawn from, mm.
     pub reference_mm: Vec<[f64; 3]>,
+    /// Error at each of these points, um.
     pub error_um: Vec<[f64; 3]>,
 }
 
 /// A reversal on the path; `sense` is the joint's new direction (+1, -1).
 #[derive(Debug, Clone, Default)]
 pub struct PathMark {
+    /// Name of the joint that reverses.
     pub joint: String,
+    /// Place of the reversal, mm.
     pub at_mm: [f64; 3],
+    /// Direction after the reversal, -1 or 1.
     pub sense: i8,
 }
 
 /// Errors against the best-fit circle over the circle's angle: three polar plots.
 #[derive(Debug, Clone, Default)]
 pub struct PolarView {
+    /// Measured runs.
     pub runs: Vec<PolarRun>,
+    /// Angles to mark.
     pub marks: Vec<AngleMark>,
 }
 
+/// Deviations of one run over the angle.
 #[derive(Debug, Clone, Default)]
 pub struct PolarRun {
+    /// Name and role.
     pub run: Run,
+    /// Angle of each point on the circle, deg.
     pub angle_deg: Vec<f64>,
     /// 2-norm of the two parts.
     pub total_um: Vec<f64>,
     /// Radial, outwards positive.
     pub in_plane_um: Vec<f64>,
+    /// Deviation across the plane at each angle, um.
     pub out_of_plane_um: Vec<f64>,
 }
 
 /// A reversal at an angle of the circle.
 #[derive(Debug, Clone, Default)]
 pub struct AngleMark {
+    /// Name of the joint that reverses.
     pub joint: String,
+    /// Angle on the circle, deg.
     pub at_deg: f64,
+    /// Direction after the reversal, -1 or 1.
     pub sense: i8,
 }
 
@@ -92,54 +113,73 @@ pub struct TracesView {
     pub x_unit: String,
     /// What is on the vertical axis; empty: "error". Its unit is the joint's thousandth, or the joint's own.
     pub y_name: String,
+    /// The values are in deg or mm, not in thousandths of them.
     pub y_whole: bool,
+    /// Joints in the order of the robot.
     pub joints: Vec<JointTraces>,
 }
 
+/// Errors of one joint.
 #[derive(Debug, Clone, Default)]
 pub struct JointTraces {
+    /// Name of the joint.
     pub joint: String,
+    /// Pictures of this joint.
     pub panels: Vec<TracePanel>,
 }
 
+/// One picture of a joint's errors.
 #[derive(Debug, Clone, Default)]
 pub struct TracePanel {
     /// "without compensation", "at -12.3 deg, turning up".
     pub title: String,
+    /// Runs in this picture.
     pub runs: Vec<TraceRun>,
+    /// Reversals to mark.
     pub marks: Vec<TraceMark>,
 }
 
 /// Measured errors as points, the model as a line.
 #[derive(Debug, Clone, Default)]
 pub struct TraceRun {
+    /// Name and role.
     pub run: Run,
+    /// Abscissa of each row.
     pub x: Vec<f64>,
+    /// Error at each row, thousandths of deg or mm unless [`TracesView::y_whole`].
     pub error_milli: Vec<f64>,
     /// Empty: no model is drawn.
     pub model_x: Vec<f64>,
+    /// The same by the fitted model, in the same unit.
     pub model_milli: Vec<f64>,
 }
 
 /// A reversal of a joint (the panel's own or another) on the horizontal axis.
 #[derive(Debug, Clone, Default)]
 pub struct TraceMark {
+    /// Name of the joint that reverses.
     pub joint: String,
+    /// Abscissa of the reversal.
     pub x: f64,
+    /// Direction after the reversal, -1 or 1.
     pub sense: i8,
 }
 
 /// Half gap over position, one panel a joint.
 #[derive(Debug, Clone, Default)]
 pub struct GapsView {
+    /// Joints in the order of the robot.
     pub joints: Vec<JointGapView>,
 }
 
+/// Half gaps of one joint over position.
 #[derive(Debug, Clone, Default)]
 pub struct JointGapView {
+    /// Name of the joint.
     pub joint: String,
     /// A few words beside the joint's name: "constant", "varies, p < 0.001".
     pub finding: String,
+    /// Half gaps at tested places.
     pub points: Vec<GapPointView>,
     /// Where one value holds everywhere: it and its 95 % interval.
     pub constant_milli: Option<(f64, [f64; 2])>,
@@ -147,17 +187,25 @@ pub struct JointGapView {
     pub schedule: Option<ScheduleView>,
 }
 
+/// Half gap at one place.
 #[derive(Debug, Clone, Default)]
 pub struct GapPointView {
+    /// Position of the joint, deg or mm.
     pub at_deg_mm: f64,
+    /// Half gap, thousandths of deg or mm.
     pub half_gap_milli: f64,
+    /// Its 95 % interval, thousandths of deg or mm.
     pub ci95_milli: [f64; 2],
+    /// Half gap of each cycle, thousandths of deg or mm.
     pub per_cycle_milli: Vec<f64>,
 }
 
+/// A curve of half gaps over position.
 #[derive(Debug, Clone, Default)]
 pub struct ScheduleView {
+    /// Positions of the joint, deg or mm.
     pub at_deg_mm: Vec<f64>,
+    /// Half gap at each position, thousandths of deg or mm.
     pub half_gap_milli: Vec<f64>,
     /// Empty, or 95 % band.
     pub band_milli: Vec<[f64; 2]>,
@@ -170,12 +218,16 @@ pub struct HistogramView {
     pub quantity: String,
     /// "µm".
     pub unit: String,
+    /// Runs that are compared.
     pub runs: Vec<HistogramRun>,
 }
 
+/// Values of one run.
 #[derive(Debug, Clone, Default)]
 pub struct HistogramRun {
+    /// Name and role.
     pub run: Run,
+    /// The values, in the unit of the histogram.
     pub values: Vec<f64>,
     /// Marked on the axis where given.
     pub p95: Option<f64>,
@@ -184,14 +236,20 @@ pub struct HistogramRun {
 /// Bars in groups: the same quantity of several runs.
 #[derive(Debug, Clone, Default)]
 pub struct BarsView {
+    /// What the bars show, for the axis.
     pub quantity: String,
+    /// Unit of the values.
     pub unit: String,
+    /// Runs that are compared: one bar of each in every row.
     pub runs: Vec<Run>,
+    /// Rows from top to bottom.
     pub rows: Vec<BarRow>,
 }
 
+/// Bars of one row.
 #[derive(Debug, Clone, Default)]
 pub struct BarRow {
+    /// Label of the row.
     pub label: String,
     /// One per run; a missing one stays empty.
     pub values: Vec<Option<f64>>,
@@ -200,7 +258,9 @@ pub struct BarRow {
 /// A quantity that falls step by step.
 #[derive(Debug, Clone, Default)]
 pub struct WaterfallView {
+    /// What the steps show, for the axis.
     pub quantity: String,
+    /// Unit of the values.
     pub unit: String,
     /// Name and value of the start.
     pub start: (String, f64),
@@ -213,22 +273,29 @@ pub struct WaterfallView {
 /// Errors at each reversal, side by side for several runs (Zhang (2023) table 5).
 #[derive(Debug, Clone, Default)]
 pub struct ReversalsView {
+    /// Runs that are compared.
     pub runs: Vec<Run>,
+    /// Reversals in the order of the path.
     pub rows: Vec<ReversalRow>,
 }
 
+/// Errors at one reversal.
 #[derive(Debug, Clone, Default)]
 pub struct ReversalRow {
+    /// Name of the joint that reverses.
     pub joint: String,
     /// Angle of the circle, where the path is one.
     pub at_deg: Option<f64>,
+    /// Direction after the reversal, -1 or 1.
     pub sense: i8,
     /// One per run.
     pub values: Vec<ReversalValue>,
 }
 
+/// Error of one run at a reversal.
 #[derive(Debug, Clone, Default)]
 pub struct ReversalValue {
+    /// Largest distance from the circle near the reversal, um.
     pub total_um: f64,
     /// Beyond what the program's own chords leave.
     pub beyond_nominal_um: Option<f64>,
@@ -239,36 +306,49 @@ pub struct ReversalValue {
 /// A joint's lost motion, for a table.
 #[derive(Debug, Clone, Default)]
 pub struct GapRow {
+    /// Name of the joint.
     pub joint: String,
+    /// Half gap, thousandths of deg or mm.
     pub half_gap_milli: f64,
+    /// Its 95 % interval, thousandths of deg or mm.
     pub ci95_milli: [f64; 2],
+    /// Whether the interval leaves out zero.
     pub significant: bool,
     /// p value of the test that the gap does not vary with position.
     pub varies_p_value: Option<f64>,
     /// TCP error of one half gap at a stated pose, µm.
     pub tcp_um: Option<f64>,
+    /// Stiction of the joint, where it was found.
     pub stiction: Option<StictionRow>,
 }
 
+/// Stiction of one joint.
 #[derive(Debug, Clone, Default)]
 pub struct StictionRow {
+    /// Size after a reversal, thousandths of deg or mm.
     pub spike_milli: f64,
+    /// Its 95 % interval, thousandths of deg or mm.
     pub ci95_milli: [f64; 2],
     /// Decay and its interval in `decay_unit` (s, deg or mm).
     pub decay: f64,
+    /// 95 % interval of the decay, in `decay_unit`.
     pub decay_ci95: [f64; 2],
+    /// Unit of the decay: seconds, or deg or mm of travel.
     pub decay_unit: String,
 }
 
 /// A joint of a compensator, for a table.
 #[derive(Debug, Clone, Default)]
 pub struct CompensatorRow {
+    /// Name of the joint.
     pub joint: String,
     /// Offset moving up and moving down; two ends each where it is scheduled.
     pub positive_milli: Option<[f64; 2]>,
+    /// Offset moving down, thousandths of deg or mm; two ends where it is scheduled.
     pub negative_milli: Option<[f64; 2]>,
     /// "constant", "PCHIP, 5 knots", "polynomial of degree 2".
     pub kind: String,
+    /// Offset against friction after a reversal, thousandths of deg or mm.
     pub friction_gain_milli: Option<f64>,
     /// "decays over 5.2 s", "equation 17, l = 3, 5 points".
     pub friction_shape: String,
@@ -277,7 +357,9 @@ pub struct CompensatorRow {
 /// Something that was not used, and why.
 #[derive(Debug, Clone, Default)]
 pub struct LeftOut {
+    /// What is left out.
     pub what: String,
+    /// Why it is left out.
     pub why: String,
 }
 
@@ -286,18 +368,22 @@ pub struct LeftOut {
 pub struct PlacesView {
     /// How many there are in all.
     pub total: u64,
+    /// Places in their order.
     pub places: Vec<Place>,
 }
 
+/// A place of the program that changes.
 #[derive(Debug, Clone, Default)]
 pub struct Place {
     /// Line of the program that came in; counts from 1.
     pub line: Option<u64>,
+    /// Name of the joint.
     pub joint: String,
     /// "reversal", "inserted point".
     pub what: String,
     /// Command at the place.
     pub at_deg_mm: f64,
+    /// Change of the target, thousandths of deg or mm.
     pub offset_milli: f64,
 }
 
@@ -306,6 +392,7 @@ pub struct Place {
 pub struct TableView {
     /// Headings and whether the column holds numbers (set right).
     pub columns: Vec<(String, bool)>,
+    /// Cells of each row, as many as there are headings.
     pub rows: Vec<Vec<String>>,
 }
 

@@ -12,12 +12,15 @@ const PAPER: &str = "Experimental assessment and feedforward control of backlash
 /// A note.
 #[derive(Debug, Clone)]
 pub struct Method {
+    /// Name of the method.
     pub name: Cow<'static, str>,
+    /// What it does, in sentences.
     pub text: Cow<'static, str>,
     /// HTML, or empty.
     equation: &'static str,
     /// Number of the equation in its source, or empty.
     number: &'static str,
+    /// Author, year and equation.
     pub source: Cow<'static, str>,
 }
 

@@ -15,16 +15,18 @@
 //! - [`method`]: notes on method with equations and sources, to be quoted by name.
 //! - [`mod@number`]: how numbers are written.
 
-pub mod bidirectional;
-pub mod diagnosis;
-pub mod figures;
-pub mod map;
+#![warn(missing_docs)]
+
+pub(crate) mod bidirectional;
+pub(crate) mod diagnosis;
+pub(crate) mod figures;
+pub(crate) mod map;
 pub mod method;
-pub mod number;
-pub mod page;
+pub(crate) mod number;
+pub(crate) mod page;
 pub mod plots;
-pub mod tables;
-pub mod views;
+pub(crate) mod tables;
+pub(crate) mod views;
 
 pub use bidirectional::*;
 pub use diagnosis::*;

@@ -15,24 +15,32 @@ pub struct Page {
     pub command: String,
     /// What was done, in one or two sentences.
     pub summary: String,
+    /// The answer, in one line.
     pub verdict: Verdict,
     /// What to do next: about what, and what; stands below the verdict.
     pub next: Vec<(String, String)>,
+    /// The robot, where the job has one.
     pub robot: Option<RobotView>,
     /// Joints in the robot's order: their order fixes their colours and marks on the whole page.
     pub joints: Vec<JointView>,
+    /// Files that were read.
     pub files: Vec<FileView>,
     /// Options and their values, as a reader would type them.
     pub options: Vec<(String, String)>,
+    /// Figures that stand at the top.
     pub tiles: Vec<Tile>,
+    /// What a reader must know before the rest.
     pub warnings: Vec<String>,
+    /// Sections in the order of the page.
     pub sections: Vec<Section>,
 }
 
 /// The answer in one sentence.
 #[derive(Debug, Clone, Default)]
 pub struct Verdict {
+    /// Whether the answer is good or bad.
     pub tone: Tone,
+    /// The answer in words.
     pub text: String,
 }
 
@@ -40,23 +48,31 @@ pub struct Verdict {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Tone {
     #[default]
+    /// Neither good nor bad.
     Plain,
+    /// The answer is yes.
     Good,
+    /// The answer is yes with reservations.
     Mixed,
+    /// The answer is no.
     Bad,
 }
 
 /// The robot of a page.
 #[derive(Debug, Clone, Default)]
 pub struct RobotView {
+    /// Name of the file.
     pub name: String,
+    /// SHA-256 of the file, hexadecimal.
     pub sha256: String,
 }
 
 /// A joint: its unit is the degree or the millimetre, its errors are in thousandths of that (mdeg, µm).
 #[derive(Debug, Clone)]
 pub struct JointView {
+    /// Name of the joint.
     pub name: String,
+    /// Revolute or prismatic.
     pub kind: JointKind,
     /// Its gaps are so large that the page shows them in degrees (a tendon's, not a gear's).
     pub wide_gaps: bool,
@@ -67,6 +83,7 @@ pub struct JointView {
 pub struct FileView {
     /// "robot", "log before", "program out", ...
     pub role: String,
+    /// Name of the robot.
     pub name: String,
     /// Lower-case hex; shown short, whole on hovering.
     pub sha256: String,
@@ -75,8 +92,11 @@ pub struct FileView {
 /// A key figure.
 #[derive(Debug, Clone, Default)]
 pub struct Tile {
+    /// What the figure is.
     pub label: String,
+    /// The figure, as printed.
     pub value: String,
+    /// Its unit.
     pub unit: String,
     /// A few words: what it was before, where it stands.
     pub detail: String,
@@ -89,32 +109,54 @@ pub struct Section {
     pub title: String,
     /// How it was measured.
     pub caption: String,
+    /// What the section shows.
     pub content: Content,
 }
 
 /// What a section holds.
 #[derive(Debug, Clone)]
 pub enum Content {
+    /// A path in space with magnified errors.
     Path(PathView),
+    /// Deviations over the angle of a circle.
     Polar(PolarView),
+    /// Errors of joints over time or position.
     Traces(TracesView),
+    /// Traces of logs one below the other.
     Strips(StripsView),
+    /// A path whose colour shows a value.
     HeatPath(HeatPathView),
+    /// Errors of joints over position, both ways.
     Ways(WaysView),
+    /// Sizes of effects by joint and kind.
     Map(MapView),
+    /// Half gaps over position.
     Gaps(GapsView),
+    /// Errors over position, both ways, by state.
     BothWays(BothWaysView),
+    /// Backlash over position, by state.
     BacklashCurves(BacklashCurvesView),
+    /// How often values of each size occur.
     Histogram(HistogramView),
+    /// Bars that compare runs.
     Bars(BarsView),
+    /// What each effect takes off the residual.
     Waterfall(WaterfallView),
+    /// Errors at reversals.
     Reversals(ReversalsView),
+    /// Half gaps as a table.
     GapTable(Vec<GapRow>),
+    /// What a compensator holds, as a table.
     Compensator(Vec<CompensatorRow>),
+    /// What was left out, and why.
     LeftOut(Vec<LeftOut>),
+    /// Places of a program that change.
     Places(PlacesView),
+    /// A table of words.
     Table(TableView),
+    /// Notes, one line each.
     Notes(Vec<String>),
+    /// Methods, with references.
     Method(Vec<Method>),
 }
 

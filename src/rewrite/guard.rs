@@ -2,7 +2,8 @@
 //!
 //! Two checks. (1) Beside every file that it writes, `rewrite` leaves a note `FILE.lostmotion.json` with the SHA-256 of the
 //! file; an input whose hash stands in a note of its folder is refused (the file itself may carry no mark: every byte that is
-//! no motion target stays). (2) A file without its note is known by its numbers ([`super::rewritten`]).
+//! no motion target stays). (2) A file without its note is known by its numbers: joints by
+//! [`super::rewritten`], Cartesian targets by `super::script::retraced`.
 
 use crate::error::{BadInput, Error, Place, Result, is_stdio, shown};
 use crate::io::folder;
@@ -13,36 +14,49 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+/// The schema that a note names.
 pub const SCHEMA: &str = "lostmotion/rewritten/1";
 const ENDING: &str = ".lostmotion.json";
 
 /// The note beside a rewritten file.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Note {
+    /// The schema of this note.
     pub schema: String,
     /// Version of the program that wrote the file.
     pub version: String,
     /// Names without folders.
     pub input: String,
+    /// Name of the rewritten file.
     pub output: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// SHA-256 of the program before, hexadecimal; notes of earlier versions lack it.
     pub sha256_in: Option<String>,
+    /// SHA-256 of the rewritten program, hexadecimal.
     pub sha256_out: String,
+    /// The robot file.
     pub robot: Named,
+    /// The compensator file.
     pub compensator: Named,
+    /// Options as they were given.
     pub options: Vec<String>,
     /// As in a summary line.
     #[serde(default)]
     pub moves: u64,
     #[serde(default)]
+    /// Number of moves that could be edited.
     pub editable: u64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// Of them those whose joint values were written.
     pub edited_as_joints: Option<u64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// Of them those whose Cartesian targets were written.
     pub edited_as_poses: Option<u64>,
     #[serde(default)]
+    /// Number of reversals.
     pub reversals: u64,
     #[serde(default)]
+    /// Number of new points.
     pub inserted: u64,
     /// The input's bytes, for `undo` ([`super::original`]); a large program is not kept.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -58,18 +72,25 @@ pub struct Note {
 /// A file that belongs to a program, such as the `.dat` of a `.src`.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Companion {
+    /// Name of the program before.
     pub input: String,
+    /// Name of the rewritten program.
     pub output: String,
+    /// SHA-256 of the program before, hexadecimal.
     pub sha256_in: String,
+    /// SHA-256 of the rewritten program, hexadecimal.
     pub sha256_out: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// The bytes of the file before, for `undo`; a large file is not kept.
     pub original: Option<String>,
 }
 
 /// Name and SHA-256.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Named {
+    /// Name of the file.
     pub name: String,
+    /// SHA-256 of the file, hexadecimal.
     pub sha256: String,
 }
 

@@ -30,12 +30,16 @@ const LISTED: usize = 5;
 pub struct Entry {
     /// Path below the folder of the programs.
     pub key: String,
+    /// Size of the file, bytes.
     pub size: u64,
     /// `None`: it could not be read.
     pub sha256: Option<String>,
+    /// Name of its format; `None` where it cannot be read.
     pub format: Option<String>,
+    /// Whether it can be read.
     pub state: State,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// Why it cannot be read.
     pub reason: Option<String>,
 }
 
@@ -211,11 +215,15 @@ pub struct Merged {
 /// Counts of the programs of a manifest.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
+    /// Number of programs in the manifest.
     pub programs: usize,
     /// Written or unchanged.
     pub done: usize,
+    /// Number of programs that were refused.
     pub refused: usize,
+    /// Number of programs that failed.
     pub failed: usize,
+    /// Number of programs that are left to do.
     pub left: usize,
 }
 

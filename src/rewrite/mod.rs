@@ -28,37 +28,39 @@
 //! - `original`: the bytes of a program as it was, kept in the note beside its rewritten form: zlib, base64. `undo` brings them
 //!   back
 
-pub mod batch;
-pub mod deadband;
-pub mod densify;
+#![warn(missing_docs)]
+
+pub(crate) mod batch;
+pub(crate) mod deadband;
+pub(crate) mod densify;
 mod digits;
-pub mod engine;
-pub mod equation2;
+pub(crate) mod engine;
+pub(crate) mod equation2;
 pub mod guard;
-pub mod job;
-pub mod limits;
+pub(crate) mod job;
+pub(crate) mod limits;
 pub mod manifest;
-pub mod near;
-pub mod offset;
-pub mod options;
+pub(crate) mod near;
+pub(crate) mod offset;
+pub(crate) mod options;
 pub mod original;
-pub mod outcome;
-pub mod path;
-pub mod plan;
+pub(crate) mod outcome;
+pub(crate) mod path;
+pub(crate) mod plan;
 pub mod points;
 pub mod printed;
-pub mod refusal;
-pub mod rewritten;
+pub(crate) mod refusal;
+pub(crate) mod rewritten;
 pub mod script;
 pub mod sink;
-pub mod sizes;
+pub(crate) mod sizes;
 pub mod statics;
-pub mod stats;
+pub(crate) mod stats;
 pub mod stream;
-pub mod stroke;
-pub mod summary;
-pub mod turning;
-pub mod vertices;
+pub(crate) mod stroke;
+pub(crate) mod summary;
+pub(crate) mod turning;
+pub(crate) mod vertices;
 
 pub use engine::Engine;
 pub use options::{Options, Refine};

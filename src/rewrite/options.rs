@@ -21,11 +21,14 @@ pub enum Refine {
 /// Settings of a rewrite; values are SI.
 #[derive(Debug, Clone)]
 pub struct Options {
+    /// Which offsets a reversal gets.
     pub law: Law,
+    /// How the path is made finer.
     pub refine: Refine,
     /// Share of the segment after a turning point at which the point stands that carries the step (Zhang (2023): 0.1). It
     /// stands nearer where the joint would lag by more than [`Options::shape_m`] until then, unless `step_exact`.
     pub step_fraction: f64,
+    /// The point that carries a step stands at [`Options::step_fraction`] whatever the joint lags until then.
     pub step_exact: bool,
     /// Movement against the direction that is number noise, per axis (rad or m).
     pub deadband: Vec<f64>,

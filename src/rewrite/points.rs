@@ -3,6 +3,7 @@
 /// Program points that go in: joint vectors (rad or m) one after the other, times where the program has them.
 #[derive(Debug, Clone, Default)]
 pub struct Points {
+    /// Number of axes: values per point.
     pub axes: usize,
     /// `q[row * axes + axis]`.
     pub q: Vec<f64>,
@@ -11,14 +12,17 @@ pub struct Points {
 }
 
 impl Points {
+    /// Number of points.
     pub fn len(&self) -> usize {
         self.q.len().checked_div(self.axes).unwrap_or(0)
     }
 
+    /// Whether there is no point.
     pub fn is_empty(&self) -> bool {
         self.q.is_empty()
     }
 
+    /// Values of point `i`, rad or m, one per axis.
     pub fn row(&self, i: usize) -> &[f64] {
         &self.q[i * self.axes..(i + 1) * self.axes]
     }
@@ -30,16 +34,24 @@ pub enum Origin {
     /// The program's own point, in order.
     Point(u64),
     /// A new point on the segment that starts at program point `after`, at this share of it (0 to 1).
-    Inserted { after: u64, fraction: f64 },
+    Inserted {
+        /// Number of the point before it.
+        after: u64,
+        /// Share of the way to the next point, 0 to 1.
+        fraction: f64,
+    },
 }
 
 /// Points that come out. A value that was not touched is the very number that went in.
 #[derive(Debug, Clone, Default)]
 pub struct OutputPoints {
+    /// Number of axes: values per point.
     pub axes: usize,
+    /// Values of all points, one after the other, rad or m.
     pub q: Vec<f64>,
     /// Empty, or one per row, s.
     pub t_s: Vec<f64>,
+    /// Where each point comes from.
     pub origin: Vec<Origin>,
 }
 
@@ -51,20 +63,24 @@ impl OutputPoints {
         self.origin.reserve(points);
     }
 
+    /// Removes all points and keeps the room.
     pub fn clear(&mut self) {
         self.q.clear();
         self.t_s.clear();
         self.origin.clear();
     }
 
+    /// Number of points.
     pub fn len(&self) -> usize {
         self.origin.len()
     }
 
+    /// Whether there is no point.
     pub fn is_empty(&self) -> bool {
         self.origin.is_empty()
     }
 
+    /// Values of point `i`, rad or m, one per axis.
     pub fn row(&self, i: usize) -> &[f64] {
         &self.q[i * self.axes..(i + 1) * self.axes]
     }

@@ -5,33 +5,78 @@ use crate::error::Error;
 /// The answer is no; nothing was written.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Refusal {
+    /// The robot has more axes than a rewrite handles.
     #[error("a robot of {axes} axes; a rewrite handles up to {most}")]
-    TooManyAxes { axes: usize, most: usize },
+    TooManyAxes {
+        /// Number of axes of the robot.
+        axes: usize,
+        /// Number of axes that can be handled.
+        most: usize,
+    },
     #[error("a robot with a gap that belongs to a sum of axes (gap_of) takes neither a finer path nor another law")]
+    /// An axis of the program turns by the sum of two joints, and the offset of one would move the other.
     SumOfAxes,
+    /// A friction offset fades in time, and the program has none.
     #[error("the friction offset of {joint} fades in seconds, but the program has no times and no TCP speed is known")]
-    NoClock { joint: String },
+    NoClock {
+        /// Name of the joint.
+        joint: String,
+    },
     /// At 1e15 s a double knows eighths of a second.
     #[error(
         "point {point}: there is no time between two points for a new one; nothing was written (count times from the start of the \
          program)"
     )]
-    NoTime { point: u64 },
+    NoTime {
+        /// Number of the point, from 1.
+        point: u64,
+    },
+    /// Less of the program can be edited than the user requires.
     #[error(
         "{name}: {editable} of {moves} moves can be edited, {:.1} %; {:.1} % are required; nothing was written{reasons}",
         100.0 * *editable as f64 / (*moves).max(1) as f64, 100.0 * required
     )]
-    Coverage { name: String, editable: u64, moves: u64, required: f64, reasons: String },
+    Coverage {
+        /// Name of the program.
+        name: String,
+        /// Number of moves that can be edited.
+        editable: u64,
+        /// Number of all moves.
+        moves: u64,
+        /// Share that is required, 0 to 1.
+        required: f64,
+        /// Why the others stay, a line for each reason.
+        reasons: String,
+    },
     #[error("{}", lines(.0))]
+    /// The last digits of these axes are too coarse for the offset.
     CoarseDigits(Vec<CoarseDigit>),
+    /// A number at a joint limit would pass it once it is rounded.
     #[error(
         "{name}: a position at a limit cannot be written in the format's digits without passing it; nothing was written"
     )]
-    AtLimit { name: String },
+    AtLimit {
+        /// Name of the program.
+        name: String,
+    },
+    /// A file is declared by two programs of a folder.
     #[error("{name}: {with} belongs to another program of the folder, too; nothing was written")]
-    Shared { name: String, with: String },
+    Shared {
+        /// Name of the program.
+        name: String,
+        /// The file that two programs use.
+        with: String,
+    },
+    /// A merge lacks results of programs.
     #[error("{missing} of {programs} programs are in no summary ({first}); nothing was written")]
-    Missing { missing: usize, programs: usize, first: String },
+    Missing {
+        /// Number of programs that no summary holds.
+        missing: usize,
+        /// Number of programs.
+        programs: usize,
+        /// The first of those that are missing.
+        first: String,
+    },
 }
 
 /// A joint whose gap is below what the format can hold; user's units.

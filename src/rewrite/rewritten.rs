@@ -168,6 +168,9 @@ fn has_step(joint: &JointCompensator) -> bool {
     gap && joint.friction.is_none_or(|f| f.gain >= 0.0)
 }
 
+/// Axes of nearly every robot.
+const FEW: usize = 8;
+
 /// One axis of the rows, with its compensator.
 struct Column<'a> {
     rows: Rows<'a>,
@@ -265,22 +268,35 @@ impl Column<'_> {
 
     /// The share of the way from row `i` to row `k` at which row `j` stands, as the other axes tell it.
     fn share(&self, i: usize, j: usize, k: usize) -> Share {
-        let mut shares: Vec<(f64, f64)> = Vec::new();
-        for axis in (0..self.rows.axes).filter(|a| *a != self.axis) {
-            let Some(digit) = self.digits.get(axis).map(|d| d.last) else { continue };
+        let of = |axis: usize| {
+            let digit = self.digits.get(axis)?.last;
             let (a, b, c) = (self.at(i, axis), self.at(j, axis), self.at(k, axis));
             let whole = c - a;
             let turns = i > 0 && (a - self.at(i - 1, axis)) * whole < 0.0;
             if turns || whole.abs() < TELLING * digit {
-                continue;
+                return None;
             }
             let share = (b - a) / whole;
             let off = 2.0 * ROUNDED * digit / whole.abs();
             if share < -off || share > 1.0 + off {
-                continue; // it turns on the way
+                return None; // it turns on the way
             }
-            shares.push((share, off));
-        }
+            Some((share, off))
+        };
+        let found = (0..self.rows.axes).filter(|a| *a != self.axis).filter_map(of);
+        // asked for at every reversal: a list of few takes no memory of its own
+        let (mut few, mut many) = ([(0.0, 0.0); FEW], Vec::new());
+        let shares: &[(f64, f64)] = if self.rows.axes <= FEW {
+            let mut count = 0;
+            for (place, share) in few.iter_mut().zip(found) {
+                *place = share;
+                count += 1;
+            }
+            few.get(..count).unwrap_or_default()
+        } else {
+            many.extend(found);
+            &many
+        };
         let Some(&(share, off)) = shares.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else {
             return self.share_of_turning(i, j, k);
         };
@@ -323,17 +339,21 @@ impl Column<'_> {
         }
     }
 
-    /// Decimals that a value needs, but for rounding.
     fn decimals(&self, v: f64) -> i32 {
-        let number = v / self.digit.unit;
-        let slack = ROUNDED * self.digit.last / self.digit.unit;
-        (0..MOST_DECIMALS)
-            .find(|&d| {
-                let scale = 10f64.powi(d);
-                (number * scale - (number * scale).round()).abs() <= slack * scale
-            })
-            .unwrap_or(MOST_DECIMALS)
+        decimals(v, self.digit.last, self.digit.unit)
     }
+}
+
+/// Decimals that a value needs in its unit, but for rounding to its last digit.
+pub fn decimals(v: f64, last: f64, unit: f64) -> i32 {
+    let number = v / unit;
+    let slack = ROUNDED * last / unit;
+    (0..MOST_DECIMALS)
+        .find(|&d| {
+            let scale = 10f64.powi(d);
+            (number * scale - (number * scale).round()).abs() <= slack * scale
+        })
+        .unwrap_or(MOST_DECIMALS)
 }
 
 /// What the other axes say of a way.

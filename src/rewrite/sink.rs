@@ -9,6 +9,7 @@ use std::path::Path;
 
 /// Takes the output piece by piece, in order.
 pub trait Sink: Send {
+    /// Takes the next bytes of the output.
     fn take(&mut self, bytes: &[u8]) -> Result<()>;
 
     /// Whether there is any use in making the bytes.

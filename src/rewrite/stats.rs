@@ -32,7 +32,9 @@ impl UncheckedRates {
 /// What a rewrite did, for the report that a user reads.
 #[derive(Debug, Clone, Default)]
 pub struct RewriteStats {
+    /// Number of points of the program.
     pub points: u64,
+    /// Number of new points.
     pub inserted: u64,
     /// Reversals per axis.
     pub reversals: Vec<u64>,
@@ -42,6 +44,7 @@ pub struct RewriteStats {
     pub largest_left: Vec<f64>,
     /// Places where a limit would be exceeded after compensation, the first of them in full.
     pub violations: Vec<Violation>,
+    /// Number of all violations, listed or not.
     pub violations_total: u64,
     /// Of them those of a joint's range.
     pub out_of_range: u64,
@@ -56,18 +59,25 @@ pub struct RewriteStats {
 /// A limit that would be exceeded.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Violation {
+    /// The point at which it occurs.
     pub origin: Origin,
+    /// Number of the axis, from 0.
     pub axis: usize,
+    /// Which limit is exceeded.
     pub what: LimitKind,
     /// Value and limit, SI.
     pub value: f64,
+    /// The limit, rad or m, per s or s^2.
     pub limit: f64,
 }
 
 /// Kind of a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LimitKind {
+    /// The range of the joint.
     Range,
+    /// The speed of the joint.
     Speed,
+    /// The acceleration of the joint.
     Acceleration,
 }

@@ -15,32 +15,32 @@ use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
 
-const MODEL: &str = "schema: lostmotion/model/1
+pub const MODEL: &str = "schema: lostmotion/model/1
 robot: robot.yaml
 effects:
   - {effect: backlash, joint: A1, half_gap_deg: 0.0028}
   - {effect: backlash, joint: A2, half_gap_deg: 0.0037}
   - {effect: backlash, joint: A3, half_gap_deg: 0.0022}
 ";
-const FRAMES: &str = "schema: lostmotion/frames/1
+pub const FRAMES: &str = "schema: lostmotion/frames/1
 tools: {\"1\": {xyz_mm: [156, 0, 63], rpy_deg: [0, 0, 0]}}
 ";
 
-fn lostmotion(folder: &Path, line: &str) -> Vec<u8> {
+pub fn lostmotion(folder: &Path, line: &str) -> Vec<u8> {
     let out = Command::cargo_bin("lostmotion").unwrap().current_dir(folder).args(line.split(' ')).output().unwrap();
     assert!(out.status.success(), "{line}: {}", String::from_utf8_lossy(&out.stderr));
     out.stdout
 }
 
 /// TCP pose in mm and degrees about fixed X, Y, Z (KUKA's C, B, A), and as quaternion and rotation vector.
-struct Written {
-    mm: [f64; 3],
-    xyz_deg: [f64; 3],
-    quaternion: [f64; 4],
-    vector: [f64; 3],
+pub struct Written {
+    pub mm: [f64; 3],
+    pub xyz_deg: [f64; 3],
+    pub quaternion: [f64; 4],
+    pub vector: [f64; 3],
 }
 
-fn pose(robot: &Robot, q_deg: &[f64; 6]) -> Written {
+pub fn pose(robot: &Robot, q_deg: &[f64; 6]) -> Written {
     let is = robot.forward(&q_deg.map(f64::to_radians));
     let turn = UnitQuaternion::from_rotation_matrix(&is.rotation);
     let (a, b, c) = turn.euler_angles();
@@ -53,12 +53,12 @@ fn pose(robot: &Robot, q_deg: &[f64; 6]) -> Written {
     }
 }
 
-fn list(values: &[f64], decimals: usize) -> String {
+pub fn list(values: &[f64], decimals: usize) -> String {
     values.iter().map(|v| format!("{v:.decimals$}")).collect::<Vec<_>>().join(",")
 }
 
 /// Joints of the circle, deg: by the damped numerical inverse from point to point.
-fn circle(robot: &Robot) -> Vec<[f64; 6]> {
+pub fn circle(robot: &Robot) -> Vec<[f64; 6]> {
     const POINTS: usize = 200;
     let mut q: Vec<f64> = [-14.0, -78.0, 85.0, 20.0, 45.0, -30.0].map(f64::to_radians).into();
     let middle = robot.forward(&q);
@@ -81,7 +81,7 @@ fn circle(robot: &Robot) -> Vec<[f64; 6]> {
 }
 
 /// The circle as straight moves to Cartesian targets.
-fn written(format: &str, robot: &Robot, points: &[[f64; 6]]) -> (String, String) {
+pub fn written(format: &str, robot: &Robot, points: &[[f64; 6]]) -> (String, String) {
     let poses: Vec<Written> = points.iter().map(|q| pose(robot, q)).collect();
     let n = poses.len();
     let mut t = String::new();
@@ -199,9 +199,25 @@ fn executed(name: &str, bytes: Vec<u8>, robot: &Robot, first: &[f64; 6]) -> Vec<
     out
 }
 
-fn csv(points: &[[f64; 6]]) -> String {
+pub fn csv(points: &[[f64; 6]]) -> String {
     let rows = points.iter().map(|q| list(q, 9) + "\n");
     std::iter::once("a1_deg,a2_deg,a3_deg,a4_deg,a5_deg,a6_deg\n".to_string()).chain(rows).collect()
+}
+
+/// The verdict of `rewrite` on Cartesian targets is that of `assess program` on what this file's own interpreter makes of both programs.
+pub fn verdict_is_that_of_the_joints(folder: &Path, what: &str, summary: &Value) {
+    let line = "assess program --model model.yaml --before before-program.csv --after after-program.csv --speed-mm-s 1.5 --json";
+    let out = Command::cargo_bin("lostmotion").unwrap().current_dir(folder).args(line.split(' ')).output().unwrap();
+    let joints: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let own = &summary["path_error"];
+    assert_eq!(own["verdict"], joints["verdict"], "{what}: {own} and {joints}");
+    for key in ["rms_um", "largest_um"] {
+        for side in ["before", "after"] {
+            let [a, b] = [own, &joints].map(|d| d[key][side].as_f64().unwrap());
+            // both follow the path within half a micrometre, and their rows stand elsewhere on the steps
+            assert!((a - b).abs() < 0.6 + 0.03 * b, "{what}: {key} {side} {a}, {b} by its joints");
+        }
+    }
 }
 
 /// Largest error beyond the circle at each reversal, um, without and with compensation; and the summary of the rewrite.
@@ -226,6 +242,7 @@ fn errors(format: &str) -> (Vec<[f64; 2]>, Value) {
             &format!("simulate --model model.yaml --input {path}-program.csv --output {path}.csv --speed-mm-s 1.5"),
         );
     }
+    verdict_is_that_of_the_joints(at, format, &summary);
     let json = lostmotion(
         at,
         "assess circle --robot robot.yaml --nominal before-program.csv --before before.csv --after after.csv --json",
@@ -244,6 +261,11 @@ fn cartesian_programs_of_every_language_take_out_what_a_joint_program_takes_out(
         let (found, summary) = errors(format);
         println!("{format}: {found:?}");
         assert!(summary["edited_as_poses"].as_u64().unwrap() > 100, "{format}: {summary}");
+        let moves = &summary["path_error"]["moves"];
+        let count = |key: &str| moves[key].as_u64().unwrap();
+        assert_eq!((count("from_unknown_place"), count("to_unknown_place")), (1, 0), "{format}: {moves}");
+        assert_eq!(count("in_verdict") + 1, count("all"), "{format}: {moves}");
+        assert_eq!(summary["path_error"]["verdict"], "better", "{format}: {summary}");
         assert!(found.len() >= 4, "{format}: {found:?}");
         let worst = |k: usize| found.iter().map(|e| e[k]).fold(0.0, f64::max);
         // most of it goes; what is left are the steps' ramps and the digits of the language

@@ -1,7 +1,9 @@
 //! The document `lostmotion/program-assessment/1`.
 
 use super::{Assessment, Figures, ReversalError};
+use crate::error::counted;
 use crate::io::keyed::Keyed;
+use crate::program::Moves;
 use crate::robot::Robot;
 use serde::Serialize;
 
@@ -37,9 +39,38 @@ pub struct Document {
     verdict: &'static str,
     path_length_mm: f64,
     reversals: Vec<ReversalShown>,
+    /// How much of a vendor program is in the verdict.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    moves: Option<MovesShown>,
     notes: Vec<String>,
     #[serde(flatten)]
     figures: FiguresShown,
+}
+
+/// Moves of a vendor program, by what is known of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct MovesShown {
+    pub all: usize,
+    pub in_verdict: usize,
+    pub from_unknown_place: usize,
+    pub to_unknown_place: usize,
+}
+
+impl MovesShown {
+    pub fn of(moves: Moves) -> Self {
+        let Moves { all, known, unknown_start, .. } = moves;
+        let left = all.saturating_sub(known + unknown_start);
+        Self { all, in_verdict: known, from_unknown_place: unknown_start, to_unknown_place: left }
+    }
+
+    /// For people.
+    pub fn text(&self) -> String {
+        let Self { all, in_verdict, from_unknown_place, to_unknown_place } = self;
+        format!(
+            "of {}, {in_verdict} in the verdict; {from_unknown_place} from an unknown place, {to_unknown_place} to one",
+            counted(*all, "move")
+        )
+    }
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -49,7 +80,7 @@ struct RobotShown {
 }
 
 #[derive(Debug, Clone, Serialize)]
-struct ReversalShown {
+pub struct ReversalShown {
     joint: String,
     t_s: f64,
     #[serde(flatten)]
@@ -83,7 +114,7 @@ pub fn figures(f: &Figures) -> FiguresShown {
     }
 }
 
-fn reversal(r: &ReversalError, robot: &Robot) -> ReversalShown {
+pub fn reversal(r: &ReversalError, robot: &Robot) -> ReversalShown {
     let joint = robot.axis(r.axis);
     ReversalShown {
         joint: joint.name.clone(),
@@ -106,6 +137,7 @@ impl Assessment {
             verdict: self.verdict.text(),
             path_length_mm: round(self.before.length_m * 1e3, 4),
             reversals: self.reversals.iter().map(|r| reversal(r, robot)).collect(),
+            moves: self.moves.map(MovesShown::of),
             notes: self.notes.clone(),
             figures: figures(&self.figures),
         }

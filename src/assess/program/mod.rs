@@ -16,22 +16,26 @@
 //!
 //! Files beside:
 //! - `document`: the document `lostmotion/program-assessment/1`
+//! - `stretches`: programs of which parts are not known, stretch by stretch
 
-pub mod document;
-pub mod path;
-pub mod runs;
-pub mod text;
-pub mod verdict;
+pub(crate) mod document;
+pub(crate) mod path;
+pub(crate) mod runs;
+mod stretches;
+pub(crate) mod text;
+pub(crate) mod verdict;
 
 pub use runs::{Measured, Run};
 pub use verdict::{Figures, Verdict, judge};
 
-use crate::effects::{Backlash, BacklashPosition, Effect, PreslidingStiction, Stage, Stiction, Target};
-use crate::error::{Error, Place, Result};
+use crate::effects::{Backlash, BacklashPosition, Effect, Nature, Stage, Target};
+use crate::error::{Error, Place, Result, counted};
 use crate::log::Log;
 use crate::model::Model;
-use crate::program::Program;
+use crate::program::{Moves, Program};
 use path::Reference;
+use rayon::prelude::*;
+use std::collections::VecDeque;
 
 /// Seconds after a reversal within which its largest error is looked for, and before it (a step may come early).
 pub const WINDOW_S: [f64; 2] = [-0.1, 4.0];
@@ -76,12 +80,23 @@ pub struct Assessment {
     pub reversals: Vec<ReversalError>,
     pub figures: Figures,
     pub verdict: Verdict,
+    /// How much of the program before is in the verdict; `None`: all of it, rows of joints or a log.
+    pub moves: Option<Moves>,
     pub notes: Vec<String>,
+}
+
+impl Assessment {
+    /// The reversal after which the error grows most, where it grows.
+    pub fn worst_reversal(&self) -> Option<&ReversalError> {
+        let grows = |r: &&ReversalError| r.after_m > r.before_m;
+        let growth = |r: &&ReversalError| r.after_m - r.before_m;
+        self.reversals.iter().filter(grows).max_by(|a, b| growth(a).total_cmp(&growth(b)))
+    }
 }
 
 /// The machine without the joint errors that an offset can undo.
 fn reference_machine(model: &Model) -> Model {
-    let friction = |e: &Effect| e.is::<Stiction>() || e.is::<PreslidingStiction>();
+    let friction = |e: &Effect| matches!(e.nature(), Nature::Spike | Nature::Presliding);
     let stays = |e: &Effect| !matches!(e.stage(), Stage::Gear | Stage::Link) && !friction(e);
     let effects = model.effects.iter().filter(|e| stays(&e.effect)).cloned().collect();
     Model { effects, ..model.clone() }
@@ -92,6 +107,88 @@ fn reference_machine(model: &Model) -> Model {
 /// # Errors
 /// Where a run has fewer than two points, does not move, or a log has no TCP.
 pub fn assess(model: &Model, before: &Source, after: &Source, options: &Options) -> Result<Assessment> {
+    let mut notes = Vec::new();
+    let parts = stretches::of(&model.robot, before, after, &mut notes);
+    let parts = match parts {
+        None => vec![part(model, [before, after], options, runs::Rows::whole())?],
+        Some(pairs) => {
+            let total_m: f64 = pairs.iter().map(|p| p.length_m).sum();
+            let one = |p: &stretches::Pair| {
+                let [before, after] = [Source::Program(&p.before), Source::Program(&p.after)];
+                part(model, [&before, &after], options, runs::Rows::share(p.length_m / total_m))
+            };
+            pairs.par_iter().map(one).collect::<Result<Vec<_>>>()?
+        }
+    };
+    if parts.is_empty() {
+        let found = "no move of which start, way and goal are known in both programs";
+        return Err(Error::bad(Place::file(before.name()), found, "a path"));
+    }
+    notes.extend(speed_note(before, options));
+    let stops = |source: &Source, own: usize| match source {
+        Source::Program(p) => p.script.as_ref().map_or(own, |s| s.exact_stops),
+        Source::Log(_) => own,
+    };
+    let mut all = Part::together(parts);
+    for (run, source) in [(&mut all.before, before), (&mut all.after, after)] {
+        run.stops = stops(source, run.stops);
+        run.name = source.name().into();
+    }
+    notes.extend(all.notes);
+    let figures = Figures::of(&all.before, &all.after, &all.reversals);
+    let verdict = judge(&figures);
+    let moves = match before {
+        Source::Program(p) => p.script.as_ref().map(|s| s.moves),
+        Source::Log(_) => None,
+    };
+    Ok(Assessment { before: all.before, after: all.after, reversals: all.reversals, figures, verdict, moves, notes })
+}
+
+/// At which speed a program runs that does not tell its own.
+fn speed_note(before: &Source, options: &Options) -> Option<String> {
+    let Source::Program(p) = before else { return None };
+    if options.at_speed {
+        return None;
+    }
+    let mm_s = options.speed_m_s * 1e3;
+    match (&p.t_s, &p.script) {
+        (None, _) => Some(format!("the program tells no times: run at {mm_s} mm/s, as no other speed is given")),
+        (Some(_), Some(s)) if s.moves.unknown_speed > 0 => Some(format!(
+            "{} of unknown speed: run at {mm_s} mm/s, as no other speed is given",
+            counted(s.moves.unknown_speed, "move")
+        )),
+        _ => None,
+    }
+}
+
+/// The comparison of two runs without a gap between their points.
+struct Part {
+    before: Run,
+    after: Run,
+    reversals: Vec<ReversalError>,
+    notes: Vec<String>,
+}
+
+impl Part {
+    /// Several, one after the other.
+    fn together(parts: Vec<Self>) -> Self {
+        let mut parts = parts.into_iter();
+        let Some(mut all) = parts.next() else {
+            return Self { before: Run::default(), after: Run::default(), reversals: Vec::new(), notes: Vec::new() };
+        };
+        for part in parts {
+            all.before.append(part.before);
+            all.after.append(part.after);
+            all.reversals.extend(part.reversals);
+            all.notes.extend(part.notes);
+        }
+        all.before.total();
+        all.after.total();
+        all
+    }
+}
+
+fn part(model: &Model, [before, after]: [&Source; 2], options: &Options, rows: runs::Rows) -> Result<Part> {
     let mut base = model.clone();
     base.registration = None;
     for (side, first) in base.initial_gap_side.iter_mut().zip(before.first_directions(model)) {
@@ -101,7 +198,7 @@ pub fn assess(model: &Model, before: &Source, after: &Source, options: &Options)
     }
     let model = &base;
     let ideal = reference_machine(model);
-    let rate_hz = runs::rate_hz(model, before, options);
+    let rate_hz = runs::rate_hz(model, before, options, rows);
     let wanted = runs::simulated(&ideal, before, options, rate_hz)?;
     let reference = Reference::new(&wanted.points_m, &wanted.t_s);
     if reference.length_m() <= 0.0 {
@@ -126,9 +223,7 @@ pub fn assess(model: &Model, before: &Source, after: &Source, options: &Options)
         ));
     }
     let reversals = reversals(&wanted, &first, &second);
-    let figures = Figures::of(&first, &second, &reversals);
-    let verdict = judge(&figures);
-    Ok(Assessment { before: first, after: second, reversals, figures, verdict, notes })
+    Ok(Part { before: first, after: second, reversals, notes })
 }
 
 impl Source<'_> {
@@ -166,23 +261,43 @@ fn half_gap(model: &Model, axis: usize, at: f64) -> f64 {
 
 /// Reversals of the run before, with the largest error of both runs on the same stretch of path.
 fn reversals(wanted: &Measured, before: &Run, after: &Run) -> Vec<ReversalError> {
-    let mut out = Vec::new();
-    for turn in &wanted.turns {
-        let [from, to] = WINDOW_S.map(|s| turn.at_s + s);
-        let within = |run: &Run| {
-            let on_stretch = run.reference_s.iter().zip(&run.errors_m).filter(|(t, _)| **t >= from && **t <= to);
-            on_stretch.map(|(_, e)| *e).fold(0.0, f64::max)
-        };
-        out.push(ReversalError {
+    let windows: Vec<[f64; 2]> = wanted.turns.iter().map(|turn| WINDOW_S.map(|s| turn.at_s + s)).collect();
+    let within = |run: &Run| largest_within(&run.reference_s, &run.errors_m, &windows);
+    let (before, after) = (within(before), within(after));
+    let turns = wanted.turns.iter().zip(before.into_iter().zip(after));
+    turns
+        .map(|(turn, (before_m, after_m))| ReversalError {
             axis: turn.axis,
             at_s: turn.at_s,
             command: turn.command,
             direction: turn.direction,
-            before_m: within(before),
-            after_m: within(after),
-        });
-    }
-    out
+            before_m,
+            after_m,
+        })
+        .collect()
+}
+
+/// Largest of `values` whose times lie within each window, 0 where there is none. The windows are of one width, in order of time.
+fn largest_within(t_s: &[f64], values: &[f64], windows: &[[f64; 2]]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..t_s.len()).collect();
+    order.sort_by(|a, b| t_s[*a].total_cmp(&t_s[*b]));
+    // of those that are within, each one is larger than all that come after it
+    let mut within: VecDeque<usize> = VecDeque::new();
+    let mut next = 0;
+    let of = |[from, to]: &[f64; 2]| {
+        while let Some(&row) = order.get(next).filter(|row| t_s[**row] <= *to) {
+            while within.back().is_some_and(|last| values[*last] <= values[row]) {
+                within.pop_back();
+            }
+            within.push_back(row);
+            next += 1;
+        }
+        while within.front().is_some_and(|first| t_s[*first] < *from) {
+            within.pop_front();
+        }
+        within.front().map_or(0.0, |row| values[*row])
+    };
+    windows.iter().map(of).collect()
 }
 
 #[cfg(test)]
@@ -190,6 +305,18 @@ mod tests {
     use super::*;
     use crate::effects::EffectInstance;
     use crate::robot::Robot;
+
+    #[test]
+    fn the_largest_within_each_window_is_that_of_a_plain_search() {
+        let t: Vec<f64> = (0..400).map(|i| f64::from((i * 37) % 400) * 0.1).collect();
+        let v: Vec<f64> = (0..400).map(|i| f64::from((i * 151) % 397)).collect();
+        let windows: Vec<[f64; 2]> = (0..90).map(|k| [f64::from(k) * 0.5 - 3.0, f64::from(k) * 0.5 - 1.2]).collect();
+        let plain = |w: &[f64; 2]| {
+            let on = t.iter().zip(&v).filter(|(t, _)| **t >= w[0] && **t <= w[1]);
+            on.map(|(_, v)| *v).fold(0.0, f64::max)
+        };
+        assert_eq!(largest_within(&t, &v, &windows), windows.iter().map(plain).collect::<Vec<f64>>());
+    }
 
     #[test]
     fn a_step_within_the_gap_before_the_first_stroke_is_no_first_movement() {

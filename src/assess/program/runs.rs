@@ -15,7 +15,13 @@ use nalgebra::Vector3;
 const ROWS: [f64; 2] = [2_000.0, 200_000.0];
 /// Length of path between two rows, m.
 const STEP_M: f64 = 0.1e-3;
-/// Fastest rate, Hz.
+/// Difference in length of two paths for which the nearest point is looked for further away, m: more is another path.
+const MOST_SLACK_M: f64 = 20e-3;
+/// Rows of a stretch at least.
+const LEAST_ROWS: f64 = 20.0;
+/// Longest path between two rows where the program is fastest, m.
+const LONGEST_STEP_M: f64 = 0.5e-3;
+/// Rate of a log, and that which a program of many rows may have in any case, Hz.
 const FASTEST_HZ: f64 = 250.0;
 /// Measured positions are averaged over this time, s.
 const SMOOTHING_S: f64 = 0.5;
@@ -46,7 +52,7 @@ pub struct Measured {
 }
 
 /// A run against the reference.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Run {
     pub name: String,
     /// Length of the commanded path, m.
@@ -68,22 +74,39 @@ impl Run {
         let length_m = along.last().copied().unwrap_or(0.0);
         // offsets make the commanded path a little longer: its length is scaled onto the reference's
         let scale = if length_m > 0.0 { reference.length_m() / length_m } else { 1.0 };
-        let slack = SLACK_M + (length_m - reference.length_m()).abs();
+        let slack = SLACK_M + (length_m - reference.length_m()).abs().min(MOST_SLACK_M);
         let (errors_m, reference_s): (Vec<f64>, Vec<f64>) =
             measured.points_m.iter().zip(&along).map(|(p, a)| reference.distance(p, a * scale, slack)).unzip();
-        let n = errors_m.len().max(1) as f64;
-        Self {
+        let mut run = Self {
             name: name.into(),
             length_m,
-            rms_m: (errors_m.iter().map(|e| e * e).sum::<f64>() / n).sqrt(),
-            mean_m: errors_m.iter().sum::<f64>() / n,
-            largest_m: errors_m.iter().copied().fold(0.0, f64::max),
             errors_m,
             reference_s,
             points: measured.points,
             stops: measured.stops,
             cycle_s: measured.cycle_s,
-        }
+            ..Self::default()
+        };
+        run.total();
+        run
+    }
+
+    /// The figures over all rows.
+    pub(super) fn total(&mut self) {
+        let n = self.errors_m.len().max(1) as f64;
+        self.rms_m = (self.errors_m.iter().map(|e| e * e).sum::<f64>() / n).sqrt();
+        self.mean_m = self.errors_m.iter().sum::<f64>() / n;
+        self.largest_m = self.errors_m.iter().copied().fold(0.0, f64::max);
+    }
+
+    /// Another run follows; the figures over all rows come with [`Self::total`].
+    pub(super) fn append(&mut self, other: Self) {
+        self.length_m += other.length_m;
+        self.errors_m.extend(other.errors_m);
+        self.reference_s.extend(other.reference_s);
+        self.points += other.points;
+        self.stops += other.stops;
+        self.cycle_s += other.cycle_s;
     }
 }
 
@@ -95,8 +118,24 @@ fn times(model: &Model, program: &Program, options: &Options) -> Vec<f64> {
     }
 }
 
+/// Least and most rows of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct Rows([f64; 2]);
+
+impl Rows {
+    /// Of a whole program.
+    pub fn whole() -> Self {
+        Self(ROWS)
+    }
+
+    /// Of a stretch that is this share of a program.
+    pub fn share(share: f64) -> Self {
+        Self(ROWS.map(|rows| (rows * share).max(LEAST_ROWS)))
+    }
+}
+
 /// Rate at which both runs are sampled.
-pub fn rate_hz(model: &Model, source: &Source, options: &Options) -> f64 {
+pub fn rate_hz(model: &Model, source: &Source, options: &Options, Rows([least, most]): Rows) -> f64 {
     let Source::Program(program) = source else { return FASTEST_HZ };
     let t = times(model, program, options);
     let duration = t.last().copied().unwrap_or(0.0) - t.first().copied().unwrap_or(0.0);
@@ -110,9 +149,14 @@ pub fn rate_hz(model: &Model, source: &Source, options: &Options) -> f64 {
             model.robot.tcp_m(&q)
         })
         .collect();
-    let length = lengths(&path).last().copied().unwrap_or(0.0);
-    let rows = (length / STEP_M).clamp(ROWS[0], ROWS[1]);
-    (rows / duration).min(FASTEST_HZ.max(ROWS[0] / duration))
+    let along = lengths(&path);
+    let length = along.last().copied().unwrap_or(0.0);
+    let rows = (length / STEP_M).clamp(least, most);
+    // where a program is fast its rows stand further apart, but not so far that an arc between them is lost
+    let speed = |k: usize| (along[k] - along[k - 1]) / (t[k] - t[k - 1]).max(f64::MIN_POSITIVE);
+    let moving = (1..along.len()).filter(|&k| along[k] - along[k - 1] > REST).map(speed);
+    let fast = moving.fold(0.0, f64::max) / LONGEST_STEP_M;
+    (rows / duration).max(fast).min(FASTEST_HZ.max(most / duration))
 }
 
 /// A program, or the commands of a log, on a modelled machine.

@@ -58,20 +58,6 @@ impl Figures {
 }
 
 /// The verdict on the figures.
-///
-/// ```
-/// use lostmotion::assess::program::{Figures, Verdict, judge};
-/// let coarse = Figures {
-///     rms_m: [70e-6, 40e-6],
-///     mean_m: [56e-6, 24e-6],
-///     largest_m: [119e-6, 181e-6],
-///     cycle_s: [60.0, 60.1],
-///     points: [40, 52],
-///     stops: [0, 0],
-///     worst_reversal_growth_m: 62e-6,
-/// };
-/// assert_eq!(judge(&coarse), Verdict::Worse);
-/// ```
 pub fn judge(f: &Figures) -> Verdict {
     let grows = |[before, after]: [f64; 2]| after > before * (1.0 + SHARE) + LEAST_M;
     let falls = |[before, after]: [f64; 2]| after < before * (1.0 - SHARE);
@@ -107,5 +93,19 @@ mod tests {
         assert_eq!(judge(&figures([50e-6, 10e-6], [100e-6, 40e-6], 6e-6)), Verdict::Worse);
         assert_eq!(judge(&figures([50e-6, 50e-6], [100e-6, 100e-6], 0.0)), Verdict::Unchanged);
         assert_eq!(judge(&figures([50e-6, 60e-6], [100e-6, 100e-6], 0.0)), Verdict::Worse);
+    }
+
+    #[test]
+    fn a_program_whose_largest_error_grows_is_worse_however_small_its_mean_gets() {
+        let coarse = Figures {
+            rms_m: [70e-6, 40e-6],
+            mean_m: [56e-6, 24e-6],
+            largest_m: [119e-6, 181e-6],
+            cycle_s: [60.0, 60.1],
+            points: [40, 52],
+            stops: [0, 0],
+            worst_reversal_growth_m: 62e-6,
+        };
+        assert_eq!(judge(&coarse), Verdict::Worse);
     }
 }

@@ -189,7 +189,7 @@ pub fn run(args: Args) -> Result<()> {
     page::write(&mut report, || page::bidirectional::of_assessment(&result, robot.as_ref()))?;
     output::commit([output, model_out, report])?;
     match (args.json, to_stdout) {
-        (true, _) => print_json(&result.to_json()),
+        (true, _) => print_json(&result.to_json()?),
         (false, None) => print(&tables(&result)),
         (false, Some(_)) => {
             eprint!("{}", tables(&result));
@@ -258,7 +258,7 @@ fn mapping(args: &Args, robot: &Robot) -> Result<Option<Mapping>> {
     if !args.origin.is_finite() {
         return Err(bad(Place::file("--origin"), args.origin.to_string(), "a finite number"));
     }
-    Ok(Some(Mapping { axis, kind, lever, origin: args.origin * kind.si_per_user_unit(), reversed: args.reversed }))
+    Ok(Some(Mapping { axis, lever, origin: args.origin * kind.si_per_user_unit(), reversed: args.reversed }))
 }
 
 fn um(v: Option<f64>) -> String {

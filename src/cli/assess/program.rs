@@ -1,7 +1,7 @@
 //! `lostmotion assess program`.
 
 use super::{print, print_json, table};
-use crate::assess::program::document::Document;
+use crate::assess::program::document::{Document, MovesShown};
 use crate::assess::program::text::{TextDifference, difference};
 use crate::assess::program::{Assessment, Options, Source, Verdict, assess};
 use crate::cli::exit::{bad, no};
@@ -13,7 +13,9 @@ use crate::io::workbook;
 use crate::log::{ColumnMap, Log};
 use crate::model::Model;
 use crate::program::Program;
+use crate::rewrite::script::path::Reading;
 use crate::robot::Robot;
+use crate::robot::frames::Frames;
 use crate::simulate::predicted;
 use anyhow::Result;
 use serde::Serialize;
@@ -45,12 +47,15 @@ pub struct Args {
     /// Changed program, or the log of its run
     #[arg(long, value_name = "PROGRAM_OR_LOG")]
     pub after: PathBuf,
-    /// TCP speed of the programs, mm/s; overrides their `t_s` [default: the times in `t_s`, otherwise 1.5]
+    /// TCP speed of the programs, mm/s; overrides their own times [default: their own times and speeds, otherwise 1.5]
     #[arg(long, value_name = "MM_S")]
     pub speed_mm_s: Option<f64>,
     /// Column map (YAML): translates other column names, units and separators of the logs
     #[arg(long, value_name = "FILE")]
     pub columns: Option<PathBuf>,
+    /// Frames and tools of Cartesian targets by the controller's names (YAML, or the controller's own file)
+    #[arg(long, value_name = "FRAMES.yaml")]
+    pub frames: Option<PathBuf>,
     /// Print the result as one JSON document (lostmotion/program-assessment/1) instead of the tables
     #[arg(long)]
     pub json: bool,
@@ -89,6 +94,7 @@ pub fn run(args: Args) -> Result<()> {
         ("--before", Some(args.before.as_path())),
         ("--after", Some(args.after.as_path())),
         ("--columns", args.columns.as_deref()),
+        ("--frames", args.frames.as_deref()),
     ];
     paths::refuse_shared(&inputs, &[("--report", args.report.as_deref())])?;
     if let Some(v) = args.speed_mm_s
@@ -101,11 +107,13 @@ pub fn run(args: Args) -> Result<()> {
     let map = args.columns.as_deref().map(ColumnMap::load).transpose()?;
     let text = |path: &Path| -> Result<Input> { Ok(workbook::unpacked(input::read(path)?)?.0) };
     let texts = [text(&args.before)?, text(&args.after)?];
-    let before = load(&texts[0], &model, map.as_ref(), &args.before)?;
-    let after = load(&texts[1], &model, map.as_ref(), &args.after)?;
     let default = crate::simulate::Options::default().speed_m_s;
     let options =
         Options { speed_m_s: args.speed_mm_s.map_or(default, |v| v * 1e-3), at_speed: args.speed_mm_s.is_some() };
+    let frames = args.frames.as_deref().map(Frames::load).transpose()?.unwrap_or_default();
+    let reading = Reading { robot: &model.robot, frames: &frames, tcp_speed_m_s: options.speed_m_s, format: None };
+    let before = load(&texts[0], &model, map.as_ref(), &args.before, &reading)?;
+    let after = load(&texts[1], &model, map.as_ref(), &args.after, &reading)?;
     let result = assess(&model, &before.source(), &after.source(), &options)?;
     let text = matches!((&before, &after), (Loaded::Program(_), Loaded::Program(_)))
         .then(|| difference(&texts[0].bytes, &texts[1].bytes));
@@ -133,14 +141,14 @@ pub fn run(args: Args) -> Result<()> {
     }
 }
 
-fn load(text: &Input, model: &Model, map: Option<&ColumnMap>, path: &Path) -> Result<Loaded> {
+fn load(text: &Input, model: &Model, map: Option<&ColumnMap>, path: &Path, reading: &Reading) -> Result<Loaded> {
     if let Some(map) = map {
         return Ok(Loaded::Log(Box::new(Log::load_with(path, &model.robot, Some(map))?)));
     }
     if predicted::is_log(text, model) {
         return Ok(Loaded::Log(Box::new(Log::parse(text.clone(), &model.robot)?)));
     }
-    Program::parse(text.clone(), &model.robot).map(Loaded::Program).map_err(Into::into)
+    reading.load(path, text.clone()).map(Loaded::Program).map_err(Into::into)
 }
 
 /// Figures of the path, then the reversals.
@@ -155,6 +163,9 @@ fn tables(result: &Assessment, text: Option<TextDifference>, robot: &Robot) -> S
     whole.add_row(["points".to_string(), f.points[0].to_string(), f.points[1].to_string()]);
     whole.add_row(["stops".to_string(), f.stops[0].to_string(), f.stops[1].to_string()]);
     let _ = writeln!(out, "{whole}");
+    if let Some(moves) = result.moves.map(MovesShown::of) {
+        let _ = writeln!(out, "moves: {}", moves.text());
+    }
     if let Some(t) = text {
         let _ = writeln!(
             out,

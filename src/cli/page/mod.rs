@@ -13,19 +13,19 @@
 //! - [`learn`]: errors of learned kinematics; [`track`]: a path and what the joints do along it.
 
 pub mod bidirectional;
-pub mod circle;
+pub(crate) mod circle;
 pub mod compensator;
 pub mod diagnose;
 pub mod gaps;
-pub mod impact;
-pub mod learn;
-pub mod plan;
-pub mod program;
-pub mod rewrite;
-pub mod screw;
-pub mod show;
-pub mod simulate;
-pub mod track;
+pub(crate) mod impact;
+pub(crate) mod learn;
+pub(crate) mod plan;
+pub(crate) mod program;
+pub(crate) mod rewrite;
+pub(crate) mod screw;
+pub(crate) mod show;
+pub(crate) mod simulate;
+pub(crate) mod track;
 
 use crate::effects::EffectInstance;
 use crate::io::output::Output;

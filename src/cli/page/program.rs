@@ -14,6 +14,8 @@ pub fn of_assessment(robot: &Robot, result: &Assessment) -> Page {
     head(&mut page, result);
     let runs = vec![Run::new("before", Role::Before), Run::new("after", Role::After)];
     let end = result.before.reference_s.iter().copied().fold(0.0, f64::max);
+    // digits that tell neighbouring parts apart
+    let digits = (-(end / PARTS as f64).max(1e-9).log10()).ceil().clamp(0.0, 6.0) as usize;
     let rows = (0..PARTS)
         .map(|k| {
             let range = [k, k + 1].map(|i| end * i as f64 / PARTS as f64);
@@ -22,10 +24,12 @@ pub fn of_assessment(robot: &Robot, result: &Assessment) -> Page {
                 on.map(|(_, e)| e * 1e6).reduce(f64::max)
             };
             BarRow {
-                label: format!("{:.0} to {:.0} s", range[0], range[1]),
+                label: format!("{:.digits$} to {:.digits$} s", range[0], range[1]),
                 values: vec![value(&result.before), value(&result.after)],
             }
         })
+        // between the known stretches of a program there is nothing
+        .filter(|row| row.values.iter().any(Option::is_some))
         .collect();
     page.section(
         "Largest error along the program",

@@ -144,7 +144,7 @@ fn vendor(page: &mut Page, v: &Vendor, robot: &Robot) {
     page.tile(Tile::text("format", v.title, ""));
     page.tile(Tile::text("moves edited", format!("{} of {}", v.coverage.editable, v.coverage.moves), ""));
     if !v.coverage.reasons.is_empty() {
-        let row = |r: &Reason| vec![r.why.clone(), r.moves.to_string(), r.lines_text()];
+        let row = |r: &Reason| vec![r.why.to_string(), r.moves.to_string(), r.lines_text()];
         let headings = [("why", false), ("moves", true), ("where", false)];
         let table = TableView::new(&headings, v.coverage.reasons.iter().map(row));
         page.section("Moves that stay as they are", "", table);

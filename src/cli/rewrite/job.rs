@@ -66,7 +66,7 @@ impl Source {
         if let Some(words) = &args.assume {
             let control = Control::of_words(words.split(','));
             let expected = "G90 or G91, and G20 or G21: --assume G21,G90";
-            robot.assume(control.map_err(|word| usage(&format!("--assume {word}"), expected))?);
+            robot.assume(control.map_err(|word| usage(&format!("--assume {}", word.0), expected))?);
         }
         leave_out(args, &robot, &mut compensator, &mut left)?;
         let sha256 = input::read(path)?.sha256;

@@ -374,7 +374,7 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
     };
     suggest_ramp(args, source, &mut ready.outcome);
     summarise(&mut summary, &[Line::of(&ready.outcome)])?;
-    let proof = proof::of(args, source, &mut ready);
+    let proof = proof::of(args, source, job, &mut ready);
     page::write(&mut report, || {
         let verdict = proof.as_ref().and_then(Proof::verdict);
         page::rewrite::of_outcome(&source.robot, &source.compensator, &ready.outcome, verdict)

@@ -7,14 +7,18 @@
 
 use super::Args;
 use super::job::Source;
-use crate::assess::program::{self, Figures, Verdict, document};
-use crate::compensator::{Compensator, FrictionShape, Response};
+use crate::assess::program::document::{MovesShown, ReversalShown};
+use crate::assess::program::{self, Assessment, Figures, Verdict, document};
+use crate::compensator::{Compensator, FrictionShape, Predicted, Response};
 use crate::effects::{
     BacklashPosition, Decay, EffectInstance, GapCurve, Hysteresis, PreslidingStiction, Stiction, Target, curve::Pchip,
 };
+use crate::io::input;
 use crate::model::Model;
-use crate::program::Program;
+use crate::numerics::robust::median_of;
+use crate::rewrite::job::Job;
 use crate::rewrite::outcome::Ready;
+use crate::rewrite::script::path::Reading;
 use crate::robot::Robot;
 use crate::simulate;
 use serde::Serialize;
@@ -27,12 +31,37 @@ const KNOTS: usize = 41;
 
 /// The verdict, or why there is none.
 pub(super) enum Proof {
-    Proven { verdict: Verdict, figures: Figures },
+    Proven(Box<Proven>),
     None(String),
 }
 
+/// A verdict and what it rests on.
+pub(super) struct Proven {
+    verdict: Verdict,
+    figures: Figures,
+    /// How much of a vendor program is in it.
+    moves: Option<MovesShown>,
+    /// The reversal after which the error grows most, as people and as documents show it.
+    worst: Option<(String, ReversalShown)>,
+    /// Path error to expect of the robot itself, m rms, and why in words.
+    expected: Option<(f64, String)>,
+    notes: Vec<String>,
+}
+
+/// The path error to expect of the robot itself: the machine of the verdict has the very gaps of the compensator, and `identify` predicts
+/// what is left beside them (scatter from one reversal to the next, what no log tells), as a share of the error before.
+fn expected(predicted: &[Predicted], figures: &Figures) -> Option<(f64, String)> {
+    let share = |p: &Predicted| p.after_m / p.before_m;
+    let mut shares: Vec<f64> = predicted.iter().filter(|p| p.before_m > 0.0).map(share).collect();
+    let usual = median_of(&mut shares)?;
+    let nearest = predicted.iter().min_by(|a, b| (share(a) - usual).abs().total_cmp(&(share(b) - usual).abs()))?;
+    let rms_m = figures.rms_m[1].hypot(usual * figures.rms_m[0]);
+    let (before, after) = (nearest.before_m * 1e6, nearest.after_m * 1e6);
+    Some((rms_m, format!("`identify` predicts that {after:.1} of {before:.1} um are left on {}", nearest.log)))
+}
+
 /// Works out the verdict on a program that is about to be put in place in a file.
-pub(super) fn of(args: &Args, source: &Source, ready: &mut Ready) -> Option<Proof> {
+pub(super) fn of(args: &Args, source: &Source, job: &Job, ready: &mut Ready) -> Option<Proof> {
     let outcome = &ready.outcome;
     outcome.output.as_deref().filter(|o| *o != "-")?;
     if outcome.unchanged || outcome.refusal.is_some() || args.input == Path::new("-") {
@@ -50,14 +79,57 @@ pub(super) fn of(args: &Args, source: &Source, ready: &mut Ready) -> Option<Proo
         speed_m_s: speed.unwrap_or(simulate::Options::default().speed_m_s),
         at_speed: args.speed_mm_s.is_some(),
     };
-    let assessed = Program::load(&args.input, &model.robot).and_then(|before| {
-        let after = Program::of_texts(ready.texts()?, &model.robot)?;
+    let reading = Reading {
+        robot: &source.robot,
+        frames: &job.choices.frames,
+        tcp_speed_m_s: options.speed_m_s,
+        format: job.format,
+    };
+    let assessed = input::read(&args.input).and_then(|bytes| {
+        let before = reading.load(&args.input, bytes)?;
+        let after = reading.written(&args.input, ready.texts()?)?;
         program::assess(model, &program::Source::Program(&before), &program::Source::Program(&after), &options)
     });
     Some(match assessed {
-        Ok(a) => Proof::Proven { verdict: a.verdict, figures: a.figures },
+        Ok(a) => Proof::Proven(Box::new(Proven::of(&a, &source.robot, &source.compensator.evidence.predicted))),
         Err(e) => Proof::None(crate::error::one_line(&e.to_string())),
     })
+}
+
+impl Proven {
+    fn of(assessed: &Assessment, robot: &Robot, predicted: &[Predicted]) -> Self {
+        let worst = assessed.worst_reversal().map(|r| {
+            let joint = robot.axis(r.axis);
+            let at = joint.kind.to_user_unit(r.command);
+            let words = format!(
+                "{} at {at:.3} {}: {:.1} -> {:.1} um",
+                joint.name,
+                joint.kind.unit(),
+                r.before_m * 1e6,
+                r.after_m * 1e6
+            );
+            (words, document::reversal(r, robot))
+        });
+        Self {
+            verdict: assessed.verdict,
+            figures: assessed.figures,
+            moves: assessed.moves.map(MovesShown::of),
+            worst,
+            expected: expected(predicted, &assessed.figures),
+            notes: assessed.notes.clone(),
+        }
+    }
+
+    /// Parts of the program that are not in the verdict, and what was assumed.
+    fn limits(&self) -> String {
+        // the first move of a program always starts where nobody knows
+        let partly = self.moves.filter(|m| m.in_verdict + 1 < m.all);
+        let expected = self.expected.as_ref();
+        let expected =
+            expected.map(|(rms_m, why)| format!("expect about {:.1} um rms of the robot itself: {why}", rms_m * 1e6));
+        let lines = partly.map(|m| m.text()).into_iter().chain(expected).chain(self.notes.iter().cloned());
+        lines.map(|line| format!("  verdict: {line}\n")).collect()
+    }
 }
 
 /// `path_error` of the document: the figures and the verdict, or why there are none.
@@ -68,6 +140,15 @@ pub(super) enum PathError {
         #[serde(flatten)]
         figures: document::FiguresShown,
         verdict: &'static str,
+        /// How much of a vendor program is in the verdict.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        moves: Option<MovesShown>,
+        /// The reversal after which the error grows most.
+        worst_reversal: Option<Box<ReversalShown>>,
+        /// Path error to expect of the robot itself, um rms.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        expected_rms_um: Option<f64>,
+        notes: Vec<String>,
     },
     Unknown {
         /// Null.
@@ -85,7 +166,8 @@ impl Proof {
             if of_model { "the model's machine" } else { "a machine with the compensator's gaps and friction" };
         match self {
             Self::None(why) => format!("  verdict: not worked out ({why})\n"),
-            Self::Proven { verdict, figures: f } => {
+            Self::Proven(proven) => {
+                let (verdict, f) = (proven.verdict, &proven.figures);
                 let um = |v: f64| v * 1e6;
                 let line = format!(
                     "  verdict on {machine}: {}: path error rms {:.1} -> {:.1} um, largest {:.1} -> {:.1} um\n",
@@ -95,6 +177,8 @@ impl Proof {
                     um(f.largest_m[0]),
                     um(f.largest_m[1])
                 );
+                let line = line + &proven.limits();
+                let at = proven.worst.as_ref().map_or(String::new(), |(words, _)| format!(" ({words})"));
                 let denser = if vendor { "" } else { "more points near the reversals (--refine cubic or cartesian), " };
                 let mended =
                     format!("{denser}a step nearer to the turn (--step-fraction), or a smaller --gain, may help");
@@ -102,12 +186,12 @@ impl Proof {
                     Verdict::Worse if f.largest_m[1] <= f.largest_m[0] && f.rms_m[1] < f.rms_m[0] => {
                         let grows = um(f.worst_reversal_growth_m);
                         format!(
-                            "{line}  less error on the whole, but {grows:.1} um more after one reversal: look there before you run it \
+                            "{line}  less error on the whole, but {grows:.1} um more after one reversal{at}: look there before you run it \
                              (`assess program` shows where); {mended}\n"
                         )
                     }
                     Verdict::Worse if f.rms_m[1] < f.rms_m[0] => format!(
-                        "{line}  less error on the whole, more of it at one place: look there before you run it (`assess program` shows \
+                        "{line}  less error on the whole, more of it at one place{at}: look there before you run it (`assess program` shows \
                          where); {mended}\n"
                     ),
                     Verdict::Worse => format!("{line}  do not run this program: {mended}\n"),
@@ -121,15 +205,20 @@ impl Proof {
     pub(super) fn document(&self) -> PathError {
         match self {
             Self::None(why) => PathError::Unknown { verdict: (), reason: why.to_string() },
-            Self::Proven { verdict, figures } => {
-                PathError::Known { figures: document::figures(figures), verdict: verdict.text() }
-            }
+            Self::Proven(p) => PathError::Known {
+                figures: document::figures(&p.figures),
+                verdict: p.verdict.text(),
+                moves: p.moves,
+                worst_reversal: p.worst.as_ref().map(|(_, shown)| Box::new(shown.clone())),
+                expected_rms_um: p.expected.as_ref().map(|e| e.0 * 1e6),
+                notes: p.notes.clone(),
+            },
         }
     }
 
     pub(super) fn verdict(&self) -> Option<Verdict> {
         match self {
-            Self::Proven { verdict, .. } => Some(*verdict),
+            Self::Proven(p) => Some(p.verdict),
             Self::None(_) => None,
         }
     }

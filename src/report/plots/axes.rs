@@ -51,13 +51,18 @@ pub fn from_zero(range: Option<[f64; 2]>, signed: bool) -> [f64; 2] {
 /// A linear scale from values to pixels.
 #[derive(Debug, Clone, Copy)]
 pub struct Scale {
+    /// Value at `from_px`.
     pub lo: f64,
+    /// Value at `to_px`.
     pub hi: f64,
+    /// Pixel of the value `lo`.
     pub from_px: f64,
+    /// Pixel of the value `hi`.
     pub to_px: f64,
 }
 
 impl Scale {
+    /// A scale that maps values from `lo` to `hi` to pixels.
     pub fn new([lo, hi]: [f64; 2], [from_px, to_px]: [f64; 2]) -> Self {
         Self { lo, hi, from_px, to_px }
     }
@@ -67,6 +72,7 @@ impl Scale {
         self.from_px + (v - self.lo) / (self.hi - self.lo) * (self.to_px - self.from_px)
     }
 
+    /// Whether `v` lies within the scale.
     pub fn holds(&self, v: f64) -> bool {
         v >= self.lo && v <= self.hi
     }
@@ -75,6 +81,7 @@ impl Scale {
 /// Ticks and how they are written.
 #[derive(Debug, Clone)]
 pub struct Ticks {
+    /// Values at which ticks stand.
     pub values: Vec<f64>,
     step: f64,
 }
@@ -127,11 +134,17 @@ impl Ticks {
 /// Size of a chart in its own pixels and its margins.
 #[derive(Debug, Clone, Copy)]
 pub struct Size {
+    /// Width of the picture, px.
     pub width: f64,
+    /// Height of the picture, px.
     pub height: f64,
+    /// Margin at the left, px.
     pub left: f64,
+    /// Margin at the right, px.
     pub right: f64,
+    /// Margin at the top, px.
     pub top: f64,
+    /// Margin at the bottom, px.
     pub bottom: f64,
 }
 
@@ -141,6 +154,7 @@ impl Size {
     /// Three in a row.
     pub const SMALL: Self = Self { width: 360.0, height: 240.0, left: 42.0, right: 10.0, top: 26.0, bottom: 40.0 };
 
+    /// Attribute `viewBox` of the SVG.
     pub fn view_box(&self) -> String {
         format!("0 0 {} {}", px(self.width), px(self.height))
     }
@@ -149,10 +163,15 @@ impl Size {
 /// A chart's plane: its two scales and its ticks.
 #[derive(Debug, Clone)]
 pub struct Frame {
+    /// Size and margins.
     pub size: Size,
+    /// Scale of the abscissa.
     pub x: Scale,
+    /// Scale of the ordinate.
     pub y: Scale,
+    /// Ticks of the abscissa.
     pub x_ticks: Ticks,
+    /// Ticks of the ordinate.
     pub y_ticks: Ticks,
 }
 

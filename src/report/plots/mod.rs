@@ -8,16 +8,16 @@
 
 pub mod axes;
 pub mod backlash_line;
-pub mod bars;
-pub mod gap_curve;
-pub mod heat;
-pub mod histogram;
-pub mod joints;
+pub(crate) mod bars;
+pub(crate) mod gap_curve;
+pub(crate) mod heat;
+pub(crate) mod histogram;
+pub(crate) mod joints;
 pub mod line;
-pub mod path3d;
-pub mod polar;
-pub mod traces;
-pub mod ways;
+pub(crate) mod path3d;
+pub(crate) mod polar;
+pub(crate) mod traces;
+pub(crate) mod ways;
 
 use super::figures::{Role, Run};
 use maud::{Markup, html};

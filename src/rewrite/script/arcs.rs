@@ -9,6 +9,7 @@
 //! [`settle`] comes last, once it is known which offsets can be written: the point on the way of every arc moves by what the ends move.
 //! Where it cannot, and on arcs that are no larger than a gap, an arc through its three points may go elsewhere: it stays as it is.
 
+use super::cause::Cause;
 use super::edits::Unplaced;
 use super::run::{Role, Run, Vertex};
 use super::way::Line;
@@ -67,7 +68,8 @@ fn places(line: &Line, [radius_m, angle]: [f64; 2], least_rad: f64, points: &[Ne
             if last.share <= 1.0 - 0.5 * least && after(&out) <= 1.0 - least {
                 out.push(moved(line, last, last.share.max(after(&out)).min(1.0 - least))?);
             }
-        } else if (least..=1.0 - least).contains(&first.share) && after(&out) <= 1.0 - least {
+        } else if first.share <= 1.0 - least && after(&out) <= 1.0 - least {
+            // a step right after the start of the arc takes one piece: the goal would spread it over the whole arc
             out.push(moved(line, first, first.share.max(after(&out)))?);
         }
     }
@@ -120,7 +122,7 @@ pub fn settle(
     runs: &[Run],
     joints: &mut Edits,
     edits: &mut Edits,
-    left: &mut BTreeMap<usize, String>,
+    left: &mut BTreeMap<usize, Cause>,
     unplaced: &mut Unplaced,
     least: LeastArc,
 ) {
@@ -146,7 +148,7 @@ pub fn settle(
                 edits.steps.change(step, |e| e.goal = None);
                 joints.steps.change(step, |e| e.goal = None);
                 if had {
-                    left.insert(step, "beside an arc so small that offsets at its ends would bend it".into());
+                    left.insert(step, Cause::BesideArc);
                 }
             }
         }

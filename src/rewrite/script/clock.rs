@@ -79,12 +79,20 @@ fn length_m(robot: &Robot, a: &[f64], b: &[f64], path: PathKind, on_way: &dyn Fn
         return (robot.tcp_m(b) - robot.tcp_m(a)).norm();
     }
     let parts = if curve { ARC_PARTS } else { PARTS };
-    let straight = |s: f64| a.iter().zip(b).map(|(x, y)| x + s * (y - x)).collect::<Vec<f64>>();
+    let mut between = a.to_vec();
     let mut last = robot.tcp_m(a);
     let mut sum = 0.0;
     for k in 1..=parts {
         let s = k as f64 / parts as f64;
-        let here = robot.tcp_m(&on_way(s).unwrap_or_else(|| straight(s)));
+        // only an arc has another way than straight
+        let on_arc = if curve { on_way(s) } else { None };
+        let here = match on_arc {
+            Some(q) => robot.tcp_m(&q),
+            None => {
+                between.iter_mut().zip(a.iter().zip(b)).for_each(|(q, (x, y))| *q = x + s * (y - x));
+                robot.tcp_m(&between)
+            }
+        };
         sum += (here - last).norm();
         last = here;
     }

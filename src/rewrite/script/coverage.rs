@@ -1,7 +1,8 @@
 //! How much of a program can be edited, said before anything else: moves, those with joint targets that may change, and
 //! why the others may not, with their lines.
 
-use crate::program::script::{At, Goal, Move, Script, StepKind};
+use super::cause::Cause;
+use crate::program::script::{At, Goal, Script, StepKind};
 use serde::Serialize;
 
 /// Lines that are listed for one reason.
@@ -23,7 +24,7 @@ pub struct Coverage {
 /// Why moves are not edited.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Reason {
-    pub why: String,
+    pub why: Cause,
     pub moves: u64,
     /// The first of their lines.
     pub lines: Vec<u64>,
@@ -31,24 +32,14 @@ pub struct Reason {
     pub file: usize,
 }
 
-/// What keeps a move as it is; `None`: it may be edited.
-pub fn kept(m: &Move) -> Option<String> {
-    match (&m.goal, &m.fixed) {
-        (Goal::Opaque(why), _) => Some(why.clone()),
-        (Goal::Pose(_), why) => Some(why.clone().unwrap_or_else(|| "Cartesian target".into())),
-        (Goal::Joints(_), Some(why)) => Some(why.clone()),
-        (Goal::Joints(_), None) => None,
-    }
-}
-
 impl Coverage {
     /// Coverage of a script; `excluded` says which steps are left out on request, and why, `solved` which Cartesian moves are
     /// written as joint moves, `posed` which are written as poses, or why not.
     pub fn of(
         script: &Script,
-        excluded: &dyn Fn(usize) -> Option<String>,
+        excluded: &dyn Fn(usize) -> Option<Cause>,
         solved: &dyn Fn(usize) -> bool,
-        posed: &dyn Fn(usize) -> Result<(), String>,
+        posed: &dyn Fn(usize) -> Result<(), Cause>,
     ) -> Self {
         let mut coverage = Self::default();
         for (k, step) in script.steps.iter().enumerate() {
@@ -57,7 +48,7 @@ impl Coverage {
             let pose = matches!(m.goal, Goal::Pose(_)) && !solved(k);
             let why = match pose {
                 true => posed(k).err(),
-                false => kept(m).filter(|_| !solved(k)),
+                false => Cause::of(m).filter(|_| !solved(k)),
             };
             match excluded(k).or(why) {
                 Some(why) => coverage.add(why, step.at),
@@ -72,7 +63,7 @@ impl Coverage {
     }
 
     /// One more move that stays, for this reason.
-    fn add(&mut self, why: String, at: At) {
+    fn add(&mut self, why: Cause, at: At) {
         let found = self.reasons.iter_mut().find(|r| r.why == why && r.file == at.file);
         let reason = match found {
             Some(r) => r,

@@ -125,7 +125,7 @@ fn step(
     let mut edit = Edit { as_joint_moves, ..Edit::default() };
     // points of a way are written where the offset changes between them; else the goal alone carries it
     let offset = |q: &[f64], own: &[f64]| q.iter().zip(own).map(|(a, b)| a - b).collect::<Vec<f64>>();
-    let here = offset(end.q, &vertex.q);
+    let here = if span.is_empty() { Vec::new() } else { offset(end.q, &vertex.q) };
     let differs = |o: &Out| {
         let own = run.vertices.get(o.vertex).map(|v| offset(o.q, &v.q)).unwrap_or_default();
         own.iter().zip(&here).any(|(a, b)| (a - b).abs() > NOTHING)
@@ -245,9 +245,12 @@ fn blends(script: &Script, robot: &Robot, run: &Run, edits: &mut Edits) {
             let edit = edits.steps.get(step)?;
             if first { edit.before.first() } else { edit.before.last() }.map(|p| robot.tcp_m(&p.q))
         };
+        let near = [near(next.step, true), near(own.step, false)];
+        if near.iter().all(Option::is_none) {
+            continue; // no new point is near
+        }
         let here = robot.tcp_m(&own.q);
-        let nearest = [near(next.step, true), near(own.step, false)].into_iter().flatten();
-        let at_most = nearest.map(|p| 0.5 * (p - here).norm()).fold(f64::INFINITY, f64::min);
+        let at_most = near.into_iter().flatten().map(|p| 0.5 * (p - here).norm()).fold(f64::INFINITY, f64::min);
         let StepKind::Move(m) = &script.steps[own.step].kind else { continue };
         if at_most.is_finite() && m.blend_m != Some(0.0) && m.blend_m.is_none_or(|b| b > at_most) && own.editable {
             edits.steps.change_or_insert(own.step, |edit| edit.blend_at_most_m = Some(at_most));

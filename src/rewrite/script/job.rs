@@ -174,7 +174,7 @@ impl Job<'_> {
 }
 
 /// The texts of a program with its context, and the paths of its companions that are there.
-fn texts(
+pub(super) fn texts(
     format: &dyn Format,
     input: &Path,
     bytes: Vec<u8>,

@@ -12,28 +12,32 @@
 //! - [`rates`]: speed and acceleration limits; [`stops`]: how long new exact stops take.
 //! - [`edits`]: points that came out -> values and new points of the program; `arcs`: pieces of arcs that are split.
 //! - [`writing`]: edits into texts; [`notes`]: what the program or the robot file does not say.
-//! - [`verify`]: the result is read again before anyone gets it.
+//! - [`verify`]: the result is read again before anyone gets it; `retraced`: was the program rewritten before?
 //! - [`job`]: from file to file; [`context`]: what is looked up beside it.
+//! - [`path`]: a program as one path in the joints, for those who run it on a machine.
 //! - [`change`]: what differs, move by move, in degrees and micrometres: dry runs and golden files.
 
-pub mod approach;
+pub(crate) mod approach;
 mod arcs;
-pub mod change;
-pub mod clock;
-pub mod configuration;
-pub mod context;
-pub mod coverage;
-pub mod edits;
-pub mod fading;
-pub mod job;
-pub mod notes;
-pub mod poses;
-pub mod rates;
-pub mod run;
-pub mod stops;
-pub mod verify;
-pub mod way;
-pub mod writing;
+pub(crate) mod cause;
+pub(crate) mod change;
+pub(crate) mod clock;
+pub(crate) mod configuration;
+pub(crate) mod context;
+pub(crate) mod coverage;
+pub(crate) mod edits;
+pub(crate) mod fading;
+pub(crate) mod job;
+pub(crate) mod notes;
+pub mod path;
+pub(crate) mod poses;
+pub(crate) mod rates;
+mod retraced;
+pub(crate) mod run;
+pub(crate) mod stops;
+pub(crate) mod verify;
+pub(crate) mod way;
+pub(crate) mod writing;
 
 use super::deadband;
 use super::engine::Engine;
@@ -48,6 +52,7 @@ use crate::program::script::{
 };
 use crate::robot::Robot;
 use crate::robot::frames::{Frames, Missing};
+use cause::Cause;
 use change::Change;
 use coverage::Coverage;
 use edits::Unplaced;
@@ -55,6 +60,7 @@ use fading::ByClock;
 use poses::Poses;
 use rates::Rates;
 use run::{Choice, Cut, Gap, Run};
+use std::collections::BTreeMap;
 
 /// Smallest dead band of a program with Cartesian targets, as a share of the smallest half gap: where straight TCP moves meet at a
 /// corner near a joint's turn, the joint turns there and back, and two steps by the whole gap would cost more than that leg.
@@ -92,9 +98,13 @@ pub struct Choices {
 /// The task: what is the same for all programs of a call.
 #[derive(Clone, Copy)]
 pub struct Task<'a> {
+    /// The robot that the program moves.
     pub robot: &'a Robot,
+    /// What is to be undone.
     pub compensator: &'a Compensator,
+    /// Options of the engine.
     pub options: &'a Options,
+    /// What the user chooses for programs.
     pub choices: &'a Choices,
     /// Dead bands that were asked for, per axis.
     pub deadband: &'a [Option<f64>],
@@ -108,21 +118,29 @@ pub struct Task<'a> {
 
 /// A rewritten program, in memory.
 pub struct Done {
+    /// The rewritten files, in the order of the originals.
     pub texts: Vec<Text>,
     /// As it was.
     pub originals: Vec<Text>,
+    /// What a reader should know, with lines.
     pub notes: Vec<Note>,
+    /// Points, new points, limits and durations.
     pub stats: RewriteStats,
     /// Line of each point of the violations.
     pub lines: Vec<At>,
+    /// How much of the program was edited, and why the rest was not.
     pub coverage: Coverage,
     /// Frames and tools that moves wait for.
     pub missing: Missing,
+    /// Where directions are lost.
     pub gaps: Vec<Gap>,
+    /// New points that could not be placed.
     pub unplaced: Unplaced,
+    /// What the rewritten program reads as when it is read again.
     pub written: verify::Written,
     /// The first changes, as many as were asked for, and how many there are.
     pub changes: Vec<Change>,
+    /// Number of all changes, listed or not.
     pub changes_total: usize,
     /// Number of runs that start elsewhere than the program: with unknown directions.
     pub anew: usize,
@@ -159,7 +177,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     notes.extend(notes::missing(script));
     notes.extend(notes::unread(script));
     let left_out = left_out(script, task.choices);
-    let excluded = |k: usize| left_out.get(k).copied().flatten().is_some();
+    let excluded = |k: usize| left_out.get(k).is_some_and(Option::is_some);
     let deadband = deadbands(script, task);
     let commanded = commanded(script, task.robot.dof());
     let choice = Choice {
@@ -185,28 +203,20 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let Collected { mut edits, mut stats, mut unplaced, rates, lines } =
         Collected::of(document.as_ref(), task, &by_clock, &runs, &deadband, solve)?;
     unplaced.points += spare(script, task.choices, &mut edits);
-    let (changes, changes_total) = if script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_))) {
-        let mut in_joints = edits.clone();
-        poses::write(script, &runs, &mut edits, &mut left, &mut unplaced);
-        edits::keep_written(&mut in_joints, &edits);
-        arcs::settle(script, &runs, &mut in_joints, &mut edits, &mut left, &mut unplaced, document.least_arc());
-        change::of_edits(script, &runs, &in_joints, task.robot, task.listed)
-    } else {
-        change::of_edits(script, &runs, &edits, task.robot, task.listed)
-    };
-    let unwritable = writing::leave_unwritable(document.as_ref(), &mut edits, &mut stats);
+    let (changes, changes_total) = as_poses(document.as_ref(), task, &runs, &mut edits, &mut left, &mut unplaced);
+    let (unwritable, patches) = writing::leave_unwritable(document.as_ref(), &mut edits, &mut stats);
     let posed = |k: usize| match left.get(&k) {
         Some(why) => Err(why.clone()),
-        None if task.choices.leave_poses => Err("Cartesian target".into()),
+        None if task.choices.leave_poses => Err(Cause::Cartesian),
         None => Ok(()),
     };
     let solved = |k: usize| edits.steps.get(k).is_some_and(|e| e.as_joint_moves);
-    let unknown = |k: usize| partial.binary_search(&k).is_ok().then_some("before it is known where every axis stands");
-    let excluded = |k: usize| {
-        let asked = left_out.get(k).copied().flatten().or(unknown(k));
-        asked.map(String::from).or_else(|| unwritable.get(&k).cloned())
+    let unknown = |k: usize| partial.binary_search(&k).is_ok().then_some(Cause::NotYetKnown);
+    let kept = |k: usize| {
+        let asked = left_out.get(k).cloned().flatten().or_else(|| unknown(k));
+        asked.or_else(|| unwritable.get(&k).cloned())
     };
-    let coverage = Coverage::of(script, &excluded, &solved, &posed);
+    let coverage = Coverage::of(script, &kept, &solved, &posed);
     require_coverage(&coverage, task.choices, script)?;
     stats.points = coverage.moves;
     stats.inserted = edits.steps.iter().map(|(_, e)| e.before.len() as u64).sum();
@@ -227,7 +237,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     // what is written needs the edits alone
     drop(runs);
     let originals = script.texts.clone();
-    let (texts, written) = writing::write(format, document, &mut edits, task)?;
+    let (texts, written) = writing::write(format, document, &mut edits, patches, task)?;
     if !written.halts.is_empty() {
         let stops_s = stops.and_then(|s| s.duration_s(&written.halts));
         stats.duration_s = stats.duration_s.and_then(|[before, after]| Some([before, after + stops_s?]));
@@ -249,6 +259,26 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
         notes,
         originals,
     })
+}
+
+/// Writes the edits of Cartesian targets as poses; the largest changes, and how many there are.
+fn as_poses(
+    document: &dyn Document,
+    task: &Task,
+    runs: &[Run],
+    edits: &mut Edits,
+    left: &mut BTreeMap<usize, Cause>,
+    unplaced: &mut Unplaced,
+) -> (Vec<Change>, usize) {
+    let script = document.script();
+    if !script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_))) {
+        return change::of_edits(script, runs, edits, task.robot, task.listed);
+    }
+    let mut in_joints = edits.clone();
+    poses::write(script, runs, edits, left, unplaced);
+    edits::keep_written(&mut in_joints, edits);
+    arcs::settle(script, runs, &mut in_joints, edits, left, unplaced, document.least_arc());
+    change::of_edits(script, runs, &in_joints, task.robot, task.listed)
 }
 
 /// What came out of the engine, run by run, as edits.
@@ -340,7 +370,7 @@ fn spare(script: &Script, choices: &Choices, edits: &mut Edits) -> u64 {
 /// By names that `rewrite` makes, or by its numbers, run by run: by what the gears turn.
 fn looks_rewritten(script: &Script, runs: &[Run], task: &Task, by_clock: &ByClock) -> bool {
     let axes = task.robot.dof();
-    let digits: Vec<Digits> = (0..axes).map(|a| written_digits(script, a)).collect();
+    let digits = written_digits(script, axes);
     let mut evidence = Evidence::default();
     if script.targets.iter().filter_map(|t| t.name).any(is_clone) {
         return true;
@@ -350,14 +380,22 @@ fn looks_rewritten(script: &Script, runs: &[Run], task: &Task, by_clock: &ByCloc
         q.chunks_exact_mut(axes).for_each(|row| task.robot.to_gears(row));
         evidence.add(Rows { q: &q, axes }, &digits, by_clock.on(run), task.options.step_fraction);
     }
-    evidence.is_rewritten()
+    evidence.is_rewritten() || retraced::looks_rewritten(script, runs, task.robot, by_clock)
 }
 
-/// How the numbers of an axis are written: the finest last digit of its targets, in degrees or radians (millimetres or metres),
+/// How the numbers of each axis are written: the finest last digit of its targets, in degrees or radians (millimetres or metres),
 /// or in steps of the format's own.
-fn written_digits(script: &Script, axis: usize) -> Digits {
-    let values = script.targets.iter().filter_map(|t| t.values.get(axis));
-    let last = values.map(|v| v.digit).fold(f64::INFINITY, f64::min);
+fn written_digits(script: &Script, axes: usize) -> Vec<Digits> {
+    let mut finest = vec![f64::INFINITY; axes];
+    for target in script.targets.iter() {
+        for (finest, value) in finest.iter_mut().zip(target.values.iter()) {
+            *finest = value.map_or(*finest, |v| finest.min(v.digit));
+        }
+    }
+    finest.into_iter().map(digits_of).collect()
+}
+
+fn digits_of(last: f64) -> Digits {
     if !last.is_finite() {
         return Digits { last: LEAST_DIGIT, unit: 1.0 };
     }
@@ -370,7 +408,7 @@ fn written_digits(script: &Script, axis: usize) -> Digits {
 }
 
 /// Why each step is left out on request.
-fn left_out(script: &Script, choices: &Choices) -> Vec<Option<&'static str>> {
+fn left_out(script: &Script, choices: &Choices) -> Vec<Option<Cause>> {
     let (mut process, mut off) = (false, false);
     let one = |step: &crate::program::script::Step| {
         match step.kind {
@@ -379,8 +417,8 @@ fn left_out(script: &Script, choices: &Choices) -> Vec<Option<&'static str>> {
             _ => {}
         }
         match (off, process && choices.exclude_process) {
-            (true, _) => Some("switched off by a comment"),
-            (_, true) => Some("a process is on"),
+            (true, _) => Some(Cause::SwitchedOff),
+            (_, true) => Some(Cause::ProcessOn),
             _ => None,
         }
     };

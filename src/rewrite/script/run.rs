@@ -5,9 +5,9 @@
 //! robot may come to it from the other side. A dwell, a process or a comment ends nothing.
 
 use super::approach::{Directions, Sides};
+use super::cause::Cause;
 use super::clock;
-use super::coverage::kept;
-use super::poses::{NO_START, NOT_CONFIGURED, Place, Poses, Tooled};
+use super::poses::{Place, Poses, Tooled};
 use super::way;
 use crate::program::script::{
     At, Break, Goal, Move, Note, PathKind, PoseGoal, Script, Solution, Speed, StepKind, TargetRef, Way,
@@ -80,7 +80,7 @@ impl Run {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gap {
     pub at: At,
-    pub why: String,
+    pub why: Cause,
 }
 
 /// A script in runs.
@@ -91,7 +91,7 @@ pub struct Cut {
     /// Moves after which it is not yet known where every axis stands.
     pub partial: Vec<usize>,
     /// Why Cartesian moves stay as they are, by step.
-    pub left: BTreeMap<usize, String>,
+    pub left: BTreeMap<usize, Cause>,
     pub notes: Vec<Note>,
 }
 
@@ -156,14 +156,14 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
 }
 
 /// That most configurations which the program orders are none of this robot's: its file is another arm's, or its flange is turned.
-fn another_robot(script: &Script, left: &BTreeMap<usize, String>) -> Option<Note> {
+fn another_robot(script: &Script, left: &BTreeMap<usize, Cause>) -> Option<Note> {
     const LEAST: usize = 3;
     let ordered = |m: &Move| match &m.goal {
         Goal::Pose(goal) => goal.binding && matches!(goal.solution, Solution::Configured(_)),
         _ => false,
     };
     let all = script.moves().filter(|(_, m)| ordered(m)).count();
-    let mut not = left.iter().filter(|(_, why)| *why == NOT_CONFIGURED).map(|(step, _)| *step);
+    let mut not = left.iter().filter(|(_, why)| **why == Cause::NotConfigured).map(|(step, _)| *step);
     let (first, others) = (not.next()?, not.count());
     let text = format!(
         "{} of {all} Cartesian targets name an arm configuration that this robot does not have there: if it is the program's robot, compare a \
@@ -219,7 +219,6 @@ fn empty_run(entry: bool) -> Run {
 }
 
 /// Where a move leads.
-#[derive(Clone)]
 struct Reached {
     /// Joints before it, where they are known.
     from: Option<Vec<f64>>,
@@ -263,7 +262,7 @@ impl Cutter<'_> {
         }
     }
 
-    fn lost(&mut self, at: At, why: String) {
+    fn lost(&mut self, at: At, why: Cause) {
         self.end(false);
         self.out.gaps.push(Gap { at, why });
     }
@@ -295,7 +294,7 @@ impl Cutter<'_> {
     }
 
     /// Joints of a Cartesian target, with its frame and tool.
-    fn pose(&mut self, goal: &PoseGoal, m: &Move, from: Option<&[f64]>) -> Result<(Vec<f64>, Place), String> {
+    fn pose(&mut self, goal: &PoseGoal, m: &Move, from: Option<&[f64]>) -> Result<(Vec<f64>, Place), Cause> {
         let place = self.poses.place(goal)?;
         let q = place.joints(goal, from, m.path, self.hint.as_deref())?;
         Ok((q, place))
@@ -312,15 +311,19 @@ impl Cutter<'_> {
                     last.editable = false;
                 }
                 self.forget(m);
-                return self.lost(at, "a target that cannot be determined".into());
+                return self.lost(at, Cause::Undetermined);
             }
         };
-        let Some(reached) = reached else { return };
-        self.hint = Some(reached.q.clone()).filter(|_| self.one_arm);
-        match &reached.from {
+        let Some(mut reached) = reached else { return };
+        match &mut self.hint {
+            hint if !self.one_arm => *hint = None,
+            Some(hint) => hint.clone_from(&reached.q),
+            hint => *hint = Some(reached.q.clone()),
+        }
+        match reached.from.take() {
             // where the robot stands it takes no step
             None => self.start(step, reached.q, reached.editable && m.speed != Speed::Seconds(0.0)),
-            Some(from) => self.go(step, at, m, from, &reached),
+            Some(from) => self.go(step, at, m, &from, reached),
         }
     }
 
@@ -334,7 +337,7 @@ impl Cutter<'_> {
         from: Option<Vec<f64>>,
     ) -> Option<Reached> {
         let Some(target) = target else {
-            self.lost(at, "a target that is not there".into());
+            self.lost(at, Cause::NoTarget);
             return None;
         };
         let dof = self.choice.robot.dof();
@@ -351,7 +354,7 @@ impl Cutter<'_> {
             return None;
         }
         // the moves before have not carried its offset: this one does not either
-        let editable = kept(m).is_none() && !(self.choice.excluded)(step) && self.known.is_empty();
+        let editable = Cause::of(m).is_none() && !(self.choice.excluded)(step) && self.known.is_empty();
         // nor is it the first that moves
         self.run.entry &= self.known.is_empty();
         self.known.clear();
@@ -373,14 +376,14 @@ impl Cutter<'_> {
             Err(why) => why,
         };
         // a target whose configuration names its joints is known wherever the robot comes from
-        let alone = from.as_ref().filter(|_| why == way::NOT_REACHED);
+        let alone = from.as_ref().filter(|_| why == Cause::NotReached);
         let alone = alone.and_then(|_| self.pose(goal, m, None).ok());
         if alone.is_some() {
-            self.lost(at, "a way that the robot's kinematics do not follow".into());
+            self.lost(at, Cause::NotFollowed);
             *from = None;
         } else {
             self.forget(m);
-            self.poses.missing.posture += u64::from(why == NO_START && self.poses.posture.is_none());
+            self.poses.missing.posture += u64::from(why == Cause::NoStart && self.poses.posture.is_none());
             self.out.left.insert(step, why.clone());
             self.lost(at, why);
         }
@@ -404,26 +407,26 @@ impl Cutter<'_> {
         let solved = asked && m.path == PathKind::Linear && m.closed.is_none() && !excluded && from.is_some();
         // where a spline turns its joints is not known, nor an arc without a known start
         if m.path == PathKind::Curve && (goal.via_m.is_none() || from.is_none()) {
-            self.out.left.insert(step, "a Cartesian target at the end of an arc or spline".into());
-            self.lost(at, "an arc or spline to a Cartesian target".into());
+            self.out.left.insert(step, Cause::EndOfCurve);
+            self.lost(at, Cause::Curve);
             self.run.entry = false;
             self.start(step, q, false);
             return None;
         }
         let written = self.choice.as_poses && goal.target.is_some() && m.fixed.is_none();
         if let Some(why) = m.fixed.clone().filter(|_| !solved) {
-            self.out.left.insert(step, why);
+            self.out.left.insert(step, Cause::Program(why));
         } else if goal.target.is_none() && !solved {
-            self.out.left.insert(step, "a Cartesian target whose numbers are not in the program".into());
+            self.out.left.insert(step, Cause::NoNumbers);
         }
         self.run.places.insert(step, place);
         Some(Reached { from, q, editable: solved || written && !excluded, solved })
     }
 
     /// A move between two known places: its turning points, its duration and its goal.
-    fn go(&mut self, step: usize, at: At, m: &Move, from: &[f64], reached: &Reached) {
+    fn go(&mut self, step: usize, at: At, m: &Move, from: &[f64], reached: Reached) {
         let robot = self.choice.robot;
-        let Reached { q, mut editable, solved, .. } = reached.clone();
+        let Reached { q, mut editable, solved, .. } = reached;
         let t0 = self.run.vertices.last().map_or(0.0, |v| v.t_s);
         let speed = match self.choice.certain_speed_m_s {
             Some(v) if !clock::is_certain(m.speed) => Speed::Tcp(v),

@@ -191,9 +191,9 @@ pub fn read_again(
         for (n, point) in edit.iter().flat_map(|e| e.before).enumerate() {
             let m = moved(after, k).ok_or_else(|| before.fault(i, "a new point is missing"))?;
             // a quadrant that is already a part of the way may stay inside its arc
-            compare(after, m, &point.q, own, edits, &mut written).map_err(|what| fault_after(k, &what))?;
+            compare(after, m, &point.q, own, edits, &mut written).map_err(|what| fault_after(k, &what.to_string()))?;
             beyond(robot, after, m, &point.q, (i, Some(n)), &mut written);
-            piece(m, edit.and_then(|e| e.piece(n))).map_err(|what| fault_after(k, &what))?;
+            piece(m, edit.and_then(|e| e.piece(n))).map_err(|what| fault_after(k, &what.to_string()))?;
             stops += u64::from(m.blend_m == Some(0.0) && !document.passes_points());
             k += 1;
         }
@@ -210,7 +210,7 @@ pub fn read_again(
         }
         if let (Kind::Move(a), StepKind::Move(m)) = (&step.kind, &here.kind) {
             let last = edit.and_then(|e| e.piece(e.before.len()));
-            piece(m, last).map_err(|what| fault_after(k, &what))?;
+            piece(m, last).map_err(|what| fault_after(k, &what.to_string()))?;
             let apart = |(a, b): (Vector3<f64>, Vector3<f64>)| (a - b).amax() > SAME_VIA_M;
             if last.is_none()
                 && (a.via_m.is_some() != via(m).is_some() || a.via_m.as_deref().copied().zip(via(m)).is_some_and(apart))
@@ -221,7 +221,7 @@ pub fn read_again(
         match (&step.kind, &here.kind) {
             (Kind::Move(a), StepKind::Move(m)) if edit.is_some_and(|e| e.goal.is_some()) => {
                 let goal = edit.and_then(|e| e.goal).unwrap_or_default();
-                compare(after, m, goal, own, edits, &mut written).map_err(|what| fault_after(k, &what))?;
+                compare(after, m, goal, own, edits, &mut written).map_err(|what| fault_after(k, &what.to_string()))?;
                 beyond(robot, after, m, goal, (i, None), &mut written);
                 if m.path != a.path && !edit.is_some_and(|e| e.as_joint_moves) {
                     return Err(fault_after(k, "another kind of path"));
@@ -251,15 +251,31 @@ fn via(m: &Move) -> Option<Vector3<f64>> {
     }
 }
 
+/// What a move that is read again has instead of what was written. The words stand in a message about a fault of ours.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+enum Difference {
+    #[error("a point on the way of an arc is {off_m} m off")]
+    Via { off_m: f64 },
+    #[error("another kind of piece of an arc")]
+    Piece,
+    #[error("a target without numbers")]
+    NoNumbers,
+    #[error("a target that is not there")]
+    NoTarget,
+    /// Numbers count from 1; their values in SI.
+    #[error("number {number} is {is} and not {wanted}")]
+    Number { number: usize, is: f64, wanted: f64 },
+}
+
 /// A piece of a split arc goes over the place that was meant.
-fn piece(m: &Move, want: Option<&[f64]>) -> std::result::Result<(), String> {
+fn piece(m: &Move, want: Option<&[f64]>) -> std::result::Result<(), Difference> {
     match (want, via(m), m.path) {
         (None, ..) => Ok(()),
         (Some([x, y, z]), Some(at), PathKind::Curve) => {
             let off = (at - Vector3::new(*x, *y, *z)).amax();
-            if off <= VIA_M { Ok(()) } else { Err(format!("a point on the way of an arc is {off} m off")) }
+            if off <= VIA_M { Ok(()) } else { Err(Difference::Via { off_m: off }) }
         }
-        _ => Err("another kind of piece of an arc".into()),
+        _ => Err(Difference::Piece),
     }
 }
 
@@ -279,9 +295,9 @@ fn compare(
     own: &[f64],
     edits: &Edits,
     written: &mut Written,
-) -> std::result::Result<(), String> {
-    let Some(t) = m.goal.target() else { return Err("a target without numbers".into()) };
-    let target = script.targets.get(t).ok_or("a target that is not there")?;
+) -> std::result::Result<(), Difference> {
+    let Some(t) = m.goal.target() else { return Err(Difference::NoNumbers) };
+    let target = script.targets.get(t).ok_or(Difference::NoTarget)?;
     for (axis, (value, &want)) in target.values.iter().zip(want).enumerate() {
         let Some(v) = value else { continue };
         let lost = (v.si - want).abs();
@@ -290,7 +306,7 @@ fn compare(
         let wish = edits.digit_of(&target, axis);
         let digit = if stays { v.digit.max(v.finest).max(if wish.is_nan() { 0.0 } else { wish }) } else { v.digit };
         if lost > ROUNDED * digit + 1e-12 {
-            return Err(format!("number {} is {} and not {want}", axis + 1, v.si));
+            return Err(Difference::Number { number: axis + 1, is: v.si, wanted: want });
         }
         if stays && lost <= SAME {
             continue;

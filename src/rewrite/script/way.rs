@@ -30,9 +30,6 @@ const LEAP: f64 = 0.5;
 /// How often a part of a way is halved where joints leap.
 const BISECTED: usize = 6;
 
-/// Why a target has no joints.
-pub const NOT_REACHED: &str = "a Cartesian target that the robot's kinematics do not reach";
-
 /// Joints at the end of the way from `from` to a pose of the world: straight, or the arc through `via`; `turned`: the orientation
 /// counts.
 pub fn follow(
@@ -173,6 +170,21 @@ impl Line {
             return Some(guess);
         }
         solved(&self.tooled, &self.track, self.pose, share, &guess)
+    }
+
+    /// Parts of equal length between which joints may go straight so that the TCP leaves the path by about `within_m` at most.
+    ///
+    /// The middle of a chord leaves a path by the square of the chord's length; it is measured over every two parts of the samples.
+    pub fn parts_within(&self, within_m: f64) -> usize {
+        const MOST: f64 = 8192.0;
+        let robot = &self.tooled.robot;
+        let off_m = |w: &[Vec<f64>]| {
+            let middle: Vec<f64> = w[0].iter().zip(&w[2]).map(|(a, b)| 0.5 * (a + b)).collect();
+            (robot.tcp_m(&middle) - robot.tcp_m(&w[1])).norm()
+        };
+        let most_m = self.samples.windows(3).map(off_m).fold(0.0, f64::max);
+        let parts = 0.5 * (self.samples.len() as f64 - 1.0) * (most_m / within_m).sqrt();
+        parts.ceil().clamp(1.0, MOST) as usize
     }
 
     /// Radius, m, and angle, rad, of an arc that may be split: a controller keeps the orientation on the whole of it, whatever frame

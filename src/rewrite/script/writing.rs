@@ -1,5 +1,6 @@
 //! Edits into texts: what the format cannot say is taken out, and no rounding passes a limit.
 
+use super::cause::Cause;
 use super::{Task, verify};
 use crate::error::{Error, Result};
 use crate::program::script::{Document, Edits, Format, Patches, Text, text};
@@ -8,11 +9,13 @@ use crate::rewrite::stats::RewriteStats;
 use std::collections::BTreeMap;
 
 /// The texts with the edits, read again. A number that rounding would take beyond a limit is written one digit further inside.
-/// The program as it was read is given up before its result is read, so that never two of them are held.
+/// The program as it was read is given up before its result is read, so that never two of them are held. `known`: the patches of
+/// these edits, where they are made already.
 pub fn write(
     format: &dyn Format,
     document: Box<dyn Document>,
     edits: &mut Edits,
+    mut known: Option<Patches>,
     task: &Task,
 ) -> Result<(Vec<Text>, verify::Written)> {
     const TRIES: usize = 3;
@@ -24,7 +27,11 @@ pub fn write(
             Some(read) => read,
             None => format.parse(originals.clone(), task.robot.axes())?,
         };
-        let patches = if edits.steps.is_empty() { Patches::default() } else { read.patches(edits)? };
+        let patches = match known.take() {
+            Some(known) => known,
+            None if edits.steps.is_empty() => Patches::default(),
+            None => read.patches(edits)?,
+        };
         if patches.is_empty() {
             return Ok((originals, verify::Written::nothing(task.robot.dof())));
         }
@@ -61,23 +68,25 @@ pub fn write(
     Err(Refusal::AtLimit { name }.into())
 }
 
-/// Takes out edits that the format cannot say; these moves stay as they are. Why, by step.
+/// Takes out edits that the format cannot say; these moves stay as they are. Why, by step, and the patches of the others where the
+/// format has made them on the way.
 pub fn leave_unwritable(
     document: &dyn Document,
     edits: &mut Edits,
     stats: &mut RewriteStats,
-) -> BTreeMap<usize, String> {
+) -> (BTreeMap<usize, Cause>, Option<Patches>) {
     let mut left = BTreeMap::new();
     loop {
         let before = left.len();
-        for (step, why) in document.unwritable(edits) {
+        let (unwritable, patches) = document.written_or_not(edits);
+        for (step, why) in unwritable {
             if let Some(edit) = edits.steps.remove(step) {
                 stats.inserted = stats.inserted.saturating_sub(edit.before.len() as u64);
-                left.insert(step, why);
+                left.insert(step, Cause::Program(why));
             }
         }
         if left.len() == before {
-            return left;
+            return (left, patches);
         }
     }
 }

@@ -10,11 +10,11 @@
 //! - [`render`]: the text of pending rows, and the engine's points put into it.
 //! - [`golden`]: against a golden file, with the first difference in words.
 
-pub mod golden;
-pub mod job;
-pub mod render;
-pub mod turn;
-pub mod workers;
+pub(crate) mod golden;
+pub(crate) mod job;
+pub(crate) mod render;
+pub(crate) mod turn;
+pub(crate) mod workers;
 
 use super::sink::Sink;
 use super::{Engine, OutputPoints, Points, RewriteStats};
@@ -48,6 +48,7 @@ impl Stage for Engine<'_> {
 pub struct Preview<'a> {
     /// Most decimals of each axis in the first block, deg or mm.
     pub decimals: Vec<u8>,
+    /// Whether the rows carry times.
     pub has_times: bool,
     /// The targets of the first block, `q[row * axes + axis]`, rad or m.
     pub q: &'a [f64],
@@ -56,19 +57,24 @@ pub struct Preview<'a> {
 /// What came of a program.
 #[derive(Debug)]
 pub struct Done<S> {
+    /// Points, new points, limits and durations.
     pub stats: RewriteStats,
+    /// Number of points that were read.
     pub points: u64,
+    /// Lines of the points that violate a limit.
     pub lines: Lines,
     /// Of the bytes read, where wanted; of those written it is the sink's business.
     pub sha256_in: Option<String>,
     /// Fewest decimals with which numbers of each axis were written.
     pub written: Vec<Option<u8>>,
+    /// Where the output goes.
     pub sink: S,
 }
 
 /// How a program is to pass.
 #[derive(Debug, Clone)]
 pub struct Passage {
+    /// How numbers are written.
     pub style: Style,
     /// A worker for each processor; else this thread alone.
     pub threads: bool,

@@ -16,6 +16,7 @@ mod solve;
 mod tests;
 mod write;
 
+use super::cause::Cause;
 use crate::program::script::pose::{Frame, PoseGoal};
 use crate::robot::Robot;
 use crate::robot::arm::{self, Arm};
@@ -24,7 +25,6 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-pub use solve::{NO_START, NOT_CONFIGURED};
 pub use write::{own_numbers, write};
 
 /// A robot with one of its tools, ready for the inverse.
@@ -74,29 +74,23 @@ impl Poses {
     /// Frame and tool of a target.
     ///
     /// # Errors
-    /// What is not known, in words.
-    pub fn place(&mut self, goal: &PoseGoal) -> Result<Place, String> {
+    /// What is not known.
+    pub fn place(&mut self, goal: &PoseGoal) -> Result<Place, Cause> {
         if let Some(why) = goal.unknown() {
-            return Err(format!("a Cartesian target whose frame or tool cannot be determined: {why}"));
+            return Err(Cause::NoPlace(why.to_string()));
         }
         let (mut frames, mut tools) = (Vec::new(), Vec::new());
         let (base, known) = (self.robot.base, &self.frames);
         let frame = resolved(&goal.frame, base, &|name| known.frame(name).copied(), &mut frames);
         let tool = resolved(&goal.tool, base, &|name| known.tool(name).copied(), &mut tools);
-        let mut why = Vec::new();
-        for (what, names, missing) in
-            [("frame", frames, &mut self.missing.frames), ("tool", tools, &mut self.missing.tools)]
-        {
+        for (names, missing) in [(&frames, &mut self.missing.frames), (&tools, &mut self.missing.tools)] {
             for name in names {
-                why.push(format!("{what} `{name}`"));
-                *missing.entry(name).or_default() += 1;
+                *missing.entry(name.clone()).or_default() += 1;
             }
         }
         let (Some(frame), Some(tool)) = (frame, tool) else {
-            return Err(match why.is_empty() {
-                true => "a Cartesian target of which it is not certain which frame or tool is in force".into(),
-                false => format!("a Cartesian target whose {} nobody gives", why.join(" and ")),
-            });
+            let named = !(frames.is_empty() && tools.is_empty());
+            return Err(if named { Cause::NotGiven { frames, tools } } else { Cause::SeveralPlaces });
         };
         let key = format!("{:?} {:?}", tool.translation.vector, tool.rotation.coords);
         let robot = &self.robot;

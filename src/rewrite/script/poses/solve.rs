@@ -1,6 +1,7 @@
 //! The joints of a Cartesian target: along the way from the joints before, or of all that reach its pose the ones that are meant, by
 //! its configuration, by the joints before, by joints elsewhere in the program, or by the posture that the user gives.
 
+use super::super::cause::Cause;
 use super::super::configuration::{allows, allows_axis, misfit, prefers};
 use super::super::way;
 use super::Place;
@@ -36,26 +37,42 @@ impl Place {
         from: Option<&[f64]>,
         path: PathKind,
         hint: Option<&[f64]>,
-    ) -> Result<Vec<f64>, &'static str> {
+    ) -> Result<Vec<f64>, Cause> {
         let robot = &self.tooled.robot;
-        let end = self.world(goal, from).ok_or(NO_START)?;
+        let end = self.world(goal, from).ok_or(Cause::NoStart)?;
         let via = self.via(goal);
         let Some(arm) = &self.tooled.arm else {
-            let from = from.ok_or(NO_START)?;
-            return way::follow(&self.tooled, from, &end, goal.rotation.is_some(), via).ok_or(way::NOT_REACHED);
+            let from = from.ok_or(Cause::NoStart)?;
+            return way::follow(&self.tooled, from, &end, goal.rotation.is_some(), via).ok_or(Cause::NotReached);
         };
         let follows = path == PathKind::Linear || path == PathKind::Curve && via.is_some();
         let ordered = matches!(goal.solution, Solution::Near(_)) && goal.binding;
         if let (Some(from), true, false) = (from, follows, ordered) {
-            let q = way::follow(&self.tooled, from, &end, true, via).ok_or(way::NOT_REACHED)?;
+            let q = way::follow(&self.tooled, from, &end, true, via).ok_or(Cause::NotReached)?;
             let fits = match &goal.solution {
                 Solution::Configured(c) if goal.binding => allows(c, arm, &q, SLACK),
                 _ => true,
             };
             within(robot, &q)?;
-            return if fits { Ok(q) } else { Err(OTHER_ARM) };
+            return if fits { Ok(q) } else { Err(Cause::OtherArm) };
         }
         self.chosen(arm, goal, from, &end, hint)
+    }
+
+    /// Whether a controller that takes the joints next to `near` comes to `q`: by their largest difference and by the sum of squares,
+    /// as makers do not say what they measure.
+    pub(super) fn is_next_to(&self, arm: &Arm, near: &[f64], q: &[f64]) -> bool {
+        let robot = &self.tooled.robot;
+        let squares = |a: &[f64]| a.iter().zip(near).map(|(x, y)| (x - y).powi(2)).sum::<f64>().sqrt();
+        let all = arm.solutions(robot, &robot.forward(q), near);
+        let mut others = all.iter().filter_map(|other| turned(robot, other, near, &|_, _| true));
+        // the same place by other whole turns is another solution, too
+        turned(robot, q, near, &|_, _| true).is_some_and(|own| distance(&own, q) < ON_LIMIT)
+            && others.all(|other| {
+                let same = distance(&other, q) < SAME;
+                let further = distance(&other, near) > distance(q, near) + AS_NEAR;
+                same || further && squares(&other) > squares(q) + AS_NEAR
+            })
     }
 
     /// Of all joints that reach a pose the ones that are meant.
@@ -66,7 +83,7 @@ impl Place {
         from: Option<&[f64]>,
         end: &Isometry3<f64>,
         hint: Option<&[f64]>,
-    ) -> Result<Vec<f64>, &'static str> {
+    ) -> Result<Vec<f64>, Cause> {
         let robot = &self.tooled.robot;
         let zero = vec![0.0; robot.dof()];
         let configuration = match &goal.solution {
@@ -83,12 +100,12 @@ impl Place {
         let hint = hint.filter(|h| near.is_none() && h.len() == zero.len());
         let all = arm.solutions(robot, &arm::pose_of(end), near.unwrap_or(&zero));
         if all.is_empty() {
-            return Err(way::NOT_REACHED);
+            return Err(Cause::NotReached);
         }
         let beside = near.or(hint).unwrap_or(&zero);
         let any: Vec<Vec<f64>> = all.iter().filter_map(|q| turned(robot, q, beside, &|_, _| true)).collect();
         if any.is_empty() {
-            return Err(OUTSIDE);
+            return Err(Cause::Outside);
         }
         let mut candidates = match configuration {
             None => any.clone(),
@@ -104,30 +121,29 @@ impl Place {
             candidates.retain(|q| prefers(c, arm, q));
         }
         if candidates.is_empty() && goal.binding {
-            return Err(NOT_CONFIGURED);
+            return Err(Cause::NotConfigured);
         }
         if near.is_none() {
             return match (configuration, candidates.len()) {
                 (Some(_), 1) => Ok(candidates.swap_remove(0)),
-                (Some(c), 0) => self.by_hint(&any, hint, end).or_else(|| fitting(c, arm, &any)).ok_or(NO_START),
-                (Some(_), _) => self.by_hint(&candidates, hint, end).ok_or(SEVERAL),
+                (Some(c), 0) => self.by_hint(&any, hint, end).or_else(|| fitting(c, arm, &any)).ok_or(Cause::NoStart),
+                (Some(_), _) => self.by_hint(&candidates, hint, end).ok_or(Cause::SeveralArms),
                 (None, _) => {
                     let found = self.by_hint(&any, hint, end);
-                    found.or_else(|| self.by_posture(arm, &all)).ok_or(NO_START)
+                    found.or_else(|| self.by_posture(arm, &all)).ok_or(Cause::NoStart)
                 }
             };
         }
         let (mut best, first, second) = nearest(&candidates, beside);
         if second - first < AS_NEAR {
             // how the point was taught decides between solutions as near
-            best = taught(goal, arm, &candidates, beside, first)
-                .ok_or("a Cartesian target that two arm configurations reach from as near")?;
+            best = taught(goal, arm, &candidates, beside, first).ok_or(Cause::AsNear)?;
         }
         let q = candidates.swap_remove(best);
         if matches!(goal.solution, Solution::Near(_)) && !goal.binding && first > BESIDE {
-            return Err("a Cartesian target without a solution next to the joints that the program names");
+            return Err(Cause::NotNear);
         }
-        if first > nearest(&any, beside).1 + SAME { Err(OTHER_ARM) } else { Ok(q) }
+        if first > nearest(&any, beside).1 + SAME { Err(Cause::OtherArm) } else { Ok(q) }
     }
 
     /// Of the solutions the one in the arm configuration of `hint`: the nearest by far, or that at which a straight way from the
@@ -187,19 +203,12 @@ fn fitting(configuration: &Configuration, arm: &Arm, all: &[Vec<f64>]) -> Option
     alone.then(|| all[best].clone())
 }
 
-/// No joints that reach a target have the configuration that it names.
-pub const NOT_CONFIGURED: &str = "a Cartesian target that no joints with its configuration reach";
-pub const NO_START: &str = "a Cartesian target without a known start, and without a configuration";
-const SEVERAL: &str = "a Cartesian target that several arm configurations reach";
-const OTHER_ARM: &str = "a Cartesian target in another arm configuration than that next to the joints before";
-const OUTSIDE: &str = "a Cartesian target outside of the joint limits";
-
 /// Within the limits of the joints.
-pub(super) fn within(robot: &Robot, q: &[f64]) -> Result<(), &'static str> {
+pub(super) fn within(robot: &Robot, q: &[f64]) -> Result<(), Cause> {
     let outside = |(j, v): (&crate::robot::Joint, &f64)| {
         j.limits.is_some_and(|[lo, hi]| !(lo - ON_LIMIT..=hi + ON_LIMIT).contains(v))
     };
-    if robot.axis_joints().zip(q).any(outside) { Err(OUTSIDE) } else { Ok(()) }
+    if robot.axis_joints().zip(q).any(outside) { Err(Cause::Outside) } else { Ok(()) }
 }
 
 /// Joints by the whole turns nearest to `near` that stay within the limits and that `may` allows; `None`: there are none.

@@ -127,7 +127,7 @@ fn joints_elsewhere_tell_the_arm_configuration_of_an_unknown_start() {
     let q: Vec<f64> = [20.0, -80.0, 90.0, -100.0, -90.0, 30.0].map(f64::to_radians).into();
     let goal = PoseGoal { binding: false, ..goal(&place.arm_at(&q), Solution::Same) };
     let from = |hint: Option<&[f64]>| place.joints(&goal, None, PathKind::Linear, hint);
-    assert_eq!(from(None), Err(NO_START));
+    assert_eq!(from(None), Err(Cause::NoStart));
     let elsewhere: Vec<f64> = q.iter().zip([0.4, -0.2, 0.3, -0.2, 0.1, 0.2]).map(|(a, b)| a + b).collect();
     assert!(distance(&from(Some(&elsewhere)).unwrap(), &q) < 1e-6);
     // the elbow bent the other way: another arm, or none that is certain
@@ -144,7 +144,7 @@ fn a_posture_that_the_user_gives_chooses_the_arm_configuration_wherever_it_stand
         let mut place = place(k, Isometry3::translation(0.0, 0.0, 0.1), Isometry3::identity());
         let q: Vec<f64> = q.map(f64::to_radians).into();
         let goal = PoseGoal { binding: false, ..goal(&place.arm_at(&q), Solution::Same) };
-        assert_eq!(place.joints(&goal, None, PathKind::Linear, None), Err(NO_START));
+        assert_eq!(place.joints(&goal, None, PathKind::Linear, None), Err(Cause::NoStart));
         place.posture = Some(posture.map(f64::to_radians).into());
         let found = place.joints(&goal, None, PathKind::Linear, None).unwrap();
         assert!(distance(&found, &q) < 1e-6, "{k}: {found:?}");
@@ -187,9 +187,9 @@ fn several_frames_are_known_where_all_are_the_same() {
     let text = "schema: lostmotion/frames/1\nframes: {a: {xyz_mm: [1, 0, 0]}, b: {xyz_mm: [1, 0, 0]}, c: {}}\n";
     let mut poses = Poses::new(&robot, &Frames::parse("f", text).unwrap());
     assert!(poses.place(&asks(&["a", "b"])).is_ok());
-    assert!(poses.place(&asks(&["a", "c"])).unwrap_err().contains("not certain"));
+    assert!(poses.place(&asks(&["a", "c"])).unwrap_err().to_string().contains("not certain"));
     assert!(poses.missing.is_empty());
-    assert!(poses.place(&asks(&["a", "d"])).unwrap_err().contains("frame `d`"));
+    assert!(poses.place(&asks(&["a", "d"])).unwrap_err().to_string().contains("frame `d`"));
 }
 
 #[test]
@@ -203,7 +203,7 @@ fn an_offset_across_a_border_of_the_configuration_leaves_the_target() {
     to[3] += 1e-3;
     assert!(place.may_be(&goal, &to, 1e-6).is_ok());
     to[3] = -5e-5;
-    assert!(place.may_be(&goal, &to, 1e-6).unwrap_err().contains("border"));
+    assert!(place.may_be(&goal, &to, 1e-6).unwrap_err() == Cause::Border);
 }
 
 #[test]
@@ -216,7 +216,7 @@ fn what_is_not_known_is_asked_for_by_name_with_the_moves_that_wait() {
         ..goal(&Isometry3::identity(), Solution::Same)
     };
     for _ in 0..2 {
-        assert!(poses.place(&waiting).unwrap_err().contains("frame `2` and tool `tGun`"));
+        assert!(poses.place(&waiting).unwrap_err().to_string().contains("frame `2` and tool `tGun`"));
     }
     assert_eq!((poses.missing.frames["2"], poses.missing.tools["tGun"]), (2, 2));
     let text = "schema: lostmotion/frames/1\nframes: {\"2\": {}}\ntools: {tgun: {}}\n";

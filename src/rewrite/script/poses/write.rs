@@ -1,5 +1,6 @@
 //! Joints with their offsets as numbers of Cartesian targets, and which targets cannot hold theirs.
 
+use super::super::cause::Cause;
 use super::super::configuration::allows;
 use super::super::edits::Unplaced;
 use super::super::run::{Role, Run};
@@ -36,21 +37,26 @@ impl Place {
     /// Why joints with their offset cannot be written as this target.
     ///
     /// # Errors
-    /// In words.
-    pub fn may_be(&self, goal: &PoseGoal, q: &[f64], digit: f64) -> Result<(), &'static str> {
+    /// Why not.
+    pub fn may_be(&self, goal: &PoseGoal, q: &[f64], digit: f64) -> Result<(), Cause> {
         let robot = &self.tooled.robot;
         within(robot, q)?;
         if let (Some(arm), Solution::Configured(c), true) = (&self.tooled.arm, &goal.solution, goal.binding)
             && !allows(c, arm, q, -CLEAR)
         {
-            return Err("its offset would pass a border of the target's configuration");
+            return Err(Cause::Border);
+        }
+        if let (Some(arm), Solution::Near(near), true) = (&self.tooled.arm, &goal.solution, goal.binding)
+            && !self.is_next_to(arm, near, q)
+        {
+            return Err(Cause::NamedJoints);
         }
         // half a last digit of the pose, as joints
         if robot.dof() >= 6 && robot.axis_joints().all(|j| j.kind == JointKind::Revolute) {
             let (_, jacobian) = robot.chain().jacobian(q);
             let least = jacobian.singular_values().min();
             if 0.5 * digit > LOST_RAD * least {
-                return Err("so near to a singularity the digits of a pose do not tell its joints");
+                return Err(Cause::Singular);
             }
         }
         Ok(())
@@ -71,7 +77,7 @@ pub fn write(
     script: &Script,
     runs: &[Run],
     edits: &mut Edits,
-    left: &mut BTreeMap<usize, String>,
+    left: &mut BTreeMap<usize, Cause>,
     unplaced: &mut Unplaced,
 ) {
     for run in runs {
@@ -108,7 +114,7 @@ pub fn write(
             if let Some(q) = edit.goal.take() {
                 match place.may_be(goal, &q, digit) {
                     Ok(()) => edit.goal = place.shifted(goal, form, &own, &vertex.q, &q),
-                    Err(why) => drop(left.insert(vertex.step, why.to_string())),
+                    Err(why) => drop(left.insert(vertex.step, why)),
                 }
             }
             if edit.goal.is_some() || !edit.before.is_empty() || edit.blend_at_most_m.is_some() {

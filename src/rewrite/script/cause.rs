@@ -1,0 +1,128 @@
+//! Why a move of a program stays as it is, and why directions are lost at it. Code compares the variants; the words are for readers.
+
+use crate::program::script::{Goal, Move};
+use serde::{Serialize, Serializer};
+
+/// Why a move stays as it is, or why directions are lost at it.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Cause {
+    /// What the reader or the writer of the program's language says of it.
+    #[error("{0}")]
+    Program(String),
+    /// A comment `lostmotion: off` stands before it.
+    #[error("switched off by a comment")]
+    SwitchedOff,
+    /// A process such as welding is on, and the user leaves these moves out.
+    #[error("a process is on")]
+    ProcessOn,
+    /// An axis has not been commanded yet.
+    #[error("before it is known where every axis stands")]
+    NotYetKnown,
+    /// Its goal is a pose and poses are left as they are.
+    #[error("Cartesian target")]
+    Cartesian,
+    /// The program does not determine frame or tool; what the reader says of it.
+    #[error("a Cartesian target whose frame or tool cannot be determined: {0}")]
+    NoPlace(String),
+    /// Several frames or tools may be in force.
+    #[error("a Cartesian target of which it is not certain which frame or tool is in force")]
+    SeveralPlaces,
+    /// Frames and tools that the program names and nobody gives.
+    #[error("a Cartesian target whose {} nobody gives", named(frames, tools))]
+    NotGiven {
+        /// Names of the frames.
+        frames: Vec<String>,
+        /// Names of the tools.
+        tools: Vec<String>,
+    },
+    /// The kinematics do not reach it.
+    #[error("a Cartesian target that the robot's kinematics do not reach")]
+    NotReached,
+    /// The kinematics reach it, but not along its way.
+    #[error("a way that the robot's kinematics do not follow")]
+    NotFollowed,
+    /// No joints that reach it have the configuration that it names.
+    #[error("a Cartesian target that no joints with its configuration reach")]
+    NotConfigured,
+    /// Neither the joints before nor a configuration choose between its solutions.
+    #[error("a Cartesian target without a known start, and without a configuration")]
+    NoStart,
+    /// Its configuration fits several solutions.
+    #[error("a Cartesian target that several arm configurations reach")]
+    SeveralArms,
+    /// Two solutions are as near to the joints before.
+    #[error("a Cartesian target that two arm configurations reach from as near")]
+    AsNear,
+    /// No solution stands next to the joints that the program names.
+    #[error("a Cartesian target without a solution next to the joints that the program names")]
+    NotNear,
+    /// Its configuration is not that of the solution next to the joints before.
+    #[error("a Cartesian target in another arm configuration than that next to the joints before")]
+    OtherArm,
+    /// Beyond a joint limit.
+    #[error("a Cartesian target outside of the joint limits")]
+    Outside,
+    /// An arc or spline ends there, and its way is not known.
+    #[error("a Cartesian target at the end of an arc or spline")]
+    EndOfCurve,
+    /// Its numbers are not in the program.
+    #[error("a Cartesian target whose numbers are not in the program")]
+    NoNumbers,
+    /// The offset would change the configuration.
+    #[error("its offset would pass a border of the target's configuration")]
+    Border,
+    /// The joints that the program names beside it would choose another solution for the pose with its offset.
+    #[error("the joints that the program names for a solution are next to another one there")]
+    NamedJoints,
+    /// Half a last digit of the pose moves the joints too far.
+    #[error("so near to a singularity the digits of a pose do not tell its joints")]
+    Singular,
+    /// The offsets at the ends of a small arc would bend it.
+    #[error("beside an arc so small that offsets at its ends would bend it")]
+    BesideArc,
+    /// The goal of the move cannot be read; directions are lost there.
+    #[error("a target that cannot be determined")]
+    Undetermined,
+    /// The move names a target that the program does not hold; directions are lost there.
+    #[error("a target that is not there")]
+    NoTarget,
+    /// Directions are lost on the way of an arc or spline.
+    #[error("an arc or spline to a Cartesian target")]
+    Curve,
+}
+
+/// ``frame `a` and tool `b` ``.
+fn named(frames: &[String], tools: &[String]) -> String {
+    let of = |what: &'static str, names: &[String]| -> Vec<String> {
+        names.iter().map(|name| format!("{what} `{name}`")).collect()
+    };
+    [of("frame", frames), of("tool", tools)].concat().join(" and ")
+}
+
+impl Cause {
+    /// What keeps a move as it is, as far as the program says; `None`: it may be edited.
+    pub fn of(m: &Move) -> Option<Self> {
+        match (&m.goal, &m.fixed) {
+            (Goal::Opaque(why), _) | (_, Some(why)) => Some(Self::Program(why.clone())),
+            (Goal::Pose(_), None) => Some(Self::Cartesian),
+            (Goal::Joints(_), None) => None,
+        }
+    }
+}
+
+impl Serialize for Cause {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_and_tools_that_nobody_gives_are_named_in_words() {
+        let cause = Cause::NotGiven { frames: vec!["wobj1".into()], tools: vec!["tGun".into()] };
+        assert_eq!(cause.to_string(), "a Cartesian target whose frame `wobj1` and tool `tGun` nobody gives");
+    }
+}

@@ -1,0 +1,269 @@
+//! A vendor program as one path in the joints, for jobs that run it on a machine: the verdict, `simulate`, `show`.
+//!
+//! Method: the runs of [`run::cut`], which solve Cartesian targets as a rewrite does. Joint moves go straight in the joints. A straight
+//! move of the TCP and an arc through three points are solved at so many places ([`super::way::Line::at`]) that the TCP leaves them by at most
+//! [`WITHIN_M`] between two. Where a move comes from, or the way that it takes, is not known, a new stretch starts at its goal; the
+//! way there is straight in the joints and belongs to no stretch. Programs with joint targets alone are read as they always were
+//! ([`crate::program::joint_path`]).
+//!
+//! Assumptions: corners are not cut (zones, C_DIS, CNT), and a program is read once, in the order of its text. Where a program is so
+//! long that it would have more than [`MOST_POINTS`] points, they stand further apart.
+
+use super::approach::Sides;
+use super::context::Contexts;
+use super::job;
+use super::poses::Poses;
+use super::run::{self, Choice, Cut, Role, Run, Vertex};
+use crate::error::{Error, Result};
+use crate::io::input::{self, Input};
+use crate::program::files::Files;
+use crate::program::formats::{self, Recognised};
+use crate::program::script::{At, Document, Format, Goal, Move, PathKind, Script, Speed, StepKind, Text, Way};
+use crate::program::{Moves, Program, ScriptPath, exact_stops};
+use crate::robot::frames::Frames;
+use crate::robot::{JointKind, Robot};
+use rayon::prelude::*;
+use std::path::Path;
+
+/// Most by which the TCP leaves its path between two solved places, m.
+const WITHIN_M: f64 = 0.2e-6;
+/// Points of solved ways at most.
+const MOST_POINTS: usize = 200_000;
+/// Joints that move by less stand still: the rounding of the solver, rad or m.
+const STILL: f64 = 1e-9;
+/// A move that turns no joint by more leads to where the robot stands: the rounding of a pose's last digits, rad or m.
+const NO_MOVE: f64 = 2e-6;
+/// Movement up to which a turn on a way gets no point of its own, rad or m.
+const TURN: f64 = 1e-7;
+/// Way to the start of a stretch: TCP speed, m/s, share of the joints' largest speeds, and least duration, s.
+const JOIN_M_S: f64 = 0.25;
+const JOIN_SHARE: f64 = 0.5;
+const JOIN_S: f64 = 0.1;
+/// Parts of an arc whose joints the format itself knows.
+const ARC_PARTS: usize = 64;
+
+/// How programs are read.
+#[derive(Clone, Copy)]
+pub struct Reading<'a> {
+    /// The robot of the program.
+    pub robot: &'a Robot,
+    /// Frames and tools besides those of the robot file.
+    pub frames: &'a Frames,
+    /// TCP speed of moves whose own is not known, m/s.
+    pub tcp_speed_m_s: f64,
+    /// The format that was asked for; else it is recognised.
+    pub format: Option<Recognised>,
+}
+
+impl Reading<'_> {
+    /// Reads the program at `path`, whose bytes are `input`'s: rows of joints as they are, a vendor's with the files that belong to it.
+    ///
+    /// # Errors
+    /// Where it cannot be read, and where it has no move whose goal is known.
+    pub fn load(&self, path: &Path, input: Input) -> Result<Program> {
+        match self.format.unwrap_or_else(|| formats::recognise(path, &input.bytes)) {
+            Recognised::Csv => Program::parse(input, self.robot),
+            Recognised::Script(format) => {
+                let Input { bytes, sha256, .. } = input;
+                let (texts, _) = job::texts(format, path, bytes, &Files::Disk, &Contexts::default())?;
+                self.solved(format, texts, sha256)
+            }
+        }
+    }
+
+    /// Reads a program that was written from the one at `path`: its own text and those that belong to it, by name and bytes. What
+    /// stands beside `path` counts for it, too.
+    ///
+    /// # Errors
+    /// As for [`Self::load`].
+    pub fn written(&self, path: &Path, texts: Vec<(String, Vec<u8>)>) -> Result<Program> {
+        let head = texts.first().map_or(&[][..], |t| t.1.as_slice());
+        let Recognised::Script(format) = self.format.unwrap_or_else(|| formats::recognise(path, head)) else {
+            return Program::of_texts(texts, self.robot);
+        };
+        let sha256 = input::sha256(head);
+        let own = texts.into_iter().map(|(name, bytes)| Text::new(name, bytes));
+        let texts = own.chain(Contexts::default().of(format, path)).collect();
+        self.solved(format, texts, sha256)
+    }
+
+    fn solved(&self, format: &dyn Format, texts: Vec<Text>, sha256: String) -> Result<Program> {
+        let document = format.parse(texts, self.robot.axes())?;
+        let script = document.script();
+        if script.moves().all(|(_, m)| matches!(m.goal, Goal::Joints(_))) {
+            return Program::of_document(document.as_ref(), sha256, self.robot);
+        }
+        let commanded = super::commanded(script, self.robot.dof());
+        let choice = Choice {
+            robot: self.robot,
+            deadband: &vec![TURN; self.robot.dof()],
+            tcp_speed_m_s: Some(self.tcp_speed_m_s),
+            certain_speed_m_s: None,
+            excluded: &|_| false,
+            solve_within_m: None,
+            commanded: &commanded,
+            as_poses: true,
+            on_way: &|step, share| document.on_way(step, share),
+            approach: Sides::default(),
+        };
+        let mut poses = Poses::new(self.robot, self.frames);
+        let Cut { runs, gaps, .. } = run::cut(script, &choice, &mut poses);
+        let moves = script.moves().count();
+        let mut path = Points::new(self.robot, script, runs.iter().all(Run::timed));
+        let within_m = spacing(&runs);
+        for run in &runs {
+            path.take(document.as_ref(), run, within_m);
+        }
+        if path.points() == 0 {
+            let first = script.moves().next().map_or(At { file: 0, line: 1 }, |(k, _)| script.steps[k].at);
+            let none = (first, String::from("no move whose goal is known"));
+            let (at, why) = gaps.first().map_or(none, |g| (g.at, g.why.to_string()));
+            let expected = "a program of which some move leads to a known place";
+            return Err(Error::bad(script.place(at), why, expected).mended_by(&["frames"]));
+        }
+        let unknown_speed = path.assumed;
+        let told = Moves { all: moves, known: path.known, unknown_start: path.unknown_start, unknown_speed };
+        let name = script.texts.first().map_or(String::new(), |t| t.name.clone());
+        let script_path = ScriptPath { starts: path.starts, moves: told, exact_stops: exact_stops(document.as_ref()) };
+        Ok(Program::of_path(name, sha256, path.q, path.timed.then_some(path.t_s), script_path))
+    }
+}
+
+/// Distance within which ways are followed: [`WITHIN_M`], or more for a program of too many points.
+fn spacing(runs: &[Run]) -> f64 {
+    let of = |run: &Run| run.lines.values().map(|l| l.parts_within(WITHIN_M)).sum::<usize>();
+    let points: usize = runs.iter().map(of).sum();
+    WITHIN_M * (points as f64 / MOST_POINTS as f64).max(1.0).powi(2)
+}
+
+/// The points of a path as they come together.
+struct Points<'a> {
+    robot: &'a Robot,
+    script: &'a Script,
+    q: Vec<Vec<f64>>,
+    t_s: Vec<f64>,
+    timed: bool,
+    starts: Vec<usize>,
+    known: usize,
+    unknown_start: usize,
+    assumed: usize,
+    /// Time of a run's clock at 0 on that of the program, s.
+    offset_s: f64,
+}
+
+impl<'a> Points<'a> {
+    fn new(robot: &'a Robot, script: &'a Script, timed: bool) -> Self {
+        Self {
+            robot,
+            script,
+            q: vec![Vec::new(); robot.dof()],
+            t_s: Vec::new(),
+            timed,
+            starts: Vec::new(),
+            known: 0,
+            unknown_start: 0,
+            assumed: 0,
+            offset_s: 0.0,
+        }
+    }
+
+    fn points(&self) -> usize {
+        self.t_s.len()
+    }
+
+    fn push(&mut self, q: &[f64], t_s: f64) {
+        let first = self.starts.last().copied().unwrap_or(0) == self.points();
+        for (column, &v) in self.q.iter_mut().zip(q) {
+            let stands = column.last().copied().filter(|last| !first && (v - last).abs() < STILL);
+            column.push(stands.unwrap_or(v));
+        }
+        self.t_s.push(t_s);
+    }
+
+    /// Whether the robot stands at these joints already.
+    fn stands_at(&self, q: &[f64]) -> bool {
+        self.q.iter().zip(q).all(|(column, v)| column.last().is_some_and(|last| (v - last).abs() <= NO_MOVE))
+    }
+
+    /// A stretch starts where the robot stands at `v`.
+    fn start(&mut self, v: &Vertex) {
+        let mut t_s = 0.0;
+        if let Some(last) = self.t_s.last() {
+            let before: Vec<f64> = self.q.iter().filter_map(|c| c.last().copied()).collect();
+            let tcp_s = (self.robot.tcp_m(&v.q) - self.robot.tcp_m(&before)).norm() / JOIN_M_S;
+            let joint_s = |(k, j): (usize, &crate::robot::Joint)| {
+                j.max_speed.map_or(0.0, |speed| (v.q[k] - before[k]).abs() / (speed * JOIN_SHARE))
+            };
+            t_s = last + self.robot.axis_joints().enumerate().map(joint_s).fold(tcp_s.max(JOIN_S), f64::max);
+            self.starts.push(self.points());
+        }
+        self.offset_s = t_s - v.t_s;
+        self.push(&v.q, t_s);
+    }
+
+    fn take(&mut self, document: &dyn Document, run: &Run, within_m: f64) {
+        // the ways between goals do not depend on each other
+        let ends: Vec<usize> =
+            (0..run.vertices.len()).filter(|&i| matches!(run.vertices[i].role, Role::Goal | Role::Hold)).collect();
+        let ways: Vec<Option<Vec<Way>>> = (0..ends.len())
+            .into_par_iter()
+            .map(|n| {
+                let from = n.checked_sub(1).map(|before| ends[before])?;
+                self.way(document, run, &run.vertices[from..=ends[n]], within_m)
+            })
+            .collect();
+        let mut before: Option<&Vertex> = None;
+        for (&end, way) in ends.iter().zip(ways) {
+            let v = &run.vertices[end];
+            let StepKind::Move(m) = &self.script.steps[v.step].kind else { continue };
+            match (before, way) {
+                (Some(from), Some(way)) => {
+                    let way = if v.role == Role::Goal && self.stands_at(&v.q) { Vec::new() } else { way };
+                    for Way { share, q } in way {
+                        self.push(&q, self.offset_s + from.t_s + share * (v.t_s - from.t_s));
+                    }
+                    self.known += usize::from(v.role == Role::Goal);
+                    self.assumed += usize::from(v.role == Role::Goal && m.speed == Speed::Unknown);
+                }
+                _ => {
+                    self.start(v);
+                    self.unknown_start += 1;
+                }
+            }
+            before = Some(v);
+        }
+    }
+
+    /// Joints on the way from the first of `vertices` to the last, both ends' shares 0 and 1, without the start; `None`: the way is not
+    /// known.
+    fn way(&self, document: &dyn Document, run: &Run, vertices: &[Vertex], within_m: f64) -> Option<Vec<Way>> {
+        let (goal, turns) = (vertices.last()?, vertices.get(1..vertices.len() - 1)?);
+        let end = Way { share: 1.0, q: goal.q.clone() };
+        if goal.role == Role::Hold {
+            return Some(vec![end]);
+        }
+        let StepKind::Move(m) = &self.script.steps[goal.step].kind else { return None };
+        let points = |parts: usize, at: &dyn Fn(f64) -> Option<Vec<f64>>| {
+            let inner = (1..parts).map(|k| k as f64 / parts as f64).map(|share| Some(Way { share, q: at(share)? }));
+            inner.collect::<Option<Vec<Way>>>()
+        };
+        let mut way = match run.line(goal.step) {
+            Some(line) => points(line.parts_within(within_m), &|share| line.at(share))?,
+            None if m.path == PathKind::Curve && document.on_way(goal.step, 0.5).is_some() => {
+                points(ARC_PARTS, &|share| document.on_way(goal.step, share))?
+            }
+            None if self.is_straight(m) => Vec::new(),
+            None => return None,
+        };
+        way.extend(turns.iter().filter(|v| v.role == Role::Way).map(|v| Way { share: v.share, q: v.q.clone() }));
+        way.sort_by(|a, b| a.share.total_cmp(&b.share));
+        way.push(end);
+        Some(way)
+    }
+
+    /// Whether a move without a solved way is straight in the joints.
+    fn is_straight(&self, m: &Move) -> bool {
+        let gantry = || self.robot.axis_joints().all(|j| j.kind == JointKind::Prismatic);
+        m.path == PathKind::Joint || !m.way.is_empty() || m.path == PathKind::Linear && gantry()
+    }
+}
