@@ -2,7 +2,7 @@
 
 use super::file::{Spot, read_joint, write_joint};
 use super::schedule::{shown, tidy};
-use super::{Evidence, JointEvidence, Replaced, RunLeft};
+use super::{Evidence, JointEvidence, Predicted, Replaced, RunLeft};
 use crate::error::{Error, Result};
 use crate::gaps::LogRef;
 use crate::io::yaml::Document;
@@ -18,8 +18,28 @@ pub(super) struct EvidenceFile {
     tcp_speed_mm_s: Option<f64>,
     #[serde(default)]
     joints: Mapping,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    predicted: Vec<PredictedFile>,
     #[serde(default)]
     notes: Vec<String>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct PredictedFile {
+    log: String,
+    before_um: f64,
+    after_um: f64,
+}
+
+impl PredictedFile {
+    fn of(p: &Predicted) -> Self {
+        Self { log: p.log.clone(), before_um: tidy(p.before_m * 1e6), after_um: tidy(p.after_m * 1e6) }
+    }
+
+    fn read(self) -> Option<Predicted> {
+        let known = [self.before_um, self.after_um].iter().all(|v| v.is_finite() && *v >= 0.0);
+        known.then_some(Predicted { log: self.log, before_m: self.before_um * 1e-6, after_m: self.after_um * 1e-6 })
+    }
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -71,6 +91,7 @@ pub(super) fn read(value: &Value, robot: &Robot, doc: &Document) -> Result<Evide
         tcp_speed_m_s: file.tcp_speed_mm_s.map(|v| v * 1e-3),
         valid_until: None,
         joints,
+        predicted: file.predicted.into_iter().filter_map(PredictedFile::read).collect(),
         notes: file.notes,
     })
 }
@@ -146,6 +167,7 @@ pub(super) fn write(e: &Evidence, robot: &Robot) -> EvidenceFile {
         logs: e.logs.iter().map(|l| LogFile { name: l.name.clone(), sha256: l.sha256.clone() }).collect(),
         tcp_speed_mm_s: e.tcp_speed_m_s.map(|v| tidy(v * 1e3)),
         joints,
+        predicted: e.predicted.iter().map(PredictedFile::of).collect(),
         notes: e.notes.clone(),
     }
 }

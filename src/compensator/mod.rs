@@ -106,8 +106,22 @@ pub struct Evidence {
     pub valid_until: Option<String>,
     /// Joint by joint: how well the values are known, and what they leave.
     pub joints: Vec<JointEvidence>,
+    /// What compensation is predicted to leave along the logs: what the offsets do not hold, such as scatter from one reversal to
+    /// the next.
+    pub predicted: Vec<Predicted>,
     /// 95 % intervals, residuals and reasons, as lines.
     pub notes: Vec<String>,
+}
+
+/// Distance from the path along a log, m rms.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Predicted {
+    /// Name of the log.
+    pub log: String,
+    /// By lost motion, without compensation.
+    pub before_m: f64,
+    /// With it.
+    pub after_m: f64,
 }
 
 /// How well the offsets of an axis are known; rad or m, s.

@@ -3,7 +3,7 @@
 //! Two documents contradict each other where the half gap of one lies outside what the other allows: intervals that do not
 //! meet, and a difference that exceeds [`SHARE`] of the larger. A schedule is compared over its own tested places, so it
 //! allows everything between its smallest and its largest value. A joint estimate allows its gap alone up to its gap with
-//! wind-up and both changes of its spikes: a test that is too short sees friction as a gap.
+//! wind-up and both changes of its spikes beside another kind of document: a test that is too short sees friction as a gap.
 
 use crate::effects::GapCurve;
 use crate::gaps::{Gaps, JointGap};
@@ -19,7 +19,9 @@ pub fn contradictions(documents: &[Gaps], robot: &Robot) -> Vec<String> {
         for earlier in &documents[..k] {
             for b in &later.joints {
                 for a in earlier.joints.iter().filter(|a| a.axis == b.axis) {
-                    let (ra, rb) = (allowed(earlier, a), allowed(later, b));
+                    // two estimates of gap and friction together leave nothing to friction
+                    let both = earlier.estimate.is_some() && later.estimate.is_some();
+                    let (ra, rb) = (allowed(earlier, a, both), allowed(later, b, both));
                     let apart = (ra[0] - rb[1]).max(rb[0] - ra[1]);
                     if apart > SHARE * a.half_gap.abs().max(b.half_gap.abs()) && a.significant && b.significant {
                         out.push(line(robot, (earlier, a), (later, b)));
@@ -32,14 +34,14 @@ pub fn contradictions(documents: &[Gaps], robot: &Robot) -> Vec<String> {
 }
 
 /// Half gaps that a document allows for a joint.
-fn allowed(document: &Gaps, joint: &JointGap) -> [f64; 2] {
+fn allowed(document: &Gaps, joint: &JointGap, alone: bool) -> [f64; 2] {
     let wide = joint.ci95[1] - joint.half_gap;
     let [mut lo, mut hi] = joint.ci95;
     if let Some(curve) = joint.schedule.as_ref().filter(|c| !matches!(c, GapCurve::Constant(_))) {
         (lo, hi) = (lo.min(curve.smallest() - wide), hi.max(curve.largest() + wide));
     }
     let estimate = document.estimate.iter().flat_map(|e| &e.joints).find(|e| e.axis == joint.axis);
-    if let Some(e) = estimate {
+    if let Some(e) = estimate.filter(|_| !alone) {
         hi += e.windup_ci95[1].max(0.0) + 2.0 * e.spikes_ci95.iter().map(|ci| ci[1].max(0.0)).sum::<f64>();
     }
     [lo, hi]
@@ -94,5 +96,35 @@ mod tests {
         let varying = || document(0.0030, 1e-5, "{kind: pchip, knots: [[-10, 0.0020], [10, 0.0040]]}");
         assert!(contradictions(&[varying(), document(0.0038, 1e-5, "null")], &robot()).is_empty());
         assert_eq!(contradictions(&[varying(), document(0.0056, 1e-5, "null")], &robot()).len(), 1);
+    }
+
+    /// An estimate of gap and friction, whose spikes are as large as its gap.
+    fn estimated(half_gap_deg: f64, wide_deg: f64) -> Gaps {
+        use crate::effects::response::{Response, Spike, Windup};
+        use crate::gaps::estimate::{Estimate, JointEstimate, Trust};
+        let spike = Spike { gain: half_gap_deg.to_radians(), decay_s: 1.0 };
+        let joint = JointEstimate {
+            axis: 0,
+            response: Response {
+                presliding: 1e-4,
+                windups: [Windup { half: 0.0, presliding: 1e-4 }; 3],
+                spikes: [spike; 3],
+            },
+            presliding_ci95: [1e-5, 1e-3],
+            windup_ci95: [0.0, 0.0],
+            spikes_ci95: vec![[0.0, half_gap_deg.to_radians()]; 3],
+            scatter: 0.0,
+            trust: Trust { compensate: true, before_m: 1e-5, after_m: 1e-6, reversals: 9, reason: String::new() },
+        };
+        let estimate = Estimate { joints: vec![joint], predicted: Vec::new(), reversals: Vec::new(), covariance: None };
+        Gaps { estimate: Some(estimate), ..document(half_gap_deg, wide_deg, "null") }
+    }
+
+    #[test]
+    fn two_estimates_of_two_machines_contradict_each_other_whatever_their_friction_is() {
+        let found = contradictions(&[estimated(0.0037, 0.0008), estimated(0.0014, 0.0006)], &robot());
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(contradictions(&[estimated(0.0014, 0.0006), document(0.0037, 1e-5, "null")], &robot()).is_empty());
+        assert!(contradictions(&[estimated(0.0025, 0.0006), estimated(0.0020, 0.0006)], &robot()).is_empty());
     }
 }

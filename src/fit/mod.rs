@@ -22,7 +22,7 @@ pub mod poses;
 pub mod spacing;
 
 use crate::compensator::{
-    BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator, JointEvidence,
+    BacklashOffset, Compensator, Evidence, FrictionOffset, FrictionShape, JointCompensator, JointEvidence, Predicted,
 };
 use crate::effects::{Decay, GapCurve, curve::Pchip};
 use crate::error::{Error, Place, Result};
@@ -61,6 +61,10 @@ pub fn fit(robot: &Robot, documents: &[Gaps], form: Form) -> Result<Compensator>
             evidence.logs.push(log.clone());
         }
     }
+    let predicted = documents.iter().filter_map(|d| d.estimate.as_ref()).flat_map(|e| &e.predicted);
+    evidence.predicted = predicted
+        .map(|(log, before_m, after_m)| Predicted { log: log.clone(), before_m: *before_m, after_m: *after_m })
+        .collect();
     let with_stiction = documents.iter().filter(|d| d.joints.iter().any(|j| j.stiction.is_some()));
     evidence.tcp_speed_m_s = with_stiction.chain(documents).find_map(|d| d.tcp_speed_m_s);
     let mut joints = Vec::new();

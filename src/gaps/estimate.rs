@@ -129,8 +129,23 @@ pub(super) fn write_top(e: &Estimate, robot: &Robot, out: &mut Map<String, Value
     }
 }
 
+/// What is wrong with a joint's response; the words say what is expected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub(super) enum BadResponse {
+    #[error("a response with a presliding travel above 0")]
+    Presliding,
+    #[error("at most three wind-ups")]
+    ManyWindups,
+    #[error("wind-ups as pairs of a size and a presliding above 0")]
+    Windup,
+    #[error("at most three spikes")]
+    ManySpikes,
+    #[error("spikes as pairs of a gain and a decay above 0")]
+    Spike,
+}
+
 /// A joint's fields as they stand in a document; `None` where there is no response.
-pub(super) fn read_joint(axis: usize, kind: JointKind, v: &Value) -> Option<Result<JointEstimate, &'static str>> {
+pub(super) fn read_joint(axis: usize, kind: JointKind, v: &Value) -> Option<Result<JointEstimate, BadResponse>> {
     let r = v.get("response").filter(|r| !r.is_null())?;
     let (unit, si) = (kind.unit(), kind.si_per_user_unit());
     let finite = |v: Option<&Value>| v.and_then(Value::as_f64).filter(|x| x.is_finite());
@@ -139,16 +154,16 @@ pub(super) fn read_joint(axis: usize, kind: JointKind, v: &Value) -> Option<Resu
         list.and_then(|l| <[f64; 2]>::try_from(l).ok()).map_or([about; 2], |p| p.map(|x| x * si))
     };
     let Some(presliding) = finite(r.get(format!("presliding_{unit}"))).filter(|x| *x > 0.0) else {
-        return Some(Err("a response with a presliding travel above 0"));
+        return Some(Err(BadResponse::Presliding));
     };
     let mut windups = [Windup { half: 0.0, presliding: presliding * si }; MOST_WINDUPS];
     let listed = r.get("windups").and_then(Value::as_array).cloned().unwrap_or_default();
     if listed.len() > MOST_WINDUPS {
-        return Some(Err("at most three wind-ups"));
+        return Some(Err(BadResponse::ManyWindups));
     }
     for (w, v) in windups.iter_mut().zip(&listed) {
         let (Some(half), Some(over)) = (finite(v.get(0)), finite(v.get(1)).filter(|p| *p > 0.0)) else {
-            return Some(Err("wind-ups as pairs of a size and a presliding above 0"));
+            return Some(Err(BadResponse::Windup));
         };
         *w = Windup { half: half * si, presliding: over * si };
     }
@@ -157,11 +172,11 @@ pub(super) fn read_joint(axis: usize, kind: JointKind, v: &Value) -> Option<Resu
     let mut spikes_ci95 = vec![[0.0; 2]; MOST_SPIKES];
     let listed = r.get("spikes").and_then(Value::as_array).cloned().unwrap_or_default();
     if listed.len() > MOST_SPIKES {
-        return Some(Err("at most three spikes"));
+        return Some(Err(BadResponse::ManySpikes));
     }
     for (k, s) in listed.iter().enumerate() {
         let (Some(gain), Some(decay_s)) = (finite(s.get(0)), finite(s.get(1)).filter(|d| *d > 0.0)) else {
-            return Some(Err("spikes as pairs of a gain and a decay above 0"));
+            return Some(Err(BadResponse::Spike));
         };
         spikes[k] = Spike { gain: gain * si, decay_s };
         spikes_ci95[k] = pair(r.get("spikes_ci95").and_then(|c| c.get(k)), gain);

@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::io::yaml;
 use crate::robot::file::FrameFile;
 use crate::robot::{JointKind, Robot};
+use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 /// The schema that a gaps file names.
@@ -18,6 +19,14 @@ pub const SCHEMA: &str = "lostmotion/gaps/1";
 pub fn number(v: f64) -> Value {
     let rounded: f64 = format!("{v:.9e}").parse().unwrap_or(v);
     serde_json::Number::from_f64(rounded + 0.0).map_or(Value::Null, Value::Number)
+}
+
+/// A part of a document as JSON, its keys in the order of the fields.
+///
+/// # Errors
+/// Internal, where a part cannot be written as JSON.
+pub fn value(part: &impl Serialize) -> Result<Value> {
+    serde_json::to_value(part).map_err(|e| Error::internal("write JSON", e))
 }
 
 /// Joint values (rad or m) in the unit of the edges.

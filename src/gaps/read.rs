@@ -218,7 +218,7 @@ impl Node<'_> {
                 None => {}
                 Some(Ok(e)) => joints.push(e),
                 Some(Err(expected)) => {
-                    return Err(node.bad("response", "a response that cannot be read".into(), expected));
+                    return Err(node.bad("response", "a response that cannot be read".into(), &expected.to_string()));
                 }
             }
         }

@@ -8,6 +8,8 @@
 //! - [`scalar`]: gaps from one reading a row: ballbar, dial gauge.
 //! - [`screw`]: two gaps in series, coupling and nut, from strokes of one joint (Gantry (2015)).
 
+#![warn(missing_docs)]
+
 pub mod deadzone;
 pub mod machine;
 pub mod path;

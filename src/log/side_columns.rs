@@ -69,6 +69,10 @@ fn line(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
     (pairs.len() >= FEWEST && cc / n > 1e-6 && vv > 0.0).then(|| (cv / cc, cv / (cc * vv).sqrt()))
 }
 
+/// A joint that is so many times faster than it can be in this share of the rows is none: rows out of order, or another unit.
+const IMPOSSIBLE: f64 = 3.0;
+const IMPOSSIBLE_SHARE: f64 = 0.25;
+
 /// Times in another unit than seconds, as far as speeds can tell.
 pub(super) fn times(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Result<()> {
     if log.poses || log.len() < FEWEST {
@@ -86,6 +90,17 @@ pub(super) fn times(log: &Log, robot: &Robot, notes: &mut Vec<String>) -> Result
         if let Some(max) = joint.max_speed
             && fast > 3.0 * max
         {
+            if lower_quantile(&speed, 1.0 - IMPOSSIBLE_SHARE) > IMPOSSIBLE * max {
+                return Err(Error::bad(
+                    Place::file(&log.name),
+                    format!(
+                        "{} at more than {IMPOSSIBLE:.0} times its largest speed, {:.0} {unit}/s, in every fourth row or more",
+                        joint.name,
+                        joint.kind.to_user_unit(max)
+                    ),
+                    format!("`t_s` in seconds, rows in the order of time, commands in {unit}"),
+                ));
+            }
             notes.push(format!(
                 "{} moves at {:.3e} {unit}/s, its limit is {:.0}: are `t_s` seconds and the commands {unit}?",
                 joint.name,

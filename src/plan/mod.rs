@@ -12,13 +12,15 @@
 //! - [`recording`]: programs to record, with the precision to expect of every gap.
 //! - [`document`]: the result as it is written; [`display`]: for a terminal.
 
-pub mod display;
-pub mod document;
+#![warn(missing_docs)]
+
+pub(crate) mod display;
+pub(crate) mod document;
 pub mod motions;
-pub mod observe;
+pub(crate) mod observe;
 pub mod path;
 pub mod question;
-pub mod reasons;
+pub(crate) mod reasons;
 pub mod recording;
 pub mod separate;
 pub mod sizes;
@@ -43,7 +45,9 @@ const TRIED_AGAIN: usize = 5;
 /// A motion and its worth.
 #[derive(Debug, Clone)]
 pub struct Judged {
+    /// The motion itself.
     pub motion: Motion,
+    /// How well it tells the alternatives apart.
     pub worth: DesignScore,
 }
 
@@ -155,7 +159,9 @@ fn tried_again(singles: &[Judged]) -> Vec<usize> {
 /// A motion and what it shows of the catalogue.
 #[derive(Debug, Clone)]
 pub struct Shown {
+    /// The motion itself.
     pub motion: Motion,
+    /// What the motion shows of each effect.
     pub seen: Vec<Seen>,
     /// The least ratio over all effects that any motion shows.
     pub worst: f64,

@@ -12,6 +12,7 @@ use std::f64::consts::TAU;
 /// One motion as a program runs it.
 #[derive(Debug, Clone)]
 pub struct Motion {
+    /// Name by which it is listed.
     pub name: String,
     /// What it does, in one line.
     pub does: String,

@@ -33,6 +33,7 @@ const PROGRAM_RATE_HZ: f64 = 100.0;
 /// Where and how fast motions may run.
 #[derive(Debug, Clone)]
 pub struct Envelope<'a> {
+    /// The robot that moves.
     pub robot: &'a Robot,
     /// Start and end.
     pub pose: Vec<f64>,
@@ -48,22 +49,31 @@ pub struct Envelope<'a> {
     pub step_s: f64,
     /// Rows of the log per second: a whole number of intervals of the program apart, or the reverse.
     pub rate_hz: f64,
+    /// Longest motion, s.
     pub duration_s: f64,
+    /// Largest speed of the TCP, m/s.
     pub speed_m_s: f64,
 }
 
 /// What the user asks of an envelope.
 #[derive(Debug, Clone)]
 pub struct EnvelopeOptions {
+    /// Joints at start and end, rad or m; `None`: chosen by the envelope.
     pub pose: Option<Vec<f64>>,
+    /// Longest motion, s.
     pub duration_s: f64,
+    /// Rate of the rows, Hz.
     pub rate_hz: f64,
+    /// Largest speed of the TCP, m/s.
     pub speed_m_s: f64,
+    /// Largest travel of a revolute joint to either side, rad.
     pub travel_rad: f64,
+    /// Largest travel of a prismatic joint to either side, m.
     pub travel_m: f64,
 }
 
 impl<'a> Envelope<'a> {
+    /// Limits of the motions of a robot, from its own limits and the options.
     pub fn new(robot: &'a Robot, options: &EnvelopeOptions) -> Self {
         let pose = options.pose.clone().unwrap_or_else(|| resting_pose(robot));
         let pose: Vec<f64> = pose.iter().enumerate().map(|(a, v)| rounded(robot.axis(a).kind, *v)).collect();
@@ -141,6 +151,7 @@ pub fn rounded(kind: JointKind, value: f64) -> f64 {
 /// Joint vectors one interval apart.
 #[derive(Debug, Clone)]
 pub struct Path<'a> {
+    /// Limits that the path keeps.
     pub envelope: &'a Envelope<'a>,
     rows: Vec<Vec<f64>>,
 }
@@ -151,6 +162,7 @@ impl<'a> Path<'a> {
         Self { envelope, rows: vec![envelope.pose.clone()] }
     }
 
+    /// Joints at the end of the path, rad or m.
     pub fn at(&self) -> Vec<f64> {
         self.rows.last().cloned().unwrap_or_else(|| self.envelope.pose.clone())
     }
@@ -165,6 +177,7 @@ impl<'a> Path<'a> {
         self.envelope.duration_s - self.length_s()
     }
 
+    /// Stands still for `time_s` seconds.
     pub fn stand(&mut self, time_s: f64) {
         let q = self.at();
         for _ in 0..(time_s / self.envelope.step_s).round().max(1.0) as usize {

@@ -14,13 +14,16 @@ use serde_yaml::{Mapping, Value};
 /// One explanation: the effects that would have to be there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Alternative {
+    /// Name by which it is listed.
     pub name: String,
+    /// Effects that would explain the log.
     pub effects: Vec<EffectInstance>,
 }
 
 /// Alternatives that a log could not tell apart, and what else is wrong with the machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Set {
+    /// Explanations that the log could not tell apart.
     pub alternatives: Vec<Alternative>,
     /// Further found effects: there in every alternative, refitted with it.
     pub common: Vec<EffectInstance>,

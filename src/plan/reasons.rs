@@ -7,7 +7,7 @@ use super::motions::Motion;
 use super::question::{Alternative, Set};
 use super::separate::{DesignScore, Experiment};
 use crate::diagnose::problem::synthetic::Channels;
-use crate::effects::{Backlash, BacklashPosition, EffectInstance, JointZeroOffset, LinkError, ServoLag, Stage, Target};
+use crate::effects::{EffectInstance, Nature, Stage, Target};
 use crate::model::Model;
 use crate::robot::JointKind;
 use nalgebra::Vector3;
@@ -81,16 +81,17 @@ pub fn channels(bench: &Experiment, motions: &[Motion], few: &[usize], sets: &[S
 /// Why two alternatives look alike, in a sentence.
 pub fn reason(a: &Alternative, b: &Alternative, model: &Model) -> String {
     let plays = |r: &Alternative| {
-        r.effects.iter().filter(|p| p.effect.is::<Backlash>() || p.effect.is::<BacklashPosition>()).count()
+        r.effects.iter().filter(|p| matches!(p.effect.nature(), Nature::Gap | Nature::GapOverPosition)).count()
     };
     let only = |r: &Alternative, f: &dyn Fn(&EffectInstance) -> bool| !r.effects.is_empty() && r.effects.iter().all(f);
     let either = |f: &dyn Fn(&Alternative, &Alternative) -> bool| f(a, b) || f(b, a);
     let same_axis =
         a.effects.iter().chain(&b.effects).all(|p| p.target == a.effects.first().map_or(p.target, |q| q.target));
-    let zero = |p: &EffectInstance, axis: usize| p.target == Target::Joint(axis) && p.effect.is::<JointZeroOffset>();
+    let zero =
+        |p: &EffectInstance, axis: usize| p.target == Target::Joint(axis) && p.effect.nature() == Nature::ZeroOffset;
     let last = model.robot.dof() - 1;
     let tool = |p: &EffectInstance| p.target == Target::Tool;
-    let link_d = |p: &EffectInstance| p.effect.is::<LinkError>();
+    let link_d = |p: &EffectInstance| p.effect.nature() == Nature::Link;
     if same_axis
         && plays(a) + plays(b) == a.effects.len() + b.effects.len()
         && plays(a) != plays(b)
@@ -115,7 +116,7 @@ pub fn reason(a: &Alternative, b: &Alternative, model: &Model) -> String {
     if only(a, &link_d) && only(b, &link_d) {
         return "both lengths move the TCP by the same amount in the same direction at every pose: along parallel axes only their sum is seen".into();
     }
-    let lag = |p: &EffectInstance| p.effect.is::<ServoLag>();
+    let lag = |p: &EffectInstance| p.effect.nature() == Nature::Lag;
     let clock = |p: &EffectInstance| p.target == Target::Log;
     if either(&|x, y| only(x, &lag) && only(y, &clock)) {
         let moving = model.robot.dof();

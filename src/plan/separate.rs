@@ -38,7 +38,9 @@ const SENSOR_SIGMA: [f64; 2] = [5e-6, 1e-6];
 pub struct Comparison {
     /// Number of the set, of the truth and of the other in it.
     pub set: usize,
+    /// Number of the alternative that is taken as true.
     pub truth: usize,
+    /// Number of the alternative that is fitted instead.
     pub other: usize,
     /// Non-centrality.
     pub evidence: f64,
@@ -49,6 +51,7 @@ pub struct Comparison {
 /// What a motion is worth for the question.
 #[derive(Debug, Clone, Default)]
 pub struct DesignScore {
+    /// Every pair of alternatives, both ways.
     pub comparisons: Vec<Comparison>,
     /// The least over all comparisons.
     pub evidence: f64,
@@ -78,11 +81,15 @@ pub fn named(evidence: f64) -> f64 {
 /// What everything is evaluated with.
 #[derive(Debug, Clone)]
 pub struct Experiment<'a> {
+    /// The machine as it is known.
     pub model: &'a Model,
+    /// Limits of the motions.
     pub envelope: &'a Envelope<'a>,
     /// Of one coordinate of a reflector, m.
     pub noise: Noise,
+    /// Mass at the flange, kg.
     pub payload_kg: f64,
+    /// What is recorded.
     pub channels: Channels,
 }
 

@@ -13,10 +13,13 @@ use serde_yaml::{Mapping, Value};
 /// What a size leans on.
 #[derive(Debug, Clone)]
 pub struct Scale<'a> {
+    /// The robot of the motion.
     pub robot: &'a Robot,
     /// Least and most of each axis in the experiment, rad or m.
     pub window: &'a [[f64; 2]],
+    /// Speed of the TCP, m/s.
     pub speed_m_s: f64,
+    /// Duration, s.
     pub duration_s: f64,
     /// Lost motion of a found effect, rad or m, by axis.
     pub lost: Vec<Option<f64>>,

@@ -211,6 +211,15 @@ fn val_a_ballbar_circle_gives_the_gaps_of_the_joints_that_it_excites_within_5_pe
         let options = Options { instrument: Instrument::Distance { centre_m }, noise_m: 1e-6, ..options() };
         let log = recorded(&base, &recording, &options, 5);
         let setup = scalar::Setup { centre_m: known, direction: None };
+        let mut in_mm = log.clone();
+        in_mm.instruments.distance_off_m.iter_mut().flatten().flatten().for_each(|r| *r *= 1e-3);
+        let refused = scalar::identify(&robot, &[in_mm], &setup).unwrap_err().to_string();
+        assert!(refused.contains("readings that change by 0."), "{refused}");
+        if known.is_some() {
+            let far = scalar::Setup { centre_m: known.map(|c| c * 1e-3), direction: None };
+            let refused = scalar::identify(&robot, std::slice::from_ref(&log), &far).unwrap_err().to_string();
+            assert!(refused.contains("whose distance from the centre changes"), "a centre in metres: {refused}");
+        }
         let found = scalar::identify(&robot, &[log], &setup).unwrap();
         assert!(!found.gaps.joints.is_empty());
         for j in &found.gaps.joints {
@@ -252,5 +261,27 @@ fn a_plan_says_what_an_instrument_cannot_tell() {
     assert!(recording.precision[0].sigma.is_some() && recording.precision[0].reason.is_none());
     for p in &recording.precision[1..] {
         assert!(p.sigma.is_none() && p.reason.as_deref().unwrap().contains("cannot be determined"), "{p:?}");
+    }
+}
+
+/// The speed that the user gives is used: a motion of a hundredth of it visits one place of each gap.
+#[test]
+fn a_planned_motion_moves_at_the_speed_that_it_may() {
+    let robot = robot("kuka-kr120-r2500-pro.yaml");
+    for (kind, least) in [(Kind::Path, 0.5), (Kind::Excitation, 0.4)] {
+        let recording = plan(&robot, kind, &options()).unwrap();
+        let mut levers = vec![Vector3::zeros(); robot.dof()];
+        robot.chain().position_and_jacobian(&recording.pose, &mut levers);
+        for (axis, lever) in levers.iter().enumerate() {
+            let speed = recording.rows.windows(2).map(|w| (w[1].1[axis] - w[0].1[axis]).abs() / (w[1].0 - w[0].0));
+            // a joint near the TCP's line may turn no faster than as if it were 0.1 m away; its window may end before
+            let of_all = speed.fold(0.0, f64::max) * lever.norm().max(0.1) / options().speed_m_s;
+            let travel = recording.rows.iter().map(|r| r.1[axis]).fold(f64::NEG_INFINITY, f64::max)
+                - recording.rows.iter().map(|r| r.1[axis]).fold(f64::INFINITY, f64::min);
+            assert!(
+                of_all > least || travel > 0.9 * 2.0 * options().travel_rad,
+                "{kind:?} axis {axis}: {of_all:.3} of the speed"
+            );
+        }
     }
 }

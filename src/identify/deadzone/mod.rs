@@ -19,13 +19,13 @@
 //! - `words`: what a reader of the sweeps should know, in words
 
 #[cfg(feature = "cli")]
-pub mod display;
+pub(crate) mod display;
 pub mod document;
-pub mod edge;
-pub mod map;
-pub mod motion;
-pub mod printed;
-pub mod rest;
+pub(crate) mod edge;
+pub(crate) mod map;
+pub(crate) mod motion;
+pub(crate) mod printed;
+pub(crate) mod rest;
 mod words;
 
 use crate::effects::GapCurve;
@@ -43,6 +43,7 @@ use motion::{Motions, Stretch};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::collections::HashSet;
+use words::NoDeadzone;
 
 /// Settings of the identification; SI.
 #[derive(Debug, Clone, Default)]
@@ -58,31 +59,46 @@ pub struct Options {
 /// One deadzone of a joint; rad or m, s.
 #[derive(Debug, Clone)]
 pub struct Deadzone {
+    /// Number of the axis, from 0.
     pub axis: usize,
+    /// Number of the log, from 0.
     pub log: usize,
     /// Line of the log's file near the turn.
     pub line: u32,
+    /// Time of the turn, s.
     pub t_s: f64,
     /// Motor position at which the tip stopped, and at which it moved again.
     pub from: f64,
+    /// Motor position at which the tip moved again, rad or m.
     pub to: f64,
+    /// Travel of the motor that moved nothing, both half gaps, rad or m.
     pub size: f64,
+    /// Standard deviation of `size`, rad or m.
     pub sigma: f64,
+    /// Number of rows that the size was estimated from.
     pub rows: usize,
+    /// Place of the tip at rest in the frame of the tracker, m.
     pub rest_m: Vector3<f64>,
 }
 
 /// A joint's sweeps and what they gave.
 #[derive(Debug, Clone)]
 pub struct JointSweeps {
+    /// Number of the axis, from 0.
     pub axis: usize,
+    /// Deadzones that were crossed, in the order of the logs.
     pub deadzones: Vec<Deadzone>,
+    /// Half gap over position.
     pub map: Map,
     /// Turning points seen, and what became of those that gave no size.
     pub turns: usize,
+    /// Turns after which the tip stayed at rest: the stroke lies inside the gap.
     pub inside: usize,
+    /// Turns after which the deadzone was not crossed to its end.
     pub not_crossed: usize,
+    /// Turns whose following movement is too short to be seen against the noise.
     pub too_short: usize,
+    /// Turns without enough rows of the tracker.
     pub unseen: usize,
     /// Deadzones whose branch could not be fitted.
     pub unfitted: usize,
@@ -90,12 +106,14 @@ pub struct JointSweeps {
     pub noise_m: f64,
     /// Rest radius that was used, m, the largest of all stretches.
     pub radius_m: f64,
+    /// Number of rows that were left out as gross errors.
     pub outliers: usize,
 }
 
 /// What the sweeps gave.
 #[derive(Debug, Clone)]
 pub struct Found {
+    /// Half gaps of the joints, for a compensator.
     pub gaps: Gaps,
     /// In the order of `gaps.joints`.
     pub joints: Vec<JointSweeps>,
@@ -309,12 +327,12 @@ fn joint(
     logs: &[Log],
     stretches: &[&Stretch],
     options: &Options,
-) -> std::result::Result<JointSweeps, String> {
+) -> std::result::Result<JointSweeps, NoDeadzone> {
     let axis = stretches[0].axis;
     let kind = robot.axis(axis).kind;
     let mut out = JointSweeps::new(axis, stretches.iter().map(|s| s.turns.len()).sum());
     if out.turns == 0 {
-        return Err("it never turns back".into());
+        return Err(NoDeadzone::NeverTurns);
     }
     let cleaned: Vec<(Stretch, usize)> = stretches.iter().map(|s| s.without_outliers(noise(s))).collect();
     let glitches: usize = cleaned.iter().map(|c| c.1).sum();
@@ -328,11 +346,11 @@ fn joint(
         let edges: Vec<Option<Edge>> = crossings.par_iter().map(|c| c.size(stretches[c.stretch], &warp)).collect();
         out.take(&crossings, &edges, stretches, logs);
         if out.deadzones.is_empty() {
-            return Err(words::no_deadzone(&out, kind, stretches));
+            return Err(NoDeadzone::of(&out, kind, stretches));
         }
         match map::fit(&out.deadzones.iter().map(Deadzone::sized).collect::<Vec<_>>()) {
             Some(map) => out.map = map,
-            None => return Err("sizes of its deadzones that no mean can be taken of".into()),
+            None => return Err(NoDeadzone::NoMean),
         }
         warp.gap = Pchip::new(&out.map.knots).map(GapCurve::Pchip);
         if warp.gap.is_none() || round + 1 == ROUNDS {

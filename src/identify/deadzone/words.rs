@@ -8,28 +8,40 @@ use crate::robot::{JointKind, Robot};
 /// Deadzones that begin nearer to each other than this share of the half gap begin at one place.
 const ONE_PLACE: f64 = 0.1;
 
-/// Why no turn gave a size.
-pub(super) fn no_deadzone(out: &JointSweeps, kind: JointKind, stretches: &[&Stretch]) -> String {
-    let largest =
-        stretches.iter().flat_map(|s| s.turns.windows(2).map(|w| (w[1].p - w[0].p).abs())).fold(0.0, f64::max);
-    let stroke = format!("{:.4} {}", kind.to_user_unit(largest), kind.unit());
-    if out.turns == 1 {
-        return "it turns once only".into();
+/// Why a joint has no deadzone; the words follow its name.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub(super) enum NoDeadzone {
+    #[error("it never turns back")]
+    NeverTurns,
+    #[error("it turns once only")]
+    TurnsOnce,
+    /// `stroke`: the longest, with its unit.
+    #[error("the tip stays at rest after all {turns} turns (longest stroke {stroke}): strokes inside the gap")]
+    AllInside { turns: usize, stroke: String },
+    #[error("too few rows of the tracker about its {0} turns")]
+    FewRows(usize),
+    #[error(
+        "after its {turns} turns the tip moves too little against a rest radius of {radius_um:.0} um (longest stroke {stroke})"
+    )]
+    TooShort { turns: usize, radius_um: f64, stroke: String },
+    #[error("sizes of its deadzones that no mean can be taken of")]
+    NoMean,
+}
+
+impl NoDeadzone {
+    /// Why sweeps show none.
+    pub(super) fn of(out: &JointSweeps, kind: JointKind, stretches: &[&Stretch]) -> Self {
+        let largest =
+            stretches.iter().flat_map(|s| s.turns.windows(2).map(|w| (w[1].p - w[0].p).abs())).fold(0.0, f64::max);
+        let stroke = format!("{:.4} {}", kind.to_user_unit(largest), kind.unit());
+        let turns = out.turns;
+        match () {
+            () if turns == 1 => Self::TurnsOnce,
+            () if out.inside + out.not_crossed >= turns => Self::AllInside { turns, stroke },
+            () if out.unseen + out.unfitted >= out.too_short => Self::FewRows(turns),
+            () => Self::TooShort { turns, radius_um: out.radius_m * 1e6, stroke },
+        }
     }
-    if out.inside + out.not_crossed >= out.turns {
-        return format!(
-            "the tip stays at rest after all {} turns (longest stroke {stroke}): strokes inside the gap",
-            out.turns
-        );
-    }
-    if out.unseen + out.unfitted >= out.too_short {
-        return format!("too few rows of the tracker about its {} turns", out.turns);
-    }
-    format!(
-        "after its {} turns the tip moves too little against a rest radius of {:.0} um (longest stroke {stroke})",
-        out.turns,
-        out.radius_m * 1e6
-    )
 }
 
 /// What a reader of a joint's figures should know.

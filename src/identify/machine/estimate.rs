@@ -180,7 +180,7 @@ fn trust(own: &[&Reversal], ratio: &Ratio) -> Trust {
     let mut trust =
         Trust { compensate: false, before_m: 0.0, after_m: 0.0, reversals: own.len(), reason: String::new() };
     if own.is_empty() {
-        trust.reason = "no reversal of this joint could be judged".into();
+        trust.reason = "cannot be judged: none of its reversals stands apart from others and from dwells".into();
         return trust;
     }
     let before = own.iter().map(|r| r.before_m2).sum::<f64>() / n;

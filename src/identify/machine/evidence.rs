@@ -32,6 +32,8 @@ pub const AFTER_S: f64 = 4.0;
 const BEFORE_S: f64 = 2.0;
 /// Distance from which the windows of two reversals do not overlap, s.
 pub const APART_S: f64 = AFTER_S + BEFORE_S;
+/// Quarters of a window that may be unused: corners of the command near dwells are.
+const MOST_UNUSED: usize = 2;
 /// Decays of the two shapes that fade, s.
 const SHAPES_S: [f64; 2] = [0.5, 2.0];
 
@@ -218,7 +220,7 @@ fn reversal(problem: &Problem, w: &Window, residual: &DVector<f64>, errors: &[f6
     let start = (0..=w.bin).rev().find(|&b| l.t_s[b] < w.t_s - BEFORE_S).unwrap_or(0);
     if to < w.bin + 5
         || w.bin < start + 3
-        || problem.unused[w.log][start..to].iter().filter(|u| **u).count() > (to - start) / 4
+        || problem.unused[w.log][start..to].iter().filter(|u| **u).count() > (to - start) * MOST_UNUSED / 4
     {
         return None;
     }

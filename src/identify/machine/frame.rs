@@ -14,7 +14,7 @@ const ELSEWHERE_M: f64 = 5e-3;
 const REGISTERED: usize = 400;
 
 /// The tracker's frame from all logs.
-pub fn frame(robot: &Robot, logs: &[Log]) -> Result<Registered> {
+pub fn frame(robot: &Robot, logs: &[&Log]) -> Result<Registered> {
     let mut pairs = Vec::new();
     for log in logs {
         let each = (log.len() / REGISTERED).max(1);
@@ -43,5 +43,5 @@ pub fn own_frame(robot: &Robot, log: &Log, all: &Registered) -> Result<Isometry3
     if median_of(&mut distances).is_none_or(|d| d < ELSEWHERE_M) {
         return Ok(inverse);
     }
-    Ok(frame(robot, std::slice::from_ref(log))?.frame.inverse())
+    Ok(frame(robot, &[log])?.frame.inverse())
 }

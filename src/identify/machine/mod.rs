@@ -1,8 +1,9 @@
 //! `identify`: one model of lost motion for a machine, fitted to all its logs together.
 //!
 //! Read in this order:
-//! - [`spline`], [`law`]: what a joint does to its command, with derivatives.
+//! - `spline`, [`law`]: what a joint does to its command, with derivatives.
 //! - [`frame`]: where the tracker stands, for all logs or one; [`bins`]: a log in rows and bins.
+//! - [`clock`]: clocks of commands and measurement that are far apart, put together first.
 //! - [`nuisance`]: geometry, frame, lag, drift, load and ripple as linear columns with weak priors.
 //! - [`noise`]: autoregressive noise in the principal directions of a log.
 //! - [`problem`], [`solve`]: all of it as one least-squares problem, solved by Gauss-Newton steps.
@@ -17,22 +18,23 @@
 //! Assumes command trajectories that are exact to their rounding, and a machine that does the same at the same place. What the
 //! model lacks ends up in the noise, which widens intervals; it is never a reason to refuse.
 
-pub mod bins;
-pub mod crossed;
-pub mod estimate;
-pub mod evidence;
-pub mod frame;
-pub mod law;
-pub mod measured;
-pub mod noise;
-pub mod nuisance;
-pub mod predict;
-pub mod problem;
-pub mod ripple;
-pub mod solve;
-pub mod spline;
-pub mod update;
-pub mod views;
+pub(crate) mod bins;
+pub(crate) mod clock;
+pub(crate) mod crossed;
+pub(crate) mod estimate;
+pub(crate) mod evidence;
+pub(crate) mod frame;
+pub(crate) mod law;
+pub(crate) mod measured;
+pub(crate) mod noise;
+pub(crate) mod nuisance;
+pub(crate) mod predict;
+pub(crate) mod problem;
+pub(crate) mod ripple;
+pub(crate) mod solve;
+pub(crate) mod spline;
+pub(crate) mod update;
+pub(crate) mod views;
 
 use crate::error::{Error, Place, Result};
 use crate::gaps::{Gaps, Registered};
@@ -51,9 +53,11 @@ const ROUNDS: usize = 3;
 
 /// Identifies a machine from its logs.
 pub fn identify(robot: &Robot, logs: &[Log]) -> Result<Gaps> {
-    let registered = frame::frame(robot, logs)?;
-    let (problem, evidence, varies) = solved(robot, logs, &registered)?;
-    let mut notes = Vec::new();
+    let (aligned, shifts) = clock::aligned(robot, logs)?;
+    let aligned: Vec<&Log> = aligned.iter().map(|l| l.as_ref()).collect();
+    let registered = frame::frame(robot, &aligned)?;
+    let (problem, evidence, varies) = solved(robot, &aligned, &registered)?;
+    let mut notes: Vec<String> = shifts.iter().map(|(log, by_s)| clock::note(&logs[*log], *by_s)).collect();
     let mut gaps = Gaps {
         registration: Some(registered),
         tcp_speed_m_s: median_of(&mut problem.logs.iter().filter_map(|l| l.speed_m_s).collect::<Vec<_>>()),
@@ -95,7 +99,7 @@ pub fn identify(robot: &Robot, logs: &[Log]) -> Result<Gaps> {
 /// Fits, decides which gaps vary with position, and fits once more.
 pub fn solved<'a>(
     robot: &'a Robot,
-    logs: &[Log],
+    logs: &[&Log],
     registered: &Registered,
 ) -> Result<(Problem<'a>, Evidence, Vec<Option<f64>>)> {
     let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
@@ -134,7 +138,7 @@ pub fn solved<'a>(
 }
 
 /// Knots over the travel of an axis in all logs.
-fn spline(logs: &[Log], axis: usize) -> Spline {
+fn spline(logs: &[&Log], axis: usize) -> Spline {
     let all = logs.iter().flat_map(|l| l.cmd[axis].iter().copied());
     let (lo, hi) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
     Spline::new(lo, hi, KNOTS)

@@ -40,7 +40,7 @@ const KNOTS: usize = 5;
 
 /// The compensator with what the logs of its own runs teach, and what was done to each joint as notes.
 pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Compensator> {
-    let registered = frame::frame(robot, logs)?;
+    let registered = frame::frame(robot, &logs.iter().collect::<Vec<_>>())?;
     let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
     let binned = logs
         .iter()
@@ -129,6 +129,14 @@ fn corrected(
         joint.kind.to_user_unit(law.windup() - before.windup()),
         unit = joint.kind.unit()
     ));
+    next.joints.retain(|j| j.axis != axis);
+    next.joints.push(compensator_of(axis, &law, curve));
+    next.joints.sort_by_key(|j| j.axis);
+    true
+}
+
+/// The offsets that undo a law.
+fn compensator_of(axis: usize, law: &JointLaw, curve: GapCurve) -> JointCompensator {
     let mut spikes = [Spike { gain: 0.0, decay_s: 1.0 }; MOST_SPIKES];
     for (s, (gain, tau)) in spikes.iter_mut().zip(law.spikes.iter().zip(TAUS_S)) {
         *s = Spike { gain: *gain, decay_s: tau };
@@ -138,14 +146,11 @@ fn corrected(
         *w = Windup { half: *half, presliding: law.presliding * over };
     }
     let friction = FrictionOffset::of_response(Response { presliding: law.presliding, windups, spikes });
-    next.joints.retain(|j| j.axis != axis);
-    next.joints.push(JointCompensator {
+    JointCompensator {
         axis,
         backlash: Some(BacklashOffset::symmetric(curve)),
         friction: friction.acts().then_some(friction),
-    });
-    next.joints.sort_by_key(|j| j.axis);
-    true
+    }
 }
 
 /// p value of the test that nothing is to be corrected.

@@ -12,22 +12,22 @@
 //! 60 s); an inflation above [`ALARM`] is reported, above [`MISTRUST`] the log is tried in a mirrored frame ([`mirror`]). A joint that never reverses cannot be
 //! judged and is named so.
 
-pub mod bins;
-pub mod chain;
+pub(crate) mod bins;
+pub(crate) mod chain;
 mod frame;
-pub mod interval;
+pub(crate) mod interval;
 mod joints;
 mod medians;
 mod mirror;
 mod note;
-pub mod nuisance;
-pub mod prepare;
-pub mod problem;
+pub(crate) mod nuisance;
+pub(crate) mod prepare;
+pub(crate) mod problem;
 mod reduced;
-pub mod reversal;
-pub mod select;
-pub mod solve;
-pub mod trace;
+pub(crate) mod reversal;
+pub(crate) mod select;
+pub(crate) mod solve;
+pub(crate) mod trace;
 
 use crate::compensator::Compensator;
 use crate::effects::GapCurve;
@@ -64,7 +64,9 @@ pub struct Options {
 /// A half gap that is held.
 #[derive(Debug, Clone)]
 pub struct Known {
+    /// Number of the axis, from 0.
     pub axis: usize,
+    /// Half gap that is held, rad or m over position.
     pub half_gap: GapCurve,
     /// 95 % interval of its mean, where it has one.
     pub ci95: Option<[f64; 2]>,
@@ -106,12 +108,17 @@ impl Options {
 /// The document, and what reports want beyond it.
 #[derive(Debug, Clone)]
 pub struct PathFound {
+    /// Half gaps of the joints, for a compensator.
     pub gaps: Gaps,
+    /// What was found of each joint, with intervals.
     pub details: Vec<JointDetail>,
+    /// Every reversal of the logs.
     pub reversals: Vec<Reversal>,
+    /// Error of each joint over time, for pictures.
     pub traces: Vec<Trace>,
     /// Noise of a coordinate of a row, m; inflation of the variance by correlated residuals.
     pub sigma_m: f64,
+    /// Factor on variances for residuals that are correlated over time.
     pub inflation: f64,
     /// Rigid errors of the links were fitted beside the frame.
     pub links: bool,
@@ -120,12 +127,15 @@ pub struct PathFound {
 /// More about a joint.
 #[derive(Debug, Clone)]
 pub struct JointDetail {
+    /// Number of the axis, from 0.
     pub axis: usize,
     /// F of the test for stiction.
     pub stiction_f: Option<f64>,
+    /// Stiction with its interval; none where the log shows none.
     pub stiction: Option<StictionInterval>,
     /// The decay is one for all joints.
     pub shared_decay: bool,
+    /// Whether the half gap was given and not fitted.
     pub held: bool,
 }
 

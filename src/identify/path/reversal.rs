@@ -17,13 +17,17 @@ const MOST: usize = 400;
 pub struct Reversal {
     /// Joint of the problem, log.
     pub joint: usize,
+    /// Number of the log, from 0.
     pub log: usize,
+    /// Time of the reversal, s.
     pub t_s: f64,
     /// Turning point, rad or m, and new direction.
     pub at: f64,
+    /// Direction after the reversal, -1 or 1.
     pub dir: f64,
     /// Half of the step, rad or m, and its standard error.
     pub half_gap: f64,
+    /// Standard deviation of the estimate, rad or m.
     pub sigma: f64,
 }
 

@@ -44,11 +44,6 @@ pub struct Selected {
     pub stiction_p: Vec<Option<f64>>,
     /// Per joint: p of a constant gap against the best varying one.
     pub varies_p: Vec<Option<f64>>,
-    /// p that the errors of the links are nothing but noise.
-    pub links_p: Option<f64>,
-    /// F of decays of their own against a shared one, where two joints or more have stiction.
-    pub shared_f: Option<f64>,
-    pub bounds: TauBounds,
 }
 
 struct State {
@@ -89,7 +84,7 @@ pub fn select(problem: &mut Problem) -> Selected {
         vary(problem, &mut now, bounds, &mut varies_p);
         eliminate(problem, &mut now, bounds, &mut stiction_f);
     }
-    let shared_f = share(problem, &mut now, bounds);
+    share(problem, &mut now, bounds);
     // last pass on the bins that the final values leave
     problem.move_frames(&now.values);
     problem.set_up(&now.values);
@@ -105,11 +100,8 @@ pub fn select(problem: &mut Problem) -> Selected {
         stiction_f,
         stiction_p,
         varies_p,
-        links_p,
-        shared_f,
         values: now.values,
         form: now.form,
-        bounds,
     }
 }
 
@@ -216,15 +208,16 @@ fn links_test(problem: &mut Problem, now: &State, bounds: TauBounds) -> Option<f
 }
 
 /// One decay for all unless refused.
-fn share(problem: &Problem, now: &mut State, bounds: TauBounds) -> Option<f64> {
+fn share(problem: &Problem, now: &mut State, bounds: TauBounds) {
     let sticky: Vec<usize> = (0..problem.joints.len()).filter(|&g| now.form.sticky[g]).collect();
     if sticky.len() < 2 {
-        return None;
+        return;
     }
     let surest = sticky.iter().copied().max_by(|&a, &b| {
         let size = |g: usize| now.values[g].spike / mean_gap(problem, g, &now.values[g]).max(1e-12);
         size(a).total_cmp(&size(b))
-    })?;
+    });
+    let Some(surest) = surest else { return };
     let mut values = now.values.clone();
     for &g in &sticky {
         values[g].tau_s = now.values[surest].tau_s;
@@ -237,5 +230,4 @@ fn share(problem: &Problem, now: &mut State, bounds: TauBounds) -> Option<f64> {
     if f_tail(f, (sticky.len() - 1) as f64, d) >= SHARE_P {
         *now = trial;
     }
-    Some(f)
 }

@@ -14,11 +14,17 @@ const DAMP: f64 = 0.02;
 /// Error of one joint in one log: SI.
 #[derive(Debug, Clone)]
 pub struct Trace {
+    /// Number of the axis, from 0.
     pub axis: usize,
+    /// Number of the log, from 0.
     pub log: usize,
+    /// Times, s.
     pub t_s: Vec<f64>,
+    /// Command of the axis, rad or m.
     pub command: Vec<f64>,
+    /// Measured error of the axis, rad or m.
     pub error: Vec<f64>,
+    /// The same by the fitted values, rad or m.
     pub fitted: Vec<f64>,
     /// Times of the reversals, s.
     pub reversals_s: Vec<f64>,

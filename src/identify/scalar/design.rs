@@ -89,7 +89,7 @@ pub struct Track {
     pub rows: Vec<usize>,
     pub readings: Vec<f64>,
     /// Whole distances, not differences.
-    whole: bool,
+    pub whole: bool,
     /// The centre of a ballbar is fitted.
     free_centre: bool,
     /// How far the centre has been moved from where it was looked for first.
@@ -147,10 +147,6 @@ impl Track {
     /// Value about which the prior of a parameter of the instrument stands: what is left of it since the centre has moved.
     pub fn own_about(&self, n: usize) -> f64 {
         if self.free_centre && n < 3 { -self.moved_m[n] } else { 0.0 }
-    }
-
-    pub fn t_s(&self, k: usize) -> f64 {
-        self.drive.t_s()[self.rows[k]]
     }
 
     /// Joint errors row by row of a unit of a joint effect.

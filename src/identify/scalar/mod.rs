@@ -11,13 +11,14 @@
 //!
 //! Assumptions: constant gaps; geometry errors as zero offsets and what an autoregressive noise takes up.
 
-pub mod design;
-pub mod solve;
+pub(crate) mod design;
+pub(crate) mod solve;
 
 use crate::error::{Error, Place, Result};
 use crate::gaps::{Gaps, JointGap};
 use crate::log::Log;
 use crate::machine::measurement::Instrument;
+use crate::numerics::robust::lower_quantile;
 use crate::numerics::student;
 use crate::robot::{JointKind, Robot};
 use design::{Kind, Track};
@@ -27,6 +28,11 @@ use nalgebra::{Unit, Vector3};
 const DETERMINED: [f64; 2] = [0.003, 0.01];
 /// Rows from which something can be determined.
 const LEAST_ROWS: usize = 50;
+/// Change of readings (m) below which they are in a larger unit, as no robot moves so well.
+const LEAST_SPAN_M: f64 = 1e-6;
+/// A centre is another one where the nominal distance from it changes by this (m), and by so many times what the readings do.
+const FAR_M: f64 = 5e-3;
+const FAR_TIMES: f64 = 5.0;
 
 /// What the user knows of the instrument; world frame, m.
 #[derive(Debug, Clone, Copy, Default)]
@@ -40,11 +46,13 @@ pub struct Setup {
 /// The result, and what was fitted beside the gaps.
 #[derive(Debug, Clone)]
 pub struct ScalarFound {
+    /// Half gaps of the joints, for a compensator.
     pub gaps: Gaps,
     /// The instrument of each log, its centre as estimated.
     pub instruments: Vec<Instrument>,
     /// Standard deviation of a reading, m, and its autocorrelation from row to row.
     pub sigma_m: f64,
+    /// Autocorrelation of the readings' noise from row to row.
     pub correlation: f64,
 }
 
@@ -87,6 +95,33 @@ fn track(robot: &Robot, log: &Log, setup: &Setup) -> Result<Track> {
     Ok(track)
 }
 
+/// Readings that no robot gives: in another unit, or about another place.
+fn plausible(robot: &Robot, logs: &[Log], tracks: &[Track], setup: &Setup) -> Result<()> {
+    let span = |values: &[f64]| lower_quantile(values, 0.95) - lower_quantile(values, 0.05);
+    for (log, track) in logs.iter().zip(tracks).filter(|t| !t.1.whole) {
+        let read = span(&track.readings);
+        if read < LEAST_SPAN_M {
+            let found = format!("readings that change by {:.3} um", read * 1e6);
+            let expected = "micrometres in `r_um` and `dial_um`, of a moving robot: are these mm?";
+            return Err(Error::bad(Place::file(&log.name), found, expected));
+        }
+        let Some(centre) = setup.centre_m else { continue };
+        let each = (track.rows.len() / 1000).max(1);
+        let distance = |i: &usize| (robot.tcp_m(&log.command(*i)) - centre).norm();
+        let nominal = span(&track.rows.iter().step_by(each).map(distance).collect::<Vec<_>>());
+        if nominal > FAR_M + FAR_TIMES * read {
+            let found = format!(
+                "readings that change by {:.0} um on a path whose distance from the centre changes by {:.1} mm",
+                read * 1e6,
+                nominal * 1e3
+            );
+            let expected = "the centre of the ballbar in mm, in the robot's world frame";
+            return Err(Error::bad(Place::file(&log.name), found, expected).mended_by(&["centre"]));
+        }
+    }
+    Ok(())
+}
+
 /// Finds half gaps from logs of single readings.
 ///
 /// # Errors
@@ -102,6 +137,7 @@ pub fn identify(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFoun
         let name = logs.first().map_or("", |l| l.name.as_str());
         Error::bad(Place::file(name), "readings from which nothing can be solved", "a longer path")
     })?;
+    plausible(robot, logs, &tracks, setup)?;
     let mut notes = Vec::new();
     let mut joints = Vec::new();
     let factor = student::factor(0.95, fit.dof.max(1.0));
@@ -118,6 +154,14 @@ pub fn identify(robot: &Robot, logs: &[Log], setup: &Setup) -> Result<ScalarFoun
                 joint.kind.unit()
             ));
             continue;
+        }
+        if value + factor * sigma < 0.0 {
+            notes.push(format!(
+                "{}: {:.5} {}, below zero beyond doubt: a gap never leads, so check the sign of the reading and the clocks of the columns",
+                joint.name,
+                joint.kind.to_user_unit(value),
+                joint.kind.unit()
+            ));
         }
         joints.push(JointGap {
             axis,

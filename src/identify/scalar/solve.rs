@@ -1,15 +1,18 @@
-//! Gauss-Newton with priors, whitened by an autoregressive noise of first order.
+//! Reweighted rounds ([`crate::numerics::least_squares::reweighted`]) with priors, whitened by an autoregressive noise of first order.
 
 use super::design::{Kind, Layout, Track};
-use crate::numerics::normal_equations::scaled_inverse;
+use crate::numerics::least_squares::{Dense, Flow, LinearModel, Reweighted, TerminationReason, ridge_weights, rounds};
 use crate::numerics::robust::{SIGMA_PER_MAD, median};
 use crate::robot::Robot;
 use nalgebra::{DMatrix, DVector};
+use std::convert::Infallible;
 
 /// Rounds: the shapes of play and spike depend on their size, the centre of a ballbar moves.
 const ROUNDS: usize = 8;
 /// Residuals beyond this many standard deviations are gross errors.
 const GROSS: f64 = 6.0;
+/// Share of what the rows know of a parameter by which it is held back; an open direction gets a variance 1e10 times that of a known one.
+const RIDGE: f64 = 1e-10;
 /// Largest autocorrelation that is whitened: beyond it a difference is all that is left.
 const MOST: f64 = 0.98;
 
@@ -23,43 +26,29 @@ pub struct Fit {
     pub correlation: f64,
 }
 
-/// Fits all parameters; `None` where the normal equations cannot be solved.
+/// Fits all parameters; `None` where the rows cannot be solved.
 pub fn fit(robot: &Robot, tracks: &mut [Track], reversing: &[usize]) -> Option<Fit> {
     let layout = Layout::new(robot, tracks, reversing);
     let k = layout.columns.len();
-    let mut values = DVector::zeros(k);
-    let (mut correlation, mut sigma) = (0.0, 1e-5);
-    let mut covariance = DMatrix::zeros(k, k);
-    let mut rows = 0;
-    for _ in 0..ROUNDS {
-        let mut normal = DMatrix::zeros(k, k);
-        let mut right = DVector::zeros(k);
-        let system = |(log, track): (usize, &Track)| {
-            let (nominal, design) = track.design(robot, &layout, log, values.as_slice());
-            let n = nominal.len();
-            let matrix = DMatrix::from_fn(n, k, |i, j| design[j][i]);
-            (matrix, DVector::from_fn(n, |i, _| track.readings[i] - nominal[i]))
-        };
-        let systems: Vec<System> = tracks.iter().enumerate().map(system).collect();
-        rows = 0;
-        for ((matrix, target), track) in systems.iter().zip(tracks.iter()) {
-            let keep = kept(&(target - matrix * &values), sigma, values.iter().any(|v| *v != 0.0));
-            let (a, y) = whitened(matrix, target, &keep, correlation, track);
-            normal += a.transpose() * &a;
-            right += a.transpose() * &y;
-            rows += a.nrows();
-        }
-        add_priors(&layout, tracks, sigma * sigma, &mut normal, &mut right);
-        let (solved, inverse) = solve(&normal, &right)?;
-        values = solved;
-        let dof = (rows as f64 - k as f64).max(1.0);
-        (sigma, correlation) = noise(&systems, tracks, &values, (sigma, correlation), dof);
-        covariance = inverse * (sigma * sigma);
-        for (log, track) in tracks.iter_mut().enumerate() {
-            track.take_centre(&layout, log, values.as_mut_slice());
-        }
+    let values = DVector::zeros(k);
+    let covariance = DMatrix::zeros(k, k);
+    let mut present = Present {
+        robot,
+        tracks,
+        layout,
+        values,
+        sigma: 1e-5,
+        correlation: 0.0,
+        covariance,
+        systems: Vec::new(),
+        rows: 0,
+    };
+    let Ok(reason) = rounds(&mut present, ROUNDS);
+    if reason == TerminationReason::NotFinite {
+        return None;
     }
-    let dof = (rows as f64 - k as f64).max(1.0);
+    let dof = present.dof();
+    let Present { layout, values, sigma, correlation, covariance, .. } = present;
     let sigma_m = sigma / (1.0 - correlation * correlation).sqrt();
     Some(Fit { layout, values, covariance, dof, sigma_m, correlation })
 }
@@ -67,12 +56,92 @@ pub fn fit(robot: &Robot, tracks: &mut [Track], reversing: &[usize]) -> Option<F
 /// Design and target of a log, one row per reading.
 type System = (DMatrix<f64>, DVector<f64>);
 
-fn add_priors(layout: &Layout, tracks: &[Track], variance: f64, normal: &mut DMatrix<f64>, right: &mut DVector<f64>) {
-    for (i, prior) in layout.priors.iter().enumerate().filter(|(_, p)| p.is_finite()) {
-        normal[(i, i)] += variance / (prior * prior);
-        if let (Kind::Instrument { log }, n) = layout.columns[i] {
-            right[i] += variance / (prior * prior) * tracks[log].own_about(n);
+/// The present estimate of parameters and noise.
+struct Present<'a> {
+    robot: &'a Robot,
+    tracks: &'a mut [Track],
+    layout: Layout,
+    values: DVector<f64>,
+    /// Standard deviation of the innovations, m.
+    sigma: f64,
+    correlation: f64,
+    covariance: DMatrix<f64>,
+    systems: Vec<System>,
+    /// Number of readings that count.
+    rows: usize,
+}
+
+impl Present<'_> {
+    fn dof(&self) -> f64 {
+        (self.rows as f64 - self.values.len() as f64).max(1.0)
+    }
+
+    /// Rows of the priors: parameter, weight, and what the parameter differs by.
+    fn priors(&self) -> Vec<(usize, f64, f64)> {
+        let row = |(k, prior): (usize, &f64)| {
+            let about = match self.layout.columns[k] {
+                (Kind::Instrument { log }, n) => self.tracks[log].own_about(n),
+                _ => 0.0,
+            };
+            (k, self.sigma / prior, self.values[k] - about)
+        };
+        self.layout.priors.iter().enumerate().filter(|(_, p)| p.is_finite()).map(row).collect()
+    }
+}
+
+impl Reweighted for Present<'_> {
+    type Model = Dense;
+    type Failure = Infallible;
+
+    fn linearise(&mut self) -> Result<Dense, Infallible> {
+        let k = self.values.len();
+        let system = |(log, track): (usize, &Track)| {
+            let (nominal, design) = track.design(self.robot, &self.layout, log, self.values.as_slice());
+            let n = nominal.len();
+            let matrix = DMatrix::from_fn(n, k, |i, j| design[j][i]);
+            (matrix, DVector::from_fn(n, |i, _| track.readings[i] - nominal[i]))
+        };
+        self.systems = self.tracks.iter().enumerate().map(system).collect();
+        let judged = self.values.iter().any(|v| *v != 0.0);
+        let white = |((matrix, target), track): (&System, &Track)| {
+            let keep = kept(&(target - matrix * &self.values), self.sigma, judged);
+            whitened(matrix, target, &keep, self.correlation, track)
+        };
+        let blocks: Vec<System> = self.systems.iter().zip(self.tracks.iter()).map(white).collect();
+        self.rows = blocks.iter().map(|(a, _)| a.nrows()).sum();
+        let priors = self.priors();
+        let mut jacobian = DMatrix::zeros(self.rows + priors.len() + k, k);
+        let mut residual = vec![0.0; jacobian.nrows()];
+        let mut at = 0;
+        for (a, y) in &blocks {
+            jacobian.rows_mut(at, a.nrows()).copy_from(a);
+            residual[at..at + a.nrows()].copy_from_slice((a * &self.values - y).as_slice());
+            at += a.nrows();
         }
+        for (column, weight, off) in priors {
+            jacobian[(at, column)] = weight;
+            residual[at] = weight * off;
+            at += 1;
+        }
+        // columns that the readings do not tell apart stay open, and their variance says so
+        let norms: Vec<f64> = jacobian.column_iter().map(|c| c.norm()).collect();
+        for (column, weight) in ridge_weights(norms, RIDGE).into_iter().enumerate() {
+            jacobian[(at, column)] = weight;
+            residual[at] = weight * self.values[column];
+            at += 1;
+        }
+        Ok(Dense::new(jacobian, &residual))
+    }
+
+    fn take(&mut self, model: &Dense, step: &[f64], _round: usize) -> Flow {
+        self.values.iter_mut().zip(step).for_each(|(v, s)| *v += s);
+        let before = (self.sigma, self.correlation);
+        (self.sigma, self.correlation) = noise(&self.systems, self.tracks, &self.values, before, self.dof());
+        self.covariance = model.information().inverse * (self.sigma * self.sigma);
+        for (log, track) in self.tracks.iter_mut().enumerate() {
+            track.take_centre(&self.layout, log, self.values.as_mut_slice());
+        }
+        Flow::Continue
     }
 }
 
@@ -125,11 +194,4 @@ fn whitened(
     let a = DMatrix::from_fn(rows.len(), matrix.ncols(), |r, c| of(rows[r], &|i| matrix[(i, c)]));
     let y = DVector::from_fn(rows.len(), |r, _| of(rows[r], &|i| target[i]));
     (a, y)
-}
-
-/// Solution and inverse of normal equations whose columns differ in scale.
-fn solve(normal: &DMatrix<f64>, right: &DVector<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
-    // columns that the readings do not tell apart stay open, and their variance says so
-    let inverse = scaled_inverse(normal, 1e-10)?.inverse;
-    Some((&inverse * right, inverse))
 }

@@ -37,11 +37,14 @@ const LAG_COST: f64 = 400.0;
 /// A value with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Known {
+    /// The estimate, rad or m.
     pub value: f64,
+    /// Its 95 % interval, rad or m.
     pub ci95: [f64; 2],
 }
 
 impl Known {
+    /// Whether the 95 % interval leaves out `v` (rad or m).
     pub fn excludes(&self, v: f64) -> bool {
         self.ci95[0] > v || self.ci95[1] < v
     }
@@ -50,7 +53,9 @@ impl Known {
 /// What the intervals rest on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Repeats {
+    /// From strokes that repeat each other.
     Strokes,
+    /// From pieces of strokes, where too few strokes go far enough.
     Pieces,
 }
 
@@ -61,6 +66,7 @@ pub struct Flanks {
     pub slope: Known,
     /// Offsets of equation 2, each to the zero of the columns.
     pub c_r: Known,
+    /// Offset of the left flank, rad or m.
     pub c_l: Known,
     /// `c_r - c_l`.
     pub total: Known,
@@ -72,10 +78,13 @@ pub struct Flanks {
     pub total_per_lag: Option<f64>,
     /// Rms of output about the lines.
     pub rms: f64,
+    /// Number of rows that were used.
     pub rows: usize,
+    /// Number of rows that were left out.
     pub dropped: usize,
     /// Strokes that go far enough, up and down.
     pub strokes: [usize; 2],
+    /// What the intervals were estimated from.
     pub repeats: Repeats,
 }
 
@@ -100,12 +109,17 @@ const SINGULAR: f64 = 1e10;
 
 /// Input and output of a gap, and where it is surely closed.
 pub struct Pair<'a> {
+    /// Times, s.
     pub t_s: &'a [f64],
+    /// Position of the driving side, rad or m; `None` where it was not measured.
     pub input: &'a [Option<f64>],
+    /// Position of the driven side, rad or m; `None` where it was not measured.
     pub output: &'a [Option<f64>],
+    /// Strokes between reversals.
     pub strokes: &'a Strokes,
     /// Rows count from this way into a stroke on.
     pub from: f64,
+    /// Whether a lag between the two sides is fitted as well.
     pub with_lag: bool,
 }
 

@@ -23,14 +23,14 @@
 
 mod columns;
 #[cfg(feature = "cli")]
-pub mod display;
+pub(crate) mod display;
 pub mod document;
 pub mod flanks;
-pub mod loops;
-pub mod reach;
+pub(crate) mod loops;
+pub(crate) mod reach;
 pub mod start;
-pub mod strokes;
-pub mod tracker;
+pub(crate) mod strokes;
+pub(crate) mod tracker;
 mod words;
 
 use crate::error::{Error, Place, Result};
@@ -64,18 +64,25 @@ pub enum Output {
 /// One joint's gaps; rad or m.
 #[derive(Debug, Clone)]
 pub struct Series {
+    /// Number of the axis, from 0.
     pub axis: usize,
     /// Number of the log.
     pub log: usize,
     /// The input is the encoder, else the command.
     pub encoder: bool,
+    /// What the driven side was measured with.
     pub output: Option<Output>,
+    /// Play between motor and screw.
     pub coupling: Option<Flanks>,
+    /// Play between screw and nut.
     pub nut: Option<Flanks>,
+    /// Play of the whole train, from motor to slide.
     pub both: Option<Flanks>,
+    /// On which flank the log starts.
     pub start: Start,
     /// Where the gaps were not crossed: the least that the total can be.
     pub at_least: Option<f64>,
+    /// Loops of output over input, for pictures.
     pub loops: Vec<Loop>,
 }
 
@@ -92,7 +99,9 @@ impl Series {
 /// What was found.
 #[derive(Debug, Clone)]
 pub struct Found {
+    /// Half gaps of the joints, for a compensator.
     pub gaps: Gaps,
+    /// What was found of each joint that was measured on its train.
     pub series: Vec<Series>,
 }
 

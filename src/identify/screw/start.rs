@@ -26,10 +26,12 @@ pub enum Start {
     Flank(i8),
     /// Inside the gap, at this part of it from the flank of upward movement.
     Inside(f64),
+    /// Nothing tells the flank.
     Unknown,
 }
 
 impl Start {
+    /// Side of the flank, -1 or 1; `None`: not known.
     pub fn side(self) -> Option<i8> {
         match self {
             Self::Move(d) | Self::Flank(d) => Some(d),

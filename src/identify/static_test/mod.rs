@@ -14,17 +14,17 @@
 //! A joint that was reached from one side only, that barely moves the TCP, or whose dwells the tracker missed gets no gap and a
 //! note that says why.
 
-pub mod creep;
-pub mod deviation;
+pub(crate) mod creep;
+pub(crate) mod deviation;
 #[cfg(feature = "cli")]
-pub mod display;
+pub(crate) mod display;
 pub mod document;
-pub mod frame;
-pub mod knots;
-pub mod polynomial;
-pub mod readings;
-pub mod schedule;
-pub mod summary;
+pub(crate) mod frame;
+pub(crate) mod knots;
+pub(crate) mod polynomial;
+pub(crate) mod readings;
+pub(crate) mod schedule;
+pub(crate) mod summary;
 
 use crate::effects::GapCurve;
 use crate::error::{Error, Place, Result};
@@ -54,7 +54,9 @@ pub enum Knots {
 /// Settings of the identification.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
+    /// How dwells are found in a log.
     pub dwell: DwellOptions,
+    /// How many knots a curve over position has.
     pub knots: Knots,
     /// Base frame -> tracker frame, where it is known; else it is found from the logs.
     pub registration: Option<Isometry3<f64>>,
@@ -65,7 +67,9 @@ pub struct Options {
 /// One joint's test, with everything that its figures rest on.
 #[derive(Debug, Clone)]
 pub struct JointTest {
+    /// Number of the axis, from 0.
     pub axis: usize,
+    /// Half gap of the joint with its intervals.
     pub summary: Summary,
     /// Where the gap varies with position.
     pub schedule: Option<Schedule>,
@@ -78,6 +82,7 @@ pub struct JointTest {
 /// What the test found.
 #[derive(Debug, Clone)]
 pub struct Found {
+    /// Half gaps of the joints, for a compensator.
     pub gaps: Gaps,
     /// In the order of `gaps.joints`.
     pub joints: Vec<JointTest>,

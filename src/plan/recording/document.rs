@@ -8,6 +8,7 @@ use crate::robot::{Joint, Robot};
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
+/// The schema that the document names.
 pub const SCHEMA: &str = "lostmotion/recording/1";
 
 /// The program: `t_s` and a column per joint.

@@ -11,9 +11,9 @@
 //! No obstacle is known to it.
 
 pub mod document;
-pub mod motions;
-pub mod posture;
-pub mod precision;
+pub(crate) mod motions;
+pub(crate) mod posture;
+pub(crate) mod precision;
 
 use super::path::{Envelope, EnvelopeOptions};
 use crate::error::{Error, Result};
@@ -25,12 +25,16 @@ use precision::Precision;
 /// Which program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
+    /// Bidirectional dwells of one joint at a time.
     Static,
+    /// A slow path with reversals.
     Path,
+    /// All joints at once, each with frequencies of its own.
     Excitation,
 }
 
 impl Kind {
+    /// Name as it stands on the command line and in documents.
     pub fn name(self) -> &'static str {
         match self {
             Self::Static => "static",
@@ -43,35 +47,48 @@ impl Kind {
 /// What a user may choose; SI.
 #[derive(Debug, Clone)]
 pub struct Options {
+    /// Joints about which to move, rad or m; `None`: chosen by the plan.
     pub pose: Option<Vec<f64>>,
     /// Place of the tracker in the robot's world frame: the TCP stays visible from it.
     pub tracker_m: Option<Vector3<f64>>,
     /// Largest angle between the reflector's axis and the beam, rad.
     pub acceptance_rad: f64,
+    /// What measures.
     pub instrument: Instrument,
+    /// Standard deviation of a reading, m.
     pub noise_m: f64,
     /// Rows of the log per second.
     pub rate_hz: f64,
+    /// Largest speed of the TCP, m/s.
     pub speed_m_s: f64,
+    /// Largest travel of a revolute joint to either side, rad.
     pub travel_rad: f64,
+    /// Largest travel of a prismatic joint to either side, m.
     pub travel_m: f64,
     /// Of a path or an excitation.
     pub duration_s: f64,
     /// Of a static test.
     pub dwell_s: f64,
+    /// How often a static test visits each place from each side.
     pub cycles: usize,
+    /// Number of places of a static test.
     pub places: usize,
 }
 
 /// A program to record.
 #[derive(Debug, Clone)]
 pub struct Recording {
+    /// Kind of the recording.
     pub kind: Kind,
+    /// Joints about which it moves, rad or m.
     pub pose: Vec<f64>,
     /// Times (s) and joint vectors (rad or m), straight between them.
     pub rows: Vec<(f64, Vec<f64>)>,
+    /// Duration, s.
     pub duration_s: f64,
+    /// Expected uncertainty of each joint's half gap.
     pub precision: Vec<Precision>,
+    /// What a reader should know.
     pub notes: Vec<String>,
 }
 

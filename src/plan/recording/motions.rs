@@ -92,7 +92,7 @@ pub fn all_joints(envelope: &Envelope, kind: Kind) -> Result<Rows> {
         along += pace / total;
         for (axis, shape) in shapes.iter_mut().enumerate() {
             // in and out softly, so that the sines start and end at the middle
-            shape.push(wave(axis, along) * (along.min(1.0 - along) / UP).clamp(0.0, 1.0).powi(2));
+            shape.push(wave(axis, along) * soft(along.min(1.0 - along) / UP));
         }
     }
     let amplitudes: Vec<f64> = (0..middle.len()).map(|axis| amplitude(envelope, axis, &shapes[axis])).collect();
@@ -106,16 +106,21 @@ fn paces(n: usize, kind: Kind) -> Vec<f64> {
     (0..n)
         .map(|i| {
             let s = i as f64 / n as f64;
-            let edge = (s.min(1.0 - s) / UP).clamp(0.0, 1.0);
-            let mut pace = edge * edge * (3.0 - 2.0 * edge);
+            let mut pace = soft(s.min(1.0 - s) / UP);
             if kind == Kind::Excitation {
                 for at in PAUSES {
-                    pace *= (((s - at).abs() / PAUSE - 1.0).clamp(0.0, 1.0)).powi(2);
+                    pace *= soft((s - at).abs() / PAUSE - 1.0);
                 }
             }
             pace
         })
         .collect()
+}
+
+/// From 0 to 1 and level at both: a kink would be an acceleration without bounds, which leaves no travel.
+fn soft(x: f64) -> f64 {
+    let x = x.clamp(0.0, 1.0);
+    x * x * (3.0 - 2.0 * x)
 }
 
 /// Largest amplitude that keeps the window, the working speed and the acceleration.
@@ -174,6 +179,12 @@ pub fn without_straight_rows(rows: Rows) -> Rows {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_ends_of_a_ramp_have_no_kink() {
+        let speed = |x: f64| (soft(x + 1e-6) - soft(x - 1e-6)) / 2e-6;
+        assert!(speed(0.0) < 1e-5 && speed(1.0) < 1e-5 && (speed(0.5) - 1.5).abs() < 1e-6);
+    }
 
     #[test]
     fn a_dwell_keeps_its_two_ends_and_a_curve_all_its_rows() {

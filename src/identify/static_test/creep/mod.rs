@@ -16,9 +16,9 @@
 //! Assumptions: one pace (or two) per joint; amplitudes of a joint scatter around their mean by a share. A friction that
 //! keeps creeping without a pace (logarithmic in time) is described by two exponentials within the dwell and not beyond it.
 
-pub mod evidence;
-pub mod noise;
-pub mod series;
+pub(crate) mod evidence;
+pub(crate) mod noise;
+pub(crate) mod series;
 
 use crate::numerics::normal;
 use crate::numerics::robust::median;
