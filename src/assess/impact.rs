@@ -28,7 +28,9 @@ pub fn displacement_m(robot: &Robot, q: &[f64], axis: usize, half_gap: f64) -> f
 /// Gaps of one axis, one after the other (coupling and nut): they add up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxisGap {
+    /// Number of the axis, from 0.
     pub axis: usize,
+    /// Half gap over position; several gaps of a joint act one after the other.
     pub curves: Vec<GapCurve>,
 }
 
@@ -54,13 +56,17 @@ impl AxisGap {
 /// One joint over a program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointImpact {
+    /// Number of the axis, from 0.
     pub axis: usize,
     /// Largest displacement, and the line of the program where it is.
     pub largest_m: f64,
+    /// Line of the program at which the displacement is largest.
     pub largest_line: Option<u64>,
+    /// Root mean square displacement over the program, m.
     pub rms_m: f64,
     /// Half gap where the displacement is largest, rad or m.
     pub half_gap: f64,
+    /// Number of reversals of the axis in the program.
     pub reversals: usize,
     /// Largest displacement at a reversal; `None` where the joint does not reverse.
     pub at_reversals_m: Option<f64>,

@@ -8,9 +8,11 @@
 //! - [`program`]: path error along any program before and after it was changed, with the verdict.
 //! - [`rigid`]: the rigid transform between two sets of points.
 
+#![warn(missing_docs)]
+
 pub mod bidirectional;
 pub mod circle;
-pub mod deadzone;
+pub(crate) mod deadzone;
 pub mod impact;
-pub mod program;
-pub mod rigid;
+pub(crate) mod program;
+pub(crate) mod rigid;

@@ -12,13 +12,15 @@
 //!   has no name (`search::unnamed`); what it ends with.
 //! - [`verdict`]: sets, blind spots; [`result`]: the document, for a terminal and a page.
 
-pub mod candidates;
+#![warn(missing_docs)]
+
+pub(crate) mod candidates;
 pub mod noise;
-pub mod prepare;
+pub(crate) mod prepare;
 pub mod problem;
 pub mod result;
 pub mod search;
-pub mod verdict;
+pub(crate) mod verdict;
 
 use crate::error::Result;
 use crate::log::Log;

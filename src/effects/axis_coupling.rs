@@ -63,6 +63,10 @@ impl EffectType for AxisCoupling {
         &INFO
     }
 
+    fn nature(&self) -> Nature {
+        Nature::Coupling
+    }
+
     fn values(&self) -> Vec<f64> {
         vec![self.ratio]
     }

@@ -69,6 +69,10 @@ impl EffectType for Backlash {
         &INFO
     }
 
+    fn nature(&self) -> Nature {
+        Nature::Gap
+    }
+
     fn values(&self) -> Vec<f64> {
         vec![self.half_gap]
     }

@@ -116,7 +116,7 @@ fn candidates(survey: &Survey, list: &mut Vec<Candidate>) {
             let placed = |gaps: &[f64]| vec![EffectInstance::new(target, curve(gaps))];
             let raised = |k: usize| (0..n).map(|i| if i == k { 1.5 * SIZE } else { SIZE }).collect::<Vec<f64>>();
             let base = placed(&vec![SIZE; n]);
-            if base.iter().any(|b| !b.effect.is::<BacklashPosition>()) {
+            if base.iter().any(|b| b.effect.nature() != Nature::GapOverPosition) {
                 continue;
             }
             let trial = (0..n).map(|k| (placed(&raised(k)), 0.5 * SIZE)).collect();
@@ -128,6 +128,10 @@ fn candidates(survey: &Survey, list: &mut Vec<Candidate>) {
 impl EffectType for BacklashPosition {
     fn info(&self) -> &'static EffectInfo {
         &INFO
+    }
+
+    fn nature(&self) -> Nature {
+        Nature::GapOverPosition
     }
 
     fn values(&self) -> Vec<f64> {

@@ -1,14 +1,14 @@
-//! What every effect implements ([`EffectType`]), and a value of any of them ([`Effect`]).
+//! What every effect implements ([`EffectType`]), a value of any of them ([`Effect`]), and one at its place ([`EffectInstance`]).
 //!
 //! Only what an effect does differently from doing nothing has to be written: every hook of the chain has a default. Values are SI
 //! (rad or m, s, Nm or N).
 
-use super::{Clock, DhParameter, EffectInfo, GapCurve, Parameter, Site, Stage, Target, Track, stiction::Decay};
-use crate::robot::{Joint, JointFrame};
-use nalgebra::{Isometry3, Vector3};
+use super::{Clock, EffectInfo, GapCurve, Nature, Parameter, Site, Stage, Target, Track, stiction::Decay};
+use super::{Geometry, Inputs, Row};
+use crate::robot::Robot;
+use nalgebra::Vector3;
 use serde_yaml::Mapping;
 use std::any::Any;
-use std::borrow::Cow;
 use std::fmt::Debug;
 use std::ops::Deref;
 use std::sync::Arc;
@@ -168,6 +168,11 @@ pub trait EffectType: EffectObject + Debug + Send + Sync {
         false
     }
 
+    /// What other modules treat apart.
+    fn nature(&self) -> Nature {
+        Nature::Other
+    }
+
     /// Why it does nothing on this robot, or in settled poses.
     fn idle(&self, _site: &Site, _settled_poses: bool) -> Option<&'static str> {
         None
@@ -215,11 +220,6 @@ impl Effect {
         self.0.as_any().downcast_ref()
     }
 
-    /// Is it one of this type?
-    pub fn is<T: EffectType>(&self) -> bool {
-        self.get::<T>().is_some()
-    }
-
     /// The same effect with other values; one that is missing stays.
     pub fn with_values(&self, values: &[f64]) -> Self {
         let mut all = self.values();
@@ -256,105 +256,55 @@ impl<T: EffectType> From<T> for Effect {
     }
 }
 
-/// What effects look at that act row by row.
-pub trait Inputs: Sync {
-    /// Command of an axis, rad or m.
-    fn command(&self, axis: usize) -> &[f64];
-
-    /// Gravity's torque about an axis at the commanded pose, Nm (N for a prismatic one); positive turns the axis positive.
-    fn gravity_torque(&self, axis: usize) -> &[f64];
-
-    /// `(z cross x) . g` and `(z cross y) . g` for the axis `z` and the frame `x, y` of a joint after it, `g` of length 1.
-    fn gravity_levers(&self, axis: usize, joint: usize) -> Cow<'_, [[f64; 2]]>;
-
-    /// Measured torque of the drive of an axis, Nm or N; `None` where it was not logged.
-    fn measured_torque(&self, _axis: usize) -> Option<&[f64]> {
-        None
-    }
-
-    /// Times, s; empty where there are none: settled poses, a single pose.
-    fn t_s(&self) -> &[f64] {
-        &[]
-    }
-
-    /// Time over which what was measured at each row is a mean, s; 0 where rows are samples.
-    fn mean_over_s(&self) -> f64 {
-        0.0
-    }
-
-    /// Temperature; `None` where it was not logged.
-    fn temp_c(&self) -> Option<&[f64]> {
-        None
-    }
-
-    /// Direction of the last movement of an axis: -1, +1, or 0 before the first one; empty where it is not known.
-    fn direction(&self, _axis: usize) -> &[f64] {
-        &[]
-    }
-
-    /// Speed of the command of an axis, rad/s or m/s; empty where it is not known.
-    fn speed(&self, _axis: usize) -> &[f64] {
-        &[]
-    }
-
-    /// Moment of the weights about the base's origin, Nm, and that origin, m.
-    fn overturning(&self, _row: usize) -> (Vector3<f64>, Vector3<f64>) {
-        (Vector3::zeros(), Vector3::zeros())
-    }
-
-    /// One turn of an axis: 2 pi rad, or its lead in m.
-    fn rev(&self, _axis: usize) -> f64 {
-        std::f64::consts::TAU
-    }
-
-    /// Where a series of the rows turns between them: `(row before, t in s, value there)`.
-    fn turning_points(&self, _series: &[f64]) -> Vec<(usize, f64, f64)> {
-        Vec::new()
-    }
+/// An effect at its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EffectInstance {
+    /// Where it acts.
+    pub target: Target,
+    /// The effect with its values.
+    pub effect: Effect,
 }
 
-/// Kinematic parameters that geometry effects change.
-#[derive(Debug, Clone)]
-pub struct Geometry {
-    /// Joints with their Denavit-Hartenberg parameters.
-    pub joints: Vec<Joint>,
-    /// Flange to TCP.
-    pub tool: Isometry3<f64>,
-}
-
-/// One row, as an effect behind the kinematics sees it.
-#[derive(Clone, Copy)]
-pub struct Row<'a> {
-    /// Number of the row, from 0.
-    pub index: usize,
-    /// Time since the first row, s, by the clock of the robot.
-    pub t_s: f64,
-    /// The same by the clock of the tracker.
-    pub measured_s: f64,
-    /// The rows are settled poses, which have no time.
-    pub settled: bool,
-    /// Commands, torques and temperatures of the log or program.
-    pub inputs: &'a dyn Inputs,
-    /// Joint frames in the base frame, after the turn and the slide of the joint; empty where no effect asks for them.
-    pub frames: &'a [JointFrame],
-    /// The measuring system in the base frame, m.
-    pub station_m: Vector3<f64>,
-}
-
-impl Row<'_> {
-    /// Frame of the joint that a target names by its axis.
-    pub fn frame_of_axis(&self, target: Target) -> Option<&JointFrame> {
-        let axis = target.axis()?;
-        self.frames.iter().find(|f| f.axis == axis)
+impl EffectInstance {
+    /// An effect at a target.
+    pub fn new(target: Target, effect: impl Into<Effect>) -> Self {
+        Self { target, effect: effect.into() }
     }
 
-    /// Direction in which a length of a joint moves all that is after it.
-    pub fn direction_of(&self, joint: usize, parameter: DhParameter) -> Vector3<f64> {
-        match (self.frames.get(joint), parameter) {
-            (Some(f), DhParameter::A) => f.along_a,
-            (Some(f), DhParameter::D) => f.z,
-            _ => Vector3::zeros(),
-        }
+    /// An effect on one axis.
+    pub fn on_axis(axis: usize, effect: impl Into<Effect>) -> Self {
+        Self::new(Target::Joint(axis), effect)
+    }
+
+    /// Its target on a robot.
+    pub fn site<'a>(&self, robot: &'a Robot) -> Site<'a> {
+        Site { robot, target: self.target }
+    }
+
+    /// The axis whose position it changes.
+    pub fn axis(&self) -> Option<usize> {
+        self.target.axis()
+    }
+
+    /// As a reader knows it: "A1", "A2.a", "A6<-A5", "tool", "tcp", "log".
+    pub fn target_text(&self, robot: &Robot) -> String {
+        self.target.text(robot)
+    }
+
+    /// Keys, bounds and typical sizes of the values, in the order of [`EffectType::values`].
+    pub fn parameters(&self, robot: &Robot) -> Vec<Parameter> {
+        self.effect.parameters(&self.site(robot))
+    }
+
+    /// Keys of the parameters in a model file, and the factor from SI to their unit. Knots are `knots[0]`, ...; the coordinates
+    /// of a vibration's amplitude are `amplitude_um[0]`, ... (in a file they stand as amplitude and direction).
+    pub fn keys(&self, robot: &Robot) -> Vec<(String, f64)> {
+        self.parameters(robot).into_iter().map(|p| (p.key, p.user_units_per_si)).collect()
+    }
+
+    /// Least and most of each value, SI.
+    pub fn bounds(&self, robot: &Robot) -> Vec<(f64, f64)> {
+        self.parameters(robot).into_iter().map(|p| (p.least, p.most)).collect()
     }
 }
 

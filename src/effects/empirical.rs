@@ -264,6 +264,10 @@ impl EffectType for Empirical {
         &INFO
     }
 
+    fn nature(&self) -> Nature {
+        Nature::Unnamed
+    }
+
     /// The values at the knots; on the TCP x, y, z of each.
     fn values(&self) -> Vec<f64> {
         let knots = self.curves.first().map_or(0, |c| c.knots());

@@ -47,6 +47,10 @@ impl EffectType for EncoderScale {
         &INFO
     }
 
+    fn nature(&self) -> Nature {
+        Nature::Scale
+    }
+
     fn values(&self) -> Vec<f64> {
         vec![self.scale]
     }

@@ -71,6 +71,10 @@ impl EffectType for Hysteresis {
         &INFO
     }
 
+    fn nature(&self) -> Nature {
+        Nature::WindUp
+    }
+
     fn values(&self) -> Vec<f64> {
         vec![self.half_width, self.presliding]
     }

@@ -121,6 +121,39 @@ pub enum Family {
     Empirical,
 }
 
+/// What other modules treat apart, whatever the effect is called.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Nature {
+    /// A gap of one size.
+    Gap,
+    /// A gap over position, by knots.
+    GapOverPosition,
+    /// A wind-up after a reversal that stays.
+    WindUp,
+    /// Friction whose error fades after a reversal.
+    Spike,
+    /// Friction that builds up over a presliding travel.
+    Presliding,
+    /// The zero of a joint.
+    ZeroOffset,
+    /// Lengths and angles of the links.
+    Link,
+    /// The lag of a servo.
+    Lag,
+    /// The offset between two clocks.
+    Clock,
+    /// An error that repeats with the revolution.
+    Ripple,
+    /// An error in proportion to the movement.
+    Scale,
+    /// A movement of one joint by another.
+    Coupling,
+    /// A curve without a physical name.
+    Unnamed,
+    /// Anything else.
+    Other,
+}
+
 /// What an effect does after a reversal of its joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AfterReversal {

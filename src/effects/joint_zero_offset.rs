@@ -48,6 +48,10 @@ impl EffectType for JointZeroOffset {
         &INFO
     }
 
+    fn nature(&self) -> Nature {
+        Nature::ZeroOffset
+    }
+
     fn values(&self) -> Vec<f64> {
         vec![self.offset]
     }

@@ -84,6 +84,10 @@ impl EffectType for LinkError {
         &INFO
     }
 
+    fn nature(&self) -> Nature {
+        Nature::Link
+    }
+
     fn values(&self) -> Vec<f64> {
         vec![self.delta]
     }

@@ -69,6 +69,10 @@ impl EffectType for MaxwellSlip {
         &hysteresis::INFO
     }
 
+    fn nature(&self) -> Nature {
+        Nature::WindUp
+    }
+
     /// Width and presliding of each element in turn.
     fn values(&self) -> Vec<f64> {
         self.elements.concat()

@@ -10,7 +10,7 @@
 //! through the addition of one. Read in this order:
 //! - [`effect`]: the trait [`EffectType`], which every effect implements, and [`Effect`], a value of any of them.
 //! - [`info`]: [`EffectInfo`], what holds for all values of an effect; [`catalogue`]: all of them, with one line each.
-//! - [`instance`]: an effect at its [`Target`]; [`entry`] and [`fields`]: the same in a model file; [`site`]: units and keys of a
+//! - [`inputs`]: what effects look at; [`target`]: targets in words; [`entry`] and [`fields`]: the same in a model file; [`site`]: units and keys of a
 //!   target.
 //! - [`candidate`]: what a diagnosis tries of an effect, and what it knows of the logs ([`candidate::Survey`]).
 //! - [`track`]: a joint's command with its directions and turning points; [`smooth`]: a motion between its samples;
@@ -37,7 +37,7 @@ pub mod free_mass_gravity;
 pub mod gravity_compliance;
 pub mod hysteresis;
 pub mod info;
-pub mod instance;
+pub mod inputs;
 pub mod joint_zero_offset;
 pub mod link_error;
 pub mod loaded_play;
@@ -49,6 +49,7 @@ pub mod site;
 pub mod smooth;
 pub mod spline;
 pub mod stiction;
+pub mod target;
 pub mod thermal_drift;
 pub mod thermal_growth;
 pub mod time_offset;
@@ -70,15 +71,15 @@ pub use bearing_wobble::BearingWobble;
 pub use candidate::{Candidate, Survey};
 pub use coupled_play::CoupledPlay;
 pub use curve::GapCurve;
-pub use effect::{Effect, EffectType, Geometry, Inputs, Row, Undo, UndoContext};
+pub use effect::{Effect, EffectInstance, EffectType, Undo, UndoContext};
 pub use empirical::Empirical;
 pub use encoder_scale::EncoderScale;
 pub use fields::Fields;
 pub use free_mass_gravity::FreeMassGravity;
 pub use gravity_compliance::GravityCompliance;
 pub use hysteresis::Hysteresis;
-pub use info::{ActsOn, AfterReversal, EffectInfo, Family, TypicalSize, View};
-pub use instance::EffectInstance;
+pub use info::{ActsOn, AfterReversal, EffectInfo, Family, Nature, TypicalSize, View};
+pub use inputs::{Geometry, Inputs, Row};
 pub use joint_zero_offset::JointZeroOffset;
 pub use link_error::LinkError;
 pub use loaded_play::LoadedPlay;

@@ -128,6 +128,10 @@ impl EffectType for PreslidingStiction {
         &stiction::INFO
     }
 
+    fn nature(&self) -> Nature {
+        Nature::Presliding
+    }
+
     /// Spike or spikes, rise, decay, growth with load.
     fn values(&self) -> Vec<f64> {
         let spikes = if self.symmetric { &self.spike[..1] } else { &self.spike[..] };

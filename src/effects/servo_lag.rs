@@ -168,6 +168,10 @@ impl EffectType for ServoLag {
         &INFO
     }
 
+    fn nature(&self) -> Nature {
+        Nature::Lag
+    }
+
     fn values(&self) -> Vec<f64> {
         vec![self.lag_s]
     }

@@ -141,6 +141,10 @@ impl EffectType for Stiction {
         &INFO
     }
 
+    fn nature(&self) -> Nature {
+        Nature::Spike
+    }
+
     fn values(&self) -> Vec<f64> {
         let (Decay::Time(d) | Decay::Travel(d)) = self.decay;
         vec![self.spike, d]

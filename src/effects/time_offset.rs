@@ -109,6 +109,10 @@ impl EffectType for TimeOffset {
         &INFO
     }
 
+    fn nature(&self) -> Nature {
+        Nature::Clock
+    }
+
     fn values(&self) -> Vec<f64> {
         self.offset_s.into_iter().chain(self.drift).collect()
     }

@@ -152,6 +152,10 @@ impl EffectType for TransmissionError {
         &INFO
     }
 
+    fn nature(&self) -> Nature {
+        Nature::Ripple
+    }
+
     fn values(&self) -> Vec<f64> {
         let first = [self.amplitude, self.cycles_per_rev, self.phase_rad].into_iter();
         first.chain(self.fade).chain(self.further_phases_rad.iter().copied()).collect()

@@ -8,7 +8,7 @@
 //!
 //! with the frame of the tracker (`R`, `s`), the place `d` of the reflector in the flange frame, a zero offset and a half gap of every
 //! joint that moves. The last two are there because a gap lags on every path and would else be read as time; it does not grow
-//! with speed, as a late clock does. The gap is followed as a play, through the crossing. Gauss-Newton from the start that `search` found, with weak priors (see the constants)
+//! with speed, as a late clock does. The gap is followed as a play, through the crossing. Reweighted rounds from the start that `search` found, with weak priors (see the constants)
 //! where a motion leaves these open. Readings farther out than [`OUTLIER`] robust deviations are left out.
 //!
 //! Intervals: the sandwich estimate with a Bartlett kernel (Newey and West 1987) over rows, its length by Andrews (1991), as what
@@ -18,8 +18,9 @@
 
 use super::search::Seen;
 use super::series::{Play, Series};
+use crate::numerics::least_squares::{Dense, Flow, LinearModel, Reweighted, TerminationReason, ridge_weights, rounds};
 use crate::numerics::normal::Z95;
-use crate::numerics::normal_equations::scaled_inverse;
+use crate::numerics::qr::Triangle;
 use crate::numerics::robust::MEDIAN_DISTANCE;
 use crate::numerics::{rigid, robust::median_of};
 use crate::robot::Robot;
@@ -45,6 +46,10 @@ const MOVES: f64 = 20.0;
 const STEP_S: f64 = 1e-8;
 /// A half gap up to this, rad or m, is none: its side is followed, its crossing is not.
 const NO_GAP: f64 = 1e-6;
+/// Share of what the rows know of a parameter by which a step is held back.
+const RIDGE: f64 = 1e-12;
+/// Readings that are decomposed together.
+const BLOCK: usize = 256;
 /// Offset, drift, rotation, translation, reflector.
 const COMMON: usize = 11;
 
@@ -143,7 +148,7 @@ impl State {
         Some(Row { residual: at - lever - self.shift, columns })
     }
 
-    fn moved(&mut self, step: &DVector<f64>) {
+    fn moved(&mut self, step: &[f64]) {
         let n = self.zero.len();
         self.offset_s += step[0];
         self.drift += step[1];
@@ -194,22 +199,15 @@ pub fn fit(robot: &Robot, commands: &Series, seen: &Seen, start_s: f64, stamps: 
         return Err(Failure::FewReadings(hi.saturating_sub(lo)));
     }
     let rows: Vec<usize> = (lo..hi).step_by((hi - lo).div_ceil(MOST_ROWS)).collect();
-    let mut state = begin(robot, commands, seen, &rows, start_s).ok_or(Failure::NoFrame)?;
-    let mut kept = vec![true; rows.len()];
-    let mut outcome = None;
-    for round in 0..ROUNDS {
-        let solved = Solved::at(&state, robot, commands, seen, &rows, &kept)?;
-        state.moved(&solved.step);
-        let still = solved.step[0].abs() < STEP_S && solved.step[1].abs() * (span.end - span.start) < STEP_S;
-        let dropped = round >= 3 && solved.drop_outliers(&mut kept);
-        // sides of a gap that flip to and fro at single rows move the clock by less than it is known
-        let wavers = || round + WAVERING >= ROUNDS && solved.step[0].abs() < WAVER * solved.half_95(stamps)[0];
-        if !dropped && round >= 3 && (still || wavers()) {
-            outcome = Some(solved);
-            break;
-        }
-    }
-    let solved = outcome.ok_or(Failure::NotSettled)?;
+    let state = begin(robot, commands, seen, &rows, start_s).ok_or(Failure::NoFrame)?;
+    let (kept, span_s) = (vec![true; rows.len()], span.end - span.start);
+    let mut clock = Clock { robot, commands, seen, stamps, span_s, rows, state, kept, solved: None };
+    let reason = rounds(&mut clock, ROUNDS)?;
+    let Clock { state, kept, solved, .. } = clock;
+    let solved = match reason {
+        TerminationReason::NotFinite => return Err(Failure::Open),
+        reason => solved.filter(|_| reason.converged()).ok_or(Failure::NotSettled)?,
+    };
     let [offset, drift] = solved.half_95(stamps);
     Ok(Fit {
         offset_s: Estimate { value: state.offset_s, half_95: offset },
@@ -246,9 +244,21 @@ fn begin(robot: &Robot, commands: &Series, seen: &Seen, rows: &[usize], start_s:
     })
 }
 
-/// The linear problem at a state, solved.
+/// The present estimate, and the readings that count.
+struct Clock<'a> {
+    robot: &'a Robot,
+    commands: &'a Series,
+    seen: &'a Seen<'a>,
+    stamps: [f64; 2],
+    span_s: f64,
+    rows: Vec<usize>,
+    state: State,
+    kept: Vec<bool>,
+    solved: Option<Solved>,
+}
+
+/// The linear problem at a state.
 struct Solved {
-    step: DVector<f64>,
     /// Influence of every row on offset and drift.
     influence: [Vec<f64>; 2],
     residual_m: Vec<Option<f64>>,
@@ -256,54 +266,86 @@ struct Solved {
     used: usize,
 }
 
-impl Solved {
-    fn at(
-        state: &State,
-        robot: &Robot,
-        commands: &Series,
-        seen: &Seen,
-        rows: &[usize],
-        kept: &[bool],
-    ) -> Result<Self, Failure> {
-        let size = COMMON + 2 * commands.channels();
+impl Reweighted for Clock<'_> {
+    type Model = Dense;
+    type Failure = Failure;
+
+    fn linearise(&mut self) -> Result<Dense, Failure> {
+        let Self { robot, commands, seen, state, .. } = self;
         let plays: Vec<Play> =
             state.gap.iter().enumerate().map(|(axis, gap)| commands.play(axis, gap.max(NO_GAP))).collect();
         let lines: Vec<Option<Row>> =
-            rows.iter().map(|&k| state.row(robot, commands, &plays, seen.t_s[k], &seen.at_m[k])).collect();
-        let used: Vec<&Row> = lines.iter().zip(kept).filter_map(|(l, keep)| l.as_ref().filter(|_| *keep)).collect();
+            self.rows.iter().map(|&k| state.row(robot, commands, &plays, seen.t_s[k], &seen.at_m[k])).collect();
+        let used: Vec<&Row> =
+            lines.iter().zip(&self.kept).filter_map(|(l, keep)| l.as_ref().filter(|_| *keep)).collect();
         if used.len() < FEWEST_ROWS {
             return Err(Failure::FewReadings(used.len()));
         }
-        let mut gram = DMatrix::<f64>::zeros(size, size);
-        let mut right = DVector::<f64>::zeros(size);
-        let mut squares = 0.0;
-        for row in &used {
-            squares += row.residual.norm_squared();
-            for i in 0..size {
-                right[i] += row.columns[i].dot(&row.residual);
-                for j in 0..=i {
-                    gram[(i, j)] += row.columns[i].dot(&row.columns[j]);
-                }
-            }
-        }
+        let squares: f64 = used.iter().map(|row| row.residual.norm_squared()).sum();
         let variance = squares / (3 * used.len()) as f64;
-        for (k, (value, precision)) in state.priors().into_iter().enumerate() {
-            gram[(k, k)] += variance * precision;
-            right[k] -= variance * precision * value;
+        let model = linear_model(&used, &state.priors(), variance).ok_or(Failure::Open)?;
+        let information = model.information();
+        if !information.is_full() {
+            return Err(Failure::Open);
         }
-        // only the lower triangle was summed
-        gram.fill_upper_triangle_with_lower_triangle();
-        let inverse = scaled_inverse(&gram, 1e-12).ok_or(Failure::Open)?.inverse;
-        let step = &inverse * &right;
         let influence = [0, 1].map(|p| {
-            let of =
-                |row: &&Row| -> f64 { (0..size).map(|k| inverse[(p, k)] * row.columns[k].dot(&row.residual)).sum() };
+            let inverse = information.inverse.row(p);
+            let of = |row: &&Row| -> f64 {
+                inverse.iter().zip(&row.columns).map(|(inverse, column)| inverse * column.dot(&row.residual)).sum()
+            };
             used.iter().map(of).collect()
         });
         let residual_m = lines.iter().map(|l| l.as_ref().map(|r| r.residual.norm())).collect();
-        Ok(Self { step, influence, residual_m, rms_m: variance.sqrt(), used: used.len() })
+        self.solved = Some(Solved { influence, residual_m, rms_m: variance.sqrt(), used: used.len() });
+        Ok(model)
     }
 
+    fn take(&mut self, _model: &Dense, step: &[f64], round: usize) -> Flow {
+        self.state.moved(step);
+        let Some(solved) = &self.solved else { return Flow::Abandon };
+        if round < 3 {
+            return Flow::Continue;
+        }
+        let still = step[0].abs() < STEP_S && step[1].abs() * self.span_s < STEP_S;
+        let dropped = solved.drop_outliers(&mut self.kept);
+        // sides of a gap that flip to and fro at single rows move the clock by less than it is known
+        let wavers = || round + WAVERING >= ROUNDS && step[0].abs() < WAVER * solved.half_95(self.stamps)[0];
+        if !dropped && (still || wavers()) { Flow::Reached } else { Flow::Continue }
+    }
+}
+
+/// Linear model of the rows and of the priors: each parameter's deviation from its prior with the inverse variance. Rows are decomposed
+/// in blocks in their order.
+fn linear_model(used: &[&Row], priors: &[(f64, f64)], variance: f64) -> Option<Dense> {
+    let size = priors.len();
+    let mut squared_norms: Vec<f64> = priors.iter().map(|(_, precision)| variance * precision).collect();
+    let mut blocks = Vec::new();
+    for part in used.chunks(BLOCK) {
+        let mut a = DMatrix::zeros(3 * part.len(), size);
+        for (i, row) in part.iter().enumerate() {
+            for (k, column) in row.columns.iter().enumerate() {
+                a.fixed_view_mut::<3, 1>(3 * i, k).copy_from(column);
+                squared_norms[k] += column.norm_squared();
+            }
+        }
+        let right = part.iter().flat_map(|row| row.residual.iter().copied());
+        blocks.push(Triangle::new(a, DVector::from_iterator(3 * part.len(), right)));
+    }
+    let mut a = DMatrix::zeros(2 * size, size);
+    let mut right = DVector::zeros(2 * size);
+    for (k, (value, precision)) in priors.iter().enumerate() {
+        a[(k, k)] = (variance * precision).sqrt();
+        right[k] = -a[(k, k)] * value;
+    }
+    let norms = squared_norms.iter().map(|v| v.sqrt());
+    for (k, weight) in ridge_weights(norms, RIDGE).into_iter().enumerate() {
+        a[(size + k, k)] = weight;
+    }
+    blocks.push(Triangle::new(a, right));
+    Dense::of_blocks(blocks)
+}
+
+impl Solved {
     /// Marks the readings that are far out; true where that changed something.
     fn drop_outliers(&self, kept: &mut [bool]) -> bool {
         let mut sizes: Vec<f64> = self.residual_m.iter().flatten().copied().collect();

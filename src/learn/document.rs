@@ -1,42 +1,94 @@
 //! What was learned, as JSON (`lostmotion/learning/1`) and as a table in the manner of Cursi (2022) Table II.
 
 use super::{LETTERS, Rmse, TrainingResult};
+use crate::error::Result;
 use crate::error::counted;
-use crate::gaps::file::number;
-use serde_json::{Map, Value, json};
+use crate::gaps::file::{number, value};
+use serde::Serialize;
+use serde_json::{Map, Value};
 use std::fmt::Write;
 
 /// The schema that the document names.
 pub const SCHEMA: &str = "lostmotion/learning/1";
 
+/// The document.
+#[derive(Serialize)]
+struct Learning<'a> {
+    schema: &'static str,
+    robot: Named<'a>,
+    kind: &'static str,
+    hidden: usize,
+    seed: u64,
+    rows: TrainAndTest<usize>,
+    coordinates: Map<String, Value>,
+    notes: &'a [String],
+}
+
+#[derive(Serialize)]
+struct Named<'a> {
+    name: &'a str,
+    sha256: &'a str,
+}
+
+#[derive(Serialize)]
+struct TrainAndTest<T> {
+    train: T,
+    test: T,
+}
+
+#[derive(Serialize)]
+struct Coordinate {
+    train: Option<RmseJson>,
+    test: Option<RmseJson>,
+    nominal: TrainAndTest<Option<RmseJson>>,
+    stop: Option<&'static str>,
+    steps: Option<usize>,
+}
+
+/// Root mean squares of the errors.
+#[derive(Serialize)]
+struct RmseJson {
+    position_mm: Value,
+    velocity_mm_s: Option<Value>,
+}
+
+impl RmseJson {
+    fn of(all: &[Rmse], k: usize) -> Option<Self> {
+        let r = all.get(k)?;
+        let velocity_mm_s = r.speed_m_s.map(|v| number(v * 1e3));
+        Some(Self { position_mm: number(r.position_m * 1e3), velocity_mm_s })
+    }
+}
+
 impl TrainingResult {
     /// The JSON document; lengths in mm, velocities in mm/s.
-    pub fn to_json(&self) -> Value {
-        let l = &self.learned;
-        let e = &l.evidence;
+    ///
+    /// # Errors
+    /// Internal, where it cannot be written as JSON.
+    pub fn to_json(&self) -> Result<Value> {
+        let (l, e) = (&self.learned, &self.learned.evidence);
+        let (train, test) = self.nominal.as_ref().map_or((&[][..], &[][..]), |n| (&n.train, &n.test));
         let mut coordinates = Map::new();
         for (k, &c) in l.coordinates.iter().enumerate() {
-            let of = |all: &[Rmse]| all.get(k).map_or(Value::Null, rmse);
-            let (train, test) = self.nominal.as_ref().map_or((&[][..], &[][..]), |n| (&n.train, &n.test));
             let t = self.training.get(k);
-            let one = json!({
-                "train": of(&e.train),
-                "test": of(&e.test),
-                "nominal": {"train": of(train), "test": of(test)},
-                "stop": t.map(|t| t.reason.text()),
-                "steps": t.map(|t| t.steps),
-            });
-            coordinates.insert(LETTERS[c].into(), one);
+            let one = Coordinate {
+                train: RmseJson::of(&e.train, k),
+                test: RmseJson::of(&e.test, k),
+                nominal: TrainAndTest { train: RmseJson::of(train, k), test: RmseJson::of(test, k) },
+                stop: t.map(|t| t.reason.text()),
+                steps: t.map(|t| t.steps),
+            };
+            coordinates.insert(LETTERS[c].into(), value(&one)?);
         }
-        json!({
-            "schema": SCHEMA,
-            "robot": {"name": l.robot_name, "sha256": l.robot_sha256},
-            "kind": l.kind.text(),
-            "hidden": l.networks.first().map_or(0, |n| n.hidden),
-            "seed": e.seed,
-            "rows": {"train": e.train_rows, "test": e.test_rows},
-            "coordinates": coordinates,
-            "notes": self.notes,
+        value(&Learning {
+            schema: SCHEMA,
+            robot: Named { name: &l.robot_name, sha256: &l.robot_sha256 },
+            kind: l.kind.text(),
+            hidden: l.networks.first().map_or(0, |n| n.hidden),
+            seed: e.seed,
+            rows: TrainAndTest { train: e.train_rows, test: e.test_rows },
+            coordinates,
+            notes: &self.notes,
         })
     }
 
@@ -72,8 +124,4 @@ impl TrainingResult {
         }
         text
     }
-}
-
-fn rmse(r: &Rmse) -> Value {
-    json!({"position_mm": number(r.position_m * 1e3), "velocity_mm_s": r.speed_m_s.map(|v| number(v * 1e3))})
 }

@@ -6,6 +6,8 @@
 //!
 //! Tests hold every sample and every robot of the library against its schema, and that a misspelt key is refused by both.
 
+#![warn(missing_docs)]
+
 use crate::effects::catalogue;
 use crate::robot::file::RobotFile;
 use crate::{compensator, gaps, join, log::columns, model, robot};

@@ -3,11 +3,12 @@
 use super::LETTERS;
 use super::follow::{Bound, Tracked};
 use super::path::Path;
-use crate::error::counted;
+use crate::error::{Result, counted};
 use crate::gaps::LogRef;
-use crate::gaps::file::number;
+use crate::gaps::file::{number, value};
 use crate::robot::Robot;
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::{Map, Value};
 use std::fmt::Write;
 
 /// The schema that the document names.
@@ -24,6 +25,31 @@ pub struct Origin {
     pub file: Option<LogRef>,
 }
 
+/// The document.
+#[derive(Serialize)]
+struct Tracking<'a> {
+    schema: &'static str,
+    robot: Source<'a>,
+    path: Source<'a>,
+    kinematics: &'a str,
+    kinematics_file: Option<Source<'a>>,
+    method: &'a str,
+    coordinates: Vec<&'static str>,
+    points: usize,
+    duration_s: Option<Value>,
+    mean_error_mm: Value,
+    max_error_mm: Value,
+    between_points_mm: Value,
+    joints: Vec<Map<String, Value>>,
+}
+
+/// A file that something comes from.
+#[derive(Serialize)]
+struct Source<'a> {
+    name: &'a str,
+    sha256: &'a str,
+}
+
 impl Tracked {
     /// Mean distance from the path, m.
     pub fn mean_error_m(&self) -> f64 {
@@ -36,30 +62,34 @@ impl Tracked {
     }
 
     /// The JSON document; lengths in mm.
-    pub fn to_json(&self, robot: &Robot, path: &Path, origin: &Origin, method: &str) -> Value {
+    ///
+    /// # Errors
+    /// Internal, where it cannot be written as JSON.
+    pub fn to_json(&self, robot: &Robot, path: &Path, origin: &Origin, method: &str) -> Result<Value> {
         let joints = robot.axis_joints().enumerate().map(|(a, j)| {
             let edge = |v: f64| j.kind.to_user_unit(v);
             let ends = self.q.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], q| [l.min(q[a]), h.max(q[a])]);
-            json!({
-                "joint": j.name,
-                format!("range_{}", j.kind.unit()): ends.map(|v| number(edge(v))),
-                format!("max_speed_{}_s", j.kind.unit()): number(edge(self.speed[a])),
-            })
+            // these keys carry the unit of the joint
+            let mut one = Map::new();
+            one.insert("joint".into(), j.name.clone().into());
+            one.insert(format!("range_{}", j.kind.unit()), ends.iter().map(|v| number(edge(*v))).collect());
+            one.insert(format!("max_speed_{}_s", j.kind.unit()), number(edge(self.speed[a])));
+            one
         });
-        json!({
-            "schema": SCHEMA,
-            "robot": {"name": robot.name, "sha256": robot.fingerprint()},
-            "path": {"name": path.name, "sha256": path.sha256},
-            "kinematics": origin.by,
-            "kinematics_file": origin.file.as_ref().map(|f| json!({"name": f.name, "sha256": f.sha256})),
-            "method": method,
-            "coordinates": path.coordinates.iter().map(|&c| LETTERS[c]).collect::<Vec<_>>(),
-            "points": self.q.len(),
-            "duration_s": self.t_s.last().zip(self.t_s.first()).map(|(b, a)| number(b - a)),
-            "mean_error_mm": number(self.mean_error_m() * 1e3),
-            "max_error_mm": number(self.largest_error_m() * 1e3),
-            "between_points_mm": number(self.between_m * 1e3),
-            "joints": joints.collect::<Vec<_>>(),
+        value(&Tracking {
+            schema: SCHEMA,
+            robot: Source { name: &robot.name, sha256: &robot.fingerprint() },
+            path: Source { name: &path.name, sha256: &path.sha256 },
+            kinematics: &origin.by,
+            kinematics_file: origin.file.as_ref().map(|f| Source { name: &f.name, sha256: &f.sha256 }),
+            method,
+            coordinates: path.coordinates.iter().map(|&c| LETTERS[c]).collect(),
+            points: self.q.len(),
+            duration_s: self.t_s.last().zip(self.t_s.first()).map(|(b, a)| number(b - a)),
+            mean_error_mm: number(self.mean_error_m() * 1e3),
+            max_error_mm: number(self.largest_error_m() * 1e3),
+            between_points_mm: number(self.between_m * 1e3),
+            joints: joints.collect(),
         })
     }
 

@@ -29,6 +29,7 @@ pub struct Options {
     pub highest: Option<usize>,
     /// This degree, whatever the tests say.
     pub degree: Option<usize>,
+    /// From which the scatter was estimated.
     pub errors: Errors,
 }
 

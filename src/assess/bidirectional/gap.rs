@@ -15,7 +15,7 @@ use crate::effects::{BacklashPosition, BacklashSpeed, EffectInstance, GapCurve};
 use crate::error::{Error, Place, Result};
 use crate::gaps::{GapPoint, Gaps, JointGap, LogRef};
 use crate::numerics::{legendre, student};
-use crate::robot::{JointKind, Robot};
+use crate::robot::Robot;
 
 /// Knots of a curve that had to be cut at 0.
 const KNOTS: usize = 41;
@@ -24,7 +24,6 @@ const KNOTS: usize = 41;
 #[derive(Debug, Clone, Copy)]
 pub struct Mapping {
     pub axis: usize,
-    pub kind: JointKind,
     /// Metres of the line per radian; 1 for a prismatic joint. Negative: the joint falls where the position rises.
     pub lever: f64,
     /// Position of the joint (rad or m) where the line's position is 0.

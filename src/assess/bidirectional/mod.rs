@@ -13,19 +13,19 @@
 //! Files beside:
 //! - `digits`: numbers as a report prints them
 
-pub mod columns;
-pub mod data;
-pub mod degree;
-pub mod digits;
-pub mod direction;
-pub mod document;
+pub(crate) mod columns;
+pub(crate) mod data;
+pub(crate) mod degree;
+pub(crate) mod digits;
+pub(crate) mod direction;
+pub(crate) mod document;
 pub mod equation;
-pub mod gap;
+pub(crate) mod gap;
 pub mod model;
-pub mod poses;
+pub(crate) mod poses;
 pub mod readings;
-pub mod state;
-pub mod terms;
+pub(crate) mod state;
+pub(crate) mod terms;
 
 pub use data::{Errors, Options};
 pub use model::Model;
@@ -39,14 +39,19 @@ use state::States;
 /// Why an assessment gives no gap.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Refusal {
+    /// The difference of the directions has the sign that no play gives.
     #[error(
         "forward readings lie {:.1} um {} backward ones on average, which is no play of the joint: it would lag behind in both directions",
         1e6 * backlash_m.abs(), if *backlash_m > 0.0 { "above" } else { "below" }
     )]
-    NoPlay { backlash_m: f64 },
+    NoPlay {
+        /// Mean of forward minus backward, m.
+        backlash_m: f64,
+    },
     #[error(
         "no speed changes the backlash significantly: `backlash_speed` would have no slope (use backlash_position)"
     )]
+    /// No slope of the backlash over speed is significant.
     NoSlope,
 }
 
@@ -59,18 +64,27 @@ impl From<Refusal> for Error {
 /// The whole result; SI.
 #[derive(Debug, Clone)]
 pub struct Assessment {
+    /// Name of the file with the readings.
     pub file: String,
+    /// SHA-256 of that file, hexadecimal.
     pub sha256: String,
     /// Readings that were used, and those that are missing.
     pub used: usize,
+    /// Number of readings without a value.
     pub missing: usize,
+    /// States of the machine (temperature, load) in which it was measured.
     pub states: States,
     /// States in the order of the report, the reference first.
     pub order: Vec<usize>,
+    /// Every position in every state.
     pub poses: Vec<Pose>,
+    /// Mean backlash of the line in every state.
     pub lines: Vec<Line>,
+    /// Curve of the backlash over position and state; none with too few positions.
     pub model: Option<Model>,
+    /// Level of significance of all tests.
     pub alpha: f64,
+    /// What a reader should know.
     pub notes: Vec<String>,
 }
 

@@ -36,15 +36,18 @@ pub struct Block {
     pub legendre: Vec<f64>,
     /// The same as coefficients of powers of the position, in m over m to the power.
     pub powers: Vec<f64>,
+    /// 95 % intervals of the coefficients, m over m to the power.
     pub ci95: Vec<[f64; 2]>,
 }
 
 /// The final model.
 #[derive(Debug, Clone)]
 pub struct Model {
+    /// Number of the state that the others are compared with.
     pub reference: usize,
     /// Positions that were measured.
     pub range_m: [f64; 2],
+    /// Degree of the polynomial over position.
     pub degree: usize,
     /// The degree was given by the user.
     pub given: bool,
@@ -54,8 +57,11 @@ pub struct Model {
     pub lack_of_fit: Vec<LackOfFit>,
     /// p value of the test that the backlash is the same at all poses of the reference.
     pub varies_p_value: Option<f64>,
+    /// Student's tests of the coefficients by which states differ.
     pub tests: Vec<StateTest>,
+    /// The curve of the reference state, then what each other state adds.
     pub blocks: Vec<Block>,
+    /// Scatter by which coefficients are judged.
     pub scatter: Scatter,
     /// Lack of fit of the final model over all states, where there are several.
     pub all_states: Option<LackOfFit>,

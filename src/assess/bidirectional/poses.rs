@@ -55,9 +55,13 @@ pub struct Backlash {
 /// A pose in one state.
 #[derive(Debug, Clone)]
 pub struct Pose {
+    /// Number of its state.
     pub state: usize,
+    /// Commanded position on the line, m.
     pub position_m: f64,
+    /// Readings that were approached with rising positions.
     pub forward: Option<Way>,
+    /// Readings that were approached with falling positions.
     pub backward: Option<Way>,
     /// Backlash of each repeat that has both directions.
     pub pairs_m: Vec<f64>,
@@ -65,6 +69,7 @@ pub struct Pose {
     pub unpaired: usize,
     /// Pairs were made by order, not by the name of the repeat.
     pub by_order: bool,
+    /// Mean difference of the two directions, with its interval.
     pub backlash: Option<Backlash>,
 }
 
@@ -143,16 +148,21 @@ pub fn group(readings: &Readings, order: &[usize]) -> Vec<Pose> {
 /// What the poses of a state say together.
 #[derive(Debug, Clone)]
 pub struct Line {
+    /// Number of the state.
     pub state: usize,
     /// Mean of the poses' backlash.
     pub mean_m: f64,
     /// Of the mean, the poses taken for a sample: what differs from pose to pose counts as scatter.
     pub ci95_m: Option<[f64; 2]>,
+    /// Student's t of the mean; none without scatter.
     pub t: Option<f64>,
+    /// Degrees of freedom of the mean.
     pub dof: f64,
+    /// Two-sided p value of the mean; none without scatter.
     pub p_value: Option<f64>,
     /// Largest bidirectional repeatability, with the factors 3 and 2.
     pub bidirectional_m: Option<f64>,
+    /// Bidirectional repeatability with the coverage of ISO 230-2, m.
     pub bidirectional_iso230_m: Option<f64>,
     /// Poses whose own interval excludes 0, and poses that have one.
     pub poses_beyond: [usize; 2],

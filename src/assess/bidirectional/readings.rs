@@ -33,7 +33,9 @@ const SHORT_LINE_M: f64 = 5e-3;
 pub struct Reading {
     /// Line of the file, from 1.
     pub line: u64,
+    /// Commanded position, m.
     pub position_m: f64,
+    /// Whether the position was approached with rising values.
     pub forward: bool,
     /// Name of the repeat; `None`: not given.
     pub repeat: Option<String>,
@@ -46,12 +48,17 @@ pub struct Reading {
 /// A whole file.
 #[derive(Debug, Clone)]
 pub struct Readings {
+    /// Name of the file.
     pub name: String,
+    /// SHA-256 of the file, hexadecimal.
     pub sha256: String,
+    /// Readings in the order of the file.
     pub rows: Vec<Reading>,
+    /// States of the machine that the file names.
     pub states: States,
     /// Readings that are missing.
     pub missing: usize,
+    /// What a reader should know of the file.
     pub notes: Vec<String>,
 }
 

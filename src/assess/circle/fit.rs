@@ -8,9 +8,11 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 /// Circle in space, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CircleFit {
+    /// Centre of the circle, m.
     pub centre_m: Vector3<f64>,
     /// Unit normal of its plane.
     pub normal: Vector3<f64>,
+    /// Radius of the circle, m.
     pub radius_m: f64,
     /// A point of the plane from which out-of-plane errors count: the mean of the points.
     pub mean_m: Vector3<f64>,

@@ -22,26 +22,41 @@ const TOO_FAR: f64 = 0.05;
 /// Errors of one log; metres.
 #[derive(Debug, Clone)]
 pub struct Measured {
+    /// Name of the log.
     pub name: String,
+    /// SHA-256 of the log, hexadecimal.
     pub sha256: String,
     /// Rows assessed, and the rows over which errors were averaged.
     pub rows: usize,
+    /// Number of rows that each point of the trace averages.
     pub averaged_rows: usize,
     /// Phases that the rows cover.
     pub covered_deg: [f64; 2],
+    /// Circle through the measured points.
     pub circle: CircleFit,
+    /// Root mean square distance that the registration to the robot's frame leaves, m.
     pub registration_rms_m: f64,
+    /// Largest distance from the best-fit circle, m.
     pub total_max_m: f64,
+    /// Root mean square distance from the best-fit circle, m.
     pub total_rms_m: f64,
+    /// Largest radial deviation in the plane of the circle, m.
     pub in_plane_max_m: f64,
+    /// Root mean square radial deviation in the plane of the circle, m.
     pub in_plane_rms_m: f64,
+    /// Largest deviation across the plane of the circle, m.
     pub out_of_plane_max_m: f64,
+    /// Root mean square deviation across the plane of the circle, m.
     pub out_of_plane_rms_m: f64,
+    /// Largest distance from the circle beyond what the program's own chords leave, m.
     pub beyond_nominal_max_m: f64,
+    /// Root mean square distance from the circle beyond what the program's own chords leave, m.
     pub beyond_nominal_rms_m: f64,
     /// One per reversal of [`Nominal::reversals`], in that order.
     pub reversals: Vec<ReversalError>,
+    /// Deviations over the angle, for pictures.
     pub trace: Trace,
+    /// What a reader should know of the log.
     pub notes: Vec<String>,
     pub(super) totals_m: Vec<f64>,
 }
@@ -49,23 +64,33 @@ pub struct Measured {
 /// Largest errors within the window of a reversal; `None` where the log has no row there.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ReversalError {
+    /// Distance from the best-fit circle, m.
     pub total_m: Option<f64>,
+    /// Radial deviation in the plane of the circle, m.
     pub in_plane_m: Option<f64>,
+    /// Deviation across the plane of the circle, m.
     pub out_of_plane_m: Option<f64>,
+    /// Distance beyond what the program's own chords leave, m.
     pub beyond_nominal_m: Option<f64>,
 }
 
 /// At most 4,000 rows in order, for drawing; averaged errors.
 #[derive(Debug, Clone, Default)]
 pub struct Trace {
+    /// Angle on the circle by the program, deg.
     pub phase_deg: Vec<f64>,
+    /// Radial deviation in the plane, m.
     pub in_plane_m: Vec<f64>,
+    /// Deviation across the plane, m.
     pub out_of_plane_m: Vec<f64>,
+    /// Radial deviation beyond that of the program's chords, m.
     pub beyond_in_plane_m: Vec<f64>,
+    /// Deviation across the plane beyond that of the program's chords, m.
     pub beyond_out_of_plane_m: Vec<f64>,
     /// Point of the best-fit circle in the base frame, and the error vector there: `ideal + k * error` is the path drawn
     /// k times too far off.
     pub ideal_m: Vec<Vector3<f64>>,
+    /// Error vector at each of these points, base frame, m.
     pub error_m: Vec<Vector3<f64>>,
 }
 

@@ -17,11 +17,11 @@
 //! - [`joints`]: joint errors against the nominal program at the same place.
 //! - [`document`]: the result as JSON.
 
-pub mod document;
-pub mod fit;
-pub mod joints;
-pub mod measured;
-pub mod nominal;
+pub(crate) mod document;
+pub(crate) mod fit;
+pub(crate) mod joints;
+pub(crate) mod measured;
+pub(crate) mod nominal;
 
 pub use fit::CircleFit;
 pub use measured::{Measured, ReversalError, Trace};
@@ -41,9 +41,13 @@ pub const WINDOW_DEG: [f64; 2] = [-0.9, 7.2];
 /// One circle, before and maybe after.
 #[derive(Debug, Clone)]
 pub struct Assessment {
+    /// The circle as it was commanded.
     pub nominal: Nominal,
+    /// The log without compensation.
     pub before: Measured,
+    /// The log with compensation, where one was given.
     pub after: Option<Measured>,
+    /// How often deviations of each size occur, before and after.
     pub histogram: Histogram,
     /// What cannot be determined, and why.
     pub notes: Vec<String>,
@@ -52,8 +56,11 @@ pub struct Assessment {
 /// Total errors of all rows, counted in bins from 0.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Histogram {
+    /// Width of a class, m.
     pub width_m: f64,
+    /// Number of rows in each class without compensation.
     pub before: Vec<u64>,
+    /// Number of rows in each class with compensation; empty without such a log.
     pub after: Vec<u64>,
 }
 

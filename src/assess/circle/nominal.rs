@@ -43,20 +43,24 @@ pub struct NominalReversal {
 /// What the program says about the circle.
 #[derive(Debug, Clone)]
 pub struct Nominal {
+    /// Circle through the commanded points.
     pub circle: CircleFit,
     /// Directions of angle 0 and 90 degrees.
     zero: Vector3<f64>,
     quarter: Vector3<f64>,
     /// +1 where the angle rises along the program, else -1.
     pub sense: f64,
+    /// Angle at which the path starts, deg.
     pub start_phase_deg: f64,
     /// Travel of the whole program on the circle.
     pub travel_deg: f64,
     /// Phases that are assessed: the last revolution, or the whole arc.
     pub from_deg: f64,
+    /// Phase at which the assessed part ends, deg.
     pub to_deg: f64,
     /// Error of the path itself, its chords, against its own best-fit circle.
     pub chord: Chord,
+    /// Reversals of joints along the path, in their order.
     pub reversals: Vec<NominalReversal>,
 }
 

@@ -13,13 +13,13 @@
 //! - `screen`: screening: what each candidate would explain of the whitened residual beyond the present effects and the frames
 //! - `structure`: is there structure in the residual that no effect was asked for? A test without the catalogue
 
-pub mod basis;
-pub mod cache;
-pub mod held;
-pub mod screen;
-pub mod sensitivities;
-pub mod spectrum;
-pub mod structure;
+pub(crate) mod basis;
+pub(crate) mod cache;
+pub(crate) mod held;
+pub(crate) mod screen;
+pub(crate) mod sensitivities;
+pub(crate) mod spectrum;
+pub(crate) mod structure;
 
 use crate::diagnose::problem::forward::{Hypothesis, Problem, State};
 use crate::effects::candidate::AxisSurvey;

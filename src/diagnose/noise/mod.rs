@@ -11,7 +11,7 @@
 //! Files beside:
 //! - `whitening`: the noise of all groups of observations, and the filters that whiten the long vector by it
 
-pub mod whitening;
+pub(crate) mod whitening;
 
 use crate::diagnose::problem::layout::Group;
 
@@ -42,6 +42,7 @@ pub(in crate::diagnose) fn least_sigma(group: &Group) -> f64 {
 }
 
 impl Noise {
+    /// Uncorrelated noise of standard deviation `sigma`, in the unit of the residuals (m, rad).
     pub fn white(sigma: f64) -> Self {
         Self { sigma, phi: 0.0, share: 0.0 }
     }

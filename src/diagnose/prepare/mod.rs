@@ -9,7 +9,7 @@
 //! - `thin`: long logs: means over runs of rows, and the commands within a run for what remembers the way
 //! - `sensors`: which channel drives the gears: the commands, or the encoders on the motors
 
-pub mod sensors;
+pub(crate) mod sensors;
 mod thin;
 
 use crate::diagnose::noise;

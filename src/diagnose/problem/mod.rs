@@ -4,11 +4,11 @@
 //! to the observations; [`fine`], the same between the rows of a thinned log; `nuisance`, the same of frames and zeros; [`normal`], products and bases of long columns; [`residual`], its size;
 //! [`synthetic`], a problem of commands alone, for planning an experiment.
 
-pub mod fine;
-pub mod forward;
-pub mod layout;
-pub mod normal;
+pub(crate) mod fine;
+pub(crate) mod forward;
+pub(crate) mod layout;
+pub(crate) mod normal;
 mod nuisance;
-pub mod recording;
-pub mod residual;
+pub(crate) mod recording;
+pub(crate) mod residual;
 pub mod synthetic;

@@ -19,24 +19,34 @@ pub const SCHEMA: &str = "lostmotion/diagnosis/1";
 /// What `diagnose --json` prints. Micrometres are rms per coordinate.
 #[derive(Debug, Clone, Serialize)]
 pub struct Diagnosis {
+    /// Name and version of the document's form.
     pub schema: &'static str,
+    /// What the log shows.
     pub verdict: Verdict,
+    /// Number of rows that were used.
     pub samples: usize,
     /// Samples left out because they disagree with their neighbours.
     pub outliers: usize,
+    /// Noise of the measurements.
     pub noise: NoiseFound,
+    /// Residual of the model as given, with nuisances refitted, and with the effects found.
     pub gap: Gap,
+    /// What was tried in each round, best first.
     pub rounds: Vec<Round>,
     /// Effects that a round named and a later one put aside.
     pub put_aside: Vec<PutAside>,
     /// What all geometry together does to the TCP, as `tcp_um` of a round.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub geometry_tcp_um: Option<f64>,
+    /// Effects that were found, as in a model file, with intervals.
     pub effects: Vec<Value>,
+    /// How much structure is left, and with what it goes, where the verdict is `unknown`.
     pub unexplained: Option<Unexplained>,
     /// What remains beside the named effects.
     pub remainder: Option<Unexplained>,
+    /// Effects that this log does not show whatever their size.
     pub blind_spots: Vec<Value>,
+    /// What a reader should know.
     pub notes: Vec<String>,
     /// The logs contradict what the model takes as known; the first notes say how.
     #[serde(skip)]

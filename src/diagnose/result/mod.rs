@@ -3,8 +3,10 @@
 //! Read in this order: [`document`], the document; `round`, a found effect of it; [`words`], its keys and sizes in words;
 //! [`display`], for a terminal; [`traces`], for a page.
 
-pub mod display;
-pub mod document;
+pub(crate) mod display;
+pub(crate) mod document;
 mod round;
-pub mod traces;
-pub mod words;
+pub(crate) mod traces;
+pub(crate) mod words;
+
+pub use document::of;

@@ -12,7 +12,7 @@ use crate::diagnose::search::finding::{Refined, Step, flat};
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::geometry;
 use crate::diagnose::search::{Asked, MOST_EFFECTS, Search};
-use crate::effects::{EffectInstance, TimeOffset};
+use crate::effects::{EffectInstance, Nature};
 
 /// Merit (2 ln L less the price of the parameters) by which another effect must be better to take the place of a found one.
 const BETTER: f64 = 2.0;
@@ -175,7 +175,7 @@ impl Search<'_> {
         let (_, base) = self.without(fit, k, whitening);
         let old = fit.hypothesis.effects[fit.free[k]].clone();
         let mut alternatives = self.refine(&base, whitening, &in_place_of(&old, fit.cost));
-        if old.effect.is::<TimeOffset>()
+        if old.effect.nature() == Nature::Clock
             && let Some(own) = alternatives.iter().find(|r| r.effect == old.effect.name())
             && let Some(lag) = across::common_lag(self.problem, &base, whitening, &own.placed[0], own.gain)
         {

@@ -17,7 +17,9 @@ use std::cell::RefCell;
 /// A hypothesis refitted, with what it leaves.
 #[derive(Debug, Clone)]
 pub struct Fit {
+    /// Effects with their fitted values.
     pub hypothesis: Hypothesis,
+    /// Prediction and residuals at these values.
     pub state: State,
     /// Effects that were free: index into the hypothesis' effects, in the order of the columns.
     pub free: Vec<usize>,
@@ -25,6 +27,7 @@ pub struct Fit {
     pub cost: f64,
     /// Covariance of the free parameters (effects in order, each with all its values; then the nuisance).
     pub covariance: DMatrix<f64>,
+    /// Whether the fit met its criterion; where it did not, intervals are not given.
     pub converged: bool,
 }
 
@@ -45,7 +48,9 @@ impl Fit {
 /// Normal prior of the free values: precision (1 over the variance; 0: none) and centre of each, in the order of the columns.
 #[derive(Debug, Clone, Default)]
 pub struct Prior {
+    /// Precision of each value, 1 over its variance in SI; 0: no prior.
     pub precision: Vec<f64>,
+    /// Value about which each prior stands, SI.
     pub centre: Vec<f64>,
 }
 

@@ -31,25 +31,25 @@
 //!   wrong
 //! - `unnamed`: structure that no effect names, as curves: `empirical` terms, as few and as smooth as held-out blocks support
 
-pub mod across;
-pub mod arm;
-pub mod contradiction;
-pub mod course;
-pub mod direction;
-pub mod doubt;
-pub mod finding;
+pub(crate) mod across;
+pub(crate) mod arm;
+pub(crate) mod contradiction;
+pub(crate) mod course;
+pub(crate) mod direction;
+pub(crate) mod doubt;
+pub(crate) mod finding;
 pub mod fit;
-pub mod freed;
-pub mod geometry;
-pub mod outcome;
-pub mod precise;
-pub mod prepared;
-pub mod remaining;
-pub mod sandwich;
-pub mod story;
-pub mod supported;
-pub mod together;
-pub mod unnamed;
+pub(crate) mod freed;
+pub(crate) mod geometry;
+pub(crate) mod outcome;
+pub(crate) mod precise;
+pub(crate) mod prepared;
+pub(crate) mod remaining;
+pub(crate) mod sandwich;
+pub(crate) mod story;
+pub(crate) mod supported;
+pub(crate) mod together;
+pub(crate) mod unnamed;
 
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::basis::BasisGroup;

@@ -13,12 +13,17 @@ use crate::diagnose::search::together::share::Story;
 
 /// What the search ends with.
 pub struct Outcome {
+    /// Logs and model that were diagnosed.
     pub problem: Problem,
+    /// Everything that was tried.
     pub candidates: Vec<Candidate>,
+    /// Effects that were added, in their order.
     pub steps: Vec<Step>,
+    /// Fit of the last round.
     pub fit: Fit,
     /// Number of known effects: the first of the hypothesis.
     pub known: usize,
+    /// Noise model of the last round.
     pub whitening: Whitening,
     /// The geometry of a real arm, found as one: the first of the free effects.
     pub group: Option<geometry::Group>,
@@ -28,6 +33,7 @@ pub struct Outcome {
     pub alternatives: Vec<Vec<Alternative>>,
     /// Sizes and nested fits where everything was fitted together.
     pub told: Option<Story>,
+    /// Test of what the effects leave.
     pub structure: Tested,
     /// Structure that remains, if it is more than chance.
     pub remains: Option<Ratio>,
@@ -35,6 +41,7 @@ pub struct Outcome {
     pub next: Option<Next>,
     /// Screening at the end: what is left and what would have been seen.
     pub last: Vec<Score>,
+    /// Number of rows that were left out as gross errors.
     pub outliers: usize,
     /// What the logs say against what was taken as known.
     pub contradictions: Vec<Contradiction>,
@@ -42,10 +49,13 @@ pub struct Outcome {
     pub further: Option<Next>,
     /// rms of the residual: as given, with the frame refitted; and the largest as given.
     pub rms_given: f64,
+    /// Largest residual as given, m or rad.
     pub max_given: f64,
+    /// Root mean square residual with the frame refitted, m or rad.
     pub rms_nuisance: f64,
     /// rms of what the named effects leave: curves without a name may describe more of it.
     pub rms_named: f64,
+    /// Prediction with the frame refitted.
     pub state_nuisance: State,
     /// Price of a parameter in 2 ln L.
     pub price: f64,

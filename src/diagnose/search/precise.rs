@@ -8,9 +8,7 @@ use crate::diagnose::problem::recording::Recording;
 use crate::diagnose::search::finding::Refined;
 use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::freed;
-use crate::effects::{
-    AxisCoupling, BacklashPosition, EffectInstance, EncoderScale, Hysteresis, MaxwellSlip, TransmissionError,
-};
+use crate::effects::{EffectInstance, Nature};
 
 /// Noise of what a fit leaves. Joint sensors are so precise that structure remains: taken for slow noise it would swallow
 /// the next effect, so they are freed of the whole basis each time.
@@ -29,10 +27,8 @@ pub(in crate::diagnose) fn noise_left(
 /// Does it follow the position, as the wind-up under gravity does? So does a hysteresis whose transition no pose samples, and a
 /// ripple among few poses.
 fn follows_position(placed: &EffectInstance) -> bool {
-    let e = &placed.effect;
-    let winds = e.is::<Hysteresis>() || e.is::<MaxwellSlip>();
-    let periodic = e.is::<TransmissionError>();
-    winds || periodic || e.is::<EncoderScale>() || e.is::<AxisCoupling>() || e.is::<BacklashPosition>()
+    use Nature::{Coupling, GapOverPosition, Ripple, Scale, WindUp};
+    matches!(placed.effect.nature(), WindUp | Ripple | Scale | Coupling | GapOverPosition)
 }
 
 /// Joint sensors at settled poses of an arm whose masses are not known: what follows the position may be gravity, which cannot
@@ -53,7 +49,7 @@ pub(in crate::diagnose) fn determined(problem: &Problem, r: &Refined) -> bool {
     if may_be_gravity(problem, r) {
         return false;
     }
-    if problem.recording() != Recording::JointSensors || !r.placed.iter().any(|p| p.effect.is::<TransmissionError>()) {
+    if problem.recording() != Recording::JointSensors || !r.placed.iter().any(|p| p.effect.nature() == Nature::Ripple) {
         return true;
     }
     let k = r.fit.free.len().saturating_sub(1);

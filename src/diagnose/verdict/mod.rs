@@ -17,11 +17,17 @@ pub const MDB: f64 = 4.13;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
+    /// The model explains the log: nothing is left but noise.
     None,
+    /// The effects are named, and none has an alternative.
     Named,
+    /// At least one effect cannot be told from an alternative with these logs.
     NamedSet,
+    /// Structure remains that no effect of the catalogue describes, or the log contradicts what is taken as known.
     Unknown,
+    /// No joint moves, and no measured torque changes.
     NotObservable,
+    /// Units, axes, times or columns cannot be right.
     BadData,
 }
 

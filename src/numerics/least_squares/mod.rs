@@ -13,6 +13,7 @@
 //! - [`products`]: the linear model of a structured or partitioned Jacobian, by its products and a correction with the
 //!   Jacobian itself;
 //! - [`function`]: the plain case, residuals and Jacobian as functions of a vector with bounds;
+//! - [`reweighted`]: linear fits in rounds whose weights are estimated anew;
 //! - [`information`]: rank, condition, covariance.
 //!
 //! Assumptions: residuals are differentiable where the fit goes. It finds the minimum into whose valley it starts.
@@ -39,6 +40,7 @@ pub mod function;
 pub mod information;
 pub mod problem;
 pub mod products;
+pub mod reweighted;
 pub mod solve;
 
 pub use dense::Dense;
@@ -46,4 +48,5 @@ pub use function::Function;
 pub use information::Information;
 pub use problem::{Flow, LinearModel, Problem, Progress};
 pub use products::Products;
+pub use reweighted::{Reweighted, ridge_weights, rounds};
 pub use solve::{Criterion, Options, Scaling, Solution, TerminationReason, minimise};

@@ -41,6 +41,14 @@ fn forward(chain: &[Element], q: &[f64]) -> Isometry3<f64> {
     chain.iter().zip(positions(chain, q)).fold(Isometry3::identity(), |t, (e, q)| t * e.origin * motion(e, q))
 }
 
+/// A joint follows one that does not stand on the chain.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("joint `{joint}` mimics `{driver}`, which is not on the chain")]
+pub(super) struct MimicsElsewhere {
+    joint: String,
+    driver: String,
+}
+
 /// The robot of a chain whose link `flange` is the flange, in the world that stands at `world` in the root link.
 pub(super) fn build(
     title: &str,
@@ -48,7 +56,7 @@ pub(super) fn build(
     masses: &[Option<Inertia>],
     flange: &str,
     world: &Isometry3<f64>,
-) -> Result<Robot, String> {
+) -> Result<Robot, MimicsElsewhere> {
     let moving: Vec<usize> = (0..chain.len()).filter(|&k| chain[k].kind.is_some()).collect();
     // frames at the zero configuration: before each joint's motion (its axis), and after it (its link)
     let at_zero = positions(chain, &vec![0.0; moving.len()]);
@@ -69,8 +77,8 @@ pub(super) fn build(
         let follows = match &e.mimic {
             Some((driver, ratio, _)) => {
                 let joint = moving.iter().position(|&m| chain[m].name == *driver && chain[m].mimic.is_none());
-                let joint =
-                    joint.ok_or_else(|| format!("joint `{}` mimics `{driver}`, which is not on the chain", e.name))?;
+                let elsewhere = || MimicsElsewhere { joint: e.name.clone(), driver: driver.clone() };
+                let joint = joint.ok_or_else(elsewhere)?;
                 Some(Follow { joint, ratio: *ratio })
             }
             None => None,

@@ -86,7 +86,7 @@ pub fn read(name: &str, text: &str, tip: Option<&str>) -> Result<FromUrdf> {
     let title = root.attribute("name").unwrap_or("robot");
     let at = world.as_ref().map_or_else(Isometry3::identity, |w| w.1);
     let robot = chain::build(title, &chain, &masses, &flange, &at)
-        .map_err(|what| reader.bad(root, what, "a chain of revolute and prismatic joints"))?;
+        .map_err(|what| reader.bad(root, what.to_string(), "a chain of revolute and prismatic joints"))?;
     let largest_error = chain::compare(&robot, &chain, &at);
     let world = world.map(|w| w.0);
     Ok(FromUrdf { robot, tip, flange, world, snapped: reader.snapped, largest_error })

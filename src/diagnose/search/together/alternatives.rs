@@ -7,7 +7,7 @@ use super::{MachineFit, considered, members};
 use crate::diagnose::candidates::sensitivities::effect_columns;
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::search::finding::Alternative;
-use crate::effects::{Decay, Effect, EffectInstance, Hysteresis, MaxwellSlip, Stiction, Target};
+use crate::effects::{Decay, Effect, EffectInstance, Hysteresis, Nature, Stiction, Target};
 use rayon::prelude::*;
 
 /// Presliding travels that are tried, deg or mm.
@@ -37,7 +37,7 @@ pub fn of(problem: &Problem, machine: &MachineFit, support: &[f64]) -> Vec<Vec<A
 
 /// Does one of the effects wind the target up?
 pub(super) fn winds_up(effects: &[EffectInstance], target: Target) -> bool {
-    let winds = |p: &EffectInstance| p.effect.is::<Hysteresis>() || p.effect.is::<MaxwellSlip>();
+    let winds = |p: &EffectInstance| p.effect.nature() == Nature::WindUp;
     effects.iter().any(|p| p.target == target && winds(p))
 }
 
@@ -54,7 +54,7 @@ fn windup(problem: &Problem, machine: &MachineFit, k: usize, support: f64) -> Op
     let range = members::columns_of(fit).into_iter().nth(k)?;
     let on = |effect: Effect| EffectInstance::new(gap.target, effect);
     let windups = TRAVELS.map(|t| on(Hysteresis { half_width: size, presliding: t * unit }.into()));
-    let spiked = fit.hypothesis.effects.iter().any(|p| p.target == gap.target && p.effect.is::<Stiction>());
+    let spiked = fit.hypothesis.effects.iter().any(|p| p.target == gap.target && p.effect.nature() == Nature::Spike);
     let decays: &[f64] = if problem.logs.iter().all(|l| l.log.poses) || spiked { &[] } else { &DECAYS_S };
     let spikes = decays.iter().map(|&d| on(Stiction { spike: size, decay: Decay::Time(d) }.into()));
     let more: Vec<Vec<f64>> = windups

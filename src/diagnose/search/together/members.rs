@@ -139,7 +139,23 @@ pub fn join(problem: &Problem, machine: &MachineFit, candidates: &[Candidate]) -
             c.at(&vec![1e-9; c.sensitivities()]).first().map_or(f64::INFINITY, |p| prior::widths(problem, p)[0]);
         table.precision[starts[k]..starts[k + 1]].fill(if width.is_finite() { width.powi(-2) } else { 0.0 });
     }
-    let mut pick: Vec<usize> = (0..own).collect();
+    let (pick, joined) = chosen(&table, &list, &starts);
+    let x = table.blocks.solve(&pick, None, &table.precision, &table.pull);
+    let mut at = own;
+    joined
+        .iter()
+        .flat_map(|&k| {
+            let n = list[k].sensitivities();
+            at += n;
+            list[k].at(&x.as_slice()[at - n..at])
+        })
+        .collect()
+}
+
+/// Columns that the held-out blocks support, and the candidates that join with them, in the order in which they join; `starts`: the first column
+/// of each candidate.
+fn chosen(table: &Table, list: &[&Candidate], starts: &[usize]) -> (Vec<usize>, Vec<usize>) {
+    let mut pick: Vec<usize> = (0..starts[0]).collect();
     let mut joined: Vec<usize> = Vec::new();
     let mut now = table.held_out(&pick);
     while joined.len() < MOST {
@@ -162,16 +178,7 @@ pub fn join(problem: &Problem, machine: &MachineFit, candidates: &[Candidate]) -
         }
         now = table.held_out(&pick);
     }
-    let x = table.blocks.solve(&pick, None, &table.precision, &table.pull);
-    let mut at = own;
-    joined
-        .iter()
-        .flat_map(|&k| {
-            let n = list[k].sensitivities();
-            at += n;
-            list[k].at(&x.as_slice()[at - n..at])
-        })
-        .collect()
+    (pick, joined)
 }
 
 /// Gaps that vary over position: the hypothesis with a curve in the place of every gap that the held-out blocks want so.

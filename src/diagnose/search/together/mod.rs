@@ -14,17 +14,17 @@
 //! Files beside:
 //! - `outcome`: the joint fit as an outcome that the document tells
 
-pub mod alternatives;
-pub mod beside;
-pub mod blocks;
-pub mod considered;
-pub mod contribution;
-pub mod members;
-pub mod outcome;
-pub mod pool;
-pub mod prior;
-pub mod share;
-pub mod triage;
+pub(crate) mod alternatives;
+pub(crate) mod beside;
+pub(crate) mod blocks;
+pub(crate) mod considered;
+pub(crate) mod contribution;
+pub(crate) mod members;
+pub(crate) mod outcome;
+pub(crate) mod pool;
+pub(crate) mod prior;
+pub(crate) mod share;
+pub(crate) mod triage;
 
 use crate::diagnose::candidates::sensitivities::Sensitivities;
 use crate::diagnose::noise::whitening::Whitening;

@@ -7,7 +7,7 @@
 
 use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::search::fit::{Fit, Prior};
-use crate::effects::{BacklashPosition, EffectInstance, Family, Target};
+use crate::effects::{EffectInstance, Family, Nature, Target};
 use crate::robot::JointKind;
 
 /// Standard deviation of a size, in typical sizes.
@@ -123,7 +123,7 @@ pub fn of(problem: &Problem, h: &Hypothesis, free: &[usize], geometry: Geometry)
     for &i in free {
         let placed = &h.effects[i];
         let values = placed.effect.values();
-        if placed.effect.is::<BacklashPosition>() {
+        if placed.effect.nature() == Nature::GapOverPosition {
             // knots that no reversal visits stay near the others
             let mean = (values.iter().sum::<f64>() / values.len() as f64).max(LEAST_GAP);
             values.iter().for_each(|_| add(KNOT * mean, mean));

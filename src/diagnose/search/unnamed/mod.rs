@@ -9,7 +9,7 @@
 //! Fails where structure belongs to one log alone (a slip, a walk): over time a curve is tried where there are several logs,
 //! and must hold on either half of them; none stands for it that half of the log contradicts. A level that goes with a zero offset or the frame is left to these: intervals are those of the shape.
 
-pub mod curves;
+pub(crate) mod curves;
 
 use crate::diagnose::candidates::Candidate;
 use crate::diagnose::candidates::screen::ScreeningContext;
@@ -23,7 +23,7 @@ use crate::diagnose::search::fit::{self, Fit, Prior};
 use crate::diagnose::search::story;
 use crate::diagnose::search::together::blocks::Blocks;
 use crate::diagnose::search::together::{contribution, prior};
-use crate::effects::{EffectInstance, Empirical};
+use crate::effects::{EffectInstance, Empirical, Nature};
 use curves::{Family, Halves};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -139,7 +139,7 @@ fn own(problem: &Problem, fit: &Fit, gains: &[f64]) -> Vec<Vec<Alternative>> {
 
 /// Does it have no physical name?
 pub fn is_unnamed(placed: &EffectInstance) -> bool {
-    placed.effect.is::<Empirical>()
+    placed.effect.nature() == Nature::Unnamed
 }
 
 /// What the curves leave, where they help at all.
