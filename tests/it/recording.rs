@@ -211,10 +211,13 @@ fn val_a_ballbar_circle_gives_the_gaps_of_the_joints_that_it_excites_within_5_pe
         let options = Options { instrument: Instrument::Distance { centre_m }, noise_m: 1e-6, ..options() };
         let log = recorded(&base, &recording, &options, 5);
         let setup = scalar::Setup { centre_m: known, direction: None };
-        let mut in_mm = log.clone();
-        in_mm.instruments.distance_off_m.iter_mut().flatten().flatten().for_each(|r| *r *= 1e-3);
-        let refused = scalar::identify(&robot, &[in_mm], &setup).unwrap_err().to_string();
-        assert!(refused.contains("readings that change by 0."), "{refused}");
+        // a bar that stands off the centre changes by millimetres, which as micrometres would be a good robot's
+        if off_mm == [0.0; 3] {
+            let mut in_mm = log.clone();
+            in_mm.instruments.distance_off_m.iter_mut().flatten().flatten().for_each(|r| *r *= 1e-3);
+            let refused = scalar::identify(&robot, &[in_mm], &setup).unwrap_err().to_string();
+            assert!(refused.contains("readings that change by 0."), "{refused}");
+        }
         if known.is_some() {
             let far = scalar::Setup { centre_m: known.map(|c| c * 1e-3), direction: None };
             let refused = scalar::identify(&robot, std::slice::from_ref(&log), &far).unwrap_err().to_string();
