@@ -47,6 +47,8 @@ const MOST_NODES_PER_LEG: usize = 400;
 const MOST_FOR_TRAVEL: f64 = 8.0;
 /// Rounds in which command and friction of a stroke are found in turn.
 const RESPONSE_PASSES: usize = 12;
+/// They end where friction changes by no more than this share of it: what the last of as many halvings changes.
+const SETTLED: f64 = 2e-4;
 
 /// State of each axis along the path.
 pub struct Plan<'a> {

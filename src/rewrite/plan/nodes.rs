@@ -7,6 +7,9 @@ use crate::effects::Decay;
 use crate::rewrite::path::Path;
 use nalgebra::Vector3;
 
+/// Share of friction that builds up or fades below which it asks for no nodes.
+const FADED: f64 = 1e-3;
+
 /// A leg of the path after a turn: position on the path and of the axis at both ends, TCP vector, duration.
 struct Leg {
     u: [f64; 2],
@@ -94,7 +97,7 @@ impl Plan<'_> {
         let ([ua, ub], [pa, pb], d) = (leg.u, leg.p, stroke.d);
         let mut shares: Vec<f64> = Vec::new();
         if let Some(f) = &stroke.friction {
-            let parts = subdivisions(f, leg.duration_s, elapsed, (pb - pa) * d, ub - ua);
+            let parts = subdivisions(f, [elapsed, leg.duration_s], [(pa - stroke.p_turn) * d, (pb - pa) * d], ub - ua);
             let from = step_here.unwrap_or(0.0);
             if stepped || step_here.is_some() {
                 shares.extend((1..parts).map(|m| from + (1.0 - from) * m as f64 / parts as f64));
@@ -117,11 +120,16 @@ impl Plan<'_> {
     }
 }
 
-/// Parts of a leg that resolve the friction's decay there.
-fn subdivisions(f: &FrictionOffset, duration_s: f64, elapsed_s: f64, travel: f64, poses: f64) -> usize {
+/// Parts of a leg that resolve the friction's decay there: time and travel before the leg and on it, poses on it.
+fn subdivisions(
+    f: &FrictionOffset,
+    [elapsed_s, duration_s]: [f64; 2],
+    [travelled, travel]: [f64; 2],
+    poses: f64,
+) -> usize {
     let parts = match f.shape {
         FrictionShape::Decay(Decay::Time(tau)) => {
-            if elapsed_s > -tau * 1e-3f64.ln() {
+            if elapsed_s > -tau * FADED.ln() {
                 1.0
             } else {
                 // the command may fall where the joint is slower than the friction fades
@@ -132,9 +140,11 @@ fn subdivisions(f: &FrictionOffset, duration_s: f64, elapsed_s: f64, travel: f64
         FrictionShape::Decay(Decay::Travel(lambda)) => travel.abs() / lambda * COARSE,
         FrictionShape::Poses { .. } => poses * COARSE,
         FrictionShape::Response(r) => {
-            let early = r.spikes.iter().filter(|s| s.gain != 0.0 && elapsed_s <= -s.decay_s * 1e-3f64.ln());
+            let early = r.spikes.iter().filter(|s| s.gain != 0.0 && elapsed_s <= -s.decay_s * FADED.ln());
             let in_time = early.map(|s| duration_s / s.decay_s).fold(0.0, f64::max);
-            (in_time * COARSE).max((travel.abs() / r.presliding * COARSE).min(MOST_FOR_TRAVEL))
+            let builds_up = travelled <= -r.longest_presliding() * FADED.ln();
+            let over_travel = if builds_up { travel.abs() / r.presliding * COARSE } else { 0.0 };
+            (in_time * COARSE).max(over_travel.min(MOST_FOR_TRAVEL))
         }
     };
     if parts.is_nan() { 1 } else { (parts.ceil() as usize).clamp(1, MOST_NODES_PER_LEG) }

@@ -4,7 +4,7 @@
 //! ([`super::super::stroke`]), thinned, and handed to the vertices and legs of the path. At constant speed the step itself takes
 //! time, so that nodes and command are found in turn.
 
-use super::{CUT, Clock, Plan, RESPONSE_PASSES, Work, fades_in_time};
+use super::{CUT, Clock, Plan, RESPONSE_PASSES, SETTLED, Work, fades_in_time};
 use crate::compensator::response::State;
 use crate::compensator::{FrictionOffset, FrictionShape, Response};
 use crate::effects::Decay;
@@ -126,16 +126,22 @@ impl Plan<'_> {
         let start = d * (stroke.c_turn - stroke.y0);
         let mut jump = offset.gap(dir, stroke.p_turn) + stroke.gap_old + friction.map_or(0.0, |f| f.gain.max(0.0));
         let passes = if matches!(clock, Clock::Speed(_)) && fades { 3 } else { 1 };
+        let responds = matches!(friction, Some(FrictionOffset { shape: FrictionShape::Response(_), .. }));
         let mut first = 0;
         work.command.clear();
         for _ in 0..passes {
             first = self.lay_nodes(stroke, path, clock, &legs, stroke.lever * (d * jump), &mut work.nodes);
-            work.machine.clear();
             let u0 = path.u(k);
-            for n in &work.nodes {
-                let travel = d * (n.p - stroke.y0);
+            // a response that was found for nodes a little apart is a start
+            let started = responds && !work.command.is_empty() && work.machine.len() == work.nodes.len();
+            work.machine.resize(work.nodes.len(), Node::default());
+            for (m, n) in work.machine.iter_mut().zip(&work.nodes) {
                 let faded = |f| friction_left(&f, n.since_s, d * (n.p - stroke.p_turn), n.u - u0);
-                work.machine.push(Node { travel, gap: offset.gap(dir, n.p), friction: friction.map_or(0.0, faded) });
+                let left = if started { m.friction } else { friction.map_or(0.0, faded) };
+                *m = Node { travel: d * (n.p - stroke.y0), gap: offset.gap(dir, n.p), friction: left };
+            }
+            if !started {
+                work.command.clear();
             }
             match friction.map(|f| (f.gain, f.shape)) {
                 Some((_, FrictionShape::Response(r))) => {
@@ -260,33 +266,35 @@ impl Stroke {
 /// the state of friction at the end of the stroke.
 fn respond(r: &Response, before: &State, start: f64, first: usize, work: &mut Work) -> State {
     let n = work.machine.len();
-    let mut last = *before;
+    let (travel, since_s): (Vec<f64>, Vec<f64>) =
+        work.machine.iter().zip(&work.nodes).map(|(m, n)| (m.travel, n.since_s)).unzip();
+    let along = r.stroke(before, &travel, &since_s);
+    let settled = SETTLED * (r.gain() + r.windup().abs());
+    let (mut last, mut back) = (*before, Vec::with_capacity(n));
     for _ in 0..RESPONSE_PASSES {
         let known = work.command.len() == n;
         let (u0, u1) = (work.nodes[0].u, work.nodes[first].u);
         let command = |k: usize| {
             if !known {
-                work.machine[k].travel
+                travel[k]
             } else if k < first {
                 start + (work.command[first] - start) * (work.nodes[k].u - u0) / (u1 - u0).max(f64::MIN_POSITIVE)
             } else {
                 work.command[k]
             }
         };
-        let mut state = *before;
-        let mut friction = Vec::with_capacity(n);
-        for i in 0..n {
-            if i > 0 {
-                let joint = work.machine[i].travel - work.machine[i - 1].travel;
-                let dt_s = work.nodes[i].since_s - work.nodes[i - 1].since_s;
-                state = r.advance(&state, command(i) - command(i - 1), joint, dt_s);
-            }
-            let now = r.back(&state) - r.windup();
-            friction.push(if known { 0.5 * (work.machine[i].friction + now) } else { now });
+        last = along.back(command, &mut back);
+        let mut moved = if known { 0.0 } else { f64::INFINITY };
+        for (m, back) in work.machine.iter_mut().zip(&back) {
+            let now = back - r.windup();
+            let next = if known { 0.5 * (m.friction + now) } else { now };
+            moved = moved.max((next - m.friction).abs());
+            m.friction = next;
         }
-        last = state;
-        work.machine.iter_mut().zip(friction).for_each(|(m, f)| m.friction = f);
         solve(&work.machine, first, false, &mut work.command, &mut work.fall);
+        if moved <= settled {
+            break;
+        }
     }
     last
 }
