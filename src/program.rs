@@ -54,6 +54,8 @@ pub struct Program {
     pub t_s: Option<Vec<f64>>,
     /// Line of each point.
     pub lines: Lines,
+    /// Points that are goals of a vendor program's moves, increasing; none of rows of joints.
+    pub goals: Vec<usize>,
     /// What a vendor program tells besides; `None` of rows of joints.
     pub script: Option<ScriptPath>,
 }
@@ -155,12 +157,12 @@ impl Program {
         // nobody knows from where the robot comes to the first one
         let moves = Moves { all, known: all.saturating_sub(1), unknown_start: all.min(1), unknown_speed: 0 };
         let told = ScriptPath { starts: Vec::new(), moves, exact_stops: exact_stops(document) };
-        Ok(Self::of_path(path.name, sha256, path.q, path.t_s, told))
+        Ok(Self { goals: path.goals, ..Self::of_path(path.name, sha256, path.q, path.t_s, told) })
     }
 
     /// A path of a vendor program: `q[axis][point]`, rad or m.
     pub fn of_path(name: String, sha256: String, q: Vec<Vec<f64>>, t_s: Option<Vec<f64>>, told: ScriptPath) -> Self {
-        Self { name, sha256, q, t_s, lines: Lines::default(), script: Some(told) }
+        Self { name, sha256, q, t_s, lines: Lines::default(), goals: Vec::new(), script: Some(told) }
     }
 
     /// Points of each stretch whose ways are known: one of rows of joints.
@@ -176,8 +178,9 @@ impl Program {
             name: self.name.clone(),
             sha256: self.sha256.clone(),
             q: self.q.iter().map(|c| c[points.clone()].to_vec()).collect(),
-            t_s: self.t_s.as_ref().map(|t| t[points].to_vec()),
+            t_s: self.t_s.as_ref().map(|t| t[points.clone()].to_vec()),
             lines: Lines::default(),
+            goals: self.goals.iter().filter(|g| points.contains(g)).map(|g| g - points.start).collect(),
             script: None,
         }
     }
@@ -197,7 +200,8 @@ impl Program {
                 times.extend_from_slice(&block.t_s);
             }
         }
-        Ok(Self { name: input.name, sha256: input.sha256, q, t_s, lines: reader.into_lines(), script: None })
+        let (name, sha256) = (input.name, input.sha256);
+        Ok(Self { name, sha256, q, t_s, lines: reader.into_lines(), goals: Vec::new(), script: None })
     }
 
     /// Number of points.

@@ -52,7 +52,7 @@ fn a_compensated_circle_is_better_and_the_way_back_is_worse() {
     assert!(doc["text_lines"]["added"].as_u64().unwrap() > 0);
     assert!(doc["reversals"].as_array().unwrap().len() >= 6);
     let page = std::fs::read_to_string(at.join("proof.html")).unwrap();
-    assert!(page.contains("Better: rms"), "the page tells the verdict");
+    assert!(page.contains("Better: path error rms"), "the page tells the verdict");
     let (code, _, err) =
         run(at, "assess program --model machine.yaml --before done.csv --after circle.csv --speed-mm-s 4");
     assert_eq!(code, 1, "{err}");
@@ -130,4 +130,43 @@ fn logs_of_both_runs_are_compared_like_the_programs() {
     let doc = json(&out);
     assert_eq!(doc["verdict"], "better");
     assert!(doc["rms_um"]["after"].as_f64().unwrap() < 0.5 * doc["rms_um"]["before"].as_f64().unwrap(), "{doc}");
+}
+
+/// Straight moves to and fro across the middle plane of the arm: each has a turn in its middle.
+const ACROSS: &str = "DEF across( )\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\nPTP {A1 0,A2 -90,A3 90,A4 0,A5 60,A6 0}\n\
+LIN {X 1500,Y 200,Z 1800,A 0,B 60,C 0}\nLIN {X 1500,Y -200,Z 1800,A 0,B 60,C 0}\nLIN {X 1500,Y 200,Z 1800,A 0,B 60,C 0}\n\
+LIN {X 1500,Y -200,Z 1800,A 0,B 60,C 0}\nLIN {X 1500,Y 200,Z 1800,A 0,B 60,C 0}\nEND\n";
+
+#[test]
+fn errors_at_the_targets_and_on_the_way_are_told_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/kuka-kr120-r2500-pro.yaml");
+    std::fs::copy(robot, at.join("robot.yaml")).unwrap();
+    let gaps = (1..=6).map(|j| format!("  - {{effect: backlash, joint: A{j}, half_gap_deg: 0.004}}\n"));
+    let model = format!("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n{}", gaps.collect::<String>());
+    std::fs::write(at.join("machine.yaml"), model).unwrap();
+    std::fs::write(at.join("across.src"), ACROSS).unwrap();
+    // without new points the step of a reversal is spread over the whole move: its goal is right, its start is not
+    for (points, more) in [("few", " --max-added 0"), ("all", "")] {
+        let line = format!("rewrite --model machine.yaml across.src --output {points}.src --force{more} --json");
+        let (code, out, words) = run(at, &line);
+        assert_eq!(code, 0, "{words}");
+        let doc = &json(&out)["path_error"];
+        let targets = &doc["at_targets"];
+        let largest = |of: &Value, side: &str| of["largest_um"][side].as_f64().unwrap();
+        assert_eq!((targets["targets"].as_u64(), targets["verdict"].as_str()), (Some(6), Some("better")), "{doc}");
+        assert!(largest(targets, "before") > 100.0 && largest(targets, "after") < 2.0, "{points}: {doc}");
+        if points == "few" {
+            assert_eq!(doc["verdict_on_the_way"], "worse", "{doc}");
+        } else {
+            assert!(
+                doc["rms_um"]["after"].as_f64().unwrap() < 0.4 * doc["rms_um"]["before"].as_f64().unwrap(),
+                "{doc}"
+            );
+        }
+        let line = format!("assess program --model machine.yaml --before across.src --after {points}.src");
+        let words = run(at, &line).1;
+        assert!(words.contains("at the targets (rms") && words.contains("largest at the targets, um"), "{words}");
+    }
 }

@@ -21,6 +21,8 @@ pub struct JointPath {
     pub t_s: Option<Vec<f64>>,
     /// Place of each point.
     pub places: Vec<At>,
+    /// Points that are goals of moves, not places on the way to one or at which the robot waits.
+    pub goals: Vec<usize>,
     /// Where the order of the text is not certainly that of the robot.
     pub notes: Vec<Note>,
 }
@@ -53,6 +55,7 @@ pub fn joints(script: &Script, robot: &Axes) -> Result<JointPath> {
         match &step.kind {
             StepKind::Move(m) => {
                 let q = target(script, m, step.at, last.as_deref(), robot)?;
+                path.goals.push(path.places.len() + m.way.len());
                 let way = m.way.iter().map(|w| (w.share, w.q.as_slice())).chain([(1.0, q.as_slice())]);
                 let start_s = times.as_ref().and_then(|t: &Vec<f64>| t.last().copied());
                 for (share, point) in way {
@@ -184,6 +187,7 @@ mod tests {
         let p = joints(&s, &robot()).unwrap();
         assert_eq!(p.q, [[1.0, 5.0, 3.0, 3.0, 1.0], [2.0, 6.0, 2.0, 2.0, 2.0]]);
         assert_eq!(p.t_s, Some(vec![0.0, 0.5, 2.0, 3.0, 7.0]));
+        assert_eq!(p.goals, [0, 2, 4]);
         assert_eq!(p.places.iter().map(|a| a.line).collect::<Vec<_>>(), [2, 3, 3, 4, 5]);
         assert!(p.notes.is_empty());
     }

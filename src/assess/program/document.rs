@@ -1,6 +1,6 @@
 //! The document `lostmotion/program-assessment/1`.
 
-use super::{Assessment, Figures, ReversalError};
+use super::{Assessment, AtTargets, Figures, ReversalError};
 use crate::error::counted;
 use crate::io::keyed::Keyed;
 use crate::program::Moves;
@@ -24,9 +24,22 @@ pub struct FiguresShown {
     pub largest_um: Pair<f64>,
     /// Most that the error after a single reversal grew.
     pub worst_reversal_growth_um: f64,
+    /// The verdict on the whole way.
+    pub verdict_on_the_way: &'static str,
+    /// At the targets of a vendor program alone; null where none stands apart from others.
+    pub at_targets: Option<AtTargetsShown>,
     pub cycle_time_s: Pair<f64>,
     pub points: Pair<usize>,
     pub stops: Pair<usize>,
+}
+
+/// Errors at the targets of a vendor program: distances of the TCP to where it should be.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AtTargetsShown {
+    pub verdict: &'static str,
+    pub targets: usize,
+    pub rms_um: Pair<f64>,
+    pub largest_um: Pair<f64>,
 }
 
 /// What `assess program --json` prints.
@@ -103,11 +116,19 @@ fn um(m: f64) -> f64 {
 pub fn figures(f: &Figures) -> FiguresShown {
     let pair = |v: [f64; 2]| Pair { before: um(v[0]), after: um(v[1]) };
     let count = |[before, after]: [usize; 2]| Pair { before, after };
+    let at_targets = |a: AtTargets| AtTargetsShown {
+        verdict: a.verdict().text(),
+        targets: a.targets,
+        rms_um: pair(a.rms_m),
+        largest_um: pair(a.largest_m),
+    };
     FiguresShown {
         rms_um: pair(f.rms_m),
         mean_um: pair(f.mean_m),
         largest_um: pair(f.largest_m),
         worst_reversal_growth_um: um(f.worst_reversal_growth_m),
+        verdict_on_the_way: f.on_the_way().text(),
+        at_targets: f.at_targets.map(at_targets),
         cycle_time_s: Pair { before: round(f.cycle_s[0], 6), after: round(f.cycle_s[1], 6) },
         points: count(f.points),
         stops: count(f.stops),

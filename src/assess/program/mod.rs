@@ -16,17 +16,19 @@
 //!
 //! Files beside:
 //! - `document`: the document `lostmotion/program-assessment/1`
+//! - `targets`: the error where the robot stops or is taught
 //! - `stretches`: programs of which parts are not known, stretch by stretch
 
 pub(crate) mod document;
 pub(crate) mod path;
 pub(crate) mod runs;
 mod stretches;
+mod targets;
 pub(crate) mod text;
 pub(crate) mod verdict;
 
 pub use runs::{Measured, Run};
-pub use verdict::{Figures, Verdict, judge};
+pub use verdict::{AtTargets, Figures, Verdict, judge};
 
 use crate::effects::{Backlash, BacklashPosition, Effect, Nature, Stage, Target};
 use crate::error::{Error, Place, Result, counted};
@@ -135,7 +137,7 @@ pub fn assess(model: &Model, before: &Source, after: &Source, options: &Options)
         run.name = source.name().into();
     }
     notes.extend(all.notes);
-    let figures = Figures::of(&all.before, &all.after, &all.reversals);
+    let figures = Figures::of(&all.before, &all.after, &all.reversals, AtTargets::of(&all.targets));
     let verdict = judge(&figures);
     let moves = match before {
         Source::Program(p) => p.script.as_ref().map(|s| s.moves),
@@ -166,6 +168,8 @@ struct Part {
     before: Run,
     after: Run,
     reversals: Vec<ReversalError>,
+    /// Errors at the targets, before and after, m.
+    targets: Vec<[f64; 2]>,
     notes: Vec<String>,
 }
 
@@ -174,12 +178,14 @@ impl Part {
     fn together(parts: Vec<Self>) -> Self {
         let mut parts = parts.into_iter();
         let Some(mut all) = parts.next() else {
-            return Self { before: Run::default(), after: Run::default(), reversals: Vec::new(), notes: Vec::new() };
+            let (before, after) = (Run::default(), Run::default());
+            return Self { before, after, reversals: Vec::new(), targets: Vec::new(), notes: Vec::new() };
         };
         for part in parts {
             all.before.append(part.before);
             all.after.append(part.after);
             all.reversals.extend(part.reversals);
+            all.targets.extend(part.targets);
             all.notes.extend(part.notes);
         }
         all.before.total();
@@ -206,14 +212,19 @@ fn part(model: &Model, [before, after]: [&Source; 2], options: &Options, rows: r
         return Err(Error::bad(Place::file(before.name()), found, "a path"));
     }
     let mut notes = Vec::new();
-    let run = |source: &Source| -> Result<Run> {
-        let measured = match source {
-            Source::Program(_) => runs::simulated(model, source, options, rate_hz)?,
-            Source::Log(log) => runs::measured(&ideal, log, &reference)?,
-        };
-        Ok(Run::new(source.name(), &measured, &reference))
+    let run = |source: &Source| match source {
+        Source::Program(_) => runs::simulated(model, source, options, rate_hz),
+        Source::Log(log) => runs::measured(&ideal, log, &reference),
     };
-    let (first, second) = (run(before)?, run(after)?);
+    let measured = [run(before)?, run(after)?];
+    let times = [before, after].map(|source| match source {
+        Source::Program(program) => runs::times(model, program, options),
+        Source::Log(_) => Vec::new(),
+    });
+    let ran = |k: usize, source| targets::Ran { source, t_s: &times[k], measured: &measured[k] };
+    let targets = targets::errors(&model.robot, &wanted, [ran(0, before), ran(1, after)]);
+    let first = Run::new(before.name(), &measured[0], &reference);
+    let second = Run::new(after.name(), &measured[1], &reference);
     let off = (first.length_m - second.length_m).abs();
     if off > path::SLACK_M.max(0.01 * reference.length_m()) {
         notes.push(format!(
@@ -223,7 +234,7 @@ fn part(model: &Model, [before, after]: [&Source; 2], options: &Options, rows: r
         ));
     }
     let reversals = reversals(&wanted, &first, &second);
-    Ok(Part { before: first, after: second, reversals, notes })
+    Ok(Part { before: first, after: second, reversals, targets, notes })
 }
 
 impl Source<'_> {

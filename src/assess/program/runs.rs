@@ -111,7 +111,7 @@ impl Run {
 }
 
 /// Times of a program's points.
-fn times(model: &Model, program: &Program, options: &Options) -> Vec<f64> {
+pub(super) fn times(model: &Model, program: &Program, options: &Options) -> Vec<f64> {
     match &program.t_s {
         Some(t) if !options.at_speed => t.clone(),
         _ => Timing::at_speed(&model.robot, program, options.speed_m_s).t_s,

@@ -29,7 +29,8 @@ use std::path::{Path, PathBuf};
 /// runs instead of the programs; their measured TCP is fitted onto that path.
 ///
 /// A program is worse if its rms or largest error grows, or if its error after any reversal grows by more than 5 um. The
-/// exit code is then 1.
+/// exit code is then 1. The targets of a vendor program, where it stops or is taught, are judged apart from the way between
+/// them, and the verdict tells both.
 ///
 /// Examples:
 ///   lostmotion assess program --model machine.yaml --before job.csv --after job.done.csv --speed-mm-s 10
@@ -129,12 +130,9 @@ pub fn run(args: Args) -> Result<()> {
     }
     match result.verdict {
         Verdict::Worse => Err(no(format!(
-            "{}: worse: largest error {:.1} -> {:.1} um, rms {:.1} -> {:.1} um, one reversal up by {:.1} um",
+            "{}: {}; one reversal up by {:.1} um",
             result.after.name,
-            result.figures.largest_m[0] * 1e6,
-            result.figures.largest_m[1] * 1e6,
-            result.figures.rms_m[0] * 1e6,
-            result.figures.rms_m[1] * 1e6,
+            result.figures.sentence(),
             result.figures.worst_reversal_growth_m * 1e6
         ))),
         _ => Ok(()),
@@ -153,10 +151,14 @@ fn load(text: &Input, model: &Model, map: Option<&ColumnMap>, path: &Path, readi
 
 /// Figures of the path, then the reversals.
 fn tables(result: &Assessment, text: Option<TextDifference>, robot: &Robot) -> String {
-    let mut out = format!("{}: {} -> {}\n\n", result.verdict.text(), result.before.name, result.after.name);
     let f = &result.figures;
+    let mut out = format!("{} -> {}: {}\n\n", result.before.name, result.after.name, f.sentence());
     let mut whole = table(&["along the path", "before", "after"]);
-    for (name, pair) in [("rms, um", f.rms_m), ("mean, um", f.mean_m), ("largest, um", f.largest_m)] {
+    let mut errors = vec![("rms, um", f.rms_m), ("mean, um", f.mean_m), ("largest, um", f.largest_m)];
+    if let Some(t) = &f.at_targets {
+        errors.extend([("rms at the targets, um", t.rms_m), ("largest at the targets, um", t.largest_m)]);
+    }
+    for (name, pair) in errors {
         whole.add_row([name.to_string(), format!("{:.1}", pair[0] * 1e6), format!("{:.1}", pair[1] * 1e6)]);
     }
     whole.add_row(["cycle time, s".to_string(), format!("{:.2}", f.cycle_s[0]), format!("{:.2}", f.cycle_s[1])]);

@@ -65,24 +65,17 @@ fn head(page: &mut Page, result: &Assessment) {
         Verdict::Unchanged => Tone::Mixed,
         Verdict::Worse => Tone::Bad,
     };
-    page.verdict(
-        tone,
-        format!(
-            "{}: rms {:.1} µm before, {:.1} µm after; largest {:.1} and {:.1} µm.",
-            match result.verdict {
-                Verdict::Better => "Better",
-                Verdict::Unchanged => "Unchanged",
-                Verdict::Worse => "Worse",
-            },
-            um(f.rms_m[0]),
-            um(f.rms_m[1]),
-            um(f.largest_m[0]),
-            um(f.largest_m[1])
-        ),
-    );
+    let sentence = f.sentence().replace(" um", " µm").replace("->", "to");
+    let mut letters = sentence.chars();
+    let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
+    page.verdict(tone, format!("{first}{}.", letters.as_str()));
     let before = |v: f64| format!("before: {:.1} µm", um(v));
     page.tile(Tile::number("rms along the path", um(f.rms_m[1]), 1, "µm").with_detail(before(f.rms_m[0])));
     page.tile(Tile::number("largest error", um(f.largest_m[1]), 1, "µm").with_detail(before(f.largest_m[0])));
+    if let Some(t) = &f.at_targets {
+        let tile = Tile::number("largest at the targets", um(t.largest_m[1]), 1, "µm");
+        page.tile(tile.with_detail(before(t.largest_m[0])));
+    }
     page.tile(Tile::number("cycle time", f.cycle_s[1], 2, "s").with_detail(format!("before: {:.2} s", f.cycle_s[0])));
     page.tile(Tile::text("points", f.points[1].to_string(), "").with_detail(format!("before: {}", f.points[0])));
 }

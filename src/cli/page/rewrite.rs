@@ -1,7 +1,7 @@
 //! Page of `rewrite`: what was done to a program.
 
 use super::milli;
-use crate::assess::program::Verdict;
+use crate::assess::program::{AtTargets, Figures, Verdict, judge};
 use crate::compensator::Compensator;
 use crate::error::counted;
 use crate::report::{BarRow, BarsView, Page, Role, Run, TableView, Tile, Tone};
@@ -11,7 +11,7 @@ use crate::rewrite::script::coverage::Reason;
 use crate::rewrite::summary::{Line, Status};
 use crate::robot::Robot;
 
-pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, verdict: Option<Verdict>) -> Page {
+pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, figures: Option<&Figures>) -> Page {
     let mut page = super::start("rewrite", "A program with its lost motion taken out", robot);
     page.file("program in", outcome.input.clone(), outcome.sha256_in.clone().unwrap_or_default());
     if let Some(out) = &outcome.output {
@@ -25,7 +25,12 @@ pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, v
             let added = if outcome.output.is_some() { "added" } else { "to be added" };
             let known = robot.axis_joints().any(|j| j.limits.is_some() || j.max_speed.is_some());
             let limits = if known { "every limit kept" } else { "no limit known: the robot file has none" };
-            let (tone, path) = match verdict {
+            let only_on_the_way =
+                figures.and_then(|f| f.at_targets).is_some_and(|t: AtTargets| t.verdict() != Verdict::Worse);
+            let (tone, path) = match figures.map(judge) {
+                Some(Verdict::Worse) if only_on_the_way => {
+                    (Tone::Mixed, " The path error grows on the way between the targets, not at them.")
+                }
                 Some(Verdict::Worse) => (Tone::Bad, " The path error grows: do not run this program."),
                 Some(Verdict::Better) => (Tone::Good, " The path error falls."),
                 Some(Verdict::Unchanged) => (Tone::Mixed, " The path error stays as it was."),

@@ -376,8 +376,8 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
     summarise(&mut summary, &[Line::of(&ready.outcome)])?;
     let proof = proof::of(args, source, job, &mut ready);
     page::write(&mut report, || {
-        let verdict = proof.as_ref().and_then(Proof::verdict);
-        page::rewrite::of_outcome(&source.robot, &source.compensator, &ready.outcome, verdict)
+        let figures = proof.as_ref().and_then(Proof::figures);
+        page::rewrite::of_outcome(&source.robot, &source.compensator, &ready.outcome, figures)
     })?;
     let json = args
         .json

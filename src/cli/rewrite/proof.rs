@@ -169,20 +169,18 @@ impl Proof {
             Self::Proven(proven) => {
                 let (verdict, f) = (proven.verdict, &proven.figures);
                 let um = |v: f64| v * 1e6;
-                let line = format!(
-                    "  verdict on {machine}: {}: path error rms {:.1} -> {:.1} um, largest {:.1} -> {:.1} um\n",
-                    verdict.text(),
-                    um(f.rms_m[0]),
-                    um(f.rms_m[1]),
-                    um(f.largest_m[0]),
-                    um(f.largest_m[1])
-                );
+                let line = format!("  verdict on {machine}: {}\n", f.sentence());
                 let line = line + &proven.limits();
                 let at = proven.worst.as_ref().map_or(String::new(), |(words, _)| format!(" ({words})"));
                 let denser = if vendor { "" } else { "more points near the reversals (--refine cubic or cartesian), " };
                 let mended =
                     format!("{denser}a step nearer to the turn (--step-fraction), or a smaller --gain, may help");
+                let at_targets = f.at_targets.is_some_and(|t| t.verdict() != Verdict::Worse);
                 match verdict {
+                    Verdict::Worse if at_targets => format!(
+                        "{line}  the error does not grow at the targets, but on the way{at}: where only the targets count (spot work, picking), run it; where the way \
+                         counts, look there before you run it (`assess program` shows where): {mended}\n"
+                    ),
                     Verdict::Worse if f.largest_m[1] <= f.largest_m[0] && f.rms_m[1] < f.rms_m[0] => {
                         let grows = um(f.worst_reversal_growth_m);
                         format!(
@@ -216,9 +214,9 @@ impl Proof {
         }
     }
 
-    pub(super) fn verdict(&self) -> Option<Verdict> {
+    pub(super) fn figures(&self) -> Option<&Figures> {
         match self {
-            Self::Proven(p) => Some(p.verdict),
+            Self::Proven(p) => Some(&p.figures),
             Self::None(_) => None,
         }
     }

@@ -125,7 +125,8 @@ impl Reading<'_> {
         let told = Moves { all: moves, known: path.known, unknown_start: path.unknown_start, unknown_speed };
         let name = script.texts.first().map_or(String::new(), |t| t.name.clone());
         let script_path = ScriptPath { starts: path.starts, moves: told, exact_stops: exact_stops(document.as_ref()) };
-        Ok(Program::of_path(name, sha256, path.q, path.timed.then_some(path.t_s), script_path))
+        let t_s = path.timed.then_some(path.t_s);
+        Ok(Program { goals: path.goals, ..Program::of_path(name, sha256, path.q, t_s, script_path) })
     }
 }
 
@@ -144,6 +145,8 @@ struct Points<'a> {
     t_s: Vec<f64>,
     timed: bool,
     starts: Vec<usize>,
+    /// Points that are goals of moves.
+    goals: Vec<usize>,
     known: usize,
     unknown_start: usize,
     assumed: usize,
@@ -160,6 +163,7 @@ impl<'a> Points<'a> {
             t_s: Vec::new(),
             timed,
             starts: Vec::new(),
+            goals: Vec::new(),
             known: 0,
             unknown_start: 0,
             assumed: 0,
@@ -229,6 +233,9 @@ impl<'a> Points<'a> {
                     self.start(v);
                     self.unknown_start += 1;
                 }
+            }
+            if v.role == Role::Goal {
+                self.goals.push(self.points() - 1);
             }
             before = Some(v);
         }

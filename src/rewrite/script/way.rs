@@ -280,15 +280,19 @@ fn turning_shares(line: &[Vec<f64>], deadband: &[f64]) -> Vec<f64> {
         let p = |k: usize| line[k][axis];
         let band = deadband.get(axis).copied().unwrap_or(0.0);
         let [lo, hi] = line.iter().fold([f64::MAX, f64::MIN], |[lo, hi], q| [lo.min(q[axis]), hi.max(q[axis])]);
-        for k in 1..line.len().saturating_sub(1) {
-            let (before, after) = (p(k) - p(k - 1), p(k + 1) - p(k));
-            if before * after >= 0.0 {
+        // on a way that is symmetrical about the turn, the samples beside it may be equal to the last bit
+        let mut last: Option<(usize, f64)> = None;
+        for k in (1..line.len()).filter(|&k| p(k) != p(k - 1)) {
+            let after = p(k) - p(k - 1);
+            let Some((end, before)) = last.replace((k, after)).filter(|(_, before)| before * after < 0.0) else {
                 continue;
-            }
+            };
             let ends = [p(0), p(line.len() - 1)];
             let height = if before > 0.0 { hi - ends[0].max(ends[1]) } else { ends[0].min(ends[1]) - lo };
             if height > band {
-                found.push((k as f64 + 0.5 * (before + after) / (before - after)) / parts);
+                let rest = (k - 1 - end) as f64;
+                let beyond = if rest > 0.0 { 0.5 * rest } else { 0.5 * (before + after) / (before - after) };
+                found.push((end as f64 + beyond) / parts);
             }
         }
     }
@@ -331,5 +335,13 @@ mod tests {
         }
         let on_line = |x: f64| Vector3::new(x, 0.0, 0.0);
         assert!(Circle::through(&on_line(0.0), &on_line(1.0), &on_line(2.0)).is_none());
+    }
+
+    #[test]
+    fn a_turn_between_two_equal_samples_is_found() {
+        let way = |values: &[f64]| values.iter().map(|v| vec![*v]).collect::<Vec<_>>();
+        assert_eq!(turning_shares(&way(&[0.0, 0.3, 0.4, 0.4, 0.3, 0.0]), &[1e-3]), [0.5]);
+        assert_eq!(turning_shares(&way(&[0.0, 0.3, 0.4, 0.3, 0.0]), &[1e-3]), [0.5]);
+        assert_eq!(turning_shares(&way(&[0.0, 0.3, 0.3, 0.4, 0.5]), &[1e-3]), [0.0; 0]);
     }
 }
