@@ -9,14 +9,20 @@ pub struct Grid {
     segment: Vec<u32>,
     /// Grid index of each row.
     pub keep: Vec<u32>,
+    /// Rows of the program points that were asked for, and whether each stands there for its point alone.
+    pub points: Vec<(usize, bool)>,
 }
 
 impl Grid {
-    /// Rows at `rate_hz` from the first point.
-    pub fn new(points_t_s: &[f64], rows: usize, rate_hz: f64) -> Self {
+    /// Rows at `rate_hz` from the first point, and at the program points `at` (increasing).
+    pub fn new(points_t_s: &[f64], rows: usize, rate_hz: f64, at: &[usize]) -> Self {
         let n = points_t_s.len() + rows;
-        let mut grid =
-            Self { t_s: Vec::with_capacity(n), segment: Vec::with_capacity(n), keep: Vec::with_capacity(rows) };
+        let mut grid = Self {
+            t_s: Vec::with_capacity(n),
+            segment: Vec::with_capacity(n),
+            keep: Vec::with_capacity(rows + at.len()),
+            points: Vec::with_capacity(at.len()),
+        };
         let first = points_t_s[0];
         let row_time = |k: usize| first + k as f64 / rate_hz;
         let mut row = 0;
@@ -30,6 +36,13 @@ impl Grid {
             while row < rows && row_time(row) == t {
                 grid.keep.push(grid.t_s.len() as u32);
                 row += 1;
+            }
+            if at.binary_search(&i).is_ok() {
+                let own = grid.keep.last() != Some(&(grid.t_s.len() as u32));
+                if own {
+                    grid.keep.push(grid.t_s.len() as u32);
+                }
+                grid.points.push((grid.keep.len() - 1, own));
             }
             grid.t_s.push(t);
             grid.segment.push(i as u32);

@@ -169,6 +169,11 @@ impl CommandTrajectory {
     /// A program whose points stand at `t_s` (one per point, not decreasing), straight in the joints between them, sampled at
     /// `rate_hz` from the first.
     pub fn of_program(robot: &Robot, program: &Program, t_s: &[f64], rate_hz: f64) -> Result<Self> {
+        Self::of_program_at(robot, program, t_s, rate_hz, &[])
+    }
+
+    /// The same with rows at some of its points, too ([`Self::rows_of_points`]); `at`: which, increasing.
+    pub fn of_program_at(robot: &Robot, program: &Program, t_s: &[f64], rate_hz: f64, at: &[usize]) -> Result<Self> {
         let &[first, .., last] = t_s else {
             let found = format!("a program of {} points", t_s.len());
             return Err(Error::bad(Place::file(&program.name), found, "at least two points"));
@@ -182,7 +187,7 @@ impl CommandTrajectory {
                 format!("at most {MOST_ROWS:.0} rows; a lower rate, or a higher speed"),
             ));
         }
-        let grid = Grid::new(t_s, rows as usize, rate_hz);
+        let grid = Grid::new(t_s, rows as usize, rate_hz, at);
         let (axes, cmd): (Vec<Axis>, Vec<Vec<f64>>) = (0..robot.dof())
             .into_par_iter()
             .map(|axis| {
@@ -194,6 +199,11 @@ impl CommandTrajectory {
             .unzip();
         let times = grid.keep.iter().map(|&i| grid.t_s[i as usize]).collect();
         Ok(Self { t_s: times, cmd, grid: Some(grid), ..Self::with_axes(robot, Between::Straight, axes) })
+    }
+
+    /// Rows of the points that were asked for, and whether each row stands there for its point alone.
+    pub fn rows_of_points(&self) -> &[(usize, bool)] {
+        self.grid.as_ref().map_or(&[], |g| &g.points)
     }
 
     fn with_axes(robot: &Robot, between: Between, axes: Vec<Axis>) -> Self {

@@ -19,7 +19,12 @@ pub struct Motion {
 impl Motion {
     /// Runs a program whose points stand at `t_s` (one per point, not decreasing), sampled at `rate_hz` from the first.
     pub fn of_program(model: &Model, program: &Program, t_s: &[f64], rate_hz: f64) -> Result<Self> {
-        Ok(Self::of(model, CommandTrajectory::of_program(&model.robot, program, t_s, rate_hz)?))
+        Self::of_program_at(model, program, t_s, rate_hz, &[])
+    }
+
+    /// The same with rows at the points `at` of the program (increasing), too.
+    pub fn of_program_at(model: &Model, program: &Program, t_s: &[f64], rate_hz: f64, at: &[usize]) -> Result<Self> {
+        Ok(Self::of(model, CommandTrajectory::of_program_at(&model.robot, program, t_s, rate_hz, at)?))
     }
 
     /// Runs the rows of a log.

@@ -205,24 +205,20 @@ fn part(model: &Model, [before, after]: [&Source; 2], options: &Options, rows: r
     let model = &base;
     let ideal = reference_machine(model);
     let rate_hz = runs::rate_hz(model, before, options, rows);
-    let wanted = runs::simulated(&ideal, before, options, rate_hz)?;
+    let targets = targets::Targets::of(before, after);
+    let wanted = runs::simulated(&ideal, before, options, rate_hz, &targets.before)?;
     let reference = Reference::new(&wanted.points_m, &wanted.t_s);
     if reference.length_m() <= 0.0 {
         let found = "a program that does not move the TCP";
         return Err(Error::bad(Place::file(before.name()), found, "a path"));
     }
     let mut notes = Vec::new();
-    let run = |source: &Source| match source {
-        Source::Program(_) => runs::simulated(model, source, options, rate_hz),
+    let run = |source: &Source, at: &[usize]| match source {
+        Source::Program(_) => runs::simulated(model, source, options, rate_hz, at),
         Source::Log(log) => runs::measured(&ideal, log, &reference),
     };
-    let measured = [run(before)?, run(after)?];
-    let times = [before, after].map(|source| match source {
-        Source::Program(program) => runs::times(model, program, options),
-        Source::Log(_) => Vec::new(),
-    });
-    let ran = |k: usize, source| targets::Ran { source, t_s: &times[k], measured: &measured[k] };
-    let targets = targets::errors(&model.robot, &wanted, [ran(0, before), ran(1, after)]);
+    let measured = [run(before, &targets.before)?, run(after, &targets.after)?];
+    let targets = targets.errors(&model.robot, [before, after], &wanted, measured.each_ref());
     let first = Run::new(before.name(), &measured[0], &reference);
     let second = Run::new(after.name(), &measured[1], &reference);
     let off = (first.length_m - second.length_m).abs();

@@ -44,6 +44,8 @@ pub struct Measured {
     /// Where the commands put the nominal robot, and where the TCP was, m.
     pub commanded_m: Vec<Vector3<f64>>,
     pub points_m: Vec<Vector3<f64>>,
+    /// How far the TCP is from where the nominal robot has it, at the points that were asked for, m.
+    pub deviations_m: Vec<Vector3<f64>>,
     pub turns: Vec<TurningPoint>,
     /// Points of the program (rows of a log), stops among them, and duration.
     pub points: usize,
@@ -111,7 +113,7 @@ impl Run {
 }
 
 /// Times of a program's points.
-pub(super) fn times(model: &Model, program: &Program, options: &Options) -> Vec<f64> {
+fn times(model: &Model, program: &Program, options: &Options) -> Vec<f64> {
     match &program.t_s {
         Some(t) if !options.at_speed => t.clone(),
         _ => Timing::at_speed(&model.robot, program, options.speed_m_s).t_s,
@@ -159,12 +161,12 @@ pub fn rate_hz(model: &Model, source: &Source, options: &Options, Rows([least, m
     (rows / duration).max(fast).min(FASTEST_HZ.max(most / duration))
 }
 
-/// A program, or the commands of a log, on a modelled machine.
-pub fn simulated(model: &Model, source: &Source, options: &Options, rate_hz: f64) -> Result<Measured> {
+/// A program, or the commands of a log, on a modelled machine; `at`: points of the program whose deviation is asked for, increasing.
+pub fn simulated(model: &Model, source: &Source, options: &Options, rate_hz: f64, at: &[usize]) -> Result<Measured> {
     let (motion, points, stops) = match source {
         Source::Program(program) => {
             let t_s = times(model, program, options);
-            let motion = Motion::of_program(model, program, &t_s, rate_hz)?;
+            let motion = Motion::of_program_at(model, program, &t_s, rate_hz, at)?;
             (motion, program.len(), stops(&program.q))
         }
         Source::Log(log) => {
@@ -172,11 +174,23 @@ pub fn simulated(model: &Model, source: &Source, options: &Options, rate_hz: f64
             (Motion::of_log(model, log), log.len(), stops(&log.cmd))
         }
     };
-    let t_s = motion.drive.t_s().to_vec();
-    let cmd: Vec<Vec<f64>> = (0..model.robot.dof()).map(|a| motion.drive.command(a).to_vec()).collect();
+    let mut plain = vec![true; motion.len()];
+    for &(row, own) in motion.drive.rows_of_points() {
+        plain[row] = !own;
+    }
+    let rows: Vec<usize> = (0..motion.len()).filter(|&row| plain[row]).collect();
+    let t_s: Vec<f64> = rows.iter().map(|&row| motion.drive.t_s()[row]).collect();
+    let cmd = |rows: &[usize]| -> Vec<Vec<f64>> {
+        (0..model.robot.dof()).map(|a| rows.iter().map(|&row| motion.drive.command(a)[row]).collect()).collect()
+    };
+    let asked: Vec<usize> = motion.drive.rows_of_points().iter().map(|p| p.0).collect();
+    let nominal = commanded(model, &cmd(&asked));
+    let deviations_m = asked.iter().zip(nominal).map(|(&row, nominal)| motion.point_m(0, row) - nominal).collect();
+    let cmd = cmd(&rows);
     Ok(Measured {
         commanded_m: commanded(model, &cmd),
-        points_m: (0..motion.len()).map(|row| motion.point_m(0, row)).collect(),
+        points_m: rows.iter().map(|&row| motion.point_m(0, row)).collect(),
+        deviations_m,
         turns: turning_points(&t_s, &cmd),
         points,
         stops,
@@ -212,6 +226,7 @@ pub fn measured(model: &Model, log: &Log, reference: &Reference) -> Result<Measu
     Ok(Measured {
         commanded_m,
         points_m,
+        deviations_m: Vec::new(),
         turns: turning_points(&t_s, &cmd),
         points: log.len(),
         stops: stops(&log.cmd),

@@ -2,8 +2,7 @@
 //!
 //! Method: at a target the error is the whole distance between the TCP and the place where the machine without the joint errors that an
 //! offset can undo would have it: at a stop an error along the path counts, too. It is taken on arrival, before a joint turns: what is
-//! left after a reversal belongs to the way. The rows of two runs stand elsewhere on the path, so the positions are compared through what
-//! they differ from their commands, which changes little from one row to the next, and the commands exactly at the targets.
+//! left after a reversal belongs to the way. Both runs have a row at each target.
 //!
 //! Points that a rewrite added are no targets: a target of the program before is looked for in the program after in order, within
 //! [`NEAR`] of its joints. One that is not found is left out. Goals that stand closer to each other than twice that are points of a path, which
@@ -24,28 +23,37 @@ const STILL: f64 = 1e-9;
 /// Two targets whose distances from one differ by less are equally near, rad or m.
 const SAME: f64 = 1e-7;
 
-/// A program as it was run: its points' times, and what came of them.
-pub struct Ran<'a> {
-    pub source: &'a Source<'a>,
-    pub t_s: &'a [f64],
-    pub measured: &'a Measured,
+/// Targets of the program before and the points of the program after that they became; none where one is a log.
+#[derive(Debug, Default)]
+pub struct Targets {
+    pub before: Vec<usize>,
+    pub after: Vec<usize>,
 }
 
-/// Errors at the targets of the program before, m, before and after; none where a run is a log or has no targets.
-///
-/// `wanted` is the run of the program before on the machine without errors.
-pub fn errors(robot: &Robot, wanted: &Measured, [before, after]: [Ran; 2]) -> Vec<[f64; 2]> {
-    let (Source::Program(ours), Source::Program(theirs)) = (before.source, after.source) else { return Vec::new() };
-    let mut out = Vec::new();
-    for (mine, other) in pairs(ours, theirs) {
-        let ideal = deviation(wanted, before.t_s[mine]);
-        let of = |program: &Program, ran: &Ran, point: usize| {
-            let shift = commanded(robot, program, point) - commanded(robot, ours, mine);
-            (deviation(ran.measured, ran.t_s[point]) - ideal + shift).norm()
-        };
-        out.push([of(ours, &before, mine), of(theirs, &after, other)]);
+impl Targets {
+    pub fn of(before: &Source, after: &Source) -> Self {
+        let (Source::Program(ours), Source::Program(theirs)) = (before, after) else { return Self::default() };
+        let (before, after) = pairs(ours, theirs).into_iter().unzip();
+        Self { before, after }
     }
-    out
+
+    /// Errors at them, m, before and after; `wanted`: the run of the program before on the machine without errors.
+    pub fn errors(
+        &self,
+        robot: &Robot,
+        sources: [&Source; 2],
+        wanted: &Measured,
+        runs: [&Measured; 2],
+    ) -> Vec<[f64; 2]> {
+        let [Source::Program(before), Source::Program(after)] = sources else { return Vec::new() };
+        let of = |k: usize| {
+            let shift = commanded(robot, after, self.after[k]) - commanded(robot, before, self.before[k]);
+            let off = runs.map(|run| run.deviations_m[k] - wanted.deviations_m[k]);
+            [off[0].norm(), (off[1] + shift).norm()]
+        };
+        let known = runs.iter().chain([&wanted]).map(|run| run.deviations_m.len()).min().unwrap_or(0);
+        (0..self.before.len().min(known)).map(of).collect()
+    }
 }
 
 /// Targets of the program before, each with the point of the program after that it became.
@@ -81,13 +89,6 @@ fn apart(program: &Program) -> Vec<usize> {
 /// Largest difference of a joint between points of two programs, rad or m.
 fn distance((a, i): (&Program, usize), (b, k): (&Program, usize)) -> f64 {
     a.q.iter().zip(&b.q).map(|(x, y)| (x[i] - y[k]).abs()).fold(0.0, f64::max)
-}
-
-/// How far the TCP is from where the nominal robot has it, in the row that is at a time or the last before.
-fn deviation(run: &Measured, t_s: f64) -> Vector3<f64> {
-    // a row that rounding puts after the target stands on it
-    let row = run.t_s.partition_point(|t| *t <= t_s + 1e-9).saturating_sub(1);
-    run.points_m[row] - run.commanded_m[row]
 }
 
 /// Where a point of a program puts the nominal robot, m.

@@ -67,7 +67,7 @@ pub struct Args {
 
 /// A program or a log as it was read.
 enum Loaded {
-    Program(Program),
+    Program(Box<Program>),
     Log(Box<Log>),
 }
 
@@ -146,7 +146,7 @@ fn load(text: &Input, model: &Model, map: Option<&ColumnMap>, path: &Path, readi
     if predicted::is_log(text, model) {
         return Ok(Loaded::Log(Box::new(Log::parse(text.clone(), &model.robot)?)));
     }
-    reading.load(path, text.clone()).map(Loaded::Program).map_err(Into::into)
+    reading.load(path, text.clone()).map(|p| Loaded::Program(Box::new(p))).map_err(Into::into)
 }
 
 /// Figures of the path, then the reversals.

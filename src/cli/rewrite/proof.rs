@@ -138,7 +138,7 @@ impl Proven {
 pub(super) enum PathError {
     Known {
         #[serde(flatten)]
-        figures: document::FiguresShown,
+        figures: Box<document::FiguresShown>,
         verdict: &'static str,
         /// How much of a vendor program is in the verdict.
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -204,7 +204,7 @@ impl Proof {
         match self {
             Self::None(why) => PathError::Unknown { verdict: (), reason: why.to_string() },
             Self::Proven(p) => PathError::Known {
-                figures: document::figures(&p.figures),
+                figures: Box::new(document::figures(&p.figures)),
                 verdict: p.verdict.text(),
                 moves: p.moves,
                 worst_reversal: p.worst.as_ref().map(|(_, shown)| Box::new(shown.clone())),
