@@ -9,7 +9,7 @@ use crate::compensator::{Response, Spike, Windup};
 use crate::effects::{GapCurve, curve::Pchip};
 use crate::gaps::estimate::{Estimate, JointEstimate, LocalReversal, Trust};
 use crate::gaps::{GapPoint, JointGap};
-use crate::numerics::chi_squared;
+use crate::numerics::fisher;
 use crate::numerics::normal::Z95;
 use crate::numerics::robust::{SIGMA_PER_MAD, median_of};
 use nalgebra::{DMatrix, DVector};
@@ -55,6 +55,9 @@ fn mean_weights(problem: &Problem, axis: usize) -> (DVector<f64>, [f64; 2], usiz
 }
 
 /// p value of the test that the gap is the same at all knots.
+///
+/// The covariance is itself estimated, from as many independent windows as the joint has reversals: Hotelling's T squared, not
+/// chi-squared (Hotelling 1931).
 fn varies_p(problem: &Problem, within: &DMatrix<f64>, axis: usize) -> Option<f64> {
     let law = problem.laws[axis].as_ref()?;
     let k = law.gap.len();
@@ -66,8 +69,15 @@ fn varies_p(problem: &Problem, within: &DMatrix<f64>, axis: usize) -> Option<f64
     let contrast = DMatrix::from_fn(k - 1, k, |i, j| f64::from(i8::from(j == i + 1) - i8::from(j == i)));
     let d = &contrast * DVector::from_column_slice(&law.gap);
     let spread = &contrast * cov * contrast.transpose();
-    let chi2 = d.dot(&nalgebra::Cholesky::new(spread)?.solve(&d));
-    (k > 1).then(|| chi_squared::tail(chi2, (k - 1) as f64))
+    let squares = d.dot(&nalgebra::Cholesky::new(spread)?.solve(&d));
+    let (differences, reversals) = ((k - 1) as f64, mean_weights(problem, axis).2 as f64);
+    let freedom = reversals - differences;
+    // too few reversals to tell
+    Some(if freedom < 1.0 {
+        1.0
+    } else {
+        fisher::tail(squares * freedom / (differences * (reversals - 1.0)), differences, freedom)
+    })
 }
 
 /// Axes whose gap does not vary beyond doubt, with the p value; `within` is the covariance without what logs disagree in.
