@@ -1,11 +1,12 @@
 //! What an identification found: half gaps per joint and angle, stiction, the registration. Document
 //! `lostmotion/gaps/1`; written by `identify`, read by `fit`.
 //!
-//! [`estimate`] holds what a joint estimate over all logs of a machine adds.
+//! [`estimate`] holds what a joint estimate over all logs of a machine adds; [`after_reversal`] its curve over time.
 //! Values are SI (rad or m, s); [`mod@file`] turns them into the document's units, [`read`] back.
 
 #![warn(missing_docs)]
 
+pub mod after_reversal;
 pub mod estimate;
 pub mod file;
 pub mod read;

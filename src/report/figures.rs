@@ -165,9 +165,21 @@ pub struct TraceMark {
     pub sense: i8,
 }
 
-/// Half gap over position, one panel a joint.
+/// What the curves of a [`GapsView`] stand over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum GapsOver {
+    /// Half gap over the position of the joint.
+    #[default]
+    Position,
+    /// Lost motion over the time since a reversal, s.
+    SinceReversal,
+}
+
+/// Half gap over position or lost motion over time, one panel a joint.
 #[derive(Debug, Clone, Default)]
 pub struct GapsView {
+    /// What the curves stand over.
+    pub over: GapsOver,
     /// Joints in the order of the robot.
     pub joints: Vec<JointGapView>,
 }

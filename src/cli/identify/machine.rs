@@ -28,7 +28,7 @@ pub fn run(args: Args) -> Result<()> {
     let found = during("identify", || machine::identify(&robot, &logs))?;
     let document = file::document(&found, &robot);
     let shown = Shown { document: &document, table: &table(&found, &robot), notes: &found.notes };
-    args.result.finish(opened, &shown, || page::gaps::of_machine(&robot, &found))
+    args.result.finish(opened, &shown, || page::machine::of_identify(&robot, &found))
 }
 
 /// What a person reads.

@@ -7,9 +7,8 @@ use crate::gaps::{Gaps, JointGap};
 use crate::identify::deadzone;
 use crate::identify::path::PathFound;
 use crate::identify::static_test::Found;
-use crate::numerics::normal::Z95;
 use crate::report::{
-    GapPointView, GapRow, GapsView, JointGapView, JointTraces, Page, Role, Run, ScheduleView, StictionRow, TableView,
+    GapPointView, GapRow, GapsOver, GapsView, JointGapView, JointTraces, Page, Role, Run, ScheduleView, StictionRow,
     Tile, Tone, TraceMark, TracePanel, TraceRun, TracesView, method,
 };
 use crate::robot::{JointKind, Robot};
@@ -31,7 +30,7 @@ pub fn sections(page: &mut Page, robot: &Robot, gaps: &Gaps, from: &str) {
         page.section(
             format!("Half gap over position, {from}"),
             "Each place with its 95 % interval and its repeats; the line is the constant, or the schedule that a compensator uses.",
-            GapsView { joints },
+            GapsView { over: GapsOver::Position, joints },
         );
     }
     if !gaps.notes.is_empty() {
@@ -169,7 +168,10 @@ pub fn of_readings(robot: &Robot, gaps: &Gaps) -> Page {
 
 /// Page of `show` for a gaps document, whichever test it comes from.
 pub fn of_document(robot: &Robot, gaps: &Gaps) -> Page {
-    of_gaps(robot, gaps, "show", "Half gaps of the joints", "the document", method::PLAY)
+    match &gaps.estimate {
+        Some(estimate) => super::machine::of_estimate(robot, gaps, estimate, "show"),
+        None => of_gaps(robot, gaps, "show", "Half gaps of the joints", "the document", method::PLAY),
+    }
 }
 
 /// Page of `identify path`.
@@ -188,40 +190,8 @@ pub fn of_path(robot: &Robot, found: &PathFound) -> Page {
     page
 }
 
-/// Page of `identify` over all logs.
-pub fn of_machine(robot: &Robot, gaps: &Gaps) -> Page {
-    let mut page = of_gaps(robot, gaps, "identify", "Lost motion from all logs", "all logs", method::PLAY);
-    let Some(estimate) = &gaps.estimate else { return page };
-    let rows = estimate.reversals.iter().map(|r| {
-        let joint = robot.axis(r.axis);
-        vec![
-            joint.name.clone(),
-            format!("{:.3} {}", joint.kind.to_user_unit(r.at), joint.kind.unit()),
-            format!("{:.1}", r.t_s),
-            r.log.clone(),
-            format!("{:.2}", r.ratio),
-            format!("{:.2}", Z95 * r.sigma),
-            if r.outlying { "outlying".into() } else { String::new() },
-        ]
-    });
-    let columns = [
-        ("joint", false),
-        ("position", true),
-        ("time, s", true),
-        ("log", false),
-        ("times the model", true),
-        ("± 95 %", true),
-        ("note", false),
-    ];
-    page.section(
-        "Each reversal by itself",
-        "Lost motion of a single reversal as a multiple of what the model says, with its 95 % interval.",
-        TableView::new(&columns, rows),
-    );
-    page
-}
-
-fn of_gaps(robot: &Robot, gaps: &Gaps, command: &str, title: &str, from: &str, method: method::Method) -> Page {
+/// A page whose answer is which gaps were found.
+pub fn of_gaps(robot: &Robot, gaps: &Gaps, command: &str, title: &str, from: &str, method: method::Method) -> Page {
     let mut page = super::start(command, title, robot);
     for log in &gaps.logs {
         page.file("log", log.name.clone(), log.sha256.clone());

@@ -4,6 +4,7 @@
 //! - [`bidirectional`]: positions reached from both sides.
 //! - [`circle`]: circles before and after, side by side for any number of runs.
 //! - [`gaps`]: what an identification found; joint error traces of a path; [`screw`]: two gaps in series.
+//! - [`machine`]: what all logs of a machine gave together.
 //! - [`compensator`]: offsets, and what was left out; [`rewrite`]: what was done to a program.
 //! - [`diagnose`]: what a model lacks, and how that was found.
 //! - [`impact`]: what a gap costs at the TCP; [`simulate`]: what was run on which machine.
@@ -19,6 +20,7 @@ pub mod diagnose;
 pub mod gaps;
 pub(crate) mod impact;
 pub(crate) mod learn;
+pub(crate) mod machine;
 pub(crate) mod plan;
 pub(crate) mod program;
 pub(crate) mod rewrite;

@@ -1,11 +1,11 @@
 //! Half gap over position, one panel a joint (Zhang (2023) figure 5): mean and 95 % interval at each place, each cycle as a dot,
-//! the schedule or the constant that is used, with its band.
+//! the schedule or the constant that is used, with its band. The same for lost motion over the time since a reversal.
 
 use super::axes::{Frame, Scale, Size, extent, from_zero, usable, widen};
 use super::joints::Joints;
 use super::{dropped_note, line, nothing};
 use crate::error::counted;
-use crate::report::figures::{GapPointView, GapsView, JointGapView};
+use crate::report::figures::{GapPointView, GapsOver, GapsView, JointGapView};
 use crate::report::number::{interval, number, px};
 use maud::{Markup, html};
 
@@ -17,14 +17,25 @@ pub fn draw(view: &GapsView, joints: &Joints) -> Markup {
     html! {
         div.legends {
             ul.legend {
-                li { span.swatch.interval {} "mean and 95 % interval" }
+                @let [interval, cycle, _, _] = words(view.over);
+                li { span.swatch.interval {} (interval) }
                 @if view.joints.iter().flat_map(|j| &j.points).any(|p| !p.per_cycle_milli.is_empty()) {
-                    li { span.swatch.cycle {} "one cycle" }
+                    li { span.swatch.cycle {} (cycle) }
                 }
                 li { span.swatch.used {} "value that is used, with its 95 % band" }
             }
         }
-        div.panels.small { @for joint in &view.joints { (panel(joint, joints)) } }
+        div.panels.small { @for joint in &view.joints { (panel(view.over, joint, joints)) } }
+    }
+}
+
+/// What an interval, a dot and both axes stand for.
+fn words(over: GapsOver) -> [&'static str; 4] {
+    match over {
+        GapsOver::Position => ["mean and 95 % interval", "one cycle", "position", "half gap"],
+        GapsOver::SinceReversal => {
+            ["mean of single reversals, twice their scatter", "one reversal", "since the reversal", "lost motion"]
+        }
     }
 }
 
@@ -45,7 +56,7 @@ fn scaled(joint: &JointGapView, factor: f64) -> JointGapView {
     joint
 }
 
-fn panel(joint: &JointGapView, joints: &Joints) -> Markup {
+fn panel(over: GapsOver, joint: &JointGapView, joints: &Joints) -> Markup {
     let (factor, gap_unit, decimals) = joints.gaps(&joint.joint);
     let joint = &scaled(joint, factor);
     let points = || joint.points.iter();
@@ -61,7 +72,8 @@ fn panel(joint: &JointGapView, joints: &Joints) -> Markup {
             .chain(constant),
     );
     let name = &joint.joint;
-    let unit = joints.unit(name);
+    let unit = if over == GapsOver::Position { joints.unit(name) } else { "s" };
+    let [_, _, x_name, y_name] = words(over);
     let frame = Frame::new(
         Size { top: 24.0, height: 224.0, ..Size::SMALL },
         widen(xs.unwrap_or([0.0, 0.0]), 0.05),
@@ -76,8 +88,8 @@ fn panel(joint: &JointGapView, joints: &Joints) -> Markup {
             figcaption { strong { (name) } @if !joint.finding.is_empty() { " " (joint.finding) } }
             @if ys.is_none() { (nothing("no value of this joint is a finite number")) }
             @else {
-                svg role="img" aria-label=(format!("Half gap of joint {name} over its position: {}", joint.finding)) viewBox=(frame.size.view_box()) {
-                    (frame.axes(&format!("position, {unit}"), &format!("half gap, {gap_unit}")))
+                svg role="img" aria-label=(format!("{y_name} of joint {name}, {x_name}: {}", joint.finding)) viewBox=(frame.size.view_box()) {
+                    (frame.axes(&format!("{x_name}, {unit}"), &format!("{y_name}, {gap_unit}")))
                     @if let Some((value, ci)) = joint.constant_milli { @if usable(value) { (constant_line(&frame, value, ci)) } }
                     @if let Some(s) = &joint.schedule { (schedule_line(&frame, s)) }
                     @for p in points().filter(|p| !bad(p)) { (point(&frame, p, unit, gap_unit, decimals)) }

@@ -65,6 +65,7 @@ fn words_from_files_stay_words() {
         EVIL,
         EVIL,
         GapsView {
+            over: Default::default(),
             joints: vec![JointGapView {
                 joint: e(),
                 finding: e(),
@@ -219,6 +220,7 @@ fn odd_inputs_leave_no_hole_and_values_that_are_no_numbers_are_counted() {
                 "",
                 "",
                 GapsView {
+                    over: Default::default(),
                     joints: vec![JointGapView {
                         joint: "A1".into(),
                         finding: String::new(),
