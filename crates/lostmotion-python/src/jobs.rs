@@ -113,7 +113,7 @@ pub fn identify(py: Python<'_>, robot: &Robot, logs: Vec<PyRef<'_, Log>>, kind: 
             }
             _ => {
                 let found = machine::identify(robot, &read)?;
-                let page = page::gaps::of_machine(robot, &found).render();
+                let page = page::machine::of_identify(robot, &found).render();
                 (found, page)
             }
         })

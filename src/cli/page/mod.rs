@@ -20,7 +20,7 @@ pub mod diagnose;
 pub mod gaps;
 pub(crate) mod impact;
 pub(crate) mod learn;
-pub(crate) mod machine;
+pub mod machine;
 pub(crate) mod plan;
 pub(crate) mod program;
 pub(crate) mod rewrite;
