@@ -5,7 +5,7 @@
 //! (`gap_of: {J3: J2 + J3}`). The elbow then reverses where that sum does, and a command that must move its gear by an offset moves
 //! J3 by the offset less what J2's own offset already does.
 
-use super::Robot;
+use super::{Convention, Robot};
 
 /// The gear of an axis turns by the axis' own value and those of others.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,6 +30,29 @@ impl Robot {
     /// Back again.
     pub fn from_gears(&self, q: &mut [f64]) {
         self.sums(q, -1.0);
+    }
+
+    /// The same arm with a command for each gear in the place of one for each axis; `None`: no gear turns by a sum, or the joints do not
+    /// allow it. A joint that turns about the line of the gear and follows the other axis of the sum takes up what the sum holds of that
+    /// axis, as on the arms whose pendant shows the forearm against the horizontal.
+    pub fn of_gears(&self) -> Option<Self> {
+        let mut joints = self.joints.clone();
+        for gear in &self.gap_of {
+            let own = self.axis_index(gear.axis);
+            for &(axis, c) in &gear.others {
+                let driver = self.axis_index(axis);
+                let direction = joints[own].direction;
+                let follower = joints.get_mut(own.checked_sub(1)?)?;
+                let on_line =
+                    [follower.d_m, follower.a_m, follower.alpha_rad, follower.beta_rad].iter().all(|v| *v == 0.0);
+                let follows = follower.follows.as_mut().filter(|f| f.joint == driver && on_line)?;
+                follows.ratio -= c * direction * follower.direction;
+            }
+        }
+        let known = self.has_sums() && self.convention == Convention::Standard;
+        let mut robot = known.then(|| self.with_geometry(joints, self.tool))?;
+        robot.gap_of.clear();
+        Some(robot)
     }
 
     /// No axis of a sum has a sum of its own, so that the order does not matter.

@@ -69,6 +69,25 @@ fn the_gap_of_a_fanuc_elbow_belongs_to_the_sum_of_two_axes() {
 }
 
 #[test]
+fn the_verdict_runs_a_fanuc_elbow_by_the_sum_of_two_axes() {
+    let desk = desk_of("fanuc-m10ia.yaml", &[("J2", "half_gap_deg: 0.004"), ("J3", "half_gap_deg: 0.01")]);
+    // J3 turns against its motor, and with it
+    let points = [
+        [0.0; 6],
+        [0.0, 20.0, -5.0, 0.0, 0.0, 0.0],
+        [0.0, 10.0, -10.0, 0.0, 0.0, 0.0],
+        [0.0, 15.0, 10.0, 0.0, 0.0, 0.0],
+    ];
+    desk.write("part.ls", &fanuc(&points));
+    let run = desk.run("rewrite --model model.yaml part.ls --output out.ls --json").success();
+    let doc: serde_json::Value = serde_json::from_slice(&run.get_output().stdout).unwrap();
+    let targets = &doc["path_error"]["at_targets"];
+    let largest = |side: &str| targets["largest_um"][side].as_f64().unwrap();
+    // the elbow's gap at 0.7 m is 120 um
+    assert!(targets["targets"] == 4 && largest("before") > 50.0 && largest("after") < 0.5, "{doc}");
+}
+
+#[test]
 fn without_the_sum_in_the_robot_file_a_fanuc_elbow_is_left_out() {
     let desk = desk_of("fanuc-m10ia.yaml", &[("J3", "half_gap_deg: 0.01")]);
     let text = fanuc(&[[0.0; 6], [0.0, 20.0, -5.0, 0.0, 0.0, 0.0], [0.0, 10.0, 10.0, 0.0, 0.0, 0.0]]);

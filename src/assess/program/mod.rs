@@ -35,6 +35,7 @@ use crate::error::{Error, Place, Result, counted};
 use crate::log::Log;
 use crate::model::Model;
 use crate::program::{Moves, Program};
+use crate::robot::Robot;
 use path::Reference;
 use rayon::prelude::*;
 use std::collections::VecDeque;
@@ -104,11 +105,41 @@ fn reference_machine(model: &Model) -> Model {
     Model { effects, ..model.clone() }
 }
 
-/// Compares two runs on the model's machine.
+/// Compares two runs on the model's machine. Programs of a robot with a gap that belongs to a sum of axes are run in what its gears turn by.
 ///
 /// # Errors
 /// Where a run has fewer than two points, does not move, or a log has no TCP.
 pub fn assess(model: &Model, before: &Source, after: &Source, options: &Options) -> Result<Assessment> {
+    let sums = model.robot.has_sums();
+    if let (true, Source::Program(first), Source::Program(second)) = (sums, before, after)
+        && let Some(robot) = model.robot.of_gears()
+    {
+        let [first, second] = [first, second].map(|program| in_gears(program, &model.robot));
+        let model = Model { robot, ..model.clone() };
+        return by_axes(&model, &Source::Program(&first), &Source::Program(&second), options);
+    }
+    let mut found = by_axes(model, before, after, options)?;
+    if sums {
+        found.notes.push("a gap that belongs to a sum of axes (`gap_of`) is taken as that of its joint alone".into());
+    }
+    Ok(found)
+}
+
+/// A program as what the gears turn by.
+fn in_gears(program: &Program, robot: &Robot) -> Program {
+    let mut program = program.clone();
+    let mut q = vec![0.0; robot.dof()];
+    for point in 0..program.len() {
+        program.point_into(point, &mut q);
+        robot.to_gears(&mut q);
+        for (column, v) in program.q.iter_mut().zip(&q) {
+            column[point] = *v;
+        }
+    }
+    program
+}
+
+fn by_axes(model: &Model, before: &Source, after: &Source, options: &Options) -> Result<Assessment> {
     let mut notes = Vec::new();
     let parts = stretches::of(&model.robot, before, after, &mut notes);
     let parts = match parts {
@@ -311,7 +342,6 @@ fn largest_within(t_s: &[f64], values: &[f64], windows: &[[f64; 2]]) -> Vec<f64>
 mod tests {
     use super::*;
     use crate::effects::EffectInstance;
-    use crate::robot::Robot;
 
     #[test]
     fn the_largest_within_each_window_is_that_of_a_plain_search() {

@@ -52,7 +52,10 @@ pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -
             )
         }
     };
-    let text = format!("one-sided approach: {added} targets are reached from their side over an added point{rest}");
+    let stops = script.moves().any(|(_, m)| m.blend_m == Some(0.0));
+    let none = if stops { "" } else { ": no move of the program certainly stops at its goal" };
+    let text =
+        format!("one-sided approach: {added} targets are reached from their side over an added point{rest}{none}");
     Some(Note { place: At { file: 0, line: 1 }, text })
 }
 
