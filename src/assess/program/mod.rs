@@ -236,7 +236,7 @@ fn part(model: &Model, [before, after]: [&Source; 2], options: &Options, rows: r
     let model = &base;
     let ideal = reference_machine(model);
     let rate_hz = runs::rate_hz(model, before, options, rows);
-    let targets = targets::Targets::of(before, after);
+    let targets = targets::Targets::of(model, before, after);
     let wanted = runs::simulated(&ideal, before, options, rate_hz, &targets.before)?;
     let reference = Reference::new(&wanted.points_m, &wanted.t_s);
     if reference.length_m() <= 0.0 {
