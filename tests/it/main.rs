@@ -11,6 +11,7 @@ mod bench;
 mod cartesian_arcs;
 mod cartesian_circle;
 mod cartesian_path;
+mod cartesian_targets;
 mod catalogue;
 mod catalogue_docs;
 mod creep;
