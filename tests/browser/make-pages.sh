@@ -30,6 +30,13 @@ run assess impact --model $model --pose 40,-10,5,0,0,0 --report "$out/assess-imp
 run assess bidirectional --readings samples/bidirectional/irb1600_y.csv --report "$out/assess-bidirectional.html"
 sed '/^effects:/,$d' $model | sed "s|../../configs|$PWD/configs|" >"$work/ideal.yaml"
 run diagnose --model "$work/ideal.yaml" --log "$work/log.csv" --json --report "$out/diagnose.html"
+instrument=configs/micro-iges-4dof.yaml
+gantry=configs/gantry-xyz-ballscrew.yaml
+run identify deadzone --robot $instrument --log samples/instrument/growing_sine_log.csv.gz --output "$work/deadzone.yaml" --report "$out/identify-deadzone.html"
+run identify screw --robot $gantry --log samples/screw/gantry2015_z.csv.gz --output "$work/screw.yaml" --report "$out/identify-screw.html"
+run learn --robot $instrument --log samples/instrument/excitation_compensated.log.csv.gz --commands samples/instrument/excitation.csv.gz --hidden 10 --coordinates xy --output "$work/kinematics.yaml" --report "$out/learn.html"
+run track --robot $instrument --kinematics "$work/kinematics.yaml" --path samples/instrument/ellipse_12x20.csv --tolerance-mm 1 --output "$work/track.csv" --report "$out/track.html"
+run plan-experiment --model $model --between backlash:A2,hysteresis:A2 --output "$work/plan.csv" --report "$out/plan-experiment.html"
 for file in $kuka $model $program $static "$work/gaps.yaml" "$work/comp.yaml"; do
   name=$(basename "$file" | sed 's/\.csv.*//; s/\.yaml//; s/\.model//')
   case $file in
