@@ -141,14 +141,14 @@ fn left(found: &Found, axis: usize) -> Option<Left> {
 }
 
 /// What `assess deadzone --json` prints (`lostmotion/deadzone/1`).
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Document {
     schema: &'static str,
     joints: Vec<JointShown>,
     notes: Vec<String>,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 struct JointShown {
     joint: String,
     before: LeftShown,
@@ -157,7 +157,7 @@ struct JointShown {
 }
 
 /// Numbers with ten significant digits.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 struct LeftShown {
     deadzones: usize,
     #[serde(flatten)]

@@ -24,6 +24,21 @@ impl<T: Serialize> Serialize for Keyed<T> {
     }
 }
 
+/// Its key depends on the joint, so the schema of a document that has one holds any further entry.
+impl<T> schemars::JsonSchema for Keyed<T> {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Keyed".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({"type": "object", "additionalProperties": true})
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

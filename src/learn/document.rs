@@ -12,8 +12,8 @@ use std::fmt::Write;
 pub const SCHEMA: &str = "lostmotion/learning/1";
 
 /// The document.
-#[derive(Serialize)]
-struct Learning<'a> {
+#[derive(Serialize, schemars::JsonSchema)]
+pub(crate) struct Learning<'a> {
     schema: &'static str,
     robot: Named<'a>,
     kind: &'static str,
@@ -24,19 +24,19 @@ struct Learning<'a> {
     notes: &'a [String],
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, schemars::JsonSchema)]
 struct Named<'a> {
     name: &'a str,
     sha256: &'a str,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, schemars::JsonSchema)]
 struct TrainAndTest<T> {
     train: T,
     test: T,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, schemars::JsonSchema)]
 struct Coordinate {
     train: Option<RmseJson>,
     test: Option<RmseJson>,
@@ -46,7 +46,7 @@ struct Coordinate {
 }
 
 /// Root mean squares of the errors.
-#[derive(Serialize)]
+#[derive(Serialize, schemars::JsonSchema)]
 struct RmseJson {
     position_mm: Value,
     velocity_mm_s: Option<Value>,

@@ -29,9 +29,9 @@ const LARGEST: f64 = 1e9;
 /// Neurons beyond this are damage.
 const MOST_NEURONS: usize = 10_000;
 
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct KinematicsFile {
+pub(crate) struct KinematicsFile {
     schema: String,
     robot: RobotRef,
     kind: String,
@@ -41,7 +41,7 @@ struct KinematicsFile {
     evidence: EvidenceFile,
 }
 
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RobotRef {
     #[serde(default)]
@@ -49,14 +49,14 @@ struct RobotRef {
     sha256: String,
 }
 
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct NetworkFile {
     offset_mm: f64,
     neurons: Vec<Vec<f64>>,
 }
 
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize, schemars::JsonSchema)]
 struct EvidenceFile {
     #[serde(default)]
     logs: Vec<FileRef>,
@@ -72,7 +72,7 @@ struct EvidenceFile {
     rmse: IndexMap<String, IndexMap<String, f64>>,
 }
 
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize, schemars::JsonSchema)]
 struct FileRef {
     name: String,
     #[serde(default, skip_serializing_if = "String::is_empty")]

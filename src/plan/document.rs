@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 pub const SCHEMA: &str = "lostmotion/plan/1";
 
 /// What a plan is to decide.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum QuestionKind {
     /// Which of the alternatives that the user named is right.
@@ -28,7 +28,7 @@ pub enum QuestionKind {
 }
 
 /// What `plan-experiment --json` prints.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Plan {
     pub schema: &'static str,
     pub question: QuestionKind,
@@ -50,7 +50,7 @@ pub struct Plan {
     pub notes: Vec<String>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The proposal tells them apart in 99 of 100 logs.
@@ -69,7 +69,7 @@ pub enum Verdict {
     NothingToDecide,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct SetShown {
     #[serde(rename = "rivals")]
     pub alternatives: Vec<AlternativeShown>,
@@ -77,13 +77,13 @@ pub struct SetShown {
     pub beside: Vec<Value>,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct AlternativeShown {
     pub name: String,
     pub effects: Vec<Value>,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Entry {
     pub motion: String,
     pub does: String,
@@ -100,12 +100,12 @@ pub struct Entry {
     pub detectable: Vec<Value>,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct RunShown {
     pub payload_kg: Option<f64>,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Evidence {
     /// Expected difference in 2 ln L, the least over all comparisons.
     pub expected_2lnl: f64,
@@ -117,13 +117,13 @@ pub struct Evidence {
     pub nearest_outside: Option<OutsideShown>,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct OutsideShown {
     pub what: String,
     pub expected_2lnl: f64,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct ComparisonShown {
     pub truth: String,
     #[serde(rename = "rival")]
@@ -136,7 +136,7 @@ pub struct ComparisonShown {
     pub alternative_fitted: Vec<Value>,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct ChannelShown {
     pub channel: &'static str,
     pub log: &'static str,

@@ -19,7 +19,7 @@ pub const SCHEMA: &str = "lostmotion/rewritten/1";
 const ENDING: &str = ".lostmotion.json";
 
 /// The note beside a rewritten file.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Note {
     /// The schema of this note.
     pub schema: String,
@@ -70,7 +70,7 @@ pub struct Note {
 }
 
 /// A file that belongs to a program, such as the `.dat` of a `.src`.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Companion {
     /// Name of the program before.
     pub input: String,
@@ -86,7 +86,7 @@ pub struct Companion {
 }
 
 /// Name and SHA-256.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Named {
     /// Name of the file.
     pub name: String,

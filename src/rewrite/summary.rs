@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub const SCHEMA: &str = "lostmotion/rewrite/1";
 
 /// How a program came out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     Written,
@@ -28,7 +28,7 @@ pub enum Status {
 }
 
 /// One line of a batch summary.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Line {
     /// Of a program of a manifest.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -123,7 +123,7 @@ impl Line {
 }
 
 /// `lostmotion/rewrite/1`: what a rewrite did, as `rewrite --json` prints it.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Document {
     schema: &'static str,
     /// The line of the summary, with the whole text of a refusal.
@@ -139,14 +139,14 @@ pub struct Document {
 }
 
 /// A figure of the original and of the rewritten program.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 struct BeforeAfter {
     before: f64,
     after: f64,
 }
 
 /// One joint of the document; the unit of a length or an angle stands in its key.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 struct JointEntry {
     joint: String,
     reversals: u64,
@@ -158,7 +158,7 @@ struct JointEntry {
 }
 
 /// What the document of a vendor program has beyond that of CSV.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 struct VendorEntries {
     format: &'static str,
     coverage_percent: f64,
@@ -178,31 +178,31 @@ struct VendorEntries {
     rounding_pose_deg: f64,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 struct DirectionLost {
     line: u64,
     why: String,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 struct PointsOnLine {
     line: u64,
     points: u64,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 struct StopsOnLine {
     line: u64,
     stops: u64,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 struct NoteOnLine {
     line: u64,
     text: String,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 struct Rounding {
     joint: String,
     #[serde(flatten)]

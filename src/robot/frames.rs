@@ -40,9 +40,9 @@ pub struct Frames {
 }
 
 /// The document as it stands in YAML.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct FramesFile {
+pub(crate) struct FramesFile {
     schema: String,
     #[serde(default)]
     frames: BTreeMap<String, FrameFile>,
@@ -124,7 +124,7 @@ pub(super) fn checked(
 }
 
 /// Frames and tools that moves wait for, with the number of these moves, and how many wait for a posture of the arm.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct Missing {
     /// Unknown frames, with the number of moves that use each.
     pub frames: BTreeMap<String, u64>,

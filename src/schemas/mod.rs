@@ -1,16 +1,24 @@
 //! JSON Schemas of the documents, made from the types and tables that read and write them.
 //!
-//! `robot` and `join` are derived from their types; `model` takes the effects and their keys from the catalogue; `compensator`,
-//! `columns` and `gaps` are written beside the code that reads them, as their keys depend on the kind of a joint. Documents of
+//! Most are derived from their types; `model` takes the effects and their keys from the catalogue; `compensator`,
+//! `columns` and `gaps` are written beside the code that reads them, as their keys depend on the kind of a joint. The few documents of
 //! results that have no schema here are described in the contract of docs/.
 //!
 //! Tests hold every sample and every robot of the library against its schema, and that a misspelt key is refused by both.
 
 #![warn(missing_docs)]
 
+use crate::assess::{
+    bidirectional::document as bidirectional, circle::document as circle, deadzone, program::document as program,
+};
+use crate::diagnose::result::document as diagnosis;
 use crate::effects::catalogue;
+use crate::plan::document as plan;
+use crate::rewrite::{guard, summary};
 use crate::robot::file::RobotFile;
-use crate::{compensator, gaps, join, log::columns, model, robot};
+use crate::robot::frames;
+use crate::track::document as track;
+use crate::{compensator, gaps, join, learn, log::columns, model, robot};
 use serde_json::{Value, json};
 
 /// First line of a robot file that is written for a user: editors complete and check by it, once `lostmotion schema robot --output
@@ -18,24 +26,48 @@ use serde_json::{Value, json};
 pub const EDITOR_LINE: &str = "# yaml-language-server: $schema=robot.schema.json\n";
 
 /// Documents that have a schema, and what each is.
-pub const NAMES: [(&str, &str); 6] = [
+pub const NAMES: [(&str, &str); 18] = [
+    ("bidirectional", "what `assess bidirectional` found"),
+    ("circle", "what `assess circle` found"),
     ("columns", "column map of a log"),
     ("compensator", "offsets by joint"),
+    ("deadzone", "what `assess deadzone` found"),
+    ("diagnosis", "what `diagnose` found"),
+    ("frames", "frames and tools of a controller"),
     ("gaps", "what an identification found"),
     ("join", "what `join` found"),
+    ("kinematics", "learned kinematics"),
+    ("learning", "what `learn` reached"),
     ("model", "a robot and what is wrong with it"),
+    ("plan", "what `plan-experiment` chose"),
+    ("program-assessment", "what `assess program` found"),
+    ("rewrite", "what `rewrite` did to a program"),
+    ("rewritten", "note beside a rewritten program"),
     ("robot", "robot file"),
+    ("tracking", "what `track` reached"),
 ];
 
 /// The schema of a document by its short name.
 pub fn of(name: &str) -> Option<Value> {
     let (schema, mut body) = match name {
-        "robot" => (robot::file::SCHEMA, derived::<RobotFile>()),
-        "join" => (join::SCHEMA, derived::<join::Report>()),
-        "model" => (model::SCHEMA, model()),
-        "compensator" => (compensator::file::SCHEMA, compensator()),
+        "bidirectional" => (bidirectional::SCHEMA, written::<bidirectional::Document>()),
+        "circle" => (circle::SCHEMA, written::<circle::Document>()),
         "columns" => (columns::SCHEMA, column_map()),
+        "compensator" => (compensator::file::SCHEMA, compensator()),
+        "deadzone" => (deadzone::SCHEMA, written::<deadzone::Document>()),
+        "diagnosis" => (diagnosis::SCHEMA, written::<diagnosis::Diagnosis>()),
+        "frames" => (frames::SCHEMA, derived::<frames::FramesFile>()),
         "gaps" => (gaps::file::SCHEMA, gaps()),
+        "join" => (join::SCHEMA, derived::<join::Report>()),
+        "kinematics" => (learn::file::SCHEMA, derived::<learn::file::KinematicsFile>()),
+        "learning" => (learn::document::SCHEMA, written::<learn::document::Learning>()),
+        "model" => (model::SCHEMA, model()),
+        "plan" => (plan::SCHEMA, written::<plan::Plan>()),
+        "program-assessment" => (program::SCHEMA, written::<program::Document>()),
+        "rewrite" => (summary::SCHEMA, written::<summary::Document>()),
+        "rewritten" => (guard::SCHEMA, derived::<guard::Note>()),
+        "robot" => (robot::file::SCHEMA, derived::<RobotFile>()),
+        "tracking" => (track::SCHEMA, written::<track::Tracking>()),
         _ => return None,
     };
     body["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
@@ -50,6 +82,12 @@ pub fn of(name: &str) -> Option<Value> {
 
 fn derived<T: schemars::JsonSchema>() -> Value {
     serde_json::to_value(schemars::schema_for!(T)).unwrap_or_default()
+}
+
+/// A document that the program only writes: entries that may be absent are not required.
+fn written<T: schemars::JsonSchema>() -> Value {
+    let generator = schemars::generate::SchemaSettings::draft2020_12().for_serialize().into_generator();
+    serde_json::to_value(generator.into_root_schema_for::<T>()).unwrap_or_default()
 }
 
 /// A frame: fixed-axis X, then Y, then Z.

@@ -26,8 +26,8 @@ pub struct Origin {
 }
 
 /// The document.
-#[derive(Serialize)]
-struct Tracking<'a> {
+#[derive(Serialize, schemars::JsonSchema)]
+pub(crate) struct Tracking<'a> {
     schema: &'static str,
     robot: Source<'a>,
     path: Source<'a>,
@@ -44,7 +44,7 @@ struct Tracking<'a> {
 }
 
 /// A file that something comes from.
-#[derive(Serialize)]
+#[derive(Serialize, schemars::JsonSchema)]
 struct Source<'a> {
     name: &'a str,
     sha256: &'a str,

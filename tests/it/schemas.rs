@@ -70,6 +70,13 @@ fn faults(value: &Value, schema: &Value, whole: &Value, at: &str, out: &mut Vec<
                     faults(v, expected, whole, &format!("{at}[{i}]"), out);
                 }
             }
+            "prefixItems" => {
+                for (i, (v, part)) in
+                    value.as_array().into_iter().flatten().zip(expected.as_array().unwrap()).enumerate()
+                {
+                    faults(v, part, whole, &format!("{at}[{i}]"), out);
+                }
+            }
             "minItems" | "maxItems" => {
                 let n = value.as_array().map_or(0, Vec::len) as u64;
                 let bound = expected.as_u64().unwrap();
@@ -87,7 +94,19 @@ fn faults(value: &Value, schema: &Value, whole: &Value, at: &str, out: &mut Vec<
                     out.push(format!("{at}: {value} fits none of {expected}"));
                 }
             }
-            "const" | "enum" | "minimum" | "$schema" | "$defs" | "title" | "description" | "default" | "format" => {}
+            "oneOf" => {
+                let fits = |s: &&Value| {
+                    let mut of = Vec::new();
+                    faults(value, s, whole, at, &mut of);
+                    of.is_empty()
+                };
+                let n = expected.as_array().unwrap().iter().filter(fits).count();
+                if n != 1 {
+                    out.push(format!("{at}: {value} fits {n} of {expected}"));
+                }
+            }
+            "const" | "enum" | "minimum" | "maximum" | "$schema" | "$defs" | "title" | "description" | "default"
+            | "format" => {}
             other => panic!("keyword {other}"),
         }
     }
@@ -214,6 +233,68 @@ fn what_the_commands_write_fits_its_schema() {
     assert_eq!(of("join", &serde_json::from_slice(&joined).unwrap()), Vec::<String>::new());
     let printed: Value = serde_json::from_slice(&run(&["schema", "robot"])).unwrap();
     assert_eq!(Some(printed), schemas::of("robot"));
+}
+
+#[test]
+fn documents_of_results_fit_their_schemas() {
+    let work = tempfile::tempdir().unwrap();
+    // an answer that is no (exit code 1) has a document, too
+    let run = |line: &str| {
+        let line = line.replace("{}", work.path().to_str().unwrap());
+        let out = std::process::Command::new(env!("CARGO_BIN_EXE_lostmotion"))
+            .current_dir(root())
+            .args(line.split_whitespace())
+            .output()
+            .unwrap();
+        assert!(out.status.code().is_some_and(|c| c < 2), "{line}: {}", String::from_utf8_lossy(&out.stderr));
+        out.stdout
+    };
+    let fits = |name: &str, bytes: &[u8]| {
+        let value: Value = serde_yaml::from_slice(bytes).unwrap();
+        assert_eq!(value["schema"], schemas::of(name).unwrap()["title"], "{name}");
+        assert_eq!(of(name, &value), Vec::<String>::new());
+    };
+    let file = |name: &str| std::fs::read(work.path().join(name)).unwrap();
+    let (kuka, model) = ("configs/kuka-kr120-r2500-pro.yaml", "samples/models/kuka-figure5.model.yaml");
+    let (program, circle) = ("samples/circle/circle_program.csv", "samples/circle/circle_uncompensated_figure5.csv.gz");
+    let (arm, excitation) = ("configs/micro-iges-4dof.yaml", "samples/instrument/excitation_compensated.log.csv.gz");
+    for (name, line) in [
+        ("rewrite", format!("rewrite --model {model} {program} --speed-mm-s 1.5 --output {{}}/out.csv --json")),
+        (
+            "rewrite",
+            format!(
+                "rewrite --model {model} samples/programs/krl/folds.src --speed-mm-s 20 --output {{}}/folds.src --json"
+            ),
+        ),
+        (
+            "program-assessment",
+            format!("assess program --model {model} --before {program} --after {{}}/out.csv --json"),
+        ),
+        ("circle", format!("assess circle --robot {kuka} --nominal {program} --before {circle} --json")),
+        ("bidirectional", "assess bidirectional --readings samples/bidirectional/irb1600_y.csv --json".into()),
+        (
+            "learning",
+            format!(
+                "learn --robot {arm} --log {excitation} --commands samples/instrument/excitation.csv.gz --hidden 3 --coordinates xy --output {{}}/k.yaml --json"
+            ),
+        ),
+        (
+            "tracking",
+            format!(
+                "track --robot {arm} --kinematics {{}}/k.yaml --path samples/instrument/ellipse_12x20.csv --tolerance-mm 5 --output {{}}/t.csv --json"
+            ),
+        ),
+        (
+            "plan",
+            format!("plan-experiment --model {model} --between backlash:A2,hysteresis:A2 --output {{}}/p.csv --json"),
+        ),
+        ("diagnosis", format!("diagnose --robot {kuka} --log samples/static/single_axis_A1.csv.gz --json")),
+    ] {
+        fits(name, &run(&line));
+    }
+    fits("rewritten", &file("out.csv.lostmotion.json"));
+    fits("kinematics", &file("k.yaml"));
+    fits("frames", &run(&format!("rewrite --model {model} samples/programs/krl/folds.src --list-frames")));
 }
 
 #[test]

@@ -13,8 +13,8 @@ use serde_json::{Map, Value};
 
 pub const SCHEMA: &str = "lostmotion/bidirectional/1";
 
-#[derive(Serialize)]
-struct Document<'a> {
+#[derive(Serialize, schemars::JsonSchema)]
+pub(crate) struct Document<'a> {
     schema: &'static str,
     readings: ReadingsJson<'a>,
     significant_below_p: Value,
@@ -24,7 +24,7 @@ struct Document<'a> {
     notes: &'a [String],
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, schemars::JsonSchema)]
 struct ReadingsJson<'a> {
     name: &'a str,
     sha256: &'a str,
@@ -33,7 +33,7 @@ struct ReadingsJson<'a> {
 }
 
 /// Lost motion over the whole line, in one state.
-#[derive(Serialize)]
+#[derive(Serialize, schemars::JsonSchema)]
 struct LineJson {
     state: Value,
     backlash_um: Value,
@@ -50,7 +50,7 @@ struct LineJson {
 }
 
 /// A position in one state.
-#[derive(Serialize)]
+#[derive(Serialize, schemars::JsonSchema)]
 struct PoseJson {
     position_mm: Value,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -69,7 +69,7 @@ struct PoseJson {
 }
 
 /// The curve of lost motion over position and state.
-#[derive(Serialize)]
+#[derive(Serialize, schemars::JsonSchema)]
 struct ModelJson<'a> {
     degree: usize,
     degree_given: bool,
@@ -89,7 +89,7 @@ struct ModelJson<'a> {
 }
 
 /// How a state differs from the reference.
-#[derive(Serialize)]
+#[derive(Serialize, schemars::JsonSchema)]
 struct IndicatorJson {
     letter: String,
     name: String,
@@ -97,7 +97,7 @@ struct IndicatorJson {
     ci95: Value,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, schemars::JsonSchema)]
 struct ErrorsJson<'a> {
     from: &'a str,
     sigma_um: Value,
@@ -105,7 +105,7 @@ struct ErrorsJson<'a> {
 }
 
 /// Student's test of one coefficient of a state.
-#[derive(Serialize)]
+#[derive(Serialize, schemars::JsonSchema)]
 struct StateJson {
     name: String,
     state: Value,
@@ -121,7 +121,7 @@ struct StateJson {
 }
 
 /// Fisher's test of a degree.
-#[derive(Serialize)]
+#[derive(Serialize, schemars::JsonSchema)]
 struct LackOfFitJson {
     degree: usize,
     #[serde(rename = "F")]
@@ -135,14 +135,14 @@ struct LackOfFitJson {
     mean_squares_um2: MeanSquares,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, schemars::JsonSchema)]
 struct Squares {
     lack_of_fit: Value,
     pure_error: Value,
     residual: Value,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, schemars::JsonSchema)]
 struct MeanSquares {
     lack_of_fit: Value,
     pure_error: Value,

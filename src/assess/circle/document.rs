@@ -8,7 +8,7 @@ use serde::Serialize;
 pub const SCHEMA: &str = "lostmotion/circle/1";
 
 /// What `assess circle --json` prints.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Document {
     schema: &'static str,
     robot: File,
@@ -23,13 +23,13 @@ pub struct Document {
 }
 
 /// A robot or a log.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 struct File {
     name: String,
     sha256: String,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 struct NominalShown {
     radius_mm: f64,
     centre_mm: [f64; 3],
@@ -39,7 +39,7 @@ struct NominalShown {
     chord_max_um: f64,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 struct HistogramShown {
     bin_um: f64,
     before: Vec<u64>,
@@ -47,7 +47,7 @@ struct HistogramShown {
 }
 
 /// The run before or after compensation.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 struct Half {
     log: File,
     rows: usize,
@@ -68,7 +68,7 @@ struct Half {
 }
 
 /// A reversal; `reduction` stands in both halves, null without a log after compensation.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 struct ReversalShown {
     joint: String,
     at_deg: f64,

@@ -10,14 +10,14 @@ use serde::Serialize;
 pub const SCHEMA: &str = "lostmotion/program-assessment/1";
 
 /// A figure of the program before and after the change.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Pair<T> {
     pub before: T,
     pub after: T,
 }
 
 /// The figures of a comparison; micrometres are distances of the TCP to the reference path.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct FiguresShown {
     pub rms_um: Pair<f64>,
     pub mean_um: Pair<f64>,
@@ -34,7 +34,7 @@ pub struct FiguresShown {
 }
 
 /// Errors at the targets of a vendor program: distances of the TCP to where it should be.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct AtTargetsShown {
     pub verdict: &'static str,
     pub targets: usize,
@@ -43,7 +43,7 @@ pub struct AtTargetsShown {
 }
 
 /// What `assess program --json` prints.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Document {
     schema: &'static str,
     robot: RobotShown,
@@ -61,7 +61,7 @@ pub struct Document {
 }
 
 /// Moves of a vendor program, by what is known of them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct MovesShown {
     pub all: usize,
     pub in_verdict: usize,
@@ -86,13 +86,13 @@ impl MovesShown {
     }
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 struct RobotShown {
     name: String,
     sha256: String,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct ReversalShown {
     joint: String,
     t_s: f64,

@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 pub const SCHEMA: &str = "lostmotion/diagnosis/1";
 
 /// What `diagnose --json` prints. Micrometres are rms per coordinate.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Diagnosis {
     /// Name and version of the document's form.
     pub schema: &'static str,
@@ -60,7 +60,7 @@ pub struct Diagnosis {
 }
 
 /// Noise of the first group: that of the TCP, where it was measured.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct NoiseFound {
     pub sigma_um: f64,
     pub source: &'static str,
@@ -71,7 +71,7 @@ pub struct NoiseFound {
     pub share: f64,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Gap {
     pub initial_rms_um: f64,
     pub nuisance_only_rms_um: f64,
@@ -80,7 +80,7 @@ pub struct Gap {
     pub final_max_um: f64,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Round {
     pub effect: String,
     pub target: String,
@@ -113,7 +113,7 @@ pub struct Round {
     pub joint_unit: &'static str,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Tried {
     pub effect: String,
     pub target: String,
@@ -121,7 +121,7 @@ pub struct Tried {
     pub parameters: usize,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Place {
     pub joint: Option<String>,
     pub description: String,
@@ -129,7 +129,7 @@ pub struct Place {
     pub t_s: Vec<[f64; 2]>,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Evidence {
     pub statistic: &'static str,
     pub value: f64,
@@ -142,7 +142,7 @@ pub struct Evidence {
 }
 
 /// F of all parameters of a group together.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct GroupTest {
     pub name: &'static str,
     pub value: f64,
@@ -150,27 +150,27 @@ pub struct GroupTest {
     pub p_value: f64,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Parameter {
     pub value: f64,
     /// None where the fit did not come to rest.
     pub ci95: Option<[f64; 2]>,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Validation {
     pub rms_before_um: f64,
     pub rms_after_um: f64,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct PutAside {
     pub effect: String,
     pub target: String,
     pub replaced_by: String,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
 pub struct Unexplained {
     pub rms_um: f64,
     pub joint: Option<String>,

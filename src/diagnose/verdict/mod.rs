@@ -14,7 +14,7 @@ pub const HELD: f64 = 0.95;
 pub const MDB: f64 = 4.13;
 
 /// What the log says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The model explains the log: nothing is left but noise.
@@ -32,7 +32,7 @@ pub enum Verdict {
 }
 
 /// One member of a set.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Member {
     pub effect: String,
     pub target: String,

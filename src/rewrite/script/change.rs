@@ -8,7 +8,7 @@ use crate::robot::Robot;
 use serde::Serialize;
 
 /// A move that is written differently, or a point that is new.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Change {
     pub line: u64,
     /// The point is new, on the way to the target of this line.

@@ -22,8 +22,9 @@ pub struct Coverage {
 }
 
 /// Why moves are not edited.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Reason {
+    #[schemars(with = "String")]
     pub why: Cause,
     pub moves: u64,
     /// The first of their lines.
