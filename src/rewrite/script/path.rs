@@ -3,7 +3,7 @@
 //! Method: the runs of [`run::cut`], which solve Cartesian targets as a rewrite does. Joint moves go straight in the joints. A straight
 //! move of the TCP and an arc through three points are solved at so many places ([`super::way::Line::at`]) that the TCP leaves them by at most
 //! [`WITHIN_M`] between two. Where a move comes from, or the way that it takes, is not known, a new stretch starts at its goal; the
-//! way there is straight in the joints and belongs to no stretch. Programs with joint targets alone are read as they always were
+//! way there is straight in the joints and belongs to no stretch. Programs of joint moves to joint targets alone are read as they always were
 //! ([`crate::program::joint_path`]).
 //!
 //! Assumptions: corners are not cut (zones, C_DIS, CNT), and a program is read once, in the order of its text. Where a program is so
@@ -90,7 +90,10 @@ impl Reading<'_> {
     fn solved(&self, format: &dyn Format, texts: Vec<Text>, sha256: String) -> Result<Program> {
         let document = format.parse(texts, self.robot.axes())?;
         let script = document.script();
-        if script.moves().all(|(_, m)| matches!(m.goal, Goal::Joints(_))) {
+        // between joint values a straight move of an arm is straight at the TCP
+        let arm = self.robot.axis_joints().all(|j| j.kind == JointKind::Revolute);
+        let plain = |m: &Move| matches!(m.goal, Goal::Joints(_)) && !(arm && m.path == PathKind::Linear);
+        if script.moves().all(|(_, m)| plain(m)) {
             return Program::of_document(document.as_ref(), sha256, self.robot);
         }
         let commanded = super::commanded(script, self.robot.dof());
