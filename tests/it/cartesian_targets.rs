@@ -60,6 +60,25 @@ fn program(format: &str, seed: u64) -> (&'static str, String, &'static str) {
             }
             ("p.mod", t + "ENDPROC\nENDMODULE\n", "abb-irb1600-6-145.yaml")
         }
+        // moves between pulses, straight at the TCP; in the second half of the seeds the wrist turns over on the way, where no
+        // straight way is
+        "inform" => {
+            let wrist: i64 = if seed % 2 == 0 { 25_000 } else { 2_000 };
+            let near = |n: &mut Numbers, about: i64| about + n.below(12_000) as i64 - 6_000;
+            let mut rows = vec![[0, 0, 0, 0, wrist, 0], [3000, 3000, 3000, 3000, wrist + 3000, 1500]];
+            let base = [0; 6].map(|_: i64| n.below(20_000) as i64 - 10_000);
+            rows.extend((0..5).map(|_| [0, 1, 2, 3, 4, 5].map(|k| near(&mut n, if k == 4 { wrist } else { base[k] }))));
+            t += "/JOB\r\n//NAME P\r\n//POS\r\n///NPOS 7,0,0,0,0,0\r\n///TOOL 0\r\n///POSTYPE PULSE\r\n///PULSE\r\n";
+            for (i, [a, b, c, d, e, f]) in rows.iter().enumerate() {
+                let _ = write!(t, "C{i:05}={a},{b},{c},{d},{e},{f}\r\n");
+            }
+            t += "//INST\r\n///DATE 2020/01/01 00:00\r\n///ATTR SC,RW\r\n///GROUP1 RB1\r\nNOP\r\nMOVJ C00000 VJ=10.00 PL=0\r\n\
+                  MOVJ C00001 VJ=10.00 PL=0\r\nMOVJ C00002 VJ=10.00 PL=0\r\n";
+            for _ in 0..6 {
+                let _ = write!(t, "MOVL C{:05} V=100.0 PL=0\r\n", 2 + n.below(5));
+            }
+            ("p.jbi", t + "END\r\n", "motoman-ma2010.yaml")
+        }
         _ => {
             t += "def p():\n  set_tcp(p[0,0,0,0,0,0])\n  movej([0.1,-1.3,1.6,-1.9,-1.4,0.1],a=1,v=1)\n  movej([0,-1.2,1.5,-1.8,-1.5,0],a=1,v=1)\n";
             for place in n.places([-750, -250, 500], [-900, -500, 300], [-550, 200, 700], 60) {
@@ -113,4 +132,21 @@ fn the_robot_stands_right_at_every_target_of_random_programs() {
         }
     }
     assert!(all >= 20 && exact * 10 >= all * 8, "{exact} of {all}");
+}
+
+#[test]
+fn straight_moves_to_pulses_are_judged_on_the_line_of_the_tcp() {
+    // a pulse is 0.00075 deg at the first joints: half of it on six joints at 2 m
+    const DIGITS_UM: f64 = 40.0;
+    let mut judged = 0;
+    for seed in 0..2 * SEEDS {
+        let (Some([before, after]), doc) = rewritten("inform", seed, "") else { continue };
+        assert!(before > 60.0 && after < DIGITS_UM, "{seed}: {before} {after}");
+        if seed % 2 == 0 {
+            judged += 1;
+            let rms = |side: &str| doc["path_error"]["rms_um"][side].as_f64().unwrap();
+            assert!(rms("after") < 0.4 * rms("before"), "{seed}: {}", doc["path_error"]);
+        }
+    }
+    assert!(judged >= 3, "{judged}");
 }

@@ -271,9 +271,12 @@ impl<'a> Points<'a> {
         Some(way)
     }
 
-    /// Whether a move without a solved way is straight in the joints.
+    /// Whether a move without a solved way is straight in the joints. A straight move between joint values that lead through
+    /// another arm configuration has no way that an arm could take; its ends are known all the same, and what a joint does
+    /// between them decides on which side of its gap it stands.
     fn is_straight(&self, m: &Move) -> bool {
         let gantry = || self.robot.axis_joints().all(|j| j.kind == JointKind::Prismatic);
-        m.path == PathKind::Joint || !m.way.is_empty() || m.path == PathKind::Linear && gantry()
+        let linear = m.path == PathKind::Linear;
+        m.path == PathKind::Joint || !m.way.is_empty() || linear && (gantry() || matches!(m.goal, Goal::Joints(_)))
     }
 }
