@@ -63,7 +63,7 @@ fn program(format: &str, seed: u64) -> (&'static str, String, &'static str) {
         // moves between pulses, straight at the TCP; in the second half of the seeds the wrist turns over on the way, where no
         // straight way is
         "inform" => {
-            let wrist: i64 = if seed % 2 == 0 { 25_000 } else { 2_000 };
+            let wrist: i64 = if seed.is_multiple_of(2) { 25_000 } else { 2_000 };
             let near = |n: &mut Numbers, about: i64| about + n.below(12_000) as i64 - 6_000;
             let mut rows = vec![[0, 0, 0, 0, wrist, 0], [3000, 3000, 3000, 3000, wrist + 3000, 1500]];
             let base = [0; 6].map(|_: i64| n.below(20_000) as i64 - 10_000);
@@ -142,7 +142,7 @@ fn straight_moves_to_pulses_are_judged_on_the_line_of_the_tcp() {
     for seed in 0..2 * SEEDS {
         let (Some([before, after]), doc) = rewritten("inform", seed, "") else { continue };
         assert!(before > 60.0 && after < DIGITS_UM, "{seed}: {before} {after}");
-        if seed % 2 == 0 {
+        if seed.is_multiple_of(2) {
             judged += 1;
             let rms = |side: &str| doc["path_error"]["rms_um"][side].as_f64().unwrap();
             assert!(rms("after") < 0.4 * rms("before"), "{seed}: {}", doc["path_error"]);
