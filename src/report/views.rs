@@ -178,9 +178,12 @@ impl Page {
         self
     }
 
-    /// Adds a file.
+    /// Adds a file; of an absolute path only the name, as a page is handed on and folders are nobody's business.
     pub fn file(&mut self, role: impl Into<String>, name: impl Into<String>, sha256: impl Into<String>) -> &mut Self {
-        self.files.push(FileView { role: role.into(), name: name.into(), sha256: sha256.into() });
+        let name: String = name.into();
+        let path = std::path::Path::new(&name);
+        let short = path.file_name().filter(|_| path.is_absolute()).map(|n| n.to_string_lossy().into_owned());
+        self.files.push(FileView { role: role.into(), name: short.unwrap_or(name), sha256: sha256.into() });
         self
     }
 

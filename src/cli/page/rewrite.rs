@@ -1,7 +1,7 @@
 //! Page of `rewrite`: what was done to a program.
 
 use super::milli;
-use crate::assess::program::{AtTargets, Figures, Verdict, judge};
+use crate::assess::program::{AtTargets, Figures, ReversalError, Verdict, judge};
 use crate::compensator::Compensator;
 use crate::error::counted;
 use crate::report::{BarRow, BarsView, Page, Role, Run, TableView, Tile, Tone};
@@ -11,7 +11,22 @@ use crate::rewrite::script::coverage::Reason;
 use crate::rewrite::summary::{Line, Status};
 use crate::robot::Robot;
 
-pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, figures: Option<&Figures>) -> Page {
+/// The verdict on the rewritten program, as a page shows it.
+pub struct Shown<'a> {
+    /// The machine on which both programs were run, in words.
+    pub machine: &'static str,
+    /// Errors before and after.
+    pub figures: &'a Figures,
+    /// Path error to expect of the robot itself, m rms.
+    pub expected_m: Option<f64>,
+    /// What the offsets leave on the robot itself is known: it is in `expected_m`, or in the model.
+    pub measured: bool,
+    /// Error after each reversal.
+    pub reversals: &'a [ReversalError],
+}
+
+/// Page of one program.
+pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, proof: Option<&Shown>) -> Page {
     let mut page = super::start("rewrite", "A program with its lost motion taken out", robot);
     page.file("program in", outcome.input.clone(), outcome.sha256_in.clone().unwrap_or_default());
     if let Some(out) = &outcome.output {
@@ -25,24 +40,21 @@ pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, f
             let added = if outcome.output.is_some() { "added" } else { "to be added" };
             let known = robot.axis_joints().any(|j| j.limits.is_some() || j.max_speed.is_some());
             let limits = if known { "every limit kept" } else { "no limit known: the robot file has none" };
-            let only_on_the_way =
-                figures.and_then(|f| f.at_targets).is_some_and(|t: AtTargets| t.verdict() != Verdict::Worse);
-            let (tone, path) = match figures.map(judge) {
-                Some(Verdict::Worse) if only_on_the_way => {
-                    (Tone::Mixed, " The path error grows on the way between the targets, not at them.")
-                }
-                Some(Verdict::Worse) => (Tone::Bad, " The path error grows: do not run this program."),
-                Some(Verdict::Better) => (Tone::Good, " The path error falls."),
-                Some(Verdict::Unchanged) => (Tone::Mixed, " The path error stays as it was."),
-                None => (Tone::Good, ""),
-            };
-            page.verdict(tone, format!("{} points read, {} {added}, {limits}.{path}", a.points, a.inserted))
+            let (tone, path) = proof.map_or((Tone::Good, String::new()), answer);
+            page.verdict(tone, format!("{path}{} points read, {} {added}, {limits}.", a.points, a.inserted))
         }
     };
     page.tile(Tile::text("reversals", a.reversals.iter().sum::<u64>().to_string(), ""));
     let added = if outcome.output.is_some() { "points added" } else { "points to be added" };
     page.tile(Tile::text(added, a.inserted.to_string(), ""));
     page.tile(Tile::number("largest change at the TCP", a.largest_change_m * 1e6, 1, "µm"));
+    if let Some(proof) = proof.filter(|p| !p.reversals.is_empty()) {
+        page.section(
+            "Largest error at the TCP after the reversals of each joint",
+            format!("Both programs run on {}; distance to the path without joint errors.", proof.machine),
+            reversals(robot, proof.reversals),
+        );
+    }
     let per = |v: &[f64], k: usize| format!("{:.3}", milli(robot, k, v.get(k).copied().unwrap_or(0.0)));
     let rows = (0..robot.dof()).map(|k| {
         let reversals = a.reversals.get(k).copied().unwrap_or(0).to_string();
@@ -65,6 +77,40 @@ pub fn of_outcome(robot: &Robot, compensator: &Compensator, outcome: &Outcome, f
     }
     page.section("", "", super::compensator::methods());
     page
+}
+
+/// The verdict in a sentence: on which machine, and what that says of the robot itself.
+fn answer(proof: &Shown) -> (Tone, String) {
+    let f = proof.figures;
+    let only_on_the_way = f.at_targets.is_some_and(|t: AtTargets| t.verdict() != Verdict::Worse);
+    let tone = match judge(f) {
+        Verdict::Worse if !only_on_the_way => Tone::Bad,
+        Verdict::Worse | Verdict::Unchanged => Tone::Mixed,
+        Verdict::Better => Tone::Good,
+    };
+    let robot_itself = match proof.expected_m {
+        Some(m) => format!(" Expect about {:.0} µm rms of the robot itself.", m * 1e6),
+        None if proof.measured => String::new(),
+        None => " The robot itself keeps what the compensator does not know of.".into(),
+    };
+    let stop = if tone == Tone::Bad { " Do not run this program." } else { "" };
+    (tone, format!("On {}: {}.{robot_itself}{stop} ", proof.machine, f.sentence().replace(" um", " µm")))
+}
+
+/// Largest error of each joint's reversals.
+fn reversals(robot: &Robot, all: &[ReversalError]) -> BarsView {
+    let row = |axis: usize| {
+        let own = || all.iter().filter(move |r| r.axis == axis);
+        let largest = |of: fn(&ReversalError) -> f64| own().map(|r| of(r) * 1e6).reduce(f64::max);
+        let values = vec![largest(|r| r.before_m), largest(|r| r.after_m)];
+        (own().count() > 0).then(|| BarRow { label: robot.axis(axis).name.clone(), values })
+    };
+    BarsView {
+        quantity: "largest error".into(),
+        unit: "µm".into(),
+        runs: vec![Run::new("before", Role::Before), Run::new("after", Role::After)],
+        rows: (0..robot.dof()).filter_map(row).collect(),
+    }
 }
 
 /// Programs that the figure of a folder shows: those of which the least is edited.

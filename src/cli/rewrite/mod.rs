@@ -376,8 +376,8 @@ fn single(args: &Args, source: &Source, job: &Job) -> Result<Finished> {
     summarise(&mut summary, &[Line::of(&ready.outcome)])?;
     let proof = proof::of(args, source, job, &mut ready);
     page::write(&mut report, || {
-        let figures = proof.as_ref().and_then(Proof::figures);
-        page::rewrite::of_outcome(&source.robot, &source.compensator, &ready.outcome, figures)
+        let shown = proof.as_ref().and_then(|p| p.shown(args.model.is_some()));
+        page::rewrite::of_outcome(&source.robot, &source.compensator, &ready.outcome, shown.as_ref())
     })?;
     let json = args
         .json

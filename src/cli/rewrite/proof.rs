@@ -8,7 +8,8 @@
 use super::Args;
 use super::job::Source;
 use crate::assess::program::document::{MovesShown, ReversalShown};
-use crate::assess::program::{self, Assessment, Figures, Verdict, document};
+use crate::assess::program::{self, Assessment, Figures, ReversalError, Verdict, document};
+use crate::cli::page::rewrite::Shown;
 use crate::compensator::{Compensator, FrictionShape, Predicted, Response};
 use crate::effects::{
     BacklashPosition, Decay, EffectInstance, GapCurve, Hysteresis, PreslidingStiction, Stiction, Target, curve::Pchip,
@@ -45,6 +46,8 @@ pub(super) struct Proven {
     worst: Option<(String, ReversalShown)>,
     /// Path error to expect of the robot itself, m rms, and why in words.
     expected: Option<(f64, String)>,
+    /// Error after each reversal.
+    reversals: Vec<ReversalError>,
     notes: Vec<String>,
 }
 
@@ -116,6 +119,7 @@ impl Proven {
             moves: assessed.moves.map(MovesShown::of),
             worst,
             expected: expected(predicted, &assessed.figures),
+            reversals: assessed.reversals.clone(),
             notes: assessed.notes.clone(),
         }
     }
@@ -162,8 +166,7 @@ impl Proof {
     ///
     /// `vendor`: the program is none of joint rows, so its path is not made denser.
     pub(super) fn words(&self, of_model: bool, vendor: bool) -> String {
-        let machine =
-            if of_model { "the model's machine" } else { "a machine with the compensator's gaps and friction" };
+        let machine = machine(of_model);
         match self {
             Self::None(why) => format!("  verdict: not worked out ({why})\n"),
             Self::Proven(proven) => {
@@ -214,12 +217,24 @@ impl Proof {
         }
     }
 
-    pub(super) fn figures(&self) -> Option<&Figures> {
+    /// For the page.
+    pub(super) fn shown(&self, of_model: bool) -> Option<Shown<'_>> {
         match self {
-            Self::Proven(p) => Some(&p.figures),
+            Self::Proven(p) => Some(Shown {
+                machine: machine(of_model),
+                figures: &p.figures,
+                expected_m: p.expected.as_ref().map(|e| e.0),
+                measured: of_model || p.expected.is_some(),
+                reversals: &p.reversals,
+            }),
             Self::None(_) => None,
         }
     }
+}
+
+/// The machine of a verdict.
+fn machine(of_model: bool) -> &'static str {
+    if of_model { "the model's machine" } else { "a machine with the compensator's gaps and friction" }
 }
 
 /// The compensator rests on measurements: offsets that were typed in say nothing of a machine.
