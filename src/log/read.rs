@@ -184,6 +184,11 @@ impl Head {
         self.another_separator(name, separator).map_or(Ok(()), Err)
     }
 
+    /// Whether a column has this name, whatever its letters' case.
+    fn has_name(&self, name: &str) -> bool {
+        self.names.iter().any(|n| n.trim().eq_ignore_ascii_case(name))
+    }
+
     /// Every axis needs its command, every point its three coordinates (the TCP may lack some where it may stand `lone`).
     fn check(&self, name: &str, columns: &[Column], robot: &Robot, separator: u8, lone: bool) -> Result<()> {
         let has = |m: Meaning| columns.iter().any(|c| c.meaning == m);
@@ -197,7 +202,21 @@ impl Head {
         };
         if let Some(axis) = (0..robot.dof()).find(|&a| !has(Meaning::Command(a))) {
             let names = robot.axis_names().join(", ");
-            return missing(Meaning::Command(axis), format!("a command column for each joint of {names}"));
+            let program = robot.axis_joints().any(|j| self.has_name(&format!("{}_{}", j.name, j.kind.unit())));
+            let more = if program {
+                "; joints alone are a program: a log has what was measured beside the commands"
+            } else {
+                ""
+            };
+            return missing(Meaning::Command(axis), format!("a command column for each joint of {names}{more}"));
+        }
+        let measured = columns.iter().any(|c| matches!(c.meaning, Meaning::Position { .. }));
+        if let Some(unit) =
+            ["m", "cm", "um", "in", "inch"].iter().find(|u| !measured && self.has_name(&format!("x_{u}")))
+        {
+            let found = format!("a column `x_{unit}` and none `x_mm`");
+            let expected = "positions in mm, or a column map that gives their unit";
+            return Err(self.explain(name, separator, Error::bad(Place::line(name, self.line), found, expected)));
         }
         let reflectors = columns.iter().filter_map(|c| match c.meaning {
             Meaning::Position { k, .. } => Some(k),
