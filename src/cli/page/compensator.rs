@@ -77,6 +77,15 @@ fn offsets(robot: &Robot, compensator: &Compensator) -> BarsView {
     }
 }
 
+/// What is expected to be left along the log that shows most lost motion.
+fn expected(compensator: &Compensator) -> String {
+    let largest = compensator.evidence.predicted.iter().max_by(|a, b| a.before_m.total_cmp(&b.before_m));
+    largest.map_or(String::new(), |p| {
+        let log = std::path::Path::new(&p.log).file_name().map_or(p.log.as_str().into(), |n| n.to_string_lossy());
+        format!(": {:.0} µm rms off the path of {log} now, about {:.0} µm with them", p.before_m * 1e6, p.after_m * 1e6)
+    })
+}
+
 /// Page of `fit`.
 pub fn of_fit(robot: &Robot, compensator: &Compensator) -> Page {
     let mut page = super::start("fit", "Compensator", robot);
@@ -87,7 +96,7 @@ pub fn of_fit(robot: &Robot, compensator: &Compensator) -> Page {
     let text = if names.is_empty() {
         "Nothing to compensate: programs stay as they are.".to_string()
     } else {
-        format!("Offsets for {}.", names.join(", "))
+        format!("Offsets for {}{}.", names.join(", "), expected(compensator))
     };
     page.verdict(Tone::Plain, text);
     if !names.is_empty() {
