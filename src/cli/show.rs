@@ -73,7 +73,7 @@ fn of(args: &Args, input: Input) -> Result<Page> {
         }
         Some(gaps::file::SCHEMA) => {
             let robot = robot_of(args)?;
-            page::gaps::of_document(&robot, &Gaps::parse(&input.name.clone(), &text_of(input)?, &robot)?)
+            page::machine::of_document(&robot, &Gaps::parse(&input.name.clone(), &text_of(input)?, &robot)?)
         }
         Some(compensator::file::SCHEMA) => {
             let robot = robot_of(args)?;

@@ -71,7 +71,7 @@ pub struct Geometry {
     pub tool: Isometry3<f64>,
 }
 
-/// One row, as an effect behind the kinematics sees it.
+/// One row, as an effect after the kinematics sees it.
 #[derive(Clone, Copy)]
 pub struct Row<'a> {
     /// Number of the row, from 0.

@@ -5,8 +5,8 @@
 
 use super::estimate::{Estimate, JointEstimate};
 use super::{GapPoint, JointGap};
-use crate::compensator::Response;
-use crate::compensator::response::State;
+use crate::compensator::response::{MOST_SPIKES, MOST_WINDUPS, State};
+use crate::compensator::{Response, Spike, Windup};
 use crate::numerics::robust::median_of;
 use crate::robot::Robot;
 
@@ -15,6 +15,8 @@ const SHOWN_S: f64 = 4.0;
 const STEPS: usize = 100;
 /// Step of the logarithm of the presliding for its derivative.
 const STEP: f64 = 1e-3;
+/// Names of knots hold three decimals of their place, deg or mm.
+const ROUNDED: f64 = 1e-2;
 
 /// The curve of one joint; rad or m, s.
 #[derive(Debug, Clone)]
@@ -23,18 +25,12 @@ pub struct AfterReversal {
     pub speed: f64,
     /// Times after the reversal.
     pub t_s: Vec<f64>,
-    /// How far the joint stands back behind its command.
+    /// How far the joint lags its command.
     pub lost: Vec<f64>,
     /// Standard deviation of that.
     pub sigma: Vec<f64>,
     /// Each single reversal at the end of the time, where it was estimated by itself.
     pub single: Vec<f64>,
-}
-
-/// Parts of the response at one time, each for a size of 1.
-struct Parts {
-    state: State,
-    back: f64,
 }
 
 impl Estimate {
@@ -43,16 +39,23 @@ impl Estimate {
         let joint = self.joints.iter().find(|j| j.axis == gap.axis)?;
         let speed = self.usual_speed(gap.axis)?;
         let t_s: Vec<f64> = (0..=STEPS).map(|i| SHOWN_S * i as f64 / STEPS as f64).collect();
-        let parts = along(&joint.response, speed, &t_s);
-        let more = along(&stretched(&joint.response), speed, &t_s);
-        let lost: Vec<f64> = parts.iter().map(|p| gap.half_gap + p.back).collect();
-        let sums = self.covariance.as_ref().map(|(names, matrix)| {
-            let columns = Columns::of(names, robot, joint, points);
-            (0..t_s.len()).map(|i| columns.sigma(matrix, &parts[i], (more[i].back - parts[i].back) / STEP)).collect()
-        });
+        let states = |r: &Response| along(r, speed, &t_s);
+        let (r, longer) = (&joint.response, stretched(&joint.response));
+        let back: Vec<f64> = states(r).iter().map(|s| r.back(s)).collect();
+        let back_longer: Vec<f64> = states(&longer).iter().map(|s| longer.back(s)).collect();
+        let lost: Vec<f64> = back.iter().map(|b| gap.half_gap + b).collect();
+        let sigma = match &self.covariance {
+            None => vec![0.0; t_s.len()],
+            Some((names, matrix)) => {
+                let columns = Columns::of(names, robot, joint, points);
+                let units = states(&columns.unit);
+                let by_presliding = |i: usize| (back_longer[i] - back[i]) / STEP;
+                (0..t_s.len()).map(|i| columns.sigma(matrix, &units[i], by_presliding(i))).collect()
+            }
+        };
         let whole = lost.last().copied().unwrap_or(0.0);
         let single = self.reversals.iter().filter(|r| r.axis == gap.axis).map(|r| r.ratio * whole).collect();
-        Some(AfterReversal { speed, sigma: sums.unwrap_or_else(|| vec![0.0; t_s.len()]), t_s, lost, single })
+        Some(AfterReversal { speed, t_s, lost, sigma, single })
     }
 
     /// Median speed of a joint between neighbouring reversals of a log.
@@ -72,59 +75,56 @@ fn stretched(r: &Response) -> Response {
     out
 }
 
-/// The response at each time of a stroke at constant speed; parts of size zero are followed, too.
-fn along(r: &Response, speed: f64, t_s: &[f64]) -> Vec<Parts> {
-    // a part that was not found has no weight but an uncertainty
-    let mut followed = *r;
-    followed
-        .windups
-        .iter_mut()
-        .filter(|w| w.half == 0.0 && w.presliding > 0.0)
-        .for_each(|w| w.half = f64::MIN_POSITIVE);
-    followed.spikes.iter_mut().filter(|s| s.gain == 0.0 && s.decay_s > 0.0).for_each(|s| s.gain = f64::MIN_POSITIVE);
+/// The state of friction at each time of a stroke at constant speed, after a turn that follows a long stroke.
+fn along(r: &Response, speed: f64, t_s: &[f64]) -> Vec<State> {
     let (mut state, mut last) = (State::TURNED, 0.0);
     let step = |t: &f64| {
         let (dt, travel) = (t - last, speed * (t - last));
         last = *t;
-        state = followed.advance(&state, travel, travel, dt);
-        Parts { state, back: r.back(&state) }
+        state = r.advance(&state, travel, travel, dt);
+        state
     };
     t_s.iter().map(step).collect()
 }
 
-/// Where a joint's parameters stand in the covariance, and what brings its units to rad or m.
+/// Where a joint's parameters stand in the covariance.
 struct Columns {
+    /// Rad or m per unit of the covariance.
     si: f64,
     /// Column and weight of each knot of the gap.
     gap: Vec<(usize, f64)>,
-    /// Column and number of each spike and wind-up.
-    spikes: Vec<(usize, usize)>,
-    windups: Vec<(usize, usize)>,
+    /// Column of each spike and wind-up of `unit`.
+    spikes: Vec<usize>,
+    windups: Vec<usize>,
     presliding: Option<usize>,
+    /// The spikes and wind-ups that the covariance names, each of size 1: also those that were not found, as they are as uncertain.
+    unit: Response,
 }
 
 impl Columns {
     fn of(names: &[String], robot: &Robot, joint: &JointEstimate, points: &[GapPoint]) -> Self {
         let axis = robot.axis(joint.axis);
         let si = axis.kind.si_per_user_unit();
-        let mut columns = Self { si, gap: Vec::new(), spikes: Vec::new(), windups: Vec::new(), presliding: None };
-        let r = &joint.response;
+        let presliding = joint.response.presliding;
+        let unit = Response { presliding, ..Response::default() };
+        let (gap, spikes, windups) = (Vec::new(), Vec::new(), Vec::new());
+        let mut columns = Self { si, gap, spikes, windups, presliding: None, unit };
         for (i, name) in names.iter().enumerate() {
             let Some(part) = name.strip_prefix(axis.name.as_str()).and_then(|n| n.strip_prefix('.')) else { continue };
             let number =
                 part.split_once('(').and_then(|(_, n)| n.split([' ', ')']).next()).and_then(|n| n.parse::<f64>().ok());
-            let near = |a: f64, b: f64| (a - b).abs() <= 1e-2 * b.abs().max(1e-9);
             match (part.split('_').next(), number) {
                 (Some("half"), Some(place)) => {
-                    let here = points.iter().find(|p| p.axis == joint.axis && (p.at / si - place).abs() < 1e-2);
+                    let here = points.iter().find(|p| p.axis == joint.axis && (p.at / si - place).abs() < ROUNDED);
                     columns.gap.extend(here.map(|p| (i, p.cycles as f64)));
                 }
-                (Some("spike"), Some(decay)) => {
-                    columns.spikes.extend(r.spikes.iter().position(|s| near(s.decay_s, decay)).map(|k| (i, k)));
+                (Some("spike"), Some(decay_s)) if columns.spikes.len() < MOST_SPIKES => {
+                    columns.unit.spikes[columns.spikes.len()] = Spike { gain: 1.0, decay_s };
+                    columns.spikes.push(i);
                 }
-                (Some("windup"), Some(over)) => {
-                    let one = |w: &crate::compensator::Windup| near(w.presliding / r.presliding, over);
-                    columns.windups.extend(r.windups.iter().position(one).map(|k| (i, k)));
+                (Some("windup"), Some(over)) if columns.windups.len() < MOST_WINDUPS => {
+                    columns.unit.windups[columns.windups.len()] = Windup { half: 1.0, presliding: presliding * over };
+                    columns.windups.push(i);
                 }
                 (Some("ln"), _) => columns.presliding = Some(i),
                 _ => {}
@@ -136,10 +136,13 @@ impl Columns {
     }
 
     /// Standard deviation of the sum at one time; `by_presliding` is its derivative by the logarithm of the presliding.
-    fn sigma(&self, matrix: &[Vec<f64>], parts: &Parts, by_presliding: f64) -> f64 {
+    fn sigma(&self, matrix: &[Vec<f64>], unit: &State, by_presliding: f64) -> f64 {
+        let sized = |columns: &[usize], by: &[f64]| -> Vec<(usize, f64)> {
+            columns.iter().zip(by).map(|(i, v)| (*i, v * self.si)).collect()
+        };
         let mut gradient: Vec<(usize, f64)> = self.gap.iter().map(|(i, w)| (*i, w * self.si)).collect();
-        gradient.extend(self.spikes.iter().map(|(i, k)| (*i, parts.state.h[*k] * self.si)));
-        gradient.extend(self.windups.iter().map(|(i, k)| (*i, parts.state.z_joint[*k] * self.si)));
+        gradient.extend(sized(&self.spikes, &unit.h));
+        gradient.extend(sized(&self.windups, &unit.z_joint));
         gradient.extend(self.presliding.map(|i| (i, by_presliding)));
         let entry = |i: usize, k: usize| matrix.get(i).and_then(|row| row.get(k)).copied().unwrap_or(0.0);
         let sum = |(i, a): &(usize, f64)| gradient.iter().map(|(k, b)| a * b * entry(*i, *k)).sum::<f64>();
@@ -150,15 +153,12 @@ impl Columns {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compensator::{Spike, Windup};
     use crate::gaps::estimate::{LocalReversal, Trust};
     use crate::robot::JointKind;
 
     #[test]
     fn the_interval_of_the_sum_is_narrow_where_gap_and_wind_up_cannot_be_told_apart() {
-        let robot =
-            Robot::load(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/kuka-kr120-r2500-pro.yaml"))
-                .unwrap();
+        let robot = Robot::parse("robot", include_str!("../../configs/kuka-kr120-r2500-pro.yaml")).unwrap();
         assert_eq!(robot.axis(0).kind, JointKind::Revolute);
         let si = 1f64.to_radians();
         let mut response = Response { presliding: 1e-3 * si, ..Response::default() };
@@ -206,9 +206,15 @@ mod tests {
             stiction: None,
             stiction_p_value: None,
         };
-        let point =
-            GapPoint { axis: 0, at: 10.0 * si, half_gap: 3e-3 * si, ci95: [0.0; 2], cycles: 2, per_cycle: Vec::new() };
-        let found = estimate.after_reversal(&robot, &gap, &[point]).unwrap();
+        let points = [GapPoint {
+            axis: 0,
+            at: 10.0 * si,
+            half_gap: 3e-3 * si,
+            ci95: [0.0; 2],
+            cycles: 2,
+            per_cycle: Vec::new(),
+        }];
+        let found = estimate.after_reversal(&robot, &gap, &points).unwrap();
         assert!((found.speed / si - 2.0).abs() < 1e-12);
         // at the turn the wind-up still pulls the other way, in the end it is built up and the spike is gone
         assert!((found.lost[0] / si - 2e-3).abs() < 1e-9 && (found.lost[STEPS] / si - 4e-3).abs() < 1e-6);
@@ -216,5 +222,14 @@ mod tests {
         assert!(most / si > 6e-3, "the spike: {}", most / si);
         assert!((found.sigma[0] / si - 2e-3).abs() < 1e-9 && found.sigma[STEPS] / si < 1e-6, "{:?}", found.sigma);
         assert!((found.single[1] / si - 4.4e-3).abs() < 1e-6);
+        // a spike that was not found, and is not in a document that was read, is as uncertain as one that was
+        let mut without = estimate.clone();
+        without.joints[0].response.spikes[0] = Spike { gain: 0.0, decay_s: 1.0 };
+        let [mut with, mut without] = [estimate, without];
+        for e in [&mut with, &mut without] {
+            e.covariance.as_mut().unwrap().1[1][1] = 1e-6;
+        }
+        let [with, without] = [with, without].map(|e| e.after_reversal(&robot, &gap, &points).unwrap());
+        assert!(with.sigma[5] / si > 1e-3 && with.sigma == without.sigma, "{:?}", without.sigma);
     }
 }

@@ -63,6 +63,15 @@ pub const STICTION: Method = Method::known(
     PAPER,
 );
 
+/// Friction's response after a reversal, over time.
+pub const RESPONSE: Method = Method::known(
+    "Friction after a reversal",
+    "Friction z turns over with the travel x of the command, over the presliding σ. The servo passes the change and works it off with each time constant τ, by the gain g; gear and link wind up by w. Gap and wind-up look alike in a log: their sum is known far better than each of them.",
+    "d<i>z</i>/d<i>x</i> = (1 − <i>z</i>)/<i>σ</i>, <i>h</i>′ = <i>z</i>′ − <i>h</i>/<i>τ</i>, lost = <i>b</i> + <i>w z</i> + <i>g h</i>",
+    "",
+    "Dahl (1968), A solid friction model; lostmotion, documentation of identify.",
+);
+
 /// Flanks of a gap between two sensors.
 pub const TWO_FLANKS: Method = Method::known(
     "Two gaps in series",

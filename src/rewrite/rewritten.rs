@@ -284,7 +284,7 @@ impl Column<'_> {
             Some((share, off))
         };
         let found = (0..self.rows.axes).filter(|a| *a != self.axis).filter_map(of);
-        // asked for at every reversal: a list of few takes no memory of its own
+        // asked for at every reversal: a short list is not allocated
         let (mut few, mut many) = ([(0.0, 0.0); FEW], Vec::new());
         let shares: &[(f64, f64)] = if self.rows.axes <= FEW {
             let mut count = 0;

@@ -81,7 +81,7 @@ fn offsets(robot: &Robot, compensator: &Compensator) -> BarsView {
 fn expected(compensator: &Compensator) -> String {
     let largest = compensator.evidence.predicted.iter().max_by(|a, b| a.before_m.total_cmp(&b.before_m));
     largest.map_or(String::new(), |p| {
-        let log = std::path::Path::new(&p.log).file_name().map_or(p.log.as_str().into(), |n| n.to_string_lossy());
+        let log = super::file_name(&p.log);
         format!(": {:.0} µm rms off the path of {log} now, about {:.0} µm with them", p.before_m * 1e6, p.after_m * 1e6)
     })
 }

@@ -166,14 +166,6 @@ pub fn of_readings(robot: &Robot, gaps: &Gaps) -> Page {
     of_gaps(robot, gaps, "identify path", "Half gaps from single readings", "the readings", method::PLAY)
 }
 
-/// Page of `show` for a gaps document, whichever test it comes from.
-pub fn of_document(robot: &Robot, gaps: &Gaps) -> Page {
-    match &gaps.estimate {
-        Some(estimate) => super::machine::of_estimate(robot, gaps, estimate, "show"),
-        None => of_gaps(robot, gaps, "show", "Half gaps of the joints", "the document", method::PLAY),
-    }
-}
-
 /// Page of `identify path`.
 pub fn of_path(robot: &Robot, found: &PathFound) -> Page {
     let mut page = of_gaps(

@@ -20,8 +20,16 @@ pub fn of_identify(robot: &Robot, found: &Gaps) -> Page {
     }
 }
 
-/// The page, for any command that has such a document.
-pub fn of_estimate(robot: &Robot, found: &Gaps, estimate: &Estimate, command: &str) -> Page {
+/// Page of `show` for a gaps document, whichever test it comes from.
+pub fn of_document(robot: &Robot, found: &Gaps) -> Page {
+    match &found.estimate {
+        Some(estimate) => of_estimate(robot, found, estimate, "show"),
+        None => gaps::of_gaps(robot, found, "show", "Half gaps of the joints", "the document", method::PLAY),
+    }
+}
+
+/// The page of a joint estimate.
+fn of_estimate(robot: &Robot, found: &Gaps, estimate: &Estimate, command: &str) -> Page {
     let mut page = super::start(command, "Lost motion of all joints", robot);
     for log in &found.logs {
         page.file("log", log.name.clone(), log.sha256.clone());
@@ -53,7 +61,7 @@ pub fn of_estimate(robot: &Robot, found: &Gaps, estimate: &Estimate, command: &s
         "Lost motion of a single reversal as a multiple of what the model says, with its 95 % interval.",
         single_reversals(robot, estimate),
     );
-    page.section("", "", vec![method::PLAY, method::REGISTRATION]);
+    page.section("", "", vec![method::PLAY, method::RESPONSE, method::REGISTRATION]);
     page
 }
 
@@ -82,8 +90,7 @@ fn answer(page: &mut Page, robot: &Robot, found: &Gaps, estimate: &Estimate) {
         None => page.verdict(Tone::Good, format!("Compensation helps at {}{along}.{left}", helps.join(", "))),
     };
     for (log, before, after) in &estimate.predicted {
-        let name = std::path::Path::new(log).file_name().map_or(log.as_str().into(), |n| n.to_string_lossy());
-        let tile = Tile::number(format!("rms off the path, {name}"), um(*after), 1, "µm");
+        let tile = Tile::number(format!("rms off the path, {}", super::file_name(log)), um(*after), 1, "µm");
         page.tile(tile.with_detail(format!("predicted; without compensation {:.1} µm", um(*before))));
     }
 }

@@ -49,6 +49,11 @@ pub fn start(command: &str, title: &str, robot: &Robot) -> Page {
     page
 }
 
+/// A path without its folders.
+fn file_name(path: &str) -> &str {
+    path.rsplit(['/', '\\']).next().unwrap_or(path)
+}
+
 /// Writes the page where one is asked for; it is not in place before its output is committed.
 pub fn write(report: &mut Option<Output>, page: impl FnOnce() -> Page) -> Result<()> {
     match report {

@@ -55,7 +55,7 @@ impl Motion<'_> {
 /// A log: its path by the commands and as measured, every joint over time.
 pub fn of_log(robot: &Robot, log: &Log) -> Page {
     let motion = Motion { q: log.cmd.iter().map(Vec::as_slice).collect(), t_s: (!log.poses).then_some(&log.t_s) };
-    let mut page = super::start("show", file_name(&log.name), robot);
+    let mut page = super::start("show", super::file_name(&log.name), robot);
     log_verdict(&mut page, robot, log, &motion);
     log_figures(&mut page, robot, log, &motion, "measured");
     page
@@ -119,7 +119,7 @@ pub fn of_program(robot: &Robot, program: &Program) -> Page {
         columns.iter_mut().zip(&q).for_each(|(c, v)| c.push(*v));
     }
     let motion = Motion { q: columns.iter().map(Vec::as_slice).collect(), t_s: program.t_s.as_deref() };
-    let mut page = super::start("show", file_name(&program.name), robot);
+    let mut page = super::start("show", super::file_name(&program.name), robot);
     let turns: usize = (0..robot.dof()).map(|a| motion.reversals(a).len()).sum();
     page.verdict(
         Tone::Plain,
@@ -254,9 +254,4 @@ pub fn of_model(model: &Model) -> Page {
         page.section("What is wrong with it", "", super::effects(model));
     }
     page
-}
-
-/// The name of a file without its folder: a page is passed on.
-fn file_name(path: &str) -> &str {
-    path.rsplit(['/', '\\']).next().unwrap_or(path)
 }

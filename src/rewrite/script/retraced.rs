@@ -3,7 +3,7 @@
 //! Method: the offsets of each target's joints are taken off again, by the directions in which they come to it. Where the program was
 //! rewritten with this compensator, three things come back that it had before, and that it does not have as it is written:
 //!
-//! - *Ways.* A point that a rewrite puts behind a reversal lies on the straight way between its neighbours.
+//! - *Ways.* A point that a rewrite puts after a reversal lies on the straight way between its neighbours.
 //! - *Numbers that are the same.* Neighbours in a plane, or with one orientation, have that number again.
 //! - *Round numbers*, as in [`crate::rewrite::rewritten`].
 //!
@@ -87,7 +87,7 @@ struct Pose<'a> {
     other: [Vec<f64>; 2],
 }
 
-/// Offsets of the axes of a compensator, and whether friction fades on some.
+/// Offsets of the axes of a compensator.
 struct Offsets {
     of: Vec<Option<Offset>>,
 }
