@@ -9,7 +9,7 @@
 //!
 //! Modules:
 //! - [`views`], [`figures`], [`bidirectional`], [`diagnosis`]: what a page takes, with units in every name.
-//! - [`page`]: the HTML shell, head and sections; `style.css` and `turn.js` go into it as they are.
+//! - [`page`]: the HTML shell, head and sections; `style.css`, `turn.js` and `zoom.js` go into it as they are.
 //! - [`plots`]: SVG drawings; [`plots::axes`] has the scales and ticks that all of them share.
 //! - [`tables`]: HTML tables; [`map`]: tables with coloured cells.
 //! - [`method`]: notes on method with equations and sources, to be quoted by name.

@@ -13,7 +13,7 @@ use super::views::{Content, Page, Section, Tone};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE: &str = include_str!("style.css");
-const SCRIPT: &str = include_str!("turn.js");
+const SCRIPTS: [&str; 2] = [include_str!("turn.js"), include_str!("zoom.js")];
 /// Digits of a SHA-256 that are shown.
 const SHORT: usize = 12;
 /// Files, options and warnings beyond this are counted only.
@@ -45,8 +45,9 @@ impl Page {
                     footer { p {
                         "lostmotion " (env!("CARGO_PKG_VERSION")) ". mdeg: thousandth of a degree; µm: thousandth of a millimetre. "
                         "The same input gives the same page, byte for byte; there is no date in it."
+                        @if has_use { span.screen { " Charts: drag across a stretch to enlarge it, double click to see all; keys + and −, or Ctrl with the wheel, do the same." } }
                     } }
-                    @if has_use { script { (PreEscaped(SCRIPT)) } }
+                    @if has_use { @for script in SCRIPTS { script { (PreEscaped(script)) } } }
                 }
             }
         }

@@ -1,11 +1,12 @@
 "use strict";
-// Turns the drawing in space, sorts tables, shows values. No less-than signs and no ampersands: the page stays well-formed XML.
+// Turns the drawing in space and sorts tables. No less-than signs and no ampersands: the page stays well-formed XML.
 document.querySelectorAll(".space").forEach(function (box) {
   // the legend holds small drawings, too: the figure's own is meant
   var svg = box.querySelector("figure svg"), controls = box.querySelector(".controls"), json = box.querySelector("script");
   if (!svg) return;
   var d = JSON.parse(json.textContent), slider = controls.querySelector("input"), output = controls.querySelector("output");
-  var iso = [45, 35.264], az = iso[0], el = iso[1], from = null;
+  var iso = [45, 35.264], az = iso[0], el = iso[1], from = null, zoom = 1, scale = d.scale, centre = d.centre.slice();
+  var length = svg.querySelector(".scalebars .path"), said = length ? [length.getAttribute("d"), length.nextElementSibling.getAttribute("x"), length.nextElementSibling.textContent] : null;
   var right, up;
   function project(p) {
     return [d.centre[0] + d.scale * (p[0] * right[0] + p[1] * right[1] + p[2] * right[2]),
@@ -25,6 +26,7 @@ document.querySelectorAll(".space").forEach(function (box) {
     return [5, 2, 1].map(function (m) { return m * power; }).find(function (s) { return most >= s; });
   }
   function draw() {
+    d.scale = scale * zoom;
     var a = az * Math.PI / 180, e = el * Math.PI / 180, gain = slider ? Number(slider.value) : 0;
     right = [-Math.sin(a), Math.cos(a), 0];
     up = [-Math.cos(a) * Math.sin(e), -Math.sin(a) * Math.sin(e), Math.cos(e)];
@@ -50,6 +52,12 @@ document.querySelectorAll(".space").forEach(function (box) {
       text.setAttribute("x", foot[0] + far * right[k]);
       text.setAttribute("y", foot[1] - far * up[k] + 4);
     });
+    if (length) {
+      var mm = nice(110 / d.scale), far = 300 + mm * d.scale, name = length.nextElementSibling;
+      length.setAttribute("d", zoom === 1 ? said[0] : "M300 428v8M300 432H" + far + "M" + far + " 428v8");
+      name.setAttribute("x", zoom === 1 ? said[1] : far + 8);
+      name.textContent = zoom === 1 ? said[2] : said[2].replace(/[0-9.,\u202f]+ mm/, mm + " mm");
+    }
     var bar = svg.querySelector(".scalebars .error");
     if (!bar) return;
     var words = bar.nextElementSibling, shown = gain > 0;
@@ -61,20 +69,38 @@ document.querySelectorAll(".space").forEach(function (box) {
       words.textContent = "error " + um + " µm";
     }
   }
+  function magnify(factor) {
+    zoom = Math.max(1, Math.min(60, zoom * factor));
+    if (zoom === 1) d.centre = centre.slice();
+    svg.classList.toggle("zoomed", zoom > 1);
+    draw();
+  }
+  function shift(dx, dy) { d.centre = [d.centre[0] + dx, d.centre[1] + dy]; draw(); }
   function turn(da, de) { az += da; el = Math.max(-90, Math.min(90, el + de)); draw(); }
   controls.hidden = false;
   svg.setAttribute("tabindex", "0");
   svg.classList.add("turns");
   if (slider) slider.addEventListener("input", draw);
-  controls.querySelector("button").addEventListener("click", function () { az = iso[0]; el = iso[1]; draw(); });
+  controls.querySelector(".view").addEventListener("click", function () { az = iso[0]; el = iso[1]; magnify(0); });
+  controls.querySelector(".nearer").addEventListener("click", function () { magnify(1.5); });
+  controls.querySelector(".farther").addEventListener("click", function () { magnify(1 / 1.5); });
+  svg.addEventListener("wheel", function (e) {
+    if (!(e.ctrlKey || e.metaKey)) return;
+    e.preventDefault();
+    magnify(e.deltaY > 0 ? 0.8 : 1.25);
+  }, { passive: false });
   svg.addEventListener("pointerdown", function (e) { from = [e.clientX, e.clientY]; svg.setPointerCapture(e.pointerId); });
   svg.addEventListener("pointermove", function (e) {
     if (!from) return;
-    turn(0.5 * (from[0] - e.clientX), 0.5 * (e.clientY - from[1]));
+    var ctm = svg.getScreenCTM();
+    if (e.shiftKey ? zoom > 1 : false) shift((e.clientX - from[0]) / ctm.a, (e.clientY - from[1]) / ctm.d);
+    else turn(0.5 * (from[0] - e.clientX), 0.5 * (e.clientY - from[1]));
     from = [e.clientX, e.clientY];
   });
   ["pointerup", "pointercancel"].forEach(function (n) { svg.addEventListener(n, function () { from = null; }); });
   svg.addEventListener("keydown", function (e) {
+    var factor = { "+": 1.5, "=": 1.5, "-": 1 / 1.5, "0": 0 }[e.key];
+    if (factor !== undefined) { e.preventDefault(); magnify(factor); }
     var step = { ArrowLeft: [5, 0], ArrowRight: [-5, 0], ArrowUp: [0, 5], ArrowDown: [0, -5] }[e.key];
     if (step) { e.preventDefault(); turn(step[0], step[1]); }
   });
@@ -102,34 +128,5 @@ document.querySelectorAll("main table").forEach(function (table) {
     }
     cell.addEventListener("click", sort);
     cell.addEventListener("keydown", function (e) { if (e.key === "Enter" || e.key === " ") { e.preventDefault(); sort(); } });
-  });
-});
-// The value under the pointer, in the units of the axes.
-document.querySelectorAll("svg").forEach(function (svg) {
-  var plane = svg.querySelector("[data-plane]");
-  if (!plane) return;
-  var p = plane.getAttribute("data-plane").split(" ").map(Number), ns = svg.namespaceURI;
-  var line = document.createElementNS(ns, "line"), text = document.createElementNS(ns, "text");
-  line.setAttribute("class", "cursor");
-  text.setAttribute("class", "readout");
-  line.style.display = text.style.display = "none";
-  svg.appendChild(line);
-  svg.appendChild(text);
-  function written(v, span) { return v.toFixed(Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(span))))); }
-  function hide() { line.style.display = text.style.display = "none"; }
-  svg.addEventListener("pointerleave", hide);
-  svg.addEventListener("pointermove", function (e) {
-    var ctm = svg.getScreenCTM();
-    if (!ctm) return;
-    var at = new DOMPoint(e.clientX, e.clientY).matrixTransform(ctm.inverse());
-    if (p[2] > at.x || at.x > p[3] || p[7] > at.y || at.y > p[6]) { hide(); return; }
-    var x = p[0] + (at.x - p[2]) / (p[3] - p[2]) * (p[1] - p[0]), y = p[4] + (at.y - p[6]) / (p[7] - p[6]) * (p[5] - p[4]);
-    [["x1", at.x], ["x2", at.x], ["y1", p[6]], ["y2", p[7]]].forEach(function (a) { line.setAttribute(a[0], a[1]); });
-    text.textContent = written(x, p[1] - p[0]) + ", " + written(y, p[5] - p[4]);
-    var right = at.x > 0.5 * (p[2] + p[3]);
-    text.setAttribute("text-anchor", right ? "end" : "start");
-    text.setAttribute("x", at.x + (right ? -6 : 6));
-    text.setAttribute("y", Math.max(at.y - 6, p[7] + 10));
-    line.style.display = text.style.display = "";
   });
 });

@@ -4,8 +4,8 @@
 
 For each page: no script error; nothing wider than the window at 400 px and at 1280 px, nor than the paper in print; a dark page where
 the reader's system is dark; links to nothing outside; every drawing in space rotates when dragged and by the arrow keys, and its slider
-changes the exaggeration; a click on a heading sorts its table; a chart shows the value under the pointer. Screenshots (wide, narrow, dark)
-and the printed page go to --shots.
+changes the exaggeration, its buttons enlarge it; a click on a heading sorts its table; a chart shows the value under the pointer; a
+drag across it enlarges that stretch and a double click shows all again. Screenshots (wide, narrow, dark) and the printed page go to --shots.
 Needs chromium, chromedriver and the package selenium. Exit code 1 where a page fails; the last line counts.
 """
 
@@ -54,6 +54,14 @@ svg.scrollIntoView({block: "center"});
 const box = svg.getBoundingClientRect();
 svg.dispatchEvent(new PointerEvent("pointermove", {clientX: box.left + 0.6 * box.width, clientY: box.top + 0.5 * box.height, bubbles: true}));
 return svg.querySelector(".readout").textContent;
+"""
+ZOOM = """
+const svg = arguments[0], plane = svg.querySelector("[data-plane]").dataset.plane.split(" ").map(Number);
+const shown = [...svg.querySelectorAll("text.tick[text-anchor=middle]")].filter(t => t.style.display !== "none");
+return {
+  name: svg.getAttribute("aria-label"), labels: shown.map(t => t.textContent), button: !svg.parentNode.querySelector("button.whole").hidden,
+  outside: shown.filter(t => t.getAttribute("x") < plane[2] - 1 || t.getAttribute("x") > plane[3] + 1).map(t => t.textContent),
+};
 """
 OVERFLOW = """
 const w = document.documentElement.clientWidth, out = [];
@@ -107,7 +115,48 @@ def drawing_answers(driver, box):
         slider.send_keys(Keys.ARROW_LEFT, Keys.ARROW_LEFT)
         if box.find_element(By.CSS_SELECTOR, ".controls output").text == shown:
             faults.append("the slider does not change the exaggeration")
-    box.find_element(By.CSS_SELECTOR, ".controls button").click()
+    box.find_element(By.CSS_SELECTOR, ".controls .view").click()
+    whole = path()
+    box.find_element(By.CSS_SELECTOR, ".controls .nearer").click()
+    if path() == whole:
+        faults.append("the drawing in space does not come nearer")
+    box.find_element(By.CSS_SELECTOR, ".controls .view").click()
+    if path() != whole:
+        faults.append("the isometric view does not come back")
+    return faults
+
+
+def zoom_answers(driver):
+    """Faults of the zoom of all charts and other drawings."""
+    faults = []
+    for figure in driver.find_elements(By.CSS_SELECTOR, "main figure svg.zooms"):
+        if not figure.is_displayed():
+            continue
+        state = lambda: driver.execute_script(ZOOM, figure)
+        driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", figure)
+        before = state()
+        wide = figure.size["width"]
+        ActionChains(driver).move_to_element_with_offset(figure, -0.1 * wide, 0).click_and_hold().move_by_offset(0.25 * wide, 0).release().perform()
+        inside = state()
+        if inside["labels"] == before["labels"] or not inside["button"]:
+            faults.append(f"a drag does not enlarge the chart \"{before['name']}\"")
+        if inside["outside"]:
+            faults.append(f"labels outside of the enlarged chart \"{before['name']}\": {inside['outside']}")
+        ActionChains(driver).double_click(figure).perform()
+        after = state()
+        if after["labels"] != before["labels"] or after["button"]:
+            faults.append(f"a double click does not show all of the chart \"{before['name']}\"")
+    for figure in driver.find_elements(By.CSS_SELECTOR, "main figure svg:not(.zooms):not(.turns)"):
+        if not figure.is_displayed() or not figure.get_attribute("tabindex"):
+            continue
+        box = figure.get_dom_attribute("viewBox")
+        driver.execute_script("arguments[0].scrollIntoView({block: 'center'}); arguments[0].focus()", figure)
+        ActionChains(driver).send_keys("+").perform()
+        if figure.get_dom_attribute("viewBox") == box:
+            faults.append("the key + does not enlarge a drawing")
+        ActionChains(driver).send_keys("0").perform()
+        if figure.get_dom_attribute("viewBox") != box:
+            faults.append("the key 0 does not show all of a drawing")
     return faults
 
 
@@ -162,6 +211,7 @@ def faults_of(driver, page, shots):
         faults.append(f"links outside: {', '.join(outside)}")
     for box in driver.find_elements(By.CSS_SELECTOR, ".space"):
         faults += drawing_answers(driver, box)
+    faults += zoom_answers(driver)
     faults += driver.execute_script(SORTED)
     shown = driver.execute_script(HOVER)
     if shown is not None and not any(c.isdigit() for c in shown):

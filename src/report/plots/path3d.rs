@@ -277,8 +277,10 @@ fn controls(exaggeration: Option<f64>) -> Markup {
                     input type="range" min="0" max=(number((2.0 * e).max(1.0), 0)) step="1" value=(number(e, 0)) aria-label="Exaggeration of the errors";
                 }
             }
-            button type="button" { "Isometric view" }
-            span.hint { "Drag the drawing, or use the arrow keys, to turn it." }
+            button.view type="button" { "Isometric view" }
+            button.nearer type="button" aria-label="Nearer" { "+" }
+            button.farther type="button" aria-label="Farther" { "−" }
+            span.hint { "Drag the drawing, or use the arrow keys, to turn it; with Shift, a drag moves what is enlarged." }
         }
     }
 }
