@@ -209,6 +209,11 @@ impl Page {
         self.sections.push(Section { title: title.into(), caption: caption.into(), content: content.into() });
         self
     }
+
+    /// Puts the last section before all others: the figure that shows the answer.
+    pub fn last_first(&mut self) {
+        self.sections.rotate_right(1);
+    }
 }
 
 impl Tile {

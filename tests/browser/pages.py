@@ -2,7 +2,7 @@
 
     python tests/browser/pages.py FOLDER_OR_PAGE ... [--shots FOLDER]
 
-For each page: no script error; nothing wider than the window at 400 px and at 1280 px, nor than the paper in print; a dark page where
+For each page: a figure in the first section; no script error; nothing wider than the window at 400 px and at 1280 px, nor than the paper in print; a dark page where
 the reader's system is dark; links to nothing outside; every drawing in space rotates when dragged and by the arrow keys, and its slider
 changes the exaggeration, its buttons enlarge it; a click on a heading sorts its table; a chart shows the value under the pointer; a
 drag across it enlarges that stretch and a double click shows all again. Screenshots (wide, narrow, dark) and the printed page go to --shots.
@@ -209,6 +209,8 @@ def faults_of(driver, page, shots):
     outside = driver.execute_script(OUTSIDE)
     if outside:
         faults.append(f"links outside: {', '.join(outside)}")
+    if not driver.execute_script("return document.querySelector('main section').querySelector('figure svg') !== null"):
+        faults.append("does not open with a figure")
     for box in driver.find_elements(By.CSS_SELECTOR, ".space"):
         faults += drawing_answers(driver, box)
     faults += zoom_answers(driver)

@@ -186,6 +186,7 @@ fn describe(
     for log in still.gaps.logs.iter().chain(&found.gaps.logs) {
         page.file("log", log.name.clone(), log.sha256.clone());
     }
+    page::circle::around(page, robot, nominal, &drawn);
     page::circle::table(page, robot, nominal, &all);
     page::circle::figures(page, robot, nominal, &drawn);
     let mut runs = vec![("without", Role::Before, found)];

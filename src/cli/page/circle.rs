@@ -97,13 +97,8 @@ pub fn table(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named]) 
     page.section("What each reversal costs", how, view);
 }
 
-/// Path in space, polar plots, histogram.
-pub fn figures(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named]) {
-    page.section(
-        "Where the path leaves its circle",
-        format!("Errors drawn {EXAGGERATION:.0} times too large, averaged over 1 s; marks where joints turn."),
-        path(robot, nominal, runs),
-    );
+/// Errors over the angle of the circle.
+pub fn around(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named]) {
     let marks = nominal.reversals.iter().map(|r| AngleMark {
         joint: robot.axis(r.axis).name.clone(),
         at_deg: r.at_deg,
@@ -130,6 +125,15 @@ pub fn figures(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named]
         "Error around the circle",
         "Total, radial and normal error over the angle of the circle, averaged over 1 s.",
         polar,
+    );
+}
+
+/// Path in space, histogram.
+pub fn figures(page: &mut Page, robot: &Robot, nominal: &Nominal, runs: &[Named]) {
+    page.section(
+        "Where the path leaves its circle",
+        format!("Errors drawn {EXAGGERATION:.0} times too large, averaged over 1 s; marks where joints turn."),
+        path(robot, nominal, runs),
     );
     let histogram = HistogramView {
         quantity: "total error".into(),
@@ -197,6 +201,7 @@ pub fn of_assessment(robot: &Robot, result: &Assessment) -> Page {
         page.file(format!("log {}", r.name), r.measured.name.clone(), r.measured.sha256.clone());
     }
     head(&mut page, &runs);
+    around(&mut page, robot, &result.nominal, &runs);
     table(&mut page, robot, &result.nominal, &runs);
     figures(&mut page, robot, &result.nominal, &runs);
     if !result.notes.is_empty() {

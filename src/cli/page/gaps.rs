@@ -16,7 +16,7 @@ use crate::robot::{JointKind, Robot};
 /// Half gaps of revolute joints from here on are shown in degrees, not in thousandths: those of tendons, not of gears.
 const WIDE_DEG: f64 = 0.1;
 
-/// Table of gaps, then the gap over position where points were tested.
+/// The gap over position where points were tested, then the table of gaps.
 pub fn sections(page: &mut Page, robot: &Robot, gaps: &Gaps, from: &str) {
     let rows: Vec<GapRow> = gaps.joints.iter().map(|j| row(robot, j)).collect();
     let unit = if page.joints.iter().any(|j| j.wide_gaps) {
@@ -24,7 +24,6 @@ pub fn sections(page: &mut Page, robot: &Robot, gaps: &Gaps, from: &str) {
     } else {
         "With 95 % intervals. Thousandths of a degree (mdeg) or micrometres."
     };
-    page.section(format!("Half gaps from {from}"), unit, rows);
     if gaps.points.len() > gaps.joints.len() {
         let joints = gaps.joints.iter().map(|j| over_position(robot, gaps, j)).collect();
         page.section(
@@ -33,6 +32,7 @@ pub fn sections(page: &mut Page, robot: &Robot, gaps: &Gaps, from: &str) {
             GapsView { over: GapsOver::Position, joints },
         );
     }
+    page.section(format!("Half gaps from {from}"), unit, rows);
     if !gaps.notes.is_empty() {
         page.section(format!("Notes on {from}"), "", gaps.notes.clone());
     }
@@ -100,7 +100,7 @@ fn over_position(robot: &Robot, gaps: &Gaps, j: &JointGap) -> JointGapView {
 }
 
 /// Joint errors over time, measured and fitted, with all reversals; one panel a run.
-pub fn traces(page: &mut Page, robot: &Robot, runs: &[(&str, Role, &PathFound)]) {
+pub fn traces(page: &mut Page, robot: &Robot, runs: &[(&str, Role, &PathFound)]) -> bool {
     let mut joints: Vec<JointTraces> = Vec::new();
     let axes: std::collections::BTreeSet<usize> = runs.iter().flat_map(|r| &r.2.traces).map(|t| t.axis).collect();
     for axis in axes {
@@ -124,7 +124,7 @@ pub fn traces(page: &mut Page, robot: &Robot, runs: &[(&str, Role, &PathFound)])
         joints.push(JointTraces { joint: robot.axis(axis).name.clone(), panels: panels.collect() });
     }
     if joints.is_empty() {
-        return;
+        return false;
     }
     page.section(
         "Joint errors step at each reversal",
@@ -132,6 +132,7 @@ pub fn traces(page: &mut Page, robot: &Robot, runs: &[(&str, Role, &PathFound)])
          registration fitted together with the gaps), averaged; the line is the identified model; marks where the joint turns.",
         TracesView { x_name: "time".into(), x_unit: "s".into(), y_name: String::new(), y_whole: false, joints },
     );
+    true
 }
 
 /// Page of `identify static`.
@@ -176,9 +177,9 @@ pub fn of_path(robot: &Robot, found: &PathFound) -> Page {
         "the path",
         method::STICTION,
     );
-    let method = page.sections.pop();
-    traces(&mut page, robot, &[("measured", Role::Before, found)]);
-    page.sections.extend(method);
+    if traces(&mut page, robot, &[("measured", Role::Before, found)]) {
+        page.last_first();
+    }
     page
 }
 

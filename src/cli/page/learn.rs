@@ -31,8 +31,6 @@ pub fn of_training(robot: &Robot, lesson: &TrainingResult) -> Page {
     page.tile(Tile::number("mean distance", ours, 3, "mm"));
     page.tile(Tile::text("rows learned from", e.train_rows.to_string(), ""));
     page.tile(Tile::text("rows tested on", e.test_rows.to_string(), ""));
-    let how = "Root mean square errors. The nominal kinematics is put into the frame that fits the training rows best.";
-    page.section("Errors in the manner of Table II", how, errors(lesson));
     let run = |name: &str, role, distances: &[f64]| HistogramRun {
         run: Run::new(name, role),
         values: distances.iter().map(|d| d * 1e3).collect(),
@@ -43,6 +41,8 @@ pub fn of_training(robot: &Robot, lesson: &TrainingResult) -> Page {
     runs.push(run("learned", Role::After, &lesson.distances_m));
     let view = HistogramView { quantity: "distance from the measured TCP".into(), unit: "mm".into(), runs };
     page.section("How far off", "Over the coordinates that were learned.", view);
+    let how = "Root mean square errors. The nominal kinematics is put into the frame that fits the training rows best.";
+    page.section("Errors in the manner of Table II", how, errors(lesson));
     if !lesson.notes.is_empty() {
         page.section("", "", lesson.notes.clone());
     }

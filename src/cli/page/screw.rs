@@ -24,11 +24,6 @@ pub fn of_screw(robot: &Robot, found: &Found) -> Page {
             page.tile(tile.with_detail(format!("95 %: {lo:.2} to {hi:.2}")));
         }
     }
-    page.section(
-        "Total gaps c_r - c_l, their sides and slopes",
-        "With 95 % intervals, in thousandths of a degree (mdeg) or micrometres; as an angle: of the joint, or of the screw by its lead; fluctuation: rms about the flanks, noise and vibration.",
-        table(robot, found),
-    );
     for (gap, what) in [
         ("coupling", "Screw against motor"),
         ("nut", "Carriage against screw"),
@@ -36,6 +31,11 @@ pub fn of_screw(robot: &Robot, found: &Found) -> Page {
     ] {
         loops(&mut page, robot, found, gap, what);
     }
+    page.section(
+        "Total gaps c_r - c_l, their sides and slopes",
+        "With 95 % intervals, in thousandths of a degree (mdeg) or micrometres; as an angle: of the joint, or of the screw by its lead; fluctuation: rms about the flanks, noise and vibration.",
+        table(robot, found),
+    );
     if !found.gaps.notes.is_empty() {
         page.section("Notes", "", found.gaps.notes.clone());
     }

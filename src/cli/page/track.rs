@@ -42,12 +42,12 @@ pub fn of_tracked(robot: &Robot, kinematics: &Kinematics, path: &Path, tracked: 
     });
     let columns =
         ["joint", "from", "to", "lower limit", "upper limit", "highest speed, 1/s", "limit of the speed, 1/s"];
-    page.section("What the joints do", "", TableView::numbers_after(1, &columns, rows));
     page.section(
         "The path",
         "As wanted, and as the kinematics says that the program runs it.",
         in_space(kinematics, path, tracked),
     );
+    page.section("What the joints do", "", TableView::numbers_after(1, &columns, rows));
     let text = "At each step the smallest move of the joints that takes the TCP to the next point, within joint limits, joint speeds and the \
                 range in which the kinematics holds (a bounded quadratic program).";
     page.section("", "", vec![Method::new("Tracking", text, format!("{PAPER}, equation 1"))]);
