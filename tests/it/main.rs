@@ -74,6 +74,7 @@ mod val_bidirectional;
 mod val_job;
 mod vendor_approach;
 mod vendor_arcs;
+mod vendor_calls;
 mod vendor_circle;
 mod vendor_history;
 mod vendor_memory;

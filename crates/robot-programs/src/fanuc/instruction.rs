@@ -52,6 +52,13 @@ pub(super) fn read(text: &Text, words: &[Range<usize>]) -> Option<StepKind> {
     }
 }
 
+/// Whether a statement gives an output or a register a value: `DO[1]=ON`, `R[2]=R[2]+1`; upper case.
+pub(super) fn assigns(statement: &[u8]) -> bool {
+    let name = &statement[..memchr::memchr(b'[', statement).unwrap_or(0)];
+    let more = [&b"LBL["[..], b"MRK[", b"CALL", b"AUFRUF"].iter().any(|l| has(statement, l));
+    INDEXED.contains(&name) && memchr::memchr(b'=', statement).is_some() && !more
+}
+
 /// Whether an instruction neither moves nor jumps: its first word, what stands after it in that word, the second word, and
 /// how many words there are.
 fn quiet(name: &[u8], rest: &[u8], second: &[u8], words: usize) -> bool {

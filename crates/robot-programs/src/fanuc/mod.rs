@@ -10,11 +10,13 @@
 //! joints' directions, as it might move or jump.
 //!
 //! Modules: [`positions`] reads `/POS`; [`statement`] lines, statements and their words; [`motion`] a motion; [`instruction`] everything else;
-//! [`read`] makes the script; [`write`] the patches.
+//! [`flow`] jumps, blocks and calls; [`calls`] programs beside it; [`read`] makes the script; [`write`] the patches.
 //!
 //! How it fails: the angle J3 of a program is that of the forearm against the horizontal. The motor at the elbow turns by
 //! J3 + J2. Values are taken as they are written, and so a reversal is one of the written J3 (docs/program-fanuc.md).
 
+mod calls;
+mod flow;
 mod instruction;
 mod motion;
 mod positions;
@@ -27,6 +29,7 @@ pub(super) mod props;
 #[cfg(test)]
 mod tests;
 
+use super::files::Folders;
 use super::script::blocks::BySteps;
 use super::script::{Document, Edits, Format, Patches, Script, Text};
 use crate::axes::{Axes, JointKind};
@@ -35,6 +38,7 @@ use motion::Motion;
 use positions::Position;
 use statement::Numbered;
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 /// FANUC TP (`.LS`).
 pub struct Fanuc;
@@ -60,6 +64,10 @@ impl Format for Fanuc {
     fn recognises(&self, bytes: &[u8]) -> bool {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
         bytes.get(..6).is_some_and(|head| head.eq_ignore_ascii_case(b"/PROG ") || head.eq_ignore_ascii_case(b"/PROG\t"))
+    }
+
+    fn context(&self, path: &Path, seen: &Folders) -> Vec<PathBuf> {
+        calls::files(path, seen)
     }
 
     fn parse(&self, texts: Vec<Text>, robot: &Axes) -> Result<Box<dyn Document>> {

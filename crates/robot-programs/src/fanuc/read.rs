@@ -1,5 +1,7 @@
 //! A program's text into its script.
 
+use super::calls::Still;
+use super::flow::{self, Flow};
 use super::instruction;
 use super::motion::{self, MotionInstruction};
 use super::positions::{self, Field, Position, is_extended, is_joint};
@@ -7,14 +9,14 @@ use super::statement::{Statement, index, is_comment, statements, words};
 use super::{Motion, Program};
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
-use crate::script::blocks::BySteps;
+use crate::script::blocks::Steps;
 use crate::script::lex::not_too_long;
 use crate::script::{
-    At, Break, Few, Goal, How, Move, Note, PathKind, PoseForm, PoseGoal, Script, Step, StepKind, Target, Targets, Text,
+    At, Break, Few, Goal, How, Move, Note, PathKind, PoseForm, PoseGoal, Script, StepKind, Target, Targets, Text,
     Value, number, pragma,
 };
 use nalgebra::Vector3;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 
 /// The finest weight of a digit in a position: the controller writes three decimals, deg or mm. A number that stands there
@@ -22,9 +24,9 @@ use std::ops::Range;
 pub(super) const FINEST: f64 = 1e-3;
 
 /// Lines of the sections that matter.
-struct Sections {
+pub(super) struct Sections {
     attributes: Range<usize>,
-    program: Range<usize>,
+    pub program: Range<usize>,
     positions: Range<usize>,
     /// First byte after the positions.
     end: usize,
@@ -44,12 +46,13 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     reader.uncounted = count.is_none();
     reader.tracks = tracks(text, 0..sections.program.start);
     reader.collect(&all);
-    reader
-        .steps
-        .push(Step { at: At { file: 0, line: sections.program.start as u64 }, kind: StepKind::Break(Break::Start) });
+    reader.still = Still::of(&texts);
+    reader.quiet = flow::quiet_labels(text, &all, &reader.still);
+    reader.push(At { file: 0, line: sections.program.start as u64 }, StepKind::Break(Break::Start));
     for (statement, parsed) in &all {
         reader.statement(statement, parsed);
     }
+    reader.note_calls();
     if let (Some(found), Some(last)) = (&count, numbered.last())
         && found.1 != last.number
     {
@@ -61,14 +64,16 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
     let bare = bare(&reader.positions);
     let mentioned = mentioned(text, sections.program.clone());
     let last = reader.positions.iter().map(|p| p.index).chain([mentioned]).max().unwrap_or(0);
-    let Reader { steps, targets, of_target, shared, notes, motions, positions, .. } = reader;
+    let Reader { steps, targets, of_target, shared, notes, positions, .. } = reader;
     let kinds = robot.axis_joints().map(|j| j.kind).collect();
     let end = sections.end;
-    let script = Script { texts, steps, targets, notes, ..Script::default() };
+    let mut script = Script { targets, notes, ..Script::default() };
+    let motions = steps.finish(&mut script);
+    script.texts = texts;
     Ok(Program { script, kinds, motions, numbered, count, positions, of_target, shared, last, end, bare })
 }
 
-fn sections(text: &Text) -> Result<Sections> {
+pub(super) fn sections(text: &Text) -> Result<Sections> {
     let mut found: Vec<(String, usize)> = Vec::new();
     for k in 0..text.line_count() {
         let line = text.line(k).strip_prefix(b"\xef\xbb\xbf").unwrap_or(text.line(k)).trim_ascii_start();
@@ -188,15 +193,21 @@ struct Reader<'a> {
     shared: Vec<bool>,
     written: HashMap<u64, u64>,
     written_any: Option<u64>,
-    steps: Vec<Step>,
+    steps: Steps<Motion>,
     notes: Vec<Note>,
+    /// Programs that it calls and that move nothing, and those of them that were met.
+    still: Still,
+    met: BTreeMap<String, u64>,
+    /// Labels that are reached from nowhere but from where nothing has moved since.
+    quiet: BTreeSet<u64>,
+    /// `before` at the start of each open block.
+    blocks: Vec<Option<usize>>,
     /// The program is one of line tracking: its positions move with a conveyor.
     tracks: bool,
     /// What leads the robot away from its positions.
     led: Option<&'static str>,
     /// No attribute gives the number of lines, which must grow with new ones.
     uncounted: bool,
-    motions: BySteps<Motion>,
 }
 
 /// Statement and its words.
@@ -254,12 +265,15 @@ impl<'a> Reader<'a> {
             shared,
             written: HashMap::new(),
             written_any: None,
-            steps: Vec::with_capacity(text.likely_steps()),
+            steps: Steps::of_text(text),
             notes: Vec::new(),
+            still: Still::default(),
+            met: BTreeMap::new(),
+            quiet: BTreeSet::new(),
+            blocks: Vec::new(),
             tracks: false,
             led: None,
             uncounted: false,
-            motions: BySteps::of_text(text),
         })
     }
 
@@ -336,8 +350,7 @@ impl<'a> Reader<'a> {
         if matches!(kind, StepKind::Break(_)) {
             self.before = None;
         }
-        let step = Step::following(self.steps.last(), at, kind);
-        self.steps.push(step);
+        self.steps.push(at, kind);
     }
 
     fn statement(&mut self, statement: &Statement, words: &Parsed) {
@@ -350,12 +363,58 @@ impl<'a> Reader<'a> {
             self.motion(at, said);
         } else {
             self.led = instruction::leads(self.text, words).unwrap_or(self.led);
-            if let Some(kind) = instruction::read(self.text, words)
-                && (!statement.nested || matches!(kind, StepKind::Break(_)))
-            {
-                self.push(at, kind);
+            if statement.nested {
+                if let Some(kind @ StepKind::Break(_)) = instruction::read(self.text, words) {
+                    self.push(at, kind);
+                }
+            } else {
+                self.flow(at, flow::read(self.text, words));
             }
         }
+    }
+
+    fn flow(&mut self, at: At, flow: Flow) {
+        match flow {
+            Flow::On => {}
+            Flow::Label(Some(n)) if self.quiet.contains(&n) => {}
+            Flow::Label(_) => self.push(at, StepKind::Break(Break::Jump)),
+            // what follows is reached by a label
+            Flow::Jump(jump) if jump.always => self.steps.middle(at, Break::Jump),
+            Flow::Jump(_) => {}
+            Flow::Open(kind) => {
+                self.blocks.push(self.before.take());
+                self.steps.open(at, kind);
+            }
+            Flow::Middle => {
+                self.before = None;
+                self.steps.middle(at, Break::Jump);
+            }
+            Flow::Close(kind) => {
+                let (before, busy) = (self.blocks.pop().flatten(), self.steps.close(at, kind));
+                self.before = before.filter(|_| !busy);
+            }
+            Flow::Call(name) => match self.still.waits(&name) {
+                Some(waits) => {
+                    self.met.entry(name).or_insert(at.line);
+                    if waits {
+                        self.push(at, StepKind::Dwell(None));
+                    }
+                }
+                None => self.push(at, StepKind::Break(Break::Call)),
+            },
+            Flow::Step(kind) => self.push(at, kind),
+        }
+    }
+
+    /// Says which calls end nothing that is known of the joints.
+    fn note_calls(&mut self) {
+        let Some(line) = self.met.values().min().copied() else { return };
+        let names: Vec<&str> = self.met.keys().map(String::as_str).collect();
+        let text = match names.as_slice() {
+            [one] => format!("the program {one} that it calls moves nothing, by the file beside it"),
+            all => format!("the programs {} that it calls move nothing, by the files beside it", all.join(", ")),
+        };
+        self.note(line, text);
     }
 
     /// The Cartesian target of a position.
@@ -440,7 +499,7 @@ impl<'a> Reader<'a> {
         }
         self.before = position;
         if let Some(motion) = said.motion {
-            self.motions.push(self.steps.len(), motion);
+            self.steps.place(self.steps.next(), motion);
         }
         let how = How { path: said.path, fixed: None, closed, speed: said.speed, blend_m: said.blend_m };
         self.push(at, StepKind::Move(Move::new(how, goal, Few::new())));

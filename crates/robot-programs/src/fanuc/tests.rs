@@ -1,3 +1,4 @@
+mod flow;
 mod lines;
 
 use super::Fanuc;
@@ -187,7 +188,7 @@ fn words_in_another_language_are_kept_and_bytes_and_line_ends_with_them() {
             && d.script().steps.iter().any(|s| matches!(s.kind, StepKind::Process(true)))
     );
     let breaks = d.script().steps.iter().filter(|s| matches!(s.kind, StepKind::Break(_))).count();
-    assert_eq!(breaks, 3, "the start, SPRUNG and MRK");
+    assert_eq!(breaks, 2, "the start and SPRUNG; MRK is reached from there alone");
     let after = rewrite(d.as_ref(), &edits(d.as_ref(), &[(m[0].0, 0.01)], &[m[1].0]));
     let bytes = &after.script().texts[0].bytes;
     assert!(memchr::memmem::find(bytes, b"ZEILEN\t\t= 13;\r\n").is_some());
@@ -224,7 +225,8 @@ fn labels_jumps_calls_skips_and_registers_are_seen() {
         .collect();
     assert_eq!(goals.iter().collect::<String>(), "jjjjjjooooojjo");
     let count = |b: Break| d.script().steps.iter().filter(|s| matches!(s.kind, StepKind::Break(x) if x == b)).count();
-    assert_eq!((count(Break::Jump), count(Break::Loop), count(Break::Call)), (7, 2, 3));
+    // jumps away end nothing: two labels, a skip; SUB2, the macro, GRIPPER and OTHER may move
+    assert_eq!((count(Break::Jump), count(Break::Loop), count(Break::Call)), (3, 2, 4));
     assert!(m[5].1.closed.as_deref().is_some_and(|c| c.contains("skip")));
     // point logic keeps its own numbers; a line without a number gets none
     let after = text(rewrite(d.as_ref(), &edits(d.as_ref(), &[], &[m[1].0, m[12].0])).as_ref());

@@ -9,7 +9,7 @@
 //! References: KUKA System Software 8.x, Operating and Programming Instructions for System Integrators (motions,
 //! approximate positioning, folds, data lists); public programs.
 //!
-//! Modules: [`lex`] tokens; [`aggregate`] values in braces; [`data`] declarations; [`elsewhere`] what other modules do to them; [`name`] a point and its value; [`calls`] what a line calls;
+//! Modules: [`lex`] tokens; [`aggregate`] values in braces; [`data`] declarations; [`elsewhere`] what other modules do to them; [`name`] a point and its value; [`calls`] what a line calls; [`still`] routines that move nothing;
 //! [`project`] other modules; [`motion`] a motion instruction; [`form`] inline forms; [`going`] orientations, parts that the robot holds, sensors; [`settings`] speeds and frames; [`target`] axis values; [`product`] products of frames; [`read`]
 //! makes the script; [`write`] the patches; [`clone`] a point's second form.
 //!
@@ -30,6 +30,7 @@ mod product;
 mod project;
 mod read;
 mod settings;
+mod still;
 mod target;
 mod write;
 

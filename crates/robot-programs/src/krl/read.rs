@@ -10,19 +10,20 @@ use super::motion::{self, Word};
 use super::name::Holds;
 use super::product;
 use super::settings::{self, Settings};
+use super::still::Still;
 use super::target::{Others, axis_names, external_axes, target};
 use super::{Motion, Program, Source};
 use crate::axes::{Axes, JointKind};
 use crate::error::{Error, Place, Result};
-use crate::script::blocks::BySteps;
+use crate::script::blocks::{BySteps, Steps};
 use crate::script::lex::not_too_long;
 use crate::script::pose::Frame;
 use crate::script::{
-    At, Break, Few, Goal, How, Move, Note, PathKind, PoseForm, PoseGoal, Script, Shift, Span, Speed, Step, StepKind,
-    Target, Targets, Text, pragma,
+    At, Break, Few, Goal, How, Move, Note, PathKind, PoseForm, PoseGoal, Script, Shift, Span, Speed, StepKind, Target,
+    Targets, Text, pragma,
 };
 use nalgebra::Vector3;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -44,7 +45,17 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         tokens(text, k, &mut line);
         reader.line(k, &line)?;
     }
-    let Reader { mut steps, targets, sources, motions, mut notes, others, .. } = reader;
+    reader.note_calls();
+    let Reader { steps, targets, sources, mut notes, .. } = reader;
+    let mut script = Script::default();
+    let (mut motions, mut others) = (BySteps::of_text(text), BySteps::default());
+    for (k, site) in steps.finish(&mut script).into_values() {
+        if let Some(motion) = site.motion {
+            motions.push(k, motion);
+        }
+        others.push(k, site.others);
+    }
+    let mut steps = script.steps;
     if texts.iter().filter(|t| !t.context).count() == 1
         && data.names.is_empty()
         && targets.is_empty()
@@ -141,6 +152,21 @@ struct Fold {
     more: bool,
 }
 
+/// Where a motion stands, and the axes that are none of the robot's.
+#[derive(Default)]
+struct Site {
+    motion: Option<Motion>,
+    others: Others,
+}
+
+/// A block that is open: the settings before it and with which it began.
+struct Block {
+    before: Settings,
+    begins: Settings,
+    /// It sets others.
+    sets: bool,
+}
+
 /// Whether a text sets `$ORI_TYPE` or `$CIRC_TYPE`.
 fn steers_arcs(text: &Text) -> bool {
     let upper = text.bytes.to_ascii_uppercase();
@@ -155,12 +181,14 @@ struct Reader<'a> {
     names: Vec<String>,
     /// $BASE and $TOOL after a branch or a call, where that is certain.
     later: [Option<Frame>; 2],
-    steps: Vec<Step>,
+    steps: Steps<Site>,
+    blocks: Vec<Block>,
+    /// Routines that move nothing, and those of them that were met.
+    still: Still,
+    met: BTreeMap<String, u64>,
     targets: Targets,
     sources: Vec<Source>,
     of_name: HashMap<usize, usize>,
-    motions: BySteps<Motion>,
-    others: BySteps<Others>,
     notes: Vec<Note>,
     routine: usize,
     folds: Vec<Fold>,
@@ -182,12 +210,13 @@ impl<'a> Reader<'a> {
             data,
             axes,
             names: axes.iter().map(|a| a.0.clone()).collect(),
-            steps: Vec::with_capacity(texts[0].likely_steps()),
+            steps: Steps::of_text(&texts[0]),
+            blocks: Vec::new(),
+            still: Still::of(texts),
+            met: BTreeMap::new(),
             targets: Targets::of_text(&texts[0]),
             sources: Vec::with_capacity(texts[0].likely_steps()),
             of_name: HashMap::new(),
-            motions: BySteps::of_text(&texts[0]),
-            others: BySteps::default(),
             notes: Vec::new(),
             routine: 0,
             folds: Vec::new(),
@@ -205,13 +234,70 @@ impl<'a> Reader<'a> {
         if let StepKind::Break(b) = kind
             && b != Break::Frame
         {
-            // frames stay where the file sets but one
-            let (base, tool) = (self.later[0].clone(), self.later[1].clone());
-            let (bases, tools) = (std::mem::take(&mut self.set.bases), std::mem::take(&mut self.set.tools));
-            self.set = Settings { base, tool, bases, tools, ..Settings::default() };
+            self.set = self.later_settings();
         }
-        let step = Step::following(self.steps.last(), At { file: 0, line: k as u64 + 1 }, kind);
-        self.steps.push(step);
+        self.steps.push(At { file: 0, line: k as u64 + 1 }, kind);
+    }
+
+    /// What is in force where it is not known which way the program came: frames stay where the file sets but one.
+    fn later_settings(&self) -> Settings {
+        let (base, tool) = (self.later[0].clone(), self.later[1].clone());
+        let (bases, tools) = (self.set.bases.clone(), self.set.tools.clone());
+        Settings { base, tool, bases, tools, ..Settings::default() }
+    }
+
+    /// A block opens; what its line calls belongs to it.
+    fn open(&mut self, k: usize, line: &[Token], kind: Break) {
+        let before = self.set.clone();
+        self.steps.open(At { file: 0, line: k as u64 + 1 }, kind);
+        self.set = self.later_settings();
+        self.blocks.push(Block { before, begins: self.set.clone(), sets: false });
+        self.called(k, line);
+    }
+
+    /// Its next branch begins.
+    fn middle(&mut self, k: usize, line: &[Token]) {
+        self.steps.middle(At { file: 0, line: k as u64 + 1 }, Break::Jump);
+        if let Some(block) = self.blocks.last_mut() {
+            block.sets |= self.set != block.begins;
+        }
+        self.set = self.later_settings();
+        self.called(k, line);
+    }
+
+    /// It closes: where nothing in it moves, the directions stay, and where it sets nothing the settings do.
+    fn close(&mut self, k: usize, line: &[Token], kind: Break) {
+        self.called(k, line);
+        let busy = self.steps.close(At { file: 0, line: k as u64 + 1 }, kind);
+        let block = self.blocks.pop();
+        let sets = block.as_ref().is_none_or(|b| b.sets || self.set != b.begins);
+        match block {
+            Some(block) if !busy && !sets => self.set = block.before,
+            _ => self.set = self.later_settings(),
+        }
+        if let Some(outer) = self.blocks.last_mut() {
+            outer.sets |= sets;
+        }
+    }
+
+    /// A jump away: what follows is reached by a label, or the end of its block.
+    fn leave(&mut self, k: usize) {
+        if self.blocks.is_empty() {
+            self.stop(k, Break::Jump)
+        } else {
+            self.steps.middle(At { file: 0, line: k as u64 + 1 }, Break::Jump)
+        }
+    }
+
+    /// Says which calls end nothing that is known of the joints.
+    fn note_calls(&mut self) {
+        let Some(line) = self.met.values().min().copied() else { return };
+        let names: Vec<&str> = self.met.keys().map(String::as_str).collect();
+        let text = match names.as_slice() {
+            [one] => format!("the routine {one} that it calls moves nothing, by the files of the project"),
+            all => format!("the routines {} that it calls move nothing, by the files of the project", all.join(", ")),
+        };
+        self.notes.push(Note { place: At { file: 0, line }, text });
     }
 
     fn stop(&mut self, k: usize, kind: Break) {
@@ -243,7 +329,7 @@ impl<'a> Reader<'a> {
         } else if let Some(rest) = comment.strip_prefix("FOLD").filter(|r| r.starts_with([' ', '\t']) || r.is_empty()) {
             let first = rest.split_ascii_whitespace().next().unwrap_or_default();
             let inline = rest.contains("%{P") && !rest.contains("%{PH}") || motion::word(first).is_some();
-            self.folds.push(Fold { line: k, inline, steps: self.steps.len(), more: false });
+            self.folds.push(Fold { line: k, inline, steps: self.steps.next(), more: false });
         }
     }
 
@@ -271,6 +357,8 @@ impl<'a> Reader<'a> {
             self.routine += 1;
             (self.spline, self.trigger) = (false, false);
             self.folds.clear();
+            self.blocks.clear();
+            self.steps.start();
             self.stop(k, Break::Start);
             return;
         }
@@ -279,11 +367,17 @@ impl<'a> Reader<'a> {
             return;
         }
         match word {
-            "IF" | "ELSE" | "ENDIF" | "SWITCH" | "CASE" | "DEFAULT" | "ENDSWITCH" | "GOTO" | "EXIT" | "RETURN"
-            | "RESUME" | "END" | "ENDFCT" => self.stop(k, Break::Jump),
-            "LOOP" | "ENDLOOP" | "FOR" | "ENDFOR" | "WHILE" | "ENDWHILE" | "REPEAT" | "UNTIL" => {
-                self.stop(k, Break::Loop)
+            "IF" | "SWITCH" => self.open(k, line, Break::Jump),
+            "ELSE" | "CASE" | "DEFAULT" => self.middle(k, line),
+            "ENDIF" | "ENDSWITCH" => self.close(k, line, Break::Jump),
+            "GOTO" | "EXIT" => self.leave(k),
+            "RETURN" => {
+                self.called(k, line);
+                self.leave(k);
             }
+            "RESUME" | "END" | "ENDFCT" => self.stop(k, Break::Jump),
+            "LOOP" | "FOR" | "WHILE" | "REPEAT" => self.open(k, line, Break::Loop),
+            "ENDLOOP" | "ENDFOR" | "ENDWHILE" | "UNTIL" => self.close(k, line, Break::Loop),
             "WAIT" => {
                 let seconds =
                     (second == "SEC").then(|| settings::number(self.text, line.get(2..).unwrap_or_default())).flatten();
@@ -321,17 +415,27 @@ impl<'a> Reader<'a> {
 
     /// A break where the line calls something that may move.
     fn called(&mut self, k: usize, line: &[Token]) {
-        if !calls(self.text, line).is_empty() {
-            self.stop(k, Break::Call);
+        let mut waits = false;
+        for name in calls(self.text, line) {
+            match self.still.waits(&name) {
+                Some(waiting) => {
+                    waits |= waiting;
+                    self.met.entry(name).or_insert(k as u64 + 1);
+                }
+                None => return self.stop(k, Break::Call),
+            }
+        }
+        if waits {
+            self.push(k, StepKind::Dwell(None));
         }
     }
 
     /// An assignment, a call, or something unknown.
     fn other(&mut self, k: usize, line: &[Token], word: &str) {
         let Some(sign) = assignment(line) else {
-            let quiet = line.get(1).is_some_and(|t| t.is(b'(')) && calls(self.text, line).is_empty();
-            if !quiet {
-                self.stop(k, Break::Call);
+            match line.get(1).is_some_and(|t| t.is(b'(')) {
+                true => self.called(k, line),
+                false => self.stop(k, Break::Call),
             }
             return;
         };
@@ -408,10 +512,11 @@ impl<'a> Reader<'a> {
             close("its statement cannot be copied");
         }
         let fold = self.folds.last().filter(|f| f.inline);
-        if fold.is_some_and(|f| f.more || f.steps != self.steps.len()) {
+        if fold.is_some_and(|f| f.more || f.steps != self.steps.next()) {
             close("its inline form does more than this motion");
         }
         let (speed, blend_m) = self.speed_and_blend(word, tail);
+        let mut site = Site::default();
         if let (Some(e), true) = (end, whole) {
             let goal = line[at].start..line[e - 1].end;
             let last = line.last().map_or(goal.end, |t| t.end);
@@ -428,14 +533,14 @@ impl<'a> Reader<'a> {
                 spline: word.spline,
                 fold,
             };
-            self.motions.push(self.steps.len(), motion);
+            site.motion = Some(motion);
         }
         // of most motions they are those of the one before
-        let others = match self.others.last() {
-            Some(last) if *last == others => last.clone(),
+        site.others = match self.steps.last_place() {
+            Some(last) if last.others == others => last.others.clone(),
             _ => others,
         };
-        self.others.push(self.steps.len(), others);
+        self.steps.place(self.steps.next(), site);
         let path = if self.spline { PathKind::Curve } else { word.path };
         let how = How { path, fixed: None, closed, speed, blend_m };
         self.push(k, StepKind::Move(Move::new(how, goal, Few::new())));

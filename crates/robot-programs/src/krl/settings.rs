@@ -8,7 +8,7 @@ use crate::script::{Text, number as digits};
 use nalgebra::Isometry3;
 use std::collections::BTreeMap;
 
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Settings {
     /// %, of all axes by BAS, and of each by $VEL_AXIS.
     pub vel_ptp: Option<f64>,

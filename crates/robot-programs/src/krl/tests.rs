@@ -1,6 +1,7 @@
 mod going;
 mod points;
 mod project;
+mod still;
 
 use super::Krl;
 use super::props::kr120;

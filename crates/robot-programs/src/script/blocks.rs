@@ -53,6 +53,11 @@ impl<T> BySteps<T> {
         self.0.iter().map(|v| &v.1)
     }
 
+    /// All values with their steps, given away.
+    pub fn into_values(self) -> impl Iterator<Item = (usize, T)> {
+        self.0.into_iter().map(|v| (v.0 as usize, v.1))
+    }
+
     /// The last one before a step.
     pub fn before(&self, step: usize) -> Option<&T> {
         let k = self.0.partition_point(|v| (v.0 as usize) < step);
@@ -133,6 +138,11 @@ impl<S> Steps<S> {
     /// Where the move of a step stands.
     pub fn place(&mut self, step: usize, site: S) {
         self.sites.push(step, site);
+    }
+
+    /// The place that was given last.
+    pub fn last_place(&self) -> Option<&S> {
+        self.sites.last()
     }
 
     /// Comments for the tool among `comments` that stand before a byte.

@@ -3,7 +3,7 @@
 use super::*;
 
 /// A program of these lines, with three positions.
-fn of_lines(lines: &str) -> String {
+pub(super) fn of_lines(lines: &str) -> String {
     let position = |n: usize, j1: &str| {
         format!(
             "P[{n}]{{\n   GP1:\n\tUF : 0, UT : 1,\t\n\tJ1=    {j1} deg,\tJ2=    10.000 deg,\tJ3=    10.000 deg,\n\
@@ -124,7 +124,8 @@ fn german_words_for_actions_tools_and_loads_are_known() {
     let d = doc(of_lines(
         "   1:  BENUTZER_NUM=0 ;\n   2:  WKZ_NUM=1 ;\n   3:  TRAGLST[1] ;\n   4:J P[1] 100% CNT0 ACC100 ZEIT VOR    .10sek,P-SPS    ;\n\
          \x20     1:  A[23]=AUS ;\n       ------ ;\n   5:  A[80]=AN ;\n   6:J P[2] 100% FINE ZEIT NACH    .10sek,AUFRUF AUF    ;\n\
-         \x20  7:J P[3] 100% CNT100 WEG VOR    5.0mm,A[1]=AN    ;\n   8:  WARTE    .20(sek) ;\n   9:  MRK[1] ;",
+         \x20  7:J P[3] 100% CNT100 WEG VOR    5.0mm,A[1]=AN    ;\n   8:  WARTE    .20(sek) ;\n   9:  MRK[1] ;\n  10:J P[1] 100% FINE ;\n\
+         \x2011:  WENN R[1]=1,SPRUNG MRK[1] ;",
     )
     .as_bytes());
     let m = moves(d.as_ref());

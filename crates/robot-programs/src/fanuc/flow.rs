@@ -1,0 +1,152 @@
+//! What a statement that is no motion means for the next one: whether it goes on there, waits, jumps away, opens a block.
+//!
+//! A jump leaves the next statement reached as before: only the label to which it leads is reached from elsewhere. So
+//! `IF R[1]=1,JMP LBL[2]` ends nothing that is known of the joints, and `IF R[1]=1,CALL GRIP` ends no more than its call.
+//! Grammar read here: `IF <condition>,<action>`, `IF (<condition>) THEN`, `ELSE`, `ENDIF`, `SELECT R[n]=<value>,<action>`, `=<value>,<action>`,
+//! `ELSE,<action>`, `FOR`, `ENDFOR`, `LBL[n]`, `JMP LBL[n]`, `CALL name(...)`; an action is a jump, a call, or an assignment.
+
+use super::calls::Still;
+use super::statement::{Statement, is_comment};
+use super::{instruction, motion};
+use crate::script::{Break, StepKind, Text};
+use std::collections::{BTreeSet, HashMap};
+use std::ops::Range;
+
+#[derive(Debug, Clone)]
+pub(super) enum Flow {
+    /// Nothing.
+    On,
+    /// A label, by its number where that is written.
+    Label(Option<u64>),
+    /// It goes on at a label, at the end of the program, or with the next statement.
+    Jump(Jump),
+    /// A block opens, goes on with its other branch, closes.
+    Open(Break),
+    Middle,
+    Close(Break),
+    /// It calls a program, perhaps, and goes on; upper case.
+    Call(String),
+    /// All else.
+    Step(StepKind),
+}
+
+/// Where a jump leads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Jump {
+    /// `None`: the end of the program.
+    pub label: Option<Label>,
+    /// It is always taken.
+    pub always: bool,
+}
+
+/// A label to which something jumps: its number, or any.
+pub(super) type Label = Option<u64>;
+
+pub(super) fn read(text: &Text, words: &[Range<usize>]) -> Flow {
+    let Some(first) = words.first() else { return Flow::On };
+    let all: Vec<Vec<u8>> = words.iter().map(|w| text.slice(w.clone()).to_ascii_uppercase()).collect();
+    let whole = all.join(&b' ');
+    let other = || instruction::read(text, words).map_or(Flow::On, Flow::Step);
+    let name = &all[0][..all[0].iter().take_while(|b| b.is_ascii_alphanumeric() || **b == b'_').count()];
+    // `WAIT DI[1]=ON TIMEOUT,LBL[2]` names labels, too: they are found by the caller
+    match name {
+        b"LBL" | b"MRK" if all[0][name.len()..].starts_with(b"[") => Flow::Label(number(&all[0])),
+        b"JMP" | b"SPRUNG" => jump(&whole, true).unwrap_or_else(other),
+        b"CALL" | b"AUFRUF" => call(&whole).unwrap_or_else(other),
+        b"END" | b"ABORT" if words.len() == 1 => Flow::Jump(Jump { label: None, always: true }),
+        b"IF" | b"WENN" if all.last().is_some_and(|w| w == b"THEN") => Flow::Open(Break::Jump),
+        b"FOR" if words.len() > 1 => Flow::Open(Break::Loop),
+        b"ENDFOR" if words.len() == 1 => Flow::Close(Break::Loop),
+        b"ENDIF" if words.len() == 1 => Flow::Close(Break::Jump),
+        b"ELSE" if words.len() == 1 && first.len() == 4 => Flow::Middle,
+        b"IF" | b"WENN" | b"SELECT" | b"ELSE" => action(&whole).unwrap_or_else(other),
+        b"" if whole.starts_with(b"=") => action(&whole).unwrap_or_else(other),
+        _ => other(),
+    }
+}
+
+/// What stands after the first comma outside of brackets, where that is an action whose effect is known.
+fn action(whole: &[u8]) -> Option<Flow> {
+    let mut depth = 0_usize;
+    let comma = whole.iter().position(|b| {
+        match b {
+            b'[' | b'(' => depth += 1,
+            b']' | b')' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        *b == b',' && depth == 0
+    })?;
+    let action = whole[comma + 1..].trim_ascii();
+    jump(action, false).or_else(|| call(action)).or_else(|| instruction::assigns(action).then_some(Flow::On))
+}
+
+/// `JMP LBL[3]`; any label where its number is computed.
+fn jump(action: &[u8], always: bool) -> Option<Flow> {
+    let mut words = action.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
+    let (word, label) = (words.next()?, words.next()?);
+    let jumps = matches!(word, b"JMP" | b"SPRUNG") && (label.starts_with(b"LBL[") || label.starts_with(b"MRK["));
+    jumps.then(|| Flow::Jump(Jump { label: Some(number(label)), always }))
+}
+
+/// `CALL GRIP`, `CALL GRIP(1,R[2])`; a name that is computed is none.
+fn call(action: &[u8]) -> Option<Flow> {
+    let rest = [&b"CALL "[..], b"AUFRUF "].iter().find_map(|w| action.strip_prefix(*w))?.trim_ascii();
+    let name = &rest[..rest.iter().take_while(|b| b.is_ascii_alphanumeric() || b"_-".contains(b)).count()];
+    let after = rest[name.len()..].trim_ascii();
+    let arguments = after.is_empty() || after.starts_with(b"(") && after.ends_with(b")");
+    (!name.is_empty() && arguments).then(|| Flow::Call(String::from_utf8_lossy(name).into_owned()))
+}
+
+/// The number in brackets, `LBL[3]`, `LBL[3:end]`.
+fn number(word: &[u8]) -> Option<u64> {
+    let open = memchr::memchr(b'[', word)? + 1;
+    let inside = word[open..].split(|b| matches!(b, b']' | b':')).next()?.trim_ascii();
+    std::str::from_utf8(inside).ok().filter(|d| d.bytes().all(|b| b.is_ascii_digit()))?.parse().ok()
+}
+
+/// Labels that a statement names besides being one: all to which it may jump.
+fn named(text: &Text, words: &[Range<usize>]) -> Vec<Label> {
+    let mut out = Vec::new();
+    for word in words {
+        let bytes = text.slice(word.clone()).to_ascii_uppercase();
+        for mark in [&b"LBL["[..], b"MRK["] {
+            out.extend(memchr::memmem::find_iter(&bytes, mark).map(|at| number(&bytes[at..])));
+        }
+    }
+    out
+}
+
+/// Labels to which nothing jumps but from statements between which and the label nothing moves: a program that waits there comes
+/// from where it stands.
+pub(super) fn quiet_labels(text: &Text, all: &[(Statement, Vec<Range<usize>>)], still: &Still) -> BTreeSet<u64> {
+    let mut stretch = 0_u64;
+    let mut defined: HashMap<u64, Vec<u64>> = HashMap::new();
+    let mut jumps: Vec<(Label, u64)> = Vec::new();
+    for (statement, words) in all {
+        let first = statement.pieces.first().map_or(&[][..], |p| text.slice(p.clone()));
+        if is_comment(first) {
+            continue;
+        }
+        let moves = statement.nested || motion::read(text, statement, words).is_some();
+        let flow = if moves { Flow::On } else { read(text, words) };
+        let busy = match &flow {
+            Flow::On => moves,
+            Flow::Label(_) | Flow::Jump(_) | Flow::Step(StepKind::Dwell(_)) => false,
+            Flow::Call(name) => still.waits(name).is_none(),
+            Flow::Open(_) | Flow::Middle | Flow::Close(_) | Flow::Step(_) => true,
+        };
+        stretch += u64::from(busy);
+        match flow {
+            Flow::Label(Some(n)) => defined.entry(n).or_default().push(stretch),
+            Flow::Label(None) => return BTreeSet::new(),
+            _ => jumps.extend(named(text, words).into_iter().map(|label| (label, stretch))),
+        }
+        // a jump out of a motion or a block leaves from within
+        stretch += u64::from(busy);
+    }
+    if jumps.iter().any(|j| j.0.is_none()) {
+        return BTreeSet::new();
+    }
+    let quiet = |n: u64, at: &[u64]| at.len() == 1 && jumps.iter().all(|j| j.0 != Some(n) || j.1 == at[0]);
+    defined.iter().filter(|(n, at)| quiet(**n, at)).map(|(n, _)| *n).collect()
+}

@@ -1,0 +1,163 @@
+//! Routines of the program and of its project that move nothing: a call of one ends nothing that is known of the joints.
+//!
+//! `DEF name(...)` ... `END` and `DEFFCT type name(...)` ... `ENDFCT`, with what stands between them. A routine moves nothing where it has no
+//! motion word, no interrupt or trigger, gives no value to a variable of the controller but those of outputs, flags and timers (frames,
+//! speeds and orientations are of them), and calls only built-in functions and routines of which the same holds. A name that
+//! several routines have is still where all of them are.
+
+use super::calls::calls;
+use super::data::{assignment, is_routine};
+use super::lex::{Kind, Token, tokens, upper};
+use super::motion;
+use crate::script::Text;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Variables of the controller that steer neither the arm nor what points mean.
+const PLAIN: [&str; 11] = [
+    "$OUT",
+    "$FLAG",
+    "$CYCFLAG",
+    "$TIMER",
+    "$TIMER_STOP",
+    "$TIMER_FLAG",
+    "$ANOUT",
+    "$ADVANCE",
+    "$MSG_T",
+    "$LOOP_MSG",
+    "$OV_PRO",
+];
+
+/// What a routine does.
+#[derive(Debug, Clone, Default)]
+struct Does {
+    name: String,
+    moves: bool,
+    waits: bool,
+    calls: BTreeSet<String>,
+}
+
+/// The routines of a text.
+#[derive(Debug, Default)]
+struct Routines(Vec<Does>);
+
+impl Routines {
+    fn of(text: &Text) -> Self {
+        let mut all: Vec<Does> = Vec::new();
+        let mut line = Vec::new();
+        for k in 0..text.line_count() {
+            tokens(text, k, &mut line);
+            line.retain(|t| t.kind != Kind::Comment);
+            let Some(first) = line.first() else { continue };
+            let (word, second) = (upper(text, first), line.get(1).map(|t| upper(text, t)).unwrap_or_default());
+            if is_routine(&word, &second) {
+                // the name stands before the bracket of its parameters
+                let open = line.iter().position(|t| t.is(b'('));
+                let name = open.and_then(|o| o.checked_sub(1)).map(|n| upper(text, &line[n])).unwrap_or_default();
+                all.push(Does { name, ..Does::default() });
+            } else if let Some(routine) = all.last_mut() {
+                routine.moves |= acts(text, &line, &word, &second);
+                routine.waits |= matches!(word.as_str(), "WAIT" | "HALT");
+                routine.calls.extend(calls(text, &line));
+            }
+        }
+        Self(all)
+    }
+}
+
+/// Whether a statement may move the arm, or what its points mean, besides what it calls.
+fn acts(text: &Text, line: &[Token], word: &str, second: &str) -> bool {
+    const STILL: [&str; 46] = [
+        "IF",
+        "ELSE",
+        "ENDIF",
+        "SWITCH",
+        "CASE",
+        "DEFAULT",
+        "ENDSWITCH",
+        "GOTO",
+        "EXIT",
+        "RETURN",
+        "END",
+        "ENDFCT",
+        "LOOP",
+        "ENDLOOP",
+        "FOR",
+        "ENDFOR",
+        "WHILE",
+        "ENDWHILE",
+        "REPEAT",
+        "UNTIL",
+        "WAIT",
+        "HALT",
+        "DECL",
+        "CONST",
+        "INT",
+        "REAL",
+        "BOOL",
+        "CHAR",
+        "E6AXIS",
+        "AXIS",
+        "E6POS",
+        "POS",
+        "FRAME",
+        "FDAT",
+        "PDAT",
+        "LDAT",
+        "STRUC",
+        "ENUM",
+        "SIGNAL",
+        "EXT",
+        "EXTP",
+        "EXTFCT",
+        "IMPORT",
+        "CONTINUE",
+        "ON_ERROR_PROCEED",
+        "GLOBAL",
+    ];
+    let unknown = || {
+        let label = line.len() == 2 && line[1].is(b':');
+        let call = line.get(1).is_some_and(|t| t.is(b'('));
+        !(label || call || STILL.contains(&word)) || word == "GLOBAL" && second == "INTERRUPT"
+    };
+    if assignment(line).is_some() {
+        let data = ["BASE_DATA", "TOOL_DATA", "FDAT_ACT", "LDAT_ACT", "PDAT_ACT"].contains(&word);
+        return data || word.starts_with('$') && !PLAIN.contains(&word);
+    }
+    // RSI_ON is a function: what it returns is assigned, and it is none that is known
+    let calls = |name: &str| line.iter().any(|t| upper(text, t) == name);
+    word == "BAS" || motion::word(word).is_some() || calls("CONVEYOR") || unknown()
+}
+
+/// Names of routines that move nothing; whether they wait.
+#[derive(Debug, Default)]
+pub(super) struct Still(BTreeMap<String, bool>);
+
+impl Still {
+    pub(super) fn of(texts: &[Text]) -> Self {
+        let known: Vec<_> = texts.iter().map(|t| t.known(Routines::of)).collect();
+        let mut by_name: BTreeMap<&str, Vec<&Does>> = BTreeMap::new();
+        for does in known.iter().flat_map(|r| &r.0) {
+            by_name.entry(&does.name).or_default().push(does);
+        }
+        by_name.retain(|_, all| all.iter().all(|d| !d.moves));
+        let mut still: BTreeMap<String, bool> = BTreeMap::new();
+        loop {
+            let before = still.len();
+            for (name, all) in &by_name {
+                let settled = all.iter().flat_map(|d| &d.calls).all(|c| still.contains_key(c));
+                if settled && !still.contains_key(*name) {
+                    let waits = all.iter().any(|d| d.waits || d.calls.iter().any(|c| still[c]));
+                    still.insert((*name).to_string(), waits);
+                }
+            }
+            if still.len() == before {
+                return Self(still);
+            }
+        }
+    }
+
+    /// Whether the routine of this name moves nothing, and then whether it waits.
+    pub(super) fn waits(&self, name: &str) -> Option<bool> {
+        self.0.get(name).copied()
+    }
+}
