@@ -18,8 +18,9 @@
 //! Fails with file, line and column where counts and lines disagree, a number is none, a position is not in the list, `END`
 //! is missing, or the robot file has no pulses for a joint. `docs/program-inform.md` has what may be edited.
 //!
-//! Modules: [`list`] positions and headers; [`read`] instructions; [`shared`] which position variables are certain; [`movement`] moves and their goals; [`write`] edits to patches.
+//! Modules: [`list`] positions and headers; [`read`] instructions; [`flow`] jumps, blocks and calls; [`shared`] which position variables are certain; [`movement`] moves and their goals; [`write`] edits to patches.
 
+mod flow;
 mod list;
 mod movement;
 mod read;
@@ -59,8 +60,8 @@ impl Format for Inform {
         line.is_some_and(|l| l.eq_ignore_ascii_case(b"/JOB"))
     }
 
-    fn context(&self, path: &Path, _seen: &Folders) -> Vec<PathBuf> {
-        shared::files(path)
+    fn context(&self, path: &Path, seen: &Folders) -> Vec<PathBuf> {
+        shared::files(path, seen)
     }
 
     fn minds_unread(&self) -> bool {

@@ -1,11 +1,12 @@
 //! Instructions to steps; moves are read by [`movement`](super::movement).
 
+use super::flow::{self, Flow, StillJobs};
 use super::list::{List, shown};
 use super::shared::{Shared, clears_positions, variables};
 use super::{Job, Kind, Section, Statement};
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
-use crate::script::blocks::BySteps;
+use crate::script::blocks::Steps;
 use crate::script::lex::{not_too_long, upper_of};
 use crate::script::{At, Break, Goal, Move, Note, Script, Step, StepKind, Targets, Text, number, pragma};
 use std::collections::{BTreeMap, BTreeSet};
@@ -89,12 +90,12 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
         has_noted: false,
         counted: Counted::of(text, begin),
         moves: 0,
-        script: Script {
-            steps: Vec::with_capacity(text.likely_steps()),
-            targets: Targets::of_text(text),
-            ..Script::default()
-        },
-        statements: BySteps::of_text(text),
+        script: Script { targets: Targets::of_text(text), ..Script::default() },
+        steps: Steps::of_text(text),
+        blocks: Vec::new(),
+        jobs: StillJobs::of(&texts[1..]),
+        met: BTreeMap::new(),
+        quiet: BTreeSet::new(),
         targets: super::Known::default(),
         numbers: Vec::new(),
         pinned: vec![false; list.positions.len()],
@@ -102,9 +103,12 @@ pub(super) fn job(texts: Vec<Text>, robot: &Axes) -> Result<Job> {
         base_axes: list.base_axes,
         still: None,
     };
+    reader.quiet = flow::quiet_labels(text, begin, &reader.jobs);
     reader.instructions(begin)?;
+    reader.note_calls();
     reader.script.notes.extend(reader.counted.as_ref().map(Counted::note));
-    let Reader { mut script, statements, numbers, pinned, .. } = reader;
+    let Reader { mut script, steps, numbers, pinned, .. } = reader;
+    let statements = steps.finish(&mut script);
     script.texts = texts;
     Ok(Job {
         script,
@@ -172,6 +176,24 @@ pub(super) fn is_plain_move(line: &[u8]) -> bool {
         value.is_some_and(|v| v.iter().all(|b| b.is_ascii_digit() || *b == b'.'))
     };
     digits > 0 && rest.get(digits).is_none_or(u8::is_ascii_whitespace) && words.all(usual)
+}
+
+/// Whether the robot stands at an instruction that begins with this word.
+pub(super) fn stands(word: &str) -> bool {
+    word == "TIMER" || STANDS.contains(&word)
+}
+
+/// Whether an instruction moves nothing and changes nothing of what positions mean.
+pub(super) fn still(text: &Text, k: usize, words: &[String]) -> bool {
+    let known = words.first().is_some_and(|w| w == "END" || STILL.contains(&w.as_str()));
+    known && sets_frame(text, k).is_empty()
+}
+
+/// The first line of a job's instructions; `None`: it has none.
+pub(super) fn begin_of(text: &Text) -> Option<usize> {
+    let is = |k: &usize| text.line(*k).trim_ascii().eq_ignore_ascii_case(b"//INST");
+    let begin = (0..text.line_count()).find(is)? + 1;
+    Some((begin..text.line_count()).find(|k| !text.line(*k).starts_with(b"/")).unwrap_or(text.line_count()))
 }
 
 /// Numbers of the position variables that instructions other than moves name: their values are not certain.
@@ -295,7 +317,14 @@ pub(super) struct Reader<'a> {
     /// Moves so far, as the controller counts the steps of a job.
     moves: u32,
     pub(super) script: Script,
-    statements: BySteps<Statement>,
+    steps: Steps<Statement>,
+    /// `still` at the start of each open block.
+    blocks: Vec<Option<Vec<f64>>>,
+    /// Jobs beside it that move nothing, and those of them that it calls.
+    jobs: StillJobs,
+    met: BTreeMap<String, u64>,
+    /// Labels that are reached from nowhere but from where nothing has moved since.
+    quiet: BTreeSet<String>,
     /// Targets by the positions that make them.
     pub(super) targets: super::Known,
     pub(super) numbers: Vec<super::Numbers>,
@@ -316,11 +345,58 @@ impl Reader<'_> {
         if !known {
             self.still = None;
         }
-        let step = Step::following(self.script.steps.last(), At { file: 0, line: k as u64 + 1 }, kind);
-        self.script.steps.push(step);
+        let step = self.steps.push(At { file: 0, line: k as u64 + 1 }, kind);
         if let Some(statement) = statement {
-            self.statements.push(self.script.steps.len() - 1, statement);
+            self.steps.place(step, statement);
         }
+    }
+
+    /// Labels, jumps, blocks and calls; `false`: it is none of them.
+    fn flow(&mut self, k: usize, words: &[Range<usize>]) -> bool {
+        let at = At { file: 0, line: k as u64 + 1 };
+        let words: Vec<String> = words.iter().map(|w| upper(self.text, w)).collect();
+        match flow::read(&words) {
+            Flow::Label(name) if self.quiet.contains(&name) => {}
+            Flow::Label(_) => self.step(k, StepKind::Break(Break::Jump), None),
+            // what follows is reached by a label
+            Flow::Jump { always: true, .. } => self.steps.middle(at, Break::Jump),
+            Flow::Jump { .. } => {}
+            Flow::Open(kind) => {
+                self.blocks.push(self.still.take());
+                self.steps.open(at, kind);
+            }
+            Flow::Middle => {
+                self.still = None;
+                self.steps.middle(at, Break::Jump);
+            }
+            Flow::Close(kind) => {
+                let (before, busy) = (self.blocks.pop().flatten(), self.steps.close(at, kind));
+                self.still = before.filter(|_| !busy);
+            }
+            Flow::Condition if !self.blocks.is_empty() => {}
+            Flow::Call(name) => match self.jobs.waits(&name) {
+                Some(waits) => {
+                    self.met.entry(name).or_insert(at.line);
+                    if waits {
+                        self.step(k, StepKind::Dwell(None), None);
+                    }
+                }
+                None => self.step(k, StepKind::Break(Break::Call), None),
+            },
+            Flow::Condition | Flow::Other => return false,
+        }
+        true
+    }
+
+    /// Says which calls end nothing that is known of the joints.
+    fn note_calls(&mut self) {
+        let Some(line) = self.met.values().min().copied() else { return };
+        let names: Vec<&str> = self.met.keys().map(String::as_str).collect();
+        let text = match names.as_slice() {
+            [one] => format!("the job {one} that it calls moves nothing, by the file beside it"),
+            all => format!("the jobs {} that it calls move nothing, by the files beside it", all.join(", ")),
+        };
+        self.script.notes.push(Note { place: At { file: 0, line }, text });
     }
 
     fn instructions(&mut self, begin: usize) -> Result<()> {
@@ -364,6 +440,9 @@ impl Reader<'_> {
         let at = if foreign { 0 } else { 1 };
         for w in words.get(at..).unwrap_or_default() {
             self.pin(w);
+        }
+        if self.flow(k, &words) {
+            return Ok(false);
         }
         let kind = if foreign {
             self.close_last("a second motion group moves along");
@@ -419,7 +498,7 @@ impl Reader<'_> {
     }
 
     fn close_last(&mut self, why: &str) {
-        if let Some(Step { kind: StepKind::Move(m), .. }) = self.script.steps.last_mut()
+        if let Some(Step { kind: StepKind::Move(m), .. }) = self.steps.last_mut()
             && m.closed.is_none()
         {
             m.closed = Some(why.into());

@@ -6,17 +6,18 @@
 
 use super::Kind;
 use super::read::{STARTS, is_known, is_plain_move, upper, words};
-use crate::files::of_folder;
+use crate::files::{Folders, of_folder};
 use crate::script::Text;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// The other jobs of the folder of the job at `path`, where that moves to a position variable: all of them, however many there are, as any
-/// may set it.
-pub(super) fn files(path: &Path) -> Vec<PathBuf> {
+/// may set it. Else those that it calls, itself or by others.
+pub(super) fn files(path: &Path, seen: &Folders) -> Vec<PathBuf> {
     let Some(folder) = path.parent() else { return Vec::new() };
-    if !std::fs::read(path).is_ok_and(|bytes| moves_to_variables(&bytes)) {
-        return Vec::new();
+    let own = std::fs::read(path).unwrap_or_default();
+    if !moves_to_variables(&own) {
+        return called_files(path, folder, &own, seen);
     }
     let is_job = |p: &PathBuf| p.extension().is_some_and(|e| ["jbi", "jbr"].iter().any(|j| e.eq_ignore_ascii_case(j)));
     let own = path.file_name();
@@ -26,6 +27,42 @@ pub(super) fn files(path: &Path) -> Vec<PathBuf> {
         return vec![folder.to_path_buf()];
     }
     here.into_iter().filter(|p| is_job(p) && p.file_name() != own).collect()
+}
+
+/// Files beside a job that hold the jobs that it calls, and those that these call.
+fn called_files(path: &Path, folder: &Path, own: &[u8], seen: &Folders) -> Vec<PathBuf> {
+    let mut open = called(own);
+    if open.is_empty() {
+        return Vec::new();
+    }
+    let is_job = |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("jbi"));
+    let here = seen.of("inform", folder, || of_folder(folder, usize::MAX).into_iter().filter(is_job).collect());
+    let (mut found, mut asked) = (BTreeSet::new(), BTreeSet::new());
+    while let Some(name) = open.pop_first() {
+        if found.len() >= MOST_CALLED || !asked.insert(name.clone()) {
+            continue;
+        }
+        let stem = |p: &Path| p.file_stem().is_some_and(|s| s.eq_ignore_ascii_case(name.as_str()));
+        for file in here.iter().filter(|p| stem(p) && *p != path) {
+            open.extend(called(&std::fs::read(file).unwrap_or_default()));
+            found.insert(file.clone());
+        }
+    }
+    found.into_iter().collect()
+}
+
+/// Most jobs that one may call, itself or by others.
+const MOST_CALLED: usize = 256;
+
+/// Names after `CALL JOB:`, in upper case.
+fn called(bytes: &[u8]) -> BTreeSet<String> {
+    let bytes = bytes.to_ascii_uppercase();
+    let name = |at: usize| {
+        let rest = &bytes[at + b"JOB:".len()..];
+        let end = rest.iter().position(|b| b.is_ascii_whitespace() || *b == b'(').unwrap_or(rest.len());
+        String::from_utf8_lossy(&rest[..end]).into_owned()
+    };
+    memchr::memmem::find_iter(&bytes, b"JOB:").map(name).collect()
 }
 
 /// Whether an instruction may move to `P001`.
@@ -169,7 +206,7 @@ pub(super) fn variables(word: &str) -> (Vec<u32>, bool) {
 }
 
 /// `//NAME TEST`.
-fn job_name(text: &Text) -> Option<String> {
+pub(super) fn job_name(text: &Text) -> Option<String> {
     let line = (0..text.line_count().min(8))
         .map(|k| text.line(k).trim_ascii())
         .find(|l| l.get(..6).is_some_and(|head| head.eq_ignore_ascii_case(b"//NAME")))?;
@@ -198,8 +235,12 @@ mod tests {
         {
             std::fs::write(path(name), format!("NOP\r\n{line}\r\nEND\r\n")).unwrap();
         }
-        assert_eq!(files(&path("A.JBI")), [path("b.jbi")]);
-        assert!(files(&path("b.jbi")).is_empty() && files(&path("gone.jbi")).is_empty());
+        let files = |name: &str| files(&path(name), &Folders::default());
+        assert_eq!(files("A.JBI"), [path("b.jbi")]);
+        assert!(files("b.jbi").is_empty() && files("gone.jbi").is_empty());
+        // a job that calls others looks at these
+        std::fs::write(path("d.JBI"), "NOP\r\nCALL JOB:B IF B000=1\r\nEND\r\n").unwrap();
+        assert_eq!(files("d.JBI"), [path("b.jbi")]);
         std::fs::remove_dir_all(&folder).unwrap();
     }
 

@@ -9,6 +9,7 @@ use proptest::prelude::*;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
+mod flow;
 mod left_alone;
 
 fn robot() -> Axes {
@@ -346,10 +347,7 @@ fn labels_calls_shifts_timers_and_processes_are_steps() {
             "Frame",
             "opaque",
             "Frame",
-            "Loop",
-            "Loop",
-            "Jump",
-            "Jump",
+            // a loop and a branch in which nothing moves end nothing
             "Call"
         ]
     );

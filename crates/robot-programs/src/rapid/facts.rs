@@ -4,7 +4,7 @@
 //! VAR or PERS that is not assigned. A global VAR or PERS may be set by any other module or task, so it is certain only in
 //! a text that holds `main` (the program itself), and a note says what that takes for granted.
 
-use super::arguments::{motion_of, positional};
+use super::arguments::{arguments, motion_of, positional};
 use super::lex::Kind;
 use super::project::LeftOut;
 use super::read::{Decl, Item, ItemKind, Parsed, Span, Storage};
@@ -153,12 +153,33 @@ impl<'a> Facts<'a> {
                 {
                     self.mark_span(found.span.clone(), place, None, Some(first));
                 }
-                self.mark_span(first + 1..item.span.end, place, goal, (!reads).then_some(first));
+                let from = self.mark_inputs(item, name, place);
+                self.mark_span(from..item.span.end, place, goal, (!reads).then_some(first));
             }
             ItemKind::Start | ItemKind::Label | ItemKind::Connect => {}
             ItemKind::Late => self.mark_span(item.span.clone(), place, None, Some(first)),
             _ => self.mark_span(item.span.clone(), place, None, None),
         }
+    }
+
+    /// Notes what an instruction does with the arguments whose values it takes and does not set; the token after them.
+    fn mark_inputs(&mut self, item: &Item, name: &str, place: (Option<usize>, usize)) -> usize {
+        let first = item.span.start;
+        // a routine of the file with that name is another one
+        let inputs = if self.p.routines.iter().any(|r| r.name == name) { 0..0 } else { words::inputs(name) };
+        let mut from = first + 1;
+        if inputs.is_empty() {
+            return from;
+        }
+        let args = arguments(self.p, from..item.span.end);
+        for arg in inputs.filter_map(|n| args.get(positional(&args, n)?)) {
+            // `jtZ\XPos:=jtX`: the joints of a switch belong to it
+            let end = arg.switches.iter().filter_map(|s| Some(s.value.as_ref()?.end)).fold(arg.span.end, usize::max);
+            self.mark_span(from..arg.span.start, place, None, Some(first));
+            self.mark_span(arg.span.start..end, place, None, None);
+            from = end;
+        }
+        from
     }
 
     /// Names in an expression are read, or passed to something that may set them: `callee` is the token of that.

@@ -580,6 +580,34 @@ fn a_search_sets_the_point_that_it_finds_and_no_other() {
 }
 
 #[test]
+fn a_calibration_takes_joints_and_sets_its_tool_and_another_routine_of_its_name_may_set_all() {
+    let joints = "[[1,2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]]";
+    let declared: String = (1..=6).map(|k| format!("LOCAL PERS jointtarget q{k}:={joints};\n")).collect();
+    let move_all: String = (1..=6).map(|k| format!("MoveAbsJ q{k},v100,fine,tool0;\n")).collect();
+    let of = |more: &str, calls: &str| -> String {
+        let source = program(&format!("{declared}{more}"), &format!("{move_all}{calls}"));
+        moves(&source).iter().map(|m| if matches!(m.goal, Goal::Joints(_)) { 'j' } else { 'o' }).collect()
+    };
+    let calls = "MToolTCPCalib q1,q2,q3,q4,tGun,nMax,nMean;\nMToolRotCalib q4,q5\\XPos:=q6,tGun;";
+    assert_eq!(of("", calls), "jjjjjj");
+    assert_eq!(of("", "MToolTCPCalib q1,q2,q3,q4,tGun,q5,q6;"), "jjjjoo");
+    assert_eq!(of("", "OwnCalib q1,q2,q3,q4,tGun,q5,q6;"), "oooooo");
+    let own = "PROC MToolTCPCalib(INOUT jointtarget a)\na.robax.rax_1:=0;\nENDPROC\n";
+    let source = program(
+        &declared,
+        &format!("{move_all}MToolTCPCalib q1;\nENDPROC\n{}", own.trim_end().trim_end_matches("ENDPROC")),
+    );
+    assert!(opaque(&moves(&source)[0]).contains("which may set it"));
+    // what it reads stays: the motion gets a clone
+    let point = "[[500,0,400],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]";
+    let points: String = (1..=3).map(|k| format!("LOCAL PERS robtarget p{k}:={point};\n")).collect();
+    let body = "Search_1D peResult,p1,p2,v100,tool0;\nMoveL p1,v100,fine,tool0;\nMoveL p2,v100,fine,tool0;\nSearch_1D \\NotOff,p3,p1,p2,v100,tool0;\nMoveL p3,v100,fine,tool0;";
+    let all = moves(&program(&points, body));
+    assert!(matches!(all[0].goal, Goal::Pose(_)) && matches!(all[1].goal, Goal::Pose(_)), "{all:?}");
+    assert!(opaque(&all[2]).contains("which may set it"));
+}
+
+#[test]
 fn text_that_is_no_rapid_is_refused_with_its_place() {
     let cases = [
         ("", "1:1: found no module"),

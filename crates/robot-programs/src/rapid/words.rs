@@ -266,6 +266,18 @@ pub fn only_reads(name: &str) -> bool {
     matches!(name, "errwrite" | "socketsend" | "tpshow" | "tpwrite" | "write" | "writestrbin")
 }
 
+/// Arguments of a calibration or a search (by their place among those that are no switches) whose values it takes and does not set: the joints of
+/// `MToolTCPCalib Pos1, Pos2, Pos3, Pos4, Tool, MaxErr, MeanErr` and `MToolRotCalib RefTip, ZPos \XPos, Tool` (ABB, Technical reference manual,
+/// RAPID instructions), the points of `Search_1D Result, StartPoint, SearchPoint, Speed, Tool`.
+pub fn inputs(name: &str) -> std::ops::Range<usize> {
+    match name {
+        "mtooltcpcalib" | "stooltcpcalib" => 0..4,
+        "mtoolrotcalib" | "stoolrotcalib" => 0..2,
+        "search_1d" => 1..3,
+        _ => 0..0,
+    }
+}
+
 /// Speed of a predefined `v..`, mm/s; infinite for `vmax`.
 pub fn speed_mm_s(name: &str) -> Option<f64> {
     const SPEEDS: [u32; 25] = [

@@ -140,6 +140,11 @@ impl<S> Steps<S> {
         self.sites.push(step, site);
     }
 
+    /// The last step.
+    pub fn last_mut(&mut self) -> Option<&mut Step> {
+        self.steps.last_mut()
+    }
+
     /// The place that was given last.
     pub fn last_place(&self) -> Option<&S> {
         self.sites.last()

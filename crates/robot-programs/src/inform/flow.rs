@@ -1,0 +1,154 @@
+//! What an instruction that is no move means for the next one: whether it goes on there, jumps away, opens a block; and jobs that move
+//! nothing.
+//!
+//! A jump with a condition leaves the next instruction reached as before: only its label is reached from elsewhere.
+//! Grammar read here: `*LABEL`, `JUMP *LABEL [IF condition]`, `JUMP JOB:NAME [IF ...]`, `RET [IF ...]`, `CALL JOB:NAME [arguments] [IF ...]`,
+//! `IFTHEN`, `ELSEIF`, `ELSE`, `ENDIF`, `SWITCH`, `CASE value`, `DEFAULT`, `ENDSWITCH`, `WHILE`, `ENDWHILE`, `FOR`, `NEXT`.
+
+use super::read::{begin_of, stands, still, upper, words};
+use super::shared::job_name;
+use crate::script::{Break, Text};
+use std::collections::{BTreeMap, BTreeSet};
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Flow {
+    Label(String),
+    /// `label`: where it leads; `None`: out of the job.
+    Jump {
+        label: Option<String>,
+        always: bool,
+    },
+    Open(Break),
+    Middle,
+    Close(Break),
+    Call(String),
+    /// A further condition of what opened the block.
+    Condition,
+    /// All else.
+    Other,
+}
+
+/// An instruction by its words, in upper case.
+pub(super) fn read(words: &[String]) -> Flow {
+    let Some(first) = words.first().map(String::as_str) else { return Flow::Other };
+    let second = words.get(1).map(String::as_str).unwrap_or_default();
+    let conditional = words.iter().any(|w| w == "IF");
+    let job = |word: &str| {
+        let name = word.strip_prefix("JOB:")?.split('(').next()?;
+        (!name.is_empty()).then(|| name.to_string())
+    };
+    match first {
+        label if label.starts_with('*') && words.len() == 1 => Flow::Label(label.into()),
+        "JUMP" if second.starts_with('*') => Flow::Jump { label: Some(second.into()), always: !conditional },
+        "JUMP" if job(second).is_some() => Flow::Jump { label: None, always: !conditional },
+        "RET" => Flow::Jump { label: None, always: !conditional },
+        "CALL" => job(second).map_or(Flow::Other, Flow::Call),
+        "IFTHEN" | "IFTHENEXP" | "SWITCH" => Flow::Open(Break::Jump),
+        "WHILE" | "WHILEEXP" | "FOR" => Flow::Open(Break::Loop),
+        "ELSEIF" | "ELSEIFEXP" => Flow::Middle,
+        "ELSE" | "DEFAULT" if words.len() == 1 => Flow::Middle,
+        "CASE" if words.len() == 2 => Flow::Middle,
+        "ENDIF" | "ENDSWITCH" if words.len() == 1 => Flow::Close(Break::Jump),
+        "ENDWHILE" if words.len() == 1 => Flow::Close(Break::Loop),
+        "NEXT" => Flow::Close(Break::Loop),
+        "ANDIF" | "ORIF" => Flow::Condition,
+        _ => Flow::Other,
+    }
+}
+
+/// Words of a line in upper case; none of a comment.
+pub(super) fn upper_words(text: &Text, k: usize) -> Vec<String> {
+    words(text, k).iter().map(|w| upper(text, w)).collect()
+}
+
+/// What a job does.
+#[derive(Debug, Clone, Default)]
+struct Does {
+    name: String,
+    moves: bool,
+    waits: bool,
+    calls: BTreeSet<String>,
+}
+
+impl Does {
+    fn of(text: &Text) -> Self {
+        let (Some(name), Some(begin), false) = (job_name(text), begin_of(text), text.unread) else {
+            return Self { moves: true, ..Self::default() };
+        };
+        let mut does = Self { name, ..Self::default() };
+        for k in begin..text.line_count() {
+            let words = upper_words(text, k);
+            match read(&words) {
+                _ if words.is_empty() => {}
+                Flow::Call(name) => drop(does.calls.insert(name)),
+                Flow::Other if stands(&words[0]) => does.waits = true,
+                Flow::Other => does.moves |= !still(text, k, &words),
+                _ => {}
+            }
+        }
+        does
+    }
+}
+
+/// Jobs beside one that move nothing; whether they wait.
+#[derive(Debug, Default)]
+pub(super) struct StillJobs(BTreeMap<String, bool>);
+
+impl StillJobs {
+    pub(super) fn of(beside: &[Text]) -> Self {
+        let all: Vec<_> = beside.iter().map(|t| t.known(Does::of)).collect();
+        let mut by_name: BTreeMap<&str, Option<&Does>> = BTreeMap::new();
+        for does in &all {
+            // two jobs of one name: which is loaded is not known
+            by_name.entry(&does.name).and_modify(|d| *d = None).or_insert((!does.moves).then_some(does));
+        }
+        let mut found: BTreeMap<String, bool> = BTreeMap::new();
+        // a job is still once all that it calls are; one that calls itself never is
+        loop {
+            let next = by_name.values().flatten().find_map(|d| {
+                let fresh = !found.contains_key(&d.name) && d.calls.iter().all(|c| found.contains_key(c));
+                fresh.then(|| (d.name.clone(), d.waits || d.calls.iter().any(|c| found[c])))
+            });
+            let Some((name, waits)) = next else { return Self(found) };
+            found.insert(name, waits);
+        }
+    }
+
+    /// Whether the job of this name moves nothing, and then whether it waits.
+    pub(super) fn waits(&self, name: &str) -> Option<bool> {
+        self.0.get(name).copied()
+    }
+}
+
+/// Labels to which nothing jumps but from instructions between which and the label nothing moves: a job that waits there comes from
+/// where it stands.
+pub(super) fn quiet_labels(text: &Text, begin: usize, jobs: &StillJobs) -> BTreeSet<String> {
+    let mut stretch = 0_u64;
+    let mut defined: BTreeMap<String, Vec<u64>> = BTreeMap::new();
+    let mut jumps: Vec<(String, Option<u64>)> = Vec::new();
+    for k in begin..text.line_count() {
+        let words = upper_words(text, k);
+        let busy = match read(&words) {
+            _ if words.is_empty() => false,
+            Flow::Label(name) => {
+                defined.entry(name).or_default().push(stretch);
+                false
+            }
+            Flow::Jump { label, .. } => {
+                jumps.extend(label.map(|l| (l, Some(stretch))));
+                false
+            }
+            Flow::Call(name) => jobs.waits(&name).is_none(),
+            // a label that is computed may be any
+            Flow::Other if words[0] == "JUMP" => return BTreeSet::new(),
+            Flow::Other => {
+                jumps.extend(words.iter().filter(|w| w.starts_with('*')).map(|w| (w.clone(), None)));
+                !(stands(&words[0]) || still(text, k, &words))
+            }
+            _ => true,
+        };
+        stretch += u64::from(busy);
+    }
+    let quiet = |name: &String, at: &[u64]| at.len() == 1 && jumps.iter().all(|j| j.0 != *name || j.1 == Some(at[0]));
+    defined.iter().filter(|(name, at)| quiet(name, at)).map(|(name, _)| name.clone()).collect()
+}
