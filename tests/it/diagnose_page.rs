@@ -37,8 +37,10 @@ fn drawings(html: &str, start: &str) -> usize {
 fn sound(html: &str) {
     draws_only_numbers(html);
     assert!(html.len() < LARGEST, "{} bytes", html.len());
+    // `url(#name)` is a place in the page itself
+    let elsewhere = html.replace("url(#", "");
     for outside in ["http://", "https://", "src=", "@import", "url("] {
-        assert!(!html.contains(outside), "{outside}");
+        assert!(!elsewhere.contains(outside), "{outside}");
     }
 }
 

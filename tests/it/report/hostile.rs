@@ -132,7 +132,7 @@ fn words_from_files_stay_words() {
     let html = page.render();
     assert!(!html.contains("<script>alert") && !html.contains("<b>") && !html.contains("]]> <b"));
     with_elements(&html, |all| {
-        assert_eq!(named(all, "script").len(), 2, "one for the data of the path, one that turns it");
+        assert_eq!(named(all, "script").len(), 3, "the data of the path, what turns it, what zooms charts");
         assert_eq!(named(all, "style").len(), 1);
         assert!(all.iter().all(|n| n.attributes().all(|a| !a.name().starts_with("on"))));
         assert!(

@@ -136,8 +136,10 @@ fn a_page_needs_nothing_from_outside() {
         }
         assert!(named(all, "link").is_empty() && named(all, "img").is_empty());
     });
+    // `url(#name)` is a place in the page itself
+    let elsewhere = GALLERY.replace("url(#", "");
     for word in ["http:", "https:", "@import", "url(", "//cdn"] {
-        assert!(!GALLERY.contains(word), "{word}");
+        assert!(!elsewhere.contains(word), "{word}");
     }
 }
 
