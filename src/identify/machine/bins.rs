@@ -11,8 +11,10 @@ use crate::log::Log;
 use crate::robot::{Chain, Robot};
 use nalgebra::{Isometry3, Vector3};
 
-/// Bins a second, at most.
+/// Bins a second, at most; fewer where all logs together would have more than [`MOST_BINS`], but not fewer than the friction needs.
 const BINS_PER_S: f64 = 10.0;
+const FEWEST_PER_S: f64 = 4.0;
+const MOST_BINS: f64 = 60_000.0;
 /// A corner of the command: a change of speed that a lag of [`SERVO_S`] turns into more than [`CORNER_M`] at the TCP, and that is so
 /// many times that of the rows around it.
 const SERVO_S: f64 = 0.01;
@@ -80,8 +82,20 @@ pub fn moving(log: &Log, robot: &Robot) -> Vec<usize> {
     (0..robot.dof()).filter(|&a| log.travel(a) > least(a)).collect()
 }
 
+/// Bins a second for logs that are fitted together.
+pub fn per_second(logs: &[&Log]) -> f64 {
+    let length = |l: &&Log| l.t_s.last().zip(l.t_s.first()).map_or(0.0, |(end, start)| end - start);
+    (MOST_BINS / logs.iter().map(length).sum::<f64>()).clamp(FEWEST_PER_S, BINS_PER_S)
+}
+
 /// Checks that a log can be used, and bins it. `frame` takes tracker points to the base frame.
-pub fn bin(log: &Log, robot: &Robot, splines: &[Spline], frame: &Isometry3<f64>) -> Result<BinnedLog> {
+pub fn bin(
+    log: &Log,
+    robot: &Robot,
+    splines: &[Spline],
+    frame: &Isometry3<f64>,
+    bins_per_s: f64,
+) -> Result<BinnedLog> {
     let refuse = |found: &str, expected: &str| Err(Error::bad(Place::file(&log.name), found, expected));
     if log.poses {
         return refuse("settled poses (no column `t_s`)", "samples of a motion with times `t_s`");
@@ -90,7 +104,7 @@ pub fn bin(log: &Log, robot: &Robot, splines: &[Spline], frame: &Isometry3<f64>)
         return refuse("no columns `x_mm,y_mm,z_mm`", "the measured TCP of each row");
     }
     let good: Vec<bool> = log.tcp_m.iter().map(Option::is_some).collect();
-    let bins = edges(log);
+    let bins = edges(log, bins_per_s);
     let mut out = BinnedLog {
         name: log.name.clone(),
         moving: moving(log, robot)
@@ -154,11 +168,11 @@ fn leave_out_corners(log: &Log, out: &mut BinnedLog) {
 }
 
 /// Bins by time: whole rows, none longer than the rate allows unless the rows are farther apart.
-fn edges(log: &Log) -> Vec<(usize, usize)> {
+fn edges(log: &Log, bins_per_s: f64) -> Vec<(usize, usize)> {
     let n = log.len();
     let span = log.t_s[n - 1] - log.t_s[0];
     let rate = if span > 0.0 { (n - 1) as f64 / span } else { 1.0 };
-    let each = ((rate / BINS_PER_S).round() as usize).max(1);
+    let each = ((rate / bins_per_s).round() as usize).max(1);
     (0..n / each).map(|b| (b * each, ((b + 1) * each).min(n))).collect()
 }
 

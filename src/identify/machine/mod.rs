@@ -103,9 +103,10 @@ pub fn solved<'a>(
     registered: &Registered,
 ) -> Result<(Problem<'a>, Evidence, Vec<Option<f64>>)> {
     let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
+    let bins_per_s = bins::per_second(logs);
     let bins = logs
         .iter()
-        .map(|l| bins::bin(l, robot, &splines, &frame::own_frame(robot, l, registered)?))
+        .map(|l| bins::bin(l, robot, &splines, &frame::own_frame(robot, l, registered)?, bins_per_s))
         .collect::<Result<Vec<_>>>()?;
     let mut problem = Problem::new(robot, bins, splines);
     let mut ripples = Vec::new();

@@ -40,11 +40,13 @@ const KNOTS: usize = 5;
 
 /// The compensator with what the logs of its own runs teach, and what was done to each joint as notes.
 pub fn update(robot: &Robot, logs: &[Log], previous: &Compensator) -> Result<Compensator> {
-    let registered = frame::frame(robot, &logs.iter().collect::<Vec<_>>())?;
+    let all: Vec<&Log> = logs.iter().collect();
+    let registered = frame::frame(robot, &all)?;
+    let bins_per_s = bins::per_second(&all);
     let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
     let binned = logs
         .iter()
-        .map(|l| bins::bin(l, robot, &splines, &frame::own_frame(robot, l, &registered)?))
+        .map(|l| bins::bin(l, robot, &splines, &frame::own_frame(robot, l, &registered)?, bins_per_s))
         .collect::<Result<Vec<_>>>()?;
     let mut problem = Problem::new(robot, binned, splines);
     let start: Vec<Option<JointLaw>> = (0..robot.dof())
