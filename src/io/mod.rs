@@ -7,7 +7,7 @@
 //! - [`workbook`]: the first sheet of a workbook (`.xlsx`, `.ods`, `.xls`) as CSV.
 //! - [`temporary`]: files that are not in place yet, and those that a killed run left.
 //! - [`folder`]: what lies in a folder.
-//! - [`output`]: one output, in a temporary file until it is committed.
+//! - [`output`]: one output, in a temporary file until it is committed; [`ahead`]: a long one goes to disk while it is written.
 //! - [`kind`]: an output takes the place of a file of its own kind only.
 //! - [`lock`]: one run at a time writes into a folder.
 //! - [`transaction`]: outputs that belong together come into place together; [`journal`] finishes what was interrupted.
@@ -18,6 +18,7 @@
 
 #![warn(missing_docs)]
 
+mod ahead;
 pub mod bag;
 pub mod folder;
 pub mod input;

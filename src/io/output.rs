@@ -5,6 +5,7 @@
 //! the same way (in memory up to 16 MiB, then on disk), so that a pipe never receives the first half of a program whose second
 //! half was refused.
 
+use super::ahead::Ahead;
 use super::folder::ignore_unsupported;
 use super::kind::Kind;
 use super::temporary::Temporary;
@@ -41,6 +42,7 @@ pub(super) struct InFile {
     /// A file stands there.
     pub(super) replaces: bool,
     pub(super) bytes: u64,
+    ahead: Ahead,
 }
 
 /// An output that is not there until it is committed.
@@ -106,7 +108,7 @@ impl Output {
         })?;
         let writer = BufWriter::with_capacity(small, file);
         let (named, replaces) = (path.to_path_buf(), there.is_some());
-        Ok(made(Sink::File(Box::new(InFile { writer, temporary, named, target, replaces, bytes: 0 })), shown))
+        Ok(made(Sink::File(Box::new(InFile { writer, temporary, named, target, replaces, bytes: 0, ahead: Ahead::default() })), shown))
     }
 
     /// Writes the last of the output.
@@ -135,7 +137,10 @@ impl Output {
             Sink::File(file) => {
                 file.bytes = file.writer.get_ref().metadata()?.len();
                 match self.durability {
-                    Durability::Synced => file.writer.get_ref().sync_all().or_else(ignore_unsupported),
+                    Durability::Synced => {
+                        let ahead = file.ahead.finish().or_else(ignore_unsupported);
+                        ahead.and_then(|()| file.writer.get_ref().sync_all().or_else(ignore_unsupported))
+                    }
                     Durability::RenameOnly => Ok(()),
                 }
             }
@@ -214,7 +219,13 @@ impl Write for Output {
         self.prepared = false;
         match &mut self.sink {
             Sink::Stdout(held) | Sink::Special { held, .. } => held.write(buf),
-            Sink::File(file) => file.writer.write(buf),
+            Sink::File(file) => {
+                let taken = file.writer.write(buf)?;
+                if self.durability == Durability::Synced {
+                    file.ahead.written(taken, file.writer.get_ref());
+                }
+                Ok(taken)
+            }
         }
     }
 

@@ -5,7 +5,7 @@ use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::recording::Recording;
 use crate::diagnose::search::contradiction::{self, Contradiction};
 use crate::diagnose::search::finding::{Next, Refined, Step};
-use crate::diagnose::search::fit::Fit;
+use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::prepared::Prepared;
 use crate::diagnose::search::{Search, direction, freed, geometry, precise, remaining};
 
@@ -25,12 +25,27 @@ pub(in crate::diagnose) struct Course {
 }
 
 impl Course {
-    /// What could stand in the place of each found effect.
-    pub(in crate::diagnose) fn alternatives(&mut self, search: &mut Search) -> Vec<Vec<Refined>> {
-        match &self.group {
-            Some(group) => search.rivals_behind(group, &self.fit, &self.gaps.terms, &self.whitening),
-            None => search.exchange(&mut self.fit, &self.whitening, &mut self.steps),
+    /// What could stand in the place of each found effect. Where one took the place of another, what is left has changed: rounds again.
+    pub(in crate::diagnose) fn alternatives(
+        &mut self,
+        search: &mut Search,
+        prepared: &Prepared,
+        rms_nuisance: f64,
+    ) -> Vec<Vec<Refined>> {
+        if let Some(group) = &self.group {
+            return search.rivals_behind(group, &self.fit, &self.gaps.terms, &self.whitening);
         }
+        let Self { fit, whitening, steps, .. } = self;
+        let (alternatives, exchanged) = search.exchange(fit, whitening, steps);
+        if !exchanged {
+            return alternatives;
+        }
+        *whitening = precise::noise_left(search.problem, fit, whitening, &prepared.groups);
+        *fit = fit::refit(search.problem, &fit.hypothesis, &fit.free, whitening);
+        self.next = search.rounds(fit, whitening, steps, &prepared.groups);
+        self.structure = freed::tested(search.problem, fit, &prepared.groups);
+        self.remains = remaining::remaining(search.problem, &self.structure, &prepared.free, fit, rms_nuisance);
+        search.exchange(fit, whitening, steps).0
     }
 
     /// What stays unexplained: an effect that the limit of effects left out, a contradiction to what is known, one effect found

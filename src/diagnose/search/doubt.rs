@@ -186,13 +186,13 @@ impl Search<'_> {
     }
 
     /// Alternatives of every found effect. One that the whole set makes the better one takes the place, and those that it touches are
-    /// sought again.
+    /// sought again. Returns the alternatives, and whether one took a place.
     pub(in crate::diagnose) fn exchange(
         &mut self,
         fit: &mut Fit,
         whitening: &Whitening,
         steps: &mut [Step],
-    ) -> Vec<Vec<Refined>> {
+    ) -> (Vec<Vec<Refined>>, bool) {
         let mut exchanged = 0;
         let mut all: Vec<Vec<Refined>> = (0..fit.free.len()).map(|k| self.alternatives(fit, k, whitening)).collect();
         loop {
@@ -224,7 +224,7 @@ impl Search<'_> {
                         all[j] = self.alternatives(fit, j, whitening);
                     }
                 }
-                _ => return all,
+                _ => return (all, exchanged > 0),
             }
         }
     }

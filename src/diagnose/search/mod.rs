@@ -137,7 +137,7 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         only: None,
     };
     let mut course = search.find(&prepared, rms_nuisance);
-    let alternatives = course.alternatives(&mut search);
+    let alternatives = course.alternatives(&mut search, &prepared, rms_nuisance);
     let (further, contradictions) = course.remaining(&search, &alternatives);
     let mut alternatives: Vec<Vec<Alternative>> =
         alternatives.iter().map(|all| all.iter().map(Alternative::from).collect()).collect();
@@ -343,7 +343,7 @@ impl Search<'_> {
     }
 
     /// Rounds until nothing more is believed, or until the limit of effects: then the effect that would be next.
-    fn rounds(
+    pub(in crate::diagnose) fn rounds(
         &mut self,
         fit: &mut Fit,
         whitening: &mut Whitening,
