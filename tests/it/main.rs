@@ -17,6 +17,7 @@ mod catalogue_docs;
 mod creep;
 mod diagnose_cli;
 mod diagnose_known;
+mod diagnose_limit;
 mod diagnose_machine;
 mod diagnose_page;
 mod diagnose_sensors;
