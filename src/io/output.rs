@@ -108,7 +108,18 @@ impl Output {
         })?;
         let writer = BufWriter::with_capacity(small, file);
         let (named, replaces) = (path.to_path_buf(), there.is_some());
-        Ok(made(Sink::File(Box::new(InFile { writer, temporary, named, target, replaces, bytes: 0, ahead: Ahead::default() })), shown))
+        Ok(made(
+            Sink::File(Box::new(InFile {
+                writer,
+                temporary,
+                named,
+                target,
+                replaces,
+                bytes: 0,
+                ahead: Ahead::default(),
+            })),
+            shown,
+        ))
     }
 
     /// Writes the last of the output.

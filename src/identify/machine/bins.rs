@@ -89,13 +89,7 @@ pub fn per_second(logs: &[&Log]) -> f64 {
 }
 
 /// Checks that a log can be used, and bins it. `frame` takes tracker points to the base frame.
-pub fn bin(
-    log: &Log,
-    robot: &Robot,
-    splines: &[Spline],
-    frame: &Isometry3<f64>,
-    bins_per_s: f64,
-) -> Result<BinnedLog> {
+pub fn bin(log: &Log, robot: &Robot, splines: &[Spline], frame: &Isometry3<f64>, bins_per_s: f64) -> Result<BinnedLog> {
     let refuse = |found: &str, expected: &str| Err(Error::bad(Place::file(&log.name), found, expected));
     if log.poses {
         return refuse("settled poses (no column `t_s`)", "samples of a motion with times `t_s`");
