@@ -36,9 +36,11 @@ pub use verdict::Verdict;
 pub fn diagnose(model: &Model, logs: &[Log]) -> Result<Outcome> {
     let (problem, start) = prepare::problem(model, logs)?;
     if search::together::triage::many(model, logs)
-        && let Some(many) = search::together::outcome::of_many(problem.copy(), start.clone())
+        && let Some((many, members)) = search::together::outcome::of_many(problem.copy(), start.clone())
     {
-        return Ok(many);
+        // what a few effects explain whole needs no lag and no geometry beside them
+        let few = (members <= search::MOST_EFFECTS).then(|| search::run(problem, start));
+        return Ok(few.filter(Outcome::explains_all).unwrap_or(many));
     }
     Ok(search::run(problem, start))
 }

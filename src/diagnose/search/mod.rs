@@ -75,9 +75,12 @@ use rayon::prelude::*;
 /// The plain gap, which some effects include.
 const PLAIN: &str = backlash::INFO.name;
 /// Effects that are found at most.
-pub const MOST_EFFECTS: usize = 4;
+pub const MOST_EFFECTS: usize = 16;
+/// Effects of one name at one place at most, as the orders of a ripple or the modes of a structure: more of them are a shape
+/// taken to pieces that the catalogue does not have.
+const MOST_ALIKE: usize = 2;
 /// Rounds at most: where none describes what is there, effects could take turns without end.
-const MOST_ROUNDS: usize = 6;
+const MOST_ROUNDS: usize = 24;
 /// Probability, all that is tried counted, below which a gain is no chance.
 const CHANCE: f64 = 1e-4;
 /// Candidates that are refitted with their shapes free in a round.
@@ -324,22 +327,18 @@ impl Search<'_> {
         with - without > LEAST_GAIN + r.parameters as f64
     }
 
-    /// What an effect that was found before on its joint explains; of several the smallest.
+    /// What an effect explains that was found before on its joint, or more than [`MOST_ALIKE`] times elsewhere; of several the
+    /// smallest.
     pub(in crate::diagnose) fn repeated(&self, fit: &Fit, alternatives: &[Vec<Refined>]) -> Option<Ratio> {
         let placed = |k: usize| &fit.hypothesis.effects[fit.free[k]];
-        let again = |k: &usize| {
-            let p = placed(*k);
-            (0..fit.free.len())
-                .any(|j| j != *k && placed(j).effect.name() == p.effect.name() && placed(j).target == p.target)
-        };
-        let all = (0..fit.free.len()).filter(|k| placed(*k).axis().is_some()).filter(again);
+        let again = |k: &usize| alike(fit, placed(*k)) > if placed(*k).axis().is_some() { 1 } else { MOST_ALIKE };
         let ratio = |k: usize| {
             let (p, target) = (placed(k), placed(k).target_text(&self.problem.robot));
             let own = alternatives.get(k)?.iter().find(|r| r.effect == p.effect.name() && r.target == target)?;
             let p_value = self.chance(own.gain, own.parameters);
             Some(Ratio { axis: p.axis(), aspect: None, gain: own.gain, dof: own.parameters, p_value })
         };
-        all.filter_map(ratio).min_by(|a, b| a.gain.total_cmp(&b.gain))
+        (0..fit.free.len()).filter(again).filter_map(ratio).min_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
     /// Rounds until nothing more is believed, or until the limit of effects: then the effect that would be next.
@@ -352,7 +351,8 @@ impl Search<'_> {
     ) -> Option<Next> {
         loop {
             let (step, next) = self.round(fit, whitening)?;
-            if fit.free.len() >= MOST_EFFECTS || steps.len() >= MOST_ROUNDS {
+            let in_pieces = next.hypothesis.effects.last().is_some_and(|newest| alike(&next, newest) > MOST_ALIKE);
+            if fit.free.len() >= MOST_EFFECTS || steps.len() >= MOST_ROUNDS || in_pieces {
                 let placed = next.hypothesis.effects.last()?;
                 let (gain, parameters) = (fit.cost - next.cost, placed.effect.values().len());
                 let p_value = self.chance(gain, parameters);
@@ -380,4 +380,10 @@ impl Search<'_> {
         let step = Step::new(best.effect, best.target.clone());
         Some((step, best.fit))
     }
+}
+
+/// Number of found effects of the same name at the same place, this one among them.
+fn alike(fit: &Fit, one: &EffectInstance) -> usize {
+    let found = fit.free.iter().map(|&i| &fit.hypothesis.effects[i]);
+    found.filter(|p| p.effect.name() == one.effect.name() && p.target == one.target).count()
 }

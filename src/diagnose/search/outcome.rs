@@ -10,6 +10,7 @@ use crate::diagnose::search::finding::{Alternative, Next, Step};
 use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::geometry;
 use crate::diagnose::search::together::share::Story;
+use crate::effects::Family;
 
 /// What the search ends with.
 pub struct Outcome {
@@ -62,6 +63,14 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Whether the effects of the catalogue that were found leave nothing but noise.
+    pub fn explains_all(&self) -> bool {
+        let found = self.fit.free.iter().map(|&i| &self.fit.hypothesis.effects[i].effect);
+        let mut curves = found.filter(|e| e.info().family == Family::Empirical);
+        let more = [&self.next, &self.further].iter().any(|n| n.is_some());
+        self.remains.is_none() && !more && self.contradictions.is_empty() && curves.next().is_none()
+    }
+
     /// What stays of a real arm beside its group, whatever its size, where it is more than chance.
     pub fn remains_of_arm(&self) -> Option<Ratio> {
         let tested = &self.structure;

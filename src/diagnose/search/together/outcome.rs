@@ -13,14 +13,15 @@ use crate::diagnose::search::finding::Step;
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::outcome::Outcome;
 
-/// Fits everything together and tells it, where that finds many effects.
-pub fn of_many(problem: Problem, start: Hypothesis) -> Option<Outcome> {
-    let (together, clear) = of(problem, start);
-    (clear >= triage::MANY).then_some(together)
+/// Fits everything together and tells it, where that finds many effects; with the number of its members that stand clear of the
+/// noise, geometry and all lags among them.
+pub fn of_many(problem: Problem, start: Hypothesis) -> Option<(Outcome, usize)> {
+    let (together, clear, members) = of(problem, start);
+    (clear >= triage::MANY).then_some((together, members))
 }
 
-/// Fits everything together and tells it; with the number of its effects that stand clear of the noise.
-fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize) {
+/// Fits everything together and tells it; with the numbers of its effects and of its members that stand clear of the noise.
+fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize, usize) {
     let known = start.effects.len();
     let state = problem.evaluate(&start);
     let (rms_given, max_given) = (rms(&problem, &state.residual), largest(&problem, &state.residual));
@@ -41,6 +42,7 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize) {
     let story = share::story(&problem, &machine);
     let alternatives = alternatives::of(&problem, &machine, &support);
     let clear = triage::clear(&machine, &support);
+    let members = support.iter().filter(|s| **s > triage::CLEAR).count();
     let super::MachineFit { fit, whitening, .. } = machine;
     let tangent = tangent(&problem, &fit.hypothesis, &fit.state, &fit.free, &whitening);
     let ground = ScreeningContext::new(&problem, &fit.hypothesis, &fit.state, &whitening, tangent);
@@ -75,7 +77,7 @@ fn of(mut problem: Problem, start: Hypothesis) -> (Outcome, usize) {
         whitening,
         problem,
     };
-    (outcome, clear)
+    (outcome, clear, members)
 }
 
 /// The test without the catalogue after a fit, and what remains.

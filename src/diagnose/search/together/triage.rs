@@ -1,7 +1,8 @@
 //! Is this a machine on which everything is wrong? Asked before the search for a few effects, of a thinned copy of the logs.
 //!
 //! Method: lags, gaps, gravity and geometry are fitted together, with the noise of what is left; counted are the lags and gaps
-//! that held-out blocks support far beyond chance. The search for a few effects finds no more than four.
+//! that held-out blocks support far beyond chance. Where they are no more than the search for a few effects can find, that has the
+//! first word.
 
 use super::{MachineFit, groups, members};
 use crate::diagnose::prepare;
@@ -15,9 +16,9 @@ const ROWS: usize = 1500;
 /// Supported lags and gaps that make such a machine.
 pub const MANY: usize = 5;
 /// Gain on held-out blocks, in 2 ln L, beyond which one counts.
-const CLEAR: f64 = 40.0;
+pub const CLEAR: f64 = 40.0;
 
-/// More effects than the search for a few can find.
+/// Whether there may be more effects than the search for a few can find.
 pub fn many(model: &Model, logs: &[Log]) -> bool {
     if logs.iter().any(|l| l.poses || l.tcp_m.is_empty()) {
         return false;
