@@ -1,5 +1,5 @@
 //! Calls and blocks between two moves: where nothing in them moves, the program is compensated as if they were not there; else what
-//! follows them starts anew.
+//! follows them starts anew. Relative motions lead on from where the robot stands.
 
 use crate::vendor_rewrite::Desk;
 use predicates::prelude::PredicateBooleanExt;
@@ -106,5 +106,41 @@ fn a_krl_program_is_compensated_over_blocks_and_routines_that_move_nothing() {
         desk.write("p.src", &krl(between, more));
         desk.run("rewrite --model model.yaml p.src --output out.src --max-added 0 --force").success();
         assert_eq!(a1("out.src")[2], 5.0, "{between}{more}");
+    }
+}
+
+/// Of a KRL program of straight motions, what stands in each of them.
+fn lines(desk: &Desk, name: &str) -> Vec<String> {
+    let text = String::from_utf8(desk.read(name)).unwrap();
+    text.lines().filter(|l| l.starts_with("LIN")).map(String::from).collect()
+}
+
+#[test]
+fn after_a_relative_motion_a_program_is_compensated_as_after_the_same_one_with_its_goal() {
+    let desk = desk("kuka-kr120-r2500-pro.yaml", "A1");
+    desk.write("frames.yaml", "schema: lostmotion/frames/1\nframes: {\"$BASE\": {xyz_mm: [0, 0, 0]}}\ntools: {\"$TOOL\": {xyz_mm: [0, 0, 0]}}\n");
+    let program = |relative: &str| {
+        let at = |y: f64, z: f64| format!("LIN {{X 1500.000,Y {y:.3},Z {z:.3},A 0.0,B 90.0,C 0.0}}\n");
+        let start = "PTP {A1 0.0,A2 -90.0,A3 90.0,A4 0.0,A5 10.0,A6 0.0}\n";
+        let (a, b, d, e) = (at(0.0, 1200.0), at(100.0, 1200.0), at(0.0, 1100.0), at(50.0, 1100.0));
+        format!("DEF p( )\n{start}{a}{b}{relative}{d}{e}END\n")
+    };
+    let rewrite = |name: &str| {
+        let line = format!("rewrite --model model.yaml {name} --output out-{name} --frames frames.yaml --max-added 0");
+        desk.run(&line).success();
+        lines(&desk, &format!("out-{name}"))
+    };
+    // A1 turns back at the third
+    desk.write("absolute.src", &program("LIN {X 1500.000,Y 60.000,Z 1200.000,A 0.0,B 90.0,C 0.0}\n"));
+    let absolute = rewrite("absolute.src");
+    for (name, line) in [("base.src", "LIN_REL {Y -40}\n"), ("tool.src", "LIN_REL {Y -40} #TOOL\n")] {
+        desk.write(name, &program(line));
+        let found = rewrite(name);
+        assert_eq!((&found[0], &found[3], &found[4]), (&absolute[0], &absolute[3], &absolute[4]), "{name}");
+        // the point from which it counts and the motion itself stay
+        assert!(found[1].contains("Y 100.000,Z 1200.000") && found[2] == line.trim_end(), "{found:?}");
+        assert!(!absolute[1].contains("Y 100.000,"), "{absolute:?}");
+        desk.run(&format!("undo out-{name} --output back-{name}")).success();
+        assert_eq!(desk.read(&format!("back-{name}")), program(line).as_bytes());
     }
 }

@@ -41,6 +41,8 @@ pub(super) struct MotionInstruction {
     pub offset: Option<(bool, String)>,
     /// One of its positions is known only while the program runs: it may be any.
     pub any: bool,
+    /// Its goal counts from where the motion before ends.
+    pub relative: bool,
     pub closed: Option<String>,
     /// Welding goes on or off at the goal.
     pub process: Option<bool>,
@@ -85,6 +87,7 @@ impl MotionInstruction {
             via: Vec::new(),
             offset: None,
             any: false,
+            relative: false,
             closed: None,
             process: None,
             skips: false,
@@ -217,6 +220,7 @@ fn read_options(
             close(said, "it is coordinated with another group");
         } else if upper == b"INC" {
             said.goal = Err("an increment: the goal depends on where the robot stands".into());
+            said.relative = true;
         } else if has(&upper, b"OFFSET") && !has(&upper, b"VOFFSET") && !has(&upper, b"VR[") {
             // by a register: the position stands in a frame of its own
             let register = next.strip_prefix(b",").unwrap_or(&next).starts_with(b"PR[") && !has(&upper, b"PR[");

@@ -498,6 +498,11 @@ impl<'a> Reader<'a> {
             closed.get_or_insert_with(|| "no attribute gives the number of lines, which must grow (LINE_COUNT)".into());
         }
         self.before = position;
+        if said.relative
+            && let Some(before) = self.steps.last_move_mut()
+        {
+            before.fixed.get_or_insert_with(|| "a motion after it counts from where it ends (INC)".into());
+        }
         if let Some(motion) = said.motion {
             self.steps.place(self.steps.next(), motion);
         }

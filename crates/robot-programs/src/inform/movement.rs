@@ -106,6 +106,14 @@ impl Reader<'_> {
         for w in others {
             self.pin(w);
         }
+        if word.contains("IMOV")
+            && let Some(before) = self.steps.last_move_mut()
+        {
+            before.fixed.get_or_insert_with(|| format!("{word} after it counts from where it ends"));
+            // what it leads to stays, whoever else leads there
+            let positions = self.steps.last_place().map(|s| &s.references[..]).unwrap_or_default();
+            positions.iter().for_each(|r| self.pinned[r.position()] = true);
+        }
         let mut line = MoveLine::new(word, second.is_some());
         let indent = (text.line_span(k).start..words[0].start).into();
         let word = words[0].clone().into();

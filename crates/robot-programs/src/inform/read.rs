@@ -317,7 +317,7 @@ pub(super) struct Reader<'a> {
     /// Moves so far, as the controller counts the steps of a job.
     moves: u32,
     pub(super) script: Script,
-    steps: Steps<Statement>,
+    pub(super) steps: Steps<Statement>,
     /// `still` at the start of each open block.
     blocks: Vec<Option<Vec<f64>>>,
     /// Jobs beside it that move nothing, and those of them that it calls.

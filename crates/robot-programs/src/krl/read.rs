@@ -9,6 +9,7 @@ use super::lex::{Kind, Token, first_word, tokens, upper};
 use super::motion::{self, Word};
 use super::name::Holds;
 use super::product;
+use super::relative::{self, Stands};
 use super::settings::{self, Settings};
 use super::still::Still;
 use super::target::{Others, axis_names, external_axes, target};
@@ -183,6 +184,8 @@ struct Reader<'a> {
     later: [Option<Frame>; 2],
     steps: Steps<Site>,
     blocks: Vec<Block>,
+    /// Where the robot stands after the last motion, where that ends exactly at a known point.
+    stands: Option<Stands>,
     /// Routines that move nothing, and those of them that were met.
     still: Still,
     met: BTreeMap<String, u64>,
@@ -212,6 +215,7 @@ impl<'a> Reader<'a> {
             names: axes.iter().map(|a| a.0.clone()).collect(),
             steps: Steps::of_text(&texts[0]),
             blocks: Vec::new(),
+            stands: None,
             still: Still::of(texts),
             met: BTreeMap::new(),
             targets: Targets::of_text(&texts[0]),
@@ -236,6 +240,9 @@ impl<'a> Reader<'a> {
         {
             self.set = self.later_settings();
         }
+        if matches!(kind, StepKind::Break(_)) {
+            self.stands = None;
+        }
         self.steps.push(At { file: 0, line: k as u64 + 1 }, kind);
     }
 
@@ -248,6 +255,7 @@ impl<'a> Reader<'a> {
 
     /// A block opens; what its line calls belongs to it.
     fn open(&mut self, k: usize, line: &[Token], kind: Break) {
+        self.stands = None;
         let before = self.set.clone();
         self.steps.open(At { file: 0, line: k as u64 + 1 }, kind);
         self.set = self.later_settings();
@@ -257,6 +265,7 @@ impl<'a> Reader<'a> {
 
     /// Its next branch begins.
     fn middle(&mut self, k: usize, line: &[Token]) {
+        self.stands = None;
         self.steps.middle(At { file: 0, line: k as u64 + 1 }, Break::Jump);
         if let Some(block) = self.blocks.last_mut() {
             block.sets |= self.set != block.begins;
@@ -267,6 +276,7 @@ impl<'a> Reader<'a> {
 
     /// It closes: where nothing in it moves, the directions stay, and where it sets nothing the settings do.
     fn close(&mut self, k: usize, line: &[Token], kind: Break) {
+        self.stands = None;
         self.called(k, line);
         let busy = self.steps.close(At { file: 0, line: k as u64 + 1 }, kind);
         let block = self.blocks.pop();
@@ -282,6 +292,7 @@ impl<'a> Reader<'a> {
 
     /// A jump away: what follows is reached by a label, or the end of its block.
     fn leave(&mut self, k: usize) {
+        self.stands = None;
         if self.blocks.is_empty() {
             self.stop(k, Break::Jump)
         } else {
@@ -400,6 +411,7 @@ impl<'a> Reader<'a> {
             | "FRAME" | "FDAT" | "PDAT" | "LDAT" | "ANOUT" | "ANIN" | "DIGIN" | "CCLOSE" => self.called(k, line),
             "STRUC" | "ENUM" | "SIGNAL" | "EXT" | "EXTP" | "EXTFCT" | "IMPORT" | "CONTINUE" | "ON_ERROR_PROCEED" => {}
             "BAS" => {
+                self.stands = None;
                 self.set.bas(self.text, line);
             }
             "ARC_ON" | "ARCON" | "ARC_STRT" => self.push(k, StepKind::Process(true)),
@@ -440,6 +452,10 @@ impl<'a> Reader<'a> {
             return;
         };
         self.called(k, line);
+        // a frame that is computed may be another one under the same name
+        if word.starts_with('$') || ["FDAT_ACT", "BASE_DATA", "TOOL_DATA"].contains(&word) {
+            self.stands = None;
+        }
         self.set.assign(self.text, line, sign, word, self.data, self.routine);
         if word == "FDAT_ACT" && self.going.holds_part(self.text, &line[1..]) {
             self.set.base = Some(Frame::Unknown("the robot holds the part (IPO_FRAME #TCP)".into()));
@@ -469,9 +485,11 @@ impl<'a> Reader<'a> {
             return Ok(());
         }
         let goal = self.goal(k, line, at, word, &mut end, &mut others)?;
-        let whole = end.is_some_and(|e| motion::ends(self.text, line, e));
+        let relative = word.relative && matches!(goal, Goal::Pose(_));
+        let whole = end.is_some_and(|e| motion::ends(self.text, line, e)) && !word.relative;
         let goal = match goal {
             goal @ Goal::Opaque(_) => goal,
+            goal if relative => goal,
             _ if !whole => Goal::Opaque("the goal is computed".into()),
             Goal::Pose(pose) if word.arc => self.end_of_arc(*pose, line),
             goal => goal,
@@ -498,6 +516,9 @@ impl<'a> Reader<'a> {
         }
         if turning == Turning::Wrist && word.path == PathKind::Linear {
             close("$ORI_TYPE #JOINT: the wrist turns axis by axis on its way");
+        }
+        if word.relative {
+            close(relative::ITSELF);
         }
         if self.spline {
             close("it stands in a spline block, whose curve a further point would change");
@@ -542,9 +563,30 @@ impl<'a> Reader<'a> {
         };
         self.steps.place(self.steps.next(), site);
         let path = if self.spline { PathKind::Curve } else { word.path };
-        let how = How { path, fixed: None, closed, speed, blend_m };
+        if word.relative
+            && let Some(before) = self.steps.last_move_mut()
+        {
+            before.fixed.get_or_insert_with(|| relative::BEFORE.into());
+        }
+        self.stands = match &goal {
+            Goal::Pose(pose) if blend_m == Some(0.0) && !self.spline => Stands::of(pose),
+            _ => None,
+        };
+        let fixed = relative.then(|| relative::ITSELF.to_string());
+        let how = How { path, fixed, closed, speed, blend_m };
         self.push(k, StepKind::Move(Move::new(how, goal, Few::new())));
         Ok(())
+    }
+
+    /// The goal of a relative motion.
+    fn relative(&self, line: &[Token], at: usize, word: Word, end: &mut Option<usize>) -> Goal {
+        let given = line.get(at).filter(|t| t.is(b'{'));
+        let given = given.and_then(|_| super::aggregate::aggregate(self.text, 0, line, at).ok());
+        let goal = given.zip(self.stands.as_ref()).and_then(|((a, next), stands)| {
+            *end = Some(next);
+            stands.moved(self.text, word, &a, &line[next..], self.frames())
+        });
+        goal.map_or_else(|| Goal::Opaque(relative::UNKNOWN.into()), Goal::pose)
     }
 
     /// The goal of a motion at token `at`; `end`: the token after it, `others`: its external axes.
@@ -558,7 +600,7 @@ impl<'a> Reader<'a> {
         others: &mut Others,
     ) -> Result<Goal> {
         Ok(match line.get(at) {
-            _ if word.relative => Goal::Opaque("a relative motion: the goal depends on where the robot stands".into()),
+            _ if word.relative => self.relative(line, at, word, end),
             None => Goal::Opaque("the motion has no goal".into()),
             Some(_) if !word.arc && product::is(self.text, line, at) => self.product(k, line, at, word, end, others)?,
             Some(t) if t.is(b'{') => {

@@ -148,3 +148,12 @@ fn files_of_called_programs_are_looked_up_beside_a_program_and_through_their_cal
     assert!(Fanuc.context(&folder.join("OTHER.LS"), &Folders::default()).is_empty());
     std::fs::remove_dir_all(&folder).unwrap();
 }
+
+#[test]
+fn a_motion_before_an_increment_stays_and_the_others_are_edited() {
+    let text = "   1:J P[1] 100% FINE ;\n   2:J P[2] 100% FINE ;\n   3:  CALL SUB ;\n   4:J P[3] 100% FINE INC ;\n   5:J P[1] 100% FINE ;";
+    let d = doc(of_lines(text).as_bytes());
+    let fixed: Vec<bool> = moves(d.as_ref()).iter().map(|m| m.1.fixed.is_some()).collect();
+    assert_eq!(fixed, [false, true, false, false]);
+    assert!(moves(d.as_ref())[1].1.fixed.as_deref().is_some_and(|w| w.contains("INC")));
+}

@@ -90,3 +90,16 @@ fn a_call_of_a_job_beside_it_that_moves_nothing_ends_nothing_and_a_note_says_so(
     assert_eq!(between("CALL JOB:SUB", &[("SUB", "NOP"), ("SUB", "NOP")]).0, ["Call"]);
     assert_eq!(between("CALL JOB:SUB", &[("SUB2", "NOP")]).0, ["Call"]);
 }
+
+#[test]
+fn a_move_before_imov_stays_and_its_position_too() {
+    let list = "///POSTYPE PULSE\n///PULSE\nC00000=0,0,0,0,0,0\nC00001=1000,0,0,0,0,0";
+    let lines = "MOVJ C00001 VJ=5.00\nMOVJ C00000 VJ=5.00\nMOVJ C00001 VJ=5.00\nTIMER T=0.10\nIMOV P001 V=10.0 BF";
+    let script = script_of(&Inform, &job("2,0,0,0,0,0", list, lines), &robot());
+    let fixed: Vec<bool> = moves(&script).iter().map(|m| m.1.fixed.is_some()).collect();
+    assert_eq!(fixed, [false, false, true, false]);
+    // the other move to that position gets a line of its own
+    let text = written(&job("2,0,0,0,0,0", list, lines), &[(1, Some([990.0, 0.0, 0.0, 0.0, 0.0, 0.0]), vec![])]);
+    assert!(text.contains("C00001=1000,0,0,0,0,0") && text.contains("C00002=990,0,0,0,0,0"), "{text}");
+    assert!(text.contains("MOVJ C00002 VJ=5.00") && text.contains("MOVJ C00001 VJ=5.00\r\nTIMER"), "{text}");
+}

@@ -1,0 +1,63 @@
+//! Relative motions: where they lead, and what stays as it is because of them.
+
+use super::*;
+use crate::script::harness::opaque;
+
+/// Moves of lines after a point at which the tool looks along the base's x.
+fn of(lines: &str) -> Vec<Move> {
+    let at = "LIN {X 500,Y 100,Z 900,A 0,B 90,C 0}\n";
+    let d = doc(&[format!("DEF p( )\n{at}{lines}LIN {{X 500,Y 100,Z 950,A 0,B 90,C 0}}\nEND\n").as_bytes()]);
+    moves(d.as_ref()).into_iter().map(|m| m.1).collect()
+}
+
+fn position_mm(m: &Move) -> Option<[f64; 3]> {
+    let Goal::Pose(pose) = &m.goal else { return None };
+    Some([0, 1, 2].map(|k| (pose.position_m[k] * 1e9).round() * 1e-6))
+}
+
+#[test]
+fn a_relative_motion_after_a_known_place_counts_along_the_base_or_the_tool() {
+    for (line, expected) in [
+        ("LIN_REL {X 10,Z -20.5}\n", [510.0, 100.0, 879.5]),
+        ("LIN_REL {X 10,Z -20.5} #BASE\n", [510.0, 100.0, 879.5]),
+        // the tool's z is the base's x, its x points down
+        ("LIN_REL {Z 30} C_DIS #TOOL\n", [530.0, 100.0, 900.0]),
+        ("lin_rel {x 5,Y 1,A 0,B 0,C 0}#TOOL\n", [500.0, 101.0, 895.0]),
+        ("SLIN_REL {Z 300}  C_SPL\n", [500.0, 100.0, 1200.0]),
+    ] {
+        let m = of(line);
+        assert_eq!(position_mm(&m[1]), Some(expected), "{line}");
+        assert!(m[1].fixed.is_some() && m[1].goal.target().is_none(), "{line}");
+        assert!(m[0].fixed.as_deref().is_some_and(|w| w.contains("carry")) && m[2].fixed.is_none(), "{line}");
+    }
+    let twice = of("LIN_REL {Z 10}\nn=n+1\nLIN_REL {Z 10}\n");
+    assert_eq!(position_mm(&twice[2]), Some([500.0, 100.0, 920.0]));
+}
+
+#[test]
+fn a_relative_motion_is_not_known_where_it_turns_or_the_place_before_is_not_certain() {
+    for line in [
+        "LIN_REL {Z 10,A 5}\n",
+        "LIN_REL {Z n}\n",
+        "LIN_REL P1\n",
+        "LIN_REL {Z 10\n",
+        "PTP_REL {Z 10}\n",
+        "PTP_REL {A1 5}\n",
+        "CIRC_REL {X 1},{X 2}\n",
+        "LIN_REL {Z 10} WITH $BASE=$NULLFRAME\n",
+        "$BASE=$NULLFRAME\nLIN_REL {Z 10}\n",
+        "BAS(#TOOL,2)\nLIN_REL {Z 10}\n",
+        "IF n>1 THEN\nLIN_REL {Z 10}\nENDIF\n",
+        "may_move()\nLIN_REL {Z 10}\n",
+        "LIN {X 1,Y 2,Z 3,A 0,B 0,C 0} C_DIS\nLIN_REL {Z 10}\n",
+        "PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}\nLIN_REL {Z 10}\n",
+        "LIN XP1\nLIN_REL {Z 10}\n",
+    ] {
+        let m = of(line);
+        let relative = m.iter().rev().nth(1).unwrap();
+        assert!(opaque(relative).contains("relative"), "{line}");
+        // the one before does not carry an offset into it, whatever stands between
+        let before = m.iter().rev().nth(2).unwrap();
+        assert!(before.fixed.is_some() || matches!(before.goal, Goal::Opaque(_)), "{line}");
+    }
+}
