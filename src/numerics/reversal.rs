@@ -77,6 +77,18 @@ impl ReversalDetector {
         Movement::Reversed { at, extreme }
     }
 
+    /// Takes samples that all go on in the present direction, or rest on its extreme; the last of them is number `i` at `position`.
+    #[inline]
+    pub fn go_on(&mut self, i: usize, position: f64) {
+        (self.extreme, self.at) = (position, i);
+    }
+
+    /// Position of the last sample on the extreme of the present direction; `None`: no direction yet.
+    #[inline]
+    pub fn extreme(&self) -> Option<f64> {
+        (self.started && self.direction != 0).then_some(self.extreme)
+    }
+
     /// Takes sample `i` as the last on the extreme: a pause with noise that lasts too long to wait for its end.
     pub fn settle(&mut self, i: usize) {
         self.at = i;
@@ -111,6 +123,20 @@ mod tests {
     #[test]
     fn a_reversal_stands_where_a_pause_ends() {
         assert_eq!(reversals(&[0.0, 1.0, 2.0, 2.0, 2.0, 1.0, 0.0], 0.0, 0), [(4, -1)]);
+    }
+
+    #[test]
+    fn samples_that_go_on_may_be_taken_at_once() {
+        let (mut one, mut all) = (ReversalDetector::new(0.1, 0), ReversalDetector::new(0.1, 0));
+        assert_eq!(all.extreme(), None);
+        for (i, p) in [0.0, 1.0, 1.5, 1.5, 2.0].into_iter().enumerate() {
+            one.take(i, p);
+            if i < 2 {
+                all.take(i, p);
+            }
+        }
+        all.go_on(4, 2.0);
+        assert_eq!((all, all.extreme()), (one, Some(2.0)));
     }
 
     #[test]

@@ -328,8 +328,10 @@ impl<'a> Engine<'a> {
                 }
             }
         } else {
-            // no offset changes here: the ends, and some places between for the lever
-            for k in (from..to).filter(|k| *k == from || k + 1 == to || (k - from).is_multiple_of(CHANGE_EVERY)) {
+            // no offset changes here: the start, some places between for the lever, and the end where all points are looked at
+            let (Origin::Point(n) | Origin::Inserted { after: n, .. }) = self.path.origin(from);
+            let looked_at = |k: usize| (k - from).is_multiple_of(CHANGE_EVERY) || (n < CHANGES_ALL && k + 1 == to);
+            for k in (from..to).filter(|k| looked_at(*k)) {
                 self.stats.largest_change_m =
                     self.stats.largest_change_m.max(self.change_m(self.path.c(k), self.path.q(k)));
             }

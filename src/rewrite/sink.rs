@@ -16,6 +16,14 @@ pub trait Sink: Send {
     fn wants_bytes(&self) -> bool {
         true
     }
+
+    /// Gives the hash of the bytes so far to a caller that goes on with it while the sink takes bytes; `None`: no hash is wanted.
+    fn lend_hash(&mut self) -> Option<Sha256> {
+        None
+    }
+
+    /// Takes the hash back.
+    fn return_hash(&mut self, _: Sha256) {}
 }
 
 /// Nothing is kept: a dry run.
@@ -42,19 +50,20 @@ impl Sink for Vec<u8> {
 /// A file (or standard output) that is not there until it is committed, with the SHA-256 of its bytes.
 pub struct File {
     output: Output,
-    hash: Sha256,
+    /// `None` while it is lent.
+    hash: Option<Sha256>,
     shown: String,
 }
 
 impl File {
     /// Fails early where the target cannot be written.
     pub fn create(path: &Path, durability: Durability) -> Result<Self> {
-        Ok(Self { output: Output::create_as(path, durability)?, hash: Sha256::new(), shown: shown(path) })
+        Ok(Self { output: Output::create_as(path, durability)?, hash: Some(Sha256::new()), shown: shown(path) })
     }
 
     /// SHA-256 of the bytes so far.
     pub fn sha256(&self) -> String {
-        hex(&self.hash.clone().finalize())
+        hex(&self.hash.clone().unwrap_or_default().finalize())
     }
 
     /// Brings all bytes to disk, beside the target.
@@ -80,7 +89,17 @@ impl File {
 
 impl Sink for File {
     fn take(&mut self, bytes: &[u8]) -> Result<()> {
-        self.hash.update(bytes);
+        if let Some(hash) = &mut self.hash {
+            hash.update(bytes);
+        }
         self.output.write_all(bytes).map_err(|e| Error::io_of(&self.shown, "write", e))
+    }
+
+    fn lend_hash(&mut self) -> Option<Sha256> {
+        self.hash.take()
+    }
+
+    fn return_hash(&mut self, hash: Sha256) {
+        self.hash = Some(hash);
     }
 }

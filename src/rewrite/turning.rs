@@ -81,14 +81,7 @@ impl<'a> Turning<'a> {
         self.timed = !t_s.is_empty();
         let start = self.points.end();
         self.points.extend(q, t_s, first);
-        let axes = self.trackers.len();
-        for (axis, tracker) in self.trackers.iter_mut().enumerate() {
-            if tracker.active {
-                for (i, row) in q.chunks_exact(axes).enumerate() {
-                    tracker.take(start + i, row[axis]);
-                }
-            }
-        }
+        pulp::Arch::new().dispatch(Follow { trackers: &mut self.trackers, q, start });
     }
 
     /// Hands on every point of which all turns are known; at the `end` all of them.
@@ -252,6 +245,76 @@ impl<'a> Turning<'a> {
         };
         (0..n).map(bounded).collect()
     }
+}
+
+/// Rows that are looked at together.
+const TOGETHER: usize = 8;
+
+/// Points that the trackers follow. Most rows go on in the direction of every joint; such rows are taken several at a time.
+struct Follow<'a> {
+    trackers: &'a mut [Tracker],
+    q: &'a [f64],
+    /// Number of the first point.
+    start: usize,
+}
+
+impl pulp::NullaryFnOnce for Follow<'_> {
+    type Output = ();
+
+    // inlined, so that it is compiled for the registers that there are
+    #[inline(always)]
+    fn call(self) {
+        let Self { trackers, q, start } = self;
+        let axes = trackers.len();
+        if axes == 0 {
+            return;
+        }
+        let mut directions = Vec::new();
+        let mut before: Vec<f64> = vec![0.0; axes];
+        for (k, rows) in q.chunks(TOGETHER * axes).enumerate() {
+            let first = start + k * TOGETHER;
+            if rows.len() == TOGETHER * axes && go_on(trackers, rows, &mut before, &mut directions) {
+                let last = &rows[rows.len() - axes..];
+                for (tracker, &p) in trackers.iter_mut().zip(last).filter(|(t, _)| t.active) {
+                    tracker.direction.go_on(first + TOGETHER - 1, p);
+                }
+                continue;
+            }
+            for (axis, tracker) in trackers.iter_mut().enumerate() {
+                for (i, row) in rows.chunks_exact(axes).enumerate() {
+                    tracker.take(first + i, row[axis]);
+                }
+            }
+            directions.clear();
+        }
+    }
+}
+
+/// Whether every active tracker goes on in its direction in all of the `rows`. `before` and `directions` are memory; directions
+/// hold for the rows that follow as long as this is true.
+#[inline(always)]
+fn go_on(trackers: &[Tracker], rows: &[f64], before: &mut [f64], directions: &mut Vec<f64>) -> bool {
+    let axes = trackers.len();
+    for ((tracker, before), &own) in trackers.iter().zip(before.iter_mut()).zip(rows) {
+        // an axis that is not followed does not count
+        *before = if tracker.active {
+            let Some(extreme) = tracker.direction.extreme() else { return false };
+            extreme
+        } else {
+            own
+        };
+    }
+    if directions.is_empty() {
+        let of = |t: &Tracker| if t.active { f64::from(t.direction.direction()) } else { 0.0 };
+        directions.extend(trackers.iter().map(of).cycle().take(rows.len()));
+    }
+    let back = |now: &[f64], before: &[f64], directions: &[f64]| {
+        let steps = now.iter().zip(before).zip(directions);
+        // no short cut: rows that do not go on are few
+        steps.fold(false, |back, ((now, before), d)| back | ((now - before) * d < 0.0))
+    };
+    let first = back(&rows[..axes], before, directions);
+    !first && !back(&rows[axes..], &rows[..rows.len() - axes], &directions[axes..])
 }
 
 impl Tracker {

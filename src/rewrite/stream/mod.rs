@@ -1,8 +1,8 @@
 //! The way of a program through the engine, in constant memory whatever its length.
 //!
-//! Workers, all alike, take a piece of the program each through every station: read | parse | engine | print | hash and store.
-//! The stations that depend on what came before are passed in the order of the program, so that neither the output nor the error
-//! that is reported depends on the number of threads.
+//! Workers, all alike, take a piece of the program each through every station: read | hash | parse | engine | print | hash | store.
+//! The stations that depend on what came before (all but parse and print) are passed in the order of the program, so that neither
+//! the output nor the error that is reported depends on the number of threads.
 //!
 //! Modules, in the order in which to read them:
 //! - [`job`]: from file to file.
@@ -23,7 +23,7 @@ use crate::program::csv::{Piece, Reader, Style};
 use crate::program::{Block, Slot, lines::Lines};
 use crate::robot::Robot;
 use render::Pending;
-use workers::Workshop;
+use workers::{Middle, Workshop};
 
 /// What turns points into points: the engine, or a stand-in for it.
 pub trait Stage: Send {
@@ -91,7 +91,6 @@ pub fn pass<E: Stage, S: Sink>(
     sink: S,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Done<S>> {
-    let reader = if passage.hash { reader.with_hash() } else { reader };
     let (mut source, mut parser, mut placing) = reader.split();
     let mut first = Piece::default();
     if source.next(&mut first)? {
@@ -104,12 +103,13 @@ pub fn pass<E: Stage, S: Sink>(
     let stage = make(&preview(placing.slots(), &first.block, axes))?;
     let pending = sink.wants_bytes().then(|| Pending::new(placing.slots(), robot, &passage.style));
     let task = pending.as_ref().map(Pending::task);
-    let workshop = Workshop::new(source, placing, stage, axes, pending, sink, progress);
-    let mut done = workshop.run(first, parser, task, passage.threads)?;
+    let middle = Middle::new(placing, stage, axes, pending);
+    let workshop = Workshop::new(source, passage.hash, middle, sink, progress);
+    let done = workshop.run(first, parser, task, passage.threads)?;
     Ok(Done {
         stats: done.middle.stats,
         points: done.middle.placing.points(),
-        sha256_in: done.source.sha256(),
+        sha256_in: done.sha256_in,
         lines: done.middle.placing.into_lines(),
         written: done.written,
         sink: done.sink,

@@ -1,20 +1,23 @@
-//! Workers, all alike, that take pieces of a program through: read (and hash) | parse | engine | print | hash and write.
+//! Workers, all alike, that take pieces of a program through: read | hash | parse | engine | print | hash | write.
 //!
-//! Reading, the engine and writing are done in the order of the program ([`Turn`]); parsing and printing side by side. The calling
-//! thread is one of the workers: where no other thread can be had, it does everything.
+//! Parsing and printing are done side by side, everything else in the order of the program, each at a [`Turn`] of its own, so that
+//! one worker reads while another hashes and a third one writes. The calling thread is one of the workers: where no other thread can
+//! be had, it does everything.
 
 use super::render::{Pending, Task};
 use super::turn::Turn;
 use super::{RewriteStats, Stage};
 use crate::error::{Error, Result};
+use crate::io::input::hex;
 use crate::program::Block;
 use crate::program::csv::{Parser, Piece, Placing, Source};
 use crate::rewrite::sink::Sink;
 use crate::rewrite::{OutputPoints, Points};
+use sha2::{Digest, Sha256};
 use std::sync::{Mutex, PoisonError};
 
-/// Threads beyond which the stations that take turns are the limit.
-const MOST_WORKERS: usize = 6;
+/// Workers beyond which the stations that take turns are the limit.
+const MOST_WORKERS: usize = 8;
 
 /// Where text comes from, and the number of the piece that is read next.
 struct Reading {
@@ -36,7 +39,11 @@ pub struct Middle<E> {
 /// What all workers share.
 pub struct Workshop<'a, E, S> {
     reading: Mutex<Reading>,
+    /// Of the bytes read, where wanted.
+    hash_in: Option<Turn<Sha256>>,
     middle: Turn<Middle<E>>,
+    /// Of the bytes written, where wanted.
+    hash_out: Option<Turn<Sha256>>,
     sink: Turn<S>,
     /// Memory of blocks that are done.
     free: Mutex<Vec<Block>>,
@@ -63,7 +70,7 @@ enum Found {
 
 /// What came out of the workshop.
 pub struct Finished<E, S> {
-    pub source: Source,
+    pub sha256_in: Option<String>,
     pub middle: Middle<E>,
     pub sink: S,
     /// Fewest decimals with which numbers of each axis were written.
@@ -71,19 +78,14 @@ pub struct Finished<E, S> {
 }
 
 impl<'a, E: Stage, S: Sink> Workshop<'a, E, S> {
-    pub fn new(
-        source: Source,
-        placing: Placing,
-        stage: E,
-        axes: usize,
-        pending: Option<Pending>,
-        sink: S,
-        progress: &'a (dyn Fn(u64) + Sync),
-    ) -> Self {
-        let middle = Middle { placing, stage: Some(stage), pending, stats: RewriteStats::default(), axes };
+    /// `hash`: that of what is read is wanted.
+    pub fn new(source: Source, hash: bool, middle: Middle<E>, mut sink: S, progress: &'a (dyn Fn(u64) + Sync)) -> Self {
+        let axes = middle.axes;
         Self {
             reading: Mutex::new(Reading { source, next: 1, ended: false }),
+            hash_in: hash.then(|| Turn::new(Sha256::new())),
             middle: Turn::new(middle),
+            hash_out: sink.lend_hash().map(Turn::new),
             sink: Turn::new(sink),
             free: Mutex::new(Vec::new()),
             failed: Mutex::new(None),
@@ -126,12 +128,14 @@ impl<'a, E: Stage, S: Sink> Workshop<'a, E, S> {
         match failed {
             Some((_, error)) => Err(error),
             None if panicked => Err(Error::internal("rewrite", "a thread stopped unexpectedly; nothing was written")),
-            None => Ok(Finished {
-                source: self.reading.into_inner().unwrap_or_else(PoisonError::into_inner).source,
-                middle: self.middle.into_inner(),
-                sink: self.sink.into_inner(),
-                written,
-            }),
+            None => {
+                let mut sink = self.sink.into_inner();
+                if let Some(hash) = self.hash_out {
+                    sink.return_hash(hash.into_inner());
+                }
+                let sha256_in = self.hash_in.map(|hash| hex(&hash.into_inner().finalize()));
+                Ok(Finished { sha256_in, middle: self.middle.into_inner(), sink, written })
+            }
         }
     }
 
@@ -185,8 +189,13 @@ impl<'a, E: Stage, S: Sink> Workshop<'a, E, S> {
     /// Takes one piece through; `false`: there is nothing more to do.
     fn take_through(&self, worker: &mut Worker, number: u64, found: Found, placed: bool) -> Result<bool> {
         let last = matches!(found, Found::End);
-        if matches!(found, Found::Piece) && !placed {
-            worker.piece.parse(&mut worker.parser);
+        if matches!(found, Found::Piece) {
+            if !hashed(self.hash_in.as_ref(), number, worker.piece.bytes()) {
+                return Ok(false);
+            }
+            if !placed {
+                worker.piece.parse(&mut worker.parser);
+            }
         }
         let done = self.middle.take(number, |middle| match found {
             Found::Failed(error) => Err(error),
@@ -200,6 +209,9 @@ impl<'a, E: Stage, S: Sink> Workshop<'a, E, S> {
         task.print(&mut worker.text, &mut |block| {
             self.free.lock().unwrap_or_else(PoisonError::into_inner).push(block);
         })?;
+        if !hashed(self.hash_out.as_ref(), number, &worker.text) {
+            return Ok(false);
+        }
         let Some(taken) = self.sink.take(number, |sink| sink.take(&worker.text)) else { return Ok(false) };
         taken.map(|()| !last)
     }
@@ -217,7 +229,20 @@ impl<'a, E: Stage, S: Sink> Workshop<'a, E, S> {
         self.reading.lock().unwrap_or_else(PoisonError::into_inner).ended = true;
         self.middle.close_after(number);
         self.sink.close_after(number);
+        for hash in self.hash_in.iter().chain(&self.hash_out) {
+            hash.close_after(number);
+        }
     }
+}
+
+/// Goes on with a hash, if there is one, when it is the turn of `number`; `false`: there is no such turn any more.
+fn hashed(hash: Option<&Turn<Sha256>>, number: u64, bytes: &[u8]) -> bool {
+    let Some(turn) = hash else { return true };
+    let done = turn.take(number, |hash| {
+        hash.update(bytes);
+        Ok::<(), Error>(())
+    });
+    done.is_some()
 }
 
 /// Sends everybody home if its worker panics.
@@ -232,6 +257,10 @@ impl<E: Stage, S: Sink> Drop for Guard<'_, '_, E, S> {
 }
 
 impl<E: Stage> Middle<E> {
+    pub fn new(placing: Placing, stage: E, axes: usize, pending: Option<Pending>) -> Self {
+        Self { placing, stage: Some(stage), pending, stats: RewriteStats::default(), axes }
+    }
+
     /// Puts the worker's piece in its place and its points through the engine.
     fn push(&mut self, worker: &mut Worker, placed: bool) -> Result<()> {
         if !placed {
@@ -280,7 +309,11 @@ impl Worker {
     }
 }
 
-/// A worker for each thread that this process may use.
+/// A worker for each thread that this process may use; where there are several, one more, which works while another waits for its
+/// turn.
 fn workers() -> usize {
-    rayon::current_num_threads().clamp(1, MOST_WORKERS)
+    match rayon::current_num_threads() {
+        0 | 1 => 1,
+        threads => (threads + 1).min(MOST_WORKERS),
+    }
 }

@@ -152,6 +152,35 @@ impl PureRows {
     }
 }
 
+/// Rows that are read at two places side by side; gives whether those at the first end where those at the second begin.
+struct Both<'a> {
+    one: &'a mut PureRows,
+    two: &'a mut PureRows,
+    columns: &'a [(Option<usize>, f64)],
+    axes: usize,
+    text: &'a [u8],
+    middle: usize,
+}
+
+impl pulp::NullaryFnOnce for Both<'_> {
+    type Output = bool;
+
+    // inlined, so that it is compiled for the instructions that there are
+    #[inline(always)]
+    fn call(self) -> bool {
+        let Self { one, two, columns, axes, text, middle } = self;
+        while one.step(columns, axes, text) & two.step(columns, axes, text) {}
+        while one.step(columns, axes, text) {}
+        one.hand_on(columns, axes);
+        let whole = one.at == middle;
+        if whole {
+            while two.step(columns, axes, text) {}
+            two.hand_on(columns, axes);
+        }
+        whole
+    }
+}
+
 impl Parser {
     /// Rows of short numbers alone, as far as they go; gives the place after the last. Long texts are read at two places
     /// side by side: each number waits for the one before it, and the processor has room for two such chains.
@@ -170,14 +199,10 @@ impl Parser {
         let mut two = part(middle, end, &mut self.spare, second);
         let before = one.rows.rows.len();
         let all_pure = one.rows.pure == before;
-        while one.step(&columns, axes, text) & two.step(&columns, axes, text) {}
-        while one.step(&columns, axes, text) {}
-        one.hand_on(&columns, axes);
         // what was read from the middle on counts only if rows that begin there are rows
-        let whole = one.at == middle;
+        let both = Both { one: &mut one, two: &mut two, columns: &columns, axes, text, middle };
+        let whole = pulp::Arch::new().dispatch(both);
         if whole {
-            while two.step(&columns, axes, text) {}
-            two.hand_on(&columns, axes);
             one.rows.append(&two.rows);
         }
         let end = if whole { two.at } else { one.at };

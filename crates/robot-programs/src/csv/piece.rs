@@ -38,6 +38,11 @@ pub(super) enum State {
 }
 
 impl Piece {
+    /// The bytes of the file that this piece is; those of all pieces, one after the other, are the file.
+    pub fn bytes(&self) -> &[u8] {
+        self.block.text.get(..self.end).unwrap_or_default()
+    }
+
     /// Parses the text, if it has not been parsed where it was read.
     pub fn parse(&mut self, parser: &mut Parser) {
         if self.state == State::Text {
@@ -186,6 +191,8 @@ mod tests {
                 pieces.push(piece);
             }
             assert!(pieces.len() > 3, "{} pieces", pieces.len());
+            let bytes: Vec<u8> = pieces.iter().flat_map(Piece::bytes).copied().collect();
+            assert_eq!(bytes, text.as_bytes());
             // the last first: none may need what another one holds
             pieces.iter_mut().rev().for_each(|p| p.parse(&mut parser.fresh()));
             let (mut whole, mut points) = (Vec::new(), 0);

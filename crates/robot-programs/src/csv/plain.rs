@@ -59,7 +59,21 @@ impl Edits {
         if same(q, &block.q[i * axes..(i + rows) * axes]) {
             return (rows, cursor);
         }
-        let (mut done, mut cursor) = (0, cursor);
+        pulp::Arch::new().dispatch(PureRows { edits: self, block, i, cursor, q, axes, out })
+    }
+
+    /// [`Edits::pure_rows`] of rows that change.
+    #[inline(always)]
+    fn changed_rows(
+        &mut self,
+        block: &Block,
+        i: usize,
+        mut cursor: usize,
+        q: &[f64],
+        axes: usize,
+        out: &mut Vec<u8>,
+    ) -> (usize, usize) {
+        let mut done = 0;
         for q in q.chunks(PATCHED * axes) {
             let rows = q.len() / axes;
             let mut part = 0;
@@ -86,6 +100,7 @@ impl Edits {
     }
 
     /// [`Edits::pure_rows`] by new digits in a copy of the text, as far as all numbers of a row keep sign and length.
+    #[inline(always)]
     fn patched_rows(
         &mut self,
         block: &Block,
@@ -112,6 +127,7 @@ impl Edits {
     }
 
     /// [`Edits::pure_rows`] by numbers that are made one by one.
+    #[inline(always)]
     fn made_rows(
         &mut self,
         block: &Block,
@@ -140,6 +156,27 @@ impl Edits {
         let (at, cursor) = (rest.at, rest.cursor);
         out.extend_from_slice(&self.room[..at]);
         (done, cursor)
+    }
+}
+
+/// What [`Edits::changed_rows`] takes.
+struct PureRows<'a> {
+    edits: &'a mut Edits,
+    block: &'a Block,
+    i: usize,
+    cursor: usize,
+    q: &'a [f64],
+    axes: usize,
+    out: &'a mut Vec<u8>,
+}
+
+impl pulp::NullaryFnOnce for PureRows<'_> {
+    type Output = (usize, usize);
+
+    // inlined, so that it is compiled for the instructions that there are
+    #[inline(always)]
+    fn call(self) -> (usize, usize) {
+        self.edits.changed_rows(self.block, self.i, self.cursor, self.q, self.axes, self.out)
     }
 }
 

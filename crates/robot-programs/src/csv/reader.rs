@@ -11,7 +11,6 @@ use super::piece::{LONGEST_ROW, Piece, Placing, State};
 use super::record::Seen;
 use crate::axes::Axes;
 use crate::error::{Error, Place, Result};
-use sha2::{Digest, Sha256};
 use std::io::Read;
 
 /// Text of a block, bytes: large enough to hide the hand-over, small enough to stay in the cache.
@@ -35,7 +34,6 @@ pub struct Source {
     carry: Vec<u8>,
     rows_at: usize,
     ended: bool,
-    hash: Option<Sha256>,
     /// Bytes read so far.
     bytes: u64,
 }
@@ -51,7 +49,6 @@ impl Reader {
             carry: Vec::new(),
             rows_at: 0,
             ended: false,
-            hash: None,
             bytes: 0,
         };
         let mut text = Vec::new();
@@ -96,12 +93,6 @@ impl Reader {
         Ok(Self { source, placing: Placing { parser }, parser: fresh, piece: Piece::default() })
     }
 
-    /// Also computes the SHA-256 of the bytes; to be asked for before the first block.
-    pub fn with_hash(mut self) -> Self {
-        self.source.hash = Some(Sha256::new_with_prefix(&self.source.carry));
-        self
-    }
-
     /// Name of the file, as messages show it.
     pub fn name(&self) -> &str {
         &self.source.name
@@ -130,11 +121,6 @@ impl Reader {
     /// Points read so far.
     pub fn points(&self) -> u64 {
         self.placing.points()
-    }
-
-    /// SHA-256 of the bytes, once all are read.
-    pub fn sha256(&mut self) -> Option<String> {
-        self.source.sha256()
     }
 
     /// Where the points stand.
@@ -229,15 +215,9 @@ impl Source {
         self.bytes
     }
 
-    /// SHA-256 of the bytes, once all are read.
-    pub fn sha256(&mut self) -> Option<String> {
-        self.hash.take().map(|h| h.finalize().iter().map(|b| format!("{b:02x}")).collect())
-    }
-
     /// Reads on until `text` holds `size` bytes or the file ends.
     fn fill(&mut self, text: &mut Vec<u8>, size: usize) -> Result<()> {
         let want = size.saturating_sub(text.len());
-        let before = text.len();
         text.reserve(want + 64);
         let got = (&mut self.input)
             .take(want as u64)
@@ -245,9 +225,6 @@ impl Source {
             .map_err(|e| Error::Io { name: self.name.clone(), source: e })?;
         self.ended |= got < want;
         self.bytes += got as u64;
-        if let Some(hash) = &mut self.hash {
-            hash.update(&text[before..]);
-        }
         Ok(())
     }
 
