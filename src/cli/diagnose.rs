@@ -117,14 +117,22 @@ fn within(args: &Args, diagnosis: &Diagnosis) -> Result<()> {
     Err(no(format!("a gap of {} remains, more than --max-gap-um {most}", diagnosis.unit.said(left))))
 }
 
+/// The document where the log cannot be diagnosed.
+#[derive(serde::Serialize)]
+struct BadData {
+    schema: &'static str,
+    verdict: &'static str,
+    reason: String,
+}
+
 /// A log whose units, axes, times or columns are wrong: with `--json` the verdict is printed too.
 fn bad_data(error: anyhow::Error, json: bool) -> anyhow::Error {
     if json && error.downcast_ref().is_some_and(Error::is_bad_input) {
-        let document = serde_json::json!({
-            "schema": diagnose::result::document::SCHEMA, "verdict": "bad_data", "reason": error.to_string(),
-        });
+        let reason = error.to_string();
+        let document = BadData { schema: diagnose::result::document::SCHEMA, verdict: "bad_data", reason };
+        let text = serde_json::to_string_pretty(&document).unwrap_or_default() + "\n";
         // the reason is printed in any case: a reader that has gone is no further failure
-        let _ = output::write_whole(std::path::Path::new("-"), format!("{document:#}\n").as_bytes());
+        let _ = output::write_whole(std::path::Path::new("-"), text.as_bytes());
     }
     error
 }

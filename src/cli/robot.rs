@@ -2,11 +2,12 @@
 
 use crate::cli::exit::{bad, no};
 use crate::error::{Error, Place, is_stdio, shown};
+use crate::gaps::file::NameAndHash;
 use crate::io::{input, output::Output};
 use crate::robot::plausible::{self, Finding};
 use crate::robot::{Convention, JointKind, Robot, table, urdf};
 use anyhow::Result;
-use serde_json::{Value, json};
+use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -110,7 +111,7 @@ fn check(args: CheckArgs) -> Result<()> {
         }
     }
     let text = if args.json {
-        format!("{:#}\n", document(&robot, &poses, &findings))
+        serde_json::to_string_pretty(&document(&robot, &poses, &findings)).unwrap_or_default() + "\n"
     } else {
         tables(&robot, &poses, &findings)
     };
@@ -240,21 +241,46 @@ fn tcp(robot: &Robot, q: &[f64]) -> ([f64; 3], [f64; 3]) {
     ((pose.position * 1e3).into(), [r, p, y].map(f64::to_degrees))
 }
 
-fn document(robot: &Robot, poses: &[(String, Vec<f64>)], findings: &[Finding]) -> Value {
-    let poses: Vec<Value> = poses
-        .iter()
-        .map(|(name, q)| {
-            let (xyz_mm, rpy_deg) = tcp(robot, q);
-            let joints: Vec<f64> = robot.axis_joints().zip(q).map(|(j, v)| j.kind.to_user_unit(*v)).collect();
-            json!({"pose": name, "joints": joints, "xyz_mm": xyz_mm, "rpy_deg": rpy_deg})
-        })
-        .collect();
-    let findings: Vec<Value> =
-        findings.iter().map(|f| json!({"fault": f.is_fault(), "finding": sentence(f)})).collect();
-    json!({
-        "schema": SCHEMA, "robot": {"name": robot.name, "sha256": robot.fingerprint()}, "axes": robot.axis_names(),
-        "reach_mm": plausible::reach_m(robot) * 1e3, "poses": poses, "findings": findings,
-    })
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Document<'a> {
+    schema: &'static str,
+    robot: NameAndHash,
+    axes: Vec<&'a str>,
+    reach_mm: f64,
+    poses: Vec<PoseFields<'a>>,
+    findings: Vec<FindingFields>,
+}
+
+/// The TCP at one pose.
+#[derive(Serialize)]
+struct PoseFields<'a> {
+    pose: &'a str,
+    joints: Vec<f64>,
+    xyz_mm: [f64; 3],
+    rpy_deg: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct FindingFields {
+    fault: bool,
+    finding: String,
+}
+
+fn document<'a>(robot: &'a Robot, poses: &'a [(String, Vec<f64>)], findings: &[Finding]) -> Document<'a> {
+    let pose = |(name, q): &'a (String, Vec<f64>)| {
+        let (xyz_mm, rpy_deg) = tcp(robot, q);
+        let joints = robot.axis_joints().zip(q).map(|(j, v)| j.kind.to_user_unit(*v)).collect();
+        PoseFields { pose: name, joints, xyz_mm, rpy_deg }
+    };
+    Document {
+        schema: SCHEMA,
+        robot: NameAndHash::of_robot(robot),
+        axes: robot.axis_names(),
+        reach_mm: plausible::reach_m(robot) * 1e3,
+        poses: poses.iter().map(pose).collect(),
+        findings: findings.iter().map(|f| FindingFields { fault: f.is_fault(), finding: sentence(f) }).collect(),
+    }
 }
 
 fn tables(robot: &Robot, poses: &[(String, Vec<f64>)], findings: &[Finding]) -> String {

@@ -4,6 +4,7 @@ use crate::cli::exit::bad;
 use crate::cli::{page, paths};
 use crate::effects::entry;
 use crate::error::{Place, counted, is_stdio, shown};
+use crate::gaps::file::NameAndHash;
 use crate::io::bag::TopicChoice;
 use crate::io::input;
 use crate::io::output::{self, Output};
@@ -207,20 +208,32 @@ fn options_of(args: &Args) -> Options {
     }
 }
 
-/// `simulate --json`: the log itself is in `--output`.
-fn summary(model: &Model, from: &page::simulate::From, args: &Args, written: &Written) -> serde_json::Value {
-    let effects: Vec<_> = model.effects.iter().map(|e| entry::write(e, &model.robot)).collect();
-    serde_json::json!({
-        "schema": "lostmotion/simulation/1",
-        "input": {"name": from.name, "sha256": from.sha256},
-        "output": shown(&args.output),
-        "robot": {"name": model.robot.name, "sha256": model.robot.fingerprint()},
-        "effects": effects,
-        "rows": written.rows,
-        "noise_um": args.noise_um.unwrap_or(0.0),
-        "seed": args.seed,
-        "notes": written.notes,
-    })
+/// What `--json` prints; the log itself is in `--output`.
+#[derive(serde::Serialize)]
+struct Summary<'a> {
+    schema: &'static str,
+    input: NameAndHash,
+    output: String,
+    robot: NameAndHash,
+    effects: Vec<serde_yaml::Value>,
+    rows: usize,
+    noise_um: f64,
+    seed: u64,
+    notes: &'a [String],
+}
+
+fn summary<'a>(model: &Model, from: &page::simulate::From, args: &Args, written: &'a Written) -> Summary<'a> {
+    Summary {
+        schema: "lostmotion/simulation/1",
+        input: NameAndHash { name: from.name.clone(), sha256: from.sha256.clone() },
+        output: shown(&args.output),
+        robot: NameAndHash::of_robot(&model.robot),
+        effects: model.effects.iter().map(|e| entry::write(e, &model.robot)).collect(),
+        rows: written.rows,
+        noise_um: args.noise_um.unwrap_or(0.0),
+        seed: args.seed,
+        notes: &written.notes,
+    }
 }
 
 /// Times of the program's points, with what a user should know about them.

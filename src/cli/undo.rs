@@ -67,6 +67,22 @@ fn companion(args: &Args, c: &Companion, name: &str, target: &Path) -> Result<(P
     Ok((to, bytes))
 }
 
+/// What `--json` prints.
+#[derive(serde::Serialize)]
+struct Undone<'a> {
+    schema: &'static str,
+    original: &'a str,
+    files: Vec<UndoneFile>,
+}
+
+/// A file that was written, as it was before the rewriting.
+#[derive(serde::Serialize)]
+struct UndoneFile {
+    output: String,
+    bytes: usize,
+    sha256: String,
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
     let note_file = note_path(&args.input);
@@ -107,9 +123,12 @@ pub fn run(args: Args) -> Result<()> {
         all.remove(note_file);
     }
     if args.json {
-        let file = |(path, bytes): &(PathBuf, Vec<u8>)| serde_json::json!({"output": shown(path), "bytes": bytes.len(), "sha256": input::sha256(bytes)});
-        let files: Vec<_> = files.iter().map(file).collect();
-        let document = serde_json::json!({"schema": "lostmotion/undone/1", "original": note.input, "files": files});
+        let files = files.iter().map(|(path, bytes)| UndoneFile {
+            output: shown(path),
+            bytes: bytes.len(),
+            sha256: input::sha256(bytes),
+        });
+        let document = Undone { schema: "lostmotion/undone/1", original: &note.input, files: files.collect() };
         let text = serde_json::to_string_pretty(&document).unwrap_or_default() + "\n";
         let mut document = Output::create(Path::new("-"))?;
         document.put(text.as_bytes())?;

@@ -5,9 +5,12 @@
 //! document without them is one of a single kind of test.
 
 use crate::effects::response::{MOST_SPIKES, MOST_WINDUPS, Response, Spike, Windup};
+use crate::gaps::document::keyed;
 use crate::gaps::file::{in_user_unit, number};
+use crate::io::keyed::Keyed;
 use crate::robot::{JointKind, Robot};
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use serde_json::Value;
 
 /// The joint estimate of a machine.
 #[derive(Debug, Clone, Default)]
@@ -76,56 +79,136 @@ pub struct LocalReversal {
 }
 
 /// Fields of a joint in the document.
-pub(super) fn write_joint(e: &JointEstimate, kind: JointKind, out: &mut Map<String, Value>) {
-    let unit = kind.unit();
-    let r = &e.response;
-    let used: Vec<(&Spike, &[f64; 2])> = r.spikes.iter().zip(&e.spikes_ci95).filter(|(s, _)| s.gain != 0.0).collect();
-    let mut response = Map::new();
-    response.insert(format!("presliding_{unit}"), number(kind.to_user_unit(r.presliding)));
-    response.insert("presliding_ci95".into(), in_user_unit(&e.presliding_ci95, kind));
-    // the sum of the parts as they are written, so that the document stays the same when it is read and written again
-    let halves = r.windups.iter().filter_map(|w| number(kind.to_user_unit(w.half)).as_f64());
-    response.insert(format!("windup_{unit}"), number(halves.sum()));
-    response.insert("windup_ci95".into(), in_user_unit(&e.windup_ci95, kind));
-    let wound = r.windups.iter().filter(|w| w.half != 0.0);
-    let windups = wound.map(|w| json!([number(kind.to_user_unit(w.half)), number(kind.to_user_unit(w.presliding))]));
-    response.insert("windups".into(), windups.collect());
-    let spikes = used.iter().map(|(s, _)| json!([number(kind.to_user_unit(s.gain)), number(s.decay_s)]));
-    response.insert("spikes".into(), spikes.collect());
-    response.insert("spikes_ci95".into(), used.iter().map(|(_, ci)| in_user_unit(*ci, kind)).collect());
-    out.insert("response".into(), Value::Object(response));
-    out.insert("scatter".into(), number(e.scatter));
-    let t = &e.trust;
-    out.insert(
-        "trust".into(),
-        json!({"compensate": t.compensate, "before_um": number(t.before_m * 1e6), "after_um": number(t.after_m * 1e6),
-               "reversals": t.reversals, "reason": t.reason}),
-    );
+#[derive(Serialize)]
+pub(super) struct JointFields<'a> {
+    response: ResponseFields,
+    scatter: Value,
+    trust: TrustFields<'a>,
+}
+
+#[derive(Serialize)]
+struct ResponseFields {
+    #[serde(flatten)]
+    presliding: Keyed<Value>,
+    presliding_ci95: Value,
+    #[serde(flatten)]
+    windup: Keyed<Value>,
+    windup_ci95: Value,
+    windups: Vec<[Value; 2]>,
+    spikes: Vec<[Value; 2]>,
+    spikes_ci95: Vec<Value>,
+}
+
+#[derive(Serialize)]
+struct TrustFields<'a> {
+    compensate: bool,
+    before_um: Value,
+    after_um: Value,
+    reversals: usize,
+    reason: &'a str,
+}
+
+impl<'a> JointFields<'a> {
+    pub(super) fn new(e: &'a JointEstimate, kind: JointKind) -> Self {
+        let t = &e.trust;
+        Self {
+            response: ResponseFields::new(e, kind),
+            scatter: number(e.scatter),
+            trust: TrustFields {
+                compensate: t.compensate,
+                before_um: number(t.before_m * 1e6),
+                after_um: number(t.after_m * 1e6),
+                reversals: t.reversals,
+                reason: &t.reason,
+            },
+        }
+    }
+}
+
+impl ResponseFields {
+    fn new(e: &JointEstimate, kind: JointKind) -> Self {
+        let r = &e.response;
+        let used: Vec<(&Spike, &[f64; 2])> =
+            r.spikes.iter().zip(&e.spikes_ci95).filter(|(s, _)| s.gain != 0.0).collect();
+        // the sum of the parts as they are written, so that the document stays the same when it is read and written again
+        let halves = r.windups.iter().filter_map(|w| number(kind.to_user_unit(w.half)).as_f64());
+        let wound = r.windups.iter().filter(|w| w.half != 0.0);
+        Self {
+            presliding: keyed("presliding", r.presliding, kind),
+            presliding_ci95: in_user_unit(&e.presliding_ci95, kind),
+            windup: Keyed::new("windup", kind.unit(), number(halves.sum())),
+            windup_ci95: in_user_unit(&e.windup_ci95, kind),
+            windups: wound.map(|w| [w.half, w.presliding].map(|v| number(kind.to_user_unit(v)))).collect(),
+            spikes: used.iter().map(|(s, _)| [number(kind.to_user_unit(s.gain)), number(s.decay_s)]).collect(),
+            spikes_ci95: used.iter().map(|(_, ci)| in_user_unit(*ci, kind)).collect(),
+        }
+    }
 }
 
 /// Fields at the top of the document.
-pub(super) fn write_top(e: &Estimate, robot: &Robot, out: &mut Map<String, Value>) {
-    let reversals = e.reversals.iter().map(|r| {
-        let joint = robot.axis(r.axis);
-        let mut m = Map::new();
-        m.insert("joint".into(), joint.name.clone().into());
-        m.insert("log".into(), r.log.clone().into());
-        m.insert("t_s".into(), number((r.t_s * 1e3).round() / 1e3));
-        m.insert(format!("at_{}", joint.kind.unit()), number((joint.kind.to_user_unit(r.at) * 1e4).round() / 1e4));
-        m.insert("ratio".into(), number((r.ratio * 1e4).round() / 1e4));
-        m.insert("sigma".into(), number((r.sigma * 1e4).round() / 1e4));
-        m.insert("outlying".into(), r.outlying.into());
-        Value::Object(m)
-    });
-    let predicted = e.predicted.iter().map(
-        |(log, before, after)| json!({"log": log, "before_um": number(before * 1e6), "after_um": number(after * 1e6)}),
-    );
-    out.insert("predicted".into(), predicted.collect());
-    out.insert("reversals".into(), reversals.collect());
-    if let Some((names, matrix)) = &e.covariance {
+#[derive(Serialize)]
+pub(super) struct TopFields<'a> {
+    predicted: Vec<PredictedFields<'a>>,
+    reversals: Vec<ReversalFields<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    covariance: Option<CovarianceFields<'a>>,
+}
+
+#[derive(Serialize)]
+struct PredictedFields<'a> {
+    log: &'a str,
+    before_um: Value,
+    after_um: Value,
+}
+
+#[derive(Serialize)]
+struct ReversalFields<'a> {
+    joint: &'a str,
+    log: &'a str,
+    t_s: Value,
+    #[serde(flatten)]
+    at: Keyed<Value>,
+    ratio: Value,
+    sigma: Value,
+    outlying: bool,
+}
+
+#[derive(Serialize)]
+struct CovarianceFields<'a> {
+    parameters: &'a [String],
+    matrix: Vec<Vec<Value>>,
+}
+
+impl<'a> TopFields<'a> {
+    pub(super) fn new(e: &'a Estimate, robot: &'a Robot) -> Self {
+        let four = |v: f64| number((v * 1e4).round() / 1e4);
+        let reversal = |r: &'a LocalReversal| {
+            let joint = robot.axis(r.axis);
+            ReversalFields {
+                joint: &joint.name,
+                log: &r.log,
+                t_s: number((r.t_s * 1e3).round() / 1e3),
+                at: Keyed::new("at", joint.kind.unit(), four(joint.kind.to_user_unit(r.at))),
+                ratio: four(r.ratio),
+                sigma: four(r.sigma),
+                outlying: r.outlying,
+            }
+        };
+        let um = |m: f64| number(m * 1e6);
+        let predicted = |(log, before, after): &'a (String, f64, f64)| PredictedFields {
+            log,
+            before_um: um(*before),
+            after_um: um(*after),
+        };
         let short = |v: &f64| number(format!("{v:.4e}").parse().unwrap_or(*v));
-        let rows: Value = matrix.iter().map(|row| row.iter().map(short).collect::<Value>()).collect();
-        out.insert("covariance".into(), json!({"parameters": names, "matrix": rows}));
+        Self {
+            predicted: e.predicted.iter().map(predicted).collect(),
+            reversals: e.reversals.iter().map(reversal).collect(),
+            covariance: e.covariance.as_ref().map(|(parameters, matrix)| CovarianceFields {
+                parameters,
+                matrix: matrix.iter().map(|row| row.iter().map(short).collect()).collect(),
+            }),
+        }
     }
 }
 

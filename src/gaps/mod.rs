@@ -2,11 +2,12 @@
 //! `lostmotion/gaps/1`; written by `identify`, read by `fit`.
 //!
 //! [`estimate`] holds what a joint estimate over all logs of a machine adds; [`after_reversal`] its curve over time.
-//! Values are SI (rad or m, s); [`mod@file`] turns them into the document's units, [`read`] back.
+//! Values are SI (rad or m, s); [`document`] turns them into the document's units, [`mod@file`] into text, [`read`] back.
 
 #![warn(missing_docs)]
 
 pub mod after_reversal;
+pub mod document;
 pub mod estimate;
 pub mod file;
 pub mod read;

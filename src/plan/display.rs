@@ -106,15 +106,10 @@ pub fn sentence(plan: &Plan) -> String {
         Verdict::Inseparable => "No motion separates them, with no channel that a log can hold. No program.".into(),
         Verdict::Observable => format!("Run \"{motion}\": every effect that can be seen is seen at its typical size."),
         Verdict::PartlyObservable => {
-            let worst = best.and_then(|b| b.detectable.iter().find(|d| d["ratio"].as_f64().is_some_and(|r| r > 0.0)));
-            let text = |key: &str| worst.and_then(|w| w[key].as_str()).unwrap_or_default().to_string();
-            let ratio = worst.and_then(|w| w["ratio"].as_f64()).unwrap_or(0.0);
-            format!(
-                "Run \"{motion}\"; {} {} is seen worst, from {} times its typical size.",
-                text("effect"),
-                text("target"),
-                short(1.0 / ratio.max(1e-12))
-            )
+            let worst = best.and_then(|b| b.detectable.iter().find(|d| d.ratio.is_finite() && d.ratio > 0.0));
+            let (effect, target, ratio) = worst.map_or(("", "", 0.0), |w| (w.effect, w.target.as_str(), w.ratio));
+            let from = short(1.0 / f64::max(ratio, 1e-12));
+            format!("Run \"{motion}\"; {effect} {target} is seen worst, from {from} times its typical size.")
         }
         Verdict::NothingToDecide => "Nothing to decide. No program.".into(),
     }

@@ -11,7 +11,7 @@ use crate::effects::{EffectInstance, entry};
 use crate::log::write;
 use crate::robot::Robot;
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 pub const SCHEMA: &str = "lostmotion/plan/1";
 
@@ -97,7 +97,18 @@ pub struct Entry {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub worst_ratio: Option<f64>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub detectable: Vec<Value>,
+    pub detectable: Vec<DetectableShown>,
+}
+
+/// How small an effect a motion shows.
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
+pub struct DetectableShown {
+    pub effect: &'static str,
+    pub target: String,
+    /// Typical size over the smallest detectable size.
+    pub ratio: f64,
+    /// The effect at its smallest detectable size, as a model file has it; null where no size shows.
+    pub detectable_from: Option<Value>,
 }
 
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
@@ -157,7 +168,7 @@ fn effect(placed: &EffectInstance, robot: &Robot) -> Value {
     if let Value::Object(map) = &mut value {
         for v in map.values_mut() {
             if let Some(x) = v.as_f64() {
-                *v = json!(digits(x));
+                *v = digits(x).into();
             }
         }
     }
@@ -324,9 +335,11 @@ pub fn of_catalogue<'a>(answer: &'a [Shown], bench: &Experiment) -> (Plan, Optio
         seen.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
         entry.detectable = seen
             .iter()
-            .map(|x| {
-                let from = x.detectable.as_ref().map(|p| effect(p, robot));
-                json!({"effect": x.effect, "target": x.target, "ratio": digits(x.ratio), "detectable_from": from})
+            .map(|x| DetectableShown {
+                effect: x.effect,
+                target: x.target.clone(),
+                ratio: digits(x.ratio),
+                detectable_from: x.detectable.as_ref().map(|p| effect(p, robot)),
             })
             .collect();
         entry

@@ -8,6 +8,8 @@
 
 #![warn(missing_docs)]
 
+mod shape;
+
 use crate::assess::{
     bidirectional::document as bidirectional, circle::document as circle, deadzone, program::document as program,
 };
@@ -19,7 +21,9 @@ use crate::robot::file::RobotFile;
 use crate::robot::frames;
 use crate::track::document as track;
 use crate::{compensator, gaps, join, learn, log::columns, model, robot};
-use serde_json::{Value, json};
+use indexmap::IndexMap;
+use serde_json::Value;
+use shape::{Shape, list, number, object, one_of, open, text, union};
 
 /// First line of a robot file that is written for a user: editors complete and check by it, once `lostmotion schema robot --output
 /// robot.schema.json` has put the schema beside the file.
@@ -52,16 +56,16 @@ pub fn of(name: &str) -> Option<Value> {
     let (schema, mut body) = match name {
         "bidirectional" => (bidirectional::SCHEMA, written::<bidirectional::Document>()),
         "circle" => (circle::SCHEMA, written::<circle::Document>()),
-        "columns" => (columns::SCHEMA, column_map()),
-        "compensator" => (compensator::file::SCHEMA, compensator()),
+        "columns" => (columns::SCHEMA, column_map().value()),
+        "compensator" => (compensator::file::SCHEMA, compensator().value()),
         "deadzone" => (deadzone::SCHEMA, written::<deadzone::Document>()),
         "diagnosis" => (diagnosis::SCHEMA, written::<diagnosis::Diagnosis>()),
         "frames" => (frames::SCHEMA, derived::<frames::FramesFile>()),
-        "gaps" => (gaps::file::SCHEMA, gaps()),
+        "gaps" => (gaps::file::SCHEMA, gaps().value()),
         "join" => (join::SCHEMA, derived::<join::Report>()),
         "kinematics" => (learn::file::SCHEMA, derived::<learn::file::KinematicsFile>()),
         "learning" => (learn::document::SCHEMA, written::<learn::document::Learning>()),
-        "model" => (model::SCHEMA, model()),
+        "model" => (model::SCHEMA, model().value()),
         "plan" => (plan::SCHEMA, written::<plan::Plan>()),
         "program-assessment" => (program::SCHEMA, written::<program::Document>()),
         "rewrite" => (summary::SCHEMA, written::<summary::Document>()),
@@ -70,12 +74,12 @@ pub fn of(name: &str) -> Option<Value> {
         "tracking" => (track::SCHEMA, written::<track::Tracking>()),
         _ => return None,
     };
-    body["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
-    body["title"] = json!(schema);
-    body["properties"]["schema"] = json!({"const": schema});
+    body["$schema"] = "https://json-schema.org/draft/2020-12/schema".into();
+    body["title"] = schema.into();
+    body["properties"]["schema"] = Shape::constant(schema).value();
     if name == "robot" {
-        body["$defs"]["JointFile"]["properties"]["kind"] = json!({"enum": ["revolute", "prismatic"]});
-        body["properties"]["convention"] = json!({"enum": ["dh-standard", "dh-modified"]});
+        body["$defs"]["JointFile"]["properties"]["kind"] = one_of(["revolute", "prismatic"]).value();
+        body["properties"]["convention"] = one_of(["dh-standard", "dh-modified"]).value();
     }
     Some(body)
 }
@@ -91,101 +95,91 @@ fn written<T: schemars::JsonSchema>() -> Value {
 }
 
 /// A frame: fixed-axis X, then Y, then Z.
-fn frame() -> Value {
-    let three = json!({"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3});
-    json!({"type": "object", "properties": {"xyz_mm": three, "rpy_deg": three}})
+fn frame() -> Shape {
+    let three = || list(number()).of_length(3);
+    open([("xyz_mm", three()), ("rpy_deg", three())])
 }
 
-fn model() -> Value {
-    let mut keys = serde_json::Map::new();
+fn model() -> Shape {
+    let mut keys: IndexMap<String, Shape> = IndexMap::new();
     for effect in catalogue::ALL {
         // a parameter may have several keys: `decay_s or decay_deg`
         let all = effect.parameters.iter().flat_map(|(names, meaning)| {
             names.split(", ").flat_map(|n| n.split(" or ")).map(move |key| (key.trim(), meaning))
         });
         for (key, meaning) in all {
-            let unit = |to: &str| key.replace("_deg", to);
-            for key in [key.to_string(), unit("_mm")] {
-                keys.entry(key).or_insert_with(|| json!({"description": format!("{}: {meaning}", effect.name)}));
+            for key in [key.to_string(), key.replace("_deg", "_mm")] {
+                let described = || Shape::default().described(format!("{}: {meaning}", effect.name));
+                keys.entry(key).or_insert_with(described);
             }
         }
     }
-    let names: Vec<&str> = catalogue::ALL.iter().map(|e| e.name).collect();
-    keys.insert("effect".into(), json!({"enum": names}));
-    keys.insert("joint".into(), json!({"type": "string"}));
-    keys.insert("target".into(), json!({"type": "string"}));
-    json!({
-        "type": "object", "required": ["schema", "robot"], "additionalProperties": false,
-        "properties": {
-            "robot": {"description": "path relative to this file, or the robot inline", "anyOf": [{"type": "string"}, {"type": "object"}]},
-            "registration": frame(),
-            "initial_gap_side": {"type": "object"},
-            "preload": {"type": "object"},
-            "effects": {"type": "array", "items": {
-                "type": "object", "required": ["effect"], "additionalProperties": false, "properties": keys,
-            }},
-        },
-    })
+    keys.insert("effect".into(), one_of(catalogue::ALL.iter().map(|e| e.name)));
+    keys.insert("joint".into(), text());
+    keys.insert("target".into(), text());
+    let robot = union([text(), Shape::any_object()]).described("path relative to this file, or the robot inline");
+    object([
+        ("robot", robot),
+        ("registration", frame()),
+        ("initial_gap_side", Shape::any_object()),
+        ("preload", Shape::any_object()),
+        ("effects", list(object(keys).requires(&["effect"]))),
+    ])
+    .requires(&["schema", "robot"])
 }
 
-fn schedule() -> Value {
-    json!({"type": "object", "required": ["kind"], "properties": {
-        "kind": {"enum": ["constant", "pchip", "polynomial"]},
-        "knots": {"type": "array", "items": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}},
-        "coefficients": {"type": "array", "items": {"type": "number"}},
-    }})
+fn schedule() -> Shape {
+    open([
+        ("kind", one_of(["constant", "pchip", "polynomial"])),
+        ("knots", list(list(number()).of_length(2))),
+        ("coefficients", list(number())),
+    ])
+    .requires(&["kind"])
 }
 
-fn robot_reference() -> Value {
-    json!({"type": "object", "required": ["sha256"], "properties": {"name": {"type": "string"}, "sha256": {"type": "string"}}})
+fn robot_reference() -> Shape {
+    open([("name", text()), ("sha256", text())]).requires(&["sha256"])
 }
 
-fn compensator() -> Value {
-    let number = json!({"type": "number"});
-    let backlash = json!({"type": "object", "additionalProperties": false, "properties": {
-        "half_gap_deg": number, "half_gap_mm": number, "positive_deg": number, "positive_mm": number,
-        "negative_deg": number, "negative_mm": number, "schedule": schedule(),
-    }});
-    json!({
-        "type": "object", "required": ["schema", "robot", "joints"], "additionalProperties": false,
-        "properties": {
-            "robot": robot_reference(),
-            "valid_until": {"description": "YYYY-MM-DD", "type": "string"},
-            "joints": {"type": "object", "additionalProperties": {
-                "type": "object", "properties": {"backlash": backlash, "friction": {"type": "object"}},
-            }},
-            "evidence": {},
-        },
-    })
+fn compensator() -> Shape {
+    let sizes = ["half_gap_deg", "half_gap_mm", "positive_deg", "positive_mm", "negative_deg", "negative_mm"];
+    let backlash = object(sizes.map(|key| (key, number())).into_iter().chain([("schedule", schedule())]));
+    let joint = open([("backlash", backlash), ("friction", Shape::any_object())]);
+    object([
+        ("robot", robot_reference()),
+        ("valid_until", text().described("YYYY-MM-DD")),
+        ("joints", Shape::map_of(joint)),
+        ("evidence", Shape::default()),
+    ])
+    .requires(&["schema", "robot", "joints"])
 }
 
-fn column_map() -> Value {
-    let units: Vec<&str> = columns::unit_names().collect();
-    let missing = json!({"description": "what the file writes for a reading that failed"});
-    let entry = json!({"type": "object", "required": ["to"], "additionalProperties": false, "properties": {
-        "to": {"type": "string"}, "unit": {"enum": units}, "sign": {"enum": [1, -1]}, "scale": {"type": "number"}, "missing": missing,
-    }});
-    json!({
-        "type": "object", "required": ["schema"], "additionalProperties": false,
-        "properties": {
-            "separator": {"enum": [",", ";", "|", " ", "tab", "\t", "any"]},
-            "decimal": {"enum": [".", ",", "any"]},
-            "partial": {"type": "boolean"},
-            "topic": {"type": "string"},
-            "columns": {"type": "object", "additionalProperties": {"anyOf": [{"type": "string"}, entry]}},
-        },
-    })
+fn column_map() -> Shape {
+    let entry = object([
+        ("to", text()),
+        ("unit", one_of(columns::unit_names())),
+        ("sign", one_of([1, -1])),
+        ("scale", number()),
+        ("missing", Shape::default().described("what the file writes for a reading that failed")),
+    ])
+    .requires(&["to"]);
+    object([
+        ("separator", one_of([",", ";", "|", " ", "tab", "\t", "any"])),
+        ("decimal", one_of([".", ",", "any"])),
+        ("partial", Shape::typed("boolean")),
+        ("topic", text()),
+        ("columns", Shape::map_of(union([text(), entry]))),
+    ])
+    .requires(&["schema"])
 }
 
-fn gaps() -> Value {
-    let joint = json!({"type": "object", "required": ["joint"], "properties": {"joint": {"type": "string"}}});
-    json!({
-        "type": "object", "required": ["schema", "robot", "joints"],
-        "properties": {
-            "robot": robot_reference(),
-            "registration": {"anyOf": [frame(), {"type": "null"}]},
-            "points": {"type": "array", "items": joint},
-            "joints": {"type": "array", "items": joint},
-        },
-    })
+fn gaps() -> Shape {
+    let joint = || open([("joint", text())]).requires(&["joint"]);
+    open([
+        ("robot", robot_reference()),
+        ("registration", union([frame(), Shape::typed("null")])),
+        ("points", list(joint())),
+        ("joints", list(joint())),
+    ])
+    .requires(&["schema", "robot", "joints"])
 }

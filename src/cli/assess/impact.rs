@@ -6,12 +6,14 @@ use crate::cli::exit::bad;
 use crate::cli::{page, paths};
 use crate::effects::GapCurve;
 use crate::error::Place;
+use crate::gaps::file::NameAndHash;
+use crate::io::keyed::Keyed;
 use crate::io::output;
 use crate::model::Model;
 use crate::program::Program;
 use crate::robot::{Joint, Robot};
 use anyhow::Result;
-use serde_json::{Map, Value, json};
+use serde::Serialize;
 use std::path::PathBuf;
 
 pub const SCHEMA: &str = "lostmotion/impact/1";
@@ -98,7 +100,7 @@ pub fn run(args: Args) -> Result<()> {
             page::write(&mut report, || page::impact::of_program(&robot, &joints))?;
             output::commit([report])?;
             if args.json {
-                print_json(&program_json(&robot, &program, &joints))
+                print_json(&program_document(&robot, &program, &joints))
             } else {
                 print(&program_table(&robot, &program, &joints))
             }
@@ -113,7 +115,7 @@ pub fn run(args: Args) -> Result<()> {
             }
             page::write(&mut report, || page::impact::of_poses(&robot, &rows))?;
             output::commit([report])?;
-            if args.json { print_json(&pose_json(&robot, &rows)) } else { print(&pose_table(&robot, &rows)) }
+            if args.json { print_json(&pose_document(&robot, &rows)) } else { print(&pose_table(&robot, &rows)) }
         }
     }
 }
@@ -221,21 +223,63 @@ fn um(m: f64) -> f64 {
     (m * 1e9).round() / 1e3
 }
 
-fn pose_json(robot: &Robot, rows: &[PoseRow]) -> Value {
-    let joints: Vec<Value> = rows
-        .iter()
-        .map(|(axis, gap, q, m)| {
-            let joint = robot.axis(*axis);
-            let mut one = Map::new();
-            one.insert("joint".into(), joint.name.clone().into());
-            one.insert("tcp_um".into(), um(*m).into());
-            one.insert("between_directions_um".into(), um(2.0 * m).into());
-            one.insert(format!("half_gap_{}", joint.kind.unit()), edge(joint, *gap).into());
-            one.insert("pose".into(), robot.axis_joints().zip(*q).map(|(j, v)| edge(j, *v)).collect::<Vec<_>>().into());
-            Value::Object(one)
-        })
-        .collect();
-    json!({"schema": SCHEMA, "robot": {"name": robot.name, "sha256": robot.fingerprint()}, "joints": joints})
+/// What `--json` prints: at poses, or over a program.
+#[derive(Serialize)]
+struct Document<'a, J> {
+    schema: &'static str,
+    robot: NameAndHash,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    program: Option<ProgramFields<'a>>,
+    joints: Vec<J>,
+}
+
+#[derive(Serialize)]
+struct ProgramFields<'a> {
+    name: &'a str,
+    points: usize,
+}
+
+/// What the gap of a joint does at one pose.
+#[derive(Serialize)]
+struct AtPose<'a> {
+    joint: &'a str,
+    tcp_um: f64,
+    between_directions_um: f64,
+    #[serde(flatten)]
+    half_gap: Keyed<f64>,
+    pose: Vec<f64>,
+}
+
+/// What the gap of a joint does over a program.
+#[derive(Serialize)]
+struct OverProgram<'a> {
+    joint: &'a str,
+    tcp_um: f64,
+    line: Option<u64>,
+    #[serde(flatten)]
+    half_gap: Keyed<f64>,
+    rms_um: f64,
+    reversals: usize,
+    at_reversals_um: Option<f64>,
+    share: f64,
+}
+
+fn half_gap(joint: &Joint, si: f64) -> Keyed<f64> {
+    Keyed::new("half_gap", joint.kind.unit(), edge(joint, si))
+}
+
+fn pose_document<'a>(robot: &'a Robot, rows: &[PoseRow]) -> Document<'a, AtPose<'a>> {
+    let joints = rows.iter().map(|(axis, gap, q, m)| {
+        let joint = robot.axis(*axis);
+        AtPose {
+            joint: &joint.name,
+            tcp_um: um(*m),
+            between_directions_um: um(2.0 * m),
+            half_gap: half_gap(joint, *gap),
+            pose: robot.axis_joints().zip(*q).map(|(j, v)| edge(j, *v)).collect(),
+        }
+    });
+    Document { schema: SCHEMA, robot: NameAndHash::of_robot(robot), program: None, joints: joints.collect() }
 }
 
 fn pose_table(robot: &Robot, rows: &[PoseRow]) -> String {
@@ -254,29 +298,30 @@ fn pose_table(robot: &Robot, rows: &[PoseRow]) -> String {
     format!("{t}\n")
 }
 
-fn program_json(robot: &Robot, program: &Program, joints: &[JointImpact]) -> Value {
-    let joints: Vec<Value> = joints
-        .iter()
-        .map(|j| {
-            let joint = robot.axis(j.axis);
-            let mut one = Map::new();
-            one.insert("joint".into(), joint.name.clone().into());
-            one.insert("tcp_um".into(), um(j.largest_m).into());
-            one.insert("line".into(), j.largest_line.into());
-            one.insert(format!("half_gap_{}", joint.kind.unit()), edge(joint, j.half_gap).into());
-            one.insert("rms_um".into(), um(j.rms_m).into());
-            one.insert("reversals".into(), j.reversals.into());
-            one.insert("at_reversals_um".into(), j.at_reversals_m.map_or(Value::Null, |m| um(m).into()));
-            one.insert("share".into(), ((j.share * 1e4).round() / 1e4).into());
-            Value::Object(one)
-        })
-        .collect();
-    json!({
-        "schema": SCHEMA,
-        "robot": {"name": robot.name, "sha256": robot.fingerprint()},
-        "program": {"name": program.name, "points": program.len()},
-        "joints": joints,
-    })
+fn program_document<'a>(
+    robot: &'a Robot,
+    program: &'a Program,
+    joints: &[JointImpact],
+) -> Document<'a, OverProgram<'a>> {
+    let joints = joints.iter().map(|j| {
+        let joint = robot.axis(j.axis);
+        OverProgram {
+            joint: &joint.name,
+            tcp_um: um(j.largest_m),
+            line: j.largest_line,
+            half_gap: half_gap(joint, j.half_gap),
+            rms_um: um(j.rms_m),
+            reversals: j.reversals,
+            at_reversals_um: j.at_reversals_m.map(um),
+            share: (j.share * 1e4).round() / 1e4,
+        }
+    });
+    Document {
+        schema: SCHEMA,
+        robot: NameAndHash::of_robot(robot),
+        program: Some(ProgramFields { name: &program.name, points: program.len() }),
+        joints: joints.collect(),
+    }
 }
 
 fn program_table(robot: &Robot, program: &Program, joints: &[JointImpact]) -> String {

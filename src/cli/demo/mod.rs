@@ -251,23 +251,37 @@ fn table(robot: &Robot, shown: &[Shown], nominal: Option<&crate::assess::circle:
     format!("{t}\n")
 }
 
-fn document(shown: &[Shown]) -> serde_json::Value {
+/// What `--json` prints.
+#[derive(serde::Serialize)]
+struct Document {
+    schema: &'static str,
+    runs: Vec<RunFields>,
+}
+
+#[derive(serde::Serialize)]
+struct RunFields {
+    name: &'static str,
+    points: usize,
+    total_um: Vec<Option<f64>>,
+    largest_um: f64,
+    in_plane_max_um: f64,
+    out_of_plane_max_um: f64,
+    mean_reduction: Option<f64>,
+}
+
+fn document(shown: &[Shown]) -> Document {
     let um = |v: f64| (v * 1e7).round() / 10.0;
-    let runs: Vec<serde_json::Value> = shown
-        .iter()
-        .map(|s| {
-            let totals: Vec<Option<f64>> = s.measured.reversals.iter().map(|r| r.total_m.map(um)).collect();
-            let reduction = shown.first().and_then(|f| page::circle::mean_reduction(&f.measured, &s.measured));
-            serde_json::json!({
-                "name": s.name,
-                "points": s.points,
-                "total_um": totals,
-                "largest_um": um(page::circle::largest_um(&s.measured) * 1e-6),
-                "in_plane_max_um": um(s.measured.in_plane_max_m),
-                "out_of_plane_max_um": um(s.measured.out_of_plane_max_m),
-                "mean_reduction": reduction.map(|r| (r * 1e4).round() / 1e4),
-            })
-        })
-        .collect();
-    serde_json::json!({"schema": "lostmotion/demo/1", "runs": runs})
+    let run = |s: &Shown| {
+        let reduction = shown.first().and_then(|f| page::circle::mean_reduction(&f.measured, &s.measured));
+        RunFields {
+            name: s.name,
+            points: s.points,
+            total_um: s.measured.reversals.iter().map(|r| r.total_m.map(um)).collect(),
+            largest_um: um(page::circle::largest_um(&s.measured) * 1e-6),
+            in_plane_max_um: um(s.measured.in_plane_max_m),
+            out_of_plane_max_um: um(s.measured.out_of_plane_max_m),
+            mean_reduction: reduction.map(|r| (r * 1e4).round() / 1e4),
+        }
+    };
+    Document { schema: "lostmotion/demo/1", runs: shown.iter().map(run).collect() }
 }

@@ -5,8 +5,9 @@ use crate::cli::exit::bad;
 use crate::cli::progress::during;
 use crate::cli::{logs, page};
 use crate::error::Place;
-use crate::gaps::file::number;
+use crate::gaps::file::{self, number};
 use crate::identify::deadzone::{self, Options, display, document};
+use crate::io::keyed::Keyed;
 use crate::robot::{JointKind, Robot};
 use anyhow::Result;
 use std::path::PathBuf;
@@ -61,6 +62,14 @@ pub struct Args {
     pub result: ResultArgs,
 }
 
+/// What algorithm 1 exactly as printed finds on a joint.
+#[derive(serde::Serialize)]
+struct AsPrinted {
+    deadzones: usize,
+    #[serde(flatten)]
+    mean: Keyed<Option<serde_json::Value>>,
+}
+
 /// Runs the command.
 pub fn run(args: Args) -> Result<()> {
     let opened = args.result.open(&args.input, &[("--robot", Some(args.robot.as_path()))])?;
@@ -78,8 +87,8 @@ pub fn run(args: Args) -> Result<()> {
             let kind = robot.axis(*sweeps).kind;
             let (n, unit) = (sizes.len(), kind.unit());
             let mean = (n > 0).then(|| kind.to_user_unit(sizes.iter().sum::<f64>() / n as f64));
-            doc["joints"][i]["as_printed"] =
-                serde_json::json!({"deadzones": n, format!("mean_deadzone_{unit}"): mean.map(number)});
+            let fields = AsPrinted { deadzones: n, mean: Keyed::new("mean_deadzone", unit, mean.map(number)) };
+            doc["joints"][i]["as_printed"] = file::value(&fields)?;
             let mean = mean.map_or(String::new(), |m| format!(", mean size {m:.5} {unit}"));
             as_printed += &format!("algorithm 1 as printed, {}: {n} deadzones{mean}\n", robot.axis(*sweeps).name);
         }

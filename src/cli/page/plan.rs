@@ -1,7 +1,7 @@
 //! Page of `plan-experiment`: the motion that decides, what else was tried, and what each would show.
 
 use crate::plan::display::sentence;
-use crate::plan::document::{Entry, Plan, QuestionKind, Verdict};
+use crate::plan::document::{DetectableShown, Entry, Plan, QuestionKind, Verdict};
 use crate::plan::motions::Motion;
 use crate::plan::path::Envelope;
 use crate::report::{JointTraces, Method, Page, Role, Run, TableView, Tile, Tone, TracePanel, TraceRun, TracesView};
@@ -133,14 +133,9 @@ fn motions(page: &mut Page, plan: &Plan) {
 }
 
 fn detectable(entry: &Entry) -> TableView {
-    let text = |v: &Value, key: &str| v[key].as_str().unwrap_or("–").to_string();
-    let row = |d: &Value| {
-        vec![
-            text(d, "effect"),
-            text(d, "target"),
-            d["ratio"].as_f64().map_or("–".into(), number),
-            if d["detectable_from"].is_object() { parameters(&d["detectable_from"]) } else { "–".into() },
-        ]
+    let row = |d: &DetectableShown| {
+        let ratio = if d.ratio.is_finite() { number(d.ratio) } else { "–".into() };
+        vec![d.effect.into(), d.target.clone(), ratio, d.detectable_from.as_ref().map_or("–".into(), parameters)]
     };
     let headings =
         [("effect", false), ("target", false), ("typical over detectable size", true), ("detectable from", false)];

@@ -65,8 +65,8 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
     }
     lines.extend(unreadable);
     summarise(&mut summary, &lines)?;
-    let json = serde_json::json!({"schema": "lostmotion/rewrite-batch/1", "programs": lines});
-    let json = args.json.then(|| printed(&json)).transpose()?;
+    let document = Batch { schema: "lostmotion/rewrite-batch/1", programs: &lines };
+    let json = args.json.then(|| printed(&document)).transpose()?;
     page::write(&mut report, || {
         let what = match results {
             Results::Folder(_) => "rewritten",
@@ -80,6 +80,13 @@ pub(super) fn run(args: &Args, mut job: Job) -> Result<Finished> {
         Results::Check(golden) => conclude_check(args, golden, &programs, &lines),
         _ => conclude(args, &lines),
     }
+}
+
+/// What `--json` prints of a folder.
+#[derive(serde::Serialize)]
+struct Batch<'a> {
+    schema: &'static str,
+    programs: &'a [Line],
 }
 
 /// Where the results go, or what they are compared with.

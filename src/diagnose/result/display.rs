@@ -4,7 +4,6 @@ use crate::diagnose::result::document::{Diagnosis, Round, of_motion};
 use crate::diagnose::result::words::{self, GapUnit};
 use crate::diagnose::verdict::Verdict;
 use crate::effects::backlash;
-use serde_json::Value;
 use std::fmt::Write;
 
 /// Columns of a line.
@@ -164,12 +163,14 @@ pub fn sentence(d: &Diagnosis) -> String {
 /// Joints on which nothing that shows in motion could be seen: they rest.
 fn resting(d: &Diagnosis) -> Vec<String> {
     let unseen = |effect: &str, target: &str| {
-        d.blind_spots.iter().any(|s| s["effect"] == effect && s["target"] == target && s["detectable_from"].is_null())
+        d.blind_spots.iter().any(|s| s.effect == effect && s.target == target && s.detectable_from.is_none())
     };
     let of_motion = of_motion();
     let mut targets: Vec<&str> = Vec::new();
-    for spot in d.blind_spots.iter().filter(|s| of_motion.iter().any(|e| s["effect"] == *e)) {
-        targets.extend(spot["target"].as_str().filter(|t| !targets.contains(t)));
+    for spot in d.blind_spots.iter().filter(|s| of_motion.contains(&s.effect)) {
+        if !targets.contains(&spot.target.as_str()) {
+            targets.push(&spot.target);
+        }
     }
     targets.into_iter().filter(|t| of_motion.iter().all(|e| unseen(e, t))).map(String::from).collect()
 }
@@ -178,19 +179,18 @@ fn resting(d: &Diagnosis) -> Vec<String> {
 pub fn blind(d: &Diagnosis) -> Option<String> {
     const NAMED: usize = 6;
     let resting = resting(d);
-    let mut hidden: Vec<(String, Vec<String>)> = Vec::new();
+    let mut hidden: Vec<(&str, Vec<String>)> = Vec::new();
     let mut weakest: Option<(f64, String)> = None;
     for spot in &d.blind_spots {
-        let text = |k: &str| spot.get(k).and_then(Value::as_str).unwrap_or("").to_string();
-        let (effect, target) = (text("effect"), text("target"));
-        match spot.get("detectable_from").and_then(Value::as_object) {
-            None if resting.contains(&target) && of_motion().contains(&effect.as_str()) => {}
+        let (effect, target) = (spot.effect, spot.target.clone());
+        match &spot.detectable_from {
+            None if resting.contains(&target) && of_motion().contains(&effect) => {}
             None => match hidden.iter_mut().find(|h| h.0 == effect) {
                 Some(h) => h.1.push(target),
                 None => hidden.push((effect, vec![target])),
             },
             Some(sizes) if effect == backlash::INFO.name => {
-                let size = sizes.iter().next().and_then(|(k, v)| v.as_f64().map(|v| (words::key(k, "deg").1, v)));
+                let size = sizes.first().map(|(k, v)| (words::key(k, "deg").1, *v));
                 if let Some((unit, v)) = size.filter(|s| weakest.as_ref().is_none_or(|w| s.1 > w.0)) {
                     weakest = Some((v, format!("{effect} {target} below {} {unit}", words::rough(v))));
                 }
@@ -199,7 +199,7 @@ pub fn blind(d: &Diagnosis) -> Option<String> {
         }
     }
     if !resting.is_empty() {
-        hidden.insert(0, ("lost motion and lag of resting".into(), resting));
+        hidden.insert(0, ("lost motion and lag of resting", resting));
     }
     let mut parts: Vec<String> = hidden
         .into_iter()

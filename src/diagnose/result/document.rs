@@ -12,7 +12,7 @@ use crate::effects::{EffectInstance, catalogue, entry};
 use crate::robot::JointKind;
 use indexmap::IndexMap;
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 pub const SCHEMA: &str = "lostmotion/diagnosis/1";
 
@@ -45,7 +45,7 @@ pub struct Diagnosis {
     /// What remains beside the named effects.
     pub remainder: Option<Unexplained>,
     /// Effects that this log does not show whatever their size.
-    pub blind_spots: Vec<Value>,
+    pub blind_spots: Vec<BlindSpot>,
     /// What a reader should know.
     pub notes: Vec<String>,
     /// The logs contradict what the model takes as known; the first notes say how.
@@ -111,6 +111,15 @@ pub struct Round {
     /// Unit of the joint that the effect moves; "deg" where there is none.
     #[serde(skip)]
     pub joint_unit: &'static str,
+}
+
+/// The smallest size of an effect that the logs would show.
+#[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
+pub struct BlindSpot {
+    pub effect: &'static str,
+    pub target: String,
+    /// Keys as in a model file, with the size from which on each is detected; null where no size shows.
+    pub detectable_from: Option<IndexMap<String, f64>>,
 }
 
 #[derive(Debug, Clone, Serialize, schemars::JsonSchema)]
@@ -399,11 +408,11 @@ fn unexplained(outcome: &Outcome, ratio: &crate::diagnose::candidates::structure
 }
 
 /// Detectable sizes, then the effects of motion on joints that do not move: no size of them would show.
-fn blind_spots(outcome: &Outcome) -> Vec<Value> {
-    let mut all: Vec<Value> = verdict::blind_spots(outcome).iter().map(|s| spot(s, outcome)).collect();
+fn blind_spots(outcome: &Outcome) -> Vec<BlindSpot> {
+    let mut all: Vec<BlindSpot> = verdict::blind_spots(outcome).iter().map(|s| spot(s, outcome)).collect();
     for (effect, target) in of_resting_joints(outcome) {
-        if !all.iter().any(|s| s["effect"] == effect && s["target"] == target.as_str()) {
-            all.push(json!({"effect": effect, "target": target, "detectable_from": null}));
+        if !all.iter().any(|s| s.effect == effect && s.target == target) {
+            all.push(BlindSpot { effect, target, detectable_from: None });
         }
     }
     all
@@ -423,16 +432,11 @@ pub fn of_resting_joints(outcome: &Outcome) -> Vec<(&'static str, String)> {
     resting.flat_map(|j| of_motion.iter().map(|effect| (*effect, j.name.clone()))).collect()
 }
 
-fn spot(spot: &verdict::BlindSpot, outcome: &Outcome) -> Value {
+fn spot(spot: &verdict::BlindSpot, outcome: &Outcome) -> BlindSpot {
     let c = spot.candidate;
-    let sizes = spot.size.as_ref().map(|size| {
-        let mut map = serde_json::Map::new();
-        for p in c.at(size) {
-            for ((key, factor), v) in p.keys(&outcome.problem.robot).into_iter().zip(p.effect.values()) {
-                map.insert(key, json!(digits((v * factor).abs())));
-            }
-        }
-        Value::Object(map)
-    });
-    json!({"effect": c.effect, "target": c.target, "detectable_from": sizes})
+    let keys = |size: &Vec<f64>| {
+        let of = |p: EffectInstance| p.keys(&outcome.problem.robot).into_iter().zip(p.effect.values());
+        c.at(size).into_iter().flat_map(of).map(|((key, factor), v)| (key, digits((v * factor).abs()))).collect()
+    };
+    BlindSpot { effect: c.effect, target: c.target.clone(), detectable_from: spot.size.as_ref().map(keys) }
 }

@@ -1,9 +1,51 @@
 //! The result as a `lostmotion/gaps/1` document: what every identification writes, and what the sweeps know beyond it.
 
-use super::Found;
-use crate::gaps::file::{document as plain, in_user_unit, number};
-use crate::robot::Robot;
-use serde_json::{Value, json};
+use super::{Deadzone, Found, JointSweeps};
+use crate::gaps::document::{document as plain, keyed, keyed_list};
+use crate::gaps::file::{extend, number};
+use crate::io::keyed::Keyed;
+use crate::robot::{JointKind, Robot};
+use serde::Serialize;
+use serde_json::Value;
+
+/// What a point says beyond its half gap.
+#[derive(Serialize)]
+struct PointFields {
+    #[serde(flatten)]
+    from: Keyed<Value>,
+    #[serde(flatten)]
+    to: Keyed<Value>,
+    #[serde(flatten)]
+    deadzone: Keyed<Value>,
+    t_s: Value,
+    log: usize,
+    line: u32,
+}
+
+/// What the sweeps say of a joint beyond its half gap.
+#[derive(Serialize)]
+struct JointFields {
+    deadzones: usize,
+    #[serde(flatten)]
+    mean_deadzone: Keyed<Value>,
+    turns: Turns,
+    noise_um: Value,
+    rest_um: Value,
+    scatter: Value,
+    scatter_p_value: Option<Value>,
+    #[serde(flatten)]
+    band: Option<Keyed<Value>>,
+}
+
+/// Turns of the command, and why some have no deadzone.
+#[derive(Serialize)]
+struct Turns {
+    all: usize,
+    inside_the_gap: usize,
+    not_crossed: usize,
+    too_short: usize,
+    unseen: usize,
+}
 
 /// The document.
 pub fn document(found: &Found, robot: &Robot) -> Value {
@@ -12,35 +54,43 @@ pub fn document(found: &Found, robot: &Robot) -> Value {
     let mut point = 0;
     for (i, sweeps) in found.joints.iter().enumerate() {
         let kind = robot.axis(sweeps.axis).kind;
-        let unit = kind.unit();
         for d in &sweeps.deadzones {
-            let p = &mut doc["points"][point];
-            p[format!("from_{unit}")] = number(kind.to_user_unit(d.from));
-            p[format!("to_{unit}")] = number(kind.to_user_unit(d.to));
-            p[format!("deadzone_{unit}")] = number(kind.to_user_unit(d.size));
-            p["t_s"] = number(d.t_s);
-            p["log"] = d.log.into();
-            p["line"] = d.line.into();
+            extend(&mut doc["points"][point], &point_fields(d, kind));
             point += 1;
         }
-        let mean = sweeps.deadzones.iter().map(|d| d.size).sum::<f64>() / sweeps.deadzones.len().max(1) as f64;
-        let joint = &mut doc["joints"][i];
-        joint["deadzones"] = sweeps.deadzones.len().into();
-        joint[format!("mean_deadzone_{unit}")] = number(kind.to_user_unit(mean));
-        joint["turns"] = json!({
-            "all": sweeps.turns,
-            "inside_the_gap": sweeps.inside,
-            "not_crossed": sweeps.not_crossed,
-            "too_short": sweeps.too_short,
-            "unseen": sweeps.unseen + sweeps.unfitted,
-        });
-        joint["noise_um"] = number(sweeps.noise_m * 1e6);
-        joint["rest_um"] = number(sweeps.radius_m * 1e6);
-        joint["scatter"] = number(sweeps.map.scatter);
-        joint["scatter_p_value"] = sweeps.map.scatter_p_value.map_or(Value::Null, number);
-        if !sweeps.map.band.is_empty() {
-            joint[format!("band_{unit}")] = in_user_unit(&sweeps.map.band, kind);
-        }
+        extend(&mut doc["joints"][i], &joint_fields(sweeps, kind));
     }
     doc
+}
+
+fn point_fields(d: &Deadzone, kind: JointKind) -> PointFields {
+    PointFields {
+        from: keyed("from", d.from, kind),
+        to: keyed("to", d.to, kind),
+        deadzone: keyed("deadzone", d.size, kind),
+        t_s: number(d.t_s),
+        log: d.log,
+        line: d.line,
+    }
+}
+
+fn joint_fields(sweeps: &JointSweeps, kind: JointKind) -> JointFields {
+    let mean = sweeps.deadzones.iter().map(|d| d.size).sum::<f64>() / sweeps.deadzones.len().max(1) as f64;
+    let map = &sweeps.map;
+    JointFields {
+        deadzones: sweeps.deadzones.len(),
+        mean_deadzone: keyed("mean_deadzone", mean, kind),
+        turns: Turns {
+            all: sweeps.turns,
+            inside_the_gap: sweeps.inside,
+            not_crossed: sweeps.not_crossed,
+            too_short: sweeps.too_short,
+            unseen: sweeps.unseen + sweeps.unfitted,
+        },
+        noise_um: number(sweeps.noise_m * 1e6),
+        rest_um: number(sweeps.radius_m * 1e6),
+        scatter: number(map.scatter),
+        scatter_p_value: map.scatter_p_value.map(number),
+        band: (!map.band.is_empty()).then(|| keyed_list("band", &map.band, kind)),
+    }
 }

@@ -3,16 +3,98 @@
 use super::flanks::{Flanks, Known, Repeats};
 use super::start::Start;
 use super::{Found, Output, Series};
-use crate::gaps::file::{document as plain, in_user_unit, number};
-use crate::robot::{Joint, Robot};
-use serde_json::{Map, Value, json};
+use crate::gaps::document::{document as plain, keyed};
+use crate::gaps::file::{in_user_unit, number};
+use crate::io::keyed::Keyed;
+use crate::robot::{Joint, JointKind, Robot};
+use serde::Serialize;
+use serde_json::Value;
 use std::f64::consts::TAU;
+
+/// The gaps in series of one joint and log.
+#[derive(Serialize)]
+struct SeriesFields<'a> {
+    joint: &'a str,
+    log: Option<&'a str>,
+    separated: bool,
+    input: String,
+    output: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lead_mm_per_rev: Option<Value>,
+    preload: Preload,
+    coupling: Option<GapFields>,
+    nut: Option<GapFields>,
+    both: Option<GapFields>,
+    #[serde(flatten)]
+    at_least: Option<Keyed<Value>>,
+}
+
+/// The side that the gap stood at when the log began, and how it is known.
+#[derive(Serialize)]
+struct Preload {
+    side: Option<i8>,
+    how: &'static str,
+}
+
+/// One gap, or two whose sum alone is known.
+#[derive(Serialize)]
+struct GapFields {
+    #[serde(flatten)]
+    total: Interval,
+    #[serde(flatten)]
+    half: Interval,
+    #[serde(flatten)]
+    left: Option<Interval>,
+    #[serde(flatten)]
+    right: Option<Interval>,
+    significant: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    total_gap_deg: Option<Value>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    total_gap_rad: Option<Value>,
+    slope: Value,
+    slope_ci95: Vec<Value>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    m_mm_per_rad: Option<Value>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lag_s: Option<Value>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lag_s_ci95: Option<Vec<Value>>,
+    #[serde(flatten)]
+    fluctuation_rms: Keyed<Value>,
+    rows: usize,
+    rows_dropped: usize,
+    strokes: Strokes,
+    intervals_from: &'static str,
+}
+
+/// A figure with its 95 % interval.
+#[derive(Serialize)]
+struct Interval {
+    #[serde(flatten)]
+    value: Keyed<Value>,
+    #[serde(flatten)]
+    ci95: Keyed<Value>,
+}
+
+impl Interval {
+    fn new(name: &str, k: Known, kind: JointKind) -> Self {
+        Self { value: keyed(name, k.value, kind), ci95: Keyed::new(name, "ci95", in_user_unit(&k.ci95, kind)) }
+    }
+}
+
+#[derive(Serialize)]
+struct Strokes {
+    up: usize,
+    down: usize,
+}
 
 /// The document.
 pub fn document(found: &Found, robot: &Robot) -> Value {
     let mut doc = plain(&found.gaps, robot);
     doc["method"] = "screw".into();
-    doc["series"] = found.series.iter().map(|s| series(s, robot, found)).collect();
+    let all: Vec<SeriesFields> = found.series.iter().map(|s| series(s, robot, found)).collect();
+    doc["series"] = serde_json::to_value(all).unwrap_or_default();
     // notes last
     if let Some(map) = doc.as_object_mut()
         && let Some(notes) = map.shift_remove("notes")
@@ -22,75 +104,55 @@ pub fn document(found: &Found, robot: &Robot) -> Value {
     doc
 }
 
-fn series(s: &Series, robot: &Robot, found: &Found) -> Value {
+fn series<'a>(s: &Series, robot: &'a Robot, found: &'a Found) -> SeriesFields<'a> {
     let joint = robot.axis(s.axis);
-    let unit = joint.kind.unit();
     let name = &joint.name;
-    let mut m = Map::new();
-    m.insert("joint".into(), name.clone().into());
-    m.insert("log".into(), found.gaps.logs.get(s.log).map_or(Value::Null, |l| l.name.clone().into()));
-    m.insert("separated".into(), (s.coupling.is_some() && s.nut.is_some()).into());
-    m.insert("input".into(), if s.encoder { format!("enc_{name}") } else { format!("cmd_{name}") }.into());
-    let output = match s.output {
-        Some(Output::Sensor) => format!("meas_{name}").into(),
-        Some(Output::Tracker) => "tracker".into(),
-        None => Value::Null,
-    };
-    m.insert("output".into(), output);
-    if let Some(lead) = joint.lead_m_per_rev {
-        m.insert("lead_mm_per_rev".into(), number(lead * 1e3));
-    }
     let how = match s.start {
         Start::Move(_) => "move",
         Start::Flank(_) => "flank",
         Start::Inside(_) => "none: inside the gap",
         Start::Unknown => "none",
     };
-    m.insert("preload".into(), json!({"side": s.start.side(), "how": how}));
-    for (key, flanks) in [("coupling", &s.coupling), ("nut", &s.nut), ("both", &s.both)] {
-        m.insert(
-            key.into(),
-            flanks.as_ref().map_or(Value::Null, |f| gap(f, joint, s.shares_zero(f, key != "coupling"))),
-        );
+    let of = |flanks: &Option<Flanks>, direct: bool| flanks.as_ref().map(|f| gap(f, joint, s.shares_zero(f, direct)));
+    SeriesFields {
+        joint: name,
+        log: found.gaps.logs.get(s.log).map(|l| l.name.as_str()),
+        separated: s.coupling.is_some() && s.nut.is_some(),
+        input: if s.encoder { format!("enc_{name}") } else { format!("cmd_{name}") },
+        output: s.output.map(|o| match o {
+            Output::Sensor => format!("meas_{name}"),
+            Output::Tracker => "tracker".into(),
+        }),
+        lead_mm_per_rev: joint.lead_m_per_rev.map(|lead| number(lead * 1e3)),
+        preload: Preload { side: s.start.side(), how },
+        coupling: of(&s.coupling, false),
+        nut: of(&s.nut, true),
+        both: of(&s.both, true),
+        at_least: s.at_least.map(|least| keyed("at_least", least, joint.kind)),
     }
-    if let Some(least) = s.at_least {
-        m.insert(format!("at_least_{unit}"), number(joint.kind.to_user_unit(least)));
-    }
-    Value::Object(m)
 }
 
-fn gap(f: &Flanks, joint: &Joint, zero: bool) -> Value {
-    let (kind, unit) = (joint.kind, joint.kind.unit());
-    let mut m = Map::new();
-    let mut put = |key: &str, k: Known| {
-        m.insert(format!("{key}_{unit}"), number(kind.to_user_unit(k.value)));
-        m.insert(format!("{key}_ci95"), in_user_unit(&k.ci95, kind));
-    };
-    put("total_gap", f.total);
-    put("half_gap", Known { value: 0.5 * f.total.value, ci95: f.total.ci95.map(|v| 0.5 * v) });
-    if zero {
-        put("c_l", f.c_l);
-        put("c_r", f.c_r);
+fn gap(f: &Flanks, joint: &Joint, zero: bool) -> GapFields {
+    let (kind, lead) = (joint.kind, joint.lead_m_per_rev);
+    let numbers = |values: [f64; 2]| values.map(number).to_vec();
+    let half = Known { value: 0.5 * f.total.value, ci95: f.total.ci95.map(|v| 0.5 * v) };
+    GapFields {
+        total: Interval::new("total_gap", f.total, kind),
+        half: Interval::new("half_gap", half, kind),
+        left: zero.then(|| Interval::new("c_l", f.c_l, kind)),
+        right: zero.then(|| Interval::new("c_r", f.c_r, kind)),
+        significant: f.significant(),
+        total_gap_deg: lead.map(|lead| number(f.total.value / lead * 360.0)),
+        total_gap_rad: lead.map(|lead| number(f.total.value / lead * TAU)),
+        slope: number(f.slope.value),
+        slope_ci95: numbers(f.slope.ci95),
+        m_mm_per_rad: lead.map(|lead| number(f.slope.value * lead * 1e3 / TAU)),
+        lag_s: f.lag_s.map(|lag| number(lag.value)),
+        lag_s_ci95: f.lag_s.map(|lag| numbers(lag.ci95)),
+        fluctuation_rms: keyed("fluctuation_rms", f.rms, kind),
+        rows: f.rows,
+        rows_dropped: f.dropped,
+        strokes: Strokes { up: f.strokes[0], down: f.strokes[1] },
+        intervals_from: if f.repeats == Repeats::Strokes { "strokes" } else { "pieces of strokes" },
     }
-    m.insert("significant".into(), f.significant().into());
-    if let Some(lead) = joint.lead_m_per_rev {
-        m.insert("total_gap_deg".into(), number(f.total.value / lead * 360.0));
-        m.insert("total_gap_rad".into(), number(f.total.value / lead * TAU));
-    }
-    m.insert("slope".into(), number(f.slope.value));
-    m.insert("slope_ci95".into(), f.slope.ci95.iter().map(|&v| number(v)).collect());
-    if let Some(lead) = joint.lead_m_per_rev {
-        m.insert("m_mm_per_rad".into(), number(f.slope.value * lead * 1e3 / TAU));
-    }
-    if let Some(lag) = f.lag_s {
-        m.insert("lag_s".into(), number(lag.value));
-        m.insert("lag_s_ci95".into(), lag.ci95.iter().map(|&v| number(v)).collect());
-    }
-    m.insert(format!("fluctuation_rms_{unit}"), number(kind.to_user_unit(f.rms)));
-    m.insert("rows".into(), f.rows.into());
-    m.insert("rows_dropped".into(), f.dropped.into());
-    m.insert("strokes".into(), json!({"up": f.strokes[0], "down": f.strokes[1]}));
-    let from = if f.repeats == Repeats::Strokes { "strokes" } else { "pieces of strokes" };
-    m.insert("intervals_from".into(), from.into());
-    Value::Object(m)
 }

@@ -1,11 +1,14 @@
 //! The plan as a document (`lostmotion/recording/1`), as words and as a program.
 
 use super::{Options, Recording};
+use crate::gaps::file::NameAndHash;
+use crate::io::keyed::Keyed;
 use crate::log::write;
 use crate::numerics::normal::Z95;
 use crate::plan::path::DECIMALS;
 use crate::robot::{Joint, Robot};
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use serde_json::Value;
 use std::fmt::Write;
 
 /// The schema that the document names.
@@ -29,44 +32,66 @@ pub fn program(recording: &Recording, robot: &Robot) -> Vec<u8> {
     out
 }
 
-fn significant(v: f64) -> Value {
-    let rounded: f64 = format!("{v:.4e}").parse().unwrap_or(v);
-    json!(rounded)
+/// What `plan-experiment --for static` and the like print with `--json`.
+#[derive(Serialize)]
+struct Document<'a> {
+    schema: &'static str,
+    kind: &'static str,
+    robot: NameAndHash,
+    instrument: &'static str,
+    noise_um: f64,
+    rate_hz: f64,
+    duration_s: f64,
+    pose: Vec<f64>,
+    joints: Vec<JointFields<'a>>,
+    notes: &'a [String],
+}
+
+/// The precision that a joint's gap will have.
+#[derive(Serialize)]
+struct JointFields<'a> {
+    joint: &'a str,
+    #[serde(flatten)]
+    sigma_half_gap: Keyed<Option<f64>>,
+    #[serde(flatten)]
+    sigma_at_a_place: Keyed<Option<f64>>,
+    reversals: usize,
+    sensitivity_m: f64,
+    reason: Option<&'a str>,
+}
+
+fn significant(v: f64) -> f64 {
+    format!("{v:.4e}").parse().unwrap_or(v)
 }
 
 /// The document.
 pub fn document(recording: &Recording, robot: &Robot, options: &Options) -> Value {
-    let joints: Vec<Value> = recording
-        .precision
-        .iter()
-        .map(|p| {
-            let joint = robot.axis(p.axis);
-            let unit = joint.kind.unit();
-            let edge = |v: Option<f64>| v.map_or(Value::Null, |v| significant(joint.kind.to_user_unit(v)));
-            let mut m = Map::new();
-            m.insert("joint".into(), joint.name.clone().into());
-            m.insert(format!("sigma_half_gap_{unit}"), edge(p.sigma));
-            m.insert(format!("sigma_at_a_place_{unit}"), edge(p.sigma_at_a_place));
-            m.insert("reversals".into(), p.reversals.into());
-            m.insert("sensitivity_m".into(), significant(p.sensitivity_m));
-            m.insert("reason".into(), p.reason.clone().into());
-            Value::Object(m)
-        })
-        .collect();
-    let pose: Vec<Value> =
-        recording.pose.iter().enumerate().map(|(a, v)| significant(robot.axis(a).kind.to_user_unit(*v))).collect();
-    json!({
-        "schema": SCHEMA,
-        "kind": recording.kind.name(),
-        "robot": {"name": robot.name, "sha256": robot.fingerprint()},
-        "instrument": options.instrument.name(),
-        "noise_um": options.noise_m * 1e6,
-        "rate_hz": options.rate_hz,
-        "duration_s": (recording.duration_s * 100.0).round() / 100.0,
-        "pose": pose,
-        "joints": joints,
-        "notes": recording.notes,
-    })
+    let edge = |axis: usize, v: f64| significant(robot.axis(axis).kind.to_user_unit(v));
+    let joints = recording.precision.iter().map(|p| {
+        let joint = robot.axis(p.axis);
+        let figure = |name: &str, v: Option<f64>| Keyed::new(name, joint.kind.unit(), v.map(|v| edge(p.axis, v)));
+        JointFields {
+            joint: &joint.name,
+            sigma_half_gap: figure("sigma_half_gap", p.sigma),
+            sigma_at_a_place: figure("sigma_at_a_place", p.sigma_at_a_place),
+            reversals: p.reversals,
+            sensitivity_m: significant(p.sensitivity_m),
+            reason: p.reason.as_deref(),
+        }
+    });
+    let fields = Document {
+        schema: SCHEMA,
+        kind: recording.kind.name(),
+        robot: NameAndHash::of_robot(robot),
+        instrument: options.instrument.name(),
+        noise_um: options.noise_m * 1e6,
+        rate_hz: options.rate_hz,
+        duration_s: (recording.duration_s * 100.0).round() / 100.0,
+        pose: recording.pose.iter().enumerate().map(|(a, v)| edge(a, *v)).collect(),
+        joints: joints.collect(),
+        notes: &recording.notes,
+    };
+    serde_json::to_value(fields).unwrap_or_default()
 }
 
 /// The plan in words.
