@@ -4,10 +4,16 @@
 //! order, so that neither the result nor the first refusal depends on the number of threads.
 //!
 //! How it fails: on the first row that is not what the header promises, with line and field.
+//!
+//! Parts:
+//! - [`head`]: separator and header row, and what a file is that is no log.
+//! - [`mod@build`]: the columns of the table, put together as a [`Log`].
+
+mod build;
+mod head;
 
 use super::Log;
-use super::columns::{Column, ColumnMap, Meaning, Missing, listed};
-use super::instruments::{Instruments, orientations};
+use super::columns::{Column, ColumnMap, Meaning, Missing};
 use super::number::{decimals, number};
 use super::text::LogText;
 use super::timestamp;
@@ -15,7 +21,8 @@ use crate::error::{Error, Place, Result};
 use crate::io::bag::TopicChoice;
 use crate::io::input::{self, Input};
 use crate::robot::Robot;
-use nalgebra::Vector3;
+use build::build;
+pub(crate) use head::Head;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::path::Path;
@@ -114,130 +121,6 @@ pub(super) fn table(
         return Err(Error::bad(Place::file(name), "a header and no rows", "at least one row"));
     }
     Ok((table, columns))
-}
-
-/// The header row and where the rows begin.
-pub(crate) struct Head {
-    pub(crate) names: Vec<String>,
-    pub(crate) line: u64,
-    pub(crate) body: usize,
-    pub(crate) body_line: u64,
-}
-
-impl Head {
-    pub(crate) fn read(name: &str, bytes: &[u8], separator: u8) -> Result<Self> {
-        let skip = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
-        let text = &bytes[skip..];
-        if text.starts_with(b"PK\x03\x04") {
-            return Err(Error::bad(Place::file(name), "a ZIP file", "CSV text, plain or gzipped, or a workbook"));
-        }
-        if text.iter().all(u8::is_ascii_whitespace) {
-            return Err(Error::bad(Place::file(name), "an empty file", "a header and rows"));
-        }
-        let mut reader = reader(text, separator);
-        let mut record = csv::ByteRecord::new();
-        let found =
-            reader.read_byte_record(&mut record).map_err(|e| Error::bad(Place::file(name), e.to_string(), "CSV"))?;
-        if !found {
-            return Err(Error::bad(Place::file(name), "comments and nothing else", "a header and rows"));
-        }
-        let line = record.position().map_or(1, |p| p.line() + passed_over(text, p.byte()));
-        let mut names = Vec::with_capacity(record.len());
-        for field in &record {
-            match std::str::from_utf8(field) {
-                Ok(s) => names.push(s.trim().to_string()),
-                Err(_) => {
-                    let found = format!("a header that is not UTF-8 (`{}`)", String::from_utf8_lossy(field));
-                    return Err(Error::bad(Place::line(name, line), found, "UTF-8 text"));
-                }
-            }
-        }
-        if names.iter().all(|n| n.parse::<f64>().is_ok()) {
-            return Err(Error::bad(
-                Place::line(name, line),
-                "a row of numbers first",
-                "a header with the names of the columns",
-            ));
-        }
-        Ok(Self { names, line, body: skip + reader.position().byte() as usize, body_line: reader.position().line() })
-    }
-
-    /// A header in one piece where another separator would cut it: says so, whatever else is wrong.
-    pub(crate) fn explain(&self, name: &str, separator: u8, otherwise: Error) -> Error {
-        self.another_separator(name, separator).unwrap_or(otherwise)
-    }
-
-    fn another_separator(&self, name: &str, separator: u8) -> Option<Error> {
-        let other = [';', '\t', ',']
-            .iter()
-            .find(|&&c| c as u32 != u32::from(separator) && self.names.len() == 1 && self.names[0].contains(c))?;
-        let shown = if *other == '\t' { "tab".to_string() } else { other.to_string() };
-        Some(Error::bad(
-            Place::line(name, self.line),
-            format!("fields separated by `{shown}`"),
-            format!("`{}`, or a column map with `separator: \"{shown}\"`", separator as char),
-        ))
-    }
-
-    /// Refuses a header in one piece where another separator would cut it.
-    pub(super) fn refuse_one_piece(&self, name: &str, separator: u8) -> Result<()> {
-        self.another_separator(name, separator).map_or(Ok(()), Err)
-    }
-
-    /// Whether a column has this name, whatever its letters' case.
-    fn has_name(&self, name: &str) -> bool {
-        self.names.iter().any(|n| n.trim().eq_ignore_ascii_case(name))
-    }
-
-    /// Every axis needs its command, every point its three coordinates (the TCP may lack some where it may stand `lone`).
-    fn check(&self, name: &str, columns: &[Column], robot: &Robot, separator: u8, lone: bool) -> Result<()> {
-        let has = |m: Meaning| columns.iter().any(|c| c.meaning == m);
-        let missing = |m: Meaning, expected: String| {
-            let error = Error::bad(
-                Place::line(name, self.line),
-                format!("no column `{}` among {}", m.name(robot), listed(&self.names)),
-                expected,
-            );
-            Err(self.explain(name, separator, error))
-        };
-        if let Some(axis) = (0..robot.dof()).find(|&a| !has(Meaning::Command(a))) {
-            let names = robot.axis_names().join(", ");
-            let program = robot.axis_joints().any(|j| self.has_name(&format!("{}_{}", j.name, j.kind.unit())));
-            let more = if program {
-                "; joints alone are a program: a log has what was measured beside the commands"
-            } else {
-                ""
-            };
-            return missing(Meaning::Command(axis), format!("a command column for each joint of {names}{more}"));
-        }
-        let measured = columns.iter().any(|c| matches!(c.meaning, Meaning::Position { .. }));
-        if let Some(unit) =
-            ["m", "cm", "um", "in", "inch"].iter().find(|u| !measured && self.has_name(&format!("x_{u}")))
-        {
-            let found = format!("a column `x_{unit}` and none `x_mm`");
-            let expected = "positions in mm, or a column map that gives their unit";
-            return Err(self.explain(name, separator, Error::bad(Place::line(name, self.line), found, expected)));
-        }
-        let reflectors = columns.iter().filter_map(|c| match c.meaning {
-            Meaning::Position { k, .. } => Some(k),
-            _ => None,
-        });
-        for k in 0..=reflectors.max().unwrap_or(0) {
-            let point = [0, 1, 2].map(|coordinate| Meaning::Position { k, coordinate });
-            if (k > 0 || !lone && point.iter().any(|&m| has(m)))
-                && let Some(&absent) = point.iter().find(|&&m| !has(m))
-            {
-                return missing(absent, "x, y and z of every reflector".into());
-            }
-        }
-        let parts = [0, 1, 2, 3].map(Meaning::Orientation);
-        if parts.iter().any(|&m| has(m))
-            && let Some(&absent) = parts.iter().find(|&&m| !has(m))
-        {
-            return missing(absent, "qw, qx, qy and qz of an orientation".into());
-        }
-        Ok(())
-    }
 }
 
 pub(crate) fn reader(bytes: &[u8], separator: u8) -> csv::Reader<&[u8]> {
@@ -443,115 +326,5 @@ impl Layout<'_> {
     }
 }
 
-/// The columns of a table, each taken once, in SI.
-struct Columns<'a> {
-    table: &'a mut Table,
-    columns: &'a [Column],
-}
-
 /// A column of numbers, some of them missing.
 type Cells = Vec<Option<f64>>;
-
-impl Columns<'_> {
-    fn take(&mut self, m: Meaning) -> Option<Vec<f64>> {
-        let k = self.columns.iter().position(|c| c.meaning == m)?;
-        let mut values = std::mem::take(&mut self.table.values[k]);
-        let factor = self.columns[k].factor;
-        if self.columns[k].timestamp {
-            // whole microseconds: differences are exact, which the seconds of today's dates are not
-            let first = values.first().copied().unwrap_or(0.0);
-            values.iter_mut().for_each(|v| *v -= first);
-        }
-        if factor != 1.0 {
-            values.iter_mut().for_each(|v| *v *= factor);
-        }
-        Some(values)
-    }
-
-    /// A column whose cells may be empty.
-    fn cells(&mut self, m: Meaning) -> Option<Cells> {
-        self.take(m).map(present)
-    }
-
-    /// Coordinates of the `k`-th reflector; a point with an empty cell is lost as a whole.
-    fn points(&mut self, k: usize) -> Option<Vec<Option<Vector3<f64>>>> {
-        let [x, y, z] = [0, 1, 2].map(|coordinate| self.take(Meaning::Position { k, coordinate }));
-        let (x, y, z) = (x?, y?, z?);
-        let point = |((x, y), z): ((&f64, &f64), &f64)| Some(Vector3::new(*x, *y, *z)).filter(|v| !v.sum().is_nan());
-        Some(x.iter().zip(&y).zip(&z).map(point).collect())
-    }
-
-    /// Single coordinates of the TCP, where not all three are measured.
-    fn lone(&mut self) -> [Option<Vec<f64>>; 3] {
-        let coordinates = [0, 1, 2].map(|coordinate| Meaning::Position { k: 0, coordinate });
-        let whole = coordinates.iter().all(|m| self.columns.iter().any(|c| c.meaning == *m));
-        coordinates.map(|m| if whole { None } else { self.take(m) })
-    }
-
-    /// What instruments besides the tracker measure.
-    fn instruments(&mut self, name: &str, axes: usize) -> Result<Instruments> {
-        let torque_nm: Vec<Option<Cells>> = (0..axes).map(|a| self.cells(Meaning::Torque(a))).collect();
-        let mut instruments = Instruments {
-            distance_m: self.cells(Meaning::Distance),
-            distance_off_m: self.cells(Meaning::DistanceOff),
-            dial_m: self.cells(Meaning::Dial),
-            orientation: Vec::new(),
-            torque_nm: if torque_nm.iter().any(Option::is_some) { torque_nm } else { Vec::new() },
-        };
-        if let [Some(w), Some(x), Some(y), Some(z)] = [0, 1, 2, 3].map(|part| self.take(Meaning::Orientation(part))) {
-            instruments.orientation = orientations([&w, &x, &y, &z]).map_err(|(row, norm)| {
-                let line = self.table.line.get(row).map_or(0, |l| u64::from(*l));
-                let found = format!("an orientation of length {norm:.4}");
-                Error::bad(Place::line(name, line), found, "a unit quaternion qw, qx, qy, qz")
-            })?;
-        }
-        Ok(instruments)
-    }
-
-    /// Decimals of an axis' command: another unit moves the last digit, 8 decimals of a radian are 6 of a degree.
-    fn decimals(&self, axis: usize) -> u8 {
-        match self.columns.iter().position(|c| c.meaning == Meaning::Command(axis)) {
-            Some(k) => {
-                (f64::from(self.table.decimals[k]) - self.columns[k].edge.log10()).floor().clamp(0.0, 15.0) as u8
-            }
-            None => 0,
-        }
-    }
-}
-
-/// Cells that are not empty.
-fn present(values: Vec<f64>) -> Cells {
-    values.into_iter().map(|v| Some(v).filter(|v| !v.is_nan())).collect()
-}
-
-/// Columns as written to a log in SI.
-fn build(name: &str, sha256: String, mut table: Table, columns: &[Column], robot: &Robot) -> Result<Log> {
-    let rows = table.line.len();
-    let axes = robot.dof();
-    let mut c = Columns { table: &mut table, columns };
-    let time = c.take(Meaning::Time);
-    let poses = time.is_none();
-    let lone_m = c.lone().map(|values| values.map(present));
-    let instruments = c.instruments(name, axes)?;
-    Ok(Log {
-        name: name.into(),
-        sha256,
-        t_s: time.unwrap_or_else(|| (0..rows).map(|i| i as f64).collect()),
-        poses,
-        cmd: (0..axes).map(|a| c.take(Meaning::Command(a)).unwrap_or_default()).collect(),
-        cmd_decimals: (0..axes).map(|a| c.decimals(a)).collect(),
-        tcp_m: c.points(0).unwrap_or_default(),
-        lone_m,
-        reflectors_m: (1..).map_while(|k| c.points(k)).collect(),
-        enc: (0..axes).map(|a| c.cells(Meaning::Encoder(a))).collect(),
-        screw: (0..axes).map(|a| c.cells(Meaning::Screw(a))).collect(),
-        meas: (0..axes).map(|a| c.cells(Meaning::Measured(a))).collect(),
-        trigger: c.take(Meaning::Trigger).map(|v| v.into_iter().map(|x| x as i8).collect()),
-        cycle: c.take(Meaning::Cycle).map(|v| v.into_iter().map(|x| x as u32).collect()),
-        speed_m_s: c.cells(Meaning::Speed),
-        payload_kg: c.cells(Meaning::Payload),
-        temp_c: c.cells(Meaning::Temperature),
-        instruments,
-        line: table.line,
-    })
-}

@@ -7,18 +7,24 @@
 //! A play behind a lagging servo turns where the lagged joint does, between the samples of the command; those points
 //! are worked out and added where both stand on one axis ([`crate::effects::EffectType::turning_points`]). A stiction that a lag
 //! filters gets finer samples until it comes loose.
+//!
+//! Parts:
+//! - [`samples`]: the samples of one axis, and columns of a log without their gaps.
+//! - [`chain`]: the trajectory through the stages of an axis, behind its servo and its gear.
+
+mod chain;
+mod samples;
 
 use super::gravity::Gravity;
-use super::wide::{pick, run_wide};
 use super::{grid::Grid, speed, turns};
-use crate::effects::servo_lag::{command_between, cubics};
-use crate::effects::{Between, Effect, Stage, Track, Turn, apply_stage};
+use crate::effects::{Between, Track, Turn};
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
 use crate::program::Program;
-use crate::robot::{Chain, JointKind, Robot};
+use crate::robot::{Chain, Robot};
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use samples::{at_rest, carried, deadband, from_first, measured_torque, with_turning_points};
 use std::sync::OnceLock;
 
 /// Movement in the edge unit (deg or mm) up to which nothing has moved.
@@ -378,157 +384,4 @@ impl CommandTrajectory {
         };
         self.axes[axis].turns.iter().map(|t| (time(t), t.p, t.dir)).collect()
     }
-
-    /// Motor side of an axis, row by row: what the servo makes of the command. Effects of other stages are ignored.
-    pub fn servo(&self, axis: usize, effects: &[&Effect], initial_gap_side: i8) -> Vec<f64> {
-        self.run(axis, effects, initial_gap_side, Stage::Servo)
-    }
-
-    /// Behind the gear of an axis, row by row. Effects of later stages are ignored.
-    pub fn gear(&self, axis: usize, effects: &[&Effect], initial_gap_side: i8) -> Vec<f64> {
-        self.run(axis, effects, initial_gap_side, Stage::Gear)
-    }
-
-    fn run(&self, axis: usize, effects: &[&Effect], initial_gap_side: i8, last: Stage) -> Vec<f64> {
-        let mut track = self.track(axis).with_initial_gap_side(initial_gap_side);
-        if effects.iter().any(|e| e.uses_tcp_speed()) {
-            track.tcp_speed_m_s = self.sample_speed(axis);
-        }
-        if self.between == Between::Smooth && !self.rests(axis) && effects.iter().any(|e| e.filters_in_time()) {
-            track.cubics = self.axes[axis].cubics.get_or_init(|| cubics(&track));
-        }
-        let loaded = last == Stage::Gear && effects.iter().any(|e| e.uses_load());
-        let still;
-        if loaded {
-            if self.rests(axis) {
-                // the load may change while the joint rests
-                still = vec![0i8; self.rows()];
-                track = Track::known(self.clock(), &self.cmd[axis], &still[..], &[][..])
-                    .with_initial_gap_side(initial_gap_side);
-                track.between = self.between;
-                track.rev = self.axes[axis].rev;
-            }
-            track.load = self.sample_load(axis);
-        }
-        if let Some(between) = self.between_samples(&track, effects, last) {
-            return run_wide(&track, &between, effects, last);
-        }
-        let mut signal = track.p.to_vec();
-        apply_stage(Stage::Servo, &track, effects.iter().copied(), &mut signal);
-        if last == Stage::Gear {
-            apply_stage(Stage::Gear, &track, effects.iter().copied(), &mut signal);
-        }
-        if self.rests(axis) && !loaded {
-            signal.resize(self.rows(), signal.first().copied().unwrap_or(0.0));
-            return signal;
-        }
-        let rows = self.samples(axis).2;
-        pick(signal, rows)
-    }
-
-    /// Further samples that a servo lag needs: where the lagged joint turns, if its gear remembers turning points; and many after
-    /// each turn of the command, if the lag filters a stiction, whose way out of the stick no row shows.
-    fn between_samples(&self, track: &Track, effects: &[&Effect], last: Stage) -> Option<Vec<(usize, f64, f64)>> {
-        let at = effects.iter().position(|e| e.filters_in_time())?;
-        if self.settled() || track.len() < 2 {
-            return None;
-        }
-        let spike = effects[..at].iter().map(|e| e.sticks_by()).fold(0.0, f64::max);
-        let turns_matter = last == Stage::Gear && effects.iter().any(|e| e.stage() == Stage::Gear && e.has_memory());
-        if spike <= 0.0 && !turns_matter {
-            return None;
-        }
-        let mut found = if turns_matter { effects[at].turning_points(track) } else { Vec::new() };
-        if spike > 0.0 {
-            for (turn, samples) in track.strokes() {
-                for j in samples.take(MOST_STUCK) {
-                    let (t0, t1) = (track.t_s[j - 1], track.t_s[j]);
-                    for k in 1..SUBSAMPLES {
-                        let t = t0 + (t1 - t0) * f64::from(k) / f64::from(SUBSAMPLES);
-                        found.push((j - 1, t, command_between(track, j - 1, t)));
-                    }
-                    if (track.p[j] - turn.p).abs() > spike {
-                        break;
-                    }
-                }
-            }
-            found.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-            found.dedup_by(|a, b| a.1 == b.1);
-        }
-        Some(found)
-    }
-}
-
-impl Axis {
-    fn new(robot: &Robot, axis: usize, samples: Samples, times: &[f64], rows: &[f64], quiet: f64) -> Self {
-        let joint = robot.axis(axis);
-        let rev = match joint.kind {
-            JointKind::Revolute => std::f64::consts::TAU,
-            JointKind::Prismatic => joint.lead_m_per_rev.unwrap_or(1.0),
-        };
-        let track = match &samples {
-            Samples::Rest => Track::new(&times[..times.len().min(1)], &rows[..rows.len().min(1)], quiet),
-            Samples::Rows => Track::new(times, rows, quiet),
-            Samples::Grid { p } => Track::new(times, p, quiet),
-            Samples::Own { t_s, p, .. } => Track::new(t_s, p, quiet),
-        };
-        let (dir, turns) = (track.dir.into_owned(), track.turns.into_owned());
-        let (speed, load) = (OnceLock::new(), OnceLock::new());
-        let (direction, command_speed) = (OnceLock::new(), OnceLock::new());
-        let cubics = OnceLock::new();
-        Self { samples, dir, turns, rev, quiet, speed, load, direction, command_speed, cubics }
-    }
-}
-
-/// Movement that is none, rad or m.
-fn deadband(robot: &Robot, axis: usize) -> f64 {
-    NO_MOVEMENT * robot.axis(axis).kind.si_per_user_unit()
-}
-
-fn at_rest(p: &[f64]) -> bool {
-    p.windows(2).all(|w| w[0] == w[1])
-}
-
-/// Rows and the turning points after them.
-fn with_turning_points(times: &[f64], p: &[f64], found: Vec<(usize, f64, f64)>) -> Samples {
-    let n = p.len() + found.len();
-    let (mut t_s, mut q, mut rows) = (Vec::with_capacity(n), Vec::with_capacity(n), Vec::with_capacity(p.len()));
-    let mut next = found.into_iter().peekable();
-    for (row, (&t, &v)) in times.iter().zip(p).enumerate() {
-        rows.push(t_s.len() as u32);
-        t_s.push(t);
-        q.push(v);
-        while let Some((_, t, v)) = next.next_if(|turn| turn.0 == row) {
-            t_s.push(t);
-            q.push(v);
-        }
-    }
-    Samples::Own { t_s, p: q, rows }
-}
-
-/// Torques of the drives as a log has them.
-fn measured_torque(log: &Log) -> Vec<Option<Vec<f64>>> {
-    log.instruments.torque_nm.iter().map(|t| t.as_ref().map(|t| from_first(t))).collect()
-}
-
-/// A column with gaps: what is missing is what stood before it; before the first value that one.
-fn from_first(column: &[Option<f64>]) -> Vec<f64> {
-    let mut last = column.iter().flatten().next().copied().unwrap_or(0.0);
-    let mut next = |v: &Option<f64>| {
-        last = v.unwrap_or(last);
-        last
-    };
-    column.iter().map(&mut next).collect()
-}
-
-/// A column with gaps: what is missing is what stood before it; 0 before the first value.
-fn carried(column: &[Option<f64>]) -> Vec<f64> {
-    let mut last = 0.0;
-    column
-        .iter()
-        .map(|v| {
-            last = v.unwrap_or(last);
-            last
-        })
-        .collect()
 }

@@ -1,4 +1,9 @@
 //! The diagnosis document `lostmotion/diagnosis/1`.
+//!
+//! Parts:
+//! - [`hidden`]: what the log leaves open: structure without a name, effects that it does not show.
+
+mod hidden;
 
 use crate::diagnose::problem::layout::Sensor;
 use crate::diagnose::problem::recording::Recording;
@@ -8,8 +13,10 @@ use crate::diagnose::result::words::GapUnit;
 use crate::diagnose::search::outcome::Outcome;
 use crate::diagnose::search::{story, unnamed};
 use crate::diagnose::verdict::{self, Member, Verdict};
-use crate::effects::{EffectInstance, catalogue, entry};
+use crate::effects::{EffectInstance, entry};
 use crate::robot::JointKind;
+use hidden::{blind_spots, unexplained};
+pub use hidden::{of_motion, of_resting_joints};
 use indexmap::IndexMap;
 use serde::Serialize;
 use serde_json::Value;
@@ -366,77 +373,4 @@ fn effect_value(placed: &EffectInstance, outcome: &Outcome) -> Value {
         map.shift_insert(1, "target".into(), placed.target_text(robot).into());
     }
     value
-}
-
-fn unexplained(outcome: &Outcome, ratio: &crate::diagnose::candidates::structure::Ratio) -> Unexplained {
-    let rms = |residual: &[f64]| crate::diagnose::problem::residual::rms(&outcome.problem, residual);
-    let (left, floor) = (outcome.rms_named, rms(&outcome.structure.freed));
-    let size = outcome.contradictions.first().map_or((left * left - floor * floor).max(0.0).sqrt(), |c| c.rms);
-    let best = outcome
-        .last
-        .iter()
-        .filter(|s| s.gain > 0.0)
-        .max_by(|a, b| a.gain.total_cmp(&b.gain))
-        .map(|s| (&outcome.candidates[s.candidate], s.gain));
-    let record = match ratio.aspect {
-        Some(crate::diagnose::candidates::basis::Aspect::Time) => "temperature, and the tracker on a fixed reflector",
-        Some(crate::diagnose::candidates::basis::Aspect::Geometry) => {
-            "more poses, far apart, with the orientation of the tool"
-        }
-        _ => "the joint behind its gear (secondary encoder), at two speeds, both ways",
-    };
-    let tried = |effect: &str, target: &str, gain: f64, parameters: usize| Tried {
-        effect: effect.into(),
-        target: target.into(),
-        gain_2lnl: digits(gain),
-        parameters,
-    };
-    let next = outcome.next.as_ref().map(|n| tried(n.effect, &n.target, n.gain, n.parameters));
-    Unexplained {
-        rms_um: digits(size * UM),
-        joint: ratio.axis.map(|a| outcome.problem.robot.axis(a).name.clone()),
-        goes_with: match &outcome.next {
-            _ if !outcome.contradictions.is_empty() => "what is taken as known: see the first note".into(),
-            Some(n) => format!("{} {}, which a further round would name", n.effect, n.target),
-            None => verdict::structure_said(outcome, ratio),
-        },
-        p_value: ratio.p_value,
-        nearest: best.map(|(c, gain)| tried(c.effect, &c.target, gain, c.parameters())),
-        next,
-        record: record.into(),
-    }
-}
-
-/// Detectable sizes, then the effects of motion on joints that do not move: no size of them would show.
-fn blind_spots(outcome: &Outcome) -> Vec<BlindSpot> {
-    let mut all: Vec<BlindSpot> = verdict::blind_spots(outcome).iter().map(|s| spot(s, outcome)).collect();
-    for (effect, target) in of_resting_joints(outcome) {
-        if !all.iter().any(|s| s.effect == effect && s.target == target) {
-            all.push(BlindSpot { effect, target, detectable_from: None });
-        }
-    }
-    all
-}
-
-/// Effects that show in motion alone.
-pub fn of_motion() -> Vec<&'static str> {
-    catalogue::ALL.iter().filter(|e| e.needs_motion).map(|e| e.name).collect()
-}
-
-/// Effects of motion on joints that move in no log.
-pub fn of_resting_joints(outcome: &Outcome) -> Vec<(&'static str, String)> {
-    let robot = &outcome.problem.robot;
-    let of_motion = of_motion();
-    let tried = |name: &str| outcome.candidates.iter().any(|c| of_motion.contains(&c.effect) && c.target == name);
-    let resting = robot.axis_joints().filter(|j| !tried(&j.name));
-    resting.flat_map(|j| of_motion.iter().map(|effect| (*effect, j.name.clone()))).collect()
-}
-
-fn spot(spot: &verdict::BlindSpot, outcome: &Outcome) -> BlindSpot {
-    let c = spot.candidate;
-    let keys = |size: &Vec<f64>| {
-        let of = |p: EffectInstance| p.keys(&outcome.problem.robot).into_iter().zip(p.effect.values());
-        c.at(size).into_iter().flat_map(of).map(|((key, factor), v)| (key, digits((v * factor).abs()))).collect()
-    };
-    BlindSpot { effect: c.effect, target: c.target.clone(), detectable_from: spot.size.as_ref().map(keys) }
 }

@@ -12,14 +12,19 @@
 //! Assumptions: cycles are independent and their scatter is the same at all places. With fewer than 3 degrees of freedom
 //! nothing is tested. One cycle only: the spread between places stands for the noise; one place only: the noise inside
 //! the dwells does, which does not include repeatability. Notes report both.
+//!
+//! Parts:
+//! - [`mod@notes`]: what a reader should know, in words.
+
+mod notes;
 
 use super::creep::series::PairSeries;
 use super::creep::{self, Creep};
 use crate::numerics::normal::Z95;
 use crate::numerics::robust::{median, median_of};
 use crate::numerics::{fisher, student};
-use crate::robot::{Joint, JointKind};
 use nalgebra::{DMatrix, DVector};
+pub use notes::notes;
 
 /// Distance of a gross error, in medians of all distances (8 standard deviations of a normal distribution).
 const GROSS: f64 = 12.0;
@@ -276,104 +281,6 @@ fn test(angles: &[Angle], means: &[f64], repeats: &[f64], noise: &Noise) -> Gate
     });
     let p_value = p_slope_and_bow.map_or(p_any_shape, |q| (2.0 * q.min(p_any_shape)).min(1.0));
     Gate { p_value, p_any_shape, p_slope_and_bow }
-}
-
-/// Where the noise of a joint's figures comes from, and what that leaves open.
-fn noise_notes(table: &Table, summary: &Summary) -> Vec<String> {
-    let mut notes = Vec::new();
-    let mut note = |text: &str| notes.push(text.to_string());
-    match summary.noise.from {
-        NoiseFrom::Cycles if summary.gate.is_none() && summary.angles.len() > 1 => {
-            note("too few repeats to test whether the gap varies with position");
-        }
-        NoiseFrom::Cycles => {}
-        NoiseFrom::Places => note(
-            "one cycle only: intervals take the spread between places for noise; whether the gap varies is not tested",
-        ),
-        NoiseFrom::Dwells => {
-            note("one pair only: its interval holds the noise inside the dwells and nothing of repeatability");
-        }
-    }
-    if summary.noise.rounding {
-        note("repeats agree better than the last digit of the file: its rounding was taken for the noise");
-    }
-    let sigma = summary.noise.variance.sqrt();
-    if summary.noise.from == NoiseFrom::Cycles
-        && summary.noise.dof >= 6.0
-        && sigma > 3.0 * summary.sigma_in_dwell
-        && summary.sigma_in_dwell > table.rounding
-    {
-        note(&format!(
-            "cycles scatter {:.1} times as much as the noise inside the dwells: drift, temperature or settling between cycles",
-            sigma / summary.sigma_in_dwell
-        ));
-    }
-    notes
-}
-
-/// What a reader of a joint's figures should know.
-pub fn notes(table: &Table, summary: &Summary, joint: &Joint) -> Vec<String> {
-    let (unit, edge) = (joint.kind.unit(), |v: f64| joint.kind.to_user_unit(v));
-    let mut notes = Vec::new();
-    let mut note = |text: String| notes.push(format!("{}: {text}", joint.name));
-    for a in &summary.angles {
-        let at = edge(a.at);
-        if !a.dropped.is_empty() {
-            let values: Vec<String> = a.dropped.iter().map(|b| format!("{:.5}", edge(*b))).collect();
-            note(format!(
-                "at {at:.4} {unit} {} left out as gross errors: {} {unit}",
-                a.dropped.len(),
-                values.join(", ")
-            ));
-        }
-        if a.flagged {
-            note(format!(
-                "at {at:.4} {unit} the cycles disagree and too few would remain: kept whole, do not trust it"
-            ));
-        }
-    }
-    noise_notes(table, summary).into_iter().for_each(&mut note);
-    if summary.ci95[1] < 0.0 {
-        let turned = if joint.kind == JointKind::Revolute { "turns" } else { "moves" };
-        note(format!(
-            "the gap is negative: the joint {turned} past its command; check the sense of the joint and of `trigger`"
-        ));
-    }
-    if let Some(text) = summary.creep.as_ref().and_then(|c| creep_note(c, summary, joint)) {
-        note(text);
-    }
-    let largest = summary.angles.iter().map(|a| a.mean).fold(0.0, f64::max);
-    if table.least_stroke < 2.0 * largest {
-        note(format!(
-            "an approach of {:.5} {unit} is shorter than twice the half gap: the gap was not crossed; approach from farther away",
-            edge(table.least_stroke)
-        ));
-    }
-    notes
-}
-
-/// Says what the creep leaves open, and the dwell that would tell; `None` where the dwells are long enough.
-fn creep_note(creep: &Creep, summary: &Summary, joint: &Joint) -> Option<String> {
-    let width = summary.ci95[1] - summary.ci95[0];
-    let short = creep.dwell_s < creep.needed_dwell_s && width > WIDE * summary.half_gap.abs();
-    if short && !creep.applies() {
-        return Some(format!(
-            "the dwells of {:.1} s are too short to exclude that the readings still creep (probability {:.2}): the interval includes that",
-            creep.dwell_s, creep.probability
-        ));
-    }
-    short.then(|| {
-        format!(
-            "the readings still creep when the dwells of {:.1} s end ({:.5} {} then, pace {:.1} s, 95 % interval {:.1} to {:.1} s): the half gap at rest is extrapolated and its interval includes that; dwells of {:.0} s measure it",
-            creep.dwell_s,
-            joint.kind.to_user_unit(creep.at_end),
-            joint.kind.unit(),
-            creep.pace_s,
-            creep.pace_ci95_s[0],
-            creep.pace_ci95_s[1],
-            creep.needed_dwell_s.ceil(),
-        )
-    })
 }
 
 #[cfg(test)]

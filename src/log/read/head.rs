@@ -1,0 +1,138 @@
+//! The head of a table: separator, header row, and where the rows begin; what a file is, where it is no log.
+
+use super::*;
+use crate::error::{Error, Place, Result};
+use crate::log::columns::{Column, Meaning, listed};
+use crate::robot::Robot;
+use rayon::prelude::*;
+
+/// The header row and where the rows begin.
+pub(crate) struct Head {
+    pub(crate) names: Vec<String>,
+    pub(crate) line: u64,
+    pub(crate) body: usize,
+    pub(crate) body_line: u64,
+}
+
+impl Head {
+    pub(crate) fn read(name: &str, bytes: &[u8], separator: u8) -> Result<Self> {
+        let skip = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
+        let text = &bytes[skip..];
+        if text.starts_with(b"PK\x03\x04") {
+            return Err(Error::bad(Place::file(name), "a ZIP file", "CSV text, plain or gzipped, or a workbook"));
+        }
+        if text.iter().all(u8::is_ascii_whitespace) {
+            return Err(Error::bad(Place::file(name), "an empty file", "a header and rows"));
+        }
+        let mut reader = reader(text, separator);
+        let mut record = csv::ByteRecord::new();
+        let found =
+            reader.read_byte_record(&mut record).map_err(|e| Error::bad(Place::file(name), e.to_string(), "CSV"))?;
+        if !found {
+            return Err(Error::bad(Place::file(name), "comments and nothing else", "a header and rows"));
+        }
+        let line = record.position().map_or(1, |p| p.line() + passed_over(text, p.byte()));
+        let mut names = Vec::with_capacity(record.len());
+        for field in &record {
+            match std::str::from_utf8(field) {
+                Ok(s) => names.push(s.trim().to_string()),
+                Err(_) => {
+                    let found = format!("a header that is not UTF-8 (`{}`)", String::from_utf8_lossy(field));
+                    return Err(Error::bad(Place::line(name, line), found, "UTF-8 text"));
+                }
+            }
+        }
+        if names.iter().all(|n| n.parse::<f64>().is_ok()) {
+            return Err(Error::bad(
+                Place::line(name, line),
+                "a row of numbers first",
+                "a header with the names of the columns",
+            ));
+        }
+        Ok(Self { names, line, body: skip + reader.position().byte() as usize, body_line: reader.position().line() })
+    }
+
+    /// A header in one piece where another separator would cut it: says so, whatever else is wrong.
+    pub(crate) fn explain(&self, name: &str, separator: u8, otherwise: Error) -> Error {
+        self.another_separator(name, separator).unwrap_or(otherwise)
+    }
+
+    fn another_separator(&self, name: &str, separator: u8) -> Option<Error> {
+        let other = [';', '\t', ',']
+            .iter()
+            .find(|&&c| c as u32 != u32::from(separator) && self.names.len() == 1 && self.names[0].contains(c))?;
+        let shown = if *other == '\t' { "tab".to_string() } else { other.to_string() };
+        Some(Error::bad(
+            Place::line(name, self.line),
+            format!("fields separated by `{shown}`"),
+            format!("`{}`, or a column map with `separator: \"{shown}\"`", separator as char),
+        ))
+    }
+
+    /// Refuses a header in one piece where another separator would cut it.
+    pub(in crate::log) fn refuse_one_piece(&self, name: &str, separator: u8) -> Result<()> {
+        self.another_separator(name, separator).map_or(Ok(()), Err)
+    }
+
+    /// Whether a column has this name, whatever its letters' case.
+    fn has_name(&self, name: &str) -> bool {
+        self.names.iter().any(|n| n.trim().eq_ignore_ascii_case(name))
+    }
+
+    /// Every axis needs its command, every point its three coordinates (the TCP may lack some where it may stand `lone`).
+    pub(in crate::log) fn check(
+        &self,
+        name: &str,
+        columns: &[Column],
+        robot: &Robot,
+        separator: u8,
+        lone: bool,
+    ) -> Result<()> {
+        let has = |m: Meaning| columns.iter().any(|c| c.meaning == m);
+        let missing = |m: Meaning, expected: String| {
+            let error = Error::bad(
+                Place::line(name, self.line),
+                format!("no column `{}` among {}", m.name(robot), listed(&self.names)),
+                expected,
+            );
+            Err(self.explain(name, separator, error))
+        };
+        if let Some(axis) = (0..robot.dof()).find(|&a| !has(Meaning::Command(a))) {
+            let names = robot.axis_names().join(", ");
+            let program = robot.axis_joints().any(|j| self.has_name(&format!("{}_{}", j.name, j.kind.unit())));
+            let more = if program {
+                "; joints alone are a program: a log has what was measured beside the commands"
+            } else {
+                ""
+            };
+            return missing(Meaning::Command(axis), format!("a command column for each joint of {names}{more}"));
+        }
+        let measured = columns.iter().any(|c| matches!(c.meaning, Meaning::Position { .. }));
+        if let Some(unit) =
+            ["m", "cm", "um", "in", "inch"].iter().find(|u| !measured && self.has_name(&format!("x_{u}")))
+        {
+            let found = format!("a column `x_{unit}` and none `x_mm`");
+            let expected = "positions in mm, or a column map that gives their unit";
+            return Err(self.explain(name, separator, Error::bad(Place::line(name, self.line), found, expected)));
+        }
+        let reflectors = columns.iter().filter_map(|c| match c.meaning {
+            Meaning::Position { k, .. } => Some(k),
+            _ => None,
+        });
+        for k in 0..=reflectors.max().unwrap_or(0) {
+            let point = [0, 1, 2].map(|coordinate| Meaning::Position { k, coordinate });
+            if (k > 0 || !lone && point.iter().any(|&m| has(m)))
+                && let Some(&absent) = point.iter().find(|&&m| !has(m))
+            {
+                return missing(absent, "x, y and z of every reflector".into());
+            }
+        }
+        let parts = [0, 1, 2, 3].map(Meaning::Orientation);
+        if parts.iter().any(|&m| has(m))
+            && let Some(&absent) = parts.iter().find(|&&m| !has(m))
+        {
+            return missing(absent, "qw, qx, qy and qz of an orientation".into());
+        }
+        Ok(())
+    }
+}
