@@ -196,6 +196,8 @@ impl<'a> Spot<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::compensator::FrictionShape;
+    use crate::effects::Decay;
 
     #[test]
     fn days_that_no_calendar_has_are_no_dates() {

@@ -21,7 +21,6 @@ use crate::log::text::{LogText, TextColumn};
 use crate::log::write::{joint_column, position_columns};
 use crate::model::Model;
 use plan::Plan;
-use rayon::prelude::*;
 use std::io::Write;
 
 /// Decimals of positions in mm and of joints in deg or mm.

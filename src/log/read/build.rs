@@ -7,7 +7,6 @@ use crate::log::columns::{Column, Meaning};
 use crate::log::instruments::{Instruments, orientations};
 use crate::robot::Robot;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 /// The columns of a table, each taken once, in SI.
 struct Columns<'a> {

@@ -4,7 +4,6 @@ use super::*;
 use crate::error::{Error, Place, Result};
 use crate::log::columns::{Column, Meaning, listed};
 use crate::robot::Robot;
-use rayon::prelude::*;
 
 /// The header row and where the rows begin.
 pub(crate) struct Head {

@@ -4,7 +4,6 @@ use super::*;
 use crate::effects::servo_lag::{command_between, cubics};
 use crate::effects::{Between, Effect, Stage, Track, apply_stage};
 use crate::machine::wide::{pick, run_wide};
-use rayon::prelude::*;
 
 impl CommandTrajectory {
     /// Motor side of an axis, row by row: what the servo makes of the command. Effects of other stages are ignored.

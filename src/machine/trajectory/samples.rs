@@ -4,7 +4,6 @@ use super::*;
 use crate::effects::Track;
 use crate::log::Log;
 use crate::robot::{JointKind, Robot};
-use rayon::prelude::*;
 use std::sync::OnceLock;
 
 impl Axis {

@@ -4,7 +4,6 @@ use super::*;
 use crate::diagnose::problem::layout::Sensor;
 use crate::effects::{Clock, Effect, EffectInstance, Stage, Target};
 use crate::machine::{self, parts};
-use rayon::prelude::*;
 
 impl Problem {
     /// Adds to `out` what a change of an axis' position (`joint`, and `servo` where it moves the motor too; per row of
