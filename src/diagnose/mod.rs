@@ -38,9 +38,10 @@ pub fn diagnose(model: &Model, logs: &[Log]) -> Result<Outcome> {
     if search::together::triage::many(model, logs)
         && let Some((many, members)) = search::together::outcome::of_many(problem.copy(), start.clone())
     {
-        // what a few effects explain whole needs no lag and no geometry beside them
+        // what fewer parameters explain whole needs no lag and no geometry beside them
         let few = (members <= search::MOST_EFFECTS).then(|| search::run(problem, start));
-        return Ok(few.filter(Outcome::explains_all).unwrap_or(many));
+        let simpler = |few: &Outcome| few.explains_all() && few.fit.parameters() <= many.fit.parameters();
+        return Ok(few.filter(simpler).unwrap_or(many));
     }
     Ok(search::run(problem, start))
 }
