@@ -6,13 +6,14 @@
 //! What is edited, and how new points fit into a controller's splines: docs/program-trajectory.md.
 //!
 //! Modules:
-//! - [`tree`]: YAML and JSON with the bytes of every node.
+//! - [`tree`]: YAML and JSON with the bytes of every node; [`plain`]: the same of plain texts, fast.
 //! - [`read`]: trajectories, with every refusal.
 //! - [`spline`]: what a controller makes of points; times and velocities of new ones.
 //! - [`write`]: patches, and new points in the style of the file.
 //!
 //! References: trajectory_msgs (common_interfaces), control_msgs/FollowJointTrajectory, moveit_msgs/RobotTrajectory; YAML 1.2.
 
+mod plain;
 mod read;
 mod spline;
 #[cfg(test)]

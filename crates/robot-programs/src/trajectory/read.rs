@@ -93,9 +93,9 @@ fn search(
     shared: Option<usize>,
     content: &mut Content,
 ) -> Result<()> {
-    let shared = shared.or_else(|| tree.is_shared(node).then_some(node.start));
+    let shared = shared.or_else(|| tree.is_shared(node).then_some(node.at()));
     if node.kind == Kind::List {
-        for item in &node.items {
+        for item in &node.items[..] {
             search(text, tree, item, key, shared, content)?;
         }
     }
@@ -107,7 +107,7 @@ fn search(
             return Ok(());
         }
         if key.starts_with("multi_dof") {
-            content.left.push((node.start, "joints of several degrees of freedom are left as they are".into()));
+            content.left.push((node.at(), "joints of several degrees of freedom are left as they are".into()));
             return Ok(());
         }
         if let Some(at) = shared {
@@ -117,7 +117,7 @@ fn search(
                 "a trajectory that stands alone: an edit would change the other one, too",
             ));
         }
-        content.trajectories.push(trajectory(text, node.start, names, points)?);
+        content.trajectories.push(trajectory(text, node.at(), names, points)?);
         return Ok(());
     }
     for (k, v) in node.entries() {
@@ -126,12 +126,20 @@ fn search(
     Ok(())
 }
 
+/// Keys of a mapping that are compared one with the other.
+const FEW: usize = 8;
+
 /// Refuses a key that stands twice.
 fn only_once(text: &Text, map: &Node) -> Result<()> {
     let mut seen = std::collections::BTreeSet::new();
-    for (k, _) in map.entries() {
-        if !seen.insert(k.word(text)) {
-            return Err(text.bad(k.start, format!("`{}` a second time", k.word(text)), "every key once"));
+    let few = map.items.len() <= 2 * FEW;
+    for (n, (k, _)) in map.entries().enumerate() {
+        let again = match few {
+            true => map.entries().take(n).any(|(other, _)| other.word(text) == k.word(text)),
+            false => !seen.insert(k.word(text)),
+        };
+        if again {
+            return Err(text.bad(k.at(), format!("`{}` a second time", k.word(text)), "every key once"));
         }
     }
     Ok(())
@@ -141,25 +149,25 @@ fn trajectory(text: &Text, start: usize, names: &Node, points: &Node) -> Result<
     alone(text, names)?;
     alone(text, points)?;
     if names.kind != Kind::List {
-        return Err(text.bad(names.start, found(text, names), "a list of joint names"));
+        return Err(text.bad(names.at(), found(text, names), "a list of joint names"));
     }
     let mut joints = Vec::with_capacity(names.items.len());
-    for name in &names.items {
+    for name in &names.items[..] {
         alone(text, name)?;
         if !matches!(name.kind, Kind::Scalar { .. }) || name.is_null(text) {
-            return Err(text.bad(name.start, found(text, name), "the name of a joint"));
+            return Err(text.bad(name.at(), found(text, name), "the name of a joint"));
         }
         let word = name.word(text).into_owned();
         if joints.iter().any(|n: &String| n.eq_ignore_ascii_case(&word)) {
-            return Err(text.bad(name.start, format!("joint `{word}` a second time"), "every joint once"));
+            return Err(text.bad(name.at(), format!("joint `{word}` a second time"), "every joint once"));
         }
         joints.push(word);
     }
     let mut list: Vec<Point> = Vec::new();
     if points.kind != Kind::List && !points.is_null(text) {
-        return Err(text.bad(points.start, found(text, points), "a list of points"));
+        return Err(text.bad(points.at(), found(text, points), "a list of points"));
     }
-    for item in &points.items {
+    for item in &points.items[..] {
         let (point, time_at) = point(text, item, joints.len())?;
         if let Some(before) = list.last()
             && point.t_s <= before.t_s
@@ -172,8 +180,8 @@ fn trajectory(text: &Text, start: usize, names: &Node, points: &Node) -> Result<
         }
         list.push(point);
     }
-    let brackets = text.bytes.get(points.start) == Some(&b'[');
-    Ok(Trajectory { start, names: joints, names_at: names.start, points: list, brackets })
+    let brackets = text.bytes.get(points.at()) == Some(&b'[');
+    Ok(Trajectory { start, names: joints, names_at: names.at(), points: list, brackets })
 }
 
 fn found(text: &Text, node: &Node) -> String {
@@ -190,13 +198,13 @@ fn found(text: &Text, node: &Node) -> String {
 fn alone(text: &Text, node: &Node) -> Result<()> {
     let expected = "numbers and names that are written out";
     if node.kind == Kind::Alias {
-        return Err(text.bad(node.start, found(text, node), expected));
+        return Err(text.bad(node.at(), found(text, node), expected));
     }
     if node.anchor != 0 {
-        return Err(text.bad(node.start, "an anchor", expected));
+        return Err(text.bad(node.at(), "an anchor", expected));
     }
     if node.tagged {
-        return Err(text.bad(node.start, "a tag", expected));
+        return Err(text.bad(node.at(), "a tag", expected));
     }
     Ok(())
 }
@@ -205,10 +213,10 @@ fn point(text: &Text, node: &Node, joints: usize) -> Result<(Point, usize)> {
     alone(text, node)?;
     if matches!(node.kind, Kind::Scalar { .. }) && node.word(text) == "..." {
         let expected = "every point: print the message with --full-length";
-        return Err(text.bad(node.start, "`...`", expected));
+        return Err(text.bad(node.at(), "`...`", expected));
     }
     if node.kind != Kind::Map {
-        return Err(text.bad(node.start, found(text, node), "a point: a mapping with positions and time_from_start"));
+        return Err(text.bad(node.at(), found(text, node), "a point: a mapping with positions and time_from_start"));
     }
     only_once(text, node)?;
     let value = |name: &str| node.entries().find(|(k, _)| k.word(text) == name).map(|(_, v)| v);
@@ -217,12 +225,12 @@ fn point(text: &Text, node: &Node, joints: usize) -> Result<(Point, usize)> {
         None => Ok(Vec::new()),
     };
     let Some(time) = value("time_from_start") else {
-        return Err(text.bad(node.start, "a point without time_from_start", "the time of every point"));
+        return Err(text.bad(node.at(), "a point without time_from_start", "the time of every point"));
     };
-    let (time, t_s) = self::time(text, time).map(|t| (t.0, (t.1, time.start)))?;
+    let (time, t_s) = self::time(text, time).map(|t| (t.0, (t.1, time.at())))?;
     let mut foreign = node.entries().map(|(k, _)| k.word(text)).find(|k| !KEYS.contains(&k.as_ref()));
     let point = Point {
-        span: node.start..node.end,
+        span: node.span(),
         positions: numbers("positions")?,
         velocities: numbers("velocities")?,
         accelerations: numbers("accelerations")?,
@@ -241,12 +249,15 @@ fn list_of(text: &Text, list: &Node, what: &str, joints: usize) -> Result<Vec<Nu
         return Ok(Vec::new());
     }
     if list.kind != Kind::List {
-        return Err(text.bad(list.start, found(text, list), format!("{what} as a list")));
+        return Err(text.bad(list.at(), found(text, list), format!("{what} as a list")));
     }
-    let numbers = list.items.iter().map(|n| num(text, n)).collect::<Result<Vec<_>>>()?;
+    let mut numbers = Vec::with_capacity(list.items.len());
+    for n in &list.items[..] {
+        numbers.push(num(text, n)?);
+    }
     if !numbers.is_empty() && numbers.len() != joints {
         return Err(text.bad(
-            list.start,
+            list.at(),
             format!("{} {what}", numbers.len()),
             format!("{joints}, one per name in joint_names"),
         ));
@@ -256,14 +267,14 @@ fn list_of(text: &Text, list: &Node, what: &str, joints: usize) -> Result<Vec<Nu
 
 fn num(text: &Text, node: &Node) -> Result<Num> {
     alone(text, node)?;
-    let bytes = text.slice(node.start..node.end);
+    let bytes = text.slice(node.span());
     let digits = bytes.strip_prefix(b"-").or_else(|| bytes.strip_prefix(b"+")).unwrap_or(bytes);
     // 010 is eight for a reader of YAML 1.1 and ten for one of YAML 1.2
     let octal = digits.len() > 1 && digits.starts_with(b"0") && digits.iter().all(u8::is_ascii_digit);
     let read = if node.kind == (Kind::Scalar { plain: true }) && !octal { number::read(bytes) } else { None };
     let (value, style) =
-        read.ok_or_else(|| text.bad(node.start, found(text, node), "a finite decimal number without quotes"))?;
-    Ok(Num { value, start: node.start, end: node.end, style })
+        read.ok_or_else(|| text.bad(node.at(), found(text, node), "a finite decimal number without quotes"))?;
+    Ok(Num { value, start: node.at(), end: node.end as usize, style })
 }
 
 /// A whole number, also as `2.0`.
@@ -273,7 +284,7 @@ fn whole(text: &Text, node: &Node, most: f64) -> Result<Num> {
     if plain && (0.0..=most).contains(&n.value) {
         return Ok(n);
     }
-    Err(text.bad(node.start, found(text, node), format!("one whole number from 0 to {most}")))
+    Err(text.bad(node.at(), found(text, node), format!("one whole number from 0 to {most}")))
 }
 
 fn time(text: &Text, node: &Node) -> Result<(Time, f64)> {
@@ -281,7 +292,7 @@ fn time(text: &Text, node: &Node) -> Result<(Time, f64)> {
     if node.kind == Kind::List {
         let parts: Vec<&Node> = node.items.iter().collect();
         let &[sec, nano] = parts.as_slice() else {
-            return Err(text.bad(node.start, format!("a list of {}", parts.len()), "seconds and nanoseconds"));
+            return Err(text.bad(node.at(), format!("a list of {}", parts.len()), "seconds and nanoseconds"));
         };
         let (sec, nano) = (whole(text, sec, 1e9)?, whole(text, nano, 999_999_999.0)?);
         let t_s = sec.value + nano.value * 1e-9;
@@ -290,7 +301,7 @@ fn time(text: &Text, node: &Node) -> Result<(Time, f64)> {
     if node.kind != Kind::Map {
         let t = num(text, node)?;
         if t.value < 0.0 {
-            return Err(text.bad(node.start, found(text, node), "a time from 0"));
+            return Err(text.bad(node.at(), found(text, node), "a time from 0"));
         }
         return Ok((Time::Seconds(t), t.value));
     }
@@ -302,23 +313,23 @@ fn time(text: &Text, node: &Node) -> Result<(Time, f64)> {
             "nanosec" | "nsecs" => (&mut nano, 999_999_999.0),
             other => {
                 return Err(text.bad(
-                    k.start,
+                    k.at(),
                     format!("`{other}`"),
                     "sec and nanosec (ROS 2) or secs and nsecs (ROS 1)",
                 ));
             }
         };
         if slot.is_some() {
-            return Err(text.bad(v.start, found(text, v), "it once"));
+            return Err(text.bad(v.at(), found(text, v), "it once"));
         }
         *slot = Some(whole(text, v, most)?);
         ros1 |= k.word(text).ends_with('s');
-        quote = text.bytes.get(k.start).copied().filter(|b| matches!(b, b'"' | b'\''));
+        quote = text.bytes.get(k.at()).copied().filter(|b| matches!(b, b'"' | b'\''));
     }
     if sec.is_none() && nano.is_none() {
-        return Err(text.bad(node.start, "an empty time", "sec and nanosec (ROS 2) or secs and nsecs (ROS 1)"));
+        return Err(text.bad(node.at(), "an empty time", "sec and nanosec (ROS 2) or secs and nsecs (ROS 1)"));
     }
-    let braces = text.bytes.get(node.start) == Some(&b'{');
+    let braces = text.bytes.get(node.at()) == Some(&b'{');
     let of = |n: Option<Num>| n.map_or(0.0, |n| n.value);
     let t_s = of(sec) + of(nano) * 1e-9;
     Ok((Time::Parts { sec, nano, braces, ros1, quote }, t_s))

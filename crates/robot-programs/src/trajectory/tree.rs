@@ -7,8 +7,9 @@
 //! that a wrong place cannot become a wrong number. The parser's ends of quoted words and of brackets reach over the blanks
 //! and the comment after them: these ends are found here.
 
+use super::plain;
 use crate::error::Result;
-use crate::script::{Few, Span, Text};
+use crate::script::{Span, Text};
 use saphyr_parser::{Event, Parser, ScalarStyle, ScanError};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -29,21 +30,22 @@ pub enum Kind {
     Alias,
 }
 
-#[derive(Debug, Clone)]
+/// A node; a text has no more bytes than its places can tell.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Node {
     pub kind: Kind,
     /// First byte; of a block collection that of its first entry.
-    pub start: usize,
+    pub start: u32,
     /// After the last byte; of a block collection after its last entry that has bytes.
-    pub end: usize,
+    pub end: u32,
     /// Number of its anchor, 0: none.
     pub anchor: u32,
     pub tagged: bool,
-    pub items: Few<Node>,
+    pub items: Box<[Node]>,
 }
 
 /// The documents of a text and its comments.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Tree {
     pub documents: Vec<Node>,
     /// From `#` to the end of the line, in order.
@@ -53,15 +55,25 @@ pub struct Tree {
 }
 
 impl Node {
+    /// Its first byte.
+    pub fn at(&self) -> usize {
+        self.start as usize
+    }
+
+    /// Its bytes.
+    pub fn span(&self) -> Range<usize> {
+        self.at()..self.end as usize
+    }
+
     /// Key and value of every entry.
     pub fn entries(&self) -> impl Iterator<Item = (&Node, &Node)> {
-        let items = if self.kind == Kind::Map { self.items.as_slice() } else { &[] };
+        let items = if self.kind == Kind::Map { &self.items[..] } else { &[] };
         items.chunks_exact(2).map(|pair| (&pair[0], &pair[1]))
     }
 
     /// Its word: quotes are taken off, escapes left as they are.
     pub fn word<'a>(&self, text: &'a Text) -> Cow<'a, str> {
-        let bytes = text.slice(self.start..self.end);
+        let bytes = text.slice(self.span());
         let inner = match (self.kind, bytes) {
             (Kind::Scalar { plain: false }, [b'"', inner @ .., b'"'] | [b'\'', inner @ .., b'\'']) => inner,
             _ => bytes,
@@ -72,7 +84,7 @@ impl Node {
     /// Whether nothing is written here: `key:`, `null`, `~`.
     pub fn is_null(&self, text: &Text) -> bool {
         self.kind == Kind::Scalar { plain: true }
-            && matches!(text.slice(self.start..self.end), b"" | b"~" | b"null" | b"Null" | b"NULL")
+            && matches!(text.slice(self.span()), b"" | b"~" | b"null" | b"Null" | b"NULL")
     }
 }
 
@@ -82,11 +94,24 @@ impl Tree {
     /// # Errors
     /// With line and column where it is no YAML or JSON, or nested too deep.
     pub fn read(text: &Text) -> Result<Self> {
+        match plain::tree(&text.bytes) {
+            Some(tree) => Ok(tree),
+            None => Self::parse(text),
+        }
+    }
+
+    /// Of documents without aliases.
+    pub(super) fn of(documents: Vec<Node>, comments: Vec<Range<usize>>) -> Self {
+        Self { documents, comments, ..Self::default() }
+    }
+
+    /// Reads whatever YAML or JSON has.
+    pub(super) fn parse(text: &Text) -> Result<Self> {
         let skipped = if text.bytes.starts_with(b"\xEF\xBB\xBF") { 3 } else { 0 };
         let bytes = text.bytes.get(skipped..).unwrap_or_default();
         let characters = characters(bytes);
         let mut tree = Self::default();
-        let mut open: Vec<Node> = Vec::new();
+        let mut open: Vec<(Node, Vec<Node>)> = Vec::new();
         let mut leaves: Vec<Span> = Vec::new();
         for event in Parser::new_from_str(&characters) {
             let (event, span) = event.map_err(|e| malformed(text, skipped, &e))?;
@@ -94,20 +119,20 @@ impl Tree {
             let (start, end) = (at(span.start.index()), at(span.end.index()).max(at(span.start.index())));
             let node = |kind, anchor: usize, tagged| Node {
                 kind,
-                start,
-                end,
+                start: start as u32,
+                end: end as u32,
                 anchor: anchor as u32,
                 tagged,
-                items: Few::new(),
+                items: Box::default(),
             };
             let done = match event {
                 Event::Scalar(_, style, anchor, tag) => {
                     let mut word = node(Kind::Scalar { plain: style == ScalarStyle::Plain }, anchor, tag.is_some());
                     if matches!(style, ScalarStyle::SingleQuoted | ScalarStyle::DoubleQuoted) {
-                        word.end = word.start + quoted(text.slice(start..end));
+                        word.end = word.start + quoted(text.slice(start..end)) as u32;
                     }
                     if word.start < word.end {
-                        leaves.push((word.start..word.end).into());
+                        leaves.push(word.span().into());
                     }
                     Some(word)
                 }
@@ -116,21 +141,22 @@ impl Tree {
                     Some(node(Kind::Alias, 0, false))
                 }
                 Event::SequenceStart(anchor, tag) => {
-                    open.push(node(Kind::List, anchor, tag.is_some()));
+                    open.push((node(Kind::List, anchor, tag.is_some()), Vec::new()));
                     None
                 }
                 Event::MappingStart(anchor, tag) => {
-                    open.push(node(Kind::Map, anchor, tag.is_some()));
+                    open.push((node(Kind::Map, anchor, tag.is_some()), Vec::new()));
                     None
                 }
-                Event::SequenceEnd | Event::MappingEnd => open.pop().map(|mut n| {
-                    let written = n.items.iter().filter(|i| i.end > i.start);
-                    let last = written.map(|i| i.end).max().unwrap_or(n.start);
-                    n.end = match text.bytes.get(n.start) {
-                        Some(b'[') => closing(&text.bytes, last.max(n.start + 1), b']'),
-                        Some(b'{') => closing(&text.bytes, last.max(n.start + 1), b'}'),
+                Event::SequenceEnd | Event::MappingEnd => open.pop().map(|(mut n, items)| {
+                    let written = items.iter().filter(|i| i.end > i.start);
+                    let last = written.map(|i| i.end).max().unwrap_or(n.start) as usize;
+                    n.end = match text.bytes.get(n.at()) {
+                        Some(b'[') => closing(&text.bytes, last.max(n.at() + 1), b']'),
+                        Some(b'{') => closing(&text.bytes, last.max(n.at() + 1), b'}'),
                         _ => last,
-                    };
+                    } as u32;
+                    n.items = items.into_boxed_slice();
                     n
                 }),
                 _ => None,
@@ -140,7 +166,7 @@ impl Tree {
             }
             if let Some(node) = done {
                 match open.last_mut() {
-                    Some(parent) => parent.items.push(node),
+                    Some((_, items)) => items.push(node),
                     None => tree.documents.push(node),
                 }
             }
@@ -242,9 +268,9 @@ mod tests {
 
     fn words(node: &Node, text: &Text, out: &mut Vec<String>) {
         if node.items.is_empty() {
-            out.push(String::from_utf8_lossy(text.slice(node.start..node.end)).into_owned());
+            out.push(String::from_utf8_lossy(text.slice(node.span())).into_owned());
         }
-        for item in &node.items {
+        for item in &node.items[..] {
             words(item, text, out);
         }
     }
@@ -271,7 +297,7 @@ mod tests {
     fn a_collection_ends_behind_its_last_word() {
         let (text, tree) = read("a:\n- b: 1\n  c: [2]   # x\n\n- d: 3\n  e:\nf: 4\n");
         let list = &tree.documents[0].items[1];
-        let bytes = |n: &Node| String::from_utf8_lossy(text.slice(n.start..n.end)).into_owned();
+        let bytes = |n: &Node| String::from_utf8_lossy(text.slice(n.span())).into_owned();
         assert_eq!(bytes(&list.items[0]), "b: 1\n  c: [2]");
         assert!(bytes(&list.items[1]).starts_with("d: 3\n  e"));
     }
@@ -281,13 +307,13 @@ mod tests {
         for source in ["{a: [1, 2,] , }", "[{a: 1,} ,  # ]\n ]", "{a: {b: }, c: [] }", "[[ ], { }]"] {
             let (text, tree) = read(&format!("k: {source}   # }} ]\n"));
             let node = &tree.documents[0].items[1];
-            assert_eq!(String::from_utf8_lossy(text.slice(node.start..node.end)), source);
+            assert_eq!(String::from_utf8_lossy(text.slice(node.span())), source);
         }
         let (text, tree) = read("[{a: [1, 2,  ] ,  }]");
         let map = &tree.documents[0].items[0];
         let list = &map.items[1];
-        assert_eq!(text.slice(map.start..map.end), b"{a: [1, 2,  ] ,  }");
-        assert_eq!(text.slice(list.start..list.end), b"[1, 2,  ]");
+        assert_eq!(text.slice(map.span()), b"{a: [1, 2,  ] ,  }");
+        assert_eq!(text.slice(list.span()), b"[1, 2,  ]");
     }
 
     #[test]
