@@ -76,6 +76,8 @@ impl Sides {
 pub struct Directions {
     last: Vec<f64>,
     signs: Vec<i8>,
+    /// Where the gears stand now: room that is kept.
+    here: Vec<f64>,
 }
 
 impl Directions {
@@ -87,14 +89,15 @@ impl Directions {
 
     /// The robot goes on to `q`; movement within `deadband` (per axis) is none.
     pub fn go(&mut self, robot: &Robot, q: &[f64], deadband: &[f64]) {
-        let mut here = q.to_vec();
-        robot.to_gears(&mut here);
-        if self.last.len() != here.len() {
-            self.signs = vec![0; here.len()];
-            self.last = here;
+        self.here.clear();
+        self.here.extend_from_slice(q);
+        robot.to_gears(&mut self.here);
+        if self.last.len() != self.here.len() {
+            self.signs = vec![0; self.here.len()];
+            self.last.clone_from(&self.here);
             return;
         }
-        for (axis, v) in here.iter().enumerate() {
+        for (axis, v) in self.here.iter().enumerate() {
             let by = v - self.last[axis];
             if by.abs() > deadband.get(axis).copied().unwrap_or(0.0) {
                 self.signs[axis] = if by > 0.0 { 1 } else { -1 };

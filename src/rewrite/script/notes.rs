@@ -100,7 +100,8 @@ pub fn not_understood(script: &Script) -> Vec<Note> {
 
 /// `lost motion: of`, `lostmotion ON (seam)`: the name and a colon, or in one word with on or off after it.
 fn addresses_us(line: &[u8]) -> bool {
-    let Some(first) = memchr::memmem::find(&line.to_ascii_lowercase(), b"lost") else { return false };
+    let begins = |at: &usize| line.get(*at..at + 4).is_some_and(|word| word.eq_ignore_ascii_case(b"lost"));
+    let Some(first) = memchr::memchr2_iter(b'l', b'L', line).find(begins) else { return false };
     let line = String::from_utf8_lossy(&line[first..]).to_ascii_lowercase();
     let after = line.trim_start_matches("lost");
     let Some(rest) = after.trim_start_matches([' ', '-', '_']).strip_prefix("motion") else { return false };

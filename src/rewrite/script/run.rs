@@ -124,7 +124,9 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
     let entry = script.entry.or_else(|| (0..script.steps.len()).find(|&k| start(k)));
     let plain = Arc::new(Tooled::new(choice.robot, choice.robot.tool));
     let run = empty_run(entry.is_none());
-    let one_arm = one_configuration(script, &plain);
+    // what joint targets say of the arm serves Cartesian ones alone
+    let solves = poses.posture.is_some() || script.moves().any(|(_, m)| matches!(m.goal, Goal::Pose(_)));
+    let one_arm = !solves || one_configuration(script, &plain);
     let hint = script.targets.iter().find_map(|t| joints_of(t, choice.robot.dof())).filter(|_| one_arm);
     if !one_arm {
         poses.posture = None;

@@ -108,7 +108,12 @@ fn number(word: &[u8]) -> Option<u64> {
 fn named(text: &Text, words: &[Range<usize>]) -> Vec<Label> {
     let mut out = Vec::new();
     for word in words {
-        let bytes = text.slice(word.clone()).to_ascii_uppercase();
+        let bytes = text.slice(word.clone());
+        let ends = |at: usize| at.checked_sub(1).and_then(|k| bytes.get(k)).is_some_and(|b| b"LlKk".contains(b));
+        if !memchr::memchr_iter(b'[', bytes).any(ends) {
+            continue;
+        }
+        let bytes = bytes.to_ascii_uppercase();
         for mark in [&b"LBL["[..], b"MRK["] {
             out.extend(memchr::memmem::find_iter(&bytes, mark).map(|at| number(&bytes[at..])));
         }

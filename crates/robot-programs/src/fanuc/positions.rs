@@ -6,6 +6,7 @@
 
 use super::statement::shown;
 use crate::error::Result;
+use crate::script::lex::upper_of;
 use crate::script::pose::{Configuration, Frame, PoseGoal, Solution};
 use crate::script::{Span, Text, number};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -225,7 +226,7 @@ fn line(text: &Text, span: Range<usize>, position: &mut Position) -> Result<()> 
         }
         let start = at;
         at += bytes[at..].iter().take_while(|b| b.is_ascii_alphanumeric()).count();
-        let name = String::from_utf8_lossy(&bytes[start..at]).to_ascii_uppercase();
+        let name = upper_of(&bytes[start..at]);
         at += bytes[at..].iter().take_while(|b| b.is_ascii_whitespace()).count();
         match bytes.get(at) {
             Some(b':') => {
@@ -233,7 +234,7 @@ fn line(text: &Text, span: Range<usize>, position: &mut Position) -> Result<()> 
                 let rest = bytes[at..].trim_ascii_start();
                 let digits = rest.iter().take_while(|b| b.is_ascii_digit()).count();
                 let value = std::str::from_utf8(&rest[..digits]).ok().and_then(|d| d.parse().ok());
-                match name.as_str() {
+                match &*name {
                     "UF" => position.frame = value,
                     "UT" => position.tool = value,
                     _ => {}
@@ -252,7 +253,7 @@ const USUAL: &[&str] = &["J1", "J2", "J3", "J4", "J5", "J6", "X", "Y", "Z", "W",
 const MOST: usize = 64;
 
 /// A number and its unit after `name=`; the offset after it.
-fn field(text: &Text, span: &Range<usize>, from: usize, name: String, position: &mut Position) -> Result<usize> {
+fn field(text: &Text, span: &Range<usize>, from: usize, name: Cow<str>, position: &mut Position) -> Result<usize> {
     let bytes = text.slice(span.clone());
     let blanks = bytes[from..].iter().take_while(|b| b.is_ascii_whitespace()).count();
     let start = from + blanks;
@@ -280,7 +281,10 @@ fn field(text: &Text, span: &Range<usize>, from: usize, name: String, position: 
         return Err(bad(token, "each axis once"));
     }
     // the names that nearly all fields have take no memory
-    let name = USUAL.iter().find(|usual| **usual == name).map_or(Cow::Owned(name), |usual| Cow::Borrowed(*usual));
+    let name = USUAL
+        .iter()
+        .find(|usual| **usual == name)
+        .map_or_else(|| Cow::Owned(name.to_string()), |usual| Cow::Borrowed(*usual));
     position.fields.push(Field {
         name,
         field: (span.start + from..span.start + after).into(),

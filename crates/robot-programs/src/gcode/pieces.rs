@@ -139,7 +139,7 @@ impl Writer<'_> {
             let centre = self.centre(step, s, arc, form, &piece)?;
             self.replace_centre(s, &centre);
         }
-        self.replace(s, &leg);
+        self.replace(s, leg.words);
         if straight && s.motion_word.is_none() {
             self.name_motion(s);
         }

@@ -217,7 +217,7 @@ impl Writer<'_> {
             self.now = leg.to;
         }
         let leg = self.leg(s, goal, true);
-        self.replace(s, &leg);
+        self.replace(s, leg.words);
         self.now = leg.to;
         Ok(())
     }
@@ -320,12 +320,12 @@ impl Writer<'_> {
     }
 
     /// Puts changed numbers into the block, and words that it does not have after its axis words.
-    pub(super) fn replace(&mut self, s: &Statement, leg: &Leg) {
+    pub(super) fn replace(&mut self, s: &Statement, words: Vec<Option<String>>) {
         let mut added = String::new();
-        for (a, text) in leg.words.iter().enumerate() {
-            let Some(text) = text.as_ref().filter(|t| !t.is_empty()) else { continue };
+        for (a, text) in words.into_iter().enumerate() {
+            let Some(text) = text.filter(|t| !t.is_empty()) else { continue };
             match s.axis_word(a) {
-                Some(w) => self.patches.push(Patch::new(0, w.number(), text.as_bytes())),
+                Some(w) => self.patches.push(Patch::new(0, w.number(), text)),
                 None => added.push_str(&format!(" {}{text}", self.letter(s, a))),
             }
         }

@@ -5,7 +5,7 @@
 //! Grammar read here: `*LABEL`, `JUMP *LABEL [IF condition]`, `JUMP JOB:NAME [IF ...]`, `RET [IF ...]`, `CALL JOB:NAME [arguments] [IF ...]`,
 //! `IFTHEN`, `ELSEIF`, `ELSE`, `ENDIF`, `SWITCH`, `CASE value`, `DEFAULT`, `ENDSWITCH`, `WHILE`, `ENDWHILE`, `FOR`, `NEXT`.
 
-use super::read::{begin_of, stands, still, upper, words};
+use super::read::{begin_of, is_plain_move, stands, still, upper, words};
 use super::shared::job_name;
 use crate::script::{Break, Text};
 use std::collections::{BTreeMap, BTreeSet};
@@ -127,6 +127,10 @@ pub(super) fn quiet_labels(text: &Text, begin: usize, jobs: &StillJobs) -> BTree
     let mut defined: BTreeMap<String, Vec<u64>> = BTreeMap::new();
     let mut jumps: Vec<(String, Option<u64>)> = Vec::new();
     for k in begin..text.line_count() {
+        if is_plain_move(text.line(k)) {
+            stretch += 1;
+            continue;
+        }
         let words = upper_words(text, k);
         let busy = match read(&words) {
             _ if words.is_empty() => false,

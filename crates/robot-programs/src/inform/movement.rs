@@ -4,9 +4,10 @@
 //! told. Fails where a move names a C position that is not in the list, one with too few numbers, or pulses of a joint of which
 //! the robot file does not say how many make a degree.
 
-use super::read::{ANGLE_DECIMALS, LENGTH_DECIMALS, Reader, upper};
+use super::read::{ANGLE_DECIMALS, LENGTH_DECIMALS, Reader};
 use super::{Kind, Meaning, Number, Numbers, Reference, Statement, Tag};
 use crate::error::Result;
+use crate::script::lex::upper_of;
 use crate::script::pose::{Configuration, Frame};
 use crate::script::{
     At, Break, Few, Goal, How, Move, Note, PathKind, PoseForm, PoseGoal, Solution, Span, Speed, StepKind, Target,
@@ -121,7 +122,7 @@ impl Reader<'_> {
             line.unclear = Some(format!("the job is of group {group}"));
         }
         for w in &own[1..] {
-            let name = upper(text, w);
+            let name = upper_of(text.slice(w.clone()));
             match Kind::read(name.as_bytes()).filter(|_| !line.conditions) {
                 Some((kind, n, _)) => self.named(&mut line, w, &name, kind, n)?,
                 None => line.tag(w, &name),

@@ -162,7 +162,7 @@ pub(super) fn words(text: &Text, k: usize) -> Vec<Range<usize>> {
 }
 
 pub(super) fn upper(text: &Text, span: &Range<usize>) -> String {
-    upper_of(text.slice(span.clone()))
+    upper_of(text.slice(span.clone())).into_owned()
 }
 
 /// Whether a line is a move of a form that is met nearly everywhere, to a position with a `C` and its number, and names nothing else:
@@ -429,8 +429,9 @@ impl Reader<'_> {
     fn instruction(&mut self, k: usize) -> Result<bool> {
         let words = words(self.text, k);
         let Some(first) = words.first() else { return Ok(false) };
-        let word = upper(self.text, first);
-        let is = |list: &[&str]| list.contains(&word.as_str());
+        let text = self.text;
+        let word = upper_of(text.slice(first.clone()));
+        let is = |list: &[&str]| list.contains(&&*word);
         let foreign = word.starts_with('+');
         if !foreign && word.contains("MOV") {
             self.movement(k, &words, &word)?;

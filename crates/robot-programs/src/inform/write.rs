@@ -247,12 +247,13 @@ impl<'a> Writer<'a> {
 
     fn place(&mut self, line: usize, uses: &[(usize, Form)]) -> Result<()> {
         let stays = self.job.pinned[line] || uses.iter().any(|u| u.1.0.is_empty());
-        let kept = if stays { Form::default() } else { uses.first().map(|u| u.1.clone()).unwrap_or_default() };
+        let none = Form::default();
+        let kept = if stays { &none } else { uses.first().map_or(&none, |u| &u.1) };
         let spans = &self.job.positions[line].numbers;
         let numbers = kept.0.iter().filter_map(|(n, new)| Some((*spans.get(*n)?, new)));
         self.patches.extend(numbers.map(|(span, new)| Patch::new(0, span, new.as_str())));
         let mut clones: Vec<(&Form, String)> = Vec::new();
-        for (step, form) in uses.iter().filter(|u| u.1 != kept) {
+        for (step, form) in uses.iter().filter(|u| u.1 != *kept) {
             if self.job.positions[line].kind >= Kind::P {
                 return Err(self.refused(*step, "a position variable has but one value"));
             }

@@ -2,7 +2,7 @@
 
 use super::aggregate::{Aggregate, aggregate};
 use super::calls::calls;
-use super::lex::{Kind, Token, first_word, index, tokens, upper};
+use super::lex::{Kind, Token, first_word, in_upper, index, tokens, upper};
 use super::motion;
 use super::name::{Assigned, Flow, Holds, Name};
 use crate::error::Result;
@@ -63,8 +63,8 @@ impl Data {
                     }
                     tokens(text, k, &mut line);
                     line.retain(|t| t.kind != Kind::Comment);
-                    let first = line.first().map(|t| upper(text, t)).unwrap_or_default();
-                    let second = line.get(1).filter(|_| first == "GLOBAL").map(|t| upper(text, t));
+                    let first = line.first().map(|t| in_upper(text, t)).unwrap_or_default();
+                    let second = line.get(1).filter(|_| first == "GLOBAL").map(|t| in_upper(text, t));
                     if is_routine(&first, &second.unwrap_or_default()) {
                         routine += 1;
                         flow = Flow::default();
@@ -75,7 +75,7 @@ impl Data {
                         if pass == 0 {
                             data.declare(text, file, k, scope, &line, at)?;
                         }
-                    } else if pass == 1 && !matches!(first.as_str(), "STRUC" | "ENUM" | "EXT" | "EXTP" | "EXTFCT") {
+                    } else if pass == 1 && !matches!(&*first, "STRUC" | "ENUM" | "EXT" | "EXTP" | "EXTFCT") {
                         for (n, part) in statements(text, &line).into_iter().enumerate() {
                             data.uses(text, file, k, (scope.unwrap_or(0), n == 0 && flow.certain()), part)?;
                         }
@@ -239,7 +239,7 @@ impl Data {
     /// The point that the word at token `i` names, and the token after it: a name, an element of an array by a plain index, or the
     /// array itself where the index is computed.
     pub(super) fn at(&mut self, routine: usize, text: &Text, line: &[Token], i: usize) -> Option<(usize, usize)> {
-        let name = upper(text, line.get(i)?);
+        let name = in_upper(text, line.get(i)?);
         let n = self.find(routine, &name)?;
         if !self.names[n].array {
             return Some((n, i + 1));

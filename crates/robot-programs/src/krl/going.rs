@@ -35,6 +35,14 @@ fn choice(text: &Text, line: &[Token], name: &str) -> Option<String> {
     line.get(hash + 1).map(|t| upper(text, t))
 }
 
+/// Where a word stands, in upper or lower case; its fourth letter is `_`.
+fn in_any_case<'a>(bytes: &'a [u8], word: &'static str) -> impl Iterator<Item = usize> + 'a {
+    memchr::memchr_iter(b'_', bytes).filter_map(move |k| {
+        let at = k.checked_sub(3)?;
+        bytes.get(at..at + word.len())?.eq_ignore_ascii_case(word.as_bytes()).then_some(at)
+    })
+}
+
 /// What the text has said so far.
 #[derive(Default)]
 pub(super) struct Going {
@@ -53,9 +61,8 @@ impl Going {
         let mut going = Self::default();
         let mut line = Vec::new();
         for text in texts {
-            let all = text.bytes.to_ascii_uppercase();
             for word in ["ORI_TYP", "IPO_FRAME"] {
-                for at in memchr::memmem::find_iter(&all, word.as_bytes()) {
+                for at in in_any_case(&text.bytes, word) {
                     tokens(text, text.line_of(at) as usize - 1, &mut line);
                     going.declared(text, &line);
                 }

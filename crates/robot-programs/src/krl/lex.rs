@@ -2,6 +2,7 @@
 
 use crate::script::Text;
 use crate::script::lex::upper_of;
+use std::borrow::Cow;
 use std::ops::Range;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,6 +96,11 @@ fn number_len(bytes: &[u8]) -> usize {
 
 /// A word in upper case.
 pub(super) fn upper(text: &Text, t: &Token) -> String {
+    in_upper(text, t).into_owned()
+}
+
+/// The same without a copy, where it is in upper case already.
+pub(super) fn in_upper<'a>(text: &'a Text, t: &Token) -> Cow<'a, str> {
     upper_of(text.slice(t.span()))
 }
 

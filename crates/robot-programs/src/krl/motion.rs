@@ -61,7 +61,7 @@ pub(super) fn word(upper: &str) -> Option<Word> {
 
 /// Token of the goal of a motion, where that is a name alone.
 pub(super) fn goal_word(text: &Text, line: &[Token]) -> Option<usize> {
-    let w = word(&super::lex::upper(text, line.first()?))?;
+    let w = word(&super::lex::in_upper(text, line.first()?))?;
     let at = if w.arc { second(line)? } else { 1 };
     let named = line.get(at).is_some_and(|t| t.kind == Kind::Word);
     let next = super::lex::index(text, line, at + 1).map_or(at + 1, |(_, next)| next);
@@ -70,8 +70,8 @@ pub(super) fn goal_word(text: &Text, line: &[Token]) -> Option<usize> {
 
 /// Whether a motion leads to where the robot stands: `PTP $POS_ACT`, `PTP $AXIS_ACT`.
 pub(super) fn stands(text: &Text, line: &[Token]) -> bool {
-    let goal = line.get(1).map(|t| super::lex::upper(text, t)).unwrap_or_default();
-    matches!(goal.as_str(), "$POS_ACT" | "$AXIS_ACT") && ends(text, line, 2)
+    let goal = line.get(1).map(|t| super::lex::in_upper(text, t)).unwrap_or_default();
+    matches!(&*goal, "$POS_ACT" | "$AXIS_ACT") && ends(text, line, 2)
 }
 
 /// The token after the first comma outside of brackets.
@@ -94,7 +94,7 @@ pub(super) fn ends(text: &Text, line: &[Token], at: usize) -> bool {
         t.is(b',')
             || t.kind == Kind::Comment
             || t.kind == Kind::Word && {
-                let w = super::lex::upper(text, t);
+                let w = super::lex::in_upper(text, t);
                 w.starts_with("C_") || w == "WITH"
             }
     })

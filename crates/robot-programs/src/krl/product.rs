@@ -34,7 +34,7 @@ pub(super) fn name(text: &Text, line: &[Token], at: usize) -> (String, usize) {
 /// Token after the factor at `at`.
 fn after(text: &Text, line: &[Token], at: usize) -> Option<usize> {
     match line.get(at)? {
-        t if t.kind == Kind::Word => Some(name(text, line, at).1),
+        t if t.kind == Kind::Word => Some(index(text, line, at + 1).map_or(at + 1, |(_, next)| next)),
         t if t.is(b'{') => {
             let mut depth = 0_usize;
             for (k, t) in line.iter().enumerate().skip(at) {

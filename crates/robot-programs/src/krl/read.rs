@@ -5,7 +5,7 @@ use super::calls::{arc, calls};
 use super::data::{Data, assignment, is_routine};
 use super::form;
 use super::going::{Going, Turning};
-use super::lex::{Kind, Token, first_word, tokens, upper};
+use super::lex::{Kind, Token, first_word, in_upper, tokens, upper};
 use super::motion::{self, Word};
 use super::name::Holds;
 use super::product;
@@ -170,8 +170,10 @@ struct Block {
 
 /// Whether a text sets `$ORI_TYPE` or `$CIRC_TYPE`.
 fn steers_arcs(text: &Text) -> bool {
-    let upper = text.bytes.to_ascii_uppercase();
-    [&b"$ORI_TYPE"[..], b"$CIRC_TYPE"].iter().any(|word| memchr::memmem::find(&upper, word).is_some())
+    memchr::memchr_iter(b'$', &text.bytes).any(|at| {
+        let sets = |word: &[u8]| text.slice(at..at + word.len()).eq_ignore_ascii_case(word);
+        sets(b"$ORI_TYPE") || sets(b"$CIRC_TYPE")
+    })
 }
 
 struct Reader<'a> {
@@ -349,11 +351,12 @@ impl<'a> Reader<'a> {
         if first.is(b'&') {
             return Ok(());
         }
-        let word = upper(self.text, first);
+        let text = self.text;
+        let word = in_upper(text, first);
         if let Some(w) = motion::word(&word) {
             return self.motion(k, line, w);
         }
-        let second = line.get(1).map(|t| upper(self.text, t)).unwrap_or_default();
+        let second = line.get(1).map(|t| in_upper(text, t)).unwrap_or_default();
         if let Some(fold) = self.folds.last_mut() {
             fold.more = fold.more || !form::setting(self.text, line);
         }

@@ -7,7 +7,7 @@
 
 use super::calls::calls;
 use super::data::{assignment, is_routine};
-use super::lex::{Kind, Token, tokens, upper};
+use super::lex::{Kind, Token, first_word, in_upper, tokens, upper};
 use super::motion;
 use crate::script::Text;
 use std::collections::{BTreeMap, BTreeSet};
@@ -45,10 +45,14 @@ impl Routines {
         let mut all: Vec<Does> = Vec::new();
         let mut line = Vec::new();
         for k in 0..text.line_count() {
+            // of a routine that moves nothing else counts
+            if all.last().is_some_and(|routine| routine.moves) && !may_begin_routine(first_word(text, k)) {
+                continue;
+            }
             tokens(text, k, &mut line);
             line.retain(|t| t.kind != Kind::Comment);
             let Some(first) = line.first() else { continue };
-            let (word, second) = (upper(text, first), line.get(1).map(|t| upper(text, t)).unwrap_or_default());
+            let (word, second) = (in_upper(text, first), line.get(1).map(|t| in_upper(text, t)).unwrap_or_default());
             if is_routine(&word, &second) {
                 // the name stands before the bracket of its parameters
                 let open = line.iter().position(|t| t.is(b'('));
@@ -56,12 +60,17 @@ impl Routines {
                 all.push(Does { name, ..Does::default() });
             } else if let Some(routine) = all.last_mut() {
                 routine.moves |= acts(text, &line, &word, &second);
-                routine.waits |= matches!(word.as_str(), "WAIT" | "HALT");
+                routine.waits |= matches!(&*word, "WAIT" | "HALT");
                 routine.calls.extend(calls(text, &line));
             }
         }
         Self(all)
     }
+}
+
+/// Whether a line that begins with this word may begin a routine.
+fn may_begin_routine(word: &[u8]) -> bool {
+    ["DEF", "DEFFCT", "GLOBAL"].iter().any(|w| word.eq_ignore_ascii_case(w.as_bytes()))
 }
 
 /// Whether a statement may move the arm, or what its points mean, besides what it calls.
@@ -124,7 +133,7 @@ fn acts(text: &Text, line: &[Token], word: &str, second: &str) -> bool {
         return data || word.starts_with('$') && !PLAIN.contains(&word);
     }
     // RSI_ON is a function: what it returns is assigned, and it is none that is known
-    let calls = |name: &str| line.iter().any(|t| upper(text, t) == name);
+    let calls = |name: &str| line.iter().any(|t| in_upper(text, t) == name);
     word == "BAS" || motion::word(word).is_some() || calls("CONVEYOR") || unknown()
 }
 

@@ -3,6 +3,7 @@
 
 use super::Text;
 use crate::error::Result;
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -74,10 +75,11 @@ pub fn not_too_long(text: &Text) -> Result<()> {
 }
 
 /// A word in upper case.
-pub fn upper_of(word: &[u8]) -> String {
-    match std::str::from_utf8(word) {
-        Ok(word) => word.to_ascii_uppercase(),
-        Err(_) => String::from_utf8_lossy(word).to_ascii_uppercase(),
+pub fn upper_of(word: &[u8]) -> Cow<'_, str> {
+    match String::from_utf8_lossy(word) {
+        // most words are in upper case already
+        Cow::Borrowed(word) if !word.bytes().any(|b| b.is_ascii_lowercase()) => Cow::Borrowed(word),
+        word => Cow::Owned(word.to_ascii_uppercase()),
     }
 }
 

@@ -79,18 +79,27 @@ impl<'a> EditRequest<'a> {
         goals.sort_by_key(|g| g.0);
         for steps in goals.chunk_by(|a, b| a.0 == b.0) {
             let Some(&(target, ..)) = steps.first() else { continue };
+            let shared = uses.get(target).copied().unwrap_or(0) > steps.len();
+            if let [(_, k, q)] = steps {
+                // one move, one change: nearly every target
+                let numbers = numbers(target, q);
+                let stays = keeps(target).is_some_and(|keeps| shared || keeps);
+                let (in_place, clones) = match (numbers.is_empty(), stays) {
+                    (true, _) => (Vec::new(), Vec::new()),
+                    (false, false) => (numbers, Vec::new()),
+                    (false, true) => (Vec::new(), vec![(numbers, vec![*k])]),
+                };
+                each(TargetEdit { target, in_place, clones })?;
+                continue;
+            }
             // groups of moves that want the same, in the order of the program
             let mut groups: Vec<(Vec<Number>, Vec<usize>)> = Vec::new();
             let mut index: BTreeMap<Vec<(usize, String)>, usize> = BTreeMap::new();
-            let mut unchanged = uses.get(target).copied().unwrap_or(0) > steps.len();
+            let mut unchanged = shared;
             for &(_, k, q) in steps {
                 let numbers = numbers(target, q);
                 if numbers.is_empty() {
                     unchanged = true;
-                    continue;
-                }
-                if steps.len() == 1 {
-                    groups.push((numbers, vec![k]));
                     continue;
                 }
                 let key = numbers.iter().map(|(span, new)| (span.start, new.clone())).collect();

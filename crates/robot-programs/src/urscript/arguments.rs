@@ -5,13 +5,13 @@ use super::read::{Item, ItemKind, Parsed, Span};
 use super::words::{self, Motion, MotionKind};
 
 /// An argument of a call: keyword, tokens of the expression.
-pub struct Arg {
-    pub name: String,
+pub struct Arg<'a> {
+    pub name: &'a str,
     pub span: Span,
 }
 
 /// The motion call that an item is: function, arguments, tokens from its name to its closing bracket.
-pub fn call(p: &Parsed, item: &Item) -> Option<(Motion, Vec<Arg>, Span)> {
+pub fn call<'a>(p: &'a Parsed, item: &Item) -> Option<(Motion, Vec<Arg<'a>>, Span)> {
     let i = item.span.start;
     if item.kind != ItemKind::Other || p.tokens.get(i + 1)?.kind != Kind::Mark(b'(') || item.span.len() < 3 {
         return None;
@@ -22,7 +22,7 @@ pub fn call(p: &Parsed, item: &Item) -> Option<(Motion, Vec<Arg>, Span)> {
 }
 
 /// Arguments after an opening bracket, and its closing one.
-pub fn arguments(p: &Parsed, from: usize, end: usize) -> Option<(Vec<Arg>, usize)> {
+pub fn arguments(p: &Parsed, from: usize, end: usize) -> Option<(Vec<Arg<'_>>, usize)> {
     let mut out = Vec::new();
     let mut depth = 0usize;
     let mut start = from;
@@ -31,8 +31,7 @@ pub fn arguments(p: &Parsed, from: usize, end: usize) -> Option<(Vec<Arg>, usize
         let closes = depth == 0 && kind == Kind::Mark(b')');
         if closes || depth == 0 && kind == Kind::Mark(b',') {
             let named = i > start + 2 && p.tokens[start + 1].kind == Kind::Mark(b'=') && !p.words.at(start).is_empty();
-            let (name, span) =
-                if named { (p.words.at(start).to_string(), start + 2..i) } else { (String::new(), start..i) };
+            let (name, span) = if named { (p.words.at(start), start + 2..i) } else { ("", start..i) };
             if !span.is_empty() {
                 out.push(Arg { name, span });
             }
@@ -51,7 +50,7 @@ pub fn arguments(p: &Parsed, from: usize, end: usize) -> Option<(Vec<Arg>, usize
 }
 
 /// Argument of a parameter, by keyword or by place.
-pub fn argument<'a>(motion: &Motion, args: &'a [Arg], parameter: &str) -> Option<&'a Arg> {
+pub fn argument<'a, 'p>(motion: &Motion, args: &'a [Arg<'p>], parameter: &str) -> Option<&'a Arg<'p>> {
     args.iter().find(|a| a.name == parameter).or_else(|| {
         let place = motion.parameters.iter().position(|p| *p == parameter)?;
         args.get(place).filter(|a| a.name.is_empty())
@@ -59,12 +58,12 @@ pub fn argument<'a>(motion: &Motion, args: &'a [Arg], parameter: &str) -> Option
 }
 
 /// The target: `q` and `pose` are one parameter; an arc leads to `pose_to`.
-pub fn goal<'a>(motion: &Motion, args: &'a [Arg]) -> Option<&'a Arg> {
+pub fn goal<'a, 'p>(motion: &Motion, args: &'a [Arg<'p>]) -> Option<&'a Arg<'p>> {
     ["pose_to", "pose", "q"]
         .into_iter()
         .filter(|p| motion.kind != MotionKind::Arc || *p != "q")
         .find_map(|p| argument(motion, args, p))
-        .or_else(|| args.iter().find(|a| matches!(a.name.as_str(), "q" | "pose")))
+        .or_else(|| args.iter().find(|a| matches!(a.name, "q" | "pose")))
 }
 
 /// Token of the name that a move leads to. Other uses of a name count as reading it, so that its value stays.

@@ -72,6 +72,9 @@ impl Builder<'_> {
         if let Some(pose) = read(span) {
             return Some((pose, (span.clone(), None)));
         }
+        if span.len() != 1 {
+            return None; // an expression
+        }
         let (value, n) = self.assigned(span, item).ok()?;
         Some((read(&value)?, (value, Some(n))))
     }

@@ -308,6 +308,7 @@ impl Parsed {
                 v.changed.get_or_insert_with(|| format!("`{name}` is assigned more than once"));
             }
         }
+        let names: HashSet<String> = self.variables.keys().map(|key| key.1.clone()).collect();
         for (item, goal) in items.iter().zip(goals) {
             let from = match item.kind {
                 ItemKind::Assign { value, whole: true, .. } => value,
@@ -315,11 +316,11 @@ impl Parsed {
                 _ => item.span.start,
             };
             for i in from..item.span.end {
-                if self.words.at(i).is_empty() || Some(i) == *goal {
+                let name = self.words.at(i);
+                if name.is_empty() || Some(i) == *goal || !names.contains(name) {
                     continue;
                 }
-                let name = self.words.at(i).to_string();
-                if let Some(key) = self.key(item.def, &name)
+                if let Some(key) = self.key(item.def, name)
                     && let Some(v) = self.variables.get_mut(&key)
                 {
                     v.read = true;
