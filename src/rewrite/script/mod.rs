@@ -407,22 +407,25 @@ fn digits_of(last: f64) -> Digits {
     Digits { last, unit }
 }
 
-/// Why each step is left out on request.
+/// Why each step is left out on request, up to the last one that is.
 fn left_out(script: &Script, choices: &Choices) -> Vec<Option<Cause>> {
     let (mut process, mut off) = (false, false);
-    let one = |step: &crate::program::script::Step| {
+    let mut all = Vec::new();
+    for (k, step) in script.steps.iter().enumerate() {
         match step.kind {
             StepKind::Process(on) => process = on,
             StepKind::Pragma(on) => off = !on,
             _ => {}
         }
-        match (off, process && choices.exclude_process) {
-            (true, _) => Some(Cause::SwitchedOff),
-            (_, true) => Some(Cause::ProcessOn),
-            _ => None,
-        }
-    };
-    script.steps.iter().map(one).collect()
+        let why = match (off, process && choices.exclude_process) {
+            (true, _) => Cause::SwitchedOff,
+            (_, true) => Cause::ProcessOn,
+            _ => continue,
+        };
+        all.resize(k, None);
+        all.push(Some(why));
+    }
+    all
 }
 
 /// The posture that the user gives must be one of this robot.
