@@ -474,19 +474,15 @@ impl<'a> Reader<'a> {
     }
 
     fn motion(&mut self, k: usize, line: &[Token], word: Word) -> Result<()> {
-        let mut closed: Option<String> = None;
-        let mut close = |why: &str| {
-            closed.get_or_insert_with(|| why.to_string());
-        };
-        let at = if word.arc { motion::second(line).unwrap_or(line.len()) } else { 1 };
-        let mut others: Others = None;
-        let mut end = None;
         // where the robot stands: the controller stops, reads the joints and goes nowhere
         if !word.relative && !word.arc && !self.spline && motion::stands(self.text, line) {
             self.trigger = false;
             self.push(k, StepKind::Dwell(None));
             return Ok(());
         }
+        let at = if word.arc { motion::second(line).unwrap_or(line.len()) } else { 1 };
+        let mut others: Others = None;
+        let mut end = None;
         let goal = self.goal(k, line, at, word, &mut end, &mut others)?;
         let relative = word.relative && matches!(goal, Goal::Pose(_));
         let whole = end.is_some_and(|e| motion::ends(self.text, line, e)) && !word.relative;
@@ -499,7 +495,37 @@ impl<'a> Reader<'a> {
         };
         let tail = &line[end.unwrap_or(at).min(line.len())..];
         let turning = self.going.of_motion(self.text, tail);
-        let goal = match goal {
+        let goal = self.as_the_robot_goes(goal, word, tail, turning);
+        let via = self.via_of_splittable(line, at, word, &goal);
+        let copied = word.arc || whole || !has_more_after(line, at);
+        let closed = self.closed(word, turning, via.is_some(), copied);
+        let (speed, blend_m) = self.speed_and_blend(word, tail);
+        let motion = end.filter(|_| whole).map(|e| self.written(k, line, at..e, word, via));
+        // of most motions they are those of the one before
+        let others = match self.steps.last_place() {
+            Some(last) if last.others == others => last.others.clone(),
+            _ => others,
+        };
+        self.steps.place(self.steps.next(), Site { motion, others });
+        if word.relative
+            && let Some(before) = self.steps.last_move_mut()
+        {
+            before.fixed.get_or_insert_with(|| relative::BEFORE.into());
+        }
+        self.stands = match &goal {
+            Goal::Pose(pose) if blend_m == Some(0.0) && !self.spline => Stands::of(pose),
+            _ => None,
+        };
+        let path = if self.spline { PathKind::Curve } else { word.path };
+        let fixed = relative.then(|| relative::ITSELF.to_string());
+        let how = How { path, fixed, closed, speed, blend_m };
+        self.push(k, StepKind::Move(Move::new(how, goal, Few::new())));
+        Ok(())
+    }
+
+    /// The goal, or why nobody knows where it is as the robot goes: led by a sensor, turned otherwise, holding the part.
+    fn as_the_robot_goes(&mut self, goal: Goal, word: Word, tail: &[Token], turning: Turning) -> Goal {
+        match goal {
             goal @ Goal::Opaque(_) => goal,
             _ if self.going.led.is_some() => {
                 let by = self.going.led.unwrap_or_default();
@@ -512,73 +538,56 @@ impl<'a> Reader<'a> {
                 Goal::Opaque("the robot holds the part (IPO_FRAME #TCP)".into())
             }
             goal => goal,
-        };
-        let via = self.via_of_splittable(line, at, word, &goal);
-        if word.arc && via.is_none() {
-            close("an arc is given by three points");
         }
-        if turning == Turning::Wrist && word.path == PathKind::Linear {
-            close("$ORI_TYPE #JOINT: the wrist turns axis by axis on its way");
+    }
+
+    /// Why no point may come before a motion; `has_via`: the point on the way of an arc is known; `copied`: its statement can be.
+    fn closed(&mut self, word: Word, turning: Turning, has_via: bool, copied: bool) -> Option<String> {
+        let fold = self.inline_fold();
+        let in_fold = fold.is_some_and(|f| f.more || f.steps != self.steps.next());
+        let reasons = [
+            (word.arc && !has_via, "an arc is given by three points"),
+            (
+                turning == Turning::Wrist && word.path == PathKind::Linear,
+                "$ORI_TYPE #JOINT: the wrist turns axis by axis on its way",
+            ),
+            (word.relative, relative::ITSELF),
+            (self.spline, "it stands in a spline block, whose curve a further point would change"),
+            (std::mem::take(&mut self.trigger), "a TRIGGER before it belongs to this very motion"),
+            (!copied, "its statement cannot be copied"),
+            (in_fold, "its inline form does more than this motion"),
+        ];
+        reasons.into_iter().find(|r| r.0).map(|r| r.1.to_string())
+    }
+
+    fn inline_fold(&self) -> Option<&Fold> {
+        self.folds.last().filter(|f| f.inline)
+    }
+
+    /// Where a motion stands in the text whose goal, `goal` of the tokens, is written out.
+    fn written(
+        &mut self,
+        k: usize,
+        line: &[Token],
+        goal: Range<usize>,
+        word: Word,
+        via: Option<Range<usize>>,
+    ) -> Motion {
+        let goal = line[goal.start].start..line[goal.end - 1].end;
+        let last = line.last().map_or(goal.end, |t| t.end);
+        let (keyword, tail) = (line[0].span(), goal.end..last);
+        let fold = self.inline_fold().map(|f| f.line as u32);
+        let point = std::mem::take(&mut self.point).unwrap_or_else(|| goal.clone());
+        Motion {
+            line: k as u32,
+            keyword: keyword.into(),
+            goal: goal.into(),
+            point: point.into(),
+            via: via.map(Span::from),
+            tail: tail.into(),
+            spline: word.spline,
+            fold,
         }
-        if word.relative {
-            close(relative::ITSELF);
-        }
-        if self.spline {
-            close("it stands in a spline block, whose curve a further point would change");
-        }
-        if std::mem::take(&mut self.trigger) {
-            close("a TRIGGER before it belongs to this very motion");
-        }
-        if line.iter().any(|t| t.kind == Kind::Mark(b',') && t.start > line[at.min(line.len() - 1)].end)
-            && !word.arc
-            && !whole
-        {
-            close("its statement cannot be copied");
-        }
-        let fold = self.folds.last().filter(|f| f.inline);
-        if fold.is_some_and(|f| f.more || f.steps != self.steps.next()) {
-            close("its inline form does more than this motion");
-        }
-        let (speed, blend_m) = self.speed_and_blend(word, tail);
-        let mut site = Site::default();
-        if let (Some(e), true) = (end, whole) {
-            let goal = line[at].start..line[e - 1].end;
-            let last = line.last().map_or(goal.end, |t| t.end);
-            let (keyword, tail) = (line[0].span(), goal.end..last);
-            let fold = fold.map(|f| f.line as u32);
-            let point = std::mem::take(&mut self.point).unwrap_or_else(|| goal.clone());
-            let motion = Motion {
-                line: k as u32,
-                keyword: keyword.into(),
-                goal: goal.into(),
-                point: point.into(),
-                via: via.map(Span::from),
-                tail: tail.into(),
-                spline: word.spline,
-                fold,
-            };
-            site.motion = Some(motion);
-        }
-        // of most motions they are those of the one before
-        site.others = match self.steps.last_place() {
-            Some(last) if last.others == others => last.others.clone(),
-            _ => others,
-        };
-        self.steps.place(self.steps.next(), site);
-        let path = if self.spline { PathKind::Curve } else { word.path };
-        if word.relative
-            && let Some(before) = self.steps.last_move_mut()
-        {
-            before.fixed.get_or_insert_with(|| relative::BEFORE.into());
-        }
-        self.stands = match &goal {
-            Goal::Pose(pose) if blend_m == Some(0.0) && !self.spline => Stands::of(pose),
-            _ => None,
-        };
-        let fixed = relative.then(|| relative::ITSELF.to_string());
-        let how = How { path, fixed, closed, speed, blend_m };
-        self.push(k, StepKind::Move(Move::new(how, goal, Few::new())));
-        Ok(())
     }
 
     /// The goal of a relative motion.
@@ -809,4 +818,9 @@ impl<'a> Reader<'a> {
             }
         })
     }
+}
+
+/// Whether a list goes on after the token `at`.
+fn has_more_after(line: &[Token], at: usize) -> bool {
+    line.iter().any(|t| t.kind == Kind::Mark(b',') && t.start > line[at.min(line.len() - 1)].end)
 }
