@@ -7,7 +7,7 @@ use crate::diagnose::search::contradiction::{self, Contradiction};
 use crate::diagnose::search::finding::{Next, Refined, Step};
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::prepared::Prepared;
-use crate::diagnose::search::{Search, direction, freed, geometry, precise, remaining};
+use crate::diagnose::search::{Limits, Search, direction, freed, geometry, precise, remaining};
 
 /// What the search holds between its steps.
 pub(in crate::diagnose) struct Course {
@@ -24,14 +24,31 @@ pub(in crate::diagnose) struct Course {
     pub(in crate::diagnose) remains: Option<Ratio>,
 }
 
+/// A course at its end.
+pub(in crate::diagnose) struct End {
+    pub(in crate::diagnose) course: Course,
+    pub(in crate::diagnose) alternatives: Vec<Vec<Refined>>,
+    /// One effect more than the limit.
+    pub(in crate::diagnose) further: Option<Next>,
+    pub(in crate::diagnose) contradictions: Vec<Contradiction>,
+}
+
+impl End {
+    /// Whether there are more effects than these limits allow.
+    pub(in crate::diagnose) fn is_beyond(&self, limits: Limits) -> bool {
+        self.course.group.is_none() && self.course.fit.free.len() > limits.effects
+    }
+
+    /// Whether the effects leave nothing but noise.
+    pub(in crate::diagnose) fn explains_all(&self) -> bool {
+        let more = [&self.course.next, &self.further].iter().any(|n| n.is_some());
+        self.course.remains.is_none() && !more && self.contradictions.is_empty()
+    }
+}
+
 impl Course {
     /// What could stand in the place of each found effect. Where one took the place of another, what is left has changed: rounds again.
-    pub(in crate::diagnose) fn alternatives(
-        &mut self,
-        search: &mut Search,
-        prepared: &Prepared,
-        rms_nuisance: f64,
-    ) -> Vec<Vec<Refined>> {
+    fn alternatives(&mut self, search: &mut Search, prepared: &Prepared, rms_nuisance: f64) -> Vec<Vec<Refined>> {
         if let Some(group) = &self.group {
             return search.rivals_behind(group, &self.fit, &self.gaps.terms, &self.whitening);
         }
@@ -50,14 +67,10 @@ impl Course {
 
     /// What stays unexplained: an effect that the limit of effects left out, a contradiction to what is known, one effect found
     /// several times on one joint. Returns one effect more than the limit, and the contradictions.
-    pub(in crate::diagnose) fn remaining(
-        &mut self,
-        search: &Search,
-        alternatives: &[Vec<Refined>],
-    ) -> (Option<Next>, Vec<Contradiction>) {
+    fn remaining(&mut self, search: &Search, alternatives: &[Vec<Refined>]) -> (Option<Next>, Vec<Contradiction>) {
         let (problem, known) = (search.problem, search.known);
         let next = self.next.take().filter(|_| self.remains.is_none());
-        let (next, further) = remaining::beyond_limit(next, &self.fit, &mut self.notes);
+        let (next, further) = remaining::beyond_limit(next, &self.fit, search.limits.effects, &mut self.notes);
         if let Some(n) = &next {
             self.remains =
                 Some(Ratio { axis: n.axis, aspect: None, gain: n.gain, dof: n.parameters, p_value: n.p_value });
@@ -79,8 +92,16 @@ impl Course {
 }
 
 impl Search<'_> {
+    /// The search to its end, within its limits.
+    pub(in crate::diagnose) fn course(&mut self, prepared: &Prepared, rms_nuisance: f64) -> End {
+        let mut course = self.find(prepared, rms_nuisance);
+        let alternatives = course.alternatives(self, prepared, rms_nuisance);
+        let (further, contradictions) = course.remaining(self, &alternatives);
+        End { course, alternatives, further, contradictions }
+    }
+
     /// Geometry as one group where settled poses of a real arm show it, else rounds until nothing more is believed.
-    pub(in crate::diagnose) fn find(&mut self, prepared: &Prepared, rms_nuisance: f64) -> Course {
+    fn find(&mut self, prepared: &Prepared, rms_nuisance: f64) -> Course {
         let Prepared { groups, free, recording, .. } = prepared;
         let (mut fit, mut whitening) = (prepared.fit.clone(), prepared.whitening.clone());
         let mut steps: Vec<Step> = Vec::new();

@@ -11,7 +11,7 @@ use crate::diagnose::search::direction;
 use crate::diagnose::search::finding::{Refined, Step, flat};
 use crate::diagnose::search::fit::{self, Fit};
 use crate::diagnose::search::geometry;
-use crate::diagnose::search::{Asked, MOST_EFFECTS, Search};
+use crate::diagnose::search::{Asked, Search};
 use crate::effects::{EffectInstance, Nature};
 
 /// Merit (2 ln L less the price of the parameters) by which another effect must be better to take the place of a found one.
@@ -208,7 +208,7 @@ impl Search<'_> {
                 Some((k, name, best.clone()))
             });
             match swap {
-                Some((k, name, best)) if exchanged < MOST_EFFECTS => {
+                Some((k, name, best)) if exchanged < self.limits.effects => {
                     exchanged += 1;
                     mark(steps, &name, &format!("{} {}", best.effect, best.target));
                     *fit = best.fit;

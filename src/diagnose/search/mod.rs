@@ -3,7 +3,8 @@
 //! Method: a round screens every candidate by linear algebra, refits the best of them with their shapes free and
 //! everything else again, and takes the one with the best BIC if its gain cannot be chance among all that was tried.
 //! Then every found effect is put in doubt: taken out, replaced by whatever explains its part best, kept only if it is
-//! still needed. The search is greedy with swaps; it ends at [`MOST_EFFECTS`] effects.
+//! still needed. The search is greedy with swaps; it ends at [`MOST_EFFECTS`] effects,
+//! and where something remains then, it is made again with four.
 //!
 //! Files beside:
 //! - `across`: one machine, several logs: an effect has one size in all of them, and one lag of all joints looks like a clock
@@ -63,7 +64,7 @@ use crate::diagnose::problem::forward::{Hypothesis, Problem};
 use crate::diagnose::problem::normal::dot;
 use crate::diagnose::problem::recording::Recording;
 use crate::diagnose::problem::residual::rms;
-use crate::diagnose::search::course::Course;
+use crate::diagnose::search::course::{Course, End};
 use crate::diagnose::search::finding::{Alternative, Next, Refined, Step, flat};
 use crate::diagnose::search::fit::Fit;
 use crate::diagnose::search::outcome::Outcome;
@@ -74,13 +75,24 @@ use rayon::prelude::*;
 
 /// The plain gap, which some effects include.
 const PLAIN: &str = backlash::INFO.name;
-/// Effects that are found at most.
+/// Effects that are found at most, where they explain everything.
 pub const MOST_EFFECTS: usize = 16;
 /// Effects of one name at one place at most, as the orders of a ripple or the modes of a structure: more of them are a shape
 /// taken to pieces that the catalogue does not have.
 const MOST_ALIKE: usize = 2;
-/// Rounds at most: where none describes what is there, effects could take turns without end.
-const MOST_ROUNDS: usize = 24;
+/// Where the search ends.
+#[derive(Clone, Copy)]
+pub(in crate::diagnose) struct Limits {
+    /// Effects at most.
+    pub effects: usize,
+    /// Rounds at most: where none describes what is there, effects could take turns without end.
+    rounds: usize,
+    /// Whether a name that comes at one place again and again ends the search.
+    pieces: bool,
+}
+const FAR: Limits = Limits { effects: MOST_EFFECTS, rounds: 24, pieces: true };
+/// Where something remains all the same: of what a fifth effect and further ones explain, much is what the catalogue does not have.
+const NEAR_BY: Limits = Limits { effects: 4, rounds: 6, pieces: false };
 /// Probability, all that is tried counted, below which a gain is no chance.
 const CHANCE: f64 = 1e-4;
 /// Candidates that are refitted with their shapes free in a round.
@@ -105,6 +117,8 @@ pub(in crate::diagnose) struct Search<'a> {
     pub(in crate::diagnose) kept: ScreeningCache,
     /// Effects that may be tried; all where `None`.
     pub(in crate::diagnose) only: Option<fn(&str) -> bool>,
+    /// Where it ends.
+    pub(in crate::diagnose) limits: Limits,
 }
 
 /// What a refinement is for.
@@ -138,10 +152,14 @@ pub fn run(mut problem: Problem, start: Hypothesis) -> Outcome {
         tried: prepared.candidates.len() as f64,
         kept: ScreeningCache::default(),
         only: None,
+        limits: FAR,
     };
-    let mut course = search.find(&prepared, rms_nuisance);
-    let alternatives = course.alternatives(&mut search, &prepared, rms_nuisance);
-    let (further, contradictions) = course.remaining(&search, &alternatives);
+    let mut end = search.course(&prepared, rms_nuisance);
+    if end.is_beyond(NEAR_BY) && !end.explains_all() {
+        search.limits = NEAR_BY;
+        end = search.course(&prepared, rms_nuisance);
+    }
+    let End { course, alternatives, further, contradictions } = end;
     let mut alternatives: Vec<Vec<Alternative>> =
         alternatives.iter().map(|all| all.iter().map(Alternative::from).collect()).collect();
     let rms_named = rms(&problem, &course.fit.state.residual);
@@ -351,8 +369,9 @@ impl Search<'_> {
     ) -> Option<Next> {
         loop {
             let (step, next) = self.round(fit, whitening)?;
-            let in_pieces = next.hypothesis.effects.last().is_some_and(|newest| alike(&next, newest) > MOST_ALIKE);
-            if fit.free.len() >= MOST_EFFECTS || steps.len() >= MOST_ROUNDS || in_pieces {
+            let in_pieces = self.limits.pieces
+                && next.hypothesis.effects.last().is_some_and(|newest| alike(&next, newest) > MOST_ALIKE);
+            if fit.free.len() >= self.limits.effects || steps.len() >= self.limits.rounds || in_pieces {
                 let placed = next.hypothesis.effects.last()?;
                 let (gain, parameters) = (fit.cost - next.cost, placed.effect.values().len());
                 let p_value = self.chance(gain, parameters);

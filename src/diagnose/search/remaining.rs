@@ -4,7 +4,6 @@ use crate::diagnose::candidates::structure::{Ratio, Tested};
 use crate::diagnose::noise::whitening::Whitening;
 use crate::diagnose::problem::forward::Problem;
 use crate::diagnose::problem::residual::rms;
-use crate::diagnose::search::MOST_EFFECTS;
 use crate::diagnose::search::finding::Next;
 use crate::diagnose::search::fit::Fit;
 
@@ -51,6 +50,7 @@ pub fn remaining(problem: &Problem, now: &Tested, first: &Tested, fit: &Fit, rms
 pub(in crate::diagnose) fn beyond_limit(
     next: Option<Next>,
     fit: &Fit,
+    most: usize,
     notes: &mut Vec<String>,
 ) -> (Option<Next>, Option<Next>) {
     let Some(n) = next else { return (None, None) };
@@ -60,7 +60,7 @@ pub(in crate::diagnose) fn beyond_limit(
         return (Some(n), None);
     }
     notes.push(format!(
-        "a diagnosis names {MOST_EFFECTS} effects at most; a further round would name {} {}: write the model and diagnose again with it",
+        "a diagnosis names {most} effects at most where something remains; a further round would name {} {}: write the model and diagnose again with it",
         n.effect,
         n.target
     ));
