@@ -37,6 +37,7 @@ mod identify_path;
 mod identify_screw;
 mod identify_static;
 mod identify_static_bench;
+mod identify_together;
 mod job;
 mod job_deadzone;
 mod join;

@@ -56,10 +56,6 @@ impl BinnedLog {
         self.bins.len()
     }
 
-    pub fn is_empty(&self) -> bool {
-        self.bins.is_empty()
-    }
-
     /// A column of rows as means over the bins.
     pub fn average(&self, rows: &[f64], out: &mut Vec<f64>) {
         out.clear();

@@ -94,7 +94,7 @@ pub fn standing(problem: &Problem, parts: &[Part]) -> Vec<Reversal> {
 }
 
 /// Inverse of a normal matrix; directions that the logs leave open get a large variance.
-fn inverse(h: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+pub fn inverse(h: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     scaled_inverse(h, 1e-10).map(|found| found.inverse)
 }
 

@@ -8,6 +8,7 @@
 //! - [`noise`]: autoregressive noise in the principal directions of a log.
 //! - [`problem`], [`solve`]: all of it as one least-squares problem, solved by Gauss-Newton steps.
 //! - [`ripple`]: periods of the gears.
+//! - [`rest`]: friction in logs of dwells apart from friction in motion, where they differ.
 //! - [`views`]: the estimate between a fit with correlated and one with uncorrelated noise.
 //! - [`evidence`]: covariance, single reversals, what is left on parts that were not fitted.
 //! - [`predict`]: what compensation will leave, without the noise of the instrument.
@@ -30,6 +31,7 @@ pub(crate) mod noise;
 pub(crate) mod nuisance;
 pub(crate) mod predict;
 pub(crate) mod problem;
+pub(crate) mod rest;
 pub(crate) mod ripple;
 pub(crate) mod solve;
 pub(crate) mod spline;
@@ -56,7 +58,7 @@ pub fn identify(robot: &Robot, logs: &[Log]) -> Result<Gaps> {
     let (aligned, shifts) = clock::aligned(robot, logs)?;
     let aligned: Vec<&Log> = aligned.iter().map(|l| l.as_ref()).collect();
     let registered = frame::frame(robot, &aligned)?;
-    let (problem, evidence, varies) = solved(robot, &aligned, &registered)?;
+    let Solved { problem, evidence, varies, apart } = solved(robot, &aligned, &registered)?;
     let mut notes: Vec<String> = shifts.iter().map(|(log, by_s)| clock::note(&logs[*log], *by_s)).collect();
     let mut gaps = Gaps {
         registration: Some(registered),
@@ -91,17 +93,24 @@ pub fn identify(robot: &Robot, logs: &[Log]) -> Result<Gaps> {
             "{log}: {before:.1} um rms off the path by lost motion, {after:.1} um predicted after compensation"
         ));
     }
+    notes.extend(apart.iter().filter_map(|axis| rest::note(&problem, *axis)));
     gaps.estimate = Some(whole);
     gaps.notes = notes;
     Ok(gaps)
 }
 
-/// Fits, decides which gaps vary with position, and fits once more.
-pub fn solved<'a>(
-    robot: &'a Robot,
-    logs: &[&Log],
-    registered: &Registered,
-) -> Result<(Problem<'a>, Evidence, Vec<Option<f64>>)> {
+/// A machine's problem, solved.
+struct Solved<'a> {
+    problem: Problem<'a>,
+    evidence: Evidence,
+    /// For each axis, how likely a constant gap would vary as much as this one.
+    varies: Vec<Option<f64>>,
+    /// Axes whose friction differs between logs of dwells and logs of motion.
+    apart: Vec<usize>,
+}
+
+/// Fits, decides which frictions are apart and which gaps vary with position, and fits once more.
+fn solved<'a>(robot: &'a Robot, logs: &[&Log], registered: &Registered) -> Result<Solved<'a>> {
     let splines: Vec<Spline> = (0..robot.dof()).map(|a| spline(logs, a)).collect();
     let bins_per_s = bins::per_second(logs);
     let bins = logs
@@ -123,6 +132,7 @@ pub fn solved<'a>(
             ripples.extend(found);
         }
     }
+    let apart = rest::apart(&mut problem);
     solve::round(&mut problem, Kept::Nothing);
     let open = || {
         let name = logs.first().map_or(String::new(), |l| l.name.clone());
@@ -135,7 +145,7 @@ pub fn solved<'a>(
     let half = views::middle(&mut problem);
     let mut evidence = evidence::evaluate(&problem).ok_or_else(open)?;
     evidence.covariance += &half * half.transpose();
-    Ok((problem, evidence, varies.into_iter().map(|v| v.1).collect()))
+    Ok(Solved { problem, evidence, varies: varies.into_iter().map(|v| v.1).collect(), apart })
 }
 
 /// Knots over the travel of an axis in all logs.

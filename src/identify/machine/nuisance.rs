@@ -38,7 +38,7 @@ pub struct Ripple {
     pub per_unit: f64,
 }
 
-/// What a column stands for.
+/// What a column stands for; `AtRest`: a spike of an axis in logs of dwells less that in motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Name {
     Body { joint: usize, part: usize },
@@ -46,6 +46,7 @@ pub enum Name {
     Acceleration { axis: usize },
     Load { axis: usize },
     Ripple { number: usize, part: usize },
+    AtRest { axis: usize, part: usize },
     Own { log: usize, part: usize },
 }
 

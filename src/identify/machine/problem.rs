@@ -135,7 +135,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Adds nuisance columns of a log; those that other logs have already share their parameter.
-    fn add_columns(&mut self, log: usize, columns: Vec<Column>) {
+    pub fn add_columns(&mut self, log: usize, columns: Vec<Column>) {
         for c in columns {
             let at = self.names.iter().position(|n| *n == c.name).unwrap_or_else(|| {
                 self.names.push(c.name);
@@ -195,10 +195,6 @@ impl<'a> Problem<'a> {
     /// Number of all parameters.
     pub fn len(&self) -> usize {
         self.lost() + self.names.len()
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     /// All parameters as one vector.

@@ -113,7 +113,7 @@ fn steps(problem: &mut Problem, kept: Kept, most: usize) -> f64 {
 
 /// A step that leaves the parameters `bounds` at zero or above: those that would fall below are put to zero, and the rest is
 /// solved again.
-fn bounded(
+pub fn bounded(
     hessian: &DMatrix<f64>,
     gradient: &DVector<f64>,
     damping: f64,

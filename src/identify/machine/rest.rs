@@ -1,0 +1,172 @@
+//! Friction in logs of dwells apart from friction in motion, where the logs show that they differ.
+//!
+//! A test of dwells sees what friction has left when a joint has stopped; a path sees it while the joint moves. Where a servo works
+//! friction off otherwise at rest, or a test holds none, one friction for both follows the logs that weigh more, and the reversals of the
+//! others end up in their noise. So each joint that has logs of both kinds is tested: by how much would the cost fall if one kind
+//! had spikes of its own, at the present estimate (score test; Rao 1948; spikes are not negative)? Where that is beyond doubt
+//! and changes the joint's lost motion by a good part, the logs of dwells get columns for the difference. The law's spikes
+//! are then those of motion, which programs meet; gap, wind-up and presliding stay common to all logs.
+
+use super::bins::BinnedLog;
+use super::evidence;
+use super::law::{SPIKES, turns};
+use super::nuisance::{Column, Name};
+use super::problem::Problem;
+use super::solve::{self, Kept};
+use nalgebra::{DMatrix, DVector, Vector3};
+
+/// Share of a joint's fastest movement below which it stands.
+const STANDS: f64 = 0.01;
+/// Bins of a dwell, at least.
+const DWELL_BINS: usize = 3;
+/// Dwells that make a test, at least.
+const FEWEST_DWELLS: usize = 3;
+/// Fall of the whitened cost, in squared standard deviations, beyond which two frictions are beyond doubt. Noise alone gives less than 45
+/// in all but 1 of 10^9 tests; friction of another form than the law's, the same in all logs, gave up to 60 on random machines.
+const BEYOND_DOUBT: f64 = 250.0;
+/// Change of the spikes together, as a share of the joint's lost motion, that is worth a friction of its own.
+const WORTH: f64 = 0.2;
+/// Rounds of fitting after a joint has been taken apart: its spike leaves the noise of the logs in the first.
+const ROUNDS: usize = 2;
+
+/// Takes frictions apart, the joint that gains most first; returns the axes.
+pub fn apart(problem: &mut Problem) -> Vec<usize> {
+    let mut taken = Vec::new();
+    while let Some(axis) = differing(problem, &taken) {
+        taken.push(axis);
+        add_columns(problem, axis);
+        for _ in 0..ROUNDS {
+            solve::round(problem, Kept::Nothing);
+            solve::refresh_unused(problem);
+            refresh_columns(problem);
+            solve::refresh_noise(problem);
+        }
+    }
+    taken
+}
+
+/// What was found at an axis that is apart.
+pub fn note(problem: &Problem, axis: usize) -> Option<String> {
+    let law = problem.laws[axis].as_ref()?;
+    let differences = problem.names.iter().zip(&problem.nuisances);
+    let difference: f64 =
+        differences.filter(|(n, _)| matches!(n, Name::AtRest { axis: a, .. } if *a == axis)).map(|(_, v)| v).sum();
+    let (motion, joint) = (law.spikes.iter().sum::<f64>(), problem.robot.axis(axis));
+    let [motion, dwells] = [motion, motion + difference].map(|v| joint.kind.to_user_unit(v));
+    let (name, unit) = (&joint.name, joint.kind.unit());
+    Some(format!(
+        "{name}: friction after a reversal is not the same in logs of dwells (spikes of {dwells:.5} {unit} together) as in logs of motion \
+         ({motion:.5} {unit}); each kind of log has its own, and compensation uses that of motion"
+    ))
+}
+
+/// Whether a log is a test of dwells for an axis: nothing moves at least half as often as the axis turns.
+fn of_dwells(log: &BinnedLog, axis: usize) -> bool {
+    let Some((_, rows)) = log.moving.iter().find(|m| m.0 == axis) else { return false };
+    let fastest = |a: usize| log.speed.iter().map(|v| v[a].abs()).fold(0.0, f64::max);
+    let fastest: Vec<(usize, f64)> = log.moving.iter().map(|(a, _)| (*a, fastest(*a))).collect();
+    let stands = |v: &Vec<f64>| fastest.iter().all(|(a, most)| v[*a].abs() <= STANDS * most);
+    let stretches = log.speed.chunk_by(|a, b| stands(a) == stands(b));
+    let dwells = stretches.filter(|c| stands(&c[0]) && c.len() >= DWELL_BINS).count();
+    dwells >= FEWEST_DWELLS && 2 * dwells >= turns(&rows.x).len()
+}
+
+/// Logs of dwells and logs of motion in which an axis moves.
+fn kinds(problem: &Problem, axis: usize) -> [Vec<usize>; 2] {
+    let moves = |l: &usize| problem.logs[*l].moving.iter().any(|m| m.0 == axis);
+    let (rest, motion) = (0..problem.logs.len()).filter(moves).partition(|l| of_dwells(&problem.logs[*l], axis));
+    [rest, motion]
+}
+
+/// The axis whose friction differs most beyond doubt between the kinds of logs, but for those that are apart already.
+fn differing(problem: &Problem, taken: &[usize]) -> Option<usize> {
+    let both: Vec<(usize, [Vec<usize>; 2])> = (0..problem.laws.len())
+        .filter(|a| problem.laws[*a].is_some() && !taken.contains(a))
+        .map(|a| (a, kinds(problem, a)))
+        .filter(|(_, kinds)| kinds.iter().all(|k| !k.is_empty()))
+        .collect();
+    if both.is_empty() {
+        return None;
+    }
+    let inverse = evidence::inverse(&problem.normal().hessian)?;
+    let gains = both.iter().filter_map(|(axis, kinds)| {
+        let worth = WORTH * problem.sizes[*axis];
+        let gain = |logs: &Vec<usize>| gain(problem, *axis, logs, &inverse).filter(|(_, by)| by.abs() > worth);
+        kinds.iter().filter_map(gain).map(|(fall, _)| (fall, *axis)).max_by(|a, b| a.0.total_cmp(&b.0))
+    });
+    gains.filter(|(fall, _)| *fall > BEYOND_DOUBT).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, axis)| axis)
+}
+
+/// Fall of the cost if these logs had spikes of their own for an axis, and by how much their sum would change.
+fn gain(problem: &Problem, axis: usize, logs: &[usize], inverse: &DMatrix<f64>) -> Option<(f64, f64)> {
+    let law = problem.laws[axis].as_ref()?;
+    let first = problem.offset(axis) + law.gap.len();
+    let mut curvature = DMatrix::zeros(SPIKES, SPIKES);
+    let mut shared = DMatrix::zeros(SPIKES, inverse.nrows());
+    let mut score = DVector::zeros(SPIKES);
+    for &log in logs {
+        let part = problem.part(log);
+        let Some(at) = part.index.iter().position(|i| *i == first) else { continue };
+        let own = part.design.columns(at, SPIKES);
+        curvature += own.transpose() * own;
+        score += own.tr_mul(&part.residual);
+        let products = own.transpose() * &part.design;
+        for (k, &global) in part.index.iter().enumerate() {
+            let mut column = shared.column_mut(global);
+            column += products.column(k);
+        }
+    }
+    // what the other parameters would take over is no gain
+    let left = curvature - &shared * inverse * shared.transpose();
+    let at = DVector::from_row_slice(&law.spikes);
+    let bounds: Vec<usize> = (0..SPIKES).collect();
+    let by = solve::bounded(&left, &score, 1e-6, &at, &bounds, &[])?;
+    Some((2.0 * score.dot(&by) - by.dot(&(&left * &by)), by.sum()))
+}
+
+/// Gives the logs of dwells columns for the difference of an axis's spikes.
+fn add_columns(problem: &mut Problem, axis: usize) {
+    let [rest, _] = kinds(problem, axis);
+    // as wide as all of the joint's lost motion: the logs decide
+    let sigma = problem.sizes[axis];
+    for log in rest {
+        let columns = (0..SPIKES).map(|part| {
+            let values = spike_column(problem, log, axis, part)
+                .unwrap_or_else(|| vec![Vector3::zeros(); problem.logs[log].len()]);
+            Column { name: Name::AtRest { axis, part }, sigma, values }
+        });
+        let columns = columns.collect();
+        problem.add_columns(log, columns);
+    }
+    problem.whiten_columns();
+}
+
+/// Brings these columns to the present laws, whose presliding and gap shape them.
+fn refresh_columns(problem: &mut Problem) {
+    for log in 0..problem.logs.len() {
+        let own: Vec<(usize, usize, usize)> = problem.columns[log]
+            .index
+            .iter()
+            .enumerate()
+            .filter_map(|(k, at)| match problem.names[*at] {
+                Name::AtRest { axis, part } => Some((k, axis, part)),
+                _ => None,
+            })
+            .collect();
+        for (k, axis, part) in own {
+            if let Some(values) = spike_column(problem, log, axis, part) {
+                problem.columns[log].values[k] = values;
+            }
+        }
+    }
+}
+
+/// What a unit of a spike does to the TCP in a log, bin by bin.
+fn spike_column(problem: &Problem, log: usize, axis: usize, part: usize) -> Option<Vec<Vector3<f64>>> {
+    let (l, law) = (&problem.logs[log], problem.laws[axis].as_ref()?);
+    let (_, rows) = l.moving.iter().find(|m| m.0 == axis)?;
+    let response = rows.respond(law, true);
+    let mut bins = Vec::new();
+    l.average(&response.by[law.gap.len() + part], &mut bins);
+    Some(l.jacobian.iter().zip(&bins).map(|(j, by)| j[axis] * *by).collect())
+}

@@ -1,0 +1,47 @@
+//! `identify` over logs of several kinds, against an independent simulator (origin: `samples/README.md`).
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+const SAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/samples");
+const ROBOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/kuka-kr120-r2500-pro.yaml");
+
+/// Document and messages of `identify` over samples.
+fn identify(logs: &[&str]) -> (Value, String) {
+    let desk = tempfile::tempdir().unwrap();
+    let out = desk.path().join("machine.yaml");
+    let mut command = Command::cargo_bin("lostmotion").unwrap();
+    command.args(["identify", "--robot", ROBOT, "--output"]).arg(&out);
+    for log in logs {
+        command.arg("--log").arg(format!("{SAMPLES}/{log}"));
+    }
+    let run = command.output().unwrap();
+    let said = String::from_utf8_lossy(&run.stderr).into_owned() + &String::from_utf8_lossy(&run.stdout);
+    assert!(run.status.success(), "{said}");
+    (serde_yaml::from_str(&std::fs::read_to_string(out).unwrap()).unwrap(), said)
+}
+
+/// All spikes of a joint, deg.
+fn spikes_deg(document: &Value, joint: &str) -> f64 {
+    let spikes = document["joints"][joint]["response"]["spikes"].as_array().cloned().unwrap_or_default();
+    spikes.iter().filter_map(|s| s[0].as_f64()).sum()
+}
+
+/// The simulator's dwells hold no stiction; on its circle A1 has 0.0034 deg and A3 0.0017 deg, which decay in 5.2 s.
+#[test]
+fn friction_that_dwells_do_not_show_is_found_in_motion_all_the_same() {
+    let statics = ["static/single_axis_A1.csv.gz", "static/single_axis_A3.csv.gz"];
+    let both = [&statics[..], &["circle/circle_uncompensated_figure5.csv.gz"]].concat();
+    let (together, said) = identify(&both);
+    let (dwells, said_of_dwells) = identify(&statics);
+    for (joint, stiction_deg, half_gap_deg) in [("A1", 0.0034, 0.0028), ("A3", 0.0017, 0.0022)] {
+        let spikes = spikes_deg(&together, joint);
+        assert!(spikes > 0.5 * stiction_deg, "{joint}: spikes of {spikes} deg for {stiction_deg}");
+        assert!(spikes_deg(&dwells, joint) < 0.1 * stiction_deg, "{joint}: {dwells:#}");
+        let gap = together["joints"][joint]["half_gap_deg"].as_f64().unwrap();
+        assert!((gap / half_gap_deg - 1.0).abs() < 0.05, "{joint}: half gap {gap} for {half_gap_deg}");
+        let note = format!("{joint}: friction after a reversal is not the same in logs of dwells");
+        assert!(said.contains(&note), "{joint}: {said}");
+        assert!(!said_of_dwells.contains(&note), "{joint}: {said_of_dwells}");
+    }
+}
