@@ -113,7 +113,12 @@ fn points_that_stop_a_straight_move_are_said_with_their_lines() {
         ///DATE 2024/01/01 10:00\r\n///ATTR SC,RW\r\n///GROUP1 RB1\r\nNOP\r\nMOVJ C00000 VJ=25.00\r\nMOVL C00001 V=50.0 PL=0\r\n\
         MOVL C00002 V=50.0 PL=0\r\nEND\r\n";
     desk.write("part.JBI", job);
-    let run = desk.run("rewrite --model model.yaml part.JBI --output out.JBI --step-fraction 0.01");
+    desk.write(
+        "frames.yaml",
+        "schema: lostmotion/frames/1\ntools:\n  \"0\": {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0]}\n",
+    );
+    let run =
+        desk.run("rewrite --model model.yaml part.JBI --output out.JBI --step-fraction 0.01 --frames frames.yaml");
     run.success().stderr(contains("on straight TCP moves without a corner").and(contains("line 18")));
     let out = lines(&desk, "out.JBI", "MOVL");
     assert!(out.len() > 2 && out.last().unwrap().contains("C00002 V=50.0 PL=0"), "{out:?}");

@@ -269,7 +269,8 @@ fn points_added_on_a_straight_tcp_move_stand_on_its_line() {
     }
     desk.write("model.yaml", &model);
     let at = |pan: f64| format!("  movel([{pan}, -1.2, 1.5, -1.8, -1.5, 0.0], a=1.2, v=0.25)\n");
-    let program = format!("def part():\n{}{}{}end\n", at(-0.3), at(0.3), at(-0.3)).replacen("movel", "movej", 1);
+    let tcp = "  set_tcp(p[0.0, 0.0, 0.0, 0.0, 0.0, 0.0])\n";
+    let program = format!("def part():\n{tcp}{}{}{}end\n", at(-0.3), at(0.3), at(-0.3)).replacen("movel", "movej", 1);
     desk.write("part.script", &program);
     desk.run("rewrite --model model.yaml part.script --output out.script").success();
     let written = lostmotion::program::Program::load(&desk.path("out.script"), &joints).unwrap();
@@ -282,6 +283,87 @@ fn points_added_on_a_straight_tcp_move_stand_on_its_line() {
         // 0.00006 degrees of six joints at 1.3 m, and the last digits
         assert!(beside < 8e-6, "point {i} stands {:.1} um beside the line", beside * 1e6);
     }
+}
+
+/// A UR10 with gaps next to nothing on every joint: what is written must be the path itself.
+fn desk_of_ur10() -> (Desk, lostmotion::robot::Robot) {
+    let desk = Desk::new(0.003);
+    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/universal-robots-ur10.yaml");
+    std::fs::copy(robot, desk.path("robot.yaml")).unwrap();
+    let robot = lostmotion::robot::Robot::load(&desk.path("robot.yaml")).unwrap();
+    let mut model = String::from("schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n");
+    for name in robot.axis_names() {
+        model += &format!("  - {{effect: backlash, joint: {name}, half_gap_deg: 0.00006}}\n");
+    }
+    desk.write("model.yaml", &model);
+    (desk, robot)
+}
+
+const TURNING: &str = "  movej([0.0, -1.57, 1.2, -1.75, -1.57, 0.0], a=1.4, v=1.05)\n\
+  movel([0.3, -1.27, 1.0, -1.25, -0.57, 0.3], a=1.2, v=0.25)\n";
+
+#[test]
+fn points_on_a_straight_way_to_joint_values_stand_on_the_line_of_the_tool_that_the_program_sets() {
+    let (desk, robot) = desk_of_ur10();
+    desk.write("part.script", &format!("def part():\n  set_tcp(p[0.0, 0.1, 0.3, 0.0, 0.0, 0.0])\n{TURNING}end\n"));
+    desk.run("rewrite --model model.yaml part.script --output out.script").success();
+    let written = lostmotion::program::Program::load(&desk.path("out.script"), &robot).unwrap();
+    assert!(written.len() > 4, "joints turn on this line: {}", written.len());
+    let tool = nalgebra::Isometry3::translation(0.0, 0.1, 0.3);
+    let tooled = robot.with_geometry(robot.joints.clone(), tool);
+    let at = |i: usize| tooled.tcp_m(&written.q.iter().map(|q| q[i]).collect::<Vec<f64>>());
+    let along = (at(written.len() - 1) - at(0)).normalize();
+    for i in 0..written.len() {
+        let off = at(i) - at(0);
+        let beside = (off - along * off.dot(&along)).norm();
+        assert!(beside < 1.2e-5, "point {i} stands {:.1} um beside the line", beside * 1e6);
+    }
+}
+
+#[test]
+fn a_straight_way_to_joint_values_of_a_tool_that_nobody_gives_stays_and_its_tool_is_asked_for() {
+    let (desk, _) = desk_of_ur10();
+    let text = format!("def part():\n{TURNING}end\n");
+    desk.write("part.script", &text);
+    let line = "rewrite --model model.yaml part.script --output out.script";
+    desk.run(line)
+        .success()
+        .stderr(contains("a straight way to joint values of tool `tcp`, which nobody gives; line 3"));
+    let out = String::from_utf8(desk.read("out.script")).unwrap();
+    assert!(out.matches("movel").count() == 1 && out.contains("movel([0.3, -1.27, 1.0, -1.25, -0.57, 0.3]"), "{out}");
+    desk.write(
+        "frames.yaml",
+        "schema: lostmotion/frames/1\ntools:\n  tcp: {xyz_mm: [0, 0, 300], rpy_deg: [0, 0, 0]}\n",
+    );
+    desk.run(&format!("{line} --frames frames.yaml --force")).success();
+    assert!(String::from_utf8(desk.read("out.script")).unwrap().matches("movel").count() > 2);
+}
+
+#[test]
+fn an_arc_to_joint_values_stays_as_its_joints_may_turn_on_it() {
+    let desk = Desk::new(0.003);
+    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/motoman-ma2010.yaml");
+    std::fs::copy(robot, desk.path("robot.yaml")).unwrap();
+    desk.write(
+        "model.yaml",
+        "schema: lostmotion/model/1\nrobot: robot.yaml\neffects:\n  - {effect: backlash, joint: S, half_gap_deg: 0.02}\n",
+    );
+    let points = "C00000=0.0000,0.0000,0.0000,0.0000,-30.0000,0.0000\r\nC00001=8.0000,5.0000,0.0000,0.0000,-30.0000,0.0000\r\n\
+        C00002=3.0000,10.0000,0.0000,0.0000,-30.0000,0.0000\r\nC00003=6.0000,0.0000,0.0000,0.0000,-30.0000,0.0000\r\n";
+    let job = format!(
+        "/JOB\r\n//NAME A\r\n//POS\r\n///NPOS 4,0,0,0,0,0\r\n///TOOL 0\r\n///POSTYPE ANGLE\r\n///ANGLE\r\n{points}//INST\r\n\
+         ///DATE 2024/01/01 10:00\r\n///ATTR SC,RW\r\n///GROUP1 RB1\r\nNOP\r\nMOVJ C00000 VJ=25.00\r\nMOVC C00000 V=50.0\r\n\
+         MOVC C00001 V=50.0\r\nMOVC C00002 V=50.0\r\nMOVJ C00003 VJ=25.00\r\nMOVJ C00000 VJ=25.00\r\nEND\r\n"
+    );
+    desk.write("part.JBI", &job);
+    let run = desk.run("rewrite --model model.yaml part.JBI --output out.JBI").success();
+    run.stderr(contains("at the end of an arc or spline, on which it is not known where the joints turn; lines"));
+    let out = String::from_utf8(desk.read("out.JBI")).unwrap();
+    for kept in ["C00001=8.0000,", "C00002=3.0000,"] {
+        assert!(out.contains(kept), "{out}");
+    }
+    // the motions after it are edited
+    assert!(out.contains("C00003=6.0200,"), "{out}");
 }
 
 #[test]

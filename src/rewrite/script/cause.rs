@@ -35,6 +35,21 @@ pub enum Cause {
         /// Names of the tools.
         tools: Vec<String>,
     },
+    /// The program does not determine the tool that goes straight to joint values; what the reader says of it.
+    #[error("a straight way to joint values of a tool that cannot be determined: {0}")]
+    NoTool(String),
+    /// Several tools may be in force on a straight way to joint values.
+    #[error("a straight way to joint values on which it is not certain which tool is in force")]
+    SeveralTools,
+    /// Tools that go straight to joint values and that nobody gives.
+    #[error("a straight way to joint values of {}, which nobody gives", named(&[], tools))]
+    ToolNotGiven {
+        /// Names of the tools.
+        tools: Vec<String>,
+    },
+    /// An arc or spline leads to joint values, and where the joints turn on it is not known.
+    #[error("at the end of an arc or spline, on which it is not known where the joints turn")]
+    CurveToJoints,
     /// The kinematics do not reach it.
     #[error("a Cartesian target that the robot's kinematics do not reach")]
     NotReached,

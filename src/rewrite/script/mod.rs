@@ -214,7 +214,8 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let unknown = |k: usize| partial.binary_search(&k).is_ok().then_some(Cause::NotYetKnown);
     let kept = |k: usize| {
         let asked = left_out.get(k).cloned().flatten().or_else(|| unknown(k));
-        asked.or_else(|| unwritable.get(&k).cloned())
+        let joints = || matches!(&script.steps[k].kind, StepKind::Move(m) if matches!(m.goal, Goal::Joints(_)));
+        asked.or_else(|| unwritable.get(&k).cloned()).or_else(|| left.get(&k).filter(|_| joints()).cloned())
     };
     let coverage = Coverage::of(script, &kept, &solved, &posed);
     require_coverage(&coverage, task.choices, script)?;

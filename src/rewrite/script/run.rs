@@ -13,9 +13,13 @@ use crate::program::script::{
     At, Break, Goal, Move, Note, PathKind, PoseGoal, Script, Solution, Speed, StepKind, TargetRef, Way,
 };
 use crate::robot::Robot;
-use crate::robot::arm::Arm;
+use crate::robot::arm::{Arm, isometry};
 use std::collections::BTreeMap;
 use std::sync::Arc;
+
+/// A tool that turns by less on a straight way goes straight with all its points, rad: one that is 0.5 m long leaves its line by 2 um, as the
+/// sagitta of a turn is length * turn^2 / 8.
+const SAME_TURN_RAD: f64 = 5e-3;
 
 /// What a vertex stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -228,6 +232,8 @@ struct Reached {
     editable: bool,
     /// A Cartesian target that is written as joint moves.
     solved: bool,
+    /// The robot with the tool that goes straight to joint values; `None`: with its own.
+    tooled: Option<Arc<Tooled>>,
 }
 
 struct Cutter<'a> {
@@ -360,8 +366,46 @@ impl Cutter<'_> {
         // nor is it the first that moves
         self.run.entry &= self.known.is_empty();
         self.known.clear();
-        let q = all.iter().map(|v| v.unwrap_or_default()).collect();
-        Some(Reached { from, q, editable, solved: false })
+        let q: Vec<f64> = all.iter().map(|v| v.unwrap_or_default()).collect();
+        let curve = m.path == PathKind::Curve && !m.turns_known && !self.is_gantry();
+        let followed = match &from {
+            Some(_) if curve => Err(Cause::CurveToJoints),
+            Some(from) => self.tool_of_way(m, from, &q),
+            None => Ok(None),
+        };
+        match followed {
+            Ok(tooled) => Some(Reached { from, q, editable, solved: false, tooled }),
+            Err(why) => {
+                // where it turns its joints is not known, and so not from which side it reaches the goal
+                self.out.left.insert(step, why.clone());
+                self.lost(at, why);
+                self.start(step, q, false);
+                None
+            }
+        }
+    }
+
+    /// The robot with the tool whose TCP goes straight to joint values; `None`: that of the robot file.
+    fn tool_of_way(&mut self, m: &Move, from: &[f64], to: &[f64]) -> Result<Option<Arc<Tooled>>, Cause> {
+        let Some(tool) = m.tool.as_ref().filter(|_| m.path == PathKind::Linear && !self.is_gantry()) else {
+            return Ok(None);
+        };
+        let robot = &self.plain.robot;
+        let turn = isometry(&robot.forward(from)).rotation.angle_to(&isometry(&robot.forward(to)).rotation);
+        match self.poses.tool(tool) {
+            Ok(tooled) => Ok(Some(tooled)),
+            // where the tool does not turn, all its points go straight
+            Err(_) if turn < SAME_TURN_RAD => Ok(None),
+            Err(why) => {
+                self.poses.waits_for(&why);
+                Err(why)
+            }
+        }
+    }
+
+    /// All its axes are linear.
+    fn is_gantry(&self) -> bool {
+        self.choice.robot.axis_joints().all(|j| j.kind == crate::robot::JointKind::Prismatic)
     }
 
     /// Joints of a Cartesian target, known also where the way to it is not, if its configuration names them.
@@ -422,13 +466,13 @@ impl Cutter<'_> {
             self.out.left.insert(step, Cause::NoNumbers);
         }
         self.run.places.insert(step, place);
-        Some(Reached { from, q, editable: solved || written && !excluded, solved })
+        Some(Reached { from, q, editable: solved || written && !excluded, solved, tooled: None })
     }
 
     /// A move between two known places: its turning points, its duration and its goal.
     fn go(&mut self, step: usize, at: At, m: &Move, from: &[f64], reached: Reached) {
         let robot = self.choice.robot;
-        let Reached { q, mut editable, solved, .. } = reached;
+        let Reached { q, mut editable, solved, tooled, .. } = reached;
         let t0 = self.run.vertices.last().map_or(0.0, |v| v.t_s);
         let speed = match self.choice.certain_speed_m_s {
             Some(v) if !clock::is_certain(m.speed) => Speed::Tcp(v),
@@ -437,7 +481,7 @@ impl Cutter<'_> {
         // points of an arc that is closed to new ones stay inside it; its turns still say how its end is reached
         let arc = m.path == PathKind::Curve && matches!(&m.goal, Goal::Pose(goal) if goal.via_m.is_some());
         let shut = m.closed.is_some() && m.path != PathKind::Linear && !arc;
-        let ways = if shut { Some(Vec::new()) } else { self.ways(step, m, from, &q, solved) };
+        let ways = if shut { Some(Vec::new()) } else { self.ways(step, m, (from, &q), solved, tooled) };
         let on_way = |share: f64| {
             let known = (self.choice.on_way)(step, share);
             known.or_else(|| self.run.line(step).filter(|_| arc)?.at(share))
@@ -475,7 +519,14 @@ impl Cutter<'_> {
     }
 
     /// Points between the start and the goal of a move; `None`: its line cannot be followed closely enough.
-    fn ways(&mut self, step: usize, m: &Move, from: &[f64], to: &[f64], solved: bool) -> Option<Vec<Way>> {
+    fn ways(
+        &mut self,
+        step: usize,
+        m: &Move,
+        (from, to): (&[f64], &[f64]),
+        solved: bool,
+        tooled: Option<Arc<Tooled>>,
+    ) -> Option<Vec<Way>> {
         let via = match &m.goal {
             Goal::Pose(goal) => self.run.places.get(&step).and_then(|p| p.via(goal)),
             _ => None,
@@ -483,12 +534,12 @@ impl Cutter<'_> {
         if !m.way.is_empty() || m.path != PathKind::Linear && via.is_none() {
             return Some(m.way.to_vec());
         }
-        let robot = self.choice.robot;
         // straight in the joints is straight at the TCP where all joints are prismatic
-        if robot.axis_joints().all(|j| j.kind == crate::robot::JointKind::Prismatic) {
+        if self.is_gantry() {
             return Some(Vec::new());
         }
-        let tooled = self.run.places.get(&step).map_or_else(|| self.plain.clone(), |p| p.tooled.clone());
+        let of_pose = || self.run.places.get(&step).map(|p| p.tooled.clone());
+        let tooled = tooled.or_else(of_pose).unwrap_or_else(|| self.plain.clone());
         let line = way::Line::between(&tooled, from, to, via)?;
         let mut ways = line.turning_points(self.choice.deadband);
         if let Some(within) = self.choice.solve_within_m.filter(|_| solved) {

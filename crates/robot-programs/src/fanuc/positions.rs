@@ -86,11 +86,6 @@ impl Position {
             .map(|f| f.value.map(|v| (f.name.to_string(), v.0)))
             .filter(|v| v.as_ref().is_none_or(|v| v.1 != 0.0))
             .collect();
-        let named = |number: Option<u64>, what: &str| match number {
-            Some(0) => Frame::Null,
-            Some(n) => Frame::Named(n.to_string()),
-            None => Frame::Unknown(format!("the {what} that is selected")),
-        };
         let frame = match carried {
             None => Frame::Unknown("an extended axis that is not taught, and may carry the robot".into()),
             Some(axes) => named(self.frame, "user frame").carried("0", &axes),
@@ -129,6 +124,15 @@ fn configuration(text: &[u8]) -> Option<Configuration> {
     };
     (letters.len() == 3).then_some(())?;
     Some(Configuration::Fanuc { flip: one_of('F', 'N')?, up: one_of('U', 'D')?, front: one_of('T', 'B')?, turns })
+}
+
+/// User frame or tool by its number; 0 is the world, or the flange.
+pub(super) fn named(number: Option<u64>, what: &str) -> Frame {
+    match number {
+        Some(0) => Frame::Null,
+        Some(n) => Frame::Named(n.to_string()),
+        None => Frame::Unknown(format!("the {what} that is selected")),
+    }
 }
 
 pub(super) fn is_joint(name: &str) -> bool {

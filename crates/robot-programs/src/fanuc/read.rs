@@ -12,8 +12,8 @@ use crate::error::{Error, Place, Result};
 use crate::script::blocks::Steps;
 use crate::script::lex::not_too_long;
 use crate::script::{
-    At, Break, Few, Goal, How, Move, Note, PathKind, PoseForm, PoseGoal, Script, StepKind, Target, Targets, Text,
-    Value, number, pragma,
+    At, Break, Few, Frame, Goal, How, Move, Note, PathKind, PoseForm, PoseGoal, Script, StepKind, Target, Targets,
+    Text, Value, number, pragma,
 };
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -167,6 +167,9 @@ fn mentioned(text: &Text, lines: Range<usize>) -> u64 {
     let named = memchr::memchr_iter(b'[', bytes).filter(|at| *at > 0 && bytes[at - 1].eq_ignore_ascii_case(&b'P'));
     named.filter_map(digits).max().map_or(0, u64::from)
 }
+
+/// What makes another frame or tool of one: told while the program runs.
+const SET: &str = "as the program sets it";
 
 /// How far after `P[` its `]` is looked for: a comment has 16 characters.
 const NEAR: usize = 64;
@@ -417,21 +420,26 @@ impl<'a> Reader<'a> {
         self.note(line, text);
     }
 
+    /// Whether the program sets the user frame or tool of a number.
+    fn sets(list: &[Option<u64>], number: Option<u64>) -> bool {
+        list.iter().any(|s| s.is_none() || *s == number)
+    }
+
+    /// The tool of a position.
+    fn tool(&self, position: &Position) -> Frame {
+        let tool = positions::named(position.tool, "tool");
+        if Self::sets(&self.frames_set[1], position.tool) { tool.made("0", SET) } else { tool }
+    }
+
     /// The Cartesian target of a position.
     fn pose(&self, position: usize) -> Option<PoseGoal> {
         let target = self.pose_target.get(position).copied().flatten()?;
         let own = self.positions.get(position)?;
         let mut pose = own.pose(target)?;
-        let set = |list: &[Option<u64>], n: Option<u64>| list.iter().any(|s| s.is_none() || *s == n);
-        if set(&self.frames_set[0], own.frame) || set(&self.frames_set[1], own.tool) {
-            // told while the program runs
-            if set(&self.frames_set[0], own.frame) {
-                pose.frame = pose.frame.made("0", "as the program sets it");
-            }
-            if set(&self.frames_set[1], own.tool) {
-                pose.tool = pose.tool.made("0", "as the program sets it");
-            }
+        if Self::sets(&self.frames_set[0], own.frame) {
+            pose.frame = pose.frame.made("0", SET);
         }
+        pose.tool = self.tool(own);
         Some(pose)
     }
 
@@ -506,7 +514,17 @@ impl<'a> Reader<'a> {
         if let Some(motion) = said.motion {
             self.steps.place(self.steps.next(), motion);
         }
-        let how = How { path: said.path, fixed: None, closed, speed: said.speed, blend_m: said.blend_m };
+        let straight = said.path == PathKind::Linear && matches!(goal, Goal::Joints(_));
+        let tool = position.filter(|_| straight).map(|p| self.tool(&self.positions[p]));
+        let how = How {
+            path: said.path,
+            fixed: None,
+            closed,
+            speed: said.speed,
+            blend_m: said.blend_m,
+            tool,
+            turns_known: false,
+        };
         self.push(at, StepKind::Move(Move::new(how, goal, Few::new())));
         if let Some(on) = said.process {
             self.push(at, StepKind::Process(on));

@@ -5,7 +5,7 @@
 //! the robot file does not say how many make a degree.
 
 use super::read::{ANGLE_DECIMALS, LENGTH_DECIMALS, Reader};
-use super::{Kind, Meaning, Number, Numbers, Reference, Statement, Tag};
+use super::{Kind, Meaning, Number, Numbers, Position, Reference, Statement, Tag};
 use crate::error::Result;
 use crate::script::lex::upper_of;
 use crate::script::pose::{Configuration, Frame};
@@ -162,6 +162,11 @@ impl Reader<'_> {
             Some(why) => Goal::Opaque(why),
             None => self.goal(k, &statement.references, &mut m)?,
         };
+        if let (PathKind::Linear, Goal::Joints(_)) = (m.path, &m.goal) {
+            let of_robot = |p: &&Position| matches!(p.kind, Kind::C | Kind::P);
+            let lead = statement.references.iter().map(|r| &self.list.positions[r.position()]).find(of_robot);
+            m.tool = lead.map(|p| self.tool(p));
+        }
         if let Some(why) = statement.references.iter().find_map(|r| self.no_copy(r.position())) {
             m.closed.get_or_insert(why);
         }
@@ -232,6 +237,29 @@ impl Reader<'_> {
         }
     }
 
+    /// The number of the header on a line.
+    fn header(&self, line: Option<u32>) -> Option<u32> {
+        line.and_then(|k| header_number(self.text.line(k as usize)))
+    }
+
+    /// The user frame (`tool`: the tool) of the header on a line: `MFRAME UF#(1) ...` in the job makes it one that is known only while the job
+    /// runs.
+    fn as_set(&self, frame: Frame, line: Option<u32>, tool: bool) -> Frame {
+        match self.header(line) {
+            Some(n) if self.frames_set.has(tool, n) => frame.made("0", "as the job sets it"),
+            _ => frame,
+        }
+    }
+
+    /// The tool of a position.
+    fn tool(&self, position: &Position) -> Frame {
+        let tool = match self.header(position.section.tool) {
+            Some(n) => Frame::Named(n.to_string()),
+            None => Frame::Unknown("no ///TOOL before its position".into()),
+        };
+        self.as_set(tool, position.section.tool, true)
+    }
+
     /// A Cartesian target: X, Y, Z, Rx, Ry, Rz of the C line under the headers in force there.
     fn pose(&mut self, key: Vec<usize>, meaning: Meaning) -> Goal {
         let list = self.list;
@@ -250,7 +278,7 @@ impl Reader<'_> {
         };
         let n: Vec<f64> = values.iter().map(|v| v.si).collect();
         let carried = key.iter().any(|&p| list.positions[p].kind == Kind::Bc) || self.base_axes;
-        let header = |line: Option<u32>| line.and_then(|k| header_number(self.text.line(k as usize)));
+        let header = |line: Option<u32>| self.header(line);
         let frame = match meaning {
             _ if carried => Frame::Unknown("a robot on base axes".into()),
             Meaning::Robot | Meaning::Base => Frame::Null,
@@ -260,17 +288,8 @@ impl Reader<'_> {
             },
             _ => Frame::Unknown("a tool frame, or one of another robot".into()),
         };
-        let tool = match header(position.section.tool) {
-            Some(n) => Frame::Named(n.to_string()),
-            None => Frame::Unknown("no ///TOOL before its position".into()),
-        };
-        // `MFRAME UF#(1) ...`: what positions in that frame mean is known only while the job runs
-        let set = |frame: Frame, line: Option<u32>, tool: bool| match header(line) {
-            Some(n) if self.frames_set.has(tool, n) => frame.made("0", "as the job sets it"),
-            _ => frame,
-        };
         let of_user = position.section.user.filter(|_| meaning == Meaning::User);
-        let (frame, tool) = (set(frame, of_user, false), set(tool, position.section.tool, true));
+        let (frame, tool) = (self.as_set(frame, of_user, false), self.tool(position));
         let solution = position.section.rconf.and_then(|k| configuration(self.text.line(k as usize)));
         let target = match self.targets.get(&key) {
             Some(t) => t,

@@ -29,7 +29,7 @@ use crate::axes::Axes;
 use crate::error::Result;
 pub use edits::{Edit, EditRef, Edits, NewPoint, StepEdits};
 pub use patches::{Patch, PatchRef, Patches};
-pub use pose::{PoseForm, PoseGoal, Quantity, Shift, Solution};
+pub use pose::{Frame, PoseForm, PoseGoal, Quantity, Shift, Solution};
 use std::ops::{Deref, DerefMut, Range};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -253,12 +253,24 @@ pub struct How {
     pub speed: Speed,
     /// Radius within which the corner at the goal is cut, m; 0: exact stop; `None`: not known.
     pub blend_m: Option<f64>,
+    /// Of a straight motion to joint values: the tool whose TCP goes straight; `None`: the language names none. A Cartesian goal has its own.
+    pub tool: Option<Frame>,
+    /// Of a curve to joint values: its turning points on the way are all that there are. Else where its joints turn is not known.
+    pub turns_known: bool,
 }
 
 impl Default for How {
     /// Straight in the joints, and nothing is known.
     fn default() -> Self {
-        Self { path: PathKind::Joint, fixed: None, closed: None, speed: Speed::Unknown, blend_m: None }
+        Self {
+            path: PathKind::Joint,
+            fixed: None,
+            closed: None,
+            speed: Speed::Unknown,
+            blend_m: None,
+            tool: None,
+            turns_known: false,
+        }
     }
 }
 

@@ -250,7 +250,8 @@ pub enum Frame {
 }
 
 impl Frame {
-    fn unknown(&self) -> Option<&str> {
+    /// Why it cannot be determined, where the reader says so.
+    pub fn unknown(&self) -> Option<&str> {
         match self {
             Self::Unknown(why) => Some(why.as_str()),
             Self::Any(all) => all.iter().find_map(Self::unknown),

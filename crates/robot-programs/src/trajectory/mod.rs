@@ -278,7 +278,11 @@ fn movement(before: Option<&Point>, p: &Point, target: usize, axes: &[Option<usi
         () if stands => Speed::Seconds(0.0),
         () => Speed::Unknown,
     };
-    Move::new(How { path: PathKind::Joint, fixed: None, closed, speed, blend_m: Some(0.0) }, goal, way)
+    Move::new(
+        How { path: PathKind::Joint, fixed: None, closed, speed, blend_m: Some(0.0), tool: None, turns_known: false },
+        goal,
+        way,
+    )
 }
 
 /// Why no point can be put before this one.

@@ -124,7 +124,7 @@ impl Builder<'_> {
     }
 
     /// The TCP in force at a token. What no line sets has the controller's name: the TCP of the installation.
-    fn tcp(&self, token: usize) -> Frame {
+    pub fn tcp(&self, token: usize) -> Frame {
         match &self.tools {
             Some((first, tools)) if *first < token => match tools.as_slice() {
                 [one] => one.clone(),

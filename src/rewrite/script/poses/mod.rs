@@ -92,10 +92,38 @@ impl Poses {
             let named = !(frames.is_empty() && tools.is_empty());
             return Err(if named { Cause::NotGiven { frames, tools } } else { Cause::SeveralPlaces });
         };
+        Ok(Place { tooled: self.tooled(tool), frame, posture: self.posture.clone() })
+    }
+
+    fn tooled(&mut self, tool: Isometry3<f64>) -> Arc<Tooled> {
         let key = format!("{:?} {:?}", tool.translation.vector, tool.rotation.coords);
         let robot = &self.robot;
-        let tooled = self.by_tool.entry(key).or_insert_with(|| Arc::new(Tooled::new(robot, tool))).clone();
-        Ok(Place { tooled, frame, posture: self.posture.clone() })
+        self.by_tool.entry(key).or_insert_with(|| Arc::new(Tooled::new(robot, tool))).clone()
+    }
+
+    /// The robot with the tool whose TCP goes straight to joint values.
+    ///
+    /// # Errors
+    /// What is not known.
+    pub fn tool(&mut self, tool: &Frame) -> Result<Arc<Tooled>, Cause> {
+        if let Some(why) = tool.unknown() {
+            return Err(Cause::NoTool(why.to_string()));
+        }
+        let mut missing = Vec::new();
+        let known = &self.frames;
+        match resolved(tool, self.robot.base, &|name| known.tool(name).copied(), &mut missing) {
+            Some(tool) => Ok(self.tooled(tool)),
+            None if missing.is_empty() => Err(Cause::SeveralTools),
+            None => Err(Cause::ToolNotGiven { tools: missing }),
+        }
+    }
+
+    /// One more move that waits for tools that nobody gives.
+    pub fn waits_for(&mut self, cause: &Cause) {
+        let Cause::ToolNotGiven { tools } = cause else { return };
+        for name in tools {
+            *self.missing.tools.entry(name.clone()).or_default() += 1;
+        }
     }
 }
 
