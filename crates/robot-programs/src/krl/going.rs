@@ -9,7 +9,7 @@ use crate::script::Text;
 use std::collections::{HashMap, HashSet};
 
 /// How the tool turns on the way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(super) enum Turning {
     /// Evenly, to the orientation of the point.
     #[default]
@@ -50,7 +50,6 @@ pub(super) struct Going {
     data: HashMap<String, Turning>,
     /// Frame data with which the robot holds the part.
     held: HashSet<String>,
-    pub turning: Turning,
     /// What leads the robot away from its points.
     pub led: Option<&'static str>,
 }
@@ -83,21 +82,23 @@ impl Going {
         }
     }
 
-    /// After a statement that is no motion; `word`: its first word, `line_text`: its bytes.
-    pub fn follow(&mut self, text: &Text, line: &[Token], word: &str, line_text: &[u8]) {
+    /// How a statement says that the tool turns from there on; `word`: its first word.
+    pub fn turning(&self, text: &Text, line: &[Token], word: &str) -> Option<Turning> {
         match word {
-            "$ORI_TYPE" => self.turning = choice(text, line, "$ORI_TYPE").map_or(Turning::Otherwise, |k| turning(&k)),
+            "$ORI_TYPE" => Some(choice(text, line, "$ORI_TYPE").map_or(Turning::Otherwise, |k| turning(&k))),
             "LDAT_ACT" => {
                 let name = line.get(2).map(|t| upper(text, t)).unwrap_or_default();
                 let own = choice(text, line, "ORI_TYP").map(|k| turning(&k));
                 let part = line.get(1).is_some_and(|t| t.is(b'.'));
-                match own {
-                    Some(own) => self.turning = own,
-                    None if !part => self.turning = self.data.get(&name).copied().unwrap_or_default(),
-                    None => {}
-                }
+                own.or_else(|| (!part).then(|| self.data.get(&name).copied().unwrap_or_default()))
             }
-            "BAS" if line.iter().any(|t| upper(text, t) == "INITMOV") => self.turning = Turning::Evenly,
+            _ => None,
+        }
+    }
+
+    /// After a statement that is no motion; `word`: its first word, `line_text`: its bytes.
+    pub fn follow(&mut self, text: &Text, line: &[Token], word: &str, line_text: &[u8]) {
+        match word {
             "CONVEYOR" => match line.get(2).map(|t| upper(text, t)).as_deref() {
                 Some("FOLLOW" | "SKIP") => self.led = Some("a conveyor"),
                 Some("QUIT" | "OFF") => self.led = None,
@@ -122,9 +123,9 @@ impl Going {
     }
 
     /// How the tool turns on the way of a motion, of which `tail` stands after its goal.
-    pub fn of_motion(&self, text: &Text, tail: &[Token]) -> Turning {
+    pub fn of_motion(&self, now: Turning, text: &Text, tail: &[Token]) -> Turning {
         if tail.is_empty() || !tail.iter().any(|t| upper(text, t) == "$ORI_TYPE") {
-            return self.turning;
+            return now;
         }
         // `WITH $ORI_TYPE=SORI_TYP(LCPDAT1)`
         let named = tail.iter().find_map(|t| self.data.get(&upper(text, t)).copied());

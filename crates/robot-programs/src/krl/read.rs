@@ -5,7 +5,7 @@ mod moves;
 use super::calls::{arc, calls};
 use super::data::{Data, assignment, is_routine};
 use super::form;
-use super::going::Going;
+use super::going::{Going, Turning};
 use super::lex::{Kind, Token, first_word, in_upper, tokens, upper};
 use super::motion::{self};
 use super::relative::Stands;
@@ -30,12 +30,15 @@ pub(super) fn program(texts: Vec<Text>, robot: &Axes) -> Result<Program> {
         not_too_long(text)?;
     }
     whole(text)?;
-    let data = Data::collect(&texts)?;
+    let mut data = Data::collect(&texts)?;
+    changed_frame_data(text, &mut data);
     let axes: Vec<(String, JointKind)> =
         axis_names(robot).into_iter().zip(robot.axis_joints().map(|j| j.kind)).collect();
     let mut reader = Reader::new(&texts, &data, &axes);
     let mut line = Vec::new();
-    reader.later = later(text, &data);
+    (reader.later, reader.turning_later) = later(text, &data, &reader.going);
+    (reader.carried_later, reader.moved_later) = carried(text, &data);
+    reader.led_first = led_first(text);
     for k in 0..text.line_count() {
         tokens(text, k, &mut line);
         reader.line(k, &line)?;
@@ -99,9 +102,28 @@ fn whole(text: &Text) -> Result<()> {
     Err(text.bad(0, "no routine", "a KUKA KRL program with DEF ... END"))
 }
 
+/// Frame data that the program changes (`FP1.BASE_NO=3`): which base and tool they name is not certain.
+fn changed_frame_data(text: &Text, data: &mut Data) {
+    if data.numbers.is_empty() {
+        return;
+    }
+    let mut line = Vec::new();
+    for k in 0..text.line_count() {
+        if memchr::memchr(b'=', text.line(k)).is_none() {
+            continue;
+        }
+        tokens(text, k, &mut line);
+        let Some(first) = line.first().filter(|_| assignment(&line).is_some()) else { continue };
+        if let Some(numbers) = data.numbers.get_mut(in_upper(text, first).as_ref()) {
+            *numbers = [None, None];
+        }
+    }
+}
+
 /// $BASE and $TOOL after a branch, a label or a call: known where the file sets none, or always the same.
-fn later(text: &Text, data: &Data) -> [Option<Frame>; 2] {
+fn later(text: &Text, data: &Data, going: &Going) -> ([Option<Frame>; 2], Turning) {
     let mut set = Settings::default();
+    let mut turning = Turning::Evenly;
     let mut found: [Vec<Frame>; 2] = Default::default();
     let mut line = Vec::new();
     let mut routine = 0;
@@ -117,6 +139,7 @@ fn later(text: &Text, data: &Data) -> [Option<Frame>; 2] {
         let Some(first) = line.first() else { continue };
         let word = upper(text, first);
         routine += usize::from(is_routine(&word, &line.get(1).map(|t| upper(text, t)).unwrap_or_default()));
+        turning = turning.max(going.turning(text, &line, &word).unwrap_or_default());
         if word == "BAS" {
             set.bas(text, &line);
         } else if let Some(sign) = assignment(&line) {
@@ -130,12 +153,52 @@ fn later(text: &Text, data: &Data) -> [Option<Frame>; 2] {
             }
         }
     }
-    found.map(|all| match all.as_slice() {
+    let frames = found.map(|all| match all.as_slice() {
         [] => None,
         [one] => Some(one.clone()),
         // which is in force is not certain
         all => Some(Frame::Any(all.to_vec())),
-    })
+    });
+    (frames, turning)
+}
+
+/// What may make any base mean something else after a branch, a label or a call: `$IPO_MODE`, `$WORLD`.
+fn carried(text: &Text, data: &Data) -> (Option<String>, Option<String>) {
+    let (mut carried, mut moved) = (None, None);
+    let mut line = Vec::new();
+    for k in 0..text.line_count() {
+        if !matches!(first_word(text, k), [b'$', b'I' | b'i' | b'W' | b'w' | b'R' | b'r', ..]) {
+            continue;
+        }
+        tokens(text, k, &mut line);
+        line.retain(|t| t.kind != Kind::Comment);
+        let (Some(first), Some(sign)) = (line.first(), assignment(&line)) else { continue };
+        let mut set = Settings::default();
+        set.assign(text, &line, sign, &upper(text, first), data, 0);
+        (carried, moved) = (carried.or(set.carried), moved.or(set.moved));
+    }
+    (carried, moved)
+}
+
+/// What a routine of the text leaves behind that leads the robot away from its points: it may hold in all of them.
+fn led_first(text: &Text) -> Option<&'static str> {
+    let (mut now, mut first) = (Going::default(), None);
+    let mut line = Vec::new();
+    for k in 0..text.line_count() {
+        let bytes = text.line(k);
+        let word = first_word(text, k);
+        let begins = ["DEF", "DEFFCT", "GLOBAL"].iter().any(|w| word.eq_ignore_ascii_case(w.as_bytes()));
+        if begins {
+            first = first.or(now.led.take());
+        }
+        if word.eq_ignore_ascii_case(b"CONVEYOR") || memchr::memmem::find(bytes, b"RSI_O").is_some() {
+            tokens(text, k, &mut line);
+            line.retain(|t| t.kind != Kind::Comment);
+            let word = line.first().map(|t| upper(text, t)).unwrap_or_default();
+            now.follow(text, &line, &word, bytes);
+        }
+    }
+    first.or(now.led)
 }
 
 struct Fold {
@@ -160,6 +223,8 @@ struct Block {
     begins: Settings,
     /// It sets others.
     sets: bool,
+    /// What leads the robot away before it, or at the end of one of its branches.
+    led: Option<&'static str>,
 }
 
 /// Whether a text sets `$ORI_TYPE` or `$CIRC_TYPE`.
@@ -197,6 +262,18 @@ struct Reader<'a> {
     steers_arcs: bool,
     set: Settings,
     going: Going,
+    /// What routines leave behind that leads the robot away from its points.
+    led_first: Option<&'static str>,
+    /// What may make any base mean something else there.
+    carried_later: Option<String>,
+    moved_later: Option<String>,
+    /// How the tool may turn where it is not known which way the program came.
+    turning_later: Turning,
+    /// Frames that a motion sets for itself, and a spline block for its motions: base and tool.
+    with: [Option<Frame>; 2],
+    of_block: [Option<Frame>; 2],
+    /// In the first routine: base and tool may be others than at its start.
+    frames_set: bool,
     /// The factor of a product whose numbers are edited, of the goal that was read last.
     point: Option<Range<usize>>,
 }
@@ -225,6 +302,13 @@ impl<'a> Reader<'a> {
             spline: false,
             set: Settings::default(),
             going: Going::of(texts),
+            led_first: None,
+            carried_later: None,
+            moved_later: None,
+            turning_later: Turning::Evenly,
+            with: [None, None],
+            of_block: [None, None],
+            frames_set: false,
             point: None,
             later: [None, None],
         }
@@ -234,7 +318,7 @@ impl<'a> Reader<'a> {
         if let StepKind::Break(b) = kind
             && b != Break::Frame
         {
-            self.set = self.later_settings();
+            self.set = self.later_settings(b);
         }
         if matches!(kind, StepKind::Break(_)) {
             self.stands = None;
@@ -243,10 +327,24 @@ impl<'a> Reader<'a> {
     }
 
     /// What is in force where it is not known which way the program came: frames stay where the file sets but one.
-    fn later_settings(&self) -> Settings {
-        let (base, tool) = (self.later[0].clone(), self.later[1].clone());
-        let (bases, tools) = (self.set.bases.clone(), self.set.tools.clone());
-        Settings { base, tool, bases, tools, ..Settings::default() }
+    fn later_settings(&mut self, kind: Break) -> Settings {
+        let [base, tool] = self.later.clone();
+        let (bases, tools, any) = (self.set.bases.clone(), self.set.tools.clone(), self.set.any);
+        self.frames_set |= kind == Break::Call;
+        let first = self.routine <= 1 && !self.frames_set;
+        let (base, tool) = match kind {
+            // the program starts with the frames that are in force then
+            Break::Start if self.routine <= 1 => (None, None),
+            // nothing has set them yet, if the program has not come back from further down
+            _ if first => {
+                (settings::one_of(None, "$BASE", base.as_ref()), settings::one_of(None, "$TOOL", tool.as_ref()))
+            }
+            _ => (base, tool),
+        };
+        let (carried, moved) = (self.carried_later.clone(), self.moved_later.clone());
+        let turning = self.turning_later;
+        let (carried, moved) = if kind == Break::Start && self.routine <= 1 { (None, None) } else { (carried, moved) };
+        Settings { base, tool, bases, tools, any, carried, moved, turning, ..Settings::default() }
     }
 
     /// A block opens; what its line calls belongs to it.
@@ -254,8 +352,9 @@ impl<'a> Reader<'a> {
         self.stands = None;
         let before = self.set.clone();
         self.steps.open(At { file: 0, line: k as u64 + 1 }, kind);
-        self.set = self.later_settings();
-        self.blocks.push(Block { before, begins: self.set.clone(), sets: false });
+        self.set = self.later_settings(kind);
+        let (begins, led) = (self.set.clone(), self.going.led);
+        self.blocks.push(Block { before, begins, sets: false, led });
         self.called(k, line);
     }
 
@@ -265,8 +364,11 @@ impl<'a> Reader<'a> {
         self.steps.middle(At { file: 0, line: k as u64 + 1 }, Break::Jump);
         if let Some(block) = self.blocks.last_mut() {
             block.sets |= self.set != block.begins;
+            block.led = block.led.or(self.going.led);
+            // the other branch begins with what was there before, or with both
+            self.set.merge_lists(&block.begins);
         }
-        self.set = self.later_settings();
+        self.set = self.later_settings(Break::Jump);
         self.called(k, line);
     }
 
@@ -277,9 +379,15 @@ impl<'a> Reader<'a> {
         let busy = self.steps.close(At { file: 0, line: k as u64 + 1 }, kind);
         let block = self.blocks.pop();
         let sets = block.as_ref().is_none_or(|b| b.sets || self.set != b.begins);
+        self.going.led = self.going.led.or(block.as_ref().and_then(|b| b.led));
         match block {
             Some(block) if !busy && !sets => self.set = block.before,
-            _ => self.set = self.later_settings(),
+            block => {
+                if let Some(block) = block {
+                    self.set.merge_lists(&block.before);
+                }
+                self.set = self.later_settings(kind);
+            }
         }
         if let Some(outer) = self.blocks.last_mut() {
             outer.sets |= sets;
@@ -354,8 +462,11 @@ impl<'a> Reader<'a> {
         if let Some(fold) = self.folds.last_mut() {
             fold.more = fold.more || !form::setting(self.text, line);
         }
-        self.going.follow(self.text, line, &word, self.text.line(k));
         self.other_statement(k, line, &word, &second);
+        self.going.follow(self.text, line, &word, self.text.line(k));
+        if let Some(turning) = self.going.turning(self.text, line, &word) {
+            self.set.turning = turning;
+        }
         Ok(())
     }
 
@@ -364,6 +475,8 @@ impl<'a> Reader<'a> {
         if is_routine(word, second) {
             self.routine += 1;
             (self.spline, self.trigger) = (false, false);
+            (self.of_block, self.frames_set) = ([None, None], false);
+            self.going.led = self.led_first;
             self.folds.clear();
             self.blocks.clear();
             self.steps.start();
@@ -402,14 +515,18 @@ impl<'a> Reader<'a> {
                 self.stop(k, Break::Interrupt);
             }
             "CONST_VEL" => self.trigger = true,
-            "SPLINE" | "PTP_SPLINE" => self.spline = true,
-            "ENDSPLINE" => self.spline = false,
+            "SPLINE" | "PTP_SPLINE" => {
+                self.spline = true;
+                self.of_block = settings::with(&self.set, self.text, line, self.data, self.routine);
+            }
+            "ENDSPLINE" => (self.spline, self.of_block) = (false, [None, None]),
             "DECL" | "GLOBAL" | "CONST" | "INT" | "REAL" | "BOOL" | "CHAR" | "E6AXIS" | "AXIS" | "E6POS" | "POS"
             | "FRAME" | "FDAT" | "PDAT" | "LDAT" | "ANOUT" | "ANIN" | "DIGIN" | "CCLOSE" => self.called(k, line),
             "STRUC" | "ENUM" | "SIGNAL" | "EXT" | "EXTP" | "EXTFCT" | "IMPORT" | "CONTINUE" | "ON_ERROR_PROCEED" => {}
             "BAS" => {
                 self.stands = None;
                 self.set.bas(self.text, line);
+                self.frames_set |= self.set.base.is_some() || self.set.tool.is_some();
             }
             "ARC_ON" | "ARCON" | "ARC_STRT" => self.push(k, StepKind::Process(true)),
             "ARC_OFF" | "ARCOFF" | "ARCOF" => self.push(k, StepKind::Process(false)),
@@ -454,8 +571,9 @@ impl<'a> Reader<'a> {
             self.stands = None;
         }
         self.set.assign(self.text, line, sign, word, self.data, self.routine);
+        self.frames_set |= self.set.base.is_some() || self.set.tool.is_some();
         if word == "FDAT_ACT" && self.going.holds_part(self.text, &line[1..]) {
-            self.set.base = Some(Frame::Unknown("the robot holds the part (IPO_FRAME #TCP)".into()));
+            self.set.carried = Some("the robot holds the part (IPO_FRAME #TCP)".into());
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::aggregate::aggregate;
 use super::data::Data;
+use super::going::Turning;
 use super::lex::{Kind, Token, upper};
 use crate::script::pose::Frame;
 use crate::script::{Text, number as digits};
@@ -23,15 +24,70 @@ pub(super) struct Settings {
     /// BASE_DATA and TOOL_DATA that the text sets before.
     pub bases: BTreeMap<u32, Frame>,
     pub tools: BTreeMap<u32, Frame>,
+    /// BASE_DATA and TOOL_DATA are set by an index that is computed: any of them may be another one.
+    pub any: [bool; 2],
+    /// Base and tool of `FDAT_ACT`, which `BAS` puts into force with the parameters of a motion.
+    pub frame_data: Option<[Frame; 2]>,
+    /// What makes any base mean something else: `$IPO_MODE`, `$WORLD`.
+    pub carried: Option<String>,
+    pub moved: Option<String>,
+    /// How the tool turns on the way.
+    pub turning: Turning,
 }
 
-/// What the text has put into a list of the controller.
-fn listed(frame: Frame, list: &BTreeMap<u32, Frame>) -> Frame {
-    let own = match &frame {
-        Frame::Named(name) => name.parse::<u32>().ok().and_then(|n| list.get(&n).cloned()),
-        _ => None,
+/// One of two frames, and which is not certain.
+fn either(a: Frame, b: Frame) -> Frame {
+    let of = |frame| match frame {
+        Frame::Any(all) => all,
+        one => vec![one],
     };
-    own.unwrap_or(frame)
+    let mut all = of(a);
+    for frame in of(b) {
+        if !all.contains(&frame) {
+            all.push(frame);
+        }
+    }
+    match all.len() {
+        1 => all.remove(0),
+        _ => Frame::Any(all),
+    }
+}
+
+impl Settings {
+    /// After a block that may have been passed by: what it has put into a list of the controller, or what was there before.
+    pub fn merge_lists(&mut self, before: &Self) {
+        for (list, was) in [(&mut self.bases, &before.bases), (&mut self.tools, &before.tools)] {
+            for n in was.keys().copied().chain(list.keys().copied()).collect::<Vec<u32>>() {
+                let of = |list: &BTreeMap<u32, Frame>| list.get(&n).cloned().unwrap_or(Frame::Named(n.to_string()));
+                let merged = either(of(was), of(list));
+                list.insert(n, merged);
+            }
+        }
+        self.any = [self.any[0] || before.any[0], self.any[1] || before.any[1]];
+    }
+
+    /// The frame of a list by its number, as the text has set it.
+    fn of_list(&self, frame: Frame, list: &str) -> Frame {
+        let tools = usize::from(list == "TOOL_DATA");
+        let all = if tools == 1 { &self.tools } else { &self.bases };
+        match &frame {
+            Frame::Named(name) => match name.parse::<u32>().ok().and_then(|n| all.get(&n).cloned()) {
+                Some(own) => own,
+                None if self.any[tools] => Frame::Named(format!("{name} as the program sets it")),
+                None => frame,
+            },
+            _ => frame,
+        }
+    }
+}
+
+/// Base and tool as `either` of both.
+pub(super) fn one_of(a: Option<&Frame>, name: &str, b: Option<&Frame>) -> Option<Frame> {
+    let named = || Frame::Named(name.into());
+    match (a, b) {
+        (None, None) => None,
+        (a, b) => Some(either(a.cloned().unwrap_or_else(named), b.cloned().unwrap_or_else(named))),
+    }
 }
 
 /// `TOOL_NO 1` of an aggregate.
@@ -83,11 +139,16 @@ impl Settings {
                     None => self.vel_axes = [number; 6],
                 }
             }
-            ("$BASE", part) => self.base = Some(listed(frame(text, value, part, "BASE_DATA", known), &self.bases)),
-            ("$TOOL", part) => self.tool = Some(listed(frame(text, value, part, "TOOL_DATA", known), &self.tools)),
+            ("$BASE", part) => {
+                self.base = Some(self.of_list(frame(text, value, part, "BASE_DATA", known), "BASE_DATA"))
+            }
+            ("$TOOL", part) => {
+                self.tool = Some(self.of_list(frame(text, value, part, "TOOL_DATA", known), "TOOL_DATA"))
+            }
             // #BASE: the robot carries the tool
-            ("$IPO_MODE", None) if value.get(1).is_some_and(|t| upper(text, t) == "BASE") => {}
-            ("$IPO_MODE" | "$WORLD" | "$ROBROOT", _) => self.base = Some(Frame::Unknown(format!("{word} is set"))),
+            ("$IPO_MODE", None) if value.get(1).is_some_and(|t| upper(text, t) == "BASE") => self.carried = None,
+            ("$IPO_MODE", _) => self.carried = Some(format!("{word} is set")),
+            ("$WORLD" | "$ROBROOT", _) => self.moved = Some(format!("{word} is set")),
             // the frame data of an inline form come into force with its BAS
             ("FDAT_ACT", None) => {
                 let name = value.first().map(|t| upper(text, t)).unwrap_or_default();
@@ -101,20 +162,45 @@ impl Settings {
                     Some(n) => Frame::Named(n.to_string()),
                     None => Frame::Named(format!("{what} of {name}")),
                 };
-                (self.tool, self.base) = (Some(of(numbers[0], "tool")), Some(of(numbers[1], "base")));
+                let tool = self.of_list(of(numbers[0], "tool"), "TOOL_DATA");
+                let base = self.of_list(of(numbers[1], "base"), "BASE_DATA");
+                self.frame_data = Some([base.clone(), tool.clone()]);
+                (self.tool, self.base, self.carried) = (Some(tool), Some(base), None);
             }
-            ("FDAT_ACT", Some("TOOL_NO")) => self.tool = Some(numbered(text, value, "TOOL_DATA")),
-            ("FDAT_ACT", Some("BASE_NO")) => self.base = Some(numbered(text, value, "BASE_DATA")),
+            ("FDAT_ACT", Some("TOOL_NO")) => {
+                let tool = self.of_list(numbered(text, value, "TOOL_DATA"), "TOOL_DATA");
+                if let Some([_, of_data]) = &mut self.frame_data {
+                    of_data.clone_from(&tool);
+                }
+                self.tool = Some(tool);
+            }
+            ("FDAT_ACT", Some("BASE_NO")) => {
+                let base = self.of_list(numbered(text, value, "BASE_DATA"), "BASE_DATA");
+                if let Some([of_data, _]) = &mut self.frame_data {
+                    of_data.clone_from(&base);
+                }
+                self.base = Some(base);
+            }
             ("FDAT_ACT", Some(_)) => {}
             // BASE_DATA[2]={X 0,...}
             ("BASE_DATA" | "TOOL_DATA", None) => {
-                let number =
-                    line.get(2).filter(|_| sign == 4).and_then(|t| self::number(text, std::slice::from_ref(t)));
-                let list = if word == "BASE_DATA" { &mut self.bases } else { &mut self.tools };
+                // the index alone, or a part of the frame at it: BASE_DATA[2].X=100
+                let plain = line.get(3).is_some_and(|t| t.is(b']'));
+                let number = line.get(2).filter(|_| plain).and_then(|t| self::number(text, std::slice::from_ref(t)));
+                let tools = usize::from(word == "TOOL_DATA");
+                let list = if tools == 1 { &mut self.tools } else { &mut self.bases };
                 match number.filter(|n| *n > 0.0 && n.fract() == 0.0) {
-                    Some(n) => drop(list.insert(n as u32, frame(text, value, None, word, known))),
+                    Some(n) => {
+                        let part = (sign != 4).then_some(());
+                        let whole = || frame(text, value, None, word, known);
+                        let set = part.map_or_else(whole, |()| Frame::Named(format!("{n:.0} as the program sets it")));
+                        list.insert(n as u32, set);
+                    }
                     // any of them
-                    None => list.clear(),
+                    None => {
+                        list.clear();
+                        self.any[tools] = true;
+                    }
                 }
             }
             _ => {}
@@ -132,15 +218,73 @@ impl Settings {
                 self.vel_axes = [None; 6];
             }
             "CP_PARAMS" | "VEL_CP" => self.vel_cp = value,
-            "BASE" => self.base = Some(listed(numbered(text, argument, "BASE_DATA"), &self.bases)),
-            "TOOL" => self.tool = Some(listed(numbered(text, argument, "TOOL_DATA"), &self.tools)),
+            "BASE" => self.base = Some(self.of_list(numbered(text, argument, "BASE_DATA"), "BASE_DATA")),
+            "TOOL" => self.tool = Some(self.of_list(numbered(text, argument, "TOOL_DATA"), "TOOL_DATA")),
+            // the base on the flange of an external axis: it moves with that
+            "EX_BASE" => self.base = Some(Frame::Named(format!("EX_BASE {}", written(text, argument)))),
+            // back to the frames with which programs begin: the world, and a tool that differs by the version of BAS
+            "INITMOV" => {
+                (self.base, self.tool, self.carried) = (None, None, None);
+                self.turning = Turning::Evenly;
+            }
             _ => {}
+        }
+        if matches!(command.as_str(), "CP_PARAMS" | "PTP_PARAMS" | "FRAMES") {
+            // they put base and tool of FDAT_ACT into force again, whatever was set since
+            match &self.frame_data {
+                Some([base, tool]) => (self.base, self.tool) = (Some(base.clone()), Some(tool.clone())),
+                None => {
+                    let of_data = |what: &str| Some(Frame::Named(format!("{what} of FDAT_ACT")));
+                    self.base = self.base.take().and_then(|_| of_data("base"));
+                    self.tool = self.tool.take().and_then(|_| of_data("tool"));
+                }
+            }
         }
         if matches!(command.as_str(), "CP_PARAMS" | "PTP_PARAMS" | "FRAMES") {
             // they set the distance of approximate positioning, too; frames are those of FDAT_ACT
             self.apo_m = None;
         }
     }
+}
+
+/// What a motion (or a spline block) sets for itself: `WITH $TOOL=STOOL2(FP1), $BASE=SBASE(FP1.BASE_NO)`; base and tool.
+pub(super) fn with(set: &Settings, text: &Text, line: &[Token], data: &Data, routine: usize) -> [Option<Frame>; 2] {
+    let Some(at) = line.iter().position(|t| t.kind == Kind::Word && upper(text, t) == "WITH") else {
+        return [None, None];
+    };
+    let known = &|name: &str| data.frame(routine, name);
+    let of = |word: &str, list: &str, field: usize| {
+        let place = line.iter().enumerate().skip(at).find(|(_, t)| t.kind == Kind::Word && upper(text, t) == word)?.0;
+        let Some(sign) = (place + 1..line.len()).find(|&k| line[k].is(b'=')) else {
+            return Some(Frame::Unknown(format!("WITH {word}")));
+        };
+        let (mut depth, mut end) = (0_usize, sign + 1);
+        while let Some(t) = line.get(end) {
+            match t.kind {
+                Kind::Mark(b'{' | b'(' | b'[') => depth += 1,
+                Kind::Mark(b'}' | b')' | b']') => depth = depth.saturating_sub(1),
+                Kind::Mark(b',') if depth == 0 => break,
+                Kind::Word if depth == 0 && end > sign + 1 && upper(text, t).starts_with("C_") => break,
+                _ => {}
+            }
+            end += 1;
+        }
+        let value = &line[sign + 1..end];
+        let part = (sign > place + 1).then_some("a part");
+        let function = value.first().map(|t| upper(text, t)).unwrap_or_default();
+        let frame_data = value.get(2).map(|t| upper(text, t)).filter(|_| value.get(1).is_some_and(|t| t.is(b'(')));
+        let number = match function.as_str() {
+            "STOOL2" | "STOOL" | "SBASE" => frame_data.and_then(|name| data.numbers.get(&name).copied()?[field]),
+            _ => None,
+        };
+        let frame = match number {
+            Some(0) => Frame::Null,
+            Some(n) => Frame::Named(n.to_string()),
+            None => frame(text, value, part, list, known),
+        };
+        Some(set.of_list(frame, list))
+    };
+    [of("$BASE", "BASE_DATA", 1), of("$TOOL", "TOOL_DATA", 0)]
 }
 
 /// A frame by its number in a list; one that is computed is asked for by what computes it.

@@ -1,3 +1,4 @@
+mod frames;
 mod going;
 mod points;
 mod project;

@@ -9,6 +9,7 @@ use crate::krl::motion::{self, Word};
 use crate::krl::name::Holds;
 use crate::krl::product;
 use crate::krl::relative::{self, Stands};
+use crate::krl::settings;
 use crate::krl::target::{Others, target};
 use crate::krl::{Motion, Source};
 use crate::script::pose::Frame;
@@ -38,6 +39,7 @@ impl Reader<'_> {
         let at = if word.arc { motion::second(line).unwrap_or(line.len()) } else { 1 };
         let mut others: Others = None;
         let mut end = None;
+        self.with = settings::with(&self.set, self.text, line, self.data, self.routine);
         let goal = self.goal(k, line, at, word, &mut end, &mut others)?;
         let relative = word.relative && matches!(goal, Goal::Pose(_));
         let whole = end.is_some_and(|e| motion::ends(self.text, line, e)) && !word.relative;
@@ -49,7 +51,7 @@ impl Reader<'_> {
             goal => goal,
         };
         let tail = &line[end.unwrap_or(at).min(line.len())..];
-        let turning = self.going.of_motion(self.text, tail);
+        let turning = self.going.of_motion(self.set.turning, self.text, tail);
         let goal = self.as_the_robot_goes(goal, word, tail, turning);
         let via = self.via_of_splittable(line, at, word, &goal);
         let copied = word.arc || whole || !has_more_after(line, at);
@@ -259,8 +261,15 @@ impl Reader<'_> {
 
     /// Frame and tool in force. What no line sets has the controller's name: the frame in which the program starts.
     fn frames(&self) -> (Frame, Frame) {
-        let or = |set: &Option<Frame>, name: &str| set.clone().unwrap_or_else(|| Frame::Named(name.into()));
-        (or(&self.set.base, "$BASE"), or(&self.set.tool, "$TOOL"))
+        let or = |k: usize, set: &Option<Frame>, name: &str| {
+            let own = self.with[k].as_ref().or(self.of_block[k].as_ref()).or(set.as_ref());
+            own.cloned().unwrap_or_else(|| Frame::Named(name.into()))
+        };
+        let base = match self.set.carried.as_ref().or(self.set.moved.as_ref()) {
+            Some(why) => Frame::Unknown(why.clone()),
+            None => or(0, &self.set.base, "$BASE"),
+        };
+        (base, or(1, &self.set.tool, "$TOOL"))
     }
 
     /// A Cartesian goal, with a target for its numbers.

@@ -80,3 +80,19 @@ fn motions_under_a_sensor_or_on_a_conveyor_stay() {
     assert_eq!(left(&format!("{j}IF (RSI_ON() <> RSIOK) THEN\nHALT\nENDIF\n{j}RSI_OFF()\n{j}")), [false, true, false]);
     assert_eq!(left(&format!("{j}CONVEYOR.FOLLOW(#C1,1,1)\n{j}CONVEYOR.QUIT()\n{j}")), [false, true, false]);
 }
+
+#[test]
+fn what_holds_after_a_branch_or_a_call_is_what_any_of_them_may_have_set() {
+    let constant = |src: &str| of(src, "").last().unwrap().0.contains("ORI_TYPE");
+    assert!(constant(&format!("IF $IN[1] THEN\n$ORI_TYPE=#CONSTANT\nELSE\n$ORI_TYPE=#VAR\nENDIF\n{AT}")));
+    assert!(constant(&format!("setup()\n{AT}END\nDEF setup()\n$ORI_TYPE=#CONSTANT\n")));
+    assert!(!constant(&format!("setup()\n$ORI_TYPE=#VAR\n{AT}END\nDEF setup()\n$ORI_TYPE=#CONSTANT\n")));
+    assert!(!constant(&format!("IF $IN[1] THEN\n$ORI_TYPE=#VAR\nENDIF\n{AT}")));
+    let led = |src: &str| of(src, "").last().unwrap().0.contains("leads the robot away");
+    assert!(led(&format!("setup()\n{AT}END\nDEF setup()\nret=RSI_ON(#RELATIVE)\n")));
+    assert!(led(&format!("IF $IN[1] THEN\nret=RSI_ON(#RELATIVE)\nELSE\nret=RSI_OFF()\nENDIF\n{AT}")));
+    assert!(led(&format!("ret=RSI_ON(#RELATIVE)\nIF $IN[1] THEN\nret=RSI_OFF()\nENDIF\n{AT}")));
+    assert!(!led(&format!(
+        "seam()\n{AT}END\nDEF seam()\nret=RSI_ON(#RELATIVE)\n{AT}ret=RSI_OFF()\nEND\nDEF last()\n{AT}"
+    )));
+}
