@@ -28,21 +28,23 @@ pub(super) enum Flow {
     Other,
 }
 
+/// The job that a word names: `JOB:NAME`.
+fn job_of(word: &str) -> Option<String> {
+    let name = word.strip_prefix("JOB:")?.split('(').next()?;
+    (!name.is_empty()).then(|| name.to_string())
+}
+
 /// An instruction by its words, in upper case.
 pub(super) fn read(words: &[String]) -> Flow {
     let Some(first) = words.first().map(String::as_str) else { return Flow::Other };
     let second = words.get(1).map(String::as_str).unwrap_or_default();
     let conditional = words.iter().any(|w| w == "IF");
-    let job = |word: &str| {
-        let name = word.strip_prefix("JOB:")?.split('(').next()?;
-        (!name.is_empty()).then(|| name.to_string())
-    };
     match first {
         label if label.starts_with('*') && words.len() == 1 => Flow::Label(label.into()),
         "JUMP" if second.starts_with('*') => Flow::Jump { label: Some(second.into()), always: !conditional },
-        "JUMP" if job(second).is_some() => Flow::Jump { label: None, always: !conditional },
+        "JUMP" if job_of(second).is_some() => Flow::Jump { label: None, always: !conditional },
         "RET" => Flow::Jump { label: None, always: !conditional },
-        "CALL" => job(second).map_or(Flow::Other, Flow::Call),
+        "CALL" => job_of(second).map_or(Flow::Other, Flow::Call),
         "IFTHEN" | "IFTHENEXP" | "SWITCH" => Flow::Open(Break::Jump),
         "WHILE" | "WHILEEXP" | "FOR" => Flow::Open(Break::Loop),
         "ELSEIF" | "ELSEIFEXP" => Flow::Middle,
@@ -81,6 +83,10 @@ impl Does {
             match read(&words) {
                 _ if words.is_empty() => {}
                 Flow::Call(name) => drop(does.calls.insert(name)),
+                // what the other job does is done here
+                Flow::Jump { label: None, .. } if words[0] == "JUMP" => {
+                    does.calls.extend(words.get(1).and_then(|w| job_of(w)));
+                }
                 Flow::Other if stands(&words[0]) => does.waits = true,
                 Flow::Other => does.moves |= !still(text, k, &words),
                 _ => {}

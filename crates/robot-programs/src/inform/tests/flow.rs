@@ -88,6 +88,14 @@ fn a_call_of_a_job_beside_it_that_moves_nothing_ends_nothing_and_a_note_says_so(
         assert_eq!(between("CALL JOB:SUB", &[("SUB", body)]).0, ["Call"], "{body}");
     }
     assert_eq!(between("CALL JOB:SUB", &[("SUB", "NOP"), ("SUB", "NOP")]).0, ["Call"]);
+    // it goes on in another job
+    let jumps = |line: &'static str| {
+        between("CALL JOB:SUB", &[("SUB", line), ("MOVER", "MOVJ C00000 VJ=5.00"), ("REST", "NOP")]).0
+    };
+    for line in ["JUMP JOB:MOVER", "JUMP JOB:MOVER IF B000=1", "JUMP JOB:GONE"] {
+        assert_eq!(jumps(line), ["Call"], "{line}");
+    }
+    assert!(jumps("JUMP JOB:REST IF B000=1").is_empty());
     assert_eq!(between("CALL JOB:SUB", &[("SUB2", "NOP")]).0, ["Call"]);
 }
 
