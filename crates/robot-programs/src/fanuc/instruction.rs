@@ -79,7 +79,8 @@ fn waits_for(second: &[u8]) -> bool {
 
 /// Whether an instruction begins to lead the robot away from its positions (what it is), or ends that.
 pub(super) fn leads(text: &Text, words: &[Range<usize>]) -> Option<Option<&'static str>> {
-    const ON: [(&str, &str); 4] = [
+    const ON: [(&str, &str); 5] = [
+        ("TOUCH", "the offset of a touched part"),
         ("WEAVE", "a weaving pattern"),
         ("TRACK", "a seam that is tracked"),
         ("SOFTFLOAT", "a soft servo"),

@@ -279,7 +279,7 @@ impl Builder<'_> {
 
     /// The frame of a goal. A track carries the base, a positioner may carry the work object.
     fn carried_frame(&mut self, wobj: Option<Switch>, item: &Item, external_axes: &External) -> Frame {
-        let own = wobj.as_ref().and_then(|w| w.value.as_ref()).map_or("wobj0".to_string(), |v| self.shown(v.start));
+        let own = wobj.as_ref().and_then(|w| w.value.as_ref()).map_or("wobj0".to_string(), |v| self.written(v));
         let frame = self.frame(wobj, item);
         match external_axes.standing() {
             Some(axes) => frame.carried(&own, &axes),
@@ -350,7 +350,7 @@ impl Builder<'_> {
         if self.predefined(&value, item) == Some("wobj0") {
             return Frame::Null;
         }
-        let name = self.shown(value.start);
+        let name = self.written(&value);
         let Some(node) = self.known_data(&value, item) else { return Frame::Named(name) };
         // [robhold, ufprog, ufmec, [user frame], [object frame]]
         let flag = |k: usize| match node.get(k) {
@@ -373,7 +373,7 @@ impl Builder<'_> {
         if self.predefined(&arg.span, item) == Some("tool0") {
             return Frame::Null;
         }
-        let name = self.shown(arg.span.start);
+        let name = self.written(&arg.span);
         // [robhold, [[x,y,z],[q1..q4]], load]
         let Some(node) = self.known_data(&arg.span, item) else { return Frame::Named(name) };
         let held = match node.get(0) {

@@ -308,6 +308,11 @@ impl Builder<'_> {
         (span.len() == 1 && free && !name.is_empty()).then_some(name)
     }
 
+    /// An expression as it is written, without blanks: `tools{2}`.
+    pub fn written(&self, span: &Span) -> String {
+        span.clone().map(|token| self.shown(token)).collect()
+    }
+
     /// A token as it is written.
     pub fn shown(&self, token: usize) -> String {
         let t = self.f.p.tokens[token];

@@ -358,6 +358,9 @@ fn a_robtarget_has_its_frame_and_tool_from_the_text_or_by_name() {
     );
     assert_eq!(pose("MoveJ p1,v100,fine,tool0\\WObj:=wTable;").frame, Frame::Named("wTable".into()));
     assert_eq!(pose("MoveJ p1,v100,fine,tOther;").tool, Frame::Named("tOther".into()));
+    // elements of an array are others
+    let element = pose("MoveJ p1,v100,fine,tList{2}\\WObj:=wList{ 1 };");
+    assert_eq!((element.frame, element.tool), (Frame::Named("wList{1}".into()), Frame::Named("tList{2}".into())));
     let gun = nalgebra::Isometry3::translation(0.0, 0.0, 0.12);
     assert_eq!(pose("MoveJ p1,v100,fine,tGun;").tool, Frame::Given(gun));
     let displaced = pose("PDispSet d1;\nMoveJ p1,v100,fine,tool0;").frame;

@@ -231,6 +231,7 @@ fn motions_while_weaving_or_tracking_or_soft_stay() {
         ("Track {TAST,AVC}[1]", "Track End"),
         ("SOFTFLOAT[1]", "SOFTFLOAT END"),
         ("MP OFFSET PR[11] RPM[R[1]]", "MP OFFSET END"),
+        ("Touch Offset PR[32]", "Touch Offset End"),
     ] {
         let text = of_lines(&format!(
             "   1:J P[1] 100% FINE    ;\n   2:  {on} ;\n   3:L P[2] 50mm/sec FINE    ;\n   4:  {off} ;\n   5:L P[3] 50mm/sec FINE    ;"
