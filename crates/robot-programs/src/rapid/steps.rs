@@ -106,6 +106,7 @@ pub fn build(texts: Vec<Text>, project: &Project, robot: &Axes) -> Result<Built>
         configured_first: configured_first(p),
         going: Going::default(),
         going_first: Going::first(p),
+        led_before: Vec::new(),
         known: HashMap::new(),
         nodes: HashMap::new(),
         notes: BTreeMap::new(),
@@ -142,6 +143,8 @@ pub struct Builder<'a> {
     configured_first: Configured,
     going: Going,
     going_first: Going,
+    /// What leads the arm away before each open block, or at the end of one of its branches: a block may be passed by.
+    led_before: Vec<Option<&'static str>>,
     /// Targets of declarations, by declaration and index list.
     pub known: HashMap<(usize, Vec<usize>), usize>,
     /// Values of declarations.
@@ -178,6 +181,19 @@ impl Builder<'_> {
     fn item(&mut self, item: &Item, motion: Option<(Motion, Vec<Arg>)>) -> Result<()> {
         let token = item.span.start;
         self.going.follow(self.f.p, item);
+        match item.kind {
+            ItemKind::Start => self.led_before.clear(),
+            ItemKind::Branch | ItemKind::Loop => self.led_before.push(self.going.led),
+            ItemKind::Middle => {
+                if let Some(before) = self.led_before.last_mut() {
+                    *before = before.or(self.going.led);
+                }
+            }
+            ItemKind::EndBranch | ItemKind::EndLoop => {
+                self.going.led = self.going.led.or(self.led_before.pop().flatten());
+            }
+            _ => {}
+        }
         if let Some(t) = self.f.p.tokens.get(token) {
             self.steps.pragmas(self.f.text, &self.f.p.comments, t.start());
         }

@@ -722,6 +722,10 @@ fn moves_that_a_sensor_or_a_soft_arm_leads_away_stay() {
     {
         let body = format!("{}{on}\n{}{}{off}\n{}", j(1.0), j(2.0), j(3.0), j(4.0));
         assert_eq!(left(&program("", &body)), [false, true, true, false], "{on}");
+        // a branch may be passed by
+        for branch in [format!("{on}\nIF a THEN\n{off}\nENDIF\n"), format!("IF a THEN\n{on}\nELSE\n{off}\nENDIF\n")] {
+            assert_eq!(left(&program("", &format!("{branch}{}{off}\n{}", j(1.0), j(2.0)))), [true, false], "{branch}");
+        }
         // one routine switches it on, another off
         let two = format!("MODULE T\nPROC main()\nsoft;\n{}ENDPROC\nPROC soft()\n{on}\nENDPROC\nENDMODULE\n", j(1.0));
         assert_eq!(left(&two), [true], "{on}");

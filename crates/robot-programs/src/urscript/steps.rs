@@ -80,6 +80,7 @@ pub fn build(text: Text, mut p: Parsed, robot: &Axes) -> Result<(Built, super::l
         literals: Vec::with_capacity(text.likely_steps()),
         known: HashMap::new(),
         led: None,
+        led_before: Vec::new(),
         led_by: led_by(&p),
         entry_def: entry_def(&p, &moving),
         moving,
@@ -117,6 +118,8 @@ pub struct Builder<'a> {
     pub known: HashMap<(Option<usize>, String), usize>,
     /// Function that was called last in the text and by which something else moves the robot beside its targets.
     led: Option<&'static str>,
+    /// The same before each open block, or at the end of one of its branches: a block may be passed by.
+    led_before: Vec<Option<&'static str>>,
     /// What the functions of the file leave behind of that.
     led_by: HashMap<String, Option<&'static str>>,
     /// The function with which the program starts; `None`: none.
@@ -224,6 +227,7 @@ impl Builder<'_> {
             self.push(token, StepKind::Break(Break::Interrupt));
         }
         let name = self.p.words.at(token);
+        let led = self.led;
         for called in self.p.called(item) {
             self.led = words::leads(called).or_else(|| self.led_by.get(called).copied()).unwrap_or(self.led);
         }
@@ -231,6 +235,17 @@ impl Builder<'_> {
             self.push(token, StepKind::Break(Break::Frame));
         } else if self.p.called(item).any(|name| self.may_move(name)) {
             self.push(token, StepKind::Break(Break::Call));
+        }
+        match item.kind {
+            ItemKind::Start => self.led_before.clear(),
+            ItemKind::Branch | ItemKind::Loop => self.led_before.push(led),
+            ItemKind::Middle => {
+                if let Some(before) = self.led_before.last_mut() {
+                    *before = before.or(self.led);
+                }
+            }
+            ItemKind::EndBranch | ItemKind::EndLoop => self.led = self.led.or(self.led_before.pop().flatten()),
+            _ => {}
         }
         match item.kind {
             ItemKind::Start => {

@@ -433,6 +433,11 @@ fn what_a_function_of_the_file_leads_away_stays_behind_its_call() {
     let main = format!("def main():\n{}  press()\n{}  release()\n{}end\n", j(0.1), j(0.2), j(0.3));
     assert_eq!(left(&format!("{on}{off}{main}")), [false, true, false]);
     assert_eq!(left(&format!("{main}{off}{on}")), [false, true, false]);
+    // a branch may be passed by
+    for branch in ["  if a:\n    release()\n  end\n", "  if a:\n    press()\n  else:\n    release()\n  end\n"] {
+        let main = format!("def main():\n  press()\n{branch}{}  release()\n{}end\n", j(0.1), j(0.2));
+        assert_eq!(left(&format!("{main}{off}{on}")), [true, false], "{branch}");
+    }
 }
 
 #[test]
