@@ -41,6 +41,17 @@ const QUIET: [&str; 33] = [
     "B_AND",
 ];
 
+/// Names of the list that a line calls: a routine of the program may have one of them.
+pub(super) fn quiet<'a>(text: &'a Text, line: &'a [Token]) -> impl Iterator<Item = String> + 'a {
+    let called = line.windows(2).filter(|w| w[0].kind == Kind::Word && w[1].is(b'(')).map(|w| upper(text, &w[0]));
+    called.filter(|n| QUIET.contains(&n.as_str()))
+}
+
+/// Whether a name is one of the list.
+pub(super) fn is_quiet(name: &str) -> bool {
+    QUIET.contains(&name)
+}
+
 /// Routines that a line calls and that may move the robot, in upper case.
 pub(super) fn calls(text: &Text, line: &[Token]) -> Vec<String> {
     const KEYWORDS: [&str; 16] = [

@@ -541,6 +541,9 @@ impl<'a> Reader<'a> {
 
     /// A break where the line calls something that may move.
     fn called(&mut self, k: usize, line: &[Token]) {
+        if self.still.hides(self.text, line) {
+            return self.stop(k, Break::Call);
+        }
         let mut waits = false;
         for name in calls(self.text, line) {
             match self.still.waits(&name) {

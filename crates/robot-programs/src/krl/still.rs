@@ -5,7 +5,7 @@
 //! speeds and orientations are of them), and calls only built-in functions and routines of which the same holds. A name that
 //! several routines have is still where all of them are.
 
-use super::calls::calls;
+use super::calls::{calls, is_quiet, quiet};
 use super::data::{assignment, is_routine};
 use super::lex::{Kind, Token, first_word, in_upper, tokens, upper};
 use super::motion;
@@ -139,7 +139,11 @@ fn acts(text: &Text, line: &[Token], word: &str, second: &str) -> bool {
 
 /// Names of routines that move nothing; whether they wait.
 #[derive(Debug, Default)]
-pub(super) struct Still(BTreeMap<String, bool>);
+pub(super) struct Still {
+    names: BTreeMap<String, bool>,
+    /// Routines of the program that may move, under the name of a function that does not.
+    hidden: BTreeSet<String>,
+}
 
 impl Still {
     pub(super) fn of(texts: &[Text]) -> Self {
@@ -160,13 +164,23 @@ impl Still {
                 }
             }
             if still.len() == before {
-                return Self(still);
+                // a routine of the program that has the name of a function is called in its place
+                let own = known.first().map(|r| r.0.as_slice()).unwrap_or_default();
+                let hides = |d: &&Does| is_quiet(&d.name) && !still.contains_key(&d.name);
+                let hidden: BTreeSet<String> = own.iter().filter(hides).map(|d| d.name.clone()).collect();
+                let names = if hidden.is_empty() { still } else { BTreeMap::new() };
+                return Self { names, hidden };
             }
         }
     }
 
+    /// Whether a line calls a routine of the program that may move, under the name of a function that does not.
+    pub(super) fn hides(&self, text: &Text, line: &[Token]) -> bool {
+        !self.hidden.is_empty() && quiet(text, line).any(|name| self.hidden.contains(&name))
+    }
+
     /// Whether the routine of this name moves nothing, and then whether it waits.
     pub(super) fn waits(&self, name: &str) -> Option<bool> {
-        self.0.get(name).copied()
+        self.names.get(name).copied()
     }
 }

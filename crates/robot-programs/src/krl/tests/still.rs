@@ -33,6 +33,16 @@ fn a_block_in_which_nothing_moves_ends_nothing() {
 }
 
 #[test]
+fn a_routine_of_the_program_that_has_the_name_of_a_function_is_called_in_its_place() {
+    let moves = "DEF ROUND( )\nPTP {A1 50.0}\nEND\nDEF helper( )\nROUND()\nEND\n";
+    for line in ["ROUND()\n", "helper()\n", "n=ROUND(2)\n", "IF ROUND(2)>1 THEN\nn=1\nENDIF\n"] {
+        assert!(between(line, moves, &[]).0.contains(&"Call".to_string()), "{line}");
+    }
+    assert!(between("n=ROUND(2)\n", "DEFFCT INT ROUND(n:IN)\nINT n\nRETURN n\nENDFCT\n", &[]).0.is_empty());
+    assert!(between("n=ROUND(2)\n", "", &[]).0.is_empty());
+}
+
+#[test]
 fn a_block_that_moves_or_calls_what_is_not_known_ends_the_known_direction() {
     for busy in [
         "LOOP\nEXT_STEP()\nENDLOOP\n",
