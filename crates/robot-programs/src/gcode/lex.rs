@@ -62,6 +62,9 @@ const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 ///
 /// # Errors
 /// Bad input where a byte begins no word, a word has no number, or a comment has no end.
+///
+/// `block = ["/" [digit]] ["N" number] {word | comment | "," word} [text]`,
+/// `comment = "(" {any} ")" | ";" {any}`
 pub(super) fn block(text: &Text, k: usize) -> Result<Block> {
     let (base, line) = (text.line_span(k).start, text.line(k));
     let mut block = Block { words: Vec::with_capacity(ROOM), ..Block::default() };
@@ -128,6 +131,8 @@ fn no_word(text: &Text, base: usize, line: &[u8], at: usize) -> Error {
 }
 
 /// An `O` word; returns where reading goes on.
+///
+/// `flow = "O" (number | "<" name ">" | "#" ... | "[" ... "]") [keyword ...]`
 fn flow(text: &Text, base: usize, line: &[u8], at: usize, block: &mut Block) -> Result<usize> {
     let rest = &line[at + 1..];
     let blank = rest.iter().take_while(|b| **b == b' ').count();
@@ -151,12 +156,16 @@ fn flow(text: &Text, base: usize, line: &[u8], at: usize, block: &mut Block) -> 
 }
 
 /// More letters than one: a word of a language.
+///
+/// `keyword = letter letter {letter}`
 fn keyword(line: &[u8]) -> Option<String> {
     let letters = line.iter().take_while(|b| b.is_ascii_alphabetic()).count();
     (letters > 1).then(|| String::from_utf8_lossy(&line[..letters]).to_ascii_uppercase())
 }
 
 /// After the bracket that closes the one at `k`.
+///
+/// `expression = "[" {any | expression} "]"`
 pub(super) fn expression_end(line: &[u8], mut k: usize) -> Option<usize> {
     let mut depth = 0i32;
     loop {
@@ -173,6 +182,8 @@ pub(super) fn expression_end(line: &[u8], mut k: usize) -> Option<usize> {
 }
 
 /// A variable, `-#1`, `#<name>`, `-[...]`: to the end of what belongs to it.
+///
+/// `variable = {"+" | "-" | "#" | digit | "_" | "." | "[" {any} "]" | "<" {any} ">"}`
 fn variable_end(line: &[u8], mut k: usize) -> usize {
     let mut depth = 0i32;
     while let Some(&b) = line.get(k) {
@@ -189,12 +200,17 @@ fn variable_end(line: &[u8], mut k: usize) -> usize {
 }
 
 /// Letters of a function's name before its bracket, more than one.
+///
+/// `function = letter letter {letter} "["`
 fn function(line: &[u8]) -> Option<usize> {
     let letters = line.iter().take_while(|b| b.is_ascii_alphabetic()).count();
     (letters > 1 && line.get(letters) == Some(&b'[')).then_some(letters)
 }
 
 /// A letter and what follows; returns where reading goes on.
+///
+/// `word = letter {blank} (number | expression | variable | function expression | text | "=" {any})`,
+/// `number = ["+" | "-"] {digit | "."}`
 fn word(text: &Text, base: usize, line: &[u8], at: usize, block: &mut Block) -> Result<usize> {
     let mut k = at + 1;
     while matches!(line.get(k), Some(b' ' | b'\t')) {

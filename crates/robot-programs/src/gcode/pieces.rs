@@ -71,6 +71,42 @@ impl Piece {
     }
 }
 
+/// The block of an arc that is written in pieces.
+struct ArcBlock<'a> {
+    step: usize,
+    s: &'a Statement,
+    arc: &'a Arc,
+    form: Centre,
+    /// What rounding alone makes of two equal offsets, mm.
+    noise: f64,
+}
+
+/// An end of a piece: its share of the arc, and its offset from the arc there, mm.
+#[derive(Clone, Copy)]
+struct End {
+    share: f64,
+    offset: [f64; 2],
+}
+
+impl ArcBlock<'_> {
+    /// Places in the plane of the arc.
+    fn in_plane(&self, places: &[Option<f64>]) -> [f64; 2] {
+        [self.arc.u, self.arc.v].map(|k| places[k].unwrap_or(0.0))
+    }
+
+    /// The end at a share of the arc that comes to stand at `places`.
+    fn end(&self, share: f64, places: &[Option<f64>]) -> End {
+        let (own, p) = (self.arc.at(share), self.in_plane(places));
+        End { share, offset: [p[0] - own[0], p[1] - own[1]] }
+    }
+
+    /// The piece between two ends, as they are written.
+    fn piece(&self, ends: [End; 2], written: [&[Option<f64>]; 2]) -> Piece {
+        let [from, to] = written.map(|places| self.in_plane(places));
+        Piece { from, to, shares: ends.map(|e| e.share), offsets: ends.map(|e| e.offset), noise: self.noise }
+    }
+}
+
 impl Writer<'_> {
     /// An arc: pieces between the given points.
     pub(super) fn arc(
@@ -82,54 +118,60 @@ impl Writer<'_> {
         arc: &Arc,
         form: Centre,
     ) -> Written {
-        let (u, v) = (arc.u, arc.v);
-        let off = |share: f64, p: [f64; 2]| {
-            let own = arc.at(share);
-            [p[0] - own[0], p[1] - own[1]]
-        };
-        let here = |now: &[Option<f64>]| [now[u].unwrap_or(0.0), now[v].unwrap_or(0.0)];
-        let noise = self.arc_noise(s, [u, v]);
-        let end = here(goal);
+        let block = ArcBlock { step, s, arc, form, noise: self.arc_noise(s, [arc.u, arc.v]) };
         let points = edit.map(|e| e.before).unwrap_or_default();
-        let mut bounds = vec![off(0.0, here(&self.now)), off(1.0, end)];
+        let mut reached = block.end(0.0, &self.now);
+        let last = block.end(1.0, goal);
+        let mut bounds = vec![reached.offset, last.offset];
         for p in points.iter().filter(|p| p.of_way) {
-            bounds.push(off(p.share, here(&self.wanted(step, s, &p.q)?)));
+            bounds.push(block.end(p.share, &self.wanted(step, s, &p.q)?).offset);
         }
-        let (mut share, mut offset) = (0.0, bounds[0]);
         let mut straight = false;
         for p in points {
             let want = self.wanted(step, s, &p.q)?;
-            let place = off(p.share, here(&want));
-            let after = (share - 1e-9..=1.0).contains(&p.share);
-            if !after || !is_within(&bounds, place, noise) {
-                let by = place[0].hypot(place[1]);
+            let end = block.end(p.share, &want);
+            let after = (reached.share - 1e-9..=1.0).contains(&p.share);
+            if !after || !is_within(&bounds, end.offset, block.noise) {
+                let by = end.offset[0].hypot(end.offset[1]);
                 let why = format!("a new point lies {by:.4} mm beside the arc on which it should be");
                 return Err(self.refused(step, &why));
             }
-            let from = here(&self.now);
-            let leg = self.leg(s, &want, false);
-            let to = here(&leg.to);
-            let piece = Piece { from, to, shares: [share, p.share], offsets: [offset, place], noise };
-            let (turn, differ) = (piece.turn(arc), piece.differ());
-            let sagitta = arc.radius[0] * (1.0 - (0.5 * turn.min(PI)).cos());
-            let short = if differ > noise { differ } else { 0.3 * noise };
-            straight = sagitta <= short || piece.closes(arc);
-            if straight {
-                self.insert(s, &leg, 1, None);
-            } else {
-                let centre = self.centre(step, s, arc, form, &piece)?;
-                self.insert(s, &leg, s.motion, Some(self.centre_words(s, arc, &centre)));
-            }
-            self.now = leg.to;
-            (share, offset) = (p.share, place);
+            straight = self.insert_piece(&block, reached, end, &want)?;
+            reached = end;
         }
-        let from = here(&self.now);
+        self.last_piece(&block, reached, last, goal, !points.is_empty())?;
+        if straight && s.motion_word.is_none() {
+            self.name_motion(s);
+        }
+        Ok(())
+    }
+
+    /// A new block before that of the arc: a piece to a new point; whether it is straight, as a short one is.
+    fn insert_piece(&mut self, block: &ArcBlock, from: End, to: End, want: &[Option<f64>]) -> Written<bool> {
+        let ArcBlock { step, s, arc, form, noise } = *block;
+        let leg = self.leg(s, want, false);
+        let piece = block.piece([from, to], [&self.now, &leg.to]);
+        let (turn, differ) = (piece.turn(arc), piece.differ());
+        let sagitta = arc.radius[0] * (1.0 - (0.5 * turn.min(PI)).cos());
+        let short = if differ > noise { differ } else { 0.3 * noise };
+        let straight = sagitta <= short || piece.closes(arc);
+        if straight {
+            self.insert(s, &leg, 1, None);
+        } else {
+            let centre = self.centre(step, s, arc, form, &piece)?;
+            self.insert(s, &leg, s.motion, Some(self.centre_words(s, &centre)));
+        }
+        self.now = leg.to;
+        Ok(straight)
+    }
+
+    /// The arc's own block, which becomes the piece to its goal; `cut`: others stand before it.
+    fn last_piece(&mut self, block: &ArcBlock, from: End, to: End, goal: &[Option<f64>], cut: bool) -> Written {
+        let ArcBlock { step, s, arc, form, noise } = *block;
         let leg = self.leg(s, goal, true);
-        let to = here(&leg.to);
-        let last = off(1.0, end);
-        let piece = Piece { from, to, shares: [share, 1.0], offsets: [offset, last], noise };
-        let moved = offset[0].hypot(offset[1]) > SAME.max(1e-7);
-        let other = !points.is_empty() || piece.differ() > noise || (moved && form == Centre::Absolute);
+        let piece = block.piece([from, to], [&self.now, &leg.to]);
+        let moved = from.offset[0].hypot(from.offset[1]) > SAME.max(1e-7);
+        let other = cut || piece.differ() > noise || (moved && form == Centre::Absolute);
         // the centre's words stay where a control still finds one radius, and the same turn
         if other || !self.keeps(s, arc, form, &piece) {
             if piece.closes(arc) {
@@ -140,9 +182,6 @@ impl Writer<'_> {
             self.replace_centre(s, &centre);
         }
         self.replace(s, leg.words);
-        if straight && s.motion_word.is_none() {
-            self.name_motion(s);
-        }
         self.now = leg.to;
         Ok(())
     }
@@ -267,7 +306,7 @@ impl Writer<'_> {
         }
     }
 
-    pub(super) fn centre_words(&self, s: &Statement, _arc: &Arc, words: &[(u8, String)]) -> String {
+    pub(super) fn centre_words(&self, s: &Statement, words: &[(u8, String)]) -> String {
         let word = |(l, text): &(u8, String)| self.cased(s, (*l as char).to_string()) + text;
         words.iter().map(word).collect::<Vec<_>>().join(" ")
     }

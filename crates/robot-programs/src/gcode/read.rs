@@ -322,6 +322,7 @@ impl Reader<'_> {
         }
     }
 
+    /// `block = "%" | flow | keyword ... | assignment | ["N" number] {word}`
     pub(super) fn block(&mut self, k: usize) -> Result<()> {
         let block = lex::block(self.text, k)?;
         for comment in &block.comments {
@@ -400,6 +401,8 @@ impl Reader<'_> {
     }
 
     /// `G4 P500`: seconds where that is certain.
+    ///
+    /// `dwell = "G4" (("X" | "U" | "S" | "P") number)`
     pub(super) fn dwell(&mut self, k: usize, block: &Block) {
         let literal = |letters: &[u8]| block.words.iter().find(|w| letters.contains(&w.letter)).and_then(|w| w.value);
         let seconds = match (literal(b"XUS"), literal(b"P")) {

@@ -48,74 +48,17 @@ impl Survey {
     }
 
     pub(super) fn of(text: &Text) -> Result<Self> {
-        let mut survey = Self::default();
-        let (mut extrudes, mut counts) = (false, false);
-        let mut unfollowed = BTreeSet::new();
-        let (mut across, mut turned) = (false, false);
-        let (mut subs, mut called, mut outside) = (BTreeSet::new(), BTreeSet::new(), false);
+        let mut look = Look::default();
         for k in 0..text.line_count() {
             let block = lex::block(text, k)?;
-            if survey.knows(&block) {
-                across |= names(&block, b"Y");
-                block.words.iter().for_each(|w| survey.form(w));
-                continue;
-            }
-            survey.hidden |= flow_hides(text, k, &block);
-            (across, turned) = (across || names(&block, b"Y"), turned || turns(&block));
-            if let Some(found) = assignments_of(text, k, &block) {
-                survey.hidden |= found.hidden;
-                if found.frame || found.any {
-                    // as a G10 does
-                    survey.codes.insert(100);
-                }
-            }
-            survey.hidden |= block.words.iter().any(|w| w.letter == b'G' && w.value.is_none());
-            survey.jumps |=
-                block.keyword.is_some() && text.line(k).to_ascii_uppercase().windows(4).any(|w| w == b"GOTO");
-            match block.flow.as_deref() {
-                Some("" | "SUB") => drop(subs.insert(block.label.clone())),
-                Some("CALL") => drop(called.insert(block.label.clone())),
-                _ => {}
-            }
-            outside |=
-                block.keyword.as_deref().is_some_and(|w| !is_flow(w) && !block.words.iter().any(lex::takes_text));
-            match called_by(&block) {
-                Some(Ok(name)) => drop(called.insert(name)),
-                Some(Err(())) => outside = true,
-                None => {}
-            }
-            let has = |l: u8| block.words.iter().any(|w| w.letter == l);
-            extrudes |= has(b'E');
-            for w in &block.words {
-                let Some((v, _)) = w.value else { continue };
-                survey.form(w);
-                survey.jumps |= w.letter == b'M' && v == 99.0 && block.words.iter().any(|w| w.letter == b'P');
-                let m = if w.letter == b'M' { v } else { -1.0 };
-                survey.changes_tools |= m == 6.0;
-                counts |= m == 82.0 || m == 83.0;
-                survey.printer |= [104.0, 109.0, 140.0, 190.0].contains(&m) && (has(b'S') || has(b'R'));
-                if w.letter == b'G' {
-                    survey.codes.insert(code(v));
-                    survey.macros += usize::from(matches!(code(v), 660 | 661));
-                    if !is_followed(code(v)) || code(v) == 50 && !has_axes(&block) {
-                        unfollowed.insert(code(v));
-                    }
-                    // by what they do
-                    match code(v) {
-                        500 if has_axes(&block) => drop(survey.codes.insert(920)),
-                        540 if work_frame(&block, 540, k) != 540 => drop(survey.codes.insert(541)),
-                        501 | 511 => drop(survey.codes.insert(920)),
-                        _ => {}
-                    }
-                }
+            look.lathe_across |= names(&block, b"Y");
+            if look.survey.knows(&block) {
+                block.words.iter().for_each(|w| look.survey.form(w));
+            } else {
+                look.block(text, k, &block);
             }
         }
-        let plain = |c: &u32| PLAIN.contains(c) || (540..600).contains(c) || (810..900).contains(c);
-        survey.whole = !outside && !survey.hidden && called.is_subset(&subs) && survey.codes.iter().all(plain);
-        survey.printer |= extrudes && counts;
-        survey.lathe = turned && !across && !survey.printer;
-        survey.unfollowed = unfollowed.into_iter().find(|c| !(survey.printer && PROBES.contains(c)));
-        Ok(survey)
+        Ok(look.settle())
     }
 
     /// Whether a block is a plain move of which nothing is new but its numbers: places and a feed, with a G0 or G1 that was met before.
@@ -150,6 +93,100 @@ impl Survey {
     }
 }
 
+/// What a look over the text gathers on its way.
+#[derive(Default)]
+struct Look {
+    survey: Survey,
+    /// Words of filament, and how they count (M82, M83).
+    extrudes: bool,
+    counts: bool,
+    /// A Y, which lathes do not have, and a word of lathes.
+    lathe_across: bool,
+    lathe_words: bool,
+    /// Codes after which words mean something else.
+    unfollowed: BTreeSet<u32>,
+    /// Subprograms that stand in the text, that are called, and whether one stands elsewhere.
+    subs: BTreeSet<String>,
+    called: BTreeSet<String>,
+    outside: bool,
+}
+
+impl Look {
+    fn block(&mut self, text: &Text, k: usize, block: &Block) {
+        self.lathe_words |= turns(block);
+        self.survey.hidden |= flow_hides(text, k, block);
+        if let Some(found) = assignments_of(text, k, block) {
+            self.survey.hidden |= found.hidden;
+            if found.frame || found.any {
+                // as a G10 does
+                self.survey.codes.insert(100);
+            }
+        }
+        self.survey.hidden |= block.words.iter().any(|w| w.letter == b'G' && w.value.is_none());
+        self.order(text, k, block);
+        self.extrudes |= names(block, b"E");
+        for w in &block.words {
+            self.survey.form(w);
+            match (w.letter, w.value) {
+                (b'G', Some((v, _))) => self.g_word(k, block, code(v)),
+                (b'M', Some((v, _))) => self.m_word(block, v),
+                _ => {}
+            }
+        }
+    }
+
+    /// What a block jumps to and calls.
+    fn order(&mut self, text: &Text, k: usize, block: &Block) {
+        self.survey.jumps |=
+            block.keyword.is_some() && text.line(k).to_ascii_uppercase().windows(4).any(|w| w == b"GOTO");
+        match block.flow.as_deref() {
+            Some("" | "SUB") => drop(self.subs.insert(block.label.clone())),
+            Some("CALL") => drop(self.called.insert(block.label.clone())),
+            _ => {}
+        }
+        self.outside |=
+            block.keyword.as_deref().is_some_and(|w| !is_flow(w) && !block.words.iter().any(lex::takes_text));
+        match called_by(block) {
+            Some(Ok(name)) => drop(self.called.insert(name)),
+            Some(Err(())) => self.outside = true,
+            None => {}
+        }
+    }
+
+    fn m_word(&mut self, block: &Block, m: f64) {
+        self.survey.jumps |= m == 99.0 && names(block, b"P");
+        self.survey.changes_tools |= m == 6.0;
+        self.counts |= m == 82.0 || m == 83.0;
+        self.survey.printer |= [104.0, 109.0, 140.0, 190.0].contains(&m) && names(block, b"SR");
+    }
+
+    fn g_word(&mut self, k: usize, block: &Block, c: u32) {
+        self.survey.codes.insert(c);
+        self.survey.macros += usize::from(matches!(c, 660 | 661));
+        if !is_followed(c) || c == 50 && !has_axes(block) {
+            self.unfollowed.insert(c);
+        }
+        // by what they do
+        match c {
+            500 if has_axes(block) => drop(self.survey.codes.insert(920)),
+            540 if work_frame(block, 540, k) != 540 => drop(self.survey.codes.insert(541)),
+            501 | 511 => drop(self.survey.codes.insert(920)),
+            _ => {}
+        }
+    }
+
+    fn settle(self) -> Survey {
+        let mut survey = self.survey;
+        let plain = |c: &u32| PLAIN.contains(c) || (540..600).contains(c) || (810..900).contains(c);
+        let inside = !self.outside && self.called.is_subset(&self.subs);
+        survey.whole = inside && !survey.hidden && survey.codes.iter().all(plain);
+        survey.printer |= self.extrudes && self.counts;
+        survey.lathe = self.lathe_words && !self.lathe_across && !survey.printer;
+        survey.unfollowed = self.unfollowed.into_iter().find(|c| !(survey.printer && PROBES.contains(c)));
+        survey
+    }
+}
+
 /// What a line assigns; a text for the operator assigns nothing.
 pub(super) fn assignments_of(text: &Text, k: usize, block: &Block) -> Option<Assignments> {
     if !block.assignment && block.words.iter().any(lex::is_message) && !text.line(k).contains(&b'#') {
@@ -176,6 +213,8 @@ pub(super) fn flow_hides(text: &Text, k: usize, block: &Block) -> bool {
 }
 
 /// After `O100`, `N5 O<name>`, `O[#1]`.
+///
+/// `flow = ["N" {digit} | "/"] "O" ("<" name ">" | "[" ... "]" | {digit | "#"}) rest`
 fn behind_label(line: &str) -> Option<&str> {
     let label =
         line.trim_start_matches(['N', '/']).trim_start_matches(|c: char| c.is_ascii_digit()).strip_prefix('O')?;
@@ -248,6 +287,8 @@ pub(super) fn is_flow(keyword: &str) -> bool {
 }
 
 /// The subprogram that a block calls by `M98 P1000`; an error where it cannot be determined which, or where it stands elsewhere.
+///
+/// `call = "M98" "P" number`
 fn called_by(block: &Block) -> Option<std::result::Result<String, ()>> {
     let is = |w: &lex::Word, letter: u8, numbers: &[f64]| {
         w.letter == letter && w.value.is_some_and(|v| numbers.contains(&v.0))

@@ -64,6 +64,8 @@ impl Variables {
     }
 
     /// The value that stands after the `=` of a line with one assignment; nothing but a comment may follow.
+    ///
+    /// `assignment = "#" name "=" expression [comment]`
     fn value(&self, line: &[u8]) -> Option<f64> {
         let from = line.iter().position(|&b| b == b'=')? + 1;
         let mut read = Reader { line, at: from, known: self, depth: 0 };
@@ -146,6 +148,7 @@ impl Reader<'_> {
         Some(mark)
     }
 
+    /// `sum = product {("+" | "-") product}`
     fn sum(&mut self) -> Option<f64> {
         let mut value = self.product()?;
         while let Some(m) = self.mark(b"+-") {
@@ -155,6 +158,7 @@ impl Reader<'_> {
         Some(value)
     }
 
+    /// `product = one {("*" | "/") one}`
     fn product(&mut self) -> Option<f64> {
         let mut value = self.one()?;
         while let Some(m) = self.mark(b"*/") {
@@ -164,6 +168,7 @@ impl Reader<'_> {
         Some(value)
     }
 
+    /// `bracket = "[" sum "]"`
     fn bracket(&mut self) -> Option<f64> {
         self.mark(b"[")?;
         let value = self.sum()?;

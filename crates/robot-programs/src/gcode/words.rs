@@ -68,6 +68,8 @@ struct Ending {
 
 impl Reader<'_> {
     /// Takes the words of a block in the order in which a control does.
+    ///
+    /// `block = {G_word | M_word | axis_word | F_word | ...}, in the order of a control`
     pub(super) fn words(&mut self, k: usize, block: Block) -> Result<()> {
         if block.optional {
             return self.optional(k, block);
