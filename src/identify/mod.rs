@@ -16,3 +16,6 @@ pub mod path;
 pub mod scalar;
 pub mod screw;
 pub mod static_test;
+
+/// A joint that moves the TCP by less than this (m per rad, or m per m) cannot be tested through it.
+const LEAST_LEVER: f64 = 1e-3;

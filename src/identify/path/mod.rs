@@ -33,6 +33,7 @@ use crate::compensator::Compensator;
 use crate::effects::GapCurve;
 use crate::error::{Error, Place, Result};
 use crate::gaps::{Distrust, GapPoint, Gaps, JointGap};
+use crate::identify::LEAST_LEVER;
 use crate::log::Log;
 use crate::model::Model;
 use crate::numerics::student;
@@ -216,7 +217,13 @@ fn binned(robot: &Robot, log: &Log, options: &Options, notes: &mut Vec<Note>) ->
         return Err(Error::bad(Place::file(&log.name), format!("movement of {found}"), expected));
     }
     // a joint that reverses has lost motion whether it is asked for or not: left out, it would bend the gaps of the others
-    let binned = prepare::prepare(log, robot, &moving)?;
+    let mut binned = prepare::prepare(log, robot, &moving)?;
+    let (seen, unseen) = binned.joints.into_iter().partition(|j| j.lever_m() >= LEAST_LEVER);
+    binned.joints = seen;
+    for j in unseen.iter().filter(|j| free.contains(&j.axis)) {
+        let joint = robot.axis(j.axis);
+        notes.push(Note::HardlyMoves { log: log.name.clone(), joint: joint.name.clone(), kind: joint.kind });
+    }
     for j in binned.joints.iter().filter(|j| !j.reverses() && free.contains(&j.axis)) {
         notes.push(Note::NeverReverses { log: log.name.clone(), joint: robot.axis(j.axis).name.clone() });
     }
@@ -231,7 +238,7 @@ fn binned(robot: &Robot, log: &Log, options: &Options, notes: &mut Vec<Note>) ->
 fn refuse_without_reversal(problem: &Problem, logs: &[Log], options: &Options) -> Result<()> {
     match logs.first() {
         Some(log) if !problem.joints.iter().any(|j| options.reports(j.axis)) => {
-            let expected = "a path on which a joint of interest turns round at least once";
+            let expected = "a path on which a joint of interest turns round at least once and moves the TCP";
             Err(Error::bad(Place::file(&log.name), "no joint that reverses", expected))
         }
         _ => Ok(()),

@@ -2,6 +2,7 @@
 
 use crate::error::counted;
 use crate::gaps::Distrust;
+use crate::identify::LEAST_LEVER;
 use crate::robot::JointKind;
 use std::fmt;
 
@@ -11,6 +12,12 @@ pub(super) enum Note {
     NeverReverses {
         log: String,
         joint: String,
+    },
+    /// The joint's effect on the TCP is below [`LEAST_LEVER`].
+    HardlyMoves {
+        log: String,
+        joint: String,
+        kind: JointKind,
     },
     RowsLeftOut {
         log: String,
@@ -58,6 +65,14 @@ impl fmt::Display for Note {
             Self::NeverReverses { log, joint } => {
                 write!(f, "{log}: {joint} never reverses: its lost motion cannot be seen")
             }
+            Self::HardlyMoves { log, joint, kind } => {
+                let per = if *kind == JointKind::Revolute { "mm per radian" } else { "um per mm" };
+                let least = LEAST_LEVER * 1e3;
+                write!(
+                    f,
+                    "{log}: {joint} is left out: it moves the TCP by less than {least} {per}, so its gap cannot be determined"
+                )
+            }
             Self::RowsLeftOut { log, lost, rows, outliers } => {
                 write!(
                     f,
@@ -79,14 +94,14 @@ impl fmt::Display for Note {
             Self::TooManyReversals => f.write_str("too many reversals to list the gap at each of them"),
             Self::LagKnownBest { joint, kind, at_s, lag, ci95: [low, high] } => write!(
                 f,
-                "{joint}: the lag {at_s:.2} s after a reversal is known best: {:.6} {}, 95 % {:.6} to {:.6}",
+                "{joint}: the lag is known most precisely {at_s:.2} s after a reversal: {:.6} {}, 95 % {:.6} to {:.6}",
                 kind.to_user_unit(*lag),
                 kind.unit(),
                 kind.to_user_unit(*low),
                 kind.to_user_unit(*high)
             ),
             Self::SpikeAndDecayNotSeparated { joint } => {
-                write!(f, "{joint}: this log does not separate spike and decay; trust the lag above")
+                write!(f, "{joint}: this log does not separate spike and decay; rely on the lag above")
             }
             Self::GapsDiffer { joint, p_value } => {
                 write!(

@@ -47,6 +47,11 @@ impl FreeJoint {
     pub fn reverses(&self) -> bool {
         self.runs.len() > 1
     }
+
+    /// Largest effect of the joint on the TCP, m/rad or m/m.
+    pub fn lever_m(&self) -> f64 {
+        self.jac.iter().map(Vector3::norm).fold(0.0, f64::max)
+    }
 }
 
 /// A log as bins.

@@ -9,6 +9,7 @@ use super::creep::series::{DwellSeries, PairSeries};
 use super::frame::Frame;
 use super::readings::{Pair, Readings};
 use super::summary::{HalfGap, Table};
+use crate::identify::LEAST_LEVER;
 use crate::log::Log;
 use crate::log::dwells::{Dwell, count};
 use crate::machine::measurement::Instrument;
@@ -17,8 +18,6 @@ use crate::robot::{Chain, Joint, JointKind, Robot};
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
 
-/// A joint that moves the TCP by less than this (m per rad, or m per m) cannot be tested through it.
-const LEAST_LEVER: f64 = 1e-3;
 /// Rounding in the last digit of a tracker's file (0.1 um): repeats cannot agree better, m.
 pub(super) const ROUNDING_M: f64 = 5e-8;
 /// Standard deviation that rounding to whole counts gives half the difference of two readings, in counts: `sqrt(1/12) / sqrt(2)`.
