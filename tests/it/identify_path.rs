@@ -168,7 +168,7 @@ fn a_joint_whose_axis_passes_through_the_tcp_gets_no_gap() {
     let still = [0.0, -70.0, 100.0, 0.0, 30.0, 0.0];
     let (t, cmd) = waves(&axial, &still, 300.0, &[(1, -70.0, 8.0, 2.0, 0.5), (5, 0.0, 30.0, 3.0, 1.0)]);
     let log = run(&axial, &t, &cmd, &table3(), &Isometry3::identity(), 11e-6, 3);
-    let found = identify(&axial, &[log.clone()], &Options::default()).unwrap();
+    let found = identify(&axial, std::slice::from_ref(&log), &Options::default()).unwrap();
     assert_eq!(found.gaps.joints.iter().map(|j| j.axis).collect::<Vec<_>>(), [1]);
     assert!(found.gaps.notes.iter().any(|n| n.contains("A6 is left out")), "{:?}", found.gaps.notes);
     assert!((deg(joint(&found, 1).half_gap) / 0.0037 - 1.0).abs() < 0.01);
