@@ -5,7 +5,7 @@
 //! and move nothing either. What is loaded on the controller under the name is taken to be that file, and a note says so.
 
 use super::flow::{self, Flow};
-use super::read::sections;
+use super::sections::sections;
 use super::statement::{is_comment, statements, words};
 use super::{instruction, motion};
 use crate::files::{Folders, of_folder};
@@ -43,6 +43,8 @@ pub(super) fn files(path: &Path, seen: &Folders) -> Vec<PathBuf> {
 }
 
 /// Names after CALL in the file at `path`, in upper case.
+///
+/// `call = ("CALL " | "AUFRUF ") name`
 fn names_of(path: &Path) -> BTreeSet<String> {
     let bytes = std::fs::read(path).unwrap_or_default().to_ascii_uppercase();
     let mut found = BTreeSet::new();

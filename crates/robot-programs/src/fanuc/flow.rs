@@ -42,6 +42,8 @@ pub(super) struct Jump {
 /// A label to which something jumps: its number, or any.
 pub(super) type Label = Option<u64>;
 
+/// `flow = label | jump | call | "END" | "ABORT" | branch | "FOR" ... | "ENDFOR" | instruction`,
+/// `branch = ("IF" ... | "SELECT" ... | "ELSE" | "=" ...) "," action | "IF" ... "THEN" | "ELSE" | "ENDIF"`
 pub(super) fn read(text: &Text, words: &[Range<usize>]) -> Flow {
     let Some(first) = words.first() else { return Flow::On };
     let all: Vec<Vec<u8>> = words.iter().map(|w| text.slice(w.clone()).to_ascii_uppercase()).collect();
@@ -66,6 +68,8 @@ pub(super) fn read(text: &Text, words: &[Range<usize>]) -> Flow {
 }
 
 /// What stands after the first comma outside of brackets, where that is an action whose effect is known.
+///
+/// `branch = condition "," (jump | call | assignment)`
 fn action(whole: &[u8]) -> Option<Flow> {
     let mut depth = 0_usize;
     let comma = whole.iter().position(|b| {
@@ -81,6 +85,8 @@ fn action(whole: &[u8]) -> Option<Flow> {
 }
 
 /// `JMP LBL[3]`; any label where its number is computed.
+///
+/// `jump = ("JMP" | "SPRUNG") ("LBL" | "MRK") "[" index "]"`
 fn jump(action: &[u8], always: bool) -> Option<Flow> {
     let mut words = action.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
     let (word, label) = (words.next()?, words.next()?);
@@ -89,6 +95,8 @@ fn jump(action: &[u8], always: bool) -> Option<Flow> {
 }
 
 /// `CALL GRIP`, `CALL GRIP(1,R[2])`; a name that is computed is none.
+///
+/// `call = ("CALL" | "AUFRUF") name ["(" arguments ")"]`
 fn call(action: &[u8]) -> Option<Flow> {
     let rest = [&b"CALL "[..], b"AUFRUF "].iter().find_map(|w| action.strip_prefix(*w))?.trim_ascii();
     let name = &rest[..rest.iter().take_while(|b| b.is_ascii_alphanumeric() || b"_-".contains(b)).count()];
@@ -98,6 +106,8 @@ fn call(action: &[u8]) -> Option<Flow> {
 }
 
 /// The number in brackets, `LBL[3]`, `LBL[3:end]`.
+///
+/// `label = ("LBL" | "MRK") "[" number [":" name] "]"`
 fn number(word: &[u8]) -> Option<u64> {
     let open = memchr::memchr(b'[', word)? + 1;
     let inside = word[open..].split(|b| matches!(b, b']' | b':')).next()?.trim_ascii();
@@ -105,6 +115,8 @@ fn number(word: &[u8]) -> Option<u64> {
 }
 
 /// Labels that a statement names besides being one: all to which it may jump.
+///
+/// `... ("LBL" | "MRK") "[" number ... "]" ...`
 fn named(text: &Text, words: &[Range<usize>]) -> Vec<Label> {
     let mut out = Vec::new();
     for word in words {

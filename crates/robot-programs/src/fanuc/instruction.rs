@@ -19,6 +19,9 @@ const SETTINGS: [&[u8]; 6] =
     [b"OVERRIDE", b"RSR", b"ERROR_PROG", b"RESUME_PROG", b"JOINT_MAX_SPEED", b"LINEAR_MAX_SPEED"];
 
 /// A statement that is no motion: what it means for the joints' directions.
+///
+/// `instruction = wait | "PAUSE" | jump | block | "CALL" ... | frame | process | signal | setting | macro`,
+/// `wait = ("WAIT" | "WARTE") (seconds | condition)`
 pub(super) fn read(text: &Text, words: &[Range<usize>]) -> Option<StepKind> {
     let first = text.slice(words.first()?.clone()).to_ascii_uppercase();
     let name = &first[..first.iter().take_while(|b| b.is_ascii_alphanumeric() || **b == b'_').count()];
@@ -53,6 +56,8 @@ pub(super) fn read(text: &Text, words: &[Range<usize>]) -> Option<StepKind> {
 }
 
 /// Whether a statement gives an output or a register a value: `DO[1]=ON`, `R[2]=R[2]+1`; upper case.
+///
+/// `assignment = register "[" index "]" "=" value`
 pub(super) fn assigns(statement: &[u8]) -> bool {
     let name = &statement[..memchr::memchr(b'[', statement).unwrap_or(0)];
     let more = [&b"LBL["[..], b"MRK[", b"CALL", b"AUFRUF"].iter().any(|l| has(statement, l));
@@ -73,11 +78,15 @@ fn quiet(name: &[u8], rest: &[u8], second: &[u8], words: usize) -> bool {
 }
 
 /// What a WAIT waits for: a time, a signal, a condition. Another word is part of a macro's name (`WAIT HOME`).
+///
+/// `condition = signal "[" ... | number | "." ... | "(" ... | "$" ... | "!" ...`
 fn waits_for(second: &[u8]) -> bool {
     second.contains(&b'[') || second.first().is_some_and(|b| b.is_ascii_digit() || b".($!".contains(b))
 }
 
 /// Whether an instruction begins to lead the robot away from its positions (what it is), or ends that.
+///
+/// `lead = ("WEAVE" | "TRACK" | "SOFTFLOAT" | "MP") ("[" ... | {word} "END" ["[" ...] | {word} "{" ...)`
 pub(super) fn leads(text: &Text, words: &[Range<usize>]) -> Option<Option<&'static str>> {
     const ON: [(&str, &str); 5] = [
         ("TOUCH", "the offset of a touched part"),
@@ -103,6 +112,8 @@ fn jumps(text: &Text, words: &[Range<usize>]) -> bool {
 }
 
 /// `WAIT   .50(sec)`.
+///
+/// `seconds = number ("(sec)" | "sec" | "(sek)" | "sek")`
 fn seconds(text: &Text, words: &[Range<usize>]) -> Option<f64> {
     let word = String::from_utf8_lossy(text.slice(words.get(1)?.clone())).to_ascii_lowercase();
     let value = ["(sec)", "sec", "(sek)", "sek"].iter().find_map(|unit| word.strip_suffix(unit))?;

@@ -9,7 +9,7 @@
 //! instructions follow the language of the controller: a word that is not known is kept, and ends what is known of the
 //! joints' directions, as it might move or jump.
 //!
-//! Modules: [`positions`] reads `/POS`; [`statement`] lines, statements and their words; [`motion`] a motion; [`instruction`] everything else;
+//! Modules: [`sections`] finds the sections; [`positions`] reads `/POS`; [`taught`] makes targets of it; [`uses`] finds what else uses them; [`statement`] lines, statements and their words; [`motion`] a motion; [`instruction`] everything else;
 //! [`flow`] jumps, blocks and calls; [`calls`] programs beside it; [`read`] makes the script; [`write`] the patches.
 //!
 //! How it fails: the angle J3 of a program is that of the forearm against the horizontal. The motor at the elbow turns by
@@ -21,7 +21,10 @@ mod instruction;
 mod motion;
 mod positions;
 mod read;
+mod sections;
 mod statement;
+mod taught;
+mod uses;
 mod write;
 
 #[cfg(test)]

@@ -53,6 +53,8 @@ pub(super) struct MotionInstruction {
 }
 
 /// The goal of a motion: the digits of its index where it is a position of the program.
+///
+/// `goal = "P[" index "]"`
 fn read_goal(text: &Text, target: &Range<usize>, said: &mut MotionInstruction) -> Option<Range<usize>> {
     if is_register(text.slice(target.clone())) {
         said.goal = Err("a position register: its value is not in the program".into());
@@ -69,6 +71,8 @@ fn read_goal(text: &Text, target: &Range<usize>, said: &mut MotionInstruction) -
 }
 
 /// FINE, CNT, CD or CR.
+///
+/// `termination = "FINE" | "CNT..." | "CD..." | "CR..."`
 fn is_termination(word: &[u8]) -> bool {
     word.eq_ignore_ascii_case(b"FINE")
         || word.get(..3).is_some_and(|h| h.eq_ignore_ascii_case(b"CNT"))
@@ -97,56 +101,26 @@ impl MotionInstruction {
 }
 
 /// Reads a statement as a motion; `None`: it is none.
+///
+/// `motion = ("J" | "L" | "A" | "C" via) goal speed termination {option} ";"`
 pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -> Option<MotionInstruction> {
     let word = |k: usize| words.get(k).map_or(&[][..], |w| text.slice(w.clone()));
-    let letter = word(0);
-    let named = matches!(letter, [b] if b.is_ascii_alphabetic() || !b.is_ascii());
+    let named = matches!(word(0), [b] if b.is_ascii_alphabetic() || !b.is_ascii());
     if !named || !(is_position(word(1)) || is_register(word(1))) {
         return None;
     }
     let mut said = MotionInstruction::new();
-    let mut goal = 1;
-    match letter.to_ascii_uppercase().as_slice() {
-        b"J" => said.path = PathKind::Joint,
-        b"L" => said.path = PathKind::Linear,
-        b"A" => said.closed = Some("an arc is given by three points".into()),
-        b"C" => {
-            said.closed = Some("an arc is given by three points".into());
-            passes(text, &words[1], &mut said);
-            goal = 2;
-        }
-        _ => {
-            said.goal = Err(format!("`{}` is no motion that is known", String::from_utf8_lossy(letter)));
-            words.iter().filter(|w| is_position(text.slice((*w).clone()))).for_each(|w| passes(text, w, &mut said));
-            return Some(said);
-        }
-    }
-    let Some(target) = words.get(goal).cloned() else {
-        said.goal = Err("the motion has no goal".into());
-        return Some(said);
-    };
+    let Some(goal) = read_path(text, words, &mut said) else { return Some(said) };
+    let target = words[goal].clone();
     let digits = read_goal(text, &target, &mut said);
-    let end = (goal + 1..words.len()).take(4).find(|&k| is_termination(word(k)));
-    said.speed = words.get(goal + 1).map_or(Speed::Unknown, |w| speed(text.slice(w.clone()), said.path));
-    let mut options = goal + 2;
-    let (mut exact, mut end_type) = (false, target.end..target.end);
-    if let Some(k) = end {
-        exact = word(k).eq_ignore_ascii_case(b"FINE");
-        let zero = word(k).eq_ignore_ascii_case(b"CNT0");
-        let bare = word(k).iter().all(u8::is_ascii_alphabetic) && !exact;
-        let last = if bare && word(k + 1).contains(&b'[') { k + 1 } else { k };
-        said.blend_m = (exact || zero).then_some(0.0);
-        options = last + 1;
-        end_type = words[k].start..words[last].end;
-    } else {
-        close(&mut said, "how it ends (FINE, CNT) is not known");
-    }
+    said.speed = speed(word(goal + 1), said.path);
+    let end = read_termination(text, words, goal, &mut said);
     if matches!(said.speed, Speed::Seconds(_)) {
         close(&mut said, "its duration is written, and a point on the way would have a duration of its own");
     }
     let mut kept = Vec::new();
     let own = said.goal.as_ref().ok().copied();
-    read_options(text, words, options, &mut said, &mut kept);
+    read_options(text, words, end.next, &mut said, &mut kept);
     said.via.extend(own.filter(|_| said.goal.is_err() || said.offset.is_some()));
     if let (Some(digits), Some(last)) = (digits, statement.pieces.last()) {
         let used = words.last().map_or(last.start, |w| w.end);
@@ -158,9 +132,9 @@ pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -
             number: statement.number,
             lead: statement.colon + 1..target.start,
             digits,
-            speed_and_end: target.end..end_type.end,
-            end_type,
-            exact,
+            speed_and_end: target.end..end.span.end,
+            end_type: end.span,
+            exact: end.exact,
             kept,
             tail: used..content.max(used),
         });
@@ -168,7 +142,58 @@ pub(super) fn read(text: &Text, statement: &Statement, words: &[Range<usize>]) -
     Some(said)
 }
 
+/// The path by the motion's letter, and the word of its goal; `None`: the letter is not known, or there is no goal.
+fn read_path(text: &Text, words: &[Range<usize>], said: &mut MotionInstruction) -> Option<usize> {
+    let letter = words.first().map_or(&[][..], |w| text.slice(w.clone()));
+    let mut goal = 1;
+    match letter.to_ascii_uppercase().as_slice() {
+        b"J" => said.path = PathKind::Joint,
+        b"L" => said.path = PathKind::Linear,
+        b"A" => close(said, "an arc is given by three points"),
+        b"C" => {
+            close(said, "an arc is given by three points");
+            passes(text, &words[1], said);
+            goal = 2;
+        }
+        _ => {
+            said.goal = Err(format!("`{}` is no motion that is known", String::from_utf8_lossy(letter)));
+            words.iter().filter(|w| is_position(text.slice((*w).clone()))).for_each(|w| passes(text, w, said));
+            return None;
+        }
+    }
+    if goal >= words.len() {
+        said.goal = Err("the motion has no goal".into());
+        return None;
+    }
+    Some(goal)
+}
+
+/// How a motion ends, and the word after that.
+struct Termination {
+    span: Range<usize>,
+    exact: bool,
+    next: usize,
+}
+
+/// `termination = "FINE" | "CNT" (number | " R[" index "]") | "CD" number | "CR" number`
+fn read_termination(text: &Text, words: &[Range<usize>], goal: usize, said: &mut MotionInstruction) -> Termination {
+    let word = |k: usize| words.get(k).map_or(&[][..], |w| text.slice(w.clone()));
+    let Some(k) = (goal + 1..words.len()).take(4).find(|&k| is_termination(word(k))) else {
+        close(said, "how it ends (FINE, CNT) is not known");
+        let after = words[goal].end;
+        return Termination { span: after..after, exact: false, next: goal + 2 };
+    };
+    let exact = word(k).eq_ignore_ascii_case(b"FINE");
+    let zero = word(k).eq_ignore_ascii_case(b"CNT0");
+    let bare = word(k).iter().all(u8::is_ascii_alphabetic) && !exact;
+    let last = if bare && word(k + 1).contains(&b'[') { k + 1 } else { k };
+    said.blend_m = (exact || zero).then_some(0.0);
+    Termination { span: words[k].start..words[last].end, exact, next: last + 1 }
+}
+
 /// A position that a motion needs besides its goal.
+///
+/// `via = "P[" index "]"`
 fn passes(text: &Text, word: &Range<usize>, said: &mut MotionInstruction) {
     if is_position(text.slice(word.clone())) {
         match index(text, word.clone()) {
@@ -196,6 +221,9 @@ fn otherwise(upper: &[u8], path: PathKind) -> Option<&'static str> {
 }
 
 /// Options after the end type. An offset or an increment moves the goal; an unknown word might.
+///
+/// `option = "INC" | "COORD" | "MROT" | "RTCP" | "WJNT" | offset | "SKIP..." | ("ACC" | "PSPD") (number | " R[" index "]")`,
+/// `option = "CALL" name | word with a digit, bracket, "=" or "," | "BREAK" | "PTH" | "TA" | "TB" | "DB" | ...`
 fn read_options(
     text: &Text,
     words: &[Range<usize>],
@@ -222,15 +250,7 @@ fn read_options(
             said.goal = Err("an increment: the goal depends on where the robot stands".into());
             said.relative = true;
         } else if has(&upper, b"OFFSET") && !has(&upper, b"VOFFSET") && !has(&upper, b"VR[") {
-            // by a register: the position stands in a frame of its own
-            let register = next.strip_prefix(b",").unwrap_or(&next).starts_with(b"PR[") && !has(&upper, b"PR[");
-            let mut text = String::from_utf8_lossy(&upper).into_owned();
-            if register {
-                text.push_str(&String::from_utf8_lossy(&next));
-                k += 1;
-            }
-            said.offset = Some((has(&upper, b"TOOL"), text));
-            close(said, "an offset is added to the goal");
+            k += usize::from(read_offset(&upper, &next, said));
         } else if has(&upper, b"PR[") || has(&upper, b"VR[") || has(&upper, b"VOFFSET") {
             said.goal = Err("an offset is added to the goal".into());
         } else if upper.starts_with(b"SKIP") {
@@ -258,12 +278,28 @@ fn read_options(
     }
 }
 
+/// An offset; whether its register stands in the next word. By a register the position stands in a frame of its own.
+///
+/// `offset = ["TOOL_"] "OFFSET" [",PR[" index "]"]`
+fn read_offset(upper: &[u8], next: &[u8], said: &mut MotionInstruction) -> bool {
+    let register = next.strip_prefix(b",").unwrap_or(next).starts_with(b"PR[") && !has(upper, b"PR[");
+    let mut text = String::from_utf8_lossy(upper).into_owned();
+    if register {
+        text.push_str(&String::from_utf8_lossy(next));
+    }
+    said.offset = Some((has(upper, b"TOOL"), text));
+    close(said, "an offset is added to the goal");
+    register
+}
+
 /// A word with digits, brackets or signs belongs to an option: `.10sec,DO[1]=ON`, `EV50%`.
 fn parameter(word: &[u8]) -> bool {
     word.iter().any(|b| b.is_ascii_digit() || b"[]=,".contains(b))
 }
 
 /// `Start[1]` of `Arc Start[1]`, `Weld Start[1,2]`, `Lichtbogen Start[1]`; `End[1]`, `Ende[1]`.
+///
+/// `process = ... ("START" | "END" | "ENDE") "[" ...`
 pub(super) fn process(upper: &[u8]) -> Option<bool> {
     let name = &upper[..memchr::memchr(b'[', upper)?];
     if name.ends_with(b"START") {
@@ -274,6 +310,8 @@ pub(super) fn process(upper: &[u8]) -> Option<bool> {
 }
 
 /// `100%`, `250mm/sec`, `60cm/min`, `20inch/min`, `30deg/sec`, `2.0sec`, `200msec`.
+///
+/// `speed = number ("%" | "mm/sec" | "cm/min" | "inch/min" | "deg/sec" | "sec" | "msec")`
 fn speed(word: &[u8], path: PathKind) -> Speed {
     let digits = word.iter().take_while(|b| b.is_ascii_digit() || **b == b'.').count();
     let Some(value) = std::str::from_utf8(&word[..digits]).ok().and_then(|d| d.parse::<f64>().ok()) else {

@@ -105,6 +105,8 @@ impl Position {
 }
 
 /// `N U T, 0, 0, 0`; `None`: not of this kind.
+///
+/// `configuration = letter {gap} letter {gap} letter gap turn gap turn gap turn`, `gap = {"," | blank}`
 fn configuration(text: &[u8]) -> Option<Configuration> {
     let text = String::from_utf8_lossy(text).to_ascii_uppercase();
     let mut letters = Vec::new();
@@ -144,6 +146,9 @@ pub(super) fn is_extended(name: &str) -> bool {
 }
 
 /// The positions on lines `lines`.
+///
+/// `positions = {head {group} "}" ...}`,
+/// `group = "GP" number ":" {line}`
 pub(super) fn read(text: &Text, lines: Range<usize>) -> Result<Vec<Position>> {
     let mut out: Vec<Position> = Vec::new();
     let mut open: Option<Position> = None;
@@ -188,6 +193,8 @@ pub(super) fn read(text: &Text, lines: Range<usize>) -> Result<Vec<Position>> {
 }
 
 /// `P[3:"comment"]{`.
+///
+/// `head = "P[" number [":" name] "]" "{"`
 fn head(text: &Text, k: usize, at: usize, content: &[u8]) -> Result<Position> {
     let bad = || text.bad(at, format!("`{}`", shown(content)), "a position such as `P[1]{`");
     let inside = content.get(..2).filter(|h| h.eq_ignore_ascii_case(b"P[")).and_then(|_| content.get(2..));
@@ -207,12 +214,16 @@ fn head(text: &Text, k: usize, at: usize, content: &[u8]) -> Result<Position> {
 }
 
 /// `GP1:`.
+///
+/// `group = "GP" number ":"`
 fn group_of(content: &[u8]) -> Option<u64> {
     let rest = content.get(..2).filter(|h| h.eq_ignore_ascii_case(b"GP")).and_then(|_| content.get(2..))?;
     std::str::from_utf8(rest.strip_suffix(b":")?.trim_ascii()).ok()?.parse().ok()
 }
 
 /// The fields of one line of group 1: `UF : 0`, `CONFIG : '...'`, `J1=    35.130 deg`.
+///
+/// `line = {"UF" ":" number | "UT" ":" number | "'" configuration "'" | field | ","}`
 fn line(text: &Text, span: Range<usize>, position: &mut Position) -> Result<()> {
     let bytes = text.slice(span.clone());
     let mut at = 0;
@@ -257,6 +268,8 @@ const USUAL: &[&str] = &["J1", "J2", "J3", "J4", "J5", "J6", "X", "Y", "Z", "W",
 const MOST: usize = 64;
 
 /// A number and its unit after `name=`; the offset after it.
+///
+/// `field = name "=" (number ("mm" | "deg") | "*" {"*"} [unit])`
 fn field(text: &Text, span: &Range<usize>, from: usize, name: Cow<str>, position: &mut Position) -> Result<usize> {
     let bytes = text.slice(span.clone());
     let blanks = bytes[from..].iter().take_while(|b| b.is_ascii_whitespace()).count();

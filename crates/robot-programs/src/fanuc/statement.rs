@@ -40,6 +40,8 @@ enum Line {
     Other,
 }
 
+/// `line = blank | ";" | rule | [number] ":" text`,
+/// `rule = "--" {"-" | " " | ";"}`
 fn line_of(text: &Text, k: usize) -> Line {
     let span = text.line_span(k);
     let bytes = text.line(k);
@@ -65,84 +67,101 @@ fn line_of(text: &Text, k: usize) -> Line {
 }
 
 /// The statements of lines `lines`, and the numbers that a new line shifts.
+///
+/// `statement = [number] ":" text {newline blank ":" text} ";"`,
+/// `remark = [number] ":" ("!" | "--" | "//") text {newline blank ":" text} [";"]`
 pub(super) fn statements(text: &Text, lines: Range<usize>) -> Result<(Vec<Statement>, Vec<Numbered>)> {
-    let (mut out, mut numbered): (Vec<Statement>, Vec<Numbered>) = (Vec::new(), Vec::new());
-    let mut open: Option<Statement> = None;
-    // a remark with a number goes on in indented lines without one, up to its `;`
-    let mut remark = false;
-    let mut nested = false;
+    let (done, numbered) = (Vec::new(), Vec::new());
+    let mut assembly = Assembly { text, done, numbered, open: None, remark: false, nested: false };
     for k in lines {
-        let span = text.line_span(k);
-        let content_end = span.start + text.line(k).len();
-        let (colon, number) = match line_of(text, k) {
-            Line::Blank => continue,
+        assembly.line(k)?;
+    }
+    match assembly.open {
+        Some(s) => Err(endless(text, &s)),
+        None => Ok((assembly.done, assembly.numbered)),
+    }
+}
+
+/// Statements that are put together line by line.
+struct Assembly<'a> {
+    text: &'a Text,
+    done: Vec<Statement>,
+    numbered: Vec<Numbered>,
+    /// A statement whose `;` has not come yet.
+    open: Option<Statement>,
+    /// The line before belongs to a remark with a number, which goes on in indented lines without one, up to its `;`.
+    remark: bool,
+    /// Within point logic.
+    nested: bool,
+}
+
+impl Assembly<'_> {
+    fn line(&mut self, k: usize) -> Result<()> {
+        match line_of(self.text, k) {
+            Line::Blank => {}
             // the end of a statement on a line of its own, or an empty statement without a number
-            Line::End => {
-                out.extend(open.take());
-                continue;
-            }
-            Line::Rule if nested => {
-                nested = false;
-                continue;
-            }
-            Line::Colon(colon, number) => (colon, number),
+            Line::End => self.done.extend(self.open.take()),
+            Line::Rule if self.nested => self.nested = false,
+            Line::Colon(colon, number) => self.after_colon(k, colon, number)?,
             Line::Rule | Line::Other => {
-                return Err(text.bad(
-                    span.start,
-                    format!("`{}`", shown(text.line(k))),
-                    "a program line such as `   5:J P[1] 100% FINE    ;`",
-                ));
+                let found = format!("`{}`", shown(self.text.line(k)));
+                let expected = "a program line such as `   5:J P[1] 100% FINE    ;`";
+                return Err(self.text.bad(self.text.line_span(k).start, found, expected));
             }
-        };
-        let body = colon + 1..content_end;
-        let indented = text.line(k).first().is_some_and(u8::is_ascii_whitespace);
-        remark &= number.is_none() && indented && !motion_like(text.slice(body.clone()));
-        if remark {
-            remark = !text.slice(body).trim_ascii_end().ends_with(b";");
-            continue;
         }
-        if let Some(s) = &open {
-            // a statement goes on in indented lines without a number, and only one that has a number: elsewhere such a
-            // line may as well be the next statement
-            if number.is_some() || s.number.is_none() || !indented || motion_like(text.slice(body.clone())) {
+        Ok(())
+    }
+
+    /// A line with its colon: it begins a statement, or the statement or remark before goes on in it.
+    fn after_colon(&mut self, k: usize, colon: usize, number: Option<u64>) -> Result<()> {
+        let text = self.text;
+        let body = colon + 1..text.line_span(k).start + text.line(k).len();
+        let indented = text.line(k).first().is_some_and(u8::is_ascii_whitespace);
+        let is_motion = || motion_like(text.slice(body.clone()));
+        let goes_on = || number.is_none() && indented && !is_motion();
+        self.remark = self.remark && goes_on();
+        if self.remark {
+            self.remark = !text.slice(body).trim_ascii_end().ends_with(b";");
+            return Ok(());
+        }
+        if let Some(s) = &self.open {
+            // only a statement that has a number goes on: elsewhere such a line may as well be the next statement
+            if s.number.is_none() || !goes_on() {
                 return Err(endless(text, s));
             }
         }
-        if nested && motion_like(text.slice(body.clone())) {
-            nested = false;
+        self.nested = self.nested && !is_motion();
+        let start = text.line_span(k).start;
+        if let (Some(number), false) = (number, self.nested) {
+            self.numbered.push(Numbered { field: start..colon, number });
         }
-        if let (Some(number), false) = (number, nested) {
-            numbered.push(Numbered { field: span.start..colon, number });
-        }
-        let mut statement = open.take().unwrap_or_else(|| Statement {
-            line: k,
-            start: span.start,
-            colon,
-            number,
-            pieces: Vec::new(),
-            nested,
-        });
+        let nested = self.nested;
+        let statement =
+            self.open.take().unwrap_or_else(|| Statement { line: k, start, colon, number, pieces: Vec::new(), nested });
+        self.extend(statement, body);
+        Ok(())
+    }
+
+    /// A statement with a further piece, which ends it where that ends in `;`, is a remark, or is the only one and blank.
+    fn extend(&mut self, mut statement: Statement, body: Range<usize>) {
+        let text = self.text;
         let content = text.slice(body.clone()).trim_ascii_end();
         let comment = statement.pieces.is_empty() && is_comment(content);
         let closed = content.strip_suffix(b";");
         let piece = body.start..body.start + closed.map_or(content.len(), <[u8]>::len);
         statement.pieces.push(piece);
         let blank = content.trim_ascii().is_empty() && statement.pieces.len() == 1;
-        remark = comment && closed.is_none() && statement.number.is_some();
+        self.remark = comment && closed.is_none() && statement.number.is_some();
         if closed.is_none() && !comment && !blank {
-            open = Some(statement);
-            continue;
+            self.open = Some(statement);
+            return;
         }
         // also of a motion that is switched off
         let motion = !comment || content.trim_ascii_start().starts_with(b"//");
         if motion && statement.pieces.iter().any(|p| has(text.slice(p.clone()), b"P-SPS")) {
-            nested = true;
+            self.nested = true;
         }
-        out.push(statement);
-    }
-    match open {
-        Some(s) => Err(endless(text, &s)),
-        None => Ok((out, numbered)),
+        self.done.push(statement);
     }
 }
 
@@ -152,11 +171,14 @@ fn endless(text: &Text, s: &Statement) -> Error {
 }
 
 /// `!`, `--eg:` (a comment in a language) and `//` (a statement that is switched off).
+///
+/// `comment = ("!" | "--" | "//") text`
 pub(super) fn is_comment(content: &[u8]) -> bool {
     let content = content.trim_ascii_start();
     content.starts_with(b"!") || content.starts_with(b"--") || content.starts_with(b"//")
 }
 
+/// `motion = letter ("P[" | "PR[") ...`
 fn motion_like(content: &[u8]) -> bool {
     let mut words = content.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
     words.next().is_some_and(|w| w.len() == 1) && words.next().is_some_and(|w| is_position(w) || is_register(w))
@@ -178,6 +200,8 @@ pub(super) fn has(bytes: &[u8], needle: &[u8]) -> bool {
 }
 
 /// Words of a statement: split at blanks, but not within brackets.
+///
+/// `words = word {blank word}, blanks within "[" "]" being part of the word`
 pub(super) fn words(text: &Text, statement: &Statement) -> Vec<Range<usize>> {
     let mut out = Vec::new();
     for piece in &statement.pieces {
@@ -210,6 +234,8 @@ pub(super) fn shown(bytes: &[u8]) -> String {
 }
 
 /// Index of `P[3]` or `P[3:name]`: its digits, and the value; `None` where it is computed.
+///
+/// `index = "[" digit {digit} [":" name] "]"`
 pub(super) fn index(text: &Text, word: Range<usize>) -> Option<(Range<usize>, u64)> {
     let bytes = text.slice(word.clone());
     let open = memchr::memchr(b'[', bytes)? + 1;

@@ -1,7 +1,7 @@
 //! Edits as patches: joint fields, cloned positions, new lines with new positions, line numbers.
 
 use super::positions::Position;
-use super::read::FINEST;
+use super::taught::FINEST;
 use super::{Motion, Program};
 use crate::axes::JointKind;
 use crate::error::{Error, Result};

@@ -1,0 +1,155 @@
+//! The positions of `/POS` as targets of the script, and what they say of axes that are none of the robot's.
+
+use super::positions::{Field, Position, is_extended, is_joint};
+use crate::axes::{Axes, JointKind};
+use crate::error::Result;
+use crate::script::{At, PoseForm, PoseGoal, Target, Targets, Text, Value, number};
+use std::collections::HashMap;
+
+/// The finest weight of a digit in a position: the controller writes three decimals, deg or mm. A number that stands there
+/// with more keeps them.
+pub(super) const FINEST: f64 = 1e-3;
+
+/// Positions as targets. Lists without another word have one entry per position.
+pub(super) struct Taught {
+    pub positions: Vec<Position>,
+    /// Position by its index.
+    pub by_index: HashMap<u64, usize>,
+    pub targets: Targets,
+    /// Position of each target.
+    pub of_target: Vec<usize>,
+    /// Target of each position's joints; why there is none.
+    pub joints: Vec<std::result::Result<usize, String>>,
+    /// Target of each Cartesian position.
+    poses: Vec<Option<usize>>,
+    /// What each position says of axes that are not the robot's, and whether all say the same.
+    pub extras: Vec<Vec<u8>>,
+    pub idle: bool,
+}
+
+impl Taught {
+    pub fn of(text: &Text, robot: &Axes, positions: Vec<Position>) -> Result<Self> {
+        let mut taught = Self {
+            by_index: HashMap::new(),
+            targets: Targets::of_text(text),
+            of_target: Vec::new(),
+            joints: Vec::with_capacity(positions.len()),
+            poses: Vec::with_capacity(positions.len()),
+            extras: Vec::with_capacity(positions.len()),
+            idle: false,
+            positions: Vec::new(),
+        };
+        for (i, p) in positions.iter().enumerate() {
+            if taught.by_index.insert(p.index, i).is_some() {
+                return Err(text.bad(p.head.start, format!("a second P[{}]", p.index), "each position once"));
+            }
+            taught.add(text, robot, i, p)?;
+            taught.extras.push(extras(text, robot, p));
+        }
+        taught.idle = taught.extras.windows(2).all(|w| w[0] == w[1]);
+        taught.positions = positions;
+        Ok(taught)
+    }
+
+    /// The target of position `i`.
+    fn add(&mut self, text: &Text, robot: &Axes, i: usize, p: &Position) -> Result<()> {
+        let mut pose = None;
+        let joints = if !p.ours {
+            Err(format!("P[{}] has no group 1", p.index))
+        } else if p.untaught() {
+            Err(format!("P[{}] is not taught", p.index))
+        } else if p.is_joints() {
+            Ok(self.push(i, target(text, robot, p)?))
+        } else if let Some(target) = coordinates(p) {
+            pose = Some(self.push(i, target));
+            Err("a Cartesian position".into())
+        } else {
+            Err(format!("P[{}] holds neither joints nor a pose", p.index))
+        };
+        self.joints.push(joints);
+        self.poses.push(pose);
+        Ok(())
+    }
+
+    fn push(&mut self, position: usize, target: Target) -> usize {
+        self.targets.push(target);
+        self.of_target.push(position);
+        self.targets.len() - 1
+    }
+
+    /// The Cartesian target of a position.
+    pub fn pose(&self, position: usize) -> Option<PoseGoal> {
+        let target = self.poses.get(position).copied().flatten()?;
+        self.positions.get(position)?.pose(target)
+    }
+
+    /// Whether the other groups of all positions stand at one place: what they carry does not move.
+    pub fn leader_stands(&self) -> bool {
+        self.idle && self.positions.iter().all(|p| !p.others.is_empty())
+    }
+}
+
+/// What a position says of other groups and further axes, for comparison.
+fn extras(text: &Text, robot: &Axes, p: &Position) -> Vec<u8> {
+    let mut other = p.others.clone();
+    let own = if p.is_joints() { robot.dof() } else { 0 };
+    for f in p.axes().into_iter().skip(own) {
+        other.extend_from_slice(text.slice(f.field).trim_ascii());
+        other.push(b' ');
+    }
+    other
+}
+
+/// The joints of a position, as many as the robot has axes.
+fn target(text: &Text, robot: &Axes, p: &Position) -> Result<Target> {
+    let axes = p.axes();
+    if axes.len() < robot.dof() {
+        let found = format!("{} joint values in P[{}]", axes.len(), p.index);
+        return Err(text.bad(p.head.start, found, format!("{}: one for each axis of the robot", robot.dof())));
+    }
+    let mut values = Vec::with_capacity(robot.dof());
+    for (field, joint) in axes.into_iter().zip(robot.axis_joints()) {
+        let mm = joint.kind == JointKind::Prismatic;
+        if field.mm != mm || !(is_joint(&field.name) || is_extended(&field.name)) {
+            let found = format!("`{}` in {}", field.name, if field.mm { "mm" } else { "deg" });
+            return Err(text.bad(
+                field.number.start(),
+                found,
+                format!("{} for axis {}", joint.kind.unit(), joint.name),
+            ));
+        }
+        values.push(field.value.map(|(value, style)| Value {
+            si: value * joint.kind.si_per_user_unit(),
+            start: field.number.start(),
+            end: field.number.end(),
+            style,
+            digit: weight(style) * joint.kind.si_per_user_unit(),
+            finest: FINEST.min(weight(style)) * joint.kind.si_per_user_unit(),
+        }));
+    }
+    Ok(Target { name: Some(format!("P[{}]", p.index)), at: At { file: 0, line: p.line }, values, pose: None })
+}
+
+/// The numbers of a Cartesian position.
+fn coordinates(p: &Position) -> Option<Target> {
+    let form = PoseForm::FixedXyz;
+    let value = |(k, field): (usize, &Field)| {
+        let (value, style) = field.value?;
+        let (unit, digit) = (form.unit(k), weight(style));
+        let (start, end) = (field.number.start(), field.number.end());
+        Some(Value { si: value * unit, start, end, style, digit: digit * unit, finest: FINEST.min(digit) * unit })
+    };
+    let values = p.coordinates()?.into_iter().enumerate().map(value).collect();
+    let at = At { file: 0, line: p.line };
+    Some(Target { name: Some(format!("P[{}]", p.index)), at, values, pose: Some(form) })
+}
+
+fn weight(style: number::Style) -> f64 {
+    10_f64.powi(-i32::from(style.decimals))
+}
+
+/// Whether the file leaves the zero before the point off, as older controllers do.
+pub(super) fn bare(positions: &[Position]) -> bool {
+    let values = || positions.iter().flat_map(|p| &p.fields).filter_map(|f| f.value);
+    values().any(|v| v.1.bare) || !values().any(|v| v.0.abs() < 1.0)
+}
