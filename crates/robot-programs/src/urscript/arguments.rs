@@ -11,6 +11,8 @@ pub struct Arg<'a> {
 }
 
 /// The motion call that an item is: function, arguments, tokens from its name to its closing bracket.
+///
+/// `call = motion "(" arguments ")"`
 pub fn call<'a>(p: &'a Parsed, item: &Item) -> Option<(Motion, Vec<Arg<'a>>, Span)> {
     let i = item.span.start;
     if item.kind != ItemKind::Other || p.tokens.get(i + 1)?.kind != Kind::Mark(b'(') || item.span.len() < 3 {
@@ -22,6 +24,9 @@ pub fn call<'a>(p: &'a Parsed, item: &Item) -> Option<(Motion, Vec<Arg<'a>>, Spa
 }
 
 /// Arguments after an opening bracket, and its closing one.
+///
+/// `arguments = [argument {"," argument}]`,
+/// `argument = [name "="] expression`
 pub fn arguments(p: &Parsed, from: usize, end: usize) -> Option<(Vec<Arg<'_>>, usize)> {
     let mut out = Vec::new();
     let mut depth = 0usize;

@@ -36,6 +36,8 @@ fn alike(a: &Isometry3<f64>, b: &Isometry3<f64>) -> bool {
 
 impl Builder<'_> {
     /// Token of the first `set_tcp`, and every TCP that one sets; one that is computed is asked for by what computes it.
+    ///
+    /// `tool = "set_tcp" "(" (pose | name | expression) ["," ...] ")"`
     pub fn find_tools(&self) -> Option<(usize, Vec<Frame>)> {
         let p = self.p;
         let mut found: Option<(usize, Vec<Frame>)> = None;
@@ -62,8 +64,7 @@ impl Builder<'_> {
 
     /// An expression as it is written.
     fn shown(&self, span: &Span) -> String {
-        let bytes = self.p.tokens[span.start].start()..self.p.tokens[span.end - 1].end();
-        one_line(&String::from_utf8_lossy(self.text.slice(bytes)))
+        one_line(&String::from_utf8_lossy(self.text.slice(self.bytes(span))))
     }
 
     /// The pose that an expression is: `p[..]`, or a name that is assigned one; where its list stands, and the item that assigns it.
@@ -80,6 +81,8 @@ impl Builder<'_> {
     }
 
     /// A pose, or one that `pose_trans` or `pose_add` displaces by another; `None`: neither is certain.
+    ///
+    /// `goal = pose | name | ("pose_trans" | "pose_add") "(" place "," place ")", place = pose | name`
     fn displaced(&self, span: &Span, item: &Item) -> Option<Found> {
         if let Some((numbers, place)) = self.pose(span, item) {
             return Some(Found { numbers, place, inner: span.clone(), shift: None });
@@ -170,14 +173,13 @@ impl Builder<'_> {
             return Some(t);
         }
         let values = value::pose_values(text, &p.tokens, &p.words, &list)?;
-        let bytes = |s: &Span| p.tokens[s.start].start()..p.tokens[s.end - 1].end();
         let owner = match (assigned, &key) {
             (Some(n), Some(key)) => {
                 let statement = p.items[n].span.clone();
                 let word = p.words.at(statement.start);
                 let qualifier = if matches!(word, "global" | "local") { format!("{word} ") } else { String::new() };
                 let keep = p.variables[key].read;
-                Some(Owner { bytes: bytes(&statement), qualifier, name: name.clone(), keep })
+                Some(Owner { bytes: self.bytes(&statement), qualifier, name: name.clone(), keep })
             }
             (Some(_), None) => return None,
             (None, _) => None,
@@ -186,7 +188,7 @@ impl Builder<'_> {
         let name = owner.as_ref().map(|o| o.name.clone());
         self.targets.push(Target { name, at, values, pose: Some(PoseForm::RotationVector) });
         let units = self.units(&[1.0; 6]);
-        self.literals.push(Literal { bytes: bytes(&list).into(), units, owner: owner.map(Box::new) });
+        self.literals.push(Literal { bytes: self.bytes(&list).into(), units, owner: owner.map(Box::new) });
         let t = self.targets.len() - 1;
         if let Some(key) = key {
             self.known.insert(key, t);
@@ -210,6 +212,8 @@ impl Builder<'_> {
     }
 
     /// The solution that `qnear` chooses; `None`: it cannot be determined.
+    ///
+    /// `qnear = "get_actual_joint_positions" ... | "get_target_joint_positions" ... | list | name`
     fn near(&self, span: &Span, item: &Item) -> Option<Solution> {
         let p = self.p;
         // where the robot stands
@@ -232,6 +236,8 @@ impl Builder<'_> {
     }
 
     /// `get_inverse_kin(pose, qnear)`: the list of qnear only chooses the solution; the pose is where the robot goes.
+    ///
+    /// `goal = "get_inverse_kin" "(" place ["," qnear] ")"`
     fn inverse_goal(&mut self, span: &Span, item: &Item) -> Goal {
         let args = arguments(self.p, span.start + 2, span.end).map(|a| a.0).unwrap_or_default();
         let first = args.first().filter(|_| args.len() <= 2).map(|a| a.span.clone());
@@ -252,6 +258,7 @@ impl Builder<'_> {
         goal
     }
 
+    /// `goal = place | "get_inverse_kin" "(" ... ")" | list | name`
     pub fn goal(&mut self, span: &Span, item: &Item) -> Result<Goal> {
         let (p, text, robot) = (self.p, self.text, self.robot);
         if let Some(found) = self.displaced(span, item) {
@@ -261,13 +268,12 @@ impl Builder<'_> {
             return Ok(self.inverse_goal(span, item));
         }
         let at = At { file: 0, line: self.line(span.start) };
-        let bytes = |s: &Span| p.tokens[s.start].start()..p.tokens[s.end - 1].end();
         if p.tokens[span.start].kind == Kind::Mark(b'[') {
             return Ok(match value::joints(text, &p.tokens, &p.words, span, robot)? {
                 Ok((values, units)) => {
                     self.targets.push(Target { name: None, at, values, pose: None });
                     let units = self.units(&units);
-                    self.literals.push(Literal { bytes: bytes(span).into(), units, owner: None });
+                    self.literals.push(Literal { bytes: self.bytes(span).into(), units, owner: None });
                     Goal::Joints(self.targets.len() - 1)
                 }
                 Err(why) => Goal::Opaque(why),
@@ -292,11 +298,12 @@ impl Builder<'_> {
         let statement = p.items[n].span.clone();
         let qualifier = p.words.at(statement.start);
         let qualifier = if matches!(qualifier, "global" | "local") { format!("{qualifier} ") } else { String::new() };
-        let owner = Owner { bytes: bytes(&statement), qualifier, name: name.clone(), keep: p.variables[&key].read };
+        let owner =
+            Owner { bytes: self.bytes(&statement), qualifier, name: name.clone(), keep: p.variables[&key].read };
         let line = self.line(value.start);
         self.targets.push(Target { name: Some(name), at: At { file: 0, line }, values, pose: None });
         let units = self.units(&units);
-        self.literals.push(Literal { bytes: bytes(&value).into(), units, owner: Some(Box::new(owner)) });
+        self.literals.push(Literal { bytes: self.bytes(&value).into(), units, owner: Some(Box::new(owner)) });
         let t = self.targets.len() - 1;
         self.known.insert(key, t);
         Ok(Goal::Joints(t))

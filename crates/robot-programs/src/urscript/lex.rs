@@ -9,84 +9,87 @@ use crate::script::Text;
 pub use crate::script::lex::{Kind, Lexed, Token, Words};
 use crate::script::lex::{begins_number, begins_word, line_end, not_too_long, number_end, start, word_end};
 
+/// Tokens and comments of a text.
+///
+/// `text = {blank | "#" comment | "$" mark_of_the_editor | string | number | word | compare | mark | newline}`
 pub fn lex(text: &Text) -> Result<Lexed> {
     not_too_long(text)?;
     let bytes = text.bytes.as_slice();
-    let mut tokens: Vec<Token> = Vec::with_capacity(bytes.len() / 3);
-    let mut comments = Vec::new();
-    let mut open: Vec<usize> = Vec::new();
-    let mut i = start(bytes);
-    while let Some(&b) = bytes.get(i) {
-        let start = i;
-        let kind = match b {
-            b' ' | b'\t' | b'\r' | 0x0B | 0x0C => {
-                i += 1;
-                continue;
-            }
-            b'\n' => {
-                i += 1;
-                if !open.is_empty() {
-                    continue;
-                }
-                Kind::Line
-            }
-            b'#' => {
-                i = line_end(bytes, i);
-                comments.push((start, i));
-                continue;
-            }
-            b'$' if tokens.last().is_none_or(|t| t.kind == Kind::Line) => {
-                i = line_end(bytes, i);
-                continue;
-            }
-            b'"' | b'\'' => {
-                let end = bytes[i + 1..line_end(bytes, i)].iter().position(|&c| c == b);
-                let Some(end) = end else {
-                    return Err(text.bad(i, "a string that is not closed on its line", format!("`{}`", char::from(b))));
-                };
-                i += end + 2;
-                Kind::String
-            }
-            _ if begins_number(bytes, i) => {
-                i = number_end(bytes, i);
-                Kind::Number
-            }
-            _ if begins_word(b) => {
-                i = word_end(bytes, i);
-                Kind::Word
-            }
-            b'=' | b'!' | b'<' | b'>' if bytes.get(i + 1) == Some(&b'=') => {
-                i += 2;
-                Kind::Compare
-            }
-            // what a template holds is not known before it is filled in, nor which of its branches stay
-            b'{' if matches!(bytes.get(i + 1), Some(b'{' | b'%' | b'#')) => {
-                return Err(text.bad(i, "a mark of a template", "a script with its templates filled in"));
-            }
-            b'(' | b'[' | b'{' => {
-                open.push(i);
-                i += 1;
-                Kind::Mark(b)
-            }
-            b')' | b']' | b'}' => {
-                if open.pop().is_none() {
-                    return Err(text.bad(i, format!("`{}`", char::from(b)), "the bracket that it closes"));
-                }
-                i += 1;
-                Kind::Mark(b)
-            }
-            0x21..=0x7E => {
-                i += 1;
-                Kind::Mark(b)
-            }
-            _ => return Err(text.bad(i, format!("the character {:?}", char::from(b)), "URScript text")),
-        };
-        tokens.push(Token::new(text, kind, start, i)?);
+    let at = start(bytes);
+    let mut lexer =
+        Lexer { text, bytes, at, tokens: Vec::with_capacity(bytes.len() / 3), comments: Vec::new(), open: Vec::new() };
+    while let Some(&b) = bytes.get(lexer.at) {
+        let start = lexer.at;
+        if let Some(kind) = lexer.token(b)? {
+            lexer.tokens.push(Token::new(text, kind, start, lexer.at)?);
+        }
     }
-    if let Some(at) = open.pop() {
+    if let Some(at) = lexer.open.pop() {
         let found = format!("`{}` that is not closed", char::from(bytes[at]));
         return Err(text.bad(at, found, "its closing bracket"));
     }
-    tokens.push(Token::new(text, Kind::Line, bytes.len(), bytes.len())?);
-    Ok(Lexed { tokens, comments })
+    lexer.tokens.push(Token::new(text, Kind::Line, bytes.len(), bytes.len())?);
+    Ok(Lexed { tokens: lexer.tokens, comments: lexer.comments })
+}
+
+/// A text that is read up to a byte.
+struct Lexer<'a> {
+    text: &'a Text,
+    bytes: &'a [u8],
+    at: usize,
+    tokens: Vec<Token>,
+    comments: Vec<(usize, usize)>,
+    /// Brackets that are open.
+    open: Vec<usize>,
+}
+
+impl Lexer<'_> {
+    /// Passes what begins with byte `b`: the kind of its token; `None`: it makes none.
+    fn token(&mut self, b: u8) -> Result<Option<Kind>> {
+        let (bytes, at) = (self.bytes, self.at);
+        let (kind, end) = match b {
+            b' ' | b'\t' | b'\r' | 0x0B | 0x0C => (None, at + 1),
+            // a line break within brackets ends nothing
+            b'\n' => (self.open.is_empty().then_some(Kind::Line), at + 1),
+            b'#' => {
+                let end = line_end(bytes, at);
+                self.comments.push((at, end));
+                (None, end)
+            }
+            b'$' if self.tokens.last().is_none_or(|t| t.kind == Kind::Line) => (None, line_end(bytes, at)),
+            b'"' | b'\'' => (Some(Kind::String), self.string_end(b)?),
+            _ if begins_number(bytes, at) => (Some(Kind::Number), number_end(bytes, at)),
+            _ if begins_word(b) => (Some(Kind::Word), word_end(bytes, at)),
+            b'=' | b'!' | b'<' | b'>' if bytes.get(at + 1) == Some(&b'=') => (Some(Kind::Compare), at + 2),
+            // what a template holds is not known before it is filled in, nor which of its branches stay
+            b'{' if matches!(bytes.get(at + 1), Some(b'{' | b'%' | b'#')) => {
+                return Err(self.text.bad(at, "a mark of a template", "a script with its templates filled in"));
+            }
+            b'(' | b'[' | b'{' => {
+                self.open.push(at);
+                (Some(Kind::Mark(b)), at + 1)
+            }
+            b')' | b']' | b'}' => {
+                if self.open.pop().is_none() {
+                    return Err(self.text.bad(at, format!("`{}`", char::from(b)), "the bracket that it closes"));
+                }
+                (Some(Kind::Mark(b)), at + 1)
+            }
+            0x21..=0x7E => (Some(Kind::Mark(b)), at + 1),
+            _ => return Err(self.text.bad(at, format!("the character {:?}", char::from(b)), "URScript text")),
+        };
+        self.at = end;
+        Ok(kind)
+    }
+
+    /// After the string whose quote `b` stands here.
+    ///
+    /// `string = '"' {any} '"' | "'" {any} "'"`, on one line
+    fn string_end(&self, b: u8) -> Result<usize> {
+        let (bytes, at) = (self.bytes, self.at);
+        match memchr::memchr(b, &bytes[at + 1..line_end(bytes, at)]) {
+            Some(len) => Ok(at + len + 2),
+            None => Err(self.text.bad(at, "a string that is not closed on its line", format!("`{}`", char::from(b)))),
+        }
+    }
 }

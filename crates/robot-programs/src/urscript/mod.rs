@@ -8,7 +8,8 @@
 //! - [`value`]: lists of joint values (`d2r()` too) and poses.
 //! - [`arguments`]: calls and their arguments.
 //! - [`goals`]: targets of moves: joint values, poses, or why neither can be determined.
-//! - [`steps`]: calls to moves, waits and whatever ends a known direction.
+//! - [`steps`]: statements to waits and whatever ends a known direction.
+//! - [`moves`]: calls to moves.
 //! - [`write`]: edits to patches.
 //!
 //! Reference: Universal Robots, The URScript Programming Language. A variable that is assigned more than once, in part, or
@@ -17,6 +18,7 @@
 mod arguments;
 mod goals;
 mod lex;
+mod moves;
 mod read;
 mod steps;
 mod value;

@@ -123,6 +123,9 @@ impl<'a> Walk<'a> {
     }
 
     /// Reads the statement, or the head of a block, at token `i`; returns the token after it.
+    ///
+    /// `statement = head ":" | "end" | simple ["end"]`,
+    /// `head = ("def" | "thread" | "sec") name "(" ... ")" | ("while" | "if" | "switch" | "elif" | "else" | "case" | ...) ...`
     fn statement(&mut self, i: usize, line_end: usize) -> Result<usize> {
         let p = &self.p;
         let colon = p.colon(i, line_end);
@@ -166,6 +169,8 @@ impl<'a> Walk<'a> {
     }
 
     /// The head of a function, its name and its parameters.
+    ///
+    /// `head = ("def" | "thread" | "sec") name ["(" [name {"," name}] ")"] ":"`
     fn function(&mut self, i: usize, colon: usize) -> Result<()> {
         let p = &mut self.p;
         let name = p.words.at(i + 1).to_string();
@@ -229,6 +234,8 @@ impl Parsed {
     }
 
     /// The `:` outside of brackets that ends a block's head.
+    ///
+    /// `head = {token | "(" {token} ")"} ":"`
     fn colon(&self, i: usize, end: usize) -> Option<usize> {
         let mut depth = 0usize;
         (i..end).find(|&k| {
@@ -242,6 +249,7 @@ impl Parsed {
         })
     }
 
+    /// `simple = ["global" | "local"] name ["[" ... "]"] "=" expression | call | other`
     fn simple(&mut self, def: Option<usize>, span: Span, conditional: bool) {
         let mut at = span.start;
         let qualifier = self.words.at(at);
@@ -370,6 +378,8 @@ impl Parsed {
     }
 
     /// Names of the functions that an item calls; `run` stands for a thread that starts.
+    ///
+    /// `call = name "(" ...`
     pub fn called(&self, item: &Item) -> impl Iterator<Item = &str> {
         let span = if item.kind == ItemKind::Start { 0..0 } else { item.span.clone() };
         let end = span.end;

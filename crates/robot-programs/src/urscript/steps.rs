@@ -1,23 +1,18 @@
 //! The steps of a URScript: moves with their targets, and what ends a joint's known direction.
 
-use super::arguments::{Arg, argument, arguments, call, goal, goal_name};
+use super::arguments::{arguments, call, goal_name};
 use super::read::{Item, ItemKind, Parsed, Span};
 use super::value;
-use super::words::{self, Motion, MotionKind};
+use super::words;
 use crate::axes::Axes;
 use crate::error::{Result, one_line};
 use crate::script::blocks::{BySteps, Steps};
 use crate::script::pose::Frame;
 use crate::script::sites::Time;
-use crate::script::{
-    At, Break, Few, Goal, How, Move, PathKind, PoseGoal, Script, Span as Bytes, Speed, StepKind, Targets, Text, number,
-};
+use crate::script::{At, Break, Script, Span as Bytes, StepKind, Targets, Text};
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::sync::Arc;
-
-/// Shortest time between two set points that controllers of every generation keep, s (8 ms cycle of the CB series).
-pub const CYCLE_S: f64 = 0.008;
 
 /// A target as it can be written: bytes of its list, and where it is assigned.
 #[derive(Debug, Clone)]
@@ -111,13 +106,13 @@ pub struct Builder<'a> {
     pub tools: Option<(usize, Vec<Frame>)>,
     /// The function in which the first of them is set.
     pub tools_def: Option<usize>,
-    steps: Steps<Site>,
+    pub steps: Steps<Site>,
     pub targets: Targets,
     pub literals: Vec<Literal>,
     /// Targets of variables.
     pub known: HashMap<(Option<usize>, String), usize>,
     /// Function that was called last in the text and by which something else moves the robot beside its targets.
-    led: Option<&'static str>,
+    pub led: Option<&'static str>,
     /// The same before each open block, or at the end of one of its branches: a block may be passed by.
     led_before: Vec<Option<&'static str>>,
     /// What the functions of the file leave behind of that.
@@ -182,11 +177,16 @@ impl Builder<'_> {
         self.text.line_of(self.p.tokens.get(token).map_or(self.text.bytes.len(), |t| t.start()))
     }
 
+    /// Bytes of tokens.
+    pub fn bytes(&self, span: &Span) -> Range<usize> {
+        self.p.tokens[span.start].start()..self.p.tokens[span.end - 1].end()
+    }
+
     fn at(&self, token: usize) -> At {
         At { file: 0, line: self.line(token) }
     }
 
-    fn push(&mut self, token: usize, kind: StepKind) -> usize {
+    pub fn push(&mut self, token: usize, kind: StepKind) -> usize {
         match kind {
             StepKind::Break(Break::Start) => self.last_start = Some(self.steps.next()),
             StepKind::Move(_) | StepKind::Break(Break::Call | Break::Jump | Break::Loop) => self.acts(),
@@ -208,7 +208,7 @@ impl Builder<'_> {
         }
     }
 
-    fn may_move(&self, name: &str) -> bool {
+    pub fn may_move(&self, name: &str) -> bool {
         self.moving.get(name).copied().unwrap_or_else(|| !words::is_quiet(name))
     }
 
@@ -219,7 +219,7 @@ impl Builder<'_> {
         }
         self.def = item.def;
         if let Some((motion, args, span)) = call(self.p, item) {
-            return self.motion(item, motion, &args, span);
+            return self.motion(item, &motion, &args, span);
         }
         let runs = item.kind != ItemKind::Start
             && self.p.words.within(item.span.clone()).any(|w| matches!(w, "run" | "kill" | "join"));
@@ -271,7 +271,7 @@ impl Builder<'_> {
     }
 
     /// A number: written there, or a variable that is assigned it once.
-    fn number(&self, span: &Span, item: &Item) -> Option<f64> {
+    pub fn number(&self, span: &Span, item: &Item) -> Option<f64> {
         let found = value::plain(self.text, &self.p.tokens, span).map(|(v, ..)| v);
         found.or_else(|| {
             let (value, _) = self.assigned(span, item).ok()?;
@@ -283,8 +283,7 @@ impl Builder<'_> {
     pub fn assigned(&self, span: &Span, item: &Item) -> std::result::Result<(Span, usize), String> {
         let name = self.p.words.at(span.start);
         if span.len() != 1 || name.is_empty() {
-            let bytes = self.p.tokens[span.start].start()..self.p.tokens[span.end - 1].end();
-            let shown = one_line(&String::from_utf8_lossy(self.text.slice(bytes)));
+            let shown = one_line(&String::from_utf8_lossy(self.text.slice(self.bytes(span))));
             return Err(format!("the target `{shown}` is an expression"));
         }
         let Some(key) = self.p.key(item.def, name) else {
@@ -304,114 +303,4 @@ impl Builder<'_> {
             _ => Err(format!("`{name}` is not assigned in this file")),
         }
     }
-
-    /// Whether an arc interpolates the orientation from its start to its end (`mode=0`, the default): the other mode turns it with
-    /// the tangent, whatever its end says.
-    fn interpolates(&self, motion: &Motion, args: &[Arg]) -> bool {
-        let mode = |a: &Arg| value::plain(self.text, &self.p.tokens, &a.span).map(|m| m.0);
-        motion.parameters.contains(&"mode") && argument(motion, args, "mode").is_none_or(|a| mode(a) == Some(0.0))
-    }
-
-    fn motion(&mut self, item: &Item, motion: Motion, args: &[Arg], span: Span) -> Result<()> {
-        let (p, text) = (self.p, self.text);
-        let token = span.start;
-        let calls = p.called(item).any(|name| words::motion(name).is_none() && self.may_move(name));
-        if calls {
-            self.push(token, StepKind::Break(Break::Call));
-        }
-        let bytes = p.tokens[span.start].start()..p.tokens[span.end - 1].end();
-        let Some(target) = goal(&motion, args).or(args.first()) else {
-            return Err(text.bad(
-                bytes.start,
-                format!("`{}` without a target", p.words.at(token)),
-                "a list of joint values or a pose",
-            ));
-        };
-        let target = target.span.clone();
-        let goal_bytes = p.tokens[target.start].start()..p.tokens[target.end - 1].end();
-        let mut site =
-            Site { bytes: bytes.into(), point: goal_bytes.clone().into(), goal: goal_bytes.into(), ..Site::default() };
-        let line = text.line_span(self.line(token) as usize - 1);
-        let alone =
-            text.slice(line.start..site.bytes.start()).iter().all(u8::is_ascii_whitespace) && span.end == item.span.end;
-        let via = argument(&motion, args, "pose_via").map(|a| a.span.clone());
-        let splittable = via.is_some() && self.interpolates(&motion, args);
-        let mut closed = match motion.kind {
-            MotionKind::Arc if !splittable => Some("it is an arc or a process move"),
-            MotionKind::Velocity => Some("it commands a velocity"),
-            _ if calls => Some("its arguments call a function that may move the robot"),
-            _ if !alone => Some("it shares its line with other code"),
-            _ => None,
-        };
-        let t = argument(&motion, args, "t").map(|a| value::plain(text, &p.tokens, &a.span));
-        let seconds = duration(t, motion.kind, &mut site, &mut closed);
-        let v = argument(&motion, args, "v").map_or(motion.v, |a| self.number(&a.span, item));
-        let speed = match (seconds, v, motion.kind) {
-            (Some(s), ..) => Speed::Seconds(s),
-            (None, Some(v), MotionKind::Optimised) => Speed::Share(v),
-            (None, Some(v), MotionKind::Move) if motion.path == PathKind::Joint => Speed::Joint(v),
-            (None, Some(v), MotionKind::Move | MotionKind::Arc) => Speed::Tcp(v),
-            _ => Speed::Unknown,
-        };
-        let blend = argument(&motion, args, "r");
-        let blend_m = match (&blend, motion.parameters.contains(&"r")) {
-            (Some(a), _) => self.number(&a.span, item),
-            (None, takes) => takes.then_some(0.0),
-        };
-        site.blend = blend.map(|a| (p.tokens[a.span.start].start()..p.tokens[a.span.end - 1].end()).into());
-        self.inner = None;
-        let goal = match motion.kind {
-            _ if self.led.is_some() => {
-                let by = self.led.unwrap_or_default();
-                Goal::Opaque(format!("{by}() leads the robot away from the target"))
-            }
-            MotionKind::Velocity => Goal::Opaque("a velocity ends where its time ends".into()),
-            MotionKind::Arc => self.pose_or_opaque(&target, item),
-            _ => self.goal(&target, item)?,
-        };
-        if let Some(inner) = self.inner.take() {
-            site.point = (p.tokens[inner.start].start()..p.tokens[inner.end - 1].end()).into();
-        }
-        let goal = match (goal, &via) {
-            (Goal::Pose(pose), Some(via)) => Goal::pose(PoseGoal { via_m: self.via(via, item), ..*pose }),
-            (goal, _) => goal,
-        };
-        if motion.kind == MotionKind::Arc {
-            let known = matches!(&goal, Goal::Pose(pose) if pose.via_m.is_some() && pose.target.is_some());
-            site.via = via.filter(|_| known).map(|v| (p.tokens[v.start].start()..p.tokens[v.end - 1].end()).into());
-            if !known {
-                closed.get_or_insert("it is an arc whose points are not all numbers");
-            }
-        }
-        let closed = closed.map(String::from);
-        let straight = motion.path == PathKind::Linear && matches!(goal, Goal::Joints(_));
-        let tool = straight.then(|| self.tcp(token));
-        let how = How { path: motion.path, fixed: None, closed, speed, blend_m, tool, turns_known: false };
-        let k = self.push(token, StepKind::Move(Move::new(how, goal, Few::new())));
-        self.steps.place(k, site);
-        Ok(())
-    }
-}
-
-/// The time of a motion, s, where it is written; closes the motion where a time cannot be shared out.
-fn duration(
-    t: Option<Option<(f64, number::Style, Range<usize>)>>,
-    kind: MotionKind,
-    site: &mut Site,
-    closed: &mut Option<&'static str>,
-) -> Option<f64> {
-    match t {
-        Some(Some((s, style, bytes))) if s > 0.0 => {
-            if s < 2.0 * CYCLE_S {
-                closed.get_or_insert("its time is too short to be shared out over two cycles of the controller");
-            }
-            site.time = Some(Box::new((bytes, s, style)));
-            return Some(s);
-        }
-        Some(Some((s, ..))) if s == 0.0 && kind == MotionKind::Move => {}
-        None if kind != MotionKind::Servo => {}
-        Some(_) => drop(closed.get_or_insert("its time is no plain number, and cannot be shared out")),
-        None => drop(closed.get_or_insert("it has no time t= that could be shared out")),
-    }
-    None
 }

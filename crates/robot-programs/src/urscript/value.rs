@@ -24,6 +24,8 @@ struct Element {
 }
 
 /// Elements of the list whose `[` is the first token of `span` and whose `]` is the last.
+///
+/// `list = "[" element {"," element} "]"`
 fn elements(
     text: &Text,
     tokens: &[Token],
@@ -61,6 +63,7 @@ fn elements(
 /// A joint value beyond which nothing can be meant, rad or deg.
 const BEYOND: f64 = 1e6;
 
+/// `element = number | "d2r" "(" number ")" | expression`
 fn element(text: &Text, tokens: &[Token], words: &Words, mut span: Span) -> Option<Element> {
     let whole = span.clone();
     let mut degrees = false;
@@ -83,6 +86,8 @@ fn element(text: &Text, tokens: &[Token], words: &Words, mut span: Span) -> Opti
 }
 
 /// An expression of plain numbers.
+///
+/// `expression = sum of numbers, brackets and "d2r" "(" sum ")"`
 fn folded(text: &Text, tokens: &[Token], span: &Span) -> Option<(f64, number::Style, Range<usize>)> {
     let tokens = tokens.get(span.clone())?;
     // what is replaced stands on one line, so that no comment goes with it
@@ -112,6 +117,8 @@ impl fold::Known for Degrees {
 }
 
 /// The expression as a plain number, its style and bytes.
+///
+/// `number = ["+" | "-"] digits`
 pub fn plain(text: &Text, tokens: &[Token], span: &Span) -> Option<(f64, number::Style, Range<usize>)> {
     if span.is_empty() || span.len() > 2 {
         return None;
@@ -166,6 +173,8 @@ pub fn joints(
 }
 
 /// Numbers of a pose `p[..]` as they can be written; `None`: it is none, or a number is computed.
+///
+/// `pose = "p" list`
 pub fn pose_values(text: &Text, tokens: &[Token], words: &Words, span: &Span) -> Option<Vec<Option<Value>>> {
     if span.len() < 3 || words.at(span.start) != "p" {
         return None;
@@ -181,6 +190,8 @@ pub fn pose_values(text: &Text, tokens: &[Token], words: &Words, span: &Span) ->
 }
 
 /// Six numbers of a pose `p[..]`, m and rad (rotation vector).
+///
+/// `pose = "p" list`
 pub fn pose(text: &Text, tokens: &[Token], words: &Words, span: &Span) -> Option<[f64; 6]> {
     if span.len() < 3 || words.at(span.start) != "p" {
         return None;

@@ -5,7 +5,8 @@
 //! move's own call in front of it, with a list instead of its target, and its share of `t=`. Blends must not overlap on this
 //! controller: the copy's `r=` is at most the room that it has, the move's own is shrunk where it is asked for.
 
-use super::steps::{Built, CYCLE_S, Site};
+use super::moves::CYCLE_S;
+use super::steps::{Built, Site};
 use super::words;
 use crate::axes::JointKind;
 use crate::error::{Error, Result};
