@@ -190,6 +190,9 @@ pub(super) fn axis_name(name: &str) -> bool {
 const MOST: usize = 64;
 
 /// An aggregate whose brace is `tokens[k]`; the token after it.
+///
+/// `aggregate = "{" [type ":"] [component] {"," [component]} "}"`,
+/// `component = name (literal | bits | expression)`
 pub(super) fn aggregate(text: &Text, file: usize, tokens: &[Token], k: usize) -> Result<(Aggregate, usize)> {
     let open = tokens.get(k).map_or(0, |t| t.start);
     let unclosed = || text.bad(open, "`{` without `}` on its line", "an aggregate such as `{A1 0.0,A2 -90.0}`");
@@ -248,6 +251,8 @@ pub(super) fn aggregate(text: &Text, file: usize, tokens: &[Token], k: usize) ->
 }
 
 /// `'B000111'`, `'H2A'`.
+///
+/// `bits = "'" ("B" | "H") digit {digit} "'"`
 fn bits(text: &[u8]) -> Option<f64> {
     let inner = std::str::from_utf8(text.strip_prefix(b"'")?.strip_suffix(b"'")?).ok()?;
     let inner = inner.trim_start();
@@ -260,6 +265,8 @@ fn bits(text: &[u8]) -> Option<f64> {
 }
 
 /// A number with its sign beside it; `None`: anything else.
+///
+/// `literal = ["+" | "-"] number`
 fn literal(text: &Text, tokens: &[Token]) -> Result<Option<(Range<usize>, f64, number::Style)>> {
     let span = match tokens {
         [n] if n.kind == Kind::Number => n.span(),

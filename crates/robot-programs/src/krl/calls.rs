@@ -53,6 +53,8 @@ pub(super) fn is_quiet(name: &str) -> bool {
 }
 
 /// Routines that a line calls and that may move the robot, in upper case.
+///
+/// `call = name "(" ...`
 pub(super) fn calls(text: &Text, line: &[Token]) -> Vec<String> {
     const KEYWORDS: [&str; 16] = [
         "IF", "AND", "OR", "NOT", "EXOR", "WHEN", "FOR", "WHILE", "UNTIL", "SWITCH", "CASE", "RETURN", "DO", "TO",
@@ -66,6 +68,8 @@ pub(super) fn calls(text: &Text, line: &[Token]) -> Vec<String> {
 }
 
 /// ArcTech's `ArcMainNG(#ArcOnBeforeMoveStd, ...)`: on before the motion to the seam, off after the motion to its end.
+///
+/// `arc = "ARCMAINNG" "(" "#" ("ARCON..." | "ARCOFFAFTER...") ...`
 pub(super) fn arc(text: &Text, line: &[Token], word: &str) -> Option<bool> {
     let state = line.get(3).filter(|_| word == "ARCMAINNG" && line[2].is(b'#')).map(|t| upper(text, t))?;
     if state.starts_with("ARCON") { Some(true) } else { state.starts_with("ARCOFFAFTER").then_some(false) }

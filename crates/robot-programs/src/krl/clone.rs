@@ -1,9 +1,11 @@
 //! A point's second form: a declaration of its own with a free name, in an inline form together with all that it couples.
 
+use super::aggregate::Aggregate;
 use super::form::{Reference, references};
 use super::lex::{Kind, tokens, upper};
+use super::name::Name;
 use super::write::{Change, motion_of, place, texts};
-use super::{Program, Source};
+use super::{Motion, Program, Source};
 use crate::error::{Error, Result};
 use crate::script::{Patch, Patches, Text};
 use std::collections::{HashMap, HashSet};
@@ -95,70 +97,127 @@ pub(super) fn clone(
     taken: &mut Taken,
     out: &mut Patches,
 ) -> Result<Clone> {
-    let refused = |why: &str| {
-        let uses = program.script.uses().get(target).cloned().unwrap_or_default();
-        let uses: Vec<String> = uses.into_iter().map(|s| place(program, s)).collect();
-        Error::Refused(format!("{}: {why}; it is used at {}", place(program, step), uses.join(", ")))
-    };
-    let Some(Source::Name(n)) = program.sources.get(target) else { return Err(refused("the point has no name")) };
-    let name = &program.data.names[*n as usize];
-    let Ok(value) = name.value() else { return Err(refused("the point's value is not certain")) };
-    let motion = motion_of(program, step)?;
-    let values = replaced(texts(program, value.file)?, &value.span, change);
-    if name.local || name.context && motion.fold().is_none() {
-        if motion.fold().is_some() {
-            return Err(refused("a point of the routine itself cannot be cloned in an inline form"));
-        }
+    let parting = Parting::of(program, step, target)?;
+    let values = replaced(texts(program, parting.value.file)?, &parting.value.span, change);
+    if parting.is_in_line()? {
         return Ok(Clone::Inline(values));
     }
-    let form = motion.fold().is_some();
-    if form && !name.text.to_ascii_uppercase().starts_with('X') {
-        return Err(refused("its inline form does not name the point as inline forms do (X and the name)"));
+    let new = parting.new_name(taken)?;
+    let (file, line) = parting.place_of_clone()?;
+    let mut lines = vec![parting.declaration(&new.point, &values)?];
+    lines.extend(parting.frame_data(&new)?);
+    below(texts(program, file)?, file, line, &lines, out);
+    Ok(Clone::Name { old: parting.name.text.clone(), new: new.point })
+}
+
+/// A motion whose point must part from the point's other uses.
+struct Parting<'a> {
+    program: &'a Program,
+    step: usize,
+    target: usize,
+    motion: &'a Motion,
+    name: &'a Name,
+    value: &'a Aggregate,
+}
+
+/// The name of a clone, and what all names of its inline form have in common.
+struct NewName {
+    point: String,
+    stem: String,
+}
+
+impl<'a> Parting<'a> {
+    fn of(program: &'a Program, step: usize, target: usize) -> Result<Self> {
+        let refused = |why: &str| refused(program, step, target, why);
+        let Some(Source::Name(n)) = program.sources.get(target) else { return Err(refused("the point has no name")) };
+        let name = &program.data.names[*n as usize];
+        let value = name.value().map_err(|_| refused("the point's value is not certain"))?;
+        Ok(Self { program, step, target, motion: motion_of(program, step)?, name, value })
     }
-    if form && name.of.is_some() {
-        return Err(refused("an element of an array cannot be cloned in an inline form"));
+
+    fn refused(&self, why: &str) -> Error {
+        refused(self.program, self.step, self.target, why)
     }
-    let plain = name.text.split('[').next().unwrap_or_default();
-    let body = if form { &name.text[1..] } else { plain };
-    // the form may write the name in another case than its declaration
-    let spelled = motion.fold().map(|fold| Ok(shown(texts(program, 0)?, fold, motion.line(), body))).transpose()?;
-    let Some(fresh) = taken.fresh(spelled.as_deref().unwrap_or(body), form) else {
-        return Err(refused("no name is free for a clone of the point"));
-    };
-    let first = |s: &str| s.get(..1).unwrap_or_default().to_string();
-    let new = if form { format!("{}{fresh}", first(&name.text)) } else { fresh.clone() };
-    let text = texts(program, name.file)?;
-    // a point of another module parts into the program's own data list
-    let (file, following) = match name.context {
-        false => (name.file, name.line),
-        true => own_list(program)
-            .ok_or_else(|| refused("there is no data list (.dat) beside the program for a clone of the point"))?,
-    };
-    let mut line = b"DECL ".to_vec();
-    line.extend_from_slice(text.slice(name.type_word.clone()));
-    line.extend_from_slice(format!(" {new}=").as_bytes());
-    line.extend_from_slice(&values);
-    let mut lines = vec![line];
-    if form && let Some(fold) = motion.fold() {
-        let frame = format!("F{}", body.to_ascii_uppercase());
-        let framed = |r: &Reference| r.head.is_some_and(|h| h.eq_ignore_ascii_case(&b'F'));
-        if references(texts(program, 0)?, fold, motion.line(), body).iter().any(framed) {
-            let Some(&(file, at)) = program.data.frames.get(&frame) else {
-                return Err(refused(&format!(
-                    "its inline form needs a clone of {frame}, which is not declared in the data list"
-                )));
-            };
-            let from = texts(program, file)?;
-            if from.context && words_of(from, at).iter().any(|w| w == "GLOBAL") {
-                return Err(refused(&format!(
-                    "its inline form needs a clone of {frame}, which another module declares GLOBAL"
-                )));
-            }
-            lines.push(renamed(from, at, &frame, &format!("F{fresh}")));
+
+    /// Whether the motion takes the values themselves: a point of the routine, or of another module outside of a form.
+    fn is_in_line(&self) -> Result<bool> {
+        let form = self.motion.fold().is_some();
+        if self.name.local && form {
+            return Err(self.refused("a point of the routine itself cannot be cloned in an inline form"));
+        }
+        Ok(self.name.local || self.name.context && !form)
+    }
+
+    /// The point's name without the index of an array; in an inline form without its `X`.
+    fn body(&self) -> &'a str {
+        match self.motion.fold() {
+            Some(_) => &self.name.text[1..],
+            None => self.name.text.split('[').next().unwrap_or_default(),
         }
     }
-    below(texts(program, file)?, file, following, &lines, out);
-    Ok(Clone::Name { old: name.text.clone(), new })
+
+    fn new_name(&self, taken: &mut Taken) -> Result<NewName> {
+        let name = self.name;
+        let fold = self.motion.fold();
+        if fold.is_some() && !name.text.to_ascii_uppercase().starts_with('X') {
+            return Err(self.refused("its inline form does not name the point as inline forms do (X and the name)"));
+        }
+        if fold.is_some() && name.of.is_some() {
+            return Err(self.refused("an element of an array cannot be cloned in an inline form"));
+        }
+        // the form may write the name in another case than its declaration
+        let spelled =
+            fold.map(|fold| Ok(shown(texts(self.program, 0)?, fold, self.motion.line(), self.body()))).transpose()?;
+        let stem = taken
+            .fresh(spelled.as_deref().unwrap_or(self.body()), fold.is_some())
+            .ok_or_else(|| self.refused("no name is free for a clone of the point"))?;
+        let head = if fold.is_some() { name.text.get(..1).unwrap_or_default() } else { "" };
+        Ok(NewName { point: format!("{head}{stem}"), stem })
+    }
+
+    /// File and line below which the clone is declared. A point of another module parts into the program's own data list.
+    fn place_of_clone(&self) -> Result<(usize, usize)> {
+        if !self.name.context {
+            return Ok((self.name.file, self.name.line));
+        }
+        own_list(self.program)
+            .ok_or_else(|| self.refused("there is no data list (.dat) beside the program for a clone of the point"))
+    }
+
+    /// `DECL E6AXIS XP1_2={A1 ...}`.
+    fn declaration(&self, point: &str, values: &[u8]) -> Result<Vec<u8>> {
+        let mut line = b"DECL ".to_vec();
+        line.extend_from_slice(texts(self.program, self.name.file)?.slice(self.name.type_word.clone()));
+        line.extend_from_slice(format!(" {point}=").as_bytes());
+        line.extend_from_slice(values);
+        Ok(line)
+    }
+
+    /// The declaration of the frame data that an inline form couples with its point, for the clone.
+    fn frame_data(&self, new: &NewName) -> Result<Option<Vec<u8>>> {
+        let Some(fold) = self.motion.fold() else { return Ok(None) };
+        let framed = |r: &Reference| r.head.is_some_and(|h| h.eq_ignore_ascii_case(&b'F'));
+        let text = texts(self.program, 0)?;
+        if !references(text, fold, self.motion.line(), self.body()).iter().any(framed) {
+            return Ok(None);
+        }
+        let frame = format!("F{}", self.body().to_ascii_uppercase());
+        let refused = |why: &str| self.refused(&format!("its inline form needs a clone of {frame}, which {why}"));
+        let Some(&(file, at)) = self.program.data.frames.get(&frame) else {
+            return Err(refused("is not declared in the data list"));
+        };
+        let from = texts(self.program, file)?;
+        if from.context && words_of(from, at).iter().any(|w| w == "GLOBAL") {
+            return Err(refused("another module declares GLOBAL"));
+        }
+        Ok(Some(renamed(from, at, &frame, &format!("F{}", new.stem))))
+    }
+}
+
+fn refused(program: &Program, step: usize, target: usize, why: &str) -> Error {
+    let uses = program.script.uses().get(target).cloned().unwrap_or_default();
+    let uses: Vec<String> = uses.into_iter().map(|s| place(program, s)).collect();
+    Error::Refused(format!("{}: {why}; it is used at {}", place(program, step), uses.join(", ")))
 }
 
 /// The program's own data list, and the line before its `ENDDAT`.

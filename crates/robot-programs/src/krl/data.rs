@@ -5,6 +5,8 @@ use super::calls::calls;
 use super::lex::{Kind, Token, first_word, in_upper, index, tokens, upper};
 use super::motion;
 use super::name::{Assigned, Flow, Holds, Name};
+use super::settings::numbered_field;
+use super::statement::{assignment, comma, declaration, is_routine, item, may_declare, statements};
 use crate::error::Result;
 use crate::script::Text;
 use nalgebra::Isometry3;
@@ -20,6 +22,14 @@ pub(super) struct Data {
     pub frames: HashMap<String, (usize, usize)>,
     /// Numbers of tool and base of frame data.
     pub numbers: HashMap<String, [Option<u32>; 2]>,
+}
+
+/// Where a declaration stands: file, line from 0, and routine (`None`: a data list).
+#[derive(Clone, Copy)]
+pub(super) struct Declared {
+    pub file: usize,
+    pub line: usize,
+    pub scope: Option<usize>,
 }
 
 impl Data {
@@ -73,7 +83,7 @@ impl Data {
                     let scope = (file == 0).then_some(routine);
                     if let Some(at) = declaration(text, &line) {
                         if pass == 0 {
-                            data.declare(text, file, k, scope, &line, at)?;
+                            data.declare(text, Declared { file, line: k, scope }, &line, at)?;
                         }
                     } else if pass == 1 && !matches!(&*first, "STRUC" | "ENUM" | "EXT" | "EXTP" | "EXTFCT") {
                         for (n, part) in statements(text, &line).into_iter().enumerate() {
@@ -88,92 +98,86 @@ impl Data {
         Ok(data)
     }
 
-    /// `DECL [GLOBAL] [CONST] E6AXIS XP1={...},XP2`; `at` is the token of the type.
-    pub(super) fn declare(
-        &mut self,
-        text: &Text,
-        file: usize,
-        k: usize,
-        scope: Option<usize>,
-        line: &[Token],
-        at: usize,
-    ) -> Result<()> {
-        let kind = upper(text, &line[at]);
-        let global = line[..at].iter().any(|t| text.slice(t.span()).eq_ignore_ascii_case(b"GLOBAL"));
-        let mut i = at + 1;
-        while let Some(word) = line.get(i) {
-            if word.kind != Kind::Word {
-                i += 1;
-                continue;
+    /// A declaration whose type is token `kind` of its line: `DECL [GLOBAL] [CONST] E6AXIS XP1={...},XP2`.
+    pub(super) fn declare(&mut self, text: &Text, at: Declared, line: &[Token], kind: usize) -> Result<()> {
+        let Some(type_word) = line.get(kind) else { return Ok(()) };
+        let holds = match &*in_upper(text, type_word) {
+            "FDAT" => {
+                self.declare_frame_data(text, at, line, kind + 1);
+                return Ok(());
             }
-            let (name, own) = (upper(text, word), String::from_utf8_lossy(text.slice(word.span())).into_owned());
-            i += 1;
-            let array = line.get(i).is_some_and(|t| t.is(b'['));
-            while line.get(i).is_some_and(|t| !t.is(b',') && !t.is(b'=')) {
-                i += 1;
-            }
-            let mut given = None;
-            let mut spoiled = None;
-            if line.get(i).is_some_and(|t| t.is(b'=')) {
-                i += 1;
-                if line.get(i).is_some_and(|t| t.is(b'{')) && kind != "FDAT" {
-                    let (a, next) = aggregate(text, file, line, i)?;
-                    (given, i) = (Some(a), next);
-                } else if kind == "FDAT" {
-                    // the program's own come first
-                    self.frames.entry(name.clone()).or_insert((file, k));
-                    let numbers = || ["TOOL_NO", "BASE_NO"].map(|field| field_number(text, line, field));
-                    self.numbers.entry(name).or_insert_with(numbers);
-                    return Ok(());
-                } else {
-                    spoiled = Some("its value is computed".into());
+            "E6AXIS" | "AXIS" => Holds::Axes,
+            _ => Holds::Pose,
+        };
+        let global = line[..kind].iter().any(|t| text.slice(t.span()).eq_ignore_ascii_case(b"GLOBAL"));
+        let mut next = kind + 1;
+        while let Some(item) = item(line, next) {
+            let (given, spoiled, end) = match item.value {
+                None => (None, None, item.next),
+                Some(k) if line.get(k).is_some_and(|t| t.is(b'{')) => {
+                    let (value, end) = aggregate(text, at.file, line, k)?;
+                    (Some(value), None, end)
                 }
-            }
-            while line.get(i).is_some_and(|t| !t.is(b',')) {
-                i += 1;
-            }
-            let holds = match kind.as_str() {
-                "E6AXIS" | "AXIS" => Holds::Axes,
-                "FDAT" => continue,
-                _ => Holds::Pose,
+                Some(k) => (None, Some("its value is computed".into()), k),
             };
-            let next = self.names.len();
-            let there = self.known(scope, &name);
-            if text.context
-                && let Some(there) = there
-            {
+            next = comma(line, end);
+            let name = Name {
+                text: String::from_utf8_lossy(text.slice(item.word.span())).into_owned(),
+                file: at.file,
+                line: at.line,
+                type_word: type_word.span(),
+                holds,
+                local: at.scope.is_some(),
+                global: global || text.context,
+                context: text.context,
+                array: item.array,
+                of: None,
+                given,
+                assigned: Vec::new(),
+                used: false,
+                spoiled,
+                read: false,
+            };
+            self.add(text, at.scope, item.word, name)?;
+        }
+        Ok(())
+    }
+
+    /// A point that is declared in a scope, by a word of a text. A second declaration in the program is refused; of another module
+    /// it makes the point's value uncertain, where the first is of another module, too.
+    fn add(&mut self, text: &Text, scope: Option<usize>, word: &Token, name: Name) -> Result<()> {
+        let key = upper(text, word);
+        match self.known(scope, &key) {
+            Some(there) if text.context => {
                 let there = &mut self.names[there];
                 if there.context {
                     there.spoiled.get_or_insert_with(|| "it is declared in several modules".into());
                 }
-                continue;
             }
-            if there.is_some() {
-                return Err(text.bad(word.start, format!("a second declaration of {own}"), "each name declared once"));
+            Some(_) => {
+                let found = format!("a second declaration of {}", name.text);
+                return Err(text.bad(word.start, found, "each name declared once"));
             }
-            self.by_name.entry(name.clone()).or_default().push((scope, next));
-            let (type_word, local) = (line[at].span(), scope.is_some());
-            let (assigned, used, read) = (Vec::new(), false, false);
-            let line = k;
-            self.names.push(Name {
-                text: own,
-                file,
-                line,
-                type_word,
-                holds,
-                local,
-                global: global || text.context,
-                context: text.context,
-                array,
-                of: None,
-                given,
-                assigned,
-                used,
-                spoiled,
-                read,
-            });
+            None => {
+                self.by_name.entry(key).or_default().push((scope, self.names.len()));
+                self.names.push(name);
+            }
         }
         Ok(())
+    }
+
+    /// Frame data of an inline form: the first name from token `k` on with a value. The program's own come first.
+    fn declare_frame_data(&mut self, text: &Text, at: Declared, line: &[Token], mut k: usize) {
+        while let Some(item) = item(line, k) {
+            if item.value.is_some() {
+                let name = upper(text, item.word);
+                self.frames.entry(name.clone()).or_insert((at.file, at.line));
+                let numbers = || ["TOOL_NO", "BASE_NO"].map(|field| numbered_field(text, line, field));
+                self.numbers.entry(name).or_insert_with(numbers);
+                return;
+            }
+            k = comma(line, item.next);
+        }
     }
 
     /// Assignments, and uses besides motions. `at`: the routine, and whether the line certainly runs in it.
@@ -284,68 +288,4 @@ impl Data {
             }
         }
     }
-}
-
-/// The statements of a line: what stands after the `DO` of `TRIGGER` and `INTERRUPT` is one of its own.
-pub(super) fn statements<'a>(text: &Text, line: &'a [Token]) -> Vec<&'a [Token]> {
-    let is_do = |t: &Token| t.kind == Kind::Word && text.slice(t.span()).eq_ignore_ascii_case(b"DO");
-    let at = line.iter().enumerate().skip(1).position(|(i, t)| is_do(t) && !line[i - 1].is(b'.')).map(|n| n + 1);
-    match at {
-        Some(at) => vec![&line[..at], &line[at + 1..]],
-        None => vec![line],
-    }
-}
-
-/// Whether a line begins a routine.
-pub(super) fn is_routine(first: &str, second: &str) -> bool {
-    matches!(first, "DEF" | "DEFFCT") || first == "GLOBAL" && matches!(second, "DEF" | "DEFFCT")
-}
-
-/// Whether a line that begins with this word may begin a routine or declare something.
-fn may_declare(word: &[u8]) -> bool {
-    let words = ["DEF", "DEFFCT", "GLOBAL", "DECL", "CONST", "E6AXIS", "AXIS", "E6POS", "POS", "FRAME", "FDAT"];
-    words.iter().any(|w| word.eq_ignore_ascii_case(w.as_bytes()))
-}
-
-/// The token of the type of a declaration of points or frame data.
-pub(super) fn declaration(text: &Text, line: &[Token]) -> Option<usize> {
-    let mut at = 0;
-    while let Some(t) = line.get(at).filter(|t| t.kind == Kind::Word) {
-        let word = text.slice(t.span());
-        let is = |names: &[&str]| names.iter().any(|n| word.eq_ignore_ascii_case(n.as_bytes()));
-        if is(&["DECL", "GLOBAL", "CONST"]) {
-            at += 1;
-        } else if is(&["E6AXIS", "AXIS", "E6POS", "POS", "FRAME", "FDAT"]) {
-            return line.get(at + 1).is_some_and(|t| t.kind == Kind::Word).then_some(at);
-        } else {
-            return None;
-        }
-    }
-    None
-}
-
-/// The `=` of an assignment; not `==`, `<=`, `>=`, and not within brackets.
-pub(super) fn assignment(line: &[Token]) -> Option<usize> {
-    if line.first()?.kind != Kind::Word {
-        return None;
-    }
-    let mut depth = 0_usize;
-    for (i, t) in line.iter().enumerate().skip(1) {
-        match t.kind {
-            Kind::Mark(b'[') => depth += 1,
-            Kind::Mark(b']') => depth = depth.saturating_sub(1),
-            Kind::Mark(b'=') if depth == 0 => return (!line.get(i + 1).is_some_and(|t| t.is(b'='))).then_some(i),
-            Kind::Mark(b'.') => {}
-            Kind::Word if line[i - 1].is(b'.') => {}
-            _ if depth > 0 => {}
-            _ => return None,
-        }
-    }
-    None
-}
-
-/// The number that follows a field: `TOOL_NO 1`.
-fn field_number<T: std::str::FromStr>(text: &Text, line: &[Token], field: &str) -> Option<T> {
-    let at = line.iter().position(|t| upper(text, t) == field)?;
-    std::str::from_utf8(text.slice(line.get(at + 1)?.span())).ok()?.parse().ok()
 }

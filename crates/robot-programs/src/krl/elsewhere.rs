@@ -5,9 +5,10 @@
 
 use super::aggregate::aggregate;
 use super::calls::calls;
-use super::data::{Data, assignment, declaration, is_routine, statements};
+use super::data::{Data, Declared};
 use super::lex::{Kind, Token, tokens, upper};
 use super::project::is_read;
+use super::statement::{assignment, declaration, is_routine, statements};
 use crate::script::Text;
 use std::collections::HashSet;
 
@@ -32,7 +33,7 @@ impl Data {
                 } else if let (Some(all), Some(at)) = (shared, declaration(text, &line))
                     && (all || line[..at].iter().any(|t| upper(text, t) == "GLOBAL"))
                 {
-                    let _ = self.declare(text, file, k, None, &line, at);
+                    let _ = self.declare(text, Declared { file, line: k, scope: None }, &line, at);
                 } else if let (Some(_), Some(sign)) = (shared, assignment(&line)) {
                     self.initial_elsewhere(text, file, &line, sign);
                 }
@@ -93,6 +94,8 @@ impl Data {
     }
 
     /// `IMPORT E6AXIS XQ IS /R1/Program/prog..XP2`: another name of a point, by which it may be assigned.
+    ///
+    /// `import = "IMPORT" type name "IS" path ".." name`
     fn imports(&mut self, texts: &[Text]) {
         let mut line = Vec::new();
         for text in texts {
@@ -198,6 +201,8 @@ fn of_module(texts: &[Text], text: &Text) -> HashSet<String> {
 }
 
 /// The names of a declaration whose type stands at token `at`; none of the words in their values.
+///
+/// `declaration = ... type name ["=" value] {"," name ["=" value]}`
 fn declared(text: &Text, line: &[Token], at: usize) -> Vec<String> {
     let mut depth = 0_usize;
     let mut names = Vec::new();

@@ -1,9 +1,9 @@
 //! Inline forms: the settings that a form writes before its motion, and where its fold names its point.
 
 use super::calls::calls;
-use super::data::assignment;
 use super::lex::{Kind, Token, tokens, upper};
 use super::motion;
+use super::statement::assignment;
 use crate::script::Text;
 use std::ops::Range;
 
@@ -15,6 +15,8 @@ const CALLED: [&str; 2] = ["BAS", "SET_CD_PARAMS"];
 
 /// Whether a statement is one of a form's own settings: running it twice is running it once. Whatever else stands in a fold
 /// was typed there by somebody and may count, switch, or wait.
+///
+/// `setting = ("BAS" | "SET_CD_PARAMS") "(" ... | variable "=" value`
 pub(super) fn setting(text: &Text, line: &[Token]) -> bool {
     let Some(first) = line.first() else { return false };
     let word = upper(text, first);
@@ -61,6 +63,9 @@ pub(super) fn references(text: &Text, fold: usize, to: usize, name: &str) -> Vec
 
 /// Words of a comment that name the form's point: after the motion (`;FOLD PTP P1 ...`), in the form's second field
 /// (`%P 1:PTP, 2:P1, ...`), and as a parameter (`Kuka.PointName=P1;`).
+///
+/// `fold = ";FOLD" keyword name ... ["%P " ... "2:" name ...]`,
+/// `parameter = "POINTNAME=" name`
 fn named(comment: &[u8]) -> Vec<Range<usize>> {
     let word =
         |at: usize| at..at + comment[at..].iter().take_while(|b| b.is_ascii_alphanumeric() || **b == b'_').count();

@@ -29,6 +29,8 @@ fn turning(word: &str) -> Turning {
 }
 
 /// The word after `#` that follows the word `name`.
+///
+/// `choice = name [token] "#" word`
 fn choice(text: &Text, line: &[Token], name: &str) -> Option<String> {
     let at = line.iter().position(|t| t.kind == Kind::Word && upper(text, t) == name)?;
     let hash = (at + 1..line.len().min(at + 3)).find(|&i| line[i].is(b'#'))?;

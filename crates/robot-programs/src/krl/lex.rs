@@ -34,6 +34,7 @@ impl Token {
     }
 }
 
+/// `word = word_byte {word_byte}`
 fn word_byte(b: u8) -> bool {
     b.is_ascii_alphanumeric() || b == b'_' || b == b'$' || !b.is_ascii()
 }
@@ -49,6 +50,10 @@ pub(super) fn first_word(text: &Text, k: usize) -> &[u8] {
 }
 
 /// The tokens of line `k` into `out`.
+///
+/// `line = {blank | comment | quoted | number | word | mark}`,
+/// `comment = ";" {any}`,
+/// `quoted = '"' {any} '"' | "'" {any} "'"`
 pub(super) fn tokens(text: &Text, k: usize, out: &mut Vec<Token>) {
     out.clear();
     let start = text.line_span(k).start;
@@ -78,6 +83,8 @@ pub(super) fn tokens(text: &Text, k: usize, out: &mut Vec<Token>) {
 }
 
 /// Length of a number: digits, point, digits, exponent.
+///
+/// `number = {digit} ["." {digit}] [("E" | "e") ["+" | "-"] digit {digit}]`
 fn number_len(bytes: &[u8]) -> usize {
     let digits = |from: usize| bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
     let mut len = digits(0);
@@ -105,6 +112,8 @@ pub(super) fn in_upper<'a>(text: &'a Text, t: &Token) -> Cow<'a, str> {
 }
 
 /// `[2]` at token `at`: the index, and the token after it.
+///
+/// `index = "[" digit {digit} "]"`
 pub(super) fn index(text: &Text, line: &[Token], at: usize) -> Option<(u32, usize)> {
     let [open, n, close] = line.get(at..at + 3)? else { return None };
     if !(open.is(b'[') && close.is(b']') && n.kind == Kind::Number) {

@@ -9,9 +9,9 @@
 //! References: KUKA System Software 8.x, Operating and Programming Instructions for System Integrators (motions,
 //! approximate positioning, folds, data lists); public programs.
 //!
-//! Modules: [`lex`] tokens; [`aggregate`] values in braces; [`data`] declarations; [`elsewhere`] what other modules do to them; [`name`] a point and its value; [`calls`] what a line calls; [`still`] routines that move nothing;
+//! Modules: [`lex`] tokens; [`aggregate`] values in braces; [`statement`] the parts of a statement; [`data`] declarations; [`elsewhere`] what other modules do to them; [`name`] a point and its value; [`calls`] what a line calls; [`still`] routines that move nothing;
 //! [`project`] other modules; [`motion`] a motion instruction; [`form`] inline forms; [`going`] orientations, parts that the robot holds, sensors; [`settings`] speeds and frames; [`target`] axis values; [`product`] products of frames; [`relative`] relative motions; [`read`]
-//! makes the script (its motions in `read/moves.rs`); [`write`] the patches; [`clone`] a point's second form.
+//! makes the script (motions in `read/moves.rs`, blocks and calls in `read/flow.rs`); [`write`] the patches; [`clone`] a point's second form.
 //!
 //! How it fails: what other modules do to a point (`$config.dat`, GLOBAL data) is known as far as they are found. Such points are never
 //! changed in place, and where no file that is read declares them their motions are not edited at all.
@@ -31,6 +31,7 @@ mod project;
 mod read;
 mod relative;
 mod settings;
+mod statement;
 mod still;
 mod target;
 mod write;

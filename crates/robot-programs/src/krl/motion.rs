@@ -44,6 +44,8 @@ pub(super) struct Word {
 }
 
 /// The motion that a keyword begins.
+///
+/// `keyword = ("PTP" | "SPTP" | "LIN" | "SLIN" | "CIRC" | "SCIRC" | "SPL") ["_REL"]`
 pub(super) fn word(upper: &str) -> Option<Word> {
     let (base, relative) = upper.strip_suffix("_REL").map_or((upper, false), |b| (b, true));
     let (path, spline, arc) = match base {
@@ -60,6 +62,8 @@ pub(super) fn word(upper: &str) -> Option<Word> {
 }
 
 /// Token of the goal of a motion, where that is a name alone.
+///
+/// `motion = keyword [via ","] name [index] tail`
 pub(super) fn goal_word(text: &Text, line: &[Token]) -> Option<usize> {
     let w = word(&super::lex::in_upper(text, line.first()?))?;
     let at = if w.arc { second(line)? } else { 1 };
@@ -69,12 +73,16 @@ pub(super) fn goal_word(text: &Text, line: &[Token]) -> Option<usize> {
 }
 
 /// Whether a motion leads to where the robot stands: `PTP $POS_ACT`, `PTP $AXIS_ACT`.
+///
+/// `motion = keyword ("$POS_ACT" | "$AXIS_ACT") tail`
 pub(super) fn stands(text: &Text, line: &[Token]) -> bool {
     let goal = line.get(1).map(|t| super::lex::in_upper(text, t)).unwrap_or_default();
     matches!(&*goal, "$POS_ACT" | "$AXIS_ACT") && ends(text, line, 2)
 }
 
 /// The token after the first comma outside of brackets.
+///
+/// `motion = keyword via "," goal`
 pub(super) fn second(line: &[Token]) -> Option<usize> {
     let mut depth = 0_usize;
     for (i, t) in line.iter().enumerate() {
@@ -89,6 +97,8 @@ pub(super) fn second(line: &[Token]) -> Option<usize> {
 }
 
 /// Whether the goal ends before token `at`: nothing follows but `C_PTP`, `WITH` or `, CA`.
+///
+/// `tail = ["," ... | "C_..." ... | "WITH" ...]`
 pub(super) fn ends(text: &Text, line: &[Token], at: usize) -> bool {
     line.get(at).is_none_or(|t| {
         t.is(b',')

@@ -23,6 +23,8 @@ pub(super) struct Factor {
 }
 
 /// The name at token `at` with a plain index, in upper case, and the token after it.
+///
+/// `name = word [index]`
 pub(super) fn name(text: &Text, line: &[Token], at: usize) -> (String, usize) {
     let word = line.get(at).map(|t| upper(text, t)).unwrap_or_default();
     match index(text, line, at + 1) {
@@ -32,6 +34,8 @@ pub(super) fn name(text: &Text, line: &[Token], at: usize) -> (String, usize) {
 }
 
 /// Token after the factor at `at`.
+///
+/// `factor = word [index] | aggregate`
 fn after(text: &Text, line: &[Token], at: usize) -> Option<usize> {
     match line.get(at)? {
         t if t.kind == Kind::Word => Some(index(text, line, at + 1).map_or(at + 1, |(_, next)| next)),
@@ -57,6 +61,8 @@ pub(super) fn is(text: &Text, line: &[Token], at: usize) -> bool {
 }
 
 /// The factors of the product at token `at`, and the token after it; why they cannot be determined.
+///
+/// `product = factor {":" factor}`
 pub(super) fn factors(
     text: &Text,
     line: &[Token],

@@ -52,9 +52,6 @@ fn modules(folder: &Path) -> Vec<PathBuf> {
     all.retain(|p| is_module(p));
     all.sort();
     all.dedup();
-    all.retain(|p| is_module(p));
-    all.sort();
-    all.dedup();
     all
 }
 

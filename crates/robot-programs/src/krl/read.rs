@@ -1,15 +1,17 @@
 //! A program's text into its script.
 
+mod flow;
 mod moves;
 
-use super::calls::{arc, calls};
-use super::data::{Data, assignment, is_routine};
+use super::calls::arc;
+use super::data::Data;
 use super::form;
 use super::going::{Going, Turning};
 use super::lex::{Kind, Token, first_word, in_upper, tokens, upper};
 use super::motion::{self};
 use super::relative::Stands;
 use super::settings::{self, Settings};
+use super::statement::{assignment, is_routine};
 use super::still::Still;
 use super::target::{Others, axis_names, external_axes};
 use super::{Motion, Program, Source};
@@ -19,6 +21,7 @@ use crate::script::blocks::{BySteps, Steps};
 use crate::script::lex::not_too_long;
 use crate::script::pose::Frame;
 use crate::script::{At, Break, Goal, Note, Script, StepKind, Targets, Text, pragma};
+use flow::Block;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
@@ -217,16 +220,6 @@ struct Site {
     others: Others,
 }
 
-/// A block that is open: the settings before it and with which it began.
-struct Block {
-    before: Settings,
-    begins: Settings,
-    /// It sets others.
-    sets: bool,
-    /// What leads the robot away before it, or at the end of one of its branches.
-    led: Option<&'static str>,
-}
-
 /// Whether a text sets `$ORI_TYPE` or `$CIRC_TYPE`.
 fn steers_arcs(text: &Text) -> bool {
     memchr::memchr_iter(b'$', &text.bytes).any(|at| {
@@ -314,111 +307,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn push(&mut self, k: usize, kind: StepKind) {
-        if let StepKind::Break(b) = kind
-            && b != Break::Frame
-        {
-            self.set = self.later_settings(b);
-        }
-        if matches!(kind, StepKind::Break(_)) {
-            self.stands = None;
-        }
-        self.steps.push(At { file: 0, line: k as u64 + 1 }, kind);
-    }
-
-    /// What is in force where it is not known which way the program came: frames stay where the file sets but one.
-    fn later_settings(&mut self, kind: Break) -> Settings {
-        let [base, tool] = self.later.clone();
-        let (bases, tools, any) = (self.set.bases.clone(), self.set.tools.clone(), self.set.any);
-        self.frames_set |= kind == Break::Call;
-        let first = self.routine <= 1 && !self.frames_set;
-        let (base, tool) = match kind {
-            // the program starts with the frames that are in force then
-            Break::Start if self.routine <= 1 => (None, None),
-            // nothing has set them yet, if the program has not come back from further down
-            _ if first => {
-                (settings::one_of(None, "$BASE", base.as_ref()), settings::one_of(None, "$TOOL", tool.as_ref()))
-            }
-            _ => (base, tool),
-        };
-        let (carried, moved) = (self.carried_later.clone(), self.moved_later.clone());
-        let turning = self.turning_later;
-        let (carried, moved) = if kind == Break::Start && self.routine <= 1 { (None, None) } else { (carried, moved) };
-        Settings { base, tool, bases, tools, any, carried, moved, turning, ..Settings::default() }
-    }
-
-    /// A block opens; what its line calls belongs to it.
-    fn open(&mut self, k: usize, line: &[Token], kind: Break) {
-        self.stands = None;
-        let before = self.set.clone();
-        self.steps.open(At { file: 0, line: k as u64 + 1 }, kind);
-        self.set = self.later_settings(kind);
-        let (begins, led) = (self.set.clone(), self.going.led);
-        self.blocks.push(Block { before, begins, sets: false, led });
-        self.called(k, line);
-    }
-
-    /// Its next branch begins.
-    fn middle(&mut self, k: usize, line: &[Token]) {
-        self.stands = None;
-        self.steps.middle(At { file: 0, line: k as u64 + 1 }, Break::Jump);
-        if let Some(block) = self.blocks.last_mut() {
-            block.sets |= self.set != block.begins;
-            block.led = block.led.or(self.going.led);
-            // the other branch begins with what was there before, or with both
-            self.set.merge_lists(&block.begins);
-        }
-        self.set = self.later_settings(Break::Jump);
-        self.called(k, line);
-    }
-
-    /// It closes: where nothing in it moves, the directions stay, and where it sets nothing the settings do.
-    fn close(&mut self, k: usize, line: &[Token], kind: Break) {
-        self.stands = None;
-        self.called(k, line);
-        let busy = self.steps.close(At { file: 0, line: k as u64 + 1 }, kind);
-        let block = self.blocks.pop();
-        let sets = block.as_ref().is_none_or(|b| b.sets || self.set != b.begins);
-        self.going.led = self.going.led.or(block.as_ref().and_then(|b| b.led));
-        match block {
-            Some(block) if !busy && !sets => self.set = block.before,
-            block => {
-                if let Some(block) = block {
-                    self.set.merge_lists(&block.before);
-                }
-                self.set = self.later_settings(kind);
-            }
-        }
-        if let Some(outer) = self.blocks.last_mut() {
-            outer.sets |= sets;
-        }
-    }
-
-    /// A jump away: what follows is reached by a label, or the end of its block.
-    fn leave(&mut self, k: usize) {
-        self.stands = None;
-        if self.blocks.is_empty() {
-            self.stop(k, Break::Jump)
-        } else {
-            self.steps.middle(At { file: 0, line: k as u64 + 1 }, Break::Jump)
-        }
-    }
-
-    /// Says which calls end nothing that is known of the joints.
-    fn note_calls(&mut self) {
-        let Some(line) = self.met.values().min().copied() else { return };
-        let names: Vec<&str> = self.met.keys().map(String::as_str).collect();
-        let text = match names.as_slice() {
-            [one] => format!("the routine {one} that it calls moves nothing, by the files of the project"),
-            all => format!("the routines {} that it calls move nothing, by the files of the project", all.join(", ")),
-        };
-        self.notes.push(Note { place: At { file: 0, line }, text });
-    }
-
-    fn stop(&mut self, k: usize, kind: Break) {
-        self.push(k, StepKind::Break(kind));
-    }
-
+    /// `line = [statement] [comment]`
     fn line(&mut self, k: usize, tokens: &[Token]) -> Result<()> {
         let code = tokens.iter().position(|t| t.kind == Kind::Comment).unwrap_or(tokens.len());
         if let (0, Some(t)) = (code, tokens.first()) {
@@ -433,6 +322,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// `fold = ";" ("FOLD" text | "ENDFOLD" text)`
     fn fold(&mut self, k: usize, t: &Token) {
         let comment = String::from_utf8_lossy(self.text.slice(t.span())).to_ascii_uppercase();
         let comment = comment.trim_start_matches([';', ' ', '\t']);
@@ -448,6 +338,7 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// `statement = "&" ... | motion | other_statement`
     fn statement(&mut self, k: usize, line: &[Token]) -> Result<()> {
         let Some(first) = line.first() else { return Ok(()) };
         if first.is(b'&') {
@@ -471,6 +362,9 @@ impl<'a> Reader<'a> {
     }
 
     /// A statement that is no motion: a routine, a label, a jump, a wait, a process, a declaration, a call.
+    ///
+    /// `other_statement = routine | name ":" | block | jump | "WAIT" ["SEC" number] | "HALT" | declaration | other`,
+    /// `block = "IF" | "SWITCH" | "LOOP" | "FOR" | "WHILE" | "REPEAT" | ... with their middles and ends`
     fn other_statement(&mut self, k: usize, line: &[Token], word: &str, second: &str) {
         if is_routine(word, second) {
             self.routine += 1;
@@ -539,27 +433,9 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A break where the line calls something that may move.
-    fn called(&mut self, k: usize, line: &[Token]) {
-        if self.still.hides(self.text, line) {
-            return self.stop(k, Break::Call);
-        }
-        let mut waits = false;
-        for name in calls(self.text, line) {
-            match self.still.waits(&name) {
-                Some(waiting) => {
-                    waits |= waiting;
-                    self.met.entry(name).or_insert(k as u64 + 1);
-                }
-                None => return self.stop(k, Break::Call),
-            }
-        }
-        if waits {
-            self.push(k, StepKind::Dwell(None));
-        }
-    }
-
     /// An assignment, a call, or something unknown.
+    ///
+    /// `other = assignment | call | unknown`
     fn other(&mut self, k: usize, line: &[Token], word: &str) {
         let Some(sign) = assignment(line) else {
             match line.get(1).is_some_and(|t| t.is(b'(')) {

@@ -91,7 +91,9 @@ pub(super) fn one_of(a: Option<&Frame>, name: &str, b: Option<&Frame>) -> Option
 }
 
 /// `TOOL_NO 1` of an aggregate.
-fn numbered_field(text: &Text, value: &[Token], field: &str) -> Option<u32> {
+///
+/// `field = name digit {digit}`
+pub(super) fn numbered_field(text: &Text, value: &[Token], field: &str) -> Option<u32> {
     let at = value.iter().position(|t| upper(text, t) == field)?;
     std::str::from_utf8(text.slice(value.get(at + 1)?.span())).ok()?.parse().ok()
 }
@@ -116,6 +118,8 @@ impl Settings {
     }
 
     /// An assignment to `word`, its `=` at `sign`.
+    ///
+    /// `setting = word ["." part | "[" digit {digit} "]"] "=" value`
     pub fn assign(&mut self, text: &Text, line: &[Token], sign: usize, word: &str, data: &Data, routine: usize) {
         let known = &|name: &str| data.frame(routine, name);
         let value = line.get(sign + 1..).unwrap_or_default();
@@ -208,6 +212,8 @@ impl Settings {
     }
 
     /// `BAS(#PTP_PARAMS,100)`: settings, no motion.
+    ///
+    /// `bas = "BAS" "(" "#" command ["," argument] ")"`
     pub fn bas(&mut self, text: &Text, line: &[Token]) {
         let command = line.get(3).map(|t| upper(text, t)).unwrap_or_default();
         let argument = line.get(5..).and_then(|v| v.get(..v.len().saturating_sub(1))).unwrap_or_default();
@@ -297,6 +303,8 @@ fn numbered(text: &Text, value: &[Token], list: &str) -> Frame {
 }
 
 /// What is assigned to a frame: `$NULLFRAME`, `BASE_DATA[2]`, `{X 0,Y 0,Z 180,A 0,B 0,C 0}`, the name of such a one.
+///
+/// `value = "$NULLFRAME" | name | list "[" number "]" | aggregate | expression`
 fn frame(
     text: &Text,
     value: &[Token],

@@ -6,9 +6,9 @@
 //! several routines have is still where all of them are.
 
 use super::calls::{calls, is_quiet, quiet};
-use super::data::{assignment, is_routine};
 use super::lex::{Kind, Token, first_word, in_upper, tokens, upper};
 use super::motion;
+use super::statement::{assignment, is_routine};
 use crate::script::Text;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -73,56 +73,58 @@ fn may_begin_routine(word: &[u8]) -> bool {
     ["DEF", "DEFFCT", "GLOBAL"].iter().any(|w| word.eq_ignore_ascii_case(w.as_bytes()))
 }
 
+/// Words that begin statements which move nothing themselves.
+const STILL: [&str; 46] = [
+    "IF",
+    "ELSE",
+    "ENDIF",
+    "SWITCH",
+    "CASE",
+    "DEFAULT",
+    "ENDSWITCH",
+    "GOTO",
+    "EXIT",
+    "RETURN",
+    "END",
+    "ENDFCT",
+    "LOOP",
+    "ENDLOOP",
+    "FOR",
+    "ENDFOR",
+    "WHILE",
+    "ENDWHILE",
+    "REPEAT",
+    "UNTIL",
+    "WAIT",
+    "HALT",
+    "DECL",
+    "CONST",
+    "INT",
+    "REAL",
+    "BOOL",
+    "CHAR",
+    "E6AXIS",
+    "AXIS",
+    "E6POS",
+    "POS",
+    "FRAME",
+    "FDAT",
+    "PDAT",
+    "LDAT",
+    "STRUC",
+    "ENUM",
+    "SIGNAL",
+    "EXT",
+    "EXTP",
+    "EXTFCT",
+    "IMPORT",
+    "CONTINUE",
+    "ON_ERROR_PROCEED",
+    "GLOBAL",
+];
+
 /// Whether a statement may move the arm, or what its points mean, besides what it calls.
 fn acts(text: &Text, line: &[Token], word: &str, second: &str) -> bool {
-    const STILL: [&str; 46] = [
-        "IF",
-        "ELSE",
-        "ENDIF",
-        "SWITCH",
-        "CASE",
-        "DEFAULT",
-        "ENDSWITCH",
-        "GOTO",
-        "EXIT",
-        "RETURN",
-        "END",
-        "ENDFCT",
-        "LOOP",
-        "ENDLOOP",
-        "FOR",
-        "ENDFOR",
-        "WHILE",
-        "ENDWHILE",
-        "REPEAT",
-        "UNTIL",
-        "WAIT",
-        "HALT",
-        "DECL",
-        "CONST",
-        "INT",
-        "REAL",
-        "BOOL",
-        "CHAR",
-        "E6AXIS",
-        "AXIS",
-        "E6POS",
-        "POS",
-        "FRAME",
-        "FDAT",
-        "PDAT",
-        "LDAT",
-        "STRUC",
-        "ENUM",
-        "SIGNAL",
-        "EXT",
-        "EXTP",
-        "EXTFCT",
-        "IMPORT",
-        "CONTINUE",
-        "ON_ERROR_PROCEED",
-        "GLOBAL",
-    ];
     let unknown = || {
         let label = line.len() == 2 && line[1].is(b':');
         let call = line.get(1).is_some_and(|t| t.is(b'('));

@@ -1,7 +1,7 @@
 //! Edits as patches: numbers of goals, cloned points, new motions in line.
 
 use super::aggregate::finest;
-use super::clone::{Clone, clone, refer, replaced, words};
+use super::clone::{Clone, Taken, clone, refer, replaced, words};
 use super::form;
 use super::lex::tokens;
 use super::{Motion, Program, Source};
@@ -88,15 +88,50 @@ fn changes(program: &Program, edits: &Edits, target: usize, q: &[f64]) -> Change
     out
 }
 
-/// Changed goals of the edits that are chosen.
+/// A changed goal: its step, its target, and its new joints or the numbers of its pose.
+struct Wanted<'a> {
+    step: usize,
+    target: usize,
+    numbers: &'a [f64],
+}
+
+/// Changed goals of the edits that are chosen, as patches.
 fn goals<'a>(
     program: &Program,
     edits: &Edits,
     chosen: impl Iterator<Item = (usize, EditRef<'a>)>,
     out: &mut Patches,
 ) -> Result<()> {
-    // target, step, and its joints or the numbers of its pose
-    let mut wanted: Vec<(usize, usize, &[f64])> = Vec::new();
+    let mut wanted = wanted(program, chosen)?;
+    wanted.sort_by_key(|w| w.target);
+    let uses = program.script.use_counts();
+    let mut taken = None;
+    for of_one in wanted.chunk_by(|a, b| a.target == b.target) {
+        let Some(&Wanted { target, .. }) = of_one.first() else { continue };
+        let mut list: Vec<(usize, Change)> =
+            of_one.iter().map(|w| (w.step, changes(program, edits, target, w.numbers))).collect();
+        let (file, may) = place_of_numbers(program, target)?;
+        let all = may && list.len() == uses.get(target).copied().unwrap_or(0);
+        if all && list.len() == 1 {
+            // one motion, one change: nearly every target
+            let change = list.pop().map(|l| l.1).unwrap_or_default();
+            out.extend(change.into_iter().map(|(span, new)| Patch::new(file, span, new)));
+            continue;
+        }
+        // where all uses change, the point itself takes the first one's numbers
+        let kept = if all { list.first().map(|l| l.1.clone()).unwrap_or_default() } else { Vec::new() };
+        for (span, new) in &kept {
+            out.push(Patch::new(file, span.clone(), new.as_bytes()));
+        }
+        list.retain(|l| l.1 != kept);
+        part(program, target, list, &mut taken, out)?;
+    }
+    Ok(())
+}
+
+/// The goals that the chosen edits change; refused where the program does not hold their numbers.
+fn wanted<'a>(program: &Program, chosen: impl Iterator<Item = (usize, EditRef<'a>)>) -> Result<Vec<Wanted<'a>>> {
+    let mut all = Vec::new();
     for (step, edit) in chosen {
         let Some(StepKind::Move(m)) = program.script.steps.get(step).map(|s| &s.kind) else {
             return Err(Error::Refused(format!("step {step} is no move")));
@@ -105,56 +140,49 @@ fn goals<'a>(
             let why = "a Cartesian motion is not written as joint motions";
             return Err(Error::Refused(format!("{}: {why}", place(program, step))));
         }
-        let Some(q) = edit.goal else { continue };
+        let Some(numbers) = edit.goal else { continue };
         let (Some(target), None) = (m.goal.target(), &m.fixed) else {
             let why = "the goal's numbers are not in the program";
             return Err(Error::Refused(format!("{}: {why}", place(program, step))));
         };
-        wanted.push((target, step, q));
+        all.push(Wanted { step, target, numbers });
     }
-    wanted.sort_by_key(|w| w.0);
-    let uses = program.script.use_counts();
-    let mut taken = None;
-    for list in wanted.chunk_by(|a, b| a.0 == b.0) {
-        let Some(&(target, ..)) = list.first() else { continue };
-        let mut list: Vec<(usize, Change)> =
-            list.iter().map(|&(_, step, q)| (step, changes(program, edits, target, q))).collect();
-        let (file, may) = match program.sources.get(target) {
-            Some(Source::Inline(file, _)) => (usize::from(*file), true),
-            Some(Source::Name(n)) => {
-                let name = &program.data.names[*n as usize];
-                (name.value().map_or(name.file, |a| a.file), !name.read && !name.global)
+    Ok(all)
+}
+
+/// The file with a target's numbers, and whether they may change there.
+fn place_of_numbers(program: &Program, target: usize) -> Result<(usize, bool)> {
+    match program.sources.get(target) {
+        Some(Source::Inline(file, _)) => Ok((usize::from(*file), true)),
+        Some(Source::Name(n)) => {
+            let name = &program.data.names[*n as usize];
+            Ok((name.value().map_or(name.file, |a| a.file), !name.read && !name.global))
+        }
+        None => Err(Error::Refused("an axis target without its place".into())),
+    }
+}
+
+/// Motions of `list` lead to clones of their target; those of the same numbers share one.
+fn part(
+    program: &Program,
+    target: usize,
+    list: Vec<(usize, Change)>,
+    taken: &mut Option<Taken>,
+    out: &mut Patches,
+) -> Result<()> {
+    // a form needs a clone of its frame data, too
+    let mut clones: HashMap<(Change, bool), Clone> = HashMap::new();
+    for (step, change) in list {
+        let form = motion_of(program, step)?.fold.is_some();
+        let clone = match clones.entry((change, form)) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(place) => {
+                let taken = taken.get_or_insert_with(|| words(program));
+                let clone = clone(program, step, target, &place.key().0, taken, out)?;
+                place.insert(clone)
             }
-            None => return Err(Error::Refused("an axis target without its place".into())),
         };
-        let all = may && list.len() == uses.get(target).copied().unwrap_or(0);
-        if all && list.len() == 1 {
-            // one motion, one change: nearly every target
-            let change = list.pop().map(|l| l.1).unwrap_or_default();
-            out.extend(change.into_iter().map(|(span, new)| Patch::new(file, span, new)));
-            continue;
-        }
-        let kept = if all { list.first().map(|l| l.1.clone()).unwrap_or_default() } else { Vec::new() };
-        for (span, new) in &kept {
-            out.push(Patch::new(file, span.clone(), new.as_bytes()));
-        }
-        // a form needs a clone of its frame data, too
-        let mut clones: HashMap<(Change, bool), Clone> = HashMap::new();
-        for (step, change) in list {
-            if change == kept {
-                continue;
-            }
-            let form = motion_of(program, step)?.fold.is_some();
-            let clone = match clones.entry((change, form)) {
-                Entry::Occupied(known) => known.into_mut(),
-                Entry::Vacant(place) => {
-                    let taken = taken.get_or_insert_with(|| words(program));
-                    let clone = clone(program, step, target, &place.key().0, taken, out)?;
-                    place.insert(clone)
-                }
-            };
-            refer(program, step, clone, out)?;
-        }
+        refer(program, step, clone, out)?;
     }
     Ok(())
 }

@@ -29,6 +29,7 @@ impl Reader<'_> {
         Goal::pose(PoseGoal { via_m: self.via(line), ..pose })
     }
 
+    /// `motion = keyword [via ","] goal ["," "CA" angle] {"C_..."} ["WITH" ...]`
     pub(super) fn motion(&mut self, k: usize, line: &[Token], word: Word) -> Result<()> {
         // where the robot stands: the controller stops, reads the joints and goes nowhere
         if !word.relative && !word.arc && !self.spline && motion::stands(self.text, line) {
@@ -148,6 +149,8 @@ impl Reader<'_> {
     }
 
     /// The goal of a relative motion.
+    ///
+    /// `relative = aggregate {"C_..."} ["#BASE" | "#TOOL"]`
     fn relative(&self, line: &[Token], at: usize, word: Word, end: &mut Option<usize>) -> Goal {
         let given = line.get(at).filter(|t| t.is(b'{'));
         let given = given.and_then(|_| crate::krl::aggregate::aggregate(self.text, 0, line, at).ok());
@@ -159,6 +162,8 @@ impl Reader<'_> {
     }
 
     /// The goal of a motion at token `at`; `end`: the token after it, `others`: its external axes.
+    ///
+    /// `goal = product | aggregate | name [index]`
     fn goal(
         &mut self,
         k: usize,
@@ -301,6 +306,8 @@ impl Reader<'_> {
     }
 
     /// Position of the point on the way of an arc, m.
+    ///
+    /// `via = (aggregate | name [index]) ","`
     fn via(&self, line: &[Token]) -> Option<Vector3<f64>> {
         let t = line.get(1)?;
         let of = |a: &Aggregate| {
