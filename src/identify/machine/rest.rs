@@ -3,7 +3,8 @@
 //! A test of dwells sees what friction has left when a joint has stopped; a path sees it while the joint moves. Where a servo works
 //! friction off otherwise at rest, or a test holds none, one friction for both follows the logs that weigh more, and the reversals of the
 //! others end up in their noise. So each joint that has logs of both kinds is tested: by how much would the cost fall if one kind
-//! had spikes of its own, at the present estimate (score test; Rao 1948; spikes are not negative)? Where that is beyond doubt
+//! had spikes of its own, at the present estimate (score test; Rao 1948; spikes are not negative)? Where that is beyond doubt, is more than
+//! a gap of its own would explain,
 //! and changes the joint's lost motion by a good part, the logs of dwells get columns for the difference. The law's spikes
 //! are then those of motion, which programs meet; gap, wind-up and presliding stay common to all logs.
 
@@ -14,6 +15,7 @@ use super::nuisance::{Column, Name};
 use super::problem::Problem;
 use super::solve::{self, Kept};
 use nalgebra::{DMatrix, DVector, Vector3};
+use std::ops::Range;
 
 /// Share of a joint's fastest movement below which it stands.
 const STANDS: f64 = 0.01;
@@ -89,25 +91,34 @@ fn differing(problem: &Problem, taken: &[usize]) -> Option<usize> {
         return None;
     }
     let inverse = evidence::inverse(&problem.normal().hessian)?;
-    let gains = both.iter().filter_map(|(axis, kinds)| {
-        let worth = WORTH * problem.sizes[*axis];
-        let gain = |logs: &Vec<usize>| gain(problem, *axis, logs, &inverse).filter(|(_, by)| by.abs() > worth);
-        kinds.iter().filter_map(gain).map(|(fall, _)| (fall, *axis)).max_by(|a, b| a.0.total_cmp(&b.0))
-    });
+    let gains = both.iter().filter_map(|(axis, kinds)| Some((gain(problem, *axis, kinds, &inverse)?, *axis)));
     gains.filter(|(fall, _)| *fall > BEYOND_DOUBT).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, axis)| axis)
 }
 
-/// Fall of the cost if these logs had spikes of their own for an axis, and by how much their sum would change.
-fn gain(problem: &Problem, axis: usize, logs: &[usize], inverse: &DMatrix<f64>) -> Option<(f64, f64)> {
+/// Fall of the cost if one kind of logs had spikes of its own for an axis; `None` where they would hardly change, or where gaps of their
+/// own would explain more: then the gap over position misses something of its shape, and friction is not to blame.
+fn gain(problem: &Problem, axis: usize, kinds: &[Vec<usize>; 2], inverse: &DMatrix<f64>) -> Option<f64> {
     let law = problem.laws[axis].as_ref()?;
-    let first = problem.offset(axis) + law.gap.len();
-    let mut curvature = DMatrix::zeros(SPIKES, SPIKES);
-    let mut shared = DMatrix::zeros(SPIKES, inverse.nrows());
-    let mut score = DVector::zeros(SPIKES);
+    let knots = problem.offset(axis)..problem.offset(axis) + law.gap.len();
+    let spikes = knots.end..knots.end + SPIKES;
+    let worth = WORTH * problem.sizes[axis];
+    let apart = kinds.iter().filter_map(|logs| own(problem, logs, inverse, spikes.clone()));
+    let fall = apart.filter(|(_, by)| by.abs() > worth).map(|(fall, _)| fall).max_by(f64::total_cmp)?;
+    let gaps = kinds.iter().filter_map(|logs| own(problem, logs, inverse, knots.clone()));
+    let shape: f64 = gaps.map(|(fall, _)| fall.max(0.0)).sum();
+    (fall > shape).then_some(fall)
+}
+
+/// Fall of the cost if these logs had parameters of their own, none of them negative, and by how much their sum would change.
+fn own(problem: &Problem, logs: &[usize], inverse: &DMatrix<f64>, parameters: Range<usize>) -> Option<(f64, f64)> {
+    let n = parameters.len();
+    let mut curvature = DMatrix::zeros(n, n);
+    let mut shared = DMatrix::zeros(n, inverse.nrows());
+    let mut score = DVector::zeros(n);
     for &log in logs {
         let part = problem.part(log);
-        let Some(at) = part.index.iter().position(|i| *i == first) else { continue };
-        let own = part.design.columns(at, SPIKES);
+        let Some(at) = part.index.iter().position(|i| *i == parameters.start) else { continue };
+        let own = part.design.columns(at, n);
         curvature += own.transpose() * own;
         score += own.tr_mul(&part.residual);
         let products = own.transpose() * &part.design;
@@ -118,8 +129,8 @@ fn gain(problem: &Problem, axis: usize, logs: &[usize], inverse: &DMatrix<f64>) 
     }
     // what the other parameters would take over is no gain
     let left = curvature - &shared * inverse * shared.transpose();
-    let at = DVector::from_row_slice(&law.spikes);
-    let bounds: Vec<usize> = (0..SPIKES).collect();
+    let at = problem.values().rows(parameters.start, n).into_owned();
+    let bounds: Vec<usize> = (0..n).collect();
     let by = solve::bounded(&left, &score, 1e-6, &at, &bounds, &[])?;
     Some((2.0 * score.dot(&by) - by.dot(&(&left * &by)), by.sum()))
 }
