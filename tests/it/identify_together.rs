@@ -21,9 +21,13 @@ fn identify(logs: &[&str]) -> (Value, String) {
     (serde_yaml::from_str(&std::fs::read_to_string(out).unwrap()).unwrap(), said)
 }
 
+fn joint<'a>(document: &'a Value, name: &str) -> &'a Value {
+    document["joints"].as_array().unwrap().iter().find(|j| j["joint"] == name).unwrap()
+}
+
 /// All spikes of a joint, deg.
-fn spikes_deg(document: &Value, joint: &str) -> f64 {
-    let spikes = document["joints"][joint]["response"]["spikes"].as_array().cloned().unwrap_or_default();
+fn spikes_deg(document: &Value, name: &str) -> f64 {
+    let spikes = joint(document, name)["response"]["spikes"].as_array().cloned().unwrap_or_default();
     spikes.iter().filter_map(|s| s[0].as_f64()).sum()
 }
 
@@ -34,14 +38,14 @@ fn friction_that_dwells_do_not_show_is_found_in_motion_all_the_same() {
     let both = [&statics[..], &["circle/circle_uncompensated_figure5.csv.gz"]].concat();
     let (together, said) = identify(&both);
     let (dwells, said_of_dwells) = identify(&statics);
-    for (joint, stiction_deg, half_gap_deg) in [("A1", 0.0034, 0.0028), ("A3", 0.0017, 0.0022)] {
-        let spikes = spikes_deg(&together, joint);
-        assert!(spikes > 0.5 * stiction_deg, "{joint}: spikes of {spikes} deg for {stiction_deg}");
-        assert!(spikes_deg(&dwells, joint) < 0.1 * stiction_deg, "{joint}: {dwells:#}");
-        let gap = together["joints"][joint]["half_gap_deg"].as_f64().unwrap();
-        assert!((gap / half_gap_deg - 1.0).abs() < 0.05, "{joint}: half gap {gap} for {half_gap_deg}");
-        let note = format!("{joint}: friction after a reversal is not the same in logs of dwells");
-        assert!(said.contains(&note), "{joint}: {said}");
-        assert!(!said_of_dwells.contains(&note), "{joint}: {said_of_dwells}");
+    for (name, stiction_deg, half_gap_deg) in [("A1", 0.0034, 0.0028), ("A3", 0.0017, 0.0022)] {
+        let spikes = spikes_deg(&together, name);
+        assert!(spikes > 0.5 * stiction_deg, "{name}: spikes of {spikes} deg for {stiction_deg}");
+        assert!(spikes_deg(&dwells, name) < 0.1 * stiction_deg, "{name}: {dwells:#}");
+        let gap = joint(&together, name)["half_gap_deg"].as_f64().unwrap();
+        assert!((gap / half_gap_deg - 1.0).abs() < 0.05, "{name}: half gap {gap} for {half_gap_deg}");
+        let note = format!("{name}: friction after a reversal is not the same in logs of dwells");
+        assert!(said.contains(&note), "{name}: {said}");
+        assert!(!said_of_dwells.contains(&note), "{name}: {said_of_dwells}");
     }
 }

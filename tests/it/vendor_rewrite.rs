@@ -357,7 +357,7 @@ fn an_arc_to_joint_values_stays_as_its_joints_may_turn_on_it() {
     );
     desk.write("part.JBI", &job);
     let run = desk.run("rewrite --model model.yaml part.JBI --output out.JBI").success();
-    run.stderr(contains("at the end of an arc or spline, on which it is not known where the joints turn; lines"));
+    run.stderr(contains("the end of an arc or spline, on which it is not known where the joints turn; lines"));
     let out = String::from_utf8(desk.read("out.JBI")).unwrap();
     for kept in ["C00001=8.0000,", "C00002=3.0000,"] {
         assert!(out.contains(kept), "{out}");

@@ -48,7 +48,7 @@ pub enum Cause {
         tools: Vec<String>,
     },
     /// An arc or spline leads to joint values, and where the joints turn on it is not known.
-    #[error("at the end of an arc or spline, on which it is not known where the joints turn")]
+    #[error("the end of an arc or spline, on which it is not known where the joints turn")]
     CurveToJoints,
     /// The kinematics do not reach it.
     #[error("a Cartesian target that the robot's kinematics do not reach")]
