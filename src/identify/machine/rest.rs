@@ -1,12 +1,13 @@
 //! Friction in logs of dwells apart from friction in motion, where the logs show that they differ.
 //!
-//! A test of dwells sees what friction has left when a joint has stopped; a path sees it while the joint moves. Where a servo works
-//! friction off otherwise at rest, or a test holds none, one friction for both follows the logs that weigh more, and the reversals of the
-//! others end up in their noise. So each joint that has logs of both kinds is tested: by how much would the cost fall if one kind
-//! had spikes of its own, at the present estimate (score test; Rao 1948; spikes are not negative)? Where that is beyond doubt, is more than
-//! a gap of its own would explain,
-//! and changes the joint's lost motion by a good part, the logs of dwells get columns for the difference. The law's spikes
-//! are then those of motion, which programs meet; gap, wind-up and presliding stay common to all logs.
+//! A test of dwells shows what friction has left when a joint has stopped; a path shows it while the joint moves. A servo may work friction
+//! off differently at rest, and a test may hold none at all. One friction for both then follows the logs that weigh more, and the
+//! reversals of the others end up in their noise.
+//!
+//! So each joint that has logs of both kinds is tested: by how much would the cost fall, at the present estimate, if one kind had spikes
+//! of its own (score test; Rao 1948; spikes are not negative)? The logs of dwells get columns for the difference where the fall is beyond
+//! doubt, is more than a gap of their own would give, and changes the joint's lost motion by a good part. The law's spikes are then those
+//! of motion, which programs meet; gap, wind-up and presliding stay common to all logs.
 
 use super::bins::BinnedLog;
 use super::evidence;
