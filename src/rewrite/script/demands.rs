@@ -1,0 +1,61 @@
+//! What the caller and the format demand of a program before it is written.
+
+use super::coverage::Coverage;
+use super::{Choices, Task};
+use crate::error::{Error, Result};
+use crate::program::script::{Edits, Goal, Script};
+use crate::rewrite::deadband;
+use crate::rewrite::refusal::{CoarseDigit, Refusal};
+
+/// The posture that the user gives must be one of this robot.
+pub(super) fn require_posture(task: &Task) -> Result<()> {
+    let Some(posture) = &task.choices.frames.posture_deg else { return Ok(()) };
+    if posture.len() == task.robot.dof() {
+        return Ok(());
+    }
+    let found = format!("`posture_deg` of {} numbers", posture.len());
+    let expected = format!("{}, one for each axis of {}", task.robot.dof(), task.robot.name);
+    Err(Error::setting("frames", found, expected))
+}
+
+pub(super) fn require_coverage(coverage: &Coverage, choices: &Choices, script: &Script) -> Result<()> {
+    let Some(share) = choices.require_coverage else { return Ok(()) };
+    if coverage.percent() >= 100.0 * share - 1e-9 {
+        return Ok(());
+    }
+    let name = script.texts.first().map_or("", |t| t.name.as_str());
+    let reasons = coverage.reasons.iter().map(|r| format!("\n  {}: {} ({})", r.moves, r.why, r.lines_text()));
+    let Coverage { editable, moves, .. } = *coverage;
+    Err(Refusal::Coverage { name: name.into(), editable, moves, required: share, reasons: reasons.collect() }.into())
+}
+
+/// A gap below what the format can hold is refused, not faked.
+pub(super) fn enough_digits(script: &Script, edits: &Edits, task: &Task) -> Result<()> {
+    let mut coarse = Vec::new();
+    for (axis, joint) in task.robot.axis_joints().enumerate() {
+        let Some(gap) = task.compensator.on(axis).and_then(deadband::smallest) else { continue };
+        let gap = gap * task.options.gain;
+        let coarsest = script
+            .moves()
+            .filter(|(k, _)| edits.steps.contains(*k))
+            .filter_map(|(k, m)| match m.goal {
+                Goal::Joints(t) => Some((k, script.targets.get(t)?.values.get(axis)?)),
+                _ => None,
+            })
+            .max_by(|a, b| a.1.finest.total_cmp(&b.1.finest));
+        if let Some((k, value)) = coarsest
+            && value.finest > gap
+            && gap > 0.0
+        {
+            let edge = |v: f64| joint.kind.to_user_unit(v);
+            coarse.push(CoarseDigit {
+                place: script.place(script.steps[k].at).to_string(),
+                joint: joint.name.clone(),
+                unit: joint.kind.unit(),
+                step: edge(value.finest),
+                half_gap: edge(gap),
+            });
+        }
+    }
+    if coarse.is_empty() { Ok(()) } else { Err(Refusal::CoarseDigits(coarse).into()) }
+}

@@ -1,0 +1,50 @@
+//! Was the program rewritten before? By its names, its joint targets, and its Cartesian targets ([`retraced`]).
+
+use super::fading::ByClock;
+use super::run::Run;
+use super::{Task, retraced};
+use crate::program::script::{Script, is_clone};
+use crate::rewrite::rewritten::{Digits, Evidence, Rows};
+
+/// Last digit of an axis that no target names, rad or m.
+const LEAST_DIGIT: f64 = 1e-9;
+
+/// By names that `rewrite` makes, or by its numbers, run by run: by what the gears turn.
+pub(super) fn looks_rewritten(script: &Script, runs: &[Run], task: &Task, by_clock: &ByClock) -> bool {
+    let axes = task.robot.dof();
+    let digits = written_digits(script, axes);
+    let mut evidence = Evidence::default();
+    if script.targets.iter().filter_map(|t| t.name).any(is_clone) {
+        return true;
+    }
+    for run in runs {
+        let mut q: Vec<f64> = run.vertices.iter().flat_map(|v| v.q.iter().copied()).collect();
+        q.chunks_exact_mut(axes).for_each(|row| task.robot.to_gears(row));
+        evidence.add(Rows { q: &q, axes }, &digits, by_clock.on(run), task.options.step_fraction);
+    }
+    evidence.is_rewritten() || retraced::looks_rewritten(script, runs, task.robot, by_clock)
+}
+
+/// How the numbers of each axis are written: the finest last digit of its targets, in degrees or radians (millimetres or metres),
+/// or in steps of the format's own.
+fn written_digits(script: &Script, axes: usize) -> Vec<Digits> {
+    let mut finest = vec![f64::INFINITY; axes];
+    for target in script.targets.iter() {
+        for (finest, value) in finest.iter_mut().zip(target.values.iter()) {
+            *finest = value.map_or(*finest, |v| finest.min(v.digit));
+        }
+    }
+    finest.into_iter().map(digits_of).collect()
+}
+
+fn digits_of(last: f64) -> Digits {
+    if !last.is_finite() {
+        return Digits { last: LEAST_DIGIT, unit: 1.0 };
+    }
+    let is_decimal = |unit: f64| {
+        let power = (last / unit).log10();
+        (power - power.round()).abs() < 1e-6 && power < 0.5
+    };
+    let unit = [1f64.to_radians(), 1e-3, 1.0].into_iter().find(|u| is_decimal(*u)).unwrap_or(last);
+    Digits { last, unit }
+}
