@@ -2,7 +2,7 @@
 
 use crate::cli::exit::bad;
 use crate::error::{self, Place};
-use crate::log::plausibility::{self, Kinematics};
+use crate::log::plausibility::Kinematics;
 use crate::log::{ColumnMap, Log};
 use crate::robot::Robot;
 use anyhow::Result;
@@ -33,8 +33,8 @@ fn load_by(
 ) -> Result<Vec<Log>> {
     let map = columns.map(ColumnMap::load).transpose()?;
     let read = |path: &PathBuf| -> Result<(Log, Vec<String>)> {
-        let log = load(path, robot, map.as_ref())?;
-        let notes = plausibility::check_for(&log, robot, kinematics)?.notes;
+        let mut log = load(path, robot, map.as_ref())?;
+        let notes = log.prepare(robot, kinematics)?;
         Ok((log, notes))
     };
     // the first file in order that is wrong is the one that is named

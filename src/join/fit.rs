@@ -16,12 +16,13 @@
 //!
 //! Fails: an error where the recordings overlap too little, or do not move.
 
+use super::play::Play;
 use super::search::Seen;
-use super::series::{Play, Series};
 use crate::numerics::least_squares::{Dense, Flow, LinearModel, Reweighted, TerminationReason, ridge_weights, rounds};
 use crate::numerics::normal::Z95;
 use crate::numerics::qr::Triangle;
 use crate::numerics::robust::MEDIAN_DISTANCE;
+use crate::numerics::series::Series;
 use crate::numerics::{rigid, robust::median_of};
 use crate::robot::Robot;
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
@@ -115,7 +116,7 @@ impl State {
         }
         let mut sides = vec![0.0; n];
         for axis in 0..n {
-            let (after, side) = commands.after_play(axis, &plays[axis], u)?;
+            let (after, side) = plays[axis].at(commands, axis, u)?;
             // where a moving joint stands in its gap is unknown before its first contact
             if side == 0 && self.gap[axis] > NO_GAP && self.travel[axis] > MOVES * self.gap[axis] {
                 return None;
@@ -273,7 +274,7 @@ impl Reweighted for Clock<'_> {
     fn linearise(&mut self) -> Result<Dense, Failure> {
         let Self { robot, commands, seen, state, .. } = self;
         let plays: Vec<Play> =
-            state.gap.iter().enumerate().map(|(axis, gap)| commands.play(axis, gap.max(NO_GAP))).collect();
+            state.gap.iter().enumerate().map(|(axis, gap)| Play::of(commands, axis, gap.max(NO_GAP))).collect();
         let lines: Vec<Option<Row>> =
             self.rows.iter().map(|&k| state.row(robot, commands, &plays, seen.t_s[k], &seen.at_m[k])).collect();
         let used: Vec<&Row> =

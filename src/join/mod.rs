@@ -1,6 +1,6 @@
 //! A tracker's and a controller's recordings of one motion, on one clock.
 //!
-//! Files, in the order to read: [`series`] (joint positions between samples), `clock` (what stamps may mean), `search` (a start
+//! Files, in the order to read: `play` (a joint with a gap along a recording), `clock` (what stamps may mean), `search` (a start
 //! from the speeds and the paths), `suspect` (units and axes that cannot be right), [`mod@fit`] (offset and drift with intervals), [`mod@write`] (the rows of the joined log).
 //!
 //! Method: every reading of the two files' stamps (as they are, or as regular clocks with jitter) is fitted, and the one with the
@@ -17,8 +17,8 @@
 
 mod clock;
 pub mod fit;
+mod play;
 mod search;
-pub mod series;
 mod suspect;
 pub mod write;
 
@@ -28,13 +28,13 @@ use crate::error::{Error, Place, Result};
 use crate::log::columns::Meaning;
 use crate::log::recording::Recording;
 use crate::numerics::robust::median_of;
+use crate::numerics::series::Series;
 use crate::robot::{JointKind, Robot};
 use clock::Clock;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use search::Seen;
 use serde::Serialize;
-use series::Series;
 
 /// The schema that the report names.
 pub const SCHEMA: &str = "lostmotion/join/1";

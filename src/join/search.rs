@@ -7,8 +7,8 @@
 //! Fails: [`Found::alternatives`] names offsets far from the best that fit nearly as well: a motion that repeats. The misfit is relative to the
 //! size of the path, so that a short stretch in which little moves does not win.
 
-use super::series::Series;
 use crate::numerics::rigid;
+use crate::numerics::series::Series;
 use crate::robot::Robot;
 use nalgebra::Vector3;
 use rustfft::{FftPlanner, num_complex::Complex};

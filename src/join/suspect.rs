@@ -7,11 +7,11 @@
 //! Fails: two faults at once are not found; the recordings then show no motion in common.
 
 use super::search::{self, Seen};
-use super::series::Series;
 use crate::error::{Error, Place, Result};
 use crate::log::faults::Fault;
 use crate::log::plausibility::EXPLAINED;
 use crate::log::recording::Recording;
+use crate::numerics::series::Series;
 use crate::robot::Robot;
 use nalgebra::Vector3;
 use rayon::prelude::*;

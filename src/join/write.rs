@@ -8,11 +8,11 @@
 use super::Rows;
 use super::clock::Clock;
 use super::fit::Fit;
-use super::series::Series;
 use crate::log::columns::Meaning;
 use crate::log::recording::{Channel, Recording, si_per_unit};
 use crate::log::write::number;
 use crate::numerics::robust::median_interval;
+use crate::numerics::series::Series;
 use crate::robot::Robot;
 
 /// Neighbours farther apart than this many median periods have lost readings between them.

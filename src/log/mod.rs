@@ -8,6 +8,7 @@
 //! - [`mod@write`]: numbers, fields and column names on the way out.
 //! - [`plausibility`]: units, axes and clocks that cannot be right, found from the shape of the measured path; `side_columns`:
 //!   encoders, speeds and limits that make a reader wonder; `faults`: what is tried; `shape`: robust rigid and mirrored fits, for plausibility checks.
+//! - `prepare`: what every command does with a log first; `held`: readings that rows repeat; `gross`: rows far off the others.
 //! - [`instruments`]: channels of other instruments: distance, dial, orientation, torque.
 //! - [`dwells`]: where the robot stands still, from which side each joint came, and the mean of the measurements there.
 //! - [`registration`]: the tracker's frame from points known in both frames.
@@ -17,11 +18,14 @@
 pub mod columns;
 pub mod dwells;
 pub(crate) mod faults;
+mod gross;
+mod held;
 pub mod instruments;
 pub mod maps;
 mod meaning;
 mod number;
 pub mod plausibility;
+mod prepare;
 pub mod read;
 pub mod recording;
 pub mod registration;

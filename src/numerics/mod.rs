@@ -8,6 +8,7 @@
 //! - [`autoregression`]: correlated noise and its whitening; [`dependent`]: uncertainties in spite of it;
 //! - [`rigid`]: the rigid transform between two sets of points;
 //! - [`reversal`]: reversals of a position, with a dead band;
+//! - [`series`]: positions between samples;
 //! - [`robust`]: median, quantiles, scale from the median, and a mean without gross errors.
 //!
 //! Accuracy against scipy (`tests/oracle/stats.py`): tails and quantiles 1e-7 relative (tails of F 1e-6), 1 to 1e7 degrees of
@@ -30,6 +31,7 @@ pub mod qr;
 pub mod reversal;
 pub mod rigid;
 pub mod robust;
+pub mod series;
 pub mod student;
 
 /// Root of a falling function that is above `level` at 0: bracket by doubling, then bisection to the last digit.

@@ -24,9 +24,9 @@ impl Log {
     fn load(py: Python<'_>, path: PathBuf, robot: &Robot, columns: Option<PathBuf>, check: bool) -> PyResult<Self> {
         let map = columns.as_deref().map(ColumnMap::load).transpose().map_err(raised)?;
         let of = &robot.inner;
-        let inner = py.detach(|| log::Log::load_with(&path, of, map.as_ref())).map_err(raised)?;
+        let mut inner = py.detach(|| log::Log::load_with(&path, of, map.as_ref())).map_err(raised)?;
         if check {
-            plausibility::check_for(&inner, of, plausibility::Kinematics::OfFile).map_err(raised)?;
+            inner.prepare(of, plausibility::Kinematics::OfFile).map_err(raised)?;
         }
         Ok(Self { inner, robot: Arc::new(of.clone()) })
     }
@@ -56,7 +56,7 @@ impl Log {
         }
         let points = tcp.rows().into_iter().map(|r| Vector3::new(r[0], r[1], r[2]) * 1e-3);
         let n = of.dof();
-        let inner = log::Log {
+        let mut inner = log::Log {
             name: "arrays".into(),
             sha256: String::new(),
             line: (0..rows as u32).collect(),
@@ -78,7 +78,7 @@ impl Log {
             instruments: Instruments::default(),
         };
         if check {
-            plausibility::check_for(&inner, of, plausibility::Kinematics::OfFile).map_err(raised)?;
+            inner.prepare(of, plausibility::Kinematics::OfFile).map_err(raised)?;
         }
         Ok(Self { inner, robot: Arc::new(of.clone()) })
     }

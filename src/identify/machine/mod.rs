@@ -39,6 +39,7 @@ pub(crate) mod update;
 pub(crate) mod views;
 
 use crate::error::{Error, Place, Result};
+use crate::gaps::estimate::JointEstimate;
 use crate::gaps::{Gaps, Registered};
 use crate::log::Log;
 use crate::numerics::robust::median_of;
@@ -72,11 +73,6 @@ pub fn identify(robot: &Robot, logs: &[Log]) -> Result<Gaps> {
             Some((gap, estimate, points)) => {
                 gaps.joints.push(gap);
                 gaps.points.extend(points);
-                let t = &estimate.trust;
-                notes.push(format!(
-                    "{name}: {:.1} um at its {} reversals without compensation, {:.1} um predicted with it; compensation {}",
-                    t.before_m * 1e6, t.reversals, t.after_m * 1e6, t.reason
-                ));
                 estimates.push(estimate);
             }
             None => notes.push(format!("{name}: never reverses in these logs: its lost motion cannot be seen")),
@@ -87,6 +83,7 @@ pub fn identify(robot: &Robot, logs: &[Log]) -> Result<Gaps> {
         return Err(Error::bad(Place::file(name), "no joint that reverses", "logs in which joints turn round"));
     }
     let whole = estimate::whole(&problem, &evidence, estimates);
+    notes.extend(whole.joints.iter().map(|j| trust_note(robot, j)));
     for (log, before, after) in &whole.predicted {
         let (before, after) = (before * 1e6, after * 1e6);
         notes.push(format!(
@@ -97,6 +94,15 @@ pub fn identify(robot: &Robot, logs: &[Log]) -> Result<Gaps> {
     gaps.estimate = Some(whole);
     gaps.notes = notes;
     Ok(gaps)
+}
+
+fn trust_note(robot: &Robot, joint: &JointEstimate) -> String {
+    let (name, t) = (&robot.axis(joint.axis).name, &joint.trust);
+    let (before, after) = (t.before_m * 1e6, t.after_m * 1e6);
+    format!(
+        "{name}: {before:.1} um at its {} reversals without compensation, {after:.1} um predicted with it; compensation {}",
+        t.reversals, t.reason
+    )
 }
 
 /// A machine's problem, solved.

@@ -1,4 +1,4 @@
-//! Joint positions between the samples of a recording, without smoothing reversals.
+//! Positions between samples, without smoothing reversals.
 //!
 //! Method: piecewise cubic Hermite interpolation with the slopes of parabolas through three samples, held within the monotone region
 //! of Fritsch and Carlson (1980) but next to a reversal, and 0 where a joint stops. Between two samples of one direction the curve stays between their
@@ -35,6 +35,11 @@ impl Series {
         self.t_s.first().copied().unwrap_or(0.0)..self.t_s.last().copied().unwrap_or(0.0)
     }
 
+    /// Times of the samples, s.
+    pub fn times(&self) -> &[f64] {
+        &self.t_s
+    }
+
     /// Sample before `t`; `None` outside.
     pub fn before(&self, t: f64) -> Option<usize> {
         let span = self.span();
@@ -44,39 +49,19 @@ impl Series {
         Some(self.t_s.partition_point(|v| *v <= t).clamp(1, self.t_s.len() - 1) - 1)
     }
 
+    /// Share of the interval behind sample `k` that has passed at `t`.
+    pub fn share(&self, k: usize, t: f64) -> f64 {
+        (t - self.t_s[k]) / (self.t_s[k + 1] - self.t_s[k])
+    }
+
     /// Values and rates at `t`; false outside.
     pub fn at(&self, t: f64, values: &mut [f64], rates: &mut [f64]) -> bool {
         let Some(k) = self.before(t) else { return false };
-        let x = (t - self.t_s[k]) / (self.t_s[k + 1] - self.t_s[k]);
+        let x = self.share(k, t);
         for channel in 0..self.values.len() {
             (values[channel], rates[channel]) = self.within(channel, k, x);
         }
         true
-    }
-
-    /// Motion of a joint with a gap that follows a channel: it stands until its command has crossed the gap.
-    pub fn play(&self, channel: usize, half_gap: f64) -> Play {
-        let half_gap = half_gap.max(0.0);
-        let n = self.t_s.len();
-        let (mut at, mut side) = (self.values[channel].first().copied().unwrap_or(0.0), 0i8);
-        let mut states = Vec::with_capacity(n * PARTS);
-        for k in 0..n.saturating_sub(1) {
-            for part in 0..PARTS {
-                let x = part as f64 / PARTS as f64;
-                (at, side) = pushed(at, side, self.within(channel, k, x).0, half_gap);
-                states.push((at, side));
-            }
-        }
-        Play { states, half_gap }
-    }
-
-    /// Position after the gap, and the side that pushes (0 before the first contact, when the position is a guess); `None` outside.
-    pub fn after_play(&self, channel: usize, play: &Play, t: f64) -> Option<(f64, i8)> {
-        let k = self.before(t)?;
-        let x = (t - self.t_s[k]) / (self.t_s[k + 1] - self.t_s[k]);
-        let part = ((x * PARTS as f64) as usize).min(PARTS - 1);
-        let (at, side) = play.states[k * PARTS + part];
-        Some(pushed(at, side, self.within(channel, k, x).0, play.half_gap))
     }
 
     /// Range of a channel's samples.
@@ -86,39 +71,13 @@ impl Series {
         if hi > lo { hi - lo } else { 0.0 }
     }
 
-    /// Value and rate in an interval, `x` from 0 to 1.
-    fn within(&self, channel: usize, k: usize, x: f64) -> (f64, f64) {
+    /// Value and rate in the interval behind sample `k`, `x` from 0 to 1.
+    pub fn within(&self, channel: usize, k: usize, x: f64) -> (f64, f64) {
         let h = self.t_s[k + 1] - self.t_s[k];
         let (a, b) = (self.values[channel][k], self.values[channel][k + 1]);
         let (da, db) = (h * self.slopes[channel][k], h * self.slopes[channel][k + 1]);
         let (c2, c3) = (3.0 * (b - a) - 2.0 * da - db, da + db - 2.0 * (b - a));
         (a + x * (da + x * (c2 + x * c3)), (da + x * (2.0 * c2 + x * 3.0 * c3)) / h)
-    }
-}
-
-/// A joint after its gap, on a grid of parts of the intervals.
-#[derive(Debug, Clone)]
-pub struct Play {
-    states: Vec<(f64, i8)>,
-    half_gap: f64,
-}
-
-/// Parts of an interval in which a joint with a gap is followed; within one it moves in one direction.
-const PARTS: usize = 8;
-
-/// Before its first contact a joint stands anywhere within its gap: only a command that has gone all the way across touches it surely.
-fn pushed(at: f64, side: i8, command: f64, half_gap: f64) -> (f64, i8) {
-    if side == 0 {
-        let gone = command - at;
-        let sure = gone.abs() > 2.0 * half_gap;
-        return if sure { (command - half_gap.copysign(gone), if gone > 0.0 { 1 } else { -1 }) } else { (at, 0) };
-    }
-    if command - half_gap > at {
-        (command - half_gap, 1)
-    } else if command + half_gap < at {
-        (command + half_gap, -1)
-    } else {
-        (at, side)
     }
 }
 
@@ -176,16 +135,6 @@ mod tests {
             assert!(!(down && t < 5.0 || d[0] > 1e-9 && t > 5.0), "{t}: {}", d[0]);
         }
         assert!(!s.at(8.001, &mut v, &mut d));
-    }
-
-    #[test]
-    fn a_gap_is_crossed_before_the_joint_moves_back() {
-        let s = ramp();
-        let play = s.play(0, 0.25);
-        assert_eq!(s.after_play(0, &play, 4.5).unwrap(), (2.75, 1));
-        assert_eq!(s.after_play(0, &play, 5.2).unwrap().0, 2.75);
-        let (at, side) = s.after_play(0, &play, 7.0).unwrap();
-        assert!((at - 1.25).abs() < 1e-12 && side == -1);
     }
 
     #[test]

@@ -1,0 +1,26 @@
+//! What every command does with a log before it computes anything: what the recorder did is taken back, what cannot be right is refused.
+
+use super::Log;
+use super::plausibility::{self, Kinematics};
+use super::{gross, held};
+use crate::error::Result;
+use crate::robot::Robot;
+
+impl Log {
+    /// Takes back held readings, refuses units, axes and clocks that cannot be right, and loses rows in gross error; notes for the user.
+    ///
+    /// # Errors
+    /// Bad input, as [`plausibility::check_for`].
+    pub fn prepare(&mut self, robot: &Robot, kinematics: Kinematics) -> Result<Vec<String>> {
+        let mut notes = held::undo(self);
+        notes.extend(plausibility::check_for(self, robot, kinematics)?.notes);
+        if kinematics == Kinematics::OfFile
+            && let Some((rows, limit_m)) = gross::leave_out(self, robot)
+        {
+            let [rows_are, stand] = if rows == 1 { ["row", "stands"] } else { ["rows", "stand"] };
+            let mm = limit_m * 1e3;
+            notes.push(format!("{rows} {rows_are} {stand} more than {mm:.2} mm off the rows around: left out"));
+        }
+        Ok(notes)
+    }
+}
