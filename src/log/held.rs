@@ -6,9 +6,9 @@
 //! but for rests, they are taken as readings of a clock of their own. Positions of joints are interpolated between them
 //! ([`Series`]: no reversal is added, no peak cut); of a repeated TCP the first row counts and the others are lost.
 //!
-//! Times: each reading was made within the row before the one that shows it first. Where rows and readings are both even, the
-//! reading's time is that of an even clock at the lower edge of these rows, else that of its row; what is left is an offset of the log's
-//! clock, which identification knows.
+//! Times: each reading was made within the row before the one that shows it first. Where readings come evenly but not with the rows, a
+//! reading's time is that of an even clock at the lower edge of these rows, else that of its row; what is left is an offset of
+//! the log's clock, which identification knows.
 //!
 //! How it fails: where a joint turns so slowly and evenly that its last digit changes every few rows, it is interpolated, too, which
 //! changes no value by more than that digit.
@@ -16,6 +16,7 @@
 use super::Log;
 use crate::numerics::robust::{lower_quantile, median_of};
 use crate::numerics::series::Series;
+use std::ops::{Range, RangeInclusive};
 
 /// Readings from which it can be seen how they come.
 const FEWEST: usize = 20;
@@ -27,8 +28,9 @@ const REST: usize = 3;
 const REGULAR: f64 = 0.9;
 /// Part of an interval by which a reading may come late.
 const UNEVEN: f64 = 0.3;
-/// Scatter of readings about an even clock, in rows, up to which they have one; and share of them that may lie outside.
-const EVEN_ROWS: f64 = 1.2;
+/// Scatter of readings about an even clock, in rows: with less each is made at a row, with more they have no even clock. And the share of
+/// them that may lie outside.
+const EVEN_ROWS: RangeInclusive<f64> = 0.3..=1.2;
 const OUTSIDE: f64 = 0.02;
 
 /// Takes back what holding did; one note for each group of columns.
@@ -151,20 +153,67 @@ impl Held {
 
 /// Times of readings by an even clock, and its interval, where it has them within a row.
 fn even(seen: &[f64], every_s: f64, row_s: f64) -> Option<(Vec<f64>, f64)> {
-    let mut ticks = vec![0.0];
-    for w in seen.windows(2) {
-        ticks.push(ticks[ticks.len() - 1] + ((w[1] - w[0]) / every_s).round().max(1.0));
-    }
-    // least squares of time over ticks
-    let n = seen.len() as f64;
-    let (mean_tick, mean_s) = (ticks.iter().sum::<f64>() / n, seen.iter().sum::<f64>() / n);
-    let squares: f64 = ticks.iter().map(|k| (k - mean_tick).powi(2)).sum();
-    let products: f64 = ticks.iter().zip(seen).map(|(k, t)| (k - mean_tick) * (t - mean_s)).sum();
-    let every_s = products / squares;
-    let line: Vec<f64> = ticks.iter().map(|k| mean_s + every_s * (k - mean_tick)).collect();
-    let late: Vec<f64> = seen.iter().zip(&line).map(|(t, l)| t - l).collect();
+    let ticks = ticks(seen, every_s);
+    let clock = line(&ticks, seen)?;
+    let times: Vec<f64> = ticks.iter().map(|k| clock.at(*k)).collect();
+    let late: Vec<f64> = seen.iter().zip(&times).map(|(t, l)| t - l).collect();
     let [low, high] = [OUTSIDE, 1.0 - OUTSIDE].map(|q| lower_quantile(&late, q));
-    (every_s > 0.0 && high - low <= EVEN_ROWS * row_s).then(|| (line.into_iter().map(|t| t + low).collect(), every_s))
+    let rows = (high - low) / row_s;
+    EVEN_ROWS.contains(&rows).then(|| (times.into_iter().map(|t| t + low).collect(), clock.every_s))
+}
+
+/// Intervals of an even clock up to each reading.
+///
+/// From one reading to the next it is one, but across a rest, whose length in intervals is rounded: by the starts of the strokes before
+/// and behind it, each the earliest that its readings allow, as a single reading may come late by a row.
+fn ticks(seen: &[f64], every_s: f64) -> Vec<f64> {
+    let mut strokes: Vec<Range<usize>> = vec![0..1];
+    for k in 1..seen.len() {
+        match strokes.last_mut() {
+            Some(stroke) if seen[k] - seen[k - 1] < (2.0 - UNEVEN) * every_s => stroke.end = k + 1,
+            _ => strokes.push(k..k + 1),
+        }
+    }
+    // the interval that is the same in all strokes
+    let within: Vec<Line> = strokes
+        .iter()
+        .filter_map(|s| line(&(0..s.len()).map(|k| k as f64).collect::<Vec<_>>(), &seen[s.clone()]))
+        .collect();
+    let squares: f64 = within.iter().map(|l| l.squares).sum();
+    let every_s = within.iter().map(|l| l.every_s * l.squares).sum::<f64>() / squares;
+    let mut ticks: Vec<f64> = Vec::with_capacity(seen.len());
+    let mut before: Option<(f64, f64)> = None;
+    for stroke in strokes {
+        let start = |k: usize| seen[k] - every_s * (k - stroke.start) as f64;
+        let start_s = stroke.clone().map(start).fold(f64::INFINITY, f64::min);
+        let tick = before.map_or(0.0, |(tick, s): (f64, f64)| tick + ((start_s - s) / every_s).round().max(1.0));
+        before = Some((tick, start_s));
+        ticks.extend((0..stroke.len()).map(|k| tick + k as f64));
+    }
+    ticks
+}
+
+/// A straight line of time over intervals.
+struct Line {
+    middle: [f64; 2],
+    every_s: f64,
+    /// Sum of the squares of the intervals about their middle.
+    squares: f64,
+}
+
+impl Line {
+    fn at(&self, tick: f64) -> f64 {
+        self.middle[1] + self.every_s * (tick - self.middle[0])
+    }
+}
+
+/// Least squares; `None` of a single point.
+fn line(ticks: &[f64], t_s: &[f64]) -> Option<Line> {
+    let n = ticks.len() as f64;
+    let middle = [ticks, t_s].map(|v| v.iter().sum::<f64>() / n);
+    let squares: f64 = ticks.iter().map(|k| (k - middle[0]).powi(2)).sum();
+    let products: f64 = ticks.iter().zip(t_s).map(|(k, t)| (k - middle[0]) * (t - middle[1])).sum();
+    (squares > 0.0).then(|| Line { middle, every_s: products / squares, squares })
 }
 
 #[cfg(test)]

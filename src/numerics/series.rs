@@ -94,7 +94,7 @@ fn slopes(t: &[f64], v: &[f64], still: f64) -> Vec<f64> {
     let rests = |k: usize| k + 1 < n && (v[k + 1] - v[k]).abs() <= still;
     // one still interval is a peak between two samples; two are a stop
     let stopped = |k: usize| rests(k) && (rests(k + 1) || k > 0 && rests(k - 1));
-    let turns = |k: usize| k > 0 && k + 1 < n && d(k - 1) * d(k) <= 0.0;
+    let turns = |k: usize| k > 0 && k + 1 < n && d(k - 1) * d(k) <= 0.0 && !stopped(k - 1) && !stopped(k);
     let mut slopes = vec![0.0; n];
     for k in 1..n - 1 {
         if !stopped(k - 1) && !stopped(k) {
@@ -135,6 +135,18 @@ mod tests {
             assert!(!(down && t < 5.0 || d[0] > 1e-9 && t > 5.0), "{t}: {}", d[0]);
         }
         assert!(!s.at(8.001, &mut v, &mut d));
+    }
+
+    #[test]
+    fn a_quick_stop_is_not_overshot_either() {
+        let t: Vec<f64> = (0..9).map(f64::from).collect();
+        let s = Series::new(t, vec![vec![0.0, 1.0, 2.0, 2.1, 2.1, 2.1, 2.0, 1.0, 0.0]], &[1e-9]);
+        let (mut v, mut d) = ([0.0], [0.0]);
+        let highest = (0..=800).map(|i| {
+            assert!(s.at(f64::from(i) * 0.01, &mut v, &mut d));
+            v[0]
+        });
+        assert!(highest.fold(0.0, f64::max) <= 2.1 + 1e-12);
     }
 
     #[test]
