@@ -6,9 +6,9 @@
 //! but for rests, they are taken as readings of a clock of their own. Positions of joints are interpolated between them
 //! ([`Series`]: no reversal is added, no peak cut); of a repeated TCP the first row counts and the others are lost.
 //!
-//! Times: each reading was made within the row before the one that shows it first. Where readings come evenly but not with the rows, a
-//! reading's time is that of an even clock at the lower edge of these rows, else that of its row; what is left is an offset of
-//! the log's clock, which identification knows.
+//! Times: each reading was made within the row before the one that shows it first, by an even clock of the controller or with that row,
+//! whose own times may jitter. The times with which the speeds of the joints change least from reading to reading are taken: the other
+//! ones add their errors. What is left is an offset of the log's clock, which identification knows.
 //!
 //! How it fails: where a joint turns so slowly and evenly that its last digit changes every few rows, it is interpolated, too, which
 //! changes no value by more than that digit.
@@ -16,7 +16,7 @@
 use super::Log;
 use crate::numerics::robust::{lower_quantile, median_of};
 use crate::numerics::series::Series;
-use std::ops::{Range, RangeInclusive};
+use std::ops::Range;
 
 /// Readings from which it can be seen how they come.
 const FEWEST: usize = 20;
@@ -28,9 +28,8 @@ const REST: usize = 3;
 const REGULAR: f64 = 0.9;
 /// Part of an interval by which a reading may come late.
 const UNEVEN: f64 = 0.3;
-/// Scatter of readings about an even clock, in rows: with less each is made at a row, with more they have no even clock. And the share of
-/// them that may lie outside.
-const EVEN_ROWS: RangeInclusive<f64> = 0.3..=1.2;
+/// Scatter of readings about an even clock, in rows: with more they have none. And the share of them that may lie outside.
+const EVEN_ROWS: f64 = 1.2;
 const OUTSIDE: f64 = 0.02;
 
 /// Takes back what holding did; one note for each group of columns.
@@ -72,8 +71,6 @@ pub(super) fn undo(log: &mut Log) -> Vec<String> {
 struct Held {
     /// Row that shows each reading first.
     readings: Vec<usize>,
-    /// When each reading was made, s.
-    at_s: Vec<f64>,
     /// Time from a reading to the next where nothing rests, s; and rows.
     every_s: f64,
     every_rows: f64,
@@ -99,8 +96,7 @@ impl Held {
         let seen: Vec<f64> = readings.iter().map(|i| t_s[*i]).collect();
         let steps = seen.windows(2).zip(&stands).filter(|(_, n)| moving(**n)).map(|(w, _)| w[1] - w[0]);
         let every_s = steps.sum::<f64>() / short.len() as f64;
-        let (at_s, every_s) = even(&seen, every_s, every_s / every_rows).unwrap_or((seen, every_s));
-        Some(Self { readings, at_s, every_s, every_rows, rows: t_s.len() })
+        Some(Self { readings, every_s, every_rows, rows: t_s.len() })
     }
 
     fn note(&self, what: &str, done: &str) -> String {
@@ -120,13 +116,27 @@ impl Held {
         }
     }
 
+    /// When each reading was made, s.
+    fn times(&self, t_s: &[f64], columns: &[Vec<f64>]) -> Vec<f64> {
+        let seen: Vec<f64> = self.readings.iter().map(|i| t_s[*i]).collect();
+        let Some(even) = even(&seen, self.every_s, self.every_s / self.every_rows) else { return seen };
+        let rough = |times: &[f64]| -> f64 {
+            let speed =
+                |c: &[f64], k: usize| (c[self.readings[k + 1]] - c[self.readings[k]]) / (times[k + 1] - times[k]);
+            let of = |c: &Vec<f64>| (2..times.len()).map(|k| (speed(c, k - 1) - speed(c, k - 2)).powi(2)).sum::<f64>();
+            columns.iter().map(of).sum()
+        };
+        if rough(&even) < rough(&seen) { even } else { seen }
+    }
+
     /// Columns between the readings, at the times of the rows.
     fn between(&self, t_s: &[f64], columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let at_s = self.times(t_s, columns);
         let mut knots: Vec<(f64, usize)> = Vec::with_capacity(self.readings.len());
-        for (k, (&row, &at)) in self.readings.iter().zip(&self.at_s).enumerate() {
+        for (k, (&row, &at)) in self.readings.iter().zip(&at_s).enumerate() {
             knots.push((at, row));
             // a joint that rests is read again and again: the first and the last of these readings tell when it stops and starts
-            let next = self.at_s.get(k + 1).copied().unwrap_or(t_s[t_s.len() - 1] + self.every_s);
+            let next = at_s.get(k + 1).copied().unwrap_or(t_s[t_s.len() - 1] + self.every_s);
             let intervals = (next - at) / self.every_s;
             if intervals > 2.0 - UNEVEN {
                 knots.push((next - self.every_s, row));
@@ -151,15 +161,14 @@ impl Held {
     }
 }
 
-/// Times of readings by an even clock, and its interval, where it has them within a row.
-fn even(seen: &[f64], every_s: f64, row_s: f64) -> Option<(Vec<f64>, f64)> {
+/// Times of readings by an even clock, where it has them within a row.
+fn even(seen: &[f64], every_s: f64, row_s: f64) -> Option<Vec<f64>> {
     let ticks = ticks(seen, every_s);
     let clock = line(&ticks, seen)?;
     let times: Vec<f64> = ticks.iter().map(|k| clock.at(*k)).collect();
     let late: Vec<f64> = seen.iter().zip(&times).map(|(t, l)| t - l).collect();
     let [low, high] = [OUTSIDE, 1.0 - OUTSIDE].map(|q| lower_quantile(&late, q));
-    let rows = (high - low) / row_s;
-    EVEN_ROWS.contains(&rows).then(|| (times.into_iter().map(|t| t + low).collect(), clock.every_s))
+    (high - low <= EVEN_ROWS * row_s).then(|| times.into_iter().map(|t| t + low).collect())
 }
 
 /// Intervals of an even clock up to each reading.

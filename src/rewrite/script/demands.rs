@@ -6,6 +6,27 @@ use crate::error::{Error, Result};
 use crate::program::script::{Edits, Goal, Script};
 use crate::rewrite::deadband;
 use crate::rewrite::refusal::{CoarseDigit, Refusal};
+use crate::robot::Robot;
+
+/// Largest joint position that a program can mean, in user units (deg or mm): beyond it a number is damaged, and offsets of other points
+/// would be lost in the rounding of differences.
+const LARGEST: f64 = 1e7;
+
+/// Joint targets are positions that a machine can have.
+pub(super) fn require_positions(script: &Script, robot: &Robot) -> Result<()> {
+    for (k, m) in script.moves() {
+        let Goal::Joints(target) = m.goal else { continue };
+        let Some(target) = script.targets.get(target) else { continue };
+        for (joint, value) in robot.axis_joints().zip(target.values.iter()) {
+            let Some(value) = value.map(|v| joint.kind.to_user_unit(v.si)) else { continue };
+            if value.abs() > LARGEST {
+                let found = format!("{value:e} {} for {}", joint.kind.unit(), joint.name);
+                return Err(Error::bad(script.place(script.steps[k].at), found, "a position that the joint can have"));
+            }
+        }
+    }
+    Ok(())
+}
 
 /// The posture that the user gives must be one of this robot.
 pub(super) fn require_posture(task: &Task) -> Result<()> {

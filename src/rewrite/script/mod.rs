@@ -161,6 +161,7 @@ pub fn rewrite(format: &dyn Format, texts: Vec<Text>, task: &Task) -> Result<Don
     let document = format.parse(texts, task.robot.axes())?;
     let script = document.script();
     demands::require_posture(task)?;
+    demands::require_positions(script, task.robot)?;
     let (mut notes, reduced) = notes::uncoupled(format, task);
     let task = &Task { compensator: reduced.as_ref().unwrap_or(task.compensator), ..*task };
     notes.extend(notes::missing(script));
