@@ -13,7 +13,7 @@ use super::memory;
 use crate::error::{Error, Place, Result};
 use byteorder::{BigEndian, LittleEndian};
 use mcap::read::ChannelAccumulator;
-use mcap::records::Record;
+use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -179,6 +179,10 @@ fn topics(name: &str, bytes: &[u8]) -> Result<BTreeMap<String, Topic>> {
             LinearReadEvent::Record { data, opcode } => {
                 total += data.len() as u64;
                 memory::require_size(name, total, LARGEST)?;
+                // no other record says anything of a message, and the parser of attachments fails on one that is cut short
+                if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
+                    continue;
+                }
                 match mcap::parse_record(opcode, data).map_err(damaged)? {
                     Record::Schema { header, data } => {
                         channels.add_schema(header, data.into_owned().into()).map_err(damaged)?;

@@ -69,3 +69,13 @@ fn damaged_recordings_are_refused_and_nothing_panics() {
         let _ = bag::unpacked(with(bytes), TopicChoice::Joints); // read or refused
     }
 }
+
+/// An attachment that ends before its checksum, which the parser of attachments takes for granted.
+#[test]
+fn an_attachment_that_is_cut_short_does_not_panic() {
+    let record = |opcode: u8, body: &[u8]| [&[opcode][..], &(body.len() as u64).to_le_bytes(), body].concat();
+    let magic = b"\x89MCAP0\r\n";
+    let bytes = [&magic[..], &record(1, &[0; 8]), &record(9, &[0; 34]), &record(2, &[0; 20]), magic].concat();
+    let said = bag::unpacked(Input { bytes, ..file() }, TopicChoice::Any).map(|_| ()).unwrap_err().to_string();
+    assert!(said.contains("no topic that can be read"), "{said}");
+}

@@ -62,6 +62,7 @@ impl Format for Ros {
         let empty = Text::default();
         let text = texts.first().unwrap_or(&empty);
         not_too_long(text)?;
+        lines_end_alike(text)?;
         let mut tree = Tree::read(text)?;
         let content = read::content(text, &tree)?;
         // what is known of the trajectories is taken from it
@@ -76,6 +77,20 @@ impl Format for Ros {
         document.fill(text, robot)?;
         document.script.texts = texts;
         Ok(Box::new(document))
+    }
+}
+
+/// Refuses a carriage return alone among line feeds: to YAML it ends a line, to an editor and to our lines it does not, so that what
+/// stands after it would be copied with a point to which it does not belong. In JSON it is a blank.
+fn lines_end_alike(text: &Text) -> Result<()> {
+    let bytes = text.bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&text.bytes);
+    let json = matches!(bytes.trim_ascii_start().first(), Some(b'{' | b'['));
+    if json || memchr::memchr(b'\n', &text.bytes).is_none() {
+        return Ok(());
+    }
+    match memchr::memchr_iter(b'\r', &text.bytes).find(|at| text.bytes.get(at + 1) != Some(&b'\n')) {
+        Some(at) => Err(text.bad(at, "a carriage return without a line feed", "lines that all end in the same way")),
+        None => Ok(()),
     }
 }
 

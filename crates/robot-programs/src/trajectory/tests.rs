@@ -405,6 +405,25 @@ fn message(points: &[Vec<f64>], gaps: &[f64], style: u8, rates: bool, accelerati
     out
 }
 
+/// To YAML the key after the carriage return belongs to the message; a copy of the point's last line would have put it among the points.
+#[test]
+fn a_carriage_return_alone_among_line_feeds_is_refused() {
+    let of = |end: &str| {
+        format!(
+            "joint_names: [J1, J2]\npoints:\n- positions: [0.0, 0.0]\n  time_from_start: {{sec: 0}}\n\
+             - positions: [0.1, 0.1]\n  time_from_start:\n    sec: 1{end}stamp: 5\n"
+        )
+    };
+    let read =
+        |text: &str| Ros.parse(vec![Text::new("t.yaml", text.into())], &robot()).map(|d| d.script().moves().count());
+    assert_eq!(read(&of("\n")).unwrap(), 2);
+    assert_eq!(read(&of("\n").replace('\n', "\r\n")).unwrap(), 2);
+    let said = read(&of("\r")).unwrap_err().to_string();
+    assert!(said.contains("t.yaml:7") && said.contains("a carriage return without a line feed"), "{said}");
+    let json = "{\"joint_names\": [\"J1\"],\n\"points\": [{\"positions\": [0.5],\r\"time_from_start\": 1.0}]}\n";
+    assert_eq!(read(json).unwrap(), 1, "in JSON it is a blank");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: u32::try_from(harness::count("PROPTEST_CASES", 256)).unwrap(), failure_persistence: None, ..ProptestConfig::default() })]
 
