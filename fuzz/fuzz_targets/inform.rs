@@ -8,4 +8,6 @@ use std::sync::LazyLock;
 
 static ROBOT: LazyLock<Robot> = LazyLock::new(|| robot(MOTOMAN));
 
-fuzz_target!(|data: &[u8]| rewrite_and_check(&robot_programs::inform::Inform, &ROBOT, data));
+fuzz_target!(|data: &[u8]| {
+    rewrite_and_check(&robot_programs::inform::Inform, &ROBOT, data);
+});

@@ -8,4 +8,6 @@ use std::sync::LazyLock;
 
 static ROBOT: LazyLock<Robot> = LazyLock::new(|| robot(KUKA));
 
-fuzz_target!(|data: &[u8]| rewrite_and_check(&robot_programs::krl::Krl, &ROBOT, data));
+fuzz_target!(|data: &[u8]| {
+    rewrite_and_check(&robot_programs::krl::Krl, &ROBOT, data);
+});

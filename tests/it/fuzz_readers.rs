@@ -3,12 +3,15 @@
 
 use lostmotion::assess::bidirectional::readings::Readings;
 use lostmotion::compensator::Compensator;
+use lostmotion::gaps::Gaps;
 use lostmotion::io::bag::{self, TopicChoice};
 use lostmotion::io::input::{Input, from_bytes};
+use lostmotion::io::name::{path_of, text_of};
 use lostmotion::io::workbook;
 use lostmotion::log::{ColumnMap, Log};
 use lostmotion::model::Model;
-use lostmotion::rewrite::manifest;
+use lostmotion::rewrite::guard::{Note, note_text, parse_note};
+use lostmotion::rewrite::{manifest, original};
 use lostmotion::robot::Robot;
 use lostmotion::robot::frames::Frames;
 use lostmotion::robot::urdf;
@@ -45,7 +48,7 @@ const WORDS: [&[u8]; 24] = [
     b"\t",
 ];
 
-fn mutated(seeds: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
+pub fn mutated(seeds: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut bytes = seeds[random.random_range(0..seeds.len())].clone();
     for _ in 0..=random.random_range(0..4) {
         let (a, b) = (random.random_range(0..=bytes.len()), random.random_range(0..=bytes.len()));
@@ -130,6 +133,48 @@ fn documents(runs: usize) {
     run("compensator", runs, &[file("samples/instrument/compensator.yaml")], &|b| {
         text(b, |t| Compensator::parse("c.yaml", t, &instrument).is_ok())
     });
+    let (kuka, gaps) = (robot(), gaps_seed());
+    run("gaps", runs, &[gaps.into_bytes()], &|b| text(b, |t| Gaps::parse("gaps.yaml", t, &kuka).is_ok()));
+}
+
+fn gaps_seed() -> String {
+    format!(
+        "schema: lostmotion/gaps/1\nrobot: {{name: K, sha256: {}}}\nlogs: [{{name: circle.csv, sha256: aa}}]\ntcp_speed_mm_s: 1.5\npoints:\n  \
+         - {{joint: A2, at_deg: -100, half_gap_deg: 0.0035, ci95: [0.0034, 0.0036], cycles: 4}}\njoints:\n  \
+         - {{joint: A1, half_gap_deg: 0.0028, ci95: [0.0027, 0.0029], stiction: {{spike_deg: 0.0034, ci95: [0.003, 0.0038], decay_s: 5.2}}}}\n  \
+         - {{joint: A2, half_gap_deg: 0.002, schedule: {{kind: pchip, knots: [[-100, 0.0035], [0, 0.0001]]}}}}\n",
+        robot().fingerprint()
+    )
+}
+
+/// Notes beside rewritten programs, and names of files: what `undo` and a resumed batch rely on.
+fn notes_and_names(runs: usize) {
+    let sha = "0123456789abcdef".repeat(4);
+    let note = Note {
+        schema: "lostmotion/rewritten/1".into(),
+        sha256_in: Some(sha.clone()),
+        sha256_out: sha,
+        original: original::pack(b"DEF p()\nPTP {A1 0}\nEND\n"),
+        ..Note::default()
+    };
+    let checked = note_text(&note).unwrap();
+    let old = checked.split(",\n  \"check\"").next().unwrap().to_string() + "\n}\n";
+    run("note", runs, &[checked.into_bytes(), old.into_bytes()], &|b| {
+        parse_note(b)
+            .inspect(|n| {
+                assert_eq!(n.sha256_out.len(), 64);
+                drop(n.original.as_deref().map(|packed| original::unpack("note", packed)));
+            })
+            .is_some()
+    });
+    #[cfg(unix)]
+    run("name", runs, &[b"cell/a b.src".to_vec(), b"a%25\xff\x1b[31m.ls".to_vec()], &|b| {
+        use std::os::unix::ffi::OsStrExt;
+        let path = Path::new(std::ffi::OsStr::from_bytes(b));
+        let text = text_of(path);
+        assert!(!text.chars().any(robot_programs::error::is_obeyed), "a name that commands a terminal");
+        path_of(&text).as_deref() == Some(path)
+    });
 }
 
 /// A manifest of the sample programs, as the command writes it.
@@ -156,6 +201,8 @@ fn tables(runs: usize) {
 
 fn containers(runs: usize) {
     run("recording", runs, &[file("tests/data/ros2.mcap")], &|b| {
+        let wanted = [TopicChoice::Places, TopicChoice::Any, TopicChoice::Topic("/joint_states")];
+        wanted.into_iter().for_each(|wanted| drop(bag::unpacked(input("r.mcap", b), wanted)));
         bag::unpacked(input("r.mcap", b), TopicChoice::Joints).is_ok()
     });
     for name in ["log.xlsx", "log.ods"] {
@@ -168,6 +215,11 @@ fn containers(runs: usize) {
 #[test]
 fn readers_of_documents_never_panic() {
     documents(200);
+}
+
+#[test]
+fn notes_are_whole_or_refused_and_names_come_back() {
+    notes_and_names(2_000);
 }
 
 #[test]
@@ -186,6 +238,7 @@ fn readers_of_recordings_and_workbooks_never_panic() {
 fn many_more_inputs_of_every_reader() {
     let runs = std::env::var("LOSTMOTION_FUZZ_RUNS").ok().and_then(|v| v.parse().ok()).unwrap_or(20_000);
     documents(runs);
+    notes_and_names(runs);
     tables(runs);
     containers(runs / 10);
 }

@@ -28,6 +28,7 @@ mod faults;
 mod fit;
 mod formats;
 mod fuzz_readers;
+mod fuzz_rewrite;
 mod gaps_file;
 mod global_options;
 mod golden;
