@@ -79,6 +79,47 @@ pub fn prefers(configuration: &Configuration, arm: &Arm, q: &[f64]) -> bool {
     }
 }
 
+/// The configuration of joints, as the maker of `like` writes it; what `like` leaves out is left out. `None`: an arm without a
+/// spherical wrist, or axes that the configuration does not know. Where models differ (see above) the letter is that of most.
+pub fn of(like: &Configuration, arm: &Arm, q: &[f64]) -> Option<Configuration> {
+    let posture = arm.posture(q)?;
+    let &[a1, .., a4, a5, a6] = q else { return None };
+    if q.len() != 6 {
+        return None;
+    }
+    let (rear, bent) = (posture.front_m < 0.0, posture.elbow < 0.0);
+    let negative_wrist = a5.sin() < 0.0;
+    Some(match *like {
+        Configuration::Kuka { status, turn } => {
+            let bits = |bits: &[bool]| bits.iter().enumerate().map(|(k, b)| u8::from(*b) << k).sum();
+            let signs: Vec<bool> = q.iter().map(|v| *v < 0.0).collect();
+            Configuration::Kuka {
+                status: status.map(|_| bits(&[rear, !bent, negative_wrist])),
+                turn: turn.map(|_| bits(&signs)),
+            }
+        }
+        Configuration::Abb { .. } => {
+            let quarter = |v: f64| ((v + ON_BORDER_RAD) / FRAC_PI_2).floor() as i32;
+            let cfx = 4 * i32::from(rear) + 2 * i32::from(bent) + i32::from(negative_wrist);
+            Configuration::Abb { quarters: [a1, a4, a6].map(quarter), cfx }
+        }
+        Configuration::Fanuc { .. } => Configuration::Fanuc {
+            flip: a5.sin() > 0.0,
+            up: !bent,
+            front: !rear,
+            turns: [a1, a4, a6].map(|v| (v / TAU).round() as i32),
+        },
+        Configuration::Yaskawa { .. } => {
+            let within = a4 - (a4 / TAU).round() * TAU;
+            let beyond = [a4, a6, a1].map(|v| v.abs() > PI);
+            Configuration::Yaskawa { no_flip: within.abs() > FRAC_PI_2, lower: bent, rear, beyond }
+        }
+    })
+}
+
+/// Joints that stand on a border of a quarter up to rounding stand beyond it, rad.
+const ON_BORDER_RAD: f64 = 1e-6;
+
 /// How far joints are from a configuration that only tells how a point was taught: angles by which they leave its quarters, and
 /// [`LETTER_RAD`] for each other posture; `None`: not a measure for this maker.
 pub fn misfit(configuration: &Configuration, arm: &Arm, q: &[f64]) -> Option<f64> {
@@ -126,6 +167,42 @@ mod tests {
         let over = deg([-175.0, -150.0, -60.0, 10.0, -45.0, 10.0]);
         assert!(arm.posture(&over).unwrap().front_m < 0.0);
         assert!(allows(&kuka(0b101, 0b010111), &arm, &over, 0.0));
+    }
+
+    /// The configuration named for joints is one that the same joints are allowed and preferred in, for every maker.
+    #[test]
+    fn the_configuration_of_joints_allows_them() {
+        let (_, arm) = arm(include_str!("../../../configs/kuka-kr120-r2500-pro.yaml"));
+        let makers = [
+            Configuration::Kuka { status: Some(0), turn: Some(0) },
+            Configuration::Abb { quarters: [0; 3], cfx: 0 },
+            Configuration::Fanuc { flip: false, up: true, front: true, turns: [0; 3] },
+            Configuration::Yaskawa { no_flip: false, lower: false, rear: false, beyond: [false; 3] },
+        ];
+        for k in 0..200u32 {
+            let at = |joint: u32| f64::from((k * 37 + joint * 101 + k * joint * 13) % 347) - 173.0;
+            let q = deg([at(0), 0.5 * at(1) - 45.0, 0.8 * at(2), 1.9 * at(3), 0.7 * at(4), 1.9 * at(5)]);
+            for like in &makers {
+                let own = of(like, &arm, &q).unwrap();
+                assert!(allows(&own, &arm, &q, 1e-5) && prefers(&own, &arm, &q), "{own} of {q:?}");
+            }
+        }
+    }
+
+    /// ABB's own example of quarters, and KUKA's home position: the words of the languages.
+    #[test]
+    fn configurations_are_written_as_in_their_languages() {
+        let (_, arm) = arm(include_str!("../../../configs/kuka-kr120-r2500-pro.yaml"));
+        let home = deg([5.0, -90.0, 90.0, 10.0, 45.0, -100.0]);
+        let text = |like: Configuration| of(&like, &arm, &home).unwrap().to_string();
+        assert_eq!(text(Configuration::Kuka { status: Some(0), turn: Some(0) }), "S 2, T 34");
+        assert_eq!(text(Configuration::Abb { quarters: [0; 3], cfx: 0 }), "[0,0,-2,0]");
+        assert_eq!(
+            text(Configuration::Fanuc { flip: false, up: false, front: false, turns: [1; 3] }),
+            "'F U T, 0, 0, 0'"
+        );
+        let yaskawa = Configuration::Yaskawa { no_flip: true, lower: true, rear: true, beyond: [true; 3] };
+        assert_eq!(text(yaskawa), "RCONF 0,0,0,0,0,0");
     }
 
     /// Files made from robot descriptions often begin in a frame that stands on its head, and arms may hang from a ceiling: what a

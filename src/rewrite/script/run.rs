@@ -140,8 +140,18 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
         poses.posture = None;
         out.notes.push(note);
     }
-    let mut cutter =
-        Cutter { choice, poses, plain, out, run, known: Vec::new(), hint, one_arm, directions: Directions::default() };
+    let mut cutter = Cutter {
+        choice,
+        poses,
+        plain,
+        out,
+        run,
+        known: Vec::new(),
+        hint,
+        one_arm,
+        named: 0,
+        directions: Directions::default(),
+    };
     for (k, step) in script.steps.iter().enumerate() {
         match &step.kind {
             StepKind::Move(m) => cutter.take(script, k, step.at, m),
@@ -157,7 +167,7 @@ pub fn cut(script: &Script, choice: &Choice, poses: &mut Poses) -> Cut {
     }
     cutter.end(false);
     let mut out = cutter.out;
-    out.notes.extend(another_robot(script, &out.left));
+    out.notes.splice(0..0, another_robot(script, &out.left));
     out
 }
 
@@ -250,6 +260,8 @@ struct Cutter<'a> {
     hint: Option<Vec<f64>>,
     /// All that the script says of the arm's configuration is the same.
     one_arm: bool,
+    /// Targets whose configurations are noted.
+    named: usize,
     directions: Directions,
 }
 
@@ -430,10 +442,26 @@ impl Cutter<'_> {
         } else {
             self.forget(m);
             self.poses.missing.posture += u64::from(why == Cause::NoStart && self.poses.posture.is_none());
+            if matches!(why, Cause::NotConfigured | Cause::OtherArm) {
+                self.name_configurations(goal, at, from.as_deref());
+            }
             self.out.left.insert(step, why.clone());
             self.lost(at, why);
         }
         alone
+    }
+
+    /// Notes the configurations that the robot has at a target whose own is none of them or another; of the first such targets.
+    fn name_configurations(&mut self, goal: &PoseGoal, at: At, from: Option<&[f64]>) {
+        const TARGETS: usize = 8;
+        if self.named < TARGETS
+            && let Ok(place) = self.poses.place(goal)
+            && let Some(text) = place.configurations_text(goal, from)
+            && !self.out.notes.iter().any(|n| n.text == text)
+        {
+            self.named += 1;
+            self.out.notes.push(Note { place: at, text });
+        }
     }
 
     /// The joints at a Cartesian target, and whether its numbers may be written.

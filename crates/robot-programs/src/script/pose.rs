@@ -11,6 +11,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 use std::f64::consts::{PI, TAU};
+use std::fmt;
 
 /// How a pose is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -340,6 +341,30 @@ pub enum Configuration {
         /// R, T and S are 180 deg or more.
         beyond: [bool; 3],
     },
+}
+
+/// In the words of its language: `S 2, T 34`, `[0,-1,0,1]`, `'N U T, 0, 0, 0'`, `RCONF 1,0,0,0,0,0`.
+impl fmt::Display for Configuration {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Kuka { status, turn } => {
+                let of = |name: &str, v: Option<u8>| v.map(|v| format!("{name} {v}"));
+                let all: Vec<String> = of("S", status).into_iter().chain(of("T", turn)).collect();
+                f.write_str(&all.join(", "))
+            }
+            Self::Abb { quarters: [a, b, c], cfx } => write!(f, "[{a},{b},{c},{cfx}]"),
+            Self::Fanuc { flip, up, front, turns: [a, b, c] } => {
+                let letter = |is: bool, yes: char, no: char| if is { yes } else { no };
+                let [wrist, elbow, side] = [letter(flip, 'F', 'N'), letter(up, 'U', 'D'), letter(front, 'T', 'B')];
+                write!(f, "'{wrist} {elbow} {side}, {a}, {b}, {c}'")
+            }
+            Self::Yaskawa { no_flip, lower, rear, beyond } => {
+                let [r, t, s] = beyond.map(u8::from);
+                let [flip, elbow, side] = [no_flip, lower, rear].map(u8::from);
+                write!(f, "RCONF {flip},{elbow},{side},{r},{t},{s}")
+            }
+        }
+    }
 }
 
 impl Configuration {

@@ -2,7 +2,7 @@
 //! its configuration, by the joints before, by joints elsewhere in the program, or by the posture that the user gives.
 
 use super::super::cause::Cause;
-use super::super::configuration::{allows, allows_axis, misfit, prefers};
+use super::super::configuration::{self, allows, allows_axis, misfit, prefers};
 use super::super::way;
 use super::Place;
 use crate::program::script::PathKind;
@@ -73,6 +73,45 @@ impl Place {
                 let further = distance(&other, near) > distance(q, near) + AS_NEAR;
                 same || further && squares(&other) > squares(q) + AS_NEAR
             })
+    }
+
+    /// The configurations in which the arm reaches a target within its limits, as its language writes them, those nearest to the
+    /// joints before first; empty where the target names none.
+    pub fn configurations(&self, goal: &PoseGoal, from: Option<&[f64]>) -> Vec<Configuration> {
+        let (Some(arm), Solution::Configured(like)) = (&self.tooled.arm, &goal.solution) else { return Vec::new() };
+        let Some(end) = self.world(goal, from) else { return Vec::new() };
+        let robot = &self.tooled.robot;
+        let zero = vec![0.0; robot.dof()];
+        let near = from.unwrap_or(&zero);
+        let solutions = arm.solutions(robot, &arm::pose_of(&end), near);
+        let mut all: Vec<Vec<f64>> = solutions.iter().filter_map(|q| turned(robot, q, near, &|_, _| true)).collect();
+        all.sort_by(|a, b| distance(a, near).total_cmp(&distance(b, near)));
+        let mut found = Vec::new();
+        for own in all.iter().filter_map(|q| configuration::of(like, arm, q)) {
+            if !found.contains(&own) {
+                found.push(own);
+            }
+        }
+        found
+    }
+
+    /// The same in words, beside the configuration that the target names; `None`: nothing to say.
+    pub fn configurations_text(&self, goal: &PoseGoal, from: Option<&[f64]>) -> Option<String> {
+        const LISTED: usize = 4;
+        let Solution::Configured(own) = &goal.solution else { return None };
+        let all = self.configurations(goal, from);
+        let shown: Vec<String> = all.iter().take(LISTED).map(|c| format!("`{c}`")).collect();
+        let more = all.len().saturating_sub(LISTED);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let first = match (all.len(), from) {
+            (0, _) => return None,
+            (1, _) | (_, None) => "",
+            _ => " (first the one next to the joints before)",
+        };
+        Some(format!(
+            "the configuration here is `{own}`; this robot reaches the target in {}{more}{first}",
+            shown.join(", ")
+        ))
     }
 
     /// Of all joints that reach a pose the ones that are meant.
