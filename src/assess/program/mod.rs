@@ -16,10 +16,12 @@
 //!
 //! Files beside:
 //! - `document`: the document `lostmotion/program-assessment/1`
+//! - `frame`: the frame of a log, across the path
 //! - `targets`: the error where the robot stops or is taught
 //! - `stretches`: programs of which parts are not known, stretch by stretch
 
 pub(crate) mod document;
+mod frame;
 pub(crate) mod path;
 pub(crate) mod runs;
 mod stretches;

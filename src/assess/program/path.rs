@@ -34,6 +34,18 @@ pub fn lengths(points: &[Vector3<f64>]) -> Vec<f64> {
         .collect()
 }
 
+/// The place of a path nearest to a point.
+#[derive(Debug, Clone, Copy)]
+pub struct Nearest {
+    /// Distance of the point.
+    pub off_m: f64,
+    /// Time of the reference there.
+    pub t_s: f64,
+    /// The place, and the direction of the path there (zero where the path stands still).
+    pub at: Vector3<f64>,
+    pub direction: Vector3<f64>,
+}
+
 impl Reference {
     pub fn new(points: &[Vector3<f64>], t_s: &[f64]) -> Self {
         let step_m = points.windows(2).map(|w| (w[1] - w[0]).norm()).fold(0.0, f64::max);
@@ -47,15 +59,26 @@ impl Reference {
     /// Point of the path at a length, m.
     pub fn at(&self, along: f64) -> Vector3<f64> {
         let i = self.along.partition_point(|&a| a < along).min(self.points.len() - 1);
-        self.points[i]
+        let Some(before) = i.checked_sub(1) else { return self.points[i] };
+        let (from, to) = (self.along[before], self.along[i]);
+        let share = if to > from { ((along - from) / (to - from)).clamp(0.0, 1.0) } else { 1.0 };
+        self.points[before].lerp(&self.points[i], share)
     }
 
     /// Distance of a point to the path near a length of it, and the time of the reference there.
     pub fn distance(&self, point: &Vector3<f64>, along: f64, slack_m: f64) -> (f64, f64) {
+        let near = self.nearest(point, along, slack_m);
+        (near.off_m, near.t_s)
+    }
+
+    /// The place of the path nearest to a point, near a length of it; beyond the ends by a step at most.
+    pub fn nearest(&self, point: &Vector3<f64>, along: f64, slack_m: f64) -> Nearest {
         let last = self.points.len() - 1;
         let from = self.along.partition_point(|&a| a < along - slack_m).saturating_sub(1).min(last.saturating_sub(1));
         let to = self.along.partition_point(|&a| a <= along + slack_m).max(from + 1).min(last);
-        let mut best = (f64::INFINITY, 0.0, self.t_s[from]);
+        let start =
+            Nearest { off_m: f64::INFINITY, t_s: self.t_s[from], at: self.points[from], direction: Vector3::zeros() };
+        let mut best = (start, 0.0);
         for i in from..to {
             let (a, b) = (self.points[i], self.points[i + 1]);
             let step = b - a;
@@ -67,11 +90,17 @@ impl Reference {
             let off = (point - a - step * nearest).norm();
             // of equal distances the place nearest in length counts: a path that comes back on itself has two
             let apart = (self.along[i] + share * length2.sqrt() - along).abs();
-            if off < best.0 - 1e-9 || (off < best.0 + 1e-9 && apart < best.1) {
-                best = (off, apart, self.t_s[i] + share * (self.t_s[i + 1] - self.t_s[i]));
+            if off < best.0.off_m - 1e-9 || (off < best.0.off_m + 1e-9 && apart < best.1) {
+                let near = Nearest {
+                    off_m: off,
+                    t_s: self.t_s[i] + share * (self.t_s[i + 1] - self.t_s[i]),
+                    at: a + step * nearest,
+                    direction: step.try_normalize(0.0).unwrap_or_default(),
+                };
+                best = (near, apart);
             }
         }
-        (best.0, best.2)
+        best.0
     }
 }
 

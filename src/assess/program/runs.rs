@@ -1,8 +1,8 @@
 //! One run: what was commanded, where the TCP was, and its error along the reference path.
 
+use super::frame;
 use super::path::{Reference, SLACK_M, lengths};
 use super::{Options, Source};
-use crate::assess::rigid;
 use crate::error::{Error, Place, Result};
 use crate::log::Log;
 use crate::model::Model;
@@ -215,7 +215,9 @@ pub fn measured(model: &Model, log: &Log, reference: &Reference) -> Result<Measu
     let scale = if total > 0.0 { reference.length_m() / total } else { 1.0 };
     let seen: Vec<Vector3<f64>> = rows.iter().filter_map(|&r| log.tcp_m[r]).collect();
     let wanted: Vec<Vector3<f64>> = along.iter().map(|a| reference.at(a * scale)).collect();
-    let Some(frame) = rigid::fit(&seen, &wanted) else {
+    let along: Vec<f64> = along.iter().map(|a| a * scale).collect();
+    let slack = SLACK_M + (total - reference.length_m()).abs().min(MOST_SLACK_M);
+    let Some(frame) = frame::across(&seen, &along, reference, slack) else {
         let expected = "a path with points off one line, so that the frame can be found";
         return Err(Error::bad(Place::file(&log.name), "measured points on one line", expected));
     };
