@@ -7,6 +7,7 @@
 use super::fields::{Fields, one_line, shown};
 use super::*;
 use crate::error::{Error, Result};
+use crate::io::names;
 use crate::io::yaml::Document;
 use crate::robot::Robot;
 use serde_yaml::{Mapping, Value};
@@ -57,8 +58,8 @@ pub fn read_with(
     let mut fields = Fields { map, doc, robot, effect, named: written, target: Target::Log };
     let Some(info) = catalogue.iter().find(|e| e.name == fields.effect) else {
         let found = format!("effect `{}`", fields.effect);
-        let names = catalogue.iter().map(|e| e.name);
-        let nearest = names.min_by_key(|name| edits(name, &fields.effect)).unwrap_or_default();
+        let all = catalogue.iter().map(|e| e.name);
+        let nearest = all.min_by_key(|name| names::edits(name, &fields.effect)).unwrap_or_default();
         return Err(fields.bad("effect", found, &format!("an effect of docs/effects.md; the nearest is `{nearest}`")));
     };
     fields.target = target(info.acts_on, &mut fields, named)?;
@@ -66,21 +67,6 @@ pub fn read_with(
     let effect = (info.read)(&mut fields)?;
     fields.finish()?;
     Ok(EffectInstance { target, effect })
-}
-
-/// Letters to insert, remove or replace until one name is the other (Levenshtein 1966).
-fn edits(a: &str, b: &str) -> usize {
-    let mut row: Vec<usize> = (0..=a.chars().count()).collect();
-    for (k, y) in b.chars().enumerate() {
-        let mut next = vec![k + 1];
-        let mut last = k + 1;
-        for (x, pair) in a.chars().zip(row.windows(2)) {
-            last = (pair[0] + usize::from(x != y)).min(pair[1] + 1).min(last + 1);
-            next.push(last);
-        }
-        row = next;
-    }
-    row.last().copied().unwrap_or_default()
 }
 
 /// The target that an entry names, of the kind that its effect has.

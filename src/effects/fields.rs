@@ -2,7 +2,7 @@
 
 use super::{Site, Target};
 use crate::error::{Error, Result};
-use crate::io::yaml::Document;
+use crate::io::{names, yaml::Document};
 use crate::robot::Robot;
 use nalgebra::Vector3;
 use serde_yaml::{Mapping, Value};
@@ -69,7 +69,11 @@ impl<'a> Fields<'a> {
     pub fn needed(&mut self, key: &str, least: f64) -> Result<f64> {
         match self.number(key, least)? {
             Some(x) => Ok(x),
-            None => Err(self.bad(key, format!("no `{key}`"), &format!("`{key}`"))),
+            None => {
+                let there = self.map.keys().filter_map(Value::as_str).find(|k| names::almost(k, key));
+                let found = there.map_or(format!("no `{key}`"), |there| format!("`{there}` and no `{key}`"));
+                Err(self.bad(key, found, &format!("`{key}`")))
+            }
         }
     }
 

@@ -75,17 +75,33 @@ pub enum Distrust {
         /// Gaps were given as known and held.
         gaps_held: bool,
     },
+    /// The measured points stand further from the robot file's places than an arm's own errors put them.
+    FarFromRobotFile {
+        /// 75th percentile of their distances after the best rigid fit, mm.
+        misfit_mm: f64,
+        /// The largest of them, mm.
+        largest_mm: f64,
+    },
 }
 
 impl fmt::Display for Distrust {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self::ModelDoesNotDescribeLog { inflation, gaps_held } = self;
-        let held = if *gaps_held { "the gaps given as known, " } else { "" };
-        write!(
-            f,
-            "the model does not describe this log (variance inflated {inflation:.1} times), the gaps cannot be trusted: check {held}the \
-             order and sign of the x, y, z columns, units and the robot file"
-        )
+        match self {
+            Self::ModelDoesNotDescribeLog { inflation, gaps_held } => {
+                let held = if *gaps_held { "the gaps given as known, " } else { "" };
+                write!(
+                    f,
+                    "the model does not describe this log (variance inflated {inflation:.1} times), the gaps cannot be trusted: check {held}the \
+                     order and sign of the x, y, z columns, units and the robot file"
+                )
+            }
+            Self::FarFromRobotFile { misfit_mm, largest_mm } => write!(
+                f,
+                "the measured points stand {misfit_mm:.1} mm (75th percentile; the largest {largest_mm:.1} mm) from where the robot file puts \
+                 them, and calibration errors are a few millimetres at most: the gaps cannot be trusted; check that the robot file is this \
+                 robot's (model, lengths), its `tool` and its zero positions"
+            ),
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Reading of the document `lostmotion/gaps/1`, as YAML or JSON (which is YAML).
 //!
-//! Keys that are not known are left alone (fields may be added). Refused, with file and line: another schema, another
+//! Keys that are not known are left alone (fields may be added), but for those that are almost a known one. Refused, with file and line: another schema, another
 //! robot, an unknown joint, a number that is missing or not finite, knots that do not rise.
 
 use super::estimate::{self, Estimate};
@@ -9,7 +9,7 @@ use super::{Distrust, GapPoint, Gaps, JointGap, LogRef, Registered, Sides, Stict
 use crate::effects::curve::Pchip;
 use crate::effects::{Decay, GapCurve};
 use crate::error::{Error, Place, Result};
-use crate::io::{input, yaml::Document};
+use crate::io::{input, names, yaml::Document};
 use crate::robot::file::FrameFile;
 use crate::robot::{JointKind, Robot};
 use serde_json::Value;
@@ -27,7 +27,15 @@ impl Gaps {
         let doc = Document { name, text };
         let root: Value = doc.parse("a gaps file (schema lostmotion/gaps/1)")?;
         let top = Node { doc: &doc, robot, value: &root, path: Vec::new() };
+        if root.get("schema").is_none() {
+            return Err(Error::bad(
+                Place::file(name),
+                "a document without `schema`",
+                format!("a gaps file (schema {SCHEMA})"),
+            ));
+        }
         doc.require_schema(&top.text("schema")?, SCHEMA)?;
+        top.refuse_misspelt(TOP)?;
         let robot_node = top.child("robot");
         let robot_name = robot_node.as_ref().map_or(Ok(String::new()), |r| r.text("name"))?;
         let robot_sha256 = match &robot_node {
@@ -61,6 +69,41 @@ impl Gaps {
     }
 }
 
+/// Keys at the top.
+const TOP: &[&str] = &[
+    "schema",
+    "robot",
+    "logs",
+    "registration",
+    "points",
+    "joints",
+    "tcp_speed_mm_s",
+    "distrust",
+    "notes",
+    "reversals",
+    "covariance",
+    "predicted",
+];
+
+/// Keys of an entry of `joints`.
+const JOINT: &[&str] = &[
+    "joint",
+    "half_gap_UNIT",
+    "ci95",
+    "significant",
+    "positive_UNIT",
+    "positive_ci95",
+    "negative_UNIT",
+    "negative_ci95",
+    "schedule",
+    "varies_p_value",
+    "stiction",
+    "stiction_p_value",
+    "response",
+    "scatter",
+    "trust",
+];
+
 /// A value of the document and the way to it, for messages.
 struct Node<'a> {
     doc: &'a Document<'a>,
@@ -81,6 +124,24 @@ impl Node<'_> {
         let mut path = self.path.clone();
         path.push(key.into());
         Error::bad(self.place(key), format!("{found} at {}", path.join(".")), expected)
+    }
+
+    /// Refuses a key that is almost one of `known` (with `_UNIT` at its end: in the joint's unit): it would be passed over without a
+    /// word. Other keys are fields of another version.
+    fn refuse_misspelt(&self, known: &[&str]) -> Result<()> {
+        let Some(map) = self.value.as_object() else { return Ok(()) };
+        let unit = self.axis().map_or("deg", |(_, kind)| kind.unit());
+        let known: Vec<String> = known.iter().map(|k| k.replace("UNIT", unit)).collect();
+        let meant = |key: &String| {
+            let key = key.as_str();
+            known.iter().find(|k| {
+                !known.iter().any(|k| k == key) && names::almost(key, k) && self.value.get(k.as_str()).is_none()
+            })
+        };
+        match map.keys().find_map(|key| Some((key, meant(key)?))) {
+            None => Ok(()),
+            Some((key, meant)) => Err(self.bad(key, format!("the unknown key `{key}`"), &format!("`{meant}`"))),
+        }
     }
 
     /// Line of a key: within its item of its section.
@@ -144,8 +205,17 @@ impl Node<'_> {
     fn number(&self, key: &str) -> Result<f64> {
         self.optional(key)?.ok_or_else(|| {
             // YAML's .inf and .nan arrive as null
-            let found = if self.value.get(key).is_some() { "null, or a number that is not finite" } else { "nothing" };
-            self.bad(key, found.into(), &format!("`{key}`: a finite number"))
+            let found = match (self.value.get(key), self.value.as_object()) {
+                (Some(_), _) => "null, or a number that is not finite".into(),
+                (None, Some(map)) if !map.is_empty() => {
+                    format!(
+                        "nothing (the keys there: {})",
+                        map.keys().map(String::as_str).collect::<Vec<_>>().join(", ")
+                    )
+                }
+                _ => "nothing".into(),
+            };
+            self.bad(key, found, &format!("`{key}`: a finite number"))
         })
     }
 
@@ -179,6 +249,7 @@ impl Node<'_> {
     }
 
     fn registration(&self) -> Result<Registered> {
+        self.refuse_misspelt(&["xyz_mm", "rpy_deg", "rms_um", "samples", "sigma_um", "sigma_deg"])?;
         let frame = FrameFile { xyz_mm: self.array("xyz_mm")?, rpy_deg: self.array("rpy_deg")? };
         let sigma = |key: &str, scale: f64| -> Result<[f64; 3]> {
             if self.child(key).is_some() { Ok(self.array::<3>(key)?.map(|v| v * scale)) } else { Ok([0.0; 3]) }
@@ -196,6 +267,7 @@ impl Node<'_> {
         let (axis, kind) = self.axis()?;
         let (unit, si) = (kind.unit(), kind.si_per_user_unit());
         let per_cycle = format!("per_cycle_{unit}");
+        self.refuse_misspelt(&["joint", "at_UNIT", "half_gap_UNIT", "ci95", "cycles", "per_cycle_UNIT"])?;
         Ok(GapPoint {
             axis,
             at: self.number(&format!("at_{unit}"))? * si,
@@ -246,6 +318,7 @@ impl Node<'_> {
 
     fn joint(&self) -> Result<JointGap> {
         let (axis, kind) = self.axis()?;
+        self.refuse_misspelt(JOINT)?;
         let (unit, si) = (kind.unit(), kind.si_per_user_unit());
         let half_gap = self.number(&format!("half_gap_{unit}"))? * si;
         let ci95 = if self.child("ci95").is_some() { self.array::<2>("ci95")?.map(|v| v * si) } else { [half_gap; 2] };

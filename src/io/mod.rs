@@ -28,6 +28,7 @@ pub mod keyed;
 pub mod kind;
 pub mod lock;
 pub mod memory;
+pub mod names;
 pub mod notice;
 pub mod output;
 pub mod temporary;

@@ -208,6 +208,30 @@ impl Fault {
         }
     }
 
+    /// The entry of a column map that puts the fault right; `None`: no single entry does.
+    pub fn mended(self, robot: &Robot) -> Option<String> {
+        let of = |axis: usize, kind: JointKind, what: &str| {
+            let column = format!("cmd_{}_{}", robot.axis(axis).name, kind.unit());
+            format!("{column}: {{to: {column}, {what}}}")
+        };
+        let short = |unit: &str| match unit {
+            "metres" => "unit: m",
+            "micrometres" => "unit: um",
+            "inches" => "unit: in",
+            _ => "unit: rad",
+        };
+        match self {
+            Self::Tcp { unit, .. } => Some(format!("x_mm: {{to: x_mm, {}}}, the same for y and z", short(unit))),
+            Self::Command { axis: Some(a), kind, unit, .. } => Some(of(a, kind, short(unit))),
+            Self::Command { axis: None, kind, unit, .. } => {
+                let first = (0..robot.dof()).find(|&a| robot.axis(a).kind == kind)?;
+                Some(format!("{}, the same for the others", of(first, kind, short(unit))))
+            }
+            Self::Sign(a) => Some(of(a, robot.axis(a).kind, "sign: -1")),
+            Self::Mirrored | Self::Swapped(..) => None,
+        }
+    }
+
     pub fn said(self, robot: &Robot) -> String {
         let name = |a: usize| robot.axis(a).name.as_str();
         match self {

@@ -35,6 +35,8 @@ pub(crate) const EXPLAINED: f64 = 0.15;
 const FOREIGN: f64 = 0.25;
 /// Size below which a path is not called another robot's, metres.
 const SMALLEST_PATH_M: f64 = 0.005;
+/// Misfit that an arm's own calibration errors do not reach, metres: without calibration arms are accurate to 1 to 4 mm.
+pub(crate) const CALIBRATION_M: f64 = 0.005;
 /// Where the kinematics is not known: sizes of both paths are alike up to this factor, and unlike beyond its square (a unit is
 /// wrong by 25 or more).
 const ALIKE: f64 = 2.0;
@@ -108,7 +110,12 @@ fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, foun
     let moving = log.moving_axes();
     let tried: Vec<(Fault, f64)> =
         Fault::all(robot, &log.cmd).into_iter().map(|f| (f, f.corrected(robot, sample, &computed).misfit_m)).collect();
-    let refused = |text: String| Err(Error::bad(Place::file(&log.name), text, PATH_OF_FILE));
+    let refused = |(text, first): (String, Fault)| {
+        let mended = first
+            .mended(robot)
+            .map_or(String::new(), |entry| format!(" (mend it in the file, or with --columns: `{entry}`)"));
+        Err(Error::bad(Place::file(&log.name), text, format!("{PATH_OF_FILE}{mended}")))
+    };
     let known = kinematics == Kinematics::OfFile;
     let units: Vec<(Fault, f64)> = tried.iter().copied().filter(|t| known || t.0.is_of_units(log)).collect();
     if let Some(text) = explained(&units, robot, as_read.misfit_m) {
@@ -118,7 +125,7 @@ fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, foun
         if let Some(text) = of_another_size(&units, robot, sample, &computed) {
             return refused(text);
         }
-        if let Some(text) = explained(&tried, robot, as_read.misfit_m) {
+        if let Some((text, _)) = explained(&tried, robot, as_read.misfit_m) {
             found.notes.push(text);
             return Ok(());
         }
@@ -129,10 +136,36 @@ fn shape(log: &Log, robot: &Robot, kinematics: Kinematics, sample: &Sample, foun
         found.notes.push(shifted(log, shift_s)?);
         return Ok(());
     }
-    if as_read.misfit_m <= FOREIGN * size || moving.len() < 2 || spread(&sample.measured) < SMALLEST_PATH_M {
+    if moving.len() < 2 || spread(&sample.measured) < SMALLEST_PATH_M {
+        return Ok(());
+    }
+    if as_read.misfit_m <= FOREIGN * size {
+        found.notes.extend(another_arm(robot, sample, &computed, as_read.misfit_m, size).filter(|_| known));
         return Ok(());
     }
     foreign_path(log, robot, known, sample, &computed, found)
+}
+
+/// A note where the path differs by more than an arm's calibration errors, whatever tool is at the flange, but not so much that it is
+/// certainly another arm's.
+fn another_arm(robot: &Robot, sample: &Sample, computed: &[Vector3<f64>], misfit_m: f64, size: f64) -> Option<String> {
+    if misfit_m <= CALIBRATION_M {
+        return None;
+    }
+    let frames: Vec<_> = sample.commands.iter().map(|q| robot.forward(q).rotation).collect();
+    let (free, offset) = fit_with_free_tool(computed, &frames, &sample.measured);
+    let by = if free.misfit_m > CALIBRATION_M {
+        "is this the file of this robot (model, lengths), and are its zero positions right?".to_string()
+    } else {
+        let o = offset * 1e3;
+        format!("it fits with a TCP {:.1}, {:.1}, {:.1} mm from the robot file's `tool`: check `tool`", o.x, o.y, o.z)
+    };
+    Some(format!(
+        "the measured path is {} (75th percentile) from the one that the robot file gives, on a path of {}; calibration errors are a few \
+         millimetres at most: {by}",
+        millimetres(misfit_m),
+        millimetres(size)
+    ))
 }
 
 /// A measured path of another shape than the robot file's: noted of a machine whose kinematics is another, or whose tool is;
@@ -178,17 +211,18 @@ fn foreign_path(
 }
 
 /// The faults that explain the difference, in words.
-fn explained(tried: &[(Fault, f64)], robot: &Robot, misfit_m: f64) -> Option<String> {
+fn explained(tried: &[(Fault, f64)], robot: &Robot, misfit_m: f64) -> Option<(String, Fault)> {
     let least = tried.iter().map(|t| t.1).fold(f64::INFINITY, f64::min);
-    (least <= EXPLAINED * misfit_m).then(|| {
-        let alike: Vec<String> = tried.iter().filter(|t| t.1 <= 1.5 * least).take(3).map(|t| t.0.said(robot)).collect();
-        format!(
-            "a measured path that fits only if {} ({} instead of {} of misfit)",
-            alike.join("; or if "),
-            millimetres(least),
-            millimetres(misfit_m)
-        )
-    })
+    let alike: Vec<Fault> = tried.iter().filter(|t| t.1 <= 1.5 * least).take(3).map(|t| t.0).collect();
+    let first = *alike.first().filter(|_| least <= EXPLAINED * misfit_m)?;
+    let said: Vec<String> = alike.iter().map(|f| f.said(robot)).collect();
+    let text = format!(
+        "a measured path that fits only if {} ({} instead of {} of misfit)",
+        said.join("; or if "),
+        millimetres(least),
+        millimetres(misfit_m)
+    );
+    Some((text, first))
 }
 
 /// Units that make paths of one size out of two that are far apart, and that leave a path and not noise.
@@ -197,7 +231,7 @@ fn of_another_size(
     robot: &Robot,
     sample: &Sample,
     computed: &[Vector3<f64>],
-) -> Option<String> {
+) -> Option<(String, Fault)> {
     let measured = spread(&sample.measured);
     let apart = |ratio: f64| if ratio > 1.0 { ratio } else { 1.0 / ratio };
     let as_read = measured / spread(computed);
@@ -207,14 +241,14 @@ fn of_another_size(
     let right = |t: &&(Fault, f64)| {
         t.1 <= CORRELATED * measured && t.0.ratio(robot, sample, computed).is_some_and(|r| apart(r) <= ALIKE)
     };
-    let found: Vec<String> = units.iter().filter(right).map(|t| t.0.said(robot)).collect();
-    (!found.is_empty()).then(|| {
-        format!(
-            "a measured path {} times the size of the computed one: {}",
-            if as_read < 0.1 { format!("{as_read:.4}") } else { format!("{as_read:.1}") },
-            found.join("; or ")
-        )
-    })
+    let found: Vec<Fault> = units.iter().filter(right).map(|t| t.0).collect();
+    let said: Vec<String> = found.iter().map(|f| f.said(robot)).collect();
+    let text = format!(
+        "a measured path {} times the size of the computed one: {}",
+        if as_read < 0.1 { format!("{as_read:.4}") } else { format!("{as_read:.1}") },
+        said.join("; or ")
+    );
+    found.first().map(|first| (text, *first))
 }
 
 fn millimetres(m: f64) -> String {

@@ -12,7 +12,7 @@
 //! Fails with an error on fewer than three points, on points that coincide (one pose), and on points of one line
 //! ([`register`]); [`register_line`] accepts a line and says about which axis the frame is not determined.
 
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place, Result, counted};
 use crate::numerics::rigid;
 use crate::numerics::robust::{MEDIAN_DISTANCE, median_of};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, SMatrix, Translation3, UnitQuaternion, Vector3};
@@ -94,7 +94,7 @@ pub fn register(pairs: &[Pair]) -> Result<Registration> {
 pub fn register_line(pairs: &[Pair]) -> Result<Registration> {
     let n = pairs.len();
     if n < 3 {
-        return Err(refuse(format!("{n} points"), "three points or more"));
+        return Err(refuse(counted(n, "point"), "three points or more"));
     }
     if pairs.iter().any(|p| !(p.base_m.iter().chain(p.tracker_m.iter()).all(|v| v.is_finite()))) {
         return Err(refuse("a point that is not finite".into(), "finite points"));

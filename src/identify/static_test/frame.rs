@@ -9,9 +9,10 @@
 use super::deviation::{ROUNDING_M, both, chains, deviation, half_gap, measured, point};
 use super::readings::{Pair, Readings};
 use crate::error::{Error, Place, Result};
-use crate::gaps::Registered;
+use crate::gaps::{Distrust, Registered};
 use crate::log::Log;
 use crate::log::dwells::Dwell;
+use crate::log::plausibility::CALIBRATION_M;
 use crate::log::registration::{self, Registration};
 use crate::numerics::robust::point_mean;
 use crate::robot::{Chain, JointKind, Robot};
@@ -38,6 +39,8 @@ pub struct Frame {
     /// Taken from a model, not estimated.
     pub given: bool,
     pub notes: Vec<String>,
+    /// Why the robot file may be another arm's.
+    pub distrust: Option<Distrust>,
 }
 
 /// Finds the frame; `None` where every pair was measured behind its gear.
@@ -72,6 +75,7 @@ pub fn find(robot: &Robot, logs: &[Log], readings: &Readings, given: Option<Isom
         }
     };
     refuse_misfit(log, &points, &frame)?;
+    frame.distrust = another_arm(&points, &frame.found.frame);
     rms_of_samples(readings, &through_tcp, &chains, &mut frame);
     Ok(Some(frame))
 }
@@ -118,7 +122,15 @@ fn taken(points: &[registration::Pair], frame: Isometry3<f64>) -> Frame {
     let sum: f64 = points.iter().map(|p| off(p, &frame).norm_squared()).sum();
     let rms_m = (sum / (3.0 * points.len().max(1) as f64)).sqrt();
     let found = Registered { frame, rms_m, samples: points.len(), sigma_m: [0.0; 3], sigma_rad: [0.0; 3] };
-    Frame { found, points: points.len(), dropped: 0, points_rms_m: rms_m, given: true, notes: Vec::new() }
+    Frame {
+        found,
+        points: points.len(),
+        dropped: 0,
+        points_rms_m: rms_m,
+        given: true,
+        notes: Vec::new(),
+        distrust: None,
+    }
 }
 
 /// A frame from the points; a line of points is enough for prismatic joints along it.
@@ -156,7 +168,7 @@ fn register(log: &str, points: &[registration::Pair], only_prismatic: bool) -> R
         ));
     }
     let (points_rms_m, used) = (found.rms_m, points.len() - dropped.len());
-    Ok(Frame { found, points: used, dropped: dropped.len(), points_rms_m, given: false, notes })
+    Ok(Frame { found, points: used, dropped: dropped.len(), points_rms_m, given: false, notes, distrust: None })
 }
 
 /// Error of a point in the tracker frame, m.
@@ -187,6 +199,16 @@ fn refuse_misfit(log: &str, points: &[registration::Pair], frame: &Frame) -> Res
             "commands that explain the measured points: check units (deg, mm), order and sense of the joints, the robot file, and that the tracker stood still over all logs"
         },
     ))
+}
+
+/// Points that stand further from the robot file's places than an arm's own errors put them.
+fn another_arm(points: &[registration::Pair], frame: &Isometry3<f64>) -> Option<Distrust> {
+    let mut errors: Vec<f64> = points.iter().map(|p| off(p, frame).norm()).collect();
+    errors.sort_by(f64::total_cmp);
+    let misfit_m = *errors.get(errors.len() * 3 / 4)?;
+    let largest_m = *errors.last()?;
+    let distrust = Distrust::FarFromRobotFile { misfit_mm: misfit_m * 1e3, largest_mm: largest_m * 1e3 };
+    (misfit_m > CALIBRATION_M).then_some(distrust)
 }
 
 /// Residual of the single measurements, with the deviation of each dwell taken out.

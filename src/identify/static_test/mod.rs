@@ -28,7 +28,7 @@ pub(crate) mod summary;
 
 use crate::effects::GapCurve;
 use crate::error::{Error, Place, Result};
-use crate::gaps::{GapPoint, Gaps, JointGap};
+use crate::gaps::{Distrust, GapPoint, Gaps, JointGap};
 use crate::identify::scalar::{self, Setup};
 use crate::log::Log;
 use crate::log::dwells::DwellOptions;
@@ -129,7 +129,9 @@ pub fn identify(robot: &Robot, logs: &[Log], options: &Options) -> Result<Found>
     let mut gaps =
         Gaps { registration: frame.as_ref().map(|f| f.found.clone()), notes: readings.notes, ..Gaps::new(robot, logs) };
     if let Some(f) = &frame {
+        gaps.notes.splice(0..0, f.distrust.iter().map(Distrust::to_string));
         gaps.notes.extend(f.notes.iter().cloned());
+        gaps.distrust.clone_from(&f.distrust);
     }
     let mut joints = Vec::new();
     for table in tables {

@@ -5,7 +5,7 @@
 //! time first, the k-th with the k-th of what is left. With a `cycle` column only approaches of one cycle meet. What
 //! the other joints' gaps do is the same on both sides of a pair and cancels.
 
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place, Result, counted};
 use crate::log::Log;
 use crate::log::dwells::{Dwell, DwellOptions, dwells, resolution};
 use crate::robot::Robot;
@@ -69,7 +69,7 @@ pub fn collect(robot: &Robot, logs: &[Log], options: &DwellOptions) -> Result<Re
         let name = logs.first().map_or("", |l| l.name.as_str());
         return Err(Error::bad(
             Place::file(name),
-            format!("{} dwells, none of them reached by one joint alone", all.iter().map(Vec::len).sum::<usize>()),
+            format!("{}, none reached by one joint alone", counted(all.iter().map(Vec::len).sum(), "dwell")),
             "a static test: one joint moves at a time, and reaches each place from below and from above",
         ));
     }
@@ -147,7 +147,10 @@ impl Paired {
                 notes.push(format!("{name}: places left out, as reached from one side only: {one_sided}"));
             }
             if unpaired > 0 {
-                notes.push(format!("{name}: {unpaired} dwells without a partner from the other side were left out"));
+                notes.push(format!(
+                    "{name}: {} without a partner from the other side left out",
+                    counted(unpaired, "dwell")
+                ));
             }
         }
         notes

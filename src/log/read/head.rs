@@ -1,7 +1,7 @@
 //! The head of a table: separator, header row, and where the rows begin; what a file is, where it is no log.
 
 use super::*;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place, Result, one_line};
 use crate::log::columns::{Column, Meaning, listed};
 use crate::robot::Robot;
 
@@ -64,7 +64,10 @@ impl Head {
         Some(Error::bad(
             Place::line(name, self.line),
             format!("fields separated by `{shown}`"),
-            format!("`{}`, or a column map with `separator: \"{shown}\"`", separator as char),
+            format!(
+                "`{}`, or a column map (--columns) with `separator: \"{shown}\"` and, where numbers have decimal commas, `decimal: \",\"`",
+                separator as char
+            ),
         ))
     }
 
@@ -89,6 +92,14 @@ impl Head {
     ) -> Result<()> {
         let has = |m: Meaning| columns.iter().any(|c| c.meaning == m);
         let missing = |m: Meaning, expected: String| {
+            // a program or another text, whose first line is no header
+            if let [only] = self.names.as_slice()
+                && self.another_separator(name, separator).is_none()
+            {
+                let found = format!("no header: the first line is `{}`", one_line(only));
+                let expected = format!("a log (CSV, with a header such as t_s,{},x_mm,y_mm,z_mm)", m.name(robot));
+                return Err(Error::bad(Place::line(name, self.line), found, expected));
+            }
             let error = Error::bad(
                 Place::line(name, self.line),
                 format!("no column `{}` among {}", m.name(robot), listed(&self.names)),
