@@ -69,9 +69,17 @@ pub struct ScriptPath {
     pub moves: Moves,
     /// Goals at which the robot stops, by the rules of the language.
     pub exact_stops: usize,
+    /// Frames and tools that moves wait for, in words: "tool `tGun` (3 moves)".
+    pub waits_for: Vec<String>,
 }
 
 impl ScriptPath {
+    /// What has to be given for the moves that are not in the path; `None`: nothing that a name stands for.
+    pub fn waiting(&self) -> Option<String> {
+        let given = "give it with --frames (`rewrite --list-frames` writes the file to fill in)";
+        (!self.waits_for.is_empty()).then(|| format!("not known: {}: {given}", self.waits_for.join(", ")))
+    }
+
     /// What is not in the path, and what was assumed: for those who draw or run it. `asked`: the user's own TCP speed.
     pub fn left(&self, speed_m_s: f64, asked: Option<f64>) -> Vec<String> {
         let Moves { all, known, unknown_start, unknown_speed } = self.moves;
@@ -79,6 +87,7 @@ impl ScriptPath {
         if all > known + unknown_start {
             let left = counted(all - known - unknown_start, "move");
             notes.push(format!("{left} of {all} to a place that is not known: left out"));
+            notes.extend(self.waiting());
         }
         if !self.starts.is_empty() {
             let ways = counted(self.starts.len(), "way");
@@ -156,7 +165,7 @@ impl Program {
         let all = script.moves().count();
         // nobody knows from where the robot comes to the first one
         let moves = Moves { all, known: all.saturating_sub(1), unknown_start: all.min(1), unknown_speed: 0 };
-        let told = ScriptPath { starts: Vec::new(), moves, exact_stops: exact_stops(document) };
+        let told = ScriptPath { starts: Vec::new(), moves, exact_stops: exact_stops(document), waits_for: Vec::new() };
         Ok(Self { goals: path.goals, ..Self::of_path(path.name, sha256, path.q, path.t_s, told) })
     }
 

@@ -1,7 +1,7 @@
 //! `lostmotion manifest`: the programs of a job that many machines share.
 
 use crate::cli::exit::bad;
-use crate::error::{Place, shown};
+use crate::error::{Place, counted, shown};
 use crate::io::{input, output};
 use crate::program::format_named;
 use crate::rewrite::manifest::{Entry, State, of_folder, of_list, text};
@@ -51,6 +51,11 @@ pub fn run(args: Args) -> Result<()> {
     };
     output::write_whole(&args.output, text(&entries).as_bytes())?;
     let unreadable = entries.iter().filter(|e| e.state == State::Unreadable).count();
-    eprintln!("{} programs, {unreadable} of them cannot be read", entries.len());
+    let programs = counted(entries.len(), "program");
+    match unreadable {
+        0 => eprintln!("{programs}"),
+        k if k == entries.len() => eprintln!("{programs}; none can be read"),
+        k => eprintln!("{programs}; {k} of them cannot be read"),
+    }
     Ok(())
 }

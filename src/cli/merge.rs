@@ -1,5 +1,6 @@
 //! `lostmotion merge`: one summary of the summaries of all shards.
 
+use crate::error::counted;
 use crate::io::output::Output;
 use crate::rewrite::manifest::{Merged, load};
 use anyhow::Result;
@@ -39,8 +40,11 @@ pub fn run(args: Args) -> Result<()> {
     output.commit()?;
     let counts = merged.counts(&entries, None);
     eprintln!(
-        "{} programs: {} done, {} refused, {} failed",
-        counts.programs, counts.done, counts.refused, counts.failed
+        "{}: {} done, {} refused, {} failed",
+        counted(counts.programs, "program"),
+        counts.done,
+        counts.refused,
+        counts.failed
     );
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! `lostmotion status`: how far a job with a manifest has come.
 
 use crate::cli::exit::bad;
-use crate::error::Place;
+use crate::error::{Place, counted};
 use crate::io::output;
 use crate::rewrite::manifest::{Merged, load};
 use anyhow::Result;
@@ -41,8 +41,12 @@ pub fn run(args: Args) -> Result<()> {
         serde_json::to_string_pretty(&counts).map_err(|e| bad(Place::default(), e.to_string(), "counts"))?
     } else {
         format!(
-            "{} programs: {} done, {} refused, {} failed, {} left",
-            counts.programs, counts.done, counts.refused, counts.failed, counts.left
+            "{}: {} done, {} refused, {} failed, {} left",
+            counted(counts.programs, "program"),
+            counts.done,
+            counts.refused,
+            counts.failed,
+            counts.left
         )
     };
     output::write_whole(Path::new("-"), (text + "\n").as_bytes()).map_err(Into::into)

@@ -10,6 +10,7 @@ use super::limits::{CYCLE_S, Limits};
 use super::offset::Offset;
 use super::path::{Path, between};
 use super::plan::{Clock, Plan};
+use super::radians::Suspicion;
 use super::refusal::Refusal;
 use super::stats::{RewriteStats, UncheckedRates};
 use super::turning::Turning;
@@ -44,6 +45,7 @@ pub struct Engine<'a> {
     stats: RewriteStats,
     /// Points as they came in that have not come out, where gears turn by sums of axes.
     nominal: VecDeque<Vec<f64>>,
+    radians: Suspicion,
 }
 
 /// A program of more axes is none of a robot.
@@ -150,6 +152,7 @@ impl<'a> Engine<'a> {
             corrected: vec![0.0; axes],
             stats,
             nominal: VecDeque::new(),
+            radians: Suspicion::default(),
         })
     }
 
@@ -161,6 +164,7 @@ impl<'a> Engine<'a> {
             self.need_clock(timed)?;
         }
         out.axes = block.axes;
+        self.radians.see(block, self.robot);
         if self.idle {
             out.q.extend_from_slice(&block.q);
             out.t_s.extend_from_slice(&block.t_s);
@@ -219,6 +223,7 @@ impl<'a> Engine<'a> {
         }
         self.advance(true, out);
         self.stats.points = self.points;
+        self.stats.looks_like_radians = self.radians.is_probable();
         for (offset, by) in self.stats.largest_offset.iter_mut().zip(&self.corrected) {
             *offset += by;
         }

@@ -146,8 +146,10 @@ pub fn parse(name: &str, lines: impl BufRead, wanted: &dyn Fn(&Entry) -> bool) -
             continue;
         }
         let at = || Place::line(name, k as u64 + 1);
-        let entry: Entry = serde_json::from_str(&line)
-            .map_err(|e| Error::bad(at(), e.to_string(), "a line of `lostmotion manifest`"))?;
+        let entry: Entry = serde_json::from_str(&line).map_err(|e| {
+            let found = if e.is_data() { e.to_string() } else { "a line that is no JSON".into() };
+            Error::bad(at(), found, "a line of a manifest, as `lostmotion manifest` writes it")
+        })?;
         if below(&entry.key).is_none() {
             return Err(outside(name, k as u64 + 1, &entry.key));
         }

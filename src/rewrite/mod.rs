@@ -49,6 +49,7 @@ pub(crate) mod path;
 pub(crate) mod plan;
 pub mod points;
 pub mod printed;
+mod radians;
 pub(crate) mod refusal;
 pub(crate) mod rewritten;
 pub mod script;

@@ -1,8 +1,9 @@
 //! What was done with a program, and what is ready to be put in place.
 
 use super::RewriteStats;
+use super::script::cause::Cause;
 use super::script::change::Change;
-use super::script::coverage::Coverage;
+use super::script::coverage::{Coverage, Reason};
 use super::script::edits::Unplaced;
 use super::script::run::Gap;
 use super::script::verify::Written;
@@ -104,4 +105,35 @@ pub struct Vendor {
     pub runs: usize,
     /// Of them those that do not start with the program.
     pub anew: usize,
+}
+
+impl Vendor {
+    /// What becomes of directions at the moves that stay for a reason: empty, or words after the reason.
+    pub fn lost_at(&self, reason: &Reason) -> &'static str {
+        let lost = |line: &u64| self.gaps.iter().any(|g| g.at.file == reason.file && g.at.line == *line);
+        match reason.lines.iter().filter(|line| lost(line)).count() {
+            0 => "",
+            n if n == reason.lines.len() => "; directions are lost there",
+            _ => "; directions are lost at some of them",
+        }
+    }
+
+    /// Where directions are lost at moves that are not among those listed as not edited: the reason, and its lines.
+    pub fn lost_elsewhere(&self) -> Vec<(String, Vec<u64>)> {
+        let reasons = &self.coverage.reasons;
+        let listed = |g: &Gap| {
+            // a reason lists the first of its lines
+            matches!(g.why, Cause::Undetermined | Cause::Curve)
+                || reasons.iter().any(|r| r.why == g.why || r.file == g.at.file && r.lines.contains(&g.at.line))
+        };
+        let mut found: Vec<(String, Vec<u64>)> = Vec::new();
+        for g in self.gaps.iter().filter(|g| !listed(g)) {
+            let why = g.why.to_string();
+            match found.iter_mut().find(|(other, _)| *other == why) {
+                Some((_, lines)) => lines.push(g.at.line),
+                None => found.push((why, vec![g.at.line])),
+            }
+        }
+        found
+    }
 }

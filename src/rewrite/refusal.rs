@@ -1,6 +1,6 @@
 //! Why a program that can be read is not rewritten.
 
-use crate::error::Error;
+use crate::error::{Error, counted};
 
 /// The answer is no; nothing was written.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -33,8 +33,8 @@ pub enum Refusal {
     },
     /// Less of the program can be edited than the user requires.
     #[error(
-        "{name}: {editable} of {moves} moves can be edited, {:.1} %; {:.1} % are required; nothing was written{reasons}",
-        100.0 * *editable as f64 / (*moves).max(1) as f64, 100.0 * required
+        "{name}: {editable} of {} can be edited, {:.1} %; {:.1} % are required; nothing was written{reasons}",
+        counted(*moves as usize, "move"), 100.0 * *editable as f64 / (*moves).max(1) as f64, 100.0 * required
     )]
     Coverage {
         /// Name of the program.
@@ -68,7 +68,7 @@ pub enum Refusal {
         with: String,
     },
     /// A merge lacks results of programs.
-    #[error("{missing} of {programs} programs are in no summary ({first}); nothing was written")]
+    #[error("{missing} of {} in no summary ({first}); nothing was written", counted(*programs, "program"))]
     Missing {
         /// Number of programs that no summary holds.
         missing: usize,

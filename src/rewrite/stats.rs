@@ -54,6 +54,8 @@ pub struct RewriteStats {
     pub duration_s: Option<[f64; 2]>,
     /// Largest distance of the TCP from the path that was given, m: by the offset at a reversal, and at points of a refined path.
     pub largest_change_m: f64,
+    /// The angles, read as degrees, are probably radians.
+    pub looks_like_radians: bool,
 }
 
 /// A limit that would be exceeded.

@@ -12,7 +12,7 @@ use crate::io::output;
 use crate::io::workbook;
 use crate::log::{ColumnMap, Log};
 use crate::model::Model;
-use crate::program::Program;
+use crate::program::{Program, ScriptPath};
 use crate::rewrite::script::path::Reading;
 use crate::robot::Robot;
 use crate::robot::frames::Frames;
@@ -115,7 +115,17 @@ pub fn run(args: Args) -> Result<()> {
     let reading = Reading { robot: &model.robot, frames: &frames, tcp_speed_m_s: options.speed_m_s, format: None };
     let before = load(&texts[0], &model, map.as_ref(), &args.before, &reading)?;
     let after = load(&texts[1], &model, map.as_ref(), &args.after, &reading)?;
-    let result = assess(&model, &before.source(), &after.source(), &options)?;
+    let mut result = assess(&model, &before.source(), &after.source(), &options)?;
+    for loaded in [&before, &after] {
+        if let Loaded::Program(program) = loaded
+            && let Some(waiting) = program.script.as_ref().and_then(ScriptPath::waiting)
+        {
+            let note = format!("{}: {waiting}", program.name);
+            if !result.notes.contains(&note) {
+                result.notes.push(note);
+            }
+        }
+    }
     let text = matches!((&before, &after), (Loaded::Program(_), Loaded::Program(_)))
         .then(|| difference(&texts[0].bytes, &texts[1].bytes));
     page::write(&mut report, || page::program::of_assessment(&model.robot, &result))?;

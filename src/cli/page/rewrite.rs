@@ -195,13 +195,16 @@ fn vendor(page: &mut Page, v: &Vendor, robot: &Robot) {
     page.tile(Tile::text("format", v.title, ""));
     page.tile(Tile::text("moves edited", format!("{} of {}", v.coverage.editable, v.coverage.moves), ""));
     if !v.coverage.reasons.is_empty() {
-        let row = |r: &Reason| vec![r.why.to_string(), r.moves.to_string(), r.lines_text()];
+        let row = |r: &Reason| vec![format!("{}{}", r.why, v.lost_at(r)), r.moves.to_string(), r.lines_text()];
         let headings = [("why", false), ("moves", true), ("where", false)];
         let table = TableView::new(&headings, v.coverage.reasons.iter().map(row));
         page.section("Moves that stay as they are", "", table);
     }
     let mut words: Vec<String> = Vec::new();
-    words.extend(v.gaps.iter().map(|g| format!("line {}: directions are lost at {}", g.at.line, g.why)));
+    for (why, lines) in v.lost_elsewhere() {
+        let lines: Vec<String> = lines.iter().map(u64::to_string).collect();
+        words.push(format!("directions are lost at {why}: line {}", lines.join(", ")));
+    }
     words.extend(v.notes.iter().map(|n| format!("line {}: {}", n.place.line, n.text)));
     if !words.is_empty() {
         page.section("Remarks", "", words);

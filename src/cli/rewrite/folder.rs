@@ -112,7 +112,12 @@ fn results_of(args: &Args) -> Result<Results<'_>> {
 /// Prints what refused and failed programs came to.
 fn print_reasons(lines: &[Line]) {
     for l in lines.iter().filter(|l| matches!(l.status, Status::Refused | Status::Failed)) {
-        say(format_args!("{}: {}", l.input, l.reason.as_deref().unwrap_or("")), true);
+        let reason = l.reason.as_deref().unwrap_or("");
+        // most reasons begin with the place, which is in this program
+        match reason.strip_prefix(l.input.as_str()).is_some_and(|rest| rest.starts_with(':')) {
+            true => say(format_args!("{reason}"), true),
+            false => say(format_args!("{}: {reason}", l.input), true),
+        }
     }
 }
 
@@ -154,14 +159,18 @@ fn conclude(args: &Args, lines: &[Line]) -> Result<Finished> {
         counted(lines.len(), "program"),
         count(Status::Unchanged)
     );
-    let counted = match args.fail_on {
+    let bad = match args.fail_on {
         FailOn::Refused => refused + failed,
         FailOn::Failed => failed,
         FailOn::None => 0,
     };
-    if counted > 0 {
-        let could = if args.dry_run { "could not be" } else { "were not" };
-        return Err(no(format!("{counted} of {} programs {could} rewritten", lines.len())));
+    if bad > 0 {
+        let could = match (args.dry_run, bad) {
+            (true, _) => "could not be",
+            (false, 1) => "was not",
+            (false, _) => "were not",
+        };
+        return Err(no(format!("{bad} of {} {could} rewritten", counted(lines.len(), "program"))));
     }
     Ok(super::finished(args, written > 0))
 }

@@ -67,6 +67,12 @@ pub fn format_text(outcome: &Outcome, robot: &Robot, verbosity: Verbosity) -> St
         let why = why.text();
         let _ = writeln!(text, "  not everywhere checked against limits of speed and acceleration: {why}{mended}");
     }
+    if a.looks_like_radians && outcome.vendor.is_none() {
+        text.push_str(
+            "  note: no angle is beyond 6.29 and several joints start or end at multiples of 0.7854: the columns say deg, but these look \
+             like radians; if they are, convert them, as offsets would be 57 times too large\n",
+        );
+    }
     if let Some(duration_s) = a.duration_s {
         cycle_time_text(&mut text, outcome, duration_s);
     }
@@ -196,7 +202,8 @@ fn coverage_text(text: &mut String, v: &Vendor) {
         );
     }
     for r in &v.coverage.reasons {
-        let _ = writeln!(text, "  not edited: {} ({}; {})", counted(r.moves, "move"), r.why, r.lines_text());
+        let (moves, lost) = (counted(r.moves, "move"), v.lost_at(r));
+        let _ = writeln!(text, "  not edited: {moves} ({}; {}){lost}", r.why, r.lines_text());
     }
     if v.anew > 0 {
         let _ = writeln!(
@@ -205,11 +212,8 @@ fn coverage_text(text: &mut String, v: &Vendor) {
             if v.anew == 1 { "once".into() } else { format!("{} times", v.anew) }
         );
     }
-    for g in v.gaps.iter().take(FEW) {
-        let _ = writeln!(text, "  line {}: directions are lost at {}", g.at.line, g.why);
-    }
-    if v.gaps.len() > FEW {
-        let _ = writeln!(text, "  and at {} more", counted((v.gaps.len() - FEW) as u64, "place"));
+    for (why, lines) in v.lost_elsewhere() {
+        let _ = writeln!(text, "  directions are lost at {why} ({})", lines_text(&lines));
     }
     new_points_text(text, v);
     for n in v.notes.iter().take(FEW) {

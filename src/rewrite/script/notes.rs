@@ -4,6 +4,7 @@ use super::approach::Sides;
 use super::run::{Role, Run};
 use super::{Choices, Task};
 use crate::compensator::Compensator;
+use crate::error::counted;
 use crate::program::script::{At, Document, Edits, Format, Note, Script, StepKind};
 use std::collections::HashSet;
 
@@ -54,8 +55,10 @@ pub fn approached(script: &Script, sides: &Sides, runs: &[Run], edits: &Edits) -
     };
     let stops = script.moves().any(|(_, m)| m.blend_m == Some(0.0));
     let none = if stops { "" } else { ": no move of the program certainly stops at its goal" };
-    let text =
-        format!("one-sided approach: {added} targets are reached from their side over an added point{rest}{none}");
+    let reached = counted(added, "target");
+    let text = format!(
+        "one-sided approach: {reached} reached from the side that was asked for, over an added point{rest}{none}"
+    );
     Some(Note { place: At { file: 0, line: 1 }, text })
 }
 

@@ -14,15 +14,16 @@ use super::context::Contexts;
 use super::job;
 use super::poses::Poses;
 use super::run::{self, Choice, Cut, Role, Run, Vertex};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, counted};
 use crate::io::input::{self, Input};
 use crate::program::files::Files;
 use crate::program::formats::{self, Recognised};
 use crate::program::script::{At, Document, Format, Goal, Move, PathKind, Script, Speed, StepKind, Text, Way};
 use crate::program::{Moves, Program, ScriptPath, exact_stops};
-use crate::robot::frames::Frames;
+use crate::robot::frames::{Frames, Missing};
 use crate::robot::{JointKind, Robot};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Most by which the TCP leaves its path between two solved places, m.
@@ -127,10 +128,20 @@ impl Reading<'_> {
         let unknown_speed = path.assumed;
         let told = Moves { all: moves, known: path.known, unknown_start: path.unknown_start, unknown_speed };
         let name = script.texts.first().map_or(String::new(), |t| t.name.clone());
-        let script_path = ScriptPath { starts: path.starts, moves: told, exact_stops: exact_stops(document.as_ref()) };
+        let exact_stops = exact_stops(document.as_ref());
+        let script_path =
+            ScriptPath { starts: path.starts, moves: told, exact_stops, waits_for: waits_for(&poses.missing) };
         let t_s = path.timed.then_some(path.t_s);
         Ok(Program { goals: path.goals, ..Program::of_path(name, sha256, path.q, t_s, script_path) })
     }
+}
+
+/// Frames and tools that moves wait for.
+fn waits_for(missing: &Missing) -> Vec<String> {
+    let of = |what: &'static str, names: &BTreeMap<String, u64>| -> Vec<String> {
+        names.iter().map(|(name, moves)| format!("{what} `{name}` ({})", counted(*moves as usize, "move"))).collect()
+    };
+    [of("frame", &missing.frames), of("tool", &missing.tools)].concat()
 }
 
 /// Distance within which ways are followed: [`WITHIN_M`], or more for a program of too many points.

@@ -116,9 +116,9 @@ impl Said {
 }
 
 impl LeftOut {
-    /// What is read stands there with its bytes.
+    /// What can be read: an empty file says nothing.
     fn read(&self) -> impl Iterator<Item = (&Text, Arc<Said>)> {
-        self.files.iter().filter(|t| !t.bytes.is_empty()).map(|t| (t, t.known(Said::of)))
+        self.files.iter().filter(|t| !t.unread).map(|t| (t, t.known(Said::of)))
     }
 
     /// The file that names a name.
@@ -137,7 +137,7 @@ impl LeftOut {
                 return Some(format!("{} declares it with another value", file.name));
             }
         }
-        let unread = self.files.iter().find(|t| t.bytes.is_empty());
+        let unread = self.files.iter().find(|t| t.unread);
         unread.map(|t| format!("{} is not read, and may set it", t.name)).or_else(|| self.by_name())
     }
 
