@@ -5,6 +5,7 @@
 //! [`flowing`] joins the lines of a paragraph and breaks a long example before an option, with the shell's `\`.
 
 use clap::{Command, CommandFactory};
+use std::ffi::OsString;
 
 /// Widest line of a help text, columns.
 pub const WIDTH: usize = 100;
@@ -14,6 +15,18 @@ const CONTINUED: usize = 6;
 /// The command line with flowing help texts, for the parser, the man page and the completions.
 pub fn command() -> Command {
     with_flowing_help(super::Cli::command())
+}
+
+/// `help --help` as `help help`: the parser knows no options of its own command.
+pub fn of_help(mut arguments: Vec<OsString>) -> Vec<OsString> {
+    let is_help = |a: &OsString| a == "--help" || a == "-h";
+    if arguments.get(1).is_some_and(|a| a == "help") && arguments.iter().skip(2).any(is_help) {
+        arguments.retain(|a| !is_help(a));
+        if arguments.len() == 2 {
+            arguments.push("help".into());
+        }
+    }
+    arguments
 }
 
 fn with_flowing_help(mut command: Command) -> Command {
@@ -81,6 +94,15 @@ fn break_point(line: &str, width: usize) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn help_of_help_is_help() {
+        let of = |words: &str| of_help(words.split(' ').map(OsString::from).collect()).join(" ".as_ref());
+        assert_eq!(of("lostmotion help --help"), "lostmotion help help");
+        assert_eq!(of("lostmotion help -h"), "lostmotion help help");
+        assert_eq!(of("lostmotion help rewrite --help"), "lostmotion help rewrite");
+        assert_eq!(of("lostmotion rewrite --help"), "lostmotion rewrite --help");
+    }
 
     #[test]
     fn paragraphs_flow_and_examples_stay() {

@@ -2,7 +2,7 @@
 
 use crate::cli::exit::bad;
 use crate::cli::{logs, page, paths};
-use crate::error::{self, Place};
+use crate::error::{self, Place, counted};
 use crate::io::output::{self, Output};
 use crate::learn::{Kind, LETTERS, Options, Source, learn};
 use crate::log::Log;
@@ -109,7 +109,7 @@ pub fn run(args: Args) -> Result<()> {
         ("--test-commands", &args.test_commands, "--test", &args.test),
     ] {
         if !programs.is_empty() && programs.len() != logs.len() {
-            let found = format!("{} programs for {} of {of}", programs.len(), logs.len());
+            let found = format!("{} for {} of {of}", counted(programs.len(), "program"), logs.len());
             return Err(bad(Place::file(option), found, "one for each, in the same order, or none"));
         }
     }

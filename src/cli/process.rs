@@ -8,6 +8,7 @@ use std::io::IsTerminal;
 
 /// Parses, runs, prints what went wrong, and returns the exit code. The first argument is the program's name.
 pub fn main(arguments: Vec<OsString>) -> u8 {
+    let arguments = help::of_help(arguments);
     let color = global::color_of(arguments.iter().cloned());
     let parsed = help::command().color(color).try_get_matches_from(arguments);
     let cli = match parsed.and_then(|m| Cli::from_arg_matches(&m)) {

@@ -1,7 +1,7 @@
 //! `lostmotion robot check|init`: a robot file looked over, and one made of a URDF.
 
 use crate::cli::exit::{bad, no};
-use crate::error::{Error, Place, is_stdio, shown};
+use crate::error::{Error, Place, counted, is_stdio, shown};
 use crate::gaps::file::NameAndHash;
 use crate::io::{input, output::Output};
 use crate::robot::plausible::{self, Finding};
@@ -81,6 +81,9 @@ pub struct InitArgs {
     /// Link whose frame is the TCP [default: the last link, if there is only one chain]
     #[arg(long, value_name = "LINK", requires = "urdf")]
     pub tip: Option<String>,
+    /// Name of the robot [default: that of the URDF, or of the file of --dh without its ending]
+    #[arg(long, value_name = "NAME")]
+    pub name: Option<String>,
     /// Write the robot file to this file; `-` for standard output
     #[arg(short, long, value_name = "ROBOT.yaml", default_value = "-")]
     pub output: PathBuf,
@@ -154,9 +157,15 @@ fn of_table(args: &InitArgs, file: &Path) -> Result<()> {
     let (text, input) = input::read_text(file)?;
     let convention = if args.modified { Convention::Modified } else { Convention::Standard };
     let title = file.file_stem().map_or_else(|| "robot".into(), |s| s.to_string_lossy().into_owned());
+    let title = args.name.clone().unwrap_or(title);
     let robot = table::read(&input.name, &text, &title, convention)?;
     write(args, &input.name, &robot, "lengths in millimetres, as the headings say")?;
-    eprintln!("{}: {} axes; add base, flange and tool, and compare a pose with the pendant", input.name, robot.dof());
+    let axes = if robot.dof() == 1 { "1 axis".into() } else { format!("{} axes", robot.dof()) };
+    let named = if args.name.is_some() { "" } else { ", after the file (--name gives another)" };
+    eprintln!(
+        "{}: {axes}; the robot is named `{}`{named}; add base, flange and tool, and compare a pose with the pendant",
+        input.name, robot.name
+    );
     for finding in plausible::findings(&robot) {
         eprintln!("note: {}", sentence(&finding));
     }
@@ -166,7 +175,10 @@ fn of_table(args: &InitArgs, file: &Path) -> Result<()> {
 /// `--urdf`.
 fn of_urdf(args: &InitArgs, file: &Path) -> Result<()> {
     let (text, input) = input::read_text(file)?;
-    let made = urdf::read(&input.name, &text, args.tip.as_deref())?;
+    let mut made = urdf::read(&input.name, &text, args.tip.as_deref())?;
+    if let Some(name) = &args.name {
+        made.robot.name.clone_from(name);
+    }
     let (distance_m, _) = made.largest_error;
     if distance_m.is_nan() || distance_m > SAME_CHAIN_M {
         return Err(bad(
@@ -312,9 +324,9 @@ fn tables(robot: &Robot, poses: &[(String, Vec<f64>)], findings: &[Finding]) -> 
         places.add_row(std::iter::once(name.clone()).chain(cells));
     }
     let mut text = format!(
-        "{}: {} joints, reach at most {:.0} mm\n\n{joints}\n\n{places}\n",
+        "{}: {}, reach at most {:.0} mm\n\n{joints}\n\n{places}\n",
         robot.name,
-        robot.joints.len(),
+        counted(robot.joints.len(), "joint"),
         plausible::reach_m(robot) * 1e3
     );
     for f in findings.iter().filter(|f| !f.is_fault()) {

@@ -107,6 +107,17 @@ pub fn decode(name: &str, bytes: Vec<u8>) -> Result<String> {
     })
 }
 
+/// Refuses a CSV text without a row of any kind: empty, or comments alone.
+pub fn refuse_no_rows(name: &str, text: &str, expected: &str) -> Result<()> {
+    let rows = text.lines().map(str::trim).filter(|l| !l.is_empty());
+    let found = match rows.map(|l| l.starts_with('#')).reduce(|a, b| a && b) {
+        None => "an empty file",
+        Some(true) => "comments and nothing else",
+        Some(false) => return Ok(()),
+    };
+    Err(Error::bad(Place::file(name), found, expected))
+}
+
 /// Names UTF-16 by its byte order mark, or by the zero bytes that Latin letters have in it.
 pub fn refuse_utf16(name: &str, bytes: &[u8]) -> Result<()> {
     let zeros = |from: usize| bytes.len() >= 8 && bytes.iter().take(64).skip(from).step_by(2).all(|&b| b == 0);

@@ -18,7 +18,7 @@ mod samples;
 use super::gravity::Gravity;
 use super::{grid::Grid, speed, turns};
 use crate::effects::{Between, Track, Turn};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place, Result, counted};
 use crate::log::Log;
 use crate::program::Program;
 use crate::robot::{Chain, Robot};
@@ -181,7 +181,7 @@ impl CommandTrajectory {
     /// The same with rows at some of its points, too ([`Self::rows_of_points`]); `at`: which, increasing.
     pub fn of_program_at(robot: &Robot, program: &Program, t_s: &[f64], rate_hz: f64, at: &[usize]) -> Result<Self> {
         let &[first, .., last] = t_s else {
-            let found = format!("a program of {} points", t_s.len());
+            let found = format!("a program of {}", counted(t_s.len(), "point"));
             return Err(Error::bad(Place::file(&program.name), found, "at least two points"));
         };
         let duration = last - first;

@@ -7,7 +7,7 @@ mod joint;
 
 use super::frames;
 use super::{Convention, GapOf, Joint, Link, Robot, gap_of};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, counted};
 use crate::io::{input, yaml::Document};
 use indexmap::IndexMap;
 use joint::{build_joint, finite};
@@ -285,7 +285,7 @@ impl RobotFile {
     /// Masses: one link per joint, or none.
     fn build_links(&self, joints: usize, doc: &Document) -> Result<Vec<Link>> {
         if !self.links.is_empty() && self.links.len() != joints {
-            let found = format!("{} links for {joints} joints", self.links.len());
+            let found = format!("{} for {}", counted(self.links.len(), "link"), counted(joints, "joint"));
             return Err(Error::bad(doc.place(&["links"]), found, "one link per joint, or none"));
         }
         for l in &self.links {

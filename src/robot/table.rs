@@ -9,6 +9,7 @@
 
 use super::{Convention, Joint, JointKind, Robot};
 use crate::error::{Error, Place, Result};
+use crate::io::input;
 use nalgebra::Isometry3;
 
 const HEADINGS: [&str; 15] = [
@@ -110,6 +111,7 @@ impl Row<'_> {
 
 /// Reads a table; `name` of the file stands in messages.
 pub fn read(name: &str, text: &str, title: &str, convention: Convention) -> Result<Robot> {
+    input::refuse_no_rows(name, text, "a heading and one row for each joint")?;
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
     let wrong = |e: csv::Error| {
         let line = e.position().map_or(1, csv::Position::line);

@@ -10,6 +10,8 @@ use std::path::Path as FilePath;
 
 /// Coordinates beyond this (mm) are damage.
 const LARGEST_MM: f64 = 1e7;
+/// What a path begins with.
+const HEADER: &str = "a header with x_mm, y_mm, z_mm (or some of them), and perhaps t_s";
 /// Shortest time between two points, s: one interpolation cycle of a common controller.
 const SHORTEST_S: f64 = crate::simulate::timing::SHORTEST_S;
 
@@ -40,6 +42,7 @@ impl Path {
     pub fn parse(input: Input) -> Result<Self> {
         let Input { name, bytes, sha256 } = input;
         let text = input::decode(&name, bytes)?;
+        input::refuse_no_rows(&name, &text, HEADER)?;
         let mut reader =
             csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
         let broken = |e: csv::Error| {
@@ -120,11 +123,10 @@ struct Columns {
 
 impl Columns {
     fn of(header: &csv::StringRecord, name: &str) -> Result<Self> {
-        let expected = "a header with x_mm, y_mm, z_mm (or some of them), and perhaps t_s";
         let names: Vec<String> = header.iter().map(|n| n.trim_start_matches('\u{feff}').to_ascii_lowercase()).collect();
         let mut columns = Self { coordinates: Vec::new(), time: None };
         for (k, n) in names.iter().enumerate() {
-            let bad = |found: String| Err(Error::bad(Place::field(name, 1, k as u64 + 1), found, expected));
+            let bad = |found: String| Err(Error::bad(Place::field(name, 1, k as u64 + 1), found, HEADER));
             if n == "t_s" {
                 if columns.time.replace(k).is_some() {
                     return bad("a second column t_s".into());
@@ -140,7 +142,7 @@ impl Columns {
         }
         columns.coordinates.sort_unstable();
         if columns.coordinates.is_empty() {
-            return Err(Error::bad(Place::line(name, 1), format!("the columns {}", names.join(", ")), expected));
+            return Err(Error::bad(Place::line(name, 1), format!("the columns {}", names.join(", ")), HEADER));
         }
         Ok(columns)
     }
@@ -173,6 +175,9 @@ mod tests {
             ("a1_deg,a2_deg\n1,2\n", "column `a1_deg`"),
             ("x_m,y_m\n1,2\n", "column `x_m`"),
             ("time\n1\n", "the columns time"),
+            ("", "path.csv: found an empty file; expected a header with x_mm"),
+            ("\n  \n", "an empty file"),
+            ("# only\n", "comments and nothing else"),
             ("x_mm,t_s\n1,1\n2,1\n", "path.csv:3:2: found time 1 s after 1 s"),
             ("x_mm,y_mm\n", "no rows"),
             ("x_mm,y_mm\n1e9,1\n", "`1e9`"),

@@ -122,7 +122,7 @@ impl Readings {
         }
         self.check_sizes(&all, columns)?;
         if self.missing > 0 {
-            self.notes.push(format!("{} of {} readings are missing", self.missing, self.rows.len()));
+            self.notes.push(format!("{} missing of {}", counted(self.missing, "reading"), self.rows.len()));
         }
         self.refuse_twice()
     }

@@ -4,6 +4,7 @@ use crate::diagnose::result::document::{Diagnosis, Round, of_motion};
 use crate::diagnose::result::words::{self, GapUnit};
 use crate::diagnose::verdict::Verdict;
 use crate::effects::backlash;
+use crate::error::counted;
 use std::fmt::Write;
 
 /// Columns of a line.
@@ -25,7 +26,7 @@ pub fn story(d: &Diagnosis) -> String {
         ),
     );
     if d.outliers > 0 {
-        let _ = writeln!(out, "{} samples left out: they disagree with their neighbours", d.outliers);
+        let _ = writeln!(out, "{} left out, in disagreement with the neighbours", counted(d.outliers, "sample"));
     }
     for note in &d.notes {
         paragraph(&mut out, "", note);

@@ -11,7 +11,7 @@ use super::bins;
 use super::chain::{Run, runs};
 use super::medians::{burst, median_of_7};
 use crate::effects::Track;
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place, Result, counted};
 use crate::log::Log;
 use crate::numerics::rigid;
 use crate::numerics::robust::{SIGMA_PER_MAD, median_of};
@@ -138,7 +138,7 @@ pub fn prepare(log: &Log, robot: &Robot, free: &[usize]) -> Result<Binned> {
     let want = forward(log, robot);
     let valid: Vec<usize> = (0..log.len()).filter(|&i| log.tcp_m[i].is_some()).collect();
     if valid.len() < 100 {
-        return refuse(&format!("{} rows with a measured TCP", valid.len()), "at least 100");
+        return refuse(&format!("{} with a measured TCP", counted(valid.len(), "row")), "at least 100");
     }
     let tracks: Vec<(usize, Vec<Run>)> = free
         .iter()

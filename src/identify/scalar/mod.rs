@@ -14,7 +14,7 @@
 pub(crate) mod design;
 pub(crate) mod solve;
 
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Place, Result, counted};
 use crate::gaps::{Gaps, JointGap};
 use crate::log::Log;
 use crate::machine::measurement::Instrument;
@@ -89,7 +89,7 @@ fn track(robot: &Robot, log: &Log, setup: &Setup) -> Result<Track> {
     }
     let track = Track::new(robot, log, instrument, setup.centre_m.is_none());
     if track.rows.len() < LEAST_ROWS {
-        let found = format!("{} rows with a reading", track.rows.len());
+        let found = format!("{} with a reading", counted(track.rows.len(), "row"));
         return Err(Error::bad(Place::file(&log.name), found, format!("{LEAST_ROWS} or more")));
     }
     Ok(track)

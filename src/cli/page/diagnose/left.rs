@@ -6,6 +6,7 @@ use crate::diagnose::Outcome;
 use crate::diagnose::candidates::basis::Aspect;
 use crate::diagnose::result::document::Diagnosis;
 use crate::diagnose::result::words;
+use crate::error::counted;
 use crate::report::number::significant;
 use crate::report::{MapBlock, MapCell, MapView, Page, TableView, number};
 
@@ -115,7 +116,7 @@ pub(super) fn noise(page: &mut Page, outcome: &Outcome, d: &Diagnosis, scale: &G
     let left = if d.outliers == 0 {
         "No sample was left out.".to_string()
     } else {
-        format!("{} samples were left out, since they disagree with their neighbours.", d.outliers)
+        format!("Left out, in disagreement with the neighbours: {}.", counted(d.outliers, "sample"))
     };
     let blocks = outcome.problem.logs.iter().map(|l| l.block).max().unwrap_or(1);
     let means = if blocks > 1 {
