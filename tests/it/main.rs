@@ -25,6 +25,7 @@ mod docs_commands;
 mod docs_site;
 mod docs_user_files;
 mod faults;
+mod first_steps;
 mod fit;
 mod formats;
 mod fuzz_readers;
