@@ -77,7 +77,7 @@ pub enum Distrust {
     },
     /// The measured points stand further from the robot file's places than an arm's own errors put them.
     FarFromRobotFile {
-        /// 75th percentile of their distances after the best rigid fit, mm.
+        /// A tenth of them stand so far or more from their places after the best rigid fit, mm.
         misfit_mm: f64,
         /// The largest of them, mm.
         largest_mm: f64,
@@ -97,7 +97,7 @@ impl fmt::Display for Distrust {
             }
             Self::FarFromRobotFile { misfit_mm, largest_mm } => write!(
                 f,
-                "the measured points stand {misfit_mm:.1} mm (75th percentile; the largest {largest_mm:.1} mm) from where the robot file puts \
+                "a tenth of the measured points stand {misfit_mm:.1} mm or more (the largest {largest_mm:.1} mm) from where the robot file puts \
                  them, and calibration errors are a few millimetres at most: the gaps cannot be trusted; check that the robot file is this \
                  robot's (model, lengths), its `tool` and its zero positions"
             ),

@@ -344,7 +344,7 @@ fn refuses_bad_input_with_its_place_and_writes_nothing() {
         ("x_mm,y_mm,z_mm\n0,0,0\n1,nan,0\n", "bad.csv:3:2: found `nan` in column `y_mm`"),
         ("x_mm,y_mm,z_mm\n0,0,0\n1,2\n", "bad.csv:3"),
         ("x_mm,z_mm\n0,0\n1,2\n", "bad.csv:1: found no column y_mm"),
-        ("x_mm,y_mm,z_mm\n0,0,0\n", "a program of 1 points"),
+        ("x_mm,y_mm,z_mm\n0,0,0\n", "a program of 1 point;"),
         ("t_s,x_mm,y_mm,z_mm\n1,0,0,0\n0.5,0,0,1\n", "bad.csv:3:1: found time 0.5 s after 1 s"),
         ("t_s,cmd_X_mm,cmd_Y_mm,cmd_Z_mm\n1,0,0,0\n1,0,0,1\n", "times that strictly increase"),
     ] {

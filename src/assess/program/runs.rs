@@ -214,7 +214,6 @@ pub fn measured(model: &Model, log: &Log, reference: &Reference) -> Result<Measu
     let total = along.last().copied().unwrap_or(0.0);
     let scale = if total > 0.0 { reference.length_m() / total } else { 1.0 };
     let seen: Vec<Vector3<f64>> = rows.iter().filter_map(|&r| log.tcp_m[r]).collect();
-    let wanted: Vec<Vector3<f64>> = along.iter().map(|a| reference.at(a * scale)).collect();
     let along: Vec<f64> = along.iter().map(|a| a * scale).collect();
     let slack = SLACK_M + (total - reference.length_m()).abs().min(MOST_SLACK_M);
     let Some(frame) = frame::across(&seen, &along, reference, slack) else {
@@ -222,9 +221,11 @@ pub fn measured(model: &Model, log: &Log, reference: &Reference) -> Result<Measu
         return Err(Error::bad(Place::file(&log.name), "measured points on one line", expected));
     };
     let placed: Vec<Vector3<f64>> = seen.iter().map(|p| frame.rotation * p + frame.translation.vector).collect();
-    // what is averaged is the deviation, not the path
-    let off: Vec<Vector3<f64>> = placed.iter().zip(&wanted).map(|(p, w)| p - w).collect();
-    let points_m = wanted.iter().zip(averaged(&t_s, &off)).map(|(w, o)| w + o).collect();
+    // what is averaged is the deviation across the path, not the path; one along it would be cut short at corners
+    let nearest = |(p, a): (&Vector3<f64>, &f64)| reference.nearest(p, *a, slack).at;
+    let near: Vec<Vector3<f64>> = placed.iter().zip(&along).map(nearest).collect();
+    let off: Vec<Vector3<f64>> = placed.iter().zip(&near).map(|(p, n)| p - n).collect();
+    let points_m = near.iter().zip(averaged(&t_s, &off)).map(|(n, o)| n + o).collect();
     Ok(Measured {
         commanded_m,
         points_m,

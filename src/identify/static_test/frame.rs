@@ -205,7 +205,7 @@ fn refuse_misfit(log: &str, points: &[registration::Pair], frame: &Frame) -> Res
 fn another_arm(points: &[registration::Pair], frame: &Isometry3<f64>) -> Option<Distrust> {
     let mut errors: Vec<f64> = points.iter().map(|p| off(p, frame).norm()).collect();
     errors.sort_by(f64::total_cmp);
-    let misfit_m = *errors.get(errors.len() * 3 / 4)?;
+    let misfit_m = *errors.get(errors.len() * 9 / 10)?;
     let largest_m = *errors.last()?;
     let distrust = Distrust::FarFromRobotFile { misfit_mm: misfit_m * 1e3, largest_mm: largest_m * 1e3 };
     (misfit_m > CALIBRATION_M).then_some(distrust)

@@ -42,7 +42,7 @@ pub fn cases() -> Vec<Case> {
         case("speed 0", R, robot("max_speed_deg_s: 100", "max_speed_deg_s: 0"), &["robot.yaml:4", "max_speed 0"]),
         case("speed negative", R, robot("max_speed_deg_s: 100", "max_speed_deg_s: -1"), &["robot.yaml:4", "max_speed"]),
         case("gravity infinite", R, ROBOT.to_string() + "gravity_m_s2: [0, 0, -.inf]\n", &["robot.yaml:7", "gravity"]),
-        case("links too few", R, ROBOT.to_string() + "links: [{mass_kg: 1, com_mm: [0, 0, 0]}]\n", &["robot.yaml:7", "1 links for 3 joints"]),
+        case("links too few", R, ROBOT.to_string() + "links: [{mass_kg: 1, com_mm: [0, 0, 0]}]\n", &["robot.yaml:7", "1 link for 3 joints"]),
         // robot: its joints
         case("unknown kind", R, robot("kind: prismatic", "kind: sliding"), &["robot.yaml:6", "sliding"]),
         case("unknown convention", R, robot("name: arm", "convention: dh-classic"), &["robot.yaml:2", "dh-classic"]),
